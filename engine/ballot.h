@@ -1,0 +1,89 @@
+// The public interface of Ballot, and nothing else is public: load a scene, open a device, trace rays, render views.
+//
+//   ballot::Engine engine(ballot::load_scene("scenes/cornell.gltf"));
+//   std::vector<ballot::Hit> hits(rays.size());
+//   engine.trace(rays, hits, {.method = "packet"});
+//   ballot::Image image = engine.render(engine.scene().views[0], {.width = 512, .height = 512});
+//   ballot::write_exr("cornell.exr", image);
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "engine/bvh/bvh.h"
+#include "engine/core/error.h"
+#include "engine/core/file.h"
+#include "engine/core/image.h"
+#include "engine/core/npy.h"
+#include "engine/core/progress.h"
+#include "engine/render/renderer.h"
+#include "engine/scene/scene.h"
+#include "engine/trace/methods.h"
+#include "engine/trace/numeric.h"
+#include "engine/trace/tracer.h"
+#include "engine/vk/context.h"
+
+namespace ballot {
+
+struct EngineOptions {
+  std::string device;     // "": best GPU, else CPU; an index, part of a name, "gpu", "cpu"
+  bool validate = false;  // Vulkan validation with synchronization checks; messages() collects what it says
+  BuildSettings build;
+  bool use_cache = true;  // BVHs on disk, in cache_folder()
+};
+
+/// Seconds that each step of making an Engine took.
+struct StartTimes {
+  double device_s = 0, bvh_s = 0;
+};
+
+/// A scene on a device. Belongs to one thread; one lives at a time.
+class Engine {
+ public:
+  /// Opens the device, then builds or loads the BVH. Throws Error(Device) if no device is usable, Error(Work) if the
+  /// scene cannot be built.
+  explicit Engine(Scene scene, const EngineOptions& options = {}, const Progress& progress = {});
+  ~Engine();
+
+  const Scene& scene() const { return scene_; }
+  const Bvh& bvh() const { return bvh_; }
+  const DeviceInfo& device() const { return gpu_.info(); }
+  const StartTimes& start_times() const { return times_; }
+  Tracer& tracer() { return *tracer_; }
+
+  /// Traces a batch of rays and writes, at the same index, what each one hits.
+  ///
+  /// rays    n >= 0 rays; read before return. Origins in scene units; dir need not be of unit length, t counts multiples
+  ///         of it. Dead rays (layout.h) are misses. Neighbours in the buffer share a subgroup: order them for coherence.
+  /// hits    exactly n records, overwritten. On a miss prim is NO_HIT, t is the ray's t_max (0 for a dead ray), u = v = 0.
+  /// query   nearest: the smallest t in [t_min, t_max], among equal t the smallest prim; any: some hit.
+  /// Throws  Error(Arguments) if the sizes differ or a name is unknown, Error(Work) if the device fails.
+  /// Blocks until the results are in `hits`.
+  TraceTimes trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query = {}, const Progress& progress = {}) {
+    return tracer_->trace(rays, hits, query, progress);
+  }
+
+  /// A picture of a view, with the attributes that write_exr stores. Throws as trace does.
+  Image render(const View& view, const RenderOptions& options, RenderTimes* times = nullptr,
+               const Progress& progress = {});
+
+  /// What the validation layers said, if asked for.
+  const std::vector<std::string>& messages() const { return gpu_.messages(); }
+
+ private:
+  Scene scene_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  StartTimes times_;
+  Context gpu_;
+  Bvh bvh_;
+  std::unique_ptr<Tracer> tracer_;
+  std::unique_ptr<Renderer> renderer_;
+};
+
+/// The commit that this library was built from, or "unknown".
+std::string commit();
+
+}  // namespace ballot

@@ -1,0 +1,225 @@
+// Builds the tree with Embree 3's rtcBuildBVH. Stich, Friedrich, Dietrich. Spatial splits in bounding volume
+// hierarchies. HPG 2009 (what RTC_BUILD_QUALITY_HIGH does).
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <type_traits>
+
+#include "engine/bvh/build.h"
+#include "engine/core/error.h"
+
+namespace ballot {
+namespace {
+
+// The product of three lengths, which the triangle test forms, must stay in float's range.
+constexpr float kLargestCoordinate = 1e12f;
+
+// Embree's limit of depth. Eight levels above it the builder gives up on costs and splits at medians, and if that does
+// not suffice it builds no tree at all; then the next limit is tried, four times the last. Trees of the scenes tried
+// are at most 30 deep, of triangles in a geometric series 34.
+constexpr unsigned kFirstDepth = 48, kLastDepth = 3072;
+
+struct DeviceRelease {
+  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+};
+struct BvhRelease {
+  void operator()(RTCBVH bvh) const { rtcReleaseBVH(bvh); }
+};
+using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
+using Memory = std::unique_ptr<std::remove_pointer_t<RTCBVH>, BvhRelease>;
+
+// What the callbacks share. They run on many threads at once, and no exception may pass through Embree.
+struct Job {
+  std::span<const Triangle> triangles;
+  const Progress& progress;
+  std::mutex mutex;  // guards the members below
+  double reported = 0;
+  std::exception_ptr failure;  // thrown by progress
+  std::string message;         // Embree's first
+};
+
+Job& job_of(void* user) { return *static_cast<Job*>(user); }
+
+BuildNode* new_node(RTCThreadLocalAllocator allocator) {
+  void* memory = rtcThreadLocalAlloc(allocator, sizeof(BuildNode), alignof(BuildNode));
+  return memory == nullptr ? nullptr : new (memory) BuildNode;
+}
+
+void* create_node(RTCThreadLocalAllocator allocator, unsigned, void*) { return new_node(allocator); }
+
+void set_children(void* node, void** children, unsigned, void*) {
+  if (node == nullptr) return;  // out of memory: Embree has noted the error, and no tree comes out
+  for (const int side : {0, 1}) static_cast<BuildNode*>(node)->child[side] = static_cast<BuildNode*>(children[side]);
+}
+
+void set_bounds(void*, const RTCBounds**, unsigned, void*) {}  // flatten unites the children's
+
+// After splits two parts of a triangle may meet again in one leaf: one reference is enough.
+void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* parts, std::size_t count, void*) {
+  BuildNode* leaf = new_node(allocator);
+  if (leaf == nullptr) return nullptr;
+  for (std::size_t i = 0; i < count; ++i) {
+    const glm::vec3 lo(parts[i].lower_x, parts[i].lower_y, parts[i].lower_z);
+    const glm::vec3 hi(parts[i].upper_x, parts[i].upper_y, parts[i].upper_z);
+    leaf->box = i == 0 ? Bounds{lo, hi} : Bounds{glm::min(leaf->box.lo, lo), glm::max(leaf->box.hi, hi)};
+    std::uint32_t* const end = leaf->prims + leaf->count;
+    if (std::find(leaf->prims, end, parts[i].primID) == end) leaf->prims[leaf->count++] = parts[i].primID;
+  }
+  return leaf;
+}
+
+RTCBounds to_embree(const Bounds& b) { return {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x, b.hi.y, b.hi.z, 0}; }
+
+void split(const RTCBuildPrimitive* part, unsigned axis, float position, RTCBounds* left, RTCBounds* right,
+           void* user) {
+  const Bounds box{{part->lower_x, part->lower_y, part->lower_z}, {part->upper_x, part->upper_y, part->upper_z}};
+  const Triangle& triangle = job_of(user).triangles[part->primID];
+  const SplitBoxes boxes = split_reference(triangle, box, static_cast<int>(axis), position);
+  *left = to_embree(boxes.left);
+  *right = to_embree(boxes.right);
+}
+
+bool report(void* user, double done) {
+  Job& job = job_of(user);
+  const std::lock_guard lock(job.mutex);
+  if (job.failure) return false;
+  if (!job.progress || !(done > job.reported)) return true;
+  job.reported = std::min(done, 1.0);
+  try {
+    job.progress(job.reported);
+  } catch (...) {
+    job.failure = std::current_exception();
+  }
+  return !job.failure;
+}
+
+void note_error(void* user, RTCError, const char* text) {
+  Job& job = job_of(user);
+  const std::lock_guard lock(job.mutex);
+  if (job.message.empty() && text != nullptr) job.message = text;
+}
+
+void check_settings(const BuildSettings& s) {
+  const auto positive = [](float x) { return std::isfinite(x) && x > 0; };
+  if (s.max_leaf < 1 || s.max_leaf > MAX_LEAF_TRIANGLES)
+    fail(Failure::Arguments, "bvh: max_leaf is {}, but a leaf holds 1 to {} triangles", s.max_leaf, MAX_LEAF_TRIANGLES);
+  if (!(s.split_budget >= 0 && s.split_budget <= 16))
+    fail(Failure::Arguments, "bvh: split_budget is {}, but must lie between 0 and 16", s.split_budget);
+  if (!positive(s.traversal_cost) || !positive(s.intersection_cost))
+    fail(Failure::Arguments, "bvh: traversal_cost {} and intersection_cost {} must be positive", s.traversal_cost,
+         s.intersection_cost);
+}
+
+// Embree aborts the process on a box that is inverted or holds a NaN, so nothing unchecked may reach it.
+void check_triangles(std::span<const Triangle> triangles) {
+  if (triangles.size() > std::size_t{1} << 31)
+    fail(Failure::Work, "bvh: {} triangles, but at most 2^31 can be numbered", triangles.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    for (const glm::vec3& v : triangles[i])
+      for (int axis = 0; axis < 3; ++axis)
+        if (!(std::abs(v[axis]) <= kLargestCoordinate))
+          fail(Failure::Work,
+               "bvh: triangle {}: coordinate {} of a vertex is {}, expected a finite value within +-{:g}", i,
+               "xyz"[axis], v[axis], kLargestCoordinate);
+}
+
+std::size_t count_proper(std::span<const Triangle> triangles) {
+  return static_cast<std::size_t>(
+      std::count_if(triangles.begin(), triangles.end(), [](const Triangle& t) { return !is_degenerate(t); }));
+}
+
+void fill(std::vector<RTCBuildPrimitive>& parts, std::span<const Triangle> triangles) {
+  std::size_t at = 0;
+  for (std::size_t prim = 0; prim < triangles.size(); ++prim) {
+    if (is_degenerate(triangles[prim])) continue;
+    const auto [lo, hi] = bounds_of(triangles[prim]);
+    parts[at++] = {lo.x, lo.y, lo.z, 0, hi.x, hi.y, hi.z, static_cast<unsigned>(prim)};
+  }
+}
+
+RTCBuildArguments arguments(const BuildSettings& settings, Job& job) {
+  RTCBuildArguments args = rtcDefaultBuildArguments();
+  args.buildQuality = RTC_BUILD_QUALITY_HIGH;
+  args.maxBranchingFactor = 2;
+  args.minLeafSize = 1;
+  args.maxLeafSize = settings.max_leaf;
+  args.traversalCost = settings.traversal_cost;
+  args.intersectionCost = settings.intersection_cost;
+  args.createNode = create_node;
+  args.setNodeChildren = set_children;
+  args.setNodeBounds = set_bounds;
+  args.createLeaf = create_leaf;
+  args.splitPrimitive = split;
+  args.buildProgress = report;
+  args.userPtr = &job;
+  return args;
+}
+
+// The tree lives in `memory`. The builder overwrites the parts, so every attempt starts from new ones.
+const BuildNode* build_tree(RTCDevice device, RTCBVH memory, std::size_t count, const BuildSettings& settings,
+                            Job& job) {
+  // Without spare room Embree makes no spatial splits, and says nothing.
+  const auto spare = static_cast<std::size_t>(static_cast<double>(count) * static_cast<double>(settings.split_budget));
+  std::vector<RTCBuildPrimitive> parts(count + spare);
+  RTCBuildArguments args = arguments(settings, job);
+  args.bvh = memory;
+  args.primitives = parts.data();
+  args.primitiveCount = count;
+  args.primitiveArrayCapacity = parts.size();
+  RTCError code = RTC_ERROR_NONE;
+  for (unsigned depth = kFirstDepth; depth <= kLastDepth; depth *= 4) {
+    fill(parts, job.triangles);
+    args.maxDepth = depth;
+    const void* root = rtcBuildBVH(&args);
+    if (job.failure) std::rethrow_exception(job.failure);
+    code = rtcGetDeviceError(device);
+    if (root != nullptr && code == RTC_ERROR_NONE) return static_cast<const BuildNode*>(root);
+    if (code == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+    if (code != RTC_ERROR_UNKNOWN) break;
+  }
+  fail(Failure::Work, "bvh: Embree could not build a tree of {} triangles: error {} ({})", count,
+       static_cast<int>(code), job.message);
+}
+
+Bvh build(std::span<const Triangle> triangles, std::size_t count, const BuildSettings& settings,
+          const Progress& progress) {
+  if (count == 0) return {};
+  Job job{triangles, progress, {}, 0, {}, {}};
+  const Device device(rtcNewDevice(nullptr));
+  if (!device) fail(Failure::Work, "bvh: Embree cannot start: error {}", static_cast<int>(rtcGetDeviceError(nullptr)));
+  rtcSetDeviceErrorFunction(device.get(), note_error, &job);
+  const Memory memory(rtcNewBVH(device.get()));
+  if (!memory) throw std::bad_alloc();
+  return flatten(build_tree(device.get(), memory.get(), count, settings, job), settings);
+}
+
+}  // namespace
+
+Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& settings, const Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  check_settings(settings);
+  check_triangles(triangles);
+  const std::size_t proper = count_proper(triangles);
+  Bvh bvh;
+  try {
+    bvh = build(triangles, proper, settings, progress);
+  } catch (const std::bad_alloc&) {
+    fail(Failure::Work,
+         "bvh: out of memory while building a tree of {} triangles; a smaller split_budget (now {}) needs less", proper,
+         settings.split_budget);
+  }
+  bvh.stats.triangles = static_cast<std::uint32_t>(triangles.size());
+  bvh.stats.degenerate = static_cast<std::uint32_t>(triangles.size() - proper);
+  bvh.stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (progress) progress(1);
+  return bvh;
+}
+
+}  // namespace ballot

@@ -1,0 +1,169 @@
+// Trees on disk. A file is a header and the two arrays as they lie in memory; it is valid only on machines of the same
+// byte order, which the magic number tells.
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <array>
+#include <chrono>
+#include <fstream>
+#include <new>
+#include <optional>
+#include <type_traits>
+
+#include "engine/bvh/bvh.h"
+#include "engine/core/error.h"
+#include "engine/core/file.h"
+
+namespace ballot {
+namespace {
+
+constexpr std::uint64_t kMagic = 0x48564254'4C4C4142;  // "BALLTBVH" on little-endian machines
+
+// Part of every key. Raise it whenever BvhNode, this file's format, or the tree that the builder makes changes.
+constexpr std::uint32_t kVersion = 1;
+
+using Hash = XXH128_hash_t;
+
+struct Header {
+  std::uint64_t magic = kMagic;
+  Hash key{};
+  Hash checksum{};  // of the header with this field zero, and of both arrays
+  std::uint64_t node_count = 0, reference_count = 0;
+  std::uint32_t triangles = 0, degenerate = 0, leaves = 0, depth = 0;
+  double sah = 0;
+  Bounds bounds;
+};
+static_assert(sizeof(Header) == 104 && std::has_unique_object_representations_v<Hash>, "a header must have no padding");
+
+Hash key_of(std::span<const Triangle> triangles, const BuildSettings& s) {
+  const struct {
+    Hash triangles;
+    std::uint64_t count;
+    std::uint32_t version, max_leaf;
+    float split_budget, traversal_cost, intersection_cost;
+    std::uint32_t zero;
+  } all{XXH3_128bits(triangles.data(), triangles.size_bytes()),
+        triangles.size(),
+        kVersion,
+        s.max_leaf,
+        s.split_budget,
+        s.traversal_cost,
+        s.intersection_cost,
+        0};
+  static_assert(sizeof(all) == 48, "hashed bytes must have no padding");
+  return XXH3_128bits(&all, sizeof(all));
+}
+
+Hash checksum_of(Header header, const Bvh& bvh) {
+  header.checksum = {};
+  const std::array<Hash, 3> all{XXH3_128bits(&header, sizeof(header)),
+                                XXH3_128bits(bvh.nodes.data(), bvh.nodes.size() * sizeof(BvhNode)),
+                                XXH3_128bits(bvh.references.data(), bvh.references.size() * sizeof(std::uint32_t))};
+  return XXH3_128bits(&all, sizeof(all));
+}
+
+// Sizes that the header states must match the file's before memory is asked for.
+bool sizes_fit(const Header& h, std::uint64_t file_bytes) {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 32;
+  return h.node_count < kMost && h.reference_count < kMost &&
+         file_bytes == sizeof(Header) + h.node_count * sizeof(BvhNode) + h.reference_count * sizeof(std::uint32_t);
+}
+
+template <class T>
+bool read_array(std::ifstream& in, std::vector<T>& out, std::uint64_t count) {
+  out.resize(count);
+  return count == 0 ||
+         in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(count * sizeof(T))).good();
+}
+
+// Enough that no walk leaves the arrays or goes in circles: children lie after their parent, as flatten puts them.
+bool walkable(const Bvh& bvh, std::size_t triangle_count) {
+  for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
+    const BvhNode& n = bvh.nodes[i];
+    if (i == 1) continue;
+    if (n.count == 0 ? n.first <= i || n.first % 2 != 0 || n.first >= bvh.nodes.size() - 1
+                     : n.count > MAX_LEAF_TRIANGLES || std::uint64_t{n.first} + n.count > bvh.references.size())
+      return false;
+  }
+  for (const std::uint32_t prim : bvh.references)
+    if (prim >= triangle_count) return false;
+  return bvh.nodes.size() % 2 == 0;
+}
+
+std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std::size_t triangle_count) {
+  std::error_code unreadable;
+  const std::uint64_t bytes = std::filesystem::file_size(path, unreadable);
+  if (unreadable || bytes < sizeof(Header)) return std::nullopt;
+  std::ifstream in(path, std::ios::binary);
+  Header h;
+  if (!in.read(reinterpret_cast<char*>(&h), sizeof(h))) return std::nullopt;
+  if (h.magic != kMagic || !XXH128_isEqual(h.key, key) || !sizes_fit(h, bytes)) return std::nullopt;
+  Bvh bvh;
+  try {
+    if (!read_array(in, bvh.nodes, h.node_count) || !read_array(in, bvh.references, h.reference_count))
+      return std::nullopt;
+  } catch (const std::bad_alloc&) {
+    return std::nullopt;  // the build that follows says so in words
+  }
+  if (!XXH128_isEqual(checksum_of(h, bvh), h.checksum) || !walkable(bvh, triangle_count)) return std::nullopt;
+  bvh.bounds = h.bounds;
+  bvh.stats = {.triangles = h.triangles,
+               .degenerate = h.degenerate,
+               .references = static_cast<std::uint32_t>(h.reference_count),
+               .nodes = static_cast<std::uint32_t>(h.node_count == 0 ? 0 : h.node_count - 1),
+               .leaves = h.leaves,
+               .depth = h.depth,
+               .sah = h.sah,
+               .bytes = bytes - sizeof(Header),
+               .from_cache = true};
+  return bvh;
+}
+
+void save(const std::filesystem::path& path, const Hash& key, const Bvh& bvh) {
+  Header h;
+  h.key = key;
+  h.node_count = bvh.nodes.size();
+  h.reference_count = bvh.references.size();
+  h.triangles = bvh.stats.triangles;
+  h.degenerate = bvh.stats.degenerate;
+  h.leaves = bvh.stats.leaves;
+  h.depth = bvh.stats.depth;
+  h.sah = bvh.stats.sah;
+  h.bounds = bvh.bounds;
+  h.checksum = checksum_of(h, bvh);
+  write_atomically(path, [&](const std::filesystem::path& temporary) {
+    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
+    const auto write = [&](const void* data, std::size_t bytes) {
+      out.write(static_cast<const char*>(data), static_cast<std::streamsize>(bytes));
+    };
+    write(&h, sizeof(h));
+    write(bvh.nodes.data(), bvh.nodes.size() * sizeof(BvhNode));
+    write(bvh.references.data(), bvh.references.size() * sizeof(std::uint32_t));
+    out.close();
+    if (!out) fail(Failure::Work, "cannot write {}", temporary.string());
+  });
+}
+
+}  // namespace
+
+Bvh build_bvh_cached(std::span<const Triangle> triangles, const BuildSettings& settings,
+                     const std::filesystem::path& cache_folder, const Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  const Hash key = key_of(triangles, settings);
+  const std::filesystem::path path = cache_folder / fmt::format("{:016x}{:016x}.bvh", key.high64, key.low64);
+  if (std::optional<Bvh> stored = load(path, key, triangles.size())) {
+    stored->stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (progress) progress(1);
+    return std::move(*stored);
+  }
+  Bvh bvh = build_bvh(triangles, settings, progress);
+  try {
+    std::filesystem::create_directories(cache_folder);
+    save(path, key, bvh);
+  } catch (const std::exception&) {
+    // A cache that cannot be written costs time at the next start, nothing else.
+  }
+  return bvh;
+}
+
+}  // namespace ballot

@@ -1,0 +1,92 @@
+// Derives the uploaded arrays from the reference form.
+#include "engine/bvh/device_bvh.h"
+
+#include "engine/bvh/device_decode.h"
+#include "engine/core/error.h"
+
+namespace ballot {
+namespace {
+
+using Texel = glm::uvec4;
+
+std::uint32_t bits(float x) { return std::bit_cast<std::uint32_t>(x); }
+Texel texel(const glm::vec3& v, std::uint32_t w) { return {bits(v.x), bits(v.y), bits(v.z), w}; }
+
+constexpr std::uint64_t kMaxLeafTexels = std::uint64_t{1} << LEAF_COUNT_SHIFT;
+constexpr std::uint64_t kMaxNodeTexels = std::uint64_t{1} << 31;
+
+void check_sizes(const Bvh& bvh) {
+  const std::uint64_t nodes = bvh.nodes.size() * 2;
+  const std::uint64_t leaves =
+      std::uint64_t{bvh.stats.leaves} * LEAF_HEADER_TEXELS + bvh.references.size() * TRIANGLE_TEXELS;
+  if (nodes > kMaxNodeTexels || leaves > kMaxLeafTexels)
+    fail(Failure::Work,
+         "bvh: {} nodes and {} triangle references take {} and {} texels on the device, but a child reference can "
+         "number "
+         "{} and {} (shaders/shared/layout.h); a smaller split_budget makes fewer references",
+         bvh.nodes.size(), bvh.references.size(), nodes, leaves, kMaxNodeTexels, kMaxLeafTexels);
+}
+
+// Appends the block of a leaf and returns the leaf's child reference.
+std::uint32_t add_leaf(const BvhNode& leaf, const Bvh& bvh, std::span<const Triangle> triangles,
+                       std::vector<Texel>& out) {
+  const std::uint32_t at = static_cast<std::uint32_t>(out.size());
+  out.push_back(texel(leaf.lo, leaf.count));
+  out.push_back(texel(leaf.hi, 0));
+  for (std::uint32_t i = 0; i < leaf.count; ++i) {
+    const std::uint32_t prim = bvh.references[leaf.first + i];
+    const Triangle& t = triangles[prim];
+    out.push_back(texel(t[0], prim));
+    out.push_back(texel(t[1], 0));
+    out.push_back(texel(t[2], 0));
+  }
+  return leaf_ref(leaf.count, at);
+}
+
+// Nodes 0 and 1 are not stored, and a node takes two texels.
+std::uint32_t pair_texel(const BvhNode& inner) { return (inner.first - 2) * 2; }
+
+void add_paper(const BvhNode& node, std::uint32_t ref, std::vector<Texel>& out) {
+  out.push_back(texel(node.lo, bits(node.hi.x)));
+  out.push_back({bits(node.hi.y), bits(node.hi.z), node.count, node.count == 0 ? ref : leaf_texel(ref)});
+}
+
+void add_interleaved(const BvhNode& l, const BvhNode& r, std::uint32_t left, std::uint32_t right,
+                     std::vector<Texel>& out) {
+  out.push_back({bits(l.lo.x), bits(l.hi.x), bits(l.lo.y), bits(l.hi.y)});
+  out.push_back({bits(r.lo.x), bits(r.hi.x), bits(r.lo.y), bits(r.hi.y)});
+  out.push_back({bits(l.lo.z), bits(l.hi.z), bits(r.lo.z), bits(r.hi.z)});
+  out.push_back({left, right, 0, 0});
+}
+
+}  // namespace
+
+DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout) {
+  DeviceBvh out;
+  out.layout = layout;
+  out.depth = bvh.stats.depth;
+  out.bounds = bvh.bounds;
+  if (bvh.nodes.empty()) return out;
+  check_sizes(bvh);
+  out.nodes.reserve((bvh.nodes.size() - 2) * 2);
+  out.leaves.reserve(bvh.stats.leaves * LEAF_HEADER_TEXELS + bvh.references.size() * TRIANGLE_TEXELS);
+  const auto ref_of = [&](const BvhNode& node) {
+    return node.count == 0 ? pair_texel(node) : add_leaf(node, bvh, triangles, out.leaves);
+  };
+  out.root = ref_of(bvh.nodes[0]);
+  for (std::size_t i = 2; i < bvh.nodes.size(); i += 2) {
+    const BvhNode& left = bvh.nodes[i];
+    const BvhNode& right = bvh.nodes[i + 1];
+    const std::uint32_t left_ref = ref_of(left);
+    const std::uint32_t right_ref = ref_of(right);
+    if (layout == NodeLayout::Paper) {
+      add_paper(left, left_ref, out.nodes);
+      add_paper(right, right_ref, out.nodes);
+    } else {
+      add_interleaved(left, right, left_ref, right_ref, out.nodes);
+    }
+  }
+  return out;
+}
+
+}  // namespace ballot

@@ -1,0 +1,28 @@
+// The arrays that are uploaded, derived from the reference form. The oracle walks these very arrays.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec4.hpp>
+#include <span>
+#include <vector>
+
+#include "engine/bvh/bvh.h"
+
+namespace ballot {
+
+enum class NodeLayout : std::uint32_t { Paper = LAYOUT_PAPER, Interleaved = LAYOUT_INTERLEAVED };
+
+/// Texels are 16 bytes of bits (floats by their bit patterns). Formats: shaders/shared/layout.h.
+struct DeviceBvh {
+  NodeLayout layout = NodeLayout::Interleaved;
+  std::vector<glm::uvec4> nodes;   // pairs of siblings, four texels each; the root itself is not stored
+  std::vector<glm::uvec4> leaves;  // leaf blocks
+  std::uint32_t root = END_OF_TREE;  // child reference of the root: END_OF_TREE (empty scene), a leaf, or texel 0
+  std::uint32_t depth = 0;           // as BvhStats::depth
+  Bounds bounds;
+};
+
+/// Throws Error(Work) if a texel index would not fit its field (2^28 texels of leaves, 2^31 of nodes).
+DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout);
+
+}  // namespace ballot

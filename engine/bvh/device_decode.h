@@ -1,0 +1,53 @@
+// Reads the device arrays back. Internal to bvh/ and its tests.
+#pragma once
+
+#include <bit>
+
+#include "engine/bvh/device_bvh.h"
+
+namespace ballot {
+
+struct DeviceChild {
+  Bounds box;
+  std::uint32_t ref = END_OF_TREE;  // child reference, as layout.h defines it
+};
+
+struct DevicePair {
+  DeviceChild left, right;
+};
+
+inline float as_float(std::uint32_t bits) { return std::bit_cast<float>(bits); }
+inline glm::vec3 as_vec3(const glm::uvec4& t) { return {as_float(t.x), as_float(t.y), as_float(t.z)}; }
+
+inline bool is_leaf(std::uint32_t ref) { return (ref & LEAF_BIT) != 0; }
+inline std::uint32_t leaf_count(std::uint32_t ref) { return ((ref >> LEAF_COUNT_SHIFT) & 7u) + 1; }
+inline std::uint32_t leaf_texel(std::uint32_t ref) { return ref & LEAF_TEXEL_MASK; }
+inline std::uint32_t leaf_ref(std::uint32_t count, std::uint32_t texel) {
+  return LEAF_BIT | (count - 1) << LEAF_COUNT_SHIFT | texel;
+}
+
+inline DeviceChild paper_child(const glm::uvec4* t) {
+  return {{as_vec3(t[0]), {as_float(t[0].w), as_float(t[1].x), as_float(t[1].y)}},
+          t[1].z == 0 ? t[1].w : leaf_ref(t[1].z, t[1].w)};
+}
+
+/// The pair of siblings that starts at this texel.
+inline DevicePair decode_pair(const DeviceBvh& bvh, std::uint32_t texel) {
+  const glm::uvec4* t = bvh.nodes.data() + texel;
+  if (bvh.layout == NodeLayout::Paper) return {paper_child(t), paper_child(t + 2)};
+  return {
+      {{{as_float(t[0].x), as_float(t[0].z), as_float(t[2].x)}, {as_float(t[0].y), as_float(t[0].w), as_float(t[2].y)}},
+       t[3].x},
+      {{{as_float(t[1].x), as_float(t[1].z), as_float(t[2].z)}, {as_float(t[1].y), as_float(t[1].w), as_float(t[2].w)}},
+       t[3].y}};
+}
+
+/// The triangle whose three texels start at this texel of the leaf array.
+inline Triangle decode_triangle(const DeviceBvh& bvh, std::uint32_t texel) {
+  const glm::uvec4* t = bvh.leaves.data() + texel;
+  return {as_vec3(t[0]), as_vec3(t[1]), as_vec3(t[2])};
+}
+
+inline std::uint32_t decode_prim(const DeviceBvh& bvh, std::uint32_t texel) { return bvh.leaves[texel].w; }
+
+}  // namespace ballot

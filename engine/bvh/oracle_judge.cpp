@@ -1,0 +1,263 @@
+// Judges float32 answers by a bound of the rounding error of the watertight test.
+//
+// Woop, Benthin, Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013, evaluated in float32 with unit roundoff
+// u = 2^-24, subtractions, additions and products rounded once and divisions within 2.5 ulp (Vulkan's limit), that is
+// 5u.
+//
+// Vertices. x = fl(a - fl(s * c)) with a = fl(v - o)[kx], c = fl(v - o)[kz], |s| <= 1 from a division. Let M be the
+// largest |v - o| of the triangle along an axis. a is off by uM; s * c by u (of c) + 5u (of s) + u (of the product)
+// times M; the difference, at most 2M, by 2uM: 10uM. lateral = 16uM leaves room for terms of second order and for an
+// origin that is moved by a fused rounding.
+//
+// Edge functions. U = fl(Cx * By - Cy * Bx) moves by lateral * (|Bx| + |By| + |Cx| + |Cy|) + 2 lateral^2 when its
+// vertices do, and by at most 2u (|Cx * By| + |Cy * Bx|) when it is rounded; 4u is used. A triangle is hit for certain
+// if all three lie beyond their error on one side of zero, and missed for certain if two lie beyond it on different
+// sides, or one on the side opposite to a certain det.
+//
+// Depth. t = sum(U_i z_i) / sum(U_i). If the U_i are off by e_i, then t is by sum(e_i |z_i - t|) / |det'|, with
+// |det'| >= |det| - sum(e_i), and not by more than the triangle's extent in depth, for the weights of a hit have one
+// sign. Rounding adds at most 18u max|z|: z by 7u (v - o, 1 / d, product), the sum of products by 3u, det by 2u, the
+// quotient by 6u; 20u is used. Weights likewise.
+//
+// Numbers below 2^-126 may be flushed to zero: the small absolute terms.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "engine/bvh/oracle.h"
+#include "engine/bvh/oracle_walk.h"
+#include "engine/bvh/parallel.h"
+#include "engine/core/error.h"
+
+namespace ballot {
+namespace {
+
+constexpr double kRoundoff = 0x1p-24;
+constexpr double kFlush = 0x1p-126;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kWeightSlack = 1e-5;  // u, v and 1 - u - v of any hit may lie outside of [0, 1] by this much
+constexpr std::size_t kRaysPerChunk = 4096;
+constexpr std::size_t kMaxExamples = 8;
+
+// What float32 arithmetic may make of a ray and a triangle.
+struct Range {
+  bool surely_hit = false, surely_missed = false;
+  double t = 0, t_error = 0;
+  double u = 0, v = 0, weight_error = kInfinity;
+
+  double t_low() const { return t - t_error; }
+  double t_high() const { return t + t_error; }
+};
+
+struct SideErrors {
+  double side[3], sum;
+};
+
+SideErrors side_errors(const RayFrame& ray, const Sight& s) {
+  const double lateral = (16 * kRoundoff + 2 * kFlush * std::abs(ray.sz)) * s.reach;
+  SideErrors e{{}, 0};
+  for (int i = 0; i < 3; ++i) {
+    const int b = (i + 1) % 3, c = (i + 2) % 3;
+    e.side[i] = lateral * (std::abs(s.x[b]) + std::abs(s.y[b]) + std::abs(s.x[c]) + std::abs(s.y[c]) + 2 * lateral) +
+                4 * kRoundoff * (std::abs(s.x[c] * s.y[b]) + std::abs(s.y[c] * s.x[b])) + 4 * kFlush;
+    e.sum += e.side[i];
+  }
+  return e;
+}
+
+void decide_sides(const Sight& s, const SideErrors& e, Range& range) {
+  int above = 0, below = 0;
+  double absolute = 0;
+  for (int i = 0; i < 3; ++i) {
+    above += s.side[i] > e.side[i] ? 1 : 0;
+    below += s.side[i] < -e.side[i] ? 1 : 0;
+    absolute += std::abs(s.side[i]);
+  }
+  const double det_error = e.sum + 4 * kRoundoff * absolute;
+  range.surely_hit = above == 3 || below == 3;
+  range.surely_missed =
+      (above > 0 && below > 0) || (s.det > det_error && below > 0) || (s.det < -det_error && above > 0);
+}
+
+void bound_values(const RayFrame& ray, const Sight& s, const SideErrors& e, Range& range) {
+  const auto [nearest, farthest] = std::minmax({s.z[0], s.z[1], s.z[2]});
+  const double largest = std::max(std::abs(nearest), std::abs(farthest));
+  const double room = std::abs(s.det) - e.sum;
+  const double flushed = 4 * kFlush * (1 + 1 / std::max(std::abs(s.det), kFlush));
+  const double rounding = (20 * kRoundoff + kFlush * std::abs(ray.d[ray.kz])) * largest + flushed;
+  if (room > 0) {
+    range.t = std::clamp(s.t(), nearest, farthest);
+    double moved = 0;
+    for (int i = 0; i < 3; ++i) moved += e.side[i] * std::abs(s.z[i] - range.t);
+    range.t_error = std::min(moved / room, farthest - nearest) + rounding;
+    range.u = s.weight(1);
+    range.v = s.weight(2);
+    const double largest_weight = std::max({1.0, std::abs(range.u), std::abs(range.v)});
+    range.weight_error = (std::max(e.side[1], e.side[2]) + largest_weight * e.sum) / room + 16 * kRoundoff + flushed;
+  } else {
+    range.t = (nearest + farthest) / 2;
+    range.t_error = (farthest - nearest) / 2 + rounding;
+  }
+}
+
+Range range_of(const RayFrame& ray, const Triangle& triangle) {
+  const Sight s(ray, triangle);
+  const SideErrors e = side_errors(ray, s);
+  Range range;
+  decide_sides(s, e, range);
+  bound_values(ray, s, e, range);
+  if (range.t_low() < ray.t_min || range.t_high() > ray.t_max) range.surely_hit = false;
+  if (range.t_high() < ray.t_min || range.t_low() > ray.t_max) range.surely_missed = true;
+  return range;
+}
+
+bool same_vertices(const Triangle& a, const Triangle& b) { return std::memcmp(&a, &b, sizeof(Triangle)) == 0; }
+
+// Whether the ray surely hits some triangle at a t that is surely less than `t` (any triangle, if t is infinite).
+bool surely_nearer(const DeviceBvh& bvh, const RayFrame& ray, double t) {
+  bool found = false;
+  walk(bvh, ray, std::min(t, ray.t_max), [&](std::uint32_t texel) {
+    const Range range = range_of(ray, decode_triangle(bvh, texel));
+    found = range.surely_hit && range.t_high() < t;
+    return !found;
+  });
+  return found;
+}
+
+// Whether a twin of the triangle, bit for bit the same but of smaller number, is in the tree.
+bool has_earlier_twin(const DeviceBvh& bvh, const RayFrame& ray, std::uint32_t prim, const Triangle& triangle) {
+  bool found = false;
+  const double t_far = ray.t_max;
+  walk(bvh, ray, t_far, [&](std::uint32_t texel) {
+    found = decode_prim(bvh, texel) < prim && same_vertices(decode_triangle(bvh, texel), triangle);
+    return !found;
+  });
+  return found;
+}
+
+bool wrong_weights(const Hit& answer, const Range& range) {
+  const double u = answer.u, v = answer.v;
+  const bool inside = u >= -kWeightSlack && v >= -kWeightSlack && u + v <= 1 + kWeightSlack;  // false for NaN
+  return !inside || !(std::abs(u - range.u) <= range.weight_error) || !(std::abs(v - range.v) <= range.weight_error);
+}
+
+struct Opinion {
+  Verdict verdict = Verdict::Same;
+  double t_error = 0;  // over its bound
+};
+
+Opinion judge_miss(const DeviceBvh& bvh, const RayFrame& ray, const OracleHit& truth) {
+  if (truth.prim == NO_HIT) return {};
+  return {surely_nearer(bvh, ray, kInfinity) ? Verdict::FalseMiss : Verdict::Tie};
+}
+
+Opinion judge_hit(const DeviceBvh& bvh, const RayFrame& ray, const Hit& answer, std::uint32_t texel,
+                  const OracleHit& truth, Want want) {
+  const Verdict not_this = truth.prim == NO_HIT ? Verdict::FalseHit : Verdict::WrongPrim;
+  if (texel == NO_HIT) return {not_this};
+  const Triangle triangle = decode_triangle(bvh, texel);
+  const Range range = range_of(ray, triangle);
+  if (range.surely_missed) return {not_this};
+  const bool in_interval = answer.t >= ray.t_min && answer.t <= ray.t_max;
+  const double difference = std::abs(answer.t - range.t);
+  if (!in_interval || !(difference <= range.t_error) || wrong_weights(answer, range)) return {Verdict::WrongT};
+  const double share = range.t_error > 0 ? difference / range.t_error : 0;
+  if (answer.prim == truth.prim) return {Verdict::Same, share};
+  if (truth.prim == NO_HIT) return {Verdict::Tie};
+  if (want == Want::Any) return {Verdict::Same, share};
+  if (has_earlier_twin(bvh, ray, answer.prim, triangle)) return {Verdict::WrongPrim};
+  return {surely_nearer(bvh, ray, answer.t) ? Verdict::WrongPrim : Verdict::Tie};
+}
+
+Opinion judge_one(const DeviceBvh& bvh, std::span<const std::uint32_t> texel_of, const Ray& ray, const Hit& answer,
+                  const OracleHit& truth, Want want) {
+  const bool missed = answer.prim == NO_HIT;
+  if (is_dead(ray)) return {missed ? Verdict::Same : Verdict::FalseHit};
+  const RayFrame frame(ray, bvh.bounds);
+  if (missed) return judge_miss(bvh, frame, truth);
+  const std::uint32_t texel = answer.prim < texel_of.size() ? texel_of[answer.prim] : NO_HIT;
+  return judge_hit(bvh, frame, answer, texel, truth, want);
+}
+
+const char* name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::Same:
+      return "same";
+    case Verdict::Tie:
+      return "tie";
+    case Verdict::FalseMiss:
+      return "false miss";
+    case Verdict::FalseHit:
+      return "false hit";
+    case Verdict::WrongPrim:
+      return "wrong prim";
+    case Verdict::WrongT:
+      return "wrong t";
+  }
+  return "?";
+}
+
+std::string in_words(std::size_t index, Verdict verdict, const Ray& r, const Hit& a, const OracleHit& truth) {
+  const auto prim = [](std::uint32_t p) { return p == NO_HIT ? std::string("a miss") : fmt::format("prim {}", p); };
+  return fmt::format(
+      "ray {} ({} {} {}, t_min {}, direction {} {} {}, t_max {}): {}: answer is {} at t {}, u {}, v {}; the oracle "
+      "says {} at "
+      "t {}, u {}, v {}",
+      index, r.origin.x, r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z, r.t_max, name_of(verdict),
+      prim(a.prim), a.t, a.u, a.v, prim(truth.prim), truth.t, truth.u, truth.v);
+}
+
+void count(Judgement& sum, const Opinion& opinion) {
+  ++sum.rays;
+  switch (opinion.verdict) {
+    case Verdict::Same:
+      ++sum.same;
+      break;
+    case Verdict::Tie:
+      ++sum.tie;
+      break;
+    case Verdict::FalseMiss:
+      ++sum.false_miss;
+      break;
+    case Verdict::FalseHit:
+      ++sum.false_hit;
+      break;
+    case Verdict::WrongPrim:
+      ++sum.wrong_prim;
+      break;
+    case Verdict::WrongT:
+      ++sum.wrong_t;
+      break;
+  }
+  if (opinion.verdict == Verdict::Same) sum.worst_t_error = std::max(sum.worst_t_error, opinion.t_error);
+}
+
+}  // namespace
+
+Verdict Oracle::judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want) const {
+  return judge_one(bvh_, texel_of_, ray, answer, truth, want).verdict;
+}
+
+Judgement Oracle::judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth,
+                        Want want) const {
+  if (rays.size() != answers.size() || rays.size() != truth.size())
+    fail(Failure::Arguments, "oracle: {} rays, {} answers and {} truths; their numbers must agree", rays.size(),
+         answers.size(), truth.size());
+  std::vector<Opinion> opinions(rays.size());
+  for_chunks(rays.size(), kRaysPerChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      opinions[i] = judge_one(bvh_, texel_of_, rays[i], answers[i], truth[i], want);
+  });
+  Judgement sum;
+  for (std::size_t i = 0; i < opinions.size(); ++i) {
+    count(sum, opinions[i]);
+    const bool wrong = opinions[i].verdict != Verdict::Same && opinions[i].verdict != Verdict::Tie;
+    if (wrong && sum.examples.size() < kMaxExamples)
+      sum.examples.push_back(in_words(i, opinions[i].verdict, rays[i], answers[i], truth[i]));
+  }
+  return sum;
+}
+
+}  // namespace ballot

@@ -1,0 +1,40 @@
+// A loop over chunks on all cores. Internal to bvh/.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace ballot {
+
+/// Calls work(begin, end) for every chunk of [0, count), each once, from several threads; rethrows the first exception.
+template <class Work>
+void for_chunks(std::size_t count, std::size_t chunk, const Work& work) {
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr failure;
+  std::mutex mutex;
+  const auto run = [&] {
+    try {
+      for (std::size_t begin = next.fetch_add(chunk); begin < count; begin = next.fetch_add(chunk))
+        work(begin, std::min(begin + chunk, count));
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+      next = count;
+    }
+  };
+  const std::size_t chunks = (count + chunk - 1) / chunk;
+  const std::size_t wanted = std::min<std::size_t>(chunks, std::max(1u, std::thread::hardware_concurrency()));
+  {
+    std::vector<std::jthread> helpers;
+    for (std::size_t i = 1; i < wanted; ++i) helpers.emplace_back(run);
+    run();
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace ballot

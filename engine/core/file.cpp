@@ -1,0 +1,260 @@
+#include "engine/core/file.h"
+
+#include <fcntl.h>
+#include <pwd.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <optional>
+#include <random>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "engine/core/error.h"
+
+namespace ballot {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string reason_of(int code) { return std::generic_category().message(code); }
+
+[[noreturn]] void cannot_read(const fs::path& path, const std::string& reason) {
+  fail(Failure::Work, "cannot read {}: {}", path.string(), reason);
+}
+
+[[noreturn]] void cannot_write(const fs::path& path, const std::string& reason) {
+  fail(Failure::Work, "cannot write {}: {}", path.string(), reason);
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return fd_; }
+  int release() { return std::exchange(fd_, -1); }
+
+ private:
+  int fd_;
+};
+
+// Where the bytes of a path go.
+struct Target {
+  fs::path file;               // what is renamed to: links are followed
+  bool in_place = false;       // a device, a pipe or an open descriptor: written to, never renamed to
+  std::optional<mode_t> mode;  // of the file that is replaced
+};
+
+bool names_a_descriptor(const fs::path& path) {
+  const std::string text = path.string();
+  return text.starts_with("/dev/std") || text.starts_with("/dev/fd/") || text.starts_with("/proc/");
+}
+
+fs::path follow_links(const fs::path& path) {
+  fs::path file = path;
+  std::error_code ignored;
+  for (int links = 0; fs::is_symlink(fs::symlink_status(file, ignored)); ++links) {
+    if (links == 40) cannot_write(path, reason_of(ELOOP));
+    std::error_code code;
+    const fs::path next = fs::read_symlink(file, code);
+    if (code) cannot_write(path, code.message());
+    file = next.is_absolute() ? next : file.parent_path() / next;
+  }
+  return file;
+}
+
+Target find_target(const fs::path& path) {
+  if (path.empty()) cannot_write(path, "the name is empty");
+  Target target{path, false, std::nullopt};
+  struct stat info {};
+  if (::stat(path.c_str(), &info) == 0) {
+    if (S_ISDIR(info.st_mode)) cannot_write(path, "it is a folder");
+    if (::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) != 0) cannot_write(path, reason_of(errno));
+    if (!S_ISREG(info.st_mode) || names_a_descriptor(path)) {
+      target.in_place = true;
+      return target;
+    }
+    target.mode = info.st_mode & 0777;
+  } else if (errno != ENOENT) {
+    cannot_write(path, reason_of(errno));
+  }
+  target.file = follow_links(path);
+  if (!target.file.has_filename()) cannot_write(path, "it names a folder");
+  const fs::path folder = target.file.has_parent_path() ? target.file.parent_path() : fs::path(".");
+  if (::stat(folder.c_str(), &info) != 0) {
+    if (errno == ENOENT) cannot_write(path, "there is no folder " + folder.string());
+    cannot_write(path, reason_of(errno));
+  }
+  if (!S_ISDIR(info.st_mode)) cannot_write(path, folder.string() + " is not a folder");
+  return target;
+}
+
+// Process numbers repeat between containers that share a folder, hence the random part.
+std::string temporary_name() {
+  static const unsigned process_key = std::random_device{}();
+  static std::atomic<unsigned> counter{0};
+  return fmt::format(".ballot-{}-{:08x}-{}.tmp", ::getpid(), process_key, counter++);
+}
+
+// Creates an empty temporary in `folder`; removes it unless it was renamed.
+class Temporary {
+ public:
+  Temporary(const fs::path& folder, const Target& target, const fs::path& path) {
+    for (int tries = 0;; ++tries) {
+      file_ = folder / temporary_name();
+      const Descriptor fd(::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+      if (fd.get() >= 0) {
+        if (target.mode) (void)::fchmod(fd.get(), *target.mode);  // a matter of comfort: the bytes count
+        return;
+      }
+      if (errno != EEXIST || tries == 100) cannot_write(path, reason_of(errno));
+    }
+  }
+  ~Temporary() {
+    if (!file_.empty()) ::unlink(file_.c_str());
+  }
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
+  const fs::path& file() const { return file_; }
+  void rename_to(const Target& target, const fs::path& path) {
+    if (::rename(file_.c_str(), target.file.c_str()) != 0) cannot_write(path, reason_of(errno));
+    file_.clear();
+  }
+
+ private:
+  fs::path file_;
+};
+
+fs::path folder_for_temporary(const Target& target) {
+  if (target.in_place) return fs::temp_directory_path();
+  return target.file.has_parent_path() ? target.file.parent_path() : fs::path(".");
+}
+
+void write_all(int fd, std::span<const std::byte> bytes, const fs::path& path) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(fd, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) cannot_write(path, reason_of(errno));
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+}
+
+void close_checked(Descriptor& fd, const fs::path& path) {
+  if (::close(fd.release()) != 0 && errno != EINTR) cannot_write(path, reason_of(errno));
+}
+
+void copy_into(const fs::path& from, const fs::path& path) {
+  const std::vector<std::byte> bytes = read_file(from);
+  Descriptor fd(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (fd.get() < 0) cannot_write(path, reason_of(errno));
+  write_all(fd.get(), bytes, path);
+  close_checked(fd, path);
+}
+
+}  // namespace
+
+std::vector<std::byte> read_file(const fs::path& path) {
+  const Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (fd.get() < 0) cannot_read(path, reason_of(errno));
+  struct stat info {};
+  if (::fstat(fd.get(), &info) != 0) cannot_read(path, reason_of(errno));
+  if (S_ISDIR(info.st_mode)) cannot_read(path, "it is a folder");
+  // One byte more than the size, so that the end is seen without growing; pipes and /proc say 0 and grow.
+  std::vector<std::byte> bytes(S_ISREG(info.st_mode) ? static_cast<std::size_t>(info.st_size) + 1 : 65536);
+  std::size_t used = 0;
+  for (;;) {
+    if (used == bytes.size()) bytes.resize(2 * bytes.size());
+    const ssize_t count = ::read(fd.get(), bytes.data() + used, bytes.size() - used);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) cannot_read(path, reason_of(errno));
+    if (count == 0) break;
+    used += static_cast<std::size_t>(count);
+  }
+  bytes.resize(used);
+  return bytes;
+}
+
+void write_atomically(const fs::path& path, const std::function<void(const fs::path& temporary)>& write) {
+  const Target target = find_target(path);
+  Temporary temporary(folder_for_temporary(target), target, path);
+  write(temporary.file());
+  if (target.in_place) {
+    copy_into(temporary.file(), path);
+  } else {
+    temporary.rename_to(target, path);
+  }
+}
+
+void write_file(const fs::path& path, std::span<const std::byte> bytes) {
+  write_atomically(path, [&](const fs::path& temporary) {
+    Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC));
+    if (fd.get() < 0) cannot_write(path, reason_of(errno));
+    write_all(fd.get(), bytes, path);
+    close_checked(fd, path);
+  });
+}
+
+void write_file(const fs::path& path, std::string_view text) { write_file(path, std::as_bytes(std::span(text))); }
+
+void check_writable(const fs::path& path) {
+  const Target target = find_target(path);
+  Temporary(folder_for_temporary(target), target, path);
+}
+
+fs::path cache_folder() {
+  // The XDG base directory specification: a relative path is to be ignored.
+  const char* xdg = std::getenv("XDG_CACHE_HOME");
+  if (xdg && fs::path(xdg).is_absolute()) return fs::path(xdg) / "ballot";
+  const char* home = std::getenv("HOME");
+  if (!home || !*home) {
+    const passwd* user = ::getpwuid(::getuid());
+    home = user ? user->pw_dir : nullptr;
+  }
+  if (!home || !*home) fail(Failure::Work, "no folder for the cache: set XDG_CACHE_HOME or HOME");
+  return fs::path(home) / ".cache" / "ballot";
+}
+
+OutputFile::OutputFile(const fs::path& temporary, fs::path path)
+    : path_(std::move(path)), file_(std::fopen(temporary.c_str(), "wbe")) {
+  if (!file_) cannot_write(path_, reason_of(errno));
+}
+
+OutputFile::~OutputFile() {
+  if (file_) std::fclose(file_);
+}
+
+void OutputFile::failed() {
+  if (error_ == 0) error_ = errno ? errno : EIO;
+  cannot_write(path_, reason_of(error_));
+}
+
+void OutputFile::write(const void* bytes, std::size_t count) {
+  if (count > 0 && std::fwrite(bytes, 1, count, file_) != count) failed();
+}
+
+void OutputFile::seek(std::uint64_t position) {
+  if (::fseeko(file_, static_cast<off_t>(position), SEEK_SET) != 0) failed();
+}
+
+std::uint64_t OutputFile::tell() {
+  const off_t position = ::ftello(file_);
+  if (position < 0) failed();
+  return static_cast<std::uint64_t>(position);
+}
+
+void OutputFile::close() {
+  errno = 0;
+  const bool broken = error_ != 0 || std::ferror(file_) != 0;
+  const bool closed = std::fclose(std::exchange(file_, nullptr)) == 0;
+  if (broken || !closed) failed();
+}
+
+}  // namespace ballot

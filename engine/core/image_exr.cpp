@@ -1,0 +1,253 @@
+// EXR through OpenEXR 3: scanline, ZIP, channels by name.
+#include <ImfChannelList.h>
+#include <ImfFloatAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
+#include <ImfIntAttribute.h>
+#include <ImfMatrixAttribute.h>
+#include <ImfOutputFile.h>
+#include <ImfStdIO.h>
+#include <ImfStringAttribute.h>
+#include <ImfVersion.h>
+#include <half.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <set>
+
+#include "engine/core/error.h"
+#include "engine/core/file.h"
+#include "engine/core/image.h"
+
+namespace ballot {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The header would not be readable with these set by hand.
+constexpr std::string_view kReserved[] = {"type", "version", "chunkCount", "tiles", "name"};
+// Every file has these; they say nothing about the picture.
+constexpr std::string_view kEveryFile[] = {"type", "name", "pixelAspectRatio", "screenWindowWidth"};
+
+bool is_one_of(std::span<const std::string_view> names, std::string_view name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+// OpenEXR drops what is thrown while it writes the end of a file; OutputFile::close() tells it.
+class Stream : public Imf::OStream {
+ public:
+  Stream(OutputFile& file, const std::string& name) : OStream(name.c_str()), file_(file) {}
+  void write(const char bytes[], int count) override { file_.write(bytes, static_cast<std::size_t>(count)); }
+  std::uint64_t tellp() override { return file_.tell(); }
+  void seekp(std::uint64_t position) override { file_.seek(position); }
+
+ private:
+  OutputFile& file_;
+};
+
+Imf::PixelType exr_type(Pixel type) {
+  if (type == Pixel::Half) return Imf::HALF;
+  return type == Pixel::Float ? Imf::FLOAT : Imf::UINT;
+}
+
+void check_image(const fs::path& path, const Image& image) {
+  const auto stop = [&](const std::string& reason) {
+    fail(Failure::Work, "cannot write {}: {}", path.string(), reason);
+  };
+  constexpr std::uint32_t limit = std::numeric_limits<int>::max() / 2;  // OpenEXR's own
+  if (image.width == 0 || image.height == 0 || image.width > limit || image.height > limit) {
+    stop(fmt::format("an EXR cannot hold {} x {} pixels", image.width, image.height));
+  }
+  const std::size_t pixels = std::size_t{image.width} * image.height;
+  std::set<std::string> names;
+  for (const Channel& channel : image.channels) {
+    if (channel.name.empty() || !names.insert(channel.name).second) {
+      stop(fmt::format("channel name '{}' is empty or used twice", channel.name));
+    }
+    const std::size_t values = channel.type == Pixel::Uint ? channel.uints.size() : channel.floats.size();
+    if (values != pixels) {
+      stop(fmt::format("channel {} has {} values, expected {} x {}", channel.name, values, image.width, image.height));
+    }
+  }
+  if (image.channels.empty()) stop("the image has no channels");
+}
+
+void insert_attribute(Imf::Header& header, const std::string& name, const Attribute& attribute) {
+  if (is_one_of(kReserved, name)) throw std::invalid_argument("attribute name '" + name + "' is reserved");
+  if (const auto* text = std::get_if<std::string>(&attribute)) {
+    header.insert(name, Imf::StringAttribute(*text));
+  } else if (const auto* number = std::get_if<float>(&attribute)) {
+    header.insert(name, Imf::FloatAttribute(*number));
+  } else if (const auto* count = std::get_if<int>(&attribute)) {
+    header.insert(name, Imf::IntAttribute(*count));
+  } else {
+    const auto& m = std::get<std::array<float, 16>>(attribute);
+    Imath::M44f matrix;
+    std::memcpy(matrix.getValue(), m.data(), sizeof(m));
+    header.insert(name, Imf::M44fAttribute(matrix));
+  }
+}
+
+Imf::Header make_header(const Image& image) {
+  Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
+  header.compression() = Imf::ZIP_COMPRESSION;
+  for (const Channel& channel : image.channels) {
+    header.channels().insert(channel.name, Imf::Channel(exr_type(channel.type)));
+  }
+  for (const auto& [name, attribute] : image.attributes) insert_attribute(header, name, attribute);
+  return header;
+}
+
+std::vector<half> to_halves(const std::vector<float>& floats) {
+  std::vector<half> halves(floats.size());
+  std::ranges::transform(floats, halves.begin(), [](float value) {
+    return half(value != value ? value : std::clamp(value, -65504.0f, 65504.0f));
+  });
+  return halves;
+}
+
+void write_pixels(Imf::OutputFile& file, const Image& image) {
+  const Imath::Box2i window = file.header().dataWindow();
+  std::vector<std::vector<half>> halves(image.channels.size());  // alive until writePixels returns
+  Imf::FrameBuffer frame;
+  for (std::size_t i = 0; i < image.channels.size(); ++i) {
+    const Channel& channel = image.channels[i];
+    const void* values = channel.floats.data();
+    if (channel.type == Pixel::Uint) values = channel.uints.data();
+    if (channel.type == Pixel::Half) {
+      halves[i] = to_halves(channel.floats);
+      values = halves[i].data();
+    }
+    frame.insert(channel.name, Imf::Slice::Make(exr_type(channel.type), values, window));
+  }
+  file.setFrameBuffer(frame);
+  file.writePixels(static_cast<int>(image.height));
+}
+
+// Reads the header alone and refuses what would make OpenEXR, or us, allocate far more than the file can hold.
+void check_exr(const fs::path& path) {
+  std::error_code code;
+  const std::uint64_t bytes = fs::file_size(path, code);
+  if (code) throw std::invalid_argument(code.message());
+  const std::string name = path.string();
+  Imf::StdIFStream stream(name.c_str());
+  unsigned char start[8] = {};
+  if (bytes < sizeof(start) || (stream.read(reinterpret_cast<char*>(start), sizeof(start)), false) ||
+      std::memcmp(start, "\x76\x2f\x31\x01", 4) != 0) {
+    throw std::invalid_argument("it does not begin as an EXR file does");
+  }
+  int version = start[4] | start[5] << 8 | start[6] << 16;
+  if (Imf::isMultiPart(version) || Imf::isNonImage(version)) {
+    throw std::invalid_argument("it is a multi-part or deep EXR; expected one flat part");
+  }
+  Imf::Header header;
+  header.readFrom(stream, version);
+  const Imath::Box2i& window = header.dataWindow();
+  const double width = double{1} + window.max.x - window.min.x;
+  const double height = double{1} + window.max.y - window.min.y;
+  if (!(width >= 1 && height >= 1)) throw std::invalid_argument("its data window is empty");
+  double pixel_bytes = 0;
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
+    if (it.channel().xSampling != 1 || it.channel().ySampling != 1) {
+      throw std::invalid_argument(fmt::format("channel {} is subsampled, which is not supported", it.name()));
+    }
+    pixel_bytes += 4;
+  }
+  constexpr double kMostPacked = 4096;  // deflate reaches 1032
+  if (width * height * pixel_bytes > kMostPacked * static_cast<double>(bytes) + (1 << 20)) {
+    throw std::invalid_argument(fmt::format("its header claims {} x {} pixels of {} bytes, but the file has {} bytes",
+                                            width, height, pixel_bytes, bytes));
+  }
+}
+
+void read_attributes(const Imf::Header& header, Image& image) {
+  for (auto it = header.begin(); it != header.end(); ++it) {
+    const std::string name = it.name();
+    if (is_one_of(kEveryFile, name)) continue;
+    if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute())) {
+      image.attributes[name] = text->value();
+    } else if (const auto* number = dynamic_cast<const Imf::FloatAttribute*>(&it.attribute())) {
+      image.attributes[name] = number->value();
+    } else if (const auto* count = dynamic_cast<const Imf::IntAttribute*>(&it.attribute())) {
+      image.attributes[name] = count->value();
+    } else if (const auto* matrix = dynamic_cast<const Imf::M44fAttribute*>(&it.attribute())) {
+      std::memcpy(image.attributes[name].emplace<std::array<float, 16>>().data(), matrix->value().getValue(),
+                  16 * sizeof(float));
+    }
+  }
+}
+
+Image read_checked_exr(const fs::path& path) {
+  const std::string name = path.string();
+  Imf::InputFile file(name.c_str());
+  const Imath::Box2i window = file.header().dataWindow();
+  Image image;
+  image.width = static_cast<std::uint32_t>(window.max.x - window.min.x + 1);
+  image.height = static_cast<std::uint32_t>(window.max.y - window.min.y + 1);
+  const std::size_t pixels = std::size_t{image.width} * image.height;
+  for (auto it = file.header().channels().begin(); it != file.header().channels().end(); ++it) {
+    Channel& channel = image.channels.emplace_back();
+    channel.name = it.name();
+    channel.type = it.channel().type == Imf::HALF ? Pixel::Half : Pixel::Float;
+    if (it.channel().type == Imf::UINT) channel.type = Pixel::Uint;
+    if (channel.type == Pixel::Uint)
+      channel.uints.resize(pixels);
+    else
+      channel.floats.resize(pixels);
+  }
+  Imf::FrameBuffer frame;
+  for (Channel& channel : image.channels) {
+    const bool uint = channel.type == Pixel::Uint;
+    const void* values = uint ? static_cast<const void*>(channel.uints.data()) : channel.floats.data();
+    frame.insert(channel.name, Imf::Slice::Make(uint ? Imf::UINT : Imf::FLOAT, values, window));
+  }
+  file.setFrameBuffer(frame);
+  file.readPixels(window.min.y, window.max.y);
+  read_attributes(file.header(), image);
+  return image;
+}
+
+}  // namespace
+
+const Channel& Image::channel(const std::string& name) const {
+  std::vector<std::string> names;
+  for (const Channel& channel : channels) {
+    if (channel.name == name) return channel;
+    names.push_back(channel.name);
+  }
+  fail(Failure::Arguments, "the image has no channel '{}'; there are: {}", name, fmt::join(names, ", "));
+}
+
+void write_exr(const fs::path& path, const Image& image) {
+  check_image(path, image);
+  write_atomically(path, [&](const fs::path& temporary) {
+    try {
+      const Imf::Header header = make_header(image);
+      OutputFile out(temporary, path);
+      {
+        Stream stream(out, path.string());
+        Imf::OutputFile file(stream, header);
+        write_pixels(file, image);
+      }
+      out.close();
+    } catch (const Error&) {
+      throw;
+    } catch (const std::exception& error) {
+      fail(Failure::Work, "cannot write {}: {}", path.string(), error.what());
+    }
+  });
+}
+
+Image read_exr(const fs::path& path) {
+  try {
+    check_exr(path);
+    return read_checked_exr(path);
+  } catch (const std::exception& error) {
+    fail(Failure::Work, "cannot read {}: {}", path.string(), error.what());
+  }
+}
+
+}  // namespace ballot

@@ -1,0 +1,87 @@
+#include <chrono>
+#include <cmath>
+#include <glm/matrix.hpp>
+
+#include "ballot_commit.h"
+#include "engine/ballot.h"
+
+namespace ballot {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// OpenEXR multiplies row vectors from the left, so its row-by-row order is glm's column-by-column order.
+std::array<float, 16> exr_matrix(const glm::dmat4& m) {
+  std::array<float, 16> values;
+  for (int i = 0; i < 16; ++i) values[std::size_t(i)] = float(m[i / 4][i % 4]);
+  return values;
+}
+
+glm::dmat4 ndc_from_camera(const View& view, double aspect) {
+  // Depth 0 at distance near, 1 at infinity, y up.
+  constexpr double near = 1e-3;
+  glm::dmat4 m(0);
+  if (view.orthographic) {
+    m[0][0] = 1 / (view.ymag * aspect);
+    m[1][1] = 1 / view.ymag;
+    m[2][2] = -1e-6;
+    m[3][3] = 1;
+    return m;
+  }
+  const double f = 1 / std::tan(view.yfov / 2);
+  m[0][0] = f / aspect;
+  m[1][1] = f;
+  m[2][2] = -1;
+  m[2][3] = -1;
+  m[3][2] = -near;
+  return m;
+}
+
+Bvh build(const Scene& scene, const EngineOptions& options, const Progress& progress) {
+  if (!options.use_cache) return build_bvh(scene.triangles, options.build, progress);
+  return build_bvh_cached(scene.triangles, options.build, cache_folder() / "bvh", progress);
+}
+
+}  // namespace
+
+std::string commit() { return BALLOT_COMMIT; }
+
+Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progress)
+    : scene_(std::move(scene)), gpu_(ContextOptions{options.device, options.validate}) {
+  times_.device_s = seconds_since(begin_);
+  const auto start = Clock::now();
+  bvh_ = build(scene_, options, progress);
+  times_.bvh_s = seconds_since(start);
+  tracer_ = std::make_unique<Tracer>(gpu_, bvh_, scene_.triangles);
+  renderer_ = std::make_unique<Renderer>(gpu_, *tracer_, scene_);
+}
+
+Engine::~Engine() = default;
+
+Image Engine::render(const View& view, const RenderOptions& options, RenderTimes* times, const Progress& progress) {
+  RenderTimes spent;
+  Image image = renderer_->render(view, options, &spent, progress);
+  const Variant variant = tracer_->variant(options.query);
+  const glm::dmat4 camera_from_world = glm::inverse(view.world_from_camera);
+  image.attributes = {
+      {"scene", scene_.name},
+      {"view", view.name},
+      {"method", std::string(variant.method->name) + " " + describe(variant.how, variant.method->packet)},
+      {"numeric", std::string(variant.numeric->name)},
+      {"device", gpu_.info().name},
+      {"driver", gpu_.info().driver},
+      {"subgroup_size", int(variant.how.subgroup)},
+      {"spp", int(options.spp)},
+      {"seconds", float(spent.seconds)},
+      {"commit", commit()},
+      {"worldToCamera", exr_matrix(camera_from_world)},
+      {"worldToNDC", exr_matrix(ndc_from_camera(view, double(options.width) / options.height) * camera_from_world)},
+  };
+  if (times) *times = spent;
+  return image;
+}
+
+}  // namespace ballot

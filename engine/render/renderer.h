@@ -1,0 +1,65 @@
+// Pictures of viewpoints: primary rays, traversal, shading, film; every pass a dispatch.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "engine/core/image.h"
+#include "engine/trace/tracer.h"
+#include "shaders/shared/render.h"
+
+namespace ballot {
+
+/// Every shading there is: a line here and a branch of shaders/shade/shade.comp.
+struct Shading {
+  std::string_view name;
+  int value;  // BALLOT_SHADING
+  std::string_view summary;
+};
+inline constexpr Shading kShadings[] = {
+    {"eyelight", SHADING_EYELIGHT, "base colour times the cosine to the eye, plus emission"},
+    {"normals", SHADING_NORMALS, "shading normal as colour, n / 2 + 1/2"},
+};
+/// Throws Error(Arguments) that lists the shadings there are.
+const Shading& find_shading(std::string_view name);
+
+struct RenderOptions {
+  std::uint32_t width = 1024, height = 1024;  // 1 to 16384 each
+  std::uint32_t spp = 1;                      // 1: through pixel centres; more: jittered, 1 to 65536
+  std::string shading = "eyelight";
+  Query query;  // want is Nearest
+};
+
+struct RenderTimes {
+  double generate_ms = 0, trace_ms = 0, shade_ms = 0;  // device time of the passes
+  double seconds = 0;                                  // wall time of all
+  std::uint64_t rays = 0;                              // pixels times samples
+  double mrays_per_s() const { return trace_ms > 0 ? double(rays) / trace_ms * 1e-3 : 0; }
+};
+
+class Renderer {
+ public:
+  /// Keeps references to all of them.
+  Renderer(Context& gpu, Tracer& tracer, const Scene& scene);
+
+  /// Channels R G B A, Z, N.X N.Y N.Z, prim, without attributes. Throws Error(Arguments) on bad options.
+  Image render(const View& view, const RenderOptions& options, RenderTimes* times = nullptr,
+               const Progress& progress = {});
+
+ private:
+  struct Passes;
+  struct SceneData {
+    Buffer<glm::uvec4> triangles, normals;
+    Buffer<GpuMaterial> materials;
+  };
+  const SceneData& scene_data();
+  void trace_sample(Passes& passes, const PrimaryPush& camera, std::uint32_t count, const Query& query, RenderTimes& times);
+
+  Context& gpu_;
+  Tracer& tracer_;
+  const Scene& scene_;
+  std::unique_ptr<SceneData> data_;
+};
+
+}  // namespace ballot

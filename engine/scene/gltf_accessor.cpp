@@ -1,0 +1,215 @@
+#include "engine/scene/gltf_accessor.h"
+
+#include <algorithm>
+#include <cstring>
+#include <initializer_list>
+
+#include "engine/scene/loaders.h"
+
+namespace ballot {
+namespace {
+
+/// An accessor without data is all zeros, and nothing in the file bounds its count.
+constexpr std::size_t kMaxImplicitCount = std::size_t{1} << 24;
+
+template <class T>
+T load(const unsigned char* at) {
+  T value;
+  std::memcpy(&value, at, sizeof value);  // glTF aligns, hostile files do not
+  return value;
+}
+
+/// What one array of elements inside a buffer view needs to be checked.
+struct Range {
+  int view;
+  std::size_t offset, count, element_bytes;
+  std::string place;  // "accessor 3"
+};
+
+struct Located {
+  const unsigned char* data;
+  std::size_t stride;
+};
+
+Located locate(const GltfFile& file, const Range& r) {
+  const auto& views = file.model.bufferViews;
+  if (r.view < 0 || static_cast<std::size_t>(r.view) >= views.size())
+    fail_in(file.path, "{} names bufferView {}, but the file has {}", r.place, r.view, views.size());
+  const tinygltf::BufferView& view = views[static_cast<std::size_t>(r.view)];
+  const auto& buffers = file.model.buffers;
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers.size())
+    fail_in(file.path, "bufferView {} names buffer {}, but the file has {}", r.view, view.buffer, buffers.size());
+  const std::vector<unsigned char>& data = buffers[static_cast<std::size_t>(view.buffer)].data;
+  if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset)
+    fail_in(file.path, "bufferView {} spans {} bytes from byte {}, but buffer {} has {}", r.view, view.byteLength,
+            view.byteOffset, view.buffer, data.size());
+  const std::size_t stride = view.byteStride == 0 ? r.element_bytes : view.byteStride;
+  if (stride < r.element_bytes)
+    fail_in(file.path, "bufferView {} has a byteStride of {}, but an element of {} takes {} bytes", r.view, stride,
+            r.place, r.element_bytes);
+  // The last element ends at offset + (count - 1) * stride + element_bytes; solved for count so as not to overflow.
+  const std::size_t room = r.offset < view.byteLength ? view.byteLength - r.offset : 0;
+  const std::size_t most = room < r.element_bytes ? 0 : (room - r.element_bytes) / stride + 1;
+  if (r.count > most)
+    fail_in(file.path, "{} has {} elements, but bufferView {} ({} bytes) holds {} from byte {}; export it again",
+            r.place, r.count, r.view, view.byteLength, most, r.offset);
+  return {data.data() + view.byteOffset + r.offset, stride};
+}
+
+std::uint32_t unsigned_at(const unsigned char* at, int component_type) {
+  switch (component_type) {
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return *at;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return load<std::uint16_t>(at);
+    default:
+      return load<std::uint32_t>(at);
+  }
+}
+
+bool is_index_type(int component_type) {
+  return component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
+         component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
+         component_type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+}
+
+std::vector<std::uint32_t> sparse_indices(const GltfFile& file, const tinygltf::Accessor& accessor,
+                                          const std::string& name) {
+  const auto& sparse = accessor.sparse;
+  if (sparse.count < 0 || static_cast<std::size_t>(sparse.count) > accessor.count || sparse.indices.byteOffset < 0 ||
+      sparse.values.byteOffset < 0)
+    fail_in(file.path, "{} has {} elements, but its sparse part counts {} or starts before its bufferView", name,
+            accessor.count, sparse.count);
+  if (!is_index_type(sparse.indices.componentType))
+    fail_in(file.path, "{} has sparse indices of component type {}; expected 5121, 5123 or 5125", name,
+            sparse.indices.componentType);
+  const auto bytes = static_cast<std::size_t>(
+      tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(sparse.indices.componentType)));
+  const auto count = static_cast<std::size_t>(sparse.count);
+  const Located at = locate(file, {sparse.indices.bufferView, static_cast<std::size_t>(sparse.indices.byteOffset),
+                                   count, bytes, name + " (sparse indices)"});
+  std::vector<std::uint32_t> indices(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    indices[i] = unsigned_at(at.data + i * at.stride, sparse.indices.componentType);
+    if (indices[i] >= accessor.count || (i > 0 && indices[i] <= indices[i - 1]))
+      fail_in(file.path, "{} has the sparse index {} at place {}; expected ascending numbers below {}", name,
+              indices[i], i, accessor.count);
+  }
+  return indices;
+}
+
+AccessorView open_typed(const GltfFile& file, int index, std::string_view place, int type,
+                        std::initializer_list<int> component_types, const char* expected) {
+  AccessorView view = open_accessor(file, index, place);
+  const tinygltf::Accessor& accessor = file.model.accessors[static_cast<std::size_t>(index)];
+  if (accessor.type != type || std::ranges::find(component_types, accessor.componentType) == component_types.end())
+    fail_in(file.path, "{} uses {} of type {} and component type {}; expected {}", place,
+            label("accessor", static_cast<std::size_t>(index), accessor.name), accessor.type, accessor.componentType,
+            expected);
+  return view;
+}
+
+}  // namespace
+
+const unsigned char* AccessorView::element(std::size_t i) const {
+  if (!sparse_indices_.empty()) {
+    const auto found = std::ranges::lower_bound(sparse_indices_, i);
+    if (found != sparse_indices_.end() && *found == i)
+      return sparse_values_ + static_cast<std::size_t>(found - sparse_indices_.begin()) * components_ *
+                                  static_cast<std::size_t>(
+                                      tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_type_)));
+  }
+  return data_ ? data_ + i * stride_ : nullptr;
+}
+
+double AccessorView::component(std::size_t i, std::size_t c) const {
+  const unsigned char* at = element(i);
+  if (!at) return 0;
+  const auto scaled = [this](double value, double most) { return normalized_ ? std::max(value / most, -1.0) : value; };
+  switch (component_type_) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+      return scaled(load<std::int8_t>(at + c), 127);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return scaled(at[c], 255);
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+      return scaled(load<std::int16_t>(at + 2 * c), 32767);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return scaled(load<std::uint16_t>(at + 2 * c), 65535);
+    case TINYGLTF_COMPONENT_TYPE_FLOAT:
+      return load<float>(at + 4 * c);
+    default:
+      return 0;
+  }
+}
+
+glm::dvec3 AccessorView::vec3(std::size_t i) const {
+  if (component_type_ == TINYGLTF_COMPONENT_TYPE_FLOAT && sparse_indices_.empty() && data_) {  // nearly always
+    const unsigned char* at = data_ + i * stride_;
+    return {load<float>(at), load<float>(at + 4), load<float>(at + 8)};
+  }
+  return {component(i, 0), component(i, 1), component(i, 2)};
+}
+
+std::uint32_t AccessorView::index(std::size_t i) const {
+  const unsigned char* at = element(i);
+  return at ? unsigned_at(at, component_type_) : 0;
+}
+
+AccessorView open_accessor(const GltfFile& file, int index, std::string_view place) {
+  const auto& accessors = file.model.accessors;
+  if (index < 0 || static_cast<std::size_t>(index) >= accessors.size())
+    fail_in(file.path, "{} names accessor {}, but the file has {}", place, index, accessors.size());
+  const tinygltf::Accessor& accessor = accessors[static_cast<std::size_t>(index)];
+  const std::string name = label("accessor", static_cast<std::size_t>(index), accessor.name);
+  const int component_bytes = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
+  const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
+  if (component_bytes <= 0 || components <= 0)
+    fail_in(file.path, "{} has type {} and component type {}; expected those of glTF 2.0", name, accessor.type,
+            accessor.componentType);
+  AccessorView view;
+  view.count_ = accessor.count;
+  view.components_ = static_cast<std::size_t>(components);
+  view.component_type_ = accessor.componentType;
+  view.normalized_ = accessor.normalized;
+  const std::size_t element_bytes = static_cast<std::size_t>(component_bytes) * view.components_;
+  if (accessor.bufferView != -1) {
+    const Located at = locate(file, {accessor.bufferView, accessor.byteOffset, accessor.count, element_bytes, name});
+    view.data_ = at.data;
+    view.stride_ = at.stride;
+  } else if (accessor.count > kMaxImplicitCount) {
+    fail_in(file.path, "{} has {} elements and no bufferView; expected at most {}", name, accessor.count,
+            kMaxImplicitCount);
+  }
+  if (accessor.sparse.isSparse) {
+    view.sparse_indices_ = sparse_indices(file, accessor, name);
+    Range values{accessor.sparse.values.bufferView, static_cast<std::size_t>(accessor.sparse.values.byteOffset),
+                 view.sparse_indices_.size(), element_bytes, name + " (sparse values)"};
+    const Located at = locate(file, values);
+    if (at.stride != element_bytes)
+      fail_in(file.path, "{} are strided ({} bytes); glTF wants them packed", values.place, at.stride);
+    view.sparse_values_ = at.data;
+  }
+  return view;
+}
+
+AccessorView open_positions(const GltfFile& file, int index, std::string_view place) {
+  return open_typed(file, index, place, TINYGLTF_TYPE_VEC3,
+                    {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
+                     TINYGLTF_COMPONENT_TYPE_SHORT, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT},
+                    "VEC3 of 5126 (float), 5120 to 5123 (integers of 8 or 16 bits)");
+}
+
+AccessorView open_normals(const GltfFile& file, int index, std::string_view place) {
+  return open_typed(file, index, place, TINYGLTF_TYPE_VEC3,
+                    {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_COMPONENT_TYPE_SHORT},
+                    "VEC3 of 5126 (float), 5120 or 5122 (signed integers of 8 or 16 bits)");
+}
+
+AccessorView open_indices(const GltfFile& file, int index, std::string_view place) {
+  return open_typed(file, index, place, TINYGLTF_TYPE_SCALAR,
+                    {TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
+                     TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT},
+                    "SCALAR of 5121, 5123 or 5125 (unsigned integers of 8, 16 or 32 bits)");
+}
+
+}  // namespace ballot

@@ -1,0 +1,40 @@
+// Checked access to glTF accessors. Internal to engine/scene.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <string_view>
+#include <vector>
+
+#include "engine/scene/gltf_file.h"
+
+namespace ballot {
+
+/// Elements of an accessor where they lie: every range has been checked when it exists. Valid while the file is.
+class AccessorView {
+ public:
+  std::size_t size() const { return count_; }
+  glm::dvec3 vec3(std::size_t i) const;      // normalised integers become [0, 1] or [-1, 1]
+  std::uint32_t index(std::size_t i) const;  // unsigned integers only
+
+ private:
+  friend AccessorView open_accessor(const GltfFile& file, int index, std::string_view place);
+  double component(std::size_t i, std::size_t c) const;
+  const unsigned char* element(std::size_t i) const;
+
+  std::size_t count_ = 0, stride_ = 0, components_ = 1;
+  const unsigned char* data_ = nullptr;  // null: all zero
+  int component_type_ = 0;
+  bool normalized_ = false;
+  std::vector<std::uint32_t> sparse_indices_;  // ascending
+  const unsigned char* sparse_values_ = nullptr;
+};
+
+/// Checks an accessor (ranges, strides, sparse indices) and opens it; `place` says in errors who asks.
+AccessorView open_accessor(const GltfFile& file, int index, std::string_view place);
+
+AccessorView open_positions(const GltfFile& file, int index, std::string_view place);  // VEC3; float or quantised
+AccessorView open_normals(const GltfFile& file, int index, std::string_view place);    // VEC3; float or quantised
+AccessorView open_indices(const GltfFile& file, int index, std::string_view place);  // SCALAR; 8, 16, 32 bits unsigned
+
+}  // namespace ballot

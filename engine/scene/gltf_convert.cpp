@@ -1,0 +1,118 @@
+#include "engine/scene/gltf_convert.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include "engine/scene/loaders.h"
+
+namespace ballot {
+namespace {
+
+double extension_number(const tinygltf::ExtensionMap& extensions, const char* extension, const char* key,
+                        double otherwise) {
+  const auto found = extensions.find(extension);
+  if (found == extensions.end() || !found->second.IsObject() || !found->second.Has(key)) return otherwise;
+  const tinygltf::Value& value = found->second.Get(key);
+  return value.IsNumber() ? value.GetNumberAsDouble() : otherwise;
+}
+
+glm::vec3 color(const std::vector<double>& from, const glm::vec3& otherwise) {
+  if (from.size() < 3) return otherwise;
+  return {static_cast<float>(from[0]), static_cast<float>(from[1]), static_cast<float>(from[2])};
+}
+
+float clamped(double value) { return static_cast<float>(std::clamp(value, 0.0, 1.0)); }
+
+/// A column of length 1; the axis itself where the scale is zero.
+glm::dvec3 unit(const glm::dvec4& column, const glm::dvec3& otherwise) {
+  const double length = glm::length(glm::dvec3{column});
+  return length > 0 && std::isfinite(length) ? glm::dvec3{column} / length : otherwise;
+}
+
+/// Rotation nearest in look direction: keeps where -z points, then +y as far as that allows.
+glm::dmat4 without_scale(const glm::dmat4& m) {
+  const glm::dvec3 back = unit(m[2], {0, 0, 1});
+  glm::dvec3 up = unit(m[1], {0, 1, 0});
+  if (glm::length(glm::cross(up, back)) < 1e-9) up = std::abs(back.y) < 0.9 ? glm::dvec3{0, 1, 0} : glm::dvec3{0, 0, 1};
+  const glm::dvec3 right = glm::normalize(glm::cross(up, back));
+  return {glm::dvec4{right, 0}, glm::dvec4{glm::cross(back, right), 0}, glm::dvec4{back, 0}, m[3]};
+}
+
+}  // namespace
+
+Material convert_material(const tinygltf::Material& from, std::size_t index, std::vector<std::string>& notes) {
+  Material to{.name = from.name.empty() ? fmt::format("material{}", index) : from.name};
+  to.base_color = color(from.pbrMetallicRoughness.baseColorFactor, glm::vec3{1});
+  // tinygltf fills in metallic 1 even if pbrMetallicRoughness is absent; `values` holds what the file says of it.
+  if (!from.values.empty()) {
+    to.metallic = clamped(from.pbrMetallicRoughness.metallicFactor);
+    to.roughness = clamped(from.pbrMetallicRoughness.roughnessFactor);
+  }
+  const double strength = extension_number(from.extensions, "KHR_materials_emissive_strength", "emissiveStrength", 1);
+  to.emissive = color(from.emissiveFactor, glm::vec3{0}) * static_cast<float>(strength);
+  to.transmission = clamped(extension_number(from.extensions, "KHR_materials_transmission", "transmissionFactor", 0));
+  const double ior = extension_number(from.extensions, "KHR_materials_ior", "ior", 1.5);
+  if (ior >= 1) {
+    to.ior = static_cast<float>(ior);
+  } else {
+    notes.push_back(
+        fmt::format("The {} has the index of refraction {}; 1.5 was used.", label("material", index, from.name), ior));
+  }
+  return to;
+}
+
+glm::dmat4 node_matrix(const GltfFile& file, std::size_t index) {
+  const tinygltf::Node& node = file.model.nodes[index];
+  const auto check = [&](const char* key, const std::vector<double>& values, std::size_t count) {
+    if (!values.empty() && values.size() != count)
+      fail_in(file.path, "{} has a {} of {} numbers; expected {}", label("node", index, node.name), key, values.size(),
+              count);
+    return !values.empty();
+  };
+  glm::dmat4 m{1};
+  if (check("matrix", node.matrix, 16)) {
+    for (int column = 0; column < 4; ++column)
+      for (int row = 0; row < 4; ++row) m[column][row] = node.matrix[static_cast<std::size_t>(4 * column + row)];
+    return m;
+  }
+  if (check("rotation", node.rotation, 4)) {
+    const glm::dquat q{node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]};
+    const double length = glm::length(q);
+    if (length > 0) m = glm::mat4_cast(q / length);
+  }
+  if (check("scale", node.scale, 3))
+    for (int axis = 0; axis < 3; ++axis) m[axis] *= node.scale[static_cast<std::size_t>(axis)];
+  if (check("translation", node.translation, 3))
+    m[3] = {node.translation[0], node.translation[1], node.translation[2], 1};
+  return m;
+}
+
+View convert_camera(const GltfFile& file, std::size_t node, const glm::dmat4& world_from_node, std::size_t number) {
+  const tinygltf::Node& from = file.model.nodes[node];
+  const auto& cameras = file.model.cameras;
+  if (from.camera < 0 || static_cast<std::size_t>(from.camera) >= cameras.size())
+    fail_in(file.path, "{} names camera {}, but the file has {}", label("node", node, from.name), from.camera,
+            cameras.size());
+  const tinygltf::Camera& camera = cameras[static_cast<std::size_t>(from.camera)];
+  View view{.name = !from.name.empty()     ? from.name
+                    : !camera.name.empty() ? camera.name
+                                           : fmt::format("view{}", number)};
+  view.world_from_camera = without_scale(world_from_node);
+  view.orthographic = camera.type == "orthographic";
+  const double size = view.orthographic ? camera.orthographic.ymag : camera.perspective.yfov;
+  const double most = view.orthographic ? 1e30 : 3.14159;
+  if (!(std::abs(size) > 0 && std::abs(size) < most))
+    fail_in(file.path, "camera {} has the {} {}; expected more than 0 and less than {}", from.camera,
+            view.orthographic ? "ymag" : "yfov", size, most);
+  (view.orthographic ? view.ymag : view.yfov) = std::abs(size);
+  for (int axis = 0; axis < 3; ++axis)
+    if (!std::isfinite(view.world_from_camera[3][axis]))
+      fail_in(file.path, "{} puts its camera at {}; expected finite numbers", label("node", node, from.name),
+              view.world_from_camera[3][axis]);
+  return view;
+}
+
+}  // namespace ballot

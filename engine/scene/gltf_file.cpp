@@ -1,0 +1,185 @@
+#include "engine/scene/gltf_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <string_view>
+
+#include "engine/core/file.h"
+#include "engine/scene/loaders.h"
+
+namespace ballot {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
+constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBin = 0x004E4942;  // "glTF", "JSON", "BIN\0"
+constexpr int kMaxDepth = 256;  // of JSON brackets: tinygltf recurses into "extras" without a limit
+
+std::uint32_t word(const Bytes& bytes, std::size_t at) {
+  std::array<std::uint32_t, 4> b{};
+  for (std::size_t i = 0; i < 4; ++i) b[i] = std::to_integer<std::uint32_t>(bytes[at + i]);
+  return b[0] | b[1] << 8 | b[2] << 16 | b[3] << 24;
+}
+
+/// The JSON chunk of a GLB whose lengths have been checked; tinygltf tests them too late or 8 bytes too wide.
+std::string_view checked_json_chunk(const std::filesystem::path& path, const Bytes& bytes) {
+  if (bytes.size() < kGlbHeader + kChunkHeader)
+    fail_in(path, "is cut short: {} bytes, but a GLB header with one chunk takes {}; copy the file again", bytes.size(),
+            kGlbHeader + kChunkHeader);
+  const std::uint32_t version = word(bytes, 4), length = word(bytes, 8);
+  if (version != 2) fail_in(path, "is GLB version {}; expected 2; convert it with a current exporter", version);
+  if (length > bytes.size())
+    fail_in(path, "is cut short: its header gives {} bytes, the file has {}; copy or export it again", length,
+            bytes.size());
+  const std::uint64_t json_bytes = word(bytes, kGlbHeader);
+  const std::uint64_t json_end = kGlbHeader + kChunkHeader + json_bytes;
+  if (word(bytes, kGlbHeader + 4) != kJson) fail_in(path, "its first GLB chunk is not JSON; export it again");
+  if (json_end > length)
+    fail_in(path, "its JSON chunk ends at byte {}, but the file has {}; export it again", json_end, length);
+  if (json_end + kChunkHeader <= length) {
+    const std::uint64_t bin_end = json_end + kChunkHeader + word(bytes, json_end);
+    if (word(bytes, json_end + 4) == kBin && bin_end > length)
+      fail_in(path, "its binary chunk ends at byte {}, but the file has {}; export it again", bin_end, length);
+  }
+  return {reinterpret_cast<const char*>(bytes.data()) + kGlbHeader + kChunkHeader,
+          static_cast<std::size_t>(json_bytes)};
+}
+
+void check_depth(const std::filesystem::path& path, std::string_view json) {
+  int depth = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (quoted) {
+      if (c == '\\') ++i;
+      if (c == '"') quoted = false;
+      continue;
+    }
+    if (c == '"') quoted = true;
+    if (c == ']' || c == '}') --depth;
+    if ((c == '[' || c == '{') && ++depth > kMaxDepth)
+      fail_in(path, "its JSON nests deeper than {} brackets at byte {}; expected at most that", kMaxDepth, i);
+  }
+}
+
+bool is_image_name(const std::string& name) {
+  std::string extension = std::filesystem::path(name).extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::array<std::string_view, 9> kImages{".png", ".jpg", ".jpeg", ".ktx2", ".webp",
+                                                    ".dds", ".bmp", ".tga",  ".gif"};
+  return std::ranges::find(kImages, extension) != kImages.end();
+}
+
+/// File access that never opens an image and reports a folder as absent.
+tinygltf::FsCallbacks file_access() {
+  return {.FileExists =
+              [](const std::string& name, void*) {
+                std::error_code error;
+                return !is_image_name(name) && std::filesystem::is_regular_file(name, error);
+              },
+          .ExpandFilePath = [](const std::string& name, void*) { return name; },
+          .ReadWholeFile =
+              [](std::vector<unsigned char>* out, std::string* error, const std::string& name, void*) {
+                try {
+                  const Bytes bytes = read_file(name);
+                  const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+                  out->assign(data, data + bytes.size());
+                  return true;
+                } catch (const Error& e) {
+                  *error = e.what();
+                  return false;
+                }
+              },
+          .WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&,
+                               void*) { return false; },
+          .user_data = nullptr};
+}
+
+/// tinygltf's complaint as the tail of a sentence: no line ends, no "[json.exception.parse_error.101] ".
+std::string tidy(std::string text) {
+  if (const auto end = text.find("] "); text.starts_with("[json.exception") && end != std::string::npos)
+    text.erase(0, end + 2);
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
+  std::ranges::replace(text, '\n', ' ');
+  return text.substr(0, 300);  // a bad data URI would be quoted whole
+}
+
+void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view json) {
+  tinygltf::TinyGLTF reader;
+  reader.SetFsCallbacks(file_access());
+  reader.SetImageLoader([](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int,
+                           void*) { return true; },
+                        nullptr);
+  std::string error, warning, folder = file.path.parent_path().string();
+  if (folder.empty()) folder = ".";
+  bool good = false;
+  try {
+    good = binary ? reader.LoadBinaryFromMemory(&file.model, &error, &warning,
+                                                reinterpret_cast<const unsigned char*>(bytes.data()),
+                                                static_cast<unsigned>(bytes.size()), folder)
+                  : reader.LoadASCIIFromString(&file.model, &error, &warning, json.data(),
+                                               static_cast<unsigned>(json.size()), folder);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& e) {
+    error = e.what();
+  }
+  if (good) return;
+  const std::string reason = tidy(error);
+  if (const std::string missing = "File not found : "; reason.find(missing) != std::string::npos)
+    fail_in(file.path, "its buffer file '{}' was not found; expected it in the scene's folder",
+            reason.substr(reason.find(missing) + missing.size()));
+  fail_in(file.path, "is not valid glTF 2.0: {}; export it again", reason.empty() ? "no reason given" : reason);
+}
+
+/// Extensions that change no triangle: requiring one costs a note. Those with a meaning here are not even noted.
+void check_extensions(GltfFile& file) {
+  constexpr std::array<std::string_view, 4> kRead{"KHR_mesh_quantization", "KHR_materials_emissive_strength",
+                                                  "KHR_materials_transmission", "KHR_materials_ior"};
+  for (const std::string& name : file.model.extensionsRequired) {
+    if (std::ranges::find(kRead, name) != kRead.end()) continue;
+    if (name.starts_with("KHR_materials_") || name.find("_texture_") != std::string::npos ||
+        name == "KHR_lights_punctual") {
+      file.notes.push_back(fmt::format("The extension {}, which the file requires, was ignored.", name));
+      continue;
+    }
+    const bool compressed = name.find("compression") != std::string::npos;
+    fail_in(file.path, "requires the glTF extension {}, which Ballot cannot read; export it {}", name,
+            compressed ? "without compression" : "without it");
+  }
+}
+
+}  // namespace
+
+std::string label(const char* kind, std::size_t index, const std::string& name) {
+  return name.empty() ? fmt::format("{} {}", kind, index) : fmt::format("{} {} ('{}')", kind, index, name);
+}
+
+GltfFile read_gltf(const std::filesystem::path& path) {
+  GltfFile file{.path = path, .model = {}, .notes = {}};
+  const Bytes bytes = read_file(path);
+  if (bytes.size() > std::numeric_limits<std::uint32_t>::max())
+    fail_in(path, "has {} bytes; glTF files end at 4 GiB; split the scene into several buffers", bytes.size());
+  const bool binary = bytes.size() >= 4 && word(bytes, 0) == kMagic;
+  std::string_view json{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  if (binary) json = checked_json_chunk(path, bytes);
+  if (json.starts_with("\xEF\xBB\xBF")) json.remove_prefix(3);  // byte order mark
+  const std::size_t start = json.find_first_not_of(" \t\r\n");
+  if (start == std::string_view::npos || json[start] != '{')
+    fail_in(path, "is not glTF: expected the word glTF (binary) or '{{' (text) at its start, found '{}'",
+            tidy(std::string(json.substr(0, 4))));
+  check_depth(path, json);
+  parse(file, bytes, binary, json);
+  if (!file.model.asset.version.starts_with("2"))
+    fail_in(path, "is glTF version '{}'; expected 2.0; convert it with a current exporter", file.model.asset.version);
+  check_extensions(file);
+  return file;
+}
+
+}  // namespace ballot

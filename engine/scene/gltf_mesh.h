@@ -1,0 +1,32 @@
+// glTF primitives as numbered world-space triangles. Internal to engine/scene.
+#pragma once
+
+#include <glm/mat4x4.hpp>
+#include <optional>
+
+#include "engine/scene/gltf_accessor.h"
+#include "engine/scene/scene.h"
+
+namespace ballot {
+
+/// A primitive that has triangles, its accessors checked. Indices into GltfFile::model.
+struct OpenPrimitive {
+  std::size_t mesh = 0, primitive = 0;
+  AccessorView positions{};
+  std::optional<AccessorView> normals{}, indices{};
+  int mode = 0;
+  std::uint32_t material = 0;
+  std::size_t triangle_count = 0;
+  std::string place{};  // "mesh 3 ('chair') primitive 0"
+};
+
+/// Opens a primitive; nothing for points, lines and primitives without POSITION (noted). Throws Error(Work).
+std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, std::size_t primitive);
+
+/// Appends the triangles of a primitive, transformed in double and rounded once; and their normals where
+/// `scene_has_normals`. The vertex order stays as in the file, even under a mirroring transform.
+/// Throws Error(Work) on an index out of range and on a vertex that is not finite.
+void append_primitive(const GltfFile& file, const OpenPrimitive& primitive, const glm::dmat4& world_from_node,
+                      bool scene_has_normals, Scene& scene);
+
+}  // namespace ballot

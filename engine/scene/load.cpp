@@ -1,0 +1,54 @@
+// The scene formats, and what every one of them needs before its loader runs.
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <new>
+#include <system_error>
+
+#include "engine/scene/loaders.h"
+#include "engine/scene/scene.h"
+
+namespace ballot {
+namespace {
+
+constexpr std::array kFormats{
+    SceneFormat{".gltf", load_gltf},
+    SceneFormat{".glb", load_gltf},
+    SceneFormat{".obj", load_obj},
+};
+
+const SceneFormat& format_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string(), known;
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const SceneFormat& format : kFormats) {
+    if (format.extension == extension) return format;
+    known += fmt::format("{}{}", known.empty() ? "" : ", ", format.extension);
+  }
+  fail_in(path, "scene files of type '{}' cannot be read; there are loaders for {}; convert the scene to .glb",
+          extension, known);
+}
+
+}  // namespace
+
+std::span<const SceneFormat> scene_formats() { return kFormats; }
+
+Scene load_scene(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) fail_in(path, "there is no such scene file; check the path");
+  if (std::filesystem::is_directory(status)) fail_in(path, "is a folder; expected a scene file in it");
+  const SceneFormat& format = format_of(path);
+  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) == 0 && !error)
+    fail_in(path, "is empty (0 bytes); expected a {} scene", format.extension);
+  try {
+    Scene scene = format.load(path);
+    scene.name = path.stem().string();
+    finish_scene(scene);
+    return scene;
+  } catch (const std::bad_alloc&) {
+    fail_in(path, "does not fit into memory; use a smaller scene or a machine with more");
+  }
+}
+
+}  // namespace ballot

@@ -1,0 +1,191 @@
+// glTF 2.0: the default scene's nodes, depth first, as flat triangles.
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "engine/scene/gltf_convert.h"
+#include "engine/scene/gltf_mesh.h"
+#include "engine/scene/loaders.h"
+
+namespace ballot {
+namespace {
+
+struct PlacedNode {
+  std::size_t node;
+  glm::dmat4 world_from_node;
+};
+
+std::size_t checked_node(const GltfFile& file, int node, const std::string& place) {
+  const std::size_t count = file.model.nodes.size();
+  if (node < 0 || static_cast<std::size_t>(node) >= count)
+    fail_in(file.path, "{} names node {}, but the file has {}", place, node, count);
+  return static_cast<std::size_t>(node);
+}
+
+/// Every node's parent (-1: none). A second parent would make a small file's scene exponentially large.
+std::vector<int> parents_of(const GltfFile& file) {
+  const auto& nodes = file.model.nodes;
+  std::vector<int> parents(nodes.size(), -1);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (const int child_index : nodes[i].children) {
+      const std::size_t child = checked_node(file, child_index, label("node", i, nodes[i].name));
+      if (parents[child] != -1)
+        fail_in(file.path, "{} is a child of node {} and of node {}; glTF nodes must form trees",
+                label("node", child, nodes[child].name), parents[child], i);
+      parents[child] = static_cast<int>(i);
+    }
+  return parents;
+}
+
+/// With at most one parent each, the nodes that no parentless node leads to are those on and below a cycle.
+void check_cycles(const GltfFile& file, const std::vector<int>& parents) {
+  const auto& nodes = file.model.nodes;
+  std::vector<std::size_t> reached;
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (parents[i] == -1) reached.push_back(i);
+  for (std::size_t i = 0; i < reached.size(); ++i)
+    for (const int child : nodes[reached[i]].children) reached.push_back(static_cast<std::size_t>(child));
+  if (reached.size() == nodes.size()) return;
+  std::ranges::sort(reached);
+  std::size_t lost = 0;
+  while (lost < reached.size() && reached[lost] == lost) ++lost;
+  fail_in(file.path, "{} is in a cycle of child nodes or below one; glTF nodes must form trees",
+          label("node", lost, nodes[lost].name));
+}
+
+std::vector<std::size_t> root_nodes(const GltfFile& file, const std::vector<int>& parents) {
+  const auto& scenes = file.model.scenes;
+  const int chosen = file.model.defaultScene;
+  std::vector<std::size_t> roots;
+  if (scenes.empty()) {
+    for (std::size_t i = 0; i < parents.size(); ++i)
+      if (parents[i] == -1) roots.push_back(i);
+    return roots;
+  }
+  if (chosen < -1 || chosen >= static_cast<int>(scenes.size()))
+    fail_in(file.path, "its default scene is {}, but the file has {}", chosen, scenes.size());
+  const auto index = static_cast<std::size_t>(std::max(chosen, 0));
+  const std::string place = label("scene", index, scenes[index].name);
+  std::set<std::size_t> seen;
+  for (const int node : scenes[index].nodes) {
+    roots.push_back(checked_node(file, node, place));
+    if (!seen.insert(roots.back()).second) fail_in(file.path, "{} names node {} twice; expected once", place, node);
+  }
+  return roots;
+}
+
+/// The default scene's nodes, depth first in file order, with their transforms. Without recursion: files may be deep.
+std::vector<PlacedNode> placed_nodes(const GltfFile& file) {
+  const std::vector<int> parents = parents_of(file);
+  check_cycles(file, parents);
+  std::vector<PlacedNode> placed, open;
+  const auto push_reversed = [&](const auto& nodes, const glm::dmat4& world_from_parent) {
+    for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) {
+      const auto index = static_cast<std::size_t>(*node);
+      open.push_back({index, world_from_parent * node_matrix(file, index)});
+    }
+  };
+  push_reversed(root_nodes(file, parents), glm::dmat4{1});
+  while (!open.empty()) {
+    placed.push_back(open.back());
+    open.pop_back();
+    push_reversed(file.model.nodes[placed.back().node].children, placed.back().world_from_node);
+  }
+  return placed;
+}
+
+using OpenMeshes = std::map<std::size_t, std::vector<OpenPrimitive>>;
+
+/// Opens each mesh that the scene uses, once.
+OpenMeshes open_meshes(GltfFile& file, const std::vector<PlacedNode>& placed) {
+  OpenMeshes meshes;
+  for (const PlacedNode& p : placed) {
+    const tinygltf::Node& node = file.model.nodes[p.node];
+    if (node.mesh == -1) continue;
+    if (node.mesh < 0 || static_cast<std::size_t>(node.mesh) >= file.model.meshes.size())
+      fail_in(file.path, "{} names mesh {}, but the file has {}", label("node", p.node, node.name), node.mesh,
+              file.model.meshes.size());
+    const auto mesh = static_cast<std::size_t>(node.mesh);
+    const auto [entry, fresh] = meshes.try_emplace(mesh);
+    if (!fresh) continue;
+    for (std::size_t i = 0; i < file.model.meshes[mesh].primitives.size(); ++i)
+      if (auto primitive = open_primitive(file, mesh, i)) entry->second.push_back(std::move(*primitive));
+  }
+  return meshes;
+}
+
+const std::vector<OpenPrimitive>* mesh_of(const GltfFile& file, const OpenMeshes& meshes, const PlacedNode& placed) {
+  const int mesh = file.model.nodes[placed.node].mesh;
+  return mesh == -1 ? nullptr : &meshes.at(static_cast<std::size_t>(mesh));
+}
+
+void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::vector<PlacedNode>& placed,
+                    Scene& scene) {
+  std::size_t count = 0;
+  bool has_normals = false;
+  for (const PlacedNode& p : placed) {
+    const auto* mesh = mesh_of(file, meshes, p);
+    if (!mesh) continue;
+    for (const OpenPrimitive& primitive : *mesh) {
+      count += primitive.triangle_count;
+      has_normals |= primitive.normals && primitive.triangle_count > 0;
+      if (count > kMaxTriangles)
+        fail_in(file.path, "its nodes place more than {} triangles; use a smaller scene", kMaxTriangles);
+    }
+  }
+  scene.triangles.reserve(count);
+  scene.material_of.reserve(count);
+  if (has_normals) scene.normals.reserve(count);
+  for (const PlacedNode& p : placed)
+    if (const auto* mesh = mesh_of(file, meshes, p))
+      for (const OpenPrimitive& primitive : *mesh)
+        append_primitive(file, primitive, p.world_from_node, has_normals, scene);
+}
+
+void read_materials(const GltfFile& file, Scene& scene) {
+  for (std::size_t i = 0; i < file.model.materials.size(); ++i)
+    scene.materials.push_back(convert_material(file.model.materials[i], i, scene.notes));
+  const std::uint32_t absent = static_cast<std::uint32_t>(scene.materials.size());
+  if (std::ranges::find(scene.material_of, absent) != scene.material_of.end())
+    scene.materials.push_back({.name = "default"});
+}
+
+void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Scene& scene) {
+  std::set<std::string> names;
+  for (const PlacedNode& p : placed) {
+    if (file.model.nodes[p.node].camera == -1) continue;
+    View view = convert_camera(file, p.node, p.world_from_node, scene.views.size());
+    const std::string given = view.name;
+    for (std::size_t n = 2; !names.insert(view.name).second; ++n) view.name = fmt::format("{}_{}", given, n);
+    if (view.name != given) scene.notes.push_back(fmt::format("A second view '{}' became '{}'.", given, view.name));
+    scene.views.push_back(std::move(view));
+  }
+}
+
+void note_ignored(const tinygltf::Model& model, Scene& scene) {
+  if (!model.textures.empty())
+    scene.notes.push_back(
+        fmt::format("Its {} textures were ignored; the materials' factors stand.", model.textures.size()));
+  if (!model.animations.empty() || !model.skins.empty())
+    scene.notes.push_back("Its animations and skins were ignored; the nodes' own transforms stand.");
+  for (const std::string& name : model.extensionsUsed)
+    if (name == "EXT_mesh_gpu_instancing" || name == "KHR_lights_punctual")
+      scene.notes.push_back(fmt::format("The extension {} was ignored.", name));
+}
+
+}  // namespace
+
+Scene load_gltf(const std::filesystem::path& path) {
+  GltfFile file = read_gltf(path);
+  const std::vector<PlacedNode> placed = placed_nodes(file);
+  const OpenMeshes meshes = open_meshes(file, placed);
+  Scene scene;
+  scene.notes = std::move(file.notes);
+  read_triangles(file, meshes, placed, scene);
+  read_materials(file, scene);
+  read_views(file, placed, scene);
+  note_ignored(file.model, scene);
+  return scene;
+}
+
+}  // namespace ballot

@@ -1,0 +1,223 @@
+#include "engine/scene/obj_file.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <map>
+#include <set>
+#include <string_view>
+
+#include "engine/core/file.h"
+#include "engine/scene/loaders.h"
+
+namespace ballot {
+namespace {
+
+constexpr std::string_view kSpace = " \t\r\v\f";
+constexpr std::size_t kMaxCount = std::numeric_limits<std::int32_t>::max();
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t start = text.find_first_not_of(kSpace);
+  if (start == std::string_view::npos) return {};
+  return text.substr(start, text.find_last_not_of(kSpace) - start + 1);
+}
+
+/// Cuts the next word off `text`; empty at its end.
+std::string_view next_word(std::string_view& text) {
+  const std::size_t start = text.find_first_not_of(kSpace);
+  if (start == std::string_view::npos) return text = {};
+  const std::size_t end = std::min(text.find_first_of(kSpace, start), text.size());
+  const std::string_view word = text.substr(start, end - start);
+  text.remove_prefix(end);
+  return word;
+}
+
+class Parser {
+ public:
+  explicit Parser(const std::filesystem::path& path) : path_(path), bytes_(read_file(path)) {}
+
+  ObjFile run() {
+    std::string_view rest{reinterpret_cast<const char*>(bytes_.data()), bytes_.size()};
+    if (const std::size_t zero = rest.find('\0'); zero != std::string_view::npos)
+      fail_in(path_, "is not OBJ: byte {} is zero, and OBJ is text; check the file's type", zero);
+    std::string joined;
+    while (!rest.empty()) {
+      std::string_view line = take_line(rest);
+      if (line.ends_with('\\')) {
+        joined.clear();
+        while (line.ends_with('\\')) {
+          joined.append(line.substr(0, line.size() - 1)).append(" ");
+          line = take_line(rest);
+        }
+        line = joined.append(line);
+      }
+      statement(line.substr(0, line.find('#')));
+    }
+    if (known_ == 0 && !unknown_.empty())
+      fail_in(path_, "is not OBJ: none of its lines is an OBJ statement; the first begins with '{}'", unknown_);
+    finish();
+    return std::move(file_);
+  }
+
+ private:
+  template <class... Args>
+  [[noreturn]] void fail_here(fmt::format_string<Args...> text, Args&&... args) {
+    throw Error(Failure::Work,
+                fmt::format("{}:{}: {}", path_.string(), line_, fmt::format(text, std::forward<Args>(args)...)));
+  }
+
+  std::string_view take_line(std::string_view& rest) {
+    const std::size_t end = rest.find('\n');
+    std::string_view line = rest.substr(0, end);
+    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    ++line_;
+    return line;
+  }
+
+  void statement(std::string_view line) {
+    const std::string_view keyword = next_word(line);
+    if (keyword.empty()) return;
+    ++known_;
+    if (keyword == "v") {
+      add(file_.vertices, line, "vertex");
+    } else if (keyword == "vn") {
+      add(file_.normals, line, "normal");
+    } else if (keyword == "f") {
+      face(line);
+    } else if (keyword == "s") {
+      smoothing(trimmed(line));
+    } else if (keyword == "usemtl") {
+      material_ = material_named(std::string(trimmed(line)));
+    } else if (keyword == "mtllib") {
+      library(trimmed(line));
+    } else if (constexpr std::string_view kIgnored = " vt vp g o l p ";
+               kIgnored.find(fmt::format(" {} ", keyword)) == std::string_view::npos) {
+      --known_;
+      if (unknown_.empty()) unknown_ = keyword.substr(0, 20);
+    }
+  }
+
+  float number(std::string_view word, std::string_view what) {
+    if (word.starts_with('+')) word.remove_prefix(1);
+    float value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error == std::errc::result_out_of_range) value = std::strtof(std::string(word).c_str(), nullptr);
+    if (word.empty() || error == std::errc::invalid_argument || end != word.data() + word.size())
+      fail_here("{} has '{}' where a number is expected", what, word.substr(0, 40));
+    return value;
+  }
+
+  void add(std::vector<glm::vec3>& to, std::string_view line, std::string_view kind) {
+    if (to.size() >= kMaxCount) fail_here("is {} number {}; expected at most {}", kind, to.size() + 1, kMaxCount);
+    const auto what = [&] { return fmt::format("{} {}", kind, to.size() + 1); };
+    glm::vec3 v;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string_view word = next_word(line);
+      if (word.empty()) fail_here("{} has {} coordinates; expected 3", what(), axis);
+      v[axis] = number(word, kind);
+    }
+    if (kind == "vertex" && !(std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z)))
+      fail_here("{} is ({}, {}, {}); expected finite numbers", what(), v.x, v.y, v.z);
+    to.push_back(v);
+  }
+
+  /// An index from 1, or from -1 backwards, as one from 0. Forward references are legal: ranges are checked at the end.
+  std::int32_t index(std::string_view word, std::size_t count, const char* kind) {
+    std::int64_t value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc{} || end != word.data() + word.size())
+      fail_here("face has '{}' where the number of a {} is expected", word.substr(0, 40), kind);
+    if (value < 0 && -value > static_cast<std::int64_t>(count))
+      fail_here("face names {} {}, but the file has {} up to here", kind, value, count);
+    if (value == 0) fail_here("face names {} 0; numbers begin at 1", kind);
+    if (value > static_cast<std::int64_t>(kMaxCount))
+      fail_here("face names {} {}, more than a file can have", kind, value);
+    return static_cast<std::int32_t>(value > 0 ? value - 1 : static_cast<std::int64_t>(count) + value);
+  }
+
+  void face(std::string_view line) {
+    ObjFace face{.first = static_cast<std::uint32_t>(file_.corners.size()),
+                 .material = material_,
+                 .smoothing = smoothing_,
+                 .line = line_};
+    for (std::string_view word = next_word(line); !word.empty(); word = next_word(line)) {
+      const std::size_t slash = word.find('/');
+      ObjCorner corner{.vertex = index(word.substr(0, slash), file_.vertices.size(), "vertex")};
+      const std::size_t second = slash == std::string_view::npos ? slash : word.find('/', slash + 1);
+      if (second != std::string_view::npos && second + 1 < word.size())
+        corner.normal = index(word.substr(second + 1), file_.normals.size(), "normal");
+      file_.corners.push_back(corner);
+      ++face.count;
+    }
+    if (file_.corners.size() > kMaxCount)
+      fail_here("is corner {} of a face; expected at most {}", kMaxCount, kMaxCount);
+    if (face.count >= 3) {
+      file_.faces.push_back(face);
+    } else {
+      file_.corners.resize(face.first);
+      ++small_faces_;
+    }
+  }
+
+  void smoothing(std::string_view group) {
+    smoothing_ = group == "on" ? 1 : 0;
+    std::from_chars(group.data(), group.data() + group.size(), smoothing_);
+  }
+
+  std::uint32_t material_named(const std::string& name) {
+    // The last of a name counts, as in tinyobjloader, so that a later library may override.
+    for (std::size_t i = file_.materials.size(); i-- > 0;)
+      if (file_.materials[i].name == name) return static_cast<std::uint32_t>(i);
+    if (missing_.insert(name).second)
+      file_.notes.push_back(fmt::format("The material '{}' is not in its MTL files; the default was used.", name));
+    return kNoMaterial;
+  }
+
+  void library(std::string_view names) {
+    if (try_library(names)) return;  // the whole rest of the line: a name with spaces
+    while (!names.empty()) {
+      const std::string_view name = next_word(names);
+      if (!name.empty() && !try_library(name))
+        file_.notes.push_back(
+            fmt::format("The material file '{}' was not found; its materials are the default.", name));
+    }
+  }
+
+  bool try_library(std::string_view name) {
+    std::string text{name};
+    std::ranges::replace(text, '\\', '/');
+    return !text.empty() && read_mtl(path_.parent_path() / text, file_.materials);
+  }
+
+  void finish() {
+    const auto check = [&](const ObjFace& face, std::int32_t index, std::size_t count, const char* kind) {
+      if (index < static_cast<std::int32_t>(count)) return;
+      line_ = face.line;
+      fail_here("face names {} {}, but the file has {}", kind, index + 1, count);
+    };
+    for (const ObjFace& face : file_.faces)
+      for (std::uint32_t i = 0; i < face.count; ++i) {
+        check(face, file_.corners[face.first + i].vertex, file_.vertices.size(), "vertex");
+        check(face, file_.corners[face.first + i].normal, file_.normals.size(), "normal");
+      }
+    if (small_faces_ > 0)
+      file_.notes.push_back(fmt::format("{} faces of fewer than 3 corners were left out.", small_faces_));
+  }
+
+  std::filesystem::path path_;
+  std::vector<std::byte> bytes_;
+  ObjFile file_;
+  std::uint32_t line_ = 0, material_ = kNoMaterial, smoothing_ = 0;
+  std::size_t known_ = 0, small_faces_ = 0;
+  std::string unknown_;
+  std::set<std::string> missing_;
+};
+
+}  // namespace
+
+ObjFile read_obj(const std::filesystem::path& path) { return Parser(path).run(); }
+
+}  // namespace ballot

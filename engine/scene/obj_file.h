@@ -1,0 +1,45 @@
+// The statements of an OBJ file, and its MTL materials. Internal to engine/scene.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace ballot {
+
+inline constexpr std::uint32_t kNoMaterial = 0xFFFFFFFF;
+
+struct ObjCorner {
+  std::int32_t vertex = 0;
+  std::int32_t normal = -1;  // -1: none
+};
+
+struct ObjFace {
+  std::uint32_t first = 0, count = 0;  // corners
+  std::uint32_t material = kNoMaterial;
+  std::uint32_t smoothing = 0;  // group; 0: flat
+  std::uint32_t line = 0;       // from 1
+};
+
+struct ObjFile {
+  std::vector<glm::vec3> vertices, normals;
+  std::vector<ObjCorner> corners;  // counted from 0; ranges checked
+  std::vector<ObjFace> faces;      // of 3 corners or more, in file order
+  std::vector<Material> materials;
+  std::vector<std::string> notes;
+};
+
+/// Parses an OBJ file and the MTL files it names. Throws Error(Work) "PATH:LINE: ..."; a missing MTL is a note.
+///
+/// Own code rather than tinyobjloader's, which turns an unreadable number ("nan" too) into 0, rounds decimals twice and
+/// names no line for a wrong index. Materials do go through tinyobjloader.
+ObjFile read_obj(const std::filesystem::path& path);
+
+/// Appends the materials of an MTL file; false if there is no such file.
+bool read_mtl(const std::filesystem::path& path, std::vector<Material>& materials);
+
+}  // namespace ballot

@@ -1,0 +1,99 @@
+#include "engine/scene/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/constants.hpp>
+
+#include "engine/core/error.h"
+#include "engine/scene/loaders.h"
+
+namespace ballot {
+namespace {
+
+constexpr float kMirrorRoughness = 0.05f;  // below it a metal is drawn as a mirror
+
+bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+void check_sizes(const Scene& scene) {
+  const std::size_t count = scene.triangles.size();
+  if (!scene.normals.empty() && scene.normals.size() != count)
+    fail(Failure::Arguments, "scene '{}' has {} triangles, but {} triples of normals; expected as many, or none",
+         scene.name, count, scene.normals.size());
+  if (scene.material_of.size() != count)
+    fail(Failure::Arguments, "scene '{}' has {} triangles, but {} entries in material_of; expected as many", scene.name,
+         count, scene.material_of.size());
+  for (std::size_t i = 0; i < count; ++i)
+    if (scene.material_of[i] >= scene.materials.size())
+      fail(Failure::Arguments, "scene '{}': triangle {} names material {}, but there are {}", scene.name, i,
+           scene.material_of[i], scene.materials.size());
+}
+
+Bounds bounds_of(const Scene& scene) {
+  if (scene.triangles.empty()) return {};
+  Bounds bounds{scene.triangles[0][0], scene.triangles[0][0]};
+  for (std::size_t i = 0; i < scene.triangles.size(); ++i)
+    for (const glm::vec3& v : scene.triangles[i]) {
+      if (!finite(v))
+        fail(Failure::Arguments, "scene '{}': triangle {} has the vertex ({}, {}, {}); expected finite numbers",
+             scene.name, i, v.x, v.y, v.z);
+      bounds.lo = glm::min(bounds.lo, v);
+      bounds.hi = glm::max(bounds.hi, v);
+    }
+  return bounds;
+}
+
+/// Sees the whole bounding sphere, from the front right and a little above.
+View framing_view(const Bounds& bounds) {
+  const glm::dvec3 lo{bounds.lo}, hi{bounds.hi};
+  const double radius = glm::length(hi - lo) / 2;
+  View view{.name = "view0"};
+  const glm::dvec3 back = glm::normalize(glm::dvec3{0.5, 0.4, 1.0});
+  const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3{0, 1, 0}, back));
+  const double distance = (radius > 0 ? radius : 1) / std::sin(view.yfov / 2);
+  view.world_from_camera = {glm::dvec4{right, 0}, glm::dvec4{glm::cross(back, right), 0}, glm::dvec4{back, 0},
+                            glm::dvec4{(lo + hi) / 2.0 + distance * back, 1}};
+  return view;
+}
+
+}  // namespace
+
+SceneFeatures features_of(const Scene& scene) {
+  std::vector<char> used(scene.materials.size(), 0);
+  for (const std::uint32_t m : scene.material_of) used.at(m) = 1;
+  SceneFeatures features{.shading_normals = !scene.normals.empty()};
+  for (std::size_t m = 0; m < used.size(); ++m) {
+    if (!used[m]) continue;
+    const Material& material = scene.materials[m];
+    features.reflects |= material.metallic >= 1 && material.roughness < kMirrorRoughness;
+    features.refracts |= material.transmission > 0;
+    features.emits |= material.emissive.x > 0 || material.emissive.y > 0 || material.emissive.z > 0;
+  }
+  return features;
+}
+
+void finish_scene(Scene& scene) {
+  if (scene.materials.empty()) scene.materials.push_back({.name = "default"});
+  if (scene.material_of.empty()) scene.material_of.assign(scene.triangles.size(), 0);
+  check_sizes(scene);
+  scene.bounds = bounds_of(scene);
+  if (scene.views.empty()) scene.views.push_back(framing_view(scene.bounds));
+}
+
+const View& find_view(const Scene& scene, std::string_view name) {
+  std::string names;
+  for (const View& view : scene.views) {
+    if (view.name == name) return view;
+    names += (names.empty() ? "" : ", ") + view.name;
+  }
+  fail(Failure::Arguments, "scene '{}' has no view '{}'; there are: {}", scene.name, name, names);
+}
+
+glm::vec3 geometric_normal(const Triangle& triangle) {
+  const glm::dvec3 a{triangle[0]}, b{triangle[1]}, c{triangle[2]};
+  const glm::dvec3 normal = glm::cross(b - a, c - a);
+  const double length = glm::length(normal);
+  return length > 0 ? glm::vec3{normal / length} : glm::vec3{0, 1, 0};
+}
+
+}  // namespace ballot

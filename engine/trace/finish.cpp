@@ -1,0 +1,101 @@
+// Rays whose traversal a driver cut short are traced again, in pieces that are short enough.
+//
+// Mesa 22.3's lavapipe gives all loops of an invocation 65 535 iterations together and then silently stops looping. The
+// kernels notice (shaders/lib/main.glsl) and mark such rays. The answer is the smallest (t, prim) over all leaves whatever
+// the order, so the tree may be cut into subtrees, each traced by a dispatch of its own, and the answers merged.
+#include <algorithm>
+
+#include "engine/core/error.h"
+#include "engine/trace/tracer.h"
+
+namespace ballot {
+
+namespace {
+
+std::uint64_t leaf_steps(std::uint32_t leaf) { return 2 + (leaf >> LEAF_COUNT_SHIFT & 7u); }
+bool is_leaf(std::uint32_t node) { return (node & LEAF_BIT) != 0; }
+
+std::pair<std::uint32_t, std::uint32_t> children(const DeviceBvh& bvh, std::uint32_t node) {
+  const auto* t = &bvh.nodes[node];
+  if (bvh.layout == NodeLayout::Interleaved) return {t[3].x, t[3].y};
+  const auto reference = [](std::uint32_t count, std::uint32_t first) {
+    return count == 0 ? first : LEAF_BIT | (count - 1) << LEAF_COUNT_SHIFT | first;
+  };
+  return {reference(t[1].z, t[1].w), reference(t[3].z, t[3].w)};
+}
+
+bool better(const Hit& a, const Hit& b) {
+  if (a.prim == NO_HIT || b.prim == NO_HIT) return b.prim == NO_HIT && a.prim != NO_HIT;
+  return a.t < b.t || (a.t == b.t && a.prim < b.prim);
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> pieces_of(const DeviceBvh& bvh, std::uint64_t limit) {
+  if (bvh.root == END_OF_TREE || is_leaf(bvh.root)) return {bvh.root};
+  // Children lie behind their parents, so one pass from the back sums the steps below every pair.
+  std::vector<std::uint64_t> steps(bvh.nodes.size() / 4, 0);
+  const auto steps_of = [&](std::uint32_t node) { return is_leaf(node) ? leaf_steps(node) : steps[node / 4]; };
+  for (std::size_t pair = steps.size(); pair-- > 0;) {
+    const auto [left, right] = children(bvh, std::uint32_t(pair * 4));
+    steps[pair] = 1 + steps_of(left) + steps_of(right);
+  }
+  std::vector<std::uint32_t> pieces, open{bvh.root};
+  while (!open.empty()) {
+    const std::uint32_t node = open.back();
+    open.pop_back();
+    if (is_leaf(node) || steps_of(node) <= limit) {
+      pieces.push_back(node);
+      continue;
+    }
+    const auto [left, right] = children(bvh, node);
+    open.push_back(right);
+    open.push_back(left);
+  }
+  return pieces;
+}
+
+void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, TraceTimes& times) {
+  std::vector<Hit> all(count);
+  std::vector<Ray> all_rays(count);
+  hits.download(all);
+  rays.download(all_rays);
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t i = 0; i < count; ++i)
+    if (all[i].prim == UNFINISHED) open.push_back(i);
+  times.retraced += open.size();
+  Query plain = query;
+  plain.knobs["launch"] = "plain";
+  Pipeline& p = pipeline(plain);
+  const DeviceBvh& bvh = device_bvh(p.variant.how.layout);
+  for (const std::uint64_t limit : {~0ull, 8192ull, 1024ull, 128ull}) {
+    std::vector<Ray> part;
+    for (std::uint32_t i : open) part.push_back(all_rays[i]);
+    Buffer<Ray> part_rays(gpu_, part.size(), Access::Storage, "rays cut short");
+    Buffer<Hit> part_hits(gpu_, part.size(), Access::Storage, "hits cut short");
+    part_rays.upload(part);
+    std::vector<Hit> best(part.size(), Hit{0, NO_HIT, 0, 0}), found(part.size());
+    std::vector<bool> cut(part.size(), false);
+    for (const std::uint32_t root : pieces_of(bvh, limit)) {
+      run(p, part_rays, part_hits, std::uint32_t(part.size()), root, times);
+      part_hits.download(found);
+      for (std::size_t i = 0; i < part.size(); ++i) {
+        cut[i] = cut[i] || found[i].prim == UNFINISHED;
+        if (best[i].prim == NO_HIT && found[i].prim == NO_HIT) best[i] = found[i];
+        if (better(found[i], best[i])) best[i] = found[i];
+      }
+    }
+    std::vector<std::uint32_t> still;
+    for (std::size_t i = 0; i < open.size(); ++i)
+      if (cut[i]) still.push_back(open[i]);
+      else all[open[i]] = best[i];
+    open = std::move(still);
+    if (open.empty()) break;
+  }
+  if (!open.empty())
+    fail(Failure::Work, "kernel {}: {} rays could not be finished on {}: its driver stops loops after a few iterations",
+         p.kernel->name(), open.size(), gpu_.info().name);
+  hits.upload(all);
+}
+
+}  // namespace ballot

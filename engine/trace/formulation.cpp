@@ -1,0 +1,126 @@
+#include "engine/trace/formulation.h"
+
+#include <charconv>
+#include <vector>
+
+#include "engine/core/error.h"
+#include "engine/trace/methods.h"
+#include "engine/trace/numeric.h"
+
+namespace ballot {
+
+namespace {
+
+struct Knob {
+  KnobInfo info;
+  void (*set)(Formulation&, std::string_view value, const KnobInfo&);
+};
+
+[[noreturn]] void bad_value(const KnobInfo& knob, std::string_view value) {
+  fail(Failure::Arguments, "--knob {}: '{}' is none of its values; it takes {}", knob.name, value, knob.values);
+}
+
+template <class E>
+E choose(std::string_view value, const KnobInfo& knob, std::initializer_list<std::string_view> names) {
+  int i = 0;
+  for (std::string_view name : names) {
+    if (name == value) return E(i);
+    ++i;
+  }
+  bad_value(knob, value);
+}
+
+std::uint32_t number(std::string_view value, const KnobInfo& knob, std::uint32_t least, std::uint32_t most) {
+  std::uint32_t n = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), n);
+  if (error != std::errc() || end != value.data() + value.size() || n < least || n > most) bad_value(knob, value);
+  return n;
+}
+
+using F = Formulation;
+using V = std::string_view;
+using K = KnobInfo;
+
+const Knob kKnobs[] = {
+    {{"fetch", "storage, texel, reference", "how nodes and triangles are read"},
+     [](F& f, V v, const K& k) { f.fetch = choose<Fetch>(v, k, {"storage", "texel", "reference"}); }},
+    {{"layout", "paper, interleaved", "how the two boxes of a pair lie in its 64 bytes"},
+     [](F& f, V v, const K& k) { f.layout = choose<NodeLayout>(v, k, {"paper", "interleaved"}); }},
+    {{"stack", "private, shared", "where a ray's own stack lies"},
+     [](F& f, V v, const K& k) { f.stack = choose<StackPlace>(v, k, {"private", "shared"}); }},
+    {{"vote", "any, count, sum", "packets: how the lanes agree on the order of two children"},
+     [](F& f, V v, const K& k) { f.vote = choose<Vote>(v, k, {"any", "count", "sum"}); }},
+    {{"packet_stack", "shared, lanes", "packets: where the shared stack lies"},
+     [](F& f, V v, const K& k) { f.packet_stack = choose<PacketStack>(v, k, {"shared", "lanes"}); }},
+    {{"cooperative", "0, 1", "packets: four lanes load a pair and hand it round"},
+     [](F& f, V v, const K& k) { f.cooperative = choose<int>(v, k, {"0", "1"}) != 0; }},
+    {{"launch", "plain, persistent", "one invocation a ray, or resident subgroups that take batches"},
+     [](F& f, V v, const K& k) { f.launch = choose<Launch>(v, k, {"plain", "persistent"}); }},
+    {{"workgroup", "4 to 1024, a multiple of the subgroup", "invocations in a workgroup"},
+     [](F& f, V v, const K& k) { f.workgroup = number(v, k, 4, 1024); }},
+    {{"subgroup", "a power of two that the device offers", "invocations in a subgroup"},
+     [](F& f, V v, const K& k) { f.subgroup = number(v, k, 4, 128); }},
+    {{"batches", "1 to 4294967295", "persistent launch: batches that a subgroup takes in one dispatch"},
+     [](F& f, V v, const K& k) { f.batches = number(v, k, 1, 0xFFFFFFFF); }},
+    {{"lanes", "4 to 16777216", "persistent launch: invocations launched at most"},
+     [](F& f, V v, const K& k) { f.resident_lanes = number(v, k, 4, 1u << 24); }},
+};
+
+}  // namespace
+
+std::span<const KnobInfo> knobs() {
+  static const std::vector<KnobInfo> all = [] {
+    std::vector<KnobInfo> list;
+    for (const Knob& k : kKnobs) list.push_back(k.info);
+    return list;
+  }();
+  return all;
+}
+
+void apply_knobs(Formulation& formulation, const Knobs& knobs) {
+  for (const auto& [name, value] : knobs) {
+    const Knob* found = nullptr;
+    std::string names;
+    for (const Knob& k : kKnobs) {
+      if (k.info.name == name) found = &k;
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", k.info.name);
+    }
+    if (!found) fail(Failure::Arguments, "no knob is called '{}'; there are: {}", name, names);
+    found->set(formulation, value, found->info);
+  }
+}
+
+std::string describe(const Formulation& f, bool packet) {
+  constexpr const char* fetches[] = {"storage", "texel", "reference"};
+  constexpr const char* votes[] = {"any", "count", "sum"};
+  std::string text = fmt::format("fetch={} layout={}", fetches[int(f.fetch)],
+                                 f.layout == NodeLayout::Paper ? "paper" : "interleaved");
+  if (packet)
+    text += fmt::format(" vote={} packet_stack={} cooperative={}", votes[int(f.vote)],
+                        f.packet_stack == PacketStack::Lanes ? "lanes" : "shared", int(f.cooperative));
+  else
+    text += fmt::format(" stack={}", f.stack == StackPlace::Shared ? "shared" : "private");
+  text += fmt::format(" launch={} workgroup={}", f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
+  if (f.launch == Launch::Persistent) text += fmt::format(" batches={} lanes={}", f.batches, f.resident_lanes);
+  return text;
+}
+
+const Method& find_method(std::string_view name) {
+  std::string names;
+  for (const Method& m : kMethods) {
+    if (m.name == name) return m;
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", m.name);
+  }
+  fail(Failure::Arguments, "no traversal method is called '{}'; there are: {}", name, names);
+}
+
+const NumericMode& find_numeric(std::string_view name) {
+  std::string names;
+  for (const NumericMode& m : kNumericModes) {
+    if (m.name == name) return m;
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", m.name);
+  }
+  fail(Failure::Arguments, "no numeric mode is called '{}'; there are: {}", name, names);
+}
+
+}  // namespace ballot

@@ -1,0 +1,51 @@
+// The axes along which one kernel source varies from device to device; not what is computed, only how.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "engine/bvh/device_bvh.h"
+#include "shaders/shared/variant.h"
+
+namespace ballot {
+
+enum class Fetch : int { Storage = FETCH_STORAGE, Texel = FETCH_TEXEL, Reference = FETCH_REFERENCE };
+enum class StackPlace : int { Private = STACK_PRIVATE, Shared = STACK_SHARED };
+enum class PacketStack : int { Shared = PACKET_STACK_SHARED, Lanes = PACKET_STACK_LANES };
+enum class Vote : int { Any = VOTE_ANY, Count = VOTE_COUNT, Sum = VOTE_SUM };
+enum class Launch : int { Plain = LAUNCH_PLAIN, Persistent = LAUNCH_PERSISTENT };
+
+struct Formulation {
+  Fetch fetch = Fetch::Storage;
+  StackPlace stack = StackPlace::Private;
+  PacketStack packet_stack = PacketStack::Shared;
+  Vote vote = Vote::Count;
+  Launch launch = Launch::Plain;
+  NodeLayout layout = NodeLayout::Interleaved;
+  bool cooperative = false;       // packets: four lanes load a pair and shuffle it round
+  bool subgroup_barrier = true;   // packets: subgroupBarrier() after shared memory; else a memory barrier alone
+  std::uint32_t workgroup = 64;   // invocations; a multiple of the subgroup
+  std::uint32_t subgroup = 0;     // required subgroup size; 0: the device's own
+  std::uint32_t batches = 0xFFFFFFFF;       // persistent: batches that a subgroup takes at most in one dispatch
+  std::uint32_t resident_lanes = 1u << 18;  // persistent: invocations launched at most
+};
+
+/// Knobs by name, as `--knob NAME=VALUE` gives them.
+using Knobs = std::map<std::string, std::string>;
+
+/// One line per knob: what it is called, what it takes, what it does.
+struct KnobInfo {
+  std::string_view name, values, what;
+};
+std::span<const KnobInfo> knobs();
+
+/// Applies knobs to a formulation. Throws Error(Arguments) that lists names or values there are.
+void apply_knobs(Formulation& formulation, const Knobs& knobs);
+
+/// "fetch=texel stack=shared ..." of all that matters to a method that votes, or to one that does not.
+std::string describe(const Formulation& f, bool packet);
+
+}  // namespace ballot

@@ -1,0 +1,151 @@
+#include "engine/trace/tracer.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "engine/core/error.h"
+
+namespace ballot {
+
+Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles)
+    : gpu_(gpu), bvh_(bvh), triangles_(triangles), work_(gpu, 1, Access::Storage, "work counter") {}
+
+Tracer::~Tracer() = default;
+
+const DeviceBvh& Tracer::device_bvh(NodeLayout layout) {
+  auto found = layouts_.find(layout);
+  if (found == layouts_.end()) found = layouts_.emplace(layout, make_device_bvh(bvh_, triangles_, layout)).first;
+  return found->second;
+}
+
+const Tracer::SceneBuffers& Tracer::scene_buffers(NodeLayout layout, Fetch fetch) {
+  const auto key = std::pair(layout, fetch);
+  auto found = buffers_.find(key);
+  if (found != buffers_.end()) return found->second;
+  const DeviceBvh& bvh = device_bvh(layout);
+  const Access access = fetch == Fetch::Texel       ? Access::Texel
+                        : fetch == Fetch::Reference ? Access::Address
+                                                    : Access::Storage;
+  SceneBuffers made{{gpu_, bvh.nodes.size(), access, "bvh nodes"}, {gpu_, bvh.leaves.size(), access, "bvh leaves"}};
+  made.nodes.upload(bvh.nodes);
+  made.leaves.upload(bvh.leaves);
+  return buffers_.emplace(key, std::move(made)).first->second;
+}
+
+Variant Tracer::variant(const Query& query) const {
+  const Method& method = find_method(query.method);
+  return {&method, &find_numeric(query.numeric), query.want, formulation_for(method, gpu_.info(), query.knobs)};
+}
+
+Tracer::Pipeline& Tracer::pipeline(const Query& query) {
+  const Variant v = variant(query);
+  const std::string key = fmt::format("{} subgroup={}", v.name(), v.how.subgroup);
+  auto found = pipelines_.find(key);
+  if (found != pipelines_.end()) return found->second;
+  const SceneBuffers& scene = scene_buffers(v.how.layout, v.how.fetch);
+  Pipeline made{v, std::make_unique<Kernel>(gpu_, kernel_source(v, gpu_.info(), bvh_.stats.depth)), &scene};
+  if (v.how.fetch != Fetch::Reference) {
+    made.kernel->bind(BIND_NODES, scene.nodes);
+    made.kernel->bind(BIND_LEAVES, scene.leaves);
+  }
+  made.kernel->bind(BIND_WORK, work_);
+  gpu_.save_pipeline_cache();
+  return pipelines_.emplace(key, std::move(made)).first->second;
+}
+
+std::uint32_t Tracer::chunk_rays() const {
+  // Bounded, so that no watchdog fires and progress shows; a CPU device takes about a second for this many.
+  const std::uint64_t bounded = gpu_.info().is_cpu() ? 1u << 20 : 1u << 22;
+  return std::uint32_t(std::min(bounded, gpu_.info().max_storage_range / sizeof(Ray)));
+}
+
+std::uint32_t Tracer::groups_for(const Formulation& f, std::uint32_t rays) const {
+  std::uint64_t lanes = rays;
+  if (f.launch == Launch::Persistent) {
+    lanes = std::min<std::uint64_t>(rays, std::max(f.resident_lanes, f.workgroup));
+    if (f.batches != std::numeric_limits<std::uint32_t>::max()) lanes = (rays + f.batches - 1) / f.batches;
+  }
+  return std::uint32_t(std::min<std::uint64_t>((lanes + f.workgroup - 1) / f.workgroup, gpu_.info().max_group_count_x));
+}
+
+Work Tracer::dispatch(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push, TraceTimes& times) {
+  p.kernel->bind(BIND_RAYS, rays);
+  p.kernel->bind(BIND_HITS, hits);
+  Work work{push.ray_begin, 0};
+  work_.upload(std::span(&work, 1));
+  gpu_.submit(p.kernel->name(), [&](VkCommandBuffer cmd) {
+    p.kernel->dispatch(cmd, groups_for(p.variant.how, push.ray_end - push.ray_begin), push);
+    memory_barrier(cmd);
+  });
+  times.device_ms += gpu_.last_ms();
+  ++times.dispatches;
+  work_.download(std::span(&work, 1));
+  return work;
+}
+
+Work Tracer::run(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
+                 TraceTimes& times) {
+  TracePush push{};
+  push.scene_lo = bvh_.bounds.lo;
+  push.scene_hi = bvh_.bounds.hi;
+  push.root = root;
+  push.max_batches = p.variant.how.batches;
+  push.nodes_lo = std::uint32_t(p.scene->nodes.address());
+  push.nodes_hi = std::uint32_t(p.scene->nodes.address() >> 32);
+  push.leaves_lo = std::uint32_t(p.scene->leaves.address());
+  push.leaves_hi = std::uint32_t(p.scene->leaves.address() >> 32);
+  Work total{0, 0};
+  const Formulation& f = p.variant.how;
+  while (push.ray_begin < count) {
+    push.ray_end = count;
+    const std::uint64_t most = std::uint64_t(gpu_.info().max_group_count_x) * f.workgroup;
+    if (f.launch == Launch::Plain && count - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
+    const Work work = dispatch(p, rays, hits, push, times);
+    total.unfinished += work.unfinished;
+    // A bounded persistent kernel may leave rays; what it took, it finished.
+    const std::uint32_t next = f.launch == Launch::Plain ? push.ray_end : std::min(work.next, push.ray_end);
+    if (next <= push.ray_begin)
+      fail(Failure::Work, "kernel {} took no ray of {} left on {}: the driver lost the dispatch", p.kernel->name(),
+           count - push.ray_begin, gpu_.info().name);
+    push.ray_begin = next;
+  }
+  return total;
+}
+
+TraceTimes Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
+  TraceTimes times;
+  if (count == 0) return times;
+  Pipeline& p = pipeline(query);
+  const Work work = run(p, rays, hits, count, device_bvh(p.variant.how.layout).root, times);
+  if (work.unfinished) finish(rays, hits, count, query, times);
+  return times;
+}
+
+TraceTimes Tracer::trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query, const Progress& progress) {
+  if (rays.size() != hits.size())
+    fail(Failure::Arguments, "trace: {} rays, but room for {} hits", rays.size(), hits.size());
+  TraceTimes times;
+  variant(query);  // an unknown method is an error even without rays
+  if (rays.empty()) return times;
+  const std::size_t chunk = std::min<std::size_t>(chunk_rays(), rays.size());
+  Buffer<Ray> ray_buffer(gpu_, chunk, Access::Storage, "rays");
+  Buffer<Hit> hit_buffer(gpu_, chunk, Access::Storage, "hits");
+  for (std::size_t first = 0; first < rays.size(); first += chunk) {
+    const std::size_t count = std::min(chunk, rays.size() - first);
+    ray_buffer.upload(rays.subspan(first, count));
+    if (prefill) {
+      std::vector<Hit> pattern(count);
+      std::memset(static_cast<void*>(pattern.data()), *prefill, count * sizeof(Hit));
+      hit_buffer.upload(pattern);
+    }
+    const TraceTimes part = trace(ray_buffer, hit_buffer, std::uint32_t(count), query);
+    times.device_ms += part.device_ms;
+    times.dispatches += part.dispatches;
+    times.retraced += part.retraced;
+    hit_buffer.download(hits.subspan(first, count));
+    if (progress) progress(double(first + count) / double(rays.size()));
+  }
+  return times;
+}
+
+}  // namespace ballot

@@ -1,0 +1,85 @@
+// A scene on the device: rays in, hits out.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "engine/trace/variant.h"
+
+namespace ballot {
+
+/// What to ask of a batch of rays, and how.
+struct Query {
+  Want want = Want::Nearest;
+  std::string method{kDefaultMethod};
+  std::string numeric{kDefaultNumeric};
+  Knobs knobs;
+};
+
+struct TraceTimes {
+  double device_ms = 0;    // of the traversal dispatches alone
+  std::uint32_t dispatches = 0;
+  std::uint64_t retraced = 0;  // rays that the driver cut short and that were traced again in pieces
+};
+
+class Tracer {
+ public:
+  /// Keeps references to gpu, bvh and triangles.
+  Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles);
+  ~Tracer();
+
+  /// Traces rays and writes, at the same index, what each one hits. Contract: engine/ballot.h.
+  /// progress is called after each chunk of rays.
+  TraceTimes trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query, const Progress& progress = {});
+
+  /// The same on device buffers: rays [0, count) of `rays` to `hits`.
+  TraceTimes trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
+
+  /// Rays that one dispatch takes at most.
+  std::uint32_t chunk_rays() const;
+
+  /// The kernel of a query, made on first use. For its name and compile times.
+  const Kernel& kernel(const Query& query) { return *pipeline(query).kernel; }
+  Variant variant(const Query& query) const;
+
+  /// Device arrays in one layout, made on first use; the oracle walks these.
+  const DeviceBvh& device_bvh(NodeLayout layout);
+
+  /// Tests only: hits are filled with this byte before a host-side trace, so that untouched records can be counted.
+  std::optional<std::uint8_t> prefill;
+
+ private:
+  struct SceneBuffers {
+    Buffer<glm::uvec4> nodes, leaves;
+  };
+  struct Pipeline {
+    Variant variant;
+    std::unique_ptr<Kernel> kernel;
+    const SceneBuffers* scene;
+  };
+
+  Pipeline& pipeline(const Query& query);
+  const SceneBuffers& scene_buffers(NodeLayout layout, Fetch fetch);
+  std::uint32_t groups_for(const Formulation& f, std::uint32_t rays) const;
+  Work dispatch(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push, TraceTimes& times);
+  Work run(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
+           TraceTimes& times);
+  void finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, TraceTimes& times);
+
+  Context& gpu_;
+  const Bvh& bvh_;
+  std::span<const Triangle> triangles_;
+  std::map<NodeLayout, DeviceBvh> layouts_;
+  std::map<std::pair<NodeLayout, Fetch>, SceneBuffers> buffers_;
+  std::map<std::string, Pipeline> pipelines_;
+  Buffer<Work> work_;
+};
+
+/// Roots of subtrees of at most `limit` steps (a step is an inner node or a triangle, and one for a leaf) that together
+/// hold every leaf once.
+std::vector<std::uint32_t> pieces_of(const DeviceBvh& bvh, std::uint64_t limit);
+
+}  // namespace ballot

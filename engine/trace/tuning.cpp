@@ -1,0 +1,72 @@
+// The tuning table: what single drivers want done differently, one row each, with the measurement that justifies it.
+#include "engine/core/error.h"
+#include "engine/trace/variant.h"
+
+namespace ballot {
+
+namespace {
+
+struct Row {
+  VkDriverId driver;
+  std::uint32_t from, to;  // Mesa versions [from, to) as 220306; 0 and 0xFFFFFFFF for any
+  void (*tune)(const Method&, Formulation&);
+};
+
+const Row kRows[] = {
+    // Mesa below 25: all loops of an invocation share 65 535 iterations; a subgroup that takes more than 16 batches wastes
+    // time on walks that are cut short (and traced again).
+    {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 250000, [](const Method&, Formulation& f) { f.batches = 16; }},
+    // lavapipe runs subgroupBarrier() as a workgroup barrier, and subgroups that left the loop are lost (seen on 25.0.7).
+    {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 0xFFFFFFFF, [](const Method&, Formulation& f) {
+       f.subgroup_barrier = false;
+       f.packet_stack = PacketStack::Lanes;
+       f.cooperative = true;
+     }},
+};
+
+void use_what_there_is(Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
+  if (!d.shuffle) {
+    if (knobs.contains("cooperative") && f.cooperative)
+      fail(Failure::Arguments, "--knob cooperative=1: {} has no subgroup shuffle", d.name);
+    if (knobs.contains("packet_stack") && f.packet_stack == PacketStack::Lanes)
+      fail(Failure::Arguments, "--knob packet_stack=lanes: {} has no subgroup shuffle", d.name);
+    f.cooperative = false;
+    f.packet_stack = PacketStack::Shared;
+  }
+  if (!d.buffer_address && f.fetch == Fetch::Reference) {
+    if (knobs.contains("fetch")) fail(Failure::Arguments, "--knob fetch=reference: {} has no buffer device address", d.name);
+    f.fetch = Fetch::Storage;
+  }
+}
+
+void check_sizes(Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
+  const bool power_of_two = (f.subgroup & (f.subgroup - 1)) == 0;
+  if (f.subgroup && (f.subgroup < d.min_subgroup_size || f.subgroup > d.max_subgroup_size || !power_of_two))
+    fail(Failure::Arguments, "--knob subgroup={}: {} offers powers of two from {} to {}", f.subgroup, d.name,
+         d.min_subgroup_size, d.max_subgroup_size);
+  if (!f.subgroup) f.subgroup = d.subgroup_size;
+  if (f.workgroup < f.subgroup && !knobs.contains("workgroup")) f.workgroup = f.subgroup;
+  const std::uint32_t most = std::min(std::min(d.max_group_invocations, d.max_group_size_x), f.subgroup * d.max_group_subgroups);
+  if (f.workgroup % f.subgroup || f.workgroup > most)
+    fail(Failure::Arguments, "--knob workgroup={}: it must be a multiple of the subgroup, {}, and at most {} on {}", f.workgroup,
+         f.subgroup, most, d.name);
+}
+
+}  // namespace
+
+Formulation formulation_for(const Method& method, const DeviceInfo& device, const Knobs& knobs) {
+  const Wants& wants = device.is_cpu() ? method.on_cpu : method.on_gpu;
+  Formulation f;
+  f.fetch = wants.fetch;
+  f.stack = wants.stack;
+  for (const Row& row : kRows) {
+    const std::uint32_t version = device.mesa_version();
+    if (row.driver == device.driver_id && version >= row.from && version < row.to) row.tune(method, f);
+  }
+  apply_knobs(f, knobs);
+  use_what_there_is(f, device, knobs);
+  check_sizes(f, device, knobs);
+  return f;
+}
+
+}  // namespace ballot

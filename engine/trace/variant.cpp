@@ -1,0 +1,50 @@
+#include "engine/trace/variant.h"
+
+#include <algorithm>
+
+#include "engine/core/error.h"
+
+namespace ballot {
+
+std::string Variant::name() const {
+  return fmt::format("{}.{}.{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
+                     describe(how, method->packet));
+}
+
+KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std::uint32_t tree_depth) {
+  const Formulation& f = variant.how;
+  const bool packet = variant.method->packet;
+  const std::uint32_t stack = tree_depth + 1;
+  std::uint32_t shared_words = 0;
+  if (!packet && f.stack == StackPlace::Shared) shared_words = stack * f.workgroup;
+  if (packet && f.packet_stack == PacketStack::Shared) shared_words = stack * (f.workgroup / f.subgroup);
+  if (packet && f.vote == Vote::Sum) shared_words += f.workgroup;
+  if (std::uint64_t(shared_words) * 4 > device.shared_bytes)
+    fail(Failure::Work,
+         "{}: the stacks of a tree of depth {} need {} bytes of shared memory at workgroup={}, but {} has {}; use a smaller "
+         "--knob workgroup, or --knob stack=private",
+         variant.name(), tree_depth, std::uint64_t(shared_words) * 4, f.workgroup, device.name, device.shared_bytes);
+  KernelSource source;
+  source.name = variant.name();
+  source.file = variant.method->kernel;
+  source.group_size = f.workgroup;
+  source.subgroup_size = f.subgroup;
+  source.defines = {{"BALLOT_ANY_HIT", variant.want == Want::Any},
+                    {"BALLOT_NUMERIC", variant.numeric->value},
+                    {"BALLOT_FETCH", int(f.fetch)},
+                    {"BALLOT_LAYOUT", int(f.layout)},
+                    {"BALLOT_STACK", int(f.stack)},
+                    {"BALLOT_PACKET_STACK", packet ? int(f.packet_stack) : 0},
+                    {"BALLOT_VOTE", packet ? int(f.vote) : 0},
+                    {"BALLOT_COOPERATIVE", packet && f.cooperative},
+                    {"BALLOT_SUBGROUP_BARRIER", f.subgroup_barrier},
+                    {"BALLOT_LAUNCH", int(f.launch)},
+                    {"BALLOT_UNIFORM_FLOW", device.uniform_flow}};
+  source.constants = {{SPEC_GROUP_SIZE, f.workgroup},
+                      {SPEC_STACK_SIZE, stack},
+                      {SPEC_GROUP_SUBGROUPS, f.workgroup / f.subgroup},
+                      {SPEC_SUBGROUP_SIZE, f.subgroup}};
+  return source;
+}
+
+}  // namespace ballot

@@ -1,0 +1,75 @@
+#include "engine/vk/api.h"
+
+#include <dlfcn.h>
+
+#include "engine/core/error.h"
+
+namespace ballot {
+
+#define BALLOT_VK_DEFINE(f) PFN_##f f = nullptr;
+BALLOT_VK_GLOBAL(BALLOT_VK_DEFINE)
+BALLOT_VK_INSTANCE(BALLOT_VK_DEFINE)
+BALLOT_VK_DEBUG(BALLOT_VK_DEFINE)
+
+namespace {
+PFN_vkGetInstanceProcAddr get_proc = nullptr;
+}
+
+void load_vulkan() {
+  if (get_proc) return;
+  void* loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+  if (!loader)
+    fail(Failure::Device,
+         "no Vulkan loader: libvulkan.so.1 was not found; install it with a driver, on Debian: "
+         "apt install libvulkan1 mesa-vulkan-drivers");
+  get_proc = reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(loader, "vkGetInstanceProcAddr"));
+  if (!get_proc) fail(Failure::Device, "libvulkan.so.1 has no vkGetInstanceProcAddr; reinstall the Vulkan loader");
+#define BALLOT_VK_LOAD(f) f = reinterpret_cast<PFN_##f>(get_proc(nullptr, #f));
+  BALLOT_VK_GLOBAL(BALLOT_VK_LOAD)
+#undef BALLOT_VK_LOAD
+  if (!vkEnumerateInstanceVersion)
+    fail(Failure::Device, "the Vulkan loader is older than Vulkan 1.1; Ballot needs Vulkan 1.2");
+}
+
+void load_instance_functions(VkInstance instance, bool debug) {
+#define BALLOT_VK_LOAD(f) f = reinterpret_cast<PFN_##f>(get_proc(instance, #f));
+  BALLOT_VK_INSTANCE(BALLOT_VK_LOAD)
+  if (debug) {
+    BALLOT_VK_DEBUG(BALLOT_VK_LOAD)
+  }
+#undef BALLOT_VK_LOAD
+}
+
+const char* result_name(VkResult result) {
+  switch (result) {
+#define BALLOT_NAME(r) \
+  case r: return #r;
+    BALLOT_NAME(VK_SUCCESS)
+    BALLOT_NAME(VK_NOT_READY)
+    BALLOT_NAME(VK_TIMEOUT)
+    BALLOT_NAME(VK_INCOMPLETE)
+    BALLOT_NAME(VK_ERROR_OUT_OF_HOST_MEMORY)
+    BALLOT_NAME(VK_ERROR_OUT_OF_DEVICE_MEMORY)
+    BALLOT_NAME(VK_ERROR_INITIALIZATION_FAILED)
+    BALLOT_NAME(VK_ERROR_DEVICE_LOST)
+    BALLOT_NAME(VK_ERROR_MEMORY_MAP_FAILED)
+    BALLOT_NAME(VK_ERROR_LAYER_NOT_PRESENT)
+    BALLOT_NAME(VK_ERROR_EXTENSION_NOT_PRESENT)
+    BALLOT_NAME(VK_ERROR_FEATURE_NOT_PRESENT)
+    BALLOT_NAME(VK_ERROR_INCOMPATIBLE_DRIVER)
+    BALLOT_NAME(VK_ERROR_TOO_MANY_OBJECTS)
+    BALLOT_NAME(VK_ERROR_INVALID_SHADER_NV)
+#undef BALLOT_NAME
+    default: return "an unknown VkResult";
+  }
+}
+
+void vk_check(VkResult result, const char* what, const char* object) {
+  if (result == VK_SUCCESS) return;
+  const char* hint = "";
+  if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY) hint = "; the device has too little free memory for it";
+  if (result == VK_ERROR_DEVICE_LOST) hint = "; the driver gave the device up (see the system log)";
+  fail(Failure::Work, "{}{}{}: {}{}", what, *object ? " " : "", object, result_name(result), hint);
+}
+
+}  // namespace ballot

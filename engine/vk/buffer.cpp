@@ -1,0 +1,169 @@
+#include "engine/vk/buffer.h"
+
+#include <algorithm>
+
+#include "engine/core/error.h"
+
+namespace ballot {
+
+namespace {
+
+constexpr std::uint64_t kStagingBytes = 64ull << 20;
+
+std::string mib(std::uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / (1 << 20)); }
+
+void check_limits(const DeviceInfo& d, const std::string& name, std::uint64_t bytes, Access access) {
+  const auto refuse = [&](const char* limit, std::uint64_t most) {
+    fail(Failure::Work, "buffer '{}' needs {}, but {} of {} is {}; use a smaller scene, another --device{}", name, mib(bytes),
+         limit, d.name, mib(most), has(access, Access::Storage) ? ", or --knob fetch=texel" : "");
+  };
+  if (has(access, Access::Storage) && bytes > d.max_storage_range) refuse("maxStorageBufferRange", d.max_storage_range);
+  if (has(access, Access::Texel) && bytes / 16 > d.max_texels) refuse("maxTexelBufferElements", d.max_texels * 16);
+  // Some software drivers crash on allocations near their own limit instead of failing.
+  if (bytes > d.max_allocation) refuse("maxMemoryAllocationSize", d.max_allocation);
+}
+
+/// A host-visible buffer for one transfer.
+struct Staging {
+  Context& gpu;
+  VkBuffer buffer = VK_NULL_HANDLE;
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+  std::byte* mapped = nullptr;
+
+  Staging(Context& context, std::uint64_t bytes) : gpu(context) {
+    VkBufferCreateInfo create{};
+    create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+    create.size = bytes;
+    create.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    vk_check(vkCreateBuffer(gpu.device(), &create, nullptr, &buffer), "creating buffer", "staging");
+    VkMemoryRequirements needs;
+    vkGetBufferMemoryRequirements(gpu.device(), buffer, &needs);
+    VkMemoryAllocateInfo allocate{};
+    allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+    allocate.allocationSize = needs.size;
+    allocate.memoryTypeIndex =
+        gpu.memory_type(needs.memoryTypeBits, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+                        VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
+    vk_check(vkAllocateMemory(gpu.device(), &allocate, nullptr, &memory), "allocating buffer", "staging");
+    vk_check(vkBindBufferMemory(gpu.device(), buffer, memory, 0), "binding buffer", "staging");
+    void* pointer = nullptr;
+    vk_check(vkMapMemory(gpu.device(), memory, 0, VK_WHOLE_SIZE, 0, &pointer), "mapping buffer", "staging");
+    mapped = static_cast<std::byte*>(pointer);
+    gpu.name(VK_OBJECT_TYPE_BUFFER, std::uint64_t(buffer), "staging");
+  }
+  ~Staging() {
+    vkDestroyBuffer(gpu.device(), buffer, nullptr);
+    vkFreeMemory(gpu.device(), memory, nullptr);
+  }
+  Staging(const Staging&) = delete;
+  Staging& operator=(const Staging&) = delete;
+};
+
+}  // namespace
+
+RawBuffer::RawBuffer(Context& gpu, std::uint64_t bytes, Access access, std::string name)
+    : gpu_(&gpu), bytes_(std::max<std::uint64_t>(16, bytes)), name_(std::move(name)) {
+  check_limits(gpu.info(), name_, bytes_, access);
+  try {
+    allocate(access);
+  } catch (...) {
+    destroy();
+    throw;
+  }
+}
+
+void RawBuffer::allocate(Access access) {
+  VkBufferCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+  create.size = bytes_;
+  create.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+  if (has(access, Access::Storage)) create.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+  if (has(access, Access::Texel)) create.usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
+  if (has(access, Access::Address)) create.usage |= VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+  vk_check(vkCreateBuffer(gpu_->device(), &create, nullptr, &buffer_), "creating buffer", name_.c_str());
+  VkMemoryRequirements needs;
+  vkGetBufferMemoryRequirements(gpu_->device(), buffer_, &needs);
+  const VkMemoryPropertyFlags host = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+  const bool shared = gpu_->info().is_cpu() || gpu_->info().type == VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU;
+  VkMemoryAllocateFlagsInfo flags{};
+  flags.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;
+  flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
+  VkMemoryAllocateInfo allocate{};
+  allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+  allocate.pNext = has(access, Access::Address) ? &flags : nullptr;
+  allocate.allocationSize = needs.size;
+  allocate.memoryTypeIndex =
+      gpu_->memory_type(needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, shared ? host : 0);
+  if (needs.size > gpu_->heap_bytes(allocate.memoryTypeIndex))
+    fail(Failure::Work, "buffer '{}' needs {}, but the memory of {} is {}; use a smaller scene or another --device", name_,
+         mib(needs.size), gpu_->info().name, mib(gpu_->heap_bytes(allocate.memoryTypeIndex)));
+  const std::string what = fmt::format("{} ({})", name_, mib(needs.size));
+  vk_check(vkAllocateMemory(gpu_->device(), &allocate, nullptr, &memory_), "allocating buffer", what.c_str());
+  vk_check(vkBindBufferMemory(gpu_->device(), buffer_, memory_, 0), "binding buffer", name_.c_str());
+  gpu_->name(VK_OBJECT_TYPE_BUFFER, std::uint64_t(buffer_), name_);
+  if (shared && (gpu_->memory_flags(allocate.memoryTypeIndex) & host) == host) {
+    void* pointer = nullptr;
+    vk_check(vkMapMemory(gpu_->device(), memory_, 0, VK_WHOLE_SIZE, 0, &pointer), "mapping buffer", name_.c_str());
+    mapped_ = static_cast<std::byte*>(pointer);
+  }
+  if (has(access, Access::Address)) {
+    VkBufferDeviceAddressInfo info{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, nullptr, buffer_};
+    address_ = vkGetBufferDeviceAddress(gpu_->device(), &info);
+  }
+  if (has(access, Access::Texel)) {
+    VkBufferViewCreateInfo view{};
+    view.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
+    view.buffer = buffer_;
+    view.format = VK_FORMAT_R32G32B32A32_UINT;
+    view.range = bytes_ / 16 * 16;
+    vk_check(vkCreateBufferView(gpu_->device(), &view, nullptr, &view_), "creating a texel view of buffer", name_.c_str());
+  }
+}
+
+RawBuffer::~RawBuffer() { destroy(); }
+
+void RawBuffer::destroy() {
+  if (!gpu_) return;
+  vkDestroyBufferView(gpu_->device(), view_, nullptr);
+  vkDestroyBuffer(gpu_->device(), buffer_, nullptr);
+  vkFreeMemory(gpu_->device(), memory_, nullptr);
+  gpu_ = nullptr;
+}
+
+RawBuffer& RawBuffer::operator=(RawBuffer&& other) noexcept {
+  std::swap(gpu_, other.gpu_);
+  std::swap(bytes_, other.bytes_);
+  std::swap(name_, other.name_);
+  std::swap(buffer_, other.buffer_);
+  std::swap(memory_, other.memory_);
+  std::swap(view_, other.view_);
+  std::swap(address_, other.address_);
+  std::swap(mapped_, other.mapped_);
+  return *this;
+}
+
+void RawBuffer::upload(std::uint64_t offset, const void* data, std::uint64_t bytes) { copy(offset, nullptr, data, bytes); }
+
+void RawBuffer::download(std::uint64_t offset, void* data, std::uint64_t bytes) const { copy(offset, data, nullptr, bytes); }
+
+void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint64_t bytes) const {
+  if (bytes == 0) return;
+  if (offset + bytes > bytes_) fail(Failure::Work, "buffer '{}' of {} bytes: copy of {} at {}", name_, bytes_, bytes, offset);
+  if (mapped_) {
+    if (from) std::memcpy(mapped_ + offset, from, bytes);
+    if (to) std::memcpy(to, mapped_ + offset, bytes);
+    return;
+  }
+  Staging staging(*gpu_, std::min(bytes, kStagingBytes));
+  for (std::uint64_t done = 0; done < bytes; done += kStagingBytes) {
+    const std::uint64_t part = std::min(bytes - done, kStagingBytes);
+    if (from) std::memcpy(staging.mapped, static_cast<const std::byte*>(from) + done, part);
+    gpu_->submit("a copy of " + name_, [&](VkCommandBuffer cmd) {
+      const VkBufferCopy region{from ? 0 : offset + done, from ? offset + done : 0, part};
+      vkCmdCopyBuffer(cmd, from ? staging.buffer : buffer_, from ? buffer_ : staging.buffer, 1, &region);
+    });
+    if (to) std::memcpy(static_cast<std::byte*>(to) + done, staging.mapped, part);
+  }
+}
+
+}  // namespace ballot

@@ -1,0 +1,275 @@
+#include "engine/vk/context.h"
+
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+
+#include "engine/core/error.h"
+#include "engine/core/file.h"
+#include "engine/vk/device.h"
+
+namespace ballot {
+
+namespace {
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+bool has_validation_layer() {
+  std::uint32_t count = 0;
+  vkEnumerateInstanceLayerProperties(&count, nullptr);
+  std::vector<VkLayerProperties> layers(count);
+  vkEnumerateInstanceLayerProperties(&count, layers.data());
+  for (const auto& layer : layers)
+    if (!std::strcmp(layer.layerName, kValidationLayer)) return true;
+  return false;
+}
+
+VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
+                                          const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
+  static_cast<std::vector<std::string>*>(user)->push_back(data->pMessage);
+  std::fprintf(stderr, "validation: %s\n", data->pMessage);
+  return VK_FALSE;
+}
+
+VkDebugUtilsMessengerCreateInfoEXT messenger_info(std::vector<std::string>* messages) {
+  VkDebugUtilsMessengerCreateInfoEXT info{};
+  info.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT;
+  info.messageSeverity =
+      VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+  info.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT;
+  info.pfnUserCallback = on_message;
+  info.pUserData = messages;
+  return info;
+}
+
+VkInstance make_instance(bool validate, std::vector<std::string>* messages) {
+  load_vulkan();
+  std::uint32_t version = 0;
+  vkEnumerateInstanceVersion(&version);
+  if (version < VK_API_VERSION_1_2) fail(Failure::Device, "the Vulkan loader is older than 1.2; update libvulkan1");
+  if (validate && !has_validation_layer())
+    fail(Failure::Device, "--validate: the layer {} is not installed; on Debian: apt install vulkan-validationlayers",
+         kValidationLayer);
+  VkApplicationInfo app{};
+  app.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+  app.pApplicationName = "ballot";
+  app.apiVersion = VK_API_VERSION_1_2;
+  VkInstanceCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+  create.pApplicationInfo = &app;
+  const VkValidationFeatureEnableEXT enable = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
+  VkValidationFeaturesEXT features{};
+  features.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
+  features.enabledValidationFeatureCount = 1;
+  features.pEnabledValidationFeatures = &enable;
+  const char* extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
+  auto messenger = messenger_info(messages);
+  if (validate) {
+    features.pNext = &messenger;
+    create.pNext = &features;
+    create.enabledLayerCount = 1;
+    create.ppEnabledLayerNames = &kValidationLayer;
+    create.enabledExtensionCount = 2;
+    create.ppEnabledExtensionNames = extensions;
+  }
+  VkInstance instance = VK_NULL_HANDLE;
+  const VkResult result = vkCreateInstance(&create, nullptr, &instance);
+  if (result != VK_SUCCESS)
+    fail(Failure::Device, "no Vulkan instance: {}; is a driver installed? On Debian: apt install mesa-vulkan-drivers",
+         result_name(result));
+  load_instance_functions(instance, validate);
+  return instance;
+}
+
+std::filesystem::path pipeline_cache_path(const DeviceInfo& d) {
+  std::string uuid;
+  for (std::uint8_t byte : d.pipeline_cache_uuid) uuid += fmt::format("{:02x}", byte);
+  return cache_folder() / "pipelines" / fmt::format("{:04x}-{:04x}-{}.bin", d.vendor_id, d.device_id, uuid);
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> list_devices() {
+  const VkInstance instance = make_instance(false, nullptr);
+  std::vector<DeviceInfo> infos;
+  for (PhysicalDevice& d : physical_devices(instance)) infos.push_back(std::move(d.info));
+  vkDestroyInstance(instance, nullptr);
+  return infos;
+}
+
+Context::Context(const ContextOptions& options) {
+  try {
+    create_instance(options.validate);
+    auto devices = physical_devices(instance_);
+    std::vector<DeviceInfo> infos;
+    for (const auto& d : devices) infos.push_back(d.info);
+    PhysicalDevice& chosen = devices[choose_device(infos, options.device)];
+    physical_ = chosen.handle;
+    info_ = std::move(chosen.info);
+    create_device();
+    create_queue_objects();
+    load_pipeline_cache();
+  } catch (...) {
+    destroy();
+    throw;
+  }
+}
+
+Context::~Context() { destroy(); }
+
+void Context::destroy() {
+  if (device_) {
+    vkQueueWaitIdle(queue_);
+    vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);
+    vkDestroyQueryPool(device_, queries_, nullptr);
+    vkDestroyFence(device_, fence_, nullptr);
+    vkDestroyCommandPool(device_, commands_, nullptr);
+    vkDestroyDevice(device_, nullptr);
+    device_ = VK_NULL_HANDLE;
+  }
+  if (messenger_) vkDestroyDebugUtilsMessengerEXT(instance_, messenger_, nullptr);
+  messenger_ = VK_NULL_HANDLE;
+  if (instance_) vkDestroyInstance(instance_, nullptr);
+  instance_ = VK_NULL_HANDLE;
+}
+
+void Context::create_instance(bool validate) {
+  instance_ = make_instance(validate, &messages_);
+  if (!validate) return;
+  const auto info = messenger_info(&messages_);
+  vk_check(vkCreateDebugUtilsMessengerEXT(instance_, &info, nullptr, &messenger_), "creating the validation messenger");
+}
+
+void Context::create_device() {
+  queue_family_ = std::uint32_t(compute_family(physical_));
+  const float priority = 1;
+  VkDeviceQueueCreateInfo queue{};
+  queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+  queue.queueFamilyIndex = queue_family_;
+  queue.queueCount = 1;
+  queue.pQueuePriorities = &priority;
+  VkPhysicalDeviceShaderSubgroupUniformControlFlowFeaturesKHR flow{};
+  flow.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_SUBGROUP_UNIFORM_CONTROL_FLOW_FEATURES_KHR;
+  flow.shaderSubgroupUniformControlFlow = VK_TRUE;
+  VkPhysicalDeviceSubgroupSizeControlFeaturesEXT size{};
+  size.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_FEATURES_EXT;
+  size.pNext = info_.uniform_flow ? &flow : nullptr;
+  size.subgroupSizeControl = info_.size_control;
+  size.computeFullSubgroups = info_.full_subgroups;
+  VkPhysicalDeviceVulkan12Features v12{};
+  v12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
+  v12.pNext = info_.size_control || info_.full_subgroups ? &size : size.pNext;
+  v12.scalarBlockLayout = VK_TRUE;
+  v12.bufferDeviceAddress = info_.buffer_address;
+  const auto extensions = optional_extensions(physical_);
+  VkDeviceCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+  create.pNext = &v12;
+  create.queueCreateInfoCount = 1;
+  create.pQueueCreateInfos = &queue;
+  create.enabledExtensionCount = std::uint32_t(extensions.size());
+  create.ppEnabledExtensionNames = extensions.data();
+  vk_check(vkCreateDevice(physical_, &create, nullptr, &device_), "opening device", info_.name.c_str());
+  vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
+  vkGetPhysicalDeviceMemoryProperties(physical_, &memory_);
+}
+
+void Context::create_queue_objects() {
+  VkCommandPoolCreateInfo pool{};
+  pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
+  pool.queueFamilyIndex = queue_family_;
+  vk_check(vkCreateCommandPool(device_, &pool, nullptr, &commands_), "creating a command pool");
+  VkCommandBufferAllocateInfo allocate{};
+  allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+  allocate.commandPool = commands_;
+  allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+  allocate.commandBufferCount = 1;
+  vk_check(vkAllocateCommandBuffers(device_, &allocate, &buffer_), "allocating a command buffer");
+  VkFenceCreateInfo fence{};
+  fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+  vk_check(vkCreateFence(device_, &fence, nullptr, &fence_), "creating a fence");
+  if (info_.timestamp_ns <= 0) return;
+  VkQueryPoolCreateInfo queries{};
+  queries.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
+  queries.queryType = VK_QUERY_TYPE_TIMESTAMP;
+  queries.queryCount = 2;
+  vk_check(vkCreateQueryPool(device_, &queries, nullptr, &queries_), "creating a query pool");
+}
+
+void Context::submit(const std::string& what, const std::function<void(VkCommandBuffer)>& record) {
+  vk_check(vkResetCommandPool(device_, commands_, 0), "resetting commands for", what.c_str());
+  VkCommandBufferBeginInfo begin{};
+  begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+  begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+  vk_check(vkBeginCommandBuffer(buffer_, &begin), "recording", what.c_str());
+  if (queries_) {
+    vkCmdResetQueryPool(buffer_, queries_, 0, 2);
+    vkCmdWriteTimestamp(buffer_, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, queries_, 0);
+  }
+  record(buffer_);
+  if (queries_) vkCmdWriteTimestamp(buffer_, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries_, 1);
+  vk_check(vkEndCommandBuffer(buffer_), "recording", what.c_str());
+  VkSubmitInfo submit{};
+  submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+  submit.commandBufferCount = 1;
+  submit.pCommandBuffers = &buffer_;
+  const auto start = std::chrono::steady_clock::now();
+  vk_check(vkQueueSubmit(queue_, 1, &submit, fence_), "submitting", what.c_str());
+  vk_check(vkWaitForFences(device_, 1, &fence_, VK_TRUE, UINT64_MAX), "waiting for", what.c_str());
+  last_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  vk_check(vkResetFences(device_, 1, &fence_), "resetting the fence of", what.c_str());
+  if (!queries_) return;
+  std::uint64_t ticks[2] = {};
+  vk_check(vkGetQueryPoolResults(device_, queries_, 0, 2, sizeof ticks, ticks, sizeof ticks[0], VK_QUERY_RESULT_64_BIT),
+           "reading the times of", what.c_str());
+  last_ms_ = double(ticks[1] - ticks[0]) * info_.timestamp_ns * 1e-6;
+}
+
+std::uint32_t Context::memory_type(std::uint32_t bits, VkMemoryPropertyFlags wanted,
+                                   VkMemoryPropertyFlags preferred) const {
+  for (const VkMemoryPropertyFlags flags : {wanted | preferred, wanted})
+    for (std::uint32_t i = 0; i < memory_.memoryTypeCount; ++i)
+      if ((bits >> i & 1) && (memory_.memoryTypes[i].propertyFlags & flags) == flags) return i;
+  fail(Failure::Work, "device {} has no memory type with flags {:#x}", info_.name, wanted);
+}
+
+void Context::name(VkObjectType type, std::uint64_t handle, const std::string& name) {
+  if (!messenger_) return;
+  VkDebugUtilsObjectNameInfoEXT info{};
+  info.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT;
+  info.objectType = type;
+  info.objectHandle = handle;
+  info.pObjectName = name.c_str();
+  vkSetDebugUtilsObjectNameEXT(device_, &info);
+}
+
+void Context::load_pipeline_cache() {
+  std::vector<std::byte> data;
+  try {
+    const auto path = pipeline_cache_path(info_);
+    if (std::filesystem::exists(path)) data = read_file(path);
+  } catch (const Error&) {
+    data.clear();  // an unreadable cache is an empty one
+  }
+  VkPipelineCacheCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
+  create.initialDataSize = data.size();
+  create.pInitialData = data.data();
+  vk_check(vkCreatePipelineCache(device_, &create, nullptr, &pipeline_cache_), "creating the pipeline cache");
+}
+
+void Context::save_pipeline_cache() {
+  std::size_t size = 0;
+  if (vkGetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) != VK_SUCCESS || size == 0) return;
+  std::vector<std::byte> data(size);
+  if (vkGetPipelineCacheData(device_, pipeline_cache_, &size, data.data()) != VK_SUCCESS) return;
+  try {
+    const auto path = pipeline_cache_path(info_);
+    std::filesystem::create_directories(path.parent_path());
+    write_file(path, std::span<const std::byte>(data.data(), size));
+  } catch (const std::exception&) {
+    // A cache that cannot be written costs time, not results.
+  }
+}
+
+}  // namespace ballot

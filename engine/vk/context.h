@@ -1,0 +1,110 @@
+// The Vulkan device: choosing one, refusing the rest with reasons, submitting work, collecting validation messages.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/vk/api.h"
+
+namespace ballot {
+
+/// What a device is and offers, as far as Ballot cares.
+struct DeviceInfo {
+  std::string name;
+  std::string driver;  // "NVIDIA 580.159.04", "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"
+  VkDriverId driver_id = VkDriverId(0);
+  std::uint32_t driver_version = 0;  // raw; see mesa_version()
+  std::uint32_t vendor_id = 0, device_id = 0;
+  std::uint8_t pipeline_cache_uuid[VK_UUID_SIZE] = {};
+  VkPhysicalDeviceType type = VK_PHYSICAL_DEVICE_TYPE_OTHER;
+  std::uint32_t api_version = 0;
+  std::uint32_t subgroup_size = 0, min_subgroup_size = 0, max_subgroup_size = 0;
+  std::uint32_t max_group_invocations = 0, max_group_size_x = 0, max_group_count_x = 0, max_group_subgroups = 0;
+  std::uint64_t max_storage_range = 0;  // bytes a storage buffer binding may see
+  std::uint64_t max_texels = 0;         // elements of a texel buffer
+  std::uint64_t max_allocation = 0;     // bytes
+  std::uint32_t shared_bytes = 0;
+  double timestamp_ns = 0;  // per tick; 0: no timestamps
+  bool size_control = false, full_subgroups = false;   // VK_EXT_subgroup_size_control
+  bool uniform_flow = false;                           // VK_KHR_shader_subgroup_uniform_control_flow
+  bool shuffle = false, buffer_address = false, float64 = false;
+  std::vector<std::string> refusals;  // why Ballot cannot use it; empty: it can
+  std::vector<std::string> lacks;     // optional things it has not, and what that costs
+
+  bool is_cpu() const { return type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
+  /// Version of a Mesa driver as 22.3.6 -> 220306; 0 for other drivers.
+  std::uint32_t mesa_version() const;
+};
+
+/// All Vulkan devices of this machine, usable or not, in the loader's order. Throws Error(Device) without a loader/driver.
+std::vector<DeviceInfo> list_devices();
+
+struct ContextOptions {
+  std::string device;     // "": the best GPU, else a CPU device; an index; part of a name; "gpu"; "cpu"
+  bool validate = false;  // VK_LAYER_KHRONOS_validation with synchronization validation
+};
+
+/// Index into `devices` of the one that `wanted` names. Throws Error(Arguments) if nothing has this name or index,
+/// Error(Device) that lists every refusal if nothing usable is left.
+std::size_t choose_device(const std::vector<DeviceInfo>& devices, std::string_view wanted);
+
+/// Instance, device, one queue with compute, one submission in flight. Belongs to one thread; one lives at a time.
+class Context {
+ public:
+  explicit Context(const ContextOptions& options = {});
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  const DeviceInfo& info() const { return info_; }
+  VkDevice device() const { return device_; }
+  VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
+  bool validating() const { return messenger_ != VK_NULL_HANDLE; }
+
+  /// Records and submits commands, waits for them. `what` names the work in errors (a lost device above all).
+  void submit(const std::string& what, const std::function<void(VkCommandBuffer)>& record);
+  /// Device milliseconds of the last submit, all of it; wall time where the queue has no timestamps.
+  double last_ms() const { return last_ms_; }
+
+  /// Memory type with `wanted` flags among `bits`, preferring `preferred` too. Throws Error(Work).
+  std::uint32_t memory_type(std::uint32_t bits, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags preferred) const;
+  VkMemoryPropertyFlags memory_flags(std::uint32_t type) const { return memory_.memoryTypes[type].propertyFlags; }
+  std::uint64_t heap_bytes(std::uint32_t type) const { return memory_.memoryHeaps[memory_.memoryTypes[type].heapIndex].size; }
+
+  /// Names an object in validation messages. No effect without validation.
+  void name(VkObjectType type, std::uint64_t handle, const std::string& name);
+
+  /// Warnings and errors of the validation layers so far; the messages are also printed to standard error.
+  const std::vector<std::string>& messages() const { return messages_; }
+
+  void save_pipeline_cache();  // when pipelines were made; failure to write is ignored
+
+ private:
+  void create_instance(bool validate);
+  void create_device();
+  void create_queue_objects();
+  void load_pipeline_cache();
+  void destroy();
+
+  DeviceInfo info_;
+  std::vector<std::string> messages_;
+  VkInstance instance_ = VK_NULL_HANDLE;
+  VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+  VkPhysicalDevice physical_ = VK_NULL_HANDLE;
+  VkPhysicalDeviceMemoryProperties memory_{};
+  VkDevice device_ = VK_NULL_HANDLE;
+  std::uint32_t queue_family_ = 0;
+  VkQueue queue_ = VK_NULL_HANDLE;
+  VkCommandPool commands_ = VK_NULL_HANDLE;
+  VkCommandBuffer buffer_ = VK_NULL_HANDLE;
+  VkFence fence_ = VK_NULL_HANDLE;
+  VkQueryPool queries_ = VK_NULL_HANDLE;
+  VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
+  double last_ms_ = 0;
+};
+
+}  // namespace ballot

@@ -1,0 +1,191 @@
+#include "engine/vk/shader.h"
+
+#include <glslang/SPIRV/GlslangToSpv.h>
+#include <glslang/Public/ShaderLang.h>
+
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "engine/core/error.h"
+#include "engine/core/file.h"
+
+namespace ballot {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kCacheVersion = 1;  // raise when options of the compiler below change
+
+std::string read_text(const fs::path& path) {
+  const auto bytes = read_file(path);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// #include "x": relative to the file that includes it.
+class Includer : public glslang::TShader::Includer {
+ public:
+  IncludeResult* includeLocal(const char* header, const char* includer, size_t) override {
+    const fs::path path = (fs::path(includer).parent_path() / header).lexically_normal();
+    try {
+      auto* text = new std::string(read_text(path));
+      return new IncludeResult(path.string(), text->data(), text->size(), text);
+    } catch (const Error&) {
+      return nullptr;  // glslang reports file and line of the #include
+    }
+  }
+  void releaseInclude(IncludeResult* result) override {
+    if (!result) return;
+    delete static_cast<std::string*>(result->userData);
+    delete result;
+  }
+};
+
+struct GlslangProcess {
+  GlslangProcess() { glslang::InitializeProcess(); }
+  ~GlslangProcess() { glslang::FinalizeProcess(); }
+};
+
+/// The limits that shaders may assume while compiling; the device's own are checked where it matters.
+TBuiltInResource compile_limits() {
+  TBuiltInResource r{};
+  r.maxDrawBuffers = 8;
+  r.maxComputeWorkGroupCountX = r.maxComputeWorkGroupCountY = r.maxComputeWorkGroupCountZ = 65535;
+  r.maxComputeWorkGroupSizeX = r.maxComputeWorkGroupSizeY = 1024;
+  r.maxComputeWorkGroupSizeZ = 64;
+  r.limits.nonInductiveForLoops = r.limits.whileLoops = r.limits.doWhileLoops = true;
+  r.limits.generalUniformIndexing = r.limits.generalAttributeMatrixVectorIndexing = true;
+  r.limits.generalVaryingIndexing = r.limits.generalSamplerIndexing = true;
+  r.limits.generalVariableIndexing = r.limits.generalConstantMatrixVectorIndexing = true;
+  return r;
+}
+
+std::string preamble_of(const Defines& defines) {
+  std::string text;
+  for (const auto& [name, value] : defines) text += fmt::format("#define {} {}\n", name, value);
+  return text;
+}
+
+struct Source {
+  std::string path, text, preamble;
+  const char* text_pointer;
+  const char* path_pointer;
+  glslang::TShader shader{EShLangCompute};
+
+  Source(const fs::path& file, const Defines& defines)
+      : path(file.string()), text(read_text(file)), preamble(preamble_of(defines)), text_pointer(text.c_str()),
+        path_pointer(path.c_str()) {
+    shader.setStringsWithLengthsAndNames(&text_pointer, nullptr, &path_pointer, 1);
+    shader.setPreamble(preamble.c_str());
+    shader.setEnvInput(glslang::EShSourceGlsl, EShLangCompute, glslang::EShClientVulkan, 100);
+    shader.setEnvClient(glslang::EShClientVulkan, glslang::EShTargetVulkan_1_2);
+    shader.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_5);
+  }
+};
+
+constexpr EShMessages kMessages = EShMessages(EShMsgSpvRules | EShMsgVulkanRules);
+
+std::string preprocess(const fs::path& file, const Defines& defines) {
+  Source source(file, defines);
+  Includer includer;
+  const TBuiltInResource limits = compile_limits();
+  std::string text;
+  if (!source.shader.preprocess(&limits, 460, ENoProfile, false, false, kMessages, &text, includer))
+    fail(Failure::Work, "shader {} does not preprocess:\n{}", file.string(), source.shader.getInfoLog());
+  return text;
+}
+
+std::vector<std::uint32_t> compile(const fs::path& file, const Defines& defines) {
+  Source source(file, defines);
+  Includer includer;
+  const TBuiltInResource limits = compile_limits();
+  if (!source.shader.parse(&limits, 460, ENoProfile, false, false, kMessages, includer))
+    fail(Failure::Work, "shader {} does not compile:\n{}", file.string(), source.shader.getInfoLog());
+  glslang::TProgram program;
+  program.addShader(&source.shader);
+  if (!program.link(kMessages))
+    fail(Failure::Work, "shader {} does not link:\n{}", file.string(), program.getInfoLog());
+  std::vector<unsigned int> words;
+  glslang::SpvOptions options;
+  options.disableOptimizer = true;
+  glslang::GlslangToSpv(*program.getIntermediate(EShLangCompute), words, &options);
+  return {words.begin(), words.end()};
+}
+
+std::string cache_key(const std::string& preprocessed, const Defines& defines) {
+  const glslang::Version v = glslang::GetVersion();
+  const std::string all =
+      fmt::format("{} {} {}.{}.{}\n", kCacheVersion, preamble_of(defines), v.major, v.minor, v.patch) + preprocessed;
+  const XXH128_hash_t hash = XXH3_128bits(all.data(), all.size());
+  return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+}
+
+/// A cached module: its words and, last, their hash, so that a truncated or damaged file is noticed.
+std::vector<std::uint32_t> load_cached(const fs::path& path) {
+  std::error_code error;
+  if (!fs::exists(path, error)) return {};
+  try {
+    const auto bytes = read_file(path);
+    if (bytes.size() < 28 || bytes.size() % 4 != 0) return {};
+    std::uint64_t hash = 0;
+    std::memcpy(&hash, bytes.data() + bytes.size() - 8, 8);
+    if (hash != XXH3_64bits(bytes.data(), bytes.size() - 8)) return {};
+    std::vector<std::uint32_t> words(bytes.size() / 4 - 2);
+    std::memcpy(words.data(), bytes.data(), words.size() * 4);
+    return words;
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+void store_cached(const fs::path& path, std::vector<std::uint32_t> words) {
+  const std::uint64_t hash = XXH3_64bits(words.data(), words.size() * 4);
+  words.resize(words.size() + 2);
+  std::memcpy(&words[words.size() - 2], &hash, 8);
+  try {
+    fs::create_directories(path.parent_path());
+    write_file(path, std::as_bytes(std::span(words)));
+  } catch (const std::exception&) {
+    // A cache that cannot be written costs time, not results.
+  }
+}
+
+}  // namespace
+
+fs::path shader_folder() {
+  std::vector<fs::path> tried;
+  if (const char* folder = std::getenv("BALLOT_SHADERS")) tried.emplace_back(folder);
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (!error) tried.push_back((program.parent_path() / "../share/ballot/shaders").lexically_normal());
+  tried.emplace_back(BALLOT_SOURCE_SHADERS);
+  std::string text;
+  for (const fs::path& folder : tried) {
+    if (fs::exists(folder / "shared/layout.h", error)) return folder;
+    text += "\n  " + folder.string();
+  }
+  fail(Failure::Work, "no shaders: set BALLOT_SHADERS to the folder that holds shared/layout.h; tried:{}", text);
+}
+
+Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache) {
+  static const GlslangProcess process;
+  const auto start = std::chrono::steady_clock::now();
+  const fs::path path = shader_folder() / file;
+  const fs::path cached = cache_folder() / "spirv" / (cache_key(preprocess(path, defines), defines) + ".spv");
+  Spirv result;
+  if (use_cache) result.words = load_cached(cached);
+  result.from_cache = !result.words.empty();
+  if (!result.from_cache) {
+    result.words = compile(path, defines);
+    if (use_cache) store_cached(cached, result.words);
+  }
+  result.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+}  // namespace ballot

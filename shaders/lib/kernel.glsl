@@ -1,0 +1,82 @@
+// Extensions, push constants, buffers and node fetch: included first by every traversal kernel.
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_vote : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#if BALLOT_COOPERATIVE || BALLOT_PACKET_STACK == 1
+#extension GL_KHR_shader_subgroup_shuffle : require
+#endif
+#if BALLOT_UNIFORM_FLOW
+#extension GL_EXT_subgroup_uniform_control_flow : require
+#endif
+#if BALLOT_FETCH == 2
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+#endif
+
+#include "../shared/layout.h"
+#include "../shared/variant.h"
+
+layout(local_size_x_id = SPEC_GROUP_SIZE, local_size_y = 1, local_size_z = 1) in;
+layout(constant_id = SPEC_STACK_SIZE) const uint STACK_SIZE = 32;
+layout(constant_id = SPEC_GROUP_SUBGROUPS) const uint GROUP_SUBGROUPS = 16;
+layout(constant_id = SPEC_SUBGROUP_SIZE) const uint SUBGROUP_SIZE = 4;
+
+layout(push_constant, scalar) uniform Push { TracePush push; };
+
+layout(set = 0, binding = BIND_RAYS, scalar) readonly buffer Rays { Ray rays[]; };
+layout(set = 0, binding = BIND_HITS, scalar) writeonly buffer Hits { Hit hits[]; };
+layout(set = 0, binding = BIND_WORK, scalar) buffer WorkCounter { Work work; };
+
+#if BALLOT_FETCH == FETCH_STORAGE
+layout(set = 0, binding = BIND_NODES, scalar) readonly buffer Nodes { uvec4 nodes[]; };
+layout(set = 0, binding = BIND_LEAVES, scalar) readonly buffer Leaves { uvec4 leaves[]; };
+uvec4 node_texel(uint texel) { return nodes[texel]; }
+uvec4 leaf_texel(uint texel) { return leaves[texel]; }
+#elif BALLOT_FETCH == FETCH_TEXEL
+// Unsigned texels: small integers would be denormal floats, which a device may flush.
+layout(set = 0, binding = BIND_NODES) uniform usamplerBuffer nodes;
+layout(set = 0, binding = BIND_LEAVES) uniform usamplerBuffer leaves;
+uvec4 node_texel(uint texel) { return texelFetch(nodes, int(texel)); }
+uvec4 leaf_texel(uint texel) { return texelFetch(leaves, int(texel)); }
+#else
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Texels { uvec4 at[]; };
+uvec4 node_texel(uint texel) { return Texels(uvec2(push.nodes_lo, push.nodes_hi)).at[texel]; }
+uvec4 leaf_texel(uint texel) { return Texels(uvec2(push.leaves_lo, push.leaves_hi)).at[texel]; }
+#endif
+
+bool is_inner(uint node) { return int(node) >= 0; }
+
+// Both children of an inner node.
+struct Pair {
+  vec3 lo_l, hi_l, lo_r, hi_r;
+  uint left, right;  // child references
+};
+
+Pair unpack_pair(uvec4 a, uvec4 b, uvec4 c, uvec4 d) {
+  Pair p;
+#if BALLOT_LAYOUT == LAYOUT_INTERLEAVED
+  vec4 l = uintBitsToFloat(a), r = uintBitsToFloat(b), z = uintBitsToFloat(c);
+  p.lo_l = vec3(l.x, l.z, z.x);
+  p.hi_l = vec3(l.y, l.w, z.y);
+  p.lo_r = vec3(r.x, r.z, z.z);
+  p.hi_r = vec3(r.y, r.w, z.w);
+  p.left = d.x;
+  p.right = d.y;
+#else
+  p.lo_l = uintBitsToFloat(a.xyz);
+  p.hi_l = uintBitsToFloat(uvec3(a.w, b.xy));
+  p.lo_r = uintBitsToFloat(c.xyz);
+  p.hi_r = uintBitsToFloat(uvec3(c.w, d.xy));
+  p.left = b.z == 0u ? b.w : LEAF_BIT | (b.z - 1u) << LEAF_COUNT_SHIFT | b.w;
+  p.right = d.z == 0u ? d.w : LEAF_BIT | (d.z - 1u) << LEAF_COUNT_SHIFT | d.w;
+#endif
+  return p;
+}
+
+Pair fetch_pair(uint node) {
+  return unpack_pair(node_texel(node), node_texel(node + 1u), node_texel(node + 2u), node_texel(node + 3u));
+}
+
+#include "numeric.glsl"
+#include "leaf.glsl"

@@ -1,0 +1,45 @@
+// main(): subgroups take rays until none is left, walk them and write their hits. Included last by every traversal kernel.
+//
+// A lane's ray is its subgroup's base plus its number in the subgroup, so the rays of a packet are neighbours in the
+// buffer. The pipeline has full subgroups, and the workgroup is a multiple of the subgroup.
+//
+// The reconvergence rule: a persistent subgroup loops on a base that is the same for all its lanes, and no lane leaves the
+// loop or the kernel by itself; a lane without a ray goes along with live = false. Where the device has it, the entry point
+// declares subgroup-uniform control flow, which then promises that votes see all lanes.
+//
+// A driver may cut loops short (Mesa 22.3's lavapipe gives all loops of an invocation 65 535 iterations together, then
+// silently stops looping). A walk that did not end with END_OF_TREE was cut: its ray is marked and counted, and the host
+// traces it again in smaller pieces (engine/trace/tracer.cpp).
+
+void trace_ray(uint index) {
+  bool inside = index < push.ray_end;
+  Ray ray = rays[inside ? index : push.ray_begin];
+  bool live = inside && !is_dead(ray);
+  if (!live) ray = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
+  Walker w = make_walker(ray);
+  uint end = traverse(w, live, push.root);
+  if (live && (end != END_OF_TREE || w.truncated)) {
+    w.hit.prim = UNFINISHED;
+    atomicAdd(work.unfinished, 1u);
+  }
+  if (inside) hits[index] = w.hit;
+}
+
+#if BALLOT_UNIFORM_FLOW
+void main() [[subgroup_uniform_control_flow]] {
+#else
+void main() {
+#endif
+#if BALLOT_LAUNCH == LAUNCH_PLAIN
+  uint subgroup = gl_WorkGroupID.x * gl_NumSubgroups + gl_SubgroupID;
+  trace_ray(push.ray_begin + subgroup * gl_SubgroupSize + gl_SubgroupInvocationID);
+#else
+  for (uint batch = 0u; batch < push.max_batches; ++batch) {
+    uint base = 0u;
+    if (subgroupElect()) base = atomicAdd(work.next, gl_SubgroupSize);
+    base = subgroupBroadcastFirst(base);
+    if (base >= push.ray_end) break;
+    trace_ray(base + gl_SubgroupInvocationID);
+  }
+#endif
+}

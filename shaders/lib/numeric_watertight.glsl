@@ -1,0 +1,66 @@
+// Numeric mode "watertight": no ray slips between triangles that share an edge or a vertex, and no box culls a triangle
+// that this test would accept.
+//
+// Source: Sven Woop, Carsten Benthin, Ingo Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013.
+// Differs from the paper: the permutation to the ray's dominant axis is a product with rows of zeros, ones and the shear,
+// which rounds exactly as the paper's select-and-subtract (products with 0 and 1 are exact) and needs no selects; there is no
+// double fallback, because an edge function of exactly zero counts as inside; boxes are padded by one absolute bound a ray
+// instead of the paper's shifted origins and scaled directions.
+//
+// `precise` forbids contraction: the edge function of one edge must round the same for both of its triangles. Products
+// that differ only in order, c.x * b.y and b.y * c.x, then round alike, and rounding is monotone, so the sign of a non-zero
+// edge function is never wrong; FMA would break both.
+
+struct RaySpace {
+  vec3 row_x, row_y, row_z;  // of the matrix that shears the ray onto the axis of its largest direction component
+};
+
+RaySpace make_ray_space(Ray ray) {
+  vec3 d = ray.dir, a = abs(d);
+  RaySpace s;
+  if (a.x >= a.y && a.x >= a.z) {
+    float inv = 1.0 / d.x;
+    s = RaySpace(vec3(-d.y / d.x, 1.0, 0.0), vec3(-d.z / d.x, 0.0, 1.0), vec3(inv, 0.0, 0.0));
+  } else if (a.y >= a.z) {
+    float inv = 1.0 / d.y;
+    s = RaySpace(vec3(0.0, -d.z / d.y, 1.0), vec3(1.0, -d.x / d.y, 0.0), vec3(0.0, inv, 0.0));
+  } else {
+    float inv = 1.0 / d.z;
+    s = RaySpace(vec3(1.0, 0.0, -d.x / d.z), vec3(0.0, 1.0, -d.y / d.z), vec3(0.0, 0.0, inv));
+  }
+  return s;
+}
+
+float along(vec3 row, vec3 p) {
+  precise float sum = row.x * p.x + row.y * p.y + row.z * p.z;
+  return sum;
+}
+
+bool hit_triangle(Ray ray, RaySpace space, vec3 v0, vec3 v1, vec3 v2, out float t, out float u, out float v) {
+  precise vec3 a = v0 - ray.origin, b = v1 - ray.origin, c = v2 - ray.origin;
+  precise float ax = along(space.row_x, a), ay = along(space.row_y, a), az = along(space.row_z, a);
+  precise float bx = along(space.row_x, b), by = along(space.row_y, b), bz = along(space.row_z, b);
+  precise float cx = along(space.row_x, c), cy = along(space.row_y, c), cz = along(space.row_z, c);
+  precise float e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
+  precise float det = e0 + e1 + e2;
+  precise float inv = 1.0 / det;
+  precise float depth = e0 * az + e1 * bz + e2 * cz;
+  t = depth * inv;
+  u = e1 * inv;
+  v = e2 * inv;
+  bool inside = min(e0, min(e1, e2)) >= 0.0 || max(e0, max(e1, e2)) <= 0.0;
+  return inside && det != 0.0;
+}
+
+// Let M bound |p - o| on every axis for p in the scene's box, and w = 2^-24. To first order the test above moves a vertex
+// sideways by at most w M (subtraction) + 5 w M (the shear's division, 2.5 ulp: Vulkan's precision of operations) + w M
+// (error of the other coordinate, sheared) + w M (product) + 2 w M (sum) = 10 w M: it decides exactly on that moved
+// triangle, but for edge functions that round to zero (accepted, and no further from the ray than the product's rounding:
+// 2 w M). The slab test, (plane - (o -+ e)) * inv, moves a plane by w M (subtraction) + 5 w M (division) + w M (product). The
+// sum is 19 w M; 20 w M leaves room for M's own rounding and for the clamp of small directions (lib/box.glsl, 2^-59 M).
+// o -+ e itself rounds by w |o -+ e|: 2 w |o| + the slack covers it.
+vec3 box_padding(Ray ray) {
+  vec3 far = max(abs(push.scene_lo - ray.origin), abs(push.scene_hi - ray.origin));
+  float m = max(far.x, max(far.y, far.z));
+  return vec3(1.25e-6 * m) + 1.25e-7 * abs(ray.origin);
+}

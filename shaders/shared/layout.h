@@ -1,0 +1,77 @@
+// Records that C++ and GLSL share. Only float, uint and vec3 under scalar layout, so no padding rule has to be
+// remembered; the sizes are asserted in C++, and a test writes each record on the device and compares the bytes.
+#ifndef BALLOT_LAYOUT_H
+#define BALLOT_LAYOUT_H
+
+#ifdef __cplusplus
+#include <cstdint>
+#include <glm/vec3.hpp>
+namespace ballot {
+using uint = std::uint32_t;
+using vec3 = glm::vec3;
+#define BALLOT_RECORD(T, SIZE) static_assert(sizeof(T) == SIZE && alignof(T) == 4, #T " changed size")
+#else
+#define BALLOT_RECORD(T, SIZE)
+#endif
+
+// A hit is searched for t in [t_min, t_max]; t counts multiples of dir, which need not be of unit length.
+// A ray with t_max <= t_min, or with a NaN or an infinite component, is dead: it is reported as a miss.
+struct Ray {
+  vec3 origin;  // scene units
+  float t_min;
+  vec3 dir;
+  float t_max;
+};
+BALLOT_RECORD(Ray, 32);
+
+// prim numbers the triangle as the scene file does; NO_HIT on a miss. u and v weigh the vertices 1 and 2.
+struct Hit {
+  float t;
+  uint prim;
+  float u;
+  float v;
+};
+BALLOT_RECORD(Hit, 16);
+
+// Vinkler, Traversal methods for GPU ray tracing, section 2, figure 1. Siblings are neighbours: the right child is node
+// first + 1, and a pair starts at an even index and fills 64 bytes. The paper promotes count and first to float; here
+// they stay integers, which are exact beyond 2^24.
+struct BvhNode {
+  vec3 lo;     // scene units
+  vec3 hi;     // hi >= lo on each axis
+  uint count;  // leaf: 1..MAX_LEAF_TRIANGLES references. Inner node: 0
+  uint first;  // leaf: index of its first reference. Inner node: index of its left child
+};
+BALLOT_RECORD(BvhNode, 32);
+
+#define NO_HIT 0xFFFFFFFFu
+
+// Bindings of set 0 that all kernels share.
+#define BIND_RAYS 0
+#define BIND_HITS 1
+
+// A child reference in a device layout is one word: an inner node is the texel (16 bytes) at which the pair of its
+// children starts; a leaf has the top bit set, then its count - 1 in three bits, then the texel at which its block
+// starts in the leaf array. END is what lies at the bottom of every stack.
+#define LEAF_BIT 0x80000000u
+#define LEAF_COUNT_SHIFT 28
+#define LEAF_TEXEL_MASK 0x0FFFFFFFu
+#define END_OF_TREE 0xFFFFFFFFu
+#define MAX_LEAF_TRIANGLES 6
+
+// A leaf block: two texels of the leaf's own box (lo.xyz, count), (hi.xyz, 0), then three texels a triangle:
+// (v0.xyz, prim), (v1.xyz, 0), (v2.xyz, 0).
+#define LEAF_HEADER_TEXELS 2
+#define TRIANGLE_TEXELS 3
+
+// How the 64 bytes of a pair are arranged on the device: the paper's two nodes, (lo.xyz, hi.x) (hi.yz, count, first)
+// each, where `first` of a leaf counts texels; or both children's bounds by axis, (l.lo.x, l.hi.x, l.lo.y, l.hi.y),
+// the same of the right child, (l.lo.z, l.hi.z, r.lo.z, r.hi.z), (left child, right child, 0, 0).
+#define LAYOUT_PAPER 0
+#define LAYOUT_INTERLEAVED 1
+
+#ifdef __cplusplus
+}  // namespace ballot
+
+#endif
+#endif  // BALLOT_LAYOUT_H

@@ -1,0 +1,71 @@
+// What the rendering kernels and the renderer share: push constants, bindings, records.
+#ifndef BALLOT_RENDER_H
+#define BALLOT_RENDER_H
+
+#include "layout.h"
+
+// Rays of a picture are ordered by tiles of TILE_SIZE^2 pixels, row by row, Morton order inside (Vinkler, section 3: "ray
+// indices based on morton code"). Pixels of a tile outside the picture get dead rays.
+#define TILE_SIZE 32
+
+// BALLOT_SHADING
+#define SHADING_EYELIGHT 0  // base colour times the cosine to the eye, plus emission
+#define SHADING_NORMALS 1   // shading normal as colour
+
+// Bindings of set 0.
+#define BIND_FILM 2
+#define BIND_TRIANGLES 3  // texel buffer, three texels a triangle in prim order: (v0.xyz, material), (v1.xyz, 0), (v2.xyz, 0)
+#define BIND_NORMALS 4    // texel buffer, three texels a triangle; only where the scene has normals
+#define BIND_MATERIALS 5
+
+#ifdef __cplusplus
+namespace ballot {
+#define BALLOT_RECORD(T, SIZE) static_assert(sizeof(T) == SIZE && alignof(T) == 4, #T " changed size")
+#endif
+
+// Directions are sums of products, so every device makes the same rays: dir = corner + x * step_x + y * step_y, with (x, y) in
+// pixels from the top left. Orthographic views move the origin in the same way instead.
+struct PrimaryPush {
+  vec3 origin;
+  uint width;
+  vec3 corner;
+  uint height;
+  vec3 step_x;
+  uint first;  // number of the first ray of this chunk
+  vec3 step_y;
+  uint sample_index;
+  uint sample_count;  // 1: through pixel centres; more: jittered
+  uint orthographic;
+};
+
+struct ShadePush {
+  uint width, height;
+  uint first;
+  uint count;  // rays of this chunk
+  uint sample_index;
+};
+
+struct GpuMaterial {
+  vec3 base_color;
+  vec3 emissive;
+};
+
+// The film of a chunk of rays, in their order. Sums over samples, but for z, normal and prim, which are those of the first
+// sample.
+struct FilmPixel {
+  vec3 color;
+  float alpha;
+  float z;  // distance along the ray, scene units; 0 on a miss
+  vec3 normal;
+  uint prim;
+};
+
+#ifdef __cplusplus
+BALLOT_RECORD(PrimaryPush, 72);
+BALLOT_RECORD(ShadePush, 20);
+BALLOT_RECORD(GpuMaterial, 24);
+BALLOT_RECORD(FilmPixel, 36);
+#undef BALLOT_RECORD
+}  // namespace ballot
+#endif
+#endif  // BALLOT_RENDER_H

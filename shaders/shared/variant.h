@@ -1,0 +1,81 @@
+// Names that a kernel variant is made of: specialisation constants, bindings, and the defines that every variant must give.
+// engine/trace/variant.cpp is the only place that sets them.
+#ifndef BALLOT_VARIANT_H
+#define BALLOT_VARIANT_H
+
+// Specialisation constants.
+#define SPEC_GROUP_SIZE 0       // invocations in a workgroup
+#define SPEC_STACK_SIZE 1       // entries of a depth-first stack, the sentinel included
+#define SPEC_GROUP_SUBGROUPS 2  // subgroups in a workgroup, with the smallest subgroup that the pipeline may get
+#define SPEC_SUBGROUP_SIZE 3    // invocations in a subgroup; sizes the stack that is spread over lanes
+
+// Bindings of set 0, besides BIND_RAYS and BIND_HITS.
+#define BIND_WORK 2
+#define BIND_NODES 3
+#define BIND_LEAVES 4
+
+// BALLOT_FETCH: how nodes and leaves are read.
+#define FETCH_STORAGE 0    // storage buffer
+#define FETCH_TEXEL 1      // texel buffer, R32G32B32A32_UINT
+#define FETCH_REFERENCE 2  // buffer device address
+
+// BALLOT_STACK: where a ray's own stack lies.
+#define STACK_PRIVATE 0
+#define STACK_SHARED 1
+
+// BALLOT_PACKET_STACK: where the stack of a packet lies.
+#define PACKET_STACK_SHARED 0
+#define PACKET_STACK_LANES 1  // spread over the registers of the lanes, read by shuffle
+
+// BALLOT_VOTE: how the lanes of a packet agree.
+#define VOTE_ANY 0    // subgroupAny: which children anybody wants; whether anybody wants the left one first
+#define VOTE_COUNT 1  // ballot and bit count: the majority goes first
+#define VOTE_SUM 2    // the same majority by a reduction in shared memory, as hardware of 2010 had to
+
+// BALLOT_LAUNCH: how work reaches subgroups.
+#define LAUNCH_PLAIN 0       // one ray an invocation, the device schedules
+#define LAUNCH_PERSISTENT 1  // subgroups take batches from a counter until none is left (Aila and Laine 2009)
+
+// BALLOT_NUMERIC: see lib/numeric.glsl.
+#define NUMERIC_PLAIN 0
+#define NUMERIC_WATERTIGHT 1
+
+// Hit::prim of a ray whose traversal the driver cut short (see lib/main.glsl); never leaves the tracer.
+#define UNFINISHED 0xFFFFFFFEu
+
+#ifdef __cplusplus
+namespace ballot {
+#endif
+// Push constants of every traversal kernel.
+struct TracePush {
+  vec3 scene_lo;       // bounds of the whole scene, whatever the root: they size the padding of boxes
+  uint root;           // child reference at which traversal begins
+  vec3 scene_hi;
+  uint ray_end;        // rays [ray_begin, ray_end) of the buffer are traced
+  uint ray_begin;
+  uint max_batches;    // persistent launch: batches that a subgroup takes at most
+  uint nodes_lo, nodes_hi;    // buffer addresses, FETCH_REFERENCE only
+  uint leaves_lo, leaves_hi;
+};
+
+// The work buffer. `next` counts up from ray_begin; a subgroup takes rays in steps of its size.
+struct Work {
+  uint next;
+  uint unfinished;  // rays whose traversal was cut short
+};
+#ifdef __cplusplus
+BALLOT_RECORD(TracePush, 56);
+BALLOT_RECORD(Work, 8);
+#undef BALLOT_RECORD
+}  // namespace ballot
+#endif
+
+#ifndef __cplusplus
+#if !defined(BALLOT_FETCH) || !defined(BALLOT_STACK) || !defined(BALLOT_PACKET_STACK) || !defined(BALLOT_VOTE) || \
+    !defined(BALLOT_LAUNCH) || !defined(BALLOT_NUMERIC) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
+    !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW)
+#error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
+#endif
+#endif
+
+#endif  // BALLOT_VARIANT_H

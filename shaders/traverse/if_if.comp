@@ -1,0 +1,36 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// "if-if" traversal: every ray by itself; an iteration is one node or one leaf.
+//
+// Based on:
+//   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.2.
+//   Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009. ("if-if")
+// Differs from the paper: the stack may lie in shared memory; a leaf step tests all triangles of the leaf.
+//
+// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
+//   live   false where the lane has no ray
+//   Flow   lanes part; no subgroup operation
+//   Memory STACK_SIZE words per lane
+#include "../lib/kernel.glsl"
+#include "../lib/walk.glsl"
+
+uint traverse(inout Walker w, bool live, uint node) {
+  STACK_DECLARE
+  uint top = 0u;
+  STACK_AT(top++) = END_OF_TREE;
+  if (!live) node = END_OF_TREE;
+  while (node != END_OF_TREE) {
+    if (is_inner(node)) {
+      WALK_STEP(w, node, top)
+    } else {
+      visit_leaf(w, node, true);
+      node = STACK_AT(--top);
+#if BALLOT_ANY_HIT
+      if (w.hit.prim != NO_HIT) node = END_OF_TREE;
+#endif
+    }
+  }
+  return node;
+}
+
+#include "../lib/main.glsl"

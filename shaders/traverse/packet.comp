@@ -1,0 +1,50 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// "packet" traversal: the rays of a subgroup take one path through the tree, over a stack that they share.
+//
+// Based on:
+//   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.1.
+//   Johannes Guenther, Stefan Popov, Hans-Peter Seidel, Philipp Slusallek. Realtime Ray Tracing on GPU with BVH-based
+//   Packet Traversal. RT 2007.
+// Differs from the paper: the packet is a subgroup of any size; the votes are subgroup operations (any, or an exact count
+// by ballot and bit count, which the paper wished for) or, as in 2010, a reduction in shared memory; a ray tests a leaf's
+// triangles only if it meets the leaf's own box.
+//
+// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
+//   live   false where the lane has no ray: it still loads and votes
+//   Flow   subgroup-uniform throughout, but for the triangle tests in visit_leaf
+//   Memory STACK_SIZE words per subgroup, shared or spread over the lanes
+#include "../lib/kernel.glsl"
+#include "../lib/packet.glsl"
+
+uint traverse(inout Walker w, bool live, uint node) {
+  packet_begin();
+  if (!packet_any(live)) node = END_OF_TREE;
+  while (node != END_OF_TREE) {
+    if (is_inner(node)) {
+      do {
+        Pair pair = packet_fetch_pair(node);
+        float entry_l, entry_r;
+        bool l = meets(w, pair.lo_l, pair.hi_l, entry_l) && live;
+        bool r = meets(w, pair.lo_r, pair.hi_r, entry_r) && live;
+        Vote vote = packet_vote(l, r, entry_l <= entry_r);
+        bool right_first = vote.right && (!vote.left || vote.right_first);
+        node = right_first ? pair.right : pair.left;
+        if (vote.left && vote.right) packet_push(right_first ? pair.left : pair.right);
+        if (!vote.left && !vote.right) node = packet_pop();
+      } while (is_inner(node));
+    }
+    if (is_inner(node)) break;  // only where the driver cut the loop short
+    if (node != END_OF_TREE) {
+      visit_leaf(w, node, live);
+      node = packet_pop();
+#if BALLOT_ANY_HIT
+      live = live && w.hit.prim == NO_HIT;
+      if (!packet_any(live)) node = END_OF_TREE;
+#endif
+    }
+  }
+  return node;
+}
+
+#include "../lib/main.glsl"

@@ -1,0 +1,36 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// "while-while" traversal: every ray by itself; it walks inner nodes until it holds a leaf, then tests leaves until it
+// holds an inner node, so that the lanes of a subgroup mostly do the same thing.
+//
+// Based on:
+//   Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009. ("while-while")
+// Differs from the paper: one leaf is tested between descents; the next may be an inner node at once.
+//
+// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
+//   live   false where the lane has no ray
+//   Flow   lanes part; no subgroup operation
+//   Memory STACK_SIZE words per lane
+#include "../lib/kernel.glsl"
+#include "../lib/walk.glsl"
+
+uint traverse(inout Walker w, bool live, uint node) {
+  STACK_DECLARE
+  uint top = 0u;
+  STACK_AT(top++) = END_OF_TREE;
+  if (!live) node = END_OF_TREE;
+  while (node != END_OF_TREE) {
+    while (is_inner(node)) WALK_STEP(w, node, top)
+    if (is_inner(node)) break;  // only where the driver cut the loop short
+    if (node != END_OF_TREE) {
+      visit_leaf(w, node, true);
+      node = STACK_AT(--top);
+#if BALLOT_ANY_HIT
+      if (w.hit.prim != NO_HIT) node = END_OF_TREE;
+#endif
+    }
+  }
+  return node;
+}
+
+#include "../lib/main.glsl"

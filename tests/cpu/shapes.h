@@ -1,0 +1,178 @@
+// Small scenes and rays for tests, the same on every run.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "engine/scene/scene.h"
+#include "shaders/shared/layout.h"
+
+namespace ballot::shapes {
+
+using Triangles = std::vector<Triangle>;
+
+class Random {
+ public:
+  explicit Random(std::uint32_t seed) : engine_(seed) {}
+  float in(float lo, float hi) { return lo + (hi - lo) * static_cast<float>(engine_() >> 8) * 0x1p-24f; }
+  glm::vec3 point(float half) {
+    const float x = in(-half, half), y = in(-half, half), z = in(-half, half);
+    return {x, y, z};
+  }
+  std::size_t below(std::size_t n) { return engine_() % n; }
+
+ private:
+  std::mt19937 engine_;
+};
+
+/// Triangles of about `size` in a cube of half width 1.
+inline Triangles soup(std::size_t count, float size, std::uint32_t seed = 1) {
+  Random random(seed);
+  Triangles out;
+  for (std::size_t i = 0; i < count; ++i) {
+    const glm::vec3 c = random.point(1);
+    const glm::vec3 a = random.point(size), b = random.point(size), d = random.point(size);
+    out.push_back({c + a, c + b, c + d});
+  }
+  return out;
+}
+
+/// A wavy height field of 2 * side * side triangles over [-1, 1] squared.
+inline Triangles grid(int side, float height = 0.1f) {
+  const auto at = [&](int i, int j) {
+    const float x = 2 * static_cast<float>(i) / static_cast<float>(side) - 1;
+    const float z = 2 * static_cast<float>(j) / static_cast<float>(side) - 1;
+    return glm::vec3(x, height * std::sin(7 * x) * std::cos(5 * z), z);
+  };
+  Triangles out;
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i) {
+      out.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      out.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  return out;
+}
+
+/// A closed octahedron, each face divided `levels` times, its vertices on the unit sphere.
+inline Triangles sphere(int levels) {
+  const glm::vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+  Triangles out{{x, y, z}, {y, -x, z}, {-x, -y, z}, {-y, x, z}, {y, x, -z}, {-x, y, -z}, {-y, -x, -z}, {x, -y, -z}};
+  for (int level = 0; level < levels; ++level) {
+    Triangles finer;
+    for (const auto& [a, b, c] : out) {
+      const glm::vec3 ab = glm::normalize(a + b), bc = glm::normalize(b + c), ca = glm::normalize(c + a);
+      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
+    out = std::move(finer);
+  }
+  return out;
+}
+
+inline Triangles identical(std::size_t count) { return Triangles(count, Triangle{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}); }
+
+/// All in the plane z = 0.5, overlapping.
+inline Triangles coplanar(std::size_t count) {
+  Triangles out = soup(count, 0.3f, 3);
+  for (Triangle& t : out)
+    for (glm::vec3& v : t) v.z = 0.5f;
+  return out;
+}
+
+/// Of many sizes and turns about one common centroid.
+inline Triangles same_centroid(std::size_t count) {
+  Random random(4);
+  Triangles out;
+  for (std::size_t i = 0; i < count; ++i) {
+    const glm::vec3 a = random.point(1), b = random.point(1);
+    out.push_back({a, b, -a - b});
+  }
+  return out;
+}
+
+/// Long needles in all directions.
+inline Triangles slivers(std::size_t count) {
+  Random random(5);
+  Triangles out;
+  for (std::size_t i = 0; i < count; ++i) {
+    const glm::vec3 a = random.point(1), b = random.point(1);
+    out.push_back({a, b, b + random.point(1e-4f)});
+  }
+  return out;
+}
+
+/// Sizes from 1e-4 to 1e4 about the origin.
+inline Triangles huge_and_tiny(std::size_t count) {
+  Random random(6);
+  Triangles out;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float size = std::pow(10.f, random.in(-4, 4));
+    out.push_back({random.point(size), random.point(size), random.point(size)});
+  }
+  return out;
+}
+
+inline Ray towards(const glm::vec3& from, const glm::vec3& to, float t_max = 1e30f) {
+  return {from, 0, to - from, t_max};
+}
+
+/// From points in and about the cube of half width 2 in all directions.
+inline std::vector<Ray> random_rays(std::size_t count, std::uint32_t seed = 7, float half = 2) {
+  Random random(seed);
+  std::vector<Ray> out;
+  while (out.size() < count) {
+    const glm::vec3 from = random.point(half), to = random.point(half / 2);
+    out.push_back(towards(from, to));
+  }
+  return out;
+}
+
+/// Along the axes, with 0 and -0 as the other components, from and through points of the triangles.
+inline std::vector<Ray> axis_rays(const Triangles& triangles, std::size_t count) {
+  Random random(8);
+  std::vector<Ray> out;
+  while (out.size() < count) {
+    const Triangle& t = triangles[random.below(triangles.size())];
+    const glm::vec3 middle = (t[0] + t[1] + t[2]) / 3.f;
+    const int axis = static_cast<int>(random.below(3));
+    glm::vec3 dir(random.below(2) == 0 ? 0.f : -0.f);
+    dir[axis] = random.below(2) == 0 ? 1.f : -1.f;
+    const glm::vec3 through = random.below(2) == 0 ? t[random.below(3)] : middle;
+    out.push_back({random.below(3) == 0 ? through : through - dir * 3.f, 0, dir, 1e30f});
+  }
+  return out;
+}
+
+/// At vertices and at points of edges, from inside if `from` is.
+inline std::vector<Ray> edge_rays(const Triangles& triangles, std::size_t count, const glm::vec3& from) {
+  Random random(9);
+  std::vector<Ray> out;
+  while (out.size() < count) {
+    const Triangle& t = triangles[random.below(triangles.size())];
+    const std::size_t k = random.below(3);
+    const float s = random.below(2) == 0 ? 0.f : random.in(0, 1);
+    out.push_back(towards(from + random.point(0.01f), t[k] + (t[(k + 1) % 3] - t[k]) * s));
+  }
+  return out;
+}
+
+inline std::vector<Ray> dead_rays() {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  const glm::vec3 o(0, 0, -5), z(0, 0, 1);
+  return {{{nan, 0, 0}, 0, z, 10},
+          {{0, inf, 0}, 0, z, 10},
+          {o, nan, z, 10},
+          {o, 0, z, nan},
+          {o, 0, z, inf},
+          {o, 0, {0, nan, 1}, 10},
+          {o, 0, {0, 0, inf}, 10},
+          {o, 0, {0, 0, 0}, 10},
+          {o, 0, {0, -0.f, 1e-40f}, 10},
+          {o, 5, z, 5},
+          {o, 6, z, 5}};
+}
+
+}  // namespace ballot::shapes

@@ -1,0 +1,148 @@
+// The cache of trees: hits, damage, concurrent writers, folders that cannot be written.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+#include "engine/bvh/bvh.h"
+#include "engine/core/error.h"
+#include "tests/cpu/shapes.h"
+
+namespace ballot {
+namespace {
+
+namespace fs = std::filesystem;
+
+class BvhCache : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::temp_directory_path() / fmt::format("ballot-bvh-cache-{}-{}", test->name(), ::getpid());
+    fs::remove_all(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Bvh get(const BuildSettings& settings = {}) const { return build_bvh_cached(triangles_, settings, folder_); }
+
+  std::vector<fs::path> files() const {
+    if (!fs::exists(folder_)) return {};
+    return {fs::directory_iterator(folder_), fs::directory_iterator()};
+  }
+
+  std::string content() const {
+    std::ifstream in(files().at(0), std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  void overwrite(const std::string& bytes) const {
+    std::ofstream(files().at(0), std::ios::binary | std::ios::trunc).write(bytes.data(), std::ssize(bytes));
+  }
+
+  std::vector<Triangle> triangles_ = shapes::slivers(200);
+  fs::path folder_;
+};
+
+void expect_equal(const Bvh& a, const Bvh& b) {
+  EXPECT_EQ(a.references, b.references);
+  ASSERT_EQ(a.nodes.size(), b.nodes.size());
+  EXPECT_EQ(std::memcmp(a.nodes.data(), b.nodes.data(), a.nodes.size() * sizeof(BvhNode)), 0);
+  EXPECT_EQ(a.bounds.lo, b.bounds.lo);
+  EXPECT_EQ(a.bounds.hi, b.bounds.hi);
+}
+
+TEST_F(BvhCache, SecondCallLoads) {
+  const Bvh built = get();
+  const Bvh loaded = get();
+  EXPECT_FALSE(built.stats.from_cache);
+  EXPECT_TRUE(loaded.stats.from_cache);
+  expect_equal(built, loaded);
+  EXPECT_TRUE(check_bvh(loaded, triangles_).empty());
+  EXPECT_EQ(files().size(), 1u);
+}
+
+TEST_F(BvhCache, EmptySceneAndOneTriangle) {
+  for (const std::size_t count : {0u, 1u}) {
+    triangles_ = shapes::identical(count);
+    get();
+    const Bvh loaded = get();
+    EXPECT_TRUE(loaded.stats.from_cache);
+    EXPECT_TRUE(check_bvh(loaded, triangles_).empty());
+  }
+}
+
+TEST_F(BvhCache, OtherSettingsOrTrianglesAreOtherFiles) {
+  get();
+  EXPECT_FALSE(get({.split_budget = 0}).stats.from_cache);
+  EXPECT_FALSE(get({.max_leaf = 2}).stats.from_cache);
+  EXPECT_FALSE(get({.traversal_cost = 2}).stats.from_cache);
+  triangles_[0][0].x += 1;
+  EXPECT_FALSE(get().stats.from_cache);
+  EXPECT_EQ(files().size(), 5u);
+}
+
+TEST_F(BvhCache, TruncatedFilesAreReplaced) {
+  const Bvh built = get();
+  const std::string whole = content();
+  for (const std::size_t length : {std::size_t{0}, std::size_t{1}, std::size_t{50}, std::size_t{103}, std::size_t{104},
+                                   std::size_t{105}, whole.size() / 2, whole.size() - 1}) {
+    overwrite(whole.substr(0, length));
+    const Bvh again = get();
+    EXPECT_FALSE(again.stats.from_cache) << length;
+    expect_equal(built, again);
+    EXPECT_EQ(content(), whole);
+  }
+  overwrite(whole + "x");
+  EXPECT_FALSE(get().stats.from_cache);
+  EXPECT_TRUE(get().stats.from_cache);
+}
+
+TEST_F(BvhCache, AFlippedBitIsFound) {
+  get();
+  const std::string whole = content();
+  shapes::Random random(1);
+  for (int i = 0; i < 40; ++i) {
+    std::string damaged = whole;
+    const std::size_t at = i < 20 ? random.below(104) : random.below(whole.size());
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 << random.below(8)));
+    overwrite(damaged);
+    EXPECT_FALSE(get().stats.from_cache) << "byte " << at;
+    EXPECT_EQ(content(), whole);
+  }
+}
+
+TEST_F(BvhCache, HugeStatedSizesAskForNoMemory) {
+  get();
+  std::string damaged = content();
+  damaged.replace(40, 8, std::string(8, '\x7f'));
+  overwrite(damaged);
+  EXPECT_FALSE(get().stats.from_cache);
+}
+
+TEST_F(BvhCache, ManyWritersAndReaders) {
+  const Bvh built = build_bvh(triangles_);
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < 8; ++i)
+    threads.emplace_back([&] {
+      for (int round = 0; round < 5; ++round) expect_equal(built, get());
+    });
+  threads.clear();
+  EXPECT_TRUE(get().stats.from_cache);
+  EXPECT_EQ(files().size(), 1u);  // no temporary is left
+}
+
+TEST_F(BvhCache, AFolderThatCannotBeWrittenIsNoError) {
+  std::ofstream(folder_) << "a file where the folder should be";
+  EXPECT_FALSE(get().stats.from_cache);
+  EXPECT_FALSE(build_bvh_cached(triangles_, {}, "/proc/nowhere").stats.from_cache);
+}
+
+TEST_F(BvhCache, ErrorsAreNotCached) {
+  EXPECT_THROW(get({.max_leaf = 9}), Error);
+  EXPECT_TRUE(files().empty());
+}
+
+}  // namespace
+}  // namespace ballot

@@ -1,0 +1,163 @@
+// Scenes built in memory, the shipped scene, and the shared test scenes.
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "gltf_builder.h"
+
+namespace ballot::test {
+namespace {
+
+#ifndef BALLOT_SOURCE_DIR
+#error BALLOT_SOURCE_DIR must be defined as the top of the source tree (tests/CMakeLists.txt)
+#endif
+
+Scene triangle_scene() {
+  Scene scene;
+  scene.name = "built";
+  scene.triangles = {{glm::vec3{-1, 0, 0}, glm::vec3{3, 0, 0}, glm::vec3{0, 2, -5}}};
+  return scene;
+}
+
+TEST(Scene, IsCompleted) {
+  Scene scene = triangle_scene();
+  finish_scene(scene);
+  EXPECT_EQ(scene.bounds.lo, glm::vec3(-1, 0, -5));
+  EXPECT_EQ(scene.bounds.hi, glm::vec3(3, 2, 0));
+  EXPECT_EQ(scene.materials.size(), 1u);
+  EXPECT_EQ(scene.material_of, std::vector<std::uint32_t>{0});
+  ASSERT_EQ(scene.views.size(), 1u);
+  EXPECT_EQ(scene.views[0].name, "view0");
+}
+
+TEST(Scene, DefaultViewFramesEveryVertex) {
+  Scene scene = triangle_scene();
+  finish_scene(scene);
+  const View& view = scene.views[0];
+  const glm::dmat4 camera_from_world = glm::inverse(view.world_from_camera);
+  for (const glm::vec3& v : scene.triangles[0]) {
+    const glm::dvec4 p = camera_from_world * glm::dvec4{v, 1};
+    EXPECT_LT(p.z, 0);
+    EXPECT_LE(std::abs(p.y), -p.z * std::tan(view.yfov / 2));
+    EXPECT_LE(std::abs(p.x), -p.z * std::tan(view.yfov / 2));
+  }
+  EXPECT_NEAR(glm::determinant(glm::dmat3{view.world_from_camera}), 1, 1e-12);
+}
+
+TEST(Scene, WithoutTrianglesIsValid) {
+  Scene scene;
+  finish_scene(scene);
+  EXPECT_EQ(scene.bounds.lo, glm::vec3(0));
+  EXPECT_EQ(scene.views.size(), 1u);
+  EXPECT_EQ(features_of(scene), SceneFeatures{});
+}
+
+TEST(Scene, RefusesWhatDoesNotFit) {
+  Scene scene = triangle_scene();
+  scene.normals.resize(2);
+  expect_error(Failure::Arguments, {"'built'", "1 triangles", "2 triples of normals"}, [&] { finish_scene(scene); });
+  scene = triangle_scene();
+  scene.material_of = {0, 0};
+  expect_error(Failure::Arguments, {"1 triangles", "2 entries in material_of"}, [&] { finish_scene(scene); });
+  scene = triangle_scene();
+  scene.material_of = {7};
+  expect_error(Failure::Arguments, {"triangle 0", "material 7", "there are 1"}, [&] { finish_scene(scene); });
+  scene = triangle_scene();
+  scene.triangles[0][2].y = std::nanf("");
+  expect_error(Failure::Arguments, {"triangle 0", "nan", "finite"}, [&] { finish_scene(scene); });
+}
+
+TEST(Scene, FeaturesCountMaterialsInUseOnly) {
+  Scene scene = triangle_scene();
+  scene.materials = {
+      {.name = "used"}, {.name = "mirror", .metallic = 1, .roughness = 0}, {.name = "glass", .transmission = 1}};
+  scene.materials[0].emissive = {0, 0, 2};
+  finish_scene(scene);
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.emits = true}));
+  scene.material_of = {1};
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.reflects = true}));
+  scene.materials[1].roughness = 0.05f;
+  EXPECT_EQ(features_of(scene), SceneFeatures{});
+  scene.material_of = {2};
+  scene.normals.resize(1);
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.shading_normals = true, .refracts = true}));
+}
+
+TEST(Scene, UnknownViewIsRefusedWithTheNamesThereAre) {
+  Scene scene = triangle_scene();
+  scene.views = {{.name = "front"}, {.name = "top"}};
+  finish_scene(scene);
+  EXPECT_EQ(&find_view(scene, "top"), &scene.views[1]);
+  expect_error(Failure::Arguments, {"no view 'side'", "front, top"}, [&] { find_view(scene, "side"); });
+}
+
+TEST(Scene, FormatsAreListedOnce) {
+  ASSERT_EQ(scene_formats().size(), 3u);
+  EXPECT_EQ(scene_formats()[0].extension, ".gltf");
+  EXPECT_EQ(scene_formats()[1].extension, ".glb");
+  EXPECT_EQ(scene_formats()[2].extension, ".obj");
+}
+
+TEST(ShippedScenes, CornellHasItsFeaturesAndViews) {
+  const Scene scene = load_scene(std::filesystem::path(BALLOT_SOURCE_DIR) / "scenes" / "cornell.gltf");
+  EXPECT_EQ(scene.name, "cornell");
+  EXPECT_GT(scene.triangles.size(), 1000u);
+  EXPECT_LT(scene.triangles.size(), 5000u);
+  EXPECT_EQ(features_of(scene), (SceneFeatures{true, true, true, true}));
+  ASSERT_EQ(scene.views.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(scene.views[i].name, "view" + std::to_string(i));
+  EXPECT_TRUE(scene.notes.empty());
+  for (std::size_t i = 0; i < scene.triangles.size(); ++i) {
+    const auto& [a, b, c] = scene.triangles[i];
+    for (const glm::vec3& n : scene.normals[i]) {
+      EXPECT_NEAR(glm::length(n), 1, 1e-5);
+      EXPECT_GT(glm::dot(glm::cross(b - a, c - a), n), 0) << "triangle " << i << " is turned away from its normal";
+    }
+  }
+}
+
+/// Where the shared scenes are: BALLOT_SCENES, else beside the source tree; nothing if they are not there.
+std::optional<std::filesystem::path> shared_scenes() {
+  const char* given = std::getenv("BALLOT_SCENES");
+  const std::filesystem::path folder =
+      given ? given : std::filesystem::path(BALLOT_SOURCE_DIR) / ".." / "shared" / "scenes";
+  if (std::filesystem::exists(folder / "scenes.json")) return folder;
+  return std::nullopt;
+}
+
+TEST(SharedScenes, HaveTheTrianglesAndViewsThatTheirListGives) {
+  const auto folder = shared_scenes();
+  if (!folder) {
+    // A checkout by itself has no shared scenes (licences, size); where they are promised, their absence is a failure.
+    const char* const why =
+        "scenes.json was not found in $BALLOT_SCENES, nor in ../shared/scenes beside the source tree";
+    if (std::getenv("CI") || std::getenv("BALLOT_SCENES")) FAIL() << why;
+    GTEST_SKIP() << why;
+  }
+  std::ifstream stream(*folder / "scenes.json");
+  const nlohmann::json list = nlohmann::json::parse(stream);
+  ASSERT_FALSE(list.at("scenes").empty());
+  for (const nlohmann::json& entry : list.at("scenes")) {
+    const Scene scene = load_scene(*folder / entry.at("file").get<std::string>());
+    SCOPED_TRACE(scene.name);
+    EXPECT_EQ(scene.triangles.size(), entry.at("triangles").get<std::size_t>());
+    EXPECT_EQ(scene.materials.size(), entry.at("materials").get<std::size_t>());
+    EXPECT_EQ(!scene.normals.empty(), entry.at("normals").get<bool>());
+    EXPECT_EQ(scene.views.size(), entry.at("views").size());
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_EQ(scene.bounds.lo[axis], entry.at("bounds")[0][axis].get<float>());
+      EXPECT_EQ(scene.bounds.hi[axis], entry.at("bounds")[1][axis].get<float>());
+    }
+    for (const nlohmann::json& view : entry.at("views")) {
+      const View& found = find_view(scene, view.at("name").get<std::string>());
+      for (int axis = 0; axis < 3; ++axis)
+        EXPECT_NEAR(-found.world_from_camera[2][axis], view.at("forward")[axis].get<double>(), 1e-5);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ballot::test

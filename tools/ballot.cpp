@@ -1,0 +1,55 @@
+// The command line: ballot info | render | trace | shaders.
+#include <cstdio>
+#include <exception>
+
+#include "tools/cli.h"
+
+namespace {
+
+using namespace ballot;
+
+int run(int argc, char** argv) {
+  CLI::App app(
+      "Ballot traces rays in GLSL compute on any Vulkan 1.2 device, GPU or CPU.\n"
+      "The lanes of a subgroup vote on their way through the tree; every traversal method is a variant to choose.",
+      "ballot");
+  app.require_subcommand(1);
+  app.footer(
+      "Examples:\n"
+      "  ballot info scenes/cornell.gltf\n"
+      "  ballot render scenes/cornell.gltf --view all --size 512x512 --png --out out/\n"
+      "  ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy --method packet --knob vote=count\n"
+      "Exit codes: 0 done, 1 the work failed, 2 the arguments are wrong, 3 no usable device.");
+  int result = 0;
+  cli::add_info(app, result);
+  cli::add_render(app, result);
+  cli::add_trace(app, result);
+  cli::add_shaders(app, result);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    fmt::print(stderr, "ballot: {}\nballot: see 'ballot --help', or 'ballot COMMAND --help'\n", error.what());
+    return int(Failure::Arguments);
+  }
+  return result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    cli::set_command_line(argc, argv);
+    return run(argc, argv);
+  } catch (const Error& error) {
+    fmt::print(stderr, "ballot: {}\n", error.what());
+    return int(error.kind());
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "ballot: out of memory; use a smaller scene or fewer rays at a time\n");
+    return int(Failure::Work);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "ballot: {}\n", error.what());
+    return int(Failure::Work);
+  }
+}

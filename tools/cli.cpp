@@ -1,0 +1,119 @@
+#include "tools/cli.h"
+
+#include <charconv>
+#include <chrono>
+
+namespace ballot::cli {
+
+namespace {
+std::string command;
+}
+
+void EngineArgs::add_to(CLI::App& app, bool scene_required) {
+  std::string extensions;
+  for (const SceneFormat& f : scene_formats()) extensions += fmt::format("{}{}", extensions.empty() ? "" : ", ", f.extension);
+  auto* option = app.add_option("SCENE", scene, "scene file: " + extensions);
+  if (scene_required) option->required();
+  app.add_option("--device", device, "index, part of the name, 'gpu' or 'cpu' [best GPU, else CPU]; see ballot info");
+  app.add_flag("--validate", validate, "Vulkan validation with synchronization checks; exit 1 if it says anything");
+  app.add_option("--split-budget", split_budget, "spatial splits may add this share of references, 0 to 4 [0.5]");
+  app.add_option("--max-leaf", max_leaf, "triangles in a leaf at most, 1 to 6 [6]");
+  app.add_flag("--no-cache", no_cache, "build the BVH anew and leave the cache alone");
+  app.add_option("--json", json, "also write the figures to this file");
+}
+
+EngineOptions EngineArgs::options() const {
+  EngineOptions o;
+  o.device = device;
+  o.validate = validate;
+  o.use_cache = !no_cache;
+  o.build.split_budget = split_budget;
+  o.build.max_leaf = max_leaf;
+  return o;
+}
+
+void QueryArgs::add_to(CLI::App& app) {
+  std::string methods, modes, knob_text;
+  for (const Method& m : kMethods) methods += fmt::format("\n  {:<12} {}", m.name, m.summary);
+  for (const NumericMode& m : kNumericModes) modes += fmt::format("\n  {:<12} {}", m.name, m.summary);
+  for (const KnobInfo& k : ballot::knobs()) knob_text += fmt::format("\n  {:<12} {}: {}", k.name, k.values, k.what);
+  app.add_option("--method", method, fmt::format("traversal method [{}]{}", kDefaultMethod, methods));
+  app.add_option("--numeric", numeric, fmt::format("arithmetic [{}]{}", kDefaultNumeric, modes));
+  app.add_option("--knob", knobs, "NAME=VALUE, may be repeated; defaults come from the device's row of the tuning table" + knob_text)
+      ->take_all();
+}
+
+Query QueryArgs::query() const {
+  Query q;
+  q.method = find_method(method).name;
+  q.numeric = find_numeric(numeric).name;
+  for (const std::string& text : knobs) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) fail(Failure::Arguments, "--knob: '{}' is not of the form NAME=VALUE", text);
+    q.knobs[text.substr(0, equals)] = text.substr(equals + 1);
+  }
+  Formulation scratch;
+  apply_knobs(scratch, q.knobs);
+  return q;
+}
+
+Opened open_scene(const EngineArgs& args) {
+  const auto start = std::chrono::steady_clock::now();
+  Scene scene = load_scene(args.scene);
+  Opened opened;
+  opened.load_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  for (const std::string& note : scene.notes) fmt::print(stderr, "ballot: {}: {}\n", args.scene, note);
+  ProgressBar bar("building BVH");
+  opened.engine = std::make_unique<Engine>(std::move(scene), args.options(), [&](double done) { bar.update(done); });
+  return opened;
+}
+
+void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& height) {
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, width);
+  if (first.ec == std::errc() && first.ptr != end && *first.ptr == 'x') {
+    const auto second = std::from_chars(first.ptr + 1, end, height);
+    if (second.ec == std::errc() && second.ptr == end) return;
+  }
+  fail(Failure::Arguments, "--size: '{}' is not of the form WIDTHxHEIGHT, such as 1024x1024", text);
+}
+
+nlohmann::json bvh_json(const BvhStats& s) {
+  return {{"triangles", s.triangles}, {"degenerate", s.degenerate}, {"references", s.references}, {"nodes", s.nodes},
+          {"leaves", s.leaves},       {"depth", s.depth},           {"sah", s.sah},               {"bytes", s.bytes},
+          {"build_s", s.build_s},     {"from_cache", s.from_cache}};
+}
+
+nlohmann::json record_header(Engine& engine, double load_s) {
+  nlohmann::json scene = bvh_json(engine.bvh().stats);
+  scene["name"] = engine.scene().name;
+  scene["load_s"] = load_s;
+  return {{"device", engine.device().name}, {"driver", engine.device().driver},
+          {"subgroup_size", engine.device().subgroup_size}, {"commit", commit()}, {"command", command_line()},
+          {"scenes", nlohmann::json::array({scene})}, {"records", nlohmann::json::array()}};
+}
+
+void write_json(const std::string& path, const nlohmann::json& json) {
+  if (!path.empty()) write_file(path, json.dump(1) + "\n");
+}
+
+void set_command_line(int argc, char** argv) {
+  command.clear();
+  for (int i = 0; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool plain = !word.empty() && word.find_first_of(" \t\n\"'\\$`*?()<>|&;!#~[]{}") == std::string::npos;
+    std::string quoted;
+    for (char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    command += fmt::format("{}{}", i ? " " : "", plain ? word : "'" + quoted + "'");
+  }
+}
+
+const std::string& command_line() { return command; }
+
+int finish(Engine& engine) {
+  if (engine.messages().empty()) return 0;
+  fmt::print(stderr, "ballot: {} validation messages (above)\n", engine.messages().size());
+  return 1;
+}
+
+}  // namespace ballot::cli

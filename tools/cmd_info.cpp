@@ -1,0 +1,121 @@
+#include "tools/cli.h"
+
+namespace ballot::cli {
+
+namespace {
+
+struct Args {
+  EngineArgs engine;
+  std::string triangles;
+};
+
+nlohmann::json device_json(const DeviceInfo& d) {
+  return {{"name", d.name},
+          {"driver", d.driver},
+          {"subgroup_size", d.subgroup_size},
+          {"min_subgroup_size", d.min_subgroup_size},
+          {"max_subgroup_size", d.max_subgroup_size},
+          {"max_storage_range", d.max_storage_range},
+          {"max_texels", d.max_texels},
+          {"max_allocation", d.max_allocation},
+          {"shared_bytes", d.shared_bytes},
+          {"refusals", d.refusals},
+          {"lacks", d.lacks}};
+}
+
+nlohmann::json list(const std::string& wanted) {
+  const auto devices = list_devices();
+  const std::size_t chosen = choose_device(devices, wanted);
+  nlohmann::json json = nlohmann::json::array();
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    const DeviceInfo& d = devices[i];
+    fmt::print("{} {}: {}\n", i == chosen ? "*" : " ", i, d.name);
+    fmt::print("     driver {}, Vulkan {}.{}.{}\n", d.driver, VK_API_VERSION_MAJOR(d.api_version),
+               VK_API_VERSION_MINOR(d.api_version), VK_API_VERSION_PATCH(d.api_version));
+    fmt::print("     subgroup {} ({} to {}), workgroup up to {}, shared memory {} KiB\n", d.subgroup_size, d.min_subgroup_size,
+               d.max_subgroup_size, d.max_group_invocations, d.shared_bytes / 1024);
+    fmt::print("     storage buffer {} MiB, texel buffer {} MiB, allocation {} MiB\n", d.max_storage_range >> 20,
+               d.max_texels >> 16, d.max_allocation >> 20);
+    for (const std::string& r : d.refusals) fmt::print("     refused: {}\n", r);
+    for (const std::string& l : d.lacks) fmt::print("     lacks {}\n", l);
+    json.push_back(device_json(d));
+  }
+  fmt::print("* is used{}\n", wanted.empty() ? " unless --device names another" : "");
+  return json;
+}
+
+void print_scene(const Scene& s, double load_s) {
+  const SceneFeatures f = features_of(s);
+  fmt::print("\nscene {}: {} triangles, {} materials, {} views, loaded in {:.3f} s\n", s.name, s.triangles.size(),
+             s.materials.size(), s.views.size(), load_s);
+  fmt::print("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})\n", s.bounds.lo.x, s.bounds.lo.y, s.bounds.lo.z,
+             s.bounds.hi.x, s.bounds.hi.y, s.bounds.hi.z);
+  std::string views, holds;
+  for (const View& v : s.views) views += (views.empty() ? "" : ", ") + v.name;
+  const auto add = [&](bool has, const char* what) {
+    if (has) holds += fmt::format("{}{}", holds.empty() ? "" : ", ", what);
+  };
+  add(f.shading_normals, "shading normals");
+  add(f.reflects, "mirrors");
+  add(f.refracts, "glass");
+  add(f.emits, "emission");
+  fmt::print("  views: {}\n  holds: {}\n", views, holds.empty() ? "nothing beyond plain triangles" : holds);
+}
+
+void print_bvh(const BvhStats& s) {
+  fmt::print("\nBVH: {} nodes ({} leaves), depth {}, SAH cost {:.2f}, {} in {:.3f} s\n", s.nodes, s.leaves, s.depth, s.sah,
+             s.from_cache ? "from the cache" : "built", s.build_s);
+  fmt::print("  {} references for {} triangles ({:+.1f} % by spatial splits), {} of zero area left out\n", s.references,
+             s.triangles, s.triangles > s.degenerate ? 100.0 * s.references / (s.triangles - s.degenerate) - 100 : 0.0, s.degenerate);
+  fmt::print("  {:.2f} MiB, {:.1f} bytes a triangle\n", double(s.bytes) / (1 << 20),
+             s.triangles ? double(s.bytes) / s.triangles : 0.0);
+}
+
+nlohmann::json print_variants(const DeviceInfo& device, std::uint32_t depth) {
+  fmt::print("\nvariants on this device (nearest; --method, --knob):\n");
+  nlohmann::json json = nlohmann::json::array();
+  for (const Method& m : kMethods) {
+    const Variant v{&m, &find_numeric(kDefaultNumeric), Want::Nearest, formulation_for(m, device)};
+    kernel_source(v, device, depth);  // refuses what does not fit
+    fmt::print("  {}{}\n", v.name(), m.name == kDefaultMethod ? "  <- default" : "");
+    json.push_back(v.name());
+  }
+  return json;
+}
+
+int run(const Args& args) {
+  nlohmann::json json;
+  if (!args.triangles.empty() && args.engine.scene.empty())
+    fail(Failure::Arguments, "--triangles needs a SCENE: ballot info SCENE --triangles T.npy");
+  json["devices"] = list(args.engine.device);
+  int code = 0;
+  if (!args.engine.scene.empty()) {
+    if (!args.triangles.empty()) check_writable(args.triangles);
+    Opened opened = open_scene(args.engine);
+    print_scene(opened.engine->scene(), opened.load_s);
+    print_bvh(opened.engine->bvh().stats);
+    const nlohmann::json header = record_header(*opened.engine, opened.load_s);
+    json.update(header);
+    json["variants"] = print_variants(opened.engine->device(), opened.engine->bvh().stats.depth);
+    if (!args.triangles.empty()) {
+      write_triangles(args.triangles, opened.engine->scene().triangles);
+      fmt::print("\nwrote {} triangles to {}\n", opened.engine->scene().triangles.size(), args.triangles);
+    }
+    code = finish(*opened.engine);
+  }
+  write_json(args.engine.json, json);
+  return code;
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, int& result) {
+  auto args = std::make_shared<Args>();
+  CLI::App* cmd = app.add_subcommand("info", "devices, what they lack and why; with SCENE its statistics, BVH and variants");
+  args->engine.add_to(*cmd, false);
+  cmd->add_option("--triangles", args->triangles,
+                  "write the world-space triangles in prim order, float32 (n,3,3), for checks by other programs");
+  cmd->callback([args, &result] { result = run(*args); });
+}
+
+}  // namespace ballot::cli

@@ -1,0 +1,110 @@
+#include "tools/cli.h"
+
+namespace ballot::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Args {
+  EngineArgs engine;
+  QueryArgs query;
+  std::string view = "all", size = "1024x1024", shading = "eyelight", out = ".";
+  std::uint32_t spp = 1;
+  bool png = false;
+};
+
+/// One file if the name ends in .exr, which then takes a single view; else a folder of <scene>-<view>.exr.
+fs::path output_of(const Args& args, const Scene& scene, const View& view, std::size_t view_count) {
+  const fs::path out = args.out;
+  if (out.extension() != ".exr") return out / fmt::format("{}-{}.exr", scene.name, view.name);
+  if (view_count > 1)
+    fail(Failure::Arguments, "--out {}: {} views do not fit one file; name a folder, or one of them with --view", args.out,
+         view_count);
+  return out;
+}
+
+std::vector<const View*> chosen_views(const Args& args, const Scene& scene) {
+  std::vector<const View*> views;
+  if (args.view != "all") return {&find_view(scene, args.view)};
+  for (const View& v : scene.views) views.push_back(&v);
+  return views;
+}
+
+void render_view(const Args& args, Opened& opened, const View& view, const RenderOptions& options, const fs::path& exr,
+                 nlohmann::json& json) {
+  Engine& engine = *opened.engine;
+  RenderTimes times;
+  Image image;
+  {
+    ProgressBar bar("rendering " + view.name);
+    image = engine.render(view, options, &times, [&](double done) { bar.update(done); });
+  }
+  write_exr(exr, image);
+  fs::path png = exr;
+  png.replace_extension(".png");
+  if (args.png) write_png(png, image);
+  fmt::print("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n", view.name,
+             times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(), exr.string(),
+             args.png ? " + .png" : "");
+  json["records"].push_back({{"scene", engine.scene().name}, {"view", view.name}, {"rays", "primary"}, {"any", false},
+                             {"method", options.query.method}, {"knobs", options.query.knobs},
+                             {"numeric", options.query.numeric}, {"shading", options.shading}, {"spp", options.spp},
+                             {"width", options.width}, {"height", options.height}, {"ray_count", times.rays},
+                             {"seconds", times.seconds}, {"generate_ms", times.generate_ms}, {"trace_ms", times.trace_ms},
+                             {"shade_ms", times.shade_ms}, {"mrays_per_s", times.mrays_per_s()}, {"exr", exr.string()},
+                             {"png", args.png ? png.string() : ""}});
+}
+
+int run(const Args& args) {
+  RenderOptions options;
+  parse_size(args.size, options.width, options.height);
+  options.spp = args.spp;
+  options.shading = find_shading(args.shading).name;
+  options.query = args.query.query();
+  const fs::path out = args.out;
+  if (out.extension() == ".exr") check_writable(out);
+  Opened opened = open_scene(args.engine);
+  Engine& engine = *opened.engine;
+  const auto views = chosen_views(args, engine.scene());
+  for (const View* view : views) output_of(args, engine.scene(), *view, views.size());
+  if (out.extension() != ".exr") {
+    std::error_code error;
+    fs::create_directories(out, error);
+    if (error) fail(Failure::Work, "--out {}: the folder cannot be made: {}", args.out, error.message());
+    check_writable(output_of(args, engine.scene(), *views.front(), views.size()));
+  }
+  const Variant variant = engine.tracer().variant(options.query);
+  fmt::print("{}: {} triangles on {} ({}), subgroup {}\n  {}\n", engine.scene().name, engine.scene().triangles.size(),
+             engine.device().name, engine.device().driver, variant.how.subgroup, variant.name());
+  fmt::print("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,
+             engine.start_times().bvh_s, engine.bvh().stats.from_cache ? " (cached)" : "");
+  nlohmann::json json = record_header(engine, opened.load_s);
+  for (const View* view : views)
+    render_view(args, opened, *view, options, output_of(args, engine.scene(), *view, views.size()), json);
+  const KernelTimes& kernel = engine.tracer().kernel(options.query).times();
+  fmt::print("  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first dispatch)\n",
+             kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);
+  write_json(args.engine.json, json);
+  return finish(engine);
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, int& result) {
+  auto args = std::make_shared<Args>();
+  CLI::App* cmd = app.add_subcommand("render", "views to EXR: colour, distance, normals and primitive numbers");
+  std::string shadings;
+  for (const Shading& s : kShadings) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
+  args->engine.add_to(*cmd, true);
+  args->query.add_to(*cmd);
+  cmd->add_option("--view", args->view, "name of a camera in the scene, or 'all' [all]");
+  cmd->add_option("--size", args->size, "WIDTHxHEIGHT in pixels [1024x1024]");
+  cmd->add_option("--shading", args->shading, "what to draw [eyelight]" + shadings);
+  cmd->add_option("--spp", args->spp, "samples a pixel [1: through its centre]");
+  cmd->add_option("--out", args->out, "FILE.exr for one view, or a folder [.]");
+  cmd->add_flag("--png", args->png, "also write a PNG beside each EXR");
+  cmd->callback([args, &result] { result = run(*args); });
+}
+
+}  // namespace ballot::cli

@@ -1,0 +1,69 @@
+#include "tools/cli.h"
+
+namespace ballot::cli {
+
+namespace {
+
+struct Args {
+  bool fresh = false;
+  std::string json;
+};
+
+/// Devices that together reach every define of the formulations: compiling needs no driver.
+std::vector<DeviceInfo> imagined_devices() {
+  DeviceInfo gpu;
+  gpu.name = "a GPU";
+  gpu.type = VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU;
+  gpu.subgroup_size = gpu.min_subgroup_size = gpu.max_subgroup_size = 32;
+  gpu.max_group_invocations = gpu.max_group_size_x = 1024;
+  gpu.max_group_subgroups = 32;
+  gpu.shared_bytes = 32768;
+  gpu.uniform_flow = gpu.shuffle = gpu.buffer_address = true;
+  DeviceInfo plain = gpu;
+  plain.name = "a GPU without options";
+  plain.uniform_flow = plain.shuffle = plain.buffer_address = false;
+  DeviceInfo cpu = plain;
+  cpu.name = "lavapipe";
+  cpu.type = VK_PHYSICAL_DEVICE_TYPE_CPU;
+  cpu.driver_id = VK_DRIVER_ID_MESA_LLVMPIPE;
+  cpu.driver = "llvmpipe Mesa 22.3.6";
+  cpu.shuffle = true;
+  return {gpu, plain, cpu};
+}
+
+int run(const Args& args) {
+  nlohmann::json json = nlohmann::json::array();
+  std::size_t count = 0;
+  double total_ms = 0;
+  for (const DeviceInfo& device : imagined_devices())
+    for (const Method& method : kMethods)
+      for (const NumericMode& numeric : kNumericModes)
+        for (const Want want : {Want::Nearest, Want::Any})
+          for (const char* vote : {"any", "count", "sum"})
+            for (const char* launch : {"plain", "persistent"}) {
+              if (!method.packet && std::string_view(vote) != "any") continue;
+              const Variant v{&method, &numeric, want, formulation_for(method, device, {{"vote", vote}, {"launch", launch}})};
+              const KernelSource source = kernel_source(v, device, 32);
+              const Spirv spirv = compile_shader(source.file, source.defines, !args.fresh);
+              reflect(spirv.words, source.name);
+              fmt::print("{:8.1f} ms {:7} bytes  {}\n", spirv.ms, spirv.words.size() * 4, source.name);
+              json.push_back({{"name", source.name}, {"ms", spirv.ms}, {"bytes", spirv.words.size() * 4}});
+              total_ms += spirv.ms;
+              ++count;
+            }
+  fmt::print("{} variants, {:.1f} ms{}\n", count, total_ms, args.fresh ? "" : " (through the cache)");
+  write_json(args.json, json);
+  return 0;
+}
+
+}  // namespace
+
+void add_shaders(CLI::App& app, int& result) {
+  auto args = std::make_shared<Args>();
+  CLI::App* cmd = app.add_subcommand("shaders", "compile every registered kernel variant to SPIR-V; needs no device");
+  cmd->add_flag("--fresh", args->fresh, "compile anew instead of reading the cache");
+  cmd->add_option("--json", args->json, "also write sizes and times to this file");
+  cmd->callback([args, &result] { result = run(*args); });
+}
+
+}  // namespace ballot::cli

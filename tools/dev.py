@@ -1,0 +1,249 @@
+#!/usr/bin/env python3
+"""One command for each thing a developer of Ballot does; CI runs the same ones."""
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+sys.dont_write_bytecode = True  # the source tree stays as it is
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import dev_build  # noqa: E402
+import dev_bundle  # noqa: E402
+import dev_mesa  # noqa: E402
+import dev_packages  # noqa: E402
+import dev_scenes  # noqa: E402
+from dev_build import ROOT  # noqa: E402
+from dev_packages import Failed  # noqa: E402
+
+SETUP = """\
+The set-up comes first: packages that are missing on Debian 12 are listed with the reason and installed with apt-get
+(through sudo if you are not root; --no-install refuses and prints the command), then the preset is configured and built
+in build/PRESET. A second call does only what changed. The logs are build/PRESET/*.log.
+"""
+
+
+def set_up(options: argparse.Namespace, command: str) -> None:
+    dev_packages.ensure(command, install=not options.no_install)
+    dev_build.build(options.preset, options.jobs)
+
+
+def has_option(arguments: list[str], name: str) -> bool:
+    return any(argument == name or argument.startswith(name + "=") for argument in arguments)
+
+
+def value_of(arguments: list[str], name: str) -> str | None:
+    for i, argument in enumerate(arguments):
+        if argument.startswith(name + "="):
+            return argument.split("=", 1)[1]
+        if argument == name and i + 1 < len(arguments):
+            return arguments[i + 1]
+    return None
+
+
+def number_text(value) -> str:
+    return f"{value:.3g}" if isinstance(value, (int, float)) else "-"
+
+
+def print_records(files: list[Path]) -> None:
+    rows = [("scene", "view", "seconds", "Mrays/s", "file")]
+    device = ""
+    for file in files:
+        try:
+            document = json.loads(file.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise Failed(f"cannot read what ballot wrote to {file}: {error}") from None
+        device = f"{document.get('device', '?')}, {document.get('driver', '?')}, subgroups of " \
+                 f"{document.get('subgroup_size', '?')}"
+        for record in document.get("records", []):
+            rows.append((str(record.get("scene", "")), str(record.get("view", "")), number_text(record.get("seconds")),
+                         number_text(record.get("mrays_per_s")), str(record.get("png") or record.get("exr") or "")))
+    widths = [max(len(row[i]) for row in rows) for i in range(4)]
+    print(device)
+    for row in rows:
+        cells = [f"{row[0]:{widths[0]}}", f"{row[1]:{widths[1]}}", f"{row[2]:>{widths[2]}}", f"{row[3]:>{widths[3]}}"]
+        print("  ".join([*cells, row[4]]))
+
+
+def render(options: argparse.Namespace, rest: list[str]) -> int:
+    scene = Path(rest.pop(0)) if rest and not rest[0].startswith("-") else None
+    if scene and not scene.is_file():
+        print(f"error: there is no scene file {scene}", file=sys.stderr)
+        return 2
+    set_up(options, "render")
+    binary = dev_build.ballot_binary(options.preset)
+    reports = []
+    for path in [scene] if scene else dev_scenes.shipped_scenes():
+        out = ROOT / "out" / path.stem
+        out.mkdir(parents=True, exist_ok=True)
+        report = Path(value_of(rest, "--json") or out / "render.json")
+        arguments = [str(binary), "render", str(path), *rest]
+        for name, value in (("--view", "all"), ("--size", "512x512"), ("--out", f"{out}{os.sep}"),
+                            ("--json", str(report))):
+            if not has_option(rest, name):
+                arguments += [name, value]
+        if not has_option(rest, "--png"):
+            arguments.append("--png")
+        result = subprocess.run(arguments, stdout=subprocess.PIPE, text=True, check=False)
+        if result.returncode != 0:  # ballot has said why on standard error
+            print(result.stdout, end="")
+            return result.returncode if result.returncode > 0 else 1
+        reports.append(report)
+        print_records([report])
+    return 0
+
+
+def test(options: argparse.Namespace, rest: list[str]) -> int:
+    if options.asan:
+        options.preset = "asan"
+    set_up(options, "test")
+    environment = dict(os.environ)
+    notes = []
+    if icd := dev_mesa.system_icd():
+        environment["BALLOT_SYSTEM_MESA_ICD"] = str(icd)
+        print(f"system Mesa:  {dev_mesa.driver_name(icd) or icd}")
+    else:
+        notes.append("no lavapipe in /usr/share/vulkan/icd.d: what needs the system's Mesa was not tested")
+    try:
+        icd = dev_mesa.current_mesa()
+        environment["BALLOT_CURRENT_MESA_ICD"] = str(icd)
+        print(f"current Mesa: {dev_mesa.driver_name(icd) or icd}", flush=True)
+    except Failed as error:
+        notes.append(f"no current Mesa, so what needs it was not tested: {error}")
+    if options.preset == "asan":
+        environment.setdefault("ASAN_OPTIONS", "detect_stack_use_after_return=1:strict_string_checks=1")
+        environment.setdefault("UBSAN_OPTIONS", "print_stacktrace=1:halt_on_error=1")
+        environment.setdefault("LSAN_OPTIONS", f"suppressions={ROOT}/tests/lsan.supp:print_suppressions=0")
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+    command = ["ctest", "--preset", options.preset, "--output-on-failure", "--parallel", "2", "--timeout", "300",
+               "--no-tests=error", *rest]
+    status = subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
+    for note in notes:  # again, where the summary is read
+        print(f"note: {note}", file=sys.stderr)
+    return 0 if status == 0 else 1
+
+
+def build(options: argparse.Namespace, rest: list[str]) -> int:
+    dev_packages.ensure("build", install=not options.no_install)
+    print(dev_build.build(options.preset, options.jobs, rest))
+    return 0
+
+
+def fmt(options: argparse.Namespace, rest: list[str]) -> int:
+    if rest:
+        options.parser.error(f"unknown argument {rest[0]}")
+    if shutil.which("clang-format") is None:
+        dev_packages.ensure("fmt", install=not options.no_install)
+    files = sorted(str(path) for folder in ("engine", "tools", "tests") for suffix in ("*.h", "*.cpp")
+                   for path in (ROOT / folder).rglob(suffix))
+    if not files:
+        return 0
+    mode = ["--dry-run", "--Werror"] if options.check else ["-i"]
+    status = subprocess.run(["clang-format", "--style=file", *mode, *files], cwd=ROOT, check=False).returncode
+    print(f"{len(files)} files {'checked' if options.check else 'formatted'}")
+    return 0 if status == 0 else 1
+
+
+def scenes(options: argparse.Namespace, rest: list[str]) -> int:
+    if rest:
+        options.parser.error(f"unknown argument {rest[0]}")
+    folder = options.dir or os.environ.get("BALLOT_SCENES")
+    return dev_scenes.print_scenes(Path(folder) if folder else None)
+
+
+def bundle(options: argparse.Namespace, rest: list[str]) -> int:
+    if len(rest) > 1 or (rest and rest[0].startswith("-")):
+        options.parser.error(f"unknown argument {rest[-1]}")
+    if options.preset == "asan":
+        options.parser.error("a sanitizer's libraries cannot be bundled: choose release or debug")
+    set_up(options, "bundle")
+    folder = Path(rest[0] if rest else ROOT / "out" / "ballot").absolute()
+    dev_bundle.bundle(folder, dev_build.ballot_binary(options.preset), dev_scenes.shipped_scenes(), options.archive)
+    return 0
+
+
+COMMANDS = {
+    "render": (render, "[SCENE] [ballot's options ...]", "set up, render scenes to EXR and PNG, print a table",
+               SETUP + """
+Without SCENE the shipped scenes are rendered, all views, 512x512, to out/<scene>/. What this command does not know goes
+to `ballot render`; `build/release/ballot render --help` lists it.
+
+  tools/dev.py render
+  tools/dev.py render scenes/cornell.gltf --view view0 --size 1024x1024 --shading whitted --spp 16
+"""),
+    "test": (test, "[ctest's options ...]", "set up, run every test on lavapipe", SETUP + """
+The tests run on the system's Mesa and on the current one: mesa-vulkan-drivers of bookworm-backports is unpacked in
+build/backports (nothing is installed; delete the folder to fetch it anew). Their ICD files are handed to the tests as
+BALLOT_SYSTEM_MESA_ICD and BALLOT_CURRENT_MESA_ICD. Tests of large scenes look for them in BALLOT_SCENES.
+What this command does not know goes to ctest:
+
+  tools/dev.py test                       everything
+  tools/dev.py test -R Npy                tests whose name contains Npy
+  tools/dev.py test --asan -R '^cpu'      the CPU tests with address and undefined-behaviour sanitizers
+"""),
+    "build": (build, "[TARGET ...]", "set up and build", SETUP),
+    "fmt": (fmt, "", "format the C++ code with clang-format", """\
+Formats engine/, tools/ and tests/ in place by .clang-format; --check changes nothing and fails if something would
+change. GLSL is formatted by hand.
+"""),
+    "scenes": (scenes, "", "generate the shipped scenes, list and verify the others", """\
+Prints scenes/manifest.json with the state of each file: verified (SHA-256), absent, or DIFFERS. Files are looked for in
+the checkout, in build/scenes and in --dir or BALLOT_SCENES. Says where to get what is absent; downloads nothing.
+"""),
+    "bundle": (bundle, "[DIR]", "make a relocatable folder", SETUP + """
+DIR (default out/ballot) gets bin/ballot, the libraries it needs except glibc and the Vulkan loader, the shaders and the
+shipped scenes. It runs from any place on x86-64 Linux with glibc 2.36 or newer and a Vulkan loader.
+"""),
+}
+
+
+def make_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="tools/dev.py", description=__doc__, allow_abbrev=False,
+                                     epilog="`tools/dev.py COMMAND --help` explains a command. Exit codes: 0 done, 1 "
+                                            "the work failed, 2 the arguments are wrong, 3 no usable Vulkan device.")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name, (function, usage, summary, text) in COMMANDS.items():
+        sub = commands.add_parser(name, help=summary, description=f"{summary}\n\n{text}", allow_abbrev=False,
+                                  usage=f"tools/dev.py {name} [options] {usage}".rstrip(),
+                                  formatter_class=argparse.RawDescriptionHelpFormatter)
+        sub.set_defaults(function=function, parser=sub)
+        if name != "scenes":
+            sub.add_argument("--no-install", action="store_true", help="refuse to install packages, list them instead")
+        if name in ("render", "test", "build", "bundle"):
+            sub.add_argument("--preset", choices=dev_build.PRESETS, default="release", help="default: release")
+            sub.add_argument("--jobs", type=int, metavar="N",
+                             help="compilers at once; default: what cores and memory allow")
+        if name == "test":
+            sub.add_argument("--asan", action="store_true", help="the same as --preset asan")
+        if name == "fmt":
+            sub.add_argument("--check", action="store_true", help="only check")
+        if name == "scenes":
+            sub.add_argument("--dir", help="folder with scene files; default: BALLOT_SCENES")
+        if name == "bundle":
+            sub.add_argument("--archive", action="store_true", help="also write DIR.tar.gz")
+    return parser
+
+
+def main() -> int:
+    options, rest = make_parser().parse_known_args()
+    if rest and rest[0] == "--":
+        rest.pop(0)
+    try:
+        return options.function(options, rest)
+    except Failed as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except OSError as error:  # a missing program, a full disk
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,74 @@
+"""Configures and builds a preset; quiet when all goes well."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from dev_packages import Failed
+
+ROOT = Path(__file__).resolve().parent.parent
+PRESETS = ("release", "debug", "asan")
+BYTES_PER_COMPILER = 1 << 30
+
+
+def build_folder(preset: str) -> Path:
+    return ROOT / "build" / preset
+
+
+def default_jobs() -> int:
+    """As many compilers as there are cores, but no more than memory holds."""
+    cores = len(os.sched_getaffinity(0))
+    try:
+        text = Path("/proc/meminfo").read_text(encoding="ascii")
+        free = int(re.search(r"MemAvailable:\s+(\d+)", text).group(1)) * 1024
+    except (OSError, AttributeError):
+        return cores
+    return max(1, min(cores, free // BYTES_PER_COMPILER))
+
+
+def run_logged(what: str, command: list[str], log: Path) -> None:
+    """Runs a command with its output in `log`; shows a line while it runs and the end of the log if it fails."""
+    terminal = sys.stdout.isatty()
+    log.parent.mkdir(parents=True, exist_ok=True)
+    print(f"{what} ...", end="" if terminal else "\n", flush=True)
+    start = time.monotonic()
+    with log.open("w", encoding="utf-8", errors="replace") as out:
+        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              errors="replace") as process:
+            for line in process.stdout:
+                out.write(line)
+                step = re.match(r"\[(\d+)/(\d+)\]", line)
+                if terminal and step:
+                    print(f"\r{what} ... {step.group(1)} of {step.group(2)}\x1b[K", end="", flush=True)
+    if terminal:
+        print("\r\x1b[K", end="")
+    if process.returncode == 0:
+        print(f"{what}: done in {time.monotonic() - start:.0f} s", flush=True)
+        return
+    lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
+    print("\n".join(lines[-60:]), file=sys.stderr)
+    raise Failed(f"{what} failed; the whole log is {log}")
+
+
+def build(preset: str, jobs: int | None = None, targets: list[str] | None = None) -> Path:
+    """Configures and builds; returns the build folder. Throws Failed."""
+    if shutil.which("cmake") is None:
+        raise Failed("there is no cmake (Debian: package cmake)")
+    folder = build_folder(preset)
+    run_logged(f"configuring {preset}", ["cmake", "--preset", preset], folder / "configure.log")
+    command = ["cmake", "--build", "--preset", preset, "--parallel", str(jobs or default_jobs())]
+    if targets:
+        command += ["--target", *targets]
+    run_logged(f"building {preset}", command, folder / "build.log")
+    return folder
+
+
+def ballot_binary(preset: str) -> Path:
+    binary = build_folder(preset) / "ballot"
+    if not binary.is_file():
+        raise Failed(f"the build made no {binary}")
+    return binary

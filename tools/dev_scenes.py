@@ -1,0 +1,113 @@
+"""The scenes that come with Ballot, and the list of those that do not."""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from dev_build import ROOT
+from dev_packages import Failed
+
+CORNELL = ROOT / "scenes" / "cornell.gltf"
+ATRIUM_SOURCE = ROOT / "scenes" / "make_atrium.py"
+ATRIUM = ROOT / "build" / "scenes" / "atrium.glb"
+MANIFEST = ROOT / "scenes" / "manifest.json"
+
+
+def make_atrium() -> Path:
+    """Generates the atrium unless it is there and younger than the generators."""
+    newest = max(source.stat().st_mtime for source in ATRIUM_SOURCE.parent.glob("*.py"))
+    if ATRIUM.exists() and ATRIUM.stat().st_mtime >= newest:
+        return ATRIUM
+    ATRIUM.parent.mkdir(parents=True, exist_ok=True)
+    temporary = ATRIUM.with_name(f".{os.getpid()}-{ATRIUM.name}")
+    print(f"generating {ATRIUM.relative_to(ROOT)} ...", flush=True)
+    result = subprocess.run([sys.executable, "-B", str(ATRIUM_SOURCE), str(temporary)], capture_output=True,
+                            text=True, check=False)
+    if result.returncode != 0 or not temporary.is_file():
+        temporary.unlink(missing_ok=True)
+        raise Failed(f"{ATRIUM_SOURCE.name} failed:\n{(result.stdout + result.stderr).strip()}")
+    temporary.replace(ATRIUM)
+    return ATRIUM
+
+
+def shipped_scenes() -> list[Path]:
+    scenes = [CORNELL] if CORNELL.exists() else []
+    if ATRIUM_SOURCE.exists():
+        scenes.append(make_atrium())
+    if not scenes:
+        raise Failed(f"there is neither {CORNELL} nor {ATRIUM_SOURCE}: the checkout is incomplete")
+    return scenes
+
+
+def read_manifest() -> list[dict]:
+    """The manifest's entries: an object with "scenes", or the bare list; entries without a name are left out."""
+    if not MANIFEST.exists():
+        return []
+    try:
+        document = json.loads(MANIFEST.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise Failed(f"{MANIFEST}: {error}") from None
+    entries = document.get("scenes", []) if isinstance(document, dict) else document
+    if isinstance(entries, dict):
+        entries = [{"name": name, **entry} for name, entry in entries.items()]
+    return [entry for entry in entries if isinstance(entry, dict) and entry.get("name")]
+
+
+def sha256_of(path: Path) -> str:
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def file_of(entry: dict, folder: Path | None) -> Path | None:
+    """Where the scene lies: in the checkout, generated, or in the user's folder."""
+    file_name = entry.get("file") or entry["name"]
+    names = [file_name] if Path(file_name).suffix else [file_name + suffix for suffix in (".gltf", ".glb", ".obj")]
+    places = [ROOT, ROOT / "scenes", ATRIUM.parent] + ([folder] if folder else [])
+    return next((place / name for place in places for name in names if (place / name).is_file()), None)
+
+
+def state_of(entry: dict, path: Path | None) -> str:
+    if path is None:
+        return "absent"
+    expected = entry.get("sha256")
+    if not expected:
+        return "present, no checksum"
+    return "verified" if sha256_of(path) == expected else "DIFFERS"
+
+
+def print_scenes(folder: Path | None) -> int:
+    """Prints the manifest with the state of every file. 1 if a file differs from its checksum."""
+    if folder and not folder.is_dir():
+        raise Failed(f"there is no folder {folder}")
+    shipped_scenes()
+    entries = read_manifest()
+    if not entries:
+        print(f"no {MANIFEST.relative_to(ROOT)}; shipped: " + ", ".join(str(scene) for scene in shipped_scenes()))
+        return 0
+    rows, absent, differs = [("scene", "triangles", "state", "file", "licence")], [], []
+    for entry in entries:
+        path = file_of(entry, folder)
+        state = state_of(entry, path)
+        if state == "absent":
+            absent.append(entry)
+        if state == "DIFFERS":
+            differs.append(path)
+        rows.append((entry["name"], str(entry.get("triangles", "")), state, str(path or ""),
+                     str(entry.get("licence", ""))))
+    widths = [max(len(row[i]) for row in rows) for i in range(4)]
+    for row in rows:
+        print("  ".join([f"{cell:{width}}" for cell, width in zip(row, widths)] + [row[4]]).rstrip())
+    if absent:
+        print("\nAbsent scenes are not shipped, for their size or licence. Put the files into one folder and name it "
+              "with\n--dir or BALLOT_SCENES. Sources:")
+        for entry in absent:
+            print(f"  {entry['name']}: {entry.get('source', 'not recorded')}")
+    for path in differs:
+        print(f"error: {path} is not the file that the manifest means: its SHA-256 differs", file=sys.stderr)
+    return 1 if differs else 0

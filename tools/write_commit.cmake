@@ -1,0 +1,7 @@
+# Writes OUT with the commit of SOURCE, when it changed: cmake -DSOURCE=... -DOUT=... -P write_commit.cmake
+execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=12 OUTPUT_VARIABLE commit
+  OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+if(NOT commit)
+  set(commit unknown)
+endif()
+file(CONFIGURE OUTPUT ${OUT} CONTENT "#pragma once\n#define BALLOT_COMMIT \"${commit}\"\n")
