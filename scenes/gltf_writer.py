@@ -1,5 +1,6 @@
 """Meshes, materials and cameras as glTF 2.0: .gltf with the data inside, or .glb. Standard library only."""
 
+import argparse
 import array
 import base64
 import json
@@ -270,3 +271,16 @@ def write_atomically(path, content):
     except BaseException:
         os.unlink(temporary)
         raise
+
+
+def run(make, description, default):
+    """The command line of a scene's program: writes the Scene that make() returns."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("out", nargs="?", default=default,
+                        help=f".glb or .gltf to write (default: {os.path.relpath(default)})")
+    out = parser.parse_args().out
+    if not out.endswith((".glb", ".gltf")):
+        parser.error(f"'{out}' ends neither in .glb nor in .gltf")
+    scene = make()
+    scene.write(out)
+    print(f"{out}: {scene.triangle_count()} triangles, {len(scene.materials)} materials, {len(scene.views)} views")

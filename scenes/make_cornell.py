@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
 """Makes scenes/cornell.gltf: a Cornell box with a mirror sphere and a glass sphere. Metres, +y up, the box 2 m wide."""
 
-import argparse
 import math
 import os
 
-from gltf_writer import Scene
+from gltf_writer import Scene, run
 
 
 def turned_box(mesh, centre, half, height, angle):
@@ -50,15 +49,5 @@ def make():
     return scene
 
 
-def main():
-    default = os.path.join(os.path.dirname(os.path.abspath(__file__)), "cornell.gltf")
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("out", nargs="?", default=default, help=".gltf or .glb to write (default: beside this program)")
-    scene = make()
-    out = parser.parse_args().out
-    scene.write(out)
-    print(f"{out}: {scene.triangle_count()} triangles, {len(scene.materials)} materials, {len(scene.views)} views")
-
-
 if __name__ == "__main__":
-    main()
+    run(make, __doc__, os.path.join(os.path.dirname(os.path.abspath(__file__)), "cornell.gltf"))

@@ -32,6 +32,9 @@ struct Judgement {
   std::uint64_t errors() const { return false_miss + false_hit + wrong_prim + wrong_t; }
 };
 
+/// Whose rounding the judge allows for: the bound of the triangle test that made the answers.
+enum class Arithmetic { Woop, MoellerTrumbore };
+
 class Oracle {
  public:
   explicit Oracle(const DeviceBvh& bvh);  // keeps a reference: bvh must outlive the oracle
@@ -44,9 +47,10 @@ class Oracle {
   OracleHit brute_force(const Ray& ray) const;
 
   /// `truth` is what nearest() gave for this ray, for both wants.
-  Verdict judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want) const;
+  Verdict judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
+                Arithmetic arithmetic = Arithmetic::Woop) const;
   Judgement judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth,
-                  Want want) const;  // parallel
+                  Want want, Arithmetic arithmetic = Arithmetic::Woop) const;  // parallel
 
  private:
   const DeviceBvh& bvh_;

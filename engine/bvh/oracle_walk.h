@@ -20,6 +20,7 @@ struct RayFrame {
   double sx, sy, sz;
   double t_min, t_max;
   double pad[3];  // by which boxes are widened, scene units
+  Arithmetic arithmetic = Arithmetic::Woop;  // whose rounding is judged
 };
 
 /// A triangle as the ray sees it. Sides are twice the areas that the ray's point spans with each edge.

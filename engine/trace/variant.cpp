@@ -14,7 +14,7 @@ std::string Variant::name() const {
 KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std::uint32_t tree_depth) {
   const Formulation& f = variant.how;
   const bool packet = variant.method->packet;
-  const std::uint32_t stack = tree_depth + 1;
+  const std::uint32_t stack = (tree_depth + 1 + 3) / 4 * 4;  // in steps, so that scenes of like depth share pipelines
   std::uint32_t shared_words = 0;
   if (!packet && f.stack == StackPlace::Shared) shared_words = stack * f.workgroup;
   if (packet && f.packet_stack == PacketStack::Shared) shared_words = stack * (f.workgroup / f.subgroup);

@@ -1,11 +1,5 @@
-// One ray against one leaf, and the rule that makes the answer independent of the order of the walk.
-//
-// Box and triangle arithmetic round differently, so a triangle's t can lie outside the interval of its leaf's box (for
-// triangles seen edge-on by much). A walk that culls by the nearest t so far would then find or lose it depending on what
-// it met before. Hence: a triangle counts for a ray only in leaves whose box the ray meets, and its t is clamped to that
-// leaf's interval. Intervals nest (lib/box.glsl), so every box above the leaf begins at or before t, and no walk culls the
-// leaf of the smallest (t, prim): all methods, subgroup sizes and orders give the same bits. Boxes are padded, so the
-// clamp moves no t by more than float32 rounding, but for edge-on triangles, where it mends t.
+// One ray against one leaf. A leaf's triangles are tested only if the ray meets the leaf's own box, whoever else of the
+// subgroup does; whether a triangle's t then counts in this leaf is the numeric mode's rule (settle_t).
 
 // Ray state that every method carries.
 struct Walker {
@@ -45,10 +39,10 @@ bool meets(Walker w, vec3 lo, vec3 hi, out float entry) {
 }
 
 void consider(inout Walker w, uint prim, vec3 v0, vec3 v1, vec3 v2, vec2 interval) {
-  float t, u, v;
-  bool hit = hit_triangle(w.ray, w.space, v0, v1, v2, t, u, v);
+  float t, t_error, u, v;
+  bool hit = hit_triangle(w.ray, w.space, v0, v1, v2, t, t_error, u, v);
   hit = hit && t >= w.ray.t_min && t <= w.ray.t_max;
-  t = max(min(t, interval.y), interval.x);
+  hit = settle_t(t, t_error, interval) && hit;
   if (hit && (t < w.hit.t || (t == w.hit.t && prim < w.hit.prim))) w.hit = Hit(t, prim, u, v);
 }
 

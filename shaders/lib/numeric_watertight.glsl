@@ -36,7 +36,8 @@ float along(vec3 row, vec3 p) {
   return sum;
 }
 
-bool hit_triangle(Ray ray, RaySpace space, vec3 v0, vec3 v1, vec3 v2, out float t, out float u, out float v) {
+bool hit_triangle(Ray ray, RaySpace space, vec3 v0, vec3 v1, vec3 v2, out float t, out float t_error, out float u,
+                  out float v) {
   precise vec3 a = v0 - ray.origin, b = v1 - ray.origin, c = v2 - ray.origin;
   precise float ax = along(space.row_x, a), ay = along(space.row_y, a), az = along(space.row_z, a);
   precise float bx = along(space.row_x, b), by = along(space.row_y, b), bz = along(space.row_z, b);
@@ -48,19 +49,41 @@ bool hit_triangle(Ray ray, RaySpace space, vec3 v0, vec3 v1, vec3 v2, out float 
   t = depth * inv;
   u = e1 * inv;
   v = e2 * inv;
+  float side = max(max(max(abs(ax), abs(ay)), max(abs(bx), abs(by))), max(abs(cx), abs(cy)));
+  float extent = max(az, max(bz, cz)) - min(az, min(bz, cz));
+  t_error = side * side * (extent * 8e-7) * abs(inv);
   bool inside = min(e0, min(e1, e2)) >= 0.0 || max(e0, max(e1, e2)) <= 0.0;
   return inside && det != 0.0;
 }
 
+// Whether a hit counts in a leaf, and its t there: the rule that makes the answer independent of the order of the walk.
+//
+// Box and triangle arithmetic round differently, and t of a triangle seen edge-on can be off by much, so t can lie outside
+// the interval in which the ray is inside the leaf's box. A walk that culls by the nearest t so far would find or lose such a
+// hit depending on what it met before. Hence a hit counts only in a leaf whose interval it lies in, up to its own error
+// (then it is clamped); a triangle that was split and is hit elsewhere counts in the leaf of that part. Intervals nest
+// (lib/box.glsl), so every box above the leaf begins at or before t, and no walk culls the leaf of the smallest (t, prim):
+// all methods, subgroup sizes and orders of rays give the same bits.
+//
+// The error: an edge function is off by at most 4 w side^2 (w = 2^-24, two products and a difference of coordinates up to
+// side), so t, the mean of the vertices' depths weighted by them, by at most 12 w side^2 extent / |det|; 8e-7 > 12 w.
+// Moved vertices (below) and the rounding of t itself are part of the boxes' padding.
+bool settle_t(inout float t, float t_error, vec2 interval) {
+  bool counts = t >= interval.x - t_error && t <= interval.y + t_error;
+  t = max(min(t, interval.y), interval.x);
+  return counts;
+}
+
 // Let M bound |p - o| on every axis for p in the scene's box, and w = 2^-24. To first order the test above moves a vertex
 // sideways by at most w M (subtraction) + 5 w M (the shear's division, 2.5 ulp: Vulkan's precision of operations) + w M
-// (error of the other coordinate, sheared) + w M (product) + 2 w M (sum) = 10 w M: it decides exactly on that moved
-// triangle, but for edge functions that round to zero (accepted, and no further from the ray than the product's rounding:
-// 2 w M). The slab test, (plane - (o -+ e)) * inv, moves a plane by w M (subtraction) + 5 w M (division) + w M (product). The
-// sum is 19 w M; 20 w M leaves room for M's own rounding and for the clamp of small directions (lib/box.glsl, 2^-59 M).
-// o -+ e itself rounds by w |o -+ e|: 2 w |o| + the slack covers it.
+// (error of the other coordinate, sheared) + w M (product) + 2 w M (sum) = 10 w M, and along the axis by 7 w M; t's own sums
+// and reciprocal add 6 w M. It decides exactly on that moved triangle, but for edge functions that round to zero (accepted,
+// and no further from the ray than the products' rounding: 2 w M). The slab test, (plane - (o -+ e)) * inv, moves a plane by
+// w M (subtraction) + 5 w M (division) + w M (product). The sum is at most 22 w M; 32 w M leaves room for terms of second
+// order, M's own rounding and the clamp of small directions (lib/box.glsl, 2^-59 M). o -+ e itself rounds by w |o -+ e|:
+// 2 w |o| and the slack cover it.
 vec3 box_padding(Ray ray) {
   vec3 far = max(abs(push.scene_lo - ray.origin), abs(push.scene_hi - ray.origin));
   float m = max(far.x, max(far.y, far.z));
-  return vec3(1.25e-6 * m) + 1.25e-7 * abs(ray.origin);
+  return vec3(1.91e-6 * m) + 1.25e-7 * abs(ray.origin);
 }

@@ -1,0 +1,185 @@
+// Holds every method to the oracle on a scene, every ray compared:
+//   ballot_check SCENE… [--rays N] [--device D] [--validate] [--quick]
+// Rays: N random ones through the scene's box and N primary ones of its views, in Morton order. For each set: every method
+// and vote, nearest and any, in every numeric mode, against the CPU oracle; in the conservative modes also bit equality
+// over methods, workgroup and subgroup sizes, formulations and permuted ray order. Exit code 1 if anything differs.
+#include <map>
+#include <random>
+
+#include "tests/device/harness.h"
+
+namespace {
+
+using namespace ballot;
+using namespace ballot::harness;
+
+struct Args {
+  std::vector<std::string> scenes;
+  std::size_t rays = 200000;
+  std::string device;
+  bool validate = false, quick = false;
+};
+
+Args parse(int argc, char** argv) {
+  Args args;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const auto value = [&] {
+      if (++i >= argc) fail(Failure::Arguments, "{} needs a value", word);
+      return std::string(argv[i]);
+    };
+    if (word == "--rays") args.rays = std::stoul(value());
+    else if (word == "--device") args.device = value();
+    else if (word == "--validate") args.validate = true;
+    else if (word == "--quick") args.quick = true;
+    else if (word.starts_with("--")) fail(Failure::Arguments, "unknown option {}", word);
+    else args.scenes.push_back(word);
+  }
+  if (args.scenes.empty())
+    fail(Failure::Arguments, "usage: ballot_check SCENE… [--rays N] [--device D] [--validate] [--quick]");
+  return args;
+}
+
+std::uint32_t even_bits(std::uint32_t x) {
+  std::uint32_t bits = 0;
+  for (std::uint32_t i = 0; i < 16; ++i) bits |= (x >> (2 * i) & 1u) << i;
+  return bits;
+}
+
+std::vector<Ray> primary_rays(const Scene& scene, std::size_t count) {
+  std::vector<Ray> rays;
+  std::uint32_t size = 1;
+  while (std::size_t(size) * size * scene.views.size() < count) size *= 2;
+  for (const View& view : scene.views) {
+    const glm::dmat4& m = view.world_from_camera;
+    const double h = std::tan(view.yfov / 2);
+    for (std::uint32_t i = 0; i < size * size && rays.size() < count; ++i) {
+      const double x = 2 * (even_bits(i) + 0.5) / size - 1, y = 1 - 2 * (even_bits(i >> 1) + 0.5) / size;
+      const glm::dvec3 d = glm::dvec3(m * glm::dvec4(x * h, y * h, -1, 0));
+      rays.push_back({glm::vec3(m[3]), 0, glm::vec3(d), 1e30f});
+    }
+  }
+  return rays;
+}
+
+std::vector<Ray> random_rays(const Bounds& b, std::size_t count) {
+  std::mt19937 engine(1);
+  const auto point = [&] {
+    glm::vec3 p;
+    for (int k = 0; k < 3; ++k) p[k] = b.lo[k] + (b.hi[k] - b.lo[k]) * (float(engine() >> 8) * 0x1p-24f);
+    return p;
+  };
+  std::vector<Ray> rays;
+  while (rays.size() < count) {
+    const glm::vec3 from = point(), to = point();
+    rays.push_back({from, 0, to - from, 1e30f});
+  }
+  return rays;
+}
+
+class Checker {
+ public:
+  Checker(Engine& engine, bool quick) : engine_(engine), quick_(quick), oracle_(engine.tracer().device_bvh(NodeLayout::Interleaved)) {
+    engine_.tracer().prefill = kPattern;
+  }
+  std::uint64_t problems() const { return problems_; }
+
+  void check(const std::string& name, const std::vector<Ray>& rays) {
+    const auto truth = oracle_.nearest(rays);
+    for (const NumericMode& mode : kNumericModes) {
+      std::vector<Hit> reference;
+      for (const Want want : {Want::Nearest, Want::Any})
+        for (const Query& q : every_method(want, mode.name)) {
+          const std::vector<Hit> hits = trace(rays, q);
+          judge(name, rays, hits, truth, q);
+          if (!mode.conservative || want == Want::Any) continue;
+          if (reference.empty()) reference = hits;
+          else expect_equal(reference, hits, engine_.tracer().variant(q).name());
+        }
+      if (mode.conservative) check_invariance(rays, reference, mode.name);
+    }
+  }
+
+ private:
+  std::vector<Hit> trace(const std::vector<Ray>& rays, const Query& q) {
+    std::vector<Hit> hits(rays.size());
+    const TraceTimes times = engine_.trace(rays, hits, q);
+    if (const std::size_t n = count_untouched(hits)) problem("{} of {} rays unwritten", n, rays.size());
+    if (times.retraced) fmt::print("  {} rays retraced in pieces\n", times.retraced);
+    return hits;
+  }
+  void judge(const std::string& name, const std::vector<Ray>& rays, const std::vector<Hit>& hits,
+             const std::vector<OracleHit>& truth, const Query& q) {
+    const Judgement j = oracle_.judge(rays, hits, truth, q.want, arithmetic_of(q.numeric));
+    fmt::print("  {:<8} {:<7} {:<12} {:<11} {:<5} {} rays: {} same, {} tie, {} false miss, {} false hit, {} wrong prim, {} wrong t\n",
+               name, q.want == Want::Any ? "any" : "nearest", q.method, q.numeric,
+               q.knobs.contains("vote") ? q.knobs.at("vote") : "", j.rays, j.same, j.tie, j.false_miss, j.false_hit,
+               j.wrong_prim, j.wrong_t);
+    if (!j.examples.empty()) fmt::print("    {}\n", j.examples.front());
+    problems_ += j.errors();
+  }
+  void check_invariance(const std::vector<Ray>& rays, const std::vector<Hit>& reference, std::string_view mode) {
+    std::size_t runs = 0;
+    std::vector<Knobs> knobs = every_size(engine_.device());
+    for (const Knobs& k : every_formulation(engine_.device()))
+      if (!quick_) knobs.push_back(k);
+    for (const Method& m : kMethods)
+      for (const Knobs& k : knobs) {
+        const Query q{Want::Nearest, std::string(m.name), std::string(mode), k};
+        expect_equal(reference, trace(rays, q), engine_.tracer().variant(q).name());
+        ++runs;
+      }
+    const auto order = scatter_order(rays.size());
+    std::vector<Ray> shuffled(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) shuffled[i] = rays[order[i]];
+    for (const Method& m : kMethods) {
+      const std::vector<Hit> hits = trace(shuffled, {Want::Nearest, std::string(m.name), std::string(mode), {}});
+      std::vector<Hit> back(hits.size());
+      for (std::size_t i = 0; i < rays.size(); ++i) back[order[i]] = hits[i];
+      expect_equal(reference, back, std::string(m.name) + " in permuted order");
+      ++runs;
+    }
+    fmt::print("  {} more runs (sizes, formulations, permuted order) compared bit for bit\n", runs);
+  }
+  void expect_equal(const std::vector<Hit>& a, const std::vector<Hit>& b, const std::string& what) {
+    if (const std::size_t n = count_different(a, b)) problem("{}: {} hits differ in bits from the first method's", what, n);
+  }
+  template <class... A>
+  void problem(fmt::format_string<A...> text, A&&... args) {
+    fmt::print("  PROBLEM: {}\n", fmt::format(text, std::forward<A>(args)...));
+    ++problems_;
+  }
+
+  Engine& engine_;
+  bool quick_;
+  Oracle oracle_;
+  std::uint64_t problems_ = 0;
+};
+
+int run(int argc, char** argv) {
+  const Args args = parse(argc, argv);
+  std::uint64_t problems = 0;
+  for (const std::string& scene : args.scenes) {
+    Engine engine(load_scene(scene), {.device = args.device, .validate = args.validate, .build = {}, .use_cache = true});
+    fmt::print("{}: {} triangles on {} ({}), subgroup {} ({} to {})\n", engine.scene().name, engine.scene().triangles.size(),
+               engine.device().name, engine.device().driver, engine.device().subgroup_size,
+               engine.device().min_subgroup_size, engine.device().max_subgroup_size);
+    Checker checker(engine, args.quick);
+    checker.check("random", random_rays(engine.scene().bounds, args.rays));
+    checker.check("primary", primary_rays(engine.scene(), args.rays));
+    problems += checker.problems() + engine.messages().size();
+  }
+  fmt::print("{} problems\n", problems);
+  return problems ? 1 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const ballot::Error& e) {
+    fmt::print(stderr, "ballot_check: {}\n", e.what());
+    return int(e.kind());
+  }
+}

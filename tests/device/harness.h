@@ -1,0 +1,85 @@
+// What the device tests and the check program share: every query there is, rays, and comparison with the oracle.
+#pragma once
+
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "engine/ballot.h"
+#include "engine/bvh/oracle.h"
+
+namespace ballot::harness {
+
+constexpr std::uint8_t kPattern = 0xCD;  // hits are filled with this byte before a run
+
+/// Every method x vote of a numeric mode, with the formulation that the tuning table gives.
+inline std::vector<Query> every_method(Want want, std::string_view numeric) {
+  std::vector<Query> queries;
+  for (const Method& m : kMethods) {
+    if (!m.packet) queries.push_back({want, std::string(m.name), std::string(numeric), {}});
+    else
+      for (const char* vote : {"any", "count", "sum"})
+        queries.push_back({want, std::string(m.name), std::string(numeric), {{"vote", vote}}});
+  }
+  return queries;
+}
+
+/// Knob sets that move each axis of the formulation once from its default.
+inline std::vector<Knobs> every_formulation(const DeviceInfo& d) {
+  std::vector<Knobs> all{{{"layout", "paper"}}, {{"fetch", "storage"}}, {{"fetch", "texel"}}, {{"stack", "private"}},
+                         {{"stack", "shared"}, {"workgroup", std::to_string(std::max(32u, d.subgroup_size))}},
+                         {{"packet_stack", "shared"}}, {{"cooperative", "0"}}, {{"launch", "persistent"}},
+                         {{"launch", "persistent"}, {"batches", "1"}}, {{"launch", "persistent"}, {"batches", "7"}, {"lanes", "256"}}};
+  if (d.shuffle) {
+    all.push_back({{"cooperative", "1"}});
+    all.push_back({{"packet_stack", "lanes"}});
+  }
+  if (d.buffer_address) all.push_back({{"fetch", "reference"}});
+  return all;
+}
+
+/// Workgroups that the device takes, at every subgroup size that it offers.
+inline std::vector<Knobs> every_size(const DeviceInfo& d) {
+  std::vector<Knobs> all;
+  for (std::uint32_t s = d.min_subgroup_size; s <= d.max_subgroup_size; s *= 2)
+    for (const std::uint32_t w : {s, 2 * s, 64u, 256u, 1024u}) {
+      if (w % s || w > d.max_group_invocations || w > s * d.max_group_subgroups || w > d.max_group_size_x) continue;
+      all.push_back({{"subgroup", std::to_string(s)}, {"workgroup", std::to_string(w)}, {"stack", "private"}});
+    }
+  return all;
+}
+
+/// Whose rounding the judge allows a numeric mode.
+inline Arithmetic arithmetic_of(std::string_view numeric) {
+  return find_numeric(numeric).conservative ? Arithmetic::Woop : Arithmetic::MoellerTrumbore;
+}
+
+inline std::size_t count_untouched(std::span<const Hit> hits) {
+  Hit pattern;
+  std::memset(static_cast<void*>(&pattern), kPattern, sizeof pattern);
+  std::size_t n = 0;
+  for (const Hit& h : hits) n += std::memcmp(&h, &pattern, sizeof h) == 0;
+  return n;
+}
+
+inline std::size_t count_different(std::span<const Hit> a, std::span<const Hit> b) {
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) n += std::memcmp(&a[i], &b[i], sizeof(Hit)) != 0;
+  return n;
+}
+
+/// A permutation that scatters neighbours: i -> (i * odd + shift) mod n, with odd coprime to n.
+inline std::vector<std::size_t> scatter_order(std::size_t n) {
+  std::size_t step = n / 2 + 1;
+  const auto gcd = [](std::size_t a, std::size_t b) {
+    while (b) std::swap(a %= b, b);
+    return a;
+  };
+  while (n > 1 && gcd(step, n) != 1) ++step;
+  std::vector<std::size_t> order(n);
+  for (std::size_t i = 0; i < n; ++i) order[i] = (i * step + 17) % n;
+  return order;
+}
+
+}  // namespace ballot::harness
