@@ -2,7 +2,10 @@
 
 #include <dlfcn.h>
 
+#include <cstdlib>
+
 #include "engine/core/error.h"
+#include "engine/core/file.h"
 
 namespace ballot {
 
