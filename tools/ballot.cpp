@@ -25,6 +25,11 @@ int run(int argc, char** argv) {
   cli::add_render(app, result);
   cli::add_trace(app, result);
   cli::add_shaders(app, result);
+  if (argc > 1 && argv[1][0] != '-' && !app.get_subcommand_no_throw(argv[1])) {
+    std::string names;
+    for (const CLI::App* command : app.get_subcommands({})) names += (names.empty() ? "" : ", ") + command->get_name();
+    fail(Failure::Arguments, "no command is called '{}'; there are: {}", argv[1], names);
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {

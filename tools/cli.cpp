@@ -16,7 +16,7 @@ void EngineArgs::add_to(CLI::App& app, bool scene_required) {
   if (scene_required) option->required();
   app.add_option("--device", device, "index, part of the name, 'gpu' or 'cpu' [best GPU, else CPU]; see ballot info");
   app.add_flag("--validate", validate, "Vulkan validation with synchronization checks; exit 1 if it says anything");
-  app.add_option("--split-budget", split_budget, "spatial splits may add this share of references, 0 to 4 [0.5]");
+  app.add_option("--split-budget", split_budget, "spatial splits may add this share of references, 0 to 16 [0.5]");
   app.add_option("--max-leaf", max_leaf, "triangles in a leaf at most, 1 to 6 [6]");
   app.add_flag("--no-cache", no_cache, "build the BVH anew and leave the cache alone");
   app.add_option("--json", json, "also write the figures to this file");
@@ -58,6 +58,7 @@ Query QueryArgs::query() const {
 }
 
 Opened open_scene(const EngineArgs& args) {
+  if (!args.json.empty()) check_writable(args.json);
   const auto start = std::chrono::steady_clock::now();
   Scene scene = load_scene(args.scene);
   Opened opened;

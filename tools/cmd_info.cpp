@@ -87,6 +87,7 @@ int run(const Args& args) {
   nlohmann::json json;
   if (!args.triangles.empty() && args.engine.scene.empty())
     fail(Failure::Arguments, "--triangles needs a SCENE: ballot info SCENE --triangles T.npy");
+  if (!args.engine.json.empty()) check_writable(args.engine.json);
   json["devices"] = list(args.engine.device);
   int code = 0;
   if (!args.engine.scene.empty()) {

@@ -120,6 +120,8 @@ void bound_values(const RayFrame& ray, const Sight& s, const SideErrors& e, Rang
   } else {
     range.t = (nearest + farthest) / 2;
     range.t_error = (farthest - nearest) / 2 + rounding;
+    // With det of any sign or size, Moeller and Trumbore's t is no mean of the vertices' depths.
+    if (ray.arithmetic == Arithmetic::MoellerTrumbore) range.t_error = kInfinity;
   }
 }
 

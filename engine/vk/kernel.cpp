@@ -104,7 +104,9 @@ void Kernel::create_pipeline(const KernelSource& source, VkShaderModule module) 
   create.stage.pName = "main";
   create.stage.pSpecializationInfo = &constants;
   if (source.subgroup_size && d.size_control) create.stage.pNext = &required;
-  if (d.full_subgroups) create.stage.flags = VK_PIPELINE_SHADER_STAGE_CREATE_REQUIRE_FULL_SUBGROUPS_BIT_EXT;
+  const std::uint32_t subgroup = source.subgroup_size ? source.subgroup_size : d.subgroup_size;
+  if (d.full_subgroups && source.group_size % subgroup == 0)
+    create.stage.flags = VK_PIPELINE_SHADER_STAGE_CREATE_REQUIRE_FULL_SUBGROUPS_BIT_EXT;
   create.layout = layout_;
   const auto start = std::chrono::steady_clock::now();
   vk_check(vkCreateComputePipelines(gpu_.device(), gpu_.pipeline_cache(), 1, &create, nullptr, &pipeline_),

@@ -20,7 +20,6 @@
 
 #ifdef __cplusplus
 namespace ballot {
-#define BALLOT_RECORD(T, SIZE) static_assert(sizeof(T) == SIZE && alignof(T) == 4, #T " changed size")
 #endif
 
 // Directions are sums of products, so every device makes the same rays: dir = corner + x * step_x + y * step_y, with (x, y) in
@@ -65,7 +64,6 @@ BALLOT_RECORD(PrimaryPush, 72);
 BALLOT_RECORD(ShadePush, 20);
 BALLOT_RECORD(GpuMaterial, 24);
 BALLOT_RECORD(FilmPixel, 36);
-#undef BALLOT_RECORD
 }  // namespace ballot
 #endif
 #endif  // BALLOT_RENDER_H

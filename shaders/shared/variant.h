@@ -66,7 +66,6 @@ struct Work {
 #ifdef __cplusplus
 BALLOT_RECORD(TracePush, 56);
 BALLOT_RECORD(Work, 8);
-#undef BALLOT_RECORD
 }  // namespace ballot
 #endif
 

@@ -1,0 +1,65 @@
+// What the help texts teach, and words that are no command or option.
+#include "engine/trace/methods.h"
+#include "engine/trace/numeric.h"
+#include "engine/render/renderer.h"
+#include "tests/cli/cli.h"
+
+namespace ballot::test {
+namespace {
+
+class Help : public Cli {};
+
+TEST_F(Help, NamesCommandsExamplesAndExitCodes) {
+  const Result help = succeed({"--help"});
+  expect_parts(help.out, {"info", "render", "trace", "shaders", "Examples:", "0 done", "1 the work failed",
+                          "2 the arguments are wrong", "3 no usable device"});
+  EXPECT_EQ(help.err, "");
+}
+
+TEST_F(Help, OfInfo) {
+  expect_parts(succeed({"info", "--help"}).out, {"SCENE", ".gltf", ".glb", ".obj", "--device", "'gpu'", "'cpu'", "--triangles",
+                                                 "(n,3,3)", "--json", "--validate", "--no-cache"});
+}
+
+TEST_F(Help, OfTraceAndRenderListEveryMethodModeAndKnob) {
+  for (const char* command : {"trace", "render"}) {
+    SCOPED_TRACE(command);
+    const std::string text = succeed({command, "--help"}).out;
+    expect_parts(text, {"--method", "--numeric", "--knob", "NAME=VALUE", "--device", "--json", kDefaultMethod, kDefaultNumeric});
+    for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
+    for (const NumericMode& m : kNumericModes) expect_parts(text, {m.name, m.summary});
+    for (const KnobInfo& k : knobs()) expect_parts(text, {k.name, k.values, k.what});
+  }
+}
+
+TEST_F(Help, OfTraceTeachesTheRecords) {
+  expect_parts(succeed({"trace", "--help"}).out,
+               {"--rays", "--out", "--any", "float32 (n,8)", "ox oy oz t_min dx dy dz t_max", "('prim','<u4')", "4294967295"});
+}
+
+TEST_F(Help, OfRenderListsShadings) {
+  const std::string text = succeed({"render", "--help"}).out;
+  expect_parts(text, {"--view", "--size", "WIDTHxHEIGHT", "--spp", "--out", "--png", "--shading"});
+  for (const Shading& s : kShadings) expect_parts(text, {s.name, s.summary});
+}
+
+TEST_F(Help, SplitBudgetsRangeIsTheEnginesOwn) {
+  square();
+  expect_parts(succeed({"info", "--help"}).out, {"0 to 16"});
+  refuse(2, {"split_budget is 17", "between 0 and 16"}, {"info", "square.glb", "--split-budget", "17"});
+  refuse(2, {"max_leaf is 7", "1 to 6"}, {"info", "square.glb", "--max-leaf", "7"});
+}
+
+TEST_F(Help, UnknownWords) {
+  refuse(2, {"subcommand", "--help"}, {});
+  refuse(2, {"'bake'", "info", "render", "trace"}, {"bake"});
+  refuse(2, {"--colour"}, {"info", "--colour"});
+  refuse(2, {"more.glb"}, {"info", "square.glb", "more.glb"});
+  refuse(2, {"SCENE"}, {"render"});
+  refuse(2, {"--rays"}, {"trace", "square.glb"});
+  refuse(2, {"--out"}, {"trace", "square.glb", "--rays", "rays.npy"});
+  refuse(2, {"--method"}, {"render", "square.glb", "--method"});
+}
+
+}  // namespace
+}  // namespace ballot::test

@@ -1,0 +1,78 @@
+// ballot info: devices, a scene's figures, its triangles.
+#include <algorithm>
+
+#include "engine/trace/methods.h"
+#include "tests/cli/cli.h"
+
+namespace ballot::test {
+namespace {
+
+class Info : public Cli {};
+
+TEST_F(Info, ListsDevices) {
+  const Result info = succeed({"info", "--json", "info.json"});
+  expect_parts(info.out, {"* ", "0: ", "subgroup", "driver", "Vulkan", "is used"});
+  const auto devices = json("info.json")["devices"];
+  ASSERT_GE(devices.size(), 1u);
+  for (const auto& d : devices)
+    for (const char* field : {"name", "driver", "subgroup_size", "min_subgroup_size", "max_subgroup_size", "refusals", "lacks"})
+      EXPECT_TRUE(d.contains(field)) << field;
+  EXPECT_FALSE(json("info.json").contains("scenes"));
+}
+
+TEST_F(Info, ASceneWithEveryVariant) {
+  square();
+  const Result info = succeed({"info", "square.glb", "--validate", "--json", "info.json"});
+  expect_parts(info.out, {"scene square: 2 triangles", "views: front, far", "BVH:", "depth", "bounds (-1, -1, 0) to (1, 1, 0)",
+                          "nothing beyond plain triangles", "<- default"});
+  const auto all = json("info.json");
+  for (const char* field : {"device", "driver", "subgroup_size", "commit", "command"}) EXPECT_TRUE(all.contains(field)) << field;
+  ASSERT_EQ(all["scenes"].size(), 1u);
+  for (const char* field : {"name", "triangles", "references", "nodes", "sah", "depth", "bytes", "build_s"})
+    EXPECT_TRUE(all["scenes"][0].contains(field)) << field;
+  EXPECT_EQ(all["scenes"][0]["triangles"], 2);
+  EXPECT_EQ(all["scenes"][0]["name"], "square");
+  for (const Method& m : kMethods) expect_parts(info.out, {m.name});
+  EXPECT_EQ(all["variants"].size(), std::size(kMethods));
+  expect_parts(all["command"], {"info square.glb --validate --json info.json"});
+}
+
+TEST_F(Info, TrianglesAsNumPy) {
+  square();
+  succeed({"info", "square.glb", "--triangles", "triangles.npy"});
+  const std::string npy = read("triangles.npy");
+  expect_parts(npy, {"\x93NUMPY", "'<f4'", "(2, 3, 3)"});
+  const float expected[] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, -1, 0, 1, 1, 0, -1, 1, 0};
+  ASSERT_GT(npy.size(), sizeof expected);
+  EXPECT_TRUE(std::equal(npy.end() - sizeof expected, npy.end(), reinterpret_cast<const char*>(expected)));
+}
+
+TEST_F(Info, TheSecondRunReadsTheCache) {
+  square();
+  succeed({"info", "square.glb", "--json", "first.json"});
+  succeed({"info", "square.glb", "--json", "second.json"});
+  succeed({"info", "square.glb", "--json", "third.json", "--no-cache"});
+  EXPECT_FALSE(json("first.json")["scenes"][0]["from_cache"]);
+  EXPECT_TRUE(json("second.json")["scenes"][0]["from_cache"]);
+  EXPECT_FALSE(json("third.json")["scenes"][0]["from_cache"]);
+}
+
+TEST_F(Info, AnEmptySceneIsAScene) {
+  empty();
+  const Result info = succeed({"info", "empty.glb", "--validate", "--triangles", "none.npy"});
+  expect_parts(info.out, {"0 triangles", "views: front"});
+  expect_parts(read("none.npy"), {"(0, 3, 3)"});
+}
+
+TEST_F(Info, Refusals) {
+  square();
+  refuse(2, {"--triangles needs a SCENE"}, {"info", "--triangles", "t.npy"});
+  refuse(1, {"none.glb", "no such scene file"}, {"info", "none.glb"});
+  refuse(1, {"nowhere/t.npy", "no folder nowhere"}, {"info", "square.glb", "--triangles", "nowhere/t.npy"});
+  refuse(1, {"nowhere/i.json", "no folder nowhere"},
+         {"info", "square.glb", "--triangles", "t.npy", "--json", "nowhere/i.json"});
+  refuse(1, {"nowhere/i.json", "no folder nowhere"}, {"info", "--json", "nowhere/i.json"});
+}
+
+}  // namespace
+}  // namespace ballot::test

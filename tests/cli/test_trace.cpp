@@ -1,0 +1,179 @@
+// ballot trace: rays in, hits out.
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "engine/core/npy.h"
+#include "engine/trace/methods.h"
+#include "engine/trace/numeric.h"
+#include "tests/cli/cli.h"
+
+namespace ballot::test {
+namespace {
+
+class Trace : public Cli {
+ protected:
+  void SetUp() override { square(); }
+
+  void expect_square_hits(const std::vector<Ray>& rays, bool any = false) const {
+    const auto found = hits();
+    ASSERT_EQ(found.size(), rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      SCOPED_TRACE(i);
+      EXPECT_EQ(found[i].prim != NO_HIT, hits_square(rays[i]));
+      if (!hits_square(rays[i])) {
+        EXPECT_EQ(found[i].t, rays[i].t_max);
+        EXPECT_EQ(found[i].u, 0);
+        EXPECT_EQ(found[i].v, 0);
+        continue;
+      }
+      EXPECT_NEAR(found[i].t, 4, 1e-5);  // direction of length 1/2 over a distance of 2
+      if (!any) EXPECT_EQ(found[i].prim, rays[i].origin.y > rays[i].origin.x ? 1u : 0u);
+    }
+  }
+};
+
+TEST_F(Trace, RoundTrip) {
+  rays(1000);
+  const Result result =
+      succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--json", "trace.json"});
+  expect_parts(result.out, {"hits.npy: 1000 rays", "Mrays/s", std::string(kDefaultMethod) + ".nearest.watertight"});
+  expect_square_hits(square_rays(1000));
+  EXPECT_EQ(result.err, "");
+  EXPECT_EQ(files(), (std::set<std::string>{"square.glb", "rays.npy", "hits.npy", "trace.json"}));
+}
+
+TEST_F(Trace, JsonHasTheContractsNames) {
+  rays();
+  succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--any", "--method", "packet", "--knob", "vote=sum",
+           "--json", "trace.json"});
+  const auto all = json("trace.json");
+  for (const char* field : {"device", "driver", "subgroup_size", "commit", "command", "scenes", "records"})
+    EXPECT_TRUE(all.contains(field)) << field;
+  ASSERT_EQ(all["records"].size(), 1u);
+  const auto record = all["records"][0];
+  for (const char* field : {"scene", "rays", "any", "method", "knobs", "numeric", "ray_count", "mrays_per_s", "trace_ms"})
+    EXPECT_TRUE(record.contains(field)) << field;
+  EXPECT_EQ(record["scene"], "square");
+  EXPECT_EQ(record["rays"], "rays.npy");
+  EXPECT_EQ(record["any"], true);
+  EXPECT_EQ(record["method"], "packet");
+  EXPECT_EQ(record["knobs"], (nlohmann::json{{"vote", "sum"}}));
+  EXPECT_EQ(record["ray_count"], 64);
+}
+
+TEST_F(Trace, EveryMethodModeAndVoteNearestAndAny) {
+  const auto expected = square_rays(64);
+  rays(64);
+  for (const Method& method : kMethods)
+    for (const NumericMode& mode : kNumericModes)
+      for (const char* vote : {"any", "count", "sum"})
+        for (const bool any : {false, true}) {
+          if (!method.packet && std::strcmp(vote, "any") != 0) continue;
+          SCOPED_TRACE(std::string(method.name) + " " + std::string(mode.name) + " " + vote + (any ? " any" : " nearest"));
+          Words args{"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate"};
+          for (const std::string& word : {std::string("--method"), std::string(method.name), std::string("--numeric"),
+                                          std::string(mode.name), std::string("--knob"), "vote=" + std::string(vote)})
+            args.push_back(word);
+          if (any) args.push_back("--any");
+          const Result result = succeed(args);
+          expect_parts(result.out, {std::string(method.name) + (any ? ".any." : ".nearest.") + std::string(mode.name)});
+          expect_square_hits(expected, any);
+        }
+}
+
+TEST_F(Trace, KnobsReachTheKernel) {
+  rays();
+  const Words args{"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--knob"};
+  for (const char* knob : {"fetch=storage", "fetch=texel", "layout=paper", "stack=private", "stack=shared", "launch=persistent"}) {
+    Words with = args;
+    with.push_back(knob);
+    expect_parts(succeed(with).out, {knob});
+    expect_square_hits(square_rays(64));
+  }
+  Words two = args;
+  for (const char* word : {"launch=persistent", "--knob", "batches=3", "--knob", "workgroup=128"}) two.push_back(word);
+  expect_parts(succeed(two).out, {"launch=persistent workgroup=128 batches=3"});
+  expect_square_hits(square_rays(64));
+}
+
+TEST_F(Trace, DeviceByIndexAndCpu) {
+  rays();
+  succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--device", "0"});
+  expect_square_hits(square_rays(64));
+}
+
+TEST_F(Trace, NoRays) {
+  rays(0);
+  const Result result = succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--json", "t.json"});
+  expect_parts(result.out, {"0 rays, 0 hits"});
+  EXPECT_TRUE(hits().empty());
+  EXPECT_EQ(json("t.json")["records"][0]["ray_count"], 0);
+}
+
+TEST_F(Trace, AnEmptySceneIsMissed) {
+  empty();
+  rays(100);
+  for (const char* method : {"packet", "if-if", "while-while"}) {
+    succeed({"trace", "empty.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--method", method});
+    for (const Hit& h : hits()) EXPECT_EQ(h.prim, NO_HIT);
+  }
+}
+
+TEST_F(Trace, InfiniteBoundsAreMissesAndSaidAloud) {
+  std::vector<Ray> some = square_rays(4);
+  some[1].t_max = std::numeric_limits<float>::infinity();
+  write_rays(path("rays.npy"), some);
+  const Result result = succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate"});
+  expect_parts(result.err, {"ballot: rays.npy: 1 rays have an infinite t_min or t_max", "1e30"});
+  EXPECT_EQ(hits()[1].prim, NO_HIT);
+}
+
+TEST_F(Trace, OutputMayReplaceInput) {
+  rays();
+  succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "rays.npy"});
+  EXPECT_EQ(hits("rays.npy").size(), 64u);
+}
+
+TEST_F(Trace, BadRayFiles) {
+  const Words args{"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy"};
+  refuse(1, {"rays.npy", "No such file"}, args);
+  write("rays.npy", "");
+  refuse(1, {"rays.npy"}, args);
+  write("rays.npy", "ox oy oz\n1 2 3\n");
+  refuse(1, {"rays.npy"}, args);
+  rays();
+  const std::string good = read("rays.npy");
+  write("rays.npy", good.substr(0, good.size() - 7));
+  refuse(1, {"rays.npy"}, args);
+  write("rays.npy", good.substr(0, 40));
+  refuse(1, {"rays.npy"}, args);
+  std::string bad = good;
+  bad.replace(bad.find("<f4"), 3, "<i4");
+  write("rays.npy", bad);
+  refuse(1, {"rays.npy", "<i4", "float32", "(n,8)"}, args);
+  write_triangles(path("rays.npy"), std::vector<Triangle>(2));
+  refuse(1, {"rays.npy", "(2, 3, 3)", "(n,8)"}, args);
+  write_hits(path("rays.npy"), std::vector<Hit>(2));
+  refuse(1, {"rays.npy", "prim"}, args);
+}
+
+TEST_F(Trace, BadOutputs) {
+  rays();
+  std::filesystem::create_directory(path("folder"));
+  refuse(1, {"nowhere/h.npy", "no folder nowhere"}, {"trace", "square.glb", "--rays", "rays.npy", "--out", "nowhere/h.npy"});
+  refuse(1, {"folder", "it is a folder"}, {"trace", "square.glb", "--rays", "rays.npy", "--out", "folder"});
+  refuse(1, {"the name is empty"}, {"trace", "square.glb", "--rays", "rays.npy", "--out", ""});
+  refuse(1, {"nowhere/t.json"},
+         {"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--json", "nowhere/t.json"});
+}
+
+TEST_F(Trace, AFailureLeavesTheOldOutput) {
+  write("rays.npy", "nonsense");
+  write("hits.npy", "precious");
+  refuse(1, {"rays.npy"}, {"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy"});
+  EXPECT_EQ(read("hits.npy"), "precious");
+}
+
+}  // namespace
+}  // namespace ballot::test

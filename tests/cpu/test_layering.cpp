@@ -1,0 +1,69 @@
+// The house keeps its order: dependencies point one way, and no file grows past what one can read.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> sources(const char* folder) {
+  std::vector<fs::path> all;
+  for (const auto& e : fs::recursive_directory_iterator(fs::path(BALLOT_SOURCE_DIR) / folder)) {
+    const std::string extension = e.path().extension().string();
+    if (extension == ".h" || extension == ".cpp" || extension == ".comp" || extension == ".glsl") all.push_back(e.path());
+  }
+  return all;
+}
+
+std::vector<std::string> includes(const fs::path& file) {
+  std::ifstream in(file);
+  std::vector<std::string> all;
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("#include")) all.push_back(line);
+  return all;
+}
+
+int floor_of(const std::string& path) {
+  const std::vector<std::string> floors{"engine/core", "engine/scene", "engine/bvh", "engine/vk", "engine/trace", "engine/render"};
+  for (std::size_t i = 0; i < floors.size(); ++i)
+    if (path.find(floors[i] + "/") != std::string::npos) return int(i);
+  return path.find("engine/") != std::string::npos ? int(floors.size()) : -1;
+}
+
+TEST(Layering, DependenciesPointOneWay) {
+  for (const fs::path& file : sources("engine"))
+    for (const std::string& line : includes(file)) {
+      // npy.h writes triangles, the one record that core knows from scene.
+      if (file.filename().string().starts_with("npy")) continue;
+      const int there = floor_of(line);
+      if (there >= 0) EXPECT_LE(there, floor_of(file.string())) << file << ": " << line;
+    }
+}
+
+TEST(Layering, SceneAndBvhKnowNoVulkan) {
+  for (const char* folder : {"engine/core", "engine/scene", "engine/bvh"})
+    for (const fs::path& file : sources(folder))
+      for (const std::string& line : includes(file)) EXPECT_EQ(line.find("vulkan"), std::string::npos) << file << ": " << line;
+}
+
+TEST(Layering, ToolsSeeThePublicHeaderOnly) {
+  for (const fs::path& file : sources("tools"))
+    for (const std::string& line : includes(file))
+      if (line.find("\"engine/") != std::string::npos) EXPECT_EQ(line, "#include \"engine/ballot.h\"") << file;
+}
+
+TEST(Layering, FilesStayReadable) {
+  for (const char* folder : {"engine", "shaders", "tools", "tests"})
+    for (const fs::path& file : sources(folder)) {
+      std::ifstream in(file);
+      const auto lines = std::count(std::istreambuf_iterator<char>(in), {}, '\n');
+      EXPECT_LE(lines, 400) << file;
+    }
+}
+
+}  // namespace

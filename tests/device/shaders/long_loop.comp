@@ -1,0 +1,12 @@
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+// How many of 100 000 iterations a driver really runs. The bound comes from a buffer, so no compiler can fold the loop.
+layout(local_size_x = 8) in;
+layout(set = 0, binding = 0, scalar) buffer Data { uint bound, done; };
+
+void main() {
+  uint i = 0u;
+  for (; i < bound; ++i)
+    if (done == 0xFFFFFFFFu) break;
+  if (gl_LocalInvocationIndex == 0u) done = i;
+}

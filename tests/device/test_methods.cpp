@@ -1,0 +1,180 @@
+// The one test that holds every traversal method, present and future, to the CPU oracle: every method x vote x nearest/any x
+// numeric mode on every ray set of every scene. A new method or mode is tested by being registered.
+#include <algorithm>
+#include <set>
+
+#include "tests/device/fixture.h"
+#include "tests/device/ray_sets.h"
+
+namespace ballot {
+namespace {
+
+using namespace harness;
+
+struct SceneCase {
+  const char* name;
+  shapes::Triangles (*make)();
+};
+
+const SceneCase kScenes[] = {
+    {"none", [] { return shapes::Triangles{}; }},
+    {"one", [] { return shapes::soup(1, 1); }},
+    {"six", [] { return shapes::soup(6, 1); }},
+    {"seven", [] { return shapes::soup(7, 1); }},
+    {"identical", [] { return shapes::identical(300); }},
+    {"coplanar", [] { return shapes::coplanar(200); }},
+    {"soup", [] { return shapes::soup(3000, 0.1f); }},
+    {"sphere", [] { return shapes::sphere(5); }},
+    {"slivers", [] { return shapes::slivers(150); }},
+    {"hugeAndTiny", [] { return shapes::huge_and_tiny(1000); }},
+    {"sameCentroid", [] { return shapes::same_centroid(300); }},
+};
+
+class Methods : public DeviceTest, public testing::WithParamInterface<SceneCase> {
+ protected:
+  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
+  static void TearDownTestSuite() { gpu_.reset(); }
+  static inline std::unique_ptr<Context> gpu_;
+
+  static std::vector<Hit> trace(Traced& t, std::span<const Ray> rays, const Query& q) {
+    std::vector<Hit> hits(rays.size());
+    t.tracer->trace(rays, hits, q);
+    EXPECT_EQ(count_untouched(hits), 0u) << t.tracer->variant(q).name();
+    return hits;
+  }
+};
+
+TEST_P(Methods, FindsWhatTheOracleFinds) {
+  const auto t = make(*gpu_, GetParam().make());
+  for (const shapes::RaySet& set : shapes::ray_sets(t->triangles, t->bvh)) {
+    const auto truth = t->oracle->nearest(set.rays);
+    for (const NumericMode& mode : kNumericModes) {
+      std::vector<Hit> first;
+      for (const Want want : {Want::Nearest, Want::Any})
+        for (const Query& q : every_method(want, mode.name)) {
+          const auto hits = trace(*t, set.rays, q);
+          const Judgement j = t->oracle->judge(set.rays, hits, truth, want, arithmetic_of(mode.name));
+          EXPECT_EQ(j.errors(), 0u) << set.name << ", " << t->tracer->variant(q).name() << "\n  "
+                                    << (j.examples.empty() ? "" : j.examples[0]);
+          if (!mode.conservative || want == Want::Any) continue;
+          if (first.empty()) first = hits;
+          EXPECT_EQ(count_different(first, hits), 0u) << set.name << ", bits, " << t->tracer->variant(q).name();
+        }
+    }
+  }
+  expect_silent(*gpu_);
+}
+
+TEST_P(Methods, AnswersDoNotDependOnFormulationSizeOrOrder) {
+  const auto t = make(*gpu_, GetParam().make());
+  std::vector<Ray> rays;
+  for (const shapes::RaySet& set : shapes::ray_sets(t->triangles, t->bvh)) rays.insert(rays.end(), set.rays.begin(), set.rays.end());
+  rays.resize(rays.size() / 2 + 1);
+  std::vector<Knobs> knobs = every_formulation(gpu_->info());
+  for (const Knobs& k : every_size(gpu_->info())) knobs.push_back(k);
+  const Query base{Want::Nearest, "if-if", std::string(kDefaultNumeric), {}};
+  const auto first = trace(*t, rays, base);
+  const auto order = scatter_order(rays.size());
+  std::vector<Ray> shuffled(rays.size());
+  for (std::size_t i = 0; i < rays.size(); ++i) shuffled[i] = rays[order[i]];
+  for (const Method& m : kMethods) {
+    Query q = base;
+    q.method = m.name;
+    for (const Knobs& k : knobs) {
+      q.knobs = k;
+      EXPECT_EQ(count_different(first, trace(*t, rays, q)), 0u) << t->tracer->variant(q).name();
+    }
+    q.knobs = {};
+    const auto hits = trace(*t, shuffled, q);
+    std::vector<Hit> back(hits.size());
+    for (std::size_t i = 0; i < hits.size(); ++i) back[order[i]] = hits[i];
+    EXPECT_EQ(count_different(first, back), 0u) << m.name << " in permuted order";
+  }
+  expect_silent(*gpu_);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, Methods, testing::ValuesIn(kScenes), [](const auto& p) { return p.param.name; });
+
+struct ClosedMesh {
+  const char* name;
+  int levels;
+  float scale;  // a power of two, so that rays and vertices scale exactly
+};
+
+class Leaks : public DeviceTest, public testing::WithParamInterface<ClosedMesh> {};
+
+// Every ray from inside a closed mesh must hit, at its vertices and edges above all.
+TEST_P(Leaks, WatertightHasNone) {
+  Context gpu(options());
+  shapes::Triangles mesh = shapes::sphere(GetParam().levels);
+  auto rays = shapes::edge_rays(mesh, 20011, {0.01f, 0.02f, -0.015f});
+  for (Triangle& t : mesh)
+    for (glm::vec3& v : t) v *= GetParam().scale;
+  for (Ray& r : rays) r.origin *= GetParam().scale, r.dir *= GetParam().scale;
+  const auto t = make(gpu, mesh);
+  for (const Method& m : kMethods)
+    for (const Want want : {Want::Nearest, Want::Any}) {
+      std::vector<Hit> hits(rays.size());
+      t->tracer->trace(rays, hits, {want, std::string(m.name), "watertight", {}});
+      EXPECT_EQ(std::ranges::count_if(hits, [](const Hit& h) { return h.prim == NO_HIT; }), 0) << m.name;
+    }
+  expect_silent(gpu);
+}
+
+INSTANTIATE_TEST_SUITE_P(ClosedMeshes, Leaks,
+                         testing::Values(ClosedMesh{"unit", 6, 1}, ClosedMesh{"coarse", 1, 1},
+                                         ClosedMesh{"tiny", 5, 0x1p-20f}, ClosedMesh{"large", 5, 0x1p20f}),
+                         [](const auto& p) { return p.param.name; });
+
+// A mesh far from the origin: rays start at its centre, wherever float32 puts that.
+TEST_F(Methods, FarFromTheOriginNothingLeaks) {
+  const glm::vec3 centre(148376, 1234, -223423);  // Embree's verify
+  shapes::Triangles mesh = shapes::sphere(5);
+  for (Triangle& s : mesh)
+    for (glm::vec3& v : s) v = v * 10.f + centre;
+  const auto t = make(*gpu_, mesh);
+  shapes::Random random(3);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 20001; ++i) {
+    const Triangle& s = t->triangles[random.below(t->triangles.size())];
+    const glm::vec3 target = random.below(2) ? s[0] : s[0] + (s[1] - s[0]) * random.in(0, 1);
+    rays.push_back({centre, 0, target - centre, 1e30f});
+  }
+  for (const Method& m : kMethods) {
+    const auto hits = trace(*t, rays, {Want::Nearest, std::string(m.name), "watertight", {}});
+    EXPECT_EQ(std::ranges::count_if(hits, [](const Hit& h) { return h.prim == NO_HIT; }), 0) << m.name;
+  }
+}
+
+// Mesa 22.3's lavapipe stops all loops of an invocation after 65 535 iterations: 40 000 triangles in one place need more.
+TEST_F(Methods, WalksThatADriverCutsShortAreFinished) {
+  const auto t = make(*gpu_, shapes::identical(40000), {.max_leaf = 2, .split_budget = 0});
+  const auto rays = shapes::random_rays(97);
+  const auto truth = t->oracle->nearest(rays);
+  std::uint64_t retraced = 0;
+  for (const Query& q : every_method(Want::Nearest, "watertight")) {
+    std::vector<Hit> hits(rays.size());
+    retraced += t->tracer->trace(rays, hits, q).retraced;
+    EXPECT_EQ(t->oracle->judge(rays, hits, truth, q.want).errors(), 0u) << q.method;
+  }
+  const bool cuts = gpu_->info().driver_id == VK_DRIVER_ID_MESA_LLVMPIPE && gpu_->info().mesa_version() < 230000;
+  EXPECT_EQ(retraced > 0, cuts) << retraced << " rays retraced on " << gpu_->info().driver;
+  expect_silent(*gpu_);
+}
+
+TEST_F(Methods, PiecesHoldEveryLeafOnce) {
+  const auto t = make(*gpu_, shapes::soup(3000, 0.2f));
+  for (const NodeLayout layout : {NodeLayout::Interleaved, NodeLayout::Paper}) {
+    const DeviceBvh& bvh = t->tracer->device_bvh(layout);
+    EXPECT_EQ(pieces_of(bvh, ~0ull).size(), 1u);
+    const auto leaves = pieces_of(bvh, 0);
+    EXPECT_EQ(leaves.size(), t->bvh.stats.leaves);
+    EXPECT_EQ(std::set<std::uint32_t>(leaves.begin(), leaves.end()).size(), leaves.size());
+    const auto some = pieces_of(bvh, 500);
+    EXPECT_GT(some.size(), 5u);
+    EXPECT_LT(some.size(), leaves.size());
+  }
+}
+
+}  // namespace
+}  // namespace ballot

@@ -1,0 +1,199 @@
+// Device choice is tested without a device (tests/cli); here: buffers, kernels, shaders, caches.
+#include <unistd.h>
+
+#include <fstream>
+
+#include "shaders/shared/render.h"
+#include "tests/device/fixture.h"
+
+namespace ballot {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Vulkan : public DeviceTest {
+ protected:
+  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
+  static void TearDownTestSuite() { gpu_.reset(); }
+  void TearDown() override { expect_silent(*gpu_); }
+  static inline std::unique_ptr<Context> gpu_;
+
+  static std::string error_of(const std::function<void()>& work) {
+    try {
+      work();
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "no error";
+  }
+  static KernelSource source(const char* file, const Defines& defines = {}) {
+    return {.name = file, .file = std::string("../tests/device/shaders/") + file, .defines = defines, .constants = {}, .group_size = 1};
+  }
+};
+
+TEST_F(Vulkan, BuffersRoundTrip) {
+  for (const std::size_t n : {std::size_t(1), std::size_t(1000), (std::size_t(64) << 18) + 3}) {  // the last one beyond a staging chunk
+    Buffer<std::uint32_t> buffer(*gpu_, n, Access::Storage, "numbers");
+    std::vector<std::uint32_t> in(n), out(n);
+    for (std::size_t i = 0; i < n; ++i) in[i] = std::uint32_t(i * 2654435761u);
+    buffer.upload(in);
+    buffer.download(out);
+    EXPECT_EQ(in, out);
+  }
+}
+
+TEST_F(Vulkan, EmptyAndMovedBuffers) {
+  Buffer<Ray> empty(*gpu_, 0, Access::Storage | Access::Texel, "nothing");
+  EXPECT_EQ(empty.size(), 0u);
+  EXPECT_GE(empty.bytes(), 16u);
+  Buffer<Ray> moved = std::move(empty);
+  EXPECT_EQ(moved.name(), "nothing");
+}
+
+TEST_F(Vulkan, TooLargeABufferIsRefusedWithBothSizes) {
+  const std::uint64_t limit = gpu_->info().max_storage_range;
+  if (limit < (1ull << 32)) {
+    const std::string text = error_of([&] { Buffer<glm::uvec4> b(*gpu_, limit / 16 + 1, Access::Storage, "bvh nodes"); });
+    EXPECT_NE(text.find("buffer 'bvh nodes' needs "), std::string::npos) << text;
+    EXPECT_NE(text.find(fmt::format("maxStorageBufferRange of {} is {:.1f} MiB", gpu_->info().name, double(limit) / (1 << 20))),
+              std::string::npos)
+        << text;
+    Buffer<glm::uvec4> texels(*gpu_, limit / 16 + 1, Access::Texel, "as texels it fits");
+  }
+  const std::string huge = error_of([&] { Buffer<glm::uvec4> b(*gpu_, 1ull << 40, Access::Texel, "leaves"); });
+  EXPECT_NE(huge.find("maxTexelBufferElements"), std::string::npos) << huge;
+  const std::string beyond = error_of([&] { Buffer<glm::uvec4> b(*gpu_, 1ull << 40, Access::Address, "leaves"); });
+  EXPECT_NE(beyond.find("needs"), std::string::npos) << beyond;
+}
+
+TEST_F(Vulkan, CopiesBeyondTheEndAreRefused) {
+  Buffer<std::uint32_t> buffer(*gpu_, 8, Access::Storage, "eight");
+  std::vector<std::uint32_t> nine(9);
+  EXPECT_NE(error_of([&] { buffer.upload(nine); }).find("buffer 'eight' of 32 bytes"), std::string::npos);
+}
+
+// C++ and GLSL agree on every record, byte for byte.
+TEST_F(Vulkan, RecordsHaveTheSameBytes) {
+  Kernel kernel(*gpu_, source("records.comp"));
+  Buffer<Ray> rays(*gpu_, 2, Access::Storage, "rays");
+  Buffer<Hit> hits(*gpu_, 2, Access::Storage, "hits");
+  Buffer<BvhNode> nodes(*gpu_, 2, Access::Storage, "nodes");
+  Buffer<FilmPixel> film(*gpu_, 2, Access::Storage, "film");
+  kernel.bind(0, rays);
+  kernel.bind(1, hits);
+  kernel.bind(2, nodes);
+  kernel.bind(3, film);
+  gpu_->submit("records", [&](VkCommandBuffer cmd) {
+    kernel.dispatch(cmd, 1, nullptr, 0);
+    memory_barrier(cmd);
+  });
+  const auto expect = [&]<class T>(const Buffer<T>& buffer, const T& want) {
+    T got{};
+    buffer.download(std::span(&got, 1), 1);
+    EXPECT_EQ(std::memcmp(&got, &want, sizeof(T)), 0) << buffer.name();
+  };
+  expect(rays, Ray{{1, 2, 3}, 4, {5, 6, 7}, 8});
+  expect(hits, Hit{1, 2, 3, 4});
+  expect(nodes, BvhNode{{1, 2, 3}, {4, 5, 6}, 7, 8});
+  expect(film, FilmPixel{{1, 2, 3}, 4, 5, {6, 7, 8}, 9});
+}
+
+TEST_F(Vulkan, KernelsCheckTheirBindings) {
+  Kernel kernel(*gpu_, source("records.comp"));
+  Buffer<Ray> rays(*gpu_, 2, Access::Storage, "rays");
+  EXPECT_NE(error_of([&] { kernel.bind(9, rays); }).find("kernel records.comp has no binding 9 for buffer 'rays'"),
+            std::string::npos);
+  kernel.bind(0, rays);
+  const std::string missing =
+      error_of([&] { gpu_->submit("records", [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, 1, nullptr, 0); }); });
+  EXPECT_NE(missing.find("dispatched without binding 1"), std::string::npos) << missing;
+}
+
+TEST_F(Vulkan, PushConstantsMustHaveTheShadersSize) {
+  Buffer<Ray> rays(*gpu_, 64, Access::Storage, "rays");
+  Kernel kernel(*gpu_, {.name = "rays.primary", .file = "rays/primary.comp", .defines = {}, .constants = {}});
+  kernel.bind(BIND_RAYS, rays);
+  const std::uint32_t small = 0;
+  const std::string text =
+      error_of([&] { gpu_->submit("rays", [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, 1, small); }); });
+  EXPECT_NE(text.find("wants 72 bytes of push constants, not 4"), std::string::npos) << text;
+}
+
+TEST_F(Vulkan, ABrokenShaderNamesFileAndLine) {
+  const std::string text = error_of([&] { Kernel kernel(*gpu_, source("broken.comp")); });
+  EXPECT_NE(text.find("broken.comp:4"), std::string::npos) << text;
+  EXPECT_NE(text.find("does_not_exist"), std::string::npos) << text;
+  EXPECT_NE(error_of([&] { Kernel kernel(*gpu_, source("absent.comp")); }).find("absent.comp"), std::string::npos);
+}
+
+// A persistent kernel must not rely on loops that the driver cuts short; the tuning table bounds its batches there.
+TEST_F(Vulkan, TheTuningTableKnowsDriversThatCutLoops) {
+  Kernel kernel(*gpu_, source("long_loop.comp"));
+  Buffer<std::uint32_t> data(*gpu_, 2, Access::Storage, "loop");
+  kernel.bind(0, data);
+  const std::vector<std::uint32_t> in{100000, 0};
+  data.upload(in);
+  gpu_->submit("long loop", [&](VkCommandBuffer cmd) {
+    kernel.dispatch(cmd, 1, nullptr, 0);
+    memory_barrier(cmd);
+  });
+  std::vector<std::uint32_t> out(2);
+  data.download(out);
+  const Formulation f = formulation_for(kMethods[0], gpu_->info());
+  EXPECT_TRUE(out[1] == 100000 || f.batches <= 16u) << "the driver ran " << out[1] << " of 100000 iterations";
+}
+
+class ShaderCache : public testing::Test {
+ protected:
+  fs::path folder_ = fs::temp_directory_path() / ("ballot-spirv-" + std::to_string(getpid()));
+  void SetUp() override {
+    if (const char* old = std::getenv("XDG_CACHE_HOME")) old_ = old;
+    setenv("XDG_CACHE_HOME", folder_.c_str(), 1);
+  }
+  void TearDown() override {
+    if (old_.empty()) unsetenv("XDG_CACHE_HOME");
+    else setenv("XDG_CACHE_HOME", old_.c_str(), 1);
+    fs::remove_all(folder_);
+  }
+  std::vector<fs::path> files() const {
+    std::vector<fs::path> all;
+    for (const auto& e : fs::directory_iterator(folder_ / "ballot" / "spirv")) all.push_back(e.path());
+    return all;
+  }
+  std::string old_;
+};
+
+TEST_F(ShaderCache, IsKeyedByContentAndDefines) {
+  const Defines a{{"BALLOT_SHADING", 0}, {"BALLOT_HAS_NORMALS", 0}}, b{{"BALLOT_SHADING", 1}, {"BALLOT_HAS_NORMALS", 0}};
+  const Spirv cold = compile_shader("shade/shade.comp", a), warm = compile_shader("shade/shade.comp", a);
+  EXPECT_FALSE(cold.from_cache);
+  EXPECT_TRUE(warm.from_cache);
+  EXPECT_EQ(cold.words, warm.words);
+  EXPECT_FALSE(compile_shader("shade/shade.comp", b).from_cache);
+  EXPECT_EQ(files().size(), 2u);
+}
+
+TEST_F(ShaderCache, ADamagedFileIsCompiledAnew) {
+  const Defines a{{"BALLOT_SHADING", 0}, {"BALLOT_HAS_NORMALS", 0}};
+  const Spirv cold = compile_shader("shade/shade.comp", a);
+  const fs::path file = files().at(0);
+  fs::resize_file(file, fs::file_size(file) / 2);
+  EXPECT_FALSE(compile_shader("shade/shade.comp", a).from_cache);
+  {
+    std::fstream f(file, std::ios::in | std::ios::out | std::ios::binary);
+    f.seekp(100);
+    f.put('\x55');
+  }
+  const Spirv again = compile_shader("shade/shade.comp", a);
+  EXPECT_FALSE(again.from_cache);
+  EXPECT_EQ(again.words, cold.words);
+}
+
+TEST_F(ShaderCache, AFolderThatCannotBeWrittenCostsNothingButTime) {
+  std::ofstream(folder_).put('x');  // a file where the folder should be
+  EXPECT_NO_THROW(compile_shader("rays/primary.comp", {}));
+  fs::remove(folder_);
+}
+
+}  // namespace
+}  // namespace ballot

@@ -1,0 +1,153 @@
+// What a picture says of itself: attributes, matrices in OpenEXR's conventions, and the file that others read.
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+
+#include "tests/images/pictures.h"
+
+namespace ballot::test {
+namespace {
+
+/// A point as a row vector times an attribute's matrix, divided by w: what OpenEXR's V3f * M44f is.
+glm::dvec3 transformed(const Image& image, const char* attribute, const glm::dvec3& point) {
+  const auto m = std::get<std::array<float, 16>>(image.attributes.at(attribute));
+  const double in[4] = {point.x, point.y, point.z, 1};
+  double out[4] = {};
+  for (std::size_t c = 0; c < 4; ++c)
+    for (std::size_t r = 0; r < 4; ++r) out[c] += in[r] * double(m[r * 4 + c]);
+  return glm::dvec3(out[0], out[1], out[2]) / out[3];
+}
+
+Scene posed_scene() {
+  Scene scene = square_scene();
+  const glm::dmat4 turn = glm::rotate(glm::dmat4(1), 0.3, glm::normalize(glm::dvec3(1, 2, 0.5)));
+  scene.views[0] = view_from({0.8, -0.2, 2.5}, turn);
+  return scene;
+}
+
+/// Unit ray through the middle of a pixel, and where it starts, in the world.
+std::pair<glm::dvec3, glm::dvec3> eye_ray(const View& view, std::uint32_t x, std::uint32_t y, const Image& image) {
+  const glm::dvec2 at = plane_point(view, x + 0.5, y + 0.5, image.width, image.height);
+  const glm::dmat4& m = view.world_from_camera;
+  const glm::dvec4 from = view.orthographic ? glm::dvec4(at, 0, 1) : glm::dvec4(0, 0, 0, 1);
+  const glm::dvec4 dir = view.orthographic ? glm::dvec4(0, 0, -1, 0) : glm::dvec4(at, -1, 0);
+  return {glm::dvec3(m * from), glm::normalize(glm::dvec3(m * dir))};
+}
+
+TEST(Files, EveryAttribute) {
+  Engine engine(square_scene(), with_validation());
+  RenderOptions options{.width = 8, .height = 8, .spp = 3};
+  options.query.method = "packet";
+  options.query.knobs = {{"vote", "any"}};
+  const Picture p = render(engine, engine.scene().views[0], options);
+  const auto& all = p.image.attributes;
+  EXPECT_EQ(std::get<std::string>(all.at("scene")), "square");
+  EXPECT_EQ(std::get<std::string>(all.at("view")), "test");
+  EXPECT_TRUE(std::get<std::string>(all.at("method")).starts_with("packet "));
+  EXPECT_NE(std::get<std::string>(all.at("method")).find("vote=any"), std::string::npos);
+  EXPECT_EQ(std::get<std::string>(all.at("numeric")), "watertight");
+  EXPECT_EQ(std::get<std::string>(all.at("device")), engine.device().name);
+  EXPECT_EQ(std::get<std::string>(all.at("driver")), engine.device().driver);
+  EXPECT_EQ(std::get<int>(all.at("subgroup_size")), int(engine.device().subgroup_size));
+  EXPECT_EQ(std::get<int>(all.at("spp")), 3);
+  EXPECT_GT(std::get<float>(all.at("seconds")), 0);
+  EXPECT_FALSE(std::get<std::string>(all.at("commit")).empty());
+  EXPECT_EQ(std::get<std::array<float, 16>>(all.at("worldToCamera")).size(), 16u);
+  EXPECT_EQ(std::get<std::array<float, 16>>(all.at("worldToNDC")).size(), 16u);
+}
+
+TEST(Files, WorldToCameraMapsTheEyeToTheOrigin) {
+  const Scene scene = posed_scene();
+  const View view = scene.views[0];
+  const Picture p = render(scene, {.width = 32, .height = 16});
+  const glm::dmat4& m = view.world_from_camera;
+  EXPECT_LT(glm::length(transformed(p.image, "worldToCamera", glm::dvec3(m[3]))), 1e-5);
+  EXPECT_LT(glm::length(transformed(p.image, "worldToCamera", glm::dvec3(m[3] + 2.0 * m[0])) - glm::dvec3(2, 0, 0)), 1e-5);
+  EXPECT_LT(glm::length(transformed(p.image, "worldToCamera", glm::dvec3(m[3] + 2.0 * m[1])) - glm::dvec3(0, 2, 0)), 1e-5);
+}
+
+// ImfStandardAttributes.h: camera space is left-handed, "objects in front of the camera have positive z coordinates".
+TEST(Files, WorldToCameraLooksAlongPositiveZ) {
+  const Scene scene = posed_scene();
+  const glm::dmat4 m = scene.views[0].world_from_camera;
+  const Picture p = render(scene, {.width = 32, .height = 16});
+  EXPECT_LT(glm::length(transformed(p.image, "worldToCamera", glm::dvec3(m[3] - 2.0 * m[2])) - glm::dvec3(0, 0, 2)), 1e-5);
+}
+
+// The same header: x right, y down; "(0, 0) and (1, 1) correspond to the upper left and lower right corners of the OpenEXR
+// display window".
+TEST(Files, WorldToNdcMapsWhatAPixelSeesToThePixel) {
+  for (const bool orthographic : {false, true}) {
+    SCOPED_TRACE(orthographic ? "orthographic" : "perspective");
+    Scene scene = posed_scene();
+    scene.views[0].orthographic = orthographic;
+    const View view = scene.views[0];
+    const Picture p = render(std::move(scene), {.width = 32, .height = 16});
+    std::size_t wrong = 0, seen = 0;
+    for (std::uint32_t y = 0; y < 16; ++y)
+      for (std::uint32_t x = 0; x < 32; ++x) {
+        if (p.prim(x, y) == NO_HIT) continue;
+        const auto [from, dir] = eye_ray(view, x, y, p.image);
+        const glm::dvec3 ndc = transformed(p.image, "worldToNDC", from + dir * double(p.at("Z", x, y)));
+        ++seen;
+        wrong += std::abs(ndc.x - (x + 0.5) / 32) > 1e-5 || std::abs(ndc.y - (y + 0.5) / 16) > 1e-5;
+      }
+    EXPECT_GT(seen, 20u);
+    EXPECT_EQ(wrong, 0u) << "of " << seen;
+  }
+}
+
+class Folder {
+ public:
+  Folder() {
+    std::string pattern = (std::filesystem::path(::testing::TempDir()) / "ballot_images_XXXXXX").string();
+    path = ::mkdtemp(pattern.data());
+  }
+  ~Folder() { std::filesystem::remove_all(path); }
+  std::filesystem::path path;
+};
+
+TEST(Files, ExrThereAndBack) {
+  const Folder folder;
+  const Picture p = render(square_scene(), {.width = 33, .height = 7, .spp = 2});
+  write_exr(folder.path / "p.exr", p.image);
+  const Image back = read_exr(folder.path / "p.exr");
+  EXPECT_EQ(back.width, 33u);
+  EXPECT_EQ(back.height, 7u);
+  EXPECT_EQ(back.attributes, p.image.attributes);
+  EXPECT_EQ(back.channels.size(), p.image.channels.size());
+  for (const Channel& c : p.image.channels) {
+    const Channel& read = back.channel(c.name);
+    EXPECT_EQ(read.type, c.type) << c.name;
+    EXPECT_EQ(read.uints, c.uints) << c.name;
+    if (c.type == Pixel::Float) EXPECT_EQ(read.floats, c.floats) << c.name;
+    if (c.type == Pixel::Half)
+      for (std::size_t i = 0; i < c.floats.size(); ++i) EXPECT_NEAR(read.floats[i], c.floats[i], 5e-4) << c.name;
+  }
+}
+
+TEST(Files, ExrheaderReadsIt) {
+  if (std::system("exrheader -h > /dev/null 2>&1") == 127 << 8) GTEST_SKIP() << "exrheader is not installed (package openexr)";
+  const Folder folder;
+  const Picture p = render(square_scene(), {.width = 33, .height = 7});
+  write_exr(folder.path / "p.exr", p.image);
+  const std::string command = "exrheader '" + (folder.path / "p.exr").string() + "' 2>&1";
+  std::FILE* pipe = ::popen(command.c_str(), "r");
+  ASSERT_TRUE(pipe);
+  std::string text;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) text.push_back(char(c));
+  EXPECT_EQ(::pclose(pipe), 0) << text;
+  for (const char* part :
+       {"zip, individual scanlines|zip, multi-scanline", "R, 16-bit floating-point", "A, 16-bit floating-point", "Z, 32-bit floating-point", "N.X, 32-bit",
+        "prim, 32-bit unsigned integer", "(0 0) - (32 6)", "scene (type string): \"square\"", "numeric (type string): \"watertight\"",
+        "spp (type int): 1", "worldToNDC (type m44f)", "worldToCamera (type m44f)"}) {
+    const std::string_view alternatives = part;
+    const std::size_t bar = alternatives.find('|');
+    const bool found = text.find(alternatives.substr(0, bar)) != std::string::npos ||
+                       (bar != std::string_view::npos && text.find(alternatives.substr(bar + 1)) != std::string::npos);
+    EXPECT_TRUE(found) << part << " is not in\n" << text;
+  }
+}
+
+}  // namespace
+}  // namespace ballot::test
