@@ -8,6 +8,16 @@ namespace {
 
 using namespace ballot;
 
+/// CLI11 would only say that a command is required.
+void check_command(CLI::App& app, std::string_view word) {
+  std::string names;
+  for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
+    if (command->get_name() == word) return;
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", command->get_name());
+  }
+  fail(Failure::Arguments, "no command is called '{}'; there are: {}", word, names);
+}
+
 int run(int argc, char** argv) {
   CLI::App app(
       "Ballot traces rays in GLSL compute on any Vulkan 1.2 device, GPU or CPU.\n"
@@ -25,11 +35,7 @@ int run(int argc, char** argv) {
   cli::add_render(app, result);
   cli::add_trace(app, result);
   cli::add_shaders(app, result);
-  if (argc > 1 && argv[1][0] != '-' && !app.get_subcommand_no_throw(argv[1])) {
-    std::string names;
-    for (const CLI::App* command : app.get_subcommands({})) names += (names.empty() ? "" : ", ") + command->get_name();
-    fail(Failure::Arguments, "no command is called '{}'; there are: {}", argv[1], names);
-  }
+  if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {

@@ -1,3 +1,5 @@
+#include <set>
+
 #include "tools/cli.h"
 
 namespace ballot::cli {
@@ -14,14 +16,47 @@ struct Args {
   bool png = false;
 };
 
-/// One file if the name ends in .exr, which then takes a single view; else a folder of <scene>-<view>.exr.
-fs::path output_of(const Args& args, const Scene& scene, const View& view, std::size_t view_count) {
+/// <scene>-<view>, as a name of one file: no folder separator, no control character.
+std::string file_name(const Scene& scene, const View& view) {
+  std::string name = fmt::format("{}-{}", scene.name, view.name);
+  for (char& c : name)
+    if (c == '/' || static_cast<unsigned char>(c) < 32) c = '_';
+  return name;
+}
+
+/// One file if the name ends in .exr, which then takes a single view; else a folder of <scene>-<view>.exr, a file each.
+std::vector<fs::path> outputs_of(const Args& args, const Scene& scene, const std::vector<const View*>& views) {
   const fs::path out = args.out;
-  if (out.extension() != ".exr") return out / fmt::format("{}-{}.exr", scene.name, view.name);
-  if (view_count > 1)
+  if (out.extension() == ".exr") {
+    if (views.size() == 1) return {out};
     fail(Failure::Arguments, "--out {}: {} views do not fit one file; name a folder, or one of them with --view", args.out,
-         view_count);
-  return out;
+         views.size());
+  }
+  std::vector<fs::path> files;
+  std::set<std::string> names;
+  for (const View* view : views) {
+    const std::string given = file_name(scene, *view);
+    std::string name = given;
+    for (std::size_t n = 2; !names.insert(name).second; ++n) name = fmt::format("{}_{}", given, n);
+    files.push_back(out / (name + ".exr"));
+  }
+  return files;
+}
+
+fs::path png_beside(fs::path exr) { return exr.replace_extension(".png"); }
+
+/// Makes the folder, and finds out before the work begins what could not be written.
+void prepare(const Args& args, const std::vector<fs::path>& files) {
+  const fs::path out = args.out;
+  if (out.extension() != ".exr") {
+    std::error_code error;
+    fs::create_directories(out, error);
+    if (error) fail(Failure::Work, "--out {}: the folder cannot be made: {}", args.out, error.message());
+  }
+  for (const fs::path& file : files) {
+    check_writable(file);
+    if (args.png) check_writable(png_beside(file));
+  }
 }
 
 std::vector<const View*> chosen_views(const Args& args, const Scene& scene) {
@@ -41,8 +76,7 @@ void render_view(const Args& args, Opened& opened, const View& view, const Rende
     image = engine.render(view, options, &times, [&](double done) { bar.update(done); });
   }
   write_exr(exr, image);
-  fs::path png = exr;
-  png.replace_extension(".png");
+  const fs::path png = png_beside(exr);
   if (args.png) write_png(png, image);
   fmt::print("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n", view.name,
              times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(), exr.string(),
@@ -67,21 +101,15 @@ int run(const Args& args) {
   Opened opened = open_scene(args.engine);
   Engine& engine = *opened.engine;
   const auto views = chosen_views(args, engine.scene());
-  for (const View* view : views) output_of(args, engine.scene(), *view, views.size());
-  if (out.extension() != ".exr") {
-    std::error_code error;
-    fs::create_directories(out, error);
-    if (error) fail(Failure::Work, "--out {}: the folder cannot be made: {}", args.out, error.message());
-    check_writable(output_of(args, engine.scene(), *views.front(), views.size()));
-  }
+  const auto files = outputs_of(args, engine.scene(), views);
+  prepare(args, files);
   const Variant variant = engine.tracer().variant(options.query);
   fmt::print("{}: {} triangles on {} ({}), subgroup {}\n  {}\n", engine.scene().name, engine.scene().triangles.size(),
              engine.device().name, engine.device().driver, variant.how.subgroup, variant.name());
   fmt::print("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,
              engine.start_times().bvh_s, engine.bvh().stats.from_cache ? " (cached)" : "");
   nlohmann::json json = record_header(engine, opened.load_s);
-  for (const View* view : views)
-    render_view(args, opened, *view, options, output_of(args, engine.scene(), *view, views.size()), json);
+  for (std::size_t i = 0; i < views.size(); ++i) render_view(args, opened, *views[i], options, files[i], json);
   const KernelTimes& kernel = engine.tracer().kernel(options.query).times();
   fmt::print("  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first dispatch)\n",
              kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);

@@ -28,7 +28,7 @@ struct RenderOptions {
   std::uint32_t width = 1024, height = 1024;  // 1 to 16384 each
   std::uint32_t spp = 1;                      // 1: through pixel centres; more: jittered, 1 to 65536
   std::string shading = "eyelight";
-  Query query;  // want is Nearest
+  Query query = {};  // want is Nearest
 };
 
 struct RenderTimes {

