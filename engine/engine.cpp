@@ -20,22 +20,21 @@ std::array<float, 16> exr_matrix(const glm::dmat4& m) {
   return values;
 }
 
+/// OpenEXR's NDC: (0, 0) top left, (1, 1) bottom right; depth 0 at distance near, 1 at infinity. From our camera frame.
 glm::dmat4 ndc_from_camera(const View& view, double aspect) {
-  // Depth 0 at distance near, 1 at infinity, y up.
   constexpr double near = 1e-3;
   glm::dmat4 m(0);
   if (view.orthographic) {
-    m[0][0] = 1 / (view.ymag * aspect);
-    m[1][1] = 1 / view.ymag;
+    m[0][0] = 0.5 / (view.ymag * aspect);
+    m[1][1] = -0.5 / view.ymag;
     m[2][2] = -1e-6;
-    m[3][3] = 1;
+    m[3] = {0.5, 0.5, 0, 1};
     return m;
   }
   const double f = 1 / std::tan(view.yfov / 2);
-  m[0][0] = f / aspect;
-  m[1][1] = f;
-  m[2][2] = -1;
-  m[2][3] = -1;
+  m[0][0] = 0.5 * f / aspect;
+  m[1][1] = -0.5 * f;
+  m[2] = {-0.5, -0.5, -1, -1};
   m[3][2] = -near;
   return m;
 }
@@ -65,6 +64,7 @@ Image Engine::render(const View& view, const RenderOptions& options, RenderTimes
   RenderTimes spent;
   Image image = renderer_->render(view, options, &spent, progress);
   const Variant variant = tracer_->variant(options.query);
+  const glm::dmat4 kLeftHanded(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, -1, 0), glm::dvec4(0, 0, 0, 1));
   const glm::dmat4 camera_from_world = glm::inverse(view.world_from_camera);
   image.attributes = {
       {"scene", scene_.name},
@@ -77,7 +77,7 @@ Image Engine::render(const View& view, const RenderOptions& options, RenderTimes
       {"spp", int(options.spp)},
       {"seconds", float(spent.seconds)},
       {"commit", commit()},
-      {"worldToCamera", exr_matrix(camera_from_world)},
+      {"worldToCamera", exr_matrix(kLeftHanded * camera_from_world)},
       {"worldToNDC", exr_matrix(ndc_from_camera(view, double(options.width) / options.height) * camera_from_world)},
   };
   if (times) *times = spent;

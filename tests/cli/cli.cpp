@@ -49,7 +49,8 @@ Words environment_with(const Environment& changes) {
 /// The child: nothing but what POSIX allows between fork and exec.
 [[noreturn]] void become(char** args, char** environment, const char* folder, const char* out, const char* err) {
   const int in = ::open("/dev/null", O_RDONLY);
-  const int out_fd = ::open(out, O_WRONLY | O_CREAT | O_TRUNC, 0666), err_fd = ::open(err, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  const int out_fd = ::open(out, O_WRONLY | O_CREAT | O_TRUNC, 0666),
+            err_fd = ::open(err, O_WRONLY | O_CREAT | O_TRUNC, 0666);
   if (in < 0 || out_fd < 0 || err_fd < 0 || ::chdir(folder) != 0) ::_exit(126);
   ::dup2(in, 0);
   ::dup2(out_fd, 1);
@@ -86,7 +87,8 @@ Result Cli::run(const Words& args, const Environment& more) const {
   changes.emplace("TMPDIR", (root_ / "temporary").string());
   Words environment = environment_with(changes);
   auto argv = pointers(words), envp = pointers(environment);
-  const std::string folder = path("").string(), out = (root_ / "streams/out").string(), err = (root_ / "streams/err").string();
+  const std::string folder = path("").string(), out = (root_ / "streams/out").string(),
+                    err = (root_ / "streams/err").string();
   const pid_t child = ::fork();
   if (child == 0) become(argv.data(), envp.data(), folder.c_str(), out.c_str(), err.c_str());
   int status = 0;
@@ -101,7 +103,8 @@ Result Cli::succeed(const Words& args, const Environment& more) const {
   return result;
 }
 
-void Cli::refuse(int code, std::initializer_list<std::string_view> parts, const Words& args, const Environment& more) const {
+void Cli::refuse(int code, std::initializer_list<std::string_view> parts, const Words& args,
+                 const Environment& more) const {
   std::string command = "ballot";
   for (const std::string& word : args) command += " " + word;
   SCOPED_TRACE(command);

@@ -38,7 +38,8 @@ class Cli : public ::testing::Test {
   Result succeed(const Words& args, const Environment& more = {}) const;
 
   /// Runs it and expects this exit code, an error that holds every part, and the working folder as it was.
-  void refuse(int code, std::initializer_list<std::string_view> parts, const Words& args, const Environment& more = {}) const;
+  void refuse(int code, std::initializer_list<std::string_view> parts, const Words& args,
+              const Environment& more = {}) const;
 
   std::filesystem::path path(const std::string& name) const { return root_ / "work" / name; }
   std::string write(const std::string& name, std::string_view content) const;  // returns `name`

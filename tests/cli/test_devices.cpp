@@ -19,8 +19,8 @@ const DeviceInfo kCpu = device("llvmpipe", VK_PHYSICAL_DEVICE_TYPE_CPU);
 const DeviceInfo kSmall = device("Iris 3 XE", VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU);
 const DeviceInfo kVirtual = device("venus", VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU);
 const DeviceInfo kBig = device("Radeon 9", VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU);
-const DeviceInfo kOld =
-    device("GeForce 8", VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU, {"it offers Vulkan 1.0, Ballot needs 1.2", "it lacks votes"});
+const DeviceInfo kOld = device("GeForce 8", VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU,
+                               {"it offers Vulkan 1.0, Ballot needs 1.2", "it lacks votes"});
 
 TEST(ChooseDevice, TheBestByDefault) {
   EXPECT_EQ(choose_device({kCpu, kSmall, kVirtual, kBig}, ""), 3u);
@@ -45,8 +45,10 @@ TEST(ChooseDevice, ByIndexNameAndKind) {
 
 TEST(ChooseDevice, ANameThatNothingHas) {
   for (const char* name : {"Voodoo", "3", "-1", "99999999999999999999999"})
-    expect_error(Failure::Arguments, {"--device", name, "0: llvmpipe (llvmpipe driver)", "1: Iris 3 XE", "'gpu' or 'cpu'"},
-                 [&] { choose_device({kCpu, kSmall}, name); });
+    expect_error(Failure::Arguments,
+                 {"--device", name, "0: llvmpipe (llvmpipe driver)", "1: Iris 3 XE", "'gpu' or 'cpu'"}, [&] {
+                   choose_device({kCpu, kSmall}, name);
+                 });
   expect_error(Failure::Arguments, {"'gpu'", "0: llvmpipe"}, [&] { choose_device({kCpu}, "gpu"); });
   expect_error(Failure::Arguments, {"'cpu'", "0: Radeon 9"}, [&] { choose_device({kBig}, "cpu"); });
 }
@@ -57,12 +59,17 @@ TEST(ChooseDevice, NoneAtAll) {
 }
 
 TEST(ChooseDevice, RefusalsAreListedWithEveryReason) {
-  const DeviceInfo narrow = device("Mali", VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU, {"it lacks scalarBlockLayout (layout.h)"});
+  const DeviceInfo narrow =
+      device("Mali", VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU, {"it lacks scalarBlockLayout (layout.h)"});
   expect_error(Failure::Device,
-               {"no usable Vulkan device", "0: GeForce 8", "refused: it offers Vulkan 1.0", "refused: it lacks votes", "1: Mali",
-                "refused: it lacks scalarBlockLayout"},
-               [&] { choose_device({kOld, narrow}, ""); });
-  expect_error(Failure::Device, {"GeForce 8", "refused: it lacks votes"}, [&] { choose_device({kCpu, kOld}, "GeForce"); });
+               {"no usable Vulkan device", "0: GeForce 8", "refused: it offers Vulkan 1.0", "refused: it lacks votes",
+                "1: Mali", "refused: it lacks scalarBlockLayout"},
+               [&] {
+                 choose_device({kOld, narrow}, "");
+               });
+  expect_error(Failure::Device, {"GeForce 8", "refused: it lacks votes"}, [&] {
+    choose_device({kCpu, kOld}, "GeForce");
+  });
   expect_error(Failure::Device, {"refused: it lacks votes"}, [&] { choose_device({kCpu, kOld}, "1"); });
 }
 
@@ -75,7 +82,8 @@ class Devices : public Cli {
 };
 
 TEST_F(Devices, WithoutADriverEveryCommandNamesTheRemedy) {
-  const Environment none{{"VK_DRIVER_FILES", "/nonexistent/driver.json"}, {"VK_ICD_FILENAMES", "/nonexistent/driver.json"}};
+  const Environment none{{"VK_DRIVER_FILES", "/nonexistent/driver.json"},
+                         {"VK_ICD_FILENAMES", "/nonexistent/driver.json"}};
   const Words commands[] = {{"info"},
                             {"info", "square.glb"},
                             {"render", "square.glb", "--size", "4x4", "--view", "front", "--out", "p.exr"},
@@ -84,7 +92,8 @@ TEST_F(Devices, WithoutADriverEveryCommandNamesTheRemedy) {
 }
 
 TEST_F(Devices, ShadersNeedNoDriver) {
-  const Environment none{{"VK_DRIVER_FILES", "/nonexistent/driver.json"}, {"VK_ICD_FILENAMES", "/nonexistent/driver.json"}};
+  const Environment none{{"VK_DRIVER_FILES", "/nonexistent/driver.json"},
+                         {"VK_ICD_FILENAMES", "/nonexistent/driver.json"}};
   expect_parts(succeed({"shaders", "--json", "shaders.json"}, none).out, {"packet.nearest.watertight", "variants"});
   EXPECT_GT(json("shaders.json").size(), 0u);
 }

@@ -1,7 +1,7 @@
 // What the help texts teach, and words that are no command or option.
+#include "engine/render/renderer.h"
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
-#include "engine/render/renderer.h"
 #include "tests/cli/cli.h"
 
 namespace ballot::test {
@@ -17,15 +17,16 @@ TEST_F(Help, NamesCommandsExamplesAndExitCodes) {
 }
 
 TEST_F(Help, OfInfo) {
-  expect_parts(succeed({"info", "--help"}).out, {"SCENE", ".gltf", ".glb", ".obj", "--device", "'gpu'", "'cpu'", "--triangles",
-                                                 "(n,3,3)", "--json", "--validate", "--no-cache"});
+  expect_parts(succeed({"info", "--help"}).out, {"SCENE", ".gltf", ".glb", ".obj", "--device", "'gpu'", "'cpu'",
+                                                 "--triangles", "(n,3,3)", "--json", "--validate", "--no-cache"});
 }
 
 TEST_F(Help, OfTraceAndRenderListEveryMethodModeAndKnob) {
   for (const char* command : {"trace", "render"}) {
     SCOPED_TRACE(command);
     const std::string text = succeed({command, "--help"}).out;
-    expect_parts(text, {"--method", "--numeric", "--knob", "NAME=VALUE", "--device", "--json", kDefaultMethod, kDefaultNumeric});
+    expect_parts(
+        text, {"--method", "--numeric", "--knob", "NAME=VALUE", "--device", "--json", kDefaultMethod, kDefaultNumeric});
     for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
     for (const NumericMode& m : kNumericModes) expect_parts(text, {m.name, m.summary});
     for (const KnobInfo& k : knobs()) expect_parts(text, {k.name, k.values, k.what});
@@ -33,8 +34,8 @@ TEST_F(Help, OfTraceAndRenderListEveryMethodModeAndKnob) {
 }
 
 TEST_F(Help, OfTraceTeachesTheRecords) {
-  expect_parts(succeed({"trace", "--help"}).out,
-               {"--rays", "--out", "--any", "float32 (n,8)", "ox oy oz t_min dx dy dz t_max", "('prim','<u4')", "4294967295"});
+  expect_parts(succeed({"trace", "--help"}).out, {"--rays", "--out", "--any", "float32 (n,8)",
+                                                  "ox oy oz t_min dx dy dz t_max", "('prim','<u4')", "4294967295"});
 }
 
 TEST_F(Help, OfRenderListsShadings) {

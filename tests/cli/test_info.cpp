@@ -15,7 +15,8 @@ TEST_F(Info, ListsDevices) {
   const auto devices = json("info.json")["devices"];
   ASSERT_GE(devices.size(), 1u);
   for (const auto& d : devices)
-    for (const char* field : {"name", "driver", "subgroup_size", "min_subgroup_size", "max_subgroup_size", "refusals", "lacks"})
+    for (const char* field :
+         {"name", "driver", "subgroup_size", "min_subgroup_size", "max_subgroup_size", "refusals", "lacks"})
       EXPECT_TRUE(d.contains(field)) << field;
   EXPECT_FALSE(json("info.json").contains("scenes"));
 }
@@ -23,10 +24,11 @@ TEST_F(Info, ListsDevices) {
 TEST_F(Info, ASceneWithEveryVariant) {
   square();
   const Result info = succeed({"info", "square.glb", "--validate", "--json", "info.json"});
-  expect_parts(info.out, {"scene square: 2 triangles", "views: front, far", "BVH:", "depth", "bounds (-1, -1, 0) to (1, 1, 0)",
-                          "nothing beyond plain triangles", "<- default"});
+  expect_parts(info.out, {"scene square: 2 triangles", "views: front, far", "BVH:", "depth",
+                          "bounds (-1, -1, 0) to (1, 1, 0)", "nothing beyond plain triangles", "<- default"});
   const auto all = json("info.json");
-  for (const char* field : {"device", "driver", "subgroup_size", "commit", "command"}) EXPECT_TRUE(all.contains(field)) << field;
+  for (const char* field : {"device", "driver", "subgroup_size", "commit", "command"})
+    EXPECT_TRUE(all.contains(field)) << field;
   ASSERT_EQ(all["scenes"].size(), 1u);
   for (const char* field : {"name", "triangles", "references", "nodes", "sah", "depth", "bytes", "build_s"})
     EXPECT_TRUE(all["scenes"][0].contains(field)) << field;

@@ -29,13 +29,15 @@ TEST_F(Render, OneViewToOneFile) {
   EXPECT_EQ(image.width, 24u);
   EXPECT_EQ(image.height, 16u);
   EXPECT_EQ(std::get<std::string>(image.attributes.at("view")), "far");
-  for (const char* name : {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "prim"}) EXPECT_NO_THROW(image.channel(name)) << name;
+  for (const char* name : {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "prim"})
+    EXPECT_NO_THROW(image.channel(name)) << name;
   EXPECT_EQ(image.channel("A").floats[8 * 24 + 12], 1);
   EXPECT_EQ(image.channel("prim").uints[0], NO_HIT);
 }
 
 TEST_F(Render, EveryViewToAFolder) {
-  succeed({"render", "square.glb", "--size", "8x8", "--out", "deep/pictures", "--png", "--json", "render.json", "--validate"});
+  succeed({"render", "square.glb", "--size", "8x8", "--out", "deep/pictures", "--png", "--json", "render.json",
+           "--validate"});
   EXPECT_EQ(files(), (std::set<std::string>{"square.glb", "render.json", "deep", "deep/pictures",
                                             "deep/pictures/square-front.exr", "deep/pictures/square-front.png",
                                             "deep/pictures/square-far.exr", "deep/pictures/square-far.png"}));
@@ -48,14 +50,15 @@ TEST_F(Render, EveryViewToAFolder) {
 }
 
 TEST_F(Render, JsonHasTheContractsNames) {
-  succeed({"render", "square.glb", "--size", "9x5", "--spp", "2", "--out", "p", "--json", "render.json", "--knob", "stack=private",
-           "--method", "if-if"});
+  succeed({"render", "square.glb", "--size", "9x5", "--spp", "2", "--out", "p", "--json", "render.json", "--knob",
+           "stack=private", "--method", "if-if"});
   const auto all = json("render.json");
   for (const char* field : {"device", "driver", "subgroup_size", "commit", "command", "scenes", "records"})
     EXPECT_TRUE(all.contains(field)) << field;
   ASSERT_EQ(all["records"].size(), 2u);
   for (const auto& record : all["records"])
-    for (const char* field : {"scene", "view", "rays", "any", "method", "knobs", "numeric", "ray_count", "mrays_per_s", "trace_ms"})
+    for (const char* field :
+         {"scene", "view", "rays", "any", "method", "knobs", "numeric", "ray_count", "mrays_per_s", "trace_ms"})
       EXPECT_TRUE(record.contains(field)) << field;
   const auto first = all["records"][0];
   EXPECT_EQ(first["view"], "front");
@@ -85,7 +88,8 @@ TEST_F(Render, EveryMethodAndModeAgrees) {
 }
 
 TEST_F(Render, ShadingAndSamples) {
-  succeed({"render", "square.glb", "--view", "front", "--size", "5x5", "--out", "n.exr", "--shading", "normals", "--validate"});
+  succeed({"render", "square.glb", "--view", "front", "--size", "5x5", "--out", "n.exr", "--shading", "normals",
+           "--validate"});
   const Image normals = picture("n.exr");
   EXPECT_NEAR(normals.channel("R").floats[12], 0.5, 1e-3);
   EXPECT_NEAR(normals.channel("B").floats[12], 1, 1e-3);
@@ -104,7 +108,8 @@ TEST_F(Render, AnEmptySceneIsBackground) {
 TEST_F(Render, ViewsWithOddNamesStayInTheFolder) {
   GltfBuilder b = one_triangle();
   for (const char* name : {"up/../../stairs", "a/b", "a_b"}) {
-    b.json["cameras"].push_back({{"type", "perspective"}, {"name", name}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}}}});
+    b.json["cameras"].push_back(
+        {{"type", "perspective"}, {"name", name}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}}}});
     b.node({{"name", name}, {"camera", b.json["cameras"].size() - 1}, {"translation", {0, 0, 3}}});
   }
   write("odd.glb", b.glb());
@@ -127,7 +132,8 @@ TEST_F(Render, BadSizesAndSamples) {
     refuse(2, {"--size", "between 1x1 and 16384x16384"}, {"render", "square.glb", "--size", size});
   refuse(2, {"--spp", "between 1 and 65536"}, {"render", "square.glb", "--size", "4x4", "--spp", "0"});
   refuse(2, {"--spp", "between 1 and 65536"}, {"render", "square.glb", "--size", "4x4", "--spp", "65537"});
-  for (const char* spp : {"-1", "x", "1.5"}) refuse(2, {"--spp"}, {"render", "square.glb", "--size", "4x4", "--spp", spp});
+  for (const char* spp : {"-1", "x", "1.5"})
+    refuse(2, {"--spp"}, {"render", "square.glb", "--size", "4x4", "--spp", spp});
 }
 
 TEST_F(Render, UnknownNames) {

@@ -45,14 +45,15 @@ TEST_F(Trace, RoundTrip) {
 
 TEST_F(Trace, JsonHasTheContractsNames) {
   rays();
-  succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--any", "--method", "packet", "--knob", "vote=sum",
-           "--json", "trace.json"});
+  succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--any", "--method", "packet", "--knob",
+           "vote=sum", "--json", "trace.json"});
   const auto all = json("trace.json");
   for (const char* field : {"device", "driver", "subgroup_size", "commit", "command", "scenes", "records"})
     EXPECT_TRUE(all.contains(field)) << field;
   ASSERT_EQ(all["records"].size(), 1u);
   const auto record = all["records"][0];
-  for (const char* field : {"scene", "rays", "any", "method", "knobs", "numeric", "ray_count", "mrays_per_s", "trace_ms"})
+  for (const char* field :
+       {"scene", "rays", "any", "method", "knobs", "numeric", "ray_count", "mrays_per_s", "trace_ms"})
     EXPECT_TRUE(record.contains(field)) << field;
   EXPECT_EQ(record["scene"], "square");
   EXPECT_EQ(record["rays"], "rays.npy");
@@ -70,7 +71,8 @@ TEST_F(Trace, EveryMethodModeAndVoteNearestAndAny) {
       for (const char* vote : {"any", "count", "sum"})
         for (const bool any : {false, true}) {
           if (!method.packet && std::strcmp(vote, "any") != 0) continue;
-          SCOPED_TRACE(std::string(method.name) + " " + std::string(mode.name) + " " + vote + (any ? " any" : " nearest"));
+          SCOPED_TRACE(std::string(method.name) + " " + std::string(mode.name) + " " + vote +
+                       (any ? " any" : " nearest"));
           Words args{"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate"};
           for (const std::string& word : {std::string("--method"), std::string(method.name), std::string("--numeric"),
                                           std::string(mode.name), std::string("--knob"), "vote=" + std::string(vote)})
@@ -85,7 +87,8 @@ TEST_F(Trace, EveryMethodModeAndVoteNearestAndAny) {
 TEST_F(Trace, KnobsReachTheKernel) {
   rays();
   const Words args{"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--knob"};
-  for (const char* knob : {"fetch=storage", "fetch=texel", "layout=paper", "stack=private", "stack=shared", "launch=persistent"}) {
+  for (const char* knob :
+       {"fetch=storage", "fetch=texel", "layout=paper", "stack=private", "stack=shared", "launch=persistent"}) {
     Words with = args;
     with.push_back(knob);
     expect_parts(succeed(with).out, {knob});
@@ -105,7 +108,8 @@ TEST_F(Trace, DeviceByIndexAndCpu) {
 
 TEST_F(Trace, NoRays) {
   rays(0);
-  const Result result = succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--json", "t.json"});
+  const Result result =
+      succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--json", "t.json"});
   expect_parts(result.out, {"0 rays, 0 hits"});
   EXPECT_TRUE(hits().empty());
   EXPECT_EQ(json("t.json")["records"][0]["ray_count"], 0);
@@ -161,7 +165,8 @@ TEST_F(Trace, BadRayFiles) {
 TEST_F(Trace, BadOutputs) {
   rays();
   std::filesystem::create_directory(path("folder"));
-  refuse(1, {"nowhere/h.npy", "no folder nowhere"}, {"trace", "square.glb", "--rays", "rays.npy", "--out", "nowhere/h.npy"});
+  refuse(1, {"nowhere/h.npy", "no folder nowhere"},
+         {"trace", "square.glb", "--rays", "rays.npy", "--out", "nowhere/h.npy"});
   refuse(1, {"folder", "it is a folder"}, {"trace", "square.glb", "--rays", "rays.npy", "--out", "folder"});
   refuse(1, {"the name is empty"}, {"trace", "square.glb", "--rays", "rays.npy", "--out", ""});
   refuse(1, {"nowhere/t.json"},

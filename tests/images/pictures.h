@@ -23,7 +23,9 @@ struct Picture {
     return image.channel("prim").uints[std::size_t(y) * image.width + x];
   }
   glm::vec3 color(std::uint32_t x, std::uint32_t y) const { return {at("R", x, y), at("G", x, y), at("B", x, y)}; }
-  glm::vec3 normal(std::uint32_t x, std::uint32_t y) const { return {at("N.X", x, y), at("N.Y", x, y), at("N.Z", x, y)}; }
+  glm::vec3 normal(std::uint32_t x, std::uint32_t y) const {
+    return {at("N.X", x, y), at("N.Y", x, y), at("N.Z", x, y)};
+  }
 };
 
 inline EngineOptions with_validation() {

@@ -12,7 +12,8 @@ const glm::vec3 kRed(1, 0, 0), kGreen(0, 1, 0), kBlue(0, 0, 1), kWhite(1);
 Scene quarters() {
   Scene scene;
   scene.name = "quarters";
-  for (const glm::vec3& color : {kRed, kGreen, kBlue, kWhite}) scene.materials.push_back({.name = "paint", .base_color = color});
+  for (const glm::vec3& color : {kRed, kGreen, kBlue, kWhite})
+    scene.materials.push_back({.name = "paint", .base_color = color});
   add_rectangle(scene, {-1, 0}, {0, 1}, 0, 0);   // top left: red
   add_rectangle(scene, {0, 0}, {1, 1}, 0, 1);    // top right: green
   add_rectangle(scene, {-1, -1}, {0, 0}, 0, 2);  // bottom left: blue
@@ -125,8 +126,10 @@ TEST(Shading, ACornerNormalOfZeroFallsBackToTheFace) {
 TEST(Shading, CodeAndBindingsOnlyForWhatIsThere) {
   Context gpu({.device = "", .validate = true});
   const auto kernel = [&](int shading, int normals) {
-    return KernelSource{.name = "shade", .file = "shade/shade.comp",
-                        .defines = {{"BALLOT_SHADING", shading}, {"BALLOT_HAS_NORMALS", normals}}, .constants = {}};
+    return KernelSource{.name = "shade",
+                        .file = "shade/shade.comp",
+                        .defines = {{"BALLOT_SHADING", shading}, {"BALLOT_HAS_NORMALS", normals}},
+                        .constants = {}};
   };
   const Kernel flat(gpu, kernel(SHADING_EYELIGHT, 0)), smooth(gpu, kernel(SHADING_EYELIGHT, 1));
   const Kernel colours(gpu, kernel(SHADING_NORMALS, 0));

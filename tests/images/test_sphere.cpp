@@ -14,7 +14,8 @@ Scene sphere_scene(bool smooth) {
   Scene scene;
   scene.name = "sphere";
   scene.triangles = shapes::sphere(5);
-  if (smooth) scene.normals.assign(scene.triangles.begin(), scene.triangles.end());  // the corners are their own normals
+  if (smooth)
+    scene.normals.assign(scene.triangles.begin(), scene.triangles.end());  // the corners are their own normals
   scene.views.push_back(view_from({0, 0, kDistance}));
   finish_scene(scene);
   return scene;
@@ -89,7 +90,8 @@ void expect_same(const Image& a, const Image& b) {
     const Channel& d = b.channel(c.name);
     EXPECT_EQ(c.uints, d.uints) << c.name;
     ASSERT_EQ(c.floats.size(), d.floats.size());
-    EXPECT_TRUE(c.floats.empty() || !std::memcmp(c.floats.data(), d.floats.data(), c.floats.size() * sizeof(float))) << c.name;
+    EXPECT_TRUE(c.floats.empty() || !std::memcmp(c.floats.data(), d.floats.data(), c.floats.size() * sizeof(float)))
+        << c.name;
   }
 }
 
@@ -108,8 +110,9 @@ TEST(Sphere, OnePictureForEveryMethodAndKnob) {
     options.query.numeric = mode.name;
     const Picture first = render(engine, view, options);
     for (const Method& method : kMethods)
-      for (const Knobs& knobs : {Knobs{}, Knobs{{"launch", "persistent"}}, Knobs{{"layout", "paper"}, {"fetch", "storage"}},
-                                 Knobs{{"vote", "any"}}, Knobs{{"vote", "sum"}, {"workgroup", "128"}, {"stack", "private"}}}) {
+      for (const Knobs& knobs :
+           {Knobs{}, Knobs{{"launch", "persistent"}}, Knobs{{"layout", "paper"}, {"fetch", "storage"}},
+            Knobs{{"vote", "any"}}, Knobs{{"vote", "sum"}, {"workgroup", "128"}, {"stack", "private"}}}) {
         options.query.method = method.name;
         options.query.knobs = knobs;
         SCOPED_TRACE(engine.tracer().variant(options.query).name());

@@ -25,9 +25,10 @@ void expect_square(const Picture& p, const View& view) {
       right = right && glm::length(p.color(x, y) - seen) < 1e-5f;
       if (hit && std::abs(point.x - point.y) > kEdge) right = right && p.prim(x, y) == (point.y > point.x ? 1u : 0u);
       if (!right && ++wrong <= 3)
-        ADD_FAILURE() << "pixel (" << x << ", " << y << ") of " << width << "x" << height << ": A " << p.at("A", x, y) << ", Z "
-                      << p.at("Z", x, y) << ", N.Z " << p.at("N.Z", x, y) << ", R " << p.at("R", x, y) << ", prim "
-                      << p.prim(x, y) << "; the ray meets the plane at (" << point.x << ", " << point.y << ")";
+        ADD_FAILURE() << "pixel (" << x << ", " << y << ") of " << width << "x" << height << ": A " << p.at("A", x, y)
+                      << ", Z " << p.at("Z", x, y) << ", N.Z " << p.at("N.Z", x, y) << ", R " << p.at("R", x, y)
+                      << ", prim " << p.prim(x, y) << "; the ray meets the plane at (" << point.x << ", " << point.y
+                      << ")";
     }
   EXPECT_EQ(wrong, 0u);
 }
@@ -35,7 +36,8 @@ void expect_square(const Picture& p, const View& view) {
 TEST(Square, EveryPixelAtEverySize) {
   Engine engine(square_scene(), with_validation());
   const View& view = engine.scene().views[0];
-  for (const auto& [width, height] : {std::pair{1u, 1u}, {33u, 7u}, {100u, 50u}, {7u, 65u}, {32u, 32u}, {64u, 96u}, {1u, 40u}}) {
+  for (const auto& [width, height] :
+       {std::pair{1u, 1u}, {33u, 7u}, {100u, 50u}, {7u, 65u}, {32u, 32u}, {64u, 96u}, {1u, 40u}}) {
     const Picture p = render(engine, view, {.width = width, .height = height});
     ASSERT_EQ(p.image.width, width);
     ASSERT_EQ(p.image.height, height);
@@ -70,10 +72,12 @@ TEST(Square, LargerThanOneChunkOfRays) {
   const RenderOptions options{.width = 1100, .height = 1000};
   ASSERT_TRUE(!engine.device().is_cpu() || engine.tracer().chunk_rays() < options.width * options.height);
   double done = 0;
-  const Picture p{engine.render(view, options, nullptr, [&](double share) {
-                    EXPECT_GE(share, done);
-                    done = share;
-                  }), {}};
+  const Picture p{engine.render(view, options, nullptr,
+                                [&](double share) {
+                                  EXPECT_GE(share, done);
+                                  done = share;
+                                }),
+                  {}};
   EXPECT_EQ(done, 1);
   EXPECT_TRUE(engine.messages().empty());
   expect_square(p, view);
@@ -95,7 +99,9 @@ TEST(Square, SamplesConvergeToCoverage) {
   view.orthographic = true;
   view.ymag = 1.61;
   constexpr std::uint32_t kSize = 13;
-  const auto overlap = [&](double a, double b) { return std::max(0.0, std::min(1.0, b) - std::max(-1.0, a)) / (b - a); };
+  const auto overlap = [&](double a, double b) {
+    return std::max(0.0, std::min(1.0, b) - std::max(-1.0, a)) / (b - a);
+  };
   const auto rms = [&](std::uint32_t spp, double* bias = nullptr) {
     const Picture p = render(engine, view, {.width = kSize, .height = kSize, .spp = spp});
     double sum = 0, difference = 0;
@@ -124,7 +130,8 @@ TEST(Square, TheSamePictureTwice) {
   const View& view = engine.scene().views[0];
   const RenderOptions options{.width = 40, .height = 40, .spp = 3};
   const Picture a = render(engine, view, options), b = render(engine, view, options);
-  for (const char* name : {"R", "A", "Z"}) EXPECT_EQ(a.image.channel(name).floats, b.image.channel(name).floats) << name;
+  for (const char* name : {"R", "A", "Z"})
+    EXPECT_EQ(a.image.channel(name).floats, b.image.channel(name).floats) << name;
 }
 
 }  // namespace
