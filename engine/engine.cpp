@@ -64,7 +64,8 @@ Image Engine::render(const View& view, const RenderOptions& options, RenderTimes
   RenderTimes spent;
   Image image = renderer_->render(view, options, &spent, progress);
   const Variant variant = tracer_->variant(options.query);
-  const glm::dmat4 kLeftHanded(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, -1, 0), glm::dvec4(0, 0, 0, 1));
+  const glm::dmat4 kLeftHanded(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, -1, 0),
+                               glm::dvec4(0, 0, 0, 1));
   const glm::dmat4 camera_from_world = glm::inverse(view.world_from_camera);
   image.attributes = {
       {"scene", scene_.name},

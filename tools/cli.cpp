@@ -11,7 +11,8 @@ std::string command;
 
 void EngineArgs::add_to(CLI::App& app, bool scene_required) {
   std::string extensions;
-  for (const SceneFormat& f : scene_formats()) extensions += fmt::format("{}{}", extensions.empty() ? "" : ", ", f.extension);
+  for (const SceneFormat& f : scene_formats())
+    extensions += fmt::format("{}{}", extensions.empty() ? "" : ", ", f.extension);
   auto* option = app.add_option("SCENE", scene, "scene file: " + extensions);
   if (scene_required) option->required();
   app.add_option("--device", device, "index, part of the name, 'gpu' or 'cpu' [best GPU, else CPU]; see ballot info");
@@ -39,7 +40,8 @@ void QueryArgs::add_to(CLI::App& app) {
   for (const KnobInfo& k : ballot::knobs()) knob_text += fmt::format("\n  {:<12} {}: {}", k.name, k.values, k.what);
   app.add_option("--method", method, fmt::format("traversal method [{}]{}", kDefaultMethod, methods));
   app.add_option("--numeric", numeric, fmt::format("arithmetic [{}]{}", kDefaultNumeric, modes));
-  app.add_option("--knob", knobs, "NAME=VALUE, may be repeated; defaults come from the device's row of the tuning table" + knob_text)
+  app.add_option("--knob", knobs,
+                 "NAME=VALUE, may be repeated; defaults come from the device's row of the tuning table" + knob_text)
       ->take_all();
 }
 
@@ -80,18 +82,29 @@ void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& he
 }
 
 nlohmann::json bvh_json(const BvhStats& s) {
-  return {{"triangles", s.triangles}, {"degenerate", s.degenerate}, {"references", s.references}, {"nodes", s.nodes},
-          {"leaves", s.leaves},       {"depth", s.depth},           {"sah", s.sah},               {"bytes", s.bytes},
-          {"build_s", s.build_s},     {"from_cache", s.from_cache}};
+  return {{"triangles", s.triangles},
+          {"degenerate", s.degenerate},
+          {"references", s.references},
+          {"nodes", s.nodes},
+          {"leaves", s.leaves},
+          {"depth", s.depth},
+          {"sah", s.sah},
+          {"bytes", s.bytes},
+          {"build_s", s.build_s},
+          {"from_cache", s.from_cache}};
 }
 
 nlohmann::json record_header(Engine& engine, double load_s) {
   nlohmann::json scene = bvh_json(engine.bvh().stats);
   scene["name"] = engine.scene().name;
   scene["load_s"] = load_s;
-  return {{"device", engine.device().name}, {"driver", engine.device().driver},
-          {"subgroup_size", engine.device().subgroup_size}, {"commit", commit()}, {"command", command_line()},
-          {"scenes", nlohmann::json::array({scene})}, {"records", nlohmann::json::array()}};
+  return {{"device", engine.device().name},
+          {"driver", engine.device().driver},
+          {"subgroup_size", engine.device().subgroup_size},
+          {"commit", commit()},
+          {"command", command_line()},
+          {"scenes", nlohmann::json::array({scene})},
+          {"records", nlohmann::json::array()}};
 }
 
 void write_json(const std::string& path, const nlohmann::json& json) {

@@ -32,8 +32,8 @@ nlohmann::json list(const std::string& wanted) {
     fmt::print("{} {}: {}\n", i == chosen ? "*" : " ", i, d.name);
     fmt::print("     driver {}, Vulkan {}.{}.{}\n", d.driver, VK_API_VERSION_MAJOR(d.api_version),
                VK_API_VERSION_MINOR(d.api_version), VK_API_VERSION_PATCH(d.api_version));
-    fmt::print("     subgroup {} ({} to {}), workgroup up to {}, shared memory {} KiB\n", d.subgroup_size, d.min_subgroup_size,
-               d.max_subgroup_size, d.max_group_invocations, d.shared_bytes / 1024);
+    fmt::print("     subgroup {} ({} to {}), workgroup up to {}, shared memory {} KiB\n", d.subgroup_size,
+               d.min_subgroup_size, d.max_subgroup_size, d.max_group_invocations, d.shared_bytes / 1024);
     fmt::print("     storage buffer {} MiB, texel buffer {} MiB, allocation {} MiB\n", d.max_storage_range >> 20,
                d.max_texels >> 16, d.max_allocation >> 20);
     for (const std::string& r : d.refusals) fmt::print("     refused: {}\n", r);
@@ -48,8 +48,8 @@ void print_scene(const Scene& s, double load_s) {
   const SceneFeatures f = features_of(s);
   fmt::print("\nscene {}: {} triangles, {} materials, {} views, loaded in {:.3f} s\n", s.name, s.triangles.size(),
              s.materials.size(), s.views.size(), load_s);
-  fmt::print("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})\n", s.bounds.lo.x, s.bounds.lo.y, s.bounds.lo.z,
-             s.bounds.hi.x, s.bounds.hi.y, s.bounds.hi.z);
+  fmt::print("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})\n", s.bounds.lo.x, s.bounds.lo.y,
+             s.bounds.lo.z, s.bounds.hi.x, s.bounds.hi.y, s.bounds.hi.z);
   std::string views, holds;
   for (const View& v : s.views) views += (views.empty() ? "" : ", ") + v.name;
   const auto add = [&](bool has, const char* what) {
@@ -63,10 +63,11 @@ void print_scene(const Scene& s, double load_s) {
 }
 
 void print_bvh(const BvhStats& s) {
-  fmt::print("\nBVH: {} nodes ({} leaves), depth {}, SAH cost {:.2f}, {} in {:.3f} s\n", s.nodes, s.leaves, s.depth, s.sah,
-             s.from_cache ? "from the cache" : "built", s.build_s);
+  fmt::print("\nBVH: {} nodes ({} leaves), depth {}, SAH cost {:.2f}, {} in {:.3f} s\n", s.nodes, s.leaves, s.depth,
+             s.sah, s.from_cache ? "from the cache" : "built", s.build_s);
   fmt::print("  {} references for {} triangles ({:+.1f} % by spatial splits), {} of zero area left out\n", s.references,
-             s.triangles, s.triangles > s.degenerate ? 100.0 * s.references / (s.triangles - s.degenerate) - 100 : 0.0, s.degenerate);
+             s.triangles, s.triangles > s.degenerate ? 100.0 * s.references / (s.triangles - s.degenerate) - 100 : 0.0,
+             s.degenerate);
   fmt::print("  {:.2f} MiB, {:.1f} bytes a triangle\n", double(s.bytes) / (1 << 20),
              s.triangles ? double(s.bytes) / s.triangles : 0.0);
 }
@@ -112,7 +113,8 @@ int run(const Args& args) {
 
 void add_info(CLI::App& app, int& result) {
   auto args = std::make_shared<Args>();
-  CLI::App* cmd = app.add_subcommand("info", "devices, what they lack and why; with SCENE its statistics, BVH and variants");
+  CLI::App* cmd =
+      app.add_subcommand("info", "devices, what they lack and why; with SCENE its statistics, BVH and variants");
   args->engine.add_to(*cmd, false);
   cmd->add_option("--triangles", args->triangles,
                   "write the world-space triangles in prim order, float32 (n,3,3), for checks by other programs");

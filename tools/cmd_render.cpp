@@ -29,8 +29,8 @@ std::vector<fs::path> outputs_of(const Args& args, const Scene& scene, const std
   const fs::path out = args.out;
   if (out.extension() == ".exr") {
     if (views.size() == 1) return {out};
-    fail(Failure::Arguments, "--out {}: {} views do not fit one file; name a folder, or one of them with --view", args.out,
-         views.size());
+    fail(Failure::Arguments, "--out {}: {} views do not fit one file; name a folder, or one of them with --view",
+         args.out, views.size());
   }
   std::vector<fs::path> files;
   std::set<std::string> names;
@@ -78,15 +78,27 @@ void render_view(const Args& args, Opened& opened, const View& view, const Rende
   write_exr(exr, image);
   const fs::path png = png_beside(exr);
   if (args.png) write_png(png, image);
-  fmt::print("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n", view.name,
-             times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(), exr.string(),
-             args.png ? " + .png" : "");
-  json["records"].push_back({{"scene", engine.scene().name}, {"view", view.name}, {"rays", "primary"}, {"any", false},
-                             {"method", options.query.method}, {"knobs", options.query.knobs},
-                             {"numeric", options.query.numeric}, {"shading", options.shading}, {"spp", options.spp},
-                             {"width", options.width}, {"height", options.height}, {"ray_count", times.rays},
-                             {"seconds", times.seconds}, {"generate_ms", times.generate_ms}, {"trace_ms", times.trace_ms},
-                             {"shade_ms", times.shade_ms}, {"mrays_per_s", times.mrays_per_s()}, {"exr", exr.string()},
+  fmt::print("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n",
+             view.name, times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(),
+             exr.string(), args.png ? " + .png" : "");
+  json["records"].push_back({{"scene", engine.scene().name},
+                             {"view", view.name},
+                             {"rays", "primary"},
+                             {"any", false},
+                             {"method", options.query.method},
+                             {"knobs", options.query.knobs},
+                             {"numeric", options.query.numeric},
+                             {"shading", options.shading},
+                             {"spp", options.spp},
+                             {"width", options.width},
+                             {"height", options.height},
+                             {"ray_count", times.rays},
+                             {"seconds", times.seconds},
+                             {"generate_ms", times.generate_ms},
+                             {"trace_ms", times.trace_ms},
+                             {"shade_ms", times.shade_ms},
+                             {"mrays_per_s", times.mrays_per_s()},
+                             {"exr", exr.string()},
                              {"png", args.png ? png.string() : ""}});
 }
 
@@ -111,8 +123,10 @@ int run(const Args& args) {
   nlohmann::json json = record_header(engine, opened.load_s);
   for (std::size_t i = 0; i < views.size(); ++i) render_view(args, opened, *views[i], options, files[i], json);
   const KernelTimes& kernel = engine.tracer().kernel(options.query).times();
-  fmt::print("  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first dispatch)\n",
-             kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);
+  fmt::print(
+      "  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first "
+      "dispatch)\n",
+      kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);
   write_json(args.engine.json, json);
   return finish(engine);
 }

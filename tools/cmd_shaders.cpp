@@ -42,7 +42,8 @@ int run(const Args& args) {
           for (const char* vote : {"any", "count", "sum"})
             for (const char* launch : {"plain", "persistent"}) {
               if (!method.packet && std::string_view(vote) != "any") continue;
-              const Variant v{&method, &numeric, want, formulation_for(method, device, {{"vote", vote}, {"launch", launch}})};
+              const Variant v{&method, &numeric, want,
+                              formulation_for(method, device, {{"vote", vote}, {"launch", launch}})};
               const KernelSource source = kernel_source(v, device, 32);
               const Spirv spirv = compile_shader(source.file, source.defines, !args.fresh);
               reflect(spirv.words, source.name);

@@ -16,7 +16,8 @@ struct Args {
 
 /// Rays that are dead only because some bound is infinite: easily written by mistake, so said aloud.
 std::size_t count_infinite(const std::vector<Ray>& rays) {
-  return std::size_t(std::ranges::count_if(rays, [](const Ray& r) { return std::isinf(r.t_max) || std::isinf(r.t_min); }));
+  return std::size_t(
+      std::ranges::count_if(rays, [](const Ray& r) { return std::isinf(r.t_max) || std::isinf(r.t_min); }));
 }
 
 int run(const Args& args) {
@@ -25,8 +26,10 @@ int run(const Args& args) {
   check_writable(args.out);
   const std::vector<Ray> rays = read_rays(args.rays);
   if (const std::size_t n = count_infinite(rays))
-    fmt::print(stderr, "ballot: {}: {} rays have an infinite t_min or t_max and count as misses; use a finite bound such as 1e30\n",
-               args.rays, n);
+    fmt::print(
+        stderr,
+        "ballot: {}: {} rays have an infinite t_min or t_max and count as misses; use a finite bound such as 1e30\n",
+        args.rays, n);
   Opened opened = open_scene(args.engine);
   Engine& engine = *opened.engine;
   std::vector<Hit> hits(rays.size());
@@ -45,10 +48,18 @@ int run(const Args& args) {
              variant.how.subgroup);
   if (times.retraced) fmt::print("  {} rays were cut short by the driver and traced again in pieces\n", times.retraced);
   nlohmann::json json = record_header(engine, opened.load_s);
-  json["records"].push_back({{"scene", engine.scene().name}, {"rays", args.rays}, {"any", args.any},
-                             {"method", query.method}, {"knobs", query.knobs}, {"variant", variant.name()},
-                             {"numeric", query.numeric}, {"ray_count", rays.size()}, {"hits", hit_count},
-                             {"trace_ms", times.device_ms}, {"mrays_per_s", mrays}, {"retraced", times.retraced}});
+  json["records"].push_back({{"scene", engine.scene().name},
+                             {"rays", args.rays},
+                             {"any", args.any},
+                             {"method", query.method},
+                             {"knobs", query.knobs},
+                             {"variant", variant.name()},
+                             {"numeric", query.numeric},
+                             {"ray_count", rays.size()},
+                             {"hits", hit_count},
+                             {"trace_ms", times.device_ms},
+                             {"mrays_per_s", mrays},
+                             {"retraced", times.retraced}});
   write_json(args.engine.json, json);
   return finish(engine);
 }
@@ -59,8 +70,10 @@ void add_trace(CLI::App& app, int& result) {
   auto args = std::make_shared<Args>();
   CLI::App* cmd = app.add_subcommand("trace", "batch ray query: NumPy rays in, NumPy hits out");
   cmd->footer(
-      "Rays: float32 (n,8), a row is ox oy oz t_min dx dy dz t_max; directions need not be of unit length, t counts multiples\n"
-      "of them. Hits: [('t','<f4'),('prim','<u4'),('u','<f4'),('v','<f4')], prim 4294967295 on a miss; 'ballot info SCENE\n"
+      "Rays: float32 (n,8), a row is ox oy oz t_min dx dy dz t_max; directions need not be of unit length, t counts "
+      "multiples\n"
+      "of them. Hits: [('t','<f4'),('prim','<u4'),('u','<f4'),('v','<f4')], prim 4294967295 on a miss; 'ballot info "
+      "SCENE\n"
       "--triangles T.npy' writes the triangles that prim counts. Keep rays that point alike next to each other.");
   args->engine.add_to(*cmd, true);
   args->query.add_to(*cmd);

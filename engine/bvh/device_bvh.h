@@ -15,8 +15,8 @@ enum class NodeLayout : std::uint32_t { Paper = LAYOUT_PAPER, Interleaved = LAYO
 /// Texels are 16 bytes of bits (floats by their bit patterns). Formats: shaders/shared/layout.h.
 struct DeviceBvh {
   NodeLayout layout = NodeLayout::Interleaved;
-  std::vector<glm::uvec4> nodes;   // pairs of siblings, four texels each; the root itself is not stored
-  std::vector<glm::uvec4> leaves;  // leaf blocks
+  std::vector<glm::uvec4> nodes;     // pairs of siblings, four texels each; the root itself is not stored
+  std::vector<glm::uvec4> leaves;    // leaf blocks
   std::uint32_t root = END_OF_TREE;  // child reference of the root: END_OF_TREE (empty scene), a leaf, or texel 0
   std::uint32_t depth = 0;           // as BvhStats::depth
   Bounds bounds;

@@ -19,10 +19,10 @@ struct OracleHit {
   double u = 0, v = 0;
 };
 
-/// How a float32 answer stands against the double precision one. Float32 cannot decide rays that pass an edge closer than
-/// its rounding, nor order hits closer than its rounding; such answers are Tie only if the judge shows, from the bound of
-/// the arithmetic's rounding error (oracle_judge.cpp), that both answers lie within it. Everything else is an error.
-/// WrongT: t, u or v of the triangle lies beyond its bound, or is NaN.
+/// How a float32 answer stands against the double precision one. Float32 cannot decide rays that pass an edge closer
+/// than its rounding, nor order hits closer than its rounding; such answers are Tie only if the judge shows, from the
+/// bound of the arithmetic's rounding error (oracle_judge.cpp), that both answers lie within it. Everything else is an
+/// error. WrongT: t, u or v of the triangle lies beyond its bound, or is NaN.
 enum class Verdict { Same, Tie, FalseMiss, FalseHit, WrongPrim, WrongT };
 
 struct Judgement {
@@ -49,8 +49,8 @@ class Oracle {
   /// `truth` is what nearest() gave for this ray, for both wants.
   Verdict judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
                 Arithmetic arithmetic = Arithmetic::Woop) const;
-  Judgement judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth,
-                  Want want, Arithmetic arithmetic = Arithmetic::Woop) const;  // parallel
+  Judgement judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth, Want want,
+                  Arithmetic arithmetic = Arithmetic::Woop) const;  // parallel
 
  private:
   const DeviceBvh& bvh_;

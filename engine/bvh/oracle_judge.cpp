@@ -20,9 +20,9 @@
 // quotient by 6u; 20u is used. Weights likewise.
 //
 // Moeller and Trumbore (1997) work with edges in space instead of the projected ones. With a direction of unit depth,
-// |d| <= sqrt(3), offsets up to M and edges up to E, the numerators s . (d x e2) and d . (s x e1) round by at most 9u of
-// the product of their lengths, below 64 u M E, and the depth's, e2 . (s x e1), by 64 u M E^2. Unlike Woop's, the bound
-// does not shrink with the projection: triangles seen edge-on are worse.
+// |d| <= sqrt(3), offsets up to M and edges up to E, the numerators s . (d x e2) and d . (s x e1) round by at most 9u
+// of the product of their lengths, below 64 u M E, and the depth's, e2 . (s x e1), by 64 u M E^2. Unlike Woop's, the
+// bound does not shrink with the projection: triangles seen edge-on are worse.
 //
 // Numbers below 2^-126 may be flushed to zero: the small absolute terms.
 #include <algorithm>

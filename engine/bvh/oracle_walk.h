@@ -19,7 +19,7 @@ struct RayFrame {
   int kx, ky, kz;  // kz: the axis along which the ray is steepest
   double sx, sy, sz;
   double t_min, t_max;
-  double pad[3];  // by which boxes are widened, scene units
+  double pad[3];                             // by which boxes are widened, scene units
   Arithmetic arithmetic = Arithmetic::Woop;  // whose rounding is judged
 };
 

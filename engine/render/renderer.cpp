@@ -51,8 +51,10 @@ Image image_of(const std::vector<FilmPixel>& film, const RenderOptions& options)
   const auto add = [&](const char* name, Pixel type, auto value) {
     Channel channel{name, type, {}, {}};
     for (const FilmPixel& p : film)
-      if constexpr (std::is_same_v<decltype(value(p)), std::uint32_t>) channel.uints.push_back(value(p));
-      else channel.floats.push_back(value(p));
+      if constexpr (std::is_same_v<decltype(value(p)), std::uint32_t>)
+        channel.uints.push_back(value(p));
+      else
+        channel.floats.push_back(value(p));
     image.channels.push_back(std::move(channel));
   };
   add("R", Pixel::Half, [&](const FilmPixel& p) { return p.color.r * scale; });
@@ -77,7 +79,8 @@ std::uint32_t even_bits(std::uint32_t x) {
 void scatter(std::span<const FilmPixel> part, const PrimaryPush& camera, std::vector<FilmPixel>& film) {
   const std::uint32_t tiles_x = (camera.width + TILE_SIZE - 1) / TILE_SIZE;
   for (std::uint32_t i = 0; i < part.size(); ++i) {
-    const std::uint32_t ray = camera.first + i, tile = ray / (TILE_SIZE * TILE_SIZE), inner = ray % (TILE_SIZE * TILE_SIZE);
+    const std::uint32_t ray = camera.first + i, tile = ray / (TILE_SIZE * TILE_SIZE),
+                        inner = ray % (TILE_SIZE * TILE_SIZE);
     const std::uint32_t x = tile % tiles_x * TILE_SIZE + even_bits(inner);
     const std::uint32_t y = tile / tiles_x * TILE_SIZE + even_bits(inner >> 1);
     if (x < camera.width && y < camera.height) film[std::size_t(y) * camera.width + x] = part[i];

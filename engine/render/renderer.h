@@ -54,7 +54,8 @@ class Renderer {
     Buffer<GpuMaterial> materials;
   };
   const SceneData& scene_data();
-  void trace_sample(Passes& passes, const PrimaryPush& camera, std::uint32_t count, const Query& query, RenderTimes& times);
+  void trace_sample(Passes& passes, const PrimaryPush& camera, std::uint32_t count, const Query& query,
+                    RenderTimes& times);
 
   Context& gpu_;
   Tracer& tracer_;

@@ -23,32 +23,32 @@ struct Bounds {
 
 struct Material {
   std::string name;
-  glm::vec3 base_color{1};    // linear Rec.709
-  float metallic = 0;         // glTF's default of 1 applies only where pbrMetallicRoughness is present
+  glm::vec3 base_color{1};  // linear Rec.709
+  float metallic = 0;       // glTF's default of 1 applies only where pbrMetallicRoughness is present
   float roughness = 1;
-  glm::vec3 emissive{0};      // emissiveFactor times KHR_materials_emissive_strength
-  float transmission = 0;     // KHR_materials_transmission
-  float ior = 1.5f;           // KHR_materials_ior
+  glm::vec3 emissive{0};   // emissiveFactor times KHR_materials_emissive_strength
+  float transmission = 0;  // KHR_materials_transmission
+  float ior = 1.5f;        // KHR_materials_ior
 };
 
 /// A viewpoint. Right-handed, looks along -z of its own frame, +y up (glTF's camera).
 struct View {
   std::string name;
-  glm::dmat4 world_from_camera{1};  // rigid: rotation and translation, no scale
+  glm::dmat4 world_from_camera{1};   // rigid: rotation and translation, no scale
   double yfov = 1.0471975511965976;  // full vertical angle, radians
   bool orthographic = false;
   double ymag = 1;  // orthographic: half the height, scene units
 };
 
 struct Scene {
-  std::string name;  // file name without folders and extension
-  std::vector<Triangle> triangles;             // index = prim; numbering: see load_scene
+  std::string name;                               // file name without folders and extension
+  std::vector<Triangle> triangles;                // index = prim; numbering: see load_scene
   std::vector<std::array<glm::vec3, 3>> normals;  // unit, one per corner; empty if no primitive of the file has normals
-  std::vector<std::uint32_t> material_of;      // per triangle, an index into materials
-  std::vector<Material> materials;             // never empty
-  std::vector<View> views;                     // never empty: a scene without cameras gets "view0", which frames it
-  Bounds bounds;                               // of all vertices; zero for an empty scene
-  std::vector<std::string> notes;              // what the loader ignored or mended, a sentence each
+  std::vector<std::uint32_t> material_of;         // per triangle, an index into materials
+  std::vector<Material> materials;                // never empty
+  std::vector<View> views;                        // never empty: a scene without cameras gets "view0", which frames it
+  Bounds bounds;                                  // of all vertices; zero for an empty scene
+  std::vector<std::string> notes;                 // what the loader ignored or mended, a sentence each
 };
 
 /// What a scene holds; what it lacks gets no code, buffer or dispatch.

@@ -1,8 +1,9 @@
 // Rays whose traversal a driver cut short are traced again, in pieces that are short enough.
 //
 // Mesa 22.3's lavapipe gives all loops of an invocation 65 535 iterations together and then silently stops looping. The
-// kernels notice (shaders/lib/main.glsl) and mark such rays. The answer is the smallest (t, prim) over all leaves whatever
-// the order, so the tree may be cut into subtrees, each traced by a dispatch of its own, and the answers merged.
+// kernels notice (shaders/lib/main.glsl) and mark such rays. The answer is the smallest (t, prim) over all leaves
+// whatever the order, so the tree may be cut into subtrees, each traced by a dispatch of its own, and the answers
+// merged.
 #include <algorithm>
 
 #include "engine/core/error.h"
@@ -55,7 +56,8 @@ std::vector<std::uint32_t> pieces_of(const DeviceBvh& bvh, std::uint64_t limit) 
   return pieces;
 }
 
-void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, TraceTimes& times) {
+void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
+                    TraceTimes& times) {
   std::vector<Hit> all(count);
   std::vector<Ray> all_rays(count);
   hits.download(all);
@@ -87,8 +89,10 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
     }
     std::vector<std::uint32_t> still;
     for (std::size_t i = 0; i < open.size(); ++i)
-      if (cut[i]) still.push_back(open[i]);
-      else all[open[i]] = best[i];
+      if (cut[i])
+        still.push_back(open[i]);
+      else
+        all[open[i]] = best[i];
     open = std::move(still);
     if (open.empty()) break;
   }

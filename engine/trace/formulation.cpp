@@ -43,19 +43,37 @@ using K = KnobInfo;
 
 const Knob kKnobs[] = {
     {{"fetch", "storage, texel, reference", "how nodes and triangles are read"},
-     [](F& f, V v, const K& k) { f.fetch = choose<Fetch>(v, k, {"storage", "texel", "reference"}); }},
+     [](F& f, V v, const K& k) {
+       f.fetch = choose<Fetch>(v, k, {"storage", "texel", "reference"});
+     }},
     {{"layout", "paper, interleaved", "how the two boxes of a pair lie in its 64 bytes"},
-     [](F& f, V v, const K& k) { f.layout = choose<NodeLayout>(v, k, {"paper", "interleaved"}); }},
+     [](F& f, V v, const K& k) {
+       f.layout = choose<NodeLayout>(v, k, {"paper", "interleaved"});
+     }},
     {{"stack", "private, shared", "where a ray's own stack lies"},
-     [](F& f, V v, const K& k) { f.stack = choose<StackPlace>(v, k, {"private", "shared"}); }},
+     [](F& f, V v, const K& k) {
+       f.stack = choose<StackPlace>(v, k, {"private", "shared"});
+     }},
     {{"vote", "any, count, sum", "packets: how the lanes agree on the order of two children"},
-     [](F& f, V v, const K& k) { f.vote = choose<Vote>(v, k, {"any", "count", "sum"}); }},
+     [](F& f, V v, const K& k) {
+       f.vote = choose<Vote>(v, k, {"any", "count", "sum"});
+     }},
     {{"packet_stack", "shared, lanes", "packets: where the shared stack lies"},
-     [](F& f, V v, const K& k) { f.packet_stack = choose<PacketStack>(v, k, {"shared", "lanes"}); }},
+     [](F& f, V v, const K& k) {
+       f.packet_stack = choose<PacketStack>(v, k, {"shared", "lanes"});
+     }},
     {{"cooperative", "0, 1", "packets: four lanes load a pair and hand it round"},
-     [](F& f, V v, const K& k) { f.cooperative = choose<int>(v, k, {"0", "1"}) != 0; }},
+     [](F& f, V v, const K& k) {
+       f.cooperative = choose<int>(v, k, {"0", "1"}) != 0;
+     }},
+    {{"select_minmax", "0, 1", "min and max of the box test by comparison instead of the built-in functions"},
+     [](F& f, V v, const K& k) {
+       f.select_minmax = choose<int>(v, k, {"0", "1"}) != 0;
+     }},
     {{"launch", "plain, persistent", "one invocation a ray, or resident subgroups that take batches"},
-     [](F& f, V v, const K& k) { f.launch = choose<Launch>(v, k, {"plain", "persistent"}); }},
+     [](F& f, V v, const K& k) {
+       f.launch = choose<Launch>(v, k, {"plain", "persistent"});
+     }},
     {{"workgroup", "4 to 1024, a multiple of the subgroup", "invocations in a workgroup"},
      [](F& f, V v, const K& k) { f.workgroup = number(v, k, 4, 1024); }},
     {{"subgroup", "a power of two that the device offers", "invocations in a subgroup"},
@@ -93,14 +111,15 @@ void apply_knobs(Formulation& formulation, const Knobs& knobs) {
 std::string describe(const Formulation& f, bool packet) {
   constexpr const char* fetches[] = {"storage", "texel", "reference"};
   constexpr const char* votes[] = {"any", "count", "sum"};
-  std::string text = fmt::format("fetch={} layout={}", fetches[int(f.fetch)],
-                                 f.layout == NodeLayout::Paper ? "paper" : "interleaved");
+  std::string text =
+      fmt::format("fetch={} layout={}", fetches[int(f.fetch)], f.layout == NodeLayout::Paper ? "paper" : "interleaved");
   if (packet)
     text += fmt::format(" vote={} packet_stack={} cooperative={}", votes[int(f.vote)],
                         f.packet_stack == PacketStack::Lanes ? "lanes" : "shared", int(f.cooperative));
   else
     text += fmt::format(" stack={}", f.stack == StackPlace::Shared ? "shared" : "private");
-  text += fmt::format(" launch={} workgroup={}", f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
+  text += fmt::format(" select_minmax={} launch={} workgroup={}", int(f.select_minmax),
+                      f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
   if (f.launch == Launch::Persistent) text += fmt::format(" batches={} lanes={}", f.batches, f.resident_lanes);
   return text;
 }

@@ -25,11 +25,12 @@ struct Formulation {
   Vote vote = Vote::Count;
   Launch launch = Launch::Plain;
   NodeLayout layout = NodeLayout::Interleaved;
-  bool cooperative = false;       // packets: four lanes load a pair and shuffle it round
-  bool subgroup_barrier = true;   // packets: subgroupBarrier() after shared memory; else a memory barrier alone
-  std::uint32_t workgroup = 64;   // invocations; a multiple of the subgroup
-  std::uint32_t subgroup = 0;     // required subgroup size; 0: the device's own
-  std::uint32_t batches = 0xFFFFFFFF;       // persistent: batches that a subgroup takes at most in one dispatch
+  bool cooperative = false;            // packets: four lanes load a pair and shuffle it round
+  bool subgroup_barrier = true;        // packets: subgroupBarrier() after shared memory; else a memory barrier alone
+  bool select_minmax = false;          // min and max by comparison instead of the built-in functions
+  std::uint32_t workgroup = 64;        // invocations; a multiple of the subgroup
+  std::uint32_t subgroup = 0;          // required subgroup size; 0: the device's own
+  std::uint32_t batches = 0xFFFFFFFF;  // persistent: batches that a subgroup takes at most in one dispatch
   std::uint32_t resident_lanes = 1u << 18;  // persistent: invocations launched at most
 };
 

@@ -1,5 +1,5 @@
-// Every traversal method there is. A new one is a line here and a file under shaders/traverse/: the command line, tests,
-// benchmark and documents list it without further change.
+// Every traversal method there is. A new one is a line here and a file under shaders/traverse/: the command line,
+// tests, benchmark and documents list it without further change.
 #pragma once
 
 #include <span>
@@ -24,12 +24,24 @@ struct Method {
 };
 
 inline constexpr Method kMethods[] = {
-    {"packet", "traverse/packet.comp", "one path for the subgroup, by vote (Vinkler 3.1)", true,
-     {Fetch::Texel, StackPlace::Shared}, {Fetch::Reference, StackPlace::Private}},
-    {"if-if", "traverse/if_if.comp", "each ray by itself, a node or a leaf at a time (Vinkler 3.2)", false,
-     {Fetch::Texel, StackPlace::Shared}, {Fetch::Reference, StackPlace::Private}},
-    {"while-while", "traverse/while_while.comp", "each ray by itself, nodes until a leaf (Aila and Laine 2009)", false,
-     {Fetch::Texel, StackPlace::Shared}, {Fetch::Reference, StackPlace::Private}},
+    {"packet",
+     "traverse/packet.comp",
+     "one path for the subgroup, by vote (Vinkler 3.1)",
+     true,
+     {Fetch::Texel, StackPlace::Shared},
+     {Fetch::Reference, StackPlace::Private}},
+    {"if-if",
+     "traverse/if_if.comp",
+     "each ray by itself, a node or a leaf at a time (Vinkler 3.2)",
+     false,
+     {Fetch::Texel, StackPlace::Shared},
+     {Fetch::Reference, StackPlace::Private}},
+    {"while-while",
+     "traverse/while_while.comp",
+     "each ray by itself, nodes until a leaf (Aila and Laine 2009)",
+     false,
+     {Fetch::Texel, StackPlace::Shared},
+     {Fetch::Reference, StackPlace::Private}},
 };
 
 /// The method that measured best on every device so far; it holds until `auto` exists.

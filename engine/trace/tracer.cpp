@@ -68,7 +68,8 @@ std::uint32_t Tracer::groups_for(const Formulation& f, std::uint32_t rays) const
   return std::uint32_t(std::min<std::uint64_t>((lanes + f.workgroup - 1) / f.workgroup, gpu_.info().max_group_count_x));
 }
 
-Work Tracer::dispatch(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push, TraceTimes& times) {
+Work Tracer::dispatch(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push,
+                      TraceTimes& times) {
   p.kernel->bind(BIND_RAYS, rays);
   p.kernel->bind(BIND_HITS, hits);
   Work work{push.ray_begin, 0};

@@ -20,7 +20,7 @@ struct Query {
 };
 
 struct TraceTimes {
-  double device_ms = 0;    // of the traversal dispatches alone
+  double device_ms = 0;  // of the traversal dispatches alone
   std::uint32_t dispatches = 0;
   std::uint64_t retraced = 0;  // rays that the driver cut short and that were traced again in pieces
 };

@@ -13,12 +13,16 @@ struct Row {
 };
 
 const Row kRows[] = {
-    // Mesa below 25: all loops of an invocation share 65 535 iterations; a subgroup that takes more than 16 batches wastes
+    // Mesa below 25: all loops of an invocation share 65 535 iterations; a subgroup that takes more than 16 batches
+    // wastes
     // time on walks that are cut short (and traced again).
     {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 250000, [](const Method&, Formulation& f) { f.batches = 16; }},
-    // lavapipe runs subgroupBarrier() as a workgroup barrier, and subgroups that left the loop are lost (seen on 25.0.7).
-    {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 0xFFFFFFFF, [](const Method&, Formulation& f) {
+    // lavapipe runs subgroupBarrier() as a workgroup barrier, and subgroups that left the loop are lost (seen
+    // on 25.0.7).
+    {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 0xFFFFFFFF,
+     [](const Method&, Formulation& f) {
        f.subgroup_barrier = false;
+       f.select_minmax = true;  // measured in shaders/lib/box.glsl
        f.packet_stack = PacketStack::Lanes;
        f.cooperative = true;
      }},
@@ -34,7 +38,8 @@ void use_what_there_is(Formulation& f, const DeviceInfo& d, const Knobs& knobs) 
     f.packet_stack = PacketStack::Shared;
   }
   if (!d.buffer_address && f.fetch == Fetch::Reference) {
-    if (knobs.contains("fetch")) fail(Failure::Arguments, "--knob fetch=reference: {} has no buffer device address", d.name);
+    if (knobs.contains("fetch"))
+      fail(Failure::Arguments, "--knob fetch=reference: {} has no buffer device address", d.name);
     f.fetch = Fetch::Storage;
   }
 }
@@ -46,10 +51,11 @@ void check_sizes(Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
          d.min_subgroup_size, d.max_subgroup_size);
   if (!f.subgroup) f.subgroup = d.subgroup_size;
   if (f.workgroup < f.subgroup && !knobs.contains("workgroup")) f.workgroup = f.subgroup;
-  const std::uint32_t most = std::min(std::min(d.max_group_invocations, d.max_group_size_x), f.subgroup * d.max_group_subgroups);
+  const std::uint32_t most =
+      std::min(std::min(d.max_group_invocations, d.max_group_size_x), f.subgroup * d.max_group_subgroups);
   if (f.workgroup % f.subgroup || f.workgroup > most)
-    fail(Failure::Arguments, "--knob workgroup={}: it must be a multiple of the subgroup, {}, and at most {} on {}", f.workgroup,
-         f.subgroup, most, d.name);
+    fail(Failure::Arguments, "--knob workgroup={}: it must be a multiple of the subgroup, {}, and at most {} on {}",
+         f.workgroup, f.subgroup, most, d.name);
 }
 
 }  // namespace

@@ -21,7 +21,8 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
   if (packet && f.vote == Vote::Sum) shared_words += f.workgroup;
   if (std::uint64_t(shared_words) * 4 > device.shared_bytes)
     fail(Failure::Work,
-         "{}: the stacks of a tree of depth {} need {} bytes of shared memory at workgroup={}, but {} has {}; use a smaller "
+         "{}: the stacks of a tree of depth {} need {} bytes of shared memory at workgroup={}, but {} has {}; use a "
+         "smaller "
          "--knob workgroup, or --knob stack=private",
          variant.name(), tree_depth, std::uint64_t(shared_words) * 4, f.workgroup, device.name, device.shared_bytes);
   KernelSource source;
@@ -38,6 +39,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
                     {"BALLOT_VOTE", packet ? int(f.vote) : 0},
                     {"BALLOT_COOPERATIVE", packet && f.cooperative},
                     {"BALLOT_SUBGROUP_BARRIER", f.subgroup_barrier},
+                    {"BALLOT_SELECT_MINMAX", f.select_minmax},
                     {"BALLOT_LAUNCH", int(f.launch)},
                     {"BALLOT_UNIFORM_FLOW", device.uniform_flow}};
   source.constants = {{SPEC_GROUP_SIZE, f.workgroup},

@@ -58,7 +58,8 @@ void load_instance_functions(VkInstance instance, bool debug) {
 const char* result_name(VkResult result) {
   switch (result) {
 #define BALLOT_NAME(r) \
-  case r: return #r;
+  case r:              \
+    return #r;
     BALLOT_NAME(VK_SUCCESS)
     BALLOT_NAME(VK_NOT_READY)
     BALLOT_NAME(VK_TIMEOUT)
@@ -75,7 +76,8 @@ const char* result_name(VkResult result) {
     BALLOT_NAME(VK_ERROR_TOO_MANY_OBJECTS)
     BALLOT_NAME(VK_ERROR_INVALID_SHADER_NV)
 #undef BALLOT_NAME
-    default: return "an unknown VkResult";
+    default:
+      return "an unknown VkResult";
   }
 }
 

@@ -14,8 +14,8 @@ std::string mib(std::uint64_t bytes) { return fmt::format("{:.1f} MiB", double(b
 
 void check_limits(const DeviceInfo& d, const std::string& name, std::uint64_t bytes, Access access) {
   const auto refuse = [&](const char* limit, std::uint64_t most) {
-    fail(Failure::Work, "buffer '{}' needs {}, but {} of {} is {}; use a smaller scene, another --device{}", name, mib(bytes),
-         limit, d.name, mib(most), has(access, Access::Storage) ? ", or --knob fetch=texel" : "");
+    fail(Failure::Work, "buffer '{}' needs {}, but {} of {} is {}; use a smaller scene, another --device{}", name,
+         mib(bytes), limit, d.name, mib(most), has(access, Access::Storage) ? ", or --knob fetch=texel" : "");
   };
   if (has(access, Access::Storage) && bytes > d.max_storage_range) refuse("maxStorageBufferRange", d.max_storage_range);
   if (has(access, Access::Texel) && bytes / 16 > d.max_texels) refuse("maxTexelBufferElements", d.max_texels * 16);
@@ -41,9 +41,9 @@ struct Staging {
     VkMemoryAllocateInfo allocate{};
     allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
     allocate.allocationSize = needs.size;
-    allocate.memoryTypeIndex =
-        gpu.memory_type(needs.memoryTypeBits, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
-                        VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
+    allocate.memoryTypeIndex = gpu.memory_type(
+        needs.memoryTypeBits, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+        VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
     vk_check(vkAllocateMemory(gpu.device(), &allocate, nullptr, &memory), "allocating buffer", "staging");
     vk_check(vkBindBufferMemory(gpu.device(), buffer, memory, 0), "binding buffer", "staging");
     void* pointer = nullptr;
@@ -95,8 +95,8 @@ void RawBuffer::allocate(Access access) {
   allocate.memoryTypeIndex =
       gpu_->memory_type(needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, shared ? host : 0);
   if (needs.size > gpu_->heap_bytes(allocate.memoryTypeIndex))
-    fail(Failure::Work, "buffer '{}' needs {}, but the memory of {} is {}; use a smaller scene or another --device", name_,
-         mib(needs.size), gpu_->info().name, mib(gpu_->heap_bytes(allocate.memoryTypeIndex)));
+    fail(Failure::Work, "buffer '{}' needs {}, but the memory of {} is {}; use a smaller scene or another --device",
+         name_, mib(needs.size), gpu_->info().name, mib(gpu_->heap_bytes(allocate.memoryTypeIndex)));
   const std::string what = fmt::format("{} ({})", name_, mib(needs.size));
   vk_check(vkAllocateMemory(gpu_->device(), &allocate, nullptr, &memory_), "allocating buffer", what.c_str());
   vk_check(vkBindBufferMemory(gpu_->device(), buffer_, memory_, 0), "binding buffer", name_.c_str());
@@ -116,7 +116,8 @@ void RawBuffer::allocate(Access access) {
     view.buffer = buffer_;
     view.format = VK_FORMAT_R32G32B32A32_UINT;
     view.range = bytes_ / 16 * 16;
-    vk_check(vkCreateBufferView(gpu_->device(), &view, nullptr, &view_), "creating a texel view of buffer", name_.c_str());
+    vk_check(vkCreateBufferView(gpu_->device(), &view, nullptr, &view_), "creating a texel view of buffer",
+             name_.c_str());
   }
 }
 
@@ -142,13 +143,18 @@ RawBuffer& RawBuffer::operator=(RawBuffer&& other) noexcept {
   return *this;
 }
 
-void RawBuffer::upload(std::uint64_t offset, const void* data, std::uint64_t bytes) { copy(offset, nullptr, data, bytes); }
+void RawBuffer::upload(std::uint64_t offset, const void* data, std::uint64_t bytes) {
+  copy(offset, nullptr, data, bytes);
+}
 
-void RawBuffer::download(std::uint64_t offset, void* data, std::uint64_t bytes) const { copy(offset, data, nullptr, bytes); }
+void RawBuffer::download(std::uint64_t offset, void* data, std::uint64_t bytes) const {
+  copy(offset, data, nullptr, bytes);
+}
 
 void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint64_t bytes) const {
   if (bytes == 0) return;
-  if (offset + bytes > bytes_) fail(Failure::Work, "buffer '{}' of {} bytes: copy of {} at {}", name_, bytes_, bytes, offset);
+  if (offset + bytes > bytes_)
+    fail(Failure::Work, "buffer '{}' of {} bytes: copy of {} at {}", name_, bytes_, bytes, offset);
   if (mapped_) {
     if (from) std::memcpy(mapped_ + offset, from, bytes);
     if (to) std::memcpy(to, mapped_ + offset, bytes);

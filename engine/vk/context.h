@@ -28,9 +28,9 @@ struct DeviceInfo {
   std::uint64_t max_texels = 0;         // elements of a texel buffer
   std::uint64_t max_allocation = 0;     // bytes
   std::uint32_t shared_bytes = 0;
-  double timestamp_ns = 0;  // per tick; 0: no timestamps
-  bool size_control = false, full_subgroups = false;   // VK_EXT_subgroup_size_control
-  bool uniform_flow = false;                           // VK_KHR_shader_subgroup_uniform_control_flow
+  double timestamp_ns = 0;                            // per tick; 0: no timestamps
+  bool size_control = false, full_subgroups = false;  // VK_EXT_subgroup_size_control
+  bool uniform_flow = false;                          // VK_KHR_shader_subgroup_uniform_control_flow
   bool shuffle = false, buffer_address = false, float64 = false;
   std::vector<std::string> refusals;  // why Ballot cannot use it; empty: it can
   std::vector<std::string> lacks;     // optional things it has not, and what that costs
@@ -40,7 +40,8 @@ struct DeviceInfo {
   std::uint32_t mesa_version() const;
 };
 
-/// All Vulkan devices of this machine, usable or not, in the loader's order. Throws Error(Device) without a loader/driver.
+/// All Vulkan devices of this machine, usable or not, in the loader's order. Throws Error(Device) without a
+/// loader/driver.
 std::vector<DeviceInfo> list_devices();
 
 struct ContextOptions {
@@ -73,7 +74,9 @@ class Context {
   /// Memory type with `wanted` flags among `bits`, preferring `preferred` too. Throws Error(Work).
   std::uint32_t memory_type(std::uint32_t bits, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags preferred) const;
   VkMemoryPropertyFlags memory_flags(std::uint32_t type) const { return memory_.memoryTypes[type].propertyFlags; }
-  std::uint64_t heap_bytes(std::uint32_t type) const { return memory_.memoryHeaps[memory_.memoryTypes[type].heapIndex].size; }
+  std::uint64_t heap_bytes(std::uint32_t type) const {
+    return memory_.memoryHeaps[memory_.memoryTypes[type].heapIndex].size;
+  }
 
   /// Names an object in validation messages. No effect without validation.
   void name(VkObjectType type, std::uint64_t handle, const std::string& name);

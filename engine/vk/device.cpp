@@ -50,7 +50,8 @@ constexpr VkSubgroupFeatureFlags kVotes =
 constexpr Requirement kRequirements[] = {
     {"scalarBlockLayout", "shaders/shared/layout.h packs records without padding",
      [](const Properties&, const Features& f) { return f.v12.scalarBlockLayout == VK_TRUE; }},
-    {"subgroup operations basic, vote and ballot in compute", "the lanes of a subgroup vote on their way through the tree",
+    {"subgroup operations basic, vote and ballot in compute",
+     "the lanes of a subgroup vote on their way through the tree",
      [](const Properties& p, const Features&) {
        return (p.v11.subgroupSupportedOperations & kVotes) == kVotes &&
               (p.v11.subgroupSupportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0;
@@ -93,7 +94,8 @@ void name_lacks(DeviceInfo& info) {
     if (!has) info.lacks.push_back(what);
   };
   lack(info.size_control, "subgroup size control: the driver's subgroup size is taken as it is");
-  lack(info.full_subgroups, "full subgroups: workgroups are a multiple of the subgroup, and the driver is trusted to fill them");
+  lack(info.full_subgroups,
+       "full subgroups: workgroups are a multiple of the subgroup, and the driver is trusted to fill them");
   lack(info.uniform_flow, "subgroup uniform control flow: votes rely on the driver reconverging a uniform loop");
   lack(info.shuffle, "subgroup shuffle: packets keep their stack in shared memory and every lane loads each node");
   lack(info.buffer_address, "buffer device address: nodes are read through storage or texel buffers");
@@ -122,7 +124,8 @@ DeviceInfo read_device(VkPhysicalDevice device) {
   info.driver_version = p.core.properties.driverVersion;
   std::memcpy(info.pipeline_cache_uuid, p.core.properties.pipelineCacheUUID, VK_UUID_SIZE);
   if (info.api_version < VK_API_VERSION_1_2) {
-    info.refusals.push_back(fmt::format("it offers Vulkan {}.{}, Ballot needs 1.2", VK_API_VERSION_MAJOR(info.api_version),
+    info.refusals.push_back(fmt::format("it offers Vulkan {}.{}, Ballot needs 1.2",
+                                        VK_API_VERSION_MAJOR(info.api_version),
                                         VK_API_VERSION_MINOR(info.api_version)));
     return info;
   }
@@ -148,11 +151,16 @@ DeviceInfo read_device(VkPhysicalDevice device) {
 
 int rank(const DeviceInfo& d) {
   switch (d.type) {
-    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU: return 4;
-    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU: return 3;
-    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU: return 2;
-    case VK_PHYSICAL_DEVICE_TYPE_CPU: return 1;
-    default: return 0;
+    case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+      return 4;
+    case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+      return 3;
+    case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+      return 2;
+    case VK_PHYSICAL_DEVICE_TYPE_CPU:
+      return 1;
+    default:
+      return 0;
   }
 }
 
@@ -186,7 +194,8 @@ std::uint32_t DeviceInfo::mesa_version() const {
   // lavapipe before 23.1 reports driverVersion 1; its name carries the version: "llvmpipe Mesa 22.3.6 (...)".
   const std::size_t at = driver.find("Mesa ");
   unsigned major = 0, minor = 0, patch = 0;
-  if (at == std::string::npos || std::sscanf(driver.c_str() + at, "Mesa %u.%u.%u", &major, &minor, &patch) < 2) return 0;
+  if (at == std::string::npos || std::sscanf(driver.c_str() + at, "Mesa %u.%u.%u", &major, &minor, &patch) < 2)
+    return 0;
   return major * 10000 + minor * 100 + patch;
 }
 
@@ -221,8 +230,9 @@ std::vector<const char*> optional_extensions(VkPhysicalDevice device) {
 
 std::size_t choose_device(const std::vector<DeviceInfo>& devices, std::string_view wanted) {
   if (devices.empty())
-    fail(Failure::Device, "no Vulkan device: the loader found no driver; install one, on Debian: apt install mesa-vulkan-drivers "
-                          "(lavapipe runs on any CPU), or point VK_DRIVER_FILES to a driver's .json");
+    fail(Failure::Device,
+         "no Vulkan device: the loader found no driver; install one, on Debian: apt install mesa-vulkan-drivers "
+         "(lavapipe runs on any CPU), or point VK_DRIVER_FILES to a driver's .json");
   bool named = false;
   std::size_t best = devices.size();
   for (std::size_t i = 0; i < devices.size(); ++i) {
@@ -232,9 +242,11 @@ std::size_t choose_device(const std::vector<DeviceInfo>& devices, std::string_vi
     if (best == devices.size() || rank(devices[i]) > rank(devices[best])) best = i;
   }
   if (!named)
-    fail(Failure::Arguments, "--device: no device is called '{}'; give an index, part of a name, 'gpu' or 'cpu'; there are:{}",
-         wanted, list_of(devices));
-  if (best == devices.size()) fail(Failure::Device, "no usable Vulkan device; every candidate was refused:{}", list_of(devices));
+    fail(Failure::Arguments,
+         "--device: no device is called '{}'; give an index, part of a name, 'gpu' or 'cpu'; there are:{}", wanted,
+         list_of(devices));
+  if (best == devices.size())
+    fail(Failure::Device, "no usable Vulkan device; every candidate was refused:{}", list_of(devices));
   return best;
 }
 

@@ -61,7 +61,8 @@ void Kernel::create_layout() {
   set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
   set.bindingCount = std::uint32_t(bindings.size());
   set.pBindings = bindings.data();
-  vk_check(vkCreateDescriptorSetLayout(gpu_.device(), &set, nullptr, &set_layout_), "creating set layout of", name_.c_str());
+  vk_check(vkCreateDescriptorSetLayout(gpu_.device(), &set, nullptr, &set_layout_), "creating set layout of",
+           name_.c_str());
   const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, reflection_.push_bytes};
   VkPipelineLayoutCreateInfo layout{};
   layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
@@ -69,7 +70,8 @@ void Kernel::create_layout() {
   layout.pSetLayouts = &set_layout_;
   layout.pushConstantRangeCount = reflection_.push_bytes ? 1 : 0;
   layout.pPushConstantRanges = &range;
-  vk_check(vkCreatePipelineLayout(gpu_.device(), &layout, nullptr, &layout_), "creating pipeline layout of", name_.c_str());
+  vk_check(vkCreatePipelineLayout(gpu_.device(), &layout, nullptr, &layout_), "creating pipeline layout of",
+           name_.c_str());
   VkDescriptorPoolCreateInfo pool{};
   pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
   pool.maxSets = 1;
@@ -139,7 +141,8 @@ void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* pus
   for (const auto& [binding, done] : bound_)
     if (!done) fail(Failure::Work, "kernel {} is dispatched without binding {}", name_, binding);
   if (push_bytes != reflection_.push_bytes)
-    fail(Failure::Work, "kernel {} wants {} bytes of push constants, not {}", name_, reflection_.push_bytes, push_bytes);
+    fail(Failure::Work, "kernel {} wants {} bytes of push constants, not {}", name_, reflection_.push_bytes,
+         push_bytes);
   if (groups > gpu_.info().max_group_count_x)
     fail(Failure::Work, "kernel {}: {} workgroups, but {} allows {}", name_, groups, gpu_.info().name,
          gpu_.info().max_group_count_x);

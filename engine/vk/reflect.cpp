@@ -30,7 +30,8 @@ std::uint32_t push_bytes_of(spvc_compiler compiler, spvc_resources resources) {
   std::size_t count = 0, size = 0;
   spvc_resources_get_resource_list_for_type(resources, SPVC_RESOURCE_TYPE_PUSH_CONSTANT, &list, &count);
   if (count == 0) return 0;
-  spvc_compiler_get_declared_struct_size(compiler, spvc_compiler_get_type_handle(compiler, list[0].base_type_id), &size);
+  spvc_compiler_get_declared_struct_size(compiler, spvc_compiler_get_type_handle(compiler, list[0].base_type_id),
+                                         &size);
   return std::uint32_t(size);
 }
 
@@ -42,11 +43,10 @@ Reflection reflect(const std::vector<std::uint32_t>& words, const std::string& n
   spvc_parsed_ir ir = nullptr;
   spvc_compiler compiler = nullptr;
   spvc_resources resources = nullptr;
-  const bool read =
-      spvc_context_parse_spirv(context, words.data(), words.size(), &ir) == SPVC_SUCCESS &&
-      spvc_context_create_compiler(context, SPVC_BACKEND_NONE, ir, SPVC_CAPTURE_MODE_TAKE_OWNERSHIP, &compiler) ==
-          SPVC_SUCCESS &&
-      spvc_compiler_create_shader_resources(compiler, &resources) == SPVC_SUCCESS;
+  const bool read = spvc_context_parse_spirv(context, words.data(), words.size(), &ir) == SPVC_SUCCESS &&
+                    spvc_context_create_compiler(context, SPVC_BACKEND_NONE, ir, SPVC_CAPTURE_MODE_TAKE_OWNERSHIP,
+                                                 &compiler) == SPVC_SUCCESS &&
+                    spvc_compiler_create_shader_resources(compiler, &resources) == SPVC_SUCCESS;
   Reflection r;
   std::string problem;
   if (read) {

@@ -1,7 +1,7 @@
 #include "engine/vk/shader.h"
 
-#include <glslang/SPIRV/GlslangToSpv.h>
 #include <glslang/Public/ShaderLang.h>
+#include <glslang/SPIRV/GlslangToSpv.h>
 
 #include <array>
 #include <chrono>
@@ -78,7 +78,10 @@ struct Source {
   glslang::TShader shader{EShLangCompute};
 
   Source(const fs::path& file, const Defines& defines)
-      : path(file.string()), text(read_text(file)), preamble(preamble_of(defines)), text_pointer(text.c_str()),
+      : path(file.string()),
+        text(read_text(file)),
+        preamble(preamble_of(defines)),
+        text_pointer(text.c_str()),
         path_pointer(path.c_str()) {
     shader.setStringsWithLengthsAndNames(&text_pointer, nullptr, &path_pointer, 1);
     shader.setPreamble(preamble.c_str());

@@ -17,8 +17,8 @@ struct Spirv {
   double ms = 0;  // time to preprocess and compile, or to preprocess and load
 };
 
-/// The folder that shaders are read from: $BALLOT_SHADERS, else ../share/ballot/shaders beside the program (installed or
-/// bundled), else the source tree that the program was built from. Throws Error(Work) that lists what was tried.
+/// The folder that shaders are read from: $BALLOT_SHADERS, else ../share/ballot/shaders beside the program (installed
+/// or bundled), else the source tree that the program was built from. Throws Error(Work) that lists what was tried.
 std::filesystem::path shader_folder();
 
 /// Compiles shader_folder()/file, Vulkan 1.2, with #include relative to the including file. The cache

@@ -86,8 +86,9 @@ Vote packet_vote(bool left, bool right, bool left_nearer) {
   bool l = subgroupAny(left), r = subgroupAny(right);
   return Vote(l, r, !subgroupAny(left && right && left_nearer));
 #elif BALLOT_VOTE == VOTE_COUNT
-  bool l = subgroupBallot(left) != uvec4(0u), r = subgroupBallot(right) != uvec4(0u);
-  uint both = subgroupBallotBitCount(subgroupBallot(left && right));
+  uvec4 lefts = subgroupBallot(left), rights = subgroupBallot(right);
+  bool l = lefts != uvec4(0u), r = rights != uvec4(0u);
+  uint both = subgroupBallotBitCount(lefts & rights);
   uint nearer = subgroupBallotBitCount(subgroupBallot(left && right && left_nearer));
   return Vote(l, r, 2u * nearer < both);
 #else

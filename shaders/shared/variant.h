@@ -72,7 +72,8 @@ BALLOT_RECORD(Work, 8);
 #ifndef __cplusplus
 #if !defined(BALLOT_FETCH) || !defined(BALLOT_STACK) || !defined(BALLOT_PACKET_STACK) || !defined(BALLOT_VOTE) || \
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_NUMERIC) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
-    !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW)
+    !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
+    !defined(BALLOT_SELECT_MINMAX)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif
 #endif

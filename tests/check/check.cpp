@@ -1,8 +1,9 @@
 // Holds every method to the oracle on a scene, every ray compared:
 //   ballot_check SCENE… [--rays N] [--device D] [--validate] [--quick]
-// Rays: N random ones through the scene's box and N primary ones of its views, in Morton order. For each set: every method
-// and vote, nearest and any, in every numeric mode, against the CPU oracle; in the conservative modes also bit equality
-// over methods, workgroup and subgroup sizes, formulations and permuted ray order. Exit code 1 if anything differs.
+// Rays: N random ones through the scene's box and N primary ones of its views, in Morton order. For each set: every
+// method and vote, nearest and any, in every numeric mode, against the CPU oracle; in the conservative modes also bit
+// equality over methods, workgroup and subgroup sizes, formulations and permuted ray order. Exit code 1 if anything
+// differs.
 #include <map>
 #include <random>
 
@@ -28,12 +29,18 @@ Args parse(int argc, char** argv) {
       if (++i >= argc) fail(Failure::Arguments, "{} needs a value", word);
       return std::string(argv[i]);
     };
-    if (word == "--rays") args.rays = std::stoul(value());
-    else if (word == "--device") args.device = value();
-    else if (word == "--validate") args.validate = true;
-    else if (word == "--quick") args.quick = true;
-    else if (word.starts_with("--")) fail(Failure::Arguments, "unknown option {}", word);
-    else args.scenes.push_back(word);
+    if (word == "--rays")
+      args.rays = std::stoul(value());
+    else if (word == "--device")
+      args.device = value();
+    else if (word == "--validate")
+      args.validate = true;
+    else if (word == "--quick")
+      args.quick = true;
+    else if (word.starts_with("--"))
+      fail(Failure::Arguments, "unknown option {}", word);
+    else
+      args.scenes.push_back(word);
   }
   if (args.scenes.empty())
     fail(Failure::Arguments, "usage: ballot_check SCENE… [--rays N] [--device D] [--validate] [--quick]");
@@ -79,7 +86,8 @@ std::vector<Ray> random_rays(const Bounds& b, std::size_t count) {
 
 class Checker {
  public:
-  Checker(Engine& engine, bool quick) : engine_(engine), quick_(quick), oracle_(engine.tracer().device_bvh(NodeLayout::Interleaved)) {
+  Checker(Engine& engine, bool quick)
+      : engine_(engine), quick_(quick), oracle_(engine.tracer().device_bvh(NodeLayout::Interleaved)) {
     engine_.tracer().prefill = kPattern;
   }
   std::uint64_t problems() const { return problems_; }
@@ -93,8 +101,10 @@ class Checker {
           const std::vector<Hit> hits = trace(rays, q);
           judge(name, rays, hits, truth, q);
           if (!mode.conservative || want == Want::Any) continue;
-          if (reference.empty()) reference = hits;
-          else expect_equal(reference, hits, engine_.tracer().variant(q).name());
+          if (reference.empty())
+            reference = hits;
+          else
+            expect_equal(reference, hits, engine_.tracer().variant(q).name());
         }
       if (mode.conservative) check_invariance(rays, reference, mode.name);
     }
@@ -111,10 +121,12 @@ class Checker {
   void judge(const std::string& name, const std::vector<Ray>& rays, const std::vector<Hit>& hits,
              const std::vector<OracleHit>& truth, const Query& q) {
     const Judgement j = oracle_.judge(rays, hits, truth, q.want, arithmetic_of(q.numeric));
-    fmt::print("  {:<8} {:<7} {:<12} {:<11} {:<5} {} rays: {} same, {} tie, {} false miss, {} false hit, {} wrong prim, {} wrong t\n",
-               name, q.want == Want::Any ? "any" : "nearest", q.method, q.numeric,
-               q.knobs.contains("vote") ? q.knobs.at("vote") : "", j.rays, j.same, j.tie, j.false_miss, j.false_hit,
-               j.wrong_prim, j.wrong_t);
+    fmt::print(
+        "  {:<8} {:<7} {:<12} {:<11} {:<5} {} rays: {} same, {} tie, {} false miss, {} false hit, {} wrong prim, {} "
+        "wrong t\n",
+        name, q.want == Want::Any ? "any" : "nearest", q.method, q.numeric,
+        q.knobs.contains("vote") ? q.knobs.at("vote") : "", j.rays, j.same, j.tie, j.false_miss, j.false_hit,
+        j.wrong_prim, j.wrong_t);
     if (!j.examples.empty()) fmt::print("    {}\n", j.examples.front());
     problems_ += j.errors();
   }
@@ -142,7 +154,8 @@ class Checker {
     fmt::print("  {} more runs (sizes, formulations, permuted order) compared bit for bit\n", runs);
   }
   void expect_equal(const std::vector<Hit>& a, const std::vector<Hit>& b, const std::string& what) {
-    if (const std::size_t n = count_different(a, b)) problem("{}: {} hits differ in bits from the first method's", what, n);
+    if (const std::size_t n = count_different(a, b))
+      problem("{}: {} hits differ in bits from the first method's", what, n);
   }
   template <class... A>
   void problem(fmt::format_string<A...> text, A&&... args) {
@@ -160,10 +173,11 @@ int run(int argc, char** argv) {
   const Args args = parse(argc, argv);
   std::uint64_t problems = 0;
   for (const std::string& scene : args.scenes) {
-    Engine engine(load_scene(scene), {.device = args.device, .validate = args.validate, .build = {}, .use_cache = true});
-    fmt::print("{}: {} triangles on {} ({}), subgroup {} ({} to {})\n", engine.scene().name, engine.scene().triangles.size(),
-               engine.device().name, engine.device().driver, engine.device().subgroup_size,
-               engine.device().min_subgroup_size, engine.device().max_subgroup_size);
+    Engine engine(load_scene(scene),
+                  {.device = args.device, .validate = args.validate, .build = {}, .use_cache = true});
+    fmt::print("{}: {} triangles on {} ({}), subgroup {} ({} to {})\n", engine.scene().name,
+               engine.scene().triangles.size(), engine.device().name, engine.device().driver,
+               engine.device().subgroup_size, engine.device().min_subgroup_size, engine.device().max_subgroup_size);
     Checker checker(engine, args.quick);
     checker.check("random", random_rays(engine.scene().bounds, args.rays));
     checker.check("primary", primary_rays(engine.scene(), args.rays));

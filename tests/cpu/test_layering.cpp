@@ -15,7 +15,8 @@ std::vector<fs::path> sources(const char* folder) {
   std::vector<fs::path> all;
   for (const auto& e : fs::recursive_directory_iterator(fs::path(BALLOT_SOURCE_DIR) / folder)) {
     const std::string extension = e.path().extension().string();
-    if (extension == ".h" || extension == ".cpp" || extension == ".comp" || extension == ".glsl") all.push_back(e.path());
+    if (extension == ".h" || extension == ".cpp" || extension == ".comp" || extension == ".glsl")
+      all.push_back(e.path());
   }
   return all;
 }
@@ -29,7 +30,8 @@ std::vector<std::string> includes(const fs::path& file) {
 }
 
 int floor_of(const std::string& path) {
-  const std::vector<std::string> floors{"engine/core", "engine/scene", "engine/bvh", "engine/vk", "engine/trace", "engine/render"};
+  const std::vector<std::string> floors{"engine/core", "engine/scene", "engine/bvh",
+                                        "engine/vk",   "engine/trace", "engine/render"};
   for (std::size_t i = 0; i < floors.size(); ++i)
     if (path.find(floors[i] + "/") != std::string::npos) return int(i);
   return path.find("engine/") != std::string::npos ? int(floors.size()) : -1;
@@ -48,7 +50,8 @@ TEST(Layering, DependenciesPointOneWay) {
 TEST(Layering, SceneAndBvhKnowNoVulkan) {
   for (const char* folder : {"engine/core", "engine/scene", "engine/bvh"})
     for (const fs::path& file : sources(folder))
-      for (const std::string& line : includes(file)) EXPECT_EQ(line.find("vulkan"), std::string::npos) << file << ": " << line;
+      for (const std::string& line : includes(file))
+        EXPECT_EQ(line.find("vulkan"), std::string::npos) << file << ": " << line;
 }
 
 TEST(Layering, ToolsSeeThePublicHeaderOnly) {

@@ -19,7 +19,8 @@ class DeviceTest : public testing::Test {
     std::unique_ptr<Tracer> tracer;
     std::unique_ptr<Oracle> oracle;
   };
-  static std::unique_ptr<Traced> make(Context& gpu, std::vector<Triangle> triangles, const BuildSettings& settings = {}) {
+  static std::unique_ptr<Traced> make(Context& gpu, std::vector<Triangle> triangles,
+                                      const BuildSettings& settings = {}) {
     auto t = std::make_unique<Traced>();
     t->triangles = std::move(triangles);
     t->bvh = build_bvh(t->triangles, settings);

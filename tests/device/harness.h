@@ -17,7 +17,8 @@ constexpr std::uint8_t kPattern = 0xCD;  // hits are filled with this byte befor
 inline std::vector<Query> every_method(Want want, std::string_view numeric) {
   std::vector<Query> queries;
   for (const Method& m : kMethods) {
-    if (!m.packet) queries.push_back({want, std::string(m.name), std::string(numeric), {}});
+    if (!m.packet)
+      queries.push_back({want, std::string(m.name), std::string(numeric), {}});
     else
       for (const char* vote : {"any", "count", "sum"})
         queries.push_back({want, std::string(m.name), std::string(numeric), {{"vote", vote}}});
@@ -27,10 +28,18 @@ inline std::vector<Query> every_method(Want want, std::string_view numeric) {
 
 /// Knob sets that move each axis of the formulation once from its default.
 inline std::vector<Knobs> every_formulation(const DeviceInfo& d) {
-  std::vector<Knobs> all{{{"layout", "paper"}}, {{"fetch", "storage"}}, {{"fetch", "texel"}}, {{"stack", "private"}},
+  std::vector<Knobs> all{{{"layout", "paper"}},
+                         {{"fetch", "storage"}},
+                         {{"fetch", "texel"}},
+                         {{"stack", "private"}},
                          {{"stack", "shared"}, {"workgroup", std::to_string(std::max(32u, d.subgroup_size))}},
-                         {{"packet_stack", "shared"}}, {{"cooperative", "0"}}, {{"launch", "persistent"}},
-                         {{"launch", "persistent"}, {"batches", "1"}}, {{"launch", "persistent"}, {"batches", "7"}, {"lanes", "256"}}};
+                         {{"packet_stack", "shared"}},
+                         {{"cooperative", "0"}},
+                         {{"select_minmax", "0"}},
+                         {{"select_minmax", "1"}},
+                         {{"launch", "persistent"}},
+                         {{"launch", "persistent"}, {"batches", "1"}},
+                         {{"launch", "persistent"}, {"batches", "7"}, {"lanes", "256"}}};
   if (d.shuffle) {
     all.push_back({{"cooperative", "1"}});
     all.push_back({{"packet_stack", "lanes"}});

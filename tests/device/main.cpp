@@ -13,8 +13,8 @@ int main(int argc, char** argv) {
     const std::string variable = std::string(driver) == "system" ? "BALLOT_SYSTEM_MESA_ICD" : "BALLOT_CURRENT_MESA_ICD";
     const char* icd = std::getenv(variable.c_str());
     if (!icd || !*icd) {
-      std::fprintf(stderr, "the %s Mesa is to be tested, but %s is not set; run the tests through tools/dev.py test\n", driver,
-                   variable.c_str());
+      std::fprintf(stderr, "the %s Mesa is to be tested, but %s is not set; run the tests through tools/dev.py test\n",
+                   driver, variable.c_str());
       return 1;
     }
     setenv("VK_DRIVER_FILES", icd, 1);

@@ -1,4 +1,5 @@
-// Named ray sets, adversarial ones among them (Embree's verify, pbrt's Reintersect): every method is held to the oracle on each.
+// Named ray sets, adversarial ones among them (Embree's verify, pbrt's Reintersect): every method is held to the oracle
+// on each.
 #pragma once
 
 #include <string>
@@ -56,8 +57,10 @@ inline std::vector<Ray> on_triangles(const Triangles& triangles, std::size_t cou
     const float u = random.in(0, 1), v = random.in(0, 1 - u);
     const glm::vec3 p = t[0] * (1 - u - v) + t[1] * u + t[2] * v, d = random.point(1);
     const float ends[] = {std::nextafter(1.f, 0.f), 1.f, std::nextafter(1.f, 2.f), 1 - 1e-4f, 1 + 1e-4f};
-    if (random.below(2)) out.push_back({p, 0, d, 1e30f});
-    else out.push_back({p - d, 0, d, ends[random.below(5)]});
+    if (random.below(2))
+      out.push_back({p, 0, d, 1e30f});
+    else
+      out.push_back({p - d, 0, d, ends[random.below(5)]});
   }
   return out;
 }
@@ -91,8 +94,11 @@ inline std::vector<Ray> odd_scales(std::size_t count) {
 
 /// The sets of a scene; counts are not multiples of a subgroup or workgroup.
 inline std::vector<RaySet> ray_sets(const Triangles& triangles, const Bvh& bvh) {
-  std::vector<RaySet> sets{{"random", random_rays(1999)}, {"dead", dead_rays()}, {"one ray", random_rays(1)},
-                           {"seven rays", random_rays(7)}, {"odd scales", odd_scales(501)}};
+  std::vector<RaySet> sets{{"random", random_rays(1999)},
+                           {"dead", dead_rays()},
+                           {"one ray", random_rays(1)},
+                           {"seven rays", random_rays(7)},
+                           {"odd scales", odd_scales(501)}};
   std::vector<Ray> mixed = random_rays(333, 21);  // dead and live rays side by side in a subgroup
   for (std::size_t i = 0; i < mixed.size(); i += 3) mixed[i] = dead_rays()[i % dead_rays().size()];
   sets.push_back({"dead among live", mixed});

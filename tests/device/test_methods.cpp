@@ -1,5 +1,5 @@
-// The one test that holds every traversal method, present and future, to the CPU oracle: every method x vote x nearest/any x
-// numeric mode on every ray set of every scene. A new method or mode is tested by being registered.
+// The one test that holds every traversal method, present and future, to the CPU oracle: every method x vote x
+// nearest/any x numeric mode on every ray set of every scene. A new method or mode is tested by being registered.
 #include <algorithm>
 #include <set>
 
@@ -68,7 +68,8 @@ TEST_P(Methods, FindsWhatTheOracleFinds) {
 TEST_P(Methods, AnswersDoNotDependOnFormulationSizeOrOrder) {
   const auto t = make(*gpu_, GetParam().make());
   std::vector<Ray> rays;
-  for (const shapes::RaySet& set : shapes::ray_sets(t->triangles, t->bvh)) rays.insert(rays.end(), set.rays.begin(), set.rays.end());
+  for (const shapes::RaySet& set : shapes::ray_sets(t->triangles, t->bvh))
+    rays.insert(rays.end(), set.rays.begin(), set.rays.end());
   rays.resize(rays.size() / 2 + 1);
   std::vector<Knobs> knobs = every_formulation(gpu_->info());
   for (const Knobs& k : every_size(gpu_->info())) knobs.push_back(k);
@@ -146,7 +147,8 @@ TEST_F(Methods, FarFromTheOriginNothingLeaks) {
   }
 }
 
-// Mesa 22.3's lavapipe stops all loops of an invocation after 65 535 iterations: 40 000 triangles in one place need more.
+// Mesa 22.3's lavapipe stops all loops of an invocation after 65 535 iterations: 40 000 triangles in one place need
+// more.
 TEST_F(Methods, WalksThatADriverCutsShortAreFinished) {
   const auto t = make(*gpu_, shapes::identical(40000), {.max_leaf = 2, .split_budget = 0});
   const auto rays = shapes::random_rays(97);

@@ -27,12 +27,17 @@ class Vulkan : public DeviceTest {
     return "no error";
   }
   static KernelSource source(const char* file, const Defines& defines = {}) {
-    return {.name = file, .file = std::string("../tests/device/shaders/") + file, .defines = defines, .constants = {}, .group_size = 1};
+    return {.name = file,
+            .file = std::string("../tests/device/shaders/") + file,
+            .defines = defines,
+            .constants = {},
+            .group_size = 1};
   }
 };
 
 TEST_F(Vulkan, BuffersRoundTrip) {
-  for (const std::size_t n : {std::size_t(1), std::size_t(1000), (std::size_t(64) << 18) + 3}) {  // the last one beyond a staging chunk
+  for (const std::size_t n :
+       {std::size_t(1), std::size_t(1000), (std::size_t(64) << 18) + 3}) {  // the last one beyond a staging chunk
     Buffer<std::uint32_t> buffer(*gpu_, n, Access::Storage, "numbers");
     std::vector<std::uint32_t> in(n), out(n);
     for (std::size_t i = 0; i < n; ++i) in[i] = std::uint32_t(i * 2654435761u);
@@ -53,9 +58,11 @@ TEST_F(Vulkan, EmptyAndMovedBuffers) {
 TEST_F(Vulkan, TooLargeABufferIsRefusedWithBothSizes) {
   const std::uint64_t limit = gpu_->info().max_storage_range;
   if (limit < (1ull << 32)) {
-    const std::string text = error_of([&] { Buffer<glm::uvec4> b(*gpu_, limit / 16 + 1, Access::Storage, "bvh nodes"); });
+    const std::string text =
+        error_of([&] { Buffer<glm::uvec4> b(*gpu_, limit / 16 + 1, Access::Storage, "bvh nodes"); });
     EXPECT_NE(text.find("buffer 'bvh nodes' needs "), std::string::npos) << text;
-    EXPECT_NE(text.find(fmt::format("maxStorageBufferRange of {} is {:.1f} MiB", gpu_->info().name, double(limit) / (1 << 20))),
+    EXPECT_NE(text.find(fmt::format("maxStorageBufferRange of {} is {:.1f} MiB", gpu_->info().name,
+                                    double(limit) / (1 << 20))),
               std::string::npos)
         << text;
     Buffer<glm::uvec4> texels(*gpu_, limit / 16 + 1, Access::Texel, "as texels it fits");
@@ -151,8 +158,10 @@ class ShaderCache : public testing::Test {
     setenv("XDG_CACHE_HOME", folder_.c_str(), 1);
   }
   void TearDown() override {
-    if (old_.empty()) unsetenv("XDG_CACHE_HOME");
-    else setenv("XDG_CACHE_HOME", old_.c_str(), 1);
+    if (old_.empty())
+      unsetenv("XDG_CACHE_HOME");
+    else
+      setenv("XDG_CACHE_HOME", old_.c_str(), 1);
     fs::remove_all(folder_);
   }
   std::vector<fs::path> files() const {
@@ -164,7 +173,8 @@ class ShaderCache : public testing::Test {
 };
 
 TEST_F(ShaderCache, IsKeyedByContentAndDefines) {
-  const Defines a{{"BALLOT_SHADING", 0}, {"BALLOT_HAS_NORMALS", 0}}, b{{"BALLOT_SHADING", 1}, {"BALLOT_HAS_NORMALS", 0}};
+  const Defines a{{"BALLOT_SHADING", 0}, {"BALLOT_HAS_NORMALS", 0}},
+      b{{"BALLOT_SHADING", 1}, {"BALLOT_HAS_NORMALS", 0}};
   const Spirv cold = compile_shader("shade/shade.comp", a), warm = compile_shader("shade/shade.comp", a);
   EXPECT_FALSE(cold.from_cache);
   EXPECT_TRUE(warm.from_cache);

@@ -1,7 +1,10 @@
-// Ballot beside Embree's single-ray call on the same rays, interleaved in one process: on CPU devices only the ratio counts.
-//   ballot_embree_ratio SCENE [--view NAME] [--size N] [--repeat N] [--numeric MODE] [--methods a,b] [--device D] [--knob N=V]
-// Rays: one through each pixel's centre of an N x N picture, in Morton order. Embree: default high quality, robust, one call a
-// ray, as many threads as the machine has cores. Ballot: device time of the traversal. Median, p10 and p90 over the repeats.
+// Ballot beside Embree's single-ray call on the same rays, interleaved in one process: on CPU devices only the ratio
+// counts.
+//   ballot_embree_ratio SCENE [--view NAME] [--size N] [--repeat N] [--numeric MODE] [--methods a,b] [--device D]
+//   [--knob N=V]
+// Rays: one through each pixel's centre of an N x N picture, in Morton order. Embree: default high quality, robust, one
+// call a ray, as many threads as the machine has cores. Ballot: device time of the traversal. Median, p10 and p90 over
+// the repeats.
 #include <embree3/rtcore.h>
 
 #include <algorithm>
@@ -94,8 +97,9 @@ struct Series {
 };
 
 int run(int argc, char** argv) {
-  std::map<std::string, std::string> o{{"--view", "view0"}, {"--size", "512"}, {"--repeat", "20"}, {"--device", ""},
-                                       {"--numeric", "watertight"}, {"--methods", ""}, {"--knob", ""}};
+  std::map<std::string, std::string> o{{"--view", "view0"}, {"--size", "512"},           {"--repeat", "20"},
+                                       {"--device", ""},    {"--numeric", "watertight"}, {"--methods", ""},
+                                       {"--knob", ""}};
   for (int i = 2; i + 1 < argc; i += 2) {
     if (!o.contains(argv[i])) fail(Failure::Arguments, "unknown option {}", argv[i]);
     o[argv[i]] = argv[i + 1];
@@ -107,7 +111,8 @@ int run(int argc, char** argv) {
   std::vector<Hit> hits(rays.size());
   std::vector<std::pair<std::string, Query>> queries;
   for (const Method& m : kMethods) {
-    if (!o["--methods"].empty() && ("," + o["--methods"] + ",").find("," + std::string(m.name) + ",") == std::string::npos)
+    if (!o["--methods"].empty() &&
+        ("," + o["--methods"] + ",").find("," + std::string(m.name) + ",") == std::string::npos)
       continue;
     Query q{.want = Want::Nearest, .method = std::string(m.name), .numeric = o["--numeric"], .knobs = {}};
     if (const auto eq = o["--knob"].find('='); eq != std::string::npos)
