@@ -49,9 +49,9 @@ void load_vulkan() {
 void load_instance_functions(VkInstance instance, bool debug) {
 #define BALLOT_VK_LOAD(f) f = reinterpret_cast<PFN_##f>(get_proc(instance, #f));
   BALLOT_VK_INSTANCE(BALLOT_VK_LOAD)
-  if (debug) {
-    BALLOT_VK_DEBUG(BALLOT_VK_LOAD)
-  }
+#undef BALLOT_VK_LOAD
+#define BALLOT_VK_LOAD(f) f = debug ? reinterpret_cast<PFN_##f>(get_proc(instance, #f)) : nullptr;
+  BALLOT_VK_DEBUG(BALLOT_VK_LOAD)
 #undef BALLOT_VK_LOAD
 }
 

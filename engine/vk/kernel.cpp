@@ -146,10 +146,17 @@ void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* pus
   if (groups > gpu_.info().max_group_count_x)
     fail(Failure::Work, "kernel {}: {} workgroups, but {} allows {}", name_, groups, gpu_.info().name,
          gpu_.info().max_group_count_x);
+  if (vkCmdBeginDebugUtilsLabelEXT) {
+    VkDebugUtilsLabelEXT label{};
+    label.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT;
+    label.pLabelName = name_.c_str();
+    vkCmdBeginDebugUtilsLabelEXT(cmd, &label);
+  }
   vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_);
   vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, layout_, 0, 1, &set_, 0, nullptr);
   if (push_bytes) vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes, push);
   vkCmdDispatch(cmd, groups, 1, 1);
+  if (vkCmdEndDebugUtilsLabelEXT) vkCmdEndDebugUtilsLabelEXT(cmd);
 }
 
 void memory_barrier(VkCommandBuffer cmd) {

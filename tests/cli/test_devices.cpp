@@ -2,6 +2,7 @@
 #include "engine/vk/context.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/gltf_builder.h"
+#include "tests/cpu/needs.h"
 
 namespace ballot::test {
 namespace {
@@ -126,7 +127,7 @@ TEST_F(Devices, ACpuDeviceByName) {
   bool has_cpu = false;
   const auto devices = json("info.json")["devices"];
   for (const auto& d : devices) has_cpu |= d["name"].get<std::string>().starts_with("llvmpipe");
-  if (!has_cpu) GTEST_SKIP() << "no lavapipe here";
+  BALLOT_NEEDS(has_cpu, "no lavapipe here (package mesa-vulkan-drivers)")
   for (const char* name : {"cpu", "llvmpipe"}) {
     const Result result = succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--device", name});
     expect_parts(result.out, {"on llvmpipe"});

@@ -12,6 +12,7 @@
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/image.h"
+#include "tests/cpu/needs.h"
 
 namespace ballot {
 namespace {
@@ -172,7 +173,7 @@ TEST_F(Images, FullDiskLeavesNothing) {
 }
 
 TEST_F(Images, ExrheaderReadsTheFile) {
-  if (std::system("command -v exrheader > /dev/null") != 0) GTEST_SKIP() << "package openexr is not installed";
+  BALLOT_NEEDS(std::system("command -v exrheader > /dev/null") == 0, "exrheader is not installed (package openexr)")
   Image image = sample(8, 8);
   image.attributes["view"] = "view0";
   write_exr(folder_ / "a.exr", image);

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "tests/images/pictures.h"
+#include "tests/cpu/needs.h"
 
 namespace ballot::test {
 namespace {
@@ -130,8 +131,7 @@ TEST(Files, ExrThereAndBack) {
 }
 
 TEST(Files, ExrheaderReadsIt) {
-  if (std::system("exrheader -h > /dev/null 2>&1") == 127 << 8)
-    GTEST_SKIP() << "exrheader is not installed (package openexr)";
+  BALLOT_NEEDS(std::system("exrheader -h > /dev/null 2>&1") != 127 << 8, "exrheader is not installed (package openexr)")
   const Folder folder;
   const Picture p = render(square_scene(), {.width = 33, .height = 7});
   write_exr(folder.path / "p.exr", p.image);
