@@ -31,8 +31,9 @@ namespace ballot {
 struct EngineOptions {
   std::string device;     // "": best GPU, else CPU; an index, part of a name, "gpu", "cpu"
   bool validate = false;  // Vulkan validation with synchronization checks; messages() collects what it says
-  BuildSettings build;
-  bool use_cache = true;  // BVHs on disk, in cache_folder()
+  BuildSettings build = {};
+  bool use_cache = true;            // BVHs on disk, in cache_folder()
+  std::vector<Query> queries = {};  // refused before the BVH is built if the device cannot follow their knobs
 };
 
 /// Seconds that each step of making an Engine took.
@@ -57,13 +58,13 @@ class Engine {
   /// Traces a batch of rays and writes, at the same index, what each one hits.
   ///
   /// rays    n >= 0 rays; read before return. Origins in scene units; dir need not be of unit length, t counts
-  /// multiples
-  ///         of it. Dead rays (layout.h) are misses. Neighbours in the buffer share a subgroup: order them for
-  ///         coherence.
-  /// hits    exactly n records, overwritten. On a miss prim is NO_HIT, t is the ray's t_max (0 for a dead ray), u = v =
-  /// 0. query   nearest: the smallest t in [t_min, t_max], among equal t the smallest prim; any: some hit. Throws
-  /// Error(Arguments) if the sizes differ or a name is unknown, Error(Work) if the device fails. Blocks until the
-  /// results are in `hits`.
+  ///         multiples of it. Dead rays (layout.h) are misses. Neighbours in the buffer share a subgroup: order them
+  ///         for coherence.
+  /// hits    exactly n records, overwritten. On a miss prim is NO_HIT, t is the ray's t_max (0 for a dead ray), and
+  ///         u = v = 0.
+  /// query   nearest: the smallest t in [t_min, t_max], among equal t the smallest prim; any: some hit.
+  /// Throws  Error(Arguments) if the sizes differ or a name is unknown, Error(Work) if the device fails.
+  /// Blocks until the results are in `hits`.
   TraceTimes trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query = {},
                    const Progress& progress = {}) {
     return tracer_->trace(rays, hits, query, progress);

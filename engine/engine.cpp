@@ -51,6 +51,7 @@ std::string commit() { return BALLOT_COMMIT; }
 Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progress)
     : scene_(std::move(scene)), gpu_(ContextOptions{options.device, options.validate}) {
   times_.device_s = seconds_since(begin_);
+  for (const Query& q : options.queries) formulation_for(find_method(q.method), gpu_.info(), q.knobs);
   const auto start = Clock::now();
   bvh_ = build(scene_, options, progress);
   times_.bvh_s = seconds_since(start);

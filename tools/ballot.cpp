@@ -18,6 +18,17 @@ void check_command(CLI::App& app, std::string_view word) {
   fail(Failure::Arguments, "no command is called '{}'; there are: {}", word, names);
 }
 
+/// What is wrong with the words of the command line, in a sentence without its end.
+std::string in_words(const CLI::ParseError& error) {
+  const std::string text = error.what();
+  const std::string name = error.get_name();
+  if (name == "RequiredError" && text.ends_with(" is required")) return "missing " + text.substr(0, text.size() - 12);
+  if (name == "ExtrasError") return "does not know" + text.substr(text.find(':') + 1);
+  if (name == "ConversionError") return "a value is not of the right kind: " + text;
+  if (name == "ArgumentMismatch") return "a value is missing or too many: " + text;
+  return text;
+}
+
 int run(int argc, char** argv) {
   CLI::App app(
       "Ballot traces rays in GLSL compute on any Vulkan 1.2 device, GPU or CPU.\n"
@@ -41,7 +52,11 @@ int run(int argc, char** argv) {
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
-    fmt::print(stderr, "ballot: {}\nballot: see 'ballot --help', or 'ballot COMMAND --help'\n", error.what());
+    const auto chosen = app.get_subcommands();
+    const std::string name = chosen.empty() ? "" : chosen.front()->get_name();
+    fmt::print(stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ", in_words(error),
+               name.empty() ? "give one of: info, render, trace, shaders; 'ballot --help' explains them"
+                            : "'ballot " + name + " --help' lists what it takes");
     return int(Failure::Arguments);
   }
   return result;

@@ -59,15 +59,19 @@ Query QueryArgs::query() const {
   return q;
 }
 
-Opened open_scene(const EngineArgs& args) {
+Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries,
+                  const std::function<void(const Scene&)>& check) {
   if (!args.json.empty()) check_writable(args.json);
   const auto start = std::chrono::steady_clock::now();
   Scene scene = load_scene(args.scene);
   Opened opened;
   opened.load_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   for (const std::string& note : scene.notes) fmt::print(stderr, "ballot: {}: {}\n", args.scene, note);
+  if (check) check(scene);
+  EngineOptions options = args.options();
+  options.queries = queries;
   ProgressBar bar("building BVH");
-  opened.engine = std::make_unique<Engine>(std::move(scene), args.options(), [&](double done) { bar.update(done); });
+  opened.engine = std::make_unique<Engine>(std::move(scene), options, [&](double done) { bar.update(done); });
   return opened;
 }
 

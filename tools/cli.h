@@ -38,7 +38,9 @@ struct Opened {
   std::unique_ptr<Engine> engine;
   double load_s = 0;
 };
-Opened open_scene(const EngineArgs& args);
+/// check sees the scene before device and BVH are touched; queries are refused before the BVH is built.
+Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries = {},
+                  const std::function<void(const Scene&)>& check = {});
 
 /// "512x512" to width and height. Throws Error(Arguments).
 void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& height);

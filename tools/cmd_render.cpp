@@ -108,9 +108,15 @@ int run(const Args& args) {
   options.spp = args.spp;
   options.shading = find_shading(args.shading).name;
   options.query = args.query.query();
+  check_options(options);
   const fs::path out = args.out;
-  if (out.extension() == ".exr") check_writable(out);
-  Opened opened = open_scene(args.engine);
+  if (out.extension() == ".exr")
+    check_writable(out);
+  else if (!out.extension().empty() && !fs::is_directory(out))
+    fail(Failure::Arguments,
+         "--out {}: pictures are EXR files; name a FILE.exr, or a folder, and --png for a PNG beside it", args.out);
+  Opened opened = open_scene(args.engine, {options.query},
+                             [&](const Scene& scene) { outputs_of(args, scene, chosen_views(args, scene)); });
   Engine& engine = *opened.engine;
   const auto views = chosen_views(args, engine.scene());
   const auto files = outputs_of(args, engine.scene(), views);

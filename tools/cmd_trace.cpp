@@ -30,7 +30,7 @@ int run(const Args& args) {
         stderr,
         "ballot: {}: {} rays have an infinite t_min or t_max and count as misses; use a finite bound such as 1e30\n",
         args.rays, n);
-  Opened opened = open_scene(args.engine);
+  Opened opened = open_scene(args.engine, {query});
   Engine& engine = *opened.engine;
   std::vector<Hit> hits(rays.size());
   TraceTimes times;

@@ -174,7 +174,7 @@ Without SCENE the shipped scenes are rendered, all views, 512x512, to out/<scene
 to `ballot render`; `build/release/ballot render --help` lists it.
 
   tools/dev.py render
-  tools/dev.py render scenes/cornell.gltf --view view0 --size 1024x1024 --shading whitted --spp 16
+  tools/dev.py render scenes/cornell.gltf --view view0 --size 1024x1024 --shading normals --spp 16
 """),
     "test": (test, "[ctest's options ...]", "set up, run every test on lavapipe", SETUP + """
 The tests run on the system's Mesa and on the current one: mesa-vulkan-drivers of bookworm-backports is unpacked in

@@ -98,7 +98,7 @@ def print_scenes(folder: Path | None) -> int:
             absent.append(entry)
         if state == "DIFFERS":
             differs.append(path)
-        rows.append((entry["name"], str(entry.get("triangles", "")), state, str(path or ""),
+        rows.append((entry["name"], str(entry.get("triangles") or "-"), state, str(path or ""),
                      str(entry.get("licence", ""))))
     widths = [max(len(row[i]) for row in rows) for i in range(4)]
     for row in rows:
@@ -107,7 +107,7 @@ def print_scenes(folder: Path | None) -> int:
         print("\nAbsent scenes are not shipped, for their size or licence. Put the files into one folder and name it "
               "with\n--dir or BALLOT_SCENES. Sources:")
         for entry in absent:
-            print(f"  {entry['name']}: {entry.get('source', 'not recorded')}")
+            print(f"  {entry['name']}: {entry.get('page') or 'no page recorded'}; to convert: {entry.get('convert', '-')}")
     for path in differs:
         print(f"error: {path} is not the file that the manifest means: its SHA-256 differs", file=sys.stderr)
     return 1 if differs else 0

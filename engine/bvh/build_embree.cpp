@@ -109,9 +109,10 @@ void note_error(void* user, RTCError, const char* text) {
 void check_settings(const BuildSettings& s) {
   const auto positive = [](float x) { return std::isfinite(x) && x > 0; };
   if (s.max_leaf < 1 || s.max_leaf > MAX_LEAF_TRIANGLES)
-    fail(Failure::Arguments, "bvh: max_leaf is {}, but a leaf holds 1 to {} triangles", s.max_leaf, MAX_LEAF_TRIANGLES);
+    fail(Failure::Arguments, "bvh: max_leaf is {} (--max-leaf), but a leaf holds 1 to {} triangles", s.max_leaf,
+         MAX_LEAF_TRIANGLES);
   if (!(s.split_budget >= 0 && s.split_budget <= 16))
-    fail(Failure::Arguments, "bvh: split_budget is {}, but must lie between 0 and 16", s.split_budget);
+    fail(Failure::Arguments, "bvh: split_budget is {} (--split-budget), but must lie between 0 and 16", s.split_budget);
   if (!positive(s.traversal_cost) || !positive(s.intersection_cost))
     fail(Failure::Arguments, "bvh: traversal_cost {} and intersection_cost {} must be positive", s.traversal_cost,
          s.intersection_cost);
@@ -126,8 +127,9 @@ void check_triangles(std::span<const Triangle> triangles) {
       for (int axis = 0; axis < 3; ++axis)
         if (!(std::abs(v[axis]) <= kLargestCoordinate))
           fail(Failure::Work,
-               "bvh: triangle {}: coordinate {} of a vertex is {}, expected a finite value within +-{:g}", i,
-               "xyz"[axis], v[axis], kLargestCoordinate);
+               "bvh: triangle {}: coordinate {} of a vertex is {}, expected a finite value within +-{:g}; scale the "
+               "scene",
+               i, "xyz"[axis], v[axis], kLargestCoordinate);
 }
 
 std::size_t count_proper(std::span<const Triangle> triangles) {

@@ -1,4 +1,4 @@
-// Reads the device arrays back. Internal to bvh/ and its tests.
+// Reads the device arrays back.
 #pragma once
 
 #include <bit>

@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
 std::string reason_of(int code) { return std::generic_category().message(code); }
 
 [[noreturn]] void cannot_read(const fs::path& path, const std::string& reason) {
-  fail(Failure::Work, "cannot read {}: {}", path.string(), reason);
+  const bool absent = !fs::exists(path);
+  fail(Failure::Work, "cannot read {}: {}{}", path.string(), reason, absent ? "; check the path" : "");
 }
 
 [[noreturn]] void cannot_write(const fs::path& path, const std::string& reason) {

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "engine/core/error.h"
+#include "engine/core/morton.h"
 
 namespace ballot {
 
@@ -69,12 +70,6 @@ Image image_of(const std::vector<FilmPixel>& film, const RenderOptions& options)
   return image;
 }
 
-std::uint32_t even_bits(std::uint32_t x) {
-  std::uint32_t bits = 0;
-  for (std::uint32_t i = 0; i < 16; ++i) bits |= (x >> (2 * i) & 1u) << i;
-  return bits;
-}
-
 /// From the order of rays (shaders/lib/film.glsl) to rows of pixels.
 void scatter(std::span<const FilmPixel> part, const PrimaryPush& camera, std::vector<FilmPixel>& film) {
   const std::uint32_t tiles_x = (camera.width + TILE_SIZE - 1) / TILE_SIZE;
@@ -85,12 +80,6 @@ void scatter(std::span<const FilmPixel> part, const PrimaryPush& camera, std::ve
     const std::uint32_t y = tile / tiles_x * TILE_SIZE + even_bits(inner >> 1);
     if (x < camera.width && y < camera.height) film[std::size_t(y) * camera.width + x] = part[i];
   }
-}
-
-void check(const RenderOptions& o) {
-  if (o.width < 1 || o.height < 1 || o.width > 16384 || o.height > 16384)
-    fail(Failure::Arguments, "--size: {}x{} is not between 1x1 and 16384x16384", o.width, o.height);
-  if (o.spp < 1 || o.spp > 65536) fail(Failure::Arguments, "--spp: {} is not between 1 and 65536", o.spp);
 }
 
 }  // namespace
@@ -104,20 +93,35 @@ const Shading& find_shading(std::string_view name) {
   fail(Failure::Arguments, "no shading is called '{}'; there are: {}", name, names);
 }
 
+void check_options(const RenderOptions& o) {
+  if (o.width < 1 || o.height < 1 || o.width > 16384 || o.height > 16384)
+    fail(Failure::Arguments, "--size: {}x{} is not between 1x1 and 16384x16384", o.width, o.height);
+  if (o.spp < 1 || o.spp > 65536) fail(Failure::Arguments, "--spp: {} is not between 1 and 65536", o.spp);
+  find_shading(o.shading);
+}
+
+/// Kernels and buffers of pictures that share shading and chunk size.
 struct Renderer::Passes {
+  std::string shading;
+  std::uint32_t chunk;
   Buffer<Ray> rays;
   Buffer<Hit> hits;
   Buffer<FilmPixel> film;
   Kernel primary, shade;
 
-  Passes(Context& gpu, std::uint32_t chunk, const RenderOptions& o, bool normals)
-      : rays(gpu, chunk, Access::Storage, "rays"),
+  Passes(Context& gpu, std::uint32_t chunk_rays, const std::string& shading_name, const SceneFeatures& scene)
+      : shading(shading_name),
+        chunk(chunk_rays),
+        rays(gpu, chunk, Access::Storage, "rays"),
         hits(gpu, chunk, Access::Storage, "hits"),
         film(gpu, chunk, Access::Storage, "film"),
         primary(gpu, {.name = "rays.primary", .file = "rays/primary.comp", .defines = {}, .constants = {}}),
-        shade(gpu, {.name = "shade." + o.shading + (normals ? "+normals" : ""),
+        shade(gpu, {.name = "shade." + shading + (scene.shading_normals ? "+normals" : "") +
+                            (scene.emits ? "+emission" : ""),
                     .file = "shade/shade.comp",
-                    .defines = {{"BALLOT_SHADING", find_shading(o.shading).value}, {"BALLOT_HAS_NORMALS", normals}},
+                    .defines = {{"BALLOT_SHADING", find_shading(shading).value},
+                                {"BALLOT_HAS_NORMALS", scene.shading_normals},
+                                {"BALLOT_HAS_EMISSION", scene.emits}},
                     .constants = {}}) {
     primary.bind(BIND_RAYS, rays);
     shade.bind(BIND_RAYS, rays);
@@ -126,21 +130,44 @@ struct Renderer::Passes {
   }
 };
 
+/// What shading reads of the scene; what the scene lacks has no buffer.
+struct Renderer::SceneData {
+  Buffer<glm::uvec4> triangles;
+  std::unique_ptr<Buffer<glm::uvec4>> normals;
+  Buffer<GpuMaterial> materials;
+};
+
 Renderer::Renderer(Context& gpu, Tracer& tracer, const Scene& scene) : gpu_(gpu), tracer_(tracer), scene_(scene) {}
+
+Renderer::~Renderer() = default;
 
 const Renderer::SceneData& Renderer::scene_data() {
   if (data_) return *data_;
   const auto triangles = texels_of(std::span<const Triangle>(scene_.triangles), scene_.material_of);
-  const auto normals = texels_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), {});
   std::vector<GpuMaterial> materials;
   for (const Material& m : scene_.materials) materials.push_back({m.base_color, m.emissive});
   data_ = std::make_unique<SceneData>(SceneData{{gpu_, triangles.size(), Access::Texel, "triangles"},
-                                                {gpu_, normals.size(), Access::Texel, "normals"},
+                                                nullptr,
                                                 {gpu_, materials.size(), Access::Storage, "materials"}});
   data_->triangles.upload(triangles);
-  data_->normals.upload(normals);
   data_->materials.upload(materials);
+  if (scene_.normals.empty()) return *data_;
+  const auto normals = texels_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), {});
+  data_->normals = std::make_unique<Buffer<glm::uvec4>>(gpu_, normals.size(), Access::Texel, "normals");
+  data_->normals->upload(normals);
   return *data_;
+}
+
+Renderer::Passes& Renderer::passes(const RenderOptions& options, std::uint32_t chunk) {
+  if (passes_ && passes_->shading == options.shading && passes_->chunk == chunk) return *passes_;
+  passes_.reset();
+  passes_ = std::make_unique<Passes>(gpu_, chunk, options.shading, features_of(scene_));
+  const SceneData& data = scene_data();
+  passes_->shade.bind(BIND_TRIANGLES, data.triangles);
+  if (data.normals) passes_->shade.bind(BIND_NORMALS, *data.normals);
+  if (passes_->shade.wants(BIND_MATERIALS)) passes_->shade.bind(BIND_MATERIALS, data.materials);
+  gpu_.save_pipeline_cache();
+  return *passes_;
 }
 
 void Renderer::trace_sample(Passes& passes, const PrimaryPush& camera, std::uint32_t count, const Query& query,
@@ -161,18 +188,13 @@ void Renderer::trace_sample(Passes& passes, const PrimaryPush& camera, std::uint
 }
 
 Image Renderer::render(const View& view, const RenderOptions& options, RenderTimes* times, const Progress& progress) {
-  check(options);
+  check_options(options);
   const auto start = std::chrono::steady_clock::now();
-  const bool normals = !scene_.normals.empty();
   const std::uint32_t tiles_x = (options.width + TILE_SIZE - 1) / TILE_SIZE;
   const std::uint32_t tiles_y = (options.height + TILE_SIZE - 1) / TILE_SIZE;
   const std::uint32_t total = tiles_x * tiles_y * TILE_SIZE * TILE_SIZE;
   const std::uint32_t chunk = std::min(total, tracer_.chunk_rays() / (TILE_SIZE * TILE_SIZE) * (TILE_SIZE * TILE_SIZE));
-  const SceneData& data = scene_data();
-  Passes passes(gpu_, chunk, options, normals);
-  passes.shade.bind(BIND_TRIANGLES, data.triangles);
-  if (normals) passes.shade.bind(BIND_NORMALS, data.normals);
-  if (passes.shade.wants(BIND_MATERIALS)) passes.shade.bind(BIND_MATERIALS, data.materials);
+  Passes& passes = this->passes(options, chunk);
   PrimaryPush camera = camera_push(view, options.width, options.height);
   camera.sample_count = options.spp;
   RenderTimes sum;

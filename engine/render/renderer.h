@@ -31,6 +31,9 @@ struct RenderOptions {
   Query query = {};  // want is Nearest
 };
 
+/// Throws Error(Arguments) for a size, sample count or shading that render() would refuse.
+void check_options(const RenderOptions& options);
+
 struct RenderTimes {
   double generate_ms = 0, trace_ms = 0, shade_ms = 0;  // device time of the passes
   double seconds = 0;                                  // wall time of all
@@ -42,6 +45,7 @@ class Renderer {
  public:
   /// Keeps references to all of them.
   Renderer(Context& gpu, Tracer& tracer, const Scene& scene);
+  ~Renderer();
 
   /// Channels R G B A, Z, N.X N.Y N.Z, prim, without attributes. Throws Error(Arguments) on bad options.
   Image render(const View& view, const RenderOptions& options, RenderTimes* times = nullptr,
@@ -49,11 +53,9 @@ class Renderer {
 
  private:
   struct Passes;
-  struct SceneData {
-    Buffer<glm::uvec4> triangles, normals;
-    Buffer<GpuMaterial> materials;
-  };
+  struct SceneData;
   const SceneData& scene_data();
+  Passes& passes(const RenderOptions& options, std::uint32_t chunk);
   void trace_sample(Passes& passes, const PrimaryPush& camera, std::uint32_t count, const Query& query,
                     RenderTimes& times);
 
@@ -61,6 +63,7 @@ class Renderer {
   Tracer& tracer_;
   const Scene& scene_;
   std::unique_ptr<SceneData> data_;
+  std::unique_ptr<Passes> passes_;  // of the last picture
 };
 
 }  // namespace ballot

@@ -6,6 +6,7 @@
 // merged.
 #include <algorithm>
 
+#include "engine/bvh/device_decode.h"
 #include "engine/core/error.h"
 #include "engine/trace/tracer.h"
 
@@ -13,18 +14,7 @@ namespace ballot {
 
 namespace {
 
-std::uint64_t leaf_steps(std::uint32_t leaf) { return 2 + (leaf >> LEAF_COUNT_SHIFT & 7u); }
-bool is_leaf(std::uint32_t node) { return (node & LEAF_BIT) != 0; }
-
-std::pair<std::uint32_t, std::uint32_t> children(const DeviceBvh& bvh, std::uint32_t node) {
-  const auto* t = &bvh.nodes[node];
-  if (bvh.layout == NodeLayout::Interleaved) return {t[3].x, t[3].y};
-  const auto reference = [](std::uint32_t count, std::uint32_t first) {
-    return count == 0 ? first : LEAF_BIT | (count - 1) << LEAF_COUNT_SHIFT | first;
-  };
-  return {reference(t[1].z, t[1].w), reference(t[3].z, t[3].w)};
-}
-
+std::uint64_t leaf_steps(std::uint32_t leaf) { return 1 + leaf_count(leaf); }
 bool better(const Hit& a, const Hit& b) {
   if (a.prim == NO_HIT || b.prim == NO_HIT) return b.prim == NO_HIT && a.prim != NO_HIT;
   return a.t < b.t || (a.t == b.t && a.prim < b.prim);
@@ -38,8 +28,8 @@ std::vector<std::uint32_t> pieces_of(const DeviceBvh& bvh, std::uint64_t limit) 
   std::vector<std::uint64_t> steps(bvh.nodes.size() / 4, 0);
   const auto steps_of = [&](std::uint32_t node) { return is_leaf(node) ? leaf_steps(node) : steps[node / 4]; };
   for (std::size_t pair = steps.size(); pair-- > 0;) {
-    const auto [left, right] = children(bvh, std::uint32_t(pair * 4));
-    steps[pair] = 1 + steps_of(left) + steps_of(right);
+    const DevicePair children = decode_pair(bvh, std::uint32_t(pair * 4));
+    steps[pair] = 1 + steps_of(children.left.ref) + steps_of(children.right.ref);
   }
   std::vector<std::uint32_t> pieces, open{bvh.root};
   while (!open.empty()) {
@@ -49,9 +39,9 @@ std::vector<std::uint32_t> pieces_of(const DeviceBvh& bvh, std::uint64_t limit) 
       pieces.push_back(node);
       continue;
     }
-    const auto [left, right] = children(bvh, node);
-    open.push_back(right);
-    open.push_back(left);
+    const DevicePair children = decode_pair(bvh, node);
+    open.push_back(children.right.ref);
+    open.push_back(children.left.ref);
   }
   return pieces;
 }

@@ -56,14 +56,18 @@ Tracer::Pipeline& Tracer::pipeline(const Query& query) {
 std::uint32_t Tracer::chunk_rays() const {
   // Bounded, so that no watchdog fires and progress shows; a CPU device takes about a second for this many.
   const std::uint64_t bounded = gpu_.info().is_cpu() ? 1u << 20 : 1u << 22;
-  return std::uint32_t(std::min(bounded, gpu_.info().max_storage_range / sizeof(Ray)));
+  constexpr std::uint64_t kLargestRecord = 48;  // of what goes with a ray: itself, its hit, its pixel of film
+  return std::uint32_t(std::min(bounded, gpu_.info().max_storage_range / kLargestRecord));
 }
 
 std::uint32_t Tracer::groups_for(const Formulation& f, std::uint32_t rays) const {
   std::uint64_t lanes = rays;
   if (f.launch == Launch::Persistent) {
-    lanes = std::min<std::uint64_t>(rays, std::max(f.resident_lanes, f.workgroup));
-    if (f.batches != std::numeric_limits<std::uint32_t>::max()) lanes = (rays + f.batches - 1) / f.batches;
+    // Enough for all rays with the batches that a subgroup may take, but no more than may be resident; what is left after
+    // that is dispatched again.
+    lanes = (std::uint64_t(rays) + f.batches - 1) / f.batches;
+    if (f.batches == std::numeric_limits<std::uint32_t>::max()) lanes = rays;
+    lanes = std::min<std::uint64_t>(lanes, std::max(f.resident_lanes, f.workgroup));
   }
   return std::uint32_t(std::min<std::uint64_t>((lanes + f.workgroup - 1) / f.workgroup, gpu_.info().max_group_count_x));
 }

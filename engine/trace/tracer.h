@@ -16,7 +16,7 @@ struct Query {
   Want want = Want::Nearest;
   std::string method{kDefaultMethod};
   std::string numeric{kDefaultNumeric};
-  Knobs knobs;
+  Knobs knobs = {};
 };
 
 struct TraceTimes {

@@ -23,7 +23,6 @@ const Row kRows[] = {
      [](const Method&, Formulation& f) {
        f.subgroup_barrier = false;
        f.select_minmax = true;  // measured in shaders/lib/box.glsl
-       f.packet_stack = PacketStack::Lanes;
        f.cooperative = true;
      }},
 };
@@ -65,6 +64,7 @@ Formulation formulation_for(const Method& method, const DeviceInfo& device, cons
   Formulation f;
   f.fetch = wants.fetch;
   f.stack = wants.stack;
+  f.packet_stack = device.shuffle ? PacketStack::Lanes : PacketStack::Shared;
   for (const Row& row : kRows) {
     const std::uint32_t version = device.mesa_version();
     if (row.driver == device.driver_id && version >= row.from && version < row.to) row.tune(method, f);

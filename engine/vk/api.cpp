@@ -32,11 +32,13 @@ void separate_mesa_caches() {
 void load_vulkan() {
   if (get_proc) return;
   separate_mesa_caches();
-  void* loader = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+  const char* given = std::getenv("BALLOT_VULKAN_LOADER");
+  void* loader = dlopen(given ? given : "libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!loader)
     fail(Failure::Device,
-         "no Vulkan loader: libvulkan.so.1 was not found; install it with a driver, on Debian: "
-         "apt install libvulkan1 mesa-vulkan-drivers");
+         "no Vulkan loader: {} was not found; install it with a driver, on Debian: "
+         "apt install libvulkan1 mesa-vulkan-drivers",
+         given ? given : "libvulkan.so.1");
   get_proc = reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(loader, "vkGetInstanceProcAddr"));
   if (!get_proc) fail(Failure::Device, "libvulkan.so.1 has no vkGetInstanceProcAddr; reinstall the Vulkan loader");
 #define BALLOT_VK_LOAD(f) f = reinterpret_cast<PFN_##f>(get_proc(nullptr, #f));
@@ -77,7 +79,7 @@ const char* result_name(VkResult result) {
     BALLOT_NAME(VK_ERROR_INVALID_SHADER_NV)
 #undef BALLOT_NAME
     default:
-      return "an unknown VkResult";
+      return "a VkResult without a name here";
   }
 }
 

@@ -23,17 +23,29 @@ void check_limits(const DeviceInfo& d, const std::string& name, std::uint64_t by
   if (bytes > d.max_allocation) refuse("maxMemoryAllocationSize", d.max_allocation);
 }
 
-/// A host-visible buffer for one transfer.
+/// The host-visible buffer that every transfer of a context goes through.
 struct Staging {
   Context& gpu;
   VkBuffer buffer = VK_NULL_HANDLE;
   VkDeviceMemory memory = VK_NULL_HANDLE;
   std::byte* mapped = nullptr;
 
-  Staging(Context& context, std::uint64_t bytes) : gpu(context) {
+  explicit Staging(Context& context) : gpu(context) {
+    try {
+      allocate();
+    } catch (...) {
+      destroy();
+      throw;
+    }
+  }
+  ~Staging() { destroy(); }
+  Staging(const Staging&) = delete;
+  Staging& operator=(const Staging&) = delete;
+
+  void allocate() {
     VkBufferCreateInfo create{};
     create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-    create.size = bytes;
+    create.size = kStagingBytes;
     create.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
     vk_check(vkCreateBuffer(gpu.device(), &create, nullptr, &buffer), "creating buffer", "staging");
     VkMemoryRequirements needs;
@@ -51,12 +63,10 @@ struct Staging {
     mapped = static_cast<std::byte*>(pointer);
     gpu.name(VK_OBJECT_TYPE_BUFFER, std::uint64_t(buffer), "staging");
   }
-  ~Staging() {
+  void destroy() {
     vkDestroyBuffer(gpu.device(), buffer, nullptr);
     vkFreeMemory(gpu.device(), memory, nullptr);
   }
-  Staging(const Staging&) = delete;
-  Staging& operator=(const Staging&) = delete;
 };
 
 }  // namespace
@@ -160,7 +170,8 @@ void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint
     if (to) std::memcpy(to, mapped_ + offset, bytes);
     return;
   }
-  Staging staging(*gpu_, std::min(bytes, kStagingBytes));
+  if (!gpu_->staging()) gpu_->staging() = std::make_shared<Staging>(*gpu_);
+  const Staging& staging = *static_cast<Staging*>(gpu_->staging().get());
   for (std::uint64_t done = 0; done < bytes; done += kStagingBytes) {
     const std::uint64_t part = std::min(bytes - done, kStagingBytes);
     if (from) std::memcpy(staging.mapped, static_cast<const std::byte*>(from) + done, part);

@@ -120,6 +120,7 @@ Context::~Context() { destroy(); }
 void Context::destroy() {
   if (device_) {
     vkQueueWaitIdle(queue_);
+    staging_.reset();
     vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);
     vkDestroyQueryPool(device_, queries_, nullptr);
     vkDestroyFence(device_, fence_, nullptr);
@@ -207,6 +208,14 @@ void Context::submit(const std::string& what, const std::function<void(VkCommand
     vkCmdWriteTimestamp(buffer_, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, queries_, 0);
   }
   record(buffer_);
+  // Whatever it wrote is there for the host and for the next submission; a fence alone promises neither.
+  VkMemoryBarrier barrier{};
+  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+  barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
+  barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
+  vkCmdPipelineBarrier(buffer_, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                       VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, nullptr, 0,
+                       nullptr);
   if (queries_) vkCmdWriteTimestamp(buffer_, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries_, 1);
   vk_check(vkEndCommandBuffer(buffer_), "recording", what.c_str());
   VkSubmitInfo submit{};
@@ -222,7 +231,8 @@ void Context::submit(const std::string& what, const std::function<void(VkCommand
   std::uint64_t ticks[2] = {};
   vk_check(vkGetQueryPoolResults(device_, queries_, 0, 2, sizeof ticks, ticks, sizeof ticks[0], VK_QUERY_RESULT_64_BIT),
            "reading the times of", what.c_str());
-  last_ms_ = double(ticks[1] - ticks[0]) * info_.timestamp_ns * 1e-6;
+  const std::uint64_t mask = info_.timestamp_bits >= 64 ? ~0ull : (1ull << info_.timestamp_bits) - 1;
+  last_ms_ = double((ticks[1] - ticks[0]) & mask) * info_.timestamp_ns * 1e-6;
 }
 
 std::uint32_t Context::memory_type(std::uint32_t bits, VkMemoryPropertyFlags wanted,

@@ -28,6 +28,7 @@ struct DeviceInfo {
   std::uint64_t max_texels = 0;         // elements of a texel buffer
   std::uint64_t max_allocation = 0;     // bytes
   std::uint32_t shared_bytes = 0;
+  std::uint32_t timestamp_bits = 0;
   double timestamp_ns = 0;                            // per tick; 0: no timestamps
   bool size_control = false, full_subgroups = false;  // VK_EXT_subgroup_size_control
   bool uniform_flow = false;                          // VK_KHR_shader_subgroup_uniform_control_flow
@@ -84,6 +85,9 @@ class Context {
   /// Warnings and errors of the validation layers so far; the messages are also printed to standard error.
   const std::vector<std::string>& messages() const { return messages_; }
 
+  /// Where the buffers keep what they copy through; made on first use.
+  std::shared_ptr<void>& staging() { return staging_; }
+
   void save_pipeline_cache();  // when pipelines were made; failure to write is ignored
 
  private:
@@ -107,6 +111,7 @@ class Context {
   VkFence fence_ = VK_NULL_HANDLE;
   VkQueryPool queries_ = VK_NULL_HANDLE;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
+  std::shared_ptr<void> staging_;
   double last_ms_ = 0;
 };
 

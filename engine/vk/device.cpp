@@ -9,20 +9,6 @@ namespace ballot {
 
 namespace {
 
-struct Properties {
-  VkPhysicalDeviceProperties2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, nullptr, {}};
-  VkPhysicalDeviceVulkan11Properties v11{};
-  VkPhysicalDeviceVulkan12Properties v12{};
-  VkPhysicalDeviceSubgroupSizeControlPropertiesEXT size_control{};
-};
-
-struct Features {
-  VkPhysicalDeviceFeatures2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, nullptr, {}};
-  VkPhysicalDeviceVulkan12Features v12{};
-  VkPhysicalDeviceSubgroupSizeControlFeaturesEXT size_control{};
-  VkPhysicalDeviceShaderSubgroupUniformControlFlowFeaturesKHR uniform_flow{};
-};
-
 bool has_extension(const std::vector<VkExtensionProperties>& all, const char* name) {
   for (const auto& e : all)
     if (!std::strcmp(e.extensionName, name)) return true;
@@ -37,10 +23,18 @@ std::vector<VkExtensionProperties> extensions_of(VkPhysicalDevice device) {
   return all;
 }
 
+std::vector<VkQueueFamilyProperties> queue_families(VkPhysicalDevice device) {
+  std::uint32_t count = 0;
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
+  std::vector<VkQueueFamilyProperties> families(count);
+  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
+  return families;
+}
+
 struct Requirement {
   const char* what;
   const char* why;
-  bool (*met)(const Properties&, const Features&);
+  bool (*met)(const DeviceProperties&, const DeviceFeatures&);
 };
 
 constexpr VkSubgroupFeatureFlags kVotes =
@@ -49,18 +43,20 @@ constexpr VkSubgroupFeatureFlags kVotes =
 // What Ballot cannot do without: one line each, its reason is the refusal's text.
 constexpr Requirement kRequirements[] = {
     {"scalarBlockLayout", "shaders/shared/layout.h packs records without padding",
-     [](const Properties&, const Features& f) { return f.v12.scalarBlockLayout == VK_TRUE; }},
+     [](const DeviceProperties&, const DeviceFeatures& f) { return f.v12.scalarBlockLayout == VK_TRUE; }},
     {"subgroup operations basic, vote and ballot in compute",
      "the lanes of a subgroup vote on their way through the tree",
-     [](const Properties& p, const Features&) {
+     [](const DeviceProperties& p, const DeviceFeatures&) {
        return (p.v11.subgroupSupportedOperations & kVotes) == kVotes &&
               (p.v11.subgroupSupportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0;
      }},
     {"a subgroup of 4 to 128 lanes", "packets and votes are sized for these",
-     [](const Properties& p, const Features&) { return p.v11.subgroupSize >= 4 && p.v11.subgroupSize <= 128; }},
+     [](const DeviceProperties& p, const DeviceFeatures&) {
+       return p.v11.subgroupSize >= 4 && p.v11.subgroupSize <= 128;
+     }},
 };
 
-void read_limits(DeviceInfo& info, const Properties& p) {
+void read_limits(DeviceInfo& info, const DeviceProperties& p) {
   const VkPhysicalDeviceLimits& limits = p.core.properties.limits;
   info.max_group_invocations = limits.maxComputeWorkGroupInvocations;
   info.max_group_size_x = limits.maxComputeWorkGroupSize[0];
@@ -72,7 +68,8 @@ void read_limits(DeviceInfo& info, const Properties& p) {
   info.timestamp_ns = limits.timestampComputeAndGraphics ? double(limits.timestampPeriod) : 0;
 }
 
-void read_subgroups(DeviceInfo& info, const Properties& p, const Features& f, bool size_control, bool uniform_flow) {
+void read_subgroups(DeviceInfo& info, const DeviceProperties& p, const DeviceFeatures& f, bool size_control,
+                    bool uniform_flow) {
   info.subgroup_size = info.min_subgroup_size = info.max_subgroup_size = p.v11.subgroupSize;
   info.size_control = size_control && f.size_control.subgroupSizeControl &&
                       (p.size_control.requiredSubgroupSizeStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0;
@@ -106,8 +103,8 @@ DeviceInfo read_device(VkPhysicalDevice device) {
   const auto extensions = extensions_of(device);
   const bool size_control = has_extension(extensions, VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME);
   const bool uniform_flow = has_extension(extensions, VK_KHR_SHADER_SUBGROUP_UNIFORM_CONTROL_FLOW_EXTENSION_NAME);
-  Properties p;
-  Features f;
+  DeviceProperties p;
+  DeviceFeatures f;
   p.v11.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES;
   p.v12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES;
   p.size_control.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_PROPERTIES_EXT;
@@ -124,9 +121,7 @@ DeviceInfo read_device(VkPhysicalDevice device) {
   info.driver_version = p.core.properties.driverVersion;
   std::memcpy(info.pipeline_cache_uuid, p.core.properties.pipelineCacheUUID, VK_UUID_SIZE);
   if (info.api_version < VK_API_VERSION_1_2) {
-    info.refusals.push_back(fmt::format("it offers Vulkan {}.{}, Ballot needs 1.2",
-                                        VK_API_VERSION_MAJOR(info.api_version),
-                                        VK_API_VERSION_MINOR(info.api_version)));
+    info.refusals = refusals_of(p, f);
     return info;
   }
   p.core.pNext = &p.v11;
@@ -142,9 +137,11 @@ DeviceInfo read_device(VkPhysicalDevice device) {
   info.driver_id = p.v12.driverID;
   read_limits(info, p);
   read_subgroups(info, p, f, size_control, uniform_flow);
-  for (const Requirement& r : kRequirements)
-    if (!r.met(p, f)) info.refusals.push_back(fmt::format("it lacks {} ({})", r.what, r.why));
-  if (compute_family(device) < 0) info.refusals.push_back("it has no queue that computes");
+  info.refusals = refusals_of(p, f);
+  const int family = compute_family(device);
+  if (family < 0) info.refusals.push_back("it has no queue that computes");
+  if (family >= 0) info.timestamp_bits = queue_families(device)[std::size_t(family)].timestampValidBits;
+  if (info.timestamp_bits == 0) info.timestamp_ns = 0;
   name_lacks(info);
   return info;
 }
@@ -184,6 +181,17 @@ bool matches(const DeviceInfo& d, std::size_t index, std::string_view wanted) {
 
 }  // namespace
 
+std::vector<std::string> refusals_of(const DeviceProperties& p, const DeviceFeatures& f) {
+  const std::uint32_t version = p.core.properties.apiVersion;
+  if (version < VK_API_VERSION_1_2)  // nothing else can be asked
+    return {fmt::format("it offers Vulkan {}.{}, Ballot needs 1.2", VK_API_VERSION_MAJOR(version),
+                        VK_API_VERSION_MINOR(version))};
+  std::vector<std::string> refusals;
+  for (const Requirement& r : kRequirements)
+    if (!r.met(p, f)) refusals.push_back(fmt::format("it lacks {} ({})", r.what, r.why));
+  return refusals;
+}
+
 std::uint32_t DeviceInfo::mesa_version() const {
   const bool mesa = driver_id == VK_DRIVER_ID_MESA_LLVMPIPE || driver_id == VK_DRIVER_ID_MESA_RADV ||
                     driver_id == VK_DRIVER_ID_INTEL_OPEN_SOURCE_MESA || driver_id == VK_DRIVER_ID_MESA_TURNIP;
@@ -210,10 +218,8 @@ std::vector<PhysicalDevice> physical_devices(VkInstance instance) {
 }
 
 int compute_family(VkPhysicalDevice device) {
-  std::uint32_t count = 0;
-  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
-  std::vector<VkQueueFamilyProperties> families(count);
-  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
+  const auto families = queue_families(device);
+  const auto count = std::uint32_t(families.size());
   for (std::uint32_t i = 0; i < count; ++i)
     if (families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) return int(i);
   return -1;

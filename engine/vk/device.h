@@ -14,6 +14,24 @@ struct PhysicalDevice {
 };
 std::vector<PhysicalDevice> physical_devices(VkInstance instance);
 
+/// What the driver says of a device, and can be made up in tests.
+struct DeviceProperties {
+  VkPhysicalDeviceProperties2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, nullptr, {}};
+  VkPhysicalDeviceVulkan11Properties v11{};
+  VkPhysicalDeviceVulkan12Properties v12{};
+  VkPhysicalDeviceSubgroupSizeControlPropertiesEXT size_control{};
+};
+
+struct DeviceFeatures {
+  VkPhysicalDeviceFeatures2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, nullptr, {}};
+  VkPhysicalDeviceVulkan12Features v12{};
+  VkPhysicalDeviceSubgroupSizeControlFeaturesEXT size_control{};
+  VkPhysicalDeviceShaderSubgroupUniformControlFlowFeaturesKHR uniform_flow{};
+};
+
+/// Why Ballot cannot use such a device: every requirement that it does not meet, with the reason for it.
+std::vector<std::string> refusals_of(const DeviceProperties& properties, const DeviceFeatures& features);
+
 /// The first queue family with compute; -1 if none.
 int compute_family(VkPhysicalDevice device);
 

@@ -29,14 +29,12 @@ struct Slabs {
 
 Slabs make_slabs(Ray ray) {
   vec3 a = abs(ray.dir);
-  float smallest = max(a.x, max(a.y, a.z)) * 8.67e-19;
+  precise float smallest = max(a.x, max(a.y, a.z)) * 8.67e-19;
   vec3 d = mix(ray.dir, mix(vec3(smallest), vec3(-smallest), lessThan(ray.dir, vec3(0.0))), lessThan(a, vec3(smallest)));
   vec3 e = box_padding(ray);
-  Slabs s;
-  s.lo_origin = ray.origin + e;
-  s.hi_origin = ray.origin - e;
-  s.inv = clamp(1.0 / d, vec3(-1e38), vec3(1e38));
-  return s;
+  precise vec3 lo_origin = ray.origin + e, hi_origin = ray.origin - e;
+  precise vec3 inv = clamp(1.0 / d, vec3(-1e38), vec3(1e38));
+  return Slabs(lo_origin, hi_origin, inv);
 }
 
 // The interval of t in which the ray is inside, as [entry, exit], cut to [t_min, t_max]; empty if entry > exit.

@@ -17,18 +17,13 @@ struct RaySpace {
 
 RaySpace make_ray_space(Ray ray) {
   vec3 d = ray.dir, a = abs(d);
-  RaySpace s;
-  if (a.x >= a.y && a.x >= a.z) {
-    float inv = 1.0 / d.x;
-    s = RaySpace(vec3(-d.y / d.x, 1.0, 0.0), vec3(-d.z / d.x, 0.0, 1.0), vec3(inv, 0.0, 0.0));
-  } else if (a.y >= a.z) {
-    float inv = 1.0 / d.y;
-    s = RaySpace(vec3(0.0, -d.z / d.y, 1.0), vec3(1.0, -d.x / d.y, 0.0), vec3(0.0, inv, 0.0));
-  } else {
-    float inv = 1.0 / d.z;
-    s = RaySpace(vec3(1.0, 0.0, -d.x / d.z), vec3(0.0, 1.0, -d.y / d.z), vec3(0.0, 0.0, inv));
-  }
-  return s;
+  bool x = a.x >= a.y && a.x >= a.z, y = !x && a.y >= a.z;
+  precise float inv = 1.0 / (x ? d.x : y ? d.y : d.z);
+  precise float first = -(x ? d.y : y ? d.z : d.x) / (x ? d.x : y ? d.y : d.z);
+  precise float second = -(x ? d.z : y ? d.x : d.y) / (x ? d.x : y ? d.y : d.z);
+  if (x) return RaySpace(vec3(first, 1.0, 0.0), vec3(second, 0.0, 1.0), vec3(inv, 0.0, 0.0));
+  if (y) return RaySpace(vec3(0.0, first, 1.0), vec3(1.0, second, 0.0), vec3(0.0, inv, 0.0));
+  return RaySpace(vec3(1.0, 0.0, first), vec3(0.0, 1.0, second), vec3(0.0, 0.0, inv));
 }
 
 float along(vec3 row, vec3 p) {
@@ -51,7 +46,8 @@ bool hit_triangle(Ray ray, RaySpace space, vec3 v0, vec3 v1, vec3 v2, out float 
   v = e2 * inv;
   float side = max(max(max(abs(ax), abs(ay)), max(abs(bx), abs(by))), max(abs(cx), abs(cy)));
   float extent = max(az, max(bz, cz)) - min(az, min(bz, cz));
-  t_error = side * side * (extent * 8e-7) * abs(inv);
+  precise float error = side * side * (extent * 8e-7) * abs(inv);
+  t_error = error;
   bool inside = min(e0, min(e1, e2)) >= 0.0 || max(e0, max(e1, e2)) <= 0.0;
   return inside && det != 0.0;
 }
@@ -69,7 +65,8 @@ bool hit_triangle(Ray ray, RaySpace space, vec3 v0, vec3 v1, vec3 v2, out float 
 // side), so t, the mean of the vertices' depths weighted by them, by at most 12 w side^2 extent / |det|; 8e-7 > 12 w.
 // Moved vertices (below) and the rounding of t itself are part of the boxes' padding.
 bool settle_t(inout float t, float t_error, vec2 interval) {
-  bool counts = t >= interval.x - t_error && t <= interval.y + t_error;
+  precise float from = interval.x - t_error, to = interval.y + t_error;
+  bool counts = t >= from && t <= to;
   t = max(min(t, interval.y), interval.x);
   return counts;
 }
@@ -85,5 +82,6 @@ bool settle_t(inout float t, float t_error, vec2 interval) {
 vec3 box_padding(Ray ray) {
   vec3 far = max(abs(push.scene_lo - ray.origin), abs(push.scene_hi - ray.origin));
   float m = max(far.x, max(far.y, far.z));
-  return vec3(1.91e-6 * m) + 1.25e-7 * abs(ray.origin);
+  precise vec3 e = vec3(1.91e-6 * m) + 1.25e-7 * abs(ray.origin);
+  return e;
 }

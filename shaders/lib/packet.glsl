@@ -9,6 +9,8 @@
 #define PACKET_BARRIER() subgroupMemoryBarrierShared()
 #endif
 
+bool packet_truncated;  // the driver left a loop of a vote early: nothing that followed can be trusted
+
 // The stack: child references, END_OF_TREE at the bottom; STACK_SIZE as in lib/walk.glsl.
 #if BALLOT_PACKET_STACK == PACKET_STACK_LANES
 // Entry i lies in lane i % SUBGROUP_SIZE, word i / SUBGROUP_SIZE.
@@ -29,13 +31,17 @@ uint packet_pop() {
 #else
 shared uint packet_stacks[STACK_SIZE * GROUP_SUBGROUPS];
 uint packet_top;
-// Every lane writes the same value to the same place, so every lane may read it back without a barrier.
-void packet_push(uint node) { packet_stacks[gl_SubgroupID * STACK_SIZE + packet_top++] = node; }
+void packet_push(uint node) {
+  if (subgroupElect()) packet_stacks[gl_SubgroupID * STACK_SIZE + packet_top] = node;
+  ++packet_top;
+  PACKET_BARRIER();
+}
 uint packet_pop() { return packet_stacks[gl_SubgroupID * STACK_SIZE + --packet_top]; }
 #endif
 
 void packet_begin() {
   packet_top = 0u;
+  packet_truncated = false;
   packet_push(END_OF_TREE);
 }
 
@@ -61,12 +67,14 @@ shared uint vote_sums[gl_WorkGroupSize.x];
 // Adds up two counts, 16 bits each, over the subgroup in log2(subgroup size) rounds.
 uint packet_sum(uint mine) {
   uint base = gl_SubgroupID * gl_SubgroupSize, lane = gl_SubgroupInvocationID;
-  for (uint step = gl_SubgroupSize / 2u; step > 0u; step /= 2u) {
+  uint step = gl_SubgroupSize / 2u;
+  for (; step > 0u; step /= 2u) {
     vote_sums[base + lane] = mine;
     PACKET_BARRIER();
     mine += vote_sums[base + (lane ^ step)];
     PACKET_BARRIER();
   }
+  packet_truncated = packet_truncated || step > 0u;
   return mine;
 }
 #endif

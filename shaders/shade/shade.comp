@@ -5,8 +5,8 @@
 #include "../shared/render.h"
 #include "../lib/film.glsl"
 
-#if !defined(BALLOT_SHADING) || !defined(BALLOT_HAS_NORMALS)
-#error a shading variant must give BALLOT_SHADING and BALLOT_HAS_NORMALS (engine/render/renderer.cpp)
+#if !defined(BALLOT_SHADING) || !defined(BALLOT_HAS_NORMALS) || !defined(BALLOT_HAS_EMISSION)
+#error a shading variant must give BALLOT_SHADING, BALLOT_HAS_NORMALS, BALLOT_HAS_EMISSION (engine/render/renderer.cpp)
 #endif
 
 layout(local_size_x = 64) in;
@@ -54,7 +54,10 @@ void main() {
     p.color = n * 0.5 + 0.5;
 #else
     GpuMaterial m = materials[texelFetch(triangles, int(hit.prim * 3u)).w];
-    p.color = m.base_color * abs(dot(n, normalize(ray.dir))) + m.emissive;
+    p.color = m.base_color * abs(dot(n, normalize(ray.dir)));
+#if BALLOT_HAS_EMISSION
+    p.color += m.emissive;
+#endif
 #endif
     p.alpha = 1.0;
     p.z = hit.t * length(ray.dir);

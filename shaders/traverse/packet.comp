@@ -44,6 +44,7 @@ uint traverse(inout Walker w, bool live, uint node) {
 #endif
     }
   }
+  w.truncated = w.truncated || packet_truncated;
   return node;
 }
 

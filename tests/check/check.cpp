@@ -7,6 +7,7 @@
 #include <map>
 #include <random>
 
+#include "engine/core/morton.h"
 #include "tests/device/harness.h"
 
 namespace {
@@ -45,12 +46,6 @@ Args parse(int argc, char** argv) {
   if (args.scenes.empty())
     fail(Failure::Arguments, "usage: ballot_check SCENE… [--rays N] [--device D] [--validate] [--quick]");
   return args;
-}
-
-std::uint32_t even_bits(std::uint32_t x) {
-  std::uint32_t bits = 0;
-  for (std::uint32_t i = 0; i < 16; ++i) bits |= (x >> (2 * i) & 1u) << i;
-  return bits;
 }
 
 std::vector<Ray> primary_rays(const Scene& scene, std::size_t count) {

@@ -92,6 +92,12 @@ TEST_F(Devices, WithoutADriverEveryCommandNamesTheRemedy) {
   for (const Words& command : commands) refuse(3, {"Vulkan", "apt install mesa-vulkan-drivers"}, command, none);
 }
 
+TEST_F(Devices, WithoutALoaderTheTextNamesIt) {
+  const Environment none{{"BALLOT_VULKAN_LOADER", "libvulkan-absent.so"}};
+  refuse(3, {"no Vulkan loader: libvulkan-absent.so was not found", "apt install libvulkan1 mesa-vulkan-drivers"},
+         {"info"}, none);
+}
+
 TEST_F(Devices, ShadersNeedNoDriver) {
   const Environment none{{"VK_DRIVER_FILES", "/nonexistent/driver.json"},
                          {"VK_ICD_FILENAMES", "/nonexistent/driver.json"}};

@@ -61,7 +61,7 @@ TEST_F(CoreFiles, BytesComeBack) {
 
 TEST_F(CoreFiles, ReadErrorsNameFileAndReason) {
   EXPECT_EQ(error_of([&] { read_file(folder_ / "none"); }),
-            "cannot read " + (folder_ / "none").string() + ": No such file or directory");
+            "cannot read " + (folder_ / "none").string() + ": No such file or directory; check the path");
   EXPECT_EQ(error_of([&] { read_file(folder_); }), "cannot read " + folder_.string() + ": it is a folder");
 }
 

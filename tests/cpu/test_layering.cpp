@@ -57,7 +57,8 @@ TEST(Layering, SceneAndBvhKnowNoVulkan) {
 TEST(Layering, ToolsSeeThePublicHeaderOnly) {
   for (const fs::path& file : sources("tools"))
     for (const std::string& line : includes(file))
-      EXPECT_TRUE(line.find("\"engine/") == std::string::npos || line == "#include \"engine/ballot.h\"") << file << ": " << line;
+      EXPECT_TRUE(line.find("\"engine/") == std::string::npos || line == "#include \"engine/ballot.h\"")
+          << file << ": " << line;
 }
 
 TEST(Layering, FilesStayReadable) {

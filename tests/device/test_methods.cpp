@@ -94,6 +94,46 @@ TEST_P(Methods, AnswersDoNotDependOnFormulationSizeOrOrder) {
   expect_silent(*gpu_);
 }
 
+// The same for every vote, for any-hit and for the other numeric modes, held to the oracle, at every size and launch.
+TEST_F(Methods, EveryMethodIsRightAtEverySize) {
+  const auto t = make(*gpu_, shapes::soup(2000, 0.15f));
+  const auto rays = shapes::random_rays(1003);
+  const auto truth = t->oracle->nearest(rays);
+  std::vector<Knobs> knobs = every_size(gpu_->info());
+  knobs.push_back({{"launch", "persistent"}, {"batches", "3"}});
+  knobs.push_back({{"packet_stack", "shared"}});
+  for (const NumericMode& mode : kNumericModes)
+    for (const Want want : {Want::Nearest, Want::Any})
+      for (Query q : every_method(want, mode.name))
+        for (const Knobs& k : knobs) {
+          q.knobs.insert(k.begin(), k.end());
+          const auto hits = trace(*t, rays, q);
+          const Judgement j = t->oracle->judge(rays, hits, truth, want, arithmetic_of(mode.name));
+          EXPECT_EQ(j.errors(), 0u) << t->tracer->variant(q).name();
+          for (const auto& [name, value] : k) q.knobs.erase(name);
+        }
+  expect_silent(*gpu_);
+}
+
+// What the tree looks like changes which leaf clamps t, by no more than float32's rounding, and never what is hit.
+TEST_F(Methods, OtherTreesHitTheSame) {
+  const auto base = make(*gpu_, shapes::soup(3000, 0.3f));
+  const auto rays = shapes::random_rays(20000);
+  const Query q{};
+  const auto first = trace(*base, rays, q);
+  for (const BuildSettings& settings :
+       {BuildSettings{.split_budget = 0}, BuildSettings{.max_leaf = 1}, BuildSettings{.split_budget = 4}}) {
+    const auto other = make(*gpu_, base->triangles, settings);
+    const auto hits = trace(*other, rays, q);
+    std::size_t prims = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      prims += hits[i].prim != first[i].prim;
+      EXPECT_NEAR(hits[i].t, first[i].t, std::abs(first[i].t) * 1e-5f);
+    }
+    EXPECT_EQ(prims, 0u);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes, Methods, testing::ValuesIn(kScenes), [](const auto& p) { return p.param.name; });
 
 struct ClosedMesh {
@@ -157,6 +197,11 @@ TEST_F(Methods, WalksThatADriverCutsShortAreFinished) {
   for (const Query& q : every_method(Want::Nearest, "watertight")) {
     std::vector<Hit> hits(rays.size());
     retraced += t->tracer->trace(rays, hits, q).retraced;
+    EXPECT_EQ(t->oracle->judge(rays, hits, truth, q.want).errors(), 0u) << q.method;
+  }
+  for (const Query& q : every_method(Want::Any, "watertight")) {
+    std::vector<Hit> hits(rays.size());
+    t->tracer->trace(rays, hits, q);
     EXPECT_EQ(t->oracle->judge(rays, hits, truth, q.want).errors(), 0u) << q.method;
   }
   const bool cuts = gpu_->info().driver_id == VK_DRIVER_ID_MESA_LLVMPIPE && gpu_->info().mesa_version() < 230000;

@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "tests/images/pictures.h"
 #include "tests/cpu/needs.h"
+#include "tests/images/pictures.h"
 
 namespace ballot::test {
 namespace {

@@ -126,10 +126,11 @@ TEST(Shading, ACornerNormalOfZeroFallsBackToTheFace) {
 TEST(Shading, CodeAndBindingsOnlyForWhatIsThere) {
   Context gpu({.device = "", .validate = true});
   const auto kernel = [&](int shading, int normals) {
-    return KernelSource{.name = "shade",
-                        .file = "shade/shade.comp",
-                        .defines = {{"BALLOT_SHADING", shading}, {"BALLOT_HAS_NORMALS", normals}},
-                        .constants = {}};
+    return KernelSource{
+        .name = "shade",
+        .file = "shade/shade.comp",
+        .defines = {{"BALLOT_SHADING", shading}, {"BALLOT_HAS_NORMALS", normals}, {"BALLOT_HAS_EMISSION", 0}},
+        .constants = {}};
   };
   const Kernel flat(gpu, kernel(SHADING_EYELIGHT, 0)), smooth(gpu, kernel(SHADING_EYELIGHT, 1));
   const Kernel colours(gpu, kernel(SHADING_NORMALS, 0));

@@ -15,17 +15,12 @@
 #include <thread>
 
 #include "engine/ballot.h"
+#include "engine/core/morton.h"
 
 namespace {
 
 using namespace ballot;
 using Clock = std::chrono::steady_clock;
-
-std::uint32_t even_bits(std::uint32_t x) {
-  std::uint32_t bits = 0;
-  for (std::uint32_t i = 0; i < 16; ++i) bits |= (x >> (2 * i) & 1u) << i;
-  return bits;
-}
 
 std::vector<Ray> primary_rays(const View& view, std::uint32_t size) {
   const glm::dmat4& m = view.world_from_camera;

@@ -1,0 +1,57 @@
+// Devices that lack something are refused, each lack with its reason; no device is needed.
+#include <gtest/gtest.h>
+
+#include "engine/vk/device.h"
+
+namespace ballot {
+namespace {
+
+struct Made {
+  DeviceProperties properties;
+  DeviceFeatures features;
+};
+
+/// Just enough of a device.
+Made sufficient() {
+  Made m;
+  m.properties.core.properties.apiVersion = VK_API_VERSION_1_2;
+  m.properties.v11.subgroupSize = 32;
+  m.properties.v11.subgroupSupportedStages = VK_SHADER_STAGE_COMPUTE_BIT;
+  m.properties.v11.subgroupSupportedOperations =
+      VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_VOTE_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
+  m.features.v12.scalarBlockLayout = VK_TRUE;
+  return m;
+}
+
+std::vector<std::string> refusals(const Made& m) { return refusals_of(m.properties, m.features); }
+
+TEST(Requirements, ASufficientDeviceIsTaken) { EXPECT_TRUE(refusals(sufficient()).empty()); }
+
+TEST(Requirements, AnOldVersionIsRefused) {
+  Made m = sufficient();
+  m.properties.core.properties.apiVersion = VK_API_VERSION_1_1;
+  EXPECT_EQ(refusals(m), std::vector<std::string>{"it offers Vulkan 1.1, Ballot needs 1.2"});
+}
+
+TEST(Requirements, EveryLackIsListedWithItsReason) {
+  Made m = sufficient();
+  m.features.v12.scalarBlockLayout = VK_FALSE;
+  m.properties.v11.subgroupSupportedOperations &= ~std::uint32_t(VK_SUBGROUP_FEATURE_BALLOT_BIT);
+  m.properties.v11.subgroupSize = 1;
+  const auto all = refusals(m);
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0], "it lacks scalarBlockLayout (shaders/shared/layout.h packs records without padding)");
+  EXPECT_EQ(all[1],
+            "it lacks subgroup operations basic, vote and ballot in compute (the lanes of a subgroup vote on their way "
+            "through the tree)");
+  EXPECT_EQ(all[2], "it lacks a subgroup of 4 to 128 lanes (packets and votes are sized for these)");
+}
+
+TEST(Requirements, VotesMustWorkInCompute) {
+  Made m = sufficient();
+  m.properties.v11.subgroupSupportedStages = VK_SHADER_STAGE_FRAGMENT_BIT;
+  EXPECT_EQ(refusals(m).size(), 1u);
+}
+
+}  // namespace
+}  // namespace ballot
