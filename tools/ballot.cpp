@@ -21,12 +21,14 @@ void check_command(CLI::App& app, std::string_view word) {
 /// What is wrong with the words of the command line, in a sentence without its end.
 std::string in_words(const CLI::ParseError& error) {
   const std::string text = error.what();
-  const std::string name = error.get_name();
-  if (name == "RequiredError" && text.ends_with(" is required")) return "missing " + text.substr(0, text.size() - 12);
-  if (name == "ExtrasError") return "does not know" + text.substr(text.find(':') + 1);
-  if (name == "ConversionError") return "a value is not of the right kind: " + text;
-  if (name == "ArgumentMismatch") return "a value is missing or too many: " + text;
-  return text;
+  switch (CLI::ExitCodes(error.get_exit_code())) {
+    case CLI::ExitCodes::RequiredError:
+      return text.starts_with("A subcommand") ? "no command given" : "missing " + text.substr(0, text.find(" is required"));
+    case CLI::ExitCodes::ExtrasError: return "does not know the words (last first)" + text.substr(text.find(':') + 1);
+    case CLI::ExitCodes::ConversionError: return "a value is not of the right kind" + text.substr(text.find(':'));
+    case CLI::ExitCodes::ArgumentMismatch: return text.substr(0, text.find(':')) + " needs a value";
+    default: return text;
+  }
 }
 
 int run(int argc, char** argv) {

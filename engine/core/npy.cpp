@@ -156,7 +156,7 @@ class HeaderParser {
 class NpyFile {
  public:
   explicit NpyFile(const fs::path& path) : path_(path), file_(std::fopen(path.c_str(), "rbe"), &std::fclose) {
-    if (!file_) stop(std::generic_category().message(errno));
+    if (!file_) stop(std::generic_category().message(errno) + "; check the path");
     struct stat info {};
     if (::fstat(::fileno(file_.get()), &info) != 0) stop(std::generic_category().message(errno));
     if (S_ISDIR(info.st_mode)) stop("it is a folder");
