@@ -52,14 +52,14 @@ TEST_F(Help, SplitBudgetsRangeIsTheEnginesOwn) {
 }
 
 TEST_F(Help, UnknownWords) {
-  refuse(2, {"subcommand", "--help"}, {});
+  refuse(2, {"no command given", "render", "--help"}, {});
   refuse(2, {"'bake'", "info", "render", "trace"}, {"bake"});
-  refuse(2, {"--colour"}, {"info", "--colour"});
+  refuse(2, {"does not know the words", "--colour"}, {"info", "--colour"});
   refuse(2, {"more.glb"}, {"info", "square.glb", "more.glb"});
-  refuse(2, {"SCENE"}, {"render"});
-  refuse(2, {"--rays"}, {"trace", "square.glb"});
-  refuse(2, {"--out"}, {"trace", "square.glb", "--rays", "rays.npy"});
-  refuse(2, {"--method"}, {"render", "square.glb", "--method"});
+  refuse(2, {"missing SCENE"}, {"render"});
+  refuse(2, {"missing --rays"}, {"trace", "square.glb"});
+  refuse(2, {"missing --out"}, {"trace", "square.glb", "--rays", "rays.npy"});
+  refuse(2, {"--method needs a value"}, {"render", "square.glb", "--method"});
 }
 
 }  // namespace
