@@ -23,11 +23,16 @@ std::string in_words(const CLI::ParseError& error) {
   const std::string text = error.what();
   switch (CLI::ExitCodes(error.get_exit_code())) {
     case CLI::ExitCodes::RequiredError:
-      return text.starts_with("A subcommand") ? "no command given" : "missing " + text.substr(0, text.find(" is required"));
-    case CLI::ExitCodes::ExtrasError: return "does not know the words (last first)" + text.substr(text.find(':') + 1);
-    case CLI::ExitCodes::ConversionError: return "a value is not of the right kind" + text.substr(text.find(':'));
-    case CLI::ExitCodes::ArgumentMismatch: return text.substr(0, text.find(':')) + " needs a value";
-    default: return text;
+      return text.starts_with("A subcommand") ? "no command given"
+                                              : "missing " + text.substr(0, text.find(" is required"));
+    case CLI::ExitCodes::ExtrasError:
+      return "does not know the words (last first)" + text.substr(text.find(':') + 1);
+    case CLI::ExitCodes::ConversionError:
+      return "a value is not of the right kind" + text.substr(text.find(':'));
+    case CLI::ExitCodes::ArgumentMismatch:
+      return text.substr(0, text.find(':')) + " needs a value";
+    default:
+      return text;
   }
 }
 

@@ -31,6 +31,17 @@ std::vector<DeviceInfo> imagined_devices() {
   return {gpu, plain, cpu};
 }
 
+/// Every vote that a method takes, with both launches.
+std::vector<Knobs> knobs_of(const Method& method) {
+  std::vector<Knobs> all;
+  for (const char* launch : {"plain", "persistent"}) {
+    for (const Vote vote : {Vote::Any, Vote::Count, Vote::Sum})
+      if (method.takes(vote)) all.push_back({{"launch", launch}, {"vote", std::string(vote_name(vote))}});
+    if (!method.packet()) all.push_back({{"launch", launch}});
+  }
+  return all;
+}
+
 int run(const Args& args) {
   nlohmann::json json = nlohmann::json::array();
   std::size_t count = 0;
@@ -39,19 +50,16 @@ int run(const Args& args) {
     for (const Method& method : kMethods)
       for (const NumericMode& numeric : kNumericModes)
         for (const Want want : {Want::Nearest, Want::Any})
-          for (const char* vote : {"any", "count", "sum"})
-            for (const char* launch : {"plain", "persistent"}) {
-              if (!method.packet && std::string_view(vote) != "any") continue;
-              const Variant v{&method, &numeric, want,
-                              formulation_for(method, device, {{"vote", vote}, {"launch", launch}})};
-              const KernelSource source = kernel_source(v, device, 32);
-              const Spirv spirv = compile_shader(source.file, source.defines, !args.fresh);
-              reflect(spirv.words, source.name);
-              fmt::print("{:8.1f} ms {:7} bytes  {}\n", spirv.ms, spirv.words.size() * 4, source.name);
-              json.push_back({{"name", source.name}, {"ms", spirv.ms}, {"bytes", spirv.words.size() * 4}});
-              total_ms += spirv.ms;
-              ++count;
-            }
+          for (const Knobs& knobs : knobs_of(method)) {
+            const Variant v{&method, &numeric, want, formulation_for(method, device, knobs)};
+            const KernelSource source = kernel_source(v, device, 32);
+            const Spirv spirv = compile_shader(source.file, source.defines, !args.fresh);
+            reflect(spirv.words, source.name);
+            fmt::print("{:8.1f} ms {:7} bytes  {}\n", spirv.ms, spirv.words.size() * 4, source.name);
+            json.push_back({{"name", source.name}, {"ms", spirv.ms}, {"bytes", spirv.words.size() * 4}});
+            total_ms += spirv.ms;
+            ++count;
+          }
   fmt::print("{} variants, {:.1f} ms{}\n", count, total_ms, args.fresh ? "" : " (through the cache)");
   write_json(args.json, json);
   return 0;
