@@ -99,6 +99,10 @@ class Engine {
   /// Error(Arguments) if the batch has no frame.
   FrameTimes frame(RayBatch& batch, Query query) { return batches_->frame(batch, std::move(query)); }
 
+  /// Traces a batch by the instrumented variant of the query's kernel and sums up what it counted; the hits are as those
+  /// of trace(). Throws as trace() does, and Error(Work) if the device has no room for the counters.
+  Counters count(RayBatch& batch, Query query) { return batches_->count(batch, std::move(query)); }
+
   /// What the validation layers said, if asked for.
   const std::vector<std::string>& messages() const { return gpu_.messages(); }
 

@@ -87,6 +87,25 @@ TraceTimes Batches::trace(RayBatch& batch, Query query) {
   return times;
 }
 
+Counters Batches::count(RayBatch& batch, Query query) {
+  query.want = batch.want_;
+  Counters counters;
+  counters.subgroup = tracer_.variant(query).how.subgroup;
+  const std::size_t most = gpu_.info().max_storage_range / sizeof(RayStats);
+  for (Chunk& c : batch.chunks_) {
+    if (c.count > most)
+      fail(Failure::Work, "counters of {} rays need a buffer of {:.1f} MiB, but {} binds {:.1f}: count fewer rays", c.count,
+           double(c.count) * sizeof(RayStats) / (1 << 20), gpu_.info().name,
+           double(gpu_.info().max_storage_range) / (1 << 20));
+    Buffer<RayStats> stats(gpu_, c.count, Access::Storage, "counters");
+    tracer_.trace_counted(c.rays, c.hits, c.count, query, stats);
+    std::vector<RayStats> records(c.count);
+    stats.download(std::span(records));
+    counters.add(records);
+  }
+  return counters;
+}
+
 FrameTimes Batches::frame(RayBatch& batch, Query query) {
   if (!batch.frame_)
     fail(Failure::Arguments, "rays '{}' have no frame: no camera made them; trace them instead", batch.name_);

@@ -9,6 +9,7 @@
 
 #include "engine/render/ray_kinds.h"
 #include "engine/render/scene_data.h"
+#include "engine/trace/counters.h"
 #include "engine/trace/tracer.h"
 
 namespace ballot {
@@ -74,6 +75,7 @@ class Batches {
   std::unique_ptr<RayBatch> make(std::string name, std::span<const Ray> rays, Want want);
   TraceTimes trace(RayBatch& batch, Query query);
   FrameTimes frame(RayBatch& batch, Query query);
+  Counters count(RayBatch& batch, Query query);
 
  private:
   using Chunk = RayBatch::Chunk;
