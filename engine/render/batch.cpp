@@ -94,8 +94,8 @@ Counters Batches::count(RayBatch& batch, Query query) {
   const std::size_t most = gpu_.info().max_storage_range / sizeof(RayStats);
   for (Chunk& c : batch.chunks_) {
     if (c.count > most)
-      fail(Failure::Work, "counters of {} rays need a buffer of {:.1f} MiB, but {} binds {:.1f}: count fewer rays", c.count,
-           double(c.count) * sizeof(RayStats) / (1 << 20), gpu_.info().name,
+      fail(Failure::Work, "counters of {} rays need a buffer of {:.1f} MiB, but {} binds {:.1f}: count fewer rays",
+           c.count, double(c.count) * sizeof(RayStats) / (1 << 20), gpu_.info().name,
            double(gpu_.info().max_storage_range) / (1 << 20));
     Buffer<RayStats> stats(gpu_, c.count, Access::Storage, "counters");
     tracer_.trace_counted(c.rays, c.hits, c.count, query, stats);

@@ -19,7 +19,8 @@ struct HeatKind {
 };
 inline constexpr HeatKind kHeatKinds[] = {
     {"nodes", false, [](const RayStats& s) { return float(s.nodes); }, "inner nodes that the ray went through"},
-    {"triangles", false, [](const RayStats& s) { return float(s.triangles_tested); }, "triangles that it was tested against"},
+    {"triangles", false, [](const RayStats& s) { return float(s.triangles_tested); },
+     "triangles that it was tested against"},
     {"lanes", true,
      [](const RayStats& s) {
        const std::uint32_t visits = s.nodes_needed + s.leaves_needed;

@@ -105,7 +105,8 @@ Renderer::~Renderer() = default;
 
 Renderer::Passes& Renderer::passes(const RenderOptions& options, std::uint32_t chunk) {
   const bool counts = options.stats || find_shading(options.shading).heat;
-  if (passes_ && passes_->shading == options.shading && passes_->chunk == chunk && counts == (passes_->stats != nullptr))
+  if (passes_ && passes_->shading == options.shading && passes_->chunk == chunk &&
+      counts == (passes_->stats != nullptr))
     return *passes_;
   passes_.reset();
   passes_ = std::make_unique<Passes>(gpu_, chunk, options.shading, counts, features_of(scene_.scene()));

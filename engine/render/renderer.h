@@ -32,8 +32,8 @@ struct RenderOptions {
   std::uint32_t spp = 1;                      // 1: through pixel centres; more: jittered, 1 to 65536
   std::string shading = "eyelight";
   std::string heat = "nodes";  // what shading "heat" shows (heat.h)
-  bool stats = false;          // channels stats.*, traced by the instrumented kernel, whose times say nothing of the method
-  Query query = {};  // want is Nearest
+  bool stats = false;  // channels stats.*, traced by the instrumented kernel, whose times say nothing of the method
+  Query query = {};    // want is Nearest
 };
 
 /// Throws Error(Arguments) for a size, sample count or shading that render() would refuse.
