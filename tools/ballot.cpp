@@ -1,4 +1,4 @@
-// The command line: ballot info | render | trace | shaders.
+// The command line: ballot info | render | trace | bench | report | shaders.
 #include <cstdio>
 #include <exception>
 
@@ -23,11 +23,16 @@ std::string in_words(const CLI::ParseError& error) {
   const std::string text = error.what();
   switch (CLI::ExitCodes(error.get_exit_code())) {
     case CLI::ExitCodes::RequiredError:
-      return text.starts_with("A subcommand") ? "no command given" : "missing " + text.substr(0, text.find(" is required"));
-    case CLI::ExitCodes::ExtrasError: return "does not know the words (last first)" + text.substr(text.find(':') + 1);
-    case CLI::ExitCodes::ConversionError: return "a value is not of the right kind" + text.substr(text.find(':'));
-    case CLI::ExitCodes::ArgumentMismatch: return text.substr(0, text.find(':')) + " needs a value";
-    default: return text;
+      return text.starts_with("A subcommand") ? "no command given"
+                                              : "missing " + text.substr(0, text.find(" is required"));
+    case CLI::ExitCodes::ExtrasError:
+      return "does not know the words (last first)" + text.substr(text.find(':') + 1);
+    case CLI::ExitCodes::ConversionError:
+      return "a value is not of the right kind" + text.substr(text.find(':'));
+    case CLI::ExitCodes::ArgumentMismatch:
+      return text.substr(0, text.find(':')) + " needs a value";
+    default:
+      return text;
   }
 }
 
@@ -47,6 +52,8 @@ int run(int argc, char** argv) {
   cli::add_info(app, result);
   cli::add_render(app, result);
   cli::add_trace(app, result);
+  cli::add_bench(app, result);
+  cli::add_report(app, result);
   cli::add_shaders(app, result);
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   try {
@@ -57,7 +64,7 @@ int run(int argc, char** argv) {
     const auto chosen = app.get_subcommands();
     const std::string name = chosen.empty() ? "" : chosen.front()->get_name();
     fmt::print(stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ", in_words(error),
-               name.empty() ? "give one of: info, render, trace, shaders; 'ballot --help' explains them"
+               name.empty() ? "give one of: info, render, trace, bench, report, shaders; 'ballot --help' explains them"
                             : "'ballot " + name + " --help' lists what it takes");
     return int(Failure::Arguments);
   }
