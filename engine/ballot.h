@@ -19,6 +19,8 @@
 #include "engine/core/image.h"
 #include "engine/core/npy.h"
 #include "engine/core/progress.h"
+#include "engine/render/batch.h"
+#include "engine/render/ray_kinds.h"
 #include "engine/render/renderer.h"
 #include "engine/scene/scene.h"
 #include "engine/trace/methods.h"
@@ -74,6 +76,29 @@ class Engine {
   Image render(const View& view, const RenderOptions& options, RenderTimes* times = nullptr,
                const Progress& progress = {});
 
+  /// The rays of one kind (ray_kinds.h) for a view of width x height pixels, 1 to 16384 each, on the device. Kinds that
+  /// start at primary hits start at those that the default query finds; a pixel that hits nothing starts no ray, so
+  /// count() may be 0. Equal hits give equal rays on every device; a hit's u and v may round differently on two devices.
+  /// Throws  Error(Arguments) on sizes or options out of range, Error(Work) if the device has not the memory.
+  std::unique_ptr<RayBatch> make_batch(const View& view, const RayKind& kind, std::uint32_t width, std::uint32_t height,
+                                       const RayKindOptions& options = {}) {
+    return batches_->make(view, kind, width, height, options);
+  }
+
+  /// Foreign rays on the device: a batch without a frame. n >= 0 rays as trace() takes them, read before return.
+  std::unique_ptr<RayBatch> make_batch(std::string name, std::span<const Ray> rays, Want want) {
+    return batches_->make(std::move(name), rays, want);
+  }
+
+  /// Traces a batch; its hits stay on the device. query.want is taken from the batch. Throws as trace() above does.
+  TraceTimes trace(RayBatch& batch, Query query) { return batches_->trace(batch, std::move(query)); }
+
+  /// A whole frame: primary rays, their trace, this kind's rays, their trace, and the shading of every hit into a film.
+  /// Makes and traces the very rays of the batch: what the primary trace finds takes its time, but rays start at the hits
+  /// that the batch was made with. The paper's frames per second are 1000 / total_ms(). Throws as trace() does, and
+  /// Error(Arguments) if the batch has no frame.
+  FrameTimes frame(RayBatch& batch, Query query) { return batches_->frame(batch, std::move(query)); }
+
   /// What the validation layers said, if asked for.
   const std::vector<std::string>& messages() const { return gpu_.messages(); }
 
@@ -84,7 +109,9 @@ class Engine {
   Context gpu_;
   Bvh bvh_;
   std::unique_ptr<Tracer> tracer_;
+  std::unique_ptr<SceneData> scene_data_;
   std::unique_ptr<Renderer> renderer_;
+  std::unique_ptr<Batches> batches_;
 };
 
 /// The commit that this library was built from, or "unknown".

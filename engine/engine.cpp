@@ -56,7 +56,9 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   bvh_ = build(scene_, options, progress);
   times_.bvh_s = seconds_since(start);
   tracer_ = std::make_unique<Tracer>(gpu_, bvh_, scene_.triangles);
-  renderer_ = std::make_unique<Renderer>(gpu_, *tracer_, scene_);
+  scene_data_ = std::make_unique<SceneData>(gpu_, scene_);
+  renderer_ = std::make_unique<Renderer>(gpu_, *tracer_, *scene_data_);
+  batches_ = std::make_unique<Batches>(gpu_, *tracer_, *scene_data_);
 }
 
 Engine::~Engine() = default;

@@ -31,10 +31,8 @@ std::vector<DeviceInfo> imagined_devices() {
   return {gpu, plain, cpu};
 }
 
-int run(const Args& args) {
-  nlohmann::json json = nlohmann::json::array();
-  std::size_t count = 0;
-  double total_ms = 0;
+std::vector<KernelSource> traversal_sources() {
+  std::vector<KernelSource> sources;
   for (const DeviceInfo& device : imagined_devices())
     for (const Method& method : kMethods)
       for (const NumericMode& numeric : kNumericModes)
@@ -44,15 +42,40 @@ int run(const Args& args) {
               if (!method.packet && std::string_view(vote) != "any") continue;
               const Variant v{&method, &numeric, want,
                               formulation_for(method, device, {{"vote", vote}, {"launch", launch}})};
-              const KernelSource source = kernel_source(v, device, 32);
-              const Spirv spirv = compile_shader(source.file, source.defines, !args.fresh);
-              reflect(spirv.words, source.name);
-              fmt::print("{:8.1f} ms {:7} bytes  {}\n", spirv.ms, spirv.words.size() * 4, source.name);
-              json.push_back({{"name", source.name}, {"ms", spirv.ms}, {"bytes", spirv.words.size() * 4}});
-              total_ms += spirv.ms;
-              ++count;
+              sources.push_back(kernel_source(v, device, 32));
             }
-  fmt::print("{} variants, {:.1f} ms{}\n", count, total_ms, args.fresh ? "" : " (through the cache)");
+  return sources;
+}
+
+/// Generators, and shadings for scenes with and without normals and emission.
+std::vector<KernelSource> render_sources() {
+  std::vector<KernelSource> sources{generator_source("primary", true)};
+  for (const RayKind& kind : kRayKinds)
+    if (kind.generators.size() == 1) sources.push_back(generator_source(kind.generators[0], false));
+  for (const Shading& shading : kShadings)
+    for (const bool normals : {false, true})
+      for (const bool emits : {false, true}) {
+        SceneFeatures features;
+        features.shading_normals = normals;
+        features.emits = emits;
+        sources.push_back(shading_source(shading.name, features));
+      }
+  return sources;
+}
+
+int run(const Args& args) {
+  nlohmann::json json = nlohmann::json::array();
+  std::vector<KernelSource> sources = traversal_sources();
+  for (KernelSource& source : render_sources()) sources.push_back(std::move(source));
+  double total_ms = 0;
+  for (const KernelSource& source : sources) {
+    const Spirv spirv = compile_shader(source.file, source.defines, !args.fresh);
+    reflect(spirv.words, source.name);
+    fmt::print("{:8.1f} ms {:7} bytes  {}\n", spirv.ms, spirv.words.size() * 4, source.name);
+    json.push_back({{"name", source.name}, {"ms", spirv.ms}, {"bytes", spirv.words.size() * 4}});
+    total_ms += spirv.ms;
+  }
+  fmt::print("{} variants, {:.1f} ms{}\n", sources.size(), total_ms, args.fresh ? "" : " (through the cache)");
   write_json(args.json, json);
   return 0;
 }

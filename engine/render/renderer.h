@@ -6,8 +6,8 @@
 #include <string>
 
 #include "engine/core/image.h"
+#include "engine/render/scene_data.h"
 #include "engine/trace/tracer.h"
-#include "shaders/shared/render.h"
 
 namespace ballot {
 
@@ -44,7 +44,7 @@ struct RenderTimes {
 class Renderer {
  public:
   /// Keeps references to all of them.
-  Renderer(Context& gpu, Tracer& tracer, const Scene& scene);
+  Renderer(Context& gpu, Tracer& tracer, SceneData& scene);
   ~Renderer();
 
   /// Channels R G B A, Z, N.X N.Y N.Z, prim, without attributes. Throws Error(Arguments) on bad options.
@@ -53,16 +53,13 @@ class Renderer {
 
  private:
   struct Passes;
-  struct SceneData;
-  const SceneData& scene_data();
   Passes& passes(const RenderOptions& options, std::uint32_t chunk);
   void trace_sample(Passes& passes, const PrimaryPush& camera, std::uint32_t count, const Query& query,
                     RenderTimes& times);
 
   Context& gpu_;
   Tracer& tracer_;
-  const Scene& scene_;
-  std::unique_ptr<SceneData> data_;
+  SceneData& scene_;
   std::unique_ptr<Passes> passes_;  // of the last picture
 };
 

@@ -11,13 +11,25 @@
 #include "../lib/film.glsl"
 #include "../lib/random.glsl"
 
+#ifndef BALLOT_LISTED
+#error a variant must give BALLOT_LISTED: 0, every ray of whole tiles; 1, the rays whose numbers a list holds
+#endif
+
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { PrimaryPush push; };
 layout(set = 0, binding = BIND_RAYS, scalar) writeonly buffer Rays { Ray rays[]; };
+#if BALLOT_LISTED
+layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Numbers { uint numbers[]; };
+#endif
 
 void main() {
   if (gl_GlobalInvocationID.x >= uint(rays.length())) return;
-  uvec2 pixel = pixel_of(push.first + gl_GlobalInvocationID.x, push.width);
+#if BALLOT_LISTED
+  uint ray = numbers[gl_GlobalInvocationID.x];
+#else
+  uint ray = push.first + gl_GlobalInvocationID.x;
+#endif
+  uvec2 pixel = pixel_of(ray, push.width);
   vec2 offset = vec2(0.5);
   if (push.sample_count > 1u) {
     uint number = pixel.y * push.width + pixel.x;

@@ -17,6 +17,9 @@
 #define BIND_TRIANGLES 3  // texel buffer, three texels a triangle in prim order: (v0.xyz, material), (v1.xyz, 0), (v2.xyz, 0)
 #define BIND_NORMALS 4    // texel buffer, three texels a triangle; only where the scene has normals
 #define BIND_MATERIALS 5
+#define BIND_PRIMARY 6  // primary rays, where BIND_RAYS is what a generator writes
+#define BIND_STARTS 7
+#define BIND_NUMBERS 8  // numbers of the rays that lie in the picture; only where the picture cuts tiles
 
 #ifdef __cplusplus
 namespace ballot {
@@ -35,6 +38,22 @@ struct PrimaryPush {
   uint sample_index;
   uint sample_count;  // 1: through pixel centres; more: jittered
   uint orthographic;
+};
+
+// Rays from primary hits: `count` of them, from ray number `first` of a chunk of primary hits, to `offset` of the output.
+struct SecondaryPush {
+  vec3 light;    // position of the point light
+  float radius;  // t_max of ao rays, scene units
+  uint first;
+  uint count;
+  uint rays_per_hit;
+  uint offset;
+};
+
+// A primary ray that hit something: its index in its chunk, and its pixel (row by row).
+struct Start {
+  uint ray;
+  uint pixel;
 };
 
 struct ShadePush {
@@ -61,6 +80,8 @@ struct FilmPixel {
 
 #ifdef __cplusplus
 BALLOT_RECORD(PrimaryPush, 72);
+BALLOT_RECORD(SecondaryPush, 32);
+BALLOT_RECORD(Start, 8);
 BALLOT_RECORD(ShadePush, 20);
 BALLOT_RECORD(GpuMaterial, 24);
 BALLOT_RECORD(FilmPixel, 36);

@@ -1,0 +1,109 @@
+#include "engine/render/batch.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "engine/core/error.h"
+#include "engine/render/batch_frame.h"
+
+namespace ballot {
+
+RayBatch::RayBatch(std::string name, std::string view, Want want)
+    : name_(std::move(name)), view_(std::move(view)), want_(want) {}
+
+RayBatch::~RayBatch() = default;
+
+void RayBatch::add_chunks(Context& gpu, std::size_t count, std::uint32_t most) {
+  count_ = count;
+  for (std::size_t first = 0; first < count; first += most) {
+    const std::uint32_t part = std::uint32_t(std::min<std::size_t>(most, count - first));
+    chunks_.push_back(
+        {{gpu, part, Access::Storage, name_ + " rays"}, {gpu, part, Access::Storage, name_ + " hits"}, part});
+  }
+}
+
+std::vector<Ray> RayBatch::rays() const {
+  std::vector<Ray> all(count_);
+  std::size_t first = 0;
+  for (const Chunk& c : chunks_) {
+    c.rays.download(std::span(all).subspan(first, c.count));
+    first += c.count;
+  }
+  return all;
+}
+
+std::vector<Hit> RayBatch::hits() const {
+  std::vector<Hit> all(count_);
+  std::size_t first = 0;
+  for (const Chunk& c : chunks_) {
+    c.hits.download(std::span(all).subspan(first, c.count));
+    first += c.count;
+  }
+  return all;
+}
+
+void RayBatch::fill_hits(std::uint8_t byte) {
+  std::vector<Hit> pattern(chunks_.empty() ? 0 : chunks_[0].count);
+  std::memset(static_cast<void*>(pattern.data()), byte, pattern.size() * sizeof(Hit));
+  for (Chunk& c : chunks_) c.hits.upload(std::span<const Hit>(pattern).first(c.count));
+}
+
+Batches::Batches(Context& gpu, Tracer& tracer, SceneData& scene) : gpu_(gpu), tracer_(tracer), scene_(scene) {}
+
+Batches::~Batches() = default;
+
+// One dispatch each, as a split costs an idle tail; but within the limits of a binding, of an allocation (never above
+// 2 GiB) and of a dispatch, and short enough for a watchdog.
+std::uint32_t Batches::chunk_rays() const {
+  const DeviceInfo& d = gpu_.info();
+  constexpr std::uint64_t kLargestRecord = std::max(sizeof(Ray), sizeof(FilmPixel));
+  const std::uint64_t bytes = std::min({d.max_storage_range, d.max_allocation, std::uint64_t(1) << 31});
+  const std::uint64_t rays = std::min({bytes / kLargestRecord, std::uint64_t(d.max_group_count_x) * kGeneratorGroup,
+                                       std::uint64_t(1) << (d.is_cpu() ? 20 : 25)});
+  return std::uint32_t(rays / kGeneratorGroup * kGeneratorGroup);
+}
+
+std::unique_ptr<RayBatch> Batches::make(std::string name, std::span<const Ray> rays, Want want) {
+  std::unique_ptr<RayBatch> batch(new RayBatch(std::move(name), "", want));
+  batch->add_chunks(gpu_, rays.size(), chunk_rays());
+  std::size_t first = 0;
+  for (Chunk& c : batch->chunks_) {
+    c.rays.upload(rays.subspan(first, c.count));
+    first += c.count;
+  }
+  return batch;
+}
+
+TraceTimes Batches::trace(RayBatch& batch, Query query) {
+  query.want = batch.want_;
+  tracer_.variant(query);  // an unknown method is an error even without rays
+  TraceTimes times;
+  for (Chunk& c : batch.chunks_) {
+    const TraceTimes part = tracer_.trace(c.rays, c.hits, c.count, query);
+    times.device_ms += part.device_ms;
+    times.dispatches += part.dispatches;
+    times.retraced += part.retraced;
+  }
+  return times;
+}
+
+FrameTimes Batches::frame(RayBatch& batch, Query query) {
+  if (!batch.frame_)
+    fail(Failure::Arguments, "rays '{}' have no frame: no camera made them; trace them instead", batch.name_);
+  Frame& frame = *batch.frame_;
+  FrameTimes times;
+  times.generate_ms = generate_primaries(batch);
+  if (!frame.from_camera) {
+    Query primary = query;
+    primary.want = Want::Nearest;
+    for (const Chunk& c : frame.primaries) {
+      times.trace_ms += tracer_.trace(c.rays, *frame.scratch, c.count, primary).device_ms;
+    }
+    times.generate_ms += generate_from_hits(batch);
+  }
+  times.trace_ms += trace(batch, query).device_ms;
+  times.shade_ms = shade(batch);
+  return times;
+}
+
+}  // namespace ballot

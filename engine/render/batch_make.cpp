@@ -1,0 +1,199 @@
+// Batches of ray kinds: what a frame needs is made once, then run by its passes.
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "engine/core/error.h"
+#include "engine/render/batch_frame.h"
+#include "engine/render/camera.h"
+#include "engine/render/renderer.h"
+
+namespace ballot {
+
+namespace {
+
+std::uint32_t groups_of(std::uint32_t count) { return (count + kGeneratorGroup - 1) / kGeneratorGroup; }
+
+/// Of the rays of a picture, those that lie in it; in their order.
+std::vector<std::uint32_t> numbers_inside(std::uint32_t width, std::uint32_t height) {
+  std::vector<std::uint32_t> numbers;
+  numbers.reserve(std::size_t(width) * height);
+  for (std::uint32_t i = 0; i < padded_rays(width, height); ++i) {
+    const glm::uvec2 at = pixel_of(i, width);
+    if (at.x < width && at.y < height) numbers.push_back(i);
+  }
+  return numbers;
+}
+
+}  // namespace
+
+Kernel& Batches::generator(std::string_view name, bool listed) {
+  const KernelSource source = generator_source(name, listed);
+  auto& kernel = kernels_[source.name];
+  if (!kernel) {
+    kernel = std::make_unique<Kernel>(gpu_, source);
+    scene_.bind(*kernel);
+    gpu_.save_pipeline_cache();
+  }
+  return *kernel;
+}
+
+void Batches::make_primaries(RayBatch& batch, const View& view, std::uint32_t width, std::uint32_t height) {
+  Frame& frame = *batch.frame_;
+  const bool listed = width % TILE_SIZE || height % TILE_SIZE;
+  frame.camera = camera_push(view, width, height);
+  frame.primary = &generator("primary", listed);
+  RayBatch primaries("primary", view.name, Want::Nearest);
+  primaries.add_chunks(gpu_, std::size_t(width) * height, chunk_rays());
+  if (listed) {
+    const std::vector<std::uint32_t> all = numbers_inside(width, height);
+    std::size_t first = 0;
+    for (const Chunk& c : primaries.chunks_) {
+      frame.numbers.emplace_back(gpu_, c.count, Access::Storage, "ray numbers");
+      frame.numbers.back().upload(std::span(all).subspan(first, c.count));
+      first += c.count;
+    }
+  }
+  if (!frame.from_camera) {
+    frame.primaries = std::move(primaries.chunks_);
+    frame.scratch =
+        std::make_unique<Buffer<Hit>>(gpu_, frame.primaries[0].count, Access::Storage, "primary hits of frames");
+    return;
+  }
+  batch.count_ = primaries.count_;
+  batch.chunks_ = std::move(primaries.chunks_);
+}
+
+double Batches::generate_primaries(RayBatch& batch) {
+  Frame& frame = *batch.frame_;
+  const std::vector<Chunk>& chunks = frame.from_camera ? batch.chunks_ : frame.primaries;
+  PrimaryPush push = frame.camera;
+  double ms = 0;
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    frame.primary->bind(BIND_RAYS, chunks[i].rays);
+    if (!frame.numbers.empty()) frame.primary->bind(BIND_NUMBERS, frame.numbers[i]);
+    gpu_.submit(frame.primary->name(),
+                [&](VkCommandBuffer cmd) { frame.primary->dispatch(cmd, groups_of(chunks[i].count), push); });
+    ms += gpu_.last_ms();
+    push.first += chunks[i].count;
+  }
+  return ms;
+}
+
+// The hits of the default query; every method that finds what is to be found finds these.
+void Batches::make_starts(Frame& frame) {
+  const std::vector<std::uint32_t> numbers =
+      frame.numbers.empty() ? std::vector<std::uint32_t>{} : numbers_inside(frame.camera.width, frame.camera.height);
+  std::uint32_t first = 0;
+  for (Chunk& c : frame.primaries) {
+    tracer_.trace(c.rays, c.hits, c.count, Query{});
+    std::vector<Hit> hits(c.count);
+    c.hits.download(hits);
+    std::vector<Start> starts;
+    for (std::uint32_t i = 0; i < c.count; ++i) {
+      if (hits[i].prim == NO_HIT) continue;
+      const glm::uvec2 at = pixel_of(numbers.empty() ? first + i : numbers[first + i], frame.camera.width);
+      starts.push_back({i, at.y * frame.camera.width + at.x});
+    }
+    frame.starts.emplace_back(gpu_, starts.size(), Access::Storage, "starts of rays");
+    frame.starts.back().upload(starts);
+    frame.start_count.push_back(std::uint32_t(starts.size()));
+    first += c.count;
+  }
+}
+
+// The point light hangs off the camera, up and to the right, and never behind a wall.
+glm::vec3 Batches::light_of(const View& view) {
+  const Bounds& b = scene_.scene().bounds;
+  const double diagonal = glm::length(glm::dvec3(b.hi) - glm::dvec3(b.lo));
+  const glm::dvec3 eye(view.world_from_camera[3]), right(view.world_from_camera[0]), up(view.world_from_camera[1]);
+  const glm::dvec3 dir = glm::normalize(up + 0.5 * right);
+  const Ray ray{glm::vec3(eye), 0, glm::vec3(dir), 1e30f};
+  Hit hit{};
+  tracer_.trace(std::span(&ray, 1), std::span(&hit, 1), Query{});
+  return glm::vec3(eye + dir * std::min(0.15 * diagonal, 0.7 * double(hit.t)));
+}
+
+// Every generator's rays of every chunk of primary hits, one after the other, laid over the chunks of the batch.
+void Batches::plan(RayBatch& batch, const RayKind& kind, const RayKindOptions& options) {
+  Frame& frame = *batch.frame_;
+  SecondaryPush push{};
+  push.rays_per_hit = kind.rays_per_hit ? kind.rays_per_hit : options.ao_rays;
+  const Bounds& b = scene_.scene().bounds;
+  push.radius = options.ao_radius * glm::distance(b.lo, b.hi);
+  std::size_t total = 0;
+  for (const std::uint32_t n : frame.start_count) total += std::size_t(n) * push.rays_per_hit * kind.generators.size();
+  batch.add_chunks(gpu_, total, chunk_rays());
+  std::size_t target = 0;
+  for (const std::string_view name : kind.generators)
+    for (std::size_t source = 0; source < frame.starts.size(); ++source) {
+      const std::uint32_t rays = frame.start_count[source] * push.rays_per_hit;
+      for (push.first = 0; push.first < rays; push.first += push.count) {
+        push.count = std::min(rays - push.first, batch.chunks_[target].count - push.offset);
+        frame.runs.push_back({&generator(name, false), source, target, push});
+        push.offset += push.count;
+        if (push.offset == batch.chunks_[target].count) ++target, push.offset = 0;
+      }
+    }
+}
+
+double Batches::generate_from_hits(RayBatch& batch) {
+  Frame& frame = *batch.frame_;
+  double ms = 0;
+  for (const GeneratorRun& run : frame.runs) {
+    Kernel& kernel = *run.kernel;
+    kernel.bind(BIND_RAYS, batch.chunks_[run.target].rays);
+    kernel.bind(BIND_HITS, frame.primaries[run.source].hits);
+    kernel.bind(BIND_PRIMARY, frame.primaries[run.source].rays);
+    kernel.bind(BIND_STARTS, frame.starts[run.source]);
+    gpu_.submit(kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups_of(run.push.count), run.push); });
+    ms += gpu_.last_ms();
+  }
+  return ms;
+}
+
+double Batches::shade(RayBatch& batch) {
+  Frame& frame = *batch.frame_;
+  double ms = 0;
+  for (const Chunk& c : batch.chunks_) {
+    frame.shade->bind(BIND_RAYS, c.rays);
+    frame.shade->bind(BIND_HITS, c.hits);
+    frame.shade->bind(BIND_FILM, *frame.film);
+    // A film of one column of tiles: every index is a pixel of it.
+    const ShadePush push{TILE_SIZE, ~0u, 0, c.count, 0};
+    gpu_.submit(frame.shade->name(),
+                [&](VkCommandBuffer cmd) { frame.shade->dispatch(cmd, groups_of(c.count), push); });
+    ms += gpu_.last_ms();
+  }
+  return ms;
+}
+
+std::unique_ptr<RayBatch> Batches::make(const View& view, const RayKind& kind, std::uint32_t width,
+                                        std::uint32_t height, const RayKindOptions& options) {
+  check_options(options);
+  check_options(RenderOptions{.width = width, .height = height});
+  std::unique_ptr<RayBatch> batch(new RayBatch(std::string(kind.name), view.name, kind.want));
+  batch->frame_ = std::make_unique<Frame>();
+  Frame& frame = *batch->frame_;
+  frame.from_camera = kind.from_camera();
+  make_primaries(*batch, view, width, height);
+  generate_primaries(*batch);
+  if (!frame.from_camera) {
+    make_starts(frame);
+    plan(*batch, kind, options);
+    const glm::vec3 light = light_of(view);
+    for (GeneratorRun& run : frame.runs) run.push.light = light;
+    generate_from_hits(*batch);
+  }
+  if (batch->chunks_.empty()) return batch;
+  frame.film = std::make_unique<Buffer<FilmPixel>>(gpu_, batch->chunks_[0].count, Access::Storage, "film");
+  auto& shade = kernels_["shade"];
+  if (!shade) {
+    shade = std::make_unique<Kernel>(gpu_, shading_source("eyelight", features_of(scene_.scene())));
+    scene_.bind(*shade);
+    gpu_.save_pipeline_cache();
+  }
+  frame.shade = shade.get();
+  return batch;
+}
+
+}  // namespace ballot

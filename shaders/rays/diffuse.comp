@@ -1,0 +1,10 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// One diffuse bounce: cosine-distributed, without end. Neighbouring rays part at once.
+#include "../lib/secondary.glsl"
+
+Ray ray_from(Surface s, uint k) {
+  vec3 dir = cosine_direction(s, random_number(s.pixel, k, 4u), random_number(s.pixel, k, 5u));
+  return Ray(origin_above(s), 0.0, dir, 1e30);
+}

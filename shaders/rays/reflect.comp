@@ -1,0 +1,10 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Mirror reflection, whatever the material.
+#include "../lib/secondary.glsl"
+
+Ray ray_from(Surface s, uint k) {
+  precise vec3 dir = s.dir - s.normal * (2.0 * exact_dot(s.dir, s.normal));
+  return Ray(origin_above(s), 0.0, exact_unit(dir), 1e30);
+}

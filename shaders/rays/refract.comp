@@ -1,0 +1,14 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Refraction from air into glass of index 1.5, whatever the material and whichever side was hit. Snell's law.
+#include "../lib/secondary.glsl"
+
+const float ETA = 1.0 / 1.5;
+
+Ray ray_from(Surface s, uint k) {
+  precise float cos_in = -exact_dot(s.dir, s.normal);
+  precise float cos_out = exact_sqrt(1.0 - ETA * ETA * (1.0 - cos_in * cos_in));
+  precise vec3 dir = s.dir * ETA + s.normal * (ETA * cos_in - cos_out);
+  return Ray(origin_below(s), 0.0, exact_unit(dir), 1e30);
+}
