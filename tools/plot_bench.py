@@ -11,12 +11,13 @@ NO_MATPLOTLIB = 4  # the program that starts this script knows this exit code
 try:
     import matplotlib
     matplotlib.use("Agg")
-    from matplotlib import pyplot
+    from matplotlib import pyplot, ticker
 except ImportError as missing:
     print(f"error: {missing}; install python3-matplotlib (Debian) or matplotlib (pip)", file=sys.stderr)
     sys.exit(NO_MATPLOTLIB)
 
 BASE = "packet(any)"
+FORMAT = ticker.FuncFormatter(lambda value, _: f"{value:g}")
 # Okabe and Ito's colours, which most colour-blind readers can tell apart, and two greys; hatches and markers go along.
 COLOURS = ["#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#999933", "#000000", "#888888", "#BBBBBB"]
 HATCHES = ["", "///", "...", "xxx", "\\\\\\", "+++", "ooo", "---"]
@@ -107,9 +108,12 @@ def save(figure, name: str, title: str, out: Path, legend: tuple, written: list[
     columns = max(1, min(6, len(labels), int(figure.get_figwidth() / 2)))
     rows = math.ceil(len(labels) / columns)
     height = figure.get_figheight()
-    top, bottom = 1 - 0.45 / height, (0.3 + 0.24 * rows) / height
-    figure.suptitle(plain(title), y=1 - 0.1 / height, va="top", fontsize=11)
-    figure.legend(handles, [plain(label) for label in labels], loc="lower center", ncol=columns, fontsize=8, frameon=False)
+    top, bottom = 1 - 0.55 / height, (0.15 + 0.22 * rows) / height
+    above = figure.suptitle(plain(title), y=1 - 0.1 / height, va="top", fontsize=11)
+    below = figure.legend(handles, [plain(label) for label in labels], loc="lower center", ncol=columns, fontsize=8,
+                          frameon=False)
+    for artist in (above, below):
+        artist.set_in_layout(False)
     figure.tight_layout(rect=(0, bottom, 1, top))
     figure.savefig(out / f"{name}.svg", metadata={"Date": None})
     figure.savefig(out / f"{name}.png", dpi=110)
@@ -229,7 +233,10 @@ def plot_coherence(setting: Setting, name: str, out: Path, written: list[str]) -
                 lines[label], = axis.plot(*zip(*points), color=COLOURS[i % len(COLOURS)], marker=MARKERS[i % len(MARKERS)],
                                           markersize=4, linewidth=1)
         axis.set_yscale("log")
-        top = axis.get_ylim()[1]
+        axis.yaxis.set_major_formatter(FORMAT)
+        axis.yaxis.set_minor_formatter(FORMAT)
+        top = axis.get_ylim()[1] * 1.6
+        axis.set_ylim(top=top)
         for (s, rays), x in share.items():
             if s == scene:
                 axis.annotate(plain(rays), (100 * x, top), rotation=90, fontsize=6, va="top", ha="right", color="#555555")
