@@ -78,7 +78,8 @@ Image Engine::render(const View& view, const RenderOptions& options, RenderTimes
   image.attributes = {
       {"scene", scene_.name},
       {"view", view.name},
-      {"method", std::string(variant.method->name) + " " + describe(variant.how, variant.method->packet)},
+      {"method", fmt::format("{} {} {}", variant.method->name, describe(variant.how, *variant.method),
+                             describe_threshold(variant.how, *variant.method))},
       {"numeric", std::string(variant.numeric->name)},
       {"device", gpu_.info().name},
       {"driver", gpu_.info().driver},

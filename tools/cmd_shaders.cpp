@@ -31,19 +31,27 @@ std::vector<DeviceInfo> imagined_devices() {
   return {gpu, plain, cpu};
 }
 
+/// Every vote that a method takes, with both launches.
+std::vector<Knobs> knobs_of(const Method& method) {
+  std::vector<Knobs> all;
+  for (const char* launch : {"plain", "persistent"}) {
+    for (const Vote vote : {Vote::Any, Vote::Count, Vote::Sum})
+      if (method.takes(vote)) all.push_back({{"launch", launch}, {"vote", std::string(vote_name(vote))}});
+    if (!method.packet()) all.push_back({{"launch", launch}});
+  }
+  return all;
+}
+
 std::vector<KernelSource> traversal_sources() {
   std::vector<KernelSource> sources;
   for (const DeviceInfo& device : imagined_devices())
     for (const Method& method : kMethods)
       for (const NumericMode& numeric : kNumericModes)
         for (const Want want : {Want::Nearest, Want::Any})
-          for (const char* vote : {"any", "count", "sum"})
-            for (const char* launch : {"plain", "persistent"}) {
-              if (!method.packet && std::string_view(vote) != "any") continue;
-              const Variant v{&method, &numeric, want,
-                              formulation_for(method, device, {{"vote", vote}, {"launch", launch}})};
-              sources.push_back(kernel_source(v, device, 32));
-            }
+          for (const Knobs& knobs : knobs_of(method)) {
+            const Variant v{&method, &numeric, want, formulation_for(method, device, knobs)};
+            sources.push_back(kernel_source(v, device, 32));
+          }
   return sources;
 }
 

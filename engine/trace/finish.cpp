@@ -58,8 +58,8 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
   times.retraced += open.size();
   Query plain = query;
   plain.knobs["launch"] = "plain";
-  Pipeline& p = pipeline(plain);
-  const DeviceBvh& bvh = device_bvh(p.variant.how.layout);
+  const Job job = this->job(plain);
+  const DeviceBvh& bvh = device_bvh(job.variant.how.layout);
   for (const std::uint64_t limit : {~0ull, 8192ull, 1024ull, 128ull}) {
     std::vector<Ray> part;
     for (std::uint32_t i : open) part.push_back(all_rays[i]);
@@ -69,7 +69,7 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
     std::vector<Hit> best(part.size(), Hit{0, NO_HIT, 0, 0}), found(part.size());
     std::vector<bool> cut(part.size(), false);
     for (const std::uint32_t root : pieces_of(bvh, limit)) {
-      run(p, part_rays, part_hits, std::uint32_t(part.size()), root, times);
+      run(job, part_rays, part_hits, std::uint32_t(part.size()), root, times);
       part_hits.download(found);
       for (std::size_t i = 0; i < part.size(); ++i) {
         cut[i] = cut[i] || found[i].prim == UNFINISHED;
@@ -88,7 +88,7 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
   }
   if (!open.empty())
     fail(Failure::Work, "kernel {}: {} rays could not be finished on {}: its driver stops loops after a few iterations",
-         p.kernel->name(), open.size(), gpu_.info().name);
+         job.pipeline->kernel->name(), open.size(), gpu_.info().name);
   hits.upload(all);
 }
 

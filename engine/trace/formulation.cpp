@@ -1,6 +1,7 @@
 #include "engine/trace/formulation.h"
 
 #include <charconv>
+#include <cmath>
 #include <vector>
 
 #include "engine/core/error.h"
@@ -35,6 +36,13 @@ std::uint32_t number(std::string_view value, const KnobInfo& knob, std::uint32_t
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), n);
   if (error != std::errc() || end != value.data() + value.size() || n < least || n > most) bad_value(knob, value);
   return n;
+}
+
+double share(std::string_view value, const KnobInfo& knob) {
+  double x = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), x);
+  if (error != std::errc() || end != value.data() + value.size() || !(x >= 0 && x <= 1)) bad_value(knob, value);
+  return x;
 }
 
 using F = Formulation;
@@ -82,6 +90,16 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) { f.batches = number(v, k, 1, 0xFFFFFFFF); }},
     {{"lanes", "4 to 16777216", "persistent launch: invocations launched at most"},
      [](F& f, V v, const K& k) { f.resident_lanes = number(v, k, 4, 1u << 24); }},
+    {{"k", "0 to 255", "stack-max: entries of the shared stack before the packet parts"},
+     [](F& f, V v, const K& k) { f.threshold = number(v, k, 0, 255); }},
+    {{"n", "0 to 1000000", "split-count: disagreements before the packet parts"},
+     [](F& f, V v, const K& k) { f.threshold = number(v, k, 0, 1000000); }},
+    {{"f", "0 to 1", "cut, alternate: the share of lanes that must want a node for the packet to walk it"},
+     [](F& f, V v, const K& k) { f.threshold = share(v, k); }},
+    {{"list", "1 to 64", "cut: nodes that a ray can put aside; the packet walks what does not fit"},
+     [](F& f, V v, const K& k) { f.list = number(v, k, 1, 64); }},
+    {{"refetch", "0 to 1", "dynamic-fetch: the share of lanes at work below which idle lanes take new rays"},
+     [](F& f, V v, const K& k) { f.threshold = share(v, k); }},
 };
 
 }  // namespace
@@ -108,20 +126,34 @@ void apply_knobs(Formulation& formulation, const Knobs& knobs) {
   }
 }
 
-std::string describe(const Formulation& f, bool packet) {
+std::string describe(const Formulation& f, const Method& method) {
   constexpr const char* fetches[] = {"storage", "texel", "reference"};
-  constexpr const char* votes[] = {"any", "count", "sum"};
   std::string text =
       fmt::format("fetch={} layout={}", fetches[int(f.fetch)], f.layout == NodeLayout::Paper ? "paper" : "interleaved");
-  if (packet)
-    text += fmt::format(" vote={} packet_stack={} cooperative={}", votes[int(f.vote)],
+  if (method.packet())
+    text += fmt::format(" vote={} packet_stack={} cooperative={}", vote_name(f.vote),
                         f.packet_stack == PacketStack::Lanes ? "lanes" : "shared", int(f.cooperative));
-  else
-    text += fmt::format(" stack={}", f.stack == StackPlace::Shared ? "shared" : "private");
+  if (method.own_stack) text += fmt::format(" stack={}", f.stack == StackPlace::Shared ? "shared" : "private");
+  if (method.lists) text += fmt::format(" list={}", f.list);
   text += fmt::format(" select_minmax={} launch={} workgroup={}", int(f.select_minmax),
                       f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
   if (f.launch == Launch::Persistent) text += fmt::format(" batches={} lanes={}", f.batches, f.resident_lanes);
   return text;
+}
+
+std::string describe_threshold(const Formulation& f, const Method& method) {
+  if (method.threshold.unit == Threshold::None) return "";
+  return fmt::format("{}={:.6g}", method.threshold.knob, f.threshold);
+}
+
+std::uint32_t Formulation::threshold_lanes(const Method& method) const {
+  if (method.threshold.unit == Threshold::Share) return std::uint32_t(std::ceil(threshold * subgroup - 1e-9));
+  return std::uint32_t(threshold);
+}
+
+std::string_view vote_name(Vote vote) {
+  constexpr std::string_view names[] = {"any", "count", "sum"};
+  return names[int(vote)];
 }
 
 const Method& find_method(std::string_view name) {

@@ -12,10 +12,13 @@
 
 namespace ballot {
 
+struct Method;
+
 enum class Fetch : int { Storage = FETCH_STORAGE, Texel = FETCH_TEXEL, Reference = FETCH_REFERENCE };
 enum class StackPlace : int { Private = STACK_PRIVATE, Shared = STACK_SHARED };
 enum class PacketStack : int { Shared = PACKET_STACK_SHARED, Lanes = PACKET_STACK_LANES };
 enum class Vote : int { Any = VOTE_ANY, Count = VOTE_COUNT, Sum = VOTE_SUM };
+std::string_view vote_name(Vote vote);  // as knob vote takes it
 enum class Launch : int { Plain = LAUNCH_PLAIN, Persistent = LAUNCH_PERSISTENT };
 
 struct Formulation {
@@ -32,6 +35,11 @@ struct Formulation {
   std::uint32_t subgroup = 0;          // required subgroup size; 0: the device's own
   std::uint32_t batches = 0xFFFFFFFF;  // persistent: batches that a subgroup takes at most in one dispatch
   std::uint32_t resident_lanes = 1u << 18;  // persistent: invocations launched at most
+  double threshold = 0;                     // of methods that have one: a share of the subgroup, or a count
+  std::uint32_t list = 16;                  // methods with lists: nodes that a ray can put aside
+
+  /// The threshold as the kernel counts: a share is rounded up to lanes of the subgroup.
+  std::uint32_t threshold_lanes(const Method& method) const;
 };
 
 /// Knobs by name, as `--knob NAME=VALUE` gives them.
@@ -46,7 +54,9 @@ std::span<const KnobInfo> knobs();
 /// Applies knobs to a formulation. Throws Error(Arguments) that lists names or values there are.
 void apply_knobs(Formulation& formulation, const Knobs& knobs);
 
-/// "fetch=texel stack=shared ..." of all that matters to a method that votes, or to one that does not.
-std::string describe(const Formulation& f, bool packet);
+/// "fetch=texel stack=shared ..." of all that matters to a method; everything that makes its kernel another one.
+std::string describe(const Formulation& f, const Method& method);
+/// "k=11" where a method has a threshold, else "": kernels with other thresholds are the same kernel.
+std::string describe_threshold(const Formulation& f, const Method& method);
 
 }  // namespace ballot

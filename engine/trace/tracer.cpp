@@ -32,18 +32,18 @@ const Tracer::SceneBuffers& Tracer::scene_buffers(NodeLayout layout, Fetch fetch
   return buffers_.emplace(key, std::move(made)).first->second;
 }
 
-Variant Tracer::variant(const Query& query) const {
+Variant Tracer::variant(const Query& query, bool counters) const {
   const Method& method = find_method(query.method);
-  return {&method, &find_numeric(query.numeric), query.want, formulation_for(method, gpu_.info(), query.knobs)};
+  return {&method, &find_numeric(query.numeric), query.want, formulation_for(method, gpu_.info(), query.knobs),
+          counters};
 }
 
-Tracer::Pipeline& Tracer::pipeline(const Query& query) {
-  const Variant v = variant(query);
-  const std::string key = fmt::format("{} subgroup={}", v.name(), v.how.subgroup);
+Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
+  const std::string key = fmt::format("{} subgroup={}", v.kernel_name(), v.how.subgroup);
   auto found = pipelines_.find(key);
   if (found != pipelines_.end()) return found->second;
   const SceneBuffers& scene = scene_buffers(v.how.layout, v.how.fetch);
-  Pipeline made{v, std::make_unique<Kernel>(gpu_, kernel_source(v, gpu_.info(), bvh_.stats.depth)), &scene};
+  Pipeline made{std::make_unique<Kernel>(gpu_, kernel_source(v, gpu_.info(), bvh_.stats.depth)), &scene};
   if (v.how.fetch != Fetch::Reference) {
     made.kernel->bind(BIND_NODES, scene.nodes);
     made.kernel->bind(BIND_LEAVES, scene.leaves);
@@ -53,10 +53,15 @@ Tracer::Pipeline& Tracer::pipeline(const Query& query) {
   return pipelines_.emplace(key, std::move(made)).first->second;
 }
 
+Tracer::Job Tracer::job(const Query& query, bool counters) {
+  const Variant v = variant(query, counters);
+  return {v, &pipeline(v)};
+}
+
 std::uint32_t Tracer::chunk_rays() const {
   // Bounded, so that no watchdog fires and progress shows; a CPU device takes about a second for this many.
   const std::uint64_t bounded = gpu_.info().is_cpu() ? 1u << 20 : 1u << 22;
-  constexpr std::uint64_t kLargestRecord = 48;  // of what goes with a ray: itself, its hit, its pixel of film
+  constexpr std::uint64_t kLargestRecord = sizeof(RayStats);  // of what may go with a ray
   return std::uint32_t(std::min(bounded, gpu_.info().max_storage_range / kLargestRecord));
 }
 
@@ -72,14 +77,15 @@ std::uint32_t Tracer::groups_for(const Formulation& f, std::uint32_t rays) const
   return std::uint32_t(std::min<std::uint64_t>((lanes + f.workgroup - 1) / f.workgroup, gpu_.info().max_group_count_x));
 }
 
-Work Tracer::dispatch(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push,
+Work Tracer::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push,
                       TraceTimes& times) {
+  Pipeline& p = *job.pipeline;
   p.kernel->bind(BIND_RAYS, rays);
   p.kernel->bind(BIND_HITS, hits);
   Work work{push.ray_begin, 0};
   work_.upload(std::span(&work, 1));
   gpu_.submit(p.kernel->name(), [&](VkCommandBuffer cmd) {
-    p.kernel->dispatch(cmd, groups_for(p.variant.how, push.ray_end - push.ray_begin), push);
+    p.kernel->dispatch(cmd, groups_for(job.variant.how, push.ray_end - push.ray_begin), push);
     memory_barrier(cmd);
   });
   times.device_ms += gpu_.last_ms();
@@ -88,24 +94,26 @@ Work Tracer::dispatch(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, c
   return work;
 }
 
-Work Tracer::run(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
+Work Tracer::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
                  TraceTimes& times) {
+  const Pipeline& p = *job.pipeline;
+  const Formulation& f = job.variant.how;
   TracePush push{};
   push.scene_lo = bvh_.bounds.lo;
   push.scene_hi = bvh_.bounds.hi;
   push.root = root;
-  push.max_batches = p.variant.how.batches;
+  push.max_batches = f.batches;
+  push.threshold = f.threshold_lanes(*job.variant.method);
   push.nodes_lo = std::uint32_t(p.scene->nodes.address());
   push.nodes_hi = std::uint32_t(p.scene->nodes.address() >> 32);
   push.leaves_lo = std::uint32_t(p.scene->leaves.address());
   push.leaves_hi = std::uint32_t(p.scene->leaves.address() >> 32);
   Work total{0, 0};
-  const Formulation& f = p.variant.how;
   while (push.ray_begin < count) {
     push.ray_end = count;
     const std::uint64_t most = std::uint64_t(gpu_.info().max_group_count_x) * f.workgroup;
     if (f.launch == Launch::Plain && count - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
-    const Work work = dispatch(p, rays, hits, push, times);
+    const Work work = dispatch(job, rays, hits, push, times);
     total.unfinished += work.unfinished;
     // A bounded persistent kernel may leave rays; what it took, it finished.
     const std::uint32_t next = f.launch == Launch::Plain ? push.ray_end : std::min(work.next, push.ray_end);
@@ -117,13 +125,27 @@ Work Tracer::run(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::u
   return total;
 }
 
-TraceTimes Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
+TraceTimes Tracer::trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
+                         const Query& query) {
   TraceTimes times;
-  if (count == 0) return times;
-  Pipeline& p = pipeline(query);
-  const Work work = run(p, rays, hits, count, device_bvh(p.variant.how.layout).root, times);
+  const Work work = run(job, rays, hits, count, device_bvh(job.variant.how.layout).root, times);
   if (work.unfinished) finish(rays, hits, count, query, times);
   return times;
+}
+
+TraceTimes Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
+  if (count == 0) return {};
+  return trace(job(query), rays, hits, count, query);
+}
+
+TraceTimes Tracer::trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
+                                 Buffer<RayStats>& stats) {
+  if (stats.size() < count)
+    fail(Failure::Arguments, "trace_counted: {} rays, but room for {} records", count, stats.size());
+  if (count == 0) return {};
+  const Job counted = job(query, true);
+  counted.pipeline->kernel->bind(BIND_STATS, stats);
+  return trace(counted, rays, hits, count, query);
 }
 
 TraceTimes Tracer::trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query, const Progress& progress) {

@@ -38,12 +38,17 @@ class Tracer {
   /// The same on device buffers: rays [0, count) of `rays` to `hits`.
   TraceTimes trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
 
+  /// The same by the instrumented variant, which also writes a record a ray; `stats` holds at least count. A ray that the
+  /// driver cut short has the counts of the walk that was cut.
+  TraceTimes trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
+                           Buffer<RayStats>& stats);
+
   /// Rays that one dispatch takes at most.
   std::uint32_t chunk_rays() const;
 
   /// The kernel of a query, made on first use. For its name and compile times.
-  const Kernel& kernel(const Query& query) { return *pipeline(query).kernel; }
-  Variant variant(const Query& query) const;
+  const Kernel& kernel(const Query& query) { return *job(query).pipeline->kernel; }
+  Variant variant(const Query& query, bool counters = false) const;
 
   /// Device arrays in one layout, made on first use; the oracle walks these.
   const DeviceBvh& device_bvh(NodeLayout layout);
@@ -56,17 +61,23 @@ class Tracer {
     Buffer<glm::uvec4> nodes, leaves;
   };
   struct Pipeline {
-    Variant variant;
     std::unique_ptr<Kernel> kernel;
     const SceneBuffers* scene;
   };
+  /// What one query runs: kernels are shared by queries that differ in thresholds only.
+  struct Job {
+    Variant variant;
+    Pipeline* pipeline;
+  };
 
-  Pipeline& pipeline(const Query& query);
+  Pipeline& pipeline(const Variant& variant);
+  Job job(const Query& query, bool counters = false);
   const SceneBuffers& scene_buffers(NodeLayout layout, Fetch fetch);
   std::uint32_t groups_for(const Formulation& f, std::uint32_t rays) const;
-  Work dispatch(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push, TraceTimes& times);
-  Work run(Pipeline& p, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
+  Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push, TraceTimes& times);
+  Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
            TraceTimes& times);
+  TraceTimes trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
   void finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, TraceTimes& times);
 
   Context& gpu_;

@@ -43,6 +43,23 @@ void use_what_there_is(Formulation& f, const DeviceInfo& d, const Knobs& knobs) 
   }
 }
 
+/// Knobs that would silently do nothing, or that a method cannot follow.
+void check_method_knobs(const Method& m, const Formulation& f, const Knobs& knobs) {
+  for (const Method& other : kMethods) {
+    const std::string knob(other.threshold.knob);
+    if (knob.empty() || !knobs.contains(knob) || m.threshold.knob == other.threshold.knob) continue;
+    fail(Failure::Arguments, "--knob {}: method {} has no such threshold; {} has", knob, m.name, other.name);
+  }
+  if (knobs.contains("list") && !m.lists) fail(Failure::Arguments, "--knob list: method {} puts nothing aside", m.name);
+  if (!knobs.contains("vote")) return;
+  std::string votes;
+  for (const Vote v : {Vote::Any, Vote::Count, Vote::Sum})
+    if (m.takes(v)) votes += fmt::format("{}{}", votes.empty() ? "" : ", ", vote_name(v));
+  if (votes.empty()) fail(Failure::Arguments, "--knob vote: the lanes of method {} do not vote", m.name);
+  if (!m.takes(f.vote))
+    fail(Failure::Arguments, "--knob vote={}: method {} needs numbers; it takes {}", vote_name(f.vote), m.name, votes);
+}
+
 void check_sizes(Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
   const bool power_of_two = (f.subgroup & (f.subgroup - 1)) == 0;
   if (f.subgroup && (f.subgroup < d.min_subgroup_size || f.subgroup > d.max_subgroup_size || !power_of_two))
@@ -64,12 +81,15 @@ Formulation formulation_for(const Method& method, const DeviceInfo& device, cons
   Formulation f;
   f.fetch = wants.fetch;
   f.stack = wants.stack;
+  f.launch = wants.launch;
+  f.threshold = method.threshold.standard;
   f.packet_stack = device.shuffle ? PacketStack::Lanes : PacketStack::Shared;
   for (const Row& row : kRows) {
     const std::uint32_t version = device.mesa_version();
     if (row.driver == device.driver_id && version >= row.from && version < row.to) row.tune(method, f);
   }
   apply_knobs(f, knobs);
+  check_method_knobs(method, f, knobs);
   use_what_there_is(f, device, knobs);
   check_sizes(f, device, knobs);
   return f;

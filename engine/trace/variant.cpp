@@ -6,18 +6,25 @@
 
 namespace ballot {
 
+std::string Variant::kernel_name() const {
+  return fmt::format("{}.{}.{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
+                     counters ? ".counters" : "", describe(how, *method));
+}
+
 std::string Variant::name() const {
-  return fmt::format("{}.{}.{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
-                     describe(how, method->packet));
+  const std::string threshold = describe_threshold(how, *method);
+  return threshold.empty() ? kernel_name() : kernel_name() + " " + threshold;
 }
 
 KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std::uint32_t tree_depth) {
   const Formulation& f = variant.how;
-  const bool packet = variant.method->packet;
+  const Method& method = *variant.method;
+  const bool packet = method.packet();
   const std::uint32_t stack = (tree_depth + 1 + 3) / 4 * 4;  // in steps, so that scenes of like depth share pipelines
+  const std::uint32_t list = method.lists ? f.list : 0;
   std::uint32_t shared_words = 0;
-  if (!packet && f.stack == StackPlace::Shared) shared_words = stack * f.workgroup;
-  if (packet && f.packet_stack == PacketStack::Shared) shared_words = stack * (f.workgroup / f.subgroup);
+  if (method.own_stack && f.stack == StackPlace::Shared) shared_words = (stack + list) * f.workgroup;
+  if (packet && f.packet_stack == PacketStack::Shared) shared_words += stack * (f.workgroup / f.subgroup);
   if (packet && f.vote == Vote::Sum) shared_words += f.workgroup;
   if (std::uint64_t(shared_words) * 4 > device.shared_bytes)
     fail(Failure::Work,
@@ -26,7 +33,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
          "--knob workgroup, or --knob stack=private",
          variant.name(), tree_depth, std::uint64_t(shared_words) * 4, f.workgroup, device.name, device.shared_bytes);
   KernelSource source;
-  source.name = variant.name();
+  source.name = variant.kernel_name();
   source.file = variant.method->kernel;
   source.group_size = f.workgroup;
   source.subgroup_size = f.subgroup;
@@ -41,11 +48,13 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
                     {"BALLOT_SUBGROUP_BARRIER", f.subgroup_barrier},
                     {"BALLOT_SELECT_MINMAX", f.select_minmax},
                     {"BALLOT_LAUNCH", int(f.launch)},
-                    {"BALLOT_UNIFORM_FLOW", device.uniform_flow}};
+                    {"BALLOT_UNIFORM_FLOW", device.uniform_flow},
+                    {"BALLOT_COUNTERS", variant.counters}};
   source.constants = {{SPEC_GROUP_SIZE, f.workgroup},
                       {SPEC_STACK_SIZE, stack},
                       {SPEC_GROUP_SUBGROUPS, f.workgroup / f.subgroup},
-                      {SPEC_SUBGROUP_SIZE, f.subgroup}};
+                      {SPEC_SUBGROUP_SIZE, f.subgroup},
+                      {SPEC_LIST_SIZE, list}};
   return source;
 }
 

@@ -15,8 +15,11 @@ struct Variant {
   const NumericMode* numeric;
   Want want;
   Formulation how;
+  bool counters = false;  // the instrumented variant, which also writes RayStats
 
-  /// The variant's one name: pipeline, log line, cache label and benchmark row. "packet.nearest.watertight [vote=...]".
+  /// The kernel's one name: pipeline, log line, cache label. "packet.nearest.watertight [vote=...]".
+  std::string kernel_name() const;
+  /// The same with the threshold, which is no part of the kernel: benchmark row, EXR attribute.
   std::string name() const;
 };
 

@@ -21,6 +21,7 @@ layout(local_size_x_id = SPEC_GROUP_SIZE, local_size_y = 1, local_size_z = 1) in
 layout(constant_id = SPEC_STACK_SIZE) const uint STACK_SIZE = 32;
 layout(constant_id = SPEC_GROUP_SUBGROUPS) const uint GROUP_SUBGROUPS = 16;
 layout(constant_id = SPEC_SUBGROUP_SIZE) const uint SUBGROUP_SIZE = 4;
+layout(constant_id = SPEC_LIST_SIZE) const uint LIST_SIZE = 0;
 
 layout(push_constant, scalar) uniform Push { TracePush push; };
 
@@ -78,5 +79,6 @@ Pair fetch_pair(uint node) {
   return unpack_pair(node_texel(node), node_texel(node + 1u), node_texel(node + 2u), node_texel(node + 3u));
 }
 
+#include "stats.glsl"
 #include "numeric.glsl"
 #include "leaf.glsl"

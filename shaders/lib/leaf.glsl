@@ -54,6 +54,7 @@ bool meets_leaf(Walker w, uvec4 lo, uvec4 hi, out vec2 interval) {
 
 void visit_leaf(inout Walker w, uint leaf, bool live) {
   uint texel = leaf & LEAF_TEXEL_MASK, count = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
+  COUNT_LEAF(live, count)
   vec2 interval;
   bool inside = meets_leaf(w, leaf_texel(texel), leaf_texel(texel + 1u), interval) && live;
   uint i = 0u;
@@ -62,6 +63,7 @@ void visit_leaf(inout Walker w, uint leaf, bool live) {
     do {
       uvec4 a = leaf_texel(texel), b = leaf_texel(texel + 1u), c = leaf_texel(texel + 2u);
       consider(w, a.w, uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), uintBitsToFloat(c.xyz), interval);
+      COUNT_TRIANGLE()
       texel += TRIANGLE_TEXELS;
       ++i;
     } while (i < count);

@@ -11,25 +11,36 @@
 // silently stops looping). A walk that did not end with END_OF_TREE was cut: its ray is marked and counted, and the host
 // traces it again in smaller pieces (engine/trace/tracer.cpp).
 
-void trace_ray(uint index) {
+bool take_ray(uint index, out Walker w) {
   bool inside = index < push.ray_end;
   Ray ray = rays[inside ? index : push.ray_begin];
   bool live = inside && !is_dead(ray);
   if (!live) ray = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
-  Walker w = make_walker(ray);
-  uint end = traverse(w, live, push.root);
-  if (live && (end != END_OF_TREE || w.truncated)) {
+  w = make_walker(ray);
+  COUNT_BEGIN()
+  return live;
+}
+
+void write_hit(uint index, Walker w, bool cut_short) {
+  if (cut_short) {
     w.hit.prim = UNFINISHED;
     atomicAdd(work.unfinished, 1u);
   }
-  if (inside) hits[index] = w.hit;
+  hits[index] = w.hit;
+  COUNT_WRITE(index)
 }
 
-#if BALLOT_UNIFORM_FLOW
-void main() [[subgroup_uniform_control_flow]] {
+#ifdef METHOD_REFILLS
+#include "refill.glsl"
 #else
-void main() {
-#endif
+void trace_ray(uint index) {
+  Walker w;
+  bool live = take_ray(index, w);
+  uint end = traverse(w, live, push.root);
+  if (index < push.ray_end) write_hit(index, w, live && (end != END_OF_TREE || w.truncated));
+}
+
+void trace_rays() {
 #if BALLOT_LAUNCH == LAUNCH_PLAIN
   uint subgroup = gl_WorkGroupID.x * gl_NumSubgroups + gl_SubgroupID;
   trace_ray(push.ray_begin + subgroup * gl_SubgroupSize + gl_SubgroupInvocationID);
@@ -42,4 +53,13 @@ void main() {
     trace_ray(base + gl_SubgroupInvocationID);
   }
 #endif
+}
+#endif
+
+#if BALLOT_UNIFORM_FLOW
+void main() [[subgroup_uniform_control_flow]] {
+#else
+void main() {
+#endif
+  trace_rays();
 }

@@ -1,4 +1,4 @@
-// What packet methods share: the packet's stack, cooperative fetch, and the votes.
+// What packet methods share: the packet's stack, cooperative fetch, the votes, and the walk on the shared path.
 //
 // Everything named here runs in subgroup-uniform control flow: all lanes of the subgroup arrive, those without a ray too.
 
@@ -11,38 +11,68 @@
 
 bool packet_truncated;  // the driver left a loop of a vote early: nothing that followed can be trusted
 
+// Whether this lane wants the node at hand, kept on the stack too: a bit an entry for the first 32, deeper ones count as
+// wanted. Only for methods that ask for it, and for the counters.
+#if BALLOT_COUNTERS || defined(PACKET_REMEMBERS_WANTS)
+bool packet_wants;
+uint packet_want_bits;
+#define PACKET_ENTER(wanted) packet_wants = wanted;
+#define PACKET_REMEMBER(wanted) \
+  if (packet_top < 32u) packet_want_bits = packet_want_bits & ~(1u << packet_top) | uint(wanted) << packet_top;
+#define PACKET_RECALL() packet_wants = packet_top >= 32u || (packet_want_bits >> packet_top & 1u) != 0u;
+#else
+#define PACKET_ENTER(wanted)
+#define PACKET_REMEMBER(wanted)
+#define PACKET_RECALL()
+#endif
+
 // The stack: child references, END_OF_TREE at the bottom; STACK_SIZE as in lib/walk.glsl.
+uint packet_top;
 #if BALLOT_PACKET_STACK == PACKET_STACK_LANES
 // Entry i lies in lane i % SUBGROUP_SIZE, word i / SUBGROUP_SIZE.
 const uint PACKET_WORDS = (STACK_SIZE + SUBGROUP_SIZE - 1u) / SUBGROUP_SIZE;
 uint packet_words[PACKET_WORDS];
-uint packet_top;
-void packet_push(uint node) {
+void packet_store(uint at, uint node) {
   for (uint i = 0u; i < PACKET_WORDS; ++i)
-    packet_words[i] = i * SUBGROUP_SIZE + gl_SubgroupInvocationID == packet_top ? node : packet_words[i];
-  ++packet_top;
+    packet_words[i] = i * SUBGROUP_SIZE + gl_SubgroupInvocationID == at ? node : packet_words[i];
 }
-uint packet_pop() {
-  --packet_top;
+uint packet_entry(uint at) {
   uint word = packet_words[0];
-  for (uint i = 1u; i < PACKET_WORDS; ++i) word = packet_top >= i * SUBGROUP_SIZE ? packet_words[i] : word;
-  return subgroupShuffle(word, packet_top % SUBGROUP_SIZE);
+  for (uint i = 1u; i < PACKET_WORDS; ++i) word = at >= i * SUBGROUP_SIZE ? packet_words[i] : word;
+  return subgroupShuffle(word, at % SUBGROUP_SIZE);
 }
 #else
 shared uint packet_stacks[STACK_SIZE * GROUP_SUBGROUPS];
-uint packet_top;
-void packet_push(uint node) {
-  if (subgroupElect()) packet_stacks[gl_SubgroupID * STACK_SIZE + packet_top] = node;
-  ++packet_top;
+void packet_store(uint at, uint node) {
+  if (subgroupElect()) packet_stacks[gl_SubgroupID * STACK_SIZE + at] = node;
   PACKET_BARRIER();
 }
-uint packet_pop() { return packet_stacks[gl_SubgroupID * STACK_SIZE + --packet_top]; }
+uint packet_entry(uint at) { return packet_stacks[gl_SubgroupID * STACK_SIZE + at]; }
 #endif
+
+void packet_push(uint node, bool wanted) {
+  PACKET_REMEMBER(wanted)
+  COUNT_PUSH(packet_top)
+  packet_store(packet_top++, node);
+  COUNT_STACK(packet_top)
+}
+
+uint packet_pop() {
+  --packet_top;
+  PACKET_RECALL()
+  COUNT_NEEDS(packet_wants)
+  COUNT_POP(packet_top)
+  return packet_entry(packet_top);
+}
+
+uint packet_height() { return packet_top - 1u; }  // entries above END_OF_TREE
 
 void packet_begin() {
   packet_top = 0u;
   packet_truncated = false;
-  packet_push(END_OF_TREE);
+  PACKET_ENTER(true)
+  COUNT_SHARED(true)
+  packet_push(END_OF_TREE, true);
 }
 
 // Each pair is loaded once for the packet (Vinkler, section 3.1): four lanes load a texel each and hand it round, or, where
@@ -57,9 +87,22 @@ Pair packet_fetch_pair(uint node) {
 #endif
 }
 
+// What one lane wants of a pair.
+struct Wish {
+  bool left, right, left_nearer;
+};
+
+Wish wish_of(Walker w, Pair pair, bool live) {
+  float entry_l, entry_r;
+  bool l = meets(w, pair.lo_l, pair.hi_l, entry_l), r = meets(w, pair.lo_r, pair.hi_r, entry_r);
+  return Wish(l && live, r && live, entry_l <= entry_r);
+}
+
+// What all of them want.
 struct Vote {
-  bool left, right;  // somebody wants this child
-  bool right_first;  // of those who want both
+  bool left, right;     // somebody wants this child
+  bool right_first;     // of those who want both
+  uint lefts, rights;   // lanes that want each; not with VOTE_ANY
 };
 
 #if BALLOT_VOTE == VOTE_SUM
@@ -79,6 +122,14 @@ uint packet_sum(uint mine) {
 }
 #endif
 
+uint packet_count(bool mine) {
+#if BALLOT_VOTE == VOTE_SUM
+  return packet_sum(uint(mine));
+#else
+  return subgroupBallotBitCount(subgroupBallot(mine));
+#endif
+}
+
 bool packet_any(bool mine) {
 #if BALLOT_VOTE == VOTE_ANY
   return subgroupAny(mine);
@@ -89,19 +140,78 @@ bool packet_any(bool mine) {
 #endif
 }
 
-Vote packet_vote(bool left, bool right, bool left_nearer) {
+Vote packet_vote(Wish mine) {
+  bool both = mine.left && mine.right;
 #if BALLOT_VOTE == VOTE_ANY
-  bool l = subgroupAny(left), r = subgroupAny(right);
-  return Vote(l, r, !subgroupAny(left && right && left_nearer));
+  bool l = subgroupAny(mine.left), r = subgroupAny(mine.right);
+  return Vote(l, r, !subgroupAny(both && mine.left_nearer), 0u, 0u);
 #elif BALLOT_VOTE == VOTE_COUNT
-  uvec4 lefts = subgroupBallot(left), rights = subgroupBallot(right);
-  bool l = lefts != uvec4(0u), r = rights != uvec4(0u);
-  uint both = subgroupBallotBitCount(lefts & rights);
-  uint nearer = subgroupBallotBitCount(subgroupBallot(left && right && left_nearer));
-  return Vote(l, r, 2u * nearer < both);
+  uvec4 lefts = subgroupBallot(mine.left), rights = subgroupBallot(mine.right);
+  uint nearer = subgroupBallotBitCount(subgroupBallot(both && mine.left_nearer));
+  return Vote(lefts != uvec4(0u), rights != uvec4(0u), 2u * nearer < subgroupBallotBitCount(lefts & rights),
+              subgroupBallotBitCount(lefts), subgroupBallotBitCount(rights));
 #else
-  uint wants = packet_sum(uint(left) | uint(right) << 16);
-  uint order = packet_sum(uint(left && right) | uint(left && right && left_nearer) << 16);
-  return Vote((wants & 0xFFFFu) != 0u, wants >> 16 != 0u, 2u * (order >> 16) < (order & 0xFFFFu));
+  uint wants = packet_sum(uint(mine.left) | uint(mine.right) << 16);
+  uint order = packet_sum(uint(both) | uint(both && mine.left_nearer) << 16);
+  uint lefts = wants & 0xFFFFu, rights = wants >> 16;
+  return Vote(lefts != 0u, rights != 0u, 2u * (order >> 16) < (order & 0xFFFFu), lefts, rights);
 #endif
 }
+
+// Whether some lanes want the left child first and others the right one.
+bool packet_disagrees(Wish mine) {
+  bool left_first = mine.left && (!mine.right || mine.left_nearer);
+  return packet_any(left_first) && packet_any(mine.right && !left_first);
+}
+
+#ifdef PACKET_COUNTS_DISAGREEMENTS
+uint packet_disagreements;
+#endif
+
+// The child to go on with, the other on the stack; what the stack holds where nobody wants either.
+uint packet_enter(Pair pair, Wish mine, Vote vote) {
+  bool right_first = vote.right && (!vote.left || vote.right_first);
+  COUNT_DESCENT()
+  if (vote.left && vote.right) packet_push(right_first ? pair.left : pair.right, right_first ? mine.left : mine.right);
+  PACKET_ENTER(right_first ? mine.right : mine.left)
+  COUNT_NEEDS(packet_wants)
+  uint node = right_first ? pair.right : pair.left;
+  if (!vote.left && !vote.right) node = packet_pop();
+  return node;
+}
+
+// From an inner node.
+uint packet_step(Walker w, uint node, bool live) {
+  COUNT_NODE(live)
+  Pair pair = packet_fetch_pair(node);
+  Wish mine = wish_of(w, pair, live);
+  COUNT_VOTE(packet_disagrees(mine))
+#ifdef PACKET_COUNTS_DISAGREEMENTS
+  packet_disagreements += uint(packet_disagrees(mine));
+#endif
+  return packet_enter(pair, mine, packet_vote(mine));
+}
+
+// From a leaf. A ray that looks for any hit and has one goes along as dead; a packet without live rays is done.
+uint packet_leaf(inout Walker w, uint node, inout bool live) {
+  visit_leaf(w, node, live);
+  node = packet_pop();
+#if BALLOT_ANY_HIT
+  live = live && w.hit.prim == NO_HIT;
+  if (!packet_any(live)) node = END_OF_TREE;
+#endif
+  return node;
+}
+
+// The shared path until the stack is empty or `together` ends, which is asked before every node and leaf. Loops nest so that
+// a step does not run the code of a leaf: lavapipe runs both sides of a branch.
+#define PACKET_WALK(w, node, live, together)                                        \
+  while (node != END_OF_TREE && (together)) {                                       \
+    if (is_inner(node)) {                                                           \
+      do {                                                                          \
+        node = packet_step(w, node, live);                                          \
+      } while (is_inner(node) && (together));                                       \
+    }                                                                               \
+    if (is_inner(node) || !(together)) break; /* or the driver cut the loop short */ \
+    if (node != END_OF_TREE) node = packet_leaf(w, node, live);                     \
+  }

@@ -1,20 +1,23 @@
-// What per-ray methods share: the ray's own stack and one step from an inner node.
+// What per-ray walks share: the ray's own stack, one step from an inner node, and the if-if walk.
 //
 // The stack holds child references without distances; END_OF_TREE lies at the bottom, so a pop needs no test. A step pushes
 // at most one child, so STACK_SIZE = depth of the tree + 1 can not overflow (the host sets it so: engine/trace/variant.cpp).
+// A method that puts nodes aside keeps up to LIST_SIZE of them below its stack, above the END_OF_TREE.
 
+const uint RAY_STACK_SIZE = STACK_SIZE + LIST_SIZE;
 #if BALLOT_STACK == STACK_SHARED
-shared uint ray_stacks[STACK_SIZE * gl_WorkGroupSize.x];
+shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
 #define STACK_AT(i) ray_stacks[(i) * gl_WorkGroupSize.x + gl_LocalInvocationIndex]
 #define STACK_DECLARE
 #else
 #define STACK_AT(i) stack[i]
-#define STACK_DECLARE uint stack[STACK_SIZE];
+#define STACK_DECLARE uint stack[RAY_STACK_SIZE];
 #endif
 
 // The child to enter first, or the top of the stack where the ray meets neither.
 #define WALK_STEP(w, node, top)                                    \
   {                                                                \
+    COUNT_NODE(true)                                               \
     Pair pair = fetch_pair(node);                                  \
     float entry_l, entry_r;                                        \
     bool l = meets(w, pair.lo_l, pair.hi_l, entry_l);              \
@@ -22,5 +25,31 @@ shared uint ray_stacks[STACK_SIZE * gl_WorkGroupSize.x];
     bool right_first = r && (!l || entry_r < entry_l);             \
     node = right_first ? pair.right : pair.left;                   \
     if (l && r) STACK_AT(top++) = right_first ? pair.left : pair.right; \
+    COUNT_STACK(top)                                               \
     if (!l && !r) node = STACK_AT(--top);                          \
+  }
+
+// A leaf, then the top of the stack; a ray that looks for any hit and has one is done.
+#if BALLOT_ANY_HIT
+#define WALK_LEAF(w, node, top)                                    \
+  {                                                                \
+    visit_leaf(w, node, true);                                     \
+    node = STACK_AT(--top);                                        \
+    if (w.hit.prim != NO_HIT) node = END_OF_TREE;                  \
+  }
+#else
+#define WALK_LEAF(w, node, top)                                    \
+  {                                                                \
+    visit_leaf(w, node, true);                                     \
+    node = STACK_AT(--top);                                        \
+  }
+#endif
+
+// From a node until the stack is empty, an iteration being a node or a leaf.
+#define WALK_IF_IF(w, node, top)                                   \
+  while (node != END_OF_TREE) {                                    \
+    if (is_inner(node))                                            \
+      WALK_STEP(w, node, top)                                      \
+    else                                                           \
+      WALK_LEAF(w, node, top)                                      \
   }

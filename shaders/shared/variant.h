@@ -8,11 +8,13 @@
 #define SPEC_STACK_SIZE 1       // entries of a depth-first stack, the sentinel included
 #define SPEC_GROUP_SUBGROUPS 2  // subgroups in a workgroup, with the smallest subgroup that the pipeline may get
 #define SPEC_SUBGROUP_SIZE 3    // invocations in a subgroup; sizes the stack that is spread over lanes
+#define SPEC_LIST_SIZE 4        // nodes that a ray can put aside, below its own stack; 0 for methods that put none
 
 // Bindings of set 0, besides BIND_RAYS and BIND_HITS.
 #define BIND_WORK 2
 #define BIND_NODES 3
 #define BIND_LEAVES 4
+#define BIND_STATS 5  // of the instrumented variant only
 
 // BALLOT_FETCH: how nodes and leaves are read.
 #define FETCH_STORAGE 0    // storage buffer
@@ -56,6 +58,7 @@ struct TracePush {
   uint max_batches;    // persistent launch: batches that a subgroup takes at most
   uint nodes_lo, nodes_hi;    // buffer addresses, FETCH_REFERENCE only
   uint leaves_lo, leaves_hi;
+  uint threshold;  // of methods that have one: lanes, entries or disagreements (engine/trace/methods.h)
 };
 
 // The work buffer. `next` counts up from ray_begin; a subgroup takes rays in steps of its size.
@@ -63,9 +66,29 @@ struct Work {
   uint next;
   uint unfinished;  // rays whose traversal was cut short
 };
+
+// What the instrumented variant counts, one record a ray. A lane visits a node or leaf if its subgroup walks it while the
+// lane's ray is alive; it needs it if its own ray met the box when the node was entered or pushed, as a ray by itself would.
+// What happens once a subgroup is counted in the record of one of its rays: sums over all rays are what counts.
+struct RayStats {
+  uint nodes, nodes_needed;          // inner nodes, as pairs of children
+  uint leaves, leaves_needed;
+  uint triangles, triangles_tested;  // in the leaves visited; of them those that the ray was tested against
+  uint packet_nodes;                 // of nodes: those visited on a path that the subgroup shares
+  uint lanes;                        // sum over visits of the lanes that needed the same visit
+  uint steps;                        // once a subgroup: node and leaf visits
+  uint unneeded, few;                // once a subgroup: shared node visits that no lane needs; fewer than a quarter, but some
+  uint votes, disagreements;         // once a subgroup: rounds of voting; those in which lanes wanted different children first
+  uint switches, switch_depth;       // once a subgroup: changes from shared to own paths; sum of the depths of their nodes
+  uint overflows;                    // once a subgroup: nodes that the packet walked since a list was full
+  uint stack;                        // high-water mark, of the shared or the ray's own stack with its list
+  uint fetches;                      // rays taken by an idle lane while others were under way
+};
+
 #ifdef __cplusplus
-BALLOT_RECORD(TracePush, 56);
+BALLOT_RECORD(TracePush, 60);
 BALLOT_RECORD(Work, 8);
+BALLOT_RECORD(RayStats, 72);
 }  // namespace ballot
 #endif
 
@@ -73,7 +96,7 @@ BALLOT_RECORD(Work, 8);
 #if !defined(BALLOT_FETCH) || !defined(BALLOT_STACK) || !defined(BALLOT_PACKET_STACK) || !defined(BALLOT_VOTE) || \
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_NUMERIC) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
-    !defined(BALLOT_SELECT_MINMAX)
+    !defined(BALLOT_SELECT_MINMAX) || !defined(BALLOT_COUNTERS)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif
 #endif

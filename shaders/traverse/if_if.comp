@@ -19,17 +19,7 @@ uint traverse(inout Walker w, bool live, uint node) {
   uint top = 0u;
   STACK_AT(top++) = END_OF_TREE;
   if (!live) node = END_OF_TREE;
-  while (node != END_OF_TREE) {
-    if (is_inner(node)) {
-      WALK_STEP(w, node, top)
-    } else {
-      visit_leaf(w, node, true);
-      node = STACK_AT(--top);
-#if BALLOT_ANY_HIT
-      if (w.hit.prim != NO_HIT) node = END_OF_TREE;
-#endif
-    }
-  }
+  WALK_IF_IF(w, node, top)
   return node;
 }
 

@@ -20,30 +20,7 @@
 uint traverse(inout Walker w, bool live, uint node) {
   packet_begin();
   if (!packet_any(live)) node = END_OF_TREE;
-  while (node != END_OF_TREE) {
-    if (is_inner(node)) {
-      do {
-        Pair pair = packet_fetch_pair(node);
-        float entry_l, entry_r;
-        bool l = meets(w, pair.lo_l, pair.hi_l, entry_l) && live;
-        bool r = meets(w, pair.lo_r, pair.hi_r, entry_r) && live;
-        Vote vote = packet_vote(l, r, entry_l <= entry_r);
-        bool right_first = vote.right && (!vote.left || vote.right_first);
-        node = right_first ? pair.right : pair.left;
-        if (vote.left && vote.right) packet_push(right_first ? pair.left : pair.right);
-        if (!vote.left && !vote.right) node = packet_pop();
-      } while (is_inner(node));
-    }
-    if (is_inner(node)) break;  // only where the driver cut the loop short
-    if (node != END_OF_TREE) {
-      visit_leaf(w, node, live);
-      node = packet_pop();
-#if BALLOT_ANY_HIT
-      live = live && w.hit.prim == NO_HIT;
-      if (!packet_any(live)) node = END_OF_TREE;
-#endif
-    }
-  }
+  PACKET_WALK(w, node, live, true)
   w.truncated = w.truncated || packet_truncated;
   return node;
 }

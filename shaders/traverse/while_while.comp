@@ -22,13 +22,7 @@ uint traverse(inout Walker w, bool live, uint node) {
   while (node != END_OF_TREE) {
     while (is_inner(node)) WALK_STEP(w, node, top)
     if (is_inner(node)) break;  // only where the driver cut the loop short
-    if (node != END_OF_TREE) {
-      visit_leaf(w, node, true);
-      node = STACK_AT(--top);
-#if BALLOT_ANY_HIT
-      if (w.hit.prim != NO_HIT) node = END_OF_TREE;
-#endif
-    }
+    if (node != END_OF_TREE) WALK_LEAF(w, node, top)
   }
   return node;
 }

@@ -68,15 +68,15 @@ TEST_F(Trace, EveryMethodModeAndVoteNearestAndAny) {
   rays(64);
   for (const Method& method : kMethods)
     for (const NumericMode& mode : kNumericModes)
-      for (const char* vote : {"any", "count", "sum"})
+      for (const Vote vote : {Vote::Any, Vote::Count, Vote::Sum})
         for (const bool any : {false, true}) {
-          if (!method.packet && std::strcmp(vote, "any") != 0) continue;
-          SCOPED_TRACE(std::string(method.name) + " " + std::string(mode.name) + " " + vote +
-                       (any ? " any" : " nearest"));
+          if (method.packet() ? !method.takes(vote) : vote != Vote::Any) continue;
+          SCOPED_TRACE(fmt::format("{} {} {} {}", method.name, mode.name, vote_name(vote), any ? "any" : "nearest"));
           Words args{"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate"};
-          for (const std::string& word : {std::string("--method"), std::string(method.name), std::string("--numeric"),
-                                          std::string(mode.name), std::string("--knob"), "vote=" + std::string(vote)})
-            args.push_back(word);
+          for (const std::string_view word :
+               {std::string_view("--method"), method.name, std::string_view("--numeric"), mode.name})
+            args.emplace_back(word);
+          if (method.packet()) args.insert(args.end(), {"--knob", fmt::format("vote={}", vote_name(vote))});
           if (any) args.push_back("--any");
           const Result result = succeed(args);
           expect_parts(result.out, {std::string(method.name) + (any ? ".any." : ".nearest.") + std::string(mode.name)});

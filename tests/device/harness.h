@@ -13,16 +13,20 @@ namespace ballot::harness {
 
 constexpr std::uint8_t kPattern = 0xCD;  // hits are filled with this byte before a run
 
+/// The knobs that choose each vote of a method; one set without knobs where it does not vote.
+inline std::vector<Knobs> votes_of(const Method& m) {
+  std::vector<Knobs> all;
+  for (const Vote v : {Vote::Any, Vote::Count, Vote::Sum})
+    if (m.takes(v)) all.push_back({{"vote", std::string(vote_name(v))}});
+  if (all.empty()) all.push_back({});
+  return all;
+}
+
 /// Every method x vote of a numeric mode, with the formulation that the tuning table gives.
 inline std::vector<Query> every_method(Want want, std::string_view numeric) {
   std::vector<Query> queries;
-  for (const Method& m : kMethods) {
-    if (!m.packet)
-      queries.push_back({want, std::string(m.name), std::string(numeric), {}});
-    else
-      for (const char* vote : {"any", "count", "sum"})
-        queries.push_back({want, std::string(m.name), std::string(numeric), {{"vote", vote}}});
-  }
+  for (const Method& m : kMethods)
+    for (const Knobs& knobs : votes_of(m)) queries.push_back({want, std::string(m.name), std::string(numeric), knobs});
   return queries;
 }
 
@@ -45,6 +49,19 @@ inline std::vector<Knobs> every_formulation(const DeviceInfo& d) {
     all.push_back({{"packet_stack", "lanes"}});
   }
   if (d.buffer_address) all.push_back({{"fetch", "reference"}});
+  return all;
+}
+
+/// Every value that a search for the method's threshold tries, and the ends of its range.
+inline std::vector<Knobs> every_threshold(const Method& m) {
+  std::vector<Knobs> all;
+  const Threshold& t = m.threshold;
+  for (std::size_t i = 0; i < t.tried; ++i) all.push_back({{std::string(t.knob), fmt::format("{}", t.sweep[i])}});
+  if (t.unit == Threshold::Share) all.push_back({{std::string(t.knob), "0"}});
+  if (t.unit == Threshold::Count) all.push_back({{std::string(t.knob), "255"}});
+  if (m.lists)
+    for (const char* list : {"1", "2", "64"})
+      all.push_back({{"list", list}, {std::string(t.knob), "1"}, {"stack", "private"}});
   return all;
 }
 

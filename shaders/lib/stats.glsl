@@ -1,0 +1,72 @@
+// Counters of the instrumented variant (RayStats in shared/variant.h). In the timed variant every COUNT_ statement is nothing:
+// its SPIR-V is byte for byte that of sources without these statements, and a test holds it to that. So each stands on a
+// line of its own and nothing else depends on it.
+#if BALLOT_COUNTERS
+layout(set = 0, binding = BIND_STATS, scalar) writeonly buffer Stats { RayStats ray_stats[]; };
+
+RayStats stats;
+bool stats_shared;          // on a path that the subgroup shares
+bool stats_needs;           // whether this lane's ray needs the node at hand
+uint stats_depth;           // of the node at hand, on shared paths
+uint stats_depths[STACK_SIZE];
+
+void stats_begin() {
+  stats = RayStats(0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
+  stats_shared = false;
+  stats_needs = true;
+  stats_depth = 0u;
+}
+
+// A step of the subgroup: all lanes that take it arrive together.
+void stats_step(bool live, bool inner) {
+  bool needs = live && (!stats_shared || stats_needs);
+  uint lanes = subgroupBallotBitCount(subgroupBallot(needs));
+  if (subgroupElect()) {
+    ++stats.steps;
+    if (stats_shared && inner && lanes == 0u) ++stats.unneeded;
+    if (stats_shared && inner && lanes > 0u && lanes * 4u < gl_SubgroupSize) ++stats.few;
+  }
+  if (!live) return;
+  if (needs) stats.lanes += lanes;
+  if (inner) {
+    ++stats.nodes;
+    if (needs) ++stats.nodes_needed;
+    if (stats_shared) ++stats.packet_nodes;
+  } else {
+    ++stats.leaves;
+    if (needs) ++stats.leaves_needed;
+  }
+}
+
+#define COUNT_BEGIN() stats_begin();
+#define COUNT_WRITE(index) ray_stats[index] = stats;
+#define COUNT_NODE(live) stats_step(live, true);
+#define COUNT_LEAF(live, count) { stats_step(live, false); if (live) stats.triangles += count; }
+#define COUNT_TRIANGLE() ++stats.triangles_tested;
+#define COUNT_STACK(height) stats.stack = max(stats.stack, height);
+#define COUNT_SHARED(yes) stats_shared = yes;
+#define COUNT_NEEDS(yes) stats_needs = yes;
+#define COUNT_DESCENT() ++stats_depth;
+#define COUNT_PUSH(top) stats_depths[top] = stats_depth;
+#define COUNT_POP(top) stats_depth = stats_depths[top];
+#define COUNT_VOTE(disagree) { uint d = uint(disagree); if (subgroupElect()) { ++stats.votes; stats.disagreements += d; } }
+#define COUNT_SWITCH() if (subgroupElect()) { ++stats.switches; stats.switch_depth += stats_depth; }
+#define COUNT_OVERFLOW(yes) { uint o = uint(yes); if (subgroupElect()) stats.overflows += o; }
+#define COUNT_FETCH(yes) stats.fetches += uint(yes);
+#else
+#define COUNT_BEGIN()
+#define COUNT_WRITE(index)
+#define COUNT_NODE(live)
+#define COUNT_LEAF(live, count)
+#define COUNT_TRIANGLE()
+#define COUNT_STACK(height)
+#define COUNT_SHARED(yes)
+#define COUNT_NEEDS(yes)
+#define COUNT_DESCENT()
+#define COUNT_PUSH(top)
+#define COUNT_POP(top)
+#define COUNT_VOTE(disagree)
+#define COUNT_SWITCH()
+#define COUNT_OVERFLOW(yes)
+#define COUNT_FETCH(yes)
+#endif

@@ -1,0 +1,64 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// "alternate" traversal: a packet; a node that too few lanes want is walked at once, with all below it, by those lanes alone,
+// each by itself, and then the packet goes on with its stack.
+//
+// Based on:
+//   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.3 ("the straightforward idea").
+//   Carsten Benthin, Ingo Wald, Sven Woop, Manfred Ernst, William Mark. Combining Single and Packet-Ray Tracing for Arbitrary
+//   Ray Distributions on the Intel MIC Architecture. TVCG 2012. (the condition)
+//
+// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
+//   live   false where the lane has no ray: it still loads and votes
+//   Flow   subgroup-uniform, but for the subtrees that lanes walk by themselves
+//   Memory STACK_SIZE words per subgroup and STACK_SIZE per lane
+//   push.threshold   lanes that must want a node for the packet to walk it
+#define PACKET_REMEMBERS_WANTS
+#include "../lib/kernel.glsl"
+#include "../lib/walk.glsl"
+#include "../lib/packet.glsl"
+
+// The subtree of a node by the rays that want it, each by itself.
+void walk_apart(inout Walker w, uint node, bool wants) {
+  STACK_DECLARE
+  uint top = 0u;
+  STACK_AT(top++) = END_OF_TREE;
+  if (!wants) node = END_OF_TREE;
+  WALK_IF_IF(w, node, top)
+  w.truncated = w.truncated || node != END_OF_TREE;
+}
+
+uint traverse(inout Walker w, bool live, uint node) {
+  packet_begin();
+  if (!packet_any(live)) node = END_OF_TREE;
+  bool together = true;  // at the root
+  while (node != END_OF_TREE) {
+    if (is_inner(node) && together) {
+      do {
+        node = packet_step(w, node, live);
+        together = packet_count(live && packet_wants) >= push.threshold;
+      } while (is_inner(node) && together);
+      if (is_inner(node) && together) break;  // only where the driver cut the loop short
+    }
+    if (node != END_OF_TREE) {
+      if (together) {
+        node = packet_leaf(w, node, live);
+      } else {
+        COUNT_SWITCH()
+        COUNT_SHARED(false)
+        walk_apart(w, node, live && packet_wants);
+        COUNT_SHARED(true)
+        node = packet_pop();
+#if BALLOT_ANY_HIT
+        live = live && w.hit.prim == NO_HIT;
+        if (!packet_any(live)) node = END_OF_TREE;
+#endif
+      }
+      together = packet_count(live && packet_wants) >= push.threshold;
+    }
+  }
+  w.truncated = w.truncated || packet_truncated;
+  return node;
+}
+
+#include "../lib/main.glsl"

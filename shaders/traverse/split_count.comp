@@ -1,0 +1,34 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// "split-count" traversal: a packet until its lanes have wanted different children first more than n times, then every ray
+// by itself.
+//
+// Based on:
+//   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.3 ("counting how many times rays wanted to take different
+//   paths").
+// Differs from the paper: as stack-max does.
+//
+// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
+//   live   false where the lane has no ray: it still loads and votes
+//   Flow   subgroup-uniform until the switch, then lanes part
+//   Memory STACK_SIZE words per subgroup and STACK_SIZE per lane
+//   push.threshold   n; 0 parts at the first disagreement
+#define PACKET_COUNTS_DISAGREEMENTS
+#include "../lib/kernel.glsl"
+#include "../lib/walk.glsl"
+#include "../lib/packet.glsl"
+#include "../lib/part.glsl"
+
+uint traverse(inout Walker w, bool live, uint node) {
+  STACK_DECLARE
+  uint top = 0u;
+  packet_begin();
+  packet_disagreements = 0u;
+  if (!packet_any(live)) node = END_OF_TREE;
+  PACKET_WALK(w, node, live, packet_disagreements <= push.threshold)
+  PART(w, node, live, top)
+  w.truncated = w.truncated || packet_truncated;
+  return node;
+}
+
+#include "../lib/main.glsl"
