@@ -100,6 +100,10 @@ class Engine {
   /// Error(Arguments) if the batch has no frame.
   FrameTimes frame(RayBatch& batch, Query query) { return batches_->frame(batch, std::move(query)); }
 
+  /// What the instrumented variant of the query's kernel counts over a batch; slower than trace(), and never what is
+  /// timed. Throws as trace() does.
+  Counters count(RayBatch& batch, Query query) { return batches_->count(batch, std::move(query)); }
+
   /// What the CPU oracle (engine/bvh/oracle.h) says of a batch's rays, in parallel.
   Truth truth(const RayBatch& batch) { return checker().truth(batch); }
 

@@ -21,6 +21,7 @@ struct EngineArgs {
   std::string json;
 
   void add_to(CLI::App& app, bool scene_required);
+  void add_options(CLI::App& app);  // all but the scene
   EngineOptions options() const;
 };
 

@@ -56,7 +56,7 @@ Batches::~Batches() = default;
 // 2 GiB) and of a dispatch, and short enough for a watchdog.
 std::uint32_t Batches::chunk_rays() const {
   const DeviceInfo& d = gpu_.info();
-  constexpr std::uint64_t kLargestRecord = std::max(sizeof(Ray), sizeof(FilmPixel));
+  constexpr std::uint64_t kLargestRecord = std::max({sizeof(Ray), sizeof(FilmPixel), sizeof(RayStats)});
   const std::uint64_t bytes = std::min({d.max_storage_range, d.max_allocation, std::uint64_t(1) << 31});
   const std::uint64_t rays = std::min({bytes / kLargestRecord, std::uint64_t(d.max_group_count_x) * kGeneratorGroup,
                                        std::uint64_t(1) << (d.is_cpu() ? 20 : 25)});

@@ -21,6 +21,12 @@ struct FrameTimes {
   double total_ms() const { return generate_ms + trace_ms + shade_ms; }
 };
 
+/// What an instrumented kernel counts (RayStats), by name: means per ray, and
+///   active_share  share of the lanes that needed the node or leaf of a step
+///   packet_share  share of the node visits on a path that the subgroup shares
+///   stack_max     the highest stack of any ray
+using Counters = std::map<std::string, double>;
+
 /// Rays on the device. They lie in as many buffers as the device's limits want, each traced by a dispatch of its own.
 /// Made by an Engine, which it must not outlive.
 class RayBatch {
@@ -74,6 +80,7 @@ class Batches {
   std::unique_ptr<RayBatch> make(std::string name, std::span<const Ray> rays, Want want);
   TraceTimes trace(RayBatch& batch, Query query);
   FrameTimes frame(RayBatch& batch, Query query);
+  Counters count(RayBatch& batch, Query query);
 
  private:
   using Chunk = RayBatch::Chunk;

@@ -37,7 +37,7 @@ enum class Role {
 };  // an entry; one threshold of a sweep; an entry with the sweep's best threshold
 
 /// The knob that a hybrid switches by, as a number.
-struct Threshold {
+struct ThresholdValue {
   std::string knob;
   double value = 0;
 };
@@ -49,13 +49,13 @@ struct Record {
   std::string label, method, numeric;
   Role role = Role::Method;
   Knobs knobs;
-  std::optional<Threshold> threshold;  // of sweep records always
+  std::optional<ThresholdValue> threshold;  // of sweep records always
   std::string variant;
   std::uint32_t workgroup = 0, subgroup = 0, resident_lanes = 0;
   std::uint64_t ray_count = 0;
   Times trace;
   std::optional<Times> frame;  // generation to film; none for sweeps and foreign rays
-  std::map<std::string, double> counters;
+  Counters counters;
   std::optional<Checked> check;
 
   double mrays_per_s() const { return double(ray_count) / trace.median * 1e-3; }

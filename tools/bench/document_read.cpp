@@ -36,15 +36,15 @@ std::optional<double> as_number(const std::string& text) {
 }
 
 /// As it was written; where it was not, the only knob that is a number.
-std::optional<Threshold> read_threshold(const JsonPlace& json, const Record& record) {
+std::optional<ThresholdValue> read_threshold(const JsonPlace& json, const Record& record) {
   if (const auto threshold = json.find("threshold"))
-    return Threshold{threshold->at("knob").text(), threshold->at("value").number()};
+    return ThresholdValue{threshold->at("knob").text(), threshold->at("value").number()};
   if (record.role == Role::Method) return std::nullopt;
-  std::optional<Threshold> found;
+  std::optional<ThresholdValue> found;
   for (const auto& [name, text] : record.knobs)
     if (const auto value = as_number(text)) {
       if (found) json.wrong("'threshold': the knob that was swept and its value");
-      found = Threshold{name, *value};
+      found = ThresholdValue{name, *value};
     }
   if (!found && record.role == Role::Sweep) json.wrong("'threshold': the knob that was swept and its value");
   return found;

@@ -22,6 +22,13 @@ inline constexpr std::array<PaperScene, 4> kPaperScenes{{
 /// The Fairy scene could not be had; this one is made to be like it.
 inline constexpr std::string_view kStandIn = "fairyforest-standin";
 
+/// The constants of Table 2, the text's choice for primary and for secondary rays.
+struct PaperThreshold {
+  std::string_view method;
+  double value;
+};
+inline constexpr std::array<PaperThreshold, 2> kPaperThresholds{{{"stack-max", 11}, {"stack-max", 7}}};
+
 struct PaperRow {
   std::string_view method;                    // as the paper prints it
   std::string_view label;                     // ours

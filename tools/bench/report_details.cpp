@@ -51,11 +51,16 @@ std::string sweep_table(const Setting& setting, const std::string& family, const
   return table.text();
 }
 
-/// Mean over the views, weighed by their rays.
+/// Mean over the views, weighed by their rays; of a maximum the maximum.
 std::map<std::string, double> mean_counters(const Cell& cell) {
   std::map<std::string, double> sum, weight;
   for (const auto& [view, record] : cell.views)
     for (const auto& [name, value] : record->counters) {
+      if (name.ends_with("_max")) {
+        sum[name] = std::max(sum[name], value);
+        weight[name] = 1;
+        continue;
+      }
       sum[name] += value * double(record->ray_count);
       weight[name] += double(record->ray_count);
     }
@@ -111,7 +116,10 @@ std::string counter_section(const Setting& setting) {
       for (const std::string& name : names) cells.push_back(counters.contains(name) ? figure(counters.at(name)) : "-");
       table.row(std::move(cells));
     }
-  return "## Counters: " + setting.name + "\n\nMeans over the views, weighed by their rays.\n\n" + table.text();
+  return "## Counters: " + setting.name +
+         "\n\nMeans over all rays of all views, and the largest of `_max`; `engine/render/batch.h` says what they "
+         "count.\n\n" +
+         table.text();
 }
 
 std::string check_section(const Setting& setting) {
