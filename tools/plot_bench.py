@@ -22,6 +22,8 @@ FORMAT = ticker.FuncFormatter(lambda value, _: f"{value:g}")
 COLOURS = ["#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#999933", "#000000", "#888888", "#BBBBBB"]
 HATCHES = ["", "///", "...", "xxx", "\\\\\\", "+++", "ooo", "---"]
 MARKERS = "osD^vP*X<>"
+ABOVE = 0.55  # inches for the title
+MOST_BARS = 16  # in a group, else the votes by sum are left to the tables
 
 
 class Failed(Exception):
@@ -104,17 +106,18 @@ def styles(groups: dict[tuple, list[dict]]) -> dict[str, tuple[str, str]]:
 
 
 def save(figure, name: str, title: str, out: Path, legend: tuple, written: list[str]) -> None:
+    """Adds room for title and legend, and writes SVG and PNG."""
     handles, labels = legend
-    columns = max(1, min(6, len(labels), int(figure.get_figwidth() / 2)))
-    rows = math.ceil(len(labels) / columns)
-    height = figure.get_figheight()
-    top, bottom = 1 - 0.55 / height, (0.15 + 0.22 * rows) / height
-    above = figure.suptitle(plain(title), y=1 - 0.1 / height, va="top", fontsize=11)
-    below = figure.legend(handles, [plain(label) for label in labels], loc="lower center", ncol=columns, fontsize=8,
+    columns = max(1, min(6, len(labels), int(figure.get_figwidth() / 1.9)))
+    below = 0.2 + 0.2 * math.ceil(len(labels) / columns)
+    height = figure.get_figheight() + ABOVE + below
+    figure.set_figheight(height)
+    heading = figure.suptitle(plain(title), y=1 - 0.1 / height, va="top", fontsize=11)
+    names = figure.legend(handles, [plain(label) for label in labels], loc="lower center", ncol=columns, fontsize=8,
                           frameon=False)
-    for artist in (above, below):
+    for artist in (heading, names):
         artist.set_in_layout(False)
-    figure.tight_layout(rect=(0, bottom, 1, top))
+    figure.tight_layout(rect=(0, below / height, 1, 1 - ABOVE / height))
     figure.savefig(out / f"{name}.svg", metadata={"Date": None})
     figure.savefig(out / f"{name}.png", dpi=110)
     pyplot.close(figure)
@@ -122,17 +125,27 @@ def save(figure, name: str, title: str, out: Path, legend: tuple, written: list[
 
 
 def panels(rows: int, columns: int, width: float, height: float):
-    return pyplot.subplots(rows, columns, figsize=(width * columns, height * rows + 1.2), squeeze=False)
+    """Subplots of this size each, and together wide enough for a title."""
+    return pyplot.subplots(rows, columns, figsize=(max(8.0, width * columns), height * rows), squeeze=False)
+
+
+def shown_labels(groups: dict[tuple, list[dict]], style: dict) -> list[str]:
+    """What bars are drawn of: all, or without the votes by sum where there are too many to tell apart."""
+    labels = [label for label in style if label != BASE]
+    if len(labels) <= MOST_BARS:
+        return labels
+    by_sum = {label for (_, _, label), records in groups.items() if records[0]["knobs"].get("vote") == "sum"}
+    return [label for label in labels if label not in by_sum]
 
 
 def plot_speed_up(setting: Setting, name: str, out: Path, written: list[str]) -> None:
     groups = setting.groups()
     kinds, scenes = unique(rays for _, rays, _ in groups), unique(scene for scene, _, _ in groups)
     style = styles(groups)
-    labels = [label for label in style if label != BASE]
+    labels = shown_labels(groups, style)
     if not labels or not any(label == BASE for _, _, label in groups):
         return
-    width = max(6.0, 0.9 + len(scenes) * (0.5 + 0.13 * len(labels)))
+    width = 0.9 + len(scenes) * (0.4 + 0.11 * len(labels))
     figure, axes = panels(len(kinds), 1, width, 2.3)
     handles = {}
     for axis, rays in zip(axes[:, 0], kinds):
@@ -153,8 +166,9 @@ def plot_speed_up(setting: Setting, name: str, out: Path, written: list[str]) ->
         axis.set_axisbelow(True)
     shown = [label for label in labels if label in handles]
     if shown:
-        save(figure, name, f"Trace speed-up against {BASE}\n{setting.title}", out, ([handles[s] for s in shown], shown),
-             written)
+        some = "" if len(labels) + 1 == len(style) else "; votes by sum are in the tables"
+        save(figure, name, f"Trace speed-up against {BASE}{some}\n{setting.title}", out,
+             ([handles[label] for label in shown], shown), written)
 
 
 def family_of(record: dict) -> str:
@@ -230,8 +244,8 @@ def plot_coherence(setting: Setting, name: str, out: Path, written: list[str]) -
             points = sorted((100 * share[s, rays], mrays(groups[s, rays, label])) for s, rays in share
                             if s == scene and (s, rays, label) in groups)
             if points:
-                lines[label], = axis.plot(*zip(*points), color=COLOURS[i % len(COLOURS)], marker=MARKERS[i % len(MARKERS)],
-                                          markersize=4, linewidth=1)
+                lines[label], = axis.plot(*zip(*points), color=COLOURS[i % len(COLOURS)],
+                                          marker=MARKERS[i % len(MARKERS)], markersize=4, linewidth=1)
         axis.set_yscale("log")
         axis.yaxis.set_major_formatter(FORMAT)
         axis.yaxis.set_minor_formatter(FORMAT)
@@ -239,7 +253,8 @@ def plot_coherence(setting: Setting, name: str, out: Path, written: list[str]) -
         axis.set_ylim(top=top)
         for (s, rays), x in share.items():
             if s == scene:
-                axis.annotate(plain(rays), (100 * x, top), rotation=90, fontsize=6, va="top", ha="right", color="#555555")
+                axis.annotate(plain(rays), (100 * x, top), rotation=90, fontsize=6, va="top", ha="right",
+                              color="#555555")
                 axis.axvline(100 * x, color="#DDDDDD", linewidth=0.6, zorder=0)
         axis.set_title(plain(scene), fontsize=10)
         axis.set_xlabel("share of the packet's node visits that a ray needs, %")
@@ -250,7 +265,8 @@ def plot_coherence(setting: Setting, name: str, out: Path, written: list[str]) -
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, epilog="Prints 'plot NAME' for each SVG; a PNG lies beside it.")
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     epilog="Prints 'plot NAME' for each SVG; a PNG lies beside it.")
     parser.add_argument("files", nargs="+", type=Path, metavar="RESULTS.json")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR")
     options = parser.parse_args()

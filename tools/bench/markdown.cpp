@@ -49,6 +49,7 @@ std::string Table::text() const {
 }
 
 std::string figure(double value) {
+  if (value == 0) return "0";
   const double size = std::abs(value);
   const int digits = size >= 999.5 ? 0 : size >= 99.95 ? 1 : size >= 9.995 ? 2 : size >= 0.9995 ? 3 : 4;
   return fmt::format("{:.{}f}", value, digits);

@@ -36,8 +36,9 @@ std::string one_or_range(const Speeds& s) {
                      percent(s.ratios[s.most()]), place(*s.blocks[s.most()]));
 }
 
+/// "faster than"
 const char* verdict(double ratio) {
-  return ratio > 1 + kEqual ? "faster" : ratio < 1 - kEqual ? "slower" : "as fast (within 1 %)";
+  return ratio > 1 + kEqual ? "faster than" : ratio < 1 - kEqual ? "slower than" : "as fast (within 1 %) as";
 }
 
 Speeds against(const Setting& setting, const std::string& label, const std::string& base,
@@ -57,8 +58,9 @@ std::string packet_against_if_if(const Setting& setting) {
   if (s.ratios.empty()) return "";
   const auto wins = std::ranges::count_if(s.ratios, [](double r) { return r > 1; });
   return fmt::format(
-      "- Is packet faster than if-if for primary rays, as the paper found? Here packet(any) is {}: {}; it wins {} of "
-      "{} scenes.\n",
+      "- Is packet faster than if-if for primary rays, as the paper found? Here packet(any) is {} if-if: {}; it wins "
+      "{} "
+      "of {} scenes.\n",
       verdict(s.mean()), one_or_range(s), wins, s.ratios.size());
 }
 
@@ -67,16 +69,20 @@ std::string votes(const Setting& setting) {
   std::string text;
   std::vector<std::string> methods;
   for (const VotePair& pair : pairs)
-    if (std::ranges::find(methods, pair.method) == methods.end()) methods.push_back(pair.method);
-  for (const std::string& method : methods)
-    for (const auto& [vote, base] : {std::pair("count", "any"), std::pair("sum", "any"), std::pair("count", "sum")}) {
+    if (pair.role == Role::Method && std::ranges::find(methods, pair.method) == methods.end())
+      methods.push_back(pair.method);
+  for (const std::string& method : methods) {
+    std::string sentence;
+    for (const auto& [vote, base] : {std::pair("count", "any"), std::pair("sum", "any"), std::pair("sum", "count")}) {
       Speeds s;
       for (const VotePair& pair : pairs)
         if (pair.method == method && pair.vote == vote && pair.base == base) s.add(pair.speed, *pair.block);
       if (!s.ratios.empty())
-        text += fmt::format("- {}: voting by {} is {} compared with {}: {}.\n", method, vote, verdict(s.mean()), base,
-                            one_or_range(s));
+        sentence += fmt::format("{} {} is {} {}: {}", sentence.empty() ? "" : ";", vote, verdict(s.mean()), base,
+                                one_or_range(s));
     }
+    text += fmt::format("- What do the votes of {} cost or gain?{}.\n", method, sentence);
+  }
   return text;
 }
 

@@ -1,5 +1,7 @@
 #include "tools/bench/votes.h"
 
+#include <sstream>
+
 namespace ballot::bench {
 
 namespace {
@@ -9,13 +11,15 @@ std::string vote_of(const Cell& cell) {
   return vote == cell.first().knobs.end() ? "" : vote->second;
 }
 
-/// Entries of one kin differ in the vote alone; of "(best)" ones also in the threshold, each vote having its own best.
+/// The label without the vote; entries of one kin differ in the vote alone, "(best)" ones also in what was best for it.
 std::string kin_of(const Cell& cell) {
-  if (cell.role == Role::Best) return cell.first().method + "(best)";
-  std::string kin = cell.first().method;
-  for (const auto& [name, value] : cell.first().knobs)
-    if (name != "vote") kin += (kin == cell.first().method ? "(" : ", ") + name + "=" + value;
-  return kin + (kin == cell.first().method ? "" : ")");
+  const std::size_t open = cell.label.find('(');
+  if (open == std::string::npos || !cell.label.ends_with(')')) return cell.label;
+  std::string parts;
+  std::istringstream inner(cell.label.substr(open + 1, cell.label.size() - open - 2));
+  for (std::string part; std::getline(inner, part, ',');)
+    if (part != vote_of(cell)) parts += (parts.empty() ? "" : ",") + part;
+  return cell.label.substr(0, open) + (parts.empty() ? "" : "(" + parts + ")");
 }
 
 }  // namespace
@@ -27,7 +31,8 @@ std::vector<VotePair> vote_pairs(const Setting& setting) {
       for (const Cell& b : block.cells) {
         if (&a == &b || vote_of(a).empty() || vote_of(b).empty() || vote_of(a) == vote_of(b)) continue;
         if (kin_of(a) != kin_of(b)) continue;
-        if (const auto ratio = time_ratio(b, a)) pairs.push_back({&block, kin_of(a), vote_of(a), vote_of(b), *ratio});
+        if (const auto ratio = time_ratio(b, a))
+          pairs.push_back({&block, kin_of(a), a.role, vote_of(a), vote_of(b), *ratio});
       }
   return pairs;
 }

@@ -7,7 +7,8 @@ namespace ballot::bench {
 
 struct VotePair {
   const Block* block;
-  std::string method;      // as its label without the vote: "packet", "cut(best)"
+  std::string method;  // as its label without the vote: "packet", "cut(best)"
+  Role role;
   std::string vote, base;  // the two votes
   double speed;            // with `vote` over with `base`
 };
