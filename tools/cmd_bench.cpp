@@ -77,7 +77,8 @@ int run(const Args& args) {
   if (args.plan.sweep && plan.sweeps.empty())
     fmt::print(stderr, "ballot: note: --sweep: none of the methods has a threshold to sweep\n");
   const auto devices = list_devices();
-  choose_device(devices, args.engine.device);
+  const DeviceInfo& device = devices[choose_device(devices, args.engine.device)];
+  for (const Query& query : plan.queries()) formulation_for(find_method(query.method), device, query.knobs);
   auto scenes = bench::load_scenes(args.scenes, plan);
   if (!args.engine.json.empty()) check_writable(args.engine.json);
   if (!args.report.empty()) bench::check_report_folder(args.report);

@@ -16,7 +16,8 @@ using Key = std::tuple<std::string, std::string, bool, std::string, std::string,
 Key key_of(const Record& r) { return {r.scene, r.rays, r.any, r.numeric, r.label, r.view}; }
 
 std::string words(const Record& r) {
-  return fmt::format("{}, {}, {}{}, {}, {}", r.scene, r.view, r.rays, r.any ? " (any)" : "", r.label, r.numeric);
+  return fmt::format("{}, {}{}{}, {}, {}", r.scene, r.view.empty() ? "" : r.view + ", ", r.rays, r.any ? " (any)" : "",
+                     r.label, r.numeric);
 }
 
 std::map<Key, const Record*> by_key(const std::vector<Document>& documents) {

@@ -42,8 +42,10 @@ std::string words(const Change& c) {
 std::vector<Change> changed(const Comparison& comparison, bool slower, double tolerance) {
   std::vector<Change> list;
   for (const auto* all : {&comparison.groups, &comparison.records})
-    for (const Change& c : *all)
+    for (const Change& c : *all) {
+      if (all == &comparison.records && c.view.empty()) continue;  // foreign rays: a group of one, said already
       if (slower ? c.time.slower(tolerance) : c.time.faster(tolerance)) list.push_back(c);
+    }
   std::ranges::stable_sort(list, {}, [&](const Change& c) { return slower ? -c.time.ratio : c.time.ratio; });
   return list;
 }

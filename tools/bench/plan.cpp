@@ -183,6 +183,15 @@ void add_rays(const std::string& item, std::vector<RaySet>& sets) {
   sets.push_back(std::move(set));
 }
 
+/// A knob that no method takes would silently do nothing.
+void check_concern(const PlanArgs& args, const Plan& plan) {
+  for (const std::string& text : args.knobs) {
+    const std::string name = knob_of("--knob", text).first;
+    if (std::ranges::none_of(plan.entries, [&](const Entry& e) { return e.query.knobs.contains(name); }))
+      fail(Failure::Arguments, "--knob {}: it concerns none of the chosen methods", text);
+  }
+}
+
 }  // namespace
 
 std::vector<Query> Plan::queries() const {
@@ -207,6 +216,7 @@ Plan make_plan(const PlanArgs& args) {
   for (const std::string& item : rays)  // names first: reading files takes longer
     if (item != "all" && !item.ends_with(".npy") && !item.ends_with(".npy:any")) find_ray_kind(item);
   for (const std::string& item : rays) add_rays(item, plan.rays);
+  check_concern(args, plan);
   if (args.views != "all") plan.views = items_of("--views", args.views);
   return plan;
 }

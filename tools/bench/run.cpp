@@ -158,6 +158,7 @@ RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions opti
   RunResult& result = run.result();
   for (LoadedScene& scene : scenes) try {
       run.add(std::move(scene));
+      result.document.partial = &scene != &scenes.back();
       save(result.document);
     } catch (const Interrupted&) {
       result.document.partial = true;
