@@ -100,8 +100,8 @@ class Engine {
   /// Error(Arguments) if the batch has no frame.
   FrameTimes frame(RayBatch& batch, Query query) { return batches_->frame(batch, std::move(query)); }
 
-  /// What the instrumented variant of the query's kernel counts over a batch; slower than trace(), and never what is
-  /// timed. Throws as trace() does.
+  /// Traces a batch by the instrumented variant of the query's kernel and sums up what it counted; the hits are as those
+  /// of trace(). Throws as trace() does, and Error(Work) if the device has no room for the counters.
   Counters count(RayBatch& batch, Query query) { return batches_->count(batch, std::move(query)); }
 
   /// What the CPU oracle (engine/bvh/oracle.h) says of a batch's rays, in parallel.

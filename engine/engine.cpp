@@ -90,6 +90,10 @@ Image Engine::render(const View& view, const RenderOptions& options, RenderTimes
       {"worldToCamera", exr_matrix(kLeftHanded * camera_from_world)},
       {"worldToNDC", exr_matrix(ndc_from_camera(view, double(options.width) / options.height) * camera_from_world)},
   };
+  if (spent.heat_top > 0) {
+    image.attributes["heat"] = options.heat;
+    image.attributes["heat_top"] = spent.heat_top;
+  }
   if (times) *times = spent;
   return image;
 }

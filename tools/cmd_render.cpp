@@ -13,7 +13,8 @@ struct Args {
   QueryArgs query;
   std::string view = "all", size = "1024x1024", shading = "eyelight", out = ".";
   std::uint32_t spp = 1;
-  bool png = false;
+  std::string heat = "nodes";
+  bool png = false, stats = false;
 };
 
 /// <scene>-<view>, as a name of one file: no folder separator, no control character.
@@ -81,6 +82,7 @@ void render_view(const Args& args, Opened& opened, const View& view, const Rende
   fmt::print("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n",
              view.name, times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(),
              exr.string(), args.png ? " + .png" : "");
+  if (times.heat_top > 0) fmt::print("  {:<10} {}: yellow is {:.4g}\n", "", options.heat, times.heat_top);
   json["records"].push_back({{"scene", engine.scene().name},
                              {"view", view.name},
                              {"rays", "primary"},
@@ -107,6 +109,8 @@ int run(const Args& args) {
   parse_size(args.size, options.width, options.height);
   options.spp = args.spp;
   options.shading = find_shading(args.shading).name;
+  options.heat = find_heat(args.heat).name;
+  options.stats = args.stats;
   options.query = args.query.query();
   check_options(options);
   const fs::path out = args.out;
@@ -142,13 +146,16 @@ int run(const Args& args) {
 void add_render(CLI::App& app, int& result) {
   auto args = std::make_shared<Args>();
   CLI::App* cmd = app.add_subcommand("render", "views to EXR: colour, distance, normals and primitive numbers");
-  std::string shadings;
+  std::string shadings, heats;
+  for (const HeatKind& h : kHeatKinds) heats += fmt::format("\n  {:<12} {}", h.name, h.what);
   for (const Shading& s : kShadings) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
   args->engine.add_to(*cmd, true);
   args->query.add_to(*cmd);
   cmd->add_option("--view", args->view, "name of a camera in the scene, or 'all' [all]");
   cmd->add_option("--size", args->size, "WIDTHxHEIGHT in pixels [1024x1024]");
   cmd->add_option("--shading", args->shading, "what to draw [eyelight]" + shadings);
+  cmd->add_option("--heat", args->heat, "what --shading heat shows, dark blue for 0 to yellow [nodes]" + heats);
+  cmd->add_flag("--stats", args->stats, "also channels stats.*, one for each kind of heat, by the instrumented kernel");
   cmd->add_option("--spp", args->spp, "samples a pixel [1: through its centre]");
   cmd->add_option("--out", args->out, "FILE.exr for one view, or a folder [.]");
   cmd->add_flag("--png", args->png, "also write a PNG beside each EXR");

@@ -48,10 +48,11 @@ std::vector<KernelSource> traversal_sources() {
     for (const Method& method : kMethods)
       for (const NumericMode& numeric : kNumericModes)
         for (const Want want : {Want::Nearest, Want::Any})
-          for (const Knobs& knobs : knobs_of(method)) {
-            const Variant v{&method, &numeric, want, formulation_for(method, device, knobs)};
-            sources.push_back(kernel_source(v, device, 32));
-          }
+          for (const Knobs& knobs : knobs_of(method))
+            for (const bool counters : {false, true}) {
+              const Variant v{&method, &numeric, want, formulation_for(method, device, knobs), counters};
+              sources.push_back(kernel_source(v, device, 32));
+            }
   return sources;
 }
 

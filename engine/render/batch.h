@@ -9,6 +9,7 @@
 
 #include "engine/render/ray_kinds.h"
 #include "engine/render/scene_data.h"
+#include "engine/trace/counters.h"
 #include "engine/trace/tracer.h"
 
 namespace ballot {
@@ -20,12 +21,6 @@ struct FrameTimes {
   double shade_ms = 0;     // of every hit of this kind's rays into a film
   double total_ms() const { return generate_ms + trace_ms + shade_ms; }
 };
-
-/// What an instrumented kernel counts (RayStats), by name: means per ray, and
-///   active_share  share of the lanes that needed the node or leaf of a step
-///   packet_share  share of the node visits on a path that the subgroup shares
-///   stack_max     the highest stack of any ray
-using Counters = std::map<std::string, double>;
 
 /// Rays on the device. They lie in as many buffers as the device's limits want, each traced by a dispatch of its own.
 /// Made by an Engine, which it must not outlive.

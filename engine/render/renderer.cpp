@@ -5,6 +5,7 @@
 #include "engine/core/error.h"
 #include "engine/render/camera.h"
 #include "engine/render/ray_kinds.h"
+#include "engine/trace/counters.h"
 
 namespace ballot {
 
@@ -38,11 +39,17 @@ Image image_of(const std::vector<FilmPixel>& film, const RenderOptions& options)
   return image;
 }
 
-/// From the order of rays (shaders/lib/film.glsl) to rows of pixels.
-void scatter(std::span<const FilmPixel> part, const PrimaryPush& camera, std::vector<FilmPixel>& film) {
+void set(FilmPixel& pixel, const FilmPixel& value) { pixel = value; }
+void set(RayStats& sum, const RayStats& value) {
+  for (const CounterInfo& c : kCounters) sum.*c.field += value.*c.field;
+}
+
+/// From the order of rays (shaders/lib/film.glsl) to rows of pixels: pixels are replaced, counts added.
+template <class T>
+void scatter(std::span<const T> part, const PrimaryPush& camera, std::vector<T>& pixels) {
   for (std::uint32_t i = 0; i < part.size(); ++i) {
     const glm::uvec2 at = pixel_of(camera.first + i, camera.width);
-    if (at.x < camera.width && at.y < camera.height) film[std::size_t(at.y) * camera.width + at.x] = part[i];
+    if (at.x < camera.width && at.y < camera.height) set(pixels[std::size_t(at.y) * camera.width + at.x], part[i]);
   }
 }
 
@@ -62,6 +69,7 @@ void check_options(const RenderOptions& o) {
     fail(Failure::Arguments, "--size: {}x{} is not between 1x1 and 16384x16384", o.width, o.height);
   if (o.spp < 1 || o.spp > 65536) fail(Failure::Arguments, "--spp: {} is not between 1 and 65536", o.spp);
   find_shading(o.shading);
+  find_heat(o.heat);
 }
 
 /// Kernels and buffers of pictures that share shading and chunk size.
@@ -71,14 +79,17 @@ struct Renderer::Passes {
   Buffer<Ray> rays;
   Buffer<Hit> hits;
   Buffer<FilmPixel> film;
+  std::unique_ptr<Buffer<RayStats>> stats;  // only where counters are asked for
   Kernel primary, shade;
 
-  Passes(Context& gpu, std::uint32_t chunk_rays, const std::string& shading_name, const SceneFeatures& scene)
+  Passes(Context& gpu, std::uint32_t chunk_rays, const std::string& shading_name, bool counts,
+         const SceneFeatures& scene)
       : shading(shading_name),
         chunk(chunk_rays),
         rays(gpu, chunk, Access::Storage, "rays"),
         hits(gpu, chunk, Access::Storage, "hits"),
         film(gpu, chunk, Access::Storage, "film"),
+        stats(counts ? std::make_unique<Buffer<RayStats>>(gpu, chunk, Access::Storage, "counters") : nullptr),
         primary(gpu, generator_source("primary", false)),
         shade(gpu, shading_source(shading, scene)) {
     primary.bind(BIND_RAYS, rays);
@@ -93,12 +104,20 @@ Renderer::Renderer(Context& gpu, Tracer& tracer, SceneData& scene) : gpu_(gpu), 
 Renderer::~Renderer() = default;
 
 Renderer::Passes& Renderer::passes(const RenderOptions& options, std::uint32_t chunk) {
-  if (passes_ && passes_->shading == options.shading && passes_->chunk == chunk) return *passes_;
+  const bool counts = options.stats || find_shading(options.shading).heat;
+  if (passes_ && passes_->shading == options.shading && passes_->chunk == chunk &&
+      counts == (passes_->stats != nullptr))
+    return *passes_;
   passes_.reset();
-  passes_ = std::make_unique<Passes>(gpu_, chunk, options.shading, features_of(scene_.scene()));
+  passes_ = std::make_unique<Passes>(gpu_, chunk, options.shading, counts, features_of(scene_.scene()));
   scene_.bind(passes_->shade);
   gpu_.save_pipeline_cache();
   return *passes_;
+}
+
+double Renderer::trace(Passes& passes, std::uint32_t count, const Query& query) {
+  if (!passes.stats) return tracer_.trace(passes.rays, passes.hits, count, query).device_ms;
+  return tracer_.trace_counted(passes.rays, passes.hits, count, query, *passes.stats).device_ms;
 }
 
 void Renderer::trace_sample(Passes& passes, const PrimaryPush& camera, std::uint32_t count, const Query& query,
@@ -109,7 +128,7 @@ void Renderer::trace_sample(Passes& passes, const PrimaryPush& camera, std::uint
     memory_barrier(cmd);
   });
   times.generate_ms += gpu_.last_ms();
-  times.trace_ms += tracer_.trace(passes.rays, passes.hits, count, query).device_ms;
+  times.trace_ms += trace(passes, count, query);
   const ShadePush push{camera.width, camera.height, camera.first, count, camera.sample_index};
   gpu_.submit(passes.shade.name(), [&](VkCommandBuffer cmd) {
     passes.shade.dispatch(cmd, groups, push);
@@ -128,10 +147,15 @@ Image Renderer::render(const View& view, const RenderOptions& options, RenderTim
   camera.sample_count = options.spp;
   RenderTimes sum;
   std::vector<FilmPixel> film(std::size_t(options.width) * options.height), part(chunk);
+  std::vector<RayStats> stats(passes.stats ? film.size() : 0), stats_part(passes.stats ? chunk : 0);
   for (camera.first = 0; camera.first < total; camera.first += chunk) {
     const std::uint32_t count = std::min(chunk, total - camera.first);
     for (camera.sample_index = 0; camera.sample_index < options.spp; ++camera.sample_index) {
       trace_sample(passes, camera, count, options.query, sum);
+      if (passes.stats) {
+        passes.stats->download(std::span(stats_part).first(count));
+        scatter(std::span<const RayStats>(stats_part).first(count), camera, stats);
+      }
       const double chunk_done = double(camera.sample_index + 1) / options.spp * count;
       if (progress) progress((camera.first + chunk_done) / total);
     }
@@ -139,6 +163,9 @@ Image Renderer::render(const View& view, const RenderOptions& options, RenderTim
     scatter(std::span<const FilmPixel>(part).first(count), camera, film);
   }
   Image image = image_of(film, options);
+  if (passes.stats) add_stats(image, stats, options.spp);
+  if (find_shading(options.shading).heat)
+    sum.heat_top = paint_heat(image, find_heat(options.heat), tracer_.variant(options.query).how.subgroup);
   sum.rays = std::uint64_t(options.width) * options.height * options.spp;
   sum.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (times) *times = sum;

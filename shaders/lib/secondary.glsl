@@ -28,30 +28,43 @@ Ray ray_from(Surface s, uint k);
 
 vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
 
-vec3 geometric_normal(vec3 v0, vec3 v1, vec3 v2) {
+const float W = 5.9604645e-8;  // 2^-24, the largest relative error of a rounding
+
+// Of the triangle v0 v1 v2; unit.
+vec3 geometric_normal(vec3 v0, vec3 v1, vec3 v2, out float slenderness) {
   precise vec3 a = v1 - v0, b = v2 - v0;
   float scale = unit_scale(max(largest(a), largest(b)));  // the products of small edges would underflow
   precise vec3 scaled_a = a * scale, scaled_b = b * scale;
-  return exact_unit(exact_cross(scaled_a, scaled_b));
+  vec3 c = exact_cross(scaled_a, scaled_b);
+  float c_scale = unit_scale(largest(c));
+  precise vec3 scaled_c = c * c_scale;
+  precise float inverse_length = exact_inverse_sqrt(exact_dot(scaled_c, scaled_c));
+  precise vec3 normal = scaled_c * inverse_length;
+  float l = max(largest(scaled_a), largest(scaled_b));
+  precise float ratio = l * l * inverse_length * c_scale;
+  slenderness = ratio;
+  return normal;
 }
 
-// How far off the plane of its triangle the point p = b0 v0 + b1 v1 + b2 v2 can be computed, and then some.
+// How far along its normal an origin must lie off its triangle, so that the ray does not find the triangle again.
 //
-// After: Matt Pharr, Wenzel Jakob, Greg Humphreys. Physically Based Rendering, section 6.8 (rounding error bounds;
-// gamma_n = n w / (1 - n w) bounds n roundings of w = 2^-24; the point moves along the normal by the normal's product with
-// the bounds of the axes). Per axis, with S = |b0 v0| + |b1 v1| + |b2 v2|:
-//   products and two sums          gamma_3 S
-//   b0 = 1 - b1 - b2, two roundings of at most w each            2 w |v0|
-//   p + offset n, rounded once, and the product                  2 w S
-// which is below w (6 S + 2 |v0|). The slack doubles S's share, since the normal is rounded too, and adds what the triangle test of
-// the traversal rounds: it subtracts the origin from the vertices, so it errs by multiples of w times the triangle's extent X
-// about p, whatever the coordinates are.
-const float W = 5.9604645e-8;  // 2^-24
-
-float offset_bound(vec3 normal, vec3 p, vec3 v0, vec3 v1, vec3 v2, vec3 sum) {
-  vec3 extent = max(max(abs(v0 - p), abs(v1 - p)), abs(v2 - p));
-  precise vec3 error = W * (12.0 * sum + 2.0 * abs(v0));
-  precise float bound = exact_dot(abs(normal), error) + 16.0 * W * largest(extent);
+// First, how far off the plane the point p = b0 v0 + b1 v1 + b2 v2 can be computed. After: Matt Pharr, Wenzel Jakob, Greg
+// Humphreys. Physically Based Rendering, section 6.8 (gamma_n = n w / (1 - n w) bounds n roundings of w = 2^-24; bounds of
+// the axes make a bound along the normal by its product with them). Per axis, with S = |b0 v0| + |b1 v1| + |b2 v2|:
+//   products and two sums                                 gamma_3 S
+//   b0 = 1 - b1 - b2, two roundings of at most w each     2 w |v0|
+//   p + offset n, the product and the sum                 2 w S
+// Here S counts twice, since the normal is rounded too: w (10 S + 2 |v0|).
+//
+// Second, slack for the triangle test that the ray meets, which sees the triangle from this origin: its error follows the
+// triangle's size, not its coordinates. With L its extent and h = 2 A / L its height, the watertight test may place the plane
+// off by some w L L / h. Measured with 86 M rays of seven scenes (reflect, refract, ao, diffuse, all views): at most
+// 0.43 w L L / h, and 300 w L where h < L / 1000. Hence w L (16 + L / h), and no more than 512 w L: 2^-15 L.
+float offset_bound(vec3 normal, vec3 sum, vec3 v0, vec3 v1, vec3 v2, float slenderness) {
+  vec3 extent = max(max(v0, v1), v2) - min(min(v0, v1), v2);
+  precise vec3 error = W * (10.0 * sum + 2.0 * abs(v0));
+  precise float slack = W * largest(extent) * min(16.0 + slenderness, 512.0);
+  precise float bound = exact_dot(abs(normal), error) + slack;
   return bound;
 }
 
@@ -65,10 +78,11 @@ Surface surface_at(Start start) {
   Surface s;
   precise vec3 position = p0 + p1 + p2;
   s.position = position;
-  s.normal = geometric_normal(v0, v1, v2);
+  float slenderness;
+  s.normal = geometric_normal(v0, v1, v2, slenderness);
   s.dir = exact_unit(ray.dir);
   if (exact_dot(s.normal, s.dir) > 0.0) s.normal = -s.normal;
-  s.offset = offset_bound(s.normal, position, v0, v1, v2, sum);
+  s.offset = offset_bound(s.normal, sum, v0, v1, v2, slenderness);
   s.pixel = start.pixel;
   return s;
 }

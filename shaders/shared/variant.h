@@ -3,6 +3,8 @@
 #ifndef BALLOT_VARIANT_H
 #define BALLOT_VARIANT_H
 
+#include "layout.h"
+
 // Specialisation constants.
 #define SPEC_GROUP_SIZE 0       // invocations in a workgroup
 #define SPEC_STACK_SIZE 1       // entries of a depth-first stack, the sentinel included

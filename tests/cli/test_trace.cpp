@@ -1,6 +1,7 @@
 // ballot trace: rays in, hits out.
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "engine/core/npy.h"
@@ -76,7 +77,8 @@ TEST_F(Trace, EveryMethodModeAndVoteNearestAndAny) {
           for (const std::string_view word :
                {std::string_view("--method"), method.name, std::string_view("--numeric"), mode.name})
             args.emplace_back(word);
-          if (method.packet()) args.insert(args.end(), {"--knob", fmt::format("vote={}", vote_name(vote))});
+          if (method.packet())
+            args.insert(args.end(), {std::string("--knob"), fmt::format("vote={}", vote_name(vote))});
           if (any) args.push_back("--any");
           const Result result = succeed(args);
           expect_parts(result.out, {std::string(method.name) + (any ? ".any." : ".nearest.") + std::string(mode.name)});

@@ -69,7 +69,7 @@ inline std::vector<Knobs> every_threshold(const Method& m) {
 inline std::vector<Knobs> every_size(const DeviceInfo& d) {
   std::vector<Knobs> all;
   for (std::uint32_t s = d.min_subgroup_size; s <= d.max_subgroup_size; s *= 2)
-    for (const std::uint32_t w : {s, 2 * s, 64u, 256u, 1024u}) {
+    for (const std::uint32_t w : {s, 64u, 1024u}) {
       if (w % s || w > d.max_group_invocations || w > s * d.max_group_subgroups || w > d.max_group_size_x) continue;
       all.push_back({{"subgroup", std::to_string(s)}, {"workgroup", std::to_string(w)}, {"stack", "private"}});
     }

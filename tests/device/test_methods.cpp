@@ -115,6 +115,27 @@ TEST_F(Methods, EveryMethodIsRightAtEverySize) {
   expect_silent(*gpu_);
 }
 
+// Where a hybrid changes from packet to rays, or when lanes get new rays, is a question of speed only.
+TEST_F(Methods, AnswersDoNotDependOnThresholds) {
+  const auto t = make(*gpu_, shapes::soup(3000, 0.1f));
+  auto rays = shapes::random_rays(1511);
+  for (const Ray& r : shapes::morton_primary(t->bvh.bounds)) rays.push_back(r);
+  const auto truth = t->oracle->nearest(rays);
+  const auto first = trace(*t, rays, {.method = "if-if"});
+  for (const Method& m : kMethods)
+    for (const Knobs& threshold : every_threshold(m))
+      for (const Knobs& vote : votes_of(m)) {
+        Knobs knobs = threshold;
+        knobs.insert(vote.begin(), vote.end());
+        const Query nearest{.method = std::string(m.name), .knobs = knobs};
+        EXPECT_EQ(count_different(first, trace(*t, rays, nearest)), 0u) << t->tracer->variant(nearest).name();
+        const Query any{.want = Want::Any, .method = std::string(m.name), .knobs = knobs};
+        EXPECT_EQ(t->oracle->judge(rays, trace(*t, rays, any), truth, Want::Any).errors(), 0u)
+            << t->tracer->variant(any).name();
+      }
+  expect_silent(*gpu_);
+}
+
 // What the tree looks like changes which leaf clamps t, by no more than float32's rounding, and never what is hit.
 TEST_F(Methods, OtherTreesHitTheSame) {
   const auto base = make(*gpu_, shapes::soup(3000, 0.3f));

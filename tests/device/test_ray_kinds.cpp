@@ -273,10 +273,10 @@ TEST_F(RayKinds, EveryMethodFindsWhatTheOracleFinds) {
 }
 
 /// A box about the origin, two triangles a side, 2k and 2k + 1; then scaled, turned and moved.
-Scene closed_box(double scale, double turn, const glm::dvec3& move) {
+Scene closed_box(const glm::dvec3& scale, double turn, const glm::dvec3& move) {
   glm::dmat4 place = glm::translate(glm::dmat4(1), move);
   place = glm::rotate(place, turn, glm::normalize(glm::dvec3(1, 2, 3)));
-  place = glm::scale(place, glm::dvec3(scale));
+  place = glm::scale(place, scale);
   const auto at = [&](int axis, double w, double a, double b) {
     glm::dvec4 p(0, 0, 0, 1);
     p[axis] = w, p[(axis + 1) % 3] = a, p[(axis + 2) % 3] = b;
@@ -300,11 +300,14 @@ Scene closed_box(double scale, double turn, const glm::dvec3& move) {
 
 // Inside a convex body no ray meets the side that it leaves; refracted ones, outside, meet nothing.
 TEST_F(RayKinds, NoRayHitsTheSideThatItLeaves) {
-  struct {
-    double scale, turn;
+  const struct {
+    glm::dvec3 scale;
+    double turn;
     glm::dvec3 move;
-  } cases[] = {{1, 0, {0, 0, 0}},   {1, 0.7, {0, 0, 0}},      {100, 2.1, {-3, 5, 9}},
-               {1, 0.7, {1, 1, 1}}, {1, 0.7, {1e3, -7, 300}}, {1e-3, 1.3, {0, 0, 0}}};
+  } cases[] = {{{1, 1, 1}, 0, {0, 0, 0}},          {{1, 1, 1}, 0.7, {0, 0, 0}},
+               {{100, 100, 100}, 2.1, {-3, 5, 9}}, {{1, 1, 1}, 0.7, {1, 1, 1}},
+               {{1, 1, 1}, 0.7, {1e3, -7, 300}},   {{1e-3, 1e-3, 1e-3}, 1.3, {0, 0, 0}},
+               {{1, 1, 0.002}, 0.7, {0, 0.5, 1}},  {{1, 0.01, 0.01}, 0, {0, 0, 0}}};
   engine_.reset();
   for (const auto& c : cases) {
     const auto engine = open(closed_box(c.scale, c.turn, c.move));
@@ -320,8 +323,8 @@ TEST_F(RayKinds, NoRayHitsTheSideThatItLeaves) {
           const Ground& g = grounds[i * grounds.size() / hits.size()];
           own += hits[i].prim != NO_HIT && (kind == std::string("refract") || hits[i].prim / 2 == g.prim / 2);
         }
-        EXPECT_EQ(own, 0u) << kind << ", " << mode.name << ", scale " << c.scale << ", turn " << c.turn << ", at "
-                           << c.move.x;
+        EXPECT_EQ(own, 0u) << kind << ", " << mode.name << ", scale " << c.scale.x << " to " << c.scale.z << ", turn "
+                           << c.turn << ", at " << c.move.x;
       }
     EXPECT_EQ(engine->messages(), std::vector<std::string>{});
   }

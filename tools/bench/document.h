@@ -55,7 +55,8 @@ struct Record {
   std::uint64_t ray_count = 0;
   Times trace;
   std::optional<Times> frame;  // generation to film; none for sweeps and foreign rays
-  Counters counters;
+  std::map<std::string, double>
+      counters;  // by name; of kCounters means per ray; also active_share, packet_share and stack_max
   std::optional<Checked> check;
 
   double mrays_per_s() const { return double(ray_count) / trace.median * 1e-3; }

@@ -15,11 +15,21 @@ constexpr std::uint32_t kSweepRepeats = 3;
 constexpr auto kWarmUp = std::chrono::seconds(1);
 constexpr double kLeastMs = 1e-6;  // a clock too coarse for a dispatch says 0
 
+/// Means per ray, and what cannot be one.
+std::map<std::string, double> counter_figures(const Counters& counters) {
+  std::map<std::string, double> figures{{"active_share", counters.active_lanes()},
+                                        {"packet_share", counters.packet_share()},
+                                        {"stack_max", counters.stack}};
+  for (const CounterInfo& info : kCounters)
+    figures[std::string(info.name)] = double(counters[info.name]) / double(counters.rays);
+  return figures;
+}
+
 /// An entry and what was measured of it.
 struct Runner {
   const Entry* entry;
   Samples trace, frame;
-  std::vector<Counters> counters;  // by view, where asked for
+  std::vector<std::map<std::string, double>> counters;  // by view, where asked for
   std::vector<std::optional<Checked>> checks;
 
   Runner(const Entry& e, std::size_t views) : entry(&e), trace(views), frame(views), counters(views), checks(views) {}
@@ -144,7 +154,7 @@ class BlockRun {
 
   void count(std::size_t view) {
     for (Runner& runner : runners_) {
-      runner.counters[view] = around_.engine.count(*batches_[view], runner.entry->query);
+      runner.counters[view] = counter_figures(around_.engine.count(*batches_[view], runner.entry->query));
       around_.step();
     }
   }

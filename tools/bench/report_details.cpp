@@ -117,7 +117,7 @@ std::string counter_section(const Setting& setting) {
       table.row(std::move(cells));
     }
   return "## Counters: " + setting.name +
-         "\n\nMeans over all rays of all views, and the largest of `_max`; `engine/render/batch.h` says what they "
+         "\n\nMeans over all rays of all views, the largest of `_max`; `engine/trace/counters.h` says what they "
          "count.\n\n" +
          table.text();
 }

@@ -1,0 +1,170 @@
+// Counters: that they count what they say, and that the timed kernels know nothing of them.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+
+#include "engine/vk/shader.h"
+#include "tests/device/fixture.h"
+
+namespace ballot {
+namespace {
+
+using namespace harness;
+namespace fs = std::filesystem;
+
+class CounterTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    engine_ = std::make_unique<Engine>(load_scene(BALLOT_SOURCE_DIR "/scenes/cornell.gltf"),
+                                       EngineOptions{.device = "", .validate = true, .build = {}});
+    diffuse_ = engine_->make_batch(engine_->scene().views[0], find_ray_kind("diffuse"), 64, 64);
+    primary_ = engine_->make_batch(engine_->scene().views[0], find_ray_kind("primary"), 64, 64);
+  }
+  static void TearDownTestSuite() {
+    diffuse_.reset();
+    primary_.reset();
+    engine_.reset();
+  }
+  void TearDown() override { EXPECT_EQ(engine_->messages(), std::vector<std::string>{}); }
+
+  static Counters count(const char* method, const Knobs& knobs = {}, RayBatch& batch = *diffuse_) {
+    return engine_->count(batch, {.method = method, .knobs = knobs});
+  }
+  static void expect_same(const Counters& a, const Counters& b, std::initializer_list<const char*> names) {
+    for (const char* name : names) EXPECT_EQ(a[name], b[name]) << name;
+  }
+
+  static inline std::unique_ptr<Engine> engine_;
+  static inline std::unique_ptr<RayBatch> diffuse_, primary_;
+};
+
+TEST_F(CounterTest, CountedWalksHitWhatTimedOnesHit) {
+  for (const NumericMode& mode : kNumericModes)
+    for (Query q : every_method(Want::Nearest, mode.name)) {
+      engine_->trace(*diffuse_, q);
+      const auto timed = diffuse_->hits();
+      const Counters c = engine_->count(*diffuse_, q);
+      EXPECT_EQ(count_different(timed, diffuse_->hits()), 0u) << q.method;
+      EXPECT_EQ(c.rays, timed.size());
+      EXPECT_GT(c["nodes"], 0u);
+    }
+}
+
+TEST_F(CounterTest, RaysByThemselvesNeedAllThatTheyVisit) {
+  for (const char* method : {"if-if", "while-while", "speculative", "dynamic-fetch"}) {
+    const Counters c = count(method);
+    EXPECT_EQ(c["nodes"], c["nodes_needed"]) << method;
+    EXPECT_EQ(c["leaves"], c["leaves_needed"]) << method;
+    for (const char* none : {"packet_nodes", "unneeded", "votes", "switches", "overflows"}) EXPECT_EQ(c[none], 0u);
+    EXPECT_GT(c.active_lanes(), 0);
+    EXPECT_LE(c.active_lanes(), 1);
+    EXPECT_LE(c["triangles_tested"], c["triangles"]);
+  }
+  // The order of the walk is the same, so the visits are.
+  expect_same(count("if-if"), count("while-while"), {"nodes", "leaves", "triangles", "triangles_tested"});
+  expect_same(count("while-while"), count("dynamic-fetch"), {"nodes", "leaves", "triangles", "triangles_tested"});
+}
+
+TEST_F(CounterTest, PacketsVisitMoreThanTheirRaysNeed) {
+  const Counters alone = count("if-if"), packet = count("packet");
+  EXPECT_GT(packet["nodes"], alone["nodes"]);
+  EXPECT_LT(packet["nodes_needed"], packet["nodes"]);
+  EXPECT_EQ(packet["packet_nodes"], packet["nodes"]);
+  EXPECT_GT(packet["disagreements"], 0u);
+  EXPECT_LE(packet["disagreements"], packet["votes"]);
+  EXPECT_LT(packet.coherence(), count("packet", {}, *primary_).coherence());
+  EXPECT_LE(packet.stack, engine_->bvh().stats.depth + 1);
+}
+
+// With a threshold that is never reached a hybrid is the packet; with one that is always reached it parts.
+TEST_F(CounterTest, HybridsBecomePacketsAtTheEndOfTheirRange) {
+  const Counters packet = count("packet");
+  const auto all = {"nodes", "nodes_needed", "leaves", "triangles", "votes", "disagreements", "packet_nodes"};
+  expect_same(packet, count("stack-max", {{"k", "255"}}), all);
+  expect_same(packet, count("split-count", {{"n", "1000000"}}), all);
+  expect_same(packet, count("cut", {{"f", "0"}}), all);
+  expect_same(packet, count("alternate", {{"f", "0"}}), all);
+  const Counters k0 = count("stack-max", {{"k", "0"}}), k3 = count("stack-max", {{"k", "3"}});
+  EXPECT_GT(k0["switches"], 0u);
+  EXPECT_LT(k0["packet_nodes"], k3["packet_nodes"]);
+  EXPECT_LT(k0["switch_depth"] * k3["switches"], k3["switch_depth"] * k0["switches"]) << "mean depths";
+  EXPECT_LT(count("split-count", {{"n", "0"}})["packet_nodes"], packet["packet_nodes"]);
+  EXPECT_LT(count("alternate", {{"f", "1"}})["packet_nodes"], count("alternate", {{"f", "0.25"}})["packet_nodes"]);
+}
+
+// The rule that makes a bounded list safe: what does not fit is walked by the packet, and the answers stay.
+TEST_F(CounterTest, FullListsOverflowToThePacket) {
+  engine_->trace(*diffuse_, {.method = "if-if"});
+  const auto expected = diffuse_->hits();
+  std::uint64_t last = ~0ull;
+  for (const char* list : {"1", "2", "4", "8", "64"}) {
+    const Counters c = count("cut", {{"f", "1"}, {"list", list}, {"stack", "private"}});
+    EXPECT_EQ(count_different(expected, diffuse_->hits()), 0u) << "list " << list;
+    EXPECT_LE(c["overflows"], last) << "list " << list;
+    EXPECT_TRUE(c["overflows"] > 0 || list[0] != '1');
+    last = c["overflows"];
+  }
+  EXPECT_EQ(last, 0u) << "64 entries are enough here";
+}
+
+TEST_F(CounterTest, DynamicFetchRefillsIdleLanes) {
+  const Knobs persistent{{"refetch", "1"}, {"lanes", "64"}, {"batches", "100000"}, {"launch", "persistent"}};
+  EXPECT_GT(count("dynamic-fetch", persistent)["fetches"], diffuse_->count() / 2);
+  EXPECT_EQ(count("dynamic-fetch", {{"launch", "plain"}})["fetches"], 0u);
+  EXPECT_GT(count("dynamic-fetch", persistent).active_lanes(), count("while-while").active_lanes());
+}
+
+/// A copy of the shaders in which no counting statement is left.
+fs::path shaders_without_counters() {
+  const fs::path copy = fs::path(testing::TempDir()) / fmt::format("ballot_shaders_{}", ::getpid());
+  fs::remove_all(copy);
+  fs::copy(BALLOT_SOURCE_DIR "/shaders", copy, fs::copy_options::recursive);
+  const std::regex statement(R"(^\s*COUNT_[A-Z]+\(.*\)\s*\\?$)");
+  std::size_t removed = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(copy)) {
+    if (!entry.is_regular_file()) continue;
+    std::ifstream in(entry.path());
+    std::string text;
+    const bool counters = entry.path().filename() == "stats.glsl";
+    for (std::string line; std::getline(in, line);) {
+      const bool drop = counters || std::regex_match(line, statement);
+      removed += drop;
+      if (!drop) text += line + "\n";
+      EXPECT_TRUE(drop || line.find("COUNT_") == std::string::npos || line.find("LEAF_COUNT_") != std::string::npos ||
+                  line.find("VOTE_COUNT") != std::string::npos || line.find("#define") != std::string::npos ||
+                  line.find("//") == 0)
+          << entry.path() << ": " << line;
+    }
+    in.close();
+    std::ofstream(entry.path(), std::ios::trunc) << text;
+  }
+  EXPECT_GT(removed, 30u);
+  return copy;
+}
+
+TEST_F(CounterTest, TimedKernelsAreThoseOfSourcesWithoutCounters) {
+  std::vector<std::pair<KernelSource, std::vector<std::uint32_t>>> compiled;
+  for (const NumericMode& mode : kNumericModes)
+    for (const Want want : {Want::Nearest, Want::Any})
+      for (const Query& q : every_method(want, mode.name)) {
+        const KernelSource source =
+            kernel_source(engine_->tracer().variant(q), engine_->device(), engine_->bvh().stats.depth);
+        compiled.emplace_back(source, compile_shader(source.file, source.defines, false).words);
+        const KernelSource counted =
+            kernel_source(engine_->tracer().variant(q, true), engine_->device(), engine_->bvh().stats.depth);
+        EXPECT_NE(compile_shader(counted.file, counted.defines, false).words, compiled.back().second);
+      }
+  const fs::path copy = shaders_without_counters();
+  setenv("BALLOT_SHADERS", copy.c_str(), 1);
+  for (const auto& [source, words] : compiled)
+    EXPECT_TRUE(compile_shader(source.file, source.defines, false).words == words) << source.name;
+  unsetenv("BALLOT_SHADERS");
+  fs::remove_all(copy);
+}
+
+}  // namespace
+}  // namespace ballot
