@@ -20,6 +20,7 @@
 #include "engine/core/npy.h"
 #include "engine/core/progress.h"
 #include "engine/render/batch.h"
+#include "engine/render/check.h"
 #include "engine/render/ray_kinds.h"
 #include "engine/render/renderer.h"
 #include "engine/scene/scene.h"
@@ -103,6 +104,15 @@ class Engine {
   /// of trace(). Throws as trace() does, and Error(Work) if the device has no room for the counters.
   Counters count(RayBatch& batch, Query query) { return batches_->count(batch, std::move(query)); }
 
+  /// What the CPU oracle (engine/bvh/oracle.h) says of a batch's rays, in parallel.
+  Truth truth(const RayBatch& batch) { return checker().truth(batch); }
+
+  /// Traces a batch into hits that were filled with a pattern and holds every record to the oracle. `of_batch` is what
+  /// truth() said of this batch. Throws as trace() does.
+  HitCheck check(RayBatch& batch, const Truth& of_batch, const Query& query) {
+    return checker().check(batch, of_batch, query);
+  }
+
   /// What the validation layers said, if asked for.
   const std::vector<std::string>& messages() const { return gpu_.messages(); }
 
@@ -116,6 +126,9 @@ class Engine {
   std::unique_ptr<SceneData> scene_data_;
   std::unique_ptr<Renderer> renderer_;
   std::unique_ptr<Batches> batches_;
+  std::unique_ptr<HitChecker> checker_;  // made on first use
+
+  HitChecker& checker();
 };
 
 /// The commit that this library was built from, or "unknown".

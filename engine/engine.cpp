@@ -63,6 +63,11 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
 
 Engine::~Engine() = default;
 
+HitChecker& Engine::checker() {
+  if (!checker_) checker_ = std::make_unique<HitChecker>(*tracer_, *batches_);
+  return *checker_;
+}
+
 Image Engine::render(const View& view, const RenderOptions& options, RenderTimes* times, const Progress& progress) {
   RenderTimes spent;
   Image image = renderer_->render(view, options, &spent, progress);

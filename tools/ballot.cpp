@@ -1,4 +1,4 @@
-// The command line: ballot info | render | trace | shaders.
+// The command line: ballot info | render | trace | bench | report | shaders.
 #include <cstdio>
 #include <exception>
 
@@ -52,6 +52,8 @@ int run(int argc, char** argv) {
   cli::add_info(app, result);
   cli::add_render(app, result);
   cli::add_trace(app, result);
+  cli::add_bench(app, result);
+  cli::add_report(app, result);
   cli::add_shaders(app, result);
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   try {
@@ -62,7 +64,7 @@ int run(int argc, char** argv) {
     const auto chosen = app.get_subcommands();
     const std::string name = chosen.empty() ? "" : chosen.front()->get_name();
     fmt::print(stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ", in_words(error),
-               name.empty() ? "give one of: info, render, trace, shaders; 'ballot --help' explains them"
+               name.empty() ? "give one of: info, render, trace, bench, report, shaders; 'ballot --help' explains them"
                             : "'ballot " + name + " --help' lists what it takes");
     return int(Failure::Arguments);
   }

@@ -15,6 +15,10 @@ void EngineArgs::add_to(CLI::App& app, bool scene_required) {
     extensions += fmt::format("{}{}", extensions.empty() ? "" : ", ", f.extension);
   auto* option = app.add_option("SCENE", scene, "scene file: " + extensions);
   if (scene_required) option->required();
+  add_options(app);
+}
+
+void EngineArgs::add_options(CLI::App& app) {
   app.add_option("--device", device, "index, part of the name, 'gpu' or 'cpu' [best GPU, else CPU]; see ballot info");
   app.add_flag("--validate", validate, "Vulkan validation with synchronization checks; exit 1 if it says anything");
   app.add_option("--split-budget", split_budget, "spatial splits may add this share of references, 0 to 16 [0.5]");

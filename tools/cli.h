@@ -21,6 +21,7 @@ struct EngineArgs {
   std::string json;
 
   void add_to(CLI::App& app, bool scene_required);
+  void add_options(CLI::App& app);  // all but the scene
   EngineOptions options() const;
 };
 
@@ -60,6 +61,8 @@ int finish(Engine& engine);
 void add_info(CLI::App& app, int& result);
 void add_render(CLI::App& app, int& result);
 void add_trace(CLI::App& app, int& result);
+void add_bench(CLI::App& app, int& result);
+void add_report(CLI::App& app, int& result);
 void add_shaders(CLI::App& app, int& result);
 
 }  // namespace ballot::cli

@@ -30,10 +30,14 @@ PACKAGES = {
     "libgtest-dev": ("the tests' framework", {"all"}),
     "vulkan-validationlayers": ("a validation message fails a test", {"test"}),
     "openexr": ("exrheader, which the tests hold our EXR files to", {"test"}),
+    "python3-matplotlib": ("draws the plots of `ballot bench --report`", {"test"}),
     "patchelf": ("lets private libraries find each other", {"test", "bundle"}),
     "clang-format": ("formats the C++ code", {"fmt"}),
 }
-OPTIONAL = {"vulkan-tools": "vulkaninfo, which shows what drivers there are"}
+OPTIONAL = {
+    "vulkan-tools": "vulkaninfo, which shows what drivers there are",
+    "python3-matplotlib": "draws the plots of `ballot bench --report`; without it the report has none",
+}
 
 
 class Failed(Exception):

@@ -30,8 +30,11 @@ bool draws_lines() {
 ProgressBar::ProgressBar(std::string what)
     : what_(std::move(what)), terminal_(draws_lines()), start_(std::chrono::steady_clock::now()), last_(start_) {}
 
-ProgressBar::~ProgressBar() {
+ProgressBar::~ProgressBar() { hide(); }
+
+void ProgressBar::hide() {
   if (drawn_) std::fputs("\r\x1b[K", stderr);
+  drawn_ = false;
 }
 
 void ProgressBar::update(double done) {

@@ -15,6 +15,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
   void update(double done);  // in [0, 1]
+  void hide();               // erases the line until the next update, for other output
 
  private:
   std::string what_;

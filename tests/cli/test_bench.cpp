@@ -1,0 +1,186 @@
+// ballot bench: what it measures and writes, and what it refuses.
+#include "engine/core/npy.h"
+#include "engine/render/ray_kinds.h"
+#include "engine/trace/methods.h"
+#include "tests/cli/cli.h"
+
+namespace ballot::test {
+namespace {
+
+constexpr const char* kCornell = BALLOT_SOURCE_DIR "/scenes/cornell.gltf";
+
+class Bench : public Cli {
+ protected:
+  void SetUp() override { square(); }
+
+  std::set<std::string> labels(const nlohmann::json& run, const std::string& role = "") const {
+    std::set<std::string> all;
+    for (const auto& record : run["records"])
+      if (role.empty() || record["role"] == role) all.insert(record["label"]);
+    return all;
+  }
+  nlohmann::json bench(const Words& more) const {
+    Words args{"bench", "square.glb", "--size", "16x16", "--repeat", "2", "--json", "bench.json"};
+    args.insert(args.end(), more.begin(), more.end());
+    succeed(args);
+    return json("bench.json");
+  }
+};
+
+TEST_F(Bench, CornellIsMeasuredCheckedReportedAndComparedWithItself) {
+  const Result result =
+      succeed({"bench", kCornell, "--size", "64x64", "--repeat", "2", "--methods", "packet,while-while,cut", "--check",
+               "--counters", "--sweep", "--views", "view0,view1", "--json", "bench.json", "--report", "out"},
+              {{"BALLOT_PYTHON", "/nowhere"}});
+  expect_parts(result.out,
+               {"cornell, primary, watertight", "cornell, secondary, watertight", "packet(any)", "of best"});
+  const auto run = json("bench.json");
+  EXPECT_EQ(run["size"], (nlohmann::json{64, 64}));
+  EXPECT_EQ(run["repeats"], 2);
+  EXPECT_EQ(run["partial"], false);
+  EXPECT_EQ(run["scenes"][0]["name"], "cornell");
+  expect_parts(run["command"].get<std::string>(), {" bench ", "cornell.gltf", "--size 64x64"});
+  EXPECT_EQ(labels(run, "method"),
+            (std::set<std::string>{"packet(any)", "packet(count)", "packet(sum)", "while-while", "cut", "cut(sum)"}));
+  EXPECT_EQ(labels(run, "best"), (std::set<std::string>{"cut(best)", "cut(best,sum)"}));
+  for (const auto& record : run["records"]) {
+    SCOPED_TRACE(record["label"]);
+    EXPECT_GT(record["trace_ms"]["median"], 0);
+    EXPECT_EQ(record.contains("frame_ms"), record["role"] != "sweep");
+    if (record["role"] == "sweep") continue;
+    EXPECT_EQ(record["trace_ms"]["samples"].size(), 2u);
+    EXPECT_EQ(record["check"]["rays"], record["ray_count"]);
+    EXPECT_EQ(record["check"]["unwritten"], 0);
+    EXPECT_GT(record["counters"]["nodes"], 0);
+    EXPECT_LE(record["counters"]["nodes_needed"], record["counters"]["nodes"]);
+  }
+  for (const char* file : {"out/report.md", "out/results.json", "out/records.csv"}) EXPECT_TRUE(files().contains(file));
+  EXPECT_EQ(json("out/results.json"), run);
+  EXPECT_EQ(succeed({"bench", "--compare", "bench.json", "bench.json"}).err, "");
+}
+
+TEST_F(Bench, SecondaryRaysAreTwiceThePrimaryHits) {
+  const auto run = bench({"--methods", "while-while", "--views", "front"});
+  ASSERT_EQ(run["records"].size(), 2u);
+  EXPECT_EQ(run["records"][0]["ray_count"], 256);
+  EXPECT_EQ(run["records"][1]["rays"], "secondary");
+  EXPECT_EQ(run["records"][1]["ray_count"].get<int>() % 2, 0);
+}
+
+TEST_F(Bench, AllMethodsAndVotesAllRayKinds) {
+  const auto run = bench({"--rays", "all", "--repeat", "1", "--views", "front"});
+  std::set<std::string> methods, kinds;
+  for (const auto& record : run["records"]) {
+    methods.insert(record["method"]);
+    kinds.insert(record["rays"]);
+  }
+  EXPECT_EQ(methods.size(), std::size(kMethods));
+  EXPECT_EQ(kinds.size(), std::size(kRayKinds));
+  for (const char* label :
+       {"packet(any)", "packet(count)", "packet(sum)", "stack-max(11)", "stack-max(7)", "cut", "cut(sum)", "if-if"})
+    EXPECT_TRUE(labels(run).contains(label)) << label;
+}
+
+TEST_F(Bench, ItemsMayCarryKnobs) {
+  const auto run = bench({"--methods", "packet:vote=sum,stack-max:k=3:vote=any,cut:f=0.50:vote=count,if-if", "--knob",
+                          "workgroup=128", "--rays", "primary"});
+  EXPECT_EQ(labels(run), (std::set<std::string>{"packet(sum,workgroup=128)", "stack-max(3,workgroup=128)",
+                                                "cut(workgroup=128)", "if-if(workgroup=128)"}));
+  EXPECT_EQ(run["records"][0]["workgroup"], 128);
+}
+
+TEST_F(Bench, ForeignRaysNearestAndAny) {
+  rays(100);
+  const auto run = bench({"--methods", "packet:vote=any", "--rays", "rays.npy,rays.npy:any"});
+  ASSERT_EQ(run["records"].size(), 2u);
+  for (const auto& record : run["records"]) {
+    EXPECT_EQ(record["rays"], "rays.npy");
+    EXPECT_EQ(record["ray_count"], 100);
+    EXPECT_FALSE(record.contains("frame_ms"));
+  }
+  EXPECT_NE(run["records"][0]["any"], run["records"][1]["any"]);
+}
+
+TEST_F(Bench, NumericModesSideBySide) {
+  const auto run = bench({"--methods", "if-if", "--numeric", "plain,watertight", "--rays", "primary"});
+  std::set<std::string> modes;
+  for (const auto& record : run["records"]) modes.insert(record["numeric"]);
+  EXPECT_EQ(modes, (std::set<std::string>{"plain", "watertight"}));
+}
+
+TEST_F(Bench, ViewsWithoutRaysAreLeftOutAndNoneIsAnError) {
+  empty();
+  const Words args{"bench", "empty.glb", "--size", "16x16", "--repeat", "1", "--methods", "if-if", "--rays"};
+  Words primary = args, shadow = args;
+  primary.push_back("primary");
+  shadow.push_back("shadow");
+  succeed(primary);
+  const Result result = run(shadow);
+  EXPECT_EQ(result.code, 1);
+  expect_parts(result.err, {"view front of empty starts no shadow rays and is left out",
+                            "empty: no view starts shadow rays, expected a hit in some view"});
+}
+
+TEST_F(Bench, WhatWasMeasuredBeforeAFailureIsKept) {
+  empty();
+  const Result result = run({"bench", "empty.glb", "--size", "16x16", "--repeat", "1", "--methods", "if-if", "--rays",
+                             "primary,shadow", "--json", "bench.json"});
+  EXPECT_EQ(result.code, 1);
+  EXPECT_EQ(json("bench.json")["partial"], true);
+  EXPECT_EQ(json("bench.json")["records"].size(), 1u);
+}
+
+TEST_F(Bench, BadArguments) {
+  const auto refused = [&](int code, std::initializer_list<std::string_view> parts, const Words& more) {
+    Words args{"bench", "square.glb"};
+    args.insert(args.end(), more.begin(), more.end());
+    refuse(code, parts, args);
+  };
+  refuse(2, {"missing SCENE"}, {"bench"});
+  refuse(1, {"none.glb"}, {"bench", "none.glb"});
+  refuse(2, {"two scenes are called square"}, {"bench", "square.glb", "square.glb"});
+  refused(2, {"'warp'", "packet", "cut"}, {"--methods", "warp"});
+  refused(2, {"vote", "'most'", "any, count, sum"}, {"--methods", "packet:vote=most"});
+  refused(2, {"method if-if do not vote"}, {"--methods", "if-if:vote=any", "--report", "out"});
+  refused(2, {"method cut needs numbers", "count, sum"}, {"--methods", "cut:vote=any"});
+  refused(2, {"--knob f", "'2'", "0 to 1"}, {"--methods", "cut:f=2"});
+  refused(2, {"'f' is not of the form NAME=VALUE"}, {"--methods", "cut:f"});
+  refused(2, {"method packet has no such threshold"}, {"--methods", "packet:k=3"});
+  refused(2, {"--knob k=3: it concerns none of the chosen methods"}, {"--methods", "packet", "--knob", "k=3"});
+  refused(2, {"empty item"}, {"--methods", "packet,,cut"});
+  refused(2, {"'glossy'", "primary", "ao"}, {"--rays", "glossy"});
+  refused(2, {"'sloppy'", "plain", "watertight"}, {"--numeric", "sloppy"});
+  refused(2, {"'side'", "front, far"}, {"--views", "side"});
+  refused(2, {"--repeat: 0"}, {"--repeat", "0"});
+  refused(2, {"--repeat: 1000000"}, {"--repeat", "1000000"});
+  refused(2, {"--repeat"}, {"--repeat", "many"});
+  refused(2, {"--size: 0x5"}, {"--size", "0x5"});
+  refused(2, {"no device is called 'abacus'"}, {"--device", "abacus"});
+}
+
+TEST_F(Bench, BadFilesBeforeAnyWork) {
+  const Words args{"bench", "square.glb", "--rays"};
+  const auto refused = [&](std::initializer_list<std::string_view> parts, const Words& more) {
+    Words all = args;
+    all.insert(all.end(), more.begin(), more.end());
+    refuse(1, parts, all);
+  };
+  refused({"rays.npy", "No such file"}, {"rays.npy"});
+  write("rays.npy", "nonsense");
+  refused({"rays.npy"}, {"rays.npy:any"});
+  rays(0);
+  refused({"rays.npy: found no rays"}, {"rays.npy"});
+  refused({"nowhere/b.json", "no folder nowhere"}, {"primary", "--json", "nowhere/b.json"});
+  refused({"--report square.glb"}, {"primary", "--report", "square.glb"});
+}
+
+TEST_F(Bench, HelpListsMethodsVotesKindsAndModes) {
+  const std::string text = succeed({"bench", "--help"}).out;
+  for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
+  for (const RayKind& kind : kRayKinds) expect_parts(text, {kind.name, kind.summary});
+  expect_parts(text, {"vote=any|count|sum", "k=11", "FILE.npy", "--sweep", "--check", "--counters", "--compare",
+                      "--tolerance", "--report", "--repeat", "Ctrl-C"});
+}
+
+}  // namespace
+}  // namespace ballot::test

@@ -1,0 +1,162 @@
+// ballot bench --compare: is the second run slower beyond noise?
+#include "tests/cli/bench_json.h"
+#include "tests/cli/cli.h"
+
+namespace ballot::test {
+namespace {
+
+class Compare : public Cli {
+ protected:
+  /// One record a view with these times.
+  std::string run_of(const std::string& name, const std::vector<double>& ms, const std::string& label = "packet(any)",
+                     std::uint64_t rays = 1000000) const {
+    nlohmann::json run = made_up_run();
+    for (std::size_t i = 0; i < ms.size(); ++i) {
+      MadeUpRecord r{.view = "view" + std::to_string(i), .label = label, .ms = ms[i]};
+      r.ray_count = rays;
+      run["records"].push_back(made_up(r));
+    }
+    return write(name, run.dump());
+  }
+  Result compare(const Words& more = {}) const {
+    Words args{"bench", "--compare", "a.json", "b.json"};
+    args.insert(args.end(), more.begin(), more.end());
+    return run(args);
+  }
+};
+
+TEST_F(Compare, EqualRunsAreEqual) {
+  run_of("a.json", {1, 2});
+  run_of("b.json", {1, 2});
+  const Result result = compare();
+  EXPECT_EQ(result.code, 0) << result.out;
+  EXPECT_EQ(result.err, "");
+  expect_parts(result.out, {"sponza, primary, watertight", "1.000", "faster by more than 2 %: none",
+                            "slower by more than 2 %: none"});
+}
+
+TEST_F(Compare, SlowerBeyondNoiseIsExitCode1) {
+  run_of("a.json", {1, 2});
+  run_of("b.json", {1.1, 2.2});
+  const Result result = compare();
+  EXPECT_EQ(result.code, 1);
+  expect_parts(result.out, {"SLOWER", "slower by more than 2 %: 3", "sponza, view1, primary, packet(any)", "1.100"});
+}
+
+TEST_F(Compare, OneSlowViewIsEnough) {
+  run_of("a.json", {1, 1, 1, 1, 1});
+  run_of("b.json", {1, 1, 1, 1, 1.1});
+  EXPECT_EQ(compare().code, 1);
+}
+
+TEST_F(Compare, FasterIsFine) {
+  run_of("a.json", {1, 2});
+  run_of("b.json", {0.8, 1.6});
+  const Result result = compare();
+  EXPECT_EQ(result.code, 0);
+  expect_parts(result.out, {"faster by more than 2 %: 3", "0.800"});
+}
+
+TEST_F(Compare, ToleranceDecides) {
+  run_of("a.json", {1});
+  run_of("b.json", {1.1});
+  EXPECT_EQ(compare({"--tolerance", "0.2"}).code, 0);
+  EXPECT_EQ(compare({"--tolerance", "0"}).code, 1);
+  refuse(2, {"--tolerance: -1"}, {"bench", "--compare", "a.json", "b.json", "--tolerance", "-1"});
+}
+
+TEST_F(Compare, NoiseIsNoRegression) {
+  nlohmann::json a = made_up_run(), b = made_up_run();
+  a["records"].push_back(made_up({.ms = 1}));
+  b["records"].push_back(made_up({.ms = 1}));
+  for (int i = 0; i < 21; ++i) b["records"][0]["trace_ms"]["samples"][i] = i % 2 ? 0.8 : 1.4;
+  b["records"][0]["trace_ms"]["median"] = 1.4;
+  write("a.json", a.dump());
+  write("b.json", b.dump());
+  const Result result = compare();
+  EXPECT_EQ(result.code, 0) << result.out;
+  expect_parts(result.out, {"1.400"});
+}
+
+TEST_F(Compare, RunsTwiceTheSame) {
+  run_of("a.json", {1, 2});
+  run_of("b.json", {1.01, 2.03});
+  EXPECT_EQ(compare().out, compare().out);
+}
+
+TEST_F(Compare, TimesArePerRay) {
+  run_of("a.json", {1}, "packet(any)", 1000000);
+  run_of("b.json", {2}, "packet(any)", 2000000);
+  EXPECT_EQ(compare().code, 0);
+}
+
+TEST_F(Compare, RecordsOfOneSideAreNamed) {
+  run_of("a.json", {1, 2, 3});
+  run_of("b.json", {1, 2});
+  const Result result = compare();
+  EXPECT_EQ(result.code, 0);
+  expect_parts(result.out, {"only in A: 1 records", "sponza, view2, primary, packet(any), watertight"});
+}
+
+TEST_F(Compare, NothingInCommon) {
+  run_of("a.json", {1});
+  run_of("b.json", {1}, "if-if");
+  refuse(1, {"a.json and b.json have no record in common", "1 and 1 records"},
+         {"bench", "--compare", "a.json", "b.json"});
+}
+
+TEST_F(Compare, OtherDevicesAreAWarning) {
+  run_of("a.json", {1});
+  nlohmann::json b = made_up_run("Another GPU");
+  b["records"].push_back(made_up({}));
+  write("b.json", b.dump());
+  const Result result = compare();
+  EXPECT_EQ(result.code, 0);
+  expect_parts(result.err, {"ballot: warning: the devices differ: Imagined GPU and Another GPU"});
+}
+
+TEST_F(Compare, SweepsAreLeftOut) {
+  nlohmann::json a = made_up_bench(), b = made_up_bench();
+  for (auto& record : b["records"])
+    if (record["role"] == "sweep") record["trace_ms"] = made_up_times(99);
+  write("a.json", a.dump());
+  write("b.json", b.dump());
+  EXPECT_EQ(compare().code, 0);
+}
+
+TEST_F(Compare, SingleSamplesAreNotJudged) {
+  nlohmann::json a = made_up_run(), b = made_up_run();
+  for (auto* run : {&a, &b}) {
+    (*run)["records"].push_back(made_up({}));
+    (*run)["records"][0]["trace_ms"]["samples"] = {1.0};
+  }
+  write("a.json", a.dump());
+  write("b.json", b.dump());
+  const Result result = compare();
+  EXPECT_EQ(result.code, 0);
+  expect_parts(result.out, {"1 records have fewer than two samples"});
+}
+
+TEST_F(Compare, WritesJson) {
+  run_of("a.json", {1});
+  run_of("b.json", {1.5});
+  EXPECT_EQ(compare({"--json", "c.json"}).code, 1);
+  const auto all = json("c.json");
+  EXPECT_EQ(all["groups"].size(), 1u);
+  EXPECT_NEAR(all["groups"][0]["ratio"].get<double>(), 1.5, 1e-9);
+  EXPECT_EQ(all["groups"][0]["slower"], true);
+}
+
+TEST_F(Compare, BadFiles) {
+  run_of("a.json", {1});
+  refuse(1, {"b.json", "No such file"}, {"bench", "--compare", "a.json", "b.json"});
+  write("b.json", "# not JSON");
+  refuse(1, {"b.json: expected JSON as 'ballot bench --json' writes it"}, {"bench", "--compare", "a.json", "b.json"});
+  write("b.json", "{\"triangles\": 3}");
+  refuse(1, {"b.json: top level: expected an object with 'device'"}, {"bench", "--compare", "a.json", "b.json"});
+  refuse(2, {"--compare needs a value"}, {"bench", "--compare", "a.json"});
+  refuse(2, {"leave out the scene"}, {"bench", "square.glb", "--compare", "a.json", "a.json"});
+}
+
+}  // namespace
+}  // namespace ballot::test

@@ -1,0 +1,150 @@
+#include "tools/bench/arrange.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ballot::bench {
+
+namespace {
+
+std::string rays_name(const Record& record) {
+  const bool foreign = std::filesystem::path(record.rays).extension() == ".npy";
+  return record.rays + (foreign && record.any ? ":any" : "");
+}
+
+bool same_setting(const Setting& setting, const Document& document, const Record& record) {
+  const Document& other = *setting.document;
+  return setting.numeric == record.numeric && other.device == document.device && other.driver == document.driver &&
+         other.subgroup_size == document.subgroup_size && other.clock == document.clock && other.size == document.size;
+}
+
+Setting& setting_of(std::vector<Setting>& settings, const Document& document, const Record& record) {
+  for (Setting& setting : settings)
+    if (same_setting(setting, document, record)) return setting;
+  return settings.emplace_back(Setting{{}, record.numeric, &document, {}});
+}
+
+Block& block_of(Setting& setting, const Record& record) {
+  const std::string rays = rays_name(record);
+  for (Block& block : setting.blocks)
+    if (block.scene == record.scene && block.rays == rays) return block;
+  return setting.blocks.emplace_back(Block{record.scene, rays, {}, {}});
+}
+
+Cell& cell_of(Block& block, const Record& record) {
+  std::vector<Cell>& cells = record.role == Role::Sweep ? block.sweep : block.cells;
+  for (Cell& cell : cells)
+    if (cell.label == record.label) return cell;
+  return cells.emplace_back(Cell{record.label, record.role, {}});
+}
+
+/// Adds what tells settings of one name apart, until no two share one.
+void name_settings(std::vector<Setting>& settings) {
+  using Part = std::function<std::string(const Setting&)>;
+  const std::vector<Part> parts{
+      [](const Setting& s) { return s.numeric; },
+      [](const Setting& s) { return s.document->driver; },
+      [](const Setting& s) { return fmt::format("{}x{}", s.document->size[0], s.document->size[1]); },
+      [](const Setting& s) { return fmt::format("subgroups of {}", s.document->subgroup_size); },
+      [](const Setting& s) { return s.document->clock; },
+  };
+  for (Setting& s : settings) s.name = s.document->device;
+  for (const Part& part : parts) {
+    std::map<std::string, int> uses;
+    for (const Setting& s : settings) ++uses[s.name];
+    const bool always = &part == &parts.front();
+    for (Setting& s : settings)
+      if (always || uses[s.name] > 1) s.name += ", " + part(s);
+  }
+}
+
+template <class Items, class Name>
+std::vector<std::string> names_in_order(const Items& items, Name name) {
+  std::vector<std::string> names;
+  for (const auto& item : items)
+    if (std::ranges::find(names, name(item)) == names.end()) names.push_back(name(item));
+  return names;
+}
+
+}  // namespace
+
+double Cell::mrays_per_s() const {
+  double rays = 0, ms = 0;
+  for (const auto& [view, record] : views) {
+    rays += double(record->ray_count);
+    ms += record->trace.median;
+  }
+  return rays / ms * 1e-3;
+}
+
+std::optional<double> Cell::fps() const {
+  double sum = 0;
+  int count = 0;
+  for (const auto& [view, record] : views)
+    if (record->frame) {
+      sum += 1000 / record->frame->median;
+      ++count;
+    }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+std::optional<double> time_ratio(const Cell& a, const Cell& b) {
+  double time_a = 0, time_b = 0;
+  for (const auto& [view, record] : a.views)
+    if (const auto other = b.views.find(view); other != b.views.end()) {
+      time_a += record->trace.median;
+      time_b += other->second->trace.median;
+    }
+  if (time_b == 0) return std::nullopt;
+  return time_a / time_b;
+}
+
+const Cell* Block::find(const std::string& label) const {
+  const auto found = std::ranges::find(cells, label, &Cell::label);
+  return found == cells.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> Setting::labels() const {
+  std::vector<std::string> all;
+  for (const Block& block : blocks)
+    for (const std::string& label : names_in_order(block.cells, [](const Cell& c) { return c.label; }))
+      if (std::ranges::find(all, label) == all.end()) all.push_back(label);
+  return all;
+}
+
+std::vector<std::string> Setting::ray_kinds() const {
+  return names_in_order(blocks, [](const Block& b) { return b.rays; });
+}
+
+std::vector<std::string> Setting::scenes() const {
+  return names_in_order(blocks, [](const Block& b) { return b.scene; });
+}
+
+const Block* Setting::find(const std::string& scene, const std::string& rays) const {
+  for (const Block& block : blocks)
+    if (block.scene == scene && block.rays == rays) return &block;
+  return nullptr;
+}
+
+Arranged arrange(const std::vector<Document>& documents) {
+  Arranged arranged;
+  for (const Document& document : documents)
+    for (const Record& record : document.records) {
+      Setting& setting = setting_of(arranged.settings, document, record);
+      Cell& cell = cell_of(block_of(setting, record), record);
+      const Record*& place = cell.views[record.view];
+      arranged.replaced += place != nullptr;
+      place = &record;
+    }
+  name_settings(arranged.settings);
+  return arranged;
+}
+
+double geometric_mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += std::log(value);
+  return std::exp(sum / double(values.size()));
+}
+
+}  // namespace ballot::bench

@@ -1,0 +1,82 @@
+// A value of a JSON file and where it stands in it, so that an error can name both.
+#pragma once
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/ballot.h"
+
+namespace ballot::bench {
+
+class JsonPlace {
+ public:
+  JsonPlace(const nlohmann::json& value, std::string file, std::string place = {})
+      : value_(&value), file_(std::move(file)), place_(std::move(place)) {}
+
+  std::optional<JsonPlace> find(const std::string& key) const {
+    if (!value_->is_object()) wrong("an object");
+    const auto found = value_->find(key);
+    if (found == value_->end()) return std::nullopt;
+    return JsonPlace(*found, file_, place_.empty() ? key : place_ + "." + key);
+  }
+  JsonPlace at(const std::string& key) const {
+    if (const auto found = find(key)) return *found;
+    wrong("an object with '" + key + "'");
+  }
+  std::vector<JsonPlace> items() const {
+    if (!value_->is_array()) wrong("a list");
+    std::vector<JsonPlace> all;
+    for (std::size_t i = 0; i < value_->size(); ++i)
+      all.emplace_back((*value_)[i], file_, fmt::format("{}[{}]", place_, i));
+    return all;
+  }
+  std::vector<std::pair<std::string, JsonPlace>> members() const {
+    if (!value_->is_object()) wrong("an object");
+    std::vector<std::pair<std::string, JsonPlace>> all;
+    for (const auto& [key, value] : value_->items()) all.emplace_back(key, JsonPlace(value, file_, place_ + "." + key));
+    return all;
+  }
+
+  std::string text() const {
+    if (!value_->is_string()) wrong("a text");
+    return value_->get<std::string>();
+  }
+  double number() const {
+    if (!value_->is_number()) wrong("a number");
+    return value_->get<double>();
+  }
+  double positive() const {
+    const double n = number();
+    if (!(n > 0) || !std::isfinite(n)) wrong("a number above 0");
+    return n;
+  }
+  std::uint64_t count() const {
+    if (!value_->is_number_unsigned()) wrong("a whole number of 0 or more");
+    return value_->get<std::uint64_t>();
+  }
+  std::uint32_t small_count() const {
+    const std::uint64_t n = count();
+    if (n > 0xFFFFFFFFu) wrong("a whole number below 2^32");
+    return std::uint32_t(n);
+  }
+  bool truth() const {
+    if (!value_->is_boolean()) wrong("true or false");
+    return value_->get<bool>();
+  }
+
+  [[noreturn]] void wrong(const std::string& expected) const {
+    std::string found = value_->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    if (found.size() > 40) found = found.substr(0, 40) + "...";
+    fail(Failure::Work, "{}: {}: expected {}, found {}; give a file that 'ballot bench --json' wrote", file_,
+         place_.empty() ? "top level" : place_, expected, found);
+  }
+
+ private:
+  const nlohmann::json* value_;
+  std::string file_, place_;
+};
+
+}  // namespace ballot::bench

@@ -1,0 +1,246 @@
+#include "tools/bench/measure.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace ballot::bench {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Batch = std::unique_ptr<RayBatch>;
+using Samples = std::vector<std::vector<double>>;  // by view
+
+constexpr std::uint32_t kSweepRepeats = 3;
+constexpr auto kWarmUp = std::chrono::seconds(1);
+constexpr double kLeastMs = 1e-6;  // a clock too coarse for a dispatch says 0
+
+/// Means per ray, and what cannot be one.
+std::map<std::string, double> counter_figures(const Counters& counters) {
+  std::map<std::string, double> figures{{"active_share", counters.active_lanes()},
+                                        {"packet_share", counters.packet_share()},
+                                        {"stack_max", counters.stack}};
+  for (const CounterInfo& info : kCounters)
+    figures[std::string(info.name)] = double(counters[info.name]) / double(counters.rays);
+  return figures;
+}
+
+/// An entry and what was measured of it.
+struct Runner {
+  const Entry* entry;
+  Samples trace, frame;
+  std::vector<std::map<std::string, double>> counters;  // by view, where asked for
+  std::vector<std::optional<Checked>> checks;
+
+  Runner(const Entry& e, std::size_t views) : entry(&e), trace(views), frame(views), counters(views), checks(views) {}
+};
+
+class BlockRun {
+ public:
+  BlockRun(const Surroundings& around, const Plan& plan, const RaySet& rays)
+      : around_(around), plan_(plan), rays_(rays) {}
+
+  void make_batches(const std::vector<const View*>& views) {
+    if (!rays_.kind) {
+      batches_.push_back(around_.engine.make_batch(rays_.name, rays_.rays, rays_.want));
+      return;
+    }
+    for (const View* view : views) {
+      Batch batch = around_.engine.make_batch(*view, *rays_.kind, around_.options.width, around_.options.height);
+      if (batch->count() > 0)
+        batches_.push_back(std::move(batch));
+      else
+        note("view {} of {} starts no {} rays and is left out", view->name, scene(), rays_.name);
+    }
+    if (batches_.empty())
+      fail(Failure::Work, "{}: no view starts {} rays, expected a hit in some view; choose other --views or --rays",
+           scene(), rays_.name);
+  }
+
+  void measure_all() {
+    for (const Sweep& sweep : plan_.sweeps)
+      for (const Entry& entry : sweep.entries) sweep_.emplace_back(entry, batches_.size());
+    for (const Entry& entry : plan_.entries) runners_.emplace_back(entry, batches_.size());
+    warm_up();
+    repeat(sweep_, sweep_repeats(plan_, around_.options), false);
+    add_best();
+    repeat(runners_, around_.options.repeats, true);
+    for (std::size_t v = 0; v < batches_.size(); ++v) {
+      if (around_.options.counters) count(v);
+      if (around_.options.check) check(v);
+    }
+    if (retraced_ > 0)
+      note("{}, {}: {} rays were cut short by the driver and traced again", scene(), rays_.name, retraced_);
+  }
+
+  std::vector<Record> records() const {
+    std::vector<Record> all;
+    for (const auto* runners : {&sweep_, &runners_})
+      for (const Runner& runner : *runners)
+        for (std::size_t v = 0; v < batches_.size(); ++v)
+          if (!runner.trace[v].empty()) all.push_back(record(runner, v));
+    return all;
+  }
+
+  std::uint64_t wrong() const { return wrong_; }
+
+ private:
+  const std::string& scene() const { return around_.engine.scene().name; }
+
+  template <class... Args>
+  void note(fmt::format_string<Args...> text, Args&&... args) const {
+    around_.quiet();
+    fmt::print(stderr, "ballot: note: {}\n", fmt::format(text, std::forward<Args>(args)...));
+  }
+
+  void trace(Runner& runner, std::size_t view, bool keep) {
+    const TraceTimes times = around_.engine.trace(*batches_[view], runner.entry->query);
+    retraced_ += times.retraced;
+    if (keep) runner.trace[view].push_back(std::max(times.device_ms, kLeastMs));
+    around_.step();
+  }
+
+  void frame(Runner& runner, std::size_t view, bool keep) {
+    if (!batches_[view]->has_frame()) return;
+    const FrameTimes times = around_.engine.frame(*batches_[view], runner.entry->query);
+    if (keep) runner.frame[view].push_back(std::max(times.total_ms(), kLeastMs));
+    around_.step();
+  }
+
+  /// Compiles every kernel; then keeps a GPU busy until its clocks are up.
+  void warm_up() {
+    const auto start = Clock::now();
+    for (Runner& runner : sweep_) trace(runner, 0, false);
+    for (Runner& runner : runners_) {
+      trace(runner, 0, false);
+      frame(runner, 0, false);
+    }
+    if (around_.engine.device().is_cpu()) return;
+    for (std::size_t i = 0; Clock::now() - start < kWarmUp; ++i) trace(runners_[i % runners_.size()], 0, false);
+  }
+
+  /// Every runner on every view, in an order that starts one later each time.
+  void repeat(std::vector<Runner>& runners, std::uint32_t repeats, bool frames) {
+    for (std::size_t r = 0; r < repeats; ++r)
+      for (std::size_t v = 0; v < batches_.size(); ++v)
+        for (std::size_t i = 0; i < runners.size(); ++i) {
+          Runner& runner = runners[(i + r) % runners.size()];
+          trace(runner, v, true);
+          if (frames) frame(runner, v, true);
+        }
+  }
+
+  double total_ms(const Runner& runner) const {
+    double ms = 0;
+    for (const auto& samples : runner.trace) ms += quantile(samples, 0.5);
+    return ms;
+  }
+
+  /// An entry with the threshold that took the least time over all views, for each sweep.
+  void add_best() {
+    std::size_t first = 0;
+    best_.reserve(plan_.sweeps.size());  // runners point into it
+    for (const Sweep& sweep : plan_.sweeps) {
+      const auto begin = sweep_.begin() + std::ptrdiff_t(first), end = begin + std::ptrdiff_t(sweep.entries.size());
+      const auto best =
+          std::min_element(begin, end, [&](const Runner& a, const Runner& b) { return total_ms(a) < total_ms(b); });
+      Entry& entry = best_.emplace_back(*best->entry);
+      entry.label = sweep.best_label;
+      entry.role = Role::Best;
+      runners_.emplace_back(entry, batches_.size());
+      first += sweep.entries.size();
+    }
+  }
+
+  void count(std::size_t view) {
+    for (Runner& runner : runners_) {
+      runner.counters[view] = counter_figures(around_.engine.count(*batches_[view], runner.entry->query));
+      around_.step();
+    }
+  }
+
+  void check(std::size_t view) {
+    const Truth truth = around_.engine.truth(*batches_[view]);
+    for (Runner& runner : runners_) {
+      const HitCheck found = around_.engine.check(*batches_[view], truth, runner.entry->query);
+      const Judgement& j = found.judgement;
+      const Checked checked{j.rays, j.same, j.tie, j.false_miss, j.false_hit, j.wrong_prim, j.wrong_t, found.unwritten};
+      if (checked.errors() > 0)
+        note("{}, {}, {}, {}: {} hits are wrong, {} were not written{}", scene(), rays_.name, runner.entry->label,
+             runner.entry->query.numeric, j.errors(), found.unwritten,
+             j.examples.empty() ? "" : "; " + j.examples.front());
+      wrong_ += checked.errors();
+      runner.checks[view] = checked;
+      around_.step();
+    }
+  }
+
+  Record record(const Runner& runner, std::size_t view) const {
+    const Entry& entry = *runner.entry;
+    const RayBatch& batch = *batches_[view];
+    Query query = entry.query;
+    query.want = batch.want();
+    const Variant variant = around_.engine.tracer().variant(query);
+    Record r;
+    r.scene = scene();
+    r.view = batch.view();
+    r.rays = rays_.name;
+    r.any = batch.any();
+    r.label = entry.label;
+    r.method = query.method;
+    r.numeric = query.numeric;
+    r.role = entry.role;
+    r.knobs = query.knobs;
+    r.threshold = entry.threshold;
+    r.variant = variant.name();
+    r.workgroup = variant.how.workgroup;
+    r.subgroup = variant.how.subgroup;
+    r.resident_lanes = variant.how.launch == Launch::Persistent ? variant.how.resident_lanes : 0;
+    r.ray_count = batch.count();
+    r.trace = times_of(runner.trace[view]);
+    if (!runner.frame[view].empty()) r.frame = times_of(runner.frame[view]);
+    r.counters = runner.counters[view];
+    r.check = runner.checks[view];
+    return r;
+  }
+
+  const Surroundings& around_;
+  const Plan& plan_;
+  const RaySet& rays_;
+  std::vector<Batch> batches_;
+  std::vector<Runner> sweep_, runners_;
+  std::vector<Entry> best_;
+  std::uint64_t retraced_ = 0, wrong_ = 0;
+};
+
+}  // namespace
+
+std::uint32_t sweep_repeats(const Plan& plan, const RunOptions& options) {
+  return plan.sweeps.empty() ? 0 : std::min(kSweepRepeats, options.repeats);
+}
+
+std::size_t steps_of(const Plan& plan, const RaySet& rays, const RunOptions& options, std::size_t views) {
+  std::size_t swept = 0;
+  for (const Sweep& sweep : plan.sweeps) swept += sweep.entries.size();
+  const std::size_t entries = plan.entries.size() + plan.sweeps.size(), dispatches = rays.kind ? 2 : 1;
+  return swept + plan.entries.size() * dispatches +
+         views * (swept * sweep_repeats(plan, options) +
+                  entries * (dispatches * options.repeats + (options.counters ? 1 : 0) + (options.check ? 1 : 0)));
+}
+
+Measured measure(const Surroundings& around, const Plan& plan, const RaySet& rays,
+                 const std::vector<const View*>& views) {
+  BlockRun block(around, plan, rays);
+  Measured measured;
+  try {
+    block.make_batches(views);
+    block.measure_all();
+  } catch (...) {  // what was measured until then counts
+    measured.stopped = std::current_exception();
+  }
+  measured.records = block.records();
+  measured.wrong = block.wrong();
+  return measured;
+}
+
+}  // namespace ballot::bench

@@ -1,0 +1,224 @@
+#include "tools/bench/plan.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "tools/bench/paper.h"
+
+namespace ballot::bench {
+
+namespace {
+
+std::vector<std::string> split(const std::string& text, char at) {
+  std::vector<std::string> parts;
+  std::size_t begin = 0;
+  for (std::size_t end; (end = text.find(at, begin)) != std::string::npos; begin = end + 1)
+    parts.push_back(text.substr(begin, end - begin));
+  parts.push_back(text.substr(begin));
+  return parts;
+}
+
+/// Items of a list option, each once.
+std::vector<std::string> items_of(const std::string& option, const std::string& text) {
+  std::vector<std::string> items;
+  for (const std::string& item : split(text, ',')) {
+    if (item.empty())
+      fail(Failure::Arguments, "{}: '{}' has an empty item; separate names by single commas", option, text);
+    if (std::ranges::find(items, item) == items.end()) items.push_back(item);
+  }
+  return items;
+}
+
+std::pair<std::string, std::string> knob_of(const std::string& option, const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos) fail(Failure::Arguments, "{}: '{}' is not of the form NAME=VALUE", option, text);
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+bool is_threshold_of_another(const Method& method, const std::string& knob) {
+  return knob != method.threshold.knob &&
+         std::ranges::any_of(kMethods, [&](const Method& m) { return knob == m.threshold.knob; });
+}
+
+/// Knobs for every method, as far as they concern this one.
+Knobs shared_knobs(const Method& method, const std::vector<std::string>& texts) {
+  Knobs knobs;
+  for (const std::string& text : texts) {
+    const auto [name, value] = knob_of("--knob", text);
+    if (is_threshold_of_another(method, name) || (name == "vote" && !method.packet())) continue;
+    knobs[name] = value;
+  }
+  return knobs;
+}
+
+/// The thresholds that the paper prints; the method's own where it prints none.
+std::vector<std::string> standard_thresholds(const Method& method) {
+  if (method.threshold.unit == Threshold::None) return {};
+  std::vector<std::string> values;
+  for (const PaperThreshold& paper : kPaperThresholds)
+    if (paper.method == method.name) values.push_back(fmt::format("{:g}", paper.value));
+  if (values.empty()) values.push_back(fmt::format("{:g}", method.threshold.standard));
+  return values;
+}
+
+/// A number as other runs would write it, so that labels agree: "0.50" is "0.5".
+std::string plain_number(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() ? fmt::format("{:g}", value) : text;
+}
+
+class Entries {
+ public:
+  Entries(const PlanArgs& args, Plan& plan) : args_(args), plan_(plan), modes_(items_of("--numeric", args.numeric)) {
+    for (const std::string& mode : modes_) find_numeric(mode);
+    Formulation scratch;
+    for (const std::string& text : args.knobs) {
+      const auto [name, value] = knob_of("--knob", text);
+      apply_knobs(scratch, {{name, value}});
+    }
+  }
+
+  /// "packet", "packet:vote=sum", "stack-max:k=7:vote=count".
+  void add_item(const std::string& item) {
+    const auto parts = split(item, ':');
+    const Method& method = find_method(parts[0]);
+    Knobs knobs = shared_knobs(method, args_.knobs);
+    for (std::size_t i = 1; i < parts.size(); ++i) {
+      const auto [name, value] = knob_of("--methods", parts[i]);
+      knobs[name] = value;
+    }
+    Formulation scratch;
+    apply_knobs(scratch, knobs);
+    add_votes(method, std::move(knobs));
+  }
+
+ private:
+  void add_votes(const Method& method, Knobs knobs) {
+    if (!method.packet() || knobs.contains("vote")) return add_thresholds(method, std::move(knobs));
+    for (const std::string& vote : votes_of(method)) {
+      knobs["vote"] = vote;
+      add_thresholds(method, knobs);
+    }
+  }
+
+  void add_thresholds(const Method& method, Knobs knobs) {
+    const std::string knob(method.threshold.knob);
+    if (knob.empty()) return add(method, knobs);
+    if (knobs.contains(knob)) {
+      knobs[knob] = plain_number(knobs[knob]);
+      return add(method, knobs);
+    }
+    for (const std::string& value : standard_thresholds(method)) {
+      knobs[knob] = value;
+      add(method, knobs);
+    }
+    if (args_.sweep) add_sweep(method, knobs);
+  }
+
+  void add(const Method& method, const Knobs& knobs) {
+    for (const std::string& mode : modes_) {
+      Entry entry = make_entry(method, knobs, mode, Role::Method);
+      const bool there = std::ranges::any_of(plan_.entries, [&](const Entry& e) {
+        return e.label == entry.label && e.query.numeric == entry.query.numeric;
+      });
+      if (!there) plan_.entries.push_back(std::move(entry));
+    }
+  }
+
+  void add_sweep(const Method& method, Knobs knobs) {
+    for (const std::string& mode : modes_) {
+      Sweep sweep{label_of(method, knobs, true), {}};
+      const bool there = std::ranges::any_of(plan_.sweeps, [&](const Sweep& s) {
+        return s.best_label == sweep.best_label && s.entries.front().query.numeric == mode;
+      });
+      if (there) continue;
+      for (std::size_t i = 0; i < method.threshold.tried; ++i) {
+        knobs[std::string(method.threshold.knob)] = fmt::format("{:g}", method.threshold.sweep[i]);
+        sweep.entries.push_back(make_entry(method, knobs, mode, Role::Sweep));
+      }
+      plan_.sweeps.push_back(std::move(sweep));
+    }
+  }
+
+  static Entry make_entry(const Method& method, const Knobs& knobs, const std::string& mode, Role role) {
+    Entry entry{label_of(method, knobs, false), role, {Want::Nearest, std::string(method.name), mode, knobs}, {}};
+    Formulation scratch;
+    apply_knobs(scratch, knobs);
+    if (method.threshold.unit != Threshold::None)
+      entry.threshold = ThresholdValue{std::string(method.threshold.knob), scratch.threshold};
+    return entry;
+  }
+
+  const PlanArgs& args_;
+  Plan& plan_;
+  std::vector<std::string> modes_;
+};
+
+/// "rays.npy" or "rays.npy:any".
+RaySet foreign_rays(const std::string& item) {
+  const bool any = item.ends_with(":any");
+  const std::filesystem::path file = any ? item.substr(0, item.size() - 4) : item;
+  RaySet set{file.filename().string(), nullptr, read_rays(file), any ? Want::Any : Want::Nearest};
+  if (set.rays.empty()) fail(Failure::Work, "{}: found no rays, expected at least one", file.string());
+  return set;
+}
+
+RaySet own_rays(const RayKind& kind) { return {std::string(kind.name), &kind, {}, kind.want}; }
+
+void add_rays(const std::string& item, std::vector<RaySet>& sets) {
+  if (item == "all") {
+    for (const RayKind& kind : kRayKinds) add_rays(std::string(kind.name), sets);
+    return;
+  }
+  const bool foreign = item.ends_with(".npy") || item.ends_with(".npy:any");
+  RaySet set = foreign ? foreign_rays(item) : own_rays(find_ray_kind(item));
+  for (const RaySet& other : sets)
+    if (other.name == set.name && other.want == set.want) {
+      if (!foreign) return;
+      fail(Failure::Arguments, "--rays: two files are called {}; records are told apart by it, so rename one",
+           set.name);
+    }
+  sets.push_back(std::move(set));
+}
+
+/// A knob that no method takes would silently do nothing.
+void check_concern(const PlanArgs& args, const Plan& plan) {
+  for (const std::string& text : args.knobs) {
+    const std::string name = knob_of("--knob", text).first;
+    if (std::ranges::none_of(plan.entries, [&](const Entry& e) { return e.query.knobs.contains(name); }))
+      fail(Failure::Arguments, "--knob {}: it concerns none of the chosen methods", text);
+  }
+}
+
+}  // namespace
+
+std::vector<Query> Plan::queries() const {
+  std::vector<Query> all;
+  for (const Entry& entry : entries) all.push_back(entry.query);
+  for (const Sweep& sweep : sweeps)
+    for (const Entry& entry : sweep.entries) all.push_back(entry.query);
+  return all;
+}
+
+Plan make_plan(const PlanArgs& args) {
+  Plan plan;
+  Entries entries(args, plan);
+  for (const std::string& item : items_of("--methods", args.methods)) {
+    if (item != "all") {
+      entries.add_item(item);
+      continue;
+    }
+    for (const Method& method : kMethods) entries.add_item(std::string(method.name));
+  }
+  const auto rays = items_of("--rays", args.rays);
+  for (const std::string& item : rays)  // names first: reading files takes longer
+    if (item != "all" && !item.ends_with(".npy") && !item.ends_with(".npy:any")) find_ray_kind(item);
+  for (const std::string& item : rays) add_rays(item, plan.rays);
+  check_concern(args, plan);
+  if (args.views != "all") plan.views = items_of("--views", args.views);
+  return plan;
+}
+
+}  // namespace ballot::bench

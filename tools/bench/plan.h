@@ -1,0 +1,59 @@
+// What a run of `ballot bench` is to measure: the words of the command line, checked and spelled out.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/bench/document.h"
+
+namespace ballot::bench {
+
+/// A method with votes and knobs, under the name that tables give it.
+struct Entry {
+  std::string label;
+  Role role = Role::Method;
+  Query query;  // want is set by the rays
+  std::optional<ThresholdValue> threshold;
+};
+
+/// Entries that differ in their threshold alone.
+struct Sweep {
+  std::string best_label;
+  std::vector<Entry> entries;
+};
+
+/// A ray kind, or the rays of a file.
+struct RaySet {
+  std::string name;
+  const RayKind* kind = nullptr;
+  std::vector<Ray> rays;  // foreign ones
+  Want want = Want::Nearest;
+};
+
+struct PlanArgs {
+  std::string methods = "all", rays = "primary,secondary", numeric{kDefaultNumeric}, views = "all";
+  std::vector<std::string> knobs;  // NAME=VALUE for every method
+  bool sweep = false;
+};
+
+struct Plan {
+  std::vector<Entry> entries;
+  std::vector<Sweep> sweeps;
+  std::vector<RaySet> rays;
+  std::vector<std::string> views;  // empty: all
+
+  std::vector<Query> queries() const;  // of entries and sweeps, for the device to refuse
+};
+
+/// Throws Error(Arguments) for names and knobs that do not exist, Error(Work) for .npy files that cannot be read.
+Plan make_plan(const PlanArgs& args);
+
+/// Votes that a method takes, its own choice first; none if its lanes do not vote.
+std::vector<std::string> votes_of(const Method& method);
+
+/// "packet(sum)", "stack-max(11)", "cut(0.25,sum)", "cut(best)": the vote where a method has nothing else to be told by
+/// or it is not the method's first one, the threshold where it is a count or not the standard one, and other knobs.
+std::string label_of(const Method& method, const Knobs& knobs, bool best);
+
+}  // namespace ballot::bench

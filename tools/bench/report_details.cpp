@@ -1,0 +1,147 @@
+// Sweeps, counters and checks.
+#include <algorithm>
+#include <set>
+
+#include "tools/bench/markdown.h"
+#include "tools/bench/report.h"
+
+namespace ballot::bench {
+
+namespace {
+
+/// Sweep records of one method but for the threshold: "cut, vote=sum".
+std::string family_of(const Cell& cell) {
+  const Record& record = cell.first();
+  std::string family = record.method;
+  for (const auto& [name, value] : record.knobs)
+    if (name != record.threshold->knob) family += fmt::format(", {}={}", name, value);
+  return family;
+}
+
+std::string sweep_table(const Setting& setting, const std::string& family, const std::string& rays) {
+  std::vector<const Block*> blocks;
+  std::vector<std::map<double, double>> speeds;  // by block: threshold to Mrays/s
+  std::set<double> thresholds;
+  std::string knob;
+  for (const Block& block : setting.blocks) {
+    std::map<double, double> speed;
+    for (const Cell& cell : block.sweep) {
+      if (block.rays != rays || family_of(cell) != family) continue;
+      knob = cell.first().threshold->knob;
+      speed[cell.first().threshold->value] = cell.mrays_per_s();
+      thresholds.insert(cell.first().threshold->value);
+    }
+    if (speed.empty()) continue;
+    blocks.push_back(&block);
+    speeds.push_back(std::move(speed));
+  }
+  if (blocks.empty()) return "";
+  std::vector<std::string> header{family + ", " + rays + ": " + knob};
+  for (const Block* block : blocks) header.push_back(block->scene);
+  Table table(header);
+  for (const double threshold : thresholds) {
+    std::vector<std::string> cells{fmt::format("{:g}", threshold)};
+    for (const auto& speed : speeds) {
+      const auto found = speed.find(threshold);
+      const auto best = std::ranges::max_element(speed, {}, [](const auto& entry) { return entry.second; });
+      cells.push_back(found == speed.end() ? "-" : found == best ? bold(figure(found->second)) : figure(found->second));
+    }
+    table.row(std::move(cells));
+  }
+  return table.text();
+}
+
+/// Mean over the views, weighed by their rays; of a maximum the maximum.
+std::map<std::string, double> mean_counters(const Cell& cell) {
+  std::map<std::string, double> sum, weight;
+  for (const auto& [view, record] : cell.views)
+    for (const auto& [name, value] : record->counters) {
+      if (name.ends_with("_max")) {
+        sum[name] = std::max(sum[name], value);
+        weight[name] = 1;
+        continue;
+      }
+      sum[name] += value * double(record->ray_count);
+      weight[name] += double(record->ray_count);
+    }
+  for (auto& [name, value] : sum) value = weight[name] > 0 ? value / weight[name] : 0;
+  return sum;
+}
+
+Checked sum_of_checks(const Cell& cell) {
+  Checked sum;
+  for (const auto& [view, record] : cell.views) {
+    if (!record->check) continue;
+    const Checked& c = *record->check;
+    sum.rays += c.rays;
+    sum.same += c.same;
+    sum.tie += c.tie;
+    sum.false_misses += c.false_misses;
+    sum.false_hits += c.false_hits;
+    sum.wrong_prims += c.wrong_prims;
+    sum.wrong_t += c.wrong_t;
+    sum.unwritten += c.unwritten;
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::string sweep_section(const Setting& setting) {
+  std::vector<std::string> families;
+  for (const Block& block : setting.blocks)
+    for (const Cell& cell : block.sweep)
+      if (std::ranges::find(families, family_of(cell)) == families.end()) families.push_back(family_of(cell));
+  std::string tables;
+  for (const std::string& family : families)
+    for (const std::string& rays : setting.ray_kinds()) tables += sweep_table(setting, family, rays);
+  if (tables.empty()) return "";
+  return "## Mrays/s by threshold: " + setting.name + "\n\n" + tables;
+}
+
+std::string counter_section(const Setting& setting) {
+  std::set<std::string> names;
+  for (const Block& block : setting.blocks)
+    for (const Cell& cell : block.cells)
+      for (const auto& [name, value] : mean_counters(cell)) names.insert(name);
+  if (names.empty()) return "";
+  std::vector<std::string> header{"scene", "rays", "method"};
+  header.insert(header.end(), names.begin(), names.end());
+  Table table(header, 3);
+  for (const Block& block : setting.blocks)
+    for (const Cell& cell : block.cells) {
+      const auto counters = mean_counters(cell);
+      if (counters.empty()) continue;
+      std::vector<std::string> cells{block.scene, block.rays, cell.label};
+      for (const std::string& name : names) cells.push_back(counters.contains(name) ? figure(counters.at(name)) : "-");
+      table.row(std::move(cells));
+    }
+  return "## Counters: " + setting.name +
+         "\n\nMeans over all rays of all views, the largest of `_max`; `engine/trace/counters.h` says what they "
+         "count.\n\n" +
+         table.text();
+}
+
+std::string check_section(const Setting& setting) {
+  Table table({"scene", "rays", "method", "rays compared", "same", "ties", "false misses", "false hits", "wrong prims",
+               "wrong t", "unwritten"},
+              3);
+  std::uint64_t rays = 0, errors = 0;
+  for (const Block& block : setting.blocks)
+    for (const Cell& cell : block.cells) {
+      const Checked c = sum_of_checks(cell);
+      if (c.rays == 0) continue;
+      rays += c.rays;
+      errors += c.errors();
+      std::vector<std::string> cells{block.scene, block.rays, cell.label};
+      for (const std::uint64_t n :
+           {c.rays, c.same, c.tie, c.false_misses, c.false_hits, c.wrong_prims, c.wrong_t, c.unwritten})
+        cells.push_back(std::to_string(n));
+      table.row(std::move(cells));
+    }
+  if (table.empty()) return "";
+  return fmt::format("## Hits held to the oracle: {}\n\n{} rays compared, {} errors.\n\n", setting.name, rays, errors) +
+         table.text();
+}
+
+}  // namespace ballot::bench

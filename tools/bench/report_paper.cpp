@@ -1,0 +1,140 @@
+// The paper's tables with ours beside them.
+#include <algorithm>
+
+#include "tools/bench/markdown.h"
+#include "tools/bench/paper.h"
+#include "tools/bench/report.h"
+
+namespace ballot::bench {
+
+namespace {
+
+constexpr std::string_view kCitation =
+    "M. Vinkler, *Traversal methods for GPU ray tracing*; NVIDIA GTX 280, 1024 x 1024, five viewpoints";
+
+const PaperScene* paper_scene(const std::string& scene) {
+  for (const PaperScene& p : kPaperScenes)
+    if (std::ranges::find(p.files, scene) != p.files.end()) return &p;
+  return nullptr;
+}
+
+std::string scene_title(const std::string& scene) {
+  const PaperScene* p = paper_scene(scene);
+  if (!p) return scene;
+  return scene == kStandIn ? std::string(p->name) + " (stand-in)" : std::string(p->name);
+}
+
+std::string stand_in_note(const std::vector<std::string>& scenes) {
+  if (std::ranges::find(scenes, kStandIn) == scenes.end()) return "";
+  return "The paper's Fairy scene was not at hand: `" + std::string(kStandIn) +
+         "` is another model made to be like it, so its figures compare in kind only.\n\n";
+}
+
+bool same_tree(const SceneFigures& a, const SceneFigures& b) {
+  return a.name == b.name && a.bvh.triangles == b.bvh.triangles && a.bvh.references == b.bvh.references &&
+         a.bvh.nodes == b.bvh.nodes;
+}
+
+std::string speed_up(std::optional<double> fps, std::optional<double> base) {
+  if (!fps) return "-";
+  return base ? fmt::format("{} ({})", figure(*fps), percent(*fps / *base)) : figure(*fps);
+}
+
+/// One half of Table 2: the paper's rows first, then the entries that it lacked.
+class HalfTable {
+ public:
+  HalfTable(const Setting& setting, const PaperHalf& half) : half_(half) {
+    for (const Block& block : setting.blocks)
+      if (block.rays == half.rays) blocks_.push_back(&block);
+    std::ranges::stable_sort(blocks_, {}, [](const Block* b) {
+      const PaperScene* p = paper_scene(b->scene);
+      return p ? p - kPaperScenes.data() : std::ptrdiff_t(kPaperScenes.size());
+    });
+  }
+
+  std::string text() const {
+    if (std::ranges::none_of(blocks_, [](const Block* b) { return has_frames(*b); })) return "";
+    std::vector<std::string> header{std::string(half_.title)};
+    for (const Block* block : blocks_) {
+      if (paper_scene(block->scene)) header.push_back(std::string(paper_scene(block->scene)->name) + ", paper");
+      header.push_back(scene_title(block->scene) + ", here");
+    }
+    Table table(header);
+    for (const PaperRow& row : half_.rows) add(table, std::string(row.method), std::string(row.label), &row);
+    for (const std::string& label : other_labels()) add(table, label, label, nullptr);
+    return table.text();
+  }
+
+ private:
+  static bool has_frames(const Block& block) {
+    return std::ranges::any_of(block.cells, [](const Cell& c) { return c.fps().has_value(); });
+  }
+
+  void add(Table& table, const std::string& title, const std::string& label, const PaperRow* row) const {
+    std::vector<std::string> cells{title};
+    bool some = false;
+    for (const Block* block : blocks_) {
+      if (const PaperScene* p = paper_scene(block->scene)) {
+        const auto i = std::size_t(p - kPaperScenes.data());
+        const bool printed = row && !row->fps[i].empty();
+        cells.push_back(printed ? fmt::format("{} ({})", row->fps[i], row->gain[i]) : "");
+        some |= printed;
+      }
+      const Cell *cell = block->find(label), *base = block->find(std::string(half_.rows[0].label));
+      some |= cell != nullptr;
+      cells.push_back(speed_up(cell ? cell->fps() : std::nullopt, base ? base->fps() : std::nullopt));
+    }
+    if (some) table.row(std::move(cells));
+  }
+
+  std::vector<std::string> other_labels() const {
+    std::vector<std::string> labels;
+    for (const Block* block : blocks_)
+      for (const Cell& cell : block->cells)
+        if (std::ranges::find(half_.rows, cell.label, &PaperRow::label) == half_.rows.end() &&
+            std::ranges::find(labels, cell.label) == labels.end())
+          labels.push_back(cell.label);
+    return labels;
+  }
+
+  const PaperHalf& half_;
+  std::vector<const Block*> blocks_;
+};
+
+}  // namespace
+
+std::string scene_section(const std::vector<Document>& documents) {
+  std::vector<SceneFigures> scenes;
+  std::vector<std::string> names;
+  for (const Document& d : documents)
+    for (const SceneFigures& s : d.scenes)
+      if (std::ranges::none_of(scenes, [&](const SceneFigures& other) { return same_tree(s, other); })) {
+        scenes.push_back(s);
+        names.push_back(s.name);
+      }
+  Table table({"scene", "triangles, paper", "here", "split triangles, paper", "here", "nodes, paper", "here", "depth",
+               "SAH cost", "MiB"});
+  for (const SceneFigures& s : scenes) {
+    const PaperScene* p = paper_scene(s.name);
+    const auto paper = [&](std::string_view PaperScene::*field) { return p ? std::string(p->*field) : std::string(); };
+    table.row({scene_title(s.name), paper(&PaperScene::triangles), std::to_string(s.bvh.triangles),
+               paper(&PaperScene::split), std::to_string(s.bvh.references), paper(&PaperScene::nodes),
+               std::to_string(s.bvh.nodes), std::to_string(s.bvh.depth), fmt::format("{:.1f}", s.bvh.sah),
+               fmt::format("{:.1f}", double(s.bvh.bytes) / (1 << 20))});
+  }
+  if (table.empty()) return "";
+  return fmt::format("## Table 1: the scenes\n\nPaper: {}.\n\n", kCitation) + stand_in_note(names) + table.text();
+}
+
+std::string frame_section(const Setting& setting) {
+  std::string tables;
+  for (const PaperHalf& half : kPaperTable2) tables += HalfTable(setting, half).text();
+  if (tables.empty()) return "";
+  return fmt::format(
+             "## Table 2: frames per second and speed-up against packet: {}\n\nPaper: {}; its packet votes by "
+             "`any`.\n\n",
+             setting.name, kCitation) +
+         stand_in_note(setting.scenes()) + tables;
+}
+
+}  // namespace ballot::bench

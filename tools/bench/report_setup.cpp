@@ -1,0 +1,43 @@
+// What was measured on what.
+#include <set>
+
+#include "tools/bench/markdown.h"
+#include "tools/bench/report.h"
+
+namespace ballot::bench {
+
+namespace {
+
+void add_run(std::string& text, const Document& d) {
+  std::set<std::string> scenes, kinds, modes;
+  for (const Record& r : d.records) {
+    scenes.insert(r.scene);
+    kinds.insert(r.rays);
+    modes.insert(r.numeric);
+  }
+  const auto list = [](const std::set<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); };
+  text += fmt::format("- {}, driver {}, subgroups of {}. Clock: {}. {} x {} pixels, {} repeats interleaved{}{}.\n",
+                      d.device, d.driver, d.subgroup_size, d.clock, d.size[0], d.size[1], d.repeats,
+                      d.sweep_repeats ? fmt::format(", {} in sweeps", d.sweep_repeats) : "",
+                      d.date.empty() ? "" : ", " + d.date);
+  text += fmt::format("  Scenes: {}. Rays: {}. Arithmetic: {}. {} records, commit {}.\n", list(scenes), list(kinds),
+                      list(modes), d.records.size(), d.commit);
+  if (d.partial) text += "  **The run was interrupted: what is missing was not measured.**\n";
+  text += fmt::format("\n  ```\n  {}\n  ```\n", d.command);
+}
+
+}  // namespace
+
+std::string setup_section(const std::vector<Document>& documents, const Arranged& arranged) {
+  std::string text = "## What was measured\n\n";
+  for (const Document& d : documents) add_run(text, d);
+  text +=
+      "\nTrace times are those of the traversal alone: Mrays/s are all rays of all views over the sum of the medians. "
+      "Frames go from\ngeneration to film: FPS is the mean over the views of 1000 ms / median. \"(best)\" has the best "
+      "threshold of a sweep in the same run.\n";
+  if (arranged.replaced)
+    text += fmt::format("\n{} records were measured twice; the later file's count.\n", arranged.replaced);
+  return text + "\n";
+}
+
+}  // namespace ballot::bench
