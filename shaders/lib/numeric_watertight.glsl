@@ -37,16 +37,17 @@ bool hit_triangle(Ray ray, RaySpace space, vec3 v0, vec3 v1, vec3 v2, out float 
   precise float ax = along(space.row_x, a), ay = along(space.row_y, a), az = along(space.row_z, a);
   precise float bx = along(space.row_x, b), by = along(space.row_y, b), bz = along(space.row_z, b);
   precise float cx = along(space.row_x, c), cy = along(space.row_y, c), cz = along(space.row_z, c);
-  precise float e0 = cx * by - cy * bx, e1 = ax * cy - ay * cx, e2 = bx * ay - by * ax;
+  precise float p0 = cx * by, p1 = ax * cy, p2 = bx * ay, q0 = cy * bx, q1 = ay * cx, q2 = by * ax;
+  precise float e0 = p0 - q0, e1 = p1 - q1, e2 = p2 - q2;
   precise float det = e0 + e1 + e2;
   precise float inv = 1.0 / det;
   precise float depth = e0 * az + e1 * bz + e2 * cz;
   t = depth * inv;
   u = e1 * inv;
   v = e2 * inv;
-  float side = max(max(max(abs(ax), abs(ay)), max(abs(bx), abs(by))), max(abs(cx), abs(cy)));
+  precise float products = abs(p0) + abs(p1) + abs(p2) + (abs(q0) + abs(q1) + abs(q2));
   float extent = max(az, max(bz, cz)) - min(az, min(bz, cz));
-  precise float error = side * side * (extent * 8e-7) * abs(inv);
+  precise float error = products * (extent * 2.5e-7) * abs(inv);
   t_error = error;
   bool inside = min(e0, min(e1, e2)) >= 0.0 || max(e0, max(e1, e2)) <= 0.0;
   return inside && det != 0.0;
@@ -61,9 +62,11 @@ bool hit_triangle(Ray ray, RaySpace space, vec3 v0, vec3 v1, vec3 v2, out float 
 // (lib/box.glsl), so every box above the leaf begins at or before t, and no walk culls the leaf of the smallest (t, prim):
 // all methods, subgroup sizes and orders of rays give the same bits.
 //
-// The error: an edge function is off by at most 4 w side^2 (w = 2^-24, two products and a difference of coordinates up to
-// side), so t, the mean of the vertices' depths weighted by them, by at most 12 w side^2 extent / |det|; 8e-7 > 12 w.
-// Moved vertices (below) and the rounding of t itself are part of the boxes' padding.
+// The error: an edge function p - q is off by at most 2 w (|p| + |q|) (w = 2^-24: two products and a difference), so t, the
+// mean of the vertices' depths weighted by them, by at most 2 w S extent / (|det| - 2 w S), S the sum of all |p| + |q|. With
+// 2 w S at most |det| / 2 that is below 4 w S extent / |det|, and beyond it that bound exceeds the extent, which t, a mean with
+// weights of one sign, never leaves. 2.5e-7 > 4 w. Moved vertices (below) and the rounding of t itself are part of the boxes'
+// padding.
 bool settle_t(inout float t, float t_error, vec2 interval) {
   precise float from = interval.x - t_error, to = interval.y + t_error;
   bool counts = t >= from && t <= to;
