@@ -68,7 +68,7 @@ TEST_F(Bench, SecondaryRaysAreTwiceThePrimaryHits) {
 }
 
 TEST_F(Bench, AllMethodsAndVotesAllRayKinds) {
-  const auto run = bench({"--rays", "all", "--repeat", "1", "--views", "front"});
+  const auto run = bench({"--rays", "all", "--views", "front"});
   std::set<std::string> methods, kinds;
   for (const auto& record : run["records"]) {
     methods.insert(record["method"]);
