@@ -6,7 +6,7 @@
 // Based on:
 //   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.3.
 // Differs from the paper: the lists are bounded. The depth of the tree does not bound them, so there is an overflow rule: when
-// the list of a lane that wants the node is full, the packet walks the node itself.
+// the list of a lane has no room for what it wants, the packet walks the node itself, and its sibling.
 //
 // traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
 //   live   false where the lane has no ray: it still loads and votes
@@ -16,17 +16,6 @@
 #include "../lib/kernel.glsl"
 #include "../lib/walk.glsl"
 #include "../lib/packet.glsl"
-
-// Whether a child that `lanes` lanes want is put aside, and if so, does it. full: this lane's list is.
-#define PUT_ASIDE(child, wanted, lanes, top, aside)                               \
-  aside = lanes > 0u && lanes < push.threshold;                                   \
-  if (aside) {                                                                    \
-    bool overflows = packet_any(wanted && top > LIST_SIZE);                       \
-    COUNT_OVERFLOW(overflows)                                                     \
-    aside = !overflows;                                                           \
-    if (aside && wanted) STACK_AT(top++) = child;                                 \
-    COUNT_STACK(top)                                                              \
-  }
 
 uint traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
@@ -42,11 +31,20 @@ uint traverse(inout Walker w, bool live, uint node) {
         Wish mine = wish_of(w, pair, live);
         COUNT_VOTE(packet_disagrees(mine))
         Vote vote = packet_vote(mine);
-        bool left_aside, right_aside;
-        PUT_ASIDE(pair.left, mine.left, vote.lefts, top, left_aside)
-        PUT_ASIDE(pair.right, mine.right, vote.rights, top, right_aside)
-        vote.left = vote.left && !left_aside;
-        vote.right = vote.right && !right_aside;
+        bool few_left = vote.lefts < push.threshold, few_right = vote.rights < push.threshold;
+        bool put_left = mine.left && few_left, put_right = mine.right && few_right;
+        bool overflows = packet_any((put_left || put_right) && top + uint(put_left) + uint(put_right) > LIST_SIZE + 1u);
+        COUNT_OVERFLOW(overflows)
+        if (!overflows) {
+          // Stored by all, kept by those that want it: a branch would cost more.
+          STACK_AT(top) = pair.left;
+          top += uint(put_left);
+          STACK_AT(top) = pair.right;
+          top += uint(put_right);
+          vote.left = vote.left && !few_left;
+          vote.right = vote.right && !few_right;
+        }
+        COUNT_STACK(top)
         node = packet_enter(pair, mine, vote);
       } while (is_inner(node));
     }

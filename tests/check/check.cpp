@@ -145,12 +145,15 @@ class Checker {
     std::vector<Knobs> knobs = every_size(engine_.device());
     for (const Knobs& k : every_formulation(engine_.device()))
       if (!quick_) knobs.push_back(k);
-    for (const Method& m : kMethods)
-      for (const Knobs& k : knobs) {
+    for (const Method& m : kMethods) {
+      std::vector<Knobs> all = knobs;
+      for (const Knobs& k : every_threshold(m)) all.push_back(k);
+      for (const Knobs& k : all) {
         const Query q{Want::Nearest, std::string(m.name), std::string(mode), k};
         expect_equal(reference, trace(rays, q), engine_.tracer().variant(q).name());
         ++runs;
       }
+    }
     const auto order = scatter_order(rays.size());
     std::vector<Ray> shuffled(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) shuffled[i] = rays[order[i]];
