@@ -47,6 +47,7 @@ int run(int argc, char** argv) {
       "  ballot info scenes/cornell.gltf\n"
       "  ballot render scenes/cornell.gltf --view all --size 512x512 --png --out out/\n"
       "  ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy --method packet --knob vote=count\n"
+      "  ballot bench scenes/cornell.gltf --rays primary,ao --sweep --report out/bench/\n"
       "Exit codes: 0 done, 1 the work failed, 2 the arguments are wrong, 3 no usable device.");
   int result = 0;
   cli::add_info(app, result);

@@ -25,6 +25,7 @@ int compare_files(const Args& args) {
   if (!args.scenes.empty())
     fail(Failure::Arguments, "--compare reads two files and measures nothing; leave out the scene {}",
          args.scenes.front());
+  if (!args.report.empty()) fail(Failure::Arguments, "--compare writes no report; use --json, or 'ballot report'");
   if (!(args.tolerance >= 0 && args.tolerance <= 10))
     fail(Failure::Arguments, "--tolerance: {} is not a share from 0 to 10, such as 0.02", args.tolerance);
   if (!args.engine.json.empty()) check_writable(args.engine.json);

@@ -18,8 +18,8 @@ except ImportError as missing:
 
 BASE = "packet(any)"
 FORMAT = ticker.FuncFormatter(lambda value, _: f"{value:g}")
-# Okabe and Ito's colours, which most colour-blind readers can tell apart, and two greys; hatches and markers go along.
-COLOURS = ["#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#999933", "#000000", "#888888", "#BBBBBB"]
+# Okabe and Ito's colours, which most colour-blind readers can tell apart, and four more; hatches and markers go along.
+COLOURS = ["#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#999933", "#332288", "#888888", "#000000"]
 HATCHES = ["", "///", "...", "xxx", "\\\\\\", "+++", "ooo", "---"]
 MARKERS = "osD^vP*X<>"
 ABOVE = 0.55  # inches for the title

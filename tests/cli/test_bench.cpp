@@ -1,4 +1,8 @@
 // ballot bench: what it measures and writes, and what it refuses.
+#include <sys/wait.h>
+
+#include <cstdlib>
+
 #include "engine/core/npy.h"
 #include "engine/render/ray_kinds.h"
 #include "engine/trace/methods.h"
@@ -68,7 +72,7 @@ TEST_F(Bench, SecondaryRaysAreTwiceThePrimaryHits) {
 }
 
 TEST_F(Bench, AllMethodsAndVotesAllRayKinds) {
-  const auto run = bench({"--rays", "all", "--repeat", "1", "--views", "front"});
+  const auto run = bench({"--rays", "all", "--views", "front"});
   std::set<std::string> methods, kinds;
   for (const auto& record : run["records"]) {
     methods.insert(record["method"]);
@@ -128,6 +132,18 @@ TEST_F(Bench, WhatWasMeasuredBeforeAFailureIsKept) {
   EXPECT_EQ(result.code, 1);
   EXPECT_EQ(json("bench.json")["partial"], true);
   EXPECT_EQ(json("bench.json")["records"].size(), 1u);
+}
+
+TEST_F(Bench, AnInterruptedRunKeepsWhatItMeasured) {
+  const std::string command =
+      "cd '" + path("").string() + "' && XDG_CACHE_HOME='" + path("cache").string() +
+      "' timeout --preserve-status --signal=INT 5 " BALLOT_BINARY
+      " bench square.glb --size 128x128 --repeat 10000 --methods if-if --json bench.json > out.txt 2> err.txt";
+  const int status = std::system(command.c_str());
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  EXPECT_EQ(json("bench.json")["partial"], true);
+  expect_parts(read("err.txt"), {"ballot: interrupted; what was measured is kept"});
 }
 
 TEST_F(Bench, BadArguments) {

@@ -155,6 +155,7 @@ TEST_F(Compare, BadFiles) {
   write("b.json", "{\"triangles\": 3}");
   refuse(1, {"b.json: top level: expected an object with 'device'"}, {"bench", "--compare", "a.json", "b.json"});
   refuse(2, {"--compare needs a value"}, {"bench", "--compare", "a.json"});
+  refuse(2, {"--compare writes no report"}, {"bench", "--compare", "a.json", "a.json", "--report", "out"});
   refuse(2, {"leave out the scene"}, {"bench", "square.glb", "--compare", "a.json", "a.json"});
 }
 

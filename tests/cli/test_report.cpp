@@ -143,12 +143,12 @@ TEST_F(Report, StandInIsCalledOne) {
 
 TEST_F(Report, ReadmeBetweenItsMarkers) {
   write_json("a.json", made_up_bench());
-  write("README.md", "# Title\n\n<!-- results:begin -->\nold\n<!-- results:end -->\n\nlast\n");
+  write("README.md", "# Title\n\n<!-- results:begin -->\nstale text\n<!-- results:end -->\n\nlast\n");
   succeed({"report", "a.json", "--readme", "README.md"});
   const std::string once = read("README.md");
   EXPECT_TRUE(once.starts_with("# Title\n\n<!-- results:begin -->\n\n### What was measured\n")) << once;
   EXPECT_TRUE(once.ends_with("\n<!-- results:end -->\n\nlast\n")) << once;
-  EXPECT_EQ(once.find("old"), std::string::npos);
+  EXPECT_EQ(once.find("stale text"), std::string::npos);
   expect_parts(once, {"### Answers", "### Table 2"});
   succeed({"report", "a.json", "--readme", "README.md"});
   EXPECT_EQ(read("README.md"), once);
