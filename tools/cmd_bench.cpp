@@ -103,7 +103,9 @@ std::string methods_text() {
 std::string kinds_text() {
   std::string text;
   for (const RayKind& kind : kRayKinds) text += fmt::format("\n  {:<14} {}", kind.name, kind.summary);
-  return text + fmt::format("\n  {:<14} {}", "FILE.npy", "rays as 'ballot trace' takes them; FILE.npy:any for any hit");
+  return text + fmt::format("\n  {:<14} {}", "FILE.npy",
+                            "rays as 'ballot trace' takes them; FILE.npy:any for any hit; NAME=FILE.npy: files of one "
+                            "NAME are views of one set");
 }
 
 void add_options(CLI::App& cmd, Args& args) {

@@ -20,7 +20,8 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
   const Formulation& f = variant.how;
   const Method& method = *variant.method;
   const bool packet = method.packet();
-  const std::uint32_t stack = (tree_depth + 1 + 3) / 4 * 4;  // in steps, so that scenes of like depth share pipelines
+  const std::uint32_t stack =
+      (tree_depth + 1 + 15) / 16 * 16;  // in steps, so that scenes of like depth share pipelines
   const std::uint32_t list = method.lists ? f.list : 0;
   std::uint32_t shared_words = 0;
   if (method.own_stack && f.stack == StackPlace::Shared) shared_words = (stack + list) * f.workgroup;

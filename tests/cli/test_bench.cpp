@@ -105,6 +105,25 @@ TEST_F(Bench, ForeignRaysNearestAndAny) {
   EXPECT_NE(run["records"][0]["any"], run["records"][1]["any"]);
 }
 
+TEST_F(Bench, FilesOfOneNameAreViewsOfOneSet) {
+  rays(100);
+  std::filesystem::copy_file(path("rays.npy"), path("more.npy"));
+  const auto run = bench({"--methods", "if-if", "--rays", "mine=rays.npy,mine=more.npy"});
+  ASSERT_EQ(run["records"].size(), 2u);
+  std::set<std::string> views;
+  for (const auto& record : run["records"]) {
+    EXPECT_EQ(record["rays"], "mine");
+    views.insert(record["view"]);
+  }
+  EXPECT_EQ(views, (std::set<std::string>{"rays", "more"}));
+  const Words words{"bench", "square.glb", "--rays"};
+  for (const char* bad : {"mine=rays.npy,mine=rays.npy", "ao=rays.npy"}) {
+    Words args = words;
+    args.push_back(bad);
+    refuse(2, {"--rays"}, args);
+  }
+}
+
 TEST_F(Bench, NumericModesSideBySide) {
   const auto run = bench({"--methods", "if-if", "--numeric", "plain,watertight", "--rays", "primary"});
   std::set<std::string> modes;
@@ -137,7 +156,7 @@ TEST_F(Bench, WhatWasMeasuredBeforeAFailureIsKept) {
 TEST_F(Bench, AnInterruptedRunKeepsWhatItMeasured) {
   const std::string command =
       "cd '" + path("").string() + "' && XDG_CACHE_HOME='" + path("cache").string() +
-      "' timeout --preserve-status --signal=INT 5 " BALLOT_BINARY
+      "' timeout --foreground --preserve-status --signal=INT 5 " BALLOT_BINARY
       " bench square.glb --size 128x128 --repeat 10000 --methods if-if --json bench.json > out.txt 2> err.txt";
   const int status = std::system(command.c_str());
   ASSERT_TRUE(WIFEXITED(status));

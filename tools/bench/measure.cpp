@@ -41,16 +41,19 @@ class BlockRun {
       : around_(around), plan_(plan), rays_(rays) {}
 
   void make_batches(const std::vector<const View*>& views) {
-    if (!rays_.kind) {
-      batches_.push_back(around_.engine.make_batch(rays_.name, rays_.rays, rays_.want));
-      return;
+    for (const RayFile& file : rays_.files) {
+      batches_.push_back(around_.engine.make_batch(rays_.name, file.rays, rays_.want));
+      views_.push_back(file.view);
     }
+    if (!rays_.kind) return;
     for (const View* view : views) {
       Batch batch = around_.engine.make_batch(*view, *rays_.kind, around_.options.width, around_.options.height);
-      if (batch->count() > 0)
+      if (batch->count() > 0) {
         batches_.push_back(std::move(batch));
-      else
+        views_.push_back(view->name);
+      } else {
         note("view {} of {} starts no {} rays and is left out", view->name, scene(), rays_.name);
+      }
     }
     if (batches_.empty())
       fail(Failure::Work, "{}: no view starts {} rays, expected a hit in some view; choose other --views or --rays",
@@ -183,7 +186,7 @@ class BlockRun {
     const Variant variant = around_.engine.tracer().variant(query);
     Record r;
     r.scene = scene();
-    r.view = batch.view();
+    r.view = views_[view];
     r.rays = rays_.name;
     r.any = batch.any();
     r.label = entry.label;
@@ -208,6 +211,7 @@ class BlockRun {
   const Plan& plan_;
   const RaySet& rays_;
   std::vector<Batch> batches_;
+  std::vector<std::string> views_;  // of each batch
   std::vector<Runner> sweep_, runners_;
   std::vector<Entry> best_;
   std::uint64_t retraced_ = 0, wrong_ = 0;

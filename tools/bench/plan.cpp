@@ -156,31 +156,51 @@ class Entries {
   std::vector<std::string> modes_;
 };
 
-/// "rays.npy" or "rays.npy:any".
-RaySet foreign_rays(const std::string& item) {
+/// "rays.npy", "rays.npy:any", or with a name before it: "short=rays.npy:any".
+struct ForeignItem {
+  std::string name;
+  std::filesystem::path file;
+  Want want;
+};
+
+bool is_foreign(const std::string& item) { return item.ends_with(".npy") || item.ends_with(".npy:any"); }
+
+ForeignItem foreign_item(const std::string& item) {
   const bool any = item.ends_with(":any");
-  const std::filesystem::path file = any ? item.substr(0, item.size() - 4) : item;
-  RaySet set{file.filename().string(), nullptr, read_rays(file), any ? Want::Any : Want::Nearest};
-  if (set.rays.empty()) fail(Failure::Work, "{}: found no rays, expected at least one", file.string());
-  return set;
+  const std::size_t equals = item.find('='), begin = equals == std::string::npos ? 0 : equals + 1;
+  const std::filesystem::path file = item.substr(begin, item.size() - begin - (any ? 4 : 0));
+  const std::string name = begin > 1 ? item.substr(0, equals) : file.filename().string();
+  for (const RayKind& kind : kRayKinds)
+    if (kind.name == name)
+      fail(Failure::Arguments, "--rays {}: '{}' is the name of a ray kind; give the file another one", item, name);
+  return {name, file, any ? Want::Any : Want::Nearest};
 }
 
-RaySet own_rays(const RayKind& kind) { return {std::string(kind.name), &kind, {}, kind.want}; }
+void add_foreign(const std::string& item, std::vector<RaySet>& sets) {
+  const ForeignItem foreign = foreign_item(item);
+  const std::string view = foreign.file.stem().string();
+  RaySet* set = nullptr;
+  for (RaySet& other : sets)
+    if (other.name == foreign.name && other.want == foreign.want) set = &other;
+  if (!set) set = &sets.emplace_back(RaySet{foreign.name, nullptr, {}, foreign.want});
+  for (const RayFile& other : set->files)
+    if (other.view == view)
+      fail(Failure::Arguments, "--rays: two files are called {}; records are told apart by it, so rename one", view);
+  set->files.push_back({view, read_rays(foreign.file)});
+  if (set->files.back().rays.empty())
+    fail(Failure::Work, "{}: found no rays, expected at least one", foreign.file.string());
+}
 
 void add_rays(const std::string& item, std::vector<RaySet>& sets) {
   if (item == "all") {
     for (const RayKind& kind : kRayKinds) add_rays(std::string(kind.name), sets);
     return;
   }
-  const bool foreign = item.ends_with(".npy") || item.ends_with(".npy:any");
-  RaySet set = foreign ? foreign_rays(item) : own_rays(find_ray_kind(item));
+  if (is_foreign(item)) return add_foreign(item, sets);
+  const RayKind& kind = find_ray_kind(item);
   for (const RaySet& other : sets)
-    if (other.name == set.name && other.want == set.want) {
-      if (!foreign) return;
-      fail(Failure::Arguments, "--rays: two files are called {}; records are told apart by it, so rename one",
-           set.name);
-    }
-  sets.push_back(std::move(set));
+    if (other.kind == &kind) return;
+  sets.push_back({std::string(kind.name), &kind, {}, kind.want});
 }
 
 /// A knob that no method takes would silently do nothing.
@@ -214,8 +234,10 @@ Plan make_plan(const PlanArgs& args) {
   }
   const auto rays = items_of("--rays", args.rays);
   for (const std::string& item : rays)  // names first: reading files takes longer
-    if (item != "all" && !item.ends_with(".npy") && !item.ends_with(".npy:any")) find_ray_kind(item);
+    if (item != "all" && !is_foreign(item)) find_ray_kind(item);
   for (const std::string& item : rays) add_rays(item, plan.rays);
+  for (RaySet& set : plan.rays)
+    if (set.files.size() == 1) set.files[0].view.clear();
   check_concern(args, plan);
   if (args.views != "all") plan.views = items_of("--views", args.views);
   return plan;

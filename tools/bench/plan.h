@@ -23,11 +23,17 @@ struct Sweep {
   std::vector<Entry> entries;
 };
 
-/// A ray kind, or the rays of a file.
+/// The rays of one file.
+struct RayFile {
+  std::string view;  // empty where a set has one file
+  std::vector<Ray> rays;
+};
+
+/// A ray kind, or foreign rays: files of one name stand for the views of a scene.
 struct RaySet {
   std::string name;
   const RayKind* kind = nullptr;
-  std::vector<Ray> rays;  // foreign ones
+  std::vector<RayFile> files = {};
   Want want = Want::Nearest;
 };
 

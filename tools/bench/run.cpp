@@ -84,7 +84,8 @@ class Run {
       : plan_(plan), options_(options), bar_("measuring") {
     for (const LoadedScene& loaded : scenes)
       for (const RaySet& rays : plan.rays)
-        total_ += steps_of(plan, rays, options, rays.kind ? chosen_views(loaded.scene, plan).size() : 1);
+        total_ +=
+            steps_of(plan, rays, options, rays.kind ? chosen_views(loaded.scene, plan).size() : rays.files.size());
   }
 
   /// One scene, from its device to its tables.
