@@ -17,6 +17,11 @@
 #include "../lib/walk.glsl"
 #include "../lib/packet.glsl"
 
+// The nearer child last, so that the ray comes to it first. Stored whether wanted or not: a branch would cost more.
+#define PUT_ASIDE(child, wanted) \
+  STACK_AT(top) = child;         \
+  top += uint(wanted);
+
 uint traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
   uint top = 0u;
@@ -31,20 +36,19 @@ uint traverse(inout Walker w, bool live, uint node) {
         Wish mine = wish_of(w, pair, live);
         COUNT_VOTE(packet_disagrees(mine))
         Vote vote = packet_vote(mine);
-        bool few_left = vote.lefts < push.threshold, few_right = vote.rights < push.threshold;
-        bool put_left = mine.left && few_left, put_right = mine.right && few_right;
-        bool overflows = packet_any((put_left || put_right) && top + uint(put_left) + uint(put_right) > LIST_SIZE + 1u);
-        COUNT_OVERFLOW(overflows)
-        if (!overflows) {
-          // Stored by all, kept by those that want it: a branch would cost more.
-          STACK_AT(top) = pair.left;
-          top += uint(put_left);
-          STACK_AT(top) = pair.right;
-          top += uint(put_right);
-          vote.left = vote.left && !few_left;
-          vote.right = vote.right && !few_right;
+        bool few_left = vote.left && vote.lefts < push.threshold, few_right = vote.right && vote.rights < push.threshold;
+        if (few_left || few_right) {
+          bool put_left = mine.left && few_left, put_right = mine.right && few_right;
+          bool overflows = packet_any((put_left || put_right) && top + uint(put_left) + uint(put_right) > LIST_SIZE + 1u);
+          COUNT_OVERFLOW(overflows)
+          if (!overflows) {
+            PUT_ASIDE(mine.left_nearer ? pair.right : pair.left, mine.left_nearer ? put_right : put_left)
+            PUT_ASIDE(mine.left_nearer ? pair.left : pair.right, mine.left_nearer ? put_left : put_right)
+            vote.left = vote.left && !few_left;
+            vote.right = vote.right && !few_right;
+          }
+          COUNT_STACK(top)
         }
-        COUNT_STACK(top)
         node = packet_enter(pair, mine, vote);
       } while (is_inner(node));
     }

@@ -117,7 +117,7 @@ TEST_F(Bench, FilesOfOneNameAreViewsOfOneSet) {
   }
   EXPECT_EQ(views, (std::set<std::string>{"rays", "more"}));
   const Words words{"bench", "square.glb", "--rays"};
-  for (const char* bad : {"mine=rays.npy,mine=rays.npy", "ao=rays.npy"}) {
+  for (const char* bad : {"mine=rays.npy,mine=./rays.npy", "ao=rays.npy"}) {
     Words args = words;
     args.push_back(bad);
     refuse(2, {"--rays"}, args);
