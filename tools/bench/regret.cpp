@@ -81,6 +81,29 @@ std::string regret_summary(const Setting& setting) {
   return "## Time over the best method's: " + setting.name + "\n\n" + table.text();
 }
 
+std::string regret_overview(const Arranged& arranged) {
+  std::vector<std::string> header{"time over the best method's: at most, median"}, labels;
+  std::vector<std::vector<Regret>> all;
+  for (const Setting& setting : arranged.settings) {
+    header.push_back(setting.name);
+    all.push_back(regrets_of(setting));
+    for (const Block& block : setting.blocks)
+      for (const Cell& cell : block.cells)
+        if (is_main(block, cell) && std::ranges::find(labels, cell.label) == labels.end()) labels.push_back(cell.label);
+  }
+  Table table(header);
+  for (const std::string& label : labels) {
+    std::vector<std::string> cells{label};
+    for (const auto& regrets : all) {
+      const auto found = std::ranges::find(regrets, label, &Regret::label);
+      cells.push_back(found == regrets.end() ? "-" : fmt::format("{:.2f}, {:.2f}", found->max, found->median));
+    }
+    table.row(std::move(cells));
+  }
+  if (table.empty()) return "";
+  return "## How far from the best\n\nOver all scenes and ray kinds measured.\n\n" + table.text();
+}
+
 std::string regret_section(const Setting& setting) {
   const std::vector<Regret> regrets = regrets_of(setting);
   if (regrets.size() < 2) return "";

@@ -12,7 +12,14 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kBegin = "<!-- results:begin -->", kEnd = "<!-- results:end -->";
 
-/// The sections that a README shows.
+/// What a README shows: the same questions, with the settings side by side and the main entries only.
+std::string readme_sections(const std::vector<Document>& documents, const Arranged& arranged) {
+  std::string text = setup_section(documents, arranged);
+  for (const Setting& s : arranged.settings) text += answer_section(s, true);
+  return text + scene_section(documents) + frame_summary(arranged) + regret_overview(arranged);
+}
+
+/// What a report begins with.
 std::string main_sections(const std::vector<Document>& documents, const Arranged& arranged) {
   std::string text = setup_section(documents, arranged);
   for (const Setting& s : arranged.settings) text += answer_section(s);
@@ -110,7 +117,8 @@ void check_readme(const fs::path& file) {
 
 void write_readme(const fs::path& file, const std::vector<Document>& documents) {
   const Marked marked = read_marked(file);
-  write_file(file, marked.before + "\n" + one_level_down(main_sections(documents, arrange(documents))) + marked.after);
+  write_file(file,
+             marked.before + "\n" + one_level_down(readme_sections(documents, arrange(documents))) + marked.after);
 }
 
 }  // namespace ballot::bench

@@ -26,14 +26,20 @@ void check_readme(const std::filesystem::path& file);
 std::string setup_section(const std::vector<Document>& documents, const Arranged& arranged);
 std::string scene_section(const std::vector<Document>& documents);  // Table 1
 std::string frame_section(const Setting& setting);                  // Table 2
+std::string frame_summary(const Arranged& arranged);                // Table 2 with all settings side by side
 std::string speed_section(const Setting& setting);
 std::string vote_section(const Setting& setting);
 std::string regret_summary(const Setting& setting);
+std::string regret_overview(const Arranged& arranged);  // all settings side by side
 std::string regret_section(const Setting& setting);
 std::string sweep_section(const Setting& setting);
 std::string counter_section(const Setting& setting);
 std::string check_section(const Setting& setting);
-std::string answer_section(const Setting& setting);
+std::string answer_section(const Setting& setting, bool brief = false);  // brief: votes of packet and cut only
+
+/// What a short table shows: of each method the first vote that was measured, with a fixed and with the best threshold; of
+/// packet and cut every vote.
+bool is_main(const Block& block, const Cell& cell);
 
 /// records.csv: a line per record, quoted by RFC 4180.
 std::string csv_text(const std::vector<Document>& documents);

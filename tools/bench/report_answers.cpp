@@ -59,17 +59,17 @@ std::string packet_against_if_if(const Setting& setting) {
   const auto wins = std::ranges::count_if(s.ratios, [](double r) { return r > 1; });
   return fmt::format(
       "- Is packet faster than if-if for primary rays, as the paper found? Here packet(any) is {} if-if: {}; it wins "
-      "{} "
-      "of {} scenes.\n",
+      "{} of {} scenes.\n",
       verdict(s.mean()), one_or_range(s), wins, s.ratios.size());
 }
 
-std::string votes(const Setting& setting) {
+std::string votes(const Setting& setting, bool brief) {
   const std::vector<VotePair> pairs = vote_pairs(setting);
   std::string text;
   std::vector<std::string> methods;
   for (const VotePair& pair : pairs)
-    if (pair.role == Role::Method && std::ranges::find(methods, pair.method) == methods.end())
+    if (pair.role == Role::Method && std::ranges::find(methods, pair.method) == methods.end() &&
+        (!brief || pair.method == "packet" || pair.method == "cut"))
       methods.push_back(pair.method);
   for (const std::string& method : methods) {
     std::string sentence;
@@ -141,9 +141,9 @@ std::string never_far(const Setting& setting) {
 
 }  // namespace
 
-std::string answer_section(const Setting& setting) {
+std::string answer_section(const Setting& setting, bool brief) {
   const std::string answers =
-      packet_against_if_if(setting) + votes(setting) + cut_against_both(setting) + never_far(setting);
+      packet_against_if_if(setting) + votes(setting, brief) + cut_against_both(setting) + never_far(setting);
   if (answers.empty()) return "";
   return "## Answers: " + setting.name + "\n\nSpeeds are of the traversal alone.\n\n" + answers + "\n";
 }

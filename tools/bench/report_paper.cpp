@@ -40,12 +40,24 @@ std::string speed_up(std::optional<double> fps, std::optional<double> base) {
   return base ? fmt::format("{} ({})", figure(*fps), percent(*fps / *base)) : figure(*fps);
 }
 
-/// One half of Table 2: the paper's rows first, then the entries that it lacked.
+/// "stack-max(11)" as it was measured: where votes by `any` are missing, those by `count` stand in.
+const Cell* find_paper_row(const Block& block, const std::string& label) {
+  if (const Cell* cell = block.find(label)) return cell;
+  return label.ends_with(')') ? block.find(label.substr(0, label.size() - 1) + ",count)") : nullptr;
+}
+
+/// One half of Table 2: the paper's rows first, then the entries that it lacked. With several settings, a scene has a
+/// column for each and its rows are the main entries only.
 class HalfTable {
  public:
-  HalfTable(const Setting& setting, const PaperHalf& half) : half_(half) {
-    for (const Block& block : setting.blocks)
-      if (block.rays == half.rays) blocks_.push_back(&block);
+  HalfTable(const std::vector<const Setting*>& settings, const PaperHalf& half)
+      : half_(half), several_(settings.size() > 1) {
+    for (const Setting* setting : settings)
+      for (const Block& block : setting->blocks)
+        if (block.rays == half.rays) {
+          blocks_.push_back(&block);
+          settings_[&block] = setting;
+        }
     std::ranges::stable_sort(blocks_, {}, [](const Block* b) {
       const PaperScene* p = paper_scene(b->scene);
       return p ? p - kPaperScenes.data() : std::ptrdiff_t(kPaperScenes.size());
@@ -56,8 +68,8 @@ class HalfTable {
     if (std::ranges::none_of(blocks_, [](const Block* b) { return has_frames(*b); })) return "";
     std::vector<std::string> header{std::string(half_.title)};
     for (const Block* block : blocks_) {
-      if (paper_scene(block->scene)) header.push_back(std::string(paper_scene(block->scene)->name) + ", paper");
-      header.push_back(scene_title(block->scene) + ", here");
+      if (new_scene(*block)) header.push_back(std::string(paper_scene(block->scene)->name) + ", paper");
+      header.push_back(scene_title(block->scene) + ", " + (several_ ? settings_.at(block)->document->device : "here"));
     }
     Table table(header);
     for (const PaperRow& row : half_.rows) add(table, std::string(row.method), std::string(row.label), &row);
@@ -74,34 +86,57 @@ class HalfTable {
     std::vector<std::string> cells{title};
     bool some = false;
     for (const Block* block : blocks_) {
-      if (const PaperScene* p = paper_scene(block->scene)) {
-        const auto i = std::size_t(p - kPaperScenes.data());
+      if (new_scene(*block)) {
+        const auto i = std::size_t(paper_scene(block->scene) - kPaperScenes.data());
         const bool printed = row && !row->fps[i].empty();
         cells.push_back(printed ? fmt::format("{} ({})", row->fps[i], row->gain[i]) : "");
         some |= printed;
       }
-      const Cell *cell = block->find(label), *base = block->find(std::string(half_.rows[0].label));
+      const Cell* cell = row ? find_paper_row(*block, label) : block->find(label);
+      const Cell* base = block->find(std::string(half_.rows[0].label));
       some |= cell != nullptr;
       cells.push_back(speed_up(cell ? cell->fps() : std::nullopt, base ? base->fps() : std::nullopt));
     }
     if (some) table.row(std::move(cells));
   }
 
+  /// Whether the block begins a scene of the paper.
+  bool new_scene(const Block& block) const {
+    const auto here = std::ranges::find(blocks_, &block);
+    return paper_scene(block.scene) && (here == blocks_.begin() || (*(here - 1))->scene != block.scene);
+  }
+
   std::vector<std::string> other_labels() const {
     std::vector<std::string> labels;
     for (const Block* block : blocks_)
       for (const Cell& cell : block->cells)
-        if (std::ranges::find(half_.rows, cell.label, &PaperRow::label) == half_.rows.end() &&
+        if ((!several_ || is_main(*block, cell)) &&
+            std::ranges::find(half_.rows, cell.label, &PaperRow::label) == half_.rows.end() &&
             std::ranges::find(labels, cell.label) == labels.end())
           labels.push_back(cell.label);
     return labels;
   }
 
   const PaperHalf& half_;
+  bool several_;
   std::vector<const Block*> blocks_;
+  std::map<const Block*, const Setting*> settings_;
 };
 
+constexpr std::string_view kStandInVotes =
+    "Where `any` was not measured for a row of the paper, votes by `count` stand in.\n\n";
+
 }  // namespace
+
+bool is_main(const Block& block, const Cell& cell) {
+  const Record& r = cell.first();
+  if (r.role == Role::Method && (r.method == "packet" || r.method == "cut")) return true;
+  for (const Cell& other : block.cells) {
+    if (&other == &cell) return true;
+    if (other.first().method == r.method && other.role == cell.role) return false;
+  }
+  return true;
+}
 
 std::string scene_section(const std::vector<Document>& documents) {
   std::vector<SceneFigures> scenes;
@@ -128,13 +163,27 @@ std::string scene_section(const std::vector<Document>& documents) {
 
 std::string frame_section(const Setting& setting) {
   std::string tables;
-  for (const PaperHalf& half : kPaperTable2) tables += HalfTable(setting, half).text();
+  for (const PaperHalf& half : kPaperTable2) tables += HalfTable({&setting}, half).text();
   if (tables.empty()) return "";
   return fmt::format(
              "## Table 2: frames per second and speed-up against packet: {}\n\nPaper: {}; its packet votes by "
-             "`any`.\n\n",
-             setting.name, kCitation) +
+             "`any`. {}",
+             setting.name, kCitation, kStandInVotes) +
          stand_in_note(setting.scenes()) + tables;
+}
+
+std::string frame_summary(const Arranged& arranged) {
+  std::vector<const Setting*> settings;
+  for (const Setting& s : arranged.settings) settings.push_back(&s);
+  if (settings.size() == 1) return frame_section(*settings[0]);
+  std::string tables;
+  for (const PaperHalf& half : kPaperTable2) tables += HalfTable(settings, half).text();
+  if (tables.empty()) return "";
+  return fmt::format(
+             "## Table 2: frames per second and speed-up against packet\n\nPaper: {}; its packet votes by "
+             "`any`. {}",
+             kCitation, kStandInVotes) +
+         tables;
 }
 
 }  // namespace ballot::bench
