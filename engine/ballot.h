@@ -101,7 +101,7 @@ class Engine {
   FrameTimes frame(RayBatch& batch, Query query) { return batches_->frame(batch, std::move(query)); }
 
   /// Traces a batch by the instrumented variant of the query's kernel and sums up what it counted; the hits are as those
-  /// of trace(). Throws as trace() does, and Error(Work) if the device has no room for the counters.
+  /// of trace(). Throws as trace() does, and Error(Work) if the device has no room for the counters, 72 bytes a ray.
   Counters count(RayBatch& batch, Query query) { return batches_->count(batch, std::move(query)); }
 
   /// What the CPU oracle (engine/bvh/oracle.h) says of a batch's rays, in parallel.

@@ -26,13 +26,13 @@ inline constexpr CounterInfo kCounters[] = {
     {"packet_nodes", &RayStats::packet_nodes, "of nodes, on a path that the subgroup shared"},
     {"lanes", &RayStats::lanes, "sum over needed visits of the lanes that needed the same visit"},
     {"steps", &RayStats::steps, "node and leaf visits of subgroups"},
-    {"unneeded", &RayStats::unneeded, "shared node visits that no lane needed"},
-    {"few", &RayStats::few, "shared node visits that some lanes, but fewer than a quarter, needed"},
+    {"unneeded", &RayStats::unneeded, "shared node visits where no lane could still find a nearer hit"},
+    {"few", &RayStats::few, "shared node visits where some lanes could, but fewer than a quarter"},
     {"votes", &RayStats::votes, "rounds of voting"},
     {"disagreements", &RayStats::disagreements, "of them, lanes wanted different children first"},
-    {"switches", &RayStats::switches, "changes from the shared path to own ones"},
-    {"switch_depth", &RayStats::switch_depth, "sum over switches of the depth of the node at hand"},
-    {"overflows", &RayStats::overflows, "nodes that a packet walked since a list was full"},
+    {"switches", &RayStats::switches, "nodes at which paths changed from shared to own; of cut: nodes put aside"},
+    {"switch_depth", &RayStats::switch_depth, "sum of their depths"},
+    {"overflows", &RayStats::overflows, "pairs of children that a packet kept since some list was full"},
     {"fetches", &RayStats::fetches, "rays that idle lanes took while others were under way"},
 };
 

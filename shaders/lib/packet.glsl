@@ -95,6 +95,7 @@ struct Wish {
 Wish wish_of(Walker w, Pair pair, bool live) {
   float entry_l, entry_r;
   bool l = meets(w, pair.lo_l, pair.hi_l, entry_l), r = meets(w, pair.lo_r, pair.hi_r, entry_r);
+  COUNT_ENTRIES(entry_l, entry_r)
   return Wish(l && live, r && live, entry_l <= entry_r);
 }
 
@@ -160,8 +161,13 @@ Vote packet_vote(Wish mine) {
 
 // Whether some lanes want the left child first and others the right one.
 bool packet_disagrees(Wish mine) {
-  bool left_first = mine.left && (!mine.right || mine.left_nearer);
-  return packet_any(left_first) && packet_any(mine.right && !left_first);
+  bool left_first = mine.left && (!mine.right || mine.left_nearer), right_first = mine.right && !left_first;
+#if BALLOT_VOTE == VOTE_SUM
+  uint sums = packet_sum(uint(left_first) | uint(right_first) << 16);
+  return (sums & 0xFFFFu) != 0u && sums >> 16 != 0u;
+#else
+  return packet_any(left_first) && packet_any(right_first);
+#endif
 }
 
 #ifdef PACKET_COUNTS_DISAGREEMENTS
@@ -171,7 +177,7 @@ uint packet_disagreements;
 // The child to go on with, the other on the stack; what the stack holds where nobody wants either.
 uint packet_enter(Pair pair, Wish mine, Vote vote) {
   bool right_first = vote.right && (!vote.left || vote.right_first);
-  COUNT_DESCENT()
+  COUNT_DESCENT(right_first)
   if (vote.left && vote.right) packet_push(right_first ? pair.left : pair.right, right_first ? mine.left : mine.right);
   PACKET_ENTER(right_first ? mine.right : mine.left)
   COUNT_NEEDS(packet_wants)
@@ -183,6 +189,7 @@ uint packet_enter(Pair pair, Wish mine, Vote vote) {
 // From an inner node.
 uint packet_step(Walker w, uint node, bool live) {
   COUNT_NODE(live)
+  COUNT_USE(live, w.hit.t)
   Pair pair = packet_fetch_pair(node);
   Wish mine = wish_of(w, pair, live);
   COUNT_VOTE(packet_disagrees(mine))

@@ -4,7 +4,7 @@
 // the ray pushes above it stay a depth-first stack, so STACK_SIZE suffices.
 #define PART(w, node, live, top)                                            \
   if (node != END_OF_TREE) {                                                \
-    COUNT_SWITCH()                                                          \
+    COUNT_SWITCH(1u, stats_depth)                                           \
     COUNT_SHARED(false)                                                     \
     do {                                                                    \
       STACK_AT(top) = packet_entry(top);                                    \

@@ -6,26 +6,35 @@ layout(set = 0, binding = BIND_STATS, scalar) writeonly buffer Stats { RayStats 
 
 RayStats stats;
 bool stats_shared;          // on a path that the subgroup shares
-bool stats_needs;           // whether this lane's ray needs the node at hand
+bool stats_needs;           // whether this lane's ray met the node at hand when it was entered or pushed
+float stats_entry;          // where it enters it, in t
 uint stats_depth;           // of the node at hand, on shared paths
 uint stats_depths[STACK_SIZE];
+float stats_entries[STACK_SIZE];
+float stats_left, stats_right, stats_pushed;  // where it enters the children, and the one that waits
 
 void stats_begin() {
   stats = RayStats(0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
   stats_shared = false;
   stats_needs = true;
+  stats_entry = stats_pushed = 0.0;
   stats_depth = 0u;
+}
+
+// A visit on the shared path, of use only to lanes that can still find a nearer hit there than the one at t.
+void stats_usefulness(bool live, float t) {
+  uint lanes = subgroupBallotBitCount(subgroupBallot(live && stats_needs && stats_entry <= t));
+  if (subgroupElect()) {
+    stats.unneeded += uint(lanes == 0u);
+    stats.few += uint(lanes > 0u && lanes * 4u < gl_SubgroupSize);
+  }
 }
 
 // A step of the subgroup: all lanes that take it arrive together.
 void stats_step(bool live, bool inner) {
   bool needs = live && (!stats_shared || stats_needs);
   uint lanes = subgroupBallotBitCount(subgroupBallot(needs));
-  if (subgroupElect()) {
-    ++stats.steps;
-    if (stats_shared && inner && lanes == 0u) ++stats.unneeded;
-    if (stats_shared && inner && lanes > 0u && lanes * 4u < gl_SubgroupSize) ++stats.few;
-  }
+  if (subgroupElect()) ++stats.steps;
   if (!live) return;
   if (needs) stats.lanes += lanes;
   if (inner) {
@@ -41,32 +50,36 @@ void stats_step(bool live, bool inner) {
 #define COUNT_BEGIN() stats_begin();
 #define COUNT_WRITE(index) ray_stats[index] = stats;
 #define COUNT_NODE(live) stats_step(live, true);
+#define COUNT_USE(live, t) stats_usefulness(live, t);
 #define COUNT_LEAF(live, count) { stats_step(live, false); if (live) stats.triangles += count; }
 #define COUNT_TRIANGLE() ++stats.triangles_tested;
 #define COUNT_STACK(height) stats.stack = max(stats.stack, height);
 #define COUNT_SHARED(yes) stats_shared = yes;
 #define COUNT_NEEDS(yes) stats_needs = yes;
-#define COUNT_DESCENT() ++stats_depth;
-#define COUNT_PUSH(top) stats_depths[top] = stats_depth;
-#define COUNT_POP(top) stats_depth = stats_depths[top];
+#define COUNT_ENTRIES(l, r) { stats_left = l; stats_right = r; }
+#define COUNT_DESCENT(right) { ++stats_depth; stats_entry = right ? stats_right : stats_left; stats_pushed = right ? stats_left : stats_right; }
+#define COUNT_PUSH(top) { stats_depths[top] = stats_depth; stats_entries[top] = stats_pushed; }
+#define COUNT_POP(top) { stats_depth = stats_depths[top]; stats_entry = stats_entries[top]; }
 #define COUNT_VOTE(disagree) { uint d = uint(disagree); if (subgroupElect()) { ++stats.votes; stats.disagreements += d; } }
-#define COUNT_SWITCH() if (subgroupElect()) { ++stats.switches; stats.switch_depth += stats_depth; }
+#define COUNT_SWITCH(times, depth) if (subgroupElect()) { stats.switches += times; stats.switch_depth += (times) * (depth); }
 #define COUNT_OVERFLOW(yes) { uint o = uint(yes); if (subgroupElect()) stats.overflows += o; }
 #define COUNT_FETCH(yes) stats.fetches += uint(yes);
 #else
 #define COUNT_BEGIN()
 #define COUNT_WRITE(index)
 #define COUNT_NODE(live)
+#define COUNT_USE(live, t)
 #define COUNT_LEAF(live, count)
 #define COUNT_TRIANGLE()
 #define COUNT_STACK(height)
 #define COUNT_SHARED(yes)
 #define COUNT_NEEDS(yes)
-#define COUNT_DESCENT()
+#define COUNT_ENTRIES(l, r)
+#define COUNT_DESCENT(right)
 #define COUNT_PUSH(top)
 #define COUNT_POP(top)
 #define COUNT_VOTE(disagree)
-#define COUNT_SWITCH()
+#define COUNT_SWITCH(times, depth)
 #define COUNT_OVERFLOW(yes)
 #define COUNT_FETCH(yes)
 #endif

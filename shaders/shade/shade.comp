@@ -6,7 +6,7 @@
 #include "../lib/film.glsl"
 
 #if !defined(BALLOT_SHADING) || !defined(BALLOT_HAS_NORMALS) || !defined(BALLOT_HAS_EMISSION)
-#error a shading variant must give BALLOT_SHADING, BALLOT_HAS_NORMALS, BALLOT_HAS_EMISSION (engine/render/renderer.cpp)
+#error a shading variant must give BALLOT_SHADING, BALLOT_HAS_NORMALS, BALLOT_HAS_EMISSION (engine/render/scene_data.cpp)
 #endif
 
 layout(local_size_x = 64) in;

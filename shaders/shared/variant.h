@@ -79,10 +79,11 @@ struct RayStats {
   uint packet_nodes;                 // of nodes: those visited on a path that the subgroup shares
   uint lanes;                        // sum over visits of the lanes that needed the same visit
   uint steps;                        // once a subgroup: node and leaf visits
-  uint unneeded, few;                // once a subgroup: shared node visits that no lane needs; fewer than a quarter, but some
+  uint unneeded, few;                // once a subgroup: shared node visits where no lane could still find a nearer hit; where
+                                     // some could, but fewer than a quarter
   uint votes, disagreements;         // once a subgroup: rounds of voting; those in which lanes wanted different children first
-  uint switches, switch_depth;       // once a subgroup: changes from shared to own paths; sum of the depths of their nodes
-  uint overflows;                    // once a subgroup: nodes that the packet walked since a list was full
+  uint switches, switch_depth;       // once a subgroup: nodes at which paths changed from shared to own; sum of their depths
+  uint overflows;                    // once a subgroup: pairs of children that a packet kept since some list was full
   uint stack;                        // high-water mark, of the shared or the ray's own stack with its list
   uint fetches;                      // rays taken by an idle lane while others were under way
 };

@@ -44,7 +44,7 @@ uint traverse(inout Walker w, bool live, uint node) {
       if (together) {
         node = packet_leaf(w, node, live);
       } else {
-        COUNT_SWITCH()
+        COUNT_SWITCH(1u, stats_depth)
         COUNT_SHARED(false)
         walk_apart(w, node, live && packet_wants);
         COUNT_SHARED(true)

@@ -32,6 +32,7 @@ uint traverse(inout Walker w, bool live, uint node) {
     if (is_inner(node)) {
       do {
         COUNT_NODE(live)
+        COUNT_USE(live, w.hit.t)
         Pair pair = packet_fetch_pair(node);
         Wish mine = wish_of(w, pair, live);
         COUNT_VOTE(packet_disagrees(mine))
@@ -42,6 +43,7 @@ uint traverse(inout Walker w, bool live, uint node) {
           bool overflows = packet_any((put_left || put_right) && top + uint(put_left) + uint(put_right) > LIST_SIZE + 1u);
           COUNT_OVERFLOW(overflows)
           if (!overflows) {
+            COUNT_SWITCH(uint(few_left) + uint(few_right), stats_depth + 1u)
             PUT_ASIDE(mine.left_nearer ? pair.right : pair.left, mine.left_nearer ? put_right : put_left)
             PUT_ASIDE(mine.left_nearer ? pair.left : pair.right, mine.left_nearer ? put_left : put_right)
             vote.left = vote.left && !few_left;
@@ -56,7 +58,6 @@ uint traverse(inout Walker w, bool live, uint node) {
     if (node != END_OF_TREE) node = packet_leaf(w, node, live);
   }
   bool cut_short = node != END_OF_TREE;
-  COUNT_SWITCH()
   COUNT_SHARED(false)
   node = live ? STACK_AT(--top) : END_OF_TREE;
   WALK_IF_IF(w, node, top)

@@ -144,6 +144,7 @@ TEST_F(Render, UnknownNames) {
   refuse(2, {"no traversal method is called 'pocket'", "packet"}, with("--method", "pocket"));
   refuse(2, {"no numeric mode is called 'half'", "watertight"}, with("--numeric", "half"));
   refuse(2, {"no shading is called 'photo'", "eyelight"}, with("--shading", "photo"));
+  refuse(2, {"no heat map is called 'warmth'", "nodes, triangles, lanes, phase"}, with("--heat", "warmth"));
   refuse(2, {"no knob is called 'speed'", "vote"}, with("--knob", "speed=11"));
   refuse(2, {"NAME=VALUE", "'vote'"}, with("--knob", "vote"));
   refuse(2, {"--knob vote", "'some'", "any, count, sum"}, with("--knob", "vote=some"));

@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <regex>
 
 #include "engine/vk/shader.h"
@@ -94,6 +96,61 @@ TEST_F(CounterTest, HybridsBecomePacketsAtTheEndOfTheirRange) {
   EXPECT_LT(k0["switch_depth"] * k3["switches"], k3["switch_depth"] * k0["switches"]) << "mean depths";
   EXPECT_LT(count("split-count", {{"n", "0"}})["packet_nodes"], packet["packet_nodes"]);
   EXPECT_LT(count("alternate", {{"f", "1"}})["packet_nodes"], count("alternate", {{"f", "0.25"}})["packet_nodes"]);
+}
+
+// A hit that comes nearer makes nodes useless that wait on the shared stack; a ray by itself would skip them by distance.
+TEST_F(CounterTest, PacketsVisitNodesOfNoUseToAnyLane) {
+  const Counters packet = count("packet");
+  EXPECT_GT(packet["unneeded"], 0u);
+  EXPECT_GT(packet["few"], 0u);
+  EXPECT_LT(packet["unneeded"] + packet["few"], packet["votes"]);
+  EXPECT_LT(double(count("packet", {}, *primary_)["unneeded"]), double(packet["unneeded"]));
+}
+
+TEST_F(CounterTest, CutSwitchesAtEveryNodeThatItPutsAside) {
+  EXPECT_EQ(count("cut", {{"f", "0"}})["switches"], 0u);
+  const Counters some = count("cut", {{"f", "0.5"}}), all = count("cut", {{"f", "1"}});
+  EXPECT_GT(some["switches"], 0u);
+  EXPECT_LT(some["packet_nodes"], count("packet")["nodes"]);
+  EXPECT_LT(all["switch_depth"] * some["switches"], some["switch_depth"] * all["switches"]) << "mean depths";
+}
+
+// Heat maps show what the counters count.
+TEST_F(CounterTest, HeatMapsShowTheCounters) {
+  const Counters expected = count("cut", {}, *primary_);
+  RenderOptions options{.width = 64, .height = 64, .stats = true};
+  options.query = {.method = "cut"};
+  const auto channel = [](const Image& image, std::string_view name) {
+    for (const Channel& c : image.channels)
+      if (c.name == name) return c.floats;
+    ADD_FAILURE() << "no channel " << name;
+    return std::vector<float>(64 * 64);
+  };
+  const Image plain = engine_->render(engine_->scene().views[0], options);
+  double nodes = 0, triangles = 0;
+  for (const float x : channel(plain, "stats.nodes")) nodes += x;
+  for (const float x : channel(plain, "stats.triangles")) triangles += x;
+  EXPECT_EQ(nodes, double(expected["nodes"]));
+  EXPECT_EQ(triangles, double(expected["triangles_tested"]));
+  for (const float x : channel(plain, "stats.lanes")) EXPECT_LE(x, float(engine_->device().subgroup_size));
+  for (const float x : channel(plain, "stats.phase")) EXPECT_LE(x, 1.0f);
+  options.stats = false;
+  options.shading = "heat";
+  for (const HeatKind& kind : kHeatKinds) {
+    options.heat = kind.name;
+    RenderTimes times;
+    const Image heat = engine_->render(engine_->scene().views[0], options, &times);
+    EXPECT_GT(times.heat_top, 0) << kind.name;
+    EXPECT_EQ(channel(heat, "stats.nodes"), channel(plain, "stats.nodes")) << kind.name;
+    const auto red = channel(heat, "R");
+    EXPECT_LT(*std::ranges::min_element(red), *std::ranges::max_element(red)) << kind.name;
+  }
+  options.spp = 4;
+  options.heat = "nodes";
+  const auto mean = channel(engine_->render(engine_->scene().views[0], options), "stats.nodes");
+  EXPECT_NEAR(std::accumulate(mean.begin(), mean.end(), 0.0), nodes, nodes * 0.1);
+  options.heat = "warmth";
+  EXPECT_THROW(engine_->render(engine_->scene().views[0], options), Error);
 }
 
 // The rule that makes a bounded list safe: what does not fit is walked by the packet, and the answers stay.
