@@ -65,6 +65,7 @@ int finish_run(const Args& args, const bench::RunResult& result) {
   }
   if (result.failed) std::rethrow_exception(result.failed);
   if (result.document.partial) fmt::print(stderr, "ballot: interrupted; what was measured is kept\n");
+  if (result.without > 0) fmt::print(stderr, "ballot: {} scenes x ray kinds have no rays (above)\n", result.without);
   if (result.wrong > 0) fmt::print(stderr, "ballot: {} hits are wrong or were not written\n", result.wrong);
   if (result.messages > 0) fmt::print(stderr, "ballot: {} validation messages (above)\n", result.messages);
   return result.document.partial || result.without > 0 || result.wrong > 0 || result.messages > 0 ? 1 : 0;

@@ -159,7 +159,8 @@ TEST_F(Bench, SceneWithoutRaysOfAKindLosesNothingElse) {
   const Result result = run({"bench", "empty.glb", "square.glb", "--size", "16x16", "--repeat", "1", "--methods",
                              "if-if", "--views", "front", "--rays", "shadow,primary", "--json", "bench.json"});
   EXPECT_EQ(result.code, 1);
-  expect_parts(result.err, {"ballot: note: empty: no view starts shadow rays"});
+  expect_parts(result.err, {"ballot: note: empty: no view starts shadow rays",
+                            "ballot: 1 scenes x ray kinds have no rays (above)"});
   const auto bench = json("bench.json");
   EXPECT_EQ(bench["partial"], false);
   std::set<std::string> measured;
@@ -217,6 +218,23 @@ TEST_F(Bench, AnInterruptedRunKeepsWhatItMeasured) {
   EXPECT_EQ(WEXITSTATUS(status), 1);
   EXPECT_EQ(json("bench.json")["partial"], true);
   expect_parts(read("err.txt"), {"ballot: interrupted; what was measured is kept"});
+}
+
+TEST_F(Bench, AKilledRunLeavesTheBlocksBefore) {
+  rays(16);
+  const std::string command =
+      "cd '" + path("").string() + "' && export XDG_CACHE_HOME='" + path("cache").string() +
+      "'; " BALLOT_BINARY
+      " bench square.glb --rays rays.npy,primary --size 256x256 --repeat 10000 --methods if-if --json bench.json "
+      "> out.txt 2> err.txt & pid=$!; i=0; while [ ! -e '" +
+      path("bench.json").string() + "' ] && [ $i -lt 600 ]; do sleep 0.1; i=$((i + 1)); done; kill -9 $pid; wait $pid";
+  const int status = std::system(command.c_str());
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 128 + 9);
+  const auto run = json("bench.json");
+  EXPECT_EQ(run["partial"], true);
+  ASSERT_EQ(run["records"].size(), 1u);
+  EXPECT_EQ(run["records"][0]["rays"], "rays.npy");
 }
 
 TEST_F(Bench, BadArguments) {
