@@ -3,6 +3,9 @@
 #include <charconv>
 #include <chrono>
 
+#include "tools/bench/document.h"
+#include "tools/shell_word.h"
+
 namespace ballot::cli {
 
 namespace {
@@ -37,15 +40,20 @@ EngineOptions EngineArgs::options() const {
   return o;
 }
 
+std::string knob_list() {
+  std::string text;
+  for (const KnobInfo& k : ballot::knobs()) text += fmt::format("\n  {:<14} {}: {}", k.name, k.values, k.what);
+  return text;
+}
+
 void QueryArgs::add_to(CLI::App& app) {
-  std::string methods, modes, knob_text;
+  std::string methods, modes;
   for (const Method& m : kMethods) methods += fmt::format("\n  {:<12} {}", m.name, m.summary);
   for (const NumericMode& m : kNumericModes) modes += fmt::format("\n  {:<12} {}", m.name, m.summary);
-  for (const KnobInfo& k : ballot::knobs()) knob_text += fmt::format("\n  {:<12} {}: {}", k.name, k.values, k.what);
   app.add_option("--method", method, fmt::format("traversal method [{}]{}", kDefaultMethod, methods));
   app.add_option("--numeric", numeric, fmt::format("arithmetic [{}]{}", kDefaultNumeric, modes));
   app.add_option("--knob", knobs,
-                 "NAME=VALUE, may be repeated; defaults come from the device's row of the tuning table" + knob_text)
+                 "NAME=VALUE, may be repeated; defaults come from the device's row of the tuning table" + knob_list())
       ->take_all();
 }
 
@@ -89,23 +97,8 @@ void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& he
   fail(Failure::Arguments, "--size: '{}' is not of the form WIDTHxHEIGHT, such as 1024x1024", text);
 }
 
-nlohmann::json bvh_json(const BvhStats& s) {
-  return {{"triangles", s.triangles},
-          {"degenerate", s.degenerate},
-          {"references", s.references},
-          {"nodes", s.nodes},
-          {"leaves", s.leaves},
-          {"depth", s.depth},
-          {"sah", s.sah},
-          {"bytes", s.bytes},
-          {"build_s", s.build_s},
-          {"from_cache", s.from_cache}};
-}
-
 nlohmann::json record_header(Engine& engine, double load_s) {
-  nlohmann::json scene = bvh_json(engine.bvh().stats);
-  scene["name"] = engine.scene().name;
-  scene["load_s"] = load_s;
+  const nlohmann::json scene = bench::scene_json({engine.scene().name, engine.bvh().stats, load_s});
   return {{"device", engine.device().name},
           {"driver", engine.device().driver},
           {"subgroup_size", engine.device().subgroup_size},
@@ -121,13 +114,7 @@ void write_json(const std::string& path, const nlohmann::json& json) {
 
 void set_command_line(int argc, char** argv) {
   command.clear();
-  for (int i = 0; i < argc; ++i) {
-    const std::string word = argv[i];
-    const bool plain = !word.empty() && word.find_first_of(" \t\n\"'\\$`*?()<>|&;!#~[]{}") == std::string::npos;
-    std::string quoted;
-    for (char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    command += fmt::format("{}{}", i ? " " : "", plain ? word : "'" + quoted + "'");
-  }
+  for (int i = 0; i < argc; ++i) command += (i ? " " : "") + shell_word(argv[i]);
 }
 
 const std::string& command_line() { return command; }

@@ -25,6 +25,9 @@ struct EngineArgs {
   EngineOptions options() const;
 };
 
+/// A line for each knob, for help texts.
+std::string knob_list();
+
 /// Options of every command that traces.
 struct QueryArgs {
   std::string method{kDefaultMethod}, numeric{kDefaultNumeric};
@@ -48,7 +51,6 @@ void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& he
 
 /// device, driver, subgroup_size, commit, command, and the scene's BVH figures under scenes.
 nlohmann::json record_header(Engine& engine, double load_s);
-nlohmann::json bvh_json(const BvhStats& s);
 void write_json(const std::string& path, const nlohmann::json& json);  // nothing if path is empty
 
 /// The command line of this process, quoted for a shell.

@@ -17,15 +17,14 @@ struct Args {
   bench::PlanArgs plan;
   bench::RunOptions run;
   std::string size, report;
-  std::vector<std::string> compare;
+  std::vector<std::string> compare, measuring;  // measuring: names of options that --compare has no use for
   double tolerance = 0.02;
 };
 
 int compare_files(const Args& args) {
-  if (!args.scenes.empty())
-    fail(Failure::Arguments, "--compare reads two files and measures nothing; leave out the scene {}",
-         args.scenes.front());
-  if (!args.report.empty()) fail(Failure::Arguments, "--compare writes no report; use --json, or 'ballot report'");
+  if (!args.measuring.empty())
+    fail(Failure::Arguments, "--compare reads two files and measures nothing; leave out {}",
+         fmt::join(args.measuring, ", "));
   if (!(args.tolerance >= 0 && args.tolerance <= 10))
     fail(Failure::Arguments, "--tolerance: {} is not a share from 0 to 10, such as 0.02", args.tolerance);
   if (!args.engine.json.empty()) check_writable(args.engine.json);
@@ -42,6 +41,7 @@ bench::RunOptions checked_options(const Args& args) {
   options.command = command_line();
   if (options.repeats < 1 || options.repeats > 10000)
     fail(Failure::Arguments, "--repeat: {} is not between 1 and 10000", options.repeats);
+  check_options(options.kinds);
   if (!args.size.empty()) {
     parse_size(args.size, options.width, options.height);
     check_options(RenderOptions{.width = options.width, .height = options.height});
@@ -65,9 +65,10 @@ int finish_run(const Args& args, const bench::RunResult& result) {
   }
   if (result.failed) std::rethrow_exception(result.failed);
   if (result.document.partial) fmt::print(stderr, "ballot: interrupted; what was measured is kept\n");
+  if (result.without > 0) fmt::print(stderr, "ballot: {} scenes x ray kinds have no rays (above)\n", result.without);
   if (result.wrong > 0) fmt::print(stderr, "ballot: {} hits are wrong or were not written\n", result.wrong);
   if (result.messages > 0) fmt::print(stderr, "ballot: {} validation messages (above)\n", result.messages);
-  return result.document.partial || result.wrong > 0 || result.messages > 0 ? 1 : 0;
+  return result.document.partial || result.without > 0 || result.wrong > 0 || result.messages > 0 ? 1 : 0;
 }
 
 int run(const Args& args) {
@@ -117,11 +118,15 @@ void add_options(CLI::App& cmd, Args& args) {
                      methods_text());
   cmd.add_option("--rays", args.plan.rays, "list of ray kinds and files, or 'all' [primary,secondary]" + kinds_text());
   cmd.add_option("--numeric", args.plan.numeric, fmt::format("list of arithmetics [{}]{}", kDefaultNumeric, modes));
-  cmd.add_option("--knob", args.plan.knobs, "NAME=VALUE for every method that it concerns, may be repeated")
+  cmd.add_option("--knob", args.plan.knobs,
+                 "NAME=VALUE for every method that it concerns, may be repeated" + knob_list())
       ->take_all();
   cmd.add_option("--views", args.plan.views, "list of cameras of the scenes, or 'all' [all]");
   cmd.add_option("--size", args.size, "WIDTHxHEIGHT [1024x1024 on a GPU, 256x256 on a CPU]");
-  cmd.add_option("--repeat", args.run.repeats, "interleaved repeats, 1 to 10000 [20]");
+  cmd.add_option("--repeat", args.run.repeats,
+                 "interleaved repeats, 1 to 10000, each in another random order of a fixed seed [20]");
+  cmd.add_option("--ao-rays", args.run.kinds.ao_rays, "rays of kind ao a hit, 1 to 64 [8]");
+  cmd.add_option("--ao-radius", args.run.kinds.ao_radius, "their length, a share of the scene's diagonal [0.05]");
   cmd.add_flag("--sweep", args.plan.sweep, "search each threshold first and add METHOD(best)");
   cmd.add_flag("--counters", args.run.counters, "count node visits and the like, by kernels that are not timed");
   cmd.add_flag("--check", args.run.check, "hold every hit to the CPU oracle; exit code 1 if one is wrong");
@@ -131,6 +136,16 @@ void add_options(CLI::App& cmd, Args& args) {
       ->expected(2);
   cmd.add_option("--tolerance", args.tolerance, "share by which B may be slower [0.02]");
   args.engine.add_options(cmd);
+}
+
+/// Options that were given and that only a run takes.
+std::vector<std::string> measuring_options(const CLI::App& cmd) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : cmd.get_options()) {
+    const std::string name = option->get_name();
+    if (option->count() > 0 && name != "--compare" && name != "--tolerance" && name != "--json") names.push_back(name);
+  }
+  return names;
 }
 
 }  // namespace
@@ -144,7 +159,10 @@ void add_bench(CLI::App& app, int& result) {
       "out/bench\n"
       "Ctrl-C ends it after the dispatch under way; what was measured is kept and marked as partial.");
   add_options(*cmd, *args);
-  cmd->callback([args, &result] { result = run(*args); });
+  cmd->callback([args, cmd, &result] {
+    args->measuring = measuring_options(*cmd);
+    result = run(*args);
+  });
 }
 
 }  // namespace ballot::cli

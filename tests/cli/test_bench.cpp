@@ -60,7 +60,9 @@ TEST_F(Bench, CornellIsMeasuredCheckedReportedAndComparedWithItself) {
   }
   for (const char* file : {"out/report.md", "out/results.json", "out/records.csv"}) EXPECT_TRUE(files().contains(file));
   EXPECT_EQ(json("out/results.json"), run);
-  EXPECT_EQ(succeed({"bench", "--compare", "bench.json", "bench.json"}).err, "");
+  const Result compared = succeed({"bench", "--compare", "bench.json", "bench.json"});
+  EXPECT_EQ(compared.err, "");
+  expect_parts(compared.out, {"cornell, primary, watertight", "too few samples"});
 }
 
 TEST_F(Bench, SecondaryRaysAreTwiceThePrimaryHits) {
@@ -116,6 +118,13 @@ TEST_F(Bench, FilesOfOneNameAreViewsOfOneSet) {
     views.insert(record["view"]);
   }
   EXPECT_EQ(views, (std::set<std::string>{"rays", "more"}));
+  views.clear();
+  std::filesystem::create_directories(path("out/k=3"));
+  std::filesystem::copy_file(path("rays.npy"), path("out/k=3/rays.npy"));
+  const auto more = bench({"--methods", "if-if", "--rays", "rays.npy,out/k=3/rays.npy,more=more.npy"});
+  for (const auto& record : more["records"])
+    views.insert(record["rays"].get<std::string>() + " " + record["view"].get<std::string>());
+  EXPECT_EQ(views, (std::set<std::string>{"rays.npy rays.npy", "rays.npy out/k=3/rays.npy", "more "}));
   const Words words{"bench", "square.glb", "--rays"};
   for (const char* bad : {"mine=rays.npy,mine=./rays.npy", "ao=rays.npy"}) {
     Words args = words;
@@ -140,17 +149,63 @@ TEST_F(Bench, ViewsWithoutRaysAreLeftOutAndNoneIsAnError) {
   succeed(primary);
   const Result result = run(shadow);
   EXPECT_EQ(result.code, 1);
-  expect_parts(result.err, {"view front of empty starts no shadow rays and is left out",
-                            "empty: no view starts shadow rays, expected a hit in some view"});
+  expect_parts(result.err,
+               {"view front of empty starts no shadow rays and is left out",
+                "empty: no view starts shadow rays, expected a hit in some view", "ballot: nothing was measured"});
 }
 
-TEST_F(Bench, WhatWasMeasuredBeforeAFailureIsKept) {
+TEST_F(Bench, SceneWithoutRaysOfAKindLosesNothingElse) {
   empty();
-  const Result result = run({"bench", "empty.glb", "--size", "16x16", "--repeat", "1", "--methods", "if-if", "--rays",
-                             "primary,shadow", "--json", "bench.json"});
+  const Result result = run({"bench", "empty.glb", "square.glb", "--size", "16x16", "--repeat", "1", "--methods",
+                             "if-if", "--views", "front", "--rays", "shadow,primary", "--json", "bench.json"});
   EXPECT_EQ(result.code, 1);
-  EXPECT_EQ(json("bench.json")["partial"], true);
-  EXPECT_EQ(json("bench.json")["records"].size(), 1u);
+  expect_parts(result.err, {"ballot: note: empty: no view starts shadow rays",
+                            "ballot: 1 scenes x ray kinds have no rays (above)"});
+  const auto bench = json("bench.json");
+  EXPECT_EQ(bench["partial"], false);
+  std::set<std::string> measured;
+  for (const auto& record : bench["records"])
+    measured.insert(record["scene"].get<std::string>() + " " + record["rays"].get<std::string>());
+  EXPECT_EQ(measured, (std::set<std::string>{"empty primary", "square primary", "square shadow"}));
+}
+
+TEST_F(Bench, KnobsGoToTheMethodsThatTheyConcern) {
+  const auto run =
+      bench({"--methods", "all", "--rays", "primary", "--views", "front", "--knob", "list=8", "--knob", "vote=any"});
+  for (const char* label : {"packet(any)", "stack-max(11)", "split-count(8)", "if-if", "cut(list=8)", "cut(sum,list=8)",
+                            "alternate", "while-while"})
+    EXPECT_TRUE(labels(run).contains(label)) << label;
+  EXPECT_FALSE(labels(run).contains("packet(count)"));
+  refuse(2, {"--knob list=8: it concerns none"}, {"bench", "square.glb", "--methods", "packet", "--knob", "list=8"});
+  refuse(2, {"--knob vote=any: it concerns none"}, {"bench", "square.glb", "--methods", "cut", "--knob", "vote=any"});
+}
+
+TEST_F(Bench, AoRaysAndRadius) {
+  const Words words{"--methods", "if-if", "--rays", "ao", "--views", "front"};
+  const auto standard = bench(words);
+  Words few = words;
+  for (const char* word : {"--ao-rays", "2", "--ao-radius", "0.25"}) few.emplace_back(word);
+  const auto given = bench(few);
+  EXPECT_EQ(standard["ao_rays"], 8);
+  EXPECT_EQ(standard["ao_radius"], 0.05);
+  EXPECT_EQ(given["ao_rays"], 2);
+  EXPECT_EQ(given["ao_radius"], 0.25);
+  EXPECT_EQ(4 * given["records"][0]["ray_count"].get<int>(), standard["records"][0]["ray_count"].get<int>());
+  refuse(2, {"65"}, {"bench", "square.glb", "--ao-rays", "65"});
+  refuse(2, {"radius"}, {"bench", "square.glb", "--ao-radius", "0"});
+}
+
+TEST_F(Bench, EnvironmentIsRecorded) {
+  const Words args{"bench",     "square.glb", "--size", "16x16",   "--repeat", "1",
+                   "--methods", "if-if",      "--rays", "primary", "--json",   "bench.json"};
+  succeed(args, {{"LP_NATIVE_VECTOR_WIDTH", "128"}});
+  EXPECT_EQ(json("bench.json")["environment"]["LP_NATIVE_VECTOR_WIDTH"], "128");
+}
+
+TEST_F(Bench, LargeThresholdsParseBack) {
+  const auto run = bench({"--methods", "split-count:n=1000000:vote=count", "--rays", "primary", "--views", "front"});
+  EXPECT_EQ(labels(run), (std::set<std::string>{"split-count(1000000,count)"}));
+  EXPECT_EQ(run["records"][0]["threshold"]["value"], 1000000);
 }
 
 TEST_F(Bench, AnInterruptedRunKeepsWhatItMeasured) {
@@ -163,6 +218,23 @@ TEST_F(Bench, AnInterruptedRunKeepsWhatItMeasured) {
   EXPECT_EQ(WEXITSTATUS(status), 1);
   EXPECT_EQ(json("bench.json")["partial"], true);
   expect_parts(read("err.txt"), {"ballot: interrupted; what was measured is kept"});
+}
+
+TEST_F(Bench, AKilledRunLeavesTheBlocksBefore) {
+  rays(16);
+  const std::string command =
+      "cd '" + path("").string() + "' && export XDG_CACHE_HOME='" + path("cache").string() +
+      "'; " BALLOT_BINARY
+      " bench square.glb --rays rays.npy,primary --size 256x256 --repeat 10000 --methods if-if --json bench.json "
+      "> out.txt 2> err.txt & pid=$!; i=0; while [ ! -e '" +
+      path("bench.json").string() + "' ] && [ $i -lt 600 ]; do sleep 0.1; i=$((i + 1)); done; kill -9 $pid; wait $pid";
+  const int status = std::system(command.c_str());
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 128 + 9);
+  const auto run = json("bench.json");
+  EXPECT_EQ(run["partial"], true);
+  ASSERT_EQ(run["records"].size(), 1u);
+  EXPECT_EQ(run["records"][0]["rays"], "rays.npy");
 }
 
 TEST_F(Bench, BadArguments) {
@@ -213,8 +285,9 @@ TEST_F(Bench, HelpListsMethodsVotesKindsAndModes) {
   const std::string text = succeed({"bench", "--help"}).out;
   for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
   for (const RayKind& kind : kRayKinds) expect_parts(text, {kind.name, kind.summary});
-  expect_parts(text, {"vote=any|count|sum", "k=11", "FILE.npy", "--sweep", "--check", "--counters", "--compare",
-                      "--tolerance", "--report", "--repeat", "Ctrl-C"});
+  for (const KnobInfo& k : knobs()) expect_parts(text, {k.name, k.values, k.what});
+  expect_parts(text, {"vote=any|count|sum", "--ao-rays", "--ao-radius", "k=11", "FILE.npy", "--sweep", "--check",
+                      "--counters", "--compare", "--tolerance", "--report", "--repeat", "Ctrl-C"});
 }
 
 }  // namespace

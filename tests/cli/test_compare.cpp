@@ -40,13 +40,75 @@ TEST_F(Compare, SlowerBeyondNoiseIsExitCode1) {
   run_of("b.json", {1.1, 2.2});
   const Result result = compare();
   EXPECT_EQ(result.code, 1);
-  expect_parts(result.out, {"SLOWER", "slower by more than 2 %: 3", "sponza, view1, primary, packet(any)", "1.100"});
+  expect_parts(result.out,
+               {"SLOWER", "\nslower by more than 2 %: 1", "  sponza, primary, packet(any), watertight: 1.100",
+                "single views slower by more than 2 %, for information, with 95 % each: 2",
+                "sponza, view1, primary, packet(any)"});
 }
 
-TEST_F(Compare, OneSlowViewIsEnough) {
+TEST_F(Compare, SingleViewsAreNamedButDoNotDecide) {
   run_of("a.json", {1, 1, 1, 1, 1});
-  run_of("b.json", {1, 1, 1, 1, 1.1});
-  EXPECT_EQ(compare().code, 1);
+  run_of("b.json", {1, 1, 1, 1, 1.08});
+  const Result result = compare();
+  EXPECT_EQ(result.code, 0) << result.out;
+  expect_parts(result.out, {"\nslower by more than 2 %: none",
+                            "single views slower by more than 2 %, for information, with 95 % each: 1",
+                            "sponza, view4, primary, packet(any), watertight: 1.080"});
+}
+
+TEST_F(Compare, IntervalsWidenWithTheNumberOfGroups) {
+  for (const char* name : {"a.json", "b.json"}) {
+    nlohmann::json run = made_up_run();
+    for (int i = 0; i < 100; ++i) run["records"].push_back(made_up({.label = "cut(" + std::to_string(i) + ")"}));
+    write(name, run.dump());
+  }
+  EXPECT_EQ(compare({"--json", "many.json"}).code, 0);
+  run_of("a.json", {1});
+  run_of("b.json", {1});
+  EXPECT_EQ(compare({"--json", "one.json"}).code, 0);
+  const auto many = json("many.json"), one = json("one.json");
+  EXPECT_NEAR(one["confidence"].get<double>(), 0.95, 1e-12);
+  EXPECT_NEAR(many["confidence"].get<double>(), 0.9995, 1e-12);
+  const auto width = [](const nlohmann::json& c) { return c["high"].get<double>() - c["low"].get<double>(); };
+  EXPECT_GT(width(many["groups"][0]), 1.3 * width(one["groups"][0]));
+  EXPECT_LT(width(many["records"][0]), 1.2 * width(one["records"][0]));
+}
+
+TEST_F(Compare, LikeSettingsAreCompared) {
+  nlohmann::json gpu = made_up_run(), cpu = made_up_run("llvmpipe (LLVM 15, 256 bits)");
+  gpu["records"].push_back(made_up({.ms = 1}));
+  cpu["records"].push_back(made_up({.ms = 40}));
+  nlohmann::json a{{"documents", {gpu, cpu}}}, b{{"documents", {cpu, gpu}}};
+  write("a.json", a.dump());
+  write("b.json", b.dump());
+  Result result = compare({"--json", "c.json"});
+  EXPECT_EQ(result.code, 0) << result.out;
+  EXPECT_EQ(json("c.json")["groups"].size(), 2u);
+  expect_parts(result.out, {"llvmpipe (LLVM 15, 256 bits), imagined 1.0, subgroups of 32, 1024x1024", "Imagined GPU"});
+  b["documents"][1]["records"][0] = made_up({.ms = 2});
+  write("b.json", b.dump());
+  result = compare();
+  EXPECT_EQ(result.code, 1);
+  expect_parts(result.out,
+               {"\nslower by more than 2 %: 1", "GPU timestamps: sponza, primary, packet(any), watertight: 2.000"});
+  gpu["size"] = {64, 64};
+  write("b.json", gpu.dump());
+  refuse(1, {"no record in common", "device, driver, size"}, {"bench", "--compare", "a.json", "b.json"});
+}
+
+TEST_F(Compare, CompilersOfCpuDevicesAreNotedAndPartialRunsWarnedOf) {
+  nlohmann::json run = made_up_run("llvmpipe (LLVM 15, 256 bits)");
+  run["records"].push_back(made_up({}));
+  write("a.json", run.dump());
+  run["partial"] = true;
+  write("b.json", run.dump());
+  const Result result = compare();
+  EXPECT_EQ(result.code, 0);
+  expect_parts(result.out, {"up to 40 % between two compiles", "compare several runs"});
+  expect_parts(result.err, {"ballot: warning: B (b.json, llvmpipe", "is partial"});
+  run_of("a.json", {1});
+  write("b.json", read("a.json"));
+  EXPECT_EQ(compare().out.find("40 %"), std::string::npos);
 }
 
 TEST_F(Compare, FasterIsFine) {
@@ -54,7 +116,7 @@ TEST_F(Compare, FasterIsFine) {
   run_of("b.json", {0.8, 1.6});
   const Result result = compare();
   EXPECT_EQ(result.code, 0);
-  expect_parts(result.out, {"faster by more than 2 %: 3", "0.800"});
+  expect_parts(result.out, {"\nfaster by more than 2 %: 1", "0.800"});
 }
 
 TEST_F(Compare, ToleranceDecides) {
@@ -115,6 +177,15 @@ TEST_F(Compare, OtherDevicesAreAWarning) {
   expect_parts(result.err, {"ballot: warning: the devices differ: Imagined GPU and Another GPU"});
 }
 
+TEST_F(Compare, OtherAoRaysAreAWarning) {
+  run_of("a.json", {1});
+  nlohmann::json b = made_up_run();
+  b["ao_rays"] = 4;
+  b["records"].push_back(made_up({}));
+  write("b.json", b.dump());
+  expect_parts(compare().err, {"ballot: warning: the number or length of ao rays differ: 8 ao rays of 0.05 and 4"});
+}
+
 TEST_F(Compare, SweepsAreLeftOut) {
   nlohmann::json a = made_up_bench(), b = made_up_bench();
   for (auto& record : b["records"])
@@ -124,17 +195,21 @@ TEST_F(Compare, SweepsAreLeftOut) {
   EXPECT_EQ(compare().code, 0);
 }
 
-TEST_F(Compare, SingleSamplesAreNotJudged) {
+TEST_F(Compare, FewSamplesAreNotJudged) {
   nlohmann::json a = made_up_run(), b = made_up_run();
-  for (auto* run : {&a, &b}) {
-    (*run)["records"].push_back(made_up({}));
-    (*run)["records"][0]["trace_ms"]["samples"] = {1.0};
+  a["records"].push_back(made_up({}));
+  for (const std::size_t samples : {0, 1, 5, 6}) {
+    SCOPED_TRACE(samples);
+    b["records"] = {made_up({.ms = 2})};
+    auto& times = b["records"][0]["trace_ms"]["samples"];
+    while (times.size() > samples) times.erase(times.size() - 1);
+    write("a.json", a.dump());
+    write("b.json", b.dump());
+    const Result result = compare();
+    EXPECT_EQ(result.code, samples < 6 ? 0 : 1);
+    expect_parts(result.out, {"2.000"});
+    if (samples < 6) expect_parts(result.out, {"too few samples", "1 groups have too few samples"});
   }
-  write("a.json", a.dump());
-  write("b.json", b.dump());
-  const Result result = compare();
-  EXPECT_EQ(result.code, 0);
-  expect_parts(result.out, {"1 records have fewer than two samples"});
 }
 
 TEST_F(Compare, WritesJson) {
@@ -155,8 +230,10 @@ TEST_F(Compare, BadFiles) {
   write("b.json", "{\"triangles\": 3}");
   refuse(1, {"b.json: top level: expected an object with 'device'"}, {"bench", "--compare", "a.json", "b.json"});
   refuse(2, {"--compare needs a value"}, {"bench", "--compare", "a.json"});
-  refuse(2, {"--compare writes no report"}, {"bench", "--compare", "a.json", "a.json", "--report", "out"});
-  refuse(2, {"leave out the scene"}, {"bench", "square.glb", "--compare", "a.json", "a.json"});
+  refuse(2, {"measures nothing", "leave out --report"}, {"bench", "--compare", "a.json", "a.json", "--report", "out"});
+  refuse(2, {"leave out SCENE"}, {"bench", "square.glb", "--compare", "a.json", "a.json"});
+  refuse(2, {"--methods", "--sweep", "--device"},
+         {"bench", "--compare", "a.json", "a.json", "--methods", "packet", "--sweep", "--device", "cpu"});
 }
 
 }  // namespace

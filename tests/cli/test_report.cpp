@@ -46,7 +46,7 @@ TEST_F(Report, WritesTablesAndAnswers) {
   EXPECT_EQ(row(text, "## Table 2", "packet"), (Words{"packet", "47.46 (0%)", "500.0 (+0.0 %)"}));
   EXPECT_EQ(row(text, "## Table 2", "if-if"), (Words{"if-if", "47.80 (+0.72%)", "444.4 (-11.1 %)"}));
   EXPECT_EQ(row(text, "## Table 2", "stack-max(11)"), (Words{"stack-max(11)", "47.40 (-0.13%)", "-"}));
-  EXPECT_EQ(row(text, "## Table 2", "cut(best)"), (Words{"cut(best)", "", "666.7 (+33.3 %)"}));
+  EXPECT_EQ(row(text, "## Table 2", "cut(best, count)"), (Words{"cut(best, count)", "", "666.7 (+33.3 %)"}));
   EXPECT_EQ(row(text, "## Table 2", "packet(sum)"), (Words{"packet(sum)", "", "333.3 (-33.3 %)"}));
   EXPECT_EQ(row(text, "## Mrays/s, trace alone", "packet(count)"), (Words{"packet(count)", "1250"}));
   EXPECT_EQ(row(text, "## Mrays/s, trace alone", "cut(best)"), (Words{"cut(best)", "**2000**"}));
@@ -100,6 +100,78 @@ TEST_F(Report, SeveralDevicesStandBesideEachOther) {
   EXPECT_EQ(read("again/records.csv"), read("out/records.csv"));
 }
 
+TEST_F(Report, ThePapersCutIsOursBySum) {
+  nlohmann::json run = made_up_bench();
+  for (const char* view : {"view0", "view1"}) {
+    run["records"].push_back(made_up({.view = view, .label = "cut", .method = "cut", .ms = 1}));
+    run["records"].push_back(made_up({.view = view, .label = "cut(sum)", .method = "cut", .ms = 3}));
+  }
+  write_json("a.json", run);
+  succeed({"report", "a.json", "--report", "out"}, no_matplotlib());
+  const std::string text = read("out/report.md");
+  EXPECT_EQ(row(text, "## Table 2", "cut"), (Words{"cut", "42.28 (-10.91%)", "250.0 (-50.0 %)"}));
+  EXPECT_EQ(row(text, "## Table 2", "cut(count)"), (Words{"cut(count)", "", "500.0 (+0.0 %)"}));
+  EXPECT_EQ(text.find("| cut(sum) ", text.find("## Table 2")), text.find("| cut(sum) ", text.find("## Mrays/s")));
+  EXPECT_EQ(row(text, "## Mrays/s", "cut").front(), "cut");
+  expect_parts(text, {"The paper's cut votes by a reduction in shared memory: its row shows cut(sum)"});
+}
+
+TEST_F(Report, WhatStandsInForARowOfThePaperIsShownOnce) {
+  nlohmann::json gpu = made_up_run(), cpu = made_up_run("Imagined CPU");
+  for (nlohmann::json* run : {&gpu, &cpu}) {
+    run->at("records").push_back(made_up({}));
+    run->at("records").push_back(made_up({.label = "cut", .method = "cut", .ms = 3}));
+  }
+  gpu["records"].push_back(made_up({.label = "cut(sum)", .method = "cut", .ms = 9}));
+  gpu["records"].push_back(made_up({.label = "stack-max(11)", .method = "stack-max", .ms = 4}));
+  cpu["records"].push_back(made_up({.label = "stack-max(11,count)", .method = "stack-max", .ms = 7}));
+  write_json("a.json", gpu);
+  write_json("b.json", cpu);
+  write("README.md", "<!-- results:begin -->\n<!-- results:end -->\n");
+  succeed({"report", "a.json", "b.json", "--readme", "README.md", "--report", "out"}, no_matplotlib());
+  const std::string text = read("README.md");
+  EXPECT_EQ(row(text, "## Table 2", "cut"), (Words{"cut", "42.28 (-10.91%)", "100.0 (-80.0 %)", "250.0 (-50.0 %)"}));
+  EXPECT_EQ(row(text, "## Table 2", "cut(count)"), (Words{"cut(count)", "", "250.0 (-50.0 %)", "above"}));
+  EXPECT_EQ(row(text, "## Table 2", "stack-max(11)"),
+            (Words{"stack-max(11)", "47.40 (-0.13%)", "200.0 (-60.0 %)", "125.0 (-75.0 %)"}));
+  EXPECT_EQ(row(text, "## How far", "stack-max(11)"), (Words{"stack-max(11)", "4.00, 4.00", "7.00, 7.00"}));
+  EXPECT_EQ(text.find("| stack-max(11,count)"), std::string::npos);
+  expect_parts(text, {"those by `count` stand in"});
+  const std::string report = read("out/report.md");  // one setting a table: nothing is left of the rows that stand in
+  const std::size_t of_cpu = report.find("## Table 2: frames per second and speed-up against packet: Imagined CPU");
+  EXPECT_GT(report.find("| cut(count)", of_cpu), report.find("## Mrays/s"));
+}
+
+TEST_F(Report, ColumnsOfOneDeviceAreNamedBySetting) {
+  nlohmann::json run = made_up_run();
+  run["records"].push_back(made_up({.scene = "fairyforest-standin"}));
+  run["records"].push_back(made_up({.scene = "fairyforest-standin", .ms = 3}));
+  run["records"][1]["numeric"] = "plain";
+  write_json("a.json", run);
+  write("README.md", "<!-- results:begin -->\n<!-- results:end -->\n");
+  succeed({"report", "a.json", "--readme", "README.md"});
+  expect_parts(read("README.md"), {"Fairy (stand-in), Imagined GPU, watertight",
+                                   "Fairy (stand-in), Imagined GPU, plain", "was not at hand"});
+}
+
+TEST_F(Report, EntriesThatLackViewsAreNotTheBest) {
+  nlohmann::json run = made_up_run();
+  run["partial"] = true;
+  run["records"].push_back(made_up({.view = "view0"}));
+  run["records"].push_back(made_up({.view = "view1"}));
+  run["records"].push_back(made_up({.view = "view0", .label = "if-if", .method = "if-if", .ms = 0.1}));
+  run["records"].push_back(made_up({.view = "view0", .label = "while-while", .method = "while-while", .ms = 2}));
+  run["records"].push_back(made_up({.view = "view1", .label = "while-while", .method = "while-while", .ms = 2}));
+  write_json("a.json", run);
+  succeed({"report", "a.json", "--report", "out"}, no_matplotlib());
+  const std::string text = read("out/report.md");
+  EXPECT_EQ(row(text, "## Mrays/s, trace", "packet(any)"), (Words{"packet(any)", "**1000**"}));
+  EXPECT_EQ(row(text, "## Mrays/s, trace", "if-if"), (Words{"if-if", "10000"}));
+  EXPECT_EQ(row(text, "## Time over the best", "while-while"),
+            (Words{"while-while", "2.00", "sponza, primary", "2.00", "1"}));
+  EXPECT_EQ(text.find("| if-if", text.find("## Time over the best")), std::string::npos);
+}
+
 TEST_F(Report, TheLaterOfTwoMeasurementsCounts) {
   nlohmann::json slow = made_up_run(), fast = made_up_run();
   slow["records"].push_back(made_up({.ms = 2}));
@@ -122,6 +194,45 @@ TEST_F(Report, CountersAndChecks) {
             (Words{"sponza", "primary", "packet(any)", "40.00", "30.00"}));
   expect_parts(read("out/report.md"), {"1000 rays compared, 3 errors"});
   expect_parts(read("out/records.csv"), {"counter_nodes,counter_nodes_needed", ",1000,990,7,2,0,1,0,0,40,30\r\n"});
+}
+
+TEST_F(Report, CountersOfViewsArePooled) {
+  nlohmann::json run = made_up_run();
+  run["records"].push_back(made_up({.view = "view0"}));
+  run["records"].push_back(made_up({.view = "view1", .ray_count = 3000000}));
+  run["records"][0]["counters"] = {
+      {"nodes", 64.0},        {"nodes_needed", 30.0}, {"leaves_needed", 2.0}, {"steps", 2.0},    {"active_share", 0.5},
+      {"packet_nodes", 64.0}, {"packet_share", 1.0},  {"few", 0.5},           {"unneeded", 0.0}, {"votes", 2.0},
+      {"disagreements", 1.0}, {"switches", 0.0},      {"switch_depth", 0.0},  {"stack_max", 7.0}};
+  run["records"][1]["counters"] = {
+      {"nodes", 32.0},        {"nodes_needed", 7.0}, {"leaves_needed", 1.0}, {"steps", 1.0},     {"active_share", 0.25},
+      {"packet_nodes", 0.0},  {"packet_share", 0.0}, {"few", 0.0},           {"unneeded", 0.25}, {"votes", 0.0},
+      {"disagreements", 0.0}, {"switches", 0.5},     {"switch_depth", 4.0},  {"stack_max", 5.0}};
+  write_json("a.json", run);
+  succeed({"report", "a.json", "--report", "out"}, no_matplotlib());
+  const std::string text = read("out/report.md");
+  const Words names = row(text, "## Counters", "scene"), values = row(text, "## Counters", "sponza");
+  ASSERT_EQ(names.size(), values.size());
+  std::map<std::string, std::string> found;
+  for (std::size_t i = 0; i < names.size(); ++i) found[names[i]] = values[i];
+  EXPECT_EQ(found["nodes"], "40.00");                           // (64 + 3 * 32) / 4
+  EXPECT_EQ(found["active_share"], "0.3500");                   // (32 + 3 * 8) / (32 * (2 + 3 * 1))
+  EXPECT_EQ(found["packet_share"], "0.4000");                   // 64 / (64 + 3 * 32)
+  EXPECT_EQ(found["few / packet node visits"], "0.2500");       // 0.5 / (64 / 32)
+  EXPECT_EQ(found["unneeded / packet node visits"], "0.3750");  // 3 * 0.25 / (64 / 32)
+  EXPECT_EQ(found["disagreements / votes"], "0.5000");
+  EXPECT_EQ(found["mean depth of a switch"], "8.000");
+  EXPECT_EQ(found["stack_max"], "7.000");
+}
+
+TEST_F(Report, EnvironmentStandsBeforeTheCommand) {
+  nlohmann::json run = made_up_bench();
+  run["environment"] = {{"VK_DRIVER_FILES", "/tmp/my icd.json"}, {"LP_NATIVE_VECTOR_WIDTH", "128"}};
+  write_json("a.json", run);
+  succeed({"report", "a.json", "--report", "out"}, no_matplotlib());
+  expect_parts(read("out/report.md"),
+               {"LP_NATIVE_VECTOR_WIDTH=128 VK_DRIVER_FILES='/tmp/my icd.json' ballot bench sponza.glb"});
+  EXPECT_EQ(json("out/results.json")["environment"], run["environment"]);
 }
 
 TEST_F(Report, NamesFromFilesBreakNeitherCsvNorTables) {

@@ -15,7 +15,8 @@ std::string rays_name(const Record& record) {
 bool same_setting(const Setting& setting, const Document& document, const Record& record) {
   const Document& other = *setting.document;
   return setting.numeric == record.numeric && other.device == document.device && other.driver == document.driver &&
-         other.subgroup_size == document.subgroup_size && other.clock == document.clock && other.size == document.size;
+         other.subgroup_size == document.subgroup_size && other.clock == document.clock &&
+         other.size == document.size && other.ao_rays == document.ao_rays && other.ao_radius == document.ao_radius;
 }
 
 Setting& setting_of(std::vector<Setting>& settings, const Document& document, const Record& record) {
@@ -47,6 +48,7 @@ void name_settings(std::vector<Setting>& settings) {
       [](const Setting& s) { return fmt::format("{}x{}", s.document->size[0], s.document->size[1]); },
       [](const Setting& s) { return fmt::format("subgroups of {}", s.document->subgroup_size); },
       [](const Setting& s) { return s.document->clock; },
+      [](const Setting& s) { return fmt::format("{} ao rays of {:g}", s.document->ao_rays, s.document->ao_radius); },
   };
   for (Setting& s : settings) s.name = s.document->device;
   for (const Part& part : parts) {
@@ -68,13 +70,16 @@ std::vector<std::string> names_in_order(const Items& items, Name name) {
 
 }  // namespace
 
+double Cell::total_ms() const {
+  double ms = 0;
+  for (const auto& [view, record] : views) ms += record->trace.median;
+  return ms;
+}
+
 double Cell::mrays_per_s() const {
-  double rays = 0, ms = 0;
-  for (const auto& [view, record] : views) {
-    rays += double(record->ray_count);
-    ms += record->trace.median;
-  }
-  return rays / ms * 1e-3;
+  double rays = 0;
+  for (const auto& [view, record] : views) rays += double(record->ray_count);
+  return rays / total_ms() * 1e-3;
 }
 
 std::optional<double> Cell::fps() const {
@@ -103,6 +108,14 @@ std::optional<double> time_ratio(const Cell& a, const Cell& b) {
 const Cell* Block::find(const std::string& label) const {
   const auto found = std::ranges::find(cells, label, &Cell::label);
   return found == cells.end() ? nullptr : &*found;
+}
+
+bool Block::whole(const Cell& cell) const {
+  for (const auto* all : {&cells, &sweep})
+    for (const Cell& other : *all)
+      for (const auto& [view, record] : other.views)
+        if (!cell.views.contains(view)) return false;
+  return true;
 }
 
 std::vector<std::string> Setting::labels() const {

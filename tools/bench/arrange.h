@@ -18,7 +18,8 @@ struct Cell {
   std::map<std::string, const Record*> views;
 
   const Record& first() const { return *views.begin()->second; }
-  double mrays_per_s() const;         // all rays over the sum of the medians
+  double total_ms() const;            // sum of the medians
+  double mrays_per_s() const;         // all rays over total_ms()
   std::optional<double> fps() const;  // mean over views of 1000 / frame median; none if no view has frames
 };
 
@@ -32,9 +33,10 @@ struct Block {
   std::vector<Cell> sweep;
 
   const Cell* find(const std::string& label) const;
+  bool whole(const Cell& cell) const;  // it has every view that some entry has, so that sums over views compare
 };
 
-/// What may be compared: one device and driver, clock, picture size and numeric mode.
+/// What may be compared: one device and driver, clock, picture size, ao rays and numeric mode.
 struct Setting {
   std::string name;  // the device and as much more as tells it from the others
   std::string numeric;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <set>
 #include <tuple>
 
 namespace ballot::bench {
@@ -11,20 +12,46 @@ namespace {
 
 constexpr int kDraws = 1000;  // of the bootstrap
 
-using Key = std::tuple<std::string, std::string, bool, std::string, std::string, std::string>;
+/// Setting, scene, rays, any, numeric, label, view.
+using Key = std::tuple<std::string, std::string, std::string, bool, std::string, std::string, std::string>;
 
-Key key_of(const Record& r) { return {r.scene, r.rays, r.any, r.numeric, r.label, r.view}; }
+struct Placed {
+  const Record* record;
+  std::string setting;
+};
+using Records = std::map<Key, Placed>;
 
-std::string words(const Record& r) {
-  return fmt::format("{}, {}{}{}, {}, {}", r.scene, r.view.empty() ? "" : r.view + ", ", r.rays, r.any ? " (any)" : "",
-                     r.label, r.numeric);
+std::string words(const Placed& placed, bool with_setting) {
+  const Record& r = *placed.record;
+  return fmt::format("{}{}, {}{}{}, {}, {}", with_setting ? placed.setting + ": " : "", r.scene,
+                     r.view.empty() ? "" : r.view + ", ", r.rays, r.any ? " (any)" : "", r.label, r.numeric);
 }
 
-std::map<Key, const Record*> by_key(const std::vector<Document>& documents) {
-  std::map<Key, const Record*> all;
+std::string ao_text(const Document& d) { return fmt::format("{} ao rays of {:g}", d.ao_rays, d.ao_radius); }
+
+bool is_standard_ao(const Document& d) { return ao_text(d) == ao_text(Document{}); }
+
+/// All that must be equal for times to be comparable, but for the arithmetic.
+std::string setting_of(const Document& d) {
+  return fmt::format("{}, {}, subgroups of {}, {}x{}, {}{}", d.device, d.driver, d.subgroup_size, d.size[0], d.size[1],
+                     d.clock, is_standard_ao(d) ? "" : ", " + ao_text(d));
+}
+
+std::set<std::string> settings_of(const std::vector<Document>& documents) {
+  std::set<std::string> all;
+  for (const Document& d : documents) all.insert(setting_of(d));
+  return all;
+}
+
+/// Of a record that was measured twice the later one, as in reports. `one`: all have one setting, whichever it is.
+Records by_key(const std::vector<Document>& documents, bool one) {
+  Records all;
   for (const Document& d : documents)
     for (const Record& r : d.records)
-      if (r.role != Role::Sweep) all[key_of(r)] = &r;
+      if (r.role != Role::Sweep) {
+        const std::string setting = one ? "" : setting_of(d);
+        all[{setting, r.scene, r.rays, r.any, r.numeric, r.label, r.view}] = {&r, setting};
+      }
   return all;
 }
 
@@ -49,11 +76,29 @@ std::vector<double> bootstrap(const Record& a, const Record& b, double log_rays,
   return logs;
 }
 
-Ratio interval(double log_ratio, const std::vector<double>& logs) {
-  return {std::exp(log_ratio), std::exp(quantile(logs, 0.025)), std::exp(quantile(logs, 0.975))};
+/// What a normal deviate exceeds with this probability.
+double upper_normal(double probability) {
+  double low = 0, high = 40;
+  for (int i = 0; i < 80; ++i) {
+    const double middle = (low + high) / 2;
+    (std::erfc(middle / std::sqrt(2.0)) / 2 > probability ? low : high) = middle;
+  }
+  return low;
 }
 
-/// Records of one scene, ray kind, numeric mode and label.
+/// Holds the ratio with this confidence. Tails that the draws are too few for are those of a normal distribution: the
+/// interval reaches as far as the bootstrap's quantiles and as its standard error, whichever goes further.
+Ratio interval(double log_ratio, const std::vector<double>& logs, double confidence) {
+  const double tail = (1 - confidence) / 2;
+  double mean = 0, squares = 0;
+  for (const double log : logs) mean += log / double(logs.size());
+  for (const double log : logs) squares += (log - mean) * (log - mean);
+  const double reach = upper_normal(tail) * std::sqrt(squares / double(logs.size() - 1));
+  return {std::exp(log_ratio), std::exp(std::min(quantile(logs, tail), log_ratio - reach)),
+          std::exp(std::max(quantile(logs, 1 - tail), log_ratio + reach))};
+}
+
+/// Records of one setting, scene, ray kind, numeric mode and label: sums over views.
 struct Group {
   Change change;
   double log_ratio = 0;
@@ -61,42 +106,54 @@ struct Group {
   int views = 0;
 };
 
-void finish(Group& group, std::vector<Change>& groups) {
-  if (group.views == 0) return;
-  for (double& log : group.logs) log /= group.views;
-  group.change.time = interval(group.log_ratio / group.views, group.logs);
-  groups.push_back(group.change);
+bool same_group(const Change& a, const Change& b) {
+  const auto place = [](const Change& c) { return std::tie(c.setting, c.scene, c.rays, c.numeric, c.label); };
+  return place(a) == place(b);
 }
 
-void compare_pairs(const std::map<Key, const Record*>& in_a, const std::map<Key, const Record*>& in_b,
-                   Comparison& comparison) {
+void add_to_groups(const Change& record, double log_ratio, const std::vector<double>& logs,
+                   std::vector<Group>& groups) {
+  if (groups.empty() || !same_group(groups.back().change, record)) {
+    groups.push_back({record, 0, std::vector<double>(kDraws), 0});
+    groups.back().change.view.clear();
+  }
+  Group& group = groups.back();
+  for (std::size_t i = 0; i < logs.size(); ++i) group.logs[i] += logs[i];
+  group.log_ratio += log_ratio;
+  group.change.samples = std::min(group.change.samples, record.samples);
+  ++group.views;
+}
+
+/// Intervals of groups are as wide as the number of verdicts asks for (Bonferroni).
+void finish(std::vector<Group>& groups, Comparison& comparison) {
+  const auto judged = std::ranges::count_if(groups, [](const Group& g) { return g.change.judged(); });
+  comparison.confidence = 1 - 0.05 / double(std::max<std::ptrdiff_t>(judged, 1));
+  for (Group& group : groups) {
+    for (double& log : group.logs) log /= group.views;
+    group.change.time = interval(group.log_ratio / group.views, group.logs, comparison.confidence);
+    comparison.groups.push_back(group.change);
+  }
+}
+
+void compare_pairs(const Records& in_a, const Records& in_b, Comparison& comparison) {
   std::mt19937 random(1);
-  Group group;
-  for (const auto& [key, a] : in_a) {
+  std::vector<Group> groups;
+  for (const auto& [key, placed] : in_a) {
     const auto found = in_b.find(key);
     if (found == in_b.end()) continue;
-    const Record& b = *found->second;
-    if (a->trace.samples.size() < 2 || b.trace.samples.size() < 2 || a->ray_count == 0 || b.ray_count == 0) {
-      ++comparison.without_samples;
-      continue;
-    }
-    const double log_rays = std::log(double(a->ray_count) / double(b.ray_count));
-    const double log_ratio = std::log(b.trace.median / a->trace.median) + log_rays;
-    const std::vector<double> logs = bootstrap(*a, b, log_rays, random);
-    Change change{a->scene, a->rays + (a->any ? " (any)" : ""), a->label, a->numeric,
-                  a->view,  interval(log_ratio, logs)};
+    const Record &a = *placed.record, &b = *found->second.record;
+    if (a.ray_count == 0 || b.ray_count == 0) continue;
+    const double log_rays = std::log(double(a.ray_count) / double(b.ray_count));
+    const double log_ratio = std::log(b.trace.median / a.trace.median) + log_rays;
+    const std::size_t samples = std::min(a.trace.samples.size(), b.trace.samples.size());
+    const std::vector<double> logs =
+        samples < 2 ? std::vector<double>(kDraws, log_ratio) : bootstrap(a, b, log_rays, random);
+    const Change change{placed.setting, a.scene, a.rays + (a.any ? " (any)" : ""), a.label,
+                        a.numeric,      a.view,  interval(log_ratio, logs, 0.95),  samples};
     comparison.records.push_back(change);
-    change.view.clear();
-    const auto place = [](const Change& c) { return std::tie(c.scene, c.rays, c.numeric, c.label); };
-    if (group.views == 0 || place(group.change) != place(change)) {
-      finish(group, comparison.groups);
-      group = {change, 0, std::vector<double>(kDraws), 0};
-    }
-    for (int i = 0; i < kDraws; ++i) group.logs[std::size_t(i)] += logs[std::size_t(i)];
-    group.log_ratio += log_ratio;
-    ++group.views;
+    add_to_groups(change, log_ratio, logs, groups);
   }
-  finish(group, comparison.groups);
+  finish(groups, comparison);
 }
 
 template <class Part>
@@ -105,31 +162,54 @@ void warn_if_different(const char* what, const Document& a, const Document& b, P
   if (part(a) != part(b)) warnings.push_back(fmt::format("the {}s differ: {} and {}", what, part(a), part(b)));
 }
 
+void warn_of_settings(const Document& a, const Document& b, std::vector<std::string>& warnings) {
+  warn_if_different(
+      "device", a, b, [](const Document& d) { return d.device; }, warnings);
+  warn_if_different(
+      "driver", a, b, [](const Document& d) { return d.driver; }, warnings);
+  warn_if_different(
+      "subgroup size", a, b, [](const Document& d) { return d.subgroup_size; }, warnings);
+  warn_if_different(
+      "clock", a, b, [](const Document& d) { return d.clock; }, warnings);
+  warn_if_different(
+      "size", a, b, [](const Document& d) { return fmt::format("{}x{}", d.size[0], d.size[1]); }, warnings);
+  warn_if_different("number or length of ao ray", a, b, ao_text, warnings);
+}
+
+void warn_of_partial(const char* side, const std::vector<Document>& documents, std::vector<std::string>& warnings) {
+  for (const Document& d : documents)
+    if (d.partial)
+      warnings.push_back(
+          fmt::format("{} ({}, {}) is partial: that run was interrupted, and what it lacks is not compared", side,
+                      d.source, d.device));
+}
+
 }  // namespace
 
 Comparison compare(const std::vector<Document>& a, const std::vector<Document>& b) {
   Comparison comparison;
-  const Document &first = a.front(), &second = b.front();
-  auto& warnings = comparison.warnings;
-  warn_if_different(
-      "device", first, second, [](const Document& d) { return d.device; }, warnings);
-  warn_if_different(
-      "driver", first, second, [](const Document& d) { return d.driver; }, warnings);
-  warn_if_different(
-      "clock", first, second, [](const Document& d) { return d.clock; }, warnings);
-  warn_if_different(
-      "size", first, second, [](const Document& d) { return fmt::format("{}x{}", d.size[0], d.size[1]); }, warnings);
-  const auto in_a = by_key(a), in_b = by_key(b);
-  for (const auto& [key, record] : in_a)
-    if (!in_b.contains(key)) comparison.only_a.push_back(words(*record));
-  for (const auto& [key, record] : in_b)
-    if (!in_a.contains(key)) comparison.only_b.push_back(words(*record));
+  const auto settings_a = settings_of(a), settings_b = settings_of(b);
+  const bool one = settings_a.size() == 1 && settings_b.size() == 1;
+  comparison.several_settings = !one;
+  if (one) warn_of_settings(a.front(), b.front(), comparison.warnings);
+  warn_of_partial("A", a, comparison.warnings);
+  warn_of_partial("B", b, comparison.warnings);
+  const Records in_a = by_key(a, one), in_b = by_key(b, one);
+  for (const auto& [key, placed] : in_a)
+    if (!in_b.contains(key)) comparison.only_a.push_back(words(placed, !one));
+  for (const auto& [key, placed] : in_b)
+    if (!in_a.contains(key)) comparison.only_b.push_back(words(placed, !one));
   if (comparison.only_a.size() == in_a.size())
     fail(Failure::Work,
-         "{} and {} have no record in common: found {} and {} records, expected some of equal scene, view, rays, label "
-         "and numeric",
-         first.source, second.source, in_a.size(), in_b.size());
+         "{} and {} have no record in common: found {} and {} records, expected some of equal {}scene, view, rays, "
+         "label and numeric",
+         a.front().source, b.front().source, in_a.size(), in_b.size(), one ? "" : "device, driver, size, ");
   compare_pairs(in_a, in_b, comparison);
+  const auto on_cpu = [](const Document& d) { return d.cpu; };
+  if (std::ranges::any_of(a, on_cpu) || std::ranges::any_of(b, on_cpu))
+    comparison.notes.emplace_back(
+        "on a CPU device the same kernel can differ by up to 40 % between two compiles of it, which no interval here "
+        "covers; compare several runs");
   return comparison;
 }
 

@@ -9,50 +9,52 @@ namespace {
 
 constexpr std::size_t kNamed = 10;  // records that are named where there may be many
 
-const char* verdict(const Ratio& r, double tolerance) {
-  return r.slower(tolerance) ? "SLOWER" : r.faster(tolerance) ? "faster" : "";
+const char* verdict(const Change& c, double tolerance) {
+  if (!c.judged()) return "too few samples";
+  return c.slower(tolerance) ? "SLOWER" : c.faster(tolerance) ? "faster" : "";
 }
 
-std::string interval_text(const Ratio& r) { return fmt::format("{:.3f} to {:.3f}", r.low, r.high); }
+std::string interval_text(const Change& c) {
+  return c.samples < 2 ? "-" : fmt::format("{:.3f} to {:.3f}", c.time.low, c.time.high);
+}
 
-void print_groups(const std::vector<Change>& groups, double tolerance) {
+void print_groups(const Comparison& comparison, double tolerance) {
   std::string place;
   Table table({""});
   const auto flush = [&] {
     if (!table.empty()) fmt::print("{}", table.text());
   };
-  for (const Change& c : groups) {
-    const std::string here = fmt::format("{}, {}, {}", c.scene, c.rays, c.numeric);
+  for (const Change& c : comparison.groups) {
+    const std::string here =
+        fmt::format("{}{}, {}, {}", comparison.several_settings ? c.setting + ": " : "", c.scene, c.rays, c.numeric);
     if (here != place) {
       flush();
-      table = Table({here, "B / A", "95 % interval", "beyond noise"});
+      table = Table({here, "B / A", "interval", "beyond noise"});
       place = here;
     }
-    table.row({c.label, fmt::format("{:.3f}", c.time.ratio), interval_text(c.time), verdict(c.time, tolerance)});
+    table.row({c.label, fmt::format("{:.3f}", c.time.ratio), interval_text(c), verdict(c, tolerance)});
   }
   flush();
 }
 
-std::string words(const Change& c) {
-  return fmt::format("{}, {}{}, {}, {}: {:.3f} ({})", c.scene, c.view.empty() ? "" : c.view + ", ", c.rays, c.label,
-                     c.numeric, c.time.ratio, interval_text(c.time));
+std::string words(const Change& c, bool with_setting) {
+  return fmt::format("{}{}, {}{}, {}, {}: {:.3f} ({})", with_setting ? c.setting + ": " : "", c.scene,
+                     c.view.empty() ? "" : c.view + ", ", c.rays, c.label, c.numeric, c.time.ratio, interval_text(c));
 }
 
-/// Groups and single views that changed, the largest change first.
-std::vector<Change> changed(const Comparison& comparison, bool slower, double tolerance) {
+/// Those that changed, the largest change first.
+std::vector<Change> changed(const std::vector<Change>& all, bool slower, double tolerance) {
   std::vector<Change> list;
-  for (const auto* all : {&comparison.groups, &comparison.records})
-    for (const Change& c : *all) {
-      if (all == &comparison.records && c.view.empty()) continue;  // foreign rays: a group of one, said already
-      if (slower ? c.time.slower(tolerance) : c.time.faster(tolerance)) list.push_back(c);
-    }
+  for (const Change& c : all)
+    if (slower ? c.slower(tolerance) : c.faster(tolerance)) list.push_back(c);
   std::ranges::stable_sort(list, {}, [&](const Change& c) { return slower ? -c.time.ratio : c.time.ratio; });
   return list;
 }
 
-void print_changed(const char* title, const std::vector<Change>& list) {
+void print_changed(const std::string& title, const std::vector<Change>& list, std::size_t most, bool with_setting) {
   fmt::print("{}: {}\n", title, list.empty() ? "none" : std::to_string(list.size()));
-  for (const Change& c : list) fmt::print("  {}\n", words(c));
+  for (std::size_t i = 0; i < std::min(list.size(), most); ++i) fmt::print("  {}\n", words(list[i], with_setting));
+  if (list.size() > most) fmt::print("  and {} more\n", list.size() - most);
 }
 
 void print_missing(const char* where, const std::vector<std::string>& records) {
@@ -65,7 +67,8 @@ void print_missing(const char* where, const std::vector<std::string>& records) {
 nlohmann::json changes_json(const std::vector<Change>& changes, double tolerance) {
   nlohmann::json list = nlohmann::json::array();
   for (const Change& c : changes)
-    list.push_back({{"scene", c.scene},
+    list.push_back({{"setting", c.setting},
+                    {"scene", c.scene},
                     {"view", c.view},
                     {"rays", c.rays},
                     {"label", c.label},
@@ -73,8 +76,10 @@ nlohmann::json changes_json(const std::vector<Change>& changes, double tolerance
                     {"ratio", c.time.ratio},
                     {"low", c.time.low},
                     {"high", c.time.high},
-                    {"slower", c.time.slower(tolerance)},
-                    {"faster", c.time.faster(tolerance)}});
+                    {"samples", c.samples},
+                    {"judged", c.judged()},
+                    {"slower", c.slower(tolerance)},
+                    {"faster", c.faster(tolerance)}});
   return list;
 }
 
@@ -82,26 +87,37 @@ nlohmann::json changes_json(const std::vector<Change>& changes, double tolerance
 
 bool print_comparison(const Comparison& comparison, double tolerance) {
   for (const std::string& warning : comparison.warnings) fmt::print(stderr, "ballot: warning: {}\n", warning);
-  fmt::print("time per ray of the traversal in B over that in A; below 1 B is faster; geometric mean over views\n\n");
-  print_groups(comparison.groups, tolerance);
+  const bool named = comparison.several_settings;
+  const auto judged = std::ranges::count_if(comparison.groups, [](const Change& c) { return c.judged(); });
+  fmt::print("time per ray of the traversal in B over that in A; below 1 B is faster; geometric mean over views\n");
+  fmt::print("intervals hold with {:.4g} % each, with 95 % all {} of them\n\n", 100 * comparison.confidence, judged);
+  print_groups(comparison, tolerance);
+  for (const std::string& note : comparison.notes) fmt::print("note: {}\n", note);
   print_missing("A", comparison.only_a);
   print_missing("B", comparison.only_b);
-  if (comparison.without_samples)
-    fmt::print("{} records have fewer than two samples and were not judged\n", comparison.without_samples);
-  const auto slower = changed(comparison, true, tolerance);
-  print_changed(fmt::format("faster by more than {:g} %", 100 * tolerance).c_str(),
-                changed(comparison, false, tolerance));
-  print_changed(fmt::format("slower by more than {:g} %", 100 * tolerance).c_str(), slower);
+  if (const std::size_t others = comparison.groups.size() - std::size_t(judged))
+    fmt::print("{} groups have too few samples, records with less than {}, and were not judged\n", others,
+               kLeastSamples);
+  const std::string beyond = fmt::format("by more than {:g} %", 100 * tolerance);
+  const auto slower = changed(comparison.groups, true, tolerance);
+  for (const bool worse : {false, true})
+    print_changed(
+        fmt::format("single views {} {}, for information, with 95 % each", worse ? "slower" : "faster", beyond),
+        changed(comparison.records, worse, tolerance), kNamed, named);
+  print_changed("faster " + beyond, changed(comparison.groups, false, tolerance), comparison.groups.size(), named);
+  print_changed("slower " + beyond, slower, slower.size(), named);
   return !slower.empty();
 }
 
 nlohmann::json comparison_json(const Comparison& comparison, double tolerance) {
   return {{"tolerance", tolerance},
+          {"confidence", comparison.confidence},
           {"groups", changes_json(comparison.groups, tolerance)},
           {"records", changes_json(comparison.records, tolerance)},
           {"only_a", comparison.only_a},
           {"only_b", comparison.only_b},
-          {"warnings", comparison.warnings}};
+          {"warnings", comparison.warnings},
+          {"notes", comparison.notes}};
 }
 
 }  // namespace ballot::bench

@@ -22,18 +22,6 @@ nlohmann::json check_json(const Checked& c) {
           {"unwritten", c.unwritten}};
 }
 
-const char* role_name(Role role) {
-  switch (role) {
-    case Role::Method:
-      return "method";
-    case Role::Sweep:
-      return "sweep";
-    case Role::Best:
-      return "best";
-  }
-  return "";
-}
-
 nlohmann::json record_json(const Record& r) {
   nlohmann::json json{{"scene", r.scene},
                       {"view", r.view},
@@ -58,6 +46,20 @@ nlohmann::json record_json(const Record& r) {
   return json;
 }
 
+}  // namespace
+
+const char* role_name(Role role) {
+  switch (role) {
+    case Role::Method:
+      return "method";
+    case Role::Sweep:
+      return "sweep";
+    case Role::Best:
+      return "best";
+  }
+  return "";
+}
+
 nlohmann::json scene_json(const SceneFigures& s) {
   return {{"name", s.name},
           {"triangles", s.bvh.triangles},
@@ -72,8 +74,6 @@ nlohmann::json scene_json(const SceneFigures& s) {
           {"from_cache", s.bvh.from_cache},
           {"load_s", s.load_s}};
 }
-
-}  // namespace
 
 double quantile(std::vector<double> values, double share) {
   std::ranges::sort(values);
@@ -91,12 +91,16 @@ Times times_of(std::vector<double> samples) {
 nlohmann::json to_json(const Document& d) {
   nlohmann::json json{{"device", d.device},
                       {"driver", d.driver},
+                      {"cpu", d.cpu},
                       {"subgroup_size", d.subgroup_size},
                       {"commit", d.commit},
                       {"command", d.command},
+                      {"environment", d.environment},
                       {"clock", d.clock},
                       {"date", d.date},
                       {"size", d.size},
+                      {"ao_rays", d.ao_rays},
+                      {"ao_radius", d.ao_radius},
                       {"repeats", d.repeats},
                       {"sweep_repeats", d.sweep_repeats},
                       {"partial", d.partial},

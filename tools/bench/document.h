@@ -34,7 +34,8 @@ enum class Role {
   Method,
   Sweep,
   Best
-};  // an entry; one threshold of a sweep; an entry with the sweep's best threshold
+};                                 // an entry; one threshold of a sweep; an entry with the sweep's best threshold
+const char* role_name(Role role);  // as JSON and CSV have it
 
 /// The knob that a hybrid switches by, as a number.
 struct ThresholdValue {
@@ -68,16 +69,26 @@ struct SceneFigures {
   double load_s = 0;
 };
 
+nlohmann::json scene_json(const SceneFigures& scene);
+
 struct Document {
   std::string source;  // the file it was read from
   std::string device, driver, commit, command, clock, date;
+  bool cpu = false;
+  std::map<std::string, std::string> environment;  // variables of kEnvironment that were set
   std::uint32_t subgroup_size = 0;
   std::array<std::uint32_t, 2> size{};
+  std::uint32_t ao_rays = 8;  // as RayKindOptions
+  double ao_radius = 0.05;
   std::uint32_t repeats = 0, sweep_repeats = 0;
   bool partial = false;
   std::vector<SceneFigures> scenes;
   std::vector<Record> records;
 };
+
+/// Variables that decide which driver and which shaders are measured.
+inline constexpr const char* kEnvironment[] = {"VK_DRIVER_FILES", "VK_ICD_FILENAMES", "LP_NATIVE_VECTOR_WIDTH",
+                                               "BALLOT_SHADERS"};
 
 nlohmann::json to_json(const Document& document);
 

@@ -97,14 +97,20 @@ Document read_document(const JsonPlace& json, const std::string& source) {
   d.source = source;
   d.device = json.at("device").text();
   d.driver = json.at("driver").text();
+  const auto cpu = json.find("cpu");
+  d.cpu = cpu ? cpu->truth() : d.device.find("llvmpipe") != std::string::npos;
   d.subgroup_size = json.at("subgroup_size").small_count();
   d.commit = json.at("commit").text();
   d.command = json.at("command").text();
+  if (const auto environment = json.find("environment"))
+    for (const auto& [name, value] : environment->members()) d.environment[name] = value.text();
   d.clock = json.at("clock").text();
   if (const auto date = json.find("date")) d.date = date->text();
   const auto size = json.at("size").items();
   if (size.size() != 2) json.at("size").wrong("width and height");
   d.size = {size[0].small_count(), size[1].small_count()};
+  if (const auto rays = json.find("ao_rays")) d.ao_rays = rays->small_count();
+  if (const auto radius = json.find("ao_radius")) d.ao_radius = radius->positive();
   d.repeats = json.at("repeats").small_count();
   if (const auto repeats = json.find("sweep_repeats")) d.sweep_repeats = repeats->small_count();
   if (const auto partial = json.find("partial")) d.partial = partial->truth();

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numeric>
+#include <random>
 
 namespace ballot::bench {
 
@@ -40,14 +42,16 @@ class BlockRun {
   BlockRun(const Surroundings& around, const Plan& plan, const RaySet& rays)
       : around_(around), plan_(plan), rays_(rays) {}
 
-  void make_batches(const std::vector<const View*>& views) {
+  /// False if no view has such rays.
+  bool make_batches(const std::vector<const View*>& views) {
     for (const RayFile& file : rays_.files) {
       batches_.push_back(around_.engine.make_batch(rays_.name, file.rays, rays_.want));
       views_.push_back(file.view);
     }
-    if (!rays_.kind) return;
+    if (!rays_.kind) return true;
     for (const View* view : views) {
-      Batch batch = around_.engine.make_batch(*view, *rays_.kind, around_.options.width, around_.options.height);
+      const RunOptions& o = around_.options;
+      Batch batch = around_.engine.make_batch(*view, *rays_.kind, o.width, o.height, o.kinds);
       if (batch->count() > 0) {
         batches_.push_back(std::move(batch));
         views_.push_back(view->name);
@@ -56,8 +60,9 @@ class BlockRun {
       }
     }
     if (batches_.empty())
-      fail(Failure::Work, "{}: no view starts {} rays, expected a hit in some view; choose other --views or --rays",
-           scene(), rays_.name);
+      note("{}: no view starts {} rays, expected a hit in some view; choose other --views or --rays", scene(),
+           rays_.name);
+    return !batches_.empty();
   }
 
   void measure_all() {
@@ -96,10 +101,15 @@ class BlockRun {
     fmt::print(stderr, "ballot: note: {}\n", fmt::format(text, std::forward<Args>(args)...));
   }
 
-  void trace(Runner& runner, std::size_t view, bool keep) {
+  double trace_ms(const Runner& runner, std::size_t view) {
     const TraceTimes times = around_.engine.trace(*batches_[view], runner.entry->query);
     retraced_ += times.retraced;
-    if (keep) runner.trace[view].push_back(std::max(times.device_ms, kLeastMs));
+    return std::max(times.device_ms, kLeastMs);
+  }
+
+  void trace(Runner& runner, std::size_t view, bool keep) {
+    const double ms = trace_ms(runner, view);
+    if (keep) runner.trace[view].push_back(ms);
     around_.step();
   }
 
@@ -112,25 +122,36 @@ class BlockRun {
 
   /// Compiles every kernel; then keeps a GPU busy until its clocks are up.
   void warm_up() {
-    const auto start = Clock::now();
     for (Runner& runner : sweep_) trace(runner, 0, false);
     for (Runner& runner : runners_) {
       trace(runner, 0, false);
       frame(runner, 0, false);
     }
     if (around_.engine.device().is_cpu()) return;
-    for (std::size_t i = 0; Clock::now() - start < kWarmUp; ++i) trace(runners_[i % runners_.size()], 0, false);
+    const auto start = Clock::now();
+    for (std::size_t i = 0; Clock::now() - start < kWarmUp; ++i) {
+      trace_ms(runners_[i % runners_.size()], 0);
+      around_.poll();
+    }
   }
 
-  /// Every runner on every view, in an order that starts one later each time.
+  /// Every runner on every view, each time in another order.
   void repeat(std::vector<Runner>& runners, std::uint32_t repeats, bool frames) {
+    std::vector<std::size_t> order(runners.size());
+    std::iota(order.begin(), order.end(), 0);
     for (std::size_t r = 0; r < repeats; ++r)
-      for (std::size_t v = 0; v < batches_.size(); ++v)
-        for (std::size_t i = 0; i < runners.size(); ++i) {
-          Runner& runner = runners[(i + r) % runners.size()];
-          trace(runner, v, true);
-          if (frames) frame(runner, v, true);
+      for (std::size_t v = 0; v < batches_.size(); ++v) {
+        shuffle(order);
+        for (const std::size_t i : order) {
+          trace(runners[i], v, true);
+          if (frames) frame(runners[i], v, true);
         }
+      }
+  }
+
+  /// Fisher and Yates; std::shuffle gives other orders with other standard libraries.
+  void shuffle(std::vector<std::size_t>& order) {
+    for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random_() % i]);
   }
 
   double total_ms(const Runner& runner) const {
@@ -215,6 +236,7 @@ class BlockRun {
   std::vector<Runner> sweep_, runners_;
   std::vector<Entry> best_;
   std::uint64_t retraced_ = 0, wrong_ = 0;
+  std::mt19937 random_{1};  // of the orders; a fixed seed, so that runs are alike
 };
 
 }  // namespace
@@ -237,8 +259,8 @@ Measured measure(const Surroundings& around, const Plan& plan, const RaySet& ray
   BlockRun block(around, plan, rays);
   Measured measured;
   try {
-    block.make_batches(views);
-    block.measure_all();
+    measured.no_rays = !block.make_batches(views);
+    if (!measured.no_rays) block.measure_all();
   } catch (...) {  // what was measured until then counts
     measured.stopped = std::current_exception();
   }

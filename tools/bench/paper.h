@@ -22,6 +22,14 @@ inline constexpr std::array<PaperScene, 4> kPaperScenes{{
 /// The Fairy scene could not be had; this one is made to be like it.
 inline constexpr std::string_view kStandIn = "fairyforest-standin";
 
+/// The paper's cut counts votes in shared memory, as ours does where it votes by `sum`.
+inline constexpr std::string_view kCutNote =
+    "The paper's cut votes by a reduction in shared memory: its row shows cut(sum), and cut(count), with the "
+    "instruction "
+    "that the paper asked for, stands below. Where cut(sum) was not measured, cut(count) stands in; where `any` was "
+    "not "
+    "measured, votes by `count`. \"above\" marks what stands in for a row already.";
+
 /// The constants of Table 2, the text's choice for primary and for secondary rays.
 struct PaperThreshold {
   std::string_view method;
@@ -32,6 +40,7 @@ inline constexpr std::array<PaperThreshold, 2> kPaperThresholds{{{"stack-max", 1
 struct PaperRow {
   std::string_view method;                    // as the paper prints it
   std::string_view label;                     // ours
+  std::string_view stand_in;                  // ours where that was not measured, "": none
   std::array<std::string_view, 4> fps, gain;  // by scene, in the order of kPaperScenes; gain against packet
 };
 struct PaperHalf {
@@ -41,29 +50,36 @@ struct PaperHalf {
 inline constexpr std::array<PaperHalf, 2> kPaperTable2{{
     {"Primary rays",
      "primary",
-     {{{"packet", "packet(any)", {"68.12", "60.44", "49.48", "47.46"}, {"0%", "0%", "0%", "0%"}},
-       {"if-if", "if-if", {"54.80", "54.54", "49.48", "47.80"}, {"-19.55%", "-9.76%", "0%", "+0.72%"}},
+     {{{"packet", "packet(any)", "", {"68.12", "60.44", "49.48", "47.46"}, {"0%", "0%", "0%", "0%"}},
+       {"if-if", "if-if", "", {"54.80", "54.54", "49.48", "47.80"}, {"-19.55%", "-9.76%", "0%", "+0.72%"}},
        {"stack-max(11)",
         "stack-max(11)",
+        "stack-max(11,count)",
         {"67.44", "60.64", "49.93", "47.40"},
         {"-1.00%", "+0.33%", "+0.91%", "-0.13%"}},
        {"stack-max(best)",
         "stack-max(best)",
+        "stack-max(best,count)",
         {"67.92", "61.20", "49.94", "47.56"},
         {"-0.29%", "+1.26%", "+0.93%", "+0.21%"}},
-       {"cut", "cut", {"61.98", "53.04", "44.96", "42.28"}, {"-9.01%", "-12.24%", "-9.14%", "-10.91%"}},
-       {"cut(best)", "cut(best)", {}, {}}}}},
+       {"cut", "cut(sum)", "cut", {"61.98", "53.04", "44.96", "42.28"}, {"-9.01%", "-12.24%", "-9.14%", "-10.91%"}},
+       {"cut(best, count)", "cut(best)", "", {}, {}}}}},
     {"Secondary rays",
      "secondary",
-     {{{"packet", "packet(any)", {"21.22", "18.84", "14.94", "15.26"}, {"0%", "0%", "0%", "0%"}},
-       {"if-if", "if-if", {"21.80", "19.50", "16.80", "19.18"}, {"+2.73%", "+3.50%", "+12.45%", "+25.69%"}},
-       {"stack-max(7)", "stack-max(7)", {"21.72", "19.98", "15.40", "16.26"}, {"+2.36%", "+6.05%", "+3.08%", "+6.55%"}},
+     {{{"packet", "packet(any)", "", {"21.22", "18.84", "14.94", "15.26"}, {"0%", "0%", "0%", "0%"}},
+       {"if-if", "if-if", "", {"21.80", "19.50", "16.80", "19.18"}, {"+2.73%", "+3.50%", "+12.45%", "+25.69%"}},
+       {"stack-max(7)",
+        "stack-max(7)",
+        "stack-max(7,count)",
+        {"21.72", "19.98", "15.40", "16.26"},
+        {"+2.36%", "+6.05%", "+3.08%", "+6.55%"}},
        {"stack-max(best)",
         "stack-max(best)",
+        "stack-max(best,count)",
         {"21.78", "20.04", "15.80", "17.32"},
         {"+2.64%", "+6.37%", "+5.76%", "+13.50%"}},
-       {"cut", "cut", {"21.66", "18.30", "13.82", "15.00"}, {"+2.07%", "-2.87%", "-7.50%", "-1.70%"}},
-       {"cut(best)", "cut(best)", {}, {}}}}},
+       {"cut", "cut(sum)", "cut", {"21.66", "18.30", "13.82", "15.00"}, {"+2.07%", "-2.87%", "-7.50%", "-1.70%"}},
+       {"cut(best, count)", "cut(best)", "", {}, {}}}}},
 }};
 
 }  // namespace ballot::bench

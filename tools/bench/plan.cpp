@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 
 #include "tools/bench/paper.h"
 
@@ -36,9 +37,12 @@ std::pair<std::string, std::string> knob_of(const std::string& option, const std
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-bool is_threshold_of_another(const Method& method, const std::string& knob) {
-  return knob != method.threshold.knob &&
-         std::ranges::any_of(kMethods, [&](const Method& m) { return knob == m.threshold.knob; });
+bool concerns(const Method& method, const std::string& knob, const std::string& value) {
+  if (knob == "vote")
+    return std::ranges::any_of(votes_of(method), [&](const std::string& vote) { return vote == value; });
+  if (knob == "list") return method.lists;
+  const auto is_threshold = [&](const Method& m) { return knob == m.threshold.knob; };
+  return is_threshold(method) || std::ranges::none_of(kMethods, is_threshold);
 }
 
 /// Knobs for every method, as far as they concern this one.
@@ -46,10 +50,14 @@ Knobs shared_knobs(const Method& method, const std::vector<std::string>& texts) 
   Knobs knobs;
   for (const std::string& text : texts) {
     const auto [name, value] = knob_of("--knob", text);
-    if (is_threshold_of_another(method, name) || (name == "vote" && !method.packet())) continue;
-    knobs[name] = value;
+    if (concerns(method, name, value)) knobs[name] = value;
   }
   return knobs;
+}
+
+/// Without an exponent, so that knobs of whole numbers take it.
+std::string threshold_text(double value) {
+  return value == std::floor(value) ? fmt::format("{:.0f}", value) : fmt::format("{}", value);
 }
 
 /// The thresholds that the paper prints; the method's own where it prints none.
@@ -57,8 +65,8 @@ std::vector<std::string> standard_thresholds(const Method& method) {
   if (method.threshold.unit == Threshold::None) return {};
   std::vector<std::string> values;
   for (const PaperThreshold& paper : kPaperThresholds)
-    if (paper.method == method.name) values.push_back(fmt::format("{:g}", paper.value));
-  if (values.empty()) values.push_back(fmt::format("{:g}", method.threshold.standard));
+    if (paper.method == method.name) values.push_back(threshold_text(paper.value));
+  if (values.empty()) values.push_back(threshold_text(method.threshold.standard));
   return values;
 }
 
@@ -66,7 +74,8 @@ std::vector<std::string> standard_thresholds(const Method& method) {
 std::string plain_number(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() ? fmt::format("{:g}", value) : text;
+  return error == std::errc() && end == text.data() + text.size() && std::isfinite(value) ? threshold_text(value)
+                                                                                          : text;
 }
 
 class Entries {
@@ -135,7 +144,7 @@ class Entries {
       });
       if (there) continue;
       for (std::size_t i = 0; i < method.threshold.tried; ++i) {
-        knobs[std::string(method.threshold.knob)] = fmt::format("{:g}", method.threshold.sweep[i]);
+        knobs[std::string(method.threshold.knob)] = threshold_text(method.threshold.sweep[i]);
         sweep.entries.push_back(make_entry(method, knobs, mode, Role::Sweep));
       }
       plan_.sweeps.push_back(std::move(sweep));
@@ -167,9 +176,11 @@ bool is_foreign(const std::string& item) { return item.ends_with(".npy") || item
 
 ForeignItem foreign_item(const std::string& item) {
   const bool any = item.ends_with(":any");
-  const std::size_t equals = item.find('='), begin = equals == std::string::npos ? 0 : equals + 1;
+  const std::size_t equals = item.find('=');
+  const bool named = equals < item.find('/') && equals > 0;  // a '=' after a folder belongs to the path
+  const std::size_t begin = named ? equals + 1 : 0;
   const std::filesystem::path file = item.substr(begin, item.size() - begin - (any ? 4 : 0));
-  const std::string name = begin > 1 ? item.substr(0, equals) : file.filename().string();
+  const std::string name = named ? item.substr(0, equals) : file.filename().string();
   for (const RayKind& kind : kRayKinds)
     if (kind.name == name)
       fail(Failure::Arguments, "--rays {}: '{}' is the name of a ray kind; give the file another one", item, name);
@@ -178,14 +189,14 @@ ForeignItem foreign_item(const std::string& item) {
 
 void add_foreign(const std::string& item, std::vector<RaySet>& sets) {
   const ForeignItem foreign = foreign_item(item);
-  const std::string view = foreign.file.stem().string();
+  const std::string view = foreign.file.string();
   RaySet* set = nullptr;
   for (RaySet& other : sets)
     if (other.name == foreign.name && other.want == foreign.want) set = &other;
   if (!set) set = &sets.emplace_back(RaySet{foreign.name, nullptr, {}, foreign.want});
   for (const RayFile& other : set->files)
-    if (other.view == view)
-      fail(Failure::Arguments, "--rays: two files are called {}; records are told apart by it, so rename one", view);
+    if (std::filesystem::path(other.view).lexically_normal() == foreign.file.lexically_normal())
+      fail(Failure::Arguments, "--rays: {} is given twice for one set of rays; name each file once", view);
   set->files.push_back({view, read_rays(foreign.file)});
   if (set->files.back().rays.empty())
     fail(Failure::Work, "{}: found no rays, expected at least one", foreign.file.string());
@@ -203,11 +214,25 @@ void add_rays(const std::string& item, std::vector<RaySet>& sets) {
   sets.push_back({std::string(kind.name), &kind, {}, kind.want});
 }
 
+/// Views of foreign rays: "" where a set has one file, else the stems of the files; paths as given where stems are alike.
+void name_views(RaySet& set) {
+  std::map<std::string, int> uses;
+  for (const RayFile& file : set.files) ++uses[std::filesystem::path(file.view).stem().string()];
+  for (RayFile& file : set.files) {
+    const std::string stem = std::filesystem::path(file.view).stem().string();
+    if (set.files.size() == 1)
+      file.view.clear();
+    else if (uses[stem] == 1)
+      file.view = stem;
+  }
+}
+
 /// A knob that no method takes would silently do nothing.
 void check_concern(const PlanArgs& args, const Plan& plan) {
   for (const std::string& text : args.knobs) {
-    const std::string name = knob_of("--knob", text).first;
-    if (std::ranges::none_of(plan.entries, [&](const Entry& e) { return e.query.knobs.contains(name); }))
+    const auto [name, value] = knob_of("--knob", text);
+    if (std::ranges::none_of(plan.entries,
+                             [&](const Entry& e) { return concerns(find_method(e.query.method), name, value); }))
       fail(Failure::Arguments, "--knob {}: it concerns none of the chosen methods", text);
   }
 }
@@ -236,8 +261,7 @@ Plan make_plan(const PlanArgs& args) {
   for (const std::string& item : rays)  // names first: reading files takes longer
     if (item != "all" && !is_foreign(item)) find_ray_kind(item);
   for (const std::string& item : rays) add_rays(item, plan.rays);
-  for (RaySet& set : plan.rays)
-    if (set.files.size() == 1) set.files[0].view.clear();
+  for (RaySet& set : plan.rays) name_views(set);
   check_concern(args, plan);
   if (args.views != "all") plan.views = items_of("--views", args.views);
   return plan;

@@ -25,7 +25,7 @@ struct Sweep {
 
 /// The rays of one file.
 struct RayFile {
-  std::string view;  // empty where a set has one file
+  std::string view;  // empty where a set has one file; else its stem, or the path as given where two have one stem
   std::vector<Ray> rays;
 };
 
@@ -61,5 +61,9 @@ std::vector<std::string> votes_of(const Method& method);
 /// "packet(sum)", "stack-max(11)", "cut(0.25,sum)", "cut(best)": the vote where a method has nothing else to be told by
 /// or it is not the method's first one, the threshold where it is a count or not the standard one, and other knobs.
 std::string label_of(const Method& method, const Knobs& knobs, bool best);
+
+/// The label of the like entry that votes by `count`, for labels that leave out a first vote of `any`: "stack-max(11)"
+/// to "stack-max(11,count)". "" where there is none.
+std::string label_by_count(const std::string& label);
 
 }  // namespace ballot::bench

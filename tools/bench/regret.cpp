@@ -3,27 +3,20 @@
 #include <algorithm>
 
 #include "tools/bench/markdown.h"
+#include "tools/bench/plan.h"
 #include "tools/bench/report.h"
 
 namespace ballot::bench {
 
 namespace {
 
-double total_ms(const Cell& cell) {
-  double ms = 0;
-  for (const auto& [view, record] : cell.views) ms += record->trace.median;
-  return ms;
-}
-
-/// Entries with as many views as the most complete one, by label.
+/// By label; entries that lack views, as after an interruption, are left out.
 std::map<std::string, double> regret_in(const Block& block) {
-  std::size_t views = 0;
-  for (const Cell& cell : block.cells) views = std::max(views, cell.views.size());
   std::map<std::string, double> times;
   double best = 0;
   for (const Cell& cell : block.cells)
-    if (cell.views.size() == views) {
-      const double ms = times[cell.label] = total_ms(cell);
+    if (block.whole(cell)) {
+      const double ms = times[cell.label] = cell.total_ms();
       best = best == 0 ? ms : std::min(best, ms);
     }
   for (auto& [label, time] : times) time /= best;
@@ -91,17 +84,39 @@ std::string regret_overview(const Arranged& arranged) {
       for (const Cell& cell : block.cells)
         if (is_main(block, cell) && std::ranges::find(labels, cell.label) == labels.end()) labels.push_back(cell.label);
   }
+  const auto figures = [](const std::vector<Regret>& regrets, const std::string& label) -> std::string {
+    const auto found = std::ranges::find(regrets, label, &Regret::label);
+    return found == regrets.end() ? "" : fmt::format("{:.2f}, {:.2f}", found->max, found->median);
+  };
+  const auto stands_in = [&](const std::vector<Regret>& regrets, const std::string& label) {
+    return std::ranges::any_of(labels, [&](const std::string& other) {
+      return label_by_count(other) == label && figures(regrets, other).empty();
+    });
+  };
   Table table(header);
+  bool stood_in = false;
   for (const std::string& label : labels) {
     std::vector<std::string> cells{label};
+    bool some = false;
     for (const auto& regrets : all) {
-      const auto found = std::ranges::find(regrets, label, &Regret::label);
-      cells.push_back(found == regrets.end() ? "-" : fmt::format("{:.2f}, {:.2f}", found->max, found->median));
+      std::string text = figures(regrets, label);
+      if (!text.empty() && stands_in(regrets, label)) {
+        cells.emplace_back("above");
+        continue;
+      }
+      if (text.empty() && !label_by_count(label).empty()) {
+        text = figures(regrets, label_by_count(label));
+        stood_in |= !text.empty();
+      }
+      some |= !text.empty();
+      cells.push_back(text.empty() ? "-" : text);
     }
-    table.row(std::move(cells));
+    if (some) table.row(std::move(cells));
   }
   if (table.empty()) return "";
-  return "## How far from the best\n\nOver all scenes and ray kinds measured.\n\n" + table.text();
+  return "## How far from the best\n\nOver all scenes and ray kinds measured." +
+         std::string(stood_in ? " Where votes by `any` were not measured, those by `count` stand in." : "") + "\n\n" +
+         table.text();
 }
 
 std::string regret_section(const Setting& setting) {

@@ -22,8 +22,6 @@ std::string line_of(const std::vector<std::string>& cells) {
 
 std::string number(double value) { return fmt::format("{:.9g}", value); }
 
-const char* role_text(Role role) { return role == Role::Sweep ? "sweep" : role == Role::Best ? "best" : "method"; }
-
 std::string knobs_text(const Knobs& knobs) {
   std::string text;
   for (const auto& [name, value] : knobs) text += (text.empty() ? "" : " ") + name + "=" + value;
@@ -51,7 +49,7 @@ std::string record_line(const Document& d, const Record& r, const std::set<std::
                                  r.rays,
                                  r.any ? "true" : "false",
                                  r.label,
-                                 role_text(r.role),
+                                 role_name(r.role),
                                  r.method,
                                  knobs_text(r.knobs),
                                  r.threshold ? number(r.threshold->value) : "",

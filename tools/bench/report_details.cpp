@@ -51,21 +51,50 @@ std::string sweep_table(const Setting& setting, const std::string& family, const
   return table.text();
 }
 
-/// Mean over the views, weighed by their rays; of a maximum the maximum.
-std::map<std::string, double> mean_counters(const Cell& cell) {
-  std::map<std::string, double> sum, weight;
-  for (const auto& [view, record] : cell.views)
-    for (const auto& [name, value] : record->counters) {
-      if (name.ends_with("_max")) {
-        sum[name] = std::max(sum[name], value);
-        weight[name] = 1;
-        continue;
-      }
-      sum[name] += value * double(record->ray_count);
-      weight[name] += double(record->ray_count);
+/// What was counted on all views of a cell: sums over rays; of a maximum the maximum.
+struct Pool {
+  std::map<std::string, double> sums;
+  double subgroup = 0;
+
+  explicit Pool(const Cell& cell) : subgroup(cell.first().subgroup) {
+    for (const auto& [view, record] : cell.views) {
+      if (record->counters.empty()) continue;
+      sums["rays"] += double(record->ray_count);
+      for (const auto& [name, value] : record->counters)
+        if (name.ends_with("_max"))
+          sums[name] = std::max(sums[name], value);
+        else
+          sums[name] += value * double(record->ray_count);
     }
-  for (auto& [name, value] : sum) value = weight[name] > 0 ? value / weight[name] : 0;
-  return sum;
+  }
+  /// One sum over another, or over a multiple of it; "-" without either.
+  std::string over(double sum, const std::string& base, double times = 1) const {
+    const auto found = sums.find(base);
+    return found == sums.end() || found->second * times == 0 ? "-" : figure(sum / (found->second * times));
+  }
+};
+
+/// A counter as the report shows it; what is told about shared paths and subgroups is held to its own kind of event.
+std::string counter_title(const std::string& name) {
+  if (name == "switch_depth") return "mean depth of a switch";
+  if (name == "disagreements") return "disagreements / votes";
+  if (name == "few" || name == "unneeded") return name + " / packet node visits";
+  return name;
+}
+
+std::string counter_text(const std::string& name, const Pool& pool) {
+  const auto found = pool.sums.find(name);
+  if (found == pool.sums.end()) return "-";
+  const double sum = found->second;
+  if (name.ends_with("_max")) return figure(sum);
+  if (name == "switch_depth") return pool.over(sum, "switches");
+  if (name == "disagreements") return pool.over(sum, "votes");
+  if (name == "few" || name == "unneeded") return pool.over(sum, "packet_nodes", 1 / pool.subgroup);
+  const auto has = [&](const char* other) { return pool.sums.contains(other); };
+  if (name == "active_share" && has("steps") && has("nodes_needed") && has("leaves_needed"))
+    return pool.over(pool.sums.at("nodes_needed") + pool.sums.at("leaves_needed"), "steps", pool.subgroup);
+  if (name == "packet_share" && has("packet_nodes")) return pool.over(pool.sums.at("packet_nodes"), "nodes");
+  return pool.over(sum, "rays");
 }
 
 Checked sum_of_checks(const Cell& cell) {
@@ -103,22 +132,24 @@ std::string counter_section(const Setting& setting) {
   std::set<std::string> names;
   for (const Block& block : setting.blocks)
     for (const Cell& cell : block.cells)
-      for (const auto& [name, value] : mean_counters(cell)) names.insert(name);
+      for (const auto& [view, record] : cell.views)
+        for (const auto& [name, value] : record->counters) names.insert(name);
   if (names.empty()) return "";
   std::vector<std::string> header{"scene", "rays", "method"};
-  header.insert(header.end(), names.begin(), names.end());
+  for (const std::string& name : names) header.push_back(counter_title(name));
   Table table(header, 3);
   for (const Block& block : setting.blocks)
     for (const Cell& cell : block.cells) {
-      const auto counters = mean_counters(cell);
-      if (counters.empty()) continue;
+      const Pool pool(cell);
+      if (pool.sums.empty()) continue;
       std::vector<std::string> cells{block.scene, block.rays, cell.label};
-      for (const std::string& name : names) cells.push_back(counters.contains(name) ? figure(counters.at(name)) : "-");
+      for (const std::string& name : names) cells.push_back(counter_text(name, pool));
       table.row(std::move(cells));
     }
   return "## Counters: " + setting.name +
-         "\n\nMeans over all rays of all views, the largest of `_max`; `engine/trace/counters.h` says what they "
-         "count.\n\n" +
+         "\n\nSums over all views, by ray unless the title says otherwise; shares are of 1, `_max` is the largest. "
+         "Node "
+         "visits of packets are counted by full subgroups. `engine/trace/counters.h` says what is counted.\n\n" +
          table.text();
 }
 

@@ -40,11 +40,18 @@ std::string speed_up(std::optional<double> fps, std::optional<double> base) {
   return base ? fmt::format("{} ({})", figure(*fps), percent(*fps / *base)) : figure(*fps);
 }
 
-/// "stack-max(11)" as it was measured: where votes by `any` are missing, those by `count` stand in.
-const Cell* find_paper_row(const Block& block, const std::string& label) {
-  if (const Cell* cell = block.find(label)) return cell;
-  return label.ends_with(')') ? block.find(label.substr(0, label.size() - 1) + ",count)") : nullptr;
+const Cell* find_row(const Block& block, const PaperRow& row) {
+  if (const Cell* cell = block.find(std::string(row.label))) return cell;
+  return row.stand_in.empty() ? nullptr : block.find(std::string(row.stand_in));
 }
+
+bool stands_in(const Block& block, const PaperHalf& half, const Cell& cell) {
+  return std::ranges::any_of(
+      half.rows, [&](const PaperRow& row) { return cell.label != row.label && find_row(block, row) == &cell; });
+}
+
+/// "cut" beside the paper's own, which counts otherwise: "cut(count)".
+std::string other_title(const std::string& label) { return label == "cut" ? "cut(count)" : label; }
 
 /// One half of Table 2: the paper's rows first, then the entries that it lacked. With several settings, a scene has a
 /// column for each and its rows are the main entries only.
@@ -69,11 +76,11 @@ class HalfTable {
     std::vector<std::string> header{std::string(half_.title)};
     for (const Block* block : blocks_) {
       if (new_scene(*block)) header.push_back(std::string(paper_scene(block->scene)->name) + ", paper");
-      header.push_back(scene_title(block->scene) + ", " + (several_ ? settings_.at(block)->document->device : "here"));
+      header.push_back(scene_title(block->scene) + ", " + (several_ ? setting_title(*settings_.at(block)) : "here"));
     }
     Table table(header);
-    for (const PaperRow& row : half_.rows) add(table, std::string(row.method), std::string(row.label), &row);
-    for (const std::string& label : other_labels()) add(table, label, label, nullptr);
+    for (const PaperRow& row : half_.rows) add(table, row);
+    for (const std::string& label : other_labels()) add_other(table, label);
     return table.text();
   }
 
@@ -82,20 +89,45 @@ class HalfTable {
     return std::ranges::any_of(block.cells, [](const Cell& c) { return c.fps().has_value(); });
   }
 
-  void add(Table& table, const std::string& title, const std::string& label, const PaperRow* row) const {
-    std::vector<std::string> cells{title};
+  /// The device, and the whole name where other columns have the same.
+  std::string setting_title(const Setting& setting) const {
+    for (const auto& [block, other] : settings_)
+      if (other != &setting && other->document->device == setting.document->device) return setting.name;
+    return setting.document->device;
+  }
+
+  std::string speed(const Block& block, const Cell* cell) const {
+    const Cell* base = block.find(std::string(half_.rows[0].label));
+    return speed_up(cell ? cell->fps() : std::nullopt, base ? base->fps() : std::nullopt);
+  }
+
+  void add(Table& table, const PaperRow& row) const {
+    std::vector<std::string> cells{std::string(row.method)};
     bool some = false;
     for (const Block* block : blocks_) {
       if (new_scene(*block)) {
         const auto i = std::size_t(paper_scene(block->scene) - kPaperScenes.data());
-        const bool printed = row && !row->fps[i].empty();
-        cells.push_back(printed ? fmt::format("{} ({})", row->fps[i], row->gain[i]) : "");
+        const bool printed = !row.fps[i].empty();
+        cells.push_back(printed ? fmt::format("{} ({})", row.fps[i], row.gain[i]) : "");
         some |= printed;
       }
-      const Cell* cell = row ? find_paper_row(*block, label) : block->find(label);
-      const Cell* base = block->find(std::string(half_.rows[0].label));
+      const Cell* cell = find_row(*block, row);
       some |= cell != nullptr;
-      cells.push_back(speed_up(cell ? cell->fps() : std::nullopt, base ? base->fps() : std::nullopt));
+      cells.push_back(speed(*block, cell));
+    }
+    if (some) table.row(std::move(cells));
+  }
+
+  /// An entry that the paper lacks; "above" where it stands in for a row of the paper.
+  void add_other(Table& table, const std::string& label) const {
+    std::vector<std::string> cells{other_title(label)};
+    bool some = false;
+    for (const Block* block : blocks_) {
+      if (new_scene(*block)) cells.push_back("");
+      const Cell* cell = block->find(label);
+      const bool above = cell && stands_in(*block, half_, *cell);
+      some |= cell && !above;
+      cells.push_back(above ? "above" : speed(*block, cell));
     }
     if (some) table.row(std::move(cells));
   }
@@ -122,9 +154,6 @@ class HalfTable {
   std::vector<const Block*> blocks_;
   std::map<const Block*, const Setting*> settings_;
 };
-
-constexpr std::string_view kStandInVotes =
-    "Where `any` was not measured for a row of the paper, votes by `count` stand in.\n\n";
 
 }  // namespace
 
@@ -167,23 +196,26 @@ std::string frame_section(const Setting& setting) {
   if (tables.empty()) return "";
   return fmt::format(
              "## Table 2: frames per second and speed-up against packet: {}\n\nPaper: {}; its packet votes by "
-             "`any`. {}",
-             setting.name, kCitation, kStandInVotes) +
-         stand_in_note(setting.scenes()) + tables;
+             "`any`.\n\n",
+             setting.name, kCitation) +
+         stand_in_note(setting.scenes()) + tables + std::string(kCutNote) + "\n\n";
 }
 
 std::string frame_summary(const Arranged& arranged) {
   std::vector<const Setting*> settings;
-  for (const Setting& s : arranged.settings) settings.push_back(&s);
+  std::vector<std::string> scenes;
+  for (const Setting& s : arranged.settings) {
+    settings.push_back(&s);
+    for (const std::string& scene : s.scenes()) scenes.push_back(scene);
+  }
   if (settings.size() == 1) return frame_section(*settings[0]);
   std::string tables;
   for (const PaperHalf& half : kPaperTable2) tables += HalfTable(settings, half).text();
   if (tables.empty()) return "";
   return fmt::format(
-             "## Table 2: frames per second and speed-up against packet\n\nPaper: {}; its packet votes by "
-             "`any`. {}",
-             kCitation, kStandInVotes) +
-         tables;
+             "## Table 2: frames per second and speed-up against packet\n\nPaper: {}; its packet votes by `any`.\n\n",
+             kCitation) +
+         stand_in_note(scenes) + tables + std::string(kCutNote) + "\n\n";
 }
 
 }  // namespace ballot::bench

@@ -3,6 +3,7 @@
 
 #include "tools/bench/markdown.h"
 #include "tools/bench/report.h"
+#include "tools/shell_word.h"
 
 namespace ballot::bench {
 
@@ -22,8 +23,12 @@ void add_run(std::string& text, const Document& d) {
                       d.date.empty() ? "" : ", " + d.date);
   text += fmt::format("  Scenes: {}. Rays: {}. Arithmetic: {}. {} records, commit {}.\n", list(scenes), list(kinds),
                       list(modes), d.records.size(), d.commit);
+  if (kinds.contains("ao"))
+    text += fmt::format("  Rays of kind ao: {} a hit, {:g} of the scene's diagonal long.\n", d.ao_rays, d.ao_radius);
   if (d.partial) text += "  **The run was interrupted: what is missing was not measured.**\n";
-  text += fmt::format("\n  ```\n  {}\n  ```\n", d.command);
+  std::string environment;
+  for (const auto& [name, value] : d.environment) environment += name + "=" + shell_word(value) + " ";
+  text += fmt::format("\n  ```\n  {}{}\n  ```\n", environment, d.command);
 }
 
 }  // namespace

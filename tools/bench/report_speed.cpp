@@ -18,7 +18,8 @@ std::string speed_table(const Setting& setting, const std::string& rays) {
     blocks.push_back(&block);
     header.push_back(block.scene);
     double most = 0;
-    for (const Cell& cell : block.cells) most = std::max(most, cell.mrays_per_s());
+    for (const Cell& cell : block.cells)
+      if (block.whole(cell)) most = std::max(most, cell.mrays_per_s());
     best.push_back(most);
   }
   Table table(header);
@@ -29,7 +30,7 @@ std::string speed_table(const Setting& setting, const std::string& rays) {
       const Cell* cell = blocks[i]->find(label);
       some |= cell != nullptr;
       const double speed = cell ? cell->mrays_per_s() : 0;
-      cells.push_back(!cell ? "-" : speed == best[i] ? bold(figure(speed)) : figure(speed));
+      cells.push_back(!cell ? "-" : speed == best[i] && blocks[i]->whole(*cell) ? bold(figure(speed)) : figure(speed));
     }
     if (some) table.row(std::move(cells));
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <ctime>
 #include <set>
 
@@ -27,18 +28,18 @@ std::vector<const View*> chosen_views(const Scene& scene, const Plan& plan) {
 /// All entries on one scene and ray kind, the fastest marked.
 void print_block(const Block& block) {
   double best = 0;
-  for (const Cell& cell : block.cells) best = std::max(best, cell.mrays_per_s());
+  for (const Cell& cell : block.cells)
+    if (block.whole(cell)) best = std::max(best, cell.mrays_per_s());
   Table table({fmt::format("{}, {}, {}", block.scene, block.rays, block.cells.front().first().numeric), "Mrays/s", "ms",
                "FPS", "of best"});
   for (const Cell& cell : block.cells) {
-    double ms = 0;
-    for (const auto& [view, record] : cell.views) ms += record->trace.median;
     const double speed = cell.mrays_per_s();
-    table.row({cell.label + (cell.role == Role::Best
-                                 ? fmt::format(" {}={:g}", cell.first().threshold->knob, cell.first().threshold->value)
-                                 : ""),
-               figure(speed), figure(ms), cell.fps() ? figure(*cell.fps()) : "",
-               fmt::format("{:.0f} %{}", 100 * speed / best, speed == best ? " *" : "")});
+    table.row(
+        {cell.label + (cell.role == Role::Best
+                           ? fmt::format(" {}={:g}", cell.first().threshold->knob, cell.first().threshold->value)
+                           : ""),
+         figure(speed), figure(cell.total_ms()), cell.fps() ? figure(*cell.fps()) : "",
+         block.whole(cell) ? fmt::format("{:.0f} %{}", 100 * speed / best, speed == best ? " *" : "") : "lacks views"});
   }
   fmt::print("{}", table.text());
   std::fflush(stdout);
@@ -67,12 +68,17 @@ Document header(const DeviceInfo& device, const Plan& plan, const RunOptions& op
   Document d;
   d.device = device.name;
   d.driver = device.driver;
+  d.cpu = device.is_cpu();
   d.subgroup_size = device.subgroup_size;
   d.commit = commit();
   d.command = options.command;
+  for (const char* name : kEnvironment)
+    if (const char* value = std::getenv(name)) d.environment[name] = value;
   d.clock = device.timestamp_bits > 0 && device.timestamp_ns > 0 ? "GPU timestamps" : "wall";
   d.date = utc_now();
   d.size = {options.width, options.height};
+  d.ao_rays = options.kinds.ao_rays;
+  d.ao_radius = std::stod(fmt::format("{}", options.kinds.ao_radius));  // 0.05, not what a float makes of it
   d.repeats = options.repeats;
   d.sweep_repeats = sweep_repeats(plan, options);
   return d;
@@ -80,36 +86,53 @@ Document header(const DeviceInfo& device, const Plan& plan, const RunOptions& op
 
 class Run {
  public:
-  Run(const Plan& plan, const RunOptions& options, const std::vector<LoadedScene>& scenes)
-      : plan_(plan), options_(options), bar_("measuring") {
+  using Save = std::function<void(const Document&)>;
+
+  Run(const Plan& plan, const RunOptions& options, const std::vector<LoadedScene>& scenes, const Save& save)
+      : plan_(plan), options_(options), save_(save), bar_("measuring"), blocks_left_(scenes.size() * plan.rays.size()) {
     for (const LoadedScene& loaded : scenes)
-      for (const RaySet& rays : plan.rays)
-        total_ +=
-            steps_of(plan, rays, options, rays.kind ? chosen_views(loaded.scene, plan).size() : rays.files.size());
+      for (const RaySet& rays : plan.rays) total_ += steps_in(loaded.scene, rays);
   }
 
   /// One scene, from its device to its tables.
   void add(LoadedScene loaded) {
     const double load_s = loaded.load_s;
-    Engine engine(std::move(loaded.scene), options_.engine);
-    if (result_.document.device.empty()) begin(engine);
-    result_.document.scenes.push_back({engine.scene().name, engine.bvh().stats, load_s});
-    const Surroundings around{engine, options_, [this] { step(); }, [this] { bar_.hide(); }};
-    for (const RaySet& rays : plan_.rays) {
-      Measured measured = measure(around, plan_, rays, chosen_views(engine.scene(), plan_));
-      auto& records = result_.document.records;
-      records.insert(records.end(), measured.records.begin(), measured.records.end());
-      result_.wrong += measured.wrong;
-      bar_.hide();
-      print_records(result_.document, std::move(measured.records));
-      if (measured.stopped) std::rethrow_exception(measured.stopped);
-    }
-    result_.messages += engine.messages().size();
+    const std::unique_ptr<Engine> engine = open(std::move(loaded.scene));
+    if (result_.document.device.empty()) begin(*engine);
+    result_.document.scenes.push_back({engine->scene().name, engine->bvh().stats, load_s});
+    for (const RaySet& rays : plan_.rays) add_block(*engine, rays);
+    result_.messages += engine->messages().size();
   }
 
   RunResult& result() { return result_; }
 
  private:
+  std::size_t steps_in(const Scene& scene, const RaySet& rays) const {
+    return steps_of(plan_, rays, options_, rays.kind ? chosen_views(scene, plan_).size() : rays.files.size());
+  }
+
+  std::unique_ptr<Engine> open(Scene scene) {
+    bar_.hide();  // only one bar is drawn at a time
+    ProgressBar building("building BVH of " + scene.name);
+    return std::make_unique<Engine>(std::move(scene), options_.engine, [&](double done) { building.update(done); });
+  }
+
+  void add_block(Engine& engine, const RaySet& rays) {
+    const std::size_t done = done_ + steps_in(engine.scene(), rays);
+    const Surroundings around{engine, options_, [this] { step(); }, [this] { poll(); }, [this] { bar_.hide(); }};
+    Measured measured = measure(around, plan_, rays, chosen_views(engine.scene(), plan_));
+    auto& records = result_.document.records;
+    records.insert(records.end(), measured.records.begin(), measured.records.end());
+    result_.wrong += measured.wrong;
+    result_.without += measured.no_rays;
+    bar_.hide();
+    print_records(result_.document, std::move(measured.records));
+    if (measured.stopped) std::rethrow_exception(measured.stopped);
+    done_ = done;  // views without rays take no steps
+    result_.document.partial = --blocks_left_ > 0;
+    if (!records.empty()) save_(result_.document);
+  }
+
   void begin(const Engine& engine) {
     const std::uint32_t side = engine.device().is_cpu() ? 256 : 1024;
     if (options_.width == 0) options_.width = options_.height = side;
@@ -122,15 +145,19 @@ class Run {
 
   void step() {
     bar_.update(double(++done_) / double(total_));
+    poll();
+  }
+  void poll() const {
     if (interrupt_.wanted()) throw Interrupted();
   }
 
   const Plan& plan_;
   RunOptions options_;
+  const Save& save_;
   ProgressBar bar_;
   InterruptGuard interrupt_;
   RunResult result_;
-  std::size_t done_ = 0, total_ = 0;
+  std::size_t blocks_left_, done_ = 0, total_ = 0;
 };
 
 }  // namespace
@@ -155,12 +182,10 @@ std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, cons
 RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options,
               const std::function<void(const Document&)>& save) {
   options.engine.queries = plan.queries();
-  Run run(plan, options, scenes);
+  Run run(plan, options, scenes, save);
   RunResult& result = run.result();
   for (LoadedScene& scene : scenes) try {
       run.add(std::move(scene));
-      result.document.partial = &scene != &scenes.back();
-      save(result.document);
     } catch (const Interrupted&) {
       result.document.partial = true;
       break;
@@ -170,6 +195,8 @@ RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions opti
       result.failed = std::current_exception();
       break;
     }
+  if (result.document.records.empty() && result.without > 0)
+    fail(Failure::Work, "nothing was measured: no scene has rays of the chosen kinds");
   return std::move(result);
 }
 
