@@ -100,6 +100,7 @@ TEST_F(Methods, EveryMethodIsRightAtEverySize) {
   const auto rays = shapes::random_rays(1003);
   const auto truth = t->oracle->nearest(rays);
   std::vector<Knobs> knobs = every_size(gpu_->info());
+  std::erase_if(knobs, [](const Knobs& k) { return k.at("workgroup") == "64"; });  // the default: tested above
   knobs.push_back({{"launch", "persistent"}, {"batches", "3"}});
   knobs.push_back({{"packet_stack", "shared"}});
   for (const NumericMode& mode : kNumericModes)
