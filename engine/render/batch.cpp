@@ -43,7 +43,8 @@ std::vector<Hit> RayBatch::hits() const {
 }
 
 void RayBatch::fill_hits(std::uint8_t byte) {
-  std::vector<Hit> pattern(chunks_.empty() ? 0 : chunks_[0].count);
+  if (chunks_.empty()) return;
+  std::vector<Hit> pattern(chunks_[0].count);
   std::memset(static_cast<void*>(pattern.data()), byte, pattern.size() * sizeof(Hit));
   for (Chunk& c : chunks_) c.hits.upload(std::span<const Hit>(pattern).first(c.count));
 }
