@@ -219,7 +219,7 @@ TEST_F(RayKinds, AViewOfNothingStartsNoRays) {
 
 // More rays than a dispatch takes on a CPU device, primary ones too: chunks join without a gap.
 TEST_F(RayKinds, LargeBatchesAreSplit) {
-  if (!engine_->device().is_cpu()) GTEST_SKIP() << "on this device it takes 2^25 rays";
+  if (!engine_->device().is_cpu()) GTEST_SKIP() << "on this device it takes 2^24 rays";
   const Made m = make(*engine_, "secondary", 1090, 1001);
   const std::size_t n = m.grounds.size();
   EXPECT_GT(n, 900000u);
