@@ -12,11 +12,13 @@ namespace ballot {
 
 enum class NodeLayout : std::uint32_t { Paper = LAYOUT_PAPER, Interleaved = LAYOUT_INTERLEAVED };
 
+enum class LeafFormat : std::uint32_t { Vertices = LEAVES_VERTICES, Affine = LEAVES_AFFINE };
+
 /// Texels are 16 bytes of bits (floats by their bit patterns). Formats: shaders/shared/layout.h.
 struct DeviceBvh {
   NodeLayout layout = NodeLayout::Interleaved;
   std::vector<glm::uvec4> nodes;     // pairs of siblings, four texels each; the root itself is not stored
-  std::vector<glm::uvec4> leaves;    // leaf blocks
+  std::vector<glm::uvec4> leaves;    // leaf blocks of LeafFormat::Vertices
   std::uint32_t root = END_OF_TREE;  // child reference of the root: END_OF_TREE (empty scene), a leaf, or texel 0
   std::uint32_t depth = 0;           // as BvhStats::depth
   Bounds bounds;
@@ -24,5 +26,9 @@ struct DeviceBvh {
 
 /// Throws Error(Work) if a texel index would not fit its field (2^28 texels of leaves, 2^31 of nodes).
 DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout);
+
+/// The leaf blocks in LeafFormat::Affine, at the same texels as bvh.leaves. Maps are computed in double and rounded once.
+/// Throws Error(Work) if the array would be too long for its indices (2^32 texels).
+std::vector<glm::uvec4> make_affine_leaves(const DeviceBvh& bvh);
 
 }  // namespace ballot

@@ -33,7 +33,7 @@ struct Judgement {
 };
 
 /// Whose rounding the judge allows for: the bound of the triangle test that made the answers.
-enum class Arithmetic { Woop, MoellerTrumbore };
+enum class Arithmetic { Woop, MoellerTrumbore, WoopAffine };
 
 class Oracle {
  public:

@@ -32,7 +32,7 @@
 #include <utility>
 
 #include "engine/bvh/oracle.h"
-#include "engine/bvh/oracle_walk.h"
+#include "engine/bvh/oracle_range.h"
 #include "engine/bvh/parallel.h"
 #include "engine/core/error.h"
 
@@ -45,16 +45,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kWeightSlack = 1e-5;  // u, v and 1 - u - v of any hit may lie outside of [0, 1] by this much
 constexpr std::size_t kRaysPerChunk = 4096;
 constexpr std::size_t kMaxExamples = 8;
-
-// What float32 arithmetic may make of a ray and a triangle.
-struct Range {
-  bool surely_hit = false, surely_missed = false;
-  double t = 0, t_error = 0;
-  double u = 0, v = 0, weight_error = kInfinity;
-
-  double t_low() const { return t - t_error; }
-  double t_high() const { return t + t_error; }
-};
 
 struct SideErrors {
   double side[3], sum;
@@ -125,12 +115,17 @@ void bound_values(const RayFrame& ray, const Sight& s, const SideErrors& e, Rang
   }
 }
 
-Range range_of(const RayFrame& ray, const Triangle& triangle) {
+Range woop_range(const RayFrame& ray, const Triangle& triangle) {
   const Sight s(ray, triangle);
   const SideErrors e = side_errors(ray, s);
   Range range;
   decide_sides(s, e, range);
   bound_values(ray, s, e, range);
+  return range;
+}
+
+Range range_of(const RayFrame& ray, const Triangle& triangle) {
+  Range range = ray.arithmetic == Arithmetic::WoopAffine ? affine_range(ray, triangle) : woop_range(ray, triangle);
   if (range.t_low() < ray.t_min || range.t_high() > ray.t_max) range.surely_hit = false;
   if (range.t_high() < ray.t_min || range.t_low() > ray.t_max) range.surely_missed = true;
   return range;

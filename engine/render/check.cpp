@@ -16,11 +16,6 @@ bool untouched(const Hit& hit) {
   return std::memcmp(&hit, &pattern, sizeof hit) == 0;
 }
 
-/// Whose rounding the judge allows for.
-Arithmetic arithmetic_of(std::string_view numeric) {
-  return find_numeric(numeric).conservative ? Arithmetic::Woop : Arithmetic::MoellerTrumbore;
-}
-
 }  // namespace
 
 HitChecker::HitChecker(Tracer& tracer, Batches& batches)
@@ -36,7 +31,7 @@ HitCheck HitChecker::check(RayBatch& batch, const Truth& truth, const Query& que
   batch.fill_hits(kPattern);
   batches_.trace(batch, query);
   const std::vector<Hit> hits = batch.hits();
-  return {oracle_.judge(truth.rays, hits, truth.hits, batch.want(), arithmetic_of(query.numeric)),
+  return {oracle_.judge(truth.rays, hits, truth.hits, batch.want(), find_numeric(query.numeric).arithmetic),
           std::uint64_t(std::ranges::count_if(hits, untouched))};
 }
 

@@ -78,6 +78,11 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) {
        f.select_minmax = choose<int>(v, k, {"0", "1"}) != 0;
      }},
+    {{"products", "split, float64, fma",
+      "watertight: how the exact signs of edge functions are found; fma is wrong where fma() rounds twice"},
+     [](F& f, V v, const K& k) {
+       f.products = choose<Products>(v, k, {"split", "float64", "fma"});
+     }},
     {{"launch", "plain, persistent", "one invocation a ray, or resident subgroups that take batches"},
      [](F& f, V v, const K& k) {
        f.launch = choose<Launch>(v, k, {"plain", "persistent"});
@@ -135,6 +140,8 @@ std::string describe(const Formulation& f, const Method& method) {
                         f.packet_stack == PacketStack::Lanes ? "lanes" : "shared", int(f.cooperative));
   if (method.own_stack) text += fmt::format(" stack={}", f.stack == StackPlace::Shared ? "shared" : "private");
   if (method.lists) text += fmt::format(" list={}", f.list);
+  constexpr const char* products[] = {"split", "float64", "fma"};
+  text += fmt::format(" products={}", products[int(f.products)]);
   text += fmt::format(" select_minmax={} launch={} workgroup={}", int(f.select_minmax),
                       f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
   if (f.launch == Launch::Persistent) text += fmt::format(" batches={} lanes={}", f.batches, f.resident_lanes);

@@ -19,6 +19,7 @@ enum class StackPlace : int { Private = STACK_PRIVATE, Shared = STACK_SHARED };
 enum class PacketStack : int { Shared = PACKET_STACK_SHARED, Lanes = PACKET_STACK_LANES };
 enum class Vote : int { Any = VOTE_ANY, Count = VOTE_COUNT, Sum = VOTE_SUM };
 std::string_view vote_name(Vote vote);  // as knob vote takes it
+enum class Products : int { Split = PRODUCTS_SPLIT, Float64 = PRODUCTS_FLOAT64, Fma = PRODUCTS_FMA };
 enum class Launch : int { Plain = LAUNCH_PLAIN, Persistent = LAUNCH_PERSISTENT };
 
 struct Formulation {
@@ -28,12 +29,13 @@ struct Formulation {
   Vote vote = Vote::Count;
   Launch launch = Launch::Plain;
   NodeLayout layout = NodeLayout::Interleaved;
-  bool cooperative = false;            // packets: four lanes load a pair and shuffle it round
-  bool subgroup_barrier = true;        // packets: subgroupBarrier() after shared memory; else a memory barrier alone
-  bool select_minmax = false;          // min and max by comparison instead of the built-in functions
-  std::uint32_t workgroup = 64;        // invocations; a multiple of the subgroup
-  std::uint32_t subgroup = 0;          // required subgroup size; 0: the device's own
-  std::uint32_t batches = 0xFFFFFFFF;  // persistent: batches that a subgroup takes at most in one dispatch
+  Products products = Products::Split;  // watertight: how differences of products are computed
+  bool cooperative = false;             // packets: four lanes load a pair and shuffle it round
+  bool subgroup_barrier = true;         // packets: subgroupBarrier() after shared memory; else a memory barrier alone
+  bool select_minmax = false;           // min and max by comparison instead of the built-in functions
+  std::uint32_t workgroup = 64;         // invocations; a multiple of the subgroup
+  std::uint32_t subgroup = 0;           // required subgroup size; 0: the device's own
+  std::uint32_t batches = 0xFFFFFFFF;   // persistent: batches that a subgroup takes at most in one dispatch
   std::uint32_t resident_lanes = 1u << 18;  // persistent: invocations launched at most
   double threshold = 0;                     // of methods that have one: a share of the subgroup, or a count
   std::uint32_t list = 16;                  // methods with lists: nodes that a ray can put aside

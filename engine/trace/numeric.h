@@ -1,23 +1,30 @@
-// Every numeric mode there is: a line here and a file shaders/lib/numeric_<name>.glsl, included by
-// shaders/lib/numeric.glsl.
+// Every numeric mode there is: a line here, made of a triangle test and a box test (shaders/lib/triangle_*.glsl and
+// box_*.glsl, included by shaders/lib/numeric.glsl) and of the leaf format that the triangle test reads.
 #pragma once
 
 #include <string_view>
 
+#include "engine/bvh/device_bvh.h"
+#include "engine/bvh/oracle.h"
 #include "shaders/shared/variant.h"
 
 namespace ballot {
 
 struct NumericMode {
   std::string_view name;
-  int value;          // BALLOT_NUMERIC
-  bool conservative;  // answers are equal bit for bit over methods, orders, subgroup and workgroup sizes
+  int triangle, box;  // BALLOT_TRIANGLE, BALLOT_BOX
+  LeafFormat leaves;
+  Arithmetic arithmetic;  // whose rounding the judge allows for
+  bool conservative;      // answers are equal bit for bit over methods, orders, subgroup and workgroup sizes, and trees
   std::string_view summary;
 };
 
 inline constexpr NumericMode kNumericModes[] = {
-    {"plain", NUMERIC_PLAIN, false, "Moeller-Trumbore, boxes as they are; rays can slip between triangles"},
-    {"watertight", NUMERIC_WATERTIGHT, true,
+    {"fast", TRIANGLE_WOOP_AFFINE, BOX_FMA, LeafFormat::Affine, Arithmetic::WoopAffine, false,
+     "Woop's affine maps, boxes by multiply-add; least work, least precise far from the origin"},
+    {"plain", TRIANGLE_MOELLER, BOX_SLABS, LeafFormat::Vertices, Arithmetic::MoellerTrumbore, false,
+     "Moeller-Trumbore, boxes as they are; rays can slip between triangles"},
+    {"watertight", TRIANGLE_WATERTIGHT, BOX_PADDED, LeafFormat::Vertices, Arithmetic::Woop, true,
      "Woop, Benthin and Wald, padded boxes; no ray slips through a closed mesh"},
 };
 inline constexpr std::string_view kDefaultNumeric = "watertight";

@@ -12,24 +12,49 @@ Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles
 
 Tracer::~Tracer() = default;
 
+namespace {
+
+Access access_for(Fetch fetch) {
+  switch (fetch) {
+    case Fetch::Texel:
+      return Access::Texel;
+    case Fetch::Reference:
+      return Access::Address;
+    case Fetch::Storage:
+      break;
+  }
+  return Access::Storage;
+}
+
+}  // namespace
+
 const DeviceBvh& Tracer::device_bvh(NodeLayout layout) {
   auto found = layouts_.find(layout);
   if (found == layouts_.end()) found = layouts_.emplace(layout, make_device_bvh(bvh_, triangles_, layout)).first;
   return found->second;
 }
 
-const Tracer::SceneBuffers& Tracer::scene_buffers(NodeLayout layout, Fetch fetch) {
+const Tracer::Texels& Tracer::node_buffer(NodeLayout layout, Fetch fetch) {
   const auto key = std::pair(layout, fetch);
-  auto found = buffers_.find(key);
-  if (found != buffers_.end()) return found->second;
+  auto found = node_buffers_.find(key);
+  if (found != node_buffers_.end()) return found->second;
   const DeviceBvh& bvh = device_bvh(layout);
-  const Access access = fetch == Fetch::Texel       ? Access::Texel
-                        : fetch == Fetch::Reference ? Access::Address
-                                                    : Access::Storage;
-  SceneBuffers made{{gpu_, bvh.nodes.size(), access, "bvh nodes"}, {gpu_, bvh.leaves.size(), access, "bvh leaves"}};
-  made.nodes.upload(bvh.nodes);
-  made.leaves.upload(bvh.leaves);
-  return buffers_.emplace(key, std::move(made)).first->second;
+  Texels made(gpu_, bvh.nodes.size(), access_for(fetch), "bvh nodes");
+  made.upload(bvh.nodes);
+  return node_buffers_.emplace(key, std::move(made)).first->second;
+}
+
+const Tracer::Texels& Tracer::leaf_buffer(LeafFormat format, Fetch fetch) {
+  const auto key = std::pair(format, fetch);
+  auto found = leaf_buffers_.find(key);
+  if (found != leaf_buffers_.end()) return found->second;
+  const DeviceBvh& bvh = layouts_.empty() ? device_bvh(NodeLayout::Interleaved) : layouts_.begin()->second;
+  const std::vector<glm::uvec4> affine =
+      format == LeafFormat::Affine ? make_affine_leaves(bvh) : std::vector<glm::uvec4>();
+  const std::vector<glm::uvec4>& texels = format == LeafFormat::Affine ? affine : bvh.leaves;
+  Texels made(gpu_, texels.size(), access_for(fetch), "bvh leaves");
+  made.upload(texels);
+  return leaf_buffers_.emplace(key, std::move(made)).first->second;
 }
 
 Variant Tracer::variant(const Query& query, bool counters) const {
@@ -42,11 +67,12 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   const std::string key = fmt::format("{} subgroup={}", v.kernel_name(), v.how.subgroup);
   auto found = pipelines_.find(key);
   if (found != pipelines_.end()) return found->second;
-  const SceneBuffers& scene = scene_buffers(v.how.layout, v.how.fetch);
-  Pipeline made{std::make_unique<Kernel>(gpu_, kernel_source(v, gpu_.info(), bvh_.stats.depth)), &scene};
+  const Texels& nodes = node_buffer(v.how.layout, v.how.fetch);
+  const Texels& leaves = leaf_buffer(v.numeric->leaves, v.how.fetch);
+  Pipeline made{std::make_unique<Kernel>(gpu_, kernel_source(v, gpu_.info(), bvh_.stats.depth)), &nodes, &leaves};
   if (v.how.fetch != Fetch::Reference) {
-    made.kernel->bind(BIND_NODES, scene.nodes);
-    made.kernel->bind(BIND_LEAVES, scene.leaves);
+    made.kernel->bind(BIND_NODES, nodes);
+    made.kernel->bind(BIND_LEAVES, leaves);
   }
   made.kernel->bind(BIND_WORK, work_);
   gpu_.save_pipeline_cache();
@@ -104,10 +130,10 @@ Work Tracer::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std
   push.root = root;
   push.max_batches = f.batches;
   push.threshold = f.threshold_lanes(*job.variant.method);
-  push.nodes_lo = std::uint32_t(p.scene->nodes.address());
-  push.nodes_hi = std::uint32_t(p.scene->nodes.address() >> 32);
-  push.leaves_lo = std::uint32_t(p.scene->leaves.address());
-  push.leaves_hi = std::uint32_t(p.scene->leaves.address() >> 32);
+  push.nodes_lo = std::uint32_t(p.nodes->address());
+  push.nodes_hi = std::uint32_t(p.nodes->address() >> 32);
+  push.leaves_lo = std::uint32_t(p.leaves->address());
+  push.leaves_hi = std::uint32_t(p.leaves->address() >> 32);
   Work total{0, 0};
   while (push.ray_begin < count) {
     push.ray_end = count;

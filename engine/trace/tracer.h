@@ -57,12 +57,10 @@ class Tracer {
   std::optional<std::uint8_t> prefill;
 
  private:
-  struct SceneBuffers {
-    Buffer<glm::uvec4> nodes, leaves;
-  };
+  using Texels = Buffer<glm::uvec4>;
   struct Pipeline {
     std::unique_ptr<Kernel> kernel;
-    const SceneBuffers* scene;
+    const Texels *nodes, *leaves;
   };
   /// What one query runs: kernels are shared by queries that differ in thresholds only.
   struct Job {
@@ -72,7 +70,8 @@ class Tracer {
 
   Pipeline& pipeline(const Variant& variant);
   Job job(const Query& query, bool counters = false);
-  const SceneBuffers& scene_buffers(NodeLayout layout, Fetch fetch);
+  const Texels& node_buffer(NodeLayout layout, Fetch fetch);
+  const Texels& leaf_buffer(LeafFormat format, Fetch fetch);
   std::uint32_t groups_for(const Formulation& f, std::uint32_t rays) const;
   Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push, TraceTimes& times);
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
@@ -84,7 +83,8 @@ class Tracer {
   const Bvh& bvh_;
   std::span<const Triangle> triangles_;
   std::map<NodeLayout, DeviceBvh> layouts_;
-  std::map<std::pair<NodeLayout, Fetch>, SceneBuffers> buffers_;
+  std::map<std::pair<NodeLayout, Fetch>, Texels> node_buffers_;  // what a query needs, on first use
+  std::map<std::pair<LeafFormat, Fetch>, Texels> leaf_buffers_;
   std::map<std::string, Pipeline> pipelines_;
   Buffer<Work> work_;
 };

@@ -24,6 +24,8 @@ const Row kRows[] = {
        f.select_minmax = true;  // measured in shaders/lib/box.glsl
        f.cooperative = true;
      }},
+    // fma() is one instruction that rounds once (device test Vulkan.FmaRoundsOnceWhereTheTuningTableSaysSo).
+    {VK_DRIVER_ID_NVIDIA_PROPRIETARY, 0, 0xFFFFFFFF, [](const Method&, Formulation& f) { f.products = Products::Fma; }},
 };
 
 void use_what_there_is(Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
@@ -40,6 +42,8 @@ void use_what_there_is(Formulation& f, const DeviceInfo& d, const Knobs& knobs) 
       fail(Failure::Arguments, "--knob fetch=reference: {} has no buffer device address", d.name);
     f.fetch = Fetch::Storage;
   }
+  if (!d.float64 && f.products == Products::Float64)
+    fail(Failure::Arguments, "--knob products=float64: {} has no shaderFloat64", d.name);
 }
 
 /// Knobs that would silently do nothing, or that a method cannot follow.
@@ -82,6 +86,7 @@ Formulation formulation_for(const Method& method, const DeviceInfo& device, cons
   f.stack = wants.stack;
   f.launch = wants.launch;
   f.threshold = method.threshold.standard;
+  f.products = device.float64 ? Products::Float64 : Products::Split;
   f.packet_stack = device.shuffle ? PacketStack::Lanes : PacketStack::Shared;
   for (const Row& row : kRows) {
     const std::uint32_t version = device.mesa_version();

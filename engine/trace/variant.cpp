@@ -39,7 +39,9 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
   source.group_size = f.workgroup;
   source.subgroup_size = f.subgroup;
   source.defines = {{"BALLOT_ANY_HIT", variant.want == Want::Any},
-                    {"BALLOT_NUMERIC", variant.numeric->value},
+                    {"BALLOT_TRIANGLE", variant.numeric->triangle},
+                    {"BALLOT_BOX", variant.numeric->box},
+                    {"BALLOT_PRODUCTS", int(f.products)},
                     {"BALLOT_FETCH", int(f.fetch)},
                     {"BALLOT_LAYOUT", int(f.layout)},
                     {"BALLOT_STACK", int(f.stack)},

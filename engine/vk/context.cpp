@@ -165,7 +165,10 @@ void Context::create_device() {
   const auto extensions = optional_extensions(physical_);
   VkDeviceCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+  VkPhysicalDeviceFeatures core{};
+  core.shaderFloat64 = info_.float64;
   create.pNext = &v12;
+  create.pEnabledFeatures = &core;
   create.queueCreateInfoCount = 1;
   create.pQueueCreateInfos = &queue;
   create.enabledExtensionCount = std::uint32_t(extensions.size());

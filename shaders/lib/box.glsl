@@ -1,12 +1,9 @@
-// Ray against axis-aligned box, by slabs.
+// What the box tests share.
 //
 // The rule for direction components: one whose magnitude is below 2^-60 of the largest, zero, negative zero and denormals
 // included, counts as that magnitude with its sign (+ for either zero). Over any distance inside the scene this moves the
-// ray by less than 2^-59 of the scene's extent, which the padding of the watertight mode covers. The reciprocal is then
-// finite, never 0 * infinity, so no NaN arises from finite boxes; dead rays (layout.h) never get here.
-//
-// Monotone: every step rounds, and rounding is monotone, so a box inside another gets an interval inside the other's, exactly.
-// Padding is part of the origins, once a ray: (lo - (o + e)) * inv and (hi - (o - e)) * inv.
+// ray by less than 2^-59 of the scene's extent. The reciprocal is then finite, never 0 * infinity, so no NaN arises from
+// finite boxes; rays with NaN or infinite components are dead (layout.h) and never get here.
 
 #if BALLOT_SELECT_MINMAX
 // lavapipe's min and max look after NaN, of which there is none here; a comparison and a blend take less. Times as fast, on
@@ -23,25 +20,24 @@ vec3 smaller(vec3 a, vec3 b) { return min(a, b); }
 vec3 larger(vec3 a, vec3 b) { return max(a, b); }
 #endif
 
-struct Slabs {
-  vec3 lo_origin, hi_origin, inv;
-};
-
-Slabs make_slabs(Ray ray) {
-  vec3 a = abs(ray.dir);
+// 1 / direction by the rule above. The clamp is for directions so short that it would overflow.
+vec3 reciprocal_direction(vec3 dir) {
+  vec3 a = abs(dir);
   precise float smallest = max(a.x, max(a.y, a.z)) * 8.67e-19;
-  vec3 d = mix(ray.dir, mix(vec3(smallest), vec3(-smallest), lessThan(ray.dir, vec3(0.0))), lessThan(a, vec3(smallest)));
-  vec3 e = box_padding(ray);
-  precise vec3 lo_origin = ray.origin + e, hi_origin = ray.origin - e;
+  vec3 d = mix(dir, mix(vec3(smallest), vec3(-smallest), lessThan(dir, vec3(0.0))), lessThan(a, vec3(smallest)));
   precise vec3 inv = clamp(1.0 / d, vec3(-1e38), vec3(1e38));
-  return Slabs(lo_origin, hi_origin, inv);
+  return inv;
 }
 
-// The interval of t in which the ray is inside, as [entry, exit], cut to [t_min, t_max]; empty if entry > exit.
-vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
-  precise vec3 a = (lo - s.lo_origin) * s.inv;
-  precise vec3 b = (hi - s.hi_origin) * s.inv;
+// From t at both planes of each axis.
+vec2 cut_interval(vec3 a, vec3 b, float t_min, float t_max) {
   vec3 near = smaller(a, b), far = larger(a, b);
   return vec2(larger(larger(near.x, near.y), larger(near.z, t_min)),
               smaller(smaller(far.x, far.y), smaller(far.z, t_max)));
+}
+
+// The largest distance along an axis between a point of the scene and the ray's origin; rounded, so up to 2^-24 too small.
+float scene_reach(vec3 origin) {
+  vec3 far = max(abs(push.scene_lo - origin), abs(push.scene_hi - origin));
+  return max(far.x, max(far.y, far.z));
 }

@@ -1,5 +1,5 @@
-// One ray against one leaf. A leaf's triangles are tested only if the ray meets the leaf's own box, whoever else of the
-// subgroup does; whether a triangle's t then counts in this leaf is the numeric mode's rule (settle_t).
+// One ray against one leaf. The leaf's own box is tested again: since it was put on a stack the ray may have found a hit nearer
+// than all that the leaf holds, and rays of a packet come to leaves that they do not meet.
 
 // Ray state that every method carries.
 struct Walker {
@@ -33,38 +33,34 @@ Walker make_walker(Ray ray) {
 
 // Entry of the box if the ray meets it no later than its nearest hit so far.
 bool meets(Walker w, vec3 lo, vec3 hi, out float entry) {
-  vec2 i = box_interval(w.slabs, lo, hi, w.ray.t_min, w.hit.t);
+  vec2 i = box_interval(w.slabs, lo, hi, w.ray.t_min, reach(w.space, w.hit));
   entry = i.x;
   return i.x <= i.y;
 }
 
-void consider(inout Walker w, uint prim, vec3 v0, vec3 v1, vec3 v2, vec2 interval) {
-  float t, t_error, u, v;
-  bool hit = hit_triangle(w.ray, w.space, v0, v1, v2, t, t_error, u, v);
-  hit = hit && t >= w.ray.t_min && t <= w.ray.t_max;
-  hit = settle_t(t, t_error, interval) && hit;
-  if (hit && (t < w.hit.t || (t == w.hit.t && prim < w.hit.prim))) w.hit = Hit(t, prim, u, v);
+void consider(inout Walker w, uint block, uint i) {
+  float t, u, v;
+  bool hit = hit_triangle(w.ray, w.space, block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS, t, u, v);
+  if (hit && may_count(w.space, t, w.ray, w.hit)) {
+    uint prim = triangle_prim(block, i);
+    if (nearer(w.space, t, prim, w.hit)) w.hit = Hit(t, prim, u, v);
+  }
 }
 
-// Whether this ray's walk reaches the leaf: by the nearest hit so far, but with an interval that does not depend on it.
-bool meets_leaf(Walker w, uvec4 lo, uvec4 hi, out vec2 interval) {
-  interval = box_interval(w.slabs, uintBitsToFloat(lo.xyz), uintBitsToFloat(hi.xyz), w.ray.t_min, w.ray.t_max);
-  return interval.x <= interval.y && interval.x <= w.hit.t;
+bool meets_leaf(Walker w, uint block) {
+  float entry;
+  return meets(w, uintBitsToFloat(leaf_texel(block).xyz), uintBitsToFloat(leaf_texel(block + 1u).xyz), entry);
 }
 
 void visit_leaf(inout Walker w, uint leaf, bool live) {
-  uint texel = leaf & LEAF_TEXEL_MASK, count = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
+  uint block = leaf & LEAF_TEXEL_MASK, count = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
   COUNT_LEAF(live, count)
-  vec2 interval;
-  bool inside = meets_leaf(w, leaf_texel(texel), leaf_texel(texel + 1u), interval) && live;
+  bool inside = live && meets_leaf(w, block);
   uint i = 0u;
   if (inside) {
-    texel += LEAF_HEADER_TEXELS;
     do {
-      uvec4 a = leaf_texel(texel), b = leaf_texel(texel + 1u), c = leaf_texel(texel + 2u);
-      consider(w, a.w, uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), uintBitsToFloat(c.xyz), interval);
+      consider(w, block, i);
       COUNT_TRIANGLE()
-      texel += TRIANGLE_TEXELS;
       ++i;
     } while (i < count);
     w.truncated = w.truncated || i < count;

@@ -1,15 +1,36 @@
-// The numeric modes: arithmetic of boxes and triangles. A new mode is one file here and one line in engine/trace/numeric.h.
+// The numeric modes: the arithmetic of boxes and triangles. A mode is a line in engine/trace/numeric.h that names a triangle
+// test, a box test and a leaf format, each of which is one file.
 //
-// Every mode gives
-//   RaySpace   what is computed once a ray
+// A triangle test (lib/triangle_*.glsl) gives
+//   RaySpace                           what is computed once a ray, and what the test keeps of the nearest hit
 //   make_ray_space(ray) -> RaySpace
-//   hit_triangle(ray, space, v0, v1, v2, out t, out t_error, out u, out v) -> bool
-//   settle_t(inout t, t_error, interval) -> bool   whether a hit counts in a leaf whose box the ray meets in interval, and
-//                                                  the t that it gets there
-//   box_padding(ray) -> vec3                       see lib/box.glsl
-#if BALLOT_NUMERIC == NUMERIC_WATERTIGHT
-#include "numeric_watertight.glsl"
-#else
-#include "numeric_plain.glsl"
-#endif
+//   hit_triangle(ray, inout space, texel, out t, out u, out v) -> bool
+//                                      the triangle whose texels start there, any t; NaN counts as no hit
+//   triangle_prim(block, i) -> uint    of the i-th triangle of a leaf's block
+//   may_count(space, t, ray, best) -> bool         whether the hit that was just found lies in the ray's range and may be nearer
+//                                      than the best so far
+//   nearer(inout space, t, prim, best) -> bool     whether it is nearer: by t, among equal t by prim
+//   reach(space, best) -> float        a t that the nearest hit is surely not beyond; what lies behind it is culled
+//
+// A box test (lib/box_*.glsl) gives
+//   Slabs                              what is computed once a ray
+//   make_slabs(ray) -> Slabs
+//   box_interval(slabs, lo, hi, t_min, t_max) -> vec2
+//                                      where the ray is inside, as [entry, exit], cut to [t_min, t_max]; empty if entry > exit
 #include "box.glsl"
+
+#if BALLOT_BOX == BOX_PADDED
+#include "box_padded.glsl"
+#elif BALLOT_BOX == BOX_FMA
+#include "box_fma.glsl"
+#else
+#include "box_slabs.glsl"
+#endif
+
+#if BALLOT_TRIANGLE == TRIANGLE_WATERTIGHT
+#include "triangle_watertight.glsl"
+#elif BALLOT_TRIANGLE == TRIANGLE_WOOP_AFFINE
+#include "triangle_woop_affine.glsl"
+#else
+#include "triangle_moeller.glsl"
+#endif

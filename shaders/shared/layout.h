@@ -59,8 +59,13 @@ BALLOT_RECORD(BvhNode, 32);
 #define END_OF_TREE 0xFFFFFFFFu
 #define MAX_LEAF_TRIANGLES 6
 
-// A leaf block: two texels of the leaf's own box (lo.xyz, count), (hi.xyz, 0), then three texels a triangle:
-// (v0.xyz, prim), (v1.xyz, 0), (v2.xyz, 0).
+// A leaf block: two texels of the leaf's own box, (lo.xyz, count), (hi.xyz, x), then three texels a triangle, in a format
+// that the triangle test asks for.
+//   LEAVES_VERTICES  (v0.xyz, prim), (v1.xyz, 0), (v2.xyz, 0); x = 0
+//   LEAVES_AFFINE    the rows z, x, y of the affine map that takes v0, v1, v2 to (0,0,0), (1,0,0), (0,1,0), all zero for a
+//                    degenerate triangle; x is the texel where the block's prims begin, four a texel, behind all blocks
+#define LEAVES_VERTICES 0
+#define LEAVES_AFFINE 1
 #define LEAF_HEADER_TEXELS 2
 #define TRIANGLE_TEXELS 3
 

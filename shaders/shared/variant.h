@@ -40,9 +40,18 @@
 #define LAUNCH_PLAIN 0       // one ray an invocation, the device schedules
 #define LAUNCH_PERSISTENT 1  // subgroups take batches from a counter until none is left (Aila and Laine 2009)
 
-// BALLOT_NUMERIC: see lib/numeric.glsl.
-#define NUMERIC_PLAIN 0
-#define NUMERIC_WATERTIGHT 1
+// BALLOT_TRIANGLE and BALLOT_BOX: what a numeric mode is made of; see lib/numeric.glsl.
+#define TRIANGLE_MOELLER 0
+#define TRIANGLE_WOOP_AFFINE 1
+#define TRIANGLE_WATERTIGHT 2
+#define BOX_SLABS 0
+#define BOX_FMA 1
+#define BOX_PADDED 2
+
+// BALLOT_PRODUCTS: how differences of products are computed without cancellation; see lib/products.glsl.
+#define PRODUCTS_SPLIT 0    // every operation rounds once
+#define PRODUCTS_FLOAT64 1  // shaderFloat64
+#define PRODUCTS_FMA 2      // fma() rounds once
 
 // Hit::prim of a ray whose traversal the driver cut short (see lib/main.glsl); never leaves the tracer.
 #define UNFINISHED 0xFFFFFFFEu
@@ -97,7 +106,7 @@ BALLOT_RECORD(RayStats, 72);
 
 #ifndef __cplusplus
 #if !defined(BALLOT_FETCH) || !defined(BALLOT_STACK) || !defined(BALLOT_PACKET_STACK) || !defined(BALLOT_VOTE) || \
-    !defined(BALLOT_LAUNCH) || !defined(BALLOT_NUMERIC) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
+    !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
     !defined(BALLOT_SELECT_MINMAX) || !defined(BALLOT_COUNTERS)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)

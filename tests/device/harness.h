@@ -76,11 +76,6 @@ inline std::vector<Knobs> every_size(const DeviceInfo& d) {
   return all;
 }
 
-/// Whose rounding the judge allows a numeric mode.
-inline Arithmetic arithmetic_of(std::string_view numeric) {
-  return find_numeric(numeric).conservative ? Arithmetic::Woop : Arithmetic::MoellerTrumbore;
-}
-
 inline std::size_t count_untouched(std::span<const Hit> hits) {
   Hit pattern;
   std::memset(static_cast<void*>(&pattern), kPattern, sizeof pattern);

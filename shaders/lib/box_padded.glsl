@@ -1,0 +1,35 @@
+// Box test "padded": subtract, then multiply, with planes moved outwards by a bound of all rounding, so that no box culls a
+// triangle that the watertight test accepts.
+//
+// After: Thiago Ize. Robust BVH Ray Traversal. JCGT 2(2), 2013. Differs: there the interval's exit is scaled by 1 + 2 gamma_3,
+// which covers the box's own rounding; here the triangle test's error is covered too, which is absolute, so planes move.
+//
+// Monotone: every step rounds, and rounding is monotone, so a box inside another gets an interval inside the other's, exactly.
+// Padding is part of the origins, once a ray: (lo - (o + e)) * inv and (hi - (o - e)) * inv.
+//
+// The bound. Let M be at least |p - o| on every axis for p in the scene, w = 2^-24, and to first order. The triangle test
+// (lib/triangle_watertight.glsl) decides exactly on a triangle whose vertices are moved by at most 10 w M across the ray's
+// main axis (after the shear) and 7 w M along it, and finds t of the point where the ray meets that moved triangle to within
+// 15 w M over the main component of the direction. The point q of the unmoved triangle with the same weights then lies, on
+// each axis, within 10 + 7 + 15 = 32 w M of the point at t on the ray (the shear's factors are at most 1, and so is any
+// component of the direction over the main one). q lies in some leaf's box, for leaves cover their triangles. The slab test
+// moves a plane by w M (subtraction) + 5 w M (division, 2.5 ulp: Vulkan, "Precision and operation of SPIR-V instructions") +
+// w M (product). The sum is 39 w M; 48 w M leave room for terms of second order, M's own rounding and the clamp of small
+// directions (box.glsl, 2^-59 M). o -+ e itself rounds by w |o -+ e|: 2 w |o| and the room cover it. Hence the entry of that
+// box, and of every box around it, is at most t: whatever the walk met before, it reaches the leaf unless it has a hit
+// nearer than t. So hits depend neither on the order of the walk nor on the tree.
+
+struct Slabs {
+  vec3 lo_origin, hi_origin, inv;
+};
+
+Slabs make_slabs(Ray ray) {
+  precise vec3 e = vec3(2.87e-6 * scene_reach(ray.origin)) + 1.25e-7 * abs(ray.origin);
+  precise vec3 lo_origin = ray.origin + e, hi_origin = ray.origin - e;
+  return Slabs(lo_origin, hi_origin, reciprocal_direction(ray.dir));
+}
+
+vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
+  precise vec3 a = (lo - s.lo_origin) * s.inv, b = (hi - s.hi_origin) * s.inv;
+  return cut_interval(a, b, t_min, t_max);
+}

@@ -1,0 +1,14 @@
+// Box test "slabs": subtract, then multiply; boxes as they are. Conservative to within rounding only: a ray along a face of a
+// box may miss what lies in that face.
+//
+// Source: Timothy L. Kay, James T. Kajiya. Ray Tracing Complex Scenes. SIGGRAPH 1986.
+
+struct Slabs {
+  vec3 origin, inv;
+};
+
+Slabs make_slabs(Ray ray) { return Slabs(ray.origin, reciprocal_direction(ray.dir)); }
+
+vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
+  return cut_interval((lo - s.origin) * s.inv, (hi - s.origin) * s.inv, t_min, t_max);
+}

@@ -1,0 +1,9 @@
+// How hits are ordered by tests whose t is final: by t, among equal t by prim.
+
+bool may_count(RaySpace space, float t, Ray ray, Hit best) { return t >= ray.t_min && t <= best.t; }
+
+bool nearer(inout RaySpace space, float t, uint prim, Hit best) {
+  return t < best.t || (t == best.t && prim < best.prim);
+}
+
+float reach(RaySpace space, Hit best) { return best.t; }

@@ -1,0 +1,33 @@
+// Triangle test "woop-affine": each triangle carries the affine map that takes it to the unit triangle (0,0,0) (1,0,0)
+// (0,1,0); the ray is mapped and meets the plane z = 0. 48 bytes a triangle and the fewest operations.
+//
+// Source: Sven Woop. A Ray Tracing Hardware Architecture for Dynamic Scenes. Saarland University, 2004, as used by
+// Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009.
+// Not watertight: neighbours see a shared edge through different maps. The map is about the scene's origin, so t loses digits
+// for rays that start near their hit and far from there.
+//
+// A degenerate triangle has a map of zeros (LEAVES_AFFINE in shared/layout.h): its dir_z is 0, which is no hit.
+
+struct RaySpace {
+  uint unused;
+};
+
+RaySpace make_ray_space(Ray ray) { return RaySpace(0u); }
+
+#include "nearer.glsl"
+
+uint triangle_prim(uint block, uint i) {
+  uint prims = leaf_texel(block + 1u).w;
+  return leaf_texel(prims + i / 4u)[i % 4u];
+}
+
+bool hit_triangle(Ray ray, inout RaySpace space, uint texel, out float t, out float u, out float v) {
+  vec4 z = uintBitsToFloat(leaf_texel(texel)), x = uintBitsToFloat(leaf_texel(texel + 1u)),
+       y = uintBitsToFloat(leaf_texel(texel + 2u));
+  float dir_z = dot(ray.dir, z.xyz);
+  t = -(dot(ray.origin, z.xyz) + z.w) / dir_z;
+  vec3 p = ray.origin + t * ray.dir;
+  u = dot(p, x.xyz) + x.w;
+  v = dot(p, y.xyz) + y.w;
+  return dir_z != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0;
+}
