@@ -4,9 +4,9 @@
 // u = 2^-24, subtractions, additions and products rounded once and divisions within 2.5 ulp (Vulkan's limit), that is
 // 5u.
 //
-// Vertices. x = fl(a - fl(s * c)) with a = fl(v - o)[kx], c = fl(v - o)[kz], |s| <= 1 from a division. Let M be the
-// largest |v - o| of the triangle along an axis. a is off by uM; s * c by u (of c) + 5u (of s) + u (of the product)
-// times M; the difference, at most 2M, by 2uM: 10uM. lateral = 16uM leaves room for terms of second order and for an
+// Vertices. x = fl(a - fl(s * c)) with a = fl(v - o)[kx], c = fl(v - o)[kz], |s| <= 1, the product of a component and a
+// reciprocal. Let M be the largest |v - o| of the triangle along an axis. a is off by uM; s * c by u (of c) + 6u (of s) +
+// u (of the product) times M; the difference, at most 2M, by 2uM: 11uM. lateral = 16uM leaves room for terms of second order and for an
 // origin that is moved by a fused rounding.
 //
 // Edge functions. U = fl(Cx * By - Cy * Bx) moves by lateral * (|Bx| + |By| + |Cx| + |Cy|) + 2 lateral^2 when its
@@ -185,7 +185,9 @@ Opinion judge_hit(const DeviceBvh& bvh, const RayFrame& ray, const Hit& answer, 
   if (answer.prim == truth.prim) return {Verdict::Same, share};
   if (truth.prim == NO_HIT) return {Verdict::Tie};
   if (want == Want::Any) return {Verdict::Same, share};
-  if (has_earlier_twin(bvh, ray, answer.prim, triangle)) return {Verdict::WrongPrim};
+  // Twins have one t, but boxes by multiply-add may cull one of them at that very t.
+  if (ray.arithmetic != Arithmetic::WoopAffine && has_earlier_twin(bvh, ray, answer.prim, triangle))
+    return {Verdict::WrongPrim};
   return {surely_nearer(bvh, ray, answer.t) ? Verdict::WrongPrim : Verdict::Tie};
 }
 

@@ -24,7 +24,7 @@ const Row kRows[] = {
        f.select_minmax = true;  // measured in shaders/lib/box.glsl
        f.cooperative = true;
      }},
-    // fma() is one instruction that rounds once (device test Vulkan.FmaRoundsOnceWhereTheTuningTableSaysSo).
+    // fma() is one instruction that rounds once (device test ProductsTest.KeepTheExactSign).
     {VK_DRIVER_ID_NVIDIA_PROPRIETARY, 0, 0xFFFFFFFF, [](const Method&, Formulation& f) { f.products = Products::Fma; }},
 };
 

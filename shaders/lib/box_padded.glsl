@@ -8,13 +8,13 @@
 // Padding is part of the origins, once a ray: (lo - (o + e)) * inv and (hi - (o - e)) * inv.
 //
 // The bound. Let M be at least |p - o| on every axis for p in the scene, w = 2^-24, and to first order. The triangle test
-// (lib/triangle_watertight.glsl) decides exactly on a triangle whose vertices are moved by at most 10 w M across the ray's
+// (lib/triangle_watertight.glsl) decides exactly on a triangle whose vertices are moved by at most 11 w M across the ray's
 // main axis (after the shear) and 7 w M along it, and finds t of the point where the ray meets that moved triangle to within
 // 15 w M over the main component of the direction. The point q of the unmoved triangle with the same weights then lies, on
-// each axis, within 10 + 7 + 15 = 32 w M of the point at t on the ray (the shear's factors are at most 1, and so is any
+// each axis, within 11 + 7 + 15 = 33 w M of the point at t on the ray (the shear's factors are at most 1, and so is any
 // component of the direction over the main one). q lies in some leaf's box, for leaves cover their triangles. The slab test
 // moves a plane by w M (subtraction) + 5 w M (division, 2.5 ulp: Vulkan, "Precision and operation of SPIR-V instructions") +
-// w M (product). The sum is 39 w M; 48 w M leave room for terms of second order, M's own rounding and the clamp of small
+// w M (product). The sum is 40 w M; 48 w M leave room for terms of second order, M's own rounding and the clamp of small
 // directions (box.glsl, 2^-59 M). o -+ e itself rounds by w |o -+ e|: 2 w |o| and the room cover it. Hence the entry of that
 // box, and of every box around it, is at most t: whatever the walk met before, it reaches the leaf unless it has a hit
 // nearer than t. So hits depend neither on the order of the walk nor on the tree.

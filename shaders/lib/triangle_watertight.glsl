@@ -10,8 +10,8 @@
 // mesh, and the sign of an edge function is decided exactly on it. Zero counts as inside, on both sides of an edge.
 //
 // How far vertices are moved, to first order, with w = 2^-24 and M at least |v - origin| on every axis: across the main axis
-// by w M (the subtraction) + w M (of the other coordinate, sheared) + 5 w M (the shear's division, 2.5 ulp) + w M (its
-// product) + 2 w M (the sum, at most 2 M) = 10 w M; along it by w M + 5 w M + w M = 7 w M. t, of the point where the ray
+// by w M (the subtraction) + w M (of the other coordinate, sheared) + 6 w M (the shear: a reciprocal to 2.5 ulp, Vulkan's
+// limit, and a product) + w M (its product) + 2 w M (the sum, at most 2 M) = 11 w M; along it by w M + 5 w M + w M = 7 w M. t, of the point where the ray
 // meets the moved triangle: its weights are off by 2 w (edge function) + 4 w (det: two sums of numbers of one sign) + 5 w
 // (reciprocal) + w (product) = 12 w, and the weighted sum of the depths by 3 w more: 15 w M over the main component of the
 // direction. lib/box_padded.glsl builds on these bounds.
@@ -30,8 +30,7 @@ RaySpace make_ray_space(Ray ray) {
   uint reach = floatBitsToUint(scene_reach(ray.origin)) >> 23;
   float scale = uintBitsToFloat((clamp(314u, reach + 1u, reach + 253u) - reach) << 23);  // 2^(60 - exponent of reach)
   precise float inv = 1.0 / (x ? d.x : y ? d.y : d.z);
-  precise float first = -(x ? d.y : y ? d.z : d.x) / (x ? d.x : y ? d.y : d.z) * scale;
-  precise float second = -(x ? d.z : y ? d.x : d.y) / (x ? d.x : y ? d.y : d.z) * scale;
+  precise float first = -(x ? d.y : y ? d.z : d.x) * inv * scale, second = -(x ? d.z : y ? d.x : d.y) * inv * scale;
   if (x) return RaySpace(vec3(first, scale, 0.0), vec3(second, 0.0, scale), vec3(inv, 0.0, 0.0));
   if (y) return RaySpace(vec3(0.0, first, scale), vec3(scale, second, 0.0), vec3(0.0, inv, 0.0));
   return RaySpace(vec3(scale, 0.0, first), vec3(0.0, scale, second), vec3(0.0, 0.0, inv));

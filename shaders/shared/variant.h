@@ -4,6 +4,7 @@
 #define BALLOT_VARIANT_H
 
 #include "layout.h"
+#include "products.h"
 
 // Specialisation constants.
 #define SPEC_GROUP_SIZE 0       // invocations in a workgroup
@@ -48,10 +49,6 @@
 #define BOX_FMA 1
 #define BOX_PADDED 2
 
-// BALLOT_PRODUCTS: how differences of products are computed without cancellation; see lib/products.glsl.
-#define PRODUCTS_SPLIT 0    // every operation rounds once
-#define PRODUCTS_FLOAT64 1  // shaderFloat64
-#define PRODUCTS_FMA 2      // fma() rounds once
 
 // Hit::prim of a ray whose traversal the driver cut short (see lib/main.glsl); never leaves the tracer.
 #define UNFINISHED 0xFFFFFFFEu

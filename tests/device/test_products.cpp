@@ -1,0 +1,76 @@
+// lib/products.glsl on the device: exact signs, relative precision, in each way that the device can follow.
+#include <bit>
+#include <cmath>
+#include <set>
+
+#include "shaders/shared/products.h"
+#include "tests/cpu/shapes.h"
+#include "tests/device/fixture.h"
+
+namespace ballot {
+namespace {
+
+using Factors = glm::vec4;  // x * y - z * w
+
+// Products that nearly cancel: neighbours of factors of one number, and equal products by other factors.
+std::vector<Factors> nearly_equal_products(std::size_t count) {
+  shapes::Random random(7);
+  const auto neighbour = [&](float x) {
+    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(x) + std::uint32_t(random.below(5)) - 2u);
+  };
+  std::vector<Factors> all;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float scale = std::ldexp(1.f, int(random.below(80)) - 40), x = random.in(1, 4) * scale, y = random.in(-3, 5);
+    const float ratio = i % 3 ? 1 : random.in(0.3f, 3);
+    const Factors near{x, y, neighbour(x * ratio), neighbour(y / ratio)};
+    all.push_back(i % 5 ? near : Factors{x, y, y, x});
+    if (i % 7 == 0) all.back() = {x, y, random.in(-4, 4) * scale, random.in(-4, 4)};
+  }
+  return all;
+}
+
+std::vector<float> run(Context& gpu, Products how, const std::vector<Factors>& factors) {
+  Kernel kernel(gpu, {.name = "products",
+                      .file = "../tests/device/shaders/products.comp",
+                      .defines = {{"BALLOT_PRODUCTS", int(how)}},
+                      .constants = {},
+                      .group_size = 64});
+  Buffer<Factors> in(gpu, factors.size(), Access::Storage, "factors");
+  Buffer<float> out(gpu, factors.size(), Access::Storage, "differences");
+  in.upload(factors);
+  kernel.bind(0, in);
+  kernel.bind(1, out);
+  gpu.submit("products", [&](VkCommandBuffer cmd) {
+    kernel.dispatch(cmd, std::uint32_t(factors.size() / 64), nullptr, 0);
+    memory_barrier(cmd);
+  });
+  std::vector<float> differences(factors.size());
+  out.download(differences);
+  return differences;
+}
+
+class ProductsTest : public DeviceTest {};
+
+// By what the tuning table chooses for this device too, which may rely on an fma() that rounds once.
+TEST_F(ProductsTest, KeepTheExactSign) {
+  Context gpu(options());
+  std::set<ballot::Products> ways{ballot::Products::Split, formulation_for(kMethods[0], gpu.info()).products};
+  if (gpu.info().float64) ways.insert(ballot::Products::Float64);
+  const std::vector<Factors> factors = nearly_equal_products(64 * 2000);
+  for (const ballot::Products how : ways) {
+    const std::vector<float> differences = run(gpu, how, factors);
+    std::size_t wrong_sign = 0, imprecise = 0;
+    for (std::size_t i = 0; i < factors.size(); ++i) {
+      const Factors f = factors[i];
+      const double exact = double(f.x) * f.y - double(f.z) * f.w;  // exact in double, but for one rounding
+      wrong_sign += (differences[i] > 0) != (exact > 0) || (differences[i] < 0) != (exact < 0);
+      imprecise += std::abs(differences[i] - exact) > 0x1p-23 * std::abs(exact);
+    }
+    EXPECT_EQ(wrong_sign, 0u) << "BALLOT_PRODUCTS " << int(how) << " on " << gpu.info().name;
+    EXPECT_EQ(imprecise, 0u) << "BALLOT_PRODUCTS " << int(how) << " on " << gpu.info().name;
+  }
+  expect_silent(gpu);
+}
+
+}  // namespace
+}  // namespace ballot
