@@ -26,6 +26,7 @@ PACKAGES = {
     "libcli11-dev": ("parses the command line", {"all"}),
     "nlohmann-json3-dev": ("writes and reads JSON", {"all"}),
     "libfmt-dev": ("formats text", {"all"}),
+    "libboost-dev": ("integers of any size for the exact oracle", {"all"}),
     "libxxhash-dev": ("keys of the caches", {"all"}),
     "libgtest-dev": ("the tests' framework", {"all"}),
     "vulkan-validationlayers": ("a validation message fails a test", {"test"}),

@@ -32,8 +32,15 @@ struct Judgement {
   std::uint64_t errors() const { return false_miss + false_hit + wrong_prim + wrong_t; }
 };
 
-/// Whose rounding the judge allows for: the bound of the triangle test that made the answers.
-enum class Arithmetic { Woop, MoellerTrumbore, WoopAffine };
+/// Whose rounding the judge allows for: the bound of the triangle test that made the answers. Exact: decisions without
+/// rounding, so nothing is a tie; t within one ulp of float32 of the exact t, u and v within 2^-22.
+enum class Arithmetic { Woop, MoellerTrumbore, WoopAffine, Exact };
+
+/// What float32 may make of a ray and a triangle.
+struct Allowance {
+  double edge[3];  // |edge function| opposite to each vertex over the bound of its error: above 1 its sign is certain
+  double t;        // bound of t's error
+};
 
 class Oracle {
  public:
@@ -51,6 +58,9 @@ class Oracle {
                 Arithmetic arithmetic = Arithmetic::Woop) const;
   Judgement judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth, Want want,
                   Arithmetic arithmetic = Arithmetic::Woop) const;  // parallel
+
+  /// Of a ray that is not dead and the triangle of this number. Zero error of Arithmetic::Exact gives infinite edges.
+  Allowance allowance(const Ray& ray, std::uint32_t prim, Arithmetic arithmetic) const;
 
  private:
   const DeviceBvh& bvh_;

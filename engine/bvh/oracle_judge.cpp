@@ -42,7 +42,8 @@ namespace {
 constexpr double kRoundoff = 0x1p-24;
 constexpr double kFlush = 0x1p-126;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kWeightSlack = 1e-5;  // u, v and 1 - u - v of any hit may lie outside of [0, 1] by this much
+constexpr double kWeightSlack = 1e-5;      // u, v and 1 - u - v of any hit may lie outside of [0, 1] by this much
+constexpr double kExactWeights = 0x1p-22;  // of a mode that decides exactly: u and v come from divisions in float32
 constexpr std::size_t kRaysPerChunk = 4096;
 constexpr std::size_t kMaxExamples = 8;
 
@@ -131,6 +132,9 @@ Range range_of(const RayFrame& ray, const Triangle& triangle) {
   return range;
 }
 
+// Of float32 at t; denormal numbers count in ulps of the smallest normal one.
+double ulp(double t) { return std::ldexp(1, std::ilogb(std::max(std::abs(t), kFlush)) - 23); }
+
 bool same_vertices(const Triangle& a, const Triangle& b) { return std::memcmp(&a, &b, sizeof(Triangle)) == 0; }
 
 // Whether the ray surely hits some triangle at a t that is surely less than `t` (any triangle, if t is infinite).
@@ -166,6 +170,22 @@ struct Opinion {
   double t_error = 0;  // over its bound
 };
 
+// The answer of a mode that decides exactly: the truth, or an error.
+Opinion judge_exactly(const DeviceBvh& bvh, const RayFrame& ray, const Hit& answer, std::uint32_t texel,
+                      const OracleHit& truth, Want want) {
+  if (answer.prim == NO_HIT) return {truth.prim == NO_HIT ? Verdict::Same : Verdict::FalseMiss};
+  if (truth.prim == NO_HIT) return {Verdict::FalseHit};
+  if (texel == NO_HIT || (want == Want::Nearest && answer.prim != truth.prim)) return {Verdict::WrongPrim};
+  std::optional<OracleHit> hit = truth;
+  if (answer.prim != truth.prim) hit = intersect(ray, decode_triangle(bvh, texel), answer.prim);
+  if (!hit) return {Verdict::WrongPrim};
+  const double t_error = std::abs(answer.t - hit->t) / ulp(hit->t);
+  const double weight_error = std::max(std::abs(answer.u - hit->u), std::abs(answer.v - hit->v));
+  const bool in_interval = answer.t >= ray.t_min && answer.t <= ray.t_max;
+  const bool right = in_interval && t_error <= 1 && weight_error <= kExactWeights && !std::isnan(answer.v);
+  return {right ? Verdict::Same : Verdict::WrongT, t_error};
+}
+
 Opinion judge_miss(const DeviceBvh& bvh, const RayFrame& ray, const OracleHit& truth) {
   if (truth.prim == NO_HIT) return {};
   return {surely_nearer(bvh, ray, kInfinity) ? Verdict::FalseMiss : Verdict::Tie};
@@ -197,8 +217,9 @@ Opinion judge_one(const DeviceBvh& bvh, std::span<const std::uint32_t> texel_of,
   if (is_dead(ray)) return {missed ? Verdict::Same : Verdict::FalseHit};
   RayFrame frame(ray, bvh.bounds);
   frame.arithmetic = arithmetic;
-  if (missed) return judge_miss(bvh, frame, truth);
   const std::uint32_t texel = answer.prim < texel_of.size() ? texel_of[answer.prim] : NO_HIT;
+  if (arithmetic == Arithmetic::Exact) return judge_exactly(bvh, frame, answer, texel, truth, want);
+  if (missed) return judge_miss(bvh, frame, truth);
   return judge_hit(bvh, frame, answer, texel, truth, want);
 }
 
@@ -256,6 +277,21 @@ void count(Judgement& sum, const Opinion& opinion) {
 }
 
 }  // namespace
+
+Allowance Oracle::allowance(const Ray& ray, std::uint32_t prim, Arithmetic arithmetic) const {
+  if (prim >= texel_of_.size() || texel_of_[prim] == NO_HIT)
+    fail(Failure::Arguments, "oracle: no leaf of the hierarchy holds prim {}", prim);
+  RayFrame frame(ray, bvh_.bounds);
+  frame.arithmetic = arithmetic;
+  const Triangle triangle = decode_triangle(bvh_, texel_of_[prim]);
+  const Range range = range_of(frame, triangle);
+  if (arithmetic == Arithmetic::Exact) return {{kInfinity, kInfinity, kInfinity}, ulp(range.t)};
+  const Sight sight(frame, triangle);
+  const SideErrors errors = side_errors(frame, sight);
+  Allowance out{{}, range.t_error};
+  for (int i = 0; i < 3; ++i) out.edge[i] = std::abs(sight.side[i]) / errors.side[i];
+  return out;
+}
 
 Verdict Oracle::judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
                       Arithmetic arithmetic) const {
