@@ -113,6 +113,20 @@ class Engine {
     return checker().check(batch, of_batch, query);
   }
 
+  /// What a batch's rays hit, decided without rounding (engine/exact/exact.h), in parallel: about 1e5 rays a second and
+  /// core. progress is called with the share done, from one thread at a time.
+  ExactTruth exact_truth(const RayBatch& batch, const Progress& progress = {}) {
+    return checker().exact_truth(batch, progress);
+  }
+
+  /// Traces a batch into hits that were filled with a pattern and counts the errors of every record against the exact
+  /// truth, `of_batch` being what exact_truth() said of this batch. An unwritten record counts as the wrong answer that
+  /// the pattern is, and in `unwritten`. Describes the first max_cases errors. Throws as trace() does, and
+  /// Error(Arguments) if of_batch is of another number of rays.
+  ErrorFigures verify(RayBatch& batch, const ExactTruth& of_batch, const Query& query, std::size_t max_cases = 8) {
+    return checker().verify(batch, of_batch, query, max_cases);
+  }
+
   /// What the validation layers said, if asked for.
   const std::vector<std::string>& messages() const { return gpu_.messages(); }
 

@@ -286,6 +286,10 @@ Allowance Oracle::allowance(const Ray& ray, std::uint32_t prim, Arithmetic arith
   const Triangle triangle = decode_triangle(bvh_, texel_of_[prim]);
   const Range range = range_of(frame, triangle);
   if (arithmetic == Arithmetic::Exact) return {{kInfinity, kInfinity, kInfinity}, ulp(range.t)};
+  if (arithmetic == Arithmetic::WoopAffine) {
+    const double w = range.weight_error;
+    return {{std::abs(1 - range.u - range.v) / (2 * w), std::abs(range.u) / w, std::abs(range.v) / w}, range.t_error};
+  }
   const Sight sight(frame, triangle);
   const SideErrors errors = side_errors(frame, sight);
   Allowance out{{}, range.t_error};

@@ -41,13 +41,14 @@ class Judge {
  private:
   Finding wrong(ErrorKind kind, const Ray& ray, const Hit& answer, const ExactHit& truth) const {
     const Verdict verdict = bound_.judge(ray, answer, rounded(truth), want_, arithmetic_);
-    return {.wrong = kind,
-            .within_bound = arithmetic_ != Arithmetic::Exact && (verdict == Verdict::Tie || verdict == Verdict::Same)};
+    const bool covered = verdict == Verdict::Tie || verdict == Verdict::Same;
+    return {kind, false, covered && arithmetic_ != Arithmetic::Exact, -1};
   }
 
   // `own` is the exact hit of the triangle that the answer names.
   Finding hold_values(const Ray& ray, const Hit& answer, const ExactHit& own, bool tie) const {
-    Finding finding{.tie = tie};
+    Finding finding;
+    finding.tie = tie;
     const double error = in_ulps(std::abs(answer.t - own.t), own.t);
     if (std::isfinite(error)) finding.t_ulp = error;
     if (bound_.judge(ray, answer, rounded(own), want_, arithmetic_) == Verdict::Same) return finding;

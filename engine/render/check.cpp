@@ -1,6 +1,7 @@
 #include "engine/render/check.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 
 namespace ballot {
@@ -19,7 +20,9 @@ bool untouched(const Hit& hit) {
 }  // namespace
 
 HitChecker::HitChecker(Tracer& tracer, Batches& batches)
-    : batches_(batches), oracle_(tracer.device_bvh(NodeLayout::Interleaved)) {}
+    : batches_(batches),
+      oracle_(tracer.device_bvh(NodeLayout::Interleaved)),
+      exact_(tracer.device_bvh(NodeLayout::Interleaved)) {}
 
 Truth HitChecker::truth(const RayBatch& batch) const {
   Truth truth{batch.rays(), {}};
@@ -27,12 +30,35 @@ Truth HitChecker::truth(const RayBatch& batch) const {
   return truth;
 }
 
-HitCheck HitChecker::check(RayBatch& batch, const Truth& truth, const Query& query) const {
+std::vector<Hit> HitChecker::trace_over_pattern(RayBatch& batch, const Query& query) const {
   batch.fill_hits(kPattern);
   batches_.trace(batch, query);
-  const std::vector<Hit> hits = batch.hits();
+  return batch.hits();
+}
+
+HitCheck HitChecker::check(RayBatch& batch, const Truth& truth, const Query& query) const {
+  const std::vector<Hit> hits = trace_over_pattern(batch, query);
   return {oracle_.judge(truth.rays, hits, truth.hits, batch.want(), find_numeric(query.numeric).arithmetic),
           std::uint64_t(std::ranges::count_if(hits, untouched))};
+}
+
+ExactTruth HitChecker::exact_truth(const RayBatch& batch, const Progress& progress) const {
+  ExactTruth truth{batch.rays(), {}, {}, 0};
+  const ExactCounts before = exact_.counts();
+  const auto start = std::chrono::steady_clock::now();
+  truth.hits = exact_.nearest(truth.rays, progress);
+  truth.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  truth.counts = exact_.counts() - before;
+  return truth;
+}
+
+ErrorFigures HitChecker::verify(RayBatch& batch, const ExactTruth& truth, const Query& query,
+                                std::size_t max_cases) const {
+  const std::vector<Hit> hits = trace_over_pattern(batch, query);
+  ErrorFigures figures = error_figures(exact_, oracle_, truth.rays, hits, truth.hits, batch.want(),
+                                       find_numeric(query.numeric).arithmetic, max_cases);
+  figures.unwritten = std::uint64_t(std::ranges::count_if(hits, untouched));
+  return figures;
 }
 
 }  // namespace ballot

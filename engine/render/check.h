@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/bvh/oracle.h"
+#include "engine/exact/errors.h"
 #include "engine/render/batch.h"
 
 namespace ballot {
@@ -19,6 +20,14 @@ struct HitCheck {
   std::uint64_t unwritten = 0;  // records that the trace left as they were
 };
 
+/// The rays of a batch and what each hits exactly (engine/exact/exact.h); make it once for many queries.
+struct ExactTruth {
+  std::vector<Ray> rays;
+  std::vector<ExactHit> hits;
+  ExactCounts counts;  // of these rays
+  double seconds = 0;  // wall time of the oracle
+};
+
 class HitChecker {
  public:
   /// Keeps references to both.
@@ -28,9 +37,16 @@ class HitChecker {
   /// Fills the hits with a pattern, traces, and judges every record. truth is of this batch.
   HitCheck check(RayBatch& batch, const Truth& truth, const Query& query) const;
 
+  ExactTruth exact_truth(const RayBatch& batch, const Progress& progress) const;
+  /// Fills the hits with a pattern, traces, and holds every record to the exact truth, unwritten ones too.
+  ErrorFigures verify(RayBatch& batch, const ExactTruth& truth, const Query& query, std::size_t max_cases) const;
+
  private:
+  std::vector<Hit> trace_over_pattern(RayBatch& batch, const Query& query) const;
+
   Batches& batches_;
   Oracle oracle_;
+  ExactOracle exact_;
 };
 
 }  // namespace ballot

@@ -1,0 +1,234 @@
+// Where Embree's robust single-ray call and the exact oracle differ, and why:
+//   ballot_embree_agreement SCENE… [--rays N] [--cases N] [--brute N]
+// Rays: about N primary ones over all views, N random ones through the scene's box, and N at vertices and edges of
+// triangles. Each difference is shown by exact arithmetic to be Embree's error, with its reason, or a tie; the first
+// --brute of them are asked of every triangle of the scene without filter and tree, and must agree with the oracle.
+// Exit code 1 if the oracle is wrong.
+#include <embree3/rtcore.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "engine/bvh/parallel.h"
+#include "engine/core/error.h"
+#include "engine/core/file.h"
+#include "engine/core/progress.h"
+#include "engine/exact/errors.h"
+
+namespace {
+
+using namespace ballot;
+using Clock = std::chrono::steady_clock;
+
+struct Args {
+  std::vector<std::string> scenes;
+  std::size_t rays = 1'000'000, cases = 4, brute = 20;
+};
+
+Args parse(int argc, char** argv) {
+  Args args;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    std::size_t* const number = word == "--rays"    ? &args.rays
+                                : word == "--cases" ? &args.cases
+                                : word == "--brute" ? &args.brute
+                                                    : nullptr;
+    if (number && i + 1 < argc)
+      *number = std::stoul(argv[++i]);
+    else if (word.starts_with("--"))
+      fail(Failure::Arguments, "unknown option {}, or its number is missing", word);
+    else
+      args.scenes.push_back(word);
+  }
+  if (args.scenes.empty())
+    fail(Failure::Arguments, "usage: ballot_embree_agreement SCENE… [--rays N] [--cases N] [--brute N]");
+  return args;
+}
+
+class EmbreeScene {
+ public:
+  explicit EmbreeScene(const std::vector<Triangle>& triangles) {
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
+    RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+    void* v = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, triangles.size() * 3);
+    auto* index = static_cast<unsigned*>(
+        rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, triangles.size()));
+    std::memcpy(v, triangles.data(), triangles.size() * sizeof(Triangle));
+    for (std::size_t k = 0; k < triangles.size() * 3; ++k) index[k] = unsigned(k);
+    rtcCommitGeometry(g);
+    rtcAttachGeometry(scene_, g);
+    rtcReleaseGeometry(g);
+    rtcCommitScene(scene_);
+  }
+  ~EmbreeScene() {
+    rtcReleaseScene(scene_);
+    rtcReleaseDevice(device_);
+  }
+  EmbreeScene(const EmbreeScene&) = delete;
+  EmbreeScene& operator=(const EmbreeScene&) = delete;
+
+  std::vector<Hit> trace(std::span<const Ray> rays) const {
+    std::vector<Hit> hits(rays.size());
+    for_chunks(rays.size(), 4096, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) hits[i] = trace(rays[i]);
+    });
+    return hits;
+  }
+
+ private:
+  Hit trace(const Ray& r) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit q{};
+    q.ray = {r.origin.x, r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z, 0, r.t_max, ~0u, 0, 0};
+    q.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene_, &context, &q);
+    if (q.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {0, NO_HIT, 0, 0};
+    return {q.ray.tfar, q.hit.primID, q.hit.u, q.hit.v};
+  }
+  RTCDevice device_ = rtcNewDevice(nullptr);
+  RTCScene scene_ = rtcNewScene(device_);
+};
+
+std::vector<Ray> primary_rays(const Scene& scene, std::size_t count) {
+  const auto size = static_cast<std::size_t>(std::sqrt(double(count) / double(scene.views.size())));
+  std::vector<Ray> rays;
+  for (const View& view : scene.views) {
+    const glm::dmat4& m = view.world_from_camera;
+    const glm::dvec3 right(m[0]), up(m[1]), back(m[2]), eye(m[3]);
+    const double h = std::tan(view.yfov / 2);
+    for (std::size_t i = 0; i < size * size; ++i) {
+      const double x = 2 * (double(i % size) + 0.5) / double(size) - 1;
+      const double y = 1 - 2 * (double(i / size) + 0.5) / double(size);
+      rays.push_back({glm::vec3(eye), 0, glm::vec3(glm::normalize(right * (x * h) + up * (y * h) - back)), 1e30f});
+    }
+  }
+  return rays;
+}
+
+class Points {
+ public:
+  explicit Points(const Scene& scene) : scene_(scene) {}
+  glm::vec3 in_box() {
+    glm::vec3 p;
+    for (int k = 0; k < 3; ++k) p[k] = scene_.bounds.lo[k] + (scene_.bounds.hi[k] - scene_.bounds.lo[k]) * share();
+    return p;
+  }
+  glm::vec3 on_an_edge() {  // or its end
+    const Triangle& t = scene_.triangles[engine_() % scene_.triangles.size()];
+    const std::size_t k = engine_() % 3;
+    return engine_() % 2 ? t[k] : t[k] + (t[(k + 1) % 3] - t[k]) * share();
+  }
+
+ private:
+  float share() { return float(engine_() >> 8) * 0x1p-24f; }
+  const Scene& scene_;
+  std::mt19937 engine_{1};
+};
+
+class Comparison {
+ public:
+  Comparison(const Scene& scene, const Args& args)
+      : args_(args),
+        embree_(scene.triangles),
+        bvh_(build_bvh_cached(scene.triangles, {}, cache_folder() / "bvh")),
+        device_(make_device_bvh(bvh_, scene.triangles, NodeLayout::Interleaved)),
+        exact_(device_),
+        bound_(device_) {}
+
+  /// Returns how many differences brute force holds against the oracle.
+  std::size_t compare(std::string_view name, const std::vector<Ray>& rays) {
+    ProgressBar bar("exact oracle");
+    const ExactCounts before = exact_.counts();
+    const auto start = Clock::now();
+    const std::vector<ExactHit> truth = exact_.nearest(rays, [&](double done) { bar.update(done); });
+    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    bar.hide();
+    const ExactCounts counts = exact_.counts() - before;
+    const std::vector<Hit> answers = embree_.trace(rays);
+    const ErrorFigures f = error_figures(exact_, bound_, rays, answers, truth, Want::Nearest, Arithmetic::Woop,
+                                         std::max(args_.cases, args_.brute));
+    fmt::print(
+        "  {:<8} {:>9} rays {:>6} ties {:>6} false misses {:>6} false hits {:>6} wrong prims {:>6} wrong values"
+        " ({} within the bound of Woop's test, {} beyond)\n",
+        name, f.rays, f.ties, f.false_misses, f.false_hits, f.wrong_prims, f.wrong_values, f.within_bound,
+        f.beyond_bound);
+    fmt::print("    t off by {:.3g} ulp (median), {:.3g} (p99), {:.3g} (max)\n", f.t_ulp.median, f.t_ulp.p99,
+               f.t_ulp.max);
+    fmt::print(
+        "    oracle: {:.0f} rays/s; {:.1f} triangles a ray; undecided by the filter, of a million tests: {:.2f} "
+        "sides, {:.2f} intervals, {:.2f} orders\n",
+        double(rays.size()) / seconds, per_ray(counts), per_million(counts.side_failures, counts),
+        per_million(counts.interval_failures, counts), per_million(counts.order_failures, counts));
+    for (std::size_t i = 0; i < std::min(args_.cases, f.cases.size()); ++i)
+      fmt::print("    {}\n", in_words(f.cases[i]));
+    return refuted(f);
+  }
+
+ private:
+  static double per_ray(const ExactCounts& c) {
+    return double(c.triangle_tests) / double(std::max<std::uint64_t>(1, c.rays));
+  }
+  static double per_million(std::uint64_t n, const ExactCounts& c) {
+    return 1e6 * double(n) / double(std::max<std::uint64_t>(1, c.triangle_tests));
+  }
+
+  std::size_t refuted(const ErrorFigures& f) const {
+    const std::size_t count = std::min(args_.brute, f.cases.size());
+    std::vector<std::uint8_t> wrong(count);
+    for_chunks(count, 1, [&](std::size_t i, std::size_t) {
+      const ExactHit all = exact_.brute_force(f.cases[i].ray);
+      const ExactHit& truth = f.cases[i].truth;
+      wrong[i] = all.prim != truth.prim || all.t != truth.t || all.u != truth.u || all.v != truth.v;
+    });
+    const auto refutations = static_cast<std::size_t>(std::count(wrong.begin(), wrong.end(), 1));
+    fmt::print("    {} differences asked of every triangle: {} speak for Embree\n", count, refutations);
+    return refutations;
+  }
+
+  const Args& args_;
+  EmbreeScene embree_;
+  Bvh bvh_;
+  DeviceBvh device_;
+  ExactOracle exact_;
+  Oracle bound_;
+};
+
+int run(int argc, char** argv) {
+  const Args args = parse(argc, argv);
+  std::size_t refuted = 0;
+  for (const std::string& path : args.scenes) {
+    const Scene scene = load_scene(path);
+    fmt::print("{}: {} triangles, Embree {}\n", scene.name, scene.triangles.size(), RTC_VERSION_STRING);
+    if (scene.triangles.empty()) continue;
+    Comparison comparison(scene, args);
+    Points points(scene);
+    std::vector<Ray> random, edges;
+    for (std::size_t i = 0; i < args.rays; ++i) {
+      const glm::vec3 from = points.in_box();
+      random.push_back({from, 0, points.in_box() - from, 1e30f});
+      edges.push_back({from, 0, points.on_an_edge() - from, 1e30f});
+    }
+    refuted += comparison.compare("primary", primary_rays(scene, args.rays));
+    refuted += comparison.compare("random", random);
+    refuted += comparison.compare("edges", edges);
+  }
+  return refuted ? 1 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const ballot::Error& e) {
+    fmt::print(stderr, "ballot_embree_agreement: {}\n", e.what());
+    return int(e.kind());
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "ballot_embree_agreement: {}\n", e.what());
+    return 1;
+  }
+}
