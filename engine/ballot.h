@@ -113,8 +113,8 @@ class Engine {
     return checker().check(batch, of_batch, query);
   }
 
-  /// What a batch's rays hit, decided without rounding (engine/exact/exact.h), in parallel: about 1e5 rays a second and
-  /// core. progress is called with the share done, from one thread at a time.
+  /// What a batch's rays hit, decided without rounding (engine/exact/exact.h), in parallel: tens of thousands of
+  /// rays a second and core. progress is called with the share done, from one thread at a time.
   ExactTruth exact_truth(const RayBatch& batch, const Progress& progress = {}) {
     return checker().exact_truth(batch, progress);
   }

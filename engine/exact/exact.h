@@ -43,7 +43,8 @@ struct ExactCounts {
 };
 ExactCounts operator-(const ExactCounts& a, const ExactCounts& b);
 
-/// All calls may be made from several threads at once. Prims that no leaf holds (degenerate ones) are never hit.
+/// All calls may be made from several threads at once. Prims that no leaf holds are never hit: triangles whose cross
+/// product of edges is zero in double precision (engine/bvh/build.h, is_degenerate).
 class ExactOracle {
  public:
   explicit ExactOracle(const DeviceBvh& bvh);  // keeps a reference: bvh must outlive the oracle

@@ -179,6 +179,13 @@ TEST(Dyadic, SumsProductsAndQuotientsAreExact) {
     ASSERT_EQ((x <=> y) == 0, a == b);
     ASSERT_TRUE(c == 0 || is_rounded(quotient(x * y + z, z), p / exactly(c)));
   }
+  const auto power = [](int n) {
+    Dyadic product(1.f);
+    for (int i = 0; i < n; ++i) product = product * Dyadic(16777215.f);  // 24 bits
+    return product;
+  };
+  EXPECT_EQ(quotient(power(80), power(79)), 16777215);
+  EXPECT_THROW(power(90), std::overflow_error);  // never a wrong number
   EXPECT_EQ(quotient(Dyadic(1e-45f), Dyadic(1e-45f)), 1);
   EXPECT_EQ(quotient(Dyadic(0.f), Dyadic(-3.f)), 0);
   EXPECT_EQ(quotient(Dyadic(-1.f), Dyadic(3.f)), -1.0 / 3);
