@@ -35,6 +35,8 @@ class Candidate {
   }
   // Narrows the interval of t to the doubles beside the exact one; det is not 0.
   void narrow() {
+    if (narrow_) return;
+    narrow_ = true;
     const double t = exact().t();
     t_ = {std::nextafter(t, -kInfinity), std::nextafter(t, kInfinity)};
   }
@@ -47,6 +49,7 @@ class Candidate {
   Triangle triangle_;
   std::uint32_t prim_;
   Interval t_{-kInfinity, kInfinity};
+  bool narrow_ = false;
   std::optional<ExactSight> exact_;
 };
 
@@ -99,9 +102,9 @@ class Search {
     if (candidate.t().low > best_->t().high) return false;
     ++counts_.order_failures;
     const std::strong_ordering order = compare_t(candidate.exact(), best_->exact());
-    candidate.narrow();
-    best_->narrow();
-    return order < 0 || (order == 0 && candidate.prim() < best_->prim());
+    const bool comes_first = order < 0 || (order == 0 && candidate.prim() < best_->prim());
+    (comes_first ? candidate : *best_).narrow();
+    return comes_first;
   }
 
   const DeviceBvh& bvh_;

@@ -14,6 +14,11 @@
 // two additions of sums up to 2 m^2 s: 4 u m^2 s more. Together 14 u m^2 s and terms of order u^2; 16 is used, which
 // also covers the rounding of m, s and of the bound itself (each a few u of it).
 //
+// Where that is not enough: a side is a sum of six products d_k p_bi p_cj; let a be the sum of their sizes. A product of
+// two components is off by 3 u of it, the difference of two by u of both's sizes more; times d_k 5 u; two additions 7 u:
+// 7 u a, and 8 is used. If a is 0, then so is each product and the side exactly: rays in a plane of two axes, or through
+// an edge along an axis.
+//
 // det = n . d and depth = n . p0, with n from the edges e1 = v1 - v0 and e2 = v2 - v0, which are differences of float32
 // numbers too. Let h be their largest component. n is off by 8 u h^2 and at most 2 h^2. det is off by 14 u h^2 s as
 // above. In depth, p0 is off by u of itself as well: |p0_k| (8 + 2 + 2) u h^2, summed with two additions
@@ -61,23 +66,42 @@ FilterRay::FilterRay(const Ray& ray) : length(0), t_min(ray.t_min), t_max(ray.t_
 }
 
 FilterSight::FilterSight(const FilterRay& ray, const Triangle& triangle) : ray_(ray), triangle_(triangle) {
-  double p[3][3], across[3], largest = 0;
-  for (std::size_t i = 0; i < 3; ++i) largest = std::max(largest, subtract(triangle[i], ray.o, p[i]));
+  double across[3], largest = 0;
+  for (std::size_t i = 0; i < 3; ++i) largest = std::max(largest, subtract(triangle[i], ray.o, p_[i]));
   for (int i = 0; i < 3; ++i) {
-    cross(p[(i + 1) % 3], p[(i + 2) % 3], across);
+    cross(p_[(i + 1) % 3], p_[(i + 2) % 3], across);
     side_[i] = dot(ray.d, across);
   }
   side_error_ = 16 * kRoundoff * largest * largest * ray.length;
 }
 
-Sure FilterSight::hits_line() const {
-  int above = 0, below = 0;
-  for (const double side : side_) {
-    above += side > side_error_ ? 1 : 0;
-    below += side < -side_error_ ? 1 : 0;
+// Of a side whose error is 0 the sign is certain too: it is 0.
+Sure FilterSight::decide(const double (&error)[3]) const {
+  int above = 0, below = 0, zero = 0;
+  for (int i = 0; i < 3; ++i) {
+    above += side_[i] > error[i] ? 1 : 0;
+    below += side_[i] < -error[i] ? 1 : 0;
+    zero += error[i] == 0 && side_[i] == 0 ? 1 : 0;
   }
-  if (above > 0 && below > 0) return Sure::No;
-  return above == 3 || below == 3 ? Sure::Yes : Sure::Unsure;
+  if ((above > 0 && below > 0) || zero == 3) return Sure::No;
+  return above + zero == 3 || below + zero == 3 ? Sure::Yes : Sure::Unsure;
+}
+
+double FilterSight::error_by_products(int side) const {
+  const double* const b = p_[(side + 1) % 3];
+  const double* const c = p_[(side + 2) % 3];
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    sum += std::abs(ray_.d[k]) * (std::abs(b[i] * c[j]) + std::abs(b[j] * c[i]));
+  }
+  return 8 * kRoundoff * sum;
+}
+
+Sure FilterSight::hits_line() const {
+  const Sure quick = decide({side_error_, side_error_, side_error_});
+  if (quick != Sure::Unsure) return quick;
+  return decide({error_by_products(0), error_by_products(1), error_by_products(2)});
 }
 
 Interval FilterSight::t_bounds() const {

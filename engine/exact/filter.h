@@ -28,8 +28,12 @@ struct FilterSight {
   Interval t_bounds() const;
 
  private:
+  Sure decide(const double (&error)[3]) const;
+  double error_by_products(int side) const;
+
   const FilterRay& ray_;
   const Triangle& triangle_;
+  double p_[3][3];  // the vertices, from the origin
   double side_[3], side_error_;
 };
 
