@@ -190,6 +190,27 @@ TEST(ExactOracle, OrdersWhatDoubleCannot) {
   EXPECT_EQ(oracle.counts().order_failures, 2u);
 }
 
+TEST(ExactOracle, AxisAlignedRaysNeedNoIntegers) {
+  const Triangles flat = shapes::coplanar(50);  // z = 0.5
+  const DeviceBvh device = make_device_bvh(build_bvh(flat), flat, NodeLayout::Interleaved);
+  const ExactOracle oracle(device);
+  shapes::Random random(34);
+  for (int i = 0; i < 200; ++i) {
+    glm::vec3 from = random.point(1), along = random.point(1);
+    from.z = 0.5f;
+    along.z = 0;
+    EXPECT_EQ(oracle.nearest(Ray{from, -1, along, 1}).prim, NO_HIT);
+  }
+  EXPECT_GT(oracle.counts().triangle_tests, 200u);
+  EXPECT_EQ(oracle.counts().side_failures, 0u);
+  const Triangles one = shapes::identical(1);
+  const DeviceBvh corner = make_device_bvh(build_bvh(one), one, NodeLayout::Interleaved);
+  const ExactOracle of_one(corner);
+  EXPECT_EQ(of_one.nearest(Ray{{0.3f, 0, 1}, 0, {0, 0, -1}, 5}).prim, 0u);
+  EXPECT_EQ(of_one.nearest(Ray{{0, 0, 1}, 0, {0, 0, -1}, 5}).prim, 0u);
+  EXPECT_EQ(of_one.counts().side_failures, 0u);
+}
+
 TEST(ExactOracle, NoRayLeaksThroughAClosedMesh) {
   const Triangles triangles = shapes::sphere(4);
   const DeviceBvh device = make_device_bvh(build_bvh(triangles), triangles, NodeLayout::Interleaved);
