@@ -1,0 +1,244 @@
+// The hard-case suite (tools/hard), small, on every numeric mode and on methods of each family: lanes that share a path,
+// rays by themselves, rays that part, rays that lanes take anew.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/exact/errors.h"
+#include "tests/device/fixture.h"
+#include "tools/hard/hard.h"
+
+namespace ballot {
+
+void PrintTo(const HardCase& hard, std::ostream* out) { *out << hard.name << ": " << hard.what; }
+
+namespace {
+
+using namespace harness;
+
+constexpr std::size_t kShown = 1000;  // wrong answers in words; the first beyond its bound is printed
+
+class HardCases : public DeviceTest, public testing::WithParamInterface<HardCase> {
+ protected:
+  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
+  static void TearDownTestSuite() { gpu_.reset(); }
+  static inline std::unique_ptr<Context> gpu_;
+
+  /// Methods of each family; of the modes that promise nothing about methods, two.
+  static std::vector<Query> queries(Want want, const NumericMode& mode) {
+    std::vector<Query> all;
+    const char* const methods[] = {"packet", "while-while", "cut", "dynamic-fetch"};
+    for (const char* method : std::span(methods).first(mode.conservative ? 4 : 2)) {
+      all.push_back({want, method, std::string(mode.name), {}});
+      if (find_method(method).packet()) all.back().knobs = {{"vote", "count"}};
+    }
+    return all;
+  }
+
+  static std::vector<Hit> trace(Traced& t, std::span<const Ray> rays, const Query& query) {
+    std::vector<Hit> hits(rays.size());
+    t.tracer->trace(rays, hits, query);
+    EXPECT_EQ(count_untouched(hits), 0u) << t.tracer->variant(query).name();
+    return hits;
+  }
+
+  static std::string in_words(const Ray& r, const Hit& h) {
+    return fmt::format("ray ({} {} {}, t_min {}, direction {} {} {}, t_max {}): prim {} at t {}", r.origin.x,
+                       r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z, r.t_max, int(h.prim), h.t);
+  }
+
+  /// Counts the answers for which wrong(i) holds, and shows the first.
+  template <class Wrong>
+  static void expect_none(const HardRays& set, std::span<const Hit> hits, const std::string& what, const Wrong& wrong) {
+    std::size_t count = 0, first = 0;
+    for (std::size_t i = hits.size(); i-- > 0;)
+      if (wrong(i)) ++count, first = i;
+    EXPECT_EQ(count, 0u) << "of " << hits.size() << " rays, " << what
+                         << (count ? "\n  " + in_words(set.rays[first], hits[first]) : "");
+  }
+
+  /// What a set says of itself is what the exact oracle finds.
+  static void expect_honest(const HardRays& set, std::span<const ExactHit> truth) {
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      const bool known = set.answers.empty() || set.answers[i] == truth[i].prim ||
+                         (set.answers[i] == kSomePrim && truth[i].prim != NO_HIT);
+      ASSERT_TRUE(known) << set.name << ", answer " << int(set.answers[i]) << " of ray " << i << " is not true; "
+                         << in_words(set.rays[i], {float(truth[i].t), truth[i].prim, 0, 0});
+      ASSERT_TRUE(!set.closed || truth[i].prim != NO_HIT) << set.name << ", ray " << i << " meets nothing";
+    }
+  }
+
+  static std::string first_beyond(const ErrorFigures& figures) {
+    for (const ErrorCase& c : figures.cases)
+      if (!c.within_bound) return "\n  " + ballot::in_words(c);
+    return "";
+  }
+
+  /// Neighbours in a subgroup are others, so packets take other paths.
+  static void expect_same_in_other_order(Traced& t, const HardRays& set, std::span<const Hit> hits,
+                                         const Query& query) {
+    const auto order = scatter_order(set.rays.size());
+    std::vector<Ray> shuffled(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i) shuffled[i] = set.rays[order[i]];
+    const auto moved = trace(t, shuffled, query);
+    std::vector<Hit> back(moved.size());
+    for (std::size_t i = 0; i < order.size(); ++i) back[order[i]] = moved[i];
+    EXPECT_EQ(count_different(hits, back), 0u) << set.name << ", in another order, " << t.tracer->variant(query).name();
+  }
+
+  static void expect_answers(const HardRays& set, std::span<const Hit> hits, const std::string& which) {
+    if (set.answers.empty()) return;
+    ASSERT_EQ(set.answers.size(), set.rays.size()) << which;
+    expect_none(set, hits, which + ", not the known answer", [&](std::size_t i) {
+      const bool any = set.want == Want::Any || set.answers[i] == kSomePrim;
+      if (set.answers[i] != NO_HIT && any) return hits[i].prim == NO_HIT;
+      return hits[i].prim != set.answers[i];
+    });
+  }
+};
+
+TEST_P(HardCases, Hold) {
+  const HardCase& hard = GetParam();
+  const HardScene made = hard.make(true);
+  const auto t = make(*gpu_, made.scene.triangles, made.build);
+  const ExactOracle exact(t->tracer->device_bvh(NodeLayout::Interleaved));
+  for (const HardRays& set : made.rays) {
+    const auto truth = exact.nearest(set.rays);
+    expect_honest(set, truth);
+    for (const NumericMode& mode : kNumericModes) {
+      std::vector<Hit> first;
+      for (const Query& query : queries(set.want, mode)) {
+        const std::string which = fmt::format("{}, {}, {}", hard.name, set.name, t->tracer->variant(query).name());
+        const auto hits = trace(*t, set.rays, query);
+        expect_answers(set, hits, which);
+        if (!mode.conservative) continue;
+        const ErrorFigures f =
+            error_figures(exact, *t->oracle, set.rays, hits, truth, set.want, mode.arithmetic, kShown);
+        const bool none_allowed = mode.arithmetic == Arithmetic::Exact;
+        EXPECT_EQ(none_allowed ? f.errors() + f.ties : f.beyond_bound + f.wrong_values, 0u)
+            << "of " << f.rays << " rays, " << which << ": " << f.false_misses << " false misses, " << f.false_hits
+            << " false hits, " << f.wrong_prims << " wrong prims, " << f.wrong_values << " wrong values, " << f.ties
+            << " ties; " << f.within_bound << " within the bound" << first_beyond(f);
+        if (set.closed)
+          expect_none(set, hits, which + ", leaks", [&](std::size_t i) { return hits[i].prim == NO_HIT; });
+        if (set.want == Want::Any) continue;
+        if (first.empty()) {
+          first = hits;
+          expect_same_in_other_order(*t, set, hits, query);
+        }
+        expect_none(set, hits, which + ", other bits than the first method's",
+                    [&](std::size_t i) { return std::memcmp(&hits[i], &first[i], sizeof(Hit)) != 0; });
+      }
+    }
+  }
+  expect_silent(*gpu_);
+}
+
+// A leak of a mesh that has triangles without area would not be the traversal's.
+TEST_P(HardCases, AreAsTheySay) {
+  const HardScene made = GetParam().make(true);
+  EXPECT_FALSE(GetParam().from.empty() || GetParam().what.empty());
+  EXPECT_FALSE(made.rays.empty());
+  const HardScene again = GetParam().make(true);
+  ASSERT_EQ(again.rays.size(), made.rays.size());
+  for (std::size_t s = 0; s < made.rays.size(); ++s) {
+    const HardRays &a = made.rays[s], &b = again.rays[s];
+    EXPECT_FALSE(a.rays.empty()) << a.name;
+    EXPECT_EQ(std::memcmp(a.rays.data(), b.rays.data(), a.rays.size() * sizeof(Ray)), 0) << a.name;
+    const auto dead = std::ranges::count_if(a.rays, [](const Ray& r) { return is_dead(r); });
+    EXPECT_TRUE(!a.closed || dead == 0) << a.name;
+  }
+}
+
+std::vector<HardCase> cases() { return {hard_cases().begin(), hard_cases().end()}; }
+
+std::string test_name(const testing::TestParamInfo<HardCase>& info) {
+  std::string name(info.param.name);
+  std::ranges::replace(name, '-', '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Hard, HardCases, testing::ValuesIn(cases()), test_name);
+
+// A tree that is one chain, deeper than the builder makes any: a triangle a level, each within the next.
+struct Chain {
+  std::vector<Triangle> triangles;
+  Bvh bvh;
+};
+
+Chain chain_of(std::uint32_t levels) {
+  Chain c;
+  for (std::uint32_t i = 0; i <= levels; ++i) {
+    const float size = std::ldexp(i % 2 ? 1.5f : 1.f, int(i / 2) - 100);
+    c.triangles.push_back({{{size, -size, i % 3 ? size : -size}, {-size, size, size}, {-size, 0.5f * size, -size}}});
+  }
+  c.bvh.nodes.resize(2 + 2 * levels);
+  const auto box = [&](BvhNode& node, std::uint32_t from, std::uint32_t to) {
+    node.lo = node.hi = c.triangles[to][0];
+    for (std::uint32_t i = from; i <= to; ++i)
+      for (const glm::vec3& v : c.triangles[i]) node.lo = glm::min(node.lo, v), node.hi = glm::max(node.hi, v);
+  };
+  std::uint32_t inner = 0;
+  for (std::uint32_t i = levels; i > 0; --i) {  // the largest is the root's left child
+    const std::uint32_t left = 2 + 2 * (levels - i);
+    box(c.bvh.nodes[inner], 0, i);
+    c.bvh.nodes[inner].count = 0;
+    c.bvh.nodes[inner].first = left;
+    box(c.bvh.nodes[left], i, i);
+    c.bvh.nodes[left].count = 1;
+    c.bvh.nodes[left].first = levels - i;
+    c.bvh.references.push_back(i);
+    inner = left + 1;
+  }
+  box(c.bvh.nodes[inner], 0, 0);
+  c.bvh.nodes[inner].count = 1;
+  c.bvh.nodes[inner].first = levels;
+  c.bvh.references.push_back(0);
+  c.bvh.bounds = {c.bvh.nodes[0].lo, c.bvh.nodes[0].hi};
+  c.bvh.stats.depth = levels;
+  return c;
+}
+
+TEST_F(HardCases, AChainOf256Levels) {
+  const Chain c = chain_of(256);
+  Tracer tracer(*gpu_, c.bvh, c.triangles);
+  tracer.prefill = kPattern;
+  const ExactOracle exact(tracer.device_bvh(NodeLayout::Interleaved));
+  const Oracle bound(tracer.device_bvh(NodeLayout::Interleaved));
+  std::vector<Ray> rays;
+  for (std::uint32_t i = 0; i < 500; ++i) {  // from one scale to a triangle of another, outwards and inwards
+    const Triangle& from = c.triangles[i * 37 % 257];
+    const Triangle& to = c.triangles[i * 101 % 257];
+    const glm::vec3 target = (to[0] + to[1] + to[2]) / 3.f, start = from[i % 3] * 0.75f;
+    if (target != start) rays.push_back({start, 0, target - start, 1e30f});
+  }
+  const auto truth = exact.nearest(rays);
+  for (const Method& method : kMethods) {
+    Query query{.method = std::string(method.name)};
+    if (method.own_stack) query.knobs = {{"stack", "private"}};  // shared memory does not hold so many levels
+    std::vector<Hit> hits(rays.size());
+    tracer.trace(rays, hits, query);
+    EXPECT_EQ(count_untouched(hits), 0u) << tracer.variant(query).name();
+    const ErrorFigures f =
+        error_figures(exact, bound, rays, hits, truth, Want::Nearest, find_numeric(query.numeric).arithmetic, kShown);
+    EXPECT_EQ(f.beyond_bound + f.wrong_values, 0u) << tracer.variant(query).name() << first_beyond(f);
+  }
+  expect_silent(*gpu_);
+}
+
+TEST(HardRefusals, AreErrorsThatName) {
+  for (const HardRefusal& refusal : hard_refusals()) {
+    Scene scene = refusal.make();
+    std::string text;
+    try {
+      finish_scene(scene);
+      build_bvh(scene.triangles);
+    } catch (const Error& error) {
+      text = error.what();
+    }
+    EXPECT_NE(text.find(refusal.says), std::string::npos) << refusal.name << ": " << text;
+    EXPECT_NE(text.find("triangle 3"), std::string::npos) << refusal.name << ": " << text;
+  }
+}
+
+}  // namespace
+}  // namespace ballot

@@ -1,0 +1,110 @@
+// Every hard case there is, a line each, and every scene that must be refused.
+#include "tools/hard/generate.h"
+
+namespace ballot {
+namespace {
+
+using namespace hard;
+
+constexpr HardCase kCases[] = {
+    // Directions and faces of boxes.
+    {"axis-directions", "madmann91/bvh #9, #20; tinybvh #282, #286",
+     "0 and -0 components give NaN or a swapped interval in the slab test", axis_directions},
+    {"box-faces", "warp #1530; Embree #589",
+     "an origin on a face of a box and a direction along it multiply 0 by infinity", box_faces},
+    {"denormal-directions", "madmann91/bvh #21", "reciprocals of denormal components overflow, or take the slow path",
+     denormal_directions},
+    {"direction-lengths", "Embree, verify; Ballot, design", "epsilons that expect directions of unit length",
+     direction_lengths},
+    {"short-directions", "Ballot, design",
+     "the reciprocal of a short direction reaches the limit that guards against infinity", short_directions},
+    {"long-directions", "Ballot, design", "the reciprocal of a long direction is denormal and may be flushed to zero",
+     long_directions},
+    // Closed meshes.
+    {"icosphere", "Woop, Benthin, Wald. Watertight Ray/Triangle Intersection. JCGT 2013",
+     "a ray at a shared edge or vertex slips between the triangles", closed_icosphere},
+    {"cube-grid", "Embree, verify (watertight)", "flat boxes and edges that rays meet exactly", closed_cube},
+    {"far-sphere-and-plane", "Embree, verify (verify.cpp:6557)",
+     "far from the origin of coordinates rounding opens gaps", far_sphere_and_plane},
+    {"quantised-statue", "tinybvh #168",
+     "a regular grid of rays meets the edges of a mesh on integer coordinates exactly", quantised_statue},
+    {"collapsed-statue", "tinybvh #168", "triangles that quantisation made collinear leave joints behind",
+     collapsed_statue},
+    {"two-shells", "Mitsuba 3 #1871", "of two surfaces 4e-5 apart the farther is reported", two_shells},
+    {"rough-spheres", "pbrt-v4, shapes_test.cpp (Triangle.Watertight)",
+     "rays at, and one ulp beside, vertices where triangles of all slopes meet", rough_spheres},
+    // Scales and places.
+    {"tiny-spheres", "Embree, verify (small triangles)",
+     "products of small edges underflow, and the triangle is missed", tiny_spheres},
+    {"tiny-in-huge", "Embree, verify (small triangles)",
+     "a tolerance from the size of the scene swallows what is small in it", tiny_in_huge},
+    {"huge-sphere", "Embree #416", "products of long edges overflow", huge_sphere},
+    {"huge-planes", "Embree #416", "planes of 5.9e8 to 5.9e11 are missed from nearby", huge_planes},
+    {"far-offsets", "three-mesh-bvh #112; Accelerad #4", "meshes at 1e5, 4.5e6 and 6e6 leak", far_offsets},
+    {"utm-terrain", "Accelerad #4", "terrain in map coordinates, whose float32 spacing is half a metre", utm_terrain},
+    {"narrow-view", "Mitsuba 3 #61", "from far away, through a narrow view, the directions differ by few ulp",
+     narrow_view},
+    // Shapes.
+    {"flat-walls", "Ballot, design", "an axis-parallel triangle's box has an interval of no length", flat_walls},
+    {"needles", "Embree, verify (sliver triangles)", "slivers lose their sign to rounding", needles},
+    {"thin-triangle", "Embree #387", "a thin triangle is missed 0.52 degrees off its plane", thin_triangle},
+    {"grazing", "Embree #387; pbrt-v4, shapes_test.cpp", "rays in the plane of a triangle, or an ulp off it", grazing},
+    {"duplicates", "Ballot, design", "of coincident triangles the one that the walk met first is reported", duplicates},
+    {"coplanar-overlaps", "Ballot, design",
+     "overlapping triangles of one plane change places with the order of the walk", coplanar_overlaps},
+    {"interpenetrating", "Ballot, design", "surfaces that cross change places near the crossing", interpenetrating},
+    // Trees.
+    {"chain", "tinybvh #192", "a tree as deep as a chain overflows the stack", chain},
+    {"same-box", "svenstaro/bvh #44", "equal boxes cannot be parted", same_box},
+    {"same-centroid", "svenstaro/bvh #44", "equal centroids cannot be parted", same_centroid},
+    {"degenerate-among-proper", "svenstaro/bvh #44; Ignis #3; tinybvh #249",
+     "triangles without area are hit, or spoil the tree", degenerate_among_proper},
+    {"only-degenerate", "svenstaro/bvh #44; tinybvh #249", "nothing is left to build a tree of", only_degenerate},
+    {"single-triangle", "svenstaro/bvh #44; Ignis #3", "the root is a leaf", single_triangle},
+    {"no-triangle", "svenstaro/bvh #44; Ignis #3", "there is no root", no_triangle},
+    // Intervals and origins.
+    {"on-surfaces", "pbrt-v4, shapes_test.cpp (Reintersect)", "a ray that starts on a triangle, its edge or vertex",
+     on_surfaces},
+    {"interval-ends", "Ballot, design", "t_min and t_max at, just before and just after a hit", interval_ends},
+    {"offset-origins", "trimesh #48", "an origin that is offset by 10^-k hits the surface it left", offset_origins},
+    {"collinear-report", "pbrt-v4, shapes_test.cpp (BadCases)", "a triangle of collinear vertices is hit",
+     collinear_report},
+    // Batches.
+    {"ray-counts", "Embree #149; CWBVH #2", "the tail of a batch has fewer rays than a subgroup has lanes", ray_counts},
+    {"dead-rays", "Embree #149; CWBVH #2", "dead rays are traced, or take their neighbours along", dead_rays},
+};
+
+Scene with_vertex(const glm::vec3& bad) {
+  Scene scene;
+  scene.name = "refused";
+  scene.triangles = octasphere(1);
+  scene.triangles[3][1] = bad;
+  return scene;
+}
+
+constexpr HardRefusal kRefusals[] = {
+    {"nan-vertex", "svenstaro/bvh #44; Ignis #3", "a NaN vertex spoils every box above it", "nan",
+     [] {
+       return with_vertex({0, kNan, 0});
+     }},
+    {"infinite-vertex", "tinybvh #249", "an infinite vertex makes boxes without centre", "inf",
+     [] {
+       return with_vertex({kInf, 0, 0});
+     }},
+    {"negative-infinite-vertex", "tinybvh #249", "an infinite vertex makes boxes without centre", "-inf",
+     [] {
+       return with_vertex({0, 0, -kInf});
+     }},
+    {"beyond-1e12", "Embree #416", "the product of three lengths of 1e30 is no float32", "1e+12",
+     [] {
+       return with_vertex({1e30f, 0, 0});
+     }},
+};
+
+}  // namespace
+
+std::span<const HardCase> hard_cases() { return kCases; }
+
+std::span<const HardRefusal> hard_refusals() { return kRefusals; }
+
+}  // namespace ballot
