@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import dev_build  # noqa: E402
 import dev_bundle  # noqa: E402
 import dev_mesa  # noqa: E402
+import dev_mutations  # noqa: E402
 import dev_packages  # noqa: E402
 import dev_scenes  # noqa: E402
 from dev_build import ROOT  # noqa: E402
@@ -134,6 +135,14 @@ def build(options: argparse.Namespace, rest: list[str]) -> int:
     return 0
 
 
+def mutations(options: argparse.Namespace, rest: list[str]) -> int:
+    if rest:
+        options.parser.error(f"unknown argument {rest[0]}")
+    dev_packages.ensure("test", install=not options.no_install)
+    dev_build.build(options.preset, options.jobs, ["ballot_device_tests"])
+    return dev_mutations.check(options.preset, options.filter)
+
+
 def fmt(options: argparse.Namespace, rest: list[str]) -> int:
     if rest:
         options.parser.error(f"unknown argument {rest[0]}")
@@ -187,6 +196,11 @@ What this command does not know goes to ctest:
   tools/dev.py test --asan -R '^cpu'      the CPU tests with address and undefined-behaviour sanitizers
 """),
     "build": (build, "[TARGET ...]", "set up and build", SETUP),
+    "mutations": (mutations, "", "show that the hard-case suite finds deliberate faults", SETUP + """
+Runs the hard-case tests on the shaders as they are, which must pass, and then on copies with one deliberate fault each,
+which must fail; prints which cases found which fault. Takes some minutes. The driver is the Vulkan loader's choice; set
+BALLOT_TEST_DRIVER and LP_NATIVE_VECTOR_WIDTH as the tests do for another. tools/dev_mutations.py lists the faults.
+"""),
     "fmt": (fmt, "", "format the C++ code with clang-format", """\
 Formats engine/, tools/ and tests/ in place by .clang-format; --check changes nothing and fails if something would
 change. GLSL is formatted by hand.
@@ -214,12 +228,15 @@ def make_parser() -> argparse.ArgumentParser:
         sub.set_defaults(function=function, parser=sub)
         if name != "scenes":
             sub.add_argument("--no-install", action="store_true", help="refuse to install packages, list them instead")
-        if name in ("render", "test", "build", "bundle"):
+        if name in ("render", "test", "build", "mutations", "bundle"):
             sub.add_argument("--preset", choices=dev_build.PRESETS, default="release", help="default: release")
             sub.add_argument("--jobs", type=int, metavar="N",
                              help="compilers at once; default: what cores and memory allow")
         if name == "test":
             sub.add_argument("--asan", action="store_true", help="the same as --preset asan")
+        if name == "mutations":
+            sub.add_argument("--filter", default=dev_mutations.TESTS, metavar="TESTS",
+                             help="the tests to run, as --gtest_filter takes them; default: %(default)s")
         if name == "fmt":
             sub.add_argument("--check", action="store_true", help="only check")
         if name == "scenes":

@@ -1,0 +1,113 @@
+"""Checks the hard-case suite itself: deliberate faults in the shaders, each of which it must find."""
+
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from dev_build import ROOT, build_folder
+from dev_packages import Failed
+
+SHOWN = 6  # cases of a row of the table
+SHADERS = ROOT / "shaders"
+TESTS = "*HardCases.Hold/*"
+TIME_LIMIT_S = 600
+
+
+@dataclass(frozen=True)
+class Fault:
+    name: str
+    file: str  # under shaders/
+    text: str  # stands there exactly once
+    instead: str
+
+
+FAULTS = (
+    Fault("box pad removed", "lib/box_padded.glsl",
+          "precise vec3 e = vec3(2.87e-6 * scene_reach(ray.origin)) + 1.25e-7 * abs(ray.origin);",
+          "precise vec3 e = vec3(0.0);"),
+    Fault("interval of one point is empty", "lib/leaf.glsl", "return i.x <= i.y;", "return i.x < i.y;"),
+    Fault("edges do not belong to triangles", "lib/triangle_watertight.glsl",
+          "min(e0, min(e1, e2)) >= 0.0 || max(e0, max(e1, e2)) <= 0.0",
+          "min(e0, min(e1, e2)) > 0.0 || max(e0, max(e1, e2)) < 0.0"),
+    Fault("ties go to the first met", "lib/nearer.glsl", "t < best.t || (t == best.t && prim < best.prim)", "t < best.t"),
+    Fault("t_min and t_max do not belong to the ray", "lib/nearer.glsl", "t >= ray.t_min && t <= best.t",
+          "t > ray.t_min && t < best.t"),
+    Fault("zero directions unguarded", "lib/box.glsl", "clamp(1.0 / d, vec3(-1e38), vec3(1e38))", "1.0 / dir"),
+    Fault("NaN and infinity unguarded", "lib/leaf.glsl", "return !finite || !(ray.t_max > ray.t_min)",
+          "return !(ray.t_max > ray.t_min)"),
+)
+
+
+def mutated(fault: Fault, source: Path, folder: Path) -> None:
+    """Copies the shaders to a folder, with the fault. Throws Failed if its text is not there exactly once."""
+    shutil.copytree(source, folder)
+    path = folder / fault.file
+    if not path.is_file():
+        raise Failed(f"mutation '{fault.name}': there is no shaders/{fault.file}; correct tools/dev_mutations.py")
+    text = path.read_text(encoding="utf-8")
+    if (found := text.count(fault.text)) != 1:
+        raise Failed(f"mutation '{fault.name}': shaders/{fault.file} holds its text {found} times, expected once; correct "
+                     f"tools/dev_mutations.py. The text: {fault.text}")
+    path.write_text(text.replace(fault.text, fault.instead), encoding="utf-8")
+
+
+def failed_cases(document: dict) -> list[str]:
+    """The names of the cases that failed, from a report of GoogleTest."""
+    return [test["name"].split("/", 1)[-1].replace("_", "-")
+            for suite in document.get("testsuites", []) for test in suite.get("testsuite", []) if test.get("failures")]
+
+
+def run_suite(binary: Path, shaders: Path, tests: str, folder: Path) -> list[str]:
+    """Runs the suite on these shaders; the cases that fail. Throws Failed if it did not run to its end."""
+    report = folder / "report.json"
+    report.unlink(missing_ok=True)
+    environment = {**os.environ, "BALLOT_SHADERS": str(shaders)}
+    environment.setdefault("XDG_CACHE_HOME", str(binary.parent.parent / "cache"))
+    command = [str(binary), f"--gtest_filter={tests}", f"--gtest_output=json:{report}"]
+    try:
+        result = subprocess.run(command, env=environment, capture_output=True, text=True, errors="replace", check=False,
+                                timeout=TIME_LIMIT_S)
+    except subprocess.TimeoutExpired:
+        raise Failed(f"the suite did not end within {TIME_LIMIT_S} s") from None
+    lines = (result.stdout + result.stderr).strip().splitlines()
+    if not report.is_file():
+        raise Failed(f"the suite ended with exit code {result.returncode} and without a report:\n" + "\n".join(lines[-20:]))
+    if broken := [line for line in lines if "does not compile" in line or "does not preprocess" in line]:
+        raise Failed(f"a fault must compile: {broken[0].strip()}")
+    document = json.loads(report.read_text(encoding="utf-8"))
+    if document.get("tests", 0) == 0:
+        raise Failed(f"no test is called {tests}")
+    return failed_cases(document)
+
+
+def print_table(rows: list[tuple[Fault, list[str]]]) -> None:
+    widths = (max(len(fault.name) for fault, _ in rows), max(len(fault.file) for fault, _ in rows))
+    print(f"{'fault':{widths[0]}}  {'file':{widths[1]}}  killed by")
+    for fault, cases in rows:
+        killers = ", ".join(cases[:SHOWN]) + (f" and {len(cases) - SHOWN} more" if len(cases) > SHOWN else "")
+        print(f"{fault.name:{widths[0]}}  {fault.file:{widths[1]}}  {killers or 'NONE: IT SURVIVES'}")
+
+
+def check(preset: str, tests: str = TESTS) -> int:
+    """Exit code 0 if the suite passes as it is and fails with every fault."""
+    binary = build_folder(preset) / "tests" / "ballot_device_tests"
+    with tempfile.TemporaryDirectory(prefix="ballot-mutations-") as temporary:
+        folder = Path(temporary)
+        for i, fault in enumerate(FAULTS):  # all before the first long run, so that an outdated text is said at once
+            mutated(fault, SHADERS, folder / str(i))
+        print("no fault ...", flush=True)
+        if cases := run_suite(binary, SHADERS, tests, folder):
+            raise Failed(f"the suite fails without any fault, so it can show nothing; first mend: {', '.join(cases)}")
+        rows = []
+        for i, fault in enumerate(FAULTS):
+            print(f"{fault.name} ...", flush=True)
+            rows.append((fault, run_suite(binary, folder / str(i), tests, folder)))
+    print_table(rows)
+    alive = [fault.name for fault, cases in rows if not cases]
+    if alive:
+        raise Failed(f"{len(alive)} of {len(rows)} faults pass the suite: {', '.join(alive)}")
+    return 0
