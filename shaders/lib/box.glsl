@@ -3,7 +3,8 @@
 // The rule for direction components: one whose magnitude is below 2^-60 of the largest, zero, negative zero and denormals
 // included, counts as that magnitude with its sign (+ for either zero). Over any distance inside the scene this moves the
 // ray by less than 2^-59 of the scene's extent. The reciprocal is then finite, never 0 * infinity, so no NaN arises from
-// finite boxes; rays with NaN or infinite components are dead (layout.h) and never get here.
+// finite boxes; rays with NaN or infinite components are dead (layout.h) and never get here. The largest component is in
+// [1, 2) (lib/scale.glsl), so the magnitude is a constant.
 
 #if BALLOT_SELECT_MINMAX
 // lavapipe's min and max look after NaN, of which there is none here; a comparison and a blend take less. Times as fast, on
@@ -20,12 +21,11 @@ vec3 smaller(vec3 a, vec3 b) { return min(a, b); }
 vec3 larger(vec3 a, vec3 b) { return max(a, b); }
 #endif
 
-// 1 / direction by the rule above. The clamp is for directions so short that it would overflow.
+// 1 / direction by the rule above.
 vec3 reciprocal_direction(vec3 dir) {
-  vec3 a = abs(dir);
-  precise float smallest = max(a.x, max(a.y, a.z)) * 8.67e-19;
-  vec3 d = mix(dir, mix(vec3(smallest), vec3(-smallest), lessThan(dir, vec3(0.0))), lessThan(a, vec3(smallest)));
-  precise vec3 inv = clamp(1.0 / d, vec3(-1e38), vec3(1e38));
+  const float smallest = 8.67361738e-19;  // 2^-60
+  vec3 d = mix(dir, mix(vec3(smallest), vec3(-smallest), lessThan(dir, vec3(0.0))), lessThan(abs(dir), vec3(smallest)));
+  precise vec3 inv = 1.0 / d;
   return inv;
 }
 

@@ -1,9 +1,11 @@
 // One ray against one leaf. The leaf's own box is tested again: since it was put on a stack the ray may have found a hit nearer
 // than all that the leaf holds, and rays of a packet come to leaves that they do not meet.
 
+#include "scale.glsl"
+
 // Ray state that every method carries.
 struct Walker {
-  Ray ray;
+  Ray ray;         // scaled (lib/scale.glsl)
   Slabs slabs;
   RaySpace space;
   Hit hit;         // nearest so far; t = t_max and prim = NO_HIT where there is none
@@ -21,12 +23,12 @@ bool is_dead(Ray ray) {
   return !finite || !(ray.t_max > ray.t_min) || max(a.x, max(a.y, a.z)) < 1.17549435e-38;
 }
 
-Walker make_walker(Ray ray) {
+Walker make_walker(Ray given) {
   Walker w;
-  w.ray = ray;
-  w.slabs = make_slabs(ray);
-  w.space = make_ray_space(ray);
-  w.hit = Hit(ray.t_max, NO_HIT, 0.0, 0.0);
+  w.ray = scaled_ray(given);
+  w.slabs = make_slabs(w.ray);
+  w.space = make_ray_space(w.ray);
+  w.hit = Hit(w.ray.t_max, NO_HIT, 0.0, 0.0);
   w.truncated = false;
   return w;
 }

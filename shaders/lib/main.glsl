@@ -22,11 +22,13 @@ bool take_ray(uint index, out Walker w) {
 }
 
 void write_hit(uint index, Walker w, bool cut_short) {
+  Ray given = rays[index];
+  Hit hit = is_dead(given) ? Hit(0.0, NO_HIT, 0.0, 0.0) : unscaled_hit(w.hit, given);
   if (cut_short) {
-    w.hit.prim = UNFINISHED;
+    hit.prim = UNFINISHED;
     atomicAdd(work.unfinished, 1u);
   }
-  hits[index] = w.hit;
+  hits[index] = hit;
   COUNT_WRITE(index)
 }
 

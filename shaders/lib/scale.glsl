@@ -1,0 +1,24 @@
+// Rays are walked with a direction whose largest component lies in [1, 2), by a power of two, and with t in these units:
+// whatever the direction's length, reciprocals neither overflow nor vanish. Products with powers of two are exact. What may be
+// lost are components below 2^-126 of the largest, t that stand for less than 2^-126 scene units, and t_max beyond 2^127
+// scene units, which reaches across any scene.
+
+// The biased exponent of a direction's largest component, which is at least 2^-126 (is_dead).
+uint direction_exponent(vec3 dir) {
+  vec3 a = abs(dir);
+  return min(floatBitsToUint(max(a.x, max(a.y, a.z))) >> 23, 253u);
+}
+
+float direction_scale(vec3 dir) { return uintBitsToFloat((254u - direction_exponent(dir)) << 23); }
+
+Ray scaled_ray(Ray given) {
+  float inverse = uintBitsToFloat(direction_exponent(given.dir) << 23);
+  return Ray(given.origin, clamp(given.t_min * inverse, -3.4e38, 3.4e38), given.dir * direction_scale(given.dir),
+             clamp(given.t_max * inverse, -3.4e38, 3.4e38));
+}
+
+// A hit in the units of the given ray. A miss has its t_max.
+Hit unscaled_hit(Hit hit, Ray given) {
+  if (hit.prim == NO_HIT) return Hit(given.t_max, NO_HIT, 0.0, 0.0);
+  return Hit(hit.t * direction_scale(given.dir), hit.prim, hit.u, hit.v);
+}
