@@ -36,7 +36,7 @@ FAULTS = (
     Fault("ties go to the first met", "lib/nearer.glsl", "t < best.t || (t == best.t && prim < best.prim)", "t < best.t"),
     Fault("t_min and t_max do not belong to the ray", "lib/nearer.glsl", "t >= ray.t_min && t <= best.t",
           "t > ray.t_min && t < best.t"),
-    Fault("zero directions unguarded", "lib/box.glsl", "clamp(1.0 / d, vec3(-1e38), vec3(1e38))", "1.0 / dir"),
+    Fault("zero directions unguarded", "lib/box.glsl", "precise vec3 inv = 1.0 / d;", "precise vec3 inv = 1.0 / dir;"),
     Fault("NaN and infinity unguarded", "lib/leaf.glsl", "return !finite || !(ray.t_max > ray.t_min)",
           "return !(ray.t_max > ray.t_min)"),
 )
