@@ -113,7 +113,8 @@ def fill(folder: Path, binary: Path, scenes: list[Path]) -> None:
         copy_licence(path, folder)
     set_rpath(program, "$ORIGIN/../lib")
     shutil.copytree(ROOT / "shaders", share / "shaders")
-    shutil.copy(ROOT / "tools" / "plot_bench.py", share / "plot_bench.py")
+    for script in ("plot_bench.py", "plot_verify.py"):
+        shutil.copy(ROOT / "tools" / script, share / script)
     (share / "scenes").mkdir()
     for scene in scenes:
         for file in files_of_scene(scene):
