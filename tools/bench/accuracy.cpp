@@ -91,7 +91,8 @@ Accuracy accuracy_of(const ErrorFigures& f) {
              {},
              {}};
   for (const ErrorCase& c : f.cases)
-    a.cases.push_back({c.index, std::string(name_of(c.kind)), c.within_bound, c.reason, c.ray, c.answer, c.truth.prim, c.truth.t});
+    a.cases.push_back(
+        {c.index, std::string(name_of(c.kind)), c.within_bound, c.reason, c.ray, c.answer, c.truth.prim, c.truth.t});
   return a;
 }
 
@@ -102,8 +103,8 @@ bool is_conservative(const std::string& numeric) {
 }
 
 std::uint64_t broken_promises(const Accuracy& a, const std::string& numeric) {
-  if (is_exact(numeric)) return a.unwritten + a.wrong() + a.wrong_values + a.ties;
-  return a.unwritten + (is_conservative(numeric) ? a.beyond_bound + a.wrong_values : 0);
+  if (is_exact(numeric)) return a.wrong() + a.wrong_values + a.ties;
+  return is_conservative(numeric) ? a.beyond_bound + a.wrong_values : a.unwritten;
 }
 
 void add_json(nlohmann::json& record, const Accuracy& a) {

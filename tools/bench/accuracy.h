@@ -40,7 +40,8 @@ struct Accuracy {
 Accuracy accuracy_of(const ErrorFigures& figures);
 
 /// Answers that a mode has promised not to give: in `exact` any that is not the truth to the last tie; in conservative
-/// modes what their bound does not explain, and values beyond it; in every mode records that were not written.
+/// modes what their bound does not explain, and values beyond it; in the others records that were not written. (A record
+/// that was not written is beyond every bound, too.)
 std::uint64_t broken_promises(const Accuracy& accuracy, const std::string& numeric);
 /// False too for modes that the registry does not know.
 bool is_conservative(const std::string& numeric);

@@ -145,8 +145,8 @@ HardResult run_hard_cases(const std::vector<Entry>& entries, const HardOptions& 
 
 std::uint64_t broken_promises(const HardRecord& r) {
   if (!r.failed.empty()) return 1;
-  return bench::broken_promises(r.accuracy, r.numeric) + r.unlike +
-         (bench::is_conservative(r.numeric) ? r.leaks + r.differing : 0);
+  const std::uint64_t always = std::max(bench::broken_promises(r.accuracy, r.numeric), r.unlike);
+  return bench::is_conservative(r.numeric) ? std::max({always, r.leaks, r.differing}) : always;
 }
 
 }  // namespace ballot::verify

@@ -28,7 +28,8 @@ HardResult run_hard_cases(const std::vector<bench::Entry>& entries, const HardOp
                           const std::function<void(const DeviceInfo&)>& begin);
 
 /// What no mode may do, or this one promised not to: broken_promises, answers unlike those known by construction, in
-/// conservative modes leaks and answers that depend on the entry. A case that failed counts as 1.
+/// conservative modes leaks and answers that depend on the entry; the largest of these counts, for one answer may be
+/// several of them. A case that failed counts as 1.
 std::uint64_t broken_promises(const bench::HardRecord& record);
 
 }  // namespace ballot::verify

@@ -83,6 +83,14 @@ bench::Accuracy total_of(const Platform& platform, const std::string& numeric) {
   return total;
 }
 
+const Row* worst_row(const Place& place, const std::string& numeric) {
+  const Row* worst = nullptr;
+  const auto rate = [](const Row& r) { return per_million(r.accuracy.wrong(), r.accuracy.rays); };
+  for (const Row& row : place.rows)
+    if (row.numeric == numeric && (!worst || rate(row) > rate(*worst))) worst = &row;
+  return worst;
+}
+
 std::optional<Cost> cost_of(const Platform& platform, const std::string& numeric, const std::string& base) {
   std::vector<double> ratios;
   Cost cost;

@@ -37,6 +37,9 @@ std::vector<Platform> platforms_of(const std::vector<bench::Document>& documents
 /// All answers of a mode; rays are counted once an entry.
 bench::Accuracy total_of(const Platform& platform, const std::string& numeric);
 
+/// The entry with the highest rate of wrong answers in this mode; null without one.
+const Row* worst_row(const Place& place, const std::string& numeric);
+
 /// What a mode costs in time against another, over all places and entries that have both.
 struct Cost {
   double median = 1, worst = 1;  // ratios of times

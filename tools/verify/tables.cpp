@@ -31,15 +31,6 @@ std::string count_or_rate(std::uint64_t n, std::uint64_t rays) {
   return n == 0 ? "0" : rate_text(per_million(n, rays));
 }
 
-/// The entry with the highest rate of wrong answers in this mode; null without one.
-const Row* worst_row(const Place& place, const std::string& numeric) {
-  const Row* worst = nullptr;
-  const auto rate = [](const Row& r) { return per_million(r.accuracy.wrong(), r.accuracy.rays); };
-  for (const Row& row : place.rows)
-    if (row.numeric == numeric && (!worst || rate(row) > rate(*worst))) worst = &row;
-  return worst;
-}
-
 const Place* find_place(const Platform& platform, const std::string& scene, const std::string& rays) {
   for (const Place& place : platform.places)
     if (place.scene == scene && place.rays == rays) return &place;

@@ -27,7 +27,8 @@ std::string mode_table(const std::vector<Platform>& platforms);
 /// Wrong answers per million by scene and ray kind, of the worst entry; modes and platforms side by side.
 std::string rate_table(const std::vector<Platform>& platforms);
 
-/// The listed wrong answers, at most `most` a place, each with its reason; "" if there are none.
+/// Wrong answers by place and mode, each with its reason, at most `most` of the entry that errs most, or in hard cases of
+/// the first one that errs; "" if there are none.
 std::string case_list(const std::vector<Platform>& platforms, const std::vector<bench::Document>& documents,
                       std::size_t most);
 

@@ -1,6 +1,7 @@
 // What a run shows, in sentences, and the wrong answers that it lists.
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "tools/verify/tables.h"
 
@@ -80,14 +81,19 @@ std::string case_list(const std::vector<Platform>& platforms, const std::vector<
   std::string text;
   for (const Platform& platform : platforms)
     for (const Place& place : platform.places)
-      for (const Row& row : place.rows)
-        text += cases_text(fmt::format("{}{}, {}, {}, {}", platforms.size() > 1 ? platform.name + ": " : "",
-                                       place.scene, place.rays, row.label, row.numeric),
-                           row.accuracy.cases, most);
-  for (const bench::Document& document : documents)
-    for (const bench::HardRecord& r : document.hard)
-      text += cases_text(fmt::format("hard case {}, {}, {}, {}", r.name, r.rays, r.label, r.numeric), r.accuracy.cases,
-                         most);
+      for (const std::string& mode : platform.modes())
+        if (const Row* row = worst_row(place, mode))
+          text += cases_text(fmt::format("{}{}, {}, {}, {}", platforms.size() > 1 ? platform.name + ": " : "",
+                                         place.scene, place.rays, mode, row->label),
+                             row->accuracy.cases, most);
+  for (const bench::Document& document : documents) {
+    std::set<std::string> shown;
+    for (const bench::HardRecord& r : document.hard) {
+      const std::string place = fmt::format("hard case {}, {}, {}", r.name, r.rays, r.numeric);
+      if (!r.accuracy.cases.empty() && shown.insert(place).second)
+        text += cases_text(place + ", " + r.label, r.accuracy.cases, most);
+    }
+  }
   return text;
 }
 
