@@ -84,8 +84,10 @@ TEST_F(Verify, CornellIsMeasuredHeldToTheOracleAndReported) {
     EXPECT_EQ(record["trace_ms"]["samples"].size(), 2u);
     EXPECT_EQ(record.contains("image_rmse"), record["rays"] == "primary");
     EXPECT_EQ(record["unwritten"], 0);
-    if (record["numeric"] == "watertight") EXPECT_EQ(record["beyond_bound"], 0);
-    if (record["numeric"] == "watertight") EXPECT_EQ(record["wrong_values"], 0);
+    if (record["numeric"] == "watertight") {
+      EXPECT_EQ(record["beyond_bound"], 0);
+      EXPECT_EQ(record["wrong_values"], 0);
+    }
   }
   EXPECT_EQ(methods, (std::set<std::string>{std::string(kDefaultMethod), "packet"}));
   EXPECT_EQ(modes.size(), std::size(kNumericModes));
@@ -139,22 +141,26 @@ TEST_F(Verify, AnswersBeyondTheBoundAreAFailureAndListed) {
   expect_parts(over.out, {fmt::format("plain: {} of 100 answers wrong", misses)});
 }
 
+// Whether the cases hold is tested on the device (HardCases); here, that the command says so.
 TEST_F(Verify, HardCasesNeedNoScene) {
-  const Result result = run({"verify", "--hard", "--quick", "--methods", "while-while,packet:vote=count", "--numeric",
-                             "watertight", "--json", "verify.json", "--report", "out"});
-  EXPECT_EQ(result.code, 0) << result.err;
+  const Result result = run({"verify", "--hard", "--quick", "--methods", "while-while", "--numeric", "watertight",
+                             "--json", "verify.json", "--report", "out"});
   expect_parts(result.out, {"hard case", "worst method", "leaks", "promise", "watertight: "});
   const auto run = json("verify.json");
   EXPECT_TRUE(run["records"].empty());
   std::set<std::string> names;
+  std::uint64_t broken = 0;
   for (const auto& record : run["hard"]) {
     SCOPED_TRACE(record["case"]);
     names.insert(record["case"]);
     expect_contract(record);
-    for (const char* key : {"leaks", "differing", "unlike_known"}) EXPECT_EQ(record.at(key), 0) << key;
+    for (const char* key : {"leaks", "differing", "unlike_known", "beyond_bound", "wrong_values"})
+      broken += record.at(key).get<std::uint64_t>();
     EXPECT_FALSE(record.contains("failed"));
   }
   EXPECT_EQ(names.size(), hard_cases().size());
+  EXPECT_EQ(result.code, broken > 0 ? 1 : 0) << result.err;
+  EXPECT_EQ(result.out.find("**broken**") != std::string::npos, broken > 0);
   expect_parts(read("out/verify.md"), {"## Hard cases", std::string(hard_cases()[0].what)});
   expect_parts(read("out/verify.csv"), {"hard/" + std::string(hard_cases()[0].name)});
   write("README.md", "<!-- accuracy:begin -->\n<!-- accuracy:end -->\n");
@@ -166,12 +172,12 @@ TEST_F(Verify, ReportsStandSideBySideInAReadme) {
   write("gpu.json", made_up_verify("Imagined GPU").dump());
   write("cpu.json", made_up_verify("Imagined CPU").dump());
   write("bench.json", made_up_bench().dump());
-  write(
-      "README.md",
-      "above\n<!-- results:begin -->\n<!-- results:end -->\n<!-- accuracy:begin -->\nold\n<!-- accuracy:end -->\nend");
+  write("README.md",
+        "above\n<!-- results:begin -->\n<!-- results:end -->\n<!-- accuracy:begin -->\nto be replaced\n<!-- "
+        "accuracy:end -->\nend");
   succeed({"report", "gpu.json", "cpu.json", "bench.json", "--readme", "README.md", "--report", "out"}, kNoPython);
   const std::string text = read("README.md");
-  EXPECT_EQ(text.find("old"), std::string::npos);
+  EXPECT_EQ(text.find("to be replaced"), std::string::npos);
   EXPECT_TRUE(text.starts_with("above\n") && text.ends_with("<!-- accuracy:end -->\nend"));
   expect_parts(text,
                {"### What a mode costs", "Imagined GPU: fast", "Imagined CPU: watertight", "+25.0 %", "20.0 (3.0)",
