@@ -152,7 +152,8 @@ std::vector<Document> read_documents(const std::filesystem::path& path) {
     json = nlohmann::json::parse(text, text + bytes.size());
   } catch (const nlohmann::json::parse_error& error) {
     fail(Failure::Work,
-         "{}: expected JSON as 'ballot bench' and 'ballot verify' write it, found something else at byte {} of {}",
+         "{}: expected JSON as 'ballot bench --json' writes it, or 'ballot verify --json', found something else at "
+         "byte {} of {}",
          path.string(), error.byte, bytes.size());
   }
   const JsonPlace top(json, path.string());

@@ -71,8 +71,9 @@ class JsonPlace {
   [[noreturn]] void wrong(const std::string& expected) const {
     std::string found = value_->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     if (found.size() > 40) found = found.substr(0, 40) + "...";
-    fail(Failure::Work, "{}: {}: expected {}, found {}; give a file that 'ballot bench' or 'ballot verify' wrote",
-         file_, place_.empty() ? "top level" : place_, expected, found);
+    fail(Failure::Work,
+         "{}: {}: expected {}, found {}; give a file that 'ballot bench --json' or 'ballot verify --json' wrote", file_,
+         place_.empty() ? "top level" : place_, expected, found);
   }
 
  private:
