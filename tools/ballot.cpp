@@ -1,4 +1,4 @@
-// The command line: ballot info | render | trace | bench | report | shaders.
+// The command line: ballot info | render | trace | bench | verify | report | shaders.
 #include <cstdio>
 #include <exception>
 
@@ -48,12 +48,14 @@ int run(int argc, char** argv) {
       "  ballot render scenes/cornell.gltf --view all --size 512x512 --png --out out/\n"
       "  ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy --method packet --knob vote=count\n"
       "  ballot bench scenes/cornell.gltf --rays primary,ao --sweep --report out/bench/\n"
+      "  ballot verify scenes/cornell.gltf --rays primary --report out/verify/\n"
       "Exit codes: 0 done, 1 the work failed, 2 the arguments are wrong, 3 no usable device.");
   int result = 0;
   cli::add_info(app, result);
   cli::add_render(app, result);
   cli::add_trace(app, result);
   cli::add_bench(app, result);
+  cli::add_verify(app, result);
   cli::add_report(app, result);
   cli::add_shaders(app, result);
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);

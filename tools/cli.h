@@ -64,6 +64,7 @@ void add_info(CLI::App& app, int& result);
 void add_render(CLI::App& app, int& result);
 void add_trace(CLI::App& app, int& result);
 void add_bench(CLI::App& app, int& result);
+void add_verify(CLI::App& app, int& result);
 void add_report(CLI::App& app, int& result);
 void add_shaders(CLI::App& app, int& result);
 

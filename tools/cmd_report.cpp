@@ -1,31 +1,51 @@
+#include "tools/bench/readme.h"
 #include "tools/bench/report.h"
 #include "tools/cli.h"
+#include "tools/verify/report.h"
 
 namespace ballot::cli {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 struct Args {
   std::vector<std::string> files;
   std::string report, readme;
 };
 
+/// One sort of runs: what its report and its place in a README are called, and how they are written.
+struct Sort {
+  std::string place, page;
+  std::vector<bench::Document> documents;
+  std::string (*write_report)(const fs::path& folder, const std::vector<bench::Document>& documents);
+  std::string (*readme_text)(const std::vector<bench::Document>& documents);
+};
+
+void write(const Args& args, const Sort& sort) {
+  if (!args.report.empty()) {
+    const std::string missing = sort.write_report(args.report, sort.documents);
+    if (!missing.empty()) fmt::print(stderr, "ballot: {}\n", missing);
+    fmt::print("wrote {}\n", (fs::path(args.report) / sort.page).string());
+  }
+  if (!args.readme.empty()) {
+    bench::write_readme(args.readme, sort.place, sort.readme_text(sort.documents));
+    fmt::print("wrote the {} in {}\n", sort.place, args.readme);
+  }
+}
+
 int run(const Args& args) {
   if (args.report.empty() && args.readme.empty())
     fail(Failure::Arguments, "report: nowhere to write to; give --report DIR, --readme FILE or both");
-  if (!args.readme.empty()) bench::check_readme(args.readme);
-  std::vector<bench::Document> documents;
+  Sort measured{"results", "report.md", {}, bench::write_report, bench::readme_text};
+  Sort verified{"accuracy", "verify.md", {}, verify::write_report, verify::readme_text};
   for (const std::string& file : args.files)
-    for (bench::Document& document : bench::read_documents(file)) documents.push_back(std::move(document));
-  if (!args.report.empty()) {
-    const std::string missing = bench::write_report(args.report, documents);
-    if (!missing.empty()) fmt::print(stderr, "ballot: {}\n", missing);
-    fmt::print("wrote {}\n", (std::filesystem::path(args.report) / "report.md").string());
-  }
-  if (!args.readme.empty()) {
-    bench::write_readme(args.readme, documents);
-    fmt::print("wrote the results in {}\n", args.readme);
-  }
+    for (bench::Document& document : bench::read_documents(file))
+      (verify::is_verified(document) ? verified : measured).documents.push_back(std::move(document));
+  for (const Sort* sort : {&measured, &verified})
+    if (!args.readme.empty() && !sort->documents.empty()) bench::check_readme(args.readme, sort->place);
+  for (const Sort* sort : {&measured, &verified})
+    if (!sort->documents.empty()) write(args, *sort);
   return 0;
 }
 
@@ -33,12 +53,16 @@ int run(const Args& args) {
 
 void add_report(CLI::App& app, int& result) {
   auto args = std::make_shared<Args>();
-  CLI::App* cmd = app.add_subcommand("report", "tables, answers and plots of what 'ballot bench' measured; no device");
-  cmd->add_option("FILES", args->files, "JSON of 'ballot bench', or results.json of reports; several devices may mix")
+  CLI::App* cmd = app.add_subcommand(
+      "report", "tables, answers and plots of what 'ballot bench' and 'ballot verify' measured; no device");
+  cmd->add_option("FILES", args->files, "JSON of these commands, also from their reports; several devices may mix")
       ->required();
-  cmd->add_option("--report", args->report, "folder for report.md, results.json, records.csv and plots");
+  cmd->add_option("--report", args->report,
+                  "folder for report.md, results.json, records.csv and plots; of verified runs verify.md, verify.json, "
+                  "verify.csv and a plot");
   cmd->add_option("--readme", args->readme,
-                  "replace what this file has between the lines <!-- results:begin --> and <!-- results:end -->");
+                  "replace what this file has between the lines <!-- results:begin --> and <!-- results:end -->; of "
+                  "verified runs between <!-- accuracy:begin --> and <!-- accuracy:end -->");
   cmd->callback([args, &result] { result = run(*args); });
 }
 

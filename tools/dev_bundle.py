@@ -30,8 +30,8 @@ The C++ run time (libstdc++ of GCC 12 or newer) is the system's, as drivers need
 
   LD_LIBRARY_PATH=lib/fallback bin/ballot info
 
-The plots of `bench --report` are drawn by Python 3 with matplotlib (Debian: python3-matplotlib); without it a report has
-none, and says how to draw them later.
+The plots of `bench --report` and `verify --report` are drawn by Python 3 with matplotlib (Debian: python3-matplotlib);
+without it a report has none, and says how to draw them later.
 
 Compiled shaders are cached in $XDG_CACHE_HOME/ballot or ~/.cache/ballot. The licences of the libraries in lib/ are in
 share/doc.
@@ -113,7 +113,8 @@ def fill(folder: Path, binary: Path, scenes: list[Path]) -> None:
         copy_licence(path, folder)
     set_rpath(program, "$ORIGIN/../lib")
     shutil.copytree(ROOT / "shaders", share / "shaders")
-    shutil.copy(ROOT / "tools" / "plot_bench.py", share / "plot_bench.py")
+    for script in ("plot_bench.py", "plot_verify.py"):
+        shutil.copy(ROOT / "tools" / script, share / script)
     (share / "scenes").mkdir()
     for scene in scenes:
         for file in files_of_scene(scene):

@@ -13,10 +13,7 @@ std::string rays_name(const Record& record) {
 }
 
 bool same_setting(const Setting& setting, const Document& document, const Record& record) {
-  const Document& other = *setting.document;
-  return setting.numeric == record.numeric && other.device == document.device && other.driver == document.driver &&
-         other.subgroup_size == document.subgroup_size && other.clock == document.clock &&
-         other.size == document.size && other.ao_rays == document.ao_rays && other.ao_radius == document.ao_radius;
+  return setting.numeric == record.numeric && same_platform(*setting.document, document);
 }
 
 Setting& setting_of(std::vector<Setting>& settings, const Document& document, const Record& record) {
@@ -39,25 +36,15 @@ Cell& cell_of(Block& block, const Record& record) {
   return cells.emplace_back(Cell{record.label, record.role, {}});
 }
 
-/// Adds what tells settings of one name apart, until no two share one.
 void name_settings(std::vector<Setting>& settings) {
-  using Part = std::function<std::string(const Setting&)>;
-  const std::vector<Part> parts{
-      [](const Setting& s) { return s.numeric; },
-      [](const Setting& s) { return s.document->driver; },
-      [](const Setting& s) { return fmt::format("{}x{}", s.document->size[0], s.document->size[1]); },
-      [](const Setting& s) { return fmt::format("subgroups of {}", s.document->subgroup_size); },
-      [](const Setting& s) { return s.document->clock; },
-      [](const Setting& s) { return fmt::format("{} ao rays of {:g}", s.document->ao_rays, s.document->ao_radius); },
-  };
-  for (Setting& s : settings) s.name = s.document->device;
-  for (const Part& part : parts) {
-    std::map<std::string, int> uses;
-    for (const Setting& s : settings) ++uses[s.name];
-    const bool always = &part == &parts.front();
-    for (Setting& s : settings)
-      if (always || uses[s.name] > 1) s.name += ", " + part(s);
+  std::vector<std::string> names;
+  std::vector<const Document*> documents;
+  for (const Setting& s : settings) {
+    names.push_back(s.document->device + ", " + s.numeric);
+    documents.push_back(s.document);
   }
+  tell_apart(names, documents);
+  for (std::size_t i = 0; i < settings.size(); ++i) settings[i].name = names[i];
 }
 
 template <class Items, class Name>
@@ -138,6 +125,28 @@ const Block* Setting::find(const std::string& scene, const std::string& rays) co
   for (const Block& block : blocks)
     if (block.scene == scene && block.rays == rays) return &block;
   return nullptr;
+}
+
+bool same_platform(const Document& a, const Document& b) {
+  return a.device == b.device && a.driver == b.driver && a.subgroup_size == b.subgroup_size && a.clock == b.clock &&
+         a.size == b.size && a.ao_rays == b.ao_rays && a.ao_radius == b.ao_radius;
+}
+
+void tell_apart(std::vector<std::string>& names, const std::vector<const Document*>& documents) {
+  using Part = std::function<std::string(const Document&)>;
+  const std::vector<Part> parts{
+      [](const Document& d) { return d.driver; },
+      [](const Document& d) { return fmt::format("{}x{}", d.size[0], d.size[1]); },
+      [](const Document& d) { return fmt::format("subgroups of {}", d.subgroup_size); },
+      [](const Document& d) { return d.clock; },
+      [](const Document& d) { return fmt::format("{} ao rays of {:g}", d.ao_rays, d.ao_radius); },
+  };
+  for (const Part& part : parts) {
+    std::map<std::string, int> uses;
+    for (const std::string& name : names) ++uses[name];
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (uses[names[i]] > 1) names[i] += ", " + part(*documents[i]);
+  }
 }
 
 Arranged arrange(const std::vector<Document>& documents) {

@@ -49,6 +49,12 @@ struct Setting {
   const Block* find(const std::string& scene, const std::string& rays) const;
 };
 
+/// One device and driver, clock, picture size and ao rays.
+bool same_platform(const Document& a, const Document& b);
+
+/// Adds to names, one a document, what tells the documents apart, until no two are alike.
+void tell_apart(std::vector<std::string>& names, const std::vector<const Document*>& documents);
+
 struct Arranged {
   std::vector<Setting> settings;
   std::uint64_t replaced = 0;  // records that a later document measured again

@@ -43,6 +43,27 @@ nlohmann::json record_json(const Record& r) {
   if (r.frame) json["frame_ms"] = times_json(*r.frame);
   if (!r.counters.empty()) json["counters"] = r.counters;
   if (r.check) json["check"] = check_json(*r.check);
+  if (r.accuracy) add_json(json, *r.accuracy);
+  return json;
+}
+
+nlohmann::json hard_json(const HardRecord& r) {
+  nlohmann::json json{{"case", r.name},
+                      {"from", r.from},
+                      {"what", r.what},
+                      {"rays", r.rays},
+                      {"any", r.any},
+                      {"closed", r.closed},
+                      {"label", r.label},
+                      {"method", r.method},
+                      {"knobs", r.knobs},
+                      {"numeric", r.numeric},
+                      {"ray_count", r.accuracy.rays},
+                      {"leaks", r.leaks},
+                      {"unlike_known", r.unlike},
+                      {"differing", r.differing}};
+  if (!r.failed.empty()) json["failed"] = r.failed;
+  add_json(json, r.accuracy);
   return json;
 }
 
@@ -108,6 +129,7 @@ nlohmann::json to_json(const Document& d) {
                       {"records", nlohmann::json::array()}};
   for (const SceneFigures& scene : d.scenes) json["scenes"].push_back(scene_json(scene));
   for (const Record& record : d.records) json["records"].push_back(record_json(record));
+  for (const HardRecord& record : d.hard) json["hard"].push_back(hard_json(record));
   return json;
 }
 

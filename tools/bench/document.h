@@ -1,4 +1,5 @@
-// What one run of `ballot bench` measured, and its JSON file: written by the runner, read by report and comparison.
+// What one run of `ballot bench` or `ballot verify` measured, and its JSON file: written by the runner, read by report and
+// comparison.
 #pragma once
 
 #include <array>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "engine/ballot.h"
+#include "tools/bench/accuracy.h"
 
 namespace ballot::bench {
 
@@ -59,8 +61,24 @@ struct Record {
   std::map<std::string, double>
       counters;  // by name; of kCounters means per ray; also active_share, packet_share and stack_max
   std::optional<Checked> check;
+  std::optional<Accuracy> accuracy;  // from `ballot verify`; none for sweeps
 
   double mrays_per_s() const { return double(ray_count) / trace.median * 1e-3; }
+};
+
+/// One entry on one set of rays of a hard case (tools/hard/hard.h): answers, no times.
+struct HardRecord {
+  std::string name, from, what;  // of the case
+  std::string rays;
+  bool any = false, closed = false;  // closed: rays start within a closed mesh, so that every miss is a leak
+  std::string label, method, numeric;
+  Knobs knobs;
+  std::uint64_t leaks = 0;
+  std::uint64_t unlike = 0;  // answers unlike those that are known by construction
+  std::uint64_t differing =
+      0;  // answers unlike those of the first entry in this mode, in a bit; of any: in being a hit
+  Accuracy accuracy;
+  std::string failed;  // why the case could not be traced; then there is no entry and no figure
 };
 
 struct SceneFigures {
@@ -84,6 +102,7 @@ struct Document {
   bool partial = false;
   std::vector<SceneFigures> scenes;
   std::vector<Record> records;
+  std::vector<HardRecord> hard;  // of `ballot verify --hard`
 };
 
 /// Variables that decide which driver and which shaders are measured.
@@ -92,7 +111,7 @@ inline constexpr const char* kEnvironment[] = {"VK_DRIVER_FILES", "VK_ICD_FILENA
 
 nlohmann::json to_json(const Document& document);
 
-/// The documents of a file: one object as `ballot bench --json` writes it, or several under "documents" as in the
+/// The documents of a file: one object as --json of `ballot bench` and `ballot verify` writes it, or several under "documents" as in the
 /// results.json of a report. Throws Error(Work) that names file, place, what was found and what was expected.
 std::vector<Document> read_documents(const std::filesystem::path& path);
 

@@ -72,6 +72,27 @@ Record read_record(const JsonPlace& json) {
   if (const auto counters = json.find("counters"))
     for (const auto& [name, value] : counters->members()) r.counters[name] = value.number();
   if (const auto check = json.find("check")) r.check = read_check(*check);
+  r.accuracy = read_accuracy(json);
+  return r;
+}
+
+HardRecord read_hard(const JsonPlace& json) {
+  HardRecord r;
+  r.name = json.at("case").text();
+  r.from = json.at("from").text();
+  r.what = json.at("what").text();
+  r.rays = json.at("rays").text();
+  r.any = json.at("any").truth();
+  r.closed = json.at("closed").truth();
+  r.label = json.at("label").text();
+  r.method = json.at("method").text();
+  r.numeric = json.at("numeric").text();
+  for (const auto& [name, value] : json.at("knobs").members()) r.knobs[name] = value.text();
+  r.leaks = json.at("leaks").count();
+  r.unlike = json.at("unlike_known").count();
+  r.differing = json.at("differing").count();
+  r.accuracy = read_accuracy(json).value_or(Accuracy{});
+  if (const auto failed = json.find("failed")) r.failed = failed->text();
   return r;
 }
 
@@ -116,6 +137,8 @@ Document read_document(const JsonPlace& json, const std::string& source) {
   if (const auto partial = json.find("partial")) d.partial = partial->truth();
   for (const JsonPlace& scene : json.at("scenes").items()) d.scenes.push_back(read_scene(scene));
   for (const JsonPlace& record : json.at("records").items()) d.records.push_back(read_record(record));
+  if (const auto hard = json.find("hard"))
+    for (const JsonPlace& record : hard->items()) d.hard.push_back(read_hard(record));
   return d;
 }
 
@@ -128,7 +151,9 @@ std::vector<Document> read_documents(const std::filesystem::path& path) {
   try {
     json = nlohmann::json::parse(text, text + bytes.size());
   } catch (const nlohmann::json::parse_error& error) {
-    fail(Failure::Work, "{}: expected JSON as 'ballot bench --json' writes it, found something else at byte {} of {}",
+    fail(Failure::Work,
+         "{}: expected JSON as 'ballot bench --json' writes it, or 'ballot verify --json', found something else at "
+         "byte {} of {}",
          path.string(), error.byte, bytes.size());
   }
   const JsonPlace top(json, path.string());

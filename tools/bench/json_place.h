@@ -40,6 +40,7 @@ class JsonPlace {
     return all;
   }
 
+  bool is_null() const { return value_->is_null(); }
   std::string text() const {
     if (!value_->is_string()) wrong("a text");
     return value_->get<std::string>();
@@ -70,7 +71,8 @@ class JsonPlace {
   [[noreturn]] void wrong(const std::string& expected) const {
     std::string found = value_->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     if (found.size() > 40) found = found.substr(0, 40) + "...";
-    fail(Failure::Work, "{}: {}: expected {}, found {}; give a file that 'ballot bench --json' wrote", file_,
+    fail(Failure::Work,
+         "{}: {}: expected {}, found {}; give a file that 'ballot bench --json' or 'ballot verify --json' wrote", file_,
          place_.empty() ? "top level" : place_, expected, found);
   }
 

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <random>
 
+#include "tools/bench/image_error.h"
+
 namespace ballot::bench {
 
 namespace {
@@ -33,8 +35,10 @@ struct Runner {
   Samples trace, frame;
   std::vector<std::map<std::string, double>> counters;  // by view, where asked for
   std::vector<std::optional<Checked>> checks;
+  std::vector<std::optional<Accuracy>> accuracies;
 
-  Runner(const Entry& e, std::size_t views) : entry(&e), trace(views), frame(views), counters(views), checks(views) {}
+  Runner(const Entry& e, std::size_t views)
+      : entry(&e), trace(views), frame(views), counters(views), checks(views), accuracies(views) {}
 };
 
 class BlockRun {
@@ -76,6 +80,7 @@ class BlockRun {
     for (std::size_t v = 0; v < batches_.size(); ++v) {
       if (around_.options.counters) count(v);
       if (around_.options.check) check(v);
+      if (around_.options.verify) verify(v);
     }
     if (retraced_ > 0)
       note("{}, {}: {} rays were cut short by the driver and traced again", scene(), rays_.name, retraced_);
@@ -199,6 +204,30 @@ class BlockRun {
     }
   }
 
+  /// The exact answers of a view, with a bar of their own: they take longer than the traces.
+  ExactTruth exact_truth(std::size_t view) const {
+    around_.quiet();
+    const std::string& name = views_[view];
+    ProgressBar bar(fmt::format("exact answers: {}, {}{}", scene(), rays_.name, name.empty() ? "" : ", " + name));
+    return around_.engine.exact_truth(*batches_[view], [&](double done) {
+      bar.update(done);
+      around_.poll();
+    });
+  }
+
+  void verify(std::size_t view) {
+    const ExactTruth truth = exact_truth(view);
+    RayBatch& batch = *batches_[view];
+    for (Runner& runner : runners_) {
+      const ErrorFigures figures = around_.engine.verify(batch, truth, runner.entry->query, around_.options.cases);
+      Accuracy accuracy = accuracy_of(figures);
+      if (rays_.kind && rays_.kind->from_camera())
+        accuracy.image_rmse = image_rmse(around_.engine.scene().triangles, truth.rays, batch.hits(), truth.hits);
+      runner.accuracies[view] = std::move(accuracy);
+      around_.step();
+    }
+  }
+
   Record record(const Runner& runner, std::size_t view) const {
     const Entry& entry = *runner.entry;
     const RayBatch& batch = *batches_[view];
@@ -225,6 +254,7 @@ class BlockRun {
     if (!runner.frame[view].empty()) r.frame = times_of(runner.frame[view]);
     r.counters = runner.counters[view];
     r.check = runner.checks[view];
+    r.accuracy = runner.accuracies[view];
     return r;
   }
 
@@ -251,7 +281,8 @@ std::size_t steps_of(const Plan& plan, const RaySet& rays, const RunOptions& opt
   const std::size_t entries = plan.entries.size() + plan.sweeps.size(), dispatches = rays.kind ? 2 : 1;
   return swept + plan.entries.size() * dispatches +
          views * (swept * sweep_repeats(plan, options) +
-                  entries * (dispatches * options.repeats + (options.counters ? 1 : 0) + (options.check ? 1 : 0)));
+                  entries * (dispatches * options.repeats + (options.counters ? 1 : 0) + (options.check ? 1 : 0) +
+                             (options.verify ? 1 : 0)));
 }
 
 Measured measure(const Surroundings& around, const Plan& plan, const RaySet& rays,

@@ -78,10 +78,24 @@ std::string plain_number(const std::string& text) {
                                                                                           : text;
 }
 
+std::vector<std::string> modes_of(const std::string& text) {
+  std::vector<std::string> modes;
+  const auto add = [&](std::string_view mode) {
+    if (std::ranges::find(modes, mode) == modes.end()) modes.emplace_back(mode);
+  };
+  for (const std::string& item : items_of("--numeric", text)) {
+    if (item != "all") {
+      add(find_numeric(item).name);
+      continue;
+    }
+    for (const NumericMode& mode : kNumericModes) add(mode.name);
+  }
+  return modes;
+}
+
 class Entries {
  public:
-  Entries(const PlanArgs& args, Plan& plan) : args_(args), plan_(plan), modes_(items_of("--numeric", args.numeric)) {
-    for (const std::string& mode : modes_) find_numeric(mode);
+  Entries(const PlanArgs& args, Plan& plan) : args_(args), plan_(plan), modes_(modes_of(args.numeric)) {
     Formulation scratch;
     for (const std::string& text : args.knobs) {
       const auto [name, value] = knob_of("--knob", text);

@@ -38,7 +38,7 @@ struct RaySet {
 };
 
 struct PlanArgs {
-  std::string methods = "all", rays = "primary,secondary", numeric{kDefaultNumeric}, views = "all";
+  std::string methods = "all", rays = "primary,secondary", numeric{kDefaultNumeric}, views = "all";  // lists, or "all"
   std::vector<std::string> knobs;  // NAME=VALUE for every method
   bool sweep = false;
 };

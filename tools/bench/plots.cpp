@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kNoMatplotlib = 4;  // exit code of plot_bench.py
+constexpr int kNoMatplotlib = 4;  // exit code of the scripts
 
 struct Output {
   int code = -1;  // -1: it could not be started
@@ -52,12 +52,12 @@ Output run(std::vector<std::string> words) {
 }
 
 /// Beside the program, as the shaders of a bundle; else in the source tree. "" if it is in neither.
-fs::path script() {
+fs::path find_script(const std::string& name) {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path bundled = (program.parent_path() / "../share/ballot/plot_bench.py").lexically_normal();
+  const fs::path bundled = (program.parent_path() / "../share/ballot" / name).lexically_normal();
   if (!error && fs::exists(bundled, error)) return bundled;
-  const fs::path source = fs::path(BALLOT_SOURCE_TOOLS) / "plot_bench.py";
+  const fs::path source = fs::path(BALLOT_SOURCE_TOOLS) / name;
   return fs::exists(source, error) ? source : fs::path();
 }
 
@@ -76,11 +76,13 @@ std::vector<std::string> lines_of(const std::string& text) {
 
 }  // namespace
 
-Plots draw_plots(const fs::path& folder) {
-  const fs::path plotter = script();
+Plots draw_plots(const fs::path& folder, const std::string& script, const std::string& results_name) {
+  const fs::path plotter = find_script(script);
   if (plotter.empty())
-    return {{}, "no plots: plot_bench.py is neither beside the program in ../share/ballot nor in the source tree"};
-  const std::string results = (folder / "results.json").string();
+    return {
+        {},
+        fmt::format("no plots: {} is neither beside the program in ../share/ballot nor in the source tree", script)};
+  const std::string results = (folder / results_name).string();
   bool python = false;
   for (const std::string& interpreter : interpreters()) {
     const Output output = run({interpreter, plotter.string(), results, "--out", folder.string()});
@@ -101,6 +103,17 @@ Plots draw_plots(const fs::path& folder) {
       fmt::format("no plots: {} is missing; install {} (Debian), then: python3 {} {} --out {}",
                   python ? "matplotlib" : "Python 3", python ? "python3-matplotlib" : "python3 and python3-matplotlib",
                   plotter.string(), results, folder.string())};
+}
+
+std::string plot_section(const Plots& plots) {
+  std::string text = "## Plots\n\n";
+  for (const std::string& file : plots.files)
+    text += fmt::format("![{}]({})\n\n", fs::path(file).stem().string(), file);
+  if (!plots.missing.empty())
+    text += plots.missing + "\n\n";
+  else if (plots.files.empty())
+    text += "Nothing to draw.\n\n";
+  return text;
 }
 
 }  // namespace ballot::bench

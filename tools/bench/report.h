@@ -16,13 +16,11 @@ void check_report_folder(const std::filesystem::path& folder);
 /// Returns that line, "" if the plots were drawn. Throws Error(Work).
 std::string write_report(const std::filesystem::path& folder, const std::vector<Document>& documents);
 
-/// Replaces the text between the lines <!-- results:begin --> and <!-- results:end --> of a file by the main tables
-/// and answers. Throws Error(Work) if it does not hold each of them once, in this order.
-void write_readme(const std::filesystem::path& file, const std::vector<Document>& documents);
-/// Throws as write_readme would for the markers of this file, before any work.
-void check_readme(const std::filesystem::path& file);
+/// The main tables and answers, for the place in a README that is called "results" (readme.h).
+std::string readme_text(const std::vector<Document>& documents);
 
 // The sections, each Markdown under a heading of its own; "" where there is nothing to say.
+std::string runs_text(const std::vector<Document>& documents);  // without a heading: a paragraph and a command each
 std::string setup_section(const std::vector<Document>& documents, const Arranged& arranged);
 std::string scene_section(const std::vector<Document>& documents);  // Table 1
 std::string frame_section(const Setting& setting);                  // Table 2

@@ -1,36 +1,15 @@
 #include <set>
 
+#include "tools/bench/csv.h"
 #include "tools/bench/report.h"
 
 namespace ballot::bench {
 
 namespace {
 
-/// RFC 4180: quoted where it must be, quotes doubled.
-std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string result = "\"";
-  for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return result + "\"";
-}
-
-std::string line_of(const std::vector<std::string>& cells) {
-  std::string line;
-  for (const std::string& cell : cells) line += (line.empty() ? "" : ",") + quoted(cell);
-  return line + "\r\n";
-}
-
-std::string number(double value) { return fmt::format("{:.9g}", value); }
-
-std::string knobs_text(const Knobs& knobs) {
-  std::string text;
-  for (const auto& [name, value] : knobs) text += (text.empty() ? "" : " ") + name + "=" + value;
-  return text;
-}
-
 void add_times(std::vector<std::string>& cells, const Times* times) {
   for (const auto field : {&Times::median, &Times::p10, &Times::p90})
-    cells.push_back(times ? number(times->*field) : "");
+    cells.push_back(times ? csv_number(times->*field) : "");
 }
 
 void add_check(std::vector<std::string>& cells, const Checked* c) {
@@ -52,19 +31,19 @@ std::string record_line(const Document& d, const Record& r, const std::set<std::
                                  role_name(r.role),
                                  r.method,
                                  knobs_text(r.knobs),
-                                 r.threshold ? number(r.threshold->value) : "",
+                                 r.threshold ? csv_number(r.threshold->value) : "",
                                  r.variant,
                                  std::to_string(r.workgroup),
                                  std::to_string(r.subgroup),
                                  std::to_string(r.resident_lanes),
                                  std::to_string(r.ray_count),
-                                 number(r.mrays_per_s())};
+                                 csv_number(r.mrays_per_s())};
   add_times(cells, &r.trace);
   add_times(cells, r.frame ? &*r.frame : nullptr);
   add_check(cells, r.check ? &*r.check : nullptr);
   for (const std::string& name : counters)
-    cells.push_back(r.counters.contains(name) ? number(r.counters.at(name)) : "");
-  return line_of(cells);
+    cells.push_back(r.counters.contains(name) ? csv_number(r.counters.at(name)) : "");
+  return csv_line(cells);
 }
 
 }  // namespace
@@ -81,7 +60,7 @@ std::string csv_text(const std::vector<Document>& documents) {
       "trace_p90_ms", "frame_ms",   "frame_p10_ms",   "frame_p90_ms", "checked_rays", "checked_same", "checked_ties",
       "false_misses", "false_hits", "wrong_prims",    "wrong_t",      "unwritten"};
   for (const std::string& name : counters) header.push_back("counter_" + name);
-  std::string text = line_of(header);
+  std::string text = csv_line(header);
   for (const Document& d : documents)
     for (const Record& r : d.records) text += record_line(d, r, counters);
   return text;

@@ -21,8 +21,10 @@ void add_run(std::string& text, const Document& d) {
                       d.device, d.driver, d.subgroup_size, d.clock, d.size[0], d.size[1], d.repeats,
                       d.sweep_repeats ? fmt::format(", {} in sweeps", d.sweep_repeats) : "",
                       d.date.empty() ? "" : ", " + d.date);
-  text += fmt::format("  Scenes: {}. Rays: {}. Arithmetic: {}. {} records, commit {}.\n", list(scenes), list(kinds),
-                      list(modes), d.records.size(), d.commit);
+  if (!d.hard.empty()) text += fmt::format("  Hard cases: {} records.\n", d.hard.size());
+  if (!d.records.empty())
+    text += fmt::format("  Scenes: {}. Rays: {}. Arithmetic: {}. {} records, commit {}.\n", list(scenes), list(kinds),
+                        list(modes), d.records.size(), d.commit);
   if (kinds.contains("ao"))
     text += fmt::format("  Rays of kind ao: {} a hit, {:g} of the scene's diagonal long.\n", d.ao_rays, d.ao_radius);
   if (d.partial) text += "  **The run was interrupted: what is missing was not measured.**\n";
@@ -33,9 +35,14 @@ void add_run(std::string& text, const Document& d) {
 
 }  // namespace
 
-std::string setup_section(const std::vector<Document>& documents, const Arranged& arranged) {
-  std::string text = "## What was measured\n\n";
+std::string runs_text(const std::vector<Document>& documents) {
+  std::string text;
   for (const Document& d : documents) add_run(text, d);
+  return text;
+}
+
+std::string setup_section(const std::vector<Document>& documents, const Arranged& arranged) {
+  std::string text = "## What was measured\n\n" + runs_text(documents);
   text +=
       "\nTrace times are those of the traversal alone: Mrays/s are all rays of all views over the sum of the medians. "
       "Frames go from\ngeneration to film: FPS is the mean over the views of 1000 ms / median. \"(best)\" has the best "

@@ -45,16 +45,6 @@ void print_block(const Block& block) {
   std::fflush(stdout);
 }
 
-void print_records(const Document& document, std::vector<Record> records) {
-  Document part = document;
-  part.scenes.clear();
-  part.records = std::move(records);
-  const std::vector<Document> documents{std::move(part)};
-  for (const Setting& setting : arrange(documents).settings)
-    for (const Block& block : setting.blocks)
-      if (!block.cells.empty()) print_block(block);
-}
-
 std::string utc_now() {
   const std::time_t now = std::time(nullptr);
   std::tm parts{};
@@ -64,32 +54,14 @@ std::string utc_now() {
   return text;
 }
 
-Document header(const DeviceInfo& device, const Plan& plan, const RunOptions& options) {
-  Document d;
-  d.device = device.name;
-  d.driver = device.driver;
-  d.cpu = device.is_cpu();
-  d.subgroup_size = device.subgroup_size;
-  d.commit = commit();
-  d.command = options.command;
-  for (const char* name : kEnvironment)
-    if (const char* value = std::getenv(name)) d.environment[name] = value;
-  d.clock = device.timestamp_bits > 0 && device.timestamp_ns > 0 ? "GPU timestamps" : "wall";
-  d.date = utc_now();
-  d.size = {options.width, options.height};
-  d.ao_rays = options.kinds.ao_rays;
-  d.ao_radius = std::stod(fmt::format("{}", options.kinds.ao_radius));  // 0.05, not what a float makes of it
-  d.repeats = options.repeats;
-  d.sweep_repeats = sweep_repeats(plan, options);
-  return d;
-}
-
 class Run {
  public:
-  using Save = std::function<void(const Document&)>;
-
-  Run(const Plan& plan, const RunOptions& options, const std::vector<LoadedScene>& scenes, const Save& save)
-      : plan_(plan), options_(options), save_(save), bar_("measuring"), blocks_left_(scenes.size() * plan.rays.size()) {
+  Run(const Plan& plan, const RunOptions& options, const std::vector<LoadedScene>& scenes, const RunHooks& hooks)
+      : plan_(plan),
+        options_(options),
+        hooks_(hooks),
+        bar_("measuring"),
+        blocks_left_(scenes.size() * plan.rays.size()) {
     for (const LoadedScene& loaded : scenes)
       for (const RaySet& rays : plan.rays) total_ += steps_in(loaded.scene, rays);
   }
@@ -126,21 +98,27 @@ class Run {
     result_.wrong += measured.wrong;
     result_.without += measured.no_rays;
     bar_.hide();
-    print_records(result_.document, std::move(measured.records));
+    print(std::move(measured.records));
     if (measured.stopped) std::rethrow_exception(measured.stopped);
     done_ = done;  // views without rays take no steps
     result_.document.partial = --blocks_left_ > 0;
-    if (!records.empty()) save_(result_.document);
+    if (!records.empty()) hooks_.save(result_.document);
   }
 
   void begin(const Engine& engine) {
-    const std::uint32_t side = engine.device().is_cpu() ? 256 : 1024;
-    if (options_.width == 0) options_.width = options_.height = side;
+    options_ = with_size(std::move(options_), engine.device());
     result_.document = header(engine.device(), plan_, options_);
     bar_.hide();
     fmt::print("{} ({}), subgroup {}, {} x {} pixels, {} repeats, {} entries\n\n", engine.device().name,
                engine.device().driver, engine.device().subgroup_size, options_.width, options_.height, options_.repeats,
                plan_.entries.size() + plan_.sweeps.size());
+  }
+
+  void print(std::vector<Record> records) const {
+    Document part = result_.document;
+    part.scenes.clear();
+    part.records = std::move(records);
+    hooks_.print(part);
   }
 
   void step() {
@@ -153,7 +131,7 @@ class Run {
 
   const Plan& plan_;
   RunOptions options_;
-  const Save& save_;
+  const RunHooks& hooks_;
   ProgressBar bar_;
   InterruptGuard interrupt_;
   RunResult result_;
@@ -161,6 +139,38 @@ class Run {
 };
 
 }  // namespace
+
+Document header(const DeviceInfo& device, const Plan& plan, const RunOptions& options) {
+  Document d;
+  d.device = device.name;
+  d.driver = device.driver;
+  d.cpu = device.is_cpu();
+  d.subgroup_size = device.subgroup_size;
+  d.commit = commit();
+  d.command = options.command;
+  for (const char* name : kEnvironment)
+    if (const char* value = std::getenv(name)) d.environment[name] = value;
+  d.clock = device.timestamp_bits > 0 && device.timestamp_ns > 0 ? "GPU timestamps" : "wall";
+  d.date = utc_now();
+  d.size = {options.width, options.height};
+  d.ao_rays = options.kinds.ao_rays;
+  d.ao_radius = std::stod(fmt::format("{}", options.kinds.ao_radius));  // 0.05, not what a float makes of it
+  d.repeats = options.repeats;
+  d.sweep_repeats = sweep_repeats(plan, options);
+  return d;
+}
+
+RunOptions with_size(RunOptions options, const DeviceInfo& device) {
+  if (options.width == 0) options.width = options.height = device.is_cpu() ? 256 : 1024;
+  return options;
+}
+
+void print_speeds(const Document& part) {
+  const std::vector<Document> documents{part};
+  for (const Setting& setting : arrange(documents).settings)
+    for (const Block& block : setting.blocks)
+      if (!block.cells.empty()) print_block(block);
+}
 
 std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan) {
   std::vector<LoadedScene> scenes;
@@ -179,10 +189,9 @@ std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, cons
   return scenes;
 }
 
-RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options,
-              const std::function<void(const Document&)>& save) {
+RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options, const RunHooks& hooks) {
   options.engine.queries = plan.queries();
-  Run run(plan, options, scenes, save);
+  Run run(plan, options, scenes, hooks);
   RunResult& result = run.result();
   for (LoadedScene& scene : scenes) try {
       run.add(std::move(scene));

@@ -16,7 +16,9 @@ struct RunOptions {
   RayKindOptions kinds = {};
   std::uint32_t repeats = 20;
   bool counters = false, check = false;
-  std::string command;  // that the document names
+  bool verify = false;    // hold every hit to the exact oracle
+  std::size_t cases = 8;  // wrong answers that each record lists at most, where verified
+  std::string command;    // that the document names
 };
 
 /// A loaded scene that waits for its turn.
@@ -37,11 +39,24 @@ struct RunResult {
   std::exception_ptr failed;  // Error that ended the run early; the document holds what was measured until then
 };
 
-/// Prints a table for each scene, ray kind and numeric mode. save(document) is called after each scene and ray kind; but
-/// for the last one the document says that it is partial. SIGINT and SIGTERM end the run after the dispatch under way,
+/// What a run does as it goes, after every scene and ray kind.
+struct RunHooks {
+  std::function<void(const Document&)> print;  // gets the records of this scene and ray kind alone; no bar is drawn
+  std::function<void(const Document&)> save;   // gets all records so far; but for the last time marked as partial
+};
+
+/// A table of speeds for each numeric mode.
+void print_speeds(const Document& part);
+
+/// What a document says of device and options, without scenes and records. options.width is not 0.
+Document header(const DeviceInfo& device, const Plan& plan, const RunOptions& options);
+
+/// The options with the size of a picture on this device, where none was given.
+RunOptions with_size(RunOptions options, const DeviceInfo& device);
+
+/// Measures all scenes. SIGINT and SIGTERM end the run after the dispatch under way,
 /// and the document then is partial, too. Throws what happens before anything is measured, and Error(Work) if nothing
 /// could be.
-RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options,
-              const std::function<void(const Document&)>& save);
+RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options, const RunHooks& hooks);
 
 }  // namespace ballot::bench

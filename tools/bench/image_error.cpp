@@ -1,0 +1,31 @@
+#include "tools/bench/image_error.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+
+namespace ballot::bench {
+
+namespace {
+
+double shade(std::span<const Triangle> triangles, const Ray& ray, std::uint32_t prim) {
+  if (prim >= triangles.size()) return 0;
+  const Triangle& t = triangles[prim];
+  const glm::dvec3 a(t[0]), normal = glm::cross(glm::dvec3(t[1]) - a, glm::dvec3(t[2]) - a), dir(ray.dir);
+  const double lengths = glm::length(normal) * glm::length(dir);
+  return lengths > 0 ? std::abs(glm::dot(normal, dir)) / lengths : 0;
+}
+
+}  // namespace
+
+double image_rmse(std::span<const Triangle> triangles, std::span<const Ray> rays, std::span<const Hit> answers,
+                  std::span<const ExactHit> truth) {
+  double squares = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (answers[i].prim == truth[i].prim) continue;
+    const double error = shade(triangles, rays[i], answers[i].prim) - shade(triangles, rays[i], truth[i].prim);
+    squares += error * error;
+  }
+  return rays.empty() ? 0 : std::sqrt(squares / double(rays.size()));
+}
+
+}  // namespace ballot::bench

@@ -1,0 +1,196 @@
+#include <optional>
+
+#include "tools/bench/readme.h"
+#include "tools/run_args.h"
+#include "tools/verify/hard.h"
+#include "tools/verify/report.h"
+#include "tools/verify/tables.h"
+
+namespace ballot::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Args {
+  RunArgs run;
+  bool methods_given = false, hard = false, quick = false;
+  std::string readme;
+  std::optional<double> tolerance;  // wrong answers per million rays
+};
+
+/// What a run found, of scenes and hard cases.
+struct Found {
+  bench::RunResult run;
+  std::vector<std::string> not_refused;
+};
+
+/// A scene's entries: few, for the exact answers take long anyway.
+std::string scene_methods() { return fmt::format("{},packet:vote=count", kDefaultMethod); }
+
+/// Of the hard cases every method, by one vote.
+std::string hard_methods() {
+  std::string text;
+  for (const Method& m : kMethods)
+    text += fmt::format("{}{}{}", text.empty() ? "" : ",", m.name, m.packet() ? ":vote=count" : "");
+  return text;
+}
+
+bench::Plan hard_plan(const Args& args) {
+  RunArgs given = args.run;
+  given.plan.rays = "primary";  // the cases bring their rays
+  given.plan.views = "all";
+  given.plan.sweep = false;
+  if (!args.methods_given) given.plan.methods = hard_methods();
+  return given.make_plan();
+}
+
+void check(const Args& args) {
+  if (args.run.scenes.empty() && !args.hard)
+    fail(Failure::Arguments,
+         "verify: nothing to verify; give SCENE, --hard or both; 'ballot verify --help' lists what it takes");
+  if (args.quick && !args.hard)
+    fail(Failure::Arguments, "--quick makes the hard cases small, and they are not asked for; add --hard");
+  if (args.tolerance && !(*args.tolerance >= 0 && *args.tolerance <= 1e6))
+    fail(Failure::Arguments, "--tolerance: {} is not a number of wrong answers per million rays, 0 to 1000000",
+         *args.tolerance);
+}
+
+void check_outputs(const Args& args) {
+  if (!args.run.engine.json.empty()) check_writable(args.run.engine.json);
+  if (!args.run.report.empty()) verify::check_report_folder(args.run.report);
+  if (!args.readme.empty()) bench::check_readme(args.readme, "accuracy");
+}
+
+/// Where the run is saved as it goes, so that a kill loses little.
+void save(const RunArgs& args, const bench::Document& document) {
+  const nlohmann::json json = bench::to_json(document);
+  write_json(args.engine.json, json);
+  if (!args.report.empty()) write_json((fs::path(args.report) / "verify.json").string(), json);
+}
+
+void print_places(const bench::Document& part) {
+  const std::vector<bench::Document> documents{part};
+  for (const verify::Platform& platform : verify::platforms_of(documents))
+    for (const verify::Place& place : platform.places) fmt::print("{}", verify::place_table(place));
+  std::fflush(stdout);
+}
+
+void add_hard_cases(const Args& args, const bench::RunOptions& options, const bench::Plan& plan, Found& found) {
+  bench::Document& document = found.run.document;
+  const auto begin = [&](const DeviceInfo& device) {
+    if (document.device.empty()) document = bench::header(device, plan, with_size(options, device));
+  };
+  verify::HardResult hard = verify::run_hard_cases(plan.entries, {options.engine, args.quick, options.cases}, begin);
+  document.hard = std::move(hard.records);
+  document.partial = document.partial || hard.interrupted;
+  found.run.messages += hard.messages;
+  found.not_refused = std::move(hard.not_refused);
+  fmt::print("{}", verify::hard_table(document.hard));
+}
+
+Found measure(const Args& args) {
+  const RunArgs& given = args.run;
+  bench::RunOptions options = given.options();
+  options.verify = true;
+  std::optional<bench::Plan> scene_plan, hard;
+  if (!given.scenes.empty()) scene_plan = given.make_plan();
+  if (args.hard) hard = hard_plan(args);
+  auto scenes = scene_plan ? bench::load_scenes(given.scenes, *scene_plan) : std::vector<bench::LoadedScene>();
+  check_outputs(args);
+  Found found;
+  const bench::RunHooks hooks{print_places, [&](const bench::Document& document) { save(given, document); }};
+  if (scene_plan) found.run = bench::run(*scene_plan, std::move(scenes), options, hooks);
+  if (hard && !found.run.document.partial) add_hard_cases(args, options, *hard, found);
+  return found;
+}
+
+/// Says on standard error what is not as it must be; true if anything is.
+bool print_failures(const Args& args, const Found& found) {
+  std::map<std::string, std::uint64_t> broken;
+  std::size_t above = 0;
+  const auto judge = [&](const bench::Accuracy& a) {
+    above += args.tolerance && verify::per_million(a.wrong(), a.rays) > *args.tolerance;
+  };
+  for (const bench::Record& r : found.run.document.records)
+    if (r.accuracy) {
+      broken[r.numeric] += bench::broken_promises(*r.accuracy, r.numeric);
+      judge(*r.accuracy);
+    }
+  for (const bench::HardRecord& r : found.run.document.hard) {
+    if (!r.failed.empty()) fmt::print(stderr, "ballot: hard case {} failed: {}\n", r.name, r.failed);
+    broken[r.failed.empty() ? r.numeric : "a hard case"] += verify::broken_promises(r);
+    if (r.failed.empty()) judge(r.accuracy);
+  }
+  bool any = above > 0 || !found.not_refused.empty();
+  for (const auto& [numeric, count] : broken) {
+    if (count > 0) fmt::print(stderr, "ballot: {}: {} answers break what the mode promises\n", numeric, count);
+    any = any || count > 0;
+  }
+  if (above > 0)
+    fmt::print(stderr, "ballot: {} records have more than {:g} wrong answers per million rays\n", above,
+               *args.tolerance);
+  for (const std::string& text : found.not_refused) fmt::print(stderr, "ballot: not refused: {}\n", text);
+  return any;
+}
+
+int finish_run(const Args& args, const Found& found) {
+  const bench::RunResult& run = found.run;
+  save(args.run, run.document);
+  fmt::print("{}\n", verify::verdict(run.document));
+  if (!args.run.report.empty()) {
+    const std::string missing = verify::write_report(args.run.report, {run.document});
+    if (!missing.empty()) fmt::print(stderr, "ballot: {}\n", missing);
+    fmt::print("wrote {}\n", (fs::path(args.run.report) / "verify.md").string());
+  }
+  if (!args.readme.empty()) {
+    bench::write_readme(args.readme, "accuracy", verify::readme_text({run.document}));
+    fmt::print("wrote the accuracy in {}\n", args.readme);
+  }
+  if (run.failed) std::rethrow_exception(run.failed);
+  if (run.document.partial) fmt::print(stderr, "ballot: interrupted; what was measured is kept\n");
+  if (run.without > 0) fmt::print(stderr, "ballot: {} scenes x ray kinds have no rays (above)\n", run.without);
+  if (run.messages > 0) fmt::print(stderr, "ballot: {} validation messages (above)\n", run.messages);
+  const bool failures = print_failures(args, found);
+  return failures || run.document.partial || run.without > 0 || run.messages > 0 ? 1 : 0;
+}
+
+void add_options(CLI::App& cmd, Args& args) {
+  args.run.plan.methods = scene_methods();
+  args.run.plan.rays = "primary,secondary,ao,diffuse";
+  args.run.plan.numeric = "all";
+  args.run.add_options(cmd);
+  cmd.add_flag("--hard", args.hard,
+               "also the hard cases, on which ray tracers are known to fail; then SCENE may be left out; --methods is "
+               "every method by one vote, unless given");
+  cmd.add_flag("--quick", args.quick, "the hard cases with a thousand or so rays each");
+  cmd.add_option("--cases", args.run.run.cases, "wrong answers to list of each record, with the exact reason [8]");
+  cmd.add_option("--tolerance", args.tolerance,
+                 "exit code 1 also if some record has more wrong answers per million rays [no limit]");
+  cmd.add_option("--report", args.run.report, "folder for verify.md, verify.json, verify.csv and a plot");
+  cmd.add_option("--readme", args.readme,
+                 "replace what this file has between the lines <!-- accuracy:begin --> and <!-- accuracy:end -->");
+}
+
+}  // namespace
+
+void add_verify(CLI::App& app, int& result) {
+  auto args = std::make_shared<Args>();
+  CLI::App* cmd = app.add_subcommand(
+      "verify", "speed against error: as bench, with every answer held to an oracle that decides exactly");
+  cmd->footer(
+      "Example: ballot verify scenes/cornell.gltf --rays primary,rays.npy --repeat 5 --report out/verify\n"
+      "Exit code 1 if a conservative mode gave an answer that the bound of its rounding does not explain, mode exact "
+      "any\n"
+      "wrong one, or some record was not written; in the hard cases also if a conservative mode leaks, or its answers\n"
+      "depend on the method. Modes without such a promise are measured; --tolerance judges them.\n"
+      "Ctrl-C ends it after the dispatch under way, or within the exact answers; what was measured is kept.");
+  add_options(*cmd, *args);
+  cmd->callback([args, cmd, &result] {
+    args->methods_given = cmd->count("--methods") > 0;
+    check(*args);
+    result = finish_run(*args, measure(*args));
+  });
+}
+
+}  // namespace ballot::cli

@@ -1,0 +1,76 @@
+#include "tools/run_args.h"
+
+namespace ballot::cli {
+
+namespace {
+
+std::string kinds_text() {
+  std::string text;
+  for (const RayKind& kind : kRayKinds) text += fmt::format("\n  {:<14} {}", kind.name, kind.summary);
+  return text + fmt::format("\n  {:<14} {}", "FILE.npy",
+                            "rays as 'ballot trace' takes them; FILE.npy:any for any hit; NAME=FILE.npy: files of one "
+                            "NAME are views of one set");
+}
+
+}  // namespace
+
+std::string methods_text() {
+  std::string text;
+  for (const Method& m : kMethods) {
+    std::string takes;
+    for (const std::string& vote : bench::votes_of(m)) takes += (takes.empty() ? "vote=" : "|") + vote;
+    if (m.threshold.unit != Threshold::None)
+      takes += fmt::format("{}{}={:g}", takes.empty() ? "" : ", ", m.threshold.knob, m.threshold.standard);
+    text += fmt::format("\n  {:<14} {}{}", m.name, m.summary, takes.empty() ? "" : " [" + takes + "]");
+  }
+  return text;
+}
+
+void RunArgs::add_options(CLI::App& cmd) {
+  std::string modes;
+  for (const NumericMode& m : kNumericModes) modes += fmt::format("\n  {:<14} {}", m.name, m.summary);
+  cmd.add_option("SCENE", scenes, "scene files");
+  cmd.add_option("--methods", plan.methods,
+                 fmt::format("list of METHOD or METHOD:KNOB=VALUE:..., or 'all'; votes that are not given are all "
+                             "measured [{}]{}",
+                             plan.methods, methods_text()));
+  cmd.add_option("--rays", plan.rays,
+                 fmt::format("list of ray kinds and files, or 'all' [{}]{}", plan.rays, kinds_text()));
+  cmd.add_option("--numeric", plan.numeric, fmt::format("list of arithmetics, or 'all' [{}]{}", plan.numeric, modes));
+  cmd.add_option("--knob", plan.knobs, "NAME=VALUE for every method that it concerns, may be repeated" + knob_list())
+      ->take_all();
+  cmd.add_option("--views", plan.views, "list of cameras of the scenes, or 'all' [all]");
+  cmd.add_option("--size", size, "WIDTHxHEIGHT [1024x1024 on a GPU, 256x256 on a CPU]");
+  cmd.add_option("--repeat", run.repeats,
+                 "interleaved repeats, 1 to 10000, each in another random order of a fixed seed [20]");
+  cmd.add_option("--ao-rays", run.kinds.ao_rays, "rays of kind ao a hit, 1 to 64 [8]");
+  cmd.add_option("--ao-radius", run.kinds.ao_radius, "their length, a share of the scene's diagonal [0.05]");
+  cmd.add_flag("--sweep", plan.sweep, "search each threshold first and add METHOD(best)");
+  engine.add_options(cmd);
+}
+
+bench::RunOptions RunArgs::options() const {
+  bench::RunOptions checked = run;
+  checked.engine = engine.options();
+  checked.command = command_line();
+  if (checked.repeats < 1 || checked.repeats > 10000)
+    fail(Failure::Arguments, "--repeat: {} is not between 1 and 10000", checked.repeats);
+  check_options(checked.kinds);
+  if (!size.empty()) {
+    parse_size(size, checked.width, checked.height);
+    check_options(RenderOptions{.width = checked.width, .height = checked.height});
+  }
+  return checked;
+}
+
+bench::Plan RunArgs::make_plan() const {
+  bench::Plan made = bench::make_plan(plan);
+  if (plan.sweep && made.sweeps.empty())
+    fmt::print(stderr, "ballot: note: --sweep: none of the methods has a threshold to sweep\n");
+  const auto devices = list_devices();
+  const DeviceInfo& device = devices[choose_device(devices, engine.device)];
+  for (const Query& query : made.queries()) formulation_for(find_method(query.method), device, query.knobs);
+  return made;
+}
+
+}  // namespace ballot::cli

@@ -1,0 +1,152 @@
+#include "tools/verify/hard.h"
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <optional>
+
+#include "tools/bench/interrupt.h"
+#include "tools/bench/measure.h"
+#include "tools/hard/hard.h"
+
+namespace ballot::verify {
+
+namespace {
+
+using bench::Entry;
+using bench::HardRecord;
+
+std::uint64_t count_differing(const std::vector<Hit>& a, const std::vector<Hit>& b, bool any) {
+  std::uint64_t n = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    n += any ? (a[i].prim == NO_HIT) != (b[i].prim == NO_HIT) : std::memcmp(&a[i], &b[i], sizeof(Hit)) != 0;
+  return n;
+}
+
+/// Answers unlike what the case knows by construction.
+std::uint64_t count_unlike(const std::vector<Hit>& hits, const HardRays& rays) {
+  std::uint64_t n = 0;
+  for (std::size_t i = 0; i < rays.answers.size(); ++i) {
+    const std::uint32_t known = rays.answers[i], found = hits[i].prim;
+    const bool some = known == kSomePrim || (rays.want == Want::Any && known != NO_HIT);
+    n += some ? found == NO_HIT : found != known;
+  }
+  return n;
+}
+
+HardRecord record_of(const HardCase& hard, const HardRays& rays, const Entry& entry) {
+  HardRecord r;
+  r.name = hard.name;
+  r.from = hard.from;
+  r.what = hard.what;
+  r.rays = rays.name;
+  r.any = rays.want == Want::Any;
+  r.closed = rays.closed;
+  r.label = entry.label;
+  r.method = entry.query.method;
+  r.numeric = entry.query.numeric;
+  r.knobs = entry.query.knobs;
+  return r;
+}
+
+class HardRun {
+ public:
+  HardRun(const std::vector<Entry>& entries, const HardOptions& options,
+          const std::function<void(const DeviceInfo&)>& begin)
+      : entries_(entries), options_(options), begin_(begin), bar_("hard cases") {}
+
+  HardResult run() {
+    try {
+      refuse_all();
+      for (std::size_t i = 0; i < hard_cases().size(); ++i) {
+        case_ = i;
+        answer(hard_cases()[i]);
+      }
+    } catch (const bench::Interrupted&) {
+      result_.interrupted = true;
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void poll(double done_in_case) {
+    bar_.update((double(case_) + done_in_case) / double(hard_cases().size()));
+    if (interrupt_.wanted()) throw bench::Interrupted();
+  }
+
+  /// Scenes that must be errors are.
+  void refuse_all() {
+    for (const HardRefusal& refusal : hard_refusals()) {
+      std::string found = "was accepted";
+      try {
+        Scene scene = refusal.make();
+        finish_scene(scene);
+        build_bvh(scene.triangles);
+      } catch (const Error& error) {
+        if (std::string_view(error.what()).find(refusal.says) != std::string_view::npos) continue;
+        found = fmt::format("was refused by '{}'", error.what());
+      }
+      result_.not_refused.push_back(
+          fmt::format("{} ({}) {}, expected an error with '{}'", refusal.name, refusal.from, found, refusal.says));
+    }
+  }
+
+  void answer(const HardCase& hard) try {
+    poll(0);
+    HardScene made = hard.make(options_.quick);
+    EngineOptions how = options_.engine;
+    how.build = made.build;
+    how.use_cache = false;  // small, and made anew for each run
+    Engine engine(std::move(made.scene), how);
+    if (begin_) std::exchange(begin_, {})(engine.device());
+    for (std::size_t i = 0; i < made.rays.size(); ++i) answer(engine, hard, made.rays, i);
+    result_.messages += engine.messages().size();
+  } catch (const Error& error) {
+    if (error.kind() != Failure::Work) throw;
+    HardRecord record = record_of(hard, {}, {});
+    record.failed = error.what();
+    result_.records.push_back(std::move(record));
+  }
+
+  void answer(Engine& engine, const HardCase& hard, const std::vector<HardRays>& sets, std::size_t set) {
+    const HardRays& rays = sets[set];
+    const std::unique_ptr<RayBatch> batch = engine.make_batch(rays.name, rays.rays, rays.want);
+    const ExactTruth truth = engine.exact_truth(*batch);
+    std::map<std::string, std::vector<Hit>> first;  // by mode
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      const Entry& entry = entries_[i];
+      HardRecord record = record_of(hard, rays, entry);
+      record.accuracy = bench::accuracy_of(engine.verify(*batch, truth, entry.query, options_.cases));
+      const std::vector<Hit> hits = batch->hits();
+      if (rays.closed)
+        record.leaks = std::uint64_t(std::ranges::count_if(hits, [](const Hit& h) { return h.prim == NO_HIT; }));
+      record.unlike = count_unlike(hits, rays);
+      record.differing = count_differing(first.try_emplace(record.numeric, hits).first->second, hits, record.any);
+      result_.records.push_back(std::move(record));
+      poll((double(set) + double(i + 1) / double(entries_.size())) / double(sets.size()));
+    }
+  }
+
+  const std::vector<Entry>& entries_;
+  const HardOptions& options_;
+  std::function<void(const DeviceInfo&)> begin_;
+  ProgressBar bar_;
+  bench::InterruptGuard interrupt_;
+  HardResult result_;
+  std::size_t case_ = 0;
+};
+
+}  // namespace
+
+HardResult run_hard_cases(const std::vector<Entry>& entries, const HardOptions& options,
+                          const std::function<void(const DeviceInfo&)>& begin) {
+  return HardRun(entries, options, begin).run();
+}
+
+std::uint64_t broken_promises(const HardRecord& r) {
+  if (!r.failed.empty()) return 1;
+  const std::uint64_t always = std::max(bench::broken_promises(r.accuracy, r.numeric), r.unlike);
+  return bench::is_conservative(r.numeric) ? std::max({always, r.leaks, r.differing}) : always;
+}
+
+}  // namespace ballot::verify
