@@ -8,6 +8,7 @@
 
 #include "engine/bvh/device_decode.h"
 #include "engine/core/error.h"
+#include "engine/exact/predicates.h"
 #include "engine/trace/tracer.h"
 
 namespace ballot {
@@ -15,8 +16,15 @@ namespace ballot {
 namespace {
 
 std::uint64_t leaf_steps(std::uint32_t leaf) { return 1 + leaf_count(leaf); }
-bool better(const Hit& a, const Hit& b) {
+
+// Whether a hit comes before another one of the same ray. Where the mode decides exactly, t as it was before rounding
+// counts.
+bool better(const Ray& ray, std::span<const Triangle> triangles, const NumericMode& mode, const Hit& a, const Hit& b) {
   if (a.prim == NO_HIT || b.prim == NO_HIT) return b.prim == NO_HIT && a.prim != NO_HIT;
+  if (mode.arithmetic == Arithmetic::Exact && a.prim != b.prim) {
+    const auto order = compare_t(ExactSight(ray, triangles[a.prim]), ExactSight(ray, triangles[b.prim]));
+    return order < 0 || (order == 0 && a.prim < b.prim);
+  }
   return a.t < b.t || (a.t == b.t && a.prim < b.prim);
 }
 
@@ -60,7 +68,7 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
   plain.knobs["launch"] = "plain";
   const Job job = this->job(plain);
   const DeviceBvh& bvh = device_bvh(job.variant.how.layout);
-  for (const std::uint64_t limit : {~0ull, 8192ull, 1024ull, 128ull}) {
+  for (const std::uint64_t limit : {~0ull, 8192ull, 1024ull, 128ull, 16ull, 0ull}) {
     std::vector<Ray> part;
     for (std::uint32_t i : open) part.push_back(all_rays[i]);
     Buffer<Ray> part_rays(gpu_, part.size(), Access::Storage, "rays cut short");
@@ -73,8 +81,9 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
       part_hits.download(found);
       for (std::size_t i = 0; i < part.size(); ++i) {
         cut[i] = cut[i] || found[i].prim == UNFINISHED;
+        if (cut[i]) continue;
         if (best[i].prim == NO_HIT && found[i].prim == NO_HIT) best[i] = found[i];
-        if (better(found[i], best[i])) best[i] = found[i];
+        if (better(part[i], triangles_, *job.variant.numeric, found[i], best[i])) best[i] = found[i];
       }
     }
     std::vector<std::uint32_t> still;

@@ -7,6 +7,7 @@
 #include "engine/core/error.h"
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
+#include "engine/vk/context.h"
 
 namespace ballot {
 
@@ -179,6 +180,16 @@ const NumericMode& find_numeric(std::string_view name) {
     names += fmt::format("{}{}", names.empty() ? "" : ", ", m.name);
   }
   fail(Failure::Arguments, "no numeric mode is called '{}'; there are: {}", name, names);
+}
+
+const NumericMode& find_numeric(std::string_view name, const DeviceInfo& device) {
+  const NumericMode& mode = find_numeric(name);
+  if (!mode.needs_float64 || device.float64) return mode;
+  std::string others;
+  for (const NumericMode& m : kNumericModes)
+    if (!m.needs_float64) others += fmt::format("{}{}", others.empty() ? "" : ", ", m.name);
+  fail(Failure::Arguments, "numeric mode {} needs double precision (shaderFloat64), which {} lacks; it has: {}", name,
+       device.name, others);
 }
 
 }  // namespace ballot

@@ -59,8 +59,8 @@ const Tracer::Texels& Tracer::leaf_buffer(LeafFormat format, Fetch fetch) {
 
 Variant Tracer::variant(const Query& query, bool counters) const {
   const Method& method = find_method(query.method);
-  return {&method, &find_numeric(query.numeric), query.want, formulation_for(method, gpu_.info(), query.knobs),
-          counters};
+  return {&method, &find_numeric(query.numeric, gpu_.info()), query.want,
+          formulation_for(method, gpu_.info(), query.knobs), counters};
 }
 
 Tracer::Pipeline& Tracer::pipeline(const Variant& v) {

@@ -96,6 +96,7 @@ void name_lacks(DeviceInfo& info) {
   lack(info.uniform_flow, "subgroup uniform control flow: votes rely on the driver reconverging a uniform loop");
   lack(info.shuffle, "subgroup shuffle: packets keep their stack in shared memory and every lane loads each node");
   lack(info.buffer_address, "buffer device address: nodes are read through storage or texel buffers");
+  lack(info.float64, "float64: numeric mode exact does not run");
   lack(info.timestamp_ns > 0, "timestamps: times are wall times of the host");
 }
 

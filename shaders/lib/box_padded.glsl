@@ -18,12 +18,32 @@
 // directions (box.glsl, 2^-59 M). o -+ e itself rounds by w |o -+ e|: 2 w |o| and the room cover it. Hence the entry of that
 // box, and of every box around it, is at most t: whatever the walk met before, it reaches the leaf unless it has a hit
 // nearer than t. So hits depend neither on the order of the walk nor on the tree.
+//
+// An exact hit (lib/triangle_exact.glsl) lies in some leaf's box itself, at its t to the last bit, and on o + t d, so the slab
+// test's own 7 w M are all that it needs, with t_min and t_max as they are. The bounds above hold while nothing leaves float32's
+// normal range. The exact test holds them to that: with M or the direction out of bounds, every box of the tree is entered.
 
 struct Slabs {
   vec3 lo_origin, hi_origin, inv;
 };
 
+#if BALLOT_TRIANGLE == TRIANGLE_EXACT
+// With the largest component D of the direction in [2^-66, 2^100] every reciprocal is normal, and its clamp idle; with M in
+// [2^-100, 2^126] and M / D at least 2^-100, a flushed number, below 2^-126, is below the room there is: 9 w M, or that over D.
+bool has_safe_slabs(Ray ray, float m) {
+  vec3 a = abs(ray.dir);
+  float d = max(a.x, max(a.y, a.z));
+  return d >= 1.36e-20 && d <= 1.26e30 && m >= 7.89e-31 && m <= 8.5e37 && m >= d * 7.89e-31;
+}
+#endif
+
 Slabs make_slabs(Ray ray) {
+#if BALLOT_TRIANGLE == TRIANGLE_EXACT
+  if (!has_safe_slabs(ray, scene_reach(ray.origin))) {
+    float infinity = uintBitsToFloat(0x7F800000u);
+    return Slabs(vec3(infinity), vec3(-infinity), vec3(1.0));
+  }
+#endif
   precise vec3 e = vec3(2.87e-6 * scene_reach(ray.origin)) + 1.25e-7 * abs(ray.origin);
   precise vec3 lo_origin = ray.origin + e, hi_origin = ray.origin - e;
   return Slabs(lo_origin, hi_origin, reciprocal_direction(ray.dir));

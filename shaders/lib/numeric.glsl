@@ -11,6 +11,7 @@
 //                                      than the best so far
 //   nearer(inout space, t, prim, best) -> bool     whether it is nearer: by t, among equal t by prim
 //   reach(space, best) -> float        a t that the nearest hit is surely not beyond; what lies behind it is culled
+//   TRIANGLE_MAY_BE_CUT(space)         only of a test with loops: whether a driver left one early (lib/main.glsl)
 //
 // A box test (lib/box_*.glsl) gives
 //   Slabs                              what is computed once a ray
@@ -31,6 +32,8 @@
 #include "triangle_watertight.glsl"
 #elif BALLOT_TRIANGLE == TRIANGLE_WOOP_AFFINE
 #include "triangle_woop_affine.glsl"
+#elif BALLOT_TRIANGLE == TRIANGLE_EXACT
+#include "triangle_exact.glsl"
 #else
 #include "triangle_moeller.glsl"
 #endif

@@ -1,0 +1,229 @@
+// Numeric mode exact on a device: every answer is the exact oracle's, no tie allowed.
+#include <cmath>
+
+#include "engine/exact/exact.h"
+#include "tests/cpu/exact_cases.h"
+#include "tests/device/fixture.h"
+#include "tests/device/ray_sets.h"
+
+namespace ballot {
+namespace {
+
+using exact_cases::transformed;
+using shapes::Triangles;
+
+void append(Triangles& all, const Triangles& more) { all.insert(all.end(), more.begin(), more.end()); }
+void append(std::vector<Ray>& all, const std::vector<Ray>& more) { all.insert(all.end(), more.begin(), more.end()); }
+
+/// Steps of height 0 to 2 over integers from -4 to 4.
+Triangles integer_grid() {
+  shapes::Random random(31);
+  float height[9][9];
+  for (auto& row : height)
+    for (float& h : row) h = static_cast<float>(random.below(3));
+  const auto at = [&](int i, int j) { return glm::vec3(float(i - 4), height[i][j], float(j - 4)); };
+  Triangles out;
+  for (int i = 0; i < 8; ++i)
+    for (int j = 0; j < 8; ++j) {
+      out.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      out.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  return out;
+}
+
+/// Overlapping triangles of different shapes, all exactly in the plane x + 2 y - z = 1.
+Triangles tilted_coplanar(std::size_t count) {
+  shapes::Random random(32);
+  const auto point = [&] {
+    const float x = float(random.below(33)) / 8 - 2, y = float(random.below(33)) / 8 - 2;
+    return glm::vec3(x, y, x + 2 * y - 1);
+  };
+  Triangles out;
+  while (out.size() < count) out.push_back({point(), point(), point()});
+  return out;
+}
+
+/// Along axes and diagonals through integers and halves.
+std::vector<Ray> grid_rays() {
+  std::vector<Ray> out;
+  for (int i = -9; i <= 9; ++i)
+    for (int j = -9; j <= 9; ++j) {
+      const float x = float(i) / 2, y = float(j) / 2;
+      out.push_back({{x, 5, y}, 0, {0, -1, 0}, 1e30f});
+      out.push_back({{x, 1, y}, -1e30f, {-0.f, 3, 0}, 2});
+      out.push_back({{-6, x, y}, 0, {1, 0, -0.f}, 1e30f});
+      out.push_back({{x, y, 5}, 0, {1, -1, -2}, 7});
+      out.push_back({{x, 4, y}, 0, {1, -2, 1}, 1e30f});
+    }
+  return out;
+}
+
+/// At the vertices, from where the difference is exact, and at points of edges.
+std::vector<Ray> vertex_rays(const Triangles& triangles, std::size_t count) {
+  shapes::Random random(33);
+  std::vector<Ray> out;
+  while (out.size() < count) {
+    const Triangle& t = triangles[random.below(triangles.size())];
+    const glm::vec3 v = t[random.below(3)];
+    out.push_back({{0, 0, 0}, 0, v, random.below(2) == 0 ? 1.f : 1e30f});
+    out.push_back({v, 0, random.point(1), 1e30f});
+    out.push_back({v + v, 0, -v, 1e30f});
+    out.push_back(exact_cases::ray_at(t, random));
+  }
+  return out;
+}
+
+/// The rays once more, with t_min and t_max at the t of their hits and one ulp beside it.
+std::vector<Ray> ending_at_hits(const ExactOracle& oracle, std::span<const Ray> rays, std::size_t every) {
+  constexpr float kFar = 3e38f;
+  std::vector<Ray> out;
+  for (std::size_t i = 0; i < rays.size(); i += every) {
+    const ExactHit hit = oracle.nearest(rays[i]);
+    if (hit.prim == NO_HIT || std::abs(hit.t) > 1e38) continue;
+    const float t = float(hit.t);
+    for (const float end : {std::nextafter(t, -kFar), t, std::nextafter(t, kFar)}) {
+      Ray ray = rays[i];
+      ray.t_max = end;
+      out.push_back(ray);
+      ray = rays[i];
+      ray.t_min = end;
+      out.push_back(ray);
+    }
+  }
+  return out;
+}
+
+double ulps_apart(float a, double b) {
+  return std::abs(a - b) / std::ldexp(1, std::ilogb(std::max(std::abs(b), 0x1p-126)) - 23);
+}
+
+class ExactMode : public DeviceTest {
+ protected:
+  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
+  static void TearDownTestSuite() { gpu_.reset(); }
+  static inline std::unique_ptr<Context> gpu_;
+
+  static std::string wrong(const ExactOracle& oracle, const Ray& ray, const Hit& hit, const ExactHit& truth,
+                           Want want) {
+    if ((hit.prim == NO_HIT) != (truth.prim == NO_HIT)) return truth.prim == NO_HIT ? "false hit" : "false miss";
+    if (hit.prim == NO_HIT) return "";
+    if (want == Want::Nearest && hit.prim != truth.prim) return "wrong prim";
+    const ExactHit own = want == Want::Nearest ? truth : oracle.hit(ray, hit.prim);
+    if (own.prim == NO_HIT) return "a prim that is not hit";
+    if (!(ulps_apart(hit.t, own.t) <= 1)) return "wrong t";
+    if (!(std::abs(hit.u - own.u) <= 0x1p-22 && std::abs(hit.v - own.v) <= 0x1p-22)) return "wrong weights";
+    return hit.t >= ray.t_min && hit.t <= ray.t_max ? "" : "t out of range";
+  }
+
+  /// Every ray by methods that differ in how they walk, nearest and any, held to the exact oracle.
+  static void hold(Bvh bvh, const Triangles& triangles, std::vector<Ray> rays) {
+    Tracer tracer(*gpu_, bvh, triangles);
+    tracer.prefill = harness::kPattern;
+    const ExactOracle oracle(tracer.device_bvh(NodeLayout::Interleaved));
+    append(rays, ending_at_hits(oracle, rays, 5));
+    const auto truth = oracle.nearest(rays);
+    for (std::size_t i = 0; i < rays.size(); i += rays.size() / 25 + 1)
+      ASSERT_EQ(truth[i].prim, oracle.brute_force(rays[i]).prim);
+    std::vector<Hit> first;
+    for (const Want want : {Want::Nearest, Want::Any})
+      for (const char* method : {"while-while", "packet", "cut", "dynamic-fetch"}) {
+        const Query query{want, method, "exact", {}};
+        std::vector<Hit> hits(rays.size());
+        tracer.trace(rays, hits, query);
+        std::size_t errors = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+          const std::string what = wrong(oracle, rays[i], hits[i], truth[i], want);
+          if (what.empty() || ++errors > 3) continue;
+          const Ray& r = rays[i];
+          ADD_FAILURE() << fmt::format(
+              "{}, ray {} ({} {} {} from {}, along {} {} {} to {}): {}: prim {} at {}, not {} at {}",
+              tracer.variant(query).name(), i, r.origin.x, r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z,
+              r.t_max, what, int(hits[i].prim), hits[i].t, int(truth[i].prim), truth[i].t);
+        }
+        EXPECT_EQ(errors, 0u) << "of " << rays.size() << ", " << method;
+        if (want == Want::Any) continue;
+        if (first.empty()) first = hits;
+        EXPECT_EQ(harness::count_different(first, hits), 0u) << method;
+      }
+    expect_silent(*gpu_);
+  }
+};
+
+// Shared edges and vertices, integers, equal t, slivers, and planes seen edge-on.
+TEST_F(ExactMode, WhereRaysMeetEdgesVerticesAndEachOther) {
+  Triangles triangles = integer_grid();
+  append(triangles, tilted_coplanar(40));
+  append(triangles, shapes::identical(12));
+  append(triangles, shapes::coplanar(40));
+  append(triangles, shapes::slivers(60));
+  append(triangles, transformed(shapes::sphere(2), 3));
+  append(triangles, shapes::soup(200, 0.3f));
+  std::vector<Ray> rays = grid_rays();
+  append(rays, vertex_rays(triangles, 1200));
+  append(rays, shapes::axis_rays(triangles, 300));
+  append(rays, shapes::grazing(triangles, 300));
+  append(rays, shapes::on_triangles(triangles, 300));
+  append(rays, shapes::edge_rays(triangles, 400, {0.125f, 0.25f, -0.5f}));
+  append(rays, shapes::random_rays(501));
+  append(rays, shapes::odd_scales(101));
+  append(rays, shapes::dead_rays());
+  hold(build_bvh(triangles), triangles, rays);
+}
+
+TEST_F(ExactMode, FarFromTheOrigin) {
+  const glm::vec3 centre(448376, 5411934, 223423);  // of the size of UTM coordinates in metres
+  Triangles triangles = transformed(shapes::sphere(3), 10, centre);
+  append(triangles, transformed(shapes::soup(200, 0.3f), 10, centre));
+  std::vector<Ray> rays;
+  for (const Ray& r : shapes::random_rays(700)) append(rays, transformed({r}, 10, centre));
+  shapes::Random random(34);
+  for (int i = 0; i < 700; ++i) {
+    const Triangle& t = triangles[random.below(triangles.size())];
+    rays.push_back(shapes::towards(centre, t[random.below(3)]));
+    rays.push_back(shapes::towards({0, 0, 0}, t[0] + (t[1] - t[0]) * random.in(0, 1)));
+  }
+  hold(build_bvh(triangles), triangles, rays);
+}
+
+TEST_F(ExactMode, TinyScenes) {
+  const Triangles triangles = transformed(shapes::soup(150, 0.5f), 1e-30f);
+  std::vector<Ray> rays = transformed(shapes::random_rays(500), 1e-30f);
+  append(rays, vertex_rays(triangles, 300));
+  hold(exact_cases::PlainTree(triangles).bvh(), triangles, rays);
+}
+
+// Every range of float32, denormal numbers among them, in vertices and rays.
+TEST_F(ExactMode, AllSizesAtOnce) {
+  shapes::Random random(35);
+  Triangles triangles = transformed(shapes::soup(40, 0.5f), 1e30f);
+  append(triangles, transformed(shapes::soup(40, 0.5f), 1e-30f));
+  append(triangles, transformed(shapes::soup(20, 0.5f), 1e-40f));
+  append(triangles, shapes::huge_and_tiny(40));
+  while (triangles.size() < 200)
+    triangles.push_back(
+        {exact_cases::awkward_point(random), exact_cases::awkward_point(random), exact_cases::awkward_point(random)});
+  std::vector<Ray> rays = vertex_rays(triangles, 400);
+  append(rays, shapes::random_rays(200));
+  append(rays, transformed(shapes::random_rays(200), 1e30f));
+  for (int i = 0; i < 400; ++i) {
+    const float t_min = random.below(2) == 0 ? 0 : exact_cases::awkward(random);
+    rays.push_back({exact_cases::awkward_point(random), t_min, exact_cases::awkward_point(random), 3e38f});
+  }
+  hold(exact_cases::PlainTree(triangles).bvh(), triangles, rays);
+}
+
+// Mesa 22.3's lavapipe cuts long walks short, which are then traced in pieces: the pieces' hits are put together exactly.
+TEST_F(ExactMode, WalksThatADriverCutsShortAreExactToo) {
+  Triangles triangles = tilted_coplanar(3000);
+  const std::vector<Ray> rays(33, Ray{{0.1f, 0.2f, 5}, 0, {0.03f, -0.02f, -1}, 1e30f});
+  const Bvh bvh = build_bvh(triangles);
+  Tracer tracer(*gpu_, bvh, triangles);
+  std::vector<Hit> hits(rays.size());
+  tracer.trace(rays, hits, {.numeric = "exact"});
+  const ExactHit truth = ExactOracle(tracer.device_bvh(NodeLayout::Interleaved)).nearest(rays[0]);
+  for (const Hit& hit : hits) EXPECT_EQ(hit.prim, truth.prim);
+  expect_silent(*gpu_);
+}
+
+}  // namespace
+}  // namespace ballot
