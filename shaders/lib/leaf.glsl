@@ -9,7 +9,7 @@ struct Walker {
   Slabs slabs;
   RaySpace space;
   Hit hit;         // nearest so far; t = t_max and prim = NO_HIT where there is none
-  bool truncated;  // the driver left a triangle loop early, or one within a triangle test
+  bool truncated;  // the driver left a triangle loop early
 };
 
 // By bits: a compiler may assume that floats are numbers.
@@ -66,8 +66,8 @@ void visit_leaf(inout Walker w, uint leaf, bool live) {
       ++i;
     } while (i < count);
     w.truncated = w.truncated || i < count;
-#ifdef TRIANGLE_MAY_BE_CUT
-    w.truncated = w.truncated || TRIANGLE_MAY_BE_CUT(w.space);
-#endif
   }
+#ifdef TRIANGLE_SETTLES
+  w.truncated = settle_leaf(w.ray, w.space, w.hit) || w.truncated;
+#endif
 }

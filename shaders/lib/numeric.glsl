@@ -11,7 +11,9 @@
 //                                      than the best so far
 //   nearer(inout space, t, prim, best) -> bool     whether it is nearer: by t, among equal t by prim
 //   reach(space, best) -> float        a t that the nearest hit is surely not beyond; what lies behind it is culled
-//   TRIANGLE_MAY_BE_CUT(space)         only of a test with loops: whether a driver left one early (lib/main.glsl)
+// and where it defines TRIANGLE_SETTLES
+//   settle_leaf(ray, inout space, inout best) -> bool  called after the triangles of a leaf, for a test that decides nothing
+//                                      before: finds the nearest hit. True if the driver left a loop early (lib/main.glsl)
 //
 // A box test (lib/box_*.glsl) gives
 //   Slabs                              what is computed once a ray
