@@ -17,10 +17,13 @@ bool is_finite(float x) { return (floatBitsToUint(x) & 0x7F800000u) != 0x7F80000
 bool is_finite(vec3 v) { return is_finite(v.x) && is_finite(v.y) && is_finite(v.z); }
 
 // Dead rays: layout.h. A direction whose largest component is denormal is dead too: devices may flush it to zero.
+#ifndef IS_EMPTY_RANGE
+#define IS_EMPTY_RANGE(t_min, t_max) (!((t_max) > (t_min)))
+#endif
 bool is_dead(Ray ray) {
   vec3 a = abs(ray.dir);
   bool finite = is_finite(ray.origin) && is_finite(ray.dir) && is_finite(ray.t_min) && is_finite(ray.t_max);
-  return !finite || !(ray.t_max > ray.t_min) || max(a.x, max(a.y, a.z)) < 1.17549435e-38;
+  return !finite || IS_EMPTY_RANGE(ray.t_min, ray.t_max) || max(a.x, max(a.y, a.z)) < 1.17549435e-38;
 }
 
 Walker make_walker(Ray given) {

@@ -18,10 +18,34 @@ struct RaySpace {
   float least;                 // largest |v - o| of a triangle from which on float32 may reject it
   double best_t, best_error;   // of the nearest hit so far: its exact t is within the error
   uint best_texel;             // its triangle; NO_HIT where there is none
-  float reach;                // not less than its exact t
-  uint first, marked;         // texel of a triangle of the leaf; a bit for each triangle from there on that is left to decide
+  float reach;                 // not less than its exact t, or t_max
+  uint first, marked;          // texel of a triangle of the leaf; a bit for each triangle from there on that is left to decide
 };
 #define TRIANGLE_SETTLES
+
+// A float32 as double and back, by bits: conversions and comparisons of float32 may flush denormal numbers.
+double widen(float value) {
+  uint bits = floatBitsToUint(value), sign = bits & 0x80000000u, e = bits >> 23 & 0xFFu, m = bits & 0x7FFFFFu;
+  double one = packDouble2x32(uvec2(m << 29, sign | (max(e, 1u) + 896u) << 20 | m >> 3));
+  return e == 0u ? one - packDouble2x32(uvec2(0u, sign | 897u << 20)) : one;
+}
+dvec3 widen(vec3 v) { return dvec3(widen(v.x), widen(v.y), widen(v.z)); }
+float narrow(double value) {
+  double size = abs(value);
+  if (size >= 1.1754943508222875e-38lf) return float(value);  // 2^-126
+  uint bits = uint(size * 713623846352979940529142984724747568191373312.0lf + 0.5lf);  // 2^149
+  return uintBitsToFloat(value < 0.0lf ? bits | 0x80000000u : bits);
+}
+
+// A dead ray's range (lib/leaf.glsl).
+#define IS_EMPTY_RANGE(t_min, t_max) (widen(t_max) <= widen(t_min))
+
+// Not less than t + error, nor than any denormal number.
+float above(double t, double error) {
+  float rounded = float(t + error);
+  if (abs(rounded) < 1e-37) return 1e-37;
+  return uintBitsToFloat(rounded > 0.0 ? floatBitsToUint(rounded) + 1u : floatBitsToUint(rounded) - 1u);
+}
 
 RaySpace make_ray_space(Ray ray) {
   vec3 d = ray.dir, a = abs(d);
@@ -35,7 +59,7 @@ RaySpace make_ray_space(Ray ray) {
   space.best_t = 0.0lf;
   space.best_error = 0.0lf;
   space.best_texel = NO_HIT;
-  space.reach = ray.t_max;
+  space.reach = above(widen(ray.t_max), 0.0lf);
   space.first = 0u;
   space.marked = 0u;
   return space;
@@ -61,14 +85,6 @@ bool surely_missed(Ray ray, RaySpace space, Corners corners) {
   float bound = 3.8146973e-6 * m * (l + 2.3841858e-7 * m);
   return max(e.x, max(e.y, e.z)) > bound && min(e.x, min(e.y, e.z)) < -bound && m >= space.least && m <= 1e18;
 }
-
-// A float32 as double, by its bits: conversions may flush denormal numbers.
-double widen(float value) {
-  uint bits = floatBitsToUint(value), sign = bits & 0x80000000u, e = bits >> 23 & 0xFFu, m = bits & 0x7FFFFFu;
-  double one = packDouble2x32(uvec2(m << 29, sign | (max(e, 1u) + 896u) << 20 | m >> 3));
-  return e == 0u ? one - packDouble2x32(uvec2(0u, sign | 897u << 20)) : one;
-}
-dvec3 widen(vec3 v) { return dvec3(widen(v.x), widen(v.y), widen(v.z)); }
 
 double largest_magnitude(dvec3 v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
 double sum_of_products(dvec3 a, dvec3 b) {
@@ -199,13 +215,6 @@ bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint prim, uint be
   return hit;
 }
 
-// Not less than t + error, nor than any denormal number, which devices may flush.
-float above(double t, double error) {
-  float rounded = float(t + error);
-  if (abs(rounded) < 1e-37) return 1e-37;
-  return uintBitsToFloat(rounded > 0.0 ? floatBitsToUint(rounded) + 1u : floatBitsToUint(rounded) - 1u);
-}
-
 // Marks the triangle unless it is surely missed. There is no hit yet.
 bool hit_triangle(Ray ray, inout RaySpace space, uint texel, out float t, out float u, out float v) {
   t = u = v = 0.0;
@@ -233,11 +242,11 @@ bool settle_triangle(Ray ray, inout RaySpace space, uint texel, inout Hit best) 
   }
   precise double det = s.side[0] + s.side[1] + s.side[2], weight1 = s.side[1] / det, weight2 = s.side[2] / det;
   if (hit) {
-    best = Hit(clamp(float(s.t), ray.t_min, ray.t_max), prim, float(weight1), float(weight2));
+    best = Hit(narrow(clamp(s.t, widen(ray.t_min), widen(ray.t_max))), prim, float(weight1), float(weight2));
     space.best_t = s.t;
     space.best_error = s.error;
     space.best_texel = texel;
-    space.reach = min(above(s.t, s.error), ray.t_max);
+    space.reach = above(s.t, s.error);
   }
   return cut;
 }
