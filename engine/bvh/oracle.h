@@ -33,7 +33,7 @@ struct Judgement {
 };
 
 /// Whose rounding the judge allows for: the bound of the triangle test that made the answers. Exact: decisions without
-/// rounding; t within one ulp of float32, u and v within 2^-22. A tie is what the truth, in double precision, may have wrong.
+/// rounding, so nothing is a tie; t within one ulp of float32 of the exact t, u and v within 2^-22.
 enum class Arithmetic { Woop, MoellerTrumbore, WoopAffine, Exact };
 
 /// What float32 may make of a ray and a triangle.

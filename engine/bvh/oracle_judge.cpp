@@ -218,12 +218,7 @@ Opinion judge_one(const DeviceBvh& bvh, std::span<const std::uint32_t> texel_of,
   RayFrame frame(ray, bvh.bounds);
   frame.arithmetic = arithmetic;
   const std::uint32_t texel = answer.prim < texel_of.size() ? texel_of[answer.prim] : NO_HIT;
-  if (arithmetic == Arithmetic::Exact) {
-    const Opinion exact = judge_exactly(bvh, frame, answer, texel, truth, want);
-    // A truth in double precision is not always right either: where it says another triangle, or another of hit and
-    // miss, the answer is a tie if Woop's float32 could not tell.
-    if (exact.verdict == Verdict::Same || exact.verdict == Verdict::WrongT) return exact;
-  }
+  if (arithmetic == Arithmetic::Exact) return judge_exactly(bvh, frame, answer, texel, truth, want);
   if (missed) return judge_miss(bvh, frame, truth);
   return judge_hit(bvh, frame, answer, texel, truth, want);
 }

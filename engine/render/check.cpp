@@ -38,7 +38,7 @@ std::vector<Hit> HitChecker::trace_over_pattern(RayBatch& batch, const Query& qu
 
 HitCheck HitChecker::check(RayBatch& batch, const Truth& truth, const Query& query) const {
   const std::vector<Hit> hits = trace_over_pattern(batch, query);
-  return {oracle_.judge(truth.rays, hits, truth.hits, batch.want(), find_numeric(query.numeric).arithmetic),
+  return {oracle_.judge(truth.rays, hits, truth.hits, batch.want(), judged_as(find_numeric(query.numeric))),
           std::uint64_t(std::ranges::count_if(hits, untouched))};
 }
 

@@ -130,7 +130,7 @@ class Checker {
   }
   void judge(std::string_view name, const std::vector<Ray>& rays, const std::vector<Hit>& hits,
              const std::vector<OracleHit>& truth, const Query& q) {
-    const Judgement j = oracle_.judge(rays, hits, truth, q.want, find_numeric(q.numeric).arithmetic);
+    const Judgement j = oracle_.judge(rays, hits, truth, q.want, judged_as(find_numeric(q.numeric)));
     fmt::print(
         "  {:<9} {:<7} {:<12} {:<11} {:<5} {} rays: {} same, {} tie, {} false miss, {} false hit, {} wrong prim, {} "
         "wrong t\n",

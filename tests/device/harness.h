@@ -22,11 +22,15 @@ inline std::vector<Knobs> votes_of(const Method& m) {
   return all;
 }
 
-/// Every method x vote of a numeric mode, with the formulation that the tuning table gives.
+/// Every method x vote of a numeric mode, with the formulation that the tuning table gives. One vote a method of a mode
+/// that needs float64: its kernels take lavapipe about a second each to compile, and votes are about boxes.
 inline std::vector<Query> every_method(Want want, std::string_view numeric) {
   std::vector<Query> queries;
   for (const Method& m : kMethods)
-    for (const Knobs& knobs : votes_of(m)) queries.push_back({want, std::string(m.name), std::string(numeric), knobs});
+    for (const Knobs& knobs : votes_of(m)) {
+      queries.push_back({want, std::string(m.name), std::string(numeric), knobs});
+      if (find_numeric(numeric).needs_float64) break;
+    }
   return queries;
 }
 

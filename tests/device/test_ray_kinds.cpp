@@ -261,7 +261,7 @@ TEST_F(RayKinds, EveryMethodFindsWhatTheOracleFinds) {
         engine_->trace(*batch, q);
         const std::vector<Hit> hits = batch->hits();
         EXPECT_EQ(count_untouched(hits), 0u) << kind.name << ", " << engine_->tracer().variant(q).name();
-        const Judgement j = oracle.judge(rays, hits, truth, kind.want, mode.arithmetic);
+        const Judgement j = oracle.judge(rays, hits, truth, kind.want, judged_as(mode));
         EXPECT_EQ(j.errors(), 0u) << kind.name << ", " << engine_->tracer().variant(q).name() << "\n  "
                                   << (j.examples.empty() ? "" : j.examples[0]);
         if (!mode.conservative || batch->any()) continue;
