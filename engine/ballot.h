@@ -21,6 +21,7 @@
 #include "engine/core/progress.h"
 #include "engine/render/batch.h"
 #include "engine/render/check.h"
+#include "engine/render/origins.h"
 #include "engine/render/ray_kinds.h"
 #include "engine/render/renderer.h"
 #include "engine/scene/scene.h"
@@ -126,6 +127,11 @@ class Engine {
   ErrorFigures verify(RayBatch& batch, const ExactTruth& of_batch, const Query& query, std::size_t max_cases = 8) {
     return checker().verify(batch, of_batch, query, max_cases);
   }
+
+  /// Whether each ray of a batch hits the triangle that it starts from, and whether its offset loses a contact (origins.h).
+  /// Traces the rays for their nearest hits, whatever the batch wants; the batch's own hits stay. Contacts are found in
+  /// double precision on the CPU, in parallel. Throws as trace() does, and Error(Arguments) if the rays start at no hits.
+  std::vector<OriginCheck> check_origins(const RayBatch& batch, const Query& query = {});
 
   /// What the validation layers said, if asked for.
   const std::vector<std::string>& messages() const { return gpu_.messages(); }

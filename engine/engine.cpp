@@ -68,6 +68,10 @@ HitChecker& Engine::checker() {
   return *checker_;
 }
 
+std::vector<OriginCheck> Engine::check_origins(const RayBatch& batch, const Query& query) {
+  return ballot::check_origins(*tracer_, *batches_, scene_, batch, query);
+}
+
 Image Engine::render(const View& view, const RenderOptions& options, RenderTimes* times, const Progress& progress) {
   RenderTimes spent;
   Image image = renderer_->render(view, options, &spent, progress);

@@ -58,9 +58,11 @@ std::vector<KernelSource> traversal_sources() {
 
 /// Generators, and shadings for scenes with and without normals and emission.
 std::vector<KernelSource> render_sources() {
-  std::vector<KernelSource> sources{generator_source("primary", true)};
+  std::vector<KernelSource> sources{primary_source(false), primary_source(true)};
   for (const RayKind& kind : kRayKinds)
-    if (kind.generators.size() == 1) sources.push_back(generator_source(kind.generators[0], false));
+    if (kind.generators.size() == 1 && !kind.from_camera())
+      for (const OffsetPolicy& offset : kOffsetPolicies)
+        sources.push_back(generator_source(kind.generators[0], offset));
   for (const Shading& shading : kShadings)
     for (const bool normals : {false, true})
       for (const bool emits : {false, true}) {

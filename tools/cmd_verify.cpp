@@ -3,6 +3,7 @@
 #include "tools/bench/readme.h"
 #include "tools/run_args.h"
 #include "tools/verify/hard.h"
+#include "tools/verify/origins.h"
 #include "tools/verify/report.h"
 #include "tools/verify/tables.h"
 
@@ -14,7 +15,7 @@ namespace fs = std::filesystem;
 
 struct Args {
   RunArgs run;
-  bool methods_given = false, hard = false, quick = false;
+  bool methods_given = false, hard = false, quick = false, origins = false;
   std::string readme;
   std::optional<double> tolerance;  // wrong answers per million rays
 };
@@ -46,11 +47,16 @@ bench::Plan hard_plan(const Args& args) {
 }
 
 void check(const Args& args) {
-  if (args.run.scenes.empty() && !args.hard)
+  if (args.origins && (args.hard || !args.run.scenes.empty() || !args.readme.empty()))
+    fail(Failure::Arguments, "--origins is a study of its own scenes; leave out SCENE, --hard and --readme");
+  if (args.run.scenes.empty() && !args.hard && !args.origins)
     fail(Failure::Arguments,
-         "verify: nothing to verify; give SCENE, --hard or both; 'ballot verify --help' lists what it takes");
-  if (args.quick && !args.hard)
-    fail(Failure::Arguments, "--quick makes the hard cases small, and they are not asked for; add --hard");
+         "verify: nothing to verify; give SCENE, --hard, both, or --origins; 'ballot verify --help' lists what it "
+         "takes");
+  if (args.quick && !args.hard && !args.origins)
+    fail(Failure::Arguments,
+         "--quick makes the hard cases or the study of origins small, and neither is asked for; add --hard or "
+         "--origins");
   if (args.tolerance && !(*args.tolerance >= 0 && *args.tolerance <= 1e6))
     fail(Failure::Arguments, "--tolerance: {} is not a number of wrong answers per million rays, 0 to 1000000",
          *args.tolerance);
@@ -163,13 +169,29 @@ void add_options(CLI::App& cmd, Args& args) {
   cmd.add_flag("--hard", args.hard,
                "also the hard cases, on which ray tracers are known to fail; then SCENE may be left out; --methods is "
                "every method by one vote, unless given");
-  cmd.add_flag("--quick", args.quick, "the hard cases with a thousand or so rays each");
+  cmd.add_flag(
+      "--origins", args.origins,
+      "instead, where secondary rays start: self hits and lost contacts of every offset policy over generated "
+      "scenes of 1e-6 to 1e6 scene units, up to 1e6 times their size off the origin; takes minutes. Of the other "
+      "options it heeds --size, --quick, --json, --report and --device");
+  cmd.add_flag("--quick", args.quick,
+               "the hard cases with a thousand or so rays each; the study of origins at a few sizes and distances");
   cmd.add_option("--cases", args.run.run.cases, "wrong answers to list of each record, with the exact reason [8]");
   cmd.add_option("--tolerance", args.tolerance,
                  "exit code 1 also if some record has more wrong answers per million rays [no limit]");
   cmd.add_option("--report", args.run.report, "folder for verify.md, verify.json, verify.csv and a plot");
   cmd.add_option("--readme", args.readme,
                  "replace what this file has between the lines <!-- accuracy:begin --> and <!-- accuracy:end -->");
+}
+
+void run_origins(const Args& args) {
+  verify::OriginStudyArgs study{.engine = args.run.engine.options(),
+                                .json = args.run.engine.json,
+                                .report = args.run.report,
+                                .command = command_line(),
+                                .quick = args.quick};
+  if (!args.run.size.empty()) parse_size(args.run.size, study.width, study.height);
+  verify::run_origin_study(study);
 }
 
 }  // namespace
@@ -189,6 +211,7 @@ void add_verify(CLI::App& app, int& result) {
   cmd->callback([args, cmd, &result] {
     args->methods_given = cmd->count("--methods") > 0;
     check(*args);
+    if (args->origins) return run_origins(*args);
     result = finish_run(*args, measure(*args));
   });
 }

@@ -12,6 +12,12 @@ std::string kinds_text() {
                             "NAME are views of one set");
 }
 
+std::string offsets_text() {
+  std::string text;
+  for (const OffsetPolicy& policy : kOffsetPolicies) text += fmt::format("\n  {:<14} {}", policy.name, policy.summary);
+  return text;
+}
+
 }  // namespace
 
 std::string methods_text() {
@@ -45,6 +51,8 @@ void RunArgs::add_options(CLI::App& cmd) {
                  "interleaved repeats, 1 to 10000, each in another random order of a fixed seed [20]");
   cmd.add_option("--ao-rays", run.kinds.ao_rays, "rays of kind ao a hit, 1 to 64 [8]");
   cmd.add_option("--ao-radius", run.kinds.ao_radius, "their length, a share of the scene's diagonal [0.05]");
+  cmd.add_option("--offset", run.kinds.offset,
+                 fmt::format("where rays from hits start [{}]{}", kDefaultOffset, offsets_text()));
   cmd.add_flag("--sweep", plan.sweep, "search each threshold first and add METHOD(best)");
   engine.add_options(cmd);
 }

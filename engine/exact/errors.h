@@ -46,7 +46,7 @@ struct ErrorFigures {
                                    // as the bound of the mode's arithmetic covers them. None in Arithmetic::Exact
   std::uint64_t beyond_bound = 0;  // the others of these
   std::uint64_t unwritten = 0;     // records that a trace left as they were; filled by who traced
-  std::uint64_t self_hits = 0;     // filled by who knows where the rays started
+  std::uint64_t self_hits = 0;     // answers that name the triangle which the ray starts from; filled by who knows it
   struct {
     double median = 0, p99 = 0, max = 0;
   } t_ulp;  // |t - exact t| in ulps of float32 at max(|exact t|, FLT_MIN), over answers of the right prim and ties with

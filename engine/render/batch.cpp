@@ -42,6 +42,33 @@ std::vector<Hit> RayBatch::hits() const {
   return all;
 }
 
+std::vector<RayStart> RayBatch::starts() const {
+  if (!frame_ || frame_->from_camera) return {};
+  std::vector<std::vector<RayStart>> sources;  // by chunk of primaries, at the indices of its list of starts
+  for (std::size_t i = 0; i < frame_->primaries.size(); ++i) {
+    const Chunk& c = frame_->primaries[i];
+    std::vector<Ray> rays(c.count);
+    std::vector<Hit> hits(c.count);
+    std::vector<Start> list(frame_->start_count[i]);
+    c.rays.download(rays);
+    c.hits.download(hits);
+    frame_->starts[i].download(list);
+    sources.emplace_back();
+    for (const Start& s : list) sources.back().push_back({rays[s.ray], hits[s.ray]});
+  }
+  std::vector<RayStart> all;
+  for (const GeneratorRun& run : frame_->runs)  // in the order of the rays
+    for (std::uint32_t i = 0; i < run.push.count; ++i)
+      all.push_back(sources[run.source][(run.push.first + i) / run.push.rays_per_hit]);
+  return all;
+}
+
+std::vector<std::uint32_t> RayBatch::start_prims() const {
+  std::vector<std::uint32_t> prims;
+  for (const RayStart& s : starts()) prims.push_back(s.hit.prim);
+  return prims;
+}
+
 void RayBatch::fill_hits(std::uint8_t byte) {
   if (chunks_.empty()) return;
   std::vector<Hit> pattern(chunks_[0].count);

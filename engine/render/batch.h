@@ -22,6 +22,12 @@ struct FrameTimes {
   double total_ms() const { return generate_ms + trace_ms + shade_ms; }
 };
 
+/// Where a ray from a primary hit comes from.
+struct RayStart {
+  Ray primary;
+  Hit hit;
+};
+
 /// Rays on the device. They lie in as many buffers as the device's limits want, each traced by a dispatch of its own.
 /// Made by an Engine, which it must not outlive.
 class RayBatch {
@@ -39,6 +45,11 @@ class RayBatch {
   /// undefined.
   std::vector<Ray> rays() const;
   std::vector<Hit> hits() const;
+
+  /// The primary ray and its hit that each ray started from, at the same indices; empty for primary and foreign rays.
+  std::vector<RayStart> starts() const;
+  /// The prims of those hits alone.
+  std::vector<std::uint32_t> start_prims() const;
 
   /// Fills every hit with this byte, so that records that a trace does not write can be counted.
   void fill_hits(std::uint8_t byte);
@@ -82,7 +93,7 @@ class Batches {
   using Frame = RayBatch::Frame;
 
   std::uint32_t chunk_rays() const;
-  Kernel& generator(std::string_view name, bool listed);
+  Kernel& generator(const KernelSource& source);
   void make_primaries(RayBatch& batch, const View& view, std::uint32_t width, std::uint32_t height);
   void make_starts(Frame& frame);
   void plan(RayBatch& batch, const RayKind& kind, const RayKindOptions& options);

@@ -26,8 +26,7 @@ std::vector<std::uint32_t> numbers_inside(std::uint32_t width, std::uint32_t hei
 
 }  // namespace
 
-Kernel& Batches::generator(std::string_view name, bool listed) {
-  const KernelSource source = generator_source(name, listed);
+Kernel& Batches::generator(const KernelSource& source) {
   auto& kernel = kernels_[source.name];
   if (!kernel) {
     kernel = std::make_unique<Kernel>(gpu_, source);
@@ -41,7 +40,7 @@ void Batches::make_primaries(RayBatch& batch, const View& view, std::uint32_t wi
   Frame& frame = *batch.frame_;
   const bool listed = width % TILE_SIZE || height % TILE_SIZE;
   frame.camera = camera_push(view, width, height);
-  frame.primary = &generator("primary", listed);
+  frame.primary = &generator(primary_source(listed));
   RayBatch primaries("primary", view.name, Want::Nearest);
   primaries.add_chunks(gpu_, std::size_t(width) * height, chunk_rays());
   if (listed) {
@@ -120,6 +119,8 @@ void Batches::plan(RayBatch& batch, const RayKind& kind, const RayKindOptions& o
   push.rays_per_hit = kind.rays_per_hit ? kind.rays_per_hit : options.ao_rays;
   const Bounds& b = scene_.scene().bounds;
   push.radius = options.ao_radius * glm::distance(b.lo, b.hi);
+  push.constant_offset = options.constant_offset * glm::distance(b.lo, b.hi);
+  const OffsetPolicy& policy = find_offset_policy(options.offset);
   std::size_t total = 0;
   for (const std::uint32_t n : frame.start_count) total += std::size_t(n) * push.rays_per_hit * kind.generators.size();
   batch.add_chunks(gpu_, total, chunk_rays());
@@ -129,7 +130,7 @@ void Batches::plan(RayBatch& batch, const RayKind& kind, const RayKindOptions& o
       const std::uint32_t rays = frame.start_count[source] * push.rays_per_hit;
       for (push.first = 0; push.first < rays; push.first += push.count) {
         push.count = std::min(rays - push.first, batch.chunks_[target].count - push.offset);
-        frame.runs.push_back({&generator(name, false), source, target, push});
+        frame.runs.push_back({&generator(generator_source(name, policy)), source, target, push});
         push.offset += push.count;
         if (push.offset == batch.chunks_[target].count) ++target, push.offset = 0;
       }

@@ -58,6 +58,8 @@ ErrorFigures HitChecker::verify(RayBatch& batch, const ExactTruth& truth, const 
   ErrorFigures figures = error_figures(exact_, oracle_, truth.rays, hits, truth.hits, batch.want(),
                                        find_numeric(query.numeric).arithmetic, max_cases);
   figures.unwritten = std::uint64_t(std::ranges::count_if(hits, untouched));
+  const std::vector<std::uint32_t> starts = batch.start_prims();
+  for (std::size_t i = 0; i < starts.size(); ++i) figures.self_hits += hits[i].prim == starts[i];
   return figures;
 }
 

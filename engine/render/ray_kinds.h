@@ -3,8 +3,10 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <string_view>
 
+#include "engine/render/offset_policies.h"
 #include "engine/trace/variant.h"
 
 namespace ballot {
@@ -42,13 +44,17 @@ inline bool RayKind::from_camera() const { return generators[0] == kPrimaryGener
 /// Throws Error(Arguments) that lists the kinds there are.
 const RayKind& find_ray_kind(std::string_view name);
 
-/// The kernel of a generator. `listed` concerns the primary one: the picture cuts tiles, so that a list says which rays
-/// lie in it.
-KernelSource generator_source(std::string_view generator, bool listed);
+/// The kernel that makes primary rays. `listed`: the picture cuts tiles, so that a list says which rays lie in it.
+KernelSource primary_source(bool listed);
+
+/// The kernel of a generator of rays from primary hits.
+KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset);
 
 struct RayKindOptions {
-  std::uint32_t ao_rays = 8;  // a hit, 1 to 64
-  float ao_radius = 0.05f;    // share of the scene's diagonal, above 0
+  std::uint32_t ao_rays = 8;           // a hit, 1 to 64
+  float ao_radius = 0.05f;             // share of the scene's diagonal, above 0
+  std::string offset{kDefaultOffset};  // where rays from hits start: a name of kOffsetPolicies
+  float constant_offset = 1e-4f;       // of policy "constant": share of the scene's diagonal, above 0, at most 1
 };
 
 /// Throws Error(Arguments) for options out of their ranges.

@@ -90,7 +90,7 @@ struct Renderer::Passes {
         hits(gpu, chunk, Access::Storage, "hits"),
         film(gpu, chunk, Access::Storage, "film"),
         stats(counts ? std::make_unique<Buffer<RayStats>>(gpu, chunk, Access::Storage, "counters") : nullptr),
-        primary(gpu, generator_source("primary", false)),
+        primary(gpu, primary_source(false)),
         shade(gpu, shading_source(shading, scene)) {
     primary.bind(BIND_RAYS, rays);
     shade.bind(BIND_RAYS, rays);

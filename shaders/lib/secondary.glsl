@@ -2,11 +2,21 @@
 //
 //   Ray ray_from(Surface s, uint k)    the k-th ray of a hit; directions of unit length
 //
+// with the help of the policy that says where rays start, one file lib/origin_<name>.glsl each:
+//
+//   vec3 origin_on(Surface s, float side)                     an origin off the triangle; side 1: where the primary ray came
+//                                                             from; side -1: behind
+//   Ray leave(Surface s, float side, vec3 dir, float t_max)   the ray that starts so and goes along dir, which is unit
+//
 // One invocation makes one ray: ray r of the hits listed in `starts` is ray r % rays_per_hit of start r / rays_per_hit.
 // Only lib/exact.glsl's arithmetic is used, so equal hits give equal rays on every device.
 #include "../shared/render.h"
 #include "exact.glsl"
 #include "random.glsl"
+
+#ifndef BALLOT_ORIGIN
+#error a variant must give BALLOT_ORIGIN: a number of shaders/shared/render.h
+#endif
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { SecondaryPush push; };
@@ -18,91 +28,70 @@ layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
 
 struct Surface {
   vec3 position;
-  vec3 normal;   // geometric, unit, on the side that the primary ray came from
-  vec3 dir;      // of the primary ray, unit
-  float offset;  // how far along the normal, or against it, an origin is off the triangle for certain
-  uint pixel;    // number of the pixel; seeds random numbers
+  vec3 normal;        // geometric, unit, on the side that the primary ray came from
+  vec3 dir;           // of the primary ray, unit
+  vec3 v0, v1, v2;    // the triangle
+  vec3 sum;           // |b0 v0| + |b1 v1| + |b2 v2| of the weights b of position
+  uint pixel;         // number of the pixel; seeds random numbers
 };
 
 Ray ray_from(Surface s, uint k);
 
 vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
 
-const float W = 5.9604645e-8;  // 2^-24, the largest relative error of a rounding
+// The axis that v has least of.
+vec3 least_axis(vec3 v) {
+  vec3 a = abs(v);
+  return a.x <= a.y && a.x <= a.z ? vec3(1.0, 0.0, 0.0) : a.y <= a.z ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);
+}
 
-// Of the triangle v0 v1 v2; unit.
-vec3 geometric_normal(vec3 v0, vec3 v1, vec3 v2, out float slenderness) {
+// Of the triangle v0 v1 v2; unit. The cross product of a sliver's rounded edges may lean along it, so that is taken away: the
+// normal is perpendicular to the triangle's length to a few roundings, however thin it is.
+vec3 geometric_normal(vec3 v0, vec3 v1, vec3 v2) {
   precise vec3 a = v1 - v0, b = v2 - v0;
   float scale = unit_scale(max(largest(a), largest(b)));  // the products of small edges would underflow
   precise vec3 scaled_a = a * scale, scaled_b = b * scale;
-  vec3 c = exact_cross(scaled_a, scaled_b);
-  float c_scale = unit_scale(largest(c));
-  precise vec3 scaled_c = c * c_scale;
-  precise float inverse_length = exact_inverse_sqrt(exact_dot(scaled_c, scaled_c));
-  precise vec3 normal = scaled_c * inverse_length;
-  float l = max(largest(scaled_a), largest(scaled_b));
-  precise float ratio = l * l * inverse_length * c_scale;
-  slenderness = ratio;
-  return normal;
-}
-
-// How far along its normal an origin must lie off its triangle, so that the ray does not find the triangle again.
-//
-// First, how far off the plane the point p = b0 v0 + b1 v1 + b2 v2 can be computed. After: Matt Pharr, Wenzel Jakob, Greg
-// Humphreys. Physically Based Rendering, section 6.8 (gamma_n = n w / (1 - n w) bounds n roundings of w = 2^-24; bounds of
-// the axes make a bound along the normal by its product with them). Per axis, with S = |b0 v0| + |b1 v1| + |b2 v2|:
-//   products and two sums                                 gamma_3 S
-//   b0 = 1 - b1 - b2, two roundings of at most w each     2 w |v0|
-//   p + offset n, the product and the sum                 2 w S
-// Here S counts twice, since the normal is rounded too: w (10 S + 2 |v0|).
-//
-// Second, slack for the triangle test that the ray meets, which sees the triangle from this origin: its error follows the
-// triangle's size, not its coordinates. With L its extent and h = 2 A / L its height, the watertight test may place the plane
-// off by some w L L / h. Measured with 86 M rays of seven scenes (reflect, refract, ao, diffuse, all views): at most
-// 0.43 w L L / h, and 300 w L where h < L / 1000. Hence w L (16 + L / h), and no more than 512 w L: 2^-15 L.
-float offset_bound(vec3 normal, vec3 sum, vec3 v0, vec3 v1, vec3 v2, float slenderness) {
-  vec3 extent = max(max(v0, v1), v2) - min(min(v0, v1), v2);
-  precise vec3 error = W * (10.0 * sum + 2.0 * abs(v0));
-  precise float slack = W * largest(extent) * min(16.0 + slenderness, 512.0);
-  precise float bound = exact_dot(abs(normal), error) + slack;
-  return bound;
+  vec3 along = exact_unit(largest(a) > largest(b) ? a : b);
+  vec3 normal = exact_unit(exact_cross(scaled_a, scaled_b));
+  precise vec3 upright = normal - along * exact_dot(normal, along);
+  if (largest(upright) < 0.01) upright = exact_cross(along, least_axis(along));  // no area is left
+  return exact_unit(upright);
 }
 
 Surface surface_at(Start start) {
   Ray ray = primary_rays[start.ray];
   Hit hit = primary_hits[start.ray];
-  vec3 v0 = vertex(hit.prim, 0u), v1 = vertex(hit.prim, 1u), v2 = vertex(hit.prim, 2u);
-  precise float b0 = 1.0 - hit.u - hit.v;
-  precise vec3 p0 = b0 * v0, p1 = hit.u * v1, p2 = hit.v * v2;
-  precise vec3 sum = abs(p0) + abs(p1) + abs(p2);
   Surface s;
-  precise vec3 position = p0 + p1 + p2;
+  s.v0 = vertex(hit.prim, 0u), s.v1 = vertex(hit.prim, 1u), s.v2 = vertex(hit.prim, 2u);
+  precise float b0 = 1.0 - hit.u - hit.v;
+  precise vec3 p0 = b0 * s.v0, p1 = hit.u * s.v1, p2 = hit.v * s.v2;
+  precise vec3 sum = abs(p0) + abs(p1) + abs(p2), position = p0 + p1 + p2;
+  s.sum = sum;
   s.position = position;
-  float slenderness;
-  s.normal = geometric_normal(v0, v1, v2, slenderness);
+  s.normal = geometric_normal(s.v0, s.v1, s.v2);
   s.dir = exact_unit(ray.dir);
   if (exact_dot(s.normal, s.dir) > 0.0) s.normal = -s.normal;
-  s.offset = offset_bound(s.normal, sum, v0, v1, v2, slenderness);
   s.pixel = start.pixel;
   return s;
 }
 
-vec3 origin_above(Surface s) {
-  precise vec3 origin = s.position + s.normal * s.offset;
-  return origin;
-}
-
-vec3 origin_below(Surface s) {
-  precise vec3 origin = s.position - s.normal * s.offset;
-  return origin;
-}
+#if BALLOT_ORIGIN == ORIGIN_CONSTANT
+#include "origin_constant.glsl"
+#elif BALLOT_ORIGIN == ORIGIN_ULP
+#include "origin_ulp.glsl"
+#elif BALLOT_ORIGIN == ORIGIN_PBRT
+#include "origin_pbrt.glsl"
+#elif BALLOT_ORIGIN == ORIGIN_PROVED
+#include "origin_proved.glsl"
+#else
+#include "origin_bounded.glsl"
+#endif
 
 // Unit direction on the normal's side, its density proportional to the cosine: Malley's method, a uniform point of the disk
 // lifted onto the hemisphere.
 vec3 cosine_direction(Surface s, float r1, float r2) {
-  vec3 n = s.normal, a = abs(n);
-  vec3 axis = a.x <= a.y && a.x <= a.z ? vec3(1.0, 0.0, 0.0) : a.y <= a.z ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);
-  vec3 x = exact_unit(exact_cross(n, axis)), y = exact_cross(n, x);
+  vec3 n = s.normal;
+  vec3 x = exact_unit(exact_cross(n, least_axis(n))), y = exact_cross(n, x);
   precise vec2 disk = exact_turn(r2) * exact_sqrt(r1);
   precise vec3 dir = x * disk.x + y * disk.y + n * exact_sqrt(1.0 - r1);
   return exact_unit(dir);

@@ -6,5 +6,5 @@
 
 Ray ray_from(Surface s, uint k) {
   vec3 dir = cosine_direction(s, random_number(s.pixel, k, 2u), random_number(s.pixel, k, 3u));
-  return Ray(origin_above(s), 0.0, dir, push.radius);
+  return leave(s, 1.0, dir, push.radius);
 }

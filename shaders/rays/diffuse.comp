@@ -6,5 +6,5 @@
 
 Ray ray_from(Surface s, uint k) {
   vec3 dir = cosine_direction(s, random_number(s.pixel, k, 4u), random_number(s.pixel, k, 5u));
-  return Ray(origin_above(s), 0.0, dir, 1e30);
+  return leave(s, 1.0, dir, 1e30);
 }

@@ -6,5 +6,5 @@
 
 Ray ray_from(Surface s, uint k) {
   precise vec3 dir = s.dir - s.normal * (2.0 * exact_dot(s.dir, s.normal));
-  return Ray(origin_above(s), 0.0, exact_unit(dir), 1e30);
+  return leave(s, 1.0, exact_unit(dir), 1e30);
 }

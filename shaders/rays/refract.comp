@@ -10,5 +10,5 @@ Ray ray_from(Surface s, uint k) {
   precise float cos_in = -exact_dot(s.dir, s.normal);
   precise float cos_out = exact_sqrt(1.0 - ETA * ETA * (1.0 - cos_in * cos_in));
   precise vec3 dir = s.dir * ETA + s.normal * (ETA * cos_in - cos_out);
-  return Ray(origin_below(s), 0.0, exact_unit(dir), 1e30);
+  return leave(s, -1.0, exact_unit(dir), 1e30);
 }

@@ -5,9 +5,8 @@
 #include "../lib/secondary.glsl"
 
 Ray ray_from(Surface s, uint k) {
-  vec3 origin = origin_above(s);
-  precise vec3 to_light = push.light - origin;
+  precise vec3 to_light = push.light - origin_on(s, 1.0);
   vec3 dir = exact_unit(to_light);
   precise float t_max = 0.999 * exact_dot(to_light, dir);
-  return Ray(origin, 0.0, dir, t_max);
+  return leave(s, 1.0, dir, t_max);
 }

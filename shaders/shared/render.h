@@ -12,6 +12,13 @@
 #define SHADING_EYELIGHT 0  // base colour times the cosine to the eye, plus emission
 #define SHADING_NORMALS 1   // shading normal as colour
 
+// BALLOT_ORIGIN: where rays from hits start; engine/render/offset_policies.h.
+#define ORIGIN_CONSTANT 0
+#define ORIGIN_ULP 1
+#define ORIGIN_PBRT 2
+#define ORIGIN_PROVED 3
+#define ORIGIN_BOUNDED 4
+
 // Bindings of set 0.
 #define BIND_FILM 2
 #define BIND_TRIANGLES 3  // texel buffer, three texels a triangle in prim order: (v0.xyz, material), (v1.xyz, 0), (v2.xyz, 0)
@@ -48,6 +55,7 @@ struct SecondaryPush {
   uint count;
   uint rays_per_hit;
   uint offset;
+  float constant_offset;  // of policy "constant", scene units
 };
 
 // A primary ray that hit something: its index in its chunk, and its pixel (row by row).
@@ -80,7 +88,7 @@ struct FilmPixel {
 
 #ifdef __cplusplus
 BALLOT_RECORD(PrimaryPush, 72);
-BALLOT_RECORD(SecondaryPush, 32);
+BALLOT_RECORD(SecondaryPush, 36);
 BALLOT_RECORD(Start, 8);
 BALLOT_RECORD(ShadePush, 20);
 BALLOT_RECORD(GpuMaterial, 24);

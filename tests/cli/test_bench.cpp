@@ -188,11 +188,19 @@ TEST_F(Bench, AoRaysAndRadius) {
   const auto given = bench(few);
   EXPECT_EQ(standard["ao_rays"], 8);
   EXPECT_EQ(standard["ao_radius"], 0.05);
+  EXPECT_EQ(standard["offset"], "bounded");
   EXPECT_EQ(given["ao_rays"], 2);
   EXPECT_EQ(given["ao_radius"], 0.25);
   EXPECT_EQ(4 * given["records"][0]["ray_count"].get<int>(), standard["records"][0]["ray_count"].get<int>());
   refuse(2, {"65"}, {"bench", "square.glb", "--ao-rays", "65"});
   refuse(2, {"radius"}, {"bench", "square.glb", "--ao-radius", "0"});
+}
+
+TEST_F(Bench, OffsetPolicies) {
+  const auto run = bench({"--methods", "if-if", "--rays", "ao", "--views", "front", "--offset", "ulp"});
+  EXPECT_EQ(run["offset"], "ulp");
+  refuse(2, {"no offset policy is called 'none'; there are: constant, ulp, pbrt, proved, bounded"},
+         {"bench", "square.glb", "--offset", "none"});
 }
 
 TEST_F(Bench, EnvironmentIsRecorded) {

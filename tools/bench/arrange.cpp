@@ -129,7 +129,7 @@ const Block* Setting::find(const std::string& scene, const std::string& rays) co
 
 bool same_platform(const Document& a, const Document& b) {
   return a.device == b.device && a.driver == b.driver && a.subgroup_size == b.subgroup_size && a.clock == b.clock &&
-         a.size == b.size && a.ao_rays == b.ao_rays && a.ao_radius == b.ao_radius;
+         a.size == b.size && a.ao_rays == b.ao_rays && a.ao_radius == b.ao_radius && a.offset == b.offset;
 }
 
 void tell_apart(std::vector<std::string>& names, const std::vector<const Document*>& documents) {
@@ -140,6 +140,7 @@ void tell_apart(std::vector<std::string>& names, const std::vector<const Documen
       [](const Document& d) { return fmt::format("subgroups of {}", d.subgroup_size); },
       [](const Document& d) { return d.clock; },
       [](const Document& d) { return fmt::format("{} ao rays of {:g}", d.ao_rays, d.ao_radius); },
+      [](const Document& d) { return "offset " + d.offset; },
   };
   for (const Part& part : parts) {
     std::map<std::string, int> uses;

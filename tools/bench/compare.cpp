@@ -33,8 +33,9 @@ bool is_standard_ao(const Document& d) { return ao_text(d) == ao_text(Document{}
 
 /// All that must be equal for times to be comparable, but for the arithmetic.
 std::string setting_of(const Document& d) {
-  return fmt::format("{}, {}, subgroups of {}, {}x{}, {}{}", d.device, d.driver, d.subgroup_size, d.size[0], d.size[1],
-                     d.clock, is_standard_ao(d) ? "" : ", " + ao_text(d));
+  return fmt::format("{}, {}, subgroups of {}, {}x{}, {}{}{}", d.device, d.driver, d.subgroup_size, d.size[0],
+                     d.size[1], d.clock, is_standard_ao(d) ? "" : ", " + ao_text(d),
+                     d.offset == kDefaultOffset ? "" : ", offset " + d.offset);
 }
 
 std::set<std::string> settings_of(const std::vector<Document>& documents) {
@@ -174,6 +175,8 @@ void warn_of_settings(const Document& a, const Document& b, std::vector<std::str
   warn_if_different(
       "size", a, b, [](const Document& d) { return fmt::format("{}x{}", d.size[0], d.size[1]); }, warnings);
   warn_if_different("number or length of ao ray", a, b, ao_text, warnings);
+  warn_if_different(
+      "offset policy of ray", a, b, [](const Document& d) { return d.offset; }, warnings);
 }
 
 void warn_of_partial(const char* side, const std::vector<Document>& documents, std::vector<std::string>& warnings) {

@@ -122,6 +122,7 @@ nlohmann::json to_json(const Document& d) {
                       {"size", d.size},
                       {"ao_rays", d.ao_rays},
                       {"ao_radius", d.ao_radius},
+                      {"offset", d.offset},
                       {"repeats", d.repeats},
                       {"sweep_repeats", d.sweep_repeats},
                       {"partial", d.partial},

@@ -98,6 +98,7 @@ struct Document {
   std::array<std::uint32_t, 2> size{};
   std::uint32_t ao_rays = 8;  // as RayKindOptions
   double ao_radius = 0.05;
+  std::string offset{kDefaultOffset};
   std::uint32_t repeats = 0, sweep_repeats = 0;
   bool partial = false;
   std::vector<SceneFigures> scenes;

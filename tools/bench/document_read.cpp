@@ -132,6 +132,7 @@ Document read_document(const JsonPlace& json, const std::string& source) {
   d.size = {size[0].small_count(), size[1].small_count()};
   if (const auto rays = json.find("ao_rays")) d.ao_rays = rays->small_count();
   if (const auto radius = json.find("ao_radius")) d.ao_radius = radius->positive();
+  if (const auto offset = json.find("offset")) d.offset = offset->text();
   d.repeats = json.at("repeats").small_count();
   if (const auto repeats = json.find("sweep_repeats")) d.sweep_repeats = repeats->small_count();
   if (const auto partial = json.find("partial")) d.partial = partial->truth();

@@ -27,6 +27,7 @@ void add_run(std::string& text, const Document& d) {
                         list(modes), d.records.size(), d.commit);
   if (kinds.contains("ao"))
     text += fmt::format("  Rays of kind ao: {} a hit, {:g} of the scene's diagonal long.\n", d.ao_rays, d.ao_radius);
+  if (d.offset != kDefaultOffset) text += fmt::format("  Rays from hits start by offset policy {}.\n", d.offset);
   if (d.partial) text += "  **The run was interrupted: what is missing was not measured.**\n";
   std::string environment;
   for (const auto& [name, value] : d.environment) environment += name + "=" + shell_word(value) + " ";

@@ -155,6 +155,7 @@ Document header(const DeviceInfo& device, const Plan& plan, const RunOptions& op
   d.size = {options.width, options.height};
   d.ao_rays = options.kinds.ao_rays;
   d.ao_radius = std::stod(fmt::format("{}", options.kinds.ao_radius));  // 0.05, not what a float makes of it
+  d.offset = options.kinds.offset;
   d.repeats = options.repeats;
   d.sweep_repeats = sweep_repeats(plan, options);
   return d;

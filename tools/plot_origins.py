@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+"""Draws what `ballot verify --origins` found: self hits against distance, lost contacts against size."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+NO_MATPLOTLIB = 4  # the program that starts this script knows this exit code
+try:
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+except ImportError as missing:
+    print(f"error: {missing}; install python3-matplotlib (Debian) or matplotlib (pip)", file=sys.stderr)
+    sys.exit(NO_MATPLOTLIB)
+
+# Okabe and Ito's colours, which most colour-blind readers can tell apart; markers go along.
+COLOURS = ["#E69F00", "#D55E00", "#CC79A7", "#999933", "#56B4E9", "#009E73", "#0072B2", "#000000"]
+MARKERS = "osD^vPX*"
+ZERO = 0.3  # half the width of the linear part of an axis: where 0 is drawn on axes of rates
+
+
+def rates(records: list[dict], axis: str, figure: str) -> dict[str, list[tuple[float, float]]]:
+    """Policy to (value of the axis, events per million rays), all else together."""
+    sums: dict[str, dict[float, list[int]]] = {}
+    for record in records:
+        both = sums.setdefault(record["policy"], {}).setdefault(record[axis], [0, 0])
+        both[0] += record[figure]
+        both[1] += record["rays"]
+    return {policy: [(at, 1e6 * events / rays) for at, (events, rays) in sorted(places.items()) if rays]
+            for policy, places in sums.items()}
+
+
+def draw_panel(axes, records: list[dict], axis: str, figure: str, title: str, label: str) -> None:
+    for i, (policy, points) in enumerate(rates(records, axis, figure).items()):
+        best = policy == "bounded"
+        axes.plot(*zip(*points), label=policy, color=COLOURS[i % len(COLOURS)], marker=MARKERS[i % len(MARKERS)],
+                  linewidth=2.4 if best else 1.2, markersize=8 if best else 5, zorder=3 if best else 2, clip_on=False)
+    axes.set_yscale("symlog", linthresh=ZERO, linscale=0.3)
+    axes.set_ylim(0, 1e6)
+    axes.set_yticks([0, 1, 10, 100, 1e3, 1e4, 1e5, 1e6],
+                    ["0", "1", "10", "100", "1 000", "10 000", "100 000", "all"])
+    axes.set_yticks([], minor=True)
+    axes.set_title(title, fontsize=10)
+    axes.set_xlabel(label)
+    axes.grid(True, color="#dddddd", linewidth=0.6)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def draw(document: dict, folder: Path) -> str:
+    figure, (left, right) = pyplot.subplots(1, 2, figsize=(10.5, 4.4))
+    records = document["records"]
+    draw_panel(left, records, "distance", "self_hits", "Self hits, all sizes together",
+               "distance from the origin, multiples of the scene's size")
+    positive = [r["distance"] for r in records if r["distance"] > 0]
+    left.set_xscale("symlog", linthresh=min(positive, default=1), linscale=0.5)
+    left.set_xlim(0, max(positive, default=1))
+    draw_panel(right, records, "scene_size", "lost_contacts", "Lost contacts, all distances together",
+               "size of the scene, scene units")
+    right.set_xscale("log")
+    left.set_ylabel("per million rays")
+    figure.suptitle("Where secondary rays start: the ray finds its own triangle, or misses what is near", fontsize=11)
+    figure.legend(*left.get_legend_handles_labels(), loc="lower center", ncols=8, frameon=False, fontsize=9)
+    figure.tight_layout(rect=(0, 0.06, 1, 1))
+    name = "origins.svg"
+    figure.savefig(folder / name)
+    figure.savefig(folder / "origins.png", dpi=110)
+    return name
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", type=Path, help="origins.json of a report, or what --json wrote")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the plot")
+    args = parser.parse_args()
+    try:
+        document = json.loads(args.file.read_text())
+        print("plot", draw(document, args.out))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        print(f"error: {args.file}: expected what 'ballot verify --origins --json' writes: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
