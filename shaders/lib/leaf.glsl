@@ -1,8 +1,6 @@
 // One ray against one leaf. The leaf's own box is tested again: since it was put on a stack the ray may have found a hit nearer
 // than all that the leaf holds, and rays of a packet come to leaves that they do not meet.
 
-#include "scale.glsl"
-
 // Ray state that every method carries.
 struct Walker {
   Ray ray;         // scaled (lib/scale.glsl)
@@ -30,7 +28,7 @@ Walker make_walker(Ray given) {
   Walker w;
   w.ray = scaled_ray(given);
   w.slabs = make_slabs(w.ray);
-  w.space = make_ray_space(w.ray);
+  w.space = make_ray_space(w.ray, given);
   w.hit = Hit(w.ray.t_max, NO_HIT, 0.0, 0.0);
   w.truncated = false;
   return w;
@@ -71,6 +69,16 @@ void visit_leaf(inout Walker w, uint leaf, bool live) {
     w.truncated = w.truncated || i < count;
   }
 #ifdef TRIANGLE_SETTLES
-  w.truncated = settle_leaf(w.ray, w.space, w.hit) || w.truncated;
+  w.truncated = settle_leaf(w.space, w.hit) || w.truncated;
+#endif
+}
+
+// A hit in the units of the given ray. A miss has its t_max.
+Hit unscaled_hit(Hit hit, Ray given) {
+  if (hit.prim == NO_HIT) return Hit(given.t_max, NO_HIT, 0.0, 0.0);
+#ifdef TRIANGLE_SETTLES
+  return hit;
+#else
+  return Hit(hit.t * direction_scale(given.dir), hit.prim, hit.u, hit.v);
 #endif
 }

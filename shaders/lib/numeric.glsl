@@ -3,7 +3,7 @@
 //
 // A triangle test (lib/triangle_*.glsl) gives
 //   RaySpace                           what is computed once a ray, and what the test keeps of the nearest hit
-//   make_ray_space(ray) -> RaySpace
+//   make_ray_space(ray, given) -> RaySpace       ray is scaled, as everywhere here; given is not (lib/scale.glsl)
 //   hit_triangle(ray, inout space, texel, out t, out u, out v) -> bool
 //                                      the triangle whose texels start there, any t; NaN counts as no hit
 //   triangle_prim(block, i) -> uint    of the i-th triangle of a leaf's block
@@ -12,8 +12,8 @@
 //   nearer(inout space, t, prim, best) -> bool     whether it is nearer: by t, among equal t by prim
 //   reach(space, best) -> float        a t that the nearest hit is surely not beyond; what lies behind it is culled
 // and where it defines TRIANGLE_SETTLES
-//   settle_leaf(ray, inout space, inout best) -> bool  called after the triangles of a leaf, for a test that decides nothing
-//                                      before: finds the nearest hit. True if the driver left a loop early (lib/main.glsl)
+//   settle_leaf(inout space, inout best) -> bool  called after the triangles of a leaf, for a test that decides nothing
+//                                      before: finds the nearest hit, with t in the given ray's units. True if the driver left a loop early (lib/main.glsl)
 //
 // A box test (lib/box_*.glsl) gives
 //   Slabs                              what is computed once a ray
@@ -21,6 +21,7 @@
 //   box_interval(slabs, lo, hi, t_min, t_max) -> vec2
 //                                      where the ray is inside, as [entry, exit], cut to [t_min, t_max]; empty if entry > exit
 #include "box.glsl"
+#include "scale.glsl"
 
 #if BALLOT_BOX == BOX_PADDED
 #include "box_padded.glsl"

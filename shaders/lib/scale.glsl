@@ -16,9 +16,3 @@ Ray scaled_ray(Ray given) {
   return Ray(given.origin, clamp(given.t_min * inverse, -3.4e38, 3.4e38), given.dir * direction_scale(given.dir),
              clamp(given.t_max * inverse, -3.4e38, 3.4e38));
 }
-
-// A hit in the units of the given ray. A miss has its t_max.
-Hit unscaled_hit(Hit hit, Ray given) {
-  if (hit.prim == NO_HIT) return Hit(given.t_max, NO_HIT, 0.0, 0.0);
-  return Hit(hit.t * direction_scale(given.dir), hit.prim, hit.u, hit.v);
-}

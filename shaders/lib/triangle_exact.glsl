@@ -14,11 +14,11 @@
 // there, rays took 2 to 3 times as long.
 
 struct RaySpace {
+  Ray given;                   // all that is decided is about this ray; the scaled one is for boxes and the first stage
   vec3 row_x, row_y;           // of the matrix that shears the ray onto the axis of its largest direction component
-  float least;                 // largest |v - o| of a triangle from which on float32 may reject it
   double best_t, best_error;   // of the nearest hit so far: its exact t is within the error
   uint best_texel;             // its triangle; NO_HIT where there is none
-  float reach;                 // not less than its exact t, or t_max
+  float reach;                 // not less than its exact t, or t_max, for the scaled ray
   uint first, marked;          // texel of a triangle of the leaf; a bit for each triangle from there on that is left to decide
 };
 #define TRIANGLE_SETTLES
@@ -40,26 +40,27 @@ float narrow(double value) {
 // A dead ray's range (lib/leaf.glsl).
 #define IS_EMPTY_RANGE(t_min, t_max) (widen(t_max) <= widen(t_min))
 
-// Not less than t + error, nor than any denormal number.
-float above(double t, double error) {
-  float rounded = float(t + error);
+// Not less than t + error in the scaled ray's units, nor than any denormal number.
+float reach_of(Ray given, double t, double error) {
+  uint e = direction_exponent(given.dir);
+  float rounded = float(clamp((t + error) * packDouble2x32(uvec2(0u, (e + 896u) << 20)), -3.4e38lf, 3.4e38lf));
   if (abs(rounded) < 1e-37) return 1e-37;
   return uintBitsToFloat(rounded > 0.0 ? floatBitsToUint(rounded) + 1u : floatBitsToUint(rounded) - 1u);
 }
 
-RaySpace make_ray_space(Ray ray) {
+RaySpace make_ray_space(Ray ray, Ray given) {
   vec3 d = ray.dir, a = abs(d);
   bool x = a.x >= a.y && a.x >= a.z, y = !x && a.y >= a.z;
   float main_axis = x ? d.x : y ? d.y : d.z;
   float first = -(x ? d.y : y ? d.z : d.x) / main_axis, second = -(x ? d.z : y ? d.x : d.y) / main_axis;
   RaySpace space;
+  space.given = given;
   space.row_x = x ? vec3(first, 1.0, 0.0) : y ? vec3(0.0, first, 1.0) : vec3(1.0, 0.0, first);
   space.row_y = x ? vec3(second, 0.0, 1.0) : y ? vec3(1.0, second, 0.0) : vec3(0.0, 1.0, second);
-  space.least = abs(main_axis) <= 8.5e37 ? 1e-12 : 3.4e38;
   space.best_t = 0.0lf;
   space.best_error = 0.0lf;
   space.best_texel = NO_HIT;
-  space.reach = above(widen(ray.t_max), 0.0lf);
+  space.reach = reach_of(given, widen(given.t_max), 0.0lf);
   space.first = 0u;
   space.marked = 0u;
   return space;
@@ -83,7 +84,7 @@ bool surely_missed(Ray ray, RaySpace space, Corners corners) {
   vec3 e = x.zxy * y.yzx - y.zxy * x.yzx;
   float m = largest_of(max(abs(a), max(abs(b), abs(c)))), l = largest_of(max(abs(x), abs(y)));
   float bound = 3.8146973e-6 * m * (l + 2.3841858e-7 * m);
-  return max(e.x, max(e.y, e.z)) > bound && min(e.x, min(e.y, e.z)) < -bound && m >= space.least && m <= 1e18;
+  return max(e.x, max(e.y, e.z)) > bound && min(e.x, min(e.y, e.z)) < -bound && m >= 1e-12 && m <= 1e18;
 }
 
 double largest_magnitude(dvec3 v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
@@ -225,7 +226,8 @@ bool hit_triangle(Ray ray, inout RaySpace space, uint texel, out float t, out fl
 
 // Decides whether the ray hits the triangle in range and before the best hit so far, and makes it the best one then. Gives
 // whether a driver cut loops short.
-bool settle_triangle(Ray ray, inout RaySpace space, uint texel, inout Hit best) {
+bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
+  Ray ray = space.given;
   Corners corners = fetch_corners(texel);
   uint prim = leaf_texel(texel).w;
   DoubleSight s = look(ray, corners);
@@ -246,17 +248,17 @@ bool settle_triangle(Ray ray, inout RaySpace space, uint texel, inout Hit best) 
     space.best_t = s.t;
     space.best_error = s.error;
     space.best_texel = texel;
-    space.reach = above(s.t, s.error);
+    space.reach = reach_of(space.given, s.t, s.error);
   }
   return cut;
 }
 
 // Decides what hit_triangle has marked in a leaf. Gives whether a driver cut loops short.
-bool settle_leaf(Ray ray, inout RaySpace space, inout Hit best) {
+bool settle_leaf(inout RaySpace space, inout Hit best) {
   bool cut = false;
   uint open = BALLOT_ANY_HIT != 0 && best.prim != NO_HIT ? 0u : space.marked;
   while (open != 0u) {
-    cut = settle_triangle(ray, space, space.first + uint(findLSB(open)) * TRIANGLE_TEXELS, best) || cut;
+    cut = settle_triangle(space, space.first + uint(findLSB(open)) * TRIANGLE_TEXELS, best) || cut;
     open = BALLOT_ANY_HIT != 0 && best.prim != NO_HIT ? 0u : open & (open - 1u);
   }
   space.marked = 0u;

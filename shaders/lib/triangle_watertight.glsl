@@ -24,7 +24,7 @@ struct RaySpace {
   vec3 row_x, row_y, row_z;  // of the matrix that shears the ray onto the axis of its largest direction component
 };
 
-RaySpace make_ray_space(Ray ray) {
+RaySpace make_ray_space(Ray ray, Ray given) {
   vec3 d = ray.dir, a = abs(d);
   bool x = a.x >= a.y && a.x >= a.z, y = !x && a.y >= a.z;
   uint reach = floatBitsToUint(scene_reach(ray.origin)) >> 23;

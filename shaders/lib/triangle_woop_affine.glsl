@@ -12,7 +12,7 @@ struct RaySpace {
   uint unused;
 };
 
-RaySpace make_ray_space(Ray ray) { return RaySpace(0u); }
+RaySpace make_ray_space(Ray ray, Ray given) { return RaySpace(0u); }
 
 #include "nearer.glsl"
 
