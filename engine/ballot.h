@@ -35,6 +35,9 @@ namespace ballot {
 struct EngineOptions {
   std::string device;     // "": best GPU, else CPU; an index, part of a name, "gpu", "cpu"
   bool validate = false;  // Vulkan validation with synchronization checks; messages() collects what it says
+  /// The device of an engine that is gone or idle, to be used again: opening one takes time, and drivers that are opened
+  /// and closed many times in a process may refuse at last. `device` and `validate` are then as that engine had them.
+  std::shared_ptr<Context> context = {};
   BuildSettings build = {};
   bool use_cache = true;            // BVHs on disk, in cache_folder()
   std::vector<Query> queries = {};  // refused before the BVH is built if the device cannot follow their knobs
@@ -45,7 +48,7 @@ struct StartTimes {
   double device_s = 0, bvh_s = 0;
 };
 
-/// A scene on a device. Belongs to one thread; one lives at a time.
+/// A scene on a device. Belongs to one thread; one lives at a time, but for engines that share a context.
 class Engine {
  public:
   /// Opens the device, then builds or loads the BVH. Throws Error(Device) if no device is usable, Error(Work) if the
@@ -55,7 +58,8 @@ class Engine {
 
   const Scene& scene() const { return scene_; }
   const Bvh& bvh() const { return bvh_; }
-  const DeviceInfo& device() const { return gpu_.info(); }
+  const DeviceInfo& device() const { return gpu_->info(); }
+  const std::shared_ptr<Context>& context() const { return gpu_; }
   const StartTimes& start_times() const { return times_; }
   Tracer& tracer() { return *tracer_; }
 
@@ -133,14 +137,14 @@ class Engine {
   /// double precision on the CPU, in parallel. Throws as trace() does, and Error(Arguments) if the rays start at no hits.
   std::vector<OriginCheck> check_origins(const RayBatch& batch, const Query& query = {});
 
-  /// What the validation layers said, if asked for.
-  const std::vector<std::string>& messages() const { return gpu_.messages(); }
+  /// What the validation layers said, if asked for, since the device was opened.
+  const std::vector<std::string>& messages() const { return gpu_->messages(); }
 
  private:
   Scene scene_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   StartTimes times_;
-  Context gpu_;
+  std::shared_ptr<Context> gpu_;
   Bvh bvh_;
   std::unique_ptr<Tracer> tracer_;
   std::unique_ptr<SceneData> scene_data_;

@@ -49,16 +49,18 @@ Bvh build(const Scene& scene, const EngineOptions& options, const Progress& prog
 std::string commit() { return BALLOT_COMMIT; }
 
 Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progress)
-    : scene_(std::move(scene)), gpu_(ContextOptions{options.device, options.validate}) {
+    : scene_(std::move(scene)),
+      gpu_(options.context ? options.context
+                           : std::make_shared<Context>(ContextOptions{options.device, options.validate})) {
   times_.device_s = seconds_since(begin_);
-  for (const Query& q : options.queries) formulation_for(find_method(q.method), gpu_.info(), q.knobs);
+  for (const Query& q : options.queries) formulation_for(find_method(q.method), gpu_->info(), q.knobs);
   const auto start = Clock::now();
   bvh_ = build(scene_, options, progress);
   times_.bvh_s = seconds_since(start);
-  tracer_ = std::make_unique<Tracer>(gpu_, bvh_, scene_.triangles);
-  scene_data_ = std::make_unique<SceneData>(gpu_, scene_);
-  renderer_ = std::make_unique<Renderer>(gpu_, *tracer_, *scene_data_);
-  batches_ = std::make_unique<Batches>(gpu_, *tracer_, *scene_data_);
+  tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles);
+  scene_data_ = std::make_unique<SceneData>(*gpu_, scene_);
+  renderer_ = std::make_unique<Renderer>(*gpu_, *tracer_, *scene_data_);
+  batches_ = std::make_unique<Batches>(*gpu_, *tracer_, *scene_data_);
 }
 
 Engine::~Engine() = default;
@@ -85,8 +87,8 @@ Image Engine::render(const View& view, const RenderOptions& options, RenderTimes
       {"method", fmt::format("{} {} {}", variant.method->name, describe(variant.how, *variant.method),
                              describe_threshold(variant.how, *variant.method))},
       {"numeric", std::string(variant.numeric->name)},
-      {"device", gpu_.info().name},
-      {"driver", gpu_.info().driver},
+      {"device", gpu_->info().name},
+      {"driver", gpu_->info().driver},
       {"subgroup_size", int(variant.how.subgroup)},
       {"spp", int(options.spp)},
       {"seconds", float(spent.seconds)},

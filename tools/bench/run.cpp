@@ -73,7 +73,7 @@ class Run {
     if (result_.document.device.empty()) begin(*engine);
     result_.document.scenes.push_back({engine->scene().name, engine->bvh().stats, load_s});
     for (const RaySet& rays : plan_.rays) add_block(*engine, rays);
-    result_.messages += engine->messages().size();
+    result_.messages = engine->messages().size();
   }
 
   RunResult& result() { return result_; }
@@ -86,7 +86,10 @@ class Run {
   std::unique_ptr<Engine> open(Scene scene) {
     bar_.hide();  // only one bar is drawn at a time
     ProgressBar building("building BVH of " + scene.name);
-    return std::make_unique<Engine>(std::move(scene), options_.engine, [&](double done) { building.update(done); });
+    auto engine =
+        std::make_unique<Engine>(std::move(scene), options_.engine, [&](double done) { building.update(done); });
+    options_.engine.context = engine->context();
+    return engine;
   }
 
   void add_block(Engine& engine, const RaySet& rays) {

@@ -53,7 +53,7 @@ class HardRun {
  public:
   HardRun(const std::vector<Entry>& entries, const HardOptions& options,
           const std::function<void(const DeviceInfo&)>& begin)
-      : entries_(entries), options_(options), begin_(begin), bar_("hard cases") {}
+      : entries_(entries), options_(options), begin_(begin), bar_("hard cases"), context_(options.engine.context) {}
 
   HardResult run() {
     try {
@@ -97,10 +97,12 @@ class HardRun {
     EngineOptions how = options_.engine;
     how.build = made.build;
     how.use_cache = false;  // small, and made anew for each run
+    how.context = context_;
     Engine engine(std::move(made.scene), how);
+    context_ = engine.context();
     if (begin_) std::exchange(begin_, {})(engine.device());
     for (std::size_t i = 0; i < made.rays.size(); ++i) answer(engine, hard, made.rays, i);
-    result_.messages += engine.messages().size();
+    result_.messages = engine.messages().size();
   } catch (const Error& error) {
     if (error.kind() != Failure::Work) throw;
     HardRecord record = record_of(hard, {}, {});
@@ -131,6 +133,7 @@ class HardRun {
   const HardOptions& options_;
   std::function<void(const DeviceInfo&)> begin_;
   ProgressBar bar_;
+  std::shared_ptr<Context> context_;  // all cases on one device, opened once
   bench::InterruptGuard interrupt_;
   HardResult result_;
   std::size_t case_ = 0;

@@ -74,6 +74,7 @@ OriginStudy measure_all(const OriginStudyArgs& args) {
     for (const double size : grid.sizes)
       for (const double distance : grid.distances) {
         Engine engine(scene.make(size, distance), options);
+        options.context = engine.context();
         describe(study, engine, args);
         for (const OriginPolicy& policy : policies) {
           OriginRecord record = measure(engine, policy, study);
@@ -83,8 +84,8 @@ OriginStudy measure_all(const OriginStudyArgs& args) {
           study.records.push_back(record);
           bar.update(++done / all);
         }
-        for (const std::string& message : engine.messages()) fmt::print(stderr, "ballot: {}\n", message);
       }
+  for (const std::string& message : options.context->messages()) fmt::print(stderr, "ballot: {}\n", message);
   return study;
 }
 
