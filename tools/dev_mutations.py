@@ -37,7 +37,7 @@ FAULTS = (
     Fault("t_min and t_max do not belong to the ray", "lib/nearer.glsl", "t >= ray.t_min && t <= best.t",
           "t > ray.t_min && t < best.t"),
     Fault("zero directions unguarded", "lib/box.glsl", "precise vec3 inv = 1.0 / d;", "precise vec3 inv = 1.0 / dir;"),
-    Fault("NaN and infinity unguarded", "lib/leaf.glsl", "return !finite || !(ray.t_max > ray.t_min)",
+    Fault("NaN and infinity unguarded", "lib/leaf.glsl", "return !finite || IS_EMPTY_RANGE(ray.t_min, ray.t_max)",
           "return !(ray.t_max > ray.t_min)"),
 )
 

@@ -20,26 +20,21 @@
 // nearer than t. So hits depend neither on the order of the walk nor on the tree.
 //
 // An exact hit (lib/triangle_exact.glsl) lies in some leaf's box itself, at its t to the last bit, and on o + t d, so the slab
-// test's own 7 w M are all that it needs, with t_min and t_max as they are. The bounds above hold while nothing leaves float32's
-// normal range. The exact test holds them to that: with M or the direction out of bounds, every box of the tree is entered.
+// test's own 7 w M are all that it needs, t_min being at most what it is exactly and reach at least that. The bounds hold while
+// nothing leaves float32's normal range. The exact test holds them to that: with M out of bounds, every box is entered.
 
 struct Slabs {
   vec3 lo_origin, hi_origin, inv;
 };
 
 #if BALLOT_TRIANGLE == TRIANGLE_EXACT
-// With the largest component D of the direction in [2^-66, 2^100] every reciprocal is normal, and its clamp idle; with M in
-// [2^-100, 2^126] and M / D at least 2^-100, a flushed number, below 2^-126, is below the room there is: 9 w M, or that over D.
-bool has_safe_slabs(Ray ray, float m) {
-  vec3 a = abs(ray.dir);
-  float d = max(a.x, max(a.y, a.z));
-  return d >= 1.36e-20 && d <= 1.26e30 && m >= 7.89e-31 && m <= 8.5e37 && m >= d * 7.89e-31;
-}
+// With M in [2^-100, 2^126] a flushed number, below 2^-126, is below the room there is, 9 w M, and no t of a hit overflows.
+bool has_safe_slabs(float m) { return m >= 7.89e-31 && m <= 8.5e37; }
 #endif
 
 Slabs make_slabs(Ray ray) {
 #if BALLOT_TRIANGLE == TRIANGLE_EXACT
-  if (!has_safe_slabs(ray, scene_reach(ray.origin))) {
+  if (!has_safe_slabs(scene_reach(ray.origin))) {
     float infinity = uintBitsToFloat(0x7F800000u);
     return Slabs(vec3(infinity), vec3(-infinity), vec3(1.0));
   }

@@ -10,7 +10,8 @@
 // zero and no two sides have opposite signs.
 #include "fixed_point.glsl"
 
-const uint ROW_DIR = 0u, ROW_ORIGIN = 1u, ROW_FIRST = 2u, ROW_BEST = 5u;  // in sum_numbers: d, o, v0 v1 v2, the best hit's v0 v1 v2
+// Vectors in sum_numbers: d, o, v0 v1 v2, and those of the best hit.
+const uint ROW_DIR = 0u, ROW_ORIGIN = 1u, ROW_FIRST = 2u, ROW_BEST = 5u;
 
 void set_row(uint row, vec3 v) {
   for (uint i = 0u; i < 3u; ++i) sum_numbers[row * 3u + i] = floatBitsToUint(v[i]);

@@ -13,7 +13,8 @@
 //   reach(space, best) -> float        a t that the nearest hit is surely not beyond; what lies behind it is culled
 // and where it defines TRIANGLE_SETTLES
 //   settle_leaf(inout space, inout best) -> bool  called after the triangles of a leaf, for a test that decides nothing
-//                                      before: finds the nearest hit, with t in the given ray's units. True if the driver left a loop early (lib/main.glsl)
+//                                      before: finds the nearest hit, with t in the given ray's units. True if the driver
+//                                      left a loop early (lib/main.glsl)
 //
 // A box test (lib/box_*.glsl) gives
 //   Slabs                              what is computed once a ray

@@ -11,8 +11,19 @@ uint direction_exponent(vec3 dir) {
 
 float direction_scale(vec3 dir) { return uintBitsToFloat((254u - direction_exponent(dir)) << 23); }
 
+#if BALLOT_TRIANGLE == TRIANGLE_EXACT
+#include "float_bits.glsl"
+// Components below 2^-126 are not lost where a device flushes them.
+vec3 scaled_direction(vec3 dir) {
+  dvec3 scaled = widen(dir) * packDouble2x32(uvec2(0u, (1150u - direction_exponent(dir)) << 20));
+  return vec3(float(scaled.x), float(scaled.y), float(scaled.z));
+}
+#else
+#define scaled_direction(dir) (dir * direction_scale(dir))
+#endif
+
 Ray scaled_ray(Ray given) {
   float inverse = uintBitsToFloat(direction_exponent(given.dir) << 23);
-  return Ray(given.origin, clamp(given.t_min * inverse, -3.4e38, 3.4e38), given.dir * direction_scale(given.dir),
+  return Ray(given.origin, clamp(given.t_min * inverse, -3.4e38, 3.4e38), scaled_direction(given.dir),
              clamp(given.t_max * inverse, -3.4e38, 3.4e38));
 }

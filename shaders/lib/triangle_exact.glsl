@@ -23,20 +23,6 @@ struct RaySpace {
 };
 #define TRIANGLE_SETTLES
 
-// A float32 as double and back, by bits: conversions and comparisons of float32 may flush denormal numbers.
-double widen(float value) {
-  uint bits = floatBitsToUint(value), sign = bits & 0x80000000u, e = bits >> 23 & 0xFFu, m = bits & 0x7FFFFFu;
-  double one = packDouble2x32(uvec2(m << 29, sign | (max(e, 1u) + 896u) << 20 | m >> 3));
-  return e == 0u ? one - packDouble2x32(uvec2(0u, sign | 897u << 20)) : one;
-}
-dvec3 widen(vec3 v) { return dvec3(widen(v.x), widen(v.y), widen(v.z)); }
-float narrow(double value) {
-  double size = abs(value);
-  if (size >= 1.1754943508222875e-38lf) return float(value);  // 2^-126
-  uint bits = uint(size * 713623846352979940529142984724747568191373312.0lf + 0.5lf);  // 2^149
-  return uintBitsToFloat(value < 0.0lf ? bits | 0x80000000u : bits);
-}
-
 // A dead ray's range (lib/leaf.glsl).
 #define IS_EMPTY_RANGE(t_min, t_max) (widen(t_max) <= widen(t_min))
 
@@ -73,10 +59,11 @@ float largest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
 // Whether two edge functions surely have opposite signs, from the triangle as sheared by lib/triangle_watertight.glsl.
 //
-// With w = 2^-24 and M the largest |v - o|: coordinates across the main axis are off by at most 10 w M (derived there), 11 w M
-// with numbers below 2^-126 flushed to zero and M at least 1e-12. Let L be the largest of them as computed. An edge function
-// then moves by at most 44 w M L + 242 w^2 M^2, and its own two products and difference round by 6 w L^2 <= 12 w M L at most.
-// 64 w M (L + 4 w M) leave room for terms of second order and their own rounding. M up to 1e18 keeps products finite.
+// With w = 2^-24 and M the largest |v - o|: coordinates across the main axis are off by at most 11 w M (derived there; here a
+// division saves 1 w M, which covers numbers below 2^-126 flushed to zero, with M at least 1e-12). Let L be the largest of them
+// as computed. An edge function then moves by at most 44 w M L + 242 w^2 M^2, and its own two products and difference round by
+// 6 w L^2 <= 12 w M L at most. 64 w M (L + 4 w M) leave room for terms of second order and their own rounding. M up to 1e18
+// keeps products finite.
 bool surely_missed(Ray ray, RaySpace space, Corners corners) {
   vec3 a = corners.v0 - ray.origin, b = corners.v1 - ray.origin, c = corners.v2 - ray.origin;
   vec3 x = vec3(dot(space.row_x, a), dot(space.row_x, b), dot(space.row_x, c));
@@ -102,8 +89,8 @@ dvec3 crossed(dvec3 a, dvec3 b) {
 // With w = 2^-53, a = v0 - o, and edges f = v1 - v0 and g = v2 - v0: a triple product of differences rounds by at most 7 w of
 // the sum of its six products' magnitudes, which is at most 2 |x|_1 |y|_max |z|_max. With K = |d|_max E and E the largest
 // component of f and g: sides 1 and 2 are off by 14 w |a|_1 K, det by 42 w K E, depth by 14 w |a|_1 E^2, side 0, as what they
-// leave of det, by 60 w K E + 40 w |a|_1 K. The bounds have room for their own rounding. Nothing leaves the range of double: numbers
-// are 0 or at least 2^-447, and below 2^390.
+// leave of det, by 60 w K E + 40 w |a|_1 K. The bounds below have room for their own rounding. Nothing leaves the range of
+// double: numbers are 0 or at least 2^-447, and below 2^390.
 struct DoubleSight {
   double side[3], side_error;
   double t, error;  // error is infinite where det may be 0

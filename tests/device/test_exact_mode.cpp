@@ -120,7 +120,7 @@ class ExactMode : public DeviceTest {
     Tracer tracer(*gpu_, bvh, triangles);
     tracer.prefill = harness::kPattern;
     const ExactOracle oracle(tracer.device_bvh(NodeLayout::Interleaved));
-    append(rays, ending_at_hits(oracle, rays, 5));
+    append(rays, ending_at_hits(oracle, rays, 7));
     const auto truth = oracle.nearest(rays);
     for (std::size_t i = 0; i < rays.size(); i += rays.size() / 25 + 1)
       ASSERT_EQ(truth[i].prim, oracle.brute_force(rays[i]).prim);
@@ -202,10 +202,10 @@ TEST_F(ExactMode, AllSizesAtOnce) {
   while (triangles.size() < 200)
     triangles.push_back(
         {exact_cases::awkward_point(random), exact_cases::awkward_point(random), exact_cases::awkward_point(random)});
-  std::vector<Ray> rays = vertex_rays(triangles, 400);
-  append(rays, shapes::random_rays(200));
-  append(rays, transformed(shapes::random_rays(200), 1e30f));
-  for (int i = 0; i < 400; ++i) {
+  std::vector<Ray> rays = vertex_rays(triangles, 240);
+  append(rays, shapes::random_rays(60));
+  append(rays, transformed(shapes::random_rays(60), 1e30f));
+  for (int i = 0; i < 240; ++i) {
     const float t_min = random.below(2) == 0 ? 0 : exact_cases::awkward(random);
     rays.push_back({exact_cases::awkward_point(random), t_min, exact_cases::awkward_point(random), 3e38f});
   }

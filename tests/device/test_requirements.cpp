@@ -1,6 +1,8 @@
 // Devices that lack something are refused, each lack with its reason; no device is needed.
 #include <gtest/gtest.h>
 
+#include "engine/core/error.h"
+#include "engine/trace/numeric.h"
 #include "engine/vk/device.h"
 
 namespace ballot {
@@ -51,6 +53,24 @@ TEST(Requirements, VotesMustWorkInCompute) {
   Made m = sufficient();
   m.properties.v11.subgroupSupportedStages = VK_SHADER_STAGE_FRAGMENT_BIT;
   EXPECT_EQ(refusals(m).size(), 1u);
+}
+
+// Compiling for such a device is no error; tracing on it is.
+TEST(Requirements, ExactArithmeticNeedsFloat64) {
+  DeviceInfo device;
+  device.name = "a device";
+  EXPECT_EQ(find_numeric("watertight", device).name, "watertight");
+  try {
+    find_numeric("exact", device);
+    ADD_FAILURE() << "taken without float64";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), Failure::Arguments);
+    EXPECT_EQ(std::string(e.what()),
+              "numeric mode exact needs double precision (shaderFloat64), which a device lacks; it has: fast, plain, "
+              "watertight");
+  }
+  device.float64 = true;
+  EXPECT_EQ(find_numeric("exact", device).name, "exact");
 }
 
 }  // namespace
