@@ -25,10 +25,7 @@ OriginCheck check_one(const DeviceBvh& bvh, const Scene& scene, const Departure&
   const Triangle& triangle = scene.triangles[prim];
   const glm::dvec3 point = surface_point(departure, triangle), size = glm::abs(point);
   const double offset = glm::distance(glm::dvec3(departure.ray.origin), point);
-  const glm::dvec3 corner(triangle[0]), dir(departure.ray.dir);
-  const glm::dvec3 normal = glm::cross(glm::dvec3(triangle[1]) - corner, glm::dvec3(triangle[2]) - corner);
-  const double ahead = glm::dot(normal, dir), seen = -glm::dot(normal, glm::dvec3(departure.primary.dir));
-  const bool into = to_light && ahead * (seen < 0 ? -1 : 1) < -0x1p-19 * glm::length(normal) * glm::length(dir);
+  const bool into = to_light && goes_behind(triangle, departure.primary, departure.ray);
   return {.self_hit = found == prim && !into,
           .lost_contact = loses_contact(bvh, departure, triangle),
           .offset = offset,
@@ -36,6 +33,13 @@ OriginCheck check_one(const DeviceBvh& bvh, const Scene& scene, const Departure&
 }
 
 }  // namespace
+
+bool goes_behind(const Triangle& triangle, const Ray& primary, const Ray& ray) {
+  const glm::dvec3 corner(triangle[0]), dir(ray.dir);
+  const glm::dvec3 normal = glm::cross(glm::dvec3(triangle[1]) - corner, glm::dvec3(triangle[2]) - corner);
+  const double ahead = glm::dot(normal, dir), seen = -glm::dot(normal, glm::dvec3(primary.dir));
+  return ahead * (seen < 0 ? -1 : 1) < -0x1p-19 * glm::length(normal) * glm::length(dir);
+}
 
 std::vector<OriginCheck> check_origins(Tracer& tracer, Batches& batches, const Scene& scene, const RayBatch& batch,
                                        const Query& query) {

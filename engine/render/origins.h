@@ -17,6 +17,9 @@ struct OriginCheck {
   double ulps;        // the same in float32 units in the last place of the point's largest coordinate
 };
 
+/// Whether a ray that starts where `primary` hits the triangle points away from the side that `primary` came from.
+bool goes_behind(const Triangle& triangle, const Ray& primary, const Ray& ray);
+
 /// Contract: Engine::check_origins (engine/ballot.h).
 std::vector<OriginCheck> check_origins(Tracer& tracer, Batches& batches, const Scene& scene, const RayBatch& batch,
                                        const Query& query);

@@ -34,6 +34,15 @@ inline std::vector<Query> every_method(Want want, std::string_view numeric) {
   return queries;
 }
 
+/// The modes to test on a device: all, but at lavapipe's subgroup sizes that are not the default only the default mode, for
+/// arithmetic does not depend on the size.
+inline std::vector<NumericMode> modes_for(const DeviceInfo& d) {
+  std::vector<NumericMode> modes(std::begin(kNumericModes), std::end(kNumericModes));
+  if (d.is_cpu() && d.subgroup_size != 8)
+    std::erase_if(modes, [](const NumericMode& m) { return m.name != kDefaultNumeric; });
+  return modes;
+}
+
 /// Knob sets that move each axis of the formulation once from its default.
 inline std::vector<Knobs> every_formulation(const DeviceInfo& d) {
   std::vector<Knobs> all{{{"layout", "paper"}},

@@ -48,7 +48,7 @@ TEST_P(Methods, FindsWhatTheOracleFinds) {
   const auto t = make(*gpu_, GetParam().make());
   for (const shapes::RaySet& set : shapes::ray_sets(t->triangles, t->bvh)) {
     const auto truth = t->oracle->nearest(set.rays);
-    for (const NumericMode& mode : kNumericModes) {
+    for (const NumericMode& mode : modes_for(gpu_->info())) {
       std::vector<Hit> first;
       for (const Want want : {Want::Nearest, Want::Any})
         for (const Query& q : every_method(want, mode.name)) {
@@ -105,7 +105,7 @@ TEST_F(Methods, EveryMethodIsRightAtEverySize) {
   std::erase_if(knobs, [](const Knobs& k) { return k.at("workgroup") == "64"; });  // the default: tested above
   knobs.push_back({{"launch", "persistent"}, {"batches", "3"}});
   knobs.push_back({{"packet_stack", "shared"}});
-  for (const NumericMode& mode : kNumericModes)
+  for (const NumericMode& mode : modes_for(gpu_->info()))
     for (const Want want : {Want::Nearest, Want::Any})
       for (Query q : every_method(want, mode.name)) {
         if (mode.needs_float64 && q.method != kDefaultMethod) continue;  // kernels that take long to compile
