@@ -47,7 +47,7 @@ std::string count_text(std::uint64_t n) {
 
 std::string rate_text(double rate) {
   if (rate == 0) return "0";
-  if (rate < 0.01) return fmt::format("{:.1e}", rate);
+  if (rate < 0.01 || rate >= 1e6) return fmt::format("{:.1e}", rate);
   return fmt::format("{:.{}f}", rate, rate < 1 ? 2 : rate < 99.95 ? 1 : 0);
 }
 
