@@ -1,33 +1,16 @@
 #!/usr/bin/env python3
 """Draws what `ballot bench` measured: speed-up against packet, speed against threshold, speed against coherence."""
 
-import argparse
 import json
 import math
 import sys
 from pathlib import Path
 
-NO_MATPLOTLIB = 4  # the program that starts this script knows this exit code
-try:
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot, ticker
-except ImportError as missing:
-    print(f"error: {missing}; install python3-matplotlib (Debian) or matplotlib (pip)", file=sys.stderr)
-    sys.exit(NO_MATPLOTLIB)
+from plot_common import COLOURS, HATCHES, MARKERS, Failed, panels, plain, pyplot, rays_of, run, save, ticker, unique
 
 BASE = "packet(any)"
 FORMAT = ticker.FuncFormatter(lambda value, _: f"{value:g}")
-# Okabe and Ito's colours, which most colour-blind readers can tell apart, and four more; hatches and markers go along.
-COLOURS = ["#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#999933", "#332288", "#888888", "#000000"]
-HATCHES = ["", "///", "...", "xxx", "\\\\\\", "+++", "ooo", "---"]
-MARKERS = "osD^vP*X<>"
-ABOVE = 0.55  # inches for the title
 MOST_BARS = 16  # in a group, else the votes by sum are left to the tables
-
-
-class Failed(Exception):
-    """The work failed; the text says what."""
 
 
 class Setting:
@@ -49,19 +32,6 @@ class Setting:
             if is_sweep == swept:
                 groups.setdefault((scene, rays, label), []).append(record)
         return groups
-
-
-def rays_of(record: dict) -> str:
-    return record["rays"] + (":any" if record["any"] and record["rays"].endswith(".npy") else "")
-
-
-def unique(items) -> list:
-    return list(dict.fromkeys(items))
-
-
-def plain(text: str) -> str:
-    """Names come from files: no mathematics in them."""
-    return text.replace("$", r"\$")
 
 
 def read_settings(files: list[Path]) -> list[Setting]:
@@ -103,30 +73,6 @@ def styles(groups: dict[tuple, list[dict]]) -> dict[str, tuple[str, str]]:
         for i, label in enumerate(sorted(label for label in method_of if method_of[label] == method)):
             style[label] = (COLOURS[methods.index(method) % len(COLOURS)], HATCHES[i % len(HATCHES)])
     return style
-
-
-def save(figure, name: str, title: str, out: Path, legend: tuple, written: list[str]) -> None:
-    """Adds room for title and legend, and writes SVG and PNG."""
-    handles, labels = legend
-    columns = max(1, min(6, len(labels), int(figure.get_figwidth() / 1.9)))
-    below = 0.2 + 0.2 * math.ceil(len(labels) / columns)
-    height = figure.get_figheight() + ABOVE + below
-    figure.set_figheight(height)
-    heading = figure.suptitle(plain(title), y=1 - 0.1 / height, va="top", fontsize=11)
-    names = figure.legend(handles, [plain(label) for label in labels], loc="lower center", ncol=columns, fontsize=8,
-                          frameon=False)
-    for artist in (heading, names):
-        artist.set_in_layout(False)
-    figure.tight_layout(rect=(0, below / height, 1, 1 - ABOVE / height))
-    figure.savefig(out / f"{name}.svg", metadata={"Date": None})
-    figure.savefig(out / f"{name}.png", dpi=110)
-    pyplot.close(figure)
-    written.append(f"{name}.svg")
-
-
-def panels(rows: int, columns: int, width: float, height: float):
-    """Subplots of this size each, and together wide enough for a title."""
-    return pyplot.subplots(rows, columns, figsize=(max(8.0, width * columns), height * rows), squeeze=False)
 
 
 def shown_labels(groups: dict[tuple, list[dict]], style: dict) -> list[str]:
@@ -264,27 +210,12 @@ def plot_coherence(setting: Setting, name: str, out: Path, written: list[str]) -
          (list(lines.values()), list(lines)), written)
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     epilog="Prints 'plot NAME' for each SVG; a PNG lies beside it.")
-    parser.add_argument("files", nargs="+", type=Path, metavar="RESULTS.json")
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
-    options = parser.parse_args()
-    matplotlib.rcParams.update({"svg.hashsalt": "ballot", "font.size": 9, "hatch.linewidth": 0.5})
-    written: list[str] = []
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-        for i, setting in enumerate(read_settings(options.files), 1):
-            plot_speed_up(setting, f"speedup-{i}", options.out, written)
-            plot_thresholds(setting, f"threshold-{i}", options.out, written)
-            plot_coherence(setting, f"coherence-{i}", options.out, written)
-    except (Failed, OSError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    for name in written:
-        print(f"plot {name}")
-    return 0
+def draw(files: list[Path], out: Path, written: list[str]) -> None:
+    for i, setting in enumerate(read_settings(files), 1):
+        plot_speed_up(setting, f"speedup-{i}", out, written)
+        plot_thresholds(setting, f"threshold-{i}", out, written)
+        plot_coherence(setting, f"coherence-{i}", out, written)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(__doc__, "RESULTS.json", draw))

@@ -1,19 +1,11 @@
 #!/usr/bin/env python3
 """Draws what `ballot verify --origins` found: self hits against distance, lost contacts against size."""
 
-import argparse
 import json
 import sys
 from pathlib import Path
 
-NO_MATPLOTLIB = 4  # the program that starts this script knows this exit code
-try:
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-except ImportError as missing:
-    print(f"error: {missing}; install python3-matplotlib (Debian) or matplotlib (pip)", file=sys.stderr)
-    sys.exit(NO_MATPLOTLIB)
+from plot_common import Failed, panels, run, save
 
 # Okabe and Ito's colours, which most colour-blind readers can tell apart; markers go along.
 COLOURS = ["#E69F00", "#D55E00", "#CC79A7", "#999933", "#56B4E9", "#009E73", "#0072B2", "#000000"]
@@ -49,8 +41,8 @@ def draw_panel(axes, records: list[dict], axis: str, figure: str, title: str, la
         axes.spines[side].set_visible(False)
 
 
-def draw(document: dict, folder: Path) -> str:
-    figure, (left, right) = pyplot.subplots(1, 2, figsize=(10.5, 4.4))
+def draw_study(document: dict, name: str, folder: Path, written: list[str]) -> None:
+    figure, ((left, right),) = panels(1, 2, 5.25, 3.8)
     records = document["records"]
     draw_panel(left, records, "distance", "self_hits", "Self hits, all sizes together",
                "distance from the origin, multiples of the scene's size")
@@ -61,28 +53,17 @@ def draw(document: dict, folder: Path) -> str:
                "size of the scene, scene units")
     right.set_xscale("log")
     left.set_ylabel("per million rays")
-    figure.suptitle("Where secondary rays start: the ray finds its own triangle, or misses what is near", fontsize=11)
-    figure.legend(*left.get_legend_handles_labels(), loc="lower center", ncols=8, frameon=False, fontsize=9)
-    figure.tight_layout(rect=(0, 0.06, 1, 1))
-    name = "origins.svg"
-    figure.savefig(folder / name)
-    figure.savefig(folder / "origins.png", dpi=110)
-    return name
+    save(figure, name, "Where secondary rays start: the ray finds its own triangle, or misses what is near", folder,
+         left.get_legend_handles_labels(), written)
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("file", type=Path, help="origins.json of a report, or what --json wrote")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the plot")
-    args = parser.parse_args()
-    try:
-        document = json.loads(args.file.read_text())
-        print("plot", draw(document, args.out))
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        print(f"error: {args.file}: expected what 'ballot verify --origins --json' writes: {error}", file=sys.stderr)
-        return 1
-    return 0
+def draw(files: list[Path], folder: Path, written: list[str]) -> None:
+    for i, file in enumerate(files, 1):
+        try:
+            draw_study(json.loads(file.read_text(encoding="utf-8")), f"origins-{i}", folder, written)
+        except (ValueError, KeyError, TypeError) as error:
+            raise Failed(f"{file}: expected JSON of 'ballot verify --origins'; {error!r}") from None
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(__doc__, "ORIGINS.json", draw))

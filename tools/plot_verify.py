@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
 """Draws what `ballot verify` measured: error rate against speed, with the Pareto front of methods and modes."""
 
-import argparse
 import json
 import math
 import sys
 from pathlib import Path
 
-from plot_bench import COLOURS, MARKERS, Failed, matplotlib, panels, plain, pyplot, rays_of, save, unique
+from plot_common import COLOURS, MARKERS, Failed, panels, plain, pyplot, rays_of, run, save, unique
 
 MODES = ["fast", "plain", "watertight", "exact"]  # these keep their colours from plot to plot
 ZERO_BELOW = 0.8  # decades between the lowest rate that is drawn and the line of zero
@@ -153,25 +152,10 @@ def plot_platform(platform: Platform, name: str, out: Path, written: list[str]) 
          (handles, modes + labels), written)
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     epilog="Prints 'plot NAME' for each SVG; a PNG lies beside it.")
-    parser.add_argument("files", nargs="+", type=Path, metavar="VERIFY.json")
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
-    options = parser.parse_args()
-    matplotlib.rcParams.update({"svg.hashsalt": "ballot", "font.size": 9})
-    written: list[str] = []
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-        for i, platform in enumerate(read_platforms(options.files), 1):
-            plot_platform(platform, f"accuracy-{i}", options.out, written)
-    except (Failed, OSError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
-    for name in written:
-        print(f"plot {name}")
-    return 0
+def draw(files: list[Path], out: Path, written: list[str]) -> None:
+    for i, platform in enumerate(read_platforms(files), 1):
+        plot_platform(platform, f"accuracy-{i}", out, written)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(__doc__, "VERIFY.json", draw))

@@ -50,17 +50,23 @@ std::optional<ThresholdValue> read_threshold(const JsonPlace& json, const Record
   return found;
 }
 
-Record read_record(const JsonPlace& json) {
-  Record r;
-  r.scene = json.at("scene").text();
-  r.view = json.at("view").text();
+/// Rays and query; the same for a Record and a HardRecord.
+template <class R>
+void read_query(const JsonPlace& json, R& r) {
   r.rays = json.at("rays").text();
   r.any = json.at("any").truth();
   r.label = json.at("label").text();
   r.method = json.at("method").text();
   r.numeric = json.at("numeric").text();
-  r.role = read_role(json.at("role"));
   for (const auto& [name, value] : json.at("knobs").members()) r.knobs[name] = value.text();
+}
+
+Record read_record(const JsonPlace& json) {
+  Record r;
+  r.scene = json.at("scene").text();
+  r.view = json.at("view").text();
+  read_query(json, r);
+  r.role = read_role(json.at("role"));
   r.threshold = read_threshold(json, r);
   if (const auto variant = json.find("variant")) r.variant = variant->text();
   if (const auto lanes = json.find("workgroup")) r.workgroup = lanes->small_count();
@@ -81,13 +87,8 @@ HardRecord read_hard(const JsonPlace& json) {
   r.name = json.at("case").text();
   r.from = json.at("from").text();
   r.what = json.at("what").text();
-  r.rays = json.at("rays").text();
-  r.any = json.at("any").truth();
+  read_query(json, r);
   r.closed = json.at("closed").truth();
-  r.label = json.at("label").text();
-  r.method = json.at("method").text();
-  r.numeric = json.at("numeric").text();
-  for (const auto& [name, value] : json.at("knobs").members()) r.knobs[name] = value.text();
   r.leaks = json.at("leaks").count();
   r.unlike = json.at("unlike_known").count();
   r.differing = json.at("differing").count();

@@ -18,39 +18,25 @@ void add_accuracy(std::vector<std::string>& cells, const Accuracy& a) {
   cells.push_back(a.image_rmse ? csv_number(*a.image_rmse) : "");
 }
 
+/// What names a line; the same for a Record and a HardRecord.
+template <class R>
+std::vector<std::string> name_cells(const bench::Document& d, const std::string& scene, const std::string& view,
+                                    const R& r) {
+  return {d.device, d.driver, scene, view, r.rays, text_of(r.any), r.label, r.method, bench::knobs_text(r.knobs),
+          r.numeric};
+}
+
 std::string record_line(const bench::Document& d, const bench::Record& r) {
-  std::vector<std::string> cells{d.device,
-                                 d.driver,
-                                 r.scene,
-                                 r.view,
-                                 r.rays,
-                                 text_of(r.any),
-                                 r.label,
-                                 r.method,
-                                 bench::knobs_text(r.knobs),
-                                 r.numeric,
-                                 std::to_string(r.ray_count),
-                                 csv_number(r.mrays_per_s()),
-                                 csv_number(r.trace.median)};
+  std::vector<std::string> cells = name_cells(d, r.scene, r.view, r);
+  cells.insert(cells.end(), {std::to_string(r.ray_count), csv_number(r.mrays_per_s()), csv_number(r.trace.median)});
   add_accuracy(cells, *r.accuracy);
   cells.insert(cells.end(), {"", "", ""});
   return bench::csv_line(cells);
 }
 
 std::string hard_line(const bench::Document& d, const bench::HardRecord& r) {
-  std::vector<std::string> cells{d.device,
-                                 d.driver,
-                                 "hard/" + r.name,
-                                 "",
-                                 r.rays,
-                                 text_of(r.any),
-                                 r.label,
-                                 r.method,
-                                 bench::knobs_text(r.knobs),
-                                 r.numeric,
-                                 std::to_string(r.accuracy.rays),
-                                 "",
-                                 ""};
+  std::vector<std::string> cells = name_cells(d, "hard/" + r.name, "", r);
+  cells.insert(cells.end(), {std::to_string(r.accuracy.rays), "", ""});
   add_accuracy(cells, r.accuracy);
   for (const std::uint64_t n : {r.leaks, r.unlike, r.differing}) cells.push_back(std::to_string(n));
   return bench::csv_line(cells);

@@ -1,0 +1,81 @@
+"""What the scripts that draw measurements share: matplotlib, colours, panels, saving, the command line."""
+
+import argparse
+import math
+import sys
+from pathlib import Path
+
+NO_MATPLOTLIB = 4  # the program that starts this script knows this exit code
+try:
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot, ticker  # noqa: F401, the scripts import them from here
+except ImportError as missing:
+    print(f"error: {missing}; install python3-matplotlib (Debian) or matplotlib (pip)", file=sys.stderr)
+    sys.exit(NO_MATPLOTLIB)
+
+# Okabe and Ito's colours, which most colour-blind readers can tell apart, and four more; hatches and markers go along.
+COLOURS = ["#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#999933", "#332288", "#888888", "#000000"]
+HATCHES = ["", "///", "...", "xxx", "\\\\\\", "+++", "ooo", "---"]
+MARKERS = "osD^vP*X<>"
+ABOVE = 0.55  # inches for the title
+
+
+class Failed(Exception):
+    """The work failed; the text says what."""
+
+
+def rays_of(record: dict) -> str:
+    return record["rays"] + (":any" if record["any"] and record["rays"].endswith(".npy") else "")
+
+
+def unique(items) -> list:
+    return list(dict.fromkeys(items))
+
+
+def plain(text: str) -> str:
+    """Names come from files: no mathematics in them."""
+    return text.replace("$", r"\$")
+
+
+def save(figure, name: str, title: str, out: Path, legend: tuple, written: list[str]) -> None:
+    """Adds room for title and legend, and writes SVG and PNG."""
+    handles, labels = legend
+    columns = max(1, min(6, len(labels), int(figure.get_figwidth() / 1.9)))
+    below = 0.2 + 0.2 * math.ceil(len(labels) / columns)
+    height = figure.get_figheight() + ABOVE + below
+    figure.set_figheight(height)
+    heading = figure.suptitle(plain(title), y=1 - 0.1 / height, va="top", fontsize=11)
+    names = figure.legend(handles, [plain(label) for label in labels], loc="lower center", ncol=columns, fontsize=8,
+                          frameon=False)
+    for artist in (heading, names):
+        artist.set_in_layout(False)
+    figure.tight_layout(rect=(0, below / height, 1, 1 - ABOVE / height))
+    figure.savefig(out / f"{name}.svg", metadata={"Date": None})
+    figure.savefig(out / f"{name}.png", dpi=110)
+    pyplot.close(figure)
+    written.append(f"{name}.svg")
+
+
+def panels(rows: int, columns: int, width: float, height: float):
+    """Subplots of this size each, and together wide enough for a title."""
+    return pyplot.subplots(rows, columns, figsize=(max(8.0, width * columns), height * rows), squeeze=False)
+
+
+def run(what: str, metavar: str, draw) -> int:
+    """The command line: `draw(files, folder, names of the plots that it wrote)`."""
+    parser = argparse.ArgumentParser(description=what, epilog="Prints 'plot NAME' for each SVG; a PNG lies beside it.")
+    parser.add_argument("files", nargs="+", type=Path, metavar=metavar)
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    options = parser.parse_args()
+    matplotlib.rcParams.update({"svg.hashsalt": "ballot", "font.size": 9, "hatch.linewidth": 0.5})
+    written: list[str] = []
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+        draw(options.files, options.out, written)
+    except (Failed, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    for name in written:
+        print(f"plot {name}")
+    return 0
