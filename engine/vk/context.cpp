@@ -121,6 +121,7 @@ void Context::destroy() {
   if (device_) {
     vkQueueWaitIdle(queue_);
     staging_.reset();
+    programs_.reset();
     vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);
     vkDestroyQueryPool(device_, queries_, nullptr);
     vkDestroyFence(device_, fence_, nullptr);

@@ -88,6 +88,9 @@ class Context {
   /// Where the buffers keep what they copy through; made on first use.
   std::shared_ptr<void>& staging() { return staging_; }
 
+  /// Where the programs are kept (program.h); made on first use.
+  std::shared_ptr<void>& programs() { return programs_; }
+
   void save_pipeline_cache();  // when pipelines were made; failure to write is ignored
 
  private:
@@ -111,7 +114,7 @@ class Context {
   VkFence fence_ = VK_NULL_HANDLE;
   VkQueryPool queries_ = VK_NULL_HANDLE;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
-  std::shared_ptr<void> staging_;
+  std::shared_ptr<void> staging_, programs_;
   double last_ms_ = 0;
 };
 

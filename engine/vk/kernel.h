@@ -1,31 +1,15 @@
-// A compute pipeline with its bindings.
+// A program with its bindings.
 #pragma once
 
-#include <array>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "engine/vk/buffer.h"
-#include "engine/vk/shader.h"
+#include "engine/vk/program.h"
 
 namespace ballot {
-
-struct KernelSource {
-  std::string name;  // the variant's one name: debug name, log line, error text
-  std::string file;  // under shaders/
-  Defines defines;
-  std::map<std::uint32_t, std::uint32_t> constants;  // specialisation constants by id
-  std::uint32_t group_size = 64;
-  std::uint32_t subgroup_size = 0;  // required size; 0: whatever the driver gives
-};
-
-struct KernelTimes {
-  double spirv_ms = 0;  // preprocessing and compiling, or loading from the cache
-  double pipeline_ms = 0;
-  std::size_t spirv_bytes = 0;
-  bool from_cache = false;
-};
 
 class Kernel {
  public:
@@ -47,24 +31,18 @@ class Kernel {
   }
 
   const std::string& name() const { return name_; }
-  const KernelTimes& times() const { return times_; }
+  /// Of its program, when that was made.
+  const KernelTimes& times() const { return program_->times(); }
 
  private:
-  void create(const KernelSource& source, const std::vector<std::uint32_t>& words);
-  void create_layout();
-  void create_pipeline(const KernelSource& source, VkShaderModule module);
-  void destroy();
+  void create_set();
 
   Context& gpu_;
   std::string name_;
-  KernelTimes times_;
-  Reflection reflection_;
+  std::shared_ptr<const Program> program_;
   std::map<std::uint32_t, bool> bound_;
-  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
-  VkPipelineLayout layout_ = VK_NULL_HANDLE;
   VkDescriptorPool pool_ = VK_NULL_HANDLE;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
-  VkPipeline pipeline_ = VK_NULL_HANDLE;
 };
 
 /// Makes writes of earlier dispatches and copies visible to later dispatches and copies.

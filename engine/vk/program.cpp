@@ -1,0 +1,123 @@
+#include "engine/vk/program.h"
+
+#include <chrono>
+
+#include "engine/core/error.h"
+
+namespace ballot {
+
+Program::Program(Context& gpu, const KernelSource& source) : gpu_(gpu) {
+  try {
+    const Spirv spirv = compile_shader(source.file, source.defines);
+    times_ = {spirv.ms, 0, spirv.words.size() * 4, spirv.from_cache};
+    reflection_ = reflect(spirv.words, source.name);
+    create(source, spirv.words);
+  } catch (...) {
+    destroy();
+    throw;
+  }
+}
+
+Program::~Program() { destroy(); }
+
+void Program::destroy() {
+  vkDestroyPipeline(gpu_.device(), pipeline_, nullptr);
+  vkDestroyPipelineLayout(gpu_.device(), layout_, nullptr);
+  vkDestroyDescriptorSetLayout(gpu_.device(), set_layout_, nullptr);
+}
+
+void Program::create(const KernelSource& source, const std::vector<std::uint32_t>& words) {
+  create_layout(source.name);
+  VkShaderModuleCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+  create.codeSize = words.size() * 4;
+  create.pCode = words.data();
+  VkShaderModule module = VK_NULL_HANDLE;
+  vk_check(vkCreateShaderModule(gpu_.device(), &create, nullptr, &module), "creating shader", source.name.c_str());
+  gpu_.name(VK_OBJECT_TYPE_SHADER_MODULE, std::uint64_t(module), source.name);
+  try {
+    create_pipeline(source, module);
+  } catch (...) {
+    vkDestroyShaderModule(gpu_.device(), module, nullptr);
+    throw;
+  }
+  vkDestroyShaderModule(gpu_.device(), module, nullptr);
+}
+
+void Program::create_layout(const std::string& name) {
+  std::vector<VkDescriptorSetLayoutBinding> bindings;
+  const auto add = [&](const std::vector<std::uint32_t>& list, VkDescriptorType type) {
+    for (std::uint32_t b : list) bindings.push_back({b, type, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
+  };
+  add(reflection_.storage_buffers, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
+  add(reflection_.texel_buffers, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER);
+  VkDescriptorSetLayoutCreateInfo set{};
+  set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+  set.bindingCount = std::uint32_t(bindings.size());
+  set.pBindings = bindings.data();
+  vk_check(vkCreateDescriptorSetLayout(gpu_.device(), &set, nullptr, &set_layout_), "creating set layout of",
+           name.c_str());
+  const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, reflection_.push_bytes};
+  VkPipelineLayoutCreateInfo layout{};
+  layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+  layout.setLayoutCount = 1;
+  layout.pSetLayouts = &set_layout_;
+  layout.pushConstantRangeCount = reflection_.push_bytes ? 1 : 0;
+  layout.pPushConstantRanges = &range;
+  vk_check(vkCreatePipelineLayout(gpu_.device(), &layout, nullptr, &layout_), "creating pipeline layout of",
+           name.c_str());
+}
+
+void Program::create_pipeline(const KernelSource& source, VkShaderModule module) {
+  std::vector<VkSpecializationMapEntry> entries;
+  std::vector<std::uint32_t> values;
+  for (const auto& [id, value] : source.constants) {
+    entries.push_back({id, std::uint32_t(values.size() * 4), 4});
+    values.push_back(value);
+  }
+  const VkSpecializationInfo constants{std::uint32_t(entries.size()), entries.data(), values.size() * 4, values.data()};
+  const DeviceInfo& d = gpu_.info();
+  VkPipelineShaderStageRequiredSubgroupSizeCreateInfoEXT required{};
+  required.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_REQUIRED_SUBGROUP_SIZE_CREATE_INFO_EXT;
+  required.requiredSubgroupSize = source.subgroup_size;
+  VkComputePipelineCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+  create.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+  create.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+  create.stage.module = module;
+  create.stage.pName = "main";
+  create.stage.pSpecializationInfo = &constants;
+  if (source.subgroup_size && d.size_control) create.stage.pNext = &required;
+  const std::uint32_t subgroup = source.subgroup_size ? source.subgroup_size : d.subgroup_size;
+  if (d.full_subgroups && source.group_size % subgroup == 0)
+    create.stage.flags = VK_PIPELINE_SHADER_STAGE_CREATE_REQUIRE_FULL_SUBGROUPS_BIT_EXT;
+  create.layout = layout_;
+  const auto start = std::chrono::steady_clock::now();
+  vk_check(vkCreateComputePipelines(gpu_.device(), gpu_.pipeline_cache(), 1, &create, nullptr, &pipeline_),
+           "creating pipeline", source.name.c_str());
+  times_.pipeline_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  gpu_.name(VK_OBJECT_TYPE_PIPELINE, std::uint64_t(pipeline_), source.name);
+}
+
+namespace {
+
+using Programs = std::map<std::string, std::shared_ptr<const Program>>;
+
+std::string key_of(const KernelSource& source) {
+  std::string key = fmt::format("{} {} {}", source.file, source.group_size, source.subgroup_size);
+  for (const auto& [name, value] : source.defines) key += fmt::format(" {}={}", name, value);
+  for (const auto& [id, value] : source.constants) key += fmt::format(" {}:{}", id, value);
+  return key;
+}
+
+}  // namespace
+
+std::shared_ptr<const Program> program_of(Context& gpu, const KernelSource& source) {
+  if (!gpu.programs()) gpu.programs() = std::make_shared<Programs>();
+  auto& programs = *static_cast<Programs*>(gpu.programs().get());
+  auto& program = programs[key_of(source)];
+  if (!program) program = std::make_shared<const Program>(gpu, source);
+  return program;
+}
+
+}  // namespace ballot

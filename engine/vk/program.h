@@ -1,0 +1,62 @@
+// A compute pipeline and its layouts; kernels that bind different buffers share it.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/vk/context.h"
+#include "engine/vk/shader.h"
+
+namespace ballot {
+
+struct KernelSource {
+  std::string name;  // the variant's one name: debug name, log line, error text
+  std::string file;  // under shaders/
+  Defines defines;
+  std::map<std::uint32_t, std::uint32_t> constants;  // specialisation constants by id
+  std::uint32_t group_size = 64;
+  std::uint32_t subgroup_size = 0;  // required size; 0: whatever the driver gives
+};
+
+struct KernelTimes {
+  double spirv_ms = 0;  // preprocessing and compiling, or loading from the cache
+  double pipeline_ms = 0;
+  std::size_t spirv_bytes = 0;
+  bool from_cache = false;
+};
+
+class Program {
+ public:
+  /// Throws Error(Work) that names the variant on any failure.
+  Program(Context& gpu, const KernelSource& source);
+  ~Program();
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  const KernelTimes& times() const { return times_; }
+  const Reflection& reflection() const { return reflection_; }
+  VkDescriptorSetLayout set_layout() const { return set_layout_; }
+  VkPipelineLayout layout() const { return layout_; }
+  VkPipeline pipeline() const { return pipeline_; }
+
+ private:
+  void create(const KernelSource& source, const std::vector<std::uint32_t>& words);
+  void create_layout(const std::string& name);
+  void create_pipeline(const KernelSource& source, VkShaderModule module);
+  void destroy();
+
+  Context& gpu_;
+  KernelTimes times_;
+  Reflection reflection_;
+  VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
+  VkPipelineLayout layout_ = VK_NULL_HANDLE;
+  VkPipeline pipeline_ = VK_NULL_HANDLE;
+};
+
+/// The program of a source, made on first use and kept as long as the context: scenes that come and go on one device share
+/// it, and so does what the driver compiles at the first dispatch. Not thread-safe.
+std::shared_ptr<const Program> program_of(Context& gpu, const KernelSource& source);
+
+}  // namespace ballot
