@@ -1,6 +1,9 @@
 // Derives the uploaded arrays from the reference form.
 #include "engine/bvh/device_bvh.h"
 
+#include <cmath>
+#include <limits>
+
 #include "engine/bvh/device_decode.h"
 #include "engine/core/error.h"
 
@@ -51,7 +54,22 @@ void add_paper(const BvhNode& node, std::uint32_t ref, std::vector<Texel>& out) 
   out.push_back({bits(node.hi.y), bits(node.hi.z), node.count, node.count == 0 ? ref : leaf_texel(ref)});
 }
 
-void add_interleaved(const BvhNode& l, const BvhNode& r, std::uint32_t left, std::uint32_t right,
+// (centre, half extent) of a box, widened where rounding would lose a point of it.
+Bounds centred(const BvhNode& node) {
+  Bounds out;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double lo = node.lo[axis], hi = node.hi[axis];
+    const float centre = float(0.5 * (lo + hi));
+    const double half = std::max(hi - double(centre), double(centre) - lo);
+    float up = float(half);
+    if (double(up) < half) up = std::nextafter(up, std::numeric_limits<float>::infinity());
+    out.lo[axis] = centre;
+    out.hi[axis] = up;
+  }
+  return out;
+}
+
+void add_interleaved(const Bounds& l, const Bounds& r, std::uint32_t left, std::uint32_t right,
                      std::vector<Texel>& out) {
   out.push_back({bits(l.lo.x), bits(l.hi.x), bits(l.lo.y), bits(l.hi.y)});
   out.push_back({bits(r.lo.x), bits(r.hi.x), bits(r.lo.y), bits(r.hi.y)});
@@ -82,8 +100,10 @@ DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, N
     if (layout == NodeLayout::Paper) {
       add_paper(left, left_ref, out.nodes);
       add_paper(right, right_ref, out.nodes);
+    } else if (layout == NodeLayout::Centred) {
+      add_interleaved(centred(left), centred(right), left_ref, right_ref, out.nodes);
     } else {
-      add_interleaved(left, right, left_ref, right_ref, out.nodes);
+      add_interleaved({left.lo, left.hi}, {right.lo, right.hi}, left_ref, right_ref, out.nodes);
     }
   }
   return out;

@@ -10,7 +10,11 @@
 
 namespace ballot {
 
-enum class NodeLayout : std::uint32_t { Paper = LAYOUT_PAPER, Interleaved = LAYOUT_INTERLEAVED };
+enum class NodeLayout : std::uint32_t {
+  Paper = LAYOUT_PAPER,
+  Interleaved = LAYOUT_INTERLEAVED,
+  Centred = LAYOUT_CENTRED
+};
 
 enum class LeafFormat : std::uint32_t { Vertices = LEAVES_VERTICES, Affine = LEAVES_AFFINE };
 

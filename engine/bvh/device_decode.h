@@ -2,6 +2,8 @@
 #pragma once
 
 #include <bit>
+#include <cmath>
+#include <limits>
 
 #include "engine/bvh/device_bvh.h"
 
@@ -31,15 +33,30 @@ inline DeviceChild paper_child(const glm::uvec4* t) {
           t[1].z == 0 ? t[1].w : leaf_ref(t[1].z, t[1].w)};
 }
 
+/// The smallest box of float32 that holds all points within half extents (hi) of a centre (lo).
+inline Bounds box_of_centred(const Bounds& centred) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  Bounds box;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double lo = double(centred.lo[axis]) - centred.hi[axis], hi = double(centred.lo[axis]) + centred.hi[axis];
+    box.lo[axis] = double(float(lo)) > lo ? std::nextafter(float(lo), -infinity) : float(lo);
+    box.hi[axis] = double(float(hi)) < hi ? std::nextafter(float(hi), infinity) : float(hi);
+  }
+  return box;
+}
+
 /// The pair of siblings that starts at this texel.
 inline DevicePair decode_pair(const DeviceBvh& bvh, std::uint32_t texel) {
   const glm::uvec4* t = bvh.nodes.data() + texel;
   if (bvh.layout == NodeLayout::Paper) return {paper_child(t), paper_child(t + 2)};
-  return {
+  DevicePair pair{
       {{{as_float(t[0].x), as_float(t[0].z), as_float(t[2].x)}, {as_float(t[0].y), as_float(t[0].w), as_float(t[2].y)}},
        t[3].x},
       {{{as_float(t[1].x), as_float(t[1].z), as_float(t[2].z)}, {as_float(t[1].y), as_float(t[1].w), as_float(t[2].w)}},
        t[3].y}};
+  if (bvh.layout == NodeLayout::Centred)
+    for (DeviceChild* child : {&pair.left, &pair.right}) child->box = box_of_centred(child->box);
+  return pair;
 }
 
 /// The triangle whose three texels start at this texel of the leaf array.

@@ -66,6 +66,10 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
   times.retraced += open.size();
   Query plain = query;
   plain.knobs["launch"] = "plain";
+  if (find_method(query.method).wide) {  // pieces are of the binary tree
+    plain.method = kDefaultMethod;
+    plain.knobs = {};
+  }
   const Job job = this->job(plain);
   const DeviceBvh& bvh = device_bvh(job.variant.how.layout);
   for (const std::uint64_t limit : {~0ull, 8192ull, 1024ull, 128ull, 16ull, 0ull}) {

@@ -55,9 +55,9 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) {
        f.fetch = choose<Fetch>(v, k, {"storage", "texel", "reference"});
      }},
-    {{"layout", "paper, interleaved", "how the two boxes of a pair lie in its 64 bytes"},
+    {{"layout", "paper, interleaved, centred", "how the two boxes of a pair lie in its 64 bytes"},
      [](F& f, V v, const K& k) {
-       f.layout = choose<NodeLayout>(v, k, {"paper", "interleaved"});
+       f.layout = choose<NodeLayout>(v, k, {"paper", "interleaved", "centred"});
      }},
     {{"stack", "private, shared", "where a ray's own stack lies"},
      [](F& f, V v, const K& k) {
@@ -75,9 +75,18 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) {
        f.cooperative = choose<int>(v, k, {"0", "1"}) != 0;
      }},
-    {{"select_minmax", "0, 1", "min and max of the box test by comparison instead of the built-in functions"},
+    {{"minmax", "builtin, select, integer",
+      "box test: minima and maxima by functions, by comparison, or of three by bits"},
      [](F& f, V v, const K& k) {
-       f.select_minmax = choose<int>(v, k, {"0", "1"}) != 0;
+       f.minmax = choose<MinMax>(v, k, {"builtin", "select", "integer"});
+     }},
+    {{"leaf_box", "0, 1", "a leaf's own box is tested again before its triangles"},
+     [](F& f, V v, const K& k) {
+       f.leaf_box = choose<int>(v, k, {"0", "1"}) != 0;
+     }},
+    {{"sorted", "0, 1", "any hit, rays by themselves: the nearer child is entered first, or the left one"},
+     [](F& f, V v, const K& k) {
+       f.sorted = choose<int>(v, k, {"0", "1"}) != 0;
      }},
     {{"products", "split, float64, fma",
       "watertight: how the exact signs of edge functions are found; fma is wrong where fma() rounds twice"},
@@ -104,6 +113,14 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) { f.threshold = share(v, k); }},
     {{"list", "1 to 64", "cut: nodes that a ray can put aside; the packet walks what does not fit"},
      [](F& f, V v, const K& k) { f.list = number(v, k, 1, 64); }},
+    {{"rays", "1, 2, 4, 8", "packet-wide: rays in a lane"},
+     [](F& f, V v, const K& k) {
+       f.rays = 1u << choose<int>(v, k, {"1", "2", "4", "8"});
+     }},
+    {{"fallback", "0, 1", "packet-wide: rays of packets whose directions disagree in sign go by themselves"},
+     [](F& f, V v, const K& k) {
+       f.fallback = choose<int>(v, k, {"0", "1"}) != 0;
+     }},
     {{"refetch", "0 to 1", "dynamic-fetch: the share of lanes at work below which idle lanes take new rays"},
      [](F& f, V v, const K& k) { f.threshold = share(v, k); }},
 };
@@ -134,17 +151,21 @@ void apply_knobs(Formulation& formulation, const Knobs& knobs) {
 
 std::string describe(const Formulation& f, const Method& method) {
   constexpr const char* fetches[] = {"storage", "texel", "reference"};
-  std::string text =
-      fmt::format("fetch={} layout={}", fetches[int(f.fetch)], f.layout == NodeLayout::Paper ? "paper" : "interleaved");
+  constexpr const char* layouts[] = {"paper", "interleaved", "centred"};
+  constexpr const char* minima[] = {"builtin", "select", "integer"};
+  std::string text = fmt::format("fetch={} layout={}", fetches[int(f.fetch)], layouts[int(f.layout)]);
   if (method.packet())
     text += fmt::format(" vote={} packet_stack={} cooperative={}", vote_name(f.vote),
                         f.packet_stack == PacketStack::Lanes ? "lanes" : "shared", int(f.cooperative));
+  if (method.wide)
+    text += fmt::format(" rays={} fallback={} packet_stack={}", f.rays, int(f.fallback),
+                        f.packet_stack == PacketStack::Lanes ? "lanes" : "shared");
   if (method.own_stack) text += fmt::format(" stack={}", f.stack == StackPlace::Shared ? "shared" : "private");
   if (method.lists) text += fmt::format(" list={}", f.list);
   constexpr const char* products[] = {"split", "float64", "fma"};
   text += fmt::format(" products={}", products[int(f.products)]);
-  text += fmt::format(" select_minmax={} launch={} workgroup={}", int(f.select_minmax),
-                      f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
+  text += fmt::format(" minmax={} leaf_box={} sorted={} launch={} workgroup={}", minima[int(f.minmax)], int(f.leaf_box),
+                      int(f.sorted), f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
   if (f.launch == Launch::Persistent) text += fmt::format(" batches={} lanes={}", f.batches, f.resident_lanes);
   return text;
 }

@@ -20,6 +20,7 @@ enum class PacketStack : int { Shared = PACKET_STACK_SHARED, Lanes = PACKET_STAC
 enum class Vote : int { Any = VOTE_ANY, Count = VOTE_COUNT, Sum = VOTE_SUM };
 std::string_view vote_name(Vote vote);  // as knob vote takes it
 enum class Products : int { Split = PRODUCTS_SPLIT, Float64 = PRODUCTS_FLOAT64, Fma = PRODUCTS_FMA };
+enum class MinMax : int { Builtin = MINMAX_BUILTIN, Select = MINMAX_SELECT, Integer = MINMAX_INTEGER };
 enum class Launch : int { Plain = LAUNCH_PLAIN, Persistent = LAUNCH_PERSISTENT };
 
 struct Formulation {
@@ -32,11 +33,15 @@ struct Formulation {
   Products products = Products::Split;  // watertight: how differences of products are computed
   bool cooperative = false;             // packets: four lanes load a pair and shuffle it round
   bool subgroup_barrier = true;         // packets: subgroupBarrier() after shared memory; else a memory barrier alone
-  bool select_minmax = false;           // min and max by comparison instead of the built-in functions
+  MinMax minmax = MinMax::Builtin;      // box test: how minima and maxima are taken
+  bool leaf_box = true;                 // a leaf's own box is tested again before its triangles
+  bool sorted = true;                   // any hit, rays by themselves: the nearer child first; else the left one
   std::uint32_t workgroup = 64;         // invocations; a multiple of the subgroup
   std::uint32_t subgroup = 0;           // required subgroup size; 0: the device's own
   std::uint32_t batches = 0xFFFFFFFF;   // persistent: batches that a subgroup takes at most in one dispatch
   std::uint32_t resident_lanes = 1u << 18;  // persistent: invocations launched at most
+  std::uint32_t rays = 1;                   // packet-wide: rays in a lane, a power of two up to 8
+  bool fallback = true;                     // packet-wide: rays whose directions disagree in sign go by themselves
   double threshold = 0;                     // of methods that have one: a share of the subgroup, or a count
   std::uint32_t list = 16;                  // methods with lists: nodes that a ray can put aside
 

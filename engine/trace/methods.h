@@ -45,8 +45,10 @@ struct Method {
   Wants on_cpu, on_gpu;
   Threshold threshold = {};
   bool lists = false;  // rays put nodes aside in lists of bounded length; knob list applies
+  bool wide = false;   // walks the wide tree with several rays in a lane; knobs rays, fallback and packet_stack apply
 
   bool packet() const { return votes != kNoVotes; }
+  bool shares_stack() const { return packet() || wide; }
   bool takes(Vote vote) const { return (votes >> int(vote) & 1) != 0; }
 };
 
@@ -122,6 +124,16 @@ inline constexpr Method kMethods[] = {
       "a node that fewer lanes than this share want is put aside",
       {0.0625, 0.125, 0.25, 0.375, 0.5, 0.75, 1},
       7},
+     true},
+    {"packet-wide",
+     "traverse/packet_wide.comp",
+     "packet of several rays a lane over a tree of eight children a node, a child a lane; for coherent rays on CPUs",
+     kNoVotes,
+     true,
+     kCpu,
+     kGpu,
+     {},
+     false,
      true},
 };
 

@@ -57,6 +57,19 @@ const Tracer::Texels& Tracer::leaf_buffer(LeafFormat format, Fetch fetch) {
   return leaf_buffers_.emplace(key, std::move(made)).first->second;
 }
 
+const WideBvh& Tracer::wide_bvh() {
+  if (!wide_) wide_ = make_wide_bvh(device_bvh(NodeLayout::Interleaved));
+  return *wide_;
+}
+
+const Tracer::Texels& Tracer::wide_buffer(Fetch fetch) {
+  const auto found = wide_buffers_.find(fetch);
+  if (found != wide_buffers_.end()) return found->second;
+  Texels made(gpu_, wide_bvh().nodes.size(), access_for(fetch), "wide bvh nodes");
+  made.upload(wide_bvh().nodes);
+  return wide_buffers_.emplace(fetch, std::move(made)).first->second;
+}
+
 Variant Tracer::variant(const Query& query, bool counters) const {
   const Method& method = find_method(query.method);
   return {&method, &find_numeric(query.numeric, gpu_.info()), query.want,
@@ -67,12 +80,14 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   const std::string key = fmt::format("{} subgroup={}", v.kernel_name(), v.how.subgroup);
   auto found = pipelines_.find(key);
   if (found != pipelines_.end()) return found->second;
-  const Texels& nodes = node_buffer(v.how.layout, v.how.fetch);
-  const Texels& leaves = leaf_buffer(v.numeric->leaves, v.how.fetch);
-  Pipeline made{std::make_unique<Kernel>(gpu_, kernel_source(v, gpu_.info(), bvh_.stats.depth)), &nodes, &leaves};
+  Pipeline made{std::make_unique<Kernel>(gpu_, kernel_source(v, gpu_.info(), bvh_.stats.depth))};
+  if (!v.method->wide || v.how.fallback) made.nodes = &node_buffer(v.how.layout, v.how.fetch);
+  if (v.method->wide) made.wide = &wide_buffer(v.how.fetch);
+  made.leaves = &leaf_buffer(v.numeric->leaves, v.how.fetch);
   if (v.how.fetch != Fetch::Reference) {
-    made.kernel->bind(BIND_NODES, nodes);
-    made.kernel->bind(BIND_LEAVES, leaves);
+    if (made.nodes) made.kernel->bind(BIND_NODES, *made.nodes);
+    if (made.wide) made.kernel->bind(BIND_WIDE, *made.wide);
+    made.kernel->bind(BIND_LEAVES, *made.leaves);
   }
   made.kernel->bind(BIND_WORK, work_);
   gpu_.save_pipeline_cache();
@@ -91,7 +106,10 @@ std::uint32_t Tracer::chunk_rays() const {
   return std::uint32_t(std::min(bounded, gpu_.info().max_storage_range / kLargestRecord));
 }
 
-std::uint32_t Tracer::groups_for(const Formulation& f, std::uint32_t rays) const {
+std::uint32_t Tracer::groups_for(const Variant& v, std::uint32_t rays) const {
+  const Formulation& f = v.how;
+  const std::uint32_t packet = f.subgroup * v.rays_per_lane();
+  rays = (rays + packet - 1) / packet * f.subgroup;  // as many as there are lanes to take them
   std::uint64_t lanes = rays;
   if (f.launch == Launch::Persistent) {
     // Enough for all rays with the batches that a subgroup may take, but no more than may be resident; what is left after
@@ -111,7 +129,7 @@ Work Tracer::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits
   Work work{push.ray_begin, 0};
   work_.upload(std::span(&work, 1));
   gpu_.submit(p.kernel->name(), [&](VkCommandBuffer cmd) {
-    p.kernel->dispatch(cmd, groups_for(job.variant.how, push.ray_end - push.ray_begin), push);
+    p.kernel->dispatch(cmd, groups_for(job.variant, push.ray_end - push.ray_begin), push);
     memory_barrier(cmd);
   });
   times.device_ms += gpu_.last_ms();
@@ -130,14 +148,18 @@ Work Tracer::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std
   push.root = root;
   push.max_batches = f.batches;
   push.threshold = f.threshold_lanes(*job.variant.method);
-  push.nodes_lo = std::uint32_t(p.nodes->address());
-  push.nodes_hi = std::uint32_t(p.nodes->address() >> 32);
-  push.leaves_lo = std::uint32_t(p.leaves->address());
-  push.leaves_hi = std::uint32_t(p.leaves->address() >> 32);
+  const auto point = [](const Texels* texels, std::uint32_t& lo, std::uint32_t& hi) {
+    if (!texels) return;
+    lo = std::uint32_t(texels->address());
+    hi = std::uint32_t(texels->address() >> 32);
+  };
+  point(p.nodes, push.nodes_lo, push.nodes_hi);
+  point(p.wide, push.wide_lo, push.wide_hi);
+  point(p.leaves, push.leaves_lo, push.leaves_hi);
   Work total{0, 0};
   while (push.ray_begin < count) {
     push.ray_end = count;
-    const std::uint64_t most = std::uint64_t(gpu_.info().max_group_count_x) * f.workgroup;
+    const std::uint64_t most = std::uint64_t(gpu_.info().max_group_count_x) * f.workgroup * job.variant.rays_per_lane();
     if (f.launch == Launch::Plain && count - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
     const Work work = dispatch(job, rays, hits, push, times);
     total.unfinished += work.unfinished;

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "engine/bvh/wide.h"
 #include "engine/trace/variant.h"
 
 namespace ballot {
@@ -53,6 +54,9 @@ class Tracer {
   /// Device arrays in one layout, made on first use; the oracle walks these.
   const DeviceBvh& device_bvh(NodeLayout layout);
 
+  /// The wide tree, made on first use.
+  const WideBvh& wide_bvh();
+
   /// Tests only: hits are filled with this byte before a host-side trace, so that untouched records can be counted.
   std::optional<std::uint8_t> prefill;
 
@@ -60,7 +64,7 @@ class Tracer {
   using Texels = Buffer<glm::uvec4>;
   struct Pipeline {
     std::unique_ptr<Kernel> kernel;
-    const Texels *nodes, *leaves;
+    const Texels *nodes = nullptr, *wide = nullptr, *leaves = nullptr;  // those that the kernel reads
   };
   /// What one query runs: kernels are shared by queries that differ in thresholds only.
   struct Job {
@@ -72,7 +76,8 @@ class Tracer {
   Job job(const Query& query, bool counters = false);
   const Texels& node_buffer(NodeLayout layout, Fetch fetch);
   const Texels& leaf_buffer(LeafFormat format, Fetch fetch);
-  std::uint32_t groups_for(const Formulation& f, std::uint32_t rays) const;
+  const Texels& wide_buffer(Fetch fetch);
+  std::uint32_t groups_for(const Variant& v, std::uint32_t rays) const;
   Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push, TraceTimes& times);
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
            TraceTimes& times);
@@ -85,6 +90,8 @@ class Tracer {
   std::map<NodeLayout, DeviceBvh> layouts_;
   std::map<std::pair<NodeLayout, Fetch>, Texels> node_buffers_;  // what a query needs, on first use
   std::map<std::pair<LeafFormat, Fetch>, Texels> leaf_buffers_;
+  std::optional<WideBvh> wide_;
+  std::map<Fetch, Texels> wide_buffers_;
   std::map<std::string, Pipeline> pipelines_;
   Buffer<Work> work_;
 };

@@ -21,15 +21,16 @@ const Row kRows[] = {
     {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 0xFFFFFFFF,
      [](const Method&, Formulation& f) {
        f.subgroup_barrier = false;
-       f.select_minmax = true;  // measured in shaders/lib/box.glsl
+       f.minmax = MinMax::Select;  // measured in shaders/lib/box.glsl
        f.cooperative = true;
      }},
     // fma() is one instruction that rounds once (device test ProductsTest.KeepTheExactSign).
     {VK_DRIVER_ID_NVIDIA_PROPRIETARY, 0, 0xFFFFFFFF, [](const Method&, Formulation& f) { f.products = Products::Fma; }},
 };
 
-void use_what_there_is(Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
+void use_what_there_is(const Method& m, Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
   if (!d.shuffle) {
+    if (m.wide) fail(Failure::Arguments, "method {}: {} has no subgroup shuffle", m.name, d.name);
     if (knobs.contains("cooperative") && f.cooperative)
       fail(Failure::Arguments, "--knob cooperative=1: {} has no subgroup shuffle", d.name);
     if (knobs.contains("packet_stack") && f.packet_stack == PacketStack::Lanes)
@@ -53,6 +54,8 @@ void check_method_knobs(const Method& m, const Formulation& f, const Knobs& knob
     if (knob.empty() || !knobs.contains(knob) || m.threshold.knob == other.threshold.knob) continue;
     fail(Failure::Arguments, "--knob {}: method {} has no such threshold; {} has", knob, m.name, other.name);
   }
+  for (const char* knob : {"rays", "fallback"})
+    if (knobs.contains(knob) && !m.wide) fail(Failure::Arguments, "--knob {}: only method packet-wide has it", knob);
   if (knobs.contains("list") && !m.lists) fail(Failure::Arguments, "--knob list: method {} puts nothing aside", m.name);
   if (!knobs.contains("vote")) return;
   std::string votes;
@@ -86,6 +89,7 @@ Formulation formulation_for(const Method& method, const DeviceInfo& device, cons
   f.stack = wants.stack;
   f.launch = wants.launch;
   f.threshold = method.threshold.standard;
+  f.rays = device.is_cpu() ? 8 : 1;
   f.products = device.float64 ? Products::Float64 : Products::Split;
   f.packet_stack = device.shuffle ? PacketStack::Lanes : PacketStack::Shared;
   for (const Row& row : kRows) {
@@ -94,7 +98,7 @@ Formulation formulation_for(const Method& method, const DeviceInfo& device, cons
   }
   apply_knobs(f, knobs);
   check_method_knobs(method, f, knobs);
-  use_what_there_is(f, device, knobs);
+  use_what_there_is(method, f, device, knobs);
   check_sizes(f, device, knobs);
   return f;
 }

@@ -19,13 +19,15 @@ std::string Variant::name() const {
 KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std::uint32_t tree_depth) {
   const Formulation& f = variant.how;
   const Method& method = *variant.method;
-  const bool packet = method.packet();
+  const bool packet = method.packet(), wide = method.wide;
   const std::uint32_t stack =
       (tree_depth + 1 + 15) / 16 * 16;  // in steps, so that scenes of like depth share pipelines
   const std::uint32_t list = method.lists ? f.list : 0;
   std::uint32_t shared_words = 0;
-  if (method.own_stack && f.stack == StackPlace::Shared) shared_words = (stack + list) * f.workgroup;
-  if (packet && f.packet_stack == PacketStack::Shared) shared_words += stack * (f.workgroup / f.subgroup);
+  const bool own_stack = method.own_stack && (!wide || f.fallback);
+  if (own_stack && f.stack == StackPlace::Shared) shared_words = (stack + list) * f.workgroup;
+  if (method.shares_stack() && f.packet_stack == PacketStack::Shared)
+    shared_words += stack * (f.workgroup / f.subgroup);
   if (packet && f.vote == Vote::Sum) shared_words += f.workgroup;
   if (std::uint64_t(shared_words) * 4 > device.shared_bytes)
     fail(Failure::Work,
@@ -45,11 +47,15 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
                     {"BALLOT_FETCH", int(f.fetch)},
                     {"BALLOT_LAYOUT", int(f.layout)},
                     {"BALLOT_STACK", int(f.stack)},
-                    {"BALLOT_PACKET_STACK", packet ? int(f.packet_stack) : 0},
+                    {"BALLOT_PACKET_STACK", method.shares_stack() ? int(f.packet_stack) : 0},
                     {"BALLOT_VOTE", packet ? int(f.vote) : 0},
                     {"BALLOT_COOPERATIVE", packet && f.cooperative},
                     {"BALLOT_SUBGROUP_BARRIER", f.subgroup_barrier},
-                    {"BALLOT_SELECT_MINMAX", f.select_minmax},
+                    {"BALLOT_MINMAX", int(f.minmax)},
+                    {"BALLOT_LEAF_BOX", f.leaf_box},
+                    {"BALLOT_SORTED", f.sorted || variant.want == Want::Nearest},
+                    {"BALLOT_RAYS", wide ? int(f.rays) : 1},
+                    {"BALLOT_FALLBACK", wide && f.fallback},
                     {"BALLOT_LAUNCH", int(f.launch)},
                     {"BALLOT_UNIFORM_FLOW", device.uniform_flow},
                     {"BALLOT_COUNTERS", variant.counters}};

@@ -17,6 +17,8 @@ struct Variant {
   Formulation how;
   bool counters = false;  // the instrumented variant, which also writes RayStats
 
+  std::uint32_t rays_per_lane() const { return method->wide ? how.rays : 1; }
+
   /// The kernel's one name: pipeline, log line, cache label. "packet.nearest.watertight [vote=...]".
   std::string kernel_name() const;
   /// The same with the threshold, which is no part of the kernel: benchmark row, EXR attribute.

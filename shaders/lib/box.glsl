@@ -6,10 +6,10 @@
 // finite boxes; rays with NaN or infinite components are dead (layout.h) and never get here. The largest component is in
 // [1, 2) (lib/scale.glsl), so the magnitude is a constant.
 
-#if BALLOT_SELECT_MINMAX
+#if BALLOT_MINMAX == MINMAX_SELECT
 // lavapipe's min and max look after NaN, of which there is none here; a comparison and a blend take less. Times as fast, on
 // primary rays of conference and sponza, Mesa 22.3.6 and 25.0.7: packet 1.05 to 1.07, while-while 1.04 to 1.10, if-if 1.03
-// to 1.11. Integer comparison of the bit patterns was another 1.03 on 22.3.6, but is wrong for negative t_min.
+// to 1.11.
 float smaller(float a, float b) { return a < b ? a : b; }
 float larger(float a, float b) { return a > b ? a : b; }
 vec3 smaller(vec3 a, vec3 b) { return mix(b, a, lessThan(a, b)); }
@@ -29,11 +29,27 @@ vec3 reciprocal_direction(vec3 dir) {
   return inv;
 }
 
-// From t at both planes of each axis.
-vec2 cut_interval(vec3 a, vec3 b, float t_min, float t_max) {
-  vec3 near = smaller(a, b), far = larger(a, b);
+// From t where the ray enters and leaves each axis.
+vec2 cut_axes(vec3 near, vec3 far, float t_min, float t_max) {
+#if BALLOT_MINMAX == MINMAX_INTEGER
+  // By bit patterns, for GPUs that have a minimum of three integers. Their order is that of floats, but reversed where both are
+  // negative: then near comes out too small or far too large, which is safe, and makes no difference if t_min >= 0.
+  ivec3 n = floatBitsToInt(near), f = floatBitsToInt(far);
+  return vec2(max(intBitsToFloat(max(max(n.x, n.y), n.z)), t_min), min(intBitsToFloat(min(min(f.x, f.y), f.z)), t_max));
+#else
   return vec2(larger(larger(near.x, near.y), larger(near.z, t_min)),
               smaller(smaller(far.x, far.y), smaller(far.z, t_max)));
+#endif
+}
+
+// From t at both planes of each axis.
+vec2 cut_interval(vec3 a, vec3 b, float t_min, float t_max) {
+  return cut_axes(smaller(a, b), larger(a, b), t_min, t_max);
+}
+
+// From t at the centre and what the half extents take.
+vec2 cut_centred(vec3 middle, vec3 half_way, float t_min, float t_max) {
+  return cut_axes(middle - half_way, middle + half_way, t_min, t_max);
 }
 
 // The largest distance along an axis between a point of the scene and the ray's origin; rounded, so up to 2^-24 too small.

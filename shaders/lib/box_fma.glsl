@@ -15,3 +15,15 @@ Slabs make_slabs(Ray ray) {
 vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
   return cut_interval(fma(lo, s.inv, -s.scaled_origin), fma(hi, s.inv, -s.scaled_origin), t_min, t_max);
 }
+
+vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_max) {
+  vec3 middle = fma(centre, s.inv, -s.scaled_origin), a = abs(s.inv);
+  return cut_axes(fma(-extent, a, middle), fma(extent, a, middle), t_min, t_max);
+}
+
+// The product with the origin is rounded, which moves planes by up to 2^-24 of it.
+void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
+  vec3 slack = 2.4e-7 * abs(ray.origin);
+  lo = ray.origin + slack;
+  hi = ray.origin - slack;
+}

@@ -23,9 +23,20 @@
 // test's own 7 w M are all that it needs, t_min being at most what it is exactly and reach at least that. The bounds hold while
 // nothing leaves float32's normal range. The exact test holds them to that: with M out of bounds, every box is entered.
 
+// By centre and half extents the slab test moves a plane by 7 w M (the centre) + 7 w M (half the extent, at most M) + w M (their
+// sum): 33 + 15 = 48, padded by 64 w M, and by 2 w |o| for boxes by their
+// bounds, which are tested too.
+
+#if BALLOT_LAYOUT == LAYOUT_CENTRED
+struct Slabs {
+  vec3 origin, inv;
+  float pad;
+};
+#else
 struct Slabs {
   vec3 lo_origin, hi_origin, inv;
 };
+#endif
 
 #if BALLOT_TRIANGLE == TRIANGLE_EXACT
 // With M in [2^-100, 2^126] a flushed number, below 2^-126, is below the room there is, 9 w M, and no t of a hit overflows.
@@ -36,15 +47,47 @@ Slabs make_slabs(Ray ray) {
 #if BALLOT_TRIANGLE == TRIANGLE_EXACT
   if (!has_safe_slabs(scene_reach(ray.origin))) {
     float infinity = uintBitsToFloat(0x7F800000u);
+#if BALLOT_LAYOUT == LAYOUT_CENTRED
+    return Slabs(vec3(0.0), vec3(1.0), infinity);
+#else
     return Slabs(vec3(infinity), vec3(-infinity), vec3(1.0));
+#endif
   }
 #endif
+#if BALLOT_LAYOUT == LAYOUT_CENTRED
+  vec3 o = abs(ray.origin);
+  float pad = 3.82e-6 * scene_reach(ray.origin) + 1.25e-7 * max(o.x, max(o.y, o.z));
+  return Slabs(ray.origin, reciprocal_direction(ray.dir), pad);
+#else
   precise vec3 e = vec3(2.87e-6 * scene_reach(ray.origin)) + 1.25e-7 * abs(ray.origin);
   precise vec3 lo_origin = ray.origin + e, hi_origin = ray.origin - e;
   return Slabs(lo_origin, hi_origin, reciprocal_direction(ray.dir));
+#endif
+}
+
+void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
+#if BALLOT_LAYOUT == LAYOUT_CENTRED
+  precise vec3 up = s.origin + s.pad, down = s.origin - s.pad;
+  lo = up;
+  hi = down;
+#else
+  lo = s.lo_origin;
+  hi = s.hi_origin;
+#endif
 }
 
 vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
+#if BALLOT_LAYOUT == LAYOUT_CENTRED
+  precise vec3 a = (lo - (s.origin + s.pad)) * s.inv, b = (hi - (s.origin - s.pad)) * s.inv;
+#else
   precise vec3 a = (lo - s.lo_origin) * s.inv, b = (hi - s.hi_origin) * s.inv;
+#endif
   return cut_interval(a, b, t_min, t_max);
 }
+
+#if BALLOT_LAYOUT == LAYOUT_CENTRED
+vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_max) {
+  precise vec3 middle = (centre - s.origin) * s.inv, half_way = (extent + s.pad) * abs(s.inv);
+  return cut_centred(middle, half_way, t_min, t_max);
+}
+#endif

@@ -12,3 +12,9 @@ Slabs make_slabs(Ray ray) { return Slabs(ray.origin, reciprocal_direction(ray.di
 vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
   return cut_interval((lo - s.origin) * s.inv, (hi - s.origin) * s.inv, t_min, t_max);
 }
+
+vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_max) {
+  return cut_centred((centre - s.origin) * s.inv, extent * abs(s.inv), t_min, t_max);
+}
+
+void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) { lo = hi = s.origin; }

@@ -3,8 +3,11 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_ballot : require
-#if BALLOT_COOPERATIVE || BALLOT_PACKET_STACK == 1
+#if BALLOT_COOPERATIVE || BALLOT_PACKET_STACK == 1 || defined(METHOD_PACKETS)
 #extension GL_KHR_shader_subgroup_shuffle : require
+#endif
+#ifdef METHOD_PACKETS
+#extension GL_EXT_control_flow_attributes : require
 #endif
 #if BALLOT_UNIFORM_FLOW
 #extension GL_EXT_subgroup_uniform_control_flow : require
@@ -29,16 +32,25 @@ layout(set = 0, binding = BIND_RAYS, scalar) readonly buffer Rays { Ray rays[]; 
 layout(set = 0, binding = BIND_HITS, scalar) writeonly buffer Hits { Hit hits[]; };
 layout(set = 0, binding = BIND_WORK, scalar) buffer WorkCounter { Work work; };
 
+// Packets that keep to the wide tree have no use for the binary one.
+#if !defined(METHOD_PACKETS) || BALLOT_FALLBACK
+#define READS_NODES
+#endif
+
 #if BALLOT_FETCH == FETCH_STORAGE
+#ifdef READS_NODES
 layout(set = 0, binding = BIND_NODES, scalar) readonly buffer Nodes { uvec4 nodes[]; };
-layout(set = 0, binding = BIND_LEAVES, scalar) readonly buffer Leaves { uvec4 leaves[]; };
 uvec4 node_texel(uint texel) { return nodes[texel]; }
+#endif
+layout(set = 0, binding = BIND_LEAVES, scalar) readonly buffer Leaves { uvec4 leaves[]; };
 uvec4 leaf_texel(uint texel) { return leaves[texel]; }
 #elif BALLOT_FETCH == FETCH_TEXEL
 // Unsigned texels: small integers would be denormal floats, which a device may flush.
+#ifdef READS_NODES
 layout(set = 0, binding = BIND_NODES) uniform usamplerBuffer nodes;
-layout(set = 0, binding = BIND_LEAVES) uniform usamplerBuffer leaves;
 uvec4 node_texel(uint texel) { return texelFetch(nodes, int(texel)); }
+#endif
+layout(set = 0, binding = BIND_LEAVES) uniform usamplerBuffer leaves;
 uvec4 leaf_texel(uint texel) { return texelFetch(leaves, int(texel)); }
 #else
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Texels { uvec4 at[]; };
@@ -48,36 +60,39 @@ uvec4 leaf_texel(uint texel) { return Texels(uvec2(push.leaves_lo, push.leaves_h
 
 bool is_inner(uint node) { return int(node) >= 0; }
 
+// A box as the layout has it: its bounds lo and hi, or its centre and half extents.
+struct NodeBox {
+  vec3 a, b;
+};
+
 // Both children of an inner node.
 struct Pair {
-  vec3 lo_l, hi_l, lo_r, hi_r;
+  NodeBox l, r;
   uint left, right;  // child references
 };
 
 Pair unpack_pair(uvec4 a, uvec4 b, uvec4 c, uvec4 d) {
   Pair p;
-#if BALLOT_LAYOUT == LAYOUT_INTERLEAVED
+#if BALLOT_LAYOUT != LAYOUT_PAPER
   vec4 l = uintBitsToFloat(a), r = uintBitsToFloat(b), z = uintBitsToFloat(c);
-  p.lo_l = vec3(l.x, l.z, z.x);
-  p.hi_l = vec3(l.y, l.w, z.y);
-  p.lo_r = vec3(r.x, r.z, z.z);
-  p.hi_r = vec3(r.y, r.w, z.w);
+  p.l = NodeBox(vec3(l.x, l.z, z.x), vec3(l.y, l.w, z.y));
+  p.r = NodeBox(vec3(r.x, r.z, z.z), vec3(r.y, r.w, z.w));
   p.left = d.x;
   p.right = d.y;
 #else
-  p.lo_l = uintBitsToFloat(a.xyz);
-  p.hi_l = uintBitsToFloat(uvec3(a.w, b.xy));
-  p.lo_r = uintBitsToFloat(c.xyz);
-  p.hi_r = uintBitsToFloat(uvec3(c.w, d.xy));
+  p.l = NodeBox(uintBitsToFloat(a.xyz), uintBitsToFloat(uvec3(a.w, b.xy)));
+  p.r = NodeBox(uintBitsToFloat(c.xyz), uintBitsToFloat(uvec3(c.w, d.xy)));
   p.left = b.z == 0u ? b.w : LEAF_BIT | (b.z - 1u) << LEAF_COUNT_SHIFT | b.w;
   p.right = d.z == 0u ? d.w : LEAF_BIT | (d.z - 1u) << LEAF_COUNT_SHIFT | d.w;
 #endif
   return p;
 }
 
+#ifdef READS_NODES
 Pair fetch_pair(uint node) {
   return unpack_pair(node_texel(node), node_texel(node + 1u), node_texel(node + 2u), node_texel(node + 3u));
 }
+#endif
 
 #include "stats.glsl"
 #include "numeric.glsl"

@@ -1,5 +1,5 @@
-// One ray against one leaf. The leaf's own box is tested again: since it was put on a stack the ray may have found a hit nearer
-// than all that the leaf holds, and rays of a packet come to leaves that they do not meet.
+// One ray against one leaf. With BALLOT_LEAF_BOX the leaf's own box is tested again: since it was put on a stack the ray may have
+// found a hit nearer than all that the leaf holds, and rays of a packet come to leaves that they do not meet.
 
 // Ray state that every method carries.
 struct Walker {
@@ -34,16 +34,28 @@ Walker make_walker(Ray given) {
   return w;
 }
 
-// Entry of the box if the ray meets it no later than its nearest hit so far.
-bool meets(Walker w, vec3 lo, vec3 hi, out float entry) {
+// Entry of a box with these bounds if the ray meets it no later than its nearest hit so far.
+bool meets_bounds(Walker w, vec3 lo, vec3 hi, out float entry) {
   vec2 i = box_interval(w.slabs, lo, hi, w.ray.t_min, reach(w.space, w.hit));
   entry = i.x;
   return i.x <= i.y;
 }
 
+// The same of a node's box.
+bool meets(Walker w, NodeBox box, out float entry) {
+#if BALLOT_LAYOUT == LAYOUT_CENTRED
+  vec2 i = centred_interval(w.slabs, box.a, box.b, w.ray.t_min, reach(w.space, w.hit));
+  entry = i.x;
+  return i.x <= i.y;
+#else
+  return meets_bounds(w, box.a, box.b, entry);
+#endif
+}
+
 void consider(inout Walker w, uint block, uint i) {
   float t, u, v;
-  bool hit = hit_triangle(w.ray, w.space, block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS, t, u, v);
+  TriangleTexels triangle = fetch_triangle(block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS);
+  bool hit = hit_triangle(w.ray, w.space, triangle, t, u, v);
   if (hit && may_count(w.space, t, w.ray, w.hit)) {
     uint prim = triangle_prim(block, i);
     if (nearer(w.space, t, prim, w.hit)) w.hit = Hit(t, prim, u, v);
@@ -52,13 +64,17 @@ void consider(inout Walker w, uint block, uint i) {
 
 bool meets_leaf(Walker w, uint block) {
   float entry;
-  return meets(w, uintBitsToFloat(leaf_texel(block).xyz), uintBitsToFloat(leaf_texel(block + 1u).xyz), entry);
+  return meets_bounds(w, uintBitsToFloat(leaf_texel(block).xyz), uintBitsToFloat(leaf_texel(block + 1u).xyz), entry);
 }
 
 void visit_leaf(inout Walker w, uint leaf, bool live) {
   uint block = leaf & LEAF_TEXEL_MASK, count = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
   COUNT_LEAF(live, count)
+#if BALLOT_LEAF_BOX
   bool inside = live && meets_leaf(w, block);
+#else
+  bool inside = live;
+#endif
   uint i = 0u;
   if (inside) {
     do {

@@ -21,20 +21,27 @@ bool take_ray(uint index, out Walker w) {
   return live;
 }
 
+// For the host to trace again.
+void leave_ray(uint index) {
+  if (index >= push.ray_end) return;
+  hits[index] = Hit(0.0, UNFINISHED, 0.0, 0.0);
+  atomicAdd(work.unfinished, 1u);
+}
+
 void write_hit(uint index, Walker w, bool cut_short) {
   Ray given = rays[index];
   Hit hit = is_dead(given) ? Hit(0.0, NO_HIT, 0.0, 0.0) : unscaled_hit(w.hit, given);
-  if (cut_short) {
-    hit.prim = UNFINISHED;
-    atomicAdd(work.unfinished, 1u);
-  }
-  hits[index] = hit;
+  if (cut_short)
+    leave_ray(index);
+  else
+    hits[index] = hit;
   COUNT_WRITE(index)
 }
 
 #ifdef METHOD_REFILLS
 #include "refill.glsl"
 #else
+#if !defined(METHOD_PACKETS) || BALLOT_FALLBACK
 void trace_ray(uint index) {
   Walker w;
   bool live = take_ray(index, w);
@@ -42,17 +49,26 @@ void trace_ray(uint index) {
   if (index < push.ray_end) write_hit(index, w, live && (end != END_OF_TREE || w.truncated));
 }
 
+#endif
+
+// A subgroup's batch: a packet, or a ray a lane.
+#ifdef METHOD_PACKETS
+#include "main_packets.glsl"
+#else
+void trace_packet(uint base) { trace_ray(base + gl_SubgroupInvocationID); }
+#endif
+
 void trace_rays() {
 #if BALLOT_LAUNCH == LAUNCH_PLAIN
   uint subgroup = gl_WorkGroupID.x * gl_NumSubgroups + gl_SubgroupID;
-  trace_ray(push.ray_begin + subgroup * gl_SubgroupSize + gl_SubgroupInvocationID);
+  trace_packet(push.ray_begin + subgroup * gl_SubgroupSize * BALLOT_RAYS);
 #else
   for (uint batch = 0u; batch < push.max_batches; ++batch) {
     uint base = 0u;
-    if (subgroupElect()) base = atomicAdd(work.next, gl_SubgroupSize);
+    if (subgroupElect()) base = atomicAdd(work.next, gl_SubgroupSize * BALLOT_RAYS);
     base = subgroupBroadcastFirst(base);
     if (base >= push.ray_end) break;
-    trace_ray(base + gl_SubgroupInvocationID);
+    trace_packet(base);
   }
 #endif
 }

@@ -4,8 +4,8 @@
 // A triangle test (lib/triangle_*.glsl) gives
 //   RaySpace                           what is computed once a ray, and what the test keeps of the nearest hit
 //   make_ray_space(ray, given) -> RaySpace       ray is scaled, as everywhere here; given is not (lib/scale.glsl)
-//   hit_triangle(ray, inout space, texel, out t, out u, out v) -> bool
-//                                      the triangle whose texels start there, any t; NaN counts as no hit
+//   hit_triangle(ray, inout space, triangle, out t, out u, out v) -> bool
+//                                      a triangle by its texels, any t; NaN counts as no hit
 //   triangle_prim(block, i) -> uint    of the i-th triangle of a leaf's block
 //   may_count(space, t, ray, best) -> bool         whether the hit that was just found lies in the ray's range and may be nearer
 //                                      than the best so far
@@ -21,8 +21,21 @@
 //   make_slabs(ray) -> Slabs
 //   box_interval(slabs, lo, hi, t_min, t_max) -> vec2
 //                                      where the ray is inside, as [entry, exit], cut to [t_min, t_max]; empty if entry > exit
+//   centred_interval(slabs, centre, extent, t_min, t_max) -> vec2      the same by centre and half extents
+//   slab_origins(slabs, ray, out lo, out hi)     what lower and upper planes are measured from, for bounds of packets
+//   slabs.inv                          the reciprocal direction
 #include "box.glsl"
 #include "scale.glsl"
+
+// What the leaf array holds of a triangle, and where.
+struct TriangleTexels {
+  uvec4 a, b, c;
+  uint at;
+};
+
+TriangleTexels fetch_triangle(uint texel) {
+  return TriangleTexels(leaf_texel(texel), leaf_texel(texel + 1u), leaf_texel(texel + 2u), texel);
+}
 
 #if BALLOT_BOX == BOX_PADDED
 #include "box_padded.glsl"

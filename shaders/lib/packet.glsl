@@ -2,12 +2,7 @@
 //
 // Everything named here runs in subgroup-uniform control flow: all lanes of the subgroup arrive, those without a ray too.
 
-#if BALLOT_SUBGROUP_BARRIER
-#define PACKET_BARRIER() subgroupBarrier()
-#else
-// lavapipe runs a subgroup barrier as a workgroup barrier and loses subgroups that left the loop.
-#define PACKET_BARRIER() subgroupMemoryBarrierShared()
-#endif
+#include "packet_stack.glsl"
 
 bool packet_truncated;  // the driver left a loop of a vote early: nothing that followed can be trusted
 
@@ -24,30 +19,6 @@ uint packet_want_bits;
 #define PACKET_ENTER(wanted)
 #define PACKET_REMEMBER(wanted)
 #define PACKET_RECALL()
-#endif
-
-// The stack: child references, END_OF_TREE at the bottom; STACK_SIZE as in lib/walk.glsl.
-uint packet_top;
-#if BALLOT_PACKET_STACK == PACKET_STACK_LANES
-// Entry i lies in lane i % SUBGROUP_SIZE, word i / SUBGROUP_SIZE.
-const uint PACKET_WORDS = (STACK_SIZE + SUBGROUP_SIZE - 1u) / SUBGROUP_SIZE;
-uint packet_words[PACKET_WORDS];
-void packet_store(uint at, uint node) {
-  for (uint i = 0u; i < PACKET_WORDS; ++i)
-    packet_words[i] = i * SUBGROUP_SIZE + gl_SubgroupInvocationID == at ? node : packet_words[i];
-}
-uint packet_entry(uint at) {
-  uint word = packet_words[0];
-  for (uint i = 1u; i < PACKET_WORDS; ++i) word = at >= i * SUBGROUP_SIZE ? packet_words[i] : word;
-  return subgroupShuffle(word, at % SUBGROUP_SIZE);
-}
-#else
-shared uint packet_stacks[STACK_SIZE * GROUP_SUBGROUPS];
-void packet_store(uint at, uint node) {
-  if (subgroupElect()) packet_stacks[gl_SubgroupID * STACK_SIZE + at] = node;
-  PACKET_BARRIER();
-}
-uint packet_entry(uint at) { return packet_stacks[gl_SubgroupID * STACK_SIZE + at]; }
 #endif
 
 void packet_push(uint node, bool wanted) {
@@ -94,7 +65,7 @@ struct Wish {
 
 Wish wish_of(Walker w, Pair pair, bool live) {
   float entry_l, entry_r;
-  bool l = meets(w, pair.lo_l, pair.hi_l, entry_l), r = meets(w, pair.lo_r, pair.hi_r, entry_r);
+  bool l = meets(w, pair.l, entry_l), r = meets(w, pair.r, entry_r);
   COUNT_ENTRIES(entry_l, entry_r)
   return Wish(l && live, r && live, entry_l <= entry_r);
 }

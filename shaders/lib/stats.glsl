@@ -47,6 +47,26 @@ void stats_step(bool live, bool inner) {
   }
 }
 
+#ifdef METHOD_PACKETS
+// A visit of a packet that has several rays in a lane: `looking` and `needing` have a bit for each of the lane's.
+void stats_wide(uint looking, uint needing, bool inner) {
+  uint all = 0u;
+  for (uint r = 0u; r < BALLOT_RAYS; ++r) all += subgroupBallotBitCount(subgroupBallot((needing >> r & 1u) != 0u));
+  if (subgroupBallot(looking != 0u) == uvec4(0u)) return;
+  uint visits = uint(bitCount(looking)), needed = uint(bitCount(needing));
+  if (subgroupElect()) ++stats.steps;
+  stats.lanes += needed * all / BALLOT_RAYS;
+  if (inner) {
+    stats.nodes += visits;
+    stats.nodes_needed += needed;
+    stats.packet_nodes += visits;
+  } else {
+    stats.leaves += visits;
+    stats.leaves_needed += needed;
+  }
+}
+#endif
+
 #define COUNT_BEGIN() stats_begin();
 #define COUNT_WRITE(index) ray_stats[index] = stats;
 #define COUNT_NODE(live) stats_step(live, true);
@@ -64,6 +84,8 @@ void stats_step(bool live, bool inner) {
 #define COUNT_SWITCH(times, depth) if (subgroupElect()) { stats.switches += times; stats.switch_depth += (times) * (depth); }
 #define COUNT_OVERFLOW(yes) { uint o = uint(yes); if (subgroupElect()) stats.overflows += o; }
 #define COUNT_FETCH(yes) stats.fetches += uint(yes);
+#define COUNT_WIDE(looking, needing, inner) stats_wide(looking, needing, inner);
+#define COUNT_WIDE_TRIANGLES(looking, count) { uint n = uint(bitCount(looking)) * (count); stats.triangles += n; stats.triangles_tested += n; }
 #else
 #define COUNT_BEGIN()
 #define COUNT_WRITE(index)
@@ -82,4 +104,6 @@ void stats_step(bool live, bool inner) {
 #define COUNT_SWITCH(times, depth)
 #define COUNT_OVERFLOW(yes)
 #define COUNT_FETCH(yes)
+#define COUNT_WIDE(looking, needing, inner)
+#define COUNT_WIDE_TRIANGLES(looking, count)
 #endif

@@ -164,7 +164,7 @@ bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint prim, uint be
   set_row(ROW_FIRST + 1u, corners.v1);
   set_row(ROW_FIRST + 2u, corners.v2);
   if (doubt.order) {
-    Corners best = fetch_corners(space.best_texel);
+    Corners best = corners_of(fetch_triangle(space.best_texel));
     set_row(ROW_BEST, best.v0);
     set_row(ROW_BEST + 1u, best.v1);
     set_row(ROW_BEST + 2u, best.v2);
@@ -204,10 +204,11 @@ bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint prim, uint be
 }
 
 // Marks the triangle unless it is surely missed. There is no hit yet.
-bool hit_triangle(Ray ray, inout RaySpace space, uint texel, out float t, out float u, out float v) {
+bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out float t, out float u, out float v) {
   t = u = v = 0.0;
-  if (space.marked == 0u) space.first = texel;
-  if (!surely_missed(ray, space, fetch_corners(texel))) space.marked |= 1u << (texel - space.first) / TRIANGLE_TEXELS;
+  if (space.marked == 0u) space.first = triangle.at;
+  if (!surely_missed(ray, space, corners_of(triangle)))
+    space.marked |= 1u << (triangle.at - space.first) / TRIANGLE_TEXELS;
   return false;
 }
 
@@ -215,7 +216,7 @@ bool hit_triangle(Ray ray, inout RaySpace space, uint texel, out float t, out fl
 // whether a driver cut loops short.
 bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
   Ray ray = space.given;
-  Corners corners = fetch_corners(texel);
+  Corners corners = corners_of(fetch_triangle(texel));
   uint prim = leaf_texel(texel).w;
   DoubleSight s = look(ray, corners);
   bool missed, cut = false;

@@ -12,8 +12,8 @@ RaySpace make_ray_space(Ray ray, Ray given) { return RaySpace(0u); }
 #include "leaf_vertices.glsl"
 #include "nearer.glsl"
 
-bool hit_triangle(Ray ray, inout RaySpace space, uint texel, out float t, out float u, out float v) {
-  Corners c = fetch_corners(texel);
+bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out float t, out float u, out float v) {
+  Corners c = corners_of(triangle);
   vec3 e1 = c.v1 - c.v0, e2 = c.v2 - c.v0, s = ray.origin - c.v0;
   vec3 p = cross(ray.dir, e2), q = cross(s, e1);
   float det = dot(e1, p), inv = 1.0 / det;

@@ -50,8 +50,8 @@ float along(vec3 row, vec3 p) {
   return sum;
 }
 
-bool hit_triangle(Ray ray, inout RaySpace space, uint texel, out float t, out float u, out float v) {
-  Corners corners = fetch_corners(texel);
+bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out float t, out float u, out float v) {
+  Corners corners = corners_of(triangle);
   precise vec3 a = corners.v0 - ray.origin, b = corners.v1 - ray.origin, c = corners.v2 - ray.origin;
   precise float ax = along(space.row_x, a), ay = along(space.row_y, a), az = along(space.row_z, a);
   precise float bx = along(space.row_x, b), by = along(space.row_y, b), bz = along(space.row_z, b);

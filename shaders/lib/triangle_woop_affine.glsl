@@ -21,9 +21,8 @@ uint triangle_prim(uint block, uint i) {
   return leaf_texel(prims + i / 4u)[i % 4u];
 }
 
-bool hit_triangle(Ray ray, inout RaySpace space, uint texel, out float t, out float u, out float v) {
-  vec4 z = uintBitsToFloat(leaf_texel(texel)), x = uintBitsToFloat(leaf_texel(texel + 1u)),
-       y = uintBitsToFloat(leaf_texel(texel + 2u));
+bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out float t, out float u, out float v) {
+  vec4 z = uintBitsToFloat(triangle.a), x = uintBitsToFloat(triangle.b), y = uintBitsToFloat(triangle.c);
   float dir_z = dot(ray.dir, z.xyz);
   t = -(dot(ray.origin, z.xyz) + z.w) / dir_z;
   vec3 p = ray.origin + t * ray.dir;

@@ -14,15 +14,22 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
 #define STACK_DECLARE uint stack[RAY_STACK_SIZE];
 #endif
 
+// A ray that looks for any hit may as well enter the left child first.
+#if BALLOT_ANY_HIT && !BALLOT_SORTED
+#define RIGHT_NEARER(entry_l, entry_r) false
+#else
+#define RIGHT_NEARER(entry_l, entry_r) (entry_r < entry_l)
+#endif
+
 // The child to enter first, or the top of the stack where the ray meets neither.
 #define WALK_STEP(w, node, top)                                    \
   {                                                                \
     COUNT_NODE(true)                                               \
     Pair pair = fetch_pair(node);                                  \
     float entry_l, entry_r;                                        \
-    bool l = meets(w, pair.lo_l, pair.hi_l, entry_l);              \
-    bool r = meets(w, pair.lo_r, pair.hi_r, entry_r);              \
-    bool right_first = r && (!l || entry_r < entry_l);             \
+    bool l = meets(w, pair.l, entry_l);                            \
+    bool r = meets(w, pair.r, entry_r);                            \
+    bool right_first = r && (!l || RIGHT_NEARER(entry_l, entry_r)); \
     node = right_first ? pair.right : pair.left;                   \
     if (l && r) STACK_AT(top++) = right_first ? pair.left : pair.right; \
     COUNT_STACK(top)                                               \
@@ -44,6 +51,14 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
     node = STACK_AT(--top);                                        \
   }
 #endif
+
+// From a node until the stack is empty: nodes until a leaf, then leaves until a node.
+#define WALK_WHILE_WHILE(w, node, top)                                          \
+  while (node != END_OF_TREE) {                                                 \
+    while (is_inner(node)) WALK_STEP(w, node, top)                              \
+    if (is_inner(node)) break; /* only where the driver cut the loop short */   \
+    if (node != END_OF_TREE) WALK_LEAF(w, node, top)                            \
+  }
 
 // From a node until the stack is empty, an iteration being a node or a leaf.
 #define WALK_IF_IF(w, node, top)                                   \

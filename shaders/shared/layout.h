@@ -71,9 +71,18 @@ BALLOT_RECORD(BvhNode, 32);
 
 // How the 64 bytes of a pair are arranged on the device: the paper's two nodes, (lo.xyz, hi.x) (hi.yz, count, first)
 // each, where `first` of a leaf counts texels; or both children's bounds by axis, (l.lo.x, l.hi.x, l.lo.y, l.hi.y),
-// the same of the right child, (l.lo.z, l.hi.z, r.lo.z, r.hi.z), (left child, right child, 0, 0).
+// the same of the right child, (l.lo.z, l.hi.z, r.lo.z, r.hi.z), (left child, right child, 0, 0); or the same with centres in
+// the place of lo and half extents in the place of hi, rounded up so that a box never loses a point.
 #define LAYOUT_PAPER 0
 #define LAYOUT_INTERLEAVED 1
+#define LAYOUT_CENTRED 2
+
+// The wide tree: up to WIDE_CHILDREN children a node, each two texels, (lo.xyz, child) at the node's first texel plus the
+// child's number, (hi.xyz, 0) WIDE_CHILDREN texels behind. A child is a wide node by number or a leaf as above; END_OF_TREE and
+// an empty box where there is none. A stack entry is the node's number in 24 bits above a bit for each child still to be met.
+#define WIDE_CHILDREN 8
+#define WIDE_NODE_TEXELS 16
+#define WIDE_MAX_NODES 0xFFFFFF
 
 #ifdef __cplusplus
 }  // namespace ballot

@@ -18,6 +18,7 @@
 #define BIND_NODES 3
 #define BIND_LEAVES 4
 #define BIND_STATS 5  // of the instrumented variant only
+#define BIND_WIDE 6   // of methods that walk the wide tree
 
 // BALLOT_FETCH: how nodes and leaves are read.
 #define FETCH_STORAGE 0    // storage buffer
@@ -36,6 +37,11 @@
 #define VOTE_ANY 0    // subgroupAny: which children anybody wants; whether anybody wants the left one first
 #define VOTE_COUNT 1  // ballot and bit count: the majority goes first
 #define VOTE_SUM 2    // the same majority by a reduction in shared memory, as hardware of 2010 had to
+
+// BALLOT_MINMAX: how the box test takes minima and maxima.
+#define MINMAX_BUILTIN 0
+#define MINMAX_SELECT 1   // by comparison and selection
+#define MINMAX_INTEGER 2  // of three axes at once, by their bits
 
 // BALLOT_LAUNCH: how work reaches subgroups.
 #define LAUNCH_PLAIN 0       // one ray an invocation, the device schedules
@@ -67,6 +73,7 @@ struct TracePush {
   uint max_batches;    // persistent launch: batches that a subgroup takes at most
   uint nodes_lo, nodes_hi;    // buffer addresses, FETCH_REFERENCE only
   uint leaves_lo, leaves_hi;
+  uint wide_lo, wide_hi;
   uint threshold;  // of methods that have one: lanes, entries or disagreements (engine/trace/methods.h)
 };
 
@@ -96,7 +103,7 @@ struct RayStats {
 };
 
 #ifdef __cplusplus
-BALLOT_RECORD(TracePush, 60);
+BALLOT_RECORD(TracePush, 68);
 BALLOT_RECORD(Work, 8);
 BALLOT_RECORD(RayStats, 72);
 }  // namespace ballot
@@ -106,7 +113,7 @@ BALLOT_RECORD(RayStats, 72);
 #if !defined(BALLOT_FETCH) || !defined(BALLOT_STACK) || !defined(BALLOT_PACKET_STACK) || !defined(BALLOT_VOTE) || \
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
-    !defined(BALLOT_SELECT_MINMAX) || !defined(BALLOT_COUNTERS)
+    !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif
 #endif

@@ -19,11 +19,7 @@ uint traverse(inout Walker w, bool live, uint node) {
   uint top = 0u;
   STACK_AT(top++) = END_OF_TREE;
   if (!live) node = END_OF_TREE;
-  while (node != END_OF_TREE) {
-    while (is_inner(node)) WALK_STEP(w, node, top)
-    if (is_inner(node)) break;  // only where the driver cut the loop short
-    if (node != END_OF_TREE) WALK_LEAF(w, node, top)
-  }
+  WALK_WHILE_WHILE(w, node, top)
   return node;
 }
 

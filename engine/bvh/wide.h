@@ -1,0 +1,24 @@
+// The tree with up to eight children a node, which packets walk a child a lane.
+#pragma once
+
+#include "engine/bvh/device_bvh.h"
+
+namespace ballot {
+
+/// Texels as DeviceBvh's; the format is in shaders/shared/layout.h. Leaves are those of the binary tree, at the same texels
+/// of its leaf array.
+struct WideBvh {
+  std::vector<glm::uvec4> nodes;  // WIDE_NODE_TEXELS each; node 0 is the root; none where the scene is empty
+  std::uint32_t depth = 0;        // nodes on the longest path from the root
+  std::uint32_t children = 0;     // of all nodes together
+};
+
+/// Collapses the binary tree so that the expected number of wide nodes that a random ray meets is least.
+///
+/// Source: Henri Ylitie, Tero Karras, Samuli Laine. Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide
+/// BVHs. HPG 2017, section 3.1. Differs: leaves are kept as they are, so triangles cost the same in every tree and drop out.
+///
+/// Throws Error(Work) if there would be too many nodes for a stack entry (WIDE_MAX_NODES).
+WideBvh make_wide_bvh(const DeviceBvh& binary);
+
+}  // namespace ballot

@@ -1,0 +1,78 @@
+// The rays of a packet that has BALLOT_RAYS of them in every lane: what they keep, and what all of them do with a box, a leaf
+// and a hit. Loops over a lane's rays are unrolled, so that rays stay in registers. Subgroup-uniform control flow.
+
+Walker packet[BALLOT_RAYS];
+uint alive;              // a bit for each of this lane's rays that is still looking
+bool packet_cut_short;   // the driver left a loop over triangles early
+
+#define EACH_RAY(r) [[unroll]] for (uint r = 0u; r < BALLOT_RAYS; ++r)
+
+PacketBounds packet_bounds() {
+  PacketBounds p = empty_bounds();
+  EACH_RAY(r) {
+    PacketBounds wider = p;
+    widen_bounds(wider, packet[r]);
+    if ((alive >> r & 1u) != 0u) p = wider;
+  }
+  share_bounds(p);
+  return p;
+}
+
+// What no hit of the packet is beyond.
+float packet_reach() {
+  float most = -LARGEST;
+  EACH_RAY(r) {
+    float t = reach(packet[r].space, packet[r].hit);
+    most = (alive >> r & 1u) != 0u ? larger(most, t) : most;
+  }
+  return lanes_max(most);
+}
+
+bool packet_looks() { return subgroupBallot(alive != 0u) != uvec4(0u); }
+
+// A bit for each of this lane's rays that meets the box.
+uint rays_that_meet(vec3 lo, vec3 hi) {
+  uint met = 0u;
+  EACH_RAY(r) {
+    float entry;
+    met |= uint(meets_bounds(packet[r], lo, hi, entry)) << r;
+  }
+  return met & alive;
+}
+
+void consider_triangle(TriangleTexels triangle, uint prim) {
+  EACH_RAY(r) {
+    float t, u, v;
+    bool hit = hit_triangle(packet[r].ray, packet[r].space, triangle, t, u, v);
+    hit = hit && (alive >> r & 1u) != 0u && may_count(packet[r].space, t, packet[r].ray, packet[r].hit);
+    if (hit && nearer(packet[r].space, t, prim, packet[r].hit)) packet[r].hit = Hit(t, prim, u, v);
+  }
+}
+
+// Lane i loads triangle i and hands it round.
+void visit_packet_leaf(uint leaf) {
+  uint block = leaf & LEAF_TEXEL_MASK, count = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
+  COUNT_WIDE_TRIANGLES(alive, count)
+  uint first = 0u;
+  do {
+    uint mine = min(first + gl_SubgroupInvocationID, count - 1u);
+    TriangleTexels own = fetch_triangle(block + LEAF_HEADER_TEXELS + mine * TRIANGLE_TEXELS);
+    uint own_prim = triangle_prim(block, mine);
+    uint end = min(count - first, SUBGROUP_SIZE), i = 0u;
+    do {
+      TriangleTexels triangle = TriangleTexels(subgroupShuffle(own.a, i), subgroupShuffle(own.b, i),
+                                               subgroupShuffle(own.c, i), subgroupShuffle(own.at, i));
+      consider_triangle(triangle, subgroupShuffle(own_prim, i));
+      ++i;
+    } while (i < end);
+    packet_cut_short = packet_cut_short || i < end;
+    first += SUBGROUP_SIZE;
+  } while (SUBGROUP_SIZE < MAX_LEAF_TRIANGLES && first < count);
+  packet_cut_short = packet_cut_short || first < count;
+#ifdef TRIANGLE_SETTLES
+  EACH_RAY(r) packet_cut_short = settle_leaf(packet[r].space, packet[r].hit) || packet_cut_short;
+#endif
+#if BALLOT_ANY_HIT
+  EACH_RAY(r) alive &= ~(uint(packet[r].hit.prim != NO_HIT) << r);
+#endif
+}

@@ -1,0 +1,89 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// "packet-wide" traversal: the rays of a subgroup, several in every lane, take one path through a tree of up to eight children
+// a node. Each lane holds one child against bounds of the whole packet; the nearest child that these meet is tested by every
+// ray, and entered if any meets it.
+//
+// Based on:
+//   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.1 (the packet).
+//   Ingo Wald, Solomon Boulos, Peter Shirley. Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies. ACM
+//   Transactions on Graphics 26(1), 2007 (bounds of the packet first, then its rays).
+//   Ingo Wald, Carsten Benthin, Solomon Boulos. Getting Rid of Packets: Efficient SIMD Single-Ray Traversal using
+//   Multi-branching BVHs. RT 2008 (a child a lane).
+// The bounds alone must not decide: on incoherent rays they meet nearly every box. Children are met nearest first; by the
+// order of the direction's signs alone a packet may visit several times as many.
+//
+// With knob fallback, rays of packets whose directions differ in sign on some axis go by themselves (lib/walk.glsl).
+//
+// walk_packet() -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
+//   Flow   subgroup-uniform throughout, but for rays that go by themselves
+//   Memory STACK_SIZE words per subgroup; with fallback STACK_SIZE per lane too
+#define METHOD_PACKETS
+#include "../lib/kernel.glsl"
+#include "../lib/packet_stack.glsl"
+#include "../lib/packet_bounds.glsl"
+#include "../lib/packet_rays.glsl"
+#include "../lib/wide.glsl"
+#if BALLOT_FALLBACK
+#include "../lib/walk.glsl"
+
+uint traverse(inout Walker w, bool live, uint node) {
+  STACK_DECLARE
+  uint top = 0u;
+  STACK_AT(top++) = END_OF_TREE;
+  if (!live) node = END_OF_TREE;
+  WALK_WHILE_WHILE(w, node, top)
+  return node;
+}
+#endif
+
+const uint ALL_CHILDREN = (1u << WIDE_CHILDREN) - 1u;
+
+uint walk_packet() {
+  PacketBounds bounds = packet_bounds();
+  float t_max = packet_reach();
+  packet_cut_short = false;
+  packet_top = 0u;
+  packet_store(packet_top++, END_OF_TREE);
+  uint entry = END_OF_TREE;  // the node at hand above a bit for each of its children that is still to be met
+  if (push.root != END_OF_TREE && packet_looks()) entry = ALL_CHILDREN;
+  COUNT_WIDE(alive, alive, true)
+  while (entry != END_OF_TREE) {
+    uint leaf = END_OF_TREE;
+    do {
+      // A node with a child that the packet may meet.
+      uint key, open;
+      WideNode node;
+      do {
+        node = fetch_wide(entry >> WIDE_CHILDREN);
+        open = entry & ALL_CHILDREN;
+        key = nearest_child(bounds, node, t_max, open);
+        if (open == 0u) entry = packet_entry(--packet_top);
+      } while (open == 0u && entry != END_OF_TREE);
+      // Its nearest one, if some ray meets it.
+      WideChild child = child_of(node, key & CHILD_BITS);
+      uint met = rays_that_meet(child.lo, child.hi);
+      bool enter = open != 0u && subgroupBallot(met != 0u) != uvec4(0u), inner = enter && is_inner(child.child);
+      if (open != 0u) {
+        open &= ~(1u << (key & CHILD_BITS));
+        entry = entry & ~ALL_CHILDREN | open;
+        if (inner && open != 0u) packet_store(packet_top++, entry);
+        if (inner) entry = child.child << WIDE_CHILDREN | ALL_CHILDREN;
+        if (enter && !inner) leaf = child.child;
+        if (!inner && open == 0u) entry = packet_entry(--packet_top);
+      }
+      COUNT_STACK(packet_top)
+      COUNT_WIDE(enter ? alive : 0u, met, inner)
+    } while (leaf == END_OF_TREE && entry != END_OF_TREE);
+    if (leaf != END_OF_TREE) {
+      visit_packet_leaf(leaf);
+      t_max = packet_reach();
+#if BALLOT_ANY_HIT
+      if (!packet_looks()) entry = END_OF_TREE;
+#endif
+    }
+  }
+  return entry;
+}
+
+#include "../lib/main.glsl"
