@@ -66,17 +66,19 @@ Variant Tracer::variant(const Query& query, bool counters) const {
 Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   const std::string key = fmt::format("{} subgroup={}", v.kernel_name(), v.how.subgroup);
   auto found = pipelines_.find(key);
-  if (found != pipelines_.end()) return found->second;
+  if (found != pipelines_.end() && found->second.kernel->generation() == gpu_.shader_generation()) return found->second;
   const Texels& nodes = node_buffer(v.how.layout, v.how.fetch);
   const Texels& leaves = leaf_buffer(v.numeric->leaves, v.how.fetch);
-  Pipeline made{std::make_unique<Kernel>(gpu_, kernel_source(v, gpu_.info(), bvh_.stats.depth)), &nodes, &leaves};
+  Pipeline made{found != pipelines_.end() ? std::move(found->second.kernel) : nullptr, &nodes, &leaves};
+  const bool fresh = refresh(gpu_, made.kernel, kernel_source(v, gpu_.info(), bvh_.stats.depth));
+  if (!fresh) return pipelines_[key] = std::move(made);
   if (v.how.fetch != Fetch::Reference) {
     made.kernel->bind(BIND_NODES, nodes);
     made.kernel->bind(BIND_LEAVES, leaves);
   }
   made.kernel->bind(BIND_WORK, work_);
   gpu_.save_pipeline_cache();
-  return pipelines_.emplace(key, std::move(made)).first->second;
+  return pipelines_[key] = std::move(made);
 }
 
 Tracer::Job Tracer::job(const Query& query, bool counters) {

@@ -7,7 +7,7 @@
 
 namespace ballot {
 
-Kernel::Kernel(Context& gpu, const KernelSource& source) : gpu_(gpu), name_(source.name) {
+Kernel::Kernel(Context& gpu, const KernelSource& source) : gpu_(gpu), name_(source.name), generation_(gpu.shader_generation()) {
   try {
     const Spirv spirv = compile_shader(source.file, source.defines);
     times_ = {spirv.ms, 0, spirv.words.size() * 4, spirv.from_cache};
@@ -157,6 +157,19 @@ void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* pus
   if (push_bytes) vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes, push);
   vkCmdDispatch(cmd, groups, 1, 1);
   if (vkCmdEndDebugUtilsLabelEXT) vkCmdEndDebugUtilsLabelEXT(cmd);
+}
+
+bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& source) {
+  if (kernel && kernel->generation() == gpu.shader_generation()) return false;
+  try {
+    kernel = std::make_unique<Kernel>(gpu, source);
+    return true;
+  } catch (const Error& error) {
+    if (!kernel) throw;
+    kernel->generation_ = gpu.shader_generation();
+    gpu.set_shader_error(error.what());
+    return false;
+  }
 }
 
 void memory_barrier(VkCommandBuffer cmd) {

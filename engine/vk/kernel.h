@@ -3,6 +3,7 @@
 
 #include <array>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -48,6 +49,8 @@ class Kernel {
 
   const std::string& name() const { return name_; }
   const KernelTimes& times() const { return times_; }
+  /// The Context's shader_generation() when this was made.
+  std::uint64_t generation() const { return generation_; }
 
  private:
   void create(const KernelSource& source, const std::vector<std::uint32_t>& words);
@@ -56,7 +59,10 @@ class Kernel {
   void destroy();
 
   Context& gpu_;
+  friend bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& source);
+
   std::string name_;
+  std::uint64_t generation_;
   KernelTimes times_;
   Reflection reflection_;
   std::map<std::uint32_t, bool> bound_;
@@ -66,6 +72,10 @@ class Kernel {
   VkDescriptorSet set_ = VK_NULL_HANDLE;
   VkPipeline pipeline_ = VK_NULL_HANDLE;
 };
+
+/// Makes a kernel where there is none or shaders were reloaded since it was made. True: it is another one and has no
+/// bindings. If a kernel fails to compile anew, it is kept and Context::shader_error() says why; the first one throws.
+bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& source);
 
 /// Makes writes of earlier dispatches and copies visible to later dispatches and copies.
 void memory_barrier(VkCommandBuffer cmd);
