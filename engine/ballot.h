@@ -41,9 +41,9 @@ struct EngineOptions {
   /// and closed many times in a process may refuse at last. `device` and `validate` are then as that engine had them.
   std::shared_ptr<Context> context = {};
   BuildSettings build = {};
-  bool use_cache = true;            // BVHs on disk, in cache_folder()
+  bool use_cache = true;                  // BVHs on disk, in cache_folder()
   const WindowSurface* window = nullptr;  // pictures are to be shown there; the device must be able to
-  std::vector<Query> queries = {};  // refused before the BVH is built if the device cannot follow their knobs
+  std::vector<Query> queries = {};        // refused before the BVH is built if the device cannot follow their knobs
 };
 
 /// Seconds that each step of making an Engine took.

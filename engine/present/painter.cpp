@@ -75,7 +75,8 @@ void Painter::create_layout(std::uint32_t frames) {
   set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
   set.bindingCount = std::uint32_t(bindings.size());
   set.pBindings = bindings.data();
-  vk_check(vkCreateDescriptorSetLayout(gpu_.device(), &set, nullptr, &set_layout_), "creating the painter's set layout");
+  vk_check(vkCreateDescriptorSetLayout(gpu_.device(), &set, nullptr, &set_layout_),
+           "creating the painter's set layout");
   const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof(PaintPush)};
   VkPipelineLayoutCreateInfo layout{};
   layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
@@ -174,7 +175,8 @@ void Painter::set_atlas(const PaintAtlas& atlas) {
   bytes.upload(0, atlas.coverage.data(), atlas.coverage.size());
   gpu_.submit("the atlas", [&](VkCommandBuffer cmd) {
     const Use none{VK_IMAGE_LAYOUT_UNDEFINED, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, 0};
-    const Use filled{VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT};
+    const Use filled{VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                     VK_ACCESS_TRANSFER_WRITE_BIT};
     const Use read{VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT,
                    VK_ACCESS_SHADER_READ_BIT};
     change_use(cmd, atlas_, none, filled);

@@ -13,8 +13,8 @@ namespace ballot {
 /// Triangles that share a clip rectangle.
 struct PaintCommand {
   std::uint32_t first_index = 0, index_count = 0;
-  std::uint32_t first_vertex = 0;                   // added to every index
-  std::int32_t x = 0, y = 0;                        // clip rectangle: window pixels from the top left
+  std::uint32_t first_vertex = 0;  // added to every index
+  std::int32_t x = 0, y = 0;       // clip rectangle: window pixels from the top left
   std::uint32_t width = 0, height = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "engine/present/presenter.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include "engine/core/error.h"
 #include "engine/present/images.h"
@@ -175,7 +176,12 @@ bool Presenter::show(const ShownPicture& picture, const PaintList& list, std::ui
   submit.pCommandBuffers = &frame.commands;
   submit.signalSemaphoreCount = 1;
   submit.pSignalSemaphores = &swapchain_[index].painted;
+  const auto start = std::chrono::steady_clock::now();
   vk_check(vkQueueSubmit(gpu_.queue(), 1, &submit, frame.done), "submitting a frame of the window");
+  if (!queries_) {  // the next submission's wall time is to be its own
+    vk_check(vkWaitForFences(gpu_.device(), 1, &frame.done, VK_TRUE, UINT64_MAX), "waiting for a frame");
+    last_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  }
   frame.timed = true;
   next_ = (next_ + 1) % kFrames;
   const VkResult result = swapchain_.present(index);
@@ -238,7 +244,8 @@ void Presenter::record_picture(VkCommandBuffer cmd, VkImage to, const ShownPictu
   blit.srcSubresource = blit.dstSubresource = kColor;
   blit.srcOffsets[1] = {std::int32_t(picture.width), std::int32_t(picture.height), 1};
   blit.dstOffsets[1] = {std::int32_t(window.width), std::int32_t(window.height), 1};
-  vkCmdBlitImage(cmd, small_, kCopied.layout, to, kFilled.layout, 1, &blit, linear_ ? VK_FILTER_LINEAR : VK_FILTER_NEAREST);
+  vkCmdBlitImage(cmd, small_, kCopied.layout, to, kFilled.layout, 1, &blit,
+                 linear_ ? VK_FILTER_LINEAR : VK_FILTER_NEAREST);
 }
 
 }  // namespace ballot

@@ -37,8 +37,7 @@ VkPresentModeKHR choose_mode(Context& gpu, Pace pace) {
 
 }  // namespace
 
-Swapchain::Swapchain(Context& gpu, Pace pace)
-    : gpu_(gpu), format_(choose_format(gpu)), mode_(choose_mode(gpu, pace)) {}
+Swapchain::Swapchain(Context& gpu, Pace pace) : gpu_(gpu), format_(choose_format(gpu)), mode_(choose_mode(gpu, pace)) {}
 
 Swapchain::~Swapchain() {
   destroy_images();

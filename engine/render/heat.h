@@ -29,9 +29,13 @@ struct HeatKind {
 inline constexpr HeatKind kHeatKinds[] = {
     {"nodes", &RayStats::nodes, {nullptr, nullptr}, "inner nodes that the ray went through"},
     {"triangles", &RayStats::triangles_tested, {nullptr, nullptr}, "triangles that it was tested against"},
-    {"lanes", &RayStats::lanes, {&RayStats::nodes_needed, &RayStats::leaves_needed},
+    {"lanes",
+     &RayStats::lanes,
+     {&RayStats::nodes_needed, &RayStats::leaves_needed},
      "lanes of the subgroup that needed the same visits, mean"},
-    {"phase", &RayStats::packet_nodes, {&RayStats::nodes, nullptr},
+    {"phase",
+     &RayStats::packet_nodes,
+     {&RayStats::nodes, nullptr},
      "share of its nodes on the path that the subgroup shares"},
 };
 /// Throws Error(Arguments) that lists the kinds there are.

@@ -47,8 +47,8 @@ LiveImage::LiveImage(Context& gpu, Tracer& tracer, SceneData& scene)
 LiveImage::~LiveImage() = default;
 
 void LiveImage::check(const LiveOptions& o) const {
-  check_options(RenderOptions{
-      .width = o.width, .height = o.height, .spp = o.sample_count, .shading = o.shading, .heat = o.heat});
+  check_options(
+      RenderOptions{.width = o.width, .height = o.height, .spp = o.sample_count, .shading = o.shading, .heat = o.heat});
   find_ray_kind(o.rays);
   check_options(RayKindOptions{.ao_radius = o.ao_radius});
   tracer_.variant(o.query);
@@ -62,7 +62,8 @@ void LiveImage::make_room(const LiveOptions& o, bool counts) {
   const bool from_hits = !find_ray_kind(o.rays).from_camera();
   // A window's picture grows and shrinks all the time: buffers only grow.
   const std::size_t pixels = std::size_t(o.width) * o.height;
-  if (!pixels_ || pixels_->size() < pixels || wanted > chunk_rays_) vk_check(vkDeviceWaitIdle(gpu_.device()), "waiting for the window");
+  if (!pixels_ || pixels_->size() < pixels || wanted > chunk_rays_)
+    vk_check(vkDeviceWaitIdle(gpu_.device()), "waiting for the window");
   if (wanted > chunk_rays_) {
     film_.clear();
     other_film_.clear();
@@ -186,8 +187,8 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
   const std::uint32_t sample = options.sample_index + part;
   if (!heat || sample == 0) {
     const bool visible = kind.want == Want::Any;
-    Kernel& shade = kernel(visible ? plain_source("visible")
-                                   : shading_source(options.shading, features_of(scene_.scene())));
+    Kernel& shade =
+        kernel(visible ? plain_source("visible") : shading_source(options.shading, features_of(scene_.scene())));
     shade.bind(BIND_RAYS, rays);
     shade.bind(BIND_HITS, hits);
     shade.bind(BIND_FILM, film);
@@ -197,8 +198,8 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
   if (heat) paint_heat(slice, options, query, film, sample, times);
 }
 
-void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const Query& query,
-                           Buffer<FilmPixel>& film, std::uint32_t sample, LiveTimes& times) {
+void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, Buffer<FilmPixel>& film,
+                           std::uint32_t sample, LiveTimes& times) {
   const HeatKind& kind = find_heat(options.heat);
   float top = kind.fixed_top(tracer_.variant(query).how.subgroup);
   if (top == 0) {

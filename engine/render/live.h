@@ -22,11 +22,11 @@ struct LiveOptions {
   std::string rays = "primary";              // a ray kind: its rays are shown, those from hits once a hit
   std::string shading = "eyelight";          // of what nearest hits find; "heat" is of this kind's rays
   std::string heat = "nodes";
-  Query query = {};               // want is the ray kind's
-  std::optional<Query> other;     // traces the same rays; its picture is shown from column `split` on
-  std::uint32_t split = 0;        // and pixels are marked where the two find different prims
-  float ao_radius = 0.05f;        // share of the scene's diagonal
-  bool swap_red = false;          // blue in the lowest byte of a pixel, else red
+  Query query = {};            // want is the ray kind's
+  std::optional<Query> other;  // traces the same rays; its picture is shown from column `split` on
+  std::uint32_t split = 0;     // and pixels are marked where the two find different prims
+  float ao_radius = 0.05f;     // share of the scene's diagonal
+  bool swap_red = false;       // blue in the lowest byte of a pixel, else red
 };
 
 /// Device milliseconds of one sample.
@@ -84,8 +84,7 @@ class LiveImage {
   Kernel& kernel(const KernelSource& source);
   double run(Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes);
   void sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times);
-  void generate_secondary(std::string_view generator, const Slice& slice, const LiveOptions& options,
-                          LiveTimes& times);
+  void generate_secondary(std::string_view generator, const Slice& slice, const LiveOptions& options, LiveTimes& times);
   void trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, const LiveOptions& options, bool second,
                        std::uint32_t part, LiveTimes& times);
   void paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, Buffer<FilmPixel>& film,

@@ -49,7 +49,7 @@ BALLOT_VK_GLOBAL(BALLOT_VK_DECLARE)
 BALLOT_VK_INSTANCE(BALLOT_VK_DECLARE)
 BALLOT_VK_DRAWING(BALLOT_VK_DECLARE)
 BALLOT_VK_SURFACE(BALLOT_VK_DECLARE)  // null unless the instance can make surfaces
-BALLOT_VK_DEBUG(BALLOT_VK_DECLARE)  // null unless validation is on
+BALLOT_VK_DEBUG(BALLOT_VK_DECLARE)    // null unless validation is on
 #undef BALLOT_VK_DECLARE
 
 /// Opens the loader and finds the global functions, once. Throws Error(Device) if there is no loader.

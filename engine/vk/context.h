@@ -47,13 +47,13 @@ std::vector<DeviceInfo> list_devices();
 
 /// What a window gives so that a device can present to it. The caller keeps the window alive as long as the Context.
 struct WindowSurface {
-  std::vector<const char*> instance_extensions;      // that surfaces of this window system need
+  std::vector<const char*> instance_extensions;    // that surfaces of this window system need
   std::function<VkSurfaceKHR(VkInstance)> create;  // throws Error
 };
 
 struct ContextOptions {
-  std::string device;     // "": the best GPU, else a CPU device; an index; part of a name; "gpu"; "cpu"
-  bool validate = false;  // VK_LAYER_KHRONOS_validation with synchronization validation
+  std::string device;                     // "": the best GPU, else a CPU device; an index; part of a name; "gpu"; "cpu"
+  bool validate = false;                  // VK_LAYER_KHRONOS_validation with synchronization validation
   const WindowSurface* window = nullptr;  // the device must present to it; null: no window
 };
 

@@ -7,7 +7,8 @@
 
 namespace ballot {
 
-Kernel::Kernel(Context& gpu, const KernelSource& source) : gpu_(gpu), name_(source.name), generation_(gpu.shader_generation()) {
+Kernel::Kernel(Context& gpu, const KernelSource& source)
+    : gpu_(gpu), name_(source.name), generation_(gpu.shader_generation()) {
   try {
     const Spirv spirv = compile_shader(source.file, source.defines);
     times_ = {spirv.ms, 0, spirv.words.size() * 4, spirv.from_cache};
