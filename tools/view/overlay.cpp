@@ -54,7 +54,7 @@ void set_keys(ImGuiIO& io) {
 
 }  // namespace
 
-Overlay::Overlay(double scale) {
+Overlay::Overlay(double content_scale, double pixels) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
@@ -62,8 +62,9 @@ Overlay::Overlay(double scale) {
   io.ConfigFlags |= ImGuiConfigFlags_NoMouseCursorChange;
   io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
   set_keys(io);
-  load_font(io, float(scale));
-  set_style(float(scale));
+  load_font(io, float(content_scale));  // glyphs are drawn as large as they are shown
+  io.FontGlobalScale = float(1 / pixels);
+  set_style(float(content_scale / pixels));
   static_assert(sizeof(ImDrawVert) == sizeof(PaintVertex));
 }
 

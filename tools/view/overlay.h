@@ -10,8 +10,9 @@ namespace ballot::view {
 /// One at a time. Panels are ImGui calls between begin() and end().
 class Overlay {
  public:
-  /// Text is this many times larger than on a screen of usual density.
-  explicit Overlay(double scale);
+  /// Text is `content_scale` times larger than on a screen of usual density, where a unit of the window's coordinates is
+  /// `pixels` pixels.
+  Overlay(double content_scale, double pixels);
   ~Overlay();
   Overlay(const Overlay&) = delete;
   Overlay& operator=(const Overlay&) = delete;

@@ -138,7 +138,8 @@ void draw_status(const Facts& facts) {
   ImGui::SetNextWindowPos({kMargin, size.y - kMargin}, 0, {0, 1});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {10, 4});
   ImGui::Begin("status", nullptr, kFixed);
-  std::string line = fmt::format("{:.0f} fps   {}x{}", facts.fps, facts.width, facts.height);
+  std::string line = facts.resting ? "at rest" : fmt::format("{:.0f} fps", facts.fps);
+  line += fmt::format("   {}x{}", facts.width, facts.height);
   if (facts.scale < 1) line += fmt::format(" ({:.0f} %)", 100 * facts.scale);
   line += facts.samples > 1 ? fmt::format("   {} samples", facts.samples) : "";
   line += fmt::format("   speed {:.3g}/s   H help", facts.speed);

@@ -25,7 +25,8 @@ Session::Session(SessionOptions options) : options_(std::move(options)), setting
   glfw();  // no display is an error at once, not after minutes of loading
   Scene scene = load_noting(options_.scene);
   window_ = std::make_unique<Window>("Ballot", options_.width, options_.height);
-  overlay_ = std::make_unique<Overlay>(window_->content_scale());
+  const double pixels = window_->size().x > 0 ? window_->pixels().x / window_->size().x : 1;
+  overlay_ = std::make_unique<Overlay>(window_->content_scale(), pixels > 0 ? pixels : 1);
   open(std::move(scene));
   watch_ = std::make_unique<ShaderWatch>(shader_folder());
 }
@@ -38,7 +39,7 @@ Session::~Session() {
 std::size_t Session::run() {
   while (!window_->closed()) frame();
   if (options_.script.empty()) save_view();
-  return messages_ + engine_->messages().size();
+  return engine_->messages().size();
 }
 
 void Session::say(const std::string& message, bool failed) {
@@ -93,6 +94,9 @@ void Session::frame() {
 }
 
 void Session::note_time(double wall_ms) {
+  const bool rested = facts_.resting;  // such a frame waited for events
+  facts_.resting = at_rest();
+  if (rested) return;
   wall_ms_ = wall_ms_ == 0 ? wall_ms : wall_ms_ + 0.1 * (wall_ms - wall_ms_);
   facts_.fps = wall_ms_ > 0 ? 1000 / wall_ms_ : 0;
 }

@@ -67,6 +67,7 @@ class Session {
   void step_script(double dt);
   bool run_line(const ScriptLine& line, double dt);
   void choose(const ScriptLine& line);
+  void say_times();
 
   // session_files.cpp
   void open(Scene scene);
@@ -94,7 +95,6 @@ class Session {
   Scaler scaler_{33};
   Facts facts_;
   std::vector<View> views_;  // the scene's, then those of the views file
-  std::size_t messages_ = 0;
 
   bool dirty_ = true;              // another picture is to be begun
   bool jittered_ = false;          // the picture's samples

@@ -32,7 +32,7 @@ void Session::open(Scene scene) {
   const WindowSurface surface = window_->surface();
   EngineOptions options = options_.engine;
   options.window = &surface;
-  if (engine_) messages_ += engine_->messages().size();
+  if (engine_) options.context = engine_->context();  // the window has its surface already
   presenter_.reset();
   engine_.reset();
   const std::string name = scene.name;

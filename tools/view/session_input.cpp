@@ -217,6 +217,23 @@ bool Session::run_line(const ScriptLine& line, double dt) {
   return true;
 }
 
+/// Means over the frames since the last time.
+void Session::say_times() {
+  double rays = 0, trace = 0, shade = 0, present = 0, wall = 0;
+  for (const FrameRecord& f : facts_.frames) {
+    rays += f.times.generate_ms + f.times.primary_ms;
+    trace += f.times.trace_ms + f.times.other_ms;
+    shade += f.times.shade_ms;
+    present += f.present_ms;
+    wall += f.wall_ms;
+  }
+  const double n = double(std::max<std::size_t>(1, facts_.frames.size()));
+  say(fmt::format("{} frames, {:.1f} ms each: rays {:.1f}, trace {:.1f}, shade {:.1f}, show {:.1f}; {}x{} pixels last",
+                  facts_.frames.size(), wall / n, rays / n, trace / n, shade / n, present / n, facts_.width,
+                  facts_.height));
+  facts_.frames.clear();
+}
+
 void Session::choose(const ScriptLine& line) {
   const std::string& command = line.words[0];
   const std::string word = line.words.size() > 1 ? line.words[1] : "";
@@ -230,14 +247,7 @@ void Session::choose(const ScriptLine& line) {
   if (command == "view") go_to(find_view(engine_->scene(), word));
   if (command == "pick") pick({std::stod(word), std::stod(line.words[2])});
   if (command == "shot") shoot(word);
-  if (command == "times") {
-    double ms = 0, wall = 0;
-    for (const FrameRecord& f : facts_.frames) ms += f.times.total_ms() + f.present_ms, wall += f.wall_ms;
-    const double n = double(std::max<std::size_t>(1, facts_.frames.size()));
-    say(fmt::format("{} frames: {:.1f} ms of the device and {:.1f} ms of wall time each, {}x{} pixels last",
-                    facts_.frames.size(), ms / n, wall / n, facts_.width, facts_.height));
-    facts_.frames.clear();
-  }
+  if (command == "times") say_times();
   if (command == "resize") {
     std::uint32_t width = 0, height = 0;
     cli::parse_size(word, width, height);

@@ -47,6 +47,7 @@ struct Facts {
   std::deque<FrameRecord> frames;  // the newest last, those that traced something
   LiveTimes last;                  // of the newest
   double fps = 0;
+  bool resting = false;                 // the picture is finished, and nothing moves
   std::uint32_t width = 0, height = 0;  // traced
   double scale = 1, speed = 0;
   std::uint32_t samples = 0;
