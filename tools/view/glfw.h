@@ -1,8 +1,9 @@
 // GLFW, found at run time: every other command works on machines without it or without a display.
 #pragma once
 
-#include "engine/ballot.h"  // before GLFW's header, which then declares its Vulkan functions
+#include "engine/ballot.h"
 
+// After ballot.h: where Vulkan's types are known, GLFW's header declares its functions for them.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 

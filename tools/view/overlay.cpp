@@ -32,7 +32,7 @@ void set_style(float scale) {
   style.WindowPadding = {12, 10};
   style.ItemSpacing = {8, 5};
   style.FramePadding = {6, 3};
-  style.Colors[ImGuiCol_WindowBg] = {0.07f, 0.08f, 0.10f, 0.90f};
+  style.Colors[ImGuiCol_WindowBg] = {0.07f, 0.08f, 0.10f, 0.94f};
   style.Colors[ImGuiCol_FrameBg] = {0.17f, 0.19f, 0.23f, 1};
   style.Colors[ImGuiCol_FrameBgHovered] = {0.22f, 0.25f, 0.31f, 1};
   style.Colors[ImGuiCol_Header] = {0.17f, 0.30f, 0.45f, 1};

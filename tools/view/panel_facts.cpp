@@ -111,7 +111,7 @@ void draw_times(const Facts& facts, bool compare) {
     draw.AddRectFilled({spot.x, spot.y + drop}, {spot.x + size, spot.y + drop + size}, pass.color, 2);
     ImGui::Dummy({size, size});
     ImGui::SameLine();
-    ImGui::TextUnformatted(fmt::format("{} {:.2f} ms", pass.name, ms).c_str());
+    ImGui::TextUnformatted(fmt::format("{} {:.{}f} ms", pass.name, ms, ms < 100 ? 2 : 0).c_str());
   }
 }
 

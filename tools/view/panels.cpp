@@ -107,7 +107,7 @@ void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   const float width = 21 * em();
   ImGui::SetNextWindowPos({kMargin, kMargin});
-  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, std::max(100.0f, size.y - 2 * kMargin - 2.2f * em())});
+  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, std::max(100.0f, size.y - 3 * kMargin - 2.6f * em())});
   ImGui::Begin("main", nullptr, kFixed);
   const DeviceInfo& device = facts.engine->device();
   text(facts.engine->scene().name + "   " + facts.view_name);
