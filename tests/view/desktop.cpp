@@ -1,5 +1,6 @@
 #include "tests/view/desktop.h"
 
+#include <X11/Xatom.h>
 #include <X11/Xlib.h>
 #include <X11/Xutil.h>
 #include <X11/extensions/XTest.h>
@@ -8,8 +9,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <thread>
 
 namespace {
@@ -90,17 +94,116 @@ void Desktop::button(int number, bool down) {
   XFlush(display_);
 }
 
-void Desktop::resize_window(int width, int height) {
-  Window root = 0, parent = 0, *children = nullptr;
+void Desktop::scroll(int clicks) {
+  for (int i = 0; i < std::abs(clicks); ++i) {
+    button(clicks > 0 ? 4 : 5, true);
+    button(clicks > 0 ? 4 : 5, false);
+  }
+}
+
+void Desktop::drag(int number, int x, int y, int dx, int dy) {
+  move_mouse(x, y);
+  pause_ms(60);
+  button(number, true);
+  for (int step = 1; step <= 10; ++step) {
+    pause_ms(20);
+    move_mouse(x + dx * step / 10, y + dy * step / 10);
+  }
+  pause_ms(60);
+  button(number, false);
+}
+
+// Without a window manager the children of the root are the windows that programs opened.
+unsigned long Desktop::top_level() const {
+  Window root = 0, parent = 0, *children = nullptr, found = 0;
   unsigned count = 0;
   XQueryTree(display_, DefaultRootWindow(display_), &root, &parent, &children, &count);
   for (unsigned i = 0; i < count; ++i) {
     XWindowAttributes attributes;
-    if (XGetWindowAttributes(display_, children[i], &attributes) && attributes.map_state == IsViewable)
-      XResizeWindow(display_, children[i], unsigned(width), unsigned(height));
+    if (XGetWindowAttributes(display_, children[i], &attributes) && attributes.c_class == InputOutput &&
+        attributes.width > 1)
+      found = children[i];
   }
   if (children) XFree(children);
+  return found;
+}
+
+void Desktop::resize_window(int width, int height) {
+  XResizeWindow(display_, top_level(), unsigned(width), unsigned(height));
   XFlush(display_);
+}
+
+void Desktop::set_scale(double scale) {
+  const std::string resources = "Xft.dpi:\t" + std::to_string(int(96 * scale)) + "\n";
+  XChangeProperty(display_, DefaultRootWindow(display_), XA_RESOURCE_MANAGER, XA_STRING, 8, PropModeReplace,
+                  reinterpret_cast<const unsigned char*>(resources.c_str()), int(resources.size()));
+  XSync(display_, False);
+}
+
+// ICCCM 4.1.3.1: WM_STATE holds the state and an icon's window.
+void Desktop::set_state(long state) {
+  const Atom atom = XInternAtom(display_, "WM_STATE", False);
+  const long words[2] = {state, None};
+  XChangeProperty(display_, top_level(), atom, atom, 32, PropModeReplace, reinterpret_cast<const unsigned char*>(words),
+                  2);
+}
+
+void Desktop::minimise() {
+  set_state(IconicState);
+  XUnmapWindow(display_, top_level());
+  XSync(display_, False);
+}
+
+void Desktop::restore() {
+  set_state(NormalState);
+  XMapWindow(display_, top_level());
+  XSync(display_, False);
+}
+
+bool Desktop::drop(const std::string& file) {
+  const auto atom = [&](const char* name) { return XInternAtom(display_, name, False); };
+  const Window target = top_level(), root = DefaultRootWindow(display_);
+  const Window source = XCreateSimpleWindow(display_, root, 0, 0, 1, 1, 0, 0, 0);
+  const Atom selection = atom("XdndSelection"), uris = atom("text/uri-list");
+  XSetSelectionOwner(display_, selection, source, CurrentTime);
+  const auto send = [&](Window to, const char* type, std::array<long, 5> words) {
+    XEvent event{};
+    event.xclient.type = ClientMessage;
+    event.xclient.window = to;
+    event.xclient.message_type = atom(type);
+    event.xclient.format = 32;
+    std::ranges::copy(words, event.xclient.data.l);
+    XSendEvent(display_, to, False, NoEventMask, &event);
+  };
+  const long from = long(source);
+  send(target, "XdndEnter", {from, 5L << 24, long(uris), 0, 0});
+  send(target, "XdndPosition", {from, 0, 100L << 16 | 100, CurrentTime, long(atom("XdndActionCopy"))});
+  send(target, "XdndDrop", {from, 0, CurrentTime, 0, 0});
+  XFlush(display_);
+  bool taken = false;
+  for (int i = 0; i < 200 && !taken; ++i) {
+    pause_ms(20);
+    while (XPending(display_)) {
+      XEvent event;
+      XNextEvent(display_, &event);
+      if (event.type == SelectionRequest) {  // the window asks for what was dropped
+        const XSelectionRequestEvent& asked = event.xselectionrequest;
+        const std::string text = "file://" + file + "\r\n";
+        XChangeProperty(display_, asked.requestor, asked.property, uris, 8, PropModeReplace,
+                        reinterpret_cast<const unsigned char*>(text.c_str()), int(text.size()));
+        XEvent answer{};
+        answer.xselection = {
+            SelectionNotify, 0,         False, display_, asked.requestor, asked.selection, asked.target,
+            asked.property,  asked.time};
+        XSendEvent(display_, asked.requestor, False, NoEventMask, &answer);
+        XFlush(display_);
+      }
+      taken |= event.type == ClientMessage && event.xclient.message_type == atom("XdndFinished");
+    }
+  }
+  XDestroyWindow(display_, source);
+  XFlush(display_);
+  return taken;
 }
 
 std::vector<unsigned long> Desktop::pixels(int width, int height) {
@@ -175,4 +278,13 @@ int Program::wait(double seconds) {
     }
   }
   return -1;
+}
+
+double Program::cpu_seconds() const {
+  std::ifstream file("/proc/" + std::to_string(process_) + "/stat");
+  std::string word;
+  double ticks = 0;
+  for (int field = 1; field <= 15 && file >> word; ++field)
+    if (field >= 14) ticks += std::stod(word);  // user and system time
+  return ticks / double(sysconf(_SC_CLK_TCK));
 }

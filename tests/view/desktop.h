@@ -26,12 +26,26 @@ class Desktop {
   void chord(const char* held, const char* key);
   void move_mouse(int x, int y);
   void button(int number, bool down);
+  void scroll(int clicks);  // up
+  /// Drags something from (x, y) to (x + dx, y + dy) with a mouse button.
+  void drag(int number, int x, int y, int dx, int dy);
+
+  /// What a desktop of high density says of itself: 2 is twice as many pixels in an inch as usual. Before a program starts.
+  void set_scale(double scale);
+  /// What a window manager does to the top-level window.
+  void minimise();
+  void restore();
+  /// Drops a file on the top-level window (XDND), as a file manager does. False if the window does not take it.
+  bool drop(const std::string& file);
   /// Resizes the top-level window that shows something; without a window manager, as one would.
   void resize_window(int width, int height);
   /// The colours of the screen, packed, row by row.
   std::vector<unsigned long> pixels(int width, int height);
 
  private:
+  unsigned long top_level() const;
+  void set_state(long state);
+
   pid_t server_ = -1;
   int number_ = -1;
   _XDisplay* display_ = nullptr;
@@ -51,6 +65,7 @@ class Program {
   /// The exit code, or -1 if it does not end in time or was killed by a signal.
   int wait(double seconds = 20);
   const std::string& output() const { return output_; }  // all of it so far
+  double cpu_seconds() const;                            // that it used until now
 
  private:
   void read_more();

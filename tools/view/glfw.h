@@ -15,7 +15,7 @@
   X(glfwGetWindowContentScale) X(glfwSetWindowTitle) X(glfwSetWindowMonitor) X(glfwGetWindowMonitor) \
   X(glfwGetPrimaryMonitor) X(glfwGetVideoMode) X(glfwSetWindowUserPointer) X(glfwGetWindowUserPointer) \
   X(glfwSetKeyCallback) X(glfwSetCharCallback) X(glfwSetCursorPosCallback) X(glfwSetMouseButtonCallback) \
-  X(glfwSetScrollCallback) X(glfwSetDropCallback) X(glfwSetWindowFocusCallback) X(glfwSetInputMode) \
+  X(glfwSetScrollCallback) X(glfwSetDropCallback) X(glfwSetWindowFocusCallback) X(glfwSetWindowIconifyCallback) X(glfwSetInputMode) \
   X(glfwGetRequiredInstanceExtensions) X(glfwVulkanSupported) X(glfwCreateWindowSurface)
 // clang-format on
 

@@ -66,6 +66,7 @@ void draw_exact(const Inspection& i) {
     row("exact", "a miss");
   } else {
     row("exact", fmt::format("prim {}, t {:.10g}", i.exact.prim, i.exact.t));
+    if (i.probe.hit.prim == i.exact.prim) row("error of t", fmt::format("{:.3g} ulp", i.t_ulp));
   }
   if (i.agrees)
     ImGui::TextColored({0.45f, 0.85f, 0.5f, 1}, "agrees with the exact oracle");

@@ -25,8 +25,7 @@ Session::Session(SessionOptions options) : options_(std::move(options)), setting
   glfw();  // no display is an error at once, not after minutes of loading
   Scene scene = load_noting(options_.scene);
   window_ = std::make_unique<Window>("Ballot", options_.width, options_.height);
-  const double pixels = window_->size().x > 0 ? window_->pixels().x / window_->size().x : 1;
-  overlay_ = std::make_unique<Overlay>(window_->content_scale(), pixels > 0 ? pixels : 1);
+  make_overlay();
   open(std::move(scene));
   watch_ = std::make_unique<ShaderWatch>(shader_folder());
 }
@@ -49,13 +48,24 @@ void Session::say(const std::string& message, bool failed) {
   std::fflush(stdout);
 }
 
+/// How much larger text is to be than on a usual screen, and pixels in a unit of window coordinates.
+glm::dvec2 Session::screen_scale() const {
+  const double units = window_->size().x, pixels = window_->pixels().x;
+  return {window_->content_scale(), units > 0 && pixels > 0 ? pixels / units : 1};
+}
+
+void Session::make_overlay() {
+  overlay_.reset();  // the toolkit has one at a time
+  overlay_scale_ = screen_scale();
+  overlay_ = std::make_unique<Overlay>(overlay_scale_.x, overlay_scale_.y);
+}
+
 bool Session::at_rest() const {
   return !dirty_ && announced_ == 0 && int(facts_.samples) >= settings_.samples && facts_.scale == 1;
 }
 
 double Session::idle_seconds() const {
-  const glm::uvec2 pixels = window_->pixels();
-  if (pixels.x == 0 || pixels.y == 0) return 0.1;  // minimised
+  if (window_->minimised()) return 0.1;
   return at_rest() && script_at_ >= options_.script.size() ? 0.1 : 0;
 }
 
@@ -65,12 +75,16 @@ void Session::frame() {
   const double wall_ms = ms_between(last_frame_, now), dt = std::min(wall_ms * 1e-3, 0.25);
   last_frame_ = now;
   step_script(dt);
+  if (window_->minimised()) return;
   if (window_->pixels() != window_pixels_) {
     window_pixels_ = window_->pixels();
     dirty_ = true;
-    if (window_pixels_.x && window_pixels_.y) say(fmt::format("size {}x{}", window_pixels_.x, window_pixels_.y));
+    say(fmt::format("size {}x{}", window_pixels_.x, window_pixels_.y));
   }
-  if (window_pixels_.x == 0 || window_pixels_.y == 0) return;
+  if (screen_scale() != overlay_scale_) {  // another screen; under Wayland it is known once the window is shown
+    make_overlay();
+    presenter_->set_atlas(overlay_->atlas());
+  }
   if (watch_->changed()) reload("a shader file changed");
   if (!window_->input().dropped.empty()) open_dropped(window_->input().dropped.back());
   const Settings before = settings_;

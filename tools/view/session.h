@@ -44,6 +44,8 @@ class Session {
 
   // session.cpp
   void frame();
+  void make_overlay();
+  glm::dvec2 screen_scale() const;
   void trace(bool moved);
   void add_sample(bool moved, std::uint32_t index, std::uint32_t count, double scale);
   bool announce_kernels();
@@ -102,6 +104,7 @@ class Session {
   std::set<std::string> kernels_;  // that were made, or announced
   int announced_ = 0;              // frames that show the announcement still
   glm::uvec2 traced_{0}, window_pixels_{0};
+  glm::dvec2 overlay_scale_{0};  // that the overlay was made for
   Clock::time_point last_frame_ = Clock::now();
   double raw_wall_ms_ = 0, wall_ms_ = 0;  // from frame to frame: the last, and a running mean
   glm::dvec2 pressed_at_{0};

@@ -163,6 +163,7 @@ void Session::pick(const glm::dvec2& mouse) {
       engine_->judge(std::span(&i.probe.ray, 1), std::span(&i.probe.hit, 1), truth, o.query, 1);
   i.exact = truth.hits[0];
   i.agrees = figures.errors() == 0;
+  i.t_ulp = figures.t_ulp.max;
   if (!figures.cases.empty()) {
     const ErrorCase& c = figures.cases[0];
     i.reason = fmt::format("{}: {}{}", name_of(c.kind), c.reason, c.within_bound ? " (within the mode's bound)" : "");

@@ -37,6 +37,7 @@ struct Inspection {
   bool picked = false;  // with counters and the exact oracle's answer
   ExactHit exact;
   bool agrees = true;
+  double t_ulp = 0;    // |t - exact t| in ulps of float32, where both hit the same triangle
   std::string reason;  // why not, or why the rounding explains it
 };
 

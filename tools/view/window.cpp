@@ -4,11 +4,7 @@ namespace ballot::view {
 
 namespace {
 
-Input& input_of(GLFWwindow* window) {
-  Input& input = static_cast<Window*>(glfw().glfwGetWindowUserPointer(window))->input();
-  input.any = true;
-  return input;
-}
+Input& input_of(GLFWwindow* window) { return static_cast<Window*>(glfw().glfwGetWindowUserPointer(window))->input(); }
 
 void on_key(GLFWwindow* window, int key, int, int action, int mods) {
   if (key < 0 || key > GLFW_KEY_LAST) return;
@@ -36,7 +32,6 @@ void on_drop(GLFWwindow* window, int count, const char** paths) {
 
 void on_focus(GLFWwindow* window, int focused) {
   Input& input = input_of(window);
-  input.focused = focused != 0;
   // What is released elsewhere is not heard of here.
   if (!focused) std::fill(std::begin(input.down), std::end(input.down), false);
 }
@@ -50,7 +45,6 @@ void Input::begin_frame() {
   for (bool& c : clicked) c = false;
   moved = {0, 0};
   scrolled = 0;
-  any = false;
 }
 
 Window::Window(const std::string& title, std::uint32_t width, std::uint32_t height) {
@@ -70,6 +64,7 @@ Window::Window(const std::string& title, std::uint32_t width, std::uint32_t heig
   }
   g.glfwSetWindowUserPointer(handle_, this);
   set_callbacks();
+  ask_size();
 }
 
 void Window::set_callbacks() {
@@ -81,6 +76,8 @@ void Window::set_callbacks() {
   g.glfwSetScrollCallback(handle_, [](GLFWwindow* w, double, double y) { input_of(w).scrolled += y; });
   g.glfwSetDropCallback(handle_, on_drop);
   g.glfwSetWindowFocusCallback(handle_, on_focus);
+  // Some desktops give a minimised window no area, others (X11) leave its size as it was.
+  g.glfwSetWindowIconifyCallback(handle_, [](GLFWwindow* w, int yes) { input_of(w).minimised = yes != 0; });
 }
 
 Window::~Window() {
@@ -94,18 +91,16 @@ void Window::poll(double wait_s) {
     glfw().glfwWaitEventsTimeout(wait_s);
   else
     glfw().glfwPollEvents();
+  ask_size();
 }
 
-glm::uvec2 Window::pixels() const {
+// Once a frame: under X11 each question is a round trip to the server.
+void Window::ask_size() {
   int width = 0, height = 0;
   glfw().glfwGetFramebufferSize(handle_, &width, &height);
-  return {std::uint32_t(width), std::uint32_t(height)};
-}
-
-glm::dvec2 Window::size() const {
-  int width = 0, height = 0;
+  pixels_ = {std::uint32_t(width), std::uint32_t(height)};
   glfw().glfwGetWindowSize(handle_, &width, &height);
-  return {width, height};
+  size_ = {width, height};
 }
 
 double Window::content_scale() const {

@@ -24,8 +24,7 @@ struct Input {
   bool clicked[3] = {};  // went down in this frame
   glm::dvec2 mouse{-1e9}, moved{0};
   double scrolled = 0;
-  bool focused = true;
-  bool any = false;  // something happened
+  bool minimised = false;
 
   void begin_frame();  // forgets events, keeps what is held
 };
@@ -44,8 +43,9 @@ class Window {
 
   bool closed() const { return glfw().glfwWindowShouldClose(handle_) != 0; }
   void close() { glfw().glfwSetWindowShouldClose(handle_, 1); }
-  glm::uvec2 pixels() const;     // of the framebuffer; 0 x 0 while minimised
-  glm::dvec2 size() const;       // screen units
+  glm::uvec2 pixels() const { return pixels_; }  // of the framebuffer; this and the size are those of the last poll()
+  glm::dvec2 size() const { return size_; }      // screen units
+  bool minimised() const { return input_.minimised || pixels_.x == 0 || pixels_.y == 0; }
   double content_scale() const;  // how much larger text is to be on this screen
   void resize(std::uint32_t width, std::uint32_t height);
   void toggle_full_screen();
@@ -56,8 +56,11 @@ class Window {
 
  private:
   void set_callbacks();
+  void ask_size();
 
   GLFWwindow* handle_ = nullptr;
+  glm::uvec2 pixels_{0};
+  glm::dvec2 size_{0};
   Input input_;
   int before_[4] = {};  // place and size before full screen
 };
