@@ -19,8 +19,10 @@
 #include "engine/core/image.h"
 #include "engine/core/npy.h"
 #include "engine/core/progress.h"
+#include "engine/present/presenter.h"
 #include "engine/render/batch.h"
 #include "engine/render/check.h"
+#include "engine/render/live.h"
 #include "engine/render/origins.h"
 #include "engine/render/ray_kinds.h"
 #include "engine/render/renderer.h"
@@ -39,8 +41,9 @@ struct EngineOptions {
   /// and closed many times in a process may refuse at last. `device` and `validate` are then as that engine had them.
   std::shared_ptr<Context> context = {};
   BuildSettings build = {};
-  bool use_cache = true;            // BVHs on disk, in cache_folder()
-  std::vector<Query> queries = {};  // refused before the BVH is built if the device cannot follow their knobs
+  bool use_cache = true;                  // BVHs on disk, in cache_folder()
+  const WindowSurface* window = nullptr;  // pictures are to be shown there; the device must be able to
+  std::vector<Query> queries = {};        // refused before the BVH is built if the device cannot follow their knobs
 };
 
 /// Seconds that each step of making an Engine took.
@@ -137,6 +140,24 @@ class Engine {
   /// double precision on the CPU, in parallel. Throws as trace() does, and Error(Arguments) if the rays start at no hits.
   std::vector<OriginCheck> check_origins(const RayBatch& batch, const Query& query = {});
 
+  /// Holds answers to the exact oracle, as verify() does, without tracing. Throws Error(Arguments) if the sizes differ.
+  ErrorFigures judge(std::span<const Ray> rays, std::span<const Hit> answers, const ExactTruth& truth,
+                     const Query& query, std::size_t max_cases = 8) {
+    return checker().judge(rays, answers, truth, query, max_cases);
+  }
+
+  /// A picture that stays on the device, for a window; one an Engine, made on first use.
+  LiveImage& live();
+
+  /// What shows pictures in the window of EngineOptions. The Engine must outlive it. Throws Error(Arguments) if there is
+  /// no window, and as Presenter does.
+  std::unique_ptr<Presenter> make_presenter(Pace pace);
+
+  /// Kernels of traversal, render() and live() are compiled anew from the shader folder when they are used next. One that
+  /// fails is kept as it was, and shader_error() says what the compiler said; empty: all is well.
+  void reload_shaders() { gpu_->reload_shaders(); }
+  const std::string& shader_error() const { return gpu_->shader_error(); }
+
   /// What the validation layers said, if asked for, since the device was opened.
   const std::vector<std::string>& messages() const { return gpu_->messages(); }
 
@@ -150,6 +171,7 @@ class Engine {
   std::unique_ptr<SceneData> scene_data_;
   std::unique_ptr<Renderer> renderer_;
   std::unique_ptr<Batches> batches_;
+  std::unique_ptr<LiveImage> live_;      // made on first use
   std::unique_ptr<HitChecker> checker_;  // made on first use
 
   HitChecker& checker();

@@ -50,8 +50,9 @@ std::string commit() { return BALLOT_COMMIT; }
 
 Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progress)
     : scene_(std::move(scene)),
-      gpu_(options.context ? options.context
-                           : std::make_shared<Context>(ContextOptions{options.device, options.validate})) {
+      gpu_(options.context
+               ? options.context
+               : std::make_shared<Context>(ContextOptions{options.device, options.validate, options.window})) {
   times_.device_s = seconds_since(begin_);
   for (const Query& q : options.queries) formulation_for(find_method(q.method), gpu_->info(), q.knobs);
   const auto start = Clock::now();
@@ -72,6 +73,16 @@ HitChecker& Engine::checker() {
 
 std::vector<OriginCheck> Engine::check_origins(const RayBatch& batch, const Query& query) {
   return ballot::check_origins(*tracer_, *batches_, scene_, batch, query);
+}
+
+LiveImage& Engine::live() {
+  if (!live_) live_ = std::make_unique<LiveImage>(*gpu_, *tracer_, *scene_data_);
+  return *live_;
+}
+
+std::unique_ptr<Presenter> Engine::make_presenter(Pace pace) {
+  if (!gpu_->surface()) fail(Failure::Arguments, "the engine was opened without a window (EngineOptions::window)");
+  return std::make_unique<Presenter>(*gpu_, pace);
 }
 
 Image Engine::render(const View& view, const RenderOptions& options, RenderTimes* times, const Progress& progress) {

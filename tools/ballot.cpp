@@ -1,4 +1,4 @@
-// The command line: ballot info | render | trace | bench | verify | report | shaders.
+// The command line: ballot info | render | trace | view | bench | verify | report | shaders.
 #include <cstdio>
 #include <exception>
 
@@ -47,6 +47,7 @@ int run(int argc, char** argv) {
       "  ballot info scenes/cornell.gltf\n"
       "  ballot render scenes/cornell.gltf --view all --size 512x512 --png --out out/\n"
       "  ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy --method packet --knob vote=count\n"
+      "  ballot view scenes/cornell.gltf --method packet --shading heat --heat lanes\n"
       "  ballot bench scenes/cornell.gltf --rays primary,ao --sweep --report out/bench/\n"
       "  ballot verify scenes/cornell.gltf --rays primary --report out/verify/\n"
       "Exit codes: 0 done, 1 the work failed, 2 the arguments are wrong, 3 no usable device.");
@@ -54,6 +55,7 @@ int run(int argc, char** argv) {
   cli::add_info(app, result);
   cli::add_render(app, result);
   cli::add_trace(app, result);
+  cli::add_view(app, result);
   cli::add_bench(app, result);
   cli::add_verify(app, result);
   cli::add_report(app, result);
@@ -66,9 +68,11 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     const auto chosen = app.get_subcommands();
     const std::string name = chosen.empty() ? "" : chosen.front()->get_name();
-    fmt::print(stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ", in_words(error),
-               name.empty() ? "give one of: info, render, trace, bench, report, shaders; 'ballot --help' explains them"
-                            : "'ballot " + name + " --help' lists what it takes");
+    fmt::print(
+        stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ", in_words(error),
+        name.empty()
+            ? "give one of: info, render, trace, view, bench, verify, report, shaders; 'ballot --help' explains them"
+            : "'ballot " + name + " --help' lists what it takes");
     return int(Failure::Arguments);
   }
   return result;

@@ -71,8 +71,7 @@ Query QueryArgs::query() const {
   return q;
 }
 
-Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries,
-                  const std::function<void(const Scene&)>& check) {
+Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries, const std::function<void(Scene&)>& check) {
   if (!args.json.empty()) check_writable(args.json);
   const auto start = std::chrono::steady_clock::now();
   Scene scene = load_scene(args.scene);

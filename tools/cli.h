@@ -42,9 +42,9 @@ struct Opened {
   std::unique_ptr<Engine> engine;
   double load_s = 0;
 };
-/// check sees the scene before device and BVH are touched; queries are refused before the BVH is built.
+/// check sees the scene before device and BVH are touched, and may change its views; queries are refused before the BVH is built.
 Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries = {},
-                  const std::function<void(const Scene&)>& check = {});
+                  const std::function<void(Scene&)>& check = {});
 
 /// "512x512" to width and height. Throws Error(Arguments).
 void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& height);
@@ -63,6 +63,7 @@ int finish(Engine& engine);
 void add_info(CLI::App& app, int& result);
 void add_render(CLI::App& app, int& result);
 void add_trace(CLI::App& app, int& result);
+void add_view(CLI::App& app, int& result);
 void add_bench(CLI::App& app, int& result);
 void add_verify(CLI::App& app, int& result);
 void add_report(CLI::App& app, int& result);

@@ -1,6 +1,7 @@
 #include <set>
 
 #include "tools/cli.h"
+#include "tools/views_file.h"
 
 namespace ballot::cli {
 
@@ -13,7 +14,7 @@ struct Args {
   QueryArgs query;
   std::string view = "all", size = "1024x1024", shading = "eyelight", out = ".";
   std::uint32_t spp = 1;
-  std::string heat = "nodes";
+  std::string heat = "nodes", views_file;
   bool png = false, stats = false;
 };
 
@@ -119,8 +120,12 @@ int run(const Args& args) {
   else if (!out.extension().empty() && !fs::is_directory(out))
     fail(Failure::Arguments,
          "--out {}: pictures are EXR files; name a FILE.exr, or a folder, and --png for a PNG beside it", args.out);
-  Opened opened = open_scene(args.engine, {options.query},
-                             [&](const Scene& scene) { outputs_of(args, scene, chosen_views(args, scene)); });
+  std::vector<View> views_given;
+  if (!args.views_file.empty()) views_given = read_views(args.views_file);
+  Opened opened = open_scene(args.engine, {options.query}, [&](Scene& scene) {
+    if (!views_given.empty()) scene.views = views_given;
+    outputs_of(args, scene, chosen_views(args, scene));
+  });
   Engine& engine = *opened.engine;
   const auto views = chosen_views(args, engine.scene());
   const auto files = outputs_of(args, engine.scene(), views);
@@ -152,6 +157,8 @@ void add_render(CLI::App& app, int& result) {
   args->engine.add_to(*cmd, true);
   args->query.add_to(*cmd);
   cmd->add_option("--view", args->view, "name of a camera in the scene, or 'all' [all]");
+  cmd->add_option("--views-file", args->views_file,
+                  "JSON file whose views stand for the scene's; key V of ballot view writes one");
   cmd->add_option("--size", args->size, "WIDTHxHEIGHT in pixels [1024x1024]");
   cmd->add_option("--shading", args->shading, "what to draw [eyelight]" + shadings);
   cmd->add_option("--heat", args->heat, "what --shading heat shows, dark blue for 0 to yellow [nodes]" + heats);

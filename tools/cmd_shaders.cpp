@@ -71,6 +71,7 @@ std::vector<KernelSource> render_sources() {
         features.emits = emits;
         sources.push_back(shading_source(shading.name, features));
       }
+  for (KernelSource& source : live_sources()) sources.push_back(std::move(source));
   return sources;
 }
 

@@ -46,6 +46,8 @@ void RunArgs::add_options(CLI::App& cmd) {
   cmd.add_option("--knob", plan.knobs, "NAME=VALUE for every method that it concerns, may be repeated" + knob_list())
       ->take_all();
   cmd.add_option("--views", plan.views, "list of cameras of the scenes, or 'all' [all]");
+  cmd.add_option("--views-file", plan.views_file,
+                 "JSON file whose views stand for the scenes'; key V of ballot view writes one");
   cmd.add_option("--size", size, "WIDTHxHEIGHT [1024x1024 on a GPU, 256x256 on a CPU]");
   cmd.add_option("--repeat", run.repeats,
                  "interleaved repeats, 1 to 10000, each in another random order of a fixed seed [20]");

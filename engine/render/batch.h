@@ -73,6 +73,9 @@ class RayBatch {
   std::unique_ptr<Frame> frame_;  // what made the rays
 };
 
+/// The point light of kind shadow: hangs off the camera, up and to the right, and never behind a wall.
+glm::vec3 point_light(Tracer& tracer, const Scene& scene, const View& view);
+
 /// Makes batches and runs them. Keeps the kernels that batches share.
 class Batches {
  public:
@@ -97,7 +100,6 @@ class Batches {
   void make_primaries(RayBatch& batch, const View& view, std::uint32_t width, std::uint32_t height);
   void make_starts(Frame& frame);
   void plan(RayBatch& batch, const RayKind& kind, const RayKindOptions& options);
-  glm::vec3 light_of(const View& view);
   double generate_primaries(RayBatch& batch);
   double generate_from_hits(RayBatch& batch);
   double shade(RayBatch& batch);

@@ -100,15 +100,14 @@ void Batches::make_starts(Frame& frame) {
   }
 }
 
-// The point light hangs off the camera, up and to the right, and never behind a wall.
-glm::vec3 Batches::light_of(const View& view) {
-  const Bounds& b = scene_.scene().bounds;
+glm::vec3 point_light(Tracer& tracer, const Scene& scene, const View& view) {
+  const Bounds& b = scene.bounds;
   const double diagonal = glm::length(glm::dvec3(b.hi) - glm::dvec3(b.lo));
   const glm::dvec3 eye(view.world_from_camera[3]), right(view.world_from_camera[0]), up(view.world_from_camera[1]);
   const glm::dvec3 dir = glm::normalize(up + 0.5 * right);
   const Ray ray{glm::vec3(eye), 0, glm::vec3(dir), 1e30f};
   Hit hit{};
-  tracer_.trace(std::span(&ray, 1), std::span(&hit, 1), Query{});
+  tracer.trace(std::span(&ray, 1), std::span(&hit, 1), Query{});
   return glm::vec3(eye + dir * std::min(0.15 * diagonal, 0.7 * double(hit.t)));
 }
 
@@ -181,7 +180,7 @@ std::unique_ptr<RayBatch> Batches::make(const View& view, const RayKind& kind, s
   if (!frame.from_camera) {
     make_starts(frame);
     plan(*batch, kind, options);
-    const glm::vec3 light = light_of(view);
+    const glm::vec3 light = point_light(tracer_, scene_.scene(), view);
     for (GeneratorRun& run : frame.runs) run.push.light = light;
     generate_from_hits(*batch);
   }

@@ -54,6 +54,12 @@ ExactTruth HitChecker::exact_truth(const RayBatch& batch, const Progress& progre
   return truth;
 }
 
+ErrorFigures HitChecker::judge(std::span<const Ray> rays, std::span<const Hit> answers, const ExactTruth& truth,
+                               const Query& query, std::size_t max_cases) const {
+  return error_figures(exact_, oracle_, rays, answers, truth.hits, query.want, find_numeric(query.numeric).arithmetic,
+                       max_cases);
+}
+
 ErrorFigures HitChecker::verify(RayBatch& batch, const ExactTruth& truth, const Query& query,
                                 std::size_t max_cases) const {
   const std::vector<Hit> hits = trace_over_pattern(batch, query);

@@ -1,6 +1,7 @@
 // Hits of a batch held to the CPU oracle.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "engine/bvh/oracle.h"
@@ -40,6 +41,8 @@ class HitChecker {
   ExactTruth exact_truth(const RayBatch& batch, const Progress& progress) const;
   /// Fills the hits with a pattern, traces, and holds every record to the exact truth, unwritten ones too.
   ErrorFigures verify(RayBatch& batch, const ExactTruth& truth, const Query& query, std::size_t max_cases) const;
+  ErrorFigures judge(std::span<const Ray> rays, std::span<const Hit> answers, const ExactTruth& truth,
+                     const Query& query, std::size_t max_cases) const;
 
  private:
   std::vector<Hit> trace_over_pattern(RayBatch& batch, const Query& query) const;

@@ -35,14 +35,28 @@ Channel& channel_of(Image& image, std::string_view name) {
   fail(Failure::Arguments, "the picture has no channel {}", name);
 }
 
-float top_of(const std::vector<float>& values) {
-  std::vector<float> sorted = values;
-  const auto at = sorted.begin() + std::ptrdiff_t(double(sorted.size() - 1) * 0.995);
-  std::nth_element(sorted.begin(), at, sorted.end());
+}  // namespace
+
+std::span<const glm::vec3, 5> heat_ramp() { return kRamp; }
+
+float heat_top_of(std::vector<float> values) {
+  const auto at = values.begin() + std::ptrdiff_t(double(values.size() - 1) * 0.995);
+  std::nth_element(values.begin(), at, values.end());
   return std::max(*at, 1.0f);
 }
 
-}  // namespace
+float HeatKind::value(const RayStats& s) const {
+  if (!ratio()) return float(s.*count);
+  std::uint32_t sum = 0;
+  for (const Field field : over)
+    if (field) sum += s.*field;
+  return sum ? float(s.*count) / float(sum) : 0.0f;
+}
+
+float HeatKind::fixed_top(std::uint32_t subgroup) const {
+  if (!ratio()) return 0;
+  return count == &RayStats::lanes ? float(subgroup) : 1.0f;
+}
 
 const HeatKind& find_heat(std::string_view name) {
   std::string names;
@@ -55,7 +69,7 @@ const HeatKind& find_heat(std::string_view name) {
 
 void add_stats(Image& image, std::span<const RayStats> sums, std::uint32_t spp) {
   for (const HeatKind& kind : kHeatKinds) {
-    const float scale = kind.ratio ? 1.0f : 1.0f / float(spp);
+    const float scale = kind.ratio() ? 1.0f : 1.0f / float(spp);
     Channel channel{"stats." + std::string(kind.name), Pixel::Float, {}, {}};
     for (const RayStats& s : sums) channel.floats.push_back(kind.value(s) * scale);
     image.channels.push_back(std::move(channel));
@@ -64,7 +78,7 @@ void add_stats(Image& image, std::span<const RayStats> sums, std::uint32_t spp) 
 
 float paint_heat(Image& image, const HeatKind& kind, std::uint32_t subgroup) {
   const std::vector<float> values = channel_of(image, "stats." + std::string(kind.name)).floats;
-  const float top = kind.name == "lanes" ? float(subgroup) : kind.name == "phase" ? 1.0f : top_of(values);
+  const float top = kind.ratio() ? kind.fixed_top(subgroup) : heat_top_of(values);
   Channel *const red = &channel_of(image, "R"), *const green = &channel_of(image, "G"),
                  *const blue = &channel_of(image, "B"), *const alpha = &channel_of(image, "A");
   for (std::size_t i = 0; i < values.size(); ++i) {

@@ -1,6 +1,8 @@
 // Heat maps: where in a picture a traversal method works, and how.
 #pragma once
 
+#include <array>
+#include <glm/vec3.hpp>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -10,28 +12,40 @@
 
 namespace ballot {
 
-/// What a heat map shows; all four are EXR channels stats.<name>.
+/// What a heat map shows: a count, or one over the sum of others. All are EXR channels stats.<name>.
 struct HeatKind {
+  using Field = std::uint32_t RayStats::*;
   std::string_view name;
-  bool ratio;  // else a count, which grows with the samples
-  float (*value)(const RayStats& sum_over_samples);
+  Field count;
+  Field over[2];  // null: nothing. Without any it is a count, which grows with the samples
   std::string_view what;
+
+  bool ratio() const { return over[0] != nullptr; }
+  float value(const RayStats& sum_over_samples) const;  // 0 over 0 is 0
+  /// What the last colour stands for where that does not depend on the picture: the subgroup's size for lanes, 1 for
+  /// other shares; 0 for counts.
+  float fixed_top(std::uint32_t subgroup) const;
 };
 inline constexpr HeatKind kHeatKinds[] = {
-    {"nodes", false, [](const RayStats& s) { return float(s.nodes); }, "inner nodes that the ray went through"},
-    {"triangles", false, [](const RayStats& s) { return float(s.triangles_tested); },
-     "triangles that it was tested against"},
-    {"lanes", true,
-     [](const RayStats& s) {
-       const std::uint32_t visits = s.nodes_needed + s.leaves_needed;
-       return visits ? float(s.lanes) / float(visits) : 0.0f;
-     },
+    {"nodes", &RayStats::nodes, {nullptr, nullptr}, "inner nodes that the ray went through"},
+    {"triangles", &RayStats::triangles_tested, {nullptr, nullptr}, "triangles that it was tested against"},
+    {"lanes",
+     &RayStats::lanes,
+     {&RayStats::nodes_needed, &RayStats::leaves_needed},
      "lanes of the subgroup that needed the same visits, mean"},
-    {"phase", true, [](const RayStats& s) { return s.nodes ? float(s.packet_nodes) / float(s.nodes) : 0.0f; },
+    {"phase",
+     &RayStats::packet_nodes,
+     {&RayStats::nodes, nullptr},
      "share of its nodes on the path that the subgroup shares"},
 };
 /// Throws Error(Arguments) that lists the kinds there are.
 const HeatKind& find_heat(std::string_view name);
+
+/// The colours of the map, evenly spread over [0, top]; sRGB, to be blended as they are.
+std::span<const glm::vec3, 5> heat_ramp();
+
+/// The value that all but one in 200 stay below, at least 1; values may not be empty.
+float heat_top_of(std::vector<float> values);
 
 /// Adds the channels stats.* (float, means over the samples) of width * height pixels, row by row.
 void add_stats(Image& image, std::span<const RayStats> sums, std::uint32_t spp);

@@ -76,6 +76,7 @@ void check_options(const RenderOptions& o) {
 struct Renderer::Passes {
   std::string shading;
   std::uint32_t chunk;
+  std::uint64_t generation;  // of the shaders
   Buffer<Ray> rays;
   Buffer<Hit> hits;
   Buffer<FilmPixel> film;
@@ -86,6 +87,7 @@ struct Renderer::Passes {
          const SceneFeatures& scene)
       : shading(shading_name),
         chunk(chunk_rays),
+        generation(gpu.shader_generation()),
         rays(gpu, chunk, Access::Storage, "rays"),
         hits(gpu, chunk, Access::Storage, "hits"),
         film(gpu, chunk, Access::Storage, "film"),
@@ -106,7 +108,7 @@ Renderer::~Renderer() = default;
 Renderer::Passes& Renderer::passes(const RenderOptions& options, std::uint32_t chunk) {
   const bool counts = options.stats || find_shading(options.shading).heat;
   if (passes_ && passes_->shading == options.shading && passes_->chunk == chunk &&
-      counts == (passes_->stats != nullptr))
+      counts == (passes_->stats != nullptr) && passes_->generation == gpu_.shader_generation())
     return *passes_;
   passes_.reset();
   passes_ = std::make_unique<Passes>(gpu_, chunk, options.shading, counts, features_of(scene_.scene()));

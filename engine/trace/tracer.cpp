@@ -79,11 +79,13 @@ Variant Tracer::variant(const Query& query, bool counters) const {
 Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   const std::string key = fmt::format("{} subgroup={}", v.kernel_name(), v.how.subgroup);
   auto found = pipelines_.find(key);
-  if (found != pipelines_.end()) return found->second;
-  Pipeline made{std::make_unique<Kernel>(gpu_, kernel_source(v, gpu_.info(), bvh_.stats.depth))};
+  if (found != pipelines_.end() && found->second.kernel->generation() == gpu_.shader_generation()) return found->second;
+  Pipeline made{found != pipelines_.end() ? std::move(found->second.kernel) : nullptr};
+  const bool fresh = refresh(gpu_, made.kernel, kernel_source(v, gpu_.info(), bvh_.stats.depth));
   if (!v.method->wide || v.how.fallback) made.nodes = &node_buffer(v.how.layout, v.how.fetch);
   if (v.method->wide) made.wide = &wide_buffer(v.how.fetch);
   made.leaves = &leaf_buffer(v.numeric->leaves, v.how.fetch);
+  if (!fresh) return pipelines_[key] = std::move(made);
   if (v.how.fetch != Fetch::Reference) {
     if (made.nodes) made.kernel->bind(BIND_NODES, *made.nodes);
     if (made.wide) made.kernel->bind(BIND_WIDE, *made.wide);
@@ -91,7 +93,7 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   }
   made.kernel->bind(BIND_WORK, work_);
   gpu_.save_pipeline_cache();
-  return pipelines_.emplace(key, std::move(made)).first->second;
+  return pipelines_[key] = std::move(made);
 }
 
 Tracer::Job Tracer::job(const Query& query, bool counters) {

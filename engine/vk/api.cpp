@@ -17,6 +17,8 @@ namespace ballot {
 #define BALLOT_VK_DEFINE(f) PFN_##f f = nullptr;
 BALLOT_VK_GLOBAL(BALLOT_VK_DEFINE)
 BALLOT_VK_INSTANCE(BALLOT_VK_DEFINE)
+BALLOT_VK_DRAWING(BALLOT_VK_DEFINE)
+BALLOT_VK_SURFACE(BALLOT_VK_DEFINE)
 BALLOT_VK_DEBUG(BALLOT_VK_DEFINE)
 
 namespace {
@@ -53,12 +55,16 @@ void load_vulkan() {
     fail(Failure::Device, "the Vulkan loader is older than Vulkan 1.1; Ballot needs Vulkan 1.2");
 }
 
-void load_instance_functions(VkInstance instance, bool debug) {
+void load_instance_functions(VkInstance instance, bool debug, bool surface) {
 #define BALLOT_VK_LOAD(f) f = reinterpret_cast<PFN_##f>(get_proc(instance, #f));
   BALLOT_VK_INSTANCE(BALLOT_VK_LOAD)
+  BALLOT_VK_DRAWING(BALLOT_VK_LOAD)
 #undef BALLOT_VK_LOAD
 #define BALLOT_VK_LOAD(f) f = debug ? reinterpret_cast<PFN_##f>(get_proc(instance, #f)) : nullptr;
   BALLOT_VK_DEBUG(BALLOT_VK_LOAD)
+#undef BALLOT_VK_LOAD
+#define BALLOT_VK_LOAD(f) f = surface ? reinterpret_cast<PFN_##f>(get_proc(instance, #f)) : nullptr;
+  BALLOT_VK_SURFACE(BALLOT_VK_LOAD)
 #undef BALLOT_VK_LOAD
 }
 
@@ -82,6 +88,11 @@ const char* result_name(VkResult result) {
     BALLOT_NAME(VK_ERROR_INCOMPATIBLE_DRIVER)
     BALLOT_NAME(VK_ERROR_TOO_MANY_OBJECTS)
     BALLOT_NAME(VK_ERROR_INVALID_SHADER_NV)
+    BALLOT_NAME(VK_ERROR_FORMAT_NOT_SUPPORTED)
+    BALLOT_NAME(VK_ERROR_SURFACE_LOST_KHR)
+    BALLOT_NAME(VK_ERROR_NATIVE_WINDOW_IN_USE_KHR)
+    BALLOT_NAME(VK_ERROR_OUT_OF_DATE_KHR)
+    BALLOT_NAME(VK_SUBOPTIMAL_KHR)
 #undef BALLOT_NAME
     default:
       return "a VkResult without a name here";

@@ -24,7 +24,19 @@
   X(vkCreateFence) X(vkDestroyFence) X(vkWaitForFences) X(vkResetFences) X(vkCreateQueryPool) X(vkDestroyQueryPool) \
   X(vkGetQueryPoolResults) X(vkCmdResetQueryPool) X(vkCmdWriteTimestamp) X(vkCmdBindPipeline) \
   X(vkCmdBindDescriptorSets) X(vkCmdPushConstants) X(vkCmdDispatch) X(vkCmdCopyBuffer) X(vkCmdFillBuffer) \
-  X(vkCmdUpdateBuffer) X(vkCmdPipelineBarrier)
+  X(vkCmdUpdateBuffer) X(vkCmdPipelineBarrier) X(vkDeviceWaitIdle)
+// What only a window needs: images, a render pass, semaphores.
+#define BALLOT_VK_DRAWING(X) \
+  X(vkGetPhysicalDeviceFormatProperties) X(vkCreateImage) X(vkDestroyImage) X(vkGetImageMemoryRequirements) \
+  X(vkBindImageMemory) X(vkCreateImageView) X(vkDestroyImageView) X(vkCreateSampler) X(vkDestroySampler) \
+  X(vkCreateRenderPass) X(vkDestroyRenderPass) X(vkCreateFramebuffer) X(vkDestroyFramebuffer) \
+  X(vkCreateGraphicsPipelines) X(vkCmdBeginRenderPass) X(vkCmdEndRenderPass) X(vkCmdSetViewport) X(vkCmdSetScissor) \
+  X(vkCmdDraw) X(vkCmdCopyBufferToImage) X(vkCmdBlitImage) X(vkCmdClearColorImage) X(vkCreateSemaphore) \
+  X(vkDestroySemaphore) X(vkResetCommandBuffer)
+#define BALLOT_VK_SURFACE(X) \
+  X(vkDestroySurfaceKHR) X(vkGetPhysicalDeviceSurfaceSupportKHR) X(vkGetPhysicalDeviceSurfaceCapabilitiesKHR) \
+  X(vkGetPhysicalDeviceSurfaceFormatsKHR) X(vkGetPhysicalDeviceSurfacePresentModesKHR) X(vkCreateSwapchainKHR) \
+  X(vkDestroySwapchainKHR) X(vkGetSwapchainImagesKHR) X(vkAcquireNextImageKHR) X(vkQueuePresentKHR)
 #define BALLOT_VK_DEBUG(X) \
   X(vkCreateDebugUtilsMessengerEXT) X(vkDestroyDebugUtilsMessengerEXT) X(vkSetDebugUtilsObjectNameEXT) \
   X(vkCmdBeginDebugUtilsLabelEXT) X(vkCmdEndDebugUtilsLabelEXT)
@@ -35,13 +47,15 @@ namespace ballot {
 #define BALLOT_VK_DECLARE(f) extern PFN_##f f;
 BALLOT_VK_GLOBAL(BALLOT_VK_DECLARE)
 BALLOT_VK_INSTANCE(BALLOT_VK_DECLARE)
-BALLOT_VK_DEBUG(BALLOT_VK_DECLARE)  // null unless validation is on
+BALLOT_VK_DRAWING(BALLOT_VK_DECLARE)
+BALLOT_VK_SURFACE(BALLOT_VK_DECLARE)  // null unless the instance can make surfaces
+BALLOT_VK_DEBUG(BALLOT_VK_DECLARE)    // null unless validation is on
 #undef BALLOT_VK_DECLARE
 
 /// Opens the loader and finds the global functions, once. Throws Error(Device) if there is no loader.
 void load_vulkan();
 /// Finds the rest for this instance. One instance lives at a time.
-void load_instance_functions(VkInstance instance, bool debug);
+void load_instance_functions(VkInstance instance, bool debug, bool surface);
 
 /// "VK_ERROR_DEVICE_LOST" for its value.
 const char* result_name(VkResult result);

@@ -42,7 +42,7 @@ VkDebugUtilsMessengerCreateInfoEXT messenger_info(std::vector<std::string>* mess
   return info;
 }
 
-VkInstance make_instance(bool validate, std::vector<std::string>* messages) {
+VkInstance make_instance(bool validate, std::vector<std::string>* messages, const WindowSurface* window = nullptr) {
   load_vulkan();
   std::uint32_t version = 0;
   vkEnumerateInstanceVersion(&version);
@@ -62,22 +62,24 @@ VkInstance make_instance(bool validate, std::vector<std::string>* messages) {
   features.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
   features.enabledValidationFeatureCount = 1;
   features.pEnabledValidationFeatures = &enable;
-  const char* extensions[] = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
+  std::vector<const char*> extensions = window ? window->instance_extensions : std::vector<const char*>();
   auto messenger = messenger_info(messages);
   if (validate) {
     features.pNext = &messenger;
     create.pNext = &features;
     create.enabledLayerCount = 1;
     create.ppEnabledLayerNames = &kValidationLayer;
-    create.enabledExtensionCount = 2;
-    create.ppEnabledExtensionNames = extensions;
+    extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    extensions.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
   }
+  create.enabledExtensionCount = std::uint32_t(extensions.size());
+  create.ppEnabledExtensionNames = extensions.data();
   VkInstance instance = VK_NULL_HANDLE;
   const VkResult result = vkCreateInstance(&create, nullptr, &instance);
   if (result != VK_SUCCESS)
     fail(Failure::Device, "no Vulkan instance: {}; is a driver installed? On Debian: apt install mesa-vulkan-drivers",
          result_name(result));
-  load_instance_functions(instance, validate);
+  load_instance_functions(instance, validate, window != nullptr);
   return instance;
 }
 
@@ -85,6 +87,12 @@ std::filesystem::path pipeline_cache_path(const DeviceInfo& d) {
   std::string uuid;
   for (std::uint8_t byte : d.pipeline_cache_uuid) uuid += fmt::format("{:02x}", byte);
   return cache_folder() / "pipelines" / fmt::format("{:04x}-{:04x}-{}.bin", d.vendor_id, d.device_id, uuid);
+}
+
+void refuse_without_present(std::vector<PhysicalDevice>& devices, VkSurfaceKHR surface) {
+  for (PhysicalDevice& d : devices)
+    if (d.info.refusals.empty() && present_family(d.handle, surface) < 0)
+      d.info.refusals.push_back("it cannot present to this window");
 }
 
 }  // namespace
@@ -99,13 +107,17 @@ std::vector<DeviceInfo> list_devices() {
 
 Context::Context(const ContextOptions& options) {
   try {
-    create_instance(options.validate);
+    create_instance(options);
     auto devices = physical_devices(instance_);
+    if (surface_) refuse_without_present(devices, surface_);
     std::vector<DeviceInfo> infos;
     for (const auto& d : devices) infos.push_back(d.info);
     PhysicalDevice& chosen = devices[choose_device(infos, options.device)];
     physical_ = chosen.handle;
     info_ = std::move(chosen.info);
+    queue_family_ = std::uint32_t(surface_ ? present_family(physical_, surface_) : compute_family(physical_));
+    // lavapipe bins timestamps with what is drawn, so beside a window they tell nothing of dispatches (22.3.6).
+    if (surface_ && info_.is_cpu()) info_.timestamp_ns = 0;
     create_device();
     create_queue_objects();
     load_pipeline_cache();
@@ -121,7 +133,7 @@ void Context::destroy() {
   if (device_) {
     vkQueueWaitIdle(queue_);
     staging_.reset();
-    programs_.reset();
+    pipelines_.reset();
     vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);
     vkDestroyQueryPool(device_, queries_, nullptr);
     vkDestroyFence(device_, fence_, nullptr);
@@ -129,21 +141,25 @@ void Context::destroy() {
     vkDestroyDevice(device_, nullptr);
     device_ = VK_NULL_HANDLE;
   }
+  if (surface_) vkDestroySurfaceKHR(instance_, surface_, nullptr);
+  surface_ = VK_NULL_HANDLE;
   if (messenger_) vkDestroyDebugUtilsMessengerEXT(instance_, messenger_, nullptr);
   messenger_ = VK_NULL_HANDLE;
   if (instance_) vkDestroyInstance(instance_, nullptr);
   instance_ = VK_NULL_HANDLE;
 }
 
-void Context::create_instance(bool validate) {
-  instance_ = make_instance(validate, &messages_);
-  if (!validate) return;
-  const auto info = messenger_info(&messages_);
-  vk_check(vkCreateDebugUtilsMessengerEXT(instance_, &info, nullptr, &messenger_), "creating the validation messenger");
+void Context::create_instance(const ContextOptions& options) {
+  instance_ = make_instance(options.validate, &messages_, options.window);
+  if (options.validate) {
+    const auto info = messenger_info(&messages_);
+    vk_check(vkCreateDebugUtilsMessengerEXT(instance_, &info, nullptr, &messenger_),
+             "creating the validation messenger");
+  }
+  if (options.window) surface_ = options.window->create(instance_);
 }
 
 void Context::create_device() {
-  queue_family_ = std::uint32_t(compute_family(physical_));
   const float priority = 1;
   VkDeviceQueueCreateInfo queue{};
   queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
@@ -163,7 +179,8 @@ void Context::create_device() {
   v12.pNext = info_.size_control || info_.full_subgroups ? &size : size.pNext;
   v12.scalarBlockLayout = VK_TRUE;
   v12.bufferDeviceAddress = info_.buffer_address;
-  const auto extensions = optional_extensions(physical_);
+  auto extensions = optional_extensions(physical_);
+  if (surface_) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
   VkDeviceCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
   VkPhysicalDeviceFeatures core{};

@@ -45,9 +45,16 @@ struct DeviceInfo {
 /// loader/driver.
 std::vector<DeviceInfo> list_devices();
 
+/// What a window gives so that a device can present to it. The caller keeps the window alive as long as the Context.
+struct WindowSurface {
+  std::vector<const char*> instance_extensions;    // that surfaces of this window system need
+  std::function<VkSurfaceKHR(VkInstance)> create;  // throws Error
+};
+
 struct ContextOptions {
-  std::string device;     // "": the best GPU, else a CPU device; an index; part of a name; "gpu"; "cpu"
-  bool validate = false;  // VK_LAYER_KHRONOS_validation with synchronization validation
+  std::string device;                     // "": the best GPU, else a CPU device; an index; part of a name; "gpu"; "cpu"
+  bool validate = false;                  // VK_LAYER_KHRONOS_validation with synchronization validation
+  const WindowSurface* window = nullptr;  // the device must present to it; null: no window
 };
 
 /// Index into `devices` of the one that `wanted` names. Throws Error(Arguments) if nothing has this name or index,
@@ -65,6 +72,10 @@ class Context {
   const DeviceInfo& info() const { return info_; }
   VkDevice device() const { return device_; }
   VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
+  VkPhysicalDevice physical() const { return physical_; }
+  VkSurfaceKHR surface() const { return surface_; }  // null without a window
+  VkQueue queue() const { return queue_; }
+  std::uint32_t queue_family() const { return queue_family_; }
   bool validating() const { return messenger_ != VK_NULL_HANDLE; }
 
   /// Records and submits commands, waits for them. `what` names the work in errors (a lost device above all).
@@ -88,13 +99,20 @@ class Context {
   /// Where the buffers keep what they copy through; made on first use.
   std::shared_ptr<void>& staging() { return staging_; }
 
-  /// Where the programs are kept (program.h); made on first use.
-  std::shared_ptr<void>& programs() { return programs_; }
+  /// Where the pipelines are kept (pipeline.h); made on first use.
+  std::shared_ptr<void>& pipelines() { return pipelines_; }
+
+  /// Kernels made before the last reload_shaders() are out of date. A kernel that then fails to compile leaves its
+  /// message here and the one before it in use (kernel.h, refresh).
+  void reload_shaders() { ++shader_generation_, shader_error_.clear(), pipelines_.reset(); }
+  std::uint64_t shader_generation() const { return shader_generation_; }
+  const std::string& shader_error() const { return shader_error_; }
+  void set_shader_error(std::string text) { shader_error_ = std::move(text); }
 
   void save_pipeline_cache();  // when pipelines were made; failure to write is ignored
 
  private:
-  void create_instance(bool validate);
+  void create_instance(const ContextOptions& options);
   void create_device();
   void create_queue_objects();
   void load_pipeline_cache();
@@ -106,6 +124,7 @@ class Context {
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
   VkPhysicalDevice physical_ = VK_NULL_HANDLE;
   VkPhysicalDeviceMemoryProperties memory_{};
+  VkSurfaceKHR surface_ = VK_NULL_HANDLE;
   VkDevice device_ = VK_NULL_HANDLE;
   std::uint32_t queue_family_ = 0;
   VkQueue queue_ = VK_NULL_HANDLE;
@@ -114,8 +133,10 @@ class Context {
   VkFence fence_ = VK_NULL_HANDLE;
   VkQueryPool queries_ = VK_NULL_HANDLE;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
-  std::shared_ptr<void> staging_, programs_;
+  std::shared_ptr<void> staging_, pipelines_;
   double last_ms_ = 0;
+  std::uint64_t shader_generation_ = 0;
+  std::string shader_error_;
 };
 
 }  // namespace ballot

@@ -226,6 +226,18 @@ int compute_family(VkPhysicalDevice device) {
   return -1;
 }
 
+int present_family(VkPhysicalDevice device, VkSurfaceKHR surface) {
+  if (!has_extension(extensions_of(device), VK_KHR_SWAPCHAIN_EXTENSION_NAME)) return -1;
+  const auto families = queue_families(device);
+  constexpr VkQueueFlags kBoth = VK_QUEUE_COMPUTE_BIT | VK_QUEUE_GRAPHICS_BIT;
+  for (std::uint32_t i = 0; i < std::uint32_t(families.size()); ++i) {
+    VkBool32 presents = VK_FALSE;
+    if ((families[i].queueFlags & kBoth) != kBoth) continue;
+    if (vkGetPhysicalDeviceSurfaceSupportKHR(device, i, surface, &presents) == VK_SUCCESS && presents) return int(i);
+  }
+  return -1;
+}
+
 std::vector<const char*> optional_extensions(VkPhysicalDevice device) {
   const auto all = extensions_of(device);
   std::vector<const char*> names;

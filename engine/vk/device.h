@@ -35,6 +35,9 @@ std::vector<std::string> refusals_of(const DeviceProperties& properties, const D
 /// The first queue family with compute; -1 if none.
 int compute_family(VkPhysicalDevice device);
 
+/// The first queue family that computes, draws and presents to this surface; -1 if none, or without VK_KHR_swapchain.
+int present_family(VkPhysicalDevice device, VkSurfaceKHR surface);
+
 /// Extensions beyond 1.2 core that Ballot enables where present.
 std::vector<const char*> optional_extensions(VkPhysicalDevice device);
 

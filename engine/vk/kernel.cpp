@@ -7,7 +7,7 @@
 namespace ballot {
 
 Kernel::Kernel(Context& gpu, const KernelSource& source)
-    : gpu_(gpu), name_(source.name), program_(program_of(gpu, source)) {
+    : gpu_(gpu), name_(source.name), generation_(gpu.shader_generation()), pipeline_(pipeline_of(gpu, source)) {
   try {
     create_set();
   } catch (...) {
@@ -19,7 +19,7 @@ Kernel::Kernel(Context& gpu, const KernelSource& source)
 Kernel::~Kernel() { vkDestroyDescriptorPool(gpu_.device(), pool_, nullptr); }
 
 void Kernel::create_set() {
-  const Reflection& reflection = program_->reflection();
+  const Reflection& reflection = pipeline_->reflection();
   std::vector<VkDescriptorPoolSize> sizes;
   const auto add = [&](const std::vector<std::uint32_t>& bindings, VkDescriptorType type) {
     for (std::uint32_t b : bindings) bound_[b] = false;
@@ -27,7 +27,7 @@ void Kernel::create_set() {
   };
   add(reflection.storage_buffers, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
   add(reflection.texel_buffers, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER);
-  const VkDescriptorSetLayout set_layout = program_->set_layout();
+  const VkDescriptorSetLayout set_layout = pipeline_->set_layout();
   VkDescriptorPoolCreateInfo pool{};
   pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
   pool.maxSets = 1;
@@ -47,7 +47,7 @@ bool Kernel::wants(std::uint32_t binding) const { return bound_.contains(binding
 void Kernel::bind(std::uint32_t binding, const RawBuffer& buffer) {
   if (!wants(binding))
     fail(Failure::Work, "kernel {} has no binding {} for buffer '{}'", name_, binding, buffer.name());
-  const bool texel = std::ranges::count(program_->reflection().texel_buffers, binding) > 0;
+  const bool texel = std::ranges::count(pipeline_->reflection().texel_buffers, binding) > 0;
   const VkDescriptorBufferInfo info{buffer.handle(), 0, VK_WHOLE_SIZE};
   const VkBufferView view = buffer.view();
   VkWriteDescriptorSet write{};
@@ -65,8 +65,8 @@ void Kernel::bind(std::uint32_t binding, const RawBuffer& buffer) {
 void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* push, std::uint32_t push_bytes) {
   for (const auto& [binding, done] : bound_)
     if (!done) fail(Failure::Work, "kernel {} is dispatched without binding {}", name_, binding);
-  if (push_bytes != program_->reflection().push_bytes)
-    fail(Failure::Work, "kernel {} wants {} bytes of push constants, not {}", name_, program_->reflection().push_bytes,
+  if (push_bytes != pipeline_->reflection().push_bytes)
+    fail(Failure::Work, "kernel {} wants {} bytes of push constants, not {}", name_, pipeline_->reflection().push_bytes,
          push_bytes);
   if (groups > gpu_.info().max_group_count_x)
     fail(Failure::Work, "kernel {}: {} workgroups, but {} allows {}", name_, groups, gpu_.info().name,
@@ -77,11 +77,24 @@ void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* pus
     label.pLabelName = name_.c_str();
     vkCmdBeginDebugUtilsLabelEXT(cmd, &label);
   }
-  vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, program_->pipeline());
-  vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, program_->layout(), 0, 1, &set_, 0, nullptr);
-  if (push_bytes) vkCmdPushConstants(cmd, program_->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes, push);
+  vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->pipeline());
+  vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->layout(), 0, 1, &set_, 0, nullptr);
+  if (push_bytes) vkCmdPushConstants(cmd, pipeline_->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes, push);
   vkCmdDispatch(cmd, groups, 1, 1);
   if (vkCmdEndDebugUtilsLabelEXT) vkCmdEndDebugUtilsLabelEXT(cmd);
+}
+
+bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& source) {
+  if (kernel && kernel->generation() == gpu.shader_generation()) return false;
+  try {
+    kernel = std::make_unique<Kernel>(gpu, source);
+    return true;
+  } catch (const Error& error) {
+    if (!kernel) throw;
+    kernel->generation_ = gpu.shader_generation();
+    gpu.set_shader_error(error.what());
+    return false;
+  }
 }
 
 void memory_barrier(VkCommandBuffer cmd) {

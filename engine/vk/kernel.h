@@ -1,4 +1,4 @@
-// A program with its bindings.
+// A pipeline with its bindings.
 #pragma once
 
 #include <map>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/vk/buffer.h"
-#include "engine/vk/program.h"
+#include "engine/vk/pipeline.h"
 
 namespace ballot {
 
@@ -31,19 +31,28 @@ class Kernel {
   }
 
   const std::string& name() const { return name_; }
-  /// Of its program, when that was made.
-  const KernelTimes& times() const { return program_->times(); }
+  /// Of its pipeline, when that was made.
+  const KernelTimes& times() const { return pipeline_->times(); }
+  /// The Context's shader_generation() when this was made.
+  std::uint64_t generation() const { return generation_; }
 
  private:
   void create_set();
 
   Context& gpu_;
+  friend bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& source);
+
   std::string name_;
-  std::shared_ptr<const Program> program_;
+  std::uint64_t generation_;
+  std::shared_ptr<const ComputePipeline> pipeline_;
   std::map<std::uint32_t, bool> bound_;
   VkDescriptorPool pool_ = VK_NULL_HANDLE;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
 };
+
+/// Makes a kernel where there is none or shaders were reloaded since it was made. True: it is another one and has no
+/// bindings. If a kernel fails to compile anew, it is kept and Context::shader_error() says why; the first one throws.
+bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& source);
 
 /// Makes writes of earlier dispatches and copies visible to later dispatches and copies.
 void memory_barrier(VkCommandBuffer cmd);

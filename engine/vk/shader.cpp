@@ -71,21 +71,31 @@ std::string preamble_of(const Defines& defines) {
   return text;
 }
 
+/// By the file's extension: .vert, .frag, else compute.
+EShLanguage stage_of(const fs::path& file) {
+  if (file.extension() == ".vert") return EShLangVertex;
+  if (file.extension() == ".frag") return EShLangFragment;
+  return EShLangCompute;
+}
+
 struct Source {
+  EShLanguage stage;
   std::string path, text, preamble;
   const char* text_pointer;
   const char* path_pointer;
-  glslang::TShader shader{EShLangCompute};
+  glslang::TShader shader;
 
   Source(const fs::path& file, const Defines& defines)
-      : path(file.string()),
+      : stage(stage_of(file)),
+        path(file.string()),
         text(read_text(file)),
         preamble(preamble_of(defines)),
         text_pointer(text.c_str()),
-        path_pointer(path.c_str()) {
+        path_pointer(path.c_str()),
+        shader(stage) {
     shader.setStringsWithLengthsAndNames(&text_pointer, nullptr, &path_pointer, 1);
     shader.setPreamble(preamble.c_str());
-    shader.setEnvInput(glslang::EShSourceGlsl, EShLangCompute, glslang::EShClientVulkan, 100);
+    shader.setEnvInput(glslang::EShSourceGlsl, stage, glslang::EShClientVulkan, 100);
     shader.setEnvClient(glslang::EShClientVulkan, glslang::EShTargetVulkan_1_2);
     shader.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_5);
   }
@@ -116,7 +126,7 @@ std::vector<std::uint32_t> compile(const fs::path& file, const Defines& defines)
   std::vector<unsigned int> words;
   glslang::SpvOptions options;
   options.disableOptimizer = true;
-  glslang::GlslangToSpv(*program.getIntermediate(EShLangCompute), words, &options);
+  glslang::GlslangToSpv(*program.getIntermediate(source.stage), words, &options);
   return {words.begin(), words.end()};
 }
 

@@ -100,6 +100,10 @@ vec3 cosine_direction(Surface s, float r1, float r2) {
 void main() {
   if (gl_GlobalInvocationID.x >= push.count) return;
   uint ray = push.first + gl_GlobalInvocationID.x;
-  rays[push.offset + gl_GlobalInvocationID.x] =
-      ray_from(surface_at(starts[ray / push.rays_per_hit]), ray % push.rays_per_hit);
+  Start start = starts[ray / push.rays_per_hit];
+  uint k = push.sample_index * push.rays_per_hit + ray % push.rays_per_hit;
+  // Where a start is listed for every pixel, those that hit nothing start dead rays.
+  rays[push.offset + gl_GlobalInvocationID.x] = primary_hits[start.ray].prim == NO_HIT
+                                                    ? Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0)
+                                                    : ray_from(surface_at(start), k);
 }

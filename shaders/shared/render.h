@@ -27,6 +27,10 @@
 #define BIND_PRIMARY 6  // primary rays, where BIND_RAYS is what a generator writes
 #define BIND_STARTS 7
 #define BIND_NUMBERS 8  // numbers of the rays that lie in the picture; only where the picture cuts tiles
+#define BIND_COUNTS 9   // RayStats of the instrumented variant, as words
+#define BIND_FILM_B 10  // of the second of two queries beside each other
+#define BIND_PIXELS 11
+#define BIND_TOTALS 12
 
 #ifdef __cplusplus
 namespace ballot {
@@ -56,6 +60,7 @@ struct SecondaryPush {
   uint rays_per_hit;
   uint offset;
   float constant_offset;  // of policy "constant", scene units
+  uint sample_index;  // of the picture: every sample has random numbers of its own
 };
 
 // A primary ray that hit something: its index in its chunk, and its pixel (row by row).
@@ -69,6 +74,36 @@ struct ShadePush {
   uint first;
   uint count;  // rays of this chunk
   uint sample_index;
+};
+
+// Colours of a heat map into the film.
+struct HeatPush {
+  uint width, height;
+  uint first;
+  uint count;
+  uint sample_index;
+  uint words;  // of a ray's record
+  uint value;  // the word that is shown
+  uint over_a, over_b;  // the words whose sum it is divided by; ~0: none
+  float top;            // what the last colour stands for
+  vec3 ramp[5];         // sRGB
+};
+
+// The film of a window's picture to 8-bit pixels.
+struct DisplayPush {
+  uint width, height;
+  uint first;
+  uint count;
+  float scale;    // of the colours: one over the samples
+  uint split;     // first column that shows the second film
+  uint mark;      // 1: pixels whose prims differ are marked; 0: there is one film
+  uint swap_red;  // 1: blue in the lowest byte
+};
+
+// Of all pixels of a picture.
+struct DisplayTotals {
+  uint live;       // rays that were alive
+  uint different;  // pixels whose prims differ between the films
 };
 
 struct GpuMaterial {
@@ -88,9 +123,12 @@ struct FilmPixel {
 
 #ifdef __cplusplus
 BALLOT_RECORD(PrimaryPush, 72);
-BALLOT_RECORD(SecondaryPush, 36);
+BALLOT_RECORD(SecondaryPush, 40);
 BALLOT_RECORD(Start, 8);
 BALLOT_RECORD(ShadePush, 20);
+BALLOT_RECORD(HeatPush, 100);
+BALLOT_RECORD(DisplayPush, 32);
+BALLOT_RECORD(DisplayTotals, 8);
 BALLOT_RECORD(GpuMaterial, 24);
 BALLOT_RECORD(FilmPixel, 36);
 }  // namespace ballot

@@ -11,7 +11,7 @@ class Help : public Cli {};
 
 TEST_F(Help, NamesCommandsExamplesAndExitCodes) {
   const Result help = succeed({"--help"});
-  expect_parts(help.out, {"info", "render", "trace", "bench", "report", "shaders", "Examples:", "0 done",
+  expect_parts(help.out, {"info", "render", "trace", "view", "bench", "report", "shaders", "Examples:", "0 done",
                           "1 the work failed", "2 the arguments are wrong", "3 no usable device"});
   EXPECT_EQ(help.err, "");
 }
@@ -49,6 +49,13 @@ TEST_F(Help, SplitBudgetsRangeIsTheEnginesOwn) {
   expect_parts(succeed({"info", "--help"}).out, {"0 to 16"});
   refuse(2, {"split_budget is 17", "between 0 and 16"}, {"info", "square.glb", "--split-budget", "17"});
   refuse(2, {"max_leaf is 7", "1 to 6"}, {"info", "square.glb", "--max-leaf", "7"});
+}
+
+TEST_F(Help, OfViewListsEverythingThatCanBeSwitched) {
+  const std::string text = succeed({"view", "--help"}).out;
+  expect_parts(text, {"--views-file", "--target", "--present", "--script", "--compare", "H help"});
+  for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
+  for (const Shading& s : kShadings) expect_parts(text, {s.name, s.summary});
 }
 
 TEST_F(Help, UnknownWords) {

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "tools/bench/paper.h"
+#include "tools/views_file.h"
 
 namespace ballot::bench {
 
@@ -277,6 +278,7 @@ Plan make_plan(const PlanArgs& args) {
   for (const std::string& item : rays) add_rays(item, plan.rays);
   for (RaySet& set : plan.rays) name_views(set);
   check_concern(args, plan);
+  if (!args.views_file.empty()) plan.given_views = cli::read_views(args.views_file);
   if (args.views != "all") plan.views = items_of("--views", args.views);
   return plan;
 }

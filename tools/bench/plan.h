@@ -39,6 +39,7 @@ struct RaySet {
 
 struct PlanArgs {
   std::string methods = "all", rays = "primary,secondary", numeric{kDefaultNumeric}, views = "all";  // lists, or "all"
+  std::string views_file;          // its views stand for those of the scenes; empty: none
   std::vector<std::string> knobs;  // NAME=VALUE for every method
   bool sweep = false;
 };
@@ -48,6 +49,7 @@ struct Plan {
   std::vector<Sweep> sweeps;
   std::vector<RaySet> rays;
   std::vector<std::string> views;  // empty: all
+  std::vector<View> given_views;   // of PlanArgs::views_file
 
   std::vector<Query> queries() const;  // of entries and sweeps, for the device to refuse
 };

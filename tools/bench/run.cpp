@@ -183,6 +183,7 @@ std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, cons
     const auto start = Clock::now();
     LoadedScene loaded{load_scene(file), 0};
     loaded.load_s = std::chrono::duration<double>(Clock::now() - start).count();
+    if (!plan.given_views.empty()) loaded.scene.views = plan.given_views;
     if (!names.insert(loaded.scene.name).second)
       fail(Failure::Arguments, "{}: two scenes are called {}; records are told apart by it, so rename one file", file,
            loaded.scene.name);

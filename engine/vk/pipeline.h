@@ -27,13 +27,13 @@ struct KernelTimes {
   bool from_cache = false;
 };
 
-class Program {
+class ComputePipeline {
  public:
   /// Throws Error(Work) that names the variant on any failure.
-  Program(Context& gpu, const KernelSource& source);
-  ~Program();
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
+  ComputePipeline(Context& gpu, const KernelSource& source);
+  ~ComputePipeline();
+  ComputePipeline(const ComputePipeline&) = delete;
+  ComputePipeline& operator=(const ComputePipeline&) = delete;
 
   const KernelTimes& times() const { return times_; }
   const Reflection& reflection() const { return reflection_; }
@@ -55,8 +55,8 @@ class Program {
   VkPipeline pipeline_ = VK_NULL_HANDLE;
 };
 
-/// The program of a source, made on first use and kept as long as the context: scenes that come and go on one device share
+/// The pipeline of a source, made on first use and kept as long as the context: scenes that come and go on one device share
 /// it, and so does what the driver compiles at the first dispatch. Not thread-safe.
-std::shared_ptr<const Program> program_of(Context& gpu, const KernelSource& source);
+std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSource& source);
 
 }  // namespace ballot

@@ -1,4 +1,4 @@
-#include "engine/vk/program.h"
+#include "engine/vk/pipeline.h"
 
 #include <chrono>
 
@@ -6,7 +6,7 @@
 
 namespace ballot {
 
-Program::Program(Context& gpu, const KernelSource& source) : gpu_(gpu) {
+ComputePipeline::ComputePipeline(Context& gpu, const KernelSource& source) : gpu_(gpu) {
   try {
     const Spirv spirv = compile_shader(source.file, source.defines);
     times_ = {spirv.ms, 0, spirv.words.size() * 4, spirv.from_cache};
@@ -18,15 +18,15 @@ Program::Program(Context& gpu, const KernelSource& source) : gpu_(gpu) {
   }
 }
 
-Program::~Program() { destroy(); }
+ComputePipeline::~ComputePipeline() { destroy(); }
 
-void Program::destroy() {
+void ComputePipeline::destroy() {
   vkDestroyPipeline(gpu_.device(), pipeline_, nullptr);
   vkDestroyPipelineLayout(gpu_.device(), layout_, nullptr);
   vkDestroyDescriptorSetLayout(gpu_.device(), set_layout_, nullptr);
 }
 
-void Program::create(const KernelSource& source, const std::vector<std::uint32_t>& words) {
+void ComputePipeline::create(const KernelSource& source, const std::vector<std::uint32_t>& words) {
   create_layout(source.name);
   VkShaderModuleCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
@@ -44,7 +44,7 @@ void Program::create(const KernelSource& source, const std::vector<std::uint32_t
   vkDestroyShaderModule(gpu_.device(), module, nullptr);
 }
 
-void Program::create_layout(const std::string& name) {
+void ComputePipeline::create_layout(const std::string& name) {
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   const auto add = [&](const std::vector<std::uint32_t>& list, VkDescriptorType type) {
     for (std::uint32_t b : list) bindings.push_back({b, type, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
@@ -68,7 +68,7 @@ void Program::create_layout(const std::string& name) {
            name.c_str());
 }
 
-void Program::create_pipeline(const KernelSource& source, VkShaderModule module) {
+void ComputePipeline::create_pipeline(const KernelSource& source, VkShaderModule module) {
   std::vector<VkSpecializationMapEntry> entries;
   std::vector<std::uint32_t> values;
   for (const auto& [id, value] : source.constants) {
@@ -101,7 +101,7 @@ void Program::create_pipeline(const KernelSource& source, VkShaderModule module)
 
 namespace {
 
-using Programs = std::map<std::string, std::shared_ptr<const Program>>;
+using Pipelines = std::map<std::string, std::shared_ptr<const ComputePipeline>>;
 
 std::string key_of(const KernelSource& source) {
   std::string key = fmt::format("{} {} {}", source.file, source.group_size, source.subgroup_size);
@@ -112,12 +112,12 @@ std::string key_of(const KernelSource& source) {
 
 }  // namespace
 
-std::shared_ptr<const Program> program_of(Context& gpu, const KernelSource& source) {
-  if (!gpu.programs()) gpu.programs() = std::make_shared<Programs>();
-  auto& programs = *static_cast<Programs*>(gpu.programs().get());
-  auto& program = programs[key_of(source)];
-  if (!program) program = std::make_shared<const Program>(gpu, source);
-  return program;
+std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSource& source) {
+  if (!gpu.pipelines()) gpu.pipelines() = std::make_shared<Pipelines>();
+  auto& pipelines = *static_cast<Pipelines*>(gpu.pipelines().get());
+  auto& pipeline = pipelines[key_of(source)];
+  if (!pipeline) pipeline = std::make_shared<const ComputePipeline>(gpu, source);
+  return pipeline;
 }
 
 }  // namespace ballot

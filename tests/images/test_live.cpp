@@ -1,0 +1,142 @@
+// Pictures that stay on the device: the same as those that render() makes, for every kind of ray, and their refinement.
+#include <algorithm>
+
+#include "tests/images/pictures.h"
+
+namespace ballot::test {
+namespace {
+
+const std::string kCornell = std::string(BALLOT_SOURCE_DIR) + "/scenes/cornell.gltf";
+constexpr std::uint32_t kWidth = 90, kHeight = 70;  // cuts tiles
+
+class Live : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { engine_ = std::make_unique<Engine>(load_scene(kCornell), with_validation()); }
+  static void TearDownTestSuite() { engine_.reset(); }
+  void TearDown() override { EXPECT_TRUE(engine_->messages().empty()) << engine_->messages().front(); }
+
+  static const View& view() { return engine_->scene().views[0]; }
+  static LiveOptions options() {
+    LiveOptions o;
+    o.width = kWidth, o.height = kHeight;
+    return o;
+  }
+  static std::vector<std::uint32_t> pixels() {
+    std::vector<std::uint32_t> all(std::size_t(kWidth) * kHeight);
+    engine_->live().pixels().download(all);
+    return all;
+  }
+  inline static std::unique_ptr<Engine> engine_;
+};
+
+int srgb(float x) {
+  x = std::clamp(x, 0.0f, 1.0f);
+  return int(std::lround(255 * (x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f)));
+}
+
+/// The largest difference of a channel, in steps of 8 bits. Half floats and pow() round.
+int difference(const Image& image, const std::vector<std::uint32_t>& pixels) {
+  int most = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      const char* names[] = {"R", "G", "B"};
+      most = std::max(most, std::abs(srgb(image.channel(names[c]).floats[i]) - int(pixels[i] >> (8 * c) & 255)));
+    }
+  return most;
+}
+
+TEST_F(Live, ShowsWhatRenderWrites) {
+  for (const char* shading : {"eyelight", "normals", "heat"}) {
+    LiveOptions o = options();
+    o.shading = shading;
+    o.heat = "lanes";
+    const LiveTimes times = engine_->live().add_sample(view(), o);
+    const RenderOptions same{.width = kWidth, .height = kHeight, .shading = shading, .heat = "lanes"};
+    EXPECT_LE(difference(engine_->render(view(), same), pixels()), 1) << shading;
+    EXPECT_EQ(times.rays, std::uint64_t(kWidth) * kHeight);
+    EXPECT_GT(times.trace_ms, 0);
+  }
+}
+
+TEST_F(Live, RefinesToWhatRenderMakesOfAsManySamples) {
+  LiveOptions o = options();
+  o.sample_count = 5;
+  for (o.sample_index = 0; o.sample_index < o.sample_count; ++o.sample_index) engine_->live().add_sample(view(), o);
+  const Image image = engine_->render(view(), {.width = kWidth, .height = kHeight, .spp = 5});
+  EXPECT_LE(difference(image, pixels()), 1);
+}
+
+TEST_F(Live, ComparesTwoQueriesOnTheSameRays) {
+  LiveOptions o = options();
+  o.query.method = "packet";
+  o.other = Query{.method = "if-if"};
+  o.split = kWidth / 2;
+  const LiveTimes times = engine_->live().add_sample(view(), o);
+  EXPECT_EQ(times.different, 0u) << "watertight answers do not depend on the method";
+  EXPECT_GT(times.other_ms, 0);
+  EXPECT_EQ(pixels()[kWidth / 2] & 0xFFFFFF, 0xFFFFFFu) << "the divider";
+}
+
+TEST_F(Live, ShowsEveryRayKind) {
+  for (const RayKind& kind : kRayKinds) {
+    SCOPED_TRACE(kind.name);
+    LiveOptions o = options();
+    o.rays = kind.name;
+    const LiveTimes times = engine_->live().add_sample(view(), o);
+    EXPECT_GT(times.rays, 0u);
+    if (!kind.from_camera()) {
+      // As many as there are hits, for each generator: what a batch of one ray a hit holds.
+      const auto batch = engine_->make_batch(view(), kind, kWidth, kHeight, {.ao_rays = 1});
+      EXPECT_EQ(times.rays, batch->count());
+      EXPECT_GT(times.primary_ms, 0);
+    }
+    const auto all = pixels();
+    EXPECT_GT(std::ranges::count_if(all, [](std::uint32_t p) { return (p & 0xFFFFFF) != 0; }), 500);
+    o.other = Query{.method = "packet"};
+    EXPECT_EQ(engine_->live().add_sample(view(), o).different, 0u);
+  }
+}
+
+TEST_F(Live, SwapsRedAndBlue) {
+  LiveOptions o = options();
+  engine_->live().add_sample(view(), o);
+  const auto before = pixels();
+  o.swap_red = true;
+  engine_->live().add_sample(view(), o);
+  const auto after = pixels();
+  for (std::size_t i = 0; i < before.size(); i += 97) {
+    EXPECT_EQ(before[i] & 255, after[i] >> 16 & 255);
+    EXPECT_EQ(before[i] >> 8 & 255, after[i] >> 8 & 255);
+  }
+}
+
+TEST_F(Live, ProbesAPixel) {
+  const Image image = engine_->render(view(), {.width = kWidth, .height = kHeight, .stats = true});
+  for (const auto& [x, y] : {std::pair(0u, 0u), std::pair(45u, 35u), std::pair(kWidth - 1, kHeight - 1)}) {
+    const std::size_t at = std::size_t(y) * kWidth + x;
+    const Probe plain = engine_->live().probe(view(), options(), x, y, false);
+    const Probe counted = engine_->live().probe(view(), options(), x, y, true);
+    EXPECT_EQ(plain.hit.prim, image.channel("prim").uints[at]);
+    EXPECT_EQ(counted.hit.prim, plain.hit.prim);
+    for (const HeatKind& kind : kHeatKinds)
+      EXPECT_EQ(kind.value(counted.stats), image.channel("stats." + std::string(kind.name)).floats[at]) << kind.name;
+    EXPECT_FALSE(plain.counted);
+  }
+  EXPECT_THROW(engine_->live().probe(view(), options(), kWidth, 0, false), Error);
+}
+
+TEST_F(Live, RefusesBadOptions) {
+  LiveOptions o = options();
+  o.rays = "sideways";
+  EXPECT_THROW(engine_->live().add_sample(view(), o), Error);
+  o = options();
+  o.width = 0;
+  EXPECT_THROW(engine_->live().add_sample(view(), o), Error);
+  o = options();
+  o.query.knobs["vote"] = "any";
+  EXPECT_THROW(engine_->live().add_sample(view(), o), Error);
+  EXPECT_THROW(engine_->make_presenter(Pace::Refresh), Error);
+}
+
+}  // namespace
+}  // namespace ballot::test

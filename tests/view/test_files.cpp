@@ -1,0 +1,104 @@
+// Views files and scripts.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tools/view/script.h"
+#include "tools/views_file.h"
+
+namespace {
+
+using namespace ballot;
+namespace fs = std::filesystem;
+
+fs::path temporary(const char* name) { return fs::temp_directory_path() / fmt::format("ballot-{}-{}", getpid(), name); }
+
+View some_view(const std::string& name, double angle) {
+  View v;
+  v.name = name;
+  v.yfov = 0.9;
+  v.world_from_camera = cli::frame_of({1.0 / 3, -2, 1e-7}, glm::angleAxis(angle, glm::normalize(glm::dvec3(1, 2, 3))));
+  return v;
+}
+
+TEST(ViewsFile, ReadsBackWhatItWrote) {
+  const fs::path file = temporary("views.json");
+  for (const double angle : {0.0, 0.3, 1.7, 3.1}) {
+    const View view = cli::as_written(some_view("a", angle));
+    cli::write_views(file, {view});
+    const View read = cli::read_views(file).at(0);
+    // What is on disk is a pose; a view that came from a pose differs by roundings at most.
+    for (int c = 0; c < 4; ++c)
+      for (int r = 0; r < 4; ++r) EXPECT_NEAR(read.world_from_camera[c][r], view.world_from_camera[c][r], 1e-15);
+    EXPECT_EQ(read.world_from_camera[3], view.world_from_camera[3]);
+    EXPECT_EQ(read.yfov, view.yfov);
+  }
+  fs::remove(file);
+}
+
+TEST(ViewsFile, AppendsAndRefusesANameThatIsTaken) {
+  const fs::path file = temporary("append.json");
+  cli::append_view(file, some_view("a", 1));
+  cli::append_view(file, some_view("b", 2));
+  EXPECT_EQ(cli::read_views(file).size(), 2u);
+  EXPECT_THROW(cli::append_view(file, some_view("a", 3)), Error);
+  EXPECT_EQ(cli::read_views(file).size(), 2u);
+  fs::remove(file);
+}
+
+TEST(ViewsFile, KeepsOrthographicViews) {
+  const fs::path file = temporary("ortho.json");
+  View v = some_view("o", 1);
+  v.orthographic = true, v.ymag = 2.5;
+  cli::write_views(file, {v});
+  EXPECT_TRUE(cli::read_views(file)[0].orthographic);
+  EXPECT_EQ(cli::read_views(file)[0].ymag, 2.5);
+  fs::remove(file);
+}
+
+TEST(ViewsFile, SaysWhatIsWrong) {
+  const fs::path file = temporary("bad.json");
+  const std::pair<const char*, const char*> kBad[] = {
+      {"nonsense", "no views file"},
+      {"{\"views\": []}", "no view"},
+      {R"({"views": [{"name": "a", "position": [0, 0, 0], "orientation": [0, 0, 0, 2], "yfov": 1}]})",
+       "unit quaternion"},
+      {R"({"views": [{"name": "a", "position": [0, 0, 0], "orientation": [0, 0, 0, 1], "yfov": 9}]})", "yfov"},
+      {R"({"views": [{"name": "a", "position": [0, 0], "orientation": [0, 0, 0, 1], "yfov": 1}]})", "no views file"},
+      {R"({"views": [{"name": "a", "position": [0, 0, 0], "orientation": [0, 0, 0, 1], "yfov": 1},
+                     {"name": "a", "position": [0, 0, 0], "orientation": [0, 0, 0, 1], "yfov": 1}]})",
+       "two views"},
+  };
+  for (const auto& [text, says] : kBad) {
+    write_file(file, std::string_view(text));
+    try {
+      cli::read_views(file);
+      ADD_FAILURE() << text;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+    }
+  }
+  fs::remove(file);
+}
+
+TEST(Script, ReadsCommands) {
+  const auto lines = view::parse_script("# a comment\nwait 3\n\nkey W 0.5s # forward\nquit\n", "s");
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_EQ(lines[1].number, 4u);
+  EXPECT_EQ(lines[1].words, (std::vector<std::string>{"key", "W", "0.5s"}));
+  EXPECT_EQ(view::duration_of(lines[0], "3"), -3);
+  EXPECT_EQ(view::duration_of(lines[1], "0.5s"), 0.5);
+  EXPECT_EQ(view::key_of(lines[1], "F12"), 301);
+}
+
+TEST(Script, RefusesWhatItDoesNotKnow) {
+  for (const char* text : {"jump\n", "wait\n", "mouse 1\n", "quit now\n"})
+    EXPECT_THROW(view::parse_script(text, "s"), Error) << text;
+  const view::ScriptLine line{1, {"key"}};
+  EXPECT_THROW(view::key_of(line, "F13"), Error);
+  EXPECT_THROW(view::key_of(line, "Enter"), Error);
+  EXPECT_THROW(view::duration_of(line, "1m"), Error);
+  EXPECT_THROW(view::duration_of(line, "-1"), Error);
+}
+
+}  // namespace

@@ -1,0 +1,119 @@
+// The overlay's widgets, clicked without a window.
+#include <gtest/gtest.h>
+#include <imgui/imgui.h>
+
+#include <set>
+#include <sstream>
+
+#include "tools/view/panels.h"
+
+namespace ballot::view {
+namespace {
+
+constexpr float kWidth = 320, kHeight = 460;
+
+/// The toolkit with one window that shows a query's widgets, its knobs unfolded.
+class Bench {
+ public:
+  explicit Bench(const DeviceInfo& device) : device_(device) {
+    ImGui::CreateContext();
+    ImGuiIO& io = ImGui::GetIO();
+    io.IniFilename = nullptr;
+    io.DisplaySize = {kWidth, kHeight};
+    io.DeltaTime = 1.0f / 60;
+    unsigned char* pixels = nullptr;
+    int width = 0, height = 0;
+    io.Fonts->GetTexDataAsAlpha8(&pixels, &width, &height);
+  }
+  ~Bench() { ImGui::DestroyContext(); }
+
+  void click(Query& query, float x, float y) {
+    ImGui::GetIO().MousePos = {x, y};
+    for (const bool down : {false, true, false}) {
+      ImGui::GetIO().MouseDown[0] = down;
+      frame(query);
+    }
+  }
+
+ private:
+  void frame(Query& query) {
+    ImGui::NewFrame();
+    ImGui::SetNextWindowPos({0, 0});
+    ImGui::SetNextWindowSize({kWidth, kHeight});
+    ImGui::Begin("bench", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove);
+    ImGui::PushID("a");
+    ImGui::GetStateStorage()->SetInt(ImGui::GetID("knobs"), 1);
+    ImGui::PopID();
+    ImGui::PushItemWidth(-100);
+    draw_query("a", query, device_);
+    ImGui::PopItemWidth();
+    ImGui::End();
+    ImGui::Render();
+  }
+
+  const DeviceInfo& device_;
+};
+
+/// The knobs that matter to a method, with the values that it has.
+std::map<std::string, std::string> values_of(const Query& query, const DeviceInfo& device) {
+  const Method& method = find_method(query.method);
+  const Formulation f = formulation_for(method, device, query.knobs);
+  std::istringstream words(describe(f, method) + " " + describe_threshold(f, method));
+  std::map<std::string, std::string> values;
+  for (std::string word; words >> word;) values[word.substr(0, word.find('='))] = word.substr(word.find('=') + 1);
+  return values;
+}
+
+/// Clicks everywhere: all over the window, and at each height and then at each other, which opens lists and chooses from
+/// them, always from the same start. Calls `after` with what a click, or two, made of the query.
+template <class After>
+void click_everywhere(Bench& bench, const Query& start, After after) {
+  constexpr float kStep = 12;
+  const auto click = [&](std::initializer_list<std::pair<float, float>> places) {
+    Query query = start;
+    for (const auto& [x, y] : places) bench.click(query, x, y);
+    bench.click(query, kWidth - 2, kHeight - 2);  // closes a list that is open
+    after(query);
+  };
+  for (float y = 4; y < kHeight; y += kStep) {
+    for (float x = 4; x < kWidth; x += kStep) click({{x, y}});
+    for (float other = 4; other < kHeight; other += kStep) click({{100, y}, {60, other}});
+  }
+}
+
+const DeviceInfo& some_device() {
+  static const auto devices = list_devices();
+  if (devices.empty()) fail(Failure::Device, "there is no Vulkan device");
+  return devices.front();
+}
+
+TEST(Panels, EveryKnobOfEveryMethodCanBeChanged) {
+  for (const Method& method : kMethods) {
+    Bench bench(some_device());
+    const Query start{.method = std::string(method.name)};
+    const auto before = values_of(start, some_device());
+    std::set<std::string> left;
+    for (const auto& [knob, value] : before) left.insert(knob);
+    click_everywhere(bench, start, [&](const Query& query) {
+      if (query.method != start.method) return;
+      for (const auto& [knob, value] : values_of(query, some_device()))  // throws if the device cannot follow
+        if (before.contains(knob) && before.at(knob) != value) left.erase(knob);
+    });
+    EXPECT_TRUE(left.empty()) << method.name << ": " << *left.begin();
+  }
+}
+
+TEST(Panels, EveryMethodAndModeCanBeChosen) {
+  std::set<std::string> left;
+  for (const Method& m : kMethods) left.emplace(m.name);
+  for (const NumericMode& m : kNumericModes) left.emplace(m.name);
+  Bench bench(some_device());
+  click_everywhere(bench, {}, [&](const Query& query) {
+    left.erase(query.method);
+    left.erase(query.numeric);
+  });
+  EXPECT_TRUE(left.empty()) << *left.begin();
+}
+
+}  // namespace
+}  // namespace ballot::view

@@ -1,0 +1,81 @@
+#include "tools/cli.h"
+#include "tools/view/session.h"
+
+namespace ballot::cli {
+
+namespace {
+
+struct Args {
+  EngineArgs engine;
+  QueryArgs query;
+  view::SessionOptions session;
+  std::string size = "1280x720", script, present = "fifo", compare;
+  double target_ms = 0;
+  bool no_scale = false;
+};
+
+int run(const Args& args) {
+  view::SessionOptions o = args.session;
+  o.scene = args.engine.scene;
+  o.engine = args.engine.options();
+  parse_size(args.size, o.width, o.height);
+  check_options(RenderOptions{.width = o.width, .height = o.height});
+  o.settings.query = args.query.query();
+  o.settings.other = o.settings.query;
+  o.settings.other.method = args.compare.empty() ? "packet" : find_method(args.compare).name;
+  o.settings.other.knobs.clear();
+  o.settings.compare = !args.compare.empty();
+  o.settings.rays = find_ray_kind(o.settings.rays).name;
+  o.settings.shading = find_shading(o.settings.shading).name;
+  o.settings.heat = find_heat(o.settings.heat).name;
+  if (o.settings.samples < 1 || o.settings.samples > 65536)
+    fail(Failure::Arguments, "--spp: {} is not between 1 and 65536", o.settings.samples);
+  if (args.target_ms < 0 || args.target_ms > 10000)
+    fail(Failure::Arguments, "--target: {} is not between 0 and 10000 ms", args.target_ms);
+  o.target_given = args.target_ms > 0;
+  if (o.target_given) o.settings.target_ms = float(args.target_ms);
+  o.settings.scale = !args.no_scale;
+  if (args.present != "fifo" && args.present != "mailbox")
+    fail(Failure::Arguments, "--present: '{}' is neither fifo nor mailbox", args.present);
+  o.pace = args.present == "fifo" ? Pace::Refresh : Pace::Latest;
+  if (!args.script.empty()) o.script = view::read_script(args.script);
+  view::Session session(std::move(o));
+  const std::size_t messages = session.run();
+  if (messages == 0) return 0;
+  fmt::print(stderr, "ballot: {} validation messages (above)\n", messages);
+  return 1;
+}
+
+}  // namespace
+
+void add_view(CLI::App& app, int& result) {
+  auto args = std::make_shared<Args>();
+  CLI::App* cmd = app.add_subcommand("view", "flies through a scene in a window: methods and heat maps live");
+  std::string kinds, shadings, heats;
+  for (const RayKind& k : kRayKinds) kinds += fmt::format("\n  {:<12} {}", k.name, k.summary);
+  for (const Shading& s : kShadings) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
+  for (const HeatKind& h : kHeatKinds) heats += fmt::format("\n  {:<12} {}", h.name, h.what);
+  args->engine.add_to(*cmd, true);
+  cmd->remove_option(cmd->get_option("--json"));
+  args->query.add_to(*cmd);
+  cmd->add_option("--compare", args->compare, "also trace with this method, in the right half of the window");
+  cmd->add_option("--rays", args->session.settings.rays, "ray kind that is shown [primary]" + kinds);
+  cmd->add_option("--shading", args->session.settings.shading, "what to draw [eyelight]" + shadings);
+  cmd->add_option("--heat", args->session.settings.heat, "what shading heat shows [nodes]" + heats);
+  cmd->add_option("--view", args->session.view, "camera to start with [where the scene was left last time]");
+  cmd->add_option("--views-file", args->session.views_file,
+                  "JSON file of views: key V appends to it, its views follow the scene's [SCENE-views.json in --out]");
+  cmd->add_option("--size", args->size, "WIDTHxHEIGHT of the window [1280x720]");
+  cmd->add_option("--spp", args->session.settings.samples, "samples a pixel while the camera rests [64]");
+  cmd->add_option("--target", args->target_ms, "milliseconds of a frame while moving [33 on a CPU, 8 on a GPU]");
+  cmd->add_flag("--no-scale", args->no_scale, "trace every pixel while moving too");
+  cmd->add_option("--present", args->present,
+                  "fifo: waits for the screen; mailbox: the newest picture, where there is it [fifo]");
+  cmd->add_option("--out", args->session.out, "folder of pictures and views [.]");
+  cmd->add_option("--script", args->script, "file of commands that play instead of hands:" + view::script_help());
+  cmd->footer(
+      "Keys: W A S D E Q fly, Shift faster, right button looks, left button orbits and picks, 1 to 9 views, H help.");
+  cmd->callback([args, &result] { result = run(*args); });
+}
+
+}  // namespace ballot::cli

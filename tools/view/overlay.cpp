@@ -1,0 +1,126 @@
+#include "tools/view/overlay.h"
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace ballot::view {
+
+namespace {
+
+// The first that is installed; without any the toolkit's own bitmap font.
+constexpr const char* kFonts[] = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+                                  "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf",
+                                  "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf"};
+
+void load_font(ImGuiIO& io, float scale) {
+  std::error_code error;
+  for (const char* file : kFonts)
+    if (std::filesystem::exists(file, error) && io.Fonts->AddFontFromFileTTF(file, 14 * scale)) return;
+  ImFontConfig config;
+  config.SizePixels = 13 * std::max(1.0f, std::round(scale));
+  io.Fonts->AddFontDefault(&config);
+}
+
+void set_style(float scale) {
+  ImGui::StyleColorsDark();
+  ImGuiStyle& style = ImGui::GetStyle();
+  style.WindowRounding = 6;
+  style.FrameRounding = style.GrabRounding = 3;
+  style.WindowBorderSize = 0;
+  style.WindowPadding = {12, 10};
+  style.ItemSpacing = {8, 5};
+  style.FramePadding = {6, 3};
+  style.Colors[ImGuiCol_WindowBg] = {0.07f, 0.08f, 0.10f, 0.94f};
+  style.Colors[ImGuiCol_FrameBg] = {0.17f, 0.19f, 0.23f, 1};
+  style.Colors[ImGuiCol_FrameBgHovered] = {0.22f, 0.25f, 0.31f, 1};
+  style.Colors[ImGuiCol_Header] = {0.17f, 0.30f, 0.45f, 1};
+  style.Colors[ImGuiCol_Separator] = {0.25f, 0.28f, 0.33f, 1};
+  style.Colors[ImGuiCol_Text] = {0.90f, 0.92f, 0.94f, 1};
+  style.Colors[ImGuiCol_TextDisabled] = {0.56f, 0.60f, 0.66f, 1};
+  style.ScaleAllSizes(scale);
+}
+
+void set_keys(ImGuiIO& io) {
+  constexpr std::pair<int, int> kKeys[] = {
+      {ImGuiKey_Tab, GLFW_KEY_TAB},     {ImGuiKey_LeftArrow, GLFW_KEY_LEFT}, {ImGuiKey_RightArrow, GLFW_KEY_RIGHT},
+      {ImGuiKey_UpArrow, GLFW_KEY_UP},  {ImGuiKey_DownArrow, GLFW_KEY_DOWN}, {ImGuiKey_Home, GLFW_KEY_HOME},
+      {ImGuiKey_End, GLFW_KEY_END},     {ImGuiKey_Delete, GLFW_KEY_DELETE},  {ImGuiKey_Backspace, GLFW_KEY_BACKSPACE},
+      {ImGuiKey_Enter, GLFW_KEY_ENTER}, {ImGuiKey_Escape, GLFW_KEY_ESCAPE},
+  };
+  for (const auto& [theirs, ours] : kKeys) io.KeyMap[theirs] = ours;
+}
+
+}  // namespace
+
+Overlay::Overlay(double content_scale, double pixels) {
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;  // panels have fixed places
+  io.ConfigFlags |= ImGuiConfigFlags_NoMouseCursorChange;
+  io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
+  set_keys(io);
+  load_font(io, float(content_scale));  // glyphs are drawn as large as they are shown
+  io.FontGlobalScale = float(1 / pixels);
+  set_style(float(content_scale / pixels));
+  static_assert(sizeof(ImDrawVert) == sizeof(PaintVertex));
+}
+
+Overlay::~Overlay() { ImGui::DestroyContext(); }
+
+PaintAtlas Overlay::atlas() const {
+  unsigned char* pixels = nullptr;
+  int width = 0, height = 0;
+  ImGui::GetIO().Fonts->GetTexDataAsAlpha8(&pixels, &width, &height);
+  return {std::uint32_t(width), std::uint32_t(height), {pixels, std::size_t(width) * std::size_t(height)}};
+}
+
+void Overlay::begin(const Window& window, const Input& input, double dt) {
+  ImGuiIO& io = ImGui::GetIO();
+  const glm::dvec2 size = window.size();
+  const glm::uvec2 pixels = window.pixels();
+  io.DisplaySize = {float(size.x), float(size.y)};
+  if (size.x > 0 && size.y > 0) io.DisplayFramebufferScale = {float(pixels.x / size.x), float(pixels.y / size.y)};
+  io.DeltaTime = float(std::max(dt, 1e-4));
+  io.MousePos = input.mouse.x > -1e8 ? ImVec2(float(input.mouse.x), float(input.mouse.y)) : ImVec2(-1e9f, -1e9f);
+  // A click that went down and up between two frames still counts.
+  for (int b = 0; b < 3; ++b) io.MouseDown[b] = input.buttons[b] || input.clicked[b];
+  io.MouseWheel = float(input.scrolled);
+  for (int key = 0; key < int(std::size(io.KeysDown)); ++key)
+    io.KeysDown[key] = key <= GLFW_KEY_LAST && input.down[key];
+  io.KeyCtrl = input.down[GLFW_KEY_LEFT_CONTROL] || input.down[GLFW_KEY_RIGHT_CONTROL];
+  io.KeyShift = input.down[GLFW_KEY_LEFT_SHIFT] || input.down[GLFW_KEY_RIGHT_SHIFT];
+  for (const unsigned code : input.typed) io.AddInputCharacter(code);
+  ImGui::NewFrame();
+}
+
+const PaintList& Overlay::end() {
+  ImGui::Render();
+  const ImDrawData& data = *ImGui::GetDrawData();
+  const ImVec2 scale = data.FramebufferScale;
+  list_.vertices.clear();
+  list_.indices.clear();
+  list_.commands.clear();
+  for (int i = 0; i < data.CmdListsCount; ++i) {
+    const ImDrawList& part = *data.CmdLists[i];
+    const auto first_vertex = std::uint32_t(list_.vertices.size()), first_index = std::uint32_t(list_.indices.size());
+    for (const ImDrawVert& v : part.VtxBuffer)
+      list_.vertices.push_back({v.pos.x * scale.x, v.pos.y * scale.y, v.uv.x, v.uv.y, v.col});
+    for (const ImDrawIdx index : part.IdxBuffer) list_.indices.push_back(index);
+    for (const ImDrawCmd& c : part.CmdBuffer) {
+      if (c.UserCallback || c.ElemCount == 0) continue;
+      const float left = c.ClipRect.x * scale.x, top = c.ClipRect.y * scale.y;
+      list_.commands.push_back({first_index + c.IdxOffset, c.ElemCount, first_vertex + c.VtxOffset, int(left), int(top),
+                                std::uint32_t(std::max(0.0f, c.ClipRect.z * scale.x - left)),
+                                std::uint32_t(std::max(0.0f, c.ClipRect.w * scale.y - top))});
+    }
+  }
+  return list_;
+}
+
+bool Overlay::takes_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
+bool Overlay::takes_keys() const { return ImGui::GetIO().WantTextInput; }
+
+}  // namespace ballot::view

@@ -1,0 +1,144 @@
+// Times and the inspector.
+#include <imgui/imgui.h>
+
+#include <algorithm>
+
+#include "tools/view/panels.h"
+
+namespace ballot::view {
+
+namespace {
+
+struct Pass {
+  const char* name;
+  ImU32 color;
+  double (*ms)(const FrameRecord&);
+  bool compared;  // only while comparing
+};
+
+constexpr Pass kPasses[] = {
+    {"rays", IM_COL32(120, 144, 156, 255),
+     [](const FrameRecord& f) { return f.times.generate_ms + f.times.primary_ms; }, false},
+    {"trace", IM_COL32(79, 163, 255, 255), [](const FrameRecord& f) { return f.times.trace_ms; }, false},
+    {"trace B", IM_COL32(255, 152, 76, 255), [](const FrameRecord& f) { return f.times.other_ms; }, true},
+    {"shade", IM_COL32(111, 207, 117, 255), [](const FrameRecord& f) { return f.times.shade_ms; }, false},
+    {"show", IM_COL32(186, 130, 224, 255), [](const FrameRecord& f) { return f.present_ms; }, false},
+};
+
+double sum_of(const FrameRecord& frame) {
+  double ms = 0;
+  for (const Pass& pass : kPasses) ms += pass.ms(frame);
+  return ms;
+}
+
+/// A round number of milliseconds that holds all but the worst frames.
+double top_of(const std::deque<FrameRecord>& frames) {
+  std::vector<double> sums;
+  for (const FrameRecord& f : frames) sums.push_back(sum_of(f));
+  std::ranges::sort(sums);
+  const double most = sums.empty() ? 1 : sums[sums.size() * 19 / 20] * 1.1;
+  for (double top = 1;; top *= 2)
+    if (top >= most) return top;
+}
+
+void row(const char* name, const std::string& value) {
+  ImGui::TextDisabled("%s", name);
+  ImGui::SameLine(6.5f * ImGui::GetFontSize());
+  ImGui::TextUnformatted(value.c_str());
+}
+
+void draw_hit(const Inspection& i, const Scene& scene) {
+  const Hit& hit = i.probe.hit;
+  row("pixel", fmt::format("{}, {}", i.pixel.x, i.pixel.y));
+  if (hit.prim == NO_HIT) {
+    row("prim", "none: a miss");
+    return;
+  }
+  row("prim", std::to_string(hit.prim));
+  row("t", fmt::format("{:.7g}", hit.t));
+  row("u, v", fmt::format("{:.5f}, {:.5f}", hit.u, hit.v));
+  const Material& material = scene.materials[scene.material_of.empty() ? 0 : scene.material_of[hit.prim]];
+  row("material", material.name.empty() ? "unnamed" : material.name);
+}
+
+void draw_exact(const Inspection& i) {
+  if (i.exact.prim == NO_HIT) {
+    row("exact", "a miss");
+  } else {
+    row("exact", fmt::format("prim {}, t {:.10g}", i.exact.prim, i.exact.t));
+    if (i.probe.hit.prim == i.exact.prim) row("error of t", fmt::format("{:.3g} ulp", i.t_ulp));
+  }
+  if (i.agrees)
+    ImGui::TextColored({0.45f, 0.85f, 0.5f, 1}, "agrees with the exact oracle");
+  else
+    ImGui::TextColored({1.0f, 0.45f, 0.4f, 1}, "differs from the exact oracle");
+  if (i.reason.empty()) return;
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextDisabled("%s", i.reason.c_str());
+  ImGui::PopTextWrapPos();
+}
+
+}  // namespace
+
+void draw_times(const Facts& facts, bool compare) {
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x, height = 4.2f * ImGui::GetFontSize();
+  ImDrawList& draw = *ImGui::GetWindowDrawList();
+  draw.AddRectFilled(at, {at.x + width, at.y + height}, IM_COL32(20, 22, 27, 255), 3);
+  const double top = top_of(facts.frames);
+  constexpr std::size_t kShown = 120;
+  const float bar = width / float(kShown);
+  const std::size_t count = std::min(kShown, facts.frames.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const FrameRecord& frame = facts.frames[facts.frames.size() - count + i];
+    const float x = at.x + bar * float(kShown - count + i);
+    float y = at.y + height;
+    for (const Pass& pass : kPasses) {
+      const float part = float(pass.ms(frame) / top) * height;
+      const float up = std::max(at.y, y - part);
+      if (part > 0) draw.AddRectFilled({x, up}, {x + std::max(1.0f, bar - 0.5f), y}, pass.color);
+      y = up;
+    }
+  }
+  draw.AddText({at.x + 4, at.y + 1}, IM_COL32(160, 166, 176, 255), fmt::format("{:.0f} ms", top).c_str());
+  ImGui::Dummy({width, height});
+  int placed = 0;
+  for (const Pass& pass : kPasses) {
+    if (pass.compared && !compare) continue;
+    const double ms = facts.frames.empty() ? 0 : pass.ms(facts.frames.back());
+    if (placed++ % 2) ImGui::SameLine(width / 2 + ImGui::GetStyle().WindowPadding.x);
+    const ImVec2 spot = ImGui::GetCursorScreenPos();
+    const float size = ImGui::GetFontSize() * 0.6f, drop = ImGui::GetFontSize() * 0.25f;
+    draw.AddRectFilled({spot.x, spot.y + drop}, {spot.x + size, spot.y + drop + size}, pass.color, 2);
+    ImGui::Dummy({size, size});
+    ImGui::SameLine();
+    ImGui::TextUnformatted(fmt::format("{} {:.{}f} ms", pass.name, ms, ms < 100 ? 2 : 0).c_str());
+  }
+}
+
+void draw_inspector(const Facts& facts, Wishes& wishes) {
+  const bool picked = facts.picked.has_value();
+  if (!picked && !facts.hovered) return;
+  const Inspection& i = picked ? *facts.picked : *facts.hovered;
+  const float em = ImGui::GetFontSize(), width = 19 * em;
+  ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x - 10, 10}, 0, {1, 0});
+  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, ImGui::GetIO().DisplaySize.y - 20});
+  ImGui::Begin("inspector", nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
+                   ImGuiWindowFlags_NoFocusOnAppearing | (picked ? 0 : ImGuiWindowFlags_NoInputs));
+  ImGui::TextColored({0.45f, 0.72f, 1.0f, 1}, "%s", picked ? "Picked pixel" : "Pixel under the mouse");
+  ImGui::Separator();
+  draw_hit(i, facts.engine->scene());
+  if (picked) {
+    for (const HeatKind& kind : kHeatKinds)
+      if (i.probe.counted) row(std::string(kind.name).c_str(), fmt::format("{:.4g}", kind.value(i.probe.stats)));
+    draw_exact(i);
+    wishes.forget_pick = ImGui::SmallButton("close");
+  } else {
+    ImGui::TextDisabled("click: counters and the exact answer");
+  }
+  ImGui::End();
+}
+
+}  // namespace ballot::view

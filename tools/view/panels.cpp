@@ -1,0 +1,231 @@
+#include "tools/view/panels.h"
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+
+namespace ballot::view {
+
+namespace {
+
+constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
+                                    ImGuiWindowFlags_NoFocusOnAppearing;
+constexpr float kMargin = 10;
+const ImVec4 kWarm{1.0f, 0.72f, 0.35f, 1}, kRed{1.0f, 0.45f, 0.40f, 1};
+
+float em() { return ImGui::GetFontSize(); }
+
+void title(const char* text) {
+  ImGui::Spacing();
+  ImGui::TextColored({0.45f, 0.72f, 1.0f, 1}, "%s", text);
+  ImGui::Separator();
+}
+
+void text(const std::string& line) { ImGui::TextUnformatted(line.c_str()); }
+void faint(const std::string& line) { ImGui::TextDisabled("%s", line.c_str()); }
+
+template <class List>
+void draw_combo(const char* label, std::string& value, const List& list) {
+  if (!ImGui::BeginCombo(label, value.c_str())) return;
+  for (const auto& item : list) {
+    const std::string name(item.name);
+    if (ImGui::Selectable(name.c_str(), name == value)) value = name;
+  }
+  ImGui::EndCombo();
+}
+
+void draw_heat_legend(float top) {
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x, height = em() * 0.7f;
+  ImDrawList& draw = *ImGui::GetWindowDrawList();
+  const auto ramp = heat_ramp();
+  const auto color = [&](std::size_t i) { return ImGui::GetColorU32({ramp[i].r, ramp[i].g, ramp[i].b, 1}); };
+  const float step = width / float(ramp.size() - 1);
+  for (std::size_t i = 0; i + 1 < ramp.size(); ++i)
+    draw.AddRectFilledMultiColor({at.x + step * float(i), at.y}, {at.x + step * float(i + 1), at.y + height}, color(i),
+                                 color(i + 1), color(i + 1), color(i));
+  ImGui::Dummy({width, height});
+  const std::string most = fmt::format("{:.4g}", top);
+  faint("0");
+  ImGui::SameLine(ImGui::GetContentRegionAvail().x - ImGui::CalcTextSize(most.c_str()).x +
+                  ImGui::GetStyle().WindowPadding.x);
+  faint(most);
+}
+
+void draw_picture(Settings& s, const Facts& facts) {
+  title("Picture");
+  draw_combo("rays", s.rays, kRayKinds);
+  draw_combo("shading", s.shading, kShadings);
+  if (find_shading(s.shading).heat) {
+    draw_combo("heat", s.heat, kHeatKinds);
+    draw_heat_legend(facts.last.heat_top);
+    faint("times are those of the counting kernel");
+  }
+}
+
+void draw_quality(Settings& s) {
+  title("Quality");
+  ImGui::Checkbox("fewer pixels while moving", &s.scale);
+  if (s.scale) ImGui::SliderFloat("ms a frame", &s.target_ms, 4, 200, "%.0f", ImGuiSliderFlags_Logarithmic);
+  ImGui::SliderInt("samples at rest", &s.samples, 1, 1024, "%d", ImGuiSliderFlags_Logarithmic);
+}
+
+void draw_counters(const char* name, const Counters& c) {
+  const double rays = double(std::max<std::uint64_t>(1, c.rays));
+  text(fmt::format("{:<3} {:.1f} nodes, {:.1f} triangles a ray", name, double(c["nodes"]) / rays,
+                   double(c["triangles_tested"]) / rays));
+  faint(fmt::format("     {:.0f} % lanes active, {:.0f} % of nodes shared", 100 * c.active_lanes(),
+                    100 * c.packet_share()));
+}
+
+void draw_figures(const Settings& s, const Facts& facts, Wishes& wishes) {
+  title("Speed");
+  const LiveTimes& t = facts.last;
+  if (s.compare) {
+    text(fmt::format("A  {:.2f} ms   {:.1f} Mrays/s", t.trace_ms, t.mrays_per_s()));
+    text(fmt::format("B  {:.2f} ms   {:.1f} Mrays/s", t.other_ms, t.other_mrays_per_s()));
+    if (t.trace_ms > 0 && t.other_ms > 0) {
+      const double ratio = t.other_ms / t.trace_ms;
+      faint(ratio >= 1 ? fmt::format("A is {:.2f} times as fast", ratio)
+                       : fmt::format("B is {:.2f} times as fast", 1 / ratio));
+    }
+    if (t.different)
+      ImGui::TextColored(kWarm, "%s", fmt::format("{} pixels differ", t.different).c_str());
+    else
+      faint("no pixel differs");
+  } else {
+    text(fmt::format("trace {:.2f} ms   {:.1f} Mrays/s", t.trace_ms, t.mrays_per_s()));
+  }
+  draw_times(facts, s.compare);
+  if (facts.counters) draw_counters(s.compare ? "A" : "", *facts.counters);
+  if (facts.other_counters && s.compare) draw_counters("B", *facts.other_counters);
+  wishes.count = ImGui::SmallButton("count nodes and lanes (C)");
+}
+
+void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const float width = 21 * em();
+  ImGui::SetNextWindowPos({kMargin, kMargin});
+  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, std::max(100.0f, size.y - 3 * kMargin - 2.6f * em())});
+  ImGui::Begin("main", nullptr, kFixed);
+  const DeviceInfo& device = facts.engine->device();
+  text(facts.engine->scene().name + "   " + facts.view_name);
+  faint(fmt::format("{} triangles, subgroup of {}", facts.engine->scene().triangles.size(), device.subgroup_size));
+  ImGui::PushTextWrapPos(0);
+  faint(device.name);
+  ImGui::PopTextWrapPos();
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", device.driver.c_str());
+  ImGui::PushItemWidth(-7.5f * em());
+  title(s.compare ? "A, left" : "Traversal");
+  draw_query("a", s.query, device);
+  bool compare = s.compare;
+  if (ImGui::Checkbox("compare with another", &compare)) s.compare = compare;
+  if (s.compare) {
+    title("B, right");
+    draw_query("b", s.other, device);
+    ImGui::SliderFloat("divider", &s.divider, 0, 1, "%.2f");
+  }
+  draw_picture(s, facts);
+  draw_figures(s, facts, wishes);
+  draw_quality(s);
+  ImGui::PopItemWidth();
+  ImGui::End();
+}
+
+void draw_status(const Facts& facts) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({kMargin, size.y - kMargin}, 0, {0, 1});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {10, 4});
+  ImGui::Begin("status", nullptr, kFixed);
+  std::string line = facts.resting ? "at rest" : fmt::format("{:.0f} fps", facts.fps);
+  line += fmt::format("   {}x{}", facts.width, facts.height);
+  if (facts.scale < 1) line += fmt::format(" ({:.0f} %)", 100 * facts.scale);
+  line += facts.samples > 1 ? fmt::format("   {} samples", facts.samples) : "";
+  line += fmt::format("   speed {:.3g}/s   H help", facts.speed);
+  text(line);
+  if (!facts.message.empty()) {
+    ImGui::SameLine(0, 1.5f * em());
+    if (facts.failed)
+      ImGui::TextColored(kRed, "%s", facts.message.c_str());
+    else
+      ImGui::TextColored(kWarm, "%s", facts.message.c_str());
+  }
+  ImGui::End();
+  ImGui::PopStyleVar();
+}
+
+void draw_shader_error(const std::string& message) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({size.x - kMargin, size.y - kMargin - 2.2f * em()}, 0, {1, 1});
+  const float width = std::min(46 * em(), size.x - 24 * em());
+  ImGui::SetNextWindowSizeConstraints({std::max(width, 15 * em()), 0}, {std::max(width, 15 * em()), size.y * 0.5f});
+  ImGui::Begin("shader error", nullptr, kFixed);
+  ImGui::TextColored(kRed, "A shader does not compile; the last good one is in use.");
+  ImGui::PushTextWrapPos(0);
+  text(message);
+  ImGui::PopTextWrapPos();
+  ImGui::End();
+}
+
+}  // namespace
+
+bool Settings::operator==(const Settings& o) const {
+  const auto same = [](const Query& a, const Query& b) {
+    return a.method == b.method && a.numeric == b.numeric && a.knobs == b.knobs;
+  };
+  return same(query, o.query) && same(other, o.other) && compare == o.compare && divider == o.divider &&
+         rays == o.rays && shading == o.shading && heat == o.heat;
+}
+
+void draw_help() {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({size.x / 2, size.y / 2}, 0, {0.5f, 0.5f});
+  ImGui::Begin("help", nullptr, kFixed);
+  static constexpr std::pair<const char*, const char*> kKeys[] = {
+      {"W A S D, E Q", "fly; up, down"},
+      {"Shift", "faster; the wheel changes the speed"},
+      {"right button", "look round"},
+      {"left button", "drag: orbit; click: inspect the pixel"},
+      {"1 to 9", "the scene's views"},
+      {"M, N", "next method, numeric mode (Shift: the one before)"},
+      {"K, G, B", "next ray kind, shading, heat map"},
+      {"X", "compare two queries side by side"},
+      {"C", "count nodes and lanes"},
+      {"V", "append the view to the views file"},
+      {"F12", "write the view as EXR and PNG"},
+      {"R", "reload shaders (a changed file does so too)"},
+      {"Tab, H or ?", "panels, this help"},
+      {"F11, Ctrl+Q", "full screen, quit"},
+      {"drop a file", "opens that scene"},
+  };
+  ImGui::TextColored({0.45f, 0.72f, 1.0f, 1}, "Keys");
+  ImGui::Separator();
+  if (ImGui::BeginTable("keys", 2)) {
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, 9 * em());
+    ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, 24 * em());
+    for (const auto& [keys, what] : kKeys) {
+      ImGui::TableNextRow();
+      ImGui::TableNextColumn();
+      text(keys);
+      ImGui::TableNextColumn();
+      faint(what);
+    }
+    ImGui::EndTable();
+  }
+  ImGui::End();
+}
+
+Wishes draw_panels(Settings& settings, const Facts& facts) {
+  Wishes wishes;
+  if (settings.panels) {
+    draw_main(settings, facts, wishes);
+    draw_inspector(facts, wishes);
+  }
+  draw_status(facts);
+  if (!facts.shader_error.empty()) draw_shader_error(facts.shader_error);
+  if (settings.help) draw_help();
+  return wishes;
+}
+
+}  // namespace ballot::view

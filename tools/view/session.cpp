@@ -1,0 +1,209 @@
+#include "tools/view/session.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ballot::view {
+
+namespace {
+
+constexpr std::size_t kGraphFrames = 240;
+
+double ms_between(std::chrono::steady_clock::time_point a, std::chrono::steady_clock::time_point b) {
+  return std::chrono::duration<double, std::milli>(b - a).count();
+}
+
+Scene load_noting(const std::string& file) {
+  Scene scene = load_scene(file);
+  for (const std::string& note : scene.notes) fmt::print(stderr, "ballot: {}: {}\n", file, note);
+  return scene;
+}
+
+}  // namespace
+
+Session::Session(SessionOptions options) : options_(std::move(options)), settings_(options_.settings) {
+  glfw();  // no display is an error at once, not after minutes of loading
+  Scene scene = load_noting(options_.scene);
+  window_ = std::make_unique<Window>("Ballot", options_.width, options_.height);
+  make_overlay();
+  open(std::move(scene));
+  watch_ = std::make_unique<ShaderWatch>(shader_folder());
+}
+
+Session::~Session() {
+  presenter_.reset();
+  engine_.reset();
+}
+
+std::size_t Session::run() {
+  while (!window_->closed()) frame();
+  if (options_.script.empty()) save_view();
+  return engine_->messages().size();
+}
+
+void Session::say(const std::string& message, bool failed) {
+  facts_.message = message;
+  facts_.failed = failed;
+  fmt::print("{}\n", message);
+  std::fflush(stdout);
+}
+
+/// How much larger text is to be than on a usual screen, and pixels in a unit of window coordinates.
+glm::dvec2 Session::screen_scale() const {
+  const double units = window_->size().x, pixels = window_->pixels().x;
+  return {window_->content_scale(), units > 0 && pixels > 0 ? pixels / units : 1};
+}
+
+void Session::make_overlay() {
+  overlay_.reset();  // the toolkit has one at a time
+  overlay_scale_ = screen_scale();
+  overlay_ = std::make_unique<Overlay>(overlay_scale_.x, overlay_scale_.y);
+}
+
+bool Session::at_rest() const {
+  return !dirty_ && announced_ == 0 && int(facts_.samples) >= settings_.samples && facts_.scale == 1;
+}
+
+double Session::idle_seconds() const {
+  if (window_->minimised()) return 0.1;
+  return at_rest() && script_at_ >= options_.script.size() ? 0.1 : 0;
+}
+
+void Session::frame() {
+  window_->poll(idle_seconds());
+  const auto now = Clock::now();
+  const double wall_ms = ms_between(last_frame_, now), dt = std::min(wall_ms * 1e-3, 0.25);
+  last_frame_ = now;
+  step_script(dt);
+  if (window_->minimised()) return;
+  if (window_->pixels() != window_pixels_) {
+    window_pixels_ = window_->pixels();
+    dirty_ = true;
+    say(fmt::format("size {}x{}", window_pixels_.x, window_pixels_.y));
+  }
+  if (screen_scale() != overlay_scale_) {  // another screen; under Wayland it is known once the window is shown
+    make_overlay();
+    presenter_->set_atlas(overlay_->atlas());
+  }
+  if (watch_->changed()) reload("a shader file changed");
+  if (!window_->input().dropped.empty()) open_dropped(window_->input().dropped.back());
+  const Settings before = settings_;
+  overlay_->begin(*window_, window_->input(), dt);
+  over_panel_ = overlay_->takes_mouse();
+  if (!overlay_->takes_keys()) take_keys();
+  facts_.speed = camera_->speed();
+  const Wishes wishes = draw_panels(settings_, facts_);
+  const PaintList& list = overlay_->end();
+  if (wishes.forget_pick) facts_.picked.reset();
+  if (wishes.count) count();
+  if (!(settings_ == before)) dirty_ = true, facts_.counters.reset(), facts_.other_counters.reset();
+  scaler_.set_target(double(settings_.target_ms));
+  const bool moved = camera_->update(dt, take_mouse());
+  if (moved) facts_.counters.reset(), facts_.other_counters.reset(), facts_.picked.reset();
+  raw_wall_ms_ = wall_ms;
+  trace(moved);
+  show(list);
+  if (!moved) hover();
+  note_time(wall_ms);
+}
+
+void Session::note_time(double wall_ms) {
+  const bool rested = facts_.resting;  // such a frame waited for events
+  facts_.resting = at_rest();
+  if (rested) return;
+  wall_ms_ = wall_ms_ == 0 ? wall_ms : wall_ms_ + 0.1 * (wall_ms - wall_ms_);
+  facts_.fps = wall_ms_ > 0 ? 1000 / wall_ms_ : 0;
+}
+
+LiveOptions Session::live_options(const glm::uvec2& size) const {
+  LiveOptions o;
+  o.width = size.x;
+  o.height = size.y;
+  o.rays = settings_.rays;
+  o.shading = settings_.shading;
+  o.heat = settings_.heat;
+  o.query = settings_.query;
+  if (settings_.compare) o.other = settings_.other;
+  o.split = std::uint32_t(std::lround(double(settings_.divider) * size.x));
+  o.swap_red = presenter_->swap_red();
+  return o;
+}
+
+/// A kernel that is used for the first time takes a while to compile: says so, and lets a frame show it.
+bool Session::announce_kernels() {
+  if (announced_ > 0) return --announced_ > 0;
+  const bool counters = find_shading(settings_.shading).heat;
+  std::vector<Query> queries{settings_.query};
+  if (settings_.compare) queries.push_back(settings_.other);
+  for (Query& q : queries) {
+    q.want = find_ray_kind(settings_.rays).want;
+    const std::string name = engine_->tracer().variant(q, counters).kernel_name();
+    if (!kernels_.insert(name).second) continue;
+    facts_.message = "compiling " + q.method + " ...";
+    facts_.failed = false;
+    announced_ = 2;
+  }
+  return announced_ > 0;
+}
+
+void Session::trace(bool moved) {
+  try {
+    if (dirty_ || moved) {
+      if (announce_kernels()) return;
+      const double scale = moved && settings_.scale ? scaler_.scale() : 1;
+      add_sample(moved, 0, 1, scale);
+      jittered_ = false;
+      dirty_ = false;
+    } else if (facts_.scale != 1 || int(facts_.samples) < settings_.samples) {
+      const auto samples = std::uint32_t(settings_.samples);
+      const bool begin = facts_.scale != 1 || !jittered_;
+      add_sample(false, begin ? 0 : facts_.samples, samples, 1);
+      jittered_ = true;
+    }
+    last_good_ = settings_;
+    if (facts_.message.starts_with("compiling"))
+      say(fmt::format("method {} {}", settings_.query.method, settings_.query.numeric));
+  } catch (const Error& error) {
+    if (settings_ == last_good_) throw;  // what worked before does not any more
+    say(error.what(), true);
+    const bool panels = settings_.panels, help = settings_.help;
+    settings_ = last_good_;
+    settings_.panels = panels, settings_.help = help;
+    dirty_ = true;
+    return;
+  }
+  if (facts_.shader_error != engine_->shader_error()) {
+    facts_.shader_error = engine_->shader_error();
+    if (!facts_.shader_error.empty()) say("a shader does not compile", true);
+  }
+}
+
+void Session::add_sample(bool moved, std::uint32_t index, std::uint32_t count, double scale) {
+  const auto scaled = [&](std::uint32_t n) { return std::max(1u, std::uint32_t(std::lround(n * scale))); };
+  const glm::uvec2 size(scaled(window_pixels_.x), scaled(window_pixels_.y));
+  LiveOptions o = live_options(size);
+  o.sample_index = index;
+  o.sample_count = count;
+  const View view = camera_->view();
+  const LiveTimes times = engine_->live().add_sample(view, o);
+  traced_ = size;
+  facts_.view_name = view.name;
+  facts_.last = times;
+  facts_.width = size.x;
+  facts_.height = size.y;
+  facts_.scale = scale;
+  facts_.samples = index + 1;
+  facts_.frames.push_back({times, presenter_->last_ms(), raw_wall_ms_});
+  if (facts_.frames.size() > kGraphFrames) facts_.frames.pop_front();
+  if (!moved) return;
+  const double ms = times.total_ms() + presenter_->last_ms();
+  if (settings_.scale) scaler_.measured(ms);
+}
+
+void Session::show(const PaintList& list) {
+  ShownPicture picture;
+  if (traced_.x) picture = {&engine_->live().pixels(), traced_.x, traced_.y};
+  presenter_->show(picture, list, window_pixels_.x, window_pixels_.y);
+}
+
+}  // namespace ballot::view

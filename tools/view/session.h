@@ -1,0 +1,118 @@
+// A run of the viewer: the window, the engine behind it, and what happens from frame to frame.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tools/view/camera.h"
+#include "tools/view/overlay.h"
+#include "tools/view/panels.h"
+#include "tools/view/scaler.h"
+#include "tools/view/script.h"
+#include "tools/view/shader_watch.h"
+#include "tools/view/window.h"
+
+namespace ballot::view {
+
+struct SessionOptions {
+  std::string scene;
+  EngineOptions engine;
+  Settings settings;
+  bool target_given = false;  // else the device decides about settings.target_ms
+  std::string view;           // to start with; empty: where the scene was left last time
+  std::string views_file;     // where V appends; empty: SCENE-views.json in `out`
+  std::string out = ".";      // folder of pictures
+  std::uint32_t width = 1280, height = 720;
+  Pace pace = Pace::Refresh;
+  std::vector<ScriptLine> script;
+};
+
+class Session {
+ public:
+  /// Opens display, scene, window and device, in this order. Throws Error.
+  explicit Session(SessionOptions options);
+  ~Session();
+
+  /// Runs until the window is closed. Returns the count of validation messages.
+  std::size_t run();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  // session.cpp
+  void frame();
+  void make_overlay();
+  glm::dvec2 screen_scale() const;
+  void trace(bool moved);
+  void add_sample(bool moved, std::uint32_t index, std::uint32_t count, double scale);
+  bool announce_kernels();
+  LiveOptions live_options(const glm::uvec2& size) const;
+  void show(const PaintList& list);
+  void note_time(double wall_ms);
+  bool at_rest() const;
+  double idle_seconds() const;
+
+  // session_input.cpp
+  void take_keys();
+  void take_key(const KeyPress& press);
+  void choose_number(int digit);
+  CameraInput take_mouse();
+  void take_click();
+  void hover();
+  void pick(const glm::dvec2& mouse);
+  void count();
+  std::optional<glm::uvec2> pixel_at(const glm::dvec2& mouse) const;
+  const Query& query_at(const glm::uvec2& pixel) const;
+  void step_script(double dt);
+  bool run_line(const ScriptLine& line, double dt);
+  void choose(const ScriptLine& line);
+  void say_times();
+
+  // session_files.cpp
+  void open(Scene scene);
+  void open_dropped(const std::string& path);
+  void load_views();
+  void go_to(const View& view);
+  std::filesystem::path saved_view_file() const;
+  void save_view() const;
+  std::filesystem::path views_file() const;
+  void append_view();
+  void shoot(const std::filesystem::path& exr);
+  std::filesystem::path next_shot() const;
+  void reload(const char* why);
+
+  void say(const std::string& message, bool failed = false);
+
+  SessionOptions options_;
+  Settings settings_;
+  std::unique_ptr<Window> window_;
+  std::unique_ptr<Engine> engine_;
+  std::unique_ptr<Presenter> presenter_;
+  std::unique_ptr<Overlay> overlay_;
+  std::unique_ptr<ShaderWatch> watch_;
+  std::unique_ptr<FlyCamera> camera_;
+  Scaler scaler_{33};
+  Facts facts_;
+  std::vector<View> views_;  // the scene's, then those of the views file
+
+  bool dirty_ = true;              // another picture is to be begun
+  bool jittered_ = false;          // the picture's samples
+  Settings last_good_;             // what traced without an error last
+  std::set<std::string> kernels_;  // that were made, or announced
+  int announced_ = 0;              // frames that show the announcement still
+  glm::uvec2 traced_{0}, window_pixels_{0};
+  glm::dvec2 overlay_scale_{0};  // that the overlay was made for
+  Clock::time_point last_frame_ = Clock::now();
+  double raw_wall_ms_ = 0, wall_ms_ = 0;  // from frame to frame: the last, and a running mean
+  glm::dvec2 pressed_at_{0};
+  bool dragged_ = false, over_panel_ = false;
+
+  std::size_t script_at_ = 0;
+  double script_left_ = 0;
+  bool script_waits_ = false;
+};
+
+}  // namespace ballot::view

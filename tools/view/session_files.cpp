@@ -1,0 +1,190 @@
+// Scenes, views and pictures on disk; shaders.
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <filesystem>
+
+#include "tools/view/session.h"
+#include "tools/views_file.h"
+
+namespace ballot::view {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A scene's name as a part of a file name.
+std::string file_name(std::string name) {
+  for (char& c : name)
+    if (c == '/' || static_cast<unsigned char>(c) < 32) c = '_';
+  return name;
+}
+
+double diagonal_of(const Scene& scene) {
+  const glm::dvec3 size = glm::dvec3(scene.bounds.hi) - glm::dvec3(scene.bounds.lo);
+  const double length = std::sqrt(size.x * size.x + size.y * size.y + size.z * size.z);
+  return length > 0 ? length : 1;
+}
+
+}  // namespace
+
+void Session::open(Scene scene) {
+  const WindowSurface surface = window_->surface();
+  EngineOptions options = options_.engine;
+  options.window = &surface;
+  if (engine_) options.context = engine_->context();  // the window has its surface already
+  presenter_.reset();
+  engine_.reset();
+  const std::string name = scene.name;
+  ProgressBar bar("building BVH");
+  engine_ = std::make_unique<Engine>(std::move(scene), options, [&](double done) {
+    bar.update(done);
+    window_->set_title(fmt::format("Ballot: {} - building BVH {:.0f} %", name, 100 * done));
+  });
+  bar.hide();
+  presenter_ = engine_->make_presenter(options_.pace);
+  presenter_->set_atlas(overlay_->atlas());
+  window_->set_title("Ballot: " + name);
+  if (!options_.target_given) settings_.target_ms = engine_->device().is_cpu() ? 33.0f : 8.0f;
+  scaler_ = Scaler(double(settings_.target_ms));
+  camera_ = std::make_unique<FlyCamera>(diagonal_of(engine_->scene()));
+  facts_ = Facts{};
+  facts_.engine = engine_.get();
+  facts_.scene_file = options_.scene;
+  kernels_.clear();
+  traced_ = {0, 0};
+  last_good_ = settings_;
+  dirty_ = true;
+  load_views();
+  say(fmt::format("{}: {} triangles on {} ({})", name, engine_->scene().triangles.size(), engine_->device().name,
+                  engine_->device().driver));
+}
+
+void Session::load_views() {
+  views_ = engine_->scene().views;
+  std::error_code error;
+  if (fs::exists(views_file(), error))
+    for (View& v : cli::read_views(views_file())) views_.push_back(std::move(v));
+  if (!options_.view.empty()) {
+    for (const View& v : views_)
+      if (v.name == options_.view) return go_to(v);
+    find_view(engine_->scene(), options_.view);  // says which names there are
+  }
+  if (options_.script.empty() && fs::exists(saved_view_file(), error)) {
+    try {
+      return go_to(cli::read_views(saved_view_file()).front());
+    } catch (const Error&) {
+      // A damaged cache costs the place where one was, nothing else.
+    }
+  }
+  go_to(views_.front());
+}
+
+void Session::go_to(const View& view) {
+  camera_->set(view);
+  facts_.picked.reset();
+  dirty_ = true;
+}
+
+void Session::open_dropped(const std::string& path) {
+  try {
+    Scene scene = load_scene(path);
+    save_view();
+    const std::string before = options_.scene;
+    options_.scene = path;
+    options_.view.clear();
+    try {
+      open(std::move(scene));
+    } catch (const Error& error) {
+      options_.scene = before;
+      open(load_scene(before));
+      throw;
+    }
+  } catch (const Error& error) {
+    say(error.what(), true);
+  }
+}
+
+// By path and content: another scene of the same name has views of its own.
+fs::path Session::saved_view_file() const {
+  std::error_code error;
+  const fs::path path = fs::weakly_canonical(options_.scene, error);
+  const std::string text = error ? options_.scene : path.string();
+  const auto& triangles = engine_->scene().triangles;
+  const XXH64_hash_t content = XXH3_64bits(triangles.data(), triangles.size() * sizeof(Triangle));
+  const XXH64_hash_t hash = XXH3_64bits_withSeed(text.data(), text.size(), content);
+  return cache_folder() / "views" / fmt::format("{:016x}.json", hash);
+}
+
+void Session::save_view() const {
+  try {
+    const fs::path file = saved_view_file();
+    fs::create_directories(file.parent_path());
+    cli::write_views(file, {camera_->view()});
+  } catch (const std::exception&) {
+    // A cache that cannot be written costs the place where one was, nothing else.
+  }
+}
+
+fs::path Session::views_file() const {
+  if (!options_.views_file.empty()) return options_.views_file;
+  return fs::path(options_.out) / (file_name(engine_->scene().name) + "-views.json");
+}
+
+// From here on the camera stands exactly where the file says, so that a picture of the view is this picture.
+void Session::append_view() {
+  try {
+    View view = cli::as_written(camera_->view());
+    std::set<std::string> names;
+    for (const View& v : views_) names.insert(v.name);
+    for (int n = 1; names.contains(view.name = fmt::format("saved-{}", n));) ++n;
+    cli::append_view(views_file(), view);
+    views_.push_back(view);
+    go_to(view);
+    say(fmt::format("{} appended to {}", view.name, views_file().string()));
+  } catch (const Error& error) {
+    say(error.what(), true);
+  }
+}
+
+fs::path Session::next_shot() const {
+  std::error_code error;
+  for (int n = 1;; ++n) {
+    const fs::path file = fs::path(options_.out) / fmt::format("{}-shot-{}.exr", file_name(engine_->scene().name), n);
+    if (!fs::exists(file, error)) return file;
+  }
+}
+
+void Session::shoot(const fs::path& exr) {
+  try {
+    fs::path beside = exr;
+    if (!camera_->untouched()) {
+      View view = cli::as_written(camera_->view());
+      view.name = exr.stem().string();
+      go_to(view);
+      cli::write_views(beside.replace_extension(".json"), {view});
+    }
+    RenderOptions o;
+    o.width = window_pixels_.x;
+    o.height = window_pixels_.y;
+    o.shading = settings_.shading;
+    o.heat = settings_.heat;
+    o.query = settings_.query;
+    const Image image = engine_->render(camera_->view(), o);
+    write_exr(exr, image);
+    write_png(beside.replace_extension(".png"), image);
+    say(fmt::format("wrote {} and .png of view {}", exr.string(), camera_->view().name));
+  } catch (const Error& error) {
+    say(error.what(), true);
+  }
+}
+
+void Session::reload(const char* why) {
+  engine_->reload_shaders();
+  kernels_.clear();
+  facts_.shader_error.clear();
+  dirty_ = true;
+  say(fmt::format("shaders reloaded: {}", why));
+}
+
+}  // namespace ballot::view

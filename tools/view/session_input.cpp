@@ -1,0 +1,259 @@
+// Keys, mouse and scripts.
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "tools/cli.h"
+#include "tools/view/session.h"
+
+namespace ballot::view {
+
+namespace {
+
+constexpr double kClickPixels = 4;
+
+/// The name after `now` in a registry, or the one before; around its ends.
+template <class List>
+std::string next_in(const List& list, const std::string& now, bool back) {
+  const auto count = std::ssize(list);
+  std::ptrdiff_t at = 0;
+  for (std::ptrdiff_t i = 0; i < count; ++i)
+    if (list[i].name == now) at = i;
+  return std::string(list[(at + (back ? count - 1 : 1)) % count].name);
+}
+
+}  // namespace
+
+void Session::take_keys() {
+  for (const KeyPress& press : window_->input().pressed) take_key(press);
+}
+
+void Session::take_key(const KeyPress& press) {
+  const bool back = (press.mods & GLFW_MOD_SHIFT) != 0;
+  if (press.mods & GLFW_MOD_CONTROL) {
+    if (press.key == GLFW_KEY_Q) window_->close();
+    return;
+  }
+  Settings& s = settings_;
+  switch (press.key) {
+    case GLFW_KEY_M:
+      s.query.method = next_in(kMethods, s.query.method, back);
+      s.query.knobs.clear();
+      return;
+    case GLFW_KEY_N:
+      s.query.numeric = next_in(kNumericModes, s.query.numeric, back);
+      return say("numeric " + s.query.numeric);
+    case GLFW_KEY_K:
+      s.rays = next_in(kRayKinds, s.rays, back);
+      return say("rays " + s.rays);
+    case GLFW_KEY_G:
+      s.shading = next_in(kShadings, s.shading, back);
+      return say("shading " + s.shading);
+    case GLFW_KEY_B:
+      s.heat = next_in(kHeatKinds, s.heat, back);
+      return say("heat " + s.heat);
+    case GLFW_KEY_X:
+      s.compare = !s.compare;
+      return say(s.compare ? fmt::format("comparing {} with {}", s.query.method, s.other.method) : "not comparing");
+    case GLFW_KEY_C:
+      return count();
+    case GLFW_KEY_V:
+      return append_view();
+    case GLFW_KEY_R:
+      return reload("asked for");
+    case GLFW_KEY_TAB:
+      s.panels = !s.panels;
+      return;
+    case GLFW_KEY_H:
+    case GLFW_KEY_SLASH:
+      s.help = !s.help;
+      return;
+    case GLFW_KEY_ESCAPE:
+      s.help = false;
+      return facts_.picked.reset();
+    case GLFW_KEY_F11:
+      return window_->toggle_full_screen();
+    case GLFW_KEY_F12:
+      return shoot(next_shot());
+    default:
+      if (press.key >= GLFW_KEY_1 && press.key <= GLFW_KEY_9) choose_number(press.key - GLFW_KEY_1);
+  }
+}
+
+void Session::choose_number(int digit) {
+  if (std::size_t(digit) >= views_.size())
+    return say(fmt::format("there are {} views, no view {}", views_.size(), digit + 1), true);
+  go_to(views_[std::size_t(digit)]);
+  say("view " + views_[std::size_t(digit)].name);
+}
+
+CameraInput Session::take_mouse() {
+  const Input& in = window_->input();
+  CameraInput hands;
+  const bool control = in.down[GLFW_KEY_LEFT_CONTROL] || in.down[GLFW_KEY_RIGHT_CONTROL];
+  if (!overlay_->takes_keys() && !control) {
+    const auto axis = [&](int plus, int minus) { return double(in.down[plus]) - double(in.down[minus]); };
+    hands.move = {axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_S, GLFW_KEY_W)};
+    hands.fast = in.down[GLFW_KEY_LEFT_SHIFT] || in.down[GLFW_KEY_RIGHT_SHIFT];
+  }
+  take_click();
+  if (over_panel_) return hands;
+  if (in.buttons[1]) hands.look_x = in.moved.x, hands.look_y = in.moved.y;
+  if (in.buttons[0] && dragged_) hands.orbit_x = in.moved.x, hands.orbit_y = in.moved.y;
+  if (in.scrolled != 0) camera_->change_speed(std::pow(1.15, in.scrolled));
+  return hands;
+}
+
+/// A press chooses what a drag orbits about; a press and release in one place picks the pixel.
+void Session::take_click() {
+  const Input& in = window_->input();
+  static constexpr double kNever = -1e9;
+  if (in.clicked[0]) {
+    pressed_at_ = over_panel_ ? glm::dvec2(kNever) : in.mouse;
+    dragged_ = false;
+    if (over_panel_) return;
+    if (const auto pixel = pixel_at(in.mouse)) {
+      const Probe p = engine_->live().probe(camera_->view(), live_options(window_pixels_), pixel->x, pixel->y, false);
+      if (p.hit.prim != NO_HIT) camera_->set_pivot(glm::dvec3(p.ray.origin) + double(p.hit.t) * glm::dvec3(p.ray.dir));
+    }
+  }
+  if (pressed_at_.x == kNever) return;
+  if (glm::distance(pressed_at_, in.mouse) > kClickPixels) dragged_ = true;
+  if (in.buttons[0]) return;
+  if (!dragged_) pick(pressed_at_);
+  pressed_at_ = glm::dvec2(kNever);
+}
+
+std::optional<glm::uvec2> Session::pixel_at(const glm::dvec2& mouse) const {
+  const glm::dvec2 size = window_->size(), at = mouse / size * glm::dvec2(window_pixels_);
+  if (at.x < 0 || at.y < 0 || at.x >= window_pixels_.x || at.y >= window_pixels_.y) return std::nullopt;
+  return glm::uvec2(at);
+}
+
+const Query& Session::query_at(const glm::uvec2& pixel) const {
+  const bool right = settings_.compare && float(pixel.x) >= settings_.divider * float(window_pixels_.x);
+  return right ? settings_.other : settings_.query;
+}
+
+void Session::hover() {
+  const Input& in = window_->input();
+  const auto pixel = over_panel_ || in.buttons[1] ? std::nullopt : pixel_at(in.mouse);
+  if (!pixel || !settings_.panels || traced_.x == 0) return facts_.hovered.reset();
+  if (facts_.hovered && facts_.hovered->pixel == *pixel && at_rest()) return;
+  LiveOptions o = live_options(window_pixels_);
+  o.query = query_at(*pixel);
+  Inspection i;
+  i.pixel = *pixel;
+  i.probe = engine_->live().probe(camera_->view(), o, pixel->x, pixel->y, false);
+  facts_.hovered = i;
+}
+
+void Session::pick(const glm::dvec2& mouse) {
+  const auto pixel = pixel_at(mouse);
+  if (!pixel) return;
+  LiveOptions o = live_options(window_pixels_);
+  o.query = query_at(*pixel);
+  Inspection i;
+  i.pixel = *pixel;
+  i.picked = true;
+  i.probe = engine_->live().probe(camera_->view(), o, pixel->x, pixel->y, true);
+  const auto batch = engine_->make_batch("pixel", std::span(&i.probe.ray, 1), Want::Nearest);
+  const ExactTruth truth = engine_->exact_truth(*batch);
+  const ErrorFigures figures =
+      engine_->judge(std::span(&i.probe.ray, 1), std::span(&i.probe.hit, 1), truth, o.query, 1);
+  i.exact = truth.hits[0];
+  i.agrees = figures.errors() == 0;
+  i.t_ulp = figures.t_ulp.max;
+  if (!figures.cases.empty()) {
+    const ErrorCase& c = figures.cases[0];
+    i.reason = fmt::format("{}: {}{}", name_of(c.kind), c.reason, c.within_bound ? " (within the mode's bound)" : "");
+  }
+  facts_.picked = i;
+  say(fmt::format("pixel {}, {}: prim {}, exact {}", pixel->x, pixel->y, i.probe.hit.prim, i.exact.prim));
+}
+
+void Session::count() {
+  const auto batch =
+      engine_->make_batch(camera_->view(), find_ray_kind(settings_.rays), window_pixels_.x, window_pixels_.y);
+  facts_.counters = engine_->count(*batch, settings_.query);
+  if (settings_.compare) facts_.other_counters = engine_->count(*batch, settings_.other);
+  const double rays = double(std::max<std::uint64_t>(1, facts_.counters->rays));
+  say(fmt::format("{}: {:.1f} nodes a ray", settings_.query.method, double((*facts_.counters)["nodes"]) / rays));
+}
+
+void Session::step_script(double dt) {
+  while (script_at_ < options_.script.size() && run_line(options_.script[script_at_], dt)) {
+    ++script_at_;
+    script_waits_ = false;
+  }
+}
+
+/// True: the line is done, and the next one may follow in the same frame.
+bool Session::run_line(const ScriptLine& line, double dt) {
+  const std::string& command = line.words[0];
+  Input& input = window_->input();
+  const bool holds = command == "key" && line.words.size() == 3;
+  if (command == "wait" && line.words[1] == "refined") return at_rest() && traced_ == window_pixels_;
+  if (command == "wait" || holds) {
+    if (!script_waits_) script_left_ = duration_of(line, line.words[holds ? 2 : 1]), script_waits_ = true;
+    const bool frames = script_left_ < 0;
+    script_left_ = frames ? std::min(0.0, script_left_ + 1) : std::max(0.0, script_left_ - dt);
+    if (holds) input.down[key_of(line, line.words[1])] = script_left_ != 0;
+    return script_left_ == 0;
+  }
+  if (command == "key") {
+    input.pressed.push_back({key_of(line, line.words[1]), 0});
+    return true;
+  }
+  if (command == "mouse") {
+    input.buttons[1] = !script_waits_;
+    if (!script_waits_) input.moved = {std::stod(line.words[1]), std::stod(line.words[2])};
+    return std::exchange(script_waits_, true);
+  }
+  if (command == "quit") {
+    window_->close();
+    return false;
+  }
+  choose(line);
+  return true;
+}
+
+/// Means over the frames since the last time.
+void Session::say_times() {
+  double rays = 0, trace = 0, shade = 0, present = 0, wall = 0;
+  for (const FrameRecord& f : facts_.frames) {
+    rays += f.times.generate_ms + f.times.primary_ms;
+    trace += f.times.trace_ms + f.times.other_ms;
+    shade += f.times.shade_ms;
+    present += f.present_ms;
+    wall += f.wall_ms;
+  }
+  const double n = double(std::max<std::size_t>(1, facts_.frames.size()));
+  say(fmt::format("{} frames, {:.1f} ms each: rays {:.1f}, trace {:.1f}, shade {:.1f}, show {:.1f}; {}x{} pixels last",
+                  facts_.frames.size(), wall / n, rays / n, trace / n, shade / n, present / n, facts_.width,
+                  facts_.height));
+  facts_.frames.clear();
+}
+
+void Session::choose(const ScriptLine& line) {
+  const std::string& command = line.words[0];
+  const std::string word = line.words.size() > 1 ? line.words[1] : "";
+  dirty_ = true;
+  if (command == "method") settings_.query.method = find_method(word).name, settings_.query.knobs.clear();
+  if (command == "numeric") settings_.query.numeric = find_numeric(word).name;
+  if (command == "rays") settings_.rays = find_ray_kind(word).name;
+  if (command == "shading") settings_.shading = find_shading(word).name;
+  if (command == "heat") settings_.heat = find_heat(word).name;
+  if (command == "compare") settings_.compare = true, settings_.other.method = find_method(word).name;
+  if (command == "view") go_to(find_view(engine_->scene(), word));
+  if (command == "pick") pick({std::stod(word), std::stod(line.words[2])});
+  if (command == "shot") shoot(word);
+  if (command == "times") say_times();
+  if (command == "resize") {
+    std::uint32_t width = 0, height = 0;
+    cli::parse_size(word, width, height);
+    window_->resize(width, height);
+  }
+}
+
+}  // namespace ballot::view
