@@ -54,7 +54,8 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
                ? options.context
                : std::make_shared<Context>(ContextOptions{options.device, options.validate, options.window})) {
   times_.device_s = seconds_since(begin_);
-  for (const Query& q : options.queries) formulation_for(find_method(q.method), gpu_->info(), q.knobs);
+  for (const Query& q : options.queries)
+    formulation_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);
   const auto start = Clock::now();
   bvh_ = build(scene_, options, progress);
   times_.bvh_s = seconds_since(start);

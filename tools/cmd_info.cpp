@@ -76,7 +76,8 @@ nlohmann::json print_variants(const DeviceInfo& device, std::uint32_t depth) {
   fmt::print("\nvariants on this device (nearest; --method, --knob):\n");
   nlohmann::json json = nlohmann::json::array();
   for (const Method& m : kMethods) {
-    const Variant v{&m, &find_numeric(kDefaultNumeric), Want::Nearest, formulation_for(m, device)};
+    const NumericMode& numeric = find_numeric(kDefaultNumeric);
+    const Variant v{&m, &numeric, Want::Nearest, formulation_for(m, numeric, device)};
     kernel_source(v, device, depth);  // refuses what does not fit
     fmt::print("  {}{}\n", v.name(), m.name == kDefaultMethod ? "  <- default" : "");
     json.push_back(v.name());

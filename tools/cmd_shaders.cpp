@@ -31,14 +31,17 @@ std::vector<DeviceInfo> imagined_devices() {
   return {gpu, plain, cpu};
 }
 
-/// Every vote that a method takes, with both launches.
+/// Every vote that a method takes, with both launches; packets of several rays with and without what they fall back on.
 std::vector<Knobs> knobs_of(const Method& method) {
   std::vector<Knobs> all;
   for (const char* launch : {"plain", "persistent"}) {
     for (const Vote vote : {Vote::Any, Vote::Count, Vote::Sum})
       if (method.takes(vote)) all.push_back({{"launch", launch}, {"vote", std::string(vote_name(vote))}});
     if (!method.packet()) all.push_back({{"launch", launch}});
+    if (method.wide) all.push_back({{"launch", launch}, {"rays", "4"}, {"fallback", "0"}});
   }
+  if (!method.packet())
+    all.push_back({{"layout", "centred"}, {"minmax", "integer"}, {"leaf_run", "1"}, {"leaf_box", "1"}});
   return all;
 }
 
@@ -46,13 +49,15 @@ std::vector<KernelSource> traversal_sources() {
   std::vector<KernelSource> sources;
   for (const DeviceInfo& device : imagined_devices())
     for (const Method& method : kMethods)
-      for (const NumericMode& numeric : kNumericModes)
+      for (const NumericMode& numeric : kNumericModes) {
+        if (method.wide && !device.shuffle) continue;
         for (const Want want : {Want::Nearest, Want::Any})
           for (const Knobs& knobs : knobs_of(method))
             for (const bool counters : {false, true}) {
-              const Variant v{&method, &numeric, want, formulation_for(method, device, knobs), counters};
+              const Variant v{&method, &numeric, want, formulation_for(method, numeric, device, knobs), counters};
               sources.push_back(kernel_source(v, device, 32));
             }
+      }
   return sources;
 }
 

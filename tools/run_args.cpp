@@ -79,7 +79,8 @@ bench::Plan RunArgs::make_plan() const {
     fmt::print(stderr, "ballot: note: --sweep: none of the methods has a threshold to sweep\n");
   const auto devices = list_devices();
   const DeviceInfo& device = devices[choose_device(devices, engine.device)];
-  for (const Query& query : made.queries()) formulation_for(find_method(query.method), device, query.knobs);
+  for (const Query& query : made.queries())
+    formulation_for(find_method(query.method), find_numeric(query.numeric), device, query.knobs);
   return made;
 }
 

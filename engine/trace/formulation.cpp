@@ -84,6 +84,10 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) {
        f.leaf_box = choose<int>(v, k, {"0", "1"}) != 0;
      }},
+    {{"leaf_run", "0, 1", "rays by themselves: leaves are tested until a node comes up, or one at a time"},
+     [](F& f, V v, const K& k) {
+       f.leaf_run = choose<int>(v, k, {"0", "1"}) != 0;
+     }},
     {{"sorted", "0, 1", "any hit, rays by themselves: the nearer child is entered first, or the left one"},
      [](F& f, V v, const K& k) {
        f.sorted = choose<int>(v, k, {"0", "1"}) != 0;
@@ -164,8 +168,9 @@ std::string describe(const Formulation& f, const Method& method) {
   if (method.lists) text += fmt::format(" list={}", f.list);
   constexpr const char* products[] = {"split", "float64", "fma"};
   text += fmt::format(" products={}", products[int(f.products)]);
-  text += fmt::format(" minmax={} leaf_box={} sorted={} launch={} workgroup={}", minima[int(f.minmax)], int(f.leaf_box),
-                      int(f.sorted), f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
+  text += fmt::format(" minmax={} leaf_box={} leaf_run={} sorted={} launch={} workgroup={}", minima[int(f.minmax)],
+                      int(f.leaf_box), int(f.leaf_run), int(f.sorted),
+                      f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
   if (f.launch == Launch::Persistent) text += fmt::format(" batches={} lanes={}", f.batches, f.resident_lanes);
   return text;
 }

@@ -34,7 +34,9 @@ struct Formulation {
   bool cooperative = false;             // packets: four lanes load a pair and shuffle it round
   bool subgroup_barrier = true;         // packets: subgroupBarrier() after shared memory; else a memory barrier alone
   MinMax minmax = MinMax::Builtin;      // box test: how minima and maxima are taken
-  bool leaf_box = true;                 // a leaf's own box is tested again before its triangles
+  bool leaf_box = false;                // a leaf's own box is tested again before its triangles
+  bool leaf_run = false;                // rays by themselves: leaves until a node comes up; else one at a time
+  bool loops_cut = true;                // the driver may cut loops short: kernels look out for it
   bool sorted = true;                   // any hit, rays by themselves: the nearer child first; else the left one
   std::uint32_t workgroup = 64;         // invocations; a multiple of the subgroup
   std::uint32_t subgroup = 0;           // required subgroup size; 0: the device's own

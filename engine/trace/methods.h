@@ -73,7 +73,7 @@ inline constexpr Method kMethods[] = {
      {Fetch::Reference, StackPlace::Private, Launch::Persistent},
      {Threshold::Share,
       "refetch",
-      0.625,
+      0.5,
       "new rays are taken when fewer lanes than this share are at work",
       {0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1},
       8}},

@@ -72,8 +72,8 @@ const Tracer::Texels& Tracer::wide_buffer(Fetch fetch) {
 
 Variant Tracer::variant(const Query& query, bool counters) const {
   const Method& method = find_method(query.method);
-  return {&method, &find_numeric(query.numeric, gpu_.info()), query.want,
-          formulation_for(method, gpu_.info(), query.knobs), counters};
+  const NumericMode& numeric = find_numeric(query.numeric, gpu_.info());
+  return {&method, &numeric, query.want, formulation_for(method, numeric, gpu_.info(), query.knobs), counters};
 }
 
 Tracer::Pipeline& Tracer::pipeline(const Variant& v) {

@@ -53,6 +53,8 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
                     {"BALLOT_SUBGROUP_BARRIER", f.subgroup_barrier},
                     {"BALLOT_MINMAX", int(f.minmax)},
                     {"BALLOT_LEAF_BOX", f.leaf_box},
+                    {"BALLOT_LEAF_RUN", f.leaf_run},
+                    {"BALLOT_LOOPS_CUT", f.loops_cut},
                     {"BALLOT_SORTED", f.sorted || variant.want == Want::Nearest},
                     {"BALLOT_RAYS", wide ? int(f.rays) : 1},
                     {"BALLOT_FALLBACK", wide && f.fallback},

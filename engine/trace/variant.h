@@ -25,10 +25,11 @@ struct Variant {
   std::string name() const;
 };
 
-/// The formulation for a method on a device: what the method wants of this class of devices, corrected by the row of
-/// the tuning table for its driver and version, by the knobs, and by what the device lacks. Throws Error(Arguments) for
-/// knobs that this device cannot follow.
-Formulation formulation_for(const Method& method, const DeviceInfo& device, const Knobs& knobs = {});
+/// The formulation for a method and a numeric mode on a device: what the method wants of this class of devices, corrected
+/// by the rows of the tuning table for its driver and version, by the knobs, and by what the device lacks. Throws
+/// Error(Arguments) for knobs that this device cannot follow.
+Formulation formulation_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
+                            const Knobs& knobs = {});
 
 /// Defines and specialisation constants of a variant; nothing else makes them. tree_depth sizes the stacks: a walk
 /// pushes at most one entry per inner node on its path, above one sentinel. Throws Error(Work) if the stacks do not fit

@@ -28,8 +28,9 @@ layout(constant_id = SPEC_LIST_SIZE) const uint LIST_SIZE = 0;
 
 layout(push_constant, scalar) uniform Push { TracePush push; };
 
-layout(set = 0, binding = BIND_RAYS, scalar) readonly buffer Rays { Ray rays[]; };
-layout(set = 0, binding = BIND_HITS, scalar) writeonly buffer Hits { Hit hits[]; };
+// Rays and hits by 16 bytes: of records of scalars a compiler loads each scalar by itself.
+layout(set = 0, binding = BIND_RAYS, std430) readonly buffer Rays { vec4 ray_halves[]; };
+layout(set = 0, binding = BIND_HITS, std430) writeonly buffer Hits { uvec4 hit_words[]; };
 layout(set = 0, binding = BIND_WORK, scalar) buffer WorkCounter { Work work; };
 
 // Packets that keep to the wide tree have no use for the binary one.
@@ -56,6 +57,22 @@ uvec4 leaf_texel(uint texel) { return texelFetch(leaves, int(texel)); }
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Texels { uvec4 at[]; };
 uvec4 node_texel(uint texel) { return Texels(uvec2(push.nodes_lo, push.nodes_hi)).at[texel]; }
 uvec4 leaf_texel(uint texel) { return Texels(uvec2(push.leaves_lo, push.leaves_hi)).at[texel]; }
+#endif
+
+Ray load_ray(uint index) {
+  vec4 a = ray_halves[2u * index], b = ray_halves[2u * index + 1u];
+  return Ray(a.xyz, a.w, b.xyz, b.w);
+}
+
+void store_hit(uint index, Hit hit) {
+  hit_words[index] = uvec4(floatBitsToUint(hit.t), hit.prim, floatBitsToUint(hit.u), floatBitsToUint(hit.v));
+}
+
+// Whether the driver cut a loop short (lib/main.glsl). BALLOT_LOOPS_CUT is 0 for drivers that are known not to.
+#if BALLOT_LOOPS_CUT
+#define CUT_SHORT(condition) (condition)
+#else
+#define CUT_SHORT(condition) false
 #endif
 
 bool is_inner(uint node) { return int(node) >= 0; }

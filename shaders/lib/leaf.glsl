@@ -6,7 +6,7 @@ struct Walker {
   Ray ray;         // scaled (lib/scale.glsl)
   Slabs slabs;
   RaySpace space;
-  Hit hit;         // nearest so far; t = t_max and prim = NO_HIT where there is none
+  Hit hit;         // nearest so far; t = t_max and prim = NO_HIT where there is none, else prim is a place (see below)
   bool truncated;  // the driver left a triangle loop early
 };
 
@@ -57,8 +57,8 @@ void consider(inout Walker w, uint block, uint i) {
   TriangleTexels triangle = fetch_triangle(block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS);
   bool hit = hit_triangle(w.ray, w.space, triangle, t, u, v);
   if (hit && may_count(w.space, t, w.ray, w.hit)) {
-    uint prim = triangle_prim(block, i);
-    if (nearer(w.space, t, prim, w.hit)) w.hit = Hit(t, prim, u, v);
+    uint place = triangle_place(block, i);
+    if (nearer(w.space, t, place, w.hit)) w.hit = Hit(t, place, u, v);
   }
 }
 
@@ -82,19 +82,19 @@ void visit_leaf(inout Walker w, uint leaf, bool live) {
       COUNT_TRIANGLE()
       ++i;
     } while (i < count);
-    w.truncated = w.truncated || i < count;
+    w.truncated = w.truncated || CUT_SHORT(i < count);
   }
 #ifdef TRIANGLE_SETTLES
   w.truncated = settle_leaf(w.space, w.hit) || w.truncated;
 #endif
 }
 
-// A hit in the units of the given ray. A miss has its t_max.
-Hit unscaled_hit(Hit hit, Ray given) {
-  if (hit.prim == NO_HIT) return Hit(given.t_max, NO_HIT, 0.0, 0.0);
+// What a walk found, in the units of the given ray and with its prim. A miss has t_max, that of a dead ray 0.
+Hit finished_hit(Hit hit, Ray given) {
+  if (hit.prim == NO_HIT) return Hit(is_dead(given) ? 0.0 : given.t_max, NO_HIT, 0.0, 0.0);
 #ifdef TRIANGLE_SETTLES
   return hit;
 #else
-  return Hit(hit.t * direction_scale(given.dir), hit.prim, hit.u, hit.v);
+  return Hit(hit.t * direction_scale(given.dir), prim_at(hit.prim), hit.u, hit.v);
 #endif
 }

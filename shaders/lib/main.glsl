@@ -13,7 +13,7 @@
 
 bool take_ray(uint index, out Walker w) {
   bool inside = index < push.ray_end;
-  Ray ray = rays[inside ? index : push.ray_begin];
+  Ray ray = load_ray(inside ? index : push.ray_begin);
   bool live = inside && !is_dead(ray);
   if (!live) ray = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
   w = make_walker(ray);
@@ -24,17 +24,15 @@ bool take_ray(uint index, out Walker w) {
 // For the host to trace again.
 void leave_ray(uint index) {
   if (index >= push.ray_end) return;
-  hits[index] = Hit(0.0, UNFINISHED, 0.0, 0.0);
+  store_hit(index, Hit(0.0, UNFINISHED, 0.0, 0.0));
   atomicAdd(work.unfinished, 1u);
 }
 
 void write_hit(uint index, Walker w, bool cut_short) {
-  Ray given = rays[index];
-  Hit hit = is_dead(given) ? Hit(0.0, NO_HIT, 0.0, 0.0) : unscaled_hit(w.hit, given);
   if (cut_short)
     leave_ray(index);
   else
-    hits[index] = hit;
+    store_hit(index, finished_hit(w.hit, load_ray(index)));
   COUNT_WRITE(index)
 }
 
@@ -46,7 +44,7 @@ void trace_ray(uint index) {
   Walker w;
   bool live = take_ray(index, w);
   uint end = traverse(w, live, push.root);
-  if (index < push.ray_end) write_hit(index, w, live && (end != END_OF_TREE || w.truncated));
+  if (index < push.ray_end) write_hit(index, w, CUT_SHORT(live && (end != END_OF_TREE || w.truncated)));
 }
 
 #endif

@@ -38,7 +38,7 @@ void trace_packet(uint base) {
   bool cut_short = walk_packet() != END_OF_TREE || packet_cut_short;
   EACH_RAY(r) {
     uint index = packet_index(base, r);
-    if (index < push.ray_end) write_hit(index, packet[r], cut_short);
+    if (index < push.ray_end) write_hit(index, packet[r], CUT_SHORT(cut_short));
     COUNT_BEGIN()
   }
 }

@@ -1,9 +1,11 @@
-// How hits are ordered by tests whose t is final: by t, among equal t by prim.
+// How hits are ordered by tests whose t is final: by t, among equal t by prim, which is looked up only then.
+
+uint prim_at(uint place) { return place == NO_HIT ? NO_HIT : triangle_prim(place >> 3, place & 7u); }
 
 bool may_count(RaySpace space, float t, Ray ray, Hit best) { return t >= ray.t_min && t <= best.t; }
 
-bool nearer(inout RaySpace space, float t, uint prim, Hit best) {
-  return t < best.t || (t == best.t && prim < best.prim);
+bool nearer(inout RaySpace space, float t, uint place, Hit best) {
+  return t < best.t || (t == best.t && prim_at(place) < prim_at(best.prim));
 }
 
 float reach(RaySpace space, Hit best) { return best.t; }

@@ -9,12 +9,12 @@
 //   triangle_prim(block, i) -> uint    of the i-th triangle of a leaf's block
 //   may_count(space, t, ray, best) -> bool         whether the hit that was just found lies in the ray's range and may be nearer
 //                                      than the best so far
-//   nearer(inout space, t, prim, best) -> bool     whether it is nearer: by t, among equal t by prim
+//   nearer(inout space, t, place, best) -> bool    whether it is nearer: by t, among equal t by prim
 //   reach(space, best) -> float        a t that the nearest hit is surely not beyond; what lies behind it is culled
 // and where it defines TRIANGLE_SETTLES
 //   settle_leaf(inout space, inout best) -> bool  called after the triangles of a leaf, for a test that decides nothing
 //                                      before: finds the nearest hit, with t in the given ray's units. True if the driver
-//                                      left a loop early (lib/main.glsl)
+//                                      left a loop early (lib/main.glsl). best.prim is the prim, not a place
 //
 // A box test (lib/box_*.glsl) gives
 //   Slabs                              what is computed once a ray
@@ -32,6 +32,10 @@ struct TriangleTexels {
   uvec4 a, b, c;
   uint at;
 };
+
+// Until it is written a hit has the place of its triangle for prim, so that walks need not load prims: the texel of the leaf's
+// block and, in three bits, the triangle's number there.
+uint triangle_place(uint block, uint i) { return block << 3 | i; }
 
 TriangleTexels fetch_triangle(uint texel) {
   return TriangleTexels(leaf_texel(texel), leaf_texel(texel + 1u), leaf_texel(texel + 2u), texel);

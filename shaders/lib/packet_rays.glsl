@@ -40,12 +40,12 @@ uint rays_that_meet(vec3 lo, vec3 hi) {
   return met & alive;
 }
 
-void consider_triangle(TriangleTexels triangle, uint prim) {
+void consider_triangle(TriangleTexels triangle, uint place) {
   EACH_RAY(r) {
     float t, u, v;
     bool hit = hit_triangle(packet[r].ray, packet[r].space, triangle, t, u, v);
     hit = hit && (alive >> r & 1u) != 0u && may_count(packet[r].space, t, packet[r].ray, packet[r].hit);
-    if (hit && nearer(packet[r].space, t, prim, packet[r].hit)) packet[r].hit = Hit(t, prim, u, v);
+    if (hit && nearer(packet[r].space, t, place, packet[r].hit)) packet[r].hit = Hit(t, place, u, v);
   }
 }
 
@@ -57,12 +57,11 @@ void visit_packet_leaf(uint leaf) {
   do {
     uint mine = min(first + gl_SubgroupInvocationID, count - 1u);
     TriangleTexels own = fetch_triangle(block + LEAF_HEADER_TEXELS + mine * TRIANGLE_TEXELS);
-    uint own_prim = triangle_prim(block, mine);
     uint end = min(count - first, SUBGROUP_SIZE), i = 0u;
     do {
       TriangleTexels triangle = TriangleTexels(subgroupShuffle(own.a, i), subgroupShuffle(own.b, i),
                                                subgroupShuffle(own.c, i), subgroupShuffle(own.at, i));
-      consider_triangle(triangle, subgroupShuffle(own_prim, i));
+      consider_triangle(triangle, triangle_place(block, first + i));
       ++i;
     } while (i < end);
     packet_cut_short = packet_cut_short || i < end;
@@ -70,7 +69,10 @@ void visit_packet_leaf(uint leaf) {
   } while (SUBGROUP_SIZE < MAX_LEAF_TRIANGLES && first < count);
   packet_cut_short = packet_cut_short || first < count;
 #ifdef TRIANGLE_SETTLES
-  EACH_RAY(r) packet_cut_short = settle_leaf(packet[r].space, packet[r].hit) || packet_cut_short;
+  EACH_RAY(r) {
+    if ((alive >> r & 1u) == 0u) packet[r].space.marked = 0u;
+    packet_cut_short = settle_leaf(packet[r].space, packet[r].hit) || packet_cut_short;
+  }
 #endif
 #if BALLOT_ANY_HIT
   EACH_RAY(r) alive &= ~(uint(packet[r].hit.prim != NO_HIT) << r);

@@ -51,7 +51,7 @@ void trace_rays() {
   refill_left = true;
   while (any_left) {
     bool idle = node == END_OF_TREE;
-    if (idle && index < push.ray_end) write_hit(index, w, w.truncated);
+    if (idle && index < push.ray_end) write_hit(index, w, CUT_SHORT(w.truncated));
     if (refill_left) {
       uvec4 idlers = subgroupBallot(idle);
       uint base = refill_take(subgroupBallotBitCount(idlers));
@@ -70,5 +70,5 @@ void trace_rays() {
     any_left = subgroupAny(index < push.ray_end);
   }
   // Only where the driver cut the loop short.
-  if (index < push.ray_end) write_hit(index, w, node != END_OF_TREE || w.truncated);
+  if (index < push.ray_end) write_hit(index, w, CUT_SHORT(node != END_OF_TREE || w.truncated));
 }

@@ -14,12 +14,12 @@ struct RaySpace {
 
 RaySpace make_ray_space(Ray ray, Ray given) { return RaySpace(0u); }
 
-#include "nearer.glsl"
-
 uint triangle_prim(uint block, uint i) {
   uint prims = leaf_texel(block + 1u).w;
   return leaf_texel(prims + i / 4u)[i % 4u];
 }
+
+#include "nearer.glsl"
 
 bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out float t, out float u, out float v) {
   vec4 z = uintBitsToFloat(triangle.a), x = uintBitsToFloat(triangle.b), y = uintBitsToFloat(triangle.c);

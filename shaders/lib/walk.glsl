@@ -52,12 +52,21 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
   }
 #endif
 
+// Leaves until a node comes up, or one leaf: lavapipe runs what a loop holds once more than it loops.
+#if BALLOT_LEAF_RUN
+#define WALK_LEAVES(w, node, top) \
+  while (!is_inner(node) && node != END_OF_TREE) WALK_LEAF(w, node, top)
+#else
+#define WALK_LEAVES(w, node, top) \
+  if (node != END_OF_TREE) WALK_LEAF(w, node, top)
+#endif
+
 // From a node until the stack is empty: nodes until a leaf, then leaves until a node.
 #define WALK_WHILE_WHILE(w, node, top)                                          \
   while (node != END_OF_TREE) {                                                 \
     while (is_inner(node)) WALK_STEP(w, node, top)                              \
-    if (is_inner(node)) break; /* only where the driver cut the loop short */   \
-    if (node != END_OF_TREE) WALK_LEAF(w, node, top)                            \
+    if (CUT_SHORT(is_inner(node))) break;                                       \
+    WALK_LEAVES(w, node, top)                                                   \
   }
 
 // From a node until the stack is empty, an iteration being a node or a leaf.

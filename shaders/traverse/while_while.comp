@@ -5,8 +5,6 @@
 //
 // Based on:
 //   Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009. ("while-while")
-// Differs from the paper: one leaf is tested between descents; the next may be an inner node at once.
-//
 // traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
 //   live   false where the lane has no ray
 //   Flow   lanes part; no subgroup operation

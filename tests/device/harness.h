@@ -59,8 +59,11 @@ inline std::vector<Knobs> every_formulation(const DeviceInfo& d) {
                          {{"minmax", "builtin"}},
                          {{"minmax", "select"}},
                          {{"minmax", "integer"}},
-                         {{"leaf_box", "0"}},
-                         {{"layout", "centred"}, {"minmax", "integer"}, {"leaf_box", "0"}},
+                         {{"leaf_box", "1"}},
+                         {{"leaf_run", "0"}},
+                         {{"leaf_run", "1"}},
+                         {{"layout", "interleaved"}},
+                         {{"layout", "centred"}, {"minmax", "integer"}, {"leaf_box", "1"}},
                          {{"launch", "persistent"}},
                          {{"launch", "persistent"}, {"batches", "1"}},
                          {{"launch", "persistent"}, {"batches", "7"}, {"lanes", "256"}}};

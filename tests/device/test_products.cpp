@@ -54,7 +54,8 @@ class ProductsTest : public DeviceTest {};
 // By what the tuning table chooses for this device too, which may rely on an fma() that rounds once.
 TEST_F(ProductsTest, KeepTheExactSign) {
   Context gpu(options());
-  std::set<ballot::Products> ways{ballot::Products::Split, formulation_for(kMethods[0], gpu.info()).products};
+  std::set<ballot::Products> ways{ballot::Products::Split,
+                                  formulation_for(kMethods[0], find_numeric(kDefaultNumeric), gpu.info()).products};
   if (gpu.info().float64) ways.insert(ballot::Products::Float64);
   const std::vector<Factors> factors = nearly_equal_products(64 * 2000);
   for (const ballot::Products how : ways) {

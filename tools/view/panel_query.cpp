@@ -35,7 +35,7 @@ void try_knob(Query& query, std::string_view knob, const std::string& value, con
   Knobs knobs = query.knobs;
   knobs[std::string(knob)] = value;
   try {
-    formulation_for(find_method(query.method), device, knobs);
+    formulation_for(find_method(query.method), find_numeric(query.numeric), device, knobs);
     query.knobs = knobs;
   } catch (const Error&) {
     // The value stays what it was: it is not among those that can be chosen here.
@@ -87,7 +87,7 @@ void draw_number(const KnobInfo& knob, const std::string& now, Query& query, con
 
 void draw_knobs(Query& query, const DeviceInfo& device) {
   const Method& method = find_method(query.method);
-  const Formulation f = formulation_for(method, device, query.knobs);
+  const Formulation f = formulation_for(method, find_numeric(query.numeric), device, query.knobs);
   for (const KnobInfo& knob : knobs()) {
     const std::string now = value_of(knob.name, f, method);
     if (now.empty()) continue;
