@@ -67,7 +67,7 @@ void add_view(CLI::App& app, int& result) {
                   "JSON file of views: key V appends to it, its views follow the scene's [SCENE-views.json in --out]");
   cmd->add_option("--size", args->size, "WIDTHxHEIGHT of the window [1280x720]");
   cmd->add_option("--spp", args->session.settings.samples, "samples a pixel while the camera rests [64]");
-  cmd->add_option("--target", args->target_ms, "milliseconds of a frame while moving [33 on a CPU, 8 on a GPU]");
+  cmd->add_option("--target", args->target_ms, "milliseconds of a frame while moving [50 on a CPU, 8 on a GPU]");
   cmd->add_flag("--no-scale", args->no_scale, "trace every pixel while moving too");
   cmd->add_option("--present", args->present,
                   "fifo: waits for the screen; mailbox: the newest picture, where there is it [fifo]");

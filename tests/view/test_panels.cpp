@@ -77,7 +77,10 @@ void click_everywhere(Bench& bench, const Query& start, After after) {
   };
   for (float y = 4; y < kHeight; y += kStep) {
     for (float x = 4; x < kWidth; x += kStep) click({{x, y}});
-    for (float other = 4; other < kHeight; other += kStep) click({{100, y}, {60, other}});
+    for (float other = 4; other < kHeight; other += kStep) {
+      click({{100, y}, {60, other}});
+      click({{220, y}, {220, other}});
+    }
   }
 }
 
