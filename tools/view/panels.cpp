@@ -147,6 +147,7 @@ void draw_status(const Facts& facts) {
   ImGui::SetNextWindowSize({std::min(width + 2 * padding.x, size.x - 2 * kMargin), em() + 2 * padding.y + 4});
   ImGui::SetNextWindowPos({kMargin, size.y - kMargin}, 0, {0, 1});
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, padding);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
   ImGui::Begin("status", nullptr, (kFixed & ~ImGuiWindowFlags_AlwaysAutoResize) | ImGuiWindowFlags_NoScrollbar);
   text(line);
   if (!facts.message.empty()) {
@@ -154,7 +155,7 @@ void draw_status(const Facts& facts) {
     ImGui::TextColored(facts.failed ? kRed : kWarm, "%s", facts.message.c_str());
   }
   ImGui::End();
-  ImGui::PopStyleVar();
+  ImGui::PopStyleVar(2);
 }
 
 /// Says on the picture which half is whose.
