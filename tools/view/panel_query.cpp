@@ -106,7 +106,7 @@ void draw_knobs(Query& query, const DeviceInfo& device) {
 void draw_query(const char* label, Query& query, const DeviceInfo& device) {
   ImGui::PushID(label);
   ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.52f);
-  if (ImGui::BeginCombo("##method", query.method.c_str())) {
+  if (ImGui::BeginCombo("##method", query.method.c_str(), ImGuiComboFlags_HeightLargest)) {
     for (const Method& m : kMethods) {
       const std::string name(m.name);
       if (ImGui::Selectable(name.c_str(), name == query.method)) query.method = name, query.knobs.clear();

@@ -27,7 +27,7 @@ void faint(const std::string& line) { ImGui::TextDisabled("%s", line.c_str()); }
 
 template <class List>
 void draw_combo(const char* label, std::string& value, const List& list) {
-  if (!ImGui::BeginCombo(label, value.c_str())) return;
+  if (!ImGui::BeginCombo(label, value.c_str(), ImGuiComboFlags_HeightLargest)) return;
   for (const auto& item : list) {
     const std::string name(item.name);
     if (ImGui::Selectable(name.c_str(), name == value)) value = name;
