@@ -181,7 +181,7 @@ void draw_shader_error(const std::string& message) {
   ImGui::Begin("shader error", nullptr, kFixed);
   ImGui::TextColored(kRed, "A shader does not compile; the last good one is in use.");
   ImGui::PushTextWrapPos(0);
-  text(message);
+  text(message.substr(0, message.find_last_not_of('\n') + 1));
   ImGui::PopTextWrapPos();
   ImGui::End();
 }
