@@ -98,8 +98,8 @@ CameraInput Session::take_mouse() {
   }
   take_click();
   if (over_panel_) return hands;
-  if (in.buttons[1]) hands.look_x = in.moved.x, hands.look_y = in.moved.y;
-  if (in.buttons[0] && dragged_) hands.orbit_x = in.moved.x, hands.orbit_y = in.moved.y;
+  hands.look_x = in.dragged[1].x, hands.look_y = in.dragged[1].y;
+  if (dragged_) hands.orbit_x = in.dragged[0].x, hands.orbit_y = in.dragged[0].y;
   if (in.scrolled != 0) camera_->change_speed(std::pow(1.15, in.scrolled));
   return hands;
 }
@@ -207,7 +207,7 @@ bool Session::run_line(const ScriptLine& line, double dt) {
   }
   if (command == "mouse") {
     input.buttons[1] = !script_waits_;
-    if (!script_waits_) input.moved = {number_of(line, line.words[1]), number_of(line, line.words[2])};
+    if (!script_waits_) input.dragged[1] = {number_of(line, line.words[1]), number_of(line, line.words[2])};
     return std::exchange(script_waits_, true);
   }
   if (command == "quit") {
