@@ -30,6 +30,9 @@ The C++ run time (libstdc++ of GCC 12 or newer) is the system's, as drivers need
 
   LD_LIBRARY_PATH=lib/fallback bin/ballot info
 
+`view` opens its window with GLFW 3.3 or newer, the system's too (Debian: libglfw3; libglfw3-wayland for Wayland without
+X11). Every other command does without.
+
 The plots of `bench --report` and `verify --report` are drawn by Python 3 with matplotlib (Debian: python3-matplotlib);
 without it a report has none, and says how to draw them later.
 

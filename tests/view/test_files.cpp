@@ -99,6 +99,7 @@ TEST(Script, RefusesWhatItDoesNotKnow) {
   EXPECT_THROW(view::key_of(line, "Enter"), Error);
   EXPECT_THROW(view::duration_of(line, "1m"), Error);
   EXPECT_THROW(view::duration_of(line, "-1"), Error);
+  EXPECT_THROW(view::number_of(line, "far"), Error);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 namespace ballot::view {
 namespace {
 
-constexpr float kWidth = 320, kHeight = 460;
+constexpr float kWidth = 320, kHeight = 900;
 
 /// The toolkit with one window that shows a query's widgets, its knobs unfolded.
 class Bench {
@@ -57,27 +57,28 @@ class Bench {
 /// The knobs that matter to a method, with the values that it has.
 std::map<std::string, std::string> values_of(const Query& query, const DeviceInfo& device) {
   const Method& method = find_method(query.method);
-  const Formulation f = formulation_for(method, find_numeric(kDefaultNumeric), device, query.knobs);
+  const Formulation f = formulation_for(method, find_numeric(query.numeric), device, query.knobs);
   std::istringstream words(describe(f, method) + " " + describe_threshold(f, method));
   std::map<std::string, std::string> values;
   for (std::string word; words >> word;) values[word.substr(0, word.find('='))] = word.substr(word.find('=') + 1);
   return values;
 }
 
-/// Clicks everywhere: all over the window, and at each height and then at each other, which opens lists and chooses from
-/// them, always from the same start. Calls `after` with what a click, or two, made of the query.
+/// Clicks everywhere: all over the window's upper half, which holds the widgets; and in a column and then below, which opens
+/// lists and chooses from them; always from the same start. Calls `after` with what a click, or two, made of the query.
 template <class After>
-void click_everywhere(Bench& bench, const Query& start, After after) {
-  constexpr float kStep = 12;
+void click_everywhere(Bench& bench, const Query& start, float left, After after) {
+  constexpr float kStep = 12, kLongestList = 220;
   const auto click = [&](std::initializer_list<std::pair<float, float>> places) {
     Query query = start;
     for (const auto& [x, y] : places) bench.click(query, x, y);
     bench.click(query, kWidth - 2, kHeight - 2);  // closes a list that is open
     after(query);
   };
-  for (float y = 4; y < kHeight; y += kStep) {
+  for (float y = 4; y < kHeight / 2; y += kStep) {
     for (float x = 4; x < kWidth; x += kStep) click({{x, y}});
-    for (float other = 4; other < kHeight; other += kStep) click({{100, y}, {60, other}});
+    for (float other = y; other < std::min(kHeight, y + kLongestList); other += kStep)
+      click({{left, y}, {left, other}});
   }
 }
 
@@ -94,7 +95,7 @@ TEST(Panels, EveryKnobOfEveryMethodCanBeChanged) {
     const auto before = values_of(start, some_device());
     std::set<std::string> left;
     for (const auto& [knob, value] : before) left.insert(knob);
-    click_everywhere(bench, start, [&](const Query& query) {
+    click_everywhere(bench, start, 60, [&](const Query& query) {
       if (query.method != start.method) return;
       for (const auto& [knob, value] : values_of(query, some_device()))  // throws if the device cannot follow
         if (before.contains(knob) && before.at(knob) != value) left.erase(knob);
@@ -108,10 +109,11 @@ TEST(Panels, EveryMethodAndModeCanBeChosen) {
   for (const Method& m : kMethods) left.emplace(m.name);
   for (const NumericMode& m : kNumericModes) left.emplace(m.name);
   Bench bench(some_device());
-  click_everywhere(bench, {}, [&](const Query& query) {
-    left.erase(query.method);
-    left.erase(query.numeric);
-  });
+  for (const float column : {60.0f, 220.0f})
+    click_everywhere(bench, {}, column, [&](const Query& query) {
+      left.erase(query.method);
+      left.erase(query.numeric);
+    });
   EXPECT_TRUE(left.empty()) << *left.begin();
 }
 

@@ -9,7 +9,7 @@ using ballot::view::Scaler;
 
 /// A device that takes `full_ms` for a whole picture and `fixed_ms` for anything.
 double after(Scaler& scaler, double full_ms, double fixed_ms, int frames) {
-  for (int i = 0; i < frames; ++i) scaler.measured(fixed_ms + full_ms * scaler.scale() * scaler.scale());
+  for (int i = 0; i < frames; ++i) scaler.measured(full_ms * scaler.scale() * scaler.scale(), fixed_ms);
   return fixed_ms + full_ms * scaler.scale() * scaler.scale();
 }
 
@@ -28,6 +28,16 @@ TEST(Scaler, GoesDownWithinTwoFrames) {
   Scaler scaler(33);
   after(scaler, 100, 0, 2);
   EXPECT_LT(scaler.scale(), 0.65);
+}
+
+TEST(Scaler, ReckonsWithWhatThePixelsDoNotChange) {
+  Scaler scaler(50);
+  const double ms = after(scaler, 400, 15, 1);
+  EXPECT_LT(ms, 50) << "one slow frame tells enough";
+  EXPECT_GT(ms, 50 * 0.6);
+  const double chosen = scaler.scale();
+  after(scaler, 400, 15, 100);
+  EXPECT_EQ(scaler.scale(), chosen);
 }
 
 TEST(Scaler, StaysWithinItsRange) {
@@ -52,7 +62,7 @@ TEST(Scaler, DoesNotFlickerUnderNoise) {
   int changes = 0;
   for (int i = 0; i < 300; ++i) {
     const double before = scaler.scale();
-    scaler.measured(80 * before * before * (i % 3 == 0 ? 1.12 : 0.95));
+    scaler.measured(80 * before * before * (i % 3 == 0 ? 1.12 : 0.95), 0);
     changes += scaler.scale() != before;
   }
   EXPECT_LE(changes, 1);
@@ -60,7 +70,7 @@ TEST(Scaler, DoesNotFlickerUnderNoise) {
 
 TEST(Scaler, IgnoresWhatIsNoTime) {
   Scaler scaler(33);
-  for (const double ms : {0.0, -1.0}) scaler.measured(ms);
+  for (const double ms : {0.0, -1.0}) scaler.measured(ms, 0);
   EXPECT_EQ(scaler.scale(), 1);
 }
 

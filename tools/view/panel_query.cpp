@@ -105,21 +105,28 @@ void draw_knobs(Query& query, const DeviceInfo& device) {
 
 void draw_query(const char* label, Query& query, const DeviceInfo& device) {
   ImGui::PushID(label);
-  if (ImGui::BeginCombo("method", query.method.c_str())) {
+  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.52f);
+  if (ImGui::BeginCombo("##method", query.method.c_str(), ImGuiComboFlags_HeightLargest)) {
     for (const Method& m : kMethods) {
       const std::string name(m.name);
       if (ImGui::Selectable(name.c_str(), name == query.method)) query.method = name, query.knobs.clear();
       if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", std::string(m.summary).c_str());
     }
     ImGui::EndCombo();
+  } else if (ImGui::IsItemHovered()) {
+    ImGui::SetTooltip("traversal method: %s", std::string(find_method(query.method).summary).c_str());
   }
-  if (ImGui::BeginCombo("numeric", query.numeric.c_str())) {
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
+  if (ImGui::BeginCombo("##numeric", query.numeric.c_str())) {
     for (const NumericMode& m : kNumericModes) {
       const std::string name(m.name);
       if (ImGui::Selectable(name.c_str(), name == query.numeric)) query.numeric = name;
       if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", std::string(m.summary).c_str());
     }
     ImGui::EndCombo();
+  } else if (ImGui::IsItemHovered()) {
+    ImGui::SetTooltip("numeric mode: %s", std::string(find_numeric(query.numeric).summary).c_str());
   }
   if (ImGui::TreeNode("knobs")) {
     draw_knobs(query, device);

@@ -27,7 +27,7 @@ void faint(const std::string& line) { ImGui::TextDisabled("%s", line.c_str()); }
 
 template <class List>
 void draw_combo(const char* label, std::string& value, const List& list) {
-  if (!ImGui::BeginCombo(label, value.c_str())) return;
+  if (!ImGui::BeginCombo(label, value.c_str(), ImGuiComboFlags_HeightLargest)) return;
   for (const auto& item : list) {
     const std::string name(item.name);
     if (ImGui::Selectable(name.c_str(), name == value)) value = name;
@@ -65,18 +65,19 @@ void draw_picture(Settings& s, const Facts& facts) {
 }
 
 void draw_quality(Settings& s) {
-  title("Quality");
+  ImGui::Spacing();
+  if (!ImGui::TreeNode("quality")) return;
   ImGui::Checkbox("fewer pixels while moving", &s.scale);
   if (s.scale) ImGui::SliderFloat("ms a frame", &s.target_ms, 4, 200, "%.0f", ImGuiSliderFlags_Logarithmic);
   ImGui::SliderInt("samples at rest", &s.samples, 1, 1024, "%d", ImGuiSliderFlags_Logarithmic);
+  ImGui::TreePop();
 }
 
-void draw_counters(const char* name, const Counters& c) {
+void draw_counters(const std::string& name, const Counters& c) {
   const double rays = double(std::max<std::uint64_t>(1, c.rays));
-  text(fmt::format("{:<3} {:.1f} nodes, {:.1f} triangles a ray", name, double(c["nodes"]) / rays,
+  text(fmt::format("{}{:.1f} nodes, {:.1f} triangles a ray", name, double(c["nodes"]) / rays,
                    double(c["triangles_tested"]) / rays));
-  faint(fmt::format("     {:.0f} % lanes active, {:.0f} % of nodes shared", 100 * c.active_lanes(),
-                    100 * c.packet_share()));
+  faint(fmt::format("{:.0f} % lanes active, {:.0f} % of nodes shared", 100 * c.active_lanes(), 100 * c.packet_share()));
 }
 
 void draw_figures(const Settings& s, const Facts& facts, Wishes& wishes) {
@@ -98,8 +99,8 @@ void draw_figures(const Settings& s, const Facts& facts, Wishes& wishes) {
     text(fmt::format("trace {:.2f} ms   {:.1f} Mrays/s", t.trace_ms, t.mrays_per_s()));
   }
   draw_times(facts, s.compare);
-  if (facts.counters) draw_counters(s.compare ? "A" : "", *facts.counters);
-  if (facts.other_counters && s.compare) draw_counters("B", *facts.other_counters);
+  if (facts.counters) draw_counters(s.compare ? "A  " : "", *facts.counters);
+  if (facts.other_counters && s.compare) draw_counters("B  ", *facts.other_counters);
   wishes.count = ImGui::SmallButton("count nodes and lanes (C)");
 }
 
@@ -133,26 +134,43 @@ void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
   ImGui::End();
 }
 
+// The size is set and not left to the toolkit, which learns it a frame later: a frame may take long.
 void draw_status(const Facts& facts) {
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({kMargin, size.y - kMargin}, 0, {0, 1});
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {10, 4});
-  ImGui::Begin("status", nullptr, kFixed);
   std::string line = facts.resting ? "at rest" : fmt::format("{:.0f} fps", facts.fps);
   line += fmt::format("   {}x{}", facts.width, facts.height);
   if (facts.scale < 1) line += fmt::format(" ({:.0f} %)", 100 * facts.scale);
   line += facts.samples > 1 ? fmt::format("   {} samples", facts.samples) : "";
   line += fmt::format("   speed {:.3g}/s   H help", facts.speed);
+  const ImVec2 size = ImGui::GetIO().DisplaySize, padding(10, 4);
+  const float gap = facts.message.empty() ? 0 : 1.5f * em();
+  const float width = ImGui::CalcTextSize(line.c_str()).x + gap + ImGui::CalcTextSize(facts.message.c_str()).x;
+  ImGui::SetNextWindowSize({std::min(width + 2 * padding.x, size.x - 2 * kMargin), em() + 2 * padding.y + 4});
+  ImGui::SetNextWindowPos({kMargin, size.y - kMargin}, 0, {0, 1});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, padding);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
+  ImGui::Begin("status", nullptr, (kFixed & ~ImGuiWindowFlags_AlwaysAutoResize) | ImGuiWindowFlags_NoScrollbar);
   text(line);
   if (!facts.message.empty()) {
-    ImGui::SameLine(0, 1.5f * em());
-    if (facts.failed)
-      ImGui::TextColored(kRed, "%s", facts.message.c_str());
-    else
-      ImGui::TextColored(kWarm, "%s", facts.message.c_str());
+    ImGui::SameLine(0, gap);
+    ImGui::TextColored(facts.failed ? kRed : kWarm, "%s", facts.message.c_str());
   }
   ImGui::End();
-  ImGui::PopStyleVar();
+  ImGui::PopStyleVar(2);
+}
+
+/// Says on the picture which half is whose.
+void draw_names(const Settings& s) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const auto name = [&](const Query& query, float x, bool left) {
+    const std::string words = fmt::format("{}, {}", query.method, query.numeric);
+    const ImVec2 area = ImGui::CalcTextSize(words.c_str());
+    const ImVec2 at(left ? x - area.x - em() : x + em(), kMargin + 4);
+    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+    draw.AddRectFilled({at.x - 6, at.y - 3}, {at.x + area.x + 6, at.y + area.y + 3}, IM_COL32(18, 20, 26, 220), 4);
+    draw.AddText(at, IM_COL32(230, 235, 240, 255), words.c_str());
+  };
+  name(s.query, s.divider * size.x, true);
+  name(s.other, s.divider * size.x, false);
 }
 
 void draw_shader_error(const std::string& message) {
@@ -163,7 +181,7 @@ void draw_shader_error(const std::string& message) {
   ImGui::Begin("shader error", nullptr, kFixed);
   ImGui::TextColored(kRed, "A shader does not compile; the last good one is in use.");
   ImGui::PushTextWrapPos(0);
-  text(message);
+  text(message.substr(0, message.find_last_not_of('\n') + 1));
   ImGui::PopTextWrapPos();
   ImGui::End();
 }
@@ -222,6 +240,7 @@ Wishes draw_panels(Settings& settings, const Facts& facts) {
     draw_main(settings, facts, wishes);
     draw_inspector(facts, wishes);
   }
+  if (settings.compare) draw_names(settings);
   draw_status(facts);
   if (!facts.shader_error.empty()) draw_shader_error(facts.shader_error);
   if (settings.help) draw_help();

@@ -13,21 +13,24 @@ constexpr double kWeight = 0.4;                // of the newest frame
 
 }  // namespace
 
-void Scaler::measured(double ms) {
-  if (!(ms > 0)) return;
-  smooth_ms_ = smooth_ms_ == 0 ? ms : smooth_ms_ + kWeight * (ms - smooth_ms_);
-  fast_ = smooth_ms_ < kAmple * target_ms_ ? fast_ + 1 : 0;
-  const bool slow = smooth_ms_ > kSlow * target_ms_, ample = fast_ >= kPatience;
+void Scaler::measured(double traced_ms, double other_ms) {
+  if (!(traced_ms > 0) || !(other_ms >= 0)) return;
+  const double weight = traced_ms_ == 0 ? 1 : kWeight;
+  traced_ms_ += weight * (traced_ms - traced_ms_);
+  other_ms_ += weight * (other_ms - other_ms_);
+  const double ms = traced_ms_ + other_ms_;
+  fast_ = ms < kAmple * target_ms_ ? fast_ + 1 : 0;
+  const bool slow = ms > kSlow * target_ms_, ample = fast_ >= kPatience;
   if (!slow && !ample) return;
   // Time goes with the pixels, so with the square of the scale.
-  const double wanted = scale_ * std::sqrt(target_ms_ / smooth_ms_);
+  const double wanted = scale_ * std::sqrt(std::max(0.0, target_ms_ - other_ms_) / traced_ms_);
   double next = std::floor(wanted / kStep) * kStep;
   if (slow) next = std::min(next, scale_ - kStep);
   if (ample) next = std::clamp(next, scale_, scale_ + 4 * kStep);
   next = std::clamp(next, kLeast, 1.0);
   if (next == scale_) return;
   scale_ = next;
-  smooth_ms_ = 0;
+  traced_ms_ = other_ms_ = 0;
   fast_ = 0;
 }
 

@@ -1,6 +1,7 @@
 #include "tools/view/script.h"
 
 #include <charconv>
+#include <cmath>
 #include <sstream>
 
 #include "tools/view/glfw.h"
@@ -78,6 +79,14 @@ double duration_of(const ScriptLine& line, const std::string& word) {
   if (result.ec != std::errc() || !(value >= 0) || (!seconds && result.ptr != end))
     bad(line, fmt::format("'{}' is neither a count of frames such as 10 nor a time such as 0.5s", word));
   return seconds ? value : -value;
+}
+
+double number_of(const ScriptLine& line, const std::string& word) {
+  double value = 0;
+  const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (result.ec != std::errc() || result.ptr != word.data() + word.size() || !(std::abs(value) < 1e6))
+    bad(line, fmt::format("'{}' is no count of pixels", word));
+  return value;
 }
 
 int key_of(const ScriptLine& line, const std::string& word) {

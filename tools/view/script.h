@@ -20,6 +20,9 @@ std::vector<ScriptLine> parse_script(const std::string& text, const std::string&
 /// Seconds of "0.5s"; frames of "10" as negative numbers. Throws Error(Arguments).
 double duration_of(const ScriptLine& line, const std::string& word);
 
+/// Pixels. Throws Error(Arguments).
+double number_of(const ScriptLine& line, const std::string& word);
+
 /// A GLFW key of "W", "1", "F12", "TAB". Throws Error(Arguments).
 int key_of(const ScriptLine& line, const std::string& word);
 

@@ -194,10 +194,11 @@ void Session::add_sample(bool moved, std::uint32_t index, std::uint32_t count, d
   facts_.scale = scale;
   facts_.samples = index + 1;
   facts_.frames.push_back({times, presenter_->last_ms(), raw_wall_ms_});
+  ++new_frames_;
   if (facts_.frames.size() > kGraphFrames) facts_.frames.pop_front();
-  if (!moved) return;
-  const double ms = times.total_ms() + presenter_->last_ms();
-  if (settings_.scale) scaler_.measured(ms);
+  // A whole picture at rest tells as well what moving would take, before the first move; later ones wait for more samples.
+  if (settings_.scale && scale == scaler_.scale() && (moved || index == 0))
+    scaler_.measured(times.total_ms(), presenter_->last_ms());
 }
 
 void Session::show(const PaintList& list) {

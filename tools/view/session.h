@@ -94,7 +94,7 @@ class Session {
   std::unique_ptr<Overlay> overlay_;
   std::unique_ptr<ShaderWatch> watch_;
   std::unique_ptr<FlyCamera> camera_;
-  Scaler scaler_{33};
+  Scaler scaler_{50};
   Facts facts_;
   std::vector<View> views_;  // the scene's, then those of the views file
 
@@ -110,7 +110,7 @@ class Session {
   glm::dvec2 pressed_at_{0};
   bool dragged_ = false, over_panel_ = false;
 
-  std::size_t script_at_ = 0;
+  std::size_t script_at_ = 0, new_frames_ = 0;  // frames: since the script last asked for times
   double script_left_ = 0;
   bool script_waits_ = false;
 };

@@ -45,7 +45,7 @@ void Session::open(Scene scene) {
   presenter_ = engine_->make_presenter(options_.pace);
   presenter_->set_atlas(overlay_->atlas());
   window_->set_title("Ballot: " + name);
-  if (!options_.target_given) settings_.target_ms = engine_->device().is_cpu() ? 33.0f : 8.0f;
+  if (!options_.target_given) settings_.target_ms = engine_->device().is_cpu() ? 50.0f : 8.0f;
   scaler_ = Scaler(double(settings_.target_ms));
   camera_ = std::make_unique<FlyCamera>(diagonal_of(engine_->scene()));
   facts_ = Facts{};

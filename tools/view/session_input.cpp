@@ -98,8 +98,8 @@ CameraInput Session::take_mouse() {
   }
   take_click();
   if (over_panel_) return hands;
-  if (in.buttons[1]) hands.look_x = in.moved.x, hands.look_y = in.moved.y;
-  if (in.buttons[0] && dragged_) hands.orbit_x = in.moved.x, hands.orbit_y = in.moved.y;
+  hands.look_x = in.dragged[1].x, hands.look_y = in.dragged[1].y;
+  if (dragged_) hands.orbit_x = in.dragged[0].x, hands.orbit_y = in.dragged[0].y;
   if (in.scrolled != 0) camera_->change_speed(std::pow(1.15, in.scrolled));
   return hands;
 }
@@ -207,7 +207,7 @@ bool Session::run_line(const ScriptLine& line, double dt) {
   }
   if (command == "mouse") {
     input.buttons[1] = !script_waits_;
-    if (!script_waits_) input.moved = {std::stod(line.words[1]), std::stod(line.words[2])};
+    if (!script_waits_) input.dragged[1] = {number_of(line, line.words[1]), number_of(line, line.words[2])};
     return std::exchange(script_waits_, true);
   }
   if (command == "quit") {
@@ -218,26 +218,28 @@ bool Session::run_line(const ScriptLine& line, double dt) {
   return true;
 }
 
-/// Means over the frames since the last time.
+/// Means over the frames since the last time, or as many as there are in the graph.
 void Session::say_times() {
   double rays = 0, trace = 0, shade = 0, present = 0, wall = 0;
-  for (const FrameRecord& f : facts_.frames) {
+  const std::size_t count = std::min(facts_.frames.size(), new_frames_);
+  for (std::size_t i = facts_.frames.size() - count; i < facts_.frames.size(); ++i) {
+    const FrameRecord& f = facts_.frames[i];
     rays += f.times.generate_ms + f.times.primary_ms;
     trace += f.times.trace_ms + f.times.other_ms;
     shade += f.times.shade_ms;
     present += f.present_ms;
     wall += f.wall_ms;
   }
-  const double n = double(std::max<std::size_t>(1, facts_.frames.size()));
+  const double n = double(std::max<std::size_t>(1, count));
   say(fmt::format("{} frames, {:.1f} ms each: rays {:.1f}, trace {:.1f}, shade {:.1f}, show {:.1f}; {}x{} pixels last",
-                  facts_.frames.size(), wall / n, rays / n, trace / n, shade / n, present / n, facts_.width,
-                  facts_.height));
-  facts_.frames.clear();
+                  count, wall / n, rays / n, trace / n, shade / n, present / n, facts_.width, facts_.height));
+  new_frames_ = 0;
 }
 
 void Session::choose(const ScriptLine& line) {
   const std::string& command = line.words[0];
   const std::string word = line.words.size() > 1 ? line.words[1] : "";
+  if (command == "times") return say_times();
   dirty_ = true;
   if (command == "method") settings_.query.method = find_method(word).name, settings_.query.knobs.clear();
   if (command == "numeric") settings_.query.numeric = find_numeric(word).name;
@@ -246,9 +248,8 @@ void Session::choose(const ScriptLine& line) {
   if (command == "heat") settings_.heat = find_heat(word).name;
   if (command == "compare") settings_.compare = true, settings_.other.method = find_method(word).name;
   if (command == "view") go_to(find_view(engine_->scene(), word));
-  if (command == "pick") pick({std::stod(word), std::stod(line.words[2])});
+  if (command == "pick") pick({number_of(line, word), number_of(line, line.words[2])});
   if (command == "shot") shoot(word);
-  if (command == "times") say_times();
   if (command == "resize") {
     std::uint32_t width = 0, height = 0;
     cli::parse_size(word, width, height);

@@ -17,7 +17,7 @@ struct Settings {
   std::string rays = "primary", shading = "eyelight", heat = "nodes";
   int samples = 64;      // while the camera rests the picture is refined up to these; 1: not at all
   bool scale = true;     // fewer pixels while moving, to hold the target
-  float target_ms = 33;  // of a frame while moving
+  float target_ms = 50;  // of a frame while moving
   bool panels = true, help = false;
 
   bool operator==(const Settings& o) const;  // of what changes the picture

@@ -15,7 +15,8 @@ void on_key(GLFWwindow* window, int key, int, int action, int mods) {
 
 void on_mouse(GLFWwindow* window, double x, double y) {
   Input& input = input_of(window);
-  if (input.mouse.x > -1e8) input.moved += glm::dvec2(x, y) - input.mouse;
+  for (int b = 0; b < 3; ++b)
+    if (input.buttons[b] && input.mouse.x > -1e8) input.dragged[b] += glm::dvec2(x, y) - input.mouse;
   input.mouse = {x, y};
 }
 
@@ -43,7 +44,7 @@ void Input::begin_frame() {
   typed.clear();
   dropped.clear();
   for (bool& c : clicked) c = false;
-  moved = {0, 0};
+  for (glm::dvec2& d : dragged) d = {0, 0};
   scrolled = 0;
 }
 

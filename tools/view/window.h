@@ -22,7 +22,8 @@ struct Input {
   bool down[GLFW_KEY_LAST + 1] = {};
   bool buttons[3] = {};  // left, right, middle
   bool clicked[3] = {};  // went down in this frame
-  glm::dvec2 mouse{-1e9}, moved{0};
+  glm::dvec2 mouse{-1e9};
+  glm::dvec2 dragged[3] = {};  // by which the mouse moved while the button was down, even if it is up again
   double scrolled = 0;
   bool minimised = false;
 
