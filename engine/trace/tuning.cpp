@@ -104,7 +104,9 @@ Formulation formulation_for(const Method& method, const NumericMode& numeric, co
   f.stack = wants.stack;
   f.launch = wants.launch;
   f.threshold = method.threshold.standard;
-  f.rays = device.is_cpu() ? 8 : 1;
+  f.rays =
+      device.is_cpu() && !numeric.needs_float64 ? 8 : 1;  // exact: a kernel that holds its code eight times takes long
+                                                          // to compile
   f.products = device.float64 ? Products::Float64 : Products::Split;
   f.packet_stack = device.shuffle ? PacketStack::Lanes : PacketStack::Shared;
   for (const Row& row : kRows) {

@@ -46,6 +46,16 @@ inline std::vector<NumericMode> modes_for(const DeviceInfo& d) {
   return modes;
 }
 
+/// Whether the i-th of many like cases is this device's to test: all on a GPU. lavapipe compiles kernels for longer than they
+/// run, so there the cases are dealt out: each is tested by one of the two drivers at the default subgroup size, and by one
+/// driver at one of the other two sizes.
+inline bool is_dealt(const DeviceInfo& d, std::size_t i) {
+  if (!d.is_cpu()) return true;
+  const std::size_t driver = d.mesa_version() < 250000 ? 0 : 1;
+  if (d.subgroup_size == 8) return i % 2 == driver;
+  return i % 4 == driver * 2 + (d.subgroup_size < 8 ? 0 : 1);
+}
+
 /// Knob sets that move each axis of the formulation once from its default.
 inline std::vector<Knobs> every_formulation(const DeviceInfo& d) {
   std::vector<Knobs> all{{{"layout", "paper"}},
