@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "tests/images/pictures.h"
 #include "tests/view/window_test.h"
 
 namespace ballot::test {
@@ -20,18 +21,13 @@ void expect_same_pixels(const Image& a, const Image& b) {
   }
 }
 
-int srgb(float x) {
-  x = std::clamp(x, 0.0f, 1.0f);
-  return int(std::lround(255 * (x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f)));
-}
-
 /// The largest difference of a channel between the screen and the upper rows of a picture, in steps of 8 bits.
 int difference(const std::vector<unsigned long>& screen, const Image& image) {
   int most = 0;
   for (std::size_t i = 0; i < screen.size(); ++i)
     for (int c = 0; c < 3; ++c) {
       const char* names[] = {"B", "G", "R"};
-      most = std::max(most, std::abs(srgb(image.channel(names[c]).floats[i]) - int(screen[i] >> (8 * c) & 255)));
+      most = std::max(most, std::abs(test::srgb(image.channel(names[c]).floats[i]) - int(screen[i] >> (8 * c) & 255)));
     }
   return most;
 }
