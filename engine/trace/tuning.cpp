@@ -69,7 +69,9 @@ void check_method_knobs(const Method& m, const Formulation& f, const Knobs& knob
     fail(Failure::Arguments, "--knob {}: method {} has no such threshold; {} has", knob, m.name, other.name);
   }
   for (const char* knob : {"rays", "fallback"})
-    if (knobs.contains(knob) && !m.wide) fail(Failure::Arguments, "--knob {}: only method packet-wide has it", knob);
+    if (knobs.contains(knob) && !m.wide)
+      fail(Failure::Arguments, "--knob {}: the packets of method {} have one ray in a lane and nothing to fall back on",
+           knob, m.name);
   if (knobs.contains("list") && !m.lists) fail(Failure::Arguments, "--knob list: method {} puts nothing aside", m.name);
   if (!knobs.contains("vote")) return;
   std::string votes;
