@@ -148,12 +148,14 @@ Image Renderer::render(const View& view, const RenderOptions& options, RenderTim
   PrimaryPush camera = camera_push(view, options.width, options.height);
   camera.sample_count = options.spp;
   RenderTimes sum;
+  Query query = options.query;
+  query.rays = kPrimaryRays;
   std::vector<FilmPixel> film(std::size_t(options.width) * options.height), part(chunk);
   std::vector<RayStats> stats(passes.stats ? film.size() : 0), stats_part(passes.stats ? chunk : 0);
   for (camera.first = 0; camera.first < total; camera.first += chunk) {
     const std::uint32_t count = std::min(chunk, total - camera.first);
     for (camera.sample_index = 0; camera.sample_index < options.spp; ++camera.sample_index) {
-      trace_sample(passes, camera, count, options.query, sum);
+      trace_sample(passes, camera, count, query, sum);
       if (passes.stats) {
         passes.stats->download(std::span(stats_part).first(count));
         scatter(std::span<const RayStats>(stats_part).first(count), camera, stats);
@@ -167,7 +169,7 @@ Image Renderer::render(const View& view, const RenderOptions& options, RenderTim
   Image image = image_of(film, options);
   if (passes.stats) add_stats(image, stats, options.spp);
   if (find_shading(options.shading).heat)
-    sum.heat_top = paint_heat(image, find_heat(options.heat), tracer_.variant(options.query).how.subgroup);
+    sum.heat_top = paint_heat(image, find_heat(options.heat), tracer_.variant(query).how.subgroup);
   sum.rays = std::uint64_t(options.width) * options.height * options.spp;
   sum.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (times) *times = sum;

@@ -47,7 +47,7 @@ TEST_F(WindowTest, FliesAndItsPictureIsTheOneThatRenderMakes) {
   const fs::path views = folder_ / "views.json";
   Program program(view("480x240", {"--validate", "--spp", "1", "--view", "view0", "--views-file", views.string()}),
                   environment(desktop.name()));
-  ASSERT_TRUE(program.says("method while-while", 60)) << program.output();
+  ASSERT_TRUE(program.says("method " + std::string(kDefaultMethod), 60)) << program.output();
   desktop.move_mouse(400, 120);  // beside the panels
   pause_ms(300);
   const auto before = desktop.pixels(480, 240);
@@ -87,7 +87,7 @@ TEST_F(WindowTest, SwitchesMethodsResizesAndReloadsShaders) {
   Desktop desktop(800, 600);
   ASSERT_TRUE(desktop.works()) << "is xvfb installed?";
   Program program(view("320x240", {"--validate", "--spp", "1", "--view", "view0"}), environment(desktop.name()));
-  ASSERT_TRUE(program.says("method while-while", 60)) << program.output();
+  ASSERT_TRUE(program.says("method " + std::string(kDefaultMethod), 60)) << program.output();
   desktop.move_mouse(250, 120);
 
   std::size_t at = 0;

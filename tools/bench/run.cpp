@@ -34,8 +34,10 @@ void print_block(const Block& block) {
                "FPS", "of best"});
   for (const Cell& cell : block.cells) {
     const double speed = cell.mrays_per_s();
+    const Record& first = cell.first();
+    const std::string runs = first.method == kAuto ? " (" + first.variant.substr(0, first.variant.find('.')) + ")" : "";
     table.row(
-        {cell.label + (cell.role == Role::Best
+        {cell.label + runs + (cell.role == Role::Best
                            ? fmt::format(" {}={:g}", cell.first().threshold->knob, cell.first().threshold->value)
                            : ""),
          figure(speed), figure(cell.total_ms()), cell.fps() ? figure(*cell.fps()) : "",
