@@ -23,7 +23,8 @@ std::string others(const Choice& choice) {
 nlohmann::json to_json(const Choice& choice) {
   nlohmann::json candidates = nlohmann::json::array();
   for (const Candidate& c : choice.candidates)
-    candidates.push_back({{"method", c.method}, {"knobs", c.knobs}, {"mrays_per_s", c.mrays_per_s}, {"tried", c.tried}});
+    candidates.push_back(
+        {{"method", c.method}, {"knobs", c.knobs}, {"mrays_per_s", c.mrays_per_s}, {"tried", c.tried}});
   return {{"rays", choice.rays},
           {"any", choice.want == Want::Any},
           {"numeric", choice.numeric},
@@ -51,8 +52,9 @@ void calibrate(Engine& engine, const std::string& numeric) {
 nlohmann::json print_choices(const std::vector<Choice>& choices) {
   nlohmann::json json = nlohmann::json::array();
   if (choices.empty()) {
-    fmt::print("\nauto has chosen nothing yet for this scene on this device: it does so, once, when many rays are first\n"
-               "traced; --calibrate does it now\n");
+    fmt::print(
+        "\nauto has chosen nothing yet for this scene on this device: it does so, once, when many rays are first\n"
+        "traced; --calibrate does it now\n");
     return json;
   }
   fmt::print("\nwhat auto chose for this scene on this device, in Mrays/s of a sample of such rays:\n\n");

@@ -39,7 +39,7 @@ class RayBatch {
   Want want() const { return want_; }
   bool any() const { return want_ == Want::Any; }
   std::size_t count() const { return count_; }  // no dead rays of tile padding; 0 where a kind starts at hits: no hit
-  const std::string& sort() const { return sort_; }  // as Query::rays takes it
+  const std::string& sort() const { return sort_; }     // as Query::rays takes it
   bool has_frame() const { return frame_ != nullptr; }  // false: foreign rays
 
   /// Copies of the count() rays, and of the hits of the last trace at the same indices. Before a trace the hits are

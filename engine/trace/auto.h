@@ -16,8 +16,8 @@ namespace ballot {
 /// One thing that auto may choose.
 struct Candidate {
   std::string method;
-  Knobs knobs;               // over those of the tuning table
-  double mrays_per_s = 0;    // on the sampled rays; 0: could not run, or was not tried
+  Knobs knobs;             // over those of the tuning table
+  double mrays_per_s = 0;  // on the sampled rays; 0: could not run, or was not tried
   bool tried = false;
   std::string name() const;  // "packet-wide fallback=0"
 };

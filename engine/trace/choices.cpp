@@ -23,8 +23,9 @@ std::string key_of(std::string_view rays, Want want, std::string_view numeric, c
 Json to_json(const Choice& c) {
   Json candidates = Json::array();
   for (const Candidate& each : c.candidates)
-    candidates.push_back({{"method", each.method}, {"knobs", each.knobs}, {"mrays_per_s", each.mrays_per_s}, {"tried", each.tried}});
-  return {{"rays", c.rays},           {"any", c.want == Want::Any}, {"numeric", c.numeric},       {"knobs", c.knobs},
+    candidates.push_back(
+        {{"method", each.method}, {"knobs", each.knobs}, {"mrays_per_s", each.mrays_per_s}, {"tried", each.tried}});
+  return {{"rays", c.rays},           {"any", c.want == Want::Any}, {"numeric", c.numeric},      {"knobs", c.knobs},
           {"candidates", candidates}, {"sampled", c.sampled},       {"calibration_s", c.seconds}};
 }
 
@@ -35,7 +36,8 @@ Choice from_json(const Json& json) {
   c.numeric = json.at("numeric");
   c.knobs = json.at("knobs").get<Knobs>();
   for (const Json& each : json.at("candidates"))
-    c.candidates.push_back({each.at("method"), each.at("knobs").get<Knobs>(), each.at("mrays_per_s"), each.at("tried")});
+    c.candidates.push_back(
+        {each.at("method"), each.at("knobs").get<Knobs>(), each.at("mrays_per_s"), each.at("tried")});
   c.sampled = json.at("sampled");
   c.seconds = json.at("calibration_s");
   c.remembered = true;
@@ -50,13 +52,13 @@ bool is_among(const Candidate& chosen, const std::vector<Candidate>& candidates)
 
 Choices::Choices(const DeviceInfo& device, const BvhStats& t, const Bounds& b)
     : device_(device),
-      scene_(fmt::format("{} triangles, {} references, {} nodes, depth {}, SAH {:a}, ({:a}, {:a}, {:a}) to ({:a}, {:a}, {:a})",
-                         t.triangles, t.references, t.nodes, t.depth, t.sah, b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y,
-                         b.hi.z)) {}
+      scene_(fmt::format(
+          "{} triangles, {} references, {} nodes, depth {}, SAH {:a}, ({:a}, {:a}, {:a}) to ({:a}, {:a}, {:a})",
+          t.triangles, t.references, t.nodes, t.depth, t.sah, b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y, b.hi.z)) {}
 
 void Choices::keep_in(const std::filesystem::path& folder) {
-  const std::string platform = fmt::format("{}|{}|{}|{}|{}", device_.name, device_.driver, device_.subgroup_size,
-                                           BALLOT_COMMIT, scene_);
+  const std::string platform =
+      fmt::format("{}|{}|{}|{}|{}", device_.name, device_.driver, device_.subgroup_size, BALLOT_COMMIT, scene_);
   file_ = folder / fmt::format("{:016x}.json", std::hash<std::string>()(platform));
   load();
 }
@@ -82,12 +84,8 @@ void Choices::save() const {
   if (file_.empty()) return;
   Json choices = Json::array();
   for (const auto& [key, choice] : all_) choices.push_back(to_json(choice));
-  const Json json{{"device", device_.name},
-                  {"driver", device_.driver},
-                  {"subgroup_size", device_.subgroup_size},
-                  {"commit", BALLOT_COMMIT},
-                  {"scene", scene_},
-                  {"choices", choices}};
+  const Json json{{"device", device_.name},  {"driver", device_.driver}, {"subgroup_size", device_.subgroup_size},
+                  {"commit", BALLOT_COMMIT}, {"scene", scene_},          {"choices", choices}};
   try {
     std::filesystem::create_directories(file_.parent_path());
     write_file(file_, json.dump(1) + "\n");

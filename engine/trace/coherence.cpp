@@ -1,8 +1,8 @@
 #include "engine/trace/coherence.h"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <glm/geometric.hpp>
 #include <vector>
 
@@ -49,7 +49,9 @@ std::string sort_of_rays(std::span<const Ray> rays, const Bounds& scene) {
     is_short = *middle < kShort * glm::length(glm::dvec3(scene.hi) - glm::dvec3(scene.lo));
   }
   return fmt::format("foreign: {}, {}",
-                     share >= kCoherent ? "coherent" : share >= kMixed ? "mixed" : "incoherent",
+                     share >= kCoherent ? "coherent"
+                     : share >= kMixed  ? "mixed"
+                                        : "incoherent",
                      is_short ? "short" : "long");
 }
 

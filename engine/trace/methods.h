@@ -44,8 +44,8 @@ struct Method {
   bool own_stack;  // rays have stacks of their own; knob stack applies
   Wants on_cpu, on_gpu;
   Threshold threshold = {};
-  bool lists = false;  // rays put nodes aside in lists of bounded length; knob list applies
-  bool wide = false;   // walks the wide tree with several rays in a lane; knobs rays, fallback and packet_stack apply
+  bool lists = false;    // rays put nodes aside in lists of bounded length; knob list applies
+  bool wide = false;     // walks the wide tree with several rays in a lane; knobs rays, fallback and packet_stack apply
   bool chooses = false;  // has no kernel: runs what it finds fastest of the others (auto.h)
 
   bool packet() const { return votes != kNoVotes; }

@@ -8,7 +8,10 @@
 namespace ballot {
 
 Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles)
-    : gpu_(gpu), bvh_(bvh), triangles_(triangles), work_(gpu, 1, Access::Storage, "work counter"),
+    : gpu_(gpu),
+      bvh_(bvh),
+      triangles_(triangles),
+      work_(gpu, 1, Access::Storage, "work counter"),
       choices_(gpu.info(), bvh.stats, bvh.bounds) {}
 
 Tracer::~Tracer() = default;

@@ -101,7 +101,8 @@ void check_sizes(Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
 Formulation formulation_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
                             const Knobs& knobs) {
   if (method.chooses) {
-    const Query query = unmeasured({.method = std::string(method.name), .numeric = std::string(numeric.name), .knobs = knobs}, device);
+    const Query query =
+        unmeasured({.method = std::string(method.name), .numeric = std::string(numeric.name), .knobs = knobs}, device);
     return formulation_for(find_method(query.method), numeric, device, query.knobs);
   }
   const Wants& wants = device.is_cpu() ? method.on_cpu : method.on_gpu;

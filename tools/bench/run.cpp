@@ -37,9 +37,10 @@ void print_block(const Block& block) {
     const Record& first = cell.first();
     const std::string runs = first.method == kAuto ? " (" + first.variant.substr(0, first.variant.find('.')) + ")" : "";
     table.row(
-        {cell.label + runs + (cell.role == Role::Best
-                           ? fmt::format(" {}={:g}", cell.first().threshold->knob, cell.first().threshold->value)
-                           : ""),
+        {cell.label + runs +
+             (cell.role == Role::Best
+                  ? fmt::format(" {}={:g}", cell.first().threshold->knob, cell.first().threshold->value)
+                  : ""),
          figure(speed), figure(cell.total_ms()), cell.fps() ? figure(*cell.fps()) : "",
          block.whole(cell) ? fmt::format("{:.0f} %{}", 100 * speed / best, speed == best ? " *" : "") : "lacks views"});
   }
