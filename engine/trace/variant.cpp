@@ -45,6 +45,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
                     {"BALLOT_BOX", variant.numeric->box},
                     {"BALLOT_PRODUCTS", int(f.products)},
                     {"BALLOT_FETCH", int(f.fetch)},
+                    {"BALLOT_RAY_TEXELS", f.fetch == Fetch::Texel && device.is_cpu()},
                     {"BALLOT_LAYOUT", int(f.layout)},
                     {"BALLOT_STACK", int(f.stack)},
                     {"BALLOT_PACKET_STACK", method.shares_stack() ? int(f.packet_stack) : 0},

@@ -74,6 +74,8 @@ struct Staging {
 RawBuffer::RawBuffer(Context& gpu, std::uint64_t bytes, Access access, std::string name)
     : gpu_(&gpu), bytes_(std::max<std::uint64_t>(16, bytes)), name_(std::move(name)) {
   check_limits(gpu.info(), name_, bytes_, access);
+  if (gpu.info().is_cpu() && has(access, Access::Storage) && bytes_ / 16 <= gpu.info().max_texels)
+    access = access | Access::Texel;
   try {
     allocate(access);
   } catch (...) {

@@ -10,7 +10,8 @@
 
 namespace ballot {
 
-/// How kernels read a buffer; more than one may be asked for. Decides usage flags and limits.
+/// How kernels read a buffer; more than one may be asked for. Decides usage flags and limits. On CPU devices a storage buffer
+/// is a texel buffer too, where it is not too large for one.
 enum class Access : std::uint32_t { Storage = 1, Texel = 2, Address = 4 };
 constexpr Access operator|(Access a, Access b) { return Access(std::uint32_t(a) | std::uint32_t(b)); }
 constexpr bool has(Access set, Access one) { return (std::uint32_t(set) & std::uint32_t(one)) != 0; }

@@ -29,7 +29,13 @@ layout(constant_id = SPEC_LIST_SIZE) const uint LIST_SIZE = 0;
 layout(push_constant, scalar) uniform Push { TracePush push; };
 
 // Rays and hits by 16 bytes: of records of scalars a compiler loads each scalar by itself.
+#if BALLOT_RAY_TEXELS
+layout(set = 0, binding = BIND_RAYS) uniform usamplerBuffer ray_texels;
+vec4 ray_half(uint i) { return uintBitsToFloat(texelFetch(ray_texels, int(i))); }
+#else
 layout(set = 0, binding = BIND_RAYS, std430) readonly buffer Rays { vec4 ray_halves[]; };
+vec4 ray_half(uint i) { return ray_halves[i]; }
+#endif
 layout(set = 0, binding = BIND_HITS, std430) writeonly buffer Hits { uvec4 hit_words[]; };
 layout(set = 0, binding = BIND_WORK, scalar) buffer WorkCounter { Work work; };
 
@@ -60,7 +66,7 @@ uvec4 leaf_texel(uint texel) { return Texels(uvec2(push.leaves_lo, push.leaves_h
 #endif
 
 Ray load_ray(uint index) {
-  vec4 a = ray_halves[2u * index], b = ray_halves[2u * index + 1u];
+  vec4 a = ray_half(2u * index), b = ray_half(2u * index + 1u);
   return Ray(a.xyz, a.w, b.xyz, b.w);
 }
 

@@ -57,7 +57,7 @@ void consider(inout Walker w, uint block, uint i) {
   TriangleTexels triangle = fetch_triangle(block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS);
   bool hit = hit_triangle(w.ray, w.space, triangle, t, u, v);
   if (hit && may_count(w.space, t, w.ray, w.hit)) {
-    uint place = triangle_place(block, i);
+    uint place = triangle_place(triangle, block, i);
     if (nearer(w.space, t, place, w.hit)) w.hit = Hit(t, place, u, v);
   }
 }
@@ -89,12 +89,19 @@ void visit_leaf(inout Walker w, uint leaf, bool live) {
 #endif
 }
 
-// What a walk found, in the units of the given ray and with its prim. A miss has t_max, that of a dead ray 0.
-Hit finished_hit(Hit hit, Ray given) {
-  if (hit.prim == NO_HIT) return Hit(is_dead(given) ? 0.0 : given.t_max, NO_HIT, 0.0, 0.0);
+// What takes a hit back to the units of the given ray: a factor of t, and the t of a miss, which is t_max, that of a dead ray 0.
+struct Units {
+  float scale, miss;
+};
+
+Units units_of(Ray given) { return Units(direction_scale(given.dir), is_dead(given) ? 0.0 : given.t_max); }
+
+// What a walk found, in these units and with its prim.
+Hit finished_hit(Hit hit, Units units) {
+  if (hit.prim == NO_HIT) return Hit(units.miss, NO_HIT, 0.0, 0.0);
 #ifdef TRIANGLE_SETTLES
   return hit;
 #else
-  return Hit(hit.t * direction_scale(given.dir), prim_at(hit.prim), hit.u, hit.v);
+  return Hit(hit.t * units.scale, prim_at(hit.prim), hit.u, hit.v);
 #endif
 }

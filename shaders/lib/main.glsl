@@ -11,14 +11,19 @@
 // silently stops looping). A walk that did not end with END_OF_TREE was cut: its ray is marked and counted, and the host
 // traces it again in smaller pieces (engine/trace/tracer.cpp).
 
-bool take_ray(uint index, out Walker w) {
+bool take_ray(uint index, out Walker w, out Ray given) {
   bool inside = index < push.ray_end;
-  Ray ray = load_ray(inside ? index : push.ray_begin);
-  bool live = inside && !is_dead(ray);
-  if (!live) ray = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
-  w = make_walker(ray);
+  given = load_ray(inside ? index : push.ray_begin);
+  bool live = inside && !is_dead(given);
+  if (!live) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
+  w = make_walker(given);
   COUNT_BEGIN()
   return live;
+}
+
+bool take_ray(uint index, out Walker w) {
+  Ray given;
+  return take_ray(index, w, given);
 }
 
 // For the host to trace again.
@@ -28,13 +33,16 @@ void leave_ray(uint index) {
   atomicAdd(work.unfinished, 1u);
 }
 
-void write_hit(uint index, Walker w, bool cut_short) {
+void write_hit(uint index, Walker w, Units units, bool cut_short) {
   if (cut_short)
     leave_ray(index);
   else
-    store_hit(index, finished_hit(w.hit, load_ray(index)));
+    store_hit(index, finished_hit(w.hit, units));
   COUNT_WRITE(index)
 }
+
+// The ray is loaded again: that costs less than to keep what is needed of it.
+void write_hit(uint index, Walker w, bool cut_short) { write_hit(index, w, units_of(load_ray(index)), cut_short); }
 
 #ifdef METHOD_REFILLS
 #include "refill.glsl"

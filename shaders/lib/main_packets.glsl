@@ -22,9 +22,12 @@ bool packet_agrees() {
 #endif
 
 void trace_packet(uint base) {
+  Units units[BALLOT_RAYS];
   alive = 0u;
   EACH_RAY(r) {
-    alive |= uint(take_ray(packet_index(base, r), packet[r])) << r;
+    Ray given;
+    alive |= uint(take_ray(packet_index(base, r), packet[r], given)) << r;
+    units[r] = units_of(given);
     COUNT_WIDE_BEGIN(r)
   }
 #if BALLOT_FALLBACK
@@ -42,6 +45,6 @@ void trace_packet(uint base) {
   EACH_RAY(r) {
     uint index = packet_index(base, r);
     COUNT_WIDE_END(r)
-    if (index < push.ray_end) write_hit(index, packet[r], CUT_SHORT(cut_short));
+    if (index < push.ray_end) write_hit(index, packet[r], units[r], CUT_SHORT(cut_short));
   }
 }

@@ -1,6 +1,4 @@
-// How hits are ordered by tests whose t is final: by t, among equal t by prim, which is looked up only then.
-
-uint prim_at(uint place) { return place == NO_HIT ? NO_HIT : triangle_prim(place >> 3, place & 7u); }
+// How hits are ordered by tests whose t is final: by t, among equal t by prim.
 
 bool may_count(RaySpace space, float t, Ray ray, Hit best) { return t >= ray.t_min && t <= best.t; }
 

@@ -6,7 +6,9 @@
 //   make_ray_space(ray, given) -> RaySpace       ray is scaled, as everywhere here; given is not (lib/scale.glsl)
 //   hit_triangle(ray, inout space, triangle, out t, out u, out v) -> bool
 //                                      a triangle by its texels, any t; NaN counts as no hit
-//   triangle_prim(block, i) -> uint    of the i-th triangle of a leaf's block
+//   triangle_place(triangle, block, i) -> uint     what a hit on the i-th triangle of a leaf's block has for prim until it is
+//                                      written: the prim, or where it is found
+//   prim_at(place) -> uint             the prim; NO_HIT of NO_HIT
 //   may_count(space, t, ray, best) -> bool         whether the hit that was just found lies in the ray's range and may be nearer
 //                                      than the best so far
 //   nearer(inout space, t, place, best) -> bool    whether it is nearer: by t, among equal t by prim
@@ -32,10 +34,6 @@ struct TriangleTexels {
   uvec4 a, b, c;
   uint at;
 };
-
-// Until it is written a hit has the place of its triangle for prim, so that walks need not load prims: the texel of the leaf's
-// block and, in three bits, the triangle's number there.
-uint triangle_place(uint block, uint i) { return block << 3 | i; }
 
 TriangleTexels fetch_triangle(uint texel) {
   return TriangleTexels(leaf_texel(texel), leaf_texel(texel + 1u), leaf_texel(texel + 2u), texel);

@@ -45,7 +45,9 @@ void consider_triangle(TriangleTexels triangle, uint place) {
     float t, u, v;
     bool hit = hit_triangle(packet[r].ray, packet[r].space, triangle, t, u, v);
     hit = hit && (alive >> r & 1u) != 0u && may_count(packet[r].space, t, packet[r].ray, packet[r].hit);
-    if (hit && nearer(packet[r].space, t, place, packet[r].hit)) packet[r].hit = Hit(t, place, u, v);
+    Hit old = packet[r].hit;
+    hit = hit && nearer(packet[r].space, t, place, old);
+    packet[r].hit = Hit(hit ? t : old.t, hit ? place : old.prim, hit ? u : old.u, hit ? v : old.v);
   }
 }
 
@@ -61,7 +63,7 @@ void visit_packet_leaf(uint leaf) {
     do {
       TriangleTexels triangle = TriangleTexels(subgroupShuffle(own.a, i), subgroupShuffle(own.b, i),
                                                subgroupShuffle(own.c, i), subgroupShuffle(own.at, i));
-      consider_triangle(triangle, triangle_place(block, first + i));
+      consider_triangle(triangle, triangle_place(triangle, block, first + i));
       ++i;
     } while (i < end);
     packet_cut_short = packet_cut_short || i < end;

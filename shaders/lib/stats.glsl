@@ -56,8 +56,8 @@ void stats_wide(uint looking, uint needing, bool inner) {
   uint all = 0u;
   for (uint r = 0u; r < BALLOT_RAYS; ++r) all += subgroupBallotBitCount(subgroupBallot((needing >> r & 1u) != 0u));
   if (subgroupBallot(looking != 0u) == uvec4(0u)) return;
-  if (subgroupElect()) ++packet_stats[0].steps;
   for (uint r = 0u; r < BALLOT_RAYS; ++r) {
+    packet_stats[r].steps += uint(subgroupElect());
     uint looks = looking >> r & 1u, needs = needing >> r & 1u;
     packet_stats[r].lanes += needs * (all / BALLOT_RAYS);
     if (inner) {

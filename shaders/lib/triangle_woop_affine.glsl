@@ -14,8 +14,12 @@ struct RaySpace {
 
 RaySpace make_ray_space(Ray ray, Ray given) { return RaySpace(0u); }
 
-uint triangle_prim(uint block, uint i) {
-  uint prims = leaf_texel(block + 1u).w;
+// Prims lie behind the maps: until it is written a hit has the texel of the leaf's block and, in three bits, the triangle's
+// number there.
+uint triangle_place(TriangleTexels triangle, uint block, uint i) { return block << 3 | i; }
+uint prim_at(uint place) {
+  if (place == NO_HIT) return NO_HIT;
+  uint prims = leaf_texel((place >> 3) + 1u).w, i = place & 7u;
   return leaf_texel(prims + i / 4u)[i % 4u];
 }
 

@@ -25,6 +25,8 @@
 #define FETCH_TEXEL 1      // texel buffer, R32G32B32A32_UINT
 #define FETCH_REFERENCE 2  // buffer device address
 
+// BALLOT_RAY_TEXELS: 1: rays are read through a texel buffer too; every storage buffer of a CPU device can be one.
+
 // BALLOT_STACK: where a ray's own stack lies.
 #define STACK_PRIVATE 0
 #define STACK_SHARED 1

@@ -1,142 +1,144 @@
-// Ballot beside Embree's single-ray call on the same rays, interleaved in one process: on CPU devices only the ratio
-// counts.
-//   ballot_embree_ratio SCENE [--view NAME] [--size N] [--repeat N] [--numeric MODE] [--methods a,b] [--device D]
-//   [--knob N=V]
-// Rays: one through each pixel's centre of an N x N picture, in Morton order. Embree: default high quality, robust, one
-// call a ray, as many threads as the machine has cores. Ballot: device time of the traversal. Median, p10 and p90 over
-// the repeats.
-#include <embree3/rtcore.h>
-
-#include <algorithm>
-#include <atomic>
+// Ballot beside Embree on the same rays, interleaved in one process: on CPU devices only the ratio counts.
+//
+// Rays: kinds as `ballot bench` makes them. Embree: robust, high build quality (spatial splits), called for single rays, and
+// for packets of 8 and 16 neighbours, with the coherent and the incoherent flag; the filling of packets counts. Ballot: device
+// time of the traversal. Medians over the repeats; geometric means over the views.
+#include <CLI/CLI.hpp>
 #include <chrono>
-#include <cstring>
+#include <cmath>
 #include <map>
-#include <thread>
 
-#include "engine/ballot.h"
-#include "engine/core/morton.h"
+#include "tests/speed/embree_calls.h"
+#include "tools/bench/markdown.h"
 
+namespace ballot::speed {
 namespace {
 
-using namespace ballot;
 using Clock = std::chrono::steady_clock;
+using Samples = std::map<std::string, std::vector<double>>;  // milliseconds by what was run
 
-std::vector<Ray> primary_rays(const View& view, std::uint32_t size) {
-  const glm::dmat4& m = view.world_from_camera;
-  const glm::dvec3 right(m[0]), up(m[1]), back(m[2]), eye(m[3]);
-  const double h = std::tan(view.yfov / 2);
-  std::vector<Ray> rays(std::size_t(size) * size);
-  for (std::uint32_t i = 0; i < rays.size(); ++i) {
-    const double x = 2 * (even_bits(i) + 0.5) / size - 1, y = 1 - 2 * (even_bits(i >> 1) + 0.5) / size;
-    const glm::dvec3 d = glm::normalize(-back + right * (x * h) + up * (y * h));
-    rays[i] = {glm::vec3(eye), 0, glm::vec3(d), 1e30f};
-  }
-  return rays;
+struct Args {
+  std::vector<std::string> scenes, views{"view0"}, rays{"primary", "shadow", "ao", "diffuse"};
+  std::vector<std::string> methods{"auto", "while-while"}, modes{"plain", "watertight"};
+  std::uint32_t size = 512, repeats = 9, ao_rays = 1;
+  float ao_radius = 0.1f;
+  unsigned threads = std::thread::hardware_concurrency();
+  std::string device = "cpu";
+};
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
 }
 
-struct EmbreeScene {
-  RTCDevice device = rtcNewDevice(nullptr);
-  RTCScene scene = rtcNewScene(device);
+std::string label(const std::string& method, const std::string& mode) { return method + ", " + mode; }
 
-  explicit EmbreeScene(const std::vector<Triangle>& triangles) {
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
-    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    void* v = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, triangles.size() * 3);
-    auto* i = static_cast<unsigned*>(
-        rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, triangles.size()));
-    std::memcpy(v, triangles.data(), triangles.size() * sizeof(Triangle));
-    for (std::size_t k = 0; k < triangles.size() * 3; ++k) i[k] = unsigned(k);
-    rtcCommitGeometry(g);
-    rtcAttachGeometry(scene, g);
-    rtcReleaseGeometry(g);
-    rtcCommitScene(scene);
-  }
-  ~EmbreeScene() {
-    rtcReleaseScene(scene);
-    rtcReleaseDevice(device);
-  }
-  EmbreeScene(const EmbreeScene&) = delete;
-  EmbreeScene& operator=(const EmbreeScene&) = delete;
+/// "packet-wide:fallback=0" in a numeric mode.
+Query query_of(const std::string& item, const std::string& mode) {
+  const std::size_t colon = item.find(':'), equals = item.find('=');
+  Query query{.method = item.substr(0, colon), .numeric = mode};
+  if (equals != std::string::npos) query.knobs[item.substr(colon + 1, equals - colon - 1)] = item.substr(equals + 1);
+  return query;
+}
 
-  void trace(std::span<const Ray> rays, std::span<Hit> hits) const {
-    std::atomic<std::size_t> next = 0;
-    std::vector<std::thread> threads;
-    for (unsigned t = 0; t < std::thread::hardware_concurrency(); ++t)
-      threads.emplace_back([&] {
-        for (std::size_t b; (b = next.fetch_add(4096)) < rays.size();)
-          for (std::size_t i = b; i < std::min(b + 4096, rays.size()); ++i) trace_one(rays[i], hits[i]);
-      });
-    for (std::thread& t : threads) t.join();
-  }
-  void trace_one(const Ray& r, Hit& hit) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRayHit q{};
-    q.ray = {r.origin.x, r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z, 0, r.t_max, ~0u, 0, 0};
-    q.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene, &context, &q);
-    const bool found = q.hit.geomID != RTC_INVALID_GEOMETRY_ID;
-    hit = {q.ray.tfar, found ? q.hit.primID : NO_HIT, q.hit.u, q.hit.v};
-  }
-};
-
-struct Series {
-  std::vector<double> ms;
-  double at(double share) const {
-    std::vector<double> s = ms;
-    std::ranges::sort(s);
-    return s[std::min(s.size() - 1, std::size_t(share * double(s.size())))];
-  }
-};
-
-int run(int argc, char** argv) {
-  std::map<std::string, std::string> o{{"--view", "view0"}, {"--size", "512"},           {"--repeat", "20"},
-                                       {"--device", ""},    {"--numeric", "watertight"}, {"--methods", ""},
-                                       {"--knob", ""}};
-  for (int i = 2; i + 1 < argc; i += 2) {
-    if (!o.contains(argv[i])) fail(Failure::Arguments, "unknown option {}", argv[i]);
-    o[argv[i]] = argv[i + 1];
-  }
-  if (argc < 2) fail(Failure::Arguments, "usage: ballot_embree_ratio SCENE [--view NAME] [--size N] [--repeat N] ...");
-  Engine engine(load_scene(argv[1]), {.device = o["--device"], .validate = false, .build = {}, .use_cache = true});
-  const auto rays = primary_rays(find_view(engine.scene(), o["--view"]), std::uint32_t(std::stoul(o["--size"])));
-  const EmbreeScene embree(engine.scene().triangles);
+Samples measure(Engine& engine, const EmbreeScene& embree, RayBatch& batch, const Args& args) {
+  const std::vector<Ray> rays = batch.rays();
   std::vector<Hit> hits(rays.size());
-  std::vector<std::pair<std::string, Query>> queries;
-  for (const Method& m : kMethods) {
-    if (m.chooses) continue;
-    if (!o["--methods"].empty() &&
-        ("," + o["--methods"] + ",").find("," + std::string(m.name) + ",") == std::string::npos)
-      continue;
-    Query q{.want = Want::Nearest, .method = std::string(m.name), .numeric = o["--numeric"], .knobs = {}};
-    if (const auto eq = o["--knob"].find('='); eq != std::string::npos)
-      q.knobs[o["--knob"].substr(0, eq)] = o["--knob"].substr(eq + 1);
-    queries.emplace_back(m.name, q);
-    engine.trace(rays, hits, q);  // compiles
+  for (const std::string& mode : args.modes)
+    for (const std::string& method : args.methods) engine.trace(batch, query_of(method, mode));  // compiles, calibrates
+  Samples samples;
+  for (std::uint32_t r = 0; r < args.repeats; ++r) {
+    for (const EmbreeCall& call : kEmbreeCalls) {
+      const auto start = Clock::now();
+      embree.trace(call, batch.any(), rays, hits, args.threads);
+      samples[call.name()].push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+    }
+    for (const std::string& mode : args.modes)
+      for (const std::string& method : args.methods)
+        samples[label(method, mode)].push_back(engine.trace(batch, query_of(method, mode)).device_ms);
   }
-  std::map<std::string, Series> series;
-  for (int r = 0; r < std::stoi(o["--repeat"]); ++r) {
-    const auto start = Clock::now();
-    embree.trace(rays, hits);
-    series["embree"].ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
-    for (const auto& [name, q] : queries) series[name].ms.push_back(engine.trace(rays, hits, q).device_ms);
+  return samples;
+}
+
+/// Geometric means over views of rays a second.
+struct Speeds {
+  std::map<std::string, double> log_sum;
+  int views = 0;
+  void add(const Samples& samples, std::size_t rays) {
+    for (const auto& [name, ms] : samples) log_sum[name] += std::log(double(rays) / median(ms) * 1e-3);
+    ++views;
   }
-  fmt::print("{} {} {}x{} on {} ({}), {}, {} repeats\n", engine.scene().name, o["--view"], o["--size"], o["--size"],
-             engine.device().name, engine.device().driver, o["--numeric"], o["--repeat"]);
-  const double embree_ms = series["embree"].at(0.5);
-  for (const auto& [name, s] : series)
-    fmt::print("  {:<12} {:8.2f} ms [{:.2f}, {:.2f}] {:8.2f} Mrays/s  {:.3f} of Embree\n", name, s.at(0.5), s.at(0.1),
-               s.at(0.9), double(rays.size()) / s.at(0.5) * 1e-3, embree_ms / s.at(0.5));
-  return 0;
+  double of(const std::string& name) const { return std::exp(log_sum.at(name) / views); }
+  std::string best_embree() const {
+    const auto speed = [&](const EmbreeCall& call) { return of(call.name()); };
+    return std::ranges::max_element(kEmbreeCalls, {}, speed)->name();
+  }
+};
+
+void add_row(bench::Table& table, const std::string& scene, const std::string& rays, const Speeds& speeds,
+             const Args& args) {
+  const double one = speeds.of(kEmbreeCalls[0].name());
+  const std::string best = speeds.best_embree();
+  std::vector<std::string> cells{scene, rays, best, bench::figure(one), bench::figure(speeds.of(best))};
+  for (const std::string& mode : args.modes)
+    for (const std::string& method : args.methods) {
+      const double ours = speeds.of(label(method, mode));
+      cells.push_back(fmt::format("{:.2f}, {:.2f}", ours / one, ours / speeds.of(best)));
+    }
+  table.row(std::move(cells));
+}
+
+void run(const Args& args) {
+  std::vector<std::string> header{"scene", "rays", "Embree's best", "Embree 1", "best"};
+  for (const std::string& mode : args.modes)
+    for (const std::string& method : args.methods) header.push_back(label(method, mode));
+  bench::Table table(header, 3);
+  std::string device;
+  for (const std::string& file : args.scenes) {
+    Engine engine(load_scene(file), {.device = args.device});
+    const EmbreeScene embree(engine.scene().triangles);
+    device = engine.device().name + " (" + engine.device().driver + ")";
+    for (const std::string& rays : args.rays) {
+      Speeds speeds;
+      for (const std::string& view : args.views) {
+        const auto batch = engine.make_batch(find_view(engine.scene(), view), find_ray_kind(rays), args.size, args.size,
+                                             {.ao_rays = args.ao_rays, .ao_radius = args.ao_radius});
+        if (batch->count() > 0) speeds.add(measure(engine, embree, *batch, args), batch->count());
+      }
+      if (speeds.views) add_row(table, engine.scene().name, rays, speeds, args);
+    }
+  }
+  fmt::print(
+      "{}, {} x {}, {} Embree threads, {} repeats, views {}\n"
+      "Embree in Mrays/s; Ballot as times Embree 1, times Embree's best\n\n{}",
+      device, args.size, args.size, args.threads, args.repeats, fmt::join(args.views, " "), table.text());
 }
 
 }  // namespace
+}  // namespace ballot::speed
 
 int main(int argc, char** argv) {
+  ballot::speed::Args args;
+  CLI::App app("Ballot beside Embree on the same rays, in turn in one process");
+  app.add_option("SCENE", args.scenes, "scene files")->required();
+  app.add_option("--views", args.views, "cameras of the scenes [view0]")->delimiter(',');
+  app.add_option("--rays", args.rays, "ray kinds [primary,shadow,ao,diffuse]")->delimiter(',');
+  app.add_option("--methods", args.methods, "methods of Ballot, METHOD or METHOD:KNOB=VALUE [auto,while-while]")
+      ->delimiter(',');
+  app.add_option("--numeric", args.modes, "numeric modes of Ballot [plain,watertight]")->delimiter(',');
+  app.add_option("--size", args.size, "pixels a side [512]")->check(CLI::Range(1, 16384));
+  app.add_option("--repeat", args.repeats, "interleaved repeats [9]")->check(CLI::Range(1, 10000));
+  app.add_option("--ao-rays", args.ao_rays, "rays of kind ao a hit [1]")->check(CLI::Range(1, 64));
+  app.add_option("--ao-radius", args.ao_radius, "their length, a share of the diagonal [0.1]");
+  app.add_option("--threads", args.threads, "of Embree [as many as there are cores]; lavapipe's: LP_NUM_THREADS")
+      ->check(CLI::Range(1, 1024));
+  app.add_option("--device", args.device, "device of Ballot [cpu]");
   try {
-    return run(argc, argv);
+    app.parse(argc, argv);
+    ballot::speed::run(args);
+    return 0;
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) ? 2 : 0;
   } catch (const std::exception& e) {
     fmt::print(stderr, "ballot_embree_ratio: {}\n", e.what());
     return 1;
