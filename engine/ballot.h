@@ -22,10 +22,13 @@
 #include "engine/present/presenter.h"
 #include "engine/render/batch.h"
 #include "engine/render/check.h"
+#include "engine/render/film.h"
+#include "engine/render/integrators.h"
 #include "engine/render/live.h"
 #include "engine/render/origins.h"
 #include "engine/render/ray_kinds.h"
 #include "engine/render/renderer.h"
+#include "engine/scene/light.h"
 #include "engine/scene/scene.h"
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
@@ -84,6 +87,19 @@ class Engine {
   /// A picture of a view, with the attributes that write_exr stores. Throws as trace does.
   Image render(const View& view, const RenderOptions& options, RenderTimes* times = nullptr,
                const Progress& progress = {});
+
+  /// The same in steps: a film without samples, any number of samples more for every pixel, and the picture of what there is,
+  /// with its attributes. However the samples are dealt out, a film of as many has the same bits on one device; a film may be
+  /// copied, stored, and gone on with by another process. Throws as trace does.
+  Film start_film(const RenderOptions& options) const { return renderer_->start(options); }
+  void advance(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples, RenderTimes& times,
+               const Progress& progress = {}) {
+    renderer_->advance(film, view, options, samples, times, progress);
+  }
+  Image picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times);
+
+  /// Bytes on the device of what pictures read of the scene, besides its tree, and of what renders them.
+  std::uint64_t render_bytes() const { return scene_data_->bytes() + renderer_->bytes(); }
 
   /// The rays of one kind (ray_kinds.h) for a view of width x height pixels, 1 to 16384 each, on the device. Kinds that
   /// start at primary hits start at those that the default query finds; a pixel that hits nothing starts no ray, so

@@ -87,8 +87,17 @@ std::unique_ptr<Presenter> Engine::make_presenter(Pace pace) {
 }
 
 Image Engine::render(const View& view, const RenderOptions& options, RenderTimes* times, const Progress& progress) {
+  constexpr std::uint32_t kSamplesAtOnce = 16;
   RenderTimes spent;
-  Image image = renderer_->render(view, options, &spent, progress);
+  Film film = start_film(options);
+  while (film.samples < options.spp) advance(film, view, options, kSamplesAtOnce, spent, progress);
+  Image image = picture(film, view, options, spent);
+  if (times) *times = spent;
+  return image;
+}
+
+Image Engine::picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times) {
+  Image image = renderer_->picture(film, options, times);
   const Variant variant = tracer_->variant(options.query);
   const glm::dmat4 kLeftHanded(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, -1, 0),
                                glm::dvec4(0, 0, 0, 1));
@@ -96,23 +105,24 @@ Image Engine::render(const View& view, const RenderOptions& options, RenderTimes
   image.attributes = {
       {"scene", scene_.name},
       {"view", view.name},
+      {"shading", options.shading},
       {"method", fmt::format("{} {} {}", variant.method->name, describe(variant.how, *variant.method),
                              describe_threshold(variant.how, *variant.method))},
       {"numeric", std::string(variant.numeric->name)},
       {"device", gpu_->info().name},
       {"driver", gpu_->info().driver},
       {"subgroup_size", int(variant.how.subgroup)},
-      {"spp", int(options.spp)},
-      {"seconds", float(spent.seconds)},
+      {"spp", int(film.samples)},
+      {"seconds", float(times.seconds)},
       {"commit", commit()},
       {"worldToCamera", exr_matrix(kLeftHanded * camera_from_world)},
       {"worldToNDC", exr_matrix(ndc_from_camera(view, double(options.width) / options.height) * camera_from_world)},
   };
-  if (spent.heat_top > 0) {
+  if (times.heat_top > 0) {
     image.attributes["heat"] = options.heat;
-    image.attributes["heat_top"] = spent.heat_top;
+    image.attributes["heat_top"] = times.heat_top;
   }
-  if (times) *times = spent;
+  if (film.shard.count > 1) image.attributes["tiles"] = fmt::format("{}/{}", film.shard.index, film.shard.count);
   return image;
 }
 

@@ -109,7 +109,7 @@ int run(const Args& args) {
   RenderOptions options;
   parse_size(args.size, options.width, options.height);
   options.spp = args.spp;
-  options.shading = find_shading(args.shading).name;
+  options.shading = args.shading;
   options.heat = find_heat(args.heat).name;
   options.stats = args.stats;
   options.query = args.query.query();
@@ -154,6 +154,7 @@ void add_render(CLI::App& app, int& result) {
   std::string shadings, heats;
   for (const HeatKind& h : kHeatKinds) heats += fmt::format("\n  {:<12} {}", h.name, h.what);
   for (const Shading& s : kShadings) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
+  for (const Integrator& i : kIntegrators) shadings += fmt::format("\n  {:<12} {}", i.name, i.summary);
   args->engine.add_to(*cmd, true);
   args->query.add_to(*cmd);
   cmd->add_option("--view", args->view, "name of a camera in the scene, or 'all' [all]");
