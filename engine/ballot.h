@@ -44,7 +44,7 @@ struct EngineOptions {
   /// and closed many times in a process may refuse at last. `device` and `validate` are then as that engine had them.
   std::shared_ptr<Context> context = {};
   BuildSettings build = {};
-  bool use_cache = true;                  // BVHs on disk, in cache_folder()
+  bool use_cache = true;                  // BVHs and choices of method auto on disk, in cache_folder()
   const WindowSurface* window = nullptr;  // pictures are to be shown there; the device must be able to
   std::vector<Query> queries = {};        // refused before the BVH is built if the device cannot follow their knobs
 };
@@ -114,6 +114,9 @@ class Engine {
   std::unique_ptr<RayBatch> make_batch(std::string name, std::span<const Ray> rays, Want want) {
     return batches_->make(std::move(name), rays, want);
   }
+
+  /// What a query runs on a batch: its want is the batch's, and method auto becomes what auto chooses for such rays.
+  Query settle(const RayBatch& batch, Query query) { return batches_->settle(batch, std::move(query)); }
 
   /// Traces a batch; its hits stay on the device. query.want is taken from the batch. Throws as trace() above does.
   TraceTimes trace(RayBatch& batch, Query query) { return batches_->trace(batch, std::move(query)); }

@@ -60,6 +60,7 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   bvh_ = build(scene_, options, progress);
   times_.bvh_s = seconds_since(start);
   tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles);
+  if (options.use_cache) tracer_->choices().keep_in(cache_folder() / "auto");
   scene_data_ = std::make_unique<SceneData>(*gpu_, scene_);
   renderer_ = std::make_unique<Renderer>(*gpu_, *tracer_, *scene_data_);
   batches_ = std::make_unique<Batches>(*gpu_, *tracer_, *scene_data_);
@@ -98,7 +99,9 @@ Image Engine::render(const View& view, const RenderOptions& options, RenderTimes
 
 Image Engine::picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times) {
   Image image = renderer_->picture(film, options, times);
-  const Variant variant = tracer_->variant(options.query);
+  Query primary = options.query;
+  primary.rays = kPrimaryRays;
+  const Variant variant = tracer_->variant(primary);
   const glm::dmat4 kLeftHanded(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, -1, 0),
                                glm::dvec4(0, 0, 0, 1));
   const glm::dmat4 camera_from_world = glm::inverse(view.world_from_camera);

@@ -1,4 +1,4 @@
-#include "tools/cli.h"
+#include "tools/auto_table.h"
 
 namespace ballot::cli {
 
@@ -6,7 +6,8 @@ namespace {
 
 struct Args {
   EngineArgs engine;
-  std::string triangles;
+  std::string triangles, numeric{kDefaultNumeric};
+  bool calibrate = false;
 };
 
 nlohmann::json device_json(const DeviceInfo& d) {
@@ -76,10 +77,11 @@ nlohmann::json print_variants(const DeviceInfo& device, std::uint32_t depth) {
   fmt::print("\nvariants on this device (nearest; --method, --knob):\n");
   nlohmann::json json = nlohmann::json::array();
   for (const Method& m : kMethods) {
+    if (m.chooses) continue;
     const NumericMode& numeric = find_numeric(kDefaultNumeric);
     const Variant v{&m, &numeric, Want::Nearest, formulation_for(m, numeric, device)};
     kernel_source(v, device, depth);  // refuses what does not fit
-    fmt::print("  {}{}\n", v.name(), m.name == kDefaultMethod ? "  <- default" : "");
+    fmt::print("  {}\n", v.name());
     json.push_back(v.name());
   }
   return json;
@@ -89,6 +91,9 @@ int run(const Args& args) {
   nlohmann::json json;
   if (!args.triangles.empty() && args.engine.scene.empty())
     fail(Failure::Arguments, "--triangles needs a SCENE: ballot info SCENE --triangles T.npy");
+  if (args.calibrate && args.engine.scene.empty())
+    fail(Failure::Arguments, "--calibrate needs a SCENE: ballot info SCENE --calibrate");
+  find_numeric(args.numeric);
   if (!args.engine.json.empty()) check_writable(args.engine.json);
   json["devices"] = list(args.engine.device);
   int code = 0;
@@ -100,6 +105,8 @@ int run(const Args& args) {
     const nlohmann::json header = record_header(*opened.engine, opened.load_s);
     json.update(header);
     json["variants"] = print_variants(opened.engine->device(), opened.engine->bvh().stats.depth);
+    if (args.calibrate) calibrate(*opened.engine, args.numeric);
+    json["choices"] = print_choices(opened.engine->tracer().choices().all());
     if (!args.triangles.empty()) {
       write_triangles(args.triangles, opened.engine->scene().triangles);
       fmt::print("\nwrote {} triangles to {}\n", opened.engine->scene().triangles.size(), args.triangles);
@@ -119,6 +126,9 @@ void add_info(CLI::App& app, int& result) {
   args->engine.add_to(*cmd, false);
   cmd->add_option("--triangles", args->triangles,
                   "write the world-space triangles in prim order, float32 (n,3,3), for checks by other programs");
+  cmd->add_flag("--calibrate", args->calibrate,
+                "let method auto choose anew for every kind of rays, about a second each on a CPU");
+  cmd->add_option("--numeric", args->numeric, fmt::format("arithmetic to calibrate for [{}]", kDefaultNumeric));
   cmd->callback([args, &result] { result = run(*args); });
 }
 

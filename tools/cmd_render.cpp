@@ -1,6 +1,6 @@
 #include <set>
 
-#include "tools/cli.h"
+#include "tools/auto_table.h"
 #include "tools/views_file.h"
 
 namespace ballot::cli {
@@ -90,6 +90,7 @@ void render_view(const Args& args, Opened& opened, const View& view, const Rende
                              {"any", false},
                              {"method", options.query.method},
                              {"knobs", options.query.knobs},
+                             {"variant", std::get<std::string>(image.attributes.at("method"))},
                              {"numeric", options.query.numeric},
                              {"shading", options.shading},
                              {"spp", options.spp},
@@ -130,14 +131,19 @@ int run(const Args& args) {
   const auto views = chosen_views(args, engine.scene());
   const auto files = outputs_of(args, engine.scene(), views);
   prepare(args, files);
-  const Variant variant = engine.tracer().variant(options.query);
+  Query query = options.query;
+  query.rays = kPrimaryRays;
+  const Variant variant = engine.tracer().variant(query);
   fmt::print("{}: {} triangles on {} ({}), subgroup {}\n  {}\n", engine.scene().name, engine.scene().triangles.size(),
-             engine.device().name, engine.device().driver, variant.how.subgroup, variant.name());
+             engine.device().name, engine.device().driver, variant.how.subgroup,
+             query.method == kAuto ? "method auto" : variant.name());
   fmt::print("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,
              engine.start_times().bvh_s, engine.bvh().stats.from_cache ? " (cached)" : "");
   nlohmann::json json = record_header(engine, opened.load_s);
   for (std::size_t i = 0; i < views.size(); ++i) render_view(args, opened, *views[i], options, files[i], json);
-  const KernelTimes& kernel = engine.tracer().kernel(options.query).times();
+  if (const std::string line = choice_line(engine, query); !line.empty())
+    fmt::print("  {}\n  {}\n", line, engine.tracer().variant(query).name());
+  const KernelTimes& kernel = engine.tracer().kernel(query).times();
   fmt::print(
       "  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first "
       "dispatch)\n",

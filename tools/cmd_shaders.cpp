@@ -52,7 +52,7 @@ std::vector<KernelSource> traversal_sources() {
   for (const DeviceInfo& device : imagined_devices())
     for (const Method& method : kMethods)
       for (const NumericMode& numeric : kNumericModes) {
-        if (method.wide && !device.shuffle) continue;
+        if (method.chooses || (method.wide && !device.shuffle)) continue;
         for (const Want want : {Want::Nearest, Want::Any})
           for (const Knobs& knobs : knobs_of(method))
             for (const bool counters : {false, true}) {

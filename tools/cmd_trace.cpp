@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/cli.h"
+#include "tools/auto_table.h"
 
 namespace ballot::cli {
 
@@ -40,12 +40,14 @@ int run(const Args& args) {
   }
   write_hits(args.out, hits);
   const auto hit_count = std::ranges::count_if(hits, [](const Hit& h) { return h.prim != NO_HIT; });
+  if (query.method == kAuto) query.rays = engine.tracer().sort_of(rays);
   const Variant variant = engine.tracer().variant(query);
   const double mrays = times.device_ms > 0 ? double(rays.size()) / times.device_ms * 1e-3 : 0;
   fmt::print("{}: {} rays, {} hits, {:.3f} ms on the device, {:.2f} Mrays/s\n", args.out, rays.size(), hit_count,
              times.device_ms, mrays);
   fmt::print("  {} on {} ({}), subgroup {}\n", variant.name(), engine.device().name, engine.device().driver,
              variant.how.subgroup);
+  if (const std::string line = choice_line(engine, query); !line.empty()) fmt::print("  {} ({})\n", line, query.rays);
   if (times.retraced) fmt::print("  {} rays were cut short by the driver and traced again in pieces\n", times.retraced);
   nlohmann::json json = record_header(engine, opened.load_s);
   json["records"].push_back({{"scene", engine.scene().name},

@@ -8,8 +8,8 @@
 
 namespace ballot {
 
-RayBatch::RayBatch(std::string name, std::string view, Want want)
-    : name_(std::move(name)), view_(std::move(view)), want_(want) {}
+RayBatch::RayBatch(std::string name, std::string view, std::string sort, Want want)
+    : name_(std::move(name)), view_(std::move(view)), sort_(std::move(sort)), want_(want) {}
 
 RayBatch::~RayBatch() = default;
 
@@ -92,7 +92,7 @@ std::uint32_t Batches::chunk_rays() const {
 }
 
 std::unique_ptr<RayBatch> Batches::make(std::string name, std::span<const Ray> rays, Want want) {
-  std::unique_ptr<RayBatch> batch(new RayBatch(std::move(name), "", want));
+  std::unique_ptr<RayBatch> batch(new RayBatch(std::move(name), "", tracer_.sort_of(rays), want));
   batch->add_chunks(gpu_, rays.size(), chunk_rays());
   std::size_t first = 0;
   for (Chunk& c : batch->chunks_) {
@@ -102,8 +102,16 @@ std::unique_ptr<RayBatch> Batches::make(std::string name, std::span<const Ray> r
   return batch;
 }
 
-TraceTimes Batches::trace(RayBatch& batch, Query query) {
+// A batch has one method, though its chunks are traced one by one.
+Query Batches::settle(const RayBatch& batch, Query query) {
   query.want = batch.want_;
+  query.rays = batch.sort_;
+  if (batch.chunks_.empty()) return tracer_.settle(query);
+  return tracer_.settle(query, batch.chunks_[0].rays, batch.chunks_[0].count);
+}
+
+TraceTimes Batches::trace(RayBatch& batch, Query query) {
+  query = settle(batch, std::move(query));
   tracer_.variant(query);  // an unknown method is an error even without rays
   TraceTimes times;
   for (Chunk& c : batch.chunks_) {
@@ -116,7 +124,7 @@ TraceTimes Batches::trace(RayBatch& batch, Query query) {
 }
 
 Counters Batches::count(RayBatch& batch, Query query) {
-  query.want = batch.want_;
+  query = settle(batch, std::move(query));
   Counters counters;
   counters.subgroup = tracer_.variant(query).how.subgroup;
   for (Chunk& c : batch.chunks_) {
@@ -138,6 +146,7 @@ FrameTimes Batches::frame(RayBatch& batch, Query query) {
   if (!frame.from_camera) {
     Query primary = query;
     primary.want = Want::Nearest;
+    primary.rays = kPrimaryRays;
     for (const Chunk& c : frame.primaries) {
       times.trace_ms += tracer_.trace(c.rays, *frame.scratch, c.count, primary).device_ms;
     }

@@ -39,6 +39,7 @@ class RayBatch {
   Want want() const { return want_; }
   bool any() const { return want_ == Want::Any; }
   std::size_t count() const { return count_; }  // no dead rays of tile padding; 0 where a kind starts at hits: no hit
+  const std::string& sort() const { return sort_; }     // as Query::rays takes it
   bool has_frame() const { return frame_ != nullptr; }  // false: foreign rays
 
   /// Copies of the count() rays, and of the hits of the last trace at the same indices. Before a trace the hits are
@@ -63,10 +64,10 @@ class RayBatch {
   };
   struct Frame;
 
-  RayBatch(std::string name, std::string view, Want want);
+  RayBatch(std::string name, std::string view, std::string sort, Want want);
   void add_chunks(Context& gpu, std::size_t count, std::uint32_t most);
 
-  std::string name_, view_;
+  std::string name_, view_, sort_;
   Want want_;
   std::size_t count_ = 0;
   std::vector<Chunk> chunks_;
@@ -90,6 +91,7 @@ class Batches {
   TraceTimes trace(RayBatch& batch, Query query);
   FrameTimes frame(RayBatch& batch, Query query);
   Counters count(RayBatch& batch, Query query);
+  Query settle(const RayBatch& batch, Query query);
 
  private:
   using Chunk = RayBatch::Chunk;

@@ -41,7 +41,7 @@ void Batches::make_primaries(RayBatch& batch, const View& view, std::uint32_t wi
   const bool listed = width % TILE_SIZE || height % TILE_SIZE;
   frame.camera = camera_push(view, width, height);
   frame.primary = &generator(primary_source(listed));
-  RayBatch primaries("primary", view.name, Want::Nearest);
+  RayBatch primaries("primary", view.name, std::string(kPrimaryRays), Want::Nearest);
   primaries.add_chunks(gpu_, std::size_t(width) * height, chunk_rays());
   if (listed) {
     const std::vector<std::uint32_t> all = numbers_inside(width, height);
@@ -84,7 +84,7 @@ void Batches::make_starts(Frame& frame) {
       frame.numbers.empty() ? std::vector<std::uint32_t>{} : numbers_inside(frame.camera.width, frame.camera.height);
   std::uint32_t first = 0;
   for (Chunk& c : frame.primaries) {
-    tracer_.trace(c.rays, c.hits, c.count, Query{});
+    tracer_.trace(c.rays, c.hits, c.count, Query{.rays = std::string(kPrimaryRays)});
     std::vector<Hit> hits(c.count);
     c.hits.download(hits);
     std::vector<Start> starts;
@@ -171,7 +171,7 @@ std::unique_ptr<RayBatch> Batches::make(const View& view, const RayKind& kind, s
                                         std::uint32_t height, const RayKindOptions& options) {
   check_options(options);
   check_options(RenderOptions{.width = width, .height = height});
-  std::unique_ptr<RayBatch> batch(new RayBatch(std::string(kind.name), view.name, kind.want));
+  std::unique_ptr<RayBatch> batch(new RayBatch(std::string(kind.name), view.name, std::string(kind.name), kind.want));
   batch->frame_ = std::make_unique<Frame>();
   Frame& frame = *batch->frame_;
   frame.from_camera = kind.from_camera();

@@ -133,6 +133,7 @@ void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, Liv
   } else {
     Query first = options.query;
     first.want = Want::Nearest;
+    first.rays = kPrimaryRays;
     times.primary_ms += tracer_.trace(*rays_, *hits_, slice.count, first).device_ms;
     for (std::uint32_t part = 0; part < kind.generators.size(); ++part) {
       generate_secondary(kind.generators[part], slice, options, times);
@@ -181,6 +182,7 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
   Buffer<FilmPixel>& film = (second ? other_film_ : film_)[slice.chunk];
   Query query = second ? *options.other : options.query;
   query.want = kind.want;
+  query.rays = kind.name;
   const TraceTimes traced = heat ? tracer_.trace_counted(rays, hits, slice.count, query, *stats_)
                                  : tracer_.trace(rays, hits, slice.count, query);
   (second ? times.other_ms : times.trace_ms) += traced.device_ms;
@@ -271,6 +273,7 @@ Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32
   run(primary, kTileRays, &camera, sizeof camera);
   Query query = options.query;
   query.want = Want::Nearest;
+  query.rays = kPrimaryRays;
   Probe probe;
   if (count) {
     Buffer<RayStats> stats(gpu_, kTileRays, Access::Storage, "counters of a tile");

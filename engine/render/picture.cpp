@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "engine/render/camera.h"
+#include "engine/render/ray_kinds.h"
 #include "engine/render/renderer.h"
 
 namespace ballot {
@@ -93,7 +94,10 @@ Image Renderer::picture(const Film& film, const RenderOptions& options, RenderTi
     painter.add("samples", Pixel::Uint, [&](std::size_t) { return std::uint32_t(film.samples); });
   if (options.wants("variance") && !film.moments.empty()) add_variance(painter, film);
   if (!film.stats.empty()) add_stats(image, painter.stats(), std::max(film.samples, 1u));
-  if (heat) times.heat_top = paint_heat(image, find_heat(options.heat), tracer_.variant(options.query).how.subgroup);
+  if (!heat) return image;
+  Query query = options.query;
+  query.rays = kPrimaryRays;
+  times.heat_top = paint_heat(image, find_heat(options.heat), tracer_.variant(query).how.subgroup);
   return image;
 }
 

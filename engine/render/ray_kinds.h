@@ -21,7 +21,8 @@ struct RayKind {
   bool from_camera() const;  // one ray a pixel; all other kinds start at what the primary rays hit
 };
 
-inline constexpr std::string_view kPrimaryGenerator[] = {"primary"};
+inline constexpr std::string_view kPrimaryRays = "primary";
+inline constexpr std::string_view kPrimaryGenerator[] = {kPrimaryRays};
 inline constexpr std::string_view kReflectGenerator[] = {"reflect"};
 inline constexpr std::string_view kRefractGenerator[] = {"refract"};
 inline constexpr std::string_view kSecondaryGenerators[] = {"reflect", "refract"};
@@ -30,7 +31,7 @@ inline constexpr std::string_view kAoGenerator[] = {"ao"};
 inline constexpr std::string_view kDiffuseGenerator[] = {"diffuse"};
 
 inline constexpr RayKind kRayKinds[] = {
-    {"primary", Want::Nearest, kPrimaryGenerator, 1, "from the camera, one a pixel, in tiles of Morton order"},
+    {kPrimaryRays, Want::Nearest, kPrimaryGenerator, 1, "from the camera, one a pixel, in tiles of Morton order"},
     {"reflect", Want::Nearest, kReflectGenerator, 1, "mirrored at every primary hit"},
     {"refract", Want::Nearest, kRefractGenerator, 1, "into every primary hit as into glass of index 1.5"},
     {"secondary", Want::Nearest, kSecondaryGenerators, 1, "all reflections, then all refractions (Vinkler, section 4)"},

@@ -101,13 +101,15 @@ void Renderer::shade_samples(Film& film, std::size_t first, std::uint32_t count,
   p.numbers.upload(std::span(film.numbers).subspan(first, count));
   if (film.samples > 0) p.film.upload(std::span(film.pixels).subspan(first, count));
   std::vector<RayStats> part(p.stats ? count : 0);
+  Query query = options.query;
+  query.rays = kPrimaryRays;
   for (std::uint32_t s = 0; s < samples; ++s) {
     camera.sample_index = film.samples + s;
     times.generate_ms += run(p.primary, camera);
-    times.trace_ms += (p.stats ? tracer_.trace_counted(p.rays, p.hits, count, options.query, *p.stats)
-                               : tracer_.trace(p.rays, p.hits, count, options.query))
+    times.trace_ms += (p.stats ? tracer_.trace_counted(p.rays, p.hits, count, query, *p.stats)
+                               : tracer_.trace(p.rays, p.hits, count, query))
                           .device_ms;
-    waves_.pass_through(p.rays, p.hits, count, options.query, times.passes);
+    waves_.pass_through(p.rays, p.hits, count, query, times.passes);
     // A film of one column of tiles: every index is a pixel of it.
     times.shade_ms += run(p.shade, ShadePush{TILE_SIZE, ~0u, 0, count, camera.sample_index, pixel_spread(camera)});
     if (!p.stats) continue;

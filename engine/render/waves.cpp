@@ -143,6 +143,7 @@ void Waves::pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32
 void Waves::trace(Wave& wave, std::string_view kind, const WaveSettings& settings, PassTimes& times) {
   Query query = settings.query;
   query.want = Want::Nearest;
+  query.rays = kind;
   times.add(fmt::format("trace {}", kind), tracer_.trace(wave.rays, wave.hits, wave.count, query).device_ms,
             wave.count);
   pass_through(wave.rays, wave.hits, wave.count, query, times);
@@ -153,8 +154,8 @@ void Waves::connect(std::uint32_t count, const WaveSettings& settings, PassTimes
   if (count == 0) return;
   Query query = settings.query;
   query.want = scene_.features().alpha ? Want::Nearest : Want::Any;
-  const char* kind = settings.integrator->value == INTEGRATOR_AO ? "trace ao" : "trace shadow";
-  times.add(kind, tracer_.trace(*shadow_rays_, *shadow_hits_, count, query).device_ms, count);
+  query.rays = settings.integrator->value == INTEGRATOR_AO ? "ao" : "shadow";
+  times.add("trace " + query.rays, tracer_.trace(*shadow_rays_, *shadow_hits_, count, query).device_ms, count);
   pass_through(*shadow_rays_, *shadow_hits_, count, query, times);
   Kernel& connect = kernel(connect_source());
   connect.bind(BIND_HITS, *shadow_hits_);

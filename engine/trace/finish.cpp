@@ -67,7 +67,7 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
   Query plain = query;
   plain.knobs["launch"] = "plain";
   if (find_method(query.method).wide) {  // pieces are of the binary tree
-    plain.method = kDefaultMethod;
+    plain.method = kPlainestMethod;
     plain.knobs = {};
   }
   const Job job = this->job(plain);

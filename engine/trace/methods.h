@@ -44,8 +44,9 @@ struct Method {
   bool own_stack;  // rays have stacks of their own; knob stack applies
   Wants on_cpu, on_gpu;
   Threshold threshold = {};
-  bool lists = false;  // rays put nodes aside in lists of bounded length; knob list applies
-  bool wide = false;   // walks the wide tree with several rays in a lane; knobs rays, fallback and packet_stack apply
+  bool lists = false;    // rays put nodes aside in lists of bounded length; knob list applies
+  bool wide = false;     // walks the wide tree with several rays in a lane; knobs rays, fallback and packet_stack apply
+  bool chooses = false;  // has no kernel: runs what it finds fastest of the others (auto.h)
 
   bool packet() const { return votes != kNoVotes; }
   bool shares_stack() const { return packet() || wide; }
@@ -53,6 +54,8 @@ struct Method {
 };
 
 inline constexpr Wants kCpu{Fetch::Texel, StackPlace::Shared}, kGpu{Fetch::Reference, StackPlace::Private};
+
+inline constexpr std::string_view kAuto = "auto";
 
 inline constexpr Method kMethods[] = {
     {"packet", "traverse/packet.comp", "one path for the subgroup, by vote (Vinkler 3.1)", kAllVotes, false, kCpu,
@@ -135,10 +138,23 @@ inline constexpr Method kMethods[] = {
      {},
      false,
      true},
+    {kAuto,
+     "",
+     "whichever of these is fastest on this device, scene and sort of rays: trials on a sample of them tell",
+     kNoVotes,
+     false,
+     kCpu,
+     kGpu,
+     {},
+     false,
+     false,
+     true},
 };
 
-/// The method that measured best on every device so far; it holds until `auto` exists.
-inline constexpr std::string_view kDefaultMethod = "while-while";
+inline constexpr std::string_view kDefaultMethod = kAuto;
+
+/// Of few rays, and of what other methods leave: compiles fastest, and is never far from the best.
+inline constexpr std::string_view kPlainestMethod = "while-while";
 
 /// Throws Error(Arguments) that lists the methods there are.
 const Method& find_method(std::string_view name);

@@ -8,7 +8,11 @@
 namespace ballot {
 
 Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles)
-    : gpu_(gpu), bvh_(bvh), triangles_(triangles), work_(gpu, 1, Access::Storage, "work counter") {}
+    : gpu_(gpu),
+      bvh_(bvh),
+      triangles_(triangles),
+      work_(gpu, 1, Access::Storage, "work counter"),
+      choices_(gpu.info(), bvh.stats, bvh.bounds) {}
 
 Tracer::~Tracer() = default;
 
@@ -70,7 +74,8 @@ const Tracer::Texels& Tracer::wide_buffer(Fetch fetch) {
   return wide_buffers_.emplace(fetch, std::move(made)).first->second;
 }
 
-Variant Tracer::variant(const Query& query, bool counters) const {
+Variant Tracer::variant(const Query& asked, bool counters) const {
+  const Query query = settle(asked);
   const Method& method = find_method(query.method);
   const NumericMode& numeric = find_numeric(query.numeric, gpu_.info());
   return {&method, &numeric, query.want, formulation_for(method, numeric, gpu_.info(), query.knobs), counters};
@@ -185,7 +190,8 @@ TraceTimes Tracer::trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& h
 
 TraceTimes Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
   if (count == 0) return {};
-  return trace(job(query), rays, hits, count, query);
+  const Query settled = settle(query, rays, count);
+  return trace(job(settled), rays, hits, count, settled);
 }
 
 TraceTimes Tracer::trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
@@ -193,17 +199,20 @@ TraceTimes Tracer::trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std
   if (stats.size() < count)
     fail(Failure::Arguments, "trace_counted: {} rays, but room for {} records", count, stats.size());
   if (count == 0) return {};
-  const Job counted = job(query, true);
+  const Query settled = settle(query, rays, count);
+  const Job counted = job(settled, true);
   counted.pipeline->kernel->bind(BIND_STATS, stats);
-  return trace(counted, rays, hits, count, query);
+  return trace(counted, rays, hits, count, settled);
 }
 
-TraceTimes Tracer::trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query, const Progress& progress) {
+TraceTimes Tracer::trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& asked, const Progress& progress) {
   if (rays.size() != hits.size())
     fail(Failure::Arguments, "trace: {} rays, but room for {} hits", rays.size(), hits.size());
   TraceTimes times;
-  variant(query);  // an unknown method is an error even without rays
+  variant(asked);  // an unknown method is an error even without rays
   if (rays.empty()) return times;
+  Query query = asked;
+  if (query.rays.empty() && find_method(query.method).chooses) query.rays = sort_of(rays);
   const std::size_t chunk = std::min<std::size_t>(chunk_rays(), rays.size());
   Buffer<Ray> ray_buffer(gpu_, chunk, Access::Storage, "rays");
   Buffer<Hit> hit_buffer(gpu_, chunk, Access::Storage, "hits");

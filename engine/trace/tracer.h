@@ -1,6 +1,7 @@
 // A scene on the device: rays in, hits out.
 #pragma once
 
+#include <exception>
 #include <map>
 #include <memory>
 #include <optional>
@@ -8,17 +9,9 @@
 #include <string>
 
 #include "engine/bvh/wide.h"
-#include "engine/trace/variant.h"
+#include "engine/trace/auto.h"
 
 namespace ballot {
-
-/// What to ask of a batch of rays, and how.
-struct Query {
-  Want want = Want::Nearest;
-  std::string method{kDefaultMethod};
-  std::string numeric{kDefaultNumeric};
-  Knobs knobs = {};
-};
 
 struct TraceTimes {
   double device_ms = 0;  // of the traversal dispatches alone
@@ -44,11 +37,25 @@ class Tracer {
   TraceTimes trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
                            Buffer<RayStats>& stats);
 
+  /// What a query runs: itself, or for method auto what auto has chosen for its sort of rays, or runs unmeasured.
+  Query settle(const Query& query) const;
+
+  /// The same for rays [0, count) of `rays`, which auto looks at: where it has not chosen for their sort and they are enough
+  /// (2^15 on a CPU, 2^18 on a GPU), it samples them and times its candidates, well under a second. trace() calls this.
+  Query settle(Query query, const Buffer<Ray>& rays, std::size_t count);
+
+  /// What sort of rays these are (coherence.h), from a sample of them.
+  std::string sort_of(std::span<const Ray> rays) const;
+
+  /// What auto has chosen so far.
+  Choices& choices() { return choices_; }
+
   /// Rays that one dispatch takes at most.
   std::uint32_t chunk_rays() const;
 
   /// The kernel of a query, made on first use. For its name and compile times.
   const Kernel& kernel(const Query& query) { return *job(query).pipeline->kernel; }
+  /// Of method auto: that of settle().
   Variant variant(const Query& query, bool counters = false) const;
 
   /// Device arrays in one layout, made on first use; the oracle walks these.
@@ -82,6 +89,8 @@ class Tracer {
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
            TraceTimes& times);
   TraceTimes trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
+  bool try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why);
+  Choice calibrate(const Query& query, const Buffer<Ray>& rays, std::size_t count);
   void finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, TraceTimes& times);
 
   Context& gpu_;
@@ -94,6 +103,7 @@ class Tracer {
   std::map<Fetch, Texels> wide_buffers_;
   std::map<std::string, Pipeline> pipelines_;
   Buffer<Work> work_;
+  Choices choices_;
 };
 
 /// Roots of subtrees of at most `limit` steps (a step is an inner node or a triangle, and one for a leaf) that together

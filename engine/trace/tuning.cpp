@@ -1,6 +1,6 @@
 // The tuning table: what single drivers want done differently, one row each, with the measurement that justifies it.
 #include "engine/core/error.h"
-#include "engine/trace/variant.h"
+#include "engine/trace/auto.h"
 
 namespace ballot {
 
@@ -69,7 +69,9 @@ void check_method_knobs(const Method& m, const Formulation& f, const Knobs& knob
     fail(Failure::Arguments, "--knob {}: method {} has no such threshold; {} has", knob, m.name, other.name);
   }
   for (const char* knob : {"rays", "fallback"})
-    if (knobs.contains(knob) && !m.wide) fail(Failure::Arguments, "--knob {}: only method packet-wide has it", knob);
+    if (knobs.contains(knob) && !m.wide)
+      fail(Failure::Arguments, "--knob {}: the packets of method {} have one ray in a lane and nothing to fall back on",
+           knob, m.name);
   if (knobs.contains("list") && !m.lists) fail(Failure::Arguments, "--knob list: method {} puts nothing aside", m.name);
   if (!knobs.contains("vote")) return;
   std::string votes;
@@ -98,6 +100,11 @@ void check_sizes(Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
 
 Formulation formulation_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
                             const Knobs& knobs) {
+  if (method.chooses) {
+    const Query query =
+        unmeasured({.method = std::string(method.name), .numeric = std::string(numeric.name), .knobs = knobs}, device);
+    return formulation_for(find_method(query.method), numeric, device, query.knobs);
+  }
   const Wants& wants = device.is_cpu() ? method.on_cpu : method.on_gpu;
   Formulation f;
   f.fetch = wants.fetch;

@@ -23,7 +23,10 @@ bool packet_agrees() {
 
 void trace_packet(uint base) {
   alive = 0u;
-  EACH_RAY(r) alive |= uint(take_ray(packet_index(base, r), packet[r])) << r;
+  EACH_RAY(r) {
+    alive |= uint(take_ray(packet_index(base, r), packet[r])) << r;
+    COUNT_WIDE_BEGIN(r)
+  }
 #if BALLOT_FALLBACK
   if (!packet_agrees()) {
     uint r = 0u;
@@ -38,7 +41,7 @@ void trace_packet(uint base) {
   bool cut_short = walk_packet() != END_OF_TREE || packet_cut_short;
   EACH_RAY(r) {
     uint index = packet_index(base, r);
+    COUNT_WIDE_END(r)
     if (index < push.ray_end) write_hit(index, packet[r], CUT_SHORT(cut_short));
-    COUNT_BEGIN()
   }
 }

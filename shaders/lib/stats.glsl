@@ -48,22 +48,43 @@ void stats_step(bool live, bool inner) {
 }
 
 #ifdef METHOD_PACKETS
-// A visit of a packet that has several rays in a lane: `looking` and `needing` have a bit for each of the lane's.
+// Several rays in a lane: what each of them counts; `stats` keeps the stack's high-water mark meanwhile.
+RayStats packet_stats[BALLOT_RAYS];
+
+// A visit of the packet: `looking` and `needing` have a bit for each of the lane's rays.
 void stats_wide(uint looking, uint needing, bool inner) {
   uint all = 0u;
   for (uint r = 0u; r < BALLOT_RAYS; ++r) all += subgroupBallotBitCount(subgroupBallot((needing >> r & 1u) != 0u));
   if (subgroupBallot(looking != 0u) == uvec4(0u)) return;
-  uint visits = uint(bitCount(looking)), needed = uint(bitCount(needing));
-  if (subgroupElect()) ++stats.steps;
-  stats.lanes += needed * all / BALLOT_RAYS;
-  if (inner) {
-    stats.nodes += visits;
-    stats.nodes_needed += needed;
-    stats.packet_nodes += visits;
-  } else {
-    stats.leaves += visits;
-    stats.leaves_needed += needed;
+  if (subgroupElect()) ++packet_stats[0].steps;
+  for (uint r = 0u; r < BALLOT_RAYS; ++r) {
+    uint looks = looking >> r & 1u, needs = needing >> r & 1u;
+    packet_stats[r].lanes += needs * (all / BALLOT_RAYS);
+    if (inner) {
+      packet_stats[r].nodes += looks;
+      packet_stats[r].nodes_needed += needs;
+      packet_stats[r].packet_nodes += looks;
+    } else {
+      packet_stats[r].leaves += looks;
+      packet_stats[r].leaves_needed += needs;
+    }
   }
+}
+
+void stats_wide_triangles(uint looking, uint count) {
+  for (uint r = 0u; r < BALLOT_RAYS; ++r) {
+    uint n = (looking >> r & 1u) * count;
+    packet_stats[r].triangles += n;
+    packet_stats[r].triangles_tested += n;
+  }
+}
+
+void stats_wide_begin(uint r) { packet_stats[r] = stats; }
+
+void stats_wide_end(uint r) {
+  uint height = stats.stack;
+  stats = packet_stats[r];
+  stats.stack = height;
 }
 #endif
 
@@ -85,7 +106,9 @@ void stats_wide(uint looking, uint needing, bool inner) {
 #define COUNT_OVERFLOW(yes) { uint o = uint(yes); if (subgroupElect()) stats.overflows += o; }
 #define COUNT_FETCH(yes) stats.fetches += uint(yes);
 #define COUNT_WIDE(looking, needing, inner) stats_wide(looking, needing, inner);
-#define COUNT_WIDE_TRIANGLES(looking, count) { uint n = uint(bitCount(looking)) * (count); stats.triangles += n; stats.triangles_tested += n; }
+#define COUNT_WIDE_TRIANGLES(looking, count) stats_wide_triangles(looking, count);
+#define COUNT_WIDE_BEGIN(r) stats_wide_begin(r);
+#define COUNT_WIDE_END(r) stats_wide_end(r);
 #else
 #define COUNT_BEGIN()
 #define COUNT_WRITE(index)
@@ -106,4 +129,6 @@ void stats_wide(uint looking, uint needing, bool inner) {
 #define COUNT_FETCH(yes)
 #define COUNT_WIDE(looking, needing, inner)
 #define COUNT_WIDE_TRIANGLES(looking, count)
+#define COUNT_WIDE_BEGIN(r)
+#define COUNT_WIDE_END(r)
 #endif

@@ -26,15 +26,7 @@
 #include "../lib/wide.glsl"
 #if BALLOT_FALLBACK
 #include "../lib/walk.glsl"
-
-uint traverse(inout Walker w, bool live, uint node) {
-  STACK_DECLARE
-  uint top = 0u;
-  STACK_AT(top++) = END_OF_TREE;
-  if (!live) node = END_OF_TREE;
-  WALK_WHILE_WHILE(w, node, top)
-  return node;
-}
+#include "../lib/while_while.glsl"
 #endif
 
 const uint ALL_CHILDREN = (1u << WIDE_CHILDREN) - 1u;

@@ -5,20 +5,13 @@
 //
 // Based on:
 //   Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009. ("while-while")
+//
 // traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
 //   live   false where the lane has no ray
 //   Flow   lanes part; no subgroup operation
 //   Memory STACK_SIZE words per lane
 #include "../lib/kernel.glsl"
 #include "../lib/walk.glsl"
-
-uint traverse(inout Walker w, bool live, uint node) {
-  STACK_DECLARE
-  uint top = 0u;
-  STACK_AT(top++) = END_OF_TREE;
-  if (!live) node = END_OF_TREE;
-  WALK_WHILE_WHILE(w, node, top)
-  return node;
-}
+#include "../lib/while_while.glsl"
 
 #include "../lib/main.glsl"

@@ -35,7 +35,9 @@ TEST_F(Info, ASceneWithEveryVariant) {
   EXPECT_EQ(all["scenes"][0]["triangles"], 2);
   EXPECT_EQ(all["scenes"][0]["name"], "square");
   for (const Method& m : kMethods) expect_parts(info.out, {m.name});
-  EXPECT_EQ(all["variants"].size(), std::size(kMethods));
+  EXPECT_EQ(all["variants"].size(), std::size(kMethods) - 1);  // auto has no kernel
+  EXPECT_EQ(all["choices"], nlohmann::json::array());
+  expect_parts(info.out, {"auto has chosen nothing yet", "--calibrate"});
   expect_parts(all["command"], {"info square.glb --validate --json info.json"});
 }
 

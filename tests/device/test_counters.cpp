@@ -55,6 +55,28 @@ TEST_F(CounterTest, CountedWalksHitWhatTimedOnesHit) {
     }
 }
 
+// Heat maps and the inspector show single rays.
+TEST_F(CounterTest, EveryRayHasCountsOfItsOwn) {
+  const std::vector<Ray> rays = primary_->rays();
+  Context& gpu = *engine_->context();
+  Buffer<Ray> ray_buffer(gpu, rays.size(), Access::Storage, "rays");
+  Buffer<Hit> hits(gpu, rays.size(), Access::Storage, "hits");
+  Buffer<RayStats> stats(gpu, rays.size(), Access::Storage, "counters");
+  ray_buffer.upload(rays);
+  for (const Query& q : every_method(Want::Nearest, kDefaultNumeric)) {
+    engine_->tracer().trace_counted(ray_buffer, hits, std::uint32_t(rays.size()), q, stats);
+    std::vector<RayStats> all(rays.size());
+    stats.download(all);
+    const auto idle = std::ranges::count_if(all, [](const RayStats& s) { return s.nodes == 0; });
+    const auto dead = std::ranges::count_if(rays, [](const Ray& r) { return r.t_max <= r.t_min; });
+    EXPECT_EQ(idle, dead) << q.method;
+    for (const RayStats& s : all) {
+      ASSERT_LE(s.nodes_needed, s.nodes) << q.method;
+      ASSERT_LE(s.triangles_tested, s.triangles) << q.method;
+    }
+  }
+}
+
 TEST_F(CounterTest, RaysByThemselvesNeedAllThatTheyVisit) {
   for (const char* method : {"if-if", "while-while", "speculative", "dynamic-fetch"}) {
     const Counters c = count(method);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -10,6 +11,12 @@
 #include "engine/ballot.h"
 
 namespace ballot::test {
+
+/// A linear value as a window shows it, in steps of 8 bits.
+inline int srgb(float x) {
+  x = std::clamp(x, 0.0f, 1.0f);
+  return int(std::lround(255 * (x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f)));
+}
 
 /// A picture, and what its engine said.
 struct Picture {

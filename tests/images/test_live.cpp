@@ -29,18 +29,13 @@ class Live : public testing::Test {
   inline static std::unique_ptr<Engine> engine_;
 };
 
-int srgb(float x) {
-  x = std::clamp(x, 0.0f, 1.0f);
-  return int(std::lround(255 * (x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f)));
-}
-
 /// The largest difference of a channel, in steps of 8 bits. Half floats and pow() round.
 int difference(const Image& image, const std::vector<std::uint32_t>& pixels) {
   int most = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i)
     for (int c = 0; c < 3; ++c) {
       const char* names[] = {"R", "G", "B"};
-      most = std::max(most, std::abs(srgb(image.channel(names[c]).floats[i]) - int(pixels[i] >> (8 * c) & 255)));
+      most = std::max(most, std::abs(test::srgb(image.channel(names[c]).floats[i]) - int(pixels[i] >> (8 * c) & 255)));
     }
   return most;
 }

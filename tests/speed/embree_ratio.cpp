@@ -106,6 +106,7 @@ int run(int argc, char** argv) {
   std::vector<Hit> hits(rays.size());
   std::vector<std::pair<std::string, Query>> queries;
   for (const Method& m : kMethods) {
+    if (m.chooses) continue;
     if (!o["--methods"].empty() &&
         ("," + o["--methods"] + ",").find("," + std::string(m.name) + ",") == std::string::npos)
       continue;

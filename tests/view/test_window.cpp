@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "tests/images/pictures.h"
 #include "tests/view/window_test.h"
 
 namespace ballot::test {
@@ -20,18 +21,13 @@ void expect_same_pixels(const Image& a, const Image& b) {
   }
 }
 
-int srgb(float x) {
-  x = std::clamp(x, 0.0f, 1.0f);
-  return int(std::lround(255 * (x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f)));
-}
-
 /// The largest difference of a channel between the screen and the upper rows of a picture, in steps of 8 bits.
 int difference(const std::vector<unsigned long>& screen, const Image& image) {
   int most = 0;
   for (std::size_t i = 0; i < screen.size(); ++i)
     for (int c = 0; c < 3; ++c) {
       const char* names[] = {"B", "G", "R"};
-      most = std::max(most, std::abs(srgb(image.channel(names[c]).floats[i]) - int(screen[i] >> (8 * c) & 255)));
+      most = std::max(most, std::abs(test::srgb(image.channel(names[c]).floats[i]) - int(screen[i] >> (8 * c) & 255)));
     }
   return most;
 }
@@ -51,7 +47,7 @@ TEST_F(WindowTest, FliesAndItsPictureIsTheOneThatRenderMakes) {
   const fs::path views = folder_ / "views.json";
   Program program(view("480x240", {"--validate", "--spp", "1", "--view", "view0", "--views-file", views.string()}),
                   environment(desktop.name()));
-  ASSERT_TRUE(program.says("method while-while", 60)) << program.output();
+  ASSERT_TRUE(program.says("method " + std::string(kDefaultMethod), 60)) << program.output();
   desktop.move_mouse(400, 120);  // beside the panels
   pause_ms(300);
   const auto before = desktop.pixels(480, 240);
@@ -91,7 +87,7 @@ TEST_F(WindowTest, SwitchesMethodsResizesAndReloadsShaders) {
   Desktop desktop(800, 600);
   ASSERT_TRUE(desktop.works()) << "is xvfb installed?";
   Program program(view("320x240", {"--validate", "--spp", "1", "--view", "view0"}), environment(desktop.name()));
-  ASSERT_TRUE(program.says("method while-while", 60)) << program.output();
+  ASSERT_TRUE(program.says("method " + std::string(kDefaultMethod), 60)) << program.output();
   desktop.move_mouse(250, 120);
 
   std::size_t at = 0;

@@ -231,9 +231,8 @@ class BlockRun {
   Record record(const Runner& runner, std::size_t view) const {
     const Entry& entry = *runner.entry;
     const RayBatch& batch = *batches_[view];
-    Query query = entry.query;
-    query.want = batch.want();
-    const Variant variant = around_.engine.tracer().variant(query);
+    const Query& query = entry.query;
+    const Variant variant = around_.engine.tracer().variant(around_.engine.settle(batch, query));
     Record r;
     r.scene = scene();
     r.view = views_[view];

@@ -34,10 +34,13 @@ void print_block(const Block& block) {
                "FPS", "of best"});
   for (const Cell& cell : block.cells) {
     const double speed = cell.mrays_per_s();
+    const Record& first = cell.first();
+    const std::string runs = first.method == kAuto ? " (" + first.variant.substr(0, first.variant.find('.')) + ")" : "";
     table.row(
-        {cell.label + (cell.role == Role::Best
-                           ? fmt::format(" {}={:g}", cell.first().threshold->knob, cell.first().threshold->value)
-                           : ""),
+        {cell.label + runs +
+             (cell.role == Role::Best
+                  ? fmt::format(" {}={:g}", cell.first().threshold->knob, cell.first().threshold->value)
+                  : ""),
          figure(speed), figure(cell.total_ms()), cell.fps() ? figure(*cell.fps()) : "",
          block.whole(cell) ? fmt::format("{:.0f} %{}", 100 * speed / best, speed == best ? " *" : "") : "lacks views"});
   }

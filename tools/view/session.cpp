@@ -137,6 +137,7 @@ bool Session::announce_kernels() {
   if (settings_.compare) queries.push_back(settings_.other);
   for (Query& q : queries) {
     q.want = find_ray_kind(settings_.rays).want;
+    q.rays = settings_.rays;
     const std::string name = engine_->tracer().variant(q, counters).kernel_name();
     if (!kernels_.insert(name).second) continue;
     facts_.message = "compiling " + q.method + " ...";

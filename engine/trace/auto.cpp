@@ -1,0 +1,82 @@
+#include "engine/trace/auto.h"
+
+#include <algorithm>
+
+#include "engine/core/error.h"
+
+namespace ballot {
+
+namespace {
+
+/// What measured best somewhere: README, "How far from the best".
+struct Row {
+  bool cpu;
+  std::string_view method, knob, value;  // knob and value: empty where the tuning table's will do
+  bool any_only = false;
+};
+constexpr Row kRows[] = {
+    {true, "packet-wide", "", ""},
+    {true, "while-while", "", ""},
+    {true, "packet-wide", "fallback", "0"},
+    {true, "dynamic-fetch", "", ""},
+    {false, "while-while", "", ""},
+    {false, "dynamic-fetch", "", ""},
+    {false, "speculative", "", ""},
+    {false, "if-if", "", ""},
+    {false, "while-while", "sorted", "0", true},
+    {false, "dynamic-fetch", "sorted", "0", true},
+};
+
+bool can_follow(const Query& query, const Candidate& candidate, const DeviceInfo& device, std::string& why) {
+  try {
+    formulation_for(find_method(candidate.method), find_numeric(query.numeric, device), device, candidate.knobs);
+    return true;
+  } catch (const Error& e) {
+    if (why.empty()) why = e.what();
+    return false;
+  }
+}
+
+}  // namespace
+
+std::string Candidate::name() const {
+  std::string text = method;
+  for (const auto& [knob, value] : knobs) text += fmt::format(" {}={}", knob, value);
+  return text;
+}
+
+std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device) {
+  std::vector<Candidate> candidates;
+  std::string why;
+  for (const Row& row : kRows) {
+    if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
+    // Modes that need float64: the wide kernel takes seconds to compile, and gains nothing there.
+    if (find_method(row.method).wide && find_numeric(query.numeric).needs_float64) continue;
+    Candidate c{std::string(row.method), query.knobs};
+    if (!row.knob.empty() && !c.knobs.emplace(row.knob, row.value).second) continue;  // the query says otherwise
+    if (can_follow(query, c, device, why)) candidates.push_back(std::move(c));
+  }
+  if (candidates.empty()) fail(Failure::Arguments, "method auto has nothing to choose from: {}", why);
+  return candidates;
+}
+
+Query unmeasured(const Query& query, const DeviceInfo& device) {
+  const std::vector<Candidate> candidates = candidates_for(query, device);
+  const Candidate* likely = &candidates.front();
+  for (const Candidate& c : candidates)
+    if (c.method == kPlainestMethod) likely = &c;  // compiles fastest
+  Query concrete = query;
+  concrete.method = likely->method;
+  concrete.knobs = likely->knobs;
+  return concrete;
+}
+
+bool Choice::complete() const { return std::ranges::all_of(candidates, &Candidate::tried); }
+
+Query Choice::apply(Query query) const {
+  query.method = chosen().method;
+  query.knobs = chosen().knobs;
+  return query;
+}
+
+}  // namespace ballot

@@ -1,0 +1,75 @@
+// Method auto: what it may choose, what it has chosen, and where that is kept.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/bvh/bvh.h"
+#include "engine/trace/query.h"
+
+namespace ballot {
+
+/// One thing that auto may choose.
+struct Candidate {
+  std::string method;
+  Knobs knobs;             // over those of the tuning table
+  double mrays_per_s = 0;  // on the sampled rays; 0: could not run, or was not tried
+  bool tried = false;
+  std::string name() const;  // "packet-wide fallback=0"
+};
+
+/// What auto may choose for a query on a device, the likeliest first. Knobs of the query go to every candidate; one that
+/// cannot follow them is left out. Throws Error(Arguments), that of the first one, if none is left.
+std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device);
+
+/// What auto runs where it has not measured: on batches too small for that to pay.
+Query unmeasured(const Query& query, const DeviceInfo& device);
+
+/// What auto chose for rays of one sort.
+struct Choice {
+  std::string rays;  // Query::rays
+  Want want = Want::Nearest;
+  std::string numeric;
+  Knobs knobs;                        // that the query gave
+  std::vector<Candidate> candidates;  // the chosen one first, then by speed
+  std::uint32_t sampled = 0;          // rays that each candidate traced
+  double seconds = 0;                 // wall time of the calibration, compiling and derived trees included
+  bool remembered = false;            // read from disk, not measured by this process
+
+  /// Compiling takes CPU drivers a second a kernel: candidates that one process has no time for are left to the next one.
+  bool complete() const;
+
+  const Candidate& chosen() const { return candidates.front(); }
+  /// The query with the method and knobs that were chosen.
+  Query apply(Query query) const;
+};
+
+/// Choices for one scene on one device, in memory and, where a folder is given, in a file of it: JSON, named by device,
+/// driver, subgroup size, Ballot's commit and the tree. A file that cannot be read or written is as if there were none.
+class Choices {
+ public:
+  Choices(const DeviceInfo& device, const BvhStats& tree, const Bounds& bounds);
+
+  /// Reads what the folder has for this scene and device, and keeps new choices there.
+  void keep_in(const std::filesystem::path& folder);
+
+  const Choice* find(const Query& query) const;
+  void add(Choice choice);
+  void clear() { all_.clear(); }
+  std::vector<Choice> all() const;
+
+ private:
+  void load();
+  void save() const;
+
+  const DeviceInfo& device_;
+  std::string scene_;           // what tells this tree from others
+  std::filesystem::path file_;  // empty: none
+  std::map<std::string, Choice> all_;
+};
+
+}  // namespace ballot

@@ -1,0 +1,143 @@
+// Method auto: what it may choose, what it does with few and with many rays, and what it remembers.
+#include <filesystem>
+
+#include "engine/core/error.h"
+#include "engine/core/file.h"
+#include "engine/trace/coherence.h"
+#include "tests/cpu/shapes.h"
+#include "tests/device/fixture.h"
+
+namespace ballot {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMany = 1 << 15;  // enough to be sampled on a CPU
+
+class Auto : public DeviceTest {
+ protected:
+  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
+  static void TearDownTestSuite() { gpu_.reset(); }
+  void SetUp() override {
+    if (!gpu_->info().is_cpu()) GTEST_SKIP() << "sample sizes are those of CPU devices";
+    scene_ = make(*gpu_, shapes::soup(3000, 0.1f));
+  }
+
+  std::vector<Hit> trace(const std::vector<Ray>& rays, const Query& query) const {
+    std::vector<Hit> hits(rays.size());
+    scene_->tracer->trace(rays, hits, query);
+    return hits;
+  }
+
+  const Choice* choice_for(const std::vector<Ray>& rays, Query query) const {
+    query.rays = scene_->tracer->sort_of(rays);
+    return scene_->tracer->choices().find(query);
+  }
+
+  inline static std::unique_ptr<Context> gpu_;
+  std::unique_ptr<Traced> scene_;
+};
+
+const Query kAny{.want = Want::Any};
+
+TEST_F(Auto, FindsWhatOtherMethodsFind) {
+  const auto rays = shapes::random_rays(kMany);
+  const auto hits = trace(rays, {});
+  EXPECT_EQ(harness::count_untouched(hits), 0u);
+  EXPECT_EQ(harness::count_different(hits, trace(rays, {.method = "if-if"})), 0u);
+  const Choice* choice = choice_for(rays, {});
+  ASSERT_TRUE(choice);
+  EXPECT_EQ(choice->sampled, kMany);
+  EXPECT_TRUE(choice->chosen().tried);
+  EXPECT_FALSE(choice->remembered);
+  EXPECT_GT(choice->seconds, 0);
+  EXPECT_EQ(choice->candidates.size(), candidates_for({}, gpu_->info()).size());
+  for (const Candidate& c : choice->candidates) {
+    EXPECT_EQ(c.mrays_per_s > 0, c.tried) << c.name();
+    EXPECT_LE(c.mrays_per_s, choice->chosen().mrays_per_s * 1.03) << c.name();
+  }
+  const Query settled = scene_->tracer->settle({.rays = choice->rays});
+  EXPECT_EQ(settled.method, choice->chosen().method);
+  EXPECT_EQ(scene_->tracer->variant({.rays = choice->rays}).method->name, settled.method);
+  EXPECT_FALSE(choice_for(rays, kAny));
+  expect_silent(*gpu_);
+}
+
+TEST_F(Auto, MeasuresNothingOnFewRays) {
+  const auto rays = shapes::random_rays(1000);
+  EXPECT_EQ(harness::count_different(trace(rays, {}), trace(rays, {.method = "packet"})), 0u);
+  EXPECT_TRUE(scene_->tracer->choices().all().empty());
+  EXPECT_EQ(scene_->tracer->settle(Query{}).method, kPlainestMethod);
+}
+
+TEST_F(Auto, SortsOfRaysHaveChoicesOfTheirOwn) {
+  const auto random = shapes::random_rays(kMany);
+  std::vector<Ray> parallel(kMany, {{0, 0, 5}, 0, {0.1f, 0.2f, -1}, 1e30f});
+  trace(random, kAny);
+  trace(parallel, kAny);
+  const auto all = scene_->tracer->choices().all();
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0].rays, "foreign: coherent, long");
+  EXPECT_EQ(all[1].rays, "foreign: incoherent, long");
+}
+
+TEST_F(Auto, CandidatesFollowTheQuery) {
+  const auto names = [&](const Query& query) {
+    std::vector<std::string> all;
+    for (const Candidate& c : candidates_for(query, gpu_->info())) all.push_back(c.name());
+    return all;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(names({}), (Names{"packet-wide", "while-while", "packet-wide fallback=0", "dynamic-fetch"}));
+  EXPECT_EQ(names({.knobs = {{"fallback", "1"}}}), (Names{"packet-wide fallback=1"}));
+  EXPECT_EQ(names({.knobs = {{"refetch", "0.25"}}}), (Names{"dynamic-fetch refetch=0.25"}));
+  if (gpu_->info().float64) {
+    EXPECT_EQ(names({.numeric = "exact"}), (Names{"while-while", "dynamic-fetch"}));
+  }
+  EXPECT_THROW(names({.knobs = {{"vote", "any"}}}), Error);
+  EXPECT_THROW(names({.knobs = {{"speed", "9"}}}), Error);
+}
+
+TEST_F(Auto, ChoicesOutliveTheProcess) {
+  const fs::path folder = fs::temp_directory_path() / fmt::format("ballot-auto-{}", ::getpid());
+  scene_->tracer->choices().keep_in(folder);
+  const auto rays = shapes::random_rays(kMany);
+  trace(rays, {});
+  const Choice* first = choice_for(rays, {});
+  ASSERT_FALSE(first->remembered);
+  Tracer again(*gpu_, scene_->bvh, scene_->triangles);
+  again.choices().keep_in(folder);
+  const auto all = again.choices().all();
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_TRUE(all[0].remembered);
+  EXPECT_EQ(all[0].chosen().name(), first->chosen().name());
+  EXPECT_EQ(all[0].complete(), first->complete());
+  std::size_t files = 0;
+  for (const auto& file : fs::directory_iterator(folder)) {
+    write_file(file.path(), std::string_view("{\"scene\": 1"));
+    ++files;
+  }
+  EXPECT_EQ(files, 1u);
+  Tracer damaged(*gpu_, scene_->bvh, scene_->triangles);
+  damaged.choices().keep_in(folder);
+  EXPECT_TRUE(damaged.choices().all().empty());
+  fs::remove_all(folder);
+}
+
+TEST(AutoSorts, RaysAreToldByDirectionsAndLength) {
+  const Bounds scene{glm::vec3(-1), glm::vec3(1)};
+  std::vector<Ray> rays(640, {{0, 0, 0}, 0, {1, 2, 3}, 1e30f});
+  EXPECT_EQ(sort_of_rays(rays, scene), "foreign: coherent, long");
+  for (Ray& r : rays) r.t_max = 0.01f;
+  EXPECT_EQ(sort_of_rays(rays, scene), "foreign: coherent, short");
+  for (std::size_t i = 0; i < 640; i += 128) rays[i].dir.x = -1;
+  EXPECT_EQ(sort_of_rays(rays, scene), "foreign: mixed, short");
+  for (std::size_t i = 0; i < 640; i += 64) rays[i].dir.x = -1;
+  EXPECT_EQ(sort_of_rays(rays, scene), "foreign: incoherent, short");
+  for (std::size_t i = 0; i < 640; i += 64) rays[i].t_max = -1;  // dead ones point nowhere
+  EXPECT_EQ(sort_of_rays(rays, scene), "foreign: coherent, short");
+  EXPECT_EQ(sort_of_rays({}, scene), "foreign: coherent, long");
+}
+
+}  // namespace
+}  // namespace ballot
