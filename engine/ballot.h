@@ -17,12 +17,15 @@
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/image.h"
+#include "engine/core/image_error.h"
+#include "engine/core/image_merge.h"
 #include "engine/core/npy.h"
 #include "engine/core/progress.h"
 #include "engine/present/presenter.h"
 #include "engine/render/batch.h"
 #include "engine/render/check.h"
 #include "engine/render/film.h"
+#include "engine/render/film_file.h"
 #include "engine/render/integrators.h"
 #include "engine/render/live.h"
 #include "engine/render/origins.h"
@@ -97,6 +100,10 @@ class Engine {
     renderer_->advance(film, view, options, samples, times, progress);
   }
   Image picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times);
+
+  /// What decides the bits of a film, a line each: scene, view, options, arithmetic, device, commit. Two films of equal words are
+  /// equal; write_film() stores them with a film.
+  std::string made_of(const View& view, const RenderOptions& options) const;
 
   /// Bytes on the device of what pictures read of the scene, besides its tree, and of what renders them.
   std::uint64_t render_bytes() const { return scene_data_->bytes() + renderer_->bytes(); }

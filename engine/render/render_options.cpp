@@ -33,6 +33,8 @@ void check_options(const RenderOptions& o) {
   if (!(std::isfinite(o.ao_radius) && o.ao_radius > 0))
     fail(Failure::Arguments, "--ao-radius: {} of the scene's diagonal is not above 0", o.ao_radius);
   for (const std::string& aov : o.aovs) find_aov(aov);
+  if (o.shard.count > 1 && o.shading == "heat")
+    fail(Failure::Arguments, "--tiles: shading heat scales its colours by the whole picture; render it in one part");
   if (o.wants("variance") && !find_integrator(o.shading))
     fail(Failure::Arguments, "--aov variance: shading '{}' keeps none; take whitted, path or ao", o.shading);
   if (o.stats && find_integrator(o.shading))
