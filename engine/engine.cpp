@@ -147,6 +147,10 @@ std::string Engine::made_of(const View& view, const RenderOptions& o) const {
     digest = digest_of(std::span<const float>(&m.base_color.x, 3),
                        digest_of(std::span<const float>(&m.emissive.x, 3),
                                  digest + std::uint64_t(1e4 * (m.roughness + 2 * m.metallic + 4 * m.transmission))));
+  for (const Light& l : scene_.lights)
+    digest = digest_of(std::span<const float>(&l.position.x, 3),
+                       digest_of(std::span<const float>(&l.intensity.x, 3),
+                                 digest_of(std::span<const float>(&l.direction.x, 3), digest + std::uint64_t(l.kind))));
   const Sky& sky = scene_.sky;
   digest = digest_of(std::span<const glm::vec3>(sky.map), digest);
   const glm::dmat4& m = view.world_from_camera;

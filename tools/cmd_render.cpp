@@ -2,6 +2,7 @@
 
 #include "tools/auto_table.h"
 #include "tools/render_job.h"
+#include "tools/render_light.h"
 #include "tools/views_file.h"
 
 namespace ballot::cli {
@@ -17,7 +18,8 @@ struct Args {
   std::uint32_t spp = 1;
   std::string heat = "nodes", views_file;
   bool png = false, stats = false, resume = false;
-  std::string crop, tiles, sky = "auto", reference;
+  std::string crop, tiles, reference;
+  LightArgs light;
   std::vector<std::string> aovs;
   std::int32_t bounces = -1;
   std::uint32_t seed = 0;
@@ -64,18 +66,6 @@ RenderOptions options_of(const Args& args) {
   }
   check_options(o);
   return o;
-}
-
-/// What --sky says; "auto" is a gradient for whitted and path where nothing in the scene shines.
-void set_sky(const Args& args, Scene& scene) {
-  if (args.sky != "auto") {
-    scene.sky = make_sky(args.sky);
-    return;
-  }
-  const Integrator* integrator = find_integrator(args.shading);
-  const SceneFeatures f = features_of(scene);
-  if (integrator && integrator->value != INTEGRATOR_AO && !f.emits && !f.lights && !f.unlit)
-    scene.sky = make_sky("gradient");
 }
 
 /// <scene>-<view>, as a name of one file: no folder separator, no control character.
@@ -212,8 +202,9 @@ int run(const Args& args) {
   if (!args.views_file.empty()) views_given = read_views(args.views_file);
   Opened opened = open_scene(args.engine, {options.query}, [&](Scene& scene) {
     if (!views_given.empty()) scene.views = views_given;
-    set_sky(args, scene);
-    outputs_of(args, scene, chosen_views(args, scene));
+    const auto wanted = chosen_views(args, scene);
+    outputs_of(args, scene, wanted);
+    args.light.apply(scene, wanted, args.shading);
   });
   Engine& engine = *opened.engine;
   const auto views = chosen_views(args, engine.scene());
@@ -241,10 +232,7 @@ int run(const Args& args) {
 }
 
 void add_light_options(CLI::App& cmd, Args& args) {
-  cmd.add_option(
-      "--sky", args.sky,
-      "what rays see that leave the scene: none; R,G,B; gradient; gradient:ZENITH:HORIZON:GROUND, each R,G,B; or a "
-      "FILE.exr, longitude by latitude [auto: gradient for whitted and path if nothing in the scene shines]");
+  args.light.add_to(cmd);
   cmd.add_option("--bounces", args.bounces, "at most so many, 0 to 64; of whitted and path [8 and 16]");
   cmd.add_option("--ao-radius", args.ao_radius, "how far --shading ao looks: share of the scene's diagonal [0.1]");
   cmd.add_option("--seed", args.seed, "of the random numbers of whitted, path and ao [0]");

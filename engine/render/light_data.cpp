@@ -61,6 +61,7 @@ std::vector<GpuLight> gpu_lights(const Scene& scene) {
 }
 
 std::vector<glm::uvec4> sky_texels(const Sky& sky) {
+  if (sky.kind == Sky::Kind::None) return std::vector<glm::uvec4>(3, glm::uvec4(0));  // for every feature: black
   std::vector<glm::uvec4> texels{texel(sky.zenith, sky.width), texel(sky.horizon, sky.height), texel(sky.ground, 0)};
   std::vector<double> rows;
   for (std::uint32_t y = 0; y < sky.height; ++y) {

@@ -109,7 +109,7 @@ void Renderer::shade_samples(Film& film, std::size_t first, std::uint32_t count,
     times.trace_ms += (p.stats ? tracer_.trace_counted(p.rays, p.hits, count, query, *p.stats)
                                : tracer_.trace(p.rays, p.hits, count, query))
                           .device_ms;
-    waves_.pass_through(p.rays, p.hits, count, query, times.passes);
+    waves_.pass_through(p.rays, p.hits, count, query, scene_.features(), times.passes);
     // A film of one column of tiles: every index is a pixel of it.
     times.shade_ms += run(p.shade, ShadePush{TILE_SIZE, ~0u, 0, count, camera.sample_index, pixel_spread(camera)});
     if (!p.stats) continue;
@@ -118,6 +118,11 @@ void Renderer::shade_samples(Film& film, std::size_t first, std::uint32_t count,
       for (const CounterInfo& c : kCounters) film.stats[first + i].*c.field += part[i].*c.field;
   }
   p.film.download(std::span(film.pixels).subspan(first, count));
+}
+
+Sky::Kind Renderer::sky_kind(const RenderOptions& options) const {
+  const Sky::Kind kind = scene_.scene().sky.kind;
+  return options.every_feature && kind == Sky::Kind::None ? Sky::Kind::Gradient : kind;
 }
 
 void Renderer::wave_samples(Film& film, std::size_t first, std::uint32_t count, const PrimaryPush& camera,
@@ -141,6 +146,8 @@ void Renderer::wave_samples(Film& film, std::size_t first, std::uint32_t count, 
       .ao_radius = std::max(options.ao_radius * glm::distance(b.lo, b.hi), 1e-30f),
       .seed = options.seed,
       .query = options.query,
+      .features = options.every_feature ? SceneFeatures::every() : scene_.features(),
+      .sky = sky_kind(options),
   };
   waves_.add_samples(settings, *numbers_, count, film.samples, samples, *film_, moments_.get(), times.passes);
   film_->download(std::span(film.pixels).subspan(first, count));

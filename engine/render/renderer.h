@@ -60,6 +60,7 @@ struct RenderOptions {
   std::int32_t bounces = -1;           // of integrators, 0 to 64; -1: as many as the integrator has by itself
   float ao_radius = 0.1f;              // of ambient occlusion: share of the scene's diagonal, above 0
   std::uint32_t seed = 0;              // of the integrators' random numbers
+  bool every_feature = false;  // integrators' kernels as for a scene that has everything: to measure what that costs
 
   Window window() const { return crop == Window{} ? Window{0, 0, width, height} : crop; }
   bool wants(std::string_view aov) const;
@@ -100,6 +101,7 @@ class Renderer {
  private:
   struct Passes;
   Passes& passes(const RenderOptions& options, std::uint32_t chunk);
+  Sky::Kind sky_kind(const RenderOptions& options) const;
   void shade_samples(Film& film, std::size_t first, std::uint32_t count, PrimaryPush camera, std::uint32_t samples,
                      const RenderOptions& options, RenderTimes& times);
   void wave_samples(Film& film, std::size_t first, std::uint32_t count, const PrimaryPush& camera,

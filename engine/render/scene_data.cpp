@@ -112,7 +112,10 @@ void SceneData::bind_lights(Kernel& kernel) {
   }
 }
 
+// Kernels that are made for every feature read zeros where the scene has nothing: the face's normal, coordinates (0, 0).
 void SceneData::bind(Kernel& kernel) {
+  const std::vector<glm::uvec4> none(kernel.wants(BIND_NORMALS) && scene_.normals.empty() ? 3 * scene_.triangles.size()
+                                                                                          : 0);
   if (kernel.wants(BIND_TRIANGLES)) {
     if (!triangles_)
       triangles_ = upload(texels_of(std::span<const Triangle>(scene_.triangles), scene_.material_of), Access::Texel,
@@ -121,8 +124,9 @@ void SceneData::bind(Kernel& kernel) {
   }
   if (kernel.wants(BIND_NORMALS)) {
     if (!normals_)
-      normals_ =
-          upload(texels_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), {}), Access::Texel, "normals");
+      normals_ = upload(
+          scene_.normals.empty() ? none : texels_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), {}),
+          Access::Texel, "normals");
     kernel.bind(BIND_NORMALS, *normals_);
   }
   if (kernel.wants(BIND_MATERIALS)) {

@@ -113,14 +113,14 @@ void Waves::run(Kernel& kernel, std::uint32_t count, const void* push, std::uint
 }
 
 void Waves::pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
-                         PassTimes& times) {
-  if (!scene_.features().alpha || count == 0) return;
+                         const SceneFeatures& features, PassTimes& times) {
+  if (!features.alpha || count == 0) return;
   make_room(queues_, gpu_, 1, "queue counts");
   if (!alpha_ || alpha_->room < count) {
     alpha_.reset();
     alpha_ = std::make_unique<Alpha>(gpu_, count);
   }
-  Kernel& test = kernel(alpha_source(scene_.features()));
+  Kernel& test = kernel(alpha_source(features));
   test.bind(BIND_WAVE_HITS, hits);
   test.bind(BIND_QUEUES, *queues_);
   AlphaPush push{count, 1};
@@ -146,17 +146,17 @@ void Waves::trace(Wave& wave, std::string_view kind, const WaveSettings& setting
   query.rays = kind;
   times.add(fmt::format("trace {}", kind), tracer_.trace(wave.rays, wave.hits, wave.count, query).device_ms,
             wave.count);
-  pass_through(wave.rays, wave.hits, wave.count, query, times);
+  pass_through(wave.rays, wave.hits, wave.count, query, settings.features, times);
 }
 
 // Where the scene has alpha, the nearest hit is asked for, so that rays to lights see what all others see.
 void Waves::connect(std::uint32_t count, const WaveSettings& settings, PassTimes& times) {
   if (count == 0) return;
   Query query = settings.query;
-  query.want = scene_.features().alpha ? Want::Nearest : Want::Any;
+  query.want = settings.features.alpha ? Want::Nearest : Want::Any;
   query.rays = settings.integrator->value == INTEGRATOR_AO ? "ao" : "shadow";
   times.add("trace " + query.rays, tracer_.trace(*shadow_rays_, *shadow_hits_, count, query).device_ms, count);
-  pass_through(*shadow_rays_, *shadow_hits_, count, query, times);
+  pass_through(*shadow_rays_, *shadow_hits_, count, query, settings.features, times);
   Kernel& connect = kernel(connect_source());
   connect.bind(BIND_HITS, *shadow_hits_);
   connect.bind(BIND_SHADOW_LIGHT, *shadow_light_);
@@ -189,9 +189,9 @@ void Waves::bind_wave(Kernel& scatter, Wave& wave, Wave* next, Wave* second, Buf
 // holds at most one ray of a path.
 void Waves::run_wave(WavePtr wave, std::uint32_t depth, std::string_view kind, const WaveSettings& settings,
                      Buffer<FilmPixel>& film, PassTimes& times) {
-  const WavePlan plan = plan_of(*settings.integrator, scene_.features());
+  const WavePlan plan = plan_of(*settings.integrator, settings.features);
   trace(*wave, kind, settings, times);
-  Kernel& scatter = kernel(scatter_source(*settings.integrator, scene_.features(), scene_.scene().sky.kind));
+  Kernel& scatter = kernel(scatter_source(*settings.integrator, settings.features, settings.sky));
   WavePtr next = scatter.wants(BIND_NEXT_RAYS) ? acquire(room_) : nullptr;
   WavePtr second = scatter.wants(BIND_SECOND_RAYS) ? acquire(room_) : nullptr;
   bind_wave(scatter, *wave, next.get(), second.get(), film);
@@ -221,7 +221,7 @@ void Waves::run_wave(WavePtr wave, std::uint32_t depth, std::string_view kind, c
 void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t>& numbers, std::uint32_t places,
                         std::uint32_t first, std::uint32_t count, Buffer<FilmPixel>& film, Buffer<glm::vec3>* moments,
                         PassTimes& times) {
-  const WavePlan plan = plan_of(*settings.integrator, scene_.features());
+  const WavePlan plan = plan_of(*settings.integrator, settings.features);
   const std::uint32_t together = std::clamp(capacity(*settings.integrator) / places, 1u, count);
   if (places * together > room_) {
     pool_.clear();

@@ -39,6 +39,8 @@ struct WaveSettings {
   float ao_radius = 0;  // scene units
   std::uint32_t seed = 0;
   Query query{};
+  SceneFeatures features{};  // what kernels are made for: the scene's, or more
+  Sky::Kind sky = Sky::Kind::None;
 };
 
 class Waves {
@@ -59,7 +61,7 @@ class Waves {
   /// Lets the rays of hits on what is transparent go on, until they hit what is not or nothing. Nothing to do for a scene without
   /// alpha. query.want is Nearest.
   void pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
-                    PassTimes& times);
+                    const SceneFeatures& features, PassTimes& times);
 
   /// Bytes of all buffers that are held.
   std::uint64_t bytes() const;

@@ -22,6 +22,11 @@ struct SceneFeatures {
 
   bool textures() const { return base_texture || surface_texture || emissive_texture || normal_texture; }
   bool operator==(const SceneFeatures&) const = default;
+
+  /// Everything that a scene may have, but for the picture of a sky: what kernels cost that are not made for one scene.
+  static constexpr SceneFeatures every() {
+    return {true, true, true, true, true, true, true, true, true, true, true, true, true, false};
+  }
 };
 
 }  // namespace ballot

@@ -57,6 +57,7 @@ Aim aim_at_triangle(vec3 from, float pick, vec2 r) {
 layout(set = 0, binding = BIND_LIGHTS, scalar) readonly buffer Lights { GpuLight lights[]; };
 
 Aim aim_at_light(vec3 from, float pick) {
+  if (push.lights == 0u) return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);  // only where every feature is asked for
   GpuLight light = lights[min(uint(pick * float(push.lights)), push.lights - 1u)];
   Aim aim;
   aim.density = 0.0;

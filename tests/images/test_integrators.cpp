@@ -57,6 +57,22 @@ TEST(Furnace, WhiteAndColouredSpheresShowTheirAlbedo) {
   EXPECT_GT(inside, 100u);
 }
 
+// The kernel for every feature sees the same, and does what the scene does not need: it is what "ballot info --measure" compares with.
+TEST(Furnace, EveryFeatureShowsTheSame) {
+  RenderOptions options = path_options(12, 2);
+  options.aovs = {"color"};
+  Engine engine(sphere_of({.name = "paint", .base_color = {1, 0.5f, 0.25f}}), with_validation());
+  const Picture own = render(engine, engine.scene().views[0], options);
+  options.every_feature = true;
+  const Picture every = render(engine, engine.scene().views[0], options);
+  for (const char* name : {"R", "G", "B"})
+    for (std::size_t i = 0; i < 144; ++i)
+      EXPECT_NEAR(own.image.channel(name).floats[i], every.image.channel(name).floats[i], 1e-3f) << name << " " << i;
+  const auto has_alpha_pass = [](const Picture& p) { return p.times.passes.ms("alpha") > 0; };
+  EXPECT_FALSE(has_alpha_pass(own));
+  EXPECT_TRUE(has_alpha_pass(every));
+}
+
 // Every wall of a closed room shines with 0.5 and reflects half: everywhere is 0.5 + 0.25 + ... = 1. Rays to the lights,
 // chance hits, their weights and Russian roulette all take part.
 TEST(Furnace, ClosedRoomThatShines) {
