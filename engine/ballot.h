@@ -49,6 +49,7 @@ struct EngineOptions {
   BuildSettings build = {};
   bool use_cache = true;                  // BVHs and choices of method auto on disk, in cache_folder()
   const WindowSurface* window = nullptr;  // pictures are to be shown there; the device must be able to
+  bool statistics = false;                // ContextOptions::statistics
   std::vector<Query> queries = {};        // refused before the BVH is built if the device cannot follow their knobs
 };
 

@@ -58,9 +58,9 @@ std::string commit() { return BALLOT_COMMIT; }
 
 Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progress)
     : scene_(std::move(scene)),
-      gpu_(options.context
-               ? options.context
-               : std::make_shared<Context>(ContextOptions{options.device, options.validate, options.window})) {
+      gpu_(options.context ? options.context
+                           : std::make_shared<Context>(ContextOptions{options.device, options.validate, options.window,
+                                                                      options.statistics})) {
   times_.device_s = seconds_since(begin_);
   for (const Query& q : options.queries)
     formulation_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);

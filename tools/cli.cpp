@@ -71,7 +71,8 @@ Query QueryArgs::query() const {
   return q;
 }
 
-Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries, const std::function<void(Scene&)>& check) {
+Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries, const std::function<void(Scene&)>& check,
+                  bool statistics) {
   if (!args.json.empty()) check_writable(args.json);
   const auto start = std::chrono::steady_clock::now();
   Scene scene = load_scene(args.scene);
@@ -81,6 +82,7 @@ Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries, con
   if (check) check(scene);
   EngineOptions options = args.options();
   options.queries = queries;
+  options.statistics = statistics;
   ProgressBar bar("building BVH");
   opened.engine = std::make_unique<Engine>(std::move(scene), options, [&](double done) { bar.update(done); });
   return opened;

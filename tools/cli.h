@@ -44,7 +44,7 @@ struct Opened {
 };
 /// check sees the scene before device and BVH are touched, and may change its views; queries are refused before the BVH is built.
 Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries = {},
-                  const std::function<void(Scene&)>& check = {});
+                  const std::function<void(Scene&)>& check = {}, bool statistics = false);
 
 /// "512x512" to width and height. Throws Error(Arguments).
 void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& height);

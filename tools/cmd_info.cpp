@@ -1,4 +1,5 @@
 #include "tools/auto_table.h"
+#include "tools/bench/markdown.h"
 #include "tools/feature_table.h"
 
 namespace ballot::cli {
@@ -8,7 +9,7 @@ namespace {
 struct Args {
   EngineArgs engine;
   std::string triangles, numeric{kDefaultNumeric};
-  bool calibrate = false, measure = false;
+  bool calibrate = false, statistics = false, measure = false;
 };
 
 nlohmann::json device_json(const DeviceInfo& d) {
@@ -67,6 +68,32 @@ void print_bvh(const BvhStats& s) {
              s.triangles ? double(s.bytes) / s.triangles : 0.0);
 }
 
+/// What the driver tells of every method's kernels: registers, stack and the like.
+nlohmann::json print_statistics(Engine& engine, const std::string& numeric) {
+  if (!engine.device().pipeline_statistics) {
+    fmt::print("\n{} tells nothing of its pipelines (VK_KHR_pipeline_executable_properties)\n", engine.device().driver);
+    return nlohmann::json::array();
+  }
+  fmt::print("\nwhat the driver tells of the kernels, {}:\n\n", numeric);
+  nlohmann::json json = nlohmann::json::array();
+  bench::Table table({"kernel", "figures"}, 2);
+  for (const Method& m : kMethods)
+    for (const Want want : {Want::Nearest, Want::Any}) {
+      if (m.chooses) continue;
+      const Kernel& kernel = engine.tracer().kernel({.want = want, .method = std::string(m.name), .numeric = numeric});
+      std::string figures;
+      nlohmann::json values;
+      for (const PipelineFigure& f : kernel.statistics()) {
+        figures += fmt::format("{}{} {:g}", figures.empty() ? "" : ", ", f.name, f.value);
+        values[f.name] = f.value;
+      }
+      table.row({kernel.name().substr(0, kernel.name().find(" [")), figures});
+      json.push_back({{"kernel", kernel.name()}, {"figures", values}});
+    }
+  fmt::print("{}", table.text());
+  return json;
+}
+
 nlohmann::json print_variants(const DeviceInfo& device, std::uint32_t depth) {
   fmt::print("\nvariants on this device (nearest; --method, --knob):\n");
   nlohmann::json json = nlohmann::json::array();
@@ -85,22 +112,23 @@ int run(const Args& args) {
   nlohmann::json json;
   if (!args.triangles.empty() && args.engine.scene.empty())
     fail(Failure::Arguments, "--triangles needs a SCENE: ballot info SCENE --triangles T.npy");
-  if (args.measure && args.engine.scene.empty())
-    fail(Failure::Arguments, "--measure needs a SCENE: ballot info SCENE --measure");
-  if (args.calibrate && args.engine.scene.empty())
-    fail(Failure::Arguments, "--calibrate needs a SCENE: ballot info SCENE --calibrate");
+  for (const auto& [given, option] : {std::pair(args.calibrate, "--calibrate"),
+                                      std::pair(args.statistics, "--statistics"), std::pair(args.measure, "--measure")})
+    if (given && args.engine.scene.empty())
+      fail(Failure::Arguments, "{} needs a SCENE: ballot info SCENE {}", option, option);
   find_numeric(args.numeric);
   if (!args.engine.json.empty()) check_writable(args.engine.json);
   json["devices"] = list(args.engine.device);
   int code = 0;
   if (!args.engine.scene.empty()) {
     if (!args.triangles.empty()) check_writable(args.triangles);
-    Opened opened = open_scene(args.engine);
+    Opened opened = open_scene(args.engine, {}, {}, args.statistics);
     print_scene(opened.engine->scene(), opened.load_s);
     print_bvh(opened.engine->bvh().stats);
     const nlohmann::json header = record_header(*opened.engine, opened.load_s);
     json.update(header);
     json["variants"] = print_variants(opened.engine->device(), opened.engine->bvh().stats.depth);
+    if (args.statistics) json["statistics"] = print_statistics(*opened.engine, args.numeric);
     if (args.calibrate) calibrate(*opened.engine, args.numeric);
     json["choices"] = print_choices(opened.engine->tracer().choices().all());
     json["integrators"] = print_features(*opened.engine, args.measure);
@@ -128,7 +156,10 @@ void add_info(CLI::App& app, int& result) {
       "how much faster integrators are with the kernels of this scene than with those for every feature; seconds");
   cmd->add_flag("--calibrate", args->calibrate,
                 "let method auto choose anew for every kind of rays, about a second each on a CPU");
-  cmd->add_option("--numeric", args->numeric, fmt::format("arithmetic to calibrate for [{}]", kDefaultNumeric));
+  cmd->add_flag("--statistics", args->statistics,
+                "compile every method's kernels and print what the driver tells of them, such as registers");
+  cmd->add_option("--numeric", args->numeric,
+                  fmt::format("arithmetic for --calibrate and --statistics [{}]", kDefaultNumeric));
   cmd->callback([args, &result] { result = run(*args); });
 }
 

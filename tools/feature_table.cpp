@@ -105,11 +105,17 @@ nlohmann::json print_features(Engine& engine, bool measured) {
       const KernelTimes& t = kernel.times();
       fmt::print("    {:<60} {:>7} bytes  SPIR-V {:.1f} ms{}  pipeline {:.1f} ms\n", source.name, t.spirv_bytes,
                  t.spirv_ms, t.from_cache ? " (cached)" : "", t.pipeline_ms);
+      nlohmann::json figures = nlohmann::json::object();
+      for (const PipelineFigure& f : kernel.statistics()) {
+        fmt::print("      {}: {}\n", f.name, f.value);
+        figures[f.name] = f.value;
+      }
       kernels.push_back({{"name", source.name},
                          {"spirv_bytes", t.spirv_bytes},
                          {"spirv_ms", t.spirv_ms},
                          {"spirv_cached", t.from_cache},
-                         {"pipeline_ms", t.pipeline_ms}});
+                         {"pipeline_ms", t.pipeline_ms},
+                         {"statistics", figures}});
     }
     fmt::print("    {:<60} {:>7} bytes\n", "(scatter with every feature)", every.words.size() * 4);
     json.push_back(

@@ -21,10 +21,9 @@ constexpr Row kRows[] = {
     {true, "dynamic-fetch", "", ""},
     {false, "while-while", "", ""},
     {false, "dynamic-fetch", "", ""},
-    {false, "speculative", "", ""},
-    {false, "if-if", "", ""},
     {false, "while-while", "sorted", "0", true},
-    {false, "dynamic-fetch", "sorted", "0", true},
+    {false, "if-if", "", ""},
+    {false, "speculative", "", ""},
 };
 
 bool can_follow(const Query& query, const Candidate& candidate, const DeviceInfo& device, std::string& why) {

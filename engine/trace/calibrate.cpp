@@ -24,7 +24,7 @@ struct Effort {
   double compile_s, rounds_s;  // candidates are compiled, and rounds begun, until then
   int rounds;                  // at most
 };
-constexpr Effort kCpuEffort{1 << 15, 1 << 15, 4, 0.4, 0.35, 9}, kGpuEffort{1 << 18, 1 << 20, 16, 0.1, 0.08, 15};
+constexpr Effort kCpuEffort{1 << 15, 1 << 15, 4, 0.4, 0.35, 9}, kGpuEffort{1 << 18, 1 << 22, 16, 0.1, 0.08, 15};
 constexpr int kLeastRounds = 3;  // one may be disturbed
 constexpr std::uint32_t kWarmUpRays = 4096;
 constexpr double kHopeless = 1.5;     // times as slow as the fastest: traces no further round
@@ -45,11 +45,29 @@ std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::si
   return all;
 }
 
+std::size_t size_of(const std::vector<Stretch>& stretches) {
+  std::size_t size = 0;
+  for (const Stretch& s : stretches) size += s.count;
+  return size;
+}
+
 std::vector<Ray> sample_of(const Buffer<Ray>& rays, const std::vector<Stretch>& stretches) {
-  std::vector<Ray> sample;
+  std::vector<Ray> sample(size_of(stretches));
+  std::size_t done = 0;
   for (const Stretch& s : stretches) {
-    sample.resize(sample.size() + s.count);
-    rays.download(std::span(sample).last(s.count), s.first);
+    rays.download(std::span(sample).subspan(done, s.count), s.first);
+    done += s.count;
+  }
+  return sample;
+}
+
+/// The same on the device.
+Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vector<Stretch>& stretches) {
+  Buffer<Ray> sample(gpu, size_of(stretches), Access::Storage, "sampled rays");
+  std::size_t done = 0;
+  for (const Stretch& s : stretches) {
+    sample.copy_from(rays, s.first, done, s.count);
+    done += s.count;
   }
   return sample;
 }
@@ -127,11 +145,9 @@ Choice Tracer::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_
   const Effort& effort = gpu_.info().is_cpu() ? kCpuEffort : kGpuEffort;
   Choice choice{query.rays, query.want, query.numeric, query.knobs, candidates_for(query, gpu_.info())};
   if (choice.candidates.size() == 1) return choice;
-  const std::vector<Ray> sample = sample_of(rays, stretches_of(count, effort.sample, effort.stretches));
+  const Buffer<Ray> sample = sampled_rays(gpu_, rays, stretches_of(count, effort.sample, effort.stretches));
   choice.sampled = std::uint32_t(sample.size());
-  Buffer<Ray> sample_rays(gpu_, sample.size(), Access::Storage, "sampled rays");
-  Buffer<Hit> sample_hits(gpu_, sample.size(), Access::Storage, "hits of sampled rays");
-  sample_rays.upload(sample);
+  Buffer<Hit> hits(gpu_, sample.size(), Access::Storage, "hits of sampled rays");
   std::vector<Trial> trials;
   std::exception_ptr why;
   bool can_run = false;
@@ -141,7 +157,7 @@ Choice Tracer::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_
     t.query.method = c.method;
     t.query.knobs = c.knobs;
     t.candidate.tried = true;
-    t.out = !try_out(t.query, sample_rays, sample_hits, why);
+    t.out = !try_out(t.query, sample, hits, why);
     can_run |= !t.out;
   }
   if (!can_run) std::rethrow_exception(why);
@@ -149,7 +165,7 @@ Choice Tracer::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_
   for (int round = 0; round < effort.rounds; ++round) {
     if (round >= kLeastRounds && seconds_since(begin) > effort.rounds_s) break;
     for (Trial& t : trials)
-      if (!t.out) t.ms = std::min(t.ms, trace(sample_rays, sample_hits, choice.sampled, t.query).device_ms);
+      if (!t.out) t.ms = std::min(t.ms, trace(sample, hits, choice.sampled, t.query).device_ms);
     for (Trial& t : trials) t.out |= round + 1 >= kLeastRounds && t.ms > kHopeless * fastest(trials);
   }
   choice.candidates = in_order(std::move(trials), sample.size());

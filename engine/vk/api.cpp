@@ -20,6 +20,7 @@ BALLOT_VK_INSTANCE(BALLOT_VK_DEFINE)
 BALLOT_VK_DRAWING(BALLOT_VK_DEFINE)
 BALLOT_VK_SURFACE(BALLOT_VK_DEFINE)
 BALLOT_VK_DEBUG(BALLOT_VK_DEFINE)
+BALLOT_VK_STATISTICS(BALLOT_VK_DEFINE)
 
 namespace {
 PFN_vkGetInstanceProcAddr get_proc = nullptr;
@@ -59,6 +60,7 @@ void load_instance_functions(VkInstance instance, bool debug, bool surface) {
 #define BALLOT_VK_LOAD(f) f = reinterpret_cast<PFN_##f>(get_proc(instance, #f));
   BALLOT_VK_INSTANCE(BALLOT_VK_LOAD)
   BALLOT_VK_DRAWING(BALLOT_VK_LOAD)
+  BALLOT_VK_STATISTICS(BALLOT_VK_LOAD)
 #undef BALLOT_VK_LOAD
 #define BALLOT_VK_LOAD(f) f = debug ? reinterpret_cast<PFN_##f>(get_proc(instance, #f)) : nullptr;
   BALLOT_VK_DEBUG(BALLOT_VK_LOAD)

@@ -40,6 +40,7 @@
 #define BALLOT_VK_DEBUG(X) \
   X(vkCreateDebugUtilsMessengerEXT) X(vkDestroyDebugUtilsMessengerEXT) X(vkSetDebugUtilsObjectNameEXT) \
   X(vkCmdBeginDebugUtilsLabelEXT) X(vkCmdEndDebugUtilsLabelEXT)
+#define BALLOT_VK_STATISTICS(X) X(vkGetPipelineExecutableStatisticsKHR)
 // clang-format on
 
 namespace ballot {
@@ -48,8 +49,9 @@ namespace ballot {
 BALLOT_VK_GLOBAL(BALLOT_VK_DECLARE)
 BALLOT_VK_INSTANCE(BALLOT_VK_DECLARE)
 BALLOT_VK_DRAWING(BALLOT_VK_DECLARE)
-BALLOT_VK_SURFACE(BALLOT_VK_DECLARE)  // null unless the instance can make surfaces
-BALLOT_VK_DEBUG(BALLOT_VK_DECLARE)    // null unless validation is on
+BALLOT_VK_SURFACE(BALLOT_VK_DECLARE)     // null unless the instance can make surfaces
+BALLOT_VK_DEBUG(BALLOT_VK_DECLARE)       // null unless validation is on
+BALLOT_VK_STATISTICS(BALLOT_VK_DECLARE)  // null unless some device tells
 #undef BALLOT_VK_DECLARE
 
 /// Opens the loader and finds the global functions, once. Throws Error(Device) if there is no loader.

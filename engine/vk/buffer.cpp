@@ -161,6 +161,18 @@ void RawBuffer::download(std::uint64_t offset, void* data, std::uint64_t bytes) 
   copy(offset, data, nullptr, bytes);
 }
 
+void RawBuffer::copy_from(const RawBuffer& other, std::uint64_t other_offset, std::uint64_t offset,
+                          std::uint64_t bytes) {
+  if (bytes == 0) return;
+  if (offset + bytes > bytes_ || other_offset + bytes > other.bytes_)
+    fail(Failure::Work, "buffer '{}' of {} bytes: copy of {} at {}, from '{}' of {} bytes at {}", name_, bytes_, bytes,
+         offset, other.name_, other.bytes_, other_offset);
+  gpu_->submit("a copy of " + other.name_, [&](VkCommandBuffer cmd) {
+    const VkBufferCopy region{other_offset, offset, bytes};
+    vkCmdCopyBuffer(cmd, other.buffer_, buffer_, 1, &region);
+  });
+}
+
 void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint64_t bytes) const {
   if (bytes == 0) return;
   if (offset + bytes > bytes_)

@@ -27,6 +27,8 @@ class RawBuffer {
 
   void upload(std::uint64_t offset, const void* data, std::uint64_t bytes);
   void download(std::uint64_t offset, void* data, std::uint64_t bytes) const;
+  /// Copies bytes of another buffer on the device.
+  void copy_from(const RawBuffer& other, std::uint64_t other_offset, std::uint64_t offset, std::uint64_t bytes);
 
   std::uint64_t bytes() const { return bytes_; }
   const std::string& name() const { return name_; }
@@ -63,6 +65,10 @@ class Buffer : public RawBuffer {
   }
   void download(std::span<T> data, std::size_t first = 0) const {
     RawBuffer::download(first * sizeof(T), data.data(), data.size_bytes());
+  }
+  /// Elements [from, from + count) of another buffer, to `to` on.
+  void copy_from(const Buffer& other, std::size_t from, std::size_t to, std::size_t count) {
+    RawBuffer::copy_from(other, from * sizeof(T), to * sizeof(T), count * sizeof(T));
   }
 
  private:

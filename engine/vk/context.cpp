@@ -118,6 +118,7 @@ Context::Context(const ContextOptions& options) {
     queue_family_ = std::uint32_t(surface_ ? present_family(physical_, surface_) : compute_family(physical_));
     // lavapipe bins timestamps with what is drawn, so beside a window they tell nothing of dispatches (22.3.6).
     if (surface_ && info_.is_cpu()) info_.timestamp_ns = 0;
+    statistics_ = options.statistics && info_.pipeline_statistics;
     create_device();
     create_queue_objects();
     load_pipeline_cache();
@@ -174,6 +175,9 @@ void Context::create_device() {
   size.pNext = info_.uniform_flow ? &flow : nullptr;
   size.subgroupSizeControl = info_.size_control;
   size.computeFullSubgroups = info_.full_subgroups;
+  VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR executables{};
+  executables.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR;
+  executables.pipelineExecutableInfo = VK_TRUE;
   VkPhysicalDeviceVulkan12Features v12{};
   v12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
   v12.pNext = info_.size_control || info_.full_subgroups ? &size : size.pNext;
@@ -186,6 +190,11 @@ void Context::create_device() {
   VkPhysicalDeviceFeatures core{};
   core.shaderFloat64 = info_.float64;
   create.pNext = &v12;
+  if (statistics_) {
+    extensions.push_back(VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME);
+    executables.pNext = &v12;
+    create.pNext = &executables;
+  }
   create.pEnabledFeatures = &core;
   create.queueCreateInfoCount = 1;
   create.pQueueCreateInfos = &queue;

@@ -33,6 +33,7 @@ struct DeviceInfo {
   bool size_control = false, full_subgroups = false;  // VK_EXT_subgroup_size_control
   bool uniform_flow = false;                          // VK_KHR_shader_subgroup_uniform_control_flow
   bool shuffle = false, buffer_address = false, float64 = false;
+  bool pipeline_statistics = false;   // VK_KHR_pipeline_executable_properties
   std::vector<std::string> refusals;  // why Ballot cannot use it; empty: it can
   std::vector<std::string> lacks;     // optional things it has not, and what that costs
 
@@ -55,6 +56,7 @@ struct ContextOptions {
   std::string device;                     // "": the best GPU, else a CPU device; an index; part of a name; "gpu"; "cpu"
   bool validate = false;                  // VK_LAYER_KHRONOS_validation with synchronization validation
   const WindowSurface* window = nullptr;  // the device must present to it; null: no window
+  bool statistics = false;                // pipelines keep what the driver tells of them (registers, ...)
 };
 
 /// Index into `devices` of the one that `wanted` names. Throws Error(Arguments) if nothing has this name or index,
@@ -76,6 +78,7 @@ class Context {
   VkSurfaceKHR surface() const { return surface_; }  // null without a window
   VkQueue queue() const { return queue_; }
   std::uint32_t queue_family() const { return queue_family_; }
+  bool keeps_statistics() const { return statistics_; }
   bool validating() const { return messenger_ != VK_NULL_HANDLE; }
 
   /// Records and submits commands, waits for them. `what` names the work in errors (a lost device above all).
@@ -134,6 +137,7 @@ class Context {
   VkQueryPool queries_ = VK_NULL_HANDLE;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
   std::shared_ptr<void> staging_, pipelines_;
+  bool statistics_ = false;
   double last_ms_ = 0;
   std::uint64_t shader_generation_ = 0;
   std::string shader_error_;

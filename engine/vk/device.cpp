@@ -104,6 +104,7 @@ DeviceInfo read_device(VkPhysicalDevice device) {
   const auto extensions = extensions_of(device);
   const bool size_control = has_extension(extensions, VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME);
   const bool uniform_flow = has_extension(extensions, VK_KHR_SHADER_SUBGROUP_UNIFORM_CONTROL_FLOW_EXTENSION_NAME);
+  const bool executables = has_extension(extensions, VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME);
   DeviceProperties p;
   DeviceFeatures f;
   p.v11.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES;
@@ -112,6 +113,7 @@ DeviceInfo read_device(VkPhysicalDevice device) {
   f.v12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
   f.size_control.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_FEATURES_EXT;
   f.uniform_flow.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_SUBGROUP_UNIFORM_CONTROL_FLOW_FEATURES_KHR;
+  f.executables.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR;
   DeviceInfo info;
   vkGetPhysicalDeviceProperties2(device, &p.core);
   info.name = p.core.properties.deviceName;
@@ -132,8 +134,10 @@ DeviceInfo read_device(VkPhysicalDevice device) {
   f.core.pNext = &f.v12;
   void** tail = &f.v12.pNext;
   if (size_control) *tail = &f.size_control, tail = &f.size_control.pNext;
-  if (uniform_flow) *tail = &f.uniform_flow;
+  if (uniform_flow) *tail = &f.uniform_flow, tail = &f.uniform_flow.pNext;
+  if (executables) *tail = &f.executables;
   vkGetPhysicalDeviceFeatures2(device, &f.core);
+  info.pipeline_statistics = f.executables.pipelineExecutableInfo == VK_TRUE;
   info.driver = fmt::format("{} {}", p.v12.driverName, p.v12.driverInfo);
   info.driver_id = p.v12.driverID;
   read_limits(info, p);

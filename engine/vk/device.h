@@ -27,6 +27,7 @@ struct DeviceFeatures {
   VkPhysicalDeviceVulkan12Features v12{};
   VkPhysicalDeviceSubgroupSizeControlFeaturesEXT size_control{};
   VkPhysicalDeviceShaderSubgroupUniformControlFlowFeaturesKHR uniform_flow{};
+  VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR executables{};
 };
 
 /// Why Ballot cannot use such a device: every requirement that it does not meet, with the reason for it.

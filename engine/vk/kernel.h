@@ -33,6 +33,7 @@ class Kernel {
   const std::string& name() const { return name_; }
   /// Of its pipeline, when that was made.
   const KernelTimes& times() const { return pipeline_->times(); }
+  std::vector<PipelineFigure> statistics() const { return pipeline_->statistics(); }
   /// The Context's shader_generation() when this was made.
   std::uint64_t generation() const { return generation_; }
 

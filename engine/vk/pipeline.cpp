@@ -6,6 +6,23 @@
 
 namespace ballot {
 
+namespace {
+
+double number_of(const VkPipelineExecutableStatisticKHR& s) {
+  switch (s.format) {
+    case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_INT64_KHR:
+      return double(s.value.i64);
+    case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_UINT64_KHR:
+      return double(s.value.u64);
+    case VK_PIPELINE_EXECUTABLE_STATISTIC_FORMAT_FLOAT64_KHR:
+      return s.value.f64;
+    default:
+      return s.value.b32;
+  }
+}
+
+}  // namespace
+
 ComputePipeline::ComputePipeline(Context& gpu, const KernelSource& source) : gpu_(gpu) {
   try {
     const Spirv spirv = compile_shader(source.file, source.defines);
@@ -92,11 +109,28 @@ void ComputePipeline::create_pipeline(const KernelSource& source, VkShaderModule
   if (d.full_subgroups && source.group_size % subgroup == 0)
     create.stage.flags = VK_PIPELINE_SHADER_STAGE_CREATE_REQUIRE_FULL_SUBGROUPS_BIT_EXT;
   create.layout = layout_;
+  if (gpu_.keeps_statistics()) create.flags |= VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR;
   const auto start = std::chrono::steady_clock::now();
   vk_check(vkCreateComputePipelines(gpu_.device(), gpu_.pipeline_cache(), 1, &create, nullptr, &pipeline_),
            "creating pipeline", source.name.c_str());
   times_.pipeline_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   gpu_.name(VK_OBJECT_TYPE_PIPELINE, std::uint64_t(pipeline_), source.name);
+}
+
+std::vector<PipelineFigure> ComputePipeline::statistics() const {
+  if (!gpu_.keeps_statistics()) return {};
+  VkPipelineExecutableInfoKHR which{};
+  which.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INFO_KHR;
+  which.pipeline = pipeline_;  // of a compute pipeline the first executable is the one that counts
+  std::uint32_t count = 0;
+  vk_check(vkGetPipelineExecutableStatisticsKHR(gpu_.device(), &which, &count, nullptr), "reading pipeline statistics");
+  std::vector<VkPipelineExecutableStatisticKHR> all(count);
+  for (auto& each : all) each.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_STATISTIC_KHR;
+  vk_check(vkGetPipelineExecutableStatisticsKHR(gpu_.device(), &which, &count, all.data()),
+           "reading pipeline statistics");
+  std::vector<PipelineFigure> figures;
+  for (const auto& each : all) figures.push_back({each.name, each.description, number_of(each)});
+  return figures;
 }
 
 namespace {

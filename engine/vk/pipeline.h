@@ -27,6 +27,12 @@ struct KernelTimes {
   bool from_cache = false;
 };
 
+/// What a driver tells of a pipeline, in its own words: "Register Count", 56.
+struct PipelineFigure {
+  std::string name, text;  // text: what it means
+  double value;
+};
+
 class ComputePipeline {
  public:
   /// Throws Error(Work) that names the variant on any failure.
@@ -36,6 +42,8 @@ class ComputePipeline {
   ComputePipeline& operator=(const ComputePipeline&) = delete;
 
   const KernelTimes& times() const { return times_; }
+  /// Empty unless the context keeps statistics (ContextOptions) and the driver has them.
+  std::vector<PipelineFigure> statistics() const;
   const Reflection& reflection() const { return reflection_; }
   VkDescriptorSetLayout set_layout() const { return set_layout_; }
   VkPipelineLayout layout() const { return layout_; }

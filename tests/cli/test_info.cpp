@@ -25,7 +25,7 @@ TEST_F(Info, ASceneWithEveryVariant) {
   square();
   const Result info = succeed({"info", "square.glb", "--validate", "--json", "info.json"});
   expect_parts(info.out, {"scene square: 2 triangles", "views: front, far", "BVH:", "depth",
-                          "bounds (-1, -1, 0) to (1, 1, 0)", "nothing beyond plain triangles", "<- default"});
+                          "bounds (-1, -1, 0) to (1, 1, 0)", "nothing beyond plain triangles"});
   const auto all = json("info.json");
   for (const char* field : {"device", "driver", "subgroup_size", "commit", "command"})
     EXPECT_TRUE(all.contains(field)) << field;

@@ -82,7 +82,8 @@ TEST_F(Render, EveryMethodAndModeAgrees) {
       succeed({"render", "square.glb", "--view", "front", "--size", "17x5", "--out", "p.exr", "--validate", "--method",
                std::string(method.name), "--numeric", std::string(mode.name)});
       const Image image = picture("p.exr");
-      EXPECT_TRUE(std::get<std::string>(image.attributes.at("method")).starts_with(method.name));
+      const std::string_view runs = method.chooses ? kPlainestMethod : method.name;  // of so few rays
+      EXPECT_TRUE(std::get<std::string>(image.attributes.at("method")).starts_with(runs));
       EXPECT_EQ(std::get<std::string>(image.attributes.at("numeric")), mode.name);
       EXPECT_NEAR(image.channel("Z").floats[2 * 17 + 8], 3, 1e-5);
     }
