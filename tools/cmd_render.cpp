@@ -65,6 +65,8 @@ RenderOptions options_of(const Args& args) {
     o.shard = {t[0], t[1]};
   }
   check_options(o);
+  if (args.png && !o.wants("color") && o.shading != "heat")
+    fail(Failure::Arguments, "--png: the picture has no colours; name color in --aov too");
   return o;
 }
 

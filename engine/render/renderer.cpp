@@ -20,7 +20,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 template <class T>
 void make_room(std::unique_ptr<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
-  if (buffer && buffer->size() == count) return;
+  if (buffer && buffer->size() >= count) return;
   buffer.reset();
   buffer = std::make_unique<Buffer<T>>(gpu, count, Access::Storage, name);
 }

@@ -101,6 +101,7 @@ TEST_F(Parts, ACropHasThePixelsOfTheWhole) {
   refuse(2, {"--crop", "40x30"}, render("x.exr", {"--size", "40x30", "--crop", "5,7,41,20"}));
   refuse(2, {"--crop 5,7", "X0,Y0,X1,Y1"}, render("x.exr", {"--crop", "5,7"}));
   refuse(2, {"--tiles", "3 of 3"}, render("x.exr", {"--tiles", "3/3"}));
+  refuse(2, {"--png", "name color"}, {"render", "scene.glb", "--out", "x.exr", "--aov", "depth", "--png"});
   refuse(2, {"no AOV is called 'depht'", "depth"}, render("x.exr", {"--aov", "depht"}));
 }
 
