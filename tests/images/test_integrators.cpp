@@ -253,6 +253,49 @@ TEST(Textures, ShowWhereTheirCoordinatesSay) {
   EXPECT_NEAR(p.at("R", 6, 6), 0.5029, 1e-3);  // of the code 188
 }
 
+// A map that leans towards growing u bends the normal to the right, one that leans up (green) against v, which grows downwards.
+TEST(Textures, NormalMapsBendTheNormalTheRightWay) {
+  for (const bool right : {true, false}) {
+    Scene scene = square_scene();
+    scene.materials[0].normal_texture.texture = 0;
+    scene.textures = {{.image = 0}};
+    const std::uint8_t lean = 218, none = 128;  // 0.71 and 0
+    scene.images = {
+        {.name = "lean", .width = 1, .height = 1, .rgba = {right ? lean : none, right ? none : lean, lean, 255}}};
+    const auto uv = [](const glm::vec3& v) { return glm::vec2((v.x + 1) / 2, (1 - v.y) / 2); };
+    for (const Triangle& t : scene.triangles) scene.uvs[0].push_back({uv(t[0]), uv(t[1]), uv(t[2])});
+    finish_scene(scene);
+    const glm::vec3 n = render(std::move(scene), {.width = 9, .height = 9}).normal(4, 4);
+    EXPECT_LT(glm::length(n - glm::normalize(glm::vec3(right, !right, 1))), 0.01f) << n.x << " " << n.y << " " << n.z;
+  }
+}
+
+// Aimed at and met by chance, the picture of a sky gives what it holds: a Lambertian sphere under an even one shows its albedo, and
+// a floor under one bright pixel the integral over that pixel.
+TEST(Furnace, PictureOfASky) {
+  Scene ball = sphere_of({.name = "paint", .base_color = glm::vec3(0.5f)});
+  ball.sky = {.kind = Sky::Kind::Map, .width = 8, .height = 4, .map = std::vector<glm::vec3>(32, glm::vec3(1))};
+  const Mean even = mean_of(render(std::move(ball), path_options(16, 64)));
+  EXPECT_NEAR(even.value.g, 0.5, 4 * even.error.g + 1e-3);
+  Scene floor = square_scene();  // faces +z, white
+  floor.materials[0].base_color = glm::vec3(1);
+  floor.sky = {.kind = Sky::Kind::Map, .width = 8, .height = 4, .map = std::vector<glm::vec3>(32, glm::vec3(0))};
+  constexpr std::uint32_t kX = 0, kY = 1;  // behind the eye: longitude -180 to -135 degrees, latitude 0 to 45
+  floor.sky.map[kY * 8 + kX] = glm::vec3(10);
+  double expected = 0;  // of 10 / pi cos dw, by a fine grid
+  constexpr int kSteps = 200;
+  for (int i = 0; i < kSteps; ++i)
+    for (int j = 0; j < kSteps; ++j) {
+      const double pi = 3.14159265358979, phi = ((kX + (i + 0.5) / kSteps) / 8 - 0.5) * 2 * pi;
+      const double theta = (kY + (j + 0.5) / kSteps) / 4 * pi;
+      const double cosine = std::max(0.0, -std::sin(theta) * std::cos(phi));
+      expected += 10 / pi * cosine * std::sin(theta) * (2 * pi / 8 / kSteps) * (pi / 4 / kSteps);
+    }
+  const Mean spot = mean_of(render(std::move(floor), path_options(16, 64)));
+  EXPECT_NEAR(spot.value.g, expected, 4 * spot.error.g + 1e-3);
+  EXPECT_LT(spot.error.g, 0.02 * expected);
+}
+
 // What a scene lacks has no binding, queue or dispatch.
 TEST(Features, WhatASceneLacksIsNotThere) {
   Context gpu({.device = "", .validate = true});
