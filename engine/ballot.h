@@ -17,15 +17,21 @@
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/image.h"
+#include "engine/core/image_error.h"
+#include "engine/core/image_merge.h"
 #include "engine/core/npy.h"
 #include "engine/core/progress.h"
 #include "engine/present/presenter.h"
 #include "engine/render/batch.h"
 #include "engine/render/check.h"
+#include "engine/render/film.h"
+#include "engine/render/film_file.h"
+#include "engine/render/integrators.h"
 #include "engine/render/live.h"
 #include "engine/render/origins.h"
 #include "engine/render/ray_kinds.h"
 #include "engine/render/renderer.h"
+#include "engine/scene/light.h"
 #include "engine/scene/scene.h"
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
@@ -85,6 +91,23 @@ class Engine {
   /// A picture of a view, with the attributes that write_exr stores. Throws as trace does.
   Image render(const View& view, const RenderOptions& options, RenderTimes* times = nullptr,
                const Progress& progress = {});
+
+  /// The same in steps: a film without samples, any number of samples more for every pixel, and the picture of what there is,
+  /// with its attributes. However the samples are dealt out, a film of as many has the same bits on one device; a film may be
+  /// copied, stored, and gone on with by another process. Throws as trace does.
+  Film start_film(const RenderOptions& options) const { return renderer_->start(options); }
+  void advance(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples, RenderTimes& times,
+               const Progress& progress = {}) {
+    renderer_->advance(film, view, options, samples, times, progress);
+  }
+  Image picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times);
+
+  /// What decides the bits of a film, a line each: scene, view, options, arithmetic, device, commit. Two films of equal words are
+  /// equal; write_film() stores them with a film.
+  std::string made_of(const View& view, const RenderOptions& options) const;
+
+  /// Bytes on the device of what pictures read of the scene, besides its tree, and of what renders them.
+  std::uint64_t render_bytes() const { return scene_data_->bytes() + renderer_->bytes(); }
 
   /// The rays of one kind (ray_kinds.h) for a view of width x height pixels, 1 to 16384 each, on the device. Kinds that
   /// start at primary hits start at those that the default query finds; a pixel that hits nothing starts no ray, so

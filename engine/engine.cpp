@@ -39,6 +39,14 @@ glm::dmat4 ndc_from_camera(const View& view, double aspect) {
   return m;
 }
 
+/// FNV-1a over the bytes.
+template <class T>
+std::uint64_t digest_of(std::span<const T> items, std::uint64_t seed) {
+  std::uint64_t hash = 0xCBF29CE484222325u ^ seed;
+  for (const std::byte b : std::as_bytes(items)) hash = (hash ^ std::uint64_t(b)) * 0x100000001B3u;
+  return hash;
+}
+
 Bvh build(const Scene& scene, const EngineOptions& options, const Progress& progress) {
   if (!options.use_cache) return build_bvh(scene.triangles, options.build, progress);
   return build_bvh_cached(scene.triangles, options.build, cache_folder() / "bvh", progress);
@@ -88,8 +96,17 @@ std::unique_ptr<Presenter> Engine::make_presenter(Pace pace) {
 }
 
 Image Engine::render(const View& view, const RenderOptions& options, RenderTimes* times, const Progress& progress) {
+  constexpr std::uint32_t kSamplesAtOnce = 16;
   RenderTimes spent;
-  Image image = renderer_->render(view, options, &spent, progress);
+  Film film = start_film(options);
+  while (film.samples < options.spp) advance(film, view, options, kSamplesAtOnce, spent, progress);
+  Image image = picture(film, view, options, spent);
+  if (times) *times = spent;
+  return image;
+}
+
+Image Engine::picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times) {
+  Image image = renderer_->picture(film, options, times);
   Query primary = options.query;
   primary.rays = kPrimaryRays;
   const Variant variant = tracer_->variant(primary);
@@ -99,24 +116,58 @@ Image Engine::render(const View& view, const RenderOptions& options, RenderTimes
   image.attributes = {
       {"scene", scene_.name},
       {"view", view.name},
+      {"shading", options.shading},
       {"method", fmt::format("{} {} {}", variant.method->name, describe(variant.how, *variant.method),
                              describe_threshold(variant.how, *variant.method))},
       {"numeric", std::string(variant.numeric->name)},
       {"device", gpu_->info().name},
       {"driver", gpu_->info().driver},
       {"subgroup_size", int(variant.how.subgroup)},
-      {"spp", int(options.spp)},
-      {"seconds", float(spent.seconds)},
+      {"spp", int(film.samples)},
+      {"seconds", float(times.seconds)},
       {"commit", commit()},
       {"worldToCamera", exr_matrix(kLeftHanded * camera_from_world)},
       {"worldToNDC", exr_matrix(ndc_from_camera(view, double(options.width) / options.height) * camera_from_world)},
   };
-  if (spent.heat_top > 0) {
+  if (times.heat_top > 0) {
     image.attributes["heat"] = options.heat;
-    image.attributes["heat_top"] = spent.heat_top;
+    image.attributes["heat_top"] = times.heat_top;
   }
-  if (times) *times = spent;
+  if (film.shard.count > 1) image.attributes["part"] = fmt::format("{}/{}", film.shard.index, film.shard.count);
   return image;
+}
+
+std::string Engine::made_of(const View& view, const RenderOptions& o) const {
+  std::uint64_t digest = digest_of(std::span<const Triangle>(scene_.triangles), 0);
+  digest = digest_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), digest);
+  for (const auto& set : scene_.uvs) digest = digest_of(std::span<const std::array<glm::vec2, 3>>(set), digest);
+  digest = digest_of(std::span<const std::uint32_t>(scene_.material_of), digest);
+  for (const TextureImage& i : scene_.images) digest = digest_of(std::span<const std::uint8_t>(i.rgba), digest);
+  for (const Material& m : scene_.materials)
+    digest = digest_of(std::span<const float>(&m.base_color.x, 3),
+                       digest_of(std::span<const float>(&m.emissive.x, 3),
+                                 digest + std::uint64_t(1e4 * (m.roughness + 2 * m.metallic + 4 * m.transmission))));
+  for (const Light& l : scene_.lights)
+    digest = digest_of(std::span<const float>(&l.position.x, 3),
+                       digest_of(std::span<const float>(&l.intensity.x, 3),
+                                 digest_of(std::span<const float>(&l.direction.x, 3), digest + std::uint64_t(l.kind))));
+  const Sky& sky = scene_.sky;
+  digest = digest_of(std::span<const glm::vec3>(sky.map), digest);
+  const glm::dmat4& m = view.world_from_camera;
+  const Window w = o.window();
+  std::string text =
+      fmt::format("scene: {} ({} triangles, digest {:016x})\nsky: {} {} {} {} {} {} {} {} {} {} {}\n", scene_.name,
+                  scene_.triangles.size(), digest, int(sky.kind), sky.zenith.x, sky.zenith.y, sky.zenith.z,
+                  sky.horizon.x, sky.horizon.y, sky.horizon.z, sky.ground.x, sky.ground.y, sky.ground.z, sky.map_name);
+  text += fmt::format("view: {} yfov {} ymag {} {} at {}\n", view.name, view.yfov, view.ymag, view.orthographic,
+                      fmt::join(&m[0][0], &m[0][0] + 16, " "));
+  text += fmt::format("size: {}x{}\ncrop: {},{},{},{}\ntiles: {}/{}\nspp: {}\nshading: {}\n", o.width, o.height, w.x0,
+                      w.y0, w.x1, w.y1, o.shard.index, o.shard.count, o.spp, o.shading);
+  text += fmt::format("bounces: {}\nao radius: {}\nseed: {}\nvariance: {}\n", o.bounces, o.ao_radius, o.seed,
+                      o.wants("variance"));
+  const bool by_any_method = find_numeric(o.query.numeric).conservative;
+  text += fmt::format("numeric: {}{}\n", o.query.numeric, by_any_method ? "" : ", method " + o.query.method);
+  return text + fmt::format("device: {}, {}\ncommit: {}\n", gpu_->info().name, gpu_->info().driver, commit());
 }
 
 }  // namespace ballot

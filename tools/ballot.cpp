@@ -54,6 +54,7 @@ int run(int argc, char** argv) {
   int result = 0;
   cli::add_info(app, result);
   cli::add_render(app, result);
+  cli::add_merge(app, result);
   cli::add_trace(app, result);
   cli::add_view(app, result);
   cli::add_bench(app, result);

@@ -62,6 +62,7 @@ int finish(Engine& engine);
 
 void add_info(CLI::App& app, int& result);
 void add_render(CLI::App& app, int& result);
+void add_merge(CLI::App& app, int& result);
 void add_trace(CLI::App& app, int& result);
 void add_view(CLI::App& app, int& result);
 void add_bench(CLI::App& app, int& result);

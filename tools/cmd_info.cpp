@@ -1,5 +1,6 @@
 #include "tools/auto_table.h"
 #include "tools/bench/markdown.h"
+#include "tools/feature_table.h"
 
 namespace ballot::cli {
 
@@ -8,7 +9,7 @@ namespace {
 struct Args {
   EngineArgs engine;
   std::string triangles, numeric{kDefaultNumeric};
-  bool calibrate = false, statistics = false;
+  bool calibrate = false, statistics = false, measure = false;
 };
 
 nlohmann::json device_json(const DeviceInfo& d) {
@@ -52,16 +53,9 @@ void print_scene(const Scene& s, double load_s) {
              s.materials.size(), s.views.size(), load_s);
   fmt::print("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})\n", s.bounds.lo.x, s.bounds.lo.y,
              s.bounds.lo.z, s.bounds.hi.x, s.bounds.hi.y, s.bounds.hi.z);
-  std::string views, holds;
+  std::string views;
   for (const View& v : s.views) views += (views.empty() ? "" : ", ") + v.name;
-  const auto add = [&](bool has, const char* what) {
-    if (has) holds += fmt::format("{}{}", holds.empty() ? "" : ", ", what);
-  };
-  add(f.shading_normals, "shading normals");
-  add(f.reflects, "mirrors");
-  add(f.refracts, "glass");
-  add(f.emits, "emission");
-  fmt::print("  views: {}\n  holds: {}\n", views, holds.empty() ? "nothing beyond plain triangles" : holds);
+  fmt::print("  views: {}\n  holds: {}\n", views, feature_words(f));
 }
 
 void print_bvh(const BvhStats& s) {
@@ -118,8 +112,8 @@ int run(const Args& args) {
   nlohmann::json json;
   if (!args.triangles.empty() && args.engine.scene.empty())
     fail(Failure::Arguments, "--triangles needs a SCENE: ballot info SCENE --triangles T.npy");
-  for (const auto& [given, option] :
-       {std::pair(args.calibrate, "--calibrate"), std::pair(args.statistics, "--statistics")})
+  for (const auto& [given, option] : {std::pair(args.calibrate, "--calibrate"),
+                                      std::pair(args.statistics, "--statistics"), std::pair(args.measure, "--measure")})
     if (given && args.engine.scene.empty())
       fail(Failure::Arguments, "{} needs a SCENE: ballot info SCENE {}", option, option);
   find_numeric(args.numeric);
@@ -137,6 +131,7 @@ int run(const Args& args) {
     if (args.statistics) json["statistics"] = print_statistics(*opened.engine, args.numeric);
     if (args.calibrate) calibrate(*opened.engine, args.numeric);
     json["choices"] = print_choices(opened.engine->tracer().choices().all());
+    json["integrators"] = print_features(*opened.engine, args.measure);
     if (!args.triangles.empty()) {
       write_triangles(args.triangles, opened.engine->scene().triangles);
       fmt::print("\nwrote {} triangles to {}\n", opened.engine->scene().triangles.size(), args.triangles);
@@ -156,6 +151,9 @@ void add_info(CLI::App& app, int& result) {
   args->engine.add_to(*cmd, false);
   cmd->add_option("--triangles", args->triangles,
                   "write the world-space triangles in prim order, float32 (n,3,3), for checks by other programs");
+  cmd->add_flag(
+      "--measure", args->measure,
+      "how much faster integrators are with the kernels of this scene than with those for every feature; seconds");
   cmd->add_flag("--calibrate", args->calibrate,
                 "let method auto choose anew for every kind of rays, about a second each on a CPU");
   cmd->add_flag("--statistics", args->statistics,

@@ -1,6 +1,8 @@
 #include <set>
 
 #include "tools/auto_table.h"
+#include "tools/render_job.h"
+#include "tools/render_light.h"
 #include "tools/views_file.h"
 
 namespace ballot::cli {
@@ -15,8 +17,58 @@ struct Args {
   std::string view = "all", size = "1024x1024", shading = "eyelight", out = ".";
   std::uint32_t spp = 1;
   std::string heat = "nodes", views_file;
-  bool png = false, stats = false;
+  bool png = false, stats = false, resume = false;
+  std::string crop, tiles, reference;
+  LightArgs light;
+  std::vector<std::string> aovs;
+  std::int32_t bounces = -1;
+  std::uint32_t seed = 0;
+  float ao_radius = RenderOptions{}.ao_radius;
+  double checkpoint_s = RenderJob{}.checkpoint_s;
 };
+
+/// Numbers with commas, no more and no fewer than wanted.
+template <std::size_t N>
+std::array<std::uint32_t, N> numbers_of(const std::string& text, char comma, const char* option, const char* form) {
+  std::array<std::uint32_t, N> numbers{};
+  const char* at = text.c_str();
+  for (std::size_t i = 0; i < N; ++i) {
+    char* end = nullptr;
+    const unsigned long value = std::isdigit(static_cast<unsigned char>(*at)) ? std::strtoul(at, &end, 10) : 0;
+    if (!end || value > 0xFFFFFFFFul || *end != (i + 1 < N ? comma : '\0'))
+      fail(Failure::Arguments, "{} {}: expected {}", option, text, form);
+    numbers[i] = std::uint32_t(value);
+    at = end + 1;
+  }
+  return numbers;
+}
+
+RenderOptions options_of(const Args& args) {
+  RenderOptions o;
+  parse_size(args.size, o.width, o.height);
+  o.spp = args.spp;
+  o.shading = args.shading;
+  o.heat = find_heat(args.heat).name;
+  o.stats = args.stats;
+  o.query = args.query.query();
+  o.aovs = args.aovs;
+  o.bounces = args.bounces;
+  o.ao_radius = args.ao_radius;
+  o.seed = args.seed;
+  if (!args.crop.empty()) {
+    const auto c = numbers_of<4>(args.crop, ',', "--crop", "X0,Y0,X1,Y1: pixels from X0 to before X1, Y0 to before Y1");
+    o.crop = {c[0], c[1], c[2], c[3]};
+    if (o.crop == Window{}) fail(Failure::Arguments, "--crop {}: holds no pixel", args.crop);
+  }
+  if (!args.tiles.empty()) {
+    const auto t = numbers_of<2>(args.tiles, '/', "--tiles", "I/N: part I of N, from 0 on");
+    o.shard = {t[0], t[1]};
+  }
+  check_options(o);
+  if (args.png && !o.wants("color") && o.shading != "heat")
+    fail(Failure::Arguments, "--png: the picture has no colours; name color in --aov too");
+  return o;
+}
 
 /// <scene>-<view>, as a name of one file: no folder separator, no control character.
 std::string file_name(const Scene& scene, const View& view) {
@@ -68,21 +120,36 @@ std::vector<const View*> chosen_views(const Args& args, const Scene& scene) {
   return views;
 }
 
-void render_view(const Args& args, Opened& opened, const View& view, const RenderOptions& options, const fs::path& exr,
+void print_passes(const RenderTimes& times) {
+  for (const PassTime& t : times.passes.all())
+    fmt::print("    {:<16} {:>10.3f} ms  {:>7} dispatches  {:>12} rays  {:>9.2f} Mrays/s\n", t.name, t.ms, t.dispatches,
+               t.rays, t.ms > 0 ? double(t.rays) / t.ms * 1e-3 : 0.0);
+}
+
+nlohmann::json passes_json(const RenderTimes& times) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const PassTime& t : times.passes.all())
+    all.push_back({{"name", t.name}, {"ms", t.ms}, {"dispatches", t.dispatches}, {"rays", t.rays}});
+  return all;
+}
+
+void render_view(const Args& args, Opened& opened, const View& view, const RenderJob& job, const fs::path& exr,
                  nlohmann::json& json) {
   Engine& engine = *opened.engine;
-  RenderTimes times;
-  Image image;
-  {
-    ProgressBar bar("rendering " + view.name);
-    image = engine.render(view, options, &times, [&](double done) { bar.update(done); });
-  }
+  const RenderOptions& options = job.options;
+  const Rendered rendered = render_job(engine, view, job, exr);
+  const RenderTimes& times = rendered.times;
+  const Image& image = rendered.image;
   write_exr(exr, image);
   const fs::path png = png_beside(exr);
   if (args.png) write_png(png, image);
+  finish_job(exr);
+  if (rendered.resumed_at > 0) fmt::print("  {:<10} went on from {} samples\n", view.name, rendered.resumed_at);
   fmt::print("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n",
              view.name, times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(),
              exr.string(), args.png ? " + .png" : "");
+  print_passes(times);
+  if (!rendered.errors.empty()) report_errors(rendered, exr);
   if (times.heat_top > 0) fmt::print("  {:<10} {}: yellow is {:.4g}\n", "", options.heat, times.heat_top);
   json["records"].push_back({{"scene", engine.scene().name},
                              {"view", view.name},
@@ -102,19 +169,31 @@ void render_view(const Args& args, Opened& opened, const View& view, const Rende
                              {"trace_ms", times.trace_ms},
                              {"shade_ms", times.shade_ms},
                              {"mrays_per_s", times.mrays_per_s()},
+                             {"passes", passes_json(times)},
+                             {"scene_bytes", engine.bvh().stats.bytes},
+                             {"render_bytes", engine.render_bytes()},
                              {"exr", exr.string()},
                              {"png", args.png ? png.string() : ""}});
 }
 
+Image read_reference(const Args& args, const RenderOptions& options) {
+  Image reference = read_exr(args.reference);
+  const Window w = options.window();
+  if (reference.width != w.x1 - w.x0 || reference.height != w.y1 - w.y0)
+    fail(Failure::Arguments, "--reference {}: has {} x {} pixels, but the picture will have {} x {}", args.reference,
+         reference.width, reference.height, w.x1 - w.x0, w.y1 - w.y0);
+  for (const char* name : {"R", "G", "B"}) reference.channel(name);
+  if (options.shard.count > 1 || !options.wants("color"))
+    fail(Failure::Arguments,
+         "--reference: wants the whole picture and its colours; leave out --tiles, and --aov or name color");
+  return reference;
+}
+
 int run(const Args& args) {
-  RenderOptions options;
-  parse_size(args.size, options.width, options.height);
-  options.spp = args.spp;
-  options.shading = find_shading(args.shading).name;
-  options.heat = find_heat(args.heat).name;
-  options.stats = args.stats;
-  options.query = args.query.query();
-  check_options(options);
+  RenderJob job{.options = options_of(args), .checkpoint_s = args.checkpoint_s, .resume = args.resume};
+  const RenderOptions& options = job.options;
+  if (!(args.checkpoint_s >= 0)) fail(Failure::Arguments, "--checkpoint: {} s is below 0", args.checkpoint_s);
+  if (!args.reference.empty()) job.reference = read_reference(args, options);
   const fs::path out = args.out;
   if (out.extension() == ".exr")
     check_writable(out);
@@ -125,7 +204,9 @@ int run(const Args& args) {
   if (!args.views_file.empty()) views_given = read_views(args.views_file);
   Opened opened = open_scene(args.engine, {options.query}, [&](Scene& scene) {
     if (!views_given.empty()) scene.views = views_given;
-    outputs_of(args, scene, chosen_views(args, scene));
+    const auto wanted = chosen_views(args, scene);
+    outputs_of(args, scene, wanted);
+    args.light.apply(scene, wanted, args.shading);
   });
   Engine& engine = *opened.engine;
   const auto views = chosen_views(args, engine.scene());
@@ -140,7 +221,7 @@ int run(const Args& args) {
   fmt::print("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,
              engine.start_times().bvh_s, engine.bvh().stats.from_cache ? " (cached)" : "");
   nlohmann::json json = record_header(engine, opened.load_s);
-  for (std::size_t i = 0; i < views.size(); ++i) render_view(args, opened, *views[i], options, files[i], json);
+  for (std::size_t i = 0; i < views.size(); ++i) render_view(args, opened, *views[i], job, files[i], json);
   if (const std::string line = choice_line(engine, query); !line.empty())
     fmt::print("  {}\n  {}\n", line, engine.tracer().variant(query).name());
   const KernelTimes& kernel = engine.tracer().kernel(query).times();
@@ -152,6 +233,29 @@ int run(const Args& args) {
   return finish(engine);
 }
 
+void add_light_options(CLI::App& cmd, Args& args) {
+  args.light.add_to(cmd);
+  cmd.add_option("--bounces", args.bounces, "at most so many, 0 to 64; of whitted and path [8 and 16]");
+  cmd.add_option("--ao-radius", args.ao_radius, "how far --shading ao looks: share of the scene's diagonal [0.1]");
+  cmd.add_option("--seed", args.seed, "of the random numbers of whitted, path and ao [0]");
+}
+
+void add_part_options(CLI::App& cmd, Args& args) {
+  std::string aovs;
+  for (const Aov& a : kAovs)
+    aovs += fmt::format("\n  {:<12} {}{}", a.name, a.channels, a.by_default ? "" : "; not by default");
+  cmd.add_option("--aov", args.aovs, "groups of channels, with commas between" + aovs)->delimiter(',');
+  cmd.add_option("--crop", args.crop, "X0,Y0,X1,Y1: these pixels alone, an EXR with a smaller data window");
+  cmd.add_option(
+      "--tiles", args.tiles,
+      "I/N: every N-th tile from number I on; 'ballot merge' puts the N pictures together, to the same bits");
+  cmd.add_option("--checkpoint", args.checkpoint_s,
+                 "seconds between checkpoints, OUT.checkpoint.exr beside OUT.exr; 0: none [60]");
+  cmd.add_flag("--resume", args.resume, "go on from the checkpoint if there is one; the picture has the same bits");
+  cmd.add_option("--reference", args.reference,
+                 "EXR to which errors are told over time: RMSE, relative MSE, FLIP; also OUT.errors.json and a plot");
+}
+
 }  // namespace
 
 void add_render(CLI::App& app, int& result) {
@@ -160,6 +264,7 @@ void add_render(CLI::App& app, int& result) {
   std::string shadings, heats;
   for (const HeatKind& h : kHeatKinds) heats += fmt::format("\n  {:<12} {}", h.name, h.what);
   for (const Shading& s : kShadings) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
+  for (const Integrator& i : kIntegrators) shadings += fmt::format("\n  {:<12} {}", i.name, i.summary);
   args->engine.add_to(*cmd, true);
   args->query.add_to(*cmd);
   cmd->add_option("--view", args->view, "name of a camera in the scene, or 'all' [all]");
@@ -170,6 +275,8 @@ void add_render(CLI::App& app, int& result) {
   cmd->add_option("--heat", args->heat, "what --shading heat shows, dark blue for 0 to yellow [nodes]" + heats);
   cmd->add_flag("--stats", args->stats, "also channels stats.*, one for each kind of heat, by the instrumented kernel");
   cmd->add_option("--spp", args->spp, "samples a pixel [1: through its centre]");
+  add_light_options(*cmd, *args);
+  add_part_options(*cmd, *args);
   cmd->add_option("--out", args->out, "FILE.exr for one view, or a folder [.]");
   cmd->add_flag("--png", args->png, "also write a PNG beside each EXR");
   cmd->callback([args, &result] { result = run(*args); });

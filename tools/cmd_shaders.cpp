@@ -1,3 +1,5 @@
+#include <set>
+
 #include "tools/cli.h"
 
 namespace ballot::cli {
@@ -61,6 +63,43 @@ std::vector<KernelSource> traversal_sources() {
   return sources;
 }
 
+/// Every integrator with nothing of what a scene may have, each thing alone, and all.
+std::vector<KernelSource> integrator_sources() {
+  constexpr bool SceneFeatures::*kEach[] = {&SceneFeatures::shading_normals,
+                                            &SceneFeatures::glossy,
+                                            &SceneFeatures::emits,
+                                            &SceneFeatures::unlit,
+                                            &SceneFeatures::base_texture,
+                                            &SceneFeatures::surface_texture,
+                                            &SceneFeatures::emissive_texture,
+                                            &SceneFeatures::normal_texture,
+                                            &SceneFeatures::lights};
+  std::vector<KernelSource> sources{begin_source(),    connect_source(), film_source(false),
+                                    film_source(true), alpha_source({}), alpha_source({.base_texture = true})};
+  std::set<std::string> names;
+  const auto add = [&](const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
+    KernelSource source = scatter_source(integrator, features, sky);
+    if (names.insert(source.name).second) sources.push_back(std::move(source));
+  };
+  for (const Integrator& integrator : kIntegrators) {
+    add(integrator, {}, Sky::Kind::None);
+    SceneFeatures all, glass{.refracts = true, .glossy = true};
+    for (const auto feature : kEach) {
+      SceneFeatures one;
+      one.*feature = all.*feature = true;
+      if (feature == &SceneFeatures::emissive_texture) one.emits = true;
+      add(integrator, one, Sky::Kind::None);
+    }
+    all.refracts = true;
+    add(integrator, glass, Sky::Kind::None);
+    for (const Sky::Kind sky : {Sky::Kind::Constant, Sky::Kind::Gradient, Sky::Kind::Map}) {
+      add(integrator, {}, sky);
+      add(integrator, all, sky);
+    }
+  }
+  return sources;
+}
+
 /// Generators, and shadings for scenes with and without normals and emission.
 std::vector<KernelSource> render_sources() {
   std::vector<KernelSource> sources{primary_source(false), primary_source(true)};
@@ -70,12 +109,16 @@ std::vector<KernelSource> render_sources() {
         sources.push_back(generator_source(kind.generators[0], offset));
   for (const Shading& shading : kShadings)
     for (const bool normals : {false, true})
-      for (const bool emits : {false, true}) {
-        SceneFeatures features;
-        features.shading_normals = normals;
-        features.emits = emits;
-        sources.push_back(shading_source(shading.name, features));
-      }
+      for (const bool emits : {false, true})
+        for (const bool textures : {false, true}) {
+          SceneFeatures features;
+          features.shading_normals = normals;
+          features.emits = emits;
+          features.unlit = features.base_texture = features.normal_texture = textures;
+          features.emissive_texture = textures && emits;
+          sources.push_back(shading_source(shading.name, features));
+        }
+  for (KernelSource& source : integrator_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : live_sources()) sources.push_back(std::move(source));
   return sources;
 }

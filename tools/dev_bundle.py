@@ -116,7 +116,7 @@ def fill(folder: Path, binary: Path, scenes: list[Path]) -> None:
         copy_licence(path, folder)
     set_rpath(program, "$ORIGIN/../lib")
     shutil.copytree(ROOT / "shaders", share / "shaders")
-    for script in ("plot_common.py", "plot_bench.py", "plot_verify.py", "plot_origins.py"):
+    for script in ("plot_common.py", "plot_bench.py", "plot_verify.py", "plot_origins.py", "plot_render.py"):
         shutil.copy(ROOT / "tools" / script, share / script)
     (share / "scenes").mkdir()
     for scene in scenes:

@@ -32,7 +32,7 @@ PACKAGES = {
     "libglfw3-dev": ("headers of GLFW, which opens the window of `ballot view`", {"all"}),
     "libglfw3": ("GLFW itself, loaded when `ballot view` starts", {"all"}),
     "libimgui-dev": ("the overlay of `ballot view`", {"all"}),
-    "libstb-dev": ("the overlay's fonts; libimgui links to it", {"all"}),
+    "libstb-dev": ("decodes textures; the overlay's fonts: libimgui links to it", {"all"}),
     "libxtst-dev": ("types and moves the mouse in the tests of the viewer", {"all"}),
     "xvfb": ("a display for the tests of the viewer", {"test"}),
     "vulkan-validationlayers": ("a validation message fails a test", {"test"}),

@@ -24,9 +24,11 @@ struct Channel {
 using Attribute = std::variant<std::string, float, int, std::array<float, 16>>;
 
 struct Image {
-  std::uint32_t width = 0, height = 0;
-  std::vector<Channel> channels;
-  std::map<std::string, Attribute> attributes;
+  std::uint32_t width = 0, height = 0;  // of what is here: an EXR's data window
+  std::vector<Channel> channels = {};
+  std::map<std::string, Attribute> attributes = {};
+  std::uint32_t x = 0, y = 0;                     // its top left corner in the whole picture
+  std::uint32_t full_width = 0, full_height = 0;  // of the whole picture, the display window; 0: there is no more
 
   const Channel& channel(const std::string& name) const;  // throws Error(Arguments) that lists the names there are
 };

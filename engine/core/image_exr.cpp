@@ -92,7 +92,14 @@ void insert_attribute(Imf::Header& header, const std::string& name, const Attrib
 }
 
 Imf::Header make_header(const Image& image) {
-  Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
+  const bool part = image.full_width > 0 && image.full_height > 0;
+  Imf::Header header(static_cast<int>(part ? image.full_width : image.width),
+                     static_cast<int>(part ? image.full_height : image.height));
+  if (part) {
+    const Imath::V2i lo(static_cast<int>(image.x), static_cast<int>(image.y));
+    const Imath::V2i size(static_cast<int>(image.width), static_cast<int>(image.height));
+    header.dataWindow() = Imath::Box2i(lo, lo + size - Imath::V2i(1, 1));
+  }
   header.compression() = Imf::ZIP_COMPRESSION;
   for (const Channel& channel : image.channels) {
     header.channels().insert(channel.name, Imf::Channel(exr_type(channel.type)));
@@ -187,6 +194,13 @@ Image read_checked_exr(const fs::path& path) {
   Image image;
   image.width = static_cast<std::uint32_t>(window.max.x - window.min.x + 1);
   image.height = static_cast<std::uint32_t>(window.max.y - window.min.y + 1);
+  const Imath::Box2i display = file.header().displayWindow();
+  if (display != window && window.min.x >= 0 && window.min.y >= 0 && display.min == Imath::V2i(0, 0)) {
+    image.x = static_cast<std::uint32_t>(window.min.x);
+    image.y = static_cast<std::uint32_t>(window.min.y);
+    image.full_width = static_cast<std::uint32_t>(display.max.x + 1);
+    image.full_height = static_cast<std::uint32_t>(display.max.y + 1);
+  }
   const std::size_t pixels = std::size_t{image.width} * image.height;
   for (auto it = file.header().channels().begin(); it != file.header().channels().end(); ++it) {
     Channel& channel = image.channels.emplace_back();

@@ -159,7 +159,7 @@ double Batches::shade(RayBatch& batch) {
     frame.shade->bind(BIND_HITS, c.hits);
     frame.shade->bind(BIND_FILM, *frame.film);
     // A film of one column of tiles: every index is a pixel of it.
-    const ShadePush push{TILE_SIZE, ~0u, 0, c.count, 0};
+    const ShadePush push{TILE_SIZE, ~0u, 0, c.count, 0, 0};
     gpu_.submit(frame.shade->name(),
                 [&](VkCommandBuffer cmd) { frame.shade->dispatch(cmd, groups_of(c.count), push); });
     ms += gpu_.last_ms();
@@ -188,7 +188,7 @@ std::unique_ptr<RayBatch> Batches::make(const View& view, const RayKind& kind, s
   frame.film = std::make_unique<Buffer<FilmPixel>>(gpu_, batch->chunks_[0].count, Access::Storage, "film");
   auto& shade = kernels_["shade"];
   if (!shade) {
-    shade = std::make_unique<Kernel>(gpu_, shading_source("eyelight", features_of(scene_.scene())));
+    shade = std::make_unique<Kernel>(gpu_, shading_source("eyelight", scene_.features()));
     scene_.bind(*shade);
     gpu_.save_pipeline_cache();
   }

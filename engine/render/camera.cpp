@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include <glm/geometric.hpp>
+
 #include "engine/core/morton.h"
 
 namespace ballot {
@@ -23,6 +25,8 @@ PrimaryPush camera_push(const View& view, std::uint32_t width, std::uint32_t hei
   push.step_y = glm::vec3(up * (-2 * half_y / height));
   return push;
 }
+
+float pixel_spread(const PrimaryPush& camera) { return glm::length(camera.step_y); }
 
 std::uint32_t padded_rays(std::uint32_t width, std::uint32_t height) {
   const std::uint32_t tiles_x = (width + TILE_SIZE - 1) / TILE_SIZE, tiles_y = (height + TILE_SIZE - 1) / TILE_SIZE;

@@ -189,12 +189,12 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
   const std::uint32_t sample = options.sample_index + part;
   if (!heat || sample == 0) {
     const bool visible = kind.want == Want::Any;
-    Kernel& shade =
-        kernel(visible ? plain_source("visible") : shading_source(options.shading, features_of(scene_.scene())));
+    Kernel& shade = kernel(visible ? plain_source("visible") : shading_source(options.shading, scene_.features()));
     shade.bind(BIND_RAYS, rays);
     shade.bind(BIND_HITS, hits);
     shade.bind(BIND_FILM, film);
-    const ShadePush push{options.width, options.height, slice.camera.first, slice.count, sample};
+    const ShadePush push{options.width, options.height, slice.camera.first,
+                         slice.count,   sample,         pixel_spread(slice.camera)};
     times.shade_ms += run(shade, slice.count, &push, sizeof push);
   }
   if (heat) paint_heat(slice, options, query, film, sample, times);

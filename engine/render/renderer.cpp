@@ -1,11 +1,12 @@
 #include "engine/render/renderer.h"
 
+#include <algorithm>
 #include <chrono>
+#include <glm/geometric.hpp>
 
 #include "engine/core/error.h"
 #include "engine/render/camera.h"
 #include "engine/render/ray_kinds.h"
-#include "engine/trace/counters.h"
 
 namespace ballot {
 
@@ -13,64 +14,18 @@ namespace {
 
 constexpr std::uint32_t kGroup = 64;  // of shaders/rays/primary.comp and shaders/shade/shade.comp
 
-Image image_of(const std::vector<FilmPixel>& film, const RenderOptions& options) {
-  Image image;
-  image.width = options.width;
-  image.height = options.height;
-  const float scale = 1.0f / float(options.spp);
-  const auto add = [&](const char* name, Pixel type, auto value) {
-    Channel channel{name, type, {}, {}};
-    for (const FilmPixel& p : film)
-      if constexpr (std::is_same_v<decltype(value(p)), std::uint32_t>)
-        channel.uints.push_back(value(p));
-      else
-        channel.floats.push_back(value(p));
-    image.channels.push_back(std::move(channel));
-  };
-  add("R", Pixel::Half, [&](const FilmPixel& p) { return p.color.r * scale; });
-  add("G", Pixel::Half, [&](const FilmPixel& p) { return p.color.g * scale; });
-  add("B", Pixel::Half, [&](const FilmPixel& p) { return p.color.b * scale; });
-  add("A", Pixel::Half, [&](const FilmPixel& p) { return p.alpha * scale; });
-  add("Z", Pixel::Float, [](const FilmPixel& p) { return p.z; });
-  add("N.X", Pixel::Float, [](const FilmPixel& p) { return p.normal.x; });
-  add("N.Y", Pixel::Float, [](const FilmPixel& p) { return p.normal.y; });
-  add("N.Z", Pixel::Float, [](const FilmPixel& p) { return p.normal.z; });
-  add("prim", Pixel::Uint, [](const FilmPixel& p) { return p.prim; });
-  return image;
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void set(FilmPixel& pixel, const FilmPixel& value) { pixel = value; }
-void set(RayStats& sum, const RayStats& value) {
-  for (const CounterInfo& c : kCounters) sum.*c.field += value.*c.field;
-}
-
-/// From the order of rays (shaders/lib/film.glsl) to rows of pixels: pixels are replaced, counts added.
 template <class T>
-void scatter(std::span<const T> part, const PrimaryPush& camera, std::vector<T>& pixels) {
-  for (std::uint32_t i = 0; i < part.size(); ++i) {
-    const glm::uvec2 at = pixel_of(camera.first + i, camera.width);
-    if (at.x < camera.width && at.y < camera.height) set(pixels[std::size_t(at.y) * camera.width + at.x], part[i]);
-  }
+void make_room(std::unique_ptr<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
+  if (buffer && buffer->size() >= count) return;
+  buffer.reset();
+  buffer = std::make_unique<Buffer<T>>(gpu, count, Access::Storage, name);
 }
 
 }  // namespace
-
-const Shading& find_shading(std::string_view name) {
-  std::string names;
-  for (const Shading& s : kShadings) {
-    if (s.name == name) return s;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", s.name);
-  }
-  fail(Failure::Arguments, "no shading is called '{}'; there are: {}", name, names);
-}
-
-void check_options(const RenderOptions& o) {
-  if (o.width < 1 || o.height < 1 || o.width > 16384 || o.height > 16384)
-    fail(Failure::Arguments, "--size: {}x{} is not between 1x1 and 16384x16384", o.width, o.height);
-  if (o.spp < 1 || o.spp > 65536) fail(Failure::Arguments, "--spp: {} is not between 1 and 65536", o.spp);
-  find_shading(o.shading);
-  find_heat(o.heat);
-}
 
 /// Kernels and buffers of pictures that share shading and chunk size.
 struct Renderer::Passes {
@@ -80,6 +35,7 @@ struct Renderer::Passes {
   Buffer<Ray> rays;
   Buffer<Hit> hits;
   Buffer<FilmPixel> film;
+  Buffer<std::uint32_t> numbers;
   std::unique_ptr<Buffer<RayStats>> stats;  // only where counters are asked for
   Kernel primary, shade;
 
@@ -91,17 +47,23 @@ struct Renderer::Passes {
         rays(gpu, chunk, Access::Storage, "rays"),
         hits(gpu, chunk, Access::Storage, "hits"),
         film(gpu, chunk, Access::Storage, "film"),
+        numbers(gpu, chunk, Access::Storage, "ray numbers"),
         stats(counts ? std::make_unique<Buffer<RayStats>>(gpu, chunk, Access::Storage, "counters") : nullptr),
-        primary(gpu, primary_source(false)),
+        primary(gpu, primary_source(true)),
         shade(gpu, shading_source(shading, scene)) {
     primary.bind(BIND_RAYS, rays);
+    primary.bind(BIND_NUMBERS, numbers);
     shade.bind(BIND_RAYS, rays);
     shade.bind(BIND_HITS, hits);
     shade.bind(BIND_FILM, film);
   }
+  std::uint64_t bytes() const {
+    return rays.bytes() + hits.bytes() + film.bytes() + numbers.bytes() + (stats ? stats->bytes() : 0);
+  }
 };
 
-Renderer::Renderer(Context& gpu, Tracer& tracer, SceneData& scene) : gpu_(gpu), tracer_(tracer), scene_(scene) {}
+Renderer::Renderer(Context& gpu, Tracer& tracer, SceneData& scene)
+    : gpu_(gpu), tracer_(tracer), scene_(scene), waves_(gpu, tracer, scene) {}
 
 Renderer::~Renderer() = default;
 
@@ -111,69 +73,131 @@ Renderer::Passes& Renderer::passes(const RenderOptions& options, std::uint32_t c
       counts == (passes_->stats != nullptr) && passes_->generation == gpu_.shader_generation())
     return *passes_;
   passes_.reset();
-  passes_ = std::make_unique<Passes>(gpu_, chunk, options.shading, counts, features_of(scene_.scene()));
+  passes_ = std::make_unique<Passes>(gpu_, chunk, options.shading, counts, scene_.features());
   scene_.bind(passes_->shade);
   gpu_.save_pipeline_cache();
   return *passes_;
 }
 
-double Renderer::trace(Passes& passes, std::uint32_t count, const Query& query) {
-  if (!passes.stats) return tracer_.trace(passes.rays, passes.hits, count, query).device_ms;
-  return tracer_.trace_counted(passes.rays, passes.hits, count, query, *passes.stats).device_ms;
-}
-
-void Renderer::trace_sample(Passes& passes, const PrimaryPush& camera, std::uint32_t count, const Query& query,
-                            RenderTimes& times) {
-  const std::uint32_t groups = (count + kGroup - 1) / kGroup;
-  gpu_.submit(passes.primary.name(), [&](VkCommandBuffer cmd) {
-    passes.primary.dispatch(cmd, groups, camera);
-    memory_barrier(cmd);
-  });
-  times.generate_ms += gpu_.last_ms();
-  times.trace_ms += trace(passes, count, query);
-  const ShadePush push{camera.width, camera.height, camera.first, count, camera.sample_index};
-  gpu_.submit(passes.shade.name(), [&](VkCommandBuffer cmd) {
-    passes.shade.dispatch(cmd, groups, push);
-    memory_barrier(cmd);
-  });
-  times.shade_ms += gpu_.last_ms();
-}
-
-Image Renderer::render(const View& view, const RenderOptions& options, RenderTimes* times, const Progress& progress) {
+Film Renderer::start(const RenderOptions& options) const {
   check_options(options);
-  const auto start = std::chrono::steady_clock::now();
-  const std::uint32_t total = padded_rays(options.width, options.height);
-  const std::uint32_t chunk = std::min(total, tracer_.chunk_rays() / (TILE_SIZE * TILE_SIZE) * (TILE_SIZE * TILE_SIZE));
-  Passes& passes = this->passes(options, chunk);
-  PrimaryPush camera = camera_push(view, options.width, options.height);
-  camera.sample_count = options.spp;
-  RenderTimes sum;
+  const bool waves = find_integrator(options.shading) != nullptr;
+  const bool stats = !waves && (options.stats || find_shading(options.shading).heat);
+  return make_film(options.width, options.height, options.window(), options.shard, waves && options.wants("variance"),
+                   stats);
+}
+
+void Renderer::shade_samples(Film& film, std::size_t first, std::uint32_t count, PrimaryPush camera,
+                             std::uint32_t samples, const RenderOptions& options, RenderTimes& times) {
+  Passes& p = *passes_;
+  const std::uint32_t groups = (count + kGroup - 1) / kGroup;
+  const auto run = [&](Kernel& kernel, const auto& push) {
+    gpu_.submit(kernel.name(), [&](VkCommandBuffer cmd) {
+      kernel.dispatch(cmd, groups, push);
+      memory_barrier(cmd);
+    });
+    return gpu_.last_ms();
+  };
+  p.numbers.upload(std::span(film.numbers).subspan(first, count));
+  if (film.samples > 0) p.film.upload(std::span(film.pixels).subspan(first, count));
+  std::vector<RayStats> part(p.stats ? count : 0);
   Query query = options.query;
   query.rays = kPrimaryRays;
-  std::vector<FilmPixel> film(std::size_t(options.width) * options.height), part(chunk);
-  std::vector<RayStats> stats(passes.stats ? film.size() : 0), stats_part(passes.stats ? chunk : 0);
-  for (camera.first = 0; camera.first < total; camera.first += chunk) {
-    const std::uint32_t count = std::min(chunk, total - camera.first);
-    for (camera.sample_index = 0; camera.sample_index < options.spp; ++camera.sample_index) {
-      trace_sample(passes, camera, count, query, sum);
-      if (passes.stats) {
-        passes.stats->download(std::span(stats_part).first(count));
-        scatter(std::span<const RayStats>(stats_part).first(count), camera, stats);
-      }
-      const double chunk_done = double(camera.sample_index + 1) / options.spp * count;
-      if (progress) progress((camera.first + chunk_done) / total);
-    }
-    passes.film.download(std::span(part).first(count));
-    scatter(std::span<const FilmPixel>(part).first(count), camera, film);
+  for (std::uint32_t s = 0; s < samples; ++s) {
+    camera.sample_index = film.samples + s;
+    times.generate_ms += run(p.primary, camera);
+    times.trace_ms += (p.stats ? tracer_.trace_counted(p.rays, p.hits, count, query, *p.stats)
+                               : tracer_.trace(p.rays, p.hits, count, query))
+                          .device_ms;
+    waves_.pass_through(p.rays, p.hits, count, query, scene_.features(), times.passes);
+    // A film of one column of tiles: every index is a pixel of it.
+    times.shade_ms += run(p.shade, ShadePush{TILE_SIZE, ~0u, 0, count, camera.sample_index, pixel_spread(camera)});
+    if (!p.stats) continue;
+    p.stats->download(std::span(part));
+    for (std::uint32_t i = 0; i < count; ++i)
+      for (const CounterInfo& c : kCounters) film.stats[first + i].*c.field += part[i].*c.field;
   }
-  Image image = image_of(film, options);
-  if (passes.stats) add_stats(image, stats, options.spp);
-  if (find_shading(options.shading).heat)
-    sum.heat_top = paint_heat(image, find_heat(options.heat), tracer_.variant(query).how.subgroup);
-  sum.rays = std::uint64_t(options.width) * options.height * options.spp;
-  sum.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (times) *times = sum;
-  return image;
+  p.film.download(std::span(film.pixels).subspan(first, count));
+}
+
+Sky::Kind Renderer::sky_kind(const RenderOptions& options) const {
+  const Sky::Kind kind = scene_.scene().sky.kind;
+  return options.every_feature && kind == Sky::Kind::None ? Sky::Kind::Gradient : kind;
+}
+
+void Renderer::wave_samples(Film& film, std::size_t first, std::uint32_t count, const PrimaryPush& camera,
+                            std::uint32_t samples, const RenderOptions& options, RenderTimes& times) {
+  const Integrator& integrator = *find_integrator(options.shading);
+  make_room(numbers_, gpu_, count, "ray numbers");
+  make_room(film_, gpu_, count, "film");
+  numbers_->upload(std::span(film.numbers).subspan(first, count));
+  film_->upload(std::span(film.pixels).subspan(first, count));
+  if (film.moments.empty()) {
+    moments_.reset();
+  } else {
+    make_room(moments_, gpu_, count, "moments");
+    moments_->upload(std::span(film.moments).subspan(first, count));
+  }
+  const Bounds& b = scene_.scene().bounds;
+  const WaveSettings settings{
+      .integrator = &integrator,
+      .camera = camera,
+      .last_depth = options.bounces < 0 ? integrator.last_depth : std::uint32_t(options.bounces),
+      .ao_radius = std::max(options.ao_radius * glm::distance(b.lo, b.hi), 1e-30f),
+      .seed = options.seed,
+      .query = options.query,
+      .features = options.every_feature ? SceneFeatures::every() : scene_.features(),
+      .sky = sky_kind(options),
+  };
+  waves_.add_samples(settings, *numbers_, count, film.samples, samples, *film_, moments_.get(), times.passes);
+  film_->download(std::span(film.pixels).subspan(first, count));
+  if (moments_) moments_->download(std::span(film.moments).subspan(first, count));
+}
+
+void Renderer::advance(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples,
+                       RenderTimes& times, const Progress& progress) {
+  check_options(options);
+  const auto start = std::chrono::steady_clock::now();
+  samples = std::min(samples, options.spp - std::min(options.spp, film.samples));
+  const Integrator* integrator = find_integrator(options.shading);
+  const std::size_t total = film.numbers.size();
+  if (samples == 0 || total == 0) {
+    film.samples += samples;
+    return;
+  }
+  PrimaryPush camera = camera_push(view, film.width, film.height);
+  camera.sample_count = options.spp;
+  const std::uint32_t chunk =
+      std::uint32_t(std::min<std::size_t>(total, integrator ? waves_.capacity(*integrator) : tracer_.chunk_rays()));
+  if (!integrator) passes(options, chunk);
+  for (std::size_t first = 0; first < total; first += chunk) {
+    const std::uint32_t count = std::uint32_t(std::min<std::size_t>(chunk, total - first));
+    if (integrator)
+      wave_samples(film, first, count, camera, samples, options, times);
+    else
+      shade_samples(film, first, count, camera, samples, options, times);
+    if (progress) progress((film.samples + samples * double(first + count) / double(total)) / options.spp);
+  }
+  film.samples += samples;
+  if (integrator) {
+    times.generate_ms = times.passes.ms("begin");
+    times.trace_ms = times.passes.ms("trace");
+    times.shade_ms =
+        times.passes.ms("scatter") + times.passes.ms("connect") + times.passes.ms("film") + times.passes.ms("alpha");
+    times.rays = 0;
+    for (const PassTime& t : times.passes.all())
+      if (t.name.starts_with("trace")) times.rays += t.rays;
+  } else {
+    times.rays += std::uint64_t(total) * samples;
+  }
+  times.seconds += seconds_since(start);
+}
+
+std::uint64_t Renderer::bytes() const {
+  std::uint64_t sum = waves_.bytes() + (passes_ ? passes_->bytes() : 0);
+  for (const RawBuffer* b : std::initializer_list<const RawBuffer*>{numbers_.get(), film_.get(), moments_.get()})
+    if (b) sum += b->bytes();
+  return sum;
 }
 
 }  // namespace ballot

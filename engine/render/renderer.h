@@ -6,13 +6,16 @@
 #include <string>
 
 #include "engine/core/image.h"
+#include "engine/render/film.h"
 #include "engine/render/heat.h"
 #include "engine/render/scene_data.h"
+#include "engine/render/waves.h"
 #include "engine/trace/tracer.h"
 
 namespace ballot {
 
-/// Every shading there is: a line here and a branch of shaders/shade/shade.comp.
+/// Every shading of the eye's own hits: a line here and a branch of shaders/shade/shade.comp. Those that start further rays:
+/// integrators.h.
 struct Shading {
   std::string_view name;
   int value;  // BALLOT_SHADING
@@ -27,13 +30,40 @@ inline constexpr Shading kShadings[] = {
 /// Throws Error(Arguments) that lists the shadings there are.
 const Shading& find_shading(std::string_view name);
 
+/// Every group of channels that a picture may have.
+struct Aov {
+  std::string_view name;
+  std::string_view channels;
+  bool by_default = true;
+};
+inline constexpr Aov kAovs[] = {
+    {"color", "R G B A: linear Rec.709 and coverage"},
+    {"depth", "Z: distance along the ray to what the first sample hits, 0 on a miss"},
+    {"normal", "N.X N.Y N.Z: its shading normal, towards the eye"},
+    {"prim", "prim: its number"},
+    {"samples", "samples: how many the pixel has", false},
+    {"variance", "variance.R variance.G variance.B: of the pixel's mean; whitted, path and ao alone", false},
+};
+/// Throws Error(Arguments) that lists the groups there are.
+const Aov& find_aov(std::string_view name);
+
 struct RenderOptions {
   std::uint32_t width = 1024, height = 1024;  // 1 to 16384 each
   std::uint32_t spp = 1;                      // 1: through pixel centres; more: jittered, 1 to 65536
-  std::string shading = "eyelight";
-  std::string heat = "nodes";  // what shading "heat" shows (heat.h)
+  std::string shading = "eyelight";           // a name of kShadings or kIntegrators
+  std::string heat = "nodes";                 // what shading "heat" shows (heat.h)
   bool stats = false;  // channels stats.*, traced by the instrumented kernel, whose times say nothing of the method
   Query query = {};    // want is Nearest
+  Window crop = {};    // pixels that are wanted; empty: all
+  Shard shard = {};    // the part of them that this picture holds; the others are as misses
+  std::vector<std::string> aovs = {};  // names of kAovs; empty: those that are so by default
+  std::int32_t bounces = -1;           // of integrators, 0 to 64; -1: as many as the integrator has by itself
+  float ao_radius = 0.1f;              // of ambient occlusion: share of the scene's diagonal, above 0
+  std::uint32_t seed = 0;              // of the integrators' random numbers
+  bool every_feature = false;  // integrators' kernels as for a scene that has everything: to measure what that costs
+
+  Window window() const { return crop == Window{} ? Window{0, 0, width, height} : crop; }
+  bool wants(std::string_view aov) const;
 };
 
 /// Throws Error(Arguments) for a size, sample count or shading that render() would refuse.
@@ -42,7 +72,8 @@ void check_options(const RenderOptions& options);
 struct RenderTimes {
   double generate_ms = 0, trace_ms = 0, shade_ms = 0;  // device time of the passes
   double seconds = 0;                                  // wall time of all
-  std::uint64_t rays = 0;                              // pixels times samples
+  std::uint64_t rays = 0;                              // of all kinds; of a shading pixels times samples
+  PassTimes passes = {};                               // what integrators spent on each pass
   float heat_top = 0;                                  // what the last colour of a heat map stands for
   double mrays_per_s() const { return trace_ms > 0 ? double(rays) / trace_ms * 1e-3 : 0; }
 };
@@ -53,21 +84,37 @@ class Renderer {
   Renderer(Context& gpu, Tracer& tracer, SceneData& scene);
   ~Renderer();
 
-  /// Channels R G B A, Z, N.X N.Y N.Z, prim, and where asked for stats.*; without attributes. Throws Error(Arguments) on bad options.
-  Image render(const View& view, const RenderOptions& options, RenderTimes* times = nullptr,
+  /// A film without samples. Throws Error(Arguments) on bad options.
+  Film start(const RenderOptions& options) const;
+
+  /// Adds up to `samples` samples to every pixel of a film, no more than the options want. Samples may be added in any parts:
+  /// the sums are the same. Adds to `times`.
+  void advance(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples, RenderTimes& times,
                const Progress& progress = {});
+
+  /// The channels of options.aovs, and where asked for stats.*; without attributes. A heat map's scale goes to `times`.
+  Image picture(const Film& film, const RenderOptions& options, RenderTimes& times) const;
+
+  /// Bytes on the device for what is under way, without the scene and its tree.
+  std::uint64_t bytes() const;
 
  private:
   struct Passes;
   Passes& passes(const RenderOptions& options, std::uint32_t chunk);
-  double trace(Passes& passes, std::uint32_t count, const Query& query);
-  void trace_sample(Passes& passes, const PrimaryPush& camera, std::uint32_t count, const Query& query,
-                    RenderTimes& times);
+  Sky::Kind sky_kind(const RenderOptions& options) const;
+  void shade_samples(Film& film, std::size_t first, std::uint32_t count, PrimaryPush camera, std::uint32_t samples,
+                     const RenderOptions& options, RenderTimes& times);
+  void wave_samples(Film& film, std::size_t first, std::uint32_t count, const PrimaryPush& camera,
+                    std::uint32_t samples, const RenderOptions& options, RenderTimes& times);
 
   Context& gpu_;
   Tracer& tracer_;
   SceneData& scene_;
-  std::unique_ptr<Passes> passes_;  // of the last picture
+  Waves waves_;
+  std::unique_ptr<Passes> passes_;                  // of the last picture's shading
+  std::unique_ptr<Buffer<std::uint32_t>> numbers_;  // of the part of an integrator's picture that is under way
+  std::unique_ptr<Buffer<FilmPixel>> film_;
+  std::unique_ptr<Buffer<glm::vec3>> moments_;
 };
 
 }  // namespace ballot

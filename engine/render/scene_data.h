@@ -2,7 +2,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
+#include "engine/render/light_data.h"
+#include "engine/render/texture_data.h"
 #include "engine/scene/scene.h"
 #include "engine/vk/kernel.h"
 #include "shaders/shared/render.h"
@@ -13,20 +16,47 @@ namespace ballot {
 class SceneData {
  public:
   /// Keeps references to both.
-  SceneData(Context& gpu, const Scene& scene) : gpu_(gpu), scene_(scene) {}
+  SceneData(Context& gpu, const Scene& scene) : gpu_(gpu), scene_(scene), features_(features_of(scene)) {}
 
-  /// Binds what the kernel wants of the scene: BIND_TRIANGLES, BIND_NORMALS, BIND_MATERIALS. Throws Error(Work) if the
-  /// device cannot hold it.
+  /// Binds what the kernel wants of the scene: triangles, normals, texture coordinates, textures, materials, what gives
+  /// light. Throws Error(Work) if the device cannot hold it.
   void bind(Kernel& kernel);
 
   const Scene& scene() const { return scene_; }
+  const SceneFeatures& features() const { return features_; }
+  /// Triangles that emit; made on first use.
+  const EmitterTable& emitters();
+  /// Bytes on the device so far.
+  std::uint64_t bytes() const { return bytes_; }
 
  private:
+  using Texels = std::unique_ptr<Buffer<glm::uvec4>>;
+  void bind_textures(Kernel& kernel);
+  void bind_lights(Kernel& kernel);
+  const PackedTextures& textures();
+  std::vector<float> emitted();
+  std::vector<GpuMaterial> materials();
+  template <class T>
+  std::unique_ptr<Buffer<T>> upload(const std::vector<T>& data, Access access, const char* name);
+
   Context& gpu_;
   const Scene& scene_;
-  std::unique_ptr<Buffer<glm::uvec4>> triangles_, normals_;
+  SceneFeatures features_;
+  std::uint64_t bytes_ = 0;
+  std::optional<PackedTextures> packed_;
+  std::optional<EmitterTable> emitter_table_;
+  Texels triangles_, normals_, uvs_, texels_, sky_, emitters_;
   std::unique_ptr<Buffer<GpuMaterial>> materials_;
+  std::unique_ptr<Buffer<GpuTexture>> textures_;
+  std::unique_ptr<Buffer<GpuTextureUse>> uses_;
+  std::unique_ptr<Buffer<GpuLight>> lights_;
 };
+
+/// BALLOT_HAS_* of shaders/lib/look.glsl: what a look at a surface asks of the scene.
+Defines look_defines(const SceneFeatures& features, bool materials);
+
+/// What is asked for, as part of a kernel's name: "+normals+emission".
+std::string look_name(const SceneFeatures& features, bool materials);
 
 /// The kernel of a shading (a name of kShadings), for what the scene holds.
 KernelSource shading_source(std::string_view shading, const SceneFeatures& features);

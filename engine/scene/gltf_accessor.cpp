@@ -150,6 +150,8 @@ glm::dvec3 AccessorView::vec3(std::size_t i) const {
   return {component(i, 0), component(i, 1), component(i, 2)};
 }
 
+glm::dvec2 AccessorView::vec2(std::size_t i) const { return {component(i, 0), component(i, 1)}; }
+
 std::uint32_t AccessorView::index(std::size_t i) const {
   const unsigned char* at = element(i);
   return at ? unsigned_at(at, component_type_) : 0;
@@ -203,6 +205,13 @@ AccessorView open_normals(const GltfFile& file, int index, std::string_view plac
   return open_typed(file, index, place, TINYGLTF_TYPE_VEC3,
                     {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_COMPONENT_TYPE_SHORT},
                     "VEC3 of 5126 (float), 5120 or 5122 (signed integers of 8 or 16 bits)");
+}
+
+AccessorView open_uvs(const GltfFile& file, int index, std::string_view place) {
+  return open_typed(file, index, place, TINYGLTF_TYPE_VEC2,
+                    {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
+                     TINYGLTF_COMPONENT_TYPE_SHORT, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT},
+                    "VEC2 of 5126 (float), 5120 to 5123 (integers of 8 or 16 bits)");
 }
 
 AccessorView open_indices(const GltfFile& file, int index, std::string_view place) {

@@ -26,6 +26,28 @@ glm::vec3 color(const std::vector<double>& from, const glm::vec3& otherwise) {
 
 float clamped(double value) { return static_cast<float>(std::clamp(value, 0.0, 1.0)); }
 
+Alpha alpha_mode(const GltfFile& file, std::size_t index) {
+  const tinygltf::Material& from = file.model.materials[index];
+  if (from.alphaMode == "MASK") return Alpha::Mask;
+  if (from.alphaMode == "BLEND") return Alpha::Blend;
+  if (from.alphaMode == "OPAQUE" || from.alphaMode.empty()) return Alpha::Opaque;
+  fail_in(file.path, "{} has the alphaMode '{}'; expected OPAQUE, MASK or BLEND", label("material", index, from.name),
+          from.alphaMode);
+}
+
+void read_textures(const tinygltf::Material& from, const std::string& place, GltfTextures& textures, Material& to) {
+  const auto& surface = from.pbrMetallicRoughness;
+  const auto use = [&](const auto& info, bool srgb) {
+    return textures.use(info.index, info.texCoord, info.extensions, srgb, place);
+  };
+  to.base_texture = use(surface.baseColorTexture, true);
+  if (to.unlit) return;
+  to.surface_texture = use(surface.metallicRoughnessTexture, false);
+  if (to.emits()) to.emissive_texture = use(from.emissiveTexture, true);
+  to.normal_texture = use(from.normalTexture, false);
+  to.normal_scale = static_cast<float>(from.normalTexture.scale);
+}
+
 /// A column of length 1; the axis itself where the scale is zero.
 glm::dvec3 unit(const glm::dvec4& column, const glm::dvec3& otherwise) {
   const double length = glm::length(glm::dvec3{column});
@@ -43,9 +65,16 @@ glm::dmat4 without_scale(const glm::dmat4& m) {
 
 }  // namespace
 
-Material convert_material(const tinygltf::Material& from, std::size_t index, std::vector<std::string>& notes) {
+Material convert_material(const GltfFile& file, std::size_t index, GltfTextures* textures,
+                          std::vector<std::string>& notes) {
+  const tinygltf::Material& from = file.model.materials[index];
   Material to{.name = from.name.empty() ? fmt::format("material{}", index) : from.name};
-  to.base_color = color(from.pbrMetallicRoughness.baseColorFactor, glm::vec3{1});
+  const std::vector<double>& base = from.pbrMetallicRoughness.baseColorFactor;
+  to.base_color = color(base, glm::vec3{1});
+  if (base.size() == 4) to.alpha = clamped(base[3]);
+  to.alpha_mode = alpha_mode(file, index);
+  to.alpha_cutoff = static_cast<float>(from.alphaCutoff);
+  to.unlit = from.extensions.contains("KHR_materials_unlit");
   // tinygltf fills in metallic 1 even if pbrMetallicRoughness is absent; `values` holds what the file says of it.
   if (!from.values.empty()) {
     to.metallic = clamped(from.pbrMetallicRoughness.metallicFactor);
@@ -61,6 +90,7 @@ Material convert_material(const tinygltf::Material& from, std::size_t index, std
     notes.push_back(
         fmt::format("The {} has the index of refraction {}; 1.5 was used.", label("material", index, from.name), ior));
   }
+  if (textures) read_textures(from, label("material", index, from.name), *textures, to);
   return to;
 }
 
@@ -113,6 +143,39 @@ View convert_camera(const GltfFile& file, std::size_t node, const glm::dmat4& wo
       fail_in(file.path, "{} puts its camera at {}; expected finite numbers", label("node", node, from.name),
               view.world_from_camera[3][axis]);
   return view;
+}
+
+bool has_light(const tinygltf::Node& node) {
+  const auto found = node.extensions.find("KHR_lights_punctual");
+  return found != node.extensions.end() && found->second.IsObject() && found->second.Has("light");
+}
+
+Light convert_light(const GltfFile& file, std::size_t node, const glm::dmat4& world_from_node) {
+  const tinygltf::Node& owner = file.model.nodes[node];
+  const int index = owner.extensions.at("KHR_lights_punctual").Get("light").GetNumberAsInt();
+  const auto& lights = file.model.lights;
+  const std::string place = label("node", node, owner.name);
+  if (index < 0 || static_cast<std::size_t>(index) >= lights.size())
+    fail_in(file.path, "{} names light {}, but the file has {}", place, index, lights.size());
+  const tinygltf::Light& from = lights[static_cast<std::size_t>(index)];
+  Light to{.name = from.name.empty() ? fmt::format("light{}", index) : from.name};
+  if (from.type == "directional")
+    to.kind = Light::Kind::Directional;
+  else if (from.type == "spot")
+    to.kind = Light::Kind::Spot;
+  else if (from.type != "point")
+    fail_in(file.path, "light {} has the type '{}'; expected point, spot or directional", index, from.type);
+  to.position = glm::vec3(world_from_node[3]);
+  to.direction = -glm::vec3(unit(world_from_node[2], {0, 0, 1}));
+  to.intensity = color(from.color, glm::vec3{1}) * static_cast<float>(from.intensity);
+  to.range = static_cast<float>(std::max(from.range, 0.0));
+  to.inner_angle = static_cast<float>(from.spot.innerConeAngle);
+  to.outer_angle = static_cast<float>(from.spot.outerConeAngle);
+  for (int axis = 0; axis < 3; ++axis)
+    if (!std::isfinite(to.position[axis]) || !std::isfinite(to.intensity[axis]) || to.intensity[axis] < 0)
+      fail_in(file.path, "{} puts light {} of intensity {} at {}; expected finite numbers, and no intensity below 0",
+              place, index, to.intensity[axis], to.position[axis]);
+  return to;
 }
 
 }  // namespace ballot

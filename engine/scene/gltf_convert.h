@@ -6,11 +6,19 @@
 #include <vector>
 
 #include "engine/scene/gltf_file.h"
+#include "engine/scene/gltf_texture.h"
 #include "engine/scene/scene.h"
 
 namespace ballot {
 
-Material convert_material(const tinygltf::Material& from, std::size_t index, std::vector<std::string>& notes);
+/// Textures are read through `textures`; null: the material is not in use and has none. Throws Error(Work).
+Material convert_material(const GltfFile& file, std::size_t index, GltfTextures* textures,
+                          std::vector<std::string>& notes);
+
+/// The light of KHR_lights_punctual that a node places. Throws Error(Work) on an index or a type that is not there.
+Light convert_light(const GltfFile& file, std::size_t node, const glm::dmat4& world_from_node);
+/// Whether the node has one.
+bool has_light(const tinygltf::Node& node);
 
 /// Parent from node: `matrix`, else T * R * S. Throws Error(Work) on arrays of the wrong length.
 glm::dmat4 node_matrix(const GltfFile& file, std::size_t node);

@@ -113,9 +113,14 @@ std::string tidy(std::string text) {
 void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view json) {
   tinygltf::TinyGLTF reader;
   reader.SetFsCallbacks(file_access());
-  reader.SetImageLoader([](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int,
-                           void*) { return true; },
-                        nullptr);
+  // Bytes as they are: what no material in use wants is not decoded (gltf_texture.h).
+  reader.SetImageLoader(
+      [](tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* data, int size,
+         void*) {
+        if (data && size > 0) image->image.assign(data, data + size);
+        return true;
+      },
+      nullptr);
   std::string error, warning, folder = file.path.parent_path().string();
   if (folder.empty()) folder = ".";
   bool good = false;
@@ -138,14 +143,15 @@ void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view jso
   fail_in(file.path, "is not valid glTF 2.0: {}; export it again", reason.empty() ? "no reason given" : reason);
 }
 
-/// Extensions that change no triangle: requiring one costs a note. Those with a meaning here are not even noted.
+/// Extensions of materials change no triangle: requiring one costs a note. Those with a meaning here are not even noted.
 void check_extensions(GltfFile& file) {
-  constexpr std::array<std::string_view, 4> kRead{"KHR_mesh_quantization", "KHR_materials_emissive_strength",
-                                                  "KHR_materials_transmission", "KHR_materials_ior"};
+  constexpr std::array<std::string_view, 7> kRead{"KHR_mesh_quantization",      "KHR_materials_emissive_strength",
+                                                  "KHR_materials_transmission", "KHR_materials_ior",
+                                                  "KHR_materials_unlit",        "KHR_lights_punctual",
+                                                  "KHR_texture_transform"};
   for (const std::string& name : file.model.extensionsRequired) {
     if (std::ranges::find(kRead, name) != kRead.end()) continue;
-    if (name.starts_with("KHR_materials_") || name.find("_texture_") != std::string::npos ||
-        name == "KHR_lights_punctual") {
+    if (name.starts_with("KHR_materials_")) {
       file.notes.push_back(fmt::format("The extension {}, which the file requires, was ignored.", name));
       continue;
     }

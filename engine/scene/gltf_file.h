@@ -15,7 +15,7 @@ struct GltfFile {
   std::vector<std::string> notes;  // a sentence each, for Scene::notes
 };
 
-/// Reads .gltf or .glb (the content decides) with its buffers; images are left alone.
+/// Reads .gltf or .glb (the content decides) with its buffers; images stay encoded, and those in files of their own unread.
 /// Refuses truncated files, other glTF versions and required extensions that Ballot lacks. Throws Error(Work).
 GltfFile read_gltf(const std::filesystem::path& path);
 

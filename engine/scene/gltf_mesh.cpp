@@ -86,6 +86,29 @@ void open_attributes(const GltfFile& file, const tinygltf::Primitive& from, Open
       fail_in(file.path, "{} has {} normals for {} vertices; expected as many", to.place, to.normals->size(),
               to.positions.size());
   }
+  for (std::size_t set = 0; set < kUvSets; ++set) {
+    const std::string name = fmt::format("TEXCOORD_{}", set);
+    const auto uv = from.attributes.find(name);
+    if (uv == from.attributes.end()) continue;
+    to.uvs[set] = open_uvs(file, uv->second, to.place + " " + name);
+    if (to.uvs[set]->size() < to.positions.size())
+      fail_in(file.path, "{} has {} texture coordinates for {} vertices; expected as many", to.place,
+              to.uvs[set]->size(), to.positions.size());
+  }
+}
+
+/// Texture coordinates are used as they are: no transform applies to them.
+void append_uvs(const OpenPrimitive& primitive, const std::array<std::size_t, 3>& corners, const Carried& carried,
+                Scene& scene) {
+  for (std::size_t set = 0; set < kUvSets; ++set) {
+    if (!carried.uvs[set]) continue;
+    std::array<glm::vec2, 3>& uvs = scene.uvs[set].emplace_back(std::array<glm::vec2, 3>{});
+    if (!primitive.uvs[set]) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      uvs[k] = glm::vec2(primitive.uvs[set]->vec2(corners[k]));
+      if (!std::isfinite(uvs[k].x) || !std::isfinite(uvs[k].y)) uvs[k] = glm::vec2(0);
+    }
+  }
 }
 
 }  // namespace
@@ -118,7 +141,7 @@ std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, st
 }
 
 void append_primitive(const GltfFile& file, const OpenPrimitive& primitive, const glm::dmat4& world_from_node,
-                      bool scene_has_normals, Scene& scene) {
+                      const Carried& carried, Scene& scene) {
   const std::vector<glm::vec3> positions = world_positions(file, primitive, world_from_node);
   const std::vector<glm::vec3> normals = world_normals(primitive, world_from_node);
   const float facing = glm::dot(glm::cross(glm::dvec3{world_from_node[0]}, glm::dvec3{world_from_node[1]}),
@@ -140,7 +163,8 @@ void append_primitive(const GltfFile& file, const OpenPrimitive& primitive, cons
     }
     scene.triangles.push_back(triangle);
     scene.material_of.push_back(primitive.material);
-    if (!scene_has_normals) continue;
+    append_uvs(primitive, corners, carried, scene);
+    if (!carried.normals) continue;
     std::array<glm::vec3, 3> shading{};
     for (std::size_t k = 0; k < 3; ++k) {
       if (!normals.empty()) shading[k] = normals[corners[k]];

@@ -1,6 +1,7 @@
 // glTF primitives as numbered world-space triangles. Internal to engine/scene.
 #pragma once
 
+#include <array>
 #include <glm/mat4x4.hpp>
 #include <optional>
 
@@ -14,6 +15,7 @@ struct OpenPrimitive {
   std::size_t mesh = 0, primitive = 0;
   AccessorView positions{};
   std::optional<AccessorView> normals{}, indices{};
+  std::array<std::optional<AccessorView>, kUvSets> uvs{};
   int mode = 0;
   std::uint32_t material = 0;
   std::size_t triangle_count = 0;
@@ -23,10 +25,16 @@ struct OpenPrimitive {
 /// Opens a primitive; nothing for points, lines and primitives without POSITION (noted). Throws Error(Work).
 std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, std::size_t primitive);
 
-/// Appends the triangles of a primitive, transformed in double and rounded once; and their normals where
-/// `scene_has_normals`. The vertex order stays as in the file, even under a mirroring transform.
+/// What else a scene's triangles carry.
+struct Carried {
+  bool normals = false;
+  std::array<bool, kUvSets> uvs{};  // coordinates (0, 0) where a primitive has none
+};
+
+/// Appends the triangles of a primitive, transformed in double and rounded once, and what they carry. The vertex order stays as
+/// in the file, even under a mirroring transform.
 /// Throws Error(Work) on an index out of range and on a vertex that is not finite.
 void append_primitive(const GltfFile& file, const OpenPrimitive& primitive, const glm::dmat4& world_from_node,
-                      bool scene_has_normals, Scene& scene);
+                      const Carried& carried, Scene& scene);
 
 }  // namespace ballot

@@ -5,6 +5,7 @@
 
 #include "engine/scene/gltf_convert.h"
 #include "engine/scene/gltf_mesh.h"
+#include "engine/scene/gltf_texture.h"
 #include "engine/scene/loaders.h"
 
 namespace ballot {
@@ -122,32 +123,45 @@ const std::vector<OpenPrimitive>* mesh_of(const GltfFile& file, const OpenMeshes
 void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::vector<PlacedNode>& placed,
                     Scene& scene) {
   std::size_t count = 0;
-  bool has_normals = false;
+  Carried carried;
   for (const PlacedNode& p : placed) {
     const auto* mesh = mesh_of(file, meshes, p);
     if (!mesh) continue;
     for (const OpenPrimitive& primitive : *mesh) {
       count += primitive.triangle_count;
-      has_normals |= primitive.normals && primitive.triangle_count > 0;
+      carried.normals |= primitive.normals && primitive.triangle_count > 0;
+      if (primitive.material < scene.materials.size() && primitive.triangle_count > 0)
+        for (const TextureUse* use : scene.materials[primitive.material].uses())
+          if (*use) carried.uvs[use->set] = true;
       if (count > kMaxTriangles)
         fail_in(file.path, "its nodes place more than {} triangles; use a smaller scene", kMaxTriangles);
     }
   }
   scene.triangles.reserve(count);
   scene.material_of.reserve(count);
-  if (has_normals) scene.normals.reserve(count);
+  if (carried.normals) scene.normals.reserve(count);
+  for (std::size_t set = 0; set < kUvSets; ++set)
+    if (carried.uvs[set]) scene.uvs[set].reserve(count);
   for (const PlacedNode& p : placed)
     if (const auto* mesh = mesh_of(file, meshes, p))
-      for (const OpenPrimitive& primitive : *mesh)
-        append_primitive(file, primitive, p.world_from_node, has_normals, scene);
+      for (const OpenPrimitive& primitive : *mesh) append_primitive(file, primitive, p.world_from_node, carried, scene);
 }
 
-void read_materials(const GltfFile& file, Scene& scene) {
+/// All materials, but the textures of those alone that a triangle has.
+void read_materials(const GltfFile& file, const OpenMeshes& meshes, Scene& scene) {
+  std::set<std::size_t> used;
+  for (const auto& [mesh, primitives] : meshes)
+    for (const OpenPrimitive& p : primitives)
+      if (p.triangle_count > 0) used.insert(p.material);
+  GltfTextures textures(file, scene);
   for (std::size_t i = 0; i < file.model.materials.size(); ++i)
-    scene.materials.push_back(convert_material(file.model.materials[i], i, scene.notes));
-  const std::uint32_t absent = static_cast<std::uint32_t>(scene.materials.size());
-  if (std::ranges::find(scene.material_of, absent) != scene.material_of.end())
-    scene.materials.push_back({.name = "default"});
+    scene.materials.push_back(convert_material(file, i, used.contains(i) ? &textures : nullptr, scene.notes));
+  if (used.contains(scene.materials.size())) scene.materials.push_back({.name = "default"});
+}
+
+void read_lights(const GltfFile& file, const std::vector<PlacedNode>& placed, Scene& scene) {
+  for (const PlacedNode& p : placed)
+    if (has_light(file.model.nodes[p.node])) scene.lights.push_back(convert_light(file, p.node, p.world_from_node));
 }
 
 void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Scene& scene) {
@@ -163,14 +177,10 @@ void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Sce
 }
 
 void note_ignored(const tinygltf::Model& model, Scene& scene) {
-  if (!model.textures.empty())
-    scene.notes.push_back(
-        fmt::format("Its {} textures were ignored; the materials' factors stand.", model.textures.size()));
   if (!model.animations.empty() || !model.skins.empty())
     scene.notes.push_back("Its animations and skins were ignored; the nodes' own transforms stand.");
   for (const std::string& name : model.extensionsUsed)
-    if (name == "EXT_mesh_gpu_instancing" || name == "KHR_lights_punctual")
-      scene.notes.push_back(fmt::format("The extension {} was ignored.", name));
+    if (name == "EXT_mesh_gpu_instancing") scene.notes.push_back(fmt::format("The extension {} was ignored.", name));
 }
 
 }  // namespace
@@ -181,8 +191,9 @@ Scene load_gltf(const std::filesystem::path& path) {
   const OpenMeshes meshes = open_meshes(file, placed);
   Scene scene;
   scene.notes = std::move(file.notes);
+  read_materials(file, meshes, scene);
   read_triangles(file, meshes, placed, scene);
-  read_materials(file, scene);
+  read_lights(file, placed, scene);
   read_views(file, placed, scene);
   note_ignored(file.model, scene);
   return scene;

@@ -11,8 +11,6 @@
 namespace ballot {
 namespace {
 
-constexpr float kMirrorRoughness = 0.05f;  // below it a metal is drawn as a mirror
-
 bool finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 void check_sizes(const Scene& scene) {
@@ -27,6 +25,30 @@ void check_sizes(const Scene& scene) {
     if (scene.material_of[i] >= scene.materials.size())
       fail(Failure::Arguments, "scene '{}': triangle {} names material {}, but there are {}", scene.name, i,
            scene.material_of[i], scene.materials.size());
+}
+
+void check_textures(const Scene& scene) {
+  for (const Texture& t : scene.textures)
+    if (t.image >= scene.images.size())
+      fail(Failure::Arguments, "scene '{}': a texture names image {}, but there are {}", scene.name, t.image,
+           scene.images.size());
+  for (const TextureImage& i : scene.images)
+    if (i.width < 1 || i.height < 1 || i.rgba.size() != std::size_t{4} * i.width * i.height)
+      fail(Failure::Arguments, "scene '{}': image '{}' of {} x {} pixels has {} bytes; expected 4 a pixel", scene.name,
+           i.name, i.width, i.height, i.rgba.size());
+  for (const Material& m : scene.materials)
+    for (const TextureUse* use : m.uses()) {
+      if (!*use) continue;
+      if (use->texture >= scene.textures.size() || use->set >= kUvSets)
+        fail(Failure::Arguments,
+             "scene '{}': material '{}' names texture {} and coordinates {}, but there are {} and {}", scene.name,
+             m.name, use->texture, use->set, scene.textures.size(), kUvSets);
+      if (scene.uvs[use->set].size() != scene.triangles.size())
+        fail(Failure::Arguments,
+             "scene '{}' has {} triangles, but {} triples of texture coordinates {}, which material "
+             "'{}' wants; expected as many",
+             scene.name, scene.triangles.size(), scene.uvs[use->set].size(), use->set, m.name);
+    }
 }
 
 Bounds bounds_of(const Scene& scene) {
@@ -58,24 +80,11 @@ View framing_view(const Bounds& bounds) {
 
 }  // namespace
 
-SceneFeatures features_of(const Scene& scene) {
-  std::vector<char> used(scene.materials.size(), 0);
-  for (const std::uint32_t m : scene.material_of) used.at(m) = 1;
-  SceneFeatures features{.shading_normals = !scene.normals.empty()};
-  for (std::size_t m = 0; m < used.size(); ++m) {
-    if (!used[m]) continue;
-    const Material& material = scene.materials[m];
-    features.reflects |= material.metallic >= 1 && material.roughness < kMirrorRoughness;
-    features.refracts |= material.transmission > 0;
-    features.emits |= material.emissive.x > 0 || material.emissive.y > 0 || material.emissive.z > 0;
-  }
-  return features;
-}
-
 void finish_scene(Scene& scene) {
   if (scene.materials.empty()) scene.materials.push_back({.name = "default"});
   if (scene.material_of.empty()) scene.material_of.assign(scene.triangles.size(), 0);
   check_sizes(scene);
+  check_textures(scene);
   scene.bounds = bounds_of(scene);
   if (scene.views.empty()) scene.views.push_back(framing_view(scene.bounds));
 }

@@ -6,11 +6,16 @@
 #include <filesystem>
 #include <functional>
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "engine/scene/features.h"
+#include "engine/scene/light.h"
+#include "engine/scene/material.h"
 
 namespace ballot {
 
@@ -19,16 +24,6 @@ static_assert(sizeof(Triangle) == 36);
 
 struct Bounds {
   glm::vec3 lo{0}, hi{0};
-};
-
-struct Material {
-  std::string name;
-  glm::vec3 base_color{1};  // linear Rec.709
-  float metallic = 0;       // glTF's default of 1 applies only where pbrMetallicRoughness is present
-  float roughness = 1;
-  glm::vec3 emissive{0};   // emissiveFactor times KHR_materials_emissive_strength
-  float transmission = 0;  // KHR_materials_transmission
-  float ior = 1.5f;        // KHR_materials_ior
 };
 
 /// A viewpoint. Right-handed, looks along -z of its own frame, +y up (glTF's camera).
@@ -46,19 +41,18 @@ struct Scene {
   std::vector<std::array<glm::vec3, 3>> normals;  // unit, one per corner; empty if no primitive of the file has normals
   std::vector<std::uint32_t> material_of;         // per triangle, an index into materials
   std::vector<Material> materials;                // never empty
-  std::vector<View> views;                        // never empty: a scene without cameras gets "view0", which frames it
-  Bounds bounds;                                  // of all vertices; zero for an empty scene
-  std::vector<std::string> notes;                 // what the loader ignored or mended, a sentence each
+  std::vector<Texture> textures;                  // those that materials in use name
+  std::vector<TextureImage> images;               // of those textures
+  /// Texture coordinates, three a triangle; a set that no material in use asks for is empty.
+  std::array<std::vector<std::array<glm::vec2, 3>>, kUvSets> uvs;
+  std::vector<Light> lights;       // KHR_lights_punctual
+  Sky sky;                         // scene files have none: whoever renders sets it
+  std::vector<View> views;         // never empty: a scene without cameras gets "view0", which frames it
+  Bounds bounds;                   // of all vertices; zero for an empty scene
+  std::vector<std::string> notes;  // what the loader ignored or mended, a sentence each
 };
 
-/// What a scene holds; what it lacks gets no code, buffer or dispatch.
-struct SceneFeatures {
-  bool shading_normals = false;
-  bool reflects = false;  // some material in use is a mirror (metallic 1, roughness below 0.05)
-  bool refracts = false;  // some material in use transmits
-  bool emits = false;
-  bool operator==(const SceneFeatures&) const = default;
-};
+/// What the scene holds, of materials in use; the one place that derives it.
 SceneFeatures features_of(const Scene& scene);
 
 /// Loads a scene file; the extension chooses the loader (see formats()).
@@ -72,7 +66,8 @@ SceneFeatures features_of(const Scene& scene);
 Scene load_scene(const std::filesystem::path& path);
 
 /// Checks and completes a scene built in memory as load_scene does (bounds, default material and view, sizes).
-/// Throws Error(Arguments) if array sizes disagree, a material index is out of range or a vertex is not finite.
+/// Throws Error(Arguments) if array sizes disagree, an index of a material, texture, image or set of coordinates is out of
+/// range, or a vertex is not finite.
 void finish_scene(Scene& scene);
 
 /// The view of this name. Throws Error(Arguments) that lists the names there are.

@@ -4,7 +4,7 @@
 // Ambient occlusion: cosine-distributed, of bounded length.
 #include "../lib/secondary.glsl"
 
-Ray ray_from(Surface s, uint k) {
-  vec3 dir = cosine_direction(s, random_number(s.pixel, k, 2u), random_number(s.pixel, k, 3u));
+Ray ray_from(Surface s, Draw draw) {
+  vec3 dir = cosine_direction(s, random_number(draw.pixel, draw.k, 2u), random_number(draw.pixel, draw.k, 3u));
   return leave(s, 1.0, dir, push.radius);
 }

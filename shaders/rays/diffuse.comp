@@ -4,7 +4,7 @@
 // One diffuse bounce: cosine-distributed, without end. Neighbouring rays part at once.
 #include "../lib/secondary.glsl"
 
-Ray ray_from(Surface s, uint k) {
-  vec3 dir = cosine_direction(s, random_number(s.pixel, k, 4u), random_number(s.pixel, k, 5u));
+Ray ray_from(Surface s, Draw draw) {
+  vec3 dir = cosine_direction(s, random_number(draw.pixel, draw.k, 4u), random_number(draw.pixel, draw.k, 5u));
   return leave(s, 1.0, dir, 1e30);
 }

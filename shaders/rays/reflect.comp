@@ -4,7 +4,7 @@
 // Mirror reflection, whatever the material.
 #include "../lib/secondary.glsl"
 
-Ray ray_from(Surface s, uint k) {
+Ray ray_from(Surface s, Draw draw) {
   precise vec3 dir = s.dir - s.normal * (2.0 * exact_dot(s.dir, s.normal));
   return leave(s, 1.0, exact_unit(dir), 1e30);
 }

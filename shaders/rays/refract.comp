@@ -6,7 +6,7 @@
 
 const float ETA = 1.0 / 1.5;
 
-Ray ray_from(Surface s, uint k) {
+Ray ray_from(Surface s, Draw draw) {
   precise float cos_in = -exact_dot(s.dir, s.normal);
   precise float cos_out = exact_sqrt(1.0 - ETA * ETA * (1.0 - cos_in * cos_in));
   precise vec3 dir = s.dir * ETA + s.normal * (ETA * cos_in - cos_out);

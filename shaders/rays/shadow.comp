@@ -4,7 +4,7 @@
 // Towards the point light; ends shortly before it.
 #include "../lib/secondary.glsl"
 
-Ray ray_from(Surface s, uint k) {
+Ray ray_from(Surface s, Draw draw) {
   precise vec3 to_light = push.light - origin_on(s, 1.0);
   vec3 dir = exact_unit(to_light);
   precise float t_max = 0.999 * exact_dot(to_light, dir);

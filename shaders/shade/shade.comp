@@ -5,8 +5,8 @@
 #include "../shared/render.h"
 #include "../lib/film.glsl"
 
-#if !defined(BALLOT_SHADING) || !defined(BALLOT_HAS_NORMALS) || !defined(BALLOT_HAS_EMISSION)
-#error a shading variant must give BALLOT_SHADING, BALLOT_HAS_NORMALS, BALLOT_HAS_EMISSION (engine/render/scene_data.cpp)
+#if !defined(BALLOT_SHADING) || !defined(BALLOT_HAS_NORMALS)
+#error a shading variant must give BALLOT_SHADING and BALLOT_HAS_* (engine/render/scene_data.cpp)
 #endif
 
 layout(local_size_x = 64) in;
@@ -15,30 +15,17 @@ layout(set = 0, binding = BIND_RAYS, scalar) readonly buffer Rays { Ray rays[]; 
 layout(set = 0, binding = BIND_HITS, scalar) readonly buffer Hits { Hit hits[]; };
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
 layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
-#if BALLOT_HAS_NORMALS
-layout(set = 0, binding = BIND_NORMALS) uniform usamplerBuffer normals;
-#endif
-#if BALLOT_SHADING == SHADING_EYELIGHT
-layout(set = 0, binding = BIND_MATERIALS, scalar) readonly buffer Materials { GpuMaterial materials[]; };
-#endif
-
 vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
+#include "../lib/look.glsl"
 
 // Unit, on the side that the ray comes from.
-vec3 shading_normal(Hit hit, vec3 dir) {
-  vec3 v0 = vertex(hit.prim, 0u);
-  vec3 n = cross(vertex(hit.prim, 1u) - v0, vertex(hit.prim, 2u) - v0);
-#if BALLOT_HAS_NORMALS
-  vec3 n0 = uintBitsToFloat(texelFetch(normals, int(hit.prim * 3u)).xyz);
-  vec3 n1 = uintBitsToFloat(texelFetch(normals, int(hit.prim * 3u + 1u)).xyz);
-  vec3 n2 = uintBitsToFloat(texelFetch(normals, int(hit.prim * 3u + 2u)).xyz);
-  vec3 smooth_n = n0 * (1.0 - hit.u - hit.v) + n1 * hit.u + n2 * hit.v;
-  if (dot(smooth_n, smooth_n) > 1e-12) n = smooth_n;
-#endif
+vec3 face_normal(vec3 v0, vec3 v1, vec3 v2, vec3 dir, out bool front) {
+  vec3 n = cross(v1 - v0, v2 - v0);
   // Scaled first: the square of a small triangle's normal underflows.
   vec3 a = abs(n);
   n = normalize(n / max(max(a.x, a.y), max(a.z, 1e-37)));
-  return dot(n, dir) > 0.0 ? -n : n;
+  front = dot(n, dir) <= 0.0;
+  return front ? n : -n;
 }
 
 void main() {
@@ -49,14 +36,21 @@ void main() {
   Hit hit = hits[index];
   FilmPixel p = FilmPixel(vec3(0.0), 0.0, 0.0, vec3(0.0), NO_HIT);
   if (hit.prim != NO_HIT) {
-    vec3 n = shading_normal(hit, ray.dir);
+    vec3 v0 = vertex(hit.prim, 0u), v1 = vertex(hit.prim, 1u), v2 = vertex(hit.prim, 2u), dir = normalize(ray.dir);
+    bool front;
+    vec3 n = face_normal(v0, v1, v2, dir, front);
 #if BALLOT_SHADING == SHADING_NORMALS
+    n = smooth_normal(hit, n, dir);
     p.color = n * 0.5 + 0.5;
 #else
-    GpuMaterial m = materials[texelFetch(triangles, int(hit.prim * 3u)).w];
-    p.color = m.base_color * abs(dot(n, normalize(ray.dir)));
+    Look look = look_at(hit, material_of(hit.prim), v0, v1, v2, n, front, dir, hit.t * length(ray.dir) * push.spread);
+    n = look.normal;
+    p.color = look.m.base_color * abs(dot(n, dir));
+#if BALLOT_HAS_UNLIT
+    if ((look.m.flags & MATERIAL_UNLIT) != 0u) p.color = look.m.base_color;
+#endif
 #if BALLOT_HAS_EMISSION
-    p.color += m.emissive;
+    p.color += look.m.emissive;
 #endif
 #endif
     p.alpha = 1.0;

@@ -31,6 +31,62 @@
 #define BIND_FILM_B 10  // of the second of two queries beside each other
 #define BIND_PIXELS 11
 #define BIND_TOTALS 12
+#define BIND_UVS 13  // texel buffer, two texels a triangle and set: (u0 v0 u1 v1), (u2 v2 0 0); only where textures are
+#define BIND_TEXELS 14  // texel buffer of all mip maps, two linear half RGBA texels each
+#define BIND_TEXTURES 15
+#define BIND_TEXTURE_USES 16
+#define BIND_SKY 17  // texel buffer, SKY_* below
+#define BIND_EMITTERS 18  // texel buffer: (prim, sum of weights up to it, 0, 0) of each triangle that emits
+#define BIND_LIGHTS 19
+#define BIND_PATHS 20
+#define BIND_CARRIED 21
+#define BIND_NEXT_RAYS 22
+#define BIND_NEXT_CARRIED 23
+#define BIND_SECOND_RAYS 24
+#define BIND_SECOND_CARRIED 25
+#define BIND_SHADOW_RAYS 26
+#define BIND_SHADOW_LIGHT 27
+#define BIND_QUEUES 28
+#define BIND_MOMENTS 29
+#define BIND_NEXT_IDS 30
+#define BIND_WAVE_HITS 31
+
+// BALLOT_INTEGRATOR: what a hit starts.
+#define INTEGRATOR_AO 0       // a short ray that asks whether the surface is open
+#define INTEGRATOR_WHITTED 1  // a ray to a light, and the mirrored and the refracted ray
+#define INTEGRATOR_PATH 2     // a ray to a light, and one ray by chance
+
+// BALLOT_SKY: numbers of Sky::Kind (engine/scene/light.h).
+#define SKY_NONE 0
+#define SKY_CONSTANT 1
+#define SKY_GRADIENT 2
+#define SKY_MAP 3
+
+#define MIRROR_ROUGHNESS 0.05  // below it a surface reflects and refracts one ray as one ray; kMirrorRoughness
+
+// GpuMaterial::flags.
+#define MATERIAL_ALPHA_MASK 1u
+#define MATERIAL_ALPHA_BLEND 2u
+#define MATERIAL_UNLIT 4u
+#define MATERIAL_LAMBERT 8u
+
+// Places of a material's texture uses, and GpuTexture::flags.
+#define USE_BASE 0u
+#define USE_SURFACE 1u
+#define USE_EMISSIVE 2u
+#define USE_NORMAL 3u
+#define USES_PER_MATERIAL 4u
+#define WRAP_REPEAT 0u
+#define WRAP_CLAMP 1u
+#define WRAP_MIRROR 2u
+#define TEXTURE_WRAP_V_SHIFT 2
+#define TEXTURE_NEAREST 16u
+#define NO_TEXTURE 0xFFFFFFFFu
+
+// GpuLight::kind.
+#define LIGHT_POINT 0u
+#define LIGHT_SPOT 1u
+#define LIGHT_DIRECTIONAL 2u
 
 #ifdef __cplusplus
 namespace ballot {
@@ -74,6 +130,7 @@ struct ShadePush {
   uint first;
   uint count;  // rays of this chunk
   uint sample_index;
+  float spread;  // a pixel's width at distance 1, for the choice of mip maps; 0: the finest
 };
 
 // Colours of a heat map into the film.
@@ -108,7 +165,104 @@ struct DisplayTotals {
 
 struct GpuMaterial {
   vec3 base_color;
+  float alpha;
   vec3 emissive;
+  float emitted;  // luminance of emissive, times its texture's mean: how much triangles of it are aimed at, by area
+  float metallic;
+  float roughness;
+  float transmission;
+  float ior;
+  float alpha_cutoff;
+  uint flags;
+};
+
+// engine/scene/material.h, TextureUse.
+struct GpuTextureUse {
+  uint texture;    // NO_TEXTURE: none
+  uint first_uv;   // texel of BIND_UVS at which the set begins
+  vec3 row_u;
+  vec3 row_v;
+  float scale;     // of a normal map
+};
+
+struct GpuTexture {
+  uint first;  // texel of the finest level, counted in halves of BIND_TEXELS; the others follow
+  uint width, height;
+  uint levels;
+  uint flags;  // how u is wrapped, v's shifted, and TEXTURE_NEAREST
+};
+
+// KHR_lights_punctual; engine/scene/light.h.
+struct GpuLight {
+  vec3 position;
+  uint kind;
+  vec3 direction;
+  float range;
+  vec3 intensity;
+  float cos_inner;
+  float cos_outer;
+};
+
+// A path from a sample of a pixel, while it grows.
+struct Path {
+  vec3 radiance;
+  uint number;     // of its pixel, row by row in the whole picture, and the seed: names it to the random numbers
+  uint sample_index;
+  uint place;      // of its pixel in the film
+  uint hit;        // 1: its camera ray met something
+};
+
+// What goes with a ray of a wave: whose path it is, and how much of what it finds counts.
+struct Carried {
+  vec3 throughput;
+  uint path;
+  float pdf;     // of its direction, by solid angle; 0: no light could have aimed there, as at the eye and off mirrors
+  float width;   // of the cone that it stands for, at its origin, scene units (Akenine-Moeller et al., Texture Level of
+  float spread;  // Detail Strategies for Real-Time Ray Tracing, Ray Tracing Gems, chapter 20, 2019), and per unit of length
+};
+
+// What a ray to a light brings if it meets nothing.
+struct Awaited {
+  vec3 radiance;
+  uint path;
+};
+
+// How many rays the kernels of a wave have put where.
+struct Queues {
+  uint next;
+  uint second;
+  uint shadow;
+  uint passed;  // rays that go on through what is transparent
+};
+
+struct BeginPush {
+  PrimaryPush camera;
+  uint count;         // paths
+  uint places;        // pixels of the film; path i is of place i % places
+  uint first_sample;  // of paths below `places`
+  float spread;       // a pixel's width at distance 1, or of parallel rays everywhere
+  uint seed;          // of the random numbers; 0: those of a picture without
+};
+
+struct WavePush {
+  uint count;
+  uint depth;       // of these rays: 0 at the eye
+  uint last_depth;  // rays of this depth start none but to lights
+  float ao_radius;  // scene units
+  float emitted;    // sum of the weights of BIND_EMITTERS
+  uint emitters;
+  uint lights;
+};
+
+struct AlphaPush {
+  uint count;
+  uint first;  // 1: of the wave itself; 0: of rays that went on, numbers and hits of theirs
+};
+
+struct FilmPush {
+  uint places;
+  uint samples;       // of this wave; path s * places + i is of place i
+  uint first_sample;
 };
 
 // The film of a chunk of rays, in their order. Sums over samples, but for z, normal and prim, which are those of the first
@@ -125,11 +279,22 @@ struct FilmPixel {
 BALLOT_RECORD(PrimaryPush, 72);
 BALLOT_RECORD(SecondaryPush, 40);
 BALLOT_RECORD(Start, 8);
-BALLOT_RECORD(ShadePush, 20);
+BALLOT_RECORD(ShadePush, 24);
 BALLOT_RECORD(HeatPush, 100);
 BALLOT_RECORD(DisplayPush, 32);
 BALLOT_RECORD(DisplayTotals, 8);
-BALLOT_RECORD(GpuMaterial, 24);
+BALLOT_RECORD(GpuMaterial, 56);
+BALLOT_RECORD(GpuTextureUse, 36);
+BALLOT_RECORD(GpuTexture, 20);
+BALLOT_RECORD(GpuLight, 52);
+BALLOT_RECORD(Path, 28);
+BALLOT_RECORD(Carried, 28);
+BALLOT_RECORD(Awaited, 16);
+BALLOT_RECORD(Queues, 16);
+BALLOT_RECORD(BeginPush, 92);
+BALLOT_RECORD(WavePush, 28);
+BALLOT_RECORD(AlphaPush, 8);
+BALLOT_RECORD(FilmPush, 12);
 BALLOT_RECORD(FilmPixel, 36);
 }  // namespace ballot
 #endif

@@ -78,5 +78,19 @@ TEST_F(Info, Refusals) {
   refuse(1, {"nowhere/i.json", "no folder nowhere"}, {"info", "--json", "nowhere/i.json"});
 }
 
+TEST_F(Info, KernelsOfIntegratorsFollowFromTheScene) {
+  square();
+  const Result result = succeed({"info", "square.glb", "--measure", "--json", "info.json"});
+  expect_parts(result.out, {"integrators", "whitted.scatter", "path.scatter", "with every feature", "times as fast"});
+  for (const auto& integrator : json("info.json").at("integrators")) {
+    EXPECT_GT(integrator.at("gain").at("every_feature_ms"), 0);
+    for (const auto& kernel : integrator.at("kernels")) {
+      EXPECT_GT(kernel.at("spirv_bytes"), 0);
+      EXPECT_EQ(std::string(kernel.at("name")).find("normals"), std::string::npos);
+    }
+  }
+  refuse(2, {"--measure needs a SCENE"}, {"info", "--measure"});
+}
+
 }  // namespace
 }  // namespace ballot::test

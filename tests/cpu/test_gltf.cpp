@@ -252,13 +252,15 @@ TEST(Gltf, TextAndExternalBufferLoadLikeBinary) {
   EXPECT_EQ(load_scene(folder.write("text.gltf", b.json.dump())).triangles, one_triangle().load().triangles);
 }
 
-TEST(Gltf, ImagesAreNotOpened) {
+TEST(Gltf, ImagesThatNoMaterialInUseWantsAreNotOpened) {
   GltfBuilder b = one_triangle();
   b.json["images"] = {{{"uri", "missing.png"}}, {{"bufferView", 0}, {"mimeType", "image/png"}}};
   b.json["textures"] = {{{"source", 0}}};
+  b.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
   const Scene scene = b.load();
   EXPECT_EQ(scene.triangles.size(), 1u);
-  EXPECT_EQ(scene.notes.size(), 1u);
+  EXPECT_TRUE(scene.textures.empty() && scene.images.empty() && scene.uvs[0].empty());
+  EXPECT_TRUE(scene.notes.empty());
 }
 
 TEST(Gltf, DeepTreesNeedNoStack) {

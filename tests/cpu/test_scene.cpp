@@ -78,12 +78,12 @@ TEST(Scene, FeaturesCountMaterialsInUseOnly) {
   finish_scene(scene);
   EXPECT_EQ(features_of(scene), (SceneFeatures{.emits = true}));
   scene.material_of = {1};
-  EXPECT_EQ(features_of(scene), (SceneFeatures{.reflects = true}));
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.reflects = true, .glossy = true}));
   scene.materials[1].roughness = 0.05f;
-  EXPECT_EQ(features_of(scene), SceneFeatures{});
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.glossy = true}));
   scene.material_of = {2};
   scene.normals.resize(1);
-  EXPECT_EQ(features_of(scene), (SceneFeatures{.shading_normals = true, .refracts = true}));
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.shading_normals = true, .refracts = true, .glossy = true}));
 }
 
 TEST(Scene, UnknownViewIsRefusedWithTheNamesThereAre) {
@@ -106,7 +106,7 @@ TEST(ShippedScenes, CornellHasItsFeaturesAndViews) {
   EXPECT_EQ(scene.name, "cornell");
   EXPECT_GT(scene.triangles.size(), 1000u);
   EXPECT_LT(scene.triangles.size(), 5000u);
-  EXPECT_EQ(features_of(scene), (SceneFeatures{true, true, true, true}));
+  EXPECT_EQ(features_of(scene), (SceneFeatures{true, true, true, true, true}));
   ASSERT_EQ(scene.views.size(), 5u);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(scene.views[i].name, "view" + std::to_string(i));
   EXPECT_TRUE(scene.notes.empty());

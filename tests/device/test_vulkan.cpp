@@ -174,8 +174,7 @@ class ShaderCache : public testing::Test {
 };
 
 TEST_F(ShaderCache, IsKeyedByContentAndDefines) {
-  const Defines a{{"BALLOT_SHADING", 0}, {"BALLOT_HAS_NORMALS", 0}, {"BALLOT_HAS_EMISSION", 0}},
-      b{{"BALLOT_SHADING", 1}, {"BALLOT_HAS_NORMALS", 0}, {"BALLOT_HAS_EMISSION", 0}};
+  const Defines a = shading_source("eyelight", {}).defines, b = shading_source("normals", {}).defines;
   const Spirv cold = compile_shader("shade/shade.comp", a), warm = compile_shader("shade/shade.comp", a);
   EXPECT_FALSE(cold.from_cache);
   EXPECT_TRUE(warm.from_cache);
@@ -185,7 +184,7 @@ TEST_F(ShaderCache, IsKeyedByContentAndDefines) {
 }
 
 TEST_F(ShaderCache, ADamagedFileIsCompiledAnew) {
-  const Defines a{{"BALLOT_SHADING", 0}, {"BALLOT_HAS_NORMALS", 0}, {"BALLOT_HAS_EMISSION", 0}};
+  const Defines a = shading_source("eyelight", {}).defines;
   const Spirv cold = compile_shader("shade/shade.comp", a);
   const fs::path file = files().at(0);
   fs::resize_file(file, fs::file_size(file) / 2);

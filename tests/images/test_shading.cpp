@@ -125,15 +125,11 @@ TEST(Shading, ACornerNormalOfZeroFallsBackToTheFace) {
 // H5: what a scene or a shading lacks gets no binding.
 TEST(Shading, CodeAndBindingsOnlyForWhatIsThere) {
   Context gpu({.device = "", .validate = true});
-  const auto kernel = [&](int shading, int normals) {
-    return KernelSource{
-        .name = "shade",
-        .file = "shade/shade.comp",
-        .defines = {{"BALLOT_SHADING", shading}, {"BALLOT_HAS_NORMALS", normals}, {"BALLOT_HAS_EMISSION", 0}},
-        .constants = {}};
+  const auto kernel = [&](const char* shading, bool normals) {
+    return shading_source(shading, SceneFeatures{.shading_normals = normals});
   };
-  const Kernel flat(gpu, kernel(SHADING_EYELIGHT, 0)), smooth(gpu, kernel(SHADING_EYELIGHT, 1));
-  const Kernel colours(gpu, kernel(SHADING_NORMALS, 0));
+  const Kernel flat(gpu, kernel("eyelight", false)), smooth(gpu, kernel("eyelight", true));
+  const Kernel colours(gpu, kernel("normals", false));
   EXPECT_FALSE(flat.wants(BIND_NORMALS));
   EXPECT_TRUE(smooth.wants(BIND_NORMALS));
   EXPECT_TRUE(flat.wants(BIND_MATERIALS));

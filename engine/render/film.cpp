@@ -1,0 +1,24 @@
+#include "engine/render/film.h"
+
+#include "engine/render/camera.h"
+
+namespace ballot {
+
+Film make_film(std::uint32_t width, std::uint32_t height, const Window& crop, const Shard& shard, bool moments,
+               bool stats) {
+  Film film{.width = width, .height = height, .crop = crop, .shard = shard};
+  const bool whole = crop == Window{0, 0, width, height};
+  constexpr std::uint32_t kTileRays = TILE_SIZE * TILE_SIZE;
+  for (std::uint32_t tile = shard.index; tile * kTileRays < padded_rays(width, height); tile += shard.count)
+    for (std::uint32_t ray = tile * kTileRays; ray < (tile + 1) * kTileRays; ++ray) {
+      const glm::uvec2 at = pixel_of(ray, width);
+      const bool padding = stats && whole && (at.x >= width || at.y >= height);
+      if (film.holds(at) || padding) film.numbers.push_back(ray);
+    }
+  film.pixels.assign(film.numbers.size(), FilmPixel{});
+  if (moments) film.moments.assign(film.numbers.size(), glm::vec3(0));
+  if (stats) film.stats.assign(film.numbers.size(), RayStats{});
+  return film;
+}
+
+}  // namespace ballot

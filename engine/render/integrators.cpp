@@ -1,0 +1,74 @@
+#include "engine/render/integrators.h"
+
+#include "engine/core/error.h"
+#include "engine/render/ray_kinds.h"
+
+namespace ballot {
+
+namespace {
+
+/// What an integrator asks of the scene: ambient occlusion asks for no material.
+SceneFeatures seen_by(const Integrator& integrator, const SceneFeatures& features) {
+  if (integrator.value != INTEGRATOR_AO) return features;
+  return {.shading_normals = features.shading_normals};
+}
+
+}  // namespace
+
+const Integrator* find_integrator(std::string_view name) {
+  for (const Integrator& i : kIntegrators)
+    if (i.name == name) return &i;
+  return nullptr;
+}
+
+WavePlan plan_of(const Integrator& integrator, const SceneFeatures& f) {
+  const bool ao = integrator.value == INTEGRATOR_AO, whitted = integrator.value == INTEGRATOR_WHITTED;
+  WavePlan plan;
+  plan.shadow = ao || f.emits || f.lights || f.sky_map || (whitted && f.sky);
+  plan.next = !ao && (!whitted || f.glossy);
+  plan.second = whitted && f.refracts;
+  plan.alpha = f.alpha;
+  return plan;
+}
+
+KernelSource begin_source() {
+  return {.name = "path.begin", .file = "path/begin.comp", .defines = {}, .constants = {}};
+}
+
+KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
+  const bool materials = integrator.value != INTEGRATOR_AO;
+  const SceneFeatures seen = seen_by(integrator, features);
+  const int kind = materials ? int(sky) : SKY_NONE;
+  Defines defines = look_defines(seen, materials);
+  defines.emplace_back("BALLOT_INTEGRATOR", integrator.value);
+  defines.emplace_back("BALLOT_HAS_LIGHTS", seen.lights);
+  defines.emplace_back("BALLOT_SKY", kind);
+  defines.emplace_back("BALLOT_ORIGIN", find_offset_policy(kDefaultOffset).value);
+  constexpr const char* kSkies[] = {"", "+sky", "+gradient", "+skymap"};
+  return {.name = fmt::format("{}.scatter{}{}{}", integrator.name, look_name(seen, materials),
+                              seen.lights ? "+lights" : "", kSkies[kind]),
+          .file = "path/scatter.comp",
+          .defines = std::move(defines),
+          .constants = {}};
+}
+
+KernelSource connect_source() {
+  return {.name = "path.connect", .file = "path/connect.comp", .defines = {}, .constants = {}};
+}
+
+KernelSource film_source(bool moments) {
+  return {.name = moments ? "path.film+moments" : "path.film",
+          .file = "path/film.comp",
+          .defines = {{"BALLOT_MOMENTS", moments}},
+          .constants = {}};
+}
+
+KernelSource alpha_source(const SceneFeatures& features) {
+  const SceneFeatures seen{.base_texture = features.base_texture};
+  return {.name = "path.alpha" + look_name(seen, true),
+          .file = "path/alpha.comp",
+          .defines = look_defines(seen, true),
+          .constants = {}};
+}
+
+}  // namespace ballot

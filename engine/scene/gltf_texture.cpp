@@ -1,0 +1,113 @@
+#include "engine/scene/gltf_texture.h"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "engine/core/file.h"
+#include "engine/scene/loaders.h"
+#include "engine/scene/texture.h"
+
+namespace ballot {
+
+namespace {
+
+/// "a%20b.png" as "a b.png".
+std::string decoded_uri(const std::string& uri) {
+  const auto digit = [](char c) {
+    return c >= '0' && c <= '9' ? c - '0' : (c | 32) >= 'a' && (c | 32) <= 'f' ? (c | 32) - 'a' + 10 : -1;
+  };
+  std::string text;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    if (uri[i] == '%' && i + 2 < uri.size() && digit(uri[i + 1]) >= 0 && digit(uri[i + 2]) >= 0) {
+      text.push_back(static_cast<char>(digit(uri[i + 1]) * 16 + digit(uri[i + 2])));
+      i += 2;
+    } else {
+      text.push_back(uri[i]);
+    }
+  }
+  return text;
+}
+
+Wrap wrap_of(int code) {
+  if (code == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) return Wrap::Clamp;
+  return code == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? Wrap::Mirror : Wrap::Repeat;
+}
+
+std::array<double, 2> pair_of(const tinygltf::Value& object, const char* key, double otherwise) {
+  if (!object.Has(key)) return {otherwise, otherwise};
+  const tinygltf::Value& value = object.Get(key);
+  if (!value.IsArray() || value.ArrayLen() != 2) return {otherwise, otherwise};
+  return {value.Get(0).GetNumberAsDouble(), value.Get(1).GetNumberAsDouble()};
+}
+
+// translation * rotation * scale, as the extension defines them.
+void apply_transform(const tinygltf::Value& transform, TextureUse& use) {
+  const auto offset = pair_of(transform, "offset", 0), scale = pair_of(transform, "scale", 1);
+  const double angle = transform.Has("rotation") ? transform.Get("rotation").GetNumberAsDouble() : 0;
+  const double c = std::cos(angle), s = std::sin(angle);
+  use.row_u = glm::vec3(c * scale[0], s * scale[1], offset[0]);
+  use.row_v = glm::vec3(-s * scale[0], c * scale[1], offset[1]);
+  if (transform.Has("texCoord")) use.set = static_cast<std::uint32_t>(transform.Get("texCoord").GetNumberAsInt());
+}
+
+}  // namespace
+
+TextureUse GltfTextures::use(int index, int set, const tinygltf::ExtensionMap& extensions, bool srgb,
+                             const std::string& place) {
+  TextureUse use;
+  if (index == -1) return use;
+  use.texture = texture(index, srgb, place);
+  use.set = static_cast<std::uint32_t>(set);
+  const auto transform = extensions.find("KHR_texture_transform");
+  if (transform != extensions.end() && transform->second.IsObject()) apply_transform(transform->second, use);
+  if (use.set >= kUvSets)
+    fail_in(file_.path, "{} uses texture coordinates {}; Ballot reads TEXCOORD_0 to TEXCOORD_{}; export it with fewer",
+            place, use.set, kUvSets - 1);
+  return use;
+}
+
+std::uint32_t GltfTextures::texture(int index, bool srgb, const std::string& place) {
+  const auto& textures = file_.model.textures;
+  if (index < 0 || static_cast<std::size_t>(index) >= textures.size())
+    fail_in(file_.path, "{} names texture {}, but the file has {}", place, index, textures.size());
+  const auto [entry, fresh] = textures_.try_emplace({index, srgb}, 0);
+  if (!fresh) return entry->second;
+  const tinygltf::Texture& from = textures[static_cast<std::size_t>(index)];
+  const std::string name = label("texture", static_cast<std::size_t>(index), from.name);
+  Texture to;
+  if (from.sampler != -1) {
+    if (from.sampler < 0 || static_cast<std::size_t>(from.sampler) >= file_.model.samplers.size())
+      fail_in(file_.path, "{} names sampler {}, but the file has {}", name, from.sampler, file_.model.samplers.size());
+    const tinygltf::Sampler& sampler = file_.model.samplers[static_cast<std::size_t>(from.sampler)];
+    to.wrap_u = wrap_of(sampler.wrapS);
+    to.wrap_v = wrap_of(sampler.wrapT);
+    to.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
+  }
+  to.image = image(from.source, srgb, name);
+  scene_.textures.push_back(to);
+  return entry->second = static_cast<std::uint32_t>(scene_.textures.size() - 1);
+}
+
+std::uint32_t GltfTextures::image(int index, bool srgb, const std::string& place) {
+  const auto& images = file_.model.images;
+  if (index == -1)
+    fail_in(file_.path, "{} has no PNG or JPEG source (other formats need an extension); export it with one", place);
+  if (index < 0 || static_cast<std::size_t>(index) >= images.size())
+    fail_in(file_.path, "{} names image {}, but the file has {}", place, index, images.size());
+  const auto [entry, fresh] = images_.try_emplace({index, srgb}, 0);
+  if (!fresh) return entry->second;
+  const tinygltf::Image& from = images[static_cast<std::size_t>(index)];
+  const std::string name = file_.path.string() + ": " + label("image", static_cast<std::size_t>(index), from.name);
+  if (from.uri.empty()) {
+    scene_.images.push_back(decode_image(from.image, name, srgb));
+  } else {
+    const std::filesystem::path path = file_.path.parent_path() / decoded_uri(from.uri);
+    const auto bytes = read_file(path);
+    scene_.images.push_back(decode_image({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()},
+                                         name + " in " + path.string(), srgb));
+  }
+  return entry->second = static_cast<std::uint32_t>(scene_.images.size() - 1);
+}
+
+}  // namespace ballot

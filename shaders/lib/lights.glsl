@@ -1,0 +1,120 @@
+// Aiming at light: triangles that emit, punctual lights, the picture of a sky; one of the kinds that the scene has, each as
+// often. Emission of BALLOT_HAS_EMISSION, BALLOT_HAS_LIGHTS, BALLOT_SKY; a scene without any has none of this.
+
+#define AIMS_AT_SKY (BALLOT_SKY == SKY_MAP || (BALLOT_SKY != SKY_NONE && BALLOT_INTEGRATOR == INTEGRATOR_WHITTED))
+#define LIGHT_KINDS (BALLOT_HAS_EMISSION + BALLOT_HAS_LIGHTS + int(AIMS_AT_SKY))
+#define HAS_LIGHT (BALLOT_HAS_EMISSION || BALLOT_HAS_LIGHTS || AIMS_AT_SKY)
+
+struct Aim {
+  vec3 dir;        // unit, from the surface; zero: nothing is there to aim at
+  float distance;  // scene units
+  vec3 radiance;   // over the density or chance
+  float density;   // by solid angle, of finding this direction in this way; 0: no other way finds it
+};
+
+#if HAS_LIGHT
+const float KIND_CHANCE = 1.0 / float(LIGHT_KINDS);
+
+#if BALLOT_HAS_EMISSION
+layout(set = 0, binding = BIND_EMITTERS) uniform usamplerBuffer emitters;
+
+// With which a point of a triangle that emits is aimed at. Triangles are chosen by area and emission, points of it evenly.
+float emission_density(float emitted, float distance, float cosine) {
+  return KIND_CHANCE * emitted / push.emitted * distance * distance / max(abs(cosine), 1e-6);
+}
+
+Aim aim_at_triangle(vec3 from, float pick, vec2 r) {
+  if (push.emitters == 0u) return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);  // none of them has an area
+  uint lo = 0u, hi = push.emitters - 1u;
+  float wanted = pick * push.emitted;
+  while (lo < hi) {
+    uint mid = (lo + hi) / 2u;
+    if (uintBitsToFloat(texelFetch(emitters, int(mid)).y) > wanted) hi = mid; else lo = mid + 1u;
+  }
+  uint prim = texelFetch(emitters, int(lo)).x;
+  vec3 v0 = vertex(prim, 0u), v1 = vertex(prim, 1u), v2 = vertex(prim, 2u);
+  float root = sqrt(r.x);
+  Hit hit = Hit(0.0, prim, root * (1.0 - r.y), root * r.y);
+  vec3 to = v0 * (1.0 - hit.u - hit.v) + v1 * hit.u + v2 * hit.v - from;
+  Aim aim;
+  aim.distance = length(to);
+  aim.dir = to / max(aim.distance, 1e-30);
+  vec3 n = cross(v1 - v0, v2 - v0);
+  float cosine = abs(dot(n, aim.dir)) / max(length(n), 1e-37);
+  uint material = material_of(prim);
+  vec3 radiance = materials[material].emissive;
+#if BALLOT_HAS_EMISSIVE_TEXTURE
+  GpuTextureUse glow = texture_uses[material * USES_PER_MATERIAL + USE_EMISSIVE];
+  if (glow.texture != NO_TEXTURE) radiance *= sample_use(glow, corners_of(glow, prim), hit.u, hit.v, 0.0).rgb;
+#endif
+  aim.density = emission_density(materials[material].emitted, aim.distance, cosine);
+  aim.radiance = cosine > 1e-6 && aim.distance > 0.0 ? radiance / aim.density : vec3(0.0);
+  return aim;
+}
+#endif
+
+#if BALLOT_HAS_LIGHTS
+layout(set = 0, binding = BIND_LIGHTS, scalar) readonly buffer Lights { GpuLight lights[]; };
+
+Aim aim_at_light(vec3 from, float pick) {
+  if (push.lights == 0u) return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);  // only where every feature is asked for
+  GpuLight light = lights[min(uint(pick * float(push.lights)), push.lights - 1u)];
+  Aim aim;
+  aim.density = 0.0;
+  aim.radiance = light.intensity * (float(push.lights) / KIND_CHANCE);
+  if (light.kind == LIGHT_DIRECTIONAL) {
+    aim.dir = -light.direction;
+    aim.distance = 1e30;
+    return aim;
+  }
+  vec3 to = light.position - from;
+  aim.distance = max(length(to), 1e-30);
+  aim.dir = to / aim.distance;
+  aim.radiance /= aim.distance * aim.distance;
+  if (light.range > 0.0) {
+    float share = aim.distance / light.range;
+    aim.radiance *= clamp(1.0 - share * share * share * share, 0.0, 1.0);
+  }
+  if (light.kind == LIGHT_SPOT) {
+    float within = clamp((dot(-aim.dir, light.direction) - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-3), 0.0, 1.0);
+    aim.radiance *= within * within;
+  }
+  return aim;
+}
+#endif
+
+#if AIMS_AT_SKY
+Aim aim_at_sky(vec3 n, vec2 r) {
+  Aim aim;
+  aim.distance = 1e30;
+#if BALLOT_SKY == SKY_MAP
+  aim.dir = sample_sky(r, aim.radiance, aim.density);
+  aim.density *= KIND_CHANCE;
+#else
+  aim.dir = cosine_about(n, r);
+  aim.radiance = sky_radiance(aim.dir);
+  aim.density = KIND_CHANCE * max(dot(n, aim.dir), 0.0) / PI;
+#endif
+  aim.radiance = aim.density > 0.0 ? aim.radiance / aim.density : vec3(0.0);
+  return aim;
+}
+#endif
+
+// n is the shading normal at `from`.
+Aim aim_at_something(vec3 from, vec3 n, float pick, vec2 r) {
+  float at = pick * float(LIGHT_KINDS);
+  int kind = min(int(at), LIGHT_KINDS - 1);
+  float rest = at - float(kind);
+#if BALLOT_HAS_EMISSION
+  if (kind == 0) return aim_at_triangle(from, rest, r);
+#endif
+#if BALLOT_HAS_LIGHTS
+  if (kind == BALLOT_HAS_EMISSION) return aim_at_light(from, rest);
+#endif
+#if AIMS_AT_SKY
+  return aim_at_sky(n, r);
+#else
+  return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);
+#endif
+}
+#endif

@@ -1,0 +1,68 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+// Hits of what is transparent there: their rays go on behind, and are traced again. Only for scenes with alpha.
+//
+// A ray asks for itself whether a blended surface stops it, by a number that its bits and the triangle give: whoever traces it
+// gets the same answer. Surfaces at one distance count as one.
+#include "../shared/render.h"
+#include "../lib/random.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { AlphaPush push; };
+layout(set = 0, binding = BIND_RAYS, scalar) readonly buffer Rays { Ray rays[]; };
+layout(set = 0, binding = BIND_HITS, scalar) readonly buffer Hits { Hit hits[]; };
+layout(set = 0, binding = BIND_WAVE_HITS, scalar) writeonly buffer WaveHits { Hit wave_hits[]; };
+layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Ids { uint ids[]; };
+layout(set = 0, binding = BIND_NEXT_RAYS, scalar) writeonly buffer NextRays { Ray next_rays[]; };
+layout(set = 0, binding = BIND_NEXT_IDS, scalar) writeonly buffer NextIds { uint next_ids[]; };
+layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
+layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
+vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
+#include "../lib/look.glsl"
+
+float chance_of(Ray ray, uint prim) {
+  uint h = prim;
+  for (int i = 0; i < 3; ++i) h = hash_word(hash_word(h ^ floatBitsToUint(ray.origin[i])) ^ floatBitsToUint(ray.dir[i]));
+  return float(h >> 8) * (1.0 / 16777216.0);
+}
+
+bool passes(Ray ray, Hit hit) {
+  uint number = material_of(hit.prim);
+  GpuMaterial m = materials[number];
+  if ((m.flags & (MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND)) == 0u) return false;
+  float alpha = m.alpha;
+#if BALLOT_HAS_BASE_TEXTURE
+  alpha *= base_texture(number, hit, 0.0).a;
+#endif
+  if ((m.flags & MATERIAL_ALPHA_MASK) != 0u) return alpha < m.alpha_cutoff;
+  return chance_of(ray, hit.prim) >= alpha;
+}
+
+void main() {
+  uint index = gl_GlobalInvocationID.x;
+  bool goes_on = false;
+  uint id = index;
+  Ray ray;
+  if (index < push.count) {
+    Hit hit = hits[index];
+    ray = rays[index];
+    if (push.first == 0u) {
+      id = ids[index];
+      wave_hits[id] = hit;
+    }
+    goes_on = hit.prim != NO_HIT && passes(ray, hit);
+    // The next float: t is not below 0.
+    if (goes_on) ray.t_min = uintBitsToFloat(floatBitsToUint(abs(hit.t)) + 1u);
+  }
+  uvec4 who = subgroupBallot(goes_on);
+  uint first = 0u;
+  if (subgroupElect()) first = atomicAdd(queues.passed, subgroupBallotBitCount(who));
+  uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(who);
+  if (goes_on) {
+    next_rays[place] = ray;
+    next_ids[place] = id;
+  }
+}

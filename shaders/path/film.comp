@@ -1,0 +1,46 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Paths that ended to the film, the samples of a pixel in their order, so that sums do not depend on how many a wave holds.
+// With BALLOT_MOMENTS also the sum of squared differences to the mean (Youngs, Cramer, Some Results Relevant to Choice of Sum and
+// Sum-of-Product Algorithms, Technometrics 1971).
+#include "../shared/render.h"
+
+#ifndef BALLOT_MOMENTS
+#error a variant must give BALLOT_MOMENTS
+#endif
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { FilmPush push; };
+layout(set = 0, binding = BIND_PATHS, scalar) readonly buffer Paths { Path paths[]; };
+layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
+#if BALLOT_MOMENTS
+layout(set = 0, binding = BIND_MOMENTS, scalar) buffer Moments { vec3 moments[]; };
+#endif
+
+void main() {
+  uint place = gl_GlobalInvocationID.x;
+  if (place >= push.places) return;
+  precise vec3 sum = film[place].color;
+  float alpha = film[place].alpha;
+#if BALLOT_MOMENTS
+  precise vec3 moment = push.first_sample == 0u ? vec3(0.0) : moments[place];
+#endif
+  for (uint s = 0u; s < push.samples; ++s) {
+    Path path = paths[s * push.places + place];
+    sum += path.radiance;
+    alpha += float(path.hit);
+#if BALLOT_MOMENTS
+    float n = float(push.first_sample + s + 1u);
+    if (n > 1.0) {
+      precise vec3 off = n * path.radiance - sum;
+      moment += off * off / (n * (n - 1.0));
+    }
+#endif
+  }
+  film[place].color = sum;
+  film[place].alpha = alpha;
+#if BALLOT_MOMENTS
+  moments[place] = moment;
+#endif
+}

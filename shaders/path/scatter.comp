@@ -1,0 +1,152 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+// What the hits of a wave of rays give to their paths, and the rays that they start. A wave holds at most one ray of each path,
+// so that sums have one order. Rays are put one behind the other: those of the next wave are as many as have something to find.
+#include "../shared/render.h"
+#include "../lib/random.glsl"
+
+#ifndef BALLOT_INTEGRATOR
+#error a variant must give BALLOT_INTEGRATOR, BALLOT_SKY and BALLOT_HAS_*: engine/render/scene_data.cpp
+#endif
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { WavePush push; };
+layout(set = 0, binding = BIND_RAYS, scalar) readonly buffer Rays { Ray rays[]; };
+layout(set = 0, binding = BIND_HITS, scalar) readonly buffer Hits { Hit hits[]; };
+layout(set = 0, binding = BIND_CARRIED, scalar) readonly buffer CarriedRays { Carried carried[]; };
+layout(set = 0, binding = BIND_PATHS, scalar) buffer Paths { Path paths[]; };
+layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
+layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
+#include "../lib/surface.glsl"
+#include "../lib/look.glsl"
+#include "../lib/sky.glsl"
+#if BALLOT_INTEGRATOR == INTEGRATOR_AO
+#define HAS_LIGHT 0
+#include "../lib/hemisphere.glsl"
+#else
+#include "../lib/bsdf.glsl"
+#include "../lib/lights.glsl"
+#endif
+
+#define STARTS_SHADOW (HAS_LIGHT || BALLOT_INTEGRATOR == INTEGRATOR_AO)
+#define STARTS_NEXT (BALLOT_INTEGRATOR == INTEGRATOR_PATH || (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLOSS))
+#define STARTS_SECOND (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLASS)
+
+#if STARTS_SHADOW
+layout(set = 0, binding = BIND_SHADOW_RAYS, scalar) writeonly buffer ShadowRays { Ray shadow_rays[]; };
+layout(set = 0, binding = BIND_SHADOW_LIGHT, scalar) writeonly buffer ShadowLight { Awaited shadow_light[]; };
+#endif
+#if STARTS_NEXT
+layout(set = 0, binding = BIND_NEXT_RAYS, scalar) writeonly buffer NextRays { Ray next_rays[]; };
+layout(set = 0, binding = BIND_NEXT_CARRIED, scalar) writeonly buffer NextCarried { Carried next_carried[]; };
+#endif
+#if STARTS_SECOND
+layout(set = 0, binding = BIND_SECOND_RAYS, scalar) writeonly buffer SecondRays { Ray second_rays[]; };
+layout(set = 0, binding = BIND_SECOND_CARRIED, scalar) writeonly buffer SecondCarried { Carried second_carried[]; };
+#endif
+
+// The place of a lane's ray in a queue: one atomic operation a subgroup.
+#define APPEND(counter, wanted, place)                                            \
+  {                                                                               \
+    uvec4 who = subgroupBallot(wanted);                                           \
+    uint first = 0u;                                                              \
+    if (subgroupElect()) first = atomicAdd(counter, subgroupBallotBitCount(who)); \
+    place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(who); \
+  }
+
+// What one hit starts.
+struct Started {
+  bool shadow, next, second;
+  Ray shadow_ray, next_ray, second_ray;
+  vec3 light;
+  Carried next_carried, second_carried;
+};
+
+const uint FIRST_DIMENSION = 8u, DIMENSIONS = 8u;
+
+float draw(Path path, uint k) {
+  return random_number(path.number, path.sample_index, FIRST_DIMENSION + push.depth * DIMENSIONS + k);
+}
+vec2 draw2(Path path, uint k) { return vec2(draw(path, k), draw(path, k + 1u)); }
+
+#if BALLOT_INTEGRATOR != INTEGRATOR_AO
+#include "../lib/scatter.glsl"
+#endif
+
+void record_first(Path path, Ray ray, Hit hit, vec3 normal) {
+  FilmPixel p = FilmPixel(vec3(0.0), 0.0, 0.0, vec3(0.0), NO_HIT);
+  if (hit.prim != NO_HIT) {
+    p.z = hit.t * length(ray.dir);
+    p.normal = normal;
+    p.prim = hit.prim;
+  }
+  film[path.place] = p;
+}
+
+// Adds to path.radiance what the hit itself shines with.
+void shade_hit(inout Path path, Ray ray, Hit hit, Carried c, inout Started started) {
+  Surface s = surface_of(ray, hit);
+#if BALLOT_INTEGRATOR == INTEGRATOR_AO
+  vec3 n = smooth_normal(hit, s.normal, s.dir);
+  vec3 to = cosine_about(n, draw2(path, 0u));
+  started.shadow = dot(to, s.normal) > 0.0;
+  started.shadow_ray = leave(s, 1.0, to, push.ao_radius);
+  started.light = vec3(1.0);
+#else
+  float distance = hit.t * length(ray.dir), width = c.width + c.spread * distance;
+  Look look = look_at(hit, material_of(hit.prim), s.v0, s.v1, s.v2, s.normal, s.front, s.dir, width);
+  vec3 n = look.normal;
+  scatter(path, s, look, c, distance, width, started);
+#endif
+  if (push.depth == 0u) {
+    path.hit = 1u;
+    if (path.sample_index == 0u) record_first(path, ray, hit, n);
+  }
+}
+
+void main() {
+  uint index = gl_GlobalInvocationID.x;
+  Started started;
+  started.shadow = started.next = started.second = false;
+  if (index < push.count) {
+    Carried c = carried[index];
+    Ray ray = rays[index];
+    Hit hit = hits[index];
+    Path path = paths[c.path];
+    if (hit.prim != NO_HIT) {
+      shade_hit(path, ray, hit, c, started);
+    } else {
+      if (push.depth == 0u && path.sample_index == 0u) record_first(path, ray, hit, vec3(0.0));
+#if BALLOT_SKY != SKY_NONE && BALLOT_INTEGRATOR != INTEGRATOR_AO
+      path.radiance += c.throughput * sky_seen(normalize(ray.dir), c.pdf);
+#endif
+    }
+    paths[c.path] = path;
+    started.next_carried.path = started.second_carried.path = c.path;
+  }
+  uint place;
+#if STARTS_SHADOW
+  APPEND(queues.shadow, started.shadow, place)
+  if (started.shadow) {
+    shadow_rays[place] = started.shadow_ray;
+    shadow_light[place] = Awaited(started.light, started.next_carried.path);
+  }
+#endif
+#if STARTS_NEXT
+  APPEND(queues.next, started.next, place)
+  if (started.next) {
+    next_rays[place] = started.next_ray;
+    next_carried[place] = started.next_carried;
+  }
+#endif
+#if STARTS_SECOND
+  APPEND(queues.second, started.second, place)
+  if (started.second) {
+    second_rays[place] = started.second_ray;
+    second_carried[place] = started.second_carried;
+  }
+#endif
+}

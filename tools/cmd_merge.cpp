@@ -1,0 +1,40 @@
+#include "tools/cli.h"
+
+namespace ballot::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Args {
+  std::vector<std::string> parts;
+  std::string out;
+  bool png = false;
+};
+
+int run(const Args& args) {
+  const fs::path out = args.out;
+  if (out.extension() != ".exr") fail(Failure::Arguments, "--out {}: expected a FILE.exr", args.out);
+  check_writable(out);
+  std::vector<ImagePart> parts;
+  for (const std::string& part : args.parts) parts.push_back({part, read_exr(part)});
+  const Image whole = merge_parts(parts, TILE_SIZE);
+  write_exr(out, whole);
+  if (args.png) write_png(fs::path(out).replace_extension(".png"), whole);
+  fmt::print("{} parts, {} x {} pixels: {}{}\n", parts.size(), whole.width, whole.height, out.string(),
+             args.png ? " + .png" : "");
+  return 0;
+}
+
+}  // namespace
+
+void add_merge(CLI::App& app, int& result) {
+  auto args = std::make_shared<Args>();
+  CLI::App* cmd = app.add_subcommand("merge", "puts together the parts of a picture that render --tiles made");
+  cmd->add_option("PART.exr", args->parts, "all N parts, in any order")->required();
+  cmd->add_option("--out", args->out, "FILE.exr: what rendering in one part would have written")->required();
+  cmd->add_flag("--png", args->png, "also write a PNG beside it");
+  cmd->callback([args, &result] { result = run(*args); });
+}
+
+}  // namespace ballot::cli

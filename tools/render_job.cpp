@@ -1,0 +1,87 @@
+#include "tools/render_job.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "tools/bench/plots.h"
+
+namespace ballot::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr double kStepSeconds = 0.5;  // about how long a step is to take: progress is seen, passes stay large
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+bool can_checkpoint(const Film& film) { return film.stats.empty(); }
+
+fs::path errors_of(const fs::path& exr) { return fs::path(exr).replace_extension(".errors.json"); }
+
+}  // namespace
+
+fs::path checkpoint_of(const fs::path& exr) { return fs::path(exr).replace_extension(".checkpoint.exr"); }
+
+Rendered render_job(Engine& engine, const View& view, const RenderJob& job, const fs::path& exr) {
+  const RenderOptions& o = job.options;
+  const fs::path checkpoint = checkpoint_of(exr);
+  const std::string made_of = engine.made_of(view, o);
+  Rendered done;
+  Film film = engine.start_film(o);
+  if (job.resume && fs::exists(checkpoint)) {
+    if (!can_checkpoint(film)) fail(Failure::Arguments, "--resume: pictures with counters have no checkpoints");
+    read_film(checkpoint, film, made_of);
+    done.resumed_at = film.samples;
+  }
+  ProgressBar bar("rendering " + view.name);
+  Clock::time_point saved = Clock::now();
+  std::uint32_t step = 1, next_error = std::max(1u, film.samples);
+  while (film.samples < o.spp) {
+    const Clock::time_point start = Clock::now();
+    std::uint32_t samples = std::min(step, o.spp - film.samples);
+    if (job.reference) samples = std::min(samples, std::max(next_error, film.samples + 1) - film.samples);
+    engine.advance(film, view, o, samples, done.times, [&](double share) { bar.update(share); });
+    if (seconds_since(start) < kStepSeconds) step = std::min(2 * step, 4096u);
+    if (job.reference && (film.samples >= next_error || film.samples == o.spp)) {
+      RenderTimes times = done.times;
+      done.errors.push_back(
+          {film.samples, done.times.seconds, image_error(engine.picture(film, view, o, times), *job.reference)});
+      next_error = 2 * film.samples;
+    }
+    if (job.checkpoint_s > 0 && can_checkpoint(film) && film.samples < o.spp &&
+        seconds_since(saved) >= job.checkpoint_s) {
+      write_film(checkpoint, film, made_of);
+      saved = Clock::now();
+    }
+  }
+  done.image = engine.picture(film, view, o, done.times);
+  return done;
+}
+
+void finish_job(const fs::path& exr) {
+  std::error_code ignored;
+  fs::remove(checkpoint_of(exr), ignored);
+}
+
+void report_errors(const Rendered& rendered, const fs::path& exr) {
+  nlohmann::json json{{"picture", exr.filename().string()}, {"records", nlohmann::json::array()}};
+  fmt::print("  {:>8} {:>10} {:>12} {:>12} {:>8}\n", "samples", "seconds", "RMSE", "relMSE", "FLIP");
+  for (const ErrorAt& e : rendered.errors) {
+    fmt::print("  {:>8} {:>10.3f} {:>12.6f} {:>12.6f} {:>8.4f}\n", e.samples, e.seconds, e.error.rmse, e.error.relmse,
+               e.error.flip);
+    json["records"].push_back({{"samples", e.samples},
+                               {"seconds", e.seconds},
+                               {"rmse", e.error.rmse},
+                               {"relmse", e.error.relmse},
+                               {"flip", e.error.flip}});
+  }
+  const fs::path file = errors_of(exr), folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  write_file(file, json.dump(2) + "\n");
+  const bench::Plots plots = bench::draw_plots(folder, "plot_render.py", file.filename().string());
+  fmt::print("  errors over time: {}{}\n", file.string(),
+             plots.files.empty() ? "; no plot: " + plots.missing : " and " + (folder / plots.files[0]).string());
+}
+
+}  // namespace ballot::cli

@@ -1,0 +1,61 @@
+#include "tools/render_light.h"
+
+#include <cmath>
+
+namespace ballot::cli {
+
+namespace {
+
+constexpr const char* kLampForm =
+    "X,Y,Z:R,G,B or eye:R,G,B: where it hangs, scene units, and its radiant intensity, not below 0";
+
+glm::vec3 triple_of(const std::string& lamp, const std::string& text, bool below_zero) {
+  glm::vec3 v(0);
+  const char* at = text.c_str();
+  for (int i = 0; i < 3; ++i) {
+    char* end = nullptr;
+    v[i] = std::strtof(at, &end);
+    if (end == at || *end != (i < 2 ? ',' : '\0') || !std::isfinite(v[i]) || (!below_zero && v[i] < 0))
+      fail(Failure::Arguments, "--lamp {}: expected {}", lamp, kLampForm);
+    at = end + 1;
+  }
+  return v;
+}
+
+}  // namespace
+
+void LightArgs::add_to(CLI::App& app) {
+  app.add_option(
+      "--sky", sky,
+      "what rays see that leave the scene: none; R,G,B; gradient; gradient:ZENITH:HORIZON:GROUND, each R,G,B; or a "
+      "FILE.exr, longitude by latitude [auto: gradient for whitted and path if nothing in the scene shines]");
+  app.add_option("--lamp", lamps, std::string("a point light for whitted and path, may be given again: ") + kLampForm);
+}
+
+void LightArgs::apply(Scene& scene, const std::vector<const View*>& views, const std::string& shading) const {
+  for (const std::string& lamp : lamps) {
+    const std::size_t colon = lamp.find(':');
+    if (colon == std::string::npos) fail(Failure::Arguments, "--lamp {}: expected {}", lamp, kLampForm);
+    const std::string where = lamp.substr(0, colon);
+    Light light{.name = "lamp", .intensity = triple_of(lamp, lamp.substr(colon + 1), false)};
+    if (where != "eye") {
+      light.position = triple_of(lamp, where, true);
+      scene.lights.push_back(light);
+      continue;
+    }
+    for (const View* view : views) {
+      light.position = glm::vec3(view->world_from_camera[3]);
+      scene.lights.push_back(light);
+    }
+  }
+  if (sky != "auto") {
+    scene.sky = make_sky(sky);
+    return;
+  }
+  const Integrator* integrator = find_integrator(shading);
+  const SceneFeatures f = features_of(scene);
+  if (integrator && integrator->value != INTEGRATOR_AO && !f.emits && !f.lights && !f.unlit)
+    scene.sky = make_sky("gradient");
+}
+
+}  // namespace ballot::cli
