@@ -1,0 +1,367 @@
+"""Speed and memory against the number of triangles and of rays, and what breaks first."""
+
+import argparse
+import json
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+import dev_scaling_inputs as inputs
+from dev_build import ROOT
+from dev_packages import Failed
+
+METHODS = ("auto", "while-while")
+FEWEST_TRIANGLES, FEWEST_RAYS = 10 ** 3, 10 ** 4
+BATCH = 10 ** 6  # rays of each kind that every scene gets
+MIDDLE = 10 ** 5  # triangles of the scene that every batch of rays gets
+TEXEL, PAIR_TEXELS, LEAF_TEXELS, TRIANGLE_TEXELS = 16, 4, 2, 3  # as shaders/shared/layout.h lays them out
+NO_MATPLOTLIB, NO_DEVICE = 4, 3
+HELP = """\
+Generates a wavy grid of 10^3, 10^4, ... triangles and traces the same 10^6 camera and 10^6 random rays through each;
+then 10^4, 10^5, ... rays of both kinds through the scene of 10^5 triangles. Every run is a process of its own, by
+method auto (the default) and while-while. Writes to --out (default build/scaling)
+
+  scaling.md      both tables, and each failed step with what ballot said
+  scaling.json    every figure, written anew after each step
+  *.svg, *.png    log-log plots, where matplotlib is installed
+
+A step that fails (memory, a limit of the device) is part of the result: it is quoted and the next one follows.
+What is measured:
+
+  load s, build s       as `ballot info SCENE --no-cache` reports them
+  build's share         of that process's wall time and of tracing both batches once by auto
+  MiB on device         nodes and leaf blocks as uploaded for while-while; the eight-wide tree of packet-wide comes on
+                        top, rays and hits too
+  peak MiB              largest resident memory of the process; on a CPU device what is on the device counts in
+  Mrays/s by triangles  trace alone, median of --repeat, entries interleaved, by `ballot bench --no-cache`
+  trace ms, Mrays/s     by rays: the dispatches of one `ballot trace`, which takes its hierarchy from a cache
+  wall s                by rays: all of that process: start, load, read rays, trace, write hits. A batch of up to 10^6
+                        rays is traced twice and the second time counts: then kernels and auto's choice are cached too
+
+Without --binary the set-up comes first, as in the other commands. With it nothing is installed or built, and Python 3
+suffices; so it runs on a machine that has only this folder and a bundle (`tools/dev.py bundle`):
+
+  tools/dev.py scaling --most-triangles 1e6 --most-rays 1e7
+  tools/dev.py scaling --binary ballot/bin/ballot --out scaling --device gpu
+  tools/dev.py scaling --most-rays 1e4 --knob fetch=storage         # meets the limit of storage buffers
+  tools/plot_scaling.py build/scaling/scaling.json --out plots      # the plots again, elsewhere
+
+10^7 triangles want 7 GiB of memory, 10^8 rays 5 GiB of memory and of disk. Inputs are deleted after use, unless --keep.
+Exit codes: 0 done, whatever failed on the way; 1 nothing could be measured; 2 wrong arguments; 3 no usable device.
+"""
+
+
+def count_of(text: str) -> int:
+    try:
+        value = 10 ** int(text[3:]) if text.startswith("10^") else int(float(text))
+    except (ValueError, OverflowError):
+        raise argparse.ArgumentTypeError(f"'{text}' is no number such as 1e6") from None
+    if not 0 <= value <= 10 ** 9:
+        raise argparse.ArgumentTypeError(f"{text} is not between 0 and 1e9")
+    return value
+
+
+def positive(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is no number above 0")
+    return int(text)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--out", type=Path, metavar="DIR", help="default: build/scaling")
+    parser.add_argument("--binary", type=Path, metavar="PATH", help="the ballot to run; builds nothing")
+    parser.add_argument("--device", metavar="TEXT", help="as ballot takes it")
+    parser.add_argument("--most-triangles", type=count_of, default=10 ** 7, metavar="N", help="default: 1e7")
+    parser.add_argument("--most-rays", type=count_of, default=10 ** 8, metavar="N",
+                        help="default: 1e8; below 1e4 no batch of rays is measured")
+    parser.add_argument("--knob", action="append", default=[], metavar="NAME=VALUE",
+                        help="for every trace, as ballot takes it; may be repeated")
+    parser.add_argument("--repeat", type=positive, default=5, metavar="N", help="of `ballot bench`; default: 5")
+    parser.add_argument("--timeout", type=positive, default=1800, metavar="S",
+                        help="seconds after which a process is ended and counts as failed; default: 1800")
+    parser.add_argument("--keep", action="store_true", help="keep scenes, rays and hits")
+
+
+def powers(first: int, last: int) -> list[int]:
+    return [10 ** e for e in range(10) if first <= 10 ** e <= last]
+
+
+def spaced(number: int) -> str:
+    return f"{number:,}".replace(",", " ")
+
+
+def figure(value: float | None) -> str:
+    if value is None:
+        return "-"
+    return spaced(round(value)) if value >= 100 else f"{value:.3g}"
+
+
+def write_text(path: Path, text: str) -> None:
+    with inputs.replacing(path) as file:
+        file.write(text.encode())
+
+
+class Outcome:
+    """Of one process: wall seconds, peak MiB, exit code, and in a line why it failed ("" if it did not)."""
+
+    def __init__(self, seconds: float, peak: float, code: int, error: str):
+        self.seconds, self.peak, self.code, self.error = seconds, peak, code, error
+
+
+def reason(code: int, late: bool, timeout: int, said: str) -> str:
+    lines = [line.strip() for line in said.replace("\r", "\n").splitlines() if line.strip()]
+    ours = [line for line in lines if line.startswith("ballot:")]
+    last = (ours or lines or [""])[-1]
+    if late:
+        return f"ended after {timeout} s (--timeout)"
+    if code < 0:
+        hint = ", as the kernel does when memory runs out" if -code == signal.SIGKILL else ""
+        return f"killed by {signal.Signals(-code).name}{hint}" + (f"; it said: {last}" if last else "")
+    return last or f"exit code {code}, without a word"
+
+
+def measure(command: list[str], environment: dict[str, str], timeout: int) -> Outcome:
+    """wait4 tells the peak of this one process; it begins with ours, which is smaller (dev_scaling_inputs.py)."""
+    with tempfile.TemporaryFile() as errors:
+        start = time.monotonic()
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors, env=environment)
+        late = threading.Event()
+        timer = threading.Timer(timeout, lambda: (late.set(), os.kill(process.pid, signal.SIGKILL)))
+        timer.start()
+        try:
+            _, status, usage = os.wait4(process.pid, 0)
+        except BaseException:
+            process.kill()
+            process.wait()
+            raise
+        finally:
+            timer.cancel()
+        process.returncode = code = os.waitstatus_to_exitcode(status)
+        seconds = time.monotonic() - start
+        errors.seek(0)
+        said = errors.read().decode(errors="replace")
+    error = reason(code, late.is_set(), timeout, said) if code != 0 else ""
+    return Outcome(seconds, usage.ru_maxrss / 1024, code, error)
+
+
+class Study:
+    def __init__(self, binary: Path, options: argparse.Namespace):
+        self.options = options
+        self.out = (options.out or ROOT / "build" / "scaling").absolute()
+        self.binary = str(binary.absolute())
+        self.files = self.out / "inputs"
+        self.files.mkdir(parents=True, exist_ok=True)
+        self.environment = {**os.environ, "XDG_CACHE_HOME": str(self.out / "cache")}  # not the user's
+        self.document: dict = {"knobs": options.knob, "repeat": options.repeat, "processors": os.cpu_count(),
+                               "date": time.strftime("%Y-%m-%d"), "triangles": [], "rays": [], "failures": []}
+
+    def save(self) -> None:
+        write_text(self.out / "scaling.json", json.dumps(self.document, indent=1) + "\n")
+
+    def fail(self, place: str, step: str, error: str) -> None:
+        self.document["failures"].append({"place": place, "step": step, "error": error})
+        print(f"failed: {error}", flush=True)
+
+    def make(self, path: Path, place: str, write, *arguments) -> bool:
+        if path.exists():
+            return True
+        print(f"{place}: writing {path.name} ... ", end="", flush=True)
+        try:
+            write(path, *arguments)
+        except OSError as error:
+            self.fail(place, f"writing {path.name}", error.strerror or str(error))
+            return False
+        print(f"{path.stat().st_size / 2 ** 20:.1f} MiB", flush=True)
+        return True
+
+    def remove(self, path: Path) -> None:
+        if not self.options.keep:
+            path.unlink(missing_ok=True)
+
+    def ballot(self, place: str, step: str, arguments: list) -> tuple[Outcome, dict]:
+        """Runs ballot with --json; the document is empty if it failed."""
+        print(f"{place}: {step} ... ", end="", flush=True)
+        report = self.files / "report.json"
+        report.unlink(missing_ok=True)
+        device = ["--device", self.options.device] if self.options.device else []
+        outcome = measure([self.binary, *map(str, arguments), *device, "--json", str(report)], self.environment,
+                          self.options.timeout)
+        document = {}
+        if not outcome.error:
+            try:
+                document = json.loads(report.read_text(encoding="utf-8"))
+            except (OSError, ValueError) as error:
+                outcome.error = f"no figures: {error}"
+        if outcome.error:
+            self.fail(place, step, outcome.error)
+        else:
+            print(f"{outcome.seconds:.2f} s, {outcome.peak:.0f} MiB", flush=True)
+        for name in ("device", "driver", "subgroup_size", "commit"):
+            if name in document:
+                self.document[name] = document[name]
+        self.save()
+        return outcome, document
+
+    def knobs(self) -> list[str]:
+        return [word for knob in self.options.knob for word in ("--knob", knob)]
+
+    def scene(self, triangles: int) -> Path:
+        return self.files / f"waves-{triangles}.glb"
+
+    def rays(self, kind: str, count: int) -> Path:
+        return self.files / f"{kind}-{count}.npy"
+
+    def measure_scene(self, triangles: int) -> None:
+        place, path = f"{spaced(triangles)} triangles", self.scene(triangles)
+        row: dict = {"triangles": triangles, "mrays_per_s": {}, "variants": {}}
+        self.document["triangles"].append(row)
+        if not self.make(path, place, inputs.write_scene, triangles):
+            return
+        row["file_mib"] = path.stat().st_size / 2 ** 20
+        outcome, info = self.ballot(place, "info", ["info", path, "--no-cache"])
+        row["build_peak_mib"] = None if outcome.error else outcome.peak
+        if info:
+            row.update(info_of(info["scenes"][0]), info_wall_s=outcome.seconds)
+        files = [f"{kind}={self.rays(kind, BATCH)}" for kind in inputs.KINDS]
+        outcome, bench = self.ballot(place, "bench", [
+            "bench", path, "--no-cache", "--methods", ",".join(METHODS), "--rays", ",".join(files), "--repeat",
+            self.options.repeat, *self.knobs()])
+        if bench:
+            row["trace_peak_mib"] = outcome.peak
+            for record in bench["records"]:
+                row["mrays_per_s"].setdefault(record["rays"], {})[record["method"]] = record["mrays_per_s"]
+                row["variants"].setdefault(record["rays"], {})[record["method"]] = record["variant"]
+            traced = sum(r["trace_ms"]["median"] * 1e-3 for r in bench["records"] if r["method"] == "auto")
+            if info:
+                row["build_share"] = row["build_s"] / (row["info_wall_s"] + traced)
+        self.save()
+
+    def measure_rays(self, kind: str, count: int, scene: Path) -> None:
+        place, path, hits = f"{spaced(count)} {kind} rays", self.rays(kind, count), self.files / "hits.npy"
+        if self.make(path, place, inputs.write_rays, kind, count):
+            for method in METHODS:
+                command = ["trace", scene, "--rays", path, "--out", hits, "--method", method, *self.knobs()]
+                if count <= BATCH and self.ballot(place, f"{method}, to fill the caches", command)[0].error:
+                    continue
+                outcome, trace = self.ballot(place, method, command)
+                if trace:
+                    record = trace["records"][0]
+                    self.document["rays"].append({
+                        "rays": count, "kind": kind, "method": method, "wall_s": outcome.seconds,
+                        "peak_mib": outcome.peak, **{name: record[name] for name in (
+                            "trace_ms", "mrays_per_s", "hits", "variant", "retraced")}})
+            self.save()
+        self.remove(hits)
+        self.remove(path)
+
+    def run(self) -> int:
+        outcome, _ = self.ballot("devices", "info", ["info"])
+        if outcome.error:
+            return NO_DEVICE if outcome.code == NO_DEVICE else 1
+        scenes = powers(FEWEST_TRIANGLES, self.options.most_triangles)
+        batches = powers(FEWEST_RAYS, self.options.most_rays)
+        middle = min(MIDDLE, max(scenes, default=MIDDLE))
+        for kind in inputs.KINDS if scenes else ():
+            if not self.make(self.rays(kind, BATCH), f"{spaced(BATCH)} {kind} rays", inputs.write_rays, kind, BATCH):
+                return 1
+        for triangles in scenes:
+            self.measure_scene(triangles)
+            if triangles != middle or not batches:
+                self.remove(self.scene(triangles))
+        if batches and self.make(self.scene(middle), f"{spaced(middle)} triangles", inputs.write_scene, middle):
+            self.document["ray_scene_triangles"] = middle
+            for count in batches:
+                for kind in inputs.KINDS:
+                    self.measure_rays(kind, count, self.scene(middle))
+        for path in (self.scene(middle), self.files / "report.json", *(self.rays(k, BATCH) for k in inputs.KINDS)):
+            self.remove(path)
+        return 0 if any("build_s" in row for row in self.document["triangles"]) or self.document["rays"] else 1
+
+
+def info_of(scene: dict) -> dict:
+    """Figures of `ballot info`, and how much of it is uploaded: pairs of nodes, leaf headers, triangles of leaves."""
+    texels = max(0, scene["nodes"] - 1) // 2 * PAIR_TEXELS + scene["leaves"] * LEAF_TEXELS
+    mib = (texels + scene["references"] * TRIANGLE_TEXELS) * TEXEL / 2 ** 20
+    names = ("load_s", "build_s", "nodes", "leaves", "references", "depth")
+    return {**{name: scene[name] for name in names}, "device_mib": mib}
+
+
+def table(heads: list[str], rows: list[list[str]]) -> str:
+    lines = [heads, ["---:"] * len(heads), *rows]
+    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+
+def triangle_table(document: dict) -> str:
+    heads = ["triangles", "load s", "build s", "build's share", "MiB on device", "MiB a million triangles",
+             "peak MiB, load and build", "peak MiB, tracing",
+             *(f"{kind} Mrays/s, {method}" for kind in inputs.KINDS for method in METHODS)]
+    rows = []
+    for row in document["triangles"]:
+        share, on_device = row.get("build_share"), row.get("device_mib")
+        rows.append([spaced(row["triangles"]), figure(row.get("load_s")), figure(row.get("build_s")),
+                     "-" if share is None else f"{100 * share:.0f} %", figure(on_device),
+                     figure(on_device and on_device / row["triangles"] * 1e6), figure(row.get("build_peak_mib")),
+                     figure(row.get("trace_peak_mib")),
+                     *(figure(row["mrays_per_s"].get(kind, {}).get(method))
+                       for kind in inputs.KINDS for method in METHODS)])
+    return table(heads, rows)
+
+
+def ray_table(document: dict) -> str:
+    rows = [[spaced(row["rays"]), row["kind"],
+             row["method"] if row["method"] != "auto" else f"auto ({row['variant'].split('.')[0]})",
+             figure(row["trace_ms"]), figure(row["mrays_per_s"]), figure(row["wall_s"]), figure(row["peak_mib"]),
+             f"{100 * row['hits'] / row['rays']:.0f} %"] for row in document["rays"]]
+    return table(["rays", "kind", "method", "trace ms", "Mrays/s", "wall s", "peak MiB", "hits"], rows)
+
+
+def markdown(document: dict) -> str:
+    knobs = "".join(f", --knob {knob}" for knob in document["knobs"])
+    text = (f"{document.get('device', '?')}, {document.get('driver', '?')}, subgroups of "
+            f"{document.get('subgroup_size', '?')}, {document['processors']} processors{knobs}; {document['date']}, "
+            f"commit {document.get('commit', '?')}.\n")
+    if document["triangles"]:
+        text += f"\n{spaced(BATCH)} rays of each kind, by triangles:\n\n" + triangle_table(document)
+    if document["rays"]:
+        text += (f"\nThrough {spaced(document['ray_scene_triangles'])} triangles, by rays:\n\n" + ray_table(document))
+    text += "\nWhat failed:\n\n" if document["failures"] else "\nNothing failed.\n"
+    return text + "".join(f"- {f['place']}, {f['step']}: `{f['error']}`\n" for f in document["failures"])
+
+
+def draw(results: Path) -> None:
+    """By the interpreter asked for, else by this one or the system's own, which sees Debian's packages."""
+    wanted = os.environ.get("BALLOT_PYTHON")
+    script = Path(__file__).resolve().with_name("plot_scaling.py")
+    for python in [wanted] if wanted else [sys.executable, "/usr/bin/python3"]:
+        try:
+            done = subprocess.run([python, "-B", str(script), str(results), "--out", str(results.parent)],
+                                  capture_output=True, text=True, check=False)
+        except FileNotFoundError:
+            continue
+        if done.returncode == 0:
+            print(done.stdout, end="")
+            return
+        if done.returncode != NO_MATPLOTLIB:
+            raise Failed(f"{script.name} failed: {(done.stderr.strip() or 'it says nothing').splitlines()[-1]}")
+    print("no plots: matplotlib is missing; install python3-matplotlib (Debian), then: "
+          f"python3 {script} {results} --out {results.parent}")
+
+
+def scaling(binary: Path, options: argparse.Namespace) -> int:
+    if not binary.is_file():
+        raise Failed(f"there is no program {binary}")
+    study = Study(binary, options)
+    code = study.run()
+    if code == 0:
+        text = markdown(study.document)
+        write_text(study.out / "scaling.md", text)
+        print("\n" + text)
+        draw(study.out / "scaling.json")
+        print(f"tables and figures: {study.out}")
+    return code
