@@ -19,9 +19,10 @@ from dev_packages import Failed
 METHODS = ("auto", "while-while")
 FEWEST_TRIANGLES, FEWEST_RAYS = 10 ** 3, 10 ** 4
 BATCH = 10 ** 6  # rays of each kind that every scene gets
+RUNS = 3  # of `info` up to 10^6 triangles, and of `trace` up to 10^6 rays
 MIDDLE = 10 ** 5  # triangles of the scene that every batch of rays gets
 TEXEL, PAIR_TEXELS, LEAF_TEXELS, TRIANGLE_TEXELS = 16, 4, 2, 3  # as shaders/shared/layout.h lays them out
-NO_MATPLOTLIB, NO_DEVICE = 4, 3
+WRONG_ARGUMENTS, NO_DEVICE, NO_MATPLOTLIB = 2, 3, 4  # exit codes of ballot, ballot, plot_scaling.py
 HELP = """\
 Generates a wavy grid of 10^3, 10^4, ... triangles and traces the same 10^6 camera and 10^6 random rays through each;
 then 10^4, 10^5, ... rays of both kinds through the scene of 10^5 triangles. Every run is a process of its own, by
@@ -34,15 +35,16 @@ method auto (the default) and while-while. Writes to --out (default build/scalin
 A step that fails (memory, a limit of the device) is part of the result: it is quoted and the next one follows.
 What is measured:
 
-  load s, build s       as `ballot info SCENE --no-cache` reports them
-  build's share         of that process's wall time and of tracing both batches once by auto
+  load s, build s       as `ballot info SCENE --no-cache` (three runs, one beyond 10^6 triangles) and `bench` report
+                        them; medians
+  build's share         of the wall time of `info` and of tracing both batches once by auto
   MiB on device         nodes and leaf blocks as uploaded for while-while; the eight-wide tree of packet-wide comes on
                         top, rays and hits too
   peak MiB              largest resident memory of the process; on a CPU device what is on the device counts in
   Mrays/s by triangles  trace alone, median of --repeat, entries interleaved, by `ballot bench --no-cache`
   trace ms, Mrays/s     by rays: the dispatches of one `ballot trace`, which takes its hierarchy from a cache
   wall s                by rays: all of that process: start, load, read rays, trace, write hits. A batch of up to 10^6
-                        rays is traced twice and the second time counts: then kernels and auto's choice are cached too
+                        rays is traced once to cache kernels and auto's choice, then three times: medians
 
 Without --binary the set-up comes first, as in the other commands. With it nothing is installed or built, and Python 3
 suffices; so it runs on a machine that has only this folder and a bundle (`tools/dev.py bundle`):
@@ -52,7 +54,7 @@ suffices; so it runs on a machine that has only this folder and a bundle (`tools
   tools/dev.py scaling --most-rays 1e4 --knob fetch=storage         # meets the limit of storage buffers
   tools/plot_scaling.py build/scaling/scaling.json --out plots      # the plots again, elsewhere
 
-10^7 triangles want 7 GiB of memory, 10^8 rays 5 GiB of memory and of disk. Inputs are deleted after use, unless --keep.
+10^7 triangles want 4 GiB of memory, 10^8 rays 5 GiB of memory and of disk. Inputs are deleted unless --keep is given.
 Exit codes: 0 done, whatever failed on the way; 1 nothing could be measured; 2 wrong arguments; 3 no usable device.
 """
 
@@ -98,7 +100,7 @@ def spaced(number: int) -> str:
 
 def figure(value: float | None) -> str:
     if value is None:
-        return "-"
+        return "failed"
     return spaced(round(value)) if value >= 100 else f"{value:.3g}"
 
 
@@ -157,6 +159,7 @@ class Study:
         self.binary = str(binary.absolute())
         self.files = self.out / "inputs"
         self.files.mkdir(parents=True, exist_ok=True)
+        self.used = {self.files / "report.json", self.files / "hits.npy"}
         self.environment = {**os.environ, "XDG_CACHE_HOME": str(self.out / "cache")}  # not the user's
         self.document: dict = {"knobs": options.knob, "repeat": options.repeat, "processors": os.cpu_count(),
                                "date": time.strftime("%Y-%m-%d"), "triangles": [], "rays": [], "failures": []}
@@ -169,6 +172,7 @@ class Study:
         print(f"failed: {error}", flush=True)
 
     def make(self, path: Path, place: str, write, *arguments) -> bool:
+        self.used.add(path)
         if path.exists():
             return True
         print(f"{place}: writing {path.name} ... ", end="", flush=True)
@@ -198,6 +202,10 @@ class Study:
                 document = json.loads(report.read_text(encoding="utf-8"))
             except (OSError, ValueError) as error:
                 outcome.error = f"no figures: {error}"
+        if outcome.code in (WRONG_ARGUMENTS, NO_DEVICE):  # the next step would say the same
+            print("failed", flush=True)
+            print(f"error: {outcome.error}", file=sys.stderr)
+            raise SystemExit(outcome.code)
         if outcome.error:
             self.fail(place, step, outcome.error)
         else:
@@ -219,15 +227,19 @@ class Study:
 
     def measure_scene(self, triangles: int) -> None:
         place, path = f"{spaced(triangles)} triangles", self.scene(triangles)
-        row: dict = {"triangles": triangles, "mrays_per_s": {}, "variants": {}}
+        row: dict = {"triangles": triangles, "load_average": os.getloadavg()[0], "mrays_per_s": {}, "variants": {}}
         self.document["triangles"].append(row)
         if not self.make(path, place, inputs.write_scene, triangles):
             return
         row["file_mib"] = path.stat().st_size / 2 ** 20
-        outcome, info = self.ballot(place, "info", ["info", path, "--no-cache"])
-        row["build_peak_mib"] = None if outcome.error else outcome.peak
-        if info:
-            row.update(info_of(info["scenes"][0]), info_wall_s=outcome.seconds)
+        builds, walls = [], []
+        for i in range(RUNS if triangles <= BATCH else 1):
+            outcome, info = self.ballot(place, f"info {i + 1}", ["info", path, "--no-cache"])
+            if outcome.error:
+                break
+            builds.append(info["scenes"][0])
+            walls.append(outcome.seconds)
+            row["build_peak_mib"] = max(outcome.peak, row.get("build_peak_mib", 0))
         files = [f"{kind}={self.rays(kind, BATCH)}" for kind in inputs.KINDS]
         outcome, bench = self.ballot(place, "bench", [
             "bench", path, "--no-cache", "--methods", ",".join(METHODS), "--rays", ",".join(files), "--repeat",
@@ -237,33 +249,45 @@ class Study:
             for record in bench["records"]:
                 row["mrays_per_s"].setdefault(record["rays"], {})[record["method"]] = record["mrays_per_s"]
                 row["variants"].setdefault(record["rays"], {})[record["method"]] = record["variant"]
-            traced = sum(r["trace_ms"]["median"] * 1e-3 for r in bench["records"] if r["method"] == "auto")
-            if info:
-                row["build_share"] = row["build_s"] / (row["info_wall_s"] + traced)
+            row["trace_s"] = sum(r["trace_ms"]["median"] * 1e-3 for r in bench["records"] if r["method"] == "auto")
+            builds.append(bench["scenes"][0])
+        if builds:
+            row.update(info_of(builds))
+        if walls and bench:
+            row["info_wall_s"] = statistics.median(walls)
+            row["build_share"] = statistics.median(b["build_s"] / (w + row["trace_s"]) for b, w in zip(builds, walls))
         self.save()
+
+    def measure_batch(self, place: str, kind: str, count: int, method: str, command: list) -> dict:
+        row = {"rays": count, "kind": kind, "method": method, "load_average": os.getloadavg()[0]}
+        times, walls, peaks = [], [], []
+        for step in [f"{method}, to fill the caches", *[method] * RUNS] if count <= BATCH else [method]:
+            outcome, trace = self.ballot(place, step, command)
+            if outcome.error:
+                return {**row, "error": outcome.error}
+            times.append(trace["records"][0]["trace_ms"])
+            walls.append(outcome.seconds)
+            peaks.append(outcome.peak)
+        kept = slice(-RUNS, None)  # not the first of several
+        trace_ms = statistics.median(times[kept])
+        record = {name: trace["records"][0][name] for name in ("hits", "variant", "retraced")}
+        return {**row, **record, "trace_ms": trace_ms, "mrays_per_s": count / trace_ms * 1e-3,
+                "wall_s": statistics.median(walls[kept]), "peak_mib": max(peaks[kept])}
 
     def measure_rays(self, kind: str, count: int, scene: Path) -> None:
         place, path, hits = f"{spaced(count)} {kind} rays", self.rays(kind, count), self.files / "hits.npy"
         if self.make(path, place, inputs.write_rays, kind, count):
             for method in METHODS:
-                command = ["trace", scene, "--rays", path, "--out", hits, "--method", method, *self.knobs()]
-                if count <= BATCH and self.ballot(place, f"{method}, to fill the caches", command)[0].error:
-                    continue
-                outcome, trace = self.ballot(place, method, command)
-                if trace:
-                    record = trace["records"][0]
-                    self.document["rays"].append({
-                        "rays": count, "kind": kind, "method": method, "wall_s": outcome.seconds,
-                        "peak_mib": outcome.peak, **{name: record[name] for name in (
-                            "trace_ms", "mrays_per_s", "hits", "variant", "retraced")}})
+                self.document["rays"].append(self.measure_batch(place, kind, count, method, [
+                    "trace", scene, "--rays", path, "--out", hits, "--method", method, *self.knobs()]))
             self.save()
         self.remove(hits)
-        self.remove(path)
+        if count != BATCH:
+            self.remove(path)
 
     def run(self) -> int:
-        outcome, _ = self.ballot("devices", "info", ["info"])
-        if outcome.error:
-            return NO_DEVICE if outcome.code == NO_DEVICE else 1
+        if self.ballot("devices", "info", ["info"])[0].error:
+            return 1
         scenes = powers(FEWEST_TRIANGLES, self.options.most_triangles)
         batches = powers(FEWEST_RAYS, self.options.most_rays)
         middle = min(MIDDLE, max(scenes, default=MIDDLE))
@@ -279,17 +303,18 @@ class Study:
             for count in batches:
                 for kind in inputs.KINDS:
                     self.measure_rays(kind, count, self.scene(middle))
-        for path in (self.scene(middle), self.files / "report.json", *(self.rays(k, BATCH) for k in inputs.KINDS)):
-            self.remove(path)
-        return 0 if any("build_s" in row for row in self.document["triangles"]) or self.document["rays"] else 1
+        return 0 if any("build_s" in row or "hits" in row
+                        for row in self.document["triangles"] + self.document["rays"]) else 1
 
 
-def info_of(scene: dict) -> dict:
-    """Figures of `ballot info`, and how much of it is uploaded: pairs of nodes, leaf headers, triangles of leaves."""
+def info_of(builds: list[dict]) -> dict:
+    """Medians of the times, and how much is uploaded: pairs of nodes, leaf headers, triangles of leaves."""
+    scene = builds[0]
     texels = max(0, scene["nodes"] - 1) // 2 * PAIR_TEXELS + scene["leaves"] * LEAF_TEXELS
     mib = (texels + scene["references"] * TRIANGLE_TEXELS) * TEXEL / 2 ** 20
-    names = ("load_s", "build_s", "nodes", "leaves", "references", "depth")
-    return {**{name: scene[name] for name in names}, "device_mib": mib}
+    return {**{name: statistics.median(build[name] for build in builds) for name in ("load_s", "build_s")},
+            **{name: scene[name] for name in ("nodes", "leaves", "references", "depth")},
+            "build_samples_s": [build["build_s"] for build in builds], "device_mib": mib}
 
 
 def table(heads: list[str], rows: list[list[str]]) -> str:
@@ -305,7 +330,7 @@ def triangle_table(document: dict) -> str:
     for row in document["triangles"]:
         share, on_device = row.get("build_share"), row.get("device_mib")
         rows.append([spaced(row["triangles"]), figure(row.get("load_s")), figure(row.get("build_s")),
-                     "-" if share is None else f"{100 * share:.0f} %", figure(on_device),
+                     "failed" if share is None else f"{100 * share:.0f} %", figure(on_device),
                      figure(on_device and on_device / row["triangles"] * 1e6), figure(row.get("build_peak_mib")),
                      figure(row.get("trace_peak_mib")),
                      *(figure(row["mrays_per_s"].get(kind, {}).get(method))
@@ -314,10 +339,12 @@ def triangle_table(document: dict) -> str:
 
 
 def ray_table(document: dict) -> str:
-    rows = [[spaced(row["rays"]), row["kind"],
-             row["method"] if row["method"] != "auto" else f"auto ({row['variant'].split('.')[0]})",
-             figure(row["trace_ms"]), figure(row["mrays_per_s"]), figure(row["wall_s"]), figure(row["peak_mib"]),
-             f"{100 * row['hits'] / row['rays']:.0f} %"] for row in document["rays"]]
+    rows = []
+    for row in document["rays"]:
+        chosen = f" ({row['variant'].split('.')[0]})" if row["method"] == "auto" and "variant" in row else ""
+        hits = f"{100 * row['hits'] / row['rays']:.0f} %" if "hits" in row else "failed"
+        rows.append([spaced(row["rays"]), row["kind"], row["method"] + chosen, *(
+            figure(row.get(name)) for name in ("trace_ms", "mrays_per_s", "wall_s", "peak_mib")), hits])
     return table(["rays", "kind", "method", "trace ms", "Mrays/s", "wall s", "peak MiB", "hits"], rows)
 
 
@@ -357,7 +384,11 @@ def scaling(binary: Path, options: argparse.Namespace) -> int:
     if not binary.is_file():
         raise Failed(f"there is no program {binary}")
     study = Study(binary, options)
-    code = study.run()
+    try:
+        code = study.run()
+    finally:
+        for path in study.used:
+            study.remove(path)
     if code == 0:
         text = markdown(study.document)
         write_text(study.out / "scaling.md", text)
