@@ -15,14 +15,13 @@ from pathlib import Path
 import dev_scaling_inputs as inputs
 from dev_build import ROOT
 from dev_packages import Failed
+from dev_scaling_report import BATCH, METHODS, draw, markdown, spaced
 
-METHODS = ("auto", "while-while")
 FEWEST_TRIANGLES, FEWEST_RAYS = 10 ** 3, 10 ** 4
-BATCH = 10 ** 6  # rays of each kind that every scene gets
 RUNS = 3  # of `info` up to 10^6 triangles, and of `trace` up to 10^6 rays
 MIDDLE = 10 ** 5  # triangles of the scene that every batch of rays gets
 TEXEL, PAIR_TEXELS, LEAF_TEXELS, TRIANGLE_TEXELS = 16, 4, 2, 3  # as shaders/shared/layout.h lays them out
-WRONG_ARGUMENTS, NO_DEVICE, NO_MATPLOTLIB = 2, 3, 4  # exit codes of ballot, ballot, plot_scaling.py
+WRONG_ARGUMENTS, NO_DEVICE = 2, 3  # exit codes of ballot
 HELP = """\
 Generates a wavy grid of 10^3, 10^4, ... triangles and traces the same 10^6 camera and 10^6 random rays through each;
 then 10^4, 10^5, ... rays of both kinds through the scene of 10^5 triangles. Every run is a process of its own, by
@@ -41,6 +40,8 @@ What is measured:
   MiB on device         nodes and leaf blocks as uploaded for while-while; the eight-wide tree of packet-wide comes on
                         top, rays and hits too
   peak MiB              largest resident memory of the process; on a CPU device what is on the device counts in
+  load average          of the machine, this program's own share included: well above the number of processors, other
+                        work took time away
   Mrays/s by triangles  trace alone, median of --repeat, entries interleaved, by `ballot bench --no-cache`
   trace ms, Mrays/s     by rays: the dispatches of one `ballot trace`, which takes its hierarchy from a cache
   wall s                by rays: all of that process: start, load, read rays, trace, write hits. A batch of up to 10^6
@@ -92,16 +93,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def powers(first: int, last: int) -> list[int]:
     return [10 ** e for e in range(10) if first <= 10 ** e <= last]
-
-
-def spaced(number: int) -> str:
-    return f"{number:,}".replace(",", " ")
-
-
-def figure(value: float | None) -> str:
-    if value is None:
-        return "failed"
-    return spaced(round(value)) if value >= 100 else f"{value:.3g}"
 
 
 def write_text(path: Path, text: str) -> None:
@@ -317,69 +308,6 @@ def info_of(builds: list[dict]) -> dict:
             "build_samples_s": [build["build_s"] for build in builds], "device_mib": mib}
 
 
-def table(heads: list[str], rows: list[list[str]]) -> str:
-    lines = [heads, ["---:"] * len(heads), *rows]
-    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
-
-
-def triangle_table(document: dict) -> str:
-    heads = ["triangles", "load s", "build s", "build's share", "MiB on device", "MiB a million triangles",
-             "peak MiB, load and build", "peak MiB, tracing",
-             *(f"{kind} Mrays/s, {method}" for kind in inputs.KINDS for method in METHODS)]
-    rows = []
-    for row in document["triangles"]:
-        share, on_device = row.get("build_share"), row.get("device_mib")
-        rows.append([spaced(row["triangles"]), figure(row.get("load_s")), figure(row.get("build_s")),
-                     "failed" if share is None else f"{100 * share:.0f} %", figure(on_device),
-                     figure(on_device and on_device / row["triangles"] * 1e6), figure(row.get("build_peak_mib")),
-                     figure(row.get("trace_peak_mib")),
-                     *(figure(row["mrays_per_s"].get(kind, {}).get(method))
-                       for kind in inputs.KINDS for method in METHODS)])
-    return table(heads, rows)
-
-
-def ray_table(document: dict) -> str:
-    rows = []
-    for row in document["rays"]:
-        chosen = f" ({row['variant'].split('.')[0]})" if row["method"] == "auto" and "variant" in row else ""
-        hits = f"{100 * row['hits'] / row['rays']:.0f} %" if "hits" in row else "failed"
-        rows.append([spaced(row["rays"]), row["kind"], row["method"] + chosen, *(
-            figure(row.get(name)) for name in ("trace_ms", "mrays_per_s", "wall_s", "peak_mib")), hits])
-    return table(["rays", "kind", "method", "trace ms", "Mrays/s", "wall s", "peak MiB", "hits"], rows)
-
-
-def markdown(document: dict) -> str:
-    knobs = "".join(f", --knob {knob}" for knob in document["knobs"])
-    text = (f"{document.get('device', '?')}, {document.get('driver', '?')}, subgroups of "
-            f"{document.get('subgroup_size', '?')}, {document['processors']} processors{knobs}; {document['date']}, "
-            f"commit {document.get('commit', '?')}.\n")
-    if document["triangles"]:
-        text += f"\n{spaced(BATCH)} rays of each kind, by triangles:\n\n" + triangle_table(document)
-    if document["rays"]:
-        text += (f"\nThrough {spaced(document['ray_scene_triangles'])} triangles, by rays:\n\n" + ray_table(document))
-    text += "\nWhat failed:\n\n" if document["failures"] else "\nNothing failed.\n"
-    return text + "".join(f"- {f['place']}, {f['step']}: `{f['error']}`\n" for f in document["failures"])
-
-
-def draw(results: Path) -> None:
-    """By the interpreter asked for, else by this one or the system's own, which sees Debian's packages."""
-    wanted = os.environ.get("BALLOT_PYTHON")
-    script = Path(__file__).resolve().with_name("plot_scaling.py")
-    for python in [wanted] if wanted else [sys.executable, "/usr/bin/python3"]:
-        try:
-            done = subprocess.run([python, "-B", str(script), str(results), "--out", str(results.parent)],
-                                  capture_output=True, text=True, check=False)
-        except FileNotFoundError:
-            continue
-        if done.returncode == 0:
-            print(done.stdout, end="")
-            return
-        if done.returncode != NO_MATPLOTLIB:
-            raise Failed(f"{script.name} failed: {(done.stderr.strip() or 'it says nothing').splitlines()[-1]}")
-    print("no plots: matplotlib is missing; install python3-matplotlib (Debian), then: "
-          f"python3 {script} {results} --out {results.parent}")
-
-
 def scaling(binary: Path, options: argparse.Namespace) -> int:
     if not binary.is_file():
         raise Failed(f"there is no program {binary}")
@@ -389,10 +317,12 @@ def scaling(binary: Path, options: argparse.Namespace) -> int:
     finally:
         for path in study.used:
             study.remove(path)
+    text = markdown(study.document)
+    write_text(study.out / "scaling.md", text)
+    print("\n" + text)
     if code == 0:
-        text = markdown(study.document)
-        write_text(study.out / "scaling.md", text)
-        print("\n" + text)
         draw(study.out / "scaling.json")
         print(f"tables and figures: {study.out}")
+    else:
+        print("error: nothing could be measured", file=sys.stderr)
     return code

@@ -36,7 +36,7 @@ def draw_lines(axis, lines: dict[str, list[tuple[float, float]]], title: str, la
     for side in ("top", "right"):
         axis.spines[side].set_visible(False)
     low, high = axis.get_ylim()
-    if high / low < 20:  # of a narrow range no power of ten may be on the axis
+    if high / low < 1000:  # few powers of ten, or none, are on the axis
         axis.set_ylim(low / 1.25, high * 1.25)
         axis.yaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
         axis.yaxis.set_minor_formatter(ticker.NullFormatter())
