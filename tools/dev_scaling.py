@@ -277,8 +277,12 @@ class Study:
             self.remove(path)
 
     def run(self) -> int:
-        if self.ballot("devices", "info", ["info"])[0].error:
+        outcome, info = self.ballot("devices", "info", ["info"])
+        if outcome.error:
             return 1
+        if len(info["devices"]) == 1:  # known even if every scene fails
+            device = info["devices"][0]
+            self.document.update(device=device["name"], driver=device["driver"], subgroup_size=device["subgroup_size"])
         scenes = powers(FEWEST_TRIANGLES, self.options.most_triangles)
         batches = powers(FEWEST_RAYS, self.options.most_rays)
         middle = min(MIDDLE, max(scenes, default=MIDDLE))
