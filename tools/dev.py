@@ -17,6 +17,7 @@ import dev_bundle  # noqa: E402
 import dev_mesa  # noqa: E402
 import dev_mutations  # noqa: E402
 import dev_packages  # noqa: E402
+import dev_scaling  # noqa: E402
 import dev_scenes  # noqa: E402
 from dev_build import ROOT  # noqa: E402
 from dev_packages import Failed  # noqa: E402
@@ -176,6 +177,16 @@ def bundle(options: argparse.Namespace, rest: list[str]) -> int:
     return 0
 
 
+def scaling(options: argparse.Namespace, rest: list[str]) -> int:
+    if rest:
+        options.parser.error(f"unknown argument {rest[0]}")
+    if not options.binary:
+        set_up(options, "scaling")
+    elif not options.binary.is_file():
+        options.parser.error(f"there is no program {options.binary}")
+    return dev_scaling.scaling(options.binary or dev_build.ballot_binary(options.preset), options)
+
+
 COMMANDS = {
     "render": (render, "[SCENE] [ballot's options ...]", "set up, render scenes to EXR and PNG, print a table",
                SETUP + """
@@ -213,6 +224,7 @@ the checkout, in build/scenes and in --dir or BALLOT_SCENES. Says where to get w
 DIR (default out/ballot) gets bin/ballot, the libraries it needs except glibc and the Vulkan loader, the shaders and the
 shipped scenes. It runs from any place on x86-64 Linux with glibc 2.36 or newer and a Vulkan loader.
 """),
+    "scaling": (scaling, "", "measure speed and memory against triangles and rays", dev_scaling.HELP),
 }
 
 
@@ -228,7 +240,7 @@ def make_parser() -> argparse.ArgumentParser:
         sub.set_defaults(function=function, parser=sub)
         if name != "scenes":
             sub.add_argument("--no-install", action="store_true", help="refuse to install packages, list them instead")
-        if name in ("render", "test", "build", "mutations", "bundle"):
+        if name in ("render", "test", "build", "mutations", "bundle", "scaling"):
             sub.add_argument("--preset", choices=dev_build.PRESETS, default="release", help="default: release")
             sub.add_argument("--jobs", type=int, metavar="N",
                              help="compilers at once; default: what cores and memory allow")
@@ -241,6 +253,8 @@ def make_parser() -> argparse.ArgumentParser:
             sub.add_argument("--check", action="store_true", help="only check")
         if name == "scenes":
             sub.add_argument("--dir", help="folder with scene files; default: BALLOT_SCENES")
+        if name == "scaling":
+            dev_scaling.add_options(sub)
         if name == "bundle":
             sub.add_argument("--archive", action="store_true", help="also write DIR.tar.gz")
     return parser
