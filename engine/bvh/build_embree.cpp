@@ -195,7 +195,12 @@ Bvh build(std::span<const Triangle> triangles, std::size_t count, const BuildSet
   if (count == 0) return {};
   Job job{triangles, progress, {}, 0, {}, {}};
   const Device device(rtcNewDevice(nullptr));
-  if (!device) fail(Failure::Work, "bvh: Embree cannot start: error {}", static_cast<int>(rtcGetDeviceError(nullptr)));
+  if (!device) {
+    const RTCError error = rtcGetDeviceError(nullptr);
+    fail(Failure::Work, "bvh: Embree cannot start: {}",
+         error == RTC_ERROR_OUT_OF_MEMORY ? "out of memory; use a smaller scene or a machine with more"
+                                          : fmt::format("its error {}", int(error)));
+  }
   rtcSetDeviceErrorFunction(device.get(), note_error, &job);
   const Memory memory(rtcNewBVH(device.get()));
   if (!memory) throw std::bad_alloc();

@@ -18,13 +18,15 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 
 /// Enough rays to fill the device, and no more than it traces many times in the budget.
 struct Effort {
-  std::size_t least;           // rays of a batch, below which calibrating costs more than it gains
-  std::size_t sample;          // rays traced by each candidate in a round
+  std::size_t least;    // rays of a batch, below which calibrating costs more than it gains
+  std::size_t sample;   // rays traced by each candidate in a round
+  std::size_t samples;  // at most, of other rays each, in turn: what one leaves in the caches is of no use to the next
   std::size_t stretches;       // of neighbours that the sample is made of
   double compile_s, rounds_s;  // candidates are compiled, and rounds begun, until then
   int rounds;                  // at most
 };
-constexpr Effort kCpuEffort{1 << 15, 1 << 15, 4, 0.4, 0.35, 9}, kGpuEffort{1 << 18, 1 << 22, 16, 0.1, 0.08, 15};
+constexpr Effort kCpuEffort{1 << 15, 1 << 15, 8, 4, 0.4, 0.35, 9}, kGpuEffort{1 << 18, 1 << 22, 1, 16, 0.1, 0.08, 15};
+const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
 constexpr int kLeastRounds = 3;  // one may be disturbed
 constexpr std::uint32_t kWarmUpRays = 4096;
 constexpr double kHopeless = 1.5;     // times as slow as the fastest: traces no further round
@@ -36,12 +38,14 @@ struct Stretch {
 };
 
 /// `stretches` runs of neighbours of about `wanted` rays together, evenly over the batch, at multiples of 64 where tiles and
-/// packets begin.
-std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::size_t stretches) {
+/// packets begin; the `which`-th such sample of `samples` that share no rays.
+std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::size_t stretches, std::size_t which = 0,
+                                  std::size_t samples = 1) {
   if (count <= wanted) return {{0, count}};
-  const std::size_t length = wanted / stretches;
+  const std::size_t length = wanted / stretches, last = std::max<std::size_t>(1, stretches * samples - 1);
   std::vector<Stretch> all;
-  for (std::size_t i = 0; i < stretches; ++i) all.push_back({(count - length) * i / (stretches - 1) / 64 * 64, length});
+  for (std::size_t i = 0; i < stretches; ++i)
+    all.push_back({(count - length) * (i * samples + which) / last / 64 * 64, length});
   return all;
 }
 
@@ -72,32 +76,47 @@ Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vecto
   return sample;
 }
 
-struct Trial {
-  Candidate candidate;
-  Query query;
-  double ms;  // of the fastest round
-  bool out;   // traces no round, or no further one
-};
+using Trial = Tracer::Trial;
 
-double fastest(const std::vector<Trial>& trials) {
-  double ms = std::numeric_limits<double>::infinity();
-  for (const Trial& t : trials) ms = std::min(ms, t.ms);
-  return ms;
+/// The fastest candidate's milliseconds of each round.
+std::vector<double> best_rounds(const std::vector<Trial>& trials) {
+  std::vector<double> best;
+  for (const Trial& t : trials)
+    for (std::size_t r = 0; r < t.ms.size(); ++r) {
+      if (r == best.size()) best.push_back(t.ms[r]);
+      best[r] = std::min(best[r], t.ms[r]);
+    }
+  return best;
+}
+
+/// Times over the round's fastest, the median round: rounds trace other rays, and one may be disturbed.
+double slowness(const Trial& trial, const std::vector<double>& best) {
+  if (trial.ms.empty()) return std::numeric_limits<double>::infinity();
+  std::vector<double> over;
+  for (std::size_t r = 0; r < trial.ms.size(); ++r) over.push_back(trial.ms[r] / best[r]);
+  std::ranges::sort(over);
+  return (over[(over.size() - 1) / 2] + over[over.size() / 2]) / 2;
 }
 
 /// The chosen one first, the others by speed; a candidate keeps its place before slower ones in the list unless beaten by
 /// more than noise.
-std::vector<Candidate> in_order(std::vector<Trial> trials, std::size_t rays) {
-  const double best = fastest(trials);
-  const auto chosen = std::ranges::find_if(trials, [&](const Trial& t) { return t.ms <= kPreference * best; });
-  std::rotate(trials.begin(), chosen, chosen + 1);
-  std::stable_sort(trials.begin() + 1, trials.end(), [](const Trial& a, const Trial& b) { return a.ms < b.ms; });
-  std::vector<Candidate> all;
-  for (Trial& t : trials) {
-    t.candidate.mrays_per_s = double(rays) / t.ms * 1e-3;  // 0 for one that could not run
-    all.push_back(std::move(t.candidate));
+std::vector<Candidate> in_order(const std::vector<Trial>& trials, std::size_t rays) {
+  const std::vector<double> best = best_rounds(trials);
+  double mean = 0;
+  for (const double ms : best) mean += ms / double(best.size());
+  std::vector<std::pair<double, Candidate>> all;
+  for (const Trial& t : trials) {
+    all.emplace_back(slowness(t, best), t.candidate);
+    all.back().second.mrays_per_s = double(rays) / (all.back().first * mean) * 1e-3;  // 0 for one that could not run
   }
-  return all;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& each : all) least = std::min(least, each.first);
+  const auto chosen = std::ranges::find_if(all, [&](const auto& each) { return each.first <= kPreference * least; });
+  std::rotate(all.begin(), chosen, chosen + 1);
+  std::stable_sort(all.begin() + 1, all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Candidate> candidates;
+  for (auto& each : all) candidates.push_back(std::move(each.second));
+  return candidates;
 }
 
 }  // namespace
@@ -110,7 +129,7 @@ Query Tracer::settle(const Query& query) const {
 
 Query Tracer::settle(Query query, const Buffer<Ray>& rays, std::size_t count) {
   if (!find_method(query.method).chooses) return query;
-  const Effort& effort = gpu_.info().is_cpu() ? kCpuEffort : kGpuEffort;
+  const Effort& effort = effort_on(gpu_.info());
   if (count < effort.least && !choices_.find(query)) return unmeasured(query, gpu_.info());
   if (query.rays.empty())
     query.rays = sort_of_rays(sample_of(rays, stretches_of(count, kSortSample, kSortStretches)), bvh_.bounds);
@@ -140,35 +159,49 @@ bool Tracer::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& h
   }
 }
 
+/// Every candidate traces every sample, in turn, until the time is up; hopeless ones drop out.
+void Tracer::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits) {
+  const Effort& effort = effort_on(gpu_.info());
+  const auto begin = Clock::now();
+  for (int round = 0; round < effort.rounds; ++round) {
+    if (round >= kLeastRounds && seconds_since(begin) > effort.rounds_s) break;
+    const Buffer<Ray>& rays = samples[std::size_t(round) % samples.size()];
+    for (std::size_t i = 0; i < trials.size(); ++i) {
+      Trial& t = trials[(i + std::size_t(round)) % trials.size()];  // each comes first once: it finds the caches cold
+      if (!t.out) t.ms.push_back(trace(rays, hits, std::uint32_t(rays.size()), t.query).device_ms);
+    }
+    if (round + 1 < kLeastRounds) continue;
+    const std::vector<double> best = best_rounds(trials);
+    for (Trial& t : trials) t.out |= slowness(t, best) > kHopeless;
+  }
+}
+
 Choice Tracer::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_t count) {
   const auto start = Clock::now();
-  const Effort& effort = gpu_.info().is_cpu() ? kCpuEffort : kGpuEffort;
+  const Effort& effort = effort_on(gpu_.info());
   Choice choice{query.rays, query.want, query.numeric, query.knobs, candidates_for(query, gpu_.info())};
   if (choice.candidates.size() == 1) return choice;
-  const Buffer<Ray> sample = sampled_rays(gpu_, rays, stretches_of(count, effort.sample, effort.stretches));
-  choice.sampled = std::uint32_t(sample.size());
-  Buffer<Hit> hits(gpu_, sample.size(), Access::Storage, "hits of sampled rays");
+  const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
+  std::vector<Buffer<Ray>> samples;
+  for (std::size_t i = 0; i < number; ++i)
+    samples.push_back(sampled_rays(gpu_, rays, stretches_of(count, effort.sample, effort.stretches, i, number)));
+  choice.sampled = std::uint32_t(samples[0].size());
+  Buffer<Hit> hits(gpu_, choice.sampled, Access::Storage, "hits of sampled rays");
   std::vector<Trial> trials;
   std::exception_ptr why;
   bool can_run = false;
   for (const Candidate& c : choice.candidates) {
-    Trial& t = trials.emplace_back(Trial{c, query, std::numeric_limits<double>::infinity(), true});
+    Trial& t = trials.emplace_back(Trial{c, query, true, {}});
     if (can_run && seconds_since(start) > effort.compile_s) continue;
     t.query.method = c.method;
     t.query.knobs = c.knobs;
     t.candidate.tried = true;
-    t.out = !try_out(t.query, sample, hits, why);
+    t.out = !try_out(t.query, samples[0], hits, why);
     can_run |= !t.out;
   }
   if (!can_run) std::rethrow_exception(why);
-  const auto begin = Clock::now();
-  for (int round = 0; round < effort.rounds; ++round) {
-    if (round >= kLeastRounds && seconds_since(begin) > effort.rounds_s) break;
-    for (Trial& t : trials)
-      if (!t.out) t.ms = std::min(t.ms, trace(sample, hits, choice.sampled, t.query).device_ms);
-    for (Trial& t : trials) t.out |= round + 1 >= kLeastRounds && t.ms > kHopeless * fastest(trials);
-  }
-  choice.candidates = in_order(std::move(trials), sample.size());
+  race(trials, samples, hits);
+  choice.candidates = in_order(trials, choice.sampled);
   choice.seconds = seconds_since(start);
   return choice;
 }

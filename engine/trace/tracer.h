@@ -64,6 +64,14 @@ class Tracer {
   /// The wide tree, made on first use.
   const WideBvh& wide_bvh();
 
+  /// A candidate of method auto while it is tried.
+  struct Trial {
+    Candidate candidate;
+    Query query;
+    bool out;                // traces no round, or no further one
+    std::vector<double> ms;  // of each round
+  };
+
   /// Tests only: hits are filled with this byte before a host-side trace, so that untouched records can be counted.
   std::optional<std::uint8_t> prefill;
 
@@ -90,6 +98,7 @@ class Tracer {
            TraceTimes& times);
   TraceTimes trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
   bool try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why);
+  void race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits);
   Choice calibrate(const Query& query, const Buffer<Ray>& rays, std::size_t count);
   void finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, TraceTimes& times);
 

@@ -54,7 +54,7 @@ TEST_F(Auto, FindsWhatOtherMethodsFind) {
   EXPECT_EQ(choice->candidates.size(), candidates_for({}, gpu_->info()).size());
   for (const Candidate& c : choice->candidates) {
     EXPECT_EQ(c.mrays_per_s > 0, c.tried) << c.name();
-    EXPECT_LE(c.mrays_per_s, choice->chosen().mrays_per_s * 1.03) << c.name();
+    EXPECT_LE(c.mrays_per_s, choice->chosen().mrays_per_s * 1.03) << c.name();  // a preference of 2 %
   }
   const Query settled = scene_->tracer->settle({.rays = choice->rays});
   EXPECT_EQ(settled.method, choice->chosen().method);
