@@ -6,7 +6,7 @@ namespace ballot::cli {
 
 namespace {
 
-constexpr std::uint32_t kMeasuredSize = 128, kMeasuredSamples = 8;
+constexpr std::uint32_t kMeasuredSamples = 8;
 constexpr int kRepeats = 5;
 
 struct NamedFeature {
@@ -44,9 +44,12 @@ struct Measured {
   double all = 0, scatter = 0;
 };
 
+/// Pixels a side, enough to keep the device busy.
+std::uint32_t measured_size(Engine& engine) { return engine.device().is_cpu() ? 128 : 1024; }
+
 Measured measure(Engine& engine, const Integrator& integrator, bool every_feature) {
-  const RenderOptions options{.width = kMeasuredSize,
-                              .height = kMeasuredSize,
+  const RenderOptions options{.width = measured_size(engine),
+                              .height = measured_size(engine),
                               .spp = kMeasuredSamples,
                               .shading = std::string(integrator.name),
                               .every_feature = every_feature};
@@ -124,7 +127,7 @@ nlohmann::json print_features(Engine& engine, bool measured) {
   }
   if (measured)
     fmt::print("  device times of view {}, {} x {}, {} samples, median of {}, both in turn\n", scene.views[0].name,
-               kMeasuredSize, kMeasuredSize, kMeasuredSamples, kRepeats);
+               measured_size(engine), measured_size(engine), kMeasuredSamples, kRepeats);
   return json;
 }
 
