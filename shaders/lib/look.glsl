@@ -45,6 +45,19 @@ vec4 base_texture(uint material, Hit hit, float footprint) {
 }
 #endif
 
+#if BALLOT_HAS_MATERIALS
+// The share of rays that a surface stops: of a masked one all or none.
+float opacity(uint material, Hit hit) {
+  GpuMaterial m = materials[material];
+  if ((m.flags & (MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND)) == 0u) return 1.0;
+  float alpha = m.alpha;
+#if BALLOT_HAS_BASE_TEXTURE
+  alpha *= base_texture(material, hit, 0.0).a;
+#endif
+  return (m.flags & MATERIAL_ALPHA_MASK) == 0u ? alpha : alpha < m.alpha_cutoff ? 0.0 : 1.0;
+}
+#endif
+
 #if BALLOT_HAS_NORMAL_TEXTURE
 // The tangents are those of the triangle's own coordinates.
 vec3 bumped(uint material, Hit hit, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool front, float footprint) {

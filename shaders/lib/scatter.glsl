@@ -28,6 +28,8 @@ void start_shadow(Path path, Surface s, Bsdf b, Carried c, inout Started started
   vec3 value = eval_bsdf(b, aim.dir, density);
 #if BALLOT_INTEGRATOR == INTEGRATOR_WHITTED
   density = 0.0;  // no other ray looks for this light
+#else
+  if (push.depth >= push.last_depth) density = 0.0;  // none does after this one
 #endif
   started.light = c.throughput * value * aim.radiance * (aim.density > 0.0 ? weigh(aim.density, density) : 1.0);
   started.shadow = dot(aim.dir, s.normal) > 0.0 && luminance(started.light) > 0.0;

@@ -90,6 +90,37 @@ TEST(Furnace, ClosedRoomThatShines) {
   EXPECT_LT(mean.error.g, 0.01);
 }
 
+/// The mean of a floor under a square lamp that reflects nothing.
+Mean floor_under_lamp(Alpha mode, int bounces) {
+  Scene scene;
+  scene.name = "lit floor";
+  scene.materials = {{.name = "floor", .base_color = glm::vec3(0.5f)},
+                     {.name = "lamp", .base_color = kBlack, .emissive = glm::vec3(2), .alpha_mode = mode}};
+  if (mode != Alpha::Opaque) scene.materials[1].alpha = 0.25f;
+  add_rectangle(scene, {-0.5f, -0.5f}, {0.5f, 0.5f}, 0, 0);
+  add_rectangle(scene, {-4, -4}, {4, 4}, 2, 1);
+  scene.views.push_back(view_from({0, 0, 0.5}));
+  finish_scene(scene);
+  RenderOptions options = path_options(8, 256);
+  options.bounces = bounces;
+  return mean_of(render(std::move(scene), options));
+}
+
+// Without bounces all light of a lamp is found by aiming at it: what bounced rays would have found must not be missing. A lamp of
+// which a quarter is there shines by a quarter, one masked away not at all, however it is found.
+TEST(Furnace, LampIsFoundInFullByEitherWay) {
+  const Mean full = floor_under_lamp(Alpha::Opaque, 2);
+  EXPECT_NEAR(full.value.g, 0.8, 0.15);  // the lamp's share of the cosine-weighted hemisphere
+  for (const auto& [mode, share] :
+       {std::pair(Alpha::Opaque, 1.0), std::pair(Alpha::Blend, 0.25), std::pair(Alpha::Mask, 0.0)})
+    for (const int bounces : {0, 2}) {
+      const Mean mean = floor_under_lamp(mode, bounces);
+      EXPECT_NEAR(mean.value.g, share * full.value.g, 4 * (mean.error.g + full.error.g) + 1e-3)
+          << share << " of it, " << bounces << " bounces";
+      EXPECT_LT(mean.error.g, 0.02);
+    }
+}
+
 // Glass that absorbs nothing neither takes nor gives light; a rough white metal loses only what single scattering leaves out.
 TEST(Furnace, GlassAndMetal) {
   const Mean glass = mean_of(
