@@ -85,7 +85,7 @@ void scatter(inout Path path, Surface s, Look look, Carried c, float distance, f
   float aimed = c.pdf > 0.0 ? emission_density(look.m.emitted, distance, dot(s.normal, s.dir)) : 0.0;
   path.radiance += c.throughput * look.m.emissive * weigh(c.pdf, aimed);
 #endif
-  Bsdf b = bsdf_of(look, s.dir, s.front);
+  Bsdf b = bsdf_of(look, s.dir, s.normal, s.front);
 #if HAS_LIGHT
   start_shadow(path, s, b, c, started);
 #endif

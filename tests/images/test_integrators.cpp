@@ -57,6 +57,27 @@ TEST(Furnace, WhiteAndColouredSpheresShowTheirAlbedo) {
   EXPECT_GT(inside, 100u);
 }
 
+// Nor do smooth normals darken its rim, where they lean away from the eye; a mirror there shows the sky as well.
+TEST(Furnace, RimsOfSmoothSpheres) {
+  for (const bool mirror : {false, true})
+    for (const char* shading : {"path", "whitted"}) {
+      Scene scene = sphere_of({.name = "ball", .metallic = mirror ? 1.0f : 0.0f, .roughness = mirror ? 0.0f : 1.0f});
+      scene.triangles = shapes::sphere(1);
+      scene.material_of.clear();
+      for (const Triangle& t : scene.triangles)
+        scene.normals.push_back({glm::normalize(t[0]), glm::normalize(t[1]), glm::normalize(t[2])});
+      finish_scene(scene);
+      RenderOptions options = path_options(32, 64);
+      options.shading = shading;
+      const Picture p = render(std::move(scene), options);
+      for (std::uint32_t i = 0; i < 32 * 32; ++i)
+        if (p.at("A", i % 32, i / 32) == 1) {
+          EXPECT_GT(p.color(i % 32, i / 32).g, 0.5f) << shading << " " << mirror << " " << i;
+          EXPECT_LT(p.color(i % 32, i / 32).g, 1.5f) << shading << " " << mirror << " " << i;
+        }
+    }
+}
+
 // The kernel for every feature sees the same, and does what the scene does not need: it is what "ballot info --measure" compares with.
 TEST(Furnace, EveryFeatureShowsTheSame) {
   RenderOptions options = path_options(12, 2);
