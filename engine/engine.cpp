@@ -4,6 +4,7 @@
 
 #include "ballot_commit.h"
 #include "engine/ballot.h"
+#include "engine/scene/digest.h"
 
 namespace ballot {
 
@@ -37,14 +38,6 @@ glm::dmat4 ndc_from_camera(const View& view, double aspect) {
   m[2] = {-0.5, -0.5, -1, -1};
   m[3][2] = -near;
   return m;
-}
-
-/// FNV-1a over the bytes.
-template <class T>
-std::uint64_t digest_of(std::span<const T> items, std::uint64_t seed) {
-  std::uint64_t hash = 0xCBF29CE484222325u ^ seed;
-  for (const std::byte b : std::as_bytes(items)) hash = (hash ^ std::uint64_t(b)) * 0x100000001B3u;
-  return hash;
 }
 
 Bvh build(const Scene& scene, const EngineOptions& options, const Progress& progress) {
@@ -138,21 +131,8 @@ Image Engine::picture(const Film& film, const View& view, const RenderOptions& o
 }
 
 std::string Engine::made_of(const View& view, const RenderOptions& o) const {
-  std::uint64_t digest = digest_of(std::span<const Triangle>(scene_.triangles), 0);
-  digest = digest_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), digest);
-  for (const auto& set : scene_.uvs) digest = digest_of(std::span<const std::array<glm::vec2, 3>>(set), digest);
-  digest = digest_of(std::span<const std::uint32_t>(scene_.material_of), digest);
-  for (const TextureImage& i : scene_.images) digest = digest_of(std::span<const std::uint8_t>(i.rgba), digest);
-  for (const Material& m : scene_.materials)
-    digest = digest_of(std::span<const float>(&m.base_color.x, 3),
-                       digest_of(std::span<const float>(&m.emissive.x, 3),
-                                 digest + std::uint64_t(1e4 * (m.roughness + 2 * m.metallic + 4 * m.transmission))));
-  for (const Light& l : scene_.lights)
-    digest = digest_of(std::span<const float>(&l.position.x, 3),
-                       digest_of(std::span<const float>(&l.intensity.x, 3),
-                                 digest_of(std::span<const float>(&l.direction.x, 3), digest + std::uint64_t(l.kind))));
+  const std::uint64_t digest = digest_of(scene_);
   const Sky& sky = scene_.sky;
-  digest = digest_of(std::span<const glm::vec3>(sky.map), digest);
   const glm::dmat4& m = view.world_from_camera;
   const Window w = o.window();
   std::string text =

@@ -159,7 +159,7 @@ def material(name, color, metallic=0.0, roughness=0.9, emissive=None, strength=1
     return made
 
 
-def camera_rotation(eye, target):
+def looking(eye, target):
     """The quaternion (x, y, z, w) that turns -z to the target and keeps +y up."""
     back = unit(sub(eye, target))
     right = unit(cross((0, 1, 0), back))
@@ -185,7 +185,7 @@ class Scene:
     """Collects one mesh per material and the views view0, view1, ... in the order in which they are added."""
 
     def __init__(self):
-        self.materials, self.meshes, self.views = [], [], []
+        self.materials, self.meshes, self.views, self.suns = [], [], [], []
 
     def add_material(self, name, color, **options):
         """A new material; returns the mesh that its triangles go to."""
@@ -195,6 +195,10 @@ class Scene:
 
     def add_view(self, eye, target, yfov_degrees=60):
         self.views.append((eye, target, math.radians(yfov_degrees)))
+
+    def add_sun(self, direction, color, irradiance):
+        """Parallel light that goes along the direction."""
+        self.suns.append((direction, color, irradiance))
 
     def triangle_count(self):
         return sum(len(mesh.indices) for mesh in self.meshes) // 3
@@ -233,7 +237,10 @@ class Scene:
         nodes = [{"name": "scene", "mesh": 0}]
         for number, (eye, target, _) in enumerate(self.views):
             nodes.append({"name": f"view{number}", "camera": number, "translation": list(eye),
-                          "rotation": camera_rotation(eye, target)})
+                          "rotation": looking(eye, target)})
+        for number, (direction, _, _) in enumerate(self.suns):
+            nodes.append({"name": f"sun{number}", "rotation": looking((0, 0, 0), direction),
+                          "extensions": {"KHR_lights_punctual": {"light": number}}})
         document = {
             "asset": {"version": "2.0", "generator": "Ballot, " + os.path.basename(sys.argv[0])},
             "extensionsUsed": used, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes,
@@ -242,6 +249,11 @@ class Scene:
                         for n, (_, _, yfov) in enumerate(self.views)],
             "meshes": [{"name": "scene", "primitives": primitives}], "materials": self.materials,
             "accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": len(data)}]}
+        if self.suns:
+            document["extensionsUsed"] = sorted([*used, "KHR_lights_punctual"])
+            document["extensions"] = {"KHR_lights_punctual": {"lights": [
+                {"type": "directional", "color": list(color), "intensity": irradiance}
+                for _, color, irradiance in self.suns]}}
         return document, bytes(data)
 
     def write(self, path):

@@ -383,6 +383,7 @@ def make():
     arcades(mats)
     stairs(mats)
     furnish(mats)
+    scene.add_sun((0.42, -1, 0.28), (1.0, 0.94, 0.84), 5.0)  # the court is open above
     scene.add_view((-9.2, 7.5, 5.4), (2.2, 2.6, -1.6), 65)
     scene.add_view((-9.4, 1.9, 1.9), (4.0, 3.4, -0.7), 65)
     scene.add_view((8.7, 1.8, -3.1), (-3.2, 3.0, -1.2), 72)

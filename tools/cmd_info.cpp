@@ -1,6 +1,7 @@
 #include "tools/auto_table.h"
 #include "tools/bench/markdown.h"
 #include "tools/feature_table.h"
+#include "tools/render_light.h"
 
 namespace ballot::cli {
 
@@ -8,6 +9,7 @@ namespace {
 
 struct Args {
   EngineArgs engine;
+  LightArgs light;
   std::string triangles, numeric{kDefaultNumeric};
   bool calibrate = false, statistics = false, measure = false;
 };
@@ -112,8 +114,10 @@ int run(const Args& args) {
   nlohmann::json json;
   if (!args.triangles.empty() && args.engine.scene.empty())
     fail(Failure::Arguments, "--triangles needs a SCENE: ballot info SCENE --triangles T.npy");
-  for (const auto& [given, option] : {std::pair(args.calibrate, "--calibrate"),
-                                      std::pair(args.statistics, "--statistics"), std::pair(args.measure, "--measure")})
+  for (const auto& [given, option] :
+       {std::pair(args.calibrate, "--calibrate"), std::pair(args.statistics, "--statistics"),
+        std::pair(args.measure, "--measure"), std::pair(args.light.sky != "auto", "--sky"),
+        std::pair(!args.light.lamps.empty(), "--lamp")})
     if (given && args.engine.scene.empty())
       fail(Failure::Arguments, "{} needs a SCENE: ballot info SCENE {}", option, option);
   find_numeric(args.numeric);
@@ -122,7 +126,10 @@ int run(const Args& args) {
   int code = 0;
   if (!args.engine.scene.empty()) {
     if (!args.triangles.empty()) check_writable(args.triangles);
-    Opened opened = open_scene(args.engine, {}, {}, args.statistics);
+    Opened opened = open_scene(
+        args.engine, {},
+        // What is measured has the light that "render" would give it; a lamp at the eye is at that of the view measured.
+        [&](Scene& s) { args.light.apply(s, {&s.views[0]}, args.measure ? "path" : ""); }, args.statistics);
     print_scene(opened.engine->scene(), opened.load_s);
     print_bvh(opened.engine->bvh().stats);
     const nlohmann::json header = record_header(*opened.engine, opened.load_s);
@@ -154,6 +161,7 @@ void add_info(CLI::App& app, int& result) {
   cmd->add_flag(
       "--measure", args->measure,
       "how much faster integrators are with the kernels of this scene than with those for every feature; seconds");
+  args->light.add_to(*cmd);
   cmd->add_flag("--calibrate", args->calibrate,
                 "let method auto choose anew for every kind of rays, about a second each on a CPU");
   cmd->add_flag("--statistics", args->statistics,

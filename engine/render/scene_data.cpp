@@ -150,6 +150,7 @@ std::vector<Asked> asked_of(const SceneFeatures& f, bool materials) {
           {"BALLOT_HAS_GLOSS", "gloss", materials && f.glossy},
           {"BALLOT_HAS_GLASS", "glass", materials && f.refracts},
           {"BALLOT_HAS_EMISSION", "emission", materials && f.emits},
+          {"BALLOT_HAS_ALPHA", "alpha", materials && f.alpha && f.emits},  // of what is aimed at
           {"BALLOT_HAS_UNLIT", "unlit", materials && f.unlit},
           {"BALLOT_HAS_BASE_TEXTURE", "base", materials && f.base_texture},
           {"BALLOT_HAS_SURFACE_TEXTURE", "surface", materials && f.surface_texture},
@@ -177,7 +178,7 @@ KernelSource shading_source(std::string_view shading, const SceneFeatures& featu
   const bool materials = value == SHADING_EYELIGHT;
   // The eyelight does not ask how a surface reflects.
   SceneFeatures seen = features;
-  seen.glossy = seen.refracts = seen.surface_texture = false;
+  seen.glossy = seen.refracts = seen.surface_texture = seen.alpha = false;
   Defines defines = look_defines(seen, materials);
   defines.emplace_back("BALLOT_SHADING", value);
   return {.name = fmt::format("shade.{}{}", shading, look_name(seen, materials)),

@@ -55,7 +55,18 @@ vec3 sample_facet(Bsdf b, vec2 r) {
 }
 #endif
 
-Bsdf bsdf_of(Look look, vec3 dir, bool front) {
+#if BALLOT_HAS_GLOSS && (BALLOT_HAS_NORMALS || BALLOT_HAS_NORMAL_TEXTURE)
+// The shading normal n, turned so far that the mirrored ray does not go into the surface; its normal is `flat_n`. So rims of smooth
+// bodies reflect (Keller et al., The Iray Light Transport Simulation and Rendering System, 2017).
+vec3 turned(vec3 n, vec3 dir, vec3 flat_n) {
+  vec3 to = reflect(dir, n);
+  float over = dot(to, flat_n);
+  if (over >= 0.0) return n;
+  return normalize(normalize(to + flat_n * (0.01 - over)) - dir);
+}
+#endif
+
+Bsdf bsdf_of(Look look, vec3 dir, vec3 flat_n, bool front) {
   Bsdf b;
   b.n = look.normal;
   b.to_eye = -dir;
@@ -67,6 +78,9 @@ Bsdf bsdf_of(Look look, vec3 dir, bool front) {
 #if BALLOT_HAS_GLOSS
   b.lambert = (look.m.flags & MATERIAL_LAMBERT) != 0u;
   if (b.lambert) return b;
+#if BALLOT_HAS_NORMALS || BALLOT_HAS_NORMAL_TEXTURE
+  b.n = turned(b.n, dir, flat_n);
+#endif
   b.metallic = clamp(look.m.metallic, 0.0, 1.0);
   b.mirror = look.m.roughness < MIRROR_ROUGHNESS;
   b.alpha = max(look.m.roughness * look.m.roughness, 1e-3);

@@ -47,6 +47,9 @@ Aim aim_at_triangle(vec3 from, float pick, vec2 r) {
   GpuTextureUse glow = texture_uses[material * USES_PER_MATERIAL + USE_EMISSIVE];
   if (glow.texture != NO_TEXTURE) radiance *= sample_use(glow, corners_of(glow, prim), hit.u, hit.v, 0.0).rgb;
 #endif
+#if BALLOT_HAS_ALPHA
+  radiance *= opacity(material, hit);  // rays that find it by chance go through the rest
+#endif
   aim.density = emission_density(materials[material].emitted, aim.distance, cosine);
   aim.radiance = cosine > 1e-6 && aim.distance > 0.0 ? radiance / aim.density : vec3(0.0);
   return aim;

@@ -20,7 +20,7 @@ uint material_of(uint prim) { return texelFetch(triangles, int(prim * 3u)).w; }
 #if BALLOT_HAS_MATERIALS
 struct Look {
   GpuMaterial m;   // times its textures
-  vec3 normal;     // for shading: unit, on the side that the ray came from
+  vec3 normal;     // for shading: unit, on the side of the surface that the ray came from
 };
 #endif
 
@@ -42,6 +42,19 @@ float footprint_on(vec3 v0, vec3 v1, vec3 v2, float width, float cosine) {
 vec4 base_texture(uint material, Hit hit, float footprint) {
   GpuTextureUse use = texture_uses[material * USES_PER_MATERIAL + USE_BASE];
   return use.texture == NO_TEXTURE ? vec4(1.0) : sample_use(use, corners_of(use, hit.prim), hit.u, hit.v, footprint);
+}
+#endif
+
+#if BALLOT_HAS_MATERIALS
+// The share of rays that a surface stops: of a masked one all or none.
+float opacity(uint material, Hit hit) {
+  GpuMaterial m = materials[material];
+  if ((m.flags & (MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND)) == 0u) return 1.0;
+  float alpha = m.alpha;
+#if BALLOT_HAS_BASE_TEXTURE
+  alpha *= base_texture(material, hit, 0.0).a;
+#endif
+  return (m.flags & MATERIAL_ALPHA_MASK) == 0u ? alpha : alpha < m.alpha_cutoff ? 0.0 : 1.0;
 }
 #endif
 
@@ -67,16 +80,16 @@ vec3 bumped(uint material, Hit hit, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool fron
 }
 #endif
 
-// `n` is the geometric normal on the ray's side, `dir` the ray's unit direction.
-vec3 smooth_normal(Hit hit, vec3 n, vec3 dir) {
+// `n` is the geometric normal on the ray's side. At a rim the smooth one on its side may face away from the ray.
+vec3 smooth_normal(Hit hit, vec3 n) {
 #if BALLOT_HAS_NORMALS
   vec3 n0 = uintBitsToFloat(texelFetch(normals, int(hit.prim * 3u)).xyz);
   vec3 n1 = uintBitsToFloat(texelFetch(normals, int(hit.prim * 3u + 1u)).xyz);
   vec3 n2 = uintBitsToFloat(texelFetch(normals, int(hit.prim * 3u + 2u)).xyz);
   vec3 smooth_n = n0 * (1.0 - hit.u - hit.v) + n1 * hit.u + n2 * hit.v;
-  if (dot(smooth_n, smooth_n) > 1e-12) n = normalize(smooth_n);
+  if (dot(smooth_n, smooth_n) > 1e-12) n = normalize(dot(smooth_n, n) < 0.0 ? -smooth_n : smooth_n);
 #endif
-  return dot(n, dir) > 0.0 ? -n : n;
+  return n;
 }
 
 #if BALLOT_HAS_MATERIALS
@@ -85,7 +98,7 @@ vec3 smooth_normal(Hit hit, vec3 n, vec3 dir) {
 Look look_at(Hit hit, uint material, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool front, vec3 dir, float width) {
   Look look;
   look.m = materials[material];
-  look.normal = smooth_normal(hit, n, dir);
+  look.normal = smooth_normal(hit, n);
 #if HAS_TEXTURES
   float footprint = footprint_on(v0, v1, v2, width, abs(dot(n, dir)));
 #endif

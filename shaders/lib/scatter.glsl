@@ -28,6 +28,8 @@ void start_shadow(Path path, Surface s, Bsdf b, Carried c, inout Started started
   vec3 value = eval_bsdf(b, aim.dir, density);
 #if BALLOT_INTEGRATOR == INTEGRATOR_WHITTED
   density = 0.0;  // no other ray looks for this light
+#else
+  if (push.depth >= push.last_depth) density = 0.0;  // none does after this one
 #endif
   started.light = c.throughput * value * aim.radiance * (aim.density > 0.0 ? weigh(aim.density, density) : 1.0);
   started.shadow = dot(aim.dir, s.normal) > 0.0 && luminance(started.light) > 0.0;
@@ -83,7 +85,7 @@ void scatter(inout Path path, Surface s, Look look, Carried c, float distance, f
   float aimed = c.pdf > 0.0 ? emission_density(look.m.emitted, distance, dot(s.normal, s.dir)) : 0.0;
   path.radiance += c.throughput * look.m.emissive * weigh(c.pdf, aimed);
 #endif
-  Bsdf b = bsdf_of(look, s.dir, s.front);
+  Bsdf b = bsdf_of(look, s.dir, s.normal, s.front);
 #if HAS_LIGHT
   start_shadow(path, s, b, c, started);
 #endif

@@ -30,15 +30,8 @@ float chance_of(Ray ray, uint prim) {
 }
 
 bool passes(Ray ray, Hit hit) {
-  uint number = material_of(hit.prim);
-  GpuMaterial m = materials[number];
-  if ((m.flags & (MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND)) == 0u) return false;
-  float alpha = m.alpha;
-#if BALLOT_HAS_BASE_TEXTURE
-  alpha *= base_texture(number, hit, 0.0).a;
-#endif
-  if ((m.flags & MATERIAL_ALPHA_MASK) != 0u) return alpha < m.alpha_cutoff;
-  return chance_of(ray, hit.prim) >= alpha;
+  float stopped = opacity(material_of(hit.prim), hit);
+  return stopped < 1.0 && chance_of(ray, hit.prim) >= stopped;
 }
 
 void main() {

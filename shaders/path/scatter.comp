@@ -90,7 +90,7 @@ void record_first(Path path, Ray ray, Hit hit, vec3 normal) {
 void shade_hit(inout Path path, Ray ray, Hit hit, Carried c, inout Started started) {
   Surface s = surface_of(ray, hit);
 #if BALLOT_INTEGRATOR == INTEGRATOR_AO
-  vec3 n = smooth_normal(hit, s.normal, s.dir);
+  vec3 n = smooth_normal(hit, s.normal);
   vec3 to = cosine_about(n, draw2(path, 0u));
   started.shadow = dot(to, s.normal) > 0.0;
   started.shadow_ray = leave(s, 1.0, to, push.ao_radius);

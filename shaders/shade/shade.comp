@@ -40,7 +40,7 @@ void main() {
     bool front;
     vec3 n = face_normal(v0, v1, v2, dir, front);
 #if BALLOT_SHADING == SHADING_NORMALS
-    n = smooth_normal(hit, n, dir);
+    n = smooth_normal(hit, n);
     p.color = n * 0.5 + 0.5;
 #else
     Look look = look_at(hit, material_of(hit.prim), v0, v1, v2, n, front, dir, hit.t * length(ray.dir) * push.spread);

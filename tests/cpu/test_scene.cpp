@@ -5,7 +5,9 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
+#include "engine/scene/digest.h"
 #include "gltf_builder.h"
 
 namespace ballot::test {
@@ -157,6 +159,56 @@ TEST(SharedScenes, HaveTheTrianglesAndViewsThatTheirListGives) {
         EXPECT_NEAR(-found.world_from_camera[2][axis], view.at("forward")[axis].get<double>(), 1e-5);
     }
   }
+}
+
+// Every field counts: what a checkpoint is checked against.
+TEST(Digest, ChangesWithEveryField) {
+  Scene scene = triangle_scene();
+  finish_scene(scene);
+  scene.textures.push_back({});
+  scene.images.push_back({.width = 1, .height = 1, .rgba = {1, 2, 3, 4}});
+  scene.uvs[0].push_back({});
+  scene.lights.push_back({});
+  const std::function<void(Scene&)> changes[] = {
+      [](Scene& s) { s.triangles[0][2].z = -4; },
+      [](Scene& s) { s.normals.push_back({}); },
+      [](Scene& s) { s.material_of[0] = 1; },
+      [](Scene& s) { s.materials[0].base_color.g = 0; },
+      [](Scene& s) { s.materials[0].emissive.b = 1; },
+      [](Scene& s) { s.materials[0].metallic = 1; },
+      [](Scene& s) { s.materials[0].roughness = std::nextafter(1.0f, 0.0f); },
+      [](Scene& s) { s.materials[0].transmission = 1; },
+      [](Scene& s) { s.materials[0].ior = 1.33f; },
+      [](Scene& s) { s.materials[0].alpha = 0.5f; },
+      [](Scene& s) { s.materials[0].alpha_mode = Alpha::Blend; },
+      [](Scene& s) { s.materials[0].alpha_cutoff = 0.25f; },
+      [](Scene& s) { s.materials[0].unlit = true; },
+      [](Scene& s) { s.materials[0].normal_scale = 2; },
+      [](Scene& s) { s.materials[0].base_texture.texture = 0; },
+      [](Scene& s) { s.materials[0].surface_texture.texture = 0; },
+      [](Scene& s) { s.materials[0].emissive_texture.set = 1; },
+      [](Scene& s) { s.materials[0].normal_texture.row_v.z = 1; },
+      [](Scene& s) { s.textures[0].wrap_v = Wrap::Clamp; },
+      [](Scene& s) { s.textures[0].nearest = true; },
+      [](Scene& s) { s.images[0].srgb = true; },
+      [](Scene& s) { s.images[0].rgba[3] = 5; },
+      [](Scene& s) { s.uvs[0][0][1].x = 1; },
+      [](Scene& s) { std::swap(s.uvs[0], s.uvs[1]); },
+      [](Scene& s) { s.lights[0].kind = Light::Kind::Spot; },
+      [](Scene& s) { s.lights[0].position.x = 1; },
+      [](Scene& s) { s.lights[0].intensity.x = 2; },
+      [](Scene& s) { s.lights[0].range = 3; },
+      [](Scene& s) { s.lights[0].outer_angle = 0.5f; },
+      [](Scene& s) { s.sky.kind = Sky::Kind::Constant; },
+      [](Scene& s) { s.sky.map.push_back({}); },
+  };
+  std::set<std::uint64_t> seen{digest_of(scene)};
+  for (const auto& change : changes) {
+    Scene changed = scene;
+    change(changed);
+    seen.insert(digest_of(changed));
+  }
+  EXPECT_EQ(seen.size(), 1 + std::size(changes));
 }
 
 }  // namespace

@@ -57,6 +57,27 @@ TEST(Furnace, WhiteAndColouredSpheresShowTheirAlbedo) {
   EXPECT_GT(inside, 100u);
 }
 
+// Nor do smooth normals darken its rim, where they lean away from the eye; a mirror there shows the sky as well.
+TEST(Furnace, RimsOfSmoothSpheres) {
+  for (const bool mirror : {false, true})
+    for (const char* shading : {"path", "whitted"}) {
+      Scene scene = sphere_of({.name = "ball", .metallic = mirror ? 1.0f : 0.0f, .roughness = mirror ? 0.0f : 1.0f});
+      scene.triangles = shapes::sphere(1);
+      scene.material_of.clear();
+      for (const Triangle& t : scene.triangles)
+        scene.normals.push_back({glm::normalize(t[0]), glm::normalize(t[1]), glm::normalize(t[2])});
+      finish_scene(scene);
+      RenderOptions options = path_options(32, 64);
+      options.shading = shading;
+      const Picture p = render(std::move(scene), options);
+      for (std::uint32_t i = 0; i < 32 * 32; ++i)
+        if (p.at("A", i % 32, i / 32) == 1) {
+          EXPECT_GT(p.color(i % 32, i / 32).g, 0.5f) << shading << " " << mirror << " " << i;
+          EXPECT_LT(p.color(i % 32, i / 32).g, 1.5f) << shading << " " << mirror << " " << i;
+        }
+    }
+}
+
 // The kernel for every feature sees the same, and does what the scene does not need: it is what "ballot info --measure" compares with.
 TEST(Furnace, EveryFeatureShowsTheSame) {
   RenderOptions options = path_options(12, 2);
@@ -88,6 +109,37 @@ TEST(Furnace, ClosedRoomThatShines) {
   const Mean mean = mean_of(render(engine, engine.scene().views[0], options));
   EXPECT_NEAR(mean.value.g, 1, 4 * mean.error.g + 2e-3);
   EXPECT_LT(mean.error.g, 0.01);
+}
+
+/// The mean of a floor under a square lamp that reflects nothing.
+Mean floor_under_lamp(Alpha mode, int bounces) {
+  Scene scene;
+  scene.name = "lit floor";
+  scene.materials = {{.name = "floor", .base_color = glm::vec3(0.5f)},
+                     {.name = "lamp", .base_color = kBlack, .emissive = glm::vec3(2), .alpha_mode = mode}};
+  if (mode != Alpha::Opaque) scene.materials[1].alpha = 0.25f;
+  add_rectangle(scene, {-0.5f, -0.5f}, {0.5f, 0.5f}, 0, 0);
+  add_rectangle(scene, {-4, -4}, {4, 4}, 2, 1);
+  scene.views.push_back(view_from({0, 0, 0.5}));
+  finish_scene(scene);
+  RenderOptions options = path_options(8, 256);
+  options.bounces = bounces;
+  return mean_of(render(std::move(scene), options));
+}
+
+// Without bounces all light of a lamp is found by aiming at it: what bounced rays would have found must not be missing. A lamp of
+// which a quarter is there shines by a quarter, one masked away not at all, however it is found.
+TEST(Furnace, LampIsFoundInFullByEitherWay) {
+  const Mean full = floor_under_lamp(Alpha::Opaque, 2);
+  EXPECT_NEAR(full.value.g, 0.8, 0.15);  // the lamp's share of the cosine-weighted hemisphere
+  for (const auto& [mode, share] :
+       {std::pair(Alpha::Opaque, 1.0), std::pair(Alpha::Blend, 0.25), std::pair(Alpha::Mask, 0.0)})
+    for (const int bounces : {0, 2}) {
+      const Mean mean = floor_under_lamp(mode, bounces);
+      EXPECT_NEAR(mean.value.g, share * full.value.g, 4 * (mean.error.g + full.error.g) + 1e-3)
+          << share << " of it, " << bounces << " bounces";
+      EXPECT_LT(mean.error.g, 0.02);
+    }
 }
 
 // Glass that absorbs nothing neither takes nor gives light; a rough white metal loses only what single scattering leaves out.

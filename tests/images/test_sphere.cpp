@@ -49,7 +49,7 @@ void expect_surface(const Picture& p, const View& view, float normal_error) {
     EXPECT_GT(glm::length(point), 1 - kSag) << x << ", " << y;
     const glm::vec3 normal = p.normal(x, y);
     EXPECT_NEAR(glm::length(normal), 1, 1e-5);
-    if (glm::dot(-ray, point) < 0.1) return;  // at the rim the normal may turn to the eye
+    if (glm::dot(-ray, point) < 0.1) return;  // at the rim the face decides the side
     EXPECT_LT(glm::length(normal - glm::vec3(glm::normalize(point))), normal_error) << x << ", " << y;
     EXPECT_NEAR(p.at("R", x, y), std::abs(glm::dot(glm::dvec3(normal), ray)), 1e-4);
   });
