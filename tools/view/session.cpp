@@ -138,7 +138,8 @@ bool Session::announce_kernels() {
   for (Query& q : queries) {
     q.want = find_ray_kind(settings_.rays).want;
     q.rays = settings_.rays;
-    const std::string name = engine_->tracer().variant(q, counters).kernel_name();
+    // With the method's own name: auto runs kernels of others, and tries several when it first meets rays of a kind.
+    const std::string name = q.method + " " + engine_->tracer().variant(q, counters).kernel_name();
     if (!kernels_.insert(name).second) continue;
     facts_.message = "compiling " + q.method + " ...";
     facts_.failed = false;
