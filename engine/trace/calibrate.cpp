@@ -24,8 +24,10 @@ struct Effort {
   std::size_t stretches;       // of neighbours that the sample is made of
   double compile_s, rounds_s;  // candidates are compiled, and rounds begun, until then
   int rounds;                  // at most
+  double warm_s;               // traced beforehand, until clocks are up
 };
-constexpr Effort kCpuEffort{1 << 15, 1 << 15, 8, 4, 0.4, 0.35, 9}, kGpuEffort{1 << 18, 1 << 22, 1, 16, 0.1, 0.08, 15};
+constexpr Effort kCpuEffort{1 << 15, 1 << 15, 8, 4, 0.4, 0.35, 9, 0};
+constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 0.1, 0.08, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
 constexpr int kLeastRounds = 3;  // one may be disturbed
 /// Collapsing a tree of so many nodes takes about a second, and nothing keeps the result: methods that want the wide tree are no
@@ -170,13 +172,19 @@ bool Tracer::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& h
 /// Every candidate traces every sample, in turn, until the time is up; hopeless ones drop out.
 void Tracer::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits) {
   const Effort& effort = effort_on(gpu_.info());
+  const auto run = [&](const Trial& t, const Buffer<Ray>& rays) {
+    return trace(rays, hits, std::uint32_t(rays.size()), t.query).device_ms;
+  };
+  for (const auto warm = Clock::now(); seconds_since(warm) < effort.warm_s;)
+    for (const Trial& t : trials)
+      if (!t.out) run(t, samples[0]);
   const auto begin = Clock::now();
   for (int round = 0; round < effort.rounds; ++round) {
     if (round >= kLeastRounds && seconds_since(begin) > effort.rounds_s) break;
     const Buffer<Ray>& rays = samples[std::size_t(round) % samples.size()];
     for (std::size_t i = 0; i < trials.size(); ++i) {
       Trial& t = trials[(i + std::size_t(round)) % trials.size()];  // each comes first once: it finds the caches cold
-      if (!t.out) t.ms.push_back(trace(rays, hits, std::uint32_t(rays.size()), t.query).device_ms);
+      if (!t.out) t.ms.push_back(run(t, rays));
     }
     if (round + 1 < kLeastRounds) continue;
     const std::vector<double> best = best_rounds(trials);

@@ -214,7 +214,8 @@ TEST_F(HardCases, AChainOf256Levels) {
   const auto truth = exact.nearest(rays);
   for (const Method& method : kMethods) {
     Query query{.method = std::string(method.name)};
-    if (method.own_stack || method.chooses) query.knobs = {{"stack", "private"}};  // shared memory does not hold so many levels
+    if (method.own_stack || method.chooses)
+      query.knobs = {{"stack", "private"}};  // shared memory does not hold so many levels
     std::vector<Hit> hits(rays.size());
     tracer.trace(rays, hits, query);
     EXPECT_EQ(count_untouched(hits), 0u) << tracer.variant(query).name();
