@@ -6,6 +6,7 @@
 #include "engine/core/error.h"
 #include "engine/render/batch.h"
 #include "engine/render/camera.h"
+#include "engine/render/room.h"
 
 namespace ballot {
 
@@ -25,14 +26,6 @@ std::uint32_t word_of(HeatKind::Field field) {
   const RayStats s{};
   if (!field) return ~0u;
   return std::uint32_t(reinterpret_cast<const std::byte*>(&(s.*field)) - reinterpret_cast<const std::byte*>(&s)) / 4;
-}
-
-template <class T>
-bool room_for(std::unique_ptr<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
-  if (buffer && buffer->size() >= count) return false;
-  buffer.reset();
-  buffer = std::make_unique<Buffer<T>>(gpu, count, Access::Storage, name);
-  return true;
 }
 
 }  // namespace
@@ -70,12 +63,12 @@ void LiveImage::make_room(const LiveOptions& o, bool counts) {
     starts_.reset();
     chunk_rays_ = wanted;
   }
-  room_for(pixels_, gpu_, pixels, "pixels");
-  room_for(rays_, gpu_, chunk_rays_, "rays");
-  room_for(hits_, gpu_, chunk_rays_, "hits");
-  if (from_hits) room_for(secondary_, gpu_, chunk_rays_, "rays from hits");
-  if (from_hits) room_for(secondary_hits_, gpu_, chunk_rays_, "hits of rays from hits");
-  if (counts) room_for(stats_, gpu_, chunk_rays_, "counters");
+  ballot::make_room(pixels_, gpu_, pixels, "pixels");
+  ballot::make_room(rays_, gpu_, chunk_rays_, "rays");
+  ballot::make_room(hits_, gpu_, chunk_rays_, "hits");
+  if (from_hits) ballot::make_room(secondary_, gpu_, chunk_rays_, "rays from hits");
+  if (from_hits) ballot::make_room(secondary_hits_, gpu_, chunk_rays_, "hits of rays from hits");
+  if (counts) ballot::make_room(stats_, gpu_, chunk_rays_, "counters");
   const std::size_t chunks = (total + chunk_rays_ - 1) / chunk_rays_;
   while (film_.size() < chunks) film_.emplace_back(gpu_, chunk_rays_, Access::Storage, "film");
   while (o.other && other_film_.size() < chunks) other_film_.emplace_back(gpu_, chunk_rays_, Access::Storage, "film b");
@@ -146,7 +139,7 @@ void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, Liv
 
 void LiveImage::generate_secondary(std::string_view generator, const Slice& slice, const LiveOptions& options,
                                    LiveTimes& times) {
-  if (room_for(starts_, gpu_, chunk_rays_, "starts of rays") || width_ != options.width ||
+  if (ballot::make_room(starts_, gpu_, chunk_rays_, "starts of rays") || width_ != options.width ||
       starts_first_ != slice.camera.first) {
     std::vector<Start> starts(chunk_rays_);
     for (std::uint32_t i = 0; i < chunk_rays_; ++i) {

@@ -7,6 +7,7 @@
 #include "engine/core/error.h"
 #include "engine/render/camera.h"
 #include "engine/render/ray_kinds.h"
+#include "engine/render/room.h"
 
 namespace ballot {
 
@@ -16,13 +17,6 @@ constexpr std::uint32_t kGroup = 64;  // of shaders/rays/primary.comp and shader
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-template <class T>
-void make_room(std::unique_ptr<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
-  if (buffer && buffer->size() >= count) return;
-  buffer.reset();
-  buffer = std::make_unique<Buffer<T>>(gpu, count, Access::Storage, name);
 }
 
 }  // namespace

@@ -4,19 +4,13 @@
 
 #include "engine/core/error.h"
 #include "engine/render/camera.h"
+#include "engine/render/room.h"
 
 namespace ballot {
 
 namespace {
 
 constexpr std::uint32_t kGroup = 64;  // of shaders/path/*.comp
-
-template <class T>
-void make_room(std::unique_ptr<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
-  if (buffer && buffer->size() >= count) return;
-  buffer.reset();
-  buffer = std::make_unique<Buffer<T>>(gpu, count, Access::Storage, name);
-}
 
 }  // namespace
 

@@ -5,8 +5,6 @@
 // is shown without its filter and tree: no triangle that Embree names may be hit before the oracle's, by exact
 // arithmetic, in any of the rays; and the first --brute errors are asked of every triangle of the scene. Exit code 1 if
 // the oracle is wrong.
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -19,6 +17,7 @@
 #include "engine/core/file.h"
 #include "engine/core/progress.h"
 #include "engine/exact/errors.h"
+#include "tests/check/embree_scene.h"
 
 namespace {
 
@@ -50,28 +49,9 @@ Args parse(int argc, char** argv) {
   return args;
 }
 
-class EmbreeScene {
+class EmbreeAnswers : public EmbreeScene {
  public:
-  explicit EmbreeScene(const std::vector<Triangle>& triangles) {
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
-    RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    void* v = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, triangles.size() * 3);
-    auto* index = static_cast<unsigned*>(
-        rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, triangles.size()));
-    std::memcpy(v, triangles.data(), triangles.size() * sizeof(Triangle));
-    for (std::size_t k = 0; k < triangles.size() * 3; ++k) index[k] = unsigned(k);
-    rtcCommitGeometry(g);
-    rtcAttachGeometry(scene_, g);
-    rtcReleaseGeometry(g);
-    rtcCommitScene(scene_);
-  }
-  ~EmbreeScene() {
-    rtcReleaseScene(scene_);
-    rtcReleaseDevice(device_);
-  }
-  EmbreeScene(const EmbreeScene&) = delete;
-  EmbreeScene& operator=(const EmbreeScene&) = delete;
+  using EmbreeScene::EmbreeScene;
 
   std::vector<Hit> trace(std::span<const Ray> rays) const {
     std::vector<Hit> hits(rays.size());
@@ -92,8 +72,6 @@ class EmbreeScene {
     if (q.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {0, NO_HIT, 0, 0};
     return {q.ray.tfar, q.hit.primID, q.hit.u, q.hit.v};
   }
-  RTCDevice device_ = rtcNewDevice(nullptr);
-  RTCScene scene_ = rtcNewScene(device_);
 };
 
 std::vector<Ray> primary_rays(const Scene& scene, std::size_t count) {
@@ -207,7 +185,7 @@ class Comparison {
   }
 
   const Args& args_;
-  EmbreeScene embree_;
+  EmbreeAnswers embree_;
   Bvh bvh_;
   DeviceBvh device_;
   ExactOracle exact_;

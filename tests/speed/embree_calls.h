@@ -1,11 +1,8 @@
 // Embree's ray queries over batches, for comparison: single rays and packets, on any number of threads.
 #pragma once
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <atomic>
-#include <cstring>
 #include <functional>
 #include <limits>
 #include <span>
@@ -14,6 +11,7 @@
 #include <vector>
 
 #include "engine/ballot.h"
+#include "tests/check/embree_scene.h"
 
 namespace ballot::speed {
 
@@ -25,30 +23,9 @@ struct EmbreeCall {
 };
 inline constexpr EmbreeCall kEmbreeCalls[] = {{1, false}, {1, true}, {8, false}, {8, true}, {16, false}, {16, true}};
 
-/// A robust scene of high build quality, which has spatial splits.
-class EmbreeScene {
+class EmbreeCalls : public EmbreeScene {
  public:
-  explicit EmbreeScene(const std::vector<Triangle>& triangles) {
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
-    RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    void* v = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, triangles.size() * 3);
-    auto* i = static_cast<unsigned*>(
-        rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, triangles.size()));
-    std::memcpy(v, triangles.data(), triangles.size() * sizeof(Triangle));
-    for (std::size_t k = 0; k < triangles.size() * 3; ++k) i[k] = unsigned(k);
-    rtcSetGeometryBuildQuality(g, RTC_BUILD_QUALITY_HIGH);
-    rtcCommitGeometry(g);
-    rtcAttachGeometry(scene_, g);
-    rtcReleaseGeometry(g);
-    rtcCommitScene(scene_);
-  }
-  ~EmbreeScene() {
-    rtcReleaseScene(scene_);
-    rtcReleaseDevice(device_);
-  }
-  EmbreeScene(const EmbreeScene&) = delete;
-  EmbreeScene& operator=(const EmbreeScene&) = delete;
+  using EmbreeScene::EmbreeScene;
 
   /// Writes a hit a ray, as Ballot does. Packets are runs of neighbours; filling them counts to the caller's time.
   void trace(EmbreeCall call, bool any, std::span<const Ray> rays, std::span<Hit> hits, unsigned threads) const {
@@ -118,9 +95,6 @@ class EmbreeScene {
       }
     }
   }
-
-  RTCDevice device_ = rtcNewDevice(nullptr);
-  RTCScene scene_ = rtcNewScene(device_);
 };
 
 }  // namespace ballot::speed
