@@ -20,10 +20,10 @@ std::vector<DeviceInfo> imagined_devices() {
   gpu.max_group_invocations = gpu.max_group_size_x = 1024;
   gpu.max_group_subgroups = 32;
   gpu.shared_bytes = 32768;
-  gpu.uniform_flow = gpu.shuffle = gpu.buffer_address = true;
+  gpu.uniform_flow = gpu.shuffle = gpu.arithmetic = gpu.buffer_address = true;
   DeviceInfo plain = gpu;
   plain.name = "a GPU without options";
-  plain.uniform_flow = plain.shuffle = plain.buffer_address = false;
+  plain.uniform_flow = plain.shuffle = plain.arithmetic = plain.buffer_address = false;
   DeviceInfo cpu = plain;
   cpu.name = "lavapipe";
   cpu.type = VK_PHYSICAL_DEVICE_TYPE_CPU;
@@ -40,6 +40,7 @@ std::vector<Knobs> knobs_of(const Method& method) {
     for (const Vote vote : {Vote::Any, Vote::Count, Vote::Sum})
       if (method.takes(vote)) all.push_back({{"launch", launch}, {"vote", std::string(vote_name(vote))}});
     if (!method.packet()) all.push_back({{"launch", launch}});
+    if (method.frontier) all.push_back({{"launch", launch}, {"frontier", "32"}});
     if (method.wide) all.push_back({{"launch", launch}, {"rays", "4"}, {"fallback", "0"}});
   }
   if (!method.packet())
@@ -52,7 +53,7 @@ std::vector<KernelSource> traversal_sources() {
   for (const DeviceInfo& device : imagined_devices())
     for (const Method& method : kMethods)
       for (const NumericMode& numeric : kNumericModes) {
-        if (method.chooses || (method.wide && !device.shuffle)) continue;
+        if (method.chooses || (method.reduces() && !device.shuffle)) continue;
         for (const Want want : {Want::Nearest, Want::Any})
           for (const Knobs& knobs : knobs_of(method))
             for (const bool counters : {false, true}) {

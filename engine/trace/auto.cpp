@@ -15,9 +15,17 @@ struct Row {
   bool any_only = false;
 };
 constexpr Row kRows[] = {
-    {true, "packet-wide", "", ""},    {true, "while-while", "", ""},  {true, "packet-wide", "fallback", "0"},
-    {true, "dynamic-fetch", "", ""},  {false, "while-while", "", ""}, {false, "while-while", "sorted", "0", true},
-    {false, "dynamic-fetch", "", ""}, {false, "if-if", "", ""},       {false, "speculative", "", ""},
+    {true, "packet-wide", "", ""},
+    {true, "while-while", "", ""},
+    {true, "packet-wide", "fallback", "0"},
+    {true, "dynamic-fetch", "", ""},
+    {false, "while-while", "", ""},
+    {false, "frontier", "", ""},
+    {false, "frontier", "sorted", "0", true},
+    {false, "dynamic-fetch", "", ""},
+    {false, "if-if", "", ""},
+    {false, "frontier", "frontier", "32"},
+    {false, "while-while", "sorted", "0", true},
 };
 
 bool can_follow(const Query& query, const Candidate& candidate, const DeviceInfo& device, std::string& why) {

@@ -125,6 +125,17 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) {
        f.fallback = choose<int>(v, k, {"0", "1"}) != 0;
      }},
+    {{"frontier", "32, 64", "frontier: nodes that the subgroup tests"},
+     [](F& f, V v, const K& k) {
+       f.frontier = 32u << choose<int>(v, k, {"32", "64"});
+     }},
+    {{"e", "0 to 255", "frontier: entries into the tree beyond which rays start at its root"},
+     [](F& f, V v, const K& k) { f.threshold = number(v, k, 0, 255); }},
+    {{"reduce", "shuffle, integer",
+      "frontier, packet-wide: minima over lanes by shuffles, or of integers by one instruction"},
+     [](F& f, V v, const K& k) {
+       f.reduce = choose<Reduce>(v, k, {"shuffle", "integer"});
+     }},
     {{"refetch", "0 to 1", "dynamic-fetch: the share of lanes at work below which idle lanes take new rays"},
      [](F& f, V v, const K& k) { f.threshold = share(v, k); }},
 };
@@ -164,6 +175,8 @@ std::string describe(const Formulation& f, const Method& method) {
   if (method.wide)
     text += fmt::format(" rays={} fallback={} packet_stack={}", f.rays, int(f.fallback),
                         f.packet_stack == PacketStack::Lanes ? "lanes" : "shared");
+  if (method.frontier) text += fmt::format(" frontier={}", f.frontier);
+  if (method.reduces()) text += fmt::format(" reduce={}", f.reduce == Reduce::Integer ? "integer" : "shuffle");
   if (method.own_stack) text += fmt::format(" stack={}", f.stack == StackPlace::Shared ? "shared" : "private");
   if (method.lists) text += fmt::format(" list={}", f.list);
   constexpr const char* products[] = {"split", "float64", "fma"};

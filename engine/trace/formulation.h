@@ -21,6 +21,7 @@ enum class Vote : int { Any = VOTE_ANY, Count = VOTE_COUNT, Sum = VOTE_SUM };
 std::string_view vote_name(Vote vote);  // as knob vote takes it
 enum class Products : int { Split = PRODUCTS_SPLIT, Float64 = PRODUCTS_FLOAT64, Fma = PRODUCTS_FMA };
 enum class MinMax : int { Builtin = MINMAX_BUILTIN, Select = MINMAX_SELECT, Integer = MINMAX_INTEGER };
+enum class Reduce : int { Shuffle = REDUCE_SHUFFLE, Integer = REDUCE_INTEGER };
 enum class Launch : int { Plain = LAUNCH_PLAIN, Persistent = LAUNCH_PERSISTENT };
 
 struct Formulation {
@@ -44,6 +45,8 @@ struct Formulation {
   std::uint32_t resident_lanes = 1u << 18;  // persistent: invocations launched at most
   std::uint32_t rays = 1;                   // packet-wide: rays in a lane, a power of two up to 8
   bool fallback = true;                     // packet-wide: rays whose directions disagree in sign go by themselves
+  Reduce reduce = Reduce::Shuffle;          // frontier, packet-wide: how minima over lanes are found
+  std::uint32_t frontier = 64;              // frontier: nodes of it, 32 or 64
   double threshold = 0;                     // of methods that have one: a share of the subgroup, or a count
   std::uint32_t list = 16;                  // methods with lists: nodes that a ray can put aside
 

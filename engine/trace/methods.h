@@ -44,11 +44,13 @@ struct Method {
   bool own_stack;  // rays have stacks of their own; knob stack applies
   Wants on_cpu, on_gpu;
   Threshold threshold = {};
-  bool lists = false;    // rays put nodes aside in lists of bounded length; knob list applies
-  bool wide = false;     // walks the wide tree with several rays in a lane; knobs rays, fallback and packet_stack apply
-  bool chooses = false;  // has no kernel: runs what it finds fastest of the others (auto.h)
+  bool lists = false;  // rays put nodes aside in lists of bounded length; knob list applies
+  bool wide = false;   // walks the wide tree with several rays in a lane; knobs rays, fallback and packet_stack apply
+  bool frontier = false;  // the subgroup tests the frontier of the tree first; knobs frontier and reduce apply
+  bool chooses = false;   // has no kernel: runs what it finds fastest of the others (auto.h)
 
   bool packet() const { return votes != kNoVotes; }
+  bool reduces() const { return wide || frontier; }
   bool shares_stack() const { return packet() || wide; }
   bool takes(Vote vote) const { return (votes >> int(vote) & 1) != 0; }
 };
@@ -138,6 +140,22 @@ inline constexpr Method kMethods[] = {
      {},
      false,
      true},
+    {"frontier",
+     "traverse/frontier.comp",
+     "the subgroup finds where its rays may enter the tree, a node of its top a lane; then each ray by itself",
+     kNoVotes,
+     true,
+     kCpu,
+     kGpu,
+     {Threshold::Count,
+      "e",
+      16,
+      "entries into the tree beyond which rays start at its root",
+      {0, 1, 2, 4, 8, 16, 32, 64},
+      8},
+     false,
+     false,
+     true},
     {kAuto,
      "",
      "whichever of these is fastest on this device, scene and sort of rays: trials on a sample of them tell",
@@ -146,6 +164,7 @@ inline constexpr Method kMethods[] = {
      kCpu,
      kGpu,
      {},
+     false,
      false,
      false,
      true},

@@ -74,6 +74,16 @@ const Tracer::Texels& Tracer::wide_buffer(Fetch fetch) {
   return wide_buffers_.emplace(fetch, std::move(made)).first->second;
 }
 
+const Tracer::Texels& Tracer::frontier_buffer(std::uint32_t nodes, Fetch fetch) {
+  const auto key = std::pair(nodes, fetch);
+  const auto found = frontier_buffers_.find(key);
+  if (found != frontier_buffers_.end()) return found->second;
+  const std::vector<glm::uvec4> frontier = make_frontier(device_bvh(NodeLayout::Interleaved), nodes);
+  Texels made(gpu_, frontier.size(), access_for(fetch), "frontier of the bvh");
+  made.upload(frontier);
+  return frontier_buffers_.emplace(key, std::move(made)).first->second;
+}
+
 Variant Tracer::variant(const Query& asked, bool counters) const {
   const Query query = settle(asked);
   const Method& method = find_method(query.method);
@@ -88,12 +98,13 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   Pipeline made{found != pipelines_.end() ? std::move(found->second.kernel) : nullptr};
   const bool fresh = refresh(gpu_, made.kernel, kernel_source(v, gpu_.info(), bvh_.stats.depth));
   if (!v.method->wide || v.how.fallback) made.nodes = &node_buffer(v.how.layout, v.how.fetch);
-  if (v.method->wide) made.wide = &wide_buffer(v.how.fetch);
+  if (v.method->wide) made.top = &wide_buffer(v.how.fetch);
+  if (v.method->frontier) made.top = &frontier_buffer(v.how.frontier, v.how.fetch);
   made.leaves = &leaf_buffer(v.numeric->leaves, v.how.fetch);
   if (!fresh) return pipelines_[key] = std::move(made);
   if (v.how.fetch != Fetch::Reference) {
     if (made.nodes) made.kernel->bind(BIND_NODES, *made.nodes);
-    if (made.wide) made.kernel->bind(BIND_WIDE, *made.wide);
+    if (made.top) made.kernel->bind(BIND_TOP, *made.top);
     made.kernel->bind(BIND_LEAVES, *made.leaves);
   }
   made.kernel->bind(BIND_WORK, work_);
@@ -165,7 +176,7 @@ Work Tracer::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std
     hi = std::uint32_t(texels->address() >> 32);
   };
   point(p.nodes, push.nodes_lo, push.nodes_hi);
-  point(p.wide, push.wide_lo, push.wide_hi);
+  point(p.top, push.top_lo, push.top_hi);
   point(p.leaves, push.leaves_lo, push.leaves_hi);
   Work total{0, 0};
   while (push.ray_begin < count) {

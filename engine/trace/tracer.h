@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "engine/bvh/frontier.h"
 #include "engine/bvh/wide.h"
 #include "engine/trace/auto.h"
 
@@ -79,7 +80,7 @@ class Tracer {
   using Texels = Buffer<glm::uvec4>;
   struct Pipeline {
     std::unique_ptr<Kernel> kernel;
-    const Texels *nodes = nullptr, *wide = nullptr, *leaves = nullptr;  // those that the kernel reads
+    const Texels *nodes = nullptr, *top = nullptr, *leaves = nullptr;  // those that the kernel reads
   };
   /// What one query runs: kernels are shared by queries that differ in thresholds only.
   struct Job {
@@ -92,6 +93,7 @@ class Tracer {
   const Texels& node_buffer(NodeLayout layout, Fetch fetch);
   const Texels& leaf_buffer(LeafFormat format, Fetch fetch);
   const Texels& wide_buffer(Fetch fetch);
+  const Texels& frontier_buffer(std::uint32_t nodes, Fetch fetch);
   std::uint32_t groups_for(const Variant& v, std::uint32_t rays) const;
   Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push, TraceTimes& times);
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
@@ -110,6 +112,7 @@ class Tracer {
   std::map<std::pair<LeafFormat, Fetch>, Texels> leaf_buffers_;
   std::optional<WideBvh> wide_;
   std::map<Fetch, Texels> wide_buffers_;
+  std::map<std::pair<std::uint32_t, Fetch>, Texels> frontier_buffers_;
   std::map<std::string, Pipeline> pipelines_;
   Buffer<Work> work_;
   Choices choices_;

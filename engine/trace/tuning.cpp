@@ -44,7 +44,8 @@ const Row kRows[] = {
 
 void use_what_there_is(const Method& m, Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
   if (!d.shuffle) {
-    if (m.wide) fail(Failure::Arguments, "method {}: {} has no subgroup shuffle", m.name, d.name);
+    if (m.wide || (m.frontier && f.reduce == Reduce::Shuffle))
+      fail(Failure::Arguments, "method {}: {} has no subgroup shuffle", m.name, d.name);
     if (knobs.contains("cooperative") && f.cooperative)
       fail(Failure::Arguments, "--knob cooperative=1: {} has no subgroup shuffle", d.name);
     if (knobs.contains("packet_stack") && f.packet_stack == PacketStack::Lanes)
@@ -52,6 +53,8 @@ void use_what_there_is(const Method& m, Formulation& f, const DeviceInfo& d, con
     f.cooperative = false;
     f.packet_stack = PacketStack::Shared;
   }
+  if (!d.arithmetic && f.reduce == Reduce::Integer)
+    fail(Failure::Arguments, "--knob reduce=integer: {} has no subgroup arithmetic", d.name);
   if (!d.buffer_address && f.fetch == Fetch::Reference) {
     if (knobs.contains("fetch"))
       fail(Failure::Arguments, "--knob fetch=reference: {} has no buffer device address", d.name);
@@ -68,6 +71,10 @@ void check_method_knobs(const Method& m, const Formulation& f, const Knobs& knob
     if (knob.empty() || !knobs.contains(knob) || m.threshold.knob == other.threshold.knob) continue;
     fail(Failure::Arguments, "--knob {}: method {} has no such threshold; {} has", knob, m.name, other.name);
   }
+  if (knobs.contains("frontier") && !m.frontier)
+    fail(Failure::Arguments, "--knob frontier: method {} starts at the root", m.name);
+  if (knobs.contains("reduce") && !m.reduces())
+    fail(Failure::Arguments, "--knob reduce: the lanes of method {} have no minima to find", m.name);
   for (const char* knob : {"rays", "fallback"})
     if (knobs.contains(knob) && !m.wide)
       fail(Failure::Arguments, "--knob {}: the packets of method {} have one ray in a lane and nothing to fall back on",
@@ -115,6 +122,7 @@ Formulation formulation_for(const Method& method, const NumericMode& numeric, co
       device.is_cpu() && !numeric.needs_float64 ? 8 : 1;  // exact: a kernel that holds its code eight times takes long
                                                           // to compile
   f.products = device.float64 ? Products::Float64 : Products::Split;
+  f.reduce = device.arithmetic && !device.is_cpu() ? Reduce::Integer : Reduce::Shuffle;  // README, "Measured"
   f.packet_stack = device.shuffle ? PacketStack::Lanes : PacketStack::Shared;
   for (const Row& row : kRows) {
     const std::uint32_t version = device.mesa_version();

@@ -59,6 +59,8 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
                     {"BALLOT_SORTED", f.sorted || variant.want == Want::Nearest},
                     {"BALLOT_RAYS", wide ? int(f.rays) : 1},
                     {"BALLOT_FALLBACK", wide && f.fallback},
+                    {"BALLOT_REDUCE", method.reduces() ? int(f.reduce) : 0},
+                    {"BALLOT_FRONTIER", method.frontier ? int(f.frontier) : 0},
                     {"BALLOT_LAUNCH", int(f.launch)},
                     {"BALLOT_UNIFORM_FLOW", device.uniform_flow},
                     {"BALLOT_COUNTERS", variant.counters}};

@@ -32,7 +32,7 @@ struct DeviceInfo {
   double timestamp_ns = 0;                            // per tick; 0: no timestamps
   bool size_control = false, full_subgroups = false;  // VK_EXT_subgroup_size_control
   bool uniform_flow = false;                          // VK_KHR_shader_subgroup_uniform_control_flow
-  bool shuffle = false, buffer_address = false, float64 = false;
+  bool shuffle = false, arithmetic = false, buffer_address = false, float64 = false;
   bool pipeline_statistics = false;   // VK_KHR_pipeline_executable_properties
   std::vector<std::string> refusals;  // why Ballot cannot use it; empty: it can
   std::vector<std::string> lacks;     // optional things it has not, and what that costs

@@ -82,6 +82,7 @@ void read_subgroups(DeviceInfo& info, const DeviceProperties& p, const DeviceFea
   }
   info.uniform_flow = uniform_flow && f.uniform_flow.shaderSubgroupUniformControlFlow;
   info.shuffle = (p.v11.subgroupSupportedOperations & VK_SUBGROUP_FEATURE_SHUFFLE_BIT) != 0;
+  info.arithmetic = (p.v11.subgroupSupportedOperations & VK_SUBGROUP_FEATURE_ARITHMETIC_BIT) != 0;
   info.buffer_address = f.v12.bufferDeviceAddress == VK_TRUE;
   info.float64 = f.core.features.shaderFloat64 == VK_TRUE;
 }

@@ -21,6 +21,9 @@ vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_ma
   return cut_axes(fma(-extent, a, middle), fma(extent, a, middle), t_min, t_max);
 }
 
+// Of segments: what rounds their ends.
+vec3 segment_pad(Ray ray) { return 2.4e-7 * (abs(ray.origin) + abs(ray.t_max * ray.dir)); }
+
 // The product with the origin is rounded, which moves planes by up to 2^-24 of it.
 void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
   vec3 slack = 2.4e-7 * abs(ray.origin);

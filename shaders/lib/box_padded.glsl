@@ -76,6 +76,16 @@ void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
 #endif
 }
 
+// What the box of all points between t_min and t_max of a ray must be widened by on each side, to hold all that the ray hits: q
+// lies within 33 w M of such a point, see above, and the ends of the segment are rounded.
+vec3 segment_pad(Ray ray) {
+  float reach = scene_reach(ray.origin);
+#if BALLOT_TRIANGLE == TRIANGLE_EXACT
+  if (!has_safe_slabs(reach)) return vec3(uintBitsToFloat(0x7F800000u));
+#endif
+  return vec3(2.87e-6 * reach) + 2.4e-7 * (abs(ray.origin) + abs(ray.t_max * ray.dir));
+}
+
 vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
 #if BALLOT_LAYOUT == LAYOUT_CENTRED
   precise vec3 a = (lo - (s.origin + s.pad)) * s.inv, b = (hi - (s.origin - s.pad)) * s.inv;

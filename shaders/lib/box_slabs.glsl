@@ -17,4 +17,7 @@ vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_ma
   return cut_centred((centre - s.origin) * s.inv, extent * abs(s.inv), t_min, t_max);
 }
 
+// Of segments: what rounds their ends.
+vec3 segment_pad(Ray ray) { return 2.4e-7 * (abs(ray.origin) + abs(ray.t_max * ray.dir)); }
+
 void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) { lo = hi = s.origin; }

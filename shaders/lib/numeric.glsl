@@ -25,6 +25,7 @@
 //                                      where the ray is inside, as [entry, exit], cut to [t_min, t_max]; empty if entry > exit
 //   centred_interval(slabs, centre, extent, t_min, t_max) -> vec2      the same by centre and half extents
 //   slab_origins(slabs, ray, out lo, out hi)     what lower and upper planes are measured from, for bounds of packets
+//   segment_pad(ray) -> vec3           what the box of a ray's segment is widened by so that it holds all that the ray hits
 //   slabs.inv                          the reciprocal direction
 #include "box.glsl"
 #include "scale.glsl"

@@ -14,14 +14,6 @@ struct PacketBounds {
 
 const float LARGEST = 3.4028234e38;
 
-float lanes_min(float x) {
-  for (uint step = SUBGROUP_SIZE / 2u; step > 0u; step /= 2u) x = smaller(x, subgroupShuffleXor(x, step));
-  return x;
-}
-float lanes_max(float x) { return -lanes_min(-x); }
-vec3 lanes_min(vec3 v) { return vec3(lanes_min(v.x), lanes_min(v.y), lanes_min(v.z)); }
-vec3 lanes_max(vec3 v) { return -lanes_min(-v); }
-
 // Bounds that any ray lies outside of.
 PacketBounds empty_bounds() {
   return PacketBounds(vec3(-LARGEST), vec3(LARGEST), vec3(LARGEST), vec3(-LARGEST), bvec3(false), LARGEST);

@@ -2,13 +2,13 @@
 // subgroup has fewer lanes than a node has children, lane c holds child c + SUBGROUP_SIZE too.
 
 #if BALLOT_FETCH == FETCH_STORAGE
-layout(set = 0, binding = BIND_WIDE, scalar) readonly buffer WideNodes { uvec4 wide_nodes[]; };
+layout(set = 0, binding = BIND_TOP, scalar) readonly buffer WideNodes { uvec4 wide_nodes[]; };
 uvec4 wide_texel(uint texel) { return wide_nodes[texel]; }
 #elif BALLOT_FETCH == FETCH_TEXEL
-layout(set = 0, binding = BIND_WIDE) uniform usamplerBuffer wide_nodes;
+layout(set = 0, binding = BIND_TOP) uniform usamplerBuffer wide_nodes;
 uvec4 wide_texel(uint texel) { return texelFetch(wide_nodes, int(texel)); }
 #else
-uvec4 wide_texel(uint texel) { return Texels(uvec2(push.wide_lo, push.wide_hi)).at[texel]; }
+uvec4 wide_texel(uint texel) { return Texels(uvec2(push.top_lo, push.top_hi)).at[texel]; }
 #endif
 
 const bool TWO_A_LANE = SUBGROUP_SIZE < WIDE_CHILDREN;

@@ -84,6 +84,10 @@ BALLOT_RECORD(BvhNode, 32);
 #define WIDE_NODE_TEXELS 16
 #define WIDE_MAX_NODES 0xFFFFFF
 
+// The frontier: 32 or 64 nodes for each octant of directions (bit 0: down along x, 1: y, 2: z), each two texels, (lo.xyz, child
+// reference), (hi.xyz, 0); END_OF_TREE and an empty box where there are fewer.
+#define FRONTIER_OCTANTS 8
+
 #ifdef __cplusplus
 }  // namespace ballot
 

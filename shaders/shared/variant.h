@@ -18,7 +18,7 @@
 #define BIND_NODES 3
 #define BIND_LEAVES 4
 #define BIND_STATS 5  // of the instrumented variant only
-#define BIND_WIDE 6   // of methods that walk the wide tree
+#define BIND_TOP 6    // of methods that read another tree than the binary one: the wide tree, or the frontier
 
 // BALLOT_FETCH: how nodes and leaves are read.
 #define FETCH_STORAGE 0    // storage buffer
@@ -44,6 +44,12 @@
 #define MINMAX_BUILTIN 0
 #define MINMAX_SELECT 1   // by comparison and selection
 #define MINMAX_INTEGER 2  // of three axes at once, by their bits
+
+// BALLOT_REDUCE: how minima over lanes are found.
+#define REDUCE_SHUFFLE 0
+#define REDUCE_INTEGER 1  // of integers, by the device's own instruction
+
+// BALLOT_FRONTIER: nodes of the frontier, 32 or 64.
 
 // BALLOT_LAUNCH: how work reaches subgroups.
 #define LAUNCH_PLAIN 0       // one ray an invocation, the device schedules
@@ -75,7 +81,7 @@ struct TracePush {
   uint max_batches;    // persistent launch: batches that a subgroup takes at most
   uint nodes_lo, nodes_hi;    // buffer addresses, FETCH_REFERENCE only
   uint leaves_lo, leaves_hi;
-  uint wide_lo, wide_hi;
+  uint top_lo, top_hi;
   uint threshold;  // of methods that have one: lanes, entries or disagreements (engine/trace/methods.h)
 };
 
@@ -115,7 +121,7 @@ BALLOT_RECORD(RayStats, 72);
 #if !defined(BALLOT_FETCH) || !defined(BALLOT_STACK) || !defined(BALLOT_PACKET_STACK) || !defined(BALLOT_VOTE) || \
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
-    !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK)
+    !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif
 #endif

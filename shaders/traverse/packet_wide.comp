@@ -21,6 +21,7 @@
 #define METHOD_PACKETS
 #include "../lib/kernel.glsl"
 #include "../lib/packet_stack.glsl"
+#include "../lib/lanes.glsl"
 #include "../lib/packet_bounds.glsl"
 #include "../lib/packet_rays.glsl"
 #include "../lib/wide.glsl"

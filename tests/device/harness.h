@@ -85,6 +85,16 @@ inline std::vector<Knobs> every_formulation(const DeviceInfo& d) {
   return all;
 }
 
+/// The same of the axes that only some methods have.
+inline std::vector<Knobs> own_formulations(const Method& m, const DeviceInfo& d) {
+  std::vector<Knobs> all;
+  if (m.wide)
+    for (const char* rays : {"1", "2", "4"}) all.push_back({{"rays", rays}, {"fallback", rays[0] == '2' ? "1" : "0"}});
+  if (m.frontier) all.push_back({{"frontier", "32"}});
+  if (m.reduces() && d.arithmetic) all.push_back({{"reduce", "integer"}});
+  return all;
+}
+
 /// Every value that a search for the method's threshold tries, and the ends of its range.
 inline std::vector<Knobs> every_threshold(const Method& m) {
   std::vector<Knobs> all;

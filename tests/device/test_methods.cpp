@@ -85,7 +85,9 @@ TEST_P(Methods, AnswersDoNotDependOnFormulationSizeOrOrder) {
     Query q = base;
     q.method = m.name;
     std::size_t dealt = method++;
-    for (const Knobs& k : knobs) {
+    std::vector<Knobs> of_method = own_formulations(m, gpu_->info());
+    of_method.insert(of_method.end(), knobs.begin(), knobs.end());
+    for (const Knobs& k : of_method) {
       if (!is_dealt(gpu_->info(), dealt++)) continue;
       q.knobs = k;
       EXPECT_EQ(count_different(first, trace(*t, rays, q)), 0u) << t->tracer->variant(q).name();
@@ -144,6 +146,33 @@ TEST_F(Methods, AnswersDoNotDependOnThresholds) {
         EXPECT_EQ(t->oracle->judge(rays, trace(*t, rays, any), truth, Want::Any).errors(), 0u)
             << t->tracer->variant(any).name();
       }
+  expect_silent(*gpu_);
+}
+
+// Rays of all lengths that end where others hit, neighbours together: as short as they are, they find the same.
+TEST_F(Methods, RaysThatEndAtTheirHitFindIt) {
+  for (const glm::vec3& moved : {glm::vec3(0), glm::vec3(300, -7, 20)}) {
+    shapes::Triangles triangles = shapes::soup(3000, 0.1f);
+    for (Triangle& s : triangles)
+      for (glm::vec3& v : s) v += moved;
+    const auto t = make(*gpu_, triangles);
+    std::vector<Ray> rays = shapes::morton_primary(t->bvh.bounds);
+    const auto hits = trace(*t, rays, {.method = "if-if"});
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (hits[i].prim == NO_HIT) continue;
+      const float from = i / 64 % 2 ? 0.9f : 0.0f;  // some begin close to where they end
+      rays[i].t_min = hits[i].t * from;
+      rays[i].t_max = hits[i].t;
+    }
+    const auto first = trace(*t, rays, {.method = "if-if"});
+    EXPECT_EQ(std::ranges::count(first, NO_HIT, &Hit::prim), std::ranges::count(hits, NO_HIT, &Hit::prim));
+    for (const Method& m : kMethods) {
+      const Query query{.method = std::string(m.name)};
+      EXPECT_EQ(count_different(first, trace(*t, rays, query)), 0u) << m.name;
+      const auto any = trace(*t, rays, {.want = Want::Any, .method = query.method});
+      EXPECT_EQ(std::ranges::count(any, NO_HIT, &Hit::prim), std::ranges::count(hits, NO_HIT, &Hit::prim)) << m.name;
+    }
+  }
   expect_silent(*gpu_);
 }
 

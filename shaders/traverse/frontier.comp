@@ -1,0 +1,62 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// "frontier" traversal: a packet at the top of the tree, then every ray by itself. The line where the top ends, the frontier,
+// is found once for the tree; each lane holds one of its nodes against bounds of all rays of the subgroup, and a ballot
+// tells where they may enter. Each ray then walks the subtrees of these nodes, as far as it meets them, front to back.
+//
+// Based on:
+//   Alexander Reshetov, Alexei Soupikov, Jim Hurley. Multi-Level Ray Tracing Algorithm. SIGGRAPH 2005 (entry points).
+//   Kirill Garanzha, Charles Loop. Fast Ray Sorting and Breadth-First Packet Traversal for GPU Ray Tracing. Eurographics 2010
+//   (a frustum finds where its rays enter the tree).
+//   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.3 (a packet first, then rays by themselves).
+// Differs: the top is not walked, but tested at once, so the packet takes one step (two of 32 lanes) whatever the rays.
+//
+// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
+//   live   false where the lane has no ray
+//   Flow   subgroup-uniform until the entries are known, then lanes part
+//   Memory STACK_SIZE words per lane
+//   push.threshold   entries beyond which rays start at the root
+#define METHOD_REDUCES
+#include "../lib/kernel.glsl"
+#include "../lib/walk.glsl"
+#include "../lib/lanes.glsl"
+#include "../lib/frontier.glsl"
+
+// Where the lane's ray may enter the tree; without any it starts at the node given.
+Entries find_entries(inout Walker w, bool live, inout uint node) {
+  Entries none = Entries(0u, uvec2(0u));
+  Beam beam;
+  if (node != 0u || !make_beam(w, live, beam)) return none;  // the frontier is that of the whole tree, whose root is texel 0
+  bool cut_short;
+  Entries e = entries_of(beam, live, cut_short);
+  if (CUT_SHORT(cut_short) || bitCount(e.left.x) + bitCount(e.left.y) > push.threshold) return none;
+  COUNT_SWITCH(1u, 0u)
+  node = END_OF_TREE;
+  return live ? e : none;
+}
+
+uint traverse(inout Walker w, bool live, uint node) {
+  STACK_DECLARE
+  uint top = 1u;
+  STACK_AT(0) = END_OF_TREE;
+  Entries entries = find_entries(w, live, node);
+  if (!live) node = END_OF_TREE;
+  while (node != END_OF_TREE || has_entries(entries)) {
+    while (node == END_OF_TREE && has_entries(entries)) {
+      FrontierNode next = fetch_frontier(take_entry(entries));
+      float entry;
+      if (meets_bounds(w, next.lo, next.hi, entry)) node = next.child;
+      top = 1u;
+    }
+    while (is_inner(node)) WALK_STEP(w, node, top)
+    if (CUT_SHORT(is_inner(node))) break;
+    WALK_LEAVES(w, node, top)
+#if BALLOT_ANY_HIT
+    if (w.hit.prim != NO_HIT) entries.left = uvec2(0u);
+#endif
+  }
+  w.truncated = w.truncated || CUT_SHORT(has_entries(entries));
+  return node;
+}
+
+#include "../lib/main.glsl"
