@@ -57,8 +57,10 @@ std::vector<KernelSource> traversal_sources() {
         for (const Want want : {Want::Nearest, Want::Any})
           for (const Knobs& knobs : knobs_of(method))
             for (const bool counters : {false, true}) {
-              const Variant v{&method, &numeric, want, formulation_for(method, numeric, device, knobs), counters};
+              Variant v{&method, &numeric, want, formulation_for(method, numeric, device, knobs), counters};
               sources.push_back(kernel_source(v, device, 32));
+              v.called = true;
+              if (!counters && knobs.contains("launch")) sources.push_back(kernel_source(v, device, 32));
             }
       }
   return sources;
@@ -75,8 +77,13 @@ std::vector<KernelSource> integrator_sources() {
                                             &SceneFeatures::emissive_texture,
                                             &SceneFeatures::normal_texture,
                                             &SceneFeatures::lights};
-  std::vector<KernelSource> sources{begin_source(),    connect_source(), film_source(false),
-                                    film_source(true), alpha_source({}), alpha_source({.base_texture = true})};
+  std::vector<KernelSource> sources{begin_source(),
+                                    calls_source(),
+                                    connect_source(),
+                                    film_source(false),
+                                    film_source(true),
+                                    alpha_source({}),
+                                    alpha_source({.base_texture = true})};
   std::set<std::string> names;
   const auto add = [&](const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
     KernelSource source = scatter_source(integrator, features, sky);

@@ -26,13 +26,17 @@ WavePlan plan_of(const Integrator& integrator, const SceneFeatures& f) {
   WavePlan plan;
   plan.shadow = ao || f.emits || f.lights || f.sky_map || (whitted && f.sky);
   plan.next = !ao && (!whitted || f.glossy);
-  plan.second = whitted && f.refracts;
+  plan.second = whitted && f.glossy && f.refracts;
   plan.alpha = f.alpha;
   return plan;
 }
 
 KernelSource begin_source() {
   return {.name = "path.begin", .file = "path/begin.comp", .defines = {}, .constants = {}};
+}
+
+KernelSource calls_source() {
+  return {.name = "path.calls", .file = "path/calls.comp", .defines = {}, .constants = {}, .group_size = QUEUES};
 }
 
 KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {

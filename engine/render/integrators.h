@@ -34,12 +34,13 @@ const Integrator* find_integrator(std::string_view name);
 struct WavePlan {
   bool shadow = false;  // rays to lights, or of ambient occlusion
   bool next = false;    // rays of further waves
-  bool second = false;  // refracted rays beside the mirrored ones
+  bool second = false;  // refracted rays beside the mirrored ones: paths part, and put off some rays
   bool alpha = false;   // hits that let rays through
 };
 WavePlan plan_of(const Integrator& integrator, const SceneFeatures& features);
 
 KernelSource begin_source();
+KernelSource calls_source();
 KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky);
 KernelSource connect_source();
 KernelSource film_source(bool moments);

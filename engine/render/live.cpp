@@ -35,7 +35,11 @@ std::vector<KernelSource> live_sources() {
 }
 
 LiveImage::LiveImage(Context& gpu, Tracer& tracer, SceneData& scene)
-    : gpu_(gpu), tracer_(tracer), scene_(scene), totals_(gpu, 1, Access::Storage, "totals") {}
+    : gpu_(gpu),
+      tracer_(tracer),
+      scene_(scene),
+      totals_(gpu, 1, Access::Storage, "totals"),
+      totals_seen_(gpu, 1, Access::Host, "totals seen") {}
 
 LiveImage::~LiveImage() = default;
 
@@ -83,12 +87,11 @@ Kernel& LiveImage::kernel(const KernelSource& source) {
   return *kernel;
 }
 
-double LiveImage::run(Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes) {
-  gpu_.submit(kernel.name(), [&](VkCommandBuffer cmd) {
-    kernel.dispatch(cmd, (count + kGroup - 1) / kGroup, push, push_bytes);
-    memory_barrier(cmd);
-  });
-  return gpu_.last_ms();
+void LiveImage::run(Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes, double& ms) {
+  gpu_.pass(
+      kernel.name(),
+      [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, (count + kGroup - 1) / kGroup, push, push_bytes); },
+      [&ms](double spent) { ms += spent; });
 }
 
 LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
@@ -102,14 +105,18 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   const RayKind& kind = find_ray_kind(options.rays);
   // Any-hit kinds are the ones that may aim at the light.
   if (kind.want == Want::Any && options.sample_index == 0) light_ = point_light(tracer_, scene_.scene(), view);
-  const DisplayTotals none{};
-  totals_.upload(std::span(&none, 1));
   LiveTimes times;
+  const PassScope scope(gpu_);
+  gpu_.pass("totals", [&](VkCommandBuffer cmd) { vkCmdFillBuffer(cmd, totals_.handle(), 0, VK_WHOLE_SIZE, 0); });
   std::size_t chunk = 0;
   for (camera.first = 0; camera.first < total; camera.first += chunk_rays_)
     sample_slice({chunk++, camera, std::min(chunk_rays_, total - camera.first)}, options, times);
+  gpu_.pass("totals", [&](VkCommandBuffer cmd) {
+    const VkBufferCopy all{0, 0, sizeof(DisplayTotals)};
+    vkCmdCopyBuffer(cmd, totals_.handle(), totals_seen_.handle(), 1, &all);
+  });
   DisplayTotals totals{};
-  totals_.download(std::span(&totals, 1));
+  totals_seen_.download(std::span(&totals, 1));
   times.rays = std::uint64_t(totals.live) * kind.generators.size();
   times.different = totals.different;
   return times;
@@ -119,7 +126,7 @@ void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, Liv
   const RayKind& kind = find_ray_kind(options.rays);
   Kernel& primary = kernel(primary_source(false));
   primary.bind(BIND_RAYS, *rays_);
-  times.generate_ms += run(primary, slice.count, &slice.camera, sizeof slice.camera);
+  run(primary, slice.count, &slice.camera, sizeof slice.camera, times.generate_ms);
   if (kind.from_camera()) {
     trace_and_shade(slice, *rays_, options, false, 0, times);
     if (options.other) trace_and_shade(slice, *rays_, options, true, 0, times);
@@ -127,7 +134,7 @@ void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, Liv
     Query first = options.query;
     first.want = Want::Nearest;
     first.rays = kPrimaryRays;
-    times.primary_ms += tracer_.trace(*rays_, *hits_, slice.count, first).device_ms;
+    tracer_.record(*rays_, *hits_, slice.count, first, [&times](double ms) { times.primary_ms += ms; });
     for (std::uint32_t part = 0; part < kind.generators.size(); ++part) {
       generate_secondary(kind.generators[part], slice, options, times);
       trace_and_shade(slice, *secondary_, options, false, part, times);
@@ -163,7 +170,7 @@ void LiveImage::generate_secondary(std::string_view generator, const Slice& slic
   push.count = slice.count;
   push.rays_per_hit = 1;
   push.sample_index = options.sample_index;
-  times.generate_ms += run(k, slice.count, &push, sizeof push);
+  run(k, slice.count, &push, sizeof push, times.generate_ms);
 }
 
 // `part` counts the generators of a kind: their colours add up like samples.
@@ -176,9 +183,11 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
   Query query = second ? *options.other : options.query;
   query.want = kind.want;
   query.rays = kind.name;
-  const TraceTimes traced = heat ? tracer_.trace_counted(rays, hits, slice.count, query, *stats_)
-                                 : tracer_.trace(rays, hits, slice.count, query);
-  (second ? times.other_ms : times.trace_ms) += traced.device_ms;
+  double& trace_ms = second ? times.other_ms : times.trace_ms;
+  if (heat)
+    trace_ms += tracer_.trace_counted(rays, hits, slice.count, query, *stats_).device_ms;
+  else
+    tracer_.record(rays, hits, slice.count, query, [&trace_ms](double ms) { trace_ms += ms; });
   const std::uint32_t sample = options.sample_index + part;
   if (!heat || sample == 0) {
     const bool visible = kind.want == Want::Any;
@@ -188,7 +197,7 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
     shade.bind(BIND_FILM, film);
     const ShadePush push{options.width, options.height, slice.camera.first,
                          slice.count,   sample,         pixel_spread(slice.camera)};
-    times.shade_ms += run(shade, slice.count, &push, sizeof push);
+    run(shade, slice.count, &push, sizeof push, times.shade_ms);
   }
   if (heat) paint_heat(slice, options, query, film, sample, times);
 }
@@ -227,7 +236,7 @@ void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const
   Kernel& k = kernel(plain_source("heat"));
   k.bind(BIND_COUNTS, *stats_);
   k.bind(BIND_FILM, film);
-  times.shade_ms += run(k, slice.count, &push, sizeof push);
+  run(k, slice.count, &push, sizeof push, times.shade_ms);
 }
 
 void LiveImage::display(const Slice& slice, const LiveOptions& options, LiveTimes& times) {
@@ -247,7 +256,7 @@ void LiveImage::display(const Slice& slice, const LiveOptions& options, LiveTime
   push.split = options.other ? options.split : options.width;
   push.mark = options.other.has_value();
   push.swap_red = options.swap_red;
-  times.shade_ms += run(k, slice.count, &push, sizeof push);
+  run(k, slice.count, &push, sizeof push, times.shade_ms);
 }
 
 Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32_t x, std::uint32_t y, bool count) {
@@ -263,7 +272,9 @@ Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32
   Buffer<Hit> hits(gpu_, kTileRays, Access::Storage, "hits of a tile");
   Kernel& primary = kernel(primary_source(false));
   primary.bind(BIND_RAYS, rays);
-  run(primary, kTileRays, &camera, sizeof camera);
+  double ms = 0;
+  const PassScope scope(gpu_);
+  run(primary, kTileRays, &camera, sizeof camera, ms);
   Query query = options.query;
   query.want = Want::Nearest;
   query.rays = kPrimaryRays;

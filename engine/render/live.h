@@ -82,7 +82,7 @@ class LiveImage {
   void check(const LiveOptions& options) const;
   void make_room(const LiveOptions& options, bool counts);
   Kernel& kernel(const KernelSource& source);
-  double run(Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes);
+  void run(Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes, double& ms);
   void sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times);
   void generate_secondary(std::string_view generator, const Slice& slice, const LiveOptions& options, LiveTimes& times);
   void trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, const LiveOptions& options, bool second,
@@ -104,7 +104,7 @@ class LiveImage {
   std::uint32_t starts_first_ = 0;
   std::vector<Buffer<FilmPixel>> film_, other_film_;  // a chunk each
   std::unique_ptr<Buffer<std::uint32_t>> pixels_;
-  Buffer<DisplayTotals> totals_;
+  Buffer<DisplayTotals> totals_, totals_seen_;  // the second in the host's memory
   glm::vec3 light_{0};
   float heat_top_ = 0;
 };

@@ -13,7 +13,12 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kGroup = 64;  // of shaders/rays/primary.comp and shaders/shade/shade.comp
+constexpr std::uint32_t kGroup = 64;           // of shaders/rays/primary.comp and shaders/shade/shade.comp
+constexpr std::uint32_t kSamplesTogether = 4;  // of a chunk, in one submission
+
+std::uint32_t last_depth_of(const Integrator& integrator, const RenderOptions& options) {
+  return options.bounces < 0 ? integrator.last_depth : std::uint32_t(options.bounces);
+}
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -85,12 +90,11 @@ void Renderer::shade_samples(Film& film, std::size_t first, std::uint32_t count,
                              std::uint32_t samples, const RenderOptions& options, RenderTimes& times) {
   Passes& p = *passes_;
   const std::uint32_t groups = (count + kGroup - 1) / kGroup;
-  const auto run = [&](Kernel& kernel, const auto& push) {
-    gpu_.submit(kernel.name(), [&](VkCommandBuffer cmd) {
-      kernel.dispatch(cmd, groups, push);
-      memory_barrier(cmd);
-    });
-    return gpu_.last_ms();
+  const PassScope scope(gpu_);
+  const auto run = [&](Kernel& kernel, const auto& push, double& ms) {
+    gpu_.pass(
+        kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups, push); },
+        [&ms](double spent) { ms += spent; });
   };
   p.numbers.upload(std::span(film.numbers).subspan(first, count));
   if (film.samples > 0) p.film.upload(std::span(film.pixels).subspan(first, count));
@@ -99,19 +103,26 @@ void Renderer::shade_samples(Film& film, std::size_t first, std::uint32_t count,
   query.rays = kPrimaryRays;
   for (std::uint32_t s = 0; s < samples; ++s) {
     camera.sample_index = film.samples + s;
-    times.generate_ms += run(p.primary, camera);
-    times.trace_ms += (p.stats ? tracer_.trace_counted(p.rays, p.hits, count, query, *p.stats)
-                               : tracer_.trace(p.rays, p.hits, count, query))
-                          .device_ms;
+    run(p.primary, camera, times.generate_ms);
+    if (p.stats)
+      times.trace_ms += tracer_.trace_counted(p.rays, p.hits, count, query, *p.stats).device_ms;
+    else
+      tracer_.record(p.rays, p.hits, count, query, [&times](double ms) { times.trace_ms += ms; });
     waves_.pass_through(p.rays, p.hits, count, query, scene_.features(), times.passes);
     // A film of one column of tiles: every index is a pixel of it.
-    times.shade_ms += run(p.shade, ShadePush{TILE_SIZE, ~0u, 0, count, camera.sample_index, pixel_spread(camera)});
+    run(p.shade, ShadePush{TILE_SIZE, ~0u, 0, count, camera.sample_index, pixel_spread(camera)}, times.shade_ms);
+    if (s % kSamplesTogether == kSamplesTogether - 1) gpu_.flush();
     if (!p.stats) continue;
     p.stats->download(std::span(part));
     for (std::uint32_t i = 0; i < count; ++i)
       for (const CounterInfo& c : kCounters) film.stats[first + i].*c.field += part[i].*c.field;
   }
+  gpu_.finish();
   p.film.download(std::span(film.pixels).subspan(first, count));
+}
+
+SceneFeatures Renderer::features_for(const RenderOptions& options) const {
+  return options.every_feature ? SceneFeatures::every() : scene_.features();
 }
 
 Sky::Kind Renderer::sky_kind(const RenderOptions& options) const {
@@ -125,22 +136,22 @@ void Renderer::wave_samples(Film& film, std::size_t first, std::uint32_t count, 
   make_room(numbers_, gpu_, count, "ray numbers");
   make_room(film_, gpu_, count, "film");
   numbers_->upload(std::span(film.numbers).subspan(first, count));
-  film_->upload(std::span(film.pixels).subspan(first, count));
+  if (film.samples > 0) film_->upload(std::span(film.pixels).subspan(first, count));  // else the first sample writes it
   if (film.moments.empty()) {
     moments_.reset();
   } else {
     make_room(moments_, gpu_, count, "moments");
-    moments_->upload(std::span(film.moments).subspan(first, count));
+    if (film.samples > 0) moments_->upload(std::span(film.moments).subspan(first, count));
   }
   const Bounds& b = scene_.scene().bounds;
   const WaveSettings settings{
       .integrator = &integrator,
       .camera = camera,
-      .last_depth = options.bounces < 0 ? integrator.last_depth : std::uint32_t(options.bounces),
+      .last_depth = last_depth_of(integrator, options),
       .ao_radius = std::max(options.ao_radius * glm::distance(b.lo, b.hi), 1e-30f),
       .seed = options.seed,
       .query = options.query,
-      .features = options.every_feature ? SceneFeatures::every() : scene_.features(),
+      .features = features_for(options),
       .sky = sky_kind(options),
   };
   waves_.add_samples(settings, *numbers_, count, film.samples, samples, *film_, moments_.get(), times.passes);
@@ -161,8 +172,9 @@ void Renderer::advance(Film& film, const View& view, const RenderOptions& option
   }
   PrimaryPush camera = camera_push(view, film.width, film.height);
   camera.sample_count = options.spp;
-  const std::uint32_t chunk =
-      std::uint32_t(std::min<std::size_t>(total, integrator ? waves_.capacity(*integrator) : tracer_.chunk_rays()));
+  const std::uint32_t chunk = std::uint32_t(std::min<std::size_t>(
+      total, integrator ? waves_.capacity(*integrator, features_for(options), last_depth_of(*integrator, options))
+                        : tracer_.chunk_rays()));
   if (!integrator) passes(options, chunk);
   for (std::size_t first = 0; first < total; first += chunk) {
     const std::uint32_t count = std::uint32_t(std::min<std::size_t>(chunk, total - first));

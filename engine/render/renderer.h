@@ -101,6 +101,7 @@ class Renderer {
  private:
   struct Passes;
   Passes& passes(const RenderOptions& options, std::uint32_t chunk);
+  SceneFeatures features_for(const RenderOptions& options) const;
   Sky::Kind sky_kind(const RenderOptions& options) const;
   void shade_samples(Film& film, std::size_t first, std::uint32_t count, PrimaryPush camera, std::uint32_t samples,
                      const RenderOptions& options, RenderTimes& times);

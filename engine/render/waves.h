@@ -1,5 +1,6 @@
 // Waves of rays: traced, let through what is transparent, scattered, and connected to lights; every pass a dispatch over a
-// buffer, and the rays of the next wave one behind the other.
+// buffer, and the rays of the next wave one behind the other. How many they are stays on the device, which calls the next
+// passes itself; the host records some depths ahead and looks back whether there was anything left.
 #pragma once
 
 #include <map>
@@ -20,7 +21,7 @@ struct PassTime {
   std::uint64_t rays = 0, dispatches = 0;
 };
 
-/// Sums by name, in the order of first use.
+/// Sums by name, in the order of first use. Passes over no rays are named only if others of their name had some.
 class PassTimes {
  public:
   void add(std::string_view name, double ms, std::uint64_t rays);
@@ -50,7 +51,7 @@ class Waves {
   ~Waves();
 
   /// Paths that are under way at once at most.
-  std::uint32_t capacity(const Integrator& integrator) const;
+  std::uint32_t capacity(const Integrator& integrator, const SceneFeatures& features, std::uint32_t last_depth) const;
 
   /// Adds samples [first, first + count) of the listed pixels (`places` of them, at most capacity()) to the film, and to the
   /// moments if there are any. Sums do not depend on how pixels and samples are dealt out over calls.
@@ -69,31 +70,58 @@ class Waves {
  private:
   struct Wave;
   struct Alpha;
-  using WavePtr = std::unique_ptr<Wave>;
+  struct Batch;
 
-  WavePtr acquire(std::uint32_t room);
-  void release(WavePtr wave);
+  /// How many rays a queue held: an entry of calls_ and reports_, and what the host knows of it.
+  struct Count {
+    std::uint32_t record = 0, queue = 0;
+    std::uint32_t rays = 0;  // at most, until it is known
+    bool known = false;
+    std::uint32_t trace_call() const { return record * CALLS + queue; }
+    std::uint32_t wave_call() const { return trace_call() + QUEUES; }
+  };
+
   Kernel& kernel(const KernelSource& source);
-  void run(Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes, std::string_view name,
-           PassTimes& times, bool clear_queues = false);
-  void trace(Wave& wave, std::string_view kind, const WaveSettings& settings, PassTimes& times);
-  void run_wave(WavePtr wave, std::uint32_t depth, std::string_view kind, const WaveSettings& settings,
-                Buffer<FilmPixel>& film, PassTimes& times);
-  void bind_wave(Kernel& scatter, Wave& wave, Wave* next, Wave* second, Buffer<FilmPixel>& film);
-  void connect(std::uint32_t count, const WaveSettings& settings, PassTimes& times);
+  void make_buffers(std::uint32_t room, const WavePlan& plan, std::uint32_t last_depth, bool alpha);
+  void make_alpha(std::uint32_t room);
+  Batch batch_of(const WaveSettings& settings, Buffer<FilmPixel>& film, PassTimes& times);
+
+  std::uint32_t next_record() { return record_++ % kRecords; }
+  std::uint32_t reported(const Count& count) const;
+  void look(Count& count);
+  Count known_count(std::uint32_t rays, const Query& query);
+  Context::Done told(std::string_view name, const Count& count, PassTimes& times) const;
+  void run(Kernel& kernel, const Count& count, const void* push, std::uint32_t push_bytes, std::string_view name,
+           PassTimes& times, const CallPush* then = nullptr);
+  bool trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, Count& count, const Query& query, std::string_view name,
+             PassTimes& times);
+  void pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, const Count& count, const Query& query,
+                    const SceneFeatures& features, PassTimes& times);
+  void run_waves(Batch& batch, Count count);
+  bool has_ended(Batch& batch, const Count& count);
+  void scatter(Batch& batch, Wave& wave, Wave& next, Count& count, Count& shadow);
+  void connect(Batch& batch, Count& count);
+
+  static constexpr std::uint32_t kRecords = 1024;  // more than three submissions can ask for
 
   Context& gpu_;
   Tracer& tracer_;
   SceneData& scene_;
   std::uint32_t room_ = 0;
-  std::vector<WavePtr> pool_;
+  std::unique_ptr<Wave> waves_[2];  // one is traced and scattered, the other filled
   std::unique_ptr<Buffer<Path>> paths_;
-  std::unique_ptr<Buffer<Ray>> shadow_rays_;
+  std::unique_ptr<Buffer<Ray>> shadow_rays_, put_off_rays_;
   std::unique_ptr<Buffer<Hit>> shadow_hits_;
   std::unique_ptr<Buffer<Awaited>> shadow_light_;
+  std::unique_ptr<Buffer<Carried>> put_off_carried_;
+  std::unique_ptr<Buffer<PutOff>> put_off_;
   std::unique_ptr<Alpha> alpha_;
   std::unique_ptr<Buffer<Queues>> queues_;
-  std::uint64_t wave_bytes_ = 0;
+  std::unique_ptr<Buffer<Call>> calls_;
+  std::unique_ptr<Buffer<std::uint32_t>> reports_;  // of every queue of every record, in the host's memory
+  std::uint32_t record_ = 0;
+  std::map<std::string, std::uint32_t> seen_;  // by sort of rays: how many there were when the host looked
+  std::uint32_t depths_together_ = 4;          // in one submission
   std::map<std::string, std::unique_ptr<Kernel>> kernels_;
 };
 

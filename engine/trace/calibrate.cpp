@@ -149,6 +149,12 @@ Query Tracer::settle(Query query, const Buffer<Ray>& rays, std::size_t count) {
   return settle(query);
 }
 
+bool Tracer::is_settled(const Query& query, std::size_t most) const {
+  if (!find_method(query.method).chooses || most < effort_on(gpu_.info()).least) return true;
+  const Choice* known = choices_.find(query);
+  return known && (!known->remembered || known->complete());
+}
+
 std::string Tracer::sort_of(std::span<const Ray> rays) const {
   std::vector<Ray> sample;
   for (const Stretch& s : stretches_of(rays.size(), kSortSample, kSortStretches)) {

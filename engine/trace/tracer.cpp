@@ -112,10 +112,7 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   return pipelines_[key] = std::move(made);
 }
 
-Tracer::Job Tracer::job(const Query& query, bool counters) {
-  const Variant v = variant(query, counters);
-  return {v, &pipeline(v)};
-}
+Tracer::Job Tracer::job(const Variant& v) { return {v, &pipeline(v)}; }
 
 std::uint32_t Tracer::chunk_rays() const {
   // Bounded, so that no watchdog fires and progress shows; a CPU device takes about a second for this many.
@@ -144,15 +141,11 @@ Work Tracer::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits
   Pipeline& p = *job.pipeline;
   p.kernel->bind(BIND_RAYS, rays);
   p.kernel->bind(BIND_HITS, hits);
-  // What has neither a counter of rays nor loops that a driver cuts short leaves no word behind; each transfer to and from a
-  // GPU would be a wait.
-  const Formulation& f = job.variant.how;
-  const bool reports = f.launch == Launch::Persistent || f.loops_cut;
+  const bool reports = this->reports(job.variant);
   Work work{push.ray_begin, 0};
   if (reports) work_.upload(std::span(&work, 1));
   gpu_.submit(p.kernel->name(), [&](VkCommandBuffer cmd) {
     p.kernel->dispatch(cmd, groups_for(job.variant, push.ray_end - push.ray_begin), push);
-    memory_barrier(cmd);
   });
   times.device_ms += gpu_.last_ms();
   ++times.dispatches;
@@ -160,8 +153,11 @@ Work Tracer::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits
   return work;
 }
 
-Work Tracer::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
-                 TraceTimes& times) {
+// What has neither a counter of rays nor loops that a driver cuts short leaves no word behind; each transfer to and from a GPU
+// would be a wait.
+bool Tracer::reports(const Variant& v) const { return v.how.launch == Launch::Persistent || v.how.loops_cut; }
+
+TracePush Tracer::push_for(const Job& job, std::uint32_t root) const {
   const Pipeline& p = *job.pipeline;
   const Formulation& f = job.variant.how;
   TracePush push{};
@@ -178,6 +174,14 @@ Work Tracer::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std
   point(p.nodes, push.nodes_lo, push.nodes_hi);
   point(p.top, push.top_lo, push.top_hi);
   point(p.leaves, push.leaves_lo, push.leaves_hi);
+  return push;
+}
+
+Work Tracer::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
+                 TraceTimes& times) {
+  const Pipeline& p = *job.pipeline;
+  const Formulation& f = job.variant.how;
+  TracePush push = push_for(job, root);
   Work total{0, 0};
   while (push.ray_begin < count) {
     push.ray_end = count;

@@ -20,6 +20,17 @@ struct TraceTimes {
   std::uint64_t retraced = 0;  // rays that the driver cut short and that were traced again in pieces
 };
 
+/// Rays whose number the device knows: what an entry says.
+struct RayCall {
+  const Buffer<Call>& calls;  // Access::Groups too
+  std::uint32_t index;
+};
+
+/// Workgroups for a number of rays: that many rays each, and at most so many workgroups.
+struct RayGroups {
+  std::uint32_t rays, most;
+};
+
 class Tracer {
  public:
   /// Keeps references to gpu, bvh and triangles.
@@ -32,6 +43,17 @@ class Tracer {
 
   /// The same on device buffers: rays [0, count) of `rays` to `hits`.
   TraceTimes trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
+
+  /// Whether a trace of `most` rays at most can be recorded together with what follows it: no calibration is due, and the host
+  /// need not look at what a dispatch leaves. query.rays names the sort of rays.
+  bool can_record(const Query& query, std::uint32_t most) const;
+
+  /// trace(), recorded where that can be done, else done at once; `done` is told device milliseconds as Context::pass() tells it.
+  void record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, Context::Done done);
+
+  /// The same for as many rays as a call says, whose groups are as groups_of() says; only where can_record() allows it.
+  void record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const RayCall& call, const Query& query, Context::Done done);
+  RayGroups groups_of(const Query& query) const;
 
   /// The same by the instrumented variant, which also writes a record a ray; `stats` holds at least count. A ray that the
   /// driver cut short has the counts of the walk that was cut.
@@ -89,12 +111,18 @@ class Tracer {
   };
 
   Pipeline& pipeline(const Variant& variant);
-  Job job(const Query& query, bool counters = false);
+  Job job(const Variant& variant);
+  Job job(const Query& query, bool counters = false) { return job(variant(query, counters)); }
   const Texels& node_buffer(NodeLayout layout, Fetch fetch);
   const Texels& leaf_buffer(LeafFormat format, Fetch fetch);
   const Texels& wide_buffer(Fetch fetch);
   const Texels& frontier_buffer(std::uint32_t nodes, Fetch fetch);
+  void record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const Context::Record& dispatch,
+              Context::Done done);
+  bool is_settled(const Query& query, std::size_t most) const;
+  bool reports(const Variant& v) const;
   std::uint32_t groups_for(const Variant& v, std::uint32_t rays) const;
+  TracePush push_for(const Job& job, std::uint32_t root) const;
   Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push, TraceTimes& times);
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
            TraceTimes& times);

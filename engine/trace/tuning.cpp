@@ -16,6 +16,9 @@ const Row kRows[] = {
     // Mesa below 25: all loops of an invocation share 65 535 iterations; a subgroup that takes more than 16 batches
     // wastes time on walks that are cut short (and traced again).
     {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 250000, [](const Method&, const NumericMode&, Formulation& f) { f.batches = 16; }},
+    // From 25 on loops run to their end (device test Vulkan.TheTuningTableKnowsDriversThatCutLoops).
+    {VK_DRIVER_ID_MESA_LLVMPIPE, 250000, 0xFFFFFFFF,
+     [](const Method&, const NumericMode&, Formulation& f) { f.loops_cut = false; }},
     // lavapipe runs subgroupBarrier() as a workgroup barrier, and subgroups that left the loop are lost (seen on
     // 25.0.7).
     {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 0xFFFFFFFF,

@@ -7,8 +7,8 @@
 namespace ballot {
 
 std::string Variant::kernel_name() const {
-  return fmt::format("{}.{}.{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
-                     counters ? ".counters" : "", describe(how, *method));
+  return fmt::format("{}.{}.{}{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
+                     counters ? ".counters" : "", called ? ".called" : "", describe(how, *method));
 }
 
 std::string Variant::name() const {
@@ -63,6 +63,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
                     {"BALLOT_FRONTIER", method.frontier ? int(f.frontier) : 0},
                     {"BALLOT_LAUNCH", int(f.launch)},
                     {"BALLOT_UNIFORM_FLOW", device.uniform_flow},
+                    {"BALLOT_CALLED", variant.called},
                     {"BALLOT_COUNTERS", variant.counters}};
   source.constants = {{SPEC_GROUP_SIZE, f.workgroup},
                       {SPEC_STACK_SIZE, stack},

@@ -16,6 +16,7 @@ struct Variant {
   Want want;
   Formulation how;
   bool counters = false;  // the instrumented variant, which also writes RayStats
+  bool called = false;    // how many rays there are is read from a Call on the device
 
   std::uint32_t rays_per_lane() const { return method->wide ? how.rays : 1; }
 

@@ -72,7 +72,7 @@ struct Staging {
 }  // namespace
 
 RawBuffer::RawBuffer(Context& gpu, std::uint64_t bytes, Access access, std::string name)
-    : gpu_(&gpu), bytes_(std::max<std::uint64_t>(16, bytes)), name_(std::move(name)) {
+    : gpu_(&gpu), bytes_(std::max<std::uint64_t>(16, bytes)), id_(gpu.next_buffer_id()), name_(std::move(name)) {
   check_limits(gpu.info(), name_, bytes_, access);
   if (gpu.info().is_cpu() && has(access, Access::Storage) && bytes_ / 16 <= gpu.info().max_texels)
     access = access | Access::Texel;
@@ -92,11 +92,13 @@ void RawBuffer::allocate(Access access) {
   if (has(access, Access::Storage)) create.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
   if (has(access, Access::Texel)) create.usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   if (has(access, Access::Address)) create.usage |= VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+  if (has(access, Access::Groups)) create.usage |= VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
   vk_check(vkCreateBuffer(gpu_->device(), &create, nullptr, &buffer_), "creating buffer", name_.c_str());
   VkMemoryRequirements needs;
   vkGetBufferMemoryRequirements(gpu_->device(), buffer_, &needs);
   const VkMemoryPropertyFlags host = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
-  const bool shared = gpu_->info().is_cpu() || gpu_->info().type == VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU;
+  const bool hosted = has(access, Access::Host);
+  const bool shared = hosted || gpu_->info().is_cpu() || gpu_->info().type == VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU;
   VkMemoryAllocateFlagsInfo flags{};
   flags.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;
   flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
@@ -105,7 +107,8 @@ void RawBuffer::allocate(Access access) {
   allocate.pNext = has(access, Access::Address) ? &flags : nullptr;
   allocate.allocationSize = needs.size;
   allocate.memoryTypeIndex =
-      gpu_->memory_type(needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, shared ? host : 0);
+      hosted ? gpu_->memory_type(needs.memoryTypeBits, host, VK_MEMORY_PROPERTY_HOST_CACHED_BIT)
+             : gpu_->memory_type(needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, shared ? host : 0);
   if (needs.size > gpu_->heap_bytes(allocate.memoryTypeIndex))
     fail(Failure::Work, "buffer '{}' needs {}, but the memory of {} is {}; use a smaller scene or another --device",
          name_, mib(needs.size), gpu_->info().name, mib(gpu_->heap_bytes(allocate.memoryTypeIndex)));
@@ -137,6 +140,11 @@ RawBuffer::~RawBuffer() { destroy(); }
 
 void RawBuffer::destroy() {
   if (!gpu_) return;
+  try {
+    gpu_->finish();
+  } catch (const Error&) {
+    gpu_->abandon();  // whoever waits next is told
+  }
   vkDestroyBufferView(gpu_->device(), view_, nullptr);
   vkDestroyBuffer(gpu_->device(), buffer_, nullptr);
   vkFreeMemory(gpu_->device(), memory_, nullptr);
@@ -146,6 +154,7 @@ void RawBuffer::destroy() {
 RawBuffer& RawBuffer::operator=(RawBuffer&& other) noexcept {
   std::swap(gpu_, other.gpu_);
   std::swap(bytes_, other.bytes_);
+  std::swap(id_, other.id_);
   std::swap(name_, other.name_);
   std::swap(buffer_, other.buffer_);
   std::swap(memory_, other.memory_);
@@ -180,6 +189,7 @@ void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint
   if (offset + bytes > bytes_)
     fail(Failure::Work, "buffer '{}' of {} bytes: copy of {} at {}", name_, bytes_, bytes, offset);
   if (mapped_) {
+    gpu_->finish();
     if (from) std::memcpy(mapped_ + offset, from, bytes);
     if (to) std::memcpy(to, mapped_ + offset, bytes);
     return;

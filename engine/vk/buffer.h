@@ -11,8 +11,9 @@
 namespace ballot {
 
 /// How kernels read a buffer; more than one may be asked for. Decides usage flags and limits. On CPU devices a storage buffer
-/// is a texel buffer too, where it is not too large for one.
-enum class Access : std::uint32_t { Storage = 1, Texel = 2, Address = 4 };
+/// is a texel buffer too, where it is not too large for one. Groups: dispatches read how many groups they have from it. Host:
+/// it lies in the host's memory, for few words that the device writes and the host reads.
+enum class Access : std::uint32_t { Storage = 1, Texel = 2, Address = 4, Groups = 8, Host = 16 };
 constexpr Access operator|(Access a, Access b) { return Access(std::uint32_t(a) | std::uint32_t(b)); }
 constexpr bool has(Access set, Access one) { return (std::uint32_t(set) & std::uint32_t(one)) != 0; }
 
@@ -26,6 +27,7 @@ class RawBuffer {
   RawBuffer(RawBuffer&& other) noexcept { *this = std::move(other); }
   RawBuffer& operator=(RawBuffer&& other) noexcept;
 
+  /// Both wait for all passes (context.h).
   void upload(std::uint64_t offset, const void* data, std::uint64_t bytes);
   void download(std::uint64_t offset, void* data, std::uint64_t bytes) const;
   /// Copies bytes of another buffer on the device.
@@ -36,6 +38,10 @@ class RawBuffer {
   VkBuffer handle() const { return buffer_; }
   VkBufferView view() const { return view_; }
   std::uint64_t address() const { return address_; }
+  /// No other buffer of the context ever has it.
+  std::uint64_t id() const { return id_; }
+  /// What passes that have ended wrote; null unless the buffer lies in the host's memory.
+  const std::byte* mapped() const { return mapped_; }
 
  private:
   void allocate(Access access);
@@ -43,7 +49,7 @@ class RawBuffer {
   void copy(std::uint64_t offset, void* to, const void* from, std::uint64_t bytes) const;
 
   Context* gpu_ = nullptr;
-  std::uint64_t bytes_ = 0;
+  std::uint64_t bytes_ = 0, id_ = 0;
   std::string name_;
   VkBuffer buffer_ = VK_NULL_HANDLE;
   VkDeviceMemory memory_ = VK_NULL_HANDLE;
@@ -52,7 +58,7 @@ class RawBuffer {
   std::byte* mapped_ = nullptr;  // where device memory is host memory (CPU devices, shared memory)
 };
 
-/// An array of T on the device; dies with its owner. No submission may be pending when it does.
+/// An array of T on the device; dies with its owner, which waits for all passes.
 template <class T>
 class Buffer : public RawBuffer {
   static_assert(std::is_trivially_copyable_v<T>, "the device sees bytes, not objects");

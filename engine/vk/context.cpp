@@ -1,6 +1,5 @@
 #include "engine/vk/context.h"
 
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 
@@ -120,7 +119,7 @@ Context::Context(const ContextOptions& options) {
     if (surface_ && info_.is_cpu()) info_.timestamp_ns = 0;
     statistics_ = options.statistics && info_.pipeline_statistics;
     create_device();
-    create_queue_objects();
+    for (Slot& slot : slots_) create_slot(slot);
     load_pipeline_cache();
   } catch (...) {
     destroy();
@@ -132,13 +131,12 @@ Context::~Context() { destroy(); }
 
 void Context::destroy() {
   if (device_) {
+    abandon();
     vkQueueWaitIdle(queue_);
     staging_.reset();
     pipelines_.reset();
     vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);
-    vkDestroyQueryPool(device_, queries_, nullptr);
-    vkDestroyFence(device_, fence_, nullptr);
-    vkDestroyCommandPool(device_, commands_, nullptr);
+    for (Slot& slot : slots_) destroy_slot(slot);
     vkDestroyDevice(device_, nullptr);
     device_ = VK_NULL_HANDLE;
   }
@@ -203,66 +201,6 @@ void Context::create_device() {
   vk_check(vkCreateDevice(physical_, &create, nullptr, &device_), "opening device", info_.name.c_str());
   vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
   vkGetPhysicalDeviceMemoryProperties(physical_, &memory_);
-}
-
-void Context::create_queue_objects() {
-  VkCommandPoolCreateInfo pool{};
-  pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
-  pool.queueFamilyIndex = queue_family_;
-  vk_check(vkCreateCommandPool(device_, &pool, nullptr, &commands_), "creating a command pool");
-  VkCommandBufferAllocateInfo allocate{};
-  allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
-  allocate.commandPool = commands_;
-  allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-  allocate.commandBufferCount = 1;
-  vk_check(vkAllocateCommandBuffers(device_, &allocate, &buffer_), "allocating a command buffer");
-  VkFenceCreateInfo fence{};
-  fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
-  vk_check(vkCreateFence(device_, &fence, nullptr, &fence_), "creating a fence");
-  if (info_.timestamp_ns <= 0) return;
-  VkQueryPoolCreateInfo queries{};
-  queries.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
-  queries.queryType = VK_QUERY_TYPE_TIMESTAMP;
-  queries.queryCount = 2;
-  vk_check(vkCreateQueryPool(device_, &queries, nullptr, &queries_), "creating a query pool");
-}
-
-void Context::submit(const std::string& what, const std::function<void(VkCommandBuffer)>& record) {
-  vk_check(vkResetCommandPool(device_, commands_, 0), "resetting commands for", what.c_str());
-  VkCommandBufferBeginInfo begin{};
-  begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
-  begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-  vk_check(vkBeginCommandBuffer(buffer_, &begin), "recording", what.c_str());
-  if (queries_) {
-    vkCmdResetQueryPool(buffer_, queries_, 0, 2);
-    vkCmdWriteTimestamp(buffer_, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, queries_, 0);
-  }
-  record(buffer_);
-  // Whatever it wrote is there for the host and for the next submission; a fence alone promises neither.
-  VkMemoryBarrier barrier{};
-  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
-  barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
-  barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
-  vkCmdPipelineBarrier(buffer_, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-                       VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, nullptr, 0,
-                       nullptr);
-  if (queries_) vkCmdWriteTimestamp(buffer_, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries_, 1);
-  vk_check(vkEndCommandBuffer(buffer_), "recording", what.c_str());
-  VkSubmitInfo submit{};
-  submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
-  submit.commandBufferCount = 1;
-  submit.pCommandBuffers = &buffer_;
-  const auto start = std::chrono::steady_clock::now();
-  vk_check(vkQueueSubmit(queue_, 1, &submit, fence_), "submitting", what.c_str());
-  vk_check(vkWaitForFences(device_, 1, &fence_, VK_TRUE, UINT64_MAX), "waiting for", what.c_str());
-  last_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  vk_check(vkResetFences(device_, 1, &fence_), "resetting the fence of", what.c_str());
-  if (!queries_) return;
-  std::uint64_t ticks[2] = {};
-  vk_check(vkGetQueryPoolResults(device_, queries_, 0, 2, sizeof ticks, ticks, sizeof ticks[0], VK_QUERY_RESULT_64_BIT),
-           "reading the times of", what.c_str());
-  const std::uint64_t mask = info_.timestamp_bits >= 64 ? ~0ull : (1ull << info_.timestamp_bits) - 1;
-  last_ms_ = double((ticks[1] - ticks[0]) & mask) * info_.timestamp_ns * 1e-6;
 }
 
 std::uint32_t Context::memory_type(std::uint32_t bits, VkMemoryPropertyFlags wanted,

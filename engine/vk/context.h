@@ -1,6 +1,8 @@
 // The Vulkan device: choosing one, refusing the rest with reasons, submitting work, collecting validation messages.
 #pragma once
 
+#include <array>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -63,7 +65,11 @@ struct ContextOptions {
 /// Error(Device) that lists every refusal if nothing usable is left.
 std::size_t choose_device(const std::vector<DeviceInfo>& devices, std::string_view wanted);
 
-/// Instance, device, one queue with compute, one submission in flight. Belongs to one thread; one lives at a time.
+/// Instance, device, one queue with compute. Belongs to one thread; one lives at a time.
+///
+/// Work is a sequence of passes. They run in the order in which they were recorded, each seeing all that those before it wrote,
+/// and many go to the device together, while the host records the next ones: two submissions are under way at most. Whatever
+/// reads or writes a buffer from the host waits for all passes first, so what is not waited for is a matter of speed alone.
 class Context {
  public:
   explicit Context(const ContextOptions& options = {});
@@ -81,10 +87,36 @@ class Context {
   bool keeps_statistics() const { return statistics_; }
   bool validating() const { return messenger_ != VK_NULL_HANDLE; }
 
-  /// Records and submits commands, waits for them. `what` names the work in errors (a lost device above all).
-  void submit(const std::string& what, const std::function<void(VkCommandBuffer)>& record);
-  /// Device milliseconds of the last submit, all of it; wall time where the queue has no timestamps.
+  using Record = std::function<void(VkCommandBuffer)>;
+  using Done = std::function<void(double ms)>;
+
+  /// Records commands behind all earlier ones. `what` names the work in errors (a lost device above all). Once it has run,
+  /// and at the latest in finish(), `done` is told its device milliseconds. A queue without timestamps, or one told not to
+  /// batch, runs every pass by itself and waits for it; without timestamps `done` is told wall time.
+  void pass(const std::string& what, const Record& record, Done done = {});
+  /// Hands what is recorded to the device, without waiting for it. Names the submission; 0: there was nothing.
+  std::uint64_t flush();
+  /// Waits for a submission and those before it.
+  void wait(std::uint64_t submission);
+  /// Waits for everything that was recorded.
+  void finish();
+  /// The same after a failure: nobody is told of times. Never throws.
+  void abandon() noexcept;
+
+  /// A pass that is waited for.
+  void submit(const std::string& what, const Record& record);
+  /// Device milliseconds of the last submit; wall time where the queue has no timestamps.
   double last_ms() const { return last_ms_; }
+
+  bool batches() const { return batches_ && queue_times(); }
+  /// Tests: every pass is to be waited for, so that nothing rests on what is recorded together.
+  void set_batches(bool on) { batches_ = on; }
+  std::uint64_t submissions() const { return submitted_; }
+  /// The submission that is recorded now or next; and the last one that has ended.
+  std::uint64_t recording() const { return submitted_ + 1; }
+  std::uint64_t ended() const { return ended_; }
+  /// Device milliseconds of the last submission that has ended.
+  double ended_ms() const { return ended_ms_; }
 
   /// Memory type with `wanted` flags among `bits`, preferring `preferred` too. Throws Error(Work).
   std::uint32_t memory_type(std::uint32_t bits, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags preferred) const;
@@ -112,12 +144,33 @@ class Context {
   const std::string& shader_error() const { return shader_error_; }
   void set_shader_error(std::string text) { shader_error_ = std::move(text); }
 
+  /// A number that no other buffer of this context has, ever.
+  std::uint64_t next_buffer_id() { return ++buffers_; }
+
   void save_pipeline_cache();  // when pipelines were made; failure to write is ignored
 
  private:
   void create_instance(const ContextOptions& options);
   void create_device();
-  void create_queue_objects();
+  /// What one submission at a time goes through: recorded, under way, ended.
+  struct Slot {
+    VkCommandPool pool = VK_NULL_HANDLE;
+    VkCommandBuffer commands = VK_NULL_HANDLE;
+    VkFence fence = VK_NULL_HANDLE;
+    VkQueryPool queries = VK_NULL_HANDLE;  // a timestamp at the begin, and one behind every pass
+    std::vector<Done> passes;
+    std::string what;  // its last pass
+    bool open = false, under_way = false;
+    std::uint64_t submission = 0;
+    std::chrono::steady_clock::time_point start;
+  };
+  void create_slot(Slot& slot);
+  void destroy_slot(Slot& slot);
+  Slot& open_slot(const std::string& what);
+  void end_pass(Slot& slot, Done done);
+  void end_slot(Slot& slot);
+  std::vector<double> times_of(Slot& slot);
+  bool queue_times() const { return info_.timestamp_ns > 0; }
   void load_pipeline_cache();
   void destroy();
 
@@ -131,16 +184,31 @@ class Context {
   VkDevice device_ = VK_NULL_HANDLE;
   std::uint32_t queue_family_ = 0;
   VkQueue queue_ = VK_NULL_HANDLE;
-  VkCommandPool commands_ = VK_NULL_HANDLE;
-  VkCommandBuffer buffer_ = VK_NULL_HANDLE;
-  VkFence fence_ = VK_NULL_HANDLE;
-  VkQueryPool queries_ = VK_NULL_HANDLE;
+  std::array<Slot, 2> slots_;  // taken in turn
+  std::size_t slot_ = 0;       // that is recorded now or next
+  std::uint64_t submitted_ = 0, ended_ = 0;
+  bool batches_ = true;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
   std::shared_ptr<void> staging_, pipelines_;
   bool statistics_ = false;
-  double last_ms_ = 0;
-  std::uint64_t shader_generation_ = 0;
+  double last_ms_ = 0, ended_ms_ = 0;
+  std::uint64_t shader_generation_ = 0, buffers_ = 0;
   std::string shader_error_;
 };
+
+/// Ends all that is under way when a scope is left by an exception, before what its passes refer to goes.
+class PassScope {
+ public:
+  explicit PassScope(Context& gpu) : gpu_(gpu) {}
+  ~PassScope() { gpu_.abandon(); }
+  PassScope(const PassScope&) = delete;
+  PassScope& operator=(const PassScope&) = delete;
+
+ private:
+  Context& gpu_;
+};
+
+/// Makes writes of earlier dispatches and copies visible to later dispatches, also to the groups that they read, and copies.
+void memory_barrier(VkCommandBuffer cmd);
 
 }  // namespace ballot

@@ -8,21 +8,24 @@ namespace ballot {
 
 Kernel::Kernel(Context& gpu, const KernelSource& source)
     : gpu_(gpu), name_(source.name), generation_(gpu.shader_generation()), pipeline_(pipeline_of(gpu, source)) {
-  try {
-    create_set();
-  } catch (...) {
-    vkDestroyDescriptorPool(gpu_.device(), pool_, nullptr);
-    throw;
-  }
+  const Reflection& reflection = pipeline_->reflection();
+  for (const auto* bindings : {&reflection.storage_buffers, &reflection.texel_buffers})
+    for (const std::uint32_t b : *bindings) bound_[b] = {};
 }
 
-Kernel::~Kernel() { vkDestroyDescriptorPool(gpu_.device(), pool_, nullptr); }
+Kernel::~Kernel() {
+  try {
+    gpu_.finish();
+  } catch (const Error&) {
+    gpu_.abandon();  // whoever waits next is told
+  }
+  for (const Set& set : sets_) vkDestroyDescriptorPool(gpu_.device(), set.pool, nullptr);
+}
 
-void Kernel::create_set() {
+Kernel::Set Kernel::create_set() {
   const Reflection& reflection = pipeline_->reflection();
   std::vector<VkDescriptorPoolSize> sizes;
   const auto add = [&](const std::vector<std::uint32_t>& bindings, VkDescriptorType type) {
-    for (std::uint32_t b : bindings) bound_[b] = false;
     if (!bindings.empty()) sizes.push_back({type, std::uint32_t(bindings.size())});
   };
   add(reflection.storage_buffers, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
@@ -33,44 +36,70 @@ void Kernel::create_set() {
   pool.maxSets = 1;
   pool.poolSizeCount = std::uint32_t(sizes.size());
   pool.pPoolSizes = sizes.data();
-  vk_check(vkCreateDescriptorPool(gpu_.device(), &pool, nullptr, &pool_), "creating descriptor pool of", name_.c_str());
+  Set made;
+  vk_check(vkCreateDescriptorPool(gpu_.device(), &pool, nullptr, &made.pool), "creating descriptor pool of",
+           name_.c_str());
   VkDescriptorSetAllocateInfo allocate{};
   allocate.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
-  allocate.descriptorPool = pool_;
+  allocate.descriptorPool = made.pool;
   allocate.descriptorSetCount = 1;
   allocate.pSetLayouts = &set_layout;
-  vk_check(vkAllocateDescriptorSets(gpu_.device(), &allocate, &set_), "allocating descriptors of", name_.c_str());
+  const VkResult result = vkAllocateDescriptorSets(gpu_.device(), &allocate, &made.set);
+  if (result != VK_SUCCESS) vkDestroyDescriptorPool(gpu_.device(), made.pool, nullptr);
+  vk_check(result, "allocating descriptors of", name_.c_str());
+  return made;
 }
 
 bool Kernel::wants(std::uint32_t binding) const { return bound_.contains(binding); }
 
 void Kernel::bind(std::uint32_t binding, const RawBuffer& buffer) {
-  if (!wants(binding))
+  const auto found = bound_.find(binding);
+  if (found == bound_.end())
     fail(Failure::Work, "kernel {} has no binding {} for buffer '{}'", name_, binding, buffer.name());
-  const bool texel = std::ranges::count(pipeline_->reflection().texel_buffers, binding) > 0;
-  const VkDescriptorBufferInfo info{buffer.handle(), 0, VK_WHOLE_SIZE};
-  const VkBufferView view = buffer.view();
-  VkWriteDescriptorSet write{};
-  write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
-  write.dstSet = set_;
-  write.dstBinding = binding;
-  write.descriptorCount = 1;
-  write.descriptorType = texel ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
-  write.pBufferInfo = texel ? nullptr : &info;
-  write.pTexelBufferView = texel ? &view : nullptr;
-  vkUpdateDescriptorSets(gpu_.device(), 1, &write, 0, nullptr);
-  bound_[binding] = true;
+  found->second = {buffer.id(), buffer.handle(), buffer.view()};
 }
 
-void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* push, std::uint32_t push_bytes) {
-  for (const auto& [binding, done] : bound_)
-    if (!done) fail(Failure::Work, "kernel {} is dispatched without binding {}", name_, binding);
+void Kernel::write(const Set& set) const {
+  const std::vector<std::uint32_t>& texels = pipeline_->reflection().texel_buffers;
+  for (const auto& [binding, bound] : bound_) {
+    const bool texel = std::ranges::count(texels, binding) > 0;
+    const VkDescriptorBufferInfo info{bound.buffer, 0, VK_WHOLE_SIZE};
+    VkWriteDescriptorSet write{};
+    write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+    write.dstSet = set.set;
+    write.dstBinding = binding;
+    write.descriptorCount = 1;
+    write.descriptorType = texel ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+    write.pBufferInfo = texel ? nullptr : &info;
+    write.pTexelBufferView = texel ? &bound.view : nullptr;
+    vkUpdateDescriptorSets(gpu_.device(), 1, &write, 0, nullptr);
+  }
+}
+
+// Kernels are run over the same few buffers again and again: a set for each combination that was used of late.
+VkDescriptorSet Kernel::set_for_bound() {
+  constexpr std::size_t kKept = 8;
+  std::vector<std::uint64_t> ids;
+  for (const auto& [binding, bound] : bound_) {
+    if (!bound.id) fail(Failure::Work, "kernel {} is dispatched without binding {}", name_, binding);
+    ids.push_back(bound.id);
+  }
+  auto set = std::ranges::find(sets_, ids, &Set::ids);
+  if (set == sets_.end()) {
+    set = std::ranges::min_element(sets_, {}, &Set::used);
+    if (sets_.size() < kKept || set->used > gpu_.ended()) set = sets_.insert(sets_.end(), create_set());
+    set->ids = std::move(ids);
+    write(*set);
+  }
+  set->used = gpu_.recording();
+  return set->set;
+}
+
+void Kernel::begin_dispatch(VkCommandBuffer cmd, const void* push, std::uint32_t push_bytes) {
   if (push_bytes != pipeline_->reflection().push_bytes)
     fail(Failure::Work, "kernel {} wants {} bytes of push constants, not {}", name_, pipeline_->reflection().push_bytes,
          push_bytes);
-  if (groups > gpu_.info().max_group_count_x)
-    fail(Failure::Work, "kernel {}: {} workgroups, but {} allows {}", name_, groups, gpu_.info().name,
-         gpu_.info().max_group_count_x);
+  const VkDescriptorSet set = set_for_bound();
   if (vkCmdBeginDebugUtilsLabelEXT) {
     VkDebugUtilsLabelEXT label{};
     label.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT;
@@ -78,10 +107,28 @@ void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* pus
     vkCmdBeginDebugUtilsLabelEXT(cmd, &label);
   }
   vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->pipeline());
-  vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->layout(), 0, 1, &set_, 0, nullptr);
+  vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->layout(), 0, 1, &set, 0, nullptr);
   if (push_bytes) vkCmdPushConstants(cmd, pipeline_->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes, push);
-  vkCmdDispatch(cmd, groups, 1, 1);
+}
+
+void Kernel::end_dispatch(VkCommandBuffer cmd) const {
   if (vkCmdEndDebugUtilsLabelEXT) vkCmdEndDebugUtilsLabelEXT(cmd);
+}
+
+void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* push, std::uint32_t push_bytes) {
+  if (groups > gpu_.info().max_group_count_x)
+    fail(Failure::Work, "kernel {}: {} workgroups, but {} allows {}", name_, groups, gpu_.info().name,
+         gpu_.info().max_group_count_x);
+  begin_dispatch(cmd, push, push_bytes);
+  vkCmdDispatch(cmd, groups, 1, 1);
+  end_dispatch(cmd);
+}
+
+void Kernel::dispatch(VkCommandBuffer cmd, const RawBuffer& groups, std::uint64_t offset, const void* push,
+                      std::uint32_t push_bytes) {
+  begin_dispatch(cmd, push, push_bytes);
+  vkCmdDispatchIndirect(cmd, groups.handle(), offset);
+  end_dispatch(cmd);
 }
 
 bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& source) {
@@ -95,16 +142,6 @@ bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& 
     gpu.set_shader_error(error.what());
     return false;
   }
-}
-
-void memory_barrier(VkCommandBuffer cmd) {
-  VkMemoryBarrier barrier{};
-  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
-  barrier.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
-  barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
-                          VK_ACCESS_TRANSFER_WRITE_BIT;
-  const VkPipelineStageFlags stages = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
-  vkCmdPipelineBarrier(cmd, stages, stages, 0, 1, &barrier, 0, nullptr, 0, nullptr);
 }
 
 }  // namespace ballot

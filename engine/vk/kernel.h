@@ -19,7 +19,8 @@ class Kernel {
   Kernel(const Kernel&) = delete;
   Kernel& operator=(const Kernel&) = delete;
 
-  /// Binds a buffer, as the shader declares the binding. Throws Error(Work) if the shader has no such binding.
+  /// Binds a buffer, as the shader declares the binding, for what is recorded from now on. Throws Error(Work) if the shader has
+  /// no such binding.
   void bind(std::uint32_t binding, const RawBuffer& buffer);
   bool wants(std::uint32_t binding) const;
 
@@ -29,6 +30,9 @@ class Kernel {
   void dispatch(VkCommandBuffer cmd, std::uint32_t groups, const P& push) {
     dispatch(cmd, groups, &push, sizeof push);
   }
+  /// The same, but the device reads the numbers of groups (x, y, z) from a buffer for Access::Groups.
+  void dispatch(VkCommandBuffer cmd, const RawBuffer& groups, std::uint64_t offset, const void* push,
+                std::uint32_t push_bytes);
 
   const std::string& name() const { return name_; }
   /// Of its pipeline, when that was made.
@@ -38,7 +42,25 @@ class Kernel {
   std::uint64_t generation() const { return generation_; }
 
  private:
-  void create_set();
+  /// What is bound.
+  struct Bound {
+    std::uint64_t id = 0;  // of the buffer; 0: none
+    VkBuffer buffer = VK_NULL_HANDLE;
+    VkBufferView view = VK_NULL_HANDLE;
+  };
+  /// A descriptor set; what submissions that have not ended use is left as it is.
+  struct Set {
+    VkDescriptorPool pool = VK_NULL_HANDLE;
+    VkDescriptorSet set = VK_NULL_HANDLE;
+    std::vector<std::uint64_t> ids;  // of the buffers, in the order of the bindings
+    std::uint64_t used = 0;          // by this submission last
+  };
+
+  Set create_set();
+  void write(const Set& set) const;
+  VkDescriptorSet set_for_bound();
+  void begin_dispatch(VkCommandBuffer cmd, const void* push, std::uint32_t push_bytes);
+  void end_dispatch(VkCommandBuffer cmd) const;
 
   Context& gpu_;
   friend bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& source);
@@ -46,16 +68,12 @@ class Kernel {
   std::string name_;
   std::uint64_t generation_;
   std::shared_ptr<const ComputePipeline> pipeline_;
-  std::map<std::uint32_t, bool> bound_;
-  VkDescriptorPool pool_ = VK_NULL_HANDLE;
-  VkDescriptorSet set_ = VK_NULL_HANDLE;
+  std::map<std::uint32_t, Bound> bound_;
+  std::vector<Set> sets_;
 };
 
 /// Makes a kernel where there is none or shaders were reloaded since it was made. True: it is another one and has no
 /// bindings. If a kernel fails to compile anew, it is kept and Context::shader_error() says why; the first one throws.
 bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& source);
-
-/// Makes writes of earlier dispatches and copies visible to later dispatches and copies.
-void memory_barrier(VkCommandBuffer cmd);
 
 }  // namespace ballot

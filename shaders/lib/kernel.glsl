@@ -42,6 +42,15 @@ vec4 ray_half(uint i) { return ray_halves[i]; }
 layout(set = 0, binding = BIND_HITS, std430) writeonly buffer Hits { uvec4 hit_words[]; };
 layout(set = 0, binding = BIND_WORK, scalar) buffer WorkCounter { Work work; };
 
+// Rays up to RAY_END are traced.
+#if BALLOT_CALLED
+layout(set = 0, binding = BIND_CALLS, scalar) readonly buffer Calls { Call calls[]; };
+uint ray_end;  // main() reads it
+#define RAY_END ray_end
+#else
+#define RAY_END push.ray_end
+#endif
+
 // Packets that keep to the wide tree have no use for the binary one.
 #if !defined(METHOD_PACKETS) || BALLOT_FALLBACK
 #define READS_NODES

@@ -12,7 +12,7 @@
 // traces it again in smaller pieces (engine/trace/tracer.cpp).
 
 bool take_ray(uint index, out Walker w, out Ray given) {
-  bool inside = index < push.ray_end;
+  bool inside = index < RAY_END;
   given = load_ray(inside ? index : push.ray_begin);
   bool live = inside && !is_dead(given);
   if (!live) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
@@ -28,7 +28,7 @@ bool take_ray(uint index, out Walker w) {
 
 // For the host to trace again.
 void leave_ray(uint index) {
-  if (index >= push.ray_end) return;
+  if (index >= RAY_END) return;
   store_hit(index, Hit(0.0, UNFINISHED, 0.0, 0.0));
   atomicAdd(work.unfinished, 1u);
 }
@@ -52,7 +52,7 @@ void trace_ray(uint index) {
   Walker w;
   bool live = take_ray(index, w);
   uint end = traverse(w, live, push.root);
-  if (index < push.ray_end) write_hit(index, w, CUT_SHORT(live && (end != END_OF_TREE || w.truncated)));
+  if (index < RAY_END) write_hit(index, w, CUT_SHORT(live && (end != END_OF_TREE || w.truncated)));
 }
 
 #endif
@@ -73,7 +73,7 @@ void trace_rays() {
     uint base = 0u;
     if (subgroupElect()) base = atomicAdd(work.next, gl_SubgroupSize * BALLOT_RAYS);
     base = subgroupBroadcastFirst(base);
-    if (base >= push.ray_end) break;
+    if (base >= RAY_END) break;
     trace_packet(base);
   }
 #endif
@@ -84,6 +84,9 @@ void trace_rays() {
 void main() [[subgroup_uniform_control_flow]] {
 #else
 void main() {
+#endif
+#if BALLOT_CALLED
+  ray_end = calls[push.ray_end].count;
 #endif
   trace_rays();
 }

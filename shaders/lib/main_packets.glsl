@@ -45,6 +45,6 @@ void trace_packet(uint base) {
   EACH_RAY(r) {
     uint index = packet_index(base, r);
     COUNT_WIDE_END(r)
-    if (index < push.ray_end) write_hit(index, packet[r], units[r], CUT_SHORT(cut_short));
+    if (index < RAY_END) write_hit(index, packet[r], units[r], CUT_SHORT(cut_short));
   }
 }

@@ -12,7 +12,7 @@ uint refill_next, refill_end;
 void refill_start() {
   uint subgroup = gl_WorkGroupID.x * gl_NumSubgroups + gl_SubgroupID;
   refill_next = push.ray_begin + subgroup * gl_SubgroupSize;
-  refill_end = min(push.ray_end, refill_next + gl_SubgroupSize);
+  refill_end = min(RAY_END, refill_next + gl_SubgroupSize);
 }
 uint refill_take(uint count) {
   uint base = refill_next;
@@ -24,7 +24,7 @@ uint refill_take(uint count) {
 uint refill_taken, refill_end;
 void refill_start() {
   refill_taken = 0u;
-  refill_end = push.ray_end;
+  refill_end = RAY_END;
 }
 // The dispatch is bounded: a subgroup takes no more than max_batches times its size.
 uint refill_take(uint count) {
@@ -44,31 +44,31 @@ uint refill_take(uint count) {
 // The loop is uniform: it ends for all lanes of a subgroup at once.
 void trace_rays() {
   Walker w;
-  uint index = push.ray_end, node = END_OF_TREE;  // index: the lane's ray, ray_end where it has none
+  uint index = RAY_END, node = END_OF_TREE;  // index: the lane's ray, ray_end where it has none
   bool any_left = true;
   take_ray(index, w);
   refill_start();
   refill_left = true;
   while (any_left) {
     bool idle = node == END_OF_TREE;
-    if (idle && index < push.ray_end) write_hit(index, w, CUT_SHORT(w.truncated));
+    if (idle && index < RAY_END) write_hit(index, w, CUT_SHORT(w.truncated));
     if (refill_left) {
       uvec4 idlers = subgroupBallot(idle);
       uint base = refill_take(subgroupBallotBitCount(idlers));
       if (idle) {
         uint mine = base + subgroupBallotExclusiveBitCount(idlers);
-        index = mine < refill_end ? mine : push.ray_end;
+        index = mine < refill_end ? mine : RAY_END;
         bool live = take_ray(index, w);
         COUNT_FETCH(subgroupBallotBitCount(idlers) < gl_SubgroupSize)
         node = live ? push.root : END_OF_TREE;
         begin_ray();
       }
     } else if (idle) {
-      index = push.ray_end;
+      index = RAY_END;
     }
     node = traverse(w, node != END_OF_TREE, node);
-    any_left = subgroupAny(index < push.ray_end);
+    any_left = subgroupAny(index < RAY_END);
   }
   // Only where the driver cut the loop short.
-  if (index < push.ray_end) write_hit(index, w, CUT_SHORT(node != END_OF_TREE || w.truncated));
+  if (index < RAY_END) write_hit(index, w, CUT_SHORT(node != END_OF_TREE || w.truncated));
 }

@@ -29,7 +29,7 @@ void start_shadow(Path path, Surface s, Bsdf b, Carried c, inout Started started
 #if BALLOT_INTEGRATOR == INTEGRATOR_WHITTED
   density = 0.0;  // no other ray looks for this light
 #else
-  if (push.depth >= push.last_depth) density = 0.0;  // none does after this one
+  if (RAY_DEPTH >= push.last_depth) density = 0.0;  // none does after this one
 #endif
   started.light = c.throughput * value * aim.radiance * (aim.density > 0.0 ? weigh(aim.density, density) : 1.0);
   started.shadow = dot(aim.dir, s.normal) > 0.0 && luminance(started.light) > 0.0;
@@ -44,7 +44,7 @@ void start_next(Path path, Surface s, Bsdf b, Carried c, float width, inout Star
   vec3 to = sample_bsdf(b, draw(path, 3u), draw2(path, 4u), weight, density, side);
   vec3 throughput = c.throughput * weight;
   float keep = 1.0;
-  if (push.depth >= ROULETTE_DEPTH) keep = clamp(max(throughput.r, max(throughput.g, throughput.b)), 0.05, 0.95);
+  if (RAY_DEPTH >= ROULETTE_DEPTH) keep = clamp(max(throughput.r, max(throughput.g, throughput.b)), 0.05, 0.95);
   bool inside = dot(to, s.normal) * side > 0.0;  // of the surface itself, not only of its shading normal
   started.next = inside && max(throughput.r, max(throughput.g, throughput.b)) > 0.0 && draw(path, 6u) < keep;
   started.next_ray = leave(s, side, to, 1e30);
@@ -90,8 +90,8 @@ void scatter(inout Path path, Surface s, Look look, Carried c, float distance, f
   start_shadow(path, s, b, c, started);
 #endif
 #if BALLOT_INTEGRATOR == INTEGRATOR_PATH
-  if (push.depth < push.last_depth) start_next(path, s, b, c, width, started);
+  if (RAY_DEPTH < push.last_depth) start_next(path, s, b, c, width, started);
 #elif BALLOT_HAS_GLOSS
-  if (push.depth < push.last_depth) start_both(s, b, c, width, started);
+  if (RAY_DEPTH < push.last_depth) start_both(s, b, c, width, started);
 #endif
 }

@@ -19,6 +19,7 @@ layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Ids { uint ids[]
 layout(set = 0, binding = BIND_NEXT_RAYS, scalar) writeonly buffer NextRays { Ray next_rays[]; };
 layout(set = 0, binding = BIND_NEXT_IDS, scalar) writeonly buffer NextIds { uint next_ids[]; };
 layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
+layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };
 layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
 vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
 #include "../lib/look.glsl"
@@ -39,7 +40,7 @@ void main() {
   bool goes_on = false;
   uint id = index;
   Ray ray;
-  if (index < push.count) {
+  if (index < calls[push.call].count) {
     Hit hit = hits[index];
     ray = rays[index];
     if (push.first == 0u) {

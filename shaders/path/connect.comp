@@ -5,14 +5,15 @@
 #include "../shared/render.h"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform Push { uint count; };
+layout(push_constant, scalar) uniform Push { uint call; };
 layout(set = 0, binding = BIND_HITS, scalar) readonly buffer Hits { Hit hits[]; };
 layout(set = 0, binding = BIND_SHADOW_LIGHT, scalar) readonly buffer ShadowLight { Awaited shadow_light[]; };
+layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };
 layout(set = 0, binding = BIND_PATHS, scalar) buffer Paths { Path paths[]; };
 
 void main() {
   uint index = gl_GlobalInvocationID.x;
-  if (index >= count || hits[index].prim != NO_HIT) return;
+  if (index >= calls[call].count || hits[index].prim != NO_HIT) return;
   Awaited light = shadow_light[index];
   paths[light.path].radiance += light.radiance;
 }

@@ -20,6 +20,7 @@ layout(set = 0, binding = BIND_CARRIED, scalar) readonly buffer CarriedRays { Ca
 layout(set = 0, binding = BIND_PATHS, scalar) buffer Paths { Path paths[]; };
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
 layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
+layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };
 #include "../lib/surface.glsl"
 #include "../lib/look.glsl"
 #include "../lib/sky.glsl"
@@ -33,7 +34,7 @@ layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queue
 
 #define STARTS_SHADOW (HAS_LIGHT || BALLOT_INTEGRATOR == INTEGRATOR_AO)
 #define STARTS_NEXT (BALLOT_INTEGRATOR == INTEGRATOR_PATH || (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLOSS))
-#define STARTS_SECOND (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLASS)
+#define STARTS_SECOND (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLOSS && BALLOT_HAS_GLASS)
 
 #if STARTS_SHADOW
 layout(set = 0, binding = BIND_SHADOW_RAYS, scalar) writeonly buffer ShadowRays { Ray shadow_rays[]; };
@@ -44,8 +45,9 @@ layout(set = 0, binding = BIND_NEXT_RAYS, scalar) writeonly buffer NextRays { Ra
 layout(set = 0, binding = BIND_NEXT_CARRIED, scalar) writeonly buffer NextCarried { Carried next_carried[]; };
 #endif
 #if STARTS_SECOND
-layout(set = 0, binding = BIND_SECOND_RAYS, scalar) writeonly buffer SecondRays { Ray second_rays[]; };
-layout(set = 0, binding = BIND_SECOND_CARRIED, scalar) writeonly buffer SecondCarried { Carried second_carried[]; };
+layout(set = 0, binding = BIND_PUT_OFF_RAYS, scalar) buffer PutOffRays { Ray put_off_rays[]; };
+layout(set = 0, binding = BIND_PUT_OFF_CARRIED, scalar) buffer PutOffCarried { Carried put_off_carried[]; };
+layout(set = 0, binding = BIND_PUT_OFF, scalar) buffer PutOffs { PutOff put_off[]; };
 #endif
 
 // The place of a lane's ray in a queue: one atomic operation a subgroup.
@@ -65,10 +67,16 @@ struct Started {
   Carried next_carried, second_carried;
 };
 
+#if STARTS_SECOND
+#include "../lib/put_off.glsl"
+#else
+#define RAY_DEPTH push.depth
+#endif
+
 const uint FIRST_DIMENSION = 8u, DIMENSIONS = 8u;
 
 float draw(Path path, uint k) {
-  return random_number(path.number, path.sample_index, FIRST_DIMENSION + push.depth * DIMENSIONS + k);
+  return random_number(path.number, path.sample_index, FIRST_DIMENSION + RAY_DEPTH * DIMENSIONS + k);
 }
 vec2 draw2(Path path, uint k) { return vec2(draw(path, k), draw(path, k + 1u)); }
 
@@ -101,7 +109,7 @@ void shade_hit(inout Path path, Ray ray, Hit hit, Carried c, inout Started start
   vec3 n = look.normal;
   scatter(path, s, look, c, distance, width, started);
 #endif
-  if (push.depth == 0u) {
+  if (RAY_DEPTH == 0u) {
     path.hit = 1u;
     if (path.sample_index == 0u) record_first(path, ray, hit, n);
   }
@@ -111,21 +119,27 @@ void main() {
   uint index = gl_GlobalInvocationID.x;
   Started started;
   started.shadow = started.next = started.second = false;
-  if (index < push.count) {
+  if (index < calls[push.call].count) {
     Carried c = carried[index];
     Ray ray = rays[index];
     Hit hit = hits[index];
     Path path = paths[c.path];
+#if STARTS_SECOND
+    begin_ray(c.path);
+#endif
     if (hit.prim != NO_HIT) {
       shade_hit(path, ray, hit, c, started);
     } else {
-      if (push.depth == 0u && path.sample_index == 0u) record_first(path, ray, hit, vec3(0.0));
+      if (RAY_DEPTH == 0u && path.sample_index == 0u) record_first(path, ray, hit, vec3(0.0));
 #if BALLOT_SKY != SKY_NONE && BALLOT_INTEGRATOR != INTEGRATOR_AO
       path.radiance += c.throughput * sky_seen(normalize(ray.dir), c.pdf);
 #endif
     }
     paths[c.path] = path;
     started.next_carried.path = started.second_carried.path = c.path;
+#if STARTS_SECOND
+    choose_next(c.path, started);
+#endif
   }
   uint place;
 #if STARTS_SHADOW
@@ -140,13 +154,6 @@ void main() {
   if (started.next) {
     next_rays[place] = started.next_ray;
     next_carried[place] = started.next_carried;
-  }
-#endif
-#if STARTS_SECOND
-  APPEND(queues.second, started.second, place)
-  if (started.second) {
-    second_rays[place] = started.second_ray;
-    second_carried[place] = started.second_carried;
   }
 #endif
 }

@@ -46,6 +46,13 @@ BALLOT_RECORD(BvhNode, 32);
 
 #define NO_HIT 0xFFFFFFFFu
 
+// A dispatch that the device calls: what it reads itself, and the kernel's part.
+struct Call {
+  uint groups_x, groups_y, groups_z;
+  uint count;  // rays, from the first of the buffer on
+};
+BALLOT_RECORD(Call, 16);
+
 // Bindings of set 0 that all kernels share.
 #define BIND_RAYS 0
 #define BIND_HITS 1

@@ -42,14 +42,17 @@
 #define BIND_CARRIED 21
 #define BIND_NEXT_RAYS 22
 #define BIND_NEXT_CARRIED 23
-#define BIND_SECOND_RAYS 24
-#define BIND_SECOND_CARRIED 25
+#define BIND_PUT_OFF_RAYS 24
+#define BIND_PUT_OFF_CARRIED 25
 #define BIND_SHADOW_RAYS 26
 #define BIND_SHADOW_LIGHT 27
 #define BIND_QUEUES 28
 #define BIND_MOMENTS 29
 #define BIND_NEXT_IDS 30
 #define BIND_WAVE_HITS 31
+#define BIND_PUT_OFF 32
+#define BIND_WAVE_CALLS 33
+#define BIND_REPORTS 34
 
 // BALLOT_INTEGRATOR: what a hit starts.
 #define INTEGRATOR_AO 0       // a short ray that asks whether the surface is open
@@ -227,12 +230,31 @@ struct Awaited {
   uint path;
 };
 
+// Where a path stands whose rays part: it follows the mirrored ray first, with all that comes of it, and the refracted one of
+// each depth is put off. One is at most, as a path is at one ray at a time.
+struct PutOff {
+  uint depth;      // of the ray at hand
+  uint low, high;  // a bit for each depth whose refracted ray waits
+};
+
 // How many rays the kernels of a wave have put where.
+#define QUEUE_NEXT 0
+#define QUEUE_SHADOW 1
+#define QUEUE_PASSED 2  // rays that go on through what is transparent
+#define QUEUES 3
 struct Queues {
   uint next;
-  uint second;
   uint shadow;
-  uint passed;  // rays that go on through what is transparent
+  uint passed;
+};
+
+// From what queues hold to the calls of those who take it. A record holds a call of the tracer for every queue, then one of
+// kernels of a ray an invocation.
+#define CALLS (2 * QUEUES)
+struct CallPush {
+  uint record;
+  uint trace_rays[QUEUES];    // that a workgroup of the tracer takes
+  uint trace_groups[QUEUES];  // at most
 };
 
 struct BeginPush {
@@ -245,17 +267,18 @@ struct BeginPush {
 };
 
 struct WavePush {
-  uint count;
-  uint depth;       // of these rays: 0 at the eye
+  uint call;
+  uint depth;       // of these rays: 0 at the eye; where paths put rays off, the number of the wave
   uint last_depth;  // rays of this depth start none but to lights
   float ao_radius;  // scene units
   float emitted;    // sum of the weights of BIND_EMITTERS
   uint emitters;
   uint lights;
+  uint paths;  // that a wave has room for
 };
 
 struct AlphaPush {
-  uint count;
+  uint call;
   uint first;  // 1: of the wave itself; 0: of rays that went on, numbers and hits of theirs
 };
 
@@ -290,9 +313,11 @@ BALLOT_RECORD(GpuLight, 52);
 BALLOT_RECORD(Path, 28);
 BALLOT_RECORD(Carried, 28);
 BALLOT_RECORD(Awaited, 16);
-BALLOT_RECORD(Queues, 16);
+BALLOT_RECORD(PutOff, 12);
+BALLOT_RECORD(Queues, 12);
+BALLOT_RECORD(CallPush, 28);
 BALLOT_RECORD(BeginPush, 92);
-BALLOT_RECORD(WavePush, 28);
+BALLOT_RECORD(WavePush, 32);
 BALLOT_RECORD(AlphaPush, 8);
 BALLOT_RECORD(FilmPush, 12);
 BALLOT_RECORD(FilmPixel, 36);

@@ -19,6 +19,9 @@
 #define BIND_LEAVES 4
 #define BIND_STATS 5  // of the instrumented variant only
 #define BIND_TOP 6    // of methods that read another tree than the binary one: the wide tree, or the frontier
+#define BIND_CALLS 7  // of kernels that are called by the device
+
+// BALLOT_CALLED: 1: how many rays there are stands in BIND_CALLS, at entry push.ray_end, as the device has counted them.
 
 // BALLOT_FETCH: how nodes and leaves are read.
 #define FETCH_STORAGE 0    // storage buffer
@@ -121,7 +124,8 @@ BALLOT_RECORD(RayStats, 72);
 #if !defined(BALLOT_FETCH) || !defined(BALLOT_STACK) || !defined(BALLOT_PACKET_STACK) || !defined(BALLOT_VOTE) || \
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
-    !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER)
+    !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK) || \
+    !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_CALLED)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif
 #endif

@@ -366,7 +366,7 @@ TEST(Features, WhatASceneLacksIsNotThere) {
   const Kernel ao(gpu, scatter_source(*find_integrator("ao"), {.glossy = true, .base_texture = true}, Sky::Kind::None));
   EXPECT_FALSE(ao.wants(BIND_MATERIALS) || ao.wants(BIND_TEXELS) || ao.wants(BIND_NEXT_RAYS));
   const Kernel whitted(gpu, scatter_source(*find_integrator("whitted"), {.glossy = true}, Sky::Kind::None));
-  EXPECT_TRUE(whitted.wants(BIND_NEXT_RAYS) && !whitted.wants(BIND_SECOND_RAYS));
+  EXPECT_TRUE(whitted.wants(BIND_NEXT_RAYS) && !whitted.wants(BIND_PUT_OFF_RAYS));
   EXPECT_TRUE(gpu.messages().empty());
 }
 

@@ -1,0 +1,80 @@
+// Traces recorded together with what comes before and after them.
+#include <limits>
+
+#include "engine/trace/tracer.h"
+
+namespace ballot {
+
+namespace {
+
+constexpr std::uint32_t kUnbounded = std::numeric_limits<std::uint32_t>::max();
+
+/// Rays that a workgroup takes, or begins with.
+std::uint32_t group_rays(const Variant& v) { return v.how.workgroup * v.rays_per_lane(); }
+
+}  // namespace
+
+bool Tracer::can_record(const Query& query, std::uint32_t most) const {
+  if (!gpu_.batches() || !is_settled(query, most)) return false;
+  const Variant v = variant(query);
+  if (v.how.loops_cut) return false;
+  if (v.how.launch == Launch::Persistent) return v.how.batches == kUnbounded;
+  return most <= std::uint64_t(gpu_.info().max_group_count_x) * group_rays(v);
+}
+
+RayGroups Tracer::groups_of(const Query& query) const {
+  const Variant v = variant(query);
+  std::uint32_t most = gpu_.info().max_group_count_x;
+  if (v.how.launch == Launch::Persistent) most = groups_for(v, kUnbounded - group_rays(v));
+  return {group_rays(v), most};
+}
+
+void Tracer::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const Context::Record& dispatch,
+                    Context::Done done) {
+  Kernel& kernel = *job.pipeline->kernel;
+  kernel.bind(BIND_RAYS, rays);
+  kernel.bind(BIND_HITS, hits);
+  const bool counts = reports(job.variant);
+  gpu_.pass(
+      kernel.name(),
+      [&](VkCommandBuffer cmd) {
+        if (counts) {
+          vkCmdFillBuffer(cmd, work_.handle(), 0, VK_WHOLE_SIZE, 0);
+          memory_barrier(cmd);
+        }
+        dispatch(cmd);
+      },
+      std::move(done));
+}
+
+void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const RayCall& call, const Query& query,
+                    Context::Done done) {
+  Variant v = variant(query);
+  v.called = true;
+  const Job job = this->job(v);
+  Kernel& kernel = *job.pipeline->kernel;
+  kernel.bind(BIND_CALLS, call.calls);
+  TracePush push = push_for(job, device_bvh(v.how.layout).root);
+  push.ray_end = call.index;
+  const auto dispatch = [&](VkCommandBuffer cmd) {
+    kernel.dispatch(cmd, call.calls, call.index * sizeof(Call), &push, sizeof push);
+  };
+  record(job, rays, hits, dispatch, std::move(done));
+}
+
+void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
+                    Context::Done done) {
+  if (count == 0 || !can_record(query, count)) {
+    done(trace(rays, hits, count, query).device_ms);
+    return;
+  }
+  const Job job = this->job(query);
+  TracePush push = push_for(job, device_bvh(job.variant.how.layout).root);
+  push.ray_end = count;
+  const auto dispatch = [&](VkCommandBuffer cmd) {
+    job.pipeline->kernel->dispatch(cmd, groups_for(job.variant, count), push);
+  };
+  record(job, rays, hits, dispatch, std::move(done));
+}
+
+}  // namespace ballot

@@ -1,0 +1,123 @@
+// Passes that are recorded together give what passes give that the host waits for, and are few submissions.
+#include "pictures.h"
+
+namespace ballot::test {
+namespace {
+
+/// A room of mirrors, glass, paint and a lamp, in which paths are long.
+Scene hall_scene() {
+  Scene scene;
+  scene.name = "hall";
+  scene.materials.push_back({.name = "paint", .base_color = {0.75f, 0.5f, 0.25f}});
+  scene.materials.push_back({.name = "mirror", .base_color = {0.9f, 0.9f, 0.9f}, .metallic = 1, .roughness = 0});
+  scene.materials.push_back({.name = "glass", .base_color = {1, 1, 1}, .roughness = 0, .transmission = 1});
+  scene.materials.push_back({.name = "lamp", .emissive = {4, 4, 4}});
+  scene.materials.push_back({.name = "veil", .base_color = {0.2f, 0.6f, 0.2f}, .alpha = 0.5f});
+  add_rectangle(scene, {-1, -1}, {1, 1}, 0);
+  add_rectangle(scene, {-1, -1}, {0, 1}, 0.25f, 1);
+  for (const float z : {0.5f, 0.625f, 0.75f, 0.875f}) add_rectangle(scene, {-0.75f, -0.75f}, {0.75f, 0.5f}, z, 2);
+  add_rectangle(scene, {-1, 0.5f}, {1, 1}, 2, 3);
+  add_rectangle(scene, {-4, -4}, {4, 4}, 5, 1);
+  scene.views.push_back(view_from({0, 0, 3}));
+  finish_scene(scene);
+  return scene;
+}
+
+Scene veiled(Scene scene, int layers) {
+  scene.materials[4].alpha_mode = Alpha::Blend;
+  for (int i = 0; i < layers; ++i) add_rectangle(scene, {-1, -1}, {0.5f, 1}, 1 + 0.125f * float(i), 4);
+  finish_scene(scene);
+  return scene;
+}
+
+/// Whether loops run to their end on this driver, so that nothing has to be looked at.
+bool records(Engine& engine) { return engine.tracer().can_record({.method = "while-while", .rays = "primary"}, 4096); }
+
+void expect_equal(const Image& a, const Image& b) {
+  ASSERT_EQ(a.channels.size(), b.channels.size());
+  for (std::size_t c = 0; c < a.channels.size(); ++c) {
+    EXPECT_TRUE(a.channels[c].floats == b.channels[c].floats) << a.channels[c].name;
+    EXPECT_TRUE(a.channels[c].uints == b.channels[c].uints) << a.channels[c].name;
+  }
+}
+
+/// The picture by passes recorded together, held to the one by passes that are waited for; returns submissions of the first.
+std::uint64_t submissions_of(Scene scene, const RenderOptions& options) {
+  Engine engine(std::move(scene), with_validation());
+  Context& gpu = *engine.context();
+  const View view = engine.scene().views.front();
+  gpu.set_batches(false);
+  const Picture alone = render(engine, view, options);
+  gpu.set_batches(true);
+  render(engine, view, options);  // kernels are made
+  const std::uint64_t before = gpu.submissions();
+  const Picture together = render(engine, view, options);
+  const std::uint64_t spent = gpu.submissions() - before;
+  expect_equal(alone.image, together.image);
+  std::uint64_t rays = 0, rays_alone = 0;
+  for (const PassTime& t : together.times.passes.all()) rays += t.rays;
+  for (const PassTime& t : alone.times.passes.all()) rays_alone += t.rays;
+  EXPECT_EQ(rays, rays_alone);
+  EXPECT_EQ(together.times.rays, alone.times.rays);
+  if (records(engine)) return spent;
+  return 0;  // the driver wants looks
+}
+
+RenderOptions small(const char* shading, std::uint32_t spp, const char* method = "while-while") {
+  return {.width = 40, .height = 24, .spp = spp, .shading = shading, .query = {.method = method}};
+}
+
+TEST(Together, PathsAreAsPassByPassInFewSubmissions) {
+  // 17 depths of five passes, and four depths at least in a submission.
+  EXPECT_LE(submissions_of(hall_scene(), small("path", 4)), 6u);
+  RenderOptions long_paths = small("path", 1);
+  long_paths.bounces = 64;
+  EXPECT_LE(submissions_of(hall_scene(), long_paths), 18u);
+  submissions_of(hall_scene(), small("path", 2, "dynamic-fetch"));
+  submissions_of(hall_scene(), small("path", 2, "auto"));
+}
+
+TEST(Together, RaysThatPartAreAsPassByPass) {
+  EXPECT_LE(submissions_of(hall_scene(), small("whitted", 2)), 40u);
+  RenderOptions deep = small("whitted", 1);
+  deep.bounces = 12;
+  submissions_of(hall_scene(), deep);
+  deep.bounces = 0;
+  EXPECT_LE(submissions_of(hall_scene(), deep), 2u);
+}
+
+TEST(Together, RaysBehindWhatIsTransparentAreAsPassByPass) {
+  submissions_of(veiled(hall_scene(), 1), small("path", 2));
+  submissions_of(veiled(hall_scene(), 6), small("path", 2));
+  submissions_of(veiled(hall_scene(), 6), small("whitted", 1));
+  submissions_of(veiled(hall_scene(), 3), small("eyelight", 3));
+}
+
+TEST(Together, ShadingsAndAmbientOcclusionAreAsPassByPass) {
+  EXPECT_LE(submissions_of(hall_scene(), small("eyelight", 8)), 3u);
+  EXPECT_LE(submissions_of(hall_scene(), small("normals", 1)), 2u);
+  EXPECT_LE(submissions_of(hall_scene(), small("ao", 4)), 2u);
+  submissions_of(hall_scene(), small("eyelight", 3, "dynamic-fetch"));
+}
+
+// Waves of no ray, of one, and as full as a wave can be.
+TEST(Together, AnyNumberOfRays) {
+  Scene away = hall_scene();
+  away.views[0] = view_from({0, 0, 30});  // past everything but the back of the far mirror
+  submissions_of(away, small("path", 1));
+  Scene empty = square_scene();
+  empty.views[0] = view_from({0, 0, -9});  // looks away
+  submissions_of(empty, small("path", 2));
+  RenderOptions one = small("path", 1);
+  one.width = one.height = 1;
+  submissions_of(hall_scene(), one);
+  RenderOptions full = small("path", 4);
+  full.width = full.height = 64;
+  Scene closed = hall_scene();
+  add_rectangle(closed, {-40, -40}, {40, 40}, -1);  // behind all: every camera ray hits
+  finish_scene(closed);
+  submissions_of(closed, full);
+}
+
+}  // namespace
+}  // namespace ballot::test
