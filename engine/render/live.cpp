@@ -105,9 +105,10 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   const DisplayTotals none{};
   totals_.upload(std::span(&none, 1));
   LiveTimes times;
+  const SceneFeatures features = through(scene_.features(), view);
   std::size_t chunk = 0;
   for (camera.first = 0; camera.first < total; camera.first += chunk_rays_)
-    sample_slice({chunk++, camera, std::min(chunk_rays_, total - camera.first)}, options, times);
+    sample_slice({chunk++, features, camera, std::min(chunk_rays_, total - camera.first)}, options, times);
   DisplayTotals totals{};
   totals_.download(std::span(&totals, 1));
   times.rays = std::uint64_t(totals.live) * kind.generators.size();
@@ -117,7 +118,7 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
 
 void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times) {
   const RayKind& kind = find_ray_kind(options.rays);
-  Kernel& primary = kernel(primary_source(false));
+  Kernel& primary = kernel(primary_source(false, slice.features));
   primary.bind(BIND_RAYS, *rays_);
   times.generate_ms += run(primary, slice.count, &slice.camera, sizeof slice.camera);
   if (kind.from_camera()) {
@@ -186,8 +187,9 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
     shade.bind(BIND_RAYS, rays);
     shade.bind(BIND_HITS, hits);
     shade.bind(BIND_FILM, film);
-    const ShadePush push{options.width, options.height, slice.camera.first,
-                         slice.count,   sample,         pixel_spread(slice.camera)};
+    const PixelCone cone = pixel_cone(slice.camera);
+    const ShadePush push{options.width, options.height, slice.camera.first, slice.count,
+                         sample,        cone.width,     cone.spread};
     times.shade_ms += run(shade, slice.count, &push, sizeof push);
   }
   if (heat) paint_heat(slice, options, query, film, sample, times);
@@ -261,7 +263,7 @@ Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32
   while (pixel_of(camera.first + index, options.width) != glm::uvec2(x, y)) ++index;
   Buffer<Ray> rays(gpu_, kTileRays, Access::Storage, "rays of a tile");
   Buffer<Hit> hits(gpu_, kTileRays, Access::Storage, "hits of a tile");
-  Kernel& primary = kernel(primary_source(false));
+  Kernel& primary = kernel(primary_source(false, through(scene_.features(), view)));
   primary.bind(BIND_RAYS, rays);
   run(primary, kTileRays, &camera, sizeof camera);
   Query query = options.query;

@@ -58,6 +58,11 @@ struct Waves::Alpha {
   std::uint32_t room;
   Side sides[2];
   Alpha(Context& gpu, std::uint32_t size) : room(size), sides{{gpu, size}, {gpu, size}} {}
+  std::uint64_t bytes() const {
+    std::uint64_t sum = 0;
+    for (const Side& s : sides) sum += s.rays.bytes() + s.hits.bytes() + s.ids.bytes();
+    return sum;
+  }
 };
 
 Waves::Waves(Context& gpu, Tracer& tracer, SceneData& scene) : gpu_(gpu), tracer_(tracer), scene_(scene) {}
@@ -229,7 +234,8 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
     make_room(shadow_hits_, gpu_, room_, "hits of rays to lights");
     make_room(shadow_light_, gpu_, room_, "awaited light");
   }
-  Kernel &begin = kernel(begin_source()), &add = kernel(film_source(moments != nullptr));
+  Kernel &begin = kernel(begin_source(settings.features)), &add = kernel(film_source(moments != nullptr));
+  const PixelCone cone = pixel_cone(settings.camera);
   for (std::uint32_t done = 0; done < count; done += together) {
     const std::uint32_t samples = std::min(together, count - done);
     WavePtr wave = acquire(room_);
@@ -238,8 +244,7 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
     begin.bind(BIND_CARRIED, wave->carried);
     begin.bind(BIND_PATHS, *paths_);
     begin.bind(BIND_NUMBERS, numbers);
-    const BeginPush push{settings.camera, wave->count, places, first + done, pixel_spread(settings.camera),
-                         settings.seed};
+    const BeginPush push{settings.camera, wave->count, places, first + done, cone.width, cone.spread, settings.seed};
     run(begin, wave->count, &push, sizeof push, "begin", times);
     run_wave(std::move(wave), 0, "primary", settings, film, times);
     add.bind(BIND_PATHS, *paths_);
@@ -251,7 +256,7 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
 }
 
 std::uint64_t Waves::bytes() const {
-  std::uint64_t sum = wave_bytes_;
+  std::uint64_t sum = wave_bytes_ + (alpha_ ? alpha_->bytes() : 0);
   for (const RawBuffer* b : std::initializer_list<const RawBuffer*>{paths_.get(), shadow_rays_.get(),
                                                                     shadow_hits_.get(), shadow_light_.get()})
     if (b) sum += b->bytes();

@@ -45,6 +45,8 @@
 #define MINMAX_SELECT 1   // by comparison and selection
 #define MINMAX_INTEGER 2  // of three axes at once, by their bits
 
+// BALLOT_LEAF_LOOP: 0: every leaf holds one triangle, and walks other than packet-wide have no loop over them; 1: up to six.
+
 // BALLOT_LAUNCH: how work reaches subgroups.
 #define LAUNCH_PLAIN 0       // one ray an invocation, the device schedules
 #define LAUNCH_PERSISTENT 1  // subgroups take batches from a counter until none is left (Aila and Laine 2009)
@@ -115,7 +117,7 @@ BALLOT_RECORD(RayStats, 72);
 #if !defined(BALLOT_FETCH) || !defined(BALLOT_STACK) || !defined(BALLOT_PACKET_STACK) || !defined(BALLOT_VOTE) || \
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
-    !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK)
+    !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif
 #endif
