@@ -1,13 +1,15 @@
 #include "tools/feature_table.h"
 
 #include <algorithm>
+#include <chrono>
 
 namespace ballot::cli {
 
 namespace {
 
 constexpr std::uint32_t kMeasuredSamples = 8;
-constexpr int kRepeats = 5;
+constexpr int kLeastRepeats = 5, kMostRepeats = 25;  // the more, the shorter they are:
+constexpr double kSecondsOfRepeats = 4;
 
 struct NamedFeature {
   bool SceneFeatures::*has;
@@ -78,6 +80,13 @@ Measured measure(Engine& engine, const Picture& picture, bool every_feature) {
   return {times.generate_ms + times.trace_ms + times.shade_ms + times.passes.ms(""), times.shade_ms};
 }
 
+template <class Round>
+void repeat(const Round& round) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration<double>(kSecondsOfRepeats);
+  for (int i = 0; i < kMostRepeats && (i < kLeastRepeats || Clock::now() < end); ++i) round();
+}
+
 double median(std::vector<double> values) {
   std::ranges::sort(values);
   return values[values.size() / 2];
@@ -87,13 +96,13 @@ nlohmann::json print_gain(Engine& engine, const Picture& picture) {
   std::vector<double> own, every, own_look, every_look;
   measure(engine, picture, false);  // compiles
   measure(engine, picture, true);
-  for (int i = 0; i < kRepeats; ++i) {
+  repeat([&] {
     const Measured a = measure(engine, picture, false), b = measure(engine, picture, true);
     own.push_back(a.all);
     every.push_back(b.all);
     own_look.push_back(a.look);
     every_look.push_back(b.look);
-  }
+  });
   const nlohmann::json json{{"ms", median(own)},
                             {"every_feature_ms", median(every)},
                             {fmt::format("{}_ms", picture.pass()), median(own_look)},
@@ -146,10 +155,10 @@ nlohmann::json print_stack_gain(Engine& engine, Tracer& common, const RayKind& k
   };
   std::vector<double> own{traced(engine.tracer())}, other{traced(common)};  // compile
   own.clear(), other.clear();
-  for (int i = 0; i < kRepeats; ++i) {
+  repeat([&] {
     own.push_back(traced(engine.tracer()));
     other.push_back(traced(common));
-  }
+  });
   fmt::print("    {} rays by {}: {:.2f} and {:.2f} ms, {:.2f} times as fast\n", kind.name, query.method, median(own),
              median(other), median(other) / median(own));
   return {{"rays", kind.name}, {"method", query.method}, {"ms", median(own)}, {"every_feature_ms", median(other)}};
@@ -211,8 +220,9 @@ nlohmann::json print_features(Engine& engine, bool measured) {
   fmt::print("\nintegrators, and the same:\n");
   json["integrators"] = print_pictures(engine, integrators_of(engine), "integrator", measured);
   if (measured)
-    fmt::print("  device times of view {}, {} x {}, {} samples, median of {}, both in turn\n",
-               engine.scene().views[0].name, measured_size(engine), measured_size(engine), kMeasuredSamples, kRepeats);
+    fmt::print("  device times of view {}, {} x {}, {} samples, median of {} to {}, both in turn\n",
+               engine.scene().views[0].name, measured_size(engine), measured_size(engine), kMeasuredSamples,
+               kLeastRepeats, kMostRepeats);
   return json;
 }
 
