@@ -194,12 +194,13 @@ void Waves::run_wave(WavePtr wave, std::uint32_t depth, std::string_view kind, c
   WavePtr next = scatter.wants(BIND_NEXT_RAYS) ? acquire(room_) : nullptr;
   WavePtr second = scatter.wants(BIND_SECOND_RAYS) ? acquire(room_) : nullptr;
   bind_wave(scatter, *wave, next.get(), second.get(), film);
-  WavePush push{wave->count, depth, settings.last_depth, settings.ao_radius, 0, 0, 0};
+  WavePush push{wave->count, depth, settings.last_depth, settings.ao_radius, 0, 0, 0, 0};
   if (scatter.wants(BIND_EMITTERS)) {
     push.emitted = scene_.emitters().total;
     push.emitters = std::uint32_t(scene_.emitters().texels.size());
   }
   push.lights = std::uint32_t(scene_.scene().lights.size());
+  push.sky = scene_.scene().sky.kind != Sky::Kind::None;
   run(scatter, wave->count, &push, sizeof push, "scatter", times, true);
   release(std::move(wave));
   Queues queues{};

@@ -254,6 +254,7 @@ struct WavePush {
   float emitted;    // sum of the weights of BIND_EMITTERS
   uint emitters;
   uint lights;
+  uint sky;         // 1: the scene has one
 };
 
 struct AlphaPush {
@@ -294,7 +295,7 @@ BALLOT_RECORD(Carried, 28);
 BALLOT_RECORD(Awaited, 16);
 BALLOT_RECORD(Queues, 16);
 BALLOT_RECORD(BeginPush, 96);
-BALLOT_RECORD(WavePush, 28);
+BALLOT_RECORD(WavePush, 32);
 BALLOT_RECORD(AlphaPush, 8);
 BALLOT_RECORD(FilmPush, 12);
 BALLOT_RECORD(FilmPixel, 36);

@@ -315,6 +315,33 @@ TEST(Features, BuffersAndDispatchesFollowFromTheScene) {
   }
 }
 
+// The kernel for every feature does the same work by other code: it aims at what is there alone, by the same random numbers.
+TEST(Features, EveryFeatureTracesTheSameRays) {
+  for (const char* light : {"none", "lamp", "emission", "sky", "lamp and sky", "all"})
+    for (const char* shading : {"ao", "whitted", "path"}) {
+      SCOPED_TRACE(fmt::format("{} {}", light, shading));
+      const bool all = light == std::string("all");
+      const auto has = [&](const char* word) { return all || std::string_view(light).find(word) != std::string::npos; };
+      Scene scene = square_scene();
+      add_rectangle(scene, {-0.5f, -0.5f}, {0.5f, 0.5f}, 1, 1);
+      scene.materials.push_back({.name = "roof"});
+      if (has("emission")) scene.materials[1].emissive = glm::vec3(2);
+      if (has("lamp")) scene.lights.push_back({.position = {1, 2, 2}, .intensity = glm::vec3(3)});
+      if (has("sky")) scene.sky = make_sky("gradient");
+      finish_scene(scene);
+      Engine engine(std::move(scene), with_validation());
+      RenderOptions options{.width = 16, .height = 16, .spp = 4, .shading = shading};
+      const Picture own = render(engine, engine.scene().views[0], options);
+      options.every_feature = true;
+      const Picture every = render(engine, engine.scene().views[0], options);
+      EXPECT_EQ(own.times.rays, every.times.rays);
+      for (const char* name : {"R", "G", "B"})
+        for (std::size_t i = 0; i < 256; ++i)
+          EXPECT_NEAR(own.image.channel(name).floats[i], every.image.channel(name).floats[i], 2e-3f)
+              << name << " " << i;
+    }
+}
+
 TEST(Features, AmbientOcclusionAsksForNoMaterial) {
   const auto bytes = [](Scene scene) {
     Engine engine(std::move(scene), with_validation());
