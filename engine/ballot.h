@@ -68,6 +68,8 @@ class Engine {
 
   const Scene& scene() const { return scene_; }
   const Bvh& bvh() const { return bvh_; }
+  /// What kernels are made for.
+  const SceneFeatures& features() const { return features_; }
   const DeviceInfo& device() const { return gpu_->info(); }
   const std::shared_ptr<Context>& context() const { return gpu_; }
   const StartTimes& start_times() const { return times_; }
@@ -194,6 +196,7 @@ class Engine {
   StartTimes times_;
   std::shared_ptr<Context> gpu_;
   Bvh bvh_;
+  SceneFeatures features_;
   std::unique_ptr<Tracer> tracer_;
   std::unique_ptr<SceneData> scene_data_;
   std::unique_ptr<Renderer> renderer_;

@@ -60,9 +60,10 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   const auto start = Clock::now();
   bvh_ = build(scene_, options, progress);
   times_.bvh_s = seconds_since(start);
-  tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles);
+  features_ = features_of(scene_, facts_of(bvh_));
+  tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree);
   if (options.use_cache) tracer_->choices().keep_in(cache_folder() / "auto");
-  scene_data_ = std::make_unique<SceneData>(*gpu_, scene_);
+  scene_data_ = std::make_unique<SceneData>(*gpu_, scene_, features_);
   renderer_ = std::make_unique<Renderer>(*gpu_, *tracer_, *scene_data_);
   batches_ = std::make_unique<Batches>(*gpu_, *tracer_, *scene_data_);
 }

@@ -49,20 +49,19 @@ nlohmann::json list(const std::string& wanted) {
   return json;
 }
 
-void print_scene(const Scene& s, double load_s) {
-  const SceneFeatures f = features_of(s);
+void print_scene(const Scene& s, const SceneFeatures& f, double load_s) {
   fmt::print("\nscene {}: {} triangles, {} materials, {} views, loaded in {:.3f} s\n", s.name, s.triangles.size(),
              s.materials.size(), s.views.size(), load_s);
   fmt::print("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})\n", s.bounds.lo.x, s.bounds.lo.y,
              s.bounds.lo.z, s.bounds.hi.x, s.bounds.hi.y, s.bounds.hi.z);
   std::string views;
   for (const View& v : s.views) views += (views.empty() ? "" : ", ") + v.name;
-  fmt::print("  views: {}\n  holds: {}\n", views, feature_words(f));
+  fmt::print("  views: {}\n  cameras: {}\n  holds: {}\n", views, camera_words(f), feature_words(f));
 }
 
 void print_bvh(const BvhStats& s) {
-  fmt::print("\nBVH: {} nodes ({} leaves), depth {}, SAH cost {:.2f}, {} in {:.3f} s\n", s.nodes, s.leaves, s.depth,
-             s.sah, s.from_cache ? "from the cache" : "built", s.build_s);
+  fmt::print("\nBVH: {} nodes ({} leaves of at most {}), depth {}, SAH cost {:.2f}, {} in {:.3f} s\n", s.nodes,
+             s.leaves, s.largest_leaf, s.depth, s.sah, s.from_cache ? "from the cache" : "built", s.build_s);
   fmt::print("  {} references for {} triangles ({:+.1f} % by spatial splits), {} of zero area left out\n", s.references,
              s.triangles, s.triangles > s.degenerate ? 100.0 * s.references / (s.triangles - s.degenerate) - 100 : 0.0,
              s.degenerate);
@@ -96,14 +95,14 @@ nlohmann::json print_statistics(Engine& engine, const std::string& numeric) {
   return json;
 }
 
-nlohmann::json print_variants(const DeviceInfo& device, std::uint32_t depth) {
+nlohmann::json print_variants(const DeviceInfo& device, const TreeFacts& tree) {
   fmt::print("\nvariants on this device (nearest; --method, --knob):\n");
   nlohmann::json json = nlohmann::json::array();
   for (const Method& m : kMethods) {
     if (m.chooses) continue;
     const NumericMode& numeric = find_numeric(kDefaultNumeric);
     const Variant v{&m, &numeric, Want::Nearest, formulation_for(m, numeric, device)};
-    kernel_source(v, device, depth);  // refuses what does not fit
+    kernel_source(v, device, tree);  // refuses what does not fit
     fmt::print("  {}\n", v.name());
     json.push_back(v.name());
   }
@@ -130,15 +129,15 @@ int run(const Args& args) {
         args.engine, {},
         // What is measured has the light that "render" would give it; a lamp at the eye is at that of the view measured.
         [&](Scene& s) { args.light.apply(s, {&s.views[0]}, args.measure ? "path" : ""); }, args.statistics);
-    print_scene(opened.engine->scene(), opened.load_s);
+    print_scene(opened.engine->scene(), opened.engine->features(), opened.load_s);
     print_bvh(opened.engine->bvh().stats);
     const nlohmann::json header = record_header(*opened.engine, opened.load_s);
     json.update(header);
-    json["variants"] = print_variants(opened.engine->device(), opened.engine->bvh().stats.depth);
+    json["variants"] = print_variants(opened.engine->device(), opened.engine->features().tree);
     if (args.statistics) json["statistics"] = print_statistics(*opened.engine, args.numeric);
     if (args.calibrate) calibrate(*opened.engine, args.numeric);
     json["choices"] = print_choices(opened.engine->tracer().choices().all());
-    json["integrators"] = print_features(*opened.engine, args.measure);
+    json.update(print_features(*opened.engine, args.measure));
     if (!args.triangles.empty()) {
       write_triangles(args.triangles, opened.engine->scene().triangles);
       fmt::print("\nwrote {} triangles to {}\n", opened.engine->scene().triangles.size(), args.triangles);
@@ -158,9 +157,10 @@ void add_info(CLI::App& app, int& result) {
   args->engine.add_to(*cmd, false);
   cmd->add_option("--triangles", args->triangles,
                   "write the world-space triangles in prim order, float32 (n,3,3), for checks by other programs");
-  cmd->add_flag(
-      "--measure", args->measure,
-      "how much faster integrators are with the kernels of this scene than with those for every feature; seconds");
+  cmd->add_flag("--measure", args->measure,
+                "how much faster traversal, shadings and integrators are with the kernels of this scene than with "
+                "those for every "
+                "feature; seconds");
   args->light.add_to(*cmd);
   cmd->add_flag("--calibrate", args->calibrate,
                 "let method auto choose anew for every kind of rays, about a second each on a CPU");

@@ -54,13 +54,17 @@ std::vector<KernelSource> traversal_sources() {
     for (const Method& method : kMethods)
       for (const NumericMode& numeric : kNumericModes) {
         if (method.chooses || (method.reduces() && !device.shuffle)) continue;
+        const std::vector<Knobs> all_knobs = knobs_of(method);
         for (const Want want : {Want::Nearest, Want::Any})
-          for (const Knobs& knobs : knobs_of(method))
+          for (const Knobs& knobs : all_knobs)
             for (const bool counters : {false, true}) {
               Variant v{&method, &numeric, want, formulation_for(method, numeric, device, knobs), counters};
-              sources.push_back(kernel_source(v, device, 32));
+              sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES}));
+              if (&knobs == &all_knobs[0] && !method.wide)
+                sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = 1}));
               v.called = true;
-              if (!counters && knobs.contains("launch")) sources.push_back(kernel_source(v, device, 32));
+              if (!counters && knobs.contains("launch"))
+                sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES}));
             }
       }
   return sources;
@@ -77,13 +81,8 @@ std::vector<KernelSource> integrator_sources() {
                                             &SceneFeatures::emissive_texture,
                                             &SceneFeatures::normal_texture,
                                             &SceneFeatures::lights};
-  std::vector<KernelSource> sources{begin_source(),
-                                    calls_source(),
-                                    connect_source(),
-                                    film_source(false),
-                                    film_source(true),
-                                    alpha_source({}),
-                                    alpha_source({.base_texture = true})};
+  std::vector<KernelSource> sources{calls_source(),    connect_source(), film_source(false),
+                                    film_source(true), alpha_source({}), alpha_source({.base_texture = true})};
   std::set<std::string> names;
   const auto add = [&](const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
     KernelSource source = scatter_source(integrator, features, sky);
@@ -110,7 +109,12 @@ std::vector<KernelSource> integrator_sources() {
 
 /// Generators, and shadings for scenes with and without normals and emission.
 std::vector<KernelSource> render_sources() {
-  std::vector<KernelSource> sources{primary_source(false), primary_source(true)};
+  std::vector<KernelSource> sources;
+  for (const auto& [perspective, orthographic] : {std::pair(true, false), {false, true}, {true, true}}) {
+    const SceneFeatures cameras{.perspective = perspective, .orthographic = orthographic};
+    for (const bool listed : {false, true}) sources.push_back(primary_source(listed, cameras));
+    sources.push_back(begin_source(cameras));
+  }
   for (const RayKind& kind : kRayKinds)
     if (kind.generators.size() == 1 && !kind.from_camera())
       for (const OffsetPolicy& offset : kOffsetPolicies)

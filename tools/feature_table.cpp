@@ -1,19 +1,21 @@
 #include "tools/feature_table.h"
 
 #include <algorithm>
+#include <chrono>
 
 namespace ballot::cli {
 
 namespace {
 
 constexpr std::uint32_t kMeasuredSamples = 8;
-constexpr int kRepeats = 5;
+constexpr int kLeastRepeats = 5, kMostRepeats = 25;  // the more, the shorter they are:
+constexpr double kSecondsOfRepeats = 4;
 
 struct NamedFeature {
   bool SceneFeatures::*has;
   const char* words;
 };
-constexpr NamedFeature kFeatures[] = {
+constexpr NamedFeature kMayHave[] = {
     {&SceneFeatures::shading_normals, "shading normals"},
     {&SceneFeatures::reflects, "mirrors"},
     {&SceneFeatures::refracts, "glass"},
@@ -29,33 +31,60 @@ constexpr NamedFeature kFeatures[] = {
     {&SceneFeatures::sky, "sky"},
 };
 
-std::vector<KernelSource> kernels_of(const Integrator& integrator, const Scene& scene) {
-  const SceneFeatures f = features_of(scene);
-  const WavePlan plan = plan_of(integrator, f);
-  std::vector<KernelSource> sources{begin_source(), scatter_source(integrator, f, scene.sky.kind)};
-  if (plan.alpha) sources.push_back(alpha_source(f));
-  if (plan.shadow) sources.push_back(connect_source());
-  sources.push_back(film_source(false));
-  return sources;
+/// A shading or an integrator, and what it runs.
+struct Picture {
+  std::string_view name;
+  const Integrator* integrator = nullptr;  // null: a shading
+  std::vector<KernelSource> kernels = {};
+  KernelSource every = {};  // of the kernel that looks at hits, for every feature
+  const char* pass() const { return integrator ? "scatter" : "shade"; }  // of that kernel
+};
+
+std::vector<Picture> shadings_of(const Engine& engine) {
+  std::vector<Picture> all;
+  for (const Shading& s : kShadings)
+    if (!s.heat)
+      all.push_back({.name = s.name,
+                     .kernels = kernels_of(s, engine.features()),
+                     .every = shading_source(s.name, SceneFeatures::every())});
+  return all;
 }
 
-/// Device milliseconds of all passes, and of the scattering alone.
+std::vector<Picture> integrators_of(const Engine& engine) {
+  std::vector<Picture> all;
+  for (const Integrator& i : kIntegrators)
+    all.push_back({.name = i.name,
+                   .integrator = &i,
+                   .kernels = kernels_of(i, engine.features(), engine.scene().sky.kind),
+                   .every = scatter_source(i, SceneFeatures::every(), Sky::Kind::Gradient)});
+  return all;
+}
+
+/// Device milliseconds of all passes, and of the one that looks at hits.
 struct Measured {
-  double all = 0, scatter = 0;
+  double all = 0, look = 0;
 };
 
 /// Pixels a side, enough to keep the device busy.
-std::uint32_t measured_size(Engine& engine) { return engine.device().is_cpu() ? 128 : 1024; }
+std::uint32_t measured_size(const Engine& engine) { return engine.device().is_cpu() ? 128 : 1024; }
 
-Measured measure(Engine& engine, const Integrator& integrator, bool every_feature) {
+Measured measure(Engine& engine, const Picture& picture, bool every_feature) {
   const RenderOptions options{.width = measured_size(engine),
                               .height = measured_size(engine),
                               .spp = kMeasuredSamples,
-                              .shading = std::string(integrator.name),
+                              .shading = std::string(picture.name),
                               .every_feature = every_feature};
   RenderTimes times;
   engine.render(engine.scene().views[0], options, &times);
-  return {times.passes.ms(""), times.passes.ms("scatter")};
+  if (picture.integrator) return {times.passes.ms(""), times.passes.ms("scatter")};
+  return {times.generate_ms + times.trace_ms + times.shade_ms + times.passes.ms(""), times.shade_ms};
+}
+
+template <class Round>
+void repeat(const Round& round) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration<double>(kSecondsOfRepeats);
+  for (int i = 0; i < kMostRepeats && (i < kLeastRepeats || Clock::now() < end); ++i) round();
 }
 
 double median(std::vector<double> values) {
@@ -63,25 +92,97 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-nlohmann::json print_gain(Engine& engine, const Integrator& integrator) {
-  std::vector<double> own, every, own_scatter, every_scatter;
-  measure(engine, integrator, false);  // compiles
-  measure(engine, integrator, true);
-  for (int i = 0; i < kRepeats; ++i) {
-    const Measured a = measure(engine, integrator, false), b = measure(engine, integrator, true);
+nlohmann::json print_gain(Engine& engine, const Picture& picture) {
+  std::vector<double> own, every, own_look, every_look;
+  measure(engine, picture, false);  // compiles
+  measure(engine, picture, true);
+  repeat([&] {
+    const Measured a = measure(engine, picture, false), b = measure(engine, picture, true);
     own.push_back(a.all);
     every.push_back(b.all);
-    own_scatter.push_back(a.scatter);
-    every_scatter.push_back(b.scatter);
-  }
+    own_look.push_back(a.look);
+    every_look.push_back(b.look);
+  });
   const nlohmann::json json{{"ms", median(own)},
                             {"every_feature_ms", median(every)},
-                            {"scatter_ms", median(own_scatter)},
-                            {"every_feature_scatter_ms", median(every_scatter)}};
-  fmt::print(
-      "    {:.1f} ms, {:.1f} ms with every feature: {:.2f} times as fast; scatter {:.1f} and {:.1f} ms: {:.2f}\n",
-      median(own), median(every), median(every) / median(own), median(own_scatter), median(every_scatter),
-      median(every_scatter) / median(own_scatter));
+                            {fmt::format("{}_ms", picture.pass()), median(own_look)},
+                            {fmt::format("every_feature_{}_ms", picture.pass()), median(every_look)}};
+  fmt::print("    {:.1f} ms, {:.1f} ms with every feature: {:.2f} times as fast; {} {:.1f} and {:.1f} ms: {:.2f}\n",
+             median(own), median(every), median(every) / median(own), picture.pass(), median(own_look),
+             median(every_look), median(every_look) / median(own_look));
+  return json;
+}
+
+nlohmann::json print_kernel(Engine& engine, const KernelSource& source) {
+  const Kernel kernel(*engine.context(), source);
+  const KernelTimes& t = kernel.times();
+  fmt::print("    {:<60} {:>7} bytes  SPIR-V {:.1f} ms{}  pipeline {:.1f} ms\n", source.name, t.spirv_bytes, t.spirv_ms,
+             t.from_cache ? " (cached)" : "", t.pipeline_ms);
+  nlohmann::json figures = nlohmann::json::object();
+  for (const PipelineFigure& f : kernel.statistics()) {
+    fmt::print("      {}: {}\n", f.name, f.value);
+    figures[f.name] = f.value;
+  }
+  return {{"name", source.name},          {"spirv_bytes", t.spirv_bytes}, {"spirv_ms", t.spirv_ms},
+          {"spirv_cached", t.from_cache}, {"pipeline_ms", t.pipeline_ms}, {"statistics", figures}};
+}
+
+nlohmann::json print_pictures(Engine& engine, const std::vector<Picture>& pictures, const char* word, bool measured) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const Picture& picture : pictures) {
+    fmt::print("  {}\n", picture.name);
+    nlohmann::json kernels = nlohmann::json::array();
+    for (const KernelSource& source : picture.kernels) kernels.push_back(print_kernel(engine, source));
+    const std::size_t every = compile_shader(picture.every.file, picture.every.defines).words.size() * 4;
+    fmt::print("    {:<60} {:>7} bytes\n", fmt::format("({} with every feature)", picture.pass()), every);
+    json.push_back({{word, picture.name}, {"kernels", kernels}, {"every_feature_spirv_bytes", every}});
+    if (measured) json.back()["gain"] = print_gain(engine, picture);
+  }
+  return json;
+}
+
+/// Rays of a kind traced by a tracer whose stacks are those of this tree, and by one whose stacks have the common size.
+nlohmann::json print_stack_gain(Engine& engine, Tracer& common, const RayKind& kind) {
+  const auto batch =
+      engine.make_batch(engine.scene().views[0], kind, 2 * measured_size(engine), 2 * measured_size(engine));
+  if (batch->count() == 0) return nullptr;
+  const Query query = engine.settle(*batch, Query{});
+  Buffer<Ray> rays(*engine.context(), batch->count(), Access::Storage, "rays");
+  Buffer<Hit> hits(*engine.context(), batch->count(), Access::Storage, "hits");
+  rays.upload(batch->rays());
+  const auto traced = [&](Tracer& tracer) {
+    return tracer.trace(rays, hits, std::uint32_t(batch->count()), query).device_ms;
+  };
+  std::vector<double> own{traced(engine.tracer())}, other{traced(common)};  // compile
+  own.clear(), other.clear();
+  repeat([&] {
+    own.push_back(traced(engine.tracer()));
+    other.push_back(traced(common));
+  });
+  fmt::print("    {} rays by {}: {:.2f} and {:.2f} ms, {:.2f} times as fast\n", kind.name, query.method, median(own),
+             median(other), median(other) / median(own));
+  return {{"rays", kind.name}, {"method", query.method}, {"ms", median(own)}, {"every_feature_ms", median(other)}};
+}
+
+nlohmann::json print_traversal(Engine& engine, bool measured) {
+  const TreeFacts tree = engine.features().tree;
+  TreeFacts common = SceneFeatures::every().tree;
+  common.depth = std::max(common.depth, tree.depth);
+  fmt::print("\ntraversal: stacks of {} entries for a tree of depth {}{}; {} with every feature\n", stack_entries(tree),
+             tree.depth, leaves_loop(tree) ? "" : ", no loop over the one triangle of a leaf", stack_entries(common));
+  nlohmann::json json{{"stack_entries", stack_entries(tree)},
+                      {"every_feature_stack_entries", stack_entries(common)},
+                      {"leaf_loop", leaves_loop(tree)}};
+  if (!measured) return json;
+  json["gain"] = nlohmann::json::array();
+  if (stack_entries(tree) == stack_entries(common) && leaves_loop(tree)) {
+    fmt::print("    the same kernels\n");
+    return json;
+  }
+  Tracer tracer(*engine.context(), engine.bvh(), engine.scene().triangles, common);
+  for (const char* kind : {"primary", "diffuse"})
+    if (nlohmann::json gain = print_stack_gain(engine, tracer, find_ray_kind(kind)); !gain.is_null())
+      json["gain"].push_back(std::move(gain));
   return json;
 }
 
@@ -89,45 +190,39 @@ nlohmann::json print_gain(Engine& engine, const Integrator& integrator) {
 
 std::string feature_words(const SceneFeatures& features) {
   std::string words;
-  for (const NamedFeature& f : kFeatures)
+  for (const NamedFeature& f : kMayHave)
     if (features.*f.has) words += fmt::format("{}{}", words.empty() ? "" : ", ", f.words);
   return words.empty() ? "nothing beyond plain triangles" : words;
 }
 
+std::string camera_words(const SceneFeatures& features) {
+  if (features.perspective && features.orthographic) return "perspective, orthographic";
+  return features.orthographic ? "orthographic" : "perspective";
+}
+
+nlohmann::json features_json(const SceneFeatures& features) {
+  nlohmann::json holds = nlohmann::json::array(), cameras = nlohmann::json::array();
+  for (const NamedFeature& f : kMayHave)
+    if (features.*f.has) holds.push_back(f.words);
+  if (features.perspective) cameras.push_back("perspective");
+  if (features.orthographic) cameras.push_back("orthographic");
+  return {{"holds", holds},
+          {"cameras", cameras},
+          {"tree_depth", features.tree.depth},
+          {"largest_leaf", features.tree.largest_leaf}};
+}
+
 nlohmann::json print_features(Engine& engine, bool measured) {
-  const Scene& scene = engine.scene();
-  nlohmann::json json = nlohmann::json::array();
-  fmt::print("\nintegrators, and the kernels that this scene needs (those of the traversal besides):\n");
-  for (const Integrator& integrator : kIntegrators) {
-    const Spirv every = compile_shader("path/scatter.comp",
-                                       scatter_source(integrator, SceneFeatures::every(), Sky::Kind::Gradient).defines);
-    fmt::print("  {}\n", integrator.name);
-    nlohmann::json kernels = nlohmann::json::array();
-    for (const KernelSource& source : kernels_of(integrator, scene)) {
-      const Kernel kernel(*engine.context(), source);
-      const KernelTimes& t = kernel.times();
-      fmt::print("    {:<60} {:>7} bytes  SPIR-V {:.1f} ms{}  pipeline {:.1f} ms\n", source.name, t.spirv_bytes,
-                 t.spirv_ms, t.from_cache ? " (cached)" : "", t.pipeline_ms);
-      nlohmann::json figures = nlohmann::json::object();
-      for (const PipelineFigure& f : kernel.statistics()) {
-        fmt::print("      {}: {}\n", f.name, f.value);
-        figures[f.name] = f.value;
-      }
-      kernels.push_back({{"name", source.name},
-                         {"spirv_bytes", t.spirv_bytes},
-                         {"spirv_ms", t.spirv_ms},
-                         {"spirv_cached", t.from_cache},
-                         {"pipeline_ms", t.pipeline_ms},
-                         {"statistics", figures}});
-    }
-    fmt::print("    {:<60} {:>7} bytes\n", "(scatter with every feature)", every.words.size() * 4);
-    json.push_back(
-        {{"integrator", integrator.name}, {"kernels", kernels}, {"every_feature_spirv_bytes", every.words.size() * 4}});
-    if (measured) json.back()["gain"] = print_gain(engine, integrator);
-  }
+  nlohmann::json json{{"features", features_json(engine.features())}};
+  json["traversal"] = print_traversal(engine, measured);
+  fmt::print("\nshadings, and the kernels that this scene needs (those of the traversal besides):\n");
+  json["shadings"] = print_pictures(engine, shadings_of(engine), "shading", measured);
+  fmt::print("\nintegrators, and the same:\n");
+  json["integrators"] = print_pictures(engine, integrators_of(engine), "integrator", measured);
   if (measured)
-    fmt::print("  device times of view {}, {} x {}, {} samples, median of {}, both in turn\n", scene.views[0].name,
-               measured_size(engine), measured_size(engine), kMeasuredSamples, kRepeats);
+    fmt::print("  device times of view {}, {} x {}, {} samples, median of {} to {}, both in turn\n",
+               engine.scene().views[0].name, measured_size(engine), measured_size(engine), kMeasuredSamples,
+               kLeastRepeats, kMostRepeats);
   return json;
 }
 

@@ -28,7 +28,8 @@ struct BvhStats {
   std::uint32_t references = 0;  // after spatial splits (the paper's "split triangles")
   std::uint32_t nodes = 0;       // nodes in use: inner and leaves, without the unused node 1
   std::uint32_t leaves = 0;
-  std::uint32_t depth = 0;  // inner nodes on the longest path from the root: bounds every depth-first stack
+  std::uint32_t depth = 0;         // inner nodes on the longest path from the root: bounds every depth-first stack
+  std::uint32_t largest_leaf = 0;  // triangles
   double sah = 0;           // expected cost of a random ray that meets the root box, with the costs of the settings
   std::uint64_t bytes = 0;  // nodes and references in reference form
   double build_s = 0;       // wall time of the build; of the load when it came from the cache
@@ -42,6 +43,9 @@ struct Bvh {
   Bounds bounds;                          // of the root; zero if empty
   BvhStats stats;
 };
+
+/// What kernels are made for.
+inline TreeFacts facts_of(const Bvh& bvh) { return {bvh.stats.depth, bvh.stats.largest_leaf}; }
 
 /// progress(done) with done in [0, 1], from the building thread or others, one at a time.
 using Progress = std::function<void(double)>;

@@ -90,6 +90,12 @@ bool walkable(const Bvh& bvh, std::size_t triangle_count) {
   return bvh.nodes.size() % 2 == 0;
 }
 
+std::uint32_t largest_leaf_of(const std::vector<BvhNode>& nodes) {
+  std::uint32_t largest = 0;
+  for (const BvhNode& n : nodes) largest = std::max(largest, n.count);
+  return largest;
+}
+
 std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std::size_t triangle_count) {
   std::error_code unreadable;
   const std::uint64_t bytes = std::filesystem::file_size(path, unreadable);
@@ -113,6 +119,7 @@ std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std:
                .nodes = static_cast<std::uint32_t>(h.node_count == 0 ? 0 : h.node_count - 1),
                .leaves = h.leaves,
                .depth = h.depth,
+               .largest_leaf = largest_leaf_of(bvh.nodes),
                .sah = h.sah,
                .bytes = bytes - sizeof(Header),
                .from_cache = true};

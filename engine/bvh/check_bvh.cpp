@@ -116,6 +116,7 @@ class Checker {
   void check_leaf(std::uint32_t index) {
     const BvhNode& node = bvh_.nodes[index];
     ++leaves_;
+    largest_leaf_ = std::max(largest_leaf_, node.count);
     if (node.count > settings_.max_leaf)
       say("node {}: leaf of {} references, at most {} are allowed", index, node.count, settings_.max_leaf);
     if (node.first > bvh_.references.size() || node.count > bvh_.references.size() - node.first) {
@@ -178,6 +179,7 @@ class Checker {
     same("nodes", s.nodes, bvh_.nodes.empty() ? 0 : bvh_.nodes.size() - 1);
     same("leaves", s.leaves, leaves_);
     same("depth", s.depth, depth_);
+    same("largest leaf", s.largest_leaf, largest_leaf_);
     same("bytes", s.bytes, bvh_.nodes.size() * sizeof(BvhNode) + bvh_.references.size() * sizeof(std::uint32_t));
     const double whole = bvh_.nodes.empty() ? 0 : half_area(bvh_.nodes[0].lo, bvh_.nodes[0].hi);
     if (whole > 0 && !(std::abs(s.sah - cost_ / whole) <= 1e-6 * s.sah))
@@ -191,7 +193,7 @@ class Checker {
   std::vector<std::string> lines_;
   std::vector<bool> visited_;
   std::vector<std::uint32_t> owner_;  // leaf of each reference
-  std::uint32_t leaves_ = 0, degenerate_ = 0, depth_ = 0;
+  std::uint32_t leaves_ = 0, degenerate_ = 0, depth_ = 0, largest_leaf_ = 0;
   double cost_ = 0;
 };
 

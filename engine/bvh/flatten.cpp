@@ -47,6 +47,7 @@ void place_leaf(const BuildNode& from, BvhNode& node, Bvh& bvh) {
   node = {from.box.lo, from.box.hi, from.count, static_cast<uint>(bvh.references.size())};
   bvh.references.insert(bvh.references.end(), from.prims, from.prims + from.count);
   ++bvh.stats.leaves;
+  bvh.stats.largest_leaf = std::max(bvh.stats.largest_leaf, from.count);
 }
 
 }  // namespace

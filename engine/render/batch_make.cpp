@@ -40,7 +40,7 @@ void Batches::make_primaries(RayBatch& batch, const View& view, std::uint32_t wi
   Frame& frame = *batch.frame_;
   const bool listed = width % TILE_SIZE || height % TILE_SIZE;
   frame.camera = camera_push(view, width, height);
-  frame.primary = &generator(primary_source(listed));
+  frame.primary = &generator(primary_source(listed, through(scene_.features(), view)));
   RayBatch primaries("primary", view.name, std::string(kPrimaryRays), Want::Nearest);
   primaries.add_chunks(gpu_, std::size_t(width) * height, chunk_rays());
   if (listed) {
@@ -159,7 +159,7 @@ double Batches::shade(RayBatch& batch) {
     frame.shade->bind(BIND_HITS, c.hits);
     frame.shade->bind(BIND_FILM, *frame.film);
     // A film of one column of tiles: every index is a pixel of it.
-    const ShadePush push{TILE_SIZE, ~0u, 0, c.count, 0, 0};
+    const ShadePush push{TILE_SIZE, ~0u, 0, c.count, 0, 0, 0};
     gpu_.submit(frame.shade->name(),
                 [&](VkCommandBuffer cmd) { frame.shade->dispatch(cmd, groups_of(c.count), push); });
     ms += gpu_.last_ms();

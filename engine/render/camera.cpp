@@ -26,7 +26,39 @@ PrimaryPush camera_push(const View& view, std::uint32_t width, std::uint32_t hei
   return push;
 }
 
-float pixel_spread(const PrimaryPush& camera) { return glm::length(camera.step_y); }
+PixelCone pixel_cone(const PrimaryPush& camera) {
+  const float pixel = glm::length(camera.step_y);
+  return camera.orthographic ? PixelCone{pixel, 0} : PixelCone{0, pixel};
+}
+
+namespace {
+
+SceneFeatures with_camera(SceneFeatures features, bool orthographic) {
+  features.perspective = !orthographic;
+  features.orthographic = orthographic;
+  return features;
+}
+
+}  // namespace
+
+SceneFeatures through(const SceneFeatures& features, const View& view) {
+  return with_camera(features, view.orthographic);
+}
+
+std::vector<SceneFeatures> by_camera(const SceneFeatures& features) {
+  std::vector<SceneFeatures> all;
+  if (features.perspective) all.push_back(with_camera(features, false));
+  if (features.orthographic) all.push_back(with_camera(features, true));
+  return all;
+}
+
+Defines camera_defines(const SceneFeatures& features) {
+  return {{"BALLOT_PERSPECTIVE", features.perspective}, {"BALLOT_ORTHOGRAPHIC", features.orthographic}};
+}
+
+std::string camera_name(const SceneFeatures& features) {
+  return std::string(features.perspective ? "+perspective" : "") + (features.orthographic ? "+orthographic" : "");
+}
 
 std::uint32_t padded_rays(std::uint32_t width, std::uint32_t height) {
   const std::uint32_t tiles_x = (width + TILE_SIZE - 1) / TILE_SIZE, tiles_y = (height + TILE_SIZE - 1) / TILE_SIZE;

@@ -4,6 +4,7 @@
 #include <glm/vec2.hpp>
 
 #include "engine/scene/scene.h"
+#include "engine/vk/shader.h"
 #include "shaders/shared/render.h"
 
 namespace ballot {
@@ -11,9 +12,21 @@ namespace ballot {
 /// What shaders/rays/primary.comp wants of a view: one sample through pixel centres, from ray number 0.
 PrimaryPush camera_push(const View& view, std::uint32_t width, std::uint32_t height);
 
-/// How wide a pixel's cone grows in a unit of length at the picture's middle; of an orthographic view a pixel's width, scene
-/// units.
-float pixel_spread(const PrimaryPush& camera);
+/// What a pixel sees, at the picture's middle: how wide at the eye, scene units, and how much wider with each unit of length.
+struct PixelCone {
+  float width, spread;
+};
+PixelCone pixel_cone(const PrimaryPush& camera);
+
+/// The scene as a view shows it: the only kind of camera is the view's, be it one of the scene's or not.
+SceneFeatures through(const SceneFeatures& features, const View& view);
+
+/// The same for each kind of camera that the scene has.
+std::vector<SceneFeatures> by_camera(const SceneFeatures& features);
+
+/// BALLOT_PERSPECTIVE and BALLOT_ORTHOGRAPHIC of shaders/lib/camera.glsl, and what they add to a kernel's name.
+Defines camera_defines(const SceneFeatures& features);
+std::string camera_name(const SceneFeatures& features);
 
 /// Rays of a picture, those of tiles that reach beyond it included. Order: shaders/shared/render.h.
 std::uint32_t padded_rays(std::uint32_t width, std::uint32_t height);

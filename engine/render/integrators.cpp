@@ -1,6 +1,7 @@
 #include "engine/render/integrators.h"
 
 #include "engine/core/error.h"
+#include "engine/render/camera.h"
 #include "engine/render/ray_kinds.h"
 
 namespace ballot {
@@ -31,8 +32,23 @@ WavePlan plan_of(const Integrator& integrator, const SceneFeatures& f) {
   return plan;
 }
 
-KernelSource begin_source() {
-  return {.name = "path.begin", .file = "path/begin.comp", .defines = {}, .constants = {}};
+std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
+  const WavePlan plan = plan_of(integrator, features);
+  std::vector<KernelSource> sources;
+  for (const SceneFeatures& seen : by_camera(features)) sources.push_back(begin_source(seen));
+  sources.push_back(scatter_source(integrator, features, sky));
+  sources.push_back(calls_source());
+  if (plan.alpha) sources.push_back(alpha_source(features));
+  if (plan.shadow) sources.push_back(connect_source());
+  sources.push_back(film_source(false));
+  return sources;
+}
+
+KernelSource begin_source(const SceneFeatures& features) {
+  return {.name = "path.begin" + camera_name(features),
+          .file = "path/begin.comp",
+          .defines = camera_defines(features),
+          .constants = {}};
 }
 
 KernelSource calls_source() {

@@ -39,7 +39,11 @@ struct WavePlan {
 };
 WavePlan plan_of(const Integrator& integrator, const SceneFeatures& features);
 
-KernelSource begin_source();
+/// Kernels of an integrator's passes, in their order, but for those of the traversal: what `features` lack is in none of them. A
+/// scene with both kinds of cameras has kernels that begin paths for each.
+std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky);
+
+KernelSource begin_source(const SceneFeatures& features);
 KernelSource calls_source();
 KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky);
 KernelSource connect_source();

@@ -106,11 +106,12 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   // Any-hit kinds are the ones that may aim at the light.
   if (kind.want == Want::Any && options.sample_index == 0) light_ = point_light(tracer_, scene_.scene(), view);
   LiveTimes times;
+  const SceneFeatures features = through(scene_.features(), view);
   const PassScope scope(gpu_);
   gpu_.pass("totals", [&](VkCommandBuffer cmd) { vkCmdFillBuffer(cmd, totals_.handle(), 0, VK_WHOLE_SIZE, 0); });
   std::size_t chunk = 0;
   for (camera.first = 0; camera.first < total; camera.first += chunk_rays_)
-    sample_slice({chunk++, camera, std::min(chunk_rays_, total - camera.first)}, options, times);
+    sample_slice({chunk++, features, camera, std::min(chunk_rays_, total - camera.first)}, options, times);
   gpu_.pass("totals", [&](VkCommandBuffer cmd) {
     const VkBufferCopy all{0, 0, sizeof(DisplayTotals)};
     vkCmdCopyBuffer(cmd, totals_.handle(), totals_seen_.handle(), 1, &all);
@@ -124,7 +125,7 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
 
 void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times) {
   const RayKind& kind = find_ray_kind(options.rays);
-  Kernel& primary = kernel(primary_source(false));
+  Kernel& primary = kernel(primary_source(false, slice.features));
   primary.bind(BIND_RAYS, *rays_);
   run(primary, slice.count, &slice.camera, sizeof slice.camera, times.generate_ms);
   if (kind.from_camera()) {
@@ -195,8 +196,9 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
     shade.bind(BIND_RAYS, rays);
     shade.bind(BIND_HITS, hits);
     shade.bind(BIND_FILM, film);
-    const ShadePush push{options.width, options.height, slice.camera.first,
-                         slice.count,   sample,         pixel_spread(slice.camera)};
+    const PixelCone cone = pixel_cone(slice.camera);
+    const ShadePush push{options.width, options.height, slice.camera.first, slice.count,
+                         sample,        cone.width,     cone.spread};
     run(shade, slice.count, &push, sizeof push, times.shade_ms);
   }
   if (heat) paint_heat(slice, options, query, film, sample, times);
@@ -270,7 +272,7 @@ Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32
   while (pixel_of(camera.first + index, options.width) != glm::uvec2(x, y)) ++index;
   Buffer<Ray> rays(gpu_, kTileRays, Access::Storage, "rays of a tile");
   Buffer<Hit> hits(gpu_, kTileRays, Access::Storage, "hits of a tile");
-  Kernel& primary = kernel(primary_source(false));
+  Kernel& primary = kernel(primary_source(false, through(scene_.features(), view)));
   primary.bind(BIND_RAYS, rays);
   double ms = 0;
   const PassScope scope(gpu_);

@@ -75,6 +75,7 @@ class LiveImage {
  private:
   struct Slice {  // what one dispatch takes of a picture
     std::size_t chunk;
+    const SceneFeatures& features;  // as the picture's view shows them
     PrimaryPush camera;
     std::uint32_t count;  // rays
   };

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/core/error.h"
+#include "engine/render/camera.h"
 
 namespace ballot {
 
@@ -24,10 +25,12 @@ const OffsetPolicy& find_offset_policy(std::string_view name) {
   fail(Failure::Arguments, "no offset policy is called '{}'; there are: {}", name, names);
 }
 
-KernelSource primary_source(bool listed) {
-  return {.name = listed ? "rays.primary.listed" : "rays.primary",
+KernelSource primary_source(bool listed, const SceneFeatures& features) {
+  Defines defines = camera_defines(features);
+  defines.emplace_back("BALLOT_LISTED", listed);
+  return {.name = (listed ? "rays.primary.listed" : "rays.primary") + camera_name(features),
           .file = "rays/primary.comp",
-          .defines = {{"BALLOT_LISTED", listed}},
+          .defines = std::move(defines),
           .constants = {}};
 }
 

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "engine/render/offset_policies.h"
+#include "engine/scene/features.h"
 #include "engine/trace/variant.h"
 
 namespace ballot {
@@ -45,8 +46,9 @@ inline bool RayKind::from_camera() const { return generators[0] == kPrimaryGener
 /// Throws Error(Arguments) that lists the kinds there are.
 const RayKind& find_ray_kind(std::string_view name);
 
-/// The kernel that makes primary rays. `listed`: the picture cuts tiles, so that a list says which rays lie in it.
-KernelSource primary_source(bool listed);
+/// The kernel that makes primary rays, for the kinds of cameras among the features. `listed`: the picture cuts tiles, so that a
+/// list says which rays lie in it.
+KernelSource primary_source(bool listed, const SceneFeatures& features);
 
 /// The kernel of a generator of rays from primary hits.
 KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset);

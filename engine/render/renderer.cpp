@@ -26,9 +26,18 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
+std::vector<KernelSource> kernels_of(const Shading& shading, const SceneFeatures& features) {
+  std::vector<KernelSource> sources;
+  for (const SceneFeatures& seen : by_camera(features)) sources.push_back(primary_source(true, seen));
+  if (features.alpha) sources.push_back(alpha_source(features));
+  sources.push_back(shading_source(shading.name, features));
+  return sources;
+}
+
 /// Kernels and buffers of pictures that share shading and chunk size.
 struct Renderer::Passes {
   std::string shading;
+  SceneFeatures features;
   std::uint32_t chunk;
   std::uint64_t generation;  // of the shaders
   Buffer<Ray> rays;
@@ -39,8 +48,9 @@ struct Renderer::Passes {
   Kernel primary, shade;
 
   Passes(Context& gpu, std::uint32_t chunk_rays, const std::string& shading_name, bool counts,
-         const SceneFeatures& scene)
+         const SceneFeatures& seen)
       : shading(shading_name),
+        features(seen),
         chunk(chunk_rays),
         generation(gpu.shader_generation()),
         rays(gpu, chunk, Access::Storage, "rays"),
@@ -48,8 +58,8 @@ struct Renderer::Passes {
         film(gpu, chunk, Access::Storage, "film"),
         numbers(gpu, chunk, Access::Storage, "ray numbers"),
         stats(counts ? std::make_unique<Buffer<RayStats>>(gpu, chunk, Access::Storage, "counters") : nullptr),
-        primary(gpu, primary_source(true)),
-        shade(gpu, shading_source(shading, scene)) {
+        primary(gpu, primary_source(true, seen)),
+        shade(gpu, shading_source(shading, seen)) {
     primary.bind(BIND_RAYS, rays);
     primary.bind(BIND_NUMBERS, numbers);
     shade.bind(BIND_RAYS, rays);
@@ -66,13 +76,13 @@ Renderer::Renderer(Context& gpu, Tracer& tracer, SceneData& scene)
 
 Renderer::~Renderer() = default;
 
-Renderer::Passes& Renderer::passes(const RenderOptions& options, std::uint32_t chunk) {
+Renderer::Passes& Renderer::passes(const RenderOptions& options, const SceneFeatures& features, std::uint32_t chunk) {
   const bool counts = options.stats || find_shading(options.shading).heat;
-  if (passes_ && passes_->shading == options.shading && passes_->chunk == chunk &&
+  if (passes_ && passes_->shading == options.shading && passes_->features == features && passes_->chunk == chunk &&
       counts == (passes_->stats != nullptr) && passes_->generation == gpu_.shader_generation())
     return *passes_;
   passes_.reset();
-  passes_ = std::make_unique<Passes>(gpu_, chunk, options.shading, counts, scene_.features());
+  passes_ = std::make_unique<Passes>(gpu_, chunk, options.shading, counts, features);
   scene_.bind(passes_->shade);
   gpu_.save_pipeline_cache();
   return *passes_;
@@ -101,6 +111,7 @@ void Renderer::shade_samples(Film& film, std::size_t first, std::uint32_t count,
   std::vector<RayStats> part(p.stats ? count : 0);
   Query query = options.query;
   query.rays = kPrimaryRays;
+  const PixelCone cone = pixel_cone(camera);
   for (std::uint32_t s = 0; s < samples; ++s) {
     camera.sample_index = film.samples + s;
     run(p.primary, camera, times.generate_ms);
@@ -108,9 +119,9 @@ void Renderer::shade_samples(Film& film, std::size_t first, std::uint32_t count,
       times.trace_ms += tracer_.trace_counted(p.rays, p.hits, count, query, *p.stats).device_ms;
     else
       tracer_.record(p.rays, p.hits, count, query, [&times](double ms) { times.trace_ms += ms; });
-    waves_.pass_through(p.rays, p.hits, count, query, scene_.features(), times.passes);
+    waves_.pass_through(p.rays, p.hits, count, query, p.features, times.passes);
     // A film of one column of tiles: every index is a pixel of it.
-    run(p.shade, ShadePush{TILE_SIZE, ~0u, 0, count, camera.sample_index, pixel_spread(camera)}, times.shade_ms);
+    run(p.shade, ShadePush{TILE_SIZE, ~0u, 0, count, camera.sample_index, cone.width, cone.spread}, times.shade_ms);
     if (s % kSamplesTogether == kSamplesTogether - 1) gpu_.flush();
     if (!p.stats) continue;
     p.stats->download(std::span(part));
@@ -121,17 +132,14 @@ void Renderer::shade_samples(Film& film, std::size_t first, std::uint32_t count,
   p.film.download(std::span(film.pixels).subspan(first, count));
 }
 
-SceneFeatures Renderer::features_for(const RenderOptions& options) const {
-  return options.every_feature ? SceneFeatures::every() : scene_.features();
-}
-
 Sky::Kind Renderer::sky_kind(const RenderOptions& options) const {
   const Sky::Kind kind = scene_.scene().sky.kind;
   return options.every_feature && kind == Sky::Kind::None ? Sky::Kind::Gradient : kind;
 }
 
 void Renderer::wave_samples(Film& film, std::size_t first, std::uint32_t count, const PrimaryPush& camera,
-                            std::uint32_t samples, const RenderOptions& options, RenderTimes& times) {
+                            const SceneFeatures& features, std::uint32_t samples, const RenderOptions& options,
+                            RenderTimes& times) {
   const Integrator& integrator = *find_integrator(options.shading);
   make_room(numbers_, gpu_, count, "ray numbers");
   make_room(film_, gpu_, count, "film");
@@ -151,7 +159,7 @@ void Renderer::wave_samples(Film& film, std::size_t first, std::uint32_t count, 
       .ao_radius = std::max(options.ao_radius * glm::distance(b.lo, b.hi), 1e-30f),
       .seed = options.seed,
       .query = options.query,
-      .features = features_for(options),
+      .features = features,
       .sky = sky_kind(options),
   };
   waves_.add_samples(settings, *numbers_, count, film.samples, samples, *film_, moments_.get(), times.passes);
@@ -172,14 +180,15 @@ void Renderer::advance(Film& film, const View& view, const RenderOptions& option
   }
   PrimaryPush camera = camera_push(view, film.width, film.height);
   camera.sample_count = options.spp;
+  const SceneFeatures features = options.every_feature ? SceneFeatures::every() : through(scene_.features(), view);
   const std::uint32_t chunk = std::uint32_t(std::min<std::size_t>(
-      total, integrator ? waves_.capacity(*integrator, features_for(options), last_depth_of(*integrator, options))
-                        : tracer_.chunk_rays()));
-  if (!integrator) passes(options, chunk);
+      total,
+      integrator ? waves_.capacity(*integrator, features, last_depth_of(*integrator, options)) : tracer_.chunk_rays()));
+  if (!integrator) passes(options, features, chunk);
   for (std::size_t first = 0; first < total; first += chunk) {
     const std::uint32_t count = std::uint32_t(std::min<std::size_t>(chunk, total - first));
     if (integrator)
-      wave_samples(film, first, count, camera, samples, options, times);
+      wave_samples(film, first, count, camera, features, samples, options, times);
     else
       shade_samples(film, first, count, camera, samples, options, times);
     if (progress) progress((film.samples + samples * double(first + count) / double(total)) / options.spp);

@@ -30,6 +30,9 @@ inline constexpr Shading kShadings[] = {
 /// Throws Error(Arguments) that lists the shadings there are.
 const Shading& find_shading(std::string_view name);
 
+/// Kernels of a shading's passes, in their order, but for those of the traversal: what `features` lack is in none of them.
+std::vector<KernelSource> kernels_of(const Shading& shading, const SceneFeatures& features);
+
 /// Every group of channels that a picture may have.
 struct Aov {
   std::string_view name;
@@ -60,7 +63,8 @@ struct RenderOptions {
   std::int32_t bounces = -1;           // of integrators, 0 to 64; -1: as many as the integrator has by itself
   float ao_radius = 0.1f;              // of ambient occlusion: share of the scene's diagonal, above 0
   std::uint32_t seed = 0;              // of the integrators' random numbers
-  bool every_feature = false;  // integrators' kernels as for a scene that has everything: to measure what that costs
+  bool every_feature =
+      false;  // kernels but the traversal's as for a scene that has everything: to measure what that costs
 
   Window window() const { return crop == Window{} ? Window{0, 0, width, height} : crop; }
   bool wants(std::string_view aov) const;
@@ -100,13 +104,13 @@ class Renderer {
 
  private:
   struct Passes;
-  Passes& passes(const RenderOptions& options, std::uint32_t chunk);
-  SceneFeatures features_for(const RenderOptions& options) const;
+  Passes& passes(const RenderOptions& options, const SceneFeatures& features, std::uint32_t chunk);
   Sky::Kind sky_kind(const RenderOptions& options) const;
   void shade_samples(Film& film, std::size_t first, std::uint32_t count, PrimaryPush camera, std::uint32_t samples,
                      const RenderOptions& options, RenderTimes& times);
   void wave_samples(Film& film, std::size_t first, std::uint32_t count, const PrimaryPush& camera,
-                    std::uint32_t samples, const RenderOptions& options, RenderTimes& times);
+                    const SceneFeatures& features, std::uint32_t samples, const RenderOptions& options,
+                    RenderTimes& times);
 
   Context& gpu_;
   Tracer& tracer_;

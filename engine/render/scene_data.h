@@ -15,8 +15,9 @@ namespace ballot {
 /// Buffers made on first use; what the scene lacks has none.
 class SceneData {
  public:
-  /// Keeps references to both.
-  SceneData(Context& gpu, const Scene& scene) : gpu_(gpu), scene_(scene), features_(features_of(scene)) {}
+  /// Keeps references to the first two. `features` are the scene's.
+  SceneData(Context& gpu, const Scene& scene, const SceneFeatures& features)
+      : gpu_(gpu), scene_(scene), features_(features) {}
 
   /// Binds what the kernel wants of the scene: triangles, normals, texture coordinates, textures, materials, what gives
   /// light. Throws Error(Work) if the device cannot hold it.

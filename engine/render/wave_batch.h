@@ -34,6 +34,11 @@ struct Waves::Alpha {
   std::uint32_t room;
   Side sides[2];
   Alpha(Context& gpu, std::uint32_t size) : room(size), sides{{gpu, size}, {gpu, size}} {}
+  std::uint64_t bytes() const {
+    std::uint64_t sum = 0;
+    for (const Side& s : sides) sum += s.rays.bytes() + s.hits.bytes() + s.ids.bytes();
+    return sum;
+  }
 };
 
 /// The same for all waves of one call, and how far the batch at hand has come.

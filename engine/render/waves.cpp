@@ -92,7 +92,8 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
   const std::uint32_t together = std::clamp(most / places, 1u, count);
   make_buffers(places * together, plan, settings.last_depth, plan.alpha);
   seen_.clear();
-  Kernel &begin = kernel(begin_source()), &add = kernel(film_source(moments != nullptr));
+  Kernel &begin = kernel(begin_source(settings.features)), &add = kernel(film_source(moments != nullptr));
+  const PixelCone cone = pixel_cone(settings.camera);
   Batch batch = batch_of(settings, film, times);
   begin.bind(BIND_RAYS, waves_[0]->rays);
   begin.bind(BIND_CARRIED, waves_[0]->carried);
@@ -104,8 +105,7 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
   for (std::uint32_t done = 0; done < count; done += together) {
     const std::uint32_t samples = std::min(together, count - done);
     const Count paths = known_count(places * samples, batch.primary);
-    const BeginPush push{settings.camera, paths.rays, places, first + done, pixel_spread(settings.camera),
-                         settings.seed};
+    const BeginPush push{settings.camera, paths.rays, places, first + done, cone.width, cone.spread, settings.seed};
     run(begin, paths, &push, sizeof push, "begin", times);
     run_waves(batch, paths);
     const FilmPush to_film{places, samples, first + done};
@@ -117,7 +117,7 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
 }
 
 std::uint64_t Waves::bytes() const {
-  std::uint64_t sum = 0;
+  std::uint64_t sum = alpha_ ? alpha_->bytes() : 0;
   for (const auto& wave : waves_)
     if (wave) sum += wave->bytes();
   for (const RawBuffer* b : std::initializer_list<const RawBuffer*>{

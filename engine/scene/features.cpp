@@ -22,7 +22,7 @@ void add(SceneFeatures& features, const Material& m) {
 
 }  // namespace
 
-SceneFeatures features_of(const Scene& scene) {
+SceneFeatures features_of(const Scene& scene, const TreeFacts& tree) {
   std::vector<char> used(scene.materials.size(), 0);
   for (const std::uint32_t m : scene.material_of) used.at(m) = 1;
   SceneFeatures features{.shading_normals = !scene.normals.empty()};
@@ -31,6 +31,8 @@ SceneFeatures features_of(const Scene& scene) {
   features.lights = !scene.lights.empty();
   features.sky = scene.sky.kind != Sky::Kind::None;
   features.sky_map = scene.sky.kind == Sky::Kind::Map;
+  for (const View& v : scene.views) (v.orthographic ? features.orthographic : features.perspective) = true;
+  features.tree = tree;
   return features;
 }
 

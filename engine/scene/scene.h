@@ -52,8 +52,8 @@ struct Scene {
   std::vector<std::string> notes;  // what the loader ignored or mended, a sentence each
 };
 
-/// What the scene holds, of materials in use; the one place that derives it.
-SceneFeatures features_of(const Scene& scene);
+/// What the scene holds, of materials in use, and its tree once there is one; the one place that derives it.
+SceneFeatures features_of(const Scene& scene, const TreeFacts& tree = {});
 
 /// Loads a scene file; the extension chooses the loader (see formats()).
 ///

@@ -7,10 +7,11 @@
 
 namespace ballot {
 
-Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles)
+Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& tree)
     : gpu_(gpu),
       bvh_(bvh),
       triangles_(triangles),
+      tree_(tree),
       work_(gpu, 1, Access::Storage, "work counter"),
       choices_(gpu.info(), bvh.stats, bvh.bounds) {}
 
@@ -96,7 +97,7 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   auto found = pipelines_.find(key);
   if (found != pipelines_.end() && found->second.kernel->generation() == gpu_.shader_generation()) return found->second;
   Pipeline made{found != pipelines_.end() ? std::move(found->second.kernel) : nullptr};
-  const bool fresh = refresh(gpu_, made.kernel, kernel_source(v, gpu_.info(), bvh_.stats.depth));
+  const bool fresh = refresh(gpu_, made.kernel, kernel_source(v, gpu_.info(), tree_));
   if (!v.method->wide || v.how.fallback) made.nodes = &node_buffer(v.how.layout, v.how.fetch);
   if (v.method->wide) made.top = &wide_buffer(v.how.fetch);
   if (v.method->frontier) made.top = &frontier_buffer(v.how.frontier, v.how.fetch);

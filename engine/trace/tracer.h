@@ -33,8 +33,8 @@ struct RayGroups {
 
 class Tracer {
  public:
-  /// Keeps references to gpu, bvh and triangles.
-  Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles);
+  /// Keeps references to gpu, bvh and triangles. `tree`: what kernels are made for, the facts of `bvh` or more.
+  Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& tree);
   ~Tracer();
 
   /// Traces rays and writes, at the same index, what each one hits. Contract: engine/ballot.h.
@@ -135,6 +135,7 @@ class Tracer {
   Context& gpu_;
   const Bvh& bvh_;
   std::span<const Triangle> triangles_;
+  TreeFacts tree_;
   std::map<NodeLayout, DeviceBvh> layouts_;
   std::map<std::pair<NodeLayout, Fetch>, Texels> node_buffers_;  // what a query needs, on first use
   std::map<std::pair<LeafFormat, Fetch>, Texels> leaf_buffers_;

@@ -16,12 +16,13 @@ std::string Variant::name() const {
   return threshold.empty() ? kernel_name() : kernel_name() + " " + threshold;
 }
 
-KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std::uint32_t tree_depth) {
+std::uint32_t stack_entries(const TreeFacts& tree) { return (tree.depth + 1 + 15) / 16 * 16; }
+
+KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, const TreeFacts& tree) {
   const Formulation& f = variant.how;
   const Method& method = *variant.method;
   const bool packet = method.packet(), wide = method.wide;
-  const std::uint32_t stack =
-      (tree_depth + 1 + 15) / 16 * 16;  // in steps, so that scenes of like depth share pipelines
+  const std::uint32_t stack = stack_entries(tree);
   const std::uint32_t list = method.lists ? f.list : 0;
   std::uint32_t shared_words = 0;
   const bool own_stack = method.own_stack && (!wide || f.fallback);
@@ -34,9 +35,9 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
          "{}: the stacks of a tree of depth {} need {} bytes of shared memory at workgroup={}, but {} has {}; use a "
          "smaller "
          "--knob workgroup, or --knob stack=private",
-         variant.name(), tree_depth, std::uint64_t(shared_words) * 4, f.workgroup, device.name, device.shared_bytes);
+         variant.name(), tree.depth, std::uint64_t(shared_words) * 4, f.workgroup, device.name, device.shared_bytes);
   KernelSource source;
-  source.name = variant.kernel_name();
+  source.name = variant.kernel_name() + (wide || leaves_loop(tree) ? "" : " leaves=1");
   source.file = variant.method->kernel;
   source.group_size = f.workgroup;
   source.subgroup_size = f.subgroup;
@@ -55,6 +56,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std
                     {"BALLOT_MINMAX", int(f.minmax)},
                     {"BALLOT_LEAF_BOX", f.leaf_box},
                     {"BALLOT_LEAF_RUN", f.leaf_run},
+                    {"BALLOT_LEAF_LOOP", wide || leaves_loop(tree)},
                     {"BALLOT_LOOPS_CUT", f.loops_cut},
                     {"BALLOT_SORTED", f.sorted || variant.want == Want::Nearest},
                     {"BALLOT_RAYS", wide ? int(f.rays) : 1},

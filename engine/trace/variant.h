@@ -32,9 +32,15 @@ struct Variant {
 Formulation formulation_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
                             const Knobs& knobs = {});
 
-/// Defines and specialisation constants of a variant; nothing else makes them. tree_depth sizes the stacks: a walk
-/// pushes at most one entry per inner node on its path, above one sentinel. Throws Error(Work) if the stacks do not fit
-/// the device's shared memory at the smallest workgroup.
-KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, std::uint32_t tree_depth);
+/// Entries of the stacks that a tree needs: a walk pushes at most one per inner node on its path, above one sentinel. In steps
+/// of 16, so that scenes of like depth share pipelines.
+std::uint32_t stack_entries(const TreeFacts& tree);
+
+/// False: every leaf holds one triangle, so kernels have no loop over them.
+inline bool leaves_loop(const TreeFacts& tree) { return tree.largest_leaf != 1; }
+
+/// Defines and specialisation constants of a variant for a tree; nothing else makes them. Throws Error(Work) if the stacks do
+/// not fit the device's shared memory at the smallest workgroup.
+KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, const TreeFacts& tree);
 
 }  // namespace ballot

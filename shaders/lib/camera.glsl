@@ -5,6 +5,12 @@
 //                                  step_y                         corner + x * step_x + y * step_y
 //                                    v
 
+#if !defined(BALLOT_PERSPECTIVE) || !defined(BALLOT_ORTHOGRAPHIC)
+#error a variant must give BALLOT_PERSPECTIVE and BALLOT_ORTHOGRAPHIC: engine/render/camera.cpp
+#elif !BALLOT_PERSPECTIVE && !BALLOT_ORTHOGRAPHIC
+#error a variant must have a kind of camera
+#endif
+
 // Of a sample of a pixel, which `number` names to the random numbers; dead outside the picture. A single sample goes through the
 // pixel's centre.
 Ray camera_ray(PrimaryPush camera, uvec2 pixel, uint number, uint sample_index) {
@@ -15,6 +21,13 @@ Ray camera_ray(PrimaryPush camera, uvec2 pixel, uint number, uint sample_index) 
   precise vec2 at = vec2(pixel) + offset;
   precise vec3 plane = camera.corner + at.x * camera.step_x + at.y * camera.step_y;
   bool inside = pixel.x < camera.width && pixel.y < camera.height;
-  bool orthographic = camera.orthographic != 0u;
-  return Ray(orthographic ? plane : camera.origin, 0.0, orthographic ? camera.origin : plane, inside ? 1e30 : 0.0);
+  float t_max = inside ? 1e30 : 0.0;
+#if BALLOT_PERSPECTIVE && BALLOT_ORTHOGRAPHIC
+  if (camera.orthographic != 0u) return Ray(plane, 0.0, camera.origin, t_max);
+#endif
+#if BALLOT_PERSPECTIVE
+  return Ray(camera.origin, 0.0, plane, t_max);
+#else
+  return Ray(plane, 0.0, camera.origin, t_max);
+#endif
 }

@@ -67,14 +67,21 @@ bool meets_leaf(Walker w, uint block) {
   return meets_bounds(w, uintBitsToFloat(leaf_texel(block).xyz), uintBitsToFloat(leaf_texel(block + 1u).xyz), entry);
 }
 
+// Without BALLOT_LEAF_LOOP every leaf of the tree holds one triangle: sponza with --max-leaf 1 on lavapipe 22.3.6, medians of four
+// compiles, primary and diffuse rays: if-if 1.06 and 1.05 times as fast, packet 1.05 and 1.01, while-while 1.03 and 0.99.
 void visit_leaf(inout Walker w, uint leaf, bool live) {
+#if BALLOT_LEAF_LOOP
   uint block = leaf & LEAF_TEXEL_MASK, count = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
+#else
+  const uint block = leaf & LEAF_TEXEL_MASK, count = 1u;
+#endif
   COUNT_LEAF(live, count)
 #if BALLOT_LEAF_BOX
   bool inside = live && meets_leaf(w, block);
 #else
   bool inside = live;
 #endif
+#if BALLOT_LEAF_LOOP
   uint i = 0u;
   if (inside) {
     do {
@@ -84,6 +91,12 @@ void visit_leaf(inout Walker w, uint leaf, bool live) {
     } while (i < count);
     w.truncated = w.truncated || CUT_SHORT(i < count);
   }
+#else
+  if (inside) {
+    consider(w, block, 0u);
+    COUNT_TRIANGLE()
+  }
+#endif
 #ifdef TRIANGLE_SETTLES
   w.truncated = settle_leaf(w.space, w.hit) || w.truncated;
 #endif

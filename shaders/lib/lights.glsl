@@ -2,7 +2,7 @@
 // often. Emission of BALLOT_HAS_EMISSION, BALLOT_HAS_LIGHTS, BALLOT_SKY; a scene without any has none of this.
 
 #define AIMS_AT_SKY (BALLOT_SKY == SKY_MAP || (BALLOT_SKY != SKY_NONE && BALLOT_INTEGRATOR == INTEGRATOR_WHITTED))
-#define LIGHT_KINDS (BALLOT_HAS_EMISSION + BALLOT_HAS_LIGHTS + int(AIMS_AT_SKY))
+#define LIGHT_KINDS (BALLOT_HAS_EMISSION + BALLOT_HAS_LIGHTS + AIMS_AT_SKY)
 #define HAS_LIGHT (BALLOT_HAS_EMISSION || BALLOT_HAS_LIGHTS || AIMS_AT_SKY)
 
 struct Aim {
@@ -13,7 +13,25 @@ struct Aim {
 };
 
 #if HAS_LIGHT
-const float KIND_CHANCE = 1.0 / float(LIGHT_KINDS);
+// A kernel for more than the scene has must not aim at what is not there.
+#if LIGHT_KINDS == 1
+#define KIND_CHANCE 1.0
+#else
+uint light_kinds() {
+  uint kinds = 0u;
+#if BALLOT_HAS_EMISSION
+  kinds += uint(push.emitters != 0u);
+#endif
+#if BALLOT_HAS_LIGHTS
+  kinds += uint(push.lights != 0u);
+#endif
+#if AIMS_AT_SKY
+  kinds += push.sky;
+#endif
+  return kinds;
+}
+#define KIND_CHANCE (1.0 / float(max(light_kinds(), 1u)))
+#endif
 
 #if BALLOT_HAS_EMISSION
 layout(set = 0, binding = BIND_EMITTERS) uniform usamplerBuffer emitters;
@@ -60,7 +78,6 @@ Aim aim_at_triangle(vec3 from, float pick, vec2 r) {
 layout(set = 0, binding = BIND_LIGHTS, scalar) readonly buffer Lights { GpuLight lights[]; };
 
 Aim aim_at_light(vec3 from, float pick) {
-  if (push.lights == 0u) return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);  // only where every feature is asked for
   GpuLight light = lights[min(uint(pick * float(push.lights)), push.lights - 1u)];
   Aim aim;
   aim.density = 0.0;
@@ -105,19 +122,32 @@ Aim aim_at_sky(vec3 n, vec2 r) {
 
 // n is the shading normal at `from`.
 Aim aim_at_something(vec3 from, vec3 n, float pick, vec2 r) {
-  float at = pick * float(LIGHT_KINDS);
-  int kind = min(int(at), LIGHT_KINDS - 1);
+#if LIGHT_KINDS == 1
+#if BALLOT_HAS_EMISSION
+  return aim_at_triangle(from, pick, r);
+#elif BALLOT_HAS_LIGHTS
+  return aim_at_light(from, pick);
+#else
+  return aim_at_sky(n, r);
+#endif
+#else
+  uint kinds = light_kinds();
+  if (kinds == 0u) return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);
+  float at = pick * float(kinds);
+  uint kind = min(uint(at), kinds - 1u);
   float rest = at - float(kind);
 #if BALLOT_HAS_EMISSION
-  if (kind == 0) return aim_at_triangle(from, rest, r);
+  if (push.emitters != 0u && kind == 0u) return aim_at_triangle(from, rest, r);
+  kind -= uint(push.emitters != 0u);
 #endif
 #if BALLOT_HAS_LIGHTS
-  if (kind == BALLOT_HAS_EMISSION) return aim_at_light(from, rest);
+  if (push.lights != 0u && kind == 0u) return aim_at_light(from, rest);
 #endif
 #if AIMS_AT_SKY
   return aim_at_sky(n, r);
 #else
   return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);
+#endif
 #endif
 }
 #endif

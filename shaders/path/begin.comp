@@ -21,8 +21,7 @@ void main() {
   uvec2 pixel = pixel_of(numbers[place], push.camera.width);
   uint number = pixel.y * push.camera.width + pixel.x;
   if (push.seed != 0u) number += hash_word(push.seed);
-  bool orthographic = push.camera.orthographic != 0u;
   rays[path] = camera_ray(push.camera, pixel, number, sample_index);
-  carried[path] = Carried(vec3(1.0), path, 0.0, orthographic ? push.spread : 0.0, orthographic ? 0.0 : push.spread);
+  carried[path] = Carried(vec3(1.0), path, 0.0, push.cone_width, push.cone_spread);
   paths[path] = Path(vec3(0.0), number, sample_index, place, 0u);
 }

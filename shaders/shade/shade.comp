@@ -43,7 +43,8 @@ void main() {
     n = smooth_normal(hit, n);
     p.color = n * 0.5 + 0.5;
 #else
-    Look look = look_at(hit, material_of(hit.prim), v0, v1, v2, n, front, dir, hit.t * length(ray.dir) * push.spread);
+    Look look = look_at(hit, material_of(hit.prim), v0, v1, v2, n, front, dir,
+                        push.cone_width + push.cone_spread * hit.t * length(ray.dir));
     n = look.normal;
     p.color = look.m.base_color * abs(dot(n, dir));
 #if BALLOT_HAS_UNLIT

@@ -107,7 +107,7 @@ struct PrimaryPush {
   vec3 step_y;
   uint sample_index;
   uint sample_count;  // 1: through pixel centres; more: jittered
-  uint orthographic;
+  uint orthographic;  // of variants for both kinds of cameras
 };
 
 // Rays from primary hits: `count` of them, from ray number `first` of a chunk of primary hits, to `offset` of the output.
@@ -133,7 +133,8 @@ struct ShadePush {
   uint first;
   uint count;  // rays of this chunk
   uint sample_index;
-  float spread;  // a pixel's width at distance 1, for the choice of mip maps; 0: the finest
+  float cone_width;   // what a pixel sees at the eye, and how much wider with distance, for the choice of mip maps; both 0: the
+  float cone_spread;  // finest
 };
 
 // Colours of a heat map into the film.
@@ -262,7 +263,8 @@ struct BeginPush {
   uint count;         // paths
   uint places;        // pixels of the film; path i is of place i % places
   uint first_sample;  // of paths below `places`
-  float spread;       // a pixel's width at distance 1, or of parallel rays everywhere
+  float cone_width;   // what a pixel sees at the eye, and how much wider with distance
+  float cone_spread;
   uint seed;          // of the random numbers; 0: those of a picture without
 };
 
@@ -274,7 +276,8 @@ struct WavePush {
   float emitted;    // sum of the weights of BIND_EMITTERS
   uint emitters;
   uint lights;
-  uint paths;  // that a wave has room for
+  uint paths;       // that a wave has room for
+  uint sky;         // 1: the scene has one
 };
 
 struct AlphaPush {
@@ -302,7 +305,7 @@ struct FilmPixel {
 BALLOT_RECORD(PrimaryPush, 72);
 BALLOT_RECORD(SecondaryPush, 40);
 BALLOT_RECORD(Start, 8);
-BALLOT_RECORD(ShadePush, 24);
+BALLOT_RECORD(ShadePush, 28);
 BALLOT_RECORD(HeatPush, 100);
 BALLOT_RECORD(DisplayPush, 32);
 BALLOT_RECORD(DisplayTotals, 8);
@@ -316,8 +319,8 @@ BALLOT_RECORD(Awaited, 16);
 BALLOT_RECORD(PutOff, 12);
 BALLOT_RECORD(Queues, 12);
 BALLOT_RECORD(CallPush, 28);
-BALLOT_RECORD(BeginPush, 92);
-BALLOT_RECORD(WavePush, 32);
+BALLOT_RECORD(BeginPush, 96);
+BALLOT_RECORD(WavePush, 36);
 BALLOT_RECORD(AlphaPush, 8);
 BALLOT_RECORD(FilmPush, 12);
 BALLOT_RECORD(FilmPixel, 36);

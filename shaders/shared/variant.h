@@ -54,6 +54,8 @@
 
 // BALLOT_FRONTIER: nodes of the frontier, 32 or 64.
 
+// BALLOT_LEAF_LOOP: 0: every leaf holds one triangle, and walks other than packet-wide have no loop over them; 1: up to six.
+
 // BALLOT_LAUNCH: how work reaches subgroups.
 #define LAUNCH_PLAIN 0       // one ray an invocation, the device schedules
 #define LAUNCH_PERSISTENT 1  // subgroups take batches from a counter until none is left (Aila and Laine 2009)
@@ -125,7 +127,7 @@ BALLOT_RECORD(RayStats, 72);
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
     !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK) || \
-    !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_CALLED)
+    !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_CALLED)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif
 #endif

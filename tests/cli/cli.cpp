@@ -60,6 +60,14 @@ Words environment_with(const Environment& changes) {
   ::_exit(127);
 }
 
+GltfBuilder a_square() {
+  GltfBuilder b;
+  b.mesh(b.vec3({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0}));
+  b.primitive()["indices"] = b.indices({0, 1, 2, 0, 2, 3});
+  b.node({{"mesh", 0}});
+  return b;
+}
+
 void add_camera(GltfBuilder& b, const std::string& name, float z) {
   b.json["cameras"].push_back({{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"znear", 0.1}}}});
   b.node({{"name", name}, {"camera", b.json["cameras"].size() - 1}, {"translation", {0, 0, z}}});
@@ -134,13 +142,18 @@ std::set<std::string> Cli::files() const {
 }
 
 std::string Cli::square() const {
-  GltfBuilder b;
-  b.mesh(b.vec3({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0}));
-  b.primitive()["indices"] = b.indices({0, 1, 2, 0, 2, 3});
-  b.node({{"mesh", 0}});
+  GltfBuilder b = a_square();
   add_camera(b, "front", 3);
   add_camera(b, "far", 6);
   return write("square.glb", b.glb());
+}
+
+std::string Cli::orthographic() const {
+  GltfBuilder b = a_square();
+  b.json["cameras"] = {
+      {{"type", "orthographic"}, {"orthographic", {{"xmag", 0.5}, {"ymag", 0.5}, {"znear", 0.1}, {"zfar", 9}}}}};
+  b.node({{"name", "plan"}, {"camera", 0}, {"translation", {0, 0, 3}}});
+  return write("orthographic.glb", b.glb());
 }
 
 std::string Cli::empty() const {

@@ -49,6 +49,8 @@ class Cli : public ::testing::Test {
 
   /// square.glb: two triangles in [-1, 1]^2 at z = 0, views "front" (from z = 3) and "far" (from z = 6).
   std::string square() const;
+  /// orthographic.glb: the same, seen by one orthographic view, "plan", half as high as the square.
+  std::string orthographic() const;
   /// empty.glb: one view, no triangle.
   std::string empty() const;
   /// rays.npy: n rays along -z from z = 2 over [-2, 2] squared, so that some miss.

@@ -1,6 +1,7 @@
 // ballot info: devices, a scene's figures, its triangles.
 #include <algorithm>
 
+#include "engine/render/integrators.h"
 #include "engine/trace/methods.h"
 #include "tests/cli/cli.h"
 
@@ -82,8 +83,18 @@ TEST_F(Info, KernelsOfIntegratorsFollowFromTheScene) {
   square();
   const Result result = succeed({"info", "square.glb", "--measure", "--json", "info.json"});
   expect_parts(result.out, {"integrators", "whitted.scatter", "path.scatter", "with every feature", "times as fast"});
+  EXPECT_EQ(json("info.json").at("integrators").size(), std::size(kIntegrators));
+  for (const auto& shading : json("info.json").at("shadings")) {
+    EXPECT_GT(shading.at("gain").at("every_feature_shade_ms"), 0);
+    EXPECT_GT(shading.at("every_feature_spirv_bytes"), 0);
+  }
+  const auto stacks = json("info.json").at("traversal");
+  EXPECT_EQ(stacks.at("every_feature_stack_entries"), 64);
+  ASSERT_EQ(stacks.at("gain").size(), 2u);
+  for (const auto& rays : stacks.at("gain")) EXPECT_GT(rays.at("every_feature_ms"), 0) << rays;
   for (const auto& integrator : json("info.json").at("integrators")) {
     EXPECT_GT(integrator.at("gain").at("every_feature_ms"), 0);
+    EXPECT_GT(integrator.at("gain").at("every_feature_scatter_ms"), 0);
     for (const auto& kernel : integrator.at("kernels")) {
       EXPECT_GT(kernel.at("spirv_bytes"), 0);
       EXPECT_EQ(std::string(kernel.at("name")).find("normals"), std::string::npos);
@@ -91,6 +102,24 @@ TEST_F(Info, KernelsOfIntegratorsFollowFromTheScene) {
   }
   expect_parts(result.out, {"holds: sky"});
   refuse(2, {"--measure needs a SCENE"}, {"info", "--measure"});
+}
+
+TEST_F(Info, CamerasAndTheTreeAreFeatures) {
+  square();
+  const Result result = succeed({"info", "square.glb", "--json", "info.json"});
+  expect_parts(result.out, {"cameras: perspective\n", "leaves of at most 2", "depth 0", "stacks of 16 entries",
+                            "path.begin+perspective", "rays.primary.listed+perspective"});
+  EXPECT_EQ(result.out.find("+orthographic"), std::string::npos);
+  const auto features = json("info.json").at("features");
+  EXPECT_EQ(features.at("cameras"), nlohmann::json::array({"perspective"}));
+  EXPECT_EQ(features.at("holds"), nlohmann::json::array());
+  EXPECT_EQ(features.at("tree_depth"), 0);
+  EXPECT_EQ(features.at("largest_leaf"), 2);
+  EXPECT_EQ(json("info.json").at("traversal").at("stack_entries"), 16);
+  orthographic();
+  const Result plan = succeed({"info", "orthographic.glb", "--validate"});
+  expect_parts(plan.out, {"cameras: orthographic\n", "path.begin+orthographic", "rays.primary.listed+orthographic"});
+  EXPECT_EQ(plan.out.find("+perspective"), std::string::npos);
 }
 
 TEST_F(Info, LightOfACommandLineIsPartOfTheScene) {

@@ -49,6 +49,7 @@ void expect_equal(const Bvh& a, const Bvh& b) {
   EXPECT_EQ(a.references, b.references);
   ASSERT_EQ(a.nodes.size(), b.nodes.size());
   EXPECT_EQ(std::memcmp(a.nodes.data(), b.nodes.data(), a.nodes.size() * sizeof(BvhNode)), 0);
+  EXPECT_EQ(facts_of(a), facts_of(b));
   EXPECT_EQ(a.bounds.lo, b.bounds.lo);
   EXPECT_EQ(a.bounds.hi, b.bounds.hi);
 }

@@ -114,6 +114,7 @@ TEST_F(BvhCheck, Statistics) {
   expect_found("stats: nodes", [](Bvh& b) { ++b.stats.nodes; });
   expect_found("stats: leaves", [](Bvh& b) { ++b.stats.leaves; });
   expect_found("stats: depth", [](Bvh& b) { ++b.stats.depth; });
+  expect_found("stats: largest leaf", [](Bvh& b) { --b.stats.largest_leaf; });
   expect_found("stats: bytes", [](Bvh& b) { ++b.stats.bytes; });
   expect_found("stats: sah", [](Bvh& b) { b.stats.sah *= 1.01; });
 }

@@ -41,7 +41,7 @@ TEST(Materials, TextureWithSamplerAndCoordinates) {
   ASSERT_EQ(scene.uvs[0].size(), 1u);
   EXPECT_EQ(scene.uvs[0][0][1], glm::vec2(1, 0));
   EXPECT_TRUE(scene.uvs[1].empty());
-  EXPECT_EQ(features_of(scene), (SceneFeatures{.base_texture = true}));
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.base_texture = true, .perspective = true}));
 }
 
 TEST(Materials, OneImageInTwoColourSpacesIsTwoImages) {
@@ -53,8 +53,10 @@ TEST(Materials, OneImageInTwoColourSpacesIsTwoImages) {
   EXPECT_FALSE(scene.images[1].srgb);
   EXPECT_EQ(scene.materials[0].normal_texture.texture, scene.materials[0].surface_texture.texture);
   EXPECT_EQ(scene.materials[0].normal_scale, 0.5f);
-  EXPECT_EQ(features_of(scene),
-            (SceneFeatures{.glossy = true, .base_texture = true, .surface_texture = true, .normal_texture = true}));
+  EXPECT_EQ(
+      features_of(scene),
+      (SceneFeatures{
+          .glossy = true, .base_texture = true, .surface_texture = true, .normal_texture = true, .perspective = true}));
 }
 
 TEST(Materials, TextureTransformIsTranslationRotationScale) {
@@ -81,9 +83,9 @@ TEST(Materials, AlphaUnlitAndWhatTheyAsk) {
   EXPECT_EQ(scene.materials[0].alpha_mode, Alpha::Mask);
   EXPECT_EQ(scene.materials[0].alpha_cutoff, 0.25f);
   EXPECT_EQ(scene.materials[0].alpha, 0.5f);
-  EXPECT_EQ(features_of(scene), (SceneFeatures{.unlit = true, .alpha = true}));
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.unlit = true, .alpha = true, .perspective = true}));
   scene.materials[0].alpha_mode = Alpha::Opaque;
-  EXPECT_EQ(features_of(scene), (SceneFeatures{.unlit = true}));
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.unlit = true, .perspective = true}));
   b.json["materials"][0]["alphaMode"] = "GLASS";
   expect_error(Failure::Work, {"material 0", "GLASS", "OPAQUE, MASK or BLEND"}, [&] { b.load(); });
 }
@@ -148,7 +150,7 @@ TEST(Materials, PunctualLights) {
   EXPECT_EQ(scene.lights[0].intensity, glm::vec3(4, 2, 0));
   EXPECT_EQ(scene.lights[0].range, 9);
   EXPECT_EQ(scene.lights[0].outer_angle, 0.5f);
-  EXPECT_EQ(features_of(scene), (SceneFeatures{.lights = true}));
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.lights = true, .perspective = true}));
   b.json["nodes"][1]["extensions"]["KHR_lights_punctual"]["light"] = 3;
   expect_error(Failure::Work, {"node 1", "names light 3", "the file has 1"}, [&] { b.load(); });
 }

@@ -110,7 +110,8 @@ TEST(Obj, MaterialsOfTheMtl) {
   EXPECT_EQ(scene.materials[2].base_color, glm::vec3(1));
   EXPECT_EQ(scene.materials[3].transmission, 0.75f);
   EXPECT_NEAR(scene.materials[4].roughness, 0.5, 1e-6);  // (2 / 32)^(1/4)
-  EXPECT_EQ(features_of(scene), (SceneFeatures{.reflects = true, .refracts = true, .emits = true, .glossy = true}));
+  EXPECT_EQ(features_of(scene),
+            (SceneFeatures{.reflects = true, .refracts = true, .emits = true, .glossy = true, .perspective = true}));
 }
 
 TEST(Obj, MissingMaterialsAreNotes) {

@@ -54,7 +54,7 @@ TEST(Scene, WithoutTrianglesIsValid) {
   finish_scene(scene);
   EXPECT_EQ(scene.bounds.lo, glm::vec3(0));
   EXPECT_EQ(scene.views.size(), 1u);
-  EXPECT_EQ(features_of(scene), SceneFeatures{});
+  EXPECT_EQ(features_of(scene), SceneFeatures{.perspective = true});
 }
 
 TEST(Scene, RefusesWhatDoesNotFit) {
@@ -78,14 +78,27 @@ TEST(Scene, FeaturesCountMaterialsInUseOnly) {
       {.name = "used"}, {.name = "mirror", .metallic = 1, .roughness = 0}, {.name = "glass", .transmission = 1}};
   scene.materials[0].emissive = {0, 0, 2};
   finish_scene(scene);
-  EXPECT_EQ(features_of(scene), (SceneFeatures{.emits = true}));
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.emits = true, .perspective = true}));
   scene.material_of = {1};
-  EXPECT_EQ(features_of(scene), (SceneFeatures{.reflects = true, .glossy = true}));
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.reflects = true, .glossy = true, .perspective = true}));
   scene.materials[1].roughness = 0.05f;
-  EXPECT_EQ(features_of(scene), (SceneFeatures{.glossy = true}));
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.glossy = true, .perspective = true}));
   scene.material_of = {2};
   scene.normals.resize(1);
-  EXPECT_EQ(features_of(scene), (SceneFeatures{.shading_normals = true, .refracts = true, .glossy = true}));
+  EXPECT_EQ(features_of(scene),
+            (SceneFeatures{.shading_normals = true, .refracts = true, .glossy = true, .perspective = true}));
+}
+
+TEST(Scene, FeaturesCountKindsOfCamerasAndTheTree) {
+  Scene scene = triangle_scene();
+  finish_scene(scene);
+  EXPECT_EQ(features_of(scene), SceneFeatures{.perspective = true});
+  scene.views.push_back({.name = "plan", .orthographic = true});
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.perspective = true, .orthographic = true}));
+  scene.views.erase(scene.views.begin());
+  EXPECT_EQ(features_of(scene), SceneFeatures{.orthographic = true});
+  EXPECT_EQ(features_of(scene, {.depth = 7, .largest_leaf = 3}),
+            (SceneFeatures{.orthographic = true, .tree = {.depth = 7, .largest_leaf = 3}}));
 }
 
 TEST(Scene, UnknownViewIsRefusedWithTheNamesThereAre) {
@@ -108,7 +121,12 @@ TEST(ShippedScenes, CornellHasItsFeaturesAndViews) {
   EXPECT_EQ(scene.name, "cornell");
   EXPECT_GT(scene.triangles.size(), 1000u);
   EXPECT_LT(scene.triangles.size(), 5000u);
-  EXPECT_EQ(features_of(scene), (SceneFeatures{true, true, true, true, true}));
+  EXPECT_EQ(features_of(scene), (SceneFeatures{.shading_normals = true,
+                                               .reflects = true,
+                                               .refracts = true,
+                                               .emits = true,
+                                               .glossy = true,
+                                               .perspective = true}));
   ASSERT_EQ(scene.views.size(), 5u);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(scene.views[i].name, "view" + std::to_string(i));
   EXPECT_TRUE(scene.notes.empty());

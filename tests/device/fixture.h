@@ -25,7 +25,7 @@ class DeviceTest : public testing::Test {
     t->triangles = std::move(triangles);
     t->bvh = build_bvh(t->triangles, settings);
     EXPECT_EQ(check_bvh(t->bvh, t->triangles, settings), std::vector<std::string>{});
-    t->tracer = std::make_unique<Tracer>(gpu, t->bvh, t->triangles);
+    t->tracer = std::make_unique<Tracer>(gpu, t->bvh, t->triangles, facts_of(t->bvh));
     t->tracer->prefill = harness::kPattern;
     t->oracle = std::make_unique<Oracle>(t->tracer->device_bvh(NodeLayout::Interleaved));
     return t;

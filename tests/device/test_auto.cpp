@@ -105,7 +105,7 @@ TEST_F(Auto, ChoicesOutliveTheProcess) {
   trace(rays, {});
   const Choice* first = choice_for(rays, {});
   ASSERT_FALSE(first->remembered);
-  Tracer again(*gpu_, scene_->bvh, scene_->triangles);
+  Tracer again(*gpu_, scene_->bvh, scene_->triangles, facts_of(scene_->bvh));
   again.choices().keep_in(folder);
   const auto all = again.choices().all();
   ASSERT_EQ(all.size(), 1u);
@@ -118,7 +118,7 @@ TEST_F(Auto, ChoicesOutliveTheProcess) {
     ++files;
   }
   EXPECT_EQ(files, 1u);
-  Tracer damaged(*gpu_, scene_->bvh, scene_->triangles);
+  Tracer damaged(*gpu_, scene_->bvh, scene_->triangles, facts_of(scene_->bvh));
   damaged.choices().keep_in(folder);
   EXPECT_TRUE(damaged.choices().all().empty());
   fs::remove_all(folder);

@@ -233,10 +233,10 @@ TEST_F(CounterTest, TimedKernelsAreThoseOfSourcesWithoutCounters) {
     for (const Want want : {Want::Nearest, Want::Any})
       for (const Query& q : every_method(want, mode.name)) {
         const KernelSource source =
-            kernel_source(engine_->tracer().variant(q), engine_->device(), engine_->bvh().stats.depth);
+            kernel_source(engine_->tracer().variant(q), engine_->device(), engine_->features().tree);
         compiled.emplace_back(source, compile_shader(source.file, source.defines, false).words);
         const KernelSource counted =
-            kernel_source(engine_->tracer().variant(q, true), engine_->device(), engine_->bvh().stats.depth);
+            kernel_source(engine_->tracer().variant(q, true), engine_->device(), engine_->features().tree);
         EXPECT_NE(compile_shader(counted.file, counted.defines, false).words, compiled.back().second);
       }
   const fs::path copy = shaders_without_counters();

@@ -117,7 +117,7 @@ class ExactMode : public DeviceTest {
 
   /// Every ray by methods that differ in how they walk, nearest and any, held to the exact oracle.
   static void hold(Bvh bvh, const Triangles& triangles, std::vector<Ray> rays) {
-    Tracer tracer(*gpu_, bvh, triangles);
+    Tracer tracer(*gpu_, bvh, triangles, facts_of(bvh));
     tracer.prefill = harness::kPattern;
     const ExactOracle oracle(tracer.device_bvh(NodeLayout::Interleaved));
     append(rays, ending_at_hits(oracle, rays, 7));
@@ -217,7 +217,7 @@ TEST_F(ExactMode, WalksThatADriverCutsShortAreExactToo) {
   Triangles triangles = tilted_coplanar(3000);
   const std::vector<Ray> rays(33, Ray{{0.1f, 0.2f, 5}, 0, {0.03f, -0.02f, -1}, 1e30f});
   const Bvh bvh = build_bvh(triangles);
-  Tracer tracer(*gpu_, bvh, triangles);
+  Tracer tracer(*gpu_, bvh, triangles, facts_of(bvh));
   std::vector<Hit> hits(rays.size());
   tracer.trace(rays, hits, {.numeric = "exact"});
   const ExactHit truth = ExactOracle(tracer.device_bvh(NodeLayout::Interleaved)).nearest(rays[0]);

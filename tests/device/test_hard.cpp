@@ -200,7 +200,7 @@ Chain chain_of(std::uint32_t levels) {
 
 TEST_F(HardCases, AChainOf256Levels) {
   const Chain c = chain_of(256);
-  Tracer tracer(*gpu_, c.bvh, c.triangles);
+  Tracer tracer(*gpu_, c.bvh, c.triangles, facts_of(c.bvh));
   tracer.prefill = kPattern;
   const ExactOracle exact(tracer.device_bvh(NodeLayout::Interleaved));
   const Oracle bound(tracer.device_bvh(NodeLayout::Interleaved));

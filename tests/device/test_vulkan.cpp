@@ -118,8 +118,7 @@ TEST_F(Vulkan, KernelsCheckTheirBindings) {
 
 TEST_F(Vulkan, PushConstantsMustHaveTheShadersSize) {
   Buffer<Ray> rays(*gpu_, 64, Access::Storage, "rays");
-  Kernel kernel(
-      *gpu_, {.name = "rays.primary", .file = "rays/primary.comp", .defines = {{"BALLOT_LISTED", 0}}, .constants = {}});
+  Kernel kernel(*gpu_, primary_source(false, {.perspective = true}));
   kernel.bind(BIND_RAYS, rays);
   const std::uint32_t small = 0;
   const std::string text =
@@ -202,7 +201,7 @@ TEST_F(ShaderCache, ADamagedFileIsCompiledAnew) {
 
 TEST_F(ShaderCache, AFolderThatCannotBeWrittenCostsNothingButTime) {
   std::ofstream(folder_).put('x');  // a file where the folder should be
-  EXPECT_NO_THROW(compile_shader("rays/primary.comp", {{"BALLOT_LISTED", 0}}));
+  EXPECT_NO_THROW(compile_shader("rays/primary.comp", primary_source(false, {.perspective = true}).defines));
   fs::remove(folder_);
 }
 

@@ -1,4 +1,4 @@
-// Pictures whose light is known: furnaces, mirror, glass slab, transparent sheets, textures; and what a scene does not need.
+// Pictures whose light is known: furnaces, mirror, glass slab, transparent sheets, textures.
 #include <map>
 
 #include "shaders/shared/render.h"
@@ -346,45 +346,6 @@ TEST(Furnace, PictureOfASky) {
   const Mean spot = mean_of(render(std::move(floor), path_options(16, 64)));
   EXPECT_NEAR(spot.value.g, expected, 4 * spot.error.g + 1e-3);
   EXPECT_LT(spot.error.g, 0.02 * expected);
-}
-
-// What a scene lacks has no binding, queue or dispatch.
-TEST(Features, WhatASceneLacksIsNotThere) {
-  Context gpu({.device = "", .validate = true});
-  const Integrator& path = *find_integrator("path");
-  const auto wants = [&](const SceneFeatures& f, Sky::Kind sky, std::uint32_t binding) {
-    return Kernel(gpu, scatter_source(path, f, sky)).wants(binding);
-  };
-  const SceneFeatures none, lit{.emits = true}, suns{.lights = true}, map{.emits = true, .emissive_texture = true};
-  for (const std::uint32_t b : {BIND_NORMALS, BIND_UVS, BIND_TEXELS, BIND_TEXTURES, BIND_TEXTURE_USES, BIND_SKY,
-                                BIND_EMITTERS, BIND_LIGHTS, BIND_SHADOW_RAYS, BIND_SHADOW_LIGHT})
-    EXPECT_FALSE(wants(none, Sky::Kind::None, b)) << b;
-  EXPECT_TRUE(wants(lit, Sky::Kind::None, BIND_EMITTERS) && wants(lit, Sky::Kind::None, BIND_SHADOW_RAYS));
-  EXPECT_TRUE(wants(suns, Sky::Kind::None, BIND_LIGHTS) && !wants(suns, Sky::Kind::None, BIND_EMITTERS));
-  EXPECT_TRUE(wants(map, Sky::Kind::None, BIND_TEXELS));
-  EXPECT_TRUE(wants(none, Sky::Kind::Constant, BIND_SKY) && !wants(none, Sky::Kind::Constant, BIND_SHADOW_RAYS));
-  const Kernel ao(gpu, scatter_source(*find_integrator("ao"), {.glossy = true, .base_texture = true}, Sky::Kind::None));
-  EXPECT_FALSE(ao.wants(BIND_MATERIALS) || ao.wants(BIND_TEXELS) || ao.wants(BIND_NEXT_RAYS));
-  const Kernel whitted(gpu, scatter_source(*find_integrator("whitted"), {.glossy = true}, Sky::Kind::None));
-  EXPECT_TRUE(whitted.wants(BIND_NEXT_RAYS) && !whitted.wants(BIND_PUT_OFF_RAYS));
-  EXPECT_TRUE(gpu.messages().empty());
-}
-
-TEST(Features, PassesFollowFromTheScene) {
-  const auto passes = [](Scene scene, const char* shading) {
-    const Picture p = render(std::move(scene), {.width = 8, .height = 8, .shading = shading});
-    std::string names;
-    for (const PassTime& t : p.times.passes.all()) names += t.name + ",";
-    return names;
-  };
-  EXPECT_EQ(passes(square_scene(), "whitted"), "begin,trace primary,scatter,film,");
-  EXPECT_EQ(passes(square_scene(), "ao"), "begin,trace primary,scatter,trace ao,connect,film,");
-  Scene lamp = square_scene();
-  lamp.lights.push_back({.position = {0, 0, 2}});
-  EXPECT_EQ(passes(lamp, "whitted"), "begin,trace primary,scatter,trace shadow,connect,film,");
-  lamp.materials[0].alpha_mode = Alpha::Mask;
-  lamp.materials[0].alpha = 0;
-  EXPECT_EQ(passes(lamp, "whitted"), "begin,trace primary,alpha,trace behind,scatter,film,");
 }
 
 }  // namespace

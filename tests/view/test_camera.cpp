@@ -120,6 +120,19 @@ TEST(Camera, OrbitsAtTheSameDistance) {
   EXPECT_GT(std::abs(camera.yaw()), 1.0);
 }
 
+TEST(Camera, AnOrthographicViewStaysOneInFlight) {
+  View plan = view_at({0, 5, 0}, 0.7, -1.2);
+  plan.orthographic = true, plan.ymag = 2.5;
+  FlyCamera camera(10);
+  camera.set(plan);
+  CameraInput input;
+  input.move = {1, 0, 0}, input.look_x = 40;
+  camera.update(0.1, input);
+  EXPECT_NE(camera.view().world_from_camera, plan.world_from_camera);
+  EXPECT_TRUE(camera.view().orthographic);
+  EXPECT_EQ(camera.view().ymag, 2.5);
+}
+
 TEST(Camera, ComesToRest) {
   FlyCamera camera = flown(60);
   for (int i = 0; i < 200; ++i) camera.update(0.016, {});

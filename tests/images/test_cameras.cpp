@@ -1,0 +1,143 @@
+// Kinds of cameras, from a glTF file to pixels: what an orthographic camera sees of a scene, by every shading, beside a
+// perspective one in one scene.
+#include "shaders/shared/render.h"
+#include "tests/cpu/gltf_builder.h"
+#include "tests/images/pictures.h"
+
+namespace ballot::test {
+namespace {
+
+/// The square [-1, 1]^2 at z = 0, seen from (0.5, 0.25, 3) by view "eye" and by the orthographic view "plan", whose picture is
+/// 3 high.
+Scene two_cameras(bool perspective = true) {
+  GltfBuilder b;
+  b.mesh(b.vec3({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0}));
+  b.primitive()["indices"] = b.indices({0, 1, 2, 0, 2, 3});
+  b.node({{"mesh", 0}});
+  b.json["cameras"] = {
+      {{"type", "orthographic"}, {"orthographic", {{"xmag", 1.5}, {"ymag", 1.5}, {"znear", 0.1}, {"zfar", 9}}}},
+      {{"type", "perspective"}, {"perspective", {{"yfov", 0.9}, {"znear", 0.1}}}}};
+  b.node({{"name", "plan"}, {"camera", 0}, {"translation", {0.5, 0.25, 3}}});
+  if (perspective) b.node({{"name", "eye"}, {"camera", 1}, {"translation", {0.5, 0.25, 3}}});
+  return b.load();
+}
+
+/// Every pixel of a picture of it.
+void expect_square(const Picture& p, const View& view) {
+  std::size_t hits = 0;
+  for (std::uint32_t y = 0; y < p.image.height; ++y)
+    for (std::uint32_t x = 0; x < p.image.width; ++x) {
+      const glm::dvec2 at = plane_point(view, x + 0.5, y + 0.5, p.image.width, p.image.height);
+      const glm::dvec2 point = glm::dvec2(0.5, 0.25) + (view.orthographic ? at : at * 3.0);
+      const double outside = std::max(std::abs(point.x), std::abs(point.y)) - 1;
+      if (std::abs(outside) < 1e-5) continue;
+      const double z = view.orthographic ? 3 : 3 * std::sqrt(1 + glm::dot(at, at));
+      EXPECT_EQ(p.prim(x, y) != NO_HIT, outside < 0) << x << ", " << y;
+      EXPECT_NEAR(p.at("Z", x, y), outside < 0 ? z : 0, 1e-5) << x << ", " << y;
+      hits += outside < 0;
+    }
+  EXPECT_GT(hits, 100u);
+  EXPECT_LT(hits, p.image.width * p.image.height);
+}
+
+TEST(Cameras, BothKindsOfAGltfFileByEveryShading) {
+  Engine engine(two_cameras(), with_validation());
+  EXPECT_TRUE(engine.features().perspective && engine.features().orthographic);
+  for (const char* shading : {"eyelight", "normals", "heat", "ao", "whitted", "path"})
+    for (const View& view : engine.scene().views) {
+      SCOPED_TRACE(fmt::format("{} {}", shading, view.name));
+      expect_square(render(engine, view, {.width = 37, .height = 29, .shading = shading}), view);
+    }
+}
+
+// A view from elsewhere, such as a window's, may be of the kind that the scene lacks.
+TEST(Cameras, AViewOfTheKindThatTheSceneLacks) {
+  Engine engine(two_cameras(false), with_validation());
+  EXPECT_FALSE(engine.features().perspective);
+  View view = engine.scene().views[0];
+  for (const bool orthographic : {true, false, true}) {
+    view.orthographic = orthographic;
+    for (const char* shading : {"eyelight", "ao"})
+      expect_square(render(engine, view, {.width = 33, .height = 31, .shading = shading}), view);
+    LiveOptions live;
+    live.width = 33, live.height = 31;
+    const LiveTimes times = engine.live().add_sample(view, live);
+    EXPECT_EQ(times.rays, 33u * 31u);
+    for (const auto& [x, y] : {std::pair(16u, 15u), std::pair(0u, 15u), std::pair(32u, 0u)}) {
+      const Picture p = render(engine, view, {.width = 33, .height = 31});
+      EXPECT_EQ(engine.live().probe(view, live, x, y, false).hit.prim, p.prim(x, y)) << x << ", " << y;
+    }
+  }
+  EXPECT_TRUE(engine.messages().empty());
+}
+
+// Kernels for both kinds make the rays of those for one, bit for bit: what "ballot info --measure" compares with is the same picture.
+TEST(Cameras, KernelsForBothKindsMakeTheSameRays) {
+  Engine engine(two_cameras(), with_validation());
+  for (const View& view : engine.scene().views)
+    for (const char* shading : {"eyelight", "normals", "ao"}) {
+      RenderOptions options{.width = 24, .height = 17, .spp = 3, .shading = shading};
+      const Picture own = render(engine, view, options);
+      options.every_feature = true;
+      const Picture every = render(engine, view, options);
+      for (const char* name : {"Z", "A", "R"})
+        EXPECT_EQ(own.image.channel(name).floats, every.image.channel(name).floats) << shading << " " << name;
+      EXPECT_EQ(own.image.channel("prim").uints, every.image.channel("prim").uints) << shading;
+    }
+}
+
+// Every kind of ray of the benchmark starts from an orthographic camera's hits too.
+TEST(Cameras, RayKindsOfAnOrthographicView) {
+  Engine engine(two_cameras(), with_validation());
+  const View& plan = find_view(engine.scene(), "plan");
+  const Picture p = render(engine, plan, {.width = 40, .height = 40});
+  const auto& prims = p.image.channel("prim").uints;
+  const std::size_t seen = std::size_t(std::ranges::count_if(prims, [](std::uint32_t prim) { return prim != NO_HIT; }));
+  for (const RayKind& kind : kRayKinds) {
+    const auto batch = engine.make_batch(plan, kind, 40, 40, {.ao_rays = 1});
+    EXPECT_EQ(batch->count(), kind.from_camera() ? 1600 : seen * kind.generators.size()) << kind.name;
+    EXPECT_GT(engine.frame(*batch, {}).total_ms(), 0);
+    if (!kind.from_camera()) continue;
+    for (const Ray& ray : batch->rays()) {
+      EXPECT_EQ(ray.dir, glm::vec3(0, 0, -1));
+      EXPECT_EQ(ray.origin.z, 3);
+    }
+  }
+  EXPECT_TRUE(engine.messages().empty());
+}
+
+/// The square with a texture of 32 x 32 checks, black and white.
+Scene checks() {
+  Scene scene = square_scene();
+  scene.materials[0] = {.name = "checks"};
+  scene.materials[0].base_texture = {.texture = 0};
+  scene.textures = {{.image = 0, .nearest = true}};
+  TextureImage image{.name = "checks", .width = 32, .height = 32};
+  for (int i = 0; i < 32 * 32; ++i)
+    for (int c = 0; c < 4; ++c) image.rgba.push_back(c == 3 || (i + i / 32) % 2 ? 255 : 0);
+  scene.images.push_back(std::move(image));
+  const auto uv = [](const glm::vec3& v) { return glm::vec2((v.x + 1) / 2, (1 - v.y) / 2); };
+  for (const Triangle& t : scene.triangles) scene.uvs[0].push_back({uv(t[0]), uv(t[1]), uv(t[2])});
+  finish_scene(scene);
+  return scene;
+}
+
+// A pixel of an orthographic view is as wide as it is however far away the surface lies: one that covers a quarter of a check shows
+// it from anywhere, one that covers sixteen shows their mean.
+TEST(Cameras, MipMapsOfAnOrthographicViewDoNotDependOnTheDistance) {
+  Engine engine(checks(), with_validation());
+  for (const double distance : {3.0, 300.0}) {
+    View view = view_from({0, 0, distance});
+    view.orthographic = true;
+    const Picture near = render(engine, view, {.width = 64, .height = 64});
+    for (std::uint32_t i = 0; i < 64 * 64; ++i) {
+      const std::uint32_t x = i % 64, y = i / 64;
+      EXPECT_EQ(near.at("R", x, y), (x / 2 + y / 2) % 2 ? 1 : 0) << x << ", " << y << " from " << distance;
+    }
+    const Picture far = render(engine, view, {.width = 4, .height = 4});
+    for (std::uint32_t i = 0; i < 16; ++i) EXPECT_NEAR(far.at("R", i % 4, i / 4), 0.5, 0.01) << distance;
+  }
+}
+
+}  // namespace
+}  // namespace ballot::test
