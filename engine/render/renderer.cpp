@@ -130,6 +130,11 @@ Sky::Kind Renderer::sky_kind(const RenderOptions& options) const {
   return options.every_feature && kind == Sky::Kind::None ? Sky::Kind::Gradient : kind;
 }
 
+std::uint32_t Renderer::most_paths(const Integrator& integrator, const RenderOptions& options) const {
+  return std::min(std::max(options.most_paths, 1u),
+                  waves_.capacity(integrator, features_for(options), last_depth_of(integrator, options)));
+}
+
 void Renderer::wave_samples(Film& film, std::size_t first, std::uint32_t count, const PrimaryPush& camera,
                             std::uint32_t samples, const RenderOptions& options, RenderTimes& times) {
   const Integrator& integrator = *find_integrator(options.shading);
@@ -147,6 +152,7 @@ void Renderer::wave_samples(Film& film, std::size_t first, std::uint32_t count, 
   const WaveSettings settings{
       .integrator = &integrator,
       .camera = camera,
+      .most_paths = most_paths(integrator, options),
       .last_depth = last_depth_of(integrator, options),
       .ao_radius = std::max(options.ao_radius * glm::distance(b.lo, b.hi), 1e-30f),
       .seed = options.seed,
@@ -172,9 +178,8 @@ void Renderer::advance(Film& film, const View& view, const RenderOptions& option
   }
   PrimaryPush camera = camera_push(view, film.width, film.height);
   camera.sample_count = options.spp;
-  const std::uint32_t chunk = std::uint32_t(std::min<std::size_t>(
-      total, integrator ? waves_.capacity(*integrator, features_for(options), last_depth_of(*integrator, options))
-                        : tracer_.chunk_rays()));
+  const std::uint32_t chunk =
+      std::uint32_t(std::min<std::size_t>(total, integrator ? most_paths(*integrator, options) : tracer_.chunk_rays()));
   if (!integrator) passes(options, chunk);
   for (std::size_t first = 0; first < total; first += chunk) {
     const std::uint32_t count = std::uint32_t(std::min<std::size_t>(chunk, total - first));

@@ -61,6 +61,7 @@ struct RenderOptions {
   float ao_radius = 0.1f;              // of ambient occlusion: share of the scene's diagonal, above 0
   std::uint32_t seed = 0;              // of the integrators' random numbers
   bool every_feature = false;  // integrators' kernels as for a scene that has everything: to measure what that costs
+  std::uint32_t most_paths = ~0u;  // of integrators, under way at once; fewer where there is no room for so many
 
   Window window() const { return crop == Window{} ? Window{0, 0, width, height} : crop; }
   bool wants(std::string_view aov) const;
@@ -103,6 +104,7 @@ class Renderer {
   Passes& passes(const RenderOptions& options, std::uint32_t chunk);
   SceneFeatures features_for(const RenderOptions& options) const;
   Sky::Kind sky_kind(const RenderOptions& options) const;
+  std::uint32_t most_paths(const Integrator& integrator, const RenderOptions& options) const;
   void shade_samples(Film& film, std::size_t first, std::uint32_t count, PrimaryPush camera, std::uint32_t samples,
                      const RenderOptions& options, RenderTimes& times);
   void wave_samples(Film& film, std::size_t first, std::uint32_t count, const PrimaryPush& camera,

@@ -84,11 +84,22 @@ const Tracer::Texels& Tracer::frontier_buffer(std::uint32_t nodes, Fetch fetch) 
   return frontier_buffers_.emplace(key, std::move(made)).first->second;
 }
 
-Variant Tracer::variant(const Query& asked, bool counters) const {
+Tracer::Settled& Tracer::settled(const Query& asked) const {
+  constexpr std::size_t kKept = 32;
+  if (settled_by_ != choices_.changes() || settled_.size() == kKept) settled_.clear();
+  settled_by_ = choices_.changes();
+  if (const auto found = std::ranges::find(settled_, asked, &Settled::asked); found != settled_.end()) return *found;
   const Query query = settle(asked);
   const Method& method = find_method(query.method);
   const NumericMode& numeric = find_numeric(query.numeric, gpu_.info());
-  return {&method, &numeric, query.want, formulation_for(method, numeric, gpu_.info(), query.knobs), counters};
+  const Formulation how = formulation_for(method, numeric, gpu_.info(), query.knobs);
+  return settled_.emplace_back(Settled{asked, {&method, &numeric, query.want, how}, is_chosen(asked)});
+}
+
+Variant Tracer::variant(const Query& asked, bool counters) const {
+  Variant v = settled(asked).variant;
+  v.counters = counters;
+  return v;
 }
 
 Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
@@ -112,7 +123,15 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   return pipelines_[key] = std::move(made);
 }
 
-Tracer::Job Tracer::job(const Variant& v) { return {v, &pipeline(v)}; }
+Tracer::Job Tracer::job(const Query& query, bool counters, bool called) {
+  Settled& found = settled(query);
+  Variant v = found.variant;
+  v.counters = counters;
+  v.called = called;
+  Pipeline*& known = found.pipelines[called ? 2 : counters];
+  if (!known || known->kernel->generation() != gpu_.shader_generation()) known = &pipeline(v);
+  return {v, known};
+}
 
 std::uint32_t Tracer::chunk_rays() const {
   // Bounded, so that no watchdog fires and progress shows; a CPU device takes about a second for this many.
