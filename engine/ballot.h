@@ -102,6 +102,13 @@ class Engine {
                const Progress& progress = {}) {
     renderer_->advance(film, view, options, samples, times, progress);
   }
+  /// Steps that need not see the sums between them: they may stay on the device until collect(). Till then the film is not to be
+  /// read or copied, and no other one rendered; Error(Work) says so where sums are gone.
+  void advance_there(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples,
+                     RenderTimes& times, const Progress& progress = {}) {
+    renderer_->advance(film, view, options, samples, times, progress, Sums::OnDevice);
+  }
+  void collect(Film& film, RenderTimes& times) { renderer_->collect(film, times); }
   Image picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times);
 
   /// What decides the bits of a film, a line each: scene, view, options, arithmetic, device, commit. Two films of equal words are

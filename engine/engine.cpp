@@ -93,7 +93,8 @@ Image Engine::render(const View& view, const RenderOptions& options, RenderTimes
   constexpr std::uint32_t kSamplesAtOnce = 16;
   RenderTimes spent;
   Film film = start_film(options);
-  while (film.samples < options.spp) advance(film, view, options, kSamplesAtOnce, spent, progress);
+  while (film.samples < options.spp) advance_there(film, view, options, kSamplesAtOnce, spent, progress);
+  collect(film, spent);
   Image image = picture(film, view, options, spent);
   if (times) *times = spent;
   return image;

@@ -1,3 +1,4 @@
+#include <chrono>
 #include <set>
 
 #include "tools/auto_table.h"
@@ -133,22 +134,41 @@ nlohmann::json passes_json(const RenderTimes& times) {
   return all;
 }
 
+/// Where the wall time of a view went. The host's share is what no other one covers: recording, waiting, compiling.
+struct Wall {
+  double device_s, film_s, write_s, wall_s;
+  double host_s() const { return std::max(0.0, wall_s - device_s - film_s - write_s); }
+};
+
+nlohmann::json wall_json(const Wall& w) {
+  return {{"seconds", w.wall_s},
+          {"device_s", w.device_s},
+          {"host_s", w.host_s()},
+          {"film_s", w.film_s},
+          {"write_s", w.write_s}};
+}
+
 void render_view(const Args& args, Opened& opened, const View& view, const RenderJob& job, const fs::path& exr,
                  nlohmann::json& json) {
   Engine& engine = *opened.engine;
   const RenderOptions& options = job.options;
   const Rendered rendered = render_job(engine, view, job, exr);
+  const auto written = std::chrono::steady_clock::now();
   const RenderTimes& times = rendered.times;
   const Image& image = rendered.image;
   write_exr(exr, image);
   const fs::path png = png_beside(exr);
   if (args.png) write_png(png, image);
   finish_job(exr);
+  const double write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - written).count();
+  const Wall wall{times.device_ms * 1e-3, rendered.film_s, write_s, rendered.seconds + write_s};
   if (rendered.resumed_at > 0) fmt::print("  {:<10} went on from {} samples\n", view.name, rendered.resumed_at);
   fmt::print("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n",
              view.name, times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(),
              exr.string(), args.png ? " + .png" : "");
   print_passes(times);
+  fmt::print("    wall {:.3f} s: device {:.3f}, host {:.3f}, film {:.3f}, {} {:.3f}\n", wall.wall_s, wall.device_s,
+             wall.host_s(), wall.film_s, args.png ? "EXR and PNG" : "EXR", wall.write_s);
   if (!rendered.errors.empty()) report_errors(rendered, exr);
   if (times.heat_top > 0) fmt::print("  {:<10} {}: yellow is {:.4g}\n", "", options.heat, times.heat_top);
   json["records"].push_back({{"scene", engine.scene().name},
@@ -170,6 +190,7 @@ void render_view(const Args& args, Opened& opened, const View& view, const Rende
                              {"shade_ms", times.shade_ms},
                              {"mrays_per_s", times.mrays_per_s()},
                              {"passes", passes_json(times)},
+                             {"wall", wall_json(wall)},
                              {"scene_bytes", engine.bvh().stats.bytes},
                              {"render_bytes", engine.render_bytes()},
                              {"exr", exr.string()},

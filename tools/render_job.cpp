@@ -12,13 +12,27 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kStepSeconds = 0.5;  // about how long a step is to take: progress is seen, passes stay large
+constexpr double kStepSeconds = 1;     // about how long a step is to take: progress is seen, passes stay large
+constexpr std::uint32_t kGrowth = 16;  // of a step over the one before, at most: the first also compiles
+
+/// Samples of the next step, after one of `samples` that took so long.
+std::uint32_t next_step(std::uint32_t samples, double seconds) {
+  const double wanted = samples * kStepSeconds / std::max(seconds, 1e-6);
+  return std::uint32_t(std::clamp(wanted, 1.0, double(samples) * kGrowth));
+}
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 bool can_checkpoint(const Film& film) { return film.stats.empty(); }
 
 fs::path errors_of(const fs::path& exr) { return fs::path(exr).replace_extension(".errors.json"); }
+
+void add_error(Engine& engine, Film& film, const View& view, const RenderJob& job, Rendered& done) {
+  engine.collect(film, done.times);
+  RenderTimes times = done.times;
+  const Image image = engine.picture(film, view, job.options, times);
+  done.errors.push_back({film.samples, done.times.seconds, image_error(image, *job.reference)});
+}
 
 }  // namespace
 
@@ -27,14 +41,15 @@ fs::path checkpoint_of(const fs::path& exr) { return fs::path(exr).replace_exten
 Rendered render_job(Engine& engine, const View& view, const RenderJob& job, const fs::path& exr) {
   const RenderOptions& o = job.options;
   const fs::path checkpoint = checkpoint_of(exr);
-  const std::string made_of = engine.made_of(view, o);
+  const Clock::time_point begin = Clock::now();
   Rendered done;
   Film film = engine.start_film(o);
   if (job.resume && fs::exists(checkpoint)) {
     if (!can_checkpoint(film)) fail(Failure::Arguments, "--resume: pictures with counters have no checkpoints");
-    read_film(checkpoint, film, made_of);
+    read_film(checkpoint, film, engine.made_of(view, o));
     done.resumed_at = film.samples;
   }
+  done.film_s = seconds_since(begin);
   ProgressBar bar("rendering " + view.name);
   Clock::time_point saved = Clock::now();
   std::uint32_t step = 1, next_error = std::max(1u, film.samples);
@@ -42,21 +57,24 @@ Rendered render_job(Engine& engine, const View& view, const RenderJob& job, cons
     const Clock::time_point start = Clock::now();
     std::uint32_t samples = std::min(step, o.spp - film.samples);
     if (job.reference) samples = std::min(samples, std::max(next_error, film.samples + 1) - film.samples);
-    engine.advance(film, view, o, samples, done.times, [&](double share) { bar.update(share); });
-    if (seconds_since(start) < kStepSeconds) step = std::min(2 * step, 4096u);
+    engine.advance_there(film, view, o, samples, done.times, [&](double share) { bar.update(share); });
+    step = next_step(samples, seconds_since(start));
     if (job.reference && (film.samples >= next_error || film.samples == o.spp)) {
-      RenderTimes times = done.times;
-      done.errors.push_back(
-          {film.samples, done.times.seconds, image_error(engine.picture(film, view, o, times), *job.reference)});
+      add_error(engine, film, view, job, done);
       next_error = 2 * film.samples;
     }
     if (job.checkpoint_s > 0 && can_checkpoint(film) && film.samples < o.spp &&
         seconds_since(saved) >= job.checkpoint_s) {
-      write_film(checkpoint, film, made_of);
+      engine.collect(film, done.times);
+      write_film(checkpoint, film, engine.made_of(view, o));
       saved = Clock::now();
     }
   }
+  engine.collect(film, done.times);
+  const Clock::time_point painted = Clock::now();
   done.image = engine.picture(film, view, o, done.times);
+  done.film_s += seconds_since(painted) + done.times.film_s;
+  done.seconds = seconds_since(begin);
   return done;
 }
 

@@ -29,6 +29,8 @@ struct Rendered {
   RenderTimes times;
   std::uint32_t resumed_at = 0;  // samples that a checkpoint had
   std::vector<ErrorAt> errors;   // empty without a reference
+  double seconds = 0;            // wall time, from the film's beginning to the picture
+  double film_s = 0;             // of that: making the film, to and from the device, and making a picture of it
 };
 
 /// OUT.checkpoint.exr beside OUT.exr.

@@ -46,8 +46,8 @@ std::uint32_t add_leaf(const BvhNode& leaf, const Bvh& bvh, std::span<const Tria
   return leaf_ref(leaf.count, at);
 }
 
-// Nodes 0 and 1 are not stored, and a node takes two texels.
-std::uint32_t pair_texel(const BvhNode& inner) { return (inner.first - 2) * 2; }
+// Nodes 0 and 1 are not stored.
+std::uint32_t pair_texel(const BvhNode& inner, std::uint32_t pair_texels) { return (inner.first / 2 - 1) * pair_texels; }
 
 void add_paper(const BvhNode& node, std::uint32_t ref, std::vector<Texel>& out) {
   out.push_back(texel(node.lo, bits(node.hi.x)));
@@ -77,6 +77,22 @@ void add_interleaved(const Bounds& l, const Bounds& r, std::uint32_t left, std::
   out.push_back({left, right, 0, 0});
 }
 
+/// Of two numbers that are not negative, the upper halves of their bits in a word: the word's bits and those of its lower half
+/// moved up are floats that are not less.
+std::uint32_t upper_halves(float above, float below) {
+  std::uint32_t low = bits(below) >> 16, high = bits(above) >> 16;
+  if (as_float(low << 16) < below) ++low;
+  if (as_float(high << 16 | low) < above) ++high;
+  return high << 16 | low;
+}
+
+void add_compact(const Bounds& l, const Bounds& r, std::uint32_t left, std::uint32_t right, std::vector<Texel>& out) {
+  out.push_back(texel(l.lo, left));
+  out.push_back(texel(r.lo, right));
+  out.push_back(
+      {upper_halves(l.hi.x, r.hi.x), upper_halves(l.hi.y, r.hi.y), upper_halves(l.hi.z, r.hi.z), 0});
+}
+
 }  // namespace
 
 DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout) {
@@ -86,10 +102,10 @@ DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, N
   out.bounds = bvh.bounds;
   if (bvh.nodes.empty()) return out;
   check_sizes(bvh);
-  out.nodes.reserve((bvh.nodes.size() - 2) * 2);
+  out.nodes.reserve((bvh.nodes.size() / 2 - 1) * out.pair_texels());
   out.leaves.reserve(bvh.stats.leaves * LEAF_HEADER_TEXELS + bvh.references.size() * TRIANGLE_TEXELS);
   const auto ref_of = [&](const BvhNode& node) {
-    return node.count == 0 ? pair_texel(node) : add_leaf(node, bvh, triangles, out.leaves);
+    return node.count == 0 ? pair_texel(node, out.pair_texels()) : add_leaf(node, bvh, triangles, out.leaves);
   };
   out.root = ref_of(bvh.nodes[0]);
   for (std::size_t i = 2; i < bvh.nodes.size(); i += 2) {
@@ -100,6 +116,8 @@ DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, N
     if (layout == NodeLayout::Paper) {
       add_paper(left, left_ref, out.nodes);
       add_paper(right, right_ref, out.nodes);
+    } else if (layout == NodeLayout::Compact) {
+      add_compact(centred(left), centred(right), left_ref, right_ref, out.nodes);
     } else if (layout == NodeLayout::Centred) {
       add_interleaved(centred(left), centred(right), left_ref, right_ref, out.nodes);
     } else {

@@ -13,7 +13,8 @@ namespace ballot {
 enum class NodeLayout : std::uint32_t {
   Paper = LAYOUT_PAPER,
   Interleaved = LAYOUT_INTERLEAVED,
-  Centred = LAYOUT_CENTRED
+  Centred = LAYOUT_CENTRED,
+  Compact = LAYOUT_COMPACT
 };
 
 enum class LeafFormat : std::uint32_t { Vertices = LEAVES_VERTICES, Affine = LEAVES_AFFINE };
@@ -21,11 +22,13 @@ enum class LeafFormat : std::uint32_t { Vertices = LEAVES_VERTICES, Affine = LEA
 /// Texels are 16 bytes of bits (floats by their bit patterns). Formats: shaders/shared/layout.h.
 struct DeviceBvh {
   NodeLayout layout = NodeLayout::Interleaved;
-  std::vector<glm::uvec4> nodes;     // pairs of siblings, four texels each; the root itself is not stored
+  std::vector<glm::uvec4> nodes;     // pairs of siblings; the root itself is not stored
   std::vector<glm::uvec4> leaves;    // leaf blocks of LeafFormat::Vertices
   std::uint32_t root = END_OF_TREE;  // child reference of the root: END_OF_TREE (empty scene), a leaf, or texel 0
   std::uint32_t depth = 0;           // as BvhStats::depth
   Bounds bounds;
+
+  std::uint32_t pair_texels() const { return PAIR_TEXELS(std::uint32_t(layout)); }
 };
 
 /// Throws Error(Work) if a texel index would not fit its field (2^28 texels of leaves, 2^31 of nodes).

@@ -49,6 +49,11 @@ inline Bounds box_of_centred(const Bounds& centred) {
 inline DevicePair decode_pair(const DeviceBvh& bvh, std::uint32_t texel) {
   const glm::uvec4* t = bvh.nodes.data() + texel;
   if (bvh.layout == NodeLayout::Paper) return {paper_child(t), paper_child(t + 2)};
+  if (bvh.layout == NodeLayout::Compact) {
+    const glm::uvec4 halves = t[2];
+    return {{box_of_centred({as_vec3(t[0]), as_vec3(halves)}), t[0].w},
+            {box_of_centred({as_vec3(t[1]), as_vec3(halves << 16u)}), t[1].w}};
+  }
   DevicePair pair{
       {{{as_float(t[0].x), as_float(t[0].z), as_float(t[2].x)}, {as_float(t[0].y), as_float(t[0].w), as_float(t[2].y)}},
        t[3].x},

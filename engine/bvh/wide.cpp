@@ -28,9 +28,9 @@ struct Best {
 
 class Collapse {
  public:
-  explicit Collapse(const DeviceBvh& binary) : binary_(binary), best_(binary.nodes.size() / 4) {
+  explicit Collapse(const DeviceBvh& binary) : binary_(binary), best_(binary.nodes.size() / binary.pair_texels()) {
     // Children lie behind their parents, so one pass from the back meets them first.
-    for (std::size_t pair = best_.size(); pair-- > 0;) plan(std::uint32_t(pair * 4));
+    for (std::size_t pair = best_.size(); pair-- > 0;) plan(std::uint32_t(pair) * binary_.pair_texels());
   }
 
   WideBvh build() {
@@ -67,12 +67,12 @@ class Collapse {
  private:
   /// Cost of a subtree as at most n children of a wide node.
   float cost(const DeviceChild& child, int n) const {
-    return is_leaf(child.ref) ? 0 : best_[child.ref / 4].cost[n - 1];
+    return is_leaf(child.ref) ? 0 : best_[child.ref / binary_.pair_texels()].cost[n - 1];
   }
 
   void plan(std::uint32_t texel) {
     const DevicePair pair = decode_pair(binary_, texel);
-    Best& b = best_[texel / 4];
+    Best& b = best_[texel / binary_.pair_texels()];
     const auto divide = [&](int n) {  // the pair as exactly n children, two at least
       b.cost[n - 1] = std::numeric_limits<float>::infinity();
       for (int l = 1; l < n; ++l) {
@@ -99,7 +99,7 @@ class Collapse {
       out.push_back(child);
       return;
     }
-    const Best& b = best_[child.ref / 4];
+    const Best& b = best_[child.ref / binary_.pair_texels()];
     while (n > 1 && b.left[n - 1] == 0) --n;
     if (n == 1)
       out.push_back(child);
@@ -109,7 +109,7 @@ class Collapse {
 
   void gather_pair(std::uint32_t texel, int n, std::vector<DeviceChild>& out) const {
     const DevicePair pair = decode_pair(binary_, texel);
-    const int left = best_[texel / 4].left[n - 1];
+    const int left = best_[texel / binary_.pair_texels()].left[n - 1];
     gather(pair.left, left, out);
     gather(pair.right, n - left, out);
   }

@@ -9,6 +9,7 @@
 #include <ImfOutputFile.h>
 #include <ImfStdIO.h>
 #include <ImfStringAttribute.h>
+#include <ImfThreading.h>
 #include <ImfVersion.h>
 #include <half.h>
 
@@ -17,6 +18,7 @@
 #include <limits>
 #include <new>
 #include <set>
+#include <thread>
 
 #include "engine/core/error.h"
 #include "engine/core/file.h"
@@ -47,6 +49,12 @@ class Stream : public Imf::OStream {
  private:
   OutputFile& file_;
 };
+
+/// Packing is most of the time of writing, and goes by blocks of lines.
+void use_all_cores() {
+  static const int count = std::clamp(int(std::thread::hardware_concurrency()), 1, 16);
+  if (Imf::globalThreadCount() < count) Imf::setGlobalThreadCount(count);
+}
 
 Imf::PixelType exr_type(Pixel type) {
   if (type == Pixel::Half) return Imf::HALF;
@@ -237,6 +245,7 @@ const Channel& Image::channel(const std::string& name) const {
 
 void write_exr(const fs::path& path, const Image& image) {
   check_image(path, image);
+  use_all_cores();
   write_atomically(path, [&](const fs::path& temporary) {
     try {
       const Imf::Header header = make_header(image);

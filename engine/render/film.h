@@ -33,6 +33,7 @@ struct Film {
   std::vector<FilmPixel> pixels = {};       // one each, sums
   std::vector<glm::vec3> moments = {};  // sums of squared differences to the mean; empty where nobody asks for variance
   std::vector<RayStats> stats = {};     // sums; empty where nobody asks for counters
+  std::uint64_t on_device = 0;  // names the sums that a Renderer holds and that are not here yet; 0: they are here
 
   bool holds(glm::uvec2 pixel) const {
     return pixel.x >= crop.x0 && pixel.x < crop.x1 && pixel.y >= crop.y0 && pixel.y < crop.y1;

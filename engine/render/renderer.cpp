@@ -24,6 +24,19 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+/// Adds the seconds of a scope.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+  ~Stopwatch() { seconds_ += seconds_since(start_); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& seconds_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
 }  // namespace
 
 std::vector<KernelSource> kernels_of(const Shading& shading, const SceneFeatures& features) {
@@ -82,6 +95,7 @@ Renderer::Passes& Renderer::passes(const RenderOptions& options, const SceneFeat
       counts == (passes_->stats != nullptr) && passes_->generation == gpu_.shader_generation())
     return *passes_;
   passes_.reset();
+  held_ = 0;
   passes_ = std::make_unique<Passes>(gpu_, chunk, options.shading, counts, features);
   scene_.bind(passes_->shade);
   gpu_.save_pipeline_cache();
@@ -106,8 +120,11 @@ void Renderer::shade_samples(Film& film, std::size_t first, std::uint32_t count,
         kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups, push); },
         [&ms](double spent) { ms += spent; });
   };
-  p.numbers.upload(std::span(film.numbers).subspan(first, count));
-  if (film.samples > 0) p.film.upload(std::span(film.pixels).subspan(first, count));
+  if (!take(film)) {
+    const Stopwatch watch(times.film_s);
+    p.numbers.upload(std::span(film.numbers).subspan(first, count));
+    if (film.samples > 0) p.film.upload(std::span(film.pixels).subspan(first, count));
+  }
   std::vector<RayStats> part(p.stats ? count : 0);
   Query query = options.query;
   query.rays = kPrimaryRays;
@@ -129,7 +146,6 @@ void Renderer::shade_samples(Film& film, std::size_t first, std::uint32_t count,
       for (const CounterInfo& c : kCounters) film.stats[first + i].*c.field += part[i].*c.field;
   }
   gpu_.finish();
-  p.film.download(std::span(film.pixels).subspan(first, count));
 }
 
 Sky::Kind Renderer::sky_kind(const RenderOptions& options) const {
@@ -137,24 +153,32 @@ Sky::Kind Renderer::sky_kind(const RenderOptions& options) const {
   return options.every_feature && kind == Sky::Kind::None ? Sky::Kind::Gradient : kind;
 }
 
+std::uint32_t Renderer::most_paths(const Integrator& integrator, const SceneFeatures& features,
+                                   const RenderOptions& options) const {
+  return std::min(std::max(options.most_paths, 1u),
+                  waves_.capacity(integrator, features, last_depth_of(integrator, options)));
+}
+
 void Renderer::wave_samples(Film& film, std::size_t first, std::uint32_t count, const PrimaryPush& camera,
                             const SceneFeatures& features, std::uint32_t samples, const RenderOptions& options,
                             RenderTimes& times) {
   const Integrator& integrator = *find_integrator(options.shading);
-  make_room(numbers_, gpu_, count, "ray numbers");
-  make_room(film_, gpu_, count, "film");
-  numbers_->upload(std::span(film.numbers).subspan(first, count));
-  if (film.samples > 0) film_->upload(std::span(film.pixels).subspan(first, count));  // else the first sample writes it
-  if (film.moments.empty()) {
-    moments_.reset();
-  } else {
-    make_room(moments_, gpu_, count, "moments");
-    if (film.samples > 0) moments_->upload(std::span(film.moments).subspan(first, count));
+  if (!take(film)) {
+    const Stopwatch watch(times.film_s);
+    make_room(numbers_, gpu_, count, "ray numbers");
+    make_room(film_, gpu_, count, "film");
+    numbers_->upload(std::span(film.numbers).subspan(first, count));
+    const bool begun = film.samples > 0;  // else the first sample writes it
+    if (begun) film_->upload(std::span(film.pixels).subspan(first, count));
+    if (film.moments.empty()) moments_.reset();
+    if (!film.moments.empty()) make_room(moments_, gpu_, count, "moments");
+    if (moments_ && begun) moments_->upload(std::span(film.moments).subspan(first, count));
   }
   const Bounds& b = scene_.scene().bounds;
   const WaveSettings settings{
       .integrator = &integrator,
       .camera = camera,
+      .most_paths = most_paths(integrator, features, options),
       .last_depth = last_depth_of(integrator, options),
       .ao_radius = std::max(options.ao_radius * glm::distance(b.lo, b.hi), 1e-30f),
       .seed = options.seed,
@@ -163,12 +187,34 @@ void Renderer::wave_samples(Film& film, std::size_t first, std::uint32_t count, 
       .sky = sky_kind(options),
   };
   waves_.add_samples(settings, *numbers_, count, film.samples, samples, *film_, moments_.get(), times.passes);
-  film_->download(std::span(film.pixels).subspan(first, count));
-  if (moments_) moments_->download(std::span(film.moments).subspan(first, count));
+}
+
+bool Renderer::holds(const Film& film) const { return film.on_device != 0 && film.on_device == held_; }
+
+/// The same; and until the step has ended, nothing is held.
+bool Renderer::take(const Film& film) {
+  const bool held = holds(film);
+  held_ = 0;
+  return held;
+}
+
+void Renderer::download(Film& film, bool waves, std::size_t first, std::size_t count, RenderTimes& times) const {
+  const Stopwatch watch(times.film_s);
+  (waves ? *film_ : passes_->film).download(std::span(film.pixels).subspan(first, count));
+  if (waves && moments_) moments_->download(std::span(film.moments).subspan(first, count));
+}
+
+void Renderer::collect(Film& film, RenderTimes& times) {
+  if (film.on_device == 0) return;
+  if (!holds(film)) fail(Failure::Work, "the film's sums are no longer on the device: another was rendered since");
+  const auto start = std::chrono::steady_clock::now();
+  download(film, held_by_waves_, 0, film.numbers.size(), times);
+  film.on_device = 0;
+  times.seconds += seconds_since(start);
 }
 
 void Renderer::advance(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples,
-                       RenderTimes& times, const Progress& progress) {
+                       RenderTimes& times, const Progress& progress, Sums sums) {
   check_options(options);
   const auto start = std::chrono::steady_clock::now();
   samples = std::min(samples, options.spp - std::min(options.spp, film.samples));
@@ -182,30 +228,40 @@ void Renderer::advance(Film& film, const View& view, const RenderOptions& option
   camera.sample_count = options.spp;
   const SceneFeatures features = options.every_feature ? SceneFeatures::every() : through(scene_.features(), view);
   const std::uint32_t chunk = std::uint32_t(std::min<std::size_t>(
-      total,
-      integrator ? waves_.capacity(*integrator, features, last_depth_of(*integrator, options)) : tracer_.chunk_rays()));
+      total, integrator ? most_paths(*integrator, features, options) : tracer_.chunk_rays()));
   if (!integrator) passes(options, features, chunk);
+  if (film.on_device != 0 && (!holds(film) || chunk < total || held_by_waves_ != (integrator != nullptr)))
+    fail(Failure::Work, "the film's sums are no longer on the device: another was rendered since");
+  const bool stay = sums == Sums::OnDevice && chunk == total;
   for (std::size_t first = 0; first < total; first += chunk) {
     const std::uint32_t count = std::uint32_t(std::min<std::size_t>(chunk, total - first));
     if (integrator)
       wave_samples(film, first, count, camera, features, samples, options, times);
     else
       shade_samples(film, first, count, camera, samples, options, times);
+    if (!stay) download(film, integrator != nullptr, first, count, times);
     if (progress) progress((film.samples + samples * double(first + count) / double(total)) / options.spp);
   }
   film.samples += samples;
-  if (integrator) {
-    times.generate_ms = times.passes.ms("begin");
-    times.trace_ms = times.passes.ms("trace");
-    times.shade_ms =
-        times.passes.ms("scatter") + times.passes.ms("connect") + times.passes.ms("film") + times.passes.ms("alpha");
-    times.rays = 0;
-    for (const PassTime& t : times.passes.all())
-      if (t.name.starts_with("trace")) times.rays += t.rays;
-  } else {
-    times.rays += std::uint64_t(total) * samples;
-  }
+  film.on_device = held_ = stay ? ++named_ : 0;
+  held_by_waves_ = integrator != nullptr;
+  add_totals(options, std::uint64_t(total) * samples, times);
   times.seconds += seconds_since(start);
+}
+
+void Renderer::add_totals(const RenderOptions& options, std::uint64_t samples, RenderTimes& times) const {
+  times.device_ms = times.passes.ms("");
+  if (!find_integrator(options.shading)) {
+    times.rays += samples;
+    times.device_ms += times.generate_ms + times.trace_ms + times.shade_ms;
+    return;
+  }
+  times.generate_ms = times.passes.ms("begin");
+  times.trace_ms = times.passes.ms("trace");
+  times.shade_ms = times.device_ms - times.generate_ms - times.trace_ms;
+  times.rays = 0;
+  for (const PassTime& t : times.passes.all())
+    if (t.name.starts_with("trace")) times.rays += t.rays;
 }
 
 std::uint64_t Renderer::bytes() const {

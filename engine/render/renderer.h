@@ -65,6 +65,7 @@ struct RenderOptions {
   std::uint32_t seed = 0;              // of the integrators' random numbers
   bool every_feature =
       false;  // kernels but the traversal's as for a scene that has everything: to measure what that costs
+  std::uint32_t most_paths = ~0u;  // of integrators, under way at once; fewer where there is no room for so many
 
   Window window() const { return crop == Window{} ? Window{0, 0, width, height} : crop; }
   bool wants(std::string_view aov) const;
@@ -75,12 +76,17 @@ void check_options(const RenderOptions& options);
 
 struct RenderTimes {
   double generate_ms = 0, trace_ms = 0, shade_ms = 0;  // device time of the passes
+  double device_ms = 0;                                // of all passes
   double seconds = 0;                                  // wall time of all
+  double film_s = 0;                                   // of that: films to and from the device
   std::uint64_t rays = 0;                              // of all kinds; of a shading pixels times samples
   PassTimes passes = {};                               // what integrators spent on each pass
   float heat_top = 0;                                  // what the last colour of a heat map stands for
   double mrays_per_s() const { return trace_ms > 0 ? double(rays) / trace_ms * 1e-3 : 0; }
 };
+
+/// Where the sums of a film are when a step has ended.
+enum class Sums { Here, OnDevice };
 
 class Renderer {
  public:
@@ -92,9 +98,11 @@ class Renderer {
   Film start(const RenderOptions& options) const;
 
   /// Adds up to `samples` samples to every pixel of a film, no more than the options want. Samples may be added in any parts:
-  /// the sums are the same. Adds to `times`.
+  /// the sums are the same. Adds to `times`. Sums that may stay on the device, and a film all of which finds room there, stay until
+  /// collect(): till then the film's pixels and moments are out of date, and neither is a copy of it gone on with nor another film.
   void advance(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples, RenderTimes& times,
-               const Progress& progress = {});
+               const Progress& progress = {}, Sums sums = Sums::Here);
+  void collect(Film& film, RenderTimes& times);
 
   /// The channels of options.aovs, and where asked for stats.*; without attributes. A heat map's scale goes to `times`.
   Image picture(const Film& film, const RenderOptions& options, RenderTimes& times) const;
@@ -104,8 +112,14 @@ class Renderer {
 
  private:
   struct Passes;
+  bool holds(const Film& film) const;
+  bool take(const Film& film);
+  void download(Film& film, bool waves, std::size_t first, std::size_t count, RenderTimes& times) const;
+  void add_totals(const RenderOptions& options, std::uint64_t samples, RenderTimes& times) const;
   Passes& passes(const RenderOptions& options, const SceneFeatures& features, std::uint32_t chunk);
   Sky::Kind sky_kind(const RenderOptions& options) const;
+  std::uint32_t most_paths(const Integrator& integrator, const SceneFeatures& features,
+                           const RenderOptions& options) const;
   void shade_samples(Film& film, std::size_t first, std::uint32_t count, PrimaryPush camera, std::uint32_t samples,
                      const RenderOptions& options, RenderTimes& times);
   void wave_samples(Film& film, std::size_t first, std::uint32_t count, const PrimaryPush& camera,
@@ -120,6 +134,8 @@ class Renderer {
   std::unique_ptr<Buffer<std::uint32_t>> numbers_;  // of the part of an integrator's picture that is under way
   std::unique_ptr<Buffer<FilmPixel>> film_;
   std::unique_ptr<Buffer<glm::vec3>> moments_;
+  std::uint64_t held_ = 0, named_ = 0;  // Film::on_device of what the buffers hold; the last name given
+  bool held_by_waves_ = false;
 };
 
 }  // namespace ballot

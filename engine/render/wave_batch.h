@@ -1,6 +1,9 @@
 // What the passes of waves work on. Internal to engine/render/wave*.cpp.
 #pragma once
 
+#include <deque>
+#include <optional>
+
 #include "engine/render/waves.h"
 
 namespace ballot {
@@ -41,18 +44,37 @@ struct Waves::Alpha {
   }
 };
 
-/// The same for all waves of one call, and how far the batch at hand has come.
+/// What a wave's rays are traced by.
+struct Waves::Asked {
+  Query query = {};
+  std::string pass = {};                   // its name among times
+  std::optional<std::uint32_t> seen = {};  // how many such rays there were when the host looked
+  std::uint32_t turns = 0;                 // that rays took through what is transparent, at most, where the host looked
+};
+
+/// A count that the host knows once a submission has ended.
+struct Waves::Awaiting {
+  Count count;
+  std::uint64_t submission;
+};
+
+/// The same for all waves of one call, and how far the batch of paths at hand has come.
 struct Waves::Batch {
   const WaveSettings& settings;
   WavePlan plan;
   Buffer<FilmPixel>& film;
-  PassTimes& times;
-  Kernel *scatter = nullptr, *connect = nullptr;  // null where there is nothing to connect
-  Query primary = {}, next = {}, shadow = {};
+  PassTimes* times;
+  Kernel *scatter = nullptr, *connect = nullptr, *alpha = nullptr;  // null where there is nothing to do
+  Asked primary = {}, next = {}, shadow = {};
   WavePush push = {};
   std::uint32_t together = 0;    // depths since the last submission
   std::uint64_t submission = 0;  // of this batch, the last but the one that is recorded; 0: none yet
-  Count left = {};               // what it left to the next wave
+  std::uint32_t expected = 0;    // depths after which batches before this one had no rays left; 0: nothing is known
+  std::uint32_t heard = 0;       // depths of which the host has heard
+  std::uint32_t ended_at = 0;    // the depths after which this one had none; 0: not known yet
+  bool guesses = false;          // as many turns through what is transparent as before are recorded, and no more
+  bool guessed_wrong = false;
+  std::deque<Awaiting> lefts = {}, leftovers = {};  // of depths; of turns
 };
 
 }  // namespace ballot

@@ -50,7 +50,7 @@ Context::Done Waves::told(std::string_view name, const Count& count, PassTimes& 
 /// A kernel of a ray an invocation; and `then`, what its queues hold to calls.
 void Waves::run(Kernel& kernel, const Count& count, const void* push, std::uint32_t push_bytes, std::string_view name,
                 PassTimes& times, const CallPush* then) {
-  Kernel* calls = then ? &this->kernel(calls_source()) : nullptr;
+  Kernel* calls = then ? &calls_kernel() : nullptr;
   if (calls) {
     calls->bind(BIND_QUEUES, *queues_);
     calls->bind(BIND_WAVE_CALLS, *calls_);
@@ -71,18 +71,16 @@ void Waves::run(Kernel& kernel, const Count& count, const void* push, std::uint3
 }
 
 /// False: there are no rays, as the host knows. Where the trace cannot be recorded, the host finds out.
-bool Waves::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, Count& count, const Query& query, std::string_view name,
+bool Waves::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, Count& count, Asked& asked, std::string_view name,
                   PassTimes& times) {
-  const std::string sort = fmt::format("{} {}", query.rays, int(query.want));
-  const auto seen = seen_.find(sort);
-  if (tracer_.can_record(query, seen == seen_.end() ? count.rays : seen->second)) {
-    tracer_.record(rays, hits, RayCall{*calls_, count.trace_call()}, query, told(name, count, times));
+  if (tracer_.can_record(asked.query, asked.seen.value_or(count.rays))) {
+    tracer_.record(rays, hits, RayCall{*calls_, count.trace_call()}, asked.query, told(name, count, times));
     return true;
   }
   look(count);
-  seen_[sort] = count.rays;
+  asked.seen = count.rays;
   if (count.rays == 0) return false;
-  times.add(name, tracer_.trace(rays, hits, count.rays, query).device_ms, count.rays);
+  times.add(name, tracer_.trace(rays, hits, count.rays, asked.query).device_ms, count.rays);
   return true;
 }
 
@@ -91,57 +89,71 @@ void Waves::pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32
   if (!features.alpha || count == 0) return;
   const PassScope scope(gpu_);
   make_alpha(count);
-  pass_through(rays, hits, known_count(count, query), query, features, times);
+  if (!shown_ || shown_->query != query) shown_ = std::make_unique<Asked>(Asked{query});
+  pass_through(rays, hits, known_count(count, query), *shown_, kernel(alpha_source(features)), nullptr, times);
   gpu_.finish();
 }
 
-void Waves::pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, const Count& count, const Query& query,
-                         const SceneFeatures& features, PassTimes& times) {
-  if (!features.alpha) return;
-  Kernel& test = kernel(alpha_source(features));
+// As many turns as were needed before are recorded. Then the host looks whether rays are left; or, in a batch that guesses, when
+// all of it has run.
+void Waves::pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, const Count& count, Asked& asked, Kernel& test,
+                         std::deque<Awaiting>* leftovers, PassTimes& times) {
+  Count left = count;
+  for (std::uint32_t turn = 0; !left.known || left.rays > 0; ++turn) {
+    Alpha::Side& to = alpha_->sides[(turn + 1) % 2];
+    left = alpha_turn(rays, hits, left, turn, asked, test, times);
+    if (leftovers && turn > asked.turns) {  // one more than before
+      leftovers->push_back({left, gpu_.recording()});
+      return;
+    }
+    if (!leftovers && turn >= asked.turns) {
+      look(left);
+      if (left.rays == 0) return;
+      asked.turns = turn + 1;
+    }
+    trace(to.rays, to.hits, left, asked, "trace behind", times);
+  }
+}
+
+/// Which of these rays go on, and from where.
+Waves::Count Waves::alpha_turn(const Buffer<Ray>& rays, Buffer<Hit>& hits, const Count& count, std::uint32_t turn,
+                               const Asked& asked, Kernel& test, PassTimes& times) {
+  Alpha::Side &from = alpha_->sides[turn % 2], &to = alpha_->sides[(turn + 1) % 2];
   test.bind(BIND_WAVE_HITS, hits);
   test.bind(BIND_QUEUES, *queues_);
   test.bind(BIND_WAVE_CALLS, *calls_);
-  const RayGroups groups = tracer_.groups_of(query);
-  Count left = count;
-  for (std::uint32_t turn = 0; !left.known || left.rays > 0; ++turn) {
-    Alpha::Side &from = alpha_->sides[turn % 2], &to = alpha_->sides[(turn + 1) % 2];
-    test.bind(BIND_RAYS, turn == 0 ? rays : from.rays);
-    test.bind(BIND_HITS, turn == 0 ? hits : from.hits);
-    test.bind(BIND_NUMBERS, from.ids);
-    test.bind(BIND_NEXT_RAYS, to.rays);
-    test.bind(BIND_NEXT_IDS, to.ids);
-    const AlphaPush push{left.wave_call(), turn == 0};
-    CallPush then{next_record(), {1, 1, 1}, {1, 1, 1}};
-    then.trace_rays[QUEUE_PASSED] = groups.rays;
-    then.trace_groups[QUEUE_PASSED] = groups.most;
-    run(test, left, &push, sizeof push, "alpha", times, &then);
-    left = {then.record, QUEUE_PASSED, left.rays, false};
-    look(left);
-    if (left.rays > 0) trace(to.rays, to.hits, left, query, "trace behind", times);
-  }
+  test.bind(BIND_RAYS, turn == 0 ? rays : from.rays);
+  test.bind(BIND_HITS, turn == 0 ? hits : from.hits);
+  test.bind(BIND_NUMBERS, from.ids);
+  test.bind(BIND_NEXT_RAYS, to.rays);
+  test.bind(BIND_NEXT_IDS, to.ids);
+  const AlphaPush push{count.wave_call(), turn == 0};
+  const RayGroups groups = tracer_.groups_of(asked.query);
+  CallPush then{next_record(), {1, 1, 1}, {1, 1, 1}};
+  then.trace_rays[QUEUE_PASSED] = groups.rays;
+  then.trace_groups[QUEUE_PASSED] = groups.most;
+  run(test, count, &push, sizeof push, "alpha", times, &then);
+  return {then.record, QUEUE_PASSED, count.rays, false};
 }
 
 Waves::Batch Waves::batch_of(const WaveSettings& settings, Buffer<FilmPixel>& film, PassTimes& times) {
   const Integrator& integrator = *settings.integrator;
-  Batch b{settings, plan_of(integrator, settings.features), film, times};
+  Batch b{settings, plan_of(integrator, settings.features), film, &times};
   b.scatter = &kernel(scatter_source(integrator, settings.features, settings.sky));
   b.connect = b.plan.shadow ? &kernel(connect_source()) : nullptr;
-  b.primary = b.next = b.shadow = settings.query;
-  b.primary.want = b.next.want = Want::Nearest;
-  b.primary.rays = kPrimaryRays;
-  b.next.rays = integrator.next_kind;
+  b.alpha = b.plan.alpha ? &kernel(alpha_source(settings.features)) : nullptr;
+  const auto asked = [&](Want want, std::string_view rays) {
+    Asked a{settings.query, fmt::format("trace {}", rays)};
+    a.query.want = want;
+    a.query.rays = rays;
+    return a;
+  };
+  b.primary = asked(Want::Nearest, kPrimaryRays);
+  b.next = asked(Want::Nearest, integrator.next_kind);
   // Where the scene has alpha, the nearest hit is asked for, so that rays to lights see what all others see.
-  b.shadow.want = settings.features.alpha ? Want::Nearest : Want::Any;
-  b.shadow.rays = integrator.value == INTEGRATOR_AO ? "ao" : "shadow";
-  b.push = {0,
-            0,
-            settings.last_depth,
-            settings.ao_radius,
-            0,
-            0,
-            std::uint32_t(scene_.scene().lights.size()),
-            room_,
+  b.shadow =
+      asked(settings.features.alpha ? Want::Nearest : Want::Any, integrator.value == INTEGRATOR_AO ? "ao" : "shadow");
+  b.push = {0, 0, settings.last_depth, settings.ao_radius, 0, 0, std::uint32_t(scene_.scene().lights.size()), room_,
             scene_.scene().sky.kind != Sky::Kind::None};
   if (b.scatter->wants(BIND_EMITTERS)) {
     b.push.emitted = scene_.emitters().total;
@@ -172,55 +184,75 @@ void Waves::scatter(Batch& b, Wave& wave, Wave& next, Count& count, Count& shado
     k.bind(BIND_PUT_OFF_CARRIED, *put_off_carried_);
     k.bind(BIND_PUT_OFF, *put_off_);
   }
-  const RayGroups on = tracer_.groups_of(b.next), lit = tracer_.groups_of(b.shadow);
+  const RayGroups on = tracer_.groups_of(b.next.query), lit = tracer_.groups_of(b.shadow.query);
   const CallPush then{next_record(), {on.rays, lit.rays, 1}, {on.most, lit.most, 1}};
   b.push.call = count.wave_call();
-  run(k, count, &b.push, sizeof b.push, "scatter", b.times, &then);
+  run(k, count, &b.push, sizeof b.push, "scatter", *b.times, &then);
   shadow = {then.record, QUEUE_SHADOW, count.rays, false};
   count = {then.record, QUEUE_NEXT, count.rays, false};
 }
 
 void Waves::connect(Batch& b, Count& count) {
-  if (!trace(*shadow_rays_, *shadow_hits_, count, b.shadow, "trace " + b.shadow.rays, b.times)) return;
-  pass_through(*shadow_rays_, *shadow_hits_, count, b.shadow, b.settings.features, b.times);
+  if (!trace(b, *shadow_rays_, *shadow_hits_, count, b.shadow)) return;
   Kernel& k = *b.connect;
   k.bind(BIND_HITS, *shadow_hits_);
   k.bind(BIND_SHADOW_LIGHT, *shadow_light_);
   k.bind(BIND_PATHS, *paths_);
   k.bind(BIND_WAVE_CALLS, *calls_);
   const std::uint32_t call = count.wave_call();
-  run(k, count, &call, sizeof call, "connect", b.times);
+  run(k, count, &call, sizeof call, "connect", *b.times);
 }
 
-// Some depths are submitted together, and while the device works on them the host looks whether those before them left rays. If
-// not, these were empty calls, and the batch has ended.
+/// What the batch's rays hit, behind what is transparent too.
+bool Waves::trace(Batch& b, const Buffer<Ray>& rays, Buffer<Hit>& hits, Count& count, Asked& asked) {
+  if (!trace(rays, hits, count, asked, asked.pass, *b.times)) return false;
+  if (b.alpha) pass_through(rays, hits, count, asked, *b.alpha, b.guesses ? &b.leftovers : nullptr, *b.times);
+  return true;
+}
+
+/// Learns what submissions that have ended say.
+void Waves::hear(Batch& b) {
+  const auto has_come = [&](const std::deque<Awaiting>& all) {
+    return !all.empty() && all.front().submission <= gpu_.ended();
+  };
+  for (; has_come(b.lefts); b.lefts.pop_front(), ++b.heard)
+    if (b.ended_at == 0 && reported(b.lefts.front().count) == 0) b.ended_at = b.heard + 1;
+  for (; has_come(b.leftovers); b.leftovers.pop_front()) b.guessed_wrong |= reported(b.leftovers.front().count) > 0;
+  if (gpu_.ended() == paced_) return;
+  paced_ = gpu_.ended();
+  if (gpu_.ended_ms() > kLongMs) depths_together_ = std::max(1u, depths_together_ / 2);
+  if (gpu_.ended_ms() < kShortMs) depths_together_ = std::min(kMostDepthsTogether, depths_together_ * 2);
+}
+
+// Some depths are submitted together. Up to the depth at which the batch before this one had no rays left nobody looks; there the
+// host does. Beyond it, and in a first batch, the host looks, while the device works on some depths, whether those before them
+// left rays. If not, these were empty calls, and the batch has ended.
 bool Waves::has_ended(Batch& b, const Count& count) {
   if (count.known) return count.rays == 0;
-  if (++b.together < depths_together_) return false;
+  b.lefts.push_back({count, gpu_.recording()});
+  const std::uint32_t depths = b.push.depth + 1;
+  const bool begins = depths == 1 && b.expected > 0;  // so that the device need not wait for much to be recorded
+  if (++b.together < depths_together_ && !begins && depths != b.expected) return false;
   b.together = 0;
-  const std::uint64_t submission = gpu_.flush();
-  const bool looks = b.submission != 0;
-  if (looks) {
+  gpu_.flush();
+  const std::uint64_t before = std::exchange(b.submission, gpu_.recording() - 1);
+  if (depths == b.expected)
     gpu_.wait(b.submission);
-    const bool ended = reported(b.left) == 0;
-    if (gpu_.ended_ms() > kLongMs) depths_together_ = std::max(1u, depths_together_ / 2);
-    if (gpu_.ended_ms() < kShortMs) depths_together_ = std::min(kMostDepthsTogether, depths_together_ * 2);
-    if (ended) return true;
-  }
-  b.submission = submission;
-  b.left = count;
-  return false;
+  else if (depths > b.expected)
+    gpu_.wait(before);
+  hear(b);
+  return b.ended_at > 0 || b.guessed_wrong;
 }
 
 // A path is at one ray at a time, so that its sums have one order. One whose rays part goes depth first: after the mirrored ray
 // comes all that follows from it, then the refracted one.
 void Waves::run_waves(Batch& b, Count count) {
   Wave *wave = waves_[0].get(), *next = waves_[1].get();
-  b.push.depth = 0;
+  b.push.depth = b.together = b.heard = b.ended_at = 0;
   b.submission = 0;
-  for (const Query* query = &b.primary;; query = &b.next, ++b.push.depth) {
-    if (!trace(wave->rays, wave->hits, count, *query, "trace " + query->rays, b.times)) return;
-    pass_through(wave->rays, wave->hits, count, *query, b.settings.features, b.times);
+  b.lefts.clear();
+  for (Asked* asked = &b.primary;; asked = &b.next, ++b.push.depth) {
+    if (!trace(b, wave->rays, wave->hits, count, *asked)) return;
     Count shadow;
     scatter(b, *wave, b.plan.next ? *next : *wave, count, shadow);
     if (b.plan.shadow) connect(b, shadow);
@@ -228,6 +260,29 @@ void Waves::run_waves(Batch& b, Count count) {
     if (!b.plan.next || !goes_on) return;
     if (has_ended(b, count)) return;
     std::swap(wave, next);
+  }
+}
+
+// What a batch does to the film before its last pass is the same if it is done again.
+Waves::Count Waves::run_batch(Batch& b, Kernel& begin, const BeginPush& push) {
+  PassTimes spent, &times = *b.times;
+  for (;;) {
+    const Count paths = known_count(push.count, b.primary.query);
+    if (b.guesses) b.times = &spent;
+    run(begin, paths, &push, sizeof push, "begin", *b.times);
+    run_waves(b, paths);
+    b.expected = b.ended_at > 0 ? std::max(b.ended_at, b.expected - std::min(b.expected, 1u)) : 0;
+    if (b.guesses) {
+      gpu_.finish();
+      hear(b);
+    }
+    b.times = &times;
+    b.guesses = b.plan.alpha && !std::exchange(b.guessed_wrong, false);
+    if (!b.plan.alpha || b.guesses) {
+      times.add(spent);
+      return paths;
+    }
+    spent = {};
   }
 }
 

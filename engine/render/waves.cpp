@@ -8,13 +8,17 @@
 
 namespace ballot {
 
-void PassTimes::add(std::string_view name, double ms, std::uint64_t rays) {
+void PassTimes::add(std::string_view name, double ms, std::uint64_t rays, std::uint64_t dispatches) {
   auto found = std::ranges::find(times_, name, &PassTime::name);
   if (found == times_.end() && rays == 0) return;
   if (found == times_.end()) found = times_.insert(times_.end(), {.name = std::string(name)});
   found->ms += ms;
   found->rays += rays;
-  found->dispatches += rays > 0;
+  found->dispatches += dispatches;
+}
+
+void PassTimes::add(const PassTimes& others) {
+  for (const PassTime& t : others.times_) add(t.name, t.ms, t.rays, t.dispatches);
 }
 
 double PassTimes::ms(std::string_view name) const {
@@ -46,6 +50,12 @@ Kernel& Waves::kernel(const KernelSource& source) {
     gpu_.save_pipeline_cache();
   }
   return *kernel;
+}
+
+Kernel& Waves::calls_kernel() {
+  if (!calls_kernel_ || calls_kernel_->generation() != gpu_.shader_generation())
+    calls_kernel_ = &kernel(calls_source());
+  return *calls_kernel_;
 }
 
 void Waves::make_alpha(std::uint32_t room) {
@@ -88,10 +98,8 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
                         PassTimes& times) {
   const PassScope scope(gpu_);
   const WavePlan plan = plan_of(*settings.integrator, settings.features);
-  const std::uint32_t most = capacity(*settings.integrator, settings.features, settings.last_depth);
-  const std::uint32_t together = std::clamp(most / places, 1u, count);
+  const std::uint32_t together = std::clamp(settings.most_paths / places, 1u, count);
   make_buffers(places * together, plan, settings.last_depth, plan.alpha);
-  seen_.clear();
   Kernel &begin = kernel(begin_source(settings.features)), &add = kernel(film_source(moments != nullptr));
   const PixelCone cone = pixel_cone(settings.camera);
   Batch batch = batch_of(settings, film, times);
@@ -104,12 +112,10 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
   if (moments) add.bind(BIND_MOMENTS, *moments);
   for (std::uint32_t done = 0; done < count; done += together) {
     const std::uint32_t samples = std::min(together, count - done);
-    const Count paths = known_count(places * samples, batch.primary);
-    const BeginPush push{settings.camera, paths.rays, places, first + done, cone.width, cone.spread, settings.seed};
-    run(begin, paths, &push, sizeof push, "begin", times);
-    run_waves(batch, paths);
+    const BeginPush push{settings.camera, places * samples, places, first + done, cone.width, cone.spread,
+                         settings.seed};
     const FilmPush to_film{places, samples, first + done};
-    Count pixels = paths;
+    Count pixels = run_batch(batch, begin, push);
     pixels.rays = places;
     run(add, pixels, &to_film, sizeof to_film, "film", times);
   }

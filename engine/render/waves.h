@@ -3,6 +3,7 @@
 // passes itself; the host records some depths ahead and looks back whether there was anything left.
 #pragma once
 
+#include <deque>
 #include <map>
 #include <memory>
 #include <string>
@@ -24,7 +25,9 @@ struct PassTime {
 /// Sums by name, in the order of first use. Passes over no rays are named only if others of their name had some.
 class PassTimes {
  public:
-  void add(std::string_view name, double ms, std::uint64_t rays);
+  void add(std::string_view name, double ms, std::uint64_t rays, std::uint64_t dispatches);
+  void add(std::string_view name, double ms, std::uint64_t rays) { add(name, ms, rays, rays > 0); }
+  void add(const PassTimes& others);
   const std::vector<PassTime>& all() const { return times_; }
   double ms(std::string_view name) const;  // of all whose name begins so
 
@@ -35,7 +38,8 @@ class PassTimes {
 /// How waves are made of a view.
 struct WaveSettings {
   const Integrator* integrator = nullptr;
-  PrimaryPush camera{};  // with the picture's samples in sample_count
+  PrimaryPush camera{};          // with the picture's samples in sample_count
+  std::uint32_t most_paths = 0;  // under way at once, at most capacity()
   std::uint32_t last_depth = 0;
   float ao_radius = 0;  // scene units
   std::uint32_t seed = 0;
@@ -53,7 +57,7 @@ class Waves {
   /// Paths that are under way at once at most.
   std::uint32_t capacity(const Integrator& integrator, const SceneFeatures& features, std::uint32_t last_depth) const;
 
-  /// Adds samples [first, first + count) of the listed pixels (`places` of them, at most capacity()) to the film, and to the
+  /// Adds samples [first, first + count) of the listed pixels (`places` of them, at most settings.most_paths) to the film, and to the
   /// moments if there are any. Sums do not depend on how pixels and samples are dealt out over calls.
   void add_samples(const WaveSettings& settings, const Buffer<std::uint32_t>& numbers, std::uint32_t places,
                    std::uint32_t first, std::uint32_t count, Buffer<FilmPixel>& film, Buffer<glm::vec3>* moments,
@@ -70,6 +74,8 @@ class Waves {
  private:
   struct Wave;
   struct Alpha;
+  struct Asked;
+  struct Awaiting;
   struct Batch;
 
   /// How many rays a queue held: an entry of calls_ and reports_, and what the host knows of it.
@@ -82,6 +88,7 @@ class Waves {
   };
 
   Kernel& kernel(const KernelSource& source);
+  Kernel& calls_kernel();
   void make_buffers(std::uint32_t room, const WavePlan& plan, std::uint32_t last_depth, bool alpha);
   void make_alpha(std::uint32_t room);
   Batch batch_of(const WaveSettings& settings, Buffer<FilmPixel>& film, PassTimes& times);
@@ -93,11 +100,16 @@ class Waves {
   Context::Done told(std::string_view name, const Count& count, PassTimes& times) const;
   void run(Kernel& kernel, const Count& count, const void* push, std::uint32_t push_bytes, std::string_view name,
            PassTimes& times, const CallPush* then = nullptr);
-  bool trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, Count& count, const Query& query, std::string_view name,
+  bool trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, Count& count, Asked& asked, std::string_view name,
              PassTimes& times);
-  void pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, const Count& count, const Query& query,
-                    const SceneFeatures& features, PassTimes& times);
+  void pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, const Count& count, Asked& asked, Kernel& test,
+                    std::deque<Awaiting>* leftovers, PassTimes& times);
+  Count alpha_turn(const Buffer<Ray>& rays, Buffer<Hit>& hits, const Count& count, std::uint32_t turn,
+                   const Asked& asked, Kernel& test, PassTimes& times);
+  Count run_batch(Batch& batch, Kernel& begin, const BeginPush& push);
   void run_waves(Batch& batch, Count count);
+  bool trace(Batch& batch, const Buffer<Ray>& rays, Buffer<Hit>& hits, Count& count, Asked& asked);
+  void hear(Batch& batch);
   bool has_ended(Batch& batch, const Count& count);
   void scatter(Batch& batch, Wave& wave, Wave& next, Count& count, Count& shadow);
   void connect(Batch& batch, Count& count);
@@ -120,9 +132,11 @@ class Waves {
   std::unique_ptr<Buffer<Call>> calls_;
   std::unique_ptr<Buffer<std::uint32_t>> reports_;  // of every queue of every record, in the host's memory
   std::uint32_t record_ = 0;
-  std::map<std::string, std::uint32_t> seen_;  // by sort of rays: how many there were when the host looked
-  std::uint32_t depths_together_ = 4;          // in one submission
+  std::uint32_t depths_together_ = 4;  // in one submission
+  std::uint64_t paced_ = 0;            // the submission whose time decided that
+  std::unique_ptr<Asked> shown_;       // of the last pass_through() that is no batch's
   std::map<std::string, std::unique_ptr<Kernel>> kernels_;
+  Kernel* calls_kernel_ = nullptr;  // one of them
 };
 
 }  // namespace ballot

@@ -59,7 +59,9 @@ class Choices {
 
   const Choice* find(const Query& query) const;
   void add(Choice choice);
-  void clear() { all_.clear(); }
+  void clear() { all_.clear(), ++changes_; }
+  /// How often what find() says may have changed.
+  std::uint64_t changes() const { return changes_; }
   std::vector<Choice> all() const;
 
  private:
@@ -70,6 +72,7 @@ class Choices {
   std::string scene_;           // what tells this tree from others
   std::filesystem::path file_;  // empty: none
   std::map<std::string, Choice> all_;
+  std::uint64_t changes_ = 0;
 };
 
 }  // namespace ballot

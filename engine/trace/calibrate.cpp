@@ -150,7 +150,11 @@ Query Tracer::settle(Query query, const Buffer<Ray>& rays, std::size_t count) {
 }
 
 bool Tracer::is_settled(const Query& query, std::size_t most) const {
-  if (!find_method(query.method).chooses || most < effort_on(gpu_.info()).least) return true;
+  return most < effort_on(gpu_.info()).least || settled(query).chosen;
+}
+
+bool Tracer::is_chosen(const Query& query) const {
+  if (!find_method(query.method).chooses) return true;
   const Choice* known = choices_.find(query);
   return known && (!known->remembered || known->complete());
 }

@@ -61,6 +61,7 @@ void Choices::keep_in(const std::filesystem::path& folder) {
       fmt::format("{}|{}|{}|{}|{}", device_.name, device_.driver, device_.subgroup_size, BALLOT_COMMIT, scene_);
   file_ = folder / fmt::format("{:016x}.json", std::hash<std::string>()(platform));
   load();
+  ++changes_;
 }
 
 void Choices::load() {
@@ -101,6 +102,7 @@ const Choice* Choices::find(const Query& q) const {
 
 void Choices::add(Choice c) {
   all_.insert_or_assign(key_of(c.rays, c.want, c.numeric, c.knobs), std::move(c));
+  ++changes_;
   save();
 }
 

@@ -55,9 +55,9 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) {
        f.fetch = choose<Fetch>(v, k, {"storage", "texel", "reference"});
      }},
-    {{"layout", "paper, interleaved, centred", "how the two boxes of a pair lie in its 64 bytes"},
+    {{"layout", "paper, interleaved, centred, compact", "how the two boxes of a pair lie in its 64 bytes, or in 48"},
      [](F& f, V v, const K& k) {
-       f.layout = choose<NodeLayout>(v, k, {"paper", "interleaved", "centred"});
+       f.layout = choose<NodeLayout>(v, k, {"paper", "interleaved", "centred", "compact"});
      }},
     {{"stack", "private, shared", "where a ray's own stack lies"},
      [](F& f, V v, const K& k) {
@@ -166,7 +166,7 @@ void apply_knobs(Formulation& formulation, const Knobs& knobs) {
 
 std::string describe(const Formulation& f, const Method& method) {
   constexpr const char* fetches[] = {"storage", "texel", "reference"};
-  constexpr const char* layouts[] = {"paper", "interleaved", "centred"};
+  constexpr const char* layouts[] = {"paper", "interleaved", "centred", "compact"};
   constexpr const char* minima[] = {"builtin", "select", "integer"};
   std::string text = fmt::format("fetch={} layout={}", fetches[int(f.fetch)], layouts[int(f.layout)]);
   if (method.packet())

@@ -15,6 +15,7 @@ struct Query {
   /// For method auto: what sort of rays these are; the name of a ray kind, or of any other sort of which the caller has
   /// many batches alike. Empty: told by how coherent the rays are (coherence.h).
   std::string rays = {};
+  bool operator==(const Query&) const = default;
 };
 
 }  // namespace ballot

@@ -16,14 +16,14 @@ std::uint32_t group_rays(const Variant& v) { return v.how.workgroup * v.rays_per
 
 bool Tracer::can_record(const Query& query, std::uint32_t most) const {
   if (!gpu_.batches() || !is_settled(query, most)) return false;
-  const Variant v = variant(query);
+  const Variant& v = settled(query).variant;
   if (v.how.loops_cut) return false;
   if (v.how.launch == Launch::Persistent) return v.how.batches == kUnbounded;
   return most <= std::uint64_t(gpu_.info().max_group_count_x) * group_rays(v);
 }
 
 RayGroups Tracer::groups_of(const Query& query) const {
-  const Variant v = variant(query);
+  const Variant& v = settled(query).variant;
   std::uint32_t most = gpu_.info().max_group_count_x;
   if (v.how.launch == Launch::Persistent) most = groups_for(v, kUnbounded - group_rays(v));
   return {group_rays(v), most};
@@ -49,12 +49,10 @@ void Tracer::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, 
 
 void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const RayCall& call, const Query& query,
                     Context::Done done) {
-  Variant v = variant(query);
-  v.called = true;
-  const Job job = this->job(v);
+  const Job job = this->job(query, false, true);
   Kernel& kernel = *job.pipeline->kernel;
   kernel.bind(BIND_CALLS, call.calls);
-  TracePush push = push_for(job, device_bvh(v.how.layout).root);
+  TracePush push = push_for(job, device_bvh(job.variant.how.layout).root);
   push.ray_end = call.index;
   const auto dispatch = [&](VkCommandBuffer cmd) {
     kernel.dispatch(cmd, call.calls, call.index * sizeof(Call), &push, sizeof push);

@@ -75,21 +75,32 @@ const Tracer::Texels& Tracer::wide_buffer(Fetch fetch) {
   return wide_buffers_.emplace(fetch, std::move(made)).first->second;
 }
 
-const Tracer::Texels& Tracer::frontier_buffer(std::uint32_t nodes, Fetch fetch) {
-  const auto key = std::pair(nodes, fetch);
+const Tracer::Texels& Tracer::frontier_buffer(const Formulation& f) {
+  const auto key = std::tuple(f.frontier, f.layout, f.fetch);
   const auto found = frontier_buffers_.find(key);
   if (found != frontier_buffers_.end()) return found->second;
-  const std::vector<glm::uvec4> frontier = make_frontier(device_bvh(NodeLayout::Interleaved), nodes);
-  Texels made(gpu_, frontier.size(), access_for(fetch), "frontier of the bvh");
+  const std::vector<glm::uvec4> frontier = make_frontier(device_bvh(f.layout), f.frontier);
+  Texels made(gpu_, frontier.size(), access_for(f.fetch), "frontier of the bvh");
   made.upload(frontier);
   return frontier_buffers_.emplace(key, std::move(made)).first->second;
 }
 
-Variant Tracer::variant(const Query& asked, bool counters) const {
+Tracer::Settled& Tracer::settled(const Query& asked) const {
+  constexpr std::size_t kKept = 32;
+  if (settled_by_ != choices_.changes() || settled_.size() == kKept) settled_.clear();
+  settled_by_ = choices_.changes();
+  if (const auto found = std::ranges::find(settled_, asked, &Settled::asked); found != settled_.end()) return *found;
   const Query query = settle(asked);
   const Method& method = find_method(query.method);
   const NumericMode& numeric = find_numeric(query.numeric, gpu_.info());
-  return {&method, &numeric, query.want, formulation_for(method, numeric, gpu_.info(), query.knobs), counters};
+  const Formulation how = formulation_for(method, numeric, gpu_.info(), query.knobs);
+  return settled_.emplace_back(Settled{asked, {&method, &numeric, query.want, how}, is_chosen(asked)});
+}
+
+Variant Tracer::variant(const Query& asked, bool counters) const {
+  Variant v = settled(asked).variant;
+  v.counters = counters;
+  return v;
 }
 
 Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
@@ -100,7 +111,7 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   const bool fresh = refresh(gpu_, made.kernel, kernel_source(v, gpu_.info(), tree_));
   if (!v.method->wide || v.how.fallback) made.nodes = &node_buffer(v.how.layout, v.how.fetch);
   if (v.method->wide) made.top = &wide_buffer(v.how.fetch);
-  if (v.method->frontier) made.top = &frontier_buffer(v.how.frontier, v.how.fetch);
+  if (v.method->frontier) made.top = &frontier_buffer(v.how);
   made.leaves = &leaf_buffer(v.numeric->leaves, v.how.fetch);
   if (!fresh) return pipelines_[key] = std::move(made);
   if (v.how.fetch != Fetch::Reference) {
@@ -113,7 +124,15 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   return pipelines_[key] = std::move(made);
 }
 
-Tracer::Job Tracer::job(const Variant& v) { return {v, &pipeline(v)}; }
+Tracer::Job Tracer::job(const Query& query, bool counters, bool called) {
+  Settled& found = settled(query);
+  Variant v = found.variant;
+  v.counters = counters;
+  v.called = called;
+  Pipeline*& known = found.pipelines[called ? 2 : counters];
+  if (!known || known->kernel->generation() != gpu_.shader_generation()) known = &pipeline(v);
+  return {v, known};
+}
 
 std::uint32_t Tracer::chunk_rays() const {
   // Bounded, so that no watchdog fires and progress shows; a CPU device takes about a second for this many.

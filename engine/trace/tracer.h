@@ -1,12 +1,14 @@
 // A scene on the device: rays in, hits out.
 #pragma once
 
+#include <array>
 #include <exception>
 #include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "engine/bvh/frontier.h"
 #include "engine/bvh/wide.h"
@@ -110,16 +112,26 @@ class Tracer {
     Pipeline* pipeline;
   };
 
+  /// What a query comes to, found once: a frame asks thousands of times.
+  struct Settled {
+    Query asked;
+    Variant variant;
+    bool chosen;                           // auto measures such rays no more
+    std::array<Pipeline*, 3> pipelines{};  // plain, with counters, called; null: not asked for yet
+  };
+
   Pipeline& pipeline(const Variant& variant);
-  Job job(const Variant& variant);
-  Job job(const Query& query, bool counters = false) { return job(variant(query, counters)); }
+  /// Valid until it is called again.
+  Settled& settled(const Query& query) const;
+  Job job(const Query& query, bool counters = false, bool called = false);
   const Texels& node_buffer(NodeLayout layout, Fetch fetch);
   const Texels& leaf_buffer(LeafFormat format, Fetch fetch);
   const Texels& wide_buffer(Fetch fetch);
-  const Texels& frontier_buffer(std::uint32_t nodes, Fetch fetch);
+  const Texels& frontier_buffer(const Formulation& f);
   void record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const Context::Record& dispatch,
               Context::Done done);
   bool is_settled(const Query& query, std::size_t most) const;
+  bool is_chosen(const Query& query) const;
   bool reports(const Variant& v) const;
   std::uint32_t groups_for(const Variant& v, std::uint32_t rays) const;
   TracePush push_for(const Job& job, std::uint32_t root) const;
@@ -141,10 +153,12 @@ class Tracer {
   std::map<std::pair<LeafFormat, Fetch>, Texels> leaf_buffers_;
   std::optional<WideBvh> wide_;
   std::map<Fetch, Texels> wide_buffers_;
-  std::map<std::pair<std::uint32_t, Fetch>, Texels> frontier_buffers_;
+  std::map<std::tuple<std::uint32_t, NodeLayout, Fetch>, Texels> frontier_buffers_;
   std::map<std::string, Pipeline> pipelines_;
   Buffer<Work> work_;
   Choices choices_;
+  mutable std::vector<Settled> settled_;
+  mutable std::uint64_t settled_by_ = 0;  // choices_.changes() when they were found
 };
 
 /// Roots of subtrees of at most `limit` steps (a step is an inner node or a triangle, and one for a leaf) that together

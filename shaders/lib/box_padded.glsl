@@ -27,7 +27,7 @@
 // sum): 33 + 15 = 48, padded by 64 w M, and by 2 w |o| for boxes by their
 // bounds, which are tested too.
 
-#if BALLOT_LAYOUT == LAYOUT_CENTRED
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
 struct Slabs {
   vec3 origin, inv;
   float pad;
@@ -47,14 +47,14 @@ Slabs make_slabs(Ray ray) {
 #if BALLOT_TRIANGLE == TRIANGLE_EXACT
   if (!has_safe_slabs(scene_reach(ray.origin))) {
     float infinity = uintBitsToFloat(0x7F800000u);
-#if BALLOT_LAYOUT == LAYOUT_CENTRED
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
     return Slabs(vec3(0.0), vec3(1.0), infinity);
 #else
     return Slabs(vec3(infinity), vec3(-infinity), vec3(1.0));
 #endif
   }
 #endif
-#if BALLOT_LAYOUT == LAYOUT_CENTRED
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
   vec3 o = abs(ray.origin);
   float pad = 3.82e-6 * scene_reach(ray.origin) + 1.25e-7 * max(o.x, max(o.y, o.z));
   return Slabs(ray.origin, reciprocal_direction(ray.dir), pad);
@@ -66,7 +66,7 @@ Slabs make_slabs(Ray ray) {
 }
 
 void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
-#if BALLOT_LAYOUT == LAYOUT_CENTRED
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
   precise vec3 up = s.origin + s.pad, down = s.origin - s.pad;
   lo = up;
   hi = down;
@@ -87,7 +87,7 @@ vec3 segment_pad(Ray ray) {
 }
 
 vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
-#if BALLOT_LAYOUT == LAYOUT_CENTRED
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
   precise vec3 a = (lo - (s.origin + s.pad)) * s.inv, b = (hi - (s.origin - s.pad)) * s.inv;
 #else
   precise vec3 a = (lo - s.lo_origin) * s.inv, b = (hi - s.hi_origin) * s.inv;
@@ -95,7 +95,7 @@ vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
   return cut_interval(a, b, t_min, t_max);
 }
 
-#if BALLOT_LAYOUT == LAYOUT_CENTRED
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
 vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_max) {
   precise vec3 middle = (centre - s.origin) * s.inv, half_way = (extent + s.pad) * abs(s.inv);
   return cut_centred(middle, half_way, t_min, t_max);

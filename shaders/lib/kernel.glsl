@@ -108,7 +108,12 @@ struct Pair {
 
 Pair unpack_pair(uvec4 a, uvec4 b, uvec4 c, uvec4 d) {
   Pair p;
-#if BALLOT_LAYOUT != LAYOUT_PAPER
+#if BALLOT_LAYOUT == LAYOUT_COMPACT
+  p.l = NodeBox(uintBitsToFloat(a.xyz), uintBitsToFloat(c.xyz));
+  p.r = NodeBox(uintBitsToFloat(b.xyz), uintBitsToFloat(c.xyz << 16));
+  p.left = a.w;
+  p.right = b.w;
+#elif BALLOT_LAYOUT != LAYOUT_PAPER
   vec4 l = uintBitsToFloat(a), r = uintBitsToFloat(b), z = uintBitsToFloat(c);
   p.l = NodeBox(vec3(l.x, l.z, z.x), vec3(l.y, l.w, z.y));
   p.r = NodeBox(vec3(r.x, r.z, z.z), vec3(r.y, r.w, z.w));
@@ -125,7 +130,11 @@ Pair unpack_pair(uvec4 a, uvec4 b, uvec4 c, uvec4 d) {
 
 #ifdef READS_NODES
 Pair fetch_pair(uint node) {
+#if BALLOT_LAYOUT == LAYOUT_COMPACT
+  return unpack_pair(node_texel(node), node_texel(node + 1u), node_texel(node + 2u), uvec4(0u));
+#else
   return unpack_pair(node_texel(node), node_texel(node + 1u), node_texel(node + 2u), node_texel(node + 3u));
+#endif
 }
 #endif
 

@@ -43,7 +43,7 @@ bool meets_bounds(Walker w, vec3 lo, vec3 hi, out float entry) {
 
 // The same of a node's box.
 bool meets(Walker w, NodeBox box, out float entry) {
-#if BALLOT_LAYOUT == LAYOUT_CENTRED
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
   vec2 i = centred_interval(w.slabs, box.a, box.b, w.ray.t_min, reach(w.space, w.hit));
   entry = i.x;
   return i.x <= i.y;

@@ -50,7 +50,7 @@ void packet_begin() {
 // lanes that ask for one address share the load anyway, every lane asks.
 Pair packet_fetch_pair(uint node) {
 #if BALLOT_COOPERATIVE
-  uvec4 mine = node_texel(node + (gl_SubgroupInvocationID & 3u));
+  uvec4 mine = node_texel(node + min(gl_SubgroupInvocationID & 3u, PAIR_TEXELS(BALLOT_LAYOUT) - 1u));
   return unpack_pair(subgroupShuffle(mine, 0u), subgroupShuffle(mine, 1u), subgroupShuffle(mine, 2u),
                      subgroupShuffle(mine, 3u));
 #else

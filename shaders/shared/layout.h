@@ -76,13 +76,17 @@ BALLOT_RECORD(Call, 16);
 #define LEAF_HEADER_TEXELS 2
 #define TRIANGLE_TEXELS 3
 
-// How the 64 bytes of a pair are arranged on the device: the paper's two nodes, (lo.xyz, hi.x) (hi.yz, count, first)
-// each, where `first` of a leaf counts texels; or both children's bounds by axis, (l.lo.x, l.hi.x, l.lo.y, l.hi.y),
-// the same of the right child, (l.lo.z, l.hi.z, r.lo.z, r.hi.z), (left child, right child, 0, 0); or the same with centres in
-// the place of lo and half extents in the place of hi, rounded up so that a box never loses a point.
+// How a pair lies on the device, in PAIR_TEXELS texels. 64 bytes: the paper's two nodes, (lo.xyz, hi.x) (hi.yz, count, first) each,
+// where `first` of a leaf counts texels; or both children's bounds by axis, (l.lo.x, l.hi.x, l.lo.y, l.hi.y), the same of the
+// right child, (l.lo.z, l.hi.z, r.lo.z, r.hi.z), (left child, right child, 0, 0); or the same with centres in the place of lo and
+// half extents in the place of hi, rounded up so that a box never loses a point. 48 bytes: centres with the child, (l.c.xyz, left
+// child), (r.c.xyz, right child), and a word an axis of half extents: the upper half of l.e's bits above the upper half of r.e's.
+// Read as a float, the word is l.e with what follows for its last digits; each half is rounded so that no point is lost.
 #define LAYOUT_PAPER 0
 #define LAYOUT_INTERLEAVED 1
 #define LAYOUT_CENTRED 2
+#define LAYOUT_COMPACT 3
+#define PAIR_TEXELS(layout) ((layout) == LAYOUT_COMPACT ? 3u : 4u)
 
 // The wide tree: up to WIDE_CHILDREN children a node, each two texels, (lo.xyz, child) at the node's first texel plus the
 // child's number, (hi.xyz, 0) WIDE_CHILDREN texels behind. A child is a wide node by number or a leaf as above; END_OF_TREE and

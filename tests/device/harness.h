@@ -66,6 +66,7 @@ inline std::vector<Knobs> every_formulation(const DeviceInfo& d) {
                          {{"packet_stack", "shared"}},
                          {{"cooperative", "0"}},
                          {{"layout", "centred"}},
+                         {{"layout", "compact"}},
                          {{"minmax", "builtin"}},
                          {{"minmax", "select"}},
                          {{"minmax", "integer"}},

@@ -93,6 +93,35 @@ TEST(Together, RaysBehindWhatIsTransparentAreAsPassByPass) {
   submissions_of(veiled(hall_scene(), 3), small("eyelight", 3));
 }
 
+/// Batches of one sample of every pixel.
+RenderOptions in_batches(RenderOptions options, std::uint32_t width, std::uint32_t height) {
+  options.width = width;
+  options.height = height;
+  options.most_paths = width * height;
+  return options;
+}
+
+// What a batch is recorded for is what those before it needed: it may need less, or more.
+TEST(Together, BatchesAfterBatches) {
+  submissions_of(hall_scene(), in_batches(small("path", 12), 8, 4));
+  submissions_of(hall_scene(), in_batches(small("path", 4), 40, 24));
+  RenderOptions deep = small("whitted", 12);
+  deep.bounces = 12;
+  submissions_of(hall_scene(), in_batches(deep, 3, 2));
+  submissions_of(hall_scene(), in_batches(deep, 16, 12));
+  RenderOptions long_paths = small("path", 12);
+  long_paths.bounces = 64;
+  submissions_of(hall_scene(), in_batches(long_paths, 2, 2));
+}
+
+TEST(Together, BatchesBehindWhatIsTransparent) {
+  for (const std::uint32_t width : {1u, 2u, 5u, 13u}) {
+    submissions_of(veiled(hall_scene(), 8), in_batches(small("path", 24), width, 3));
+    submissions_of(veiled(hall_scene(), 8), in_batches(small("whitted", 12), width, 3));
+  }
+  submissions_of(veiled(hall_scene(), 8), in_batches(small("ao", 6), 5, 3));
+}
+
 TEST(Together, ShadingsAndAmbientOcclusionAreAsPassByPass) {
   EXPECT_LE(submissions_of(hall_scene(), small("eyelight", 8)), 3u);
   EXPECT_LE(submissions_of(hall_scene(), small("normals", 1)), 2u);
