@@ -47,7 +47,9 @@ std::uint32_t add_leaf(const BvhNode& leaf, const Bvh& bvh, std::span<const Tria
 }
 
 // Nodes 0 and 1 are not stored.
-std::uint32_t pair_texel(const BvhNode& inner, std::uint32_t pair_texels) { return (inner.first / 2 - 1) * pair_texels; }
+std::uint32_t pair_texel(const BvhNode& inner, std::uint32_t pair_texels) {
+  return (inner.first / 2 - 1) * pair_texels;
+}
 
 void add_paper(const BvhNode& node, std::uint32_t ref, std::vector<Texel>& out) {
   out.push_back(texel(node.lo, bits(node.hi.x)));
@@ -89,8 +91,7 @@ std::uint32_t upper_halves(float above, float below) {
 void add_compact(const Bounds& l, const Bounds& r, std::uint32_t left, std::uint32_t right, std::vector<Texel>& out) {
   out.push_back(texel(l.lo, left));
   out.push_back(texel(r.lo, right));
-  out.push_back(
-      {upper_halves(l.hi.x, r.hi.x), upper_halves(l.hi.y, r.hi.y), upper_halves(l.hi.z, r.hi.z), 0});
+  out.push_back({upper_halves(l.hi.x, r.hi.x), upper_halves(l.hi.y, r.hi.y), upper_halves(l.hi.z, r.hi.z), 0});
 }
 
 }  // namespace

@@ -153,7 +153,14 @@ Waves::Batch Waves::batch_of(const WaveSettings& settings, Buffer<FilmPixel>& fi
   // Where the scene has alpha, the nearest hit is asked for, so that rays to lights see what all others see.
   b.shadow =
       asked(settings.features.alpha ? Want::Nearest : Want::Any, integrator.value == INTEGRATOR_AO ? "ao" : "shadow");
-  b.push = {0, 0, settings.last_depth, settings.ao_radius, 0, 0, std::uint32_t(scene_.scene().lights.size()), room_,
+  b.push = {0,
+            0,
+            settings.last_depth,
+            settings.ao_radius,
+            0,
+            0,
+            std::uint32_t(scene_.scene().lights.size()),
+            room_,
             scene_.scene().sky.kind != Sky::Kind::None};
   if (b.scatter->wants(BIND_EMITTERS)) {
     b.push.emitted = scene_.emitters().total;

@@ -112,8 +112,8 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
   if (moments) add.bind(BIND_MOMENTS, *moments);
   for (std::uint32_t done = 0; done < count; done += together) {
     const std::uint32_t samples = std::min(together, count - done);
-    const BeginPush push{settings.camera, places * samples, places, first + done, cone.width, cone.spread,
-                         settings.seed};
+    const BeginPush push{settings.camera, places * samples, places,       first + done,
+                         cone.width,      cone.spread,      settings.seed};
     const FilmPush to_film{places, samples, first + done};
     Count pixels = run_batch(batch, begin, push);
     pixels.rays = places;

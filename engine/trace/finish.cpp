@@ -34,7 +34,9 @@ std::vector<std::uint32_t> pieces_of(const DeviceBvh& bvh, std::uint64_t limit) 
   if (bvh.root == END_OF_TREE || is_leaf(bvh.root)) return {bvh.root};
   // Children lie behind their parents, so one pass from the back sums the steps below every pair.
   std::vector<std::uint64_t> steps(bvh.nodes.size() / bvh.pair_texels(), 0);
-  const auto steps_of = [&](std::uint32_t node) { return is_leaf(node) ? leaf_steps(node) : steps[node / bvh.pair_texels()]; };
+  const auto steps_of = [&](std::uint32_t node) {
+    return is_leaf(node) ? leaf_steps(node) : steps[node / bvh.pair_texels()];
+  };
   for (std::size_t pair = steps.size(); pair-- > 0;) {
     const DevicePair children = decode_pair(bvh, std::uint32_t(pair) * bvh.pair_texels());
     steps[pair] = 1 + steps_of(children.left.ref) + steps_of(children.right.ref);
