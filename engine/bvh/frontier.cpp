@@ -4,6 +4,7 @@
 #include <queue>
 #include <set>
 
+#include "engine/bvh/build.h"
 #include "engine/bvh/device_decode.h"
 
 namespace ballot {
@@ -11,17 +12,12 @@ namespace {
 
 using Texel = glm::uvec4;
 
-double half_area(const Bounds& b) {
-  const glm::dvec3 e = glm::dvec3(b.hi) - glm::dvec3(b.lo);
-  return e.x * e.y + e.y * e.z + e.z * e.x;
-}
-
 /// Inner nodes above the frontier, by reference.
 std::set<std::uint32_t> nodes_to_open(const DeviceBvh& binary, std::uint32_t nodes) {
   std::set<std::uint32_t> opened;
   std::priority_queue<std::pair<double, std::uint32_t>> inner;  // of the frontier, by surface
   const auto add = [&](const DeviceChild& c) {
-    if (!is_leaf(c.ref)) inner.emplace(half_area(c.box), c.ref);
+    if (!is_leaf(c.ref)) inner.emplace(half_area(c.box.lo, c.box.hi), c.ref);
   };
   add({binary.bounds, binary.root});
   for (std::uint32_t n = 1; n < nodes && !inner.empty(); ++n) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 
+#include "engine/bvh/build.h"
 #include "engine/bvh/device_decode.h"
 #include "engine/core/error.h"
 
@@ -11,11 +12,6 @@ namespace ballot {
 namespace {
 
 using Texel = glm::uvec4;
-
-double half_area(const Bounds& b) {
-  const glm::dvec3 e = glm::dvec3(b.hi) - glm::dvec3(b.lo);
-  return e.x * e.y + e.y * e.z + e.z * e.x;
-}
 
 /// What is best for the subtree below a pair of siblings.
 struct Best {
@@ -90,7 +86,7 @@ class Collapse {
   }
 
   static double area(const DevicePair& pair) {
-    return half_area({glm::min(pair.left.box.lo, pair.right.box.lo), glm::max(pair.left.box.hi, pair.right.box.hi)});
+    return half_area(glm::min(pair.left.box.lo, pair.right.box.lo), glm::max(pair.left.box.hi, pair.right.box.hi));
   }
 
   /// The children that a subtree becomes when it may be n.

@@ -1,14 +1,5 @@
 // The frontier of the tree (shared/layout.h) against bounds of all rays of a subgroup, a node a lane.
-
-#if BALLOT_FETCH == FETCH_STORAGE
-layout(set = 0, binding = BIND_TOP, scalar) readonly buffer Frontier { uvec4 frontier[]; };
-uvec4 frontier_texel(uint texel) { return frontier[texel]; }
-#elif BALLOT_FETCH == FETCH_TEXEL
-layout(set = 0, binding = BIND_TOP) uniform usamplerBuffer frontier;
-uvec4 frontier_texel(uint texel) { return texelFetch(frontier, int(texel)); }
-#else
-uvec4 frontier_texel(uint texel) { return Texels(uvec2(push.top_lo, push.top_hi)).at[texel]; }
-#endif
+#include "top.glsl"
 
 struct FrontierNode {
   vec3 lo, hi;
@@ -16,7 +7,7 @@ struct FrontierNode {
 };
 
 FrontierNode fetch_frontier(uint i) {
-  uvec4 a = frontier_texel(2u * i), b = frontier_texel(2u * i + 1u);
+  uvec4 a = top_texel(2u * i), b = top_texel(2u * i + 1u);
   return FrontierNode(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), a.w);
 }
 
@@ -29,8 +20,6 @@ struct Beam {
   vec3 inv_min, inv_max;  // unless segments
   float t_min;            // not above any ray's
 };
-
-const float LARGEST = 3.4028234e38;
 
 // False if nothing is common to long rays.
 bool make_beam(Walker w, bool live, out Beam b) {

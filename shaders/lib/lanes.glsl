@@ -1,6 +1,6 @@
 // Minima and maxima over the lanes of a subgroup, by BALLOT_REDUCE.
 
-float smaller(float a, float b);  // lib/box.glsl
+const float LARGEST = 3.4028234e38;
 
 #if BALLOT_REDUCE == REDUCE_INTEGER
 // Integers in the order of floats; hardware that reduces integers in one instruction does not do so with floats.

@@ -12,8 +12,6 @@ struct PacketBounds {
   float t_min;
 };
 
-const float LARGEST = 3.4028234e38;
-
 // Bounds that any ray lies outside of.
 PacketBounds empty_bounds() {
   return PacketBounds(vec3(-LARGEST), vec3(LARGEST), vec3(LARGEST), vec3(-LARGEST), bvec3(false), LARGEST);

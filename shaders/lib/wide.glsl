@@ -1,15 +1,6 @@
 // The wide tree (shared/layout.h) as the lanes of a packet share it: lane c holds child c of the node at hand; where the
 // subgroup has fewer lanes than a node has children, lane c holds child c + SUBGROUP_SIZE too.
-
-#if BALLOT_FETCH == FETCH_STORAGE
-layout(set = 0, binding = BIND_TOP, scalar) readonly buffer WideNodes { uvec4 wide_nodes[]; };
-uvec4 wide_texel(uint texel) { return wide_nodes[texel]; }
-#elif BALLOT_FETCH == FETCH_TEXEL
-layout(set = 0, binding = BIND_TOP) uniform usamplerBuffer wide_nodes;
-uvec4 wide_texel(uint texel) { return texelFetch(wide_nodes, int(texel)); }
-#else
-uvec4 wide_texel(uint texel) { return Texels(uvec2(push.top_lo, push.top_hi)).at[texel]; }
-#endif
+#include "top.glsl"
 
 const bool TWO_A_LANE = SUBGROUP_SIZE < WIDE_CHILDREN;
 const uint SHARING_LANES = TWO_A_LANE ? SUBGROUP_SIZE : WIDE_CHILDREN;
@@ -24,7 +15,7 @@ struct WideNode {
 };
 
 WideChild fetch_child(uint node, uint c) {
-  uvec4 a = wide_texel(node * WIDE_NODE_TEXELS + c), b = wide_texel(node * WIDE_NODE_TEXELS + WIDE_CHILDREN + c);
+  uvec4 a = top_texel(node * WIDE_NODE_TEXELS + c), b = top_texel(node * WIDE_NODE_TEXELS + WIDE_CHILDREN + c);
   return WideChild(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), a.w);
 }
 
