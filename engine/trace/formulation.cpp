@@ -121,7 +121,7 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) {
        f.rays = 1u << choose<int>(v, k, {"1", "2", "4", "8"});
      }},
-    {{"fallback", "0, 1", "packet-wide: rays of packets whose directions disagree in sign go by themselves"},
+    {{"fallback", "0, 1", "packet-wide: rays of packets that spread over more than two octants go by themselves"},
      [](F& f, V v, const K& k) {
        f.fallback = choose<int>(v, k, {"0", "1"}) != 0;
      }},

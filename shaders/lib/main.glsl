@@ -27,22 +27,26 @@ bool take_ray(uint index, out Walker w) {
 }
 
 // For the host to trace again.
+const Hit UNFINISHED_HIT = Hit(0.0, UNFINISHED, 0.0, 0.0);
 void leave_ray(uint index) {
   if (index >= RAY_END) return;
-  store_hit(index, Hit(0.0, UNFINISHED, 0.0, 0.0));
+  store_hit(index, UNFINISHED_HIT);
   atomicAdd(work.unfinished, 1u);
 }
 
+// One store whatever happened: lavapipe runs both sides of a branch, and stores lane by lane.
 void write_hit(uint index, Walker w, Units units, bool cut_short) {
-  if (cut_short)
-    leave_ray(index);
-  else
-    store_hit(index, finished_hit(w.hit, units));
+  Hit hit = finished_hit(w.hit, units);
+  if (cut_short) hit = UNFINISHED_HIT;
+  store_hit(index, hit);
   COUNT_WRITE(index)
 }
 
 // The ray is loaded again: that costs less than to keep what is needed of it.
-void write_hit(uint index, Walker w, bool cut_short) { write_hit(index, w, units_of(load_ray(index)), cut_short); }
+void write_hit(uint index, Walker w, bool cut_short) {
+  write_hit(index, w, units_of(load_ray(index)), cut_short);
+  if (cut_short) atomicAdd(work.unfinished, 1u);
+}
 
 #ifdef METHOD_REFILLS
 #include "refill.glsl"

@@ -1,20 +1,19 @@
 // Bounds of a packet: of the planes' distances and reciprocal directions of all its rays. A box that the bounds do not meet is
 // met by no ray: subtraction and multiplication are monotone, and so is their rounding. lo_origin is the largest that any ray
 // measures lower planes from, hi_origin the smallest for upper planes, so that a plane's distance is bounded on the side that
-// counts whatever the direction's sign. An axis along which directions differ in sign bounds nothing.
+// counts whatever the direction's sign. All rays of a packet lie in one octant of directions.
 //
 // After: Solomon Boulos, Ingo Wald, Peter Shirley. Geometric and Arithmetic Culling Methods for Entire Ray Packets. University
 // of Utah, UUCS-06-010, 2006.
 
 struct PacketBounds {
   vec3 lo_origin, hi_origin, inv_min, inv_max;
-  bvec3 mixed;
   float t_min;
 };
 
 // Bounds that any ray lies outside of.
 PacketBounds empty_bounds() {
-  return PacketBounds(vec3(-LARGEST), vec3(LARGEST), vec3(LARGEST), vec3(-LARGEST), bvec3(false), LARGEST);
+  return PacketBounds(vec3(-LARGEST), vec3(LARGEST), vec3(LARGEST), vec3(-LARGEST), LARGEST);
 }
 
 void widen_bounds(inout PacketBounds p, Walker w) {
@@ -34,15 +33,14 @@ void share_bounds(inout PacketBounds p) {
   p.inv_min = lanes_min(p.inv_min);
   p.inv_max = lanes_max(p.inv_max);
   p.t_min = lanes_min(p.t_min);
-  p.mixed = notEqual(lessThan(p.inv_min, vec3(0.0)), lessThan(p.inv_max, vec3(0.0)));
 }
 
 // Whether a ray of the packet may meet the box before t_max; if so, entry is not beyond where any does.
 bool packet_may_meet(PacketBounds p, vec3 lo, vec3 hi, float t_max, out float entry) {
   precise vec3 a = lo - p.lo_origin, b = hi - p.hi_origin;
   precise vec3 a_min = a * p.inv_min, a_max = a * p.inv_max, b_min = b * p.inv_min, b_max = b * p.inv_max;
-  vec3 near = mix(smaller(smaller(a_min, a_max), smaller(b_min, b_max)), vec3(-LARGEST), p.mixed);
-  vec3 far = mix(larger(larger(a_min, a_max), larger(b_min, b_max)), vec3(LARGEST), p.mixed);
+  vec3 near = smaller(smaller(a_min, a_max), smaller(b_min, b_max));
+  vec3 far = larger(larger(a_min, a_max), larger(b_min, b_max));
   entry = larger(larger(near.x, near.y), larger(near.z, p.t_min));
   return entry <= smaller(smaller(far.x, far.y), smaller(far.z, t_max));
 }

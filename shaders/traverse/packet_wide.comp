@@ -13,7 +13,8 @@
 // The bounds alone must not decide: on incoherent rays they meet nearly every box. Children are met nearest first; by the
 // order of the direction's signs alone a packet may visit several times as many.
 //
-// With knob fallback, rays of packets whose directions differ in sign on some axis go by themselves (lib/walk.glsl).
+// Rays of a packet go together by the octant of their direction. With knob fallback, rays of packets that spread over more than
+// two octants go by themselves (lib/walk.glsl).
 //
 // walk_packet() -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
 //   Flow   subgroup-uniform throughout, but for rays that go by themselves
@@ -32,49 +33,62 @@
 
 const uint ALL_CHILDREN = (1u << WIDE_CHILDREN) - 1u;
 
+// Goes on from an entry until a leaf that some ray meets, or the end: END_OF_TREE.
+uint find_leaf(PacketBounds bounds, float t_max, inout uint entry) {
+  uint leaf = END_OF_TREE;
+  if (entry == END_OF_TREE) return leaf;
+  do {
+    // A node with a child that the packet may meet.
+    uint key, open, below;
+    WideNode node;
+    do {
+      below = packet_entry(packet_top - 1u);
+      node = fetch_wide(entry >> WIDE_CHILDREN);
+      open = entry & ALL_CHILDREN;
+      key = nearest_child(bounds, node, t_max, open);
+      if (open == 0u) {
+        entry = below;
+        --packet_top;
+      }
+    } while (open == 0u && entry != END_OF_TREE);
+    // Its nearest one, if some ray meets it.
+    WideChild child = child_of(node, key & CHILD_BITS);
+    uint met = rays_that_meet(child.lo, child.hi);
+    bool enter = open != 0u && lanes_any(met), inner = enter && is_inner(child.child);
+    if (open != 0u) {
+      open &= ~(1u << (key & CHILD_BITS));
+      entry = entry & ~ALL_CHILDREN | open;
+      if (inner && open != 0u) packet_store(packet_top++, entry);
+      if (inner) entry = child.child << WIDE_CHILDREN | ALL_CHILDREN;
+      if (enter && !inner) leaf = child.child;
+      if (!inner && open == 0u) {
+        entry = below;
+        --packet_top;
+      }
+    }
+    COUNT_STACK(packet_top)
+    COUNT_WIDE(enter ? alive : 0u, met, inner)
+  } while (leaf == END_OF_TREE && entry != END_OF_TREE);
+  return leaf;
+}
+
 uint walk_packet() {
   PacketBounds bounds = packet_bounds();
-  float t_max = packet_reach();
   packet_cut_short = false;
   packet_top = 0u;
   packet_store(packet_top++, END_OF_TREE);
   uint entry = END_OF_TREE;  // the node at hand above a bit for each of its children that is still to be met
   if (push.root != END_OF_TREE && packet_looks()) entry = ALL_CHILDREN;
   COUNT_WIDE(alive, alive, true)
-  while (entry != END_OF_TREE) {
-    uint leaf = END_OF_TREE;
+  uint leaf = find_leaf(bounds, packet_reach(), entry);
+  if (leaf != END_OF_TREE) {
     do {
-      // A node with a child that the packet may meet.
-      uint key, open;
-      WideNode node;
-      do {
-        node = fetch_wide(entry >> WIDE_CHILDREN);
-        open = entry & ALL_CHILDREN;
-        key = nearest_child(bounds, node, t_max, open);
-        if (open == 0u) entry = packet_entry(--packet_top);
-      } while (open == 0u && entry != END_OF_TREE);
-      // Its nearest one, if some ray meets it.
-      WideChild child = child_of(node, key & CHILD_BITS);
-      uint met = rays_that_meet(child.lo, child.hi);
-      bool enter = open != 0u && subgroupBallot(met != 0u) != uvec4(0u), inner = enter && is_inner(child.child);
-      if (open != 0u) {
-        open &= ~(1u << (key & CHILD_BITS));
-        entry = entry & ~ALL_CHILDREN | open;
-        if (inner && open != 0u) packet_store(packet_top++, entry);
-        if (inner) entry = child.child << WIDE_CHILDREN | ALL_CHILDREN;
-        if (enter && !inner) leaf = child.child;
-        if (!inner && open == 0u) entry = packet_entry(--packet_top);
-      }
-      COUNT_STACK(packet_top)
-      COUNT_WIDE(enter ? alive : 0u, met, inner)
-    } while (leaf == END_OF_TREE && entry != END_OF_TREE);
-    if (leaf != END_OF_TREE) {
       visit_packet_leaf(leaf);
-      t_max = packet_reach();
 #if BALLOT_ANY_HIT
       if (!packet_looks()) entry = END_OF_TREE;
 #endif
-    }
+      leaf = find_leaf(bounds, packet_reach(), entry);
+    } while (leaf != END_OF_TREE);
   }
   return entry;
 }
