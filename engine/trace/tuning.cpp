@@ -14,17 +14,15 @@ struct Row {
 
 const Row kRows[] = {
     // Mesa below 25: all loops of an invocation share 65 535 iterations; a subgroup that takes more than 16 batches
-    // wastes time on walks that are cut short (and traced again). Shared memory is read and written lane by lane with a
-    // check of the index: stacks in private memory make while-while 1.2 to 1.4 times as fast (22.3.6, sponza and
-    // conference; 0.9 to 1.15 on 25.0.7).
-    {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 250000,
-     [](const Method&, const NumericMode&, Formulation& f) {
-       f.batches = 16;
-       f.stack = StackPlace::Private;
-     }},
+    // wastes time on walks that are cut short (and traced again).
+    {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 250000, [](const Method&, const NumericMode&, Formulation& f) { f.batches = 16; }},
     // From 25 on loops run to their end (device test Vulkan.TheTuningTableKnowsDriversThatCutLoops).
+    // A texel costs a call that hands its words back through memory: pairs of three texels.
     {VK_DRIVER_ID_MESA_LLVMPIPE, 250000, 0xFFFFFFFF,
-     [](const Method&, const NumericMode&, Formulation& f) { f.loops_cut = false; }},
+     [](const Method& m, const NumericMode&, Formulation& f) {
+       f.loops_cut = false;
+       if (!m.packet()) f.layout = NodeLayout::Compact;
+     }},
     // lavapipe runs subgroupBarrier() as a workgroup barrier, and subgroups that left the loop are lost (seen on
     // 25.0.7).
     {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 0xFFFFFFFF,
