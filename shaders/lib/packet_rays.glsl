@@ -40,13 +40,23 @@ uint rays_that_meet(vec3 lo, vec3 hi) {
   return met & alive;
 }
 
+// Whether a hit takes the place of the ray's hit so far: may_count() and nearer() in as few comparisons as there can be.
+bool replaces(uint r, float t, uint place) {
+#ifdef TRIANGLE_SETTLES
+  return may_count(packet[r].space, t, packet[r].ray, packet[r].hit) && nearer(packet[r].space, t, place, packet[r].hit);
+#elif BALLOT_ANY_HIT
+  return t >= packet[r].ray.t_min && t <= packet[r].hit.t;
+#else
+  return t >= packet[r].ray.t_min && nearer(packet[r].space, t, place, packet[r].hit);
+#endif
+}
+
 void consider_triangle(TriangleTexels triangle, uint place) {
   EACH_RAY(r) {
     float t, u, v;
     bool hit = hit_triangle(packet[r].ray, packet[r].space, triangle, t, u, v);
-    hit = hit && (alive >> r & 1u) != 0u && may_count(packet[r].space, t, packet[r].ray, packet[r].hit);
     Hit old = packet[r].hit;
-    hit = hit && nearer(packet[r].space, t, place, old);
+    hit = hit && (alive >> r & 1u) != 0u && replaces(r, t, place);
     packet[r].hit = Hit(hit ? t : old.t, hit ? place : old.prim, hit ? u : old.u, hit ? v : old.v);
   }
 }
