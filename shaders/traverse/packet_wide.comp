@@ -90,7 +90,7 @@ uint walk_packet() {
       leaf = find_leaf(bounds, packet_reach(), entry);
     } while (leaf != END_OF_TREE);
   }
-  return entry;
+  return leaf == END_OF_TREE ? entry : leaf;  // a leaf where the driver cut the loop short
 }
 
 #include "../lib/main.glsl"
