@@ -10,13 +10,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Args {
+struct BenchArgs {
   RunArgs run;
   std::vector<std::string> compare, measuring;  // measuring: names of options that --compare has no use for
   double tolerance = 0.02;
 };
 
-int compare_files(const Args& args) {
+int compare_files(const BenchArgs& args) {
   if (!args.measuring.empty())
     fail(Failure::Arguments, "--compare reads two files and measures nothing; leave out {}",
          fmt::join(args.measuring, ", "));
@@ -53,7 +53,7 @@ int finish_run(const RunArgs& args, const bench::RunResult& result) {
   return result.document.partial || result.without > 0 || result.wrong > 0 || result.messages > 0 ? 1 : 0;
 }
 
-int run(const Args& args) {
+int run_bench(const BenchArgs& args) {
   if (!args.compare.empty()) return compare_files(args);
   const RunArgs& given = args.run;
   if (given.scenes.empty()) fail(Failure::Arguments, "bench: missing SCENE; 'ballot bench --help' lists what it takes");
@@ -66,7 +66,7 @@ int run(const Args& args) {
   return finish_run(given, bench::run(plan, std::move(scenes), options, hooks));
 }
 
-void add_options(CLI::App& cmd, Args& args) {
+void add_options(CLI::App& cmd, BenchArgs& args) {
   args.run.add_options(cmd);
   cmd.add_flag("--counters", args.run.run.counters, "count node visits and the like, by kernels that are not timed");
   cmd.add_flag("--check", args.run.run.check, "hold every hit to the CPU oracle; exit code 1 if one is wrong");
@@ -90,7 +90,7 @@ std::vector<std::string> measuring_options(const CLI::App& cmd) {
 }  // namespace
 
 void add_bench(CLI::App& app, int& result) {
-  auto args = std::make_shared<Args>();
+  auto args = std::make_shared<BenchArgs>();
   CLI::App* cmd =
       app.add_subcommand("bench", "methods x ray kinds x arithmetics: speed, interleaved; or compare two runs");
   cmd->footer(
@@ -100,7 +100,7 @@ void add_bench(CLI::App& app, int& result) {
   add_options(*cmd, *args);
   cmd->callback([args, cmd, &result] {
     args->measuring = measuring_options(*cmd);
-    result = run(*args);
+    result = run_bench(*args);
   });
 }
 

@@ -7,7 +7,7 @@ namespace ballot::cli {
 
 namespace {
 
-struct Args {
+struct InfoArgs {
   EngineArgs engine;
   LightArgs light;
   std::string triangles, numeric{kDefaultNumeric};
@@ -109,7 +109,7 @@ nlohmann::json print_variants(const DeviceInfo& device, const TreeFacts& tree) {
   return json;
 }
 
-int run(const Args& args) {
+int run_info(const InfoArgs& args) {
   nlohmann::json json;
   if (!args.triangles.empty() && args.engine.scene.empty())
     fail(Failure::Arguments, "--triangles needs a SCENE: ballot info SCENE --triangles T.npy");
@@ -151,7 +151,7 @@ int run(const Args& args) {
 }  // namespace
 
 void add_info(CLI::App& app, int& result) {
-  auto args = std::make_shared<Args>();
+  auto args = std::make_shared<InfoArgs>();
   CLI::App* cmd =
       app.add_subcommand("info", "devices, what they lack and why; with SCENE its statistics, BVH and variants");
   args->engine.add_to(*cmd, false);
@@ -168,7 +168,7 @@ void add_info(CLI::App& app, int& result) {
                 "compile every method's kernels and print what the driver tells of them, such as registers");
   cmd->add_option("--numeric", args->numeric,
                   fmt::format("arithmetic for --calibrate and --statistics [{}]", kDefaultNumeric));
-  cmd->callback([args, &result] { result = run(*args); });
+  cmd->callback([args, &result] { result = run_info(*args); });
 }
 
 }  // namespace ballot::cli

@@ -6,13 +6,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Args {
+struct MergeArgs {
   std::vector<std::string> parts;
   std::string out;
   bool png = false;
 };
 
-int run(const Args& args) {
+int run_merge(const MergeArgs& args) {
   const fs::path out = args.out;
   if (out.extension() != ".exr") fail(Failure::Arguments, "--out {}: expected a FILE.exr", args.out);
   check_writable(out);
@@ -29,12 +29,12 @@ int run(const Args& args) {
 }  // namespace
 
 void add_merge(CLI::App& app, int& result) {
-  auto args = std::make_shared<Args>();
+  auto args = std::make_shared<MergeArgs>();
   CLI::App* cmd = app.add_subcommand("merge", "puts together the parts of a picture that render --tiles made");
   cmd->add_option("PART.exr", args->parts, "all N parts, in any order")->required();
   cmd->add_option("--out", args->out, "FILE.exr: what rendering in one part would have written")->required();
   cmd->add_flag("--png", args->png, "also write a PNG beside it");
-  cmd->callback([args, &result] { result = run(*args); });
+  cmd->callback([args, &result] { result = run_merge(*args); });
 }
 
 }  // namespace ballot::cli

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Args {
+struct RenderArgs {
   EngineArgs engine;
   QueryArgs query;
   std::string view = "all", size = "1024x1024", shading = "eyelight", out = ".";
@@ -44,7 +44,7 @@ std::array<std::uint32_t, N> numbers_of(const std::string& text, char comma, con
   return numbers;
 }
 
-RenderOptions options_of(const Args& args) {
+RenderOptions options_of(const RenderArgs& args) {
   RenderOptions o;
   parse_size(args.size, o.width, o.height);
   o.spp = args.spp;
@@ -80,7 +80,7 @@ std::string file_name(const Scene& scene, const View& view) {
 }
 
 /// One file if the name ends in .exr, which then takes a single view; else a folder of <scene>-<view>.exr, a file each.
-std::vector<fs::path> outputs_of(const Args& args, const Scene& scene, const std::vector<const View*>& views) {
+std::vector<fs::path> outputs_of(const RenderArgs& args, const Scene& scene, const std::vector<const View*>& views) {
   const fs::path out = args.out;
   if (out.extension() == ".exr") {
     if (views.size() == 1) return {out};
@@ -101,7 +101,7 @@ std::vector<fs::path> outputs_of(const Args& args, const Scene& scene, const std
 fs::path png_beside(fs::path exr) { return exr.replace_extension(".png"); }
 
 /// Makes the folder, and finds out before the work begins what could not be written.
-void prepare(const Args& args, const std::vector<fs::path>& files) {
+void prepare(const RenderArgs& args, const std::vector<fs::path>& files) {
   const fs::path out = args.out;
   if (out.extension() != ".exr") {
     std::error_code error;
@@ -114,7 +114,7 @@ void prepare(const Args& args, const std::vector<fs::path>& files) {
   }
 }
 
-std::vector<const View*> chosen_views(const Args& args, const Scene& scene) {
+std::vector<const View*> chosen_views(const RenderArgs& args, const Scene& scene) {
   std::vector<const View*> views;
   if (args.view != "all") return {&find_view(scene, args.view)};
   for (const View& v : scene.views) views.push_back(&v);
@@ -148,7 +148,7 @@ nlohmann::json wall_json(const Wall& w) {
           {"write_s", w.write_s}};
 }
 
-void render_view(const Args& args, Opened& opened, const View& view, const RenderJob& job, const fs::path& exr,
+void render_view(const RenderArgs& args, Opened& opened, const View& view, const RenderJob& job, const fs::path& exr,
                  nlohmann::json& json) {
   Engine& engine = *opened.engine;
   const RenderOptions& options = job.options;
@@ -197,7 +197,7 @@ void render_view(const Args& args, Opened& opened, const View& view, const Rende
                              {"png", args.png ? png.string() : ""}});
 }
 
-Image read_reference(const Args& args, const RenderOptions& options) {
+Image read_reference(const RenderArgs& args, const RenderOptions& options) {
   Image reference = read_exr(args.reference);
   const Window w = options.window();
   if (reference.width != w.x1 - w.x0 || reference.height != w.y1 - w.y0)
@@ -210,7 +210,7 @@ Image read_reference(const Args& args, const RenderOptions& options) {
   return reference;
 }
 
-int run(const Args& args) {
+int run_render(const RenderArgs& args) {
   RenderJob job{.options = options_of(args), .checkpoint_s = args.checkpoint_s, .resume = args.resume};
   const RenderOptions& options = job.options;
   if (!(args.checkpoint_s >= 0)) fail(Failure::Arguments, "--checkpoint: {} s is below 0", args.checkpoint_s);
@@ -254,14 +254,14 @@ int run(const Args& args) {
   return finish(engine);
 }
 
-void add_light_options(CLI::App& cmd, Args& args) {
+void add_light_options(CLI::App& cmd, RenderArgs& args) {
   args.light.add_to(cmd);
   cmd.add_option("--bounces", args.bounces, "at most so many, 0 to 64; of whitted and path [8 and 16]");
   cmd.add_option("--ao-radius", args.ao_radius, "how far --shading ao looks: share of the scene's diagonal [0.1]");
   cmd.add_option("--seed", args.seed, "of the random numbers of whitted, path and ao [0]");
 }
 
-void add_part_options(CLI::App& cmd, Args& args) {
+void add_part_options(CLI::App& cmd, RenderArgs& args) {
   std::string aovs;
   for (const Aov& a : kAovs)
     aovs += fmt::format("\n  {:<12} {}{}", a.name, a.channels, a.by_default ? "" : "; not by default");
@@ -280,7 +280,7 @@ void add_part_options(CLI::App& cmd, Args& args) {
 }  // namespace
 
 void add_render(CLI::App& app, int& result) {
-  auto args = std::make_shared<Args>();
+  auto args = std::make_shared<RenderArgs>();
   CLI::App* cmd = app.add_subcommand("render", "views to EXR: colour, distance, normals and primitive numbers");
   std::string shadings, heats;
   for (const HeatKind& h : kHeatKinds) heats += fmt::format("\n  {:<12} {}", h.name, h.what);
@@ -300,7 +300,7 @@ void add_render(CLI::App& app, int& result) {
   add_part_options(*cmd, *args);
   cmd->add_option("--out", args->out, "FILE.exr for one view, or a folder [.]");
   cmd->add_flag("--png", args->png, "also write a PNG beside each EXR");
-  cmd->callback([args, &result] { result = run(*args); });
+  cmd->callback([args, &result] { result = run_render(*args); });
 }
 
 }  // namespace ballot::cli

@@ -9,7 +9,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Args {
+struct ReportArgs {
   std::vector<std::string> files;
   std::string report, readme;
 };
@@ -22,7 +22,7 @@ struct Sort {
   std::string (*readme_text)(const std::vector<bench::Document>& documents);
 };
 
-void write(const Args& args, const Sort& sort) {
+void write(const ReportArgs& args, const Sort& sort) {
   if (!args.report.empty()) {
     const std::string missing = sort.write_report(args.report, sort.documents);
     if (!missing.empty()) fmt::print(stderr, "ballot: {}\n", missing);
@@ -34,7 +34,7 @@ void write(const Args& args, const Sort& sort) {
   }
 }
 
-int run(const Args& args) {
+int run_report(const ReportArgs& args) {
   if (args.report.empty() && args.readme.empty())
     fail(Failure::Arguments, "report: nowhere to write to; give --report DIR, --readme FILE or both");
   Sort measured{"results", "report.md", {}, bench::write_report, bench::readme_text};
@@ -52,7 +52,7 @@ int run(const Args& args) {
 }  // namespace
 
 void add_report(CLI::App& app, int& result) {
-  auto args = std::make_shared<Args>();
+  auto args = std::make_shared<ReportArgs>();
   CLI::App* cmd = app.add_subcommand(
       "report", "tables, answers and plots of what 'ballot bench' and 'ballot verify' measured; no device");
   cmd->add_option("FILES", args->files, "JSON of these commands, also from their reports; several devices may mix")
@@ -63,7 +63,7 @@ void add_report(CLI::App& app, int& result) {
   cmd->add_option("--readme", args->readme,
                   "replace what this file has between the lines <!-- results:begin --> and <!-- results:end -->; of "
                   "verified runs between <!-- accuracy:begin --> and <!-- accuracy:end -->");
-  cmd->callback([args, &result] { result = run(*args); });
+  cmd->callback([args, &result] { result = run_report(*args); });
 }
 
 }  // namespace ballot::cli

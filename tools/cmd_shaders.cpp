@@ -6,7 +6,7 @@ namespace ballot::cli {
 
 namespace {
 
-struct Args {
+struct ShadersArgs {
   bool fresh = false;
   std::string json;
 };
@@ -135,7 +135,7 @@ std::vector<KernelSource> render_sources() {
   return sources;
 }
 
-int run(const Args& args) {
+int run_shaders(const ShadersArgs& args) {
   nlohmann::json json = nlohmann::json::array();
   std::vector<KernelSource> sources = traversal_sources();
   for (KernelSource& source : render_sources()) sources.push_back(std::move(source));
@@ -155,11 +155,11 @@ int run(const Args& args) {
 }  // namespace
 
 void add_shaders(CLI::App& app, int& result) {
-  auto args = std::make_shared<Args>();
+  auto args = std::make_shared<ShadersArgs>();
   CLI::App* cmd = app.add_subcommand("shaders", "compile every registered kernel variant to SPIR-V; needs no device");
   cmd->add_flag("--fresh", args->fresh, "compile anew instead of reading the cache");
   cmd->add_option("--json", args->json, "also write sizes and times to this file");
-  cmd->callback([args, &result] { result = run(*args); });
+  cmd->callback([args, &result] { result = run_shaders(*args); });
 }
 
 }  // namespace ballot::cli

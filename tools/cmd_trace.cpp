@@ -7,7 +7,7 @@ namespace ballot::cli {
 
 namespace {
 
-struct Args {
+struct TraceArgs {
   EngineArgs engine;
   QueryArgs query;
   std::string rays, out;
@@ -20,7 +20,7 @@ std::size_t count_infinite(const std::vector<Ray>& rays) {
       std::ranges::count_if(rays, [](const Ray& r) { return std::isinf(r.t_max) || std::isinf(r.t_min); }));
 }
 
-int run(const Args& args) {
+int run_trace(const TraceArgs& args) {
   Query query = args.query.query();
   query.want = args.any ? Want::Any : Want::Nearest;
   check_writable(args.out);
@@ -69,7 +69,7 @@ int run(const Args& args) {
 }  // namespace
 
 void add_trace(CLI::App& app, int& result) {
-  auto args = std::make_shared<Args>();
+  auto args = std::make_shared<TraceArgs>();
   CLI::App* cmd = app.add_subcommand("trace", "batch ray query: NumPy rays in, NumPy hits out");
   cmd->footer(
       "Rays: float32 (n,8), a row is ox oy oz t_min dx dy dz t_max; directions need not be of unit length, t counts "
@@ -82,7 +82,7 @@ void add_trace(CLI::App& app, int& result) {
   cmd->add_option("--rays", args->rays, "input, .npy")->required();
   cmd->add_option("--out", args->out, "output, .npy")->required();
   cmd->add_flag("--any", args->any, "some hit instead of the nearest: visibility, shadows");
-  cmd->callback([args, &result] { result = run(*args); });
+  cmd->callback([args, &result] { result = run_trace(*args); });
 }
 
 }  // namespace ballot::cli

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Args {
+struct VerifyArgs {
   RunArgs run;
   bool methods_given = false, hard = false, quick = false, origins = false;
   std::string readme;
@@ -37,7 +37,7 @@ std::string hard_methods() {
   return text;
 }
 
-bench::Plan hard_plan(const Args& args) {
+bench::Plan hard_plan(const VerifyArgs& args) {
   RunArgs given = args.run;
   given.plan.rays = "primary";  // the cases bring their rays
   given.plan.views = "all";
@@ -46,7 +46,7 @@ bench::Plan hard_plan(const Args& args) {
   return given.make_plan();
 }
 
-void check(const Args& args) {
+void check(const VerifyArgs& args) {
   if (args.origins && (args.hard || !args.run.scenes.empty() || !args.readme.empty()))
     fail(Failure::Arguments, "--origins is a study of its own scenes; leave out SCENE, --hard and --readme");
   if (args.run.scenes.empty() && !args.hard && !args.origins)
@@ -62,7 +62,7 @@ void check(const Args& args) {
          *args.tolerance);
 }
 
-void check_outputs(const Args& args) {
+void check_outputs(const VerifyArgs& args) {
   if (!args.run.engine.json.empty()) check_writable(args.run.engine.json);
   if (!args.run.report.empty()) verify::check_report_folder(args.run.report);
   if (!args.readme.empty()) bench::check_readme(args.readme, "accuracy");
@@ -82,7 +82,7 @@ void print_places(const bench::Document& part) {
   std::fflush(stdout);
 }
 
-void add_hard_cases(const Args& args, const bench::RunOptions& options, const bench::Plan& plan, Found& found) {
+void add_hard_cases(const VerifyArgs& args, const bench::RunOptions& options, const bench::Plan& plan, Found& found) {
   bench::Document& document = found.run.document;
   const auto begin = [&](const DeviceInfo& device) {
     if (document.device.empty()) document = bench::header(device, plan, with_size(options, device));
@@ -95,7 +95,7 @@ void add_hard_cases(const Args& args, const bench::RunOptions& options, const be
   fmt::print("{}", verify::hard_table(document.hard));
 }
 
-Found measure(const Args& args) {
+Found measure(const VerifyArgs& args) {
   const RunArgs& given = args.run;
   bench::RunOptions options = given.options();
   options.verify = true;
@@ -112,7 +112,7 @@ Found measure(const Args& args) {
 }
 
 /// Says on standard error what is not as it must be; true if anything is.
-bool print_failures(const Args& args, const Found& found) {
+bool print_failures(const VerifyArgs& args, const Found& found) {
   std::map<std::string, std::uint64_t> broken;
   std::size_t above = 0;
   const auto judge = [&](const bench::Accuracy& a) {
@@ -140,7 +140,7 @@ bool print_failures(const Args& args, const Found& found) {
   return any;
 }
 
-int finish_run(const Args& args, const Found& found) {
+int finish_run(const VerifyArgs& args, const Found& found) {
   const bench::RunResult& run = found.run;
   save(args.run, run.document);
   fmt::print("{}\n", verify::verdict(run.document));
@@ -161,7 +161,7 @@ int finish_run(const Args& args, const Found& found) {
   return failures || run.document.partial || run.without > 0 || run.messages > 0 ? 1 : 0;
 }
 
-void add_options(CLI::App& cmd, Args& args) {
+void add_options(CLI::App& cmd, VerifyArgs& args) {
   args.run.plan.methods = scene_methods();
   args.run.plan.rays = "primary,secondary,ao,diffuse";
   args.run.plan.numeric = "all";
@@ -184,7 +184,7 @@ void add_options(CLI::App& cmd, Args& args) {
                  "replace what this file has between the lines <!-- accuracy:begin --> and <!-- accuracy:end -->");
 }
 
-void run_origins(const Args& args) {
+void run_origins(const VerifyArgs& args) {
   verify::OriginStudyArgs study{.engine = args.run.engine.options(),
                                 .json = args.run.engine.json,
                                 .report = args.run.report,
@@ -197,7 +197,7 @@ void run_origins(const Args& args) {
 }  // namespace
 
 void add_verify(CLI::App& app, int& result) {
-  auto args = std::make_shared<Args>();
+  auto args = std::make_shared<VerifyArgs>();
   CLI::App* cmd = app.add_subcommand(
       "verify", "speed against error: as bench, with every answer held to an oracle that decides exactly");
   cmd->footer(

@@ -7,7 +7,7 @@ namespace ballot::cli {
 
 namespace {
 
-struct Args {
+struct ViewArgs {
   EngineArgs engine;
   QueryArgs query;
   view::SessionOptions session;
@@ -16,7 +16,7 @@ struct Args {
   bool no_scale = false;
 };
 
-int run(const Args& args) {
+int run_view(const ViewArgs& args) {
   view::SessionOptions o = args.session;
   o.scene = args.engine.scene;
   o.engine = args.engine.options();
@@ -54,7 +54,7 @@ int run(const Args& args) {
 }  // namespace
 
 void add_view(CLI::App& app, int& result) {
-  auto args = std::make_shared<Args>();
+  auto args = std::make_shared<ViewArgs>();
   CLI::App* cmd = app.add_subcommand("view", "flies through a scene in a window: methods and heat maps live");
   std::string kinds, shadings, heats;
   for (const RayKind& k : kRayKinds) kinds += fmt::format("\n  {:<12} {}", k.name, k.summary);
@@ -80,7 +80,7 @@ void add_view(CLI::App& app, int& result) {
   cmd->add_option("--script", args->script, "file of commands that play instead of hands:" + view::script_help());
   cmd->footer(
       "Keys: W A S D E Q fly, Shift faster, right button looks, left button orbits and picks, 1 to 9 views, H help.");
-  cmd->callback([args, &result] { result = run(*args); });
+  cmd->callback([args, &result] { result = run_view(*args); });
 }
 
 }  // namespace ballot::cli

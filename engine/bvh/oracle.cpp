@@ -12,7 +12,7 @@
 namespace ballot {
 namespace {
 
-constexpr std::size_t kRaysPerChunk = 4096;
+constexpr std::size_t kRaysPerOracleChunk = 4096;
 
 // ax * by - ay * bx; where that cancels, once more in long double. Changes only its sign if a and b change places.
 double cross(double ax, double ay, double bx, double by) {
@@ -126,7 +126,7 @@ OracleHit Oracle::nearest(const Ray& ray) const {
 
 std::vector<OracleHit> Oracle::nearest(std::span<const Ray> rays) const {
   std::vector<OracleHit> hits(rays.size());
-  for_chunks(rays.size(), kRaysPerChunk, [&](std::size_t begin, std::size_t end) {
+  for_chunks(rays.size(), kRaysPerOracleChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) hits[i] = nearest(rays[i]);
   });
   return hits;

@@ -39,12 +39,11 @@
 namespace ballot {
 namespace {
 
-constexpr double kRoundoff = 0x1p-24;
 constexpr double kFlush = 0x1p-126;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kWeightSlack = 1e-5;      // u, v and 1 - u - v of any hit may lie outside of [0, 1] by this much
 constexpr double kExactWeights = 0x1p-22;  // of a mode that decides exactly: u and v come from divisions in float32
-constexpr std::size_t kRaysPerChunk = 4096;
+constexpr std::size_t kRaysPerJudgeChunk = 4096;
 constexpr std::size_t kMaxExamples = 8;
 
 struct SideErrors {
@@ -63,13 +62,14 @@ double longest_edge(const RayFrame& ray, const Sight& s) {
 }
 
 SideErrors side_errors(const RayFrame& ray, const Sight& s) {
-  const double lateral = (16 * kRoundoff + 2 * kFlush * std::abs(ray.sz)) * s.reach;
+  const double lateral = (16 * kFloatRoundoff + 2 * kFlush * std::abs(ray.sz)) * s.reach;
   SideErrors e{{}, 0};
   for (int i = 0; i < 3; ++i) {
     const int b = (i + 1) % 3, c = (i + 2) % 3;
     e.side[i] = lateral * (std::abs(s.x[b]) + std::abs(s.y[b]) + std::abs(s.x[c]) + std::abs(s.y[c]) + 2 * lateral) +
-                4 * kRoundoff * (std::abs(s.x[c] * s.y[b]) + std::abs(s.y[c] * s.x[b])) + 4 * kFlush;
-    if (ray.arithmetic == Arithmetic::MoellerTrumbore) e.side[i] += 64 * kRoundoff * s.reach * longest_edge(ray, s);
+                4 * kFloatRoundoff * (std::abs(s.x[c] * s.y[b]) + std::abs(s.y[c] * s.x[b])) + 4 * kFlush;
+    if (ray.arithmetic == Arithmetic::MoellerTrumbore)
+      e.side[i] += 64 * kFloatRoundoff * s.reach * longest_edge(ray, s);
     e.sum += e.side[i];
   }
   return e;
@@ -83,7 +83,7 @@ void decide_sides(const Sight& s, const SideErrors& e, Range& range) {
     below += s.side[i] < -e.side[i] ? 1 : 0;
     absolute += std::abs(s.side[i]);
   }
-  const double det_error = e.sum + 4 * kRoundoff * absolute;
+  const double det_error = e.sum + 4 * kFloatRoundoff * absolute;
   range.surely_hit = above == 3 || below == 3;
   range.surely_missed =
       (above > 0 && below > 0) || (s.det > det_error && below > 0) || (s.det < -det_error && above > 0);
@@ -94,7 +94,7 @@ void bound_values(const RayFrame& ray, const Sight& s, const SideErrors& e, Rang
   const double largest = std::max(std::abs(nearest), std::abs(farthest));
   const double room = std::abs(s.det) - e.sum;
   const double flushed = 4 * kFlush * (1 + 1 / std::max(std::abs(s.det), kFlush));
-  const double rounding = (20 * kRoundoff + kFlush * std::abs(ray.d[ray.kz])) * largest + flushed;
+  const double rounding = (20 * kFloatRoundoff + kFlush * std::abs(ray.d[ray.kz])) * largest + flushed;
   if (room > 0) {
     range.t = std::clamp(s.t(), nearest, farthest);
     double moved = 0;
@@ -102,12 +102,13 @@ void bound_values(const RayFrame& ray, const Sight& s, const SideErrors& e, Rang
     range.t_error = std::min(moved / room, farthest - nearest) + rounding;
     if (ray.arithmetic == Arithmetic::MoellerTrumbore) {
       const double edge = longest_edge(ray, s);
-      range.t_error += 64 * kRoundoff * s.reach * edge * edge / (std::abs(ray.d[ray.kz]) * room);
+      range.t_error += 64 * kFloatRoundoff * s.reach * edge * edge / (std::abs(ray.d[ray.kz]) * room);
     }
     range.u = s.weight(1);
     range.v = s.weight(2);
     const double largest_weight = std::max({1.0, std::abs(range.u), std::abs(range.v)});
-    range.weight_error = (std::max(e.side[1], e.side[2]) + largest_weight * e.sum) / room + 16 * kRoundoff + flushed;
+    range.weight_error =
+        (std::max(e.side[1], e.side[2]) + largest_weight * e.sum) / room + 16 * kFloatRoundoff + flushed;
   } else {
     range.t = (nearest + farthest) / 2;
     range.t_error = (farthest - nearest) / 2 + rounding;
@@ -308,7 +309,7 @@ Judgement Oracle::judge(std::span<const Ray> rays, std::span<const Hit> answers,
     fail(Failure::Arguments, "oracle: {} rays, {} answers and {} truths; their numbers must agree", rays.size(),
          answers.size(), truth.size());
   std::vector<Opinion> opinions(rays.size());
-  for_chunks(rays.size(), kRaysPerChunk, [&](std::size_t begin, std::size_t end) {
+  for_chunks(rays.size(), kRaysPerJudgeChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       opinions[i] = judge_one(bvh_, texel_of_, rays[i], answers[i], truth[i], want, arithmetic);
   });

@@ -18,8 +18,6 @@
 namespace ballot {
 namespace {
 
-constexpr double kRoundoff = 0x1p-24;
-
 double absolute_dot(const glm::dvec3& a, const glm::dvec3& b) { return glm::dot(glm::abs(a), glm::abs(b)); }
 
 struct Weight {
@@ -29,8 +27,8 @@ struct Weight {
 Weight weight_of(const RayFrame& ray, const glm::dvec3& row, const glm::dvec3& v0, const Range& range, double moved) {
   const glm::dvec3 o(ray.o[0], ray.o[1], ray.o[2]), d(ray.d[0], ray.d[1], ray.d[2]);
   const glm::dvec3 p = o + range.t * d;
-  const glm::dvec3 point_error = kRoundoff * (glm::abs(o) + 2 * std::abs(range.t) * glm::abs(d)) + moved;
-  const double rounding = 6 * kRoundoff * (absolute_dot(p, row) + std::abs(glm::dot(v0, row)));
+  const glm::dvec3 point_error = kFloatRoundoff * (glm::abs(o) + 2 * std::abs(range.t) * glm::abs(d)) + moved;
+  const double rounding = 6 * kFloatRoundoff * (absolute_dot(p, row) + std::abs(glm::dot(v0, row)));
   return {glm::dot(p - v0, row),
           glm::dot(glm::abs(row), point_error) + rounding + std::abs(glm::dot(row, d)) * range.t_error};
 }
@@ -53,19 +51,19 @@ Range affine_range(const RayFrame& ray, const Triangle& triangle) {
   for (const glm::vec3& vertex : triangle)
     for (int k = 0; k < 3; ++k) reach = std::max(reach, std::abs(vertex[k] - ray.o[k]));
   for (const double x : ray.o) start = std::max(start, std::abs(x));
-  const double moved = 8 * kRoundoff * (start + reach);
-  const double closing = glm::dot(d, z), closing_error = 4 * kRoundoff * absolute_dot(d, z);
-  const double plane_error = 6 * kRoundoff * (absolute_dot(o, z) + std::abs(glm::dot(v0, z))) + moved;
+  const double moved = 8 * kFloatRoundoff * (start + reach);
+  const double closing = glm::dot(d, z), closing_error = 4 * kFloatRoundoff * absolute_dot(d, z);
+  const double plane_error = 6 * kFloatRoundoff * (absolute_dot(o, z) + std::abs(glm::dot(v0, z))) + moved;
   const double room = std::abs(closing) - closing_error;
   if (!(room > 0)) return range;
   range.t = glm::dot(v0 - o, z) / closing;
-  range.t_error = (plane_error + std::abs(range.t) * closing_error) / room + 6 * kRoundoff * std::abs(range.t);
+  range.t_error = (plane_error + std::abs(range.t) * closing_error) / room + 6 * kFloatRoundoff * std::abs(range.t);
   const Weight u = weight_of(ray, glm::cross(e2, n) / nn, v0, range, moved);
   const Weight v = weight_of(ray, glm::cross(n, e1) / nn, v0, range, moved);
   range.u = u.value;
   range.v = v.value;
   range.weight_error = std::max(u.error, v.error);
-  const double both = u.error + v.error + 2 * kRoundoff;
+  const double both = u.error + v.error + 2 * kFloatRoundoff;
   range.surely_hit = u.value > u.error && v.value > v.error && u.value + v.value < 1 - both;
   range.surely_missed = u.value < -u.error || v.value < -v.error || u.value + v.value > 1 + both;
   return range;

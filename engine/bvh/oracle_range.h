@@ -7,6 +7,8 @@
 
 namespace ballot {
 
+constexpr double kFloatRoundoff = 0x1p-24;  // of one rounding to float32, relative
+
 struct Range {
   bool surely_hit = false, surely_missed = false;
   double t = 0, t_error = 0;

@@ -11,7 +11,7 @@
 namespace ballot {
 namespace {
 
-constexpr std::size_t kRaysPerChunk = 1024;
+constexpr std::size_t kRaysPerErrorsChunk = 1024;
 
 struct Finding {
   std::optional<ErrorKind> wrong;
@@ -125,7 +125,7 @@ ErrorFigures error_figures(const ExactOracle& exact, const Oracle& bound, std::s
          answers.size(), truth.size());
   const Judge judge(exact, bound, want, arithmetic);
   std::vector<Finding> findings(rays.size());
-  for_chunks(rays.size(), kRaysPerChunk, [&](std::size_t begin, std::size_t end) {
+  for_chunks(rays.size(), kRaysPerErrorsChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) findings[i] = judge.find(rays[i], answers[i], truth[i]);
   });
   ErrorFigures sum;

@@ -16,7 +16,7 @@
 namespace ballot {
 namespace {
 
-constexpr std::size_t kRaysPerChunk = 1024;
+constexpr std::size_t kRaysPerExactChunk = 1024;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 ExactHit as_hit(const ExactSight& sight, std::uint32_t prim) {
@@ -148,7 +148,7 @@ std::vector<ExactHit> ExactOracle::nearest(std::span<const Ray> rays, const Prog
   std::vector<ExactHit> hits(rays.size());
   std::mutex mutex;
   std::size_t done = 0;
-  for_chunks(rays.size(), kRaysPerChunk, [&](std::size_t begin, std::size_t end) {
+  for_chunks(rays.size(), kRaysPerExactChunk, [&](std::size_t begin, std::size_t end) {
     Search search(bvh_);
     for (std::size_t i = begin; i < end; ++i) hits[i] = search.nearest(rays[i]);
     add(search.counts());

@@ -36,7 +36,7 @@
 namespace ballot {
 namespace {
 
-constexpr double kRoundoff = 0x1p-53;
+constexpr double kDoubleRoundoff = 0x1p-53;
 
 double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -72,7 +72,7 @@ FilterSight::FilterSight(const FilterRay& ray, const Triangle& triangle) : ray_(
     cross(p_[(i + 1) % 3], p_[(i + 2) % 3], across);
     side_[i] = dot(ray.d, across);
   }
-  side_error_ = 16 * kRoundoff * largest * largest * ray.length;
+  side_error_ = 16 * kDoubleRoundoff * largest * largest * ray.length;
 }
 
 // Of a side whose error is 0 the sign is certain too: it is 0.
@@ -95,7 +95,7 @@ double FilterSight::error_by_products(int side) const {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
     sum += std::abs(ray_.d[k]) * (std::abs(b[i] * c[j]) + std::abs(b[j] * c[i]));
   }
-  return 8 * kRoundoff * sum;
+  return 8 * kDoubleRoundoff * sum;
 }
 
 Sure FilterSight::hits_line() const {
@@ -111,14 +111,15 @@ Interval FilterSight::t_bounds() const {
   subtract(triangle_[0], ray_.o, p0);
   cross(e1, e2, n);
   const double det = dot(n, ray_.d), depth = dot(n, p0);
-  const double unit = 20 * kRoundoff * h * h;
+  const double unit = 20 * kDoubleRoundoff * h * h;
   const double det_error = unit * ray_.length;
   const double depth_error = unit * (std::abs(p0[0]) + std::abs(p0[1]) + std::abs(p0[2]));
   const double room = std::abs(det) - det_error;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   if (!(room > 0)) return {-kInfinity, kInfinity};
   const double t = depth / det;
-  const double error = (depth_error + std::abs(t) * det_error) / room * (1 + 0x1p-48) + 4 * kRoundoff * std::abs(t);
+  const double error =
+      (depth_error + std::abs(t) * det_error) / room * (1 + 0x1p-48) + 4 * kDoubleRoundoff * std::abs(t);
   return {t - error, t + error};
 }
 

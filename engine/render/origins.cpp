@@ -12,7 +12,7 @@ namespace ballot {
 
 namespace {
 
-constexpr std::size_t kRaysPerChunk = 1024;
+constexpr std::size_t kRaysPerOriginsChunk = 1024;
 
 /// Of float32, at a magnitude.
 double ulp_of(double magnitude) {
@@ -53,7 +53,7 @@ std::vector<OriginCheck> check_origins(Tracer& tracer, Batches& batches, const S
   const bool to_light = batch.name() == "shadow";
   const DeviceBvh& bvh = tracer.device_bvh(NodeLayout::Interleaved);
   std::vector<OriginCheck> checks(rays.size());
-  for_chunks(rays.size(), kRaysPerChunk, [&](std::size_t begin, std::size_t end) {
+  for_chunks(rays.size(), kRaysPerOriginsChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       checks[i] = check_one(bvh, scene, {starts[i].primary, starts[i].hit, rays[i]}, hits[i].prim, to_light);
   });

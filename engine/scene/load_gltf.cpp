@@ -178,7 +178,7 @@ void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Sce
 
 void note_ignored(const tinygltf::Model& model, Scene& scene) {
   if (!model.animations.empty() || !model.skins.empty())
-    scene.notes.push_back("Its animations and skins were ignored; the nodes' own transforms stand.");
+    scene.notes.emplace_back("Its animations and skins were ignored; the nodes' own transforms stand.");
   for (const std::string& name : model.extensionsUsed)
     if (name == "EXT_mesh_gpu_instancing") scene.notes.push_back(fmt::format("The extension {} was ignored.", name));
 }

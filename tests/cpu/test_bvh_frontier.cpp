@@ -13,7 +13,7 @@ namespace {
 
 using Line = std::vector<DeviceChild>;
 
-DeviceBvh make(const shapes::Triangles& triangles) {
+DeviceBvh make_device(const shapes::Triangles& triangles) {
   return make_device_bvh(build_bvh(triangles), triangles, NodeLayout::Interleaved);
 }
 
@@ -51,7 +51,7 @@ TEST(BvhFrontier, HoldsEveryLeafOnceInEveryOctant) {
   for (const shapes::Triangles& triangles :
        {shapes::soup(1, 1), shapes::soup(40, 1), shapes::soup(3000, 0.1f), shapes::sphere(5), shapes::identical(300)})
     for (const std::uint32_t nodes : {32u, 64u}) {
-      const DeviceBvh bvh = make(triangles);
+      const DeviceBvh bvh = make_device(triangles);
       const auto frontier = make_frontier(bvh, nodes);
       ASSERT_EQ(frontier.size(), std::size_t{2} * FRONTIER_OCTANTS * nodes);
       const auto all = leaves_of(bvh, {{bvh.bounds, bvh.root}});
@@ -64,7 +64,7 @@ TEST(BvhFrontier, HoldsEveryLeafOnceInEveryOctant) {
 }
 
 TEST(BvhFrontier, NoNodeOnItIsLargerThanOneAboveIt) {
-  const DeviceBvh bvh = make(shapes::soup(3000, 0.1f));
+  const DeviceBvh bvh = make_device(shapes::soup(3000, 0.1f));
   const auto area = [](const Bounds& b) {
     const glm::dvec3 e = glm::dvec3(b.hi) - glm::dvec3(b.lo);
     return e.x * e.y + e.y * e.z + e.z * e.x;
@@ -98,7 +98,7 @@ TEST(BvhFrontier, OrderFollowsTheOctant) {
       const float x = 10.0f * float(slab), y = 0.1f * float(i);
       triangles.push_back({glm::vec3(x, y, 0), glm::vec3(x, y + 0.05f, 0), glm::vec3(x, y, 0.1f)});
     }
-  const auto frontier = make_frontier(make(triangles), 32);
+  const auto frontier = make_frontier(make_device(triangles), 32);
   for (std::uint32_t octant = 0; octant < FRONTIER_OCTANTS; ++octant) {
     const Line line = line_of(frontier, 32, octant);
     for (std::size_t i = 1; i < line.size(); ++i)
@@ -106,7 +106,9 @@ TEST(BvhFrontier, OrderFollowsTheOctant) {
   }
 }
 
-TEST(BvhFrontier, AnEmptySceneHasOnlyEmptyPlaces) { EXPECT_TRUE(line_of(make_frontier(make({}), 32), 32, 0).empty()); }
+TEST(BvhFrontier, AnEmptySceneHasOnlyEmptyPlaces) {
+  EXPECT_TRUE(line_of(make_frontier(make_device({}), 32), 32, 0).empty());
+}
 
 }  // namespace
 }  // namespace ballot

@@ -8,14 +8,14 @@
 namespace ballot {
 namespace {
 
-struct Made {
+struct Reported {
   DeviceProperties properties;
   DeviceFeatures features;
 };
 
 /// Just enough of a device.
-Made sufficient() {
-  Made m;
+Reported sufficient() {
+  Reported m;
   m.properties.core.properties.apiVersion = VK_API_VERSION_1_2;
   m.properties.v11.subgroupSize = 32;
   m.properties.v11.subgroupSupportedStages = VK_SHADER_STAGE_COMPUTE_BIT;
@@ -25,18 +25,18 @@ Made sufficient() {
   return m;
 }
 
-std::vector<std::string> refusals(const Made& m) { return refusals_of(m.properties, m.features); }
+std::vector<std::string> refusals(const Reported& m) { return refusals_of(m.properties, m.features); }
 
 TEST(Requirements, ASufficientDeviceIsTaken) { EXPECT_TRUE(refusals(sufficient()).empty()); }
 
 TEST(Requirements, AnOldVersionIsRefused) {
-  Made m = sufficient();
+  Reported m = sufficient();
   m.properties.core.properties.apiVersion = VK_API_VERSION_1_1;
   EXPECT_EQ(refusals(m), std::vector<std::string>{"it offers Vulkan 1.1, Ballot needs 1.2"});
 }
 
 TEST(Requirements, EveryLackIsListedWithItsReason) {
-  Made m = sufficient();
+  Reported m = sufficient();
   m.features.v12.scalarBlockLayout = VK_FALSE;
   m.properties.v11.subgroupSupportedOperations &= ~std::uint32_t(VK_SUBGROUP_FEATURE_BALLOT_BIT);
   m.properties.v11.subgroupSize = 1;
@@ -50,7 +50,7 @@ TEST(Requirements, EveryLackIsListedWithItsReason) {
 }
 
 TEST(Requirements, VotesMustWorkInCompute) {
-  Made m = sufficient();
+  Reported m = sufficient();
   m.properties.v11.subgroupSupportedStages = VK_SHADER_STAGE_FRAGMENT_BIT;
   EXPECT_EQ(refusals(m).size(), 1u);
 }

@@ -12,7 +12,7 @@ namespace {
 using bench::HardRecord;
 
 /// One case by one entry in one mode: all its sets of rays.
-struct Sum {
+struct CaseSum {
   std::string label, numeric;
   std::uint64_t leaks = 0, differing = 0, unlike = 0, broken = 0;
   bench::Accuracy accuracy;
@@ -29,12 +29,12 @@ struct Sum {
 
 struct Case {
   std::string name, from, what, failed;
-  std::vector<Sum> sums;
+  std::vector<CaseSum> sums;
 
   /// Of all entries of a mode the one with most that is wrong; null without any.
-  const Sum* worst(const std::string& numeric) const {
-    const Sum* found = nullptr;
-    for (const Sum& s : sums)
+  const CaseSum* worst(const std::string& numeric) const {
+    const CaseSum* found = nullptr;
+    for (const CaseSum& s : sums)
       if (s.numeric == numeric &&
           (!found || std::pair(s.broken, s.badness()) > std::pair(found->broken, found->badness())))
         found = &s;
@@ -51,10 +51,10 @@ std::vector<Case> cases_of(const std::vector<HardRecord>& records) {
       found->failed = r.failed;
       continue;
     }
-    auto sum =
-        std::ranges::find_if(found->sums, [&](const Sum& s) { return s.label == r.label && s.numeric == r.numeric; });
+    auto sum = std::ranges::find_if(found->sums,
+                                    [&](const CaseSum& s) { return s.label == r.label && s.numeric == r.numeric; });
     if (sum == found->sums.end())
-      sum = found->sums.insert(found->sums.end(), Sum{.label = r.label, .numeric = r.numeric, .accuracy = {}});
+      sum = found->sums.insert(found->sums.end(), CaseSum{.label = r.label, .numeric = r.numeric, .accuracy = {}});
     sum->add(r);
   }
   return cases;
@@ -69,7 +69,7 @@ std::vector<std::string> modes_of(const std::vector<HardRecord>& records) {
   return modes;
 }
 
-void add_row(bench::Table& table, const Case& c, const Sum& s) {
+void add_row(bench::Table& table, const Case& c, const CaseSum& s) {
   const bench::Accuracy& a = s.accuracy;
   std::vector<std::string> cells{c.name, s.numeric, s.badness() == 0 ? "all alike" : s.label};
   for (const std::uint64_t n : {a.rays, s.leaks, a.false_misses, a.false_hits, a.wrong_prims, a.ties, a.wrong_values,
@@ -79,7 +79,7 @@ void add_row(bench::Table& table, const Case& c, const Sum& s) {
   table.row(std::move(cells));
 }
 
-std::string short_text(const Sum& s) {
+std::string short_text(const CaseSum& s) {
   const std::uint64_t wrong = s.accuracy.wrong() + s.accuracy.wrong_values;
   if (s.badness() == 0) return "0";
   std::string text = fmt::format("{} wrong", wrong);
@@ -98,7 +98,7 @@ std::string hard_table(const std::vector<HardRecord>& records) {
                      3);
   for (const Case& c : cases_of(records)) {
     for (const std::string& mode : modes_of(records))
-      if (const Sum* worst = c.worst(mode)) add_row(table, c, *worst);
+      if (const CaseSum* worst = c.worst(mode)) add_row(table, c, *worst);
     if (!c.failed.empty()) table.row({c.name, "", "failed: " + c.failed});
   }
   return table.text();
@@ -113,7 +113,7 @@ std::string hard_summary(const std::vector<HardRecord>& records) {
   for (const Case& c : cases_of(records)) {
     std::vector<std::string> cells{c.name, c.from};
     for (const std::string& mode : modes) {
-      const Sum* worst = c.worst(mode);
+      const CaseSum* worst = c.worst(mode);
       cells.push_back(!c.failed.empty() ? "failed" : worst ? short_text(*worst) : "");
     }
     table.row(std::move(cells));

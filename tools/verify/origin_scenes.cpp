@@ -13,9 +13,9 @@ namespace {
 using glm::dvec3;
 
 /// Collects triangles of a scene of extent 1 about the origin and puts them where they belong.
-class Place {
+class OriginPlace {
  public:
-  Place(const char* name, double size, double distance)
+  OriginPlace(const char* name, double size, double distance)
       : size_(size), centre_(glm::normalize(dvec3(0.61, 0.47, 0.64)) * (distance * size)) {
     scene_.name = name;
   }
@@ -51,7 +51,7 @@ class Place {
   Scene scene_;
 };
 
-void divided(Place& place, const dvec3& a, const dvec3& b, const dvec3& c, int levels) {
+void divided(OriginPlace& place, const dvec3& a, const dvec3& b, const dvec3& c, int levels) {
   if (levels == 0) return place.triangle(a * 0.5, b * 0.5, c * 0.5);
   const dvec3 ab = glm::normalize(a + b), bc = glm::normalize(b + c), ca = glm::normalize(c + a);
   divided(place, a, ab, ca, levels - 1);
@@ -61,7 +61,7 @@ void divided(Place& place, const dvec3& a, const dvec3& b, const dvec3& c, int l
 }
 
 Scene sphere(double size, double distance) {
-  Place place("sphere", size, distance);
+  OriginPlace place("sphere", size, distance);
   for (const double x : {-1., 1.})
     for (const double y : {-1., 1.})
       for (const double z : {-1., 1.}) divided(place, {x, 0, 0}, {0, y, 0}, {0, 0, z}, 4);
@@ -70,7 +70,7 @@ Scene sphere(double size, double distance) {
 }
 
 /// A side of a box in n x n quads, turned so that no coordinate is round.
-void side(Place& place, const glm::dmat3& turn, int axis, double where, int n) {
+void side(OriginPlace& place, const glm::dmat3& turn, int axis, double where, int n) {
   const auto at = [&](int i, int j) {
     dvec3 p;
     p[axis] = where, p[(axis + 1) % 3] = double(i) / n - 0.5, p[(axis + 2) % 3] = double(j) / n - 0.5;
@@ -83,7 +83,7 @@ void side(Place& place, const glm::dmat3& turn, int axis, double where, int n) {
 /// A closed box about the camera; above its floor folds of 7 to 70 degrees, and plates of two sheets with a gap between of
 /// 1e-2 to 1e-6, into which refracted rays go.
 Scene creases(double size, double distance) {
-  Place place("creases", size, distance);
+  OriginPlace place("creases", size, distance);
   const glm::dmat3 turn(glm::rotate(glm::dmat4(1), 0.3, glm::normalize(dvec3(1, 2, 3))));
   for (int axis = 0; axis < 3; ++axis)
     for (const double where : {-0.5, 0.5}) side(place, turn, axis, where, 4);
@@ -109,7 +109,7 @@ Scene creases(double size, double distance) {
 
 /// Strips along x, two triangles each, on rough ground: narrow ones of 1e-5 and 1e-7 in the middle, where the views look.
 Scene slivers(double size, double distance) {
-  Place place("slivers", size, distance);
+  OriginPlace place("slivers", size, distance);
   std::mt19937 random(7);
   std::vector<double> rows;  // on one side of the middle
   for (double z = 0; z < 0.5;) {

@@ -14,7 +14,7 @@ namespace {
 using bench::Table;
 
 /// Records of some policy, or of one at one size and distance, together.
-struct Sum {
+struct OriginSum {
   std::uint64_t rays = 0, self_hits = 0, lost = 0;
   double worst_self = 0, worst_lost = 0;                              // per million, of one record
   double share_low = 0, share_high = 0, ulps_low = 0, ulps_high = 0;  // medians of the records
@@ -50,12 +50,12 @@ std::vector<std::string> policies_of(const OriginStudy& study) {
 }
 
 std::string summary(const OriginStudy& study) {
-  std::map<std::string, Sum> sums;
+  std::map<std::string, OriginSum> sums;
   for (const OriginRecord& r : study.records) sums[r.policy].add(r);
   Table table({"policy", "rays", "self hits per million", "worst", "lost contacts per million", "worst ",
                "offset / size, medians", "offset in ulp, medians"});
   for (const std::string& name : policies_of(study)) {
-    const Sum& s = sums.at(name);
+    const OriginSum& s = sums.at(name);
     table.row({name, std::to_string(s.rays), rate(s.per_million(s.self_hits)), rate(s.worst_self),
                rate(s.per_million(s.lost)), rate(s.worst_lost), range(s.share_low, s.share_high),
                range(s.ulps_low, s.ulps_high)});
@@ -66,9 +66,9 @@ std::string summary(const OriginStudy& study) {
 using Key = std::pair<double, double>;
 
 std::string by_place(const OriginStudy& study, const std::string& title,
-                     const std::function<std::string(const Sum&)>& cell) {
+                     const std::function<std::string(const OriginSum&)>& cell) {
   const std::vector<std::string> names = policies_of(study);
-  std::map<Key, std::map<std::string, Sum>> sums;
+  std::map<Key, std::map<std::string, OriginSum>> sums;
   for (const OriginRecord& r : study.records) sums[{r.size, r.distance}][r.policy].add(r);
   std::vector<std::string> header{"size", "distance / size"};
   header.insert(header.end(), names.begin(), names.end());
@@ -85,12 +85,14 @@ std::string by_place(const OriginStudy& study, const std::string& title,
 
 std::string origin_tables(const OriginStudy& study) {
   return summary(study) +
-         by_place(study, "Self hits per million rays", [](const Sum& s) { return rate(s.per_million(s.self_hits)); }) +
-         by_place(study, "Lost contacts per million rays", [](const Sum& s) { return rate(s.per_million(s.lost)); }) +
+         by_place(study, "Self hits per million rays",
+                  [](const OriginSum& s) { return rate(s.per_million(s.self_hits)); }) +
+         by_place(study, "Lost contacts per million rays",
+                  [](const OriginSum& s) { return rate(s.per_million(s.lost)); }) +
          by_place(study, "Offset / size, largest median of a scene",
-                  [](const Sum& s) { return fmt::format("{:.1e}", s.share_high); }) +
+                  [](const OriginSum& s) { return fmt::format("{:.1e}", s.share_high); }) +
          by_place(study, "Offset in ulp of the largest coordinate, largest median of a scene",
-                  [](const Sum& s) { return fmt::format("{:.3g}", s.ulps_high); });
+                  [](const OriginSum& s) { return fmt::format("{:.3g}", s.ulps_high); });
 }
 
 nlohmann::json to_json(const OriginStudy& study) {
