@@ -51,16 +51,16 @@ std::uint32_t pair_texel(const BvhNode& inner, std::uint32_t pair_texels) {
   return (inner.first / 2 - 1) * pair_texels;
 }
 
-void add_paper(const BvhNode& node, std::uint32_t ref, std::vector<Texel>& out) {
-  out.push_back(texel(node.lo, bits(node.hi.x)));
-  out.push_back({bits(node.hi.y), bits(node.hi.z), node.count, node.count == 0 ? ref : leaf_texel(ref)});
+void add_paper(const Bounds& box, std::uint32_t count, std::uint32_t ref, std::vector<Texel>& out) {
+  out.push_back(texel(box.lo, bits(box.hi.x)));
+  out.push_back({bits(box.hi.y), bits(box.hi.z), count, count == 0 ? ref : leaf_texel(ref)});
 }
 
 // (centre, half extent) of a box, widened where rounding would lose a point of it.
-Bounds centred(const BvhNode& node) {
+Bounds centred(const Bounds& box) {
   Bounds out;
   for (int axis = 0; axis < 3; ++axis) {
-    const double lo = node.lo[axis], hi = node.hi[axis];
+    const double lo = box.lo[axis], hi = box.hi[axis];
     const float centre = float(0.5 * (lo + hi));
     const double half = std::max(hi - double(centre), double(centre) - lo);
     float up = float(half);
@@ -96,7 +96,8 @@ void add_compact(const Bounds& l, const Bounds& r, std::uint32_t left, std::uint
 
 }  // namespace
 
-DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout) {
+DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout,
+                          std::span<const Bounds> boxes) {
   DeviceBvh out;
   out.layout = layout;
   out.depth = bvh.stats.depth;
@@ -108,21 +109,23 @@ DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, N
   const auto ref_of = [&](const BvhNode& node) {
     return node.count == 0 ? pair_texel(node, out.pair_texels()) : add_leaf(node, bvh, triangles, out.leaves);
   };
+  const auto box_of = [&](std::size_t node) {
+    return boxes.empty() ? Bounds{bvh.nodes[node].lo, bvh.nodes[node].hi} : boxes[node];
+  };
   out.root = ref_of(bvh.nodes[0]);
   for (std::size_t i = 2; i < bvh.nodes.size(); i += 2) {
-    const BvhNode& left = bvh.nodes[i];
-    const BvhNode& right = bvh.nodes[i + 1];
-    const std::uint32_t left_ref = ref_of(left);
-    const std::uint32_t right_ref = ref_of(right);
+    const Bounds left = box_of(i), right = box_of(i + 1);
+    const std::uint32_t left_ref = ref_of(bvh.nodes[i]);
+    const std::uint32_t right_ref = ref_of(bvh.nodes[i + 1]);
     if (layout == NodeLayout::Paper) {
-      add_paper(left, left_ref, out.nodes);
-      add_paper(right, right_ref, out.nodes);
+      add_paper(left, bvh.nodes[i].count, left_ref, out.nodes);
+      add_paper(right, bvh.nodes[i + 1].count, right_ref, out.nodes);
     } else if (layout == NodeLayout::Compact) {
       add_compact(centred(left), centred(right), left_ref, right_ref, out.nodes);
     } else if (layout == NodeLayout::Centred) {
       add_interleaved(centred(left), centred(right), left_ref, right_ref, out.nodes);
     } else {
-      add_interleaved({left.lo, left.hi}, {right.lo, right.hi}, left_ref, right_ref, out.nodes);
+      add_interleaved(left, right, left_ref, right_ref, out.nodes);
     }
   }
   return out;

@@ -31,8 +31,10 @@ struct DeviceBvh {
   std::uint32_t pair_texels() const { return PAIR_TEXELS(std::uint32_t(layout)); }
 };
 
+/// `boxes`, if given, one a node, take the place of the nodes' own, but not that of the boxes in leaf blocks (padded_boxes()).
 /// Throws Error(Work) if a texel index would not fit its field (2^28 texels of leaves, 2^31 of nodes).
-DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout);
+DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout,
+                          std::span<const Bounds> boxes = {});
 
 /// The leaf blocks in LeafFormat::Affine, at the same texels as bvh.leaves. Maps are computed in double and rounded once.
 /// Throws Error(Work) if the array would be too long for its indices (2^32 texels).

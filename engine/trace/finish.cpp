@@ -73,7 +73,7 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
     plain.knobs = {};
   }
   const Job job = this->job(plain);
-  const DeviceBvh& bvh = device_bvh(job.variant.how.layout);
+  const DeviceBvh& bvh = device_bvh(job.variant.how);
   for (const std::uint64_t limit : {~0ull, 8192ull, 1024ull, 128ull, 16ull, 0ull}) {
     std::vector<Ray> part;
     for (std::uint32_t i : open) part.push_back(all_rays[i]);

@@ -97,6 +97,10 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) {
        f.products = choose<Products>(v, k, {"split", "float64", "fma"});
      }},
+    {{"padding", "ray, tree", "watertight: boxes are widened by each ray as far as it needs, or once, in the tree"},
+     [](F& f, V v, const K& k) {
+       f.padding = choose<Padding>(v, k, {"ray", "tree"});
+     }},
     {{"launch", "plain, persistent", "one invocation a ray, or resident subgroups that take batches"},
      [](F& f, V v, const K& k) {
        f.launch = choose<Launch>(v, k, {"plain", "persistent"});
@@ -180,7 +184,8 @@ std::string describe(const Formulation& f, const Method& method) {
   if (method.own_stack) text += fmt::format(" stack={}", f.stack == StackPlace::Shared ? "shared" : "private");
   if (method.lists) text += fmt::format(" list={}", f.list);
   constexpr const char* products[] = {"split", "float64", "fma"};
-  text += fmt::format(" products={}", products[int(f.products)]);
+  text +=
+      fmt::format(" products={} padding={}", products[int(f.products)], f.padding == Padding::Tree ? "tree" : "ray");
   text += fmt::format(" minmax={} leaf_box={} leaf_run={} sorted={} launch={} workgroup={}", minima[int(f.minmax)],
                       int(f.leaf_box), int(f.leaf_run), int(f.sorted),
                       f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);

@@ -22,6 +22,7 @@ std::string_view vote_name(Vote vote);  // as knob vote takes it
 enum class Products : int { Split = PRODUCTS_SPLIT, Float64 = PRODUCTS_FLOAT64, Fma = PRODUCTS_FMA };
 enum class MinMax : int { Builtin = MINMAX_BUILTIN, Select = MINMAX_SELECT, Integer = MINMAX_INTEGER };
 enum class Reduce : int { Shuffle = REDUCE_SHUFFLE, Integer = REDUCE_INTEGER };
+enum class Padding : int { Ray, Tree };
 enum class Launch : int { Plain = LAUNCH_PLAIN, Persistent = LAUNCH_PERSISTENT };
 
 struct Formulation {
@@ -32,6 +33,7 @@ struct Formulation {
   Launch launch = Launch::Plain;
   NodeLayout layout = NodeLayout::Interleaved;
   Products products = Products::Split;  // watertight: how differences of products are computed
+  Padding padding = Padding::Ray;       // watertight: boxes are widened by each ray, or once, in the tree
   bool cooperative = false;             // packets: four lanes load a pair and shuffle it round
   bool subgroup_barrier = true;         // packets: subgroupBarrier() after shared memory; else a memory barrier alone
   MinMax minmax = MinMax::Builtin;      // box test: how minima and maxima are taken

@@ -52,7 +52,7 @@ void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const RayCall& c
   const Job job = this->job(query, false, true);
   Kernel& kernel = *job.pipeline->kernel;
   kernel.bind(BIND_CALLS, call.calls);
-  TracePush push = push_for(job, device_bvh(job.variant.how.layout).root);
+  TracePush push = push_for(job, device_bvh(job.variant.how).root);
   push.ray_end = call.index;
   const auto dispatch = [&](VkCommandBuffer cmd) {
     kernel.dispatch(cmd, call.calls, call.index * sizeof(Call), &push, sizeof push);
@@ -67,7 +67,7 @@ void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
     return;
   }
   const Job job = this->job(query);
-  TracePush push = push_for(job, device_bvh(job.variant.how.layout).root);
+  TracePush push = push_for(job, device_bvh(job.variant.how).root);
   push.ray_end = count;
   const auto dispatch = [&](VkCommandBuffer cmd) {
     job.pipeline->kernel->dispatch(cmd, groups_for(job.variant, count), push);

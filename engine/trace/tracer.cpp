@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "engine/bvh/padding.h"
 #include "engine/core/error.h"
 
 namespace ballot {
@@ -12,6 +13,7 @@ Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles
       bvh_(bvh),
       triangles_(triangles),
       tree_(tree),
+      padded_reach_(padded_reach(bvh.bounds)),
       work_(gpu, 1, Access::Storage, "work counter"),
       choices_(gpu.info(), bvh.stats, bvh.bounds) {}
 
@@ -33,18 +35,21 @@ Access access_for(Fetch fetch) {
 
 }  // namespace
 
-const DeviceBvh& Tracer::device_bvh(NodeLayout layout) {
-  auto found = layouts_.find(layout);
-  if (found == layouts_.end()) found = layouts_.emplace(layout, make_device_bvh(bvh_, triangles_, layout)).first;
-  return found->second;
+const DeviceBvh& Tracer::device_bvh(NodeLayout layout, Padding padding) {
+  const auto key = std::pair(layout, padding);
+  const auto found = layouts_.find(key);
+  if (found != layouts_.end()) return found->second;
+  if (padding == Padding::Tree && padded_.empty()) padded_ = padded_boxes(bvh_, triangles_);
+  const std::span<const Bounds> boxes = padding == Padding::Tree ? padded_ : std::span<const Bounds>();
+  return layouts_.emplace(key, make_device_bvh(bvh_, triangles_, layout, boxes)).first->second;
 }
 
-const Tracer::Texels& Tracer::node_buffer(NodeLayout layout, Fetch fetch) {
-  const auto key = std::pair(layout, fetch);
+const Tracer::Texels& Tracer::node_buffer(const Formulation& f) {
+  const auto key = std::tuple(f.layout, f.padding, f.fetch);
   auto found = node_buffers_.find(key);
   if (found != node_buffers_.end()) return found->second;
-  const DeviceBvh& bvh = device_bvh(layout);
-  Texels made(gpu_, bvh.nodes.size(), access_for(fetch), "bvh nodes");
+  const DeviceBvh& bvh = device_bvh(f);
+  Texels made(gpu_, bvh.nodes.size(), access_for(f.fetch), "bvh nodes");
   made.upload(bvh.nodes);
   return node_buffers_.emplace(key, std::move(made)).first->second;
 }
@@ -76,13 +81,27 @@ const Tracer::Texels& Tracer::wide_buffer(Fetch fetch) {
 }
 
 const Tracer::Texels& Tracer::frontier_buffer(const Formulation& f) {
-  const auto key = std::tuple(f.frontier, f.layout, f.fetch);
+  const auto key = std::tuple(f.frontier, f.layout, f.padding, f.fetch);
   const auto found = frontier_buffers_.find(key);
   if (found != frontier_buffers_.end()) return found->second;
-  const std::vector<glm::uvec4> frontier = make_frontier(device_bvh(f.layout), f.frontier);
+  const std::vector<glm::uvec4> frontier = make_frontier(device_bvh(f), f.frontier);
   Texels made(gpu_, frontier.size(), access_for(f.fetch), "frontier of the bvh");
   made.upload(frontier);
   return frontier_buffers_.emplace(key, std::move(made)).first->second;
+}
+
+Formulation Tracer::formulation_of(const Query& query) const {
+  Formulation f =
+      formulation_for(find_method(query.method), find_numeric(query.numeric, gpu_.info()), gpu_.info(), query.knobs);
+  if (f.padding == Padding::Ray || padded_reach_ > 0) return f;
+  if (query.knobs.contains("padding") && !bvh_.nodes.empty())
+    fail(Failure::Arguments,
+         "--knob padding=tree: the longest side of the scene's bounds must lie between 2^-60 and 2^44 and no "
+         "coordinate beyond 2^60; "
+         "they are ({}, {}, {}) to ({}, {}, {}); leave the knob out",
+         bvh_.bounds.lo.x, bvh_.bounds.lo.y, bvh_.bounds.lo.z, bvh_.bounds.hi.x, bvh_.bounds.hi.y, bvh_.bounds.hi.z);
+  f.padding = Padding::Ray;
+  return f;
 }
 
 Tracer::Settled& Tracer::settled(const Query& asked) const {
@@ -93,7 +112,7 @@ Tracer::Settled& Tracer::settled(const Query& asked) const {
   const Query query = settle(asked);
   const Method& method = find_method(query.method);
   const NumericMode& numeric = find_numeric(query.numeric, gpu_.info());
-  const Formulation how = formulation_for(method, numeric, gpu_.info(), query.knobs);
+  const Formulation how = formulation_of(query);
   return settled_.emplace_back(Settled{asked, {&method, &numeric, query.want, how}, is_chosen(asked)});
 }
 
@@ -109,7 +128,7 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   if (found != pipelines_.end() && found->second.kernel->generation() == gpu_.shader_generation()) return found->second;
   Pipeline made{found != pipelines_.end() ? std::move(found->second.kernel) : nullptr};
   const bool fresh = refresh(gpu_, made.kernel, kernel_source(v, gpu_.info(), tree_));
-  if (!v.method->wide || v.how.fallback) made.nodes = &node_buffer(v.how.layout, v.how.fetch);
+  if (!v.method->wide || v.how.fallback) made.nodes = &node_buffer(v.how);
   if (v.method->wide) made.top = &wide_buffer(v.how.fetch);
   if (v.method->frontier) made.top = &frontier_buffer(v.how);
   made.leaves = &leaf_buffer(v.numeric->leaves, v.how.fetch);
@@ -183,6 +202,7 @@ TracePush Tracer::push_for(const Job& job, std::uint32_t root) const {
   TracePush push{};
   push.scene_lo = bvh_.bounds.lo;
   push.scene_hi = bvh_.bounds.hi;
+  push.padded_reach = padded_reach_;
   push.root = root;
   push.max_batches = f.batches;
   push.threshold = f.threshold_lanes(*job.variant.method);
@@ -222,7 +242,7 @@ Work Tracer::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std
 TraceTimes Tracer::trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
                          const Query& query) {
   TraceTimes times;
-  const Work work = run(job, rays, hits, count, device_bvh(job.variant.how.layout).root, times);
+  const Work work = run(job, rays, hits, count, device_bvh(job.variant.how).root, times);
   if (work.unfinished) finish(rays, hits, count, query, times);
   return times;
 }

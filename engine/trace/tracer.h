@@ -83,8 +83,9 @@ class Tracer {
   /// Of method auto: that of settle().
   Variant variant(const Query& query, bool counters = false) const;
 
-  /// Device arrays in one layout, made on first use; the oracle walks these.
-  const DeviceBvh& device_bvh(NodeLayout layout);
+  /// Device arrays in one layout, made on first use; the oracle walks those without padding.
+  const DeviceBvh& device_bvh(NodeLayout layout, Padding padding = Padding::Ray);
+  const DeviceBvh& device_bvh(const Formulation& f) { return device_bvh(f.layout, f.padding); }
 
   /// The wide tree, made on first use.
   const WideBvh& wide_bvh();
@@ -124,12 +125,13 @@ class Tracer {
   /// Valid until it is called again.
   Settled& settled(const Query& query) const;
   Job job(const Query& query, bool counters = false, bool called = false);
-  const Texels& node_buffer(NodeLayout layout, Fetch fetch);
+  const Texels& node_buffer(const Formulation& f);
   const Texels& leaf_buffer(LeafFormat format, Fetch fetch);
   const Texels& wide_buffer(Fetch fetch);
   const Texels& frontier_buffer(const Formulation& f);
   void record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const Context::Record& dispatch,
               Context::Done done);
+  Formulation formulation_of(const Query& query) const;
   bool is_settled(const Query& query, std::size_t most) const;
   bool is_chosen(const Query& query) const;
   bool reports(const Variant& v) const;
@@ -148,12 +150,14 @@ class Tracer {
   const Bvh& bvh_;
   std::span<const Triangle> triangles_;
   TreeFacts tree_;
-  std::map<NodeLayout, DeviceBvh> layouts_;
-  std::map<std::pair<NodeLayout, Fetch>, Texels> node_buffers_;  // what a query needs, on first use
+  float padded_reach_;          // of rays that a padded tree serves; 0: of none
+  std::vector<Bounds> padded_;  // boxes, on first use
+  std::map<std::pair<NodeLayout, Padding>, DeviceBvh> layouts_;
+  std::map<std::tuple<NodeLayout, Padding, Fetch>, Texels> node_buffers_;  // what a query needs, on first use
   std::map<std::pair<LeafFormat, Fetch>, Texels> leaf_buffers_;
   std::optional<WideBvh> wide_;
   std::map<Fetch, Texels> wide_buffers_;
-  std::map<std::tuple<std::uint32_t, NodeLayout, Fetch>, Texels> frontier_buffers_;
+  std::map<std::tuple<std::uint32_t, NodeLayout, Padding, Fetch>, Texels> frontier_buffers_;
   std::map<std::string, Pipeline> pipelines_;
   Buffer<Work> work_;
   Choices choices_;

@@ -38,6 +38,7 @@ const Row kRows[] = {
     // 1024, two views, in one run on an H200 (580.159.04). while-while: no second test of leaf boxes 1.03 fast, 1.03 plain,
     // 1.02 watertight; minima of three integers 1.01, 1.05, 1.03 more; centred boxes 1.03, 1.06, 1.03 more; runs of leaves 0.95, 1.02,
     // 1.06 (fast: registers); workgroups of 128 against 64 1.01. The other methods gain as much: stack-max 1.10, 1.14, 1.07.
+    // Boxes padded in the tree, watertight, three scenes: while-while 1.12, dynamic-fetch 1.09, frontier 1.07.
     // Pairs in 48 bytes: 1.11, 1.06, 1.00 more (diffuse rays 1.14, 1.11, 1.03); packets, whose lanes share a load, 0.99.
     {VK_DRIVER_ID_NVIDIA_PROPRIETARY, 0, 0xFFFFFFFF,
      [](const Method& m, const NumericMode& numeric, Formulation& f) {
@@ -45,12 +46,19 @@ const Row kRows[] = {
        f.loops_cut = false;
        f.layout = m.packet() ? NodeLayout::Centred : NodeLayout::Compact;
        f.minmax = MinMax::Integer;
+       f.padding = Padding::Tree;
        f.leaf_run = numeric.leaves == LeafFormat::Vertices;
        if (!m.shares_stack() && f.launch == Launch::Plain) f.workgroup = 128;
      }},
 };
 
-void use_what_there_is(const Method& m, Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
+/// Whether boxes may be padded in the tree: an exact mode's rays need less, and the wide tree's are not.
+bool can_widen(const Method& m, const NumericMode& numeric) {
+  return numeric.box == BOX_PADDED && numeric.arithmetic != Arithmetic::Exact && !m.wide;
+}
+
+void use_what_there_is(const Method& m, const NumericMode& numeric, Formulation& f, const DeviceInfo& d,
+                       const Knobs& knobs) {
   if (!d.shuffle) {
     if (m.wide || (m.frontier && f.reduce == Reduce::Shuffle))
       fail(Failure::Arguments, "method {}: {} has no subgroup shuffle", m.name, d.name);
@@ -68,6 +76,9 @@ void use_what_there_is(const Method& m, Formulation& f, const DeviceInfo& d, con
       fail(Failure::Arguments, "--knob fetch=reference: {} has no buffer device address", d.name);
     f.fetch = Fetch::Storage;
   }
+  if (knobs.contains("padding") && f.padding == Padding::Tree && f.leaf_box)
+    fail(Failure::Arguments, "--knob padding=tree: leaf_box=1 would test boxes of leaves, which are not padded");
+  if (!can_widen(m, numeric) || f.leaf_box) f.padding = Padding::Ray;
   if (!d.float64 && f.products == Products::Float64)
     fail(Failure::Arguments, "--knob products=float64: {} has no shaderFloat64", d.name);
 }
@@ -81,6 +92,8 @@ void check_method_knobs(const Method& m, const Formulation& f, const Knobs& knob
   }
   if (knobs.contains("frontier") && !m.frontier)
     fail(Failure::Arguments, "--knob frontier: method {} starts at the root", m.name);
+  if (knobs.contains("padding") && f.padding == Padding::Tree && m.wide)
+    fail(Failure::Arguments, "--knob padding=tree: the tree that method {} walks is not padded", m.name);
   if (knobs.contains("reduce") && !m.reduces())
     fail(Failure::Arguments, "--knob reduce: the lanes of method {} have no minima to find", m.name);
   for (const char* knob : {"rays", "fallback"})
@@ -138,7 +151,7 @@ Formulation formulation_for(const Method& method, const NumericMode& numeric, co
   }
   apply_knobs(f, knobs);
   check_method_knobs(method, f, knobs);
-  use_what_there_is(method, f, device, knobs);
+  use_what_there_is(method, numeric, f, device, knobs);
   check_sizes(f, device, knobs);
   return f;
 }

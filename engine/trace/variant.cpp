@@ -43,7 +43,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
   source.subgroup_size = f.subgroup;
   source.defines = {{"BALLOT_ANY_HIT", variant.want == Want::Any},
                     {"BALLOT_TRIANGLE", variant.numeric->triangle},
-                    {"BALLOT_BOX", variant.numeric->box},
+                    {"BALLOT_BOX", f.padding == Padding::Tree ? BOX_WIDENED : variant.numeric->box},
                     {"BALLOT_PRODUCTS", int(f.products)},
                     {"BALLOT_FETCH", int(f.fetch)},
                     {"BALLOT_RAY_TEXELS", f.fetch == Fetch::Texel && device.is_cpu()},

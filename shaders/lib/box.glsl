@@ -29,13 +29,26 @@ vec3 reciprocal_direction(vec3 dir) {
   return inv;
 }
 
+#if BALLOT_MINMAX == MINMAX_INTEGER
+// By bit patterns, for GPUs that have a minimum of three integers. Their order is that of floats, but reversed where both are
+// negative: then near comes out too small or far too large, which is safe, and makes no difference if t_min >= 0.
+float last_entry(vec3 near) {
+  ivec3 n = floatBitsToInt(near);
+  return intBitsToFloat(max(max(n.x, n.y), n.z));
+}
+float first_exit(vec3 far) {
+  ivec3 f = floatBitsToInt(far);
+  return intBitsToFloat(min(min(f.x, f.y), f.z));
+}
+#else
+float last_entry(vec3 near) { return larger(larger(near.x, near.y), near.z); }
+float first_exit(vec3 far) { return smaller(smaller(far.x, far.y), far.z); }
+#endif
+
 // From t where the ray enters and leaves each axis.
 vec2 cut_axes(vec3 near, vec3 far, float t_min, float t_max) {
 #if BALLOT_MINMAX == MINMAX_INTEGER
-  // By bit patterns, for GPUs that have a minimum of three integers. Their order is that of floats, but reversed where both are
-  // negative: then near comes out too small or far too large, which is safe, and makes no difference if t_min >= 0.
-  ivec3 n = floatBitsToInt(near), f = floatBitsToInt(far);
-  return vec2(max(intBitsToFloat(max(max(n.x, n.y), n.z)), t_min), min(intBitsToFloat(min(min(f.x, f.y), f.z)), t_max));
+  return vec2(max(last_entry(near), t_min), min(first_exit(far), t_max));
 #else
   return vec2(larger(larger(near.x, near.y), larger(near.z, t_min)),
               smaller(smaller(far.x, far.y), smaller(far.z, t_max)));

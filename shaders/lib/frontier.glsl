@@ -35,13 +35,24 @@ bool make_beam(Walker w, bool live, out Beam b) {
     b.hi = lanes_max(live ? larger(begin, end) + pad : vec3(-LARGEST));
     return true;
   }
+#if BALLOT_BOX == BOX_WIDENED
+  if (!subgroupAll(!live || (down == some && has_slabs(w.slabs)))) return false;
+#else
   if (!subgroupAll(!live || down == some)) return false;
+#endif
   vec3 lo_origin, hi_origin;
   slab_origins(w.slabs, w.ray, lo_origin, hi_origin);
   b.lo = lanes_max(live ? lo_origin : vec3(-LARGEST));
   b.hi = lanes_min(live ? hi_origin : vec3(LARGEST));
-  b.inv_min = lanes_min(live ? w.slabs.inv : vec3(LARGEST));
-  b.inv_max = lanes_max(live ? w.slabs.inv : vec3(-LARGEST));
+#if BALLOT_BOX == BOX_WIDENED
+  // Intervals are stretched by way of the reciprocals. NVIDIA's compiler (580.159) got beam_may_meet() wrong with a multiply-add
+  // that stretches the exit there.
+  vec3 slack = REACH_SLACK * abs(w.slabs.inv);
+#else
+  const vec3 slack = vec3(0.0);
+#endif
+  b.inv_min = lanes_min(live ? w.slabs.inv - slack : vec3(LARGEST));
+  b.inv_max = lanes_max(live ? w.slabs.inv + slack : vec3(-LARGEST));
   return true;
 }
 

@@ -27,6 +27,8 @@
 //   slab_origins(slabs, ray, out lo, out hi)     what lower and upper planes are measured from, for bounds of packets
 //   segment_pad(ray) -> vec3           what the box of a ray's segment is widened by so that it holds all that the ray hits
 //   slabs.inv                          the reciprocal direction
+// and with BOX_WIDENED, whose rays from far away have no slabs and meet every box,
+//   has_slabs(slabs) -> bool
 #include "box.glsl"
 #include "scale.glsl"
 
@@ -42,6 +44,8 @@ TriangleTexels fetch_triangle(uint texel) {
 
 #if BALLOT_BOX == BOX_PADDED
 #include "box_padded.glsl"
+#elif BALLOT_BOX == BOX_WIDENED
+#include "box_widened.glsl"
 #elif BALLOT_BOX == BOX_FMA
 #include "box_fma.glsl"
 #else

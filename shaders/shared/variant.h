@@ -68,6 +68,7 @@
 #define BOX_SLABS 0
 #define BOX_FMA 1
 #define BOX_PADDED 2
+#define BOX_WIDENED 3
 
 
 // Hit::prim of a ray whose traversal the driver cut short (see lib/main.glsl); never leaves the tracer.
@@ -87,6 +88,7 @@ struct TracePush {
   uint nodes_lo, nodes_hi;    // buffer addresses, FETCH_REFERENCE only
   uint leaves_lo, leaves_hi;
   uint top_lo, top_hi;
+  float padded_reach;  // BOX_WIDENED: how far, along an axis, rays may be from the scene's points for its boxes to serve them
   uint threshold;  // of methods that have one: lanes, entries or disagreements (engine/trace/methods.h)
 };
 
@@ -116,7 +118,7 @@ struct RayStats {
 };
 
 #ifdef __cplusplus
-BALLOT_RECORD(TracePush, 68);
+BALLOT_RECORD(TracePush, 72);
 BALLOT_RECORD(Work, 8);
 BALLOT_RECORD(RayStats, 72);
 }  // namespace ballot

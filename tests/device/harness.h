@@ -71,6 +71,7 @@ inline std::vector<Knobs> every_formulation(const DeviceInfo& d) {
                          {{"minmax", "select"}},
                          {{"minmax", "integer"}},
                          {{"leaf_box", "1"}},
+                         {{"padding", "ray"}},
                          {{"leaf_run", "0"}},
                          {{"leaf_run", "1"}},
                          {{"layout", "interleaved"}},
@@ -92,6 +93,7 @@ inline std::vector<Knobs> own_formulations(const Method& m, const DeviceInfo& d)
   if (m.wide)
     for (const char* rays : {"1", "2", "4"}) all.push_back({{"rays", rays}, {"fallback", rays[0] == '2' ? "1" : "0"}});
   if (m.frontier) all.push_back({{"frontier", "32"}});
+  if (!m.wide) all.push_back({{"padding", "tree"}});
   if (m.reduces() && d.arithmetic) all.push_back({{"reduce", "integer"}});
   return all;
 }

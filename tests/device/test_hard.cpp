@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/bvh/padding.h"
 #include "engine/exact/errors.h"
 #include "tests/device/fixture.h"
 #include "tools/hard/hard.h"
@@ -24,13 +25,16 @@ class HardCases : public DeviceTest, public testing::WithParamInterface<HardCase
   static inline std::unique_ptr<Context> gpu_;
 
   /// Methods of each family; fewer of modes that promise nothing about methods, and of those whose kernels take long to compile.
-  static std::vector<Query> queries(Want want, const NumericMode& mode) {
+  static std::vector<Query> queries(Want want, const NumericMode& mode, const Bounds& scene) {
     std::vector<Query> all;
     const char* const methods[] = {"while-while", "packet", "cut", "dynamic-fetch"};
     for (const char* method : std::span(methods).first(!mode.conservative ? 1 : mode.needs_float64 ? 2 : 4)) {
       all.push_back({want, method, std::string(mode.name), {}});
       if (find_method(method).packet()) all.back().knobs = {{"vote", "count"}};
     }
+    if (mode.conservative && !mode.needs_float64 && padded_reach(scene) > 0)
+      for (const char* method : {"while-while", "frontier"})
+        all.push_back({want, method, std::string(mode.name), {{"padding", "tree"}}});
     return all;
   }
 
@@ -106,7 +110,7 @@ TEST_P(HardCases, Hold) {
     expect_honest(set, truth);
     for (const NumericMode& mode : kNumericModes) {
       std::vector<Hit> first;
-      for (const Query& query : queries(set.want, mode)) {
+      for (const Query& query : queries(set.want, mode, t->bvh.bounds)) {
         const std::string which = fmt::format("{}, {}, {}", hard.name, set.name, t->tracer->variant(query).name());
         const auto hits = trace(*t, set.rays, query);
         expect_answers(set, hits, which);

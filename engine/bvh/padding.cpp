@@ -1,0 +1,59 @@
+#include "engine/bvh/padding.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace ballot {
+
+namespace {
+
+double longest_side(const Bounds& box) {
+  const glm::dvec3 sides = glm::dvec3(box.hi) - glm::dvec3(box.lo);
+  return std::max({sides.x, sides.y, sides.z});
+}
+
+/// The longest sides that triangles below each node have, by axis.
+std::vector<glm::dvec3> sides_below(const Bvh& bvh, std::span<const Triangle> triangles) {
+  std::vector<glm::dvec3> sides(bvh.nodes.size(), glm::dvec3(0));
+  for (std::size_t i = bvh.nodes.size(); i-- > 0;) {  // children lie behind their parents
+    const BvhNode& node = bvh.nodes[i];
+    if (node.count == 0 && node.first > i) sides[i] = glm::max(sides[node.first], sides[node.first + 1]);
+    for (std::uint32_t k = 0; k < node.count; ++k) {
+      const Triangle& t = triangles[bvh.references[node.first + k]];
+      const glm::dvec3 lo = glm::min(t[0], glm::min(t[1], t[2])), hi = glm::max(t[0], glm::max(t[1], t[2]));
+      sides[i] = glm::max(sides[i], hi - lo);
+    }
+  }
+  return sides;
+}
+
+}  // namespace
+
+float padded_reach(const Bounds& scene) {
+  const double longest = longest_side(scene);
+  const glm::vec3 far = glm::max(glm::abs(scene.lo), glm::abs(scene.hi));
+  if (!(longest >= 0x1p-60 && longest <= 0x1p+44 && std::max({far.x, far.y, far.z}) <= 0x1p+60f)) return 0;
+  return float(0x1p+22 * longest);
+}
+
+std::vector<Bounds> padded_boxes(const Bvh& bvh, std::span<const Triangle> triangles) {
+  constexpr double kRounding = 1.02 * 0x1p-24;  // with room for products of roundings
+  const std::vector<glm::dvec3> sides = sides_below(bvh, triangles);
+  const double clamped = 0x1p-35 * longest_side(bvh.bounds);
+  std::vector<Bounds> boxes(bvh.nodes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const glm::dvec3 lo = bvh.nodes[i].lo, hi = bvh.nodes[i].hi;
+    const glm::dvec3 centre = glm::abs(0.5 * (lo + hi)), half = 0.5 * (hi - lo);
+    const double longest = std::max({sides[i].x, sides[i].y, sides[i].z});
+    for (int axis = 0; axis < 3; ++axis) {
+      const double pad = kRounding * (18 * sides[i][axis] + 31 * longest + 2 * centre[axis] + 3 * half[axis]) + clamped;
+      constexpr float infinity = std::numeric_limits<float>::infinity();
+      boxes[i].lo[axis] = std::nextafter(static_cast<float>(lo[axis] - pad), -infinity);
+      boxes[i].hi[axis] = std::nextafter(static_cast<float>(hi[axis] + pad), infinity);
+    }
+  }
+  return boxes;
+}
+
+}  // namespace ballot

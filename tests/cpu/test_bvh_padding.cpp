@@ -1,0 +1,98 @@
+// Boxes that are widened once for all rays.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "engine/bvh/device_decode.h"
+#include "engine/bvh/padding.h"
+#include "tests/cpu/shapes.h"
+
+namespace ballot {
+namespace {
+
+/// What a box is wider by, on the side where that is least.
+double margin(const Bounds& wide, const BvhNode& node, int axis) {
+  return std::min(double(node.lo[axis]) - double(wide.lo[axis]), double(wide.hi[axis]) - double(node.hi[axis]));
+}
+
+TEST(BvhPadding, LeavesGoByTheirTrianglesAndCoordinates) {
+  constexpr double w = 0x1p-24;
+  for (const shapes::Triangles& triangles : {shapes::soup(2000, 0.1f), shapes::huge_and_tiny(500), shapes::sphere(4)}) {
+    const Bvh bvh = build_bvh(triangles);
+    const std::vector<Bounds> boxes = padded_boxes(bvh, triangles);
+    ASSERT_EQ(boxes.size(), bvh.nodes.size());
+    for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
+      const BvhNode& node = bvh.nodes[i];
+      for (std::uint32_t k = 0; k < node.count; ++k) {
+        const Triangle& t = triangles[bvh.references[node.first + k]];
+        const glm::dvec3 side =
+            glm::dvec3(glm::max(t[0], glm::max(t[1], t[2]))) - glm::dvec3(glm::min(t[0], glm::min(t[1], t[2])));
+        const double longest = std::max({side.x, side.y, side.z});
+        for (int axis = 0; axis < 3; ++axis) {
+          const double lo = node.lo[axis], hi = node.hi[axis];
+          const double needed = w * (18 * side[axis] + 31 * longest + std::abs(lo + hi) + 1.5 * (hi - lo));
+          ASSERT_GE(margin(boxes[i], node, axis), needed) << "leaf " << i << ", axis " << axis;
+        }
+      }
+    }
+  }
+}
+
+TEST(BvhPadding, InnerBoxesNeedWhatLiesBelow) {
+  const shapes::Triangles triangles = shapes::huge_and_tiny(500);
+  const Bvh bvh = build_bvh(triangles);
+  const std::vector<Bounds> boxes = padded_boxes(bvh, triangles);
+  for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
+    if (bvh.nodes[i].count || i == 1) continue;
+    for (const std::size_t child : {bvh.nodes[i].first, bvh.nodes[i].first + 1})
+      for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_LE(boxes[i].lo[axis], boxes[child].lo[axis]) << "node " << i << ", axis " << axis;
+        EXPECT_GE(boxes[i].hi[axis], boxes[child].hi[axis]) << "node " << i << ", axis " << axis;
+      }
+  }
+}
+
+// A small triangle far from a large one is padded as if it were alone, but for the room that clamped directions take.
+TEST(BvhPadding, ALargeTriangleDoesNotWidenTheOthers) {
+  shapes::Triangles triangles = shapes::soup(400, 0.01f);
+  triangles.push_back({{{-100, -100, -100}, {100, -100, -100}, {-100, 100, -100}}});
+  const Bvh bvh = build_bvh(triangles);
+  const std::vector<Bounds> boxes = padded_boxes(bvh, triangles);
+  for (std::size_t i = 0; i < bvh.nodes.size(); ++i)
+    if (bvh.nodes[i].count && bvh.nodes[i].lo.z > -50) {
+      EXPECT_LT(margin(boxes[i], bvh.nodes[i], 0), 1e-5 / 4) << i;
+    }
+}
+
+TEST(BvhPadding, EveryLayoutHoldsTheBoxes) {
+  const shapes::Triangles triangles = shapes::soup(1000, 0.2f);
+  const Bvh bvh = build_bvh(triangles);
+  const std::vector<Bounds> boxes = padded_boxes(bvh, triangles);
+  for (const NodeLayout layout :
+       {NodeLayout::Paper, NodeLayout::Interleaved, NodeLayout::Centred, NodeLayout::Compact}) {
+    const DeviceBvh device = make_device_bvh(bvh, triangles, layout, boxes);
+    const DeviceBvh plain = make_device_bvh(bvh, triangles, layout);
+    EXPECT_EQ(device.leaves, plain.leaves);
+    EXPECT_EQ(device.root, plain.root);
+    for (std::uint32_t i = 2; i < bvh.nodes.size(); i += 2) {
+      const DevicePair pair = decode_pair(device, (i / 2 - 1) * device.pair_texels());
+      for (const auto& [box, child] : {std::pair(boxes[i], pair.left), std::pair(boxes[i + 1], pair.right)}) {
+        EXPECT_TRUE(glm::all(glm::lessThanEqual(child.box.lo, box.lo + 1e-6f)));
+        EXPECT_TRUE(glm::all(glm::greaterThanEqual(child.box.hi, box.hi - 1e-6f)));
+      }
+    }
+  }
+}
+
+TEST(BvhPadding, NumbersThatFloatsDoNotCarryAreLeftToRays) {
+  const auto cube = [](float at, float side) { return Bounds{glm::vec3(at), glm::vec3(at + side)}; };
+  EXPECT_EQ(padded_reach(cube(0, 2)), 0x1p+23f);
+  EXPECT_GT(padded_reach(cube(1e6f, 1)), 0);
+  EXPECT_EQ(padded_reach(cube(0, 1e14f)), 0);
+  EXPECT_EQ(padded_reach(cube(0, 1e-19f)), 0);
+  EXPECT_EQ(padded_reach(cube(1e19f, 1e13f)), 0);
+  EXPECT_EQ(padded_reach(Bounds{}), 0);
+}
+
+}  // namespace
+}  // namespace ballot

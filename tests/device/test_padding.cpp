@@ -1,0 +1,77 @@
+// Boxes padded in the tree (shaders/lib/box_widened.glsl) against boxes padded by each ray: the same bits, from wherever a ray
+// comes.
+#include <cmath>
+
+#include "tests/cpu/shapes.h"
+#include "tests/device/fixture.h"
+
+namespace ballot {
+namespace {
+
+using namespace harness;
+
+class PaddingTest : public DeviceTest {
+ protected:
+  Context gpu_{options()};
+
+  static std::vector<Hit> trace(Traced& t, std::span<const Ray> rays, const char* method, const char* padding) {
+    std::vector<Hit> hits(rays.size());
+    t.tracer->trace(rays, hits, {Want::Nearest, method, "watertight", {{"padding", padding}}});
+    return hits;
+  }
+
+  void expect_alike(const Triangles& triangles, std::span<const Ray> rays, std::size_t hits_at_least) {
+    const auto t = make(gpu_, triangles);
+    const auto by_ray = trace(*t, rays, "while-while", "ray");
+    const auto met = std::ranges::count_if(by_ray, [](const Hit& h) { return h.prim != NO_HIT; });
+    EXPECT_GE(std::size_t(met), hits_at_least);
+    for (const char* method : {"while-while", "packet", "frontier"})
+      EXPECT_EQ(count_different(by_ray, trace(*t, rays, method, "tree")), 0u) << method;
+    expect_silent(gpu_);
+  }
+
+  using Triangles = shapes::Triangles;
+};
+
+glm::vec3 middle_of(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.f; }
+
+// Beyond 2^22 sides of the scene a ray meets every box.
+TEST_F(PaddingTest, RaysFromFarAway) {
+  const shapes::Triangles triangles = shapes::soup(300, 0.3f);
+  std::vector<Ray> rays;
+  for (int exponent = 0; exponent < 100; exponent += 3)
+    for (int axis = 0; axis < 3; ++axis)
+      for (std::size_t i = 0; i < triangles.size(); i += 7) {
+        Ray r{middle_of(triangles[i]), 0, glm::vec3(0), 3e38f};
+        r.dir[axis] = i % 2 ? 1.f : -1.f;
+        r.origin[axis] = std::ldexp(-r.dir[axis], exponent);
+        rays.push_back(r);
+      }
+  expect_alike(triangles, rays, rays.size() / 2);
+}
+
+// Where a box's own padding decides whether the ray's first leaf is visited.
+TEST_F(PaddingTest, RaysThatBeginOnTriangles) {
+  const shapes::Triangles triangles = shapes::grid(24);
+  std::vector<Ray> rays = shapes::random_rays(6000, 3, 1);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Triangle& t = triangles[i % triangles.size()];
+    rays[i].origin = i % 3 ? middle_of(t) : t[i % 9 / 3];
+    rays[i].origin.y += std::ldexp(float(i % 5) - 2, -20);
+    rays[i].t_min = i % 2 ? 0.f : -1.f;
+  }
+  expect_alike(triangles, rays, rays.size() / 4);
+}
+
+TEST_F(PaddingTest, ASceneTooSmallIsRefused) {
+  shapes::Triangles triangles = shapes::soup(50, 0.3f);
+  for (Triangle& t : triangles)
+    for (glm::vec3& v : t) v *= 1e-25f;
+  const auto t = make(gpu_, triangles);
+  const std::vector<Ray> rays = shapes::random_rays(10);
+  EXPECT_THROW(trace(*t, rays, "while-while", "tree"), Error);
+  EXPECT_NO_THROW(trace(*t, rays, "while-while", "ray"));
+}
+
+}  // namespace
+}  // namespace ballot
