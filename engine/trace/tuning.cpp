@@ -38,7 +38,7 @@ const Row kRows[] = {
     // 1024, two views, in one run on an H200 (580.159.04). while-while: no second test of leaf boxes 1.03 fast, 1.03 plain,
     // 1.02 watertight; minima of three integers 1.01, 1.05, 1.03 more; centred boxes 1.03, 1.06, 1.03 more; runs of leaves 0.95, 1.02,
     // 1.06 (fast: registers); workgroups of 128 against 64 1.01. The other methods gain as much: stack-max 1.10, 1.14, 1.07.
-    // Boxes padded in the tree, watertight, three scenes: while-while 1.12, dynamic-fetch 1.09, frontier 1.07.
+    // Boxes padded in the tree, watertight, three scenes: while-while 1.15, frontier 1.11, dynamic-fetch 1.10.
     // Pairs in 48 bytes: 1.11, 1.06, 1.00 more (diffuse rays 1.14, 1.11, 1.03); packets, whose lanes share a load, 0.99.
     {VK_DRIVER_ID_NVIDIA_PROPRIETARY, 0, 0xFFFFFFFF,
      [](const Method& m, const NumericMode& numeric, Formulation& f) {

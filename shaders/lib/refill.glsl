@@ -1,5 +1,5 @@
 // The frame of methods that give new rays to lanes whose ray has ended while others are under way. Such a method
-//   defines METHOD_REFILLS before lib/main.glsl,
+//   defines METHOD_REFILLS before lib/kernel.glsl,
 //   begin_ray()                        makes the lane's stack an empty one
 //   traverse(w, live, node) -> node    goes on from node; may return early with another node than END_OF_TREE if `refill_left`
 //

@@ -13,10 +13,10 @@
 //   Flow   lanes part; the count sees the lanes that are in the same loop, and any answer of it is right
 //   Memory STACK_SIZE words per lane
 //   push.threshold   lanes at work below which the subgroup stops for new rays
+#define METHOD_REFILLS
 #include "../lib/kernel.glsl"
 #include "../lib/walk.glsl"
 
-#define METHOD_REFILLS
 bool refill_left;  // rays wait
 STACK_DECLARE      // outlives a call
 uint stack_top;
