@@ -184,8 +184,8 @@ std::string describe(const Formulation& f, const Method& method) {
   if (method.own_stack) text += fmt::format(" stack={}", f.stack == StackPlace::Shared ? "shared" : "private");
   if (method.lists) text += fmt::format(" list={}", f.list);
   constexpr const char* products[] = {"split", "float64", "fma"};
-  text +=
-      fmt::format(" products={} padding={}", products[int(f.products)], f.padding == Padding::Tree ? "tree" : "ray");
+  text += fmt::format(" products={}", products[int(f.products)]);
+  if (!method.wide) text += fmt::format(" padding={}", f.padding == Padding::Tree ? "tree" : "ray");
   text += fmt::format(" minmax={} leaf_box={} leaf_run={} sorted={} launch={} workgroup={}", minima[int(f.minmax)],
                       int(f.leaf_box), int(f.leaf_run), int(f.sorted),
                       f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
