@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/bvh/device_decode.h"
 #include "engine/bvh/padding.h"

@@ -1,5 +1,6 @@
 // Boxes padded in the tree (shaders/lib/box_widened.glsl) against boxes padded by each ray: the same bits, from wherever a ray
 // comes.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/cpu/shapes.h"
@@ -20,7 +21,7 @@ class PaddingTest : public DeviceTest {
     return hits;
   }
 
-  void expect_alike(const Triangles& triangles, std::span<const Ray> rays, std::size_t hits_at_least) {
+  void expect_alike(const shapes::Triangles& triangles, std::span<const Ray> rays, std::size_t hits_at_least) {
     const auto t = make(gpu_, triangles);
     const auto by_ray = trace(*t, rays, "while-while", "ray");
     const auto met = std::ranges::count_if(by_ray, [](const Hit& h) { return h.prim != NO_HIT; });
@@ -29,8 +30,6 @@ class PaddingTest : public DeviceTest {
       EXPECT_EQ(count_different(by_ray, trace(*t, rays, method, "tree")), 0u) << method;
     expect_silent(gpu_);
   }
-
-  using Triangles = shapes::Triangles;
 };
 
 glm::vec3 middle_of(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.f; }
