@@ -31,36 +31,28 @@ const float EXIT_SLACK = 5.73e-6, REACH_SLACK = 2.87e-6;
 // A ray's own number for the stretch of the exit, which is always the same one, makes the compiler allot registers otherwise: on
 // an H200 (580.159.04) dynamic-fetch runs at 1.08 with it, while-while and frontier at 0.96.
 #ifdef METHOD_REFILLS
+struct Slabs {
+  vec3 scaled_origin, inv;  // origin * inv
+  float stretch;
+};
+#define SLABS(scaled_origin, inv, stretch) Slabs(scaled_origin, inv, stretch)
 #define EXIT_STRETCH s.stretch
 #else
+struct Slabs {
+  vec3 scaled_origin, inv;
+};
+#define SLABS(scaled_origin, inv, stretch) Slabs(scaled_origin, inv)
 #define EXIT_STRETCH EXIT_SLACK
 #endif
 
-struct Slabs {
-  vec3 scaled_origin, inv;  // origin * inv
-#ifdef METHOD_REFILLS
-  float stretch;
-#endif
-};
-
 // Of rays from too far away: they meet every box, in [t_min, t_min], which lies in any range.
-Slabs slabs_of_every_box(float t_min) {
-#ifdef METHOD_REFILLS
-  return Slabs(vec3(-t_min), vec3(0.0), 0.0);
-#else
-  return Slabs(vec3(-t_min), vec3(0.0));
-#endif
-}
+Slabs slabs_of_every_box(float t_min) { return SLABS(vec3(-t_min), vec3(0.0), 0.0); }
 
 Slabs make_slabs(Ray ray) {
   if (!(scene_reach(ray.origin) <= push.padded_reach)) return slabs_of_every_box(ray.t_min);
   vec3 inv = reciprocal_direction(ray.dir);
   precise vec3 scaled_origin = ray.origin * inv;
-#ifdef METHOD_REFILLS
-  return Slabs(scaled_origin, inv, EXIT_SLACK);
-#else
-  return Slabs(scaled_origin, inv);
-#endif
+  return SLABS(scaled_origin, inv, EXIT_SLACK);
 }
 
 bool has_slabs(Slabs s) { return s.inv.x != 0.0; }
