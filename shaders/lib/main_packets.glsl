@@ -7,32 +7,34 @@
 
 uint packet_index(uint base, uint r) { return base + r * gl_SubgroupSize + gl_SubgroupInvocationID; }
 
-// The octant of a ray's direction: bit 0 down along x, 1 y, 2 z.
-uint octant_of(uint r) {
+// Rays of a packet that go together: those of one octant of directions (bit 0 down along x, 1 y, 2 z) and, where the triangle
+// test turns triangles, one main axis (the bits above).
+uint group_of(uint r) {
   bvec3 down = lessThan(packet[r].slabs.inv, vec3(0.0));
-  return (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u);
+  return (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u) | main_axis(packet[r].space) << 3;
 }
 
-// Octants that the packet has rays in, a bit each.
-uint packet_octants() {
-  uint octants = 0u;
-  EACH_RAY(r) octants |= (alive >> r & 1u) != 0u ? 1u << octant_of(r) : 0u;
-  return lanes_or(octants);
+// Groups that the packet has rays in, a bit each.
+uint packet_groups() {
+  uint groups = 0u;
+  EACH_RAY(r) groups |= (alive >> r & 1u) != 0u ? 1u << group_of(r) : 0u;
+  return lanes_or(groups);
 }
 
-// The rays of one octant after the other. True where the driver cut a walk short.
-bool walk_octants(uint octants) {
+// The rays of one group after the other. True where the driver cut a walk short.
+bool walk_groups(uint groups) {
   uint living = alive;
   bool cut_short = false;
   do {
-    uint octant = uint(findLSB(octants));
+    uint group = uint(findLSB(groups));
+    packet_axis = group >> 3;
     alive = 0u;
-    EACH_RAY(r) alive |= octant_of(r) == octant ? 1u << r : 0u;
+    EACH_RAY(r) alive |= group_of(r) == group ? 1u << r : 0u;
     alive &= living;
     cut_short = walk_packet() != END_OF_TREE || packet_cut_short || cut_short;
-    octants &= octants - 1u;
-  } while (octants != 0u);
-  return cut_short || octants != 0u;
+    groups &= groups - 1u;
+  } while (groups != 0u);
+  return cut_short || groups != 0u;
 }
 
 #if BALLOT_FALLBACK
@@ -57,14 +59,14 @@ void trace_packet(uint base) {
     units[r] = units_of(given);
     COUNT_WIDE_BEGIN(r)
   }
-  uint octants = packet_octants();
+  uint groups = packet_groups();
 #if BALLOT_FALLBACK
-  if (bitCount(octants) > MOST_OCTANTS) {
+  if (bitCount((groups | groups >> 8 | groups >> 16) & 255u) > MOST_OCTANTS) {
     trace_one_by_one(base);
     return;
   }
 #endif
-  bool cut_short = walk_octants(octants);
+  bool cut_short = walk_groups(groups);
   cut_short = CUT_SHORT(cut_short);
   uint left = 0u;
   EACH_RAY(r) {

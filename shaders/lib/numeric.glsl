@@ -17,6 +17,11 @@
 //   settle_leaf(inout space, inout best) -> bool  called after the triangles of a leaf, for a test that decides nothing
 //                                      before: finds the nearest hit, with t in the given ray's units. True if the driver
 //                                      left a loop early (lib/main.glsl). best.prim is the prim, not a place
+// and where it defines TRIANGLE_TURNS, for packets whose rays have one main axis,
+//   main_axis(space) -> uint           0 to 2, of a ray
+//   turned(triangle, axis) -> triangle
+//   hit_turned(ray, inout space, triangle, out t, out u, out v) -> bool      hit_triangle() of a triangle that was turned to
+//                                      the ray's main axis
 //
 // A box test (lib/box_*.glsl) gives
 //   Slabs                              what is computed once a ray
@@ -60,4 +65,10 @@ TriangleTexels fetch_triangle(uint texel) {
 #include "triangle_exact.glsl"
 #else
 #include "triangle_moeller.glsl"
+#endif
+
+#ifndef TRIANGLE_TURNS
+uint main_axis(RaySpace space) { return 0u; }
+TriangleTexels turned(TriangleTexels triangle, uint axis) { return triangle; }
+#define hit_turned hit_triangle
 #endif
