@@ -1,6 +1,7 @@
 #include "engine/vk/buffer.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "engine/core/error.h"
 
@@ -21,6 +22,14 @@ void check_limits(const DeviceInfo& d, const std::string& name, std::uint64_t by
   if (has(access, Access::Texel) && bytes / 16 > d.max_texels) refuse("maxTexelBufferElements", d.max_texels * 16);
   // Some software drivers crash on allocations near their own limit instead of failing.
   if (bytes > d.max_allocation) refuse("maxMemoryAllocationSize", d.max_allocation);
+}
+
+/// At least `bytes`. llvmpipe compiles a kernel anew, for half a second and more, when the size of a texel view becomes a power of
+/// two or ceases to be one, and when bits 8 to 15 of it become zero or cease to be (it takes them for a mip level): sizes are none
+/// of these, so that one kernel serves all scenes and batches.
+std::uint64_t steady_size(std::uint64_t bytes) {
+  while (std::has_single_bit(bytes) || (bytes & 0xFF00) == 0) bytes = (bytes / 16 + 1) * 16;
+  return bytes;
 }
 
 /// The host-visible buffer that every transfer of a context goes through.
@@ -87,7 +96,7 @@ RawBuffer::RawBuffer(Context& gpu, std::uint64_t bytes, Access access, std::stri
 void RawBuffer::allocate(Access access) {
   VkBufferCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-  create.size = bytes_;
+  create.size = gpu_->info().is_cpu() && has(access, Access::Texel) ? steady_size(bytes_) : bytes_;
   create.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
   if (has(access, Access::Storage)) create.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
   if (has(access, Access::Texel)) create.usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
@@ -130,7 +139,7 @@ void RawBuffer::allocate(Access access) {
     view.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
     view.buffer = buffer_;
     view.format = VK_FORMAT_R32G32B32A32_UINT;
-    view.range = bytes_ / 16 * 16;
+    view.range = std::min(create.size / 16, gpu_->info().max_texels) * 16;
     vk_check(vkCreateBufferView(gpu_->device(), &view, nullptr, &view_), "creating a texel view of buffer",
              name_.c_str());
   }
