@@ -15,8 +15,8 @@ void begin_ray(uint path) {
 void choose_next(uint path, inout Started started) {
   uint bit = 1u << (at.depth & 31u);
   if (started.next && started.second) {
-    put_off_rays[put_off_place(path, at.depth)] = started.second_ray;
-    put_off_carried[put_off_place(path, at.depth)] = started.second_carried;
+    put_record(put_off_rays, put_off_place(path, at.depth), started.second_ray);
+    put_record(put_off_carried, put_off_place(path, at.depth), started.second_carried);
     if (at.depth < 32u) at.low |= bit; else at.high |= bit;
   } else if (started.second) {
     started.next = true;
@@ -28,8 +28,8 @@ void choose_next(uint path, inout Started started) {
     bit = 1u << (at.depth & 31u);
     if (at.depth < 32u) at.low &= ~bit; else at.high &= ~bit;
     started.next = true;
-    started.next_ray = put_off_rays[put_off_place(path, at.depth)];
-    started.next_carried = put_off_carried[put_off_place(path, at.depth)];
+    started.next_ray = get_ray(put_off_rays, put_off_place(path, at.depth));
+    started.next_carried = get_carried(put_off_carried, put_off_place(path, at.depth));
   }
   ++at.depth;
   put_off[path] = at;

@@ -6,13 +6,14 @@
 //
 // One invocation makes one ray: ray r of the hits listed in `starts` is ray r % rays_per_hit of start r / rays_per_hit.
 #include "../shared/render.h"
+#include "records.glsl"
 #include "random.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { SecondaryPush push; };
-layout(set = 0, binding = BIND_RAYS, scalar) writeonly buffer Rays { Ray rays[]; };
-layout(set = 0, binding = BIND_HITS, scalar) readonly buffer Hits { Hit primary_hits[]; };
-layout(set = 0, binding = BIND_PRIMARY, scalar) readonly buffer Primary { Ray primary_rays[]; };
+RECORDS(writeonly, BIND_RAYS, Rays, rays);
+RECORDS(readonly, BIND_HITS, Hits, primary_hits);
+RECORDS(readonly, BIND_PRIMARY, Primary, primary_rays);
 layout(set = 0, binding = BIND_STARTS, scalar) readonly buffer Starts { Start starts[]; };
 #include "surface.glsl"
 
@@ -29,9 +30,9 @@ void main() {
   uint ray = push.first + gl_GlobalInvocationID.x;
   Start start = starts[ray / push.rays_per_hit];
   Draw draw = Draw(start.pixel, push.sample_index * push.rays_per_hit + ray % push.rays_per_hit);
-  Hit hit = primary_hits[start.ray];
+  Hit hit = get_hit(primary_hits, start.ray);
   // Where a start is listed for every pixel, those that hit nothing start dead rays.
-  rays[push.offset + gl_GlobalInvocationID.x] = hit.prim == NO_HIT
-                                                    ? Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0)
-                                                    : ray_from(surface_of(primary_rays[start.ray], hit), draw);
+  Ray made = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
+  if (hit.prim != NO_HIT) made = ray_from(surface_of(get_ray(primary_rays, start.ray), hit), draw);
+  put_record(rays, push.offset + gl_GlobalInvocationID.x, made);
 }

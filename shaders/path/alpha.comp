@@ -8,15 +8,16 @@
 // A ray asks for itself whether a blended surface stops it, by a number that its bits and the triangle give: whoever traces it
 // gets the same answer. Surfaces at one distance count as one.
 #include "../shared/render.h"
+#include "../lib/records.glsl"
 #include "../lib/random.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { AlphaPush push; };
-layout(set = 0, binding = BIND_RAYS, scalar) readonly buffer Rays { Ray rays[]; };
-layout(set = 0, binding = BIND_HITS, scalar) readonly buffer Hits { Hit hits[]; };
-layout(set = 0, binding = BIND_WAVE_HITS, scalar) writeonly buffer WaveHits { Hit wave_hits[]; };
+RECORDS(readonly, BIND_RAYS, Rays, rays);
+RECORDS(readonly, BIND_HITS, Hits, hits);
+RECORDS(writeonly, BIND_WAVE_HITS, WaveHits, wave_hits);
 layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Ids { uint ids[]; };
-layout(set = 0, binding = BIND_NEXT_RAYS, scalar) writeonly buffer NextRays { Ray next_rays[]; };
+RECORDS(writeonly, BIND_NEXT_RAYS, NextRays, next_rays);
 layout(set = 0, binding = BIND_NEXT_IDS, scalar) writeonly buffer NextIds { uint next_ids[]; };
 layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
 layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };
@@ -41,11 +42,11 @@ void main() {
   uint id = index;
   Ray ray;
   if (index < calls[push.call].count) {
-    Hit hit = hits[index];
-    ray = rays[index];
+    Hit hit = get_hit(hits, index);
+    ray = get_ray(rays, index);
     if (push.first == 0u) {
       id = ids[index];
-      wave_hits[id] = hit;
+      put_part(wave_hits, id, hit);
     }
     goes_on = hit.prim != NO_HIT && passes(ray, hit);
     // The next float: t is not below 0.
@@ -56,7 +57,7 @@ void main() {
   if (subgroupElect()) first = atomicAdd(queues.passed, subgroupBallotBitCount(who));
   uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(who);
   if (goes_on) {
-    next_rays[place] = ray;
+    put_record(next_rays, place, ray);
     next_ids[place] = id;
   }
 }

@@ -3,17 +3,19 @@
 #extension GL_EXT_scalar_block_layout : require
 // Light to the paths whose shadow rays met nothing.
 #include "../shared/render.h"
+#include "../lib/records.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { uint call; };
-layout(set = 0, binding = BIND_HITS, scalar) readonly buffer Hits { Hit hits[]; };
-layout(set = 0, binding = BIND_SHADOW_LIGHT, scalar) readonly buffer ShadowLight { Awaited shadow_light[]; };
+RECORDS(readonly, BIND_HITS, Hits, hits);
+RECORDS(readonly, BIND_SHADOW_LIGHT, ShadowLight, shadow_light);
 layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };
-layout(set = 0, binding = BIND_PATHS, scalar) buffer Paths { Path paths[]; };
+RECORDS(, BIND_PATHS, Paths, paths);
 
 void main() {
   uint index = gl_GlobalInvocationID.x;
-  if (index >= calls[call].count || hits[index].prim != NO_HIT) return;
-  Awaited light = shadow_light[index];
-  paths[light.path].radiance += light.radiance;
+  if (index >= calls[call].count || get_hit(hits, index).prim != NO_HIT) return;
+  Awaited light = get_awaited(shadow_light, index);
+  uvec4 first = paths[2u * light.path];  // Path.radiance, and what no other invocation changes
+  paths[2u * light.path] = part_of(uintBitsToFloat(first.xyz) + light.radiance, first.w);
 }

@@ -5,6 +5,7 @@
 // With BALLOT_MOMENTS also the sum of squared differences to the mean (Youngs, Cramer, Some Results Relevant to Choice of Sum and
 // Sum-of-Product Algorithms, Technometrics 1971).
 #include "../shared/render.h"
+#include "../lib/records.glsl"
 
 #ifndef BALLOT_MOMENTS
 #error a variant must give BALLOT_MOMENTS
@@ -12,7 +13,7 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { FilmPush push; };
-layout(set = 0, binding = BIND_PATHS, scalar) readonly buffer Paths { Path paths[]; };
+RECORDS(readonly, BIND_PATHS, Paths, paths);
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
 #if BALLOT_MOMENTS
 layout(set = 0, binding = BIND_MOMENTS, scalar) buffer Moments { vec3 moments[]; };
@@ -27,7 +28,7 @@ void main() {
   precise vec3 moment = push.first_sample == 0u ? vec3(0.0) : moments[place];
 #endif
   for (uint s = 0u; s < push.samples; ++s) {
-    Path path = paths[s * push.places + place];
+    Path path = get_path(paths, s * push.places + place);
     sum += path.radiance;
     alpha += float(path.hit);
 #if BALLOT_MOMENTS

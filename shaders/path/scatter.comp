@@ -6,6 +6,7 @@
 // What the hits of a wave of rays give to their paths, and the rays that they start. A wave holds at most one ray of each path,
 // so that sums have one order. Rays are put one behind the other: those of the next wave are as many as have something to find.
 #include "../shared/render.h"
+#include "../lib/records.glsl"
 #include "../lib/random.glsl"
 
 #ifndef BALLOT_INTEGRATOR
@@ -14,10 +15,10 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { WavePush push; };
-layout(set = 0, binding = BIND_RAYS, scalar) readonly buffer Rays { Ray rays[]; };
-layout(set = 0, binding = BIND_HITS, scalar) readonly buffer Hits { Hit hits[]; };
-layout(set = 0, binding = BIND_CARRIED, scalar) readonly buffer CarriedRays { Carried carried[]; };
-layout(set = 0, binding = BIND_PATHS, scalar) buffer Paths { Path paths[]; };
+RECORDS(readonly, BIND_RAYS, Rays, rays);
+RECORDS(readonly, BIND_HITS, Hits, hits);
+RECORDS(readonly, BIND_CARRIED, CarriedRays, carried);
+RECORDS(, BIND_PATHS, Paths, paths);
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
 layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
 layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };
@@ -37,16 +38,16 @@ layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call 
 #define STARTS_SECOND (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLOSS && BALLOT_HAS_GLASS)
 
 #if STARTS_SHADOW
-layout(set = 0, binding = BIND_SHADOW_RAYS, scalar) writeonly buffer ShadowRays { Ray shadow_rays[]; };
-layout(set = 0, binding = BIND_SHADOW_LIGHT, scalar) writeonly buffer ShadowLight { Awaited shadow_light[]; };
+RECORDS(writeonly, BIND_SHADOW_RAYS, ShadowRays, shadow_rays);
+RECORDS(writeonly, BIND_SHADOW_LIGHT, ShadowLight, shadow_light);
 #endif
 #if STARTS_NEXT
-layout(set = 0, binding = BIND_NEXT_RAYS, scalar) writeonly buffer NextRays { Ray next_rays[]; };
-layout(set = 0, binding = BIND_NEXT_CARRIED, scalar) writeonly buffer NextCarried { Carried next_carried[]; };
+RECORDS(writeonly, BIND_NEXT_RAYS, NextRays, next_rays);
+RECORDS(writeonly, BIND_NEXT_CARRIED, NextCarried, next_carried);
 #endif
 #if STARTS_SECOND
-layout(set = 0, binding = BIND_PUT_OFF_RAYS, scalar) buffer PutOffRays { Ray put_off_rays[]; };
-layout(set = 0, binding = BIND_PUT_OFF_CARRIED, scalar) buffer PutOffCarried { Carried put_off_carried[]; };
+RECORDS(, BIND_PUT_OFF_RAYS, PutOffRays, put_off_rays);
+RECORDS(, BIND_PUT_OFF_CARRIED, PutOffCarried, put_off_carried);
 layout(set = 0, binding = BIND_PUT_OFF, scalar) buffer PutOffs { PutOff put_off[]; };
 #endif
 
@@ -120,10 +121,10 @@ void main() {
   Started started;
   started.shadow = started.next = started.second = false;
   if (index < calls[push.call].count) {
-    Carried c = carried[index];
-    Ray ray = rays[index];
-    Hit hit = hits[index];
-    Path path = paths[c.path];
+    Carried c = get_carried(carried, index);
+    Ray ray = get_ray(rays, index);
+    Hit hit = get_hit(hits, index);
+    Path path = get_path(paths, c.path);
 #if STARTS_SECOND
     begin_ray(c.path);
 #endif
@@ -135,7 +136,8 @@ void main() {
       path.radiance += c.throughput * sky_seen(normalize(ray.dir), c.pdf);
 #endif
     }
-    paths[c.path] = path;
+    paths[2u * c.path] = first_part(path);
+    if (RAY_DEPTH == 0u) paths[2u * c.path + 1u] = second_part(path);
     started.next_carried.path = started.second_carried.path = c.path;
 #if STARTS_SECOND
     choose_next(c.path, started);
@@ -145,15 +147,15 @@ void main() {
 #if STARTS_SHADOW
   APPEND(queues.shadow, started.shadow, place)
   if (started.shadow) {
-    shadow_rays[place] = started.shadow_ray;
-    shadow_light[place] = Awaited(started.light, started.next_carried.path);
+    put_record(shadow_rays, place, started.shadow_ray);
+    put_part(shadow_light, place, Awaited(started.light, started.next_carried.path));
   }
 #endif
 #if STARTS_NEXT
   APPEND(queues.next, started.next, place)
   if (started.next) {
-    next_rays[place] = started.next_ray;
-    next_carried[place] = started.next_carried;
+    put_record(next_rays, place, started.next_ray);
+    put_record(next_carried, place, started.next_carried);
   }
 #endif
 }

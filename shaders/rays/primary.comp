@@ -3,6 +3,7 @@
 #extension GL_EXT_scalar_block_layout : require
 // Camera rays, one an invocation, in tiles of Morton order.
 #include "../shared/render.h"
+#include "../lib/records.glsl"
 #include "../lib/film.glsl"
 #include "../lib/random.glsl"
 #include "../lib/camera.glsl"
@@ -13,18 +14,19 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { PrimaryPush push; };
-layout(set = 0, binding = BIND_RAYS, scalar) writeonly buffer Rays { Ray rays[]; };
+RECORDS(writeonly, BIND_RAYS, Rays, rays);
 #if BALLOT_LISTED
 layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Numbers { uint numbers[]; };
 #endif
 
 void main() {
-  if (gl_GlobalInvocationID.x >= uint(rays.length())) return;
+  if (gl_GlobalInvocationID.x >= uint(rays.length()) / 2u) return;
 #if BALLOT_LISTED
   uint ray = numbers[gl_GlobalInvocationID.x];
 #else
   uint ray = push.first + gl_GlobalInvocationID.x;
 #endif
   uvec2 pixel = pixel_of(ray, push.width);
-  rays[gl_GlobalInvocationID.x] = camera_ray(push, pixel, pixel.y * push.width + pixel.x, push.sample_index);
+  Ray made = camera_ray(push, pixel, pixel.y * push.width + pixel.x, push.sample_index);
+  put_record(rays, gl_GlobalInvocationID.x, made);
 }

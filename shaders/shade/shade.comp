@@ -3,6 +3,7 @@
 #extension GL_EXT_scalar_block_layout : require
 // Primary hits to film: colour by BALLOT_SHADING, distance, shading normal, prim. Knows nothing of traversal.
 #include "../shared/render.h"
+#include "../lib/records.glsl"
 #include "../lib/film.glsl"
 
 #if !defined(BALLOT_SHADING) || !defined(BALLOT_HAS_NORMALS)
@@ -11,8 +12,8 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { ShadePush push; };
-layout(set = 0, binding = BIND_RAYS, scalar) readonly buffer Rays { Ray rays[]; };
-layout(set = 0, binding = BIND_HITS, scalar) readonly buffer Hits { Hit hits[]; };
+RECORDS(readonly, BIND_RAYS, Rays, rays);
+RECORDS(readonly, BIND_HITS, Hits, hits);
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
 layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
 vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
@@ -32,8 +33,8 @@ void main() {
   uint index = gl_GlobalInvocationID.x;
   uvec2 pixel = pixel_of(push.first + index, push.width);
   if (index >= push.count || pixel.x >= push.width || pixel.y >= push.height) return;
-  Ray ray = rays[index];
-  Hit hit = hits[index];
+  Ray ray = get_ray(rays, index);
+  Hit hit = get_hit(hits, index);
   FilmPixel p = FilmPixel(vec3(0.0), 0.0, 0.0, vec3(0.0), NO_HIT);
   if (hit.prim != NO_HIT) {
     vec3 v0 = vertex(hit.prim, 0u), v1 = vertex(hit.prim, 1u), v2 = vertex(hit.prim, 2u), dir = normalize(ray.dir);

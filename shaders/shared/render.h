@@ -214,6 +214,7 @@ struct Path {
   uint sample_index;
   uint place;      // of its pixel in the film
   uint hit;        // 1: its camera ray met something
+  uint unused;     // records are multiples of 16 bytes: lib/records.glsl
 };
 
 // What goes with a ray of a wave: whose path it is, and how much of what it finds counts.
@@ -223,6 +224,7 @@ struct Carried {
   float pdf;     // of its direction, by solid angle; 0: no light could have aimed there, as at the eye and off mirrors
   float width;   // of the cone that it stands for, at its origin, scene units (Akenine-Moeller et al., Texture Level of
   float spread;  // Detail Strategies for Real-Time Ray Tracing, Ray Tracing Gems, chapter 20, 2019), and per unit of length
+  uint unused;
 };
 
 // What a ray to a light brings if it meets nothing.
@@ -313,8 +315,8 @@ BALLOT_RECORD(GpuMaterial, 56);
 BALLOT_RECORD(GpuTextureUse, 36);
 BALLOT_RECORD(GpuTexture, 20);
 BALLOT_RECORD(GpuLight, 52);
-BALLOT_RECORD(Path, 28);
-BALLOT_RECORD(Carried, 28);
+BALLOT_RECORD(Path, 32);
+BALLOT_RECORD(Carried, 32);
 BALLOT_RECORD(Awaited, 16);
 BALLOT_RECORD(PutOff, 12);
 BALLOT_RECORD(Queues, 12);

@@ -1,0 +1,41 @@
+// Rays, hits and what goes with them in buffers, read and written by 16 bytes: of records of scalars a compiler moves each scalar
+// by itself, and every one of them touches as many sectors of memory as the whole.
+//
+//   RECORDS(readonly | writeonly | , binding, Block, name)   a buffer of records, `name`
+//   get_ray(name, i), get_hit, get_carried, get_awaited, get_path -> record
+//   put_record(name, i, record)                              one of 32 bytes: Ray, Carried, Path
+//   put_part(name, i, record)                                one of 16 bytes: Hit, Awaited
+#define RECORDS(access, bound, Block, name) \
+  layout(set = 0, binding = bound, std430) access buffer Block { uvec4 name[]; }
+
+uvec4 part_of(vec3 v, uint w) { return uvec4(floatBitsToUint(v), w); }
+uvec4 part_of(vec3 v, float w) { return floatBitsToUint(vec4(v, w)); }
+
+uvec4 first_part(Ray r) { return part_of(r.origin, r.t_min); }
+uvec4 second_part(Ray r) { return part_of(r.dir, r.t_max); }
+uvec4 first_part(Hit h) { return uvec4(floatBitsToUint(h.t), h.prim, floatBitsToUint(vec2(h.u, h.v))); }
+uvec4 first_part(Awaited a) { return part_of(a.radiance, a.path); }
+uvec4 first_part(Carried c) { return part_of(c.throughput, c.path); }
+uvec4 second_part(Carried c) { return part_of(vec3(c.pdf, c.width, c.spread), 0u); }
+uvec4 first_part(Path p) { return part_of(p.radiance, p.number); }
+uvec4 second_part(Path p) { return uvec4(p.sample_index, p.place, p.hit, 0u); }
+
+Ray ray_of(uvec4 a, uvec4 b) {
+  vec4 first = uintBitsToFloat(a), second = uintBitsToFloat(b);
+  return Ray(first.xyz, first.w, second.xyz, second.w);
+}
+Hit hit_of(uvec4 a) { return Hit(uintBitsToFloat(a.x), a.y, uintBitsToFloat(a.z), uintBitsToFloat(a.w)); }
+Awaited awaited_of(uvec4 a) { return Awaited(uintBitsToFloat(a.xyz), a.w); }
+Carried carried_of(uvec4 a, uvec4 b) {
+  vec3 cone = uintBitsToFloat(b.xyz);
+  return Carried(uintBitsToFloat(a.xyz), a.w, cone.x, cone.y, cone.z, 0u);
+}
+Path path_of(uvec4 a, uvec4 b) { return Path(uintBitsToFloat(a.xyz), a.w, b.x, b.y, b.z, 0u); }
+
+#define get_ray(name, i) ray_of(name[2u * (i)], name[2u * (i) + 1u])
+#define get_hit(name, i) hit_of(name[i])
+#define get_awaited(name, i) awaited_of(name[i])
+#define get_carried(name, i) carried_of(name[2u * (i)], name[2u * (i) + 1u])
+#define get_path(name, i) path_of(name[2u * (i)], name[2u * (i) + 1u])
+#define put_part(name, i, record) name[i] = first_part(record)
+#define put_record(name, i, record) name[2u * (i)] = first_part(record), name[2u * (i) + 1u] = second_part(record)
