@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "engine/bvh/oracle_walk.h"
-#include "engine/bvh/parallel.h"
+#include "engine/core/parallel.h"
 
 namespace ballot {
 namespace {

@@ -33,8 +33,8 @@
 
 #include "engine/bvh/oracle.h"
 #include "engine/bvh/oracle_range.h"
-#include "engine/bvh/parallel.h"
 #include "engine/core/error.h"
+#include "engine/core/parallel.h"
 
 namespace ballot {
 namespace {

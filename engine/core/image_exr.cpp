@@ -23,6 +23,7 @@
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/image.h"
+#include "engine/core/parallel.h"
 
 namespace ballot {
 namespace {
@@ -118,8 +119,10 @@ Imf::Header make_header(const Image& image) {
 
 std::vector<half> to_halves(const std::vector<float>& floats) {
   std::vector<half> halves(floats.size());
-  std::ranges::transform(floats, halves.begin(), [](float value) {
-    return half(value != value ? value : std::clamp(value, -65504.0f, 65504.0f));
+  for_chunks(floats.size(), 1 << 15, [&](std::size_t begin, std::size_t end) {
+    std::transform(floats.begin() + std::ptrdiff_t(begin), floats.begin() + std::ptrdiff_t(end),
+                   halves.begin() + std::ptrdiff_t(begin),
+                   [](float value) { return half(value != value ? value : std::clamp(value, -65504.0f, 65504.0f)); });
   });
   return halves;
 }

@@ -1,4 +1,4 @@
-// A loop over chunks on all cores. Internal to bvh/.
+// A loop over chunks on all cores.
 #pragma once
 
 #include <algorithm>

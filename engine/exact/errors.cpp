@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "engine/bvh/parallel.h"
 #include "engine/core/error.h"
+#include "engine/core/parallel.h"
 #include "engine/exact/error_reasons.h"
 
 namespace ballot {

@@ -7,8 +7,8 @@
 
 #include "engine/bvh/oracle.h"
 #include "engine/bvh/oracle_walk.h"
-#include "engine/bvh/parallel.h"
 #include "engine/core/error.h"
+#include "engine/core/parallel.h"
 #include "engine/exact/filter.h"
 #include "engine/exact/predicates.h"
 #include "engine/exact/walk.h"

@@ -5,8 +5,8 @@
 #include <glm/geometric.hpp>
 
 #include "engine/bvh/contact.h"
-#include "engine/bvh/parallel.h"
 #include "engine/core/error.h"
+#include "engine/core/parallel.h"
 
 namespace ballot {
 

@@ -12,9 +12,9 @@
 #include <cstring>
 #include <random>
 
-#include "engine/bvh/parallel.h"
 #include "engine/core/error.h"
 #include "engine/core/file.h"
+#include "engine/core/parallel.h"
 #include "engine/core/progress.h"
 #include "engine/exact/errors.h"
 #include "tests/check/embree_scene.h"
