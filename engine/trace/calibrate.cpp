@@ -26,7 +26,7 @@ struct Effort {
   int rounds;                  // at most
   double warm_s;               // traced beforehand, until clocks are up
 };
-constexpr Effort kCpuEffort{1 << 15, 1 << 15, 8, 4, 0.4, 0.35, 9, 0};
+constexpr Effort kCpuEffort{1 << 15, 1 << 15, 3, 4, 0.4, 0.35, 9, 0};
 constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 0.1, 0.08, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
 constexpr int kLeastRounds = 3;  // one may be disturbed
@@ -34,7 +34,7 @@ constexpr int kLeastRounds = 3;  // one may be disturbed
 /// candidates in larger scenes.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
 constexpr std::uint32_t kWarmUpRays = 4096;
-constexpr double kHopeless = 1.5;     // times as slow as the fastest: traces no further round
+constexpr double kHopeless = 2;       // times as slow as the fastest: traces no further round
 constexpr double kPreference = 1.02;  // by which a candidate must beat one before it in the list
 constexpr std::size_t kSortSample = 4096, kSortStretches = 64;
 
@@ -88,36 +88,37 @@ Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vecto
 
 using Trial = Tracer::Trial;
 
-/// The fastest candidate's milliseconds of each round.
-std::vector<double> best_rounds(const std::vector<Trial>& trials) {
-  std::vector<double> best;
-  for (const Trial& t : trials)
-    for (std::size_t r = 0; r < t.ms.size(); ++r) {
-      if (r == best.size()) best.push_back(t.ms[r]);
-      best[r] = std::min(best[r], t.ms[r]);
-    }
-  return best;
+/// Milliseconds for all samples, each at its best of the first `rounds` rounds, which take the samples in turn: what disturbs a
+/// trial makes it slower, never faster.
+double cost_of(const Trial& trial, std::size_t rounds, std::size_t samples) {
+  double sum = 0;
+  for (std::size_t s = 0; s < std::min(samples, rounds); ++s) {
+    double least = trial.ms[s];
+    for (std::size_t r = s; r < rounds; r += samples) least = std::min(least, trial.ms[r]);
+    sum += least;
+  }
+  return sum;
 }
 
-/// Times over the round's fastest, the median round: rounds trace other rays, and one may be disturbed.
-double slowness(const Trial& trial, const std::vector<double>& best) {
-  if (trial.ms.empty()) return std::numeric_limits<double>::infinity();
-  std::vector<double> over;
-  for (std::size_t r = 0; r < trial.ms.size(); ++r) over.push_back(trial.ms[r] / best[r]);
-  std::ranges::sort(over);
-  return (over[(over.size() - 1) / 2] + over[over.size() / 2]) / 2;
+/// Times over the fastest in the rounds that the trial took part in.
+double slowness(const Trial& trial, const std::vector<Trial>& trials, std::size_t samples) {
+  const std::size_t rounds = trial.ms.size();
+  if (rounds == 0) return std::numeric_limits<double>::infinity();
+  double least = std::numeric_limits<double>::infinity();
+  for (const Trial& t : trials)
+    if (t.ms.size() >= rounds) least = std::min(least, cost_of(t, rounds, samples));
+  return cost_of(trial, rounds, samples) / least;
 }
 
 /// The chosen one first, the others by speed; a candidate keeps its place before slower ones in the list unless beaten by
 /// more than noise.
-std::vector<Candidate> in_order(const std::vector<Trial>& trials, std::size_t rays) {
-  const std::vector<double> best = best_rounds(trials);
-  double mean = 0;
-  for (const double ms : best) mean += ms / double(best.size());
+std::vector<Candidate> in_order(const std::vector<Trial>& trials, std::size_t rays, std::size_t samples) {
   std::vector<std::pair<double, Candidate>> all;
   for (const Trial& t : trials) {
-    all.emplace_back(slowness(t, best), t.candidate);
-    all.back().second.mrays_per_s = double(rays) / (all.back().first * mean) * 1e-3;  // 0 for one that could not run
+    all.emplace_back(slowness(t, trials, samples), t.candidate);
+    if (t.ms.empty()) continue;  // it could not run, or was not tried
+    const std::size_t traced = rays * std::min(samples, t.ms.size());
+    all.back().second.mrays_per_s = double(traced) / cost_of(t, t.ms.size(), samples) * 1e-3;
   }
   double least = std::numeric_limits<double>::infinity();
   for (const auto& each : all) least = std::min(least, each.first);
@@ -197,8 +198,7 @@ void Tracer::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& sa
       if (!t.out) t.ms.push_back(run(t, rays));
     }
     if (round + 1 < kLeastRounds) continue;
-    const std::vector<double> best = best_rounds(trials);
-    for (Trial& t : trials) t.out |= slowness(t, best) > kHopeless;
+    for (Trial& t : trials) t.out |= slowness(t, trials, samples.size()) > kHopeless;
   }
 }
 
@@ -228,7 +228,7 @@ Choice Tracer::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_
   }
   if (!can_run) std::rethrow_exception(why);
   race(trials, samples, hits);
-  choice.candidates = in_order(trials, choice.sampled);
+  choice.candidates = in_order(trials, choice.sampled, samples.size());
   choice.seconds = seconds_since(start);
   return choice;
 }
