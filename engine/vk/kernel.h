@@ -46,6 +46,7 @@ class Kernel {
   struct Bound {
     std::uint64_t id = 0;  // of the buffer; 0: none
     VkBuffer buffer = VK_NULL_HANDLE;
+    std::uint64_t bytes = 0;  // of it that kernels may see
     VkBufferView view = VK_NULL_HANDLE;
   };
   /// A descriptor set; what submissions that have not ended use is left as it is.

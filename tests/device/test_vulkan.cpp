@@ -105,6 +105,25 @@ TEST_F(Vulkan, RecordsHaveTheSameBytes) {
   expect(film, FilmPixel{{1, 2, 3}, 4, 5, {6, 7, 8}, 9});
 }
 
+// Buffers of some sizes are made larger than asked for (steady_size() in engine/vk/buffer.cpp), up to the largest there may be.
+TEST_F(Vulkan, KernelsSeeWhatABufferWasMadeFor) {
+  Kernel kernel(*gpu_, source("length.comp"));
+  Buffer<std::uint32_t> seen(*gpu_, 4, Access::Storage, "seen");
+  kernel.bind(1, seen);
+  const std::uint64_t most = std::min<std::uint64_t>(gpu_->info().max_storage_range / 16 * 16, 1ull << 28);
+  for (const std::uint64_t bytes : {16ull, 240ull, 256ull, 1000ull, 65536ull, 65792ull, 1ull << 20, most + 0ull}) {
+    Buffer<std::uint32_t> numbers(*gpu_, bytes / 4, Access::Storage, "numbers");
+    kernel.bind(0, numbers);
+    gpu_->submit("length", [&](VkCommandBuffer cmd) {
+      kernel.dispatch(cmd, 1, nullptr, 0);
+      memory_barrier(cmd);
+    });
+    std::uint32_t length = 0;
+    seen.download(std::span(&length, 1));
+    EXPECT_EQ(length, bytes / 4);
+  }
+}
+
 TEST_F(Vulkan, KernelsCheckTheirBindings) {
   Kernel kernel(*gpu_, source("records.comp"));
   Buffer<Ray> rays(*gpu_, 2, Access::Storage, "rays");

@@ -1,0 +1,8 @@
+#version 460
+// Writes how many numbers the kernel may see of a buffer.
+
+layout(local_size_x = 1) in;
+layout(set = 0, binding = 0, std430) readonly buffer Numbers { uint numbers[]; };
+layout(set = 0, binding = 1, std430) writeonly buffer Seen { uint seen; };
+
+void main() { seen = uint(numbers.length()); }
