@@ -34,7 +34,8 @@ FAULTS = (
     Fault("edges do not belong to triangles", "lib/triangle_watertight.glsl",
           "min(e0, min(e1, e2)) >= 0.0 || max(e0, max(e1, e2)) <= 0.0",
           "min(e0, min(e1, e2)) > 0.0 || max(e0, max(e1, e2)) < 0.0"),
-    Fault("ties go to the first met", "lib/nearer.glsl", "t < best.t || (t == best.t && prim < best.prim)", "t < best.t"),
+    Fault("ties go to the first met", "lib/nearer.glsl",
+          "t < best.t || (t == best.t && prim_at(place) < prim_at(best.prim))", "t < best.t"),
     Fault("t_min and t_max do not belong to the ray", "lib/nearer.glsl", "t >= ray.t_min && t <= best.t",
           "t > ray.t_min && t < best.t"),
     Fault("zero directions unguarded", "lib/box.glsl", "precise vec3 inv = 1.0 / d;", "precise vec3 inv = 1.0 / dir;"),
@@ -93,6 +94,13 @@ def print_table(rows: list[tuple[Fault, list[str]]]) -> None:
         print(f"{fault.name:{widths[0]}}  {fault.file:{widths[1]}}  {killers or 'NONE: IT SURVIVES'}")
 
 
+def check_texts() -> None:
+    """Throws Failed if a fault's text is not in the shaders exactly once."""
+    with tempfile.TemporaryDirectory(prefix="ballot-mutations-") as temporary:
+        for i, fault in enumerate(FAULTS):
+            mutated(fault, SHADERS, Path(temporary) / str(i))
+
+
 def check(preset: str, tests: str = TESTS) -> int:
     """Exit code 0 if the suite passes as it is and fails with every fault."""
     binary = build_folder(preset) / "tests" / "ballot_device_tests"
@@ -112,3 +120,10 @@ def check(preset: str, tests: str = TESTS) -> int:
     if alive:
         raise Failed(f"{len(alive)} of {len(rows)} faults pass the suite: {', '.join(alive)}")
     return 0
+
+
+if __name__ == "__main__":  # a test of every run; the faults themselves take minutes
+    try:
+        check_texts()
+    except Failed as error:
+        raise SystemExit(str(error)) from None

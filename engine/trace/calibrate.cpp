@@ -29,7 +29,7 @@ struct Effort {
 constexpr Effort kCpuEffort{1 << 15, 1 << 15, 3, 4, 0.4, 0.35, 9, 0};
 constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 0.1, 0.08, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
-constexpr int kLeastRounds = 3;  // one may be disturbed
+constexpr int kLeastRounds = 3;  // a look at each sample
 /// Collapsing a tree of so many nodes takes about a second, and nothing keeps the result: methods that want the wide tree are no
 /// candidates in larger scenes.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;

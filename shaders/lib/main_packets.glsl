@@ -40,6 +40,8 @@ bool walk_groups(uint groups) {
 #if BALLOT_FALLBACK
 const uint MOST_OCTANTS = 2u;  // of a packet whose rays go together
 
+uint octants_of(uint groups) { return (groups | groups >> 8 | groups >> 16) & 255u; }  // whatever the main axis
+
 void trace_one_by_one(uint base) {
   uint r = 0u;
   do {
@@ -61,7 +63,7 @@ void trace_packet(uint base) {
   }
   uint groups = packet_groups();
 #if BALLOT_FALLBACK
-  if (bitCount((groups | groups >> 8 | groups >> 16) & 255u) > MOST_OCTANTS) {
+  if (bitCount(octants_of(groups)) > MOST_OCTANTS) {
     trace_one_by_one(base);
     return;
   }
