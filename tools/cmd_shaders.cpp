@@ -43,7 +43,7 @@ std::vector<Knobs> knobs_of(const Method& method) {
     if (method.frontier) all.push_back({{"launch", launch}, {"frontier", "32"}});
     if (method.wide) all.push_back({{"launch", launch}, {"rays", "4"}, {"fallback", "0"}});
   }
-  if (!method.packet())
+  if (!method.packet() && !method.quads)
     all.push_back({{"layout", "centred"}, {"minmax", "integer"}, {"leaf_run", "1"}, {"leaf_box", "1"}});
   return all;
 }

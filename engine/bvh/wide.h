@@ -13,12 +13,8 @@ struct WideBvh {
   std::uint32_t children = 0;     // of all nodes together
 };
 
-/// Collapses the binary tree so that the expected number of wide nodes that a random ray meets is least.
-///
-/// Source: Henri Ylitie, Tero Karras, Samuli Laine. Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide
-/// BVHs. HPG 2017, section 3.1. Differs: leaves are kept as they are, so triangles cost the same in every tree and drop out.
-///
-/// Throws Error(Work) if there would be too many nodes for a stack entry (WIDE_MAX_NODES).
+/// The binary tree collapsed (collapse.h). Throws Error(Work) if there would be too many nodes for a stack entry
+/// (WIDE_MAX_NODES).
 WideBvh make_wide_bvh(const DeviceBvh& binary);
 
 }  // namespace ballot

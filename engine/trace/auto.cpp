@@ -17,6 +17,7 @@ struct Row {
 constexpr Row kRows[] = {
     {true, "packet-wide", "", ""},
     {true, "while-while", "", ""},
+    {true, "bvh4", "", ""},
     {true, "packet-wide", "fallback", "0"},
     {true, "dynamic-fetch", "", ""},
     {false, "while-while", "", ""},
@@ -51,8 +52,9 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
   std::string why;
   for (const Row& row : kRows) {
     if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
-    // Modes that need float64: the wide kernel takes seconds to compile, and gains nothing there.
-    if (find_method(row.method).wide && find_numeric(query.numeric).needs_float64) continue;
+    // Modes that need float64: kernels take seconds to compile, and those over wider trees gain nothing there.
+    const Method& method = find_method(row.method);
+    if ((method.wide || method.quads) && find_numeric(query.numeric).needs_float64) continue;
     Candidate c{std::string(row.method), query.knobs};
     if (!row.knob.empty() && !c.knobs.emplace(row.knob, row.value).second) continue;  // the query says otherwise
     if (can_follow(query, c, device, why)) candidates.push_back(std::move(c));

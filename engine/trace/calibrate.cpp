@@ -30,7 +30,7 @@ constexpr Effort kCpuEffort{1 << 15, 1 << 15, 3, 4, 0.4, 0.35, 9, 0};
 constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 0.1, 0.08, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
 constexpr int kLeastRounds = 3;  // a look at each sample
-/// Collapsing a tree of so many nodes takes about a second, and nothing keeps the result: methods that want the wide tree are no
+/// Collapsing a tree of so many nodes takes about a second, and nothing keeps the result: methods that want such a tree are no
 /// candidates in larger scenes.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
 constexpr std::uint32_t kWarmUpRays = 4096;
@@ -54,9 +54,12 @@ std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::si
   return all;
 }
 
-void leave_out_wide(std::vector<Candidate>& candidates) {
-  const auto is_wide = [](const Candidate& c) { return find_method(c.method).wide; };
-  if (!std::ranges::all_of(candidates, is_wide)) std::erase_if(candidates, is_wide);
+void leave_out_collapsed(std::vector<Candidate>& candidates) {
+  const auto is_collapsed = [](const Candidate& c) {
+    const Method& m = find_method(c.method);
+    return m.wide || m.quads;
+  };
+  if (!std::ranges::all_of(candidates, is_collapsed)) std::erase_if(candidates, is_collapsed);
 }
 
 std::size_t size_of(const std::vector<Stretch>& stretches) {
@@ -206,7 +209,7 @@ Choice Tracer::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_
   const auto start = Clock::now();
   const Effort& effort = effort_on(gpu_.info());
   Choice choice{query.rays, query.want, query.numeric, query.knobs, candidates_for(query, gpu_.info())};
-  if (bvh_.nodes.size() > kMostNodesToCollapse) leave_out_wide(choice.candidates);
+  if (bvh_.nodes.size() > kMostNodesToCollapse) leave_out_collapsed(choice.candidates);
   if (choice.candidates.size() == 1) return choice;
   const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
   std::vector<Buffer<Ray>> samples;

@@ -68,7 +68,7 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
   times.retraced += open.size();
   Query plain = query;
   plain.knobs["launch"] = "plain";
-  if (find_method(query.method).wide) {  // pieces are of the binary tree
+  if (const Method& m = find_method(query.method); m.wide || m.quads) {  // pieces are of the binary tree
     plain.method = kPlainestMethod;
     plain.knobs = {};
   }

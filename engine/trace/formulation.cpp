@@ -63,6 +63,10 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) {
        f.stack = choose<StackPlace>(v, k, {"private", "shared"});
      }},
+    {{"push", "branch, always", "rays by themselves: a child is stored where the stack must keep it, or in every step"},
+     [](F& f, V v, const K& k) {
+       f.push = choose<Push>(v, k, {"branch", "always"});
+     }},
     {{"vote", "any, count, sum", "packets: how the lanes agree on the order of two children"},
      [](F& f, V v, const K& k) {
        f.vote = choose<Vote>(v, k, {"any", "count", "sum"});
@@ -172,7 +176,8 @@ std::string describe(const Formulation& f, const Method& method) {
   constexpr const char* fetches[] = {"storage", "texel", "reference"};
   constexpr const char* layouts[] = {"paper", "interleaved", "centred", "compact"};
   constexpr const char* minima[] = {"builtin", "select", "integer"};
-  std::string text = fmt::format("fetch={} layout={}", fetches[int(f.fetch)], layouts[int(f.layout)]);
+  std::string text = fmt::format("fetch={}", fetches[int(f.fetch)]);
+  if (!method.quads) text += fmt::format(" layout={}", layouts[int(f.layout)]);
   if (method.packet())
     text += fmt::format(" vote={} packet_stack={} cooperative={}", vote_name(f.vote),
                         f.packet_stack == PacketStack::Lanes ? "lanes" : "shared", int(f.cooperative));
@@ -181,14 +186,16 @@ std::string describe(const Formulation& f, const Method& method) {
                         f.packet_stack == PacketStack::Lanes ? "lanes" : "shared");
   if (method.frontier) text += fmt::format(" frontier={}", f.frontier);
   if (method.reduces()) text += fmt::format(" reduce={}", f.reduce == Reduce::Integer ? "integer" : "shuffle");
-  if (method.own_stack) text += fmt::format(" stack={}", f.stack == StackPlace::Shared ? "shared" : "private");
+  if (method.own_stack)
+    text += fmt::format(" stack={} push={}", f.stack == StackPlace::Shared ? "shared" : "private",
+                        f.push == Push::Always ? "always" : "branch");
   if (method.lists) text += fmt::format(" list={}", f.list);
   constexpr const char* products[] = {"split", "float64", "fma"};
   text += fmt::format(" products={}", products[int(f.products)]);
-  if (!method.wide) text += fmt::format(" padding={}", f.padding == Padding::Tree ? "tree" : "ray");
-  text += fmt::format(" minmax={} leaf_box={} leaf_run={} sorted={} launch={} workgroup={}", minima[int(f.minmax)],
-                      int(f.leaf_box), int(f.leaf_run), int(f.sorted),
-                      f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
+  if (!method.wide && !method.quads) text += fmt::format(" padding={}", f.padding == Padding::Tree ? "tree" : "ray");
+  text += fmt::format(" minmax={} leaf_box={} leaf_run={}", minima[int(f.minmax)], int(f.leaf_box), int(f.leaf_run));
+  if (!method.quads) text += fmt::format(" sorted={}", int(f.sorted));
+  text += fmt::format(" launch={} workgroup={}", f.launch == Launch::Plain ? "plain" : "persistent", f.workgroup);
   if (f.launch == Launch::Persistent) text += fmt::format(" batches={} lanes={}", f.batches, f.resident_lanes);
   return text;
 }

@@ -16,6 +16,7 @@ struct Method;
 
 enum class Fetch : int { Storage = FETCH_STORAGE, Texel = FETCH_TEXEL, Reference = FETCH_REFERENCE };
 enum class StackPlace : int { Private = STACK_PRIVATE, Shared = STACK_SHARED };
+enum class Push : int { Branch = PUSH_BRANCH, Always = PUSH_ALWAYS };
 enum class PacketStack : int { Shared = PACKET_STACK_SHARED, Lanes = PACKET_STACK_LANES };
 enum class Vote : int { Any = VOTE_ANY, Count = VOTE_COUNT, Sum = VOTE_SUM };
 std::string_view vote_name(Vote vote);  // as knob vote takes it
@@ -28,6 +29,7 @@ enum class Launch : int { Plain = LAUNCH_PLAIN, Persistent = LAUNCH_PERSISTENT }
 struct Formulation {
   Fetch fetch = Fetch::Storage;
   StackPlace stack = StackPlace::Private;
+  Push push = Push::Branch;  // rays by themselves: how their stack is written
   PacketStack packet_stack = PacketStack::Shared;
   Vote vote = Vote::Count;
   Launch launch = Launch::Plain;

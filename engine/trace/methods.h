@@ -47,6 +47,7 @@ struct Method {
   bool lists = false;  // rays put nodes aside in lists of bounded length; knob list applies
   bool wide = false;   // walks the wide tree with several rays in a lane; knobs rays, fallback and packet_stack apply
   bool frontier = false;  // the subgroup tests the frontier of the tree first; knobs frontier and reduce apply
+  bool quads = false;     // walks the tree of four children a node; knobs layout, padding=tree and sorted do not apply
   bool chooses = false;   // has no kernel: runs what it finds fastest of the others (auto.h)
 
   bool packet() const { return votes != kNoVotes; }
@@ -159,6 +160,18 @@ inline constexpr Method kMethods[] = {
      false,
      false,
      true},
+    {"bvh4",
+     "traverse/bvh4.comp",
+     "while-while over a tree of four children a node, in 64 bytes (Dammertz, Hanika and Keller 2008)",
+     kNoVotes,
+     true,
+     kCpu,
+     kGpu,
+     {},
+     false,
+     false,
+     false,
+     true},
     {kAuto,
      "",
      "whichever of these is fastest on this device, scene and sort of rays: trials on a sample of them tell",
@@ -167,6 +180,7 @@ inline constexpr Method kMethods[] = {
      kCpu,
      kGpu,
      {},
+     false,
      false,
      false,
      false,

@@ -80,6 +80,15 @@ const Tracer::Texels& Tracer::wide_buffer(Fetch fetch) {
   return wide_buffers_.emplace(fetch, std::move(made)).first->second;
 }
 
+const Tracer::Texels& Tracer::quad_buffer(Fetch fetch) {
+  const auto found = quad_buffers_.find(fetch);
+  if (found != quad_buffers_.end()) return found->second;
+  const QuadBvh quad = make_quad_bvh(device_bvh(NodeLayout::Interleaved));
+  Texels made(gpu_, quad.nodes.size(), access_for(fetch), "quad bvh nodes");
+  made.upload(quad.nodes);
+  return quad_buffers_.emplace(fetch, std::move(made)).first->second;
+}
+
 const Tracer::Texels& Tracer::frontier_buffer(const Formulation& f) {
   const auto key = std::tuple(f.frontier, f.layout, f.padding, f.fetch);
   const auto found = frontier_buffers_.find(key);
@@ -128,8 +137,9 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   if (found != pipelines_.end() && found->second.kernel->generation() == gpu_.shader_generation()) return found->second;
   Pipeline made{found != pipelines_.end() ? std::move(found->second.kernel) : nullptr};
   const bool fresh = refresh(gpu_, made.kernel, kernel_source(v, gpu_.info(), tree_));
-  if (!v.method->wide || v.how.fallback) made.nodes = &node_buffer(v.how);
+  if (!v.method->quads && (!v.method->wide || v.how.fallback)) made.nodes = &node_buffer(v.how);
   if (v.method->wide) made.top = &wide_buffer(v.how.fetch);
+  if (v.method->quads) made.top = &quad_buffer(v.how.fetch);
   if (v.method->frontier) made.top = &frontier_buffer(v.how);
   made.leaves = &leaf_buffer(v.numeric->leaves, v.how.fetch);
   if (!fresh) return pipelines_[key] = std::move(made);

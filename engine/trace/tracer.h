@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/bvh/frontier.h"
+#include "engine/bvh/quad.h"
 #include "engine/bvh/wide.h"
 #include "engine/trace/auto.h"
 
@@ -128,6 +129,7 @@ class Tracer {
   const Texels& node_buffer(const Formulation& f);
   const Texels& leaf_buffer(LeafFormat format, Fetch fetch);
   const Texels& wide_buffer(Fetch fetch);
+  const Texels& quad_buffer(Fetch fetch);
   const Texels& frontier_buffer(const Formulation& f);
   void record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const Context::Record& dispatch,
               Context::Done done);
@@ -157,6 +159,7 @@ class Tracer {
   std::map<std::pair<LeafFormat, Fetch>, Texels> leaf_buffers_;
   std::optional<WideBvh> wide_;
   std::map<Fetch, Texels> wide_buffers_;
+  std::map<Fetch, Texels> quad_buffers_;
   std::map<std::tuple<std::uint32_t, NodeLayout, Padding, Fetch>, Texels> frontier_buffers_;
   std::map<std::string, Pipeline> pipelines_;
   Buffer<Work> work_;

@@ -16,13 +16,15 @@ std::string Variant::name() const {
   return threshold.empty() ? kernel_name() : kernel_name() + " " + threshold;
 }
 
-std::uint32_t stack_entries(const TreeFacts& tree) { return (tree.depth + 1 + 15) / 16 * 16; }
+std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed) {
+  return (tree.depth * pushed + 1 + 15) / 16 * 16;
+}
 
 KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, const TreeFacts& tree) {
   const Formulation& f = variant.how;
   const Method& method = *variant.method;
   const bool packet = method.packet(), wide = method.wide;
-  const std::uint32_t stack = stack_entries(tree);
+  const std::uint32_t stack = stack_entries(tree, method.quads ? QUAD_CHILDREN - 1 : 1);
   const std::uint32_t list = method.lists ? f.list : 0;
   std::uint32_t shared_words = 0;
   const bool own_stack = method.own_stack && (!wide || f.fallback);
@@ -47,8 +49,9 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
                     {"BALLOT_PRODUCTS", int(f.products)},
                     {"BALLOT_FETCH", int(f.fetch)},
                     {"BALLOT_RAY_TEXELS", f.fetch == Fetch::Texel && device.is_cpu()},
-                    {"BALLOT_LAYOUT", int(f.layout)},
+                    {"BALLOT_LAYOUT", method.quads ? LAYOUT_CENTRED : int(f.layout)},
                     {"BALLOT_STACK", int(f.stack)},
+                    {"BALLOT_PUSH", own_stack ? int(f.push) : 0},
                     {"BALLOT_PACKET_STACK", method.shares_stack() ? int(f.packet_stack) : 0},
                     {"BALLOT_VOTE", packet ? int(f.vote) : 0},
                     {"BALLOT_COOPERATIVE", packet && f.cooperative},
@@ -58,7 +61,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
                     {"BALLOT_LEAF_RUN", f.leaf_run},
                     {"BALLOT_LEAF_LOOP", wide || leaves_loop(tree)},
                     {"BALLOT_LOOPS_CUT", f.loops_cut},
-                    {"BALLOT_SORTED", f.sorted || variant.want == Want::Nearest},
+                    {"BALLOT_SORTED", f.sorted || method.quads || variant.want == Want::Nearest},
                     {"BALLOT_RAYS", wide ? int(f.rays) : 1},
                     {"BALLOT_FALLBACK", wide && f.fallback},
                     {"BALLOT_REDUCE", method.reduces() ? int(f.reduce) : 0},

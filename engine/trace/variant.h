@@ -32,9 +32,9 @@ struct Variant {
 Formulation formulation_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
                             const Knobs& knobs = {});
 
-/// Entries of the stacks that a tree needs: a walk pushes at most one per inner node on its path, above one sentinel. In steps
-/// of 16, so that scenes of like depth share pipelines.
-std::uint32_t stack_entries(const TreeFacts& tree);
+/// Entries of the stacks that a tree needs: a walk pushes at most `pushed` per inner node on its path, above one sentinel. In
+/// steps of 16, so that scenes of like depth share pipelines.
+std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed = 1);
 
 /// False: every leaf holds one triangle, so kernels have no loop over them.
 inline bool leaves_loop(const TreeFacts& tree) { return tree.largest_leaf != 1; }

@@ -30,3 +30,5 @@ void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
   lo = ray.origin + slack;
   hi = ray.origin - slack;
 }
+
+void first_planes(Slabs s, vec3 at, out vec3 near, out vec3 far) { near = far = fma(at, s.inv, -s.scaled_origin); }

@@ -25,7 +25,9 @@
 
 // By centre and half extents the slab test moves a plane by 7 w M (the centre) + 7 w M (half the extent, at most M) + w M (their
 // sum): 33 + 15 = 48, padded by 64 w M, and by 2 w |o| for boxes by their
-// bounds, which are tested too.
+// bounds, which are tested too. On the grid of the quad tree's node (lib/quad.glsl), whose boxes hold their children exactly, it
+// moves a plane by 7 w M (where the grid begins) + 14 w M (the steps, at most 2 M together, of 7 roundings) + 2 w M (their sum,
+// and that with the padding): 33 + 23 = 56.
 
 #if BALLOT_LAYOUT >= LAYOUT_CENTRED
 struct Slabs {
@@ -96,6 +98,12 @@ vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
 }
 
 #if BALLOT_LAYOUT >= LAYOUT_CENTRED
+void first_planes(Slabs s, vec3 at, out vec3 near, out vec3 far) {
+  precise vec3 middle = (at - s.origin) * s.inv, pad = s.pad * abs(s.inv);
+  near = middle - pad;
+  far = middle + pad;
+}
+
 vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_max) {
   precise vec3 middle = (centre - s.origin) * s.inv, half_way = (extent + s.pad) * abs(s.inv);
   return cut_centred(middle, half_way, t_min, t_max);

@@ -21,3 +21,5 @@ vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_ma
 vec3 segment_pad(Ray ray) { return 2.4e-7 * (abs(ray.origin) + abs(ray.t_max * ray.dir)); }
 
 void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) { lo = hi = s.origin; }
+
+void first_planes(Slabs s, vec3 at, out vec3 near, out vec3 far) { near = far = (at - s.origin) * s.inv; }

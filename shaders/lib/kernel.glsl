@@ -51,8 +51,8 @@ uint ray_end;  // main() reads it
 #define RAY_END push.ray_end
 #endif
 
-// Packets that keep to the wide tree have no use for the binary one.
-#if !defined(METHOD_PACKETS) || BALLOT_FALLBACK
+// Packets that keep to the wide tree, and rays that walk the quad tree, have no use for the binary one.
+#if !defined(METHOD_QUADS) && (!defined(METHOD_PACKETS) || BALLOT_FALLBACK)
 #define READS_NODES
 #endif
 

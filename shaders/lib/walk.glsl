@@ -21,19 +21,40 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
 #define RIGHT_NEARER(entry_l, entry_r) (entry_r < entry_l)
 #endif
 
+// Goes to `first`, with `other` on the stack if both are met; to the top of the stack if none is.
+#if BALLOT_PUSH == PUSH_ALWAYS
+// Without branches: what lies beyond the top of the stack is of no account, and a step that pops pushed nothing, so it may read
+// the top beforehand.
+#define STACK_STEP(node, top, both, any, first, other) \
+  {                                                    \
+    uint popped = STACK_AT(top - 1u);                  \
+    STACK_AT(top) = other;                             \
+    top += uint(both);                                 \
+    COUNT_STACK(top)                                   \
+    top -= uint(!(any));                               \
+    node = any ? first : popped;                       \
+  }
+#else
+#define STACK_STEP(node, top, both, any, first, other) \
+  {                                                    \
+    node = first;                                      \
+    if (both) STACK_AT(top++) = other;                 \
+    COUNT_STACK(top)                                   \
+    if (!(any)) node = STACK_AT(--top);                \
+  }
+#endif
+
 // The child to enter first, or the top of the stack where the ray meets neither.
-#define WALK_STEP(w, node, top)                                    \
-  {                                                                \
-    COUNT_NODE(true)                                               \
-    Pair pair = fetch_pair(node);                                  \
-    float entry_l, entry_r;                                        \
-    bool l = meets(w, pair.l, entry_l);                            \
-    bool r = meets(w, pair.r, entry_r);                            \
-    bool right_first = r && (!l || RIGHT_NEARER(entry_l, entry_r)); \
-    node = right_first ? pair.right : pair.left;                   \
-    if (l && r) STACK_AT(top++) = right_first ? pair.left : pair.right; \
-    COUNT_STACK(top)                                               \
-    if (!l && !r) node = STACK_AT(--top);                          \
+#define WALK_STEP(w, node, top)                                                                    \
+  {                                                                                                \
+    COUNT_NODE(true)                                                                               \
+    Pair pair = fetch_pair(node);                                                                  \
+    float entry_l, entry_r;                                                                        \
+    bool l = meets(w, pair.l, entry_l);                                                            \
+    bool r = meets(w, pair.r, entry_r);                                                            \
+    bool right_first = r && (!l || RIGHT_NEARER(entry_l, entry_r));                                \
+    uint first = right_first ? pair.right : pair.left, other = right_first ? pair.left : pair.right; \
+    STACK_STEP(node, top, l && r, l || r, first, other)                                            \
   }
 
 // A leaf, then the top of the stack; a ray that looks for any hit and has one is done.

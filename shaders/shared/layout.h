@@ -95,6 +95,12 @@ BALLOT_RECORD(Call, 16);
 #define WIDE_NODE_TEXELS 16
 #define WIDE_MAX_NODES 0xFFFFFF
 
+// The quad tree: up to QUAD_CHILDREN children a node, which takes four texels: where its grid begins and the grid's step along
+// each axis, with a byte a child, in steps, of the lower and the upper planes, (first.xyz, step.x), (lower x, y, z, step.y),
+// (upper x, y, z, step.z), then the children: the texel where a node starts, or a leaf as above; END_OF_TREE where there is none.
+#define QUAD_CHILDREN 4
+#define QUAD_NODE_TEXELS 4
+
 // The frontier: 32 or 64 nodes for each octant of directions (bit 0: down along x, 1: y, 2: z), each two texels, (lo.xyz, child
 // reference), (hi.xyz, 0); END_OF_TREE and an empty box where there are fewer.
 #define FRONTIER_OCTANTS 8

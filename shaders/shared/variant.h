@@ -34,6 +34,10 @@
 #define STACK_PRIVATE 0
 #define STACK_SHARED 1
 
+// BALLOT_PUSH: how a ray's own stack is written.
+#define PUSH_BRANCH 0  // where there is something to keep
+#define PUSH_ALWAYS 1  // in every step; the top of the stack moves only where there is something to keep
+
 // BALLOT_PACKET_STACK: where the stack of a packet lies.
 #define PACKET_STACK_SHARED 0
 #define PACKET_STACK_LANES 1  // spread over the registers of the lanes, read by shuffle
@@ -128,7 +132,7 @@ BALLOT_RECORD(RayStats, 72);
 #if !defined(BALLOT_FETCH) || !defined(BALLOT_STACK) || !defined(BALLOT_PACKET_STACK) || !defined(BALLOT_VOTE) || \
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
-    !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK) || \
+    !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_PUSH) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK) || \
     !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_CALLED)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif

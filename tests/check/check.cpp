@@ -142,11 +142,10 @@ class Checker {
   }
   void check_invariance(const std::vector<Ray>& rays, const std::vector<Hit>& reference, std::string_view mode) {
     std::size_t runs = 0;
-    std::vector<Knobs> knobs = every_size(engine_.device());
-    for (const Knobs& k : every_formulation(engine_.device()))
-      if (!quick_) knobs.push_back(k);
     for (const Method& m : kMethods) {
-      std::vector<Knobs> all = knobs;
+      std::vector<Knobs> all = every_size(engine_.device());
+      if (!quick_)
+        for (const Knobs& k : every_formulation(m, engine_.device())) all.push_back(k);
       for (const Knobs& k : every_threshold(m)) all.push_back(k);
       for (const Knobs& k : all) {
         const Query q{Want::Nearest, std::string(m.name), std::string(mode), k};

@@ -260,6 +260,9 @@ TEST_F(Bench, BadArguments) {
   refused(2, {"method cut needs numbers", "count, sum"}, {"--methods", "cut:vote=any"});
   refused(2, {"--knob f", "'2'", "0 to 1"}, {"--methods", "cut:f=2"});
   refused(2, {"--knob padding=tree", "packet-wide"}, {"--methods", "packet-wide:padding=tree"});
+  refused(2, {"--knob padding=tree", "bvh4"}, {"--methods", "bvh4:padding=tree"});
+  refused(2, {"--knob layout", "bvh4"}, {"--methods", "bvh4:layout=paper"});
+  refused(2, {"--knob sorted", "bvh4"}, {"--methods", "bvh4:sorted=0"});
   refused(2, {"--knob padding=tree", "leaf_box=1"}, {"--methods", "while-while:padding=tree:leaf_box=1"});
   refused(2, {"'f' is not of the form NAME=VALUE"}, {"--methods", "cut:f"});
   refused(2, {"method packet has no such threshold"}, {"--methods", "packet:k=3"});

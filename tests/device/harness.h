@@ -56,13 +56,15 @@ inline bool is_dealt(const DeviceInfo& d, std::size_t i) {
   return i % 4 == driver * 2 + (d.subgroup_size < 8 ? 0 : 1);
 }
 
-/// Knob sets that move each axis of the formulation once from its default.
-inline std::vector<Knobs> every_formulation(const DeviceInfo& d) {
+/// Knob sets that move each axis of the formulation once from its default, of those that methods share.
+inline std::vector<Knobs> shared_formulations(const DeviceInfo& d) {
   std::vector<Knobs> all{{{"layout", "paper"}},
                          {{"fetch", "storage"}},
                          {{"fetch", "texel"}},
                          {{"stack", "private"}},
                          {{"stack", "shared"}, {"workgroup", std::to_string(std::max(32u, d.subgroup_size))}},
+                         {{"push", "branch"}},
+                         {{"push", "always"}},
                          {{"packet_stack", "shared"}},
                          {{"cooperative", "0"}},
                          {{"layout", "centred"}},
@@ -87,13 +89,14 @@ inline std::vector<Knobs> every_formulation(const DeviceInfo& d) {
   return all;
 }
 
-/// The same of the axes that only some methods have.
-inline std::vector<Knobs> own_formulations(const Method& m, const DeviceInfo& d) {
-  std::vector<Knobs> all;
+/// The same for a method, of all the axes that it has.
+inline std::vector<Knobs> every_formulation(const Method& m, const DeviceInfo& d) {
+  std::vector<Knobs> all = shared_formulations(d);
+  if (m.quads) std::erase_if(all, [](const Knobs& k) { return k.contains("layout"); });
   if (m.wide)
     for (const char* rays : {"1", "2", "4"}) all.push_back({{"rays", rays}, {"fallback", rays[0] == '2' ? "1" : "0"}});
   if (m.frontier) all.push_back({{"frontier", "32"}});
-  if (!m.wide) all.push_back({{"padding", "tree"}});
+  if (!m.wide && !m.quads) all.push_back({{"padding", "tree"}});
   if (m.reduces() && d.arithmetic) all.push_back({{"reduce", "integer"}});
   return all;
 }

@@ -73,8 +73,7 @@ TEST_P(Methods, AnswersDoNotDependOnFormulationSizeOrOrder) {
   for (const shapes::RaySet& set : shapes::ray_sets(t->triangles, t->bvh))
     rays.insert(rays.end(), set.rays.begin(), set.rays.end());
   rays.resize(rays.size() / 2 + 1);
-  std::vector<Knobs> knobs = every_formulation(gpu_->info());
-  for (const Knobs& k : every_size(gpu_->info())) knobs.push_back(k);
+  const std::vector<Knobs> sizes = every_size(gpu_->info());
   const Query base{Want::Nearest, "if-if", std::string(kDefaultNumeric), {}};
   const auto first = trace(*t, rays, base);
   const auto order = scatter_order(rays.size());
@@ -85,9 +84,9 @@ TEST_P(Methods, AnswersDoNotDependOnFormulationSizeOrOrder) {
     Query q = base;
     q.method = m.name;
     std::size_t dealt = method++;
-    std::vector<Knobs> of_method = own_formulations(m, gpu_->info());
-    of_method.insert(of_method.end(), knobs.begin(), knobs.end());
-    for (const Knobs& k : of_method) {
+    std::vector<Knobs> knobs = every_formulation(m, gpu_->info());
+    knobs.insert(knobs.end(), sizes.begin(), sizes.end());
+    for (const Knobs& k : knobs) {
       if (!is_dealt(gpu_->info(), dealt++)) continue;
       q.knobs = k;
       EXPECT_EQ(count_different(first, trace(*t, rays, q)), 0u) << t->tracer->variant(q).name();

@@ -190,16 +190,21 @@ TEST(Features, StacksAreMadeForTheTree) {
   EXPECT_EQ(stack_entries({.depth = 0}), 16u);
   EXPECT_EQ(stack_entries({.depth = 15}), 16u);
   EXPECT_EQ(stack_entries({.depth = 16}), 32u);
+  EXPECT_EQ(stack_entries({.depth = 5}, 3), 16u);
+  EXPECT_EQ(stack_entries({.depth = 6}, 3), 32u);
   EXPECT_EQ(stack_entries(SceneFeatures::every().tree), 64u);
   for (const Method& method : kMethods) {
     if (method.chooses) continue;
     const NumericMode& numeric = find_numeric(kDefaultNumeric);
     const Variant v{&method, &numeric, Want::Nearest, formulation_for(method, numeric, gpu.info())};
+    const std::uint32_t most = method.quads ? 3 : 1;  // that a step pushes
     const KernelSource shallow = kernel_source(v, gpu.info(), {.depth = 15, .largest_leaf = 2});
     KernelSource deep = kernel_source(v, gpu.info(), {.depth = 16, .largest_leaf = 6});
     EXPECT_EQ(shallow.defines, deep.defines) << method.name;
-    EXPECT_EQ(shallow.constants.at(SPEC_STACK_SIZE), 16u) << method.name;
-    EXPECT_EQ(std::exchange(deep.constants.at(SPEC_STACK_SIZE), 16u), 32u) << method.name;
+    EXPECT_EQ(shallow.constants.at(SPEC_STACK_SIZE), stack_entries({.depth = 15}, most)) << method.name;
+    EXPECT_EQ(std::exchange(deep.constants.at(SPEC_STACK_SIZE), shallow.constants.at(SPEC_STACK_SIZE)),
+              stack_entries({.depth = 16}, most))
+        << method.name;
     EXPECT_EQ(shallow.constants, deep.constants) << method.name;
   }
 }

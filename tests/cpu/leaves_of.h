@@ -1,0 +1,27 @@
+// The leaves of a binary tree, which trees made of it must hold too.
+#pragma once
+
+#include <map>
+
+#include "engine/bvh/device_decode.h"
+
+namespace ballot {
+
+inline void add_leaves_of(const DeviceBvh& bvh, const DeviceChild& at, std::map<std::uint32_t, Bounds>& out) {
+  if (is_leaf(at.ref)) {
+    out.emplace(at.ref, at.box);
+    return;
+  }
+  const DevicePair pair = decode_pair(bvh, at.ref);
+  add_leaves_of(bvh, pair.left, out);
+  add_leaves_of(bvh, pair.right, out);
+}
+
+/// Boxes by child reference.
+inline std::map<std::uint32_t, Bounds> leaves_of(const DeviceBvh& bvh) {
+  std::map<std::uint32_t, Bounds> leaves;
+  if (bvh.root != END_OF_TREE) add_leaves_of(bvh, {bvh.bounds, bvh.root}, leaves);
+  return leaves;
+}
+
+}  // namespace ballot
