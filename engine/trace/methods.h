@@ -59,7 +59,11 @@ struct Method {
 // lavapipe reads and writes shared memory lane by lane with a check of the index: stacks in private memory make while-while 1.2
 // to 1.4 times as fast on 22.3.6 (sponza and conference, primary, ao and diffuse rays), and with pairs in 48 bytes 0.9, 1.1 and
 // 1.1 times on 25.0.7.
-inline constexpr Wants kCpu{Fetch::Texel, StackPlace::Private}, kGpu{Fetch::Reference, StackPlace::Private};
+//
+// It gives each thread an equal run of neighbouring workgroups, some of whose rays are dearer than others': persistent subgroups
+// share the rays out as they go.
+inline constexpr Wants kCpu{Fetch::Texel, StackPlace::Private, Launch::Persistent},
+    kGpu{Fetch::Reference, StackPlace::Private};
 
 inline constexpr std::string_view kAuto = "auto";
 
@@ -78,7 +82,7 @@ inline constexpr Method kMethods[] = {
      "while-while whose idle lanes take new rays (Aila, Laine and Karras 2012)",
      kNoVotes,
      true,
-     {Fetch::Texel, StackPlace::Private, Launch::Persistent},
+     kCpu,
      {Fetch::Reference, StackPlace::Private, Launch::Persistent},
      {Threshold::Share,
       "refetch",

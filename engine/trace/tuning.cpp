@@ -21,6 +21,7 @@ const Row kRows[] = {
     {VK_DRIVER_ID_MESA_LLVMPIPE, 250000, 0xFFFFFFFF,
      [](const Method& m, const NumericMode&, Formulation& f) {
        f.loops_cut = false;
+       f.resident_lanes = 2048;  // workgroups for 32 threads; what comes after the first ones finds no rays left
        if (!m.packet()) f.layout = NodeLayout::Compact;
      }},
     // lavapipe runs subgroupBarrier() as a workgroup barrier, and subgroups that left the loop are lost (seen on

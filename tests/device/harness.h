@@ -78,6 +78,7 @@ inline std::vector<Knobs> shared_formulations(const DeviceInfo& d) {
                          {{"leaf_run", "1"}},
                          {{"layout", "interleaved"}},
                          {{"layout", "centred"}, {"minmax", "integer"}, {"leaf_box", "1"}},
+                         {{"launch", "plain"}},
                          {{"launch", "persistent"}},
                          {{"launch", "persistent"}, {"batches", "1"}},
                          {{"launch", "persistent"}, {"batches", "7"}, {"lanes", "256"}}};
