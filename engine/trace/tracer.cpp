@@ -176,9 +176,9 @@ std::uint32_t Tracer::groups_for(const Variant& v, std::uint32_t rays) const {
   rays = (rays + packet - 1) / packet * f.subgroup;  // as many as there are lanes to take them
   std::uint64_t lanes = rays;
   if (f.launch == Launch::Persistent) {
-    // Enough for all rays with the batches that a subgroup may take, but no more than may be resident; what is left after
-    // that is dispatched again.
-    lanes = (std::uint64_t(rays) + f.batches - 1) / f.batches;
+    // Twice what all rays need with the batches that a subgroup may take, so that threads which are ahead find more to do, but no
+    // more than may be resident; what is left after that is dispatched again.
+    lanes = 2 * ((std::uint64_t(rays) + f.batches - 1) / f.batches);
     if (f.batches == std::numeric_limits<std::uint32_t>::max()) lanes = rays;
     lanes = std::min<std::uint64_t>(lanes, std::max(f.resident_lanes, f.workgroup));
   }

@@ -10,7 +10,7 @@
 namespace ballot::view {
 namespace {
 
-constexpr float kWidth = 320, kHeight = 900;
+constexpr float kWidth = 320, kHeight = 900, kWidgets = 540;  // kWidgets: where the last one ends, or below
 
 /// The toolkit with one window that shows a query's widgets, its knobs unfolded.
 class Bench {
@@ -64,7 +64,7 @@ std::map<std::string, std::string> values_of(const Query& query, const DeviceInf
   return values;
 }
 
-/// Clicks everywhere: all over the window's upper half, which holds the widgets; and in a column and then below, which opens
+/// Clicks everywhere: all over the part of the window that holds the widgets; and in a column and then below, which opens
 /// lists and chooses from them; always from the same start. Calls `after` with what a click, or two, made of the query.
 template <class After>
 void click_everywhere(Bench& bench, const Query& start, float left, After after) {
@@ -75,7 +75,7 @@ void click_everywhere(Bench& bench, const Query& start, float left, After after)
     bench.click(query, kWidth - 2, kHeight - 2);  // closes a list that is open
     after(query);
   };
-  for (float y = 4; y < kHeight / 2; y += kStep) {
+  for (float y = 4; y < kWidgets; y += kStep) {
     for (float x = 4; x < kWidth; x += kStep) click({{x, y}});
     for (float other = y; other < std::min(kHeight, y + kLongestList); other += kStep)
       click({{left, y}, {left, other}});
