@@ -66,14 +66,16 @@ double Batches::generate_primaries(RayBatch& batch) {
   Frame& frame = *batch.frame_;
   const std::vector<Chunk>& chunks = frame.from_camera ? batch.chunks_ : frame.primaries;
   PrimaryPush push = frame.camera;
+  const bool listed = !frame.numbers.empty();
   double ms = 0;
   for (std::size_t i = 0; i < chunks.size(); ++i) {
     frame.primary->bind(BIND_RAYS, chunks[i].rays);
-    if (!frame.numbers.empty()) frame.primary->bind(BIND_NUMBERS, frame.numbers[i]);
+    if (listed) frame.primary->bind(BIND_NUMBERS, frame.numbers[i]);
+    push.count = chunks[i].count;
     gpu_.submit(frame.primary->name(),
                 [&](VkCommandBuffer cmd) { frame.primary->dispatch(cmd, groups_of(chunks[i].count), push); });
     ms += gpu_.last_ms();
-    push.first += chunks[i].count;
+    if (!listed) push.first += chunks[i].count;
   }
   return ms;
 }
@@ -159,7 +161,7 @@ double Batches::shade(RayBatch& batch) {
     frame.shade->bind(BIND_HITS, c.hits);
     frame.shade->bind(BIND_FILM, *frame.film);
     // A film of one column of tiles: every index is a pixel of it.
-    const ShadePush push{TILE_SIZE, ~0u, 0, c.count, 0, 0, 0};
+    const ShadePush push{TILE_SIZE, ~0u, 0, c.count, 0, 1, 0, 0, 0};
     gpu_.submit(frame.shade->name(),
                 [&](VkCommandBuffer cmd) { frame.shade->dispatch(cmd, groups_of(c.count), push); });
     ms += gpu_.last_ms();

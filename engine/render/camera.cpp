@@ -16,7 +16,7 @@ PrimaryPush camera_push(const View& view, std::uint32_t width, std::uint32_t hei
   PrimaryPush push{};
   push.width = width;
   push.height = height;
-  push.sample_count = 1;
+  push.sample_count = push.together = 1;
   push.orthographic = view.orthographic;
   const glm::dvec3 centre = view.orthographic ? eye : -back;
   push.origin = glm::vec3(view.orthographic ? -back : eye);

@@ -9,7 +9,7 @@
 
 namespace ballot {
 
-/// What shaders/rays/primary.comp wants of a view: one sample through pixel centres, from ray number 0.
+/// What shaders/rays/primary.comp wants of a view: one sample through pixel centres, from pixel number 0; no rays yet.
 PrimaryPush camera_push(const View& view, std::uint32_t width, std::uint32_t height);
 
 /// What a pixel sees, at the picture's middle: how wide at the eye, scene units, and how much wider with each unit of length.

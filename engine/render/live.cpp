@@ -110,8 +110,10 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   const PassScope scope(gpu_);
   gpu_.pass("totals", [&](VkCommandBuffer cmd) { vkCmdFillBuffer(cmd, totals_.handle(), 0, VK_WHOLE_SIZE, 0); });
   std::size_t chunk = 0;
-  for (camera.first = 0; camera.first < total; camera.first += chunk_rays_)
-    sample_slice({chunk++, features, camera, std::min(chunk_rays_, total - camera.first)}, options, times);
+  for (camera.first = 0; camera.first < total; camera.first += chunk_rays_) {
+    camera.count = std::min(chunk_rays_, total - camera.first);
+    sample_slice({chunk++, features, camera, camera.count}, options, times);
+  }
   gpu_.pass("totals", [&](VkCommandBuffer cmd) {
     const VkBufferCopy all{0, 0, sizeof(DisplayTotals)};
     vkCmdCopyBuffer(cmd, totals_.handle(), totals_seen_.handle(), 1, &all);
@@ -197,8 +199,8 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
     shade.bind(BIND_HITS, hits);
     shade.bind(BIND_FILM, film);
     const PixelCone cone = pixel_cone(slice.camera);
-    const ShadePush push{options.width, options.height, slice.camera.first, slice.count,
-                         sample,        cone.width,     cone.spread};
+    const ShadePush push{options.width, options.height, slice.camera.first, slice.count, sample, 1, 0,
+                         cone.width,    cone.spread};
     run(shade, slice.count, &push, sizeof push, times.shade_ms);
   }
   if (heat) paint_heat(slice, options, query, film, sample, times);
@@ -268,6 +270,7 @@ Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32
   const std::uint32_t tiles_x = (options.width + TILE_SIZE - 1) / TILE_SIZE;
   PrimaryPush camera = camera_push(view, options.width, options.height);
   camera.first = (y / TILE_SIZE * tiles_x + x / TILE_SIZE) * kTileRays;
+  camera.count = kTileRays;
   std::uint32_t index = 0;
   while (pixel_of(camera.first + index, options.width) != glm::uvec2(x, y)) ++index;
   Buffer<Ray> rays(gpu_, kTileRays, Access::Storage, "rays of a tile");

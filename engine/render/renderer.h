@@ -65,7 +65,7 @@ struct RenderOptions {
   std::uint32_t seed = 0;              // of the integrators' random numbers
   bool every_feature =
       false;  // kernels but the traversal's as for a scene that has everything: to measure what that costs
-  std::uint32_t most_paths = ~0u;  // of integrators, under way at once; fewer where there is no room for so many
+  std::uint32_t most_rays = ~0u;  // of the eye, under way at once; fewer where there is no room for so many
 
   Window window() const { return crop == Window{} ? Window{0, 0, width, height} : crop; }
   bool wants(std::string_view aov) const;
@@ -118,13 +118,12 @@ class Renderer {
   void add_totals(const RenderOptions& options, std::uint64_t samples, RenderTimes& times) const;
   Passes& passes(const RenderOptions& options, const SceneFeatures& features, std::uint32_t chunk);
   Sky::Kind sky_kind(const RenderOptions& options) const;
-  std::uint32_t most_paths(const Integrator& integrator, const SceneFeatures& features,
-                           const RenderOptions& options) const;
-  void shade_samples(Film& film, std::size_t first, std::uint32_t count, PrimaryPush camera, std::uint32_t samples,
-                     const RenderOptions& options, RenderTimes& times);
-  void wave_samples(Film& film, std::size_t first, std::uint32_t count, const PrimaryPush& camera,
-                    const SceneFeatures& features, std::uint32_t samples, const RenderOptions& options,
-                    RenderTimes& times);
+  std::uint32_t most_rays(const SceneFeatures& features, const RenderOptions& options) const;
+  struct Chunk;
+  void shade_samples(Film& film, const Chunk& chunk, PrimaryPush camera, const RenderOptions& options,
+                     RenderTimes& times, const Progress& progress);
+  void wave_samples(Film& film, const Chunk& chunk, const PrimaryPush& camera, const SceneFeatures& features,
+                    const RenderOptions& options, RenderTimes& times, const Progress& progress);
 
   Context& gpu_;
   Tracer& tracer_;

@@ -274,7 +274,7 @@ void Waves::run_waves(Batch& b, Count count) {
 Waves::Count Waves::run_batch(Batch& b, Kernel& begin, const BeginPush& push) {
   PassTimes spent, &times = *b.times;
   for (;;) {
-    const Count paths = known_count(push.count, b.primary.query);
+    const Count paths = known_count(push.camera.count, b.primary.query);
     if (b.guesses) b.times = &spent;
     run(begin, paths, &push, sizeof push, "begin", *b.times);
     run_waves(b, paths);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/render/camera.h"
+#include "engine/render/parts.h"
 #include "engine/render/room.h"
 #include "engine/render/wave_batch.h"
 
@@ -95,11 +96,12 @@ void Waves::make_buffers(std::uint32_t room, const WavePlan& plan, std::uint32_t
 
 void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t>& numbers, std::uint32_t places,
                         std::uint32_t first, std::uint32_t count, Buffer<FilmPixel>& film, Buffer<glm::vec3>* moments,
-                        PassTimes& times) {
+                        PassTimes& times, const Progress& progress) {
   const PassScope scope(gpu_);
   const WavePlan plan = plan_of(*settings.integrator, settings.features);
-  const std::uint32_t together = std::clamp(settings.most_paths / places, 1u, count);
-  make_buffers(places * together, plan, settings.last_depth, plan.alpha);
+  constexpr std::uint32_t kTogether = 16;  // samples of a pixel
+  const Part largest = largest_part(places, count, settings.most_paths, kTogether);
+  make_buffers(largest.rays(), plan, settings.last_depth, plan.alpha);
   Kernel &begin = kernel(begin_source(settings.features)), &add = kernel(film_source(moments != nullptr));
   const PixelCone cone = pixel_cone(settings.camera);
   Batch batch = batch_of(settings, film, times);
@@ -110,15 +112,20 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
   add.bind(BIND_PATHS, *paths_);
   add.bind(BIND_FILM, film);
   if (moments) add.bind(BIND_MOMENTS, *moments);
-  for (std::uint32_t done = 0; done < count; done += together) {
-    const std::uint32_t samples = std::min(together, count - done);
-    const BeginPush push{settings.camera, places * samples, places,       first + done,
-                         cone.width,      cone.spread,      settings.seed};
-    const FilmPush to_film{places, samples, first + done};
+  BeginPush push{settings.camera, cone.width, cone.spread, settings.seed};
+  std::uint64_t done = 0;
+  for_parts(places, count, largest, [&](const Part& part) {
+    push.camera.first = part.pixel;
+    push.camera.count = part.rays();
+    push.camera.together = part.samples;
+    push.camera.sample_index = first + part.sample;
+    const FilmPush to_film{part.pixel, part.pixels, part.samples, first + part.sample};
     Count pixels = run_batch(batch, begin, push);
-    pixels.rays = places;
+    pixels.rays = part.pixels;
     run(add, pixels, &to_film, sizeof to_film, "film", times);
-  }
+    done += part.rays();
+    if (progress) progress(double(done) / (double(places) * count));
+  });
   gpu_.finish();
 }
 

@@ -57,11 +57,11 @@ class Waves {
   /// Paths that are under way at once at most.
   std::uint32_t capacity(const Integrator& integrator, const SceneFeatures& features, std::uint32_t last_depth) const;
 
-  /// Adds samples [first, first + count) of the listed pixels (`places` of them, at most settings.most_paths) to the film, and to the
-  /// moments if there are any. Sums do not depend on how pixels and samples are dealt out over calls.
+  /// Adds samples [first, first + count) of the listed pixels (`places` of them) to the film, and to the moments if there are any.
+  /// Sums do not depend on how pixels and samples are dealt out over calls.
   void add_samples(const WaveSettings& settings, const Buffer<std::uint32_t>& numbers, std::uint32_t places,
                    std::uint32_t first, std::uint32_t count, Buffer<FilmPixel>& film, Buffer<glm::vec3>* moments,
-                   PassTimes& times);
+                   PassTimes& times, const Progress& progress);
 
   /// Lets the rays of hits on what is transparent go on, until they hit what is not or nothing. Nothing to do for a scene without
   /// alpha. query.want is Nearest.

@@ -17,8 +17,9 @@ layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Numbers { uint n
 
 void main() {
   uint path = gl_GlobalInvocationID.x;
-  if (path >= push.count) return;
-  uint place = path % push.places, sample_index = push.first_sample + path / push.places;
+  if (path >= push.camera.count) return;
+  uint place = push.camera.first + path / push.camera.together;
+  uint sample_index = push.camera.sample_index + path % push.camera.together;
   uvec2 pixel = pixel_of(numbers[place], push.camera.width);
   uint number = pixel.y * push.camera.width + pixel.x;
   if (push.seed != 0u) number += hash_word(push.seed);

@@ -20,15 +20,16 @@ layout(set = 0, binding = BIND_MOMENTS, scalar) buffer Moments { vec3 moments[];
 #endif
 
 void main() {
-  uint place = gl_GlobalInvocationID.x;
-  if (place >= push.places) return;
+  uint pixel = gl_GlobalInvocationID.x;
+  if (pixel >= push.places) return;
+  uint place = push.first + pixel;
   precise vec3 sum = film[place].color;
   float alpha = film[place].alpha;
 #if BALLOT_MOMENTS
   precise vec3 moment = push.first_sample == 0u ? vec3(0.0) : moments[place];
 #endif
   for (uint s = 0u; s < push.samples; ++s) {
-    Path path = get_path(paths, s * push.places + place);
+    Path path = get_path(paths, pixel * push.samples + s);
     sum += path.radiance;
     alpha += float(path.hit);
 #if BALLOT_MOMENTS

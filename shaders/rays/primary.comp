@@ -9,7 +9,7 @@
 #include "../lib/camera.glsl"
 
 #ifndef BALLOT_LISTED
-#error a variant must give BALLOT_LISTED: 0, every ray of whole tiles; 1, the rays whose numbers a list holds
+#error a variant must give BALLOT_LISTED: 0, every pixel of whole tiles; 1, those whose numbers a list holds
 #endif
 
 layout(local_size_x = 64) in;
@@ -20,13 +20,13 @@ layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Numbers { uint n
 #endif
 
 void main() {
-  if (gl_GlobalInvocationID.x >= uint(rays.length()) / 2u) return;
+  uint index = gl_GlobalInvocationID.x;
+  if (index >= push.count) return;
+  uint number = push.first + index / push.together, sample_index = push.sample_index + index % push.together;
 #if BALLOT_LISTED
-  uint ray = numbers[gl_GlobalInvocationID.x];
-#else
-  uint ray = push.first + gl_GlobalInvocationID.x;
+  number = numbers[number];
 #endif
-  uvec2 pixel = pixel_of(ray, push.width);
-  Ray made = camera_ray(push, pixel, pixel.y * push.width + pixel.x, push.sample_index);
-  put_record(rays, gl_GlobalInvocationID.x, made);
+  uvec2 pixel = pixel_of(number, push.width);
+  Ray made = camera_ray(push, pixel, pixel.y * push.width + pixel.x, sample_index);
+  put_record(rays, index, made);
 }

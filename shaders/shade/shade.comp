@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Primary hits to film: colour by BALLOT_SHADING, distance, shading normal, prim. Knows nothing of traversal.
+// Primary hits to film, the samples of a pixel in their order: colour by BALLOT_SHADING, distance, shading normal, prim. Knows
+// nothing of traversal.
 #include "../shared/render.h"
 #include "../lib/records.glsl"
 #include "../lib/film.glsl"
@@ -29,12 +30,7 @@ vec3 face_normal(vec3 v0, vec3 v1, vec3 v2, vec3 dir, out bool front) {
   return front ? n : -n;
 }
 
-void main() {
-  uint index = gl_GlobalInvocationID.x;
-  uvec2 pixel = pixel_of(push.first + index, push.width);
-  if (index >= push.count || pixel.x >= push.width || pixel.y >= push.height) return;
-  Ray ray = get_ray(rays, index);
-  Hit hit = get_hit(hits, index);
+FilmPixel shade(Ray ray, Hit hit) {
   FilmPixel p = FilmPixel(vec3(0.0), 0.0, 0.0, vec3(0.0), NO_HIT);
   if (hit.prim != NO_HIT) {
     vec3 v0 = vertex(hit.prim, 0u), v1 = vertex(hit.prim, 1u), v2 = vertex(hit.prim, 2u), dir = normalize(ray.dir);
@@ -60,10 +56,29 @@ void main() {
     p.normal = n;
     p.prim = hit.prim;
   }
-  if (push.sample_index == 0u) {
-    film[index] = p;
+  return p;
+}
+
+void main() {
+  uint index = gl_GlobalInvocationID.x, place = push.place + index, begin = index * push.together;
+  uvec2 pixel = pixel_of(push.first + index, push.width);
+  if (index >= push.count || pixel.x >= push.width || pixel.y >= push.height) return;
+  bool begun = push.sample_index > 0u;
+  precise vec3 sum = begun ? film[place].color : vec3(0.0);
+  float alpha = begun ? film[place].alpha : 0.0;
+  FilmPixel first;
+  uint s = 0u;
+  do {
+    FilmPixel p = shade(get_ray(rays, begin + s), get_hit(hits, begin + s));
+    if (s == 0u) first = p;
+    sum += p.color;
+    alpha += p.alpha;
+    ++s;
+  } while (s < push.together);
+  if (begun) {
+    film[place].color = sum;
+    film[place].alpha = alpha;
   } else {
-    film[index].color += p.color;
-    film[index].alpha += p.alpha;
+    film[place] = FilmPixel(sum, alpha, first.z, first.normal, first.prim);
   }
 }

@@ -97,17 +97,21 @@ namespace ballot {
 
 // Directions are sums of products, so every device makes the same rays: dir = corner + x * step_x + y * step_y, with (x, y) in
 // pixels from the top left. Orthographic views move the origin in the same way instead.
+//
+// The samples of a pixel lie one behind the other: ray i is sample sample_index + i % together of pixel i / together.
 struct PrimaryPush {
   vec3 origin;
   uint width;
   vec3 corner;
   uint height;
   vec3 step_x;
-  uint first;  // number of the first ray of this chunk
+  uint first;  // number of the first pixel, or where pixels are listed its place in the list
   vec3 step_y;
-  uint sample_index;
-  uint sample_count;  // 1: through pixel centres; more: jittered
+  uint sample_index;  // the first
+  uint sample_count;  // of the picture; 1: through pixel centres; more: jittered
   uint orthographic;  // of variants for both kinds of cameras
+  uint together;      // samples of a pixel
+  uint count;         // rays
 };
 
 // Rays from primary hits: `count` of them, from ray number `first` of a chunk of primary hits, to `offset` of the output.
@@ -131,8 +135,10 @@ struct Start {
 struct ShadePush {
   uint width, height;
   uint first;
-  uint count;  // rays of this chunk
-  uint sample_index;
+  uint count;  // pixels of this chunk
+  uint sample_index;  // the first
+  uint together;      // samples of a pixel, whose rays lie one behind the other
+  uint place;         // of the first pixel in the film
   float cone_width;   // what a pixel sees at the eye, and how much wider with distance, for the choice of mip maps; both 0: the
   float cone_spread;  // finest
 };
@@ -261,10 +267,7 @@ struct CallPush {
 };
 
 struct BeginPush {
-  PrimaryPush camera;
-  uint count;         // paths
-  uint places;        // pixels of the film; path i is of place i % places
-  uint first_sample;  // of paths below `places`
+  PrimaryPush camera;  // path i begins with its ray i
   float cone_width;   // what a pixel sees at the eye, and how much wider with distance
   float cone_spread;
   uint seed;          // of the random numbers; 0: those of a picture without
@@ -288,8 +291,9 @@ struct AlphaPush {
 };
 
 struct FilmPush {
-  uint places;
-  uint samples;       // of this wave; path s * places + i is of place i
+  uint first;    // place in the film
+  uint places;   // pixels of this wave
+  uint samples;  // of each; path i * samples + s is of pixel i
   uint first_sample;
 };
 
@@ -304,10 +308,10 @@ struct FilmPixel {
 };
 
 #ifdef __cplusplus
-BALLOT_RECORD(PrimaryPush, 72);
+BALLOT_RECORD(PrimaryPush, 80);
 BALLOT_RECORD(SecondaryPush, 40);
 BALLOT_RECORD(Start, 8);
-BALLOT_RECORD(ShadePush, 28);
+BALLOT_RECORD(ShadePush, 36);
 BALLOT_RECORD(HeatPush, 100);
 BALLOT_RECORD(DisplayPush, 32);
 BALLOT_RECORD(DisplayTotals, 8);
@@ -321,10 +325,10 @@ BALLOT_RECORD(Awaited, 16);
 BALLOT_RECORD(PutOff, 12);
 BALLOT_RECORD(Queues, 12);
 BALLOT_RECORD(CallPush, 28);
-BALLOT_RECORD(BeginPush, 96);
+BALLOT_RECORD(BeginPush, 92);
 BALLOT_RECORD(WavePush, 36);
 BALLOT_RECORD(AlphaPush, 8);
-BALLOT_RECORD(FilmPush, 12);
+BALLOT_RECORD(FilmPush, 16);
 BALLOT_RECORD(FilmPixel, 36);
 }  // namespace ballot
 #endif

@@ -97,7 +97,7 @@ TEST(Together, RaysBehindWhatIsTransparentAreAsPassByPass) {
 RenderOptions in_batches(RenderOptions options, std::uint32_t width, std::uint32_t height) {
   options.width = width;
   options.height = height;
-  options.most_paths = width * height;
+  options.most_rays = width * height;
   return options;
 }
 
