@@ -5,8 +5,11 @@
 // with the help of lib/surface.glsl.
 //
 // One invocation makes one ray: ray r of the hits listed in `starts` is ray r % rays_per_hit of start r / rays_per_hit.
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_ballot : require
 #include "../shared/render.h"
 #include "records.glsl"
+#include "put_records.glsl"
 #include "random.glsl"
 
 layout(local_size_x = 64) in;
@@ -26,13 +29,15 @@ struct Draw {
 Ray ray_from(Surface s, Draw draw);
 
 void main() {
-  if (gl_GlobalInvocationID.x >= push.count) return;
-  uint ray = push.first + gl_GlobalInvocationID.x;
-  Start start = starts[ray / push.rays_per_hit];
-  Draw draw = Draw(start.pixel, push.sample_index * push.rays_per_hit + ray % push.rays_per_hit);
-  Hit hit = get_hit(primary_hits, start.ray);
+  uint index = put_index(), ray = push.first + index;
+  bool wanted = index < push.count;
   // Where a start is listed for every pixel, those that hit nothing start dead rays.
   Ray made = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
-  if (hit.prim != NO_HIT) made = ray_from(surface_of(get_ray(primary_rays, start.ray), hit), draw);
-  put_record(rays, push.offset + gl_GlobalInvocationID.x, made);
+  if (wanted) {
+    Start start = starts[ray / push.rays_per_hit];
+    Draw draw = Draw(start.pixel, push.sample_index * push.rays_per_hit + ray % push.rays_per_hit);
+    Hit hit = get_hit(primary_hits, start.ray);
+    if (hit.prim != NO_HIT) made = ray_from(surface_of(get_ray(primary_rays, start.ray), hit), draw);
+  }
+  PUT_RECORDS(rays, push.offset + index - gl_SubgroupInvocationID, wanted, made)
 }

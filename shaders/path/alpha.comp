@@ -9,6 +9,7 @@
 // gets the same answer. Surfaces at one distance count as one.
 #include "../shared/render.h"
 #include "../lib/records.glsl"
+#include "../lib/put_records.glsl"
 #include "../lib/random.glsl"
 
 layout(local_size_x = 64) in;
@@ -55,9 +56,7 @@ void main() {
   uvec4 who = subgroupBallot(goes_on);
   uint first = 0u;
   if (subgroupElect()) first = atomicAdd(queues.passed, subgroupBallotBitCount(who));
-  uint place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(who);
-  if (goes_on) {
-    put_record(next_rays, place, ray);
-    next_ids[place] = id;
-  }
+  first = subgroupBroadcastFirst(first);
+  PUT_RECORDS(next_rays, first, goes_on, ray)
+  if (goes_on) next_ids[first + subgroupBallotExclusiveBitCount(who)] = id;
 }

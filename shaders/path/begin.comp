@@ -1,9 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_ballot : require
 // Camera rays of listed pixels, several samples of each, and the paths that begin with them.
 #include "../shared/render.h"
 #include "../lib/records.glsl"
+#include "../lib/put_records.glsl"
 #include "../lib/film.glsl"
 #include "../lib/random.glsl"
 #include "../lib/camera.glsl"
@@ -16,15 +19,17 @@ RECORDS(writeonly, BIND_PATHS, Paths, paths);
 layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Numbers { uint numbers[]; };
 
 void main() {
-  uint path = gl_GlobalInvocationID.x;
-  if (path >= push.camera.count) return;
+  uint path = put_index(), first = path - gl_SubgroupInvocationID;
+  bool wanted = path < push.camera.count;
   uint place = push.camera.first + path / push.camera.together;
   uint sample_index = push.camera.sample_index + path % push.camera.together;
-  uvec2 pixel = pixel_of(numbers[place], push.camera.width);
+  uvec2 pixel = pixel_of(wanted ? numbers[place] : 0u, push.camera.width);
   uint number = pixel.y * push.camera.width + pixel.x;
   if (push.seed != 0u) number += hash_word(push.seed);
   Ray ray = camera_ray(push.camera, pixel, number, sample_index);
-  put_record(rays, path, ray);
-  put_record(carried, path, Carried(vec3(1.0), path, 0.0, push.cone_width, push.cone_spread, 0u));
-  put_record(paths, path, Path(vec3(0.0), number, sample_index, place, 0u, 0u));
+  Carried all = Carried(vec3(1.0), path, 0.0, push.cone_width, push.cone_spread, 0u);
+  Path begun = Path(vec3(0.0), number, sample_index, place, 0u, 0u);
+  PUT_RECORDS(rays, first, wanted, ray)
+  PUT_RECORDS(carried, first, wanted, all)
+  PUT_RECORDS(paths, first, wanted, begun)
 }

@@ -7,6 +7,7 @@
 // so that sums have one order. Rays are put one behind the other: those of the next wave are as many as have something to find.
 #include "../shared/render.h"
 #include "../lib/records.glsl"
+#include "../lib/put_records.glsl"
 #include "../lib/random.glsl"
 
 #ifndef BALLOT_INTEGRATOR
@@ -51,13 +52,12 @@ RECORDS(, BIND_PUT_OFF_CARRIED, PutOffCarried, put_off_carried);
 layout(set = 0, binding = BIND_PUT_OFF, scalar) buffer PutOffs { PutOff put_off[]; };
 #endif
 
-// The place of a lane's ray in a queue: one atomic operation a subgroup.
-#define APPEND(counter, wanted, place)                                            \
+// The place of the first of a subgroup's rays in a queue: one atomic operation.
+#define APPEND(counter, wanted, first)                                            \
   {                                                                               \
     uvec4 who = subgroupBallot(wanted);                                           \
-    uint first = 0u;                                                              \
     if (subgroupElect()) first = atomicAdd(counter, subgroupBallotBitCount(who)); \
-    place = subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(who); \
+    first = subgroupBroadcastFirst(first);                                        \
   }
 
 // What one hit starts.
@@ -125,6 +125,7 @@ void main() {
     Ray ray = get_ray(rays, index);
     Hit hit = get_hit(hits, index);
     Path path = get_path(paths, c.path);
+    vec3 known = path.radiance;
 #if STARTS_SECOND
     begin_ray(c.path);
 #endif
@@ -136,26 +137,23 @@ void main() {
       path.radiance += c.throughput * sky_seen(normalize(ray.dir), c.pdf);
 #endif
     }
-    paths[2u * c.path] = first_part(path);
+    if (path.radiance != known) paths[2u * c.path] = first_part(path);
     if (RAY_DEPTH == 0u) paths[2u * c.path + 1u] = second_part(path);
     started.next_carried.path = started.second_carried.path = c.path;
 #if STARTS_SECOND
     choose_next(c.path, started);
 #endif
   }
-  uint place;
+  uint first = 0u;
 #if STARTS_SHADOW
-  APPEND(queues.shadow, started.shadow, place)
-  if (started.shadow) {
-    put_record(shadow_rays, place, started.shadow_ray);
-    put_part(shadow_light, place, Awaited(started.light, started.next_carried.path));
-  }
+  APPEND(queues.shadow, started.shadow, first)
+  PUT_RECORDS(shadow_rays, first, started.shadow, started.shadow_ray)
+  uint place = first + subgroupBallotExclusiveBitCount(subgroupBallot(started.shadow));
+  if (started.shadow) put_part(shadow_light, place, Awaited(started.light, started.next_carried.path));
 #endif
 #if STARTS_NEXT
-  APPEND(queues.next, started.next, place)
-  if (started.next) {
-    put_record(next_rays, place, started.next_ray);
-    put_record(next_carried, place, started.next_carried);
-  }
+  APPEND(queues.next, started.next, first)
+  PUT_RECORDS(next_rays, first, started.next, started.next_ray)
+  PUT_RECORDS(next_carried, first, started.next, started.next_carried)
 #endif
 }

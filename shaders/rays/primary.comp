@@ -1,9 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_ballot : require
 // Camera rays, one an invocation, in tiles of Morton order.
 #include "../shared/render.h"
 #include "../lib/records.glsl"
+#include "../lib/put_records.glsl"
 #include "../lib/film.glsl"
 #include "../lib/random.glsl"
 #include "../lib/camera.glsl"
@@ -20,13 +23,13 @@ layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Numbers { uint n
 #endif
 
 void main() {
-  uint index = gl_GlobalInvocationID.x;
-  if (index >= push.count) return;
+  uint index = put_index(), first = index - gl_SubgroupInvocationID;
   uint number = push.first + index / push.together, sample_index = push.sample_index + index % push.together;
+  bool wanted = index < push.count;
 #if BALLOT_LISTED
-  number = numbers[number];
+  number = wanted ? numbers[number] : 0u;
 #endif
   uvec2 pixel = pixel_of(number, push.width);
   Ray made = camera_ray(push, pixel, pixel.y * push.width + pixel.x, sample_index);
-  put_record(rays, index, made);
+  PUT_RECORDS(rays, first, wanted, made)
 }
