@@ -132,6 +132,13 @@ std::vector<KernelSource> render_sources() {
         }
   for (KernelSource& source : integrator_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : live_sources()) sources.push_back(std::move(source));
+  const std::size_t count = sources.size();
+  for (const DeviceInfo& device : imagined_devices())
+    if (device.is_cpu())
+      for (std::size_t i = 0; i < count; ++i) {
+        sources.push_back(sources[i]);
+        sources.back().defines = defines_of(sources[i], device);
+      }
   return sources;
 }
 

@@ -133,7 +133,8 @@ nlohmann::json print_pictures(Engine& engine, const std::vector<Picture>& pictur
     fmt::print("  {}\n", picture.name);
     nlohmann::json kernels = nlohmann::json::array();
     for (const KernelSource& source : picture.kernels) kernels.push_back(print_kernel(engine, source));
-    const std::size_t every = compile_shader(picture.every.file, picture.every.defines).words.size() * 4;
+    const std::size_t every =
+        compile_shader(picture.every.file, defines_of(picture.every, engine.device())).words.size() * 4;
     fmt::print("    {:<60} {:>7} bytes\n", fmt::format("({} with every feature)", picture.pass()), every);
     json.push_back({{word, picture.name}, {"kernels", kernels}, {"every_feature_spirv_bytes", every}});
     if (measured) json.back()["gain"] = print_gain(engine, picture);

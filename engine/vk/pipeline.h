@@ -20,6 +20,9 @@ struct KernelSource {
   std::uint32_t subgroup_size = 0;  // required size; 0: whatever the driver gives
 };
 
+/// What a kernel is compiled with on a device: its own, and BALLOT_TEXEL_RECORDS (shaders/lib/records.glsl).
+Defines defines_of(const KernelSource& source, const DeviceInfo& device);
+
 struct KernelTimes {
   double spirv_ms = 0;  // preprocessing and compiling, or loading from the cache
   double pipeline_ms = 0;

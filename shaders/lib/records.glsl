@@ -1,12 +1,31 @@
 // Rays, hits and what goes with them in buffers, read and written by 16 bytes: of records of scalars a compiler moves each scalar
 // by itself, and every one of them touches as many sectors of memory as the whole.
 //
-//   RECORDS(readonly | writeonly | , binding, Block, name)   a buffer of records, `name`
+//   RECORDS_IN(binding, Block, name)     a buffer of records that are read
+//   RECORDS_OUT(binding, Block, name)    written
+//   RECORDS_INOUT(binding, Block, name)  read and written
 //   get_ray(name, i), get_hit, get_carried, get_awaited, get_path -> record
-//   put_record(name, i, record)                              one of 32 bytes: Ray, Carried, Path
-//   put_part(name, i, record)                                one of 16 bytes: Hit, Awaited
-#define RECORDS(access, bound, Block, name) \
-  layout(set = 0, binding = bound, std430) access buffer Block { uvec4 name[]; }
+//   put_record(name, i, record)          one of 32 bytes: Ray, Carried, Path
+//   put_part(name, i, record)            one of 16 bytes: Hit, Awaited
+//
+// With BALLOT_TEXEL_RECORDS (CPU devices: engine/vk/pipeline.cpp) what is only read is a texel buffer: lavapipe reads storage buffers
+// lane by lane and word by word.
+#ifndef BALLOT_TEXEL_RECORDS
+#define BALLOT_TEXEL_RECORDS 0  // compiled for no device
+#endif
+#if BALLOT_TEXEL_RECORDS
+#define RECORDS_IN(bound, Block, name)                          \
+  layout(set = 0, binding = bound) uniform usamplerBuffer name; \
+  uvec4 name##_part(uint i) { return texelFetch(name, int(i)); }
+#else
+#define RECORDS_IN(bound, Block, name)                                               \
+  layout(set = 0, binding = bound, std430) readonly buffer Block { uvec4 name[]; };  \
+  uvec4 name##_part(uint i) { return name[i]; }
+#endif
+#define RECORDS_OUT(bound, Block, name) layout(set = 0, binding = bound, std430) writeonly buffer Block { uvec4 name[]; };
+#define RECORDS_INOUT(bound, Block, name)                                  \
+  layout(set = 0, binding = bound, std430) buffer Block { uvec4 name[]; }; \
+  uvec4 name##_part(uint i) { return name[i]; }
 
 uvec4 part_of(vec3 v, uint w) { return uvec4(floatBitsToUint(v), w); }
 uvec4 part_of(vec3 v, float w) { return floatBitsToUint(vec4(v, w)); }
@@ -32,10 +51,10 @@ Carried carried_of(uvec4 a, uvec4 b) {
 }
 Path path_of(uvec4 a, uvec4 b) { return Path(uintBitsToFloat(a.xyz), a.w, b.x, b.y, b.z, 0u); }
 
-#define get_ray(name, i) ray_of(name[2u * (i)], name[2u * (i) + 1u])
-#define get_hit(name, i) hit_of(name[i])
-#define get_awaited(name, i) awaited_of(name[i])
-#define get_carried(name, i) carried_of(name[2u * (i)], name[2u * (i) + 1u])
-#define get_path(name, i) path_of(name[2u * (i)], name[2u * (i) + 1u])
+#define get_ray(name, i) ray_of(name##_part(2u * (i)), name##_part(2u * (i) + 1u))
+#define get_hit(name, i) hit_of(name##_part(i))
+#define get_awaited(name, i) awaited_of(name##_part(i))
+#define get_carried(name, i) carried_of(name##_part(2u * (i)), name##_part(2u * (i) + 1u))
+#define get_path(name, i) path_of(name##_part(2u * (i)), name##_part(2u * (i) + 1u))
 #define put_part(name, i, record) name[i] = first_part(record)
 #define put_record(name, i, record) name[2u * (i)] = first_part(record), name[2u * (i) + 1u] = second_part(record)

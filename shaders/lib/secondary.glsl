@@ -14,9 +14,9 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { SecondaryPush push; };
-RECORDS(writeonly, BIND_RAYS, Rays, rays);
-RECORDS(readonly, BIND_HITS, Hits, primary_hits);
-RECORDS(readonly, BIND_PRIMARY, Primary, primary_rays);
+RECORDS_OUT(BIND_RAYS, Rays, rays)
+RECORDS_IN(BIND_HITS, Hits, primary_hits)
+RECORDS_IN(BIND_PRIMARY, Primary, primary_rays)
 layout(set = 0, binding = BIND_STARTS, scalar) readonly buffer Starts { Start starts[]; };
 #include "surface.glsl"
 

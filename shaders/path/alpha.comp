@@ -14,11 +14,11 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { AlphaPush push; };
-RECORDS(readonly, BIND_RAYS, Rays, rays);
-RECORDS(readonly, BIND_HITS, Hits, hits);
-RECORDS(writeonly, BIND_WAVE_HITS, WaveHits, wave_hits);
+RECORDS_IN(BIND_RAYS, Rays, rays)
+RECORDS_IN(BIND_HITS, Hits, hits)
+RECORDS_OUT(BIND_WAVE_HITS, WaveHits, wave_hits)
 layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Ids { uint ids[]; };
-RECORDS(writeonly, BIND_NEXT_RAYS, NextRays, next_rays);
+RECORDS_OUT(BIND_NEXT_RAYS, NextRays, next_rays)
 layout(set = 0, binding = BIND_NEXT_IDS, scalar) writeonly buffer NextIds { uint next_ids[]; };
 layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
 layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };

@@ -13,9 +13,9 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { BeginPush push; };
-RECORDS(writeonly, BIND_RAYS, Rays, rays);
-RECORDS(writeonly, BIND_CARRIED, CarriedRays, carried);
-RECORDS(writeonly, BIND_PATHS, Paths, paths);
+RECORDS_OUT(BIND_RAYS, Rays, rays)
+RECORDS_OUT(BIND_CARRIED, CarriedRays, carried)
+RECORDS_OUT(BIND_PATHS, Paths, paths)
 layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Numbers { uint numbers[]; };
 
 void main() {

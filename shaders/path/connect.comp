@@ -7,10 +7,10 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { uint call; };
-RECORDS(readonly, BIND_HITS, Hits, hits);
-RECORDS(readonly, BIND_SHADOW_LIGHT, ShadowLight, shadow_light);
+RECORDS_IN(BIND_HITS, Hits, hits)
+RECORDS_IN(BIND_SHADOW_LIGHT, ShadowLight, shadow_light)
 layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };
-RECORDS(, BIND_PATHS, Paths, paths);
+RECORDS_INOUT(BIND_PATHS, Paths, paths)
 
 void main() {
   uint index = gl_GlobalInvocationID.x;

@@ -13,7 +13,7 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { FilmPush push; };
-RECORDS(readonly, BIND_PATHS, Paths, paths);
+RECORDS_IN(BIND_PATHS, Paths, paths)
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
 #if BALLOT_MOMENTS
 layout(set = 0, binding = BIND_MOMENTS, scalar) buffer Moments { vec3 moments[]; };

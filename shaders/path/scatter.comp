@@ -16,10 +16,10 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { WavePush push; };
-RECORDS(readonly, BIND_RAYS, Rays, rays);
-RECORDS(readonly, BIND_HITS, Hits, hits);
-RECORDS(readonly, BIND_CARRIED, CarriedRays, carried);
-RECORDS(, BIND_PATHS, Paths, paths);
+RECORDS_IN(BIND_RAYS, Rays, rays)
+RECORDS_IN(BIND_HITS, Hits, hits)
+RECORDS_IN(BIND_CARRIED, CarriedRays, carried)
+RECORDS_INOUT(BIND_PATHS, Paths, paths)
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
 layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
 layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };
@@ -39,16 +39,16 @@ layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call 
 #define STARTS_SECOND (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLOSS && BALLOT_HAS_GLASS)
 
 #if STARTS_SHADOW
-RECORDS(writeonly, BIND_SHADOW_RAYS, ShadowRays, shadow_rays);
-RECORDS(writeonly, BIND_SHADOW_LIGHT, ShadowLight, shadow_light);
+RECORDS_OUT(BIND_SHADOW_RAYS, ShadowRays, shadow_rays)
+RECORDS_OUT(BIND_SHADOW_LIGHT, ShadowLight, shadow_light)
 #endif
 #if STARTS_NEXT
-RECORDS(writeonly, BIND_NEXT_RAYS, NextRays, next_rays);
-RECORDS(writeonly, BIND_NEXT_CARRIED, NextCarried, next_carried);
+RECORDS_OUT(BIND_NEXT_RAYS, NextRays, next_rays)
+RECORDS_OUT(BIND_NEXT_CARRIED, NextCarried, next_carried)
 #endif
 #if STARTS_SECOND
-RECORDS(, BIND_PUT_OFF_RAYS, PutOffRays, put_off_rays);
-RECORDS(, BIND_PUT_OFF_CARRIED, PutOffCarried, put_off_carried);
+RECORDS_INOUT(BIND_PUT_OFF_RAYS, PutOffRays, put_off_rays)
+RECORDS_INOUT(BIND_PUT_OFF_CARRIED, PutOffCarried, put_off_carried)
 layout(set = 0, binding = BIND_PUT_OFF, scalar) buffer PutOffs { PutOff put_off[]; };
 #endif
 

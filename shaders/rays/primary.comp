@@ -17,7 +17,7 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { PrimaryPush push; };
-RECORDS(writeonly, BIND_RAYS, Rays, rays);
+RECORDS_OUT(BIND_RAYS, Rays, rays)
 #if BALLOT_LISTED
 layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Numbers { uint numbers[]; };
 #endif

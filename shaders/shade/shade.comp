@@ -13,8 +13,8 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { ShadePush push; };
-RECORDS(readonly, BIND_RAYS, Rays, rays);
-RECORDS(readonly, BIND_HITS, Hits, hits);
+RECORDS_IN(BIND_RAYS, Rays, rays)
+RECORDS_IN(BIND_HITS, Hits, hits)
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
 layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
 vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
