@@ -23,8 +23,8 @@ double number_of(const VkPipelineExecutableStatisticKHR& s) {
 
 }  // namespace
 
-// Reading and adding up records by texel buffers on lavapipe: shading 2.4 times as fast, ao's scattering 1.3, path's 1.2, sums of
-// samples 3 (Mesa 22.3.6).
+// What reading records through texel buffers gives on lavapipe 22.3.6, sponza and cornell-water: shading of eyelight 1.9 times as
+// fast, scattering of ao 1.5 and of path 1.2, connecting 1.8 to 2.3, sums of samples 3.0 to 3.8; on 25.0.7 1.0 to 1.1.
 Defines defines_of(const KernelSource& source, const DeviceInfo& device) {
   Defines defines = source.defines;
   defines.emplace_back("BALLOT_TEXEL_RECORDS", device.is_cpu());
