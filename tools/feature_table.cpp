@@ -169,14 +169,16 @@ nlohmann::json print_traversal(Engine& engine, bool measured) {
   const TreeFacts tree = engine.features().tree;
   TreeFacts common = SceneFeatures::every().tree;
   common.depth = std::max(common.depth, tree.depth);
-  fmt::print("\ntraversal: stacks of {} entries for a tree of depth {}{}; {} with every feature\n", stack_entries(tree),
-             tree.depth, leaves_loop(tree) ? "" : ", no loop over the one triangle of a leaf", stack_entries(common));
+  fmt::print("\ntraversal: stacks of {} entries for a tree of depth {}{}{}; {} with every feature\n",
+             stack_entries(tree), tree.depth, leaves_loop(tree) ? "" : ", no loop over the one triangle of a leaf",
+             tree.far ? ", boxes measured from the middle of the scene" : "", stack_entries(common));
   nlohmann::json json{{"stack_entries", stack_entries(tree)},
                       {"every_feature_stack_entries", stack_entries(common)},
-                      {"leaf_loop", leaves_loop(tree)}};
+                      {"leaf_loop", leaves_loop(tree)},
+                      {"far", tree.far}};
   if (!measured) return json;
   json["gain"] = nlohmann::json::array();
-  if (stack_entries(tree) == stack_entries(common) && leaves_loop(tree)) {
+  if (stack_entries(tree) == stack_entries(common) && leaves_loop(tree) && tree.far == common.far) {
     fmt::print("    the same kernels\n");
     return json;
   }

@@ -12,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kStepSeconds = 4;     // about how long a step is to take: progress is seen, passes stay large
+constexpr double kStepSeconds = 4;     // about how long a step is to take: checkpoints come in time, passes stay large
 constexpr std::uint32_t kGrowth = 16;  // of a step over the one before, at most: the first also compiles
 
 /// Samples of the next step, after one of `samples` that took so long.

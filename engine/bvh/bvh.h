@@ -44,8 +44,15 @@ struct Bvh {
   BvhStats stats;
 };
 
+/// What boxes on the device are measured from: along axes whose zero is 16 of the scene's longest sides away or more, the middle
+/// of the scene, where differences are exact (Pat H. Sterbenz. Floating-Point Computation. 1974); along others 0. So boxes of a scene
+/// in a country's coordinates keep the precision of a scene near zero.
+glm::vec3 box_origin(const Bounds& scene);
+
 /// What kernels are made for.
-inline TreeFacts facts_of(const Bvh& bvh) { return {bvh.stats.depth, bvh.stats.largest_leaf}; }
+inline TreeFacts facts_of(const Bvh& bvh) {
+  return {bvh.stats.depth, bvh.stats.largest_leaf, box_origin(bvh.bounds) != glm::vec3(0)};
+}
 
 /// progress(done) with done in [0, 1], from the building thread or others, one at a time.
 using Progress = std::function<void(double)>;

@@ -37,7 +37,7 @@ class Collapse {
       std::uint32_t level;
     };
     constexpr std::size_t kRoot = ~std::size_t{0};
-    std::vector<Open> open{{{binary_.bounds, binary_.root}, kRoot, 1}};
+    std::vector<Open> open{{{binary_.root_box, binary_.root}, kRoot, 1}};
     while (!open.empty()) {
       const auto [subtree, at, level] = open.back();
       open.pop_back();

@@ -1,6 +1,7 @@
 // Derives the uploaded arrays from the reference form.
 #include "engine/bvh/device_bvh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -31,11 +32,11 @@ void check_sizes(const Bvh& bvh) {
 }
 
 // Appends the block of a leaf and returns the leaf's child reference.
-std::uint32_t add_leaf(const BvhNode& leaf, const Bvh& bvh, std::span<const Triangle> triangles,
+std::uint32_t add_leaf(const BvhNode& leaf, const Bounds& box, const Bvh& bvh, std::span<const Triangle> triangles,
                        std::vector<Texel>& out) {
   const std::uint32_t at = static_cast<std::uint32_t>(out.size());
-  out.push_back(texel(leaf.lo, leaf.count));
-  out.push_back(texel(leaf.hi, 0));
+  out.push_back(texel(box.lo, leaf.count));
+  out.push_back(texel(box.hi, 0));
   for (std::uint32_t i = 0; i < leaf.count; ++i) {
     const std::uint32_t prim = bvh.references[leaf.first + i];
     const Triangle& t = triangles[prim];
@@ -96,6 +97,18 @@ void add_compact(const Bounds& l, const Bounds& r, std::uint32_t left, std::uint
 
 }  // namespace
 
+glm::vec3 box_origin(const Bounds& scene) {
+  constexpr double kFar = 16;
+  const glm::dvec3 sides = glm::dvec3(scene.hi) - glm::dvec3(scene.lo);
+  const double longest = std::max({sides.x, sides.y, sides.z});
+  glm::vec3 origin(0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const float lo = scene.lo[axis], hi = scene.hi[axis];
+    if (std::max(lo, -hi) > 0 && std::max(lo, -hi) >= kFar * longest) origin[axis] = 0.5f * lo + 0.5f * hi;
+  }
+  return origin;
+}
+
 DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout,
                           std::span<const Bounds> boxes) {
   DeviceBvh out;
@@ -103,16 +116,18 @@ DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, N
   out.depth = bvh.stats.depth;
   out.bounds = bvh.bounds;
   if (bvh.nodes.empty()) return out;
+  out.origin = box_origin(bvh.bounds);
   check_sizes(bvh);
   out.nodes.reserve((bvh.nodes.size() / 2 - 1) * out.pair_texels());
   out.leaves.reserve(bvh.stats.leaves * LEAF_HEADER_TEXELS + bvh.references.size() * TRIANGLE_TEXELS);
+  const auto own_box = [&](const BvhNode& node) { return Bounds{node.lo - out.origin, node.hi - out.origin}; };
   const auto ref_of = [&](const BvhNode& node) {
-    return node.count == 0 ? pair_texel(node, out.pair_texels()) : add_leaf(node, bvh, triangles, out.leaves);
+    return node.count == 0 ? pair_texel(node, out.pair_texels())
+                           : add_leaf(node, own_box(node), bvh, triangles, out.leaves);
   };
-  const auto box_of = [&](std::size_t node) {
-    return boxes.empty() ? Bounds{bvh.nodes[node].lo, bvh.nodes[node].hi} : boxes[node];
-  };
+  const auto box_of = [&](std::size_t node) { return boxes.empty() ? own_box(bvh.nodes[node]) : boxes[node]; };
   out.root = ref_of(bvh.nodes[0]);
+  out.root_box = box_of(0);
   for (std::size_t i = 2; i < bvh.nodes.size(); i += 2) {
     const Bounds left = box_of(i), right = box_of(i + 1);
     const std::uint32_t left_ref = ref_of(bvh.nodes[i]);

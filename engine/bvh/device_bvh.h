@@ -26,12 +26,15 @@ struct DeviceBvh {
   std::vector<glm::uvec4> leaves;    // leaf blocks of LeafFormat::Vertices
   std::uint32_t root = END_OF_TREE;  // child reference of the root: END_OF_TREE (empty scene), a leaf, or texel 0
   std::uint32_t depth = 0;           // as BvhStats::depth
-  Bounds bounds;
+  Bounds bounds;                     // of the scene, measured from zero
+  glm::vec3 origin{0};               // box_origin() of these; boxes in nodes and leaves are measured from it
+  Bounds root_box;                   // of the root, as boxes in nodes are
 
   std::uint32_t pair_texels() const { return PAIR_TEXELS(std::uint32_t(layout)); }
 };
 
-/// `boxes`, if given, one a node, take the place of the nodes' own, but not that of the boxes in leaf blocks (padded_boxes()).
+/// `boxes`, if given, one a node and measured from box_origin(), take the place of the nodes' own, but not that of the boxes in leaf
+/// blocks (padded_boxes()).
 /// Throws Error(Work) if a texel index would not fit its field (2^28 texels of leaves, 2^31 of nodes).
 DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout,
                           std::span<const Bounds> boxes = {});

@@ -33,19 +33,25 @@ inline DeviceChild paper_child(const glm::uvec4* t) {
           t[1].z == 0 ? t[1].w : leaf_ref(t[1].z, t[1].w)};
 }
 
-/// The smallest box of float32 that holds all points within half extents (hi) of a centre (lo).
-inline Bounds box_of_centred(const Bounds& centred) {
+/// The smallest box of float32 that holds this one.
+inline Bounds rounded_outwards(const glm::dvec3& lo, const glm::dvec3& hi) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   Bounds box;
   for (int axis = 0; axis < 3; ++axis) {
-    const double lo = double(centred.lo[axis]) - centred.hi[axis], hi = double(centred.lo[axis]) + centred.hi[axis];
-    box.lo[axis] = double(float(lo)) > lo ? std::nextafter(float(lo), -infinity) : float(lo);
-    box.hi[axis] = double(float(hi)) < hi ? std::nextafter(float(hi), infinity) : float(hi);
+    const float a = float(lo[axis]), b = float(hi[axis]);
+    box.lo[axis] = double(a) > lo[axis] ? std::nextafter(a, -infinity) : a;
+    box.hi[axis] = double(b) < hi[axis] ? std::nextafter(b, infinity) : b;
   }
   return box;
 }
 
-/// The pair of siblings that starts at this texel.
+/// The smallest box of float32 that holds all points within half extents (hi) of a centre (lo).
+inline Bounds box_of_centred(const Bounds& centred) {
+  const glm::dvec3 centre = centred.lo, half = centred.hi;
+  return rounded_outwards(centre - half, centre + half);
+}
+
+/// The pair of siblings that starts at this texel. Boxes are measured from bvh.origin.
 inline DevicePair decode_pair(const DeviceBvh& bvh, std::uint32_t texel) {
   const glm::uvec4* t = bvh.nodes.data() + texel;
   if (bvh.layout == NodeLayout::Paper) return {paper_child(t), paper_child(t + 2)};
@@ -61,6 +67,15 @@ inline DevicePair decode_pair(const DeviceBvh& bvh, std::uint32_t texel) {
        t[3].y}};
   if (bvh.layout == NodeLayout::Centred)
     for (DeviceChild* child : {&pair.left, &pair.right}) child->box = box_of_centred(child->box);
+  return pair;
+}
+
+/// The same with boxes measured from zero, and rounded outwards there.
+inline DevicePair decode_pair_from_zero(const DeviceBvh& bvh, std::uint32_t texel) {
+  DevicePair pair = decode_pair(bvh, texel);
+  const glm::dvec3 origin = bvh.origin;
+  for (DeviceChild* child : {&pair.left, &pair.right})
+    child->box = rounded_outwards(glm::dvec3(child->box.lo) + origin, glm::dvec3(child->box.hi) + origin);
   return pair;
 }
 

@@ -19,7 +19,7 @@ std::set<std::uint32_t> nodes_to_open(const DeviceBvh& binary, std::uint32_t nod
   const auto add = [&](const DeviceChild& c) {
     if (!is_leaf(c.ref)) inner.emplace(half_area(c.box.lo, c.box.hi), c.ref);
   };
-  add({binary.bounds, binary.root});
+  add({binary.root_box, binary.root});
   for (std::uint32_t n = 1; n < nodes && !inner.empty(); ++n) {
     const std::uint32_t largest = inner.top().second;
     inner.pop();
@@ -42,7 +42,7 @@ bool right_first(const DevicePair& pair, std::uint32_t octant) {
 /// The frontier front to back.
 std::vector<DeviceChild> in_order(const DeviceBvh& binary, const std::set<std::uint32_t>& opened,
                                   std::uint32_t octant) {
-  std::vector<DeviceChild> stack{{binary.bounds, binary.root}}, line;
+  std::vector<DeviceChild> stack{{binary.root_box, binary.root}}, line;
   while (!stack.empty()) {
     const DeviceChild c = stack.back();
     stack.pop_back();

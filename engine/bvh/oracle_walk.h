@@ -64,7 +64,7 @@ void walk(const DeviceBvh& bvh, const RayFrame& ray, const double& t_far, const 
         if (!visit(texel)) return;
       continue;
     }
-    const DevicePair pair = decode_pair(bvh, entry.ref);
+    const DevicePair pair = decode_pair_from_zero(bvh, entry.ref);
     const std::optional<double> left = enter(ray, pair.left.box, t_far);
     const std::optional<double> right = enter(ray, pair.right.box, t_far);
     const bool right_first = left && right && *right < *left;

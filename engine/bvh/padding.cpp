@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/bvh/device_bvh.h"
+
 namespace ballot {
 
 namespace {
@@ -41,13 +43,14 @@ std::vector<Bounds> padded_boxes(const Bvh& bvh, std::span<const Triangle> trian
   constexpr double kRounding = 1.02 * 0x1p-24;  // with room for products of roundings
   const std::vector<glm::dvec3> sides = sides_below(bvh, triangles);
   const double clamped = 0x1p-35 * longest_side(bvh.bounds);
+  const glm::dvec3 origin = box_origin(bvh.bounds);
   std::vector<Bounds> boxes(bvh.nodes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    const glm::dvec3 lo = bvh.nodes[i].lo, hi = bvh.nodes[i].hi;
+    const glm::dvec3 lo = glm::dvec3(bvh.nodes[i].lo) - origin, hi = glm::dvec3(bvh.nodes[i].hi) - origin;
     const glm::dvec3 centre = glm::abs(0.5 * (lo + hi)), half = 0.5 * (hi - lo);
     const double longest = std::max({sides[i].x, sides[i].y, sides[i].z});
     for (int axis = 0; axis < 3; ++axis) {
-      const double pad = kRounding * (18 * sides[i][axis] + 31 * longest + 2 * centre[axis] + 3 * half[axis]) + clamped;
+      const double pad = kRounding * (18 * sides[i][axis] + 31 * longest + 3 * centre[axis] + 4 * half[axis]) + clamped;
       constexpr float infinity = std::numeric_limits<float>::infinity();
       boxes[i].lo[axis] = std::nextafter(static_cast<float>(lo[axis] - pad), -infinity);
       boxes[i].hi[axis] = std::nextafter(static_cast<float>(hi[axis] + pad), infinity);

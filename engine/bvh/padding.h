@@ -12,8 +12,8 @@ namespace ballot {
 /// range of float32: then rays have to pad boxes themselves (shaders/lib/box_padded.glsl).
 float padded_reach(const Bounds& scene);
 
-/// The boxes of all nodes, wider by what shaders/lib/box_widened.glsl derives: that grows with a box's coordinates and with the
-/// triangles below it, and not with the scene.
+/// The boxes of all nodes, measured from box_origin() and wider by what shaders/lib/box_widened.glsl derives: that grows with a box's
+/// coordinates and with the triangles below it, and not with the scene.
 std::vector<Bounds> padded_boxes(const Bvh& bvh, std::span<const Triangle> triangles);
 
 }  // namespace ballot

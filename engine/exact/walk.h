@@ -78,7 +78,7 @@ class Walker {
   }
 
   void push_children(const FilterRay& ray, std::uint32_t ref, double t_far) {
-    const DevicePair pair = decode_pair(bvh_, ref);
+    const DevicePair pair = decode_pair_from_zero(bvh_, ref);
     const std::optional<double> left = may_enter_at(ray, pair.left.box, t_far);
     const std::optional<double> right = may_enter_at(ray, pair.right.box, t_far);
     const bool right_first = left && right && *right < *left;

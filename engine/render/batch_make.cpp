@@ -161,7 +161,15 @@ double Batches::shade(RayBatch& batch) {
     frame.shade->bind(BIND_HITS, c.hits);
     frame.shade->bind(BIND_FILM, *frame.film);
     // A film of one column of tiles: every index is a pixel of it.
-    const ShadePush push{TILE_SIZE, ~0u, 0, c.count, 0, 1, 0, 0, 0};
+    const ShadePush push{.width = TILE_SIZE,
+                         .height = ~0u,
+                         .first = 0,
+                         .count = c.count,
+                         .sample_index = 0,
+                         .together = 1,
+                         .place = 0,
+                         .cone_width = 0,
+                         .cone_spread = 0};
     gpu_.submit(frame.shade->name(),
                 [&](VkCommandBuffer cmd) { frame.shade->dispatch(cmd, groups_of(c.count), push); });
     ms += gpu_.last_ms();

@@ -199,8 +199,15 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
     shade.bind(BIND_HITS, hits);
     shade.bind(BIND_FILM, film);
     const PixelCone cone = pixel_cone(slice.camera);
-    const ShadePush push{options.width, options.height, slice.camera.first, slice.count, sample, 1, 0,
-                         cone.width,    cone.spread};
+    const ShadePush push{.width = options.width,
+                         .height = options.height,
+                         .first = slice.camera.first,
+                         .count = slice.count,
+                         .sample_index = sample,
+                         .together = 1,
+                         .place = 0,
+                         .cone_width = cone.width,
+                         .cone_spread = cone.spread};
     run(shade, slice.count, &push, sizeof push, times.shade_ms);
   }
   if (heat) paint_heat(slice, options, query, film, sample, times);

@@ -164,8 +164,15 @@ void Renderer::shade_samples(Film& film, const Chunk& chunk, PrimaryPush camera,
       tracer_.record(*p.rays, *p.hits, part.rays(), query, [&times](double ms) { times.trace_ms += ms; });
     waves_.pass_through(*p.rays, *p.hits, part.rays(), query, p.features, times.passes);
     // A film of one column of tiles: every index is a pixel of it.
-    const ShadePush push{TILE_SIZE,    ~0u,        0,          part.pixels, camera.sample_index,
-                         part.samples, part.pixel, cone.width, cone.spread};
+    const ShadePush push{.width = TILE_SIZE,
+                         .height = ~0u,
+                         .first = 0,
+                         .count = part.pixels,
+                         .sample_index = camera.sample_index,
+                         .together = part.samples,
+                         .place = part.pixel,
+                         .cone_width = cone.width,
+                         .cone_spread = cone.spread};
     run(p.shade, part.pixels, push, times.shade_ms);
     if (p.stats) add_counters(film, chunk.first, chunk.pixels, *p.stats);
     if (++parts % kPartsTogether == 0) gpu_.flush();

@@ -9,6 +9,7 @@ namespace ballot {
 struct TreeFacts {
   std::uint32_t depth = 0;         // inner nodes on the longest path from the root: sizes every stack
   std::uint32_t largest_leaf = 0;  // triangles
+  bool far = false;                // boxes are not measured from zero: box_origin(), bvh/bvh.h
   bool operator==(const TreeFacts&) const = default;
 };
 
@@ -54,7 +55,7 @@ struct SceneFeatures {
             .sky_map = false,
             .perspective = true,
             .orthographic = true,
-            .tree = {.depth = 63, .largest_leaf = 6}};
+            .tree = {.depth = 63, .largest_leaf = 6, .far = true}};
   }
 };
 

@@ -8,7 +8,7 @@ namespace ballot {
 
 namespace {
 
-/// What measured best somewhere: README, "How far from the best".
+/// What measured best somewhere: tools/measured/traversal.md, "How far from the best".
 struct Row {
   bool cpu;
   std::string_view method, knob, value;  // knob and value: empty where the tuning table's will do

@@ -13,9 +13,12 @@ Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles
       bvh_(bvh),
       triangles_(triangles),
       tree_(tree),
+      box_origin_(box_origin(bvh.bounds)),
       padded_reach_(padded_reach(bvh.bounds)),
       work_(gpu, 1, Access::Storage, "work counter"),
-      choices_(gpu.info(), bvh.stats, bvh.bounds) {}
+      choices_(gpu.info(), bvh.stats, bvh.bounds) {
+  tree_.far |= box_origin_ != glm::vec3(0);
+}
 
 Tracer::~Tracer() = default;
 
@@ -212,6 +215,7 @@ TracePush Tracer::push_for(const Job& job, std::uint32_t root) const {
   TracePush push{};
   push.scene_lo = bvh_.bounds.lo;
   push.scene_hi = bvh_.bounds.hi;
+  push.box_origin = box_origin_;
   push.padded_reach = padded_reach_;
   push.root = root;
   push.max_batches = f.batches;

@@ -152,6 +152,7 @@ class Tracer {
   const Bvh& bvh_;
   std::span<const Triangle> triangles_;
   TreeFacts tree_;
+  glm::vec3 box_origin_;        // what boxes on the device are measured from
   float padded_reach_;          // of rays that a padded tree serves; 0: of none
   std::vector<Bounds> padded_;  // boxes, on first use
   std::map<std::pair<NodeLayout, Padding>, DeviceBvh> layouts_;

@@ -151,7 +151,7 @@ Formulation formulation_for(const Method& method, const NumericMode& numeric, co
       device.is_cpu() && !numeric.needs_float64 ? 8 : 1;  // exact: a kernel that holds its code eight times takes long
                                                           // to compile
   f.products = device.float64 ? Products::Float64 : Products::Split;
-  f.reduce = device.arithmetic && !device.is_cpu() ? Reduce::Integer : Reduce::Shuffle;  // README, "Measured"
+  f.reduce = device.arithmetic && !device.is_cpu() ? Reduce::Integer : Reduce::Shuffle;  // tools/measured/traversal.md
   f.packet_stack = device.shuffle ? PacketStack::Lanes : PacketStack::Shared;
   for (const Row& row : kRows) {
     const std::uint32_t version = device.mesa_version();

@@ -39,7 +39,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
          "--knob workgroup, or --knob stack=private",
          variant.name(), tree.depth, std::uint64_t(shared_words) * 4, f.workgroup, device.name, device.shared_bytes);
   KernelSource source;
-  source.name = variant.kernel_name() + (wide || leaves_loop(tree) ? "" : " leaves=1");
+  source.name = variant.kernel_name() + (wide || leaves_loop(tree) ? "" : " leaves=1") + (tree.far ? " far=1" : "");
   source.file = variant.method->kernel;
   source.group_size = f.workgroup;
   source.subgroup_size = f.subgroup;
@@ -60,6 +60,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
                     {"BALLOT_LEAF_BOX", f.leaf_box},
                     {"BALLOT_LEAF_RUN", f.leaf_run},
                     {"BALLOT_LEAF_LOOP", wide || leaves_loop(tree)},
+                    {"BALLOT_BOX_ORIGIN", tree.far},
                     {"BALLOT_LOOPS_CUT", f.loops_cut},
                     {"BALLOT_SORTED", f.sorted || method.quads || variant.want == Want::Nearest},
                     {"BALLOT_RAYS", wide ? int(f.rays) : 1},

@@ -65,6 +65,16 @@ vec2 cut_centred(vec3 middle, vec3 half_way, float t_min, float t_max) {
   return cut_axes(middle - half_way, middle + half_way, t_min, t_max);
 }
 
+// A point as boxes are. Where they are not measured from zero it is off by up to 2^-24 of itself.
+#if BALLOT_BOX_ORIGIN
+vec3 from_box_origin(vec3 p) {
+  precise vec3 moved = p - push.box_origin;
+  return moved;
+}
+#else
+vec3 from_box_origin(vec3 p) { return p; }
+#endif
+
 // The largest distance along an axis between a point of the scene and the ray's origin; rounded, so up to 2^-24 too small.
 float scene_reach(vec3 origin) {
   vec3 far = max(abs(push.scene_lo - origin), abs(push.scene_hi - origin));

@@ -1,5 +1,5 @@
 // Box test "fma": one multiply-add a plane, lo * inv - origin * inv. The products cancel where the ray starts near a plane and
-// far from the scene's origin, so the error follows the coordinates, not the distance.
+// far from where boxes are measured from, so the error follows the coordinates, not the distance.
 //
 // Source: Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009.
 
@@ -9,7 +9,7 @@ struct Slabs {
 
 Slabs make_slabs(Ray ray) {
   vec3 inv = reciprocal_direction(ray.dir);
-  return Slabs(ray.origin * inv, inv);
+  return Slabs(from_box_origin(ray.origin) * inv, inv);
 }
 
 vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
@@ -22,13 +22,13 @@ vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_ma
 }
 
 // Of segments: what rounds their ends.
-vec3 segment_pad(Ray ray) { return 2.4e-7 * (abs(ray.origin) + abs(ray.t_max * ray.dir)); }
+vec3 segment_pad(Ray ray) { return 2.4e-7 * (abs(from_box_origin(ray.origin)) + abs(ray.t_max * ray.dir)); }
 
 // The product with the origin is rounded, which moves planes by up to 2^-24 of it.
 void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
-  vec3 slack = 2.4e-7 * abs(ray.origin);
-  lo = ray.origin + slack;
-  hi = ray.origin - slack;
+  vec3 origin = from_box_origin(ray.origin), slack = 2.4e-7 * abs(origin);
+  lo = origin + slack;
+  hi = origin - slack;
 }
 
 void first_planes(Slabs s, vec3 at, out vec3 near, out vec3 far) { near = far = fma(at, s.inv, -s.scaled_origin); }

@@ -15,9 +15,9 @@
 // component of the direction over the main one). q lies in some leaf's box, for leaves cover their triangles. The slab test
 // moves a plane by w M (subtraction) + 5 w M (division, 2.5 ulp: Vulkan, "Precision and operation of SPIR-V instructions") +
 // w M (product). The sum is 40 w M; 48 w M leave room for terms of second order, M's own rounding and the clamp of small
-// directions (box.glsl, 2^-59 M). o -+ e itself rounds by w |o -+ e|: 2 w |o| and the room cover it. Hence the entry of that
-// box, and of every box around it, is at most t: whatever the walk met before, it reaches the leaf unless it has a hit
-// nearer than t. So hits depend neither on the order of the walk nor on the tree.
+// directions (box.glsl, 2^-59 M). Where boxes are measured from a point other than zero, o is rounded by w |o|, and o -+ e by
+// w |o -+ e|: 2 w |o| and the room cover both. Hence the entry of that box, and of every box around it, is at most t: whatever the
+// walk met before, it reaches the leaf unless it has a hit nearer than t. So hits depend neither on the order of the walk nor on the tree.
 //
 // An exact hit (lib/triangle_exact.glsl) lies in some leaf's box itself, at its t to the last bit, and on o + t d, so the slab
 // test's own 7 w M are all that it needs, t_min being at most what it is exactly and reach at least that. The bounds hold while
@@ -56,13 +56,14 @@ Slabs make_slabs(Ray ray) {
 #endif
   }
 #endif
+  vec3 origin = from_box_origin(ray.origin);
 #if BALLOT_LAYOUT >= LAYOUT_CENTRED
-  vec3 o = abs(ray.origin);
+  vec3 o = abs(origin);
   float pad = 3.82e-6 * scene_reach(ray.origin) + 1.25e-7 * max(o.x, max(o.y, o.z));
-  return Slabs(ray.origin, reciprocal_direction(ray.dir), pad);
+  return Slabs(origin, reciprocal_direction(ray.dir), pad);
 #else
-  precise vec3 e = vec3(2.87e-6 * scene_reach(ray.origin)) + 1.25e-7 * abs(ray.origin);
-  precise vec3 lo_origin = ray.origin + e, hi_origin = ray.origin - e;
+  precise vec3 e = vec3(2.87e-6 * scene_reach(ray.origin)) + 1.25e-7 * abs(origin);
+  precise vec3 lo_origin = origin + e, hi_origin = origin - e;
   return Slabs(lo_origin, hi_origin, reciprocal_direction(ray.dir));
 #endif
 }
@@ -85,7 +86,7 @@ vec3 segment_pad(Ray ray) {
 #if BALLOT_TRIANGLE == TRIANGLE_EXACT
   if (!has_safe_slabs(reach)) return vec3(uintBitsToFloat(0x7F800000u));
 #endif
-  return vec3(2.87e-6 * reach) + 2.4e-7 * (abs(ray.origin) + abs(ray.t_max * ray.dir));
+  return vec3(2.87e-6 * reach) + 2.4e-7 * (abs(from_box_origin(ray.origin)) + abs(ray.t_max * ray.dir));
 }
 
 vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {

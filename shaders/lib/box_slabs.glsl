@@ -7,7 +7,7 @@ struct Slabs {
   vec3 origin, inv;
 };
 
-Slabs make_slabs(Ray ray) { return Slabs(ray.origin, reciprocal_direction(ray.dir)); }
+Slabs make_slabs(Ray ray) { return Slabs(from_box_origin(ray.origin), reciprocal_direction(ray.dir)); }
 
 vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
   return cut_interval((lo - s.origin) * s.inv, (hi - s.origin) * s.inv, t_min, t_max);
@@ -18,7 +18,7 @@ vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_ma
 }
 
 // Of segments: what rounds their ends.
-vec3 segment_pad(Ray ray) { return 2.4e-7 * (abs(ray.origin) + abs(ray.t_max * ray.dir)); }
+vec3 segment_pad(Ray ray) { return 2.4e-7 * (abs(from_box_origin(ray.origin)) + abs(ray.t_max * ray.dir)); }
 
 void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) { lo = hi = s.origin; }
 

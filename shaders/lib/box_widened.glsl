@@ -18,9 +18,10 @@
 //   31 w |q_k - o_k| + 18 w E_k + 31 w E_z       along k, and by
 //   22 w |q_z - o_z| + 22 w E_z                  along the main axis.
 // The slab test, of a box with centre c and half extent e, moves a plane by 5 w (division) and 3 w (sums) of its distance, and
-// by w (2 |c_k| + 3 e_k) (the products with origin and centre, which cancel, and with the half extent). Hence
-//   boxes are widened by w (18 E_k + 31 E + 2 |c_k| + 3 e_k), E the longest extent   (engine/bvh/padding.cpp)
-//   t of a hit lies between entry - 39 w |entry| and exit + 39 w |exit|:
+// by w (2 |c_k| + 3 e_k) (the products with origin and centre, which cancel, and with the half extent). Where boxes are measured
+// from a point other than zero the origin is off by w of itself, that is by w of the plane's distance and w (|c_k| + e_k). Hence
+//   boxes are widened by w (18 E_k + 31 E + 3 |c_k| + 4 e_k), E the longest extent   (engine/bvh/padding.cpp)
+//   t of a hit lies between entry - 40 w |entry| and exit + 40 w |exit|:
 //   the exit is stretched by 96 w of itself and the reach by 48 w, so that what is entered later may still hold the hit.
 // So hits depend neither on the order of the walk nor on the tree. Directions are clamped (box.glsl), which moves the ray by
 // 2^-59 of its distance from the scene: boxes are wider by 2^-35 of the scene's longest side, and rays from 2^22 of these away,
@@ -51,18 +52,18 @@ Slabs slabs_of_every_box(float t_min) { return SLABS(vec3(-t_min), vec3(0.0), 0.
 Slabs make_slabs(Ray ray) {
   if (!(scene_reach(ray.origin) <= push.padded_reach)) return slabs_of_every_box(ray.t_min);
   vec3 inv = reciprocal_direction(ray.dir);
-  precise vec3 scaled_origin = ray.origin * inv;
+  precise vec3 scaled_origin = from_box_origin(ray.origin) * inv;
   return SLABS(scaled_origin, inv, EXIT_SLACK);
 }
 
 bool has_slabs(Slabs s) { return s.inv.x != 0.0; }
 
 // Bounds of many rays subtract first: 7 w of the distance. They stretch intervals as well.
-void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) { lo = hi = ray.origin; }
+void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) { lo = hi = from_box_origin(ray.origin); }
 
 // Of segments: what rounds their ends, and what goes with the distance.
 vec3 segment_pad(Ray ray) {
-  return 2.4e-7 * abs(ray.origin) + 2.4e-6 * max(abs(ray.t_min), abs(ray.t_max)) * abs(ray.dir);
+  return 2.4e-7 * abs(from_box_origin(ray.origin)) + 2.4e-6 * max(abs(ray.t_min), abs(ray.t_max)) * abs(ray.dir);
 }
 
 vec2 stretched(Slabs s, vec3 near, vec3 far, float t_min, float t_max) {

@@ -29,7 +29,8 @@ bool make_beam(Walker w, bool live, out Beam b) {
   b.segments = subgroupAll(!live || w.ray.t_max < scene_reach(w.ray.origin));
   b.t_min = subgroupAny(live && w.ray.t_min < 0.0) ? -LARGEST : 0.0;
   if (b.segments) {
-    vec3 begin = w.ray.origin + min(w.ray.t_min, 0.0) * w.ray.dir, end = w.ray.origin + w.ray.t_max * w.ray.dir;
+    vec3 origin = from_box_origin(w.ray.origin);
+    vec3 begin = origin + min(w.ray.t_min, 0.0) * w.ray.dir, end = origin + w.ray.t_max * w.ray.dir;
     vec3 pad = segment_pad(w.ray);
     b.lo = lanes_min(live ? smaller(begin, end) - pad : vec3(LARGEST));
     b.hi = lanes_max(live ? larger(begin, end) + pad : vec3(-LARGEST));

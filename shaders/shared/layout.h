@@ -66,6 +66,9 @@ BALLOT_RECORD(Call, 16);
 #define END_OF_TREE 0xFFFFFFFFu
 #define MAX_LEAF_TRIANGLES 6
 
+// Boxes of nodes and leaves, in every tree, are measured from zero, or along axes on which the scene is far from it from the middle
+// of the scene (box_origin(), engine/bvh/bvh.h); vertices are as they are.
+
 // A leaf block: two texels of the leaf's own box, (lo.xyz, count), (hi.xyz, x), then three texels a triangle, in a format
 // that the triangle test asks for.
 //   LEAVES_VERTICES  (v0.xyz, prim), (v1.xyz, 0), (v2.xyz, 0); x = 0

@@ -60,6 +60,8 @@
 
 // BALLOT_LEAF_LOOP: 0: every leaf holds one triangle, and walks other than packet-wide have no loop over them; 1: up to six.
 
+// BALLOT_BOX_ORIGIN: 1: boxes are measured from push.box_origin; 0: from zero.
+
 // BALLOT_LAUNCH: how work reaches subgroups.
 #define LAUNCH_PLAIN 0       // one ray an invocation, the device schedules
 #define LAUNCH_PERSISTENT 1  // subgroups take batches from a counter until none is left (Aila and Laine 2009)
@@ -92,6 +94,7 @@ struct TracePush {
   uint nodes_lo, nodes_hi;    // buffer addresses, FETCH_REFERENCE only
   uint leaves_lo, leaves_hi;
   uint top_lo, top_hi;
+  vec3 box_origin;     // BALLOT_BOX_ORIGIN alone: what boxes of nodes and leaves are measured from (layout.h)
   float padded_reach;  // BOX_WIDENED: how far, along an axis, rays may be from the scene's points for its boxes to serve them
   uint threshold;  // of methods that have one: lanes, entries or disagreements (engine/trace/methods.h)
 };
@@ -122,7 +125,7 @@ struct RayStats {
 };
 
 #ifdef __cplusplus
-BALLOT_RECORD(TracePush, 72);
+BALLOT_RECORD(TracePush, 84);
 BALLOT_RECORD(Work, 8);
 BALLOT_RECORD(RayStats, 72);
 }  // namespace ballot
@@ -133,7 +136,7 @@ BALLOT_RECORD(RayStats, 72);
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
     !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_PUSH) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK) || \
-    !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_CALLED)
+    !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_BOX_ORIGIN) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_CALLED)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif
 #endif

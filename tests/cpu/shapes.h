@@ -115,6 +115,18 @@ inline Triangles huge_and_tiny(std::size_t count) {
   return out;
 }
 
+inline Triangles moved(Triangles triangles, const glm::vec3& by) {
+  for (Triangle& t : triangles)
+    for (glm::vec3& v : t) v += by;
+  return triangles;
+}
+
+inline Triangles scaled(Triangles triangles, float by) {
+  for (Triangle& t : triangles)
+    for (glm::vec3& v : t) v *= by;
+  return triangles;
+}
+
 inline Ray towards(const glm::vec3& from, const glm::vec3& to, float t_max = 1e30f) {
   return {from, 0, to - from, t_max};
 }

@@ -1,6 +1,8 @@
 // The uploaded arrays hold the reference form, in every layout.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "engine/bvh/device_decode.h"
 #include "tests/cpu/shapes.h"
 
@@ -28,23 +30,24 @@ class BvhDevice : public testing::TestWithParam<NodeLayout> {
       }
       ASSERT_EQ(at.ref % device.pair_texels(), 0u);
       const DevicePair pair = decode_pair(device, at.ref);
-      expect_box(pair.left, bvh.nodes[node.first]);
-      expect_box(pair.right, bvh.nodes[node.first + 1]);
+      expect_box(pair.left, bvh.nodes[node.first], device.origin);
+      expect_box(pair.right, bvh.nodes[node.first + 1], device.origin);
       todo.push_back({node.first, pair.left.ref});
       todo.push_back({node.first + 1, pair.right.ref});
     }
     EXPECT_EQ(visited, bvh.stats.nodes);
   }
 
-  /// Layouts by centres may hold a box that is larger, by so much of its half extent.
+  /// Layouts by centres may hold a box that is larger, by so much of its half extent, and one without extent by a denormal number.
   static float slack() {
     return GetParam() == NodeLayout::Compact ? 0x1p-7f : GetParam() == NodeLayout::Centred ? 0x1p-22f : 0;
   }
 
-  static void expect_box(const DeviceChild& child, const BvhNode& node) {
+  static void expect_box(const DeviceChild& child, const BvhNode& node, const glm::vec3& origin) {
     for (int axis = 0; axis < 3; ++axis) {
-      const float lo = node.lo[axis], hi = node.hi[axis];
-      const float most = slack() * (hi - lo) + (slack() > 0 ? 0x1p-22f * std::max(std::abs(lo), std::abs(hi)) : 0);
+      const float lo = node.lo[axis] - origin[axis], hi = node.hi[axis] - origin[axis];
+      const float most =
+          slack() * (hi - lo) + (slack() > 0 ? 0x1p-22f * std::max(std::abs(lo), std::abs(hi)) + 0x1p-126f : 0);
       ASSERT_LE(child.box.lo[axis], lo);
       ASSERT_GE(child.box.hi[axis], hi);
       ASSERT_LE(lo - child.box.lo[axis], most);
@@ -57,8 +60,8 @@ class BvhDevice : public testing::TestWithParam<NodeLayout> {
     ASSERT_EQ(leaf_count(ref), node.count);
     std::uint32_t texel = leaf_texel(ref);
     ASSERT_EQ(device.leaves[texel].w, node.count);
-    ASSERT_EQ(as_vec3(device.leaves[texel]), node.lo);
-    ASSERT_EQ(as_vec3(device.leaves[texel + 1]), node.hi);
+    ASSERT_EQ(as_vec3(device.leaves[texel]), node.lo - device.origin);
+    ASSERT_EQ(as_vec3(device.leaves[texel + 1]), node.hi - device.origin);
     texel += LEAF_HEADER_TEXELS;
     for (std::uint32_t i = 0; i < node.count; ++i, texel += TRIANGLE_TEXELS) {
       const std::uint32_t prim = bvh.references[node.first + i];
@@ -69,8 +72,9 @@ class BvhDevice : public testing::TestWithParam<NodeLayout> {
 };
 
 TEST_P(BvhDevice, HoldsTheReferenceForm) {
-  for (const auto& triangles : {shapes::identical(1), shapes::identical(6), shapes::identical(7),
-                                shapes::soup(500, 0.3f), shapes::slivers(300), shapes::grid(20)}) {
+  for (const auto& triangles :
+       {shapes::identical(1), shapes::identical(6), shapes::identical(7), shapes::soup(500, 0.3f), shapes::slivers(300),
+        shapes::grid(20), shapes::moved(shapes::soup(500, 0.5f), {4e5f, -5e6f, 0.3f})}) {
     const Bvh bvh = build_bvh(triangles);
     const DeviceBvh device = make_device_bvh(bvh, triangles, GetParam());
     EXPECT_EQ(device.layout, GetParam());
@@ -78,6 +82,9 @@ TEST_P(BvhDevice, HoldsTheReferenceForm) {
     EXPECT_EQ(device.nodes.size(), (bvh.nodes.size() / 2 - 1) * device.pair_texels());
     EXPECT_EQ(device.leaves.size(), bvh.stats.leaves * LEAF_HEADER_TEXELS + bvh.references.size() * TRIANGLE_TEXELS);
     EXPECT_EQ(device.bounds.hi, bvh.bounds.hi);
+    EXPECT_EQ(device.origin, box_origin(bvh.bounds));
+    EXPECT_EQ(device.root_box.lo, bvh.bounds.lo - device.origin);
+    EXPECT_EQ(device.root_box.hi, bvh.bounds.hi - device.origin);
     EXPECT_EQ(device.root == 0, bvh.stats.leaves > 1);
     expect_same(bvh, device, triangles);
   }
@@ -99,6 +106,41 @@ INSTANTIATE_TEST_SUITE_P(Layouts, BvhDevice,
                          testing::Values(NodeLayout::Paper, NodeLayout::Interleaved, NodeLayout::Centred,
                                          NodeLayout::Compact),
                          [](const auto& tested) { return layout_name(tested.param); });
+
+TEST(BvhDeviceOrigin, IsWhereDifferencesAreExact) {
+  const auto along_x = [](float lo, float hi) { return box_origin({{lo, 0, 0}, {hi, 0, 0}}).x; };
+  EXPECT_EQ(along_x(-1, 1), 0);
+  EXPECT_EQ(along_x(15, 16), 0);
+  EXPECT_EQ(along_x(16, 17), 16.5f);
+  EXPECT_EQ(along_x(-17, -16), -16.5f);
+  EXPECT_EQ(along_x(7, 7), 7);
+  EXPECT_FLOAT_EQ(along_x(3.3e38f, 3.4e38f), 3.35e38f);
+  EXPECT_EQ(box_origin(Bounds{}), glm::vec3(0));
+  EXPECT_EQ(box_origin({{16, 1, -1}, {17, 3, 1}}), glm::vec3(0));
+  EXPECT_EQ(box_origin({{160, 1, -1}, {161, 3, 1}}), glm::vec3(160.5f, 0, 0));
+  for (const float lo : {448000.f, 5.41178e6f, 3e-37f, 16777213.f})
+    for (float hi = lo; hi <= 1.06f * lo; hi += 0.013f * lo) {
+      const float origin = along_x(lo, hi);
+      for (const float x : {lo, std::nextafter(lo, hi), 0.3f * lo + 0.7f * hi, hi})
+        EXPECT_EQ(double(x - origin), double(x) - double(origin)) << x << " in [" << lo << ", " << hi << "]";
+    }
+}
+
+// A box between neighbouring floats of 5.4e6, half a unit apart, stays as small as it is.
+TEST(BvhDeviceOrigin, KeepsBoxesFarFromZeroSmall) {
+  const shapes::Triangles near = shapes::grid(30);
+  const shapes::Triangles far = shapes::moved(shapes::scaled(near, 1024), {448000, 0, 5411000});
+  const Bvh bvh = build_bvh(far);
+  for (const NodeLayout layout : {NodeLayout::Centred, NodeLayout::Compact}) {
+    const DeviceBvh device = make_device_bvh(bvh, far, layout);
+    const DevicePair pair = decode_pair(device, device.root);
+    const glm::vec3 own = bvh.nodes[2].hi - bvh.nodes[2].lo, kept = pair.left.box.hi - pair.left.box.lo;
+    for (int axis = 0; axis < 3; ++axis) EXPECT_LE(kept[axis], own[axis] * 1.01f + 1e-3f) << "axis " << axis;
+    const DevicePair world = decode_pair_from_zero(device, device.root);
+    EXPECT_TRUE(glm::all(glm::lessThanEqual(world.left.box.lo, bvh.nodes[2].lo)));
+    EXPECT_TRUE(glm::all(glm::greaterThanEqual(world.left.box.hi, bvh.nodes[2].hi)));
+  }
+}
 
 TEST(BvhDeviceSize, TooManyLeafTexelsAreRefused) {
   Bvh bvh = build_bvh(shapes::identical(1));

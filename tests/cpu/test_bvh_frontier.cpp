@@ -54,7 +54,7 @@ TEST(BvhFrontier, HoldsEveryLeafOnceInEveryOctant) {
       const DeviceBvh bvh = make_device(triangles);
       const auto frontier = make_frontier(bvh, nodes);
       ASSERT_EQ(frontier.size(), std::size_t{2} * FRONTIER_OCTANTS * nodes);
-      const auto all = leaves_of(bvh, {{bvh.bounds, bvh.root}});
+      const auto all = leaves_of(bvh, {{bvh.root_box, bvh.root}});
       for (std::uint32_t octant = 0; octant < FRONTIER_OCTANTS; ++octant) {
         const Line line = line_of(frontier, nodes, octant);
         EXPECT_EQ(line.size(), std::min<std::size_t>(nodes, all.size()));
@@ -75,7 +75,7 @@ TEST(BvhFrontier, NoNodeOnItIsLargerThanOneAboveIt) {
     on_line.insert(c.ref);
     if (!is_leaf(c.ref)) largest = std::max(largest, area(c.box));
   }
-  Line above{{bvh.bounds, bvh.root}};
+  Line above{{bvh.root_box, bvh.root}};
   std::size_t opened = 0;
   while (!above.empty()) {
     const DeviceChild c = above.back();
