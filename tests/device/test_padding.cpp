@@ -62,6 +62,33 @@ TEST_F(PaddingTest, RaysThatBeginOnTriangles) {
   expect_alike(triangles, rays, rays.size() / 4);
 }
 
+// Boxes are measured from the middle of the scene; floats there are half a unit apart.
+TEST_F(PaddingTest, ASceneFarFromZero) {
+  const glm::vec3 at(448000, 0, 5411000);
+  const shapes::Triangles triangles = shapes::moved(shapes::scaled(shapes::soup(400, 0.3f), 1024), at);
+  std::vector<Ray> rays = shapes::edge_rays(triangles, 3000, at + glm::vec3(2000, 3000, -500));
+  for (Ray r : shapes::random_rays(3000)) {
+    r.origin = at + 1024.f * r.origin;
+    rays.push_back(r);
+  }
+  expect_alike(triangles, rays, rays.size() / 4);
+  const auto t = make(gpu_, triangles);
+  const auto by_ray = trace(*t, rays, "while-while", "ray");
+  for (const char* method : {"packet-wide", "bvh4"}) {
+    std::vector<Hit> hits(rays.size());
+    t->tracer->trace(rays, hits, {Want::Nearest, method, "watertight", {}});
+    EXPECT_EQ(count_different(by_ray, hits), 0u) << method;
+  }
+}
+
+// The frontier then holds the root alone.
+TEST_F(PaddingTest, ATreeOfOneLeaf) {
+  for (std::uint32_t seed = 1; seed < 5; ++seed) {
+    const shapes::Triangles triangles = shapes::soup(2, 0.5f, seed);
+    expect_alike(triangles, shapes::edge_rays(triangles, 2000, {3, 2, 1}), 500);
+  }
+}
+
 TEST_F(PaddingTest, ASceneTooSmallIsRefused) {
   shapes::Triangles triangles = shapes::soup(50, 0.3f);
   for (Triangle& t : triangles)
