@@ -61,9 +61,10 @@ std::vector<KernelSource> traversal_sources() {
               Variant v{&method, &numeric, want, formulation_for(method, numeric, device, knobs), counters};
               sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES}));
               if (&knobs == &all_knobs[0] && !method.wide)
-                for (const TreeFacts& other : {TreeFacts{.depth = 32, .largest_leaf = 1},
-                                               TreeFacts{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = true}})
-                  sources.push_back(kernel_source(v, device, other));
+                sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = 1}));
+              if (want == Want::Nearest && !counters)
+                sources.push_back(
+                    kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = true}));
               v.called = true;
               if (!counters && knobs.contains("launch"))
                 sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES}));

@@ -27,7 +27,7 @@ class Fault:
 
 FAULTS = (
     Fault("box pad removed", "lib/box_padded.glsl",
-          "precise vec3 e = vec3(2.87e-6 * scene_reach(ray.origin)) + 1.25e-7 * abs(ray.origin);",
+          "precise vec3 e = vec3(2.87e-6 * scene_reach(ray.origin)) + 1.25e-7 * abs(origin);",
           "precise vec3 e = vec3(0.0);"),
     Fault("interval of one point is empty", "lib/leaf.glsl", "return i.x <= i.y;\n}\n\n// The same",
           "return i.x < i.y;\n}\n\n// The same"),

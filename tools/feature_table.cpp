@@ -169,16 +169,16 @@ nlohmann::json print_traversal(Engine& engine, bool measured) {
   const TreeFacts tree = engine.features().tree;
   TreeFacts common = SceneFeatures::every().tree;
   common.depth = std::max(common.depth, tree.depth);
+  common.far = tree.far;
   fmt::print("\ntraversal: stacks of {} entries for a tree of depth {}{}{}; {} with every feature\n",
              stack_entries(tree), tree.depth, leaves_loop(tree) ? "" : ", no loop over the one triangle of a leaf",
              tree.far ? ", boxes measured from the middle of the scene" : "", stack_entries(common));
   nlohmann::json json{{"stack_entries", stack_entries(tree)},
                       {"every_feature_stack_entries", stack_entries(common)},
-                      {"leaf_loop", leaves_loop(tree)},
-                      {"far", tree.far}};
+                      {"leaf_loop", leaves_loop(tree)}};
   if (!measured) return json;
   json["gain"] = nlohmann::json::array();
-  if (stack_entries(tree) == stack_entries(common) && leaves_loop(tree) && tree.far == common.far) {
+  if (stack_entries(tree) == stack_entries(common) && leaves_loop(tree)) {
     fmt::print("    the same kernels\n");
     return json;
   }
@@ -212,7 +212,8 @@ nlohmann::json features_json(const SceneFeatures& features) {
   return {{"holds", holds},
           {"cameras", cameras},
           {"tree_depth", features.tree.depth},
-          {"largest_leaf", features.tree.largest_leaf}};
+          {"largest_leaf", features.tree.largest_leaf},
+          {"far", features.tree.far}};
 }
 
 nlohmann::json print_features(Engine& engine, bool measured) {

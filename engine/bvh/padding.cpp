@@ -50,7 +50,9 @@ std::vector<Bounds> padded_boxes(const Bvh& bvh, std::span<const Triangle> trian
     const glm::dvec3 centre = glm::abs(0.5 * (lo + hi)), half = 0.5 * (hi - lo);
     const double longest = std::max({sides[i].x, sides[i].y, sides[i].z});
     for (int axis = 0; axis < 3; ++axis) {
-      const double pad = kRounding * (18 * sides[i][axis] + 31 * longest + 3 * centre[axis] + 4 * half[axis]) + clamped;
+      const double moved = origin[axis] != 0 ? centre[axis] + half[axis] : 0;  // what the ray's own origin is off by
+      const double pad =
+          kRounding * (18 * sides[i][axis] + 31 * longest + 2 * centre[axis] + 3 * half[axis] + moved) + clamped;
       constexpr float infinity = std::numeric_limits<float>::infinity();
       boxes[i].lo[axis] = std::nextafter(static_cast<float>(lo[axis] - pad), -infinity);
       boxes[i].hi[axis] = std::nextafter(static_cast<float>(hi[axis] + pad), infinity);

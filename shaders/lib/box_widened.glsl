@@ -20,7 +20,8 @@
 // The slab test, of a box with centre c and half extent e, moves a plane by 5 w (division) and 3 w (sums) of its distance, and
 // by w (2 |c_k| + 3 e_k) (the products with origin and centre, which cancel, and with the half extent). Where boxes are measured
 // from a point other than zero the origin is off by w of itself, that is by w of the plane's distance and w (|c_k| + e_k). Hence
-//   boxes are widened by w (18 E_k + 31 E + 3 |c_k| + 4 e_k), E the longest extent   (engine/bvh/padding.cpp)
+//   boxes are widened by w (18 E_k + 31 E + 2 |c_k| + 3 e_k), E the longest extent, and there by
+//   w (|c_k| + e_k) more   (engine/bvh/padding.cpp)
 //   t of a hit lies between entry - 40 w |entry| and exit + 40 w |exit|:
 //   the exit is stretched by 96 w of itself and the reach by 48 w, so that what is entered later may still hold the hit.
 // So hits depend neither on the order of the walk nor on the tree. Directions are clamped (box.glsl), which moves the ray by

@@ -20,7 +20,7 @@ inline void add_leaves_of(const DeviceBvh& bvh, const DeviceChild& at, std::map<
 /// Boxes by child reference.
 inline std::map<std::uint32_t, Bounds> leaves_of(const DeviceBvh& bvh) {
   std::map<std::uint32_t, Bounds> leaves;
-  if (bvh.root != END_OF_TREE) add_leaves_of(bvh, {bvh.bounds, bvh.root}, leaves);
+  if (bvh.root != END_OF_TREE) add_leaves_of(bvh, {bvh.root_box, bvh.root}, leaves);
   return leaves;
 }
 

@@ -64,7 +64,7 @@ TEST(BvhCollapse, NoOtherHasLessArea) {
       const shapes::Triangles triangles = shapes::soup(std::size_t(count), 0.2f);
       const Bvh bvh = build_bvh(triangles, {.max_leaf = 1, .split_budget = 0});
       const DeviceBvh binary = make_device_bvh(bvh, triangles, NodeLayout::Interleaved);
-      const double best = least_area(binary, {binary.bounds, binary.root}, std::size_t(width));
+      const double best = least_area(binary, {binary.root_box, binary.root}, std::size_t(width));
       EXPECT_NEAR(area(collapse(binary, width, 1000)), best, 1e-5 * best) << count << " triangles, width " << width;
     }
 }

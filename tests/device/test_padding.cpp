@@ -62,31 +62,64 @@ TEST_F(PaddingTest, RaysThatBeginOnTriangles) {
   expect_alike(triangles, rays, rays.size() / 4);
 }
 
-// Boxes are measured from the middle of the scene; floats there are half a unit apart.
-TEST_F(PaddingTest, ASceneFarFromZero) {
-  const glm::vec3 at(448000, 0, 5411000);
-  const shapes::Triangles triangles = shapes::moved(shapes::scaled(shapes::soup(400, 0.3f), 1024), at);
-  std::vector<Ray> rays = shapes::edge_rays(triangles, 3000, at + glm::vec3(2000, 3000, -500));
+// Boxes are measured from the middle of a scene where floats are half a unit apart.
+class FarFromZero : public PaddingTest {
+ protected:
+  static constexpr float kSize = 1024;
+  static constexpr glm::vec3 kAt{448000, 0, 5411000};
+
+  static shapes::Triangles far(const shapes::Triangles& near) {
+    return shapes::moved(shapes::scaled(near, kSize), kAt);
+  }
+
+  void expect_all_alike(const shapes::Triangles& triangles, std::span<const Ray> rays, std::size_t hits_at_least) {
+    expect_alike(triangles, rays, hits_at_least);
+    const auto t = make(gpu_, triangles);
+    const auto by_ray = trace(*t, rays, "while-while", "ray");
+    for (const Query& query :
+         {Query{Want::Nearest, "packet-wide", "watertight", {}}, Query{Want::Nearest, "bvh4", "watertight", {}},
+          Query{Want::Nearest, "while-while", "watertight", {{"leaf_box", "1"}}}}) {
+      std::vector<Hit> hits(rays.size());
+      t->tracer->trace(rays, hits, query);
+      EXPECT_EQ(count_different(by_ray, hits), 0u) << query.method;
+    }
+  }
+};
+
+TEST_F(FarFromZero, RaysFromNearby) {
+  const shapes::Triangles triangles = far(shapes::soup(400, 0.3f));
+  std::vector<Ray> rays = shapes::edge_rays(triangles, 3000, kAt + glm::vec3(2000, 3000, -500));
   for (Ray r : shapes::random_rays(3000)) {
-    r.origin = at + 1024.f * r.origin;
+    r.origin = kAt + kSize * r.origin;
     rays.push_back(r);
   }
-  expect_alike(triangles, rays, rays.size() / 4);
-  const auto t = make(gpu_, triangles);
-  const auto by_ray = trace(*t, rays, "while-while", "ray");
-  for (const char* method : {"packet-wide", "bvh4"}) {
-    std::vector<Hit> hits(rays.size());
-    t->tracer->trace(rays, hits, {Want::Nearest, method, "watertight", {}});
-    EXPECT_EQ(count_different(by_ray, hits), 0u) << method;
-  }
+  expect_all_alike(triangles, rays, rays.size() / 4);
 }
 
-// The frontier then holds the root alone.
-TEST_F(PaddingTest, ATreeOfOneLeaf) {
-  for (std::uint32_t seed = 1; seed < 5; ++seed) {
-    const shapes::Triangles triangles = shapes::soup(2, 0.5f, seed);
-    expect_alike(triangles, shapes::edge_rays(triangles, 2000, {3, 2, 1}), 500);
+// Origins whose distance from the scene's middle is rounded.
+TEST_F(FarFromZero, RaysFromElsewhere) {
+  const shapes::Triangles triangles = far(shapes::soup(400, 0.3f));
+  std::vector<Ray> rays;
+  for (const glm::vec3& from : {glm::vec3(0.1f, 3000.7f, 0.3f), glm::vec3(-1.0000001e7f, 12345.678f, 3.3333333e6f),
+                                glm::vec3(448000.03f, 7.7e6f, 0.7f)})
+    for (const Ray& r : shapes::edge_rays(triangles, 2000, from)) rays.push_back(r);
+  expect_all_alike(triangles, rays, rays.size() / 4);
+}
+
+// The frontier is then met by the box of a subgroup's segments.
+TEST_F(FarFromZero, ShortRays) {
+  const shapes::Triangles triangles = far(shapes::soup(400, 0.3f));
+  std::vector<Ray> rays = shapes::edge_rays(triangles, 6000, kAt + glm::vec3(300, 400, -500));
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    rays[i].t_max = i % 2 ? 1.001f : 1e-3f * kSize;
+    rays[i].t_min = i / 64 % 2 ? 0.f : -0.5f;
   }
+  expect_all_alike(triangles, rays, rays.size() / 8);
+}
+
+TEST_F(FarFromZero, ATreeOfOneLeaf) {
+  const shapes::Triangles triangles = far(shapes::soup(1, 0.5f));
+  expect_all_alike(triangles, shapes::edge_rays(triangles, 1000, kAt + glm::vec3(3000, 2000, 1000)), 250);
 }
 
 TEST_F(PaddingTest, ASceneTooSmallIsRefused) {
