@@ -33,8 +33,8 @@ struct DeviceBvh {
   std::uint32_t pair_texels() const { return PAIR_TEXELS(std::uint32_t(layout)); }
 };
 
-/// `boxes`, if given, one a node and measured from box_origin(), take the place of the nodes' own, but not that of the boxes in leaf
-/// blocks (padded_boxes()).
+/// `boxes` (padded_boxes()), if given, one a node and measured from box_origin(), take the place of the nodes' own, but not that of
+/// the boxes in leaf blocks.
 /// Throws Error(Work) if a texel index would not fit its field (2^28 texels of leaves, 2^31 of nodes).
 DeviceBvh make_device_bvh(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout,
                           std::span<const Bounds> boxes = {});

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/bvh/device_bvh.h"
-
 namespace ballot {
 
 namespace {

@@ -47,7 +47,7 @@ struct Grid {
   }
 };
 
-void add_node(std::span<const DeviceChild> children, std::vector<glm::uvec4>& out) {
+void add_quad_node(std::span<const DeviceChild> children, std::vector<glm::uvec4>& out) {
   Bounds all = children[0].box;
   for (const DeviceChild& c : children) all = {glm::min(all.lo, c.box.lo), glm::max(all.hi, c.box.hi)};
   glm::uvec4 first{}, lower{}, upper{}, refs{};
@@ -78,7 +78,7 @@ QuadBvh make_quad_bvh(const DeviceBvh& binary) {
   quad.depth = tree.depth;
   quad.children = std::uint32_t(tree.children.size());
   quad.nodes.reserve(tree.ends.size() * QUAD_NODE_TEXELS);
-  for (std::size_t i = 0; i < tree.ends.size(); ++i) add_node(tree.children_of(i), quad.nodes);
+  for (std::size_t i = 0; i < tree.ends.size(); ++i) add_quad_node(tree.children_of(i), quad.nodes);
   return quad;
 }
 

@@ -7,7 +7,7 @@
 namespace ballot {
 namespace {
 
-void add_node(std::span<const DeviceChild> children, std::vector<glm::uvec4>& out) {
+void add_wide_node(std::span<const DeviceChild> children, std::vector<glm::uvec4>& out) {
   const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x); };
   constexpr float far = std::numeric_limits<float>::max();
   const DeviceChild none{{glm::vec3(far), glm::vec3(-far)}, END_OF_TREE};
@@ -29,7 +29,7 @@ WideBvh make_wide_bvh(const DeviceBvh& binary) {
   wide.depth = tree.depth;
   wide.children = std::uint32_t(tree.children.size());
   wide.nodes.reserve(tree.ends.size() * WIDE_NODE_TEXELS);
-  for (std::size_t i = 0; i < tree.ends.size(); ++i) add_node(tree.children_of(i), wide.nodes);
+  for (std::size_t i = 0; i < tree.ends.size(); ++i) add_wide_node(tree.children_of(i), wide.nodes);
   return wide;
 }
 
