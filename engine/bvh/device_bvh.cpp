@@ -40,9 +40,7 @@ std::uint32_t add_leaf(const BvhNode& leaf, const Bounds& box, const Bvh& bvh, s
   for (std::uint32_t i = 0; i < leaf.count; ++i) {
     const std::uint32_t prim = bvh.references[leaf.first + i];
     const Triangle& t = triangles[prim];
-    out.push_back(texel(t[0], prim));
-    out.push_back(texel(t[1], 0));
-    out.push_back(texel(t[2], 0));
+    for (int axis = 0; axis < 3; ++axis) out.push_back(texel({t[0][axis], t[1][axis], t[2][axis]}, prim));
   }
   return leaf_ref(leaf.count, at);
 }

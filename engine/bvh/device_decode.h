@@ -82,7 +82,8 @@ inline DevicePair decode_pair_from_zero(const DeviceBvh& bvh, std::uint32_t texe
 /// The triangle whose three texels start at this texel of the leaf array.
 inline Triangle decode_triangle(const DeviceBvh& bvh, std::uint32_t texel) {
   const glm::uvec4* t = bvh.leaves.data() + texel;
-  return {as_vec3(t[0]), as_vec3(t[1]), as_vec3(t[2])};
+  const glm::vec3 x = as_vec3(t[0]), y = as_vec3(t[1]), z = as_vec3(t[2]);
+  return {glm::vec3(x[0], y[0], z[0]), glm::vec3(x[1], y[1], z[1]), glm::vec3(x[2], y[2], z[2])};
 }
 
 inline std::uint32_t decode_prim(const DeviceBvh& bvh, std::uint32_t texel) { return bvh.leaves[texel].w; }

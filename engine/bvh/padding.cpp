@@ -34,7 +34,7 @@ float padded_reach(const Bounds& scene) {
   const double longest = longest_side(scene);
   const glm::vec3 far = glm::max(glm::abs(scene.lo), glm::abs(scene.hi));
   if (!(longest >= 0x1p-60 && longest <= 0x1p+44 && std::max({far.x, far.y, far.z}) <= 0x1p+60f)) return 0;
-  return float(0x1p+22 * longest);
+  return float(0x1p+21 * longest);
 }
 
 std::vector<Bounds> padded_boxes(const Bvh& bvh, std::span<const Triangle> triangles) {

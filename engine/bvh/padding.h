@@ -7,8 +7,8 @@
 
 namespace ballot {
 
-/// The farthest that a ray's origin may be from any point of the scene, along an axis and in scene units, for padded_boxes() to
-/// serve it; rays from farther away meet every box. 0 where the scene is so large or small that products leave the normal
+/// The farthest that a ray's origin may be from box_origin(), along an axis and in scene units, for padded_boxes() to serve it;
+/// rays from farther away meet every box. That is half of what the proof allows for the distance from any point of the scene. 0 where the scene is so large or small that products leave the normal
 /// range of float32: then rays have to pad boxes themselves (shaders/lib/box_padded.glsl).
 float padded_reach(const Bounds& scene);
 

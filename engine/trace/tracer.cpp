@@ -15,6 +15,7 @@ Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles
       tree_(tree),
       box_origin_(box_origin(bvh.bounds)),
       padded_reach_(padded_reach(bvh.bounds)),
+      shear_(shear_scale(bvh.bounds)),
       work_(gpu, 1, Access::Storage, "work counter"),
       choices_(gpu.info(), bvh.stats, bvh.bounds) {
   tree_.far |= box_origin_ != glm::vec3(0);
@@ -217,6 +218,8 @@ TracePush Tracer::push_for(const Job& job, std::uint32_t root) const {
   push.scene_hi = bvh_.bounds.hi;
   push.box_origin = box_origin_;
   push.padded_reach = padded_reach_;
+  push.shear_scale = shear_.scale;
+  push.shear_near = shear_.near;
   push.root = root;
   push.max_batches = f.batches;
   push.threshold = f.threshold_lanes(*job.variant.method);

@@ -14,6 +14,7 @@
 #include "engine/bvh/quad.h"
 #include "engine/bvh/wide.h"
 #include "engine/trace/auto.h"
+#include "engine/trace/shear.h"
 
 namespace ballot {
 
@@ -152,8 +153,9 @@ class Tracer {
   const Bvh& bvh_;
   std::span<const Triangle> triangles_;
   TreeFacts tree_;
-  glm::vec3 box_origin_;        // what boxes on the device are measured from
-  float padded_reach_;          // of rays that a padded tree serves; 0: of none
+  glm::vec3 box_origin_;  // what boxes on the device are measured from
+  float padded_reach_;    // of rays that a padded tree serves; 0: of none
+  ShearScale shear_;
   std::vector<Bounds> padded_;  // boxes, on first use
   std::map<std::pair<NodeLayout, Padding>, DeviceBvh> layouts_;
   std::map<std::tuple<NodeLayout, Padding, Fetch>, Texels> node_buffers_;  // what a query needs, on first use

@@ -75,6 +75,12 @@ vec3 from_box_origin(vec3 p) {
 vec3 from_box_origin(vec3 p) { return p; }
 #endif
 
+// How far along an axis the ray's origin is from where boxes are measured from.
+float box_reach(vec3 origin) {
+  vec3 far = abs(from_box_origin(origin));
+  return max(far.x, max(far.y, far.z));
+}
+
 // The largest distance along an axis between a point of the scene and the ray's origin; rounded, so up to 2^-24 too small.
 float scene_reach(vec3 origin) {
   vec3 far = max(abs(push.scene_lo - origin), abs(push.scene_hi - origin));

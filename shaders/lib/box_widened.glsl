@@ -23,38 +23,27 @@
 //   boxes are widened by w (18 E_k + 31 E + 2 |c_k| + 3 e_k), E the longest extent, and there by
 //   w (|c_k| + e_k) more   (engine/bvh/padding.cpp)
 //   t of a hit lies between entry - 40 w |entry| and exit + 40 w |exit|:
-//   the exit is stretched by 96 w of itself and the reach by 48 w, so that what is entered later may still hold the hit.
+//   the end of the interval, at the exit or the nearest hit, is stretched by 96 w of itself, and for bounds of many rays by 48 w,
+//   so that what is entered later may still hold the hit.
 // So hits depend neither on the order of the walk nor on the tree. Directions are clamped (box.glsl), which moves the ray by
 // 2^-59 of its distance from the scene: boxes are wider by 2^-35 of the scene's longest side, and rays from 2^22 of these away,
 // which products might overflow besides, meet every box.
 
 const float EXIT_SLACK = 5.73e-6, REACH_SLACK = 2.87e-6;
 
-// A ray's own number for the stretch of the exit, which is always the same one, makes the compiler allot registers otherwise: on
-// an H200 (580.159.04) dynamic-fetch runs at 1.08 with it, while-while and frontier at 0.96.
-#ifdef METHOD_REFILLS
 struct Slabs {
   vec3 scaled_origin, inv;  // origin * inv
-  float stretch;
 };
-#define SLABS(scaled_origin, inv, stretch) Slabs(scaled_origin, inv, stretch)
-#define EXIT_STRETCH s.stretch
-#else
-struct Slabs {
-  vec3 scaled_origin, inv;
-};
-#define SLABS(scaled_origin, inv, stretch) Slabs(scaled_origin, inv)
-#define EXIT_STRETCH EXIT_SLACK
-#endif
 
 // Of rays from too far away: they meet every box, in [t_min, t_min], which lies in any range.
-Slabs slabs_of_every_box(float t_min) { return SLABS(vec3(-t_min), vec3(0.0), 0.0); }
+Slabs slabs_of_every_box(float t_min) { return Slabs(vec3(-t_min), vec3(0.0)); }
 
 Slabs make_slabs(Ray ray) {
-  if (!(scene_reach(ray.origin) <= push.padded_reach)) return slabs_of_every_box(ray.t_min);
   vec3 inv = reciprocal_direction(ray.dir);
   precise vec3 scaled_origin = from_box_origin(ray.origin) * inv;
-  return SLABS(scaled_origin, inv, EXIT_SLACK);
+  Slabs s = Slabs(scaled_origin, inv);
+  if (!(box_reach(ray.origin) <= push.padded_reach)) s = slabs_of_every_box(ray.t_min);
+  return s;
 }
 
 bool has_slabs(Slabs s) { return s.inv.x != 0.0; }
@@ -68,8 +57,8 @@ vec3 segment_pad(Ray ray) {
 }
 
 vec2 stretched(Slabs s, vec3 near, vec3 far, float t_min, float t_max) {
-  float exit = first_exit(far);
-  return vec2(larger(last_entry(near), t_min), smaller(fma(abs(exit), EXIT_STRETCH, exit), fma(abs(t_max), REACH_SLACK, t_max)));
+  float exit = smaller(first_exit(far), t_max);
+  return vec2(larger(last_entry(near), t_min), fma(abs(exit), EXIT_SLACK, exit));
 }
 
 vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {

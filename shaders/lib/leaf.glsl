@@ -54,7 +54,7 @@ bool meets(Walker w, NodeBox box, out float entry) {
 
 void consider(inout Walker w, uint block, uint i) {
   float t, u, v;
-  TriangleTexels triangle = fetch_triangle(block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS);
+  TriangleTexels triangle = fetch_triangle(block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS, texel_order(w.space));
   bool hit = hit_triangle(w.ray, w.space, triangle, t, u, v);
   if (hit && may_count(w.space, t, w.ray, w.hit)) {
     uint place = triangle_place(triangle, block, i);

@@ -7,11 +7,11 @@
 
 uint packet_index(uint base, uint r) { return base + r * gl_SubgroupSize + gl_SubgroupInvocationID; }
 
-// Rays of a packet that go together: those of one octant of directions (bit 0 down along x, 1 y, 2 z) and, where the triangle
-// test turns triangles, one main axis (the bits above).
+// Rays of a packet that go together: those of one octant of directions (bit 0 down along x, 1 y, 2 z) that read a triangle's texels
+// in one order (its last in the bits above).
 uint group_of(uint r) {
   bvec3 down = lessThan(packet[r].slabs.inv, vec3(0.0));
-  return (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u) | main_axis(packet[r].space) << 3;
+  return (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u) | last_of(texel_order(packet[r].space)) << 3;
 }
 
 // Groups that the packet has rays in, a bit each.
@@ -27,7 +27,7 @@ bool walk_groups(uint groups) {
   bool cut_short = false;
   do {
     uint group = uint(findLSB(groups));
-    packet_axis = group >> 3;
+    packet_order = order_to(group >> 3);
     alive = 0u;
     EACH_RAY(r) alive |= group_of(r) == group ? 1u << r : 0u;
     alive &= living;

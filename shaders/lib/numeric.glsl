@@ -4,8 +4,10 @@
 // A triangle test (lib/triangle_*.glsl) gives
 //   RaySpace                           what is computed once a ray, and what the test keeps of the nearest hit
 //   make_ray_space(ray, given) -> RaySpace       ray is scaled, as everywhere here; given is not (lib/scale.glsl)
+//   texel_order(space) -> uint         in which the test wants a triangle's texels, see order_to(): where leaves hold vertices, that
+//                                      of the axis that is z for the ray last; or AS_STORED
 //   hit_triangle(ray, inout space, triangle, out t, out u, out v) -> bool
-//                                      a triangle by its texels, any t; NaN counts as no hit
+//                                      a triangle by its texels in that order, any t; NaN counts as no hit
 //   triangle_place(triangle, block, i) -> uint     what a hit on the i-th triangle of a leaf's block has for prim until it is
 //                                      written: the prim, or where it is found
 //   prim_at(place) -> uint             the prim; NO_HIT of NO_HIT
@@ -17,11 +19,6 @@
 //   settle_leaf(inout space, inout best) -> bool  called after the triangles of a leaf, for a test that decides nothing
 //                                      before: finds the nearest hit, with t in the given ray's units. True if the driver
 //                                      left a loop early (lib/main.glsl). best.prim is the prim, not a place
-// and where it defines TRIANGLE_TURNS, for packets whose rays have one main axis,
-//   main_axis(space) -> uint           0 to 2, of a ray
-//   turned(triangle, axis) -> triangle
-//   hit_turned(ray, inout space, triangle, out t, out u, out v) -> bool      hit_triangle() of a triangle that was turned to
-//                                      the ray's main axis
 //
 // A box test (lib/box_*.glsl) gives
 //   Slabs                              what is computed once a ray
@@ -46,8 +43,14 @@ struct TriangleTexels {
   uint at;
 };
 
-TriangleTexels fetch_triangle(uint texel) {
-  return TriangleTexels(leaf_texel(texel), leaf_texel(texel + 1u), leaf_texel(texel + 2u), texel);
+// The order in which texels are read, each by two bits: in a circle, that of an axis last. Such a word a ray instead of its axis,
+// on an H200 (580.159.04), `watertight`: while-while 1.03, dynamic-fetch 1.01, frontier 1.005.
+uint order_to(uint axis) { return 9u << axis; }
+uint last_of(uint order) { return order >> 4; }
+const uint AS_STORED = 36u;  // order_to(2u)
+
+TriangleTexels fetch_triangle(uint texel, uint order) {
+  return TriangleTexels(leaf_texel(texel + (order & 3u)), leaf_texel(texel + (order >> 2 & 3u)), leaf_texel(texel + last_of(order)), texel);
 }
 
 #if BALLOT_BOX == BOX_PADDED
@@ -70,8 +73,3 @@ TriangleTexels fetch_triangle(uint texel) {
 #include "triangle_moeller.glsl"
 #endif
 
-#ifndef TRIANGLE_TURNS
-uint main_axis(RaySpace space) { return 0u; }
-TriangleTexels turned(TriangleTexels triangle, uint axis) { return triangle; }
-#define hit_turned hit_triangle
-#endif

@@ -3,7 +3,7 @@
 
 Walker packet[BALLOT_RAYS];
 uint alive;              // a bit for each of this lane's rays that is still looking
-uint packet_axis;        // main_axis() of those
+uint packet_order;       // texel_order() of those
 bool packet_cut_short;   // the driver left a loop over triangles early
 
 #define EACH_RAY(r) [[unroll]] for (uint r = 0u; r < BALLOT_RAYS; ++r)
@@ -55,23 +55,22 @@ bool replaces(uint r, float t, uint place) {
 void consider_triangle(TriangleTexels triangle, uint place) {
   EACH_RAY(r) {
     float t, u, v;
-    bool hit = hit_turned(packet[r].ray, packet[r].space, triangle, t, u, v);
+    bool hit = hit_triangle(packet[r].ray, packet[r].space, triangle, t, u, v);
     Hit old = packet[r].hit;
     hit = hit && (alive >> r & 1u) != 0u && replaces(r, t, place);
     packet[r].hit = Hit(hit ? t : old.t, hit ? place : old.prim, hit ? u : old.u, hit ? v : old.v);
   }
 }
 
-// Lane i loads triangle i, turns it and hands it round.
+// Lane i loads triangle i, in the packet's order, and hands it round.
 void visit_packet_leaf(uint leaf) {
   uint block = leaf & LEAF_TEXEL_MASK, count = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
   COUNT_WIDE_TRIANGLES(alive, count)
   uint first = 0u;
   do {
     uint mine = min(first + gl_SubgroupInvocationID, count - 1u);
-    TriangleTexels own = fetch_triangle(block + LEAF_HEADER_TEXELS + mine * TRIANGLE_TEXELS);
+    TriangleTexels own = fetch_triangle(block + LEAF_HEADER_TEXELS + mine * TRIANGLE_TEXELS, packet_order);
     uint place = triangle_place(own, block, mine);
-    own = turned(own, packet_axis);
     uint end = min(count - first, SUBGROUP_SIZE), i = 0u;
     do {
       TriangleTexels triangle = TriangleTexels(subgroupShuffle(own.a, i), subgroupShuffle(own.b, i),

@@ -36,3 +36,20 @@ float difference_of_products(float a, float b, float c, float d) {
   return sum;
 #endif
 }
+
+// a * b + c; the product is not rounded where that is cheap.
+#if BALLOT_PRODUCTS == PRODUCTS_FMA
+#define MULTIPLY_ADD(type) \
+  type multiply_add(type a, type b, type c) { \
+    precise type sum = fma(a, b, c); \
+    return sum; \
+  }
+#else
+#define MULTIPLY_ADD(type) \
+  type multiply_add(type a, type b, type c) { \
+    precise type sum = a * b + c; \
+    return sum; \
+  }
+#endif
+MULTIPLY_ADD(float)
+MULTIPLY_ADD(vec3)

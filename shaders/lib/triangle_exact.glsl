@@ -52,6 +52,8 @@ RaySpace make_ray_space(Ray ray, Ray given) {
   return space;
 }
 
+uint texel_order(RaySpace space) { return AS_STORED; }
+
 #include "leaf_vertices.glsl"
 #include "exact_predicates.glsl"
 
@@ -164,7 +166,7 @@ bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint prim, uint be
   set_row(ROW_FIRST + 1u, corners.v1);
   set_row(ROW_FIRST + 2u, corners.v2);
   if (doubt.order) {
-    Corners best = corners_of(fetch_triangle(space.best_texel));
+    Corners best = corners_of(fetch_triangle(space.best_texel, AS_STORED));
     set_row(ROW_BEST, best.v0);
     set_row(ROW_BEST + 1u, best.v1);
     set_row(ROW_BEST + 2u, best.v2);
@@ -216,7 +218,7 @@ bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out fl
 // whether a driver cut loops short.
 bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
   Ray ray = space.given;
-  Corners corners = corners_of(fetch_triangle(texel));
+  Corners corners = corners_of(fetch_triangle(texel, AS_STORED));
   uint prim = leaf_texel(texel).w;
   DoubleSight s = look(ray, corners);
   bool missed, cut = false;

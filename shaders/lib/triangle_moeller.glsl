@@ -8,6 +8,7 @@ struct RaySpace {
 };
 
 RaySpace make_ray_space(Ray ray, Ray given) { return RaySpace(0u); }
+uint texel_order(RaySpace space) { return AS_STORED; }
 
 #include "leaf_vertices.glsl"
 #include "nearer.glsl"

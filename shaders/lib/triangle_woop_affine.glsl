@@ -13,6 +13,7 @@ struct RaySpace {
 };
 
 RaySpace make_ray_space(Ray ray, Ray given) { return RaySpace(0u); }
+uint texel_order(RaySpace space) { return AS_STORED; }
 
 // Prims lie behind the maps.
 uint affine_prim(uint block, uint i) {

@@ -71,7 +71,8 @@ BALLOT_RECORD(Call, 16);
 
 // A leaf block: two texels of the leaf's own box, (lo.xyz, count), (hi.xyz, x), then three texels a triangle, in a format
 // that the triangle test asks for.
-//   LEAVES_VERTICES  (v0.xyz, prim), (v1.xyz, 0), (v2.xyz, 0); x = 0
+//   LEAVES_VERTICES  by coordinate, so that a test reads them in the order that suits its ray: (v0.x, v1.x, v2.x, prim), the
+//                    same of y and of z; x = 0
 //   LEAVES_AFFINE    the rows z, x, y of the affine map that takes v0, v1, v2 to (0,0,0), (1,0,0), (0,1,0), all zero for a
 //                    degenerate triangle; x is the texel where the block's prims begin, four a texel, behind all blocks
 #define LEAVES_VERTICES 0
