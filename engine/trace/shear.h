@@ -11,7 +11,8 @@ namespace ballot {
 /// Powers of two. Distances between points of the scene and a ray's origin stay below 2^62 when scaled.
 struct ShearScale {
   float scale;  // of coordinates: the longest side comes to [2^55, 2^56), or less where coordinates would overflow
-  float near;   // how far along an axis an origin may be from box_origin() for that, in scene units; beyond, rays have their own
+  float
+      near;  // how far along an axis an origin may be from box_origin() for that, in scene units; beyond, rays have their own
 };
 
 inline ShearScale shear_scale(const Bounds& scene) {

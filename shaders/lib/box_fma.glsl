@@ -16,6 +16,12 @@ vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
   return cut_interval(fma(lo, s.inv, -s.scaled_origin), fma(hi, s.inv, -s.scaled_origin), t_min, t_max);
 }
 
+Slabs mirrored(Slabs s, bvec3 down) { return Slabs(s.scaled_origin, abs(s.inv)); }
+
+vec2 forward_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
+  return cut_axes(fma(lo, s.inv, -s.scaled_origin), fma(hi, s.inv, -s.scaled_origin), t_min, t_max);
+}
+
 vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_max) {
   vec3 middle = fma(centre, s.inv, -s.scaled_origin), a = abs(s.inv);
   return cut_axes(fma(-extent, a, middle), fma(extent, a, middle), t_min, t_max);
@@ -27,6 +33,7 @@ vec3 segment_pad(Ray ray) { return 2.4e-7 * (abs(from_box_origin(ray.origin)) + 
 // The product with the origin is rounded, which moves planes by up to 2^-24 of it.
 void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
   vec3 origin = from_box_origin(ray.origin), slack = 2.4e-7 * abs(origin);
+  origin = mix(origin, -origin, notEqual(lessThan(s.inv, vec3(0.0)), lessThan(ray.dir, vec3(0.0))));  // where it was mirrored
   lo = origin + slack;
   hi = origin - slack;
 }

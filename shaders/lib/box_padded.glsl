@@ -89,13 +89,34 @@ vec3 segment_pad(Ray ray) {
   return vec3(2.87e-6 * reach) + 2.4e-7 * (abs(from_box_origin(ray.origin)) + abs(ray.t_max * ray.dir));
 }
 
-vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
+void plane_distances(Slabs s, vec3 lo, vec3 hi, out vec3 to_lo, out vec3 to_hi) {
 #if BALLOT_LAYOUT >= LAYOUT_CENTRED
   precise vec3 a = (lo - (s.origin + s.pad)) * s.inv, b = (hi - (s.origin - s.pad)) * s.inv;
 #else
   precise vec3 a = (lo - s.lo_origin) * s.inv, b = (hi - s.hi_origin) * s.inv;
 #endif
+  to_lo = a;
+  to_hi = b;
+}
+
+vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
+  vec3 a, b;
+  plane_distances(s, lo, hi, a, b);
   return cut_interval(a, b, t_min, t_max);
+}
+
+Slabs mirrored(Slabs s, bvec3 down) {
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
+  return Slabs(mix(s.origin, -s.origin, down), abs(s.inv), s.pad);
+#else
+  return Slabs(mix(s.lo_origin, -s.hi_origin, down), mix(s.hi_origin, -s.lo_origin, down), abs(s.inv));
+#endif
+}
+
+vec2 forward_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
+  vec3 a, b;
+  plane_distances(s, lo, hi, a, b);
+  return cut_axes(a, b, t_min, t_max);
 }
 
 #if BALLOT_LAYOUT >= LAYOUT_CENTRED

@@ -13,6 +13,12 @@ vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
   return cut_interval((lo - s.origin) * s.inv, (hi - s.origin) * s.inv, t_min, t_max);
 }
 
+Slabs mirrored(Slabs s, bvec3 down) { return Slabs(mix(s.origin, -s.origin, down), abs(s.inv)); }
+
+vec2 forward_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
+  return cut_axes((lo - s.origin) * s.inv, (hi - s.origin) * s.inv, t_min, t_max);
+}
+
 vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_max) {
   return cut_centred((centre - s.origin) * s.inv, extent * abs(s.inv), t_min, t_max);
 }

@@ -7,10 +7,12 @@
 
 uint packet_index(uint base, uint r) { return base + r * gl_SubgroupSize + gl_SubgroupInvocationID; }
 
+bvec3 goes_down(Ray ray) { return lessThan(ray.dir, vec3(0.0)); }
+
 // Rays of a packet that go together: those of one octant of directions (bit 0 down along x, 1 y, 2 z) that read a triangle's texels
 // in one order (its last in the bits above).
 uint group_of(uint r) {
-  bvec3 down = lessThan(packet[r].slabs.inv, vec3(0.0));
+  bvec3 down = goes_down(packet[r].ray);
   return (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u) | last_of(texel_order(packet[r].space)) << 3;
 }
 
@@ -28,6 +30,7 @@ bool walk_groups(uint groups) {
   do {
     uint group = uint(findLSB(groups));
     packet_order = order_to(group >> 3);
+    packet_down = notEqual(uvec3(group) & uvec3(1u, 2u, 4u), uvec3(0u));
     alive = 0u;
     EACH_RAY(r) alive |= group_of(r) == group ? 1u << r : 0u;
     alive &= living;
@@ -58,6 +61,7 @@ void trace_packet(uint base) {
   EACH_RAY(r) {
     Ray given;
     alive |= uint(take_ray(packet_index(base, r), packet[r], given)) << r;
+    packet[r].slabs = mirrored(packet[r].slabs, goes_down(packet[r].ray));
     units[r] = units_of(given);
     COUNT_WIDE_BEGIN(r)
   }

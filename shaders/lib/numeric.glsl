@@ -26,7 +26,11 @@
 //   box_interval(slabs, lo, hi, t_min, t_max) -> vec2
 //                                      where the ray is inside, as [entry, exit], cut to [t_min, t_max]; empty if entry > exit
 //   centred_interval(slabs, centre, extent, t_min, t_max) -> vec2      the same by centre and half extents
-//   slab_origins(slabs, ray, out lo, out hi)     what lower and upper planes are measured from, for bounds of packets
+//   mirrored(slabs, down) -> Slabs     of the ray as it looks with these axes turned round: those along which it goes down
+//   forward_interval(slabs, lo, hi, t_min, t_max) -> vec2      box_interval() of mirrored slabs and a mirrored box, whose lower
+//                                      planes come first
+//   slab_origins(slabs, ray, out lo, out hi)     what lower and upper planes are measured from, for bounds of packets; mirrored
+//                                      if the slabs are
 //   first_planes(slabs, at, out near, out far)   t at planes through a corner of a box, as entries and as exits, to be added to
 //                                      what a product of the reciprocal direction and a distance from it gives; layouts from
 //                                      LAYOUT_CENTRED on

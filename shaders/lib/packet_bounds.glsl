@@ -1,7 +1,8 @@
 // Bounds of a packet: of the planes' distances and reciprocal directions of all its rays. A box that the bounds do not meet is
 // met by no ray: subtraction and multiplication are monotone, and so is their rounding. lo_origin is the largest that any ray
 // measures lower planes from, hi_origin the smallest for upper planes, so that a plane's distance is bounded on the side that
-// counts whatever the direction's sign. All rays of a packet lie in one octant of directions.
+// counts. Slabs are mirrored (lib/numeric.glsl), so all directions are positive: an entry goes with a lower plane, an exit with an
+// upper one.
 //
 // After: Solomon Boulos, Ingo Wald, Peter Shirley. Geometric and Arithmetic Culling Methods for Entire Ray Packets. University
 // of Utah, UUCS-06-010, 2006.
@@ -39,8 +40,7 @@ void share_bounds(inout PacketBounds p) {
 bool packet_may_meet(PacketBounds p, vec3 lo, vec3 hi, float t_max, out float entry) {
   precise vec3 a = lo - p.lo_origin, b = hi - p.hi_origin;
   precise vec3 a_min = a * p.inv_min, a_max = a * p.inv_max, b_min = b * p.inv_min, b_max = b * p.inv_max;
-  vec3 near = smaller(smaller(a_min, a_max), smaller(b_min, b_max));
-  vec3 far = larger(larger(a_min, a_max), larger(b_min, b_max));
+  vec3 near = smaller(a_min, a_max), far = larger(b_min, b_max);
   entry = larger(larger(near.x, near.y), larger(near.z, p.t_min));
   return entry <= smaller(smaller(far.x, far.y), smaller(far.z, t_max));
 }

@@ -1,8 +1,9 @@
 // The rays of a packet that has BALLOT_RAYS of them in every lane: what they keep, and what all of them do with a box, a leaf
 // and a hit. Loops over a lane's rays are unrolled, so that rays stay in registers. Subgroup-uniform control flow.
 
-Walker packet[BALLOT_RAYS];
+Walker packet[BALLOT_RAYS];  // with mirrored slabs
 uint alive;              // a bit for each of this lane's rays that is still looking
+bvec3 packet_down;       // axes along which those go down; the packet walks the tree as mirrored there
 uint packet_order;       // texel_order() of those
 bool packet_cut_short;   // the driver left a loop over triangles early
 
@@ -31,12 +32,12 @@ float packet_reach() {
 
 bool packet_looks() { return lanes_any(alive); }
 
-// A bit for each of this lane's rays that meets the box.
+// A bit for each of this lane's rays that meets the box, which is mirrored.
 uint rays_that_meet(vec3 lo, vec3 hi) {
   uint met = 0u;
   EACH_RAY(r) {
-    float entry;
-    met |= uint(meets_bounds(packet[r], lo, hi, entry)) << r;
+    vec2 i = forward_interval(packet[r].slabs, lo, hi, packet[r].ray.t_min, reach(packet[r].space, packet[r].hit));
+    met |= uint(i.x <= i.y) << r;
   }
   return met & alive;
 }

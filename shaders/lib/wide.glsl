@@ -6,7 +6,7 @@ const bool TWO_A_LANE = SUBGROUP_SIZE < WIDE_CHILDREN;
 const uint SHARING_LANES = TWO_A_LANE ? SUBGROUP_SIZE : WIDE_CHILDREN;
 
 struct WideChild {
-  vec3 lo, hi;
+  vec3 lo, hi;  // mirrored
   uint child;  // a wide node, a leaf, or END_OF_TREE
 };
 
@@ -16,7 +16,8 @@ struct WideNode {
 
 WideChild fetch_child(uint node, uint c) {
   uvec4 a = top_texel(node * WIDE_NODE_TEXELS + c), b = top_texel(node * WIDE_NODE_TEXELS + WIDE_CHILDREN + c);
-  return WideChild(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), a.w);
+  vec3 lo = uintBitsToFloat(a.xyz), hi = uintBitsToFloat(b.xyz);
+  return WideChild(mix(lo, -hi, packet_down), mix(hi, -lo, packet_down), a.w);
 }
 
 WideNode fetch_wide(uint node) {
