@@ -6,7 +6,7 @@
 namespace ballot {
 
 glm::vec3 box_origin(const Bounds& scene) {
-  constexpr double kFar = 16;
+  constexpr double kFar = 16;  // padded_reach() and shear_scale() rely on it
   const glm::dvec3 sides = glm::dvec3(scene.hi) - glm::dvec3(scene.lo);
   const double longest = std::max({sides.x, sides.y, sides.z});
   glm::vec3 origin(0);

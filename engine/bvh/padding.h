@@ -8,8 +8,9 @@
 namespace ballot {
 
 /// The farthest that a ray's origin may be from box_origin(), along an axis and in scene units, for padded_boxes() to serve it;
-/// rays from farther away meet every box. That is half of what the proof allows for the distance from any point of the scene. 0 where the scene is so large or small that products leave the normal
-/// range of float32: then rays have to pad boxes themselves (shaders/lib/box_padded.glsl).
+/// rays from farther away meet every box. It is half of the distance from any point of the scene that the proof allows. 0 where
+/// the scene is so large or small that products leave the normal range of float32: then rays have to pad boxes themselves
+/// (shaders/lib/box_padded.glsl).
 float padded_reach(const Bounds& scene);
 
 /// The boxes of all nodes, measured from box_origin() and wider by what shaders/lib/box_widened.glsl derives: that grows with a box's

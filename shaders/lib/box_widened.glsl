@@ -23,13 +23,14 @@
 //   boxes are widened by w (18 E_k + 31 E + 2 |c_k| + 3 e_k), E the longest extent, and there by
 //   w (|c_k| + e_k) more   (engine/bvh/padding.cpp)
 //   t of a hit lies between entry - 40 w |entry| and exit + 40 w |exit|:
-//   the end of the interval, at the exit or the nearest hit, is stretched by 96 w of itself, and for bounds of many rays by 48 w,
-//   so that what is entered later may still hold the hit.
+//   the end of the interval, at the exit or the nearest hit, is stretched by 96 w of itself, and both ends of the interval of a
+//   beam of rays by 48 w (lib/frontier.glsl), so that what is entered later may still hold the hit.
 // So hits depend neither on the order of the walk nor on the tree. Directions are clamped (box.glsl), which moves the ray by
 // 2^-59 of its distance from the scene: boxes are wider by 2^-35 of the scene's longest side, and rays from 2^22 of these away,
-// which products might overflow besides, meet every box.
+// which products might overflow besides, meet every box. Those that start within 2^21 of where boxes are measured from are
+// nearer than that: the scene lies within 17 of it (engine/bvh/box_origin.cpp).
 
-const float EXIT_SLACK = 5.73e-6, REACH_SLACK = 2.87e-6;
+const float END_SLACK = 5.73e-6, BEAM_SLACK = 2.87e-6;
 
 struct Slabs {
   vec3 scaled_origin, inv;  // origin * inv
@@ -56,17 +57,17 @@ vec3 segment_pad(Ray ray) {
   return 2.4e-7 * abs(from_box_origin(ray.origin)) + 2.4e-6 * max(abs(ray.t_min), abs(ray.t_max)) * abs(ray.dir);
 }
 
-vec2 stretched(Slabs s, vec3 near, vec3 far, float t_min, float t_max) {
-  float exit = smaller(first_exit(far), t_max);
-  return vec2(larger(last_entry(near), t_min), fma(abs(exit), EXIT_SLACK, exit));
+vec2 stretched(vec3 near, vec3 far, float t_min, float t_max) {
+  float end = smaller(first_exit(far), t_max);
+  return vec2(larger(last_entry(near), t_min), fma(abs(end), END_SLACK, end));
 }
 
 vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
   vec3 a = fma(lo, s.inv, -s.scaled_origin), b = fma(hi, s.inv, -s.scaled_origin);
-  return stretched(s, smaller(a, b), larger(a, b), t_min, t_max);
+  return stretched(smaller(a, b), larger(a, b), t_min, t_max);
 }
 
 vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_max) {
   vec3 middle = fma(centre, s.inv, -s.scaled_origin), a = abs(s.inv);
-  return stretched(s, fma(-extent, a, middle), fma(extent, a, middle), t_min, t_max);
+  return stretched(fma(-extent, a, middle), fma(extent, a, middle), t_min, t_max);
 }

@@ -48,7 +48,7 @@ bool make_beam(Walker w, bool live, out Beam b) {
 #if BALLOT_BOX == BOX_WIDENED
   // Intervals are stretched by way of the reciprocals. NVIDIA's compiler (580.159) got beam_may_meet() wrong with a multiply-add
   // that stretches the exit there.
-  vec3 slack = REACH_SLACK * abs(w.slabs.inv);
+  vec3 slack = BEAM_SLACK * abs(w.slabs.inv);
 #else
   const vec3 slack = vec3(0.0);
 #endif

@@ -54,7 +54,8 @@ uint last_of(uint order) { return order >> 4; }
 const uint AS_STORED = 36u;  // order_to(2u)
 
 TriangleTexels fetch_triangle(uint texel, uint order) {
-  return TriangleTexels(leaf_texel(texel + (order & 3u)), leaf_texel(texel + (order >> 2 & 3u)), leaf_texel(texel + last_of(order)), texel);
+  uint first = order & 3u, second = order >> 2 & 3u;
+  return TriangleTexels(leaf_texel(texel + first), leaf_texel(texel + second), leaf_texel(texel + last_of(order)), texel);
 }
 
 #if BALLOT_BOX == BOX_PADDED
@@ -76,4 +77,3 @@ TriangleTexels fetch_triangle(uint texel, uint order) {
 #else
 #include "triangle_moeller.glsl"
 #endif
-

@@ -11,9 +11,9 @@
 // vertices have one sign, so over their sum they are weights b >= 0 that add up to 1, and sum(b x~) = sum(b y~) = 0. Then
 // the point q = sum(b a) of the triangle itself, not the moved one, is s d + r with s = qz / Z and with
 //   |rx|, |ry| <= 11 w M on the two other axes, rz = 0.
-// t has the sign of sum(e az / Z): the reciprocals of Z and of the e's sum are one number for all vertices and have the right
-// signs. Each of its terms is off by a factor within 1 +- 8 w: az by w (subtraction), e by 2 w, and 5 w of three products and
-// two sums. So a hit at t >= 0 has s >= -8 w M / |Z|; and |s| <= M / |Z|. Hence, as |dx|, |dy| <= |Z| and |d| = 1,
+// t has the sign of sum(e az) / Z: the reciprocal of the e's sum is one number for all vertices, that of Z comes last, and both
+// have the right signs. Each of the terms is off by a factor within 1 +- 8 w: az by w (subtraction), e by 2 w, and 4 w of two
+// products and two sums. So a hit at t >= 0 has s >= -8 w M / |Z|; and |s| <= M / |Z|. Hence, as |dx|, |dy| <= |Z| and |d| = 1,
 //   m . q = s (m . d) + m . r >= -8 w M (|mx| + |my| + |mz|) - 11 w M (|mx| + |my|) >= -29 w M   if m . d >= 0
 //   m . q                     >= -29 w M - sqrt(3) delta M                                       if m . d = -delta < 0
 // But q is a mean of the three a, so m . q <= max m . a. The ray misses if

@@ -1,3 +1,5 @@
+// Products and their sums by what a device can do (shared/products.h).
+
 // a * b - c * d with the exact sign, and to a relative error of at most 2^-23, whatever cancels: zero only where the products
 // are equal. It holds while no product of the parts underflows, that is for products above 2^-102 (below, small differences
 // may be lost), and below overflow.
@@ -39,17 +41,15 @@ float difference_of_products(float a, float b, float c, float d) {
 
 // a * b + c; the product is not rounded where that is cheap.
 #if BALLOT_PRODUCTS == PRODUCTS_FMA
-#define MULTIPLY_ADD(type) \
-  type multiply_add(type a, type b, type c) { \
-    precise type sum = fma(a, b, c); \
-    return sum; \
-  }
+#define PRODUCT_PLUS(a, b, c) fma(a, b, c)
 #else
-#define MULTIPLY_ADD(type) \
-  type multiply_add(type a, type b, type c) { \
-    precise type sum = a * b + c; \
-    return sum; \
-  }
+#define PRODUCT_PLUS(a, b, c) ((a) * (b) + (c))
 #endif
-MULTIPLY_ADD(float)
-MULTIPLY_ADD(vec3)
+float multiply_add(float a, float b, float c) {
+  precise float sum = PRODUCT_PLUS(a, b, c);
+  return sum;
+}
+vec3 multiply_add(vec3 a, vec3 b, vec3 c) {
+  precise vec3 sum = PRODUCT_PLUS(a, b, c);
+  return sum;
+}

@@ -5,7 +5,8 @@
 // Differs from the paper: edge functions get their exact sign in one way for all (lib/products.glsl) instead of a second pass
 // in double where one is zero, and their relative precision makes t as precise as the vertices, whatever cancels. Turning
 // coordinates so that the ray's main axis is z takes no instruction: leaves hold a texel of each coordinate, and a ray reads
-// them in its own order. The power of two comes with the subtraction: v * scale - o * scale is (v - o) * scale to the last bit.
+// them in its own order. The power of two comes with the subtraction: v * scale - o * scale is (v - o) * scale to the last bit,
+// unless o * scale underflows.
 //
 // Why nothing leaks: a vertex is sheared by the same operations in every triangle that holds it, so neighbours see one moved
 // mesh, and the sign of an edge function is decided exactly on it. Zero counts as inside, on both sides of an edge.
@@ -19,7 +20,7 @@
 //
 // Range: a power of two brings the scene's longest side to about 2^55, so that products of edge functions neither overflow nor,
 // for vertices farther than 2^-106 of that side from the ray, lose anything to underflow. Triangles smaller than that are
-// missed. Rays from more than 8 to 16 longest sides away bring their own distance to 2^60. t itself must be a float32.
+// missed. Rays from more than 16 to 32 longest sides away bring their own distance to 2^60. t itself must be a float32.
 
 #include "leaf_vertices.glsl"
 #include "products.glsl"
@@ -36,10 +37,12 @@ uint texel_order(RaySpace space) { return space.order; }
 RaySpace make_ray_space(Ray ray, Ray given) {
   vec3 o = ray.origin, d = ray.dir, a = abs(d);
   bool x = a.x >= a.y && a.x >= a.z, y = !x && a.y >= a.z;
-  vec3 inverse = reciprocal_direction(d);  // for slabs too
+  vec3 inverse = reciprocal_direction(d);  // the slabs' own, so that it is computed once
   float inv = x ? inverse.x : y ? inverse.y : inverse.z;
   float reach = box_reach(o);
-  float scale = reach <= push.shear_near ? push.shear_scale : uintBitsToFloat((314u - (floatBitsToUint(reach) >> 23)) << 23);
+  // Of rays from beyond, 2^(60 - exponent of reach): reach is more than shear_near then, 2^-66 at least, so that is a normal number.
+  uint own = (314u - (floatBitsToUint(reach) >> 23)) << 23;
+  float scale = reach <= push.shear_near ? push.shear_scale : uintBitsToFloat(own);
   precise float scaled = inv * scale;
   precise float first = -(x ? d.y : y ? d.z : d.x) * scaled, second = -(x ? d.z : y ? d.x : d.y) * scaled;
   vec3 origin = (x ? o.yzx : y ? o.zxy : o) * vec3(scale, scale, 1.0);
@@ -49,7 +52,8 @@ RaySpace make_ray_space(Ray ray, Ray given) {
 // Whether none of three edge functions is below zero, or none above it.
 bool are_of_one_sign(float a, float b, float c) {
 #if BALLOT_PRODUCTS == PRODUCTS_FMA
-  // Kahan's sum is never -0, so bits are in the order of numbers. On an H200 (580.159.04) 1.005 times as fast.
+  // By sign bits: the sum is -0 only where the difference is below zero and underflows, on devices whose zeros keep their signs
+  // (tests/device/test_products.cpp). On an H200 (580.159.04) 1.005 times as fast.
   int i = floatBitsToInt(a), j = floatBitsToInt(b), k = floatBitsToInt(c);
   return (i | j | k) >= 0 || max(max(i, j), k) <= 0;
 #else

@@ -95,7 +95,7 @@ struct TracePush {
   uint leaves_lo, leaves_hi;
   uint top_lo, top_hi;
   vec3 box_origin;     // BALLOT_BOX_ORIGIN alone: what boxes of nodes and leaves are measured from (layout.h)
-  float padded_reach;  // BOX_WIDENED: how far along an axis rays may start from box_origin, or zero, for its boxes to serve them
+  float padded_reach;  // BOX_WIDENED: how far along an axis rays may start from where boxes are measured from
   float shear_scale, shear_near;  // TRIANGLE_WATERTIGHT: see engine/trace/shear.h
   uint threshold;  // of methods that have one: lanes, entries or disagreements (engine/trace/methods.h)
 };

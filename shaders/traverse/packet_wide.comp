@@ -13,7 +13,7 @@
 // The bounds alone must not decide: on incoherent rays they meet nearly every box. Children are met nearest first; by the
 // order of the direction's signs alone a packet may visit several times as many.
 //
-// Rays of a packet go together by the octant of their direction, and by its main axis where the triangle test turns triangles.
+// Rays of a packet go together by the octant of their direction, and by the order in which they read the texels of triangles.
 // With knob fallback, rays of packets that spread over more than two octants go by themselves (lib/walk.glsl).
 //
 // walk_packet() -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver

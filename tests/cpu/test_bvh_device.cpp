@@ -67,6 +67,7 @@ class BvhDevice : public testing::TestWithParam<NodeLayout> {
       const std::uint32_t prim = bvh.references[node.first + i];
       ASSERT_EQ(decode_prim(device, texel), prim);
       ASSERT_EQ(decode_triangle(device, texel), triangles[prim]);
+      for (std::uint32_t axis = 0; axis < 3; ++axis) ASSERT_EQ(device.leaves[texel + axis].w, prim);
     }
   }
 };

@@ -34,7 +34,7 @@ class PaddingTest : public DeviceTest {
 
 glm::vec3 middle_of(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.f; }
 
-// Beyond 2^22 sides of the scene a ray meets every box.
+// Beyond 2^21 sides of the scene a ray meets every box.
 TEST_F(PaddingTest, RaysFromFarAway) {
   const shapes::Triangles triangles = shapes::soup(300, 0.3f);
   std::vector<Ray> rays;

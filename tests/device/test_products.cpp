@@ -49,6 +49,22 @@ std::vector<float> run(Context& gpu, Products how, const std::vector<Factors>& f
   return differences;
 }
 
+// Of Products::Fma lib/triangle_watertight.glsl looks at sign bits alone: no difference that is not below zero may have one.
+void expect_unsigned_zeros(Context& gpu) {
+  const float values[] = {0.0f, -0.0f, 1.0f, -1.0f, 3.0f, -0x1p-80f, 0x1p-80f, 0x1p-126f};
+  std::vector<Factors> factors;
+  for (const float x : values)
+    for (const float y : values)
+      for (const float z : values)
+        for (const float w : values) factors.emplace_back(x, y, z, w);
+  const std::vector<float> differences = run(gpu, ballot::Products::Fma, factors);
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    const Factors f = factors[i];
+    EXPECT_TRUE(!std::signbit(differences[i]) || double(f.x) * f.y < double(f.z) * f.w)
+        << f.x << " * " << f.y << " - " << f.z << " * " << f.w << " on " << gpu.info().name;
+  }
+}
+
 class ProductsTest : public DeviceTest {};
 
 // By what the tuning table chooses for this device too, which may rely on an fma() that rounds once.
@@ -69,6 +85,7 @@ TEST_F(ProductsTest, KeepTheExactSign) {
     }
     EXPECT_EQ(wrong_sign, 0u) << "BALLOT_PRODUCTS " << int(how) << " on " << gpu.info().name;
     EXPECT_EQ(imprecise, 0u) << "BALLOT_PRODUCTS " << int(how) << " on " << gpu.info().name;
+    if (how == ballot::Products::Fma) expect_unsigned_zeros(gpu);
   }
   expect_silent(gpu);
 }

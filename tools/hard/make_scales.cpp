@@ -146,7 +146,7 @@ HardScene utm_terrain(bool quick) {
 HardScene narrow_view(bool quick) {
   const Triangles mesh = octasphere(quick ? 4 : 6);
   std::vector<HardRays> sets;
-  for (const float distance : {1e4f, 1e6f}) {
+  for (const float distance : {63.f, 65.f, 1e4f, 1e6f}) {  // shear_scale() changes at 64
     Random random(50);
     HardRays inside{.name = fmt::format("from {} at the inner half", distance), .closed = true};
     HardRays outline{.name = fmt::format("from {} at the outline", distance)};
