@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
+#include <cmath>
 
 #include "engine/bvh/build.h"
 #include "engine/core/error.h"
@@ -14,7 +14,7 @@ constexpr int kWidest = 8;
 
 /// What is best for the subtree below a pair of siblings.
 struct Best {
-  /// cost[n - 1]: least summed area of the nodes in the pair's subtree, if that hangs from the node above by at most n < width
+  /// cost[n - 1]: least summed area, over the root's, of the nodes in the pair's subtree, if that hangs from the node above by at most n < width
   /// children; cost[width - 1]: below a node of its own.
   std::array<float, kWidest> cost;
   /// left[n - 1]: of n children, how many the left sibling becomes; 0: n - 1 children are as good, or one is a node.
@@ -25,6 +25,8 @@ class Collapse {
  public:
   Collapse(const DeviceBvh& binary, int width)
       : binary_(binary), width_(width), best_(binary.nodes.size() / binary.pair_texels()) {
+    const double root = half_area(binary.root_box.lo, binary.root_box.hi);
+    if (root > 0) scale_ = std::ldexp(1.0, -std::ilogb(root));
     // Children lie behind their parents, so one pass from the back meets them first.
     for (std::size_t pair = best_.size(); pair-- > 0;) plan(std::uint32_t(pair) * binary_.pair_texels());
   }
@@ -70,14 +72,13 @@ class Collapse {
     const DevicePair pair = decode_pair(binary_, texel);
     Best& b = best_[texel / binary_.pair_texels()];
     const auto divide = [&](int n) {  // the pair as exactly n children, two at least
-      b.cost[n - 1] = std::numeric_limits<float>::infinity();
       for (int l = 1; l < n; ++l) {
         const float c = cost(pair.left, l) + cost(pair.right, n - l);
-        if (c < b.cost[n - 1]) b.cost[n - 1] = c, b.left[n - 1] = std::uint8_t(l);
+        if (l == 1 || c < b.cost[n - 1]) b.cost[n - 1] = c, b.left[n - 1] = std::uint8_t(l);
       }
     };
     divide(width_);
-    const float own = b.cost[width_ - 1] + float(area(pair));  // one child: a node of its own
+    const float own = b.cost[width_ - 1] + float(scale_ * area(pair));  // one child: a node of its own
     for (int n = 2; n < width_; ++n) divide(n);
     b.cost[0] = own;
     b.left[0] = 0;
@@ -112,6 +113,7 @@ class Collapse {
 
   const DeviceBvh& binary_;
   const int width_;
+  double scale_ = 1;  // of areas, which need not be float32s
   std::vector<Best> best_;
 };
 

@@ -67,11 +67,11 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
     if (all[i].prim == UNFINISHED) open.push_back(i);
   times.retraced += open.size();
   Query plain = query;
-  plain.knobs["launch"] = "plain";
   if (const Method& m = find_method(query.method); m.wide || m.quads) {  // pieces are of the binary tree
     plain.method = kPlainestMethod;
     plain.knobs = {};
   }
+  plain.knobs["launch"] = "plain";  // an invocation a ray, so that rays do not share what loops are allowed
   const Job job = this->job(plain);
   const DeviceBvh& bvh = device_bvh(job.variant.how);
   for (const std::uint64_t limit : {~0ull, 8192ull, 1024ull, 128ull, 16ull, 0ull}) {

@@ -31,7 +31,7 @@ vec3 reciprocal_direction(vec3 dir) {
 
 #if BALLOT_MINMAX == MINMAX_INTEGER
 // By bit patterns, for GPUs that have a minimum of three integers. Their order is that of floats, but reversed where both are
-// negative: then near comes out too small or far too large, which is safe, and makes no difference if t_min >= 0.
+// negative: then near comes out too small or far too large, which is safe, and hardly matters if t_min >= 0.
 float last_entry(vec3 near) {
   ivec3 n = floatBitsToInt(near);
   return intBitsToFloat(max(max(n.x, n.y), n.z));

@@ -26,16 +26,17 @@
 //   box_interval(slabs, lo, hi, t_min, t_max) -> vec2
 //                                      where the ray is inside, as [entry, exit], cut to [t_min, t_max]; empty if entry > exit
 //   centred_interval(slabs, centre, extent, t_min, t_max) -> vec2      the same by centre and half extents
+//   slab_origins(slabs, ray, out lo, out hi)     what lower and upper planes are measured from, for bounds of packets; mirrored
+//                                      if the slabs are
+//   segment_pad(ray) -> vec3           what the box of a ray's segment is widened by so that it holds all that the ray hits
+//   slabs.inv                          the reciprocal direction
+// and, but for BOX_WIDENED, which the methods that need it do not have,
 //   mirrored(slabs, down) -> Slabs     of the ray as it looks with these axes turned round: those along which it goes down
 //   forward_interval(slabs, lo, hi, t_min, t_max) -> vec2      box_interval() of mirrored slabs and a mirrored box, whose lower
 //                                      planes come first
-//   slab_origins(slabs, ray, out lo, out hi)     what lower and upper planes are measured from, for bounds of packets; mirrored
-//                                      if the slabs are
 //   first_planes(slabs, at, out near, out far)   t at planes through a corner of a box, as entries and as exits, to be added to
 //                                      what a product of the reciprocal direction and a distance from it gives; layouts from
 //                                      LAYOUT_CENTRED on
-//   segment_pad(ray) -> vec3           what the box of a ray's segment is widened by so that it holds all that the ray hits
-//   slabs.inv                          the reciprocal direction
 // and with BOX_WIDENED, whose rays from far away have no slabs and meet every box,
 //   has_slabs(slabs) -> bool
 #include "box.glsl"

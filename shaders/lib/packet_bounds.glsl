@@ -1,5 +1,6 @@
 // Bounds of a packet: of the planes' distances and reciprocal directions of all its rays. A box that the bounds do not meet is
-// met by no ray: subtraction and multiplication are monotone, and so is their rounding. lo_origin is the largest that any ray
+// met by no ray: subtraction and multiplication are monotone, and so is their rounding. (Rays with multiply-add, lib/box_fma.glsl,
+// round otherwise; they may lose boxes that they touch, as that test does anyway.) lo_origin is the largest that any ray
 // measures lower planes from, hi_origin the smallest for upper planes, so that a plane's distance is bounded on the side that
 // counts. Slabs are mirrored (lib/numeric.glsl), so all directions are positive: an entry goes with a lower plane, an exit with an
 // upper one.

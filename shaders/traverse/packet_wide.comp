@@ -14,6 +14,7 @@
 // order of the direction's signs alone a packet may visit several times as many.
 //
 // Rays of a packet go together by the octant of their direction, and by the order in which they read the texels of triangles.
+// Each group sees rays and boxes mirrored so that it goes up along every axis (lib/numeric.glsl).
 // With knob fallback, rays of packets that spread over more than two octants go by themselves (lib/walk.glsl).
 //
 // walk_packet() -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver

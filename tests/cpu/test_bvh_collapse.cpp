@@ -91,6 +91,25 @@ TEST(BvhCollapse, ParentsComeBeforeChildrenAndNodesAreNumbered) {
   }
 }
 
+// Areas may leave float32's range where coordinates do not.
+TEST(BvhCollapse, ScenesOfAllSizesCollapseAlike) {
+  const shapes::Triangles near = shapes::soup(500, 0.1f);
+  const Bvh bvh = build_bvh(near);
+  for (const int width : {4, 8}) {
+    const CollapsedBvh tree = collapse(make_device_bvh(bvh, near, NodeLayout::Interleaved), width, 10000);
+    for (const float scale : {0x1p-60f, 0x1p+70f, 0x1p+120f}) {
+      Bvh scaled = bvh;
+      for (BvhNode& node : scaled.nodes) node.lo *= scale, node.hi *= scale;
+      scaled.bounds = {bvh.bounds.lo * scale, bvh.bounds.hi * scale};
+      const shapes::Triangles triangles = shapes::scaled(near, scale);
+      const CollapsedBvh other = collapse(make_device_bvh(scaled, triangles, NodeLayout::Interleaved), width, 10000);
+      ASSERT_EQ(other.ends, tree.ends) << scale;
+      for (std::size_t i = 0; i < tree.children.size(); ++i)
+        ASSERT_EQ(other.children[i].ref, tree.children[i].ref) << scale;
+    }
+  }
+}
+
 TEST(BvhCollapse, RefusesMoreNodesThanReferencesCanNumber) {
   const shapes::Triangles triangles = shapes::soup(300, 0.1f);
   const DeviceBvh binary = make_device_bvh(build_bvh(triangles), triangles, NodeLayout::Interleaved);

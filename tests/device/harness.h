@@ -90,6 +90,9 @@ inline std::vector<Knobs> shared_formulations(const DeviceInfo& d) {
   return all;
 }
 
+/// packet-wide's rays stay in their packets however they part.
+inline const Knobs kNoFallback{{"rays", "1"}, {"fallback", "0"}};
+
 /// The same for a method, of all the axes that it has.
 inline std::vector<Knobs> every_formulation(const Method& m, const DeviceInfo& d) {
   std::vector<Knobs> all = shared_formulations(d);

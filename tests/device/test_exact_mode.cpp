@@ -126,8 +126,8 @@ class ExactMode : public DeviceTest {
       ASSERT_EQ(truth[i].prim, oracle.brute_force(rays[i]).prim);
     std::vector<Hit> first;
     for (const Want want : {Want::Nearest, Want::Any})
-      for (const char* method : {"while-while", "packet", "cut", "dynamic-fetch"}) {
-        const Query query{want, method, "exact", {}};
+      for (const char* method : {"while-while", "packet", "cut", "dynamic-fetch", "packet-wide"}) {
+        const Query query{want, method, "exact", find_method(method).wide ? harness::kNoFallback : Knobs{}};
         std::vector<Hit> hits(rays.size());
         tracer.trace(rays, hits, query);
         std::size_t errors = 0;

@@ -32,6 +32,7 @@ class HardCases : public DeviceTest, public testing::WithParamInterface<HardCase
       all.push_back({want, method, std::string(mode.name), {}});
       if (find_method(method).packet()) all.back().knobs = {{"vote", "count"}};
     }
+    all.push_back({want, "packet-wide", std::string(mode.name), kNoFallback});
     if (mode.conservative && !mode.needs_float64 && padded_reach(scene) > 0)
       for (const char* method : {"while-while", "frontier"})
         all.push_back({want, method, std::string(mode.name), {{"padding", "tree"}}});
