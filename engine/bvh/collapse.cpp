@@ -14,8 +14,8 @@ constexpr int kWidest = 8;
 
 /// What is best for the subtree below a pair of siblings.
 struct Best {
-  /// cost[n - 1]: least summed area, over the root's, of the nodes in the pair's subtree, if that hangs from the node above by at most n < width
-  /// children; cost[width - 1]: below a node of its own.
+  /// cost[n - 1]: least summed area of the nodes in the pair's subtree, in about the root's, if that hangs from the node above by
+  /// at most n < width children; cost[width - 1]: below a node of its own.
   std::array<float, kWidest> cost;
   /// left[n - 1]: of n children, how many the left sibling becomes; 0: n - 1 children are as good, or one is a node.
   std::array<std::uint8_t, kWidest> left;
@@ -113,7 +113,7 @@ class Collapse {
 
   const DeviceBvh& binary_;
   const int width_;
-  double scale_ = 1;  // of areas, which need not be float32s
+  double scale_ = 1;  // brings the root's area to [1, 2): areas of large scenes overflow float32
   std::vector<Best> best_;
 };
 

@@ -17,6 +17,7 @@ struct ShearScale {
   float near;
 };
 
+/// Of the scene with these bounds, degenerate and infinite ones included.
 inline ShearScale shear_scale(const Bounds& scene) {
   const glm::vec3 sides = scene.hi - scene.lo, far = glm::max(glm::abs(scene.lo), glm::abs(scene.hi));
   const auto exponent = [](const glm::vec3& v) { return std::ilogb(std::max({v.x, v.y, v.z, 0x1p-126f})); };

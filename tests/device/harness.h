@@ -93,6 +93,11 @@ inline std::vector<Knobs> shared_formulations(const DeviceInfo& d) {
 /// packet-wide's rays stay in their packets however they part.
 inline const Knobs kNoFallback{{"rays", "1"}, {"fallback", "0"}};
 
+/// A method as it is, and if its packets may give up, as it is when they may not.
+inline std::vector<Knobs> together_too(const Method& m) {
+  return m.wide ? std::vector<Knobs>{Knobs{}, kNoFallback} : std::vector<Knobs>{Knobs{}};
+}
+
 /// The same for a method, of all the axes that it has.
 inline std::vector<Knobs> every_formulation(const Method& m, const DeviceInfo& d) {
   std::vector<Knobs> all = shared_formulations(d);
