@@ -74,6 +74,7 @@ class Engine {
   const std::shared_ptr<Context>& context() const { return gpu_; }
   const StartTimes& start_times() const { return times_; }
   Tracer& tracer() { return *tracer_; }
+  const Tracer& tracer() const { return *tracer_; }
 
   /// Traces a batch of rays and writes, at the same index, what each one hits.
   ///

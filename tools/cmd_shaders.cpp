@@ -65,9 +65,14 @@ std::vector<KernelSource> traversal_sources() {
               if (want == Want::Nearest && !counters)
                 sources.push_back(
                     kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = true}));
+              if (counters || !knobs.contains("launch")) continue;
+              const TreeFacts tree{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
               v.called = true;
-              if (!counters && knobs.contains("launch"))
-                sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES}));
+              sources.push_back(kernel_source(v, device, tree));
+              v.called = false;
+              for (const CameraKind camera : {CameraKind::Perspective, CameraKind::Orthographic})
+                if (v.camera = camera; want == Want::Nearest && &knobs == &all_knobs[0])
+                  sources.push_back(kernel_source(v, device, tree));
             }
       }
   return sources;
@@ -132,6 +137,12 @@ std::vector<KernelSource> render_sources() {
           features.unlit = features.base_texture = features.normal_texture = textures;
           features.emissive_texture = textures && emits;
           sources.push_back(shading_source(shading.name, features));
+          sources.push_back(samples_source(shading.name, features, false));
+          for (const bool orthographic : {false, true}) {
+            features.perspective = !orthographic;
+            features.orthographic = orthographic;
+            sources.push_back(samples_source(shading.name, features, true));
+          }
         }
   for (KernelSource& source : integrator_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : live_sources()) sources.push_back(std::move(source));

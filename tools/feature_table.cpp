@@ -41,12 +41,13 @@ struct Picture {
 };
 
 std::vector<Picture> shadings_of(const Engine& engine) {
+  const bool makes_rays = engine.tracer().makes_rays();
   std::vector<Picture> all;
   for (const Shading& s : kShadings)
     if (!s.heat)
       all.push_back({.name = s.name,
-                     .kernels = kernels_of(s, engine.features()),
-                     .every = shading_source(s.name, SceneFeatures::every())});
+                     .kernels = kernels_of(s, engine.features(), makes_rays),
+                     .every = samples_source(s.name, SceneFeatures::every(), makes_rays)});
   return all;
 }
 

@@ -19,9 +19,9 @@ struct RayBatch::Frame {
   bool from_camera = false;  // the batch's rays are the primary ones; `primaries` and all from `starts` on are empty
   PrimaryPush camera{};
   Kernel* primary = nullptr;
-  std::vector<Chunk> primaries;                // their hits are those that the batch's rays start at
-  std::vector<Buffer<std::uint32_t>> numbers;  // a chunk's ray numbers; empty where tiles fill the picture
-  std::vector<std::uint32_t> start_count;      // by chunk of primaries
+  std::vector<Chunk> primaries;               // their hits are those that the batch's rays start at
+  std::vector<Buffer<std::uint32_t>> listed;  // a chunk's pixels; empty where tiles fill the picture
+  std::vector<std::uint32_t> start_count;     // by chunk of primaries
   std::vector<Buffer<Start>> starts;
   std::vector<GeneratorRun> runs;
   std::unique_ptr<Buffer<Hit>> scratch;  // what frames trace primary rays into

@@ -13,15 +13,15 @@ namespace {
 
 std::uint32_t groups_of(std::uint32_t count) { return (count + kGeneratorGroup - 1) / kGeneratorGroup; }
 
-/// Of the rays of a picture, those that lie in it; in their order.
-std::vector<std::uint32_t> numbers_inside(std::uint32_t width, std::uint32_t height) {
-  std::vector<std::uint32_t> numbers;
-  numbers.reserve(std::size_t(width) * height);
+/// The pixels of a picture, in the order of their rays.
+std::vector<std::uint32_t> pixels_inside(std::uint32_t width, std::uint32_t height) {
+  std::vector<std::uint32_t> pixels;
+  pixels.reserve(std::size_t(width) * height);
   for (std::uint32_t i = 0; i < padded_rays(width, height); ++i) {
     const glm::uvec2 at = pixel_of(i, width);
-    if (at.x < width && at.y < height) numbers.push_back(i);
+    if (at.x < width && at.y < height) pixels.push_back(LISTED_PIXEL(at.x, at.y));
   }
-  return numbers;
+  return pixels;
 }
 
 }  // namespace
@@ -44,11 +44,11 @@ void Batches::make_primaries(RayBatch& batch, const View& view, std::uint32_t wi
   RayBatch primaries("primary", view.name, std::string(kPrimaryRays), Want::Nearest);
   primaries.add_chunks(gpu_, std::size_t(width) * height, chunk_rays());
   if (listed) {
-    const std::vector<std::uint32_t> all = numbers_inside(width, height);
+    const std::vector<std::uint32_t> all = pixels_inside(width, height);
     std::size_t first = 0;
     for (const Chunk& c : primaries.chunks_) {
-      frame.numbers.emplace_back(gpu_, c.count, Access::Storage, "ray numbers");
-      frame.numbers.back().upload(std::span(all).subspan(first, c.count));
+      frame.listed.emplace_back(gpu_, c.count, Access::Storage, "listed pixels");
+      frame.listed.back().upload(std::span(all).subspan(first, c.count));
       first += c.count;
     }
   }
@@ -66,11 +66,11 @@ double Batches::generate_primaries(RayBatch& batch) {
   Frame& frame = *batch.frame_;
   const std::vector<Chunk>& chunks = frame.from_camera ? batch.chunks_ : frame.primaries;
   PrimaryPush push = frame.camera;
-  const bool listed = !frame.numbers.empty();
+  const bool listed = !frame.listed.empty();
   double ms = 0;
   for (std::size_t i = 0; i < chunks.size(); ++i) {
     frame.primary->bind(BIND_RAYS, chunks[i].rays);
-    if (listed) frame.primary->bind(BIND_NUMBERS, frame.numbers[i]);
+    if (listed) frame.primary->bind(BIND_LISTED, frame.listed[i]);
     push.count = chunks[i].count;
     gpu_.submit(frame.primary->name(),
                 [&](VkCommandBuffer cmd) { frame.primary->dispatch(cmd, groups_of(chunks[i].count), push); });
@@ -82,8 +82,8 @@ double Batches::generate_primaries(RayBatch& batch) {
 
 // The hits of the default query; every method that finds what is to be found finds these.
 void Batches::make_starts(Frame& frame) {
-  const std::vector<std::uint32_t> numbers =
-      frame.numbers.empty() ? std::vector<std::uint32_t>{} : numbers_inside(frame.camera.width, frame.camera.height);
+  const std::vector<std::uint32_t> listed =
+      frame.listed.empty() ? std::vector<std::uint32_t>{} : pixels_inside(frame.camera.width, frame.camera.height);
   std::uint32_t first = 0;
   for (Chunk& c : frame.primaries) {
     tracer_.trace(c.rays, c.hits, c.count, Query{.rays = std::string(kPrimaryRays)});
@@ -92,7 +92,7 @@ void Batches::make_starts(Frame& frame) {
     std::vector<Start> starts;
     for (std::uint32_t i = 0; i < c.count; ++i) {
       if (hits[i].prim == NO_HIT) continue;
-      const glm::uvec2 at = pixel_of(numbers.empty() ? first + i : numbers[first + i], frame.camera.width);
+      const glm::uvec2 at = listed.empty() ? pixel_of(first + i, frame.camera.width) : listed_pixel(listed[first + i]);
       starts.push_back({i, at.y * frame.camera.width + at.x});
     }
     frame.starts.emplace_back(gpu_, starts.size(), Access::Storage, "starts of rays");
@@ -166,8 +166,6 @@ double Batches::shade(RayBatch& batch) {
                          .first = 0,
                          .count = c.count,
                          .sample_index = 0,
-                         .together = 1,
-                         .place = 0,
                          .cone_width = 0,
                          .cone_spread = 0};
     gpu_.submit(frame.shade->name(),

@@ -34,4 +34,7 @@ std::uint32_t padded_rays(std::uint32_t width, std::uint32_t height);
 /// Where a ray lies in the picture; the same as shaders/lib/film.glsl.
 glm::uvec2 pixel_of(std::uint32_t ray, std::uint32_t width);
 
+/// Of LISTED_PIXEL.
+inline glm::uvec2 listed_pixel(std::uint32_t word) { return {word & 0xFFFF, word >> 16}; }
+
 }  // namespace ballot

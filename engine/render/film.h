@@ -28,9 +28,10 @@ struct Film {
   std::uint32_t width = 0, height = 0;  // of the whole picture
   Window crop;                          // what of it is asked for
   Shard shard;
-  std::uint32_t samples = 0;                // that every pixel has so far
-  std::vector<std::uint32_t> numbers = {};  // the rays of its pixels, in the order of shaders/shared/render.h
-  std::vector<FilmPixel> pixels = {};       // one each, sums
+  std::uint32_t samples = 0;  // that every pixel has so far
+  std::vector<std::uint32_t> listed =
+      {};                               // its pixels, LISTED_PIXEL, in the order of their rays: shaders/shared/render.h
+  std::vector<FilmPixel> pixels = {};   // one each, sums
   std::vector<glm::vec3> moments = {};  // sums of squared differences to the mean; empty where nobody asks for variance
   std::vector<RayStats> stats = {};     // sums; empty where nobody asks for counters
   std::uint64_t on_device = 0;  // names the sums that a Renderer holds and that are not here yet; 0: they are here

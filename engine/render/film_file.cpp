@@ -13,8 +13,8 @@ namespace {
 /// Where each pixel of the film lies in the crop window.
 std::vector<std::size_t> places_of(const Film& film) {
   std::vector<std::size_t> places;
-  for (const std::uint32_t number : film.numbers) {
-    const glm::uvec2 at = pixel_of(number, film.width);
+  for (const std::uint32_t word : film.listed) {
+    const glm::uvec2 at = listed_pixel(word);
     places.push_back(std::size_t(at.y - film.crop.y0) * (film.crop.x1 - film.crop.x0) + (at.x - film.crop.x0));
   }
   return places;

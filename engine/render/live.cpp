@@ -204,8 +204,6 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
                          .first = slice.camera.first,
                          .count = slice.count,
                          .sample_index = sample,
-                         .together = 1,
-                         .place = 0,
                          .cone_width = cone.width,
                          .cone_spread = cone.spread};
     run(shade, slice.count, &push, sizeof push, times.shade_ms);

@@ -15,10 +15,10 @@ namespace {
 /// bytes as the film, and of memory that nobody has touched yet.
 class Painter {
  public:
-  Painter(const Film& film, Image& image) : film_(film), image_(image), places_(film.numbers.size()) {
+  Painter(const Film& film, Image& image) : film_(film), image_(image), places_(film.listed.size()) {
     for_chunks(places_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        const glm::uvec2 at = pixel_of(film.numbers[i], film.width);
+        const glm::uvec2 at = listed_pixel(film.listed[i]);
         places_[i] = film.holds(at) ? std::size_t(at.y - film.crop.y0) * image.width + (at.x - film.crop.x0) : kNowhere;
       }
     });

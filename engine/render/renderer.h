@@ -8,6 +8,7 @@
 #include "engine/core/image.h"
 #include "engine/render/film.h"
 #include "engine/render/heat.h"
+#include "engine/render/parts.h"
 #include "engine/render/scene_data.h"
 #include "engine/render/waves.h"
 #include "engine/trace/tracer.h"
@@ -31,7 +32,8 @@ inline constexpr Shading kShadings[] = {
 const Shading& find_shading(std::string_view name);
 
 /// Kernels of a shading's passes, in their order, but for those of the traversal: what `features` lack is in none of them.
-std::vector<KernelSource> kernels_of(const Shading& shading, const SceneFeatures& features);
+/// `makes_rays`: as Tracer::makes_rays() says.
+std::vector<KernelSource> kernels_of(const Shading& shading, const SceneFeatures& features, bool makes_rays);
 
 /// Every group of channels that a picture may have.
 struct Aov {
@@ -120,7 +122,11 @@ class Renderer {
   Sky::Kind sky_kind(const RenderOptions& options) const;
   std::uint32_t most_rays(const SceneFeatures& features, const RenderOptions& options) const;
   struct Chunk;
-  void shade_samples(Film& film, const Chunk& chunk, PrimaryPush camera, const RenderOptions& options,
+  void run(Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes, double& ms);
+  Part largest_part_of(const Chunk& chunk, const RenderOptions& options) const;
+  bool makes_rays() const;
+  void trace_samples(const std::vector<PrimaryPush>& cameras, std::uint32_t i, const Query& query, RenderTimes& times);
+  void shade_samples(Film& film, const Chunk& chunk, const PrimaryPush& camera, const RenderOptions& options,
                      RenderTimes& times, const Progress& progress);
   void wave_samples(Film& film, const Chunk& chunk, const PrimaryPush& camera, const SceneFeatures& features,
                     const RenderOptions& options, RenderTimes& times, const Progress& progress);
@@ -129,8 +135,8 @@ class Renderer {
   Tracer& tracer_;
   SceneData& scene_;
   Waves waves_;
-  std::unique_ptr<Passes> passes_;                  // of the last picture's shading
-  std::unique_ptr<Buffer<std::uint32_t>> numbers_;  // of the part of an integrator's picture that is under way
+  std::unique_ptr<Passes> passes_;                 // of the last picture's shading
+  std::unique_ptr<Buffer<std::uint32_t>> listed_;  // of the part of an integrator's picture that is under way
   std::unique_ptr<Buffer<FilmPixel>> film_;
   std::unique_ptr<Buffer<glm::vec3>> moments_;
   std::uint64_t held_ = 0, named_ = 0;  // Film::on_device of what the buffers hold; the last name given

@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "engine/core/error.h"
+#include "engine/render/camera.h"
 #include "engine/render/renderer.h"
 
 namespace ballot {
@@ -185,6 +186,15 @@ KernelSource shading_source(std::string_view shading, const SceneFeatures& featu
           .file = "shade/shade.comp",
           .defines = std::move(defines),
           .constants = {}};
+}
+
+KernelSource samples_source(std::string_view shading, const SceneFeatures& features, bool makes_rays) {
+  KernelSource source = shading_source(shading, features);
+  if (makes_rays) source.name += camera_name(features);
+  source.file = "shade/samples.comp";
+  source.defines.emplace_back("BALLOT_RAYS_READ", !makes_rays);
+  if (makes_rays) std::ranges::move(camera_defines(features), std::back_inserter(source.defines));
+  return source;
 }
 
 }  // namespace ballot

@@ -62,4 +62,8 @@ std::string look_name(const SceneFeatures& features, bool materials);
 /// The kernel of a shading (a name of kShadings), for what the scene holds.
 KernelSource shading_source(std::string_view shading, const SceneFeatures& features);
 
+/// The same of camera rays, several samples a pixel, by a camera of the kinds that the features name; as makes_rays says, rays are made
+/// again or read (shaders/shade/samples.comp).
+KernelSource samples_source(std::string_view shading, const SceneFeatures& features, bool makes_rays);
+
 }  // namespace ballot

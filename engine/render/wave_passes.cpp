@@ -124,7 +124,7 @@ Waves::Count Waves::alpha_turn(const Buffer<Ray>& rays, Buffer<Hit>& hits, const
   test.bind(BIND_WAVE_CALLS, *calls_);
   test.bind(BIND_RAYS, turn == 0 ? rays : from.rays);
   test.bind(BIND_HITS, turn == 0 ? hits : from.hits);
-  test.bind(BIND_NUMBERS, from.ids);
+  test.bind(BIND_IDS, from.ids);
   test.bind(BIND_NEXT_RAYS, to.rays);
   test.bind(BIND_NEXT_IDS, to.ids);
   const AlphaPush push{count.wave_call(), turn == 0};

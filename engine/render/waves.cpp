@@ -94,7 +94,7 @@ void Waves::make_buffers(std::uint32_t room, const WavePlan& plan, std::uint32_t
   }
 }
 
-void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t>& numbers, std::uint32_t places,
+void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t>& listed, std::uint32_t places,
                         std::uint32_t first, std::uint32_t count, Buffer<FilmPixel>& film, Buffer<glm::vec3>* moments,
                         PassTimes& times, const Progress& progress) {
   const PassScope scope(gpu_);
@@ -108,7 +108,7 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
   begin.bind(BIND_RAYS, waves_[0]->rays);
   begin.bind(BIND_CARRIED, waves_[0]->carried);
   begin.bind(BIND_PATHS, *paths_);
-  begin.bind(BIND_NUMBERS, numbers);
+  begin.bind(BIND_LISTED, listed);
   add.bind(BIND_PATHS, *paths_);
   add.bind(BIND_FILM, film);
   if (moments) add.bind(BIND_MOMENTS, *moments);

@@ -59,7 +59,7 @@ class Waves {
 
   /// Adds samples [first, first + count) of the listed pixels (`places` of them) to the film, and to the moments if there are any.
   /// Sums do not depend on how pixels and samples are dealt out over calls.
-  void add_samples(const WaveSettings& settings, const Buffer<std::uint32_t>& numbers, std::uint32_t places,
+  void add_samples(const WaveSettings& settings, const Buffer<std::uint32_t>& listed, std::uint32_t places,
                    std::uint32_t first, std::uint32_t count, Buffer<FilmPixel>& film, Buffer<glm::vec3>* moments,
                    PassTimes& times, const Progress& progress);
 

@@ -29,10 +29,8 @@ RayGroups Tracer::groups_of(const Query& query) const {
   return {group_rays(v), most};
 }
 
-void Tracer::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const Context::Record& dispatch,
-                    Context::Done done) {
+void Tracer::record(const Job& job, Buffer<Hit>& hits, const Context::Record& dispatch, Context::Done done) {
   Kernel& kernel = *job.pipeline->kernel;
-  kernel.bind(BIND_RAYS, rays);
   kernel.bind(BIND_HITS, hits);
   const bool counts = reports(job.variant);
   gpu_.pass(
@@ -51,13 +49,14 @@ void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const RayCall& c
                     Context::Done done) {
   const Job job = this->job(query, false, true);
   Kernel& kernel = *job.pipeline->kernel;
+  kernel.bind(BIND_RAYS, rays);
   kernel.bind(BIND_CALLS, call.calls);
   TracePush push = push_for(job, device_bvh(job.variant.how).root);
   push.ray_end = call.index;
   const auto dispatch = [&](VkCommandBuffer cmd) {
     kernel.dispatch(cmd, call.calls, call.index * sizeof(Call), &push, sizeof push);
   };
-  record(job, rays, hits, dispatch, std::move(done));
+  record(job, hits, dispatch, std::move(done));
 }
 
 void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
@@ -67,12 +66,26 @@ void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
     return;
   }
   const Job job = this->job(query);
+  job.pipeline->kernel->bind(BIND_RAYS, rays);
+  record(job, hits, count, 0, std::move(done));
+}
+
+void Tracer::record(const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
+                    Context::Done done) {
+  const Job job = this->job(query, false, false, rays.kind);
+  job.pipeline->kernel->bind(BIND_CAMERAS, rays.cameras);
+  job.pipeline->kernel->bind(BIND_LISTED, rays.listed);
+  record(job, hits, count, rays.index, std::move(done));
+}
+
+void Tracer::record(const Job& job, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t camera, Context::Done done) {
   TracePush push = push_for(job, device_bvh(job.variant.how).root);
   push.ray_end = count;
+  push.camera = camera;
   const auto dispatch = [&](VkCommandBuffer cmd) {
     job.pipeline->kernel->dispatch(cmd, groups_for(job.variant, count), push);
   };
-  record(job, rays, hits, dispatch, std::move(done));
+  record(job, hits, dispatch, std::move(done));
 }
 
 }  // namespace ballot

@@ -157,12 +157,13 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   return pipelines_[key] = std::move(made);
 }
 
-Tracer::Job Tracer::job(const Query& query, bool counters, bool called) {
+Tracer::Job Tracer::job(const Query& query, bool counters, bool called, CameraKind camera) {
   Settled& found = settled(query);
   Variant v = found.variant;
   v.counters = counters;
   v.called = called;
-  Pipeline*& known = found.pipelines[called ? 2 : counters];
+  v.camera = camera;
+  Pipeline*& known = found.pipelines[camera != CameraKind::None ? 2 + int(camera) : called ? 2 : int(counters)];
   if (!known || known->kernel->generation() != gpu_.shader_generation()) known = &pipeline(v);
   return {v, known};
 }
@@ -170,8 +171,10 @@ Tracer::Job Tracer::job(const Query& query, bool counters, bool called) {
 std::uint32_t Tracer::chunk_rays() const {
   // Bounded, so that no watchdog fires and progress shows; a CPU device takes about a second for this many.
   const std::uint64_t bounded = gpu_.info().is_cpu() ? 1u << 20 : 1u << 22;
-  constexpr std::uint64_t kLargestRecord = sizeof(RayStats);  // of what may go with a ray
-  return std::uint32_t(std::min(bounded, gpu_.info().max_storage_range / kLargestRecord));
+  constexpr std::uint64_t kLargestRecord = sizeof(RayStats),
+                          kSmallestGroup = 64;  // of what may go with a ray, or look at it
+  return std::uint32_t(std::min(
+      {bounded, gpu_.info().max_storage_range / kLargestRecord, gpu_.info().max_group_count_x * kSmallestGroup}));
 }
 
 std::uint32_t Tracer::groups_for(const Variant& v, std::uint32_t rays) const {

@@ -15,6 +15,7 @@
 #include "engine/bvh/wide.h"
 #include "engine/trace/auto.h"
 #include "engine/trace/shear.h"
+#include "shaders/shared/render.h"
 
 namespace ballot {
 
@@ -28,6 +29,14 @@ struct TraceTimes {
 struct RayCall {
   const Buffer<Call>& calls;  // Access::Groups too
   std::uint32_t index;
+};
+
+/// Rays that the kernel makes by itself, as shaders/rays/primary.comp makes them: those of a camera for listed pixels.
+struct CameraRays {
+  const Buffer<PrimaryPush>& cameras;
+  std::uint32_t index;  // which
+  const Buffer<std::uint32_t>& listed;
+  CameraKind kind;
 };
 
 /// Workgroups for a number of rays: that many rays each, and at most so many workgroups.
@@ -54,6 +63,13 @@ class Tracer {
 
   /// trace(), recorded where that can be done, else done at once; `done` is told device milliseconds as Context::pass() tells it.
   void record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, Context::Done done);
+
+  /// Whether kernels had better make a camera's rays than read them. CPU devices read them as fast, and take seconds to compile one
+  /// more kernel.
+  bool makes_rays() const { return make_rays.value_or(!gpu_.info().is_cpu()); }
+
+  /// The same for rays [0, count) of a camera; only where can_record() allows it.
+  void record(const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, Context::Done done);
 
   /// The same for as many rays as a call says, whose groups are as groups_of() says; only where can_record() allows it.
   void record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const RayCall& call, const Query& query, Context::Done done);
@@ -102,6 +118,8 @@ class Tracer {
 
   /// Tests only: hits are filled with this byte before a host-side trace, so that untouched records can be counted.
   std::optional<std::uint8_t> prefill;
+  /// Tests only: rays are made on CPU devices too, or on none.
+  std::optional<bool> make_rays;
 
  private:
   using Texels = Buffer<glm::uvec4>;
@@ -120,20 +138,20 @@ class Tracer {
     Query asked;
     Variant variant;
     bool chosen;                           // auto measures such rays no more
-    std::array<Pipeline*, 3> pipelines{};  // plain, with counters, called; null: not asked for yet
+    std::array<Pipeline*, 5> pipelines{};  // plain, with counters, called, of a camera's rays; null: not asked for yet
   };
 
   Pipeline& pipeline(const Variant& variant);
   /// Valid until it is called again.
   Settled& settled(const Query& query) const;
-  Job job(const Query& query, bool counters = false, bool called = false);
+  Job job(const Query& query, bool counters = false, bool called = false, CameraKind camera = CameraKind::None);
   const Texels& node_buffer(const Formulation& f);
   const Texels& leaf_buffer(LeafFormat format, Fetch fetch);
   const Texels& wide_buffer(Fetch fetch);
   const Texels& quad_buffer(Fetch fetch);
   const Texels& frontier_buffer(const Formulation& f);
-  void record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const Context::Record& dispatch,
-              Context::Done done);
+  void record(const Job& job, Buffer<Hit>& hits, const Context::Record& dispatch, Context::Done done);
+  void record(const Job& job, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t camera, Context::Done done);
   Formulation formulation_of(const Query& query) const;
   bool is_settled(const Query& query, std::size_t most) const;
   bool is_chosen(const Query& query) const;

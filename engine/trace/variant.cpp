@@ -7,8 +7,10 @@
 namespace ballot {
 
 std::string Variant::kernel_name() const {
-  return fmt::format("{}.{}.{}{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
-                     counters ? ".counters" : "", called ? ".called" : "", describe(how, *method));
+  constexpr const char* kCameras[] = {"", ".perspective", ".orthographic"};
+  return fmt::format("{}.{}.{}{}{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
+                     counters ? ".counters" : "", called ? ".called" : "", kCameras[int(camera)],
+                     describe(how, *method));
 }
 
 std::string Variant::name() const {
@@ -70,7 +72,12 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
                     {"BALLOT_LAUNCH", int(f.launch)},
                     {"BALLOT_UNIFORM_FLOW", device.uniform_flow},
                     {"BALLOT_CALLED", variant.called},
+                    {"BALLOT_CAMERA", variant.camera != CameraKind::None},
                     {"BALLOT_COUNTERS", variant.counters}};
+  if (variant.camera != CameraKind::None) {
+    source.defines.emplace_back("BALLOT_PERSPECTIVE", variant.camera == CameraKind::Perspective);
+    source.defines.emplace_back("BALLOT_ORTHOGRAPHIC", variant.camera == CameraKind::Orthographic);
+  }
   source.constants = {{SPEC_GROUP_SIZE, f.workgroup},
                       {SPEC_STACK_SIZE, stack},
                       {SPEC_GROUP_SUBGROUPS, f.workgroup / f.subgroup},

@@ -10,13 +10,17 @@
 
 namespace ballot {
 
+/// Of kernels that make the camera's rays instead of reading rays: its kind.
+enum class CameraKind { None, Perspective, Orthographic };
+
 struct Variant {
   const Method* method;
   const NumericMode* numeric;
   Want want;
   Formulation how;
   bool counters = false;  // the instrumented variant, which also writes RayStats
-  bool called = false;    // how many rays there are is read from a Call on the device
+  CameraKind camera = CameraKind::None;
+  bool called = false;  // how many rays there are is read from a Call on the device
 
   std::uint32_t rays_per_lane() const { return method->wide ? how.rays : 1; }
 

@@ -11,6 +11,8 @@
 #error a variant must have a kind of camera
 #endif
 
+const float CAMERA_T_MAX = 1e30;
+
 // Of a sample of a pixel, which `number` names to the random numbers; dead outside the picture. A single sample goes through the
 // pixel's centre.
 Ray camera_ray(PrimaryPush camera, uvec2 pixel, uint number, uint sample_index) {
@@ -21,7 +23,7 @@ Ray camera_ray(PrimaryPush camera, uvec2 pixel, uint number, uint sample_index) 
   precise vec2 at = vec2(pixel) + offset;
   precise vec3 plane = camera.corner + at.x * camera.step_x + at.y * camera.step_y;
   bool inside = pixel.x < camera.width && pixel.y < camera.height;
-  float t_max = inside ? 1e30 : 0.0;
+  float t_max = inside ? CAMERA_T_MAX : 0.0;
 #if BALLOT_PERSPECTIVE && BALLOT_ORTHOGRAPHIC
   if (camera.orthographic != 0u) return Ray(plane, 0.0, camera.origin, t_max);
 #endif

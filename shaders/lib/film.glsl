@@ -8,6 +8,8 @@ uint even_bits(uint x) {
   return (x | x >> 8) & 0x0000FFFFu;
 }
 
+uvec2 listed_pixel(uint word) { return uvec2(word & 0xFFFFu, word >> 16); }
+
 uvec2 pixel_of(uint ray, uint width) {
   uint tiles_x = (width + TILE_SIZE - 1u) / TILE_SIZE;
   uint tile = ray / (TILE_SIZE * TILE_SIZE), inner = ray % (TILE_SIZE * TILE_SIZE);

@@ -22,6 +22,9 @@
 
 #include "../shared/layout.h"
 #include "../shared/variant.h"
+#if BALLOT_CAMERA
+#include "../shared/render.h"
+#endif
 
 layout(local_size_x_id = SPEC_GROUP_SIZE, local_size_y = 1, local_size_z = 1) in;
 layout(constant_id = SPEC_STACK_SIZE) const uint STACK_SIZE = 32;
@@ -32,7 +35,12 @@ layout(constant_id = SPEC_LIST_SIZE) const uint LIST_SIZE = 0;
 layout(push_constant, scalar) uniform Push { TracePush push; };
 
 // Rays and hits by 16 bytes: of records of scalars a compiler loads each scalar by itself.
-#if BALLOT_RAY_TEXELS
+#if BALLOT_CAMERA
+layout(set = 0, binding = BIND_CAMERAS, scalar) readonly buffer Cameras { PrimaryPush cameras[]; };
+layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
+#include "film.glsl"
+#include "camera_samples.glsl"
+#elif BALLOT_RAY_TEXELS
 layout(set = 0, binding = BIND_RAYS) uniform usamplerBuffer ray_texels;
 vec4 ray_half(uint i) { return uintBitsToFloat(texelFetch(ray_texels, int(i))); }
 #else
@@ -78,8 +86,13 @@ uvec4 leaf_texel(uint texel) { return Texels(uvec2(push.leaves_lo, push.leaves_h
 #endif
 
 Ray load_ray(uint index) {
+#if BALLOT_CAMERA
+  return camera_ray_of(cameras[push.camera], index / cameras[push.camera].together,
+                       index % cameras[push.camera].together);
+#else
   vec4 a = ray_half(2u * index), b = ray_half(2u * index + 1u);
   return Ray(a.xyz, a.w, b.xyz, b.w);
+#endif
 }
 
 void store_hit(uint index, Hit hit) {

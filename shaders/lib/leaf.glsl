@@ -8,6 +8,9 @@ struct Walker {
   RaySpace space;
   Hit hit;         // nearest so far; t = t_max and prim = NO_HIT where there is none, else prim is a place (see below)
   bool truncated;  // the driver left a triangle loop early
+#if BALLOT_CAMERA
+  float scale;     // direction_scale() of the ray that was made
+#endif
 };
 
 // By bits: a compiler may assume that floats are numbers.
@@ -31,6 +34,9 @@ Walker make_walker(Ray given) {
   w.space = make_ray_space(w.ray, given);
   w.hit = Hit(w.ray.t_max, NO_HIT, 0.0, 0.0);
   w.truncated = false;
+#if BALLOT_CAMERA
+  w.scale = direction_scale(given.dir);
+#endif
   return w;
 }
 

@@ -42,9 +42,17 @@ void write_hit(uint index, Walker w, Units units, bool cut_short) {
   COUNT_WRITE(index)
 }
 
-// The ray is loaded again: that costs less than to keep what is needed of it.
+// A ray is loaded again: that costs less than to keep what is needed of it. To make it again would cost more.
+Units units_at_end(uint index, Walker w) {
+#if BALLOT_CAMERA
+  return Units(w.scale, w.hit.t > 0.0 ? CAMERA_T_MAX : 0.0);  // a miss has the t_max that the walk began with
+#else
+  return units_of(load_ray(index));
+#endif
+}
+
 void write_hit(uint index, Walker w, bool cut_short) {
-  write_hit(index, w, units_of(load_ray(index)), cut_short);
+  write_hit(index, w, units_at_end(index, w), cut_short);
   if (cut_short) atomicAdd(work.unfinished, 1u);
 }
 

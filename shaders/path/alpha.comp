@@ -17,7 +17,7 @@ layout(push_constant, scalar) uniform Push { AlphaPush push; };
 RECORDS_IN(BIND_RAYS, Rays, rays)
 RECORDS_IN(BIND_HITS, Hits, hits)
 RECORDS_OUT(BIND_WAVE_HITS, WaveHits, wave_hits)
-layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Ids { uint ids[]; };
+layout(set = 0, binding = BIND_IDS, scalar) readonly buffer Ids { uint ids[]; };
 RECORDS_OUT(BIND_NEXT_RAYS, NextRays, next_rays)
 layout(set = 0, binding = BIND_NEXT_IDS, scalar) writeonly buffer NextIds { uint next_ids[]; };
 layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };

@@ -16,14 +16,14 @@ layout(push_constant, scalar) uniform Push { BeginPush push; };
 RECORDS_OUT(BIND_RAYS, Rays, rays)
 RECORDS_OUT(BIND_CARRIED, CarriedRays, carried)
 RECORDS_OUT(BIND_PATHS, Paths, paths)
-layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Numbers { uint numbers[]; };
+layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
 
 void main() {
   uint path = put_index(), first = path - gl_SubgroupInvocationID;
   bool wanted = path < push.camera.count;
   uint place = push.camera.first + path / push.camera.together;
   uint sample_index = push.camera.sample_index + path % push.camera.together;
-  uvec2 pixel = pixel_of(wanted ? numbers[place] : 0u, push.camera.width);
+  uvec2 pixel = listed_pixel(wanted ? listed[place] : 0u);
   uint number = pixel.y * push.camera.width + pixel.x;
   if (push.seed != 0u) number += hash_word(push.seed);
   Ray ray = camera_ray(push.camera, pixel, number, sample_index);

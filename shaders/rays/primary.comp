@@ -7,29 +7,31 @@
 #include "../shared/render.h"
 #include "../lib/records.glsl"
 #include "../lib/put_records.glsl"
-#include "../lib/film.glsl"
-#include "../lib/random.glsl"
-#include "../lib/camera.glsl"
 
 #ifndef BALLOT_LISTED
-#error a variant must give BALLOT_LISTED: 0, every pixel of whole tiles; 1, those whose numbers a list holds
+#error a variant must give BALLOT_LISTED: 0, every pixel of whole tiles; 1, those that a list holds
 #endif
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { PrimaryPush push; };
 RECORDS_OUT(BIND_RAYS, Rays, rays)
+#include "../lib/film.glsl"
 #if BALLOT_LISTED
-layout(set = 0, binding = BIND_NUMBERS, scalar) readonly buffer Numbers { uint numbers[]; };
+layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
+#include "../lib/camera_samples.glsl"
+#else
+#include "../lib/random.glsl"
+#include "../lib/camera.glsl"
 #endif
 
 void main() {
   uint index = put_index(), first = index - gl_SubgroupInvocationID;
-  uint number = push.first + index / push.together, sample_index = push.sample_index + index % push.together;
   bool wanted = index < push.count;
 #if BALLOT_LISTED
-  number = wanted ? numbers[number] : 0u;
+  Ray made = camera_ray_of(push, wanted ? index / push.together : 0u, index % push.together);
+#else
+  uvec2 pixel = pixel_of(push.first + index, push.width);
+  Ray made = camera_ray(push, pixel, pixel.y * push.width + pixel.x, push.sample_index);
 #endif
-  uvec2 pixel = pixel_of(number, push.width);
-  Ray made = camera_ray(push, pixel, pixel.y * push.width + pixel.x, sample_index);
   PUT_RECORDS(rays, first, wanted, made)
 }

@@ -8,6 +8,9 @@
 // indices based on morton code"). Pixels of a tile outside the picture get dead rays.
 #define TILE_SIZE 32
 
+// A pixel in a list, by column and row.
+#define LISTED_PIXEL(x, y) ((x) | (y) << 16)
+
 // BALLOT_SHADING
 #define SHADING_EYELIGHT 0  // base colour times the cosine to the eye, plus emission
 #define SHADING_NORMALS 1   // shading normal as colour
@@ -26,7 +29,7 @@
 #define BIND_MATERIALS 5
 #define BIND_PRIMARY 6  // primary rays, where BIND_RAYS is what a generator writes
 #define BIND_STARTS 7
-#define BIND_NUMBERS 8  // numbers of the rays that lie in the picture; only where the picture cuts tiles
+#define BIND_IDS 8  // of rays that went on behind what is transparent: where they came from
 #define BIND_COUNTS 9   // RayStats of the instrumented variant, as words
 #define BIND_FILM_B 10  // of the second of two queries beside each other
 #define BIND_PIXELS 11
@@ -53,6 +56,8 @@
 #define BIND_PUT_OFF 32
 #define BIND_WAVE_CALLS 33
 #define BIND_REPORTS 34
+#define BIND_CAMERAS 35  // PrimaryPush of traversal kernels that make their rays
+#define BIND_LISTED 36   // pixels, LISTED_PIXEL of each; of generators only where the picture cuts tiles
 
 // BALLOT_INTEGRATOR: what a hit starts.
 #define INTEGRATOR_AO 0       // a short ray that asks whether the surface is open
@@ -110,7 +115,7 @@ struct PrimaryPush {
   uint sample_index;  // the first
   uint sample_count;  // of the picture; 1: through pixel centres; more: jittered
   uint orthographic;  // of variants for both kinds of cameras
-  uint together;      // samples of a pixel
+  uint together;      // samples of a pixel; 1 where pixels are not listed
   uint count;         // rays
 };
 
@@ -136,11 +141,15 @@ struct ShadePush {
   uint width, height;
   uint first;
   uint count;  // pixels of this chunk
-  uint sample_index;  // the first
-  uint together;      // samples of a pixel, whose rays lie one behind the other
-  uint place;         // of the first pixel in the film
-  float cone_width;   // what a pixel sees at the eye, and how much wider with distance, for the choice of mip maps; both 0: the
-  float cone_spread;  // finest
+  uint sample_index;
+  float cone_width, cone_spread;  // lib/shade_hit.glsl
+};
+
+struct SamplesPush {
+  PrimaryPush camera;  // whose rays these hits are of; a pixel's place in the list is that in the film
+  float cone_width, cone_spread;
+  uint pixels;      // of these rays
+  uint lanes_log2;  // lanes of a pixel: 4 to 64 on GPUs, 1 on a CPU
 };
 
 // Colours of a heat map into the film.
@@ -311,7 +320,8 @@ struct FilmPixel {
 BALLOT_RECORD(PrimaryPush, 80);
 BALLOT_RECORD(SecondaryPush, 40);
 BALLOT_RECORD(Start, 8);
-BALLOT_RECORD(ShadePush, 36);
+BALLOT_RECORD(ShadePush, 28);
+BALLOT_RECORD(SamplesPush, 96);
 BALLOT_RECORD(HeatPush, 100);
 BALLOT_RECORD(DisplayPush, 32);
 BALLOT_RECORD(DisplayTotals, 8);

@@ -23,6 +23,9 @@
 
 // BALLOT_CALLED: 1: how many rays there are stands in BIND_CALLS, at entry push.ray_end, as the device has counted them.
 
+// BALLOT_CAMERA: 1: rays are not read but made, those of camera push.camera of BIND_CAMERAS (lib/camera_samples.glsl), by kernels
+// that are told its kind: lib/camera.glsl.
+
 // BALLOT_FETCH: how nodes and leaves are read.
 #define FETCH_STORAGE 0    // storage buffer
 #define FETCH_TEXEL 1      // texel buffer, R32G32B32A32_UINT
@@ -98,6 +101,7 @@ struct TracePush {
   float padded_reach;  // BOX_WIDENED: how far along an axis rays may start from where boxes are measured from
   float shear_scale, shear_near;  // TRIANGLE_WATERTIGHT: see engine/trace/shear.h
   uint threshold;  // of methods that have one: lanes, entries or disagreements (engine/trace/methods.h)
+  uint camera;     // BALLOT_CAMERA alone
 };
 
 // The work buffer. `next` counts up from ray_begin; a subgroup takes rays in steps of its size.
@@ -126,7 +130,7 @@ struct RayStats {
 };
 
 #ifdef __cplusplus
-BALLOT_RECORD(TracePush, 92);
+BALLOT_RECORD(TracePush, 96);
 BALLOT_RECORD(Work, 8);
 BALLOT_RECORD(RayStats, 72);
 }  // namespace ballot
@@ -137,7 +141,7 @@ BALLOT_RECORD(RayStats, 72);
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
     !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_PUSH) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK) || \
-    !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_BOX_ORIGIN) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_CALLED)
+    !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_BOX_ORIGIN) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_CALLED) || !defined(BALLOT_CAMERA)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif
 #endif

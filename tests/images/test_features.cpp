@@ -140,7 +140,9 @@ TEST(Features, EachAloneAsksForItsKernels) {
     for (const Alone& a : each_alone()) {
       Names wanted{"rays.primary.listed", fmt::format("shade.{}", shading.name)};
       if (a.features.alpha) wanted.insert("path.alpha");
-      EXPECT_EQ(names_of(kernels_of(shading, a.features)), wanted) << shading.name << " of a scene with " << a.name;
+      for (const bool makes_rays : {false, true})
+        EXPECT_EQ(names_of(kernels_of(shading, a.features, makes_rays)), wanted)
+            << shading.name << " of a scene with " << a.name;
     }
 }
 

@@ -129,6 +129,25 @@ TEST(Together, ShadingsAndAmbientOcclusionAreAsPassByPass) {
   submissions_of(hall_scene(), small("eyelight", 3, "dynamic-fetch"));
 }
 
+// Rays that the traversal makes and reads are the same.
+TEST(Together, MadeRaysAreAsThoseThatAreRead) {
+  for (const bool orthographic : {false, true})
+    for (const std::uint32_t spp : {1u, 3u, 20u}) {
+      Engine engine(hall_scene(), with_validation());
+      View view = engine.scene().views.front();
+      view.orthographic = orthographic;
+      view.ymag = 2;
+      const RenderOptions options = small("eyelight", spp);
+      engine.tracer().make_rays = false;
+      const Picture read = render(engine, view, options);
+      EXPECT_GT(read.times.generate_ms, 0);
+      engine.tracer().make_rays = true;
+      const Picture made = render(engine, view, options);
+      EXPECT_EQ(made.times.generate_ms == 0, records(engine));
+      expect_equal(read.image, made.image);
+    }
+}
+
 // Waves of no ray, of one, and as full as a wave can be.
 TEST(Together, AnyNumberOfRays) {
   Scene away = hall_scene();
