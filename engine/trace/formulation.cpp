@@ -133,6 +133,10 @@ const Knob kKnobs[] = {
      [](F& f, V v, const K& k) {
        f.fallback = choose<int>(v, k, {"0", "1"}) != 0;
      }},
+    {{"jump", "0, 1", "packet-wide: triangles of a leaf are jumped over for rays that do not meet it, or masked"},
+     [](F& f, V v, const K& k) {
+       f.jump = choose<int>(v, k, {"0", "1"}) != 0;
+     }},
     {{"frontier", "32, 64", "frontier: nodes that the subgroup tests"},
      [](F& f, V v, const K& k) {
        f.frontier = 32u << choose<int>(v, k, {"32", "64"});
@@ -182,7 +186,7 @@ std::string describe(const Formulation& f, const Method& method) {
     text += fmt::format(" vote={} packet_stack={} cooperative={}", vote_name(f.vote),
                         f.packet_stack == PacketStack::Lanes ? "lanes" : "shared", int(f.cooperative));
   if (method.wide)
-    text += fmt::format(" rays={} fallback={} packet_stack={}", f.rays, int(f.fallback),
+    text += fmt::format(" rays={} fallback={} jump={} packet_stack={}", f.rays, int(f.fallback), int(f.jump),
                         f.packet_stack == PacketStack::Lanes ? "lanes" : "shared");
   if (method.frontier) text += fmt::format(" frontier={}", f.frontier);
   if (method.reduces()) text += fmt::format(" reduce={}", f.reduce == Reduce::Integer ? "integer" : "shuffle");

@@ -15,7 +15,12 @@ struct Row {
 const Row kRows[] = {
     // Mesa below 25: all loops of an invocation share 65 535 iterations; a subgroup that takes more than 16 batches
     // wastes time on walks that are cut short (and traced again).
-    {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 250000, [](const Method&, const NumericMode&, Formulation& f) { f.batches = 16; }},
+    // It runs what it branches around, too.
+    {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 250000,
+     [](const Method&, const NumericMode&, Formulation& f) {
+       f.batches = 16;
+       f.jump = false;
+     }},
     // From 25 on loops run to their end (device test Vulkan.TheTuningTableKnowsDriversThatCutLoops).
     // A texel costs a call that hands its words back through memory: pairs of three texels.
     {VK_DRIVER_ID_MESA_LLVMPIPE, 250000, 0xFFFFFFFF,
@@ -104,10 +109,9 @@ void check_method_knobs(const Method& m, const Formulation& f, const Knobs& knob
     fail(Failure::Arguments, "--knob padding=tree: the tree that method {} walks is not padded", m.name);
   if (knobs.contains("reduce") && !m.reduces())
     fail(Failure::Arguments, "--knob reduce: the lanes of method {} have no minima to find", m.name);
-  for (const char* knob : {"rays", "fallback"})
+  for (const char* knob : {"rays", "fallback", "jump"})
     if (knobs.contains(knob) && !m.wide)
-      fail(Failure::Arguments, "--knob {}: the packets of method {} have one ray in a lane and nothing to fall back on",
-           knob, m.name);
+      fail(Failure::Arguments, "--knob {}: method {} has no packets of several rays in a lane", knob, m.name);
   if (knobs.contains("list") && !m.lists) fail(Failure::Arguments, "--knob list: method {} puts nothing aside", m.name);
   if (!knobs.contains("vote")) return;
   std::string votes;

@@ -67,6 +67,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
                     {"BALLOT_SORTED", f.sorted || method.quads || variant.want == Want::Nearest},
                     {"BALLOT_RAYS", wide ? int(f.rays) : 1},
                     {"BALLOT_FALLBACK", wide && f.fallback},
+                    {"BALLOT_JUMP", wide && f.jump},
                     {"BALLOT_REDUCE", method.reduces() ? int(f.reduce) : 0},
                     {"BALLOT_FRONTIER", method.frontier ? int(f.frontier) : 0},
                     {"BALLOT_LAUNCH", int(f.launch)},

@@ -53,20 +53,31 @@ bool replaces(uint r, float t, uint place) {
 #endif
 }
 
-void consider_triangle(TriangleTexels triangle, uint place) {
+// Devices jump over what no lane wants, but for those that mask it: then the branch is a loss.
+#if BALLOT_JUMP
+#define WHERE(wanted) if (wanted)
+#else
+#define WHERE(wanted)
+#endif
+
+// For the rays whose bit is set.
+void consider_triangle(TriangleTexels triangle, uint place, uint rays) {
   EACH_RAY(r) {
-    float t, u, v;
-    bool hit = hit_triangle(packet[r].ray, packet[r].space, triangle, t, u, v);
-    Hit old = packet[r].hit;
-    hit = hit && (alive >> r & 1u) != 0u && replaces(r, t, place);
-    packet[r].hit = Hit(hit ? t : old.t, hit ? place : old.prim, hit ? u : old.u, hit ? v : old.v);
+    bool wanted = (rays >> r & 1u) != 0u;
+    WHERE(wanted) {
+      float t, u, v;
+      bool hit = hit_triangle(packet[r].ray, packet[r].space, triangle, t, u, v);
+      Hit old = packet[r].hit;
+      hit = hit && wanted && replaces(r, t, place);
+      packet[r].hit = Hit(hit ? t : old.t, hit ? place : old.prim, hit ? u : old.u, hit ? v : old.v);
+    }
   }
 }
 
-// Lane i loads triangle i, in the packet's order, and hands it round.
-void visit_packet_leaf(uint leaf) {
+// For the rays that meet the leaf, a bit each. Lane i loads triangle i, in the packet's order, and hands it round.
+void visit_packet_leaf(uint leaf, uint rays) {
   uint block = leaf & LEAF_TEXEL_MASK, count = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
-  COUNT_WIDE_TRIANGLES(alive, count)
+  COUNT_WIDE_TRIANGLES(alive, rays, count)
   uint first = 0u;
   do {
     uint mine = min(first + gl_SubgroupInvocationID, count - 1u);
@@ -76,7 +87,7 @@ void visit_packet_leaf(uint leaf) {
     do {
       TriangleTexels triangle = TriangleTexels(subgroupShuffle(own.a, i), subgroupShuffle(own.b, i),
                                                subgroupShuffle(own.c, i), subgroupShuffle(own.at, i));
-      consider_triangle(triangle, subgroupShuffle(place, i));
+      consider_triangle(triangle, subgroupShuffle(place, i), rays);
       ++i;
     } while (i < end);
     packet_cut_short = packet_cut_short || i < end;

@@ -71,11 +71,10 @@ void stats_wide(uint looking, uint needing, bool inner) {
   }
 }
 
-void stats_wide_triangles(uint looking, uint count) {
+void stats_wide_triangles(uint looking, uint needing, uint count) {
   for (uint r = 0u; r < BALLOT_RAYS; ++r) {
-    uint n = (looking >> r & 1u) * count;
-    packet_stats[r].triangles += n;
-    packet_stats[r].triangles_tested += n;
+    packet_stats[r].triangles += (looking >> r & 1u) * count;
+    packet_stats[r].triangles_tested += (needing >> r & 1u) * count;
   }
 }
 
@@ -106,7 +105,7 @@ void stats_wide_end(uint r) {
 #define COUNT_OVERFLOW(yes) { uint o = uint(yes); if (subgroupElect()) stats.overflows += o; }
 #define COUNT_FETCH(yes) stats.fetches += uint(yes);
 #define COUNT_WIDE(looking, needing, inner) stats_wide(looking, needing, inner);
-#define COUNT_WIDE_TRIANGLES(looking, count) stats_wide_triangles(looking, count);
+#define COUNT_WIDE_TRIANGLES(looking, needing, count) stats_wide_triangles(looking, needing, count);
 #define COUNT_WIDE_BEGIN(r) stats_wide_begin(r);
 #define COUNT_WIDE_END(r) stats_wide_end(r);
 #else
@@ -128,7 +127,7 @@ void stats_wide_end(uint r) {
 #define COUNT_OVERFLOW(yes)
 #define COUNT_FETCH(yes)
 #define COUNT_WIDE(looking, needing, inner)
-#define COUNT_WIDE_TRIANGLES(looking, count)
+#define COUNT_WIDE_TRIANGLES(looking, needing, count)
 #define COUNT_WIDE_BEGIN(r)
 #define COUNT_WIDE_END(r)
 #endif

@@ -55,6 +55,8 @@
 #define MINMAX_SELECT 1   // by comparison and selection
 #define MINMAX_INTEGER 2  // of three axes at once, by their bits
 
+// BALLOT_JUMP: 1: code that no lane wants is put under a branch, which the device jumps over; 0: lanes are masked.
+
 // BALLOT_REDUCE: how minima over lanes are found.
 #define REDUCE_SHUFFLE 0
 #define REDUCE_INTEGER 1  // of integers, by the device's own instruction
@@ -141,7 +143,7 @@ BALLOT_RECORD(RayStats, 72);
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
     !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_PUSH) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK) || \
-    !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_BOX_ORIGIN) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_CALLED) || !defined(BALLOT_CAMERA)
+    !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_BOX_ORIGIN) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_JUMP) || !defined(BALLOT_CALLED) || !defined(BALLOT_CAMERA)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif
 #endif

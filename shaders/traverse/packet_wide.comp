@@ -34,9 +34,10 @@
 
 const uint ALL_CHILDREN = (1u << WIDE_CHILDREN) - 1u;
 
-// Goes on from an entry until a leaf that some ray meets, or the end: END_OF_TREE.
-uint find_leaf(PacketBounds bounds, float t_max, inout uint entry) {
+// Goes on from an entry until a leaf that some ray meets, or the end: END_OF_TREE. A bit for each of this lane's rays that meets it.
+uint find_leaf(PacketBounds bounds, float t_max, inout uint entry, out uint leaf_rays) {
   uint leaf = END_OF_TREE;
+  leaf_rays = 0u;
   if (entry == END_OF_TREE) return leaf;
   do {
     // A node with a child that the packet may meet.
@@ -62,6 +63,7 @@ uint find_leaf(PacketBounds bounds, float t_max, inout uint entry) {
       if (inner && open != 0u) packet_store(packet_top++, entry);
       if (inner) entry = child.child << WIDE_CHILDREN | ALL_CHILDREN;
       if (enter && !inner) leaf = child.child;
+      if (enter && !inner) leaf_rays = met;
       if (!inner && open == 0u) {
         entry = below;
         --packet_top;
@@ -81,14 +83,14 @@ uint walk_packet() {
   uint entry = END_OF_TREE;  // the node at hand above a bit for each of its children that is still to be met
   if (push.root != END_OF_TREE && packet_looks()) entry = ALL_CHILDREN;
   COUNT_WIDE(alive, alive, true)
-  uint leaf = find_leaf(bounds, packet_reach(), entry);
+  uint leaf_rays, leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays);
   if (leaf != END_OF_TREE) {
     do {
-      visit_packet_leaf(leaf);
+      visit_packet_leaf(leaf, leaf_rays);
 #if BALLOT_ANY_HIT
       if (!packet_looks()) entry = END_OF_TREE;
 #endif
-      leaf = find_leaf(bounds, packet_reach(), entry);
+      leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays);
     } while (leaf != END_OF_TREE);
   }
   return leaf == END_OF_TREE ? entry : leaf;  // a leaf where the driver cut the loop short
