@@ -53,29 +53,29 @@ bool replaces(uint r, float t, uint place) {
 #endif
 }
 
-// Devices jump over what no lane wants, but for those that mask it: then the branch is a loss.
+// Jumps over what no lane wants; some devices only mask it, and then the branch is a loss. All lanes must agree on the bits: an
+// H200 does not join lanes again that part here, and the packet's loops then never end.
 #if BALLOT_JUMP
-#define WHERE(wanted) if (wanted)
+#define WHERE(bits, r) if (((bits) >> (r) & 1u) != 0u)
 #else
-#define WHERE(wanted)
+#define WHERE(bits, r)
 #endif
 
-// For the rays whose bit is set.
-void consider_triangle(TriangleTexels triangle, uint place, uint rays) {
+// For the rays whose bit is set; in `anyone` it is set for those of any lane.
+void consider_triangle(TriangleTexels triangle, uint place, uint rays, uint anyone) {
   EACH_RAY(r) {
-    bool wanted = (rays >> r & 1u) != 0u;
-    WHERE(wanted) {
+    WHERE(anyone, r) {
       float t, u, v;
       bool hit = hit_triangle(packet[r].ray, packet[r].space, triangle, t, u, v);
       Hit old = packet[r].hit;
-      hit = hit && wanted && replaces(r, t, place);
+      hit = hit && (rays >> r & 1u) != 0u && replaces(r, t, place);
       packet[r].hit = Hit(hit ? t : old.t, hit ? place : old.prim, hit ? u : old.u, hit ? v : old.v);
     }
   }
 }
 
-// For the rays that meet the leaf, a bit each. Lane i loads triangle i, in the packet's order, and hands it round.
-void visit_packet_leaf(uint leaf, uint rays) {
+// For the rays that meet the leaf, a bit each, of this lane and of any. Lane i loads triangle i, in the packet's order, and hands it round.
+void visit_packet_leaf(uint leaf, uint rays, uint anyone) {
   uint block = leaf & LEAF_TEXEL_MASK, count = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
   COUNT_WIDE_TRIANGLES(alive, rays, count)
   uint first = 0u;
@@ -87,7 +87,7 @@ void visit_packet_leaf(uint leaf, uint rays) {
     do {
       TriangleTexels triangle = TriangleTexels(subgroupShuffle(own.a, i), subgroupShuffle(own.b, i),
                                                subgroupShuffle(own.c, i), subgroupShuffle(own.at, i));
-      consider_triangle(triangle, subgroupShuffle(place, i), rays);
+      consider_triangle(triangle, subgroupShuffle(place, i), rays, anyone);
       ++i;
     } while (i < end);
     packet_cut_short = packet_cut_short || i < end;

@@ -34,10 +34,11 @@
 
 const uint ALL_CHILDREN = (1u << WIDE_CHILDREN) - 1u;
 
-// Goes on from an entry until a leaf that some ray meets, or the end: END_OF_TREE. A bit for each of this lane's rays that meets it.
-uint find_leaf(PacketBounds bounds, float t_max, inout uint entry, out uint leaf_rays) {
+// Goes on from an entry until a leaf that some ray meets, or the end: END_OF_TREE. leaf_rays: a bit for each of this lane's rays that
+// meets it; anyone: for those of any lane.
+uint find_leaf(PacketBounds bounds, float t_max, inout uint entry, out uint leaf_rays, out uint anyone) {
   uint leaf = END_OF_TREE;
-  leaf_rays = 0u;
+  leaf_rays = anyone = 0u;
   if (entry == END_OF_TREE) return leaf;
   do {
     // A node with a child that the packet may meet.
@@ -55,8 +56,8 @@ uint find_leaf(PacketBounds bounds, float t_max, inout uint entry, out uint leaf
     } while (open == 0u && entry != END_OF_TREE);
     // Its nearest one, if some ray meets it.
     WideChild child = child_of(node, key & CHILD_BITS);
-    uint met = rays_that_meet(child.lo, child.hi);
-    bool enter = open != 0u && lanes_any(met), inner = enter && is_inner(child.child);
+    uint met = rays_that_meet(child.lo, child.hi), met_by_any = lanes_or(met);
+    bool enter = open != 0u && met_by_any != 0u, inner = enter && is_inner(child.child);
     if (open != 0u) {
       open &= ~(1u << (key & CHILD_BITS));
       entry = entry & ~ALL_CHILDREN | open;
@@ -64,6 +65,7 @@ uint find_leaf(PacketBounds bounds, float t_max, inout uint entry, out uint leaf
       if (inner) entry = child.child << WIDE_CHILDREN | ALL_CHILDREN;
       if (enter && !inner) leaf = child.child;
       if (enter && !inner) leaf_rays = met;
+      if (enter && !inner) anyone = met_by_any;
       if (!inner && open == 0u) {
         entry = below;
         --packet_top;
@@ -83,14 +85,14 @@ uint walk_packet() {
   uint entry = END_OF_TREE;  // the node at hand above a bit for each of its children that is still to be met
   if (push.root != END_OF_TREE && packet_looks()) entry = ALL_CHILDREN;
   COUNT_WIDE(alive, alive, true)
-  uint leaf_rays, leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays);
+  uint leaf_rays, anyone, leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays, anyone);
   if (leaf != END_OF_TREE) {
     do {
-      visit_packet_leaf(leaf, leaf_rays);
+      visit_packet_leaf(leaf, leaf_rays, anyone);
 #if BALLOT_ANY_HIT
       if (!packet_looks()) entry = END_OF_TREE;
 #endif
-      leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays);
+      leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays, anyone);
     } while (leaf != END_OF_TREE);
   }
   return leaf == END_OF_TREE ? entry : leaf;  // a leaf where the driver cut the loop short
