@@ -53,7 +53,7 @@ std::vector<KernelSource> traversal_sources() {
   for (const DeviceInfo& device : imagined_devices())
     for (const Method& method : kMethods)
       for (const NumericMode& numeric : kNumericModes) {
-        if (method.chooses || (method.reduces() && !device.shuffle)) continue;
+        if (method.chooses || ((method.reduces() || method.wide) && !device.shuffle)) continue;
         const std::vector<Knobs> all_knobs = knobs_of(method);
         for (const Want want : {Want::Nearest, Want::Any})
           for (const Knobs& knobs : all_knobs)

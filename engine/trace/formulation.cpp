@@ -143,8 +143,7 @@ const Knob kKnobs[] = {
      }},
     {{"e", "0 to 255", "frontier: entries into the tree beyond which rays start at its root"},
      [](F& f, V v, const K& k) { f.threshold = number(v, k, 0, 255); }},
-    {{"reduce", "shuffle, integer",
-      "frontier, packet-wide: minima over lanes by shuffles, or of integers by one instruction"},
+    {{"reduce", "shuffle, integer", "frontier: minima over lanes by shuffles, or of integers by one instruction"},
      [](F& f, V v, const K& k) {
        f.reduce = choose<Reduce>(v, k, {"shuffle", "integer"});
      }},

@@ -50,7 +50,7 @@ struct Formulation {
   std::uint32_t rays = 1;                   // packet-wide: rays in a lane, a power of two up to 8
   bool fallback = true;                     // packet-wide: rays of packets in more than two octants go by themselves
   bool jump = true;                         // packet-wide: triangles are left out for rays that do not meet their leaf
-  Reduce reduce = Reduce::Shuffle;          // frontier, packet-wide: how minima over lanes are found
+  Reduce reduce = Reduce::Shuffle;          // frontier: how minima over lanes are found
   std::uint32_t frontier = 64;              // frontier: nodes of it, 32 or 64
   double threshold = 0;                     // of methods that have one: a share of the subgroup, or a count
   std::uint32_t list = 16;                  // methods with lists: nodes that a ray can put aside

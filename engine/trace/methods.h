@@ -51,7 +51,7 @@ struct Method {
   bool chooses = false;   // has no kernel: runs what it finds fastest of the others (auto.h)
 
   bool packet() const { return votes != kNoVotes; }
-  bool reduces() const { return wide || frontier; }
+  bool reduces() const { return frontier; }
   bool shares_stack() const { return packet() || wide; }
   bool takes(Vote vote) const { return (votes >> int(vote) & 1) != 0; }
 };

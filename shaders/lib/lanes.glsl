@@ -1,4 +1,6 @@
-// Minima, maxima and unions over the lanes of a subgroup, by BALLOT_REDUCE.
+// Minima, maxima and unions over the lanes of a subgroup, by BALLOT_REDUCE. Where lanes may have parted, by shuffles: in a loop
+// whose lanes all go on an H200 (580.159.04) reduces integers over those that are together at the moment, so that packet-wide lost
+// hits or never ended. At the start of a kernel they are together (frontier: every answer was compared).
 
 const float LARGEST = 3.4028234e38;
 
