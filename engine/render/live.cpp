@@ -7,12 +7,12 @@
 #include "engine/render/batch.h"
 #include "engine/render/camera.h"
 #include "engine/render/room.h"
+#include "engine/render/run_pass.h"
 
 namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kGroup = 64;  // of shaders/rays/*.comp and shaders/shade/*.comp
 constexpr std::uint32_t kTileRays = TILE_SIZE * TILE_SIZE;
 
 KernelSource plain_source(const char* name) {
@@ -87,13 +87,6 @@ Kernel& LiveImage::kernel(const KernelSource& source) {
   return *kernel;
 }
 
-void LiveImage::run(Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes, double& ms) {
-  gpu_.pass(
-      kernel.name(),
-      [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, (count + kGroup - 1) / kGroup, push, push_bytes); },
-      [&ms](double spent) { ms += spent; });
-}
-
 LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   check(options);
   const bool counts = find_shading(options.shading).heat;
@@ -129,7 +122,7 @@ void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, Liv
   const RayKind& kind = find_ray_kind(options.rays);
   Kernel& primary = kernel(primary_source(false, slice.features));
   primary.bind(BIND_RAYS, *rays_);
-  run(primary, slice.count, &slice.camera, sizeof slice.camera, times.generate_ms);
+  run_pass(gpu_, primary, slice.count, &slice.camera, sizeof slice.camera, times.generate_ms);
   if (kind.from_camera()) {
     trace_and_shade(slice, *rays_, options, false, 0, times);
     if (options.other) trace_and_shade(slice, *rays_, options, true, 0, times);
@@ -173,7 +166,7 @@ void LiveImage::generate_secondary(std::string_view generator, const Slice& slic
   push.count = slice.count;
   push.rays_per_hit = 1;
   push.sample_index = options.sample_index;
-  run(k, slice.count, &push, sizeof push, times.generate_ms);
+  run_pass(gpu_, k, slice.count, &push, sizeof push, times.generate_ms);
 }
 
 // `part` counts the generators of a kind: their colours add up like samples.
@@ -206,7 +199,7 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, con
                          .sample_index = sample,
                          .cone_width = cone.width,
                          .cone_spread = cone.spread};
-    run(shade, slice.count, &push, sizeof push, times.shade_ms);
+    run_pass(gpu_, shade, slice.count, &push, sizeof push, times.shade_ms);
   }
   if (heat) paint_heat(slice, options, query, film, sample, times);
 }
@@ -245,7 +238,7 @@ void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const
   Kernel& k = kernel(plain_source("heat"));
   k.bind(BIND_COUNTS, *stats_);
   k.bind(BIND_FILM, film);
-  run(k, slice.count, &push, sizeof push, times.shade_ms);
+  run_pass(gpu_, k, slice.count, &push, sizeof push, times.shade_ms);
 }
 
 void LiveImage::display(const Slice& slice, const LiveOptions& options, LiveTimes& times) {
@@ -265,7 +258,7 @@ void LiveImage::display(const Slice& slice, const LiveOptions& options, LiveTime
   push.split = options.other ? options.split : options.width;
   push.mark = options.other.has_value();
   push.swap_red = options.swap_red;
-  run(k, slice.count, &push, sizeof push, times.shade_ms);
+  run_pass(gpu_, k, slice.count, &push, sizeof push, times.shade_ms);
 }
 
 Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32_t x, std::uint32_t y, bool count) {
@@ -284,7 +277,7 @@ Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32
   primary.bind(BIND_RAYS, rays);
   double ms = 0;
   const PassScope scope(gpu_);
-  run(primary, kTileRays, &camera, sizeof camera, ms);
+  run_pass(gpu_, primary, kTileRays, &camera, sizeof camera, ms);
   Query query = options.query;
   query.want = Want::Nearest;
   query.rays = kPrimaryRays;

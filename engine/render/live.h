@@ -83,7 +83,6 @@ class LiveImage {
   void check(const LiveOptions& options) const;
   void make_room(const LiveOptions& options, bool counts);
   Kernel& kernel(const KernelSource& source);
-  void run(Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes, double& ms);
   void sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times);
   void generate_secondary(std::string_view generator, const Slice& slice, const LiveOptions& options, LiveTimes& times);
   void trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, const LiveOptions& options, bool second,

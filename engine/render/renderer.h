@@ -122,7 +122,6 @@ class Renderer {
   Sky::Kind sky_kind(const RenderOptions& options) const;
   std::uint32_t most_rays(const SceneFeatures& features, const RenderOptions& options) const;
   struct Chunk;
-  void run(Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes, double& ms);
   Part largest_part_of(const Chunk& chunk, const RenderOptions& options) const;
   bool makes_rays() const;
   void trace_samples(const std::vector<PrimaryPush>& cameras, std::uint32_t i, const Query& query, RenderTimes& times);

@@ -8,12 +8,12 @@
 #include "engine/render/parts.h"
 #include "engine/render/ray_kinds.h"
 #include "engine/render/room.h"
+#include "engine/render/run_pass.h"
 
 namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kGroup = 64;         // of shaders/rays/primary.comp and shaders/shade/samples.comp
 constexpr std::uint32_t kFewestLanes = 4;    // of a pixel, where several have one
 constexpr std::uint32_t kSamples = 16;       // of a pixel together
 constexpr std::uint32_t kPartsTogether = 4;  // in one submission
@@ -102,21 +102,13 @@ Renderer::Passes& Renderer::passes(const RenderOptions& options, const SceneFeat
   return *passes_;
 }
 
-/// A pass of so many invocations.
-void Renderer::run(Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes, double& ms) {
-  gpu_.pass(
-      kernel.name(),
-      [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, (count + kGroup - 1) / kGroup, push, push_bytes); },
-      [&ms](double spent) { ms += spent; });
-}
-
 /// Samples of pixels that go together. What counters say depends on which rays share a subgroup: there a sample of every pixel goes by
 /// itself.
 Part Renderer::largest_part_of(const Chunk& chunk, const RenderOptions& options) const {
   if (passes_->stats) return {0, chunk.pixels, 0, 1};
   std::uint64_t most = most_rays(passes_->features, options);
   if (chunk.samples < kFewestLanes)  // then shading has more invocations than rays
-    most = std::min(most, std::uint64_t(gpu_.info().max_group_count_x) * kGroup / kFewestLanes);
+    most = std::min(most, std::uint64_t(gpu_.info().max_group_count_x) * kPassGroup / kFewestLanes);
   return largest_part(chunk.pixels, chunk.samples, std::uint32_t(most), kSamples);
 }
 
@@ -135,7 +127,7 @@ void Renderer::trace_samples(const std::vector<PrimaryPush>& cameras, std::uint3
     return;
   }
   p.make_ray_room(gpu_, p.hits->size());
-  run(*p.primary, camera.count, &camera, sizeof camera, times.generate_ms);
+  run_pass(gpu_, *p.primary, camera.count, &camera, sizeof camera, times.generate_ms);
   if (p.stats)
     add_trace(tracer_.trace_counted(*p.rays, *p.hits, camera.count, query, *p.stats).device_ms);
   else
@@ -166,9 +158,9 @@ void Renderer::shade_samples(Film& film, const Chunk& chunk, const PrimaryPush& 
   for (std::uint32_t i = 0; i < cameras.size(); ++i) {
     trace_samples(cameras, i, query, times);
     const std::uint32_t together = cameras[i].together, pixels = cameras[i].count / together;
-    const std::uint32_t lanes = p.makes_rays ? std::clamp(std::bit_floor(together), kFewestLanes, kGroup) : 1;
+    const std::uint32_t lanes = p.makes_rays ? std::clamp(std::bit_floor(together), kFewestLanes, kPassGroup) : 1;
     const SamplesPush push{cameras[i], cone.width, cone.spread, pixels, std::uint32_t(std::countr_zero(lanes))};
-    run(p.shade, pixels * lanes, &push, sizeof push, times.shade_ms);
+    run_pass(gpu_, p.shade, pixels * lanes, &push, sizeof push, times.shade_ms);
     if (p.stats) add_counters(film, chunk.first, chunk.pixels, *p.stats);
     if ((i + 1) % kPartsTogether == 0) gpu_.flush();
     done += cameras[i].count;

@@ -53,8 +53,8 @@ bool replaces(uint r, float t, uint place) {
 #endif
 }
 
-// Jumps over what no lane wants; some devices only mask it, and then the branch is a loss. All lanes must agree on the bits: an
-// H200 does not join lanes again that part here, and the packet's loops then never end.
+// Jumps over what no lane wants; some devices only mask it, and then the branch is a loss. All lanes must agree on the bits,
+// so that none part here.
 #if BALLOT_JUMP
 #define WHERE(bits, r) if (((bits) >> (r) & 1u) != 0u)
 #else

@@ -1,0 +1,19 @@
+// A pass of a ray or pixel an invocation.
+#pragma once
+
+#include "engine/vk/kernel.h"
+
+namespace ballot {
+
+constexpr std::uint32_t kPassGroup = 64;  // workgroup of shaders/rays/*.comp and shaders/shade/*.comp
+
+/// Records a pass of so many invocations; its device milliseconds are added to `ms` when it has ended.
+inline void run_pass(Context& gpu, Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes,
+                     double& ms) {
+  gpu.pass(
+      kernel.name(),
+      [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, (count + kPassGroup - 1) / kPassGroup, push, push_bytes); },
+      [&ms](double spent) { ms += spent; });
+}
+
+}  // namespace ballot
