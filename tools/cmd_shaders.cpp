@@ -93,8 +93,12 @@ std::vector<KernelSource> integrator_sources() {
                                     film_source(true), alpha_source({}), alpha_source({.base_texture = true})};
   std::set<std::string> names;
   const auto add = [&](const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
-    KernelSource source = scatter_source(integrator, features, sky);
-    if (names.insert(source.name).second) sources.push_back(std::move(source));
+    SceneFeatures seen = features;
+    seen.perspective = true;
+    for (const bool makes_rays : {false, true}) {
+      KernelSource source = scatter_source(integrator, seen, sky, makes_rays);
+      if (names.insert(source.name).second) sources.push_back(std::move(source));
+    }
   };
   for (const Integrator& integrator : kIntegrators) {
     add(integrator, {}, Sky::Kind::None);
@@ -121,7 +125,6 @@ std::vector<KernelSource> render_sources() {
   for (const auto& [perspective, orthographic] : {std::pair(true, false), {false, true}, {true, true}}) {
     const SceneFeatures cameras{.perspective = perspective, .orthographic = orthographic};
     for (const bool listed : {false, true}) sources.push_back(primary_source(listed, cameras));
-    sources.push_back(begin_source(cameras));
   }
   for (const RayKind& kind : kRayKinds)
     if (kind.generators.size() == 1 && !kind.from_camera())

@@ -52,12 +52,13 @@ std::vector<Picture> shadings_of(const Engine& engine) {
 }
 
 std::vector<Picture> integrators_of(const Engine& engine) {
+  const bool makes_rays = engine.tracer().makes_rays();
   std::vector<Picture> all;
   for (const Integrator& i : kIntegrators)
     all.push_back({.name = i.name,
                    .integrator = &i,
-                   .kernels = kernels_of(i, engine.features(), engine.scene().sky.kind),
-                   .every = scatter_source(i, SceneFeatures::every(), Sky::Kind::Gradient)});
+                   .kernels = kernels_of(i, engine.features(), engine.scene().sky.kind, makes_rays),
+                   .every = scatter_source(i, SceneFeatures::every(), Sky::Kind::Gradient, makes_rays)});
   return all;
 }
 

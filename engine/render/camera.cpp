@@ -26,6 +26,19 @@ PrimaryPush camera_push(const View& view, std::uint32_t width, std::uint32_t hei
   return push;
 }
 
+std::vector<PrimaryPush> cameras_of(PrimaryPush camera, std::uint32_t pixels, std::uint32_t samples,
+                                    const Part& largest, std::uint32_t first_sample) {
+  std::vector<PrimaryPush> cameras;
+  for_parts(pixels, samples, largest, [&](const Part& part) {
+    camera.first = part.pixel;
+    camera.count = part.rays();
+    camera.together = part.samples;
+    camera.sample_index = first_sample + part.sample;
+    cameras.push_back(camera);
+  });
+  return cameras;
+}
+
 PixelCone pixel_cone(const PrimaryPush& camera) {
   const float pixel = glm::length(camera.step_y);
   return camera.orthographic ? PixelCone{pixel, 0} : PixelCone{0, pixel};

@@ -3,6 +3,7 @@
 
 #include <glm/vec2.hpp>
 
+#include "engine/render/parts.h"
 #include "engine/scene/scene.h"
 #include "engine/vk/shader.h"
 #include "shaders/shared/render.h"
@@ -11,6 +12,10 @@ namespace ballot {
 
 /// What shaders/rays/primary.comp wants of a view: one sample through pixel centres, from pixel number 0; no rays yet.
 PrimaryPush camera_push(const View& view, std::uint32_t width, std::uint32_t height);
+
+/// The same camera for each part of a picture: samples from first_sample on of so many listed pixels.
+std::vector<PrimaryPush> cameras_of(PrimaryPush camera, std::uint32_t pixels, std::uint32_t samples,
+                                    const Part& largest, std::uint32_t first_sample);
 
 /// What a pixel sees, at the picture's middle: how wide at the eye, scene units, and how much wider with each unit of length.
 struct PixelCone {

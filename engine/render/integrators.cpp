@@ -1,5 +1,8 @@
 #include "engine/render/integrators.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "engine/core/error.h"
 #include "engine/render/camera.h"
 #include "engine/render/ray_kinds.h"
@@ -32,11 +35,14 @@ WavePlan plan_of(const Integrator& integrator, const SceneFeatures& f) {
   return plan;
 }
 
-std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
+std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky,
+                                     bool makes_rays) {
   const WavePlan plan = plan_of(integrator, features);
   std::vector<KernelSource> sources;
-  for (const SceneFeatures& seen : by_camera(features)) sources.push_back(begin_source(seen));
-  sources.push_back(scatter_source(integrator, features, sky));
+  for (const SceneFeatures& seen : by_camera(features)) sources.push_back(primary_source(true, seen));
+  for (const SceneFeatures& seen : by_camera(features))
+    if (KernelSource scatter = scatter_source(integrator, seen, sky, makes_rays); sources.back().name != scatter.name)
+      sources.push_back(std::move(scatter));
   sources.push_back(calls_source());
   if (plan.alpha) sources.push_back(alpha_source(features));
   if (plan.shadow) sources.push_back(connect_source());
@@ -44,18 +50,12 @@ std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFe
   return sources;
 }
 
-KernelSource begin_source(const SceneFeatures& features) {
-  return {.name = "path.begin" + camera_name(features),
-          .file = "path/begin.comp",
-          .defines = camera_defines(features),
-          .constants = {}};
-}
-
 KernelSource calls_source() {
   return {.name = "path.calls", .file = "path/calls.comp", .defines = {}, .constants = {}, .group_size = QUEUES};
 }
 
-KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
+KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky,
+                            bool makes_rays) {
   const bool materials = integrator.value != INTEGRATOR_AO;
   const SceneFeatures seen = seen_by(integrator, features);
   const int kind = materials ? int(sky) : SKY_NONE;
@@ -64,9 +64,12 @@ KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& f
   defines.emplace_back("BALLOT_HAS_LIGHTS", seen.lights);
   defines.emplace_back("BALLOT_SKY", kind);
   defines.emplace_back("BALLOT_ORIGIN", find_offset_policy(kDefaultOffset).value);
+  const bool makes = makes_rays && !features.alpha;
+  defines.emplace_back("BALLOT_MAKES_RAYS", makes);
+  if (makes) std::ranges::move(camera_defines(features), std::back_inserter(defines));
   constexpr const char* kSkies[] = {"", "+sky", "+gradient", "+skymap"};
-  return {.name = fmt::format("{}.scatter{}{}{}", integrator.name, look_name(seen, materials),
-                              seen.lights ? "+lights" : "", kSkies[kind]),
+  return {.name = fmt::format("{}.scatter{}{}{}{}", integrator.name, look_name(seen, materials),
+                              seen.lights ? "+lights" : "", kSkies[kind], makes ? camera_name(features) : ""),
           .file = "path/scatter.comp",
           .defines = std::move(defines),
           .constants = {}};

@@ -40,12 +40,15 @@ struct WavePlan {
 WavePlan plan_of(const Integrator& integrator, const SceneFeatures& features);
 
 /// Kernels of an integrator's passes, in their order, but for those of the traversal: what `features` lack is in none of them. A
-/// scene with both kinds of cameras has kernels that begin paths for each.
-std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky);
+/// scene with both kinds of cameras has those that make the eye's rays for each. `makes_rays`: as Tracer::makes_rays() says.
+std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky,
+                                     bool makes_rays);
 
-KernelSource begin_source(const SceneFeatures& features);
 KernelSource calls_source();
-KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky);
+/// With makes_rays the eye's rays need not be read, by a camera of the kinds that the features name; not of a scene with alpha, where
+/// other passes read them too.
+KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky,
+                            bool makes_rays);
 KernelSource connect_source();
 KernelSource film_source(bool moments);
 KernelSource alpha_source(const SceneFeatures& features);

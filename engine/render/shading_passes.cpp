@@ -26,20 +26,6 @@ void add_counters(Film& film, std::size_t first, std::uint32_t pixels, const Buf
     for (const CounterInfo& c : kCounters) film.stats[first + i].*c.field += part[i].*c.field;
 }
 
-/// The camera of each part, in their order.
-std::vector<PrimaryPush> cameras_of(PrimaryPush camera, std::uint32_t pixels, std::uint32_t samples,
-                                    const Part& largest, std::uint32_t first_sample) {
-  std::vector<PrimaryPush> cameras;
-  for_parts(pixels, samples, largest, [&](const Part& part) {
-    camera.first = part.pixel;
-    camera.count = part.rays();
-    camera.together = part.samples;
-    camera.sample_index = first_sample + part.sample;
-    cameras.push_back(camera);
-  });
-  return cameras;
-}
-
 }  // namespace
 
 std::vector<KernelSource> kernels_of(const Shading& shading, const SceneFeatures& features, bool makes_rays) {

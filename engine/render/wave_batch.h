@@ -14,13 +14,11 @@ constexpr std::uint32_t kWaveGroup = 64;  // workgroup of shaders/path/*.comp
 struct Waves::Wave {
   Buffer<Ray> rays;
   Buffer<Hit> hits;
-  Buffer<Carried> carried;
+  std::unique_ptr<Buffer<Carried>> carried;  // where paths go on: those that begin all carry the same
 
   Wave(Context& gpu, std::uint32_t size)
-      : rays(gpu, size, Access::Storage, "wave rays"),
-        hits(gpu, size, Access::Storage, "wave hits"),
-        carried(gpu, size, Access::Storage, "carried") {}
-  std::uint64_t bytes() const { return rays.bytes() + hits.bytes() + carried.bytes(); }
+      : rays(gpu, size, Access::Storage, "wave rays"), hits(gpu, size, Access::Storage, "wave hits") {}
+  std::uint64_t bytes() const { return rays.bytes() + hits.bytes() + (carried ? carried->bytes() : 0); }
 };
 
 /// Rays that went on, in two turns; only for scenes with alpha.
@@ -62,9 +60,11 @@ struct Waves::Awaiting {
 struct Waves::Batch {
   const WaveSettings& settings;
   WavePlan plan;
+  const Buffer<std::uint32_t>& listed;
   Buffer<FilmPixel>& film;
   PassTimes* times;
   Kernel *scatter = nullptr, *connect = nullptr, *alpha = nullptr;  // null where there is nothing to do
+  bool makes_rays = false;                                          // the eye's rays need not be read
   Asked primary = {}, next = {}, shadow = {};
   WavePush push = {};
   std::uint32_t together = 0;    // depths since the last submission

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "engine/core/error.h"
+#include "engine/render/camera.h"
 #include "engine/render/ray_kinds.h"
 #include "engine/render/wave_batch.h"
 
@@ -136,10 +137,12 @@ Waves::Count Waves::alpha_turn(const Buffer<Ray>& rays, Buffer<Hit>& hits, const
   return {then.record, QUEUE_PASSED, count.rays, false};
 }
 
-Waves::Batch Waves::batch_of(const WaveSettings& settings, Buffer<FilmPixel>& film, PassTimes& times) {
+Waves::Batch Waves::batch_of(const WaveSettings& settings, const Buffer<std::uint32_t>& listed, Buffer<FilmPixel>& film,
+                             PassTimes& times) {
   const Integrator& integrator = *settings.integrator;
-  Batch b{settings, plan_of(integrator, settings.features), film, &times};
-  b.scatter = &kernel(scatter_source(integrator, settings.features, settings.sky));
+  Batch b{settings, plan_of(integrator, settings.features), listed, film, &times};
+  b.makes_rays = tracer_.makes_rays() && !b.plan.alpha;
+  b.scatter = &kernel(scatter_source(integrator, settings.features, settings.sky, b.makes_rays));
   b.connect = b.plan.shadow ? &kernel(connect_source()) : nullptr;
   b.alpha = b.plan.alpha ? &kernel(alpha_source(settings.features)) : nullptr;
   const auto asked = [&](Want want, std::string_view rays) {
@@ -153,6 +156,7 @@ Waves::Batch Waves::batch_of(const WaveSettings& settings, Buffer<FilmPixel>& fi
   // Where the scene has alpha, the nearest hit is asked for, so that rays to lights see what all others see.
   b.shadow =
       asked(settings.features.alpha ? Want::Nearest : Want::Any, integrator.value == INTEGRATOR_AO ? "ao" : "shadow");
+  const PixelCone cone = pixel_cone(settings.camera);
   b.push = {0,
             0,
             settings.last_depth,
@@ -161,7 +165,12 @@ Waves::Batch Waves::batch_of(const WaveSettings& settings, Buffer<FilmPixel>& fi
             0,
             std::uint32_t(scene_.scene().lights.size()),
             room_,
-            scene_.scene().sky.kind != Sky::Kind::None};
+            scene_.scene().sky.kind != Sky::Kind::None,
+            0,
+            0,
+            {},
+            cone.width,
+            cone.spread};
   if (b.scatter->wants(BIND_EMITTERS)) {
     b.push.emitted = scene_.emitters().total;
     b.push.emitters = std::uint32_t(scene_.emitters().texels.size());
@@ -173,7 +182,8 @@ void Waves::scatter(Batch& b, Wave& wave, Wave& next, Count& count, Count& shado
   Kernel& k = *b.scatter;
   k.bind(BIND_RAYS, wave.rays);
   k.bind(BIND_HITS, wave.hits);
-  k.bind(BIND_CARRIED, wave.carried);
+  if (k.wants(BIND_CAMERAS)) k.bind(BIND_CAMERAS, *cameras_);
+  k.bind(BIND_LISTED, b.listed);
   k.bind(BIND_PATHS, *paths_);
   k.bind(BIND_FILM, b.film);
   k.bind(BIND_QUEUES, *queues_);
@@ -184,7 +194,8 @@ void Waves::scatter(Batch& b, Wave& wave, Wave& next, Count& count, Count& shado
   }
   if (k.wants(BIND_NEXT_RAYS)) {
     k.bind(BIND_NEXT_RAYS, next.rays);
-    k.bind(BIND_NEXT_CARRIED, next.carried);
+    k.bind(BIND_CARRIED, *wave.carried);
+    k.bind(BIND_NEXT_CARRIED, *next.carried);
   }
   if (k.wants(BIND_PUT_OFF)) {
     k.bind(BIND_PUT_OFF_RAYS, *put_off_rays_);
@@ -208,6 +219,15 @@ void Waves::connect(Batch& b, Count& count) {
   k.bind(BIND_WAVE_CALLS, *calls_);
   const std::uint32_t call = count.wave_call();
   run(k, count, &call, sizeof call, "connect", *b.times);
+}
+
+/// What the eye's rays of a batch hit. Nobody else reads those that the traversal makes.
+bool Waves::trace(Batch& b, const PrimaryPush& camera, Wave& wave, Count& count) {
+  if (b.push.made == 0) return trace(b, wave.rays, wave.hits, count, b.primary);
+  const CameraKind kind = camera.orthographic ? CameraKind::Orthographic : CameraKind::Perspective;
+  tracer_.record(CameraRays{*cameras_, b.push.camera, b.listed, kind}, wave.hits, count.rays, b.primary.query,
+                 told(b.primary.pass, count, *b.times));
+  return true;
 }
 
 /// What the batch's rays hit, behind what is transparent too.
@@ -253,13 +273,15 @@ bool Waves::has_ended(Batch& b, const Count& count) {
 
 // A path is at one ray at a time, so that its sums have one order. One whose rays part goes depth first: after the mirrored ray
 // comes all that follows from it, then the refracted one.
-void Waves::run_waves(Batch& b, Count count) {
+void Waves::run_waves(Batch& b, const PrimaryPush& camera, Count count) {
   Wave *wave = waves_[0].get(), *next = waves_[1].get();
   b.push.depth = b.together = b.heard = b.ended_at = 0;
   b.submission = 0;
   b.lefts.clear();
-  for (Asked* asked = &b.primary;; asked = &b.next, ++b.push.depth) {
-    if (!trace(b, wave->rays, wave->hits, count, *asked)) return;
+  for (;; b.push.made = 0, ++b.push.depth) {
+    const bool traced =
+        b.push.depth == 0 ? trace(b, camera, *wave, count) : trace(b, wave->rays, wave->hits, count, b.next);
+    if (!traced) return;
     Count shadow;
     scatter(b, *wave, b.plan.next ? *next : *wave, count, shadow);
     if (b.plan.shadow) connect(b, shadow);
@@ -270,14 +292,24 @@ void Waves::run_waves(Batch& b, Count count) {
   }
 }
 
+/// Makes the eye's rays where the traversal does not.
+void Waves::begin(Batch& b, const PrimaryPush& camera, const Count& paths) {
+  b.push.made = b.makes_rays && tracer_.can_record(b.primary.query, paths.rays);
+  if (b.push.made) return;
+  Kernel& primary = kernel(primary_source(true, b.settings.features));
+  primary.bind(BIND_RAYS, waves_[0]->rays);
+  primary.bind(BIND_LISTED, b.listed);
+  run(primary, paths, &camera, sizeof camera, "begin", *b.times);
+}
+
 // What a batch does to the film before its last pass is the same if it is done again.
-Waves::Count Waves::run_batch(Batch& b, Kernel& begin, const BeginPush& push) {
+Waves::Count Waves::run_batch(Batch& b, const PrimaryPush& camera) {
   PassTimes spent, &times = *b.times;
   for (;;) {
-    const Count paths = known_count(push.camera.count, b.primary.query);
+    const Count paths = known_count(camera.count, b.primary.query);
     if (b.guesses) b.times = &spent;
-    run(begin, paths, &push, sizeof push, "begin", *b.times);
-    run_waves(b, paths);
+    begin(b, camera, paths);
+    run_waves(b, camera, paths);
     b.expected = b.ended_at > 0 ? std::max(b.ended_at, b.expected - std::min(b.expected, 1u)) : 0;
     if (b.guesses) {
       gpu_.finish();

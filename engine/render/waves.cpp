@@ -77,8 +77,10 @@ void Waves::make_buffers(std::uint32_t room, const WavePlan& plan, std::uint32_t
     waves_[1].reset();
     room_ = room;
   }
-  for (const int i : {0, 1})
+  for (const int i : {0, 1}) {
     if (!waves_[i] && (i == 0 || plan.next)) waves_[i] = std::make_unique<Wave>(gpu_, room_);
+    if (plan.next) make_room(waves_[i]->carried, gpu_, room_, "carried");
+  }
   make_room(paths_, gpu_, room_, "paths");
   make_alpha(alpha ? room_ : 0);
   if (plan.shadow) {
@@ -102,30 +104,27 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
   constexpr std::uint32_t kTogether = 16;  // samples of a pixel
   const Part largest = largest_part(places, count, settings.most_paths, kTogether);
   make_buffers(largest.rays(), plan, settings.last_depth, plan.alpha);
-  Kernel &begin = kernel(begin_source(settings.features)), &add = kernel(film_source(moments != nullptr));
-  const PixelCone cone = pixel_cone(settings.camera);
-  Batch batch = batch_of(settings, film, times);
-  begin.bind(BIND_RAYS, waves_[0]->rays);
-  begin.bind(BIND_CARRIED, waves_[0]->carried);
-  begin.bind(BIND_PATHS, *paths_);
-  begin.bind(BIND_LISTED, listed);
+  PrimaryPush camera = settings.camera;
+  camera.seed = settings.seed;
+  const std::vector<PrimaryPush> cameras = cameras_of(camera, places, count, largest, first);
+  make_room(cameras_, gpu_, cameras.size(), "cameras");
+  cameras_->upload(cameras);
+  Kernel& add = kernel(film_source(moments != nullptr));
   add.bind(BIND_PATHS, *paths_);
   add.bind(BIND_FILM, film);
   if (moments) add.bind(BIND_MOMENTS, *moments);
-  BeginPush push{settings.camera, cone.width, cone.spread, settings.seed};
+  Batch batch = batch_of(settings, listed, film, times);
   std::uint64_t done = 0;
-  for_parts(places, count, largest, [&](const Part& part) {
-    push.camera.first = part.pixel;
-    push.camera.count = part.rays();
-    push.camera.together = part.samples;
-    push.camera.sample_index = first + part.sample;
-    const FilmPush to_film{part.pixel, part.pixels, part.samples, first + part.sample};
-    Count pixels = run_batch(batch, begin, push);
-    pixels.rays = part.pixels;
+  for (const PrimaryPush& part : cameras) {
+    batch.push.camera = std::uint32_t(&part - cameras.data());
+    batch.push.samples = {part.first, part.together, part.sample_index, part.width, part.seed};
+    Count pixels = run_batch(batch, part);
+    pixels.rays = part.count / part.together;
+    const FilmPush to_film{part.first, pixels.rays, part.together, part.sample_index};
     run(add, pixels, &to_film, sizeof to_film, "film", times);
-    done += part.rays();
+    done += part.count;
     if (progress) progress(double(done) / (double(places) * count));
-  });
+  }
   gpu_.finish();
 }
 
@@ -135,7 +134,7 @@ std::uint64_t Waves::bytes() const {
     if (wave) sum += wave->bytes();
   for (const RawBuffer* b : std::initializer_list<const RawBuffer*>{
            paths_.get(), shadow_rays_.get(), shadow_hits_.get(), shadow_light_.get(), put_off_rays_.get(),
-           put_off_carried_.get(), put_off_.get()})
+           put_off_carried_.get(), put_off_.get(), cameras_.get()})
     if (b) sum += b->bytes();
   return sum;
 }

@@ -91,7 +91,8 @@ class Waves {
   Kernel& calls_kernel();
   void make_buffers(std::uint32_t room, const WavePlan& plan, std::uint32_t last_depth, bool alpha);
   void make_alpha(std::uint32_t room);
-  Batch batch_of(const WaveSettings& settings, Buffer<FilmPixel>& film, PassTimes& times);
+  Batch batch_of(const WaveSettings& settings, const Buffer<std::uint32_t>& listed, Buffer<FilmPixel>& film,
+                 PassTimes& times);
 
   std::uint32_t next_record() { return record_++ % kRecords; }
   std::uint32_t reported(const Count& count) const;
@@ -106,8 +107,10 @@ class Waves {
                     std::deque<Awaiting>* leftovers, PassTimes& times);
   Count alpha_turn(const Buffer<Ray>& rays, Buffer<Hit>& hits, const Count& count, std::uint32_t turn,
                    const Asked& asked, Kernel& test, PassTimes& times);
-  Count run_batch(Batch& batch, Kernel& begin, const BeginPush& push);
-  void run_waves(Batch& batch, Count count);
+  Count run_batch(Batch& batch, const PrimaryPush& camera);
+  void begin(Batch& batch, const PrimaryPush& camera, const Count& paths);
+  void run_waves(Batch& batch, const PrimaryPush& camera, Count count);
+  bool trace(Batch& batch, const PrimaryPush& camera, Wave& wave, Count& count);
   bool trace(Batch& batch, const Buffer<Ray>& rays, Buffer<Hit>& hits, Count& count, Asked& asked);
   void hear(Batch& batch);
   bool has_ended(Batch& batch, const Count& count);
@@ -120,7 +123,8 @@ class Waves {
   Tracer& tracer_;
   SceneData& scene_;
   std::uint32_t room_ = 0;
-  std::unique_ptr<Wave> waves_[2];  // one is traced and scattered, the other filled
+  std::unique_ptr<Wave> waves_[2];                // one is traced and scattered, the other filled
+  std::unique_ptr<Buffer<PrimaryPush>> cameras_;  // of each part
   std::unique_ptr<Buffer<Path>> paths_;
   std::unique_ptr<Buffer<Ray>> shadow_rays_, put_off_rays_;
   std::unique_ptr<Buffer<Hit>> shadow_hits_;

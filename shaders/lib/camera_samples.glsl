@@ -1,12 +1,9 @@
-// Camera rays of listed pixels, the samples of each one behind the other (shared/render.h). Whoever includes this has lib/film.glsl
-// and `listed`, the list.
+// Camera rays of listed pixels. Whoever includes this has `listed`, the list.
 //
 // Kernels that need a ray again make it again where they can: a record of 32 bytes takes longer to read.
-#include "random.glsl"
+#include "pixel_samples.glsl"
 #include "camera.glsl"
 
-// Sample s of those at hand of pixel i of those at hand.
-Ray camera_ray_of(PrimaryPush camera, uint i, uint s) {
-  uvec2 pixel = listed_pixel(listed[camera.first + i]);
-  return camera_ray(camera, pixel, pixel.y * camera.width + pixel.x, camera.sample_index + s);
+Ray camera_ray_of(PrimaryPush camera, PixelSample at) {
+  return camera_ray(camera, at.pixel, at.number, at.sample_index);
 }

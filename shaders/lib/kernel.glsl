@@ -38,7 +38,6 @@ layout(push_constant, scalar) uniform Push { TracePush push; };
 #if BALLOT_CAMERA
 layout(set = 0, binding = BIND_CAMERAS, scalar) readonly buffer Cameras { PrimaryPush cameras[]; };
 layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
-#include "film.glsl"
 #include "camera_samples.glsl"
 #elif BALLOT_RAY_TEXELS
 layout(set = 0, binding = BIND_RAYS) uniform usamplerBuffer ray_texels;
@@ -87,8 +86,7 @@ uvec4 leaf_texel(uint texel) { return Texels(uvec2(push.leaves_lo, push.leaves_h
 
 Ray load_ray(uint index) {
 #if BALLOT_CAMERA
-  return camera_ray_of(cameras[push.camera], index / cameras[push.camera].together,
-                       index % cameras[push.camera].together);
+  return camera_ray_of(cameras[push.camera], pixel_sample(samples_of(cameras[push.camera]), index));
 #else
   vec4 a = ray_half(2u * index), b = ray_half(2u * index + 1u);
   return Ray(a.xyz, a.w, b.xyz, b.w);

@@ -5,8 +5,8 @@
 //   RECORDS_OUT(binding, Block, name)    written
 //   RECORDS_INOUT(binding, Block, name)  read and written
 //   get_ray(name, i), get_hit, get_carried, get_awaited, get_path -> record
-//   put_record(name, i, record)          one of 32 bytes: Ray, Carried, Path
-//   put_part(name, i, record)            one of 16 bytes: Hit, Awaited
+//   put_record(name, i, record)          one of 32 bytes: Ray, Carried
+//   put_part(name, i, record)            one of 16 bytes: Hit, Awaited, Path
 //
 // With BALLOT_TEXEL_RECORDS (CPU devices: engine/vk/pipeline.cpp) what is only read is a texel buffer: lavapipe reads storage buffers
 // lane by lane and word by word.
@@ -34,10 +34,9 @@ uvec4 first_part(Ray r) { return part_of(r.origin, r.t_min); }
 uvec4 second_part(Ray r) { return part_of(r.dir, r.t_max); }
 uvec4 first_part(Hit h) { return uvec4(floatBitsToUint(h.t), h.prim, floatBitsToUint(vec2(h.u, h.v))); }
 uvec4 first_part(Awaited a) { return part_of(a.radiance, a.path); }
+uvec4 first_part(Path p) { return part_of(p.radiance, p.hit); }
 uvec4 first_part(Carried c) { return part_of(c.throughput, c.path); }
 uvec4 second_part(Carried c) { return part_of(vec3(c.pdf, c.width, c.spread), 0u); }
-uvec4 first_part(Path p) { return part_of(p.radiance, p.number); }
-uvec4 second_part(Path p) { return uvec4(p.sample_index, p.place, p.hit, 0u); }
 
 Ray ray_of(uvec4 a, uvec4 b) {
   vec4 first = uintBitsToFloat(a), second = uintBitsToFloat(b);
@@ -49,12 +48,12 @@ Carried carried_of(uvec4 a, uvec4 b) {
   vec3 cone = uintBitsToFloat(b.xyz);
   return Carried(uintBitsToFloat(a.xyz), a.w, cone.x, cone.y, cone.z, 0u);
 }
-Path path_of(uvec4 a, uvec4 b) { return Path(uintBitsToFloat(a.xyz), a.w, b.x, b.y, b.z, 0u); }
+Path path_of(uvec4 a) { return Path(uintBitsToFloat(a.xyz), a.w); }
 
 #define get_ray(name, i) ray_of(name##_part(2u * (i)), name##_part(2u * (i) + 1u))
 #define get_hit(name, i) hit_of(name##_part(i))
 #define get_awaited(name, i) awaited_of(name##_part(i))
 #define get_carried(name, i) carried_of(name##_part(2u * (i)), name##_part(2u * (i) + 1u))
-#define get_path(name, i) path_of(name##_part(2u * (i)), name##_part(2u * (i) + 1u))
+#define get_path(name, i) path_of(name##_part(i))
 #define put_part(name, i, record) name[i] = first_part(record)
 #define put_record(name, i, record) name[2u * (i)] = first_part(record), name[2u * (i) + 1u] = second_part(record)

@@ -22,8 +22,8 @@ vec3 sky_seen(vec3 dir, float pdf) {
 #endif
 
 #if HAS_LIGHT
-void start_shadow(Path path, Surface s, Bsdf b, Carried c, inout Started started) {
-  Aim aim = aim_at_something(origin_on(s, 1.0), b.n, draw(path, 0u), draw2(path, 1u));
+void start_shadow(PixelSample sampled, Surface s, Bsdf b, Carried c, inout Started started) {
+  Aim aim = aim_at_something(origin_on(s, 1.0), b.n, draw(sampled, 0u), draw2(sampled, 1u));
   float density;
   vec3 value = eval_bsdf(b, aim.dir, density);
 #if BALLOT_INTEGRATOR == INTEGRATOR_WHITTED
@@ -38,15 +38,15 @@ void start_shadow(Path path, Surface s, Bsdf b, Carried c, inout Started started
 #endif
 
 #if BALLOT_INTEGRATOR == INTEGRATOR_PATH
-void start_next(Path path, Surface s, Bsdf b, Carried c, float width, inout Started started) {
+void start_next(PixelSample sampled, Surface s, Bsdf b, Carried c, float width, inout Started started) {
   vec3 weight;
   float density, side;
-  vec3 to = sample_bsdf(b, draw(path, 3u), draw2(path, 4u), weight, density, side);
+  vec3 to = sample_bsdf(b, draw(sampled, 3u), draw2(sampled, 4u), weight, density, side);
   vec3 throughput = c.throughput * weight;
   float keep = 1.0;
   if (RAY_DEPTH >= ROULETTE_DEPTH) keep = clamp(max(throughput.r, max(throughput.g, throughput.b)), 0.05, 0.95);
   bool inside = dot(to, s.normal) * side > 0.0;  // of the surface itself, not only of its shading normal
-  started.next = inside && max(throughput.r, max(throughput.g, throughput.b)) > 0.0 && draw(path, 6u) < keep;
+  started.next = inside && max(throughput.r, max(throughput.g, throughput.b)) > 0.0 && draw(sampled, 6u) < keep;
   started.next_ray = leave(s, side, to, 1e30);
   started.next_carried.throughput = throughput / keep;
   started.next_carried.pdf = density;
@@ -74,7 +74,8 @@ void start_both(Surface s, Bsdf b, Carried c, float width, inout Started started
 }
 #endif
 
-void scatter(inout Path path, Surface s, Look look, Carried c, float distance, float width, inout Started started) {
+void scatter(inout Path path, PixelSample sampled, Surface s, Look look, Carried c, float distance, float width,
+             inout Started started) {
 #if BALLOT_HAS_UNLIT
   if ((look.m.flags & MATERIAL_UNLIT) != 0u) {
     path.radiance += c.throughput * look.m.base_color;
@@ -87,10 +88,10 @@ void scatter(inout Path path, Surface s, Look look, Carried c, float distance, f
 #endif
   Bsdf b = bsdf_of(look, s.dir, s.normal, s.front);
 #if HAS_LIGHT
-  start_shadow(path, s, b, c, started);
+  start_shadow(sampled, s, b, c, started);
 #endif
 #if BALLOT_INTEGRATOR == INTEGRATOR_PATH
-  if (RAY_DEPTH < push.last_depth) start_next(path, s, b, c, width, started);
+  if (RAY_DEPTH < push.last_depth) start_next(sampled, s, b, c, width, started);
 #elif BALLOT_HAS_GLOSS
   if (RAY_DEPTH < push.last_depth) start_both(s, b, c, width, started);
 #endif

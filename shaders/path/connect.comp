@@ -16,6 +16,7 @@ void main() {
   uint index = gl_GlobalInvocationID.x;
   if (index >= calls[call].count || get_hit(hits, index).prim != NO_HIT) return;
   Awaited light = get_awaited(shadow_light, index);
-  uvec4 first = paths[2u * light.path];  // Path.radiance, and what no other invocation changes
-  paths[2u * light.path] = part_of(uintBitsToFloat(first.xyz) + light.radiance, first.w);
+  Path path = get_path(paths, light.path);
+  path.radiance += light.radiance;
+  put_part(paths, light.path, path);
 }

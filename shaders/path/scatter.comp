@@ -8,21 +8,25 @@
 #include "../shared/render.h"
 #include "../lib/records.glsl"
 #include "../lib/put_records.glsl"
-#include "../lib/random.glsl"
 
-#ifndef BALLOT_INTEGRATOR
-#error a variant must give BALLOT_INTEGRATOR, BALLOT_SKY and BALLOT_HAS_*: engine/render/scene_data.cpp
+#if !defined(BALLOT_INTEGRATOR) || !defined(BALLOT_MAKES_RAYS)
+#error a variant must give BALLOT_INTEGRATOR, BALLOT_SKY, BALLOT_MAKES_RAYS and BALLOT_HAS_*: engine/render/integrators.cpp
 #endif
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { WavePush push; };
 RECORDS_IN(BIND_RAYS, Rays, rays)
 RECORDS_IN(BIND_HITS, Hits, hits)
-RECORDS_IN(BIND_CARRIED, CarriedRays, carried)
-RECORDS_INOUT(BIND_PATHS, Paths, paths)
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
 layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
 layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };
+layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
+#if BALLOT_MAKES_RAYS
+layout(set = 0, binding = BIND_CAMERAS, scalar) readonly buffer Cameras { PrimaryPush cameras[]; };
+#include "../lib/camera_samples.glsl"
+#else
+#include "../lib/pixel_samples.glsl"
+#endif
 #include "../lib/surface.glsl"
 #include "../lib/look.glsl"
 #include "../lib/sky.glsl"
@@ -38,6 +42,13 @@ layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call 
 #define STARTS_NEXT (BALLOT_INTEGRATOR == INTEGRATOR_PATH || (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLOSS))
 #define STARTS_SECOND (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLOSS && BALLOT_HAS_GLASS)
 
+// Paths that end where they begin are not looked at again.
+#if STARTS_NEXT
+RECORDS_IN(BIND_CARRIED, CarriedRays, carried)
+RECORDS_INOUT(BIND_PATHS, Paths, paths)
+#else
+RECORDS_OUT(BIND_PATHS, Paths, paths)
+#endif
 #if STARTS_SHADOW
 RECORDS_OUT(BIND_SHADOW_RAYS, ShadowRays, shadow_rays)
 RECORDS_OUT(BIND_SHADOW_LIGHT, ShadowLight, shadow_light)
@@ -76,31 +87,31 @@ struct Started {
 
 const uint FIRST_DIMENSION = 8u, DIMENSIONS = 8u;
 
-float draw(Path path, uint k) {
-  return random_number(path.number, path.sample_index, FIRST_DIMENSION + RAY_DEPTH * DIMENSIONS + k);
+float draw(PixelSample sampled, uint k) {
+  return random_number(sampled.number, sampled.sample_index, FIRST_DIMENSION + RAY_DEPTH * DIMENSIONS + k);
 }
-vec2 draw2(Path path, uint k) { return vec2(draw(path, k), draw(path, k + 1u)); }
+vec2 draw2(PixelSample sampled, uint k) { return vec2(draw(sampled, k), draw(sampled, k + 1u)); }
 
 #if BALLOT_INTEGRATOR != INTEGRATOR_AO
 #include "../lib/scatter.glsl"
 #endif
 
-void record_first(Path path, Ray ray, Hit hit, vec3 normal) {
+void record_first(PixelSample sampled, Ray ray, Hit hit, vec3 normal) {
   FilmPixel p = FilmPixel(vec3(0.0), 0.0, 0.0, vec3(0.0), NO_HIT);
   if (hit.prim != NO_HIT) {
     p.z = hit.t * length(ray.dir);
     p.normal = normal;
     p.prim = hit.prim;
   }
-  film[path.place] = p;
+  film[sampled.place] = p;
 }
 
 // Adds to path.radiance what the hit itself shines with.
-void shade_hit(inout Path path, Ray ray, Hit hit, Carried c, inout Started started) {
+void shade_hit(inout Path path, PixelSample sampled, Ray ray, Hit hit, Carried c, inout Started started) {
   Surface s = surface_of(ray, hit);
 #if BALLOT_INTEGRATOR == INTEGRATOR_AO
   vec3 n = smooth_normal(hit, s.normal);
-  vec3 to = cosine_about(n, draw2(path, 0u));
+  vec3 to = cosine_about(n, draw2(sampled, 0u));
   started.shadow = dot(to, s.normal) > 0.0;
   started.shadow_ray = leave(s, 1.0, to, push.ao_radius);
   started.light = vec3(1.0);
@@ -108,12 +119,31 @@ void shade_hit(inout Path path, Ray ray, Hit hit, Carried c, inout Started start
   float distance = hit.t * length(ray.dir), width = c.width + c.spread * distance;
   Look look = look_at(hit, material_of(hit.prim), s.v0, s.v1, s.v2, s.normal, s.front, s.dir, width);
   vec3 n = look.normal;
-  scatter(path, s, look, c, distance, width, started);
+  scatter(path, sampled, s, look, c, distance, width, started);
 #endif
   if (RAY_DEPTH == 0u) {
     path.hit = 1u;
-    if (path.sample_index == 0u) record_first(path, ray, hit, n);
+    if (sampled.sample_index == 0u) record_first(sampled, ray, hit, n);
   }
+}
+
+// Of a path that begins.
+Carried carried_at_eye(uint path) { return Carried(vec3(1.0), path, 0.0, push.cone_width, push.cone_spread, 0u); }
+
+Ray ray_at_hand(uint index, PixelSample sampled) {
+#if BALLOT_MAKES_RAYS
+  if (push.made != 0u) return camera_ray_of(cameras[push.camera], sampled);
+#endif
+  return get_ray(rays, index);
+}
+
+// By floats, as CPU devices divide integers lane by lane: a wave has at most 2^22 paths, which floats hold exactly, and only the
+// quotient is rounded.
+PixelSample sample_of_path(uint path) {
+  uint together = push.samples.together, i = uint(float(path) / float(together));
+  if (i * together > path) --i;
+  if (path - i * together >= together) ++i;
+  return pixel_sample(push.samples, i, path - i * together);
 }
 
 void main() {
@@ -121,24 +151,31 @@ void main() {
   Started started;
   started.shadow = started.next = started.second = false;
   if (index < calls[push.call].count) {
-    Carried c = get_carried(carried, index);
-    Ray ray = get_ray(rays, index);
+    bool begins = push.depth == 0u;  // then ray i is that of path i
+    Carried c = carried_at_eye(index);
+    Path path = Path(vec3(0.0), 0u);
+#if STARTS_NEXT
+    if (!begins) {
+      c = get_carried(carried, index);
+      path = get_path(paths, c.path);
+    }
+#endif
+    PixelSample sampled = sample_of_path(c.path);
+    Ray ray = ray_at_hand(index, sampled);
     Hit hit = get_hit(hits, index);
-    Path path = get_path(paths, c.path);
     vec3 known = path.radiance;
 #if STARTS_SECOND
     begin_ray(c.path);
 #endif
     if (hit.prim != NO_HIT) {
-      shade_hit(path, ray, hit, c, started);
+      shade_hit(path, sampled, ray, hit, c, started);
     } else {
-      if (RAY_DEPTH == 0u && path.sample_index == 0u) record_first(path, ray, hit, vec3(0.0));
+      if (RAY_DEPTH == 0u && sampled.sample_index == 0u) record_first(sampled, ray, hit, vec3(0.0));
 #if BALLOT_SKY != SKY_NONE && BALLOT_INTEGRATOR != INTEGRATOR_AO
       path.radiance += c.throughput * sky_seen(normalize(ray.dir), c.pdf);
 #endif
     }
-    if (path.radiance != known) paths[2u * c.path] = first_part(path);
-    if (RAY_DEPTH == 0u) paths[2u * c.path + 1u] = second_part(path);
+    if (begins || path.radiance != known) put_part(paths, c.path, path);
     started.next_carried.path = started.second_carried.path = c.path;
 #if STARTS_SECOND
     choose_next(c.path, started);

@@ -15,11 +15,11 @@
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { PrimaryPush push; };
 RECORDS_OUT(BIND_RAYS, Rays, rays)
-#include "../lib/film.glsl"
 #if BALLOT_LISTED
 layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
 #include "../lib/camera_samples.glsl"
 #else
+#include "../lib/film.glsl"
 #include "../lib/random.glsl"
 #include "../lib/camera.glsl"
 #endif
@@ -28,7 +28,7 @@ void main() {
   uint index = put_index(), first = index - gl_SubgroupInvocationID;
   bool wanted = index < push.count;
 #if BALLOT_LISTED
-  Ray made = camera_ray_of(push, wanted ? index / push.together : 0u, index % push.together);
+  Ray made = camera_ray_of(push, pixel_sample(samples_of(push), wanted ? index : 0u));
 #else
   uvec2 pixel = pixel_of(push.first + index, push.width);
   Ray made = camera_ray(push, pixel, pixel.y * push.width + pixel.x, push.sample_index);

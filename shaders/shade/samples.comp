@@ -6,7 +6,6 @@
 // read one by one anyway, and would wait long for each other: there a lane has a pixel for itself, and reads rays.
 #include "../shared/render.h"
 #include "../lib/records.glsl"
-#include "../lib/film.glsl"
 
 #ifndef BALLOT_RAYS_READ
 #error a variant must give BALLOT_RAYS_READ: 0, on GPUs; 1, on CPU devices
@@ -30,7 +29,7 @@ FilmPixel shade_sample(uint pixel, uint s) {
 #if BALLOT_RAYS_READ
   Ray ray = get_ray(rays, index);
 #else
-  Ray ray = camera_ray_of(push.camera, pixel, s);
+  Ray ray = camera_ray_of(push.camera, pixel_sample(samples_of(push.camera), pixel, s));
 #endif
   return shade_hit(ray, get_hit(hits, index), push.cone_width, push.cone_spread);
 }

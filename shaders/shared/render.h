@@ -56,7 +56,7 @@
 #define BIND_PUT_OFF 32
 #define BIND_WAVE_CALLS 33
 #define BIND_REPORTS 34
-#define BIND_CAMERAS 35  // PrimaryPush of traversal kernels that make their rays
+#define BIND_CAMERAS 35  // PrimaryPush of each part of a picture
 #define BIND_LISTED 36   // pixels, LISTED_PIXEL of each; of generators only where the picture cuts tiles
 
 // BALLOT_INTEGRATOR: what a hit starts.
@@ -117,6 +117,16 @@ struct PrimaryPush {
   uint orthographic;  // of variants for both kinds of cameras
   uint together;      // samples of a pixel; 1 where pixels are not listed
   uint count;         // rays
+  uint seed;          // of the random numbers of listed pixels; 0: those of a picture without
+};
+
+// Which samples of listed pixels are at hand, as PrimaryPush says.
+struct SampleRange {
+  uint first;
+  uint together;
+  uint sample_index;
+  uint width;
+  uint seed;
 };
 
 // Rays from primary hits: `count` of them, from ray number `first` of a chunk of primary hits, to `offset` of the output.
@@ -222,14 +232,10 @@ struct GpuLight {
   float cos_outer;
 };
 
-// A path from a sample of a pixel, while it grows.
+// A path from a sample of a pixel, while it grows: path i begins with ray i of a camera (lib/pixel_samples.glsl).
 struct Path {
   vec3 radiance;
-  uint number;     // of its pixel, row by row in the whole picture, and the seed: names it to the random numbers
-  uint sample_index;
-  uint place;      // of its pixel in the film
-  uint hit;        // 1: its camera ray met something
-  uint unused;     // records are multiples of 16 bytes: lib/records.glsl
+  uint hit;  // 1: its camera ray met something
 };
 
 // What goes with a ray of a wave: whose path it is, and how much of what it finds counts.
@@ -275,13 +281,6 @@ struct CallPush {
   uint trace_groups[QUEUES];  // at most
 };
 
-struct BeginPush {
-  PrimaryPush camera;  // path i begins with its ray i
-  float cone_width;   // what a pixel sees at the eye, and how much wider with distance
-  float cone_spread;
-  uint seed;          // of the random numbers; 0: those of a picture without
-};
-
 struct WavePush {
   uint call;
   uint depth;       // of these rays: 0 at the eye; where paths put rays off, the number of the wave
@@ -292,6 +291,11 @@ struct WavePush {
   uint lights;
   uint paths;       // that a wave has room for
   uint sky;         // 1: the scene has one
+  uint made;        // 1: the eye's rays are not read but made, by variants with BALLOT_MAKES_RAYS
+  uint camera;      // of BIND_CAMERAS, whose rays those are
+  SampleRange samples;  // whose paths these are
+  float cone_width;   // what a pixel sees at the eye, and how much wider with distance
+  float cone_spread;
 };
 
 struct AlphaPush {
@@ -317,11 +321,11 @@ struct FilmPixel {
 };
 
 #ifdef __cplusplus
-BALLOT_RECORD(PrimaryPush, 80);
+BALLOT_RECORD(PrimaryPush, 84);
 BALLOT_RECORD(SecondaryPush, 40);
 BALLOT_RECORD(Start, 8);
 BALLOT_RECORD(ShadePush, 28);
-BALLOT_RECORD(SamplesPush, 96);
+BALLOT_RECORD(SamplesPush, 100);
 BALLOT_RECORD(HeatPush, 100);
 BALLOT_RECORD(DisplayPush, 32);
 BALLOT_RECORD(DisplayTotals, 8);
@@ -329,14 +333,14 @@ BALLOT_RECORD(GpuMaterial, 56);
 BALLOT_RECORD(GpuTextureUse, 36);
 BALLOT_RECORD(GpuTexture, 20);
 BALLOT_RECORD(GpuLight, 52);
-BALLOT_RECORD(Path, 32);
+BALLOT_RECORD(Path, 16);
 BALLOT_RECORD(Carried, 32);
 BALLOT_RECORD(Awaited, 16);
 BALLOT_RECORD(PutOff, 12);
 BALLOT_RECORD(Queues, 12);
 BALLOT_RECORD(CallPush, 28);
-BALLOT_RECORD(BeginPush, 92);
-BALLOT_RECORD(WavePush, 36);
+BALLOT_RECORD(WavePush, 72);
+BALLOT_RECORD(SampleRange, 20);
 BALLOT_RECORD(AlphaPush, 8);
 BALLOT_RECORD(FilmPush, 16);
 BALLOT_RECORD(FilmPixel, 36);

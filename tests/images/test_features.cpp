@@ -32,7 +32,8 @@ Names names_of(const std::vector<KernelSource>& sources) {
 }
 
 const Bindings kTextures{BIND_UVS, BIND_TEXELS, BIND_TEXTURES, BIND_TEXTURE_USES};
-const Bindings kNext{BIND_NEXT_RAYS, BIND_NEXT_CARRIED}, kSecond{BIND_PUT_OFF_RAYS, BIND_PUT_OFF_CARRIED, BIND_PUT_OFF};
+const Bindings kNext{BIND_CARRIED, BIND_NEXT_RAYS, BIND_NEXT_CARRIED},
+    kSecond{BIND_PUT_OFF_RAYS, BIND_PUT_OFF_CARRIED, BIND_PUT_OFF};
 const Bindings kShadow{BIND_SHADOW_RAYS, BIND_SHADOW_LIGHT};
 
 Bindings operator+(Bindings a, const Bindings& b) {
@@ -97,7 +98,7 @@ const SceneFeatures kNothing{.perspective = true};
 
 TEST(Features, EachAloneBindsWhatItNeeds) {
   for (const Integrator& integrator : kIntegrators) {
-    const Bindings none = bindings_of(scatter_source(integrator, kNothing, Sky::Kind::None));
+    const Bindings none = bindings_of(scatter_source(integrator, kNothing, Sky::Kind::None, false));
     for (const std::uint32_t b : kTextures + kSecond + Bindings{BIND_NORMALS, BIND_SKY, BIND_EMITTERS, BIND_LIGHTS})
       EXPECT_FALSE(none.contains(b)) << integrator.name << " " << b;
     EXPECT_EQ(none.contains(BIND_MATERIALS), integrator.value != INTEGRATOR_AO);
@@ -107,7 +108,7 @@ TEST(Features, EachAloneBindsWhatItNeeds) {
       const Bindings& more = integrator.value == INTEGRATOR_AO        ? a.ao
                              : integrator.value == INTEGRATOR_WHITTED ? a.whitted
                                                                       : a.path;
-      EXPECT_EQ(bindings_of(scatter_source(integrator, a.features, a.sky)), none + more)
+      EXPECT_EQ(bindings_of(scatter_source(integrator, a.features, a.sky, false)), none + more)
           << integrator.name << " of a scene with " << a.name;
     }
   }
@@ -117,20 +118,21 @@ TEST(Features, EachAloneBindsWhatItNeeds) {
 TEST(Features, EachAloneAsksForItsKernels) {
   for (const Integrator& integrator : kIntegrators) {
     const bool ao = integrator.value == INTEGRATOR_AO;
-    Names always{"path.begin", fmt::format("{}.scatter", integrator.name), "path.calls", "path.film"};
+    Names always{"rays.primary.listed", fmt::format("{}.scatter", integrator.name), "path.calls", "path.film"};
     if (ao) always.insert("path.connect");
-    EXPECT_EQ(names_of(kernels_of(integrator, kNothing, Sky::Kind::None)), always);
+    EXPECT_EQ(names_of(kernels_of(integrator, kNothing, Sky::Kind::None, false)), always);
     for (const Alone& a : each_alone()) {
       SCOPED_TRACE(fmt::format("{} of a scene with {}", integrator.name, a.name));
       Names wanted = always;
       const Bindings& more = integrator.value == INTEGRATOR_WHITTED ? a.whitted : a.path;
       if (!ao && more.contains(BIND_SHADOW_RAYS)) wanted.insert("path.connect");
       if (a.features.alpha) wanted.insert("path.alpha");
-      EXPECT_EQ(names_of(kernels_of(integrator, a.features, a.sky)), wanted);
+      for (const bool makes_rays : {false, true})
+        EXPECT_EQ(names_of(kernels_of(integrator, a.features, a.sky, makes_rays)), wanted);
       const WavePlan plan = plan_of(integrator, a.features);
       EXPECT_EQ(plan.shadow, wanted.contains("path.connect"));
       EXPECT_EQ(plan.alpha, a.features.alpha);
-      const Bindings bound = bindings_of(scatter_source(integrator, a.features, a.sky));
+      const Bindings bound = bindings_of(scatter_source(integrator, a.features, a.sky, false));
       EXPECT_EQ(plan.shadow, bound.contains(BIND_SHADOW_RAYS));
       EXPECT_EQ(plan.next, bound.contains(BIND_NEXT_RAYS));
       EXPECT_EQ(plan.second, bound.contains(BIND_PUT_OFF_RAYS));
@@ -149,9 +151,11 @@ TEST(Features, EachAloneAsksForItsKernels) {
 // The same bytes, too: what a scene has that a kernel does not ask for makes no other kernel of it.
 TEST(Features, WhatAKernelDoesNotAskForDoesNotChangeIt) {
   const auto words = [](const KernelSource& s) { return compile_shader(s.file, s.defines).words; };
-  const auto ao = [&](const SceneFeatures& f, Sky::Kind sky) { return words(scatter_source(kIntegrators[0], f, sky)); };
+  const auto ao = [&](const SceneFeatures& f, Sky::Kind sky) {
+    return words(scatter_source(kIntegrators[0], f, sky, false));
+  };
   const auto path = [&](const SceneFeatures& f) {
-    return words(scatter_source(*find_integrator("path"), f, Sky::Kind::None));
+    return words(scatter_source(*find_integrator("path"), f, Sky::Kind::None, false));
   };
   for (const Alone& a : each_alone()) {
     EXPECT_EQ(ao(a.features, a.sky) == ao(kNothing, Sky::Kind::None), !a.features.shading_normals) << a.name;
@@ -167,23 +171,30 @@ TEST(Features, WhatAKernelDoesNotAskForDoesNotChangeIt) {
 TEST(Features, KindsOfCameras) {
   const SceneFeatures eye{.perspective = true}, plan{.orthographic = true};
   const SceneFeatures both{.perspective = true, .orthographic = true};
-  for (const auto& make : {begin_source, +[](const SceneFeatures& f) { return primary_source(true, f); }}) {
+  const auto scatters = [](const SceneFeatures& f) {
+    return scatter_source(kIntegrators[0], f, Sky::Kind::None, true);
+  };
+  for (const auto& make : {+[](const SceneFeatures& f) { return primary_source(true, f); }, +scatters}) {
     EXPECT_LT(bytes_of(make(eye)), bytes_of(make(both)));
     EXPECT_LT(bytes_of(make(plan)), bytes_of(make(both)));
     EXPECT_NE(make(eye).name, make(plan).name);
+    EXPECT_ANY_THROW(bytes_of(make({})));  // there is always an eye
   }
-  const auto beginnings = [](const SceneFeatures& f) {
+  const auto of_cameras = [](const SceneFeatures& f, bool makes_rays) {
     Names names;
-    for (const KernelSource& s : kernels_of(kIntegrators[0], f, Sky::Kind::None))
-      if (s.file == "path/begin.comp") names.insert(s.name);
+    for (const KernelSource& s : kernels_of(kIntegrators[0], f, Sky::Kind::None, makes_rays))
+      if (s.file == "rays/primary.comp" || s.file == "path/scatter.comp") names.insert(s.name);
     return names;
   };
-  EXPECT_EQ(beginnings(eye), Names{"path.begin+perspective"});
-  EXPECT_EQ(beginnings(plan), Names{"path.begin+orthographic"});
-  EXPECT_EQ(beginnings(both), (Names{"path.begin+perspective", "path.begin+orthographic"}));
+  EXPECT_EQ(of_cameras(eye, false), (Names{"rays.primary.listed+perspective", "ao.scatter"}));
+  EXPECT_EQ(of_cameras(plan, true), (Names{"rays.primary.listed+orthographic", "ao.scatter+orthographic"}));
+  EXPECT_EQ(of_cameras(both, true), (Names{"rays.primary.listed+perspective", "rays.primary.listed+orthographic",
+                                           "ao.scatter+perspective", "ao.scatter+orthographic"}));
+  SceneFeatures veiled = eye;
+  veiled.alpha = true;  // other passes read the eye's rays
+  EXPECT_EQ(of_cameras(veiled, true), of_cameras(eye, false));
   EXPECT_EQ(through(both, View{.name = "", .orthographic = true}), plan);
   EXPECT_EQ(through(plan, View{}), eye);
-  EXPECT_ANY_THROW(bytes_of(begin_source({})));  // there is always an eye
 }
 
 // The depth of the tree is the size of the stacks and nothing else.

@@ -1,5 +1,6 @@
 // Passes that are recorded together give what passes give that the host waits for, and are few submissions.
-#include "pictures.h"
+#include "engine/render/integrators.h"
+#include "tests/images/pictures.h"
 
 namespace ballot::test {
 namespace {
@@ -130,22 +131,33 @@ TEST(Together, ShadingsAndAmbientOcclusionAreAsPassByPass) {
 }
 
 // Rays that the traversal makes and reads are the same.
+void expect_made_as_read(Scene scene, const RenderOptions& options, bool orthographic, bool needs_rays = false) {
+  SCOPED_TRACE(fmt::format("{}, {} samples, orthographic {}", options.shading, options.spp, orthographic));
+  Engine engine(std::move(scene), with_validation());
+  View view = engine.scene().views.front();
+  view.orthographic = orthographic;
+  view.ymag = 2;
+  engine.tracer().make_rays = false;
+  const Picture read = render(engine, view, options);
+  EXPECT_GT(read.times.generate_ms, 0);
+  engine.tracer().make_rays = true;
+  const Picture made = render(engine, view, options);
+  EXPECT_EQ(made.times.generate_ms == 0, records(engine) && !needs_rays);
+  expect_equal(read.image, made.image);
+}
+
 TEST(Together, MadeRaysAreAsThoseThatAreRead) {
-  for (const bool orthographic : {false, true})
-    for (const std::uint32_t spp : {1u, 3u, 20u}) {
-      Engine engine(hall_scene(), with_validation());
-      View view = engine.scene().views.front();
-      view.orthographic = orthographic;
-      view.ymag = 2;
-      const RenderOptions options = small("eyelight", spp);
-      engine.tracer().make_rays = false;
-      const Picture read = render(engine, view, options);
-      EXPECT_GT(read.times.generate_ms, 0);
-      engine.tracer().make_rays = true;
-      const Picture made = render(engine, view, options);
-      EXPECT_EQ(made.times.generate_ms == 0, records(engine));
-      expect_equal(read.image, made.image);
+  for (const bool orthographic : {false, true}) {
+    for (const std::uint32_t spp : {1u, 3u, 20u})
+      expect_made_as_read(hall_scene(), small("eyelight", spp), orthographic);
+    for (const Integrator& integrator : kIntegrators) {
+      RenderOptions options = small(integrator.name.data(), 3);
+      options.seed = orthographic ? 9 : 0;
+      expect_made_as_read(hall_scene(), options, orthographic);
+      expect_made_as_read(hall_scene(), in_batches(options, 13, 7), orthographic);
     }
+  }
+  expect_made_as_read(veiled(hall_scene(), 1), small("ao", 2), false, true);
 }
 
 // Waves of no ray, of one, and as full as a wave can be.
