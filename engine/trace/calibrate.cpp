@@ -23,11 +23,12 @@ struct Effort {
   std::size_t samples;  // at most, of other rays each, in turn: what one leaves in the caches is of no use to the next
   std::size_t stretches;       // of neighbours that the sample is made of
   double compile_s, rounds_s;  // candidates are compiled, and rounds begun, until then
+  double total_s;              // no round is begun then
   int rounds;                  // at most
   double warm_s;               // traced beforehand, until clocks are up
 };
-constexpr Effort kCpuEffort{1 << 15, 1 << 15, 3, 4, 0.4, 0.35, 9, 0};
-constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 0.1, 0.08, 15, 0.02};
+constexpr Effort kCpuEffort{1 << 15, 1 << 15, 3, 4, 0.6, 0.35, 0.85, 9, 0};
+constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 0.1, 0.08, 0.19, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
 constexpr int kLeastRounds = 3;  // a look at each sample
 /// Collapsing a tree of so many nodes takes about a second, and nothing keeps the result: methods that want such a tree are no
@@ -183,9 +184,11 @@ bool Tracer::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& h
   }
 }
 
-/// Every candidate traces every sample, in turn, until the time is up; hopeless ones drop out.
-void Tracer::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits) {
+/// Every candidate traces every sample, in turn, until the time is up, of which some was spent; hopeless ones drop out.
+void Tracer::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits,
+                  double spent_s) {
   const Effort& effort = effort_on(gpu_.info());
+  const double rounds_s = std::min(effort.rounds_s, effort.total_s - spent_s);
   const auto run = [&](const Trial& t, const Buffer<Ray>& rays) {
     return trace(rays, hits, std::uint32_t(rays.size()), t.query).device_ms;
   };
@@ -194,7 +197,7 @@ void Tracer::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& sa
       if (!t.out) run(t, samples[0]);
   const auto begin = Clock::now();
   for (int round = 0; round < effort.rounds; ++round) {
-    if (round >= kLeastRounds && seconds_since(begin) > effort.rounds_s) break;
+    if (round >= kLeastRounds && seconds_since(begin) > rounds_s) break;
     const Buffer<Ray>& rays = samples[std::size_t(round) % samples.size()];
     for (std::size_t i = 0; i < trials.size(); ++i) {
       Trial& t = trials[(i + std::size_t(round)) % trials.size()];  // each comes first once: it finds the caches cold
@@ -230,7 +233,7 @@ Choice Tracer::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_
     can_run |= !t.out;
   }
   if (!can_run) std::rethrow_exception(why);
-  race(trials, samples, hits);
+  race(trials, samples, hits, seconds_since(start));
   choice.candidates = in_order(trials, choice.sampled, samples.size());
   choice.seconds = seconds_since(start);
   return choice;

@@ -163,7 +163,7 @@ class Tracer {
            TraceTimes& times);
   TraceTimes trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
   bool try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why);
-  void race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits);
+  void race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits, double spent_s);
   Choice calibrate(const Query& query, const Buffer<Ray>& rays, std::size_t count);
   void finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, TraceTimes& times);
 

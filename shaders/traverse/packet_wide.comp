@@ -77,6 +77,14 @@ uint find_leaf(PacketBounds bounds, float t_max, inout uint entry, out uint leaf
   return leaf;
 }
 
+// What the rays that meet a leaf find there; entry becomes END_OF_TREE once none looks any more.
+void meet_leaf(uint leaf, uint leaf_rays, uint anyone, inout uint entry) {
+  visit_packet_leaf(leaf, leaf_rays, anyone);
+#if BALLOT_ANY_HIT
+  if (!packet_looks()) entry = END_OF_TREE;
+#endif
+}
+
 uint walk_packet() {
   PacketBounds bounds = packet_bounds();
   packet_cut_short = false;
@@ -85,16 +93,23 @@ uint walk_packet() {
   uint entry = END_OF_TREE;  // the node at hand above a bit for each of its children that is still to be met
   if (push.root != END_OF_TREE && packet_looks()) entry = ALL_CHILDREN;
   COUNT_WIDE(alive, alive, true)
-  uint leaf_rays, anyone, leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays, anyone);
+  uint leaf, leaf_rays, anyone;
+#if BALLOT_JUMP
+  // One copy of find_leaf() takes 0.9 of the time to compile.
+  do {
+    leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays, anyone);
+    if (leaf != END_OF_TREE) meet_leaf(leaf, leaf_rays, anyone, entry);
+  } while (leaf != END_OF_TREE);
+#else
+  // Devices that run what they jump over would meet a leaf in vain at the end: 0.97 times as fast.
+  leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays, anyone);
   if (leaf != END_OF_TREE) {
     do {
-      visit_packet_leaf(leaf, leaf_rays, anyone);
-#if BALLOT_ANY_HIT
-      if (!packet_looks()) entry = END_OF_TREE;
-#endif
+      meet_leaf(leaf, leaf_rays, anyone, entry);
       leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays, anyone);
     } while (leaf != END_OF_TREE);
   }
+#endif
   return leaf == END_OF_TREE ? entry : leaf;  // a leaf where the driver cut the loop short
 }
 
