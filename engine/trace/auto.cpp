@@ -8,13 +8,13 @@ namespace ballot {
 
 namespace {
 
-/// What measured best somewhere: tools/measured/traversal.md, "How far from the best". On CPUs one for incoherent and one for coherent
-/// rays come first, as a first run has no time to compile more; packet-wide with fallback, which compiles for as long as all of
-/// these together, was never best by 3 %.
+/// What measured best somewhere: tools/measured/traversal.md, "How far auto is from the best method in hindsight". On CPUs one for
+/// incoherent and one for coherent rays come first, as a first run has no time to compile more; packet-wide with fallback,
+/// which compiles for as long as all of these together, was best by more than 3 % in one of 70 cells.
 struct Row {
   bool cpu;
-  std::string_view method, knob,
-      value;  // knob and value: empty where the tuning table's will do; the query's come before it
+  std::string_view method;
+  std::string_view knob, value;  // empty: the tuning table's will do; the query's own value comes before this one
   bool any_only = false;
 };
 constexpr Row kRows[] = {
