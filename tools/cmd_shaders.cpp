@@ -93,9 +93,10 @@ std::vector<KernelSource> integrator_sources() {
                                     film_source(true), alpha_source({}), alpha_source({.base_texture = true})};
   std::set<std::string> names;
   const auto add = [&](const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
-    SceneFeatures seen = features;
-    seen.perspective = true;
-    for (const bool makes_rays : {false, true}) {
+    for (const auto& [makes_rays, orthographic] : {std::pair(false, false), {true, false}, {true, true}}) {
+      SceneFeatures seen = features;
+      seen.perspective = !orthographic;
+      seen.orthographic = orthographic;
       KernelSource source = scatter_source(integrator, seen, sky, makes_rays);
       if (names.insert(source.name).second) sources.push_back(std::move(source));
     }

@@ -59,13 +59,14 @@ void Renderer::wave_samples(Film& film, const Chunk& chunk, const PrimaryPush& c
     if (moments_ && begun) moments_->upload(std::span(film.moments).subspan(chunk.first, chunk.pixels));
   }
   const Bounds& b = scene_.scene().bounds;
+  PrimaryPush seeded = camera;
+  seeded.seed = options.seed;
   const WaveSettings settings{
       .integrator = &integrator,
-      .camera = camera,
+      .camera = seeded,
       .most_paths = most_rays(features, options),
       .last_depth = last_depth_of(integrator, options),
       .ao_radius = std::max(options.ao_radius * glm::distance(b.lo, b.hi), 1e-30f),
-      .seed = options.seed,
       .query = options.query,
       .features = features,
       .sky = sky_kind(options),

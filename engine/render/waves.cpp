@@ -104,16 +104,16 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
   constexpr std::uint32_t kTogether = 16;  // samples of a pixel
   const Part largest = largest_part(places, count, settings.most_paths, kTogether);
   make_buffers(largest.rays(), plan, settings.last_depth, plan.alpha);
-  PrimaryPush camera = settings.camera;
-  camera.seed = settings.seed;
-  const std::vector<PrimaryPush> cameras = cameras_of(camera, places, count, largest, first);
-  make_room(cameras_, gpu_, cameras.size(), "cameras");
-  cameras_->upload(cameras);
+  const std::vector<PrimaryPush> cameras = cameras_of(settings.camera, places, count, largest, first);
   Kernel& add = kernel(film_source(moments != nullptr));
   add.bind(BIND_PATHS, *paths_);
   add.bind(BIND_FILM, film);
   if (moments) add.bind(BIND_MOMENTS, *moments);
   Batch batch = batch_of(settings, listed, film, times);
+  if (batch.makes_rays) {
+    make_room(cameras_, gpu_, cameras.size(), "cameras");
+    cameras_->upload(cameras);
+  }
   std::uint64_t done = 0;
   for (const PrimaryPush& part : cameras) {
     batch.push.camera = std::uint32_t(&part - cameras.data());

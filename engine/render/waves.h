@@ -38,11 +38,10 @@ class PassTimes {
 /// How waves are made of a view.
 struct WaveSettings {
   const Integrator* integrator = nullptr;
-  PrimaryPush camera{};          // with the picture's samples in sample_count
+  PrimaryPush camera{};          // with the picture's samples in sample_count, and its seed
   std::uint32_t most_paths = 0;  // under way at once, at most capacity()
   std::uint32_t last_depth = 0;
   float ao_radius = 0;  // scene units
-  std::uint32_t seed = 0;
   Query query{};
   SceneFeatures features{};  // what kernels are made for: the scene's, or more
   Sky::Kind sky = Sky::Kind::None;

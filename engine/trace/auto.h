@@ -40,7 +40,7 @@ struct Choice {
   double seconds = 0;                 // wall time of the calibration, compiling and derived trees included
   bool remembered = false;            // read from disk, not measured by this process
 
-  /// Compiling takes CPU drivers a second a kernel: candidates that one process has no time for are left to the next one.
+  /// Compiling takes CPU drivers 0.1 to 0.7 s a kernel: candidates that one process has no time for are left to the next one.
   bool complete() const;
 
   const Candidate& chosen() const { return candidates.front(); }

@@ -21,14 +21,16 @@ struct Effort {
   std::size_t least;    // rays of a batch, below which calibrating costs more than it gains
   std::size_t sample;   // rays traced by each candidate in a round
   std::size_t samples;  // at most, of other rays each, in turn: what one leaves in the caches is of no use to the next
-  std::size_t stretches;       // of neighbours that the sample is made of
-  double compile_s, rounds_s;  // candidates are compiled, and rounds begun, until then
-  double total_s;              // no round is begun then
-  int rounds;                  // at most
-  double warm_s;               // traced beforehand, until clocks are up
+  std::size_t stretches;  // of neighbours that the sample is made of
+  int sure;               // candidates that are compiled, however long that takes
+  double compile_s;       // others are until then, counted from the start
+  double rounds_s;        // rounds are begun for so long, at least kLeastRounds,
+  double until_s;         // and until then, counted from the start
+  int rounds;             // at most
+  double warm_s;          // traced beforehand, until clocks are up
 };
-constexpr Effort kCpuEffort{1 << 15, 1 << 15, 3, 4, 0.6, 0.35, 0.85, 9, 0};
-constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 0.1, 0.08, 0.19, 15, 0.02};
+constexpr Effort kCpuEffort{1 << 15, 1 << 15, 3, 4, 2, 0.6, 0.35, 0.85, 9, 0};
+constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 1, 0.1, 0.08, 1, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
 constexpr int kLeastRounds = 3;  // a look at each sample
 /// Collapsing a tree of so many nodes takes about a second, and nothing keeps the result: methods that want such a tree are no
@@ -188,7 +190,7 @@ bool Tracer::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& h
 void Tracer::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits,
                   double spent_s) {
   const Effort& effort = effort_on(gpu_.info());
-  const double rounds_s = std::min(effort.rounds_s, effort.total_s - spent_s);
+  const double rounds_s = std::min(effort.rounds_s, effort.until_s - spent_s);
   const auto run = [&](const Trial& t, const Buffer<Ray>& rays) {
     return trace(rays, hits, std::uint32_t(rays.size()), t.query).device_ms;
   };
@@ -222,17 +224,17 @@ Choice Tracer::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_
   Buffer<Hit> hits(gpu_, choice.sampled, Access::Storage, "hits of sampled rays");
   std::vector<Trial> trials;
   std::exception_ptr why;
-  bool can_run = false;
+  int run = 0;
   for (const Candidate& c : choice.candidates) {
     Trial& t = trials.emplace_back(Trial{c, query, true, {}});
-    if (can_run && seconds_since(start) > effort.compile_s) continue;
+    if (run >= effort.sure && seconds_since(start) > effort.compile_s) continue;
     t.query.method = c.method;
     t.query.knobs = c.knobs;
     t.candidate.tried = true;
     t.out = !try_out(t.query, samples[0], hits, why);
-    can_run |= !t.out;
+    run += !t.out;
   }
-  if (!can_run) std::rethrow_exception(why);
+  if (run == 0) std::rethrow_exception(why);
   race(trials, samples, hits, seconds_since(start));
   choice.candidates = in_order(trials, choice.sampled, samples.size());
   choice.seconds = seconds_since(start);

@@ -84,7 +84,7 @@ class Tracer {
   Query settle(const Query& query) const;
 
   /// The same for rays [0, count) of `rays`, which auto looks at: where it has not chosen for their sort and they are enough
-  /// (2^15 on a CPU, 2^18 on a GPU), it samples them and times its candidates, well under a second. trace() calls this.
+  /// (2^15 on a CPU, 2^18 on a GPU), it samples them and times its candidates, within about a second. trace() calls this.
   Query settle(Query query, const Buffer<Ray>& rays, std::size_t count);
 
   /// What sort of rays these are (coherence.h), from a sample of them.

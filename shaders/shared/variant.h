@@ -55,7 +55,8 @@
 #define MINMAX_SELECT 1   // by comparison and selection
 #define MINMAX_INTEGER 2  // of three axes at once, by their bits
 
-// BALLOT_JUMP: 1: code that no lane wants is put under a branch, which the device jumps over; 0: lanes are masked.
+// BALLOT_JUMP: 1: code that no lane wants is put under a branch, which the device jumps over; 0: lanes are masked. Loops are made
+// for that, too.
 
 // BALLOT_REDUCE: how minima over lanes are found.
 #define REDUCE_SHUFFLE 0

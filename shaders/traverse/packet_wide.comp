@@ -101,7 +101,7 @@ uint walk_packet() {
     if (leaf != END_OF_TREE) meet_leaf(leaf, leaf_rays, anyone, entry);
   } while (leaf != END_OF_TREE);
 #else
-  // Devices that run what they jump over would meet a leaf in vain at the end: 0.97 times as fast.
+  // Without jumps a leaf would be met in vain at the end: 0.97 times as fast.
   leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays, anyone);
   if (leaf != END_OF_TREE) {
     do {

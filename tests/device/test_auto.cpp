@@ -126,6 +126,29 @@ TEST_F(Auto, ChoicesOutliveTheProcess) {
   fs::remove_all(folder);
 }
 
+TEST(AutoSorts, CandidatesOnGpusAreNoTwins) {
+  DeviceInfo gpu;
+  gpu.type = VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU;
+  gpu.shuffle = gpu.arithmetic = true;
+  gpu.subgroup_size = gpu.min_subgroup_size = gpu.max_subgroup_size = gpu.max_group_subgroups = 32;
+  gpu.max_group_invocations = gpu.max_group_size_x = 1024;
+  gpu.max_group_count_x = 65535;
+  const auto names = [&](const Query& query) {
+    std::vector<std::string> all;
+    for (const Candidate& c : candidates_for(query, gpu)) all.push_back(c.name());
+    return all;
+  };
+  using Names = std::vector<std::string>;
+  const Query any{.want = Want::Any};
+  EXPECT_EQ(names({}), (Names{"while-while", "frontier", "dynamic-fetch", "if-if", "frontier frontier=32"}));
+  EXPECT_EQ(names(any), (Names{"while-while", "frontier", "frontier sorted=0", "dynamic-fetch", "if-if",
+                               "frontier frontier=32", "while-while sorted=0"}));
+  EXPECT_EQ(names({.want = Want::Any, .knobs = {{"sorted", "0"}}}),
+            (Names{"while-while sorted=0", "frontier sorted=0", "dynamic-fetch sorted=0", "if-if sorted=0",
+                   "frontier frontier=32 sorted=0"}));
+  EXPECT_EQ(names({.knobs = {{"frontier", "32"}}}), (Names{"frontier frontier=32"}));
+}
+
 TEST(AutoSorts, RaysAreToldByDirectionsAndLength) {
   const Bounds scene{glm::vec3(-1), glm::vec3(1)};
   std::vector<Ray> rays(640, {{0, 0, 0}, 0, {1, 2, 3}, 1e30f});

@@ -64,8 +64,8 @@ std::uint64_t submissions_of(Scene scene, const RenderOptions& options) {
   return 0;  // the driver wants looks
 }
 
-RenderOptions small(const char* shading, std::uint32_t spp, const char* method = "while-while") {
-  return {.width = 40, .height = 24, .spp = spp, .shading = shading, .query = {.method = method}};
+RenderOptions small(std::string_view shading, std::uint32_t spp, const char* method = "while-while") {
+  return {.width = 40, .height = 24, .spp = spp, .shading = std::string(shading), .query = {.method = method}};
 }
 
 TEST(Together, PathsAreAsPassByPassInFewSubmissions) {
@@ -151,13 +151,42 @@ TEST(Together, MadeRaysAreAsThoseThatAreRead) {
     for (const std::uint32_t spp : {1u, 3u, 20u})
       expect_made_as_read(hall_scene(), small("eyelight", spp), orthographic);
     for (const Integrator& integrator : kIntegrators) {
-      RenderOptions options = small(integrator.name.data(), 3);
+      RenderOptions options = small(integrator.name, 3);
       options.seed = orthographic ? 9 : 0;
       expect_made_as_read(hall_scene(), options, orthographic);
       expect_made_as_read(hall_scene(), in_batches(options, 13, 7), orthographic);
+      options.spp = 70;  // more than go together where pixels are many
+      options.width = 5;
+      options.height = 3;
+      expect_made_as_read(hall_scene(), options, orthographic);
     }
   }
   expect_made_as_read(veiled(hall_scene(), 1), small("ao", 2), false, true);
+}
+
+// Method auto reads rays until it has chosen, and makes those of the parts that follow.
+TEST(Together, RaysAreReadForTrialsAndThenMade) {
+  RenderOptions options = small("ao", 8, "auto");
+  options.width = options.height = 128;
+  options.most_rays = 1 << 15;  // as many as auto looks at
+  Engine engine(hall_scene(), with_validation());
+  const View view = engine.scene().views.front();
+  engine.tracer().make_rays = true;
+  const Picture made = render(engine, view, options);
+  const auto begun = [](const Picture& p) {
+    for (const PassTime& t : p.times.passes.all())
+      if (t.name == "begin") return t.rays;
+    return std::uint64_t(0);
+  };
+  const std::uint64_t all = 128 * 128 * 8;
+  EXPECT_GT(begun(made), 0u);
+  if (records(engine)) {
+    EXPECT_LT(begun(made), all);
+  }
+  engine.tracer().make_rays = false;
+  const Picture read = render(engine, view, options);
+  EXPECT_EQ(begun(read), all);
+  expect_equal(read.image, made.image);
 }
 
 // Waves of no ray, of one, and as full as a wave can be.
