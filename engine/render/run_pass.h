@@ -5,7 +5,8 @@
 
 namespace ballot {
 
-constexpr std::uint32_t kPassGroup = 64;  // workgroup of shaders/rays/*.comp and shaders/shade/*.comp
+constexpr std::uint32_t kPassGroup =
+    64;  // workgroup of shaders/rays/*.comp, shaders/shade/*.comp and shaders/path/*.comp
 
 /// Records a pass of so many invocations; its device milliseconds are added to `ms` when it has ended.
 inline void run_pass(Context& gpu, Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes,

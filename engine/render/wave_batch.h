@@ -8,8 +8,6 @@
 
 namespace ballot {
 
-constexpr std::uint32_t kWaveGroup = 64;  // workgroup of shaders/path/*.comp
-
 /// Rays with what they carry, and room for their hits.
 struct Waves::Wave {
   Buffer<Ray> rays;

@@ -4,6 +4,7 @@
 #include "engine/core/error.h"
 #include "engine/render/camera.h"
 #include "engine/render/ray_kinds.h"
+#include "engine/render/run_pass.h"
 #include "engine/render/wave_batch.h"
 
 namespace ballot {
@@ -36,7 +37,7 @@ Waves::Count Waves::known_count(std::uint32_t rays, const Query& query) {
   const RayGroups trace = tracer_.groups_of(query);
   Call calls[CALLS] = {};
   calls[QUEUE_NEXT] = {std::min(groups_of(rays, trace.rays), trace.most), 1, 1, rays};
-  calls[QUEUE_NEXT + QUEUES] = {groups_of(rays, kWaveGroup), 1, 1, rays};
+  calls[QUEUE_NEXT + QUEUES] = {groups_of(rays, kPassGroup), 1, 1, rays};
   gpu_.pass("counts of rays", [&](VkCommandBuffer cmd) {
     vkCmdFillBuffer(cmd, queues_->handle(), 0, VK_WHOLE_SIZE, 0);
     vkCmdUpdateBuffer(cmd, calls_->handle(), count.record * sizeof calls, sizeof calls, calls);
@@ -61,7 +62,7 @@ void Waves::run(Kernel& kernel, const Count& count, const void* push, std::uint3
       kernel.name(),
       [&](VkCommandBuffer cmd) {
         if (count.known)
-          kernel.dispatch(cmd, groups_of(count.rays, kWaveGroup), push, push_bytes);
+          kernel.dispatch(cmd, groups_of(count.rays, kPassGroup), push, push_bytes);
         else
           kernel.dispatch(cmd, *calls_, count.wave_call() * sizeof(Call), push, push_bytes);
         if (!calls) return;
@@ -157,20 +158,13 @@ Waves::Batch Waves::batch_of(const WaveSettings& settings, const Buffer<std::uin
   b.shadow =
       asked(settings.features.alpha ? Want::Nearest : Want::Any, integrator.value == INTEGRATOR_AO ? "ao" : "shadow");
   const PixelCone cone = pixel_cone(settings.camera);
-  b.push = {0,
-            0,
-            settings.last_depth,
-            settings.ao_radius,
-            0,
-            0,
-            std::uint32_t(scene_.scene().lights.size()),
-            room_,
-            scene_.scene().sky.kind != Sky::Kind::None,
-            0,
-            0,
-            {},
-            cone.width,
-            cone.spread};
+  b.push.last_depth = settings.last_depth;
+  b.push.ao_radius = settings.ao_radius;
+  b.push.lights = std::uint32_t(scene_.scene().lights.size());
+  b.push.paths = room_;
+  b.push.sky = scene_.scene().sky.kind != Sky::Kind::None;
+  b.push.cone_width = cone.width;
+  b.push.cone_spread = cone.spread;
   if (b.scatter->wants(BIND_EMITTERS)) {
     b.push.emitted = scene_.emitters().total;
     b.push.emitters = std::uint32_t(scene_.emitters().texels.size());

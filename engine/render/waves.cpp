@@ -5,6 +5,7 @@
 #include "engine/render/camera.h"
 #include "engine/render/parts.h"
 #include "engine/render/room.h"
+#include "engine/render/run_pass.h"
 #include "engine/render/wave_batch.h"
 
 namespace ballot {
@@ -41,7 +42,7 @@ std::uint32_t Waves::capacity(const Integrator& integrator, const SceneFeatures&
     const std::uint64_t rays = std::min<std::uint64_t>(1u << 23, gpu_.info().max_storage_range / sizeof(Ray));
     most = std::min(most, rays / std::max(1u, last_depth));
   }
-  return std::uint32_t(most / kWaveGroup * kWaveGroup);
+  return std::uint32_t(most / kPassGroup * kPassGroup);
 }
 
 Kernel& Waves::kernel(const KernelSource& source) {
