@@ -5,8 +5,7 @@
 
 namespace ballot {
 
-constexpr std::uint32_t kPassGroup =
-    64;  // workgroup of shaders/rays/*.comp, shaders/shade/*.comp and shaders/path/*.comp
+constexpr std::uint32_t kPassGroup = 64;  // workgroup of the kernels of shaders/rays/, shade/ and path/
 
 /// Records a pass of so many invocations; its device milliseconds are added to `ms` when it has ended.
 inline void run_pass(Context& gpu, Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes,
