@@ -63,7 +63,8 @@ struct Waves::Batch {
   PassTimes* times;
   Kernel *scatter = nullptr, *connect = nullptr, *alpha = nullptr;  // null where there is nothing to do
   bool makes_rays = false;                                          // the eye's rays need not be read
-  Asked primary = {}, next = {}, shadow = {};
+  Asked primary = {}, next = {};
+  Asked shadow = {}, next_shadow = {};  // from hits of either
   WavePush push = {};
   std::uint32_t together = 0;    // depths since the last submission
   std::uint64_t submission = 0;  // of this batch, the last but the one that is recorded; 0: none yet
@@ -72,6 +73,7 @@ struct Waves::Batch {
   std::uint32_t ended_at = 0;    // the depths after which this one had none; 0: not known yet
   bool guesses = false;          // as many turns through what is transparent as before are recorded, and no more
   bool guessed_wrong = false;
+  Asked& shadow_at_hand() { return push.depth == 0 ? shadow : next_shadow; }
   std::deque<Awaiting> lefts = {}, leftovers = {};  // of depths; of turns
 };
 

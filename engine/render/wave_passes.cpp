@@ -157,6 +157,9 @@ Waves::Batch Waves::batch_of(const WaveSettings& settings, const Buffer<std::uin
   // Where the scene has alpha, the nearest hit is asked for, so that rays to lights see what all others see.
   b.shadow =
       asked(settings.features.alpha ? Want::Nearest : Want::Any, integrator.value == INTEGRATOR_AO ? "ao" : "shadow");
+  // Those from further hits are less alike: what suits the first may not suit them.
+  b.next_shadow = b.shadow;
+  b.next_shadow.query.rays += fmt::format(" of {}", integrator.next_kind);
   const PixelCone cone = pixel_cone(settings.camera);
   b.push.last_depth = settings.last_depth;
   b.push.ao_radius = settings.ao_radius;
@@ -196,7 +199,7 @@ void Waves::scatter(Batch& b, Wave& wave, Wave& next, Count& count, Count& shado
     k.bind(BIND_PUT_OFF_CARRIED, *put_off_carried_);
     k.bind(BIND_PUT_OFF, *put_off_);
   }
-  const RayGroups on = tracer_.groups_of(b.next.query), lit = tracer_.groups_of(b.shadow.query);
+  const RayGroups on = tracer_.groups_of(b.next.query), lit = tracer_.groups_of(b.shadow_at_hand().query);
   const CallPush then{next_record(), {on.rays, lit.rays, 1}, {on.most, lit.most, 1}};
   b.push.call = count.wave_call();
   run(k, count, &b.push, sizeof b.push, "scatter", *b.times, &then);
@@ -205,7 +208,7 @@ void Waves::scatter(Batch& b, Wave& wave, Wave& next, Count& count, Count& shado
 }
 
 void Waves::connect(Batch& b, Count& count) {
-  if (!trace(b, *shadow_rays_, *shadow_hits_, count, b.shadow)) return;
+  if (!trace(b, *shadow_rays_, *shadow_hits_, count, b.shadow_at_hand())) return;
   Kernel& k = *b.connect;
   k.bind(BIND_HITS, *shadow_hits_);
   k.bind(BIND_SHADOW_LIGHT, *shadow_light_);

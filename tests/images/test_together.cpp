@@ -192,6 +192,22 @@ TEST(Together, RaysAreReadForTrialsAndThenMade) {
   expect_equal(read.image, made.image);
 }
 
+// Rays to lights from further hits have a choice of their own.
+TEST(Together, RaysToLightsAreChosenForByTheirHits) {
+  RenderOptions options = small("path", 24, "auto");
+  options.width = options.height = 128;
+  options.bounces = 3;
+  Scene closed = hall_scene();
+  for (const float z : {-1.0f, 4.0f}) add_rectangle(closed, {-40, -40}, {40, 40}, z);  // many further hits
+  finish_scene(closed);
+  Engine engine(std::move(closed), with_validation());
+  render(engine, engine.scene().views.front(), options);
+  std::vector<std::string> kinds;
+  for (const Choice& c : engine.tracer().choices().all()) kinds.push_back(c.rays);
+  for (const char* kind : {"primary", "diffuse", "shadow", "shadow of diffuse"})
+    EXPECT_NE(std::ranges::find(kinds, kind), kinds.end()) << kind;
+}
+
 // Waves of no ray, of one, and as full as a wave can be.
 TEST(Together, AnyNumberOfRays) {
   Scene away = hall_scene();
