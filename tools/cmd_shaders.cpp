@@ -141,11 +141,13 @@ std::vector<KernelSource> render_sources() {
           features.unlit = features.base_texture = features.normal_texture = textures;
           features.emissive_texture = textures && emits;
           sources.push_back(shading_source(shading.name, features));
-          sources.push_back(samples_source(shading.name, features, false));
+          for (const auto source : {samples_source, live_source})
+            sources.push_back(source(shading.name, features, false));
           for (const bool orthographic : {false, true}) {
             features.perspective = !orthographic;
             features.orthographic = orthographic;
-            sources.push_back(samples_source(shading.name, features, true));
+            for (const auto source : {samples_source, live_source})
+              sources.push_back(source(shading.name, features, true));
           }
         }
   for (KernelSource& source : integrator_sources()) sources.push_back(std::move(source));

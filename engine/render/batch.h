@@ -74,7 +74,10 @@ class RayBatch {
   std::unique_ptr<Frame> frame_;  // what made the rays
 };
 
-/// The point light of kind shadow: hangs off the camera, up and to the right, and never behind a wall.
+/// The point light of kind shadow hangs off the camera, up and to the right, and never behind a wall: on this ray, whose nearest hit
+/// says where.
+Ray light_ray(const View& view);
+glm::vec3 light_at(const View& view, const Hit& hit, const Scene& scene);
 glm::vec3 point_light(Tracer& tracer, const Scene& scene, const View& view);
 
 /// Makes batches and runs them. Keeps the kernels that batches share.

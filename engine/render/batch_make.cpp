@@ -102,15 +102,31 @@ void Batches::make_starts(Frame& frame) {
   }
 }
 
-glm::vec3 point_light(Tracer& tracer, const Scene& scene, const View& view) {
+namespace {
+
+glm::dvec3 light_direction(const View& view) {
+  const glm::dvec3 right(view.world_from_camera[0]), up(view.world_from_camera[1]);
+  return glm::normalize(up + 0.5 * right);
+}
+
+}  // namespace
+
+Ray light_ray(const View& view) {
+  return {glm::vec3(view.world_from_camera[3]), 0, glm::vec3(light_direction(view)), 1e30f};
+}
+
+glm::vec3 light_at(const View& view, const Hit& hit, const Scene& scene) {
   const Bounds& b = scene.bounds;
   const double diagonal = glm::length(glm::dvec3(b.hi) - glm::dvec3(b.lo));
-  const glm::dvec3 eye(view.world_from_camera[3]), right(view.world_from_camera[0]), up(view.world_from_camera[1]);
-  const glm::dvec3 dir = glm::normalize(up + 0.5 * right);
-  const Ray ray{glm::vec3(eye), 0, glm::vec3(dir), 1e30f};
+  const glm::dvec3 eye(view.world_from_camera[3]);
+  return glm::vec3(eye + light_direction(view) * std::min(0.15 * diagonal, 0.7 * double(hit.t)));
+}
+
+glm::vec3 point_light(Tracer& tracer, const Scene& scene, const View& view) {
+  const Ray ray = light_ray(view);
   Hit hit{};
   tracer.trace(std::span(&ray, 1), std::span(&hit, 1), Query{});
-  return glm::vec3(eye + dir * std::min(0.15 * diagonal, 0.7 * double(hit.t)));
+  return light_at(view, hit, scene);
 }
 
 // Every generator's rays of every chunk of primary hits, one after the other, laid over the chunks of the batch.

@@ -15,12 +15,30 @@ namespace {
 
 constexpr std::uint32_t kTileRays = TILE_SIZE * TILE_SIZE;
 
-KernelSource plain_source(const char* name) {
-  return {.name = std::string("shade.") + name,
-          .file = std::string("shade/") + name + ".comp",
-          .defines = {},
-          .constants = {}};
+KernelSource plain_source(const std::string& folder, const std::string& name) {
+  return {.name = folder + "." + name, .file = folder + "/" + name + ".comp", .defines = {}, .constants = {}};
 }
+KernelSource visible_source() { return plain_source("shade", "visible"); }
+KernelSource heat_source() { return plain_source("shade", "heat"); }
+KernelSource display_source() { return plain_source("shade", "display"); }
+KernelSource tiles_source() { return plain_source("rays", "tiles"); }
+
+/// The query of a picture's rays, or the one beside it.
+Query query_of(const LiveOptions& options, bool second) {
+  const RayKind& kind = find_ray_kind(options.rays);
+  Query query = second ? *options.other : options.query;
+  query.want = kind.want;
+  query.rays = kind.name;
+  return query;
+}
+
+/// Of colours that are shown: their sums are over samples and generators.
+float shown_scale(const LiveOptions& options) {
+  return 1.0f / float((options.sample_index + 1) * find_ray_kind(options.rays).generators.size());
+}
+
+/// Whether a pass of its own brings films to pixels: what shading leaves is not what is shown.
+bool needs_display(const LiveOptions& options) { return options.other || find_shading(options.shading).heat; }
 
 std::uint32_t word_of(HeatKind::Field field) {
   const RayStats s{};
@@ -30,14 +48,16 @@ std::uint32_t word_of(HeatKind::Field field) {
 
 }  // namespace
 
-std::vector<KernelSource> live_sources() {
-  return {plain_source("visible"), plain_source("heat"), plain_source("display")};
-}
+std::vector<KernelSource> live_sources() { return {visible_source(), heat_source(), display_source(), tiles_source()}; }
 
 LiveImage::LiveImage(Context& gpu, Tracer& tracer, SceneData& scene)
     : gpu_(gpu),
       tracer_(tracer),
       scene_(scene),
+      camera_(gpu, 1, Access::Storage, "camera"),
+      light_ray_(gpu, 1, Access::Storage, "ray to the light"),
+      light_hit_(gpu, 1, Access::Storage, "hit towards the light"),
+      light_seen_(gpu, 1, Access::Host, "hit towards the light seen"),
       totals_(gpu, 1, Access::Storage, "totals"),
       totals_seen_(gpu, 1, Access::Host, "totals seen") {}
 
@@ -65,10 +85,10 @@ void LiveImage::make_room(const LiveOptions& o, bool counts) {
     film_.clear();
     other_film_.clear();
     starts_.reset();
+    tiles_.reset();
     chunk_rays_ = wanted;
   }
   ballot::make_room(pixels_, gpu_, pixels, "pixels");
-  ballot::make_room(rays_, gpu_, chunk_rays_, "rays");
   ballot::make_room(hits_, gpu_, chunk_rays_, "hits");
   if (from_hits) ballot::make_room(secondary_, gpu_, chunk_rays_, "rays from hits");
   if (from_hits) ballot::make_room(secondary_hits_, gpu_, chunk_rays_, "hits of rays from hits");
@@ -96,8 +116,7 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   camera.sample_count = options.sample_count;
   camera.sample_index = options.sample_index;
   const RayKind& kind = find_ray_kind(options.rays);
-  // Any-hit kinds are the ones that may aim at the light.
-  if (kind.want == Want::Any && options.sample_index == 0) light_ = point_light(tracer_, scene_.scene(), view);
+  if (kind.generators[0] == kShadowGenerator[0] && options.sample_index == 0) light_ = light_of(view);
   LiveTimes times;
   const SceneFeatures features = through(scene_.features(), view);
   const PassScope scope(gpu_);
@@ -113,19 +132,52 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   });
   DisplayTotals totals{};
   totals_seen_.download(std::span(&totals, 1));
-  times.rays = std::uint64_t(totals.live) * kind.generators.size();
+  if (kind.from_camera())
+    counted_ = std::uint64_t(options.width) * options.height;
+  else if (!counts || options.sample_index == 0)
+    counted_ = totals.live;
+  times.rays = counted_;
   times.different = totals.different;
   return times;
 }
 
+/// Whether the traversal makes the picture's rays: nobody else needs them then.
+bool LiveImage::makes_rays(const LiveOptions& o, std::uint32_t count) const {
+  if (!find_ray_kind(o.rays).from_camera() || find_shading(o.shading).heat || !tracer_.makes_rays()) return false;
+  return tracer_.can_record(query_of(o, false), count) && (!o.other || tracer_.can_record(query_of(o, true), count));
+}
+
+/// point_light(), waiting once.
+glm::vec3 LiveImage::light_of(const View& view) {
+  const Ray ray = light_ray(view);
+  const PassScope scope(gpu_);
+  gpu_.pass("ray to the light",
+            [&](VkCommandBuffer cmd) { vkCmdUpdateBuffer(cmd, light_ray_.handle(), 0, sizeof ray, &ray); });
+  tracer_.record(light_ray_, light_hit_, 1, Query{}, [](double) {});
+  gpu_.pass("ray to the light", [&](VkCommandBuffer cmd) {
+    const VkBufferCopy all{0, 0, sizeof(Hit)};
+    vkCmdCopyBuffer(cmd, light_hit_.handle(), light_seen_.handle(), 1, &all);
+  });
+  Hit hit{};
+  light_seen_.download(std::span(&hit, 1));
+  return light_at(view, hit, scene_.scene());
+}
+
 void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times) {
   const RayKind& kind = find_ray_kind(options.rays);
-  Kernel& primary = kernel(primary_source(false, slice.features));
-  primary.bind(BIND_RAYS, *rays_);
-  run_pass(gpu_, primary, slice.count, &slice.camera, sizeof slice.camera, times.generate_ms);
+  const bool made = makes_rays(options, slice.count);
+  if (made) {
+    prepare_camera(slice, times);
+  } else {
+    ballot::make_room(rays_, gpu_, chunk_rays_, "rays");
+    Kernel& primary = kernel(primary_source(false, slice.features));
+    primary.bind(BIND_RAYS, *rays_);
+    run_pass(gpu_, primary, slice.count, &slice.camera, sizeof slice.camera, times.generate_ms);
+  }
   if (kind.from_camera()) {
-    trace_and_shade(slice, *rays_, options, false, 0, times);
-    if (options.other) trace_and_shade(slice, *rays_, options, true, 0, times);
+    const Buffer<Ray>* rays = made ? nullptr : rays_.get();
+    trace_and_shade(slice, rays, options, false, 0, times);
+    if (options.other) trace_and_shade(slice, rays, options, true, 0, times);
   } else {
     Query first = options.query;
     first.want = Want::Nearest;
@@ -133,11 +185,27 @@ void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, Liv
     tracer_.record(*rays_, *hits_, slice.count, first, [&times](double ms) { times.primary_ms += ms; });
     for (std::uint32_t part = 0; part < kind.generators.size(); ++part) {
       generate_secondary(kind.generators[part], slice, options, times);
-      trace_and_shade(slice, *secondary_, options, false, part, times);
-      if (options.other) trace_and_shade(slice, *secondary_, options, true, part, times);
+      trace_and_shade(slice, secondary_.get(), options, false, part, times);
+      if (options.other) trace_and_shade(slice, secondary_.get(), options, true, part, times);
     }
   }
-  display(slice, options, times);
+  if (needs_display(options)) display(slice, options, times);
+}
+
+/// What the traversal makes rays from.
+void LiveImage::prepare_camera(const Slice& slice, LiveTimes& times) {
+  const TilesPush tiles{slice.camera.width, slice.camera.first, slice.count};
+  const bool others = tiles.width != tiles_of_.width || tiles.first != tiles_of_.first || tiles.count > tiles_of_.count;
+  if (ballot::make_room(tiles_, gpu_, chunk_rays_, "pixels of tiles") || others) {
+    Kernel& k = kernel(tiles_source());
+    k.bind(BIND_LISTED, *tiles_);
+    run_pass(gpu_, k, slice.count, &tiles, sizeof tiles, times.generate_ms);
+    tiles_of_ = tiles;
+  }
+  PrimaryPush camera = slice.camera;
+  camera.first = 0;  // of the list
+  gpu_.pass("camera",
+            [&](VkCommandBuffer cmd) { vkCmdUpdateBuffer(cmd, camera_.handle(), 0, sizeof camera, &camera); });
 }
 
 void LiveImage::generate_secondary(std::string_view generator, const Slice& slice, const LiveOptions& options,
@@ -169,42 +237,51 @@ void LiveImage::generate_secondary(std::string_view generator, const Slice& slic
   run_pass(gpu_, k, slice.count, &push, sizeof push, times.generate_ms);
 }
 
-// `part` counts the generators of a kind: their colours add up like samples.
-void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, const LiveOptions& options, bool second,
+// Rays: null where the traversal makes them. `part` counts the generators of a kind: their colours add up like samples.
+void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>* rays, const LiveOptions& options, bool second,
                                 std::uint32_t part, LiveTimes& times) {
-  const RayKind& kind = find_ray_kind(options.rays);
   const bool heat = find_shading(options.shading).heat;
-  Buffer<Hit>& hits = kind.from_camera() ? *hits_ : *secondary_hits_;
-  Buffer<FilmPixel>& film = (second ? other_film_ : film_)[slice.chunk];
-  Query query = second ? *options.other : options.query;
-  query.want = kind.want;
-  query.rays = kind.name;
-  double& trace_ms = second ? times.other_ms : times.trace_ms;
-  if (heat)
-    trace_ms += tracer_.trace_counted(rays, hits, slice.count, query, *stats_).device_ms;
-  else
-    tracer_.record(rays, hits, slice.count, query, [&trace_ms](double ms) { trace_ms += ms; });
+  Buffer<Hit>& hits = find_ray_kind(options.rays).from_camera() ? *hits_ : *secondary_hits_;
+  const Query query = query_of(options, second);
+  trace_slice(slice, rays, hits, options, query, second ? times.other_ms : times.trace_ms);
   const std::uint32_t sample = options.sample_index + part;
-  if (!heat || sample == 0) {
-    const bool visible = kind.want == Want::Any;
-    Kernel& shade = kernel(visible ? plain_source("visible") : shading_source(options.shading, scene_.features()));
-    shade.bind(BIND_RAYS, rays);
-    shade.bind(BIND_HITS, hits);
-    shade.bind(BIND_FILM, film);
-    const PixelCone cone = pixel_cone(slice.camera);
-    const ShadePush push{.width = options.width,
-                         .height = options.height,
-                         .first = slice.camera.first,
-                         .count = slice.count,
-                         .sample_index = sample,
-                         .cone_width = cone.width,
-                         .cone_spread = cone.spread};
-    run_pass(gpu_, shade, slice.count, &push, sizeof push, times.shade_ms);
-  }
-  if (heat) paint_heat(slice, options, query, film, sample, times);
+  if (!heat || sample == 0) shade_slice(slice, rays, hits, options, second, sample, times);
+  if (heat) paint_heat(slice, options, query, (second ? other_film_ : film_)[slice.chunk], sample, times);
 }
 
-void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, Buffer<FilmPixel>& film,
+void LiveImage::trace_slice(const Slice& slice, const Buffer<Ray>* rays, Buffer<Hit>& hits, const LiveOptions& options,
+                            const Query& query, double& ms) {
+  const auto add = [&ms](double spent) { ms += spent; };
+  if (find_shading(options.shading).heat) {
+    add(tracer_.trace_counted(*rays, hits, slice.count, query, *stats_).device_ms);
+  } else if (!rays) {
+    const CameraKind kind = slice.camera.orthographic ? CameraKind::Orthographic : CameraKind::Perspective;
+    tracer_.record(CameraRays{camera_, 0, *tiles_, kind}, hits, slice.count, query, add);
+  } else {
+    tracer_.record(*rays, hits, slice.count, query, add);
+  }
+}
+
+void LiveImage::shade_slice(const Slice& slice, const Buffer<Ray>* rays, const Buffer<Hit>& hits,
+                            const LiveOptions& options, bool second, std::uint32_t sample, LiveTimes& times) {
+  const RayKind& kind = find_ray_kind(options.rays);
+  const bool visible = kind.want == Want::Any, shown = !needs_display(options);
+  Kernel& k = kernel(visible ? visible_source() : live_source(options.shading, slice.features, !rays));
+  if (rays) k.bind(BIND_RAYS, *rays);
+  k.bind(BIND_HITS, hits);
+  k.bind(BIND_FILM, (second ? other_film_ : film_)[slice.chunk]);
+  k.bind(BIND_PIXELS, *pixels_);
+  k.bind(BIND_TOTALS, totals_);
+  const PixelCone cone = pixel_cone(slice.camera);
+  const bool counted = !second && !kind.from_camera();
+  const std::uint32_t flags =
+      (shown ? LIVE_SHOWN : 0) | (options.swap_red ? LIVE_SWAP_RED : 0) | (counted ? LIVE_COUNTED : 0);
+  LivePush push{slice.camera, cone.width, cone.spread, shown_scale(options), flags};
+  push.camera.sample_index = sample;
+  run_pass(gpu_, k, slice.count, &push, sizeof push, times.shade_ms);
+}
+
+void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, Buffer<LivePixel>& film,
                            std::uint32_t sample, LiveTimes& times) {
   const HeatKind& kind = find_heat(options.heat);
   float top = kind.fixed_top(tracer_.variant(query).how.subgroup);
@@ -235,16 +312,14 @@ void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const
   push.over_b = word_of(kind.over[1]);
   push.top = top;
   std::ranges::copy(heat_ramp(), push.ramp);
-  Kernel& k = kernel(plain_source("heat"));
+  Kernel& k = kernel(heat_source());
   k.bind(BIND_COUNTS, *stats_);
   k.bind(BIND_FILM, film);
   run_pass(gpu_, k, slice.count, &push, sizeof push, times.shade_ms);
 }
 
 void LiveImage::display(const Slice& slice, const LiveOptions& options, LiveTimes& times) {
-  const RayKind& kind = find_ray_kind(options.rays);
-  Kernel& k = kernel(plain_source("display"));
-  k.bind(BIND_RAYS, kind.from_camera() ? *rays_ : *secondary_);
+  Kernel& k = kernel(display_source());
   k.bind(BIND_FILM, film_[slice.chunk]);
   k.bind(BIND_FILM_B, options.other ? other_film_[slice.chunk] : film_[slice.chunk]);
   k.bind(BIND_PIXELS, *pixels_);
@@ -254,7 +329,7 @@ void LiveImage::display(const Slice& slice, const LiveOptions& options, LiveTime
   push.height = options.height;
   push.first = slice.camera.first;
   push.count = slice.count;
-  push.scale = 1.0f / float((options.sample_index + 1) * kind.generators.size());
+  push.scale = shown_scale(options);
   push.split = options.other ? options.split : options.width;
   push.mark = options.other.has_value();
   push.swap_red = options.swap_red;

@@ -35,7 +35,7 @@ struct LiveTimes {
   double primary_ms = 0;              // tracing primary rays where the kind is another
   double trace_ms = 0, other_ms = 0;  // tracing this kind's rays, by either query
   double shade_ms = 0;                // hits to film and to pixels
-  std::uint64_t rays = 0;             // alive, of the kind
+  std::uint64_t rays = 0;             // alive, of the kind; of heat maps, those of the first sample
   std::uint64_t different = 0;        // pixels whose prims differ
   float heat_top = 0;                 // what the last colour of a heat map stands for
   double total_ms() const { return generate_ms + primary_ms + trace_ms + other_ms + shade_ms; }
@@ -83,11 +83,18 @@ class LiveImage {
   void check(const LiveOptions& options) const;
   void make_room(const LiveOptions& options, bool counts);
   Kernel& kernel(const KernelSource& source);
+  bool makes_rays(const LiveOptions& options, std::uint32_t count) const;
+  glm::vec3 light_of(const View& view);
   void sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times);
+  void prepare_camera(const Slice& slice, LiveTimes& times);
   void generate_secondary(std::string_view generator, const Slice& slice, const LiveOptions& options, LiveTimes& times);
-  void trace_and_shade(const Slice& slice, const Buffer<Ray>& rays, const LiveOptions& options, bool second,
+  void trace_and_shade(const Slice& slice, const Buffer<Ray>* rays, const LiveOptions& options, bool second,
                        std::uint32_t part, LiveTimes& times);
-  void paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, Buffer<FilmPixel>& film,
+  void trace_slice(const Slice& slice, const Buffer<Ray>* rays, Buffer<Hit>& hits, const LiveOptions& options,
+                   const Query& query, double& ms);
+  void shade_slice(const Slice& slice, const Buffer<Ray>* rays, const Buffer<Hit>& hits, const LiveOptions& options,
+                   bool second, std::uint32_t sample, LiveTimes& times);
+  void paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, Buffer<LivePixel>& film,
                   std::uint32_t sample, LiveTimes& times);
   void display(const Slice& slice, const LiveOptions& options, LiveTimes& times);
 
@@ -102,9 +109,15 @@ class LiveImage {
   std::unique_ptr<Buffer<RayStats>> stats_;
   std::unique_ptr<Buffer<Start>> starts_;  // one a pixel of a chunk
   std::uint32_t starts_first_ = 0;
-  std::vector<Buffer<FilmPixel>> film_, other_film_;  // a chunk each
+  std::unique_ptr<Buffer<std::uint32_t>> tiles_;  // the pixels of a chunk's rays
+  TilesPush tiles_of_{};                          // which
+  Buffer<PrimaryPush> camera_;                    // of the rays that traversal makes
+  Buffer<Ray> light_ray_;
+  Buffer<Hit> light_hit_, light_seen_;                // the second in the host's memory
+  std::vector<Buffer<LivePixel>> film_, other_film_;  // a chunk each
   std::unique_ptr<Buffer<std::uint32_t>> pixels_;
   Buffer<DisplayTotals> totals_, totals_seen_;  // the second in the host's memory
+  std::uint64_t counted_ = 0;                   // rays of the last picture that were alive
   glm::vec3 light_{0};
   float heat_top_ = 0;
 };

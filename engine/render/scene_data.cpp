@@ -188,12 +188,23 @@ KernelSource shading_source(std::string_view shading, const SceneFeatures& featu
           .constants = {}};
 }
 
-KernelSource samples_source(std::string_view shading, const SceneFeatures& features, bool makes_rays) {
-  KernelSource source = shading_source(shading, features);
+KernelSource camera_shading_source(KernelSource source, const char* file, const SceneFeatures& features,
+                                   bool makes_rays) {
   if (makes_rays) source.name += camera_name(features);
-  source.file = "shade/samples.comp";
+  source.file = file;
   source.defines.emplace_back("BALLOT_RAYS_READ", !makes_rays);
   if (makes_rays) std::ranges::move(camera_defines(features), std::back_inserter(source.defines));
+  return source;
+}
+
+KernelSource samples_source(std::string_view shading, const SceneFeatures& features, bool makes_rays) {
+  return camera_shading_source(shading_source(shading, features), "shade/samples.comp", features, makes_rays);
+}
+
+KernelSource live_source(std::string_view shading, const SceneFeatures& features, bool makes_rays) {
+  KernelSource source =
+      camera_shading_source(shading_source(shading, features), "shade/live.comp", features, makes_rays);
+  source.name.insert(0, "live.");
   return source;
 }
 

@@ -66,4 +66,7 @@ KernelSource shading_source(std::string_view shading, const SceneFeatures& featu
 /// again or read (shaders/shade/samples.comp).
 KernelSource samples_source(std::string_view shading, const SceneFeatures& features, bool makes_rays);
 
+/// The same for a window's picture, one sample a pixel; rays that are read may be of any kind (shaders/shade/live.comp).
+KernelSource live_source(std::string_view shading, const SceneFeatures& features, bool makes_rays);
+
 }  // namespace ballot

@@ -3,47 +3,37 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
-// Film to the 8-bit pixels of a window, row by row: one film, or two beside each other with their differences marked.
+// Film to the 8-bit pixels of a window, row by row, where more than one kernel makes it: heat maps, and two films beside each other
+// with their differences marked.
 #include "../shared/render.h"
+#include "../lib/records.glsl"
 #include "../lib/film.glsl"
+#include "../lib/display.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { DisplayPush push; };
-layout(set = 0, binding = BIND_RAYS, scalar) readonly buffer Rays { Ray rays[]; };
-layout(set = 0, binding = BIND_FILM, scalar) readonly buffer Film { FilmPixel film[]; };
-layout(set = 0, binding = BIND_FILM_B, scalar) readonly buffer FilmB { FilmPixel film_b[]; };
+RECORDS_IN(BIND_FILM, Film, film)
+RECORDS_IN(BIND_FILM_B, FilmB, film_b)
 layout(set = 0, binding = BIND_PIXELS, scalar) writeonly buffer Pixels { uint pixels[]; };
 layout(set = 0, binding = BIND_TOTALS, scalar) buffer Totals { DisplayTotals totals; };
 
 const vec3 kMark = vec3(1.0, 0.0, 1.0);
 
-float srgb_of(float x) {
-  x = clamp(x, 0.0, 1.0);
-  return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055;
-}
-
 void main() {
   uint index = gl_GlobalInvocationID.x;
   uvec2 pixel = pixel_of(push.first + index, push.width);
   bool inside = index < push.count && pixel.x < push.width && pixel.y < push.height;
-  bool live = false, different = false;
+  bool different = false;
   if (inside) {
-    live = rays[index].t_max > 0.0;
-    bool second = pixel.x >= push.split;
-    vec3 color = (second ? film_b[index].color : film[index].color) * push.scale;
-    color = vec3(srgb_of(color.r), srgb_of(color.g), srgb_of(color.b));
+    uvec4 a = film_part(index), b = film_b_part(index);
+    vec3 color = uintBitsToFloat(pixel.x >= push.split ? b.xyz : a.xyz) * push.scale;
     if (push.mark != 0u) {
-      different = film[index].prim != film_b[index].prim;
+      different = a.w != b.w;
       if (different) color = kMark;
       if (pixel.x == push.split) color = vec3(1.0);
     }
-    if (push.swap_red != 0u) color = color.bgr;
-    pixels[pixel.y * push.width + pixel.x] = packUnorm4x8(vec4(color, 1.0));
+    pixels[pixel.y * push.width + pixel.x] = pixel_word(color, push.swap_red != 0u);
   }
-  uint live_count = subgroupBallotBitCount(subgroupBallot(live));
-  uint different_count = subgroupBallotBitCount(subgroupBallot(different));
-  if (subgroupElect()) {
-    atomicAdd(totals.live, live_count);
-    if (different_count != 0u) atomicAdd(totals.different, different_count);
-  }
+  uint count = subgroupBallotBitCount(subgroupBallot(different));
+  if (subgroupElect() && count != 0u) atomicAdd(totals.different, count);
 }

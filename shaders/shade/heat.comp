@@ -4,12 +4,13 @@
 // Counts of the instrumented variant to colours of a heat map, over what shading left in the film: shading runs for
 // the first sample only.
 #include "../shared/render.h"
+#include "../lib/records.glsl"
 #include "../lib/film.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { HeatPush push; };
 layout(set = 0, binding = BIND_COUNTS, scalar) readonly buffer Counts { uint words[]; };
-layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
+RECORDS_INOUT(BIND_FILM, Film, film)
 
 float linear_of(float srgb) { return srgb <= 0.04045 ? srgb / 12.92 : pow((srgb + 0.055) / 1.055, 2.4); }
 
@@ -28,7 +29,7 @@ void main() {
   int i = min(int(at), 3);
   vec3 c = mix(push.ramp[i], push.ramp[i + 1], at - float(i));
   vec3 color = vec3(linear_of(c.r), linear_of(c.g), linear_of(c.b));
-  if (push.sample_index == 0u) film[index].color = vec3(0.0);
-  film[index].color += color;
-  film[index].alpha = 1.0;
+  uvec4 before = film_part(index);
+  if (push.sample_index > 0u) color += uintBitsToFloat(before.xyz);
+  film[index] = part_of(color, before.w);
 }

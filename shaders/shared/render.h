@@ -162,6 +162,26 @@ struct SamplesPush {
   uint lanes_log2;  // lanes of a pixel: 4 to 64 on GPUs, 1 on a CPU
 };
 
+// Pixels of whole tiles, of which the list is to begin with number `first`.
+struct TilesPush {
+  uint width;
+  uint first;
+  uint count;
+};
+
+// LivePush::flags.
+#define LIVE_SHOWN 1u     // pixels of the window are written too: nothing but this film is shown
+#define LIVE_SWAP_RED 2u  // of these, with blue in the lowest byte
+#define LIVE_COUNTED 4u   // rays that were alive are
+
+// Hits to the film of a window's picture.
+struct LivePush {
+  PrimaryPush camera;  // whose pixels these are; sample_index 0 begins the film
+  float cone_width, cone_spread;  // lib/shade_hit.glsl
+  float scale;                    // of colours that are shown: one over the samples
+  uint flags;
+};
+
 // Colours of a heat map into the film.
 struct HeatPush {
   uint width, height;
@@ -188,7 +208,7 @@ struct DisplayPush {
 
 // Of all pixels of a picture.
 struct DisplayTotals {
-  uint live;       // rays that were alive
+  uint live;       // rays that were alive, where they were counted
   uint different;  // pixels whose prims differ between the films
 };
 
@@ -320,12 +340,20 @@ struct FilmPixel {
   uint prim;
 };
 
+// The film of a window's picture, in the order of rays.
+struct LivePixel {
+  vec3 color;  // the sum over samples
+  uint prim;   // of the first one
+};
+
 #ifdef __cplusplus
 BALLOT_RECORD(PrimaryPush, 84);
 BALLOT_RECORD(SecondaryPush, 40);
 BALLOT_RECORD(Start, 8);
 BALLOT_RECORD(ShadePush, 28);
 BALLOT_RECORD(SamplesPush, 100);
+BALLOT_RECORD(TilesPush, 12);
+BALLOT_RECORD(LivePush, 100);
 BALLOT_RECORD(HeatPush, 100);
 BALLOT_RECORD(DisplayPush, 32);
 BALLOT_RECORD(DisplayTotals, 8);
@@ -344,6 +372,7 @@ BALLOT_RECORD(SampleRange, 20);
 BALLOT_RECORD(AlphaPush, 8);
 BALLOT_RECORD(FilmPush, 16);
 BALLOT_RECORD(FilmPixel, 36);
+BALLOT_RECORD(LivePixel, 16);
 }  // namespace ballot
 #endif
 #endif  // BALLOT_RENDER_H

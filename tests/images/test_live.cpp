@@ -92,6 +92,50 @@ TEST_F(Live, ShowsEveryRayKind) {
   }
 }
 
+/// Pictures of three sizes, two samples each, beside another query; and milliseconds in which rays were made by a pass of their own.
+std::vector<std::vector<std::uint32_t>> pictures_of(Engine& engine, View view, LiveOptions o, double& generate_ms) {
+  std::vector<std::vector<std::uint32_t>> all;
+  o.sample_count = 2;
+  for (const auto& [width, height] : {std::pair(90u, 70u), std::pair(130u, 41u), std::pair(64u, 96u)})
+    for (const bool beside : {false, true}) {
+      o.width = width, o.height = height, o.split = width / 3;
+      o.other.reset();
+      if (beside) o.other = Query{.method = "if-if"};
+      for (o.sample_index = 0; o.sample_index < 2; ++o.sample_index) {
+        const LiveTimes times = engine.live().add_sample(view, o);
+        if (o.sample_index > 0) generate_ms += times.generate_ms;
+        EXPECT_EQ(times.rays, std::uint64_t(width) * height);
+        EXPECT_EQ(times.different, 0u);
+        all.emplace_back(std::size_t(width) * height);
+        engine.live().pixels().download(all.back());
+      }
+    }
+  return all;
+}
+
+TEST_F(Live, RaysThatTheTraversalMakesAreThoseThatAreRead) {
+  for (const bool orthographic : {false, true}) {
+    SCOPED_TRACE(orthographic ? "orthographic" : "perspective");
+    LiveOptions o = options();
+    o.query.method = "while-while";
+    View v = view();
+    v.orthographic = orthographic;
+    Tracer& tracer = engine_->tracer();
+    double made_ms = 0, read_ms = 0;
+    tracer.make_rays = true;
+    const auto made = pictures_of(*engine_, v, o, made_ms);
+    tracer.make_rays = false;
+    const auto read = pictures_of(*engine_, v, o, read_ms);
+    tracer.make_rays.reset();
+    EXPECT_EQ(made, read);
+    EXPECT_GT(read_ms, 0);
+    Query query = o.query;
+    query.rays = kPrimaryRays;
+    const bool could = tracer.can_record(query, kWidth * kHeight);  // not where a driver cuts loops
+    EXPECT_EQ(made_ms == 0, could) << "a pass has made rays to be read";
+  }
+}
+
 TEST_F(Live, SwapsRedAndBlue) {
   LiveOptions o = options();
   engine_->live().add_sample(view(), o);

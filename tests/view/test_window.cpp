@@ -134,10 +134,10 @@ TEST_F(WindowTest, SwitchesMethodsResizesAndReloadsShaders) {
     const auto now = desktop.pixels(320, 200);
     if (std::exchange(before, now) == now) break;
   }
-  const fs::path display = folder_ / "shaders/shade/display.comp";
+  const fs::path display = folder_ / "shaders/lib/display.glsl";
   const auto text = read_file(display);
   std::string other(reinterpret_cast<const char*>(text.data()), text.size());
-  const std::string_view plain = "vec4(color, 1.0)";
+  const std::string_view plain = "vec4(swap_red ? color.bgr : color, 1.0)";
   ASSERT_NE(other.find(plain), std::string::npos);
   write_file(display, other.replace(other.find(plain), plain.size(), "vec4(1.0 - color, 1.0)"));
   ASSERT_TRUE(program.says("shaders reloaded", 60)) << program.output();

@@ -1,0 +1,31 @@
+// From a ray's hit to the film of a window's picture (LivePixel), and where nothing else is shown to the window's pixels.
+// GL_KHR_shader_subgroup_basic and _ballot.
+#include "display.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { LivePush push; };
+RECORDS_INOUT(BIND_FILM, Film, film)
+layout(set = 0, binding = BIND_PIXELS, scalar) writeonly buffer Pixels { uint pixels[]; };
+layout(set = 0, binding = BIND_TOTALS, scalar) buffer Totals { DisplayTotals totals; };
+
+bool is_inside(uint index, uvec2 pixel) {
+  return index < push.camera.count && pixel.x < push.camera.width && pixel.y < push.camera.height;
+}
+
+void put_live(uint index, uvec2 pixel, vec3 color, uint prim) {
+  if (push.camera.sample_index > 0u) {
+    uvec4 before = film_part(index);
+    color += uintBitsToFloat(before.xyz);
+    prim = before.w;
+  }
+  film[index] = part_of(color, prim);
+  if ((push.flags & LIVE_SHOWN) != 0u)
+    pixels[pixel.y * push.camera.width + pixel.x] = pixel_word(color * push.scale, (push.flags & LIVE_SWAP_RED) != 0u);
+}
+
+// In all lanes.
+void count_live(bool live) {
+  if ((push.flags & LIVE_COUNTED) == 0u) return;
+  uint count = subgroupBallotBitCount(subgroupBallot(live));
+  if (subgroupElect()) atomicAdd(totals.live, count);
+}

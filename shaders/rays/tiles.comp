@@ -1,0 +1,17 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// The pixels of whole tiles as a list, in the order of rays; those outside the picture too.
+#include "../shared/render.h"
+#include "../lib/film.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform Push { TilesPush push; };
+layout(set = 0, binding = BIND_LISTED, scalar) writeonly buffer Listed { uint listed[]; };
+
+void main() {
+  uint index = gl_GlobalInvocationID.x;
+  if (index >= push.count) return;
+  uvec2 pixel = pixel_of(push.first + index, push.width);
+  listed[index] = LISTED_PIXEL(pixel.x, pixel.y);
+}
