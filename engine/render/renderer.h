@@ -120,7 +120,7 @@ class Renderer {
   void add_totals(const RenderOptions& options, std::uint64_t samples, RenderTimes& times) const;
   Passes& passes(const RenderOptions& options, const SceneFeatures& features, std::uint32_t chunk);
   Sky::Kind sky_kind(const RenderOptions& options) const;
-  std::uint32_t most_rays(const SceneFeatures& features, const RenderOptions& options) const;
+  std::uint32_t most_rays(const SceneFeatures& features, const RenderOptions& options, std::uint64_t pixels) const;
   struct Chunk;
   Part largest_part_of(const Chunk& chunk, const RenderOptions& options) const;
   bool makes_rays() const;

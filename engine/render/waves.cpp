@@ -7,6 +7,7 @@
 #include "engine/render/room.h"
 #include "engine/render/run_pass.h"
 #include "engine/render/wave_batch.h"
+#include "engine/render/wave_room.h"
 
 namespace ballot {
 
@@ -34,15 +35,28 @@ Waves::Waves(Context& gpu, Tracer& tracer, SceneData& scene) : gpu_(gpu), tracer
 
 Waves::~Waves() = default;
 
-// Paths that part put off a ray a depth; these have room for 2^23 at most, and within the limits of a binding.
-std::uint32_t Waves::capacity(const Integrator& integrator, const SceneFeatures& features,
-                              std::uint32_t last_depth) const {
-  std::uint64_t most = std::min(gpu_.info().is_cpu() ? 1u << 18 : 1u << 22, tracer_.chunk_rays());
-  if (plan_of(integrator, features).second) {
-    const std::uint64_t rays = std::min<std::uint64_t>(1u << 23, gpu_.info().max_storage_range / sizeof(Ray));
-    most = std::min(most, rays / std::max(1u, last_depth));
-  }
-  return std::uint32_t(most / kPassGroup * kPassGroup);
+std::uint64_t Waves::path_bytes(const WavePlan& plan, std::uint64_t put_off) {
+  constexpr std::uint64_t kRayAndHit = sizeof(Ray) + sizeof(Hit), kNumber = sizeof(std::uint32_t);
+  std::uint64_t sum = kRayAndHit + sizeof(Path);
+  if (plan.next) sum += kRayAndHit + 2 * sizeof(Carried);
+  if (plan.shadow) sum += kRayAndHit + sizeof(Awaited);
+  if (plan.second) sum += put_off * (sizeof(Ray) + sizeof(Carried)) + sizeof(PutOff);
+  if (plan.alpha) sum += 2 * (kRayAndHit + kNumber);
+  return sum;
+}
+
+std::uint32_t Waves::capacity(const Integrator& integrator, const SceneFeatures& features, std::uint32_t last_depth,
+                              std::uint64_t paths) const {
+  const WavePlan plan = plan_of(integrator, features);
+  const std::uint64_t put_off = plan.second ? std::max(1u, last_depth) : 0;
+  const DeviceInfo& device = gpu_.info();
+  return wave_capacity({.cpu = device.is_cpu(),
+                        .memory = gpu_.heap_bytes(gpu_.memory_type(~0u, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0)),
+                        .path_bytes = path_bytes(plan, put_off),
+                        .put_off = put_off,
+                        .most_records = device.max_storage_range / sizeof(Ray),
+                        .most_rays = std::uint64_t(device.max_group_count_x) * kPassGroup},
+                       paths);
 }
 
 Kernel& Waves::kernel(const KernelSource& source) {

@@ -53,8 +53,9 @@ class Waves {
   Waves(Context& gpu, Tracer& tracer, SceneData& scene);
   ~Waves();
 
-  /// Paths that are under way at once at most.
-  std::uint32_t capacity(const Integrator& integrator, const SceneFeatures& features, std::uint32_t last_depth) const;
+  /// Paths that are under way at once at most, of so many in all.
+  std::uint32_t capacity(const Integrator& integrator, const SceneFeatures& features, std::uint32_t last_depth,
+                         std::uint64_t paths) const;
 
   /// Adds samples [first, first + count) of the listed pixels (`places` of them) to the film, and to the moments if there are any.
   /// Sums do not depend on how pixels and samples are dealt out over calls.
@@ -86,6 +87,8 @@ class Waves {
     std::uint32_t wave_call() const { return trace_call() + QUEUES; }
   };
 
+  /// Of all buffers, for each path.
+  static std::uint64_t path_bytes(const WavePlan& plan, std::uint64_t put_off);
   Kernel& kernel(const KernelSource& source);
   Kernel& calls_kernel();
   void make_buffers(std::uint32_t room, const WavePlan& plan, std::uint32_t last_depth, bool alpha);
