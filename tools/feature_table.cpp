@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
 namespace ballot::cli {
 
@@ -10,6 +11,7 @@ namespace {
 constexpr std::uint32_t kMeasuredSamples = 8;
 constexpr int kLeastRepeats = 5, kMostRepeats = 25;  // the more, the shorter they are:
 constexpr double kSecondsOfRepeats = 4;
+constexpr double kWarmSeconds = 0.03;  // of GPUs before each measurement: their clocks fall while the host works
 
 struct NamedFeature {
   bool SceneFeatures::*has;
@@ -70,7 +72,29 @@ struct Measured {
 /// Pixels a side, enough to keep the device busy.
 std::uint32_t measured_size(const Engine& engine) { return engine.device().is_cpu() ? 128 : 1024; }
 
-Measured measure(Engine& engine, const Picture& picture, bool every_feature) {
+using Clock = std::chrono::steady_clock;
+
+/// Keeps a GPU busy until its clocks are up.
+class Warmer {
+ public:
+  explicit Warmer(Engine& engine) : engine_(engine) {
+    if (engine.device().is_cpu()) return;
+    batch_ = engine.make_batch(engine.scene().views[0], find_ray_kind(kPrimaryRays), 1024, 1024);
+    warm();  // makes the kernel, or has auto look at the rays
+  }
+  void warm() const {
+    const auto start = Clock::now();
+    while (batch_ && std::chrono::duration<double>(Clock::now() - start).count() < kWarmSeconds)
+      engine_.trace(*batch_, {});
+  }
+
+ private:
+  Engine& engine_;
+  std::unique_ptr<RayBatch> batch_;  // null: nothing to warm
+};
+
+Measured measure(Engine& engine, const Warmer& warmer, const Picture& picture, bool every_feature) {
+  warmer.warm();
   const RenderOptions options{.width = measured_size(engine),
                               .height = measured_size(engine),
                               .spp = kMeasuredSamples,
@@ -84,7 +108,6 @@ Measured measure(Engine& engine, const Picture& picture, bool every_feature) {
 
 template <class Round>
 void repeat(const Round& round) {
-  using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration<double>(kSecondsOfRepeats);
   for (int i = 0; i < kMostRepeats && (i < kLeastRepeats || Clock::now() < end); ++i) round();
 }
@@ -94,12 +117,12 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-nlohmann::json print_gain(Engine& engine, const Picture& picture) {
+nlohmann::json print_gain(Engine& engine, const Warmer& warmer, const Picture& picture) {
   std::vector<double> own, every, own_look, every_look;
-  measure(engine, picture, false);  // compiles
-  measure(engine, picture, true);
+  measure(engine, warmer, picture, false);  // compiles
+  measure(engine, warmer, picture, true);
   repeat([&] {
-    const Measured a = measure(engine, picture, false), b = measure(engine, picture, true);
+    const Measured a = measure(engine, warmer, picture, false), b = measure(engine, warmer, picture, true);
     own.push_back(a.all);
     every.push_back(b.all);
     own_look.push_back(a.look);
@@ -129,7 +152,9 @@ nlohmann::json print_kernel(Engine& engine, const KernelSource& source) {
           {"spirv_cached", t.from_cache}, {"pipeline_ms", t.pipeline_ms}, {"statistics", figures}};
 }
 
-nlohmann::json print_pictures(Engine& engine, const std::vector<Picture>& pictures, const char* word, bool measured) {
+/// Measured where there is a warmer.
+nlohmann::json print_pictures(Engine& engine, const std::vector<Picture>& pictures, const char* word,
+                              const Warmer* warmer) {
   nlohmann::json json = nlohmann::json::array();
   for (const Picture& picture : pictures) {
     fmt::print("  {}\n", picture.name);
@@ -139,7 +164,7 @@ nlohmann::json print_pictures(Engine& engine, const std::vector<Picture>& pictur
         compile_shader(picture.every.file, defines_of(picture.every, engine.device())).words.size() * 4;
     fmt::print("    {:<60} {:>7} bytes\n", fmt::format("({} with every feature)", picture.pass()), every);
     json.push_back({{word, picture.name}, {"kernels", kernels}, {"every_feature_spirv_bytes", every}});
-    if (measured) json.back()["gain"] = print_gain(engine, picture);
+    if (warmer) json.back()["gain"] = print_gain(engine, *warmer, picture);
   }
   return json;
 }
@@ -221,10 +246,13 @@ nlohmann::json features_json(const SceneFeatures& features) {
 nlohmann::json print_features(Engine& engine, bool measured) {
   nlohmann::json json{{"features", features_json(engine.features())}};
   json["traversal"] = print_traversal(engine, measured);
+  std::optional<Warmer> warm;
+  if (measured) warm.emplace(engine);
+  const Warmer* warmer = warm ? &*warm : nullptr;
   fmt::print("\nshadings, and the kernels that this scene needs (those of the traversal besides):\n");
-  json["shadings"] = print_pictures(engine, shadings_of(engine), "shading", measured);
+  json["shadings"] = print_pictures(engine, shadings_of(engine), "shading", warmer);
   fmt::print("\nintegrators, and the same:\n");
-  json["integrators"] = print_pictures(engine, integrators_of(engine), "integrator", measured);
+  json["integrators"] = print_pictures(engine, integrators_of(engine), "integrator", warmer);
   if (measured)
     fmt::print("  device times of view {}, {} x {}, {} samples, median of {} to {}, both in turn\n",
                engine.scene().views[0].name, measured_size(engine), measured_size(engine), kMeasuredSamples,

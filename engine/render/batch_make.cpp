@@ -176,14 +176,7 @@ double Batches::shade(RayBatch& batch) {
     frame.shade->bind(BIND_RAYS, c.rays);
     frame.shade->bind(BIND_HITS, c.hits);
     frame.shade->bind(BIND_FILM, *frame.film);
-    // A film of one column of tiles: every index is a pixel of it.
-    const ShadePush push{.width = TILE_SIZE,
-                         .height = ~0u,
-                         .first = 0,
-                         .count = c.count,
-                         .sample_index = 0,
-                         .cone_width = 0,
-                         .cone_spread = 0};
+    const ShadePush push{c.count};
     gpu_.submit(frame.shade->name(),
                 [&](VkCommandBuffer cmd) { frame.shade->dispatch(cmd, groups_of(c.count), push); });
     ms += gpu_.last_ms();

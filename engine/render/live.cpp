@@ -85,7 +85,6 @@ void LiveImage::make_room(const LiveOptions& o, bool counts) {
     film_.clear();
     other_film_.clear();
     starts_.reset();
-    tiles_.reset();
     chunk_rays_ = wanted;
   }
   ballot::make_room(pixels_, gpu_, pixels, "pixels");
@@ -120,11 +119,13 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   LiveTimes times;
   const SceneFeatures features = through(scene_.features(), view);
   const PassScope scope(gpu_);
+  const bool made = makes_rays(options, std::min(chunk_rays_, total));
+  const TilesPush tiles = made ? make_tiles({options.width, total}, times) : tiles_of_;
   gpu_.pass("totals", [&](VkCommandBuffer cmd) { vkCmdFillBuffer(cmd, totals_.handle(), 0, VK_WHOLE_SIZE, 0); });
   std::size_t chunk = 0;
   for (camera.first = 0; camera.first < total; camera.first += chunk_rays_) {
     camera.count = std::min(chunk_rays_, total - camera.first);
-    sample_slice({chunk++, features, camera, camera.count}, options, times);
+    sample_slice({chunk++, features, camera, camera.count, made}, options, times);
   }
   gpu_.pass("totals", [&](VkCommandBuffer cmd) {
     const VkBufferCopy all{0, 0, sizeof(DisplayTotals)};
@@ -132,10 +133,11 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   });
   DisplayTotals totals{};
   totals_seen_.download(std::span(&totals, 1));
+  tiles_of_ = tiles;
   if (kind.from_camera())
     counted_ = std::uint64_t(options.width) * options.height;
   else if (!counts || options.sample_index == 0)
-    counted_ = totals.live;
+    counted_ = std::uint64_t(totals.live) * (counts ? kind.generators.size() : 1);  // of heat maps, the first one's are
   times.rays = counted_;
   times.different = totals.different;
   return times;
@@ -165,9 +167,10 @@ glm::vec3 LiveImage::light_of(const View& view) {
 
 void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times) {
   const RayKind& kind = find_ray_kind(options.rays);
-  const bool made = makes_rays(options, slice.count);
-  if (made) {
-    prepare_camera(slice, times);
+  if (slice.made) {
+    gpu_.pass("camera", [&](VkCommandBuffer cmd) {
+      vkCmdUpdateBuffer(cmd, camera_.handle(), 0, sizeof slice.camera, &slice.camera);
+    });
   } else {
     ballot::make_room(rays_, gpu_, chunk_rays_, "rays");
     Kernel& primary = kernel(primary_source(false, slice.features));
@@ -175,7 +178,7 @@ void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, Liv
     run_pass(gpu_, primary, slice.count, &slice.camera, sizeof slice.camera, times.generate_ms);
   }
   if (kind.from_camera()) {
-    const Buffer<Ray>* rays = made ? nullptr : rays_.get();
+    const Buffer<Ray>* rays = slice.made ? nullptr : rays_.get();
     trace_and_shade(slice, rays, options, false, 0, times);
     if (options.other) trace_and_shade(slice, rays, options, true, 0, times);
   } else {
@@ -192,20 +195,15 @@ void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, Liv
   if (needs_display(options)) display(slice, options, times);
 }
 
-/// What the traversal makes rays from.
-void LiveImage::prepare_camera(const Slice& slice, LiveTimes& times) {
-  const TilesPush tiles{slice.camera.width, slice.camera.first, slice.count};
-  const bool others = tiles.width != tiles_of_.width || tiles.first != tiles_of_.first || tiles.count > tiles_of_.count;
-  if (ballot::make_room(tiles_, gpu_, chunk_rays_, "pixels of tiles") || others) {
-    Kernel& k = kernel(tiles_source());
-    k.bind(BIND_LISTED, *tiles_);
-    run_pass(gpu_, k, slice.count, &tiles, sizeof tiles, times.generate_ms);
-    tiles_of_ = tiles;
-  }
-  PrimaryPush camera = slice.camera;
-  camera.first = 0;  // of the list
-  gpu_.pass("camera",
-            [&](VkCommandBuffer cmd) { vkCmdUpdateBuffer(cmd, camera_.handle(), 0, sizeof camera, &camera); });
+/// The pixels that the traversal makes rays of; known as made once they are, as a failure may come between.
+TilesPush LiveImage::make_tiles(const TilesPush& tiles, LiveTimes& times) {
+  const bool kept = tiles.width == tiles_of_.width && tiles.count <= tiles_of_.count;
+  if (!ballot::make_room(tiles_, gpu_, tiles.count, "pixels of tiles") && kept) return tiles_of_;
+  tiles_of_ = {};
+  Kernel& k = kernel(tiles_source());
+  k.bind(BIND_LISTED, *tiles_);
+  run_pass(gpu_, k, tiles.count, &tiles, sizeof tiles, times.generate_ms);
+  return tiles;
 }
 
 void LiveImage::generate_secondary(std::string_view generator, const Slice& slice, const LiveOptions& options,
@@ -245,7 +243,9 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>* rays, con
   const Query query = query_of(options, second);
   trace_slice(slice, rays, hits, options, query, second ? times.other_ms : times.trace_ms);
   const std::uint32_t sample = options.sample_index + part;
-  if (!heat || sample == 0) shade_slice(slice, rays, hits, options, second, sample, times);
+  const bool last = part + 1 == find_ray_kind(options.rays).generators.size();
+  if (!heat || sample == 0)
+    shade_slice(slice, rays, hits, options, {sample, second, last && !needs_display(options)}, times);
   if (heat) paint_heat(slice, options, query, (second ? other_film_ : film_)[slice.chunk], sample, times);
 }
 
@@ -263,21 +263,21 @@ void LiveImage::trace_slice(const Slice& slice, const Buffer<Ray>* rays, Buffer<
 }
 
 void LiveImage::shade_slice(const Slice& slice, const Buffer<Ray>* rays, const Buffer<Hit>& hits,
-                            const LiveOptions& options, bool second, std::uint32_t sample, LiveTimes& times) {
+                            const LiveOptions& options, const Sample& of, LiveTimes& times) {
   const RayKind& kind = find_ray_kind(options.rays);
-  const bool visible = kind.want == Want::Any, shown = !needs_display(options);
+  const bool visible = kind.want == Want::Any;
   Kernel& k = kernel(visible ? visible_source() : live_source(options.shading, slice.features, !rays));
   if (rays) k.bind(BIND_RAYS, *rays);
   k.bind(BIND_HITS, hits);
-  k.bind(BIND_FILM, (second ? other_film_ : film_)[slice.chunk]);
+  k.bind(BIND_FILM, (of.second ? other_film_ : film_)[slice.chunk]);
   k.bind(BIND_PIXELS, *pixels_);
   k.bind(BIND_TOTALS, totals_);
   const PixelCone cone = pixel_cone(slice.camera);
-  const bool counted = !second && !kind.from_camera();
+  const bool counted = !of.second && !kind.from_camera();
   const std::uint32_t flags =
-      (shown ? LIVE_SHOWN : 0) | (options.swap_red ? LIVE_SWAP_RED : 0) | (counted ? LIVE_COUNTED : 0);
+      (of.shown ? LIVE_SHOWN : 0) | (options.swap_red ? LIVE_SWAP_RED : 0) | (counted ? LIVE_COUNTED : 0);
   LivePush push{slice.camera, cone.width, cone.spread, shown_scale(options), flags};
-  push.camera.sample_index = sample;
+  push.camera.sample_index = of.number;
   run_pass(gpu_, k, slice.count, &push, sizeof push, times.shade_ms);
 }
 

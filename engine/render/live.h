@@ -78,6 +78,12 @@ class LiveImage {
     const SceneFeatures& features;  // as the picture's view shows them
     PrimaryPush camera;
     std::uint32_t count;  // rays
+    bool made;            // by the traversal
+  };
+  struct Sample {
+    std::uint32_t number;  // 0 begins the film
+    bool second;           // of the query beside the first
+    bool shown;            // by the pass that shades it
   };
 
   void check(const LiveOptions& options) const;
@@ -86,14 +92,14 @@ class LiveImage {
   bool makes_rays(const LiveOptions& options, std::uint32_t count) const;
   glm::vec3 light_of(const View& view);
   void sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times);
-  void prepare_camera(const Slice& slice, LiveTimes& times);
+  TilesPush make_tiles(const TilesPush& tiles, LiveTimes& times);
   void generate_secondary(std::string_view generator, const Slice& slice, const LiveOptions& options, LiveTimes& times);
   void trace_and_shade(const Slice& slice, const Buffer<Ray>* rays, const LiveOptions& options, bool second,
                        std::uint32_t part, LiveTimes& times);
   void trace_slice(const Slice& slice, const Buffer<Ray>* rays, Buffer<Hit>& hits, const LiveOptions& options,
                    const Query& query, double& ms);
   void shade_slice(const Slice& slice, const Buffer<Ray>* rays, const Buffer<Hit>& hits, const LiveOptions& options,
-                   bool second, std::uint32_t sample, LiveTimes& times);
+                   const Sample& of, LiveTimes& times);
   void paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, Buffer<LivePixel>& film,
                   std::uint32_t sample, LiveTimes& times);
   void display(const Slice& slice, const LiveOptions& options, LiveTimes& times);
@@ -109,7 +115,7 @@ class LiveImage {
   std::unique_ptr<Buffer<RayStats>> stats_;
   std::unique_ptr<Buffer<Start>> starts_;  // one a pixel of a chunk
   std::uint32_t starts_first_ = 0;
-  std::unique_ptr<Buffer<std::uint32_t>> tiles_;  // the pixels of a chunk's rays
+  std::unique_ptr<Buffer<std::uint32_t>> tiles_;  // the pixels of a picture's rays
   TilesPush tiles_of_{};                          // which
   Buffer<PrimaryPush> camera_;                    // of the rays that traversal makes
   Buffer<Ray> light_ray_;

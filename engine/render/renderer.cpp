@@ -37,12 +37,11 @@ Sky::Kind Renderer::sky_kind(const RenderOptions& options) const {
   return options.every_feature && kind == Sky::Kind::None ? Sky::Kind::Gradient : kind;
 }
 
-std::uint32_t Renderer::most_rays(const SceneFeatures& features, const RenderOptions& options,
-                                  std::uint64_t pixels) const {
-  const Integrator* integrator = find_integrator(options.shading);
+/// Paths of a picture that are under way at once.
+std::uint32_t Renderer::most_paths(const Integrator& integrator, const SceneFeatures& features,
+                                   const RenderOptions& options, std::uint64_t pixels) const {
   const std::uint32_t room =
-      integrator ? waves_.capacity(*integrator, features, last_depth_of(*integrator, options), pixels * options.spp)
-                 : tracer_.chunk_rays();
+      waves_.capacity(integrator, features, last_depth_of(integrator, options), pixels * options.spp);
   return std::min(std::max(options.most_rays, 1u), room);
 }
 
@@ -66,7 +65,7 @@ void Renderer::wave_samples(Film& film, const Chunk& chunk, const PrimaryPush& c
   const WaveSettings settings{
       .integrator = &integrator,
       .camera = seeded,
-      .most_paths = most_rays(features, options, film.listed.size()),
+      .most_paths = most_paths(integrator, features, options, film.listed.size()),
       .last_depth = last_depth_of(integrator, options),
       .ao_radius = std::max(options.ao_radius * glm::distance(b.lo, b.hi), 1e-30f),
       .query = options.query,

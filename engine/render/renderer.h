@@ -15,7 +15,7 @@
 
 namespace ballot {
 
-/// Every shading of the eye's own hits: a line here and a branch of shaders/shade/shade.comp. Those that start further rays:
+/// Every shading of the eye's own hits: a line here and a branch of shaders/lib/shade_hit.glsl. Those that start further rays:
 /// integrators.h.
 struct Shading {
   std::string_view name;
@@ -120,7 +120,8 @@ class Renderer {
   void add_totals(const RenderOptions& options, std::uint64_t samples, RenderTimes& times) const;
   Passes& passes(const RenderOptions& options, const SceneFeatures& features, std::uint32_t chunk);
   Sky::Kind sky_kind(const RenderOptions& options) const;
-  std::uint32_t most_rays(const SceneFeatures& features, const RenderOptions& options, std::uint64_t pixels) const;
+  std::uint32_t most_paths(const Integrator& integrator, const SceneFeatures& features, const RenderOptions& options,
+                           std::uint64_t pixels) const;
   struct Chunk;
   Part largest_part_of(const Chunk& chunk, const RenderOptions& options) const;
   bool makes_rays() const;

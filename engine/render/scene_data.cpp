@@ -188,6 +188,9 @@ KernelSource shading_source(std::string_view shading, const SceneFeatures& featu
           .constants = {}};
 }
 
+namespace {
+
+/// As makes_rays says, rays are made again or read.
 KernelSource camera_shading_source(KernelSource source, const char* file, const SceneFeatures& features,
                                    bool makes_rays) {
   if (makes_rays) source.name += camera_name(features);
@@ -196,6 +199,8 @@ KernelSource camera_shading_source(KernelSource source, const char* file, const 
   if (makes_rays) std::ranges::move(camera_defines(features), std::back_inserter(source.defines));
   return source;
 }
+
+}  // namespace
 
 KernelSource samples_source(std::string_view shading, const SceneFeatures& features, bool makes_rays) {
   return camera_shading_source(shading_source(shading, features), "shade/samples.comp", features, makes_rays);

@@ -92,7 +92,7 @@ Renderer::Passes& Renderer::passes(const RenderOptions& options, const SceneFeat
 /// itself.
 Part Renderer::largest_part_of(const Chunk& chunk, const RenderOptions& options) const {
   if (passes_->stats) return {0, chunk.pixels, 0, 1};
-  std::uint64_t most = most_rays(passes_->features, options, chunk.pixels);
+  std::uint64_t most = std::min(std::max(options.most_rays, 1u), tracer_.chunk_rays());
   if (chunk.samples < kFewestLanes)  // then shading has more invocations than rays
     most = std::min(most, std::uint64_t(gpu_.info().max_group_count_x) * kPassGroup / kFewestLanes);
   return largest_part(chunk.pixels, chunk.samples, std::uint32_t(most), kSamples);

@@ -164,7 +164,6 @@ Waves::Batch Waves::batch_of(const WaveSettings& settings, const Buffer<std::uin
   b.push.last_depth = settings.last_depth;
   b.push.ao_radius = settings.ao_radius;
   b.push.lights = std::uint32_t(scene_.scene().lights.size());
-  b.push.paths = room_;
   b.push.sky = scene_.scene().sky.kind != Sky::Kind::None;
   b.push.cone_width = cone.width;
   b.push.cone_spread = cone.spread;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/core/error.h"
 #include "engine/render/camera.h"
 #include "engine/render/parts.h"
 #include "engine/render/room.h"
@@ -51,10 +52,11 @@ std::uint32_t Waves::capacity(const Integrator& integrator, const SceneFeatures&
   const std::uint64_t put_off = plan.second ? std::max(1u, last_depth) : 0;
   const DeviceInfo& device = gpu_.info();
   return wave_capacity({.cpu = device.is_cpu(),
+                        .grows = device.type == VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU,
                         .memory = gpu_.heap_bytes(gpu_.memory_type(~0u, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0)),
                         .path_bytes = path_bytes(plan, put_off),
                         .put_off = put_off,
-                        .most_records = device.max_storage_range / sizeof(Ray),
+                        .most_records = std::min(device.max_storage_range, device.max_allocation) / sizeof(Ray),
                         .most_rays = std::uint64_t(device.max_group_count_x) * kPassGroup},
                        paths);
 }
@@ -104,10 +106,41 @@ void Waves::make_buffers(std::uint32_t room, const WavePlan& plan, std::uint32_t
     make_room(shadow_light_, gpu_, room_, "awaited light");
   }
   if (plan.second) {
-    const std::size_t rays = std::size_t(room_) * std::max(1u, last_depth);
+    const std::size_t rays = std::size_t(room) * std::max(1u, last_depth);
     make_room(put_off_rays_, gpu_, rays, "rays put off");
     make_room(put_off_carried_, gpu_, rays, "carried by rays put off");
     make_room(put_off_, gpu_, room_, "depths put off");
+  }
+}
+
+void Waves::drop_buffers() {
+  for (auto& wave : waves_) wave.reset();
+  room_ = 0;
+  paths_.reset();
+  alpha_.reset();
+  shadow_rays_.reset();
+  shadow_hits_.reset();
+  shadow_light_.reset();
+  put_off_rays_.reset();
+  put_off_carried_.reset();
+  put_off_.reset();
+}
+
+// An eighth of a device's memory may be more than other programs and the scene leave.
+Part Waves::make_room_for(const WaveSettings& settings, const WavePlan& plan, std::uint32_t places,
+                          std::uint32_t count) {
+  constexpr std::uint32_t kTogether = 16;  // samples of a pixel
+  const Part largest = largest_part(places, count, settings.most_paths, kTogether);
+  try {
+    make_buffers(largest.rays(), plan, settings.last_depth, plan.alpha);
+    return largest;
+  } catch (const Error&) {
+    const std::uint32_t few = capacity(*settings.integrator, settings.features, settings.last_depth, 0);
+    if (few >= largest.rays()) throw;
+    drop_buffers();
+    const Part less = largest_part(places, count, few, kTogether);
+    make_buffers(less.rays(), plan, settings.last_depth, plan.alpha);
+    return less;
   }
 }
 
@@ -116,15 +149,14 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
                         PassTimes& times, const Progress& progress) {
   const PassScope scope(gpu_);
   const WavePlan plan = plan_of(*settings.integrator, settings.features);
-  constexpr std::uint32_t kTogether = 16;  // samples of a pixel
-  const Part largest = largest_part(places, count, settings.most_paths, kTogether);
-  make_buffers(largest.rays(), plan, settings.last_depth, plan.alpha);
+  const Part largest = make_room_for(settings, plan, places, count);
   const std::vector<PrimaryPush> cameras = cameras_of(settings.camera, places, count, largest, first);
   Kernel& add = kernel(film_source(moments != nullptr));
   add.bind(BIND_PATHS, *paths_);
   add.bind(BIND_FILM, film);
   if (moments) add.bind(BIND_MOMENTS, *moments);
   Batch batch = batch_of(settings, listed, film, times);
+  batch.push.paths = largest.rays();
   if (batch.makes_rays) {
     make_room(cameras_, gpu_, cameras.size(), "cameras");
     cameras_->upload(cameras);

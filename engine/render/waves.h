@@ -11,6 +11,7 @@
 
 #include "engine/render/film.h"
 #include "engine/render/integrators.h"
+#include "engine/render/parts.h"
 #include "engine/trace/tracer.h"
 
 namespace ballot {
@@ -93,6 +94,8 @@ class Waves {
   Kernel& calls_kernel();
   void make_buffers(std::uint32_t room, const WavePlan& plan, std::uint32_t last_depth, bool alpha);
   void make_alpha(std::uint32_t room);
+  void drop_buffers();
+  Part make_room_for(const WaveSettings& settings, const WavePlan& plan, std::uint32_t places, std::uint32_t count);
   Batch batch_of(const WaveSettings& settings, const Buffer<std::uint32_t>& listed, Buffer<FilmPixel>& film,
                  PassTimes& times);
 

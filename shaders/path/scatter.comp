@@ -137,8 +137,8 @@ Ray ray_at_hand(uint index, PixelSample sampled) {
   return get_ray(rays, index);
 }
 
-// By floats, as CPU devices divide integers lane by lane: a wave has at most 2^22 paths, which floats hold exactly, and only the
-// quotient is rounded.
+// By floats, as CPU devices divide integers lane by lane: a wave has at most 2^24 paths, which floats hold exactly, and only the
+// quotient is rounded; it is a pixel's number, below 2^22, so that Vulkan's 2.5 ulp are less than 1.
 PixelSample sample_of_path(uint path) {
   uint together = push.samples.together, i = uint(float(path) / float(together));
   if (i * together > path) --i;

@@ -12,6 +12,6 @@ layout(set = 0, binding = BIND_LISTED, scalar) writeonly buffer Listed { uint li
 void main() {
   uint index = gl_GlobalInvocationID.x;
   if (index >= push.count) return;
-  uvec2 pixel = pixel_of(push.first + index, push.width);
+  uvec2 pixel = pixel_of(index, push.width);
   listed[index] = LISTED_PIXEL(pixel.x, pixel.y);
 }

@@ -148,11 +148,7 @@ struct Start {
 };
 
 struct ShadePush {
-  uint width, height;
-  uint first;
-  uint count;  // pixels of this chunk
-  uint sample_index;
-  float cone_width, cone_spread;  // lib/shade_hit.glsl
+  uint count;
 };
 
 struct SamplesPush {
@@ -162,10 +158,9 @@ struct SamplesPush {
   uint lanes_log2;  // lanes of a pixel: 4 to 64 on GPUs, 1 on a CPU
 };
 
-// Pixels of whole tiles, of which the list is to begin with number `first`.
+// A list of the pixels of whole tiles, in the order of rays.
 struct TilesPush {
   uint width;
-  uint first;
   uint count;
 };
 
@@ -350,9 +345,9 @@ struct LivePixel {
 BALLOT_RECORD(PrimaryPush, 84);
 BALLOT_RECORD(SecondaryPush, 40);
 BALLOT_RECORD(Start, 8);
-BALLOT_RECORD(ShadePush, 28);
+BALLOT_RECORD(ShadePush, 4);
 BALLOT_RECORD(SamplesPush, 100);
-BALLOT_RECORD(TilesPush, 12);
+BALLOT_RECORD(TilesPush, 8);
 BALLOT_RECORD(LivePush, 100);
 BALLOT_RECORD(HeatPush, 100);
 BALLOT_RECORD(DisplayPush, 32);

@@ -8,9 +8,13 @@ namespace {
 
 constexpr std::uint64_t kGiB = std::uint64_t(1) << 30, kManyPaths = std::uint64_t(1) << 40;
 
-/// A GPU of so much memory, and paths without rays that are put off.
+/// A discrete GPU of so much memory, and paths without rays that are put off.
 WaveRoom gpu_of(std::uint64_t memory) {
-  return {.memory = memory, .path_bytes = 240, .most_records = std::uint64_t(1) << 27, .most_rays = 1u << 31};
+  return {.grows = true,
+          .memory = memory,
+          .path_bytes = 240,
+          .most_records = std::uint64_t(1) << 27,
+          .most_rays = 1u << 31};
 }
 
 TEST(WaveRoom, GrowsWithThePathsThatThereAreInAll) {
@@ -53,8 +57,10 @@ TEST(WaveRoom, HoldsFewerPathsThatPutRaysOff) {
   EXPECT_EQ(wave_capacity(room, 1), 64u);
 }
 
-TEST(WaveRoom, IsSmallOnACpu) {
+TEST(WaveRoom, StaysSmallWhereMemoryIsShared) {
   WaveRoom room = gpu_of(128 * kGiB);
+  room.grows = false;
+  EXPECT_EQ(wave_capacity(room, kManyPaths), 1u << 22);
   room.cpu = true;
   EXPECT_EQ(wave_capacity(room, kManyPaths), 1u << 18);
   room.put_off = 64;

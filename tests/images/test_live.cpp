@@ -89,6 +89,9 @@ TEST_F(Live, ShowsEveryRayKind) {
     EXPECT_GT(std::ranges::count_if(all, [](std::uint32_t p) { return (p & 0xFFFFFF) != 0; }), 500);
     o.other = Query{.method = "packet"};
     EXPECT_EQ(engine_->live().add_sample(view(), o).different, 0u);
+    o.other.reset();
+    o.shading = "heat";
+    EXPECT_EQ(engine_->live().add_sample(view(), o).rays, times.rays);
   }
 }
 
@@ -134,6 +137,23 @@ TEST_F(Live, RaysThatTheTraversalMakesAreThoseThatAreRead) {
     const bool could = tracer.can_record(query, kWidth * kHeight);  // not where a driver cuts loops
     EXPECT_EQ(made_ms == 0, could) << "a pass has made rays to be read";
   }
+}
+
+TEST_F(Live, RaysOfPicturesOfSeveralDispatchesAreMadeToo) {
+  LiveOptions o = options();
+  o.width = 1030, o.height = 1030;
+  o.query.method = "while-while";
+  Tracer& tracer = engine_->tracer();
+  ASSERT_GT(std::size_t(o.width) * o.height, tracer.chunk_rays());
+  std::vector<std::vector<std::uint32_t>> pictures;
+  for (const bool made : {true, false}) {
+    tracer.make_rays = made;
+    engine_->live().add_sample(view(), o);
+    pictures.emplace_back(std::size_t(o.width) * o.height);
+    engine_->live().pixels().download(pictures.back());
+  }
+  tracer.make_rays.reset();
+  EXPECT_EQ(pictures[0], pictures[1]);
 }
 
 TEST_F(Live, SwapsRedAndBlue) {

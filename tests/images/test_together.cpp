@@ -87,6 +87,18 @@ TEST(Together, RaysThatPartAreAsPassByPass) {
   EXPECT_LE(submissions_of(hall_scene(), deep), 2u);
 }
 
+// Rays that paths put off take most of the memory: a picture of few paths after one of many gets no more for them.
+TEST(Together, RaysThatArePutOffTakeWhatTheirPictureNeeds) {
+  Engine engine(hall_scene(), with_validation());
+  const View view = engine.scene().views.front();
+  const RenderOptions few{.width = 24, .height = 24, .spp = 4, .shading = "whitted"};
+  const Picture before = render(engine, view, few);
+  render(engine, view, {.width = 96, .height = 96, .spp = 8, .shading = "ao"});
+  const std::uint64_t bytes = engine.render_bytes();
+  expect_equal(render(engine, view, few).image, before.image);
+  EXPECT_LT(engine.render_bytes(), bytes + (16 << 20)) << "for a second wave, 9 MB";
+}
+
 TEST(Together, RaysBehindWhatIsTransparentAreAsPassByPass) {
   submissions_of(veiled(hall_scene(), 1), small("path", 2));
   submissions_of(veiled(hall_scene(), 6), small("path", 2));

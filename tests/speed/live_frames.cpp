@@ -1,8 +1,12 @@
 // What a frame of the viewer takes: LiveImage as a window uses it, without the window. The camera turns a little with every frame, so
 // each is a new picture of one sample, of which the host learns when it has ended.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <string>
+#include <vector>
 
 #include "engine/ballot.h"
 #include "tools/bench/markdown.h"
