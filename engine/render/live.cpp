@@ -134,10 +134,11 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   DisplayTotals totals{};
   totals_seen_.download(std::span(&totals, 1));
   tiles_of_ = tiles;
+  // Heat maps shade, and count, the first generator's rays of the first sample alone.
   if (kind.from_camera())
     counted_ = std::uint64_t(options.width) * options.height;
   else if (!counts || options.sample_index == 0)
-    counted_ = std::uint64_t(totals.live) * (counts ? kind.generators.size() : 1);  // of heat maps, the first one's are
+    counted_ = std::uint64_t(totals.live) * (counts ? kind.generators.size() : 1);
   times.rays = counted_;
   times.different = totals.different;
   return times;
