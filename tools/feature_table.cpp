@@ -4,6 +4,8 @@
 #include <chrono>
 #include <optional>
 
+#include "tools/bench/document.h"
+
 namespace ballot::cli {
 
 namespace {
@@ -112,10 +114,7 @@ void repeat(const Round& round) {
   for (int i = 0; i < kMostRepeats && (i < kLeastRepeats || Clock::now() < end); ++i) round();
 }
 
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
-}
+double median(const std::vector<double>& values) { return bench::quantile(values, 0.5); }
 
 nlohmann::json print_gain(Engine& engine, const Warmer& warmer, const Picture& picture) {
   std::vector<double> own, every, own_look, every_look;

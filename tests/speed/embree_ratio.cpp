@@ -3,12 +3,12 @@
 // Rays: kinds as `ballot bench` makes them. Embree: robust, high build quality (spatial splits), called for single rays, and
 // for packets of 8 and 16 neighbours, with the coherent and the incoherent flag; the filling of packets counts. Ballot: device
 // time of the traversal. Medians over the repeats; geometric means over the views.
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
 #include <map>
 
 #include "tests/speed/embree_calls.h"
+#include "tests/speed/program.h"
 #include "tools/bench/markdown.h"
 
 namespace ballot::speed {
@@ -25,11 +25,6 @@ struct Args {
   unsigned threads = std::thread::hardware_concurrency();
   std::string device = "cpu";
 };
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
-}
 
 std::string label(const std::string& method, const std::string& mode) { return method + ", " + mode; }
 
@@ -133,14 +128,5 @@ int main(int argc, char** argv) {
   app.add_option("--threads", args.threads, "of Embree [as many as there are cores]; lavapipe's: LP_NUM_THREADS")
       ->check(CLI::Range(1, 1024));
   app.add_option("--device", args.device, "device of Ballot [cpu]");
-  try {
-    app.parse(argc, argv);
-    ballot::speed::run(args);
-    return 0;
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) ? 2 : 0;
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "ballot_embree_ratio: {}\n", e.what());
-    return 1;
-  }
+  return ballot::speed::run_program(app, argc, argv, "ballot_embree_ratio", [&] { ballot::speed::run(args); });
 }

@@ -1,7 +1,5 @@
 // What a frame of the viewer takes: LiveImage as a window uses it, without the window. The camera turns a little with every frame, so
 // each is a new picture of one sample, of which the host learns when it has ended.
-#include <CLI/CLI.hpp>
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
@@ -9,6 +7,7 @@
 #include <vector>
 
 #include "engine/ballot.h"
+#include "tests/speed/program.h"
 #include "tools/bench/markdown.h"
 
 namespace ballot::speed {
@@ -22,11 +21,6 @@ struct Args {
   std::uint32_t size = 1024, frames = 400;
   int rest = 0;  // samples a picture has before the camera turns
 };
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
-}
 
 /// The view after so many steps: to and fro, three degrees at most.
 View turned(View view, std::uint32_t step) {
@@ -101,14 +95,5 @@ int main(int argc, char** argv) {
   app.add_option("--rest", args.rest, "samples that a picture gets before the camera turns again [0]")
       ->check(CLI::Range(0, 100000));
   app.add_option("--device", args.device, "device [gpu]");
-  try {
-    app.parse(argc, argv);
-    ballot::speed::run(args);
-    return 0;
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) ? 2 : 0;
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "ballot_live_frames: {}\n", e.what());
-    return 1;
-  }
+  return ballot::speed::run_program(app, argc, argv, "ballot_live_frames", [&] { ballot::speed::run(args); });
 }
