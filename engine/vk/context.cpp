@@ -41,6 +41,19 @@ VkDebugUtilsMessengerCreateInfoEXT messenger_info(std::vector<std::string>* mess
   return info;
 }
 
+/// NVIDIA's driver (580.159.04) leaves thread-local storage behind each time that it is unloaded, so that the 31st instance of a
+/// process finds no driver. As long as there is an instance it stays loaded; this one there is until the process ends.
+void keep_drivers_loaded(const VkApplicationInfo& app) {
+  static const VkInstance kept = [&] {
+    VkInstanceCreateInfo create{};
+    create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+    create.pApplicationInfo = &app;
+    VkInstance instance = VK_NULL_HANDLE;
+    return vkCreateInstance(&create, nullptr, &instance) == VK_SUCCESS ? instance : VK_NULL_HANDLE;
+  }();
+  static_cast<void>(kept);
+}
+
 VkInstance make_instance(bool validate, std::vector<std::string>* messages, const WindowSurface* window = nullptr) {
   load_vulkan();
   std::uint32_t version = 0;
@@ -53,6 +66,7 @@ VkInstance make_instance(bool validate, std::vector<std::string>* messages, cons
   app.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
   app.pApplicationName = "ballot";
   app.apiVersion = VK_API_VERSION_1_2;
+  keep_drivers_loaded(app);
   VkInstanceCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
   create.pApplicationInfo = &app;

@@ -1,5 +1,6 @@
 // Pictures that stay on the device: the same as those that render() makes, for every kind of ray, and their refinement.
 #include <algorithm>
+#include <cmath>
 
 #include "tests/images/pictures.h"
 
@@ -141,9 +142,9 @@ TEST_F(Live, RaysThatTheTraversalMakesAreThoseThatAreRead) {
 
 TEST_F(Live, RaysOfPicturesOfSeveralDispatchesAreMadeToo) {
   LiveOptions o = options();
-  o.width = 1030, o.height = 1030;
   o.query.method = "while-while";
   Tracer& tracer = engine_->tracer();
+  o.width = o.height = std::uint32_t(std::sqrt(tracer.chunk_rays())) + 6;
   ASSERT_GT(std::size_t(o.width) * o.height, tracer.chunk_rays());
   std::vector<std::vector<std::uint32_t>> pictures;
   for (const bool made : {true, false}) {
