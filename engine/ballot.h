@@ -83,7 +83,8 @@ class Engine {
   ///         for coherence.
   /// hits    exactly n records, overwritten. On a miss prim is NO_HIT, t is the ray's t_max (0 for a dead ray), and
   ///         u = v = 0.
-  /// query   nearest: the smallest t in [t_min, t_max], among equal t the smallest prim; any: some hit.
+  /// query   nearest: the smallest t in [t_min, t_max], among equal t the smallest prim (in `plain` and `fast`, whose boxes are not
+  ///         padded, perhaps another one at that t); any: some hit.
   /// Throws  Error(Arguments) if the sizes differ or a name is unknown, Error(Work) if the device fails.
   /// Blocks until the results are in `hits`.
   TraceTimes trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query = {},
