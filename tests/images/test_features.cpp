@@ -327,7 +327,8 @@ TEST(Features, BuffersAndDispatchesFollowFromTheScene) {
     if (!plain) plain = bytes;
     const std::uint64_t shadow = c.shadow ? 64 * (sizeof(Ray) + sizeof(Hit) + sizeof(Awaited)) : 0;
     std::uint64_t alpha = c.alpha ? 2 * 64 * (sizeof(Ray) + sizeof(Hit) + 4) : 0;
-    if (c.alpha && engine.tracer().makes_rays()) alpha -= sizeof(PrimaryPush);  // the camera, for kernels that make rays
+    if (c.alpha && engine.tracer().makes_rays())
+      alpha -= sizeof(PrimaryPush);  // the camera, for kernels that make rays
     if (more_waves)
       EXPECT_GT(bytes, *plain + c.scene_bytes);
     else
