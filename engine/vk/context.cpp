@@ -42,7 +42,7 @@ VkDebugUtilsMessengerCreateInfoEXT messenger_info(std::vector<std::string>* mess
 }
 
 /// NVIDIA's driver (580.159.04) leaves thread-local storage behind each time that it is unloaded, so that the 31st instance of a
-/// process finds no driver. As long as there is an instance it stays loaded; this one there is until the process ends.
+/// process finds no driver. As long as there is an instance it stays loaded; this one lasts until the process ends.
 void keep_drivers_loaded(const VkApplicationInfo& app) {
   static const VkInstance kept = [&] {
     VkInstanceCreateInfo create{};
