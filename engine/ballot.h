@@ -22,15 +22,15 @@
 #include "engine/core/npy.h"
 #include "engine/core/progress.h"
 #include "engine/present/presenter.h"
-#include "engine/render/batch.h"
-#include "engine/render/check.h"
-#include "engine/render/film.h"
-#include "engine/render/film_file.h"
-#include "engine/render/integrators.h"
-#include "engine/render/live.h"
-#include "engine/render/origins.h"
-#include "engine/render/ray_kinds.h"
-#include "engine/render/renderer.h"
+#include "engine/render/batch/batch.h"
+#include "engine/render/batch/check.h"
+#include "engine/render/batch/origins.h"
+#include "engine/render/batch/ray_kinds.h"
+#include "engine/render/film/film.h"
+#include "engine/render/film/film_file.h"
+#include "engine/render/film/renderer.h"
+#include "engine/render/live/live.h"
+#include "engine/render/path/integrators.h"
 #include "engine/scene/light.h"
 #include "engine/scene/scene.h"
 #include "engine/trace/methods.h"
@@ -135,7 +135,7 @@ class Engine {
   }
 
   /// What a query runs on a batch: its want is the batch's, and method auto becomes what auto chooses for such rays.
-  Query settle(const RayBatch& batch, Query query) { return batches_->settle(batch, std::move(query)); }
+  Query resolve(const RayBatch& batch, Query query) { return batches_->resolve(batch, std::move(query)); }
 
   /// Traces a batch; its hits stay on the device. query.want is taken from the batch. Throws as trace() above does.
   TraceTimes trace(RayBatch& batch, Query query) { return batches_->trace(batch, std::move(query)); }
@@ -150,7 +150,7 @@ class Engine {
   /// of trace(). Throws as trace() does, and Error(Work) if the device has no room for the counters, 72 bytes a ray.
   Counters count(RayBatch& batch, Query query) { return batches_->count(batch, std::move(query)); }
 
-  /// What the CPU oracle (engine/bvh/oracle.h) says of a batch's rays, in parallel.
+  /// What the CPU oracle (engine/oracle/oracle.h) says of a batch's rays, in parallel.
   Truth truth(const RayBatch& batch) { return checker().truth(batch); }
 
   /// Traces a batch into hits that were filled with a pattern and holds every record to the oracle. `of_batch` is what
@@ -159,7 +159,7 @@ class Engine {
     return checker().check(batch, of_batch, query);
   }
 
-  /// What a batch's rays hit, decided without rounding (engine/exact/exact.h), in parallel: tens of thousands of
+  /// What a batch's rays hit, decided without rounding (engine/oracle/exact.h), in parallel: tens of thousands of
   /// rays a second and core. progress is called with the share done, from one thread at a time.
   ExactTruth exact_truth(const RayBatch& batch, const Progress& progress = {}) {
     return checker().exact_truth(batch, progress);

@@ -56,7 +56,7 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
                                                                       options.statistics})) {
   times_.device_s = seconds_since(begin_);
   for (const Query& q : options.queries)
-    formulation_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);
+    kernel_config_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);
   const auto start = Clock::now();
   bvh_ = build(scene_, options, progress);
   times_.bvh_s = seconds_since(start);

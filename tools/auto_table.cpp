@@ -44,7 +44,7 @@ void calibrate(Engine& engine, const std::string& numeric) {
   double done = 0;
   for (const RayKind& kind : kRayKinds) {
     const auto batch = engine.make_batch(engine.scene().views.front(), kind, side, side);
-    engine.settle(*batch, {.method = std::string(kAuto), .numeric = numeric});
+    engine.resolve(*batch, {.method = std::string(kAuto), .numeric = numeric});
     bar.update(++done / double(std::size(kRayKinds)));
   }
 }

@@ -66,7 +66,7 @@ Query QueryArgs::query() const {
     if (equals == std::string::npos) fail(Failure::Arguments, "--knob: '{}' is not of the form NAME=VALUE", text);
     q.knobs[text.substr(0, equals)] = text.substr(equals + 1);
   }
-  Formulation scratch;
+  KernelConfig scratch;
   apply_knobs(scratch, q.knobs);
   return q;
 }

@@ -101,7 +101,7 @@ nlohmann::json print_variants(const DeviceInfo& device, const TreeFacts& tree) {
   for (const Method& m : kMethods) {
     if (m.chooses) continue;
     const NumericMode& numeric = find_numeric(kDefaultNumeric);
-    const Variant v{&m, &numeric, Want::Nearest, formulation_for(m, numeric, device)};
+    const Variant v{&m, &numeric, Want::Nearest, kernel_config_for(m, numeric, device)};
     kernel_source(v, device, tree);  // refuses what does not fit
     fmt::print("  {}\n", v.name());
     json.push_back(v.name());

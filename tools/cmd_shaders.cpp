@@ -11,7 +11,7 @@ struct ShadersArgs {
   std::string json;
 };
 
-/// Devices that together reach every define of the formulations: compiling needs no driver.
+/// Devices that together reach every define of the kernel configurations: compiling needs no driver.
 std::vector<DeviceInfo> imagined_devices() {
   DeviceInfo gpu;
   gpu.name = "a GPU";
@@ -58,7 +58,7 @@ std::vector<KernelSource> traversal_sources() {
         for (const Want want : {Want::Nearest, Want::Any})
           for (const Knobs& knobs : all_knobs)
             for (const bool counters : {false, true}) {
-              Variant v{&method, &numeric, want, formulation_for(method, numeric, device, knobs), counters};
+              Variant v{&method, &numeric, want, kernel_config_for(method, numeric, device, knobs), counters};
               sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES}));
               if (&knobs == &all_knobs[0] && !method.wide)
                 sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = 1}));
@@ -67,9 +67,9 @@ std::vector<KernelSource> traversal_sources() {
                     kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = true}));
               if (counters || !knobs.contains("launch")) continue;
               const TreeFacts tree{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
-              v.called = true;
+              v.indirect = true;
               sources.push_back(kernel_source(v, device, tree));
-              v.called = false;
+              v.indirect = false;
               for (const CameraKind camera : {CameraKind::Perspective, CameraKind::Orthographic})
                 if (v.camera = camera; want == Want::Nearest && &knobs == &all_knobs[0])
                   sources.push_back(kernel_source(v, device, tree));
@@ -89,7 +89,7 @@ std::vector<KernelSource> integrator_sources() {
                                             &SceneFeatures::emissive_texture,
                                             &SceneFeatures::normal_texture,
                                             &SceneFeatures::lights};
-  std::vector<KernelSource> sources{calls_source(),    connect_source(), film_source(false),
+  std::vector<KernelSource> sources{indirect_source(), connect_source(), film_source(false),
                                     film_source(true), alpha_source({}), alpha_source({.base_texture = true})};
   std::set<std::string> names;
   const auto add = [&](const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {

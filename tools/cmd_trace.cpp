@@ -40,7 +40,7 @@ int run_trace(const TraceArgs& args) {
   }
   write_hits(args.out, hits);
   const auto hit_count = std::ranges::count_if(hits, [](const Hit& h) { return h.prim != NO_HIT; });
-  if (query.method == kAuto) query.rays = engine.tracer().sort_of(rays);
+  if (query.method == kAuto) query.rays = engine.tracer().ray_class(rays);
   const Variant variant = engine.tracer().variant(query);
   const double mrays = times.device_ms > 0 ? double(rays.size()) / times.device_ms * 1e-3 : 0;
   fmt::print("{}: {} rays, {} hits, {:.3f} ms on the device, {:.2f} Mrays/s\n", args.out, rays.size(), hit_count,

@@ -173,7 +173,7 @@ nlohmann::json print_stack_gain(Engine& engine, Tracer& common, const RayKind& k
   const auto batch =
       engine.make_batch(engine.scene().views[0], kind, 2 * measured_size(engine), 2 * measured_size(engine));
   if (batch->count() == 0) return nullptr;
-  const Query query = engine.settle(*batch, Query{});
+  const Query query = engine.resolve(*batch, Query{});
   Buffer<Ray> rays(*engine.context(), batch->count(), Access::Storage, "rays");
   Buffer<Hit> hits(*engine.context(), batch->count(), Access::Storage, "hits");
   rays.upload(batch->rays());

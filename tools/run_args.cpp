@@ -80,7 +80,7 @@ bench::Plan RunArgs::make_plan() const {
   const auto devices = list_devices();
   const DeviceInfo& device = devices[choose_device(devices, engine.device)];
   for (const Query& query : made.queries())
-    formulation_for(find_method(query.method), find_numeric(query.numeric), device, query.knobs);
+    kernel_config_for(find_method(query.method), find_numeric(query.numeric), device, query.knobs);
   return made;
 }
 

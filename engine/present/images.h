@@ -15,7 +15,7 @@ struct Use {
 };
 
 /// Orders two uses of an image and changes its layout.
-void change_use(VkCommandBuffer cmd, VkImage image, const Use& from, const Use& to);
+void change_use(const Vulkan& vk, VkCommandBuffer cmd, VkImage image, const Use& from, const Use& to);
 
 /// Owned by the caller, as is `memory`. Throws Error(Work) that names the image.
 VkImage create_image(Context& gpu, VkExtent2D size, VkFormat format, VkImageUsageFlags usage, const std::string& name,

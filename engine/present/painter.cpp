@@ -17,7 +17,7 @@ VkShaderModule module_of(Context& gpu, const char* file) {
   create.codeSize = spirv.words.size() * 4;
   create.pCode = spirv.words.data();
   VkShaderModule module = VK_NULL_HANDLE;
-  vk_check(vkCreateShaderModule(gpu.device(), &create, nullptr, &module), "creating shader", file);
+  vk_check(gpu.vk().CreateShaderModule(gpu.device(), &create, nullptr, &module), "creating shader", file);
   return module;
 }
 
@@ -44,17 +44,17 @@ Painter::~Painter() { destroy(); }
 
 void Painter::destroy() {
   destroy_atlas();
-  vkDestroyPipeline(gpu_.device(), pipeline_, nullptr);
-  vkDestroyDescriptorPool(gpu_.device(), pool_, nullptr);
-  vkDestroyPipelineLayout(gpu_.device(), layout_, nullptr);
-  vkDestroyDescriptorSetLayout(gpu_.device(), set_layout_, nullptr);
-  vkDestroySampler(gpu_.device(), sampler_, nullptr);
+  gpu_.vk().DestroyPipeline(gpu_.device(), pipeline_, nullptr);
+  gpu_.vk().DestroyDescriptorPool(gpu_.device(), pool_, nullptr);
+  gpu_.vk().DestroyPipelineLayout(gpu_.device(), layout_, nullptr);
+  gpu_.vk().DestroyDescriptorSetLayout(gpu_.device(), set_layout_, nullptr);
+  gpu_.vk().DestroySampler(gpu_.device(), sampler_, nullptr);
 }
 
 void Painter::destroy_atlas() {
-  vkDestroyImageView(gpu_.device(), atlas_view_, nullptr);
-  vkDestroyImage(gpu_.device(), atlas_, nullptr);
-  vkFreeMemory(gpu_.device(), atlas_memory_, nullptr);
+  gpu_.vk().DestroyImageView(gpu_.device(), atlas_view_, nullptr);
+  gpu_.vk().DestroyImage(gpu_.device(), atlas_, nullptr);
+  gpu_.vk().FreeMemory(gpu_.device(), atlas_memory_, nullptr);
   atlas_view_ = VK_NULL_HANDLE;
   atlas_ = VK_NULL_HANDLE;
   atlas_memory_ = VK_NULL_HANDLE;
@@ -65,7 +65,7 @@ void Painter::create_layout(std::uint32_t frames) {
   sampler.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO;
   sampler.magFilter = sampler.minFilter = VK_FILTER_LINEAR;
   sampler.addressModeU = sampler.addressModeV = sampler.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
-  vk_check(vkCreateSampler(gpu_.device(), &sampler, nullptr, &sampler_), "creating the painter's sampler");
+  vk_check(gpu_.vk().CreateSampler(gpu_.device(), &sampler, nullptr, &sampler_), "creating the painter's sampler");
   const std::array<VkDescriptorSetLayoutBinding, 3> bindings{{
       {BIND_VERTICES, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_VERTEX_BIT, nullptr},
       {BIND_INDICES, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_VERTEX_BIT, nullptr},
@@ -75,7 +75,7 @@ void Painter::create_layout(std::uint32_t frames) {
   set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
   set.bindingCount = std::uint32_t(bindings.size());
   set.pBindings = bindings.data();
-  vk_check(vkCreateDescriptorSetLayout(gpu_.device(), &set, nullptr, &set_layout_),
+  vk_check(gpu_.vk().CreateDescriptorSetLayout(gpu_.device(), &set, nullptr, &set_layout_),
            "creating the painter's set layout");
   const VkPushConstantRange range{VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof(PaintPush)};
   VkPipelineLayoutCreateInfo layout{};
@@ -84,7 +84,7 @@ void Painter::create_layout(std::uint32_t frames) {
   layout.pSetLayouts = &set_layout_;
   layout.pushConstantRangeCount = 1;
   layout.pPushConstantRanges = &range;
-  vk_check(vkCreatePipelineLayout(gpu_.device(), &layout, nullptr, &layout_), "creating the painter's layout");
+  vk_check(gpu_.vk().CreatePipelineLayout(gpu_.device(), &layout, nullptr, &layout_), "creating the painter's layout");
   const std::array<VkDescriptorPoolSize, 2> sizes{
       {{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 2 * frames}, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, frames}}};
   VkDescriptorPoolCreateInfo pool{};
@@ -92,14 +92,16 @@ void Painter::create_layout(std::uint32_t frames) {
   pool.maxSets = frames;
   pool.poolSizeCount = std::uint32_t(sizes.size());
   pool.pPoolSizes = sizes.data();
-  vk_check(vkCreateDescriptorPool(gpu_.device(), &pool, nullptr, &pool_), "creating the painter's descriptor pool");
+  vk_check(gpu_.vk().CreateDescriptorPool(gpu_.device(), &pool, nullptr, &pool_),
+           "creating the painter's descriptor pool");
   for (Frame& frame : frames_) {
     VkDescriptorSetAllocateInfo allocate{};
     allocate.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
     allocate.descriptorPool = pool_;
     allocate.descriptorSetCount = 1;
     allocate.pSetLayouts = &set_layout_;
-    vk_check(vkAllocateDescriptorSets(gpu_.device(), &allocate, &frame.set), "allocating the painter's descriptors");
+    vk_check(gpu_.vk().AllocateDescriptorSets(gpu_.device(), &allocate, &frame.set),
+             "allocating the painter's descriptors");
   }
 }
 
@@ -156,8 +158,8 @@ void Painter::create_pipeline(VkRenderPass pass) {
   create.layout = layout_;
   create.renderPass = pass;
   const VkResult result =
-      vkCreateGraphicsPipelines(gpu_.device(), gpu_.pipeline_cache(), 1, &create, nullptr, &pipeline_);
-  for (const auto& stage : stages) vkDestroyShaderModule(gpu_.device(), stage.module, nullptr);
+      gpu_.vk().CreateGraphicsPipelines(gpu_.device(), gpu_.pipeline_cache(), 1, &create, nullptr, &pipeline_);
+  for (const auto& stage : stages) gpu_.vk().DestroyShaderModule(gpu_.device(), stage.module, nullptr);
   vk_check(result, "creating the painter's pipeline");
   gpu_.name(VK_OBJECT_TYPE_PIPELINE, std::uint64_t(pipeline_), "painter");
 }
@@ -179,11 +181,11 @@ void Painter::set_atlas(const PaintAtlas& atlas) {
                      VK_ACCESS_TRANSFER_WRITE_BIT};
     const Use read{VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT,
                    VK_ACCESS_SHADER_READ_BIT};
-    change_use(cmd, atlas_, none, filled);
+    change_use(gpu_.vk(), cmd, atlas_, none, filled);
     const VkBufferImageCopy copy{
         0, 0, 0, {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1}, {0, 0, 0}, {atlas.width, atlas.height, 1}};
-    vkCmdCopyBufferToImage(cmd, bytes.handle(), atlas_, filled.layout, 1, &copy);
-    change_use(cmd, atlas_, filled, read);
+    gpu_.vk().CmdCopyBufferToImage(cmd, bytes.handle(), atlas_, filled.layout, 1, &copy);
+    change_use(gpu_.vk(), cmd, atlas_, filled, read);
   });
 }
 
@@ -209,25 +211,25 @@ void Painter::upload(std::uint32_t frame, const PaintList& list) {
   writes[BIND_VERTICES].pBufferInfo = &vertices;
   writes[BIND_INDICES].pBufferInfo = &indices;
   writes[BIND_ATLAS].pImageInfo = &image;
-  vkUpdateDescriptorSets(gpu_.device(), std::uint32_t(writes.size()), writes.data(), 0, nullptr);
+  gpu_.vk().UpdateDescriptorSets(gpu_.device(), std::uint32_t(writes.size()), writes.data(), 0, nullptr);
 }
 
 void Painter::record(VkCommandBuffer cmd, std::uint32_t frame, const PaintList& list, VkExtent2D area) {
   if (!atlas_view_ || list.commands.empty()) return;
-  vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline_);
-  vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &frames_[frame].set, 0, nullptr);
+  gpu_.vk().CmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline_);
+  gpu_.vk().CmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1, &frames_[frame].set, 0, nullptr);
   const VkViewport viewport{0, 0, float(area.width), float(area.height), 0, 1};
-  vkCmdSetViewport(cmd, 0, 1, &viewport);
+  gpu_.vk().CmdSetViewport(cmd, 0, 1, &viewport);
   for (const PaintCommand& c : list.commands) {
     const std::int32_t left = std::max(0, c.x), top = std::max(0, c.y);
     const std::int32_t right = std::min(std::int32_t(area.width), c.x + std::int32_t(c.width));
     const std::int32_t bottom = std::min(std::int32_t(area.height), c.y + std::int32_t(c.height));
     if (right <= left || bottom <= top) continue;
     const VkRect2D clip{{left, top}, {std::uint32_t(right - left), std::uint32_t(bottom - top)}};
-    vkCmdSetScissor(cmd, 0, 1, &clip);
+    gpu_.vk().CmdSetScissor(cmd, 0, 1, &clip);
     const PaintPush push{2 / float(area.width), 2 / float(area.height), c.first_vertex};
-    vkCmdPushConstants(cmd, layout_, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof push, &push);
-    vkCmdDraw(cmd, c.index_count, 1, c.first_index, 0);
+    gpu_.vk().CmdPushConstants(cmd, layout_, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof push, &push);
+    gpu_.vk().CmdDraw(cmd, c.index_count, 1, c.first_index, 0);
   }
 }
 

@@ -21,7 +21,7 @@ constexpr VkImageSubresourceLayers kColor{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
 
 bool filters_linearly(Context& gpu, VkFormat format) {
   VkFormatProperties properties{};
-  vkGetPhysicalDeviceFormatProperties(gpu.physical(), format, &properties);
+  gpu.vk().GetPhysicalDeviceFormatProperties(gpu.physical(), format, &properties);
   return (properties.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT) != 0;
 }
 
@@ -42,17 +42,17 @@ Presenter::Presenter(Context& gpu, Pace pace)
 Presenter::~Presenter() { destroy(); }
 
 void Presenter::destroy() {
-  vkDeviceWaitIdle(gpu_.device());
+  gpu_.vk().DeviceWaitIdle(gpu_.device());
   painter_.reset();
-  vkDestroyImage(gpu_.device(), small_, nullptr);
-  vkFreeMemory(gpu_.device(), small_memory_, nullptr);
+  gpu_.vk().DestroyImage(gpu_.device(), small_, nullptr);
+  gpu_.vk().FreeMemory(gpu_.device(), small_memory_, nullptr);
   for (const Frame& f : frames_) {
-    vkDestroySemaphore(gpu_.device(), f.ready, nullptr);
-    vkDestroyFence(gpu_.device(), f.done, nullptr);
+    gpu_.vk().DestroySemaphore(gpu_.device(), f.ready, nullptr);
+    gpu_.vk().DestroyFence(gpu_.device(), f.done, nullptr);
   }
-  vkDestroyQueryPool(gpu_.device(), queries_, nullptr);
-  vkDestroyCommandPool(gpu_.device(), commands_, nullptr);
-  vkDestroyRenderPass(gpu_.device(), pass_, nullptr);
+  gpu_.vk().DestroyQueryPool(gpu_.device(), queries_, nullptr);
+  gpu_.vk().DestroyCommandPool(gpu_.device(), commands_, nullptr);
+  gpu_.vk().DestroyRenderPass(gpu_.device(), pass_, nullptr);
 }
 
 void Presenter::create_pass() {
@@ -76,7 +76,7 @@ void Presenter::create_pass() {
   create.pAttachments = &window;
   create.subpassCount = 1;
   create.pSubpasses = &subpass;
-  vk_check(vkCreateRenderPass(gpu_.device(), &create, nullptr, &pass_), "creating the window's render pass");
+  vk_check(gpu_.vk().CreateRenderPass(gpu_.device(), &create, nullptr, &pass_), "creating the window's render pass");
 }
 
 void Presenter::create_frames() {
@@ -84,13 +84,15 @@ void Presenter::create_frames() {
   pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
   pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
   pool.queueFamilyIndex = gpu_.queue_family();
-  vk_check(vkCreateCommandPool(gpu_.device(), &pool, nullptr, &commands_), "creating the window's command pool");
+  vk_check(gpu_.vk().CreateCommandPool(gpu_.device(), &pool, nullptr, &commands_),
+           "creating the window's command pool");
   if (gpu_.info().timestamp_ns > 0) {
     VkQueryPoolCreateInfo queries{};
     queries.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
     queries.queryType = VK_QUERY_TYPE_TIMESTAMP;
     queries.queryCount = 2 * kFrames;
-    vk_check(vkCreateQueryPool(gpu_.device(), &queries, nullptr, &queries_), "creating the window's query pool");
+    vk_check(gpu_.vk().CreateQueryPool(gpu_.device(), &queries, nullptr, &queries_),
+             "creating the window's query pool");
   }
   for (Frame& f : frames_) {
     VkCommandBufferAllocateInfo allocate{};
@@ -98,19 +100,20 @@ void Presenter::create_frames() {
     allocate.commandPool = commands_;
     allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
     allocate.commandBufferCount = 1;
-    vk_check(vkAllocateCommandBuffers(gpu_.device(), &allocate, &f.commands), "allocating the window's commands");
+    vk_check(gpu_.vk().AllocateCommandBuffers(gpu_.device(), &allocate, &f.commands),
+             "allocating the window's commands");
     VkSemaphoreCreateInfo semaphore{};
     semaphore.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO;
-    vk_check(vkCreateSemaphore(gpu_.device(), &semaphore, nullptr, &f.ready), "creating a semaphore");
+    vk_check(gpu_.vk().CreateSemaphore(gpu_.device(), &semaphore, nullptr, &f.ready), "creating a semaphore");
     VkFenceCreateInfo fence{};
     fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
     fence.flags = VK_FENCE_CREATE_SIGNALED_BIT;
-    vk_check(vkCreateFence(gpu_.device(), &fence, nullptr, &f.done), "creating a fence");
+    vk_check(gpu_.vk().CreateFence(gpu_.device(), &fence, nullptr, &f.done), "creating a fence");
   }
 }
 
 void Presenter::set_atlas(const PaintAtlas& atlas) {
-  vk_check(vkDeviceWaitIdle(gpu_.device()), "waiting for the window");
+  vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
   painter_->set_atlas(atlas);
 }
 
@@ -136,16 +139,16 @@ bool Presenter::acquire(Frame& frame, VkExtent2D window, std::uint32_t& index) {
 void Presenter::read_time(std::uint32_t frame) {
   if (!queries_ || !frames_[frame].timed) return;
   std::uint64_t ticks[2] = {};
-  if (vkGetQueryPoolResults(gpu_.device(), queries_, frame * 2, 2, sizeof ticks, ticks, sizeof ticks[0],
-                            VK_QUERY_RESULT_64_BIT) == VK_SUCCESS)
+  if (gpu_.vk().GetQueryPoolResults(gpu_.device(), queries_, frame * 2, 2, sizeof ticks, ticks, sizeof ticks[0],
+                                    VK_QUERY_RESULT_64_BIT) == VK_SUCCESS)
     last_ms_ = double(ticks[1] - ticks[0]) * gpu_.info().timestamp_ns * 1e-6;
 }
 
 void Presenter::make_stretched(const ShownPicture& picture) {
   if (small_ && small_size_.width >= picture.width && small_size_.height >= picture.height) return;
-  vk_check(vkDeviceWaitIdle(gpu_.device()), "waiting for the window");
-  vkDestroyImage(gpu_.device(), small_, nullptr);
-  vkFreeMemory(gpu_.device(), small_memory_, nullptr);
+  vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
+  gpu_.vk().DestroyImage(gpu_.device(), small_, nullptr);
+  gpu_.vk().FreeMemory(gpu_.device(), small_memory_, nullptr);
   small_ = VK_NULL_HANDLE;
   small_memory_ = VK_NULL_HANDLE;
   small_size_ = {std::max(small_size_.width, picture.width), std::max(small_size_.height, picture.height)};
@@ -158,14 +161,14 @@ bool Presenter::show(const ShownPicture& picture, const PaintList& list, std::ui
                      std::uint32_t window_height) {
   if (window_width == 0 || window_height == 0) return false;
   Frame& frame = frames_[next_];
-  vk_check(vkWaitForFences(gpu_.device(), 1, &frame.done, VK_TRUE, UINT64_MAX), "waiting for a frame");
+  vk_check(gpu_.vk().WaitForFences(gpu_.device(), 1, &frame.done, VK_TRUE, UINT64_MAX), "waiting for a frame");
   read_time(next_);
   std::uint32_t index = 0;
   painter_->upload(next_, list);
   if (!acquire(frame, {window_width, window_height}, index)) return false;
   if (picture.pixels) make_stretched(picture);
   record(next_, swapchain_[index], picture, list);
-  vk_check(vkResetFences(gpu_.device(), 1, &frame.done), "resetting a frame's fence");
+  vk_check(gpu_.vk().ResetFences(gpu_.device(), 1, &frame.done), "resetting a frame's fence");
   const VkPipelineStageFlags wait = VK_PIPELINE_STAGE_TRANSFER_BIT;
   VkSubmitInfo submit{};
   submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
@@ -177,9 +180,9 @@ bool Presenter::show(const ShownPicture& picture, const PaintList& list, std::ui
   submit.signalSemaphoreCount = 1;
   submit.pSignalSemaphores = &swapchain_[index].painted;
   const auto start = std::chrono::steady_clock::now();
-  vk_check(vkQueueSubmit(gpu_.queue(), 1, &submit, frame.done), "submitting a frame of the window");
+  vk_check(gpu_.vk().QueueSubmit(gpu_.queue(), 1, &submit, frame.done), "submitting a frame of the window");
   if (!queries_) {  // the next submission's wall time is to be its own
-    vk_check(vkWaitForFences(gpu_.device(), 1, &frame.done, VK_TRUE, UINT64_MAX), "waiting for a frame");
+    vk_check(gpu_.vk().WaitForFences(gpu_.device(), 1, &frame.done, VK_TRUE, UINT64_MAX), "waiting for a frame");
     last_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   }
   frame.timed = true;
@@ -195,35 +198,35 @@ bool Presenter::show(const ShownPicture& picture, const PaintList& list, std::ui
 void Presenter::record(std::uint32_t frame, const Swapchain::Image& image, const ShownPicture& picture,
                        const PaintList& list) {
   const VkCommandBuffer cmd = frames_[frame].commands;
-  vk_check(vkResetCommandBuffer(cmd, 0), "resetting a frame's commands");
+  vk_check(gpu_.vk().ResetCommandBuffer(cmd, 0), "resetting a frame's commands");
   VkCommandBufferBeginInfo begin{};
   begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
   begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-  vk_check(vkBeginCommandBuffer(cmd, &begin), "recording a frame of the window");
+  vk_check(gpu_.vk().BeginCommandBuffer(cmd, &begin), "recording a frame of the window");
   if (queries_) {
-    vkCmdResetQueryPool(cmd, queries_, frame * 2, 2);
-    vkCmdWriteTimestamp(cmd, VK_PIPELINE_STAGE_TRANSFER_BIT, queries_, frame * 2);
+    gpu_.vk().CmdResetQueryPool(cmd, queries_, frame * 2, 2);
+    gpu_.vk().CmdWriteTimestamp(cmd, VK_PIPELINE_STAGE_TRANSFER_BIT, queries_, frame * 2);
   }
-  change_use(cmd, image.image, kAcquired, kFilled);
+  change_use(gpu_.vk(), cmd, image.image, kAcquired, kFilled);
   record_picture(cmd, image.image, picture);
-  change_use(cmd, image.image, kFilled, kPainted);
+  change_use(gpu_.vk(), cmd, image.image, kFilled, kPainted);
   VkRenderPassBeginInfo pass{};
   pass.sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO;
   pass.renderPass = pass_;
   pass.framebuffer = image.framebuffer;
   pass.renderArea.extent = swapchain_.extent();
-  vkCmdBeginRenderPass(cmd, &pass, VK_SUBPASS_CONTENTS_INLINE);
+  gpu_.vk().CmdBeginRenderPass(cmd, &pass, VK_SUBPASS_CONTENTS_INLINE);
   painter_->record(cmd, frame, list, swapchain_.extent());
-  vkCmdEndRenderPass(cmd);
+  gpu_.vk().CmdEndRenderPass(cmd);
   // The next submission may write the pixels, vertices and the picture to stretch again.
   VkMemoryBarrier barrier{};
   barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
   barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
   barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
-  vkCmdPipelineBarrier(cmd, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1, &barrier, 0,
-                       nullptr, 0, nullptr);
-  if (queries_) vkCmdWriteTimestamp(cmd, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries_, frame * 2 + 1);
-  vk_check(vkEndCommandBuffer(cmd), "recording a frame of the window");
+  gpu_.vk().CmdPipelineBarrier(cmd, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1,
+                               &barrier, 0, nullptr, 0, nullptr);
+  if (queries_) gpu_.vk().CmdWriteTimestamp(cmd, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries_, frame * 2 + 1);
+  vk_check(gpu_.vk().EndCommandBuffer(cmd), "recording a frame of the window");
 }
 
 void Presenter::record_picture(VkCommandBuffer cmd, VkImage to, const ShownPicture& picture) {
@@ -231,21 +234,21 @@ void Presenter::record_picture(VkCommandBuffer cmd, VkImage to, const ShownPictu
   if (!picture.pixels) {
     const VkClearColorValue black{{0, 0, 0, 1}};
     const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-    vkCmdClearColorImage(cmd, to, kFilled.layout, &black, 1, &all);
+    gpu_.vk().CmdClearColorImage(cmd, to, kFilled.layout, &black, 1, &all);
     return;
   }
   const bool direct = picture.width == window.width && picture.height == window.height;
   const VkBufferImageCopy copy{0, 0, 0, kColor, {0, 0, 0}, {picture.width, picture.height, 1}};
-  if (!direct) change_use(cmd, small_, kAcquired, kFilled);
-  vkCmdCopyBufferToImage(cmd, picture.pixels->handle(), direct ? to : small_, kFilled.layout, 1, &copy);
+  if (!direct) change_use(gpu_.vk(), cmd, small_, kAcquired, kFilled);
+  gpu_.vk().CmdCopyBufferToImage(cmd, picture.pixels->handle(), direct ? to : small_, kFilled.layout, 1, &copy);
   if (direct) return;
-  change_use(cmd, small_, kFilled, kCopied);
+  change_use(gpu_.vk(), cmd, small_, kFilled, kCopied);
   VkImageBlit blit{};
   blit.srcSubresource = blit.dstSubresource = kColor;
   blit.srcOffsets[1] = {std::int32_t(picture.width), std::int32_t(picture.height), 1};
   blit.dstOffsets[1] = {std::int32_t(window.width), std::int32_t(window.height), 1};
-  vkCmdBlitImage(cmd, small_, kCopied.layout, to, kFilled.layout, 1, &blit,
-                 linear_ ? VK_FILTER_LINEAR : VK_FILTER_NEAREST);
+  gpu_.vk().CmdBlitImage(cmd, small_, kCopied.layout, to, kFilled.layout, 1, &blit,
+                         linear_ ? VK_FILTER_LINEAR : VK_FILTER_NEAREST);
 }
 
 }  // namespace ballot

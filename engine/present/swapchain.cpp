@@ -12,10 +12,10 @@ namespace {
 /// Pixels carry sRGB values already: a UNORM format stores them as they are, an SRGB one would encode them again.
 VkSurfaceFormatKHR choose_format(Context& gpu) {
   std::uint32_t count = 0;
-  vk_check(vkGetPhysicalDeviceSurfaceFormatsKHR(gpu.physical(), gpu.surface(), &count, nullptr),
+  vk_check(gpu.vk().GetPhysicalDeviceSurfaceFormatsKHR(gpu.physical(), gpu.surface(), &count, nullptr),
            "asking for the window's formats");
   std::vector<VkSurfaceFormatKHR> formats(count);
-  vk_check(vkGetPhysicalDeviceSurfaceFormatsKHR(gpu.physical(), gpu.surface(), &count, formats.data()),
+  vk_check(gpu.vk().GetPhysicalDeviceSurfaceFormatsKHR(gpu.physical(), gpu.surface(), &count, formats.data()),
            "asking for the window's formats");
   for (const VkFormat wanted : {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM})
     for (const VkSurfaceFormatKHR& f : formats)
@@ -26,10 +26,10 @@ VkSurfaceFormatKHR choose_format(Context& gpu) {
 
 VkPresentModeKHR choose_mode(Context& gpu, Pace pace) {
   std::uint32_t count = 0;
-  vk_check(vkGetPhysicalDeviceSurfacePresentModesKHR(gpu.physical(), gpu.surface(), &count, nullptr),
+  vk_check(gpu.vk().GetPhysicalDeviceSurfacePresentModesKHR(gpu.physical(), gpu.surface(), &count, nullptr),
            "asking how the window presents");
   std::vector<VkPresentModeKHR> modes(count);
-  vk_check(vkGetPhysicalDeviceSurfacePresentModesKHR(gpu.physical(), gpu.surface(), &count, modes.data()),
+  vk_check(gpu.vk().GetPhysicalDeviceSurfacePresentModesKHR(gpu.physical(), gpu.surface(), &count, modes.data()),
            "asking how the window presents");
   const bool mailbox = std::ranges::count(modes, VK_PRESENT_MODE_MAILBOX_KHR) > 0;
   return pace == Pace::Latest && mailbox ? VK_PRESENT_MODE_MAILBOX_KHR : VK_PRESENT_MODE_FIFO_KHR;
@@ -41,28 +41,28 @@ Swapchain::Swapchain(Context& gpu, Pace pace) : gpu_(gpu), format_(choose_format
 
 Swapchain::~Swapchain() {
   destroy_images();
-  vkDestroySwapchainKHR(gpu_.device(), swapchain_, nullptr);
+  gpu_.vk().DestroySwapchainKHR(gpu_.device(), swapchain_, nullptr);
 }
 
 void Swapchain::destroy_images() {
   for (const Image& i : images_) {
-    vkDestroySemaphore(gpu_.device(), i.painted, nullptr);
-    vkDestroyFramebuffer(gpu_.device(), i.framebuffer, nullptr);
-    vkDestroyImageView(gpu_.device(), i.view, nullptr);
+    gpu_.vk().DestroySemaphore(gpu_.device(), i.painted, nullptr);
+    gpu_.vk().DestroyFramebuffer(gpu_.device(), i.framebuffer, nullptr);
+    gpu_.vk().DestroyImageView(gpu_.device(), i.view, nullptr);
   }
   images_.clear();
 }
 
 bool Swapchain::create(VkRenderPass pass, VkExtent2D window) {
   VkSurfaceCapabilitiesKHR can{};
-  vk_check(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(gpu_.physical(), gpu_.surface(), &can),
+  vk_check(gpu_.vk().GetPhysicalDeviceSurfaceCapabilitiesKHR(gpu_.physical(), gpu_.surface(), &can),
            "asking what the window can do");
   VkExtent2D extent = can.currentExtent;
   if (extent.width == 0xFFFFFFFF) {  // the window takes the size of what is shown
     extent.width = std::clamp(window.width, can.minImageExtent.width, can.maxImageExtent.width);
     extent.height = std::clamp(window.height, can.minImageExtent.height, can.maxImageExtent.height);
   }
-  vk_check(vkDeviceWaitIdle(gpu_.device()), "waiting for the window's images");
+  vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window's images");
   destroy_images();
   const VkSwapchainKHR old = swapchain_;
   swapchain_ = VK_NULL_HANDLE;
@@ -84,9 +84,9 @@ bool Swapchain::create(VkRenderPass pass, VkExtent2D window) {
     create.presentMode = mode_;
     create.clipped = VK_TRUE;
     create.oldSwapchain = old;
-    result = vkCreateSwapchainKHR(gpu_.device(), &create, nullptr, &swapchain_);
+    result = gpu_.vk().CreateSwapchainKHR(gpu_.device(), &create, nullptr, &swapchain_);
   }
-  vkDestroySwapchainKHR(gpu_.device(), old, nullptr);
+  gpu_.vk().DestroySwapchainKHR(gpu_.device(), old, nullptr);
   vk_check(result, "creating the window's images");
   if (!swapchain_) return false;
   create_images(pass);
@@ -95,9 +95,10 @@ bool Swapchain::create(VkRenderPass pass, VkExtent2D window) {
 
 void Swapchain::create_images(VkRenderPass pass) {
   std::uint32_t count = 0;
-  vk_check(vkGetSwapchainImagesKHR(gpu_.device(), swapchain_, &count, nullptr), "asking for the window's images");
+  vk_check(gpu_.vk().GetSwapchainImagesKHR(gpu_.device(), swapchain_, &count, nullptr),
+           "asking for the window's images");
   std::vector<VkImage> handles(count);
-  vk_check(vkGetSwapchainImagesKHR(gpu_.device(), swapchain_, &count, handles.data()),
+  vk_check(gpu_.vk().GetSwapchainImagesKHR(gpu_.device(), swapchain_, &count, handles.data()),
            "asking for the window's images");
   for (const VkImage handle : handles) {
     Image& i = images_.emplace_back();
@@ -111,15 +112,16 @@ void Swapchain::create_images(VkRenderPass pass) {
     framebuffer.width = extent_.width;
     framebuffer.height = extent_.height;
     framebuffer.layers = 1;
-    vk_check(vkCreateFramebuffer(gpu_.device(), &framebuffer, nullptr, &i.framebuffer), "creating a framebuffer");
+    vk_check(gpu_.vk().CreateFramebuffer(gpu_.device(), &framebuffer, nullptr, &i.framebuffer),
+             "creating a framebuffer");
     VkSemaphoreCreateInfo semaphore{};
     semaphore.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO;
-    vk_check(vkCreateSemaphore(gpu_.device(), &semaphore, nullptr, &i.painted), "creating a semaphore");
+    vk_check(gpu_.vk().CreateSemaphore(gpu_.device(), &semaphore, nullptr, &i.painted), "creating a semaphore");
   }
 }
 
 VkResult Swapchain::acquire(VkSemaphore ready, std::uint32_t& index) {
-  return vkAcquireNextImageKHR(gpu_.device(), swapchain_, UINT64_MAX, ready, VK_NULL_HANDLE, &index);
+  return gpu_.vk().AcquireNextImageKHR(gpu_.device(), swapchain_, UINT64_MAX, ready, VK_NULL_HANDLE, &index);
 }
 
 VkResult Swapchain::present(std::uint32_t index) {
@@ -130,7 +132,7 @@ VkResult Swapchain::present(std::uint32_t index) {
   present.swapchainCount = 1;
   present.pSwapchains = &swapchain_;
   present.pImageIndices = &index;
-  return vkQueuePresentKHR(gpu_.queue(), &present);
+  return gpu_.vk().QueuePresentKHR(gpu_.queue(), &present);
 }
 
 }  // namespace ballot

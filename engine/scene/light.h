@@ -30,7 +30,7 @@ struct Sky {
   std::uint32_t width = 0, height = 0;         // of the map: longitude by latitude, the middle looks to -z, +y on top
   std::vector<glm::vec3> map = {};             // radiance, row by row from the top
 
-  /// Radiance from a unit direction: what shaders/lib/sky.glsl computes, for tests and tables.
+  /// Radiance from a unit direction: what shaders/lib/shade/sky.glsl computes, for tests and tables.
   glm::vec3 radiance(const glm::vec3& direction) const;
 };
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "engine/trace/formulation.h"
+#include "engine/trace/kernel_config.h"
 
 namespace ballot {
 
@@ -178,7 +178,7 @@ inline constexpr Method kMethods[] = {
      true},
     {kAuto,
      "",
-     "whichever of these is fastest on this device, scene and sort of rays: trials on a sample of them tell",
+     "whichever of these is fastest on this device, scene and ray class: trials on a sample of them tell",
      kNoVotes,
      false,
      kCpu,

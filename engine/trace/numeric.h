@@ -1,11 +1,11 @@
 // Every numeric mode there is: a line here, made of a triangle test and a box test (shaders/lib/triangle_*.glsl and
-// box_*.glsl, included by shaders/lib/numeric.glsl) and of the leaf format that the triangle test reads.
+// box_*.glsl, included by shaders/lib/numeric/numeric.glsl) and of the leaf format that the triangle test reads.
 #pragma once
 
 #include <string_view>
 
-#include "engine/bvh/device_bvh.h"
-#include "engine/bvh/oracle.h"
+#include "engine/formats/pair.h"
+#include "engine/oracle/oracle.h"
 #include "shaders/shared/variant.h"
 
 namespace ballot {

@@ -12,7 +12,7 @@ struct Query {
   std::string method{kDefaultMethod};
   std::string numeric{kDefaultNumeric};
   Knobs knobs = {};
-  /// For method auto: what sort of rays these are; the name of a ray kind, or of any other sort of which the caller has
+  /// For method auto: what ray class these are; the name of a ray kind, or of any other sort of which the caller has
   /// many batches alike. Empty: told by how coherent the rays are (coherence.h).
   std::string rays = {};
   bool operator==(const Query&) const = default;

@@ -15,15 +15,15 @@ std::uint32_t group_rays(const Variant& v) { return v.how.workgroup * v.rays_per
 }  // namespace
 
 bool Tracer::can_record(const Query& query, std::uint32_t most) const {
-  if (!gpu_.batches() || !is_settled(query, most)) return false;
-  const Variant& v = settled(query).variant;
+  if (!gpu_.batches() || !is_resolved(query, most)) return false;
+  const Variant& v = resolved(query).variant;
   if (v.how.loops_cut) return false;
   if (v.how.launch == Launch::Persistent) return v.how.batches == kUnbounded;
   return most <= std::uint64_t(gpu_.info().max_group_count_x) * group_rays(v);
 }
 
 RayGroups Tracer::groups_of(const Query& query) const {
-  const Variant& v = settled(query).variant;
+  const Variant& v = resolved(query).variant;
   std::uint32_t most = gpu_.info().max_group_count_x;
   if (v.how.launch == Launch::Persistent) most = groups_for(v, kUnbounded - group_rays(v));
   return {group_rays(v), most};
@@ -37,24 +37,24 @@ void Tracer::record(const Job& job, Buffer<Hit>& hits, const Context::Record& di
       kernel.name(),
       [&](VkCommandBuffer cmd) {
         if (counts) {
-          vkCmdFillBuffer(cmd, work_.handle(), 0, VK_WHOLE_SIZE, 0);
-          memory_barrier(cmd);
+          gpu_.vk().CmdFillBuffer(cmd, work_.handle(), 0, VK_WHOLE_SIZE, 0);
+          gpu_.memory_barrier(cmd);
         }
         dispatch(cmd);
       },
       std::move(done));
 }
 
-void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const RayCall& call, const Query& query,
+void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect, const Query& query,
                     Context::Done done) {
   const Job job = this->job(query, false, true);
   Kernel& kernel = *job.pipeline->kernel;
   kernel.bind(BIND_RAYS, rays);
-  kernel.bind(BIND_CALLS, call.calls);
-  TracePush push = push_for(job, device_bvh(job.variant.how).root);
-  push.ray_end = call.index;
+  kernel.bind(BIND_INDIRECT, indirect.args);
+  TracePush push = push_for(job, pair_tree(job.variant.how).root);
+  push.ray_end = indirect.index;
   const auto dispatch = [&](VkCommandBuffer cmd) {
-    kernel.dispatch(cmd, call.calls, call.index * sizeof(Call), &push, sizeof push);
+    kernel.dispatch(cmd, indirect.args, indirect.index * sizeof(IndirectArgs), &push, sizeof push);
   };
   record(job, hits, dispatch, std::move(done));
 }
@@ -79,7 +79,7 @@ void Tracer::record(const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t cou
 }
 
 void Tracer::record(const Job& job, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t camera, Context::Done done) {
-  TracePush push = push_for(job, device_bvh(job.variant.how).root);
+  TracePush push = push_for(job, pair_tree(job.variant.how).root);
   push.ray_end = count;
   push.camera = camera;
   const auto dispatch = [&](VkCommandBuffer cmd) {

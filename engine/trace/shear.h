@@ -1,4 +1,4 @@
-// How the watertight triangle test keeps its products in float32's range (shaders/lib/triangle_watertight.glsl).
+// How the watertight triangle test keeps its products in float32's range (shaders/lib/numeric/triangle_watertight.glsl).
 #pragma once
 
 #include <algorithm>

@@ -39,20 +39,20 @@ Access access_for(Fetch fetch) {
 
 }  // namespace
 
-const DeviceBvh& Tracer::device_bvh(NodeLayout layout, Padding padding) {
+const PairTree& Tracer::pair_tree(NodeLayout layout, Padding padding) {
   const auto key = std::pair(layout, padding);
   const auto found = layouts_.find(key);
   if (found != layouts_.end()) return found->second;
   if (padding == Padding::Tree && padded_.empty()) padded_ = padded_boxes(bvh_, triangles_);
   const std::span<const Bounds> boxes = padding == Padding::Tree ? padded_ : std::span<const Bounds>();
-  return layouts_.emplace(key, make_device_bvh(bvh_, triangles_, layout, boxes)).first->second;
+  return layouts_.emplace(key, encode_pairs(bvh_, triangles_, layout, boxes)).first->second;
 }
 
-const Tracer::Texels& Tracer::node_buffer(const Formulation& f) {
+const Tracer::Texels& Tracer::node_buffer(const KernelConfig& f) {
   const auto key = std::tuple(f.layout, f.padding, f.fetch);
   auto found = node_buffers_.find(key);
   if (found != node_buffers_.end()) return found->second;
-  const DeviceBvh& bvh = device_bvh(f);
+  const PairTree& bvh = pair_tree(f);
   Texels made(gpu_, bvh.nodes.size(), access_for(f.fetch), "bvh nodes");
   made.upload(bvh.nodes);
   return node_buffers_.emplace(key, std::move(made)).first->second;
@@ -62,7 +62,7 @@ const Tracer::Texels& Tracer::leaf_buffer(LeafFormat format, Fetch fetch) {
   const auto key = std::pair(format, fetch);
   auto found = leaf_buffers_.find(key);
   if (found != leaf_buffers_.end()) return found->second;
-  const DeviceBvh& bvh = layouts_.empty() ? device_bvh(NodeLayout::Interleaved) : layouts_.begin()->second;
+  const PairTree& bvh = layouts_.empty() ? pair_tree(NodeLayout::Interleaved) : layouts_.begin()->second;
   const std::vector<glm::uvec4> affine =
       format == LeafFormat::Affine ? make_affine_leaves(bvh) : std::vector<glm::uvec4>();
   const std::vector<glm::uvec4>& texels = format == LeafFormat::Affine ? affine : bvh.leaves;
@@ -71,41 +71,41 @@ const Tracer::Texels& Tracer::leaf_buffer(LeafFormat format, Fetch fetch) {
   return leaf_buffers_.emplace(key, std::move(made)).first->second;
 }
 
-const WideBvh& Tracer::wide_bvh() {
-  if (!wide_) wide_ = make_wide_bvh(device_bvh(NodeLayout::Interleaved));
+const Wide8Tree& Tracer::wide8_tree() {
+  if (!wide_) wide_ = encode_wide8(pair_tree(NodeLayout::Interleaved));
   return *wide_;
 }
 
 const Tracer::Texels& Tracer::wide_buffer(Fetch fetch) {
   const auto found = wide_buffers_.find(fetch);
   if (found != wide_buffers_.end()) return found->second;
-  Texels made(gpu_, wide_bvh().nodes.size(), access_for(fetch), "wide bvh nodes");
-  made.upload(wide_bvh().nodes);
+  Texels made(gpu_, wide8_tree().nodes.size(), access_for(fetch), "wide bvh nodes");
+  made.upload(wide8_tree().nodes);
   return wide_buffers_.emplace(fetch, std::move(made)).first->second;
 }
 
 const Tracer::Texels& Tracer::quad_buffer(Fetch fetch) {
   const auto found = quad_buffers_.find(fetch);
   if (found != quad_buffers_.end()) return found->second;
-  const QuadBvh quad = make_quad_bvh(device_bvh(NodeLayout::Interleaved));
+  const Bvh4Tree quad = encode_bvh4(pair_tree(NodeLayout::Interleaved));
   Texels made(gpu_, quad.nodes.size(), access_for(fetch), "quad bvh nodes");
   made.upload(quad.nodes);
   return quad_buffers_.emplace(fetch, std::move(made)).first->second;
 }
 
-const Tracer::Texels& Tracer::frontier_buffer(const Formulation& f) {
+const Tracer::Texels& Tracer::frontier_buffer(const KernelConfig& f) {
   const auto key = std::tuple(f.frontier, f.layout, f.padding, f.fetch);
   const auto found = frontier_buffers_.find(key);
   if (found != frontier_buffers_.end()) return found->second;
-  const std::vector<glm::uvec4> frontier = make_frontier(device_bvh(f), f.frontier);
+  const std::vector<glm::uvec4> frontier = encode_frontier(pair_tree(f), f.frontier);
   Texels made(gpu_, frontier.size(), access_for(f.fetch), "frontier of the bvh");
   made.upload(frontier);
   return frontier_buffers_.emplace(key, std::move(made)).first->second;
 }
 
-Formulation Tracer::formulation_of(const Query& query) const {
-  Formulation f =
-      formulation_for(find_method(query.method), find_numeric(query.numeric, gpu_.info()), gpu_.info(), query.knobs);
+KernelConfig Tracer::config_of(const Query& query) const {
+  KernelConfig f =
+      kernel_config_for(find_method(query.method), find_numeric(query.numeric, gpu_.info()), gpu_.info(), query.knobs);
   if (f.padding == Padding::Ray || padded_reach_ > 0) return f;
   if (query.knobs.contains("padding") && !bvh_.nodes.empty())
     fail(Failure::Arguments,
@@ -117,20 +117,20 @@ Formulation Tracer::formulation_of(const Query& query) const {
   return f;
 }
 
-Tracer::Settled& Tracer::settled(const Query& asked) const {
+Tracer::Resolved& Tracer::resolved(const Query& asked) const {
   constexpr std::size_t kKept = 32;
-  if (settled_by_ != choices_.changes() || settled_.size() == kKept) settled_.clear();
-  settled_by_ = choices_.changes();
-  if (const auto found = std::ranges::find(settled_, asked, &Settled::asked); found != settled_.end()) return *found;
-  const Query query = settle(asked);
+  if (resolved_by_ != choices_.changes() || resolved_.size() == kKept) resolved_.clear();
+  resolved_by_ = choices_.changes();
+  if (const auto found = std::ranges::find(resolved_, asked, &Resolved::asked); found != resolved_.end()) return *found;
+  const Query query = resolve(asked);
   const Method& method = find_method(query.method);
   const NumericMode& numeric = find_numeric(query.numeric, gpu_.info());
-  const Formulation how = formulation_of(query);
-  return settled_.emplace_back(Settled{asked, {&method, &numeric, query.want, how}, is_chosen(asked)});
+  const KernelConfig how = config_of(query);
+  return resolved_.emplace_back(Resolved{asked, {&method, &numeric, query.want, how}, is_chosen(asked)});
 }
 
 Variant Tracer::variant(const Query& asked, bool counters) const {
-  Variant v = settled(asked).variant;
+  Variant v = resolved(asked).variant;
   v.counters = counters;
   return v;
 }
@@ -157,13 +157,13 @@ Tracer::Pipeline& Tracer::pipeline(const Variant& v) {
   return pipelines_[key] = std::move(made);
 }
 
-Tracer::Job Tracer::job(const Query& query, bool counters, bool called, CameraKind camera) {
-  Settled& found = settled(query);
+Tracer::Job Tracer::job(const Query& query, bool counters, bool indirect, CameraKind camera) {
+  Resolved& found = resolved(query);
   Variant v = found.variant;
   v.counters = counters;
-  v.called = called;
+  v.indirect = indirect;
   v.camera = camera;
-  Pipeline*& known = found.pipelines[camera != CameraKind::None ? 2 + int(camera) : called ? 2 : int(counters)];
+  Pipeline*& known = found.pipelines[camera != CameraKind::None ? 2 + int(camera) : indirect ? 2 : int(counters)];
   if (!known || known->kernel->generation() != gpu_.shader_generation()) known = &pipeline(v);
   return {v, known};
 }
@@ -178,7 +178,7 @@ std::uint32_t Tracer::chunk_rays() const {
 }
 
 std::uint32_t Tracer::groups_for(const Variant& v, std::uint32_t rays) const {
-  const Formulation& f = v.how;
+  const KernelConfig& f = v.how;
   const std::uint32_t packet = f.subgroup * v.rays_per_lane();
   rays = (rays + packet - 1) / packet * f.subgroup;  // as many as there are lanes to take them
   std::uint64_t lanes = rays;
@@ -215,7 +215,7 @@ bool Tracer::reports(const Variant& v) const { return v.how.launch == Launch::Pe
 
 TracePush Tracer::push_for(const Job& job, std::uint32_t root) const {
   const Pipeline& p = *job.pipeline;
-  const Formulation& f = job.variant.how;
+  const KernelConfig& f = job.variant.how;
   TracePush push{};
   push.scene_lo = bvh_.bounds.lo;
   push.scene_hi = bvh_.bounds.hi;
@@ -240,7 +240,7 @@ TracePush Tracer::push_for(const Job& job, std::uint32_t root) const {
 Work Tracer::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
                  TraceTimes& times) {
   const Pipeline& p = *job.pipeline;
-  const Formulation& f = job.variant.how;
+  const KernelConfig& f = job.variant.how;
   TracePush push = push_for(job, root);
   Work total{0, 0};
   while (push.ray_begin < count) {
@@ -262,15 +262,15 @@ Work Tracer::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std
 TraceTimes Tracer::trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
                          const Query& query) {
   TraceTimes times;
-  const Work work = run(job, rays, hits, count, device_bvh(job.variant.how).root, times);
+  const Work work = run(job, rays, hits, count, pair_tree(job.variant.how).root, times);
   if (work.unfinished) finish(rays, hits, count, query, times);
   return times;
 }
 
 TraceTimes Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
   if (count == 0) return {};
-  const Query settled = settle(query, rays, count);
-  return trace(job(settled), rays, hits, count, settled);
+  const Query resolved = resolve(query, rays, count);
+  return trace(job(resolved), rays, hits, count, resolved);
 }
 
 TraceTimes Tracer::trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
@@ -278,10 +278,10 @@ TraceTimes Tracer::trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std
   if (stats.size() < count)
     fail(Failure::Arguments, "trace_counted: {} rays, but room for {} records", count, stats.size());
   if (count == 0) return {};
-  const Query settled = settle(query, rays, count);
-  const Job counted = job(settled, true);
+  const Query resolved = resolve(query, rays, count);
+  const Job counted = job(resolved, true);
   counted.pipeline->kernel->bind(BIND_STATS, stats);
-  return trace(counted, rays, hits, count, settled);
+  return trace(counted, rays, hits, count, resolved);
 }
 
 TraceTimes Tracer::trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& asked, const Progress& progress) {
@@ -291,7 +291,7 @@ TraceTimes Tracer::trace(std::span<const Ray> rays, std::span<Hit> hits, const Q
   variant(asked);  // an unknown method is an error even without rays
   if (rays.empty()) return times;
   Query query = asked;
-  if (query.rays.empty() && find_method(query.method).chooses) query.rays = sort_of(rays);
+  if (query.rays.empty() && find_method(query.method).chooses) query.rays = ray_class(rays);
   const std::size_t chunk = std::min<std::size_t>(chunk_rays(), rays.size());
   Buffer<Ray> ray_buffer(gpu_, chunk, Access::Storage, "rays");
   Buffer<Hit> hit_buffer(gpu_, chunk, Access::Storage, "hits");

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/bvh/frontier.h"
-#include "engine/bvh/quad.h"
-#include "engine/bvh/wide.h"
-#include "engine/trace/auto.h"
+#include "engine/formats/bvh4.h"
+#include "engine/formats/frontier.h"
+#include "engine/formats/wide8.h"
+#include "engine/trace/auto/auto.h"
 #include "engine/trace/shear.h"
 #include "shaders/shared/render.h"
 
@@ -26,8 +26,8 @@ struct TraceTimes {
 };
 
 /// Rays whose number the device knows: what an entry says.
-struct RayCall {
-  const Buffer<Call>& calls;  // Access::Groups too
+struct IndirectRays {
+  const Buffer<IndirectArgs>& args;  // Access::Groups too
   std::uint32_t index;
 };
 
@@ -58,7 +58,7 @@ class Tracer {
   TraceTimes trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
 
   /// Whether a trace of `most` rays at most can be recorded together with what follows it: no calibration is due, and the host
-  /// need not look at what a dispatch leaves. query.rays names the sort of rays.
+  /// need not look at what a dispatch leaves. query.rays names the ray class.
   bool can_record(const Query& query, std::uint32_t most) const;
 
   /// trace(), recorded where that can be done, else done at once; `done` is told device milliseconds as Context::pass() tells it.
@@ -72,7 +72,8 @@ class Tracer {
   void record(const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, Context::Done done);
 
   /// The same for as many rays as a call says, whose groups are as groups_of() says; only where can_record() allows it.
-  void record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const RayCall& call, const Query& query, Context::Done done);
+  void record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect, const Query& query,
+              Context::Done done);
   RayGroups groups_of(const Query& query) const;
 
   /// The same by the instrumented variant, which also writes a record a ray; `stats` holds at least count. A ray that the
@@ -80,15 +81,15 @@ class Tracer {
   TraceTimes trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
                            Buffer<RayStats>& stats);
 
-  /// What a query runs: itself, or for method auto what auto has chosen for its sort of rays, or runs unmeasured.
-  Query settle(const Query& query) const;
+  /// What a query runs: itself, or for method auto what auto has chosen for its ray class, or runs unmeasured.
+  Query resolve(const Query& query) const;
 
   /// The same for rays [0, count) of `rays`, which auto looks at: where it has not chosen for their sort and they are enough
   /// (2^15 on a CPU, 2^18 on a GPU), it samples them and times its candidates, within about a second. trace() calls this.
-  Query settle(Query query, const Buffer<Ray>& rays, std::size_t count);
+  Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count);
 
-  /// What sort of rays these are (coherence.h), from a sample of them.
-  std::string sort_of(std::span<const Ray> rays) const;
+  /// What ray class these are (coherence.h), from a sample of them.
+  std::string ray_class(std::span<const Ray> rays) const;
 
   /// What auto has chosen so far.
   Choices& choices() { return choices_; }
@@ -98,15 +99,15 @@ class Tracer {
 
   /// The kernel of a query, made on first use. For its name and compile times.
   const Kernel& kernel(const Query& query) { return *job(query).pipeline->kernel; }
-  /// Of method auto: that of settle().
+  /// Of method auto: that of resolve().
   Variant variant(const Query& query, bool counters = false) const;
 
   /// Device arrays in one layout, made on first use; the oracle walks those without padding.
-  const DeviceBvh& device_bvh(NodeLayout layout, Padding padding = Padding::Ray);
-  const DeviceBvh& device_bvh(const Formulation& f) { return device_bvh(f.layout, f.padding); }
+  const PairTree& pair_tree(NodeLayout layout, Padding padding = Padding::Ray);
+  const PairTree& pair_tree(const KernelConfig& f) { return pair_tree(f.layout, f.padding); }
 
   /// The wide tree, made on first use.
-  const WideBvh& wide_bvh();
+  const Wide8Tree& wide8_tree();
 
   /// A candidate of method auto while it is tried.
   struct Trial {
@@ -134,26 +135,27 @@ class Tracer {
   };
 
   /// What a query comes to, found once: a frame asks thousands of times.
-  struct Settled {
+  struct Resolved {
     Query asked;
     Variant variant;
-    bool chosen;                           // auto measures such rays no more
-    std::array<Pipeline*, 5> pipelines{};  // plain, with counters, called, of a camera's rays; null: not asked for yet
+    bool chosen;  // auto measures such rays no more
+    std::array<Pipeline*, 5>
+        pipelines{};  // plain, with counters, indirect, of a camera's rays; null: not asked for yet
   };
 
   Pipeline& pipeline(const Variant& variant);
   /// Valid until it is called again.
-  Settled& settled(const Query& query) const;
-  Job job(const Query& query, bool counters = false, bool called = false, CameraKind camera = CameraKind::None);
-  const Texels& node_buffer(const Formulation& f);
+  Resolved& resolved(const Query& query) const;
+  Job job(const Query& query, bool counters = false, bool indirect = false, CameraKind camera = CameraKind::None);
+  const Texels& node_buffer(const KernelConfig& f);
   const Texels& leaf_buffer(LeafFormat format, Fetch fetch);
   const Texels& wide_buffer(Fetch fetch);
   const Texels& quad_buffer(Fetch fetch);
-  const Texels& frontier_buffer(const Formulation& f);
+  const Texels& frontier_buffer(const KernelConfig& f);
   void record(const Job& job, Buffer<Hit>& hits, const Context::Record& dispatch, Context::Done done);
   void record(const Job& job, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t camera, Context::Done done);
-  Formulation formulation_of(const Query& query) const;
-  bool is_settled(const Query& query, std::size_t most) const;
+  KernelConfig config_of(const Query& query) const;
+  bool is_resolved(const Query& query, std::size_t most) const;
   bool is_chosen(const Query& query) const;
   bool reports(const Variant& v) const;
   std::uint32_t groups_for(const Variant& v, std::uint32_t rays) const;
@@ -175,22 +177,22 @@ class Tracer {
   float padded_reach_;    // of rays that a padded tree serves; 0: of none
   ShearScale shear_;
   std::vector<Bounds> padded_;  // boxes, on first use
-  std::map<std::pair<NodeLayout, Padding>, DeviceBvh> layouts_;
+  std::map<std::pair<NodeLayout, Padding>, PairTree> layouts_;
   std::map<std::tuple<NodeLayout, Padding, Fetch>, Texels> node_buffers_;  // what a query needs, on first use
   std::map<std::pair<LeafFormat, Fetch>, Texels> leaf_buffers_;
-  std::optional<WideBvh> wide_;
+  std::optional<Wide8Tree> wide_;
   std::map<Fetch, Texels> wide_buffers_;
   std::map<Fetch, Texels> quad_buffers_;
   std::map<std::tuple<std::uint32_t, NodeLayout, Padding, Fetch>, Texels> frontier_buffers_;
   std::map<std::string, Pipeline> pipelines_;
   Buffer<Work> work_;
   Choices choices_;
-  mutable std::vector<Settled> settled_;
-  mutable std::uint64_t settled_by_ = 0;  // choices_.changes() when they were found
+  mutable std::vector<Resolved> resolved_;
+  mutable std::uint64_t resolved_by_ = 0;  // choices_.changes() when they were found
 };
 
 /// Roots of subtrees of at most `limit` steps (a step is an inner node or a triangle, and one for a leaf) that together
 /// hold every leaf once.
-std::vector<std::uint32_t> pieces_of(const DeviceBvh& bvh, std::uint64_t limit);
+std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit);
 
 }  // namespace ballot

@@ -1,6 +1,6 @@
 // The tuning table: what single drivers want done differently, one row each, with the measurement that justifies it.
 #include "engine/core/error.h"
-#include "engine/trace/auto.h"
+#include "engine/trace/auto/auto.h"
 
 namespace ballot {
 
@@ -9,7 +9,7 @@ namespace {
 struct Row {
   VkDriverId driver;
   std::uint32_t from, to;  // Mesa versions [from, to) as 220306; 0 and 0xFFFFFFFF for any
-  void (*tune)(const Method&, const NumericMode&, Formulation&);
+  void (*tune)(const Method&, const NumericMode&, KernelConfig&);
 };
 
 const Row kRows[] = {
@@ -17,14 +17,14 @@ const Row kRows[] = {
     // wastes time on walks that are cut short (and traced again).
     // It runs what it branches around, too.
     {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 250000,
-     [](const Method&, const NumericMode&, Formulation& f) {
+     [](const Method&, const NumericMode&, KernelConfig& f) {
        f.batches = 16;
        f.jump = false;
      }},
     // From 25 on loops run to their end (device test Vulkan.TheTuningTableKnowsDriversThatCutLoops).
     // A texel costs a call that hands its words back through memory: pairs of three texels.
     {VK_DRIVER_ID_MESA_LLVMPIPE, 250000, 0xFFFFFFFF,
-     [](const Method& m, const NumericMode&, Formulation& f) {
+     [](const Method& m, const NumericMode&, KernelConfig& f) {
        f.loops_cut = false;
        f.resident_lanes = 2048;  // workgroups for 32 threads; what comes after the first ones finds no rays left
        if (!m.packet()) f.layout = NodeLayout::Compact;
@@ -32,12 +32,12 @@ const Row kRows[] = {
     // lavapipe runs subgroupBarrier() as a workgroup barrier, and subgroups that left the loop are lost (seen on
     // 25.0.7).
     {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 0xFFFFFFFF,
-     [](const Method&, const NumericMode&, Formulation& f) {
+     [](const Method&, const NumericMode&, KernelConfig& f) {
        f.subgroup_barrier = false;
        // A branch per lane that is mispredicted costs more than a store. while-while, ao and diffuse rays of sponza and conference:
        // 1.17 to 1.23 times as fast on 22.3.6, 1.08 to 1.23 on 25.0.7; primary rays 0.98 to 1.07.
        f.push = Push::Always;
-       f.minmax = MinMax::Select;  // measured in shaders/lib/box.glsl
+       f.minmax = MinMax::Select;  // measured in shaders/lib/numeric/box.glsl
        f.cooperative = true;
      }},
     // fma() is one instruction that rounds once (device test ProductsTest.KeepTheExactSign). Loops run to their end: guards
@@ -50,7 +50,7 @@ const Row kRows[] = {
     // Boxes padded in the tree, watertight, three scenes: while-while 1.15, frontier 1.11, dynamic-fetch 1.10.
     // Pairs in 48 bytes: 1.11, 1.06, 1.00 more (diffuse rays 1.14, 1.11, 1.03); packets, whose lanes share a load, 0.99.
     {VK_DRIVER_ID_NVIDIA_PROPRIETARY, 0, 0xFFFFFFFF,
-     [](const Method& m, const NumericMode& numeric, Formulation& f) {
+     [](const Method& m, const NumericMode& numeric, KernelConfig& f) {
        f.products = Products::Fma;
        f.loops_cut = false;
        f.layout = m.packet() ? NodeLayout::Centred : NodeLayout::Compact;
@@ -66,7 +66,7 @@ bool can_widen(const Method& m, const NumericMode& numeric) {
   return numeric.box == BOX_PADDED && numeric.arithmetic != Arithmetic::Exact && !m.wide && !m.quads;
 }
 
-void use_what_there_is(const Method& m, const NumericMode& numeric, Formulation& f, const DeviceInfo& d,
+void use_what_there_is(const Method& m, const NumericMode& numeric, KernelConfig& f, const DeviceInfo& d,
                        const Knobs& knobs) {
   if (!d.shuffle) {
     if (m.wide || (m.frontier && f.reduce == Reduce::Shuffle))
@@ -93,7 +93,7 @@ void use_what_there_is(const Method& m, const NumericMode& numeric, Formulation&
 }
 
 /// Knobs that would silently do nothing, or that a method cannot follow.
-void check_method_knobs(const Method& m, const Formulation& f, const Knobs& knobs) {
+void check_method_knobs(const Method& m, const KernelConfig& f, const Knobs& knobs) {
   for (const Method& other : kMethods) {
     const std::string knob(other.threshold.knob);
     if (knob.empty() || !knobs.contains(knob) || m.threshold.knob == other.threshold.knob) continue;
@@ -124,7 +124,7 @@ void check_method_knobs(const Method& m, const Formulation& f, const Knobs& knob
     fail(Failure::Arguments, "--knob vote={}: method {} needs numbers; it takes {}", vote_name(f.vote), m.name, votes);
 }
 
-void check_sizes(Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
+void check_sizes(KernelConfig& f, const DeviceInfo& d, const Knobs& knobs) {
   const bool power_of_two = (f.subgroup & (f.subgroup - 1)) == 0;
   if (f.subgroup && (f.subgroup < d.min_subgroup_size || f.subgroup > d.max_subgroup_size || !power_of_two))
     fail(Failure::Arguments, "--knob subgroup={}: {} offers powers of two from {} to {}", f.subgroup, d.name,
@@ -140,15 +140,15 @@ void check_sizes(Formulation& f, const DeviceInfo& d, const Knobs& knobs) {
 
 }  // namespace
 
-Formulation formulation_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
-                            const Knobs& knobs) {
+KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
+                               const Knobs& knobs) {
   if (method.chooses) {
     const Query query =
         unmeasured({.method = std::string(method.name), .numeric = std::string(numeric.name), .knobs = knobs}, device);
-    return formulation_for(find_method(query.method), numeric, device, query.knobs);
+    return kernel_config_for(find_method(query.method), numeric, device, query.knobs);
   }
   const Wants& wants = device.is_cpu() ? method.on_cpu : method.on_gpu;
-  Formulation f;
+  KernelConfig f;
   f.fetch = wants.fetch;
   f.stack = wants.stack;
   f.launch = wants.launch;

@@ -9,7 +9,7 @@ namespace ballot {
 std::string Variant::kernel_name() const {
   constexpr const char* kCameras[] = {"", ".perspective", ".orthographic"};
   return fmt::format("{}.{}.{}{}{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
-                     counters ? ".counters" : "", called ? ".called" : "", kCameras[int(camera)],
+                     counters ? ".counters" : "", indirect ? ".indirect" : "", kCameras[int(camera)],
                      describe(how, *method));
 }
 
@@ -23,10 +23,10 @@ std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed) {
 }
 
 KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, const TreeFacts& tree) {
-  const Formulation& f = variant.how;
+  const KernelConfig& f = variant.how;
   const Method& method = *variant.method;
   const bool packet = method.packet(), wide = method.wide;
-  const std::uint32_t stack = stack_entries(tree, method.quads ? QUAD_CHILDREN - 1 : 1);
+  const std::uint32_t stack = stack_entries(tree, method.quads ? BVH4_CHILDREN - 1 : 1);
   const std::uint32_t list = method.lists ? f.list : 0;
   std::uint32_t shared_words = 0;
   const bool own_stack = method.own_stack && (!wide || f.fallback);
@@ -72,7 +72,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
                     {"BALLOT_FRONTIER", method.frontier ? int(f.frontier) : 0},
                     {"BALLOT_LAUNCH", int(f.launch)},
                     {"BALLOT_UNIFORM_FLOW", device.uniform_flow},
-                    {"BALLOT_CALLED", variant.called},
+                    {"BALLOT_INDIRECT", variant.indirect},
                     {"BALLOT_CAMERA", variant.camera != CameraKind::None},
                     {"BALLOT_COUNTERS", variant.counters}};
   if (variant.camera != CameraKind::None) {

@@ -1,9 +1,9 @@
-// A kernel variant: method x nearest or any x numeric mode x formulation, and the tuning table that fills the last.
+// A kernel variant: method x nearest or any x numeric mode x kernel configuration, and the tuning table that fills the last.
 #pragma once
 
 #include <string>
 
-#include "engine/bvh/oracle.h"
+#include "engine/oracle/oracle.h"
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
 #include "engine/vk/kernel.h"
@@ -17,10 +17,10 @@ struct Variant {
   const Method* method;
   const NumericMode* numeric;
   Want want;
-  Formulation how;
+  KernelConfig how;
   bool counters = false;  // the instrumented variant, which also writes RayStats
   CameraKind camera = CameraKind::None;
-  bool called = false;  // how many rays there are is read from a Call on the device
+  bool indirect = false;  // the ray count is read from IndirectArgs on the device
 
   std::uint32_t rays_per_lane() const { return method->wide ? how.rays : 1; }
 
@@ -30,11 +30,11 @@ struct Variant {
   std::string name() const;
 };
 
-/// The formulation for a method and a numeric mode on a device: what the method wants of this class of devices, corrected
+/// The kernel configuration for a method and a numeric mode on a device: what the method wants of this class of devices, corrected
 /// by the rows of the tuning table for its driver and version, by the knobs, and by what the device lacks. Throws
 /// Error(Arguments) for knobs that this device cannot follow.
-Formulation formulation_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
-                            const Knobs& knobs = {});
+KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
+                               const Knobs& knobs = {});
 
 /// Entries of the stacks that a tree needs: a walk pushes at most `pushed` per inner node on its path, above one sentinel. In
 /// steps of 16, so that scenes of like depth share pipelines.

@@ -14,17 +14,7 @@ extern "C" int dlclose(void*) { return 0; }
 
 namespace ballot {
 
-#define BALLOT_VK_DEFINE(f) PFN_##f f = nullptr;
-BALLOT_VK_GLOBAL(BALLOT_VK_DEFINE)
-BALLOT_VK_INSTANCE(BALLOT_VK_DEFINE)
-BALLOT_VK_DRAWING(BALLOT_VK_DEFINE)
-BALLOT_VK_SURFACE(BALLOT_VK_DEFINE)
-BALLOT_VK_DEBUG(BALLOT_VK_DEFINE)
-BALLOT_VK_STATISTICS(BALLOT_VK_DEFINE)
-
 namespace {
-PFN_vkGetInstanceProcAddr get_proc = nullptr;
-
 /// Mesa's disk cache does not tell vector widths apart: code cached at one width crashes at another (seen on 25.0.7).
 void separate_mesa_caches() {
   const char* width = std::getenv("LP_NATIVE_VECTOR_WIDTH");
@@ -35,38 +25,53 @@ void separate_mesa_caches() {
   setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 0);
 }
 
-}  // namespace
-
-void load_vulkan() {
-  if (get_proc) return;
+VulkanLoader open_loader() {
   separate_mesa_caches();
   const char* given = std::getenv("BALLOT_VULKAN_LOADER");
-  void* loader = dlopen(given ? given : "libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
-  if (!loader)
+  void* library = dlopen(given ? given : "libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+  if (!library)
     fail(Failure::Device,
          "no Vulkan loader: {} was not found; install it with a driver, on Debian: "
          "apt install libvulkan1 mesa-vulkan-drivers",
          given ? given : "libvulkan.so.1");
-  get_proc = reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(loader, "vkGetInstanceProcAddr"));
-  if (!get_proc) fail(Failure::Device, "libvulkan.so.1 has no vkGetInstanceProcAddr; reinstall the Vulkan loader");
-#define BALLOT_VK_LOAD(f) f = reinterpret_cast<PFN_##f>(get_proc(nullptr, #f));
-  BALLOT_VK_GLOBAL(BALLOT_VK_LOAD)
+  VulkanLoader loader;
+  loader.GetInstanceProcAddr = reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(library, "vkGetInstanceProcAddr"));
+  if (!loader.GetInstanceProcAddr)
+    fail(Failure::Device, "libvulkan.so.1 has no vkGetInstanceProcAddr; reinstall the Vulkan loader");
+#define BALLOT_VK_LOAD(f) loader.f = reinterpret_cast<PFN_vk##f>(loader.GetInstanceProcAddr(nullptr, "vk" #f));
+  BALLOT_VK_LOADER(BALLOT_VK_LOAD)
 #undef BALLOT_VK_LOAD
-  if (!vkEnumerateInstanceVersion)
+  if (!loader.EnumerateInstanceVersion)
     fail(Failure::Device, "the Vulkan loader is older than Vulkan 1.1; Ballot needs Vulkan 1.2");
+  return loader;
 }
 
-void load_instance_functions(VkInstance instance, bool debug, bool surface) {
-#define BALLOT_VK_LOAD(f) f = reinterpret_cast<PFN_##f>(get_proc(instance, #f));
+}  // namespace
+
+const VulkanLoader& vulkan_loader() {
+  static const VulkanLoader loader = open_loader();
+  return loader;
+}
+
+void Vulkan::load_instance(VkInstance instance, bool debug, bool surface) {
+  const PFN_vkGetInstanceProcAddr find = vulkan_loader().GetInstanceProcAddr;
+#define BALLOT_VK_LOAD(f) f = reinterpret_cast<PFN_vk##f>(find(instance, "vk" #f));
   BALLOT_VK_INSTANCE(BALLOT_VK_LOAD)
+  if (surface) {
+    BALLOT_VK_SURFACE(BALLOT_VK_LOAD)
+  }
+  if (debug) {
+    BALLOT_VK_DEBUG(BALLOT_VK_LOAD)
+  }
+#undef BALLOT_VK_LOAD
+}
+
+void Vulkan::load_device(VkDevice device) {
+#define BALLOT_VK_LOAD(f) f = reinterpret_cast<PFN_vk##f>(GetDeviceProcAddr(device, "vk" #f));
+  BALLOT_VK_DEVICE(BALLOT_VK_LOAD)
   BALLOT_VK_DRAWING(BALLOT_VK_LOAD)
+  BALLOT_VK_SWAPCHAIN(BALLOT_VK_LOAD)
   BALLOT_VK_STATISTICS(BALLOT_VK_LOAD)
-#undef BALLOT_VK_LOAD
-#define BALLOT_VK_LOAD(f) f = debug ? reinterpret_cast<PFN_##f>(get_proc(instance, #f)) : nullptr;
-  BALLOT_VK_DEBUG(BALLOT_VK_LOAD)
-#undef BALLOT_VK_LOAD
-#define BALLOT_VK_LOAD(f) f = surface ? reinterpret_cast<PFN_##f>(get_proc(instance, #f)) : nullptr;
-  BALLOT_VK_SURFACE(BALLOT_VK_LOAD)
 #undef BALLOT_VK_LOAD
 }
 

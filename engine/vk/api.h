@@ -1,63 +1,80 @@
 // The Vulkan functions that Ballot calls, found at run time: a machine without a Vulkan loader gets an Error, not a
-// message of the dynamic linker.
+// message of the dynamic linker. Each Context has a table of its own, so that devices do not share any state.
 #pragma once
 
 #define VK_NO_PROTOTYPES
 #include <vulkan/vulkan.h>
 
 // clang-format off
-#define BALLOT_VK_GLOBAL(X) \
-  X(vkCreateInstance) X(vkEnumerateInstanceExtensionProperties) X(vkEnumerateInstanceLayerProperties) \
-  X(vkEnumerateInstanceVersion)
+#define BALLOT_VK_LOADER(X) \
+  X(CreateInstance) X(EnumerateInstanceExtensionProperties) X(EnumerateInstanceLayerProperties) \
+  X(EnumerateInstanceVersion)
 #define BALLOT_VK_INSTANCE(X) \
-  X(vkDestroyInstance) X(vkEnumeratePhysicalDevices) X(vkGetPhysicalDeviceProperties2) X(vkGetPhysicalDeviceFeatures2) \
-  X(vkGetPhysicalDeviceMemoryProperties) X(vkGetPhysicalDeviceQueueFamilyProperties) \
-  X(vkEnumerateDeviceExtensionProperties) X(vkCreateDevice) X(vkDestroyDevice) X(vkGetDeviceQueue) \
-  X(vkAllocateMemory) X(vkFreeMemory) X(vkMapMemory) X(vkUnmapMemory) X(vkCreateBuffer) X(vkDestroyBuffer) \
-  X(vkGetBufferMemoryRequirements) X(vkBindBufferMemory) X(vkCreateBufferView) X(vkDestroyBufferView) \
-  X(vkGetBufferDeviceAddress) X(vkCreateShaderModule) X(vkDestroyShaderModule) X(vkCreatePipelineCache) \
-  X(vkDestroyPipelineCache) X(vkGetPipelineCacheData) X(vkCreateComputePipelines) X(vkDestroyPipeline) \
-  X(vkCreatePipelineLayout) X(vkDestroyPipelineLayout) X(vkCreateDescriptorSetLayout) \
-  X(vkDestroyDescriptorSetLayout) X(vkCreateDescriptorPool) X(vkDestroyDescriptorPool) X(vkAllocateDescriptorSets) \
-  X(vkUpdateDescriptorSets) X(vkCreateCommandPool) X(vkDestroyCommandPool) X(vkAllocateCommandBuffers) \
-  X(vkResetCommandPool) X(vkBeginCommandBuffer) X(vkEndCommandBuffer) X(vkQueueSubmit) X(vkQueueWaitIdle) \
-  X(vkCreateFence) X(vkDestroyFence) X(vkWaitForFences) X(vkResetFences) X(vkCreateQueryPool) X(vkDestroyQueryPool) \
-  X(vkGetQueryPoolResults) X(vkCmdResetQueryPool) X(vkCmdWriteTimestamp) X(vkCmdBindPipeline) \
-  X(vkCmdBindDescriptorSets) X(vkCmdPushConstants) X(vkCmdDispatch) X(vkCmdDispatchIndirect) X(vkCmdCopyBuffer) X(vkCmdFillBuffer) \
-  X(vkCmdUpdateBuffer) X(vkCmdPipelineBarrier) X(vkDeviceWaitIdle)
+  X(DestroyInstance) X(EnumeratePhysicalDevices) X(GetPhysicalDeviceProperties2) \
+  X(GetPhysicalDeviceFeatures2) X(GetPhysicalDeviceMemoryProperties) \
+  X(GetPhysicalDeviceQueueFamilyProperties) X(EnumerateDeviceExtensionProperties) X(CreateDevice) \
+  X(GetDeviceProcAddr) X(GetPhysicalDeviceFormatProperties)
+#define BALLOT_VK_DEVICE(X) \
+  X(DestroyDevice) X(GetDeviceQueue) X(AllocateMemory) X(FreeMemory) X(MapMemory) X(UnmapMemory) \
+  X(CreateBuffer) X(DestroyBuffer) X(GetBufferMemoryRequirements) X(BindBufferMemory) X(CreateBufferView) \
+  X(DestroyBufferView) X(GetBufferDeviceAddress) X(CreateShaderModule) X(DestroyShaderModule) \
+  X(CreatePipelineCache) X(DestroyPipelineCache) X(GetPipelineCacheData) X(CreateComputePipelines) \
+  X(DestroyPipeline) X(CreatePipelineLayout) X(DestroyPipelineLayout) X(CreateDescriptorSetLayout) \
+  X(DestroyDescriptorSetLayout) X(CreateDescriptorPool) X(DestroyDescriptorPool) X(AllocateDescriptorSets) \
+  X(UpdateDescriptorSets) X(CreateCommandPool) X(DestroyCommandPool) X(AllocateCommandBuffers) \
+  X(ResetCommandPool) X(BeginCommandBuffer) X(EndCommandBuffer) X(QueueSubmit) X(QueueWaitIdle) \
+  X(CreateFence) X(DestroyFence) X(WaitForFences) X(ResetFences) X(CreateQueryPool) X(DestroyQueryPool) \
+  X(GetQueryPoolResults) X(CmdResetQueryPool) X(CmdWriteTimestamp) X(CmdBindPipeline) \
+  X(CmdBindDescriptorSets) X(CmdPushConstants) X(CmdDispatch) X(CmdDispatchIndirect) X(CmdCopyBuffer) \
+  X(CmdFillBuffer) X(CmdUpdateBuffer) X(CmdPipelineBarrier) X(DeviceWaitIdle)
 // What only a window needs: images, a render pass, semaphores.
 #define BALLOT_VK_DRAWING(X) \
-  X(vkGetPhysicalDeviceFormatProperties) X(vkCreateImage) X(vkDestroyImage) X(vkGetImageMemoryRequirements) \
-  X(vkBindImageMemory) X(vkCreateImageView) X(vkDestroyImageView) X(vkCreateSampler) X(vkDestroySampler) \
-  X(vkCreateRenderPass) X(vkDestroyRenderPass) X(vkCreateFramebuffer) X(vkDestroyFramebuffer) \
-  X(vkCreateGraphicsPipelines) X(vkCmdBeginRenderPass) X(vkCmdEndRenderPass) X(vkCmdSetViewport) X(vkCmdSetScissor) \
-  X(vkCmdDraw) X(vkCmdCopyBufferToImage) X(vkCmdBlitImage) X(vkCmdClearColorImage) X(vkCreateSemaphore) \
-  X(vkDestroySemaphore) X(vkResetCommandBuffer)
+  X(CreateImage) X(DestroyImage) X(GetImageMemoryRequirements) X(BindImageMemory) X(CreateImageView) \
+  X(DestroyImageView) X(CreateSampler) X(DestroySampler) X(CreateRenderPass) X(DestroyRenderPass) \
+  X(CreateFramebuffer) X(DestroyFramebuffer) X(CreateGraphicsPipelines) X(CmdBeginRenderPass) \
+  X(CmdEndRenderPass) X(CmdSetViewport) X(CmdSetScissor) X(CmdDraw) X(CmdCopyBufferToImage) X(CmdBlitImage) \
+  X(CmdClearColorImage) X(CreateSemaphore) X(DestroySemaphore) X(ResetCommandBuffer)
 #define BALLOT_VK_SURFACE(X) \
-  X(vkDestroySurfaceKHR) X(vkGetPhysicalDeviceSurfaceSupportKHR) X(vkGetPhysicalDeviceSurfaceCapabilitiesKHR) \
-  X(vkGetPhysicalDeviceSurfaceFormatsKHR) X(vkGetPhysicalDeviceSurfacePresentModesKHR) X(vkCreateSwapchainKHR) \
-  X(vkDestroySwapchainKHR) X(vkGetSwapchainImagesKHR) X(vkAcquireNextImageKHR) X(vkQueuePresentKHR)
+  X(DestroySurfaceKHR) X(GetPhysicalDeviceSurfaceSupportKHR) X(GetPhysicalDeviceSurfaceCapabilitiesKHR) \
+  X(GetPhysicalDeviceSurfaceFormatsKHR) X(GetPhysicalDeviceSurfacePresentModesKHR)
+#define BALLOT_VK_SWAPCHAIN(X) \
+  X(CreateSwapchainKHR) X(DestroySwapchainKHR) X(GetSwapchainImagesKHR) X(AcquireNextImageKHR) \
+  X(QueuePresentKHR)
 #define BALLOT_VK_DEBUG(X) \
-  X(vkCreateDebugUtilsMessengerEXT) X(vkDestroyDebugUtilsMessengerEXT) X(vkSetDebugUtilsObjectNameEXT) \
-  X(vkCmdBeginDebugUtilsLabelEXT) X(vkCmdEndDebugUtilsLabelEXT)
-#define BALLOT_VK_STATISTICS(X) X(vkGetPipelineExecutableStatisticsKHR)
+  X(CreateDebugUtilsMessengerEXT) X(DestroyDebugUtilsMessengerEXT) X(SetDebugUtilsObjectNameEXT) X(CmdBeginDebugUtilsLabelEXT) \
+  X(CmdEndDebugUtilsLabelEXT)
+#define BALLOT_VK_STATISTICS(X) \
+  X(GetPipelineExecutableStatisticsKHR)
 // clang-format on
 
 namespace ballot {
 
-#define BALLOT_VK_DECLARE(f) extern PFN_##f f;
-BALLOT_VK_GLOBAL(BALLOT_VK_DECLARE)
-BALLOT_VK_INSTANCE(BALLOT_VK_DECLARE)
-BALLOT_VK_DRAWING(BALLOT_VK_DECLARE)
-BALLOT_VK_SURFACE(BALLOT_VK_DECLARE)     // null unless the instance can make surfaces
-BALLOT_VK_DEBUG(BALLOT_VK_DECLARE)       // null unless validation is on
-BALLOT_VK_STATISTICS(BALLOT_VK_DECLARE)  // null unless some device tells
-#undef BALLOT_VK_DECLARE
+#define BALLOT_VK_MEMBER(f) PFN_vk##f f = nullptr;
 
-/// Opens the loader and finds the global functions, once. Throws Error(Device) if there is no loader.
-void load_vulkan();
-/// Finds the rest for this instance. One instance lives at a time.
-void load_instance_functions(VkInstance instance, bool debug, bool surface);
+/// The functions of the Vulkan loader itself.
+struct VulkanLoader {
+  PFN_vkGetInstanceProcAddr GetInstanceProcAddr = nullptr;
+  BALLOT_VK_LOADER(BALLOT_VK_MEMBER)
+};
+
+/// Opens the loader on the first call. Thread-safe. Throws Error(Device) if there is no loader.
+const VulkanLoader& vulkan_loader();
+
+/// The functions of one instance and, after load_device(), of one device.
+struct Vulkan {
+  BALLOT_VK_INSTANCE(BALLOT_VK_MEMBER)
+  BALLOT_VK_SURFACE(BALLOT_VK_MEMBER)  // null unless the instance can make surfaces
+  BALLOT_VK_DEBUG(BALLOT_VK_MEMBER)    // null unless validation is on
+  BALLOT_VK_DEVICE(BALLOT_VK_MEMBER)
+  BALLOT_VK_DRAWING(BALLOT_VK_MEMBER)
+  BALLOT_VK_SWAPCHAIN(BALLOT_VK_MEMBER)   // null unless the device can present
+  BALLOT_VK_STATISTICS(BALLOT_VK_MEMBER)  // null unless the device keeps statistics
+
+  void load_instance(VkInstance instance, bool debug, bool surface);
+  void load_device(VkDevice device);
+};
+
+#undef BALLOT_VK_MEMBER
 
 /// "VK_ERROR_DEVICE_LOST" for its value.
 const char* result_name(VkResult result);

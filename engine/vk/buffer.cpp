@@ -56,25 +56,25 @@ struct Staging {
     create.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
     create.size = kStagingBytes;
     create.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-    vk_check(vkCreateBuffer(gpu.device(), &create, nullptr, &buffer), "creating buffer", "staging");
+    vk_check(gpu.vk().CreateBuffer(gpu.device(), &create, nullptr, &buffer), "creating buffer", "staging");
     VkMemoryRequirements needs;
-    vkGetBufferMemoryRequirements(gpu.device(), buffer, &needs);
+    gpu.vk().GetBufferMemoryRequirements(gpu.device(), buffer, &needs);
     VkMemoryAllocateInfo allocate{};
     allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
     allocate.allocationSize = needs.size;
     allocate.memoryTypeIndex = gpu.memory_type(
         needs.memoryTypeBits, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
         VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
-    vk_check(vkAllocateMemory(gpu.device(), &allocate, nullptr, &memory), "allocating buffer", "staging");
-    vk_check(vkBindBufferMemory(gpu.device(), buffer, memory, 0), "binding buffer", "staging");
+    vk_check(gpu.vk().AllocateMemory(gpu.device(), &allocate, nullptr, &memory), "allocating buffer", "staging");
+    vk_check(gpu.vk().BindBufferMemory(gpu.device(), buffer, memory, 0), "binding buffer", "staging");
     void* pointer = nullptr;
-    vk_check(vkMapMemory(gpu.device(), memory, 0, VK_WHOLE_SIZE, 0, &pointer), "mapping buffer", "staging");
+    vk_check(gpu.vk().MapMemory(gpu.device(), memory, 0, VK_WHOLE_SIZE, 0, &pointer), "mapping buffer", "staging");
     mapped = static_cast<std::byte*>(pointer);
     gpu.name(VK_OBJECT_TYPE_BUFFER, std::uint64_t(buffer), "staging");
   }
   void destroy() {
-    vkDestroyBuffer(gpu.device(), buffer, nullptr);
-    vkFreeMemory(gpu.device(), memory, nullptr);
+    gpu.vk().DestroyBuffer(gpu.device(), buffer, nullptr);
+    gpu.vk().FreeMemory(gpu.device(), memory, nullptr);
   }
 };
 
@@ -102,9 +102,9 @@ void RawBuffer::allocate(Access access) {
   if (has(access, Access::Texel)) create.usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   if (has(access, Access::Address)) create.usage |= VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
   if (has(access, Access::Groups)) create.usage |= VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
-  vk_check(vkCreateBuffer(gpu_->device(), &create, nullptr, &buffer_), "creating buffer", name_.c_str());
+  vk_check(gpu_->vk().CreateBuffer(gpu_->device(), &create, nullptr, &buffer_), "creating buffer", name_.c_str());
   VkMemoryRequirements needs;
-  vkGetBufferMemoryRequirements(gpu_->device(), buffer_, &needs);
+  gpu_->vk().GetBufferMemoryRequirements(gpu_->device(), buffer_, &needs);
   const VkMemoryPropertyFlags host = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
   const bool hosted = has(access, Access::Host);
   const bool shared = hosted || gpu_->info().is_cpu() || gpu_->info().type == VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU;
@@ -122,17 +122,18 @@ void RawBuffer::allocate(Access access) {
     fail(Failure::Work, "buffer '{}' needs {}, but the memory of {} is {}; use a smaller scene or another --device",
          name_, mib(needs.size), gpu_->info().name, mib(gpu_->heap_bytes(allocate.memoryTypeIndex)));
   const std::string what = fmt::format("{} ({})", name_, mib(needs.size));
-  vk_check(vkAllocateMemory(gpu_->device(), &allocate, nullptr, &memory_), "allocating buffer", what.c_str());
-  vk_check(vkBindBufferMemory(gpu_->device(), buffer_, memory_, 0), "binding buffer", name_.c_str());
+  vk_check(gpu_->vk().AllocateMemory(gpu_->device(), &allocate, nullptr, &memory_), "allocating buffer", what.c_str());
+  vk_check(gpu_->vk().BindBufferMemory(gpu_->device(), buffer_, memory_, 0), "binding buffer", name_.c_str());
   gpu_->name(VK_OBJECT_TYPE_BUFFER, std::uint64_t(buffer_), name_);
   if (shared && (gpu_->memory_flags(allocate.memoryTypeIndex) & host) == host) {
     void* pointer = nullptr;
-    vk_check(vkMapMemory(gpu_->device(), memory_, 0, VK_WHOLE_SIZE, 0, &pointer), "mapping buffer", name_.c_str());
+    vk_check(gpu_->vk().MapMemory(gpu_->device(), memory_, 0, VK_WHOLE_SIZE, 0, &pointer), "mapping buffer",
+             name_.c_str());
     mapped_ = static_cast<std::byte*>(pointer);
   }
   if (has(access, Access::Address)) {
     VkBufferDeviceAddressInfo info{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, nullptr, buffer_};
-    address_ = vkGetBufferDeviceAddress(gpu_->device(), &info);
+    address_ = gpu_->vk().GetBufferDeviceAddress(gpu_->device(), &info);
   }
   if (has(access, Access::Texel)) {
     VkBufferViewCreateInfo view{};
@@ -140,7 +141,7 @@ void RawBuffer::allocate(Access access) {
     view.buffer = buffer_;
     view.format = VK_FORMAT_R32G32B32A32_UINT;
     view.range = std::min(create.size / 16, gpu_->info().max_texels) * 16;
-    vk_check(vkCreateBufferView(gpu_->device(), &view, nullptr, &view_), "creating a texel view of buffer",
+    vk_check(gpu_->vk().CreateBufferView(gpu_->device(), &view, nullptr, &view_), "creating a texel view of buffer",
              name_.c_str());
   }
 }
@@ -154,9 +155,9 @@ void RawBuffer::destroy() {
   } catch (const Error&) {
     gpu_->abandon();  // whoever waits next is told
   }
-  vkDestroyBufferView(gpu_->device(), view_, nullptr);
-  vkDestroyBuffer(gpu_->device(), buffer_, nullptr);
-  vkFreeMemory(gpu_->device(), memory_, nullptr);
+  gpu_->vk().DestroyBufferView(gpu_->device(), view_, nullptr);
+  gpu_->vk().DestroyBuffer(gpu_->device(), buffer_, nullptr);
+  gpu_->vk().FreeMemory(gpu_->device(), memory_, nullptr);
   gpu_ = nullptr;
 }
 
@@ -189,7 +190,7 @@ void RawBuffer::copy_from(const RawBuffer& other, std::uint64_t other_offset, st
          offset, other.name_, other.bytes_, other_offset);
   gpu_->submit("a copy of " + other.name_, [&](VkCommandBuffer cmd) {
     const VkBufferCopy region{other_offset, offset, bytes};
-    vkCmdCopyBuffer(cmd, other.buffer_, buffer_, 1, &region);
+    gpu_->vk().CmdCopyBuffer(cmd, other.buffer_, buffer_, 1, &region);
   });
 }
 
@@ -210,7 +211,7 @@ void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint
     if (from) std::memcpy(staging.mapped, static_cast<const std::byte*>(from) + done, part);
     gpu_->submit("a copy of " + name_, [&](VkCommandBuffer cmd) {
       const VkBufferCopy region{from ? 0 : offset + done, from ? offset + done : 0, part};
-      vkCmdCopyBuffer(cmd, from ? staging.buffer : buffer_, from ? buffer_ : staging.buffer, 1, &region);
+      gpu_->vk().CmdCopyBuffer(cmd, from ? staging.buffer : buffer_, from ? buffer_ : staging.buffer, 1, &region);
     });
     if (to) std::memcpy(static_cast<std::byte*>(to) + done, staging.mapped, part);
   }

@@ -15,9 +15,9 @@ constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
 bool has_validation_layer() {
   std::uint32_t count = 0;
-  vkEnumerateInstanceLayerProperties(&count, nullptr);
+  vulkan_loader().EnumerateInstanceLayerProperties(&count, nullptr);
   std::vector<VkLayerProperties> layers(count);
-  vkEnumerateInstanceLayerProperties(&count, layers.data());
+  vulkan_loader().EnumerateInstanceLayerProperties(&count, layers.data());
   for (const auto& layer : layers)
     if (!std::strcmp(layer.layerName, kValidationLayer)) return true;
   return false;
@@ -49,15 +49,15 @@ void keep_drivers_loaded(const VkApplicationInfo& app) {
     create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
     create.pApplicationInfo = &app;
     VkInstance instance = VK_NULL_HANDLE;
-    return vkCreateInstance(&create, nullptr, &instance) == VK_SUCCESS ? instance : VK_NULL_HANDLE;
+    return vulkan_loader().CreateInstance(&create, nullptr, &instance) == VK_SUCCESS ? instance : VK_NULL_HANDLE;
   }();
   static_cast<void>(kept);
 }
 
-VkInstance make_instance(bool validate, std::vector<std::string>* messages, const WindowSurface* window = nullptr) {
-  load_vulkan();
+VkInstance make_instance(Vulkan& vk, bool validate, std::vector<std::string>* messages,
+                         const WindowSurface* window = nullptr) {
   std::uint32_t version = 0;
-  vkEnumerateInstanceVersion(&version);
+  vulkan_loader().EnumerateInstanceVersion(&version);
   if (version < VK_API_VERSION_1_2) fail(Failure::Device, "the Vulkan loader is older than 1.2; update libvulkan1");
   if (validate && !has_validation_layer())
     fail(Failure::Device, "--validate: the layer {} is not installed; on Debian: apt install vulkan-validationlayers",
@@ -88,11 +88,11 @@ VkInstance make_instance(bool validate, std::vector<std::string>* messages, cons
   create.enabledExtensionCount = std::uint32_t(extensions.size());
   create.ppEnabledExtensionNames = extensions.data();
   VkInstance instance = VK_NULL_HANDLE;
-  const VkResult result = vkCreateInstance(&create, nullptr, &instance);
+  const VkResult result = vulkan_loader().CreateInstance(&create, nullptr, &instance);
   if (result != VK_SUCCESS)
     fail(Failure::Device, "no Vulkan instance: {}; is a driver installed? On Debian: apt install mesa-vulkan-drivers",
          result_name(result));
-  load_instance_functions(instance, validate, window != nullptr);
+  vk.load_instance(instance, validate, window != nullptr);
   return instance;
 }
 
@@ -102,33 +102,34 @@ std::filesystem::path pipeline_cache_path(const DeviceInfo& d) {
   return cache_folder() / "pipelines" / fmt::format("{:04x}-{:04x}-{}.bin", d.vendor_id, d.device_id, uuid);
 }
 
-void refuse_without_present(std::vector<PhysicalDevice>& devices, VkSurfaceKHR surface) {
+void refuse_without_present(const Vulkan& vk, std::vector<PhysicalDevice>& devices, VkSurfaceKHR surface) {
   for (PhysicalDevice& d : devices)
-    if (d.info.refusals.empty() && present_family(d.handle, surface) < 0)
+    if (d.info.refusals.empty() && present_family(vk, d.handle, surface) < 0)
       d.info.refusals.push_back("it cannot present to this window");
 }
 
 }  // namespace
 
 std::vector<DeviceInfo> list_devices() {
-  const VkInstance instance = make_instance(false, nullptr);
+  Vulkan vk;
+  const VkInstance instance = make_instance(vk, false, nullptr);
   std::vector<DeviceInfo> infos;
-  for (PhysicalDevice& d : physical_devices(instance)) infos.push_back(std::move(d.info));
-  vkDestroyInstance(instance, nullptr);
+  for (PhysicalDevice& d : physical_devices(vk, instance)) infos.push_back(std::move(d.info));
+  vk.DestroyInstance(instance, nullptr);
   return infos;
 }
 
 Context::Context(const ContextOptions& options) {
   try {
     create_instance(options);
-    auto devices = physical_devices(instance_);
-    if (surface_) refuse_without_present(devices, surface_);
+    auto devices = physical_devices(vk_, instance_);
+    if (surface_) refuse_without_present(vk_, devices, surface_);
     std::vector<DeviceInfo> infos;
     for (const auto& d : devices) infos.push_back(d.info);
     PhysicalDevice& chosen = devices[choose_device(infos, options.device)];
     physical_ = chosen.handle;
     info_ = std::move(chosen.info);
-    queue_family_ = std::uint32_t(surface_ ? present_family(physical_, surface_) : compute_family(physical_));
+    queue_family_ = std::uint32_t(surface_ ? present_family(vk_, physical_, surface_) : compute_family(vk_, physical_));
     // lavapipe bins timestamps with what is drawn, so beside a window they tell nothing of dispatches (22.3.6).
     if (surface_ && info_.is_cpu()) info_.timestamp_ns = 0;
     statistics_ = options.statistics && info_.pipeline_statistics;
@@ -146,27 +147,27 @@ Context::~Context() { destroy(); }
 void Context::destroy() {
   if (device_) {
     abandon();
-    vkQueueWaitIdle(queue_);
+    vk_.QueueWaitIdle(queue_);
     staging_.reset();
     pipelines_.reset();
-    vkDestroyPipelineCache(device_, pipeline_cache_, nullptr);
+    vk_.DestroyPipelineCache(device_, pipeline_cache_, nullptr);
     for (Slot& slot : slots_) destroy_slot(slot);
-    vkDestroyDevice(device_, nullptr);
+    vk_.DestroyDevice(device_, nullptr);
     device_ = VK_NULL_HANDLE;
   }
-  if (surface_) vkDestroySurfaceKHR(instance_, surface_, nullptr);
+  if (surface_) vk_.DestroySurfaceKHR(instance_, surface_, nullptr);
   surface_ = VK_NULL_HANDLE;
-  if (messenger_) vkDestroyDebugUtilsMessengerEXT(instance_, messenger_, nullptr);
+  if (messenger_) vk_.DestroyDebugUtilsMessengerEXT(instance_, messenger_, nullptr);
   messenger_ = VK_NULL_HANDLE;
-  if (instance_) vkDestroyInstance(instance_, nullptr);
+  if (instance_) vk_.DestroyInstance(instance_, nullptr);
   instance_ = VK_NULL_HANDLE;
 }
 
 void Context::create_instance(const ContextOptions& options) {
-  instance_ = make_instance(options.validate, &messages_, options.window);
+  instance_ = make_instance(vk_, options.validate, &messages_, options.window);
   if (options.validate) {
     const auto info = messenger_info(&messages_);
-    vk_check(vkCreateDebugUtilsMessengerEXT(instance_, &info, nullptr, &messenger_),
+    vk_check(vk_.CreateDebugUtilsMessengerEXT(instance_, &info, nullptr, &messenger_),
              "creating the validation messenger");
   }
   if (options.window) surface_ = options.window->create(instance_);
@@ -195,7 +196,7 @@ void Context::create_device() {
   v12.pNext = info_.size_control || info_.full_subgroups ? &size : size.pNext;
   v12.scalarBlockLayout = VK_TRUE;
   v12.bufferDeviceAddress = info_.buffer_address;
-  auto extensions = optional_extensions(physical_);
+  auto extensions = optional_extensions(vk_, physical_);
   if (surface_) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
   VkDeviceCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
@@ -212,9 +213,10 @@ void Context::create_device() {
   create.pQueueCreateInfos = &queue;
   create.enabledExtensionCount = std::uint32_t(extensions.size());
   create.ppEnabledExtensionNames = extensions.data();
-  vk_check(vkCreateDevice(physical_, &create, nullptr, &device_), "opening device", info_.name.c_str());
-  vkGetDeviceQueue(device_, queue_family_, 0, &queue_);
-  vkGetPhysicalDeviceMemoryProperties(physical_, &memory_);
+  vk_check(vk_.CreateDevice(physical_, &create, nullptr, &device_), "opening device", info_.name.c_str());
+  vk_.load_device(device_);
+  vk_.GetDeviceQueue(device_, queue_family_, 0, &queue_);
+  vk_.GetPhysicalDeviceMemoryProperties(physical_, &memory_);
 }
 
 std::uint32_t Context::memory_type(std::uint32_t bits, VkMemoryPropertyFlags wanted,
@@ -232,7 +234,7 @@ void Context::name(VkObjectType type, std::uint64_t handle, const std::string& n
   info.objectType = type;
   info.objectHandle = handle;
   info.pObjectName = name.c_str();
-  vkSetDebugUtilsObjectNameEXT(device_, &info);
+  vk_.SetDebugUtilsObjectNameEXT(device_, &info);
 }
 
 void Context::load_pipeline_cache() {
@@ -247,14 +249,14 @@ void Context::load_pipeline_cache() {
   create.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
   create.initialDataSize = data.size();
   create.pInitialData = data.data();
-  vk_check(vkCreatePipelineCache(device_, &create, nullptr, &pipeline_cache_), "creating the pipeline cache");
+  vk_check(vk_.CreatePipelineCache(device_, &create, nullptr, &pipeline_cache_), "creating the pipeline cache");
 }
 
 void Context::save_pipeline_cache() {
   std::size_t size = 0;
-  if (vkGetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) != VK_SUCCESS || size == 0) return;
+  if (vk_.GetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) != VK_SUCCESS || size == 0) return;
   std::vector<std::byte> data(size);
-  if (vkGetPipelineCacheData(device_, pipeline_cache_, &size, data.data()) != VK_SUCCESS) return;
+  if (vk_.GetPipelineCacheData(device_, pipeline_cache_, &size, data.data()) != VK_SUCCESS) return;
   try {
     const auto path = pipeline_cache_path(info_);
     std::filesystem::create_directories(path.parent_path());

@@ -78,6 +78,8 @@ class Context {
   Context& operator=(const Context&) = delete;
 
   const DeviceInfo& info() const { return info_; }
+  /// The functions of this device. Calls go through it: gpu.vk().QueueSubmit(...).
+  const Vulkan& vk() const { return vk_; }
   VkDevice device() const { return device_; }
   VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
   VkPhysicalDevice physical() const { return physical_; }
@@ -102,6 +104,9 @@ class Context {
   void finish();
   /// The same after a failure: nobody is told of times. Never throws.
   void abandon() noexcept;
+
+  /// Makes writes of earlier dispatches and copies visible to later dispatches, to their indirect arguments, and to copies.
+  void memory_barrier(VkCommandBuffer cmd) const;
 
   /// A pass that is waited for.
   void submit(const std::string& what, const Record& record);
@@ -174,6 +179,7 @@ class Context {
   void load_pipeline_cache();
   void destroy();
 
+  Vulkan vk_;
   DeviceInfo info_;
   std::vector<std::string> messages_;
   VkInstance instance_ = VK_NULL_HANDLE;
@@ -207,8 +213,5 @@ class PassScope {
  private:
   Context& gpu_;
 };
-
-/// Makes writes of earlier dispatches and copies visible to later dispatches, also to the groups that they read, and copies.
-void memory_barrier(VkCommandBuffer cmd);
 
 }  // namespace ballot

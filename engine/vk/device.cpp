@@ -15,19 +15,19 @@ bool has_extension(const std::vector<VkExtensionProperties>& all, const char* na
   return false;
 }
 
-std::vector<VkExtensionProperties> extensions_of(VkPhysicalDevice device) {
+std::vector<VkExtensionProperties> extensions_of(const Vulkan& vk, VkPhysicalDevice device) {
   std::uint32_t count = 0;
-  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
+  vk.EnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
   std::vector<VkExtensionProperties> all(count);
-  vkEnumerateDeviceExtensionProperties(device, nullptr, &count, all.data());
+  vk.EnumerateDeviceExtensionProperties(device, nullptr, &count, all.data());
   return all;
 }
 
-std::vector<VkQueueFamilyProperties> queue_families(VkPhysicalDevice device) {
+std::vector<VkQueueFamilyProperties> queue_families(const Vulkan& vk, VkPhysicalDevice device) {
   std::uint32_t count = 0;
-  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
+  vk.GetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
-  vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
+  vk.GetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
   return families;
 }
 
@@ -101,8 +101,8 @@ void name_lacks(DeviceInfo& info) {
   lack(info.timestamp_ns > 0, "timestamps: times are wall times of the host");
 }
 
-DeviceInfo read_device(VkPhysicalDevice device) {
-  const auto extensions = extensions_of(device);
+DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
+  const auto extensions = extensions_of(vk, device);
   const bool size_control = has_extension(extensions, VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME);
   const bool uniform_flow = has_extension(extensions, VK_KHR_SHADER_SUBGROUP_UNIFORM_CONTROL_FLOW_EXTENSION_NAME);
   const bool executables = has_extension(extensions, VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME);
@@ -116,7 +116,7 @@ DeviceInfo read_device(VkPhysicalDevice device) {
   f.uniform_flow.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_SUBGROUP_UNIFORM_CONTROL_FLOW_FEATURES_KHR;
   f.executables.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_EXECUTABLE_PROPERTIES_FEATURES_KHR;
   DeviceInfo info;
-  vkGetPhysicalDeviceProperties2(device, &p.core);
+  vk.GetPhysicalDeviceProperties2(device, &p.core);
   info.name = p.core.properties.deviceName;
   info.api_version = p.core.properties.apiVersion;
   info.type = p.core.properties.deviceType;
@@ -131,22 +131,22 @@ DeviceInfo read_device(VkPhysicalDevice device) {
   p.core.pNext = &p.v11;
   p.v11.pNext = &p.v12;
   if (size_control) p.v12.pNext = &p.size_control;
-  vkGetPhysicalDeviceProperties2(device, &p.core);
+  vk.GetPhysicalDeviceProperties2(device, &p.core);
   f.core.pNext = &f.v12;
   void** tail = &f.v12.pNext;
   if (size_control) *tail = &f.size_control, tail = &f.size_control.pNext;
   if (uniform_flow) *tail = &f.uniform_flow, tail = &f.uniform_flow.pNext;
   if (executables) *tail = &f.executables;
-  vkGetPhysicalDeviceFeatures2(device, &f.core);
+  vk.GetPhysicalDeviceFeatures2(device, &f.core);
   info.pipeline_statistics = f.executables.pipelineExecutableInfo == VK_TRUE;
   info.driver = fmt::format("{} {}", p.v12.driverName, p.v12.driverInfo);
   info.driver_id = p.v12.driverID;
   read_limits(info, p);
   read_subgroups(info, p, f, size_control, uniform_flow);
   info.refusals = refusals_of(p, f);
-  const int family = compute_family(device);
+  const int family = compute_family(vk, device);
   if (family < 0) info.refusals.push_back("it has no queue that computes");
-  if (family >= 0) info.timestamp_bits = queue_families(device)[std::size_t(family)].timestampValidBits;
+  if (family >= 0) info.timestamp_bits = queue_families(vk, device)[std::size_t(family)].timestampValidBits;
   if (info.timestamp_bits == 0) info.timestamp_ns = 0;
   name_lacks(info);
   return info;
@@ -213,38 +213,38 @@ std::uint32_t DeviceInfo::mesa_version() const {
   return major * 10000 + minor * 100 + patch;
 }
 
-std::vector<PhysicalDevice> physical_devices(VkInstance instance) {
+std::vector<PhysicalDevice> physical_devices(const Vulkan& vk, VkInstance instance) {
   std::uint32_t count = 0;
-  vk_check(vkEnumeratePhysicalDevices(instance, &count, nullptr), "listing Vulkan devices");
+  vk_check(vk.EnumeratePhysicalDevices(instance, &count, nullptr), "listing Vulkan devices");
   std::vector<VkPhysicalDevice> handles(count);
-  vk_check(vkEnumeratePhysicalDevices(instance, &count, handles.data()), "listing Vulkan devices");
+  vk_check(vk.EnumeratePhysicalDevices(instance, &count, handles.data()), "listing Vulkan devices");
   std::vector<PhysicalDevice> devices;
-  for (VkPhysicalDevice handle : handles) devices.push_back({handle, read_device(handle)});
+  for (VkPhysicalDevice handle : handles) devices.push_back({handle, read_device(vk, handle)});
   return devices;
 }
 
-int compute_family(VkPhysicalDevice device) {
-  const auto families = queue_families(device);
+int compute_family(const Vulkan& vk, VkPhysicalDevice device) {
+  const auto families = queue_families(vk, device);
   const auto count = std::uint32_t(families.size());
   for (std::uint32_t i = 0; i < count; ++i)
     if (families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) return int(i);
   return -1;
 }
 
-int present_family(VkPhysicalDevice device, VkSurfaceKHR surface) {
-  if (!has_extension(extensions_of(device), VK_KHR_SWAPCHAIN_EXTENSION_NAME)) return -1;
-  const auto families = queue_families(device);
+int present_family(const Vulkan& vk, VkPhysicalDevice device, VkSurfaceKHR surface) {
+  if (!has_extension(extensions_of(vk, device), VK_KHR_SWAPCHAIN_EXTENSION_NAME)) return -1;
+  const auto families = queue_families(vk, device);
   constexpr VkQueueFlags kBoth = VK_QUEUE_COMPUTE_BIT | VK_QUEUE_GRAPHICS_BIT;
   for (std::uint32_t i = 0; i < std::uint32_t(families.size()); ++i) {
     VkBool32 presents = VK_FALSE;
     if ((families[i].queueFlags & kBoth) != kBoth) continue;
-    if (vkGetPhysicalDeviceSurfaceSupportKHR(device, i, surface, &presents) == VK_SUCCESS && presents) return int(i);
+    if (vk.GetPhysicalDeviceSurfaceSupportKHR(device, i, surface, &presents) == VK_SUCCESS && presents) return int(i);
   }
   return -1;
 }
 
-std::vector<const char*> optional_extensions(VkPhysicalDevice device) {
-  const auto all = extensions_of(device);
+std::vector<const char*> optional_extensions(const Vulkan& vk, VkPhysicalDevice device) {
+  const auto all = extensions_of(vk, device);
   std::vector<const char*> names;
   for (const char* name :
        {VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME, VK_KHR_SHADER_SUBGROUP_UNIFORM_CONTROL_FLOW_EXTENSION_NAME})

@@ -12,7 +12,7 @@ struct PhysicalDevice {
   VkPhysicalDevice handle;
   DeviceInfo info;
 };
-std::vector<PhysicalDevice> physical_devices(VkInstance instance);
+std::vector<PhysicalDevice> physical_devices(const Vulkan& vk, VkInstance instance);
 
 /// What the driver says of a device, and can be made up in tests.
 struct DeviceProperties {
@@ -34,12 +34,12 @@ struct DeviceFeatures {
 std::vector<std::string> refusals_of(const DeviceProperties& properties, const DeviceFeatures& features);
 
 /// The first queue family with compute; -1 if none.
-int compute_family(VkPhysicalDevice device);
+int compute_family(const Vulkan& vk, VkPhysicalDevice device);
 
 /// The first queue family that computes, draws and presents to this surface; -1 if none, or without VK_KHR_swapchain.
-int present_family(VkPhysicalDevice device, VkSurfaceKHR surface);
+int present_family(const Vulkan& vk, VkPhysicalDevice device, VkSurfaceKHR surface);
 
 /// Extensions beyond 1.2 core that Ballot enables where present.
-std::vector<const char*> optional_extensions(VkPhysicalDevice device);
+std::vector<const char*> optional_extensions(const Vulkan& vk, VkPhysicalDevice device);
 
 }  // namespace ballot

@@ -19,7 +19,7 @@ Kernel::~Kernel() {
   } catch (const Error&) {
     gpu_.abandon();  // whoever waits next is told
   }
-  for (const Set& set : sets_) vkDestroyDescriptorPool(gpu_.device(), set.pool, nullptr);
+  for (const Set& set : sets_) gpu_.vk().DestroyDescriptorPool(gpu_.device(), set.pool, nullptr);
 }
 
 Kernel::Set Kernel::create_set() {
@@ -37,15 +37,15 @@ Kernel::Set Kernel::create_set() {
   pool.poolSizeCount = std::uint32_t(sizes.size());
   pool.pPoolSizes = sizes.data();
   Set made;
-  vk_check(vkCreateDescriptorPool(gpu_.device(), &pool, nullptr, &made.pool), "creating descriptor pool of",
+  vk_check(gpu_.vk().CreateDescriptorPool(gpu_.device(), &pool, nullptr, &made.pool), "creating descriptor pool of",
            name_.c_str());
   VkDescriptorSetAllocateInfo allocate{};
   allocate.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
   allocate.descriptorPool = made.pool;
   allocate.descriptorSetCount = 1;
   allocate.pSetLayouts = &set_layout;
-  const VkResult result = vkAllocateDescriptorSets(gpu_.device(), &allocate, &made.set);
-  if (result != VK_SUCCESS) vkDestroyDescriptorPool(gpu_.device(), made.pool, nullptr);
+  const VkResult result = gpu_.vk().AllocateDescriptorSets(gpu_.device(), &allocate, &made.set);
+  if (result != VK_SUCCESS) gpu_.vk().DestroyDescriptorPool(gpu_.device(), made.pool, nullptr);
   vk_check(result, "allocating descriptors of", name_.c_str());
   return made;
 }
@@ -72,7 +72,7 @@ void Kernel::write(const Set& set) const {
     write.descriptorType = texel ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
     write.pBufferInfo = texel ? nullptr : &info;
     write.pTexelBufferView = texel ? &bound.view : nullptr;
-    vkUpdateDescriptorSets(gpu_.device(), 1, &write, 0, nullptr);
+    gpu_.vk().UpdateDescriptorSets(gpu_.device(), 1, &write, 0, nullptr);
   }
 }
 
@@ -100,19 +100,20 @@ void Kernel::begin_dispatch(VkCommandBuffer cmd, const void* push, std::uint32_t
     fail(Failure::Work, "kernel {} wants {} bytes of push constants, not {}", name_, pipeline_->reflection().push_bytes,
          push_bytes);
   const VkDescriptorSet set = set_for_bound();
-  if (vkCmdBeginDebugUtilsLabelEXT) {
+  if (gpu_.vk().CmdBeginDebugUtilsLabelEXT) {
     VkDebugUtilsLabelEXT label{};
     label.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT;
     label.pLabelName = name_.c_str();
-    vkCmdBeginDebugUtilsLabelEXT(cmd, &label);
+    gpu_.vk().CmdBeginDebugUtilsLabelEXT(cmd, &label);
   }
-  vkCmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->pipeline());
-  vkCmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->layout(), 0, 1, &set, 0, nullptr);
-  if (push_bytes) vkCmdPushConstants(cmd, pipeline_->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes, push);
+  gpu_.vk().CmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->pipeline());
+  gpu_.vk().CmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->layout(), 0, 1, &set, 0, nullptr);
+  if (push_bytes)
+    gpu_.vk().CmdPushConstants(cmd, pipeline_->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes, push);
 }
 
 void Kernel::end_dispatch(VkCommandBuffer cmd) const {
-  if (vkCmdEndDebugUtilsLabelEXT) vkCmdEndDebugUtilsLabelEXT(cmd);
+  if (gpu_.vk().CmdEndDebugUtilsLabelEXT) gpu_.vk().CmdEndDebugUtilsLabelEXT(cmd);
 }
 
 void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* push, std::uint32_t push_bytes) {
@@ -120,14 +121,14 @@ void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* pus
     fail(Failure::Work, "kernel {}: {} workgroups, but {} allows {}", name_, groups, gpu_.info().name,
          gpu_.info().max_group_count_x);
   begin_dispatch(cmd, push, push_bytes);
-  vkCmdDispatch(cmd, groups, 1, 1);
+  gpu_.vk().CmdDispatch(cmd, groups, 1, 1);
   end_dispatch(cmd);
 }
 
 void Kernel::dispatch(VkCommandBuffer cmd, const RawBuffer& groups, std::uint64_t offset, const void* push,
                       std::uint32_t push_bytes) {
   begin_dispatch(cmd, push, push_bytes);
-  vkCmdDispatchIndirect(cmd, groups.handle(), offset);
+  gpu_.vk().CmdDispatchIndirect(cmd, groups.handle(), offset);
   end_dispatch(cmd);
 }
 

@@ -11,19 +11,19 @@ namespace {
 constexpr std::uint32_t kPasses = 255;  // in one submission at most
 
 /// Whatever was written is there for all that follows.
-void full_barrier(VkCommandBuffer cmd) {
+void full_barrier(const Vulkan& vk, VkCommandBuffer cmd) {
   VkMemoryBarrier barrier{};
   barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
   barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
   barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT | VK_ACCESS_HOST_READ_BIT;
-  vkCmdPipelineBarrier(cmd, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
-                       VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, nullptr, 0,
-                       nullptr);
+  vk.CmdPipelineBarrier(cmd, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                        VK_PIPELINE_STAGE_ALL_COMMANDS_BIT | VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, nullptr, 0,
+                        nullptr);
 }
 
 }  // namespace
 
-void memory_barrier(VkCommandBuffer cmd) {
+void Context::memory_barrier(VkCommandBuffer cmd) const {
   VkMemoryBarrier barrier{};
   barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
   barrier.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
@@ -31,35 +31,35 @@ void memory_barrier(VkCommandBuffer cmd) {
                           VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT;
   const VkPipelineStageFlags stages =
       VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
-  vkCmdPipelineBarrier(cmd, stages, stages, 0, 1, &barrier, 0, nullptr, 0, nullptr);
+  vk_.CmdPipelineBarrier(cmd, stages, stages, 0, 1, &barrier, 0, nullptr, 0, nullptr);
 }
 
 void Context::create_slot(Slot& slot) {
   VkCommandPoolCreateInfo pool{};
   pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
   pool.queueFamilyIndex = queue_family_;
-  vk_check(vkCreateCommandPool(device_, &pool, nullptr, &slot.pool), "creating a command pool");
+  vk_check(vk_.CreateCommandPool(device_, &pool, nullptr, &slot.pool), "creating a command pool");
   VkCommandBufferAllocateInfo allocate{};
   allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
   allocate.commandPool = slot.pool;
   allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
   allocate.commandBufferCount = 1;
-  vk_check(vkAllocateCommandBuffers(device_, &allocate, &slot.commands), "allocating a command buffer");
+  vk_check(vk_.AllocateCommandBuffers(device_, &allocate, &slot.commands), "allocating a command buffer");
   VkFenceCreateInfo fence{};
   fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
-  vk_check(vkCreateFence(device_, &fence, nullptr, &slot.fence), "creating a fence");
+  vk_check(vk_.CreateFence(device_, &fence, nullptr, &slot.fence), "creating a fence");
   if (!queue_times()) return;
   VkQueryPoolCreateInfo queries{};
   queries.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
   queries.queryType = VK_QUERY_TYPE_TIMESTAMP;
   queries.queryCount = kPasses + 1;
-  vk_check(vkCreateQueryPool(device_, &queries, nullptr, &slot.queries), "creating a query pool");
+  vk_check(vk_.CreateQueryPool(device_, &queries, nullptr, &slot.queries), "creating a query pool");
 }
 
 void Context::destroy_slot(Slot& slot) {
-  vkDestroyQueryPool(device_, slot.queries, nullptr);
-  vkDestroyFence(device_, slot.fence, nullptr);
-  vkDestroyCommandPool(device_, slot.pool, nullptr);
+  vk_.DestroyQueryPool(device_, slot.queries, nullptr);
+  vk_.DestroyFence(device_, slot.fence, nullptr);
+  vk_.DestroyCommandPool(device_, slot.pool, nullptr);
 }
 
 Context::Slot& Context::open_slot(const std::string& what) {
@@ -67,14 +67,14 @@ Context::Slot& Context::open_slot(const std::string& what) {
   if (slot.under_way) wait(slot.submission);
   slot.what = what;
   if (slot.open) return slot;
-  vk_check(vkResetCommandPool(device_, slot.pool, 0), "resetting commands for", what.c_str());
+  vk_check(vk_.ResetCommandPool(device_, slot.pool, 0), "resetting commands for", what.c_str());
   VkCommandBufferBeginInfo begin{};
   begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
   begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-  vk_check(vkBeginCommandBuffer(slot.commands, &begin), "recording", what.c_str());
+  vk_check(vk_.BeginCommandBuffer(slot.commands, &begin), "recording", what.c_str());
   if (slot.queries) {
-    vkCmdResetQueryPool(slot.commands, slot.queries, 0, kPasses + 1);
-    vkCmdWriteTimestamp(slot.commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, slot.queries, 0);
+    vk_.CmdResetQueryPool(slot.commands, slot.queries, 0, kPasses + 1);
+    vk_.CmdWriteTimestamp(slot.commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, slot.queries, 0);
   }
   slot.passes.clear();
   slot.open = true;
@@ -85,8 +85,8 @@ void Context::end_pass(Slot& slot, Done done) {
   memory_barrier(slot.commands);
   slot.passes.push_back(std::move(done));
   if (slot.queries)
-    vkCmdWriteTimestamp(slot.commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, slot.queries,
-                        std::uint32_t(slot.passes.size()));
+    vk_.CmdWriteTimestamp(slot.commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, slot.queries,
+                          std::uint32_t(slot.passes.size()));
 }
 
 void Context::pass(const std::string& what, const Record& record, Done done) {
@@ -108,15 +108,15 @@ std::uint64_t Context::flush() {
   Slot& slot = slots_[slot_];
   if (!slot.open) return 0;
   // The host is to see what was written, and so is the next submission; a fence alone promises neither.
-  full_barrier(slot.commands);
+  full_barrier(vk_, slot.commands);
   slot.open = false;
-  vk_check(vkEndCommandBuffer(slot.commands), "recording", slot.what.c_str());
+  vk_check(vk_.EndCommandBuffer(slot.commands), "recording", slot.what.c_str());
   VkSubmitInfo submit{};
   submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
   submit.commandBufferCount = 1;
   submit.pCommandBuffers = &slot.commands;
   slot.start = std::chrono::steady_clock::now();
-  vk_check(vkQueueSubmit(queue_, 1, &submit, slot.fence), "submitting", slot.what.c_str());
+  vk_check(vk_.QueueSubmit(queue_, 1, &submit, slot.fence), "submitting", slot.what.c_str());
   slot.under_way = true;
   slot.submission = ++submitted_;
   slot_ = (slot_ + 1) % slots_.size();
@@ -131,9 +131,10 @@ std::vector<double> Context::times_of(Slot& slot) {
     return ms;
   }
   std::vector<std::uint64_t> ticks(ms.size() + 1);
-  vk_check(vkGetQueryPoolResults(device_, slot.queries, 0, std::uint32_t(ticks.size()), ticks.size() * sizeof ticks[0],
-                                 ticks.data(), sizeof ticks[0], VK_QUERY_RESULT_64_BIT),
-           "reading the times of", slot.what.c_str());
+  vk_check(
+      vk_.GetQueryPoolResults(device_, slot.queries, 0, std::uint32_t(ticks.size()), ticks.size() * sizeof ticks[0],
+                              ticks.data(), sizeof ticks[0], VK_QUERY_RESULT_64_BIT),
+      "reading the times of", slot.what.c_str());
   const std::uint64_t mask = info_.timestamp_bits >= 64 ? ~0ull : (1ull << info_.timestamp_bits) - 1;
   for (std::size_t i = 0; i < ms.size(); ++i)
     ms[i] = double((ticks[i + 1] - ticks[i]) & mask) * info_.timestamp_ns * 1e-6;
@@ -141,9 +142,9 @@ std::vector<double> Context::times_of(Slot& slot) {
 }
 
 void Context::end_slot(Slot& slot) {
-  vk_check(vkWaitForFences(device_, 1, &slot.fence, VK_TRUE, UINT64_MAX), "waiting for", slot.what.c_str());
+  vk_check(vk_.WaitForFences(device_, 1, &slot.fence, VK_TRUE, UINT64_MAX), "waiting for", slot.what.c_str());
   const std::vector<double> ms = times_of(slot);
-  vk_check(vkResetFences(device_, 1, &slot.fence), "resetting the fence of", slot.what.c_str());
+  vk_check(vk_.ResetFences(device_, 1, &slot.fence), "resetting the fence of", slot.what.c_str());
   slot.under_way = false;
   ended_ = slot.submission;
   ended_ms_ = 0;
@@ -169,8 +170,8 @@ void Context::finish() {
 void Context::abandon() noexcept {
   for (Slot& slot : slots_) {
     if (slot.under_way) {
-      vkWaitForFences(device_, 1, &slot.fence, VK_TRUE, UINT64_MAX);
-      vkResetFences(device_, 1, &slot.fence);
+      vk_.WaitForFences(device_, 1, &slot.fence, VK_TRUE, UINT64_MAX);
+      vk_.ResetFences(device_, 1, &slot.fence);
       ended_ = std::max(ended_, slot.submission);
     }
     slot.open = slot.under_way = false;

@@ -46,9 +46,9 @@ ComputePipeline::ComputePipeline(Context& gpu, const KernelSource& source) : gpu
 ComputePipeline::~ComputePipeline() { destroy(); }
 
 void ComputePipeline::destroy() {
-  vkDestroyPipeline(gpu_.device(), pipeline_, nullptr);
-  vkDestroyPipelineLayout(gpu_.device(), layout_, nullptr);
-  vkDestroyDescriptorSetLayout(gpu_.device(), set_layout_, nullptr);
+  gpu_.vk().DestroyPipeline(gpu_.device(), pipeline_, nullptr);
+  gpu_.vk().DestroyPipelineLayout(gpu_.device(), layout_, nullptr);
+  gpu_.vk().DestroyDescriptorSetLayout(gpu_.device(), set_layout_, nullptr);
 }
 
 void ComputePipeline::create(const KernelSource& source, const std::vector<std::uint32_t>& words) {
@@ -58,15 +58,16 @@ void ComputePipeline::create(const KernelSource& source, const std::vector<std::
   create.codeSize = words.size() * 4;
   create.pCode = words.data();
   VkShaderModule module = VK_NULL_HANDLE;
-  vk_check(vkCreateShaderModule(gpu_.device(), &create, nullptr, &module), "creating shader", source.name.c_str());
+  vk_check(gpu_.vk().CreateShaderModule(gpu_.device(), &create, nullptr, &module), "creating shader",
+           source.name.c_str());
   gpu_.name(VK_OBJECT_TYPE_SHADER_MODULE, std::uint64_t(module), source.name);
   try {
     create_pipeline(source, module);
   } catch (...) {
-    vkDestroyShaderModule(gpu_.device(), module, nullptr);
+    gpu_.vk().DestroyShaderModule(gpu_.device(), module, nullptr);
     throw;
   }
-  vkDestroyShaderModule(gpu_.device(), module, nullptr);
+  gpu_.vk().DestroyShaderModule(gpu_.device(), module, nullptr);
 }
 
 void ComputePipeline::create_layout(const std::string& name) {
@@ -80,7 +81,7 @@ void ComputePipeline::create_layout(const std::string& name) {
   set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
   set.bindingCount = std::uint32_t(bindings.size());
   set.pBindings = bindings.data();
-  vk_check(vkCreateDescriptorSetLayout(gpu_.device(), &set, nullptr, &set_layout_), "creating set layout of",
+  vk_check(gpu_.vk().CreateDescriptorSetLayout(gpu_.device(), &set, nullptr, &set_layout_), "creating set layout of",
            name.c_str());
   const VkPushConstantRange range{VK_SHADER_STAGE_COMPUTE_BIT, 0, reflection_.push_bytes};
   VkPipelineLayoutCreateInfo layout{};
@@ -89,7 +90,7 @@ void ComputePipeline::create_layout(const std::string& name) {
   layout.pSetLayouts = &set_layout_;
   layout.pushConstantRangeCount = reflection_.push_bytes ? 1 : 0;
   layout.pPushConstantRanges = &range;
-  vk_check(vkCreatePipelineLayout(gpu_.device(), &layout, nullptr, &layout_), "creating pipeline layout of",
+  vk_check(gpu_.vk().CreatePipelineLayout(gpu_.device(), &layout, nullptr, &layout_), "creating pipeline layout of",
            name.c_str());
 }
 
@@ -119,7 +120,7 @@ void ComputePipeline::create_pipeline(const KernelSource& source, VkShaderModule
   create.layout = layout_;
   if (gpu_.keeps_statistics()) create.flags |= VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR;
   const auto start = std::chrono::steady_clock::now();
-  vk_check(vkCreateComputePipelines(gpu_.device(), gpu_.pipeline_cache(), 1, &create, nullptr, &pipeline_),
+  vk_check(gpu_.vk().CreateComputePipelines(gpu_.device(), gpu_.pipeline_cache(), 1, &create, nullptr, &pipeline_),
            "creating pipeline", source.name.c_str());
   times_.pipeline_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   gpu_.name(VK_OBJECT_TYPE_PIPELINE, std::uint64_t(pipeline_), source.name);
@@ -131,10 +132,11 @@ std::vector<PipelineFigure> ComputePipeline::statistics() const {
   which.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_INFO_KHR;
   which.pipeline = pipeline_;  // of a compute pipeline the first executable is the one that counts
   std::uint32_t count = 0;
-  vk_check(vkGetPipelineExecutableStatisticsKHR(gpu_.device(), &which, &count, nullptr), "reading pipeline statistics");
+  vk_check(gpu_.vk().GetPipelineExecutableStatisticsKHR(gpu_.device(), &which, &count, nullptr),
+           "reading pipeline statistics");
   std::vector<VkPipelineExecutableStatisticKHR> all(count);
   for (auto& each : all) each.sType = VK_STRUCTURE_TYPE_PIPELINE_EXECUTABLE_STATISTIC_KHR;
-  vk_check(vkGetPipelineExecutableStatisticsKHR(gpu_.device(), &which, &count, all.data()),
+  vk_check(gpu_.vk().GetPipelineExecutableStatisticsKHR(gpu_.device(), &which, &count, all.data()),
            "reading pipeline statistics");
   std::vector<PipelineFigure> figures;
   for (const auto& each : all) figures.push_back({each.name, each.description, number_of(each)});

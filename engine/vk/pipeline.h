@@ -20,7 +20,7 @@ struct KernelSource {
   std::uint32_t subgroup_size = 0;  // required size; 0: whatever the driver gives
 };
 
-/// What a kernel is compiled with on a device: its own, and BALLOT_TEXEL_RECORDS (shaders/lib/records.glsl).
+/// What a kernel is compiled with on a device: its own, and BALLOT_TEXEL_RECORDS (shaders/lib/frame/records.glsl).
 Defines defines_of(const KernelSource& source, const DeviceInfo& device);
 
 struct KernelTimes {

@@ -8,9 +8,9 @@
 // A ray asks for itself whether a blended surface stops it, by a number that its bits and the triangle give: whoever traces it
 // gets the same answer. Surfaces at one distance count as one.
 #include "../shared/render.h"
-#include "../lib/records.glsl"
-#include "../lib/put_records.glsl"
-#include "../lib/random.glsl"
+#include "../lib/frame/records.glsl"
+#include "../lib/frame/compact_records.glsl"
+#include "../lib/shade/random.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { AlphaPush push; };
@@ -21,10 +21,10 @@ layout(set = 0, binding = BIND_IDS, scalar) readonly buffer Ids { uint ids[]; };
 RECORDS_OUT(BIND_NEXT_RAYS, NextRays, next_rays)
 layout(set = 0, binding = BIND_NEXT_IDS, scalar) writeonly buffer NextIds { uint next_ids[]; };
 layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
-layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };
+layout(set = 0, binding = BIND_WAVE_INDIRECT, scalar) readonly buffer Indirect { IndirectArgs indirect[]; };
 layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
 vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
-#include "../lib/look.glsl"
+#include "../lib/shade/surface_material.glsl"
 
 float chance_of(Ray ray, uint prim) {
   uint h = prim;
@@ -42,7 +42,7 @@ void main() {
   bool goes_on = false;
   uint id = index;
   Ray ray;
-  if (index < calls[push.call].count) {
+  if (index < indirect[push.args].count) {
     Hit hit = get_hit(hits, index);
     ray = get_ray(rays, index);
     if (push.first == 0u) {

@@ -5,7 +5,7 @@
 // With BALLOT_MOMENTS also the sum of squared differences to the mean (Youngs, Cramer, Some Results Relevant to Choice of Sum and
 // Sum-of-Product Algorithms, Technometrics 1971).
 #include "../shared/render.h"
-#include "../lib/records.glsl"
+#include "../lib/frame/records.glsl"
 
 #ifndef BALLOT_MOMENTS
 #error a variant must give BALLOT_MOMENTS

@@ -6,11 +6,11 @@
 // What the hits of a wave of rays give to their paths, and the rays that they start. A wave holds at most one ray of each path,
 // so that sums have one order. Rays are put one behind the other: those of the next wave are as many as have something to find.
 #include "../shared/render.h"
-#include "../lib/records.glsl"
-#include "../lib/put_records.glsl"
+#include "../lib/frame/records.glsl"
+#include "../lib/frame/compact_records.glsl"
 
 #if !defined(BALLOT_INTEGRATOR) || !defined(BALLOT_MAKES_RAYS)
-#error a variant must give BALLOT_INTEGRATOR, BALLOT_SKY, BALLOT_MAKES_RAYS and BALLOT_HAS_*: engine/render/integrators.cpp
+#error a variant must give BALLOT_INTEGRATOR, BALLOT_SKY, BALLOT_MAKES_RAYS and BALLOT_HAS_*: engine/render/path/integrators.cpp
 #endif
 
 layout(local_size_x = 64) in;
@@ -19,23 +19,23 @@ RECORDS_IN(BIND_RAYS, Rays, rays)
 RECORDS_IN(BIND_HITS, Hits, hits)
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };
 layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
-layout(set = 0, binding = BIND_WAVE_CALLS, scalar) readonly buffer Calls { Call calls[]; };
+layout(set = 0, binding = BIND_WAVE_INDIRECT, scalar) readonly buffer Indirect { IndirectArgs indirect[]; };
 layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
 #if BALLOT_MAKES_RAYS
 layout(set = 0, binding = BIND_CAMERAS, scalar) readonly buffer Cameras { PrimaryPush cameras[]; };
-#include "../lib/camera_samples.glsl"
+#include "../lib/camera/camera_samples.glsl"
 #else
-#include "../lib/pixel_samples.glsl"
+#include "../lib/camera/pixel_samples.glsl"
 #endif
-#include "../lib/surface.glsl"
-#include "../lib/look.glsl"
-#include "../lib/sky.glsl"
+#include "../lib/origin/surface.glsl"
+#include "../lib/shade/surface_material.glsl"
+#include "../lib/shade/sky.glsl"
 #if BALLOT_INTEGRATOR == INTEGRATOR_AO
 #define HAS_LIGHT 0
-#include "../lib/hemisphere.glsl"
+#include "../lib/shade/hemisphere.glsl"
 #else
-#include "../lib/bsdf.glsl"
-#include "../lib/lights.glsl"
+#include "../lib/shade/bsdf.glsl"
+#include "../lib/shade/lights.glsl"
 #endif
 
 #define STARTS_SHADOW (HAS_LIGHT || BALLOT_INTEGRATOR == INTEGRATOR_AO)
@@ -51,16 +51,16 @@ RECORDS_OUT(BIND_PATHS, Paths, paths)
 #endif
 #if STARTS_SHADOW
 RECORDS_OUT(BIND_SHADOW_RAYS, ShadowRays, shadow_rays)
-RECORDS_OUT(BIND_SHADOW_LIGHT, ShadowLight, shadow_light)
+RECORDS_OUT(BIND_SHADOW_LIGHT, ShadowLight, shadow_payload)
 #endif
 #if STARTS_NEXT
 RECORDS_OUT(BIND_NEXT_RAYS, NextRays, next_rays)
 RECORDS_OUT(BIND_NEXT_CARRIED, NextCarried, next_carried)
 #endif
 #if STARTS_SECOND
-RECORDS_INOUT(BIND_PUT_OFF_RAYS, PutOffRays, put_off_rays)
-RECORDS_INOUT(BIND_PUT_OFF_CARRIED, PutOffCarried, put_off_carried)
-layout(set = 0, binding = BIND_PUT_OFF, scalar) buffer PutOffs { PutOff put_off[]; };
+RECORDS_INOUT(BIND_DEFERRED_RAYS, DeferredRays, deferred_rays)
+RECORDS_INOUT(BIND_DEFERRED_CARRIED, DeferredCarried, deferred_carried)
+layout(set = 0, binding = BIND_DEFERRED, scalar) buffer Deferreds { Deferred deferred[]; };
 #endif
 
 // The place of the first of a subgroup's rays in a queue: one atomic operation.
@@ -80,7 +80,7 @@ struct Started {
 };
 
 #if STARTS_SECOND
-#include "../lib/put_off.glsl"
+#include "../lib/shade/deferred.glsl"
 #else
 #define RAY_DEPTH push.depth
 #endif
@@ -93,7 +93,7 @@ float draw(PixelSample sampled, uint k) {
 vec2 draw2(PixelSample sampled, uint k) { return vec2(draw(sampled, k), draw(sampled, k + 1u)); }
 
 #if BALLOT_INTEGRATOR != INTEGRATOR_AO
-#include "../lib/scatter.glsl"
+#include "../lib/shade/scatter.glsl"
 #endif
 
 void record_first(PixelSample sampled, Ray ray, Hit hit, vec3 normal) {
@@ -150,7 +150,7 @@ void main() {
   uint index = gl_GlobalInvocationID.x;
   Started started;
   started.shadow = started.next = started.second = false;
-  if (index < calls[push.call].count) {
+  if (index < indirect[push.args].count) {
     bool begins = push.depth == 0u;  // then ray i is that of path i
     Carried c = carried_at_eye(index);
     Path path = Path(vec3(0.0), 0u);
@@ -186,7 +186,7 @@ void main() {
   APPEND(queues.shadow, started.shadow, first)
   PUT_RECORDS(shadow_rays, first, started.shadow, started.shadow_ray)
   uint place = first + subgroupBallotExclusiveBitCount(subgroupBallot(started.shadow));
-  if (started.shadow) put_part(shadow_light, place, Awaited(started.light, started.next_carried.path));
+  if (started.shadow) put_part(shadow_payload, place, ShadowPayload(started.light, started.next_carried.path));
 #endif
 #if STARTS_NEXT
   APPEND(queues.next, started.next, first)

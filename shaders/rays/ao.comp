@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // Ambient occlusion: cosine-distributed, of bounded length.
-#include "../lib/secondary.glsl"
+#include "../lib/origin/secondary.glsl"
 
 Ray ray_from(Surface s, Draw draw) {
   vec3 dir = cosine_direction(s, random_number(draw.pixel, draw.k, 2u), random_number(draw.pixel, draw.k, 3u));

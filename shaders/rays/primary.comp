@@ -5,8 +5,8 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 // Camera rays, one an invocation, in tiles of Morton order.
 #include "../shared/render.h"
-#include "../lib/records.glsl"
-#include "../lib/put_records.glsl"
+#include "../lib/frame/records.glsl"
+#include "../lib/frame/compact_records.glsl"
 
 #ifndef BALLOT_LISTED
 #error a variant must give BALLOT_LISTED: 0, every pixel of whole tiles; 1, those that a list holds
@@ -17,11 +17,11 @@ layout(push_constant, scalar) uniform Push { PrimaryPush push; };
 RECORDS_OUT(BIND_RAYS, Rays, rays)
 #if BALLOT_LISTED
 layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
-#include "../lib/camera_samples.glsl"
+#include "../lib/camera/camera_samples.glsl"
 #else
-#include "../lib/film.glsl"
-#include "../lib/random.glsl"
-#include "../lib/camera.glsl"
+#include "../lib/shade/film.glsl"
+#include "../lib/shade/random.glsl"
+#include "../lib/camera/camera.glsl"
 #endif
 
 void main() {

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // Towards the point light; ends shortly before it.
-#include "../lib/secondary.glsl"
+#include "../lib/origin/secondary.glsl"
 
 Ray ray_from(Surface s, Draw draw) {
   precise vec3 to_light = push.light - origin_on(s, 1.0);

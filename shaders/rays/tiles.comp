@@ -3,7 +3,7 @@
 #extension GL_EXT_scalar_block_layout : require
 // The pixels of whole tiles as a list, in the order of rays; those outside the picture too.
 #include "../shared/render.h"
-#include "../lib/film.glsl"
+#include "../lib/shade/film.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { TilesPush push; };

@@ -6,9 +6,9 @@
 // Film to the 8-bit pixels of a window, row by row, where more than one kernel makes it: heat maps, and two films beside each other
 // with their differences marked.
 #include "../shared/render.h"
-#include "../lib/records.glsl"
-#include "../lib/film.glsl"
-#include "../lib/display.glsl"
+#include "../lib/frame/records.glsl"
+#include "../lib/shade/film.glsl"
+#include "../lib/shade/display.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { DisplayPush push; };

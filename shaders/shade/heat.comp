@@ -4,8 +4,8 @@
 // Counts of the instrumented variant to colours of a heat map, over what shading left in the film: shading runs for
 // the first sample only.
 #include "../shared/render.h"
-#include "../lib/records.glsl"
-#include "../lib/film.glsl"
+#include "../lib/frame/records.glsl"
+#include "../lib/shade/film.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { HeatPush push; };

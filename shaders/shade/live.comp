@@ -5,8 +5,8 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 // Hits of rays, one a pixel, to the film of a window's picture. Camera rays that the traversal made are made again.
 #include "../shared/render.h"
-#include "../lib/records.glsl"
-#include "../lib/film.glsl"
+#include "../lib/frame/records.glsl"
+#include "../lib/shade/film.glsl"
 
 #ifndef BALLOT_RAYS_READ
 #error a variant must give BALLOT_RAYS_READ: 0, where the traversal made the rays; 1, where they lie in a buffer
@@ -15,11 +15,11 @@
 #if BALLOT_RAYS_READ
 RECORDS_IN(BIND_RAYS, Rays, rays)
 #else
-#include "../lib/random.glsl"
-#include "../lib/camera.glsl"
+#include "../lib/shade/random.glsl"
+#include "../lib/camera/camera.glsl"
 #endif
-#include "../lib/shade_hit.glsl"
-#include "../lib/live.glsl"
+#include "../lib/shade/shade_hit.glsl"
+#include "../lib/shade/live_film.glsl"
 
 RECORDS_IN(BIND_HITS, Hits, hits)
 

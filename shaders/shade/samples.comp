@@ -5,7 +5,7 @@
 // read hits that lie one behind the other; a lane for each channel then sums up, in the order of the samples. Lanes of CPU devices
 // read one by one anyway, and would wait long for each other: there a lane has a pixel for itself, and reads rays.
 #include "../shared/render.h"
-#include "../lib/records.glsl"
+#include "../lib/frame/records.glsl"
 
 #ifndef BALLOT_RAYS_READ
 #error a variant must give BALLOT_RAYS_READ: 0, on GPUs; 1, on CPU devices
@@ -15,9 +15,9 @@
 RECORDS_IN(BIND_RAYS, Rays, rays)
 #else
 layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
-#include "../lib/camera_samples.glsl"
+#include "../lib/camera/camera_samples.glsl"
 #endif
-#include "../lib/shade_hit.glsl"
+#include "../lib/shade/shade_hit.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { SamplesPush push; };

@@ -1,10 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Hits of a batch's rays to film, a pixel each: what shading adds to a frame (engine/render/batch.h).
+// Hits of a batch's rays to film, a pixel each: what shading adds to a frame (engine/render/batch/batch.h).
 #include "../shared/render.h"
-#include "../lib/records.glsl"
-#include "../lib/shade_hit.glsl"
+#include "../lib/frame/records.glsl"
+#include "../lib/shade/shade_hit.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform Push { ShadePush push; };

@@ -5,9 +5,9 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 // Answers of any-hit rays to the film of a window's picture: white where a ray met nothing, black where it did or there was no ray.
 #include "../shared/render.h"
-#include "../lib/records.glsl"
-#include "../lib/film.glsl"
-#include "../lib/live.glsl"
+#include "../lib/frame/records.glsl"
+#include "../lib/shade/film.glsl"
+#include "../lib/shade/live_film.glsl"
 
 RECORDS_IN(BIND_RAYS, Rays, rays)
 RECORDS_IN(BIND_HITS, Hits, hits)

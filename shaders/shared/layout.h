@@ -47,11 +47,11 @@ BALLOT_RECORD(BvhNode, 32);
 #define NO_HIT 0xFFFFFFFFu
 
 // A dispatch that the device calls: what it reads itself, and the kernel's part.
-struct Call {
+struct IndirectArgs {
   uint groups_x, groups_y, groups_z;
   uint count;  // rays, from the first of the buffer on
 };
-BALLOT_RECORD(Call, 16);
+BALLOT_RECORD(IndirectArgs, 16);
 
 // Bindings of set 0 that all kernels share.
 #define BIND_RAYS 0
@@ -92,18 +92,18 @@ BALLOT_RECORD(Call, 16);
 #define LAYOUT_COMPACT 3
 #define PAIR_TEXELS(layout) ((layout) == LAYOUT_COMPACT ? 3u : 4u)
 
-// The wide tree: up to WIDE_CHILDREN children a node, each two texels, (lo.xyz, child) at the node's first texel plus the
-// child's number, (hi.xyz, 0) WIDE_CHILDREN texels behind. A child is a wide node by number or a leaf as above; END_OF_TREE and
+// The wide tree: up to WIDE8_CHILDREN children a node, each two texels, (lo.xyz, child) at the node's first texel plus the
+// child's number, (hi.xyz, 0) WIDE8_CHILDREN texels behind. A child is a wide node by number or a leaf as above; END_OF_TREE and
 // an empty box where there is none. A stack entry is the node's number in 24 bits above a bit for each child still to be met.
-#define WIDE_CHILDREN 8
-#define WIDE_NODE_TEXELS 16
-#define WIDE_MAX_NODES 0xFFFFFF
+#define WIDE8_CHILDREN 8
+#define WIDE8_NODE_TEXELS 16
+#define WIDE8_MAX_NODES 0xFFFFFF
 
-// The quad tree: up to QUAD_CHILDREN children a node, which takes four texels: where its grid begins and the grid's step along
+// The quad tree: up to BVH4_CHILDREN children a node, which takes four texels: where its grid begins and the grid's step along
 // each axis, with a byte a child, in steps, of the lower and the upper planes, (first.xyz, step.x), (lower x, y, z, step.y),
 // (upper x, y, z, step.z), then the children: the texel where a node starts, or a leaf as above; END_OF_TREE where there is none.
-#define QUAD_CHILDREN 4
-#define QUAD_NODE_TEXELS 4
+#define BVH4_CHILDREN 4
+#define BVH4_NODE_TEXELS 4
 
 // The frontier: 32 or 64 nodes for each octant of directions (bit 0: down along x, 1: y, 2: z), each two texels, (lo.xyz, child
 // reference), (hi.xyz, 0); END_OF_TREE and an empty box where there are fewer.

@@ -1,5 +1,5 @@
 // BALLOT_PRODUCTS: how differences of products are computed without cancellation, and what a device must have for it; see
-// lib/products.glsl.
+// lib/numeric/products.glsl.
 #ifndef BALLOT_PRODUCTS_H
 #define BALLOT_PRODUCTS_H
 

@@ -15,7 +15,7 @@
 #define SHADING_EYELIGHT 0  // base colour times the cosine to the eye, plus emission
 #define SHADING_NORMALS 1   // shading normal as colour
 
-// BALLOT_ORIGIN: where rays from hits start; engine/render/offset_policies.h.
+// BALLOT_ORIGIN: where rays from hits start; engine/render/batch/offset_policies.h.
 #define ORIGIN_CONSTANT 0
 #define ORIGIN_ULP 1
 #define ORIGIN_PBRT 2
@@ -45,16 +45,16 @@
 #define BIND_CARRIED 21
 #define BIND_NEXT_RAYS 22
 #define BIND_NEXT_CARRIED 23
-#define BIND_PUT_OFF_RAYS 24
-#define BIND_PUT_OFF_CARRIED 25
+#define BIND_DEFERRED_RAYS 24
+#define BIND_DEFERRED_CARRIED 25
 #define BIND_SHADOW_RAYS 26
 #define BIND_SHADOW_LIGHT 27
 #define BIND_QUEUES 28
 #define BIND_MOMENTS 29
 #define BIND_NEXT_IDS 30
 #define BIND_WAVE_HITS 31
-#define BIND_PUT_OFF 32
-#define BIND_WAVE_CALLS 33
+#define BIND_DEFERRED 32
+#define BIND_WAVE_INDIRECT 33
 #define BIND_REPORTS 34
 #define BIND_CAMERAS 35  // PrimaryPush of each part of a picture
 #define BIND_LISTED 36   // pixels, LISTED_PIXEL of each; of generators only where the picture cuts tiles
@@ -172,7 +172,7 @@ struct TilesPush {
 // Hits to the film of a window's picture.
 struct LivePush {
   PrimaryPush camera;  // whose pixels these are; sample_index 0 begins the film
-  float cone_width, cone_spread;  // lib/shade_hit.glsl
+  float cone_width, cone_spread;  // lib/shade/shade_hit.glsl
   float scale;                    // of colours that are shown: one over the samples
   uint flags;
 };
@@ -247,7 +247,7 @@ struct GpuLight {
   float cos_outer;
 };
 
-// A path from a sample of a pixel, while it grows: path i begins with ray i of a camera (lib/pixel_samples.glsl).
+// A path from a sample of a pixel, while it grows: path i begins with ray i of a camera (lib/camera/pixel_samples.glsl).
 struct Path {
   vec3 radiance;
   uint hit;  // 1: its camera ray met something
@@ -264,14 +264,14 @@ struct Carried {
 };
 
 // What a ray to a light brings if it meets nothing.
-struct Awaited {
+struct ShadowPayload {
   vec3 radiance;
   uint path;
 };
 
 // Where a path stands whose rays part: it follows the mirrored ray first, with all that comes of it, and the refracted one of
 // each depth is put off. One is at most, as a path is at one ray at a time.
-struct PutOff {
+struct Deferred {
   uint depth;      // of the ray at hand
   uint low, high;  // a bit for each depth whose refracted ray waits
 };
@@ -289,7 +289,7 @@ struct Queues {
 
 // From what queues hold to the calls of those who take it. A record holds a call of the tracer for every queue, then one of
 // kernels of a ray an invocation.
-#define CALLS (2 * QUEUES)
+#define INDIRECT_RECORDS (2 * QUEUES)
 struct CallPush {
   uint record;
   uint trace_rays[QUEUES];    // that a workgroup of the tracer takes
@@ -297,7 +297,7 @@ struct CallPush {
 };
 
 struct WavePush {
-  uint call;
+  uint args;
   uint depth;       // of these rays: 0 at the eye; where paths put rays off, the number of the wave
   uint last_depth;  // rays of this depth start none but to lights
   float ao_radius;  // scene units
@@ -314,7 +314,7 @@ struct WavePush {
 };
 
 struct AlphaPush {
-  uint call;
+  uint args;
   uint first;  // 1: of the wave itself; 0: of rays that went on, numbers and hits of theirs
 };
 
@@ -358,8 +358,8 @@ BALLOT_RECORD(GpuTexture, 20);
 BALLOT_RECORD(GpuLight, 52);
 BALLOT_RECORD(Path, 16);
 BALLOT_RECORD(Carried, 32);
-BALLOT_RECORD(Awaited, 16);
-BALLOT_RECORD(PutOff, 12);
+BALLOT_RECORD(ShadowPayload, 16);
+BALLOT_RECORD(Deferred, 12);
 BALLOT_RECORD(Queues, 12);
 BALLOT_RECORD(CallPush, 28);
 BALLOT_RECORD(WavePush, 72);

@@ -19,12 +19,12 @@
 #define BIND_LEAVES 4
 #define BIND_STATS 5  // of the instrumented variant only
 #define BIND_TOP 6    // of methods that read another tree than the binary one: the wide tree, or the frontier
-#define BIND_CALLS 7  // of kernels that are called by the device
+#define BIND_INDIRECT 7  // of kernels that are called by the device
 
-// BALLOT_CALLED: 1: how many rays there are stands in BIND_CALLS, at entry push.ray_end, as the device has counted them.
+// BALLOT_INDIRECT: 1: how many rays there are stands in BIND_INDIRECT, at entry push.ray_end, as the device has counted them.
 
-// BALLOT_CAMERA: 1: rays are not read but made, those of camera push.camera of BIND_CAMERAS (lib/camera_samples.glsl), by kernels
-// that are told its kind: lib/camera.glsl.
+// BALLOT_CAMERA: 1: rays are not read but made, those of camera push.camera of BIND_CAMERAS (lib/camera/camera_samples.glsl), by kernels
+// that are told its kind: lib/camera/camera.glsl.
 
 // BALLOT_FETCH: how nodes and leaves are read.
 #define FETCH_STORAGE 0    // storage buffer
@@ -72,7 +72,7 @@
 #define LAUNCH_PLAIN 0       // one ray an invocation, the device schedules
 #define LAUNCH_PERSISTENT 1  // subgroups take batches from a counter until none is left (Aila and Laine 2009)
 
-// BALLOT_TRIANGLE and BALLOT_BOX: what a numeric mode is made of; see lib/numeric.glsl.
+// BALLOT_TRIANGLE and BALLOT_BOX: what a numeric mode is made of; see lib/numeric/numeric.glsl.
 #define TRIANGLE_MOELLER 0
 #define TRIANGLE_WOOP_AFFINE 1
 #define TRIANGLE_WATERTIGHT 2
@@ -83,7 +83,7 @@
 #define BOX_WIDENED 3
 
 
-// Hit::prim of a ray whose traversal the driver cut short (see lib/main.glsl); never leaves the tracer.
+// Hit::prim of a ray whose traversal the driver cut short (see lib/frame/main.glsl); never leaves the tracer.
 #define UNFINISHED 0xFFFFFFFEu
 
 #ifdef __cplusplus
@@ -144,7 +144,7 @@ BALLOT_RECORD(RayStats, 72);
     !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
     !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
     !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_PUSH) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK) || \
-    !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_BOX_ORIGIN) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_JUMP) || !defined(BALLOT_CALLED) || !defined(BALLOT_CAMERA)
+    !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_BOX_ORIGIN) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_JUMP) || !defined(BALLOT_INDIRECT) || !defined(BALLOT_CAMERA)
 #error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
 #endif
 #endif

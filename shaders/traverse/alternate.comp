@@ -14,9 +14,9 @@
 //   Memory STACK_SIZE words per subgroup and STACK_SIZE per lane
 //   push.threshold   lanes that must want a node for the packet to walk it
 #define PACKET_REMEMBERS_WANTS
-#include "../lib/kernel.glsl"
-#include "../lib/walk.glsl"
-#include "../lib/packet.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/tree/walk.glsl"
+#include "../lib/packet/packet.glsl"
 
 // The subtree of a node by the rays that want it, each by itself.
 void walk_apart(inout Walker w, uint node, bool wants) {
@@ -61,4 +61,4 @@ uint traverse(inout Walker w, bool live, uint node) {
   return node;
 }
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

@@ -14,9 +14,9 @@
 //   Flow   lanes part; no subgroup operation
 //   Memory STACK_SIZE words per lane
 #define METHOD_QUADS
-#include "../lib/kernel.glsl"
-#include "../lib/walk.glsl"
-#include "../lib/quad.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/tree/walk.glsl"
+#include "../lib/tree/bvh4.glsl"
 
 uint traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
@@ -31,4 +31,4 @@ uint traverse(inout Walker w, bool live, uint node) {
   return node;
 }
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

@@ -13,9 +13,9 @@
 //   Flow   subgroup-uniform until the shared stack is empty, then lanes part
 //   Memory STACK_SIZE words per subgroup and STACK_SIZE + LIST_SIZE per lane
 //   push.threshold   lanes that must want a node for the packet to walk it
-#include "../lib/kernel.glsl"
-#include "../lib/walk.glsl"
-#include "../lib/packet.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/tree/walk.glsl"
+#include "../lib/packet/packet.glsl"
 
 // The nearer child last, so that the ray comes to it first. Stored whether wanted or not: a branch would cost more.
 #define PUT_ASIDE(child, wanted) \
@@ -65,4 +65,4 @@ uint traverse(inout Walker w, bool live, uint node) {
   return node;
 }
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

@@ -14,8 +14,8 @@
 //   Memory STACK_SIZE words per lane
 //   push.threshold   lanes at work below which the subgroup stops for new rays
 #define METHOD_REFILLS
-#include "../lib/kernel.glsl"
-#include "../lib/walk.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/tree/walk.glsl"
 
 bool refill_left;  // rays wait
 STACK_DECLARE      // outlives a call
@@ -38,4 +38,4 @@ uint traverse(inout Walker w, bool live, uint node) {
   return node;
 }
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

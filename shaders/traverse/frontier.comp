@@ -17,10 +17,10 @@
 //   Memory STACK_SIZE words per lane
 //   push.threshold   entries beyond which rays start at the root
 #define METHOD_REDUCES
-#include "../lib/kernel.glsl"
-#include "../lib/walk.glsl"
-#include "../lib/lanes.glsl"
-#include "../lib/frontier.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/tree/walk.glsl"
+#include "../lib/frame/lanes.glsl"
+#include "../lib/tree/frontier.glsl"
 
 // Where the lane's ray may enter the tree; without any it starts at the node given.
 Entries find_entries(inout Walker w, bool live, inout uint node) {
@@ -59,4 +59,4 @@ uint traverse(inout Walker w, bool live, uint node) {
   return node;
 }
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

@@ -11,8 +11,8 @@
 //   live   false where the lane has no ray
 //   Flow   lanes part; no subgroup operation
 //   Memory STACK_SIZE words per lane
-#include "../lib/kernel.glsl"
-#include "../lib/walk.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/tree/walk.glsl"
 
 uint traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
@@ -23,4 +23,4 @@ uint traverse(inout Walker w, bool live, uint node) {
   return node;
 }
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

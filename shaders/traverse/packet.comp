@@ -14,8 +14,8 @@
 //   live   false where the lane has no ray: it still loads and votes
 //   Flow   subgroup-uniform throughout, but for the triangle tests in visit_leaf
 //   Memory STACK_SIZE words per subgroup, shared or spread over the lanes
-#include "../lib/kernel.glsl"
-#include "../lib/packet.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/packet/packet.glsl"
 
 uint traverse(inout Walker w, bool live, uint node) {
   packet_begin();
@@ -25,4 +25,4 @@ uint traverse(inout Walker w, bool live, uint node) {
   return node;
 }
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

@@ -14,25 +14,25 @@
 // order of the direction's signs alone a packet may visit several times as many.
 //
 // Rays of a packet go together by the octant of their direction, and by the order in which they read the texels of triangles.
-// Each group sees rays and boxes mirrored so that it goes up along every axis (lib/numeric.glsl).
-// With knob fallback, rays of packets that spread over more than two octants go by themselves (lib/walk.glsl).
+// Each group sees rays and boxes mirrored so that it goes up along every axis (lib/numeric/numeric.glsl).
+// With knob fallback, rays of packets that spread over more than two octants go by themselves (lib/tree/walk.glsl).
 //
 // walk_packet() -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
 //   Flow   subgroup-uniform throughout, but for rays that go by themselves
 //   Memory STACK_SIZE words per subgroup; with fallback STACK_SIZE per lane too
 #define METHOD_PACKETS
-#include "../lib/kernel.glsl"
-#include "../lib/packet_stack.glsl"
-#include "../lib/lanes.glsl"
-#include "../lib/packet_bounds.glsl"
-#include "../lib/packet_rays.glsl"
-#include "../lib/wide.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/packet/packet_stack.glsl"
+#include "../lib/frame/lanes.glsl"
+#include "../lib/packet/packet_bounds.glsl"
+#include "../lib/packet/packet_rays.glsl"
+#include "../lib/tree/wide8.glsl"
 #if BALLOT_FALLBACK
-#include "../lib/walk.glsl"
-#include "../lib/while_while.glsl"
+#include "../lib/tree/walk.glsl"
+#include "../lib/tree/while_while.glsl"
 #endif
 
-const uint ALL_CHILDREN = (1u << WIDE_CHILDREN) - 1u;
+const uint ALL_CHILDREN = (1u << WIDE8_CHILDREN) - 1u;
 
 // Goes on from an entry until a leaf that some ray meets, or the end: END_OF_TREE. leaf_rays: a bit for each of this lane's rays that
 // meets it; anyone: for those of any lane.
@@ -46,7 +46,7 @@ uint find_leaf(PacketBounds bounds, float t_max, inout uint entry, out uint leaf
     WideNode node;
     do {
       below = packet_entry(packet_top - 1u);
-      node = fetch_wide(entry >> WIDE_CHILDREN);
+      node = fetch_wide(entry >> WIDE8_CHILDREN);
       open = entry & ALL_CHILDREN;
       key = nearest_child(bounds, node, t_max, open);
       if (open == 0u) {
@@ -62,7 +62,7 @@ uint find_leaf(PacketBounds bounds, float t_max, inout uint entry, out uint leaf
       open &= ~(1u << (key & CHILD_BITS));
       entry = entry & ~ALL_CHILDREN | open;
       if (inner && open != 0u) packet_store(packet_top++, entry);
-      if (inner) entry = child.child << WIDE_CHILDREN | ALL_CHILDREN;
+      if (inner) entry = child.child << WIDE8_CHILDREN | ALL_CHILDREN;
       if (enter && !inner) leaf = child.child;
       if (enter && !inner) leaf_rays = met;
       if (enter && !inner) anyone = met_by_any;
@@ -113,4 +113,4 @@ uint walk_packet() {
   return leaf == END_OF_TREE ? entry : leaf;  // a leaf where the driver cut the loop short
 }
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

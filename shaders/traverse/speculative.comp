@@ -10,8 +10,8 @@
 //   live   false where the lane has no ray
 //   Flow   lanes part; the vote sees the lanes that are in the same loop, and any answer of it is right
 //   Memory STACK_SIZE words per lane
-#include "../lib/kernel.glsl"
-#include "../lib/walk.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/tree/walk.glsl"
 
 uint traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
@@ -47,4 +47,4 @@ uint traverse(inout Walker w, bool live, uint node) {
   return leaf != END_OF_TREE ? leaf : node;
 }
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

@@ -14,10 +14,10 @@
 //   Memory STACK_SIZE words per subgroup and STACK_SIZE per lane
 //   push.threshold   n; 0 parts at the first disagreement
 #define PACKET_COUNTS_DISAGREEMENTS
-#include "../lib/kernel.glsl"
-#include "../lib/walk.glsl"
-#include "../lib/packet.glsl"
-#include "../lib/part.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/tree/walk.glsl"
+#include "../lib/packet/packet.glsl"
+#include "../lib/packet/split.glsl"
 
 uint traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
@@ -31,4 +31,4 @@ uint traverse(inout Walker w, bool live, uint node) {
   return node;
 }
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

@@ -12,10 +12,10 @@
 //   Flow   subgroup-uniform until the switch, then lanes part
 //   Memory STACK_SIZE words per subgroup and STACK_SIZE per lane
 //   push.threshold   k; 0 parts as soon as a node waits
-#include "../lib/kernel.glsl"
-#include "../lib/walk.glsl"
-#include "../lib/packet.glsl"
-#include "../lib/part.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/tree/walk.glsl"
+#include "../lib/packet/packet.glsl"
+#include "../lib/packet/split.glsl"
 
 uint traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
@@ -28,4 +28,4 @@ uint traverse(inout Walker w, bool live, uint node) {
   return node;
 }
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

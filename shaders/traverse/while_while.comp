@@ -10,8 +10,8 @@
 //   live   false where the lane has no ray
 //   Flow   lanes part; no subgroup operation
 //   Memory STACK_SIZE words per lane
-#include "../lib/kernel.glsl"
-#include "../lib/walk.glsl"
-#include "../lib/while_while.glsl"
+#include "../lib/frame/kernel.glsl"
+#include "../lib/tree/walk.glsl"
+#include "../lib/tree/while_while.glsl"
 
-#include "../lib/main.glsl"
+#include "../lib/frame/main.glsl"

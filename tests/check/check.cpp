@@ -2,7 +2,7 @@
 //   ballot_check SCENE… [--rays N] [--kinds K,…] [--device D] [--validate] [--quick]
 // Rays: N random ones through the scene's box, and of every ray kind about N over all views. For each set: every method
 // and vote in every numeric mode, nearest or any as the kind wants it and both for random rays, against the CPU oracle;
-// in the conservative modes also bit equality over methods, workgroup and subgroup sizes, formulations and permuted ray
+// in the conservative modes also bit equality over methods, workgroup and subgroup sizes, kernel configurations and permuted ray
 // order. Exit code 1 if anything differs.
 #include <cmath>
 #include <map>
@@ -93,7 +93,7 @@ std::vector<Ray> random_rays(const Bounds& b, std::size_t count) {
 class Checker {
  public:
   Checker(Engine& engine, bool quick)
-      : engine_(engine), quick_(quick), oracle_(engine.tracer().device_bvh(NodeLayout::Interleaved)) {
+      : engine_(engine), quick_(quick), oracle_(engine.tracer().pair_tree(NodeLayout::Interleaved)) {
     engine_.tracer().prefill = kPattern;
   }
   std::uint64_t problems() const { return problems_; }
@@ -163,7 +163,7 @@ class Checker {
       expect_equal(reference, back, std::string(m.name) + " in permuted order");
       ++runs;
     }
-    fmt::print("  {} more runs (sizes, formulations, permuted order) compared bit for bit\n", runs);
+    fmt::print("  {} more runs (sizes, kernel configurations, permuted order) compared bit for bit\n", runs);
   }
   void expect_equal(const std::vector<Hit>& a, const std::vector<Hit>& b, const std::string& what) {
     if (const std::size_t n = count_different(a, b))

@@ -16,7 +16,7 @@
 #include "engine/core/file.h"
 #include "engine/core/parallel.h"
 #include "engine/core/progress.h"
-#include "engine/exact/errors.h"
+#include "engine/oracle/errors.h"
 #include "tests/check/embree_scene.h"
 
 namespace {
@@ -116,7 +116,7 @@ class Comparison {
       : args_(args),
         embree_(scene.triangles),
         bvh_(build_bvh_cached(scene.triangles, {}, cache_folder() / "bvh")),
-        device_(make_device_bvh(bvh_, scene.triangles, NodeLayout::Interleaved)),
+        device_(encode_pairs(bvh_, scene.triangles, NodeLayout::Interleaved)),
         exact_(device_),
         bound_(device_) {}
 
@@ -187,7 +187,7 @@ class Comparison {
   const Args& args_;
   EmbreeAnswers embree_;
   Bvh bvh_;
-  DeviceBvh device_;
+  PairTree device_;
   ExactOracle exact_;
   Oracle bound_;
 };

@@ -4,7 +4,7 @@
 #include <cstdlib>
 
 #include "engine/core/npy.h"
-#include "engine/render/ray_kinds.h"
+#include "engine/render/batch/ray_kinds.h"
 #include "engine/trace/methods.h"
 #include "tests/cli/cli.h"
 

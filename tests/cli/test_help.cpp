@@ -1,5 +1,5 @@
 // What the help texts teach, and words that are no command or option.
-#include "engine/render/renderer.h"
+#include "engine/render/film/renderer.h"
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
 #include "tests/cli/cli.h"

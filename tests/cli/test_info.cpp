@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <regex>
 
-#include "engine/render/integrators.h"
+#include "engine/render/path/integrators.h"
 #include "engine/trace/methods.h"
 #include "tests/cli/cli.h"
 

@@ -1,7 +1,7 @@
 // ballot verify: what it measures, judges and writes, and what it refuses.
 #include <fstream>
 
-#include "engine/render/ray_kinds.h"
+#include "engine/render/batch/ray_kinds.h"
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
 #include "tests/cli/bench_json.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/bvh/device_bvh.h"
+#include "engine/formats/pair.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot::exact_cases {

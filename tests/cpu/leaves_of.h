@@ -3,11 +3,11 @@
 
 #include <map>
 
-#include "engine/bvh/device_decode.h"
+#include "engine/formats/pair_decode.h"
 
 namespace ballot {
 
-inline void add_leaves_of(const DeviceBvh& bvh, const DeviceChild& at, std::map<std::uint32_t, Bounds>& out) {
+inline void add_leaves_of(const PairTree& bvh, const DeviceChild& at, std::map<std::uint32_t, Bounds>& out) {
   if (is_leaf(at.ref)) {
     out.emplace(at.ref, at.box);
     return;
@@ -18,7 +18,7 @@ inline void add_leaves_of(const DeviceBvh& bvh, const DeviceChild& at, std::map<
 }
 
 /// Boxes by child reference.
-inline std::map<std::uint32_t, Bounds> leaves_of(const DeviceBvh& bvh) {
+inline std::map<std::uint32_t, Bounds> leaves_of(const PairTree& bvh) {
   std::map<std::uint32_t, Bounds> leaves;
   if (bvh.root != END_OF_TREE) add_leaves_of(bvh, {bvh.root_box, bvh.root}, leaves);
   return leaves;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/bvh/device_decode.h"
 #include "engine/bvh/padding.h"
+#include "engine/formats/pair_decode.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {
@@ -76,8 +76,8 @@ TEST(BvhPadding, EveryLayoutHoldsTheBoxes) {
   const std::vector<Bounds> boxes = padded_boxes(bvh, triangles);
   for (const NodeLayout layout :
        {NodeLayout::Paper, NodeLayout::Interleaved, NodeLayout::Centred, NodeLayout::Compact}) {
-    const DeviceBvh device = make_device_bvh(bvh, triangles, layout, boxes);
-    const DeviceBvh plain = make_device_bvh(bvh, triangles, layout);
+    const PairTree device = encode_pairs(bvh, triangles, layout, boxes);
+    const PairTree plain = encode_pairs(bvh, triangles, layout);
     EXPECT_EQ(device.leaves, plain.leaves);
     EXPECT_EQ(device.root, plain.root);
     for (std::uint32_t i = 2; i < bvh.nodes.size(); i += 2) {

@@ -1,9 +1,9 @@
 // The exact oracle's filter and tree find what exact arithmetic over every triangle finds.
 #include <gtest/gtest.h>
 
-#include "engine/bvh/oracle.h"
 #include "engine/core/error.h"
-#include "engine/exact/exact.h"
+#include "engine/oracle/exact.h"
+#include "engine/oracle/oracle.h"
 #include "tests/cpu/exact_cases.h"
 
 namespace ballot {
@@ -13,7 +13,7 @@ using exact_cases::PlainTree;
 using exact_cases::transformed;
 using shapes::Triangles;
 
-std::size_t compare(const DeviceBvh& device, const std::vector<Ray>& rays) {
+std::size_t compare(const PairTree& device, const std::vector<Ray>& rays) {
   const ExactOracle oracle(device);
   const std::vector<ExactHit> found = oracle.nearest(rays);
   std::size_t hits = 0;
@@ -33,7 +33,7 @@ std::size_t compare(const DeviceBvh& device, const std::vector<Ray>& rays) {
 
 void expect_same_as_brute_force(const Triangles& triangles, const std::vector<Ray>& rays, bool embree = true) {
   const Bvh bvh = embree ? build_bvh(triangles) : PlainTree(triangles).bvh();
-  EXPECT_GT(compare(make_device_bvh(bvh, triangles, NodeLayout::Interleaved), rays), 0u) << "the rays show little";
+  EXPECT_GT(compare(encode_pairs(bvh, triangles, NodeLayout::Interleaved), rays), 0u) << "the rays show little";
 }
 
 std::vector<Ray> rays_at(const Triangles& triangles, std::size_t count, std::uint32_t seed = 31) {
@@ -105,7 +105,7 @@ class OneExactTriangle : public testing::Test {
     return ExactOracle(device_).nearest(Ray{from, t_min, dir, t_max});
   }
   Triangles triangles_ = shapes::identical(1);  // (0,0,0) (1,0,0) (0,1,0)
-  DeviceBvh device_ = make_device_bvh(build_bvh(triangles_), triangles_, NodeLayout::Interleaved);
+  PairTree device_ = encode_pairs(build_bvh(triangles_), triangles_, NodeLayout::Interleaved);
 };
 
 TEST_F(OneExactTriangle, EdgesAndVerticesBelongToItAndNothingBeside) {
@@ -148,14 +148,14 @@ TEST_F(OneExactTriangle, WhatIsNeverHit) {
   }
   // Three points of a line whose edges are not exact in double precision, kept in the tree on purpose.
   const Triangles line{{{{1, 1, 0}, {3e20f, 3e20f, 0}, {-1e-20f, -1e-20f, 0}}}};
-  const DeviceBvh device = make_device_bvh(PlainTree(line).bvh(), line, NodeLayout::Paper);
+  const PairTree device = encode_pairs(PlainTree(line).bvh(), line, NodeLayout::Paper);
   EXPECT_FALSE(ExactOracle(device).hits({{1, 1, 1}, 0, {0, 0, -1}, 9}, 0));
   EXPECT_EQ(ExactOracle(device).nearest(Ray{{1, 1, 1}, 0, {0, 0, -1}, 9}).prim, NO_HIT);
 }
 
 TEST(ExactOracle, EqualTTheSmallestNumberWins) {
   const Triangles equal = shapes::identical(40);
-  const DeviceBvh device = make_device_bvh(build_bvh(equal), equal, NodeLayout::Interleaved);
+  const PairTree device = encode_pairs(build_bvh(equal), equal, NodeLayout::Interleaved);
   const ExactOracle oracle(device);
   const Ray ray{{0.2f, 0.3f, 0.7f}, 0, {0.1f, 0.1f, -1}, 5};
   EXPECT_EQ(oracle.nearest(ray).prim, 0u);
@@ -166,7 +166,7 @@ TEST(ExactOracle, EqualTTheSmallestNumberWins) {
   const Triangles fan{{p + glm::vec3(1, 0, 0), p, p + glm::vec3(0, 1, 0)},
                       {p, p + glm::vec3(0, 1, 0), p + glm::vec3(-1, 0, 0)},
                       {p + glm::vec3(0, -1, 1), p + glm::vec3(1, 0, 1), p}};
-  const DeviceBvh fan_device = make_device_bvh(PlainTree(fan).bvh(), fan, NodeLayout::Interleaved);
+  const PairTree fan_device = encode_pairs(PlainTree(fan).bvh(), fan, NodeLayout::Interleaved);
   const ExactOracle of_fan(fan_device);
   const Ray at_tip{p + glm::vec3(0, 0, 1), 0, {0, 0, -1}, 5};
   EXPECT_EQ(of_fan.nearest(at_tip).prim, 0u);
@@ -177,7 +177,7 @@ TEST(ExactOracle, EqualTTheSmallestNumberWins) {
 TEST(ExactOracle, OrdersWhatDoubleCannot) {
   const float up = std::nextafter(1.f, 2.f);
   const Triangles pair{{{{-1, -1, 1}, {3, -1, 1}, {-1, 3, 1}}}, {{{-1, -1, 1}, {3, -1, 1}, {-1e10f, 3e10f, up}}}};
-  const DeviceBvh device = make_device_bvh(PlainTree(pair).bvh(), pair, NodeLayout::Interleaved);
+  const PairTree device = encode_pairs(PlainTree(pair).bvh(), pair, NodeLayout::Interleaved);
   const ExactOracle oracle(device);
   const Ray ray{{0, -0.9999999f, 0}, 0, {0, 0, 1}, 5};
   EXPECT_EQ(oracle.hit(ray, 0).t, 1);
@@ -192,7 +192,7 @@ TEST(ExactOracle, OrdersWhatDoubleCannot) {
 
 TEST(ExactOracle, AxisAlignedRaysNeedNoIntegers) {
   const Triangles flat = shapes::coplanar(50);  // z = 0.5
-  const DeviceBvh device = make_device_bvh(build_bvh(flat), flat, NodeLayout::Interleaved);
+  const PairTree device = encode_pairs(build_bvh(flat), flat, NodeLayout::Interleaved);
   const ExactOracle oracle(device);
   shapes::Random random(34);
   for (int i = 0; i < 200; ++i) {
@@ -204,7 +204,7 @@ TEST(ExactOracle, AxisAlignedRaysNeedNoIntegers) {
   EXPECT_GT(oracle.counts().triangle_tests, 200u);
   EXPECT_EQ(oracle.counts().side_failures, 0u);
   const Triangles one = shapes::identical(1);
-  const DeviceBvh corner = make_device_bvh(build_bvh(one), one, NodeLayout::Interleaved);
+  const PairTree corner = encode_pairs(build_bvh(one), one, NodeLayout::Interleaved);
   const ExactOracle of_one(corner);
   EXPECT_EQ(of_one.nearest(Ray{{0.3f, 0, 1}, 0, {0, 0, -1}, 5}).prim, 0u);
   EXPECT_EQ(of_one.nearest(Ray{{0, 0, 1}, 0, {0, 0, -1}, 5}).prim, 0u);
@@ -213,25 +213,25 @@ TEST(ExactOracle, AxisAlignedRaysNeedNoIntegers) {
 
 TEST(ExactOracle, NoRayLeaksThroughAClosedMesh) {
   const Triangles triangles = shapes::sphere(4);
-  const DeviceBvh device = make_device_bvh(build_bvh(triangles), triangles, NodeLayout::Interleaved);
+  const PairTree device = encode_pairs(build_bvh(triangles), triangles, NodeLayout::Interleaved);
   for (const ExactHit& hit : ExactOracle(device).nearest(shapes::edge_rays(triangles, 20'000, {0.1f, 0.2f, 0})))
     ASSERT_NE(hit.prim, NO_HIT);
 }
 
 TEST(ExactOracle, EmptyScenesAndWrongArguments) {
-  const DeviceBvh empty = make_device_bvh(build_bvh({}), {}, NodeLayout::Paper);
+  const PairTree empty = encode_pairs(build_bvh({}), {}, NodeLayout::Paper);
   const ExactOracle oracle(empty);
   EXPECT_EQ(oracle.nearest(Ray{{0, 0, 0}, 0, {0, 0, 1}, 5}).prim, NO_HIT);
   EXPECT_TRUE(oracle.nearest(std::vector<Ray>{}).empty());
   EXPECT_THROW(oracle.compare_t({{0, 0, 0}, 0, {0, 0, 1}, 5}, 0, 1), Error);
   const Triangles one = shapes::identical(1);
-  const DeviceBvh device = make_device_bvh(build_bvh(one), one, NodeLayout::Paper);
+  const PairTree device = encode_pairs(build_bvh(one), one, NodeLayout::Paper);
   EXPECT_THROW(ExactOracle(device).compare_t({{0, 0, 0}, 0, {1, 0, 0}, 5}, 0, 0), Error);
 }
 
 TEST(ExactOracle, ProgressGrowsToOne) {
   const Triangles soup = shapes::soup(50, 0.5f);
-  const DeviceBvh device = make_device_bvh(build_bvh(soup), soup, NodeLayout::Interleaved);
+  const PairTree device = encode_pairs(build_bvh(soup), soup, NodeLayout::Interleaved);
   double last = 0;
   ExactOracle(device).nearest(shapes::random_rays(5000), [&](double done) {
     EXPECT_GT(done, last);

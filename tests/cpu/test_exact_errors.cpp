@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "engine/core/error.h"
-#include "engine/exact/errors.h"
+#include "engine/oracle/errors.h"
 #include "tests/cpu/exact_cases.h"
 
 namespace ballot {
@@ -36,7 +36,7 @@ class ErrorsOfAnswers : public testing::Test {
   Hit hit(const Ray& ray, std::uint32_t prim) const { return hit(exact_.hit(ray, prim)); }
 
   Triangles triangles_ = make();
-  DeviceBvh device_ = make_device_bvh(build_bvh(triangles_), triangles_, NodeLayout::Interleaved);
+  PairTree device_ = encode_pairs(build_bvh(triangles_), triangles_, NodeLayout::Interleaved);
   ExactOracle exact_{device_};
   Oracle bound_{device_};
   Ray inside_{{0.5f, 0.25f, 2}, 0, {0, 0, -1}, 10};

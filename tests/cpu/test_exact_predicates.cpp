@@ -5,9 +5,9 @@
 #include <limits>
 #include <optional>
 
-#include "engine/bvh/oracle.h"
-#include "engine/exact/filter.h"
-#include "engine/exact/predicates.h"
+#include "engine/oracle/filter.h"
+#include "engine/oracle/oracle.h"
+#include "engine/oracle/predicates.h"
 #include "tests/cpu/exact_cases.h"
 
 namespace ballot {

@@ -1,8 +1,8 @@
 // The oracle's walk finds what testing every triangle finds, in both layouts, for easy and hard rays.
 #include <gtest/gtest.h>
 
-#include "engine/bvh/oracle.h"
 #include "engine/core/error.h"
+#include "engine/oracle/oracle.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {
@@ -16,7 +16,7 @@ void expect_walk_equals_brute_force(const Triangles& triangles, const std::vecto
   const Bvh bvh = build_bvh(triangles);
   std::size_t hits = 0;
   for (const NodeLayout layout : kLayouts) {
-    const DeviceBvh device = make_device_bvh(bvh, triangles, layout);
+    const PairTree device = encode_pairs(bvh, triangles, layout);
     const Oracle oracle(device);
     const std::vector<OracleHit> found = oracle.nearest(rays);
     for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -63,7 +63,7 @@ TEST(Oracle, WalkEqualsBruteForceOnHardRays) {
 TEST(Oracle, EqualTrianglesTheSmallestNumberWins) {
   const Triangles triangles = shapes::identical(1000);
   expect_walk_equals_brute_force(triangles, {{{0.2f, 0.2f, 1}, 0, {0, 0, -1}, 5}});
-  const DeviceBvh device = make_device_bvh(build_bvh(triangles), triangles, NodeLayout::Interleaved);
+  const PairTree device = encode_pairs(build_bvh(triangles), triangles, NodeLayout::Interleaved);
   const OracleHit hit = Oracle(device).nearest(Ray{{0.25f, 0.5f, 1}, 0, {0, 0, -2}, 5});
   EXPECT_EQ(hit.prim, 0u);
   EXPECT_EQ(hit.t, 0.5);
@@ -77,7 +77,7 @@ class OneTriangle : public testing::Test {
     return Oracle(device_).nearest(Ray{from, t_min, dir, t_max});
   }
   Triangles triangles_ = shapes::identical(1);
-  DeviceBvh device_ = make_device_bvh(build_bvh(triangles_), triangles_, NodeLayout::Interleaved);
+  PairTree device_ = encode_pairs(build_bvh(triangles_), triangles_, NodeLayout::Interleaved);
 };
 
 TEST_F(OneTriangle, EdgesAndVerticesBelongToIt) {
@@ -114,14 +114,14 @@ TEST_F(OneTriangle, DeadRaysMiss) {
 }
 
 TEST(Oracle, AnEmptySceneIsMissed) {
-  const DeviceBvh device = make_device_bvh(build_bvh({}), {}, NodeLayout::Paper);
+  const PairTree device = encode_pairs(build_bvh({}), {}, NodeLayout::Paper);
   EXPECT_EQ(Oracle(device).nearest(Ray{{0, 0, 0}, 0, {0, 0, 1}, 5}).prim, NO_HIT);
   EXPECT_TRUE(Oracle(device).nearest(std::vector<Ray>{}).empty());
 }
 
 TEST(Oracle, NoRayLeaksThroughAClosedMesh) {
   const Triangles triangles = shapes::sphere(4);
-  const DeviceBvh device = make_device_bvh(build_bvh(triangles), triangles, NodeLayout::Interleaved);
+  const PairTree device = encode_pairs(build_bvh(triangles), triangles, NodeLayout::Interleaved);
   for (const OracleHit& hit : Oracle(device).nearest(shapes::edge_rays(triangles, 50'000, {0.1f, 0.2f, 0})))
     ASSERT_NE(hit.prim, NO_HIT);
 }

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <utility>
 
-#include "engine/bvh/oracle.h"
 #include "engine/core/error.h"
+#include "engine/oracle/oracle.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {
@@ -73,8 +73,8 @@ std::vector<Hit> woop32(const Triangles& triangles, const std::vector<Ray>& rays
 
 struct Judged {
   explicit Judged(const Triangles& triangles)
-      : device(make_device_bvh(build_bvh(triangles), triangles, NodeLayout::Interleaved)), oracle(device) {}
-  DeviceBvh device;
+      : device(encode_pairs(build_bvh(triangles), triangles, NodeLayout::Interleaved)), oracle(device) {}
+  PairTree device;
   Oracle oracle;
 };
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "engine/render/parts.h"
+#include "engine/render/film/parts.h"
 
 namespace ballot {
 namespace {

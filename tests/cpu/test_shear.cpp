@@ -12,7 +12,7 @@ namespace {
 
 Bounds cube(float at, float side) { return {glm::vec3(at), glm::vec3(at + side)}; }
 
-// What shaders/lib/triangle_watertight.glsl gives a ray that starts this far from where boxes are measured from.
+// What shaders/lib/numeric/triangle_watertight.glsl gives a ray that starts this far from where boxes are measured from.
 int own_exponent(float reach) { return 314 - int(std::bit_cast<std::uint32_t>(reach) >> 23); }
 
 TEST(Shear, BringsTheSceneTo55Bits) {

@@ -1,7 +1,7 @@
 // How many paths a wave holds: within what a device can do and has, more where there are many in all.
 #include <gtest/gtest.h>
 
-#include "engine/render/wave_room.h"
+#include "engine/render/path/wave_room.h"
 
 namespace ballot {
 namespace {
@@ -42,18 +42,18 @@ TEST(WaveRoom, KeepsToWhatBuffersAndDispatchesTake) {
   room = gpu_of(128 * kGiB);
   room.most_records = (1 << 27) / 32;
   EXPECT_EQ(wave_capacity(room, kManyPaths), 1u << 22);
-  room.put_off = 8;
+  room.deferred = 8;
   room.path_bytes += 8 * 64;
   EXPECT_EQ(wave_capacity(room, kManyPaths), 1u << 19);
 }
 
 TEST(WaveRoom, HoldsFewerPathsThatPutRaysOff) {
   WaveRoom room = gpu_of(128 * kGiB);
-  room.put_off = 8;
+  room.deferred = 8;
   room.path_bytes += 8 * 64;
   EXPECT_EQ(wave_capacity(room, 1), 1u << 20);
   EXPECT_EQ(wave_capacity(room, kManyPaths), 1u << 24);
-  room.put_off = 1u << 30;
+  room.deferred = 1u << 30;
   EXPECT_EQ(wave_capacity(room, 1), 64u);
 }
 
@@ -63,7 +63,7 @@ TEST(WaveRoom, StaysSmallWhereMemoryIsShared) {
   EXPECT_EQ(wave_capacity(room, kManyPaths), 1u << 22);
   room.cpu = true;
   EXPECT_EQ(wave_capacity(room, kManyPaths), 1u << 18);
-  room.put_off = 64;
+  room.deferred = 64;
   EXPECT_EQ(wave_capacity(room, kManyPaths), 1u << 17);
 }
 

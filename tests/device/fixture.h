@@ -27,7 +27,7 @@ class DeviceTest : public testing::Test {
     EXPECT_EQ(check_bvh(t->bvh, t->triangles, settings), std::vector<std::string>{});
     t->tracer = std::make_unique<Tracer>(gpu, t->bvh, t->triangles, facts_of(t->bvh));
     t->tracer->prefill = harness::kPattern;
-    t->oracle = std::make_unique<Oracle>(t->tracer->device_bvh(NodeLayout::Interleaved));
+    t->oracle = std::make_unique<Oracle>(t->tracer->pair_tree(NodeLayout::Interleaved));
     return t;
   }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/ballot.h"
-#include "engine/bvh/oracle.h"
+#include "engine/oracle/oracle.h"
 
 namespace ballot::harness {
 
@@ -22,7 +22,7 @@ inline std::vector<Knobs> votes_of(const Method& m) {
   return all;
 }
 
-/// Every method x vote of a numeric mode, with the formulation that the tuning table gives. One vote a method of a mode
+/// Every method x vote of a numeric mode, with the kernel configuration that the tuning table gives. One vote a method of a mode
 /// that needs float64: its kernels take lavapipe about a second each to compile, and votes are about boxes.
 inline std::vector<Query> every_method(Want want, std::string_view numeric) {
   std::vector<Query> queries;
@@ -56,7 +56,7 @@ inline bool is_dealt(const DeviceInfo& d, std::size_t i) {
   return i % 4 == driver * 2 + (d.subgroup_size < 8 ? 0 : 1);
 }
 
-/// Knob sets that move each axis of the formulation once from its default, of those that methods share.
+/// Knob sets that move each axis of the kernel configuration once from its default, of those that methods share.
 inline std::vector<Knobs> shared_formulations(const DeviceInfo& d) {
   std::vector<Knobs> all{{{"layout", "paper"}},
                          {{"fetch", "storage"}},

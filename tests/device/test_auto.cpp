@@ -3,7 +3,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/file.h"
-#include "engine/trace/coherence.h"
+#include "engine/trace/auto/coherence.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"
 
@@ -30,7 +30,7 @@ class Auto : public DeviceTest {
   }
 
   const Choice* choice_for(const std::vector<Ray>& rays, Query query) const {
-    query.rays = scene_->tracer->sort_of(rays);
+    query.rays = scene_->tracer->ray_class(rays);
     return scene_->tracer->choices().find(query);
   }
 
@@ -56,9 +56,9 @@ TEST_F(Auto, FindsWhatOtherMethodsFind) {
     EXPECT_EQ(c.mrays_per_s > 0, c.tried) << c.name();
     EXPECT_LE(c.mrays_per_s, choice->chosen().mrays_per_s * 1.03) << c.name();  // a preference of 2 %
   }
-  const Query settled = scene_->tracer->settle({.rays = choice->rays});
-  EXPECT_EQ(settled.method, choice->chosen().method);
-  EXPECT_EQ(scene_->tracer->variant({.rays = choice->rays}).method->name, settled.method);
+  const Query resolved = scene_->tracer->resolve({.rays = choice->rays});
+  EXPECT_EQ(resolved.method, choice->chosen().method);
+  EXPECT_EQ(scene_->tracer->variant({.rays = choice->rays}).method->name, resolved.method);
   EXPECT_FALSE(choice_for(rays, kAny));
   expect_silent(*gpu_);
 }
@@ -67,7 +67,7 @@ TEST_F(Auto, MeasuresNothingOnFewRays) {
   const auto rays = shapes::random_rays(1000);
   EXPECT_EQ(harness::count_different(trace(rays, {}), trace(rays, {.method = "packet"})), 0u);
   EXPECT_TRUE(scene_->tracer->choices().all().empty());
-  EXPECT_EQ(scene_->tracer->settle(Query{}).method, kPlainestMethod);
+  EXPECT_EQ(scene_->tracer->resolve(Query{}).method, kPlainestMethod);
 }
 
 TEST_F(Auto, SortsOfRaysHaveChoicesOfTheirOwn) {
@@ -152,16 +152,16 @@ TEST(AutoSorts, CandidatesOnGpusAreNoTwins) {
 TEST(AutoSorts, RaysAreToldByDirectionsAndLength) {
   const Bounds scene{glm::vec3(-1), glm::vec3(1)};
   std::vector<Ray> rays(640, {{0, 0, 0}, 0, {1, 2, 3}, 1e30f});
-  EXPECT_EQ(sort_of_rays(rays, scene), "foreign: coherent, long");
+  EXPECT_EQ(ray_class_of(rays, scene), "foreign: coherent, long");
   for (Ray& r : rays) r.t_max = 0.01f;
-  EXPECT_EQ(sort_of_rays(rays, scene), "foreign: coherent, short");
+  EXPECT_EQ(ray_class_of(rays, scene), "foreign: coherent, short");
   for (std::size_t i = 0; i < 640; i += 128) rays[i].dir.x = -1;
-  EXPECT_EQ(sort_of_rays(rays, scene), "foreign: mixed, short");
+  EXPECT_EQ(ray_class_of(rays, scene), "foreign: mixed, short");
   for (std::size_t i = 0; i < 640; i += 64) rays[i].dir.x = -1;
-  EXPECT_EQ(sort_of_rays(rays, scene), "foreign: incoherent, short");
+  EXPECT_EQ(ray_class_of(rays, scene), "foreign: incoherent, short");
   for (std::size_t i = 0; i < 640; i += 64) rays[i].t_max = -1;  // dead ones point nowhere
-  EXPECT_EQ(sort_of_rays(rays, scene), "foreign: coherent, short");
-  EXPECT_EQ(sort_of_rays({}, scene), "foreign: coherent, long");
+  EXPECT_EQ(ray_class_of(rays, scene), "foreign: coherent, short");
+  EXPECT_EQ(ray_class_of({}, scene), "foreign: coherent, long");
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // Traversal kernels that make a camera's rays by themselves: the same bits as by rays that a generator wrote.
-#include "engine/render/camera.h"
-#include "engine/render/ray_kinds.h"
+#include "engine/render/batch/ray_kinds.h"
+#include "engine/render/data/camera.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"
 

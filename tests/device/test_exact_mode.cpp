@@ -1,7 +1,7 @@
 // Numeric mode exact on a device: every answer is the exact oracle's, no tie allowed.
 #include <cmath>
 
-#include "engine/exact/exact.h"
+#include "engine/oracle/exact.h"
 #include "tests/cpu/exact_cases.h"
 #include "tests/device/fixture.h"
 #include "tests/device/ray_sets.h"
@@ -119,7 +119,7 @@ class ExactMode : public DeviceTest {
   static void hold(Bvh bvh, const Triangles& triangles, std::vector<Ray> rays) {
     Tracer tracer(*gpu_, bvh, triangles, facts_of(bvh));
     tracer.prefill = harness::kPattern;
-    const ExactOracle oracle(tracer.device_bvh(NodeLayout::Interleaved));
+    const ExactOracle oracle(tracer.pair_tree(NodeLayout::Interleaved));
     append(rays, ending_at_hits(oracle, rays, 7));
     const auto truth = oracle.nearest(rays);
     for (std::size_t i = 0; i < rays.size(); i += rays.size() / 25 + 1)
@@ -220,7 +220,7 @@ TEST_F(ExactMode, WalksThatADriverCutsShortAreExactToo) {
   Tracer tracer(*gpu_, bvh, triangles, facts_of(bvh));
   std::vector<Hit> hits(rays.size());
   tracer.trace(rays, hits, {.numeric = "exact"});
-  const ExactHit truth = ExactOracle(tracer.device_bvh(NodeLayout::Interleaved)).nearest(rays[0]);
+  const ExactHit truth = ExactOracle(tracer.pair_tree(NodeLayout::Interleaved)).nearest(rays[0]);
   for (const Hit& hit : hits) EXPECT_EQ(hit.prim, truth.prim);
   expect_silent(*gpu_);
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/bvh/padding.h"
-#include "engine/exact/errors.h"
+#include "engine/oracle/errors.h"
 #include "tests/device/fixture.h"
 #include "tools/hard/hard.h"
 
@@ -105,7 +105,7 @@ TEST_P(HardCases, Hold) {
   const HardCase& hard = GetParam();
   const HardScene made = hard.make(true);
   const auto t = make(*gpu_, made.scene.triangles, made.build);
-  const ExactOracle exact(t->tracer->device_bvh(NodeLayout::Interleaved));
+  const ExactOracle exact(t->tracer->pair_tree(NodeLayout::Interleaved));
   for (const HardRays& set : made.rays) {
     const auto truth = exact.nearest(set.rays);
     expect_honest(set, truth);
@@ -207,8 +207,8 @@ TEST_F(HardCases, AChainOf256Levels) {
   const Chain c = chain_of(256);
   Tracer tracer(*gpu_, c.bvh, c.triangles, facts_of(c.bvh));
   tracer.prefill = kPattern;
-  const ExactOracle exact(tracer.device_bvh(NodeLayout::Interleaved));
-  const Oracle bound(tracer.device_bvh(NodeLayout::Interleaved));
+  const ExactOracle exact(tracer.pair_tree(NodeLayout::Interleaved));
+  const Oracle bound(tracer.pair_tree(NodeLayout::Interleaved));
   std::vector<Ray> rays;
   for (std::uint32_t i = 0; i < 500; ++i) {  // from one scale to a triangle of another, outwards and inwards
     const Triangle& from = c.triangles[i * 37 % 257];

@@ -277,7 +277,7 @@ TEST_F(Methods, WalksThatADriverCutsShortAreFinished) {
 TEST_F(Methods, PiecesHoldEveryLeafOnce) {
   const auto t = make(*gpu_, shapes::soup(3000, 0.2f));
   for (const NodeLayout layout : {NodeLayout::Interleaved, NodeLayout::Paper}) {
-    const DeviceBvh& bvh = t->tracer->device_bvh(layout);
+    const PairTree& bvh = t->tracer->pair_tree(layout);
     EXPECT_EQ(pieces_of(bvh, ~0ull).size(), 1u);
     const auto leaves = pieces_of(bvh, 0);
     EXPECT_EQ(leaves.size(), t->bvh.stats.leaves);

@@ -1,4 +1,4 @@
-// Boxes padded in the tree (shaders/lib/box_widened.glsl) against boxes padded by each ray: the same bits, from wherever a ray
+// Boxes padded in the tree (shaders/lib/numeric/box_widened.glsl) against boxes padded by each ray: the same bits, from wherever a ray
 // comes.
 #include <algorithm>
 #include <cmath>

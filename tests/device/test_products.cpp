@@ -1,4 +1,4 @@
-// lib/products.glsl on the device: exact signs, relative precision, in each way that the device can follow.
+// lib/numeric/products.glsl on the device: exact signs, relative precision, in each way that the device can follow.
 #include <bit>
 #include <cmath>
 #include <set>
@@ -42,14 +42,14 @@ std::vector<float> run(Context& gpu, Products how, const std::vector<Factors>& f
   kernel.bind(1, out);
   gpu.submit("products", [&](VkCommandBuffer cmd) {
     kernel.dispatch(cmd, std::uint32_t(factors.size() / 64), nullptr, 0);
-    memory_barrier(cmd);
+    gpu.memory_barrier(cmd);
   });
   std::vector<float> differences(factors.size());
   out.download(differences);
   return differences;
 }
 
-// Of Products::Fma lib/triangle_watertight.glsl looks at sign bits alone: no difference that is not below zero may have one.
+// Of Products::Fma lib/numeric/triangle_watertight.glsl looks at sign bits alone: no difference that is not below zero may have one.
 void expect_unsigned_zeros(Context& gpu) {
   const float values[] = {0.0f, -0.0f, 1.0f, -1.0f, 3.0f, -0x1p-80f, 0x1p-80f, 0x1p-126f};
   std::vector<Factors> factors;
@@ -71,7 +71,7 @@ class ProductsTest : public DeviceTest {};
 TEST_F(ProductsTest, KeepTheExactSign) {
   Context gpu(options());
   std::set<ballot::Products> ways{ballot::Products::Split,
-                                  formulation_for(kMethods[0], find_numeric(kDefaultNumeric), gpu.info()).products};
+                                  kernel_config_for(kMethods[0], find_numeric(kDefaultNumeric), gpu.info()).products};
   if (gpu.info().float64) ways.insert(ballot::Products::Float64);
   const std::vector<Factors> factors = nearly_equal_products(64 * 2000);
   for (const ballot::Products how : ways) {

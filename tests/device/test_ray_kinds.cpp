@@ -249,7 +249,7 @@ TEST_F(RayKinds, ForeignRaysAreTracedButHaveNoFrame) {
 }
 
 TEST_F(RayKinds, EveryMethodFindsWhatTheOracleFinds) {
-  const Oracle oracle(engine_->tracer().device_bvh(NodeLayout::Interleaved));
+  const Oracle oracle(engine_->tracer().pair_tree(NodeLayout::Interleaved));
   for (const RayKind& kind : kRayKinds) {
     const auto batch = engine_->make_batch(engine_->scene().views[0], kind, 65, 39);
     const std::vector<Ray> rays = batch->rays();

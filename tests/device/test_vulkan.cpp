@@ -101,7 +101,7 @@ TEST_F(Vulkan, RecordsHaveTheSameBytes) {
   kernel.bind(3, film);
   gpu_->submit("records", [&](VkCommandBuffer cmd) {
     kernel.dispatch(cmd, 1, nullptr, 0);
-    memory_barrier(cmd);
+    gpu_->memory_barrier(cmd);
   });
   const auto expect = [&]<class T>(const Buffer<T>& buffer, const T& want) {
     T got{};
@@ -125,7 +125,7 @@ TEST_F(Vulkan, KernelsSeeWhatABufferWasMadeFor) {
     kernel.bind(0, numbers);
     gpu_->submit("length", [&](VkCommandBuffer cmd) {
       kernel.dispatch(cmd, 1, nullptr, 0);
-      memory_barrier(cmd);
+      gpu_->memory_barrier(cmd);
     });
     std::uint32_t length = 0;
     seen.download(std::span(&length, 1));
@@ -171,11 +171,11 @@ TEST_F(Vulkan, TheTuningTableKnowsDriversThatCutLoops) {
   data.upload(in);
   gpu_->submit("long loop", [&](VkCommandBuffer cmd) {
     kernel.dispatch(cmd, 1, nullptr, 0);
-    memory_barrier(cmd);
+    gpu_->memory_barrier(cmd);
   });
   std::vector<std::uint32_t> out(2);
   data.download(out);
-  const Formulation f = formulation_for(kMethods[0], find_numeric(kDefaultNumeric), gpu_->info());
+  const KernelConfig f = kernel_config_for(kMethods[0], find_numeric(kDefaultNumeric), gpu_->info());
   EXPECT_TRUE(out[1] == 100000 || (f.batches <= 16u && f.loops_cut))
       << "the driver ran " << out[1] << " of 100000 iterations";
 }

@@ -3,7 +3,7 @@
 #include <optional>
 #include <set>
 
-#include "engine/render/camera.h"
+#include "engine/render/data/camera.h"
 #include "shaders/shared/render.h"
 #include "shaders/shared/variant.h"
 #include "tests/images/pictures.h"
@@ -33,7 +33,7 @@ Names names_of(const std::vector<KernelSource>& sources) {
 
 const Bindings kTextures{BIND_UVS, BIND_TEXELS, BIND_TEXTURES, BIND_TEXTURE_USES};
 const Bindings kNext{BIND_CARRIED, BIND_NEXT_RAYS, BIND_NEXT_CARRIED},
-    kSecond{BIND_PUT_OFF_RAYS, BIND_PUT_OFF_CARRIED, BIND_PUT_OFF};
+    kSecond{BIND_DEFERRED_RAYS, BIND_DEFERRED_CARRIED, BIND_DEFERRED};
 const Bindings kShadow{BIND_SHADOW_RAYS, BIND_SHADOW_LIGHT};
 
 Bindings operator+(Bindings a, const Bindings& b) {
@@ -118,7 +118,7 @@ TEST(Features, EachAloneBindsWhatItNeeds) {
 TEST(Features, EachAloneAsksForItsKernels) {
   for (const Integrator& integrator : kIntegrators) {
     const bool ao = integrator.value == INTEGRATOR_AO;
-    Names always{"rays.primary.listed", fmt::format("{}.scatter", integrator.name), "path.calls", "path.film"};
+    Names always{"rays.primary.listed", fmt::format("{}.scatter", integrator.name), "path.indirect", "path.film"};
     if (ao) always.insert("path.connect");
     EXPECT_EQ(names_of(kernels_of(integrator, kNothing, Sky::Kind::None, false)), always);
     for (const Alone& a : each_alone()) {
@@ -135,7 +135,7 @@ TEST(Features, EachAloneAsksForItsKernels) {
       const Bindings bound = bindings_of(scatter_source(integrator, a.features, a.sky, false));
       EXPECT_EQ(plan.shadow, bound.contains(BIND_SHADOW_RAYS));
       EXPECT_EQ(plan.next, bound.contains(BIND_NEXT_RAYS));
-      EXPECT_EQ(plan.second, bound.contains(BIND_PUT_OFF_RAYS));
+      EXPECT_EQ(plan.second, bound.contains(BIND_DEFERRED_RAYS));
     }
   }
   for (const Shading& shading : kShadings)
@@ -209,7 +209,7 @@ TEST(Features, StacksAreMadeForTheTree) {
   for (const Method& method : kMethods) {
     if (method.chooses) continue;
     const NumericMode& numeric = find_numeric(kDefaultNumeric);
-    const Variant v{&method, &numeric, Want::Nearest, formulation_for(method, numeric, gpu.info())};
+    const Variant v{&method, &numeric, Want::Nearest, kernel_config_for(method, numeric, gpu.info())};
     const std::uint32_t most = method.quads ? 3 : 1;  // that a step pushes
     const KernelSource shallow = kernel_source(v, gpu.info(), {.depth = 15, .largest_leaf = 2});
     KernelSource deep = kernel_source(v, gpu.info(), {.depth = 16, .largest_leaf = 6});
@@ -230,7 +230,7 @@ TEST(Features, ALoopOverTrianglesOnlyWhereALeafHasSeveral) {
     if (method.chooses) continue;
     SCOPED_TRACE(method.name);
     const NumericMode& numeric = find_numeric(kDefaultNumeric);
-    const Variant v{&method, &numeric, Want::Nearest, formulation_for(method, numeric, gpu.info())};
+    const Variant v{&method, &numeric, Want::Nearest, kernel_config_for(method, numeric, gpu.info())};
     const KernelSource several = kernel_source(v, gpu.info(), {.depth = 9, .largest_leaf = 2});
     const KernelSource one = kernel_source(v, gpu.info(), {.depth = 9, .largest_leaf = 1});
     EXPECT_EQ(one.constants, several.constants);
@@ -325,7 +325,7 @@ TEST(Features, BuffersAndDispatchesFollowFromTheScene) {
     std::uint64_t bytes = engine.render_bytes() - own;
     const bool more_waves = engine.features().glossy;
     if (!plain) plain = bytes;
-    const std::uint64_t shadow = c.shadow ? 64 * (sizeof(Ray) + sizeof(Hit) + sizeof(Awaited)) : 0;
+    const std::uint64_t shadow = c.shadow ? 64 * (sizeof(Ray) + sizeof(Hit) + sizeof(ShadowPayload)) : 0;
     std::uint64_t alpha = c.alpha ? 2 * 64 * (sizeof(Ray) + sizeof(Hit) + 4) : 0;
     if (c.alpha && engine.tracer().makes_rays())
       alpha -= sizeof(PrimaryPush);  // the camera, for kernels that make rays

@@ -1,5 +1,5 @@
 // Passes that are recorded together give what passes give that the host waits for, and are few submissions.
-#include "engine/render/integrators.h"
+#include "engine/render/path/integrators.h"
 #include "tests/images/pictures.h"
 
 namespace ballot::test {

@@ -57,7 +57,7 @@ class Bench {
 /// The knobs that matter to a method, with the values that it has.
 std::map<std::string, std::string> values_of(const Query& query, const DeviceInfo& device) {
   const Method& method = find_method(query.method);
-  const Formulation f = formulation_for(method, find_numeric(query.numeric), device, query.knobs);
+  const KernelConfig f = kernel_config_for(method, find_numeric(query.numeric), device, query.knobs);
   std::istringstream words(describe(f, method) + " " + describe_threshold(f, method));
   std::map<std::string, std::string> values;
   for (std::string word; words >> word;) values[word.substr(0, word.find('='))] = word.substr(word.find('=') + 1);

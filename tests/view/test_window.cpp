@@ -134,7 +134,7 @@ TEST_F(WindowTest, SwitchesMethodsResizesAndReloadsShaders) {
     const auto now = desktop.pixels(320, 200);
     if (std::exchange(before, now) == now) break;
   }
-  const fs::path display = folder_ / "shaders/lib/display.glsl";
+  const fs::path display = folder_ / "shaders/lib/shade/display.glsl";
   const auto text = read_file(display);
   std::string other(reinterpret_cast<const char*>(text.data()), text.size());
   const std::string_view plain = "vec4(swap_red ? color.bgr : color, 1.0)";

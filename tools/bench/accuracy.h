@@ -23,7 +23,7 @@ struct WrongAnswer {
   double t = 0;                 // of the exact hit
 };
 
-/// As ErrorFigures (engine/exact/errors.h), which says what is counted.
+/// As ErrorFigures (engine/oracle/errors.h), which says what is counted.
 struct Accuracy {
   std::uint64_t rays = 0, false_misses = 0, false_hits = 0, wrong_prims = 0, ties = 0, wrong_values = 0,
                 within_bound = 0, beyond_bound = 0, unwritten = 0, self_hits = 0;

@@ -232,7 +232,7 @@ class BlockRun {
     const Entry& entry = *runner.entry;
     const RayBatch& batch = *batches_[view];
     const Query& query = entry.query;
-    const Variant variant = around_.engine.tracer().variant(around_.engine.settle(batch, query));
+    const Variant variant = around_.engine.tracer().variant(around_.engine.resolve(batch, query));
     Record r;
     r.scene = scene();
     r.view = views_[view];

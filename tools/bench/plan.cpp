@@ -97,7 +97,7 @@ std::vector<std::string> modes_of(const std::string& text) {
 class Entries {
  public:
   Entries(const PlanArgs& args, Plan& plan) : args_(args), plan_(plan), modes_(modes_of(args.numeric)) {
-    Formulation scratch;
+    KernelConfig scratch;
     for (const std::string& text : args.knobs) {
       const auto [name, value] = knob_of("--knob", text);
       apply_knobs(scratch, {{name, value}});
@@ -113,7 +113,7 @@ class Entries {
       const auto [name, value] = knob_of("--methods", parts[i]);
       knobs[name] = value;
     }
-    Formulation scratch;
+    KernelConfig scratch;
     apply_knobs(scratch, knobs);
     add_votes(method, std::move(knobs));
   }
@@ -168,7 +168,7 @@ class Entries {
 
   static Entry make_entry(const Method& method, const Knobs& knobs, const std::string& mode, Role role) {
     Entry entry{label_of(method, knobs, false), role, {Want::Nearest, std::string(method.name), mode, knobs}, {}};
-    Formulation scratch;
+    KernelConfig scratch;
     apply_knobs(scratch, knobs);
     if (method.threshold.unit != Threshold::None)
       entry.threshold = ThresholdValue{std::string(method.threshold.knob), scratch.threshold};

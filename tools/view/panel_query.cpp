@@ -20,8 +20,8 @@ std::vector<std::string> words_of(std::string_view text) {
   return words;
 }
 
-/// What the formulation says of this knob; empty where it does not matter to the method.
-std::string value_of(std::string_view knob, const Formulation& f, const Method& method) {
+/// What the kernel configuration says of this knob; empty where it does not matter to the method.
+std::string value_of(std::string_view knob, const KernelConfig& f, const Method& method) {
   const std::string text = " " + describe(f, method) + " " + describe_threshold(f, method) + " ";
   const std::string key = " " + std::string(knob) + "=";
   const std::size_t at = text.find(key);
@@ -35,7 +35,7 @@ void try_knob(Query& query, std::string_view knob, const std::string& value, con
   Knobs knobs = query.knobs;
   knobs[std::string(knob)] = value;
   try {
-    formulation_for(find_method(query.method), find_numeric(query.numeric), device, knobs);
+    kernel_config_for(find_method(query.method), find_numeric(query.numeric), device, knobs);
     query.knobs = knobs;
   } catch (const Error&) {
     // The value stays what it was: it is not among those that can be chosen here.
@@ -87,7 +87,7 @@ void draw_number(const KnobInfo& knob, const std::string& now, Query& query, con
 
 void draw_knobs(Query& query, const DeviceInfo& device) {
   const Method& method = find_method(query.method);
-  const Formulation f = formulation_for(method, find_numeric(query.numeric), device, query.knobs);
+  const KernelConfig f = kernel_config_for(method, find_numeric(query.numeric), device, query.knobs);
   for (const KnobInfo& knob : knobs()) {
     const std::string now = value_of(knob.name, f, method);
     if (now.empty()) continue;

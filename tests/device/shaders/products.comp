@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// lib/products.glsl by itself: a difference of products per vec4.
+// lib/numeric/products.glsl by itself: a difference of products per vec4.
 #include "../../../shaders/shared/products.h"
-#include "../../../shaders/lib/products.glsl"
+#include "../../../shaders/lib/numeric/products.glsl"
 
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0, scalar) readonly buffer In { vec4 factors[]; };

@@ -1,0 +1,127 @@
+#include "engine/formats/collapse.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/bvh/build.h"
+#include "engine/core/error.h"
+
+namespace ballot {
+namespace {
+
+constexpr int kWidest = 8;
+
+/// What is best for the subtree below a pair of siblings.
+struct Best {
+  /// cost[n - 1]: least summed area of the nodes in the pair's subtree, in about the root's, if that hangs from the node above by
+  /// at most n < width children; cost[width - 1]: below a node of its own.
+  std::array<float, kWidest> cost;
+  /// left[n - 1]: of n children, how many the left sibling becomes; 0: n - 1 children are as good, or one is a node.
+  std::array<std::uint8_t, kWidest> left;
+};
+
+class Collapse {
+ public:
+  Collapse(const PairTree& binary, int width)
+      : binary_(binary), width_(width), best_(binary.nodes.size() / binary.pair_texels()) {
+    const double root = half_area(binary.root_box.lo, binary.root_box.hi);
+    if (root > 0) scale_ = std::ldexp(1.0, -std::ilogb(root));
+    // Children lie behind their parents, so one pass from the back meets them first.
+    for (std::size_t pair = best_.size(); pair-- > 0;) plan(std::uint32_t(pair) * binary_.pair_texels());
+  }
+
+  CollapsedBvh build(std::uint64_t most_nodes) {
+    CollapsedBvh out;
+    struct Open {
+      DeviceChild subtree;  // whose node this is
+      std::size_t at;       // the child that it is
+      std::uint32_t level;
+    };
+    constexpr std::size_t kRoot = ~std::size_t{0};
+    std::vector<Open> open{{{binary_.root_box, binary_.root}, kRoot, 1}};
+    while (!open.empty()) {
+      const auto [subtree, at, level] = open.back();
+      open.pop_back();
+      if (at != kRoot) out.children[at].ref = std::uint32_t(out.ends.size());
+      const std::size_t first = out.children.size();
+      if (is_leaf(subtree.ref))
+        out.children.push_back(subtree);  // of a scene that is one leaf
+      else
+        gather_pair(subtree.ref, width_, out.children);
+      out.depth = std::max(out.depth, level);
+      out.ends.push_back(std::uint32_t(out.children.size()));
+      for (std::size_t i = out.children.size(); i-- > first;)
+        if (!is_leaf(out.children[i].ref)) open.push_back({out.children[i], i, level + 1});
+      if (out.ends.size() > most_nodes)
+        fail(Failure::Work,
+             "bvh: a tree of {} children a node has more than {} nodes, which its references cannot number; use "
+             "another method",
+             width_, most_nodes);
+    }
+    return out;
+  }
+
+ private:
+  /// Cost of a subtree as at most n children of a node.
+  float cost(const DeviceChild& child, int n) const {
+    return is_leaf(child.ref) ? 0 : best_[child.ref / binary_.pair_texels()].cost[n - 1];
+  }
+
+  void plan(std::uint32_t texel) {
+    const DevicePair pair = decode_pair(binary_, texel);
+    Best& b = best_[texel / binary_.pair_texels()];
+    const auto divide = [&](int n) {  // the pair as exactly n children, two at least
+      for (int l = 1; l < n; ++l) {
+        const float c = cost(pair.left, l) + cost(pair.right, n - l);
+        if (l == 1 || c < b.cost[n - 1]) b.cost[n - 1] = c, b.left[n - 1] = std::uint8_t(l);
+      }
+    };
+    divide(width_);
+    const float own = b.cost[width_ - 1] + float(scale_ * area(pair));  // one child: a node of its own
+    for (int n = 2; n < width_; ++n) divide(n);
+    b.cost[0] = own;
+    b.left[0] = 0;
+    for (int n = 2; n < width_; ++n)
+      if (b.cost[n - 2] <= b.cost[n - 1]) b.cost[n - 1] = b.cost[n - 2], b.left[n - 1] = 0;
+  }
+
+  static double area(const DevicePair& pair) {
+    return half_area(glm::min(pair.left.box.lo, pair.right.box.lo), glm::max(pair.left.box.hi, pair.right.box.hi));
+  }
+
+  /// The children that a subtree becomes when it may be n.
+  void gather(const DeviceChild& child, int n, std::vector<DeviceChild>& out) const {
+    if (is_leaf(child.ref)) {
+      out.push_back(child);
+      return;
+    }
+    const Best& b = best_[child.ref / binary_.pair_texels()];
+    while (n > 1 && b.left[n - 1] == 0) --n;
+    if (n == 1)
+      out.push_back(child);
+    else
+      gather_pair(child.ref, n, out);
+  }
+
+  void gather_pair(std::uint32_t texel, int n, std::vector<DeviceChild>& out) const {
+    const DevicePair pair = decode_pair(binary_, texel);
+    const int left = best_[texel / binary_.pair_texels()].left[n - 1];
+    gather(pair.left, left, out);
+    gather(pair.right, n - left, out);
+  }
+
+  const PairTree& binary_;
+  const int width_;
+  double scale_ = 1;  // brings the root's area to [1, 2): areas of large scenes overflow float32
+  std::vector<Best> best_;
+};
+
+}  // namespace
+
+CollapsedBvh collapse(const PairTree& binary, int width, std::uint64_t most_nodes) {
+  if (binary.root == END_OF_TREE) return {};
+  return Collapse(binary, width).build(most_nodes);
+}
+
+}  // namespace ballot

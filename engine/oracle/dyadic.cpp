@@ -1,0 +1,59 @@
+#include "engine/oracle/dyadic.h"
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
+namespace ballot {
+
+Dyadic::Dyadic(float x) {
+  if (x == 0) return;
+  int exponent = 0;
+  const auto scaled = static_cast<std::int32_t>(std::ldexp(std::frexp(x, &exponent), 24));  // |scaled| < 2^24: exact
+  const int zeros = std::countr_zero(static_cast<std::uint32_t>(scaled));
+  m_ = scaled / (std::int32_t{1} << zeros);
+  e_ = exponent - 24 + zeros;
+}
+
+// m * 2^bits. Boost's checked integers shift no negative ones.
+Dyadic::Integer Dyadic::shifted(const Integer& m, int bits) {
+  return m.sign() < 0 ? Integer(-(Integer(-m) << static_cast<unsigned>(bits)))
+                      : Integer(m << static_cast<unsigned>(bits));
+}
+
+Dyadic Dyadic::sum(const Dyadic& a, const Dyadic& b, int sign_of_b) {
+  if (b.m_.is_zero()) return a;
+  if (a.m_.is_zero()) return {sign_of_b > 0 ? b.m_ : Integer(-b.m_), b.e_};
+  Dyadic out = a;
+  if (a.e_ > b.e_) {
+    out.m_ = shifted(a.m_, a.e_ - b.e_);
+    out.e_ = b.e_;
+  }
+  if (b.e_ > a.e_) {
+    const Integer aligned = shifted(b.m_, b.e_ - a.e_);
+    sign_of_b > 0 ? out.m_ += aligned : out.m_ -= aligned;
+  } else {
+    sign_of_b > 0 ? out.m_ += b.m_ : out.m_ -= b.m_;
+  }
+  return out;
+}
+
+Dyadic operator+(const Dyadic& a, const Dyadic& b) { return Dyadic::sum(a, b, 1); }
+Dyadic operator-(const Dyadic& a, const Dyadic& b) { return Dyadic::sum(a, b, -1); }
+Dyadic operator*(const Dyadic& a, const Dyadic& b) { return {a.m_ * b.m_, a.e_ + b.e_}; }
+
+double quotient(const Dyadic& a, const Dyadic& b) {
+  if (a.m_.is_zero()) return 0;
+  Dyadic::Integer top = abs(a.m_), bottom = abs(b.m_);
+  int exponent = a.e_ - b.e_;
+  const int shift = 64 + static_cast<int>(msb(bottom)) - static_cast<int>(msb(top));  // the quotient has 64 or 65 bits
+  (shift > 0 ? top : bottom) <<= static_cast<unsigned>(std::abs(shift));
+  exponent -= shift;
+  top /= bottom;
+  const auto high = static_cast<std::uint64_t>(top >> 32), low = static_cast<std::uint64_t>(top & 0xFFFFFFFFu);
+  // Two exact doubles of at most 33 bits; their sum is rounded once.
+  const double q = std::ldexp(static_cast<double>(high), 32) + static_cast<double>(low);
+  return std::ldexp(a.sign() == b.sign() ? q : -q, exponent);
+}
+
+}  // namespace ballot

@@ -1,0 +1,217 @@
+#include "engine/oracle/exact.h"
+
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <utility>
+
+#include "engine/core/error.h"
+#include "engine/core/parallel.h"
+#include "engine/oracle/filter.h"
+#include "engine/oracle/filter_box.h"
+#include "engine/oracle/oracle.h"
+#include "engine/oracle/predicates.h"
+#include "engine/oracle/sight.h"
+#include "engine/oracle/walker.h"
+
+namespace ballot {
+namespace {
+
+constexpr std::size_t kRaysPerExactChunk = 1024;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+ExactHit as_hit(const ExactSight& sight, std::uint32_t prim) {
+  return {sight.t(), prim, sight.weight(1), sight.weight(2)};
+}
+
+// A triangle that the ray hits; its exact numbers are made when something asks for them.
+class Candidate {
+ public:
+  Candidate(const Ray& ray, const Triangle& triangle, std::uint32_t prim)
+      : ray_(&ray), triangle_(triangle), prim_(prim) {}
+
+  const ExactSight& exact() {
+    if (!exact_) exact_.emplace(*ray_, triangle_);
+    return *exact_;
+  }
+  // Narrows the interval of t to the doubles beside the exact one; det is not 0.
+  void narrow() {
+    if (narrow_) return;
+    narrow_ = true;
+    const double t = exact().t();
+    t_ = {std::nextafter(t, -kInfinity), std::nextafter(t, kInfinity)};
+  }
+  std::uint32_t prim() const { return prim_; }
+  const Interval& t() const { return t_; }
+  void set_t(const Interval& t) { t_ = t; }
+
+ private:
+  const Ray* ray_;
+  Triangle triangle_;
+  std::uint32_t prim_;
+  Interval t_{-kInfinity, kInfinity};
+  bool narrow_ = false;
+  std::optional<ExactSight> exact_;
+};
+
+// Finds the nearest hit of rays, one after the other. Belongs to one thread.
+class Search {
+ public:
+  explicit Search(const PairTree& bvh) : bvh_(bvh), walker_(bvh) {}
+
+  ExactHit nearest(const Ray& ray) {
+    ++counts_.rays;
+    if (is_dead(ray)) return {};
+    const FilterRay filter(ray);
+    best_.reset();
+    double t_far = ray.t_max;
+    walker_.walk(filter, t_far, [&](std::uint32_t texel) {
+      test(ray, filter, texel);
+      if (best_) t_far = std::min(t_far, best_->t().high);
+      return true;
+    });
+    return best_ ? as_hit(best_->exact(), best_->prim()) : ExactHit{};
+  }
+  const ExactCounts& counts() const { return counts_; }
+
+ private:
+  void test(const Ray& ray, const FilterRay& filter, std::uint32_t texel) {
+    ++counts_.triangle_tests;
+    const Triangle triangle = decode_triangle(bvh_, texel);
+    const FilterSight sight(filter, triangle);
+    const Sure line = sight.hits_line();
+    if (line == Sure::No) return;
+    Candidate candidate(ray, triangle, decode_prim(bvh_, texel));
+    if (best_ && best_->prim() == candidate.prim()) return;
+    candidate.set_t(sight.t_bounds());
+    const Interval& t = candidate.t();
+    if (t.high < ray.t_min || t.low > ray.t_max || (best_ && t.low > best_->t().high)) return;
+    if (line == Sure::Unsure) {
+      ++counts_.side_failures;
+      if (!candidate.exact().hits_line()) return;
+    }
+    if (!(t.low >= ray.t_min && t.high <= ray.t_max)) {
+      ++counts_.interval_failures;
+      if (!candidate.exact().within(ray)) return;
+      candidate.narrow();
+    }
+    if (!best_ || nearer(candidate)) best_ = std::move(candidate);
+  }
+
+  // Whether the candidate comes before the best.
+  bool nearer(Candidate& candidate) {
+    if (candidate.t().high < best_->t().low) return true;
+    if (candidate.t().low > best_->t().high) return false;
+    ++counts_.order_failures;
+    const std::strong_ordering order = compare_t(candidate.exact(), best_->exact());
+    const bool comes_first = order < 0 || (order == 0 && candidate.prim() < best_->prim());
+    (comes_first ? candidate : *best_).narrow();
+    return comes_first;
+  }
+
+  const PairTree& bvh_;
+  Walker walker_;
+  std::optional<Candidate> best_;
+  ExactCounts counts_;
+};
+
+}  // namespace
+
+ExactCounts& ExactCounts::operator+=(const ExactCounts& other) {
+  rays += other.rays;
+  triangle_tests += other.triangle_tests;
+  side_failures += other.side_failures;
+  interval_failures += other.interval_failures;
+  order_failures += other.order_failures;
+  return *this;
+}
+
+ExactCounts operator-(const ExactCounts& a, const ExactCounts& b) {
+  return {a.rays - b.rays, a.triangle_tests - b.triangle_tests, a.side_failures - b.side_failures,
+          a.interval_failures - b.interval_failures, a.order_failures - b.order_failures};
+}
+
+ExactOracle::ExactOracle(const PairTree& bvh) : bvh_(bvh) {
+  for_all_triangles(bvh, [&](std::uint32_t texel) {
+    const std::size_t prim = decode_prim(bvh, texel);
+    if (prim >= texel_of_.size()) texel_of_.resize(prim + 1, NO_HIT);
+    texel_of_[prim] = texel;
+  });
+}
+
+ExactHit ExactOracle::nearest(const Ray& ray) const {
+  Search search(bvh_);
+  const ExactHit hit = search.nearest(ray);
+  add(search.counts());
+  return hit;
+}
+
+std::vector<ExactHit> ExactOracle::nearest(std::span<const Ray> rays, const Progress& progress) const {
+  std::vector<ExactHit> hits(rays.size());
+  std::mutex mutex;
+  std::size_t done = 0;
+  for_chunks(rays.size(), kRaysPerExactChunk, [&](std::size_t begin, std::size_t end) {
+    Search search(bvh_);
+    for (std::size_t i = begin; i < end; ++i) hits[i] = search.nearest(rays[i]);
+    add(search.counts());
+    const std::lock_guard lock(mutex);
+    done += end - begin;
+    if (progress) progress(static_cast<double>(done) / static_cast<double>(rays.size()));
+  });
+  return hits;
+}
+
+ExactHit ExactOracle::brute_force(const Ray& ray) const {
+  if (is_dead(ray)) return {};
+  std::optional<ExactSight> best;
+  std::uint32_t best_prim = NO_HIT;
+  for_all_triangles(bvh_, [&](std::uint32_t texel) {
+    const ExactSight sight(ray, decode_triangle(bvh_, texel));
+    const std::uint32_t prim = decode_prim(bvh_, texel);
+    if (!sight.hits_line() || !sight.within(ray)) return;
+    const std::strong_ordering order = best ? ballot::compare_t(sight, *best) : std::strong_ordering::less;
+    if (order > 0 || (order == 0 && prim >= best_prim)) return;
+    best = sight;
+    best_prim = prim;
+  });
+  return best ? as_hit(*best, best_prim) : ExactHit{};
+}
+
+ExactHit ExactOracle::hit(const Ray& ray, std::uint32_t prim) const {
+  const std::optional<Triangle> shape = triangle(prim);
+  if (!shape || is_dead(ray)) return {};
+  const ExactSight sight(ray, *shape);
+  return sight.hits_line() && sight.within(ray) ? as_hit(sight, prim) : ExactHit{};
+}
+
+std::strong_ordering ExactOracle::compare_t(const Ray& ray, std::uint32_t prim_a, std::uint32_t prim_b) const {
+  const auto sight_of = [&](std::uint32_t prim) {
+    const std::optional<Triangle> shape = triangle(prim);
+    if (!shape || is_dead(ray))
+      fail(Failure::Arguments, "exact oracle: t of prim {} was asked for, but {}; compare what the ray hits", prim,
+           shape ? "the ray is dead" : "no leaf of the hierarchy holds it");
+    ExactSight sight(ray, *shape);
+    if (sight.det.sign() == 0)
+      fail(Failure::Arguments, "exact oracle: the ray is parallel to prim {}, so there is no t; compare what it hits",
+           prim);
+    return sight;
+  };
+  return ballot::compare_t(sight_of(prim_a), sight_of(prim_b));
+}
+
+std::optional<Triangle> ExactOracle::triangle(std::uint32_t prim) const {
+  if (prim >= texel_of_.size() || texel_of_[prim] == NO_HIT) return std::nullopt;
+  return decode_triangle(bvh_, texel_of_[prim]);
+}
+
+void ExactOracle::add(const ExactCounts& counts) const {
+  totals_[0] += counts.rays;
+  totals_[1] += counts.triangle_tests;
+  totals_[2] += counts.side_failures;
+  totals_[3] += counts.interval_failures;
+  totals_[4] += counts.order_failures;
+}
+
+ExactCounts ExactOracle::counts() const { return {totals_[0], totals_[1], totals_[2], totals_[3], totals_[4]}; }
+
+}  // namespace ballot

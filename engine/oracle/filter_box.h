@@ -1,0 +1,44 @@
+// The box test of the exact oracle: it skips no box that may hold an exact hit. Internal to the oracles.
+//
+// A triangle may lie in several leaves, each with a box of a part of it, and the boxes of its parts cover it
+// (engine/bvh/build.h, split_reference; check_bvh). So a hit point lies in the box of some leaf that holds the triangle,
+// and in the boxes of all nodes above. It is enough that no box with a point o + t d, t_min <= t <= t_far, is skipped,
+// and that t_far is never less than the exact t of the nearest hit.
+//
+// Slab k of a box is entered and left at (lo - o_k) / d_k and (hi - o_k) / d_k, in some order. Computed as
+// fl(fl(lo - o_k) * fl(1 / d_k)) each comes out as its exact value times (1 + e)^3, |e| <= u = 2^-53: lo and o_k are
+// float32, so the difference is 0 or between 2^-149 and 2^129, 1 / d_k is between 2^-128 and 2^149, and nothing leaves
+// the range of double. So the exact values are within 4 u of the computed ones. Widening the largest entry and the
+// smallest exit by 8 u of themselves covers that and the widening's own rounding (x - 8 u |x| grows with x, so that the
+// largest of the widened is the widened largest). Where d_k = 0, o_k lies in the slab for all t or for none: an exact
+// comparison of float32 numbers.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "engine/oracle/filter.h"
+
+namespace ballot {
+
+/// A bound from below of where the ray enters the box, or nothing if it surely does not meet it in [t_min, t_far].
+inline std::optional<double> enter(const FilterRay& ray, const Bounds& box, double t_far) {
+  double near = ray.t_min, far = t_far;
+  for (int k = 0; k < 3; ++k) {
+    const double lo = box.lo[k] - ray.o[k], hi = box.hi[k] - ray.o[k];
+    if (ray.d[k] == 0) {
+      if (lo > 0 || hi < 0) return std::nullopt;
+      continue;
+    }
+    const double a = lo * ray.inverse_d[k], b = hi * ray.inverse_d[k];
+    near = std::max(near, std::min(a, b));
+    far = std::min(far, std::max(a, b));
+  }
+  constexpr double kWiden = 0x1p-50;
+  near -= kWiden * std::abs(near);
+  far += kWiden * std::abs(far);
+  return near <= far ? std::optional(near) : std::nullopt;
+}
+
+}  // namespace ballot

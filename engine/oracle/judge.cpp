@@ -1,0 +1,327 @@
+// Judges float32 answers by a bound of the rounding error of the watertight test.
+//
+// Woop, Benthin, Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013, evaluated in float32 with unit roundoff
+// u = 2^-24, subtractions, additions and products rounded once and divisions within 2.5 ulp (Vulkan's limit), that is
+// 5u.
+//
+// Vertices. x = fl(a - fl(s * c)) with a = fl(v - o)[kx], c = fl(v - o)[kz], |s| <= 1, the product of a component and a
+// reciprocal. Let M be the largest |v - o| of the triangle along an axis. a is off by uM; s * c by u (of c) + 6u (of s) +
+// u (of the product) times M; the difference, at most 2M, by 2uM: 11uM. lateral = 16uM leaves room for terms of second order and for an
+// origin that is moved by a fused rounding.
+//
+// Edge functions. U = fl(Cx * By - Cy * Bx) moves by lateral * (|Bx| + |By| + |Cx| + |Cy|) + 2 lateral^2 when its
+// vertices do, and by at most 2u (|Cx * By| + |Cy * Bx|) when it is rounded; 4u is used. A triangle is hit for certain
+// if all three lie beyond their error on one side of zero, and missed for certain if two lie beyond it on different
+// sides, or one on the side opposite to a certain det.
+//
+// Depth. t = sum(U_i z_i) / sum(U_i). If the U_i are off by e_i, then t is by sum(e_i |z_i - t|) / |det'|, with
+// |det'| >= |det| - sum(e_i), and not by more than the triangle's extent in depth, for the weights of a hit have one
+// sign. Rounding adds at most 18u max|z|: z by 7u (v - o, 1 / d, product), the sum of products by 3u, det by 2u, the
+// quotient by 6u; 20u is used. Weights likewise.
+//
+// Moeller and Trumbore (1997) work with edges in space instead of the projected ones. With a direction of unit depth,
+// |d| <= sqrt(3), offsets up to M and edges up to E, the numerators s . (d x e2) and d . (s x e1) round by at most 9u
+// of the product of their lengths, below 64 u M E, and the depth's, e2 . (s x e1), by 64 u M E^2. Unlike Woop's, the
+// bound does not shrink with the projection: triangles seen edge-on are worse.
+//
+// Numbers below 2^-126 may be flushed to zero: the small absolute terms.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "engine/core/error.h"
+#include "engine/core/parallel.h"
+#include "engine/oracle/judge_range.h"
+#include "engine/oracle/oracle.h"
+#include "engine/oracle/walker.h"
+
+namespace ballot {
+namespace {
+
+constexpr double kFlush = 0x1p-126;
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+constexpr double kWeightSlack = 1e-5;      // u, v and 1 - u - v of any hit may lie outside of [0, 1] by this much
+constexpr double kExactWeights = 0x1p-22;  // of a mode that decides exactly: u and v come from divisions in float32
+constexpr std::size_t kRaysPerJudgeChunk = 4096;
+constexpr std::size_t kMaxExamples = 8;
+
+struct SideErrors {
+  double side[3], sum;
+};
+
+// Longest edge of the sheared triangle, scene units.
+double longest_edge(const RayFrame& ray, const Sight& s) {
+  double longest = 0;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    const double depth = std::abs(s.z[i] - s.z[j]) * std::abs(ray.d[ray.kz]);
+    longest = std::max(longest, std::abs(s.x[i] - s.x[j]) + std::abs(s.y[i] - s.y[j]) + depth);
+  }
+  return longest;
+}
+
+SideErrors side_errors(const RayFrame& ray, const Sight& s) {
+  const double lateral = (16 * kFloatRoundoff + 2 * kFlush * std::abs(ray.sz)) * s.reach;
+  SideErrors e{{}, 0};
+  for (int i = 0; i < 3; ++i) {
+    const int b = (i + 1) % 3, c = (i + 2) % 3;
+    e.side[i] = lateral * (std::abs(s.x[b]) + std::abs(s.y[b]) + std::abs(s.x[c]) + std::abs(s.y[c]) + 2 * lateral) +
+                4 * kFloatRoundoff * (std::abs(s.x[c] * s.y[b]) + std::abs(s.y[c] * s.x[b])) + 4 * kFlush;
+    if (ray.arithmetic == Arithmetic::MoellerTrumbore)
+      e.side[i] += 64 * kFloatRoundoff * s.reach * longest_edge(ray, s);
+    e.sum += e.side[i];
+  }
+  return e;
+}
+
+void decide_sides(const Sight& s, const SideErrors& e, Range& range) {
+  int above = 0, below = 0;
+  double absolute = 0;
+  for (int i = 0; i < 3; ++i) {
+    above += s.side[i] > e.side[i] ? 1 : 0;
+    below += s.side[i] < -e.side[i] ? 1 : 0;
+    absolute += std::abs(s.side[i]);
+  }
+  const double det_error = e.sum + 4 * kFloatRoundoff * absolute;
+  range.surely_hit = above == 3 || below == 3;
+  range.surely_missed =
+      (above > 0 && below > 0) || (s.det > det_error && below > 0) || (s.det < -det_error && above > 0);
+}
+
+void bound_values(const RayFrame& ray, const Sight& s, const SideErrors& e, Range& range) {
+  const auto [nearest, farthest] = std::minmax({s.z[0], s.z[1], s.z[2]});
+  const double largest = std::max(std::abs(nearest), std::abs(farthest));
+  const double room = std::abs(s.det) - e.sum;
+  const double flushed = 4 * kFlush * (1 + 1 / std::max(std::abs(s.det), kFlush));
+  const double rounding = (20 * kFloatRoundoff + kFlush * std::abs(ray.d[ray.kz])) * largest + flushed;
+  if (room > 0) {
+    range.t = std::clamp(s.t(), nearest, farthest);
+    double moved = 0;
+    for (int i = 0; i < 3; ++i) moved += e.side[i] * std::abs(s.z[i] - range.t);
+    range.t_error = std::min(moved / room, farthest - nearest) + rounding;
+    if (ray.arithmetic == Arithmetic::MoellerTrumbore) {
+      const double edge = longest_edge(ray, s);
+      range.t_error += 64 * kFloatRoundoff * s.reach * edge * edge / (std::abs(ray.d[ray.kz]) * room);
+    }
+    range.u = s.weight(1);
+    range.v = s.weight(2);
+    const double largest_weight = std::max({1.0, std::abs(range.u), std::abs(range.v)});
+    range.weight_error =
+        (std::max(e.side[1], e.side[2]) + largest_weight * e.sum) / room + 16 * kFloatRoundoff + flushed;
+  } else {
+    range.t = (nearest + farthest) / 2;
+    range.t_error = (farthest - nearest) / 2 + rounding;
+    // With det of any sign or size, Moeller and Trumbore's t is no mean of the vertices' depths.
+    if (ray.arithmetic == Arithmetic::MoellerTrumbore) range.t_error = kUnbounded;
+  }
+}
+
+Range woop_range(const RayFrame& ray, const Triangle& triangle) {
+  const Sight s(ray, triangle);
+  const SideErrors e = side_errors(ray, s);
+  Range range;
+  decide_sides(s, e, range);
+  bound_values(ray, s, e, range);
+  return range;
+}
+
+Range range_of(const RayFrame& ray, const Triangle& triangle) {
+  Range range = ray.arithmetic == Arithmetic::WoopAffine ? affine_range(ray, triangle) : woop_range(ray, triangle);
+  if (range.t_low() < ray.t_min || range.t_high() > ray.t_max) range.surely_hit = false;
+  if (range.t_high() < ray.t_min || range.t_low() > ray.t_max) range.surely_missed = true;
+  return range;
+}
+
+// Of float32 at t; denormal numbers count in ulps of the smallest normal one.
+double ulp(double t) { return std::ldexp(1, std::ilogb(std::max(std::abs(t), kFlush)) - 23); }
+
+bool same_vertices(const Triangle& a, const Triangle& b) { return std::memcmp(&a, &b, sizeof(Triangle)) == 0; }
+
+// Whether the ray surely hits some triangle at a t that is surely less than `t` (any triangle, if t is infinite).
+bool surely_nearer(const PairTree& bvh, const RayFrame& ray, double t) {
+  bool found = false;
+  Walker(bvh).walk(ray, std::min(t, ray.t_max), [&](std::uint32_t texel) {
+    const Range range = range_of(ray, decode_triangle(bvh, texel));
+    found = range.surely_hit && range.t_high() < t;
+    return !found;
+  });
+  return found;
+}
+
+// Whether a twin of the triangle, bit for bit the same but of smaller number, is in the tree.
+bool has_earlier_twin(const PairTree& bvh, const RayFrame& ray, std::uint32_t prim, const Triangle& triangle) {
+  bool found = false;
+  const double t_far = ray.t_max;
+  Walker(bvh).walk(ray, t_far, [&](std::uint32_t texel) {
+    found = decode_prim(bvh, texel) < prim && same_vertices(decode_triangle(bvh, texel), triangle);
+    return !found;
+  });
+  return found;
+}
+
+bool wrong_weights(const Hit& answer, const Range& range) {
+  const double u = answer.u, v = answer.v;
+  const bool inside = u >= -kWeightSlack && v >= -kWeightSlack && u + v <= 1 + kWeightSlack;  // false for NaN
+  return !inside || !(std::abs(u - range.u) <= range.weight_error) || !(std::abs(v - range.v) <= range.weight_error);
+}
+
+struct Opinion {
+  Verdict verdict = Verdict::Same;
+  double t_error = 0;  // over its bound
+};
+
+// The answer of a mode that decides exactly: the truth, or an error.
+Opinion judge_exactly(const PairTree& bvh, const RayFrame& ray, const Hit& answer, std::uint32_t texel,
+                      const OracleHit& truth, Want want) {
+  if (answer.prim == NO_HIT) return {truth.prim == NO_HIT ? Verdict::Same : Verdict::FalseMiss};
+  if (truth.prim == NO_HIT) return {Verdict::FalseHit};
+  if (texel == NO_HIT || (want == Want::Nearest && answer.prim != truth.prim)) return {Verdict::WrongPrim};
+  std::optional<OracleHit> hit = truth;
+  if (answer.prim != truth.prim) hit = intersect(ray, decode_triangle(bvh, texel), answer.prim);
+  if (!hit) return {Verdict::WrongPrim};
+  const double t_error = std::abs(answer.t - hit->t) / ulp(hit->t);
+  const double weight_error = std::max(std::abs(answer.u - hit->u), std::abs(answer.v - hit->v));
+  const bool in_interval = answer.t >= ray.t_min && answer.t <= ray.t_max;
+  const bool right = in_interval && t_error <= 1 && weight_error <= kExactWeights && !std::isnan(answer.v);
+  return {right ? Verdict::Same : Verdict::WrongT, t_error};
+}
+
+Opinion judge_miss(const PairTree& bvh, const RayFrame& ray, const OracleHit& truth) {
+  if (truth.prim == NO_HIT) return {};
+  return {surely_nearer(bvh, ray, kUnbounded) ? Verdict::FalseMiss : Verdict::Tie};
+}
+
+Opinion judge_hit(const PairTree& bvh, const RayFrame& ray, const Hit& answer, std::uint32_t texel,
+                  const OracleHit& truth, Want want) {
+  const Verdict not_this = truth.prim == NO_HIT ? Verdict::FalseHit : Verdict::WrongPrim;
+  if (texel == NO_HIT) return {not_this};
+  const Triangle triangle = decode_triangle(bvh, texel);
+  const Range range = range_of(ray, triangle);
+  if (range.surely_missed) return {not_this};
+  const bool in_interval = answer.t >= ray.t_min && answer.t <= ray.t_max;
+  const double difference = std::abs(answer.t - range.t);
+  if (!in_interval || !(difference <= range.t_error) || wrong_weights(answer, range)) return {Verdict::WrongT};
+  const double share = range.t_error > 0 ? difference / range.t_error : 0;
+  if (answer.prim == truth.prim) return {Verdict::Same, share};
+  if (truth.prim == NO_HIT) return {Verdict::Tie};
+  if (want == Want::Any) return {Verdict::Same, share};
+  // Twins have one t, but boxes by multiply-add may cull one of them at that very t.
+  if (ray.arithmetic != Arithmetic::WoopAffine && has_earlier_twin(bvh, ray, answer.prim, triangle))
+    return {Verdict::WrongPrim};
+  return {surely_nearer(bvh, ray, answer.t) ? Verdict::WrongPrim : Verdict::Tie};
+}
+
+Opinion judge_one(const PairTree& bvh, std::span<const std::uint32_t> texel_of, const Ray& ray, const Hit& answer,
+                  const OracleHit& truth, Want want, Arithmetic arithmetic) {
+  const bool missed = answer.prim == NO_HIT;
+  if (is_dead(ray)) return {missed ? Verdict::Same : Verdict::FalseHit};
+  RayFrame frame(ray, bvh.bounds);
+  frame.arithmetic = arithmetic;
+  const std::uint32_t texel = answer.prim < texel_of.size() ? texel_of[answer.prim] : NO_HIT;
+  if (arithmetic == Arithmetic::Exact) return judge_exactly(bvh, frame, answer, texel, truth, want);
+  if (missed) return judge_miss(bvh, frame, truth);
+  return judge_hit(bvh, frame, answer, texel, truth, want);
+}
+
+const char* name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::Same:
+      return "same";
+    case Verdict::Tie:
+      return "tie";
+    case Verdict::FalseMiss:
+      return "false miss";
+    case Verdict::FalseHit:
+      return "false hit";
+    case Verdict::WrongPrim:
+      return "wrong prim";
+    case Verdict::WrongT:
+      return "wrong t";
+  }
+  return "?";
+}
+
+std::string in_words(std::size_t index, Verdict verdict, const Ray& r, const Hit& a, const OracleHit& truth) {
+  const auto prim = [](std::uint32_t p) { return p == NO_HIT ? std::string("a miss") : fmt::format("prim {}", p); };
+  return fmt::format(
+      "ray {} ({} {} {}, t_min {}, direction {} {} {}, t_max {}): {}: answer is {} at t {}, u {}, v {}; the oracle "
+      "says {} at "
+      "t {}, u {}, v {}",
+      index, r.origin.x, r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z, r.t_max, name_of(verdict),
+      prim(a.prim), a.t, a.u, a.v, prim(truth.prim), truth.t, truth.u, truth.v);
+}
+
+void count(Judgement& sum, const Opinion& opinion) {
+  ++sum.rays;
+  switch (opinion.verdict) {
+    case Verdict::Same:
+      ++sum.same;
+      break;
+    case Verdict::Tie:
+      ++sum.tie;
+      break;
+    case Verdict::FalseMiss:
+      ++sum.false_miss;
+      break;
+    case Verdict::FalseHit:
+      ++sum.false_hit;
+      break;
+    case Verdict::WrongPrim:
+      ++sum.wrong_prim;
+      break;
+    case Verdict::WrongT:
+      ++sum.wrong_t;
+      break;
+  }
+  if (opinion.verdict == Verdict::Same) sum.worst_t_error = std::max(sum.worst_t_error, opinion.t_error);
+}
+
+}  // namespace
+
+Allowance Oracle::allowance(const Ray& ray, std::uint32_t prim, Arithmetic arithmetic) const {
+  if (prim >= texel_of_.size() || texel_of_[prim] == NO_HIT)
+    fail(Failure::Arguments, "oracle: no leaf of the hierarchy holds prim {}", prim);
+  RayFrame frame(ray, bvh_.bounds);
+  frame.arithmetic = arithmetic;
+  const Triangle triangle = decode_triangle(bvh_, texel_of_[prim]);
+  const Range range = range_of(frame, triangle);
+  if (arithmetic == Arithmetic::Exact) return {{kUnbounded, kUnbounded, kUnbounded}, ulp(range.t)};
+  if (arithmetic == Arithmetic::WoopAffine) {
+    const double w = range.weight_error;
+    return {{std::abs(1 - range.u - range.v) / (2 * w), std::abs(range.u) / w, std::abs(range.v) / w}, range.t_error};
+  }
+  const Sight sight(frame, triangle);
+  const SideErrors errors = side_errors(frame, sight);
+  Allowance out{{}, range.t_error};
+  for (int i = 0; i < 3; ++i) out.edge[i] = std::abs(sight.side[i]) / errors.side[i];
+  return out;
+}
+
+Verdict Oracle::judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
+                      Arithmetic arithmetic) const {
+  return judge_one(bvh_, texel_of_, ray, answer, truth, want, arithmetic).verdict;
+}
+
+Judgement Oracle::judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth,
+                        Want want, Arithmetic arithmetic) const {
+  if (rays.size() != answers.size() || rays.size() != truth.size())
+    fail(Failure::Arguments, "oracle: {} rays, {} answers and {} truths; their numbers must agree", rays.size(),
+         answers.size(), truth.size());
+  std::vector<Opinion> opinions(rays.size());
+  for_chunks(rays.size(), kRaysPerJudgeChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      opinions[i] = judge_one(bvh_, texel_of_, rays[i], answers[i], truth[i], want, arithmetic);
+  });
+  Judgement sum;
+  for (std::size_t i = 0; i < opinions.size(); ++i) {
+    count(sum, opinions[i]);
+    const bool wrong = opinions[i].verdict != Verdict::Same && opinions[i].verdict != Verdict::Tie;
+    if (wrong && sum.examples.size() < kMaxExamples)
+      sum.examples.push_back(in_words(i, opinions[i].verdict, rays[i], answers[i], truth[i]));
+  }
+  return sum;
+}
+
+}  // namespace ballot

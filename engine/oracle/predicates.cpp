@@ -1,0 +1,55 @@
+#include "engine/oracle/predicates.h"
+
+#include <algorithm>
+#include <array>
+
+namespace ballot {
+namespace {
+
+using Vec = std::array<Dyadic, 3>;
+
+Vec difference(const glm::vec3& a, const glm::vec3& b) {
+  return {Dyadic(a.x) - Dyadic(b.x), Dyadic(a.y) - Dyadic(b.y), Dyadic(a.z) - Dyadic(b.z)};
+}
+
+Vec cross(const Vec& a, const Vec& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+Dyadic dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+}  // namespace
+
+ExactSight::ExactSight(const Ray& ray, const Triangle& triangle) {
+  const Vec p[3] = {difference(triangle[0], ray.origin), difference(triangle[1], ray.origin),
+                    difference(triangle[2], ray.origin)};
+  const Vec d{Dyadic(ray.dir.x), Dyadic(ray.dir.y), Dyadic(ray.dir.z)};
+  const Vec across = cross(p[1], p[2]);
+  side[0] = dot(d, across);
+  side[1] = dot(d, cross(p[2], p[0]));
+  side[2] = dot(d, cross(p[0], p[1]));
+  det = side[0] + side[1] + side[2];
+  depth = dot(p[0], across);
+}
+
+bool ExactSight::hits_line() const {
+  const auto [least, most] = std::minmax({side[0].sign(), side[1].sign(), side[2].sign()});
+  return least * most >= 0 && (least != 0 || most != 0);
+}
+
+bool ExactSight::within(const Ray& ray) const {
+  // sign((t - bound) * det) * sign(det)
+  const auto above = [&](float bound) { return (depth - Dyadic(bound) * det).sign() * det.sign(); };
+  return above(ray.t_min) >= 0 && above(ray.t_max) <= 0;
+}
+
+std::strong_ordering compare_t(const ExactSight& a, const ExactSight& b) {
+  const int order = (a.depth * b.det - b.depth * a.det).sign();
+  return order * a.det.sign() * b.det.sign() <=> 0;
+}
+
+double t_apart(const ExactSight& a, const ExactSight& b) {
+  return quotient(b.depth * a.det - a.depth * b.det, a.det * b.det);
+}
+
+}  // namespace ballot

@@ -1,0 +1,43 @@
+// The oracle's arithmetic: one ray against triangles and boxes in double precision. Internal to the oracle.
+//
+// Woop, Benthin, Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013: the ray is sheared onto the z axis, and
+// the signs of the edge functions of the projected triangle decide. An edge function depends on its two vertices alone
+// and only changes its sign with their order, so neighbours agree on a shared edge.
+#pragma once
+
+#include <optional>
+
+#include "engine/oracle/oracle.h"
+
+namespace ballot {
+
+struct RayFrame {
+  explicit RayFrame(const Ray& ray, const Bounds& bounds);
+  double o[3], d[3], inverse_d[3];
+  int kx, ky, kz;  // kz: the axis along which the ray is steepest
+  double sx, sy, sz;
+  double t_min, t_max;
+  double pad[3];                             // by which boxes are widened, scene units
+  Arithmetic arithmetic = Arithmetic::Woop;  // whose rounding is judged
+};
+
+/// A triangle as the ray sees it. Sides are twice the areas that the ray's point spans with each edge.
+struct Sight {
+  Sight(const RayFrame& ray, const Triangle& triangle);
+  double x[3], y[3];  // lateral position of the vertices, scene units
+  double z[3];        // depth of the vertices, in multiples of the ray's direction, as t
+  double side[3];     // edge function opposite to each vertex: U, V, W
+  double det;         // their sum
+  double reach;       // largest distance of a vertex from the origin along an axis, scene units
+
+  double t() const { return (side[0] * z[0] + side[1] * z[1] + side[2] * z[2]) / det; }
+  double weight(int vertex) const { return side[vertex] / det; }
+};
+
+/// The hit of the triangle's double precision image, edges included, or nothing.
+std::optional<OracleHit> intersect(const RayFrame& ray, const Triangle& triangle, std::uint32_t prim);
+
+/// Where the ray enters the widened box, if it does so for some t in [ray.t_min, t_far].
+std::optional<double> enter(const RayFrame& ray, const Bounds& box, double t_far);
+
+}  // namespace ballot

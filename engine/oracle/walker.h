@@ -1,0 +1,76 @@
+// The walk that both oracles share: every leaf of the binary tree that a ray may meet. Internal to the oracles.
+//
+// A ray is of any type R for which `std::optional<double> enter(const R&, const Bounds&, double t_far)` says where it enters a
+// box, or nothing if it surely misses it in [ray.t_min, t_far].
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "engine/formats/pair_decode.h"
+
+namespace ballot {
+
+/// Walks a tree; keeps its stack for the next ray. Belongs to one thread.
+class Walker {
+ public:
+  explicit Walker(const PairTree& bvh) : bvh_(bvh) { stack_.reserve(bvh.depth + 2); }
+
+  /// Calls visit(texel of a triangle) for every triangle of every leaf that the ray may meet in [ray.t_min, t_far], near
+  /// boxes first. visit may lower t_far; the walk ends when it returns false.
+  template <class R, class Visit>
+  void walk(const R& ray, const double& t_far, const Visit& visit) {
+    stack_.clear();
+    if (bvh_.root != END_OF_TREE) stack_.push_back({bvh_.root, ray.t_min});
+    while (!stack_.empty()) {
+      const Entry entry = stack_.back();
+      stack_.pop_back();
+      if (entry.near > t_far) continue;
+      if (!is_leaf(entry.ref))
+        push_children(ray, entry.ref, t_far);
+      else if (!visit_leaf(entry.ref, visit))
+        return;
+    }
+  }
+
+ private:
+  struct Entry {
+    std::uint32_t ref;
+    double near;
+  };
+
+  template <class Visit>
+  bool visit_leaf(std::uint32_t ref, const Visit& visit) {
+    std::uint32_t texel = leaf_texel(ref) + LEAF_HEADER_TEXELS;
+    for (std::uint32_t i = 0; i < leaf_count(ref); ++i, texel += TRIANGLE_TEXELS)
+      if (!visit(texel)) return false;
+    return true;
+  }
+
+  template <class R>
+  void push_children(const R& ray, std::uint32_t ref, double t_far) {
+    const DevicePair pair = decode_pair_from_zero(bvh_, ref);
+    const std::optional<double> left = enter(ray, pair.left.box, t_far);
+    const std::optional<double> right = enter(ray, pair.right.box, t_far);
+    const bool right_first = left && right && *right < *left;
+    if (left && right_first) stack_.push_back({pair.left.ref, *left});
+    if (right) stack_.push_back({pair.right.ref, *right});
+    if (left && !right_first) stack_.push_back({pair.left.ref, *left});
+  }
+
+  const PairTree& bvh_;
+  std::vector<Entry> stack_;
+};
+
+/// Calls visit(texel of a triangle) for all triangles of all leaf blocks, in order.
+template <class Visit>
+void for_all_triangles(const PairTree& bvh, const Visit& visit) {
+  for (std::uint32_t block = 0; block < bvh.leaves.size();) {
+    const std::uint32_t count = bvh.leaves[block].w;
+    block += LEAF_HEADER_TEXELS;
+    for (std::uint32_t i = 0; i < count; ++i, block += TRIANGLE_TEXELS) visit(block);
+  }
+}
+
+}  // namespace ballot

@@ -1,0 +1,53 @@
+#include "engine/render/batch/ray_kinds.h"
+
+#include <cmath>
+
+#include "engine/core/error.h"
+#include "engine/render/data/camera.h"
+
+namespace ballot {
+
+const RayKind& find_ray_kind(std::string_view name) {
+  std::string names;
+  for (const RayKind& kind : kRayKinds) {
+    if (kind.name == name) return kind;
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", kind.name);
+  }
+  fail(Failure::Arguments, "no ray kind is called '{}'; there are: {}", name, names);
+}
+
+const OffsetPolicy& find_offset_policy(std::string_view name) {
+  std::string names;
+  for (const OffsetPolicy& policy : kOffsetPolicies) {
+    if (policy.name == name) return policy;
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", policy.name);
+  }
+  fail(Failure::Arguments, "no offset policy is called '{}'; there are: {}", name, names);
+}
+
+KernelSource primary_source(bool listed, const SceneFeatures& features) {
+  Defines defines = camera_defines(features);
+  defines.emplace_back("BALLOT_LISTED", listed);
+  return {.name = (listed ? "rays.primary.listed" : "rays.primary") + camera_name(features),
+          .file = "rays/primary.comp",
+          .defines = std::move(defines),
+          .constants = {}};
+}
+
+KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset) {
+  return {.name = fmt::format("rays.{}.{}", generator, offset.name),
+          .file = fmt::format("rays/{}.comp", generator),
+          .defines = {{"BALLOT_ORIGIN", offset.value}},
+          .constants = {}};
+}
+
+void check_options(const RayKindOptions& o) {
+  if (o.ao_rays < 1 || o.ao_rays > 64) fail(Failure::Arguments, "{} ao rays a hit are not between 1 and 64", o.ao_rays);
+  if (!std::isfinite(o.ao_radius) || o.ao_radius <= 0)
+    fail(Failure::Arguments, "an ao radius of {} diagonals is not above 0", o.ao_radius);
+  find_offset_policy(o.offset);
+  if (!(o.constant_offset > 0 && o.constant_offset <= 1))
+    fail(Failure::Arguments, "a constant offset of {} diagonals is not above 0 and at most 1", o.constant_offset);
+}
+
+}  // namespace ballot

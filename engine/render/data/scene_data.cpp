@@ -1,0 +1,216 @@
+#include "engine/render/data/scene_data.h"
+
+#include <bit>
+
+#include "engine/core/error.h"
+#include "engine/render/data/camera.h"
+#include "engine/render/film/renderer.h"
+
+namespace ballot {
+
+namespace {
+
+static_assert(kMirrorRoughness == float(MIRROR_ROUGHNESS));
+static_assert(int(Sky::Kind::Map) == SKY_MAP && int(Light::Kind::Directional) == LIGHT_DIRECTIONAL);
+
+/// Three texels a triangle from three corners and a word for the first texel.
+template <class Corners>
+std::vector<glm::uvec4> texels_of(std::span<const Corners> items, std::span<const std::uint32_t> words) {
+  std::vector<glm::uvec4> texels(items.size() * 3);
+  for (std::size_t i = 0; i < items.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const glm::vec3& v = items[i][c];
+      texels[i * 3 + c] = {std::bit_cast<std::uint32_t>(v.x), std::bit_cast<std::uint32_t>(v.y),
+                           std::bit_cast<std::uint32_t>(v.z), c == 0 && !words.empty() ? words[i] : 0u};
+    }
+  return texels;
+}
+
+std::uint32_t flags_of(const Material& m) {
+  std::uint32_t flags = 0;
+  if (m.alpha_mode == Alpha::Mask) flags |= MATERIAL_ALPHA_MASK;
+  if (m.alpha_mode == Alpha::Blend) flags |= MATERIAL_ALPHA_BLEND;
+  if (m.unlit) flags |= MATERIAL_UNLIT;
+  if (m.is_lambert()) flags |= MATERIAL_LAMBERT;
+  return flags;
+}
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<Buffer<T>> SceneData::upload(const std::vector<T>& data, Access access, const char* name) {
+  auto buffer = std::make_unique<Buffer<T>>(gpu_, data.size(), access, name);
+  buffer->upload(data);
+  bytes_ += buffer->bytes();
+  return buffer;
+}
+
+const PackedTextures& SceneData::textures() {
+  if (!packed_) packed_ = pack_textures(scene_);
+  return *packed_;
+}
+
+std::vector<float> SceneData::emitted() {
+  std::vector<float> weights;
+  for (const Material& m : scene_.materials) {
+    glm::vec3 light = m.emits() ? m.emissive : glm::vec3(0);
+    if (m.emits() && m.emissive_texture) light *= textures().means[m.emissive_texture.texture];
+    weights.push_back(luminance(light));
+  }
+  return weights;
+}
+
+std::vector<GpuMaterial> SceneData::materials() {
+  const std::vector<float> weights = emitted();
+  std::vector<GpuMaterial> materials;
+  for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
+    const Material& m = scene_.materials[i];
+    materials.push_back({m.base_color, m.alpha, m.emits() ? m.emissive : glm::vec3(0), weights[i], m.metallic,
+                         m.roughness, m.transmission, m.ior, m.alpha_cutoff, flags_of(m)});
+  }
+  return materials;
+}
+
+const EmitterTable& SceneData::emitters() {
+  if (!emitter_table_) emitter_table_ = emitter_table(scene_, emitted());
+  return *emitter_table_;
+}
+
+void SceneData::bind_textures(Kernel& kernel) {
+  if (kernel.wants(BIND_UVS)) {
+    if (!uvs_) uvs_ = upload(pack_uvs(scene_), Access::Texel, "texture coordinates");
+    kernel.bind(BIND_UVS, *uvs_);
+  }
+  if (kernel.wants(BIND_TEXELS)) {
+    if (!texels_) {
+      texels_ = upload(textures().texels, Access::Texel, "texels");
+      packed_->texels = {};  // the table is asked for again
+    }
+    kernel.bind(BIND_TEXELS, *texels_);
+  }
+  if (kernel.wants(BIND_TEXTURES)) {
+    if (!textures_) textures_ = upload(textures().table, Access::Storage, "textures");
+    kernel.bind(BIND_TEXTURES, *textures_);
+  }
+  if (kernel.wants(BIND_TEXTURE_USES)) {
+    if (!uses_) uses_ = upload(pack_uses(scene_), Access::Storage, "texture uses");
+    kernel.bind(BIND_TEXTURE_USES, *uses_);
+  }
+}
+
+void SceneData::bind_lights(Kernel& kernel) {
+  if (kernel.wants(BIND_SKY)) {
+    if (!sky_) sky_ = upload(sky_texels(scene_.sky), Access::Texel, "sky");
+    kernel.bind(BIND_SKY, *sky_);
+  }
+  if (kernel.wants(BIND_EMITTERS)) {
+    if (!emitters_) emitters_ = upload(emitters().texels, Access::Texel, "emitters");
+    kernel.bind(BIND_EMITTERS, *emitters_);
+  }
+  if (kernel.wants(BIND_LIGHTS)) {
+    if (!lights_) lights_ = upload(gpu_lights(scene_), Access::Storage, "lights");
+    kernel.bind(BIND_LIGHTS, *lights_);
+  }
+}
+
+// Kernels that are made for every feature read zeros where the scene has nothing: the face's normal, coordinates (0, 0).
+void SceneData::bind(Kernel& kernel) {
+  const std::vector<glm::uvec4> none(kernel.wants(BIND_NORMALS) && scene_.normals.empty() ? 3 * scene_.triangles.size()
+                                                                                          : 0);
+  if (kernel.wants(BIND_TRIANGLES)) {
+    if (!triangles_)
+      triangles_ = upload(texels_of(std::span<const Triangle>(scene_.triangles), scene_.material_of), Access::Texel,
+                          "triangles");
+    kernel.bind(BIND_TRIANGLES, *triangles_);
+  }
+  if (kernel.wants(BIND_NORMALS)) {
+    if (!normals_)
+      normals_ = upload(
+          scene_.normals.empty() ? none : texels_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), {}),
+          Access::Texel, "normals");
+    kernel.bind(BIND_NORMALS, *normals_);
+  }
+  if (kernel.wants(BIND_MATERIALS)) {
+    if (!materials_) materials_ = upload(materials(), Access::Storage, "materials");
+    kernel.bind(BIND_MATERIALS, *materials_);
+  }
+  bind_textures(kernel);
+  bind_lights(kernel);
+}
+
+namespace {
+
+struct Asked {
+  const char* define;
+  const char* word;
+  bool has;
+};
+
+std::vector<Asked> asked_of(const SceneFeatures& f, bool materials) {
+  return {{"BALLOT_HAS_NORMALS", "normals", f.shading_normals},
+          {"BALLOT_HAS_GLOSS", "gloss", materials && f.glossy},
+          {"BALLOT_HAS_GLASS", "glass", materials && f.refracts},
+          {"BALLOT_HAS_EMISSION", "emission", materials && f.emits},
+          {"BALLOT_HAS_ALPHA", "alpha", materials && f.alpha && f.emits},  // of what is aimed at
+          {"BALLOT_HAS_UNLIT", "unlit", materials && f.unlit},
+          {"BALLOT_HAS_BASE_TEXTURE", "base", materials && f.base_texture},
+          {"BALLOT_HAS_SURFACE_TEXTURE", "surface", materials && f.surface_texture},
+          {"BALLOT_HAS_EMISSIVE_TEXTURE", "glow", materials && f.emissive_texture},
+          {"BALLOT_HAS_NORMAL_TEXTURE", "bumps", materials && f.normal_texture}};
+}
+
+}  // namespace
+
+Defines look_defines(const SceneFeatures& features, bool materials) {
+  Defines defines{{"BALLOT_HAS_MATERIALS", materials}};
+  for (const Asked& a : asked_of(features, materials)) defines.emplace_back(a.define, a.has);
+  return defines;
+}
+
+std::string look_name(const SceneFeatures& features, bool materials) {
+  std::string name;
+  for (const Asked& a : asked_of(features, materials))
+    if (a.has) name += fmt::format("+{}", a.word);
+  return name;
+}
+
+KernelSource shading_source(std::string_view shading, const SceneFeatures& features) {
+  const int value = find_shading(shading).value;
+  const bool materials = value == SHADING_EYELIGHT;
+  // The eyelight does not ask how a surface reflects.
+  SceneFeatures seen = features;
+  seen.glossy = seen.refracts = seen.surface_texture = seen.alpha = false;
+  Defines defines = look_defines(seen, materials);
+  defines.emplace_back("BALLOT_SHADING", value);
+  return {.name = fmt::format("shade.{}{}", shading, look_name(seen, materials)),
+          .file = "shade/shade.comp",
+          .defines = std::move(defines),
+          .constants = {}};
+}
+
+namespace {
+
+/// As makes_rays says, rays are made again or read.
+KernelSource camera_shading_source(KernelSource source, const char* file, const SceneFeatures& features,
+                                   bool makes_rays) {
+  if (makes_rays) source.name += camera_name(features);
+  source.file = file;
+  source.defines.emplace_back("BALLOT_RAYS_READ", !makes_rays);
+  if (makes_rays) std::ranges::move(camera_defines(features), std::back_inserter(source.defines));
+  return source;
+}
+
+}  // namespace
+
+KernelSource samples_source(std::string_view shading, const SceneFeatures& features, bool makes_rays) {
+  return camera_shading_source(shading_source(shading, features), "shade/samples.comp", features, makes_rays);
+}
+
+KernelSource live_source(std::string_view shading, const SceneFeatures& features, bool makes_rays) {
+  KernelSource source =
+      camera_shading_source(shading_source(shading, features), "shade/live.comp", features, makes_rays);
+  source.name.insert(0, "live.");
+  return source;
+}
+
+}  // namespace ballot

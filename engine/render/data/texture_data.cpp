@@ -1,0 +1,80 @@
+#include "engine/render/data/texture_data.h"
+
+#include <bit>
+#include <glm/packing.hpp>
+
+#include "engine/scene/texture.h"
+
+namespace ballot {
+
+namespace {
+
+std::uint32_t word(float value) { return std::bit_cast<std::uint32_t>(value); }
+
+/// Whether some material takes its alpha from the image.
+bool gives_alpha(const Scene& scene, std::size_t image) {
+  for (const Material& m : scene.materials)
+    if (m.alpha_mode != Alpha::Opaque && m.base_texture && scene.textures[m.base_texture.texture].image == image)
+      return true;
+  return false;
+}
+
+struct PackedImage {
+  std::uint32_t first, levels;
+  glm::vec3 mean;
+};
+
+void append(const MipLevel& level, std::vector<glm::uvec4>& texels, std::uint32_t& count) {
+  for (const glm::vec4& t : level.texels) {
+    const std::uint32_t lo = glm::packHalf2x16({t.r, t.g}), hi = glm::packHalf2x16({t.b, t.a});
+    if (count % 2 == 0)
+      texels.push_back({lo, hi, 0, 0});
+    else
+      texels.back().z = lo, texels.back().w = hi;
+    ++count;
+  }
+}
+
+}  // namespace
+
+PackedTextures pack_textures(const Scene& scene) {
+  PackedTextures packed;
+  std::vector<PackedImage> images;
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < scene.images.size(); ++i) {
+    const std::vector<MipLevel> levels = mip_chain(scene.images[i], gives_alpha(scene, i));
+    images.push_back({count, std::uint32_t(levels.size()), glm::vec3(levels.back().texels[0])});
+    for (const MipLevel& level : levels) append(level, packed.texels, count);
+  }
+  for (const Texture& t : scene.textures) {
+    const TextureImage& image = scene.images[t.image];
+    packed.table.push_back({images[t.image].first, image.width, image.height, images[t.image].levels,
+                            std::uint32_t(t.wrap_u) | std::uint32_t(t.wrap_v) << TEXTURE_WRAP_V_SHIFT |
+                                (t.nearest ? TEXTURE_NEAREST : 0u)});
+    packed.means.push_back(images[t.image].mean);
+  }
+  return packed;
+}
+
+std::vector<glm::uvec4> pack_uvs(const Scene& scene) {
+  std::vector<glm::uvec4> texels;
+  for (const auto& set : scene.uvs)
+    for (const std::array<glm::vec2, 3>& uv : set) {
+      texels.push_back({word(uv[0].x), word(uv[0].y), word(uv[1].x), word(uv[1].y)});
+      texels.push_back({word(uv[2].x), word(uv[2].y), 0, 0});
+    }
+  return texels;
+}
+
+std::vector<GpuTextureUse> pack_uses(const Scene& scene) {
+  std::array<std::uint32_t, kUvSets> first{};
+  for (std::size_t set = 1; set < kUvSets; ++set)
+    first[set] = first[set - 1] + 2 * std::uint32_t(scene.uvs[set - 1].size());
+  std::vector<GpuTextureUse> uses;
+  for (const Material& m : scene.materials)
+    for (const TextureUse* use : m.uses())
+      uses.push_back({use->texture, first[use->set], use->row_u, use->row_v, m.normal_scale});
+  return uses;
+}
+
+}  // namespace ballot

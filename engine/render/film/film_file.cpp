@@ -1,0 +1,109 @@
+#include "engine/render/film/film_file.h"
+
+#include <sstream>
+
+#include "engine/core/error.h"
+#include "engine/core/image.h"
+#include "engine/render/data/camera.h"
+
+namespace ballot {
+
+namespace {
+
+/// Where each pixel of the film lies in the crop window.
+std::vector<std::size_t> places_of(const Film& film) {
+  std::vector<std::size_t> places;
+  for (const std::uint32_t word : film.listed) {
+    const glm::uvec2 at = listed_pixel(word);
+    places.push_back(std::size_t(at.y - film.crop.y0) * (film.crop.x1 - film.crop.x0) + (at.x - film.crop.x0));
+  }
+  return places;
+}
+
+/// Calls each(name, value) for every number of a film's pixel, in a fixed order.
+template <class Pixel, class Each>
+void each_float(Pixel& p, Each&& each) {
+  each("sum.R", p.color.r);
+  each("sum.G", p.color.g);
+  each("sum.B", p.color.b);
+  each("sum.A", p.alpha);
+  each("Z", p.z);
+  each("N.X", p.normal.x);
+  each("N.Y", p.normal.y);
+  each("N.Z", p.normal.z);
+}
+
+constexpr const char* kMoments[] = {"moment.R", "moment.G", "moment.B"};
+
+void compare(const std::filesystem::path& path, const std::string& found, const std::string& expected) {
+  std::istringstream a(found), b(expected);
+  std::string x, y;
+  while (true) {
+    const bool more_a = bool(std::getline(a, x)), more_b = bool(std::getline(b, y));
+    if (!more_a && !more_b) return;
+    if (!more_a) x.clear();
+    if (!more_b) y.clear();
+    if (x != y)
+      fail(Failure::Work,
+           "{}: this checkpoint is of another picture: it has '{}', wanted is '{}'; remove it, or give the options it "
+           "was "
+           "made with",
+           path.string(), x, y);
+  }
+}
+
+}  // namespace
+
+void write_film(const std::filesystem::path& path, const Film& film, const std::string& made_of) {
+  if (!film.stats.empty()) fail(Failure::Arguments, "a picture with counters cannot be checkpointed");
+  Image image{.width = film.crop.x1 - film.crop.x0, .height = film.crop.y1 - film.crop.y0};
+  const std::vector<std::size_t> places = places_of(film);
+  const std::size_t count = std::size_t(image.width) * image.height;
+  const FilmPixel none{};
+  each_float(none, [&](const char* name, float) {
+    image.channels.push_back({name, Pixel::Float, std::vector<float>(count, 0.0f), {}});
+  });
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    std::size_t c = 0;
+    each_float(film.pixels[i], [&](const char*, float value) { image.channels[c++].floats[places[i]] = value; });
+  }
+  Channel prim{"prim", Pixel::Uint, {}, std::vector<std::uint32_t>(count, NO_HIT)};
+  for (std::size_t i = 0; i < places.size(); ++i) prim.uints[places[i]] = film.pixels[i].prim;
+  image.channels.push_back(std::move(prim));
+  for (int c = 0; c < 3 && !film.moments.empty(); ++c) {
+    Channel moment{kMoments[c], Pixel::Float, std::vector<float>(count, 0.0f), {}};
+    for (std::size_t i = 0; i < places.size(); ++i) moment.floats[places[i]] = film.moments[i][c];
+    image.channels.push_back(std::move(moment));
+  }
+  image.attributes = {{"film_samples", int(film.samples)}, {"film_made_of", made_of}};
+  write_exr(path, image);
+}
+
+void read_film(const std::filesystem::path& path, Film& film, const std::string& made_of) {
+  const Image image = read_exr(path);
+  const auto samples = image.attributes.find("film_samples"), made = image.attributes.find("film_made_of");
+  if (samples == image.attributes.end() || made == image.attributes.end() ||
+      !std::holds_alternative<int>(samples->second) || !std::holds_alternative<std::string>(made->second))
+    fail(Failure::Work, "{}: is no checkpoint of Ballot; remove it", path.string());
+  compare(path, std::get<std::string>(made->second), made_of);
+  const std::vector<std::size_t> places = places_of(film);
+  for (const std::size_t place : places)
+    if (place >= std::size_t(image.width) * image.height)
+      fail(Failure::Work, "{}: has {} x {} pixels, fewer than the picture; remove it", path.string(), image.width,
+           image.height);
+  std::vector<const Channel*> channels;
+  const FilmPixel none{};
+  each_float(none, [&](const char* name, float) { channels.push_back(&image.channel(name)); });
+  const Channel& prim = image.channel("prim");
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    std::size_t c = 0;
+    each_float(film.pixels[i], [&](const char*, float& value) { value = channels[c++]->floats.at(places[i]); });
+    film.pixels[i].prim = prim.uints.at(places[i]);
+  }
+  for (int c = 0; c < 3 && !film.moments.empty(); ++c)
+    for (std::size_t i = 0; i < places.size(); ++i)
+      film.moments[i][c] = image.channel(kMoments[c]).floats.at(places[i]);
+  film.samples = std::uint32_t(std::get<int>(samples->second));
+}
+
+}  // namespace ballot

@@ -1,0 +1,97 @@
+#include "engine/render/path/integrators.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "engine/core/error.h"
+#include "engine/render/batch/ray_kinds.h"
+#include "engine/render/data/camera.h"
+
+namespace ballot {
+
+namespace {
+
+/// What an integrator asks of the scene: ambient occlusion asks for no material.
+SceneFeatures seen_by(const Integrator& integrator, const SceneFeatures& features) {
+  if (integrator.value != INTEGRATOR_AO) return features;
+  return {.shading_normals = features.shading_normals};
+}
+
+}  // namespace
+
+const Integrator* find_integrator(std::string_view name) {
+  for (const Integrator& i : kIntegrators)
+    if (i.name == name) return &i;
+  return nullptr;
+}
+
+WavePlan plan_of(const Integrator& integrator, const SceneFeatures& f) {
+  const bool ao = integrator.value == INTEGRATOR_AO, whitted = integrator.value == INTEGRATOR_WHITTED;
+  WavePlan plan;
+  plan.shadow = ao || f.emits || f.lights || f.sky_map || (whitted && f.sky);
+  plan.next = !ao && (!whitted || f.glossy);
+  plan.second = whitted && f.glossy && f.refracts;
+  plan.alpha = f.alpha;
+  return plan;
+}
+
+std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky,
+                                     bool makes_rays) {
+  const WavePlan plan = plan_of(integrator, features);
+  std::vector<KernelSource> sources;
+  for (const SceneFeatures& seen : by_camera(features)) sources.push_back(primary_source(true, seen));
+  for (const SceneFeatures& seen : by_camera(features))  // only rays that are made differ by camera
+    if (KernelSource scatter = scatter_source(integrator, seen, sky, makes_rays); sources.back().name != scatter.name)
+      sources.push_back(std::move(scatter));
+  sources.push_back(indirect_source());
+  if (plan.alpha) sources.push_back(alpha_source(features));
+  if (plan.shadow) sources.push_back(connect_source());
+  sources.push_back(film_source(false));
+  return sources;
+}
+
+KernelSource indirect_source() {
+  return {.name = "path.indirect", .file = "path/indirect.comp", .defines = {}, .constants = {}, .group_size = QUEUES};
+}
+
+KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky,
+                            bool makes_rays) {
+  const bool materials = integrator.value != INTEGRATOR_AO;
+  const SceneFeatures seen = seen_by(integrator, features);
+  const int kind = materials ? int(sky) : SKY_NONE;
+  Defines defines = look_defines(seen, materials);
+  defines.emplace_back("BALLOT_INTEGRATOR", integrator.value);
+  defines.emplace_back("BALLOT_HAS_LIGHTS", seen.lights);
+  defines.emplace_back("BALLOT_SKY", kind);
+  defines.emplace_back("BALLOT_ORIGIN", find_offset_policy(kDefaultOffset).value);
+  const bool makes = makes_rays && !features.alpha;
+  defines.emplace_back("BALLOT_MAKES_RAYS", makes);
+  if (makes) std::ranges::move(camera_defines(features), std::back_inserter(defines));
+  constexpr const char* kSkies[] = {"", "+sky", "+gradient", "+skymap"};
+  return {.name = fmt::format("{}.scatter{}{}{}{}", integrator.name, look_name(seen, materials),
+                              seen.lights ? "+lights" : "", kSkies[kind], makes ? camera_name(features) : ""),
+          .file = "path/scatter.comp",
+          .defines = std::move(defines),
+          .constants = {}};
+}
+
+KernelSource connect_source() {
+  return {.name = "path.connect", .file = "path/connect.comp", .defines = {}, .constants = {}};
+}
+
+KernelSource film_source(bool moments) {
+  return {.name = moments ? "path.film+moments" : "path.film",
+          .file = "path/film.comp",
+          .defines = {{"BALLOT_MOMENTS", moments}},
+          .constants = {}};
+}
+
+KernelSource alpha_source(const SceneFeatures& features) {
+  const SceneFeatures seen{.base_texture = features.base_texture};
+  return {.name = "path.alpha" + look_name(seen, true),
+          .file = "path/alpha.comp",
+          .defines = look_defines(seen, true),
+          .constants = {}};
+}
+
+}  // namespace ballot

@@ -1,0 +1,88 @@
+#include "engine/trace/auto/auto.h"
+
+#include <algorithm>
+
+#include "engine/core/error.h"
+
+namespace ballot {
+
+namespace {
+
+/// What measured best somewhere: tools/measured/traversal.md, "How far auto is from the best method in hindsight". On CPUs one for
+/// incoherent and one for coherent rays come first, as a first run has no time to compile more; packet-wide with fallback,
+/// which compiles for as long as all of these together, was best by more than 3 % in one of 70 cells.
+struct Row {
+  bool cpu;
+  std::string_view method;
+  std::string_view knob, value;  // empty: the tuning table's will do; the query's own value comes before this one
+  bool any_only = false;
+};
+constexpr Row kRows[] = {
+    {true, "bvh4", "", ""},
+    {true, "packet-wide", "fallback", "0"},
+    {true, "while-while", "", ""},
+    {true, "dynamic-fetch", "", ""},
+    {false, "while-while", "", ""},
+    {false, "frontier", "", ""},
+    {false, "frontier", "sorted", "0", true},
+    {false, "dynamic-fetch", "", ""},
+    {false, "if-if", "", ""},
+    {false, "frontier", "frontier", "32"},
+    {false, "while-while", "sorted", "0", true},
+};
+
+bool can_follow(const Query& query, const Candidate& candidate, const DeviceInfo& device, std::string& why) {
+  try {
+    kernel_config_for(find_method(candidate.method), find_numeric(query.numeric, device), device, candidate.knobs);
+    return true;
+  } catch (const Error& e) {
+    if (why.empty()) why = e.what();
+    return false;
+  }
+}
+
+}  // namespace
+
+std::string Candidate::name() const {
+  std::string text = method;
+  for (const auto& [knob, value] : knobs) text += fmt::format(" {}={}", knob, value);
+  return text;
+}
+
+std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device) {
+  std::vector<Candidate> candidates;
+  std::string why;
+  for (const Row& row : kRows) {
+    if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
+    // Modes that need float64: kernels take seconds to compile, and those over wider trees gain nothing there.
+    const Method& method = find_method(row.method);
+    if ((method.wide || method.quads) && find_numeric(query.numeric).needs_float64) continue;
+    Candidate c{std::string(row.method), query.knobs};
+    if (!row.knob.empty()) c.knobs.emplace(row.knob, row.value);
+    const bool known = std::ranges::find(candidates, c.name(), &Candidate::name) != candidates.end();
+    if (!known && can_follow(query, c, device, why)) candidates.push_back(std::move(c));
+  }
+  if (candidates.empty()) fail(Failure::Arguments, "method auto has nothing to choose from: {}", why);
+  return candidates;
+}
+
+Query unmeasured(const Query& query, const DeviceInfo& device) {
+  const std::vector<Candidate> candidates = candidates_for(query, device);
+  const Candidate* likely = &candidates.front();
+  for (const Candidate& c : candidates)
+    if (c.method == kPlainestMethod) likely = &c;  // compiles fastest
+  Query concrete = query;
+  concrete.method = likely->method;
+  concrete.knobs = likely->knobs;
+  return concrete;
+}
+
+bool Choice::complete() const { return std::ranges::all_of(candidates, &Candidate::tried); }
+
+Query Choice::apply(Query query) const {
+  query.method = chosen().method;
+  query.knobs = chosen().knobs;
+  return query;
+}
+
+}  // namespace ballot

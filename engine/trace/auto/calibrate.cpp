@@ -1,0 +1,244 @@
+// Method auto: rays are sampled and every candidate traces the sample, in turn, until the time for it is up.
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <limits>
+
+#include "engine/core/error.h"
+#include "engine/trace/auto/coherence.h"
+#include "engine/trace/tracer.h"
+
+namespace ballot {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Enough rays to fill the device, and no more than it traces many times in the budget.
+struct Effort {
+  std::size_t least;    // rays of a batch, below which calibrating costs more than it gains
+  std::size_t sample;   // rays traced by each candidate in a round
+  std::size_t samples;  // at most, of other rays each, in turn: what one leaves in the caches is of no use to the next
+  std::size_t stretches;  // of neighbours that the sample is made of
+  int sure;               // candidates that are compiled, however long that takes
+  double compile_s;       // others are until then, counted from the start
+  double rounds_s;        // rounds are begun for so long, at least kLeastRounds,
+  double until_s;         // and until then, counted from the start
+  int rounds;             // at most
+  double warm_s;          // traced beforehand, until clocks are up
+};
+constexpr Effort kCpuEffort{1 << 15, 1 << 15, 3, 4, 2, 0.6, 0.35, 0.85, 9, 0};
+constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 1, 0.1, 0.08, 1, 15, 0.02};
+const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
+constexpr int kLeastRounds = 3;  // a look at each sample
+/// Collapsing a tree of so many nodes takes about a second, and nothing keeps the result: methods that want such a tree are no
+/// candidates in larger scenes.
+constexpr std::size_t kMostNodesToCollapse = 1 << 20;
+constexpr std::uint32_t kWarmUpRays = 4096;
+constexpr double kHopeless = 2;       // times as slow as the fastest: traces no further round
+constexpr double kPreference = 1.02;  // by which a candidate must beat one before it in the list
+constexpr std::size_t kClassSample = 4096, kClassStretches = 64;
+
+struct Stretch {
+  std::size_t first, count;
+};
+
+/// `stretches` runs of neighbours of about `wanted` rays together, evenly over the batch, at multiples of 64 where tiles and
+/// packets begin; the `which`-th such sample of `samples` that share no rays.
+std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::size_t stretches, std::size_t which = 0,
+                                  std::size_t samples = 1) {
+  if (count <= wanted) return {{0, count}};
+  const std::size_t length = wanted / stretches, last = std::max<std::size_t>(1, stretches * samples - 1);
+  std::vector<Stretch> all;
+  for (std::size_t i = 0; i < stretches; ++i)
+    all.push_back({(count - length) * (i * samples + which) / last / 64 * 64, length});
+  return all;
+}
+
+void leave_out_collapsed(std::vector<Candidate>& candidates) {
+  const auto is_collapsed = [](const Candidate& c) {
+    const Method& m = find_method(c.method);
+    return m.wide || m.quads;
+  };
+  if (!std::ranges::all_of(candidates, is_collapsed)) std::erase_if(candidates, is_collapsed);
+}
+
+std::size_t size_of(const std::vector<Stretch>& stretches) {
+  std::size_t size = 0;
+  for (const Stretch& s : stretches) size += s.count;
+  return size;
+}
+
+std::vector<Ray> sample_of(const Buffer<Ray>& rays, const std::vector<Stretch>& stretches) {
+  std::vector<Ray> sample(size_of(stretches));
+  std::size_t done = 0;
+  for (const Stretch& s : stretches) {
+    rays.download(std::span(sample).subspan(done, s.count), s.first);
+    done += s.count;
+  }
+  return sample;
+}
+
+/// The same on the device.
+Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vector<Stretch>& stretches) {
+  Buffer<Ray> sample(gpu, size_of(stretches), Access::Storage, "sampled rays");
+  std::size_t done = 0;
+  for (const Stretch& s : stretches) {
+    sample.copy_from(rays, s.first, done, s.count);
+    done += s.count;
+  }
+  return sample;
+}
+
+using Trial = Tracer::Trial;
+
+/// Milliseconds for all samples, each at its best of the first `rounds` rounds, which take the samples in turn: what disturbs a
+/// trial makes it slower, never faster.
+double cost_of(const Trial& trial, std::size_t rounds, std::size_t samples) {
+  double sum = 0;
+  for (std::size_t s = 0; s < std::min(samples, rounds); ++s) {
+    double least = trial.ms[s];
+    for (std::size_t r = s; r < rounds; r += samples) least = std::min(least, trial.ms[r]);
+    sum += least;
+  }
+  return sum;
+}
+
+/// Times over the fastest in the rounds that the trial took part in.
+double slowness(const Trial& trial, const std::vector<Trial>& trials, std::size_t samples) {
+  const std::size_t rounds = trial.ms.size();
+  if (rounds == 0) return std::numeric_limits<double>::infinity();
+  double least = std::numeric_limits<double>::infinity();
+  for (const Trial& t : trials)
+    if (t.ms.size() >= rounds) least = std::min(least, cost_of(t, rounds, samples));
+  return cost_of(trial, rounds, samples) / least;
+}
+
+/// The chosen one first, the others by speed; a candidate keeps its place before slower ones in the list unless beaten by
+/// more than noise.
+std::vector<Candidate> in_order(const std::vector<Trial>& trials, std::size_t rays, std::size_t samples) {
+  std::vector<std::pair<double, Candidate>> all;
+  for (const Trial& t : trials) {
+    all.emplace_back(slowness(t, trials, samples), t.candidate);
+    if (t.ms.empty()) continue;  // it could not run, or was not tried
+    const std::size_t traced = rays * std::min(samples, t.ms.size());
+    all.back().second.mrays_per_s = double(traced) / cost_of(t, t.ms.size(), samples) * 1e-3;
+  }
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& each : all) least = std::min(least, each.first);
+  const auto chosen = std::ranges::find_if(all, [&](const auto& each) { return each.first <= kPreference * least; });
+  std::rotate(all.begin(), chosen, chosen + 1);
+  std::stable_sort(all.begin() + 1, all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Candidate> candidates;
+  for (auto& each : all) candidates.push_back(std::move(each.second));
+  return candidates;
+}
+
+}  // namespace
+
+Query Tracer::resolve(const Query& query) const {
+  if (!find_method(query.method).chooses) return query;
+  if (const Choice* choice = choices_.find(query)) return choice->apply(query);
+  return unmeasured(query, gpu_.info());
+}
+
+Query Tracer::resolve(Query query, const Buffer<Ray>& rays, std::size_t count) {
+  if (!find_method(query.method).chooses) return query;
+  const Effort& effort = effort_on(gpu_.info());
+  if (count < effort.least && !choices_.find(query)) return unmeasured(query, gpu_.info());
+  if (query.rays.empty())
+    query.rays = ray_class_of(sample_of(rays, stretches_of(count, kClassSample, kClassStretches)), bvh_.bounds);
+  const Choice* known = choices_.find(query);
+  const bool unfinished = known && known->remembered && !known->complete() && count >= effort.least;
+  if (!known || unfinished) choices_.add(calibrate(query, rays, count));
+  return resolve(query);
+}
+
+bool Tracer::is_resolved(const Query& query, std::size_t most) const {
+  return most < effort_on(gpu_.info()).least || resolved(query).chosen;
+}
+
+bool Tracer::is_chosen(const Query& query) const {
+  if (!find_method(query.method).chooses) return true;
+  const Choice* known = choices_.find(query);
+  return known && (!known->remembered || known->complete());
+}
+
+std::string Tracer::ray_class(std::span<const Ray> rays) const {
+  std::vector<Ray> sample;
+  for (const Stretch& s : stretches_of(rays.size(), kClassSample, kClassStretches)) {
+    const auto part = rays.subspan(s.first, s.count);
+    sample.insert(sample.end(), part.begin(), part.end());
+  }
+  return ray_class_of(sample, bvh_.bounds);
+}
+
+/// Compiles a candidate. False if it cannot run here: its stacks do not fit, say.
+bool Tracer::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why) {
+  try {
+    trace(rays, hits, std::uint32_t(std::min<std::size_t>(kWarmUpRays, rays.size())), query);
+    return true;
+  } catch (const Error&) {
+    if (!why) why = std::current_exception();
+    return false;
+  }
+}
+
+/// Every candidate traces every sample, in turn, until the time is up, of which some was spent; hopeless ones drop out.
+void Tracer::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits,
+                  double spent_s) {
+  const Effort& effort = effort_on(gpu_.info());
+  const double rounds_s = std::min(effort.rounds_s, effort.until_s - spent_s);
+  const auto run = [&](const Trial& t, const Buffer<Ray>& rays) {
+    return trace(rays, hits, std::uint32_t(rays.size()), t.query).device_ms;
+  };
+  for (const auto warm = Clock::now(); seconds_since(warm) < effort.warm_s;)
+    for (const Trial& t : trials)
+      if (!t.out) run(t, samples[0]);
+  const auto begin = Clock::now();
+  for (int round = 0; round < effort.rounds; ++round) {
+    if (round >= kLeastRounds && seconds_since(begin) > rounds_s) break;
+    const Buffer<Ray>& rays = samples[std::size_t(round) % samples.size()];
+    for (std::size_t i = 0; i < trials.size(); ++i) {
+      Trial& t = trials[(i + std::size_t(round)) % trials.size()];  // each comes first once: it finds the caches cold
+      if (!t.out) t.ms.push_back(run(t, rays));
+    }
+    if (round + 1 < kLeastRounds) continue;
+    for (Trial& t : trials) t.out |= slowness(t, trials, samples.size()) > kHopeless;
+  }
+}
+
+Choice Tracer::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_t count) {
+  const auto start = Clock::now();
+  const Effort& effort = effort_on(gpu_.info());
+  Choice choice{query.rays, query.want, query.numeric, query.knobs, candidates_for(query, gpu_.info())};
+  if (bvh_.nodes.size() > kMostNodesToCollapse) leave_out_collapsed(choice.candidates);
+  if (choice.candidates.size() == 1) return choice;
+  const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
+  std::vector<Buffer<Ray>> samples;
+  for (std::size_t i = 0; i < number; ++i)
+    samples.push_back(sampled_rays(gpu_, rays, stretches_of(count, effort.sample, effort.stretches, i, number)));
+  choice.sampled = std::uint32_t(samples[0].size());
+  Buffer<Hit> hits(gpu_, choice.sampled, Access::Storage, "hits of sampled rays");
+  std::vector<Trial> trials;
+  std::exception_ptr why;
+  int run = 0;
+  for (const Candidate& c : choice.candidates) {
+    Trial& t = trials.emplace_back(Trial{c, query, true, {}});
+    if (run >= effort.sure && seconds_since(start) > effort.compile_s) continue;
+    t.query.method = c.method;
+    t.query.knobs = c.knobs;
+    t.candidate.tried = true;
+    t.out = !try_out(t.query, samples[0], hits, why);
+    run += !t.out;
+  }
+  if (run == 0) std::rethrow_exception(why);
+  race(trials, samples, hits, seconds_since(start));
+  choice.candidates = in_order(trials, choice.sampled, samples.size());
+  choice.seconds = seconds_since(start);
+  return choice;
+}
+
+}  // namespace ballot

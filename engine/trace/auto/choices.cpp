@@ -1,0 +1,115 @@
+// The file that choices of method auto are kept in.
+#include <algorithm>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "ballot_commit.h"
+#include "engine/core/error.h"
+#include "engine/core/file.h"
+#include "engine/trace/auto/auto.h"
+
+namespace ballot {
+
+namespace {
+
+using Json = nlohmann::json;
+
+std::string key_of(std::string_view rays, Want want, std::string_view numeric, const Knobs& knobs) {
+  std::string key = fmt::format("{}|{}|{}", rays, want == Want::Any ? "any" : "nearest", numeric);
+  for (const auto& [knob, value] : knobs) key += fmt::format("|{}={}", knob, value);
+  return key;
+}
+
+Json to_json(const Choice& c) {
+  Json candidates = Json::array();
+  for (const Candidate& each : c.candidates)
+    candidates.push_back(
+        {{"method", each.method}, {"knobs", each.knobs}, {"mrays_per_s", each.mrays_per_s}, {"tried", each.tried}});
+  return {{"rays", c.rays},           {"any", c.want == Want::Any}, {"numeric", c.numeric},      {"knobs", c.knobs},
+          {"candidates", candidates}, {"sampled", c.sampled},       {"calibration_s", c.seconds}};
+}
+
+Choice from_json(const Json& json) {
+  Choice c;
+  c.rays = json.at("rays");
+  c.want = json.at("any").get<bool>() ? Want::Any : Want::Nearest;
+  c.numeric = json.at("numeric");
+  c.knobs = json.at("knobs").get<Knobs>();
+  for (const Json& each : json.at("candidates"))
+    c.candidates.push_back(
+        {each.at("method"), each.at("knobs").get<Knobs>(), each.at("mrays_per_s"), each.at("tried")});
+  c.sampled = json.at("sampled");
+  c.seconds = json.at("calibration_s");
+  c.remembered = true;
+  return c;
+}
+
+bool is_among(const Candidate& chosen, const std::vector<Candidate>& candidates) {
+  return std::ranges::any_of(candidates, [&](const Candidate& c) { return c.name() == chosen.name(); });
+}
+
+}  // namespace
+
+Choices::Choices(const DeviceInfo& device, const BvhStats& t, const Bounds& b)
+    : device_(device),
+      scene_(fmt::format(
+          "{} triangles, {} references, {} nodes, depth {}, SAH {:a}, ({:a}, {:a}, {:a}) to ({:a}, {:a}, {:a})",
+          t.triangles, t.references, t.nodes, t.depth, t.sah, b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y, b.hi.z)) {}
+
+void Choices::keep_in(const std::filesystem::path& folder) {
+  const std::string platform =
+      fmt::format("{}|{}|{}|{}|{}", device_.name, device_.driver, device_.subgroup_size, BALLOT_COMMIT, scene_);
+  file_ = folder / fmt::format("{:016x}.json", std::hash<std::string>()(platform));
+  load();
+  ++changes_;
+}
+
+void Choices::load() {
+  try {
+    const std::vector<std::byte> bytes = read_file(file_);
+    const char* text = reinterpret_cast<const char*>(bytes.data());
+    const Json json = Json::parse(text, text + bytes.size());
+    if (json.at("scene") != scene_) return;
+    for (const Json& each : json.at("choices")) {
+      Choice c = from_json(each);
+      const Query query{c.want, std::string(kAuto), c.numeric, c.knobs, c.rays};
+      if (!c.candidates.empty() && is_among(c.chosen(), candidates_for(query, device_)))
+        all_.emplace(key_of(c.rays, c.want, c.numeric, c.knobs), std::move(c));
+    }
+  } catch (const std::exception&) {
+    // A cache: what cannot be read is measured again.
+  }
+}
+
+void Choices::save() const {
+  if (file_.empty()) return;
+  Json choices = Json::array();
+  for (const auto& [key, choice] : all_) choices.push_back(to_json(choice));
+  const Json json{{"device", device_.name},  {"driver", device_.driver}, {"subgroup_size", device_.subgroup_size},
+                  {"commit", BALLOT_COMMIT}, {"scene", scene_},          {"choices", choices}};
+  try {
+    std::filesystem::create_directories(file_.parent_path());
+    write_file(file_, json.dump(1) + "\n");
+  } catch (const std::exception&) {
+    // A cache that cannot be written is no error.
+  }
+}
+
+const Choice* Choices::find(const Query& q) const {
+  const auto found = all_.find(key_of(q.rays, q.want, q.numeric, q.knobs));
+  return found == all_.end() ? nullptr : &found->second;
+}
+
+void Choices::add(Choice c) {
+  all_.insert_or_assign(key_of(c.rays, c.want, c.numeric, c.knobs), std::move(c));
+  ++changes_;
+  save();
+}
+
+std::vector<Choice> Choices::all() const {
+  std::vector<Choice> list;
+  for (const auto& [key, choice] : all_) list.push_back(choice);
+  return list;
+}
+
+}  // namespace ballot

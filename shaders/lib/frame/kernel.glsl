@@ -1,0 +1,154 @@
+// Extensions, push constants, buffers and node fetch: included first by every traversal kernel.
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_vote : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#if BALLOT_COOPERATIVE || BALLOT_PACKET_STACK == 1 || defined(METHOD_PACKETS) || defined(METHOD_REDUCES)
+#extension GL_KHR_shader_subgroup_shuffle : require
+#endif
+#if BALLOT_REDUCE == 1
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#endif
+#ifdef METHOD_PACKETS
+#extension GL_EXT_control_flow_attributes : require
+#endif
+#if BALLOT_UNIFORM_FLOW
+#extension GL_EXT_subgroup_uniform_control_flow : require
+#endif
+#if BALLOT_FETCH == 2
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_buffer_reference_uvec2 : require
+#endif
+
+#include "../../shared/layout.h"
+#include "../../shared/variant.h"
+#if BALLOT_CAMERA
+#include "../../shared/render.h"
+#endif
+
+layout(local_size_x_id = SPEC_GROUP_SIZE, local_size_y = 1, local_size_z = 1) in;
+layout(constant_id = SPEC_STACK_SIZE) const uint STACK_SIZE = 32;
+layout(constant_id = SPEC_GROUP_SUBGROUPS) const uint GROUP_SUBGROUPS = 16;
+layout(constant_id = SPEC_SUBGROUP_SIZE) const uint SUBGROUP_SIZE = 4;
+layout(constant_id = SPEC_LIST_SIZE) const uint LIST_SIZE = 0;
+
+layout(push_constant, scalar) uniform Push { TracePush push; };
+
+// Rays and hits by 16 bytes: of records of scalars a compiler loads each scalar by itself.
+#if BALLOT_CAMERA
+layout(set = 0, binding = BIND_CAMERAS, scalar) readonly buffer Cameras { PrimaryPush cameras[]; };
+layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
+#include "../camera/camera_samples.glsl"
+#elif BALLOT_RAY_TEXELS
+layout(set = 0, binding = BIND_RAYS) uniform usamplerBuffer ray_texels;
+vec4 ray_half(uint i) { return uintBitsToFloat(texelFetch(ray_texels, int(i))); }
+#else
+layout(set = 0, binding = BIND_RAYS, std430) readonly buffer Rays { vec4 ray_halves[]; };
+vec4 ray_half(uint i) { return ray_halves[i]; }
+#endif
+layout(set = 0, binding = BIND_HITS, std430) writeonly buffer Hits { uvec4 hit_words[]; };
+layout(set = 0, binding = BIND_WORK, scalar) buffer WorkCounter { Work work; };
+
+// Rays up to RAY_END are traced.
+#if BALLOT_INDIRECT
+layout(set = 0, binding = BIND_INDIRECT, scalar) readonly buffer Indirect { IndirectArgs indirect[]; };
+uint ray_end;  // main() reads it
+#define RAY_END ray_end
+#else
+#define RAY_END push.ray_end
+#endif
+
+// Packets that keep to the wide tree, and rays that walk the quad tree, have no use for the binary one.
+#if !defined(METHOD_QUADS) && (!defined(METHOD_PACKETS) || BALLOT_FALLBACK)
+#define READS_NODES
+#endif
+
+#if BALLOT_FETCH == FETCH_STORAGE
+#ifdef READS_NODES
+layout(set = 0, binding = BIND_NODES, scalar) readonly buffer Nodes { uvec4 nodes[]; };
+uvec4 node_texel(uint texel) { return nodes[texel]; }
+#endif
+layout(set = 0, binding = BIND_LEAVES, scalar) readonly buffer Leaves { uvec4 leaves[]; };
+uvec4 leaf_texel(uint texel) { return leaves[texel]; }
+#elif BALLOT_FETCH == FETCH_TEXEL
+// Unsigned texels: small integers would be denormal floats, which a device may flush.
+#ifdef READS_NODES
+layout(set = 0, binding = BIND_NODES) uniform usamplerBuffer nodes;
+uvec4 node_texel(uint texel) { return texelFetch(nodes, int(texel)); }
+#endif
+layout(set = 0, binding = BIND_LEAVES) uniform usamplerBuffer leaves;
+uvec4 leaf_texel(uint texel) { return texelFetch(leaves, int(texel)); }
+#else
+layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Texels { uvec4 at[]; };
+uvec4 node_texel(uint texel) { return Texels(uvec2(push.nodes_lo, push.nodes_hi)).at[texel]; }
+uvec4 leaf_texel(uint texel) { return Texels(uvec2(push.leaves_lo, push.leaves_hi)).at[texel]; }
+#endif
+
+Ray load_ray(uint index) {
+#if BALLOT_CAMERA
+  return camera_ray_of(cameras[push.camera], pixel_sample(samples_of(cameras[push.camera]), index));
+#else
+  vec4 a = ray_half(2u * index), b = ray_half(2u * index + 1u);
+  return Ray(a.xyz, a.w, b.xyz, b.w);
+#endif
+}
+
+void store_hit(uint index, Hit hit) {
+  hit_words[index] = uvec4(floatBitsToUint(hit.t), hit.prim, floatBitsToUint(hit.u), floatBitsToUint(hit.v));
+}
+
+// Whether the driver cut a loop short (lib/frame/main.glsl). BALLOT_LOOPS_CUT is 0 for drivers that are known not to.
+#if BALLOT_LOOPS_CUT
+#define CUT_SHORT(condition) (condition)
+#else
+#define CUT_SHORT(condition) false
+#endif
+
+bool is_inner(uint node) { return int(node) >= 0; }
+
+// A box as the layout has it: its bounds lo and hi, or its centre and half extents.
+struct NodeBox {
+  vec3 a, b;
+};
+
+// Both children of an inner node.
+struct Pair {
+  NodeBox l, r;
+  uint left, right;  // child references
+};
+
+Pair unpack_pair(uvec4 a, uvec4 b, uvec4 c, uvec4 d) {
+  Pair p;
+#if BALLOT_LAYOUT == LAYOUT_COMPACT
+  p.l = NodeBox(uintBitsToFloat(a.xyz), uintBitsToFloat(c.xyz));
+  p.r = NodeBox(uintBitsToFloat(b.xyz), uintBitsToFloat(c.xyz << 16));
+  p.left = a.w;
+  p.right = b.w;
+#elif BALLOT_LAYOUT != LAYOUT_PAPER
+  vec4 l = uintBitsToFloat(a), r = uintBitsToFloat(b), z = uintBitsToFloat(c);
+  p.l = NodeBox(vec3(l.x, l.z, z.x), vec3(l.y, l.w, z.y));
+  p.r = NodeBox(vec3(r.x, r.z, z.z), vec3(r.y, r.w, z.w));
+  p.left = d.x;
+  p.right = d.y;
+#else
+  p.l = NodeBox(uintBitsToFloat(a.xyz), uintBitsToFloat(uvec3(a.w, b.xy)));
+  p.r = NodeBox(uintBitsToFloat(c.xyz), uintBitsToFloat(uvec3(c.w, d.xy)));
+  p.left = b.z == 0u ? b.w : LEAF_BIT | (b.z - 1u) << LEAF_COUNT_SHIFT | b.w;
+  p.right = d.z == 0u ? d.w : LEAF_BIT | (d.z - 1u) << LEAF_COUNT_SHIFT | d.w;
+#endif
+  return p;
+}
+
+#ifdef READS_NODES
+Pair fetch_pair(uint node) {
+#if BALLOT_LAYOUT == LAYOUT_COMPACT
+  return unpack_pair(node_texel(node), node_texel(node + 1u), node_texel(node + 2u), uvec4(0u));
+#else
+  return unpack_pair(node_texel(node), node_texel(node + 1u), node_texel(node + 2u), node_texel(node + 3u));
+#endif
+}
+#endif
+
+#include "stats.glsl"
+#include "../numeric/numeric.glsl"
+#include "../tree/leaf.glsl"

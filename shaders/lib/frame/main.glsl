@@ -1,0 +1,104 @@
+// main(): subgroups take rays until none is left, walk them and write their hits. Included last by every traversal kernel.
+//
+// A lane's ray is its subgroup's base plus its number in the subgroup, so the rays of a packet are neighbours in the
+// buffer. The pipeline has full subgroups, and the workgroup is a multiple of the subgroup.
+//
+// The reconvergence rule: a persistent subgroup loops on a base that is the same for all its lanes, and no lane leaves the
+// loop or the kernel by itself; a lane without a ray goes along with live = false. Where the device has it, the entry point
+// declares subgroup-uniform control flow, which then promises that votes see all lanes.
+//
+// A driver may cut loops short (Mesa 22.3's lavapipe gives all loops of an invocation 65 535 iterations together, then
+// silently stops looping). A walk that did not end with END_OF_TREE was cut: its ray is marked and counted, and the host
+// traces it again in smaller pieces (engine/trace/tracer.cpp).
+
+bool take_ray(uint index, out Walker w, out Ray given) {
+  bool inside = index < RAY_END;
+  given = load_ray(inside ? index : push.ray_begin);
+  bool live = inside && !is_dead(given);
+  if (!live) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
+  w = make_walker(given);
+  COUNT_BEGIN()
+  return live;
+}
+
+bool take_ray(uint index, out Walker w) {
+  Ray given;
+  return take_ray(index, w, given);
+}
+
+// For the host to trace again.
+const Hit UNFINISHED_HIT = Hit(0.0, UNFINISHED, 0.0, 0.0);
+void leave_ray(uint index) {
+  if (index >= RAY_END) return;
+  store_hit(index, UNFINISHED_HIT);
+  atomicAdd(work.unfinished, 1u);
+}
+
+// One store whatever happened: lavapipe runs both sides of a branch, and stores lane by lane.
+void write_hit(uint index, Walker w, Units units, bool cut_short) {
+  Hit hit = finished_hit(w.hit, units);
+  if (cut_short) hit = UNFINISHED_HIT;
+  store_hit(index, hit);
+  COUNT_WRITE(index)
+}
+
+// A ray is loaded again: that costs less than to keep what is needed of it. To make it again would cost more.
+Units units_at_end(uint index, Walker w) {
+#if BALLOT_CAMERA
+  return Units(w.scale, w.hit.t > 0.0 ? CAMERA_T_MAX : 0.0);  // a miss has the t_max that the walk began with
+#else
+  return units_of(load_ray(index));
+#endif
+}
+
+void write_hit(uint index, Walker w, bool cut_short) {
+  write_hit(index, w, units_at_end(index, w), cut_short);
+  if (cut_short) atomicAdd(work.unfinished, 1u);
+}
+
+#ifdef METHOD_REFILLS
+#include "refill.glsl"
+#else
+#if !defined(METHOD_PACKETS) || BALLOT_FALLBACK
+void trace_ray(uint index) {
+  Walker w;
+  bool live = take_ray(index, w);
+  uint end = traverse(w, live, push.root);
+  if (index < RAY_END) write_hit(index, w, CUT_SHORT(live && (end != END_OF_TREE || w.truncated)));
+}
+
+#endif
+
+// A subgroup's batch: a packet, or a ray a lane.
+#ifdef METHOD_PACKETS
+#include "main_packets.glsl"
+#else
+void trace_packet(uint base) { trace_ray(base + gl_SubgroupInvocationID); }
+#endif
+
+void trace_rays() {
+#if BALLOT_LAUNCH == LAUNCH_PLAIN
+  uint subgroup = gl_WorkGroupID.x * gl_NumSubgroups + gl_SubgroupID;
+  trace_packet(push.ray_begin + subgroup * gl_SubgroupSize * BALLOT_RAYS);
+#else
+  for (uint batch = 0u; batch < push.max_batches; ++batch) {
+    uint base = 0u;
+    if (subgroupElect()) base = atomicAdd(work.next, gl_SubgroupSize * BALLOT_RAYS);
+    base = subgroupBroadcastFirst(base);
+    if (base >= RAY_END) break;
+    trace_packet(base);
+  }
+#endif
+}
+#endif
+
+#if BALLOT_UNIFORM_FLOW
+void main() [[subgroup_uniform_control_flow]] {
+#else
+void main() {
+#endif
+#if BALLOT_INDIRECT
+  ray_end = indirect[push.ray_end].count;
+#endif
+  trace_rays();
+}

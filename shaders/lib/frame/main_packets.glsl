@@ -1,0 +1,85 @@
+// The frame of methods whose packets have BALLOT_RAYS rays in every lane. Such a method defines METHOD_PACKETS before
+// lib/frame/main.glsl and
+//   walk_packet() -> node           walks packet[] (lib/packet/packet_rays.glsl); END_OF_TREE unless the driver cut it short
+//   traverse(w, live, node) -> node    as other methods: one ray a lane, for packets whose rays had better go by themselves
+//
+// Ray r of lane i is the packet's base + r * subgroup size + i, so that a packet's rays are neighbours in the buffer.
+
+uint packet_index(uint base, uint r) { return base + r * gl_SubgroupSize + gl_SubgroupInvocationID; }
+
+bvec3 goes_down(Ray ray) { return lessThan(ray.dir, vec3(0.0)); }
+
+// Rays of a packet that go together: those of one octant of directions (bit 0 down along x, 1 y, 2 z) that read a triangle's texels
+// in one order (its last in the bits above).
+uint group_of(uint r) {
+  bvec3 down = goes_down(packet[r].ray);
+  return (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u) | last_of(texel_order(packet[r].space)) << 3;
+}
+
+// Groups that the packet has rays in, a bit each.
+uint packet_groups() {
+  uint groups = 0u;
+  EACH_RAY(r) groups |= (alive >> r & 1u) != 0u ? 1u << group_of(r) : 0u;
+  return lanes_or(groups);
+}
+
+// The rays of one group after the other. True where the driver cut a walk short.
+bool walk_groups(uint groups) {
+  uint living = alive;
+  bool cut_short = false;
+  do {
+    uint group = uint(findLSB(groups));
+    packet_order = order_to(group >> 3);
+    packet_down = notEqual(uvec3(group) & uvec3(1u, 2u, 4u), uvec3(0u));
+    alive = 0u;
+    EACH_RAY(r) alive |= group_of(r) == group ? 1u << r : 0u;
+    alive &= living;
+    cut_short = walk_packet() != END_OF_TREE || packet_cut_short || cut_short;
+    groups &= groups - 1u;
+  } while (groups != 0u);
+  return cut_short || groups != 0u;
+}
+
+#if BALLOT_FALLBACK
+const uint MOST_OCTANTS = 2u;  // of a packet whose rays go together
+
+uint octants_of(uint groups) { return (groups | groups >> 8 | groups >> 16) & 255u; }  // whatever the main axis
+
+void trace_one_by_one(uint base) {
+  uint r = 0u;
+  do {
+    trace_ray(packet_index(base, r));
+    ++r;
+  } while (r < BALLOT_RAYS);
+  EACH_RAY(left) if (left >= r) leave_ray(packet_index(base, left));  // where the driver cut the loop short
+}
+#endif
+
+void trace_packet(uint base) {
+  Units units[BALLOT_RAYS];
+  alive = 0u;
+  EACH_RAY(r) {
+    Ray given;
+    alive |= uint(take_ray(packet_index(base, r), packet[r], given)) << r;
+    packet[r].slabs = mirrored(packet[r].slabs, goes_down(packet[r].ray));
+    units[r] = units_of(given);
+    COUNT_WIDE_BEGIN(r)
+  }
+  uint groups = packet_groups();
+#if BALLOT_FALLBACK
+  if (bitCount(octants_of(groups)) > MOST_OCTANTS) {
+    trace_one_by_one(base);
+    return;
+  }
+#endif
+  bool cut_short = walk_groups(groups);
+  cut_short = CUT_SHORT(cut_short);
+  uint left = 0u;
+  EACH_RAY(r) {
+    uint index = packet_index(base, r);
+    COUNT_WIDE_END(r)
+    if (index < RAY_END) write_hit(index, packet[r], units[r], cut_short);
+    left += uint(index < RAY_END);
+  }
+  if (cut_short) atomicAdd(work.unfinished, left);
+}

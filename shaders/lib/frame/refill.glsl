@@ -1,0 +1,74 @@
+// The frame of methods that give new rays to lanes whose ray has ended while others are under way. Such a method
+//   defines METHOD_REFILLS before lib/frame/kernel.glsl,
+//   begin_ray()                        makes the lane's stack an empty one
+//   traverse(w, live, node) -> node    goes on from node; may return early with another node than END_OF_TREE if `refill_left`
+//
+// Source: Timo Aila, Samuli Laine, Tero Karras. Understanding the Efficiency of Ray Traversal on GPUs - Kepler and Fermi
+// Addendum. NVIDIA Technical Report NVR-2012-02, 2012. ("dynamic fetch")
+
+#if BALLOT_LAUNCH == LAUNCH_PLAIN
+// A subgroup has as many rays as lanes, so nothing is left to take after the first round.
+uint refill_next, refill_end;
+void refill_start() {
+  uint subgroup = gl_WorkGroupID.x * gl_NumSubgroups + gl_SubgroupID;
+  refill_next = push.ray_begin + subgroup * gl_SubgroupSize;
+  refill_end = min(RAY_END, refill_next + gl_SubgroupSize);
+}
+uint refill_take(uint count) {
+  uint base = refill_next;
+  refill_next += count;
+  refill_left = refill_next < refill_end;
+  return base;
+}
+#else
+uint refill_taken, refill_end;
+void refill_start() {
+  refill_taken = 0u;
+  refill_end = RAY_END;
+}
+// The dispatch is bounded: a subgroup takes no more than max_batches times its size.
+uint refill_take(uint count) {
+  if (refill_taken / gl_SubgroupSize >= push.max_batches) {
+    refill_left = false;
+    return refill_end;
+  }
+  uint base = 0u;
+  if (subgroupElect()) base = atomicAdd(work.next, count);
+  base = subgroupBroadcastFirst(base);
+  refill_taken += count;
+  refill_left = base + count < refill_end && refill_taken / gl_SubgroupSize < push.max_batches;
+  return base;
+}
+#endif
+
+// The loop is uniform: it ends for all lanes of a subgroup at once.
+void trace_rays() {
+  Walker w;
+  uint index = RAY_END, node = END_OF_TREE;  // index: the lane's ray, ray_end where it has none
+  bool any_left = true;
+  take_ray(index, w);
+  refill_start();
+  refill_left = true;
+  while (any_left) {
+    bool idle = node == END_OF_TREE;
+    if (idle && index < RAY_END) write_hit(index, w, CUT_SHORT(w.truncated));
+    if (refill_left) {
+      uvec4 idlers = subgroupBallot(idle);
+      uint base = refill_take(subgroupBallotBitCount(idlers));
+      if (idle) {
+        uint mine = base + subgroupBallotExclusiveBitCount(idlers);
+        index = mine < refill_end ? mine : RAY_END;
+        bool live = take_ray(index, w);
+        COUNT_FETCH(subgroupBallotBitCount(idlers) < gl_SubgroupSize)
+        node = live ? push.root : END_OF_TREE;
+        begin_ray();
+      }
+    } else if (idle) {
+      index = RAY_END;
+    }
+    node = traverse(w, node != END_OF_TREE, node);
+    any_left = subgroupAny(index < RAY_END);
+  }
+  // Only where the driver cut the loop short.
+  if (index < RAY_END) write_hit(index, w, CUT_SHORT(node != END_OF_TREE || w.truncated));
+}

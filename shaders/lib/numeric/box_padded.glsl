@@ -1,0 +1,133 @@
+// Box test "padded": subtract, then multiply, with planes moved outwards by a bound of all rounding, so that no box culls a
+// triangle that the watertight test accepts.
+//
+// After: Thiago Ize. Robust BVH Ray Traversal. JCGT 2(2), 2013. Differs: there the interval's exit is scaled by 1 + 2 gamma_3,
+// which covers the box's own rounding; here the triangle test's error is covered too, which is absolute, so planes move.
+//
+// Monotone: every step rounds, and rounding is monotone, so a box inside another gets an interval inside the other's, exactly.
+// Padding is part of the origins, once a ray: (lo - (o + e)) * inv and (hi - (o - e)) * inv.
+//
+// The bound. Let M be at least |p - o| on every axis for p in the scene, w = 2^-24, and to first order. The triangle test
+// (lib/numeric/triangle_watertight.glsl) decides exactly on a triangle whose vertices are moved by at most 11 w M across the ray's
+// main axis (after the shear) and 7 w M along it, and finds t of the point where the ray meets that moved triangle to within
+// 15 w M over the main component of the direction. The point q of the unmoved triangle with the same weights then lies, on
+// each axis, within 11 + 7 + 15 = 33 w M of the point at t on the ray (the shear's factors are at most 1, and so is any
+// component of the direction over the main one). q lies in some leaf's box, for leaves cover their triangles. The slab test
+// moves a plane by w M (subtraction) + 5 w M (division, 2.5 ulp: Vulkan, "Precision and operation of SPIR-V instructions") +
+// w M (product). The sum is 40 w M; 48 w M leave room for terms of second order, M's own rounding and the clamp of small
+// directions (box.glsl, 2^-59 M). Where boxes are measured from a point other than zero, o is rounded by w |o|, and o -+ e by
+// w |o -+ e|: 2 w |o| and the room cover both. Hence the entry of that box, and of every box around it, is at most t: whatever the
+// walk met before, it reaches the leaf unless it has a hit nearer than t. So hits depend neither on the order of the walk nor on the tree.
+//
+// An exact hit (lib/numeric/triangle_exact.glsl) lies in some leaf's box itself, at its t to the last bit, and on o + t d, so the slab
+// test's own 7 w M are all that it needs, t_min being at most what it is exactly and reach at least that. The bounds hold while
+// nothing leaves float32's normal range. The exact test holds them to that: with M out of bounds, every box is entered.
+
+// By centre and half extents the slab test moves a plane by 7 w M (the centre) + 7 w M (half the extent, at most M) + w M (their
+// sum): 33 + 15 = 48, padded by 64 w M, and by 2 w |o| for boxes by their
+// bounds, which are tested too. On the grid of the quad tree's node (lib/tree/bvh4.glsl), whose boxes hold their children exactly, it
+// moves a plane by 7 w M (where the grid begins) + 14 w M (the steps, at most 2 M together, of 7 roundings) + 2 w M (their sum,
+// and that with the padding): 33 + 23 = 56.
+
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
+struct Slabs {
+  vec3 origin, inv;
+  float pad;
+};
+#else
+struct Slabs {
+  vec3 lo_origin, hi_origin, inv;
+};
+#endif
+
+#if BALLOT_TRIANGLE == TRIANGLE_EXACT
+// With M in [2^-100, 2^126] a flushed number, below 2^-126, is below the room there is, 9 w M, and no t of a hit overflows.
+bool has_safe_slabs(float m) { return m >= 7.89e-31 && m <= 8.5e37; }
+#endif
+
+Slabs make_slabs(Ray ray) {
+#if BALLOT_TRIANGLE == TRIANGLE_EXACT
+  if (!has_safe_slabs(scene_reach(ray.origin))) {
+    float infinity = uintBitsToFloat(0x7F800000u);
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
+    return Slabs(vec3(0.0), vec3(1.0), infinity);
+#else
+    return Slabs(vec3(infinity), vec3(-infinity), vec3(1.0));
+#endif
+  }
+#endif
+  vec3 origin = from_box_origin(ray.origin);
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
+  vec3 o = abs(origin);
+  float pad = 3.82e-6 * scene_reach(ray.origin) + 1.25e-7 * max(o.x, max(o.y, o.z));
+  return Slabs(origin, reciprocal_direction(ray.dir), pad);
+#else
+  precise vec3 e = vec3(2.87e-6 * scene_reach(ray.origin)) + 1.25e-7 * abs(origin);
+  precise vec3 lo_origin = origin + e, hi_origin = origin - e;
+  return Slabs(lo_origin, hi_origin, reciprocal_direction(ray.dir));
+#endif
+}
+
+void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
+  precise vec3 up = s.origin + s.pad, down = s.origin - s.pad;
+  lo = up;
+  hi = down;
+#else
+  lo = s.lo_origin;
+  hi = s.hi_origin;
+#endif
+}
+
+// What the box of all points between t_min and t_max of a ray must be widened by on each side, to hold all that the ray hits: q
+// lies within 33 w M of such a point, see above, and the ends of the segment are rounded.
+vec3 segment_pad(Ray ray) {
+  float reach = scene_reach(ray.origin);
+#if BALLOT_TRIANGLE == TRIANGLE_EXACT
+  if (!has_safe_slabs(reach)) return vec3(uintBitsToFloat(0x7F800000u));
+#endif
+  return vec3(2.87e-6 * reach) + 2.4e-7 * (abs(from_box_origin(ray.origin)) + abs(ray.t_max * ray.dir));
+}
+
+void plane_distances(Slabs s, vec3 lo, vec3 hi, out vec3 to_lo, out vec3 to_hi) {
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
+  precise vec3 a = (lo - (s.origin + s.pad)) * s.inv, b = (hi - (s.origin - s.pad)) * s.inv;
+#else
+  precise vec3 a = (lo - s.lo_origin) * s.inv, b = (hi - s.hi_origin) * s.inv;
+#endif
+  to_lo = a;
+  to_hi = b;
+}
+
+vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
+  vec3 a, b;
+  plane_distances(s, lo, hi, a, b);
+  return cut_interval(a, b, t_min, t_max);
+}
+
+Slabs mirrored(Slabs s, bvec3 down) {
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
+  return Slabs(mix(s.origin, -s.origin, down), abs(s.inv), s.pad);
+#else
+  return Slabs(mix(s.lo_origin, -s.hi_origin, down), mix(s.hi_origin, -s.lo_origin, down), abs(s.inv));
+#endif
+}
+
+vec2 forward_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
+  vec3 a, b;
+  plane_distances(s, lo, hi, a, b);
+  return cut_axes(a, b, t_min, t_max);
+}
+
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
+void first_planes(Slabs s, vec3 at, out vec3 near, out vec3 far) {
+  precise vec3 middle = (at - s.origin) * s.inv, pad = s.pad * abs(s.inv);
+  near = middle - pad;
+  far = middle + pad;
+}
+
+vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_max) {
+  precise vec3 middle = (centre - s.origin) * s.inv, half_way = (extent + s.pad) * abs(s.inv);
+  return cut_centred(middle, half_way, t_min, t_max);
+}
+#endif

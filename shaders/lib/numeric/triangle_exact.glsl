@@ -1,0 +1,262 @@
+// Triangle test "exact": vertices, origin, direction, t_min and t_max are the real numbers that their bits say, and the answer
+// is that of arithmetic without rounding. A ray hits a triangle if the exact point lies in the closed triangle, its plane is
+// not parallel to the ray, and t_min <= t <= t_max; nearest is the smallest exact t, among equal ones the smallest prim.
+//
+// Three stages, each for what the one before left open: float32 rejects triangles that the ray surely misses; double decides
+// with a bound of its error; exact_predicates.glsl decides the rest. t, u and v come from double where that is good to 2^-28,
+// else from the exact sums; which of the two depends on ray and triangle alone, so hits are equal bit for bit.
+//
+// Source of the plan: Jonathan Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates.
+// Discrete & Computational Geometry 18, 1997, section 1. Differs: the last stage is integer arithmetic of fixed size.
+//
+// The first stage only marks triangles; the others run over the marked ones of a leaf after it (settle_leaf). lavapipe runs both
+// sides of every branch, and what a loop holds at least once, so what is rare must not stand in the loop over triangles: with it
+// there, rays took 2 to 3 times as long.
+
+struct RaySpace {
+  Ray given;                   // all that is decided is about this ray; the scaled one is for boxes and the first stage
+  vec3 row_x, row_y;           // of the matrix that shears the ray onto the axis of its largest direction component
+  double best_t, best_error;   // of the nearest hit so far: its exact t is within the error
+  uint best_texel;             // its triangle; NO_HIT where there is none
+  float reach;                 // not less than its exact t, or t_max, for the scaled ray
+  uint first, marked;          // texel of a triangle of the leaf; a bit for each triangle from there on that is left to decide
+};
+#define TRIANGLE_SETTLES
+
+// A dead ray's range (lib/tree/leaf.glsl).
+#define IS_EMPTY_RANGE(t_min, t_max) (widen(t_max) <= widen(t_min))
+
+// Not less than t + error in the scaled ray's units, nor than any denormal number.
+float reach_of(Ray given, double t, double error) {
+  uint e = direction_exponent(given.dir);
+  float rounded = float(clamp((t + error) * packDouble2x32(uvec2(0u, (e + 896u) << 20)), -3.4e38lf, 3.4e38lf));
+  if (abs(rounded) < 1e-37) return 1e-37;
+  return uintBitsToFloat(rounded > 0.0 ? floatBitsToUint(rounded) + 1u : floatBitsToUint(rounded) - 1u);
+}
+
+RaySpace make_ray_space(Ray ray, Ray given) {
+  vec3 d = ray.dir, a = abs(d);
+  bool x = a.x >= a.y && a.x >= a.z, y = !x && a.y >= a.z;
+  float main_axis = x ? d.x : y ? d.y : d.z;
+  float first = -(x ? d.y : y ? d.z : d.x) / main_axis, second = -(x ? d.z : y ? d.x : d.y) / main_axis;
+  RaySpace space;
+  space.given = given;
+  space.row_x = x ? vec3(first, 1.0, 0.0) : y ? vec3(0.0, first, 1.0) : vec3(1.0, 0.0, first);
+  space.row_y = x ? vec3(second, 0.0, 1.0) : y ? vec3(1.0, second, 0.0) : vec3(0.0, 1.0, second);
+  space.best_t = 0.0lf;
+  space.best_error = 0.0lf;
+  space.best_texel = NO_HIT;
+  space.reach = reach_of(given, widen(given.t_max), 0.0lf);
+  space.first = 0u;
+  space.marked = 0u;
+  return space;
+}
+
+uint texel_order(RaySpace space) { return AS_STORED; }
+
+#include "../tree/leaf_vertices.glsl"
+#include "exact_predicates.glsl"
+
+float largest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
+
+// Whether two edge functions surely have opposite signs, from the triangle as sheared by lib/numeric/triangle_watertight.glsl.
+//
+// With w = 2^-24 and M the largest |v - o|: coordinates across the main axis are off by at most 11 w M (derived there; here a
+// division saves 1 w M, which covers numbers below 2^-126 flushed to zero, with M at least 1e-12). Let L be the largest of them
+// as computed. An edge function then moves by at most 44 w M L + 242 w^2 M^2, and its own two products and difference round by
+// 6 w L^2 <= 12 w M L at most. 64 w M (L + 4 w M) leave room for terms of second order and their own rounding. M up to 1e18
+// keeps products finite.
+bool surely_missed(Ray ray, RaySpace space, Corners corners) {
+  vec3 a = corners.v0 - ray.origin, b = corners.v1 - ray.origin, c = corners.v2 - ray.origin;
+  vec3 x = vec3(dot(space.row_x, a), dot(space.row_x, b), dot(space.row_x, c));
+  vec3 y = vec3(dot(space.row_y, a), dot(space.row_y, b), dot(space.row_y, c));
+  vec3 e = x.zxy * y.yzx - y.zxy * x.yzx;
+  float m = largest_of(max(abs(a), max(abs(b), abs(c)))), l = largest_of(max(abs(x), abs(y)));
+  float bound = 3.8146973e-6 * m * (l + 2.3841858e-7 * m);
+  return max(e.x, max(e.y, e.z)) > bound && min(e.x, min(e.y, e.z)) < -bound && m >= 1e-12 && m <= 1e18;
+}
+
+double largest_magnitude(dvec3 v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
+double sum_of_products(dvec3 a, dvec3 b) {
+  precise double sum = a.x * b.x + a.y * b.y + a.z * b.z;
+  return sum;
+}
+dvec3 crossed(dvec3 a, dvec3 b) {
+  precise dvec3 c = dvec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+  return c;
+}
+
+// A ray and a triangle in double: sides, det and depth as in exact_predicates.glsl, and t.
+//
+// With w = 2^-53, a = v0 - o, and edges f = v1 - v0 and g = v2 - v0: a triple product of differences rounds by at most 7 w of
+// the sum of its six products' magnitudes, which is at most 2 |x|_1 |y|_max |z|_max. With K = |d|_max E and E the largest
+// component of f and g: sides 1 and 2 are off by 14 w |a|_1 K, det by 42 w K E, depth by 14 w |a|_1 E^2, side 0, as what they
+// leave of det, by 60 w K E + 40 w |a|_1 K. The bounds below have room for their own rounding. Nothing leaves the range of
+// double: numbers are 0 or at least 2^-447, and below 2^390.
+struct DoubleSight {
+  double side[3], side_error;
+  double t, error;  // error is infinite where det may be 0
+  bool precise_values;
+};
+
+DoubleSight look(Ray ray, Corners corners) {
+  const double tiny = 1.0lf / 268435456.0lf;  // 2^-28
+  precise dvec3 d = widen(ray.dir), v0 = widen(corners.v0);
+  precise dvec3 a = v0 - widen(ray.origin), f = widen(corners.v1) - v0, g = widen(corners.v2) - v0;
+  dvec3 normal = crossed(f, g), moment = crossed(a, d);
+  double det = sum_of_products(d, normal), depth = sum_of_products(a, normal);
+  double e = max(largest_magnitude(f), largest_magnitude(g)), k = largest_magnitude(d) * e;
+  double distance = abs(a.x) + abs(a.y) + abs(a.z);
+  const double unit = 7.1054273576010019e-15lf;  // 2^-47
+  double det_error = unit * k * e, depth_error = unit * 0.25lf * distance * e * e;
+  DoubleSight s;
+  precise double side1 = sum_of_products(g, moment), side2 = -sum_of_products(f, moment), side0 = det - side1 - side2;
+  s.side = double[3](side0, side1, side2);
+  s.side_error = unit * k * (e + distance);
+  bool sure = abs(det) > 2.0lf * det_error;
+  precise double t = depth / (sure ? det : 1.0lf);
+  s.t = t;
+  // |depth / det - t| <= (depth_error + |t| det_error) / |det exactly|, and what the quotient rounds.
+  s.error = sure ? 1.001lf * (depth_error + abs(t) * det_error) / (abs(det) - det_error) + 4.5e-16lf * abs(t)
+                 : packDouble2x32(uvec2(0u, 0x7FF00000u));
+  s.precise_values = sure && s.error <= tiny * abs(t) && s.side_error <= tiny * abs(det);
+  return s;
+}
+
+// Whether all three sides surely have one sign; `missed` if two surely have opposite ones.
+bool sides_agree(DoubleSight s, out bool missed) {
+  double most = max(s.side[0], max(s.side[1], s.side[2])), least = min(s.side[0], min(s.side[1], s.side[2]));
+  missed = most > s.side_error && least < -s.side_error;
+  return least > s.side_error || most < -s.side_error;
+}
+
+int sign_of(double x) { return x > 0.0lf ? 1 : x < 0.0lf ? -1 : 0; }
+
+// What stays open after double.
+struct Doubt {
+  bool values;  // sides, or t, u, v
+  bool range;   // whether t lies in [t_min, t_max]
+  bool order;   // against the best hit
+};
+
+// What double leaves open; `missed` if it is sure that there is no hit, or none before the best.
+Doubt doubt_of(Ray ray, RaySpace space, uint prim, uint best_prim, DoubleSight s, out bool missed) {
+  Doubt doubt;
+  doubt.values = !sides_agree(s, missed) || !s.precise_values;
+  double low = s.t - s.error, high = s.t + s.error, t_min = widen(ray.t_min), t_max = widen(ray.t_max);
+  doubt.range = !(low >= t_min && high <= t_max);
+  missed = missed || high < t_min || low > t_max;
+  doubt.order = false;
+#if !BALLOT_ANY_HIT
+  if (best_prim != NO_HIT) {
+    // Spatial splits put a triangle into several leaves.
+    missed = missed || low > space.best_t + space.best_error || prim == best_prim;
+    doubt.order = high >= space.best_t - space.best_error;
+  }
+#endif
+  return doubt;
+}
+
+// Decides without rounding; whether the triangle is hit in range and before the best hit. `s` gets precise values if asked for.
+bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint prim, uint best_prim, Doubt doubt,
+                    inout DoubleSight s) {
+  set_row(ROW_DIR, ray.dir);
+  set_row(ROW_ORIGIN, ray.origin);
+  set_row(ROW_FIRST, corners.v0);
+  set_row(ROW_FIRST + 1u, corners.v1);
+  set_row(ROW_FIRST + 2u, corners.v2);
+  if (doubt.order) {
+    Corners best = corners_of(fetch_triangle(space.best_texel, AS_STORED));
+    set_row(ROW_BEST, best.v0);
+    set_row(ROW_BEST + 1u, best.v1);
+    set_row(ROW_BEST + 2u, best.v2);
+  }
+  size_sums(doubt.order ? 24u : 15u);
+
+  double values[7] = double[7](0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf);
+  bool hit = true;
+  uint q = doubt.values ? 0u : 3u, end = doubt.order ? 7u : 5u;
+  while (q < end) {
+    values[q] = exact_quantity(q, q < 3u ? 0u : (q - 3u) * SUM_DIGITS);
+    ++q;
+    if (q == 3u) {
+      double most = max(values[0], max(values[1], values[2])), least = min(values[0], min(values[1], values[2]));
+      hit = !(most > 0.0lf && least < 0.0lf) && !(most == 0.0lf && least == 0.0lf);
+      if (!hit) end = q;
+    }
+  }
+  if (!hit) return false;
+  if (doubt.values) {
+    precise double t = values[3] / values[4];
+    s.t = t;
+    s.error = 1e-13lf * abs(t);
+    s.side = double[3](values[0], values[1], values[2]);
+  }
+  // Against the best hit, then t_min, then t_max.
+  uint against = doubt.order ? 0u : 1u, last = doubt.range ? 3u : 1u;
+  while (against < last) {
+    uint count = sum_length + 1u;
+    if (against > 0u) count = set_fraction(floatBitsToUint(against == 1u ? ray.t_min : ray.t_max));
+    int order = compare_fractions(count) * sign_of(values[4]) * (against == 0u ? sign_of(values[6]) : 1);
+    bool kept = against == 0u ? order < 0 || (order == 0 && prim < best_prim) : against == 1u ? order >= 0 : order <= 0;
+    hit = hit && kept;
+    ++against;
+  }
+  return hit;
+}
+
+// Marks the triangle unless it is surely missed. There is no hit yet.
+bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out float t, out float u, out float v) {
+  t = u = v = 0.0;
+  if (space.marked == 0u) space.first = triangle.at;
+  if (!surely_missed(ray, space, corners_of(triangle)))
+    space.marked |= 1u << (triangle.at - space.first) / TRIANGLE_TEXELS;
+  return false;
+}
+
+// Decides whether the ray hits the triangle in range and before the best hit so far, and makes it the best one then. Gives
+// whether a driver cut loops short.
+bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
+  Ray ray = space.given;
+  Corners corners = corners_of(fetch_triangle(texel, AS_STORED));
+  uint prim = leaf_texel(texel).w;
+  DoubleSight s = look(ray, corners);
+  bool missed, cut = false;
+  Doubt doubt = doubt_of(ray, space, prim, best.prim, s, missed);
+  bool hit = !missed;
+  uint decisions = hit && (doubt.values || doubt.range || doubt.order) ? 1u : 0u;
+  for (uint i = 0u; i < decisions; ++i) {
+    hit = decide_exactly(ray, space, corners, prim, best.prim, doubt, s);
+    // Loops that a driver has cut short do not loop again.
+    uint twice = 0u;
+    while (twice < decisions + 1u) ++twice;
+    cut = twice < 2u;
+  }
+  precise double det = s.side[0] + s.side[1] + s.side[2], weight1 = s.side[1] / det, weight2 = s.side[2] / det;
+  if (hit) {
+    best = Hit(narrow(clamp(s.t, widen(ray.t_min), widen(ray.t_max))), prim, float(weight1), float(weight2));
+    space.best_t = s.t;
+    space.best_error = s.error;
+    space.best_texel = texel;
+    space.reach = reach_of(space.given, s.t, s.error);
+  }
+  return cut;
+}
+
+// Decides what hit_triangle has marked in a leaf. Gives whether a driver cut loops short.
+bool settle_leaf(inout RaySpace space, inout Hit best) {
+  bool cut = false;
+  uint open = BALLOT_ANY_HIT != 0 && best.prim != NO_HIT ? 0u : space.marked;
+  while (open != 0u) {
+    cut = settle_triangle(space, space.first + uint(findLSB(open)) * TRIANGLE_TEXELS, best) || cut;
+    open = BALLOT_ANY_HIT != 0 && best.prim != NO_HIT ? 0u : open & (open - 1u);
+  }
+  space.marked = 0u;
+  return cut || open != 0u;
+}
+
+// There is no hit before settle_leaf.
+bool may_count(RaySpace space, float t, Ray ray, Hit best) { return false; }
+bool nearer(inout RaySpace space, float t, uint prim, Hit best) { return false; }
+
+float reach(RaySpace space, Hit best) { return space.reach; }

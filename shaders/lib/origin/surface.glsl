@@ -1,0 +1,83 @@
+// Where a ray hits a triangle, and the rays that leave from there, with the help of the policy that says where rays start, one
+// file lib/origin_<name>.glsl each:
+//
+//   vec3 origin_on(Surface s, float side)                     an origin off the triangle; side 1: where the ray came from;
+//                                                             side -1: behind
+//   Ray leave(Surface s, float side, vec3 dir, float t_max)   the ray that starts so and goes along dir, which is unit
+//
+// Only lib/numeric/reproducible.glsl's arithmetic is used, so equal hits give equal rays on every device.
+#include "../numeric/reproducible.glsl"
+
+#ifndef BALLOT_ORIGIN
+#error a variant must give BALLOT_ORIGIN: a number of shaders/shared/render.h
+#endif
+
+layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
+
+struct Surface {
+  vec3 position;
+  vec3 normal;        // geometric, unit, on the side that the ray came from
+  vec3 dir;           // of the ray, unit
+  vec3 v0, v1, v2;    // the triangle
+  vec3 sum;           // |b0 v0| + |b1 v1| + |b2 v2| of the weights b of position
+  bool front;         // the side on which the corners run counter-clockwise
+};
+
+vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
+
+// The axis that v has least of.
+vec3 least_axis(vec3 v) {
+  vec3 a = abs(v);
+  return a.x <= a.y && a.x <= a.z ? vec3(1.0, 0.0, 0.0) : a.y <= a.z ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);
+}
+
+// Of the triangle v0 v1 v2; unit. The cross product of a sliver's rounded edges may lean along it, so that is taken away: the
+// normal is perpendicular to the triangle's length to a few roundings, however thin it is.
+vec3 geometric_normal(vec3 v0, vec3 v1, vec3 v2) {
+  precise vec3 a = v1 - v0, b = v2 - v0;
+  float scale = unit_scale(max(largest(a), largest(b)));  // the products of small edges would underflow
+  precise vec3 scaled_a = a * scale, scaled_b = b * scale;
+  vec3 along = exact_unit(largest(a) > largest(b) ? a : b);
+  vec3 normal = exact_unit(exact_cross(scaled_a, scaled_b));
+  precise vec3 upright = normal - along * exact_dot(normal, along);
+  if (largest(upright) < 0.01) upright = exact_cross(along, least_axis(along));  // no area is left
+  return exact_unit(upright);
+}
+
+Surface surface_of(Ray ray, Hit hit) {
+  Surface s;
+  s.v0 = vertex(hit.prim, 0u), s.v1 = vertex(hit.prim, 1u), s.v2 = vertex(hit.prim, 2u);
+  precise float b0 = 1.0 - hit.u - hit.v;
+  precise vec3 p0 = b0 * s.v0, p1 = hit.u * s.v1, p2 = hit.v * s.v2;
+  precise vec3 sum = abs(p0) + abs(p1) + abs(p2), position = p0 + p1 + p2;
+  s.sum = sum;
+  s.position = position;
+  s.normal = geometric_normal(s.v0, s.v1, s.v2);
+  s.dir = exact_unit(ray.dir);
+  s.front = !(exact_dot(s.normal, s.dir) > 0.0);
+  if (!s.front) s.normal = -s.normal;
+  return s;
+}
+
+#if BALLOT_ORIGIN == ORIGIN_CONSTANT
+#include "constant.glsl"
+#elif BALLOT_ORIGIN == ORIGIN_ULP
+#include "ulp.glsl"
+#elif BALLOT_ORIGIN == ORIGIN_PBRT
+#include "pbrt.glsl"
+#elif BALLOT_ORIGIN == ORIGIN_PROVED
+#include "proved.glsl"
+#else
+#include "bounded.glsl"
+#endif
+
+// Unit direction on the normal's side, its density proportional to the cosine: Malley's method, a uniform point of the disk
+// lifted onto the hemisphere.
+vec3 cosine_direction(Surface s, float r1, float r2) {
+  vec3 n = s.normal;
+  vec3 x = exact_unit(exact_cross(n, least_axis(n))), y = exact_cross(n, x);
+  precise vec2 disk = exact_turn(r2) * exact_sqrt(r1);
+  precise vec3 dir = x * disk.x + y * disk.y + n * exact_sqrt(1.0 - r1);
+  return exact_unit(dir);
+}
+

@@ -1,0 +1,36 @@
+// Paths that part at glass: of the two rays the mirrored one goes on, and the refracted one waits until nothing is left of it. So
+// a path is at one ray at a time, in an order of its own, whatever the other paths of a wave do.
+
+Deferred at;  // where the path of this invocation stands
+#define RAY_DEPTH at.depth
+
+uint deferred_slot(uint path, uint depth) { return depth * push.paths + path; }
+
+void begin_ray(uint path) {
+  at = Deferred(0u, 0u, 0u);
+  if (push.depth > 0u) at = deferred[path];
+}
+
+// Of what the ray at hand started, and what waits, the ray that the path goes on with.
+void choose_next(uint path, inout Started started) {
+  uint bit = 1u << (at.depth & 31u);
+  if (started.next && started.second) {
+    put_record(deferred_rays, deferred_slot(path, at.depth), started.second_ray);
+    put_record(deferred_carried, deferred_slot(path, at.depth), started.second_carried);
+    if (at.depth < 32u) at.low |= bit; else at.high |= bit;
+  } else if (started.second) {
+    started.next = true;
+    started.next_ray = started.second_ray;
+    started.next_carried = started.second_carried;
+  }
+  if (!started.next && (at.low | at.high) != 0u) {  // the deepest, as that is what a recursion would do
+    at.depth = at.high != 0u ? 32u + uint(findMSB(at.high)) : uint(findMSB(at.low));
+    bit = 1u << (at.depth & 31u);
+    if (at.depth < 32u) at.low &= ~bit; else at.high &= ~bit;
+    started.next = true;
+    started.next_ray = get_ray(deferred_rays, deferred_slot(path, at.depth));
+    started.next_carried = get_carried(deferred_carried, deferred_slot(path, at.depth));
+  }
+  ++at.depth;
+  deferred[path] = at;
+}

@@ -1,0 +1,48 @@
+// A hit as a picture shows it by itself: colour by BALLOT_SHADING, distance, shading normal, prim. Knows nothing of traversal.
+#if !defined(BALLOT_SHADING) || !defined(BALLOT_HAS_NORMALS)
+#error a shading variant must give BALLOT_SHADING and BALLOT_HAS_* (engine/render/data/scene_data.cpp)
+#endif
+
+layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
+vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
+#include "surface_material.glsl"
+
+// Unit, on the side that the ray comes from.
+vec3 face_normal(vec3 v0, vec3 v1, vec3 v2, vec3 dir, out bool front) {
+  vec3 n = cross(v1 - v0, v2 - v0);
+  // Scaled first: the square of a small triangle's normal underflows.
+  vec3 a = abs(n);
+  n = normalize(n / max(max(a.x, a.y), max(a.z, 1e-37)));
+  front = dot(n, dir) <= 0.0;
+  return front ? n : -n;
+}
+
+// The cone is what a pixel sees at the eye, and how much wider with distance, for the choice of mip maps; both 0: the finest.
+FilmPixel shade_hit(Ray ray, Hit hit, float cone_width, float cone_spread) {
+  FilmPixel p = FilmPixel(vec3(0.0), 0.0, 0.0, vec3(0.0), NO_HIT);
+  if (hit.prim != NO_HIT) {
+    vec3 v0 = vertex(hit.prim, 0u), v1 = vertex(hit.prim, 1u), v2 = vertex(hit.prim, 2u), dir = normalize(ray.dir);
+    bool front;
+    vec3 n = face_normal(v0, v1, v2, dir, front);
+#if BALLOT_SHADING == SHADING_NORMALS
+    n = smooth_normal(hit, n);
+    p.color = n * 0.5 + 0.5;
+#else
+    Look look = look_at(hit, material_of(hit.prim), v0, v1, v2, n, front, dir,
+                        cone_width + cone_spread * hit.t * length(ray.dir));
+    n = look.normal;
+    p.color = look.m.base_color * abs(dot(n, dir));
+#if BALLOT_HAS_UNLIT
+    if ((look.m.flags & MATERIAL_UNLIT) != 0u) p.color = look.m.base_color;
+#endif
+#if BALLOT_HAS_EMISSION
+    p.color += look.m.emissive;
+#endif
+#endif
+    p.alpha = 1.0;
+    p.z = hit.t * length(ray.dir);
+    p.normal = n;
+    p.prim = hit.prim;
+  }
+  return p;
+}

@@ -1,0 +1,104 @@
+// A ray and the four children of a node of the quad tree (shared/layout.h).
+#include "second_tree.glsl"
+
+struct Quad {
+  vec3 first, step;
+  uvec3 lower, upper;  // a byte a child
+  uvec4 child;
+};
+
+Quad fetch_quad(uint node) {
+  uvec4 a = top_texel(node), b = top_texel(node + 1u), c = top_texel(node + 2u);
+  return Quad(uintBitsToFloat(a.xyz), uintBitsToFloat(uvec3(a.w, b.w, c.w)), b.xyz, c.xyz, top_texel(node + 3u));
+}
+
+// What all children of a node have in common: t at a plane is a number of steps times `step`, plus `near` or `far`. Of a ray from
+// so far away that these overflow nothing is culled: an infinite t is beyond its range, and NaN loses every comparison.
+struct QuadPlanes {
+  uvec3 nearer, farther;  // a byte a child
+  vec3 near, far, step;
+};
+
+QuadPlanes planes_of(Walker w, Quad q) {
+  QuadPlanes p;
+  bvec3 down = lessThan(w.slabs.inv, vec3(0.0));
+  p.nearer = mix(q.lower, q.upper, down);
+  p.farther = mix(q.upper, q.lower, down);
+  precise vec3 step = q.step * w.slabs.inv;
+  p.step = step;
+  first_planes(w.slabs, q.first, p.near, p.far);
+  return p;
+}
+
+vec3 steps_of(uvec3 bytes, uint child) { return vec3(ivec3(bytes >> 8u * child & 255u)); }
+
+// Entry of a child's box if the ray meets it no later than at `reach`, else infinity.
+#define NOT_MET uintBitsToFloat(0x7F800000u)
+float entry_of(QuadPlanes p, uint child, float t_min, float reach) {
+  precise vec3 near = fma(steps_of(p.nearer, child), p.step, p.near), far = fma(steps_of(p.farther, child), p.step, p.far);
+  float entry = larger(larger(near.x, near.y), larger(near.z, t_min));
+  float exit = smaller(smaller(far.x, far.y), smaller(far.z, reach));
+  return entry <= exit ? entry : NOT_MET;
+}
+
+void put_in_order(inout float a, inout uint x, inout float b, inout uint y) {
+  bool swap = b < a;
+  float lesser = swap ? b : a;
+  uint first = swap ? y : x;
+  b = swap ? a : b;
+  y = swap ? x : y;
+  a = lesser;
+  x = first;
+}
+
+// Children in the order of entry, and how many the ray meets.
+uint met_children(Walker w, uint node, out uvec4 child) {
+  Quad q = fetch_quad(node);
+  QuadPlanes p = planes_of(w, q);
+  float t_min = w.ray.t_min, far = reach(w.space, w.hit);
+  float a = entry_of(p, 0u, t_min, far), b = entry_of(p, 1u, t_min, far), c = entry_of(p, 2u, t_min, far),
+        d = entry_of(p, 3u, t_min, far);
+  if (q.child.z == END_OF_TREE) c = NOT_MET;
+  if (q.child.w == END_OF_TREE) d = NOT_MET;
+  child = q.child;
+  uint met = uint(a != NOT_MET) + uint(b != NOT_MET) + uint(c != NOT_MET) + uint(d != NOT_MET);
+  put_in_order(a, child.x, b, child.y);
+  put_in_order(c, child.z, d, child.w);
+  put_in_order(a, child.x, c, child.z);
+  put_in_order(b, child.y, d, child.w);
+  put_in_order(b, child.y, c, child.z);
+  return met;
+}
+
+// The child to enter first, the others on the stack; the top of the stack where the ray meets none.
+#if BALLOT_PUSH == PUSH_ALWAYS
+#define WALK_QUAD(w, node, top)                     \
+  {                                                 \
+    COUNT_NODE(true)                                \
+    uvec4 child;                                    \
+    uint met = met_children(w, node, child);        \
+    uint popped = STACK_AT(top - 1u);               \
+    STACK_AT(top) = child.w;                        \
+    top += uint(met > 3u);                          \
+    STACK_AT(top) = child.z;                        \
+    top += uint(met > 2u);                          \
+    STACK_AT(top) = child.y;                        \
+    top += uint(met > 1u);                          \
+    COUNT_STACK(top)                                \
+    top -= uint(met == 0u);                         \
+    node = met == 0u ? popped : child.x;            \
+  }
+#else
+#define WALK_QUAD(w, node, top)                  \
+  {                                              \
+    COUNT_NODE(true)                             \
+    uvec4 child;                                 \
+    uint met = met_children(w, node, child);     \
+    if (met > 3u) STACK_AT(top++) = child.w;     \
+    if (met > 2u) STACK_AT(top++) = child.z;     \
+    if (met > 1u) STACK_AT(top++) = child.y;     \
+    COUNT_STACK(top)                             \
+    node = child.x;                              \
+    if (met == 0u) node = STACK_AT(--top);       \
+  }
+#endif

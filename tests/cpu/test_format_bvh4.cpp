@@ -1,0 +1,127 @@
+// The tree of four children a node holds the leaves of the binary tree, each once, in boxes that are as tight as their grid allows.
+#include <gtest/gtest.h>
+
+#include "engine/bvh/build.h"
+#include "engine/formats/bvh4.h"
+#include "engine/oracle/dyadic.h"
+#include "tests/cpu/leaves_of.h"
+#include "tests/cpu/shapes.h"
+
+namespace ballot {
+namespace {
+
+struct Node {
+  glm::vec3 first, step;
+  glm::uvec3 lower, upper;  // a byte a child
+  glm::uvec4 child;
+};
+
+Node node_at(const Bvh4Tree& quad, std::uint32_t texel) {
+  const glm::uvec4* t = quad.nodes.data() + texel;
+  return {
+      as_vec3(t[0]), {as_float(t[0].w), as_float(t[1].w), as_float(t[2].w)}, glm::uvec3(t[1]), glm::uvec3(t[2]), t[3]};
+}
+
+Dyadic plane(const Node& n, int axis, std::uint32_t steps) {
+  return Dyadic(n.first[axis]) + Dyadic(n.step[axis]) * Dyadic(float(steps));
+}
+
+void expect_tight(const Node& n, int child, const Bounds& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::uint32_t lower = n.lower[axis] >> 8 * child & 255, upper = n.upper[axis] >> 8 * child & 255;
+    const Dyadic lo(box.lo[axis]), hi(box.hi[axis]);
+    EXPECT_LE(plane(n, axis, lower), lo);
+    EXPECT_GE(plane(n, axis, upper), hi);
+    EXPECT_TRUE(lower == 255 || plane(n, axis, lower + 1) > lo);
+    EXPECT_TRUE(upper == 0 || plane(n, axis, upper - 1) < hi);
+  }
+}
+
+struct Walk {
+  const Bvh4Tree& quad;
+  const std::map<std::uint32_t, Bounds>& leaves;
+  std::uint32_t children = 0, depth = 0;
+  std::map<std::uint32_t, int> met = {};
+
+  /// What the leaves below a node take.
+  Bounds visit(std::uint32_t texel, std::uint32_t level) {
+    const Node n = node_at(quad, texel);
+    Bounds all{glm::vec3(std::numeric_limits<float>::infinity()), glm::vec3(-std::numeric_limits<float>::infinity())};
+    depth = std::max(depth, level);
+    for (int c = 0; c < BVH4_CHILDREN; ++c) {
+      const std::uint32_t ref = n.child[c];
+      if (ref == END_OF_TREE) {
+        for (int axis = 0; axis < 3; ++axis)
+          EXPECT_GT(n.lower[axis] >> 8 * c & 255, n.upper[axis] >> 8 * c & 255)
+              << "the box of a child that is not there";
+        continue;
+      }
+      ++children;
+      if (is_leaf(ref)) {
+        ++met[ref];
+        EXPECT_TRUE(leaves.contains(ref));
+      }
+      const Bounds box = is_leaf(ref) ? leaves.at(ref) : visit(ref, level + 1);
+      expect_tight(n, c, box);
+      all = {glm::min(all.lo, box.lo), glm::max(all.hi, box.hi)};
+    }
+    return all;
+  }
+};
+
+PairTree binary_of(const shapes::Triangles& triangles) {
+  return encode_pairs(build_bvh(triangles, {.split_budget = 0}), triangles, NodeLayout::Interleaved);
+}
+
+shapes::Triangles scaled(shapes::Triangles triangles, glm::vec3 by, glm::vec3 to = glm::vec3(0)) {
+  for (Triangle& t : triangles)
+    for (glm::vec3& v : t) v = v * by + to;
+  return triangles;
+}
+
+TEST(BvhQuad, HoldsEveryLeafOnceInATightBox) {
+  const shapes::Triangles soup = shapes::soup(1000, 0.1f);
+  const std::pair<const char*, shapes::Triangles> cases[] = {
+      {"seven triangles", shapes::soup(7, 1)},
+      {"soup", soup},
+      {"sphere", shapes::sphere(4)},
+      {"one plane", scaled(soup, {1, 0, 1}, {0, 0.3f, 0})},
+      {"far away", scaled(soup, glm::vec3(1), glm::vec3(1e6f, -3e5f, 7))},
+      {"tiny", scaled(soup, glm::vec3(0x1p-130f))},
+      {"flat", scaled(soup, {1, 0x1p-100f, 0x1p30f})},
+      {"huge", scaled(soup, glm::vec3(5e11f))},
+  };
+  for (const auto& [name, triangles] : cases) {
+    SCOPED_TRACE(name);
+    const PairTree binary = binary_of(triangles);
+    const Bvh4Tree quad = encode_bvh4(binary);
+    const std::map<std::uint32_t, Bounds> leaves = leaves_of(binary);
+    ASSERT_EQ(quad.root, 0u);
+    ASSERT_EQ(quad.nodes.size() % BVH4_NODE_TEXELS, 0u);
+    Walk walk{quad, leaves};
+    walk.visit(0, 1);
+    EXPECT_EQ(walk.met.size(), leaves.size());
+    for (const auto& [ref, times] : walk.met) EXPECT_EQ(times, 1) << ref;
+    EXPECT_EQ(walk.children, quad.children);
+    EXPECT_EQ(walk.depth, quad.depth);
+    EXPECT_LE(quad.depth, binary.depth);
+  }
+}
+
+TEST(BvhQuad, ASceneOfOneLeafOrNoneHasNoNodes) {
+  for (const std::size_t count : {0u, 1u}) {
+    const PairTree binary = binary_of(shapes::soup(count, 1));
+    const Bvh4Tree quad = encode_bvh4(binary);
+    EXPECT_TRUE(quad.nodes.empty());
+    EXPECT_EQ(quad.root, binary.root);
+    EXPECT_EQ(quad.depth, 0u);
+  }
+}
+
+TEST(BvhQuad, NodesAreWellFilled) {
+  const Bvh4Tree quad = encode_bvh4(binary_of(shapes::sphere(6)));
+  EXPECT_GT(double(quad.children) / double(quad.nodes.size() / BVH4_NODE_TEXELS), 3.2);
+}
+
+}  // namespace
+}  // namespace ballot
