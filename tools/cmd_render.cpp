@@ -237,7 +237,7 @@ int run_render(const RenderArgs& args) {
   query.rays = kPrimaryRays;
   const Variant variant = engine.tracer().variant(query);
   fmt::print("{}: {} triangles on {} ({}), subgroup {}\n  {}\n", engine.scene().name, engine.scene().triangles.size(),
-             engine.device().name, engine.device().driver, variant.how.subgroup,
+             engine.device().name, engine.device().driver, variant.config.subgroup,
              query.method == kAuto ? "method auto" : variant.name());
   fmt::print("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,
              engine.start_times().bvh_s, engine.bvh().stats.from_cache ? " (cached)" : "");

@@ -8,7 +8,7 @@ namespace {
 
 struct ShadersArgs {
   bool fresh = false;
-  std::string json;
+  std::string json, headers;
 };
 
 /// Devices that together reach every define of the kernel configurations: compiling needs no driver.
@@ -40,10 +40,10 @@ std::vector<Knobs> knobs_of(const Method& method) {
     for (const Vote vote : {Vote::Any, Vote::Count, Vote::Sum})
       if (method.takes(vote)) all.push_back({{"launch", launch}, {"vote", std::string(vote_name(vote))}});
     if (!method.packet()) all.push_back({{"launch", launch}});
-    if (method.frontier) all.push_back({{"launch", launch}, {"frontier", "32"}});
-    if (method.wide) all.push_back({{"launch", launch}, {"rays", "4"}, {"fallback", "0"}});
+    if (method.tree == TreeFormatId::Frontier) all.push_back({{"launch", launch}, {"frontier", "32"}});
+    if (method.ray_packets) all.push_back({{"launch", launch}, {"rays", "4"}, {"fallback", "0"}});
   }
-  if (!method.packet() && !method.quads)
+  if (!method.packet() && format_of(method.tree).pairs != Pairs::Never)
     all.push_back({{"layout", "centred"}, {"minmax", "integer"}, {"leaf_run", "1"}, {"leaf_box", "1"}});
   return all;
 }
@@ -53,14 +53,15 @@ std::vector<KernelSource> traversal_sources() {
   for (const DeviceInfo& device : imagined_devices())
     for (const Method& method : kMethods)
       for (const NumericMode& numeric : kNumericModes) {
-        if (method.chooses || ((method.reduces() || method.wide) && !device.shuffle)) continue;
+        if (method.chooses || ((method.tree == TreeFormatId::Frontier || method.ray_packets) && !device.shuffle))
+          continue;
         const std::vector<Knobs> all_knobs = knobs_of(method);
         for (const Want want : {Want::Nearest, Want::Any})
           for (const Knobs& knobs : all_knobs)
             for (const bool counters : {false, true}) {
               Variant v{&method, &numeric, want, kernel_config_for(method, numeric, device, knobs), counters};
               sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES}));
-              if (&knobs == &all_knobs[0] && !method.wide)
+              if (&knobs == &all_knobs[0] && !method.ray_packets)
                 sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = 1}));
               if (want == Want::Nearest && !counters)
                 sources.push_back(
@@ -162,7 +163,15 @@ std::vector<KernelSource> render_sources() {
   return sources;
 }
 
+int write_headers(const std::filesystem::path& folder) {
+  write_file(folder / "knobs.h", knobs_header());
+  write_file(folder / "knobs_guard.h", knobs_guard());
+  fmt::print("{}\n{}\n", (folder / "knobs.h").string(), (folder / "knobs_guard.h").string());
+  return 0;
+}
+
 int run_shaders(const ShadersArgs& args) {
+  if (!args.headers.empty()) return write_headers(args.headers);
   nlohmann::json json = nlohmann::json::array();
   std::vector<KernelSource> sources = traversal_sources();
   for (KernelSource& source : render_sources()) sources.push_back(std::move(source));
@@ -186,6 +195,8 @@ void add_shaders(CLI::App& app, int& result) {
   CLI::App* cmd = app.add_subcommand("shaders", "compile every registered kernel variant to SPIR-V; needs no device");
   cmd->add_flag("--fresh", args->fresh, "compile anew instead of reading the cache");
   cmd->add_option("--json", args->json, "also write sizes and times to this file");
+  cmd->add_option("--headers", args->headers,
+                  "only write the headers that follow from the registry of knobs to this folder: shaders/shared");
   cmd->callback([args, &result] { result = run_shaders(*args); });
 }
 

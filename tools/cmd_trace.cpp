@@ -46,7 +46,7 @@ int run_trace(const TraceArgs& args) {
   fmt::print("{}: {} rays, {} hits, {:.3f} ms on the device, {:.2f} Mrays/s\n", args.out, rays.size(), hit_count,
              times.device_ms, mrays);
   fmt::print("  {} on {} ({}), subgroup {}\n", variant.name(), engine.device().name, engine.device().driver,
-             variant.how.subgroup);
+             variant.config.subgroup);
   if (const std::string line = choice_line(engine, query); !line.empty()) fmt::print("  {} ({})\n", line, query.rays);
   if (times.retraced) fmt::print("  {} rays were cut short by the driver and traced again in pieces\n", times.retraced);
   nlohmann::json json = record_header(engine, opened.load_s);

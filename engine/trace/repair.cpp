@@ -1,15 +1,8 @@
-// Rays whose traversal a driver cut short are traced again, in pieces that are short enough.
-//
-// Mesa 22.3's lavapipe gives all loops of an invocation 65 535 iterations together and then silently stops looping. The
-// kernels notice (shaders/lib/frame/main.glsl) and mark such rays. The answer is the smallest (t, prim) over all leaves
-// whatever the order, so the tree may be cut into subtrees, each traced by a dispatch of its own, and the answers
-// merged.
-#include <algorithm>
+#include "engine/trace/repair.h"
 
 #include "engine/core/error.h"
 #include "engine/formats/pair_decode.h"
 #include "engine/oracle/predicates.h"
-#include "engine/trace/tracer.h"
 
 namespace ballot {
 
@@ -17,8 +10,7 @@ namespace {
 
 std::uint64_t leaf_steps(std::uint32_t leaf) { return 1 + leaf_count(leaf); }
 
-// Whether a hit comes before another one of the same ray. Where the mode decides exactly, t as it was before rounding
-// counts.
+/// True if hit a comes before hit b of the same ray. Where the mode decides exactly, t before rounding counts.
 bool better(const Ray& ray, std::span<const Triangle> triangles, const NumericMode& mode, const Hit& a, const Hit& b) {
   if (a.prim == NO_HIT || b.prim == NO_HIT) return b.prim == NO_HIT && a.prim != NO_HIT;
   if (mode.arithmetic == Arithmetic::Exact && a.prim != b.prim) {
@@ -56,8 +48,35 @@ std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit) {
   return pieces;
 }
 
-void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
-                    TraceTimes& times) {
+Query repair_query(Query query) {
+  if (format_of(find_method(query.method).tree).collapsed) {  // pieces are of the binary tree
+    query.method = kPlainestMethod;
+    query.knobs = {};
+  }
+  query.knobs["launch"] = "plain";  // an invocation a ray, so that rays do not share what loops are allowed
+  return query;
+}
+
+void Repair::trace_pieces(std::span<const Ray> part, std::uint64_t limit, std::vector<Hit>& best,
+                          std::vector<bool>& cut, TraceTimes& times) {
+  Buffer<Ray> rays(gpu_, part.size(), Access::Storage, "rays cut short");
+  Buffer<Hit> hits(gpu_, part.size(), Access::Storage, "hits cut short");
+  rays.upload(part);
+  std::vector<Hit> found(part.size());
+  const KernelConfig& config = job_.variant.config;
+  for (const std::uint32_t root : pieces_of(tree_.pairs(config.layout, config.padding), limit)) {
+    dispatcher_.run(job_, rays, hits, std::uint32_t(part.size()), root, times);
+    hits.download(found);
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      cut[i] = cut[i] || found[i].prim == UNFINISHED;
+      if (cut[i]) continue;
+      if (best[i].prim == NO_HIT && found[i].prim == NO_HIT) best[i] = found[i];
+      if (better(part[i], tree_.triangles(), *job_.variant.numeric, found[i], best[i])) best[i] = found[i];
+    }
+  }
+}
+
+void Repair::run(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times) {
   std::vector<Hit> all(count);
   std::vector<Ray> all_rays(count);
   hits.download(all);
@@ -66,32 +85,12 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
   for (std::uint32_t i = 0; i < count; ++i)
     if (all[i].prim == UNFINISHED) open.push_back(i);
   times.retraced += open.size();
-  Query plain = query;
-  if (const Method& m = find_method(query.method); m.wide || m.quads) {  // pieces are of the binary tree
-    plain.method = kPlainestMethod;
-    plain.knobs = {};
-  }
-  plain.knobs["launch"] = "plain";  // an invocation a ray, so that rays do not share what loops are allowed
-  const Job job = this->job(plain);
-  const PairTree& bvh = pair_tree(job.variant.how);
   for (const std::uint64_t limit : {~0ull, 8192ull, 1024ull, 128ull, 16ull, 0ull}) {
     std::vector<Ray> part;
     for (std::uint32_t i : open) part.push_back(all_rays[i]);
-    Buffer<Ray> part_rays(gpu_, part.size(), Access::Storage, "rays cut short");
-    Buffer<Hit> part_hits(gpu_, part.size(), Access::Storage, "hits cut short");
-    part_rays.upload(part);
-    std::vector<Hit> best(part.size(), Hit{0, NO_HIT, 0, 0}), found(part.size());
+    std::vector<Hit> best(part.size(), Hit{0, NO_HIT, 0, 0});
     std::vector<bool> cut(part.size(), false);
-    for (const std::uint32_t root : pieces_of(bvh, limit)) {
-      run(job, part_rays, part_hits, std::uint32_t(part.size()), root, times);
-      part_hits.download(found);
-      for (std::size_t i = 0; i < part.size(); ++i) {
-        cut[i] = cut[i] || found[i].prim == UNFINISHED;
-        if (cut[i]) continue;
-        if (best[i].prim == NO_HIT && found[i].prim == NO_HIT) best[i] = found[i];
-        if (better(part[i], triangles_, *job.variant.numeric, found[i], best[i])) best[i] = found[i];
-      }
-    }
+    trace_pieces(part, limit, best, cut, times);
     std::vector<std::uint32_t> still;
     for (std::size_t i = 0; i < open.size(); ++i)
       if (cut[i])
@@ -103,7 +102,7 @@ void Tracer::finish(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
   }
   if (!open.empty())
     fail(Failure::Work, "kernel {}: {} rays could not be finished on {}: its driver stops loops after a few iterations",
-         job.pipeline->kernel->name(), open.size(), gpu_.info().name);
+         job_.kernel->kernel->name(), open.size(), gpu_.info().name);
   hits.upload(all);
 }
 

@@ -61,15 +61,15 @@ const Row kRows[] = {
      }},
 };
 
-/// Whether boxes may be padded in the tree: an exact mode's rays need less, and the wide tree's are not.
+/// True if boxes can be padded in the tree: rays of an exact mode need less, and some formats' boxes are not padded.
 bool can_widen(const Method& m, const NumericMode& numeric) {
-  return numeric.box == BOX_PADDED && numeric.arithmetic != Arithmetic::Exact && !m.wide && !m.quads;
+  return numeric.box == BOX_PADDED && numeric.arithmetic != Arithmetic::Exact && format_of(m.tree).padded;
 }
 
 void use_what_there_is(const Method& m, const NumericMode& numeric, KernelConfig& f, const DeviceInfo& d,
                        const Knobs& knobs) {
   if (!d.shuffle) {
-    if (m.wide || (m.frontier && f.reduce == Reduce::Shuffle))
+    if (m.ray_packets || (has_frontier(m, f) && f.reduce == Reduce::Shuffle))
       fail(Failure::Arguments, "method {}: {} has no subgroup shuffle", m.name, d.name);
     if (knobs.contains("cooperative") && f.cooperative)
       fail(Failure::Arguments, "--knob cooperative=1: {} has no subgroup shuffle", d.name);
@@ -85,43 +85,13 @@ void use_what_there_is(const Method& m, const NumericMode& numeric, KernelConfig
       fail(Failure::Arguments, "--knob fetch=reference: {} has no buffer device address", d.name);
     f.fetch = Fetch::Storage;
   }
+  if (knobs.contains("padding") && f.padding == Padding::Tree && !format_of(m.tree).padded)
+    fail(Failure::Arguments, "--knob padding=tree: the tree that method {} walks is not padded", m.name);
   if (knobs.contains("padding") && f.padding == Padding::Tree && f.leaf_box)
     fail(Failure::Arguments, "--knob padding=tree: leaf_box=1 would test boxes of leaves, which are not padded");
   if (!can_widen(m, numeric) || f.leaf_box) f.padding = Padding::Ray;
   if (!d.float64 && f.products == Products::Float64)
     fail(Failure::Arguments, "--knob products=float64: {} has no shaderFloat64", d.name);
-}
-
-/// Knobs that would silently do nothing, or that a method cannot follow.
-void check_method_knobs(const Method& m, const KernelConfig& f, const Knobs& knobs) {
-  for (const Method& other : kMethods) {
-    const std::string knob(other.threshold.knob);
-    if (knob.empty() || !knobs.contains(knob) || m.threshold.knob == other.threshold.knob) continue;
-    fail(Failure::Arguments, "--knob {}: method {} has no such threshold; {} has", knob, m.name, other.name);
-  }
-  if (knobs.contains("frontier") && !m.frontier)
-    fail(Failure::Arguments, "--knob frontier: method {} starts at the root", m.name);
-  for (const char* knob : {"layout", "sorted"})
-    if (knobs.contains(knob) && m.quads)
-      fail(Failure::Arguments, "--knob {}: method {} walks a tree with one layout, and always in order of entry", knob,
-           m.name);
-  if (knobs.contains("padding") && f.padding == Padding::Tree && (m.wide || m.quads))
-    fail(Failure::Arguments, "--knob padding=tree: the tree that method {} walks is not padded", m.name);
-  if (knobs.contains("reduce") && !m.reduces())
-    fail(Failure::Arguments, "--knob reduce: the lanes of method {} {}", m.name,
-         m.wide ? "find minima by shuffles, whatever the device: they wait for each other there"
-                : "have no minima to find");
-  for (const char* knob : {"rays", "fallback", "jump"})
-    if (knobs.contains(knob) && !m.wide)
-      fail(Failure::Arguments, "--knob {}: method {} has no packets of several rays in a lane", knob, m.name);
-  if (knobs.contains("list") && !m.lists) fail(Failure::Arguments, "--knob list: method {} puts nothing aside", m.name);
-  if (!knobs.contains("vote")) return;
-  std::string votes;
-  for (const Vote v : {Vote::Any, Vote::Count, Vote::Sum})
-    if (m.takes(v)) votes += fmt::format("{}{}", votes.empty() ? "" : ", ", vote_name(v));
-  if (votes.empty()) fail(Failure::Arguments, "--knob vote: the lanes of method {} do not vote", m.name);
-  if (!m.takes(f.vote))
-    fail(Failure::Arguments, "--knob vote={}: method {} needs numbers; it takes {}", vote_name(f.vote), m.name, votes);
 }
 
 void check_sizes(KernelConfig& f, const DeviceInfo& d, const Knobs& knobs) {
@@ -147,7 +117,7 @@ KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric,
         unmeasured({.method = std::string(method.name), .numeric = std::string(numeric.name), .knobs = knobs}, device);
     return kernel_config_for(find_method(query.method), numeric, device, query.knobs);
   }
-  const Wants& wants = device.is_cpu() ? method.on_cpu : method.on_gpu;
+  const Defaults& wants = device.is_cpu() ? method.cpu : method.gpu;
   KernelConfig f;
   f.fetch = wants.fetch;
   f.stack = wants.stack;
@@ -165,7 +135,7 @@ KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric,
     if (row.driver == device.driver_id && version >= row.from && version < row.to) row.tune(method, numeric, f);
   }
   apply_knobs(f, knobs);
-  check_method_knobs(method, f, knobs);
+  check_knobs(method, f, knobs);
   use_what_there_is(method, numeric, f, device, knobs);
   check_sizes(f, device, knobs);
   return f;

@@ -1,20 +1,85 @@
 #include "engine/trace/variant.h"
 
 #include <algorithm>
+#include <cctype>
 
 #include "engine/core/error.h"
 
 namespace ballot {
 
+namespace {
+
+/// The words of shared memory that the stacks and votes of a workgroup take.
+std::uint32_t shared_words(const Variant& variant, std::uint32_t stack) {
+  const KernelConfig& c = variant.config;
+  const Method& method = *variant.method;
+  std::uint32_t words = 0;
+  if (has_own_stack(method, c) && c.stack == StackPlace::Shared)
+    words = (stack + (method.lists ? c.list : 0)) * c.workgroup;
+  if (method.shares_stack() && c.packet_stack == PacketStack::Shared) words += stack * (c.workgroup / c.subgroup);
+  if (method.packet() && c.vote == Vote::Sum) words += c.workgroup;
+  return words;
+}
+
+/// Defines that follow from the query, the device and the tree, not from a knob.
+struct Facts {
+  const Variant& variant;
+  const DeviceInfo& device;
+  const TreeFacts& tree;
+};
+
+struct FactDefine {
+  const char* name;
+  int (*value)(const Facts&);
+};
+
+constexpr FactDefine kFactDefines[] = {
+    {"BALLOT_ANY_HIT", [](const Facts& f) { return int(f.variant.want == Want::Any); }},
+    {"BALLOT_TRIANGLE", [](const Facts& f) { return f.variant.numeric->triangle; }},
+    {"BALLOT_BOX",
+     [](const Facts& f) { return f.variant.config.padding == Padding::Tree ? BOX_WIDENED : f.variant.numeric->box; }},
+    {"BALLOT_RAY_TEXELS",
+     [](const Facts& f) { return int(f.variant.config.fetch == Fetch::Texel && f.device.is_cpu()); }},
+    {"BALLOT_SUBGROUP_BARRIER", [](const Facts& f) { return int(f.variant.config.subgroup_barrier); }},
+    {"BALLOT_LEAF_LOOP", [](const Facts& f) { return int(f.variant.method->ray_packets || leaves_loop(f.tree)); }},
+    {"BALLOT_BOX_ORIGIN", [](const Facts& f) { return int(f.tree.far); }},
+    {"BALLOT_LOOPS_CUT", [](const Facts& f) { return int(f.variant.config.loops_cut); }},
+    {"BALLOT_UNIFORM_FLOW", [](const Facts& f) { return int(f.device.uniform_flow); }},
+    {"BALLOT_INDIRECT", [](const Facts& f) { return int(f.variant.indirect); }},
+    {"BALLOT_CAMERA", [](const Facts& f) { return int(f.variant.camera != CameraKind::None); }},
+    {"BALLOT_COUNTERS", [](const Facts& f) { return int(f.variant.counters); }},
+};
+
+Defines defines_for(const Facts& f) {
+  Defines defines = knob_defines(f.variant.config, *f.variant.method);
+  if (f.variant.want == Want::Nearest)  // children are sorted whatever the knob says
+    for (auto& [name, value] : defines)
+      if (name == "BALLOT_SORTED") value = 1;
+  for (const FactDefine& d : kFactDefines) defines.emplace_back(d.name, d.value(f));
+  if (f.variant.camera != CameraKind::None) {
+    defines.emplace_back("BALLOT_PERSPECTIVE", f.variant.camera == CameraKind::Perspective);
+    defines.emplace_back("BALLOT_ORTHOGRAPHIC", f.variant.camera == CameraKind::Orthographic);
+  }
+  return defines;
+}
+
+std::string upper(std::string_view text) {
+  std::string out(text);
+  std::ranges::transform(out, out.begin(), [](unsigned char c) { return char(std::toupper(c)); });
+  return out;
+}
+
+}  // namespace
+
 std::string Variant::kernel_name() const {
   constexpr const char* kCameras[] = {"", ".perspective", ".orthographic"};
   return fmt::format("{}.{}.{}{}{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
                      counters ? ".counters" : "", indirect ? ".indirect" : "", kCameras[int(camera)],
-                     describe(how, *method));
+                     describe(config, *method));
 }
 
 std::string Variant::name() const {
-  const std::string threshold = describe_threshold(how, *method);
+  const std::string threshold = describe_threshold(config, *method);
   return threshold.empty() ? kernel_name() : kernel_name() + " " + threshold;
 }
 
@@ -23,68 +88,56 @@ std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed) {
 }
 
 KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, const TreeFacts& tree) {
-  const KernelConfig& f = variant.how;
+  const KernelConfig& c = variant.config;
   const Method& method = *variant.method;
-  const bool packet = method.packet(), wide = method.wide;
-  const std::uint32_t stack = stack_entries(tree, method.quads ? BVH4_CHILDREN - 1 : 1);
-  const std::uint32_t list = method.lists ? f.list : 0;
-  std::uint32_t shared_words = 0;
-  const bool own_stack = method.own_stack && (!wide || f.fallback);
-  if (own_stack && f.stack == StackPlace::Shared) shared_words = (stack + list) * f.workgroup;
-  if (method.shares_stack() && f.packet_stack == PacketStack::Shared)
-    shared_words += stack * (f.workgroup / f.subgroup);
-  if (packet && f.vote == Vote::Sum) shared_words += f.workgroup;
-  if (std::uint64_t(shared_words) * 4 > device.shared_bytes)
+  const std::uint32_t stack = stack_entries(tree, format_of(method.tree).pushes);
+  const std::uint64_t shared_bytes = std::uint64_t(shared_words(variant, stack)) * 4;
+  if (shared_bytes > device.shared_bytes)
     fail(Failure::Work,
          "{}: the stacks of a tree of depth {} need {} bytes of shared memory at workgroup={}, but {} has {}; use a "
-         "smaller "
-         "--knob workgroup, or --knob stack=private",
-         variant.name(), tree.depth, std::uint64_t(shared_words) * 4, f.workgroup, device.name, device.shared_bytes);
+         "smaller --knob workgroup, or --knob stack=private",
+         variant.name(), tree.depth, shared_bytes, c.workgroup, device.name, device.shared_bytes);
   KernelSource source;
-  source.name = variant.kernel_name() + (wide || leaves_loop(tree) ? "" : " leaves=1") + (tree.far ? " far=1" : "");
-  source.file = variant.method->kernel;
-  source.group_size = f.workgroup;
-  source.subgroup_size = f.subgroup;
-  source.defines = {{"BALLOT_ANY_HIT", variant.want == Want::Any},
-                    {"BALLOT_TRIANGLE", variant.numeric->triangle},
-                    {"BALLOT_BOX", f.padding == Padding::Tree ? BOX_WIDENED : variant.numeric->box},
-                    {"BALLOT_PRODUCTS", int(f.products)},
-                    {"BALLOT_FETCH", int(f.fetch)},
-                    {"BALLOT_RAY_TEXELS", f.fetch == Fetch::Texel && device.is_cpu()},
-                    {"BALLOT_LAYOUT", method.quads ? LAYOUT_CENTRED : int(f.layout)},
-                    {"BALLOT_STACK", int(f.stack)},
-                    {"BALLOT_PUSH", own_stack ? int(f.push) : 0},
-                    {"BALLOT_PACKET_STACK", method.shares_stack() ? int(f.packet_stack) : 0},
-                    {"BALLOT_VOTE", packet ? int(f.vote) : 0},
-                    {"BALLOT_COOPERATIVE", packet && f.cooperative},
-                    {"BALLOT_SUBGROUP_BARRIER", f.subgroup_barrier},
-                    {"BALLOT_MINMAX", int(f.minmax)},
-                    {"BALLOT_LEAF_BOX", f.leaf_box},
-                    {"BALLOT_LEAF_RUN", f.leaf_run},
-                    {"BALLOT_LEAF_LOOP", wide || leaves_loop(tree)},
-                    {"BALLOT_BOX_ORIGIN", tree.far},
-                    {"BALLOT_LOOPS_CUT", f.loops_cut},
-                    {"BALLOT_SORTED", f.sorted || method.quads || variant.want == Want::Nearest},
-                    {"BALLOT_RAYS", wide ? int(f.rays) : 1},
-                    {"BALLOT_FALLBACK", wide && f.fallback},
-                    {"BALLOT_JUMP", wide && f.jump},
-                    {"BALLOT_REDUCE", method.reduces() ? int(f.reduce) : 0},
-                    {"BALLOT_FRONTIER", method.frontier ? int(f.frontier) : 0},
-                    {"BALLOT_LAUNCH", int(f.launch)},
-                    {"BALLOT_UNIFORM_FLOW", device.uniform_flow},
-                    {"BALLOT_INDIRECT", variant.indirect},
-                    {"BALLOT_CAMERA", variant.camera != CameraKind::None},
-                    {"BALLOT_COUNTERS", variant.counters}};
-  if (variant.camera != CameraKind::None) {
-    source.defines.emplace_back("BALLOT_PERSPECTIVE", variant.camera == CameraKind::Perspective);
-    source.defines.emplace_back("BALLOT_ORTHOGRAPHIC", variant.camera == CameraKind::Orthographic);
-  }
-  source.constants = {{SPEC_GROUP_SIZE, f.workgroup},
+  source.name =
+      variant.kernel_name() + (method.ray_packets || leaves_loop(tree) ? "" : " leaves=1") + (tree.far ? " far=1" : "");
+  source.file = method.kernel;
+  source.group_size = c.workgroup;
+  source.subgroup_size = c.subgroup;
+  source.defines = defines_for({variant, device, tree});
+  source.constants = {{SPEC_GROUP_SIZE, c.workgroup},
                       {SPEC_STACK_SIZE, stack},
-                      {SPEC_GROUP_SUBGROUPS, f.workgroup / f.subgroup},
-                      {SPEC_SUBGROUP_SIZE, f.subgroup},
-                      {SPEC_LIST_SIZE, list}};
+                      {SPEC_GROUP_SUBGROUPS, c.workgroup / c.subgroup},
+                      {SPEC_SUBGROUP_SIZE, c.subgroup},
+                      {SPEC_LIST_SIZE, method.lists ? c.list : 0}};
   return source;
+}
+
+std::string knobs_header() {
+  std::string text =
+      "// Written by `ballot shaders --headers` from the registry engine/trace/knobs.h; a test compares.\n"
+      "// The values of the defines that knobs set.\n#ifndef BALLOT_KNOBS_H\n#define BALLOT_KNOBS_H\n";
+  for (const Knob& knob : kKnobs) {
+    if (knob.define.empty()) continue;
+    text += fmt::format("\n// {}: {}.\n", knob.define, knob.help);
+    if (knob.names[0].empty() || knob.names == kOffOn) continue;
+    const std::string prefix = upper(knob.define.substr(std::string_view("BALLOT_").size()));
+    for (std::size_t i = 0; i < knob.names.size(); ++i)
+      if (!knob.names[i].empty()) text += fmt::format("#define {}_{} {}\n", prefix, upper(knob.names[i]), i);
+  }
+  return text + "\n#endif  // BALLOT_KNOBS_H\n";
+}
+
+std::string knobs_guard() {
+  std::string text =
+      "// Written by `ballot shaders --headers` from engine/trace/; a test compares.\n"
+      "// Every define that a traversal kernel reads must be given (engine/trace/variant.cpp).\n";
+  const auto guard = [&](std::string_view name) {
+    text += fmt::format("#ifndef {}\n#error {} is not defined\n#endif\n", name, name);
+  };
+  for (const Knob& knob : kKnobs)
+    if (!knob.define.empty()) guard(knob.define);
+  for (const FactDefine& d : kFactDefines) guard(d.name);
+  return text;
 }
 
 }  // namespace ballot

@@ -3,6 +3,8 @@
 #ifndef BALLOT_LAYOUT_H
 #define BALLOT_LAYOUT_H
 
+#include "knobs.h"
+
 #ifdef __cplusplus
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -86,10 +88,6 @@ BALLOT_RECORD(IndirectArgs, 16);
 // half extents in the place of hi, rounded up so that a box never loses a point. 48 bytes: centres with the child, (l.c.xyz, left
 // child), (r.c.xyz, right child), and a word an axis of half extents: the upper half of l.e's bits above the upper half of r.e's.
 // Read as a float, the word is l.e with what follows for its last digits; each half is rounded so that no point is lost.
-#define LAYOUT_PAPER 0
-#define LAYOUT_INTERLEAVED 1
-#define LAYOUT_CENTRED 2
-#define LAYOUT_COMPACT 3
 #define PAIR_TEXELS(layout) ((layout) == LAYOUT_COMPACT ? 3u : 4u)
 
 // The wide tree: up to WIDE8_CHILDREN children a node, each two texels, (lo.xyz, child) at the node's first texel plus the

@@ -4,7 +4,7 @@
 #define BALLOT_VARIANT_H
 
 #include "layout.h"
-#include "products.h"
+#include "knobs.h"
 
 // Specialisation constants.
 #define SPEC_GROUP_SIZE 0       // invocations in a workgroup
@@ -26,51 +26,24 @@
 // BALLOT_CAMERA: 1: rays are not read but made, those of camera push.camera of BIND_CAMERAS (lib/camera/camera_samples.glsl), by kernels
 // that are told its kind: lib/camera/camera.glsl.
 
-// BALLOT_FETCH: how nodes and leaves are read.
-#define FETCH_STORAGE 0    // storage buffer
-#define FETCH_TEXEL 1      // texel buffer, R32G32B32A32_UINT
-#define FETCH_REFERENCE 2  // buffer device address
+// Defines that knobs set have their values in knobs.h, written from engine/trace/knobs.h. The others:
+
+// BALLOT_ANY_HIT: 1: any hit ends a ray; 0: the nearest is searched for.
 
 // BALLOT_RAY_TEXELS: 1: rays are read through a texel buffer too; every storage buffer of a CPU device can be one.
 
-// BALLOT_STACK: where a ray's own stack lies.
-#define STACK_PRIVATE 0
-#define STACK_SHARED 1
-
-// BALLOT_PUSH: how a ray's own stack is written.
-#define PUSH_BRANCH 0  // where there is something to keep
-#define PUSH_ALWAYS 1  // in every step; the top of the stack moves only where there is something to keep
-
-// BALLOT_PACKET_STACK: where the stack of a packet lies.
-#define PACKET_STACK_SHARED 0
-#define PACKET_STACK_LANES 1  // spread over the registers of the lanes, read by shuffle
-
-// BALLOT_VOTE: how the lanes of a packet agree.
-#define VOTE_ANY 0    // subgroupAny: which children anybody wants; whether anybody wants the left one first
-#define VOTE_COUNT 1  // ballot and bit count: the majority goes first
-#define VOTE_SUM 2    // the same majority by a reduction in shared memory, as hardware of 2010 had to
-
-// BALLOT_MINMAX: how the box test takes minima and maxima.
-#define MINMAX_BUILTIN 0
-#define MINMAX_SELECT 1   // by comparison and selection
-#define MINMAX_INTEGER 2  // of three axes at once, by their bits
-
-// BALLOT_JUMP: 1: code that no lane wants is put under a branch, which the device jumps over; 0: lanes are masked. Loops are made
-// for that, too.
-
-// BALLOT_REDUCE: how minima over lanes are found.
-#define REDUCE_SHUFFLE 0
-#define REDUCE_INTEGER 1  // of integers, by the device's own instruction
-
-// BALLOT_FRONTIER: nodes of the frontier, 32 or 64.
+// BALLOT_SUBGROUP_BARRIER: 1: subgroupBarrier() orders shared memory within a subgroup; 0: a memory barrier alone, for drivers that
+// run subgroupBarrier() as a barrier of the workgroup.
 
 // BALLOT_LEAF_LOOP: 0: every leaf holds one triangle, and walks other than packet-wide have no loop over them; 1: up to six.
 
 // BALLOT_BOX_ORIGIN: 1: boxes are measured from push.box_origin; 0: from zero.
 
-// BALLOT_LAUNCH: how work reaches subgroups.
-#define LAUNCH_PLAIN 0       // one ray an invocation, the device schedules
-#define LAUNCH_PERSISTENT 1  // subgroups take batches from a counter until none is left (Aila and Laine 2009)
+// BALLOT_LOOPS_CUT: 1: the driver may end loops early, so kernels check that they ran to their end (lib/frame/main.glsl).
+
+// BALLOT_UNIFORM_FLOW: 1: the device has subgroup uniform control flow.
+
+// BALLOT_COUNTERS: 1: the instrumented variant, which writes RayStats.
 
 // BALLOT_TRIANGLE and BALLOT_BOX: what a numeric mode is made of; see lib/numeric/numeric.glsl.
 #define TRIANGLE_MOELLER 0
@@ -102,7 +75,7 @@ struct TracePush {
   uint top_lo, top_hi;
   vec3 box_origin;     // BALLOT_BOX_ORIGIN alone: what boxes of nodes and leaves are measured from (layout.h)
   float padded_reach;  // BOX_WIDENED: how far along an axis rays may start from where boxes are measured from
-  float shear_scale, shear_near;  // TRIANGLE_WATERTIGHT: see engine/trace/shear.h
+  float shear_scale, shear_near;  // TRIANGLE_WATERTIGHT: see engine/tree/shear.h
   uint threshold;  // of methods that have one: lanes, entries or disagreements (engine/trace/methods.h)
   uint camera;     // BALLOT_CAMERA alone
 };
@@ -140,13 +113,7 @@ BALLOT_RECORD(RayStats, 72);
 #endif
 
 #ifndef __cplusplus
-#if !defined(BALLOT_FETCH) || !defined(BALLOT_STACK) || !defined(BALLOT_PACKET_STACK) || !defined(BALLOT_VOTE) || \
-    !defined(BALLOT_LAUNCH) || !defined(BALLOT_TRIANGLE) || !defined(BALLOT_BOX) || !defined(BALLOT_PRODUCTS) || !defined(BALLOT_ANY_HIT) || !defined(BALLOT_LAYOUT) || \
-    !defined(BALLOT_SUBGROUP_BARRIER) || !defined(BALLOT_COOPERATIVE) || !defined(BALLOT_UNIFORM_FLOW) || \
-    !defined(BALLOT_MINMAX) || !defined(BALLOT_LEAF_BOX) || !defined(BALLOT_SORTED) || !defined(BALLOT_COUNTERS) || !defined(BALLOT_LOOPS_CUT) || !defined(BALLOT_LEAF_RUN) || !defined(BALLOT_PUSH) || !defined(BALLOT_RAYS) || !defined(BALLOT_FALLBACK) || \
-    !defined(BALLOT_LEAF_LOOP) || !defined(BALLOT_BOX_ORIGIN) || !defined(BALLOT_REDUCE) || !defined(BALLOT_FRONTIER) || !defined(BALLOT_JUMP) || !defined(BALLOT_INDIRECT) || !defined(BALLOT_CAMERA)
-#error a traversal variant must give every BALLOT_ define (engine/trace/variant.cpp)
-#endif
+#include "knobs_guard.h"
 #endif
 
 #endif  // BALLOT_VARIANT_H

@@ -5,7 +5,7 @@
 
 #include "engine/core/npy.h"
 #include "engine/render/batch/ray_kinds.h"
-#include "engine/trace/methods.h"
+#include "engine/trace/knobs.h"
 #include "tests/cli/cli.h"
 
 namespace ballot::test {
@@ -256,7 +256,7 @@ TEST_F(Bench, BadArguments) {
   refuse(2, {"two scenes are called square"}, {"bench", "square.glb", "square.glb"});
   refused(2, {"'warp'", "packet", "cut"}, {"--methods", "warp"});
   refused(2, {"vote", "'most'", "any, count, sum"}, {"--methods", "packet:vote=most"});
-  refused(2, {"method if-if do not vote"}, {"--methods", "if-if:vote=any", "--report", "out"});
+  refused(2, {"method if-if has no packets whose lanes vote"}, {"--methods", "if-if:vote=any", "--report", "out"});
   refused(2, {"method cut needs numbers", "count, sum"}, {"--methods", "cut:vote=any"});
   refused(2, {"--knob f", "'2'", "0 to 1"}, {"--methods", "cut:f=2"});
   refused(2, {"--knob padding=tree", "packet-wide"}, {"--methods", "packet-wide:padding=tree"});

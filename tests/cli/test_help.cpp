@@ -1,6 +1,6 @@
 // What the help texts teach, and words that are no command or option.
 #include "engine/render/film/renderer.h"
-#include "engine/trace/methods.h"
+#include "engine/trace/knobs.h"
 #include "engine/trace/numeric.h"
 #include "tests/cli/cli.h"
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "engine/core/npy.h"
-#include "engine/trace/methods.h"
+#include "engine/trace/knobs.h"
 #include "engine/trace/numeric.h"
 #include "tests/cli/cli.h"
 

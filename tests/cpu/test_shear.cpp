@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/bvh/bvh.h"
-#include "engine/trace/shear.h"
+#include "engine/tree/shear.h"
 
 namespace ballot {
 namespace {

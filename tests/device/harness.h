@@ -95,18 +95,20 @@ inline const Knobs kNoFallback{{"rays", "1"}, {"fallback", "0"}};
 
 /// A method as it is, and if its packets may give up, as it is when they may not.
 inline std::vector<Knobs> together_too(const Method& m) {
-  return m.wide ? std::vector<Knobs>{Knobs{}, kNoFallback} : std::vector<Knobs>{Knobs{}};
+  return m.ray_packets ? std::vector<Knobs>{Knobs{}, kNoFallback} : std::vector<Knobs>{Knobs{}};
 }
 
 /// The same for a method, of all the axes that it has.
 inline std::vector<Knobs> every_formulation(const Method& m, const DeviceInfo& d) {
   std::vector<Knobs> all = shared_formulations(d);
-  if (m.quads) std::erase_if(all, [](const Knobs& k) { return k.contains("layout"); });
-  if (m.wide)
+  std::erase_if(all, [&](const Knobs& knobs) {  // axes that the method does not have
+    return std::ranges::any_of(knobs, [&](const auto& knob) { return !concerns(m, knob.first, knob.second); });
+  });
+  if (m.ray_packets)
     for (const char* rays : {"1", "2", "4"}) all.push_back({{"rays", rays}, {"fallback", rays[0] == '2' ? "1" : "0"}});
-  if (m.frontier) all.push_back({{"frontier", "32"}});
-  if (!m.wide && !m.quads) all.push_back({{"padding", "tree"}});
-  if (m.reduces() && d.arithmetic) all.push_back({{"reduce", "integer"}});
+  if (m.tree == TreeFormatId::Frontier) all.push_back({{"frontier", "32"}});
+  if (format_of(m.tree).padded) all.push_back({{"padding", "tree"}});
+  if (m.tree == TreeFormatId::Frontier && d.arithmetic) all.push_back({{"reduce", "integer"}});
   return all;
 }
 
@@ -114,7 +116,7 @@ inline std::vector<Knobs> every_formulation(const Method& m, const DeviceInfo& d
 inline std::vector<Knobs> every_threshold(const Method& m) {
   std::vector<Knobs> all;
   const Threshold& t = m.threshold;
-  for (std::size_t i = 0; i < t.tried; ++i) all.push_back({{std::string(t.knob), fmt::format("{}", t.sweep[i])}});
+  for (const double value : t.sweep) all.push_back({{std::string(t.knob), fmt::format("{}", value)}});
   if (t.unit == Threshold::Share) all.push_back({{std::string(t.knob), "0"}});
   if (t.unit == Threshold::Count) all.push_back({{std::string(t.knob), "255"}});
   if (m.lists)

@@ -107,7 +107,7 @@ TEST_F(CameraRaysTest, HitsAreThoseOfRaysThatAreRead) {
     expect_same(*t->tracer, {Want::Nearest, "while-while", "watertight", {}}, true, together);
   // Where a driver cuts loops short, what a dispatch leaves has to be looked at, and rays be there to be traced again.
   EXPECT_EQ(looked_at_ == 0, compared_ > 0);
-  EXPECT_EQ(compared_ > 0, !t->tracer->variant({Want::Nearest, "while-while", "watertight", {}}).how.loops_cut);
+  EXPECT_EQ(compared_ > 0, !t->tracer->variant({Want::Nearest, "while-while", "watertight", {}}).config.loops_cut);
   expect_silent(gpu_);
 }
 

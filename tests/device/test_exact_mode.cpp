@@ -127,7 +127,7 @@ class ExactMode : public DeviceTest {
     std::vector<Hit> first;
     for (const Want want : {Want::Nearest, Want::Any})
       for (const char* method : {"while-while", "packet", "cut", "dynamic-fetch", "packet-wide"}) {
-        const Query query{want, method, "exact", find_method(method).wide ? harness::kNoFallback : Knobs{}};
+        const Query query{want, method, "exact", find_method(method).ray_packets ? harness::kNoFallback : Knobs{}};
         std::vector<Hit> hits(rays.size());
         tracer.trace(rays, hits, query);
         std::size_t errors = 0;

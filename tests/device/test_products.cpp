@@ -3,7 +3,7 @@
 #include <cmath>
 #include <set>
 
-#include "shaders/shared/products.h"
+#include "shaders/shared/knobs.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"
 

@@ -210,7 +210,7 @@ TEST(Features, StacksAreMadeForTheTree) {
     if (method.chooses) continue;
     const NumericMode& numeric = find_numeric(kDefaultNumeric);
     const Variant v{&method, &numeric, Want::Nearest, kernel_config_for(method, numeric, gpu.info())};
-    const std::uint32_t most = method.quads ? 3 : 1;  // that a step pushes
+    const std::uint32_t most = format_of(method.tree).pushes;
     const KernelSource shallow = kernel_source(v, gpu.info(), {.depth = 15, .largest_leaf = 2});
     KernelSource deep = kernel_source(v, gpu.info(), {.depth = 16, .largest_leaf = 6});
     EXPECT_EQ(shallow.defines, deep.defines) << method.name;
@@ -234,8 +234,8 @@ TEST(Features, ALoopOverTrianglesOnlyWhereALeafHasSeveral) {
     const KernelSource several = kernel_source(v, gpu.info(), {.depth = 9, .largest_leaf = 2});
     const KernelSource one = kernel_source(v, gpu.info(), {.depth = 9, .largest_leaf = 1});
     EXPECT_EQ(one.constants, several.constants);
-    EXPECT_EQ(one.name == several.name, method.wide);
-    if (method.wide)
+    EXPECT_EQ(one.name == several.name, method.ray_packets);
+    if (method.ray_packets)
       EXPECT_EQ(one.defines, several.defines);
     else
       EXPECT_LT(bytes_of(one), bytes_of(several));

@@ -114,7 +114,7 @@ TEST(Sphere, OnePictureForEveryMethodAndKnob) {
                           Knobs{{"vote", "any"}}, Knobs{{"vote", "sum"}, {"workgroup", "128"}, {"stack", "private"}}}) {
         if (mode.name != kDefaultNumeric && (method.name != kDefaultMethod || !knobs.empty())) continue;
         if (knobs.contains("vote") && !method.takes(knobs.at("vote") == "any" ? Vote::Any : Vote::Sum)) continue;
-        if (method.quads) knobs.erase("layout");
+        if (format_of(method.tree).pairs == Pairs::Never) knobs.erase("layout");
         options.query.method = method.name;
         options.query.knobs = knobs;
         SCOPED_TRACE(engine.tracer().variant(options.query).name());

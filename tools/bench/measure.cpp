@@ -245,9 +245,9 @@ class BlockRun {
     r.knobs = query.knobs;
     r.threshold = entry.threshold;
     r.variant = variant.name();
-    r.workgroup = variant.how.workgroup;
-    r.subgroup = variant.how.subgroup;
-    r.resident_lanes = variant.how.launch == Launch::Persistent ? variant.how.resident_lanes : 0;
+    r.workgroup = variant.config.workgroup;
+    r.subgroup = variant.config.subgroup;
+    r.resident_lanes = variant.config.launch == Launch::Persistent ? variant.config.resident_lanes : 0;
     r.ray_count = batch.count();
     r.trace = times_of(runner.trace[view]);
     if (!runner.frame[view].empty()) r.frame = times_of(runner.frame[view]);

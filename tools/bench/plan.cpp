@@ -38,14 +38,6 @@ std::pair<std::string, std::string> knob_of(const std::string& option, const std
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-bool concerns(const Method& method, const std::string& knob, const std::string& value) {
-  if (knob == "vote")
-    return std::ranges::any_of(votes_of(method), [&](const std::string& vote) { return vote == value; });
-  if (knob == "list") return method.lists;
-  const auto is_threshold = [&](const Method& m) { return knob == m.threshold.knob; };
-  return is_threshold(method) || std::ranges::none_of(kMethods, is_threshold);
-}
-
 /// Knobs for every method, as far as they concern this one.
 Knobs shared_knobs(const Method& method, const std::vector<std::string>& texts) {
   Knobs knobs;
@@ -158,8 +150,8 @@ class Entries {
         return s.best_label == sweep.best_label && s.entries.front().query.numeric == mode;
       });
       if (there) continue;
-      for (std::size_t i = 0; i < method.threshold.tried; ++i) {
-        knobs[std::string(method.threshold.knob)] = threshold_text(method.threshold.sweep[i]);
+      for (const double value : method.threshold.sweep) {
+        knobs[std::string(method.threshold.knob)] = threshold_text(value);
         sweep.entries.push_back(make_entry(method, knobs, mode, Role::Sweep));
       }
       plan_.sweeps.push_back(std::move(sweep));

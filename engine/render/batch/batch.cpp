@@ -126,7 +126,7 @@ TraceTimes Batches::trace(RayBatch& batch, Query query) {
 Counters Batches::count(RayBatch& batch, Query query) {
   query = resolve(batch, std::move(query));
   Counters counters;
-  counters.subgroup = tracer_.variant(query).how.subgroup;
+  counters.subgroup = tracer_.variant(query).config.subgroup;
   for (Chunk& c : batch.chunks_) {
     Buffer<RayStats> stats(gpu_, c.count, Access::Storage, "counters");
     tracer_.trace_counted(c.rays, c.hits, c.count, query, stats);

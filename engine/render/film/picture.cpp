@@ -121,7 +121,7 @@ Image Renderer::picture(const Film& film, const RenderOptions& options, RenderTi
   if (!heat) return image;
   Query query = options.query;
   query.rays = kPrimaryRays;
-  times.heat_top = paint_heat(image, find_heat(options.heat), tracer_.variant(query).how.subgroup);
+  times.heat_top = paint_heat(image, find_heat(options.heat), tracer_.variant(query).config.subgroup);
   return image;
 }
 

@@ -286,7 +286,7 @@ void LiveImage::shade_slice(const Slice& slice, const Buffer<Ray>* rays, const B
 void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, Buffer<LivePixel>& film,
                            std::uint32_t sample, LiveTimes& times) {
   const HeatKind& kind = find_heat(options.heat);
-  float top = kind.fixed_top(tracer_.variant(query).how.subgroup);
+  float top = kind.fixed_top(tracer_.variant(query).config.subgroup);
   if (top == 0) {
     // Some tiles stand for the picture; both queries and all samples of a picture share one scale.
     if (sample == 0 && slice.camera.first == 0 && times.heat_top == 0) {

@@ -57,6 +57,9 @@ class Choices {
   /// Reads what the folder has for this scene and device, and keeps new choices there.
   void keep_in(const std::filesystem::path& folder);
 
+  /// Takes another tree: its choices are read from the folder, if one was given.
+  void replace_scene(const BvhStats& tree, const Bounds& bounds);
+
   const Choice* find(const Query& query) const;
   void add(Choice choice);
   void clear() { all_.clear(), ++changes_; }
@@ -69,8 +72,8 @@ class Choices {
   void save() const;
 
   const DeviceInfo& device_;
-  std::string scene_;           // what tells this tree from others
-  std::filesystem::path file_;  // empty: none
+  std::string scene_;                    // what tells this tree from others
+  std::filesystem::path folder_, file_;  // empty: none
   std::map<std::string, Choice> all_;
   std::uint64_t changes_ = 0;
 };

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "engine/core/error.h"
+#include "engine/trace/auto/chooser.h"
 #include "engine/trace/auto/coherence.h"
-#include "engine/trace/tracer.h"
 
 namespace ballot {
 
@@ -58,10 +58,7 @@ std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::si
 }
 
 void leave_out_collapsed(std::vector<Candidate>& candidates) {
-  const auto is_collapsed = [](const Candidate& c) {
-    const Method& m = find_method(c.method);
-    return m.wide || m.quads;
-  };
+  const auto is_collapsed = [](const Candidate& c) { return format_of(find_method(c.method).tree).collapsed; };
   if (!std::ranges::all_of(candidates, is_collapsed)) std::erase_if(candidates, is_collapsed);
 }
 
@@ -92,7 +89,7 @@ Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vecto
   return sample;
 }
 
-using Trial = Tracer::Trial;
+using Trial = Chooser::Trial;
 
 /// Milliseconds for all samples, each at its best of the first `rounds` rounds, which take the samples in turn: what disturbs a
 /// trial makes it slower, never faster.
@@ -138,47 +135,55 @@ std::vector<Candidate> in_order(const std::vector<Trial>& trials, std::size_t ra
 
 }  // namespace
 
-Query Tracer::resolve(const Query& query) const {
+Chooser::Chooser(Context& gpu, const Bvh& bvh, Trace trace)
+    : gpu_(gpu), bvh_(&bvh), trace_(std::move(trace)), choices_(gpu.info(), bvh.stats, bvh.bounds) {}
+
+void Chooser::replace(const Bvh& bvh) {
+  bvh_ = &bvh;
+  choices_.replace_scene(bvh.stats, bvh.bounds);
+}
+
+Query Chooser::resolve(const Query& query) const {
   if (!find_method(query.method).chooses) return query;
   if (const Choice* choice = choices_.find(query)) return choice->apply(query);
   return unmeasured(query, gpu_.info());
 }
 
-Query Tracer::resolve(Query query, const Buffer<Ray>& rays, std::size_t count) {
+Query Chooser::resolve(Query query, const Buffer<Ray>& rays, std::size_t count) {
   if (!find_method(query.method).chooses) return query;
   const Effort& effort = effort_on(gpu_.info());
   if (count < effort.least && !choices_.find(query)) return unmeasured(query, gpu_.info());
   if (query.rays.empty())
-    query.rays = ray_class_of(sample_of(rays, stretches_of(count, kClassSample, kClassStretches)), bvh_.bounds);
+    query.rays = ray_class_of(sample_of(rays, stretches_of(count, kClassSample, kClassStretches)), bvh_->bounds);
   const Choice* known = choices_.find(query);
   const bool unfinished = known && known->remembered && !known->complete() && count >= effort.least;
   if (!known || unfinished) choices_.add(calibrate(query, rays, count));
   return resolve(query);
 }
 
-bool Tracer::is_resolved(const Query& query, std::size_t most) const {
-  return most < effort_on(gpu_.info()).least || resolved(query).chosen;
+bool Chooser::is_resolved(const Query& query, std::size_t most) const {
+  return most < effort_on(gpu_.info()).least || has_chosen(query);
 }
 
-bool Tracer::is_chosen(const Query& query) const {
+bool Chooser::has_chosen(const Query& query) const {
   if (!find_method(query.method).chooses) return true;
   const Choice* known = choices_.find(query);
   return known && (!known->remembered || known->complete());
 }
 
-std::string Tracer::ray_class(std::span<const Ray> rays) const {
+std::string Chooser::ray_class(std::span<const Ray> rays) const {
   std::vector<Ray> sample;
   for (const Stretch& s : stretches_of(rays.size(), kClassSample, kClassStretches)) {
     const auto part = rays.subspan(s.first, s.count);
     sample.insert(sample.end(), part.begin(), part.end());
   }
-  return ray_class_of(sample, bvh_.bounds);
+  return ray_class_of(sample, bvh_->bounds);
 }
 
 /// Compiles a candidate. False if it cannot run here: its stacks do not fit, say.
-bool Tracer::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why) {
+bool Chooser::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why) {
   try {
-    trace(rays, hits, std::uint32_t(std::min<std::size_t>(kWarmUpRays, rays.size())), query);
+    trace_(rays, hits, std::uint32_t(std::min<std::size_t>(kWarmUpRays, rays.size())), query);
     return true;
   } catch (const Error&) {
     if (!why) why = std::current_exception();
@@ -187,34 +192,34 @@ bool Tracer::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& h
 }
 
 /// Every candidate traces every sample, in turn, until the time is up, of which some was spent; hopeless ones drop out.
-void Tracer::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits,
-                  double spent_s) {
+void Chooser::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits,
+                   double spent_s) {
   const Effort& effort = effort_on(gpu_.info());
   const double rounds_s = std::min(effort.rounds_s, effort.until_s - spent_s);
   const auto run = [&](const Trial& t, const Buffer<Ray>& rays) {
-    return trace(rays, hits, std::uint32_t(rays.size()), t.query).device_ms;
+    return trace_(rays, hits, std::uint32_t(rays.size()), t.query);
   };
   for (const auto warm = Clock::now(); seconds_since(warm) < effort.warm_s;)
     for (const Trial& t : trials)
-      if (!t.out) run(t, samples[0]);
+      if (!t.dropped) run(t, samples[0]);
   const auto begin = Clock::now();
   for (int round = 0; round < effort.rounds; ++round) {
     if (round >= kLeastRounds && seconds_since(begin) > rounds_s) break;
     const Buffer<Ray>& rays = samples[std::size_t(round) % samples.size()];
     for (std::size_t i = 0; i < trials.size(); ++i) {
       Trial& t = trials[(i + std::size_t(round)) % trials.size()];  // each comes first once: it finds the caches cold
-      if (!t.out) t.ms.push_back(run(t, rays));
+      if (!t.dropped) t.ms.push_back(run(t, rays));
     }
     if (round + 1 < kLeastRounds) continue;
-    for (Trial& t : trials) t.out |= slowness(t, trials, samples.size()) > kHopeless;
+    for (Trial& t : trials) t.dropped |= slowness(t, trials, samples.size()) > kHopeless;
   }
 }
 
-Choice Tracer::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_t count) {
+Choice Chooser::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_t count) {
   const auto start = Clock::now();
   const Effort& effort = effort_on(gpu_.info());
   Choice choice{query.rays, query.want, query.numeric, query.knobs, candidates_for(query, gpu_.info())};
-  if (bvh_.nodes.size() > kMostNodesToCollapse) leave_out_collapsed(choice.candidates);
+  if (bvh_->nodes.size() > kMostNodesToCollapse) leave_out_collapsed(choice.candidates);
   if (choice.candidates.size() == 1) return choice;
   const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
   std::vector<Buffer<Ray>> samples;
@@ -231,8 +236,8 @@ Choice Tracer::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_
     t.query.method = c.method;
     t.query.knobs = c.knobs;
     t.candidate.tried = true;
-    t.out = !try_out(t.query, samples[0], hits, why);
-    run += !t.out;
+    t.dropped = !try_out(t.query, samples[0], hits, why);
+    run += !t.dropped;
   }
   if (run == 0) std::rethrow_exception(why);
   race(trials, samples, hits, seconds_since(start));

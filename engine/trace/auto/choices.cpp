@@ -44,24 +44,35 @@ Choice from_json(const Json& json) {
   return c;
 }
 
+/// What tells a tree from others.
+std::string scene_text(const BvhStats& t, const Bounds& b) {
+  return fmt::format(
+      "{} triangles, {} references, {} nodes, depth {}, SAH {:a}, ({:a}, {:a}, {:a}) to ({:a}, {:a}, {:a})",
+      t.triangles, t.references, t.nodes, t.depth, t.sah, b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y, b.hi.z);
+}
+
 bool is_among(const Candidate& chosen, const std::vector<Candidate>& candidates) {
   return std::ranges::any_of(candidates, [&](const Candidate& c) { return c.name() == chosen.name(); });
 }
 
 }  // namespace
 
-Choices::Choices(const DeviceInfo& device, const BvhStats& t, const Bounds& b)
-    : device_(device),
-      scene_(fmt::format(
-          "{} triangles, {} references, {} nodes, depth {}, SAH {:a}, ({:a}, {:a}, {:a}) to ({:a}, {:a}, {:a})",
-          t.triangles, t.references, t.nodes, t.depth, t.sah, b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y, b.hi.z)) {}
+Choices::Choices(const DeviceInfo& device, const BvhStats& tree, const Bounds& bounds)
+    : device_(device), scene_(scene_text(tree, bounds)) {}
 
 void Choices::keep_in(const std::filesystem::path& folder) {
   const std::string platform =
       fmt::format("{}|{}|{}|{}|{}", device_.name, device_.driver, device_.subgroup_size, BALLOT_COMMIT, scene_);
+  folder_ = folder;
   file_ = folder / fmt::format("{:016x}.json", std::hash<std::string>()(platform));
   load();
   ++changes_;
+}
+
+void Choices::replace_scene(const BvhStats& tree, const Bounds& bounds) {
+  scene_ = scene_text(tree, bounds);
+  clear();
+  if (!folder_.empty()) keep_in(folder_);
 }
 
 void Choices::load() {

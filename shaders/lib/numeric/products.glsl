@@ -1,4 +1,4 @@
-// Products and their sums by what a device can do (shared/products.h).
+// Products and their sums by what a device can do (shared/knobs.h).
 
 // a * b - c * d with the exact sign, and to a relative error of at most 2^-23, whatever cancels: zero only where the products
 // are equal. It holds while no product of the parts underflows, that is for products above 2^-102 (below, small differences

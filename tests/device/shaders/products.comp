@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // lib/numeric/products.glsl by itself: a difference of products per vec4.
-#include "../../../shaders/shared/products.h"
+#include "../../../shaders/shared/knobs.h"
 #include "../../../shaders/lib/numeric/products.glsl"
 
 layout(local_size_x = 64) in;

@@ -1,0 +1,62 @@
+// The registry of tree formats: how a tree lies on the device for the methods that walk it. A new format is an encoder (a .h and
+// a .cpp file here), a row below and a GLSL file in shaders/lib/tree/; a method names its format (engine/trace/methods.h).
+//
+// Every format is derived from the pair tree (pair.h): the binary tree, two siblings a record, with the leaves that all formats
+// share. Texels are 16 bytes; shaders/shared/layout.h has the bytes of each format.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "engine/formats/bvh4.h"
+#include "engine/formats/frontier.h"
+#include "engine/formats/wide8.h"
+
+namespace ballot {
+
+enum class TreeFormatId { Pair, Bvh4, Wide8, Frontier };
+
+/// When kernels read the pair tree besides their own format.
+enum class Pairs { Always, WithFallback, Never };
+
+struct TreeFormat {
+  TreeFormatId id;
+  std::string_view name;
+  std::string_view summary;
+  /// Texels of the format; null where they are the pair tree's own. `size`: nodes of a frontier.
+  std::vector<glm::uvec4> (*encode)(const PairTree& pairs, std::uint32_t size) = nullptr;
+  Pairs pairs = Pairs::Always;
+  std::uint32_t pushes = 1;    // entries that one step of a ray pushes on its stack at most
+  bool padded = false;         // boxes can be widened once for all rays (padding.h)
+  bool follows_pairs = false;  // is encoded from the very pairs that the kernel reads, in their layout and padding
+  bool collapsed = false;      // takes about a second for 2^20 nodes (collapse.h), and nothing keeps the result
+};
+
+// clang-format off
+inline constexpr TreeFormat kTreeFormats[] = {
+    {.id = TreeFormatId::Pair, .name = "pair",
+     .summary = "two siblings in 64 bytes, or 48 (knob layout)", .padded = true},
+    {.id = TreeFormatId::Bvh4, .name = "bvh4",
+     .summary = "up to four children in 64 bytes, boxes quantised to 8 bits",
+     .encode = [](const PairTree& pairs, std::uint32_t) { return encode_bvh4(pairs).nodes; },
+     .pairs = Pairs::Never, .pushes = BVH4_CHILDREN - 1, .collapsed = true},
+    {.id = TreeFormatId::Wide8, .name = "wide8",
+     .summary = "up to eight children with float32 boxes, for a subgroup that tests a child a lane",
+     .encode = [](const PairTree& pairs, std::uint32_t) { return encode_wide8(pairs).nodes; },
+     .pairs = Pairs::WithFallback, .collapsed = true},
+    {.id = TreeFormatId::Frontier, .name = "frontier",
+     .summary = "32 or 64 nodes near the root that hold every leaf once, beside the pair tree",
+     .encode = encode_frontier, .padded = true, .follows_pairs = true},
+};
+// clang-format on
+
+constexpr const TreeFormat& format_of(TreeFormatId id) { return kTreeFormats[int(id)]; }
+
+constexpr bool formats_are_in_order() {
+  for (const TreeFormat& f : kTreeFormats)
+    if (&format_of(f.id) != &f) return false;
+  return true;
+}
+static_assert(formats_are_in_order(), "rows of kTreeFormats stand in the order of TreeFormatId");
+
+}  // namespace ballot

@@ -1,0 +1,168 @@
+#include "engine/trace/dispatch.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "engine/core/error.h"
+
+namespace ballot {
+
+namespace {
+
+constexpr std::uint32_t kUnbounded = std::numeric_limits<std::uint32_t>::max();
+
+/// Rays that a workgroup takes, or begins with.
+std::uint32_t group_rays(const Variant& v) { return v.config.workgroup * v.rays_per_lane(); }
+
+/// True if a dispatch leaves a word for the host: the counter of a persistent launch, or rays that were cut short. Other dispatches
+/// leave none, and each transfer to and from a GPU would be a wait.
+bool reports(const Variant& v) { return v.config.launch == Launch::Persistent || v.config.loops_cut; }
+
+}  // namespace
+
+std::uint32_t Dispatcher::groups_for(const Variant& v, std::uint32_t rays) const {
+  const KernelConfig& c = v.config;
+  const std::uint32_t packet = c.subgroup * v.rays_per_lane();
+  rays = (rays + packet - 1) / packet * c.subgroup;  // as many as there are lanes to take them
+  std::uint64_t lanes = rays;
+  if (c.launch == Launch::Persistent) {
+    // Twice what all rays need with the batches that a subgroup may take, so that threads which are ahead find more to do, but no
+    // more than may be resident; what is left after that is dispatched again.
+    lanes = 2 * ((std::uint64_t(rays) + c.batches - 1) / c.batches);
+    if (c.batches == kUnbounded) lanes = rays;
+    lanes = std::min<std::uint64_t>(lanes, std::max(c.resident_lanes, c.workgroup));
+  }
+  return std::uint32_t(std::min<std::uint64_t>((lanes + c.workgroup - 1) / c.workgroup, gpu_.info().max_group_count_x));
+}
+
+TracePush Dispatcher::push_for(const Job& job, std::uint32_t root) const {
+  const TraceKernel& k = *job.kernel;
+  TracePush push{};
+  push.scene_lo = tree_.bvh().bounds.lo;
+  push.scene_hi = tree_.bvh().bounds.hi;
+  push.box_origin = tree_.box_origin();
+  push.padded_reach = tree_.padded_reach();
+  push.shear_scale = tree_.shear().scale;
+  push.shear_near = tree_.shear().near;
+  push.root = root;
+  push.max_batches = job.variant.config.batches;
+  push.threshold = threshold_lanes(job.variant.config, *job.variant.method);
+  const auto point = [](const DeviceTree::Texels* texels, std::uint32_t& lo, std::uint32_t& hi) {
+    if (!texels) return;
+    lo = std::uint32_t(texels->address());
+    hi = std::uint32_t(texels->address() >> 32);
+  };
+  point(k.nodes, push.nodes_lo, push.nodes_hi);
+  point(k.format, push.top_lo, push.top_hi);
+  point(k.leaves, push.leaves_lo, push.leaves_hi);
+  return push;
+}
+
+Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push,
+                          TraceTimes& times) {
+  Kernel& kernel = *job.kernel->kernel;
+  kernel.bind(BIND_RAYS, rays);
+  kernel.bind(BIND_HITS, hits);
+  Work work{push.ray_begin, 0};
+  if (reports(job.variant)) kernels_.work().upload(std::span(&work, 1));
+  gpu_.submit(kernel.name(), [&](VkCommandBuffer cmd) {
+    kernel.dispatch(cmd, groups_for(job.variant, push.ray_end - push.ray_begin), push);
+  });
+  times.device_ms += gpu_.last_ms();
+  ++times.dispatches;
+  if (reports(job.variant)) kernels_.work().download(std::span(&work, 1));
+  return work;
+}
+
+Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
+                     TraceTimes& times) {
+  return run(job, rays, hits, count, tree_.root(), times);
+}
+
+Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
+                     std::uint32_t root, TraceTimes& times) {
+  const bool plain = job.variant.config.launch == Launch::Plain;
+  const std::uint64_t most = std::uint64_t(gpu_.info().max_group_count_x) * group_rays(job.variant);
+  TracePush push = push_for(job, root);
+  Work total{0, 0};
+  while (push.ray_begin < count) {
+    push.ray_end = count;
+    if (plain && count - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
+    const Work work = dispatch(job, rays, hits, push, times);
+    total.unfinished += work.unfinished;
+    // A bounded persistent kernel may leave rays; what it took, it finished.
+    const std::uint32_t next = plain ? push.ray_end : std::min(work.next, push.ray_end);
+    if (next <= push.ray_begin)
+      fail(Failure::Work, "kernel {} took no ray of {} left on {}: the driver lost the dispatch",
+           job.kernel->kernel->name(), count - push.ray_begin, gpu_.info().name);
+    push.ray_begin = next;
+  }
+  return total;
+}
+
+bool Dispatcher::can_record(const Variant& v, std::uint32_t most) const {
+  if (v.config.loops_cut) return false;
+  if (v.config.launch == Launch::Persistent) return v.config.batches == kUnbounded;
+  return most <= std::uint64_t(gpu_.info().max_group_count_x) * group_rays(v);
+}
+
+RayGroups Dispatcher::groups_of(const Variant& v) const {
+  std::uint32_t most = gpu_.info().max_group_count_x;
+  if (v.config.launch == Launch::Persistent) most = groups_for(v, kUnbounded - group_rays(v));
+  return {group_rays(v), most};
+}
+
+void Dispatcher::record(const Job& job, Buffer<Hit>& hits, const Context::Record& dispatch, Context::Done done) {
+  Kernel& kernel = *job.kernel->kernel;
+  kernel.bind(BIND_HITS, hits);
+  const bool counts = reports(job.variant);
+  gpu_.pass(
+      kernel.name(),
+      [&](VkCommandBuffer cmd) {
+        if (counts) {
+          gpu_.vk().CmdFillBuffer(cmd, kernels_.work().handle(), 0, VK_WHOLE_SIZE, 0);
+          gpu_.memory_barrier(cmd);
+        }
+        dispatch(cmd);
+      },
+      std::move(done));
+}
+
+void Dispatcher::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect,
+                        Context::Done done) {
+  Kernel& kernel = *job.kernel->kernel;
+  kernel.bind(BIND_RAYS, rays);
+  kernel.bind(BIND_INDIRECT, indirect.args);
+  TracePush push = push_for(job, tree_.root());
+  push.ray_end = indirect.index;
+  const auto dispatch = [&](VkCommandBuffer cmd) {
+    kernel.dispatch(cmd, indirect.args, indirect.index * sizeof(IndirectArgs), &push, sizeof push);
+  };
+  record(job, hits, dispatch, std::move(done));
+}
+
+void Dispatcher::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
+                        Context::Done done) {
+  job.kernel->kernel->bind(BIND_RAYS, rays);
+  record_rays(job, hits, count, 0, std::move(done));
+}
+
+void Dispatcher::record(const Job& job, const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count,
+                        Context::Done done) {
+  job.kernel->kernel->bind(BIND_CAMERAS, rays.cameras);
+  job.kernel->kernel->bind(BIND_LISTED, rays.listed);
+  record_rays(job, hits, count, rays.index, std::move(done));
+}
+
+void Dispatcher::record_rays(const Job& job, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t camera,
+                             Context::Done done) {
+  TracePush push = push_for(job, tree_.root());
+  push.ray_end = count;
+  push.camera = camera;
+  const auto dispatch = [&](VkCommandBuffer cmd) {
+    job.kernel->kernel->dispatch(cmd, groups_for(job.variant, count), push);
+  };
+  record(job, hits, dispatch, std::move(done));
+}
+
+}  // namespace ballot

@@ -1,0 +1,40 @@
+#include "engine/trace/kernels.h"
+
+namespace ballot {
+
+TraceKernels::TraceKernels(Context& gpu, DeviceTree& tree)
+    : gpu_(gpu), tree_(tree), work_(gpu, 1, Access::Storage, "work counter") {}
+
+bool TraceKernels::is_current(const TraceKernel& kernel) const {
+  return kernel.tree == tree_.generation() && kernel.kernel->generation() == gpu_.shader_generation();
+}
+
+TraceKernel& TraceKernels::get(const Variant& v) {
+  // Facts of the tree are part of a kernel: another depth needs other stacks.
+  const TreeFacts& facts = tree_.facts();
+  TraceKernel& kernel = kernels_[fmt::format("{} subgroup={} depth={} leaf={} far={}", v.kernel_name(),
+                                             v.config.subgroup, facts.depth, facts.largest_leaf, int(facts.far))];
+  if (kernel.kernel && is_current(kernel)) return kernel;
+  const bool fresh = refresh(gpu_, kernel.kernel, kernel_source(v, gpu_.info(), facts));
+  if (!fresh && kernel.tree == tree_.generation()) return kernel;
+  bind(kernel, v);
+  if (fresh) gpu_.save_pipeline_cache();
+  return kernel;
+}
+
+void TraceKernels::bind(TraceKernel& k, const Variant& v) {
+  const Method& method = *v.method;
+  const TreeAccess access = v.config.tree_access();
+  k.tree = tree_.generation();
+  k.nodes = method.reads_pairs(v.config) ? &tree_.nodes(access) : nullptr;
+  k.format = format_of(method.tree).encode ? &tree_.format(method.tree, access) : nullptr;
+  k.leaves = &tree_.leaves(v.numeric->leaves, v.config.fetch);
+  if (v.config.fetch != Fetch::Reference) {
+    if (k.nodes) k.kernel->bind(BIND_NODES, *k.nodes);
+    if (k.format) k.kernel->bind(BIND_TOP, *k.format);
+    k.kernel->bind(BIND_LEAVES, *k.leaves);
+  }
+  k.kernel->bind(BIND_WORK, work_);
+}
+
+}  // namespace ballot

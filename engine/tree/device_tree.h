@@ -1,0 +1,79 @@
+// A tree that lives on a device, in every format that its kernels ask for.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include "engine/formats/formats.h"
+#include "engine/scene/features.h"
+#include "engine/tree/shear.h"
+#include "engine/tree/tree_access.h"
+#include "engine/vk/buffer.h"
+
+namespace ballot {
+
+/// The arrays of one tree on one device. Each is encoded and uploaded when a kernel first asks for it.
+///
+/// Every state of the tree has a generation, a number that no other tree of the process has or had. What is derived from a tree
+/// (bound buffers, resolved queries, choices of method auto) keeps the generation that it was made from and is made anew once
+/// that differs. Belongs to the thread of its Context.
+class DeviceTree {
+ public:
+  using Texels = Buffer<glm::uvec4>;
+
+  /// Keeps references to gpu, bvh and triangles. `facts`: what kernels are compiled for, those of `bvh` or more general ones.
+  DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
+
+  /// Takes another tree in place of the present one: a new generation. Waits for the device. Pointers to arrays end here.
+  void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
+
+  std::uint64_t generation() const { return generation_; }
+  const Bvh& bvh() const { return *bvh_; }
+  std::span<const Triangle> triangles() const { return triangles_; }
+  /// What kernels are compiled for.
+  const TreeFacts& facts() const { return facts_; }
+
+  /// The point that boxes on the device are measured from: box_origin() of the scene's bounds.
+  const glm::vec3& box_origin() const { return box_origin_; }
+  /// The farthest that an origin may be from box_origin() along an axis for padded boxes to serve its ray; 0: boxes cannot be padded.
+  float padded_reach() const { return padded_reach_; }
+  const ShearScale& shear() const { return shear_; }
+
+  /// The pair tree on the host, as it is uploaded. The oracles walk the one without padding.
+  const PairTree& pairs(NodeLayout layout, Padding padding = Padding::Ray);
+
+  /// The child reference at which traversal begins, the same in every format.
+  std::uint32_t root();
+
+  /// The node pairs that a kernel reads.
+  const Texels& nodes(const TreeAccess& access);
+  /// The array of a format other than the pairs.
+  const Texels& format(TreeFormatId id, const TreeAccess& access);
+  /// The leaves, which all formats share.
+  const Texels& leaves(LeafFormat format, Fetch fetch);
+
+ private:
+  using FormatKey = std::tuple<TreeFormatId, std::uint32_t, NodeLayout, Padding, Fetch>;
+
+  const PairTree& any_pairs();
+  const Texels& upload(const FormatKey& key, std::span<const glm::uvec4> texels, const char* name);
+
+  Context& gpu_;
+  const Bvh* bvh_ = nullptr;
+  std::span<const Triangle> triangles_;
+  TreeFacts facts_;
+  std::uint64_t generation_ = 0;
+  glm::vec3 box_origin_{0};
+  float padded_reach_ = 0;
+  ShearScale shear_{};
+  std::vector<Bounds> padded_boxes_;  // made on first use
+  std::map<std::pair<NodeLayout, Padding>, PairTree> pairs_;
+  std::map<FormatKey, Texels> arrays_;
+  std::map<std::pair<LeafFormat, Fetch>, Texels> leaves_;
+};
+
+}  // namespace ballot
