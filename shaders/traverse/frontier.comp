@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 // "frontier" traversal: a packet at the top of the tree, then every ray by itself. The frontier is the line where the
 // top of the tree ends; it is found once for each tree. Each lane tests one frontier node against bounds of all rays of
-// the subgroup, and a ballot tells which nodes the rays may enter. Each ray then walks the subtrees of those of these
+// the subgroup, and a ballot tells which nodes the rays may enter. Of these, each ray then walks the subtrees of the
 // nodes that it meets, front to back.
 //
 // Based on:

@@ -1,7 +1,7 @@
 // Minima, maxima and unions over the lanes of a subgroup, by the method that BALLOT_REDUCE names. Methods whose lanes
 // may have diverged use shuffles: an H200 (580.159.04) reduces integers only over the lanes that are together at the
-// moment, even in a loop that all lanes continue, so packet-wide lost hits or never ended. At the start of a kernel all
-// lanes are together (frontier: every result was compared).
+// moment, even in a loop that all lanes continue. With integer reductions, packet-wide lost hits or never ended. At the
+// start of a kernel all lanes are together (frontier: every result was compared).
 
 const float LARGEST = 3.4028234e38;
 

@@ -2,8 +2,8 @@
 // triangle test, a box test and a leaf format. Each of the tests is one file.
 //
 // A triangle test (lib/numeric/triangle_*.glsl) defines
-//   RaySpace                           what is computed once a ray, and what the test keeps of the nearest hit
-//   make_ray_space(ray, given) -> RaySpace       ray is scaled, as everywhere here; given is not
+//   RaySpace                           the constants of a ray, and what the test keeps of the nearest hit
+//   make_ray_space(ray, given) -> RaySpace       ray is scaled, as everywhere else here; given is not
 //                                                (lib/numeric/ray_scale.glsl)
 //   texel_order(space) -> uint         the order in which the test reads a triangle's texels, see order_to(). If leaves
 //                                      hold vertices, the texel of the ray's main axis comes last. Or AS_STORED
@@ -25,7 +25,7 @@
 //                                      (lib/frame/main.glsl)
 //
 // A box test (lib/numeric/box_*.glsl) defines
-//   Slabs                              what is computed once a ray
+//   Slabs                              the constants of a ray
 //   make_slabs(ray) -> Slabs
 //   box_interval(slabs, lo, hi, t_min, t_max) -> vec2
 //                                      returns the interval [entry, exit] in which the ray is inside, cut to [t_min,

@@ -16,7 +16,7 @@
 // (settle_leaf). lavapipe runs both sides of every branch, and the body of a loop at least once, so rare work must not
 // stand in the loop over triangles: with it there, rays took 2 to 3 times as long.
 
-// What is computed once a ray, and the nearest hit so far.
+// The constants of a ray, and the nearest hit so far.
 struct RaySpace {
   Ray given;                   // all decisions are about this ray; the scaled ray serves boxes and the first stage
   vec3 row_x, row_y;           // rows of the matrix that shears the ray onto the axis of its largest component

@@ -29,7 +29,7 @@
 #include "../tree/leaf_vertices.glsl"
 #include "products.glsl"
 
-// What is computed once a ray, for its main axis m (0 x, 1 y, 2 z) and the axes that follow it in a circle.
+// The constants of a ray, for its main axis m (0 x, 1 y, 2 z) and the axes that follow m in a circle.
 struct RaySpace {
   uint order;                        // order_to(m)
   vec3 origin;                       // o[m + 1] and o[m + 2], scaled, and o[m]
