@@ -3,10 +3,11 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
-// Hits of what is transparent there: their rays go on behind, and are traced again. Only for scenes with alpha.
+// Lets rays pass transparent hits: such a ray goes on behind the surface and is traced again. Runs only for scenes with
+// alpha.
 //
-// A ray asks for itself whether a blended surface stops it, by a number that its bits and the triangle give: whoever traces it
-// gets the same answer. Surfaces at one distance count as one.
+// Whether a blended surface stops a ray depends on a random number that is hashed from the ray's bits and the triangle,
+// so every traversal method gets the same answer. Surfaces at the same distance count as one.
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/frame/compact_records.glsl"
@@ -26,9 +27,11 @@ layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
 vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
 #include "../lib/shade/surface_material.glsl"
 
+// Returns a random number in [0, 1) that depends on the ray and the triangle alone.
 float chance_of(Ray ray, uint prim) {
   uint h = prim;
-  for (int i = 0; i < 3; ++i) h = hash_word(hash_word(h ^ floatBitsToUint(ray.origin[i])) ^ floatBitsToUint(ray.dir[i]));
+  for (int i = 0; i < 3; ++i)
+    h = hash_word(hash_word(h ^ floatBitsToUint(ray.origin[i])) ^ floatBitsToUint(ray.dir[i]));
   return float(h >> 8) * (1.0 / 16777216.0);
 }
 
@@ -50,7 +53,7 @@ void main() {
       put_part(wave_hits, id, hit);
     }
     goes_on = hit.prim != NO_HIT && passes(ray, hit);
-    // The next float: t is not below 0.
+    // The next float; t is not below 0.
     if (goes_on) ray.t_min = uintBitsToFloat(floatBitsToUint(abs(hit.t)) + 1u);
   }
   uvec4 who = subgroupBallot(goes_on);

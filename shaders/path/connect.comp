@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Light to the paths whose shadow rays met nothing.
+// Adds the light of unoccluded shadow rays to their paths.
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Paths that ended to the film, the samples of a pixel in their order, so that sums do not depend on how many a wave holds.
-// With BALLOT_MOMENTS also the sum of squared differences to the mean (Youngs, Cramer, Some Results Relevant to Choice of Sum and
-// Sum-of-Product Algorithms, Technometrics 1971).
+// Adds the radiance of finished paths to the film. The samples of a pixel are added in order, so that sums do not
+// depend on how many paths a wave holds. With BALLOT_MOMENTS it also updates the sum of squared differences from the
+// mean (Youngs, Cramer, Some Results Relevant to Choice of Sum and Sum-of-Product Algorithms, Technometrics 1971).
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 

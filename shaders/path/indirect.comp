@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// What the queues hold, to calls of the kernels that take it and to a report for the host; an invocation a queue. The queues are
-// empty again afterwards.
+// Turns the ray counts of the queues into the indirect arguments of the kernels that read them, and into a report for
+// the host. One invocation handles one queue. The queues are empty again afterwards.
 #include "../shared/render.h"
 
 layout(local_size_x = QUEUES) in;
@@ -11,7 +11,7 @@ layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { uint queues[
 layout(set = 0, binding = BIND_WAVE_INDIRECT, scalar) writeonly buffer Indirect { IndirectArgs indirect[]; };
 layout(set = 0, binding = BIND_REPORTS, scalar) writeonly buffer Reports { uint reports[]; };
 
-const uint GROUP = 64u;  // of shaders/path/*.comp
+const uint GROUP = 64u;  // workgroup size of shaders/path/*.comp
 
 void main() {
   uint queue = gl_LocalInvocationID.x, count = queues[queue];

@@ -3,14 +3,16 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
-// What the hits of a wave of rays give to their paths, and the rays that they start. A wave holds at most one ray of each path,
-// so that sums have one order. Rays are put one behind the other: those of the next wave are as many as have something to find.
+// Shades the hits of a wave of rays: adds light to their paths and starts their secondary rays. A wave holds at most
+// one ray of each path, so the sums of a path have one order. New rays are written without gaps: the next wave has as
+// many rays as are still needed.
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/frame/compact_records.glsl"
 
 #if !defined(BALLOT_INTEGRATOR) || !defined(BALLOT_MAKES_RAYS)
-#error a variant must give BALLOT_INTEGRATOR, BALLOT_SKY, BALLOT_MAKES_RAYS and BALLOT_HAS_*: engine/render/path/integrators.cpp
+#error a variant must give BALLOT_INTEGRATOR, BALLOT_SKY, BALLOT_MAKES_RAYS and BALLOT_HAS_*: \
+    engine/render/path/integrators.cpp
 #endif
 
 layout(local_size_x = 64) in;
@@ -39,10 +41,11 @@ layout(set = 0, binding = BIND_CAMERAS, scalar) readonly buffer Cameras { Primar
 #endif
 
 #define STARTS_SHADOW (HAS_LIGHT || BALLOT_INTEGRATOR == INTEGRATOR_AO)
-#define STARTS_NEXT (BALLOT_INTEGRATOR == INTEGRATOR_PATH || (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLOSS))
+#define STARTS_NEXT \
+  (BALLOT_INTEGRATOR == INTEGRATOR_PATH || (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLOSS))
 #define STARTS_SECOND (BALLOT_INTEGRATOR == INTEGRATOR_WHITTED && BALLOT_HAS_GLOSS && BALLOT_HAS_GLASS)
 
-// Paths that end where they begin are not looked at again.
+// Paths that end at their first hit are only written, never read.
 #if STARTS_NEXT
 RECORDS_IN(BIND_CARRIED, CarriedRays, carried)
 RECORDS_INOUT(BIND_PATHS, Paths, paths)
@@ -63,7 +66,8 @@ RECORDS_INOUT(BIND_DEFERRED_CARRIED, DeferredCarried, deferred_carried)
 layout(set = 0, binding = BIND_DEFERRED, scalar) buffer Deferreds { Deferred deferred[]; };
 #endif
 
-// The place of the first of a subgroup's rays in a queue: one atomic operation.
+// Reserves places in a queue for the rays of a subgroup, with one atomic operation. `first` is the place of the first
+// ray.
 #define APPEND(counter, wanted, first)                                            \
   {                                                                               \
     uvec4 who = subgroupBallot(wanted);                                           \
@@ -71,7 +75,7 @@ layout(set = 0, binding = BIND_DEFERRED, scalar) buffer Deferreds { Deferred def
     first = subgroupBroadcastFirst(first);                                        \
   }
 
-// What one hit starts.
+// The secondary rays that one hit starts.
 struct Started {
   bool shadow, next, second;
   Ray shadow_ray, next_ray, second_ray;
@@ -96,6 +100,7 @@ vec2 draw2(PixelSample sampled, uint k) { return vec2(draw(sampled, k), draw(sam
 #include "../lib/shade/scatter.glsl"
 #endif
 
+// Writes distance, normal and prim of the first sample to the film.
 void record_first(PixelSample sampled, Ray ray, Hit hit, vec3 normal) {
   FilmPixel p = FilmPixel(vec3(0.0), 0.0, 0.0, vec3(0.0), NO_HIT);
   if (hit.prim != NO_HIT) {
@@ -106,7 +111,7 @@ void record_first(PixelSample sampled, Ray ray, Hit hit, vec3 normal) {
   film[sampled.place] = p;
 }
 
-// Adds to path.radiance what the hit itself shines with.
+// Shades a hit: adds its emission to path.radiance and starts its secondary rays.
 void shade_hit(inout Path path, PixelSample sampled, Ray ray, Hit hit, Carried c, inout Started started) {
   Surface s = surface_of(ray, hit);
 #if BALLOT_INTEGRATOR == INTEGRATOR_AO
@@ -127,9 +132,10 @@ void shade_hit(inout Path path, PixelSample sampled, Ray ray, Hit hit, Carried c
   }
 }
 
-// Of a path that begins.
+// Returns the state of a path that begins at the camera.
 Carried carried_at_eye(uint path) { return Carried(vec3(1.0), path, 0.0, push.cone_width, push.cone_spread, 0u); }
 
+// Reads the ray of this invocation, or computes it if it is a camera ray that need not be stored.
 Ray ray_at_hand(uint index, PixelSample sampled) {
 #if BALLOT_MAKES_RAYS
   if (push.made != 0u) return camera_ray_of(cameras[push.camera], sampled);
@@ -137,8 +143,9 @@ Ray ray_at_hand(uint index, PixelSample sampled) {
   return get_ray(rays, index);
 }
 
-// By floats, as CPU devices divide integers lane by lane: a wave has at most 2^24 paths, which floats hold exactly, and only the
-// quotient is rounded; it is a pixel's number, below 2^22, so that Vulkan's 2.5 ulp are less than 1.
+// Returns the sample that a path belongs to. The division is done in float, because CPU devices divide integers lane by
+// lane. A wave has at most 2^24 paths, which floats hold exactly, so only the quotient is rounded. The quotient is a
+// pixel number below 2^22, so Vulkan's 2.5 ulp are less than 1.
 PixelSample sample_of_path(uint path) {
   uint together = push.samples.together, i = uint(float(path) / float(together));
   if (i * together > path) --i;
@@ -151,7 +158,7 @@ void main() {
   Started started;
   started.shadow = started.next = started.second = false;
   if (index < indirect[push.args].count) {
-    bool begins = push.depth == 0u;  // then ray i is that of path i
+    bool begins = push.depth == 0u;  // ray i belongs to path i then
     Carried c = carried_at_eye(index);
     Path path = Path(vec3(0.0), 0u);
 #if STARTS_NEXT

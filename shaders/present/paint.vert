@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Triangles of an overlay; vertices and indices are fetched here, so that the pipeline needs no vertex input.
+// Places the triangles of an overlay. The shader fetches vertices and indices itself, so the pipeline needs no vertex
+// input.
 #include "../shared/paint.h"
 
 layout(push_constant, scalar) uniform Push { PaintPush push; };

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Ambient occlusion: cosine-distributed, of bounded length.
+// Ray generator "ao": ambient occlusion rays. Directions are cosine-distributed; the length is bounded.
 #include "../lib/origin/secondary.glsl"
 
 Ray ray_from(Surface s, Draw draw) {

@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// One diffuse bounce: cosine-distributed, without end. Neighbouring rays part at once.
+// Ray generator "diffuse": one diffuse bounce. Directions are cosine-distributed; the length is unbounded. Neighbouring
+// rays diverge at once.
 #include "../lib/origin/secondary.glsl"
 
 Ray ray_from(Surface s, Draw draw) {

@@ -3,7 +3,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
-// Camera rays, one an invocation, in tiles of Morton order.
+// Generates camera rays, one an invocation, in tiles of Morton order.
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/frame/compact_records.glsl"

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Mirror reflection, whatever the material.
+// Ray generator "reflect": mirror reflection, whatever the material.
 #include "../lib/origin/secondary.glsl"
 
 Ray ray_from(Surface s, Draw draw) {

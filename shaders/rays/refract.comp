@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Refraction from air into glass of index 1.5, whatever the material and whichever side was hit. Snell's law.
+// Ray generator "refract": refraction by Snell's law from air into glass of index 1.5, whatever the material and
+// whichever side was hit.
 #include "../lib/origin/secondary.glsl"
 
 const float ETA = 1.0 / 1.5;

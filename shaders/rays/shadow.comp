@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Towards the point light; ends shortly before it.
+// Ray generator "shadow": shadow rays towards the point light, which end shortly before it.
 #include "../lib/origin/secondary.glsl"
 
 Ray ray_from(Surface s, Draw draw) {

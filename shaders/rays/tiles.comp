@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// The pixels of whole tiles as a list, in the order of rays; those outside the picture too.
+// Lists the pixels of whole tiles in ray order, including those outside the picture.
 #include "../shared/render.h"
 #include "../lib/shade/film.glsl"
 

@@ -3,8 +3,8 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
-// Film to the 8-bit pixels of a window, row by row, where more than one kernel makes it: heat maps, and two films beside each other
-// with their differences marked.
+// Converts film to the 8-bit pixels of a window, row by row, for pictures that more than one kernel makes: heat maps,
+// and two films side by side with their differences marked.
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/film.glsl"

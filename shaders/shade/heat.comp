@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Counts of the instrumented variant to colours of a heat map, over what shading left in the film: shading runs for
-// the first sample only.
+// Writes heat map colours of the instrumented variant's counters to the film. They overwrite the colours that shading
+// left there; shading runs for the first sample only.
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/film.glsl"

@@ -3,7 +3,8 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
-// Hits of rays, one a pixel, to the film of a window's picture. Camera rays that the traversal made are made again.
+// Shades hits, one ray a pixel, into the film of a window. Camera rays that the traversal computed are computed again
+// here.
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/film.glsl"

@@ -1,9 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Hits of camera rays, several samples of every listed pixel, to film. The lanes of a pixel take its samples in turn, so that they
-// read hits that lie one behind the other; a lane for each channel then sums up, in the order of the samples. Lanes of CPU devices
-// read one by one anyway, and would wait long for each other: there a lane has a pixel for itself, and reads rays.
+// Shades hits of camera rays, several samples of every listed pixel, into the film. On GPUs the lanes of a pixel take
+// its samples in turn, so that they read consecutive hits; then one lane for each channel sums up, in sample order. On
+// CPU devices lanes read one by one anyway and would wait long for each other, so there a lane has a pixel for itself,
+// and reads rays instead of computing them.
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 
@@ -61,7 +62,8 @@ shared float channels[CHANNELS][gl_WorkGroupSize.x];
 
 void main() {
   uint together = push.camera.together, lanes = 1u << push.lanes_log2, lane = gl_LocalInvocationIndex & (lanes - 1u);
-  uint pixel = gl_GlobalInvocationID.x >> push.lanes_log2, place = push.camera.first + pixel, base = gl_LocalInvocationIndex - lane;
+  uint pixel = gl_GlobalInvocationID.x >> push.lanes_log2, place = push.camera.first + pixel,
+       base = gl_LocalInvocationIndex - lane;
   bool begun = push.camera.sample_index > 0u, live = pixel < push.pixels, sums = live && lane < CHANNELS;
   precise float sum = 0.0;
   if (sums && begun) sum = lane < 3u ? film[place].color[lane] : film[place].alpha;
@@ -78,7 +80,7 @@ void main() {
     }
     for (uint c = 0u; c < CHANNELS; ++c) channels[c][gl_LocalInvocationIndex] = color[c];
     barrier();
-    // Four at a time, so that they are read together.
+    // Four at a time, so that the loads overlap.
     if (sums)
       for (uint i = base; i < base + lanes; i += 4u) {
         float a = channels[lane][i], b = channels[lane][i + 1u], c = channels[lane][i + 2u], d = channels[lane][i + 3u];

@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Hits of a batch's rays to film, a pixel each: what shading adds to a frame (engine/render/batch/batch.h).
+// Shades the hits of a batch into the film, one ray a pixel. engine/render/batch/batch.h reports its time as the cost
+// of shading a frame.
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/shade_hit.glsl"

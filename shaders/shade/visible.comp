@@ -3,7 +3,8 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
-// Answers of any-hit rays to the film of a window's picture: white where a ray met nothing, black where it did or there was no ray.
+// Writes the results of any-hit rays to the film of a window: white where a ray hit nothing, black where it hit
+// something or where there was no ray.
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/film.glsl"
@@ -19,7 +20,7 @@ void main() {
   if (is_inside(index, pixel)) {
     live = get_ray(rays, index).t_max > 0.0;
     bool hit = get_hit(hits, index).prim != NO_HIT;
-    // Which of several triangles an any-hit ray finds is open; whether it finds one is not.
+    // Which of several triangles an any-hit ray finds is unspecified; whether it finds one is not.
     put_live(index, pixel, vec3(live && !hit ? 1.0 : 0.0), hit ? 0u : NO_HIT);
   }
   count_live(live);

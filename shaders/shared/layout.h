@@ -1,5 +1,5 @@
-// Records that C++ and GLSL share. Only float, uint and vec3 under scalar layout, so no padding rule has to be
-// remembered; the sizes are asserted in C++, and a test writes each record on the device and compares the bytes.
+// Records that C++ and GLSL share. They hold only float, uint and vec3 under scalar layout, so no padding rule has to
+// be remembered. C++ asserts the sizes, and a test writes each record on the device and compares the bytes.
 #ifndef BALLOT_LAYOUT_H
 #define BALLOT_LAYOUT_H
 
@@ -16,8 +16,8 @@ using vec3 = glm::vec3;
 #define BALLOT_RECORD(T, SIZE)
 #endif
 
-// A hit is searched for t in [t_min, t_max]; t counts multiples of dir, which need not be of unit length.
-// A ray with t_max <= t_min, or with a NaN or an infinite component, is dead: it is reported as a miss.
+// A ray. Traversal looks for a hit with t in [t_min, t_max]; t counts multiples of dir, which need not be of unit
+// length. A ray with t_max <= t_min, or with a NaN or an infinite component, is dead: it is reported as a miss.
 struct Ray {
   vec3 origin;  // scene units
   float t_min;
@@ -26,7 +26,8 @@ struct Ray {
 };
 BALLOT_RECORD(Ray, 32);
 
-// prim numbers the triangle as the scene file does; NO_HIT on a miss. u and v weigh the vertices 1 and 2.
+// A hit. prim is the triangle's number in the order of the scene file, or NO_HIT on a miss. u and v are the barycentric
+// weights of vertices 1 and 2.
 struct Hit {
   float t;
   uint prim;
@@ -35,9 +36,9 @@ struct Hit {
 };
 BALLOT_RECORD(Hit, 16);
 
-// Vinkler, Traversal methods for GPU ray tracing, section 2, figure 1. Siblings are neighbours: the right child is node
-// first + 1, and a pair starts at an even index and fills 64 bytes. The paper promotes count and first to float; here
-// they stay integers, which are exact beyond 2^24.
+// A node of the binary BVH in its reference form. Source: Vinkler, Traversal methods for GPU ray tracing, section 2,
+// figure 1. Siblings are neighbours: the right child is node first + 1, and a pair starts at an even index and fills 64
+// bytes. The paper converts count and first to float; here they stay integers, which are exact beyond 2^24.
 struct BvhNode {
   vec3 lo;     // scene units
   vec3 hi;     // hi >= lo on each axis
@@ -48,63 +49,73 @@ BALLOT_RECORD(BvhNode, 32);
 
 #define NO_HIT 0xFFFFFFFFu
 
-// A dispatch that the device calls: what it reads itself, and the kernel's part.
+// The arguments of an indirect dispatch: the workgroup counts, which the device reads, then the ray count, which the
+// kernel reads.
 struct IndirectArgs {
   uint groups_x, groups_y, groups_z;
-  uint count;  // rays, from the first of the buffer on
+  uint count;  // rays, from the start of the ray buffer on
 };
 BALLOT_RECORD(IndirectArgs, 16);
 
-// Bindings of set 0 that all kernels share.
+// The bindings of set 0 that all kernels share.
 #define BIND_RAYS 0
 #define BIND_HITS 1
 
-// A child reference in a device layout is one word: an inner node is the texel (16 bytes) at which the pair of its
-// children starts; a leaf has the top bit set, then its count - 1 in three bits, then the texel at which its block
-// starts in the leaf array. END is what lies at the bottom of every stack.
+// A child reference in a device layout is one word. For an inner node it is the texel (16 bytes) at which the pair of
+// its children starts. For a leaf the top bit is set; below it come count - 1 in three bits and the texel at which the
+// leaf's block starts in the leaf array. END_OF_TREE is the sentinel at the bottom of every stack.
 #define LEAF_BIT 0x80000000u
 #define LEAF_COUNT_SHIFT 28
 #define LEAF_TEXEL_MASK 0x0FFFFFFFu
 #define END_OF_TREE 0xFFFFFFFFu
 #define MAX_LEAF_TRIANGLES 6
 
-// Boxes of nodes and leaves, in every tree, are measured from zero, or along axes on which the scene is far from it from the middle
-// of the scene (box_origin(), engine/bvh/bvh.h); vertices are as they are.
+// Boxes of nodes and leaves, in every tree, are measured from zero on most axes. On an axis where the scene is far from
+// zero they are measured from the middle of the scene (box_origin(), engine/bvh/bvh.h). Vertices keep their own
+// coordinates.
 
-// A leaf block: two texels of the leaf's own box, (lo.xyz, count), (hi.xyz, x), then three texels a triangle, in a format
-// that the triangle test asks for.
-//   LEAVES_VERTICES  by coordinate, so that a test reads them in the order that suits its ray: (v0.x, v1.x, v2.x, prim), the
-//                    same of y and of z; x = 0
-//   LEAVES_AFFINE    the rows z, x, y of the affine map that takes v0, v1, v2 to (0,0,0), (1,0,0), (0,1,0), all zero for a
-//                    degenerate triangle; x is the texel where the block's prims begin, four a texel, behind all blocks
+// A leaf block: two texels with the leaf's own box, (lo.xyz, count) and (hi.xyz, x), then three texels for each
+// triangle in the format that the triangle test asks for.
+//   LEAVES_VERTICES  by coordinate, so that a test can read the coordinates in the order that suits its ray:
+//                    (v0.x, v1.x, v2.x, prim), then the same for y and for z; x = 0
+//   LEAVES_AFFINE    the rows z, x, y of the affine map that takes v0, v1, v2 to (0,0,0), (1,0,0), (0,1,0), all zero
+//                    for a degenerate triangle; x is the texel where the block's prims begin, four to a texel, behind
+//                    all blocks
 #define LEAVES_VERTICES 0
 #define LEAVES_AFFINE 1
 #define LEAF_HEADER_TEXELS 2
 #define TRIANGLE_TEXELS 3
 
-// How a pair lies on the device, in PAIR_TEXELS texels. 64 bytes: the paper's two nodes, (lo.xyz, hi.x) (hi.yz, count, first) each,
-// where `first` of a leaf counts texels; or both children's bounds by axis, (l.lo.x, l.hi.x, l.lo.y, l.hi.y), the same of the
-// right child, (l.lo.z, l.hi.z, r.lo.z, r.hi.z), (left child, right child, 0, 0); or the same with centres in the place of lo and
-// half extents in the place of hi, rounded up so that a box never loses a point. 48 bytes: centres with the child, (l.c.xyz, left
-// child), (r.c.xyz, right child), and a word an axis of half extents: the upper half of l.e's bits above the upper half of r.e's.
-// Read as a float, the word is l.e with what follows for its last digits; each half is rounded so that no point is lost.
+// Layouts of a pair of sibling nodes on the device, in PAIR_TEXELS texels.
+//   LAYOUT_PAPER        64 bytes. The paper's two nodes, (lo.xyz, hi.x) (hi.yz, count, first) each; `first` of a leaf
+//                       counts texels.
+//   LAYOUT_INTERLEAVED  64 bytes. The bounds of both children by axis: (l.lo.x, l.hi.x, l.lo.y, l.hi.y), the same of
+//                       the right child, (l.lo.z, l.hi.z, r.lo.z, r.hi.z), (left child, right child, 0, 0).
+//   LAYOUT_CENTRED      64 bytes. As LAYOUT_INTERLEAVED, with centres in place of lo and half extents in place of hi.
+//                       The half extents are rounded up, so that a box never loses a point.
+//   LAYOUT_COMPACT      48 bytes. The centres with the children, (l.c.xyz, left child), (r.c.xyz, right child), then
+//                       one word of half extents for each axis: the upper half of l.e's bits above the upper half of
+//                       r.e's. Read as a float, the word is l.e with the bits of r.e as its last digits. Each half is
+//                       rounded so that no point is lost.
 #define PAIR_TEXELS(layout) ((layout) == LAYOUT_COMPACT ? 3u : 4u)
 
-// The wide tree: up to WIDE8_CHILDREN children a node, each two texels, (lo.xyz, child) at the node's first texel plus the
-// child's number, (hi.xyz, 0) WIDE8_CHILDREN texels behind. A child is a wide node by number or a leaf as above; END_OF_TREE and
-// an empty box where there is none. A stack entry is the node's number in 24 bits above a bit for each child still to be met.
+// The wide tree (method packet-wide): a node has up to WIDE8_CHILDREN children of two texels each. (lo.xyz, child) lies
+// at the node's first texel plus the child's number, (hi.xyz, 0) WIDE8_CHILDREN texels behind it. A child is the number
+// of a wide node, or a leaf as above; an unused place holds END_OF_TREE and an empty box. A stack entry is the node's
+// number in 24 bits, above one bit for each child that is still to be visited.
 #define WIDE8_CHILDREN 8
 #define WIDE8_NODE_TEXELS 16
 #define WIDE8_MAX_NODES 0xFFFFFF
 
-// The quad tree: up to BVH4_CHILDREN children a node, which takes four texels: where its grid begins and the grid's step along
-// each axis, with a byte a child, in steps, of the lower and the upper planes, (first.xyz, step.x), (lower x, y, z, step.y),
-// (upper x, y, z, step.z), then the children: the texel where a node starts, or a leaf as above; END_OF_TREE where there is none.
+// The four-wide tree (method bvh4): a node has up to BVH4_CHILDREN children and takes four texels. Boxes lie on a grid
+// of the node's own. The node holds the grid's origin, the grid's step along each axis, and one byte a child, in steps,
+// for each lower and each upper plane: (first.xyz, step.x), (lower x, y, z, step.y), (upper x, y, z, step.z). The last
+// texel holds the children: the texel where a node starts, or a leaf as above, or END_OF_TREE where there is none.
 #define BVH4_CHILDREN 4
 #define BVH4_NODE_TEXELS 4
 
-// The frontier: 32 or 64 nodes for each octant of directions (bit 0: down along x, 1: y, 2: z), each two texels, (lo.xyz, child
-// reference), (hi.xyz, 0); END_OF_TREE and an empty box where there are fewer.
+// The frontier (method frontier): 32 or 64 nodes for each octant of directions (bit 0: down along x, 1: y, 2: z), two
+// texels each, (lo.xyz, child reference), (hi.xyz, 0). Unused places hold END_OF_TREE and an empty box.
 #define FRONTIER_OCTANTS 8
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-// What the painter of a window shares with its shaders.
+// Records and bindings that the overlay painter of a window shares with its shaders.
 #ifndef BALLOT_PAINT_H
 #define BALLOT_PAINT_H
 
@@ -8,7 +8,8 @@
 #define BIND_INDICES 1
 #define BIND_ATLAS 2
 
-// A corner of a triangle: window pixels from the top left, place in the atlas in [0, 1], sRGB with red in the lowest byte.
+// A corner of a triangle: its position in window pixels from the top left, its place in the atlas in [0, 1], and its
+// sRGB colour with red in the lowest byte.
 struct PaintVertex {
   float x, y;
   float u, v;

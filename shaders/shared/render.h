@@ -1,45 +1,49 @@
-// What the rendering kernels and the renderer share: push constants, bindings, records.
+// Push constants, bindings and records that the rendering kernels and the renderer share.
 #ifndef BALLOT_RENDER_H
 #define BALLOT_RENDER_H
 
 #include "layout.h"
 
-// Rays of a picture are ordered by tiles of TILE_SIZE^2 pixels, row by row, Morton order inside (Vinkler, section 3: "ray
-// indices based on morton code"). Pixels of a tile outside the picture get dead rays.
+// The rays of a picture are ordered by tiles of TILE_SIZE^2 pixels: tiles row by row, pixels inside a tile in Morton
+// order (Vinkler, section 3: "ray indices based on morton code"). Pixels of a tile that lie outside the picture get
+// dead rays.
 #define TILE_SIZE 32
 
-// A pixel in a list, by column and row.
+// An entry of a pixel list: column and row in one word.
 #define LISTED_PIXEL(x, y) ((x) | (y) << 16)
 
-// BALLOT_SHADING
-#define SHADING_EYELIGHT 0  // base colour times the cosine to the eye, plus emission
-#define SHADING_NORMALS 1   // shading normal as colour
+// Values of BALLOT_SHADING.
+#define SHADING_EYELIGHT 0  // base colour times the cosine to the camera, plus emission
+#define SHADING_NORMALS 1   // the shading normal as a colour
 
-// BALLOT_ORIGIN: where rays from hits start; engine/render/batch/offset_policies.h.
+// Values of BALLOT_ORIGIN, the origin offset policy: where secondary rays start. See
+// engine/render/batch/offset_policies.h.
 #define ORIGIN_CONSTANT 0
 #define ORIGIN_ULP 1
 #define ORIGIN_PBRT 2
 #define ORIGIN_PROVED 3
 #define ORIGIN_BOUNDED 4
 
-// Bindings of set 0.
+// Bindings of set 0 of the rendering kernels.
 #define BIND_FILM 2
-#define BIND_TRIANGLES 3  // texel buffer, three texels a triangle in prim order: (v0.xyz, material), (v1.xyz, 0), (v2.xyz, 0)
-#define BIND_NORMALS 4    // texel buffer, three texels a triangle; only where the scene has normals
+// BIND_TRIANGLES: texel buffer, three texels a triangle in prim order: (v0.xyz, material), (v1.xyz, 0), (v2.xyz, 0).
+#define BIND_TRIANGLES 3
+#define BIND_NORMALS 4  // texel buffer, three texels a triangle; bound only if the scene has normals
 #define BIND_MATERIALS 5
-#define BIND_PRIMARY 6  // primary rays, where BIND_RAYS is what a generator writes
+#define BIND_PRIMARY 6  // primary rays of a generator, which writes to BIND_RAYS
 #define BIND_STARTS 7
-#define BIND_IDS 8  // of rays that went on behind what is transparent: where they came from
+#define BIND_IDS 8      // for rays that passed a transparent hit: the index of the original ray
 #define BIND_COUNTS 9   // RayStats of the instrumented variant, as words
-#define BIND_FILM_B 10  // of the second of two queries beside each other
+#define BIND_FILM_B 10  // film of the second query when two are shown side by side
 #define BIND_PIXELS 11
 #define BIND_TOTALS 12
-#define BIND_UVS 13  // texel buffer, two texels a triangle and set: (u0 v0 u1 v1), (u2 v2 0 0); only where textures are
-#define BIND_TEXELS 14  // texel buffer of all mip maps, two linear half RGBA texels each
+// BIND_UVS: texel buffer, two texels a triangle and coordinate set: (u0 v0 u1 v1), (u2 v2 0 0); only with textures.
+#define BIND_UVS 13
+#define BIND_TEXELS 14  // texel buffer of all mip maps; a texel holds two linear half RGBA texels
 #define BIND_TEXTURES 15
 #define BIND_TEXTURE_USES 16
-#define BIND_SKY 17  // texel buffer, SKY_* below
-#define BIND_EMITTERS 18  // texel buffer: (prim, sum of weights up to it, 0, 0) of each triangle that emits
+#define BIND_SKY 17       // texel buffer; lib/shade/sky.glsl
+#define BIND_EMITTERS 18  // texel buffer of emissive triangles: (prim, running sum of weights, 0, 0)
 #define BIND_LIGHTS 19
 #define BIND_PATHS 20
 #define BIND_CARRIED 21
@@ -57,28 +61,31 @@
 #define BIND_WAVE_INDIRECT 33
 #define BIND_REPORTS 34
 #define BIND_CAMERAS 35  // PrimaryPush of each part of a picture
-#define BIND_LISTED 36   // pixels, LISTED_PIXEL of each; of generators only where the picture cuts tiles
+// BIND_LISTED: the listed pixels, a LISTED_PIXEL each. Ray generators use it only where the picture cuts tiles.
+#define BIND_LISTED 36
 
-// BALLOT_INTEGRATOR: what a hit starts.
-#define INTEGRATOR_AO 0       // a short ray that asks whether the surface is open
-#define INTEGRATOR_WHITTED 1  // a ray to a light, and the mirrored and the refracted ray
-#define INTEGRATOR_PATH 2     // a ray to a light, and one ray by chance
+// Values of BALLOT_INTEGRATOR: the secondary rays that a hit starts.
+#define INTEGRATOR_AO 0       // a short ray that tests for occlusion
+#define INTEGRATOR_WHITTED 1  // a shadow ray, and the mirrored and the refracted ray
+#define INTEGRATOR_PATH 2     // a shadow ray, and one ray in a random direction
 
-// BALLOT_SKY: numbers of Sky::Kind (engine/scene/light.h).
+// Values of BALLOT_SKY: the numbers of Sky::Kind (engine/scene/light.h).
 #define SKY_NONE 0
 #define SKY_CONSTANT 1
 #define SKY_GRADIENT 2
 #define SKY_MAP 3
 
-#define MIRROR_ROUGHNESS 0.05  // below it a surface reflects and refracts one ray as one ray; kMirrorRoughness
+// The roughness below which a surface reflects and refracts as a perfect mirror: one ray in, one ray out. The same as
+// kMirrorRoughness.
+#define MIRROR_ROUGHNESS 0.05
 
-// GpuMaterial::flags.
+// Bits of GpuMaterial::flags.
 #define MATERIAL_ALPHA_MASK 1u
 #define MATERIAL_ALPHA_BLEND 2u
 #define MATERIAL_UNLIT 4u
 #define MATERIAL_LAMBERT 8u
 
-// Places of a material's texture uses, and GpuTexture::flags.
+// The slots of a material's texture uses, then the values of GpuTexture::flags.
 #define USE_BASE 0u
 #define USE_SURFACE 1u
 #define USE_EMISSIVE 2u
@@ -91,7 +98,7 @@
 #define TEXTURE_NEAREST 16u
 #define NO_TEXTURE 0xFFFFFFFFu
 
-// GpuLight::kind.
+// Values of GpuLight::kind.
 #define LIGHT_POINT 0u
 #define LIGHT_SPOT 1u
 #define LIGHT_DIRECTIONAL 2u
@@ -100,27 +107,29 @@
 namespace ballot {
 #endif
 
-// Directions are sums of products, so every device makes the same rays: dir = corner + x * step_x + y * step_y, with (x, y) in
-// pixels from the top left. Orthographic views move the origin in the same way instead.
+// The camera of a dispatch, and the samples and pixels that it covers.
 //
-// The samples of a pixel lie one behind the other: ray i is sample sample_index + i % together of pixel i / together.
+// Directions are sums of products, so every device makes the same rays: dir = corner + x * step_x + y * step_y, with
+// (x, y) in pixels from the top left. An orthographic view moves the origin in the same way instead.
+//
+// The samples of a pixel are consecutive: ray i is sample sample_index + i % together of pixel i / together.
 struct PrimaryPush {
   vec3 origin;
   uint width;
   vec3 corner;
   uint height;
   vec3 step_x;
-  uint first;  // number of the first pixel, or where pixels are listed its place in the list
+  uint first;  // number of the first pixel; with a pixel list, its place in the list
   vec3 step_y;
-  uint sample_index;  // the first
-  uint sample_count;  // of the picture; 1: through pixel centres; more: jittered
-  uint orthographic;  // of variants for both kinds of cameras
-  uint together;      // samples of a pixel; 1 where pixels are not listed
+  uint sample_index;  // of the first sample
+  uint sample_count;  // samples a pixel in the whole picture; 1: through pixel centres; more: jittered
+  uint orthographic;  // 1: orthographic; read only by variants for both kinds of cameras
+  uint together;      // samples a pixel in this dispatch; 1 without a pixel list
   uint count;         // rays
-  uint seed;          // of the random numbers of listed pixels; 0: those of a picture without
+  uint seed;          // of the random numbers of listed pixels; 0: the same numbers as without a seed
 };
 
-// Which samples of listed pixels are at hand, as PrimaryPush says.
+// The samples of listed pixels that a dispatch covers. Fields as in PrimaryPush.
 struct SampleRange {
   uint first;
   uint together;
@@ -129,89 +138,94 @@ struct SampleRange {
   uint seed;
 };
 
-// Rays from primary hits: `count` of them, from ray number `first` of a chunk of primary hits, to `offset` of the output.
+// Push constants of the secondary ray generators: `count` rays, starting at ray number `first` of a chunk of primary
+// hits, go to the output at `offset`.
 struct SecondaryPush {
   vec3 light;    // position of the point light
-  float radius;  // t_max of ao rays, scene units
+  float radius;  // t_max of ambient occlusion rays, scene units
   uint first;
   uint count;
   uint rays_per_hit;
   uint offset;
-  float constant_offset;  // of policy "constant", scene units
-  uint sample_index;  // of the picture: every sample has random numbers of its own
+  float constant_offset;  // offset of policy "constant", scene units
+  uint sample_index;      // in the picture; every sample has its own random numbers
 };
 
-// A primary ray that hit something: its index in its chunk, and its pixel (row by row).
+// A primary ray that hit something: its index in its chunk, and its pixel (numbered row by row).
 struct Start {
   uint ray;
   uint pixel;
 };
 
+// Push constants of shade.comp.
 struct ShadePush {
   uint count;
 };
 
+// Push constants of samples.comp.
 struct SamplesPush {
-  PrimaryPush camera;  // whose rays these hits are of; a pixel's place in the list is that in the film
-  float cone_width, cone_spread;
-  uint pixels;      // of these rays
-  uint lanes_log2;  // lanes of a pixel: 4 to 64 on GPUs, 1 on a CPU
+  PrimaryPush camera;             // the camera of these hits; a pixel has the same place in list and film
+  float cone_width, cone_spread;  // lib/shade/shade_hit.glsl
+  uint pixels;                    // pixels that these rays belong to
+  uint lanes_log2;                // log2 of the lanes for a pixel, which are 4 to 64 on GPUs and 1 on a CPU
 };
 
-// A list of the pixels of whole tiles, in the order of rays.
+// Push constants of tiles.comp, which lists the pixels of whole tiles in ray order.
 struct TilesPush {
   uint width;
   uint count;
 };
 
-// LivePush::flags.
-#define LIVE_SHOWN 1u     // pixels of the window are written too: nothing but this film is shown
-#define LIVE_SWAP_RED 2u  // of these, with blue in the lowest byte
-#define LIVE_COUNTED 4u   // rays that were alive are
+// Bits of LivePush::flags.
+#define LIVE_SHOWN 1u     // also write the window's pixels, because only this film is shown
+#define LIVE_SWAP_RED 2u  // window pixels have blue in the lowest byte
+#define LIVE_COUNTED 4u   // count the live rays
 
-// Hits to the film of a window's picture.
+// Push constants of the kernels that shade hits into the film of a window.
 struct LivePush {
-  PrimaryPush camera;  // whose pixels these are; sample_index 0 begins the film
+  PrimaryPush camera;             // the camera of these pixels; sample_index 0 starts a new film
   float cone_width, cone_spread;  // lib/shade/shade_hit.glsl
-  float scale;                    // of colours that are shown: one over the samples
+  float scale;                    // factor of displayed colours: one over the sample count
   uint flags;
 };
 
-// Colours of a heat map into the film.
+// Push constants of heat.comp, which writes heat map colours to the film.
 struct HeatPush {
   uint width, height;
   uint first;
   uint count;
   uint sample_index;
-  uint words;  // of a ray's record
-  uint value;  // the word that is shown
-  uint over_a, over_b;  // the words whose sum it is divided by; ~0: none
-  float top;            // what the last colour stands for
+  uint words;           // words in a ray's record
+  uint value;           // index of the displayed word
+  uint over_a, over_b;  // indices of words whose sum divides the value; ~0: none
+  float top;            // the value of the last colour
   vec3 ramp[5];         // sRGB
 };
 
-// The film of a window's picture to 8-bit pixels.
+// Push constants of display.comp, which converts film to 8-bit window pixels.
 struct DisplayPush {
   uint width, height;
   uint first;
   uint count;
-  float scale;    // of the colours: one over the samples
+  float scale;    // factor of the colours: one over the sample count
   uint split;     // first column that shows the second film
-  uint mark;      // 1: pixels whose prims differ are marked; 0: there is one film
+  uint mark;      // 1: mark pixels whose prims differ between the films; 0: there is one film
   uint swap_red;  // 1: blue in the lowest byte
 };
 
-// Of all pixels of a picture.
+// Counts over all pixels of a picture.
 struct DisplayTotals {
-  uint live;       // rays that were alive, where they were counted
+  uint live;       // live rays, if LIVE_COUNTED
   uint different;  // pixels whose prims differ between the films
 };
 
+// A material. See engine/scene/material.h.
 struct GpuMaterial {
   vec3 base_color;
   float alpha;
   vec3 emissive;
-  float emitted;  // luminance of emissive, times its texture's mean: how much triangles of it are aimed at, by area
+  // The luminance of emissive times the mean of its texture. Light sampling weights the area of a triangle with it.
+  float emitted;
   float metallic;
   float roughness;
   float transmission;
@@ -220,23 +234,24 @@ struct GpuMaterial {
   uint flags;
 };
 
-// engine/scene/material.h, TextureUse.
+// A use of a texture by a material. See TextureUse in engine/scene/material.h.
 struct GpuTextureUse {
-  uint texture;    // NO_TEXTURE: none
-  uint first_uv;   // texel of BIND_UVS at which the set begins
+  uint texture;   // NO_TEXTURE if there is none
+  uint first_uv;  // texel of BIND_UVS at which the coordinate set begins
   vec3 row_u;
   vec3 row_v;
-  float scale;     // of a normal map
+  float scale;  // strength of a normal map
 };
 
+// A texture: where its mip maps lie, and how it is sampled.
 struct GpuTexture {
-  uint first;  // texel of the finest level, counted in halves of BIND_TEXELS; the others follow
+  uint first;  // first texel of the finest level, in half texels of BIND_TEXELS; the other levels follow
   uint width, height;
   uint levels;
-  uint flags;  // how u is wrapped, v's shifted, and TEXTURE_NEAREST
+  uint flags;  // wrap mode of u, wrap mode of v << TEXTURE_WRAP_V_SHIFT, TEXTURE_NEAREST
 };
 
-// KHR_lights_punctual; engine/scene/light.h.
+// A punctual light (KHR_lights_punctual). See engine/scene/light.h.
 struct GpuLight {
   vec3 position;
   uint kind;
@@ -247,39 +262,43 @@ struct GpuLight {
   float cos_outer;
 };
 
-// A path from a sample of a pixel, while it grows: path i begins with ray i of a camera (lib/camera/pixel_samples.glsl).
+// The state of a path. It belongs to one sample of a pixel. Path i begins with camera ray i
+// (lib/camera/pixel_samples.glsl).
 struct Path {
   vec3 radiance;
-  uint hit;  // 1: its camera ray met something
+  uint hit;  // 1: the camera ray hit something
 };
 
-// What goes with a ray of a wave: whose path it is, and how much of what it finds counts.
+// The path state that travels with a ray of a wave: its path, and the throughput of what the ray finds. The cone is the
+// footprint of the ray (Akenine-Moeller et al., Texture Level of Detail Strategies for Real-Time Ray Tracing, Ray
+// Tracing Gems, chapter 20, 2019).
 struct Carried {
   vec3 throughput;
   uint path;
-  float pdf;     // of its direction, by solid angle; 0: no light could have aimed there, as at the eye and off mirrors
-  float width;   // of the cone that it stands for, at its origin, scene units (Akenine-Moeller et al., Texture Level of
-  float spread;  // Detail Strategies for Real-Time Ray Tracing, Ray Tracing Gems, chapter 20, 2019), and per unit of length
+  float pdf;     // solid-angle density of the direction; 0 if light sampling cannot find it: camera rays, mirrors
+  float width;   // width of the cone at the origin of the ray, scene units
+  float spread;  // growth of the width for each unit of length
   uint unused;
 };
 
-// What a ray to a light brings if it meets nothing.
+// The radiance that an unoccluded shadow ray adds to its path.
 struct ShadowPayload {
   vec3 radiance;
   uint path;
 };
 
-// Where a path stands whose rays part: it follows the mirrored ray first, with all that comes of it, and the refracted one of
-// each depth is put off. One is at most, as a path is at one ray at a time.
+// The state of a path whose rays split at glass. The path follows the mirrored ray and everything that comes of it
+// first; the refracted ray of each depth is deferred. A depth has at most one deferred ray, because a path works on one
+// ray at a time.
 struct Deferred {
-  uint depth;      // of the ray at hand
-  uint low, high;  // a bit for each depth whose refracted ray waits
+  uint depth;      // depth of the current ray
+  uint low, high;  // a bit for each depth with a deferred ray
 };
 
-// How many rays the kernels of a wave have put where.
+// The ray counts of the queues that the kernels of a wave fill.
 #define QUEUE_NEXT 0
 #define QUEUE_SHADOW 1
-#define QUEUE_PASSED 2  // rays that go on through what is transparent
+#define QUEUE_PASSED 2  // rays that continue through transparent surfaces
 #define QUEUES 3
 struct Queues {
   uint next;
@@ -287,46 +306,49 @@ struct Queues {
   uint passed;
 };
 
-// From what queues hold to the calls of those who take it. A record holds a call of the tracer for every queue, then one of
-// kernels of a ray an invocation.
+// Push constants of indirect.comp, which turns queue counts into indirect arguments. A record holds the arguments of a
+// traversal dispatch for every queue, then the arguments of a dispatch with one invocation a ray for every queue.
 #define INDIRECT_RECORDS (2 * QUEUES)
 struct CallPush {
   uint record;
-  uint trace_rays[QUEUES];    // that a workgroup of the tracer takes
-  uint trace_groups[QUEUES];  // at most
+  uint trace_rays[QUEUES];    // rays that one traversal workgroup takes
+  uint trace_groups[QUEUES];  // the most traversal workgroups
 };
 
+// Push constants of scatter.comp.
 struct WavePush {
-  uint args;
-  uint depth;       // of these rays: 0 at the eye; where paths put rays off, the number of the wave
-  uint last_depth;  // rays of this depth start none but to lights
+  uint args;        // entry of BIND_WAVE_INDIRECT with the ray count
+  uint depth;       // path depth of these rays, 0 for camera rays; the number of the wave if paths defer rays
+  uint last_depth;  // rays of this depth start only shadow rays
   float ao_radius;  // scene units
   float emitted;    // sum of the weights of BIND_EMITTERS
   uint emitters;
   uint lights;
-  uint paths;       // that a wave has room for
-  uint sky;         // 1: the scene has one
-  uint made;        // 1: the eye's rays are not read but made, by variants with BALLOT_MAKES_RAYS
-  uint camera;      // of BIND_CAMERAS, whose rays those are
-  SampleRange samples;  // whose paths these are
-  float cone_width;   // what a pixel sees at the eye, and how much wider with distance
+  uint paths;           // capacity of a wave, in paths
+  uint sky;             // 1: the scene has a sky
+  uint made;            // 1: variants with BALLOT_MAKES_RAYS compute the camera rays instead of reading them
+  uint camera;          // entry of BIND_CAMERAS that the camera rays belong to
+  SampleRange samples;  // the samples of these paths
+  float cone_width;     // footprint of a pixel at the camera, and its growth with distance
   float cone_spread;
 };
 
+// Push constants of alpha.comp.
 struct AlphaPush {
-  uint args;
-  uint first;  // 1: of the wave itself; 0: of rays that went on, numbers and hits of theirs
+  uint args;   // entry of BIND_WAVE_INDIRECT with the ray count
+  uint first;  // 1: the rays are the wave itself; 0: they continued earlier and have ids and hits of their own
 };
 
+// Push constants of film.comp.
 struct FilmPush {
-  uint first;    // place in the film
-  uint places;   // pixels of this wave
-  uint samples;  // of each; path i * samples + s is of pixel i
-  uint first_sample;
+  uint first;         // place of the first pixel in the film
+  uint places;        // pixels of this wave
+  uint samples;       // samples a pixel; path i * samples + s belongs to pixel i
+  uint first_sample;  // number of the first sample
 };
 
-// The film of a chunk of rays, in their order. Sums over samples, but for z, normal and prim, which are those of the first
-// sample.
+// A film pixel of a chunk of rays, in ray order. color and alpha are sums over samples; z, normal and prim are those of
+// the first sample.
 struct FilmPixel {
   vec3 color;
   float alpha;
@@ -335,10 +357,10 @@ struct FilmPixel {
   uint prim;
 };
 
-// The film of a window's picture, in the order of rays.
+// A film pixel of a window, in ray order.
 struct LivePixel {
-  vec3 color;  // the sum over samples
-  uint prim;   // of the first one
+  vec3 color;  // sum over samples
+  uint prim;   // of the first sample
 };
 
 #ifdef __cplusplus

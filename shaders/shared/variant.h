@@ -1,25 +1,25 @@
-// Names that a kernel variant is made of: specialisation constants, bindings, and the defines that every variant must give.
-// engine/trace/variant.cpp is the only place that sets them.
+// The specialization constants, bindings and preprocessor defines of a traversal kernel variant. Every variant must
+// give all of the defines. Only engine/trace/variant.cpp sets them.
 #ifndef BALLOT_VARIANT_H
 #define BALLOT_VARIANT_H
 
 #include "layout.h"
 #include "knobs.h"
 
-// Specialisation constants.
+// Specialization constants.
 #define SPEC_GROUP_SIZE 0       // invocations in a workgroup
-#define SPEC_STACK_SIZE 1       // entries of a depth-first stack, the sentinel included
-#define SPEC_GROUP_SUBGROUPS 2  // subgroups in a workgroup, with the smallest subgroup that the pipeline may get
+#define SPEC_STACK_SIZE 1       // entries of a depth-first stack, including the sentinel
+#define SPEC_GROUP_SUBGROUPS 2  // subgroups in a workgroup at the smallest subgroup size that the pipeline may get
 #define SPEC_SUBGROUP_SIZE 3    // invocations in a subgroup; sizes the stack that is spread over lanes
-#define SPEC_LIST_SIZE 4        // nodes that a ray can put aside, below its own stack; 0 for methods that put none
+#define SPEC_LIST_SIZE 4        // nodes that a ray can set aside, below its own stack; 0 for methods without lists
 
-// Bindings of set 0, besides BIND_RAYS and BIND_HITS.
+// Bindings of set 0, in addition to BIND_RAYS and BIND_HITS.
 #define BIND_WORK 2
 #define BIND_NODES 3
 #define BIND_LEAVES 4
-#define BIND_STATS 5  // of the instrumented variant only
-#define BIND_TOP 6    // of methods that read another tree than the binary one: the wide tree, or the frontier
-#define BIND_INDIRECT 7  // of kernels that are called by the device
+#define BIND_STATS 5     // instrumented variant only
+#define BIND_TOP 6       // the second tree: wide tree, four-wide tree or frontier (lib/tree/second_tree.glsl)
+#define BIND_INDIRECT 7  // kernels of indirect dispatches
 
 // BALLOT_INDIRECT: 1: how many rays there are stands in BIND_INDIRECT, at entry push.ray_end, as the device has counted them.
 
@@ -55,8 +55,7 @@
 #define BOX_PADDED 2
 #define BOX_WIDENED 3
 
-
-// Hit::prim of a ray whose traversal the driver cut short (see lib/frame/main.glsl); never leaves the tracer.
+// Hit::prim of a ray whose traversal the driver cut short (see lib/frame/main.glsl). It never leaves the tracer.
 #define UNFINISHED 0xFFFFFFFEu
 
 #ifdef __cplusplus
@@ -64,45 +63,48 @@ namespace ballot {
 #endif
 // Push constants of every traversal kernel.
 struct TracePush {
-  vec3 scene_lo;       // bounds of the whole scene, whatever the root: they size the padding of boxes
-  uint root;           // child reference at which traversal begins
+  vec3 scene_lo;  // bounds of the whole scene, whatever the root; they size the padding of boxes
+  uint root;      // child reference at which traversal starts
   vec3 scene_hi;
-  uint ray_end;        // rays [ray_begin, ray_end) of the buffer are traced
+  uint ray_end;  // traces rays [ray_begin, ray_end); BALLOT_INDIRECT: entry with the count
   uint ray_begin;
-  uint max_batches;    // persistent launch: batches that a subgroup takes at most
-  uint nodes_lo, nodes_hi;    // buffer addresses, FETCH_REFERENCE only
+  uint max_batches;         // persistent launch: the most batches that a subgroup takes
+  uint nodes_lo, nodes_hi;  // buffer addresses, FETCH_REFERENCE only
   uint leaves_lo, leaves_hi;
   uint top_lo, top_hi;
-  vec3 box_origin;     // BALLOT_BOX_ORIGIN alone: what boxes of nodes and leaves are measured from (layout.h)
-  float padded_reach;  // BOX_WIDENED: how far along an axis rays may start from where boxes are measured from
-  float shear_scale, shear_near;  // TRIANGLE_WATERTIGHT: see engine/tree/shear.h
-  uint threshold;  // of methods that have one: lanes, entries or disagreements (engine/trace/methods.h)
-  uint camera;     // BALLOT_CAMERA alone
+  vec3 box_origin;                // BALLOT_BOX_ORIGIN only: the point that boxes are measured from (layout.h)
+  float padded_reach;             // BOX_WIDENED: the largest distance, along an axis, of a ray origin from that point
+  float shear_scale, shear_near;  // TRIANGLE_WATERTIGHT; see engine/tree/shear.h
+  uint threshold;                 // for methods that have one: lanes, entries or disagreements (engine/trace/methods.h)
+  uint camera;                    // BALLOT_CAMERA only: entry of BIND_CAMERAS
 };
 
-// The work buffer. `next` counts up from ray_begin; a subgroup takes rays in steps of its size.
+// The work buffer. `next` counts up from ray_begin; a subgroup takes rays in steps of its own size.
 struct Work {
   uint next;
   uint unfinished;  // rays whose traversal was cut short
 };
 
-// What the instrumented variant counts, one record a ray. A lane visits a node or leaf if its subgroup walks it while the
-// lane's ray is alive; it needs it if its own ray met the box when the node was entered or pushed, as a ray by itself would.
-// What happens once a subgroup is counted in the record of one of its rays: sums over all rays are what counts.
+// The counters of the instrumented variant, one record a ray. A lane visits a node or leaf if its subgroup walks it
+// while the lane's ray is alive. The lane needs the node if its own ray met the box when the node was entered or
+// pushed, as a ray that is traced alone would. An event that happens once for a subgroup is counted in the record of
+// one of its rays, so only sums over all rays have a meaning.
 struct RayStats {
-  uint nodes, nodes_needed;          // inner nodes, as pairs of children
+  uint nodes, nodes_needed;  // inner nodes, counted as pairs of children
   uint leaves, leaves_needed;
-  uint triangles, triangles_tested;  // in the leaves visited; of them those that the ray was tested against
-  uint packet_nodes;                 // of nodes: those visited on a path that the subgroup shares
-  uint lanes;                        // sum over visits of the lanes that needed the same visit
+  uint triangles, triangles_tested;  // triangles in visited leaves; those that the ray was tested against
+  uint packet_nodes;                 // nodes visited on a path that the subgroup shares
+  uint lanes;                        // sum over visits of the lanes that needed the visit
   uint steps;                        // once a subgroup: node and leaf visits
-  uint unneeded, few;                // once a subgroup: shared node visits where no lane could still find a nearer hit; where
-                                     // some could, but fewer than a quarter
-  uint votes, disagreements;         // once a subgroup: rounds of voting; those in which lanes wanted different children first
-  uint switches, switch_depth;       // once a subgroup: nodes at which paths changed from shared to own; sum of their depths
-  uint overflows;                    // once a subgroup: pairs of children that a packet kept since some list was full
-  uint stack;                        // high-water mark, of the shared or the ray's own stack with its list
-  uint fetches;                      // rays taken by an idle lane while others were under way
+  uint unneeded, few;                // once a subgroup: shared node visits in which no lane could still find a nearer
+                                     // hit; those in which some lanes could, but fewer than a quarter
+  uint votes, disagreements;         // once a subgroup: rounds of voting; those in which lanes wanted different
+                                     // children first
+  uint switches, switch_depth;       // once a subgroup: nodes at which shared traversal became per-ray traversal; the
+                                     // sum of their depths
+  uint overflows;                    // once a subgroup: pairs of children that a packet kept because a list was full
+  uint stack;                        // high-water mark of the shared stack, or of the ray's own stack with its list
+  uint fetches;                      // rays taken by an idle lane while other lanes were at work
 };
 
 #ifdef __cplusplus

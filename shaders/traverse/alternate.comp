@@ -1,16 +1,16 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// "alternate" traversal: a packet; a node that too few lanes want is walked at once, with all below it, by those lanes alone,
-// each by itself, and then the packet goes on with its stack.
+// "alternate" traversal: packet traversal that hands unpopular nodes to single lanes. When too few lanes want a node,
+// those lanes walk its whole subtree at once, each by itself. Then the packet goes on with its stack.
 //
 // Based on:
 //   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.3 ("the straightforward idea").
-//   Carsten Benthin, Ingo Wald, Sven Woop, Manfred Ernst, William Mark. Combining Single and Packet-Ray Tracing for Arbitrary
-//   Ray Distributions on the Intel MIC Architecture. TVCG 2012. (the condition)
+//   Carsten Benthin, Ingo Wald, Sven Woop, Manfred Ernst, William Mark. Combining Single and Packet-Ray Tracing for
+//   Arbitrary Ray Distributions on the Intel MIC Architecture. TVCG 2012. (the condition)
 //
-// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
-//   live   false where the lane has no ray: it still loads and votes
-//   Flow   subgroup-uniform, but for the subtrees that lanes walk by themselves
+// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+//   live   false if the lane has no ray; it still loads and votes
+//   Flow   subgroup-uniform, except in the subtrees that lanes walk by themselves
 //   Memory STACK_SIZE words per subgroup and STACK_SIZE per lane
 //   push.threshold   lanes that must want a node for the packet to walk it
 #define PACKET_REMEMBERS_WANTS
@@ -18,7 +18,7 @@
 #include "../lib/tree/walk.glsl"
 #include "../lib/packet/packet.glsl"
 
-// The subtree of a node by the rays that want it, each by itself.
+// Walks the subtree of a node with the rays that want it, each by itself.
 void walk_apart(inout Walker w, uint node, bool wants) {
   STACK_DECLARE
   uint top = 0u;
@@ -31,7 +31,7 @@ void walk_apart(inout Walker w, uint node, bool wants) {
 uint traverse(inout Walker w, bool live, uint node) {
   packet_begin();
   if (!packet_any(live)) node = END_OF_TREE;
-  bool together = true;  // at the root
+  bool together = true;  // true at the root
   while (node != END_OF_TREE) {
     if (is_inner(node) && together) {
       do {

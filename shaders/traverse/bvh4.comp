@@ -1,17 +1,18 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// "bvh4" traversal: every ray by itself, as in while-while, over a tree of four children a node whose boxes take a byte a plane.
-// A step fetches twice the boxes of a step over the binary tree with as many bytes.
+// "bvh4" traversal: while-while traversal of every ray by itself, over a tree of four children a node whose boxes take
+// a byte a plane. A step fetches twice as many boxes as a step over the binary tree, in as many bytes.
 //
 // Based on:
-//   Holger Dammertz, Johannes Hanika, Alexander Keller. Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of
-//   Incoherent Rays. EGSR 2008.
-//   Henri Ylitie, Tero Karras, Samuli Laine. Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs. HPG 2017.
+//   Holger Dammertz, Johannes Hanika, Alexander Keller. Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing
+//   of Incoherent Rays. EGSR 2008.
+//   Henri Ylitie, Tero Karras, Samuli Laine. Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs.
+//   HPG 2017.
 //   Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009. ("while-while")
 //
-// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
-//   live   false where the lane has no ray
-//   Flow   lanes part; no subgroup operation
+// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+//   live   false if the lane has no ray
+//   Flow   lanes diverge; no subgroup operations
 //   Memory STACK_SIZE words per lane
 #define METHOD_QUADS
 #include "../lib/frame/kernel.glsl"

@@ -1,23 +1,23 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// "dynamic fetch": while-while traversal that stops when too few lanes of the subgroup are still at work, so that the idle
-// ones get new rays.
+// "dynamic-fetch" traversal: while-while traversal that stops when too few lanes of the subgroup are at work, so that
+// the idle lanes get new rays.
 //
 // Based on:
-//   Timo Aila, Samuli Laine, Tero Karras. Understanding the Efficiency of Ray Traversal on GPUs - Kepler and Fermi Addendum.
-//   NVIDIA Technical Report NVR-2012-02, 2012.
-// Differs from the paper: no leaf is postponed, so that the fetch is all that sets it apart from while-while.
+//   Timo Aila, Samuli Laine, Tero Karras. Understanding the Efficiency of Ray Traversal on GPUs - Kepler and Fermi
+//   Addendum. NVIDIA Technical Report NVR-2012-02, 2012.
+// Differs from the paper: no leaf is postponed, so the fetch is the only difference from while-while.
 //
-// traverse(walker, live, node) -> node   END_OF_TREE when the ray has ended; else the node at which it is to go on
-//   live   false where the lane has no ray
-//   Flow   lanes part; the count sees the lanes that are in the same loop, and any answer of it is right
+// traverse(walker, live, node) -> node   END_OF_TREE when the ray has ended; otherwise the node at which it continues
+//   live   false if the lane has no ray
+//   Flow   lanes diverge; the count sees the lanes that are in the same loop, and any value of it is correct
 //   Memory STACK_SIZE words per lane
-//   push.threshold   lanes at work below which the subgroup stops for new rays
+//   push.threshold   the subgroup stops for new rays when fewer lanes than this are at work
 #define METHOD_REFILLS
 #include "../lib/frame/kernel.glsl"
 #include "../lib/tree/walk.glsl"
 
-bool refill_left;  // rays wait
+bool refill_left;  // true while untaken rays are left
 STACK_DECLARE      // outlives a call
 uint stack_top;
 

@@ -1,32 +1,35 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// "frontier" traversal: a packet at the top of the tree, then every ray by itself. The line where the top ends, the frontier,
-// is found once for the tree; each lane holds one of its nodes against bounds of all rays of the subgroup, and a ballot
-// tells where they may enter. Each ray then walks the subtrees of these nodes, as far as it meets them, front to back.
+// "frontier" traversal: a packet at the top of the tree, then every ray by itself. The frontier is the line where the
+// top of the tree ends; it is found once for each tree. Each lane tests one frontier node against bounds of all rays of
+// the subgroup, and a ballot tells which nodes the rays may enter. Of these, each ray then walks the subtrees of the
+// nodes that it meets, front to back.
 //
 // Based on:
 //   Alexander Reshetov, Alexei Soupikov, Jim Hurley. Multi-Level Ray Tracing Algorithm. SIGGRAPH 2005 (entry points).
-//   Kirill Garanzha, Charles Loop. Fast Ray Sorting and Breadth-First Packet Traversal for GPU Ray Tracing. Eurographics 2010
-//   (a frustum finds where its rays enter the tree).
+//   Kirill Garanzha, Charles Loop. Fast Ray Sorting and Breadth-First Packet Traversal for GPU Ray Tracing.
+//   Eurographics 2010 (a frustum finds where its rays enter the tree).
 //   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.3 (a packet first, then rays by themselves).
-// Differs: the top is not walked, but tested at once, so the packet takes one step (two of 32 lanes) whatever the rays.
+// Differs: the top is not walked but tested at once, so the packet takes one step (two with 32 lanes) whatever the
+// rays.
 //
-// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
-//   live   false where the lane has no ray
-//   Flow   subgroup-uniform until the entries are known, then lanes part
+// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+//   live   false if the lane has no ray
+//   Flow   subgroup-uniform until the entries are known, then lanes diverge
 //   Memory STACK_SIZE words per lane
-//   push.threshold   entries beyond which rays start at the root
+//   push.threshold   rays start at the root if there are more entries than this
 #define METHOD_REDUCES
 #include "../lib/frame/kernel.glsl"
 #include "../lib/tree/walk.glsl"
 #include "../lib/frame/lanes.glsl"
 #include "../lib/tree/frontier.glsl"
 
-// Where the lane's ray may enter the tree; without any it starts at the node given.
+// Returns the nodes at which the lane's ray may enter the tree. Without any, the ray starts at the given node.
 Entries find_entries(inout Walker w, bool live, inout uint node) {
   Entries none = Entries(0u, uvec2(0u));
   Beam beam;
-  if (node != 0u || !make_beam(w, live, beam)) return none;  // the frontier is that of the whole tree, whose root is texel 0
+  // The frontier belongs to the whole tree, whose root is texel 0.
+  if (node != 0u || !make_beam(w, live, beam)) return none;
   bool cut_short;
   Entries e = entries_of(beam, live, cut_short);
   if (CUT_SHORT(cut_short) || bitCount(e.left.x) + bitCount(e.left.y) > push.threshold) return none;

@@ -1,15 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// "if-if" traversal: every ray by itself; an iteration is one node or one leaf.
+// "if-if" traversal: every ray by itself; each iteration handles one node or one leaf.
 //
 // Based on:
 //   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.2.
 //   Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009. ("if-if")
 // Differs from the paper: the stack may lie in shared memory; a leaf step tests all triangles of the leaf.
 //
-// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
-//   live   false where the lane has no ray
-//   Flow   lanes part; no subgroup operation
+// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+//   live   false if the lane has no ray
+//   Flow   lanes diverge; no subgroup operations
 //   Memory STACK_SIZE words per lane
 #include "../lib/frame/kernel.glsl"
 #include "../lib/tree/walk.glsl"

@@ -6,13 +6,13 @@
 //   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.1.
 //   Johannes Guenther, Stefan Popov, Hans-Peter Seidel, Philipp Slusallek. Realtime Ray Tracing on GPU with BVH-based
 //   Packet Traversal. RT 2007.
-// Differs from the paper: the packet is a subgroup of any size; the votes are subgroup operations (any, or an exact count
-// by ballot and bit count, which the paper wished for) or, as in 2010, a reduction in shared memory; a ray tests a leaf's
-// triangles only if it meets the leaf's own box.
+// Differs from the paper: the packet is a subgroup of any size. The votes are subgroup operations (any, or an exact
+// count by ballot and bit count, which the paper wished for) or, as in 2010, a reduction in shared memory. A ray tests
+// a leaf's triangles only if it meets the leaf's own box.
 //
-// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
-//   live   false where the lane has no ray: it still loads and votes
-//   Flow   subgroup-uniform throughout, but for the triangle tests in visit_leaf
+// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+//   live   false if the lane has no ray; it still loads and votes
+//   Flow   subgroup-uniform throughout, except in the triangle tests of visit_leaf
 //   Memory STACK_SIZE words per subgroup, shared or spread over the lanes
 #include "../lib/frame/kernel.glsl"
 #include "../lib/packet/packet.glsl"

@@ -1,25 +1,26 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// "packet-wide" traversal: the rays of a subgroup, several in every lane, take one path through a tree of up to eight children
-// a node. Each lane holds one child against bounds of the whole packet; the nearest child that these meet is tested by every
-// ray, and entered if any meets it.
+// "packet-wide" traversal: the rays of a subgroup, several in every lane, take one path through a tree of up to eight
+// children a node. Each lane tests one child against bounds of the whole packet. All rays then test the nearest child
+// that the bounds meet, and the packet enters it if any ray meets it.
 //
 // Based on:
 //   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.1 (the packet).
-//   Ingo Wald, Solomon Boulos, Peter Shirley. Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies. ACM
-//   Transactions on Graphics 26(1), 2007 (bounds of the packet first, then its rays).
+//   Ingo Wald, Solomon Boulos, Peter Shirley. Ray Tracing Deformable Scenes Using Dynamic Bounding Volume
+//   Hierarchies. ACM Transactions on Graphics 26(1), 2007 (bounds of the packet first, then its rays).
 //   Ingo Wald, Carsten Benthin, Solomon Boulos. Getting Rid of Packets: Efficient SIMD Single-Ray Traversal using
 //   Multi-branching BVHs. RT 2008 (a child a lane).
-// The bounds alone must not decide: on incoherent rays they meet nearly every box. Children are met nearest first; by the
-// order of the direction's signs alone a packet may visit several times as many.
+// The bounds alone must not decide: on incoherent rays they meet nearly every box. Children are visited nearest first;
+// in the order of the direction's signs alone, a packet may visit several times as many.
 //
-// Rays of a packet go together by the octant of their direction, and by the order in which they read the texels of triangles.
-// Each group sees rays and boxes mirrored so that it goes up along every axis (lib/numeric/numeric.glsl).
-// With knob fallback, rays of packets that spread over more than two octants go by themselves (lib/tree/walk.glsl).
+// The rays of a packet are grouped by the octant of their direction and by the order in which they read the texels of
+// triangles. Each group sees rays and boxes mirrored so that it goes up along every axis (lib/numeric/numeric.glsl).
+// With knob fallback, the rays of a packet that spreads over more than two octants are traced one by one
+// (lib/tree/walk.glsl).
 //
-// walk_packet() -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
-//   Flow   subgroup-uniform throughout, but for rays that go by themselves
-//   Memory STACK_SIZE words per subgroup; with fallback STACK_SIZE per lane too
+// walk_packet() -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+//   Flow   subgroup-uniform throughout, except for rays that are traced one by one
+//   Memory STACK_SIZE words per subgroup; with fallback also STACK_SIZE per lane
 #define METHOD_PACKETS
 #include "../lib/frame/kernel.glsl"
 #include "../lib/packet/packet_stack.glsl"
@@ -34,14 +35,14 @@
 
 const uint ALL_CHILDREN = (1u << WIDE8_CHILDREN) - 1u;
 
-// Goes on from an entry until a leaf that some ray meets, or the end: END_OF_TREE. leaf_rays: a bit for each of this lane's rays that
-// meets it; anyone: for those of any lane.
+// Continues from an entry to the next leaf that some ray meets. Returns the leaf, or END_OF_TREE at the end of the
+// walk. leaf_rays has a bit for each of this lane's rays that meet the leaf; anyone has the bits of all lanes.
 uint find_leaf(PacketBounds bounds, float t_max, inout uint entry, out uint leaf_rays, out uint anyone) {
   uint leaf = END_OF_TREE;
   leaf_rays = anyone = 0u;
   if (entry == END_OF_TREE) return leaf;
   do {
-    // A node with a child that the packet may meet.
+    // Finds a node with a child that the packet may meet.
     uint key, open, below;
     WideNode node;
     do {
@@ -54,7 +55,7 @@ uint find_leaf(PacketBounds bounds, float t_max, inout uint entry, out uint leaf
         --packet_top;
       }
     } while (open == 0u && entry != END_OF_TREE);
-    // Its nearest one, if some ray meets it.
+    // Takes the nearest such child, if some ray meets it.
     WideChild child = child_of(node, key & CHILD_BITS);
     uint met = rays_that_meet(child.lo, child.hi), met_by_any = lanes_or(met);
     bool enter = open != 0u && met_by_any != 0u, inner = enter && is_inner(child.child);
@@ -77,7 +78,8 @@ uint find_leaf(PacketBounds bounds, float t_max, inout uint entry, out uint leaf
   return leaf;
 }
 
-// What the rays that meet a leaf find there; entry becomes END_OF_TREE once none looks any more.
+// Tests the rays that meet a leaf against its triangles. Sets entry to END_OF_TREE once no ray is looking for a hit any
+// more.
 void meet_leaf(uint leaf, uint leaf_rays, uint anyone, inout uint entry) {
   visit_packet_leaf(leaf, leaf_rays, anyone);
 #if BALLOT_ANY_HIT
@@ -90,18 +92,18 @@ uint walk_packet() {
   packet_cut_short = false;
   packet_top = 0u;
   packet_store(packet_top++, END_OF_TREE);
-  uint entry = END_OF_TREE;  // the node at hand above a bit for each of its children that is still to be met
+  uint entry = END_OF_TREE;  // the current node, above a bit for each child that is still to be visited
   if (push.root != END_OF_TREE && packet_looks()) entry = ALL_CHILDREN;
   COUNT_WIDE(alive, alive, true)
   uint leaf, leaf_rays, anyone;
 #if BALLOT_JUMP
-  // One copy of find_leaf() takes 0.9 of the time to compile.
+  // With one copy of find_leaf() the kernel compiles in 0.9 of the time.
   do {
     leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays, anyone);
     if (leaf != END_OF_TREE) meet_leaf(leaf, leaf_rays, anyone, entry);
   } while (leaf != END_OF_TREE);
 #else
-  // Without jumps a leaf would be met in vain at the end: 0.97 times as fast.
+  // Without jumps, the loop above would visit a leaf in vain at the end: 0.97 times as fast.
   leaf = find_leaf(bounds, packet_reach(), entry, leaf_rays, anyone);
   if (leaf != END_OF_TREE) {
     do {
@@ -110,7 +112,7 @@ uint walk_packet() {
     } while (leaf != END_OF_TREE);
   }
 #endif
-  return leaf == END_OF_TREE ? entry : leaf;  // a leaf where the driver cut the loop short
+  return leaf == END_OF_TREE ? entry : leaf;  // a leaf if the driver cut the loop short
 }
 
 #include "../lib/frame/main.glsl"

@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// "speculative" while-while traversal: a lane that finds a leaf postpones it and walks on until every lane of the subgroup that
-// is still at work has found one, so that all test triangles together.
+// "speculative" traversal: while-while traversal in which a lane that finds a leaf postpones it and walks on. When
+// every lane of the subgroup that is at work has found a leaf, all lanes test triangles together.
 //
 // Based on:
 //   Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009. ("speculative traversal")
 //
-// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
-//   live   false where the lane has no ray
-//   Flow   lanes part; the vote sees the lanes that are in the same loop, and any answer of it is right
+// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+//   live   false if the lane has no ray
+//   Flow   lanes diverge; the vote sees the lanes that are in the same loop, and any result of it is correct
 //   Memory STACK_SIZE words per lane
 #include "../lib/frame/kernel.glsl"
 #include "../lib/tree/walk.glsl"
@@ -18,7 +18,7 @@ uint traverse(inout Walker w, bool live, uint node) {
   uint top = 0u;
   STACK_AT(top++) = END_OF_TREE;
   if (!live) node = END_OF_TREE;
-  uint leaf = END_OF_TREE;  // the postponed one
+  uint leaf = END_OF_TREE;  // the postponed leaf
   while (node != END_OF_TREE || leaf != END_OF_TREE) {
     while (is_inner(node)) {
       WALK_STEP(w, node, top)

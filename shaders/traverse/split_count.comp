@@ -1,18 +1,18 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// "split-count" traversal: a packet until its lanes have wanted different children first more than n times, then every ray
-// by itself.
+// "split-count" traversal: a packet until its lanes have wanted different children first more than n times, then every
+// ray by itself.
 //
 // Based on:
-//   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.3 ("counting how many times rays wanted to take different
-//   paths").
-// Differs from the paper: as stack-max does.
+//   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.3 ("counting how many times rays wanted to take
+//   different paths").
+// Differs from the paper in the same way as stack-max.
 //
-// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
-//   live   false where the lane has no ray: it still loads and votes
-//   Flow   subgroup-uniform until the switch, then lanes part
+// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+//   live   false if the lane has no ray; it still loads and votes
+//   Flow   subgroup-uniform until the switch, then lanes diverge
 //   Memory STACK_SIZE words per subgroup and STACK_SIZE per lane
-//   push.threshold   n; 0 parts at the first disagreement
+//   push.threshold   n; 0 splits at the first disagreement
 #define PACKET_COUNTS_DISAGREEMENTS
 #include "../lib/frame/kernel.glsl"
 #include "../lib/tree/walk.glsl"

@@ -4,14 +4,14 @@
 //
 // Based on:
 //   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.3.
-// Differs from the paper: a ray copies the shared stack at the switch instead of reading it later on, since the shared stack
-// may lie in the lanes' registers, which lanes that have gone their own way cannot read.
+// Differs from the paper: a ray copies the shared stack at the switch instead of reading it later on. The shared stack
+// may lie in the registers of the lanes, and lanes that have diverged cannot read it there.
 //
-// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
-//   live   false where the lane has no ray: it still loads and votes
-//   Flow   subgroup-uniform until the switch, then lanes part
+// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+//   live   false if the lane has no ray; it still loads and votes
+//   Flow   subgroup-uniform until the switch, then lanes diverge
 //   Memory STACK_SIZE words per subgroup and STACK_SIZE per lane
-//   push.threshold   k; 0 parts as soon as a node waits
+//   push.threshold   k; 0 splits as soon as a node is on the stack
 #include "../lib/frame/kernel.glsl"
 #include "../lib/tree/walk.glsl"
 #include "../lib/packet/packet.glsl"

@@ -1,14 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// "while-while" traversal: every ray by itself; it walks inner nodes until it holds a leaf, then tests leaves until it
-// holds an inner node, so that the lanes of a subgroup mostly do the same thing.
+// "while-while" traversal: every ray by itself. A ray walks inner nodes until it holds a leaf, then tests leaves until
+// it holds an inner node, so that the lanes of a subgroup mostly do the same thing.
 //
 // Based on:
 //   Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009. ("while-while")
 //
-// traverse(walker, live, node) -> node   the walk ends with END_OF_TREE; anything else was cut short by the driver
-//   live   false where the lane has no ray
-//   Flow   lanes part; no subgroup operation
+// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+//   live   false if the lane has no ray
+//   Flow   lanes diverge; no subgroup operations
 //   Memory STACK_SIZE words per lane
 #include "../lib/frame/kernel.glsl"
 #include "../lib/tree/walk.glsl"

@@ -13,8 +13,8 @@
 
 const float CAMERA_T_MAX = 1e30;
 
-// Of a sample of a pixel, which `number` names to the random numbers; dead outside the picture. A single sample goes through the
-// pixel's centre.
+// Returns the camera ray of a sample of a pixel; a dead ray outside the picture. `number` stands for the pixel in the
+// random numbers. A single sample goes through the pixel's centre.
 Ray camera_ray(PrimaryPush camera, uvec2 pixel, uint number, uint sample_index) {
   vec2 offset = vec2(0.5);
   if (camera.sample_count > 1u) {

@@ -1,6 +1,7 @@
-// Camera rays of listed pixels. Whoever includes this has `listed`, the list.
+// Camera rays of listed pixels. The including file declares `listed`, the pixel list.
 //
-// Kernels that need a ray again make it again where they can: a record of 32 bytes takes longer to read.
+// Kernels that need a camera ray again compute it again where they can, because reading a record of 32 bytes takes
+// longer.
 #include "pixel_samples.glsl"
 #include "camera.glsl"
 

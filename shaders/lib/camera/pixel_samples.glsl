@@ -1,12 +1,13 @@
-// Which pixel's sample a camera ray is, where pixels are listed: the samples of each one behind the other (shared/render.h). Whoever
-// includes this has `listed`, the list.
+// The sample of a listed pixel that a camera ray belongs to. The samples of a pixel are consecutive (shared/render.h).
+// The including file declares `listed`, the pixel list.
 #include "../shade/film.glsl"
 #include "../shade/random.glsl"
 
+// A sample of a pixel.
 struct PixelSample {
   uvec2 pixel;
-  uint place;   // in the list and the film
-  uint number;  // of the pixel, row by row in the whole picture, and the seed: names it to the random numbers
+  uint place;   // in the list and in the film
+  uint number;  // stands for the pixel in the random numbers: its number, row by row, plus a hash of the seed
   uint sample_index;
 };
 
@@ -14,7 +15,7 @@ SampleRange samples_of(PrimaryPush camera) {
   return SampleRange(camera.first, camera.together, camera.sample_index, camera.width, camera.seed);
 }
 
-// Sample s of those at hand of pixel i of those at hand.
+// Returns sample s of pixel i, both counted within the range.
 PixelSample pixel_sample(SampleRange range, uint i, uint s) {
   uint place = range.first + i;
   uvec2 pixel = listed_pixel(listed[place]);
@@ -23,7 +24,7 @@ PixelSample pixel_sample(SampleRange range, uint i, uint s) {
   return PixelSample(pixel, place, number, range.sample_index + s);
 }
 
-// The one that a ray of those at hand is.
+// Returns the sample of ray number `ray` of the range.
 PixelSample pixel_sample(SampleRange range, uint ray) {
   return pixel_sample(range, ray / range.together, ray % range.together);
 }

@@ -1,4 +1,4 @@
-// Extensions, push constants, buffers and node fetch: included first by every traversal kernel.
+// Extensions, push constants, buffers and node fetch. Every traversal kernel includes this file first.
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_vote : require
@@ -34,7 +34,7 @@ layout(constant_id = SPEC_LIST_SIZE) const uint LIST_SIZE = 0;
 
 layout(push_constant, scalar) uniform Push { TracePush push; };
 
-// Rays and hits by 16 bytes: of records of scalars a compiler loads each scalar by itself.
+// Rays and hits are read and written in units of 16 bytes: a compiler loads each scalar of a scalar record by itself.
 #if BALLOT_CAMERA
 layout(set = 0, binding = BIND_CAMERAS, scalar) readonly buffer Cameras { PrimaryPush cameras[]; };
 layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
@@ -49,16 +49,17 @@ vec4 ray_half(uint i) { return ray_halves[i]; }
 layout(set = 0, binding = BIND_HITS, std430) writeonly buffer Hits { uvec4 hit_words[]; };
 layout(set = 0, binding = BIND_WORK, scalar) buffer WorkCounter { Work work; };
 
-// Rays up to RAY_END are traced.
+// The end of the ray range: rays before RAY_END are traced.
 #if BALLOT_INDIRECT
 layout(set = 0, binding = BIND_INDIRECT, scalar) readonly buffer Indirect { IndirectArgs indirect[]; };
-uint ray_end;  // main() reads it
+uint ray_end;  // set by main()
 #define RAY_END ray_end
 #else
 #define RAY_END push.ray_end
 #endif
 
-// Packets that keep to the wide tree, and rays that walk the quad tree, have no use for the binary one.
+// READS_NODES: the kernel reads the binary tree. Packets without fallback read the wide tree alone, and bvh4 the
+// four-wide tree.
 #if !defined(METHOD_QUADS) && (!defined(METHOD_PACKETS) || BALLOT_FALLBACK)
 #define READS_NODES
 #endif
@@ -97,7 +98,8 @@ void store_hit(uint index, Hit hit) {
   hit_words[index] = uvec4(floatBitsToUint(hit.t), hit.prim, floatBitsToUint(hit.u), floatBitsToUint(hit.v));
 }
 
-// Whether the driver cut a loop short (lib/frame/main.glsl). BALLOT_LOOPS_CUT is 0 for drivers that are known not to.
+// True if `condition` holds and the driver may cut loops short (lib/frame/main.glsl). BALLOT_LOOPS_CUT is 0 for drivers
+// that are known not to do so.
 #if BALLOT_LOOPS_CUT
 #define CUT_SHORT(condition) (condition)
 #else
@@ -106,12 +108,12 @@ void store_hit(uint index, Hit hit) {
 
 bool is_inner(uint node) { return int(node) >= 0; }
 
-// A box as the layout has it: its bounds lo and hi, or its centre and half extents.
+// A box in the form of the layout: bounds lo and hi, or centre and half extents.
 struct NodeBox {
   vec3 a, b;
 };
 
-// Both children of an inner node.
+// The two children of an inner node.
 struct Pair {
   NodeBox l, r;
   uint left, right;  // child references

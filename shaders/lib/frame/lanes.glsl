@@ -1,11 +1,13 @@
-// Minima, maxima and unions over the lanes of a subgroup, by BALLOT_REDUCE. Where lanes may have parted, by shuffles: in a loop
-// whose lanes all go on an H200 (580.159.04) reduces integers over those that are together at the moment, so that packet-wide lost
-// hits or never ended. At the start of a kernel they are together (frontier: every answer was compared).
+// Minima, maxima and unions over the lanes of a subgroup, by the method that BALLOT_REDUCE names. Methods whose lanes
+// may have diverged use shuffles: an H200 (580.159.04) reduces integers only over the lanes that are together at the
+// moment, even in a loop that all lanes continue. With integer reductions, packet-wide lost hits or never ended. At the
+// start of a kernel all lanes are together (frontier: every result was compared).
 
 const float LARGEST = 3.4028234e38;
 
 #if BALLOT_REDUCE == REDUCE_INTEGER
-// Integers in the order of floats; hardware that reduces integers in one instruction does not do so with floats.
+// Maps floats to integers of the same order: hardware that reduces integers in one instruction does not do so with
+// floats.
 int order_of(float x) {
   int i = floatBitsToInt(x);
   return i ^ (i >> 31 & 0x7FFFFFFF);
@@ -18,8 +20,9 @@ uint lanes_min(uint x) { return subgroupMin(x); }
 uint lanes_or(uint x) { return subgroupOr(x); }
 bool lanes_any(uint x) { return subgroupBallot(x != 0u) != uvec4(0u); }
 #else
-// Steps are written out: lavapipe keeps a loop over them as a loop. Its ballot and its vote go from lane to lane through memory;
-// a union takes three shuffles. Both together: packet-wide 1.05 to 1.2 times as fast (22.3.6, sponza and conference).
+// The steps are written out, because lavapipe keeps a loop over them as a loop. lavapipe's ballot and vote go from lane
+// to lane through memory, while a union takes three shuffles. Both together make packet-wide 1.05 to 1.2 times as fast
+// (22.3.6, sponza and conference).
 #define FOLD_LANES(x, with)                                             \
   if (SUBGROUP_SIZE > 1u) x = with(x, subgroupShuffleXor(x, 1u));       \
   if (SUBGROUP_SIZE > 2u) x = with(x, subgroupShuffleXor(x, 2u));       \

@@ -1,16 +1,18 @@
-// main(): subgroups take rays until none is left, walk them and write their hits. Included last by every traversal kernel.
+// main() of the traversal kernels: subgroups take rays until none is left, walk them and write their hits. Every
+// traversal kernel includes this file last.
 //
 // A lane's ray is its subgroup's base plus its number in the subgroup, so the rays of a packet are neighbours in the
-// buffer. The pipeline has full subgroups, and the workgroup is a multiple of the subgroup.
+// buffer. The pipeline has full subgroups, and the workgroup size is a multiple of the subgroup size.
 //
-// The reconvergence rule: a persistent subgroup loops on a base that is the same for all its lanes, and no lane leaves the
-// loop or the kernel by itself; a lane without a ray goes along with live = false. Where the device has it, the entry point
-// declares subgroup-uniform control flow, which then promises that votes see all lanes.
+// The reconvergence rule: a persistent subgroup loops on a base that is the same for all its lanes, and no lane leaves
+// the loop or the kernel alone. A lane without a ray goes along with live = false. If the device supports it, the entry
+// point declares subgroup-uniform control flow, which then guarantees that votes see all lanes.
 //
-// A driver may cut loops short (Mesa 22.3's lavapipe gives all loops of an invocation 65 535 iterations together, then
-// silently stops looping). A walk that did not end with END_OF_TREE was cut: its ray is marked and counted, and the host
-// traces it again in smaller pieces (engine/trace/tracer.cpp).
+// A driver may cut loops short. Mesa 22.3's lavapipe gives all loops of an invocation 65 535 iterations together, then
+// silently stops looping. A walk that did not end with END_OF_TREE was cut short: its ray is marked and counted, and
+// the host traces it again in smaller pieces (engine/trace/tracer.cpp).
 
+// Loads ray number `index` and starts its walk state. Returns false if there is no such ray or the ray is dead.
 bool take_ray(uint index, out Walker w, out Ray given) {
   bool inside = index < RAY_END;
   given = load_ray(inside ? index : push.ray_begin);
@@ -26,7 +28,7 @@ bool take_ray(uint index, out Walker w) {
   return take_ray(index, w, given);
 }
 
-// For the host to trace again.
+// Marks a ray as unfinished, so that the host traces it again.
 const Hit UNFINISHED_HIT = Hit(0.0, UNFINISHED, 0.0, 0.0);
 void leave_ray(uint index) {
   if (index >= RAY_END) return;
@@ -34,7 +36,8 @@ void leave_ray(uint index) {
   atomicAdd(work.unfinished, 1u);
 }
 
-// One store whatever happened: lavapipe runs both sides of a branch, and stores lane by lane.
+// Writes the hit of a ray. There is one store in every case: lavapipe runs both sides of a branch and stores lane by
+// lane.
 void write_hit(uint index, Walker w, Units units, bool cut_short) {
   Hit hit = finished_hit(w.hit, units);
   if (cut_short) hit = UNFINISHED_HIT;
@@ -42,10 +45,11 @@ void write_hit(uint index, Walker w, Units units, bool cut_short) {
   COUNT_WRITE(index)
 }
 
-// A ray is loaded again: that costs less than to keep what is needed of it. To make it again would cost more.
+// Returns the units of a ray at the end of its walk. The ray is loaded again, which costs less than to keep the values.
+// A computed camera ray is not computed again, which would cost more.
 Units units_at_end(uint index, Walker w) {
 #if BALLOT_CAMERA
-  return Units(w.scale, w.hit.t > 0.0 ? CAMERA_T_MAX : 0.0);  // a miss has the t_max that the walk began with
+  return Units(w.scale, w.hit.t > 0.0 ? CAMERA_T_MAX : 0.0);  // a miss still has the t_max of the start
 #else
   return units_of(load_ray(index));
 #endif
@@ -69,7 +73,7 @@ void trace_ray(uint index) {
 
 #endif
 
-// A subgroup's batch: a packet, or a ray a lane.
+// Traces a batch of a subgroup: a packet, or one ray a lane.
 #ifdef METHOD_PACKETS
 #include "main_packets.glsl"
 #else

@@ -1,29 +1,32 @@
 // The frame of methods whose packets have BALLOT_RAYS rays in every lane. Such a method defines METHOD_PACKETS before
-// lib/frame/main.glsl and
-//   walk_packet() -> node           walks packet[] (lib/packet/packet_rays.glsl); END_OF_TREE unless the driver cut it short
-//   traverse(w, live, node) -> node    as other methods: one ray a lane, for packets whose rays had better go by themselves
+// lib/frame/main.glsl, and
+//   walk_packet() -> node              walks packet[] (lib/packet/packet_rays.glsl); END_OF_TREE unless the driver cut
+//                                      it short
+//   traverse(w, live, node) -> node    as other methods: one ray a lane, for packets whose rays are better traced one
+//                                      by one
 //
-// Ray r of lane i is the packet's base + r * subgroup size + i, so that a packet's rays are neighbours in the buffer.
+// Ray r of lane i is the packet's base + r * subgroup size + i, so that the rays of a packet are neighbours in the
+// buffer.
 
 uint packet_index(uint base, uint r) { return base + r * gl_SubgroupSize + gl_SubgroupInvocationID; }
 
 bvec3 goes_down(Ray ray) { return lessThan(ray.dir, vec3(0.0)); }
 
-// Rays of a packet that go together: those of one octant of directions (bit 0 down along x, 1 y, 2 z) that read a triangle's texels
-// in one order (its last in the bits above).
+// Returns the group of ray r. The rays of a group have directions in one octant (bit 0: down along x, 1: y, 2: z) and
+// read a triangle's texels in one order (the last texel of that order is in the bits above).
 uint group_of(uint r) {
   bvec3 down = goes_down(packet[r].ray);
   return (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u) | last_of(texel_order(packet[r].space)) << 3;
 }
 
-// Groups that the packet has rays in, a bit each.
+// Returns the groups that have rays in the packet, a bit each.
 uint packet_groups() {
   uint groups = 0u;
   EACH_RAY(r) groups |= (alive >> r & 1u) != 0u ? 1u << group_of(r) : 0u;
   return lanes_or(groups);
 }
 
-// The rays of one group after the other. True where the driver cut a walk short.
+// Walks the groups one after the other. Returns true if the driver cut a walk short.
 bool walk_groups(uint groups) {
   uint living = alive;
   bool cut_short = false;
@@ -41,9 +44,10 @@ bool walk_groups(uint groups) {
 }
 
 #if BALLOT_FALLBACK
-const uint MOST_OCTANTS = 2u;  // of a packet whose rays go together
+const uint MOST_OCTANTS = 2u;  // a packet of more octants is traced ray by ray
 
-uint octants_of(uint groups) { return (groups | groups >> 8 | groups >> 16) & 255u; }  // whatever the main axis
+// The octants of a set of groups, whatever the order of texels.
+uint octants_of(uint groups) { return (groups | groups >> 8 | groups >> 16) & 255u; }
 
 void trace_one_by_one(uint base) {
   uint r = 0u;
@@ -51,7 +55,7 @@ void trace_one_by_one(uint base) {
     trace_ray(packet_index(base, r));
     ++r;
   } while (r < BALLOT_RAYS);
-  EACH_RAY(left) if (left >= r) leave_ray(packet_index(base, left));  // where the driver cut the loop short
+  EACH_RAY(left) if (left >= r) leave_ray(packet_index(base, left));  // if the driver cut the loop short
 }
 #endif
 

@@ -1,17 +1,17 @@
-// Rays, hits and what goes with them in buffers, read and written by 16 bytes: of records of scalars a compiler moves each scalar
-// by itself, and every one of them touches as many sectors of memory as the whole.
+// Buffers of rays, hits and path state that are read and written in units of 16 bytes. A compiler moves each scalar of
+// a scalar record by itself, and every such access touches as many sectors of memory as the whole record.
 //
-//   RECORDS_IN(binding, Block, name)     a buffer of records that are read
-//   RECORDS_OUT(binding, Block, name)    written
-//   RECORDS_INOUT(binding, Block, name)  read and written
+//   RECORDS_IN(binding, Block, name)     a buffer that is read
+//   RECORDS_OUT(binding, Block, name)    a buffer that is written
+//   RECORDS_INOUT(binding, Block, name)  a buffer that is read and written
 //   get_ray(name, i), get_hit, get_carried, get_shadow_payload, get_path -> record
-//   put_record(name, i, record)          one of 32 bytes: Ray, Carried
-//   put_part(name, i, record)            one of 16 bytes: Hit, ShadowPayload, Path
+//   put_record(name, i, record)          writes a record of 32 bytes: Ray, Carried
+//   put_part(name, i, record)            writes a record of 16 bytes: Hit, ShadowPayload, Path
 //
-// With BALLOT_TEXEL_RECORDS (CPU devices: engine/vk/pipeline.cpp) what is only read is a texel buffer: lavapipe reads storage buffers
-// lane by lane and word by word.
+// With BALLOT_TEXEL_RECORDS (CPU devices: engine/vk/pipeline.cpp) a buffer that is only read is a texel buffer, because
+// lavapipe reads storage buffers lane by lane and word by word.
 #ifndef BALLOT_TEXEL_RECORDS
-#define BALLOT_TEXEL_RECORDS 0  // compiled for no device
+#define BALLOT_TEXEL_RECORDS 0  // compiled without a device
 #endif
 #if BALLOT_TEXEL_RECORDS
 #define RECORDS_IN(bound, Block, name)                          \
@@ -22,7 +22,8 @@
   layout(set = 0, binding = bound, std430) readonly buffer Block { uvec4 name[]; };  \
   uvec4 name##_part(uint i) { return name[i]; }
 #endif
-#define RECORDS_OUT(bound, Block, name) layout(set = 0, binding = bound, std430) writeonly buffer Block { uvec4 name[]; };
+#define RECORDS_OUT(bound, Block, name) \
+  layout(set = 0, binding = bound, std430) writeonly buffer Block { uvec4 name[]; };
 #define RECORDS_INOUT(bound, Block, name)                                  \
   layout(set = 0, binding = bound, std430) buffer Block { uvec4 name[]; }; \
   uvec4 name##_part(uint i) { return name[i]; }

@@ -1,13 +1,14 @@
-// The frame of methods that give new rays to lanes whose ray has ended while others are under way. Such a method
-//   defines METHOD_REFILLS before lib/frame/kernel.glsl,
-//   begin_ray()                        makes the lane's stack an empty one
-//   traverse(w, live, node) -> node    goes on from node; may return early with another node than END_OF_TREE if `refill_left`
+// The frame of methods that give new rays to idle lanes while other lanes are still at work. Such a method defines
+// METHOD_REFILLS before lib/frame/kernel.glsl, and
+//   begin_ray()                        empties the lane's stack
+//   traverse(w, live, node) -> node    continues from node; if `refill_left`, it may return early with another node
+//                                      than END_OF_TREE
 //
-// Source: Timo Aila, Samuli Laine, Tero Karras. Understanding the Efficiency of Ray Traversal on GPUs - Kepler and Fermi
-// Addendum. NVIDIA Technical Report NVR-2012-02, 2012. ("dynamic fetch")
+// Source: Timo Aila, Samuli Laine, Tero Karras. Understanding the Efficiency of Ray Traversal on GPUs - Kepler and
+// Fermi Addendum. NVIDIA Technical Report NVR-2012-02, 2012. ("dynamic fetch")
 
 #if BALLOT_LAUNCH == LAUNCH_PLAIN
-// A subgroup has as many rays as lanes, so nothing is left to take after the first round.
+// A subgroup has as many rays as lanes, so no ray is left to take after the first round.
 uint refill_next, refill_end;
 void refill_start() {
   uint subgroup = gl_WorkGroupID.x * gl_NumSubgroups + gl_SubgroupID;
@@ -26,7 +27,7 @@ void refill_start() {
   refill_taken = 0u;
   refill_end = RAY_END;
 }
-// The dispatch is bounded: a subgroup takes no more than max_batches times its size.
+// Takes `count` rays. The dispatch is bounded: a subgroup takes no more than max_batches times its size.
 uint refill_take(uint count) {
   if (refill_taken / gl_SubgroupSize >= push.max_batches) {
     refill_left = false;
@@ -41,10 +42,10 @@ uint refill_take(uint count) {
 }
 #endif
 
-// The loop is uniform: it ends for all lanes of a subgroup at once.
+// Traces rays until none is left. The loop is uniform: it ends for all lanes of a subgroup at once.
 void trace_rays() {
   Walker w;
-  uint index = RAY_END, node = END_OF_TREE;  // index: the lane's ray, ray_end where it has none
+  uint index = RAY_END, node = END_OF_TREE;  // index: the lane's ray, or RAY_END if it has none
   bool any_left = true;
   take_ray(index, w);
   refill_start();
@@ -69,6 +70,6 @@ void trace_rays() {
     node = traverse(w, node != END_OF_TREE, node);
     any_left = subgroupAny(index < RAY_END);
   }
-  // Only where the driver cut the loop short.
+  // Reached with a ray only if the driver cut the loop short.
   if (index < RAY_END) write_hit(index, w, CUT_SHORT(node != END_OF_TREE || w.truncated));
 }

@@ -1,17 +1,17 @@
-// Counters of the instrumented variant (RayStats in shared/variant.h). In the timed variant every COUNT_ statement is nothing:
-// its SPIR-V is byte for byte that of sources without these statements, and a test holds it to that. So each stands on a
-// line of its own and nothing else depends on it.
+// Counters of the instrumented variant (RayStats in shared/variant.h). In the timed variant every COUNT_ statement
+// expands to nothing: the SPIR-V is byte for byte that of sources without these statements, and a test checks that. So
+// each statement stands on a line of its own, and nothing else depends on it.
 #if BALLOT_COUNTERS
 layout(set = 0, binding = BIND_STATS, scalar) writeonly buffer Stats { RayStats ray_stats[]; };
 
 RayStats stats;
-bool stats_shared;          // on a path that the subgroup shares
-bool stats_needs;           // whether this lane's ray met the node at hand when it was entered or pushed
-float stats_entry;          // where it enters it, in t
-uint stats_depth;           // of the node at hand, on shared paths
+bool stats_shared;          // true on a path that the subgroup shares
+bool stats_needs;           // true if this lane's ray met the current node when it was entered or pushed
+float stats_entry;          // t at which this ray enters the current node
+uint stats_depth;           // depth of the current node, on shared paths
 uint stats_depths[STACK_SIZE];
 float stats_entries[STACK_SIZE];
-float stats_left, stats_right, stats_pushed;  // where it enters the children, and the one that waits
+float stats_left, stats_right, stats_pushed;  // t at which this ray enters the children, and the pushed child
 
 void stats_begin() {
   stats = RayStats(0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
@@ -21,7 +21,7 @@ void stats_begin() {
   stats_depth = 0u;
 }
 
-// A visit on the shared path, of use only to lanes that can still find a nearer hit there than the one at t.
+// Counts how useful a visit on the shared path is: how many lanes can still find a nearer hit there than the one at t.
 void stats_usefulness(bool live, float t) {
   uint lanes = subgroupBallotBitCount(subgroupBallot(live && stats_needs && stats_entry <= t));
   if (subgroupElect()) {
@@ -30,7 +30,7 @@ void stats_usefulness(bool live, float t) {
   }
 }
 
-// A step of the subgroup: all lanes that take it arrive together.
+// Counts a step of the subgroup. All lanes that take the step arrive together.
 void stats_step(bool live, bool inner) {
   bool needs = live && (!stats_shared || stats_needs);
   uint lanes = subgroupBallotBitCount(subgroupBallot(needs));
@@ -48,10 +48,10 @@ void stats_step(bool live, bool inner) {
 }
 
 #ifdef METHOD_PACKETS
-// Several rays in a lane: what each of them counts; `stats` keeps the stack's high-water mark meanwhile.
+// The counters of each of a lane's rays. While they are in use, `stats` keeps only the stack's high-water mark.
 RayStats packet_stats[BALLOT_RAYS];
 
-// A visit of the packet: `looking` and `needing` have a bit for each of the lane's rays.
+// Counts a visit of the packet. `looking` and `needing` have a bit for each of the lane's rays.
 void stats_wide(uint looking, uint needing, bool inner) {
   uint all = 0u;
   for (uint r = 0u; r < BALLOT_RAYS; ++r) all += subgroupBallotBitCount(subgroupBallot((needing >> r & 1u) != 0u));
@@ -97,11 +97,18 @@ void stats_wide_end(uint r) {
 #define COUNT_SHARED(yes) stats_shared = yes;
 #define COUNT_NEEDS(yes) stats_needs = yes;
 #define COUNT_ENTRIES(l, r) { stats_left = l; stats_right = r; }
-#define COUNT_DESCENT(right) { ++stats_depth; stats_entry = right ? stats_right : stats_left; stats_pushed = right ? stats_left : stats_right; }
+#define COUNT_DESCENT(right)                               \
+  {                                                        \
+    ++stats_depth;                                         \
+    stats_entry = right ? stats_right : stats_left;        \
+    stats_pushed = right ? stats_left : stats_right;       \
+  }
 #define COUNT_PUSH(top) { stats_depths[top] = stats_depth; stats_entries[top] = stats_pushed; }
 #define COUNT_POP(top) { stats_depth = stats_depths[top]; stats_entry = stats_entries[top]; }
-#define COUNT_VOTE(disagree) { uint d = uint(disagree); if (subgroupElect()) { ++stats.votes; stats.disagreements += d; } }
-#define COUNT_SWITCH(times, depth) if (subgroupElect()) { stats.switches += times; stats.switch_depth += (times) * (depth); }
+#define COUNT_VOTE(disagree) \
+  { uint d = uint(disagree); if (subgroupElect()) { ++stats.votes; stats.disagreements += d; } }
+#define COUNT_SWITCH(times, depth) \
+  if (subgroupElect()) { stats.switches += times; stats.switch_depth += (times) * (depth); }
 #define COUNT_OVERFLOW(yes) { uint o = uint(yes); if (subgroupElect()) stats.overflows += o; }
 #define COUNT_FETCH(yes) stats.fetches += uint(yes);
 #define COUNT_WIDE(looking, needing, inner) stats_wide(looking, needing, inner);

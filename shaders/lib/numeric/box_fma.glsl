@@ -1,5 +1,5 @@
-// Box test "fma": one multiply-add a plane, lo * inv - origin * inv. The products cancel where the ray starts near a plane and
-// far from where boxes are measured from, so the error follows the coordinates, not the distance.
+// Box test "fma": one multiply-add a plane, lo * inv - origin * inv. The products cancel if the ray starts near a plane
+// and far from the origin that boxes are measured from, so the error follows the coordinates, not the distance.
 //
 // Source: Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009.
 
@@ -27,13 +27,14 @@ vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_ma
   return cut_axes(fma(-extent, a, middle), fma(extent, a, middle), t_min, t_max);
 }
 
-// Of segments: what rounds their ends.
+// Returns the padding of a ray segment for the rounding of its ends.
 vec3 segment_pad(Ray ray) { return 2.4e-7 * (abs(from_box_origin(ray.origin)) + abs(ray.t_max * ray.dir)); }
 
-// The product with the origin is rounded, which moves planes by up to 2^-24 of it.
+// Widens by the rounding of the product with the origin, which moves planes by up to 2^-24 of it.
 void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
   vec3 origin = from_box_origin(ray.origin), slack = 2.4e-7 * abs(origin);
-  origin = mix(origin, -origin, notEqual(lessThan(s.inv, vec3(0.0)), lessThan(ray.dir, vec3(0.0))));  // where it was mirrored
+  // Mirrors the origin along the mirrored axes.
+  origin = mix(origin, -origin, notEqual(lessThan(s.inv, vec3(0.0)), lessThan(ray.dir, vec3(0.0))));
   lo = origin + slack;
   hi = origin - slack;
 }

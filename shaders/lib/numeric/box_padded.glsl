@@ -1,33 +1,40 @@
-// Box test "padded": subtract, then multiply, with planes moved outwards by a bound of all rounding, so that no box culls a
-// triangle that the watertight test accepts.
+// Box test "padded": subtract, then multiply, with planes moved outwards by a bound of all rounding errors, so that no
+// box culls a triangle that the watertight test accepts.
 //
-// After: Thiago Ize. Robust BVH Ray Traversal. JCGT 2(2), 2013. Differs: there the interval's exit is scaled by 1 + 2 gamma_3,
-// which covers the box's own rounding; here the triangle test's error is covered too, which is absolute, so planes move.
+// After: Thiago Ize. Robust BVH Ray Traversal. JCGT 2(2), 2013. Differs: there the interval's exit is scaled by 1 + 2
+// gamma_3, which covers the box test's own rounding. Here the triangle test's error is covered too. That error is
+// absolute, so the planes move.
 //
-// Monotone: every step rounds, and rounding is monotone, so a box inside another gets an interval inside the other's, exactly.
-// Padding is part of the origins, once a ray: (lo - (o + e)) * inv and (hi - (o - e)) * inv.
+// The test is monotone. Every step rounds, and rounding is monotone, so a box inside another one gets an interval
+// inside the other's, exactly. The padding is part of the origins, computed once a ray: (lo - (o + e)) * inv and
+// (hi - (o - e)) * inv.
 //
-// The bound. Let M be at least |p - o| on every axis for p in the scene, w = 2^-24, and to first order. The triangle test
-// (lib/numeric/triangle_watertight.glsl) decides exactly on a triangle whose vertices are moved by at most 11 w M across the ray's
-// main axis (after the shear) and 7 w M along it, and finds t of the point where the ray meets that moved triangle to within
-// 15 w M over the main component of the direction. The point q of the unmoved triangle with the same weights then lies, on
-// each axis, within 11 + 7 + 15 = 33 w M of the point at t on the ray (the shear's factors are at most 1, and so is any
-// component of the direction over the main one). q lies in some leaf's box, for leaves cover their triangles. The slab test
-// moves a plane by w M (subtraction) + 5 w M (division, 2.5 ulp: Vulkan, "Precision and operation of SPIR-V instructions") +
-// w M (product). The sum is 40 w M; 48 w M leave room for terms of second order, M's own rounding and the clamp of small
-// directions (box.glsl, 2^-59 M). Where boxes are measured from a point other than zero, o is rounded by w |o|, and o -+ e by
-// w |o -+ e|: 2 w |o| and the room cover both. Hence the entry of that box, and of every box around it, is at most t: whatever the
-// walk met before, it reaches the leaf unless it has a hit nearer than t. So hits depend neither on the order of the walk nor on the tree.
+// The bound. Let M be at least |p - o| on every axis for all p in the scene, and w = 2^-24; all errors are to first
+// order. The triangle test (lib/numeric/triangle_watertight.glsl) decides exactly on a triangle whose vertices are
+// moved by at most 11 w M across the ray's main axis (after the shear) and 7 w M along it. It finds t of the point
+// where the ray meets that moved triangle to within 15 w M over the main component of the direction. The point q of the
+// unmoved triangle with the same weights then lies, on each axis, within 11 + 7 + 15 = 33 w M of the point at t on the
+// ray, because the shear's factors are at most 1, and so is any component of the direction over the main one. q lies in
+// some leaf's box, because leaves cover their triangles.
 //
-// An exact hit (lib/numeric/triangle_exact.glsl) lies in some leaf's box itself, at its t to the last bit, and on o + t d, so the slab
-// test's own 7 w M are all that it needs, t_min being at most what it is exactly and reach at least that. The bounds hold while
-// nothing leaves float32's normal range. The exact test holds them to that: with M out of bounds, every box is entered.
+// The slab test moves a plane by w M (subtraction) + 5 w M (division, 2.5 ulp: Vulkan, "Precision and operation of
+// SPIR-V instructions") + w M (product). The sum is 40 w M; 48 w M leave room for terms of second order, M's own
+// rounding and the clamp of small directions (box.glsl, 2^-59 M). If boxes are measured from a point other than zero, o
+// is rounded by w |o|, and o -+ e by w |o -+ e|; 2 w |o| and the room cover both. Hence the entry of that box, and of
+// every box around it, is at most t: whatever the walk met before, it reaches the leaf unless it has a hit nearer than
+// t. So hits depend neither on the order of the walk nor on the tree.
+//
+// An exact hit (lib/numeric/triangle_exact.glsl) lies in some leaf's box itself, at its t to the last bit, and on
+// o + t d. So the slab test's own 7 w M are all that it needs, as t_min is at most its exact value and reach at least
+// its exact value. The bounds hold while nothing leaves float32's normal range. The exact test enforces that: with M
+// out of bounds, every box is entered.
+//
+// Boxes by centre and half extents. The slab test moves a plane by 7 w M (the centre) + 7 w M (half the extent, at most
+// M) + w M (their sum): 33 + 15 = 48. They are padded by 64 w M, and by 2 w |o| for boxes by their bounds, which are
+// tested too. On the grid of a node of the four-wide tree (lib/tree/bvh4.glsl), whose boxes hold their children
+// exactly, the test moves a plane by 7 w M (the grid's origin) + 14 w M (the steps, at most 2 M together, of 7
+// roundings) + 2 w M (their sum, and the sum with the padding): 33 + 23 = 56.
 
-// By centre and half extents the slab test moves a plane by 7 w M (the centre) + 7 w M (half the extent, at most M) + w M (their
-// sum): 33 + 15 = 48, padded by 64 w M, and by 2 w |o| for boxes by their
-// bounds, which are tested too. On the grid of the quad tree's node (lib/tree/bvh4.glsl), whose boxes hold their children exactly, it
-// moves a plane by 7 w M (where the grid begins) + 14 w M (the steps, at most 2 M together, of 7 roundings) + 2 w M (their sum,
-// and that with the padding): 33 + 23 = 56.
 
 #if BALLOT_LAYOUT >= LAYOUT_CENTRED
 struct Slabs {
@@ -41,7 +48,8 @@ struct Slabs {
 #endif
 
 #if BALLOT_TRIANGLE == TRIANGLE_EXACT
-// With M in [2^-100, 2^126] a flushed number, below 2^-126, is below the room there is, 9 w M, and no t of a hit overflows.
+// Returns true if M is in bounds. With M in [2^-100, 2^126] a flushed number, below 2^-126, is below the available
+// room, 9 w M, and no t of a hit overflows.
 bool has_safe_slabs(float m) { return m >= 7.89e-31 && m <= 8.5e37; }
 #endif
 
@@ -79,8 +87,9 @@ void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
 #endif
 }
 
-// What the box of all points between t_min and t_max of a ray must be widened by on each side, to hold all that the ray hits: q
-// lies within 33 w M of such a point, see above, and the ends of the segment are rounded.
+// Returns the padding on each side of the box of all points between t_min and t_max of a ray, so that the box holds
+// everything that the ray hits. q lies within 33 w M of such a point, see above, and the ends of the segment are
+// rounded.
 vec3 segment_pad(Ray ray) {
   float reach = scene_reach(ray.origin);
 #if BALLOT_TRIANGLE == TRIANGLE_EXACT

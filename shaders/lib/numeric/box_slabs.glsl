@@ -1,5 +1,5 @@
-// Box test "slabs": subtract, then multiply; boxes as they are. Conservative to within rounding only: a ray along a face of a
-// box may miss what lies in that face.
+// Box test "slabs": subtract, then multiply, with boxes as they are. The test is conservative only up to rounding: a
+// ray along a face of a box may miss what lies in that face.
 //
 // Source: Timothy L. Kay, James T. Kajiya. Ray Tracing Complex Scenes. SIGGRAPH 1986.
 
@@ -23,7 +23,7 @@ vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_ma
   return cut_centred((centre - s.origin) * s.inv, extent * abs(s.inv), t_min, t_max);
 }
 
-// Of segments: what rounds their ends.
+// Returns the padding of a ray segment for the rounding of its ends.
 vec3 segment_pad(Ray ray) { return 2.4e-7 * (abs(from_box_origin(ray.origin)) + abs(ray.t_max * ray.dir)); }
 
 void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) { lo = hi = s.origin; }

@@ -1,16 +1,16 @@
-// What a ray and triangles are to each other, decided without rounding. All numbers are determinants |x y z| of vectors as the
+// Predicates of a ray and triangles, decided without rounding. All numbers are determinants |x y z| of vectors as the
 // scene and the ray give them, with d the direction, o the origin and v0, v1, v2 the vertices:
 //
 //   side of vertex i = |d a b| + |d o a| + |d b o|                       a, b: the next two vertices, in turn
 //   det   = |d v0 v1| + |d v1 v2| + |d v2 v0|                            = the sum of the sides
 //   depth = |v0 v1 v2| + |o v1 v0| + |o v2 v1| + |o v0 v2|
 //
-// A side is the weight of its vertex times det, depth is t times det (Rafael Segura, Francisco Feito. Algorithms to test
-// ray-triangle intersection. WSCG 2001, with p_i = v_i - o multiplied out). So the ray meets the closed triangle if det is not
-// zero and no two sides have opposite signs.
+// A side is the weight of its vertex times det, and depth is t times det (Rafael Segura, Francisco Feito. Algorithms to
+// test ray-triangle intersection. WSCG 2001, with p_i = v_i - o multiplied out). So the ray meets the closed triangle
+// if det is not zero and no two sides have opposite signs.
 #include "fixed_point.glsl"
 
-// Vectors in sum_numbers: d, o, v0 v1 v2, and those of the best hit.
+// Places of vectors in sum_numbers: d, o, v0 v1 v2, and the vertices of the best hit.
 const uint ROW_DIR = 0u, ROW_ORIGIN = 1u, ROW_FIRST = 2u, ROW_BEST = 5u;
 
 void set_row(uint row, vec3 v) {
@@ -19,7 +19,7 @@ void set_row(uint row, vec3 v) {
 
 uint next_of_three(uint i) { return i == 2u ? 0u : i + 1u; }
 
-// The rows of the k-th determinant of quantity q.
+// Returns the rows of the k-th determinant of quantity q.
 uvec3 determinant_rows(uint q, uint k) {
   uint i = k == 3u ? 0u : k, j = next_of_three(i);
   if (q < 3u) {  // a side
@@ -28,11 +28,12 @@ uvec3 determinant_rows(uint q, uint k) {
   }
   uint first = q < 5u ? ROW_FIRST : ROW_BEST;
   if ((q & 1u) == 0u) return uvec3(ROW_DIR, first + i, first + j);  // det
-  return k == 0u ? uvec3(first, first + 1u, first + 2u) : uvec3(ROW_ORIGIN, first + next_of_three(k - 1u), first + k - 1u);
+  return k == 0u ? uvec3(first, first + 1u, first + 2u)
+                 : uvec3(ROW_ORIGIN, first + next_of_three(k - 1u), first + k - 1u);
 }
 
-// Quantities 0 to 2 are the triangle's sides, 3 its depth, 4 its det, 5 the best hit's depth, 6 its det. Each goes to the sum
-// that begins at `at`; the result is finish_sum's.
+// Computes a quantity in the sum that begins at `at`, and returns the result of finish_sum. Quantities 0 to 2 are the
+// triangle's sides, 3 is its depth, 4 its det, 5 the best hit's depth, 6 its det.
 double exact_quantity(uint q, uint at) {
   clear_digits(at, sum_length + 1u);
   uint count = q == 3u || q == 5u ? 24u : 18u;
@@ -41,7 +42,8 @@ double exact_quantity(uint q, uint at) {
     uint p = term % 6u, i = p % 3u;
     bool odd = p >= 3u;
     uint j = next_of_three(i), l = next_of_three(j);
-    add_product(at, sum_numbers[row.x + i], sum_numbers[row.y + (odd ? l : j)], sum_numbers[row.z + (odd ? j : l)], odd);
+    add_product(at, sum_numbers[row.x + i], sum_numbers[row.y + (odd ? l : j)], sum_numbers[row.z + (odd ? j : l)],
+                odd);
   }
   return finish_sum(at);
 }

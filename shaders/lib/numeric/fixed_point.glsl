@@ -1,24 +1,26 @@
-// Sums of products of three float32 numbers, and the sign of a difference of products of two such sums, without rounding.
+// Sums of products of three float32 numbers, and the sign of a difference of products of two such sums, without
+// rounding.
 //
-// A finite float32 is m * 2^e with an integer |m| < 2^24 and e from -149 to 104. A sum is a fixed-point number: digits of 16
-// bits, least first, in units of 2^(3 base), where base is the least e of all numbers in use. Digits are signed integers, so
-// a product is added without carries; one pass at the end makes each digit 0 to 65535 but for a sign digit, 0 or -1, on top.
+// A finite float32 is m * 2^e with an integer |m| < 2^24 and e from -149 to 104. A sum is a fixed-point number: digits
+// of 16 bits, the least significant first, in units of 2^(3 base), where base is the least e of all numbers in use.
+// Digits are signed integers, so a product is added without carries. One pass at the end makes each digit 0 to 65535,
+// except for a sign digit, 0 or -1, on top.
 //
 // Source: Ulrich Kulisch. Computer Arithmetic and Validity. De Gruyter, 2008, chapter 8 (the long accumulator).
 //
-// Room: a product has 72 bits and lies less than 3 (104 + 149) = 759 bits above the unit; a sum of at most 24 of them needs 5
-// more and its sign digit 1 more word: 53 digits and the sign.
+// Size: a product has 72 bits and lies less than 3 (104 + 149) = 759 bits above the unit. A sum of at most 24 products
+// needs 5 more bits, and its sign digit 1 more word: 53 digits and the sign.
 
 const uint SUM_DIGITS = 54u;
 int sum_digits[4u * SUM_DIGITS];  // four sums; each begins at a multiple of SUM_DIGITS
-uint sum_numbers[24];             // the numbers in use, as bits: eight vectors
+uint sum_numbers[24];             // bits of the numbers in use: eight vectors
 int sum_base;
-uint sum_length;                  // digits of every sum, without the sign
+uint sum_length;                  // digits of every sum, without the sign digit
 
 uint mantissa_of(uint bits) { return (bits & 0x7FFFFFu) | ((bits & 0x7F800000u) != 0u ? 0x800000u : 0u); }
 int exponent_of(uint bits) { return max(int(bits >> 23 & 0xFFu), 1) - 150; }
 
-// Sets base and length for the first `count` numbers. At least one is not zero.
+// Sets base and length for the first `count` numbers, of which at least one must not be zero.
 void size_sums(uint count) {
   int least = 104, most = -149;
   for (uint i = 0u; i < count; ++i) {
@@ -55,7 +57,8 @@ void clear_digits(uint at, uint count) {
   for (uint i = 0u; i < count; ++i) sum_digits[at + i] = 0;
 }
 
-// Carries; gives the sum in its unit to a relative error of 2^-47. Zero only if it is zero, and of its sign.
+// Propagates the carries of the sum. Returns it in its unit, to a relative error of 2^-47. The result is zero only if
+// the sum is zero, and has the sum's sign.
 double finish_sum(uint at) {
   int carry = 0;
   for (uint i = 0u; i < sum_length; ++i) {
@@ -64,13 +67,13 @@ double finish_sum(uint at) {
     carry = digit >> 16;
   }
   sum_digits[at + sum_length] = carry;
-  // A number that fits into 53 bits is exact on the way down, the sign digit and those after it included.
+  // A number that fits into 53 bits is exact on the way down, including the sign digit and those after it.
   precise double value = double(carry);
   for (uint i = sum_length; i > 0u; --i) value = value * 65536.0lf + double(sum_digits[at + i - 1u]);
   return value;
 }
 
-// Makes sums 2 and 3 a fraction that is a float32. Gives the number of their digits.
+// Sets sums 2 and 3 to a fraction that equals a float32. Returns the number of their digits.
 uint set_fraction(uint bits) {
   int e = exponent_of(bits);
   uint up = uint(max(e, 0)), down = uint(max(-e, 0)), m = mantissa_of(bits), shift = up & 15u;
@@ -88,8 +91,8 @@ uint set_fraction(uint bits) {
   return count;
 }
 
-// The sign of sum 0 * sum 3 - sum 1 * sum 2, where 2 and 3 have `count` digits. A column is a sum of at most 108 products
-// below 2^32 and a carry: exact in double.
+// Returns the sign of sum 0 * sum 3 - sum 1 * sum 2, where 2 and 3 have `count` digits. A column is a sum of at most
+// 108 products below 2^32 and a carry: exact in double.
 int compare_fractions(uint count) {
   uint length = sum_length + 1u;
   double carry = 0.0lf;

@@ -1,4 +1,5 @@
-// A float32 as double and back, by bits: conversions, products and comparisons of float32 may flush denormal numbers.
+// Converts float32 to double and back by their bits, because conversions, products and comparisons of float32 may flush
+// denormals.
 double widen(float value) {
   uint bits = floatBitsToUint(value), sign = bits & 0x80000000u, e = bits >> 23 & 0xFFu, m = bits & 0x7FFFFFu;
   double one = packDouble2x32(uvec2(m << 29, sign | (max(e, 1u) + 896u) << 20 | m >> 3));

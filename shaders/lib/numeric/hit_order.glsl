@@ -1,4 +1,4 @@
-// How hits are ordered by tests whose t is final: by t, among equal t by prim.
+// The order of hits for tests whose t is final: by t, and by prim where t is equal.
 
 bool may_count(RaySpace space, float t, Ray ray, Hit best) { return t >= ray.t_min && t <= best.t; }
 

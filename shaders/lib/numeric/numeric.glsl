@@ -1,62 +1,70 @@
-// The numeric modes: the arithmetic of boxes and triangles. A mode is a line in engine/trace/numeric.h that names a triangle
-// test, a box test and a leaf format, each of which is one file.
+// The numeric modes: the arithmetic of boxes and triangles. A mode is a line in engine/trace/numeric.h that names a
+// triangle test, a box test and a leaf format. Each of the tests is one file.
 //
-// A triangle test (lib/triangle_*.glsl) gives
-//   RaySpace                           what is computed once a ray, and what the test keeps of the nearest hit
-//   make_ray_space(ray, given) -> RaySpace       ray is scaled, as everywhere here; given is not (lib/numeric/ray_scale.glsl)
-//   texel_order(space) -> uint         in which the test wants a triangle's texels, see order_to(): where leaves hold vertices, that
-//                                      of the axis that is z for the ray last; or AS_STORED
+// A triangle test (lib/numeric/triangle_*.glsl) defines
+//   RaySpace                           the constants of a ray, and what the test keeps of the nearest hit
+//   make_ray_space(ray, given) -> RaySpace       ray is scaled, as everywhere else here; given is not
+//                                                (lib/numeric/ray_scale.glsl)
+//   texel_order(space) -> uint         the order in which the test reads a triangle's texels, see order_to(). If leaves
+//                                      hold vertices, the texel of the ray's main axis comes last. Or AS_STORED
 //   hit_triangle(ray, inout space, triangle, out t, out u, out v) -> bool
-//                                      a triangle by its texels in that order, any t; NaN counts as no hit
-//   triangle_place(triangle, block, i) -> uint     what a hit on the i-th triangle of a leaf's block has for prim until it is
-//                                      written: the prim, or where it is found
-//   prim_at(place) -> uint             the prim; NO_HIT of NO_HIT
-//   may_count(space, t, ray, best) -> bool         whether the hit that was just found lies in the ray's range and may be nearer
-//                                      than the best so far
-//   nearer(inout space, t, place, best) -> bool    whether it is nearer: by t, among equal t by prim
-//   reach(space, best) -> float        a t that the nearest hit is surely not beyond; what lies behind it is culled
-// and where it defines TRIANGLE_SETTLES
+//                                      tests a triangle, given by its texels in that order, for any t; NaN counts as no
+//                                      hit
+//   triangle_place(triangle, block, i) -> uint     the prim of a hit on the i-th triangle of a leaf's block, or a place
+//                                      where the prim is found; it stands in Hit::prim until the hit is written
+//   prim_at(place) -> uint             returns the prim of a place; NO_HIT for NO_HIT
+//   may_count(space, t, ray, best) -> bool         true if the hit that was just found lies in the ray's range and may
+//                                      be nearer than the best so far
+//   nearer(inout space, t, place, best) -> bool    true if it is nearer: by t, and by prim where t is equal
+//   reach(space, best) -> float        returns a t that the nearest hit is surely not beyond; what lies behind it is
+//                                      culled
+// and, if it defines TRIANGLE_SETTLES,
 //   settle_leaf(inout space, inout best) -> bool  called after the triangles of a leaf, for a test that decides nothing
-//                                      before: finds the nearest hit, with t in the given ray's units. True if the driver
-//                                      left a loop early (lib/frame/main.glsl). best.prim is the prim, not a place
+//                                      earlier. Finds the nearest hit, with t in the given ray's units; best.prim is
+//                                      the prim, not a place. Returns true if the driver left a loop early
+//                                      (lib/frame/main.glsl)
 //
-// A box test (lib/box_*.glsl) gives
-//   Slabs                              what is computed once a ray
+// A box test (lib/numeric/box_*.glsl) defines
+//   Slabs                              the constants of a ray
 //   make_slabs(ray) -> Slabs
 //   box_interval(slabs, lo, hi, t_min, t_max) -> vec2
-//                                      where the ray is inside, as [entry, exit], cut to [t_min, t_max]; empty if entry > exit
+//                                      returns the interval [entry, exit] in which the ray is inside, cut to [t_min,
+//                                      t_max]; empty if entry > exit
 //   centred_interval(slabs, centre, extent, t_min, t_max) -> vec2      the same by centre and half extents
-//   slab_origins(slabs, ray, out lo, out hi)     what lower and upper planes are measured from, for bounds of packets; mirrored
-//                                      if the slabs are
-//   segment_pad(ray) -> vec3           what the box of a ray's segment is widened by so that it holds all that the ray hits
+//   slab_origins(slabs, ray, out lo, out hi)     the origins that lower and upper planes are measured from, for bounds
+//                                      of packets; mirrored if the slabs are
+//   segment_pad(ray) -> vec3           returns the padding with which the box of a ray's segment holds all that the ray
+//                                      hits
 //   slabs.inv                          the reciprocal direction
-// and, but for BOX_WIDENED, which the methods that need it do not have,
-//   mirrored(slabs, down) -> Slabs     of the ray as it looks with these axes turned round: those along which it goes down
-//   forward_interval(slabs, lo, hi, t_min, t_max) -> vec2      box_interval() of mirrored slabs and a mirrored box, whose lower
-//                                      planes come first
-//   first_planes(slabs, at, out near, out far)   t at planes through a corner of a box, as entries and as exits, to be added to
-//                                      what a product of the reciprocal direction and a distance from it gives; layouts from
-//                                      LAYOUT_CENTRED on
+// and, except for BOX_WIDENED, which is not offered with the methods that need these,
+//   mirrored(slabs, down) -> Slabs     returns the slabs of the ray mirrored along the axes along which it goes down
+//   forward_interval(slabs, lo, hi, t_min, t_max) -> vec2      box_interval() of mirrored slabs and a mirrored box,
+//                                      whose lower planes come first
+//   first_planes(slabs, at, out near, out far)   t at the planes through a corner of a box, as entries and as exits;
+//                                      add the product of the reciprocal direction and a distance from the corner. Only
+//                                      for layouts from LAYOUT_CENTRED on
 // and with BOX_WIDENED, whose rays from far away have no slabs and meet every box,
 //   has_slabs(slabs) -> bool
 #include "box.glsl"
 #include "ray_scale.glsl"
 
-// What the leaf array holds of a triangle, and where.
+// The texels of a triangle in the leaf array, and the place of the first.
 struct TriangleTexels {
   uvec4 a, b, c;
   uint at;
 };
 
-// The order in which texels are read, each by two bits: in a circle, that of an axis last. Such a word a ray instead of its axis,
-// on an H200 (580.159.04), `watertight`: while-while 1.03, dynamic-fetch 1.01, frontier 1.005.
+// Returns the order in which a triangle's texels are read, as a word with two bits for each texel: the axes in a
+// circle, with `axis` last. Speed-up when a ray keeps this word instead of its axis, on an H200 (580.159.04),
+// `watertight`: while-while 1.03, dynamic-fetch 1.01, frontier 1.005.
 uint order_to(uint axis) { return 9u << axis; }
 uint last_of(uint order) { return order >> 4; }
 const uint AS_STORED = 36u;  // order_to(2u)
 
 TriangleTexels fetch_triangle(uint texel, uint order) {
   uint first = order & 3u, second = order >> 2 & 3u;
-  return TriangleTexels(leaf_texel(texel + first), leaf_texel(texel + second), leaf_texel(texel + last_of(order)), texel);
+  return TriangleTexels(leaf_texel(texel + first), leaf_texel(texel + second), leaf_texel(texel + last_of(order)),
+                        texel);
 }
 
 #if BALLOT_BOX == BOX_PADDED

@@ -1,9 +1,9 @@
-// Rays are walked with a direction whose largest component lies in [1, 2), by a power of two, and with t in these units:
-// whatever the direction's length, reciprocals neither overflow nor vanish. Products with powers of two are exact. What may be
-// lost are components below 2^-126 of the largest, t that stand for less than 2^-126 scene units, and t_max beyond 2^127
-// scene units, which reaches across any scene.
+// The scale of rays during traversal. Rays are walked with a direction whose largest component lies in [1, 2), scaled
+// by a power of two, and with t in these units: whatever the direction's length, reciprocals neither overflow nor
+// vanish. Products with powers of two are exact. What may be lost are components below 2^-126 of the largest, t that
+// stand for less than 2^-126 scene units, and t_max beyond 2^127 scene units, which reaches across any scene.
 
-// The biased exponent of a direction's largest component, which is at least 2^-126 (is_dead).
+// Returns the biased exponent of a direction's largest component, which is at least 2^-126 (is_dead).
 uint direction_exponent(vec3 dir) {
   vec3 a = abs(dir);
   return min(floatBitsToUint(max(a.x, max(a.y, a.z))) >> 23, 253u);
@@ -13,7 +13,7 @@ float direction_scale(vec3 dir) { return uintBitsToFloat((254u - direction_expon
 
 #if BALLOT_TRIANGLE == TRIANGLE_EXACT
 #include "float_bits.glsl"
-// Components below 2^-126 are not lost where a device flushes them.
+// Scales in double, so that components below 2^-126 are not lost on devices that flush them.
 vec3 scaled_direction(vec3 dir) {
   dvec3 scaled = widen(dir) * packDouble2x32(uvec2(0u, (1150u - direction_exponent(dir)) << 20));
   return vec3(float(scaled.x), float(scaled.y), float(scaled.z));

@@ -1,6 +1,7 @@
-// Arithmetic that gives the same bits on every device: sums, differences and products, which Vulkan wants correctly rounded,
-// kept apart by `precise`, and integers. Division, sqrt, inversesqrt, sin, cos, dot and normalize may round differently on
-// each driver (Vulkan, "Precision and operation of SPIR-V instructions"), so they are replaced here.
+// Arithmetic that gives the same bits on every device. It uses sums, differences and products, which Vulkan requires to
+// be correctly rounded and which `precise` keeps apart, and integers. Division, sqrt, inversesqrt, sin, cos, dot and
+// normalize may round differently on each driver (Vulkan, "Precision and operation of SPIR-V instructions"), so they
+// are replaced here.
 
 float exact_dot(vec3 a, vec3 b) {
   precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
@@ -12,8 +13,8 @@ vec3 exact_cross(vec3 a, vec3 b) {
   return c;
 }
 
-// 1 / sqrt(x) for x in [2^-100, 2^100], to 2 ulp: a guess from the bits (off by 3.5 %) and three Newton steps, each of which
-// squares the error. For x = 0 it is large and finite.
+// Returns 1 / sqrt(x) for x in [2^-100, 2^100], to 2 ulp: a guess from the bits (off by 3.5 %) and three Newton steps,
+// each of which squares the error. For x = 0 the result is large and finite.
 float exact_inverse_sqrt(float x) {
   precise float y = uintBitsToFloat(0x5F375A86u - (floatBitsToUint(x) >> 1));
   precise float h = 0.5 * x;
@@ -23,25 +24,27 @@ float exact_inverse_sqrt(float x) {
   return y;
 }
 
-// Of x in [2^-100, 2^100] or 0.
+// Returns the square root of x in [2^-100, 2^100] or 0.
 float exact_sqrt(float x) {
   precise float root = x * exact_inverse_sqrt(x);
   return root;
 }
 
-// The power of two that brings a magnitude into [1, 2); products with it are exact.
-float unit_scale(float magnitude) { return uintBitsToFloat((254u - clamp(floatBitsToUint(magnitude) >> 23, 1u, 253u)) << 23); }
+// Returns the power of two that brings a magnitude into [1, 2). Products with it are exact.
+float unit_scale(float magnitude) {
+  return uintBitsToFloat((254u - clamp(floatBitsToUint(magnitude) >> 23, 1u, 253u)) << 23);
+}
 
 float largest(vec3 v) { return max(max(abs(v.x), abs(v.y)), abs(v.z)); }
 
-// v at length 1, to 4 ulp, whatever its length was; zero for zero.
+// Returns v at length 1, to 4 ulp, whatever its length was; zero for zero.
 vec3 exact_unit(vec3 v) {
   precise vec3 scaled = v * unit_scale(largest(v));
   precise vec3 unit = scaled * exact_inverse_sqrt(exact_dot(scaled, scaled));
   return unit;
 }
 
-// (cos, sin) of 2 pi u for u in [0, 1], to 2^-23: Taylor series about the nearest quarter turn.
+// Returns (cos, sin) of 2 pi u for u in [0, 1], to 2^-23, by Taylor series about the nearest quarter turn.
 vec2 exact_turn(float u) {
   float quarter = floor(4.0 * u + 0.5);
   precise float x = (u - 0.25 * quarter) * 6.28318531;

@@ -1,32 +1,36 @@
-// Triangle test "exact": vertices, origin, direction, t_min and t_max are the real numbers that their bits say, and the answer
-// is that of arithmetic without rounding. A ray hits a triangle if the exact point lies in the closed triangle, its plane is
-// not parallel to the ray, and t_min <= t <= t_max; nearest is the smallest exact t, among equal ones the smallest prim.
+// Triangle test "exact": vertices, origin, direction, t_min and t_max are the real numbers that their bits stand for,
+// and the result is that of arithmetic without rounding. A ray hits a triangle if the exact point lies in the closed
+// triangle, the triangle's plane is not parallel to the ray, and t_min <= t <= t_max. The nearest hit has the smallest
+// exact t, and the smallest prim where t is equal.
 //
-// Three stages, each for what the one before left open: float32 rejects triangles that the ray surely misses; double decides
-// with a bound of its error; exact_predicates.glsl decides the rest. t, u and v come from double where that is good to 2^-28,
-// else from the exact sums; which of the two depends on ray and triangle alone, so hits are equal bit for bit.
+// There are three stages, each for what the one before left open. Stage 1, in float32, rejects triangles that the ray
+// surely misses. Stage 2, in double, decides with a bound of its error. Stage 3, exact_predicates.glsl, decides the
+// rest. t, u and v come from double where that is good to 2^-28, otherwise from the exact sums. Which of the two
+// depends on ray and triangle alone, so hits are equal bit for bit.
 //
-// Source of the plan: Jonathan Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates.
-// Discrete & Computational Geometry 18, 1997, section 1. Differs: the last stage is integer arithmetic of fixed size.
+// Source of the plan: Jonathan Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
+// Predicates. Discrete & Computational Geometry 18, 1997, section 1. Differs: the last stage is integer arithmetic of
+// fixed size.
 //
-// The first stage only marks triangles; the others run over the marked ones of a leaf after it (settle_leaf). lavapipe runs both
-// sides of every branch, and what a loop holds at least once, so what is rare must not stand in the loop over triangles: with it
-// there, rays took 2 to 3 times as long.
+// The first stage only marks triangles; the other stages run over the marked triangles of a leaf after it
+// (settle_leaf). lavapipe runs both sides of every branch, and the body of a loop at least once, so rare work must not
+// stand in the loop over triangles: with it there, rays took 2 to 3 times as long.
 
+// The constants of a ray, and the nearest hit so far.
 struct RaySpace {
-  Ray given;                   // all that is decided is about this ray; the scaled one is for boxes and the first stage
-  vec3 row_x, row_y;           // of the matrix that shears the ray onto the axis of its largest direction component
-  double best_t, best_error;   // of the nearest hit so far: its exact t is within the error
-  uint best_texel;             // its triangle; NO_HIT where there is none
-  float reach;                 // not less than its exact t, or t_max, for the scaled ray
-  uint first, marked;          // texel of a triangle of the leaf; a bit for each triangle from there on that is left to decide
+  Ray given;                   // all decisions are about this ray; the scaled ray serves boxes and the first stage
+  vec3 row_x, row_y;           // rows of the matrix that shears the ray onto the axis of its largest component
+  double best_t, best_error;   // of the nearest hit so far; its exact t is within the error
+  uint best_texel;             // texel of its triangle; NO_HIT if there is none
+  float reach;                 // not less than its exact t, or t_max, in units of the scaled ray
+  uint first, marked;          // texel of a triangle of the leaf; a bit for each undecided triangle from there on
 };
 #define TRIANGLE_SETTLES
 
-// A dead ray's range (lib/tree/leaf.glsl).
+// True if the range of a ray is empty, which makes it dead (lib/tree/leaf.glsl).
 #define IS_EMPTY_RANGE(t_min, t_max) (widen(t_max) <= widen(t_min))
 
-// Not less than t + error in the scaled ray's units, nor than any denormal number.
+// Returns a number that is not less than t + error in the scaled ray's units, nor less than any denormal.
 float reach_of(Ray given, double t, double error) {
   uint e = direction_exponent(given.dir);
   float rounded = float(clamp((t + error) * packDouble2x32(uvec2(0u, (e + 896u) << 20)), -3.4e38lf, 3.4e38lf));
@@ -59,13 +63,14 @@ uint texel_order(RaySpace space) { return AS_STORED; }
 
 float largest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
-// Whether two edge functions surely have opposite signs, from the triangle as sheared by lib/numeric/triangle_watertight.glsl.
+// Returns true if two edge functions surely have opposite signs. The triangle is sheared as in
+// lib/numeric/triangle_watertight.glsl.
 //
-// With w = 2^-24 and M the largest |v - o|: coordinates across the main axis are off by at most 11 w M (derived there; here a
-// division saves 1 w M, which covers numbers below 2^-126 flushed to zero, with M at least 1e-12). Let L be the largest of them
-// as computed. An edge function then moves by at most 44 w M L + 242 w^2 M^2, and its own two products and difference round by
-// 6 w L^2 <= 12 w M L at most. 64 w M (L + 4 w M) leave room for terms of second order and their own rounding. M up to 1e18
-// keeps products finite.
+// The bound, with w = 2^-24 and M the largest |v - o|. Coordinates across the main axis are off by at most 11 w M
+// (derived there; here a division saves 1 w M, which covers numbers below 2^-126 flushed to zero, with M at least
+// 1e-12). Let L be the largest of these coordinates as computed. An edge function then moves by at most
+// 44 w M L + 242 w^2 M^2, and its own two products and difference round by 6 w L^2 <= 12 w M L at most. 64 w M
+// (L + 4 w M) leave room for terms of second order and their own rounding. M up to 1e18 keeps products finite.
 bool surely_missed(Ray ray, RaySpace space, Corners corners) {
   vec3 a = corners.v0 - ray.origin, b = corners.v1 - ray.origin, c = corners.v2 - ray.origin;
   vec3 x = vec3(dot(space.row_x, a), dot(space.row_x, b), dot(space.row_x, c));
@@ -88,14 +93,14 @@ dvec3 crossed(dvec3 a, dvec3 b) {
 
 // A ray and a triangle in double: sides, det and depth as in exact_predicates.glsl, and t.
 //
-// With w = 2^-53, a = v0 - o, and edges f = v1 - v0 and g = v2 - v0: a triple product of differences rounds by at most 7 w of
-// the sum of its six products' magnitudes, which is at most 2 |x|_1 |y|_max |z|_max. With K = |d|_max E and E the largest
-// component of f and g: sides 1 and 2 are off by 14 w |a|_1 K, det by 42 w K E, depth by 14 w |a|_1 E^2, side 0, as what they
-// leave of det, by 60 w K E + 40 w |a|_1 K. The bounds below have room for their own rounding. Nothing leaves the range of
-// double: numbers are 0 or at least 2^-447, and below 2^390.
+// The bounds, with w = 2^-53, a = v0 - o, and edges f = v1 - v0 and g = v2 - v0. A triple product of differences rounds
+// by at most 7 w of the sum of its six products' magnitudes, which is at most 2 |x|_1 |y|_max |z|_max. Let K = |d|_max
+// E, and E the largest component of f and g. Then sides 1 and 2 are off by 14 w |a|_1 K, det by 42 w K E, depth by
+// 14 w |a|_1 E^2, and side 0, which is det minus the other two, by 60 w K E + 40 w |a|_1 K. The bounds below have room
+// for their own rounding. Nothing leaves the range of double: numbers are 0 or at least 2^-447, and below 2^390.
 struct DoubleSight {
   double side[3], side_error;
-  double t, error;  // error is infinite where det may be 0
+  double t, error;  // error is infinite if det may be 0
   bool precise_values;
 };
 
@@ -116,14 +121,14 @@ DoubleSight look(Ray ray, Corners corners) {
   bool sure = abs(det) > 2.0lf * det_error;
   precise double t = depth / (sure ? det : 1.0lf);
   s.t = t;
-  // |depth / det - t| <= (depth_error + |t| det_error) / |det exactly|, and what the quotient rounds.
+  // |depth / det - t| <= (depth_error + |t| det_error) / |det exactly|, plus the rounding of the quotient.
   s.error = sure ? 1.001lf * (depth_error + abs(t) * det_error) / (abs(det) - det_error) + 4.5e-16lf * abs(t)
                  : packDouble2x32(uvec2(0u, 0x7FF00000u));
   s.precise_values = sure && s.error <= tiny * abs(t) && s.side_error <= tiny * abs(det);
   return s;
 }
 
-// Whether all three sides surely have one sign; `missed` if two surely have opposite ones.
+// Returns true if all three sides surely have one sign. `missed` is true if two surely have opposite signs.
 bool sides_agree(DoubleSight s, out bool missed) {
   double most = max(s.side[0], max(s.side[1], s.side[2])), least = min(s.side[0], min(s.side[1], s.side[2]));
   missed = most > s.side_error && least < -s.side_error;
@@ -132,14 +137,14 @@ bool sides_agree(DoubleSight s, out bool missed) {
 
 int sign_of(double x) { return x > 0.0lf ? 1 : x < 0.0lf ? -1 : 0; }
 
-// What stays open after double.
+// The questions that double leaves open.
 struct Doubt {
   bool values;  // sides, or t, u, v
   bool range;   // whether t lies in [t_min, t_max]
-  bool order;   // against the best hit
+  bool order;   // whether the hit is nearer than the best one
 };
 
-// What double leaves open; `missed` if it is sure that there is no hit, or none before the best.
+// Returns the open questions. `missed` is true if there is surely no hit, or none before the best hit.
 Doubt doubt_of(Ray ray, RaySpace space, uint prim, uint best_prim, DoubleSight s, out bool missed) {
   Doubt doubt;
   doubt.values = !sides_agree(s, missed) || !s.precise_values;
@@ -157,7 +162,8 @@ Doubt doubt_of(Ray ray, RaySpace space, uint prim, uint best_prim, DoubleSight s
   return doubt;
 }
 
-// Decides without rounding; whether the triangle is hit in range and before the best hit. `s` gets precise values if asked for.
+// Decides without rounding. Returns true if the triangle is hit in range and before the best hit. `s` gets precise
+// values if they are asked for.
 bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint prim, uint best_prim, Doubt doubt,
                     inout DoubleSight s) {
   set_row(ROW_DIR, ray.dir);
@@ -192,7 +198,7 @@ bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint prim, uint be
     s.error = 1e-13lf * abs(t);
     s.side = double[3](values[0], values[1], values[2]);
   }
-  // Against the best hit, then t_min, then t_max.
+  // Compares t with the best hit, then with t_min, then with t_max.
   uint against = doubt.order ? 0u : 1u, last = doubt.range ? 3u : 1u;
   while (against < last) {
     uint count = sum_length + 1u;
@@ -205,7 +211,7 @@ bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint prim, uint be
   return hit;
 }
 
-// Marks the triangle unless it is surely missed. There is no hit yet.
+// Marks the triangle unless it is surely missed. Never reports a hit yet.
 bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out float t, out float u, out float v) {
   t = u = v = 0.0;
   if (space.marked == 0u) space.first = triangle.at;
@@ -214,8 +220,8 @@ bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out fl
   return false;
 }
 
-// Decides whether the ray hits the triangle in range and before the best hit so far, and makes it the best one then. Gives
-// whether a driver cut loops short.
+// Decides whether the ray hits the triangle in range and before the best hit so far. If so, makes it the best hit.
+// Returns true if the driver cut loops short.
 bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
   Ray ray = space.given;
   Corners corners = corners_of(fetch_triangle(texel, AS_STORED));
@@ -227,7 +233,7 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
   uint decisions = hit && (doubt.values || doubt.range || doubt.order) ? 1u : 0u;
   for (uint i = 0u; i < decisions; ++i) {
     hit = decide_exactly(ray, space, corners, prim, best.prim, doubt, s);
-    // Loops that a driver has cut short do not loop again.
+    // A loop that a driver has cut short does not loop again.
     uint twice = 0u;
     while (twice < decisions + 1u) ++twice;
     cut = twice < 2u;
@@ -243,7 +249,7 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
   return cut;
 }
 
-// Decides what hit_triangle has marked in a leaf. Gives whether a driver cut loops short.
+// Decides the triangles of a leaf that hit_triangle has marked. Returns true if the driver cut loops short.
 bool settle_leaf(inout RaySpace space, inout Hit best) {
   bool cut = false;
   uint open = BALLOT_ANY_HIT != 0 && best.prim != NO_HIT ? 0u : space.marked;
@@ -255,7 +261,7 @@ bool settle_leaf(inout RaySpace space, inout Hit best) {
   return cut || open != 0u;
 }
 
-// There is no hit before settle_leaf.
+// No hit counts before settle_leaf.
 bool may_count(RaySpace space, float t, Ray ray, Hit best) { return false; }
 bool nearer(inout RaySpace space, float t, uint prim, Hit best) { return false; }
 

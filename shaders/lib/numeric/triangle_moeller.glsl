@@ -1,6 +1,7 @@
-// Triangle test "moeller": from the vertices, without anything precomputed.
+// Triangle test "moeller": from the vertices, without precomputed values.
 //
-// Source: Tomas Moeller, Ben Trumbore. Fast, Minimum Storage Ray/Triangle Intersection. Journal of Graphics Tools, 1997.
+// Source: Tomas Moeller, Ben Trumbore. Fast, Minimum Storage Ray/Triangle Intersection. Journal of Graphics Tools,
+// 1997.
 // Not watertight: a ray that passes a shared edge closer than float32 resolves can miss both triangles.
 
 struct RaySpace {

@@ -1,8 +1,8 @@
-// Origin policy "bounded": as far off as is proved to be enough for watertight and exact arithmetic, and at least as far as
-// was measured to be enough for the others.
+// Origin policy "bounded": an offset that is proved to be enough for watertight and exact arithmetic, and that is at
+// least as large as was measured to be enough for the others.
 #include "proof.glsl"
 
-// The triangle's extent over its height.
+// Returns the triangle's extent over its height.
 float slenderness(Surface s) {
   precise vec3 a = s.v1 - s.v0, b = s.v2 - s.v0;
   float scale = unit_scale(max(largest(a), largest(b)));  // the products of small edges would underflow
@@ -14,9 +14,9 @@ float slenderness(Surface s) {
   return ratio;
 }
 
-// For the tests of modes "plain" and "fast", whose error follows the coordinates and grows with the slenderness L / h. Measured
-// with 86 M rays of seven scenes (reflect, refract, ao, diffuse, all views): plain places the plane off by at most
-// 0.43 w L L / h, and by 300 w L where h < L / 1000.
+// Returns the offset for the triangle tests of modes "plain" and "fast". Their error follows the coordinates and grows
+// with the slenderness L / h. Measured with 86 M rays of seven scenes (reflect, refract, ao, diffuse, all views): plain
+// places the plane off by at most 0.43 w L L / h, and by 300 w L where h < L / 1000.
 float usual_offset(Surface s) {
   vec3 extent = max(max(s.v0, s.v1), s.v2) - min(min(s.v0, s.v1), s.v2);
   precise float room = W * largest(extent) * min(16.0 + slenderness(s), 512.0);

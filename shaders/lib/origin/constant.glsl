@@ -1,5 +1,5 @@
-// Origin policy "constant": a fixed share of the scene's diagonal along the geometric normal, 1e-4 unless told otherwise;
-// what renderers call the scene's epsilon. Right for scenes of one size about the origin, by their author's choice.
+// Origin policy "constant": a fixed fraction of the scene's diagonal along the geometric normal, 1e-4 by default.
+// Renderers call it the scene's epsilon. It is right for scenes of one size near the origin, if their author chose it.
 
 vec3 origin_on(Surface s, float side) {
   precise vec3 origin = s.position + s.normal * (side * push.constant_offset);

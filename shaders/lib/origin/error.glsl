@@ -1,16 +1,18 @@
-// How far off its triangle's plane the point of a surface may lie by the rounding of its coordinates.
+// A bound of the rounding error of a surface point: how far it may lie off the plane of its triangle.
 
-const float W = 5.9604645e-8;  // 2^-24, the largest relative error of a rounding
+const float W = 5.9604645e-8;  // 2^-24, the largest relative error of one rounding
 
-// After: Matt Pharr, Wenzel Jakob, Greg Humphreys. Physically Based Rendering, section 6.8 (gamma_n = n w / (1 - n w) bounds
-// n roundings of w = 2^-24; bounds of the axes make a bound along the normal by its product with them). Per axis, for
-// p = b0 v0 + b1 v1 + b2 v2 and S = |b0 v0| + |b1 v1| + |b2 v2|:
+// Returns a bound of the distance along the normal between the computed point and the plane of its triangle.
+//
+// After: Matt Pharr, Wenzel Jakob, Greg Humphreys. Physically Based Rendering, section 6.8. gamma_n = n w / (1 - n w)
+// bounds n roundings of w = 2^-24; the product of the per-axis bounds with the normal is a bound along the normal. Per
+// axis, for p = b0 v0 + b1 v1 + b2 v2 and S = |b0 v0| + |b1 v1| + |b2 v2|:
 //   products and two sums                                 gamma_3 S
 //   b0 = 1 - b1 - b2, two roundings of at most w each     2 w |v0|
 //   p + offset n, the product and the sum                 2 w S
-// Here S counts twice, since the normal is rounded too: w (10 S + 2 |v0|). The weights themselves may be wrong: they add up
-// to 1 whatever they are, and then p lies in the plane. Holds for triangles whose height is well above w times their
-// extent and their coordinates; the normal of a thinner one is rounding error itself.
+// S counts twice here, because the normal is rounded too: w (10 S + 2 |v0|). The weights themselves may be wrong: they
+// add up to 1 whatever they are, so p still lies in the plane. The bound holds for triangles whose height is well above
+// w times their extent and their coordinates; the normal of a thinner triangle is itself rounding error.
 float position_error(Surface s) {
   precise vec3 error = W * (10.0 * s.sum + 2.0 * abs(s.v0));
   return exact_dot(abs(s.normal), error);

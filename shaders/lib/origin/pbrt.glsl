@@ -1,5 +1,5 @@
-// Origin policy "pbrt": the bound of the point's own rounding error along the normal. The origin is on the right side of
-// the plane, but the triangle test that the ray meets next rounds as well, and may find the triangle again.
+// Origin policy "pbrt": the bound of the point's own rounding error along the normal. The origin is on the right side
+// of the plane, but the next triangle test rounds as well and may find the triangle again.
 #include "error.glsl"
 
 vec3 origin_on(Surface s, float side) {

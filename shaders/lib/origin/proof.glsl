@@ -1,34 +1,39 @@
-// How far along the normal an origin must lie off its triangle, so that the ray does not find the triangle again.
+// The offset along the normal that keeps a ray from finding the triangle that it leaves.
 //
-// Theorem. The watertight test (lib/numeric/triangle_watertight.glsl), and exact arithmetic, of this ray and its start triangle give a
-// miss: for every triangle, slivers too, and every direction with m . d >= -32 w, where w = 2^-24 and m is the normal on the
-// side of the origin. All generators keep to that, but for shadow rays to a light behind the surface, which is in its own
-// shadow. Assumed is that t neither overflows nor underflows: extents in [2^-80, 2^80] scene units.
+// Theorem. The watertight test (lib/numeric/triangle_watertight.glsl), and exact arithmetic, report a miss for this ray
+// and its start triangle. This holds for every triangle, slivers too, and for every direction with m . d >= -32 w,
+// where w = 2^-24 and m is the normal on the side of the origin. All generators keep to that condition, except for
+// shadow rays to a light behind the surface, which is in its own shadow. The theorem assumes that t neither overflows
+// nor underflows: extents in [2^-80, 2^80] scene units.
 //
 // Proof. Let a = v - o be the exact position of a vertex seen from the origin o, M at least |a| on every axis, Z the
-// direction's largest component, z its axis. The test decides exactly on vertices x~, y~ that lie off the sheared ones,
-// x = ax - az dx / Z and so y, by at most 11 w M, as is shown there. If it accepts, the exact edge functions of the moved
-// vertices have one sign, so over their sum they are weights b >= 0 that add up to 1, and sum(b x~) = sum(b y~) = 0. Then
-// the point q = sum(b a) of the triangle itself, not the moved one, is s d + r with s = qz / Z and with
+// direction's largest component, and z its axis. The test decides exactly, but on vertices x~, y~ that lie off the
+// sheared ones, x = ax - az dx / Z and y likewise, by at most 11 w M, as is shown there. If the test accepts, the exact
+// edge functions of the moved vertices have one sign. Divided by their sum they are weights b >= 0 that add up to 1,
+// and sum(b x~) = sum(b y~) = 0. Then the point q = sum(b a) of the triangle itself, not of the moved one, is s d + r
+// with s = qz / Z and with
 //   |rx|, |ry| <= 11 w M on the two other axes, rz = 0.
-// t has the sign of sum(e az) / Z: the reciprocal of the e's sum is one number for all vertices, that of Z comes last, and both
-// have the right signs. Each of the terms is off by a factor within 1 +- 8 w: az by w (subtraction), e by 2 w, and 4 w of two
-// products and two sums. So a hit at t >= 0 has s >= -8 w M / |Z|; and |s| <= M / |Z|. Hence, as |dx|, |dy| <= |Z| and |d| = 1,
+// t has the sign of sum(e az) / Z: the reciprocal of the e's sum is one number for all vertices, the reciprocal of Z
+// comes last, and both have the right signs. Each of the terms is off by a factor within 1 +- 8 w: az by
+// w (subtraction), e by 2 w, and 4 w of two products and two sums. So a hit at t >= 0 has s >= -8 w M / |Z|. Also
+// |s| <= M / |Z|. Hence, as |dx|, |dy| <= |Z| and |d| = 1,
 //   m . q = s (m . d) + m . r >= -8 w M (|mx| + |my| + |mz|) - 11 w M (|mx| + |my|) >= -29 w M   if m . d >= 0
 //   m . q                     >= -29 w M - sqrt(3) delta M                                       if m . d = -delta < 0
 // But q is a mean of the three a, so m . q <= max m . a. The ray misses if
 //   height = min m . (o - v) > 30 w M + 1.75 delta M,
-// 30 for terms of second order. m may be any vector; it need not be the exact normal of a sliver, which nobody knows.
+// with 30 in place of 29 for terms of second order. m may be any vector; it need not be the exact normal of a sliver,
+// which nobody knows.
 //
-// The height is reached so. Let D be the largest m . (v - p) of the point p that was computed, E the largest |v - p| on an
-// axis. D is off by at most 4 w (|mx| + |my| + |mz|) E <= 7 w E (a subtraction, a product, two sums). The origin p + m f is
-// rounded by at most w (|m| . |o| + f) along m, and |m|^2 > 1 - 16 w. So height >= f (1 - 20 w) - w |m| . |p| - D - 7 w E, and
-// M <= E + 1.01 f. With R = 30 w + 1.75 delta <= 100 w, what has to hold is f (1 - 20 w - 1.01 R) >= D + w |m| . |p| + (7 w + R) E;
-// 1 + 2^-16 makes up for the factor, and for the rounding of f itself. The computed m . d is off by at most 3 w.
-// A longer offset does as well: height grows faster with f than M does.
+// The offset reaches this height as follows. Let D be the largest m . (v - p) of the computed point p, and E the
+// largest |v - p| on an axis. D is off by at most 4 w (|mx| + |my| + |mz|) E <= 7 w E (a subtraction, a product, two
+// sums). The origin p + m f is rounded by at most w (|m| . |o| + f) along m, and |m|^2 > 1 - 16 w. So
+// height >= f (1 - 20 w) - w |m| . |p| - D - 7 w E, and M <= E + 1.01 f. With R = 30 w + 1.75 delta <= 100 w, the
+// condition is f (1 - 20 w - 1.01 R) >= D + w |m| . |p| + (7 w + R) E. The factor 1 + 2^-16 makes up for the bracket on
+// the left, and for the rounding of f itself. The computed m . d is off by at most 3 w. A longer offset is enough as
+// well: height grows faster with f than M does.
 #include "error.glsl"
 
-// m is the unit normal on the origin's side, cosine that of the ray to m.
+// Returns the offset for unit normal m on the origin's side and for a ray whose cosine to m is given.
 float proved_offset(Surface s, vec3 m, float cosine) {
   precise vec3 a = s.v0 - s.position, b = s.v1 - s.position, c = s.v2 - s.position;
   float extent = max(largest(a), max(largest(b), largest(c)));

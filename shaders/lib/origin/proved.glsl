@@ -1,5 +1,5 @@
-// Origin policy "proved": no farther off than is proved to be enough for watertight and exact arithmetic. The nearest that
-// is safe there; modes that round otherwise may find the triangle again.
+// Origin policy "proved": the smallest offset that is proved to be enough for watertight and exact arithmetic. Modes
+// that round in other ways may find the triangle again.
 #include "proof.glsl"
 
 vec3 origin_towards(Surface s, float side, float cosine) {

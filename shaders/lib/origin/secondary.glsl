@@ -1,6 +1,7 @@
-// Rays that start at primary hits. A generator is one file under shaders/rays/ that includes this and defines
+// The frame of the secondary ray generators, whose rays start at primary hits. A generator is one file under
+// shaders/rays/ that includes this file and defines
 //
-//   Ray ray_from(Surface s, Draw draw)    a ray of a hit; directions of unit length
+//   Ray ray_from(Surface s, Draw draw)    returns a ray that leaves the hit; its direction has unit length
 //
 // with the help of lib/origin/surface.glsl.
 //
@@ -20,7 +21,7 @@ RECORDS_IN(BIND_PRIMARY, Primary, primary_rays)
 layout(set = 0, binding = BIND_STARTS, scalar) readonly buffer Starts { Start starts[]; };
 #include "surface.glsl"
 
-// Which random numbers a ray takes: of the k-th ray of the hits of a pixel.
+// The random numbers of a ray: the k-th ray of the hits of a pixel.
 struct Draw {
   uint pixel;
   uint k;
@@ -31,7 +32,7 @@ Ray ray_from(Surface s, Draw draw);
 void main() {
   uint index = put_index(), ray = push.first + index;
   bool wanted = index < push.count;
-  // Where a start is listed for every pixel, those that hit nothing start dead rays.
+  // If a start is listed for every pixel, the primary rays that missed start dead rays.
   Ray made = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
   if (wanted) {
     Start start = starts[ray / push.rays_per_hit];

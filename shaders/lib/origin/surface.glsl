@@ -1,11 +1,11 @@
-// Where a ray hits a triangle, and the rays that leave from there, with the help of the policy that says where rays start, one
-// file lib/origin_<name>.glsl each:
+// The surface point at a hit, and the secondary rays that leave it. The origin offset policy says where these rays
+// start; each policy is a file lib/origin/<name>.glsl that defines
 //
-//   vec3 origin_on(Surface s, float side)                     an origin off the triangle; side 1: where the ray came from;
-//                                                             side -1: behind
-//   Ray leave(Surface s, float side, vec3 dir, float t_max)   the ray that starts so and goes along dir, which is unit
+//   vec3 origin_on(Surface s, float side)                     an origin off the triangle, on the side that the ray came
+//                                                             from (side 1) or behind the surface (side -1)
+//   Ray leave(Surface s, float side, vec3 dir, float t_max)   the ray from such an origin along the unit vector dir
 //
-// Only lib/numeric/reproducible.glsl's arithmetic is used, so equal hits give equal rays on every device.
+// Only the arithmetic of lib/numeric/reproducible.glsl is used, so equal hits give equal rays on every device.
 #include "../numeric/reproducible.glsl"
 
 #ifndef BALLOT_ORIGIN
@@ -14,25 +14,27 @@
 
 layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
 
+// A surface point at a hit.
 struct Surface {
   vec3 position;
   vec3 normal;        // geometric, unit, on the side that the ray came from
-  vec3 dir;           // of the ray, unit
-  vec3 v0, v1, v2;    // the triangle
-  vec3 sum;           // |b0 v0| + |b1 v1| + |b2 v2| of the weights b of position
-  bool front;         // the side on which the corners run counter-clockwise
+  vec3 dir;           // direction of the ray, unit
+  vec3 v0, v1, v2;    // vertices of the triangle
+  vec3 sum;           // |b0 v0| + |b1 v1| + |b2 v2|, with the barycentric weights b of position
+  bool front;         // true if the ray sees the vertices counter-clockwise
 };
 
 vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
 
-// The axis that v has least of.
+// Returns the axis of the smallest component of v.
 vec3 least_axis(vec3 v) {
   vec3 a = abs(v);
   return a.x <= a.y && a.x <= a.z ? vec3(1.0, 0.0, 0.0) : a.y <= a.z ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);
 }
 
-// Of the triangle v0 v1 v2; unit. The cross product of a sliver's rounded edges may lean along it, so that is taken away: the
-// normal is perpendicular to the triangle's length to a few roundings, however thin it is.
+// Returns the unit normal of the triangle v0 v1 v2. The cross product of a sliver's rounded edges may lean along the
+// sliver, so that part is subtracted: the normal is perpendicular to the triangle's length up to a few roundings,
+// however thin it is.
 vec3 geometric_normal(vec3 v0, vec3 v1, vec3 v2) {
   precise vec3 a = v1 - v0, b = v2 - v0;
   float scale = unit_scale(max(largest(a), largest(b)));  // the products of small edges would underflow
@@ -71,8 +73,8 @@ Surface surface_of(Ray ray, Hit hit) {
 #include "bounded.glsl"
 #endif
 
-// Unit direction on the normal's side, its density proportional to the cosine: Malley's method, a uniform point of the disk
-// lifted onto the hemisphere.
+// Returns a unit direction on the normal's side with a density proportional to the cosine, by Malley's method: a
+// uniform point of the disk is lifted onto the hemisphere.
 vec3 cosine_direction(Surface s, float r1, float r2) {
   vec3 n = s.normal;
   vec3 x = exact_unit(exact_cross(n, least_axis(n))), y = exact_cross(n, x);

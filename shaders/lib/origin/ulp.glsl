@@ -1,5 +1,5 @@
-// Origin policy "ulp": each coordinate moves by up to 256 units in its last place, in the normal's direction; near zero,
-// where units shrink, by up to 2^-16 scene units.
+// Origin policy "ulp": moves each coordinate by up to 256 ulp in the normal's direction. Near zero, where ulps shrink,
+// it moves the coordinate by up to 2^-16 scene units instead.
 //
 // Source: Carsten Waechter, Nikolaus Binder. A Fast and Robust Method for Avoiding Self-Intersection. Ray Tracing Gems,
 // chapter 6, 2019, with its three constants.

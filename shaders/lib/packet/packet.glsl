@@ -1,13 +1,15 @@
-// What packet methods share: the packet's stack, cooperative fetch, the votes, and the walk on the shared path.
+// The parts that packet methods share: the packet's stack, cooperative fetch, the votes, and the walk on the shared
+// path.
 //
-// Everything named here runs in subgroup-uniform control flow: all lanes of the subgroup arrive, those without a ray too.
+// Everything in this file runs in subgroup-uniform control flow: all lanes of the subgroup arrive, including those
+// without a ray.
 
 #include "packet_stack.glsl"
 
-bool packet_truncated;  // the driver left a loop of a vote early: nothing that followed can be trusted
+bool packet_truncated;  // the driver left a loop of a vote early; nothing that followed can be trusted
 
-// Whether this lane wants the node at hand, kept on the stack too: a bit an entry for the first 32, deeper ones count as
-// wanted. Only for methods that ask for it, and for the counters.
+// True if this lane wants the current node. The flag is also kept for the stack, one bit an entry for the first 32
+// entries; deeper entries count as wanted. Only for methods that ask for it, and for the counters.
 #if BALLOT_COUNTERS || defined(PACKET_REMEMBERS_WANTS)
 bool packet_wants;
 uint packet_want_bits;
@@ -46,8 +48,8 @@ void packet_begin() {
   packet_push(END_OF_TREE, true);
 }
 
-// Each pair is loaded once for the packet (Vinkler, section 3.1): four lanes load a texel each and hand it round, or, where
-// lanes that ask for one address share the load anyway, every lane asks.
+// Loads a pair once for the packet (Vinkler, section 3.1). With BALLOT_COOPERATIVE, four lanes load a texel each and
+// hand it round. Without it every lane loads the pair, because lanes that read one address share the load anyway.
 Pair packet_fetch_pair(uint node) {
 #if BALLOT_COOPERATIVE
   uvec4 mine = node_texel(node + min(gl_SubgroupInvocationID & 3u, PAIR_TEXELS(BALLOT_LAYOUT) - 1u));
@@ -58,7 +60,7 @@ Pair packet_fetch_pair(uint node) {
 #endif
 }
 
-// What one lane wants of a pair.
+// The children of a pair that one lane wants to enter.
 struct Wish {
   bool left, right, left_nearer;
 };
@@ -70,16 +72,16 @@ Wish wish_of(Walker w, Pair pair, bool live) {
   return Wish(l && live, r && live, entry_l <= entry_r);
 }
 
-// What all of them want.
+// The result of a vote over the wishes of all lanes.
 struct Vote {
-  bool left, right;     // somebody wants this child
-  bool right_first;     // of those who want both
-  uint lefts, rights;   // lanes that want each; not with VOTE_ANY
+  bool left, right;     // some lane wants this child
+  bool right_first;     // decided by the lanes that want both
+  uint lefts, rights;   // lanes that want each child; not with VOTE_ANY
 };
 
 #if BALLOT_VOTE == VOTE_SUM
 shared uint vote_sums[gl_WorkGroupSize.x];
-// Adds up two counts, 16 bits each, over the subgroup in log2(subgroup size) rounds.
+// Sums two counts, 16 bits each, over the subgroup in log2(subgroup size) rounds.
 uint packet_sum(uint mine) {
   uint base = gl_SubgroupID * gl_SubgroupSize, lane = gl_SubgroupInvocationID;
   uint step = gl_SubgroupSize / 2u;
@@ -94,6 +96,7 @@ uint packet_sum(uint mine) {
 }
 #endif
 
+// Returns the number of lanes for which `mine` holds.
 uint packet_count(bool mine) {
 #if BALLOT_VOTE == VOTE_SUM
   return packet_sum(uint(mine));
@@ -102,6 +105,7 @@ uint packet_count(bool mine) {
 #endif
 }
 
+// Returns true if `mine` holds in some lane.
 bool packet_any(bool mine) {
 #if BALLOT_VOTE == VOTE_ANY
   return subgroupAny(mine);
@@ -130,7 +134,7 @@ Vote packet_vote(Wish mine) {
 #endif
 }
 
-// Whether some lanes want the left child first and others the right one.
+// Returns true if some lanes want the left child first and others the right child.
 bool packet_disagrees(Wish mine) {
   bool left_first = mine.left && (!mine.right || mine.left_nearer), right_first = mine.right && !left_first;
 #if BALLOT_VOTE == VOTE_SUM
@@ -145,7 +149,8 @@ bool packet_disagrees(Wish mine) {
 uint packet_disagreements;
 #endif
 
-// The child to go on with, the other on the stack; what the stack holds where nobody wants either.
+// Returns the child to continue with and pushes the other child if it is wanted too. Pops the stack if no lane wants
+// either.
 uint packet_enter(Pair pair, Wish mine, Vote vote) {
   bool right_first = vote.right && (!vote.left || vote.right_first);
   COUNT_DESCENT(right_first)
@@ -157,7 +162,7 @@ uint packet_enter(Pair pair, Wish mine, Vote vote) {
   return node;
 }
 
-// From an inner node.
+// Takes a step from an inner node. Returns the next node.
 uint packet_step(Walker w, uint node, bool live) {
   COUNT_NODE(live)
   COUNT_USE(live, w.hit.t)
@@ -170,7 +175,8 @@ uint packet_step(Walker w, uint node, bool live) {
   return packet_enter(pair, mine, packet_vote(mine));
 }
 
-// From a leaf. A ray that looks for any hit and has one goes along as dead; a packet without live rays is done.
+// Visits a leaf. Returns the next node. An any-hit ray with a hit goes along as dead; a packet without live rays is
+// done.
 uint packet_leaf(inout Walker w, uint node, inout bool live) {
   visit_leaf(w, node, live);
   node = packet_pop();
@@ -181,8 +187,8 @@ uint packet_leaf(inout Walker w, uint node, inout bool live) {
   return node;
 }
 
-// The shared path until the stack is empty or `together` ends, which is asked before every node and leaf. Loops nest so that
-// a step does not run the code of a leaf: lavapipe runs both sides of a branch.
+// Walks the shared path until the stack is empty or `together` is false, which is tested before every node and leaf.
+// Loops are nested so that a step from a node does not run the code of a leaf: lavapipe runs both sides of a branch.
 #define PACKET_WALK(w, node, live, together)                                        \
   while (node != END_OF_TREE && (together)) {                                       \
     if (is_inner(node)) {                                                           \

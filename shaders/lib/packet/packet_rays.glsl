@@ -1,14 +1,16 @@
-// The rays of a packet that has BALLOT_RAYS of them in every lane: what they keep, and what all of them do with a box, a leaf
-// and a hit. Loops over a lane's rays are unrolled, so that rays stay in registers. Subgroup-uniform control flow.
+// The rays of a packet with BALLOT_RAYS rays in every lane: their state, and the tests of all of them against a box, a
+// leaf and a hit. Loops over a lane's rays are unrolled, so that rays stay in registers. Needs subgroup-uniform control
+// flow.
 
 Walker packet[BALLOT_RAYS];  // with mirrored slabs
-uint alive;              // a bit for each of this lane's rays that is still looking
-bvec3 packet_down;       // axes along which those go down; the packet walks the tree as mirrored there
-uint packet_order;       // texel_order() of those
+uint alive;              // a bit for each of this lane's rays that still looks for a hit
+bvec3 packet_down;       // axes along which these rays go down; the packet walks the tree mirrored along them
+uint packet_order;       // texel_order() of these rays
 bool packet_cut_short;   // the driver left a loop over triangles early
 
 #define EACH_RAY(r) [[unroll]] for (uint r = 0u; r < BALLOT_RAYS; ++r)
 
+// Returns the bounds of the live rays of the packet.
 PacketBounds packet_bounds() {
   PacketBounds p = empty_bounds();
   EACH_RAY(r) {
@@ -20,7 +22,7 @@ PacketBounds packet_bounds() {
   return p;
 }
 
-// What no hit of the packet is beyond.
+// Returns a t that no hit of the packet is beyond.
 float packet_reach() {
   float most = -LARGEST;
   EACH_RAY(r) {
@@ -30,9 +32,10 @@ float packet_reach() {
   return lanes_max(most);
 }
 
+// Returns true if some ray of the packet still looks for a hit.
 bool packet_looks() { return lanes_any(alive); }
 
-// A bit for each of this lane's rays that meets the box, which is mirrored.
+// Returns a bit for each of this lane's rays that meet the box. The box is mirrored.
 uint rays_that_meet(vec3 lo, vec3 hi) {
   uint met = 0u;
   EACH_RAY(r) {
@@ -42,10 +45,12 @@ uint rays_that_meet(vec3 lo, vec3 hi) {
   return met & alive;
 }
 
-// Whether a hit takes the place of the ray's hit so far: may_count() and nearer() in as few comparisons as there can be.
+// Returns true if a hit replaces the ray's hit so far: may_count() and nearer() combined, with as few comparisons as
+// possible.
 bool replaces(uint r, float t, uint place) {
 #ifdef TRIANGLE_SETTLES
-  return may_count(packet[r].space, t, packet[r].ray, packet[r].hit) && nearer(packet[r].space, t, place, packet[r].hit);
+  return may_count(packet[r].space, t, packet[r].ray, packet[r].hit) &&
+         nearer(packet[r].space, t, place, packet[r].hit);
 #elif BALLOT_ANY_HIT
   return t >= packet[r].ray.t_min && t <= packet[r].hit.t;
 #else
@@ -53,15 +58,15 @@ bool replaces(uint r, float t, uint place) {
 #endif
 }
 
-// Jumps over what no lane wants; some devices only mask it, and then the branch is a loss. All lanes must agree on the bits,
-// so that none part here.
+// Branches over code that no lane wants. Some devices only mask such code, and then the branch is a loss. All lanes
+// must agree on the bits, so that none diverge here.
 #if BALLOT_JUMP
 #define WHERE(bits, r) if (((bits) >> (r) & 1u) != 0u)
 #else
 #define WHERE(bits, r)
 #endif
 
-// For the rays whose bit is set; in `anyone` it is set for those of any lane.
+// Tests a triangle against the rays whose bit is set in `rays`. `anyone` has the bits of all lanes.
 void consider_triangle(TriangleTexels triangle, uint place, uint rays, uint anyone) {
   EACH_RAY(r) {
     WHERE(anyone, r) {
@@ -74,7 +79,8 @@ void consider_triangle(TriangleTexels triangle, uint place, uint rays, uint anyo
   }
 }
 
-// For the rays that meet the leaf, a bit each, of this lane and of any. Lane i loads triangle i, in the packet's order, and hands it round.
+// Tests the triangles of a leaf against the rays that meet it: a bit each in `rays` for this lane, in `anyone` for all
+// lanes. Lane i loads triangle i, in the packet's texel order, and hands it round.
 void visit_packet_leaf(uint leaf, uint rays, uint anyone) {
   uint block = leaf & LEAF_TEXEL_MASK, count = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
   COUNT_WIDE_TRIANGLES(alive, rays, count)

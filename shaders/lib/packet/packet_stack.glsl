@@ -1,16 +1,17 @@
-// The stack of a packet, in shared memory or spread over the registers of the lanes. Subgroup-uniform control flow.
+// The stack of a packet, in shared memory or spread over the registers of the lanes. Needs subgroup-uniform control
+// flow.
 
 #if BALLOT_SUBGROUP_BARRIER
 #define PACKET_BARRIER() subgroupBarrier()
 #else
-// lavapipe runs a subgroup barrier as a workgroup barrier and loses subgroups that left the loop.
+// lavapipe runs a subgroup barrier as a workgroup barrier, and loses subgroups that have left the loop.
 #define PACKET_BARRIER() subgroupMemoryBarrierShared()
 #endif
 
-// The stack: child references, END_OF_TREE at the bottom; STACK_SIZE as in lib/tree/walk.glsl.
+// The stack holds child references, with END_OF_TREE at the bottom. STACK_SIZE as in lib/tree/walk.glsl.
 uint packet_top;
 #if BALLOT_PACKET_STACK == PACKET_STACK_LANES
-// Entry i lies in lane i % SUBGROUP_SIZE, word i / SUBGROUP_SIZE.
+// Entry i is word i / SUBGROUP_SIZE of lane i % SUBGROUP_SIZE.
 const uint PACKET_WORDS = (STACK_SIZE + SUBGROUP_SIZE - 1u) / SUBGROUP_SIZE;
 uint packet_words[PACKET_WORDS];
 void packet_store(uint at, uint node) {

@@ -1,7 +1,7 @@
-// From the shared path to paths of their own, once: what methods share that part for good.
+// The split of a packet: the single change from shared to per-ray traversal, for methods that split for good.
 
-// Every ray takes a copy of the shared stack for its own; then it goes on from the node at hand by itself. The copy and what
-// the ray pushes above it stay a depth-first stack, so STACK_SIZE suffices.
+// Copies the shared stack to every ray's own stack, then walks on from the current node ray by ray. The copy and what
+// the ray pushes above it remain a depth-first stack, so STACK_SIZE suffices.
 #define PART(w, node, live, top)                                            \
   if (node != END_OF_TREE) {                                                \
     COUNT_SWITCH(1u, stats_depth)                                           \

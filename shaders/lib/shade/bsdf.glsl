@@ -1,25 +1,25 @@
-// How light scatters at a surface: Lambert's law; with BALLOT_HAS_GLOSS also metals and dielectrics with GGX microfacets, and with
-// BALLOT_HAS_GLASS dielectrics that refract.
+// The BSDF of a surface: Lambert's law; with BALLOT_HAS_GLOSS also metals and dielectrics with GGX microfacets; with
+// BALLOT_HAS_GLASS also refracting dielectrics.
 //
-// The model is glTF 2.0's metallic-roughness (appendix B), with the exact Fresnel equations for dielectrics in the place of Schlick's.
-// Microfacets: Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007; visible normals: Dupuy,
-// Benyoub, Sampling Visible GGX Normals with Spherical Caps, HPG 2023. Radiance is carried over squared index, which a refraction does
-// not change (Veach 1997, section 5.2).
+// The model is glTF 2.0's metallic-roughness (appendix B), with the exact Fresnel equations for dielectrics in place of
+// Schlick's. Microfacets: Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007; visible
+// normals: Dupuy, Benyoub, Sampling Visible GGX Normals with Spherical Caps, HPG 2023. The throughput is of radiance
+// over squared index, which a refraction does not change (Veach 1997, section 5.2).
 
 #include "hemisphere.glsl"
 
-// The surface at a hit. `eta` is the index on the ray's side over that behind.
+// The BSDF at a hit. `eta` is the index of refraction on the ray's side over the index behind the surface.
 struct Bsdf {
   vec3 n;
   vec3 to_eye;
   vec3 base;
   float metallic, alpha, transmission, eta;
   bool lambert, mirror;
-  float p_mirrored, p_refracted;  // chances of the lobes; what is left is diffuse
+  float p_mirrored, p_refracted;  // probabilities of the lobes; the rest is diffuse
 };
 
 #if BALLOT_HAS_GLOSS
-// Of unpolarised light; 1 where it is totally reflected.
+// Returns the Fresnel reflectance of a dielectric for unpolarised light; 1 at total reflection.
 float fresnel(float cosine, float eta) {
   float c = clamp(abs(cosine), 0.0, 1.0), s2 = eta * eta * (1.0 - c * c);
   if (s2 >= 1.0) return 1.0;
@@ -34,7 +34,7 @@ vec3 fresnel_of(Bsdf b, float cosine) {
   return mix(vec3(fresnel(cosine, b.eta)), metal, b.metallic);
 }
 
-// GGX.
+// The GGX distribution of facet normals, and its Smith masking.
 float facets(Bsdf b, float cosine) {
   float a2 = b.alpha * b.alpha, d = cosine * cosine * (a2 - 1.0) + 1.0;
   return a2 / (PI * d * d);
@@ -44,7 +44,7 @@ float smith(Bsdf b, float cosine) {
   return 2.0 * c / (c + sqrt(a2 + (1.0 - a2) * c * c));
 }
 
-// A normal of a facet that the eye sees.
+// Samples the normal of a facet that is visible from to_eye.
 vec3 sample_facet(Bsdf b, vec2 r) {
   vec3 x, y;
   basis_of(b.n, x, y);
@@ -56,8 +56,9 @@ vec3 sample_facet(Bsdf b, vec2 r) {
 #endif
 
 #if BALLOT_HAS_GLOSS && (BALLOT_HAS_NORMALS || BALLOT_HAS_NORMAL_TEXTURE)
-// The shading normal n, turned so far that the mirrored ray does not go into the surface; its normal is `flat_n`. So rims of smooth
-// bodies reflect (Keller et al., The Iray Light Transport Simulation and Rendering System, 2017).
+// Returns the shading normal n, turned so far that the mirrored ray does not go into the surface. `flat_n` is the
+// surface's geometric normal. This lets the rims of smooth bodies reflect (Keller et al., The Iray Light Transport
+// Simulation and Rendering System, 2017).
 vec3 turned(vec3 n, vec3 dir, vec3 flat_n) {
   vec3 to = reflect(dir, n);
   float over = dot(to, flat_n);
@@ -85,7 +86,7 @@ Bsdf bsdf_of(Look look, vec3 dir, vec3 flat_n, bool front) {
   b.mirror = look.m.roughness < MIRROR_ROUGHNESS;
   b.alpha = max(look.m.roughness * look.m.roughness, 1e-3);
   b.transmission = 0.0;
-  b.eta = 1.0 / look.m.ior;  // nobody is inside what transmits nothing
+  b.eta = 1.0 / look.m.ior;  // no ray is inside a body that transmits nothing
 #if BALLOT_HAS_GLASS
   b.transmission = look.m.transmission;
   if (b.transmission > 0.0 && !front) b.eta = look.m.ior;
@@ -102,8 +103,8 @@ Bsdf bsdf_of(Look look, vec3 dir, vec3 flat_n, bool front) {
   return b;
 }
 
-// The share of radiance from the unit direction `to` that goes to the eye, times the cosine; of what does not go along one
-// direction alone. `density` is that of sample_bsdf.
+// Returns the BSDF for the unit direction `to`, times the cosine, without perfectly specular lobes. `density` is the
+// density with which sample_bsdf chooses the direction.
 vec3 eval_bsdf(Bsdf b, vec3 to, out float density) {
   float c = dot(b.n, to);
   density = 0.0;
@@ -129,12 +130,12 @@ vec3 eval_bsdf(Bsdf b, vec3 to, out float density) {
 }
 
 #if BALLOT_HAS_GLASS
-// Through a facet h; zero where light is totally reflected.
+// Returns the direction refracted through a facet h; zero at total reflection.
 vec3 refracted(Bsdf b, vec3 h) { return refract(-b.to_eye, h, b.eta); }
 #endif
 
-// A direction, the radiance's weight over its chance, and the chance's density: 0 where no light could have been aimed at.
-// `side` is -1 behind the surface.
+// Samples a direction. `weight` is the BSDF times the cosine over the density, `density` the density by solid angle, or
+// 0 if light sampling cannot find the direction. `side` is -1 behind the surface and 1 otherwise.
 vec3 sample_bsdf(Bsdf b, float lobe, vec2 r, out vec3 weight, out float density, out float side) {
   side = 1.0;
 #if BALLOT_HAS_GLOSS

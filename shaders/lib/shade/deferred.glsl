@@ -1,17 +1,20 @@
-// Paths that part at glass: of the two rays the mirrored one goes on, and the refracted one waits until nothing is left of it. So
-// a path is at one ray at a time, in an order of its own, whatever the other paths of a wave do.
+// Deferred rays of paths that split at glass. Of the two rays, the mirrored one continues, and the refracted one waits
+// until nothing is left of the mirrored one. So a path works on one ray at a time, in an order of its own, whatever the
+// other paths of a wave do.
 
-Deferred at;  // where the path of this invocation stands
+Deferred at;  // the state of this invocation's path
 #define RAY_DEPTH at.depth
 
 uint deferred_slot(uint path, uint depth) { return depth * push.paths + path; }
 
+// Loads the state of a path.
 void begin_ray(uint path) {
   at = Deferred(0u, 0u, 0u);
   if (push.depth > 0u) at = deferred[path];
 }
 
-// Of what the ray at hand started, and what waits, the ray that the path goes on with.
+// Chooses the ray that the path continues with, out of the rays that the current one started and the deferred rays.
+// Defers the other ray.
 void choose_next(uint path, inout Started started) {
   uint bit = 1u << (at.depth & 31u);
   if (started.next && started.second) {
@@ -23,7 +26,7 @@ void choose_next(uint path, inout Started started) {
     started.next_ray = started.second_ray;
     started.next_carried = started.second_carried;
   }
-  if (!started.next && (at.low | at.high) != 0u) {  // the deepest, as that is what a recursion would do
+  if (!started.next && (at.low | at.high) != 0u) {  // the deepest one, as a recursion would do
     at.depth = at.high != 0u ? 32u + uint(findMSB(at.high)) : uint(findMSB(at.low));
     bit = 1u << (at.depth & 31u);
     if (at.depth < 32u) at.low &= ~bit; else at.high &= ~bit;

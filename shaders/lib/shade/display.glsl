@@ -1,4 +1,4 @@
-// A linear colour as the pixel of a window.
+// Converts a linear colour to a window pixel.
 
 float srgb_of(float x) {
   x = clamp(x, 0.0, 1.0);

@@ -1,5 +1,6 @@
-// Where a ray lies in the picture. Order: shaders/shared/render.h.
+// The position of a ray in the picture. The order of rays is described in shaders/shared/render.h.
 
+// Packs the bits at even positions of x together.
 uint even_bits(uint x) {
   x &= 0x55555555u;
   x = (x | x >> 1) & 0x33333333u;

@@ -1,19 +1,21 @@
-// Aiming at light: triangles that emit, punctual lights, the picture of a sky; one of the kinds that the scene has, each as
-// often. Emission of BALLOT_HAS_EMISSION, BALLOT_HAS_LIGHTS, BALLOT_SKY; a scene without any has none of this.
+// Light sampling: emissive triangles, punctual lights and the sky. A sample picks one of the kinds that the scene has,
+// each with the same probability. BALLOT_HAS_EMISSION, BALLOT_HAS_LIGHTS and BALLOT_SKY say which kinds there are; a
+// scene without any has none of this code.
 
 #define AIMS_AT_SKY (BALLOT_SKY == SKY_MAP || (BALLOT_SKY != SKY_NONE && BALLOT_INTEGRATOR == INTEGRATOR_WHITTED))
 #define LIGHT_KINDS (BALLOT_HAS_EMISSION + BALLOT_HAS_LIGHTS + AIMS_AT_SKY)
 #define HAS_LIGHT (BALLOT_HAS_EMISSION || BALLOT_HAS_LIGHTS || AIMS_AT_SKY)
 
+// A sample of light.
 struct Aim {
-  vec3 dir;        // unit, from the surface; zero: nothing is there to aim at
+  vec3 dir;        // unit, from the surface; zero: there is nothing to sample
   float distance;  // scene units
-  vec3 radiance;   // over the density or chance
-  float density;   // by solid angle, of finding this direction in this way; 0: no other way finds it
+  vec3 radiance;   // divided by the density or probability
+  float density;   // of this direction by solid angle; 0: no other sampling finds it
 };
 
 #if HAS_LIGHT
-// A kernel for more than the scene has must not aim at what is not there.
+// The kernel may have code for kinds that this scene lacks. It must not sample those.
 #if LIGHT_KINDS == 1
 #define KIND_CHANCE 1.0
 #else
@@ -36,13 +38,14 @@ uint light_kinds() {
 #if BALLOT_HAS_EMISSION
 layout(set = 0, binding = BIND_EMITTERS) uniform usamplerBuffer emitters;
 
-// With which a point of a triangle that emits is aimed at. Triangles are chosen by area and emission, points of it evenly.
+// Returns the density with which light sampling picks a point of an emissive triangle. Triangles are picked in
+// proportion to area and emission, points of a triangle uniformly.
 float emission_density(float emitted, float distance, float cosine) {
   return KIND_CHANCE * emitted / push.emitted * distance * distance / max(abs(cosine), 1e-6);
 }
 
 Aim aim_at_triangle(vec3 from, float pick, vec2 r) {
-  if (push.emitters == 0u) return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);  // none of them has an area
+  if (push.emitters == 0u) return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);  // no emissive triangle has an area
   uint lo = 0u, hi = push.emitters - 1u;
   float wanted = pick * push.emitted;
   while (lo < hi) {
@@ -66,7 +69,7 @@ Aim aim_at_triangle(vec3 from, float pick, vec2 r) {
   if (glow.texture != NO_TEXTURE) radiance *= sample_use(glow, corners_of(glow, prim), hit.u, hit.v, 0.0).rgb;
 #endif
 #if BALLOT_HAS_ALPHA
-  radiance *= opacity(material, hit);  // rays that find it by chance go through the rest
+  radiance *= opacity(material, hit);  // BSDF samples pass through the transparent part
 #endif
   aim.density = emission_density(materials[material].emitted, aim.distance, cosine);
   aim.radiance = cosine > 1e-6 && aim.distance > 0.0 ? radiance / aim.density : vec3(0.0);
@@ -96,7 +99,8 @@ Aim aim_at_light(vec3 from, float pick) {
     aim.radiance *= clamp(1.0 - share * share * share * share, 0.0, 1.0);
   }
   if (light.kind == LIGHT_SPOT) {
-    float within = clamp((dot(-aim.dir, light.direction) - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-3), 0.0, 1.0);
+    float within = clamp(
+        (dot(-aim.dir, light.direction) - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-3), 0.0, 1.0);
     aim.radiance *= within * within;
   }
   return aim;
@@ -120,7 +124,7 @@ Aim aim_at_sky(vec3 n, vec2 r) {
 }
 #endif
 
-// n is the shading normal at `from`.
+// Samples light for the point `from` with shading normal n.
 Aim aim_at_something(vec3 from, vec3 n, float pick, vec2 r) {
 #if LIGHT_KINDS == 1
 #if BALLOT_HAS_EMISSION

@@ -1,4 +1,4 @@
-// From a ray's hit to the film of a window's picture (LivePixel), and where nothing else is shown to the window's pixels.
+// Writes shaded hits to the film of a window (LivePixel), and to the window's pixels if nothing else is shown. Needs
 // GL_KHR_shader_subgroup_basic and _ballot.
 #include "display.glsl"
 
@@ -23,7 +23,7 @@ void put_live(uint index, uvec2 pixel, vec3 color, uint prim) {
     pixels[pixel.y * push.camera.width + pixel.x] = pixel_word(color * push.scale, (push.flags & LIVE_SWAP_RED) != 0u);
 }
 
-// In all lanes.
+// Counts the live rays. All lanes must call it.
 void count_live(bool live) {
   if ((push.flags & LIVE_COUNTED) == 0u) return;
   uint count = subgroupBallotBitCount(subgroupBallot(live));

@@ -10,7 +10,8 @@ uint hash_word(uint x) {
   return x ^ x >> 16;
 }
 
-// In [0, 1), 24 bits.
+// Returns a random number in [0, 1) with 24 bits.
 float random_number(uint pixel, uint sample_index, uint dimension) {
-  return float(hash_word(pixel + hash_word(sample_index + hash_word(dimension + 0x9E3779B9u))) >> 8) * (1.0 / 16777216.0);
+  return float(hash_word(pixel + hash_word(sample_index + hash_word(dimension + 0x9E3779B9u))) >> 8) *
+         (1.0 / 16777216.0);
 }

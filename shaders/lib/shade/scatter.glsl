@@ -1,16 +1,18 @@
-// What a hit gives to its path, and the rays that whitted and path start there.
+// Shades a hit for the integrators whitted and path, and starts the secondary rays of the hit.
 //
-// Light is found in two ways: by aiming at it, and by chance along the path. Where both may find it, each counts by the balance
-// heuristic (Veach, Guibas, Optimally Combining Sampling Techniques for Monte Carlo Rendering, SIGGRAPH 1995).
+// Light is found in two ways: by light sampling, and by BSDF sampling along the path. Where both can find it, each is
+// weighted by the balance heuristic (Veach, Guibas, Optimally Combining Sampling Techniques for Monte Carlo Rendering,
+// SIGGRAPH 1995).
 
-const float SHORT_OF_LIGHT = 0.9999;   // a ray to a light ends before it
-const float ROUGH_SPREAD = 0.1;        // of cones that leave rough surfaces
+const float SHORT_OF_LIGHT = 0.9999;   // a shadow ray ends at this fraction of the distance to the light
+const float ROUGH_SPREAD = 0.1;        // spread of cones that leave rough surfaces
 const uint ROULETTE_DEPTH = 3u;
 
+// The balance heuristic: the weight of a sample of this density, against the other density.
 float weigh(float density, float other) { return other > 0.0 ? density / (density + other) : 1.0; }
 
 #if BALLOT_SKY != SKY_NONE
-// By a ray that leaves the scene; `pdf` as Carried has it.
+// Returns the weighted radiance of the sky for a ray that leaves the scene. `pdf` as in Carried.
 vec3 sky_seen(vec3 dir, float pdf) {
 #if AIMS_AT_SKY && BALLOT_SKY == SKY_MAP
   float aimed = pdf > 0.0 ? KIND_CHANCE * map_density(map_pixel(dir, map_size()), map_size()) : 0.0;
@@ -27,9 +29,9 @@ void start_shadow(PixelSample sampled, Surface s, Bsdf b, Carried c, inout Start
   float density;
   vec3 value = eval_bsdf(b, aim.dir, density);
 #if BALLOT_INTEGRATOR == INTEGRATOR_WHITTED
-  density = 0.0;  // no other ray looks for this light
+  density = 0.0;  // no BSDF sample finds this light
 #else
-  if (RAY_DEPTH >= push.last_depth) density = 0.0;  // none does after this one
+  if (RAY_DEPTH >= push.last_depth) density = 0.0;  // no BSDF sample follows at the last depth
 #endif
   started.light = c.throughput * value * aim.radiance * (aim.density > 0.0 ? weigh(aim.density, density) : 1.0);
   started.shadow = dot(aim.dir, s.normal) > 0.0 && luminance(started.light) > 0.0;
@@ -45,7 +47,7 @@ void start_next(PixelSample sampled, Surface s, Bsdf b, Carried c, float width, 
   vec3 throughput = c.throughput * weight;
   float keep = 1.0;
   if (RAY_DEPTH >= ROULETTE_DEPTH) keep = clamp(max(throughput.r, max(throughput.g, throughput.b)), 0.05, 0.95);
-  bool inside = dot(to, s.normal) * side > 0.0;  // of the surface itself, not only of its shading normal
+  bool inside = dot(to, s.normal) * side > 0.0;  // of the geometric normal, not only of the shading normal
   started.next = inside && max(throughput.r, max(throughput.g, throughput.b)) > 0.0 && draw(sampled, 6u) < keep;
   started.next_ray = leave(s, side, to, 1e30);
   started.next_carried.throughput = throughput / keep;
@@ -54,7 +56,7 @@ void start_next(PixelSample sampled, Surface s, Bsdf b, Carried c, float width, 
   started.next_carried.spread = density > 0.0 ? max(c.spread, ROUGH_SPREAD) : c.spread;
 }
 #elif BALLOT_HAS_GLOSS
-// The whole mirrored ray, and the whole refracted one: of smooth surfaces.
+// Starts both the mirrored and the refracted ray of a smooth surface, each with its full weight.
 void start_both(Surface s, Bsdf b, Carried c, float width, inout Started started) {
   if (b.lambert || !b.mirror) return;
   vec3 f = fresnel_of(b, dot(b.n, b.to_eye)), to = normalize(reflect(-b.to_eye, b.n));

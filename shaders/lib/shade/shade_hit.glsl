@@ -1,4 +1,5 @@
-// A hit as a picture shows it by itself: colour by BALLOT_SHADING, distance, shading normal, prim. Knows nothing of traversal.
+// Shades a single hit for a picture without secondary rays: colour by BALLOT_SHADING, distance, shading normal and
+// prim. Independent of traversal.
 #if !defined(BALLOT_SHADING) || !defined(BALLOT_HAS_NORMALS)
 #error a shading variant must give BALLOT_SHADING and BALLOT_HAS_* (engine/render/data/scene_data.cpp)
 #endif
@@ -7,7 +8,7 @@ layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
 vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
 #include "surface_material.glsl"
 
-// Unit, on the side that the ray comes from.
+// Returns the unit geometric normal on the side that the ray comes from.
 vec3 face_normal(vec3 v0, vec3 v1, vec3 v2, vec3 dir, out bool front) {
   vec3 n = cross(v1 - v0, v2 - v0);
   // Scaled first: the square of a small triangle's normal underflows.
@@ -17,7 +18,8 @@ vec3 face_normal(vec3 v0, vec3 v1, vec3 v2, vec3 dir, out bool front) {
   return front ? n : -n;
 }
 
-// The cone is what a pixel sees at the eye, and how much wider with distance, for the choice of mip maps; both 0: the finest.
+// Shades a hit. The cone is the footprint of a pixel at the camera, and its growth with distance. It selects the mip
+// maps; if both are 0, the finest.
 FilmPixel shade_hit(Ray ray, Hit hit, float cone_width, float cone_spread) {
   FilmPixel p = FilmPixel(vec3(0.0), 0.0, 0.0, vec3(0.0), NO_HIT);
   if (hit.prim != NO_HIT) {

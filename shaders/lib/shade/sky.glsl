@@ -1,8 +1,9 @@
-// What rays see that leave the scene. BALLOT_SKY is the kind; a scene without has no binding.
+// The radiance of rays that leave the scene. BALLOT_SKY is the kind of sky; a scene without a sky has no binding for
+// it.
 //
-// Texels of BIND_SKY: (zenith, width of the map), (horizon, its height), (ground, 0), then of a map (radiance, share of its row's
-// weight up to it, inclusive) row by row, then a row's share of all weight up to it, inclusive. Weights are luminance times the
-// solid angle.
+// Texels of BIND_SKY: (zenith, width of the map), (horizon, its height), (ground, 0). A map follows with (radiance,
+// share of its row's weight up to and including this pixel) row by row, then for each row its share of all weight up to
+// and including this row. Weights are luminance times solid angle.
 
 #if BALLOT_SKY != SKY_NONE
 layout(set = 0, binding = BIND_SKY) uniform usamplerBuffer sky;
@@ -21,7 +22,7 @@ uvec2 map_pixel(vec3 d, uvec2 size) {
 float row_share(uint row, uvec2 size) { return sky_texel(3u + size.x * size.y + row).x; }
 float pixel_share(uvec2 p, uvec2 size) { return sky_texel(3u + p.y * size.x + p.x).w; }
 
-// The density, by solid angle, with which sample_sky finds a pixel of the map.
+// Returns the density, by solid angle, with which sample_sky picks a pixel of the map.
 float map_density(uvec2 p, uvec2 size) {
   float of_row = row_share(p.y, size) - (p.y > 0u ? row_share(p.y - 1u, size) : 0.0);
   float of_pixel = pixel_share(p, size) - (p.x > 0u ? pixel_share(uvec2(p.x - 1u, p.y), size) : 0.0);
@@ -29,7 +30,7 @@ float map_density(uvec2 p, uvec2 size) {
   return of_row * of_pixel * float(size.x) / (2.0 * PI_SKY * max(angle, 1e-12));
 }
 
-// A direction by the map's light; `density` by solid angle.
+// Samples a direction in proportion to the map's luminance. `density` is by solid angle.
 vec3 sample_sky(vec2 r, out vec3 radiance, out float density) {
   uvec2 size = map_size();
   uvec2 p = uvec2(0u);
@@ -58,7 +59,7 @@ vec3 sample_sky(vec2 r, out vec3 radiance, out float density) {
 }
 #endif
 
-// From a unit direction; the same as Sky::radiance (engine/scene/sky.cpp).
+// Returns the radiance from a unit direction. The same as Sky::radiance (engine/scene/sky.cpp).
 vec3 sky_radiance(vec3 d) {
 #if BALLOT_SKY == SKY_CONSTANT
   return sky_texel(0u).rgb;

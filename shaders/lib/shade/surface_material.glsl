@@ -1,9 +1,12 @@
-// What a surface looks like at a hit: its material, with textures where the scene has them.
+// The material of a surface at a hit, with textures if the scene has them.
 //
-// A variant gives BALLOT_HAS_<what> for each of MATERIALS (any look at them), NORMALS, GLOSS, GLASS, EMISSION, UNLIT, ALPHA, BASE_TEXTURE, SURFACE_TEXTURE,
-// EMISSIVE_TEXTURE, NORMAL_TEXTURE (engine/render/data/scene_data.cpp); what is 0 has no code and no binding.
+// A variant gives BALLOT_HAS_<what> for each of MATERIALS (whether any material is read at all), NORMALS, GLOSS, GLASS,
+// EMISSION, UNLIT, ALPHA, BASE_TEXTURE, SURFACE_TEXTURE, EMISSIVE_TEXTURE, NORMAL_TEXTURE
+// (engine/render/data/scene_data.cpp). A feature that is 0 has no code and no binding.
 
-#define HAS_TEXTURES (BALLOT_HAS_BASE_TEXTURE || BALLOT_HAS_SURFACE_TEXTURE || BALLOT_HAS_EMISSIVE_TEXTURE || BALLOT_HAS_NORMAL_TEXTURE)
+#define HAS_TEXTURES                                                                       \
+  (BALLOT_HAS_BASE_TEXTURE || BALLOT_HAS_SURFACE_TEXTURE || BALLOT_HAS_EMISSIVE_TEXTURE || \
+   BALLOT_HAS_NORMAL_TEXTURE)
 
 #if BALLOT_HAS_MATERIALS
 layout(set = 0, binding = BIND_MATERIALS, scalar) readonly buffer Materials { GpuMaterial materials[]; };
@@ -18,21 +21,23 @@ layout(set = 0, binding = BIND_NORMALS) uniform usamplerBuffer normals;
 uint material_of(uint prim) { return texelFetch(triangles, int(prim * 3u)).w; }
 
 #if BALLOT_HAS_MATERIALS
+// The material and the shading normal at a hit.
 struct Look {
-  GpuMaterial m;   // times its textures
-  vec3 normal;     // for shading: unit, on the side of the surface that the ray came from
+  GpuMaterial m;   // multiplied by its textures
+  vec3 normal;     // shading normal: unit, on the side that the ray came from
 };
 #endif
 
 #if HAS_TEXTURES
-// Twice the triangle's area; scaled, as the product of small edges underflows.
+// Returns the square root of twice the triangle's area. The edges are scaled, because the product of small edges
+// underflows.
 float root_of_area(vec3 v0, vec3 v1, vec3 v2) {
   vec3 a = v1 - v0, b = v2 - v0;
   float scale = max(max(max(abs(a.x), abs(a.y)), abs(a.z)), max(max(abs(b.x), abs(b.y)), max(abs(b.z), 1e-30)));
   return scale * sqrt(length(cross(a / scale, b / scale)));
 }
 
-// The cone's width on the surface over the square root of twice the triangle's area.
+// Returns the cone's width on the surface over the square root of twice the triangle's area.
 float footprint_on(vec3 v0, vec3 v1, vec3 v2, float width, float cosine) {
   return width / max(max(cosine, 0.05) * root_of_area(v0, v1, v2), 1e-30);
 }
@@ -46,7 +51,7 @@ vec4 base_texture(uint material, Hit hit, float footprint) {
 #endif
 
 #if BALLOT_HAS_MATERIALS
-// The share of rays that a surface stops: of a masked one all or none.
+// Returns the share of rays that a surface stops. A masked surface stops all or none.
 float opacity(uint material, Hit hit) {
   GpuMaterial m = materials[material];
   if ((m.flags & (MATERIAL_ALPHA_MASK | MATERIAL_ALPHA_BLEND)) == 0u) return 1.0;
@@ -59,7 +64,7 @@ float opacity(uint material, Hit hit) {
 #endif
 
 #if BALLOT_HAS_NORMAL_TEXTURE
-// The tangents are those of the triangle's own coordinates.
+// Returns the shading normal of a normal map. The tangents follow the triangle's own texture coordinates.
 vec3 bumped(uint material, Hit hit, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool front, float footprint) {
   GpuTextureUse use = texture_uses[material * USES_PER_MATERIAL + USE_NORMAL];
   if (use.texture == NO_TEXTURE) return n;
@@ -67,12 +72,13 @@ vec3 bumped(uint material, Hit hit, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool fron
   vec2 d1 = at.b - at.a, d2 = at.c - at.a;
   float turn = d1.x * d2.y - d1.y * d2.x;
   if (abs(turn) < 1e-20) return n;
-  vec3 tangent = ((v1 - v0) * d2.y - (v2 - v0) * d1.y) / turn, bitangent = ((v1 - v0) * -d2.x + (v2 - v0) * d1.x) / turn;
+  vec3 tangent = ((v1 - v0) * d2.y - (v2 - v0) * d1.y) / turn,
+       bitangent = ((v1 - v0) * -d2.x + (v2 - v0) * d1.x) / turn;
   vec3 outward = front ? n : -n;
   tangent -= outward * dot(outward, tangent);
   if (dot(tangent, tangent) < 1e-30) return n;
   tangent = normalize(tangent);
-  // v grows downwards in pictures, upwards in normal maps.
+  // v grows downwards in images, upwards in normal maps.
   vec3 side = cross(outward, tangent) * (dot(cross(outward, tangent), bitangent) > 0.0 ? -1.0 : 1.0);
   vec3 map = sample_use(use, at, hit.u, hit.v, footprint).xyz * 2.0 - 1.0;
   vec3 bent = normalize(tangent * map.x * use.scale + side * map.y * use.scale + outward * max(map.z, 0.01));
@@ -80,7 +86,8 @@ vec3 bumped(uint material, Hit hit, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool fron
 }
 #endif
 
-// `n` is the geometric normal on the ray's side. At a rim the smooth one on its side may face away from the ray.
+// Returns the interpolated normal on the side of n, the geometric normal on the ray's side. At a rim, the interpolated
+// normal may still face away from the ray.
 vec3 smooth_normal(Hit hit, vec3 n) {
 #if BALLOT_HAS_NORMALS
   vec3 n0 = uintBitsToFloat(texelFetch(normals, int(hit.prim * 3u)).xyz);
@@ -93,8 +100,8 @@ vec3 smooth_normal(Hit hit, vec3 n) {
 }
 
 #if BALLOT_HAS_MATERIALS
-// Of a hit of material `material` on triangle v0 v1 v2, whose geometric normal on the ray's side is n; `width` is that of the
-// ray's cone there.
+// Returns the material and shading normal of a hit of material `material` on triangle v0 v1 v2. n is the triangle's
+// geometric normal on the ray's side, and `width` the width of the ray's cone there.
 Look look_at(Hit hit, uint material, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool front, vec3 dir, float width) {
   Look look;
   look.m = materials[material];

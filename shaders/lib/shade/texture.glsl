@@ -1,16 +1,19 @@
-// Textures: bilinear, over the two nearest mip maps, by the wrapping and the transform of each use.
+// Texture sampling: bilinear, between the two nearest mip maps, with the wrap modes of the texture and the transform of
+// each use.
 
 layout(set = 0, binding = BIND_UVS) uniform usamplerBuffer uvs;
 layout(set = 0, binding = BIND_TEXELS) uniform usamplerBuffer texels;
 layout(set = 0, binding = BIND_TEXTURES, scalar) readonly buffer Textures { GpuTexture textures[]; };
 layout(set = 0, binding = BIND_TEXTURE_USES, scalar) readonly buffer TextureUses { GpuTextureUse texture_uses[]; };
 
-// Coordinates of the three corners, as the use transforms them.
+// Texture coordinates of the three vertices, transformed by the use.
 struct Corners {
   vec2 a, b, c;
 };
 
-vec2 transformed(GpuTextureUse use, vec2 uv) { return vec2(dot(use.row_u, vec3(uv, 1.0)), dot(use.row_v, vec3(uv, 1.0))); }
+vec2 transformed(GpuTextureUse use, vec2 uv) {
+  return vec2(dot(use.row_u, vec3(uv, 1.0)), dot(use.row_v, vec3(uv, 1.0)));
+}
 
 Corners corners_of(GpuTextureUse use, uint prim) {
   vec4 ab = uintBitsToFloat(texelFetch(uvs, int(use.first_uv + 2u * prim)));
@@ -51,8 +54,8 @@ vec4 sample_level(GpuTexture t, vec2 uv, uint level) {
              mix(texel_at(t, first, size, low + ivec2(0, 1)), texel_at(t, first, size, low + ivec2(1, 1)), f.x), f.y);
 }
 
-// What a use shows at weights u, v of the corners 1 and 2. `footprint` is the width of the ray's cone on the surface over the
-// square root of twice the triangle's area; 0: the finest level.
+// Samples a use at the barycentric weights u, v of vertices 1 and 2. `footprint` is the width of the ray's cone on the
+// surface over the square root of twice the triangle's area; 0 selects the finest level.
 vec4 sample_use(GpuTextureUse use, Corners corners, float u, float v, float footprint) {
   GpuTexture t = textures[use.texture];
   vec2 uv = corners.a * (1.0 - u - v) + corners.b * u + corners.c * v;

@@ -1,6 +1,7 @@
-// A ray and the four children of a node of the quad tree (shared/layout.h).
+// Tests a ray against the four children of a node of the four-wide tree (shared/layout.h).
 #include "second_tree.glsl"
 
+// A node of the four-wide tree.
 struct Quad {
   vec3 first, step;
   uvec3 lower, upper;  // a byte a child
@@ -12,8 +13,9 @@ Quad fetch_quad(uint node) {
   return Quad(uintBitsToFloat(a.xyz), uintBitsToFloat(uvec3(a.w, b.w, c.w)), b.xyz, c.xyz, top_texel(node + 3u));
 }
 
-// What all children of a node have in common: t at a plane is a number of steps times `step`, plus `near` or `far`. Of a ray from
-// so far away that these overflow nothing is culled: an infinite t is beyond its range, and NaN loses every comparison.
+// The part of the plane distances that all children of a node share: t at a plane is a number of steps times `step`,
+// plus `near` or `far`. For a ray from so far away that these overflow, nothing is culled: an infinite t is beyond the
+// ray's range, and NaN loses every comparison.
 struct QuadPlanes {
   uvec3 nearer, farther;  // a byte a child
   vec3 near, far, step;
@@ -32,15 +34,17 @@ QuadPlanes planes_of(Walker w, Quad q) {
 
 vec3 steps_of(uvec3 bytes, uint child) { return vec3(ivec3(bytes >> 8u * child & 255u)); }
 
-// Entry of a child's box if the ray meets it no later than at `reach`, else infinity.
+// Returns t at the entry of a child's box if the ray meets the box no later than at `reach`, otherwise infinity.
 #define NOT_MET uintBitsToFloat(0x7F800000u)
 float entry_of(QuadPlanes p, uint child, float t_min, float reach) {
-  precise vec3 near = fma(steps_of(p.nearer, child), p.step, p.near), far = fma(steps_of(p.farther, child), p.step, p.far);
+  precise vec3 near = fma(steps_of(p.nearer, child), p.step, p.near),
+               far = fma(steps_of(p.farther, child), p.step, p.far);
   float entry = larger(larger(near.x, near.y), larger(near.z, t_min));
   float exit = smaller(smaller(far.x, far.y), smaller(far.z, reach));
   return entry <= exit ? entry : NOT_MET;
 }
 
+// Swaps the pairs (a, x) and (b, y) if b < a.
 void put_in_order(inout float a, inout uint x, inout float b, inout uint y) {
   bool swap = b < a;
   float lesser = swap ? b : a;
@@ -51,7 +55,7 @@ void put_in_order(inout float a, inout uint x, inout float b, inout uint y) {
   x = first;
 }
 
-// Children in the order of entry, and how many the ray meets.
+// Returns how many children the ray meets. Sorts `child` by entry, so that these come first.
 uint met_children(Walker w, uint node, out uvec4 child) {
   Quad q = fetch_quad(node);
   QuadPlanes p = planes_of(w, q);
@@ -70,7 +74,7 @@ uint met_children(Walker w, uint node, out uvec4 child) {
   return met;
 }
 
-// The child to enter first, the others on the stack; the top of the stack where the ray meets none.
+// Continues to the nearest child that the ray meets and pushes the others. Pops the stack if the ray meets none.
 #if BALLOT_PUSH == PUSH_ALWAYS
 #define WALK_QUAD(w, node, top)                     \
   {                                                 \

@@ -1,4 +1,4 @@
-// The frontier of the tree (shared/layout.h) against bounds of all rays of a subgroup, a node a lane.
+// Tests the frontier of the tree (shared/layout.h) against bounds of all rays of a subgroup, one node a lane.
 #include "second_tree.glsl"
 
 struct FrontierNode {
@@ -11,17 +11,18 @@ FrontierNode fetch_frontier(uint i) {
   return FrontierNode(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), a.w);
 }
 
-// What the subgroup's rays have in common: either the box of all points that they look at, or, for rays that reach beyond the
-// scene, one octant of directions, bounds of what planes are measured from, and bounds of the reciprocal direction.
+// Bounds of all rays of a subgroup. For rays that end inside the reach of the scene (segments), this is the box of all
+// their points. For longer rays, which must share one octant of directions, it is bounds of the origins that planes are
+// measured from, and bounds of the reciprocal direction.
 struct Beam {
   bool segments;
   uint octant;
-  vec3 lo, hi;            // segments: of the box; else the largest origin of lower planes, the smallest of upper ones
-  vec3 inv_min, inv_max;  // unless segments
-  float t_min;            // not above any ray's
+  vec3 lo, hi;            // segments: the box; else the largest origin of lower planes, the smallest of upper planes
+  vec3 inv_min, inv_max;  // not for segments
+  float t_min;            // a lower bound of the rays' t_min
 };
 
-// False if nothing is common to long rays.
+// Computes the bounds. Returns false if long rays have no common octant.
 bool make_beam(Walker w, bool live, out Beam b) {
   bvec3 down = lessThan(w.slabs.inv, vec3(0.0));
   bvec3 some = bvec3(subgroupAny(live && down.x), subgroupAny(live && down.y), subgroupAny(live && down.z));
@@ -46,8 +47,8 @@ bool make_beam(Walker w, bool live, out Beam b) {
   b.lo = lanes_max(live ? lo_origin : vec3(-LARGEST));
   b.hi = lanes_min(live ? hi_origin : vec3(LARGEST));
 #if BALLOT_BOX == BOX_WIDENED
-  // Intervals are stretched by way of the reciprocals. NVIDIA's compiler (580.159) got beam_may_meet() wrong with a multiply-add
-  // that stretches the exit there.
+  // Stretches intervals by way of the reciprocals. NVIDIA's compiler (580.159) compiled beam_may_meet() wrongly when a
+  // multiply-add there stretched the exit.
   vec3 slack = BEAM_SLACK * abs(w.slabs.inv);
 #else
   const vec3 slack = vec3(0.0);
@@ -57,8 +58,8 @@ bool make_beam(Walker w, bool live, out Beam b) {
   return true;
 }
 
-// Whether a ray of the beam may meet the box. Subtraction and multiplication are monotone, and so is their rounding: no ray
-// enters before `entry` or leaves behind `exit`.
+// Returns true if a ray of the beam may meet the box. Subtraction and multiplication are monotone, and so is their
+// rounding: no ray enters before `entry` or leaves after `exit`.
 bool beam_may_meet(Beam b, vec3 lo, vec3 hi) {
   if (b.segments) return all(lessThanEqual(lo, b.hi)) && all(lessThanEqual(b.lo, hi));
   bvec3 down = lessThan(b.inv_max, vec3(0.0));
@@ -69,9 +70,9 @@ bool beam_may_meet(Beam b, vec3 lo, vec3 hi) {
   return larger(larger(entry.x, entry.y), larger(entry.z, b.t_min)) <= smaller(smaller(exit.x, exit.y), exit.z);
 }
 
-// Places in the frontier, a bit each, the nearest first.
+// A set of frontier nodes, a bit each, the nearest node first.
 struct Entries {
-  uint first;  // node of the frontier that place 0 is
+  uint first;  // frontier node of bit 0
   uvec2 left;
 };
 
@@ -84,7 +85,7 @@ uint take_entry(inout Entries e) {
   return e.first + uint(findLSB(bits)) + (later ? 32u : 0u);
 }
 
-// The nodes that a ray of the beam may meet. `cut_short`: the driver left the loop early.
+// Returns the frontier nodes that a ray of the beam may meet. `cut_short` is true if the driver left the loop early.
 Entries entries_of(Beam b, bool live, out bool cut_short) {
   Entries e = Entries(b.octant * BALLOT_FRONTIER, uvec2(0u));
   uint base = 0u;

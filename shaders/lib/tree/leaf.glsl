@@ -1,23 +1,25 @@
-// One ray against one leaf. With BALLOT_LEAF_BOX the leaf's own box is tested again: since it was put on a stack the ray may have
-// found a hit nearer than all that the leaf holds, and rays of a packet come to leaves that they do not meet.
+// Tests one ray against one leaf. With BALLOT_LEAF_BOX the leaf's own box is tested again: since the leaf was pushed,
+// the ray may have found a hit nearer than everything in the leaf, and rays of a packet come to leaves that they do not
+// meet.
 
-// Ray state that every method carries.
+// The state of a ray during traversal, for every method.
 struct Walker {
   Ray ray;         // scaled (lib/numeric/ray_scale.glsl)
   Slabs slabs;
   RaySpace space;
-  Hit hit;         // nearest so far; t = t_max and prim = NO_HIT where there is none, else prim is a place (see below)
+  Hit hit;         // nearest so far; t_max and NO_HIT if there is none; otherwise prim is a place (numeric.glsl)
   bool truncated;  // the driver left a triangle loop early
 #if BALLOT_CAMERA
-  float scale;     // direction_scale() of the ray that was made
+  float scale;     // direction_scale() of the computed camera ray
 #endif
 };
 
-// By bits: a compiler may assume that floats are numbers.
+// Tests the bits, because a compiler may assume that floats are never NaN or infinite.
 bool is_finite(float x) { return (floatBitsToUint(x) & 0x7F800000u) != 0x7F800000u; }
 bool is_finite(vec3 v) { return is_finite(v.x) && is_finite(v.y) && is_finite(v.z); }
 
-// Dead rays: layout.h. A direction whose largest component is denormal is dead too: devices may flush it to zero.
+// Dead rays are defined in layout.h. A ray is also dead if the largest component of its direction is denormal, because
+// devices may flush it to zero.
 #ifndef IS_EMPTY_RANGE
 #define IS_EMPTY_RANGE(t_min, t_max) (!((t_max) > (t_min)))
 #endif
@@ -40,14 +42,15 @@ Walker make_walker(Ray given) {
   return w;
 }
 
-// Entry of a box with these bounds if the ray meets it no later than its nearest hit so far.
+// Returns true if the ray meets the box with these bounds no later than its nearest hit so far. `entry` is t at the
+// entry.
 bool meets_bounds(Walker w, vec3 lo, vec3 hi, out float entry) {
   vec2 i = box_interval(w.slabs, lo, hi, w.ray.t_min, reach(w.space, w.hit));
   entry = i.x;
   return i.x <= i.y;
 }
 
-// The same of a node's box.
+// The same for the box of a node.
 bool meets(Walker w, NodeBox box, out float entry) {
 #if BALLOT_LAYOUT >= LAYOUT_CENTRED
   vec2 i = centred_interval(w.slabs, box.a, box.b, w.ray.t_min, reach(w.space, w.hit));
@@ -58,6 +61,7 @@ bool meets(Walker w, NodeBox box, out float entry) {
 #endif
 }
 
+// Tests the i-th triangle of a leaf block, and keeps its hit if that is the nearest so far.
 void consider(inout Walker w, uint block, uint i) {
   float t, u, v;
   TriangleTexels triangle = fetch_triangle(block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS, texel_order(w.space));
@@ -73,8 +77,9 @@ bool meets_leaf(Walker w, uint block) {
   return meets_bounds(w, uintBitsToFloat(leaf_texel(block).xyz), uintBitsToFloat(leaf_texel(block + 1u).xyz), entry);
 }
 
-// Without BALLOT_LEAF_LOOP every leaf of the tree holds one triangle: sponza with --max-leaf 1 on lavapipe 22.3.6, medians of four
-// compiles, primary and diffuse rays: if-if 1.06 and 1.05 times as fast, packet 1.05 and 1.01, while-while 1.03 and 0.99.
+// Tests the triangles of a leaf. Without BALLOT_LEAF_LOOP every leaf of the tree holds one triangle. Gain without the
+// loop, sponza with --max-leaf 1 on lavapipe 22.3.6, medians of four compiles, primary and diffuse rays: if-if 1.06 and
+// 1.05 times as fast, packet 1.05 and 1.01, while-while 1.03 and 0.99.
 void visit_leaf(inout Walker w, uint leaf, bool live) {
 #if BALLOT_LEAF_LOOP
   uint block = leaf & LEAF_TEXEL_MASK, count = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
@@ -108,14 +113,15 @@ void visit_leaf(inout Walker w, uint leaf, bool live) {
 #endif
 }
 
-// What takes a hit back to the units of the given ray: a factor of t, and the t of a miss, which is t_max, that of a dead ray 0.
+// The conversion of a hit to the units of the given ray: a factor for t, and the t of a miss, which is t_max, or 0 for
+// a dead ray.
 struct Units {
   float scale, miss;
 };
 
 Units units_of(Ray given) { return Units(direction_scale(given.dir), is_dead(given) ? 0.0 : given.t_max); }
 
-// What a walk found, in these units and with its prim.
+// Returns the result of a walk in these units, with the prim instead of its place.
 Hit finished_hit(Hit hit, Units units) {
   if (hit.prim == NO_HIT) return Hit(units.miss, NO_HIT, 0.0, 0.0);
 #ifdef TRIANGLE_SETTLES

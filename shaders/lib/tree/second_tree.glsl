@@ -1,4 +1,5 @@
-// The tree that a method reads besides the binary one, or instead of it: the wide tree, or the frontier (shared/layout.h).
+// The second tree, which a method reads in addition to the binary tree or instead of it: the wide tree, the four-wide
+// tree or the frontier (shared/layout.h).
 #if BALLOT_FETCH == FETCH_STORAGE
 layout(set = 0, binding = BIND_TOP, scalar) readonly buffer Top { uvec4 top_texels[]; };
 uvec4 top_texel(uint texel) { return top_texels[texel]; }

@@ -1,8 +1,10 @@
-// What per-ray walks share: the ray's own stack, one step from an inner node, and the if-if walk.
+// The parts that per-ray walks share: the ray's own stack, a step from an inner node, and the if-if and while-while
+// walks.
 //
-// The stack holds child references without distances; END_OF_TREE lies at the bottom, so a pop needs no test. A step pushes
-// at most one child, so STACK_SIZE = depth of the tree + 1 can not overflow (the host sets it so: engine/trace/variant.cpp).
-// A method that puts nodes aside keeps up to LIST_SIZE of them below its stack, above the END_OF_TREE.
+// The stack holds child references without distances. END_OF_TREE lies at the bottom, so a pop needs no test. A step
+// pushes at most one child, so STACK_SIZE = depth of the tree + 1 cannot overflow (the host sets it so:
+// engine/trace/variant.cpp). A method that sets nodes aside keeps up to LIST_SIZE of them below its stack, above the
+// END_OF_TREE.
 
 const uint RAY_STACK_SIZE = STACK_SIZE + LIST_SIZE;
 #if BALLOT_STACK == STACK_SHARED
@@ -14,17 +16,17 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
 #define STACK_DECLARE uint stack[RAY_STACK_SIZE];
 #endif
 
-// A ray that looks for any hit may as well enter the left child first.
+// An any-hit ray may as well enter the left child first.
 #if BALLOT_ANY_HIT && !BALLOT_SORTED
 #define RIGHT_NEARER(entry_l, entry_r) false
 #else
 #define RIGHT_NEARER(entry_l, entry_r) (entry_r < entry_l)
 #endif
 
-// Goes to `first`, with `other` on the stack if both are met; to the top of the stack if none is.
+// Continues to `first`. Pushes `other` if both children are met, and pops the stack if none is.
 #if BALLOT_PUSH == PUSH_ALWAYS
-// Without branches: what lies beyond the top of the stack is of no account, and a step that pops pushed nothing, so it may read
-// the top beforehand.
+// Without branches. Entries beyond the top of the stack are ignored. A step that pops has pushed nothing, so it may
+// read the top beforehand.
 #define STACK_STEP(node, top, both, any, first, other) \
   {                                                    \
     uint popped = STACK_AT(top - 1u);                  \
@@ -44,7 +46,7 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
   }
 #endif
 
-// The child to enter first, or the top of the stack where the ray meets neither.
+// Continues to the nearest child that the ray meets, or pops the stack if the ray meets neither.
 #define WALK_STEP(w, node, top)                                                                    \
   {                                                                                                \
     COUNT_NODE(true)                                                                               \
@@ -57,7 +59,7 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
     STACK_STEP(node, top, l && r, l || r, first, other)                                            \
   }
 
-// A leaf, then the top of the stack; a ray that looks for any hit and has one is done.
+// Tests a leaf, then pops the stack. An any-hit ray with a hit is done.
 #if BALLOT_ANY_HIT
 #define WALK_LEAF(w, node, top)                                    \
   {                                                                \
@@ -73,7 +75,8 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
   }
 #endif
 
-// Leaves until a node comes up, or one leaf: lavapipe runs what a loop holds once more than it loops.
+// Tests leaves until an inner node comes up; without BALLOT_LEAF_RUN, tests one leaf. lavapipe runs the body of a loop
+// once more than it loops.
 #if BALLOT_LEAF_RUN
 #define WALK_LEAVES(w, node, top) \
   while (!is_inner(node) && node != END_OF_TREE) WALK_LEAF(w, node, top)
@@ -82,7 +85,7 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
   if (node != END_OF_TREE) WALK_LEAF(w, node, top)
 #endif
 
-// From a node until the stack is empty: nodes until a leaf, then leaves until a node.
+// Walks from a node until the stack is empty: inner nodes until a leaf, then leaves until an inner node.
 #define WALK_WHILE_WHILE(w, node, top)                                          \
   while (node != END_OF_TREE) {                                                 \
     while (is_inner(node)) WALK_STEP(w, node, top)                              \
@@ -90,7 +93,7 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
     WALK_LEAVES(w, node, top)                                                   \
   }
 
-// From a node until the stack is empty, an iteration being a node or a leaf.
+// Walks from a node until the stack is empty; each iteration handles one node or one leaf.
 #define WALK_IF_IF(w, node, top)                                   \
   while (node != END_OF_TREE) {                                    \
     if (is_inner(node))                                            \

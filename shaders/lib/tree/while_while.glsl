@@ -1,4 +1,5 @@
-// One ray by itself, nodes until a leaf, then leaves until a node: the method "while-while", and what packets fall back on.
+// Walks one ray by itself, inner nodes until a leaf, then leaves until an inner node. This is method "while-while", and
+// the fallback of packets.
 uint traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
   uint top = 0u;

@@ -1,5 +1,5 @@
-// The wide tree (shared/layout.h) as the lanes of a packet share it: lane c holds child c of the node at hand; where the
-// subgroup has fewer lanes than a node has children, lane c holds child c + SUBGROUP_SIZE too.
+// The wide tree (shared/layout.h), shared by the lanes of a packet: lane c holds child c of the current node. If the
+// subgroup has fewer lanes than a node has children, lane c also holds child c + SUBGROUP_SIZE.
 #include "second_tree.glsl"
 
 const bool TWO_A_LANE = SUBGROUP_SIZE < WIDE8_CHILDREN;
@@ -11,7 +11,7 @@ struct WideChild {
 };
 
 struct WideNode {
-  WideChild mine, second;  // of this lane
+  WideChild mine, second;  // the children that this lane holds
 };
 
 WideChild fetch_child(uint node, uint c) {
@@ -27,7 +27,7 @@ WideNode fetch_wide(uint node) {
   return WideNode(mine, mine);
 }
 
-// Child c, the same for all lanes, in every lane.
+// Returns child c to every lane. c is the same in all lanes.
 WideChild child_of(WideNode n, uint c) {
   uint lane = c % SHARING_LANES;
   bool second = TWO_A_LANE && c >= SHARING_LANES;
@@ -36,16 +36,18 @@ WideChild child_of(WideNode n, uint c) {
                    subgroupShuffle(second ? n.second.child : n.mine.child, lane));
 }
 
-// Orders children by entry, then by number, which stands in the last bits.
+// Returns a key that orders children by entry, then by number, which is in the last bits. NO_CHILD if the packet does
+// not meet the child or its bit in `open` is clear.
 const uint CHILD_BITS = WIDE8_CHILDREN - 1u, NO_CHILD = 0xFFFFFFFFu;
 uint child_key(PacketBounds p, WideChild child, uint c, uint open, float t_max) {
   float entry;
-  bool met = packet_may_meet(p, child.lo, child.hi, t_max, entry) && child.child != END_OF_TREE && (open >> c & 1u) != 0u;
+  bool met =
+      packet_may_meet(p, child.lo, child.hi, t_max, entry) && child.child != END_OF_TREE && (open >> c & 1u) != 0u;
   return met ? floatBitsToUint(larger(entry, 0.0)) & ~CHILD_BITS | c : NO_CHILD;
 }
 
-// Of the children whose bit is set in `open`, clears those that the packet does not meet. Gives the nearest child's key, NO_CHILD
-// where none is left.
+// Clears the bits in `open` of the children that the packet does not meet. Returns the key of the nearest child that is
+// left, or NO_CHILD if none is.
 uint nearest_child(PacketBounds p, WideNode n, float t_max, inout uint open) {
   uint c = gl_SubgroupInvocationID % SHARING_LANES;
   uint key = child_key(p, n.mine, c, open, t_max);
