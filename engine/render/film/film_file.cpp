@@ -10,7 +10,7 @@ namespace ballot {
 
 namespace {
 
-/// Where each pixel of the film lies in the crop window.
+/// Returns the index of each pixel of the film in the crop window, row by row.
 std::vector<std::size_t> places_of(const Film& film) {
   std::vector<std::size_t> places;
   for (const std::uint32_t word : film.listed) {
@@ -20,7 +20,7 @@ std::vector<std::size_t> places_of(const Film& film) {
   return places;
 }
 
-/// Calls each(name, value) for every number of a film's pixel, in a fixed order.
+/// Calls each(name, value) for every float of a film pixel, in a fixed order.
 template <class Pixel, class Each>
 void each_float(Pixel& p, Each&& each) {
   each("sum.R", p.color.r);
@@ -35,6 +35,7 @@ void each_float(Pixel& p, Each&& each) {
 
 constexpr const char* kMoments[] = {"moment.R", "moment.G", "moment.B"};
 
+/// Throws Error(Work) with the first line in which the texts differ.
 void compare(const std::filesystem::path& path, const std::string& found, const std::string& expected) {
   std::istringstream a(found), b(expected);
   std::string x, y;
