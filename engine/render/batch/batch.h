@@ -22,7 +22,7 @@ struct FrameTimes {
   double total_ms() const { return generate_ms + trace_ms + shade_ms; }
 };
 
-/// The origin of a secondary ray: the primary ray and its hit.
+/// The primary ray and its hit from which a secondary ray starts.
 struct RayStart {
   Ray primary;
   Hit hit;

@@ -46,9 +46,8 @@ void compare(const std::filesystem::path& path, const std::string& found, const 
     if (!more_b) y.clear();
     if (x != y)
       fail(Failure::Work,
-           "{}: this checkpoint is of another picture: it has '{}', wanted is '{}'; remove it, or give the options it "
-           "was "
-           "made with",
+           "{}: this checkpoint belongs to another picture: found '{}', expected '{}'; remove it, or give the options "
+           "that it was made with",
            path.string(), x, y);
   }
 }
@@ -85,7 +84,7 @@ void read_film(const std::filesystem::path& path, Film& film, const std::string&
   const auto samples = image.attributes.find("film_samples"), made = image.attributes.find("film_made_of");
   if (samples == image.attributes.end() || made == image.attributes.end() ||
       !std::holds_alternative<int>(samples->second) || !std::holds_alternative<std::string>(made->second))
-    fail(Failure::Work, "{}: is no checkpoint of Ballot; remove it", path.string());
+    fail(Failure::Work, "{}: is not a checkpoint of Ballot; remove it", path.string());
   compare(path, std::get<std::string>(made->second), made_of);
   const std::vector<std::size_t> places = places_of(film);
   for (const std::size_t place : places)

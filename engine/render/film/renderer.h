@@ -24,7 +24,7 @@ struct Shading {
   bool heat = false;  // the colours come from the counters (heat.h)
 };
 inline constexpr Shading kShadings[] = {
-    {"eyelight", SHADING_EYELIGHT, "base colour times the cosine to the eye, plus emission"},
+    {"eyelight", SHADING_EYELIGHT, "base colour times the cosine of the angle to the viewer, plus emission"},
     {"normals", SHADING_NORMALS, "shading normal as colour, n / 2 + 1/2"},
     {"heat", SHADING_NORMALS, "work of the traversal at each pixel, see --heat; traced by the instrumented kernel",
      true},

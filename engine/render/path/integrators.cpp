@@ -40,7 +40,7 @@ std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFe
   const WavePlan plan = plan_of(integrator, features);
   std::vector<KernelSource> sources;
   for (const SceneFeatures& seen : by_camera(features)) sources.push_back(primary_source(true, seen));
-  for (const SceneFeatures& seen : by_camera(features))  // kernels that read the rays are equal
+  for (const SceneFeatures& seen : by_camera(features))  // kernels that read the rays are the same for both
     if (KernelSource scatter = scatter_source(integrator, seen, sky, makes_rays); sources.back().name != scatter.name)
       sources.push_back(std::move(scatter));
   sources.push_back(indirect_source());

@@ -11,7 +11,7 @@
 
 namespace ballot {
 
-/// An integrator.
+/// A shading that traces secondary rays or ao rays.
 struct Integrator {
   std::string_view name;
   int value;                   // BALLOT_INTEGRATOR
