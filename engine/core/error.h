@@ -1,4 +1,4 @@
-// Failure of work, arguments or device: thrown once, caught in main and in tests.
+// The exception of Ballot. It is caught only in main and in tests.
 #pragma once
 
 #include <fmt/format.h>
@@ -8,14 +8,15 @@
 
 namespace ballot {
 
-/// What a failure means to whoever started the program; the value is the exit code.
+/// The kind of a failure; the value is the program's exit code.
 enum class Failure {
   Work = 1,       // bad input file, disk, out of memory, lost device
   Arguments = 2,  // the command line or a call's arguments are wrong
   Device = 3,     // no usable Vulkan device
 };
 
-/// The only exception that Ballot throws on purpose. what() says what, where, found, expected, and what to do.
+/// The only exception type that Ballot throws on purpose. what() says what failed, where, what was found, what was
+/// expected, and what to do.
 class Error : public std::runtime_error {
  public:
   Error(Failure kind, const std::string& text) : std::runtime_error(text), kind_(kind) {}

@@ -47,11 +47,11 @@ class Descriptor {
   int fd_;
 };
 
-// Where the bytes of a path go.
+// The place to which the bytes for a path go.
 struct Target {
-  fs::path file;               // what is renamed to: links are followed
-  bool in_place = false;       // a device, a pipe or an open descriptor: written to, never renamed to
-  std::optional<mode_t> mode;  // of the file that is replaced
+  fs::path file;               // the file to rename to, with links followed
+  bool in_place = false;       // a device, a pipe or an open descriptor: written to, never replaced by a rename
+  std::optional<mode_t> mode;  // mode of the file that is replaced
 };
 
 bool names_a_descriptor(const fs::path& path) {
@@ -98,14 +98,14 @@ Target find_target(const fs::path& path) {
   return target;
 }
 
-// Process numbers repeat between containers that share a folder, hence the random part.
+// The random part is needed because process ids repeat between containers that share a folder.
 std::string temporary_name() {
   static const unsigned process_key = std::random_device{}();
   static std::atomic<unsigned> counter{0};
   return fmt::format(".ballot-{}-{:08x}-{}.tmp", ::getpid(), process_key, counter++);
 }
 
-// Creates an empty temporary in `folder`; removes it unless it was renamed.
+// An empty temporary file in `folder`. The destructor removes it unless it was renamed.
 class Temporary {
  public:
   Temporary(const fs::path& folder, const Target& target, const fs::path& path) {
@@ -113,7 +113,7 @@ class Temporary {
       file_ = folder / temporary_name();
       const Descriptor fd(::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
       if (fd.get() >= 0) {
-        if (target.mode) (void)::fchmod(fd.get(), *target.mode);  // a matter of comfort: the bytes count
+        if (target.mode) (void)::fchmod(fd.get(), *target.mode);  // a failure is harmless: the content counts
         return;
       }
       if (errno != EEXIST || tries == 100) cannot_write(path, reason_of(errno));
@@ -168,7 +168,8 @@ std::vector<std::byte> read_file(const fs::path& path) {
   struct stat info {};
   if (::fstat(fd.get(), &info) != 0) cannot_read(path, reason_of(errno));
   if (S_ISDIR(info.st_mode)) cannot_read(path, "it is a folder");
-  // One byte more than the size, so that the end is seen without growing; pipes and /proc say 0 and grow.
+  // One byte more than the size lets the loop see the end of the file without growing the buffer. Pipes and files of
+  // /proc report the size 0, so their buffer grows.
   std::vector<std::byte> bytes(S_ISREG(info.st_mode) ? static_cast<std::size_t>(info.st_size) + 1 : 65536);
   std::size_t used = 0;
   for (;;) {
@@ -211,7 +212,7 @@ void check_writable(const fs::path& path) {
 }
 
 fs::path cache_folder() {
-  // The XDG base directory specification: a relative path is to be ignored.
+  // The XDG base directory specification says to ignore a relative path.
   const char* xdg = std::getenv("XDG_CACHE_HOME");
   if (xdg && fs::path(xdg).is_absolute()) return fs::path(xdg) / "ballot";
   const char* home = std::getenv("HOME");

@@ -11,34 +11,38 @@
 
 namespace ballot {
 
-enum class Pixel { Half, Float, Uint };  // how an EXR stores a channel
+enum class Pixel { Half, Float, Uint };  // the type of a channel in an EXR
 
+/// A channel of an image. Only one of `floats` and `uints` is used.
 struct Channel {
   std::string name;  // "R", "N.X", "prim", ...
   Pixel type = Pixel::Half;
-  std::vector<float> floats;         // width * height values, row by row from the top; for Half and Float
-  std::vector<std::uint32_t> uints;  // the same for Uint
+  std::vector<float> floats;         // Half and Float: width * height values, row by row from the top
+  std::vector<std::uint32_t> uints;  // Uint: the same
 };
 
-/// An EXR attribute: text, number, count, or a 4x4 matrix in OpenEXR's row-vector convention, row by row.
+/// An EXR attribute: a string, a float, an int, or a 4x4 matrix in OpenEXR's row-vector convention, row by row.
 using Attribute = std::variant<std::string, float, int, std::array<float, 16>>;
 
+/// A picture, or the part of one that a data window covers.
 struct Image {
-  std::uint32_t width = 0, height = 0;  // of what is here: an EXR's data window
+  std::uint32_t width = 0, height = 0;  // pixels of this image: an EXR's data window
   std::vector<Channel> channels = {};
   std::map<std::string, Attribute> attributes = {};
-  std::uint32_t x = 0, y = 0;                     // its top left corner in the whole picture
-  std::uint32_t full_width = 0, full_height = 0;  // of the whole picture, the display window; 0: there is no more
+  std::uint32_t x = 0, y = 0;                     // position of this image's top left pixel in the whole picture
+  std::uint32_t full_width = 0, full_height = 0;  // size of the whole picture, the display window; 0: this image is all
 
-  const Channel& channel(const std::string& name) const;  // throws Error(Arguments) that lists the names there are
+  /// Returns the channel of this name. Throws Error(Arguments) that lists the names of the channels.
+  const Channel& channel(const std::string& name) const;
 };
 
-/// Writes atomically. Half values beyond 65504 become 65504. Throws Error(Work).
+/// Writes an EXR atomically. Values of Half channels are clamped to [-65504, 65504]. Throws Error(Work).
 void write_exr(const std::filesystem::path& path, const Image& image);
-/// Reads every channel of a scanline EXR (subsampling refused). Throws Error(Work).
+/// Reads every channel of a flat, single-part EXR. Throws Error(Work); subsampled channels are an error.
 Image read_exr(const std::filesystem::path& path);
 
-/// R, G, B through the sRGB curve to 8 bits, values clamped to [0, 1]; writes atomically. Throws Error(Work).
+/// Writes the channels R, G, B as an 8-bit PNG, atomically. Values are clamped to [0, 1] and sRGB encoded.
+/// Throws Error(Work), and Error(Arguments) if a channel is missing.
 void write_png(const std::filesystem::path& path, const Image& image);
 
 }  // namespace ballot

@@ -1,4 +1,4 @@
-// EXR through OpenEXR 3: scanline, ZIP, channels by name.
+// Reads and writes EXR files with OpenEXR 3: scanlines, ZIP compression, channels by name.
 #include <ImfChannelList.h>
 #include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
@@ -30,16 +30,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The header would not be readable with these set by hand.
+// Attributes that OpenEXR sets itself: a header where they are set by hand would not be readable.
 constexpr std::string_view kReserved[] = {"type", "version", "chunkCount", "tiles", "name"};
-// Every file has these; they say nothing about the picture.
+// Attributes that every file has. They say nothing about the picture and are not read.
 constexpr std::string_view kEveryFile[] = {"type", "name", "pixelAspectRatio", "screenWindowWidth"};
 
 bool is_one_of(std::span<const std::string_view> names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-// OpenEXR drops what is thrown while it writes the end of a file; OutputFile::close() tells it.
+// OpenEXR swallows exceptions that are thrown while it writes the end of a file. OutputFile::close() reports those
+// failures.
 class Stream : public Imf::OStream {
  public:
   Stream(OutputFile& file, const std::string& name) : OStream(name.c_str()), file_(file) {}
@@ -51,7 +52,7 @@ class Stream : public Imf::OStream {
   OutputFile& file_;
 };
 
-/// Packing is most of the time of writing, and goes by blocks of lines.
+/// Lets OpenEXR use all cores. Compression takes most of the time of writing and runs in blocks of lines.
 void use_all_cores() {
   static const int count = std::clamp(int(std::thread::hardware_concurrency()), 1, 16);
   if (Imf::globalThreadCount() < count) Imf::setGlobalThreadCount(count);
@@ -145,7 +146,7 @@ void write_pixels(Imf::OutputFile& file, const Image& image) {
   file.writePixels(static_cast<int>(image.height));
 }
 
-// Reads the header alone and refuses what would make OpenEXR, or us, allocate far more than the file can hold.
+// Reads only the header. Throws if it would make OpenEXR, or the code below, allocate far more than the file can hold.
 void check_exr(const fs::path& path) {
   std::error_code code;
   const std::uint64_t bytes = fs::file_size(path, code);
@@ -174,7 +175,7 @@ void check_exr(const fs::path& path) {
     }
     pixel_bytes += 4;
   }
-  constexpr double kMostPacked = 4096;  // deflate reaches 1032
+  constexpr double kMostPacked = 4096;  // largest accepted compression ratio; deflate reaches 1032
   if (width * height * pixel_bytes > kMostPacked * static_cast<double>(bytes) + (1 << 20)) {
     throw std::invalid_argument(fmt::format("its header claims {} x {} pixels of {} bytes, but the file has {} bytes",
                                             width, height, pixel_bytes, bytes));

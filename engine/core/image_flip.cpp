@@ -1,4 +1,4 @@
-// FLIP. Notation and constants: the paper named in image_error.h, sections 4 and 5.
+// FLIP. Notation and constants are those of the paper named in image_error.h, sections 4 and 5.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,12 +13,12 @@ namespace ballot {
 
 namespace {
 
-constexpr float kPixelsPerDegree = 67.0206f;  // 0.7 m from a screen of 3840 pixels and 0.7 m
+constexpr float kPixelsPerDegree = 67.0206f;  // seen from 0.7 m, on a screen that is 3840 pixels and 0.7 m wide
 constexpr float kPi = 3.14159265f;
 
 using Plane = std::vector<glm::vec3>;
 
-// CIE 1931 of linear Rec.709, columns; and the white of D65.
+// The matrix from linear Rec.709 to CIE 1931 XYZ, column by column, and the white point D65.
 const glm::mat3 kXyzFromRgb(0.4124564f, 0.2126729f, 0.0193339f, 0.3575761f, 0.7151522f, 0.1191920f, 0.1804375f,
                             0.0721750f, 0.9503041f);
 const glm::vec3 kWhite = kXyzFromRgb * glm::vec3(1);
@@ -33,7 +33,7 @@ glm::vec3 rgb_of(const glm::vec3& c) {
   return glm::inverse(kXyzFromRgb) * (glm::vec3(c.y / 500 + y, y, y - c.z / 200) * kWhite);
 }
 
-/// CIELab with the Hunt effect.
+/// Returns a colour in CIELab, adjusted for the Hunt effect.
 glm::vec3 lab_of(const glm::vec3& rgb) {
   glm::vec3 f = kXyzFromRgb * rgb / kWhite;
   constexpr float d = 6.0f / 29;
@@ -44,7 +44,7 @@ glm::vec3 lab_of(const glm::vec3& rgb) {
 
 float hyab(const glm::vec3& a, const glm::vec3& b) { return std::abs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z); }
 
-/// A square of weights, (2 radius + 1) on a side, for each of three channels.
+/// A square filter of (2 radius + 1)^2 weights for each of three channels.
 struct Filter {
   int radius;
   std::vector<glm::vec3> weights;
@@ -56,7 +56,8 @@ struct Filter {
   }
 };
 
-/// Contrast sensitivity: sums of Gaussians of width b (square degrees), each channel's weights adding up to 1.
+/// Returns the contrast sensitivity filter: sums of Gaussians of width b (square degrees). The weights of each channel
+/// add up to 1.
 Filter sensitivity() {
   const auto gauss = [](float a, float b, float d2) { return a * std::sqrt(kPi / b) * std::exp(-kPi * kPi * d2 / b); };
   const int radius = int(std::ceil(3 * std::sqrt(0.04f / (2 * kPi * kPi)) * kPixelsPerDegree));
@@ -70,8 +71,8 @@ Filter sensitivity() {
   return filter;
 }
 
-/// First (edges) or second (points) derivative of a Gaussian along x, in the first channel, along y in the second; what is above
-/// and below zero adds up to 1 each.
+/// Returns the first (edges) or second (points) derivative of a Gaussian: along x in the first channel, along y in the
+/// second. The positive weights add up to 1, the negative ones to -1.
 Filter features(bool points) {
   const float sd = 0.5f * 0.082f * kPixelsPerDegree;
   Filter filter(int(std::ceil(3 * sd)), [&](float x, float y) {
@@ -110,7 +111,7 @@ Plane opponents_of(const Image& image) {
   return plane;
 }
 
-/// What one picture gives to the comparison.
+/// The filtered planes of one picture that the comparison needs.
 struct Seen {
   Plane lab;
   Plane edges, points;  // along x and y
@@ -126,7 +127,7 @@ struct Seen {
   }
 };
 
-/// Of HyAB distances to [0, 1]: most of the range for the smaller ones.
+/// Maps a HyAB distance to [0, 1]. Small distances take most of the range.
 float spread_out(float distance) {
   static const float most = std::pow(hyab(lab_of({0, 1, 0}), lab_of({0, 0, 1})), 0.7f);
   constexpr float pc = 0.4f, pt = 0.95f;

@@ -8,7 +8,7 @@ namespace ballot {
 
 namespace {
 
-/// "i/n" of attribute "part".
+/// Returns i and n of the attribute "part", "i/n".
 std::pair<std::uint32_t, std::uint32_t> tiles_of(const ImagePart& part) {
   const auto found = part.image.attributes.find("part");
   unsigned index = 0, count = 0;
@@ -34,7 +34,7 @@ void check_same(const ImagePart& first, const ImagePart& part) {
   for (std::size_t c = 0; c < a.channels.size(); ++c)
     if (a.channels[c].name != b.channels[c].name || a.channels[c].type != b.channels[c].type)
       stop(fmt::format("channel {}", a.channels[c].name));
-  // There every method gives the same bits, and auto may choose another one for each part.
+  // With these arithmetics every method gives the same bits, and method auto may choose a different one for each part.
   const auto numeric = a.attributes.find("numeric");
   const bool same_by_any_method =
       numeric != a.attributes.end() &&
@@ -49,7 +49,7 @@ void check_same(const ImagePart& first, const ImagePart& part) {
 }  // namespace
 
 Image merge_parts(const std::vector<ImagePart>& parts, std::uint32_t tile) {
-  if (parts.empty()) fail(Failure::Arguments, "there is no part to merge");
+  if (parts.empty()) fail(Failure::Arguments, "there are no parts to merge");
   const std::uint32_t count = tiles_of(parts[0]).second;
   std::vector<const ImagePart*> by_index(count, nullptr);
   float seconds = 0;

@@ -1,4 +1,4 @@
-// Parts of a picture put together.
+// Merges the parts of a picture.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,11 @@ struct ImagePart {
   Image image;
 };
 
-/// The picture whose tiles of `tile` x `tile` pixels its parts hold: attribute "part" of a part is "i/n", and tile k of the whole
-/// picture, row by row, is that of part k mod n. Values are copied, not computed. Attributes are those of the first part, without
-/// "part", and "seconds" of all. Throws Error(Arguments) if a part is missing, there twice, or of another picture: the error names
-/// the file and the attribute.
+/// Returns the picture that the parts make up, by tiles of `tile` x `tile` pixels. Attribute "part" of a part is "i/n".
+/// Tile k of the whole picture, row by row, comes from part k mod n. Values are copied, not computed. The attributes
+/// are those of the first part, without "part"; "seconds" is the sum over all parts.
+/// Throws Error(Arguments) if a part is missing, occurs twice, or belongs to another picture: the error names the file
+/// and the attribute.
 Image merge_parts(const std::vector<ImagePart>& parts, std::uint32_t tile);
 
 }  // namespace ballot

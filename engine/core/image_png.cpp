@@ -10,7 +10,7 @@
 namespace ballot {
 namespace {
 
-// IEC 61966-2-1; a NaN is black.
+// Encodes by IEC 61966-2-1. A NaN becomes black.
 std::uint8_t to_srgb8(float linear) {
   const float c = linear > 0 ? std::min(linear, 1.0f) : 0.0f;
   const float encoded = c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
@@ -39,7 +39,7 @@ void write_png(const std::filesystem::path& path, const Image& image) {
     png.height = image.height;
     png.format = PNG_FORMAT_RGB;
     if (png_image_write_to_stdio(&png, out.stream(), 0, bytes.data(), 0, nullptr) == 0) {
-      out.close();  // says it better, if the disk is the reason
+      out.close();  // throws a better message if the disk is the reason
       fail(Failure::Work, "cannot write {}: {}", path.string(), png.message);
     }
     out.close();

@@ -5,7 +5,8 @@
 
 namespace ballot {
 
-/// Bits 0, 2, 4, ... of x, moved together: the column of Morton number x; even_bits(x >> 1) is the row.
+/// Returns the bits 0, 2, 4, ... of x, moved together. This is the column of Morton number x; even_bits(x >> 1) is its
+/// row.
 constexpr std::uint32_t even_bits(std::uint32_t x) {
   x &= 0x55555555u;
   x = (x | x >> 1) & 0x33333333u;

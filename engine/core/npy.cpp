@@ -1,4 +1,4 @@
-// The format: numpy.lib.format, versions 1.0 to 3.0.
+// The format is that of numpy.lib.format, versions 1.0 to 3.0.
 #include "engine/core/npy.h"
 
 #include <sys/stat.h>
@@ -28,10 +28,10 @@ namespace fs = std::filesystem;
 static_assert(std::endian::native == std::endian::little, "bytes are copied as they are");
 
 constexpr std::string_view kMagic = "\x93NUMPY";
-constexpr std::size_t kMaxHeader = 1 << 20;  // NumPy itself refuses more than 10 000
+constexpr std::size_t kMaxHeader = 1 << 20;  // bytes; NumPy itself refuses more than 10 000
 constexpr std::string_view kHitDescr = "[('t', '<f4'), ('prim', '<u4'), ('u', '<f4'), ('v', '<f4')]";
 
-// What the header's dictionary says. A dtype is kept as canonical text: "<f4", or "[('t', '<f4'), ...]".
+// The contents of a header's dictionary. A dtype is kept as canonical text: "'<f4'", or "[('t', '<f4'), ...]".
 struct Header {
   std::string descr;
   std::optional<bool> fortran_order;
@@ -42,7 +42,7 @@ std::string shape_text(const std::vector<std::uint64_t>& shape) {
   return shape.size() == 1 ? fmt::format("({},)", shape[0]) : fmt::format("({})", fmt::join(shape, ", "));
 }
 
-// The subset of Python's literals that NumPy writes. Every function returns false on text it does not know.
+// Parses the subset of Python literals that NumPy writes. Every function returns false on text that it does not know.
 class HeaderParser {
  public:
   explicit HeaderParser(std::string_view text) : text_(text) {}
@@ -110,7 +110,7 @@ class HeaderParser {
     }
     return true;
   }
-  // A dtype: a string, a number (a field's shape), or a list or tuple of dtypes.
+  // Parses a dtype: a string, a number (the shape of a field), or a list or tuple of dtypes.
   bool dtype(std::string& out, int depth) {
     if (depth > kMaxDepth) return false;
     if (peek('\'') || peek('"')) {
@@ -152,7 +152,7 @@ class HeaderParser {
   std::string_view text_;
 };
 
-// An open .npy file, positioned behind its checked header.
+// An open .npy file, positioned behind its header, which has been checked.
 class NpyFile {
  public:
   explicit NpyFile(const fs::path& path) : path_(path), file_(std::fopen(path.c_str(), "rbe"), &std::fclose) {

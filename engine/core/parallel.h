@@ -1,4 +1,4 @@
-// A loop over chunks on all cores.
+// A parallel loop over chunks.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,9 @@
 
 namespace ballot {
 
-/// Calls work(begin, end) for every chunk of [0, count), each once, from several threads; rethrows the first exception.
+/// Calls work(begin, end) once for every chunk of [0, count), from as many threads as the machine has cores. `work`
+/// must be thread-safe. Returns when all chunks are done. After an exception no new chunk is begun, and the first one
+/// is rethrown.
 template <class Work>
 void for_chunks(std::size_t count, std::size_t chunk, const Work& work) {
   std::atomic<std::size_t> next{0};

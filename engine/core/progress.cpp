@@ -40,10 +40,10 @@ void ProgressBar::hide() {
 void ProgressBar::update(double done) {
   if (!terminal_) return;
   const auto now = std::chrono::steady_clock::now();
-  if (now - last_ < kRedraw) return;  // work of under a tenth of a second shows nothing
+  if (now - last_ < kRedraw) return;  // work that takes less than a tenth of a second shows nothing
   last_ = now;
   drawn_ = true;
-  done = done > 0 ? std::min(done, 1.0) : 0.0;  // a NaN is 0
+  done = done > 0 ? std::min(done, 1.0) : 0.0;  // a NaN becomes 0
   const int cells = static_cast<int>(done * kCells);
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const std::string left = done > 0.01 ? time_left(elapsed * (1 - done) / done) : std::string();

@@ -1,4 +1,4 @@
-// A progress line on the terminal, and silence when standard error is not one.
+// A progress line on the terminal. If standard error is not a terminal, nothing is shown.
 #pragma once
 
 #include <chrono>
@@ -6,8 +6,8 @@
 
 namespace ballot {
 
-/// "building BVH  [#####.....]  50 %  3 s left", redrawn at most ten times a second, erased on destruction.
-/// One at a time; update() may be called from any one thread at a time.
+/// A line such as "building BVH  [#####.....]  50 %  3 s left". It is redrawn at most ten times a second and erased by
+/// the destructor. Only one may exist at a time. update() may be called from any thread, but from one at a time.
 class ProgressBar {
  public:
   explicit ProgressBar(std::string what);
@@ -15,7 +15,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
   void update(double done);  // in [0, 1]
-  void hide();               // erases the line until the next update, for other output
+  void hide();               // erases the line until the next update, so that other output can be written
 
  private:
   std::string what_;

@@ -1,11 +1,11 @@
-// Wall time of scopes.
+// Measures the wall time of scopes.
 #pragma once
 
 #include <chrono>
 
 namespace ballot {
 
-/// Adds the seconds of its scope to a sum.
+/// Adds the wall time of its scope, in seconds, to a sum.
 class Stopwatch {
  public:
   explicit Stopwatch(double& seconds) : seconds_(seconds) {}

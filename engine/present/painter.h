@@ -1,4 +1,5 @@
-// Paints triangles over a window's picture: a user interface, in one draw a command. Knows of no toolkit.
+// Paints the triangles of a user interface over the picture of a window, one draw call per command. It does not depend
+// on any user interface toolkit.
 #pragma once
 
 #include <memory>
@@ -10,41 +11,43 @@
 
 namespace ballot {
 
-/// Triangles that share a clip rectangle.
+/// A range of triangles that share a clip rectangle.
 struct PaintCommand {
   std::uint32_t first_index = 0, index_count = 0;
   std::uint32_t first_vertex = 0;  // added to every index
-  std::int32_t x = 0, y = 0;       // clip rectangle: window pixels from the top left
+  std::int32_t x = 0, y = 0;       // clip rectangle, in window pixels from the top left
   std::uint32_t width = 0, height = 0;
 };
 
-/// Painted in order, each over what was before, alpha not premultiplied.
+/// The commands of a frame. They are painted in order, each over the earlier ones; alpha is not premultiplied.
 struct PaintList {
   std::vector<PaintVertex> vertices;
   std::vector<std::uint32_t> indices;
   std::vector<PaintCommand> commands;
 };
 
-/// Coverage that PaintVertex::u and v look up; one byte a pixel, rows from the top.
+/// The coverage texture that PaintVertex::u and v address: one byte per pixel, rows from the top.
 struct PaintAtlas {
   std::uint32_t width = 0, height = 0;
   std::span<const unsigned char> coverage;
 };
 
+/// The pipeline that paints lists. Belongs to one thread.
 class Painter {
  public:
-  /// `frames` paint lists may be in flight at once. Throws Error(Work).
+  /// Up to `frames` paint lists may be in flight at once. Throws Error(Work).
   Painter(Context& gpu, VkRenderPass pass, std::uint32_t frames);
   ~Painter();
   Painter(const Painter&) = delete;
   Painter& operator=(const Painter&) = delete;
 
-  /// Replaces the atlas; no submission may be pending.
+  /// Replaces the atlas. No submission may be pending.
   void set_atlas(const PaintAtlas& atlas);
 
-  /// Uploads a list for this frame, whose last use must be over.
+  /// Uploads a list for frame number `frame`. The device must have finished the last use of that frame.
   void upload(std::uint32_t frame, const PaintList& list);
-  /// Records the draws of the uploaded list; inside the render pass, on an area of this size. Nothing without an atlas.
+  /// Records the draws of the uploaded list inside the render pass, for a target of size `area`. Does nothing without
+  /// an atlas.
   void record(VkCommandBuffer cmd, std::uint32_t frame, const PaintList& list, VkExtent2D area);
 
  private:

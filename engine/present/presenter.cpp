@@ -10,7 +10,8 @@ namespace ballot {
 
 namespace {
 
-constexpr Use kAcquired{VK_IMAGE_LAYOUT_UNDEFINED, VK_PIPELINE_STAGE_TRANSFER_BIT, 0};  // ready_ is waited for there
+constexpr Use kAcquired{VK_IMAGE_LAYOUT_UNDEFINED, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                        0};  // the submission waits there for Frame::ready
 constexpr Use kFilled{VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_TRANSFER_BIT,
                       VK_ACCESS_TRANSFER_WRITE_BIT};
 constexpr Use kCopied{VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_PIPELINE_STAGE_TRANSFER_BIT,
@@ -128,7 +129,7 @@ bool Presenter::acquire(Frame& frame, VkExtent2D window, std::uint32_t& index) {
   for (int attempt = 0; attempt < 2; ++attempt) {
     if (!follow(window)) return false;
     const VkResult result = swapchain_.acquire(frame.ready, index);
-    if (result == VK_SUBOPTIMAL_KHR) stale_ = true;  // this image is shown still
+    if (result == VK_SUBOPTIMAL_KHR) stale_ = true;  // this image is still shown
     if (result == VK_SUCCESS || result == VK_SUBOPTIMAL_KHR) return true;
     if (result != VK_ERROR_OUT_OF_DATE_KHR) vk_check(result, "asking for the window's next image");
     stale_ = true;
@@ -181,7 +182,7 @@ bool Presenter::show(const ShownPicture& picture, const PaintList& list, std::ui
   submit.pSignalSemaphores = &swapchain_[index].painted;
   const auto start = std::chrono::steady_clock::now();
   vk_check(gpu_.vk().QueueSubmit(gpu_.queue(), 1, &submit, frame.done), "submitting a frame of the window");
-  if (!queries_) {  // the next submission's wall time is to be its own
+  if (!queries_) {  // so that the wall time of the next submission does not include this one
     vk_check(gpu_.vk().WaitForFences(gpu_.device(), 1, &frame.done, VK_TRUE, UINT64_MAX), "waiting for a frame");
     last_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   }
@@ -218,7 +219,7 @@ void Presenter::record(std::uint32_t frame, const Swapchain::Image& image, const
   gpu_.vk().CmdBeginRenderPass(cmd, &pass, VK_SUBPASS_CONTENTS_INLINE);
   painter_->record(cmd, frame, list, swapchain_.extent());
   gpu_.vk().CmdEndRenderPass(cmd);
-  // The next submission may write the pixels, vertices and the picture to stretch again.
+  // The next submission may overwrite the pixels, the vertices and the unscaled picture.
   VkMemoryBarrier barrier{};
   barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
   barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;

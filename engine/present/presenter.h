@@ -1,4 +1,4 @@
-// Shows pictures in a window, with an overlay painted over them.
+// Shows pictures in a window, with a user interface painted over them.
 #pragma once
 
 #include <array>
@@ -9,31 +9,36 @@
 
 namespace ballot {
 
-/// Rows of 8-bit pixels from the top, in the order that Presenter::swap_red() asks for.
+/// A picture with 8 bits per channel, rows from the top. Presenter::swap_red() gives the order of the channels.
 struct ShownPicture {
   const Buffer<std::uint32_t>* pixels = nullptr;
   std::uint32_t width = 0, height = 0;
 };
 
-/// Owns a window's swapchain; two frames are in flight. Made by an Engine that was opened with a window.
+/// Owns the swapchain of a window. Two frames are in flight. Made by an Engine that was opened with a window. Belongs
+/// to one thread.
 class Presenter {
  public:
-  /// Throws Error(Device) if the window takes no 8-bit colours, Error(Work) if something cannot be made.
+  /// Throws Error(Device) if the window supports no 8-bit colours, Error(Work) if a Vulkan object cannot be created.
   Presenter(Context& gpu, Pace pace);
   ~Presenter();
   Presenter(const Presenter&) = delete;
   Presenter& operator=(const Presenter&) = delete;
 
+  /// Replaces the atlas. Waits for the device first.
   void set_atlas(const PaintAtlas& atlas);
 
-  /// Stretches the picture over a window of window_width x window_height pixels (linear filter; none if the sizes are
-  /// equal), paints the list over it, and presents. Follows the window's size by itself. The picture may be written again
-  /// by later submissions. False: nothing was shown, since the window has no area or its size is just changing.
+  /// Scales the picture to the window of window_width x window_height pixels (linear filter; none if the sizes are
+  /// equal), paints the list over it, and presents it. Recreates the swapchain when the window's size changes. Later
+  /// submissions may overwrite the picture. Returns false if nothing was shown, because the window has no area or its
+  /// size is changing.
+  /// Throws Error(Work).
   bool show(const ShownPicture& picture, const PaintList& list, std::uint32_t window_width,
             std::uint32_t window_height);
 
+  /// Returns true if the lowest byte of a pixel must be blue, false if it must be red.
   bool swap_red() const { return swapchain_.format() == VK_FORMAT_B8G8R8A8_UNORM; }
-  /// Device milliseconds of copying, stretching and painting, of a frame that was shown shortly before.
+  /// Returns the device milliseconds of copying, scaling and painting a recent frame.
   double last_ms() const { return last_ms_; }
 
  private:
@@ -64,7 +69,7 @@ class Presenter {
   std::array<Frame, kFrames> frames_;
   std::uint32_t next_ = 0;
   std::unique_ptr<Painter> painter_;
-  VkImage small_ = VK_NULL_HANDLE;  // what is stretched
+  VkImage small_ = VK_NULL_HANDLE;  // the picture before it is scaled
   VkDeviceMemory small_memory_ = VK_NULL_HANDLE;
   VkExtent2D small_size_{};
   bool linear_ = false;

@@ -9,7 +9,8 @@ namespace ballot {
 
 namespace {
 
-/// Pixels carry sRGB values already: a UNORM format stores them as they are, an SRGB one would encode them again.
+/// Returns an 8-bit UNORM format of the window. The pixels are sRGB encoded already: a UNORM format stores them as they
+/// are, an SRGB format would encode them again.
 VkSurfaceFormatKHR choose_format(Context& gpu) {
   std::uint32_t count = 0;
   vk_check(gpu.vk().GetPhysicalDeviceSurfaceFormatsKHR(gpu.physical(), gpu.surface(), &count, nullptr),
@@ -58,7 +59,7 @@ bool Swapchain::create(VkRenderPass pass, VkExtent2D window) {
   vk_check(gpu_.vk().GetPhysicalDeviceSurfaceCapabilitiesKHR(gpu_.physical(), gpu_.surface(), &can),
            "asking what the window can do");
   VkExtent2D extent = can.currentExtent;
-  if (extent.width == 0xFFFFFFFF) {  // the window takes the size of what is shown
+  if (extent.width == 0xFFFFFFFF) {  // the window takes the size of the swapchain
     extent.width = std::clamp(window.width, can.minImageExtent.width, can.maxImageExtent.width);
     extent.height = std::clamp(window.height, can.minImageExtent.height, can.maxImageExtent.height);
   }

@@ -1,4 +1,4 @@
-// The images of a window, made anew when its size changes. Internal to engine/present.
+// The swapchain of a window, recreated when the window's size changes. Internal to engine/present.
 #pragma once
 
 #include <vector>
@@ -7,12 +7,13 @@
 
 namespace ballot {
 
-/// How a finished picture reaches the screen. Neither tears.
+/// How finished pictures reach the screen. Neither mode tears.
 enum class Pace {
-  Refresh,  // FIFO: waits for the screen
-  Latest,   // mailbox where the device has it: the newest picture is shown, older ones are dropped
+  Refresh,  // FIFO: every picture waits for a refresh of the screen
+  Latest,   // mailbox, or FIFO if the device has no mailbox: shows the newest picture and drops older ones
 };
 
+/// Owns the swapchain, its image views and its framebuffers.
 class Swapchain {
  public:
   /// Throws Error(Device) if the surface offers no 8-bit colours.
@@ -21,8 +22,8 @@ class Swapchain {
   Swapchain(const Swapchain&) = delete;
   Swapchain& operator=(const Swapchain&) = delete;
 
-  /// Makes images for a window of this many pixels, once nothing of the old ones is in use. False: the window has no
-  /// area now, and there are no images.
+  /// Creates the images for a window of this many pixels, after waiting until the old ones are no longer in use.
+  /// Returns false if the window has no area; there are no images then. Throws Error(Work).
   bool create(VkRenderPass pass, VkExtent2D window);
   bool exists() const { return swapchain_ != VK_NULL_HANDLE; }
 
@@ -32,8 +33,9 @@ class Swapchain {
     VkFramebuffer framebuffer = VK_NULL_HANDLE;
     VkSemaphore painted = VK_NULL_HANDLE;  // presenting waits for it
   };
-  /// The index of the next image in `index`; `ready` is signalled when it can be drawn to.
+  /// Writes the index of the next image to `index`. `ready` is signalled when the image can be drawn to.
   VkResult acquire(VkSemaphore ready, std::uint32_t& index);
+  /// Presents an image once its semaphore `painted` is signalled.
   VkResult present(std::uint32_t index);
 
   const Image& operator[](std::uint32_t index) const { return images_[index]; }

@@ -7,7 +7,8 @@
 
 namespace ballot {
 
-/// Makes the buffer anew if it holds fewer than `count`; its content is then undefined. True: it is another one.
+/// Replaces the buffer if it holds fewer than `count` records; its content is then undefined. Returns true if it was
+/// replaced.
 template <class T>
 bool make_room(std::unique_ptr<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
   if (buffer && buffer->size() >= count) return false;

@@ -1,13 +1,14 @@
-// A pass of a ray or pixel an invocation.
+// Records a pass with one ray or pixel per invocation.
 #pragma once
 
 #include "engine/vk/kernel.h"
 
 namespace ballot {
 
-constexpr std::uint32_t kPassGroup = 64;  // workgroup of the kernels of shaders/rays/, shade/ and path/
+constexpr std::uint32_t kPassGroup = 64;  // workgroup size of the kernels of shaders/rays/, shade/ and path/
 
-/// Records a pass of so many invocations; its device milliseconds are added to `ms` when it has ended.
+/// Records a pass of `count` invocations. Its device milliseconds are added to `ms` when it has ended, so `ms` must
+/// still exist then.
 inline void run_pass(Context& gpu, Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes,
                      double& ms) {
   gpu.pass(

@@ -6,20 +6,20 @@ namespace ballot {
 
 namespace {
 
-/// FNV-1a, eight bytes at a time.
+/// An FNV-1a hash that takes eight bytes at a time.
 class Digest {
  public:
   std::uint64_t value() const { return hash_; }
 
   void word(std::uint64_t w) {
     hash_ = (hash_ ^ w) * 0x100000001B3u;
-    hash_ ^= hash_ >> 32;  // the product carries upwards only
+    hash_ ^= hash_ >> 32;  // the product carries only towards higher bits
   }
   void number(float f) { word(std::bit_cast<std::uint32_t>(f)); }
   void vector(const glm::vec3& v) {
     for (int i = 0; i < 3; ++i) number(v[i]);
   }
-  /// How many there are is part of it: what moves from one list to the next changes the digest.
+  /// Hashes the size too, so that moving an item from one list to the next changes the digest.
   template <class T, class Each>
   void list(const std::vector<T>& items, Each each) {
     word(items.size());

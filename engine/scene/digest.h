@@ -1,4 +1,4 @@
-// What tells scenes apart.
+// The digest that identifies a scene.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace ballot {
 
-/// Of everything that a picture of the scene depends on, but for views and names: scenes that differ have different ones, but
-/// for chance.
+/// Returns a 64-bit hash of everything that a picture of the scene depends on, except views and names. Different scenes
+/// have different digests, unless they collide by chance.
 std::uint64_t digest_of(const Scene& scene);
 
 }  // namespace ballot

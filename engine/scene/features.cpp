@@ -10,7 +10,7 @@ void add(SceneFeatures& features, const Material& m) {
   features.unlit |= m.unlit;
   features.alpha |= m.alpha_mode != Alpha::Opaque;
   features.base_texture |= bool(m.base_texture);
-  if (m.unlit) return;  // the rest of it is never asked for
+  if (m.unlit) return;  // its other properties are never used
   features.reflects |= m.metallic >= 1 && m.roughness < kMirrorRoughness;
   features.refracts |= m.transmission > 0;
   features.emits |= m.emits();

@@ -1,43 +1,44 @@
-// What a scene holds. What it lacks gets no code, binding, buffer or dispatch.
+// The features of a scene. A feature that the scene lacks gets no code, binding, buffer or dispatch.
 #pragma once
 
 #include <cstdint>
 
 namespace ballot {
 
-/// What the built tree asks of a traversal; made by facts_of (bvh/bvh.h).
+/// The properties of a BVH that traversal kernels depend on; made by facts_of() (engine/bvh/bvh.h).
 struct TreeFacts {
-  std::uint32_t depth = 0;         // inner nodes on the longest path from the root: sizes every stack
+  std::uint32_t depth = 0;         // inner nodes on the longest path from the root: the size of every stack
   std::uint32_t largest_leaf = 0;  // triangles
-  bool far = false;                // boxes are not measured from zero: box_origin(), bvh/bvh.h
+  bool far = false;                // boxes are measured from a nonzero origin: box_origin(), engine/bvh/bvh.h
   bool operator==(const TreeFacts&) const = default;
 };
 
-/// Made by features_of (scene.h). Of materials, those count that some triangle has.
+/// The features of a scene; made by features_of() (scene.h). Only materials that some triangle uses count.
 struct SceneFeatures {
   bool shading_normals = false;
-  bool reflects = false;         // a mirror (metallic 1, roughness below kMirrorRoughness); glossy besides
+  bool reflects = false;         // a mirror (metallic 1, roughness below kMirrorRoughness); such a scene is glossy too
   bool refracts = false;         // transmission
-  bool emits = false;            // emission, and so triangles that light
-  bool glossy = false;           // anything but Lambert's law (Material::is_lambert)
+  bool emits = false;            // emission, hence triangles that are light sources
+  bool glossy = false;           // a material that is not purely Lambertian (Material::is_lambert)
   bool unlit = false;            // KHR_materials_unlit
   bool alpha = false;            // alpha masks or blending
-  bool base_texture = false;     // colour and alpha
-  bool surface_texture = false;  // metallic and roughness
+  bool base_texture = false;     // texture of colour and alpha
+  bool surface_texture = false;  // texture of metallic and roughness
   bool emissive_texture = false;
   bool normal_texture = false;
-  bool lights = false;        // punctual
-  bool sky = false;           // any
-  bool sky_map = false;       // one of the pictures of a sky
-  bool perspective = false;   // kinds of cameras; of a picture, that of its view alone
-  bool orthographic = false;  // (through(), render/camera.h)
+  bool lights = false;   // punctual lights
+  bool sky = false;      // a sky of any kind
+  bool sky_map = false;  // a sky that is a picture
+  // The kinds of cameras. For a picture only the kind of its view is set (through(), engine/render/data/camera.h).
+  bool perspective = false;
+  bool orthographic = false;
   TreeFacts tree = {};
 
   bool textures() const { return base_texture || surface_texture || emissive_texture || normal_texture; }
   bool operator==(const SceneFeatures&) const = default;
 
-  /// Everything that a scene may have, but for the picture of a sky: what kernels cost that are not made for one scene. Stacks
-  /// then have the 64 entries that are common where nobody asks how deep a tree is.
+  /// Returns every feature except a sky map. It serves to measure the cost of kernels that are not compiled for one
+  /// scene. Stacks then have 64 entries, the common choice where the depth of the tree is unknown.
   static constexpr SceneFeatures every() {
     return {.shading_normals = true,
             .reflects = true,

@@ -9,17 +9,17 @@
 namespace ballot {
 namespace {
 
-/// An accessor without data is all zeros, and nothing in the file bounds its count.
+/// The limit for accessors without data: such an accessor is all zeros, and nothing in the file bounds its count.
 constexpr std::size_t kMaxImplicitCount = std::size_t{1} << 24;
 
 template <class T>
 T load(const unsigned char* at) {
   T value;
-  std::memcpy(&value, at, sizeof value);  // glTF aligns, hostile files do not
+  std::memcpy(&value, at, sizeof value);  // glTF requires alignment, but hostile files may lack it
   return value;
 }
 
-/// What one array of elements inside a buffer view needs to be checked.
+/// An array of elements inside a buffer view, to be checked.
 struct Range {
   int view;
   std::size_t offset, count, element_bytes;
@@ -47,7 +47,7 @@ Located locate(const GltfFile& file, const Range& r) {
   if (stride < r.element_bytes)
     fail_in(file.path, "bufferView {} has a byteStride of {}, but an element of {} takes {} bytes", r.view, stride,
             r.place, r.element_bytes);
-  // The last element ends at offset + (count - 1) * stride + element_bytes; solved for count so as not to overflow.
+  // The last element ends at offset + (count - 1) * stride + element_bytes. Solving for count avoids an overflow.
   const std::size_t room = r.offset < view.byteLength ? view.byteLength - r.offset : 0;
   const std::size_t most = room < r.element_bytes ? 0 : (room - r.element_bytes) / stride + 1;
   if (r.count > most)
@@ -143,7 +143,7 @@ double AccessorView::component(std::size_t i, std::size_t c) const {
 }
 
 glm::dvec3 AccessorView::vec3(std::size_t i) const {
-  if (component_type_ == TINYGLTF_COMPONENT_TYPE_FLOAT && sparse_indices_.empty() && data_) {  // nearly always
+  if (component_type_ == TINYGLTF_COMPONENT_TYPE_FLOAT && sparse_indices_.empty() && data_) {  // the usual case
     const unsigned char* at = data_ + i * stride_;
     return {load<float>(at), load<float>(at + 4), load<float>(at + 8)};
   }

@@ -11,12 +11,13 @@
 
 namespace ballot {
 
-/// Elements of an accessor where they lie: every range has been checked when it exists. Valid while the file is.
+/// Reads the elements of an accessor in place. If a view exists, all its ranges have been checked. A view is valid as
+/// long as its file.
 class AccessorView {
  public:
   std::size_t size() const { return count_; }
-  glm::dvec3 vec3(std::size_t i) const;      // normalised integers become [0, 1] or [-1, 1]
-  glm::dvec2 vec2(std::size_t i) const;      // the same
+  glm::dvec3 vec3(std::size_t i) const;      // normalised integers are scaled to [0, 1] or [-1, 1]
+  glm::dvec2 vec2(std::size_t i) const;      // as vec3()
   std::uint32_t index(std::size_t i) const;  // unsigned integers only
 
  private:
@@ -25,16 +26,18 @@ class AccessorView {
   const unsigned char* element(std::size_t i) const;
 
   std::size_t count_ = 0, stride_ = 0, components_ = 1;
-  const unsigned char* data_ = nullptr;  // null: all zero
+  const unsigned char* data_ = nullptr;  // null: all elements are zero
   int component_type_ = 0;
   bool normalized_ = false;
   std::vector<std::uint32_t> sparse_indices_;  // ascending
   const unsigned char* sparse_values_ = nullptr;
 };
 
-/// Checks an accessor (ranges, strides, sparse indices) and opens it; `place` says in errors who asks.
+/// Checks an accessor (ranges, strides, sparse indices) and opens it. `place` names the user of the accessor in errors.
+/// Throws Error(Work).
 AccessorView open_accessor(const GltfFile& file, int index, std::string_view place);
 
+// These also check the type and the component type. Throw Error(Work).
 AccessorView open_positions(const GltfFile& file, int index, std::string_view place);  // VEC3; float or quantised
 AccessorView open_normals(const GltfFile& file, int index, std::string_view place);    // VEC3; float or quantised
 AccessorView open_uvs(const GltfFile& file, int index, std::string_view place);        // VEC2; float or quantised

@@ -48,13 +48,13 @@ void read_textures(const tinygltf::Material& from, const std::string& place, Glt
   to.normal_scale = static_cast<float>(from.normalTexture.scale);
 }
 
-/// A column of length 1; the axis itself where the scale is zero.
+/// Returns the column scaled to length 1; `otherwise` if its length is zero or not finite.
 glm::dvec3 unit(const glm::dvec4& column, const glm::dvec3& otherwise) {
   const double length = glm::length(glm::dvec3{column});
   return length > 0 && std::isfinite(length) ? glm::dvec3{column} / length : otherwise;
 }
 
-/// Rotation nearest in look direction: keeps where -z points, then +y as far as that allows.
+/// Returns the transform with a pure rotation. It keeps the direction of -z, and that of +y as far as possible.
 glm::dmat4 without_scale(const glm::dmat4& m) {
   const glm::dvec3 back = unit(m[2], {0, 0, 1});
   glm::dvec3 up = unit(m[1], {0, 1, 0});
@@ -75,7 +75,7 @@ Material convert_material(const GltfFile& file, std::size_t index, GltfTextures*
   to.alpha_mode = alpha_mode(file, index);
   to.alpha_cutoff = static_cast<float>(from.alphaCutoff);
   to.unlit = from.extensions.contains("KHR_materials_unlit");
-  // tinygltf fills in metallic 1 even if pbrMetallicRoughness is absent; `values` holds what the file says of it.
+  // tinygltf sets metallic to 1 even if pbrMetallicRoughness is absent. `values` holds only what the file gives.
   if (!from.values.empty()) {
     to.metallic = clamped(from.pbrMetallicRoughness.metallicFactor);
     to.roughness = clamped(from.pbrMetallicRoughness.roughnessFactor);

@@ -1,4 +1,4 @@
-// glTF materials, cameras and node transforms as Ballot's. Internal to engine/scene.
+// Converts glTF materials, lights, cameras and node transforms to Ballot's. Internal to engine/scene.
 #pragma once
 
 #include <glm/mat4x4.hpp>
@@ -11,19 +11,24 @@
 
 namespace ballot {
 
-/// Textures are read through `textures`; null: the material is not in use and has none. Throws Error(Work).
+/// Converts a material. Its textures are read through `textures`; null: the material is not in use and gets none.
+/// Appends to `notes` what was mended. Throws Error(Work).
 Material convert_material(const GltfFile& file, std::size_t index, GltfTextures* textures,
                           std::vector<std::string>& notes);
 
-/// The light of KHR_lights_punctual that a node places. Throws Error(Work) on an index or a type that is not there.
+/// Converts the light of KHR_lights_punctual that a node places.
+/// Throws Error(Work) on an index out of range, an unknown type, a position or intensity that is not finite, and an
+/// intensity below 0.
 Light convert_light(const GltfFile& file, std::size_t node, const glm::dmat4& world_from_node);
-/// Whether the node has one.
+/// Returns true if the node places a light.
 bool has_light(const tinygltf::Node& node);
 
-/// Parent from node: `matrix`, else T * R * S. Throws Error(Work) on arrays of the wrong length.
+/// Returns the matrix from the node to its parent: `matrix`, else T * R * S. Throws Error(Work) on arrays of the wrong
+/// length.
 glm::dmat4 node_matrix(const GltfFile& file, std::size_t node);
 
-/// The view of a camera node; scale is removed from its transform. `number` names it if the file does not.
+/// Converts a camera node to a view, without the scale of its transform. A camera without a name is called
+/// "view<number>". Throws Error(Work).
 View convert_camera(const GltfFile& file, std::size_t node, const glm::dmat4& world_from_node, std::size_t number);
 
 }  // namespace ballot

@@ -18,7 +18,7 @@ using Bytes = std::vector<std::byte>;
 
 constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
 constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBin = 0x004E4942;  // "glTF", "JSON", "BIN\0"
-constexpr int kMaxDepth = 256;  // of JSON brackets: tinygltf recurses into "extras" without a limit
+constexpr int kMaxDepth = 256;  // nesting of JSON brackets: tinygltf recurses into "extras" without a limit
 
 std::uint32_t word(const Bytes& bytes, std::size_t at) {
   std::array<std::uint32_t, 4> b{};
@@ -26,7 +26,7 @@ std::uint32_t word(const Bytes& bytes, std::size_t at) {
   return b[0] | b[1] << 8 | b[2] << 16 | b[3] << 24;
 }
 
-/// The JSON chunk of a GLB whose lengths have been checked; tinygltf tests them too late or 8 bytes too wide.
+/// Checks the lengths in a GLB and returns its JSON chunk. tinygltf checks the lengths too late, or 8 bytes too wide.
 std::string_view checked_json_chunk(const std::filesystem::path& path, const Bytes& bytes) {
   if (bytes.size() < kGlbHeader + kChunkHeader)
     fail_in(path, "is cut short: {} bytes, but a GLB header with one chunk takes {}; copy the file again", bytes.size(),
@@ -76,7 +76,7 @@ bool is_image_name(const std::string& name) {
   return std::ranges::find(kImages, extension) != kImages.end();
 }
 
-/// File access that never opens an image and reports a folder as absent.
+/// Returns file access for tinygltf that never opens an image and reports a folder as absent.
 tinygltf::FsCallbacks file_access() {
   return {.FileExists =
               [](const std::string& name, void*) {
@@ -101,19 +101,20 @@ tinygltf::FsCallbacks file_access() {
           .user_data = nullptr};
 }
 
-/// tinygltf's complaint as the tail of a sentence: no line ends, no "[json.exception.parse_error.101] ".
+/// Returns an error text of tinygltf as the end of a sentence: without line ends, and without a prefix such as
+/// "[json.exception.parse_error.101] ".
 std::string tidy(std::string text) {
   if (const auto end = text.find("] "); text.starts_with("[json.exception") && end != std::string::npos)
     text.erase(0, end + 2);
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
   std::ranges::replace(text, '\n', ' ');
-  return text.substr(0, 300);  // a bad data URI would be quoted whole
+  return text.substr(0, 300);  // a bad data URI would be quoted in full
 }
 
 void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view json) {
   tinygltf::TinyGLTF reader;
   reader.SetFsCallbacks(file_access());
-  // Bytes as they are: what no material in use wants is not decoded (gltf_texture.h).
+  // Keeps images encoded: only those that a material in use needs are decoded, later (gltf_texture.h).
   reader.SetImageLoader(
       [](tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* data, int size,
          void*) {
@@ -143,7 +144,8 @@ void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view jso
   fail_in(file.path, "is not valid glTF 2.0: {}; export it again", reason.empty() ? "no reason given" : reason);
 }
 
-/// Extensions of materials change no triangle: requiring one costs a note. Those with a meaning here are not even noted.
+/// Throws on required extensions that Ballot cannot read. Material extensions change no triangle, so an unknown one
+/// gives only a note.
 void check_extensions(GltfFile& file) {
   constexpr std::array<std::string_view, 7> kRead{"KHR_mesh_quantization",      "KHR_materials_emissive_strength",
                                                   "KHR_materials_transmission", "KHR_materials_ior",

@@ -1,4 +1,4 @@
-// A glTF file as tinygltf parses it, after the checks that tinygltf lacks. Internal to engine/scene.
+// Parses glTF files with tinygltf, with the checks that tinygltf lacks. Internal to engine/scene.
 #pragma once
 
 #include <tiny_gltf.h>
@@ -9,17 +9,19 @@
 
 namespace ballot {
 
+/// A parsed glTF file.
 struct GltfFile {
   std::filesystem::path path;
   tinygltf::Model model;
-  std::vector<std::string> notes;  // a sentence each, for Scene::notes
+  std::vector<std::string> notes;  // for Scene::notes, one sentence each
 };
 
-/// Reads .gltf or .glb (the content decides) with its buffers; images stay encoded, and those in files of their own unread.
-/// Refuses truncated files, other glTF versions and required extensions that Ballot lacks. Throws Error(Work).
+/// Reads a .gltf or .glb file, as its content says, with its buffers. Images stay encoded; images in separate files are
+/// not read.
+/// Throws Error(Work) on truncated files, other glTF versions and required extensions that Ballot lacks.
 GltfFile read_gltf(const std::filesystem::path& path);
 
-/// "mesh 3 ('chair')", or "mesh 3" without a name.
+/// Returns "mesh 3 ('chair')", or "mesh 3" without a name.
 std::string label(const char* kind, std::size_t index, const std::string& name);
 
 }  // namespace ballot

@@ -15,7 +15,7 @@ std::size_t triangle_count(int mode, std::size_t corners) {
   return corners < 3 ? 0 : corners - 2;
 }
 
-/// Corner numbers of triangle i, in the order of the glTF 2.0 specification, section 3.7.2.1.
+/// Returns the corner numbers of triangle i, in the order of the glTF 2.0 specification, section 3.7.2.1.
 std::array<std::size_t, 3> corners_of(int mode, std::size_t i) {
   switch (mode) {
     case TINYGLTF_MODE_TRIANGLE_STRIP:
@@ -27,7 +27,8 @@ std::array<std::size_t, 3> corners_of(int mode, std::size_t i) {
   }
 }
 
-/// Rounded once. The sum runs from left to right, so that whoever repeats it in double gets the same bits.
+/// Transforms a point in double and rounds it once. The sum runs from left to right, so any repetition in double gives
+/// the same bits.
 glm::vec3 transform(const glm::dmat4& m, const glm::dvec3& p) {
   return glm::vec3{m[0][0] * p.x + m[1][0] * p.y + m[2][0] * p.z + m[3][0],
                    m[0][1] * p.x + m[1][1] * p.y + m[2][1] * p.z + m[3][1],
@@ -48,14 +49,14 @@ std::vector<glm::vec3> world_positions(const GltfFile& file, const OpenPrimitive
   return world;
 }
 
-/// Inverse transpose up to a positive factor: the cofactors, with the sign of the determinant.
+/// Returns the inverse transpose up to a positive factor: the cofactors, with the sign of the determinant.
 glm::dmat3 normal_matrix(const glm::dmat4& m) {
   const glm::dvec3 a{m[0]}, b{m[1]}, c{m[2]};
   const double sign = glm::dot(glm::cross(a, b), c) < 0 ? -1 : 1;
   return {sign * glm::cross(b, c), sign * glm::cross(c, a), sign * glm::cross(a, b)};
 }
 
-/// Zero for a normal that cannot be used.
+/// Returns the unit vector, or zero if the normal is too short or not finite.
 glm::vec3 unit_or_zero(const glm::dvec3& n) {
   const double length = glm::length(n);
   return length > 1e-30 && std::isfinite(length) ? glm::vec3{n / length} : glm::vec3{0};
@@ -97,7 +98,7 @@ void open_attributes(const GltfFile& file, const tinygltf::Primitive& from, Open
   }
 }
 
-/// Texture coordinates are used as they are: no transform applies to them.
+/// Appends the texture coordinates of a triangle, untransformed. Coordinates that are not finite become (0, 0).
 void append_uvs(const OpenPrimitive& primitive, const std::array<std::size_t, 3>& corners, const Carried& carried,
                 Scene& scene) {
   for (std::size_t set = 0; set < kUvSets; ++set) {
@@ -122,7 +123,7 @@ std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, st
   if (from.mode < TINYGLTF_MODE_TRIANGLES || from.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
     if (from.mode < TINYGLTF_MODE_POINTS || from.mode > TINYGLTF_MODE_TRIANGLE_FAN)
       fail_in(file.path, "{} has mode {}; expected 0 to 6", to.place, from.mode);
-    file.notes.push_back(fmt::format("Of {} (mode {}: points or lines) nothing was read.", to.place, from.mode));
+    file.notes.push_back(fmt::format("{} (mode {}: points or lines) was ignored.", to.place, from.mode));
     return std::nullopt;
   }
   if (!from.attributes.contains("POSITION")) {
@@ -147,7 +148,7 @@ void append_primitive(const GltfFile& file, const OpenPrimitive& primitive, cons
   const float facing = glm::dot(glm::cross(glm::dvec3{world_from_node[0]}, glm::dvec3{world_from_node[1]}),
                                 glm::dvec3{world_from_node[2]}) < 0
                            ? -1.0f
-                           : 1.0f;  // a mirroring transform turns the winding round, not the surface
+                           : 1.0f;  // a mirroring transform reverses the winding, but not the surface
   for (std::size_t i = 0; i < primitive.triangle_count; ++i) {
     std::array<std::size_t, 3> corners = corners_of(primitive.mode, i);
     Triangle triangle;

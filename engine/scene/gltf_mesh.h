@@ -1,4 +1,4 @@
-// glTF primitives as numbered world-space triangles. Internal to engine/scene.
+// Converts glTF primitives to numbered world-space triangles. Internal to engine/scene.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace ballot {
 
-/// A primitive that has triangles, its accessors checked. Indices into GltfFile::model.
+/// A primitive that has triangles, with its accessors checked. The numbers are indices into GltfFile::model.
 struct OpenPrimitive {
   std::size_t mesh = 0, primitive = 0;
   AccessorView positions{};
@@ -22,17 +22,18 @@ struct OpenPrimitive {
   std::string place{};  // "mesh 3 ('chair') primitive 0"
 };
 
-/// Opens a primitive; nothing for points, lines and primitives without POSITION (noted). Throws Error(Work).
+/// Opens a primitive. Returns nothing for points, lines and primitives without POSITION, and adds a note.
+/// Throws Error(Work).
 std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, std::size_t primitive);
 
-/// What else a scene's triangles carry.
+/// The vertex attributes that a scene's triangles carry besides positions.
 struct Carried {
   bool normals = false;
   std::array<bool, kUvSets> uvs{};  // coordinates (0, 0) where a primitive has none
 };
 
-/// Appends the triangles of a primitive, transformed in double and rounded once, and what they carry. The vertex order stays as
-/// in the file, even under a mirroring transform.
+/// Appends the triangles of a primitive and the attributes that they carry. Positions are transformed in double and
+/// rounded once. The vertex order stays as in the file, even under a mirroring transform.
 /// Throws Error(Work) on an index out of range and on a vertex that is not finite.
 void append_primitive(const GltfFile& file, const OpenPrimitive& primitive, const glm::dmat4& world_from_node,
                       const Carried& carried, Scene& scene);

@@ -12,7 +12,7 @@ namespace ballot {
 
 namespace {
 
-/// "a%20b.png" as "a b.png".
+/// Decodes percent escapes: "a%20b.png" becomes "a b.png".
 std::string decoded_uri(const std::string& uri) {
   const auto digit = [](char c) {
     return c >= '0' && c <= '9' ? c - '0' : (c | 32) >= 'a' && (c | 32) <= 'f' ? (c | 32) - 'a' + 10 : -1;
@@ -41,7 +41,7 @@ std::array<double, 2> pair_of(const tinygltf::Value& object, const char* key, do
   return {value.Get(0).GetNumberAsDouble(), value.Get(1).GetNumberAsDouble()};
 }
 
-// translation * rotation * scale, as the extension defines them.
+// Sets the rows to translation * rotation * scale, as KHR_texture_transform defines them.
 void apply_transform(const tinygltf::Value& transform, TextureUse& use) {
   const auto offset = pair_of(transform, "offset", 0), scale = pair_of(transform, "scale", 1);
   const double angle = transform.Has("rotation") ? transform.Get("rotation").GetNumberAsDouble() : 0;

@@ -1,4 +1,4 @@
-// Textures of glTF materials, decoded when a material in use wants them. Internal to engine/scene.
+// The textures of glTF materials. They are decoded only if a material in use needs them. Internal to engine/scene.
 #pragma once
 
 #include <map>
@@ -10,14 +10,16 @@
 
 namespace ballot {
 
-/// Collects the textures and images that materials ask for into a scene, each once.
+/// Adds the textures and images that materials use to a scene, each once.
 class GltfTextures {
  public:
-  /// Keeps references to both.
+  /// Keeps references to both arguments.
   GltfTextures(const GltfFile& file, Scene& scene) : file_(file), scene_(scene) {}
 
-  /// How a material uses a texture (`index` -1: not at all), with KHR_texture_transform. `place` names the material in
-  /// errors. Throws Error(Work) if the file names what it has not, or the image cannot be read or decoded.
+  /// Returns a material's use of texture `index` with coordinate set `set`, including KHR_texture_transform; an index
+  /// of -1 gives no texture. `place` names the material in errors.
+  /// Throws Error(Work) if the file refers to something that it does not contain, or the image cannot be read or
+  /// decoded.
   TextureUse use(int index, int set, const tinygltf::ExtensionMap& extensions, bool srgb, const std::string& place);
 
  private:
@@ -26,7 +28,7 @@ class GltfTextures {
 
   const GltfFile& file_;
   Scene& scene_;
-  std::map<std::pair<int, bool>, std::uint32_t> textures_, images_;  // by index in the file, and sRGB or linear
+  std::map<std::pair<int, bool>, std::uint32_t> textures_, images_;  // key: index in the file; sRGB or linear
 };
 
 }  // namespace ballot

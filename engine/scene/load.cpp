@@ -1,4 +1,4 @@
-// The scene formats, and what every one of them needs before its loader runs.
+// The scene formats, and the checks before a loader runs.
 #include <algorithm>
 #include <array>
 #include <cctype>

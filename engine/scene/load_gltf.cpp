@@ -1,4 +1,4 @@
-// glTF 2.0: the default scene's nodes, depth first, as flat triangles.
+// Loads glTF 2.0: the nodes of the default scene, depth first, become flat triangles.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -23,7 +23,8 @@ std::size_t checked_node(const GltfFile& file, int node, const std::string& plac
   return static_cast<std::size_t>(node);
 }
 
-/// Every node's parent (-1: none). A second parent would make a small file's scene exponentially large.
+/// Returns the parent of every node (-1: none). Throws on a second parent, which could make the scene of a small file
+/// exponentially large.
 std::vector<int> parents_of(const GltfFile& file) {
   const auto& nodes = file.model.nodes;
   std::vector<int> parents(nodes.size(), -1);
@@ -38,7 +39,8 @@ std::vector<int> parents_of(const GltfFile& file) {
   return parents;
 }
 
-/// With at most one parent each, the nodes that no parentless node leads to are those on and below a cycle.
+/// Throws if the nodes form a cycle. Every node has at most one parent, so the nodes that cannot be reached from a node
+/// without a parent are exactly those on and below a cycle.
 void check_cycles(const GltfFile& file, const std::vector<int>& parents) {
   const auto& nodes = file.model.nodes;
   std::vector<std::size_t> reached;
@@ -75,7 +77,8 @@ std::vector<std::size_t> root_nodes(const GltfFile& file, const std::vector<int>
   return roots;
 }
 
-/// The default scene's nodes, depth first in file order, with their transforms. Without recursion: files may be deep.
+/// Returns the nodes of the default scene with their transforms, depth first in file order. There is no recursion,
+/// because files may be deeply nested.
 std::vector<PlacedNode> placed_nodes(const GltfFile& file) {
   const std::vector<int> parents = parents_of(file);
   check_cycles(file, parents);
@@ -147,7 +150,7 @@ void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::v
       for (const OpenPrimitive& primitive : *mesh) append_primitive(file, primitive, p.world_from_node, carried, scene);
 }
 
-/// All materials, but the textures of those alone that a triangle has.
+/// Reads all materials, but textures only for those that some triangle uses.
 void read_materials(const GltfFile& file, const OpenMeshes& meshes, Scene& scene) {
   std::set<std::size_t> used;
   for (const auto& [mesh, primitives] : meshes)
@@ -171,14 +174,15 @@ void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Sce
     View view = convert_camera(file, p.node, p.world_from_node, scene.views.size());
     const std::string given = view.name;
     for (std::size_t n = 2; !names.insert(view.name).second; ++n) view.name = fmt::format("{}_{}", given, n);
-    if (view.name != given) scene.notes.push_back(fmt::format("A second view '{}' became '{}'.", given, view.name));
+    if (view.name != given)
+      scene.notes.push_back(fmt::format("A second view named '{}' was renamed to '{}'.", given, view.name));
     scene.views.push_back(std::move(view));
   }
 }
 
 void note_ignored(const tinygltf::Model& model, Scene& scene) {
   if (!model.animations.empty() || !model.skins.empty())
-    scene.notes.emplace_back("Its animations and skins were ignored; the nodes' own transforms stand.");
+    scene.notes.emplace_back("The file's animations and skins were ignored; the nodes keep their own transforms.");
   for (const std::string& name : model.extensionsUsed)
     if (name == "EXT_mesh_gpu_instancing") scene.notes.push_back(fmt::format("The extension {} was ignored.", name));
 }

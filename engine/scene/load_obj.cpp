@@ -1,4 +1,4 @@
-// OBJ with MTL: faces in file order as flat triangles.
+// Loads OBJ with MTL: the faces become flat triangles in file order.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -11,9 +11,10 @@
 namespace ballot {
 namespace {
 
+/// The faces of a file, cut into triangles.
 struct Cut {
   std::vector<std::array<std::uint32_t, 3>> corners;  // per triangle, into ObjFile::corners
-  std::vector<std::uint32_t> face;                    // per triangle
+  std::vector<std::uint32_t> face;                    // per triangle, into ObjFile::faces
 };
 
 Cut cut_faces(const ObjFile& file) {
@@ -39,7 +40,8 @@ Cut cut_faces(const ObjFile& file) {
   return cut;
 }
 
-/// Normals of smoothing groups: those of a vertex's triangles of one group, weighted by their angle there.
+/// The normals of smoothing groups: the mean normal of a vertex's triangles of one group, weighted by their angle at
+/// the vertex.
 class SmoothNormals {
  public:
   SmoothNormals(const ObjFile& file, const Cut& cut, const std::vector<Triangle>& triangles) {
@@ -60,7 +62,7 @@ class SmoothNormals {
     }
   }
 
-  /// Zero if there is none.
+  /// Returns the normal of a corner; zero if there is none.
   glm::vec3 at(const ObjFace& face, const ObjCorner& corner) const {
     const auto found = sums_.find(key(face, corner));
     if (found == sums_.end()) return glm::vec3{0};

@@ -1,4 +1,4 @@
-// What the scene loaders share. Internal to engine/scene.
+// Declarations that the scene loaders share. Internal to engine/scene.
 #pragma once
 
 #include <filesystem>
@@ -10,11 +10,11 @@
 
 namespace ballot {
 
-Scene load_gltf(const std::filesystem::path& path);  // .gltf and .glb; which one, the content says
+Scene load_gltf(const std::filesystem::path& path);  // .gltf or .glb, as the content says
 Scene load_obj(const std::filesystem::path& path);
 
-/// Triangles that one scene may hold: instancing lets a small file ask for any number. 72 bytes each with normals, 24 more
-/// for texture coordinates.
+/// The most triangles of a scene. A limit is needed because instancing lets a small file ask for any number. A triangle
+/// with normals takes 72 bytes, and 24 more with texture coordinates.
 inline constexpr std::size_t kMaxTriangles = std::size_t{1} << 28;
 
 /// Throws Error(Work) "PATH: text".
@@ -23,7 +23,7 @@ template <class... Args>
   throw Error(Failure::Work, path.string() + ": " + fmt::format(text, std::forward<Args>(args)...));
 }
 
-/// Unit normal of a triangle, counter-clockwise; (0, 1, 0) if it has no area.
+/// Returns the unit normal of a triangle, for counter-clockwise winding; (0, 1, 0) if it has no area.
 glm::vec3 geometric_normal(const Triangle& triangle);
 
 }  // namespace ballot

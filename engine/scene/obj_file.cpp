@@ -24,7 +24,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(start, text.find_last_not_of(kSpace) - start + 1);
 }
 
-/// Cuts the next word off `text`; empty at its end.
+/// Removes the next word from `text` and returns it; empty at the end of the text.
 std::string_view next_word(std::string_view& text) {
   const std::size_t start = text.find_first_not_of(kSpace);
   if (start == std::string_view::npos) return text = {};
@@ -124,7 +124,8 @@ class Parser {
     to.push_back(v);
   }
 
-  /// An index from 1, or from -1 backwards, as one from 0. Forward references are legal: ranges are checked at the end.
+  /// Converts an index that counts from 1, or backwards from -1, to one that counts from 0. Forward references are
+  /// legal, so finish() checks the ranges.
   std::int32_t index(std::string_view word, std::size_t count, const char* kind) {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -168,7 +169,7 @@ class Parser {
   }
 
   std::uint32_t material_named(const std::string& name) {
-    // The last of a name counts, as in tinyobjloader, so that a later library may override.
+    // The last material of a name wins, as in tinyobjloader, so that a later library can override an earlier one.
     for (std::size_t i = file_.materials.size(); i-- > 0;)
       if (file_.materials[i].name == name) return static_cast<std::uint32_t>(i);
     if (missing_.insert(name).second)
@@ -177,7 +178,7 @@ class Parser {
   }
 
   void library(std::string_view names) {
-    if (try_library(names)) return;  // the whole rest of the line: a name with spaces
+    if (try_library(names)) return;  // the rest of the line as one name with spaces
     while (!names.empty()) {
       const std::string_view name = next_word(names);
       if (!name.empty() && !try_library(name))

@@ -1,4 +1,4 @@
-// The statements of an OBJ file, and its MTL materials. Internal to engine/scene.
+// Parses OBJ files and their MTL materials. Internal to engine/scene.
 #pragma once
 
 #include <cstdint>
@@ -19,27 +19,28 @@ struct ObjCorner {
 };
 
 struct ObjFace {
-  std::uint32_t first = 0, count = 0;  // corners
+  std::uint32_t first = 0, count = 0;  // range of ObjFile::corners
   std::uint32_t material = kNoMaterial;
-  std::uint32_t smoothing = 0;  // group; 0: flat
-  std::uint32_t line = 0;       // from 1
+  std::uint32_t smoothing = 0;  // smoothing group; 0: flat
+  std::uint32_t line = 0;       // line number in the file, from 1
 };
 
 struct ObjFile {
   std::vector<glm::vec3> vertices, normals;
-  std::vector<ObjCorner> corners;  // counted from 0; ranges checked
-  std::vector<ObjFace> faces;      // of 3 corners or more, in file order
+  std::vector<ObjCorner> corners;  // indices from 0, in range
+  std::vector<ObjFace> faces;      // with 3 corners or more, in file order
   std::vector<Material> materials;
   std::vector<std::string> notes;
 };
 
-/// Parses an OBJ file and the MTL files it names. Throws Error(Work) "PATH:LINE: ..."; a missing MTL is a note.
+/// Parses an OBJ file and the MTL files that it names. A missing MTL file gives a note.
+/// Throws Error(Work) "PATH:LINE: ...".
 ///
-/// Own code rather than tinyobjloader's, which turns an unreadable number ("nan" too) into 0, rounds decimals twice and
-/// names no line for a wrong index. Materials do go through tinyobjloader.
+/// tinyobjloader is not used here: it turns an unreadable number (also "nan") into 0, rounds decimals twice, and names
+/// no line for a wrong index. It does read the materials.
 ObjFile read_obj(const std::filesystem::path& path);
 
-/// Appends the materials of an MTL file; false if there is no such file.
+/// Appends the materials of an MTL file. Returns false if there is no such file.
 bool read_mtl(const std::filesystem::path& path, std::vector<Material>& materials);
 
 }  // namespace ballot

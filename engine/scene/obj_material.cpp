@@ -1,4 +1,4 @@
-// MTL materials, through tinyobjloader, as Ballot's.
+// Reads MTL materials with tinyobjloader and converts them to Ballot's.
 #include <tiny_obj_loader.h>
 
 #include <algorithm>
@@ -18,8 +18,8 @@ glm::vec3 color(const tinyobj::real_t (&from)[3], float most) {
 
 float largest(const glm::vec3& c) { return std::max({c.x, c.y, c.z}); }
 
-/// MTL's illumination models 4, 6, 7 and 9 are glass; 3 and 5 are mirrors where Ks is high. Phong's exponent n gives a
-/// roughness of (2 / (n + 2))^(1/4), the usual match of the lobes' widths.
+/// Converts a material. MTL's illumination models 4, 6, 7 and 9 become glass; 3 and 5 become mirrors if Ks is high. A
+/// Phong exponent n becomes a roughness of (2 / (n + 2))^(1/4), which is the usual match of the lobes' widths.
 Material convert(const tinyobj::material_t& from) {
   constexpr float kMirrorSpecular = 0.5f;
   const glm::vec3 specular = color(from.specular, 1);

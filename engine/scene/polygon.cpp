@@ -9,12 +9,13 @@
 namespace ballot {
 namespace {
 
-/// Ear clipping takes the cube of this many steps; larger polygons are cut as fans.
+/// The most corners for ear clipping, which takes up to the cube of the number of corners in steps. Larger polygons are
+/// cut as fans.
 constexpr std::size_t kMaxClipped = 512;
 
 using Points = std::vector<glm::dvec2>;
 
-/// The polygon seen along its normal (Newell's), counter-clockwise.
+/// Projects the polygon along the dominant axis of its normal (Newell's), so that it is counter-clockwise.
 Points flattened(std::span<const glm::vec3> polygon) {
   glm::dvec3 normal{0};
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -41,7 +42,7 @@ bool is_convex(const Points& points) {
   return true;
 }
 
-/// Whether the corner at place i of the remaining ones sticks out and holds no other.
+/// Returns true if the remaining corner i is convex and its triangle contains no other corner.
 bool is_ear(const Points& points, const std::vector<std::uint32_t>& left, std::size_t i) {
   const std::size_t n = left.size();
   const std::uint32_t a = left[(i + n - 1) % n], b = left[i], c = left[(i + 1) % n];
@@ -68,7 +69,7 @@ void triangulate(std::span<const glm::vec3> polygon, std::vector<std::array<std:
         const std::size_t n = left.size();
         std::size_t ear = 0;
         while (ear < n && !is_ear(points, left, ear)) ++ear;
-        if (ear == n) break;  // crosses itself, or has no area: the rest becomes a fan
+        if (ear == n) break;  // the polygon crosses itself or has no area: the rest becomes a fan
         triangles.push_back({left[(ear + n - 1) % n], left[ear], left[(ear + 1) % n]});
         left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
       }

@@ -65,7 +65,7 @@ Bounds bounds_of(const Scene& scene) {
   return bounds;
 }
 
-/// Sees the whole bounding sphere, from the front right and a little above.
+/// Returns a view of the whole bounding sphere, from the front right and a little above.
 View framing_view(const Bounds& bounds) {
   const glm::dvec3 lo{bounds.lo}, hi{bounds.hi};
   const double radius = glm::length(hi - lo) / 2;

@@ -1,4 +1,4 @@
-// Skies: constant, gradient, or a picture.
+// Makes skies: constant, gradient, or a picture.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -19,7 +19,7 @@ bool usable(const glm::vec3& c) {
   return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z) && c.x >= 0 && c.y >= 0 && c.z >= 0;
 }
 
-/// Nothing unless the text is three numbers with commas.
+/// Parses three finite numbers that are not below 0, separated by commas. Returns false for any other text.
 bool parse_color(const std::string& text, glm::vec3& color) {
   const char* at = text.c_str();
   for (int i = 0; i < 3; ++i) {
@@ -83,7 +83,7 @@ Sky make_sky(const std::string& word) {
   Sky sky{.kind = Sky::Kind::Constant};
   if (parse_color(word, sky.zenith)) return sky;
   if (word.ends_with(".exr")) return read_map(word);
-  fail(Failure::Arguments, "--sky {}: no such sky; there are: {}", word, kForms);
+  fail(Failure::Arguments, "--sky {}: unknown sky; expected {}", word, kForms);
 }
 
 }  // namespace ballot

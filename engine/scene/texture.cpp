@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kMostPixels = 16384;  // on a side
 
-// IEC 61966-2-1.
+// Returns the linear value of each sRGB byte, by IEC 61966-2-1.
 const std::array<float, 256>& linear_of_srgb() {
   static const std::array<float, 256> table = [] {
     std::array<float, 256> t{};

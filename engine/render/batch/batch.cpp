@@ -44,7 +44,7 @@ std::vector<Hit> RayBatch::hits() const {
 
 std::vector<RayStart> RayBatch::starts() const {
   if (!frame_ || frame_->from_camera) return {};
-  std::vector<std::vector<RayStart>> sources;  // by chunk of primaries, at the indices of its list of starts
+  std::vector<std::vector<RayStart>> sources;  // for each chunk of primary rays, in the order of its list of starts
   for (std::size_t i = 0; i < frame_->primaries.size(); ++i) {
     const Chunk& c = frame_->primaries[i];
     std::vector<Ray> rays(c.count);
@@ -80,8 +80,9 @@ Batches::Batches(Context& gpu, Tracer& tracer, SceneData& scene) : gpu_(gpu), tr
 
 Batches::~Batches() = default;
 
-// One dispatch each, as a split costs an idle tail; but within the limits of a binding, of an allocation (never above
-// 2 GiB) and of a dispatch, and under a second at 20 Mrays/s, so that no watchdog fires.
+// A batch is one dispatch if possible, because every split leaves the device idle at its end. A dispatch must stay
+// within the limits of a binding, of an allocation (never above 2 GiB) and of a dispatch, and below a second at 20
+// Mrays/s, so that no watchdog fires.
 std::uint32_t Batches::chunk_rays() const {
   const DeviceInfo& d = gpu_.info();
   constexpr std::uint64_t kLargestRecord = std::max({sizeof(Ray), sizeof(FilmPixel), sizeof(RayStats)});
@@ -102,7 +103,7 @@ std::unique_ptr<RayBatch> Batches::make(std::string name, std::span<const Ray> r
   return batch;
 }
 
-// A batch has one method, though its chunks are traced one by one.
+// All chunks of a batch use the same method, so the query is resolved once, with the first chunk.
 Query Batches::resolve(const RayBatch& batch, Query query) {
   query.want = batch.want_;
   query.rays = batch.sort_;
@@ -112,7 +113,7 @@ Query Batches::resolve(const RayBatch& batch, Query query) {
 
 TraceTimes Batches::trace(RayBatch& batch, Query query) {
   query = resolve(batch, std::move(query));
-  tracer_.variant(query);  // an unknown method is an error even without rays
+  tracer_.variant(query);  // throws on an unknown method even if there are no rays
   TraceTimes times;
   for (Chunk& c : batch.chunks_) {
     const TraceTimes part = tracer_.trace(c.rays, c.hits, c.count, query);

@@ -1,4 +1,4 @@
-// Rays that stay on the device with room for their hits, so that they can be traced and timed again and again.
+// Batches of rays that stay on the device together with their hits, so they can be traced and timed repeatedly.
 #pragma once
 
 #include <map>
@@ -14,45 +14,47 @@
 
 namespace ballot {
 
-/// Device milliseconds of the passes of one frame.
+/// The device milliseconds of the passes of one frame.
 struct FrameTimes {
-  double generate_ms = 0;  // primary rays, and this kind's from their hits
-  double trace_ms = 0;     // of the primary rays, and of this kind's
-  double shade_ms = 0;     // of every hit of this kind's rays into a film
+  double generate_ms = 0;  // making the primary rays, and the batch's rays from their hits
+  double trace_ms = 0;     // tracing the primary rays and the batch's rays
+  double shade_ms = 0;     // shading every hit of the batch's rays into a film
   double total_ms() const { return generate_ms + trace_ms + shade_ms; }
 };
 
-/// Where a ray from a primary hit comes from.
+/// The primary ray and its hit from which a secondary ray starts.
 struct RayStart {
   Ray primary;
   Hit hit;
 };
 
-/// Rays on the device. They lie in as many buffers as the device's limits want, each traced by a dispatch of its own.
-/// Made by an Engine, which it must not outlive.
+/// Rays on the device with room for their hits. The device's limits may split them into several buffers; each is traced
+/// by a dispatch of its own. Made by an Engine, which the batch must not outlive.
 class RayBatch {
  public:
   ~RayBatch();
 
-  const std::string& name() const { return name_; }  // of the ray kind, or of foreign rays
-  const std::string& view() const { return view_; }  // empty for foreign rays
+  const std::string& name() const { return name_; }  // the ray kind's name, or the name given to foreign rays
+  const std::string& view() const { return view_; }  // the view's name; empty for foreign rays
   Want want() const { return want_; }
   bool any() const { return want_ == Want::Any; }
-  std::size_t count() const { return count_; }  // no dead rays of tile padding; 0 where a kind starts at hits: no hit
-  const std::string& sort() const { return sort_; }     // as Query::rays takes it
-  bool has_frame() const { return frame_ != nullptr; }  // false: foreign rays
+  /// Returns the number of rays, without dead rays of tile padding. It is 0 for secondary rays if nothing was hit.
+  std::size_t count() const { return count_; }
+  const std::string& sort() const { return sort_; }     // the ray class, for Query::rays
+  bool has_frame() const { return frame_ != nullptr; }  // false for foreign rays
 
-  /// Copies of the count() rays, and of the hits of the last trace at the same indices. Before a trace the hits are
-  /// undefined.
+  /// Return copies of the count() rays, and of the hits of the last trace at the same indices. Before the first trace
+  /// the hits are undefined.
   std::vector<Ray> rays() const;
   std::vector<Hit> hits() const;
 
-  /// The primary ray and its hit that each ray started from, at the same indices; empty for primary and foreign rays.
+  /// Returns the primary ray and hit that each ray starts from, at the same indices; empty for primary and foreign
+  /// rays.
   std::vector<RayStart> starts() const;
-  /// The prims of those hits alone.
+  /// Returns only the prims of those hits.
   std::vector<std::uint32_t> start_prims() const;
 
-  /// Fills every hit with this byte, so that records that a trace does not write can be counted.
+  /// Fills every hit record with this byte, so that records that a trace leaves unwritten can be counted.
   void fill_hits(std::uint8_t byte);
 
  private:
@@ -71,23 +73,25 @@ class RayBatch {
   Want want_;
   std::size_t count_ = 0;
   std::vector<Chunk> chunks_;
-  std::unique_ptr<Frame> frame_;  // what made the rays
+  std::unique_ptr<Frame> frame_;  // the passes that make the rays; null for foreign rays
 };
 
-/// The point light of kind shadow hangs off the camera, up and to the right, and never behind a wall: on this ray, whose nearest hit
-/// says where.
+/// Returns the ray from the camera, up and to the right, on which the point light of ray kind "shadow" lies. The
+/// nearest hit of this ray bounds the light's distance, so the light is never behind a wall.
 Ray light_ray(const View& view);
+/// Returns the position of the point light, given the nearest hit of light_ray().
 glm::vec3 light_at(const View& view, const Hit& hit, const Scene& scene);
+/// Traces light_ray() and returns the position of the point light.
 glm::vec3 point_light(Tracer& tracer, const Scene& scene, const View& view);
 
-/// Makes batches and runs them. Keeps the kernels that batches share.
+/// Makes batches and runs them. Keeps the kernels that batches share. Belongs to one thread.
 class Batches {
  public:
-  /// Keeps references to all of them.
+  /// Keeps references to all arguments.
   Batches(Context& gpu, Tracer& tracer, SceneData& scene);
   ~Batches();
 
-  // Contracts: engine/ballot.h.
+  // The contracts of these functions are in engine/ballot.h.
   std::unique_ptr<RayBatch> make(const View& view, const RayKind& kind, std::uint32_t width, std::uint32_t height,
                                  const RayKindOptions& options);
   std::unique_ptr<RayBatch> make(std::string name, std::span<const Ray> rays, Want want);

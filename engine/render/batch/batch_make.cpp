@@ -1,4 +1,4 @@
-// Batches of ray kinds: what a frame needs is made once, then run by its passes.
+// Makes batches of ray kinds. The buffers and kernels of a frame are made once; its passes then run repeatedly.
 #include <algorithm>
 #include <glm/geometric.hpp>
 
@@ -13,7 +13,7 @@ namespace {
 
 std::uint32_t groups_of(std::uint32_t count) { return (count + kGeneratorGroup - 1) / kGeneratorGroup; }
 
-/// The pixels of a picture, in the order of their rays.
+/// Returns the pixels of a picture, in the order of their rays.
 std::vector<std::uint32_t> pixels_inside(std::uint32_t width, std::uint32_t height) {
   std::vector<std::uint32_t> pixels;
   pixels.reserve(std::size_t(width) * height);
@@ -80,7 +80,7 @@ double Batches::generate_primaries(RayBatch& batch) {
   return ms;
 }
 
-// The hits of the default query; every method that finds what is to be found finds these.
+// The starts are the hits of the default query. Every method that finds the correct hits finds the same ones.
 void Batches::make_starts(Frame& frame) {
   const std::vector<std::uint32_t> listed =
       frame.listed.empty() ? std::vector<std::uint32_t>{} : pixels_inside(frame.camera.width, frame.camera.height);
@@ -129,7 +129,8 @@ glm::vec3 point_light(Tracer& tracer, const Scene& scene, const View& view) {
   return light_at(view, hit, scene);
 }
 
-// Every generator's rays of every chunk of primary hits, one after the other, laid over the chunks of the batch.
+// Concatenates the rays of every generator and chunk of primary hits, and splits them at the chunk borders of the
+// batch.
 void Batches::plan(RayBatch& batch, const RayKind& kind, const RayKindOptions& options) {
   Frame& frame = *batch.frame_;
   SecondaryPush push{};

@@ -10,8 +10,8 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint8_t kPattern =
-    0xA5;  // no hit that a kernel writes looks like this: such a prim is beyond all scenes
+// No kernel writes a hit of these bytes: the prim is larger than in any scene.
+constexpr std::uint8_t kPattern = 0xA5;
 
 bool untouched(const Hit& hit) {
   Hit pattern;
@@ -69,7 +69,7 @@ ErrorFigures HitChecker::verify(RayBatch& batch, const ExactTruth& truth, const 
   const std::vector<RayStart> starts = batch.starts();
   for (std::size_t i = 0; i < starts.size(); ++i) {
     if (hits[i].prim != starts[i].hit.prim) continue;
-    // A shadow ray to a light behind the surface meets its own triangle rightly.
+    // A shadow ray to a light behind the surface crosses its own triangle: that self hit is correct.
     const std::optional<Triangle> own = exact_.triangle(hits[i].prim);
     const bool right = own && batch.name() == "shadow" && goes_behind(*own, starts[i].primary, truth.rays[i]);
     figures.self_hits += right ? 0 : 1;

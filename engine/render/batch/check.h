@@ -1,4 +1,4 @@
-// Hits of a batch held to the CPU oracle.
+// Checks the hits of a batch against the CPU oracle.
 #pragma once
 
 #include <span>
@@ -10,37 +10,41 @@
 
 namespace ballot {
 
-/// The rays of a batch and what the oracle says of each; takes long to make, so make it once for many queries.
+/// The rays of a batch and the oracle's hit of each. Making it takes long, so make it once for many queries.
 struct Truth {
   std::vector<Ray> rays;
   std::vector<OracleHit> hits;
 };
 
+/// The result of checking a batch.
 struct HitCheck {
-  Judgement judgement;          // of all records, the unwritten ones too
-  std::uint64_t unwritten = 0;  // records that the trace left as they were
+  Judgement judgement;          // of all records, including the unwritten ones
+  std::uint64_t unwritten = 0;  // records that the trace did not write
 };
 
-/// The rays of a batch and what each hits exactly (engine/oracle/exact.h); make it once for many queries.
+/// The rays of a batch and the exact hit of each (engine/oracle/exact.h). Make it once for many queries.
 struct ExactTruth {
   std::vector<Ray> rays;
   std::vector<ExactHit> hits;
-  ExactCounts counts;  // of these rays
+  ExactCounts counts;  // the exact oracle's counts for these rays
   double seconds = 0;  // wall time of the oracle
 };
 
+/// Traces batches and checks their hits. The contracts are in engine/ballot.h.
 class HitChecker {
  public:
-  /// Keeps references to both.
+  /// Keeps references to both arguments.
   HitChecker(Tracer& tracer, Batches& batches);
 
   Truth truth(const RayBatch& batch) const;
-  /// Fills the hits with a pattern, traces, and judges every record. truth is of this batch.
+  /// Fills the hits with a pattern, traces the batch, and judges every record. `truth` must be of this batch.
   HitCheck check(RayBatch& batch, const Truth& truth, const Query& query) const;
 
   ExactTruth exact_truth(const RayBatch& batch, const Progress& progress) const;
-  /// Fills the hits with a pattern, traces, and holds every record to the exact truth, unwritten ones too.
+  /// Fills the hits with a pattern, traces the batch, and compares every record to the exact truth, including the
+  /// unwritten ones.
   ErrorFigures verify(RayBatch& batch, const ExactTruth& truth, const Query& query, std::size_t max_cases) const;
+  /// Compares given answers to the exact truth, without tracing.
   ErrorFigures judge(std::span<const Ray> rays, std::span<const Hit> answers, const ExactTruth& truth,
                      const Query& query, std::size_t max_cases) const;
 

@@ -1,5 +1,6 @@
-// Every rule of where a ray from a hit starts. A new one is a line here, a number in shaders/shared/render.h and a file
-// shaders/lib/origin_<name>.glsl, included by shaders/lib/origin/secondary.glsl.
+// The registry of origin offset policies: how far a secondary ray starts from the surface that it leaves. A new policy
+// is a line here, a number in shaders/shared/render.h and a file shaders/lib/origin/<name>.glsl that
+// shaders/lib/origin/secondary.glsl includes.
 #pragma once
 
 #include <string_view>
@@ -18,12 +19,12 @@ inline constexpr OffsetPolicy kOffsetPolicies[] = {
     {"constant", ORIGIN_CONSTANT, "a share of the scene's diagonal along the normal, 1e-4 unless told otherwise"},
     {"ulp", ORIGIN_ULP, "256 units in the last place along the normal (Waechter and Binder 2019)"},
     {"pbrt", ORIGIN_PBRT, "the bound of the point's rounding error (Pharr, Jakob and Humphreys, section 6.8)"},
-    {"proved", ORIGIN_PROVED, "no farther than proved enough to leave the triangle, for watertight arithmetic alone"},
+    {"proved", ORIGIN_PROVED, "an offset proved to leave the triangle, and no larger; for watertight arithmetic only"},
     {"bounded", ORIGIN_BOUNDED, "the same, with room for the rounding of other arithmetics"},
 };
 inline constexpr std::string_view kDefaultOffset = "bounded";
 
-/// Throws Error(Arguments) that lists the policies there are.
+/// Returns the policy of this name. Throws Error(Arguments) that lists the known names.
 const OffsetPolicy& find_offset_policy(std::string_view name);
 
 }  // namespace ballot

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kRaysPerOriginsChunk = 1024;
 
-/// Of float32, at a magnitude.
+/// Returns the float32 unit in the last place at a magnitude.
 double ulp_of(double magnitude) {
   return std::ldexp(1.0, std::max(std::ilogb(std::max(magnitude, 0x1p-126)), -126) - 23);
 }

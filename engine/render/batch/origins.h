@@ -1,4 +1,4 @@
-// Where rays from hits start, held to what they should do: leave their triangle, and lose nothing else.
+// Checks the origins of secondary rays: each ray must leave its triangle and must not skip another surface.
 #pragma once
 
 #include <vector>
@@ -8,19 +8,21 @@
 
 namespace ballot {
 
+/// The result for one ray.
 struct OriginCheck {
-  // The nearest hit that the trace gives is the triangle that the ray starts from: an error, as no ray that leaves a flat
-  // triangle returns to it. Shadow rays to a light behind the surface do not leave it; their hits are right.
+  /// The nearest hit of the trace is the triangle that the ray starts from. This is an error: a ray that leaves a flat
+  /// triangle never returns to it. Shadow rays to a light behind the surface cross it; their self hits do not count.
   bool self_hit;
-  bool lost_contact;  // what the ray should meet first lies before its origin or its t_min (engine/oracle/contact.h)
-  double offset;      // distance of the origin from the surface point, scene units
-  double ulps;        // the same in float32 units in the last place of the point's largest coordinate
+  bool lost_contact;  // the first surface on the ideal ray lies before the origin or t_min (engine/oracle/contact.h)
+  double offset;      // distance from the surface point to the origin, scene units
+  double ulps;        // the same in float32 ulps of the point's largest coordinate
 };
 
-/// Whether a ray that starts where `primary` hits the triangle points away from the side that `primary` came from.
+/// Returns true if `ray`, which starts at the hit of `primary` on the triangle, points to the side of the triangle that
+/// `primary` did not come from.
 bool goes_behind(const Triangle& triangle, const Ray& primary, const Ray& ray);
 
-/// Contract: Engine::check_origins (engine/ballot.h).
+/// Checks the origin of every ray of a batch. The contract is that of Engine::check_origins (engine/ballot.h).
 std::vector<OriginCheck> check_origins(Tracer& tracer, Batches& batches, const Scene& scene, const RayBatch& batch,
                                        const Query& query);
 

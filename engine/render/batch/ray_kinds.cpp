@@ -42,7 +42,8 @@ KernelSource generator_source(std::string_view generator, const OffsetPolicy& of
 }
 
 void check_options(const RayKindOptions& o) {
-  if (o.ao_rays < 1 || o.ao_rays > 64) fail(Failure::Arguments, "{} ao rays a hit are not between 1 and 64", o.ao_rays);
+  if (o.ao_rays < 1 || o.ao_rays > 64)
+    fail(Failure::Arguments, "{} ao rays per hit are not between 1 and 64", o.ao_rays);
   if (!std::isfinite(o.ao_radius) || o.ao_radius <= 0)
     fail(Failure::Arguments, "an ao radius of {} diagonals is not above 0", o.ao_radius);
   find_offset_policy(o.offset);

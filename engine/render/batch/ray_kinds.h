@@ -1,5 +1,5 @@
-// Every kind of ray there is. A new one is a line here and a file under shaders/rays/: the command line, tests and
-// benchmark list it without further change.
+// The registry of ray kinds. A new kind is a line here and a file under shaders/rays/; the command line, the tests and
+// the benchmark then list it without further change.
 #pragma once
 
 #include <span>
@@ -12,14 +12,15 @@
 
 namespace ballot {
 
+/// A kind of rays: primary rays, or secondary rays that start at primary hits.
 struct RayKind {
   std::string_view name;
   Want want;
-  std::span<const std::string_view> generators;  // under shaders/rays/; all rays of the first come before the second's
-  std::uint32_t rays_per_hit;                    // and generator; 0: as many as RayKindOptions::ao_rays says
+  std::span<const std::string_view> generators;  // under shaders/rays/; all rays of the first precede the second's
+  std::uint32_t rays_per_hit;                    // per hit and generator; 0: RayKindOptions::ao_rays
   std::string_view summary;
 
-  bool from_camera() const;  // one ray a pixel; all other kinds start at what the primary rays hit
+  bool from_camera() const;  // true: primary rays, one per pixel; false: rays that start at primary hits
 };
 
 inline constexpr std::string_view kPrimaryRays = "primary";
@@ -32,31 +33,32 @@ inline constexpr std::string_view kAoGenerator[] = {"ao"};
 inline constexpr std::string_view kDiffuseGenerator[] = {"diffuse"};
 
 inline constexpr RayKind kRayKinds[] = {
-    {kPrimaryRays, Want::Nearest, kPrimaryGenerator, 1, "from the camera, one a pixel, in tiles of Morton order"},
+    {kPrimaryRays, Want::Nearest, kPrimaryGenerator, 1, "from the camera, one per pixel, in tiles of Morton order"},
     {"reflect", Want::Nearest, kReflectGenerator, 1, "mirrored at every primary hit"},
     {"refract", Want::Nearest, kRefractGenerator, 1, "into every primary hit as into glass of index 1.5"},
     {"secondary", Want::Nearest, kSecondaryGenerators, 1, "all reflections, then all refractions (Vinkler, section 4)"},
     {"shadow", Want::Any, kShadowGenerator, 1, "from primary hits to a point light near the camera"},
-    {"ao", Want::Any, kAoGenerator, 0, "ambient occlusion: cosine-distributed, short, several a primary hit"},
+    {"ao", Want::Any, kAoGenerator, 0, "ambient occlusion: cosine-distributed, short, several per primary hit"},
     {"diffuse", Want::Nearest, kDiffuseGenerator, 1, "cosine-distributed from primary hits, unsorted"},
 };
 
 inline bool RayKind::from_camera() const { return generators[0] == kPrimaryGenerator[0]; }
 
-/// Throws Error(Arguments) that lists the kinds there are.
+/// Returns the ray kind of this name. Throws Error(Arguments) that lists the known names.
 const RayKind& find_ray_kind(std::string_view name);
 
-/// The kernel that makes primary rays, for the kinds of cameras among the features. `listed`: the picture cuts tiles, so that a
-/// list says which rays lie in it.
+/// Returns the kernel that makes primary rays, for the kinds of cameras among the features. With `listed` the kernel
+/// reads a list of pixels, as a picture that cuts tiles needs.
 KernelSource primary_source(bool listed, const SceneFeatures& features);
 
-/// The kernel of a generator of rays from primary hits.
+/// Returns the kernel of a generator of secondary rays.
 KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset);
 
+/// The options of secondary rays.
 struct RayKindOptions {
-  std::uint32_t ao_rays = 8;           // a hit, 1 to 64
-  float ao_radius = 0.05f;             // share of the scene's diagonal, above 0
-  std::string offset{kDefaultOffset};  // where rays from hits start: a name of kOffsetPolicies
+  std::uint32_t ao_rays = 8;           // per hit, 1 to 64
+  float ao_radius = 0.05f;             // length of ao rays: share of the scene's diagonal, above 0
+  std::string offset{kDefaultOffset};  // origin offset policy: a name of kOffsetPolicies
   float constant_offset = 1e-4f;       // of policy "constant": share of the scene's diagonal, above 0, at most 1
 };
 

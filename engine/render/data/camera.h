@@ -1,4 +1,4 @@
-// Views as the ray generators take them.
+// Cameras in the form that the ray generators read.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -10,36 +10,41 @@
 
 namespace ballot {
 
-/// What shaders/rays/primary.comp wants of a view: one sample through pixel centres, from pixel number 0; no rays yet.
+/// Returns the push constants of shaders/rays/primary.comp for a view: one sample at pixel centres, from pixel 0 on.
+/// The ray count is 0; the caller sets it.
 PrimaryPush camera_push(const View& view, std::uint32_t width, std::uint32_t height);
 
-/// The same camera for each part of a picture: samples from first_sample on of so many listed pixels.
+/// Returns the camera for each part of a picture. The parts cover the samples [first_sample, first_sample + samples) of
+/// `pixels` listed pixels; none is larger than `largest`.
 std::vector<PrimaryPush> cameras_of(PrimaryPush camera, std::uint32_t pixels, std::uint32_t samples,
                                     const Part& largest, std::uint32_t first_sample);
 
-/// What a pixel sees, at the picture's middle: how wide at the eye, scene units, and how much wider with each unit of length.
+/// The cone of a pixel in the middle of the picture: its width at the camera in scene units, and the growth of that
+/// width per unit of distance.
 struct PixelCone {
   float width, spread;
 };
 PixelCone pixel_cone(const PrimaryPush& camera);
 
-/// The scene as a view shows it: the only kind of camera is the view's, be it one of the scene's or not.
+/// Returns the features with the view's kind of camera as the only one, even if no camera of the scene is of that kind.
 SceneFeatures through(const SceneFeatures& features, const View& view);
 
-/// The same for each kind of camera that the scene has.
+/// Returns the features once for each kind of camera that they name, with that kind as the only one.
 std::vector<SceneFeatures> by_camera(const SceneFeatures& features);
 
-/// BALLOT_PERSPECTIVE and BALLOT_ORTHOGRAPHIC of shaders/lib/camera/camera.glsl, and what they add to a kernel's name.
+/// Returns the defines BALLOT_PERSPECTIVE and BALLOT_ORTHOGRAPHIC of shaders/lib/camera/camera.glsl.
 Defines camera_defines(const SceneFeatures& features);
+/// Returns what these defines add to a kernel's name: "+perspective", "+orthographic", both or nothing.
 std::string camera_name(const SceneFeatures& features);
 
-/// Rays of a picture, those of tiles that reach beyond it included. Order: shaders/shared/render.h.
+/// Returns the ray count of a picture, with the dead rays of tiles that extend beyond it. Order of the rays:
+/// shaders/shared/render.h.
 std::uint32_t padded_rays(std::uint32_t width, std::uint32_t height);
 
-/// Where a ray lies in the picture; the same as shaders/lib/shade/film.glsl.
+/// Returns the pixel (column, row) of a ray of a picture; the same as in shaders/lib/shade/film.glsl.
 glm::uvec2 pixel_of(std::uint32_t ray, std::uint32_t width);
 
-/// Of LISTED_PIXEL.
+/// Returns the pixel (column, row) of a LISTED_PIXEL word.
 inline glm::uvec2 listed_pixel(std::uint32_t word) { return {word & 0xFFFF, word >> 16}; }
 
 }  // namespace ballot

@@ -17,7 +17,8 @@ glm::uvec4 texel(float x, float y, float z, float w) {
 
 glm::uvec4 texel(const glm::vec3& c, std::uint32_t w) { return texel(c.r, c.g, c.b, std::bit_cast<float>(w)); }
 
-/// Shares of the sum up to each weight, the last one 1; all alike where there is no weight.
+/// Returns the cumulative distribution of the weights; the last entry is 1. If all weights are 0, the distribution is
+/// uniform.
 std::vector<float> shares_of(std::span<const double> weights) {
   double sum = 0;
   for (const double w : weights) sum += w;
@@ -61,7 +62,8 @@ std::vector<GpuLight> gpu_lights(const Scene& scene) {
 }
 
 std::vector<glm::uvec4> sky_texels(const Sky& sky) {
-  if (sky.kind == Sky::Kind::None) return std::vector<glm::uvec4>(3, glm::uvec4(0));  // for every feature: black
+  if (sky.kind == Sky::Kind::None)
+    return std::vector<glm::uvec4>(3, glm::uvec4(0));  // kernels with every feature read black
   std::vector<glm::uvec4> texels{texel(sky.zenith, sky.width), texel(sky.horizon, sky.height), texel(sky.ground, 0)};
   std::vector<double> rows;
   for (std::uint32_t y = 0; y < sky.height; ++y) {

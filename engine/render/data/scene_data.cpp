@@ -13,7 +13,7 @@ namespace {
 static_assert(kMirrorRoughness == float(MIRROR_ROUGHNESS));
 static_assert(int(Sky::Kind::Map) == SKY_MAP && int(Light::Kind::Directional) == LIGHT_DIRECTIONAL);
 
-/// Three texels a triangle from three corners and a word for the first texel.
+/// Returns three texels per triangle, one per corner; words[i] goes with the first texel of triangle i.
 template <class Corners>
 std::vector<glm::uvec4> texels_of(std::span<const Corners> items, std::span<const std::uint32_t> words) {
   std::vector<glm::uvec4> texels(items.size() * 3);
@@ -84,7 +84,7 @@ void SceneData::bind_textures(Kernel& kernel) {
   if (kernel.wants(BIND_TEXELS)) {
     if (!texels_) {
       texels_ = upload(textures().texels, Access::Texel, "texels");
-      packed_->texels = {};  // the table is asked for again
+      packed_->texels = {};  // frees the memory; the table is used again
     }
     kernel.bind(BIND_TEXELS, *texels_);
   }
@@ -113,7 +113,8 @@ void SceneData::bind_lights(Kernel& kernel) {
   }
 }
 
-// Kernels that are made for every feature read zeros where the scene has nothing: the face's normal, coordinates (0, 0).
+// Kernels compiled for every feature read zeros where the scene has no data. They then use the geometric normal and the
+// texture coordinates (0, 0).
 void SceneData::bind(Kernel& kernel) {
   const std::vector<glm::uvec4> none(kernel.wants(BIND_NORMALS) && scene_.normals.empty() ? 3 * scene_.triangles.size()
                                                                                           : 0);
@@ -140,6 +141,7 @@ void SceneData::bind(Kernel& kernel) {
 
 namespace {
 
+/// A feature of look_defines(): its define, its word in kernel names, and its value.
 struct Asked {
   const char* define;
   const char* word;
@@ -151,7 +153,7 @@ std::vector<Asked> asked_of(const SceneFeatures& f, bool materials) {
           {"BALLOT_HAS_GLOSS", "gloss", materials && f.glossy},
           {"BALLOT_HAS_GLASS", "glass", materials && f.refracts},
           {"BALLOT_HAS_EMISSION", "emission", materials && f.emits},
-          {"BALLOT_HAS_ALPHA", "alpha", materials && f.alpha && f.emits},  // of what is aimed at
+          {"BALLOT_HAS_ALPHA", "alpha", materials && f.alpha && f.emits},  // of sampled emitters
           {"BALLOT_HAS_UNLIT", "unlit", materials && f.unlit},
           {"BALLOT_HAS_BASE_TEXTURE", "base", materials && f.base_texture},
           {"BALLOT_HAS_SURFACE_TEXTURE", "surface", materials && f.surface_texture},
@@ -177,7 +179,7 @@ std::string look_name(const SceneFeatures& features, bool materials) {
 KernelSource shading_source(std::string_view shading, const SceneFeatures& features) {
   const int value = find_shading(shading).value;
   const bool materials = value == SHADING_EYELIGHT;
-  // The eyelight does not ask how a surface reflects.
+  // Neither shading depends on how a surface reflects.
   SceneFeatures seen = features;
   seen.glossy = seen.refracts = seen.surface_texture = seen.alpha = false;
   Defines defines = look_defines(seen, materials);
@@ -190,7 +192,7 @@ KernelSource shading_source(std::string_view shading, const SceneFeatures& featu
 
 namespace {
 
-/// As makes_rays says, rays are made again or read.
+/// Returns the source for another file. With `makes_rays` the kernel makes the camera rays again; else it reads them.
 KernelSource camera_shading_source(KernelSource source, const char* file, const SceneFeatures& features,
                                    bool makes_rays) {
   if (makes_rays) source.name += camera_name(features);

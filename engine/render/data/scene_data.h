@@ -1,4 +1,4 @@
-// What generators and shading read of a scene on the device.
+// The buffers of a scene on the device that ray generators and shading read.
 #pragma once
 
 #include <memory>
@@ -12,22 +12,23 @@
 
 namespace ballot {
 
-/// Buffers made on first use; what the scene lacks has none.
+/// The scene's buffers. Each is made on first use; there is no buffer for a feature that the scene lacks. Belongs to
+/// one thread.
 class SceneData {
  public:
-  /// Keeps references to the first two. `features` are the scene's.
+  /// Keeps references to `gpu` and `scene`. `features` must be those of the scene.
   SceneData(Context& gpu, const Scene& scene, const SceneFeatures& features)
       : gpu_(gpu), scene_(scene), features_(features) {}
 
-  /// Binds what the kernel wants of the scene: triangles, normals, texture coordinates, textures, materials, what gives
-  /// light. Throws Error(Work) if the device cannot hold it.
+  /// Binds the buffers of the scene that the kernel declares: triangles, normals, texture coordinates, textures,
+  /// materials, lights. Throws Error(Work) if the device cannot hold them.
   void bind(Kernel& kernel);
 
   const Scene& scene() const { return scene_; }
   const SceneFeatures& features() const { return features_; }
-  /// Triangles that emit; made on first use.
+  /// Returns the table of emissive triangles; made on first use.
   const EmitterTable& emitters();
-  /// Bytes on the device so far.
+  /// Returns the bytes on the device so far.
   std::uint64_t bytes() const { return bytes_; }
 
  private:
@@ -53,20 +54,22 @@ class SceneData {
   std::unique_ptr<Buffer<GpuLight>> lights_;
 };
 
-/// BALLOT_HAS_* of shaders/lib/shade/surface_material.glsl: what a look at a surface asks of the scene.
+/// Returns the defines BALLOT_HAS_* of shaders/lib/shade/surface_material.glsl for these features. Without `materials`
+/// the kernel reads no material.
 Defines look_defines(const SceneFeatures& features, bool materials);
 
-/// What is asked for, as part of a kernel's name: "+normals+emission".
+/// Returns what look_defines() adds to a kernel's name, such as "+normals+emission".
 std::string look_name(const SceneFeatures& features, bool materials);
 
-/// The kernel of a shading (a name of kShadings), for what the scene holds.
+/// Returns the kernel of a shading (a name of kShadings) for a scene with these features.
 KernelSource shading_source(std::string_view shading, const SceneFeatures& features);
 
-/// The same of camera rays, several samples a pixel, by a camera of the kinds that the features name; as makes_rays says, rays are made
-/// again or read (shaders/shade/samples.comp).
+/// Returns the kernel of a shading for camera rays with several samples per pixel (shaders/shade/samples.comp). With
+/// `makes_rays` it makes the rays again, for cameras of the kinds among the features; else it reads them.
 KernelSource samples_source(std::string_view shading, const SceneFeatures& features, bool makes_rays);
 
-/// The same for a window's picture, one sample a pixel; rays that are read may be of any kind (shaders/shade/live.comp).
+/// Returns the kernel of a shading for the picture of a window, one sample per pixel (shaders/shade/live.comp).
+/// `makes_rays`: as for samples_source(). Rays that are read may be of any kind.
 KernelSource live_source(std::string_view shading, const SceneFeatures& features, bool makes_rays);
 
 }  // namespace ballot

@@ -11,7 +11,7 @@ namespace {
 
 std::uint32_t word(float value) { return std::bit_cast<std::uint32_t>(value); }
 
-/// Whether some material takes its alpha from the image.
+/// Returns true if some material takes its alpha from the image.
 bool gives_alpha(const Scene& scene, std::size_t image) {
   for (const Material& m : scene.materials)
     if (m.alpha_mode != Alpha::Opaque && m.base_texture && scene.textures[m.base_texture.texture].image == image)
@@ -19,6 +19,7 @@ bool gives_alpha(const Scene& scene, std::size_t image) {
   return false;
 }
 
+/// The place of an image among the packed texels, its mip levels and its mean colour.
 struct PackedImage {
   std::uint32_t first, levels;
   glm::vec3 mean;

@@ -10,7 +10,7 @@ namespace ballot {
 
 namespace {
 
-/// Where each pixel of the film lies in the crop window.
+/// Returns the index of each pixel of the film in the crop window, row by row.
 std::vector<std::size_t> places_of(const Film& film) {
   std::vector<std::size_t> places;
   for (const std::uint32_t word : film.listed) {
@@ -20,7 +20,7 @@ std::vector<std::size_t> places_of(const Film& film) {
   return places;
 }
 
-/// Calls each(name, value) for every number of a film's pixel, in a fixed order.
+/// Calls each(name, value) for every float of a film pixel, in a fixed order.
 template <class Pixel, class Each>
 void each_float(Pixel& p, Each&& each) {
   each("sum.R", p.color.r);
@@ -35,6 +35,7 @@ void each_float(Pixel& p, Each&& each) {
 
 constexpr const char* kMoments[] = {"moment.R", "moment.G", "moment.B"};
 
+/// Throws Error(Work) with the first line in which the texts differ.
 void compare(const std::filesystem::path& path, const std::string& found, const std::string& expected) {
   std::istringstream a(found), b(expected);
   std::string x, y;
@@ -45,9 +46,8 @@ void compare(const std::filesystem::path& path, const std::string& found, const 
     if (!more_b) y.clear();
     if (x != y)
       fail(Failure::Work,
-           "{}: this checkpoint is of another picture: it has '{}', wanted is '{}'; remove it, or give the options it "
-           "was "
-           "made with",
+           "{}: this checkpoint belongs to another picture: found '{}', expected '{}'; remove it, or give the options "
+           "that it was made with",
            path.string(), x, y);
   }
 }
@@ -84,7 +84,7 @@ void read_film(const std::filesystem::path& path, Film& film, const std::string&
   const auto samples = image.attributes.find("film_samples"), made = image.attributes.find("film_made_of");
   if (samples == image.attributes.end() || made == image.attributes.end() ||
       !std::holds_alternative<int>(samples->second) || !std::holds_alternative<std::string>(made->second))
-    fail(Failure::Work, "{}: is no checkpoint of Ballot; remove it", path.string());
+    fail(Failure::Work, "{}: is not a checkpoint of Ballot; remove it", path.string());
   compare(path, std::get<std::string>(made->second), made_of);
   const std::vector<std::size_t> places = places_of(film);
   for (const std::size_t place : places)

@@ -1,4 +1,4 @@
-// Films on disk: checkpoints, from which another process goes on with the same bits.
+// Films on disk: checkpoints from which another process can continue a picture and get the same bits.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,14 @@
 
 namespace ballot {
 
-/// Writes a film atomically, as an EXR of float32 sums, which others can look at. `made_of` says, a line each ("name: value"),
-/// what decides its bits. Throws Error(Work); Error(Arguments) for a film with counters, which are not kept.
+/// Writes a film atomically, as an EXR with float32 channels of sums that other programs can display. `made_of` lists
+/// everything that determines the film's bits, one "name: value" line each (Engine::made_of).
+/// Throws Error(Work) if the file cannot be written, Error(Arguments) for a film with counters, which are not stored.
 void write_film(const std::filesystem::path& path, const Film& film, const std::string& made_of);
 
-/// Reads into `film`, which is as start_film() makes it, what write_film wrote. Throws Error(Work) if the file cannot be read or is no
-/// film, and if it is of another `made_of`: the error names the first line that differs.
+/// Reads a file of write_film into `film`, which must be as start_film() makes it.
+/// Throws Error(Work) if the file cannot be read or is not a film, and if its `made_of` differs: the error names the
+/// first line that differs.
 void read_film(const std::filesystem::path& path, Film& film, const std::string& made_of);
 
 }  // namespace ballot

@@ -12,8 +12,9 @@ namespace ballot {
 
 namespace {
 
-/// Five colours of a map whose lightness grows evenly, legible to the colour-blind and in print ("viridis": Stefan van
-/// der Walt, Nathaniel Smith, A Better Default Colormap for Matplotlib, SciPy 2015); sRGB, blended linearly.
+/// Five colours of the map "viridis" (Stefan van der Walt, Nathaniel Smith, A Better Default Colormap for Matplotlib,
+/// SciPy 2015). Its lightness grows evenly, so the colour-blind can read it, and it survives print. The colours are
+/// sRGB and are interpolated linearly between entries.
 constexpr std::array<glm::vec3, 5> kRamp{{{0.267f, 0.005f, 0.329f},
                                           {0.229f, 0.322f, 0.546f},
                                           {0.128f, 0.567f, 0.551f},

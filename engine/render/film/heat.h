@@ -1,4 +1,4 @@
-// Heat maps: where in a picture a traversal method works, and how.
+// Heat maps: the work of the traversal at each pixel of a picture, shown as colours.
 #pragma once
 
 #include <array>
@@ -12,46 +12,49 @@
 
 namespace ballot {
 
-/// What a heat map shows: a count, or one over the sum of others. All are EXR channels stats.<name>.
+/// The quantity that a heat map shows: a counter, or a counter divided by the sum of others. Each quantity is written
+/// as the EXR channel stats.<name>.
 struct HeatKind {
   using Field = std::uint32_t RayStats::*;
   std::string_view name;
   Field count;
-  Field over[2];  // null: nothing. Without any it is a count, which grows with the samples
+  Field over[2];  // the counters that `count` is divided by; null: none. Without any, the value grows with the samples
   std::string_view what;
 
   bool ratio() const { return over[0] != nullptr; }
-  float value(const RayStats& sum_over_samples) const;  // 0 over 0 is 0
-  /// What the last colour stands for where that does not depend on the picture: the subgroup's size for lanes, 1 for
-  /// other shares; 0 for counts.
+  /// Returns the quantity for counters summed over the samples of a pixel; 0 / 0 is 0.
+  float value(const RayStats& sum_over_samples) const;
+  /// Returns the value that the last colour stands for, if it does not depend on the picture: the subgroup size for
+  /// "lanes", 1 for other ratios. Returns 0 for counts.
   float fixed_top(std::uint32_t subgroup) const;
 };
 inline constexpr HeatKind kHeatKinds[] = {
-    {"nodes", &RayStats::nodes, {nullptr, nullptr}, "inner nodes that the ray went through"},
-    {"triangles", &RayStats::triangles_tested, {nullptr, nullptr}, "triangles that it was tested against"},
+    {"nodes", &RayStats::nodes, {nullptr, nullptr}, "inner nodes that the ray visited"},
+    {"triangles", &RayStats::triangles_tested, {nullptr, nullptr}, "triangles that the ray was tested against"},
     {"lanes",
      &RayStats::lanes,
      {&RayStats::nodes_needed, &RayStats::leaves_needed},
-     "lanes of the subgroup that needed the same visits, mean"},
+     "mean number of lanes of the subgroup that needed the same visit"},
     {"phase",
      &RayStats::packet_nodes,
      {&RayStats::nodes, nullptr},
-     "share of its nodes on the path that the subgroup shares"},
+     "share of the ray's nodes that lie on the path shared by the subgroup"},
 };
-/// Throws Error(Arguments) that lists the kinds there are.
+/// Returns the heat map quantity of this name. Throws Error(Arguments) that lists the known names.
 const HeatKind& find_heat(std::string_view name);
 
-/// The colours of the map, evenly spread over [0, top]; sRGB, to be blended as they are.
+/// Returns the colours of the map, evenly spaced over [0, top]. They are sRGB values and are interpolated in sRGB.
 std::span<const glm::vec3, 5> heat_ramp();
 
-/// The value that all but one in 200 stay below, at least 1; values may not be empty.
+/// Returns the 99.5th percentile of the values, at least 1. `values` must not be empty.
 float heat_top_of(std::vector<float> values);
 
-/// Adds the channels stats.* (float, means over the samples) of width * height pixels, row by row.
+/// Adds the channels stats.* (float). `sums` has width * height records, row by row; counts are divided by `spp`.
 void add_stats(Image& image, std::span<const RayStats> sums, std::uint32_t spp);
 
-/// Replaces R G B by the colour of one kind, dark blue to yellow over [0, top], alpha 1. Returns top: the subgroup's size
-/// for lanes, 1 for phase, else the value that all but one in 200 pixels stay below, at least 1. `stats.*` must be there.
+/// Replaces R G B by the colours of one heat map, dark blue to yellow over [0, top], and A by 1. Returns top: the
+/// subgroup size for "lanes", 1 for "phase", else the 99.5th percentile over the pixels, at least 1.
+/// Throws Error(Arguments) if R, G, B, A or the channel stats.<name> is missing.
 float paint_heat(Image& image, const HeatKind& kind, std::uint32_t subgroup);
 
 }  // namespace ballot

@@ -1,4 +1,4 @@
-// How the pixels of a picture and their samples are dealt out to dispatches.
+// Splits the pixels of a picture and their samples into parts, one per dispatch.
 #pragma once
 
 #include <algorithm>
@@ -6,15 +6,15 @@
 
 namespace ballot {
 
-/// Pixels [pixel, pixel + pixels), in the film's order, and samples [sample, sample + samples) of each. A pixel's rays lie one behind
-/// the other: they are nearly alike, so that those of a subgroup stay together.
+/// The pixels [pixel, pixel + pixels), in the film's order, and the samples [sample, sample + samples) of each. The
+/// rays of a pixel are consecutive: they are nearly equal, so the rays of a subgroup stay coherent.
 struct Part {
   std::uint32_t pixel = 0, pixels = 0, sample = 0, samples = 0;
   std::uint32_t rays() const { return pixels * samples; }
 };
 
-/// The largest part of so many pixels and samples: at most `most_rays` rays (at least 1), and `together` samples unless all pixels
-/// have room for more.
+/// Returns the largest part for this many pixels and samples. It has at most `most_rays` rays; `most_rays` must be at
+/// least 1. It has at most `together` samples per pixel, or more where all pixels still fit into `most_rays`.
 inline Part largest_part(std::uint32_t pixels, std::uint32_t samples, std::uint32_t most_rays, std::uint32_t together) {
   if (pixels == 0 || samples == 0) return {};
   const std::uint32_t most = std::min({samples, most_rays, std::max(together, most_rays / pixels)});
@@ -22,7 +22,8 @@ inline Part largest_part(std::uint32_t pixels, std::uint32_t samples, std::uint3
   return {0, std::min(pixels, most_rays / each), 0, each};
 }
 
-/// Runs run(part) for parts that cover all of them, no part larger than the largest; the samples of a pixel in their order.
+/// Calls run(part) for parts that cover all pixels and samples. No part is larger than `largest`. The samples of a
+/// pixel come in ascending order.
 template <class Run>
 void for_parts(std::uint32_t pixels, std::uint32_t samples, const Part& largest, Run run) {
   if (largest.rays() == 0) return;  // nothing to do

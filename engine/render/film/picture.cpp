@@ -1,4 +1,4 @@
-// Films as pictures with named channels.
+// Turns films into pictures with named channels.
 #include <algorithm>
 #include <functional>
 
@@ -11,8 +11,8 @@ namespace ballot {
 
 namespace {
 
-/// A film's pixels, and where they lie in the crop window. Channels are filled together, by all cores: a picture is made of as many
-/// bytes as the film, and of memory that nobody has touched yet.
+/// Writes the pixels of a film to channels of an image of the crop window. All channels are filled in one pass, by all
+/// cores: a picture has as many bytes as the film, and its memory has not been touched yet.
 class Painter {
  public:
   Painter(const Film& film, Image& image) : film_(film), image_(image), places_(film.listed.size()) {
@@ -24,7 +24,8 @@ class Painter {
     });
   }
 
-  /// value(i) of every pixel i of the film; where it has none, `otherwise`. It is asked for when the channels are painted.
+  /// Plans a channel that holds value(i) for every pixel i of the film. The other pixels of the window get `otherwise`
+  /// in Uint channels and 0 in others. paint() calls `value`.
   template <class Value>
   void add(const char* name, Pixel type, Value value, std::uint32_t otherwise = 0) {
     const auto fill = [this, value](Channel& channel, std::size_t begin, std::size_t end) {
@@ -39,7 +40,7 @@ class Painter {
     plans_.push_back({Channel{name, type, {}, {}}, otherwise, fill});
   }
 
-  /// Adds the channels to the image.
+  /// Fills the planned channels and moves them to the image.
   void paint() {
     const std::size_t count = std::size_t(image_.width) * image_.height;
     for_chunks(plans_.size(), 1, [&](std::size_t c, std::size_t) {

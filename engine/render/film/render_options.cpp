@@ -1,4 +1,4 @@
-// What a picture may be asked for.
+// Checks the options of a picture.
 #include <algorithm>
 #include <cmath>
 
@@ -25,8 +25,8 @@ void check_options(const RenderOptions& o) {
   find_heat(o.heat);
   const Window w = o.window();
   if (w.x0 >= w.x1 || w.y0 >= w.y1 || w.x1 > o.width || w.y1 > o.height)
-    fail(Failure::Arguments, "--crop: pixels {},{} to {},{} are not a part of {}x{}", w.x0, w.y0, w.x1, w.y1, o.width,
-         o.height);
+    fail(Failure::Arguments, "--crop: pixels {},{} to {},{} are empty or not inside the picture of {}x{}", w.x0, w.y0,
+         w.x1, w.y1, o.width, o.height);
   if (o.shard.count < 1 || o.shard.index >= o.shard.count)
     fail(Failure::Arguments, "--tiles: part {} of {} is not between 0/1 and (n-1)/n", o.shard.index, o.shard.count);
   if (o.bounces < -1 || o.bounces > 64) fail(Failure::Arguments, "--bounces: {} is not between 0 and 64", o.bounces);

@@ -37,7 +37,7 @@ Sky::Kind Renderer::sky_kind(const RenderOptions& options) const {
   return options.every_feature && kind == Sky::Kind::None ? Sky::Kind::Gradient : kind;
 }
 
-/// Paths of a picture that are under way at once.
+/// Returns the number of paths of a picture that are in flight at once.
 std::uint32_t Renderer::most_paths(const Integrator& integrator, const SceneFeatures& features,
                                    const RenderOptions& options, std::uint64_t pixels) const {
   const std::uint32_t room =
@@ -53,7 +53,7 @@ void Renderer::wave_samples(Film& film, const Chunk& chunk, const PrimaryPush& c
     make_room(listed_, gpu_, chunk.pixels, "listed pixels");
     make_room(film_, gpu_, chunk.pixels, "film");
     listed_->upload(std::span(film.listed).subspan(chunk.first, chunk.pixels));
-    const bool begun = film.samples > 0;  // else the first sample writes it
+    const bool begun = film.samples > 0;  // else the first sample overwrites the buffer
     if (begun) film_->upload(std::span(film.pixels).subspan(chunk.first, chunk.pixels));
     if (film.moments.empty()) moments_.reset();
     if (!film.moments.empty()) make_room(moments_, gpu_, chunk.pixels, "moments");
@@ -78,7 +78,7 @@ void Renderer::wave_samples(Film& film, const Chunk& chunk, const PrimaryPush& c
 
 bool Renderer::holds(const Film& film) const { return film.on_device != 0 && film.on_device == held_; }
 
-/// The same; and until the step has ended, nothing is held.
+/// Returns holds(film), and marks the buffers as holding no film until the current step has ended.
 bool Renderer::take(const Film& film) {
   const bool held = holds(film);
   held_ = 0;
@@ -93,7 +93,7 @@ void Renderer::download(Film& film, bool waves, std::size_t first, std::size_t c
 
 void Renderer::collect(Film& film, RenderTimes& times) {
   if (film.on_device == 0) return;
-  if (!holds(film)) fail(Failure::Work, "the film's sums are no longer on the device: another was rendered since");
+  if (!holds(film)) fail(Failure::Work, "the film's sums are no longer on the device: another film was rendered since");
   const Stopwatch watch(times.seconds);
   download(film, held_by_waves_, 0, film.listed.size(), times);
   film.on_device = 0;
@@ -116,7 +116,7 @@ void Renderer::advance(Film& film, const View& view, const RenderOptions& option
   const std::uint32_t chunk = std::uint32_t(std::min<std::size_t>(total, tracer_.chunk_rays()));
   if (!integrator) passes(options, features, chunk);
   if (film.on_device != 0 && (!holds(film) || chunk < total || held_by_waves_ != (integrator != nullptr)))
-    fail(Failure::Work, "the film's sums are no longer on the device: another was rendered since");
+    fail(Failure::Work, "the film's sums are no longer on the device: another film was rendered since");
   const bool stay = sums == Sums::OnDevice && chunk == total;
   for (std::size_t first = 0; first < total; first += chunk) {
     const Chunk part{first, std::uint32_t(std::min<std::size_t>(chunk, total - first)), samples};

@@ -1,4 +1,4 @@
-// Pictures of viewpoints: primary rays, traversal, shading, film; every pass a dispatch.
+// Renders pictures of a view: primary rays, traversal, shading and film. Every pass is a dispatch.
 #pragma once
 
 #include <memory>
@@ -15,27 +15,28 @@
 
 namespace ballot {
 
-/// Every shading of the eye's own hits: a line here and a branch of shaders/lib/shade/shade_hit.glsl. Those that start further rays:
-/// integrators.h.
+/// A shading of primary hits. Each one is a line of kShadings and a branch of shaders/lib/shade/shade_hit.glsl.
+/// Shadings that trace secondary rays are in integrators.h.
 struct Shading {
   std::string_view name;
   int value;  // BALLOT_SHADING
   std::string_view summary;
-  bool heat = false;  // colours come from the counters (heat.h)
+  bool heat = false;  // the colours come from the counters (heat.h)
 };
 inline constexpr Shading kShadings[] = {
-    {"eyelight", SHADING_EYELIGHT, "base colour times the cosine to the eye, plus emission"},
+    {"eyelight", SHADING_EYELIGHT, "base colour times the cosine of the angle to the viewer, plus emission"},
     {"normals", SHADING_NORMALS, "shading normal as colour, n / 2 + 1/2"},
-    {"heat", SHADING_NORMALS, "how much the traversal works, see --heat; by the instrumented kernel", true},
+    {"heat", SHADING_NORMALS, "work of the traversal at each pixel, see --heat; traced by the instrumented kernel",
+     true},
 };
-/// Throws Error(Arguments) that lists the shadings there are.
+/// Returns the shading of this name. Throws Error(Arguments) that lists the known names.
 const Shading& find_shading(std::string_view name);
 
-/// Kernels of a shading's passes, in their order, but for those of the traversal: what `features` lack is in none of them.
-/// `makes_rays`: as Tracer::makes_rays() says.
+/// Returns the kernels of a shading's passes in the order of the passes, without those of the traversal. The kernels
+/// contain no code for what `features` lack. `makes_rays` is Tracer::makes_rays().
 std::vector<KernelSource> kernels_of(const Shading& shading, const SceneFeatures& features, bool makes_rays);
 
-/// Every group of channels that a picture may have.
+/// A group of channels that a picture may have.
 struct Aov {
   std::string_view name;
   std::string_view channels;
@@ -43,73 +44,84 @@ struct Aov {
 };
 inline constexpr Aov kAovs[] = {
     {"color", "R G B A: linear Rec.709 and coverage"},
-    {"depth", "Z: distance along the ray to what the first sample hits, 0 on a miss"},
-    {"normal", "N.X N.Y N.Z: its shading normal, towards the eye"},
-    {"prim", "prim: its number"},
-    {"samples", "samples: how many the pixel has", false},
-    {"variance", "variance.R variance.G variance.B: of the pixel's mean; whitted, path and ao alone", false},
+    {"depth", "Z: distance along the ray to the hit of the first sample, 0 on a miss"},
+    {"normal", "N.X N.Y N.Z: shading normal of that hit, towards the camera"},
+    {"prim", "prim: number of the triangle of that hit"},
+    {"samples", "samples: number of samples of the pixel", false},
+    {"variance", "variance.R variance.G variance.B: variance of the pixel's mean; only of whitted, path and ao", false},
 };
-/// Throws Error(Arguments) that lists the groups there are.
+/// Returns the group of this name. Throws Error(Arguments) that lists the known names.
 const Aov& find_aov(std::string_view name);
 
+/// The options of a picture; check_options() checks the ranges.
 struct RenderOptions {
-  std::uint32_t width = 1024, height = 1024;  // 1 to 16384 each
-  std::uint32_t spp = 1;                      // 1: through pixel centres; more: jittered, 1 to 65536
+  std::uint32_t width = 1024, height = 1024;  // pixels, 1 to 16384 each
+  std::uint32_t spp = 1;                      // samples per pixel, 1 to 65536; 1: at pixel centres; more: jittered
   std::string shading = "eyelight";           // a name of kShadings or kIntegrators
-  std::string heat = "nodes";                 // what shading "heat" shows (heat.h)
-  bool stats = false;  // channels stats.*, traced by the instrumented kernel, whose times say nothing of the method
-  Query query = {};    // want is Nearest
-  Window crop = {};    // pixels that are wanted; empty: all
-  Shard shard = {};    // the part of them that this picture holds; the others are as misses
-  std::vector<std::string> aovs = {};  // names of kAovs; empty: those that are so by default
-  std::int32_t bounces = -1;           // of integrators, 0 to 64; -1: as many as the integrator has by itself
+  std::string heat = "nodes";                 // the quantity that shading "heat" shows (heat.h)
+  /// Adds the channels stats.*. The instrumented kernel traces the rays; its times do not represent the method's.
+  bool stats = false;
+  Query query = {};                    // query.want must be Nearest
+  Window crop = {};                    // the requested pixels; empty: all
+  Shard shard = {};                    // the tiles of them that this picture holds; other pixels look like misses
+  std::vector<std::string> aovs = {};  // names of kAovs; empty: those with by_default
+  std::int32_t bounces = -1;           // last path depth of an integrator, 0 to 64; -1: Integrator::last_depth
   float ao_radius = 0.1f;              // of ambient occlusion: share of the scene's diagonal, above 0
   std::uint32_t seed = 0;              // of the integrators' random numbers
-  bool every_feature =
-      false;  // kernels but the traversal's as for a scene that has everything: to measure what that costs
-  std::uint32_t most_rays = ~0u;  // of the eye, under way at once; fewer where there is no room for so many
+  /// Compiles the kernels, except those of the traversal, as for a scene that has every feature: measures the cost of
+  /// code that a scene does not need.
+  bool every_feature = false;
+  std::uint32_t most_rays = ~0u;  // camera rays in flight at once; fewer where memory does not suffice
 
   Window window() const { return crop == Window{} ? Window{0, 0, width, height} : crop; }
   bool wants(std::string_view aov) const;
 };
 
-/// Throws Error(Arguments) for a size, sample count or shading that render() would refuse.
+/// Throws Error(Arguments) for options that render() would refuse.
 void check_options(const RenderOptions& options);
 
+/// The times of a picture.
 struct RenderTimes {
   double generate_ms = 0, trace_ms = 0, shade_ms = 0;  // device time of the passes
-  double device_ms = 0;                                // of all passes
-  double seconds = 0;                                  // wall time of all
-  double film_s = 0;                                   // of that: films to and from the device
-  std::uint64_t rays = 0;                              // of all kinds; of a shading pixels times samples
-  PassTimes passes = {};                               // what integrators spent on each pass
-  float heat_top = 0;                                  // what the last colour of a heat map stands for
+  double device_ms = 0;                                // device time of all passes
+  double seconds = 0;                                  // wall time of everything
+  double film_s = 0;                                   // the part of `seconds` that transfers of films take
+  std::uint64_t rays = 0;                              // of all kinds; of a shading: pixels times samples
+  PassTimes passes = {};                               // the integrators' passes by name
+  float heat_top = 0;                                  // the value of the last colour of a heat map
   double mrays_per_s() const { return trace_ms > 0 ? double(rays) / trace_ms * 1e-3 : 0; }
 };
 
-/// Where the sums of a film are when a step has ended.
+/// Where the sums of a film are after a step.
 enum class Sums { Here, OnDevice };
 
+/// Renders films and turns them into pictures. Belongs to one thread.
 class Renderer {
  public:
-  /// Keeps references to all of them.
+  /// Keeps references to all arguments.
   Renderer(Context& gpu, Tracer& tracer, SceneData& scene);
   ~Renderer();
 
-  /// A film without samples. Throws Error(Arguments) on bad options.
+  /// Returns a film without samples. Throws Error(Arguments) on bad options.
   Film start(const RenderOptions& options) const;
 
-  /// Adds up to `samples` samples to every pixel of a film, no more than the options want. Samples may be added in any parts:
-  /// the sums are the same. Adds to `times`. Sums that may stay on the device, and a film all of which finds room there, stay until
-  /// collect(): till then the film's pixels and moments are out of date, and neither is a copy of it gone on with nor another film.
+  /// Adds up to `samples` samples to every pixel of a film, but never more than options.spp in all. The sums do not
+  /// depend on how the samples are split over calls. Adds the times of this step to `times`.
+  ///
+  /// With Sums::OnDevice the sums stay on the device until collect(), if the device has room for the whole film. Until
+  /// then the film's pixels and moments are out of date: do not continue a copy of it, and do not render another film.
+  /// Throws Error(Arguments) on bad options, and Error(Work) if the sums are no longer on the device.
   void advance(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples, RenderTimes& times,
                const Progress& progress = {}, Sums sums = Sums::Here);
+
+  /// Downloads the sums of a film that are still on the device. Throws Error(Work) if they are no longer there.
   void collect(Film& film, RenderTimes& times);
 
-  /// The channels of options.aovs, and where asked for stats.*; without attributes. A heat map's scale goes to `times`.
+  /// Returns the channels of options.aovs, and stats.* where requested, without attributes. Writes the scale of a heat
+  /// map to `times`.
   Image picture(const Film& film, const RenderOptions& options, RenderTimes& times) const;
 
-  /// Bytes on the device for what is under way, without the scene and its tree.
+  /// Returns the bytes of all buffers of this renderer on the device, without the scene and its tree.
   std::uint64_t bytes() const;
 
  private:
@@ -135,12 +147,13 @@ class Renderer {
   Tracer& tracer_;
   SceneData& scene_;
   Waves waves_;
-  std::unique_ptr<Passes> passes_;                 // of the last picture's shading
-  std::unique_ptr<Buffer<std::uint32_t>> listed_;  // of the part of an integrator's picture that is under way
+  std::unique_ptr<Passes> passes_;  // of the shading of the last picture
+  // The pixels of an integrator's current chunk, and their sums.
+  std::unique_ptr<Buffer<std::uint32_t>> listed_;
   std::unique_ptr<Buffer<FilmPixel>> film_;
   std::unique_ptr<Buffer<glm::vec3>> moments_;
-  std::uint64_t held_ = 0, named_ = 0;  // Film::on_device of what the buffers hold; the last name given
-  bool held_by_waves_ = false;
+  std::uint64_t held_ = 0, named_ = 0;  // Film::on_device of the sums in the buffers, 0: none; the last id given out
+  bool held_by_waves_ = false;          // the sums are in film_ and moments_; else in passes_->film
 };
 
 }  // namespace ballot

@@ -14,11 +14,11 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kFewestLanes = 4;    // of a pixel, where several have one
-constexpr std::uint32_t kSamples = 16;       // of a pixel together
-constexpr std::uint32_t kPartsTogether = 4;  // in one submission
+constexpr std::uint32_t kFewestLanes = 4;    // lanes per pixel, where several lanes share a pixel
+constexpr std::uint32_t kSamples = 16;       // samples of a pixel in one part
+constexpr std::uint32_t kPartsTogether = 4;  // parts in one submission
 
-/// Adds what the device counted of a sample of these pixels.
+/// Adds the device's counters of one sample of these pixels to the film.
 void add_counters(Film& film, std::size_t first, std::uint32_t pixels, const Buffer<RayStats>& stats) {
   std::vector<RayStats> part(pixels);
   stats.download(std::span(part));
@@ -88,20 +88,21 @@ Renderer::Passes& Renderer::passes(const RenderOptions& options, const SceneFeat
   return *passes_;
 }
 
-/// Samples of pixels that go together. What counters say depends on which rays share a subgroup: there a sample of every pixel goes by
-/// itself.
+/// Returns the largest part of a chunk for one dispatch. Counter values depend on which rays share a subgroup, so with
+/// counters a part is one sample of every pixel.
 Part Renderer::largest_part_of(const Chunk& chunk, const RenderOptions& options) const {
   if (passes_->stats) return {0, chunk.pixels, 0, 1};
   std::uint64_t most = std::min(std::max(options.most_rays, 1u), tracer_.chunk_rays());
-  if (chunk.samples < kFewestLanes)  // then shading has more invocations than rays
+  if (chunk.samples < kFewestLanes)  // shading then has more invocations than rays
     most = std::min(most, std::uint64_t(gpu_.info().max_group_count_x) * kPassGroup / kFewestLanes);
   return largest_part(chunk.pixels, chunk.samples, std::uint32_t(most), kSamples);
 }
 
-/// Whether the traversal makes rays where it can be recorded: nobody else needs them then.
+/// Returns true if the traversal kernel makes the camera rays wherever the trace can be recorded. No other pass may
+/// read them: neither the instrumented kernel nor the passes of alpha.
 bool Renderer::makes_rays() const { return passes_->makes_rays && !passes_->stats && !passes_->features.alpha; }
 
-/// The hits of camera number i.
+/// Traces the rays of cameras[i] into the buffer of hits.
 void Renderer::trace_samples(const std::vector<PrimaryPush>& cameras, std::uint32_t i, const Query& query,
                              RenderTimes& times) {
   Passes& p = *passes_;

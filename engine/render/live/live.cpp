@@ -23,7 +23,7 @@ KernelSource heat_source() { return plain_source("shade", "heat"); }
 KernelSource display_source() { return plain_source("shade", "display"); }
 KernelSource tiles_source() { return plain_source("rays", "tiles"); }
 
-/// The query of a picture's rays, or the one beside it.
+/// Returns the query for a picture's rays: options.query, or options.other if `second`.
 Query query_of(const LiveOptions& options, bool second) {
   const RayKind& kind = find_ray_kind(options.rays);
   Query query = second ? *options.other : options.query;
@@ -32,14 +32,15 @@ Query query_of(const LiveOptions& options, bool second) {
   return query;
 }
 
-/// Of colours that are shown: their sums are over samples and generators.
+/// Returns the scale of the shown colours: the film holds sums over samples and generators.
 float shown_scale(const LiveOptions& options) {
   return 1.0f / float((options.sample_index + 1) * find_ray_kind(options.rays).generators.size());
 }
 
-/// Whether a pass of its own brings films to pixels: what shading leaves is not what is shown.
+/// Returns true if a separate pass must convert the films to pixels, because shading alone does not give what is shown.
 bool needs_display(const LiveOptions& options) { return options.other || find_shading(options.shading).heat; }
 
+/// Returns the index of a counter among the 32-bit words of RayStats; ~0 for null.
 std::uint32_t word_of(HeatKind::Field field) {
   const RayStats s{};
   if (!field) return ~0u;
@@ -77,7 +78,7 @@ void LiveImage::make_room(const LiveOptions& o, bool counts) {
   const std::uint32_t most = tracer_.chunk_rays() / kTileRays * kTileRays;
   const std::uint32_t wanted = std::min(total, most);
   const bool from_hits = !find_ray_kind(o.rays).from_camera();
-  // A window's picture grows and shrinks all the time: buffers only grow.
+  // The picture of a window changes its size often, so buffers only grow.
   const std::size_t pixels = std::size_t(o.width) * o.height;
   if (!pixels_ || pixels_->size() < pixels || wanted > chunk_rays_)
     vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
@@ -135,7 +136,7 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   DisplayTotals totals{};
   totals_seen_.download(std::span(&totals, 1));
   tiles_of_ = tiles;
-  // Heat maps shade, and count, the first generator's rays of the first sample alone.
+  // Heat maps shade and count only the rays of the first generator in the first sample.
   if (kind.from_camera())
     counted_ = std::uint64_t(options.width) * options.height;
   else if (!counts || options.sample_index == 0)
@@ -145,13 +146,13 @@ LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   return times;
 }
 
-/// Whether the traversal makes the picture's rays: nobody else needs them then.
+/// Returns true if the traversal kernel makes the picture's rays, which no other pass may then read.
 bool LiveImage::makes_rays(const LiveOptions& o, std::uint32_t count) const {
   if (!find_ray_kind(o.rays).from_camera() || find_shading(o.shading).heat || !tracer_.makes_rays()) return false;
   return tracer_.can_record(query_of(o, false), count) && (!o.other || tracer_.can_record(query_of(o, true), count));
 }
 
-/// point_light(), waiting once.
+/// Returns the same as point_light(), but waits for the device only once.
 glm::vec3 LiveImage::light_of(const View& view) {
   const Ray ray = light_ray(view);
   const PassScope scope(gpu_);
@@ -197,7 +198,8 @@ void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, Liv
   if (needs_display(options)) display(slice, options, times);
 }
 
-/// The pixels that the traversal makes rays of; known as made once they are, as a failure may come between.
+/// Makes the list of pixels for rays that the traversal kernel makes. Returns the picture that the list is for. The
+/// caller stores it in tiles_of_ only once the pass has run, because a failure may come in between.
 TilesPush LiveImage::make_tiles(const TilesPush& tiles, LiveTimes& times) {
   const bool kept = tiles.width == tiles_of_.width && tiles.count <= tiles_of_.count;
   if (!ballot::make_room(tiles_, gpu_, tiles.count, "pixels of tiles") && kept) return tiles_of_;
@@ -237,7 +239,8 @@ void LiveImage::generate_secondary(std::string_view generator, const Slice& slic
   run_pass(gpu_, k, slice.count, &push, sizeof push, times.generate_ms);
 }
 
-// Rays: null where the traversal makes them. `part` counts the generators of a kind: their colours add up like samples.
+// `rays` is null if the traversal kernel makes the rays. `part` is the index of the kind's generator; the colours of
+// all generators add up like those of samples.
 void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>* rays, const LiveOptions& options, bool second,
                                 std::uint32_t part, LiveTimes& times) {
   const bool heat = find_shading(options.shading).heat;
@@ -288,7 +291,7 @@ void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const
   const HeatKind& kind = find_heat(options.heat);
   float top = kind.fixed_top(tracer_.variant(query).config.subgroup);
   if (top == 0) {
-    // Some tiles stand for the picture; both queries and all samples of a picture share one scale.
+    // The scale is estimated from some tiles. Both queries and all samples of a picture share it.
     if (sample == 0 && slice.camera.first == 0 && times.heat_top == 0) {
       std::vector<float> values;
       std::vector<RayStats> tile(kTileRays);
@@ -341,7 +344,7 @@ void LiveImage::display(const Slice& slice, const LiveOptions& options, LiveTime
 Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32_t x, std::uint32_t y, bool count) {
   check(options);
   if (x >= options.width || y >= options.height)
-    fail(Failure::Arguments, "pixel ({}, {}) is not in a picture of {}x{}", x, y, options.width, options.height);
+    fail(Failure::Arguments, "pixel ({}, {}) is not in the picture of {}x{}", x, y, options.width, options.height);
   const std::uint32_t tiles_x = (options.width + TILE_SIZE - 1) / TILE_SIZE;
   PrimaryPush camera = camera_push(view, options.width, options.height);
   camera.first = (y / TILE_SIZE * tiles_x + x / TILE_SIZE) * kTileRays;

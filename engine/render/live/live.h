@@ -1,4 +1,4 @@
-// A picture that stays on the device and gets better sample by sample: what a window shows.
+// The picture of a window: it stays on the device and improves with every sample.
 #pragma once
 
 #include <map>
@@ -15,75 +15,83 @@
 
 namespace ballot {
 
+/// The options of one sample.
 struct LiveOptions {
-  std::uint32_t width = 1280, height = 720;  // 1 to 16384 each
-  std::uint32_t sample_index = 0;            // 0 begins a new picture; else one sample is added to the last one
-  std::uint32_t sample_count = 1;            // 1: through pixel centres; more: jittered
-  std::string rays = "primary";              // a ray kind: its rays are shown, those from hits once a hit
-  std::string shading = "eyelight";          // of what nearest hits find; "heat" is of this kind's rays
-  std::string heat = "nodes";
-  Query query = {};            // want is the ray kind's
-  std::optional<Query> other;  // traces the same rays; its picture is shown from column `split` on
-  std::uint32_t split = 0;     // and pixels are marked where the two find different prims
-  float ao_radius = 0.05f;     // share of the scene's diagonal
-  bool swap_red = false;       // blue in the lowest byte of a pixel, else red
+  std::uint32_t width = 1280, height = 720;  // pixels, 1 to 16384 each
+  std::uint32_t sample_index = 0;            // 0 begins a new picture; else one sample is added to the current one
+  std::uint32_t sample_count = 1;            // 1: at pixel centres; more: jittered
+  std::string rays = "primary";              // the ray kind to show; secondary kinds start one ray per hit
+  std::string shading = "eyelight";          // applies to nearest hits; "heat" shows the work of this kind's rays
+  std::string heat = "nodes";                // the quantity that shading "heat" shows
+  Query query = {};                          // query.want is replaced by the ray kind's
+  /// A second query for the same rays. Its picture is shown from column `split` on, and pixels where the two queries
+  /// find different prims are marked.
+  std::optional<Query> other;
+  std::uint32_t split = 0;  // column
+  float ao_radius = 0.05f;  // length of ao rays: share of the scene's diagonal, above 0
+  bool swap_red = false;    // true: the lowest byte of a pixel is blue; false: it is red
 };
 
-/// Device milliseconds of one sample.
+/// The device milliseconds and counts of one sample.
 struct LiveTimes {
-  double generate_ms = 0;             // primary rays, and this kind's from their hits
-  double primary_ms = 0;              // tracing primary rays where the kind is another
-  double trace_ms = 0, other_ms = 0;  // tracing this kind's rays, by either query
-  double shade_ms = 0;                // hits to film and to pixels
-  std::uint64_t rays = 0;             // alive, of the kind; of heat maps, those of the first sample
-  std::uint64_t different = 0;        // pixels whose prims differ
-  float heat_top = 0;                 // what the last colour of a heat map stands for
+  double generate_ms = 0;             // making the primary rays, and this kind's rays from their hits
+  double primary_ms = 0;              // tracing the primary rays if the kind is a secondary one
+  double trace_ms = 0, other_ms = 0;  // tracing this kind's rays: by `query`, by `other`
+  double shade_ms = 0;                // shading hits into the film, and the film into pixels
+  std::uint64_t rays = 0;             // live rays of the kind; with heat maps, those of the first sample
+  std::uint64_t different = 0;        // pixels where the queries find different prims
+  float heat_top = 0;                 // the value of the last colour of a heat map
   double total_ms() const { return generate_ms + primary_ms + trace_ms + other_ms + shade_ms; }
   double mrays_per_s() const { return trace_ms > 0 ? double(rays) / trace_ms * 1e-3 : 0; }
   double other_mrays_per_s() const { return other_ms > 0 ? double(rays) / other_ms * 1e-3 : 0; }
 };
 
-/// The primary ray through a pixel's centre and what it hits, traced among the rays of its tile as in the picture.
+/// The primary ray through a pixel's centre and its hit. It is traced together with the rays of its tile, as in the
+/// picture.
 struct Probe {
   Ray ray{};
   Hit hit{};
   bool counted = false;
-  RayStats stats{};  // of the ray, where counted
+  RayStats stats{};  // counters of the ray, if `counted`
 };
 
-/// Kernels of live pictures alone, for compiling them ahead.
+/// Returns the kernels that only live pictures use, for compiling them ahead.
 std::vector<KernelSource> live_sources();
 
+/// The picture on the device. Belongs to one thread.
 class LiveImage {
  public:
-  /// Keeps references to all of them.
+  /// Keeps references to all arguments.
   LiveImage(Context& gpu, Tracer& tracer, SceneData& scene);
   ~LiveImage();
 
-  /// Adds a sample to the picture, or begins a new one. A sample after the first takes view, size, rays and split of the
-  /// one before; changing them is the caller's mistake. Throws Error(Arguments) on bad options, Error(Work) as trace()
+  /// Adds a sample to the picture, or begins a new one. A sample after the first must have the view, size, rays and
+  /// split of the one before it; this is not checked. Throws Error(Arguments) on bad options, Error(Work) as trace()
   /// does; the picture is then undefined until a new one is begun.
   LiveTimes add_sample(const View& view, const LiveOptions& options);
 
-  /// The picture, 8 bits a channel, sRGB, rows from the top; width * height of the last sample are in use. The buffer
-  /// moves only when the picture outgrows it.
+  /// Returns the picture: 8 bits per channel, sRGB, rows from the top. The first width * height pixels, as of the last
+  /// sample, are in use. The buffer is replaced only when the picture outgrows it.
   const Buffer<std::uint32_t>& pixels() const { return *pixels_; }
 
-  /// What the pixel's primary ray meets under options.query; `count` asks for the instrumented variant.
+  /// Traces the primary ray of a pixel with options.query. With `count` the instrumented variant traces it.
+  /// Throws Error(Arguments) on bad options and if the pixel is not in the picture.
   Probe probe(const View& view, const LiveOptions& options, std::uint32_t x, std::uint32_t y, bool count);
 
  private:
-  struct Slice {  // what one dispatch takes of a picture
-    std::size_t chunk;
-    const SceneFeatures& features;  // as the picture's view shows them
+  /// The rays of a picture that one dispatch takes.
+  struct Slice {
+    std::size_t chunk;              // index into film_
+    const SceneFeatures& features;  // with the kind of camera of the picture's view alone
     PrimaryPush camera;
     std::uint32_t count;  // rays
-    bool made;            // by the traversal
+    bool made;            // the traversal kernel makes the rays
   };
+  /// A sample that is shaded.
   struct Sample {
     std::uint32_t number;  // 0 begins the film
-    bool second;           // of the query beside the first
-    bool shown;            // by the pass that shades it
+    bool second;           // traced by options.other
+    bool shown;            // the pass that shades the sample writes the pixels too
   };
 
   void check(const LiveOptions& options) const;
@@ -109,21 +117,21 @@ class LiveImage {
   SceneData& scene_;
   std::map<std::string, std::unique_ptr<Kernel>> kernels_;  // by name
   std::uint32_t chunk_rays_ = 0;
-  std::uint32_t width_ = 0;  // that the starts were made for
+  std::uint32_t width_ = 0;  // the picture width that starts_ was made for
   std::unique_ptr<Buffer<Ray>> rays_, secondary_;
   std::unique_ptr<Buffer<Hit>> hits_, secondary_hits_;
   std::unique_ptr<Buffer<RayStats>> stats_;
-  std::unique_ptr<Buffer<Start>> starts_;  // one a pixel of a chunk
-  std::uint32_t starts_first_ = 0;
+  std::unique_ptr<Buffer<Start>> starts_;         // one per pixel of a chunk
+  std::uint32_t starts_first_ = 0;                // the first ray that starts_ was made for
   std::unique_ptr<Buffer<std::uint32_t>> tiles_;  // the pixels of a picture's rays
-  TilesPush tiles_of_{};                          // which
-  Buffer<PrimaryPush> camera_;                    // of the rays that traversal makes
+  TilesPush tiles_of_{};                          // the picture that tiles_ was made for
+  Buffer<PrimaryPush> camera_;                    // of the rays that the traversal kernel makes
   Buffer<Ray> light_ray_;
-  Buffer<Hit> light_hit_, light_seen_;                // the second in the host's memory
-  std::vector<Buffer<LivePixel>> film_, other_film_;  // a chunk each
+  Buffer<Hit> light_hit_, light_seen_;                // light_seen_ is in host memory
+  std::vector<Buffer<LivePixel>> film_, other_film_;  // one buffer per chunk
   std::unique_ptr<Buffer<std::uint32_t>> pixels_;
-  Buffer<DisplayTotals> totals_, totals_seen_;  // the second in the host's memory
-  std::uint64_t counted_ = 0;                   // rays of the last picture that were alive
+  Buffer<DisplayTotals> totals_, totals_seen_;  // totals_seen_ is in host memory
+  std::uint64_t counted_ = 0;                   // live rays of the last picture
   glm::vec3 light_{0};
   float heat_top_ = 0;
 };

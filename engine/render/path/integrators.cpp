@@ -11,7 +11,7 @@ namespace ballot {
 
 namespace {
 
-/// What an integrator asks of the scene: ambient occlusion asks for no material.
+/// Returns the features that an integrator uses. Ambient occlusion uses no material.
 SceneFeatures seen_by(const Integrator& integrator, const SceneFeatures& features) {
   if (integrator.value != INTEGRATOR_AO) return features;
   return {.shading_normals = features.shading_normals};
@@ -40,7 +40,7 @@ std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFe
   const WavePlan plan = plan_of(integrator, features);
   std::vector<KernelSource> sources;
   for (const SceneFeatures& seen : by_camera(features)) sources.push_back(primary_source(true, seen));
-  for (const SceneFeatures& seen : by_camera(features))  // only rays that are made differ by camera
+  for (const SceneFeatures& seen : by_camera(features))  // kernels that read the rays are the same for both
     if (KernelSource scatter = scatter_source(integrator, seen, sky, makes_rays); sources.back().name != scatter.name)
       sources.push_back(std::move(scatter));
   sources.push_back(indirect_source());

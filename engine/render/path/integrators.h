@@ -1,4 +1,4 @@
-// Every integrator there is: pictures of more than what the eye's own rays hit. A new one is a line here and its code in
+// The registry of integrators: shadings that trace secondary rays. A new one is a line here and code in
 // shaders/path/scatter.comp.
 #pragma once
 
@@ -11,46 +11,55 @@
 
 namespace ballot {
 
+/// A shading that traces secondary rays or ao rays.
 struct Integrator {
   std::string_view name;
   int value;                   // BALLOT_INTEGRATOR
-  std::uint32_t last_depth;    // unless RenderOptions::bounces says otherwise
-  std::string_view next_kind;  // of the rays that it starts, in the words of kRayKinds: for a choice of the method
+  std::uint32_t last_depth;    // last path depth, unless RenderOptions::bounces overrides it
+  std::string_view next_kind;  // ray kind (kRayKinds) of the secondary rays, by which method auto chooses
   std::string_view summary;
 };
 
 inline constexpr Integrator kIntegrators[] = {
-    {"ao", INTEGRATOR_AO, 0, "", "ambient occlusion: how open a surface is, one short ray a sample (--ao-radius)"},
+    {"ao", INTEGRATOR_AO, 0, "", "ambient occlusion: how open a surface is, one short ray per sample (--ao-radius)"},
     {"whitted", INTEGRATOR_WHITTED, 8, "secondary",
-     "light from a point of the lights, and mirrors and glass by all their reflections and refractions (Whitted 1980)"},
+     "direct light from one sampled point of the lights, and all reflections and refractions of mirrors and glass "
+     "(Whitted 1980)"},
     {"path", INTEGRATOR_PATH, 16, "diffuse",
      "path tracing: all light that materials scatter, with a ray to the lights at every hit (Kajiya 1986)"},
 };
 
-/// Null if none is called so.
+/// Returns the integrator of this name; null if there is none.
 const Integrator* find_integrator(std::string_view name);
 
-/// What the passes of an integrator want of a scene: which kernels, and which queues they fill.
+/// The rays that an integrator traces in a scene. They determine its kernels and the queues that these fill.
 struct WavePlan {
-  bool shadow = false;  // rays to lights, or of ambient occlusion
-  bool next = false;    // rays of further waves
-  bool second = false;  // refracted rays beside the mirrored ones: paths part, and put off some rays
-  bool alpha = false;   // hits that let rays through
+  bool shadow = false;  // shadow rays or ao rays
+  bool next = false;    // secondary rays that form further waves
+  bool second = false;  // reflected and refracted rays at one hit: paths branch, and defer the refracted rays
+  bool alpha = false;   // hits that rays pass through
 };
+/// Returns the plan of an integrator for a scene with these features.
 WavePlan plan_of(const Integrator& integrator, const SceneFeatures& features);
 
-/// Kernels of an integrator's passes, in their order, but for those of the traversal: what `features` lack is in none of them. A
-/// scene with both kinds of cameras has those that make the eye's rays for each. `makes_rays`: as Tracer::makes_rays() says.
+/// Returns the kernels of an integrator's passes in the order of the passes, without those of the traversal. The
+/// kernels contain no code for what `features` lack. For a scene with both kinds of cameras, kernels that make camera
+/// rays are listed once for each kind. `makes_rays` is Tracer::makes_rays().
 std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky,
                                      bool makes_rays);
 
+/// Returns the kernel that turns the counts of the queues into indirect arguments.
 KernelSource indirect_source();
-/// With makes_rays the eye's rays need not be read, by a camera of the kinds that the features name; not of a scene with alpha, where
-/// other passes read them too.
+/// Returns the kernel that shades the hits of a wave and starts shadow rays and secondary rays. With makes_rays it can
+/// make the camera rays again instead of reading them, for cameras of the kinds among the features. In a scene with
+/// alpha it always reads them, because other passes read them too.
 KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky,
                             bool makes_rays);
+/// Returns the kernel that adds the radiance of unoccluded shadow rays to their paths.
 KernelSource connect_source();
+/// Returns the kernel that adds finished paths to the film, and with `moments` to the moments of the variance.
 KernelSource film_source(bool moments);
+/// Returns the kernel that continues the rays whose hits let them through.
 KernelSource alpha_source(const SceneFeatures& features);
 
 }  // namespace ballot

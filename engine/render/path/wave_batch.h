@@ -1,4 +1,4 @@
-// What the passes of waves work on. Internal to engine/render/wave*.cpp.
+// The buffers and the state that the passes of waves work on. Internal to engine/render/path.
 #pragma once
 
 #include <deque>
@@ -8,18 +8,18 @@
 
 namespace ballot {
 
-/// Rays with what they carry, and room for their hits.
+/// The rays of a wave, the state that each carries, and room for their hits.
 struct Waves::Wave {
   Buffer<Ray> rays;
   Buffer<Hit> hits;
-  std::unique_ptr<Buffer<Carried>> carried;  // where paths go on: those that begin all carry the same
+  std::unique_ptr<Buffer<Carried>> carried;  // only if the plan has secondary rays: all camera rays carry the same
 
   Wave(Context& gpu, std::uint32_t size)
       : rays(gpu, size, Access::Storage, "wave rays"), hits(gpu, size, Access::Storage, "wave hits") {}
   std::uint64_t bytes() const { return rays.bytes() + hits.bytes() + (carried ? carried->bytes() : 0); }
 };
 
-/// Rays that went on, in two turns; only for scenes with alpha.
+/// The rays that pass through a hit, in two buffers that take turns. Only for scenes with alpha.
 struct Waves::Alpha {
   struct Side {
     Buffer<Ray> rays;
@@ -40,41 +40,41 @@ struct Waves::Alpha {
   }
 };
 
-/// What a wave's rays are traced by.
+/// A query for the rays of a wave, and what the host has learned of such rays.
 struct Waves::Asked {
   Query query = {};
-  std::string pass = {};                   // its name among times
-  std::optional<std::uint32_t> seen = {};  // how many such rays there were when the host looked
-  std::uint32_t turns = 0;                 // that rays took through what is transparent, at most, where the host looked
+  std::string pass = {};                   // name of the pass in PassTimes
+  std::optional<std::uint32_t> seen = {};  // number of such rays when the host last read it
+  std::uint32_t turns = 0;                 // most turns through transparent surfaces that the host has seen
 };
 
-/// A count that the host knows once a submission has ended.
+/// A count that the host can read once a submission has ended.
 struct Waves::Awaiting {
   Count count;
   std::uint64_t submission;
 };
 
-/// The same for all waves of one call, and how far the batch of paths at hand has come.
+/// The state of the current batch of paths, and what all batches of one call share.
 struct Waves::Batch {
   const WaveSettings& settings;
   WavePlan plan;
   const Buffer<std::uint32_t>& listed;
   Buffer<FilmPixel>& film;
   PassTimes* times;
-  Kernel *scatter = nullptr, *connect = nullptr, *alpha = nullptr;  // null where there is nothing to do
-  bool makes_rays = false;                                          // the eye's rays need not be read
+  Kernel *scatter = nullptr, *connect = nullptr, *alpha = nullptr;  // null if the plan does not need it
+  bool makes_rays = false;                                          // the kernels may make the camera rays
   Asked primary = {}, next = {};
-  Asked shadow = {}, next_shadow = {};  // from hits of either
+  Asked shadow = {}, next_shadow = {};  // shadow rays from primary hits; from later hits
   WavePush push = {};
-  std::uint32_t together = 0;    // depths since the last submission
-  std::uint64_t submission = 0;  // of this batch, the last but the one that is recorded; 0: none yet
-  std::uint32_t expected = 0;    // depths after which batches before this one had no rays left; 0: nothing is known
-  std::uint32_t heard = 0;       // depths of which the host has heard
-  std::uint32_t ended_at = 0;    // the depths after which this one had none; 0: not known yet
-  bool guesses = false;          // as many turns through what is transparent as before are recorded, and no more
-  bool guessed_wrong = false;
+  std::uint32_t together = 0;    // depths recorded since the last submission
+  std::uint64_t submission = 0;  // the last submission of this batch that was flushed; 0: none yet
+  std::uint32_t expected = 0;    // number of depths after which earlier batches had no rays left; 0: unknown
+  std::uint32_t heard = 0;       // number of depths whose counts the host has read
+  std::uint32_t ended_at = 0;    // number of depths after which this batch had no rays left; 0: not known yet
+  bool guesses = false;          // records as many turns through transparent surfaces as before, and no more
+  bool guessed_wrong = false;    // rays were left after those turns: the batch must be run again
   Asked& shadow_at_hand() { return push.depth == 0 ? shadow : next_shadow; }
-  std::deque<Awaiting> lefts = {}, leftovers = {};  // of depths; of turns
+  std::deque<Awaiting> lefts = {}, leftovers = {};  // rays left after each depth; after the guessed turns
 };
 
 }  // namespace ballot

@@ -1,4 +1,5 @@
-// The passes of waves. What a pass starts lies in queues; indirect.comp makes of their counts the calls of the passes that follow.
+// The passes of waves. A pass appends the rays that it starts to queues. indirect.comp turns the counts of the queues
+// into the indirect arguments of the following passes.
 #include <algorithm>
 
 #include "engine/core/error.h"
@@ -11,7 +12,9 @@ namespace ballot {
 
 namespace {
 
-constexpr double kLongMs = 200, kShortMs = 50;  // of a submission: no watchdog fires, and looks at the counts are rare
+// A submission should take between these times: short enough that no watchdog fires, long enough that the host rarely
+// waits for counts.
+constexpr double kLongMs = 200, kShortMs = 50;
 constexpr std::uint32_t kMostDepthsTogether = 8;
 
 std::uint32_t groups_of(std::uint32_t count, std::uint32_t size) { return count / size + (count % size != 0); }
@@ -23,7 +26,7 @@ std::uint32_t Waves::reported(const Count& count) const {
   return reinterpret_cast<const std::uint32_t*>(reports_->mapped())[count.record * QUEUES + count.queue];
 }
 
-/// Waits until the host knows a count.
+/// Waits for the device, so that the host knows the count.
 void Waves::look(Count& count) {
   if (count.known) return;
   gpu_.finish();
@@ -31,7 +34,7 @@ void Waves::look(Count& count) {
   count.known = true;
 }
 
-/// A count that the host knows, for kernels that look it up; and empty queues.
+/// Writes indirect arguments for a count that the host knows, and empties the queues.
 Waves::Count Waves::known_count(std::uint32_t rays, const Query& query) {
   const Count count{next_record(), QUEUE_NEXT, rays, true};
   const RayGroups trace = tracer_.groups_of(query);
@@ -45,11 +48,12 @@ Waves::Count Waves::known_count(std::uint32_t rays, const Query& query) {
   return count;
 }
 
+/// Returns the callback that adds a pass over `count` rays to `times` when the pass has ended.
 Context::Done Waves::told(std::string_view name, const Count& count, PassTimes& times) const {
   return [this, name = std::string(name), count, &times](double ms) { times.add(name, ms, reported(count)); };
 }
 
-/// A kernel of a ray an invocation; and `then`, what its queues hold to calls.
+/// Runs a kernel with one ray per invocation. With `then`, turns the queues that it filled into indirect arguments.
 void Waves::run(Kernel& kernel, const Count& count, const void* push, std::uint32_t push_bytes, std::string_view name,
                 PassTimes& times, const CallPush* then) {
   Kernel* indirect = then ? &indirect_kernel() : nullptr;
@@ -72,7 +76,8 @@ void Waves::run(Kernel& kernel, const Count& count, const void* push, std::uint3
       told(name, count, times));
 }
 
-/// False: there are no rays, as the host knows. Where the trace cannot be recorded, the host finds out.
+/// Traces the rays of a count. If the trace can be recorded, the host need not know the count; else it waits for it.
+/// Returns false if the host knows that there are no rays.
 bool Waves::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, Count& count, Asked& asked, std::string_view name,
                   PassTimes& times) {
   if (tracer_.can_record(asked.query, asked.seen.value_or(count.rays))) {
@@ -96,15 +101,15 @@ void Waves::pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32
   gpu_.finish();
 }
 
-// As many turns as were needed before are recorded. Then the host looks whether rays are left; or, in a batch that guesses, when
-// all of it has run.
+// Records as many turns as were needed before. Then the host reads whether rays are left: at once, or in a batch that
+// guesses, after the whole batch has run.
 void Waves::pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, const Count& count, Asked& asked, Kernel& test,
                          std::deque<Awaiting>* leftovers, PassTimes& times) {
   Count left = count;
   for (std::uint32_t turn = 0; !left.known || left.rays > 0; ++turn) {
     Alpha::Side& to = alpha_->sides[(turn + 1) % 2];
     left = alpha_turn(rays, hits, left, turn, asked, test, times);
-    if (leftovers && turn > asked.turns) {  // one more than before
+    if (leftovers && turn > asked.turns) {  // one turn more than were needed before
       leftovers->push_back({left, gpu_.recording()});
       return;
     }
@@ -117,7 +122,7 @@ void Waves::pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, const Count
   }
 }
 
-/// Which of these rays go on, and from where.
+/// Finds the rays that pass through their hits, and moves their t_min behind those hits.
 Waves::Count Waves::alpha_turn(const Buffer<Ray>& rays, Buffer<Hit>& hits, const Count& count, std::uint32_t turn,
                                const Asked& asked, Kernel& test, PassTimes& times) {
   Alpha::Side &from = alpha_->sides[turn % 2], &to = alpha_->sides[(turn + 1) % 2];
@@ -154,10 +159,11 @@ Waves::Batch Waves::batch_of(const WaveSettings& settings, const Buffer<std::uin
   };
   b.primary = asked(Want::Nearest, kPrimaryRays);
   b.next = asked(Want::Nearest, integrator.next_kind);
-  // Where the scene has alpha, the nearest hit is asked for, so that rays to lights see what all others see.
+  // In a scene with alpha, shadow rays ask for the nearest hit too, so that they meet the same surfaces as all other
+  // rays.
   b.shadow =
       asked(settings.features.alpha ? Want::Nearest : Want::Any, integrator.value == INTEGRATOR_AO ? "ao" : "shadow");
-  // Those from further hits are less alike: what suits the first may not suit them.
+  // Shadow rays from later hits are less coherent: the method that suits the first may not suit them.
   b.next_shadow = b.shadow;
   b.next_shadow.query.rays += fmt::format(" of {}", integrator.next_kind);
   const PixelCone cone = pixel_cone(settings.camera);
@@ -217,7 +223,7 @@ void Waves::connect(Batch& b, Count& count) {
   run(k, count, &args, sizeof args, "connect", *b.times);
 }
 
-/// What the eye's rays of a batch hit. Nobody else reads those that the traversal makes.
+/// Traces the camera rays of a batch. If the traversal kernel makes them, they are never stored.
 bool Waves::trace(Batch& b, const PrimaryPush& camera, Wave& wave, Count& count) {
   if (b.push.made == 0) return trace(b, wave.rays, wave.hits, count, b.primary);
   const CameraKind kind = camera.orthographic ? CameraKind::Orthographic : CameraKind::Perspective;
@@ -226,14 +232,14 @@ bool Waves::trace(Batch& b, const PrimaryPush& camera, Wave& wave, Count& count)
   return true;
 }
 
-/// What the batch's rays hit, behind what is transparent too.
+/// Traces rays of the batch, and continues them through transparent surfaces.
 bool Waves::trace(Batch& b, const Buffer<Ray>& rays, Buffer<Hit>& hits, Count& count, Asked& asked) {
   if (!trace(rays, hits, count, asked, asked.pass, *b.times)) return false;
   if (b.alpha) pass_through(rays, hits, count, asked, *b.alpha, b.guesses ? &b.leftovers : nullptr, *b.times);
   return true;
 }
 
-/// Learns what submissions that have ended say.
+/// Reads the counts of submissions that have ended.
 void Waves::hear(Batch& b) {
   const auto has_come = [&](const std::deque<Awaiting>& all) {
     return !all.empty() && all.front().submission <= gpu_.ended();
@@ -247,14 +253,17 @@ void Waves::hear(Batch& b) {
   if (gpu_.ended_ms() < kShortMs) depths_together_ = std::min(kMostDepthsTogether, depths_together_ * 2);
 }
 
-// Some depths are submitted together. Up to the depth at which the batch before this one had no rays left nobody looks; there the
-// host does. Beyond it, and in a first batch, the host looks, while the device works on some depths, whether those before them
-// left rays. If not, these were empty calls, and the batch has ended.
+// Returns true if the batch is known to have no rays left, or must be run again.
+//
+// Several depths go into one submission. The host reads no counts before the depth at which earlier batches had no rays
+// left; at that depth it waits and reads. Beyond that depth, and in a first batch, the host reads whether the previous
+// submission left rays while the device works on the current one. If none were left, the current dispatches are empty
+// and the batch has ended.
 bool Waves::has_ended(Batch& b, const Count& count) {
   if (count.known) return count.rays == 0;
   b.lefts.push_back({count, gpu_.recording()});
   const std::uint32_t depths = b.push.depth + 1;
-  const bool begins = depths == 1 && b.expected > 0;  // so that the device need not wait for much to be recorded
+  const bool begins = depths == 1 && b.expected > 0;  // gives the device work while the host records more
   if (++b.together < depths_together_ && !begins && depths != b.expected) return false;
   b.together = 0;
   gpu_.flush();
@@ -267,8 +276,8 @@ bool Waves::has_ended(Batch& b, const Count& count) {
   return b.ended_at > 0 || b.guessed_wrong;
 }
 
-// A path is at one ray at a time, so that its sums have one order. One whose rays part goes depth first: after the mirrored ray
-// comes all that follows from it, then the refracted one.
+// A path has one ray in flight at a time, so its sums have a fixed order. A path that branches is walked depth first:
+// the reflected ray with everything that follows from it, then the refracted ray.
 void Waves::run_waves(Batch& b, const PrimaryPush& camera, Count count) {
   Wave *wave = waves_[0].get(), *next = waves_[1].get();
   b.push.depth = b.together = b.heard = b.ended_at = 0;
@@ -288,7 +297,7 @@ void Waves::run_waves(Batch& b, const PrimaryPush& camera, Count count) {
   }
 }
 
-/// Makes the eye's rays where the traversal does not.
+/// Makes the camera rays, unless the traversal kernel makes them.
 void Waves::begin(Batch& b, const PrimaryPush& camera, const Count& paths) {
   b.push.made = b.makes_rays && tracer_.can_record(b.primary.query, paths.rays);
   if (b.push.made) return;
@@ -298,7 +307,8 @@ void Waves::begin(Batch& b, const PrimaryPush& camera, const Count& paths) {
   run(primary, paths, &camera, sizeof camera, "begin", *b.times);
 }
 
-// What a batch does to the film before its last pass is the same if it is done again.
+// A batch whose guess was wrong is run again. This is safe: everything that a batch writes to the film before its last
+// pass is the same in every run.
 Waves::Count Waves::run_batch(Batch& b, const PrimaryPush& camera) {
   PassTimes spent, &times = *b.times;
   for (;;) {

@@ -1,4 +1,4 @@
-// How many paths a wave holds.
+// Chooses the number of paths that a wave holds.
 #pragma once
 
 #include <algorithm>
@@ -6,20 +6,21 @@
 
 namespace ballot {
 
-/// What bounds a wave.
+/// The limits of a wave.
 struct WaveRoom {
-  bool cpu = false;
-  bool grows = false;              // a GPU with memory of its own
-  std::uint64_t memory = 0;        // of the device, bytes
-  std::uint64_t path_bytes = 1;    // of all buffers, for each path
-  std::uint64_t deferred = 0;      // rays that a path may put off
+  bool cpu = false;                // the device is a CPU
+  bool grows = false;              // the device is a GPU with memory of its own
+  std::uint64_t memory = 0;        // bytes of the device
+  std::uint64_t path_bytes = 1;    // bytes of all buffers per path
+  std::uint64_t deferred = 0;      // most deferred rays of a path
   std::uint64_t most_records = 0;  // rays that one buffer may hold
-  std::uint64_t most_rays = 0;     // that one dispatch takes
+  std::uint64_t most_rays = 0;     // rays that one dispatch may take
 };
 
-/// Paths under way at once, of so many in all. Waves of further hits hold ever fewer rays, and small ones leave a GPU idle, so there
-/// waves are large: all buffers together an eighth of its memory, but 8 bytes for each path in all, as getting memory takes
-/// time too. Times as fast on an H200 (tools/measured/pictures.md): 1.03 to 1.43.
+/// Returns the number of paths in flight at once, given the number of all paths of the picture. Later waves hold ever
+/// fewer rays, and small waves leave a GPU idle. Waves on a GPU with memory of its own are therefore large: all buffers
+/// together take up to an eighth of its memory, but at most 8 bytes for each path of the picture, because allocation
+/// takes time too. On an H200 this is 1.03 to 1.43 times as fast (tools/measured/pictures.md).
 inline std::uint32_t wave_capacity(const WaveRoom& room, std::uint64_t paths) {
   constexpr std::uint64_t kBytesForEachOfAll = 8, kShareOfMemory = 8, kMultiple = 64;
   constexpr std::uint64_t kMost = 1 << 24;  // sample_of_path() of shaders/path/scatter.comp counts paths in floats

@@ -127,10 +127,11 @@ void Waves::drop_buffers() {
   deferred_.reset();
 }
 
-// An eighth of a device's memory may be more than other programs and the scene leave.
+// An eighth of the device's memory may be more than the scene and other programs leave free. The second try therefore
+// asks for the smaller waves that capacity() gives for 0 paths.
 Part Waves::make_room_for(const WaveSettings& settings, const WavePlan& plan, std::uint32_t places,
                           std::uint32_t count) {
-  constexpr std::uint32_t kTogether = 16;  // samples of a pixel
+  constexpr std::uint32_t kTogether = 16;  // samples of a pixel in one part
   const Part largest = largest_part(places, count, settings.most_paths, kTogether);
   try {
     make_buffers(largest.rays(), plan, settings.last_depth, plan.alpha);

@@ -1,6 +1,7 @@
-// Waves of rays: traced, let through what is transparent, scattered, and connected to lights; every pass a dispatch over a
-// buffer, and the rays of the next wave one behind the other. How many they are stays on the device, which calls the next
-// passes itself; the host records some depths ahead and looks back whether there was anything left.
+// Waves of rays. A wave is traced, passed through transparent surfaces, scattered, and connected to the lights. Every
+// pass is a dispatch over a buffer; the rays of the next wave are stored consecutively. Their number stays on the
+// device, which dispatches the next passes by indirect arguments. The host records some depths ahead and later checks
+// whether any rays were left.
 #pragma once
 
 #include <deque>
@@ -16,60 +17,63 @@
 
 namespace ballot {
 
-/// What one kind of pass took so far.
+/// The sums of all passes of one name.
 struct PassTime {
   std::string name;
   double ms = 0;  // device time
   std::uint64_t rays = 0, dispatches = 0;
 };
 
-/// Sums by name, in the order of first use. Passes over no rays are named only if others of their name had some.
+/// The times of passes, summed by name, in the order of first use. A name is listed once a pass of that name had rays.
 class PassTimes {
  public:
   void add(std::string_view name, double ms, std::uint64_t rays, std::uint64_t dispatches);
   void add(std::string_view name, double ms, std::uint64_t rays) { add(name, ms, rays, rays > 0); }
   void add(const PassTimes& others);
   const std::vector<PassTime>& all() const { return times_; }
-  double ms(std::string_view name) const;  // of all whose name begins so
+  /// Returns the sum over all names that begin with `name`.
+  double ms(std::string_view name) const;
 
  private:
   std::vector<PassTime> times_;
 };
 
-/// How waves are made of a view.
+/// The settings of the waves of a picture.
 struct WaveSettings {
   const Integrator* integrator = nullptr;
-  PrimaryPush camera{};          // with the picture's samples in sample_count, and its seed
-  std::uint32_t most_paths = 0;  // under way at once, at most capacity()
-  std::uint32_t last_depth = 0;
-  float ao_radius = 0;  // scene units
+  PrimaryPush camera{};          // sample_count: the samples of the picture; seed: its seed
+  std::uint32_t most_paths = 0;  // paths in flight at once, at most capacity()
+  std::uint32_t last_depth = 0;  // last path depth
+  float ao_radius = 0;           // scene units
   Query query{};
-  SceneFeatures features{};  // what kernels are made for: the scene's, or more
+  SceneFeatures features{};  // features that the kernels are compiled for: the scene's, or more
   Sky::Kind sky = Sky::Kind::None;
 };
 
+/// Runs integrators. Keeps its kernels and buffers from call to call. Belongs to one thread.
 class Waves {
  public:
-  /// Keeps references to all of them.
+  /// Keeps references to all arguments.
   Waves(Context& gpu, Tracer& tracer, SceneData& scene);
   ~Waves();
 
-  /// Paths that are under way at once at most, of so many in all.
+  /// Returns the largest number of paths in flight at once, given the number of all paths of the picture.
   std::uint32_t capacity(const Integrator& integrator, const SceneFeatures& features, std::uint32_t last_depth,
                          std::uint64_t paths) const;
 
-  /// Adds samples [first, first + count) of the listed pixels (`places` of them) to the film, and to the moments if there are any.
-  /// Sums do not depend on how pixels and samples are dealt out over calls.
+  /// Adds the samples [first, first + count) of `places` listed pixels to the film, and to the moments if not null. The
+  /// sums do not depend on how pixels and samples are split over calls. Throws Error(Work) if the device fails or has
+  /// not enough memory.
   void add_samples(const WaveSettings& settings, const Buffer<std::uint32_t>& listed, std::uint32_t places,
                    std::uint32_t first, std::uint32_t count, Buffer<FilmPixel>& film, Buffer<glm::vec3>* moments,
                    PassTimes& times, const Progress& progress);
 
-  /// Lets the rays of hits on what is transparent go on, until they hit what is not or nothing. Nothing to do for a scene without
-  /// alpha. query.want is Nearest.
+  /// Continues rays [0, count) that hit a transparent surface until they hit an opaque one or nothing, and updates
+  /// their hits. Does nothing for a scene without alpha. query.want must be Nearest.
   void pass_through(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
                     const SceneFeatures& features, PassTimes& times);
 
-  /// Bytes of all buffers that are held.
+  /// Returns the bytes of all buffers on the device.
   std::uint64_t bytes() const;
 
  private:
@@ -79,16 +83,16 @@ class Waves {
   struct Awaiting;
   struct Batch;
 
-  /// How many rays a queue held: an entry of indirect_ and reports_, and what the host knows of it.
+  /// The ray count of a queue: the index of its entries in indirect_ and reports_, and what the host knows of it.
   struct Count {
     std::uint32_t record = 0, queue = 0;
-    std::uint32_t rays = 0;  // at most, until it is known
-    bool known = false;
+    std::uint32_t rays = 0;  // the count if `known`, else an upper bound
+    bool known = false;      // by the host
     std::uint32_t trace_args() const { return record * INDIRECT_RECORDS + queue; }
     std::uint32_t wave_args() const { return trace_args() + QUEUES; }
   };
 
-  /// Of all buffers, for each path.
+  /// Returns the bytes of all buffers per path.
   static std::uint64_t path_bytes(const WavePlan& plan, std::uint64_t deferred);
   Kernel& kernel(const KernelSource& source);
   Kernel& indirect_kernel();
@@ -122,14 +126,14 @@ class Waves {
   void scatter(Batch& batch, Wave& wave, Wave& next, Count& count, Count& shadow);
   void connect(Batch& batch, Count& count);
 
-  static constexpr std::uint32_t kRecords = 1024;  // more than three submissions can ask for
+  static constexpr std::uint32_t kRecords = 1024;  // more than three submissions can use
 
   Context& gpu_;
   Tracer& tracer_;
   SceneData& scene_;
   std::uint32_t room_ = 0;
-  std::unique_ptr<Wave> waves_[2];                // one is traced and scattered, the other filled
-  std::unique_ptr<Buffer<PrimaryPush>> cameras_;  // of each part
+  std::unique_ptr<Wave> waves_[2];                // one is traced and scattered, the other is filled
+  std::unique_ptr<Buffer<PrimaryPush>> cameras_;  // one per part of a picture
   std::unique_ptr<Buffer<Path>> paths_;
   std::unique_ptr<Buffer<Ray>> shadow_rays_, deferred_rays_;
   std::unique_ptr<Buffer<Hit>> shadow_hits_;
@@ -139,13 +143,13 @@ class Waves {
   std::unique_ptr<Alpha> alpha_;
   std::unique_ptr<Buffer<Queues>> queues_;
   std::unique_ptr<Buffer<IndirectArgs>> indirect_;
-  std::unique_ptr<Buffer<std::uint32_t>> reports_;  // of every queue of every record, in the host's memory
+  std::unique_ptr<Buffer<std::uint32_t>> reports_;  // counts of every queue of every record, in host memory
   std::uint32_t record_ = 0;
-  std::uint32_t depths_together_ = 4;  // in one submission
-  std::uint64_t paced_ = 0;            // the submission whose time decided that
-  std::unique_ptr<Asked> shown_;       // of the last pass_through() that is no batch's
-  std::map<std::string, std::unique_ptr<Kernel>> kernels_;
-  Kernel* indirect_kernel_ = nullptr;  // one of them
+  std::uint32_t depths_together_ = 4;                       // depths in one submission
+  std::uint64_t paced_ = 0;                                 // the submission whose time last set depths_together_
+  std::unique_ptr<Asked> shown_;                            // of the last call of the public pass_through()
+  std::map<std::string, std::unique_ptr<Kernel>> kernels_;  // by name
+  Kernel* indirect_kernel_ = nullptr;                       // points into kernels_
 };
 
 }  // namespace ballot
