@@ -117,7 +117,7 @@ TEST(BvhCollapse, RefusesMoreNodesThanReferencesCanNumber) {
     collapse(binary, 4, 5);
     FAIL();
   } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("4 children a node has more than 5 nodes"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("4 children per node has more than 5 nodes"), std::string::npos) << e.what();
   }
 }
 
