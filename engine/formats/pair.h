@@ -11,7 +11,7 @@
 
 namespace ballot {
 
-/// How the pair of children of an inner node lies on the device (shaders/shared/layout.h).
+/// The layout of a pair of siblings on the device (shaders/shared/layout.h).
 enum class NodeLayout : std::uint32_t {
   Paper = LAYOUT_PAPER,
   Interleaved = LAYOUT_INTERLEAVED,
@@ -19,7 +19,7 @@ enum class NodeLayout : std::uint32_t {
   Compact = LAYOUT_COMPACT
 };
 
-/// How the triangles of a leaf lie on the device (shaders/shared/layout.h).
+/// The layout of the triangles of a leaf on the device (shaders/shared/layout.h).
 enum class LeafFormat : std::uint32_t { Vertices = LEAVES_VERTICES, Affine = LEAVES_AFFINE };
 
 /// The binary tree on the device, stored as pairs of siblings. A texel is 16 bytes; floats are stored as their bit

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kRaysPerErrorsChunk = 1024;
 
-// What the judge finds of one answer.
+// The judge's finding on one answer.
 struct Finding {
   std::optional<ErrorKind> wrong;
   bool tie = false, within_bound = false;

@@ -30,7 +30,7 @@ struct DeviceInfo {
   std::uint64_t max_storage_range = 0;  // bytes that a storage buffer binding may cover
   std::uint64_t max_texels = 0;         // elements of a texel buffer
   std::uint64_t max_allocation = 0;     // bytes
-  std::uint32_t shared_bytes = 0;       // of shared memory in a workgroup
+  std::uint32_t shared_bytes = 0;       // bytes of shared memory for a workgroup
   std::uint32_t timestamp_bits = 0;
   double timestamp_ns = 0;                            // nanoseconds per tick; 0: no timestamps
   bool size_control = false, full_subgroups = false;  // VK_EXT_subgroup_size_control

@@ -146,8 +146,8 @@ TEST_F(OneExactTriangle, WhatIsNeverHit) {
     EXPECT_EQ(ExactOracle(device_).brute_force(ray).prim, NO_HIT);
     EXPECT_FALSE(ExactOracle(device_).hits(ray, 0));
   }
-  // Three points on a line whose edges are not exact in double precision. The test keeps this degenerate
-  // triangle in the tree on purpose.
+  // Three points on a line whose edges are not exact in double precision. The test keeps this degenerate triangle in
+  // the tree on purpose.
   const Triangles line{{{{1, 1, 0}, {3e20f, 3e20f, 0}, {-1e-20f, -1e-20f, 0}}}};
   const PairTree device = encode_pairs(PlainTree(line).bvh(), line, NodeLayout::Paper);
   EXPECT_FALSE(ExactOracle(device).hits({{1, 1, 1}, 0, {0, 0, -1}, 9}, 0));

@@ -96,8 +96,7 @@ TEST_F(ErrorsOfAnswers, EqualTIsATieAndSmallerIsNot) {
 }
 
 TEST_F(ErrorsOfAnswers, WithinTheBoundAtAnEdge) {
-  // Both rays pass close to edge 2-0 of prim 0, an outer edge at x = 0: one at 1e-9 outside, the other at
-  // 1e-9 inside.
+  // Both rays pass close to edge 2-0 of prim 0, an outer edge at x = 0: one at 1e-9 outside, the other at 1e-9 inside.
   const Ray beside{{-1e-9f, 0.25f, 2}, 0, {0, 0, -1}, 1.5f};
   const Ray within{{1e-9f, 0.25f, 2}, 0, {0, 0, -1}, 1.5f};
   EXPECT_EQ(exact_.nearest(beside).prim, NO_HIT);

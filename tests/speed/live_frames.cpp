@@ -1,6 +1,5 @@
 // Measures the time of a frame in the viewer: runs LiveImage as a window does, but without the window. The camera turns
-// a little with every frame, so each frame is a new picture of one sample. The
-// host learns of it when it has ended.
+// a little with every frame, so each frame is a new picture of one sample. The host learns of it when it has ended.
 #include <chrono>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
