@@ -1,4 +1,4 @@
-"""Meshes, materials and cameras as glTF 2.0: .gltf with the data inside, or .glb. Standard library only."""
+"""Writes meshes, materials and cameras as glTF 2.0: .gltf with embedded data, or .glb. Standard library only."""
 
 import argparse
 import array
@@ -41,7 +41,7 @@ class Mesh:
         return tuple(self.positions[3 * vertex:3 * vertex + 3])
 
     def triangle(self, a, b, c):
-        """Turned round where needed, so that it is counter-clockwise seen from where its first normal points."""
+        """Adds a triangle, counter-clockwise as seen from the side that the normal of `a` points to."""
         p = self.at(a)
         n = cross(sub(self.at(b), p), sub(self.at(c), p))
         m = self.normals[3 * a:3 * a + 3]
@@ -50,14 +50,14 @@ class Mesh:
         self.indices.extend((a, c, b) if n[0] * m[0] + n[1] * m[1] + n[2] * m[2] < 0 else (a, b, c))
 
     def quad(self, a, b, c, d, normal=None):
-        """Flat; without a normal, counter-clockwise seen from the front."""
+        """Adds a flat quad. Without a normal, its corners are counter-clockwise as seen from the front."""
         normal = normal or unit(cross(sub(b, a), sub(d, a)))
         first = [self.vertex(p, normal) for p in (a, b, c, d)]
         self.triangle(first[0], first[1], first[2])
         self.triangle(first[0], first[2], first[3])
 
     def grid(self, point, normal, nu, nv):
-        """A surface point(u, v), normal(u, v) for u, v in [0, 1]."""
+        """Adds the surface point(u, v) with normal(u, v) for u, v in [0, 1], in nu x nv cells."""
         first = len(self.positions) // 3
         for j in range(nv + 1):
             for i in range(nu + 1):
@@ -71,7 +71,7 @@ class Mesh:
                 self.triangle(a, c + 1, c)
 
     def box(self, lo, hi, skip=""):
-        """Axis-parallel; `skip` names faces to leave out: any of x X y Y z Z (small letters: the low side)."""
+        """Adds an axis-parallel box. `skip` names faces to leave out: any of x X y Y z Z (lower case: the low side)."""
         (x, y, z), (p, q, r) = lo, hi
         faces = {
             "x": ((x, y, z), (x, y, r), (x, q, r), (x, q, z)),
@@ -97,9 +97,10 @@ class Mesh:
         self.grid(point, normal, nu, nv)
 
     def lathe(self, centre, profile, segments, start=0.0, turn=2 * math.pi):
-        """Turns (radius, height) pairs, from the bottom up, about the y axis through `centre`; smooth where shallow.
+        """Adds a surface of revolution: a profile of (radius, height) pairs, bottom to top, turned about the y axis.
 
-        Where the profile bends by more than about 40 degrees the edge stays sharp."""
+        The axis goes through `centre`. Edges are smooth, but sharp where the profile bends by more than about 40
+        degrees."""
         parts, part = [], [profile[0]]
         for k in range(1, len(profile)):
             part.append(profile[k])
@@ -160,7 +161,7 @@ def material(name, color, metallic=0.0, roughness=0.9, emissive=None, strength=1
 
 
 def looking(eye, target):
-    """The quaternion (x, y, z, w) that turns -z to the target and keeps +y up."""
+    """Returns the quaternion (x, y, z, w) that turns -z to the target and keeps +y up."""
     back = unit(sub(eye, target))
     right = unit(cross((0, 1, 0), back))
     up = cross(back, right)
@@ -188,7 +189,7 @@ class Scene:
         self.materials, self.meshes, self.views, self.suns = [], [], [], []
 
     def add_material(self, name, color, **options):
-        """A new material; returns the mesh that its triangles go to."""
+        """Adds a material. Returns the mesh for its triangles."""
         self.materials.append(material(name, color, **options))
         self.meshes.append(Mesh())
         return self.meshes[-1]
@@ -197,14 +198,14 @@ class Scene:
         self.views.append((eye, target, math.radians(yfov_degrees)))
 
     def add_sun(self, direction, color, irradiance):
-        """Parallel light that goes along the direction."""
+        """Adds parallel light that travels along the direction."""
         self.suns.append((direction, color, irradiance))
 
     def triangle_count(self):
         return sum(len(mesh.indices) for mesh in self.meshes) // 3
 
     def document(self):
-        """The glTF object, without the buffer's uri, and the buffer's bytes."""
+        """Returns the glTF object, without the uri of the buffer, and the bytes of the buffer."""
         data, views, accessors, primitives = bytearray(), [], [], []
 
         def accessor(values, kind, component, target, bounds=None):
@@ -257,7 +258,7 @@ class Scene:
         return document, bytes(data)
 
     def write(self, path):
-        """Writes .gltf (text, one file) or .glb, by the extension; whole or not at all."""
+        """Writes .gltf (text, one file) or .glb, by the extension. Writes the whole file or none."""
         document, data = self.document()
         if path.endswith(".gltf"):
             document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
@@ -286,13 +287,13 @@ def write_atomically(path, content):
 
 
 def run(make, description, default):
-    """The command line of a scene's program: writes the Scene that make() returns."""
+    """Runs the command line of a scene's program: writes the Scene that make() returns."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("out", nargs="?", default=default,
                         help=f".glb or .gltf to write (default: {os.path.relpath(default)})")
     out = parser.parse_args().out
     if not out.endswith((".glb", ".gltf")):
-        parser.error(f"'{out}' ends neither in .glb nor in .gltf")
+        parser.error(f"'{out}': expected a name that ends in .glb or .gltf")
     scene = make()
     scene.write(out)
     print(f"{out}: {scene.triangle_count()} triangles, {len(scene.materials)} materials, {len(scene.views)} views")

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the atrium: a two-storey court of arcades under the open sky, 78 502 triangles. Metres, +y up.
 
-Everything is computed from the numbers below; there is no randomness beyond a fixed seed."""
+Everything is computed from the numbers below. Random numbers come from a fixed seed."""
 
 import math
 import os
@@ -9,11 +9,11 @@ import random
 
 from gltf_writer import Scene, cross, run, sub, unit
 
-HALF_X, HALF_Z = 10.0, 6.0  # of the open court, to the axis of its columns
+HALF_X, HALF_Z = 10.0, 6.0  # half the size of the open court, to the axes of its columns
 WALK = 3.4  # width of the galleries
 WALL = 0.24  # half the thickness of the arcades
-FLOORS = (0.3, 5.6)  # walking levels: the galleries stand two steps above the court
-SPRING = 2.9  # where the arches begin, above a floor
+FLOORS = (0.3, 5.6)  # heights of the floors; the galleries are two steps above the court
+SPRING = 2.9  # height above a floor where the arches begin
 STOREY = 5.0  # from a floor to the top of its arcade
 LONG_BAYS, SHORT_BAYS = 8, 5
 ARCH_STEPS = 16
@@ -27,7 +27,7 @@ FIGURE = [(0.34, 0.0), (0.31, 0.3), (0.25, 0.8), (0.22, 1.05), (0.27, 1.35), (0.
 
 
 class Side:
-    """One side of the court: s runs along it, y up, n away from the court; n = 0 is the axis of its columns."""
+    """One side of the court. s runs along it, y up and n away from the court; n = 0 is the axis of its columns."""
 
     def __init__(self, origin, along, outward, length, bays):
         self.origin, self.along, self.outward = origin, along, outward
@@ -38,11 +38,11 @@ class Side:
                 self.origin[1] + s * self.along[1] + n * self.outward[1])
 
     def turn(self, s, y, n):
-        """A direction."""
+        """Returns the direction (s, y, n) of the side in the scene's coordinates."""
         return (s * self.along[0] + n * self.outward[0], y, s * self.along[1] + n * self.outward[1])
 
     def wall(self, mesh, a, b, low, high):
-        """The gallery's outer wall, seen from the court."""
+        """Adds a part of the gallery's outer wall, facing the court."""
         mesh.quad(*(self.at(s, y, WALK) for s, y in ((a, low), (b, low), (b, high), (a, high))), self.turn(0, 0, -1))
 
     def box(self, mesh, lo, hi):
@@ -197,7 +197,7 @@ def tiles(mats, side, a, b, y, n0, n1, size):
 
 
 def outer_wall(mats, side, a, b, floor):
-    """Plaster with a dado, a pilaster per column, a door in every other bay."""
+    """A plaster wall with a dado, a pilaster for each column and a door in every other bay."""
     top = floor + STOREY
     if floor == FLOORS[1]:  # up to the roof
         side.wall(mats["plaster"], a, b, top, top + 1.7)
@@ -219,7 +219,7 @@ def outer_wall(mats, side, a, b, floor):
 
 
 def roof(mats, side):
-    """Pantiles, falling towards the court, mitred at the corners."""
+    """A roof of pantiles that slopes down to the court, mitred at the corners."""
     eaves, ridge, low = -0.75, WALK + 0.3, FLOORS[1] + STOREY + 0.3
     waves = round(side.length / 0.4)
 
@@ -236,7 +236,7 @@ def roof(mats, side):
 
 
 def court(mats):
-    """Tiled floor with a border, steps to the galleries."""
+    """The tiled floor of the court with its border, and the steps to the galleries."""
     side = Side((-HALF_X, -HALF_Z), (1, 0), (0, 1), 2 * HALF_X, 1)
     tiles(mats, side, 0.9, 2 * HALF_X - 0.9, 0.0, 0.9, 2 * HALF_Z - 0.9, 0.6)
     x, z = HALF_X - 0.9, HALF_Z - 0.9
@@ -248,7 +248,7 @@ def court(mats):
 
 
 def stairs(mats):
-    """From the court up to the middle bay of one short side, with a rail of bronze."""
+    """The stairs from the court up to the middle bay of one short side, with a rail of bronze."""
     count, run, half = 30, 0.26, 0.95
     rise, end = FLOORS[1] / count, HALF_X - 0.42
     for k in range(count):
@@ -270,7 +270,7 @@ def stairs(mats):
 
 
 def cloth(mesh, side, s, floor, width, length, phase):
-    """Hangs from a cornice before the arcade, in folds that widen downwards."""
+    """A cloth that hangs from a cornice before the arcade, in folds that widen downwards."""
     def point(u, v):
         fold = (0.05 + 0.09 * v) * math.sin(7 * math.pi * u + phase) + 0.12 * v * v * math.sin(2.2 * u + phase)
         narrow = 1 - 0.08 * math.sin(math.pi * v)
@@ -383,7 +383,7 @@ def make():
     arcades(mats)
     stairs(mats)
     furnish(mats)
-    scene.add_sun((0.42, -1, 0.28), (1.0, 0.94, 0.84), 5.0)  # the court is open above
+    scene.add_sun((0.42, -1, 0.28), (1.0, 0.94, 0.84), 5.0)  # shines through the open court
     scene.add_view((-9.2, 7.5, 5.4), (2.2, 2.6, -1.6), 65)
     scene.add_view((-9.4, 1.9, 1.9), (4.0, 3.4, -0.7), 65)
     scene.add_view((8.7, 1.8, -3.1), (-3.2, 3.0, -1.2), 72)

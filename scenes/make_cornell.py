@@ -8,7 +8,7 @@ from gltf_writer import Scene, run
 
 
 def turned_box(mesh, centre, half, height, angle):
-    """An upright block, turned about y."""
+    """Adds an upright block that is turned about the y axis."""
     c, s = math.cos(angle), math.sin(angle)
 
     def at(x, y, z):

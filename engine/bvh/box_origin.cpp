@@ -1,4 +1,4 @@
-// Where boxes are measured from.
+// The origin that the boxes on the device are measured from.
 #include <algorithm>
 
 #include "engine/bvh/bvh.h"
@@ -6,7 +6,7 @@
 namespace ballot {
 
 glm::vec3 box_origin(const Bounds& scene) {
-  constexpr double kFar = 16;  // padded_reach() and shear_scale() rely on it
+  constexpr double kFar = 16;  // in longest sides of the scene; padded_reach() and shear_scale() rely on this value
   const glm::dvec3 sides = glm::dvec3(scene.hi) - glm::dvec3(scene.lo);
   const double longest = std::max({sides.x, sides.y, sides.z});
   glm::vec3 origin(0);

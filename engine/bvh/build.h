@@ -1,4 +1,5 @@
-// What the parts of the builder share: the tree as Embree's callbacks leave it, clipping, flattening. Internal to bvh/.
+// Declarations that the parts of the builder share: the binary tree that Embree's callbacks make, clipping and
+// flattening. Internal to engine/bvh.
 #pragma once
 
 #include <span>
@@ -7,10 +8,11 @@
 
 namespace ballot {
 
-/// A node of the builder's binary tree; lives in the builder's memory. Any depth: nothing here recurses.
+/// A node of the builder's binary tree. It lives in the builder's memory. The tree may have any depth: no code recurses
+/// over it.
 struct BuildNode {
-  Bounds box;               // leaf: covers its references. Inner node: not used, flatten unites the children
-  std::uint32_t count = 0;  // leaf: 1..MAX_LEAF_TRIANGLES references. Inner node: 0
+  Bounds box;               // leaf: covers its references; inner node: not used, as flatten() unites the children
+  std::uint32_t count = 0;  // leaf: number of references, 1..MAX_LEAF_TRIANGLES; inner node: 0
   union {
     const BuildNode* child[2];
     std::uint32_t prims[MAX_LEAF_TRIANGLES];
@@ -18,24 +20,28 @@ struct BuildNode {
   BuildNode() : child{nullptr, nullptr} {}
 };
 
-/// Lays the tree out in the reference form, depth first, left child first, and fills bounds and stats except triangles,
-/// degenerate and build_s. `root` may be null: an empty tree. Throws Error(Work) beyond 2^31 nodes or references.
+/// Converts the tree to the reference form, depth first and left child first. Fills the bounds and all statistics but
+/// triangles, degenerate and build_s. A null `root` is an empty tree. Throws Error(Work) beyond 2^31 nodes or
+/// references.
 Bvh flatten(const BuildNode* root, const BuildSettings& settings);
 
-/// Zero area: two equal vertices, or a cross product of the edges that is exactly zero in double precision.
+/// True if the triangle has no area: two of its vertices are equal, or the cross product of its edges is exactly zero
+/// in double precision.
 bool is_degenerate(const Triangle& triangle);
 
 Bounds bounds_of(const Triangle& triangle);
 
-/// Half the surface area, in double precision, so that neither large nor small boxes leave its range.
+/// Returns half the surface area of a box. Double precision keeps the areas of very large and very small boxes in
+/// range.
 double half_area(const glm::vec3& lo, const glm::vec3& hi);
 
+/// The boxes of the two parts of a reference that a plane splits.
 struct SplitBoxes {
   Bounds left, right;
 };
 
-/// Splits a reference: boxes of the parts of triangle ∩ box on both sides of a plane. Each is rounded outward but never
-/// exceeds `box` or crosses the plane, so that together they cover triangle ∩ box. Never inverted.
+/// Splits a reference at a plane. Returns the boxes of the two parts of triangle ∩ box. Each box is rounded outward,
+/// but never exceeds `box` and never crosses the plane. Together they cover triangle ∩ box. No box is inverted.
 SplitBoxes split_reference(const Triangle& triangle, const Bounds& box, int axis, float position);
 
 }  // namespace ballot

@@ -18,12 +18,13 @@
 namespace ballot {
 namespace {
 
-// The product of three lengths, which the triangle test forms, must stay in float's range.
+// The triangle test multiplies three lengths. Their product must stay in the range of float32.
 constexpr float kLargestCoordinate = 1e12f;
 
-// Embree's limit of depth. Eight levels above it the builder gives up on costs and splits at medians, and if that does
-// not suffice it builds no tree at all; then the next limit is tried, four times the last. Trees of the scenes tried
-// are at most 30 deep, of triangles in a geometric series 34.
+// Depth limits that are given to Embree, from the first to the last. Eight levels before the limit, Embree stops using
+// the SAH and splits at medians. If that does not suffice, it builds no tree at all. Then the next limit is tried,
+// which is four times the last. The trees of the scenes tried are at most 30 deep; that of triangles in a geometric
+// series is 34.
 constexpr unsigned kFirstDepth = 48, kLastDepth = 3072;
 
 struct DeviceRelease {
@@ -35,14 +36,15 @@ struct BvhRelease {
 using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
 using Memory = std::unique_ptr<std::remove_pointer_t<RTCBVH>, BvhRelease>;
 
-// What the callbacks share. They run on many threads at once, and no exception may pass through Embree.
+// The state that Embree's callbacks share. The callbacks run on many threads at once. No exception may pass through
+// Embree.
 struct Job {
   std::span<const Triangle> triangles;
   const Progress& progress;
   std::mutex mutex;  // guards the members below
   double reported = 0;
-  std::exception_ptr failure;  // thrown by progress
-  std::string message;         // Embree's first
+  std::exception_ptr failure;  // what `progress` threw
+  std::string message;         // the first error text of Embree
 };
 
 Job& job_of(void* user) { return *static_cast<Job*>(user); }
@@ -55,13 +57,13 @@ BuildNode* new_node(RTCThreadLocalAllocator allocator) {
 void* create_node(RTCThreadLocalAllocator allocator, unsigned, void*) { return new_node(allocator); }
 
 void set_children(void* node, void** children, unsigned, void*) {
-  if (node == nullptr) return;  // out of memory: Embree has noted the error, and no tree comes out
+  if (node == nullptr) return;  // out of memory: Embree has noted the error and returns no tree
   for (const int side : {0, 1}) static_cast<BuildNode*>(node)->child[side] = static_cast<BuildNode*>(children[side]);
 }
 
-void set_bounds(void*, const RTCBounds**, unsigned, void*) {}  // flatten unites the children's
+void set_bounds(void*, const RTCBounds**, unsigned, void*) {}  // flatten() unites the children's boxes
 
-// After splits two parts of a triangle may meet again in one leaf: one reference is enough.
+// Makes a leaf. Spatial splits may put two parts of one triangle into the same leaf; the leaf then holds one reference.
 void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* parts, std::size_t count, void*) {
   BuildNode* leaf = new_node(allocator);
   if (leaf == nullptr) return nullptr;
@@ -118,7 +120,7 @@ void check_settings(const BuildSettings& s) {
          s.intersection_cost);
 }
 
-// Embree aborts the process on a box that is inverted or holds a NaN, so nothing unchecked may reach it.
+// Embree aborts the process if a box is inverted or holds a NaN. So every vertex is checked before the build.
 void check_triangles(std::span<const Triangle> triangles) {
   if (triangles.size() > std::size_t{1} << 31)
     fail(Failure::Work, "bvh: {} triangles, but at most 2^31 can be numbered", triangles.size());
@@ -164,10 +166,10 @@ RTCBuildArguments arguments(const BuildSettings& settings, Job& job) {
   return args;
 }
 
-// The tree lives in `memory`. The builder overwrites the parts, so every attempt starts from new ones.
+// Builds the tree in `memory`. Embree overwrites the array of parts, so every attempt fills it again.
 const BuildNode* build_tree(RTCDevice device, RTCBVH memory, std::size_t count, const BuildSettings& settings,
                             Job& job) {
-  // Without spare room Embree makes no spatial splits, and says nothing.
+  // Without spare room in the array Embree makes no spatial splits and reports no error.
   const auto spare = static_cast<std::size_t>(static_cast<double>(count) * static_cast<double>(settings.split_budget));
   std::vector<RTCBuildPrimitive> parts(count + spare);
   RTCBuildArguments args = arguments(settings, job);

@@ -1,5 +1,5 @@
-// Trees on disk. A file is a header and the two arrays as they lie in memory; it is valid only on machines of the same
-// byte order, which the magic number tells.
+// The cache of trees on disk. A file is a header and then the two arrays as they lie in memory. It is valid only on
+// machines of the same byte order, which the magic number checks.
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint64_t kMagic = 0x48564254'4C4C4142;  // "BALLTBVH" on little-endian machines
 
-// Part of every key. Raise it whenever BvhNode, this file's format, or the tree that the builder makes changes.
+// Part of every key. Raise it whenever BvhNode, the format of the file or the tree that the builder makes changes.
 constexpr std::uint32_t kVersion = 1;
 
 using Hash = XXH128_hash_t;
@@ -27,7 +27,7 @@ using Hash = XXH128_hash_t;
 struct Header {
   std::uint64_t magic = kMagic;
   Hash key{};
-  Hash checksum{};  // of the header with this field zero, and of both arrays
+  Hash checksum{};  // over the header with this field zero, and over both arrays
   std::uint64_t node_count = 0, reference_count = 0;
   std::uint32_t triangles = 0, degenerate = 0, leaves = 0, depth = 0;
   double sah = 0;
@@ -62,7 +62,7 @@ Hash checksum_of(Header header, const Bvh& bvh) {
   return XXH3_128bits(&all, sizeof(all));
 }
 
-// Sizes that the header states must match the file's before memory is asked for.
+// True if the sizes that the header states match the size of the file. Checked before any memory is allocated.
 bool sizes_fit(const Header& h, std::uint64_t file_bytes) {
   constexpr std::uint64_t kMost = std::uint64_t{1} << 32;
   return h.node_count < kMost && h.reference_count < kMost &&
@@ -76,7 +76,7 @@ bool read_array(std::ifstream& in, std::vector<T>& out, std::uint64_t count) {
          in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(count * sizeof(T))).good();
 }
 
-// Enough that no walk leaves the arrays or goes in circles: children lie after their parent, as flatten puts them.
+// True if no traversal can leave the arrays or run in a cycle: every child lies after its parent, as flatten() puts it.
 bool walkable(const Bvh& bvh, std::size_t triangle_count) {
   for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
     const BvhNode& n = bvh.nodes[i];
@@ -109,7 +109,7 @@ std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std:
     if (!read_array(in, bvh.nodes, h.node_count) || !read_array(in, bvh.references, h.reference_count))
       return std::nullopt;
   } catch (const std::bad_alloc&) {
-    return std::nullopt;  // the build that follows says so in words
+    return std::nullopt;  // the build that follows reports it
   }
   if (!XXH128_isEqual(checksum_of(h, bvh), h.checksum) || !walkable(bvh, triangle_count)) return std::nullopt;
   bvh.bounds = h.bounds;
@@ -168,7 +168,7 @@ Bvh build_bvh_cached(std::span<const Triangle> triangles, const BuildSettings& s
     std::filesystem::create_directories(cache_folder);
     save(path, key, bvh);
   } catch (const std::exception&) {
-    // A cache that cannot be written costs time at the next start, nothing else.
+    // A cache that cannot be written only costs time at the next start.
   }
   return bvh;
 }

@@ -1,4 +1,4 @@
-// Looks for every broken invariant of the reference form. Coverage of split triangles: check_cover.cpp.
+// Checks every invariant of the reference form. check_cover.cpp checks that the boxes of split triangles cover them.
 #include <algorithm>
 #include <cmath>
 
@@ -67,7 +67,7 @@ class Checker {
     }
   }
 
-  // Whether the children may be visited.
+  // Checks an inner node. Returns true if its children may be visited.
   bool check_inner(std::uint32_t index) {
     const BvhNode& node = bvh_.nodes[index];
     if (node.first < 2 || node.first >= bvh_.nodes.size() - 1) {
@@ -192,7 +192,7 @@ class Checker {
   std::size_t limit_;
   std::vector<std::string> lines_;
   std::vector<bool> visited_;
-  std::vector<std::uint32_t> owner_;  // leaf of each reference
+  std::vector<std::uint32_t> owner_;  // leaf node of each reference, or kNobody
   std::uint32_t leaves_ = 0, degenerate_ = 0, depth_ = 0, largest_leaf_ = 0;
   double cost_ = 0;
 };

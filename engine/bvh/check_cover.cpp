@@ -9,7 +9,7 @@ namespace ballot {
 namespace {
 
 using Vec = glm::dvec3;
-using Part = std::pair<double, double>;  // of a segment, from its start (0) to its end (1)
+using Part = std::pair<double, double>;  // a part of a segment: first and last parameter; 0 is the start, 1 the end
 
 bool holds(const BvhNode& box, const glm::vec3& p) {
   for (int axis = 0; axis < 3; ++axis)
@@ -17,13 +17,14 @@ bool holds(const BvhNode& box, const glm::vec3& p) {
   return true;
 }
 
-// The part of the segment in the box, which is `slack` wider on each side; empty if first > second.
+// Returns the part of the segment that lies in the box, which is widened by `slack` on each side. The part is empty if
+// first > second.
 Part part_inside(const Vec& from, const Vec& to, const BvhNode& box, double slack) {
   Part part{0, 1};
   for (int axis = 0; axis < 3; ++axis) {
     const double lo = box.lo[axis] - slack, hi = box.hi[axis] + slack;
     const double length = to[axis] - from[axis];
-    if (std::abs(length) <= slack) {  // nearly parallel to the face: inside as a whole, or not at all
+    if (std::abs(length) <= slack) {  // nearly parallel to the face: all of it is inside, or none
       if (std::max(from[axis], to[axis]) < lo || std::min(from[axis], to[axis]) > hi) return {1, 0};
       continue;
     }

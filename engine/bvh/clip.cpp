@@ -1,5 +1,7 @@
-// Clips the triangle of a reference for spatial splits. Stich, Friedrich, Dietrich. Spatial splits in bounding volume
-// hierarchies. HPG 2009 (the idea); Sutherland, Hodgman. Reentrant polygon clipping. CACM 1974 (the clipping).
+// Clips the triangle of a reference for spatial splits.
+//
+// Stich, Friedrich, Dietrich. Spatial splits in bounding volume hierarchies. HPG 2009 (the idea).
+// Sutherland, Hodgman. Reentrant polygon clipping. CACM 1974 (the clipping).
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -12,13 +14,14 @@ namespace {
 
 using Vec = glm::dvec3;
 
-// Plain arrays: splitting is most of the time of a build, and glm's indexing by a variable costs a branch (measured: a
-// split takes a third less time without it, g++ 12 -O2).
+// Points are plain arrays, because splitting takes most of the time of a build and indexing a glm vector by a variable
+// costs a branch. Measured: a split takes a third less time without it (g++ 12 -O2).
 struct Point {
   double at[3];
 };
 
-// Three corners and at most one more per plane of the box; room for what rounding may add.
+// A clipped triangle has three corners and at most one more for each plane of the box. The rest is room for corners
+// that rounding may add.
 constexpr int kMaxCorners = 20;
 
 struct Polygon {
@@ -51,7 +54,8 @@ Point crossing(const Point& a, const Point& b, double share, int axis, double pl
   return p;
 }
 
-// Adds to `out`, a Polygon or an Extent, the corners of the part with side * (p[axis] - plane) <= 0.
+// Clips a polygon to the side of a plane where side * (p[axis] - plane) <= 0. Adds the corners of that part to `out`,
+// which is a Polygon or an Extent.
 template <class Out>
 void clip(const Polygon& in, int axis, double plane, double side, Out& out) {
   if (in.count == 0) return;
@@ -74,8 +78,8 @@ float round_down(double x) {
 
 float round_up(double x) { return -round_down(-x); }
 
-// Box of what was clipped, `slack` wider on each side and rounded outward, within `region`; `region` itself if nothing
-// is left.
+// Returns the box of a clipped polygon, widened by `slack` on each side, rounded outward and cut to `region`. Returns
+// `region` itself if nothing is left.
 Bounds box_within(const Extent& extent, double slack, const Bounds& region) {
   Bounds box;
   for (int k = 0; k < 3; ++k) {
@@ -87,7 +91,7 @@ Bounds box_within(const Extent& extent, double slack, const Bounds& region) {
   return box;
 }
 
-// The part of the triangle in the box, whose planes are moved outward by slack.
+// Returns the part of the triangle in the box. The planes of the box are moved outward by `slack`.
 Polygon clip_to_box(const Triangle& triangle, const Bounds& box, double slack) {
   Polygon polygon;
   for (const glm::vec3& v : triangle) polygon.add({v.x, v.y, v.z});
@@ -122,10 +126,11 @@ double half_area(const glm::vec3& lo, const glm::vec3& hi) {
   return size.x * size.y + size.y * size.z + size.z * size.x;
 }
 
-// A clipped corner is off by a few roundings of double precision, less than `slack`. So the polygon is within slack of
-// the true one; clipping by planes moved outward by slack keeps a neighbour of each true point, and the final box is
-// widened by slack again: it covers every true point. Without the first, an edge that all but lies in a plane could
-// lose its whole length to one rounding.
+// Why the boxes cover every point of triangle ∩ box. A clipped corner is off by a few roundings of double precision,
+// which is less than `slack`. So the polygon is within slack of the true one. The clipping planes are moved outward by
+// slack; so the clipped polygon keeps a point within slack of each true point. The final box is widened by slack again,
+// and so it covers every true point. Without the first step, an edge that almost lies in a plane could lose its whole
+// length to one rounding.
 SplitBoxes split_reference(const Triangle& triangle, const Bounds& box, int axis, float position) {
   const float plane = std::clamp(position, box.lo[axis], box.hi[axis]);
   Bounds below = box, above = box;

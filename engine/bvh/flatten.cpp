@@ -1,4 +1,4 @@
-// Lays a builder's tree out in the reference form and measures it.
+// Converts the builder's tree to the reference form and computes its statistics.
 #include <algorithm>
 #include <glm/common.hpp>
 
@@ -8,16 +8,18 @@
 namespace ballot {
 namespace {
 
-// One past the largest index of a node or reference: texel indices of device layouts must keep the top bit clear.
+// One past the largest index of a node or reference. Texel indices in device layouts must keep the top bit clear.
 constexpr std::size_t kMaxIndex = std::size_t{1} << 31;
 
+// A node of the builder's tree and its place in the reference form.
 struct Place {
   const BuildNode* from;
   std::uint32_t index;
-  std::uint32_t inner_above;  // inner nodes on the path from the root, this one excluded
+  std::uint32_t inner_above;  // inner nodes on the path from the root, without this one
 };
 
-// Children always come after their parent, so a pass from the end meets both children before their parent.
+// Sets the box of each inner node to the union of its children's. Children come after their parent in the array, so a
+// pass from the end meets both children first.
 void unite_children(std::vector<BvhNode>& nodes) {
   for (std::size_t i = nodes.size(); i-- > 0;) {
     BvhNode& node = nodes[i];

@@ -13,10 +13,10 @@ double longest_side(const Bounds& box) {
   return std::max({sides.x, sides.y, sides.z});
 }
 
-/// The longest sides that triangles below each node have, by axis.
+/// Returns for each node and axis the largest extent of the triangles below the node.
 std::vector<glm::dvec3> sides_below(const Bvh& bvh, std::span<const Triangle> triangles) {
   std::vector<glm::dvec3> sides(bvh.nodes.size(), glm::dvec3(0));
-  for (std::size_t i = bvh.nodes.size(); i-- > 0;) {  // children lie behind their parents
+  for (std::size_t i = bvh.nodes.size(); i-- > 0;) {  // children come after their parents
     const BvhNode& node = bvh.nodes[i];
     if (node.count == 0 && node.first > i) sides[i] = glm::max(sides[node.first], sides[node.first + 1]);
     for (std::uint32_t k = 0; k < node.count; ++k) {
@@ -38,7 +38,7 @@ float padded_reach(const Bounds& scene) {
 }
 
 std::vector<Bounds> padded_boxes(const Bvh& bvh, std::span<const Triangle> triangles) {
-  constexpr double kRounding = 1.02 * 0x1p-24;  // with room for products of roundings
+  constexpr double kRounding = 1.02 * 0x1p-24;  // 2^-24, with room for products of roundings
   const std::vector<glm::dvec3> sides = sides_below(bvh, triangles);
   const double clamped = 0x1p-35 * longest_side(bvh.bounds);
   const glm::dvec3 origin = box_origin(bvh.bounds);
@@ -48,7 +48,7 @@ std::vector<Bounds> padded_boxes(const Bvh& bvh, std::span<const Triangle> trian
     const glm::dvec3 centre = glm::abs(0.5 * (lo + hi)), half = 0.5 * (hi - lo);
     const double longest = std::max({sides[i].x, sides[i].y, sides[i].z});
     for (int axis = 0; axis < 3; ++axis) {
-      const double moved = origin[axis] != 0 ? centre[axis] + half[axis] : 0;  // what the ray's own origin is off by
+      const double moved = origin[axis] != 0 ? centre[axis] + half[axis] : 0;  // for the rounding of the ray's origin
       const double pad =
           kRounding * (18 * sides[i][axis] + 31 * longest + 2 * centre[axis] + 3 * half[axis] + moved) + clamped;
       constexpr float infinity = std::numeric_limits<float>::infinity();

@@ -1,4 +1,4 @@
-// Leaf blocks of affine maps, from those of vertices.
+// Converts leaf blocks of vertices to leaf blocks of affine maps.
 //
 // Sven Woop. A Ray Tracing Hardware Architecture for Dynamic Scenes. Saarland University, 2004.
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 using Texel = glm::uvec4;
 
-// The functional p -> row . p + offset as float32, or false if it does not fit.
+// Appends the functional p -> row . p + offset, rounded to float32. Returns false if a number is not finite in float32.
 bool add_row(const glm::dvec3& row, double offset, std::vector<Texel>& out) {
   const double all[] = {row.x, row.y, row.z, offset};
   Texel texel;
@@ -26,7 +26,8 @@ bool add_row(const glm::dvec3& row, double offset, std::vector<Texel>& out) {
   return true;
 }
 
-// The rows z, x, y of the map that takes the triangle to (0,0,0), (1,0,0), (0,1,0); zeros if there is none.
+// Appends the rows z, x, y of the affine map that takes the triangle to (0,0,0), (1,0,0), (0,1,0). Appends zeros if
+// there is no such map or it does not fit float32.
 void add_map(const Triangle& triangle, std::vector<Texel>& out) {
   const glm::dvec3 v0(triangle[0]), e1 = glm::dvec3(triangle[1]) - v0, e2 = glm::dvec3(triangle[2]) - v0;
   const glm::dvec3 n = glm::cross(e1, e2);

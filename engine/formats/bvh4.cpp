@@ -9,10 +9,13 @@
 namespace ballot {
 namespace {
 
-constexpr int kSteps = 255;
-constexpr float kSmallestStep = 0x1p-120f;  // a device that flushes denormals keeps its products with directions
+constexpr int kSteps = 255;  // of a grid, along each axis
+// The smallest step of a grid. Its products with directions are not denormal, so no device flushes them to zero.
+constexpr float kSmallestStep = 0x1p-120f;
 
-/// to - from = rounded + rest, exactly. Source: Ole Moeller. Quasi double-precision in floating point addition. BIT 5, 1965.
+/// The difference to - from, kept exactly as rounded + rest.
+///
+/// Source: Ole Moeller. Quasi double-precision in floating point addition. BIT 5, 1965.
 struct Difference {
   double rounded, rest;
   Difference(float to, float from) : rounded(double(to) - from) {
@@ -23,7 +26,8 @@ struct Difference {
   bool at_most(double x) const { return x > rounded || (x == rounded && rest <= 0); }
 };
 
-/// One axis of a node: positions first + q * step, q from 0 to 255. Products are exact in double.
+/// The grid of a node along one axis: the positions first + q * step with q from 0 to 255. The products are exact in
+/// double precision.
 struct Grid {
   float first, step;
   Grid(float lo, float hi) : first(lo) {
@@ -31,6 +35,7 @@ struct Grid {
     step = std::max(float(extent.rounded / kSteps), kSmallestStep);
     while (!extent.at_most(double(step) * kSteps)) step = std::nextafter(step, std::numeric_limits<float>::infinity());
   }
+  /// Returns the largest q whose position is not above x.
   std::uint32_t below(float x) const {
     const Difference d(x, first);
     int q = std::clamp(int(d.rounded / step), 0, kSteps);
@@ -38,6 +43,7 @@ struct Grid {
     while (!d.at_least(double(step) * q)) --q;
     return std::uint32_t(q);
   }
+  /// Returns the smallest q whose position is not below x.
   std::uint32_t above(float x) const {
     const Difference d(x, first);
     int q = std::clamp(int(d.rounded / step), 0, kSteps);

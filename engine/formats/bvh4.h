@@ -1,27 +1,28 @@
-// The tree with up to four children a node in 64 bytes, which rays walk by themselves.
+// The quad tree: up to four children per node, in 64 bytes. Each ray traverses it alone, without a packet.
 #pragma once
 
 #include "engine/formats/pair.h"
 
 namespace ballot {
 
-/// Texels as PairTree's; the format is in shaders/shared/layout.h. Leaves are those of the binary tree, at the same texels
-/// of its leaf array.
+/// The quad tree on the device, in texels of 16 bytes like PairTree's. The format is in shaders/shared/layout.h. Its
+/// leaves are those of the binary tree, at the same texels of the leaf array.
 struct Bvh4Tree {
-  std::vector<glm::uvec4> nodes;     // BVH4_NODE_TEXELS each; the root comes first; none where the scene is empty
-  std::uint32_t root = END_OF_TREE;  // child reference: texel 0, or as the binary tree's where that is no node
-  std::uint32_t depth = 0;           // nodes on the longest path from the root
-  std::uint32_t children = 0;        // of all nodes together
+  std::vector<glm::uvec4> nodes;  // BVH4_NODE_TEXELS texels per node, the root first; none if the root is no node
+  /// Child reference of the root: texel 0, or as the binary tree's root if that is a leaf or END_OF_TREE.
+  std::uint32_t root = END_OF_TREE;
+  std::uint32_t depth = 0;     // nodes on the longest path from the root
+  std::uint32_t children = 0;  // of all nodes together, empty slots not counted
 };
 
-/// The binary tree collapsed (collapse.h), with boxes on a grid of 255 steps over their node's, rounded outward: the box that a
-/// node stands for, in exact arithmetic, holds the child's.
+/// Collapses the binary tree (collapse.h) and quantises the box of each child to a grid of 255 steps over the box of
+/// its node. Boxes are rounded outward: in exact arithmetic the quantised box holds the child's own box.
 ///
-/// Source: Holger Dammertz, Johannes Hanika, Alexander Keller. Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of
-/// Incoherent Rays. EGSR 2008 (four children a node); Ylitie et al. 2017 (the grid). Differs: steps of any size, not powers of
-/// two, so that the grid fits its node.
+/// Source: Holger Dammertz, Johannes Hanika, Alexander Keller. Shallow Bounding Volume Hierarchies for Fast SIMD Ray
+/// Tracing of Incoherent Rays. EGSR 2008 (four children per node); Ylitie et al. 2017 (the grid). Differs: a step may
+/// have any size, not only a power of two, so that the grid fits its node.
 ///
-/// Throws Error(Work) if there would be too many nodes for a child reference.
+/// Throws Error(Work) if the tree has more nodes than a child reference can number.
 Bvh4Tree encode_bvh4(const PairTree& binary);
 
 }  // namespace ballot

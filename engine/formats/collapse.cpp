@@ -12,12 +12,14 @@ namespace {
 
 constexpr int kWidest = 8;
 
-/// What is best for the subtree below a pair of siblings.
+/// The best ways to collapse the subtree of a pair of siblings, for each number of children that it may become.
 struct Best {
-  /// cost[n - 1]: least summed area of the nodes in the pair's subtree, in about the root's, if that hangs from the node above by
-  /// at most n < width children; cost[width - 1]: below a node of its own.
+  /// The least summed area of the wide nodes that the subtree takes, in units of about the area of the root.
+  /// cost[n - 1] with n < width: the subtree becomes at most n children of the node above.
+  /// cost[width - 1]: the subtree has a node of its own, whose area is not counted.
   std::array<float, kWidest> cost;
-  /// left[n - 1]: of n children, how many the left sibling becomes; 0: n - 1 children are as good, or one is a node.
+  /// left[n - 1]: how many of n children the left sibling becomes. 0: n - 1 children are as good, or n is 1 and the
+  /// child is a node of its own.
   std::array<std::uint8_t, kWidest> left;
 };
 
@@ -27,16 +29,16 @@ class Collapse {
       : binary_(binary), width_(width), best_(binary.nodes.size() / binary.pair_texels()) {
     const double root = half_area(binary.root_box.lo, binary.root_box.hi);
     if (root > 0) scale_ = std::ldexp(1.0, -std::ilogb(root));
-    // Children lie behind their parents, so one pass from the back meets them first.
+    // Children come after their parents, so a pass from the end meets the children first.
     for (std::size_t pair = best_.size(); pair-- > 0;) plan(std::uint32_t(pair) * binary_.pair_texels());
   }
 
   CollapsedBvh build(std::uint64_t most_nodes) {
     CollapsedBvh out;
     struct Open {
-      DeviceChild subtree;  // whose node this is
-      std::size_t at;       // the child that it is
-      std::uint32_t level;
+      DeviceChild subtree;  // the subtree that becomes a node
+      std::size_t at;       // its index in out.children
+      std::uint32_t level;  // of the node; 1 is the root
     };
     constexpr std::size_t kRoot = ~std::size_t{0};
     std::vector<Open> open{{{binary_.root_box, binary_.root}, kRoot, 1}};
@@ -46,7 +48,7 @@ class Collapse {
       if (at != kRoot) out.children[at].ref = std::uint32_t(out.ends.size());
       const std::size_t first = out.children.size();
       if (is_leaf(subtree.ref))
-        out.children.push_back(subtree);  // of a scene that is one leaf
+        out.children.push_back(subtree);  // the whole scene is one leaf
       else
         gather_pair(subtree.ref, width_, out.children);
       out.depth = std::max(out.depth, level);
@@ -55,7 +57,7 @@ class Collapse {
         if (!is_leaf(out.children[i].ref)) open.push_back({out.children[i], i, level + 1});
       if (out.ends.size() > most_nodes)
         fail(Failure::Work,
-             "bvh: a tree of {} children a node has more than {} nodes, which its references cannot number; use "
+             "bvh: a tree of {} children per node has more than {} nodes, which its references cannot number; use "
              "another method",
              width_, most_nodes);
     }
@@ -63,22 +65,23 @@ class Collapse {
   }
 
  private:
-  /// Cost of a subtree as at most n children of a node.
+  /// Returns the cost of a subtree that becomes at most n children of a node.
   float cost(const DeviceChild& child, int n) const {
     return is_leaf(child.ref) ? 0 : best_[child.ref / binary_.pair_texels()].cost[n - 1];
   }
 
+  /// Fills the Best of the pair at this texel. Those of the pairs below must be filled.
   void plan(std::uint32_t texel) {
     const DevicePair pair = decode_pair(binary_, texel);
     Best& b = best_[texel / binary_.pair_texels()];
-    const auto divide = [&](int n) {  // the pair as exactly n children, two at least
+    const auto divide = [&](int n) {  // the pair becomes exactly n >= 2 children
       for (int l = 1; l < n; ++l) {
         const float c = cost(pair.left, l) + cost(pair.right, n - l);
         if (l == 1 || c < b.cost[n - 1]) b.cost[n - 1] = c, b.left[n - 1] = std::uint8_t(l);
       }
     };
     divide(width_);
-    const float own = b.cost[width_ - 1] + float(scale_ * area(pair));  // one child: a node of its own
+    const float own = b.cost[width_ - 1] + float(scale_ * area(pair));  // the pair becomes one child, a node of its own
     for (int n = 2; n < width_; ++n) divide(n);
     b.cost[0] = own;
     b.left[0] = 0;
@@ -90,7 +93,7 @@ class Collapse {
     return half_area(glm::min(pair.left.box.lo, pair.right.box.lo), glm::max(pair.left.box.hi, pair.right.box.hi));
   }
 
-  /// The children that a subtree becomes when it may be n.
+  /// Appends the children that a subtree becomes if it may become up to n.
   void gather(const DeviceChild& child, int n, std::vector<DeviceChild>& out) const {
     if (is_leaf(child.ref)) {
       out.push_back(child);
@@ -104,6 +107,7 @@ class Collapse {
       gather_pair(child.ref, n, out);
   }
 
+  /// Appends the n children that the pair at this texel becomes.
   void gather_pair(std::uint32_t texel, int n, std::vector<DeviceChild>& out) const {
     const DevicePair pair = decode_pair(binary_, texel);
     const int left = best_[texel / binary_.pair_texels()].left[n - 1];
@@ -113,7 +117,7 @@ class Collapse {
 
   const PairTree& binary_;
   const int width_;
-  double scale_ = 1;  // brings the root's area to [1, 2): areas of large scenes overflow float32
+  double scale_ = 1;  // brings the root's area to [1, 2), because the areas of large scenes overflow float32
   std::vector<Best> best_;
 };
 

@@ -12,10 +12,10 @@ namespace {
 
 using Texel = glm::uvec4;
 
-/// Inner nodes above the frontier, by reference.
+/// Returns the child references of the inner nodes above the frontier.
 std::set<std::uint32_t> nodes_to_open(const PairTree& binary, std::uint32_t nodes) {
   std::set<std::uint32_t> opened;
-  std::priority_queue<std::pair<double, std::uint32_t>> inner;  // of the frontier, by surface
+  std::priority_queue<std::pair<double, std::uint32_t>> inner;  // inner nodes of the frontier, by surface area
   const auto add = [&](const DeviceChild& c) {
     if (!is_leaf(c.ref)) inner.emplace(half_area(c.box.lo, c.box.hi), c.ref);
   };
@@ -31,7 +31,8 @@ std::set<std::uint32_t> nodes_to_open(const PairTree& binary, std::uint32_t node
   return opened;
 }
 
-/// Whether rays of this octant mostly meet the right box first: by the axis along which the centres are farthest apart.
+/// True if rays of this octant mostly meet the right box first. The axis along which the centres are farthest apart
+/// decides.
 bool right_first(const DevicePair& pair, std::uint32_t octant) {
   const glm::vec3 d = (pair.right.box.lo + pair.right.box.hi) - (pair.left.box.lo + pair.left.box.hi);
   const glm::vec3 a = glm::abs(d);
@@ -39,7 +40,7 @@ bool right_first(const DevicePair& pair, std::uint32_t octant) {
   return (d[axis] < 0) != ((octant >> axis & 1) != 0);
 }
 
-/// The frontier front to back.
+/// Returns the nodes of the frontier, front to back for rays of this octant.
 std::vector<DeviceChild> in_order(const PairTree& binary, const std::set<std::uint32_t>& opened, std::uint32_t octant) {
   std::vector<DeviceChild> stack{{binary.root_box, binary.root}}, line;
   while (!stack.empty()) {

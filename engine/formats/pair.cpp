@@ -1,4 +1,4 @@
-// Derives the uploaded arrays from the reference form.
+// Encodes the binary tree for the device, from its reference form.
 #include "engine/formats/pair.h"
 
 #include <algorithm>
@@ -26,12 +26,11 @@ void check_sizes(const Bvh& bvh) {
   if (nodes > kMaxNodeTexels || leaves > kMaxLeafTexels)
     fail(Failure::Work,
          "bvh: {} nodes and {} triangle references take {} and {} texels on the device, but a child reference can "
-         "number "
-         "{} and {} (shaders/shared/layout.h); a smaller split_budget makes fewer references",
+         "number {} and {} (shaders/shared/layout.h); a smaller split_budget makes fewer references",
          bvh.nodes.size(), bvh.references.size(), nodes, leaves, kMaxNodeTexels, kMaxLeafTexels);
 }
 
-// Appends the block of a leaf and returns the leaf's child reference.
+// Appends the block of a leaf. Returns the child reference of the leaf.
 std::uint32_t add_leaf(const BvhNode& leaf, const Bounds& box, const Bvh& bvh, std::span<const Triangle> triangles,
                        std::vector<Texel>& out) {
   const std::uint32_t at = static_cast<std::uint32_t>(out.size());
@@ -45,7 +44,7 @@ std::uint32_t add_leaf(const BvhNode& leaf, const Bounds& box, const Bvh& bvh, s
   return leaf_ref(leaf.count, at);
 }
 
-// Nodes 0 and 1 are not stored.
+// Returns the texel at which the pair of an inner node's children starts. Nodes 0 and 1 are not stored.
 std::uint32_t pair_texel(const BvhNode& inner, std::uint32_t pair_texels) {
   return (inner.first / 2 - 1) * pair_texels;
 }
@@ -55,7 +54,8 @@ void add_paper(const Bounds& box, std::uint32_t count, std::uint32_t ref, std::v
   out.push_back({bits(box.hi.y), bits(box.hi.z), count, count == 0 ? ref : leaf_texel(ref)});
 }
 
-// (centre, half extent) of a box, widened where rounding would lose a point of it.
+// Returns the centre (as lo) and half extent (as hi) of a box. The half extent is rounded up, so that no point of the
+// box is lost.
 Bounds centred(const Bounds& box) {
   Bounds out;
   for (int axis = 0; axis < 3; ++axis) {
@@ -78,8 +78,8 @@ void add_interleaved(const Bounds& l, const Bounds& r, std::uint32_t left, std::
   out.push_back({left, right, 0, 0});
 }
 
-/// Of two numbers that are not negative, the upper halves of their bits in a word: the word's bits and those of its lower half
-/// moved up are floats that are not less.
+/// Packs the upper 16 bits of two non-negative floats into one word, those of `above` in the upper half. Read as a
+/// float, the whole word is not less than `above`, and its lower half shifted up by 16 bits is not less than `below`.
 std::uint32_t upper_halves(float above, float below) {
   std::uint32_t low = bits(below) >> 16, high = bits(above) >> 16;
   if (as_float(low << 16) < below) ++low;

@@ -1,4 +1,4 @@
-// Reads the device arrays back.
+// Decodes the binary tree's device arrays on the CPU.
 #pragma once
 
 #include <bit>
@@ -9,9 +9,10 @@
 
 namespace ballot {
 
+/// A child of a node: its box and its reference.
 struct DeviceChild {
   Bounds box;
-  std::uint32_t ref = END_OF_TREE;  // child reference, as layout.h defines it
+  std::uint32_t ref = END_OF_TREE;  // child reference, as shaders/shared/layout.h defines it
 };
 
 struct DevicePair {
@@ -33,7 +34,7 @@ inline DeviceChild paper_child(const glm::uvec4* t) {
           t[1].z == 0 ? t[1].w : leaf_ref(t[1].z, t[1].w)};
 }
 
-/// The smallest box of float32 that holds this one.
+/// Returns the smallest float32 box that holds the box [lo, hi].
 inline Bounds rounded_outwards(const glm::dvec3& lo, const glm::dvec3& hi) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   Bounds box;
@@ -45,13 +46,13 @@ inline Bounds rounded_outwards(const glm::dvec3& lo, const glm::dvec3& hi) {
   return box;
 }
 
-/// The smallest box of float32 that holds all points within half extents (hi) of a centre (lo).
+/// Returns the smallest float32 box that holds a box given by its centre (as lo) and half extent (as hi).
 inline Bounds box_of_centred(const Bounds& centred) {
   const glm::dvec3 centre = centred.lo, half = centred.hi;
   return rounded_outwards(centre - half, centre + half);
 }
 
-/// The pair of siblings that starts at this texel. Boxes are measured from bvh.origin.
+/// Returns the pair of siblings that starts at this texel. The boxes are measured from bvh.origin.
 inline DevicePair decode_pair(const PairTree& bvh, std::uint32_t texel) {
   const glm::uvec4* t = bvh.nodes.data() + texel;
   if (bvh.layout == NodeLayout::Paper) return {paper_child(t), paper_child(t + 2)};
@@ -70,7 +71,7 @@ inline DevicePair decode_pair(const PairTree& bvh, std::uint32_t texel) {
   return pair;
 }
 
-/// The same with boxes measured from zero, and rounded outwards there.
+/// As decode_pair(), but with boxes measured from zero and rounded outward.
 inline DevicePair decode_pair_from_zero(const PairTree& bvh, std::uint32_t texel) {
   DevicePair pair = decode_pair(bvh, texel);
   const glm::dvec3 origin = bvh.origin;
@@ -79,13 +80,14 @@ inline DevicePair decode_pair_from_zero(const PairTree& bvh, std::uint32_t texel
   return pair;
 }
 
-/// The triangle whose three texels start at this texel of the leaf array.
+/// Returns the triangle whose three texels start at this texel of the leaf array.
 inline Triangle decode_triangle(const PairTree& bvh, std::uint32_t texel) {
   const glm::uvec4* t = bvh.leaves.data() + texel;
   const glm::vec3 x = as_vec3(t[0]), y = as_vec3(t[1]), z = as_vec3(t[2]);
   return {glm::vec3(x[0], y[0], z[0]), glm::vec3(x[1], y[1], z[1]), glm::vec3(x[2], y[2], z[2])};
 }
 
+/// Returns the number of that triangle in the scene.
 inline std::uint32_t decode_prim(const PairTree& bvh, std::uint32_t texel) { return bvh.leaves[texel].w; }
 
 }  // namespace ballot

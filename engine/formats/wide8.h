@@ -1,19 +1,19 @@
-// The tree with up to eight children a node, which packets walk a child a lane.
+// The wide tree: up to eight children per node. A packet tests one child per lane.
 #pragma once
 
 #include "engine/formats/pair.h"
 
 namespace ballot {
 
-/// Texels as PairTree's; the format is in shaders/shared/layout.h. Leaves are those of the binary tree, at the same texels
-/// of its leaf array.
+/// The wide tree on the device, in texels of 16 bytes like PairTree's. The format is in shaders/shared/layout.h. Its
+/// leaves are those of the binary tree, at the same texels of the leaf array.
 struct Wide8Tree {
-  std::vector<glm::uvec4> nodes;  // WIDE8_NODE_TEXELS each; node 0 is the root; none where the scene is empty
+  std::vector<glm::uvec4> nodes;  // WIDE8_NODE_TEXELS texels per node; node 0 is the root; empty if the scene is
   std::uint32_t depth = 0;        // nodes on the longest path from the root
-  std::uint32_t children = 0;     // of all nodes together
+  std::uint32_t children = 0;     // of all nodes together, empty slots not counted
 };
 
-/// The binary tree collapsed (collapse.h). Throws Error(Work) if there would be too many nodes for a stack entry
+/// Collapses the binary tree (collapse.h). Throws Error(Work) if there are more nodes than a stack entry can number
 /// (WIDE8_MAX_NODES).
 Wide8Tree encode_wide8(const PairTree& binary);
 

@@ -13,6 +13,7 @@ namespace {
 
 double largest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
+/// The first contact of an ideal ray.
 struct Contact {
   double t;
   Triangle triangle;
@@ -22,7 +23,7 @@ std::optional<Contact> first_contact(const PairTree& bvh, const glm::dvec3& from
   Ray ideal = departure.ray;
   ideal.origin = glm::vec3(from);
   ideal.t_min = 0;
-  RayFrame frame(ideal, bvh.bounds);  // its pad covers the origin's rounding
+  RayFrame frame(ideal, bvh.bounds);  // its pad covers the rounding of the origin to float32
   for (int k = 0; k < 3; ++k) frame.o[k] = from[k];
   frame.t_min = 0x1p-40 * largest(from) / largest(glm::dvec3(ideal.dir));
   double t_far = frame.t_max;

@@ -15,7 +15,7 @@ Dyadic::Dyadic(float x) {
   e_ = exponent - 24 + zeros;
 }
 
-// m * 2^bits. Boost's checked integers shift no negative ones.
+// Returns m * 2^bits. Boost's checked integers cannot shift negative numbers.
 Dyadic::Integer Dyadic::shifted(const Integer& m, int bits) {
   return m.sign() < 0 ? Integer(-(Integer(-m) << static_cast<unsigned>(bits)))
                       : Integer(m << static_cast<unsigned>(bits));
@@ -51,7 +51,7 @@ double quotient(const Dyadic& a, const Dyadic& b) {
   exponent -= shift;
   top /= bottom;
   const auto high = static_cast<std::uint64_t>(top >> 32), low = static_cast<std::uint64_t>(top & 0xFFFFFFFFu);
-  // Two exact doubles of at most 33 bits; their sum is rounded once.
+  // Both terms are exact doubles of at most 33 bits. Their sum is rounded once.
   const double q = std::ldexp(static_cast<double>(high), 32) + static_cast<double>(low);
   return std::ldexp(a.sign() == b.sign() ? q : -q, exponent);
 }

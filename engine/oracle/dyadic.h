@@ -1,4 +1,5 @@
-// Exact arithmetic on what float32 numbers give by additions and products: dyadic rationals, m * 2^e with integers m, e.
+// Exact arithmetic on dyadic rationals, m * 2^e with integers m and e. Sums and products of float32 numbers are such
+// numbers.
 #pragma once
 
 #include <boost/multiprecision/cpp_int.hpp>
@@ -6,13 +7,13 @@
 
 namespace ballot {
 
-/// A number m * 2^e, exactly. Every float32 is a multiple of 2^-149 below 2^128, so a polynomial of degree k in them is
-/// a multiple of 2^-149k below c * 2^128k, where c counts its terms: at degree 6, the highest in use, 1662 bits and
-/// those of c. 2048 are kept, in place; std::overflow_error is thrown if a result would need more.
+/// An exact number m * 2^e. Every float32 is a multiple of 2^-149 below 2^128. So a polynomial of degree k in float32
+/// numbers is a multiple of 2^-149k below c * 2^128k, where c counts its terms. At degree 6, the highest in use, that
+/// is 1662 bits and those of c. 2048 bits are kept in place. Throws std::overflow_error if a result needs more.
 class Dyadic {
  public:
   Dyadic() = default;
-  explicit Dyadic(float x);  // finite
+  explicit Dyadic(float x);  // x must be finite
 
   friend Dyadic operator+(const Dyadic& a, const Dyadic& b);
   friend Dyadic operator-(const Dyadic& a, const Dyadic& b);
@@ -21,9 +22,10 @@ class Dyadic {
   friend std::strong_ordering operator<=>(const Dyadic& a, const Dyadic& b) { return (a - b).sign() <=> 0; }
   int sign() const { return m_.sign(); }
 
-  /// a / b to the nearest double or its neighbour: the integer quotient is cut to 64 bits or one more, which costs less
-  /// than 2^-63 of it, and then rounded to nearest: the error is below 0.502 ulp. No exact value lies on or beyond the
-  /// neighbours of what is returned. b is not 0. Beyond double's range: infinity, or few bits as of any small double.
+  /// Returns a / b, rounded to the nearest double or its neighbour; b must not be 0. The integer quotient is cut to 64
+  /// or 65 bits, which loses less than 2^-63 of it, and is then rounded to nearest. So the error is below 0.502 ulp,
+  /// and the exact value lies strictly between the neighbours of the result. Beyond the range of double the result is
+  /// infinity, or has few bits like any small double.
   friend double quotient(const Dyadic& a, const Dyadic& b);
 
  private:

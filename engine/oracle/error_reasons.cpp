@@ -11,11 +11,12 @@
 namespace ballot {
 namespace {
 
-// The edge opposite to vertex i, named by its ends.
+// The name of the edge opposite to vertex i: the numbers of its two vertices.
 constexpr const char* kEdges[] = {"1-2", "2-0", "0-1"};
 
-// Distance of the ray's line from the line of each edge, in scene units; negative outside of a triangle with det != 0.
-// side = d . (p_b x p_c) is the triple product of d, the edge and any vector between the lines.
+// The distances of the ray's line from the lines of the three edges, in scene units, for a triangle with det != 0. A
+// distance is negative if the ray passes outside of its edge. side = d . (p_b x p_c) is the triple product of d, the
+// edge and any vector between the two lines.
 struct Distances {
   Distances(const Ray& ray, const Triangle& triangle, const ExactSight& sight) {
     const Dyadic one(1.f);
@@ -31,7 +32,8 @@ struct Distances {
   double at[3];
 };
 
-// What of its bound: nothing to say where the arithmetic is exact.
+// Returns a clause that compares the ray's distance from an edge with the bound of the rounding error. The clause is
+// empty if the arithmetic is exact.
 std::string share_of_bound(const ReasonSources& from, const Ray& ray, std::uint32_t prim, int edge) {
   if (from.arithmetic == Arithmetic::Exact) return "";
   return fmt::format(", {:.2g} of what float32 may move it",

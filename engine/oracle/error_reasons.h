@@ -1,4 +1,4 @@
-// Why an answer is wrong, in a sentence. Internal to exact/.
+// Explains in a sentence why an answer is wrong. Internal to engine/oracle.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace ballot {
 
-/// In ulps of float32 at max(|t|, FLT_MIN).
+/// Returns a difference of t in ulps of float32 at max(|t|, FLT_MIN).
 double in_ulps(double difference, double t);
 
-/// What the sentences are made from.
+/// The inputs that the sentences are made from.
 struct ReasonSources {
   const ExactOracle& exact;
   const Oracle& bound;
@@ -18,6 +18,7 @@ struct ReasonSources {
   Arithmetic arithmetic;
 };
 
+/// Returns the reason of an error, as ErrorCase::reason holds it.
 std::string reason_of(const ReasonSources& from, const ErrorCase& error);
 
 }  // namespace ballot

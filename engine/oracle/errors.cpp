@@ -13,10 +13,11 @@ namespace {
 
 constexpr std::size_t kRaysPerErrorsChunk = 1024;
 
+// The judge's finding on one answer.
 struct Finding {
   std::optional<ErrorKind> wrong;
   bool tie = false, within_bound = false;
-  double t_ulp = -1;  // negative: none
+  double t_ulp = -1;  // error of t in ulps; negative: none
 };
 
 OracleHit rounded(const ExactHit& hit) { return {hit.t, hit.prim, hit.u, hit.v}; }
@@ -45,7 +46,7 @@ class Judge {
     return {kind, false, covered && arithmetic_ != Arithmetic::Exact, -1};
   }
 
-  // `own` is the exact hit of the triangle that the answer names.
+  // Checks t, u and v of the answer. `own` is the exact hit of the triangle that the answer names.
   Finding hold_values(const Ray& ray, const Hit& answer, const ExactHit& own, bool tie) const {
     Finding finding;
     finding.tie = tie;

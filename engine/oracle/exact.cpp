@@ -24,7 +24,7 @@ ExactHit as_hit(const ExactSight& sight, std::uint32_t prim) {
   return {sight.t(), prim, sight.weight(1), sight.weight(2)};
 }
 
-// A triangle that the ray hits; its exact numbers are made when something asks for them.
+// A triangle that the ray may hit. Its exact numbers are computed on first use.
 class Candidate {
  public:
   Candidate(const Ray& ray, const Triangle& triangle, std::uint32_t prim)
@@ -34,7 +34,7 @@ class Candidate {
     if (!exact_) exact_.emplace(*ray_, triangle_);
     return *exact_;
   }
-  // Narrows the interval of t to the doubles beside the exact one; det is not 0.
+  // Narrows the interval of t to the neighbours of the double next to the exact t. det must not be 0.
   void narrow() {
     if (narrow_) return;
     narrow_ = true;
@@ -54,7 +54,7 @@ class Candidate {
   std::optional<ExactSight> exact_;
 };
 
-// Finds the nearest hit of rays, one after the other. Belongs to one thread.
+// Finds the nearest hits of rays, one ray after the other. Not thread-safe.
 class Search {
  public:
   explicit Search(const PairTree& bvh) : bvh_(bvh), walker_(bvh) {}
@@ -98,7 +98,7 @@ class Search {
     if (!best_ || nearer(candidate)) best_ = std::move(candidate);
   }
 
-  // Whether the candidate comes before the best.
+  // True if the candidate comes before the best hit so far.
   bool nearer(Candidate& candidate) {
     if (candidate.t().high < best_->t().low) return true;
     if (candidate.t().low > best_->t().high) return false;

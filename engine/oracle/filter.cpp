@@ -1,32 +1,36 @@
-// The filter's error bounds. Notation of predicates.h; u = 2^-53; every operation of double precision gives its exact
-// result times 1 + e, |e| <= u, unless it leaves the range. It does not:
+// The filter's error bounds. The notation is that of predicates.h, and u = 2^-53. Every operation in double precision
+// gives its exact result times 1 + e, |e| <= u, unless it leaves the range. None of them does:
 //
 // Range. Float32 numbers are multiples of 2^-149 below 2^128. A difference of two is at most 2^129 and, rounded, still
-// a multiple of 2^-149. A product of two is at least 2^-298 if not 0, and a multiple of 2^-298; rounding keeps that, for
-// numbers of 53 bits; so with every sum and product up to degree 3: values are 0 or between 2^-447 and 2^390. t is a
-// quotient of two such numbers, below 2^840 and, if not 0, above 2^-840. Error bounds are products of such values and
-// 2^-49; where t times the error of det overflows, t_bounds is unbounded, and where it underflows, the error of depth,
-// above 2^-497 if not 0, absorbs it. (If that is 0, so are p0 and t, and the interval is [0, 0]: right.)
+// a multiple of 2^-149. A product of two is a multiple of 2^-298, and at least 2^-298 if it is not 0. Rounding keeps
+// that, for numbers of 53 bits. The same holds for every sum and product up to degree 3: values are 0 or between 2^-447
+// and 2^390. t is a quotient of two such numbers: below 2^840 and, if it is not 0, above 2^-840. Error bounds are
+// products of such values and 2^-49. Where t times the error of det overflows, t_bounds is unbounded. Where it
+// underflows, the error of depth absorbs it, which is above 2^-497 if it is not 0. (If the error of depth is 0, then p0
+// and t are 0 too, and the interval [0, 0] is right.)
 //
-// Sides. Let m be the largest |p_ik| and s = |dx| + |dy| + |dz|. p is off by u m. A product of two components is off
-// by 3 u m^2 (two factors, one rounding), and a component of a cross product, a difference of two products and at most
-// 2 m^2, by 2 * 3 u m^2 + 2 u m^2 = 8 u m^2. Times d_k and rounded: |d_k| (8 + 2) u m^2; summed over k, 10 u m^2 s, and
-// two additions of sums up to 2 m^2 s: 4 u m^2 s more. Together 14 u m^2 s and terms of order u^2; 16 is used, which
-// also covers the rounding of m, s and of the bound itself (each a few u of it).
+// Sides. Let m be the largest |p_ik| and s = |dx| + |dy| + |dz|. p is off by u m. A product of two components is off by
+// 3 u m^2 (two factors, one rounding). A component of a cross product is a difference of two products and at most
+// 2 m^2; it is off by 2 * 3 u m^2 + 2 u m^2 = 8 u m^2. Multiplied by d_k and rounded, it is off by |d_k| (8 + 2) u m^2.
+// Summed over k, that is 10 u m^2 s. The two additions, of sums up to 2 m^2 s, add 4 u m^2 s. Together that is
+// 14 u m^2 s and terms of order u^2. 16 is used, which also covers the rounding of m, of s and of the bound itself
+// (each a few u of it).
 //
-// Where that is not enough: a side is a sum of six products d_k p_bi p_cj; let a be the sum of their sizes. A product of
-// two components is off by 3 u of it, the difference of two by u of both's sizes more; times d_k 5 u; two additions 7 u:
-// 7 u a, and 8 is used. If a is 0, then so is each product and the side exactly: rays in a plane of two axes, or through
-// an edge along an axis.
+// Where that is not enough: a side is a sum of six products d_k p_bi p_cj. Let a be the sum of their sizes. A product
+// of two components is off by 3 u of its size. The difference of two products is off by u of both sizes more. After the
+// multiplication by d_k it is 5 u, and after two additions 7 u. So a side is off by 7 u a; 8 is used. If a is 0, then
+// each product is 0, and the side is exactly 0. That is the case for rays in a plane of two axes, or through an edge
+// along an axis.
 //
-// det = n . d and depth = n . p0, with n from the edges e1 = v1 - v0 and e2 = v2 - v0, which are differences of float32
-// numbers too. Let h be their largest component. n is off by 8 u h^2 and at most 2 h^2. det is off by 14 u h^2 s as
-// above. In depth, p0 is off by u of itself as well: |p0_k| (8 + 2 + 2) u h^2, summed with two additions
-// (12 + 4) u h^2 (|p0x| + |p0y| + |p0z|). 20 is used for both.
+// det and depth. det = n . d and depth = n . p0, with n from the edges e1 = v1 - v0 and e2 = v2 - v0, which are
+// differences of float32 numbers too. Let h be the largest component of the edges. n is off by 8 u h^2 and at most
+// 2 h^2. det is off by 14 u h^2 s as above. In depth, p0 is off by u of itself as well, which gives |p0_k| (8 + 2 + 2)
+// u h^2; summed with two additions, it is (12 + 4) u h^2 (|p0x| + |p0y| + |p0z|). 20 is used for both.
 //
-// t. Let q = depth' / det' be the quotient of the computed numbers, off by a and b. With the exact t = depth / det,
-// q - t = (q det - depth) / det = (q (det' +- b) - (depth' +- a)) / det, so |q - t| <= (a + |q| b) / (|det'| - b). The
-// rounding of q and of that bound is covered by its factor 1 + 2^-48 and by 4 u |q|.
+// t. Let q = depth' / det' be the quotient of the computed numbers, where depth' is off by a and det' by b. With the
+// exact t = depth / det, q - t = (q det - depth) / det = (q (det' +- b) - (depth' +- a)) / det, so
+// |q - t| <= (a + |q| b) / (|det'| - b). The rounding of q and of that bound is covered by its factor 1 + 2^-48 and by
+// 4 u |q|.
 #include "engine/oracle/filter.h"
 
 #include <algorithm>
@@ -46,7 +50,7 @@ void cross(const double* a, const double* b, double* out) {
   out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-// a - b; returns the largest component's size.
+// Computes a - b. Returns the size of its largest component.
 double subtract(const glm::vec3& a, const double* b, double* out) {
   out[0] = a.x - b[0];
   out[1] = a.y - b[1];
@@ -75,7 +79,7 @@ FilterSight::FilterSight(const FilterRay& ray, const Triangle& triangle) : ray_(
   side_error_ = 16 * kDoubleRoundoff * largest * largest * ray.length;
 }
 
-// Of a side whose error is 0 the sign is certain too: it is 0.
+// If the error of a side is 0, its sign is certain too: the side is 0.
 Sure FilterSight::decide(const double (&error)[3]) const {
   int above = 0, below = 0, zero = 0;
   for (int i = 0; i < 3; ++i) {

@@ -1,5 +1,5 @@
-// Decisions about a ray and a triangle in double precision that are given only where they are proved; the bounds'
-// derivation is in filter.cpp.
+// The filter of the exact oracle: decides in double precision what a proved error bound allows it to decide. filter.cpp
+// derives the bounds.
 #pragma once
 
 #include "engine/scene/scene.h"
@@ -10,21 +10,24 @@ namespace ballot {
 /// A ray that is not dead, in double precision.
 struct FilterRay {
   explicit FilterRay(const Ray& ray);
-  double o[3], d[3], inverse_d[3];  // inverse_d: 0 where d is 0
+  double o[3], d[3], inverse_d[3];  // inverse_d is 0 where d is 0
   double length;                    // |dx| + |dy| + |dz|
   double t_min, t_max;
 };
 
+/// A decision, or Unsure if the error bound does not allow for one.
 enum class Sure { No, Yes, Unsure };
 
-/// Holds the exact t of the ray's line and the triangle's plane; all of the numbers, if det may be 0.
+/// An interval that holds the exact t at which the ray's line meets the triangle's plane. It holds all numbers if det
+/// may be 0.
 struct Interval {
   double low, high;
 };
 
+/// A triangle as seen by a ray, with error bounds.
 struct FilterSight {
   FilterSight(const FilterRay& ray, const Triangle& triangle);
-  Sure hits_line() const;  // the closed triangle, for some t
+  Sure hits_line() const;  // does the line hit the closed triangle, at any t?
   Interval t_bounds() const;
 
  private:
@@ -33,7 +36,7 @@ struct FilterSight {
 
   const FilterRay& ray_;
   const Triangle& triangle_;
-  double p_[3][3];  // the vertices, from the origin
+  double p_[3][3];  // the vertices minus the ray's origin
   double side_[3], side_error_;
 };
 

@@ -1,30 +1,31 @@
-// Judges float32 answers by a bound of the rounding error of the watertight test.
+// Judges float32 answers by a bound of the rounding error of the triangle test.
 //
-// Woop, Benthin, Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013, evaluated in float32 with unit roundoff
-// u = 2^-24, subtractions, additions and products rounded once and divisions within 2.5 ulp (Vulkan's limit), that is
-// 5u.
+// The test is that of Woop, Benthin, Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013, evaluated in float32
+// with unit roundoff u = 2^-24. Subtractions, additions and products are rounded once. Divisions are within 2.5 ulp
+// (Vulkan's limit), that is 5u.
 //
-// Vertices. x = fl(a - fl(s * c)) with a = fl(v - o)[kx], c = fl(v - o)[kz], |s| <= 1, the product of a component and a
-// reciprocal. Let M be the largest |v - o| of the triangle along an axis. a is off by uM; s * c by u (of c) + 6u (of s) +
-// u (of the product) times M; the difference, at most 2M, by 2uM: 11uM. lateral = 16uM leaves room for terms of second order and for an
-// origin that is moved by a fused rounding.
+// Vertices. x = fl(a - fl(s * c)) with a = fl(v - o)[kx] and c = fl(v - o)[kz]. s is the product of a component and a
+// reciprocal, |s| <= 1. Let M be the largest |v - o| of the triangle along an axis. a is off by uM. s * c is off by
+// u (of c) + 6u (of s) + u (of the product), times M. The difference is at most 2M and rounds by 2uM. Together that is
+// 11uM. lateral = 16uM leaves room for terms of second order and for an origin that is moved by a fused rounding.
 //
 // Edge functions. U = fl(Cx * By - Cy * Bx) moves by lateral * (|Bx| + |By| + |Cx| + |Cy|) + 2 lateral^2 when its
-// vertices do, and by at most 2u (|Cx * By| + |Cy * Bx|) when it is rounded; 4u is used. A triangle is hit for certain
-// if all three lie beyond their error on one side of zero, and missed for certain if two lie beyond it on different
-// sides, or one on the side opposite to a certain det.
+// vertices move by lateral, and by at most 2u (|Cx * By| + |Cy * Bx|) when it is rounded; 4u is used. A triangle is hit
+// for certain if all three edge functions lie beyond their error on one side of zero. It is missed for certain if two
+// of them lie beyond their error on different sides, or if det is certain and one lies beyond its error on the opposite
+// side.
 //
-// Depth. t = sum(U_i z_i) / sum(U_i). If the U_i are off by e_i, then t is by sum(e_i |z_i - t|) / |det'|, with
-// |det'| >= |det| - sum(e_i), and not by more than the triangle's extent in depth, for the weights of a hit have one
-// sign. Rounding adds at most 18u max|z|: z by 7u (v - o, 1 / d, product), the sum of products by 3u, det by 2u, the
-// quotient by 6u; 20u is used. Weights likewise.
+// Depth. t = sum(U_i z_i) / sum(U_i). If the U_i are off by e_i, then t is off by sum(e_i |z_i - t|) / |det'|, with
+// |det'| >= |det| - sum(e_i). It is not off by more than the triangle's extent in depth, because the weights of a hit
+// have one sign. Rounding adds at most 18u max|z|: z by 7u (v - o, 1 / d, product), the sum of products by 3u, det by
+// 2u, the quotient by 6u. 20u is used. The same holds for the weights.
 //
-// Moeller and Trumbore (1997) work with edges in space instead of the projected ones. With a direction of unit depth,
-// |d| <= sqrt(3), offsets up to M and edges up to E, the numerators s . (d x e2) and d . (s x e1) round by at most 9u
-// of the product of their lengths, below 64 u M E, and the depth's, e2 . (s x e1), by 64 u M E^2. Unlike Woop's, the
-// bound does not shrink with the projection: triangles seen edge-on are worse.
+// Moeller and Trumbore (1997) work with edges in space instead of projected ones. Let the direction have unit depth, so
+// |d| <= sqrt(3), let offsets be up to M and edges up to E. The numerators s . (d x e2) and d . (s x e1) round by at
+// most 9u of the product of their lengths, which is below 64 u M E. The numerator of the depth, e2 . (s x e1), rounds
+// by 64 u M E^2. Unlike Woop's bound, this one does not shrink with the projection: triangles seen edge-on are worse.
 //
-// Numbers below 2^-126 may be flushed to zero: the small absolute terms.
+// Numbers below 2^-126 may be flushed to zero. The small absolute terms allow for that.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -42,8 +43,8 @@ namespace {
 
 constexpr double kFlush = 0x1p-126;
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-constexpr double kWeightSlack = 1e-5;      // u, v and 1 - u - v of any hit may lie outside of [0, 1] by this much
-constexpr double kExactWeights = 0x1p-22;  // of a mode that decides exactly: u and v come from divisions in float32
+constexpr double kWeightSlack = 1e-5;      // how far u, v and 1 - u - v of any hit may lie outside of [0, 1]
+constexpr double kExactWeights = 0x1p-22;  // error of u and v, which a mode that decides exactly divides in float32
 constexpr std::size_t kRaysPerJudgeChunk = 4096;
 constexpr std::size_t kMaxExamples = 8;
 
@@ -51,7 +52,7 @@ struct SideErrors {
   double side[3], sum;
 };
 
-// Longest edge of the sheared triangle, scene units.
+// Returns the length of the longest edge of the sheared triangle, in scene units.
 double longest_edge(const RayFrame& ray, const Sight& s) {
   double longest = 0;
   for (int i = 0; i < 3; ++i) {
@@ -113,7 +114,7 @@ void bound_values(const RayFrame& ray, const Sight& s, const SideErrors& e, Rang
   } else {
     range.t = (nearest + farthest) / 2;
     range.t_error = (farthest - nearest) / 2 + rounding;
-    // With det of any sign or size, Moeller and Trumbore's t is no mean of the vertices' depths.
+    // If det may have any sign and size, Moeller and Trumbore's t is no mean of the depths of the vertices.
     if (ray.arithmetic == Arithmetic::MoellerTrumbore) range.t_error = kUnbounded;
   }
 }
@@ -134,12 +135,12 @@ Range range_of(const RayFrame& ray, const Triangle& triangle) {
   return range;
 }
 
-// Of float32 at t; denormal numbers count in ulps of the smallest normal one.
+// Returns the ulp of float32 at t. For denormal numbers it is that of the smallest normal number.
 double ulp(double t) { return std::ldexp(1, std::ilogb(std::max(std::abs(t), kFlush)) - 23); }
 
 bool same_vertices(const Triangle& a, const Triangle& b) { return std::memcmp(&a, &b, sizeof(Triangle)) == 0; }
 
-// Whether the ray surely hits some triangle at a t that is surely less than `t` (any triangle, if t is infinite).
+// True if the ray surely hits some triangle at a t that is surely less than `t`. An infinite `t` admits any triangle.
 bool surely_nearer(const PairTree& bvh, const RayFrame& ray, double t) {
   bool found = false;
   Walker(bvh).walk(ray, std::min(t, ray.t_max), [&](std::uint32_t texel) {
@@ -150,7 +151,7 @@ bool surely_nearer(const PairTree& bvh, const RayFrame& ray, double t) {
   return found;
 }
 
-// Whether a twin of the triangle, bit for bit the same but of smaller number, is in the tree.
+// True if the tree holds a twin of the triangle: the same vertices bit for bit, but a smaller number.
 bool has_earlier_twin(const PairTree& bvh, const RayFrame& ray, std::uint32_t prim, const Triangle& triangle) {
   bool found = false;
   const double t_far = ray.t_max;
@@ -167,12 +168,13 @@ bool wrong_weights(const Hit& answer, const Range& range) {
   return !inside || !(std::abs(u - range.u) <= range.weight_error) || !(std::abs(v - range.v) <= range.weight_error);
 }
 
+// The verdict on one answer.
 struct Opinion {
   Verdict verdict = Verdict::Same;
-  double t_error = 0;  // over its bound
+  double t_error = 0;  // error of t, as a share of its bound
 };
 
-// The answer of a mode that decides exactly: the truth, or an error.
+// Judges the answer of a mode that decides exactly: it is either the truth or an error.
 Opinion judge_exactly(const PairTree& bvh, const RayFrame& ray, const Hit& answer, std::uint32_t texel,
                       const OracleHit& truth, Want want) {
   if (answer.prim == NO_HIT) return {truth.prim == NO_HIT ? Verdict::Same : Verdict::FalseMiss};
@@ -207,7 +209,8 @@ Opinion judge_hit(const PairTree& bvh, const RayFrame& ray, const Hit& answer, s
   if (answer.prim == truth.prim) return {Verdict::Same, share};
   if (truth.prim == NO_HIT) return {Verdict::Tie};
   if (want == Want::Any) return {Verdict::Same, share};
-  // Twins have one t, but boxes by multiply-add may cull one of them at that very t.
+  // Twins have the same t, so the smaller number must win. Not so for WoopAffine: boxes tested by multiply-add may cull
+  // one of the twins at that very t.
   if (ray.arithmetic != Arithmetic::WoopAffine && has_earlier_twin(bvh, ray, answer.prim, triangle))
     return {Verdict::WrongPrim};
   return {surely_nearer(bvh, ray, answer.t) ? Verdict::WrongPrim : Verdict::Tie};
@@ -247,8 +250,7 @@ std::string in_words(std::size_t index, Verdict verdict, const Ray& r, const Hit
   const auto prim = [](std::uint32_t p) { return p == NO_HIT ? std::string("a miss") : fmt::format("prim {}", p); };
   return fmt::format(
       "ray {} ({} {} {}, t_min {}, direction {} {} {}, t_max {}): {}: answer is {} at t {}, u {}, v {}; the oracle "
-      "says {} at "
-      "t {}, u {}, v {}",
+      "says {} at t {}, u {}, v {}",
       index, r.origin.x, r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z, r.t_max, name_of(verdict),
       prim(a.prim), a.t, a.u, a.v, prim(truth.prim), truth.t, truth.u, truth.v);
 }

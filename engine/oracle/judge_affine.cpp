@@ -1,14 +1,14 @@
-// The rounding of the affine triangle test and of boxes by multiply-add (numeric mode fast).
+// Bounds the rounding error of the affine triangle test and of box tests by multiply-add (numeric mode fast).
 //
-// With w = 2^-24, rows z, x, y of the map with offsets c, each rounded once, and |a|.|b| the sum of |a_i b_i|:
+// Let w = 2^-24. The map has rows z, x, y and offsets c, each rounded once. |a|.|b| is the sum of |a_i b_i|.
 //   plane distance   Z = o.z + cz     off by 6 w (|o|.|z| + |cz|): the entries, four products and sums
 //   closing speed    D = d.z          off by 4 w |d|.|z|
 //   t = -Z / D                        off by (eZ + |t| eD) / (|D| - eD) + 6 w |t|; unbounded if |D| <= eD
 //   point            p = o + t d      off by w (|o| + 2 |t d|) on each axis, besides t's own error
 //   u = p.x + cx                      off by |x|.ep + 6 w (|p|.|x| + |cx|) + |x.d| et
-// Boxes by multiply-add move a plane by at most 8 w (|o| + M), M the distance of the farthest vertex: a ray that passes a
-// triangle's border by less, or hits are nearer to each other than that, may be lost to a box; it counts as moving the
-// plane and the point.
+// A box test by multiply-add moves a plane of the box by at most 8 w (|o| + M), where M is the distance of the farthest
+// vertex. So a box may cull a hit if the ray passes the border of the triangle by less than that, or if two hits are
+// nearer to each other than that. The bound counts this as an error of the plane distance and of the point.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -20,6 +20,7 @@ namespace {
 
 double absolute_dot(const glm::dvec3& a, const glm::dvec3& b) { return glm::dot(glm::abs(a), glm::abs(b)); }
 
+// A barycentric coordinate and its error bound.
 struct Weight {
   double value, error;
 };

@@ -1,4 +1,4 @@
-// What float32 arithmetic may make of a ray and a triangle. Internal to the judge.
+// The range of results that float32 arithmetic may give for a ray and a triangle. Internal to the judge.
 #pragma once
 
 #include <limits>
@@ -7,8 +7,9 @@
 
 namespace ballot {
 
-constexpr double kFloatRoundoff = 0x1p-24;  // of one rounding to float32, relative
+constexpr double kFloatRoundoff = 0x1p-24;  // relative error of one rounding to float32
 
+/// The results of a triangle test with their error bounds.
 struct Range {
   bool surely_hit = false, surely_missed = false;
   double t = 0, t_error = 0;
@@ -18,7 +19,7 @@ struct Range {
   double t_high() const { return t + t_error; }
 };
 
-/// By the bound of Arithmetic::WoopAffine; the ray's own range of t is left to the caller.
+/// Returns the range by the error bound of Arithmetic::WoopAffine. It does not check [t_min, t_max]; the caller does.
 Range affine_range(const RayFrame& ray, const Triangle& triangle);
 
 }  // namespace ballot

@@ -1,4 +1,4 @@
-// The nearest hit in double precision, over the arrays that are uploaded.
+// Finds nearest hits in double precision, over the arrays that are uploaded to the device.
 #include "engine/oracle/oracle.h"
 
 #include <algorithm>
@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t kRaysPerOracleChunk = 4096;
 
-// ax * by - ay * bx; where that cancels, once more in long double. Changes only its sign if a and b change places.
+// Returns ax * by - ay * bx. Where that cancels, it is computed again in long double. If a and b change places, only
+// the sign of the result changes.
 double cross(double ax, double ay, double bx, double by) {
   const double p = ax * by, q = ay * bx;
   const double difference = p - q;
@@ -36,8 +37,8 @@ bool is_dead(const Ray& ray) {
   return longest < std::numeric_limits<float>::min() || ray.t_max <= ray.t_min;
 }
 
-// The pad covers the float32 arithmetic that the judge forgives (oracle_judge.cpp: 16 roundings of 2^-24 of the
-// distance to a vertex) and the rounding of the origin, so that no candidate near to a decision is culled.
+// The pad covers the float32 rounding that the judge allows for (judge.cpp: 16 roundings of 2^-24 of the distance to a
+// vertex) and the rounding of the origin. So no candidate close to a decision is culled.
 RayFrame::RayFrame(const Ray& ray, const Bounds& bounds) : t_min(ray.t_min), t_max(ray.t_max) {
   double reach = 0;
   for (int k = 0; k < 3; ++k) {
@@ -79,7 +80,7 @@ std::optional<OracleHit> intersect(const RayFrame& ray, const Triangle& triangle
   const Sight s(ray, triangle);
   const auto [least, most] = std::minmax({s.side[0], s.side[1], s.side[2]});
   if (least < 0 && most > 0) return std::nullopt;
-  // A ray in the triangle's plane sees it edge-on; what det is left then comes from rounding x and y.
+  // A ray in the triangle's plane sees it edge-on. Then a det other than 0 only comes from the rounding of x and y.
   double width = 0;
   for (int i = 0; i < 3; ++i) width += std::abs(s.x[i]) + std::abs(s.y[i]);
   if (std::abs(s.det) <= 4 * std::numeric_limits<double>::epsilon() * s.reach * width) return std::nullopt;

@@ -1,5 +1,5 @@
-// The CPU's answer: plain recursion in double precision over the very arrays that are uploaded, and a judge that says
-// whether a float32 answer is right. Used by tests and tools, never by the tracer.
+// The oracle: finds hits on the CPU in double precision, by a plain traversal of the same arrays that are uploaded to
+// the device. It also judges whether a float32 answer is right. Tests and tools use it; the tracer never does.
 #pragma once
 
 #include <cstdint>
@@ -11,63 +11,70 @@
 
 namespace ballot {
 
+/// The hit that a ray asks for: the nearest one, or any.
 enum class Want : std::uint32_t { Nearest = 0, Any = 1 };
 
+/// A hit in double precision; prim is NO_HIT on a miss.
 struct OracleHit {
   double t = 0;
   std::uint32_t prim = NO_HIT;
   double u = 0, v = 0;
 };
 
-/// How a float32 answer stands against the double precision one. Float32 cannot decide rays that pass an edge closer
-/// than its rounding, nor order hits closer than its rounding; such answers are Tie only if the judge shows, from the
-/// bound of the arithmetic's rounding error (oracle_judge.cpp), that both answers lie within it. Everything else is an
-/// error. WrongT: t, u or v of the triangle lies beyond its bound, or is NaN.
+/// The verdict on a float32 answer, compared with the double precision one. Float32 can neither decide rays that pass
+/// an edge closer than its rounding error nor order hits that are closer than that. Such an answer is a Tie only if the
+/// judge shows, from the bound of the rounding error (judge.cpp), that both answers lie within the bound. Everything
+/// else is an error. WrongT: t, u or v of the triangle lies beyond its bound or is NaN.
 enum class Verdict { Same, Tie, FalseMiss, FalseHit, WrongPrim, WrongT };
 
+/// Counts of verdicts over a set of rays.
 struct Judgement {
   std::uint64_t rays = 0, same = 0, tie = 0, false_miss = 0, false_hit = 0, wrong_prim = 0, wrong_t = 0;
-  double worst_t_error = 0;           // of Same answers: |t - t_oracle| over its bound; at most 1
-  std::vector<std::string> examples;  // the first few errors, in words, with ray and both answers
+  double worst_t_error = 0;           // largest |t - t_oracle| of Same answers as a share of its bound; at most 1
+  std::vector<std::string> examples;  // the first few errors, in words, with the ray and both answers
   std::uint64_t errors() const { return false_miss + false_hit + wrong_prim + wrong_t; }
 };
 
-/// Whose rounding the judge allows for: the bound of the triangle test that made the answers. Exact: decisions without
-/// rounding, so nothing is a tie; t within one ulp of float32 of the exact t, u and v within 2^-22.
+/// The triangle test that made the answers, whose rounding error the judge allows for. Exact: the test decides without
+/// rounding, so no answer is a tie; t must lie within one ulp of float32 of the exact t, and u and v within 2^-22.
 enum class Arithmetic { Woop, MoellerTrumbore, WoopAffine, Exact };
 
-/// What float32 may make of a ray and a triangle.
+/// The rounding error that the judge allows for a ray and a triangle.
 struct Allowance {
-  double edge[3];  // |edge function| opposite to each vertex over the bound of its error: above 1 its sign is certain
-  double t;        // bound of t's error
+  double edge[3];  // |edge function| opposite to each vertex over its error bound; above 1 its sign is certain
+  double t;        // error bound of t
 };
 
+/// The double precision oracle of one tree. Thread-safe.
 class Oracle {
  public:
   explicit Oracle(const PairTree& bvh);  // keeps a reference: bvh must outlive the oracle
 
-  /// Nearest hit: the smallest t in [t_min, t_max], among equal t the smallest prim. Dead rays miss.
+  /// Returns the nearest hit: the smallest t in [t_min, t_max], and among equal t the smallest prim. Dead rays miss.
   OracleHit nearest(const Ray& ray) const;
-  std::vector<OracleHit> nearest(std::span<const Ray> rays) const;  // parallel
+  std::vector<OracleHit> nearest(std::span<const Ray> rays) const;  // in parallel
 
-  /// Tests every triangle of the leaf array, without the tree. For small scenes.
+  /// Returns the nearest hit by testing every triangle of the leaf array, without the tree. For small scenes.
   OracleHit brute_force(const Ray& ray) const;
 
-  /// `truth` is what nearest() gave for this ray, for both wants.
+  /// Judges an answer. `truth` is what nearest() returned for this ray, whatever `want` is. Judging many rays is
+  /// parallel and throws Error(Arguments) if the sizes differ.
   Verdict judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
                 Arithmetic arithmetic = Arithmetic::Woop) const;
   Judgement judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth, Want want,
-                  Arithmetic arithmetic = Arithmetic::Woop) const;  // parallel
+                  Arithmetic arithmetic = Arithmetic::Woop) const;
 
-  /// Of a ray that is not dead and the triangle of this number. Zero error of Arithmetic::Exact gives infinite edges.
+  /// Returns the allowance for a ray that is not dead and the triangle of this number. Arithmetic::Exact has no error,
+  /// so its edges are infinite. Throws Error(Arguments) if no leaf holds the prim.
   Allowance allowance(const Ray& ray, std::uint32_t prim, Arithmetic arithmetic) const;
 
  private:
   const PairTree& bvh_;
-  std::vector<std::uint32_t> texel_of_;  // of each prim's triangle in the leaf array; NO_HIT if no leaf holds it
+  std::vector<std::uint32_t> texel_of_;  // texel of each prim in the leaf array; NO_HIT if no leaf holds it
 };
 
-/// Ray is dead by definition (layout.h): t_max <= t_min, NaN or infinite component, direction zero or denormal.
+/// True if the ray is dead (shaders/shared/layout.h): t_max <= t_min, a component is NaN or infinite, or the direction
+/// is zero or denormal.
 bool is_dead(const Ray& ray);
 
 }  // namespace ballot

@@ -38,7 +38,7 @@ bool ExactSight::hits_line() const {
 }
 
 bool ExactSight::within(const Ray& ray) const {
-  // sign((t - bound) * det) * sign(det)
+  // The sign of t - bound: sign((t - bound) * det) * sign(det).
   const auto above = [&](float bound) { return (depth - Dyadic(bound) * det).sign() * det.sign(); };
   return above(ray.t_min) >= 0 && above(ray.t_max) <= 0;
 }

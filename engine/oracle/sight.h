@@ -1,8 +1,8 @@
-// The oracle's arithmetic: one ray against triangles and boxes in double precision. Internal to the oracle.
+// The oracle's arithmetic: tests one ray against triangles and boxes in double precision. Internal to engine/oracle.
 //
-// Woop, Benthin, Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013: the ray is sheared onto the z axis, and
-// the signs of the edge functions of the projected triangle decide. An edge function depends on its two vertices alone
-// and only changes its sign with their order, so neighbours agree on a shared edge.
+// Woop, Benthin, Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013. The ray is sheared onto the z axis. The
+// signs of the edge functions of the projected triangle decide. An edge function depends on its two vertices alone and
+// only changes its sign with their order, so neighbours agree on a shared edge.
 #pragma once
 
 #include <optional>
@@ -11,17 +11,18 @@
 
 namespace ballot {
 
+/// A ray prepared for the tests in double precision.
 struct RayFrame {
   explicit RayFrame(const Ray& ray, const Bounds& bounds);
   double o[3], d[3], inverse_d[3];
-  int kx, ky, kz;  // kz: the axis along which the ray is steepest
+  int kx, ky, kz;  // kz: the main axis, along which |d| is largest
   double sx, sy, sz;
   double t_min, t_max;
-  double pad[3];                             // by which boxes are widened, scene units
-  Arithmetic arithmetic = Arithmetic::Woop;  // whose rounding is judged
+  double pad[3];                             // width that is added to boxes on each side, scene units
+  Arithmetic arithmetic = Arithmetic::Woop;  // the triangle test whose rounding error is judged
 };
 
-/// A triangle as the ray sees it. Sides are twice the areas that the ray's point spans with each edge.
+/// A triangle sheared onto the ray. A side is twice the area that the ray's point spans with an edge.
 struct Sight {
   Sight(const RayFrame& ray, const Triangle& triangle);
   double x[3], y[3];  // lateral position of the vertices, scene units
@@ -34,10 +35,10 @@ struct Sight {
   double weight(int vertex) const { return side[vertex] / det; }
 };
 
-/// The hit of the triangle's double precision image, edges included, or nothing.
+/// Returns the hit of the triangle in double precision, edges included, or nothing.
 std::optional<OracleHit> intersect(const RayFrame& ray, const Triangle& triangle, std::uint32_t prim);
 
-/// Where the ray enters the widened box, if it does so for some t in [ray.t_min, t_far].
+/// Returns the t at which the ray enters the padded box, or nothing if it misses it in [ray.t_min, t_far].
 std::optional<double> enter(const RayFrame& ray, const Bounds& box, double t_far);
 
 }  // namespace ballot

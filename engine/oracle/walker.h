@@ -1,7 +1,8 @@
-// The walk that both oracles share: every leaf of the binary tree that a ray may meet. Internal to the oracles.
+// The traversal that both oracles share: visits every leaf of the binary tree that a ray may meet. Internal to
+// engine/oracle.
 //
-// A ray is of any type R for which `std::optional<double> enter(const R&, const Bounds&, double t_far)` says where it enters a
-// box, or nothing if it surely misses it in [ray.t_min, t_far].
+// A ray may be of any type R with a function `std::optional<double> enter(const R&, const Bounds&, double t_far)`. It
+// returns the t at which the ray enters a box, or nothing if the ray surely misses the box in [ray.t_min, t_far].
 #pragma once
 
 #include <algorithm>
@@ -12,13 +13,13 @@
 
 namespace ballot {
 
-/// Walks a tree; keeps its stack for the next ray. Belongs to one thread.
+/// Traverses a tree, and keeps its stack for the next ray. Not thread-safe.
 class Walker {
  public:
   explicit Walker(const PairTree& bvh) : bvh_(bvh) { stack_.reserve(bvh.depth + 2); }
 
-  /// Calls visit(texel of a triangle) for every triangle of every leaf that the ray may meet in [ray.t_min, t_far], near
-  /// boxes first. visit may lower t_far; the walk ends when it returns false.
+  /// Calls visit(texel of a triangle) for every triangle of every leaf that the ray may meet in [ray.t_min, t_far],
+  /// near boxes first. visit may lower t_far. The traversal ends when visit returns false.
   template <class R, class Visit>
   void walk(const R& ray, const double& t_far, const Visit& visit) {
     stack_.clear();
@@ -63,7 +64,7 @@ class Walker {
   std::vector<Entry> stack_;
 };
 
-/// Calls visit(texel of a triangle) for all triangles of all leaf blocks, in order.
+/// Calls visit(texel of a triangle) for every triangle of every leaf block, in order.
 template <class Visit>
 void for_all_triangles(const PairTree& bvh, const Visit& visit) {
   for (std::uint32_t block = 0; block < bvh.leaves.size();) {

@@ -8,14 +8,15 @@
 #include "engine/core/file.h"
 
 #ifdef __SANITIZE_ADDRESS__
-// Leak reports name a driver's module (tests/lsan.supp) only while it is loaded.
+// Keeps libraries loaded: leak reports can name a driver's module (tests/lsan.supp) only while it is loaded.
 extern "C" int dlclose(void*) { return 0; }
 #endif
 
 namespace ballot {
 
 namespace {
-/// Mesa's disk cache does not tell vector widths apart: code cached at one width crashes at another (seen on 25.0.7).
+/// Gives each vector width of llvmpipe its own Mesa disk cache. Mesa's cache does not tell widths apart, and code that
+/// was cached at one width crashes at another (seen on 25.0.7).
 void separate_mesa_caches() {
   const char* width = std::getenv("LP_NATIVE_VECTOR_WIDTH");
   if (!width || std::getenv("MESA_SHADER_CACHE_DIR")) return;
@@ -102,7 +103,7 @@ const char* result_name(VkResult result) {
     BALLOT_NAME(VK_SUBOPTIMAL_KHR)
 #undef BALLOT_NAME
     default:
-      return "a VkResult without a name here";
+      return "an unknown VkResult";
   }
 }
 

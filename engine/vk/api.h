@@ -1,5 +1,5 @@
-// The Vulkan functions that Ballot calls, found at run time: a machine without a Vulkan loader gets an Error, not a
-// message of the dynamic linker. Each Context has a table of its own, so that devices do not share any state.
+// The Vulkan functions that Ballot calls, found at run time. So a machine without a Vulkan loader gets an Error instead
+// of a message of the dynamic linker. Each Context has its own table of functions; devices share no state.
 #pragma once
 
 #define VK_NO_PROTOTYPES
@@ -27,7 +27,7 @@
   X(GetQueryPoolResults) X(CmdResetQueryPool) X(CmdWriteTimestamp) X(CmdBindPipeline) \
   X(CmdBindDescriptorSets) X(CmdPushConstants) X(CmdDispatch) X(CmdDispatchIndirect) X(CmdCopyBuffer) \
   X(CmdFillBuffer) X(CmdUpdateBuffer) X(CmdPipelineBarrier) X(DeviceWaitIdle)
-// What only a window needs: images, a render pass, semaphores.
+// Functions that only a window needs: images, a render pass, semaphores.
 #define BALLOT_VK_DRAWING(X) \
   X(CreateImage) X(DestroyImage) X(GetImageMemoryRequirements) X(BindImageMemory) X(CreateImageView) \
   X(DestroyImageView) X(CreateSampler) X(DestroySampler) X(CreateRenderPass) X(DestroyRenderPass) \
@@ -41,8 +41,8 @@
   X(CreateSwapchainKHR) X(DestroySwapchainKHR) X(GetSwapchainImagesKHR) X(AcquireNextImageKHR) \
   X(QueuePresentKHR)
 #define BALLOT_VK_DEBUG(X) \
-  X(CreateDebugUtilsMessengerEXT) X(DestroyDebugUtilsMessengerEXT) X(SetDebugUtilsObjectNameEXT) X(CmdBeginDebugUtilsLabelEXT) \
-  X(CmdEndDebugUtilsLabelEXT)
+  X(CreateDebugUtilsMessengerEXT) X(DestroyDebugUtilsMessengerEXT) X(SetDebugUtilsObjectNameEXT) \
+  X(CmdBeginDebugUtilsLabelEXT) X(CmdEndDebugUtilsLabelEXT)
 #define BALLOT_VK_STATISTICS(X) \
   X(GetPipelineExecutableStatisticsKHR)
 // clang-format on
@@ -57,18 +57,18 @@ struct VulkanLoader {
   BALLOT_VK_LOADER(BALLOT_VK_MEMBER)
 };
 
-/// Opens the loader on the first call. Thread-safe. Throws Error(Device) if there is no loader.
+/// Returns the loader, which the first call opens. Thread-safe. Throws Error(Device) if there is no usable loader.
 const VulkanLoader& vulkan_loader();
 
 /// The functions of one instance and, after load_device(), of one device.
 struct Vulkan {
   BALLOT_VK_INSTANCE(BALLOT_VK_MEMBER)
-  BALLOT_VK_SURFACE(BALLOT_VK_MEMBER)  // null unless the instance can make surfaces
+  BALLOT_VK_SURFACE(BALLOT_VK_MEMBER)  // null unless the instance was made for a window
   BALLOT_VK_DEBUG(BALLOT_VK_MEMBER)    // null unless validation is on
   BALLOT_VK_DEVICE(BALLOT_VK_MEMBER)
   BALLOT_VK_DRAWING(BALLOT_VK_MEMBER)
   BALLOT_VK_SWAPCHAIN(BALLOT_VK_MEMBER)   // null unless the device can present
-  BALLOT_VK_STATISTICS(BALLOT_VK_MEMBER)  // null unless the device keeps statistics
+  BALLOT_VK_STATISTICS(BALLOT_VK_MEMBER)  // null unless the device was created with pipeline statistics
 
   void load_instance(VkInstance instance, bool debug, bool surface);
   void load_device(VkDevice device);
@@ -76,9 +76,10 @@ struct Vulkan {
 
 #undef BALLOT_VK_MEMBER
 
-/// "VK_ERROR_DEVICE_LOST" for its value.
+/// Returns the name of a result, e.g. "VK_ERROR_DEVICE_LOST".
 const char* result_name(VkResult result);
-/// Throws Error(Work) "WHAT: VK_..." unless result is VK_SUCCESS; `what` says what was tried on which object.
+/// Throws Error(Work) with the text "WHAT OBJECT: VK_..." unless the result is VK_SUCCESS. `what` and `object` tell
+/// what was tried on which object.
 void vk_check(VkResult result, const char* what, const char* object = "");
 
 }  // namespace ballot

@@ -9,7 +9,7 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint64_t kStagingBytes = 64ull << 20;
+constexpr std::uint64_t kStagingBytes = 64ull << 20;  // larger transfers go in parts
 
 std::string mib(std::uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / (1 << 20)); }
 
@@ -24,15 +24,17 @@ void check_limits(const DeviceInfo& d, const std::string& name, std::uint64_t by
   if (bytes > d.max_allocation) refuse("maxMemoryAllocationSize", d.max_allocation);
 }
 
-/// At least `bytes`. llvmpipe compiles a kernel anew, for half a second and more, when the size of a texel view becomes a power of
-/// two or ceases to be one, and when bits 8 to 15 of it become zero or cease to be (it takes them for a mip level): sizes are none
-/// of these, so that one kernel serves all scenes and batches.
+/// Returns a size of at least `bytes` for a texel view that llvmpipe compiles no special kernel for. llvmpipe
+/// recompiles a kernel, which takes half a second and more, when the size of a texel view changes from or to a power of
+/// two. It also does so when bits 8 to 15 of the size change from or to zero, as it takes them for a mip level. The
+/// returned size is neither a power of two nor has these bits zero, so one compiled kernel serves all scenes and
+/// batches.
 std::uint64_t steady_size(std::uint64_t bytes) {
   while (std::has_single_bit(bytes) || (bytes & 0xFF00) == 0) bytes = (bytes / 16 + 1) * 16;
   return bytes;
 }
 
-/// The host-visible buffer that every transfer of a context goes through.
+/// The host-visible staging buffer that every transfer of a context goes through.
 struct Staging {
   Context& gpu;
   VkBuffer buffer = VK_NULL_HANDLE;
@@ -153,7 +155,7 @@ void RawBuffer::destroy() {
   try {
     gpu_->finish();
   } catch (const Error&) {
-    gpu_->abandon();  // whoever waits next is told
+    gpu_->abandon();  // the next call that waits reports the error
   }
   gpu_->vk().DestroyBufferView(gpu_->device(), view_, nullptr);
   gpu_->vk().DestroyBuffer(gpu_->device(), buffer_, nullptr);
@@ -186,8 +188,10 @@ void RawBuffer::copy_from(const RawBuffer& other, std::uint64_t other_offset, st
                           std::uint64_t bytes) {
   if (bytes == 0) return;
   if (offset + bytes > bytes_ || other_offset + bytes > other.bytes_)
-    fail(Failure::Work, "buffer '{}' of {} bytes: copy of {} at {}, from '{}' of {} bytes at {}", name_, bytes_, bytes,
-         offset, other.name_, other.bytes_, other_offset);
+    fail(Failure::Work,
+         "buffer '{}' of {} bytes: a copy of {} bytes to offset {} does not fit; it comes from buffer '{}' of "
+         "{} bytes, offset {}",
+         name_, bytes_, bytes, offset, other.name_, other.bytes_, other_offset);
   gpu_->submit("a copy of " + other.name_, [&](VkCommandBuffer cmd) {
     const VkBufferCopy region{other_offset, offset, bytes};
     gpu_->vk().CmdCopyBuffer(cmd, other.buffer_, buffer_, 1, &region);
@@ -197,7 +201,8 @@ void RawBuffer::copy_from(const RawBuffer& other, std::uint64_t other_offset, st
 void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint64_t bytes) const {
   if (bytes == 0) return;
   if (offset + bytes > bytes_)
-    fail(Failure::Work, "buffer '{}' of {} bytes: copy of {} at {}", name_, bytes_, bytes, offset);
+    fail(Failure::Work, "buffer '{}' of {} bytes: a copy of {} bytes at offset {} does not fit", name_, bytes_, bytes,
+         offset);
   if (mapped_) {
     gpu_->finish();
     if (from) std::memcpy(mapped_ + offset, from, bytes);

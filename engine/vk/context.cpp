@@ -41,8 +41,9 @@ VkDebugUtilsMessengerCreateInfoEXT messenger_info(std::vector<std::string>* mess
   return info;
 }
 
-/// NVIDIA's driver (580.159.04) leaves thread-local storage behind each time that it is unloaded, so that the 31st instance of a
-/// process finds no driver. As long as there is an instance it stays loaded; this one lasts until the process ends.
+/// Keeps the drivers loaded until the process ends, by an instance that is never destroyed. NVIDIA's driver
+/// (580.159.04) leaks thread-local storage each time that it is unloaded, so that the 31st instance of a process finds
+/// no driver. It stays loaded as long as there is an instance.
 void keep_drivers_loaded(const VkApplicationInfo& app) {
   static const VkInstance kept = [&] {
     VkInstanceCreateInfo create{};
@@ -130,7 +131,7 @@ Context::Context(const ContextOptions& options) {
     physical_ = chosen.handle;
     info_ = std::move(chosen.info);
     queue_family_ = std::uint32_t(surface_ ? present_family(vk_, physical_, surface_) : compute_family(vk_, physical_));
-    // lavapipe bins timestamps with what is drawn, so beside a window they tell nothing of dispatches (22.3.6).
+    // lavapipe bins timestamps with draw commands, so with a window they do not measure dispatches (22.3.6).
     if (surface_ && info_.is_cpu()) info_.timestamp_ns = 0;
     statistics_ = options.statistics && info_.pipeline_statistics;
     create_device();
@@ -243,7 +244,7 @@ void Context::load_pipeline_cache() {
     const auto path = pipeline_cache_path(info_);
     if (std::filesystem::exists(path)) data = read_file(path);
   } catch (const Error&) {
-    data.clear();  // an unreadable cache is an empty one
+    data.clear();  // an unreadable cache counts as empty
   }
   VkPipelineCacheCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
@@ -262,7 +263,7 @@ void Context::save_pipeline_cache() {
     std::filesystem::create_directories(path.parent_path());
     write_file(path, std::span<const std::byte>(data.data(), size));
   } catch (const std::exception&) {
-    // A cache that cannot be written costs time, not results.
+    // A cache that cannot be written only costs time.
   }
 }
 

@@ -1,4 +1,5 @@
-// The Vulkan device: choosing one, refusing the rest with reasons, submitting work, collecting validation messages.
+// The Vulkan device: lists devices, chooses one and refuses others with reasons, submits work and collects validation
+// messages.
 #pragma once
 
 #include <array>
@@ -14,62 +15,64 @@
 
 namespace ballot {
 
-/// What a device is and offers, as far as Ballot cares.
+/// The properties and features of a device that matter to Ballot.
 struct DeviceInfo {
   std::string name;
   std::string driver;  // "NVIDIA 580.159.04", "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"
   VkDriverId driver_id = VkDriverId(0);
-  std::uint32_t driver_version = 0;  // raw; see mesa_version()
+  std::uint32_t driver_version = 0;  // as the driver reports it; see mesa_version()
   std::uint32_t vendor_id = 0, device_id = 0;
   std::uint8_t pipeline_cache_uuid[VK_UUID_SIZE] = {};
   VkPhysicalDeviceType type = VK_PHYSICAL_DEVICE_TYPE_OTHER;
   std::uint32_t api_version = 0;
   std::uint32_t subgroup_size = 0, min_subgroup_size = 0, max_subgroup_size = 0;
   std::uint32_t max_group_invocations = 0, max_group_size_x = 0, max_group_count_x = 0, max_group_subgroups = 0;
-  std::uint64_t max_storage_range = 0;  // bytes a storage buffer binding may see
+  std::uint64_t max_storage_range = 0;  // bytes that a storage buffer binding may cover
   std::uint64_t max_texels = 0;         // elements of a texel buffer
   std::uint64_t max_allocation = 0;     // bytes
-  std::uint32_t shared_bytes = 0;
+  std::uint32_t shared_bytes = 0;       // bytes of shared memory for a workgroup
   std::uint32_t timestamp_bits = 0;
-  double timestamp_ns = 0;                            // per tick; 0: no timestamps
+  double timestamp_ns = 0;                            // nanoseconds per tick; 0: no timestamps
   bool size_control = false, full_subgroups = false;  // VK_EXT_subgroup_size_control
   bool uniform_flow = false;                          // VK_KHR_shader_subgroup_uniform_control_flow
   bool shuffle = false, arithmetic = false, buffer_address = false, float64 = false;
   bool pipeline_statistics = false;   // VK_KHR_pipeline_executable_properties
-  std::vector<std::string> refusals;  // why Ballot cannot use it; empty: it can
-  std::vector<std::string> lacks;     // optional things it has not, and what that costs
+  std::vector<std::string> refusals;  // reasons why Ballot cannot use the device; empty: it can
+  std::vector<std::string> lacks;     // optional features that it lacks, and what that costs
 
   bool is_cpu() const { return type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
-  /// Version of a Mesa driver as 22.3.6 -> 220306; 0 for other drivers.
+  /// Returns the version of a Mesa driver as a number (22.3.6 as 220306), or 0 for other drivers.
   std::uint32_t mesa_version() const;
 };
 
-/// All Vulkan devices of this machine, usable or not, in the loader's order. Throws Error(Device) without a
-/// loader/driver.
+/// Returns all Vulkan devices of this machine, usable or not, in the order of the loader. Throws Error(Device) if there
+/// is no loader or no driver.
 std::vector<DeviceInfo> list_devices();
 
-/// What a window gives so that a device can present to it. The caller keeps the window alive as long as the Context.
+/// A window that the device must be able to present to. The window must outlive the Context.
 struct WindowSurface {
-  std::vector<const char*> instance_extensions;    // that surfaces of this window system need
+  std::vector<const char*> instance_extensions;    // which surfaces of this window system need
   std::function<VkSurfaceKHR(VkInstance)> create;  // throws Error
 };
 
 struct ContextOptions {
   std::string device;                     // "": the best GPU, else a CPU device; an index; part of a name; "gpu"; "cpu"
   bool validate = false;                  // VK_LAYER_KHRONOS_validation with synchronization validation
-  const WindowSurface* window = nullptr;  // the device must present to it; null: no window
-  bool statistics = false;                // pipelines keep what the driver tells of them (registers, ...)
+  const WindowSurface* window = nullptr;  // window that the device must present to; null: none
+  bool statistics = false;                // pipelines keep the driver's statistics of them (registers, ...)
 };
 
-/// Index into `devices` of the one that `wanted` names. Throws Error(Arguments) if nothing has this name or index,
-/// Error(Device) that lists every refusal if nothing usable is left.
+/// Returns the index in `devices` of the best usable device that `wanted` names (ContextOptions::device). Throws
+/// Error(Arguments) if no device has this name or index. Throws Error(Device), which lists every refusal, if none of
+/// them is usable.
 std::size_t choose_device(const std::vector<DeviceInfo>& devices, std::string_view wanted);
 
-/// Instance, device, one queue with compute. Belongs to one thread; one lives at a time.
+/// A Vulkan instance, a device and one queue with compute. Not thread-safe. Only one context may exist at a time.
 ///
-/// Work is a sequence of passes. They run in the order in which they were recorded, each seeing all that those before it wrote,
-/// and many go to the device together, while the host records the next ones: two submissions are under way at most. Whatever
-/// reads or writes a buffer from the host waits for all passes first, so what is not waited for is a matter of speed alone.
+/// Work is a sequence of passes. Passes run in the order in which they were recorded, and each sees everything that
+/// those before it wrote. Many passes are submitted together, while the host records the next ones. At most two
+/// submissions are in flight. Every access to a buffer from the host waits for all passes first, so batching changes
+/// the speed but never the results.
 class Context {
  public:
   explicit Context(const ContextOptions& options = {});
@@ -78,7 +81,7 @@ class Context {
   Context& operator=(const Context&) = delete;
 
   const DeviceInfo& info() const { return info_; }
-  /// The functions of this device. Calls go through it: gpu.vk().QueueSubmit(...).
+  /// The Vulkan functions of this device: gpu.vk().QueueSubmit(...).
   const Vulkan& vk() const { return vk_; }
   VkDevice device() const { return device_; }
   VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
@@ -92,38 +95,43 @@ class Context {
   using Record = std::function<void(VkCommandBuffer)>;
   using Done = std::function<void(double ms)>;
 
-  /// Records commands behind all earlier ones. `what` names the work in errors (a lost device above all). Once it has run,
-  /// and at the latest in finish(), `done` is told its device milliseconds. A queue without timestamps, or one told not to
-  /// batch, runs every pass by itself and waits for it; without timestamps `done` is told wall time.
+  /// Records a pass after all earlier ones. `what` names the work in errors (above all if the device is lost). After
+  /// the pass has run, and at the latest in finish(), `done` is called with its device time in milliseconds. If the
+  /// queue has no timestamps or batching is off (set_batches), every pass is submitted alone and waited for. Without
+  /// timestamps `done` gets the wall time.
   void pass(const std::string& what, const Record& record, Done done = {});
-  /// Hands what is recorded to the device, without waiting for it. Names the submission; 0: there was nothing.
+  /// Submits what is recorded, without waiting for it. Returns the number of the submission, or 0 if nothing was
+  /// recorded.
   std::uint64_t flush();
-  /// Waits for a submission and those before it.
+  /// Waits for this submission and all before it.
   void wait(std::uint64_t submission);
   /// Waits for everything that was recorded.
   void finish();
-  /// The same after a failure: nobody is told of times. Never throws.
+  /// Waits for all submissions after a failure, and drops what is recorded. Calls no `done`. Never throws.
   void abandon() noexcept;
 
-  /// Makes writes of earlier dispatches and copies visible to later dispatches, to their indirect arguments, and to copies.
+  /// Makes writes of earlier dispatches and copies visible to later dispatches, to their indirect arguments, and to
+  /// copies.
   void memory_barrier(VkCommandBuffer cmd) const;
 
-  /// A pass that is waited for.
+  /// Records a pass and waits for it.
   void submit(const std::string& what, const Record& record);
-  /// Device milliseconds of the last submit; wall time where the queue has no timestamps.
+  /// Device time in milliseconds of the last submit(); wall time if the queue has no timestamps.
   double last_ms() const { return last_ms_; }
 
+  /// True if passes are submitted together.
   bool batches() const { return batches_ && queue_times(); }
-  /// Tests: every pass is to be waited for, so that nothing rests on what is recorded together.
+  /// For tests: turns batching off, so that every pass is submitted alone and waited for, or on again.
   void set_batches(bool on) { batches_ = on; }
   std::uint64_t submissions() const { return submitted_; }
-  /// The submission that is recorded now or next; and the last one that has ended.
+  /// The numbers of the submission that is recorded now or next, and of the last one that has ended.
   std::uint64_t recording() const { return submitted_ + 1; }
   std::uint64_t ended() const { return ended_; }
-  /// Device milliseconds of the last submission that has ended.
+  /// Device time in milliseconds of the last submission that has ended.
   double ended_ms() const { return ended_ms_; }
 
-  /// Memory type with `wanted` flags among `bits`, preferring `preferred` too. Throws Error(Work).
+  /// Returns a memory type among `bits` that has all `wanted` flags, and the `preferred` flags too if possible. Throws
+  /// Error(Work) if there is none.
   std::uint32_t memory_type(std::uint32_t bits, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags preferred) const;
   VkMemoryPropertyFlags memory_flags(std::uint32_t type) const { return memory_.memoryTypes[type].propertyFlags; }
   std::uint64_t heap_bytes(std::uint32_t type) const {
@@ -136,35 +144,35 @@ class Context {
   /// Warnings and errors of the validation layers so far; the messages are also printed to standard error.
   const std::vector<std::string>& messages() const { return messages_; }
 
-  /// Where the buffers keep what they copy through; made on first use.
+  /// The staging buffer of all buffers (buffer.cpp), made on first use.
   std::shared_ptr<void>& staging() { return staging_; }
 
-  /// Where the pipelines are kept (pipeline.h); made on first use.
+  /// The pipelines of this context (pipeline.h), made on first use.
   std::shared_ptr<void>& pipelines() { return pipelines_; }
 
-  /// Kernels made before the last reload_shaders() are out of date. A kernel that then fails to compile leaves its
-  /// message here and the one before it in use (kernel.h, refresh).
+  /// Marks all kernels made so far as out of date. If a kernel then fails to compile, its message is kept here and the
+  /// kernel before it stays in use (kernel.h, refresh).
   void reload_shaders() { ++shader_generation_, shader_error_.clear(), pipelines_.reset(); }
   std::uint64_t shader_generation() const { return shader_generation_; }
   const std::string& shader_error() const { return shader_error_; }
   void set_shader_error(std::string text) { shader_error_ = std::move(text); }
 
-  /// A number that no other buffer of this context has, ever.
+  /// Returns a number that no other buffer of this context ever has.
   std::uint64_t next_buffer_id() { return ++buffers_; }
 
-  void save_pipeline_cache();  // when pipelines were made; failure to write is ignored
+  void save_pipeline_cache();  // call after pipelines were made; a failure to write is ignored
 
  private:
   void create_instance(const ContextOptions& options);
   void create_device();
-  /// What one submission at a time goes through: recorded, under way, ended.
+  /// The Vulkan objects of one submission at a time: it is recorded, then in flight, then ended.
   struct Slot {
     VkCommandPool pool = VK_NULL_HANDLE;
     VkCommandBuffer commands = VK_NULL_HANDLE;
     VkFence fence = VK_NULL_HANDLE;
-    VkQueryPool queries = VK_NULL_HANDLE;  // a timestamp at the begin, and one behind every pass
+    VkQueryPool queries = VK_NULL_HANDLE;  // a timestamp at the beginning, and one after every pass
     std::vector<Done> passes;
-    std::string what;  // its last pass
+    std::string what;  // the name of its last pass
     bool open = false, under_way = false;
     std::uint64_t submission = 0;
     std::chrono::steady_clock::time_point start;
@@ -191,7 +199,7 @@ class Context {
   std::uint32_t queue_family_ = 0;
   VkQueue queue_ = VK_NULL_HANDLE;
   std::array<Slot, 2> slots_;  // taken in turn
-  std::size_t slot_ = 0;       // that is recorded now or next
+  std::size_t slot_ = 0;       // index of the slot that is recorded now or next
   std::uint64_t submitted_ = 0, ended_ = 0;
   bool batches_ = true;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
@@ -202,7 +210,8 @@ class Context {
   std::string shader_error_;
 };
 
-/// Ends all that is under way when a scope is left by an exception, before what its passes refer to goes.
+/// Waits for all work in flight when a scope is left, also by an exception, before the objects that its passes use are
+/// destroyed.
 class PassScope {
  public:
   explicit PassScope(Context& gpu) : gpu_(gpu) {}

@@ -40,7 +40,7 @@ struct Requirement {
 constexpr VkSubgroupFeatureFlags kVotes =
     VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_VOTE_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
 
-// What Ballot cannot do without: one line each, its reason is the refusal's text.
+// The features that Ballot requires of a device, with the reason for each. Both are part of the text of a refusal.
 constexpr Requirement kRequirements[] = {
     {"scalarBlockLayout", "shaders/shared/layout.h packs records without padding",
      [](const DeviceProperties&, const DeviceFeatures& f) { return f.v12.scalarBlockLayout == VK_TRUE; }},
@@ -145,7 +145,7 @@ DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   read_subgroups(info, p, f, size_control, uniform_flow);
   info.refusals = refusals_of(p, f);
   const int family = compute_family(vk, device);
-  if (family < 0) info.refusals.push_back("it has no queue that computes");
+  if (family < 0) info.refusals.push_back("it has no queue family with compute");
   if (family >= 0) info.timestamp_bits = queue_families(vk, device)[std::size_t(family)].timestampValidBits;
   if (info.timestamp_bits == 0) info.timestamp_ns = 0;
   name_lacks(info);
@@ -189,7 +189,7 @@ bool matches(const DeviceInfo& d, std::size_t index, std::string_view wanted) {
 
 std::vector<std::string> refusals_of(const DeviceProperties& p, const DeviceFeatures& f) {
   const std::uint32_t version = p.core.properties.apiVersion;
-  if (version < VK_API_VERSION_1_2)  // nothing else can be asked
+  if (version < VK_API_VERSION_1_2)  // its other features cannot be queried
     return {fmt::format("it offers Vulkan {}.{}, Ballot needs 1.2", VK_API_VERSION_MAJOR(version),
                         VK_API_VERSION_MINOR(version))};
   std::vector<std::string> refusals;

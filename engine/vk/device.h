@@ -1,4 +1,4 @@
-// Reading a physical device's properties, and the table of what Ballot requires of it. Internal to engine/vk.
+// Reads the properties of physical devices and checks them against Ballot's requirements. Internal to engine/vk.
 #pragma once
 
 #include <vector>
@@ -7,14 +7,14 @@
 
 namespace ballot {
 
-/// Instance without layers unless asked; owned by the caller.
+/// A physical device and its properties.
 struct PhysicalDevice {
   VkPhysicalDevice handle;
   DeviceInfo info;
 };
 std::vector<PhysicalDevice> physical_devices(const Vulkan& vk, VkInstance instance);
 
-/// What the driver says of a device, and can be made up in tests.
+/// The properties of a device as the driver reports them. Tests can make them up.
 struct DeviceProperties {
   VkPhysicalDeviceProperties2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, nullptr, {}};
   VkPhysicalDeviceVulkan11Properties v11{};
@@ -22,6 +22,7 @@ struct DeviceProperties {
   VkPhysicalDeviceSubgroupSizeControlPropertiesEXT size_control{};
 };
 
+/// The features of a device as the driver reports them.
 struct DeviceFeatures {
   VkPhysicalDeviceFeatures2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2, nullptr, {}};
   VkPhysicalDeviceVulkan12Features v12{};
@@ -30,16 +31,17 @@ struct DeviceFeatures {
   VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR executables{};
 };
 
-/// Why Ballot cannot use such a device: every requirement that it does not meet, with the reason for it.
+/// Returns why Ballot cannot use such a device: every requirement that it does not meet, with the reason for it.
 std::vector<std::string> refusals_of(const DeviceProperties& properties, const DeviceFeatures& features);
 
-/// The first queue family with compute; -1 if none.
+/// Returns the first queue family with compute, or -1 if there is none.
 int compute_family(const Vulkan& vk, VkPhysicalDevice device);
 
-/// The first queue family that computes, draws and presents to this surface; -1 if none, or without VK_KHR_swapchain.
+/// Returns the first queue family that has compute and graphics and presents to this surface. Returns -1 if there is
+/// none or the device has no VK_KHR_swapchain.
 int present_family(const Vulkan& vk, VkPhysicalDevice device, VkSurfaceKHR surface);
 
-/// Extensions beyond 1.2 core that Ballot enables where present.
+/// Returns the extensions beyond Vulkan 1.2 that Ballot enables where the device has them.
 std::vector<const char*> optional_extensions(const Vulkan& vk, VkPhysicalDevice device);
 
 }  // namespace ballot

@@ -17,7 +17,7 @@ Kernel::~Kernel() {
   try {
     gpu_.finish();
   } catch (const Error&) {
-    gpu_.abandon();  // whoever waits next is told
+    gpu_.abandon();  // the next call that waits reports the error
   }
   for (const Set& set : sets_) gpu_.vk().DestroyDescriptorPool(gpu_.device(), set.pool, nullptr);
 }
@@ -76,7 +76,8 @@ void Kernel::write(const Set& set) const {
   }
 }
 
-// Kernels are run over the same few buffers again and again: a set for each combination that was used of late.
+// Returns a descriptor set for the bound buffers. A kernel runs over the same few combinations of buffers again and
+// again, so the sets of recently used combinations are kept.
 VkDescriptorSet Kernel::set_for_bound() {
   constexpr std::size_t kKept = 8;
   std::vector<std::uint64_t> ids;
@@ -118,8 +119,8 @@ void Kernel::end_dispatch(VkCommandBuffer cmd) const {
 
 void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* push, std::uint32_t push_bytes) {
   if (groups > gpu_.info().max_group_count_x)
-    fail(Failure::Work, "kernel {}: {} workgroups, but {} allows {}", name_, groups, gpu_.info().name,
-         gpu_.info().max_group_count_x);
+    fail(Failure::Work, "kernel {}: a dispatch of {} workgroups, but {} allows at most {}", name_, groups,
+         gpu_.info().name, gpu_.info().max_group_count_x);
   begin_dispatch(cmd, push, push_bytes);
   gpu_.vk().CmdDispatch(cmd, groups, 1, 1);
   end_dispatch(cmd);

@@ -1,4 +1,4 @@
-// A pipeline with its bindings.
+// A kernel: a compute pipeline and the buffers that are bound to it.
 #pragma once
 
 #include <map>
@@ -11,50 +11,54 @@
 
 namespace ballot {
 
+/// A compute pipeline with its bindings, ready to be dispatched. Not thread-safe.
 class Kernel {
  public:
-  /// Throws Error(Work) that names the variant on any failure.
+  /// Compiles the kernel or takes it from the cache. On any failure throws Error(Work) that names the variant.
   Kernel(Context& gpu, const KernelSource& source);
   ~Kernel();
   Kernel(const Kernel&) = delete;
   Kernel& operator=(const Kernel&) = delete;
 
-  /// Binds a buffer, as the shader declares the binding, for what is recorded from now on. Throws Error(Work) if the shader has
-  /// no such binding.
+  /// Binds a buffer for all dispatches recorded from now on, as the type that the shader declares. Throws Error(Work)
+  /// if the shader has no such binding.
   void bind(std::uint32_t binding, const RawBuffer& buffer);
+  /// True if the shader has this binding.
   bool wants(std::uint32_t binding) const;
 
-  /// Records one dispatch; throws Error(Work) if a binding is missing or the push constants' size is not the shader's.
+  /// Records a dispatch. Throws Error(Work) if a binding has no buffer, the device does not allow so many workgroups,
+  /// or the size of the push constants is not the shader's.
   void dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* push, std::uint32_t push_bytes);
   template <class P>
   void dispatch(VkCommandBuffer cmd, std::uint32_t groups, const P& push) {
     dispatch(cmd, groups, &push, sizeof push);
   }
-  /// The same, but the device reads the numbers of groups (x, y, z) from a buffer for Access::Groups.
+  /// Records an indirect dispatch: the device reads the numbers of workgroups (x, y, z) at `offset` bytes in a buffer
+  /// with Access::Groups.
   void dispatch(VkCommandBuffer cmd, const RawBuffer& groups, std::uint64_t offset, const void* push,
                 std::uint32_t push_bytes);
 
   const std::string& name() const { return name_; }
-  /// Of its pipeline, when that was made.
+  /// The times that making its pipeline took.
   const KernelTimes& times() const { return pipeline_->times(); }
   std::vector<PipelineFigure> statistics() const { return pipeline_->statistics(); }
-  /// The Context's shader_generation() when this was made.
+  /// The Context's shader_generation() when this kernel was made.
   std::uint64_t generation() const { return generation_; }
 
  private:
-  /// What is bound.
+  /// A buffer that is bound.
   struct Bound {
-    std::uint64_t id = 0;  // of the buffer; 0: none
+    std::uint64_t id = 0;  // id of the buffer; 0: none
     VkBuffer buffer = VK_NULL_HANDLE;
-    std::uint64_t bytes = 0;  // of it that kernels may see
+    std::uint64_t bytes = 0;  // size of the buffer
     VkBufferView view = VK_NULL_HANDLE;
   };
-  /// A descriptor set; what submissions that have not ended use is left as it is.
+  /// A descriptor set. It is not changed while a submission that uses it has not ended.
   struct Set {
     VkDescriptorPool pool = VK_NULL_HANDLE;
     VkDescriptorSet set = VK_NULL_HANDLE;
-    std::vector<std::uint64_t> ids;  // of the buffers, in the order of the bindings
-    std::uint64_t used = 0;          // by this submission last
+    std::vector<std::uint64_t> ids;  // ids of the buffers, in the order of the bindings
+    std::uint64_t used = 0;          // the last submission that uses it
   };
 
   Set create_set();
@@ -73,8 +77,9 @@ class Kernel {
   std::vector<Set> sets_;
 };
 
-/// Makes a kernel where there is none or shaders were reloaded since it was made. True: it is another one and has no
-/// bindings. If a kernel fails to compile anew, it is kept and Context::shader_error() says why; the first one throws.
+/// Makes a kernel if there is none or the shaders were reloaded since it was made. Returns true if it made one, which
+/// has no buffers bound yet. If a kernel fails to compile again, the old one is kept and Context::shader_error() tells
+/// why. If there is no old one, throws Error(Work).
 bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& source);
 
 }  // namespace ballot

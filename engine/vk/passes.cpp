@@ -1,4 +1,4 @@
-// Recording passes, submitting many together, and their times.
+// Records passes, submits many of them together and measures their times.
 #include <algorithm>
 
 #include "engine/core/error.h"
@@ -8,9 +8,9 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kPasses = 255;  // in one submission at most
+constexpr std::uint32_t kPasses = 255;  // at most in one submission
 
-/// Whatever was written is there for all that follows.
+/// Records a barrier that makes all writes so far visible to all later commands and to the host.
 void full_barrier(const Vulkan& vk, VkCommandBuffer cmd) {
   VkMemoryBarrier barrier{};
   barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
@@ -94,7 +94,7 @@ void Context::pass(const std::string& what, const Record& record, Done done) {
   try {
     record(slot.commands);
   } catch (...) {
-    end_pass(slot, {});  // what came before stays good
+    end_pass(slot, {});  // earlier passes stay valid
     throw;
   }
   end_pass(slot, std::move(done));
@@ -107,7 +107,7 @@ void Context::pass(const std::string& what, const Record& record, Done done) {
 std::uint64_t Context::flush() {
   Slot& slot = slots_[slot_];
   if (!slot.open) return 0;
-  // The host is to see what was written, and so is the next submission; a fence alone promises neither.
+  // A fence alone makes writes visible neither to the host nor to the next submission.
   full_barrier(vk_, slot.commands);
   slot.open = false;
   vk_check(vk_.EndCommandBuffer(slot.commands), "recording", slot.what.c_str());
@@ -125,7 +125,7 @@ std::uint64_t Context::flush() {
 
 std::vector<double> Context::times_of(Slot& slot) {
   std::vector<double> ms(slot.passes.size());
-  if (!slot.queries) {  // every pass is alone
+  if (!slot.queries) {  // every submission is one pass
     const auto wall = std::chrono::steady_clock::now() - slot.start;
     ms.assign(ms.size(), std::chrono::duration<double, std::milli>(wall).count());
     return ms;
@@ -156,7 +156,7 @@ void Context::end_slot(Slot& slot) {
 }
 
 void Context::wait(std::uint64_t submission) {
-  for (std::size_t i = 0; i < slots_.size(); ++i) {  // the oldest first
+  for (std::size_t i = 0; i < slots_.size(); ++i) {  // oldest first
     Slot& slot = slots_[(slot_ + i) % slots_.size()];
     if (slot.under_way && slot.submission <= submission) end_slot(slot);
   }

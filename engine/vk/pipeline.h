@@ -1,4 +1,4 @@
-// A compute pipeline and its layouts; kernels that bind different buffers share it.
+// Compute pipelines and their layouts. Kernels that bind different buffers share them.
 #pragma once
 
 #include <map>
@@ -11,34 +11,38 @@
 
 namespace ballot {
 
+/// A kernel configuration: the source file and everything that it is compiled with.
 struct KernelSource {
-  std::string name;  // the variant's one name: debug name, log line, error text
-  std::string file;  // under shaders/
+  std::string name;  // of the variant, in debug names, logs and errors
+  std::string file;  // path under shaders/
   Defines defines;
   std::map<std::uint32_t, std::uint32_t> constants;  // specialisation constants by id
-  std::uint32_t group_size = 64;
-  std::uint32_t subgroup_size = 0;  // required size; 0: whatever the driver gives
+  std::uint32_t group_size = 64;                     // invocations in a workgroup
+  std::uint32_t subgroup_size = 0;                   // required subgroup size; 0: the driver chooses
 };
 
-/// What a kernel is compiled with on a device: its own, and BALLOT_TEXEL_RECORDS (shaders/lib/frame/records.glsl).
+/// Returns the defines that a kernel is compiled with on a device: those of its source, and BALLOT_TEXEL_RECORDS
+/// (shaders/lib/frame/records.glsl).
 Defines defines_of(const KernelSource& source, const DeviceInfo& device);
 
+/// The time that making a kernel took.
 struct KernelTimes {
-  double spirv_ms = 0;  // preprocessing and compiling, or loading from the cache
+  double spirv_ms = 0;  // preprocessing and compiling, or loading SPIR-V from the cache
   double pipeline_ms = 0;
   std::size_t spirv_bytes = 0;
   bool from_cache = false;
 };
 
-/// What a driver tells of a pipeline, in its own words: "Register Count", 56.
+/// A statistic of a pipeline, as the driver names it: "Register Count", 56.
 struct PipelineFigure {
-  std::string name, text;  // text: what it means
+  std::string name, text;  // text: the driver's description
   double value;
 };
 
+/// A compute pipeline with its layouts.
 class ComputePipeline {
  public:
-  /// Throws Error(Work) that names the variant on any failure.
+  /// Compiles the source and makes the pipeline. On any failure throws Error(Work) that names the variant.
   ComputePipeline(Context& gpu, const KernelSource& source);
   ~ComputePipeline();
   ComputePipeline(const ComputePipeline&) = delete;
@@ -66,8 +70,9 @@ class ComputePipeline {
   VkPipeline pipeline_ = VK_NULL_HANDLE;
 };
 
-/// The pipeline of a source, made on first use and kept as long as the context: scenes that come and go on one device share
-/// it, and so does what the driver compiles at the first dispatch. Not thread-safe.
+/// Returns the pipeline of a source. It is made on first use and kept until the context is destroyed or reloads its
+/// shaders. So scenes that come and go on one device share it, and with it the code that the driver compiles at the
+/// first dispatch. Not thread-safe.
 std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSource& source);
 
 }  // namespace ballot

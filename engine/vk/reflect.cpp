@@ -9,7 +9,7 @@ namespace ballot {
 
 namespace {
 
-/// Bindings of one kind of resource, all of which must lie in set 0.
+/// Returns the bindings of one kind of resource, in ascending order. Throws Error(Work) if one is not in set 0.
 std::vector<std::uint32_t> bindings_of(spvc_compiler compiler, spvc_resources resources, spvc_resource_type type,
                                        const std::string& name) {
   const spvc_reflected_resource* list = nullptr;
@@ -39,7 +39,8 @@ std::uint32_t push_bytes_of(spvc_compiler compiler, spvc_resources resources) {
 
 Reflection reflect(const std::vector<std::uint32_t>& words, const std::string& name) {
   spvc_context context = nullptr;
-  if (spvc_context_create(&context) != SPVC_SUCCESS) fail(Failure::Work, "shader {}: no memory to reflect it", name);
+  if (spvc_context_create(&context) != SPVC_SUCCESS)
+    fail(Failure::Work, "shader {}: out of memory while reading its SPIR-V", name);
   spvc_parsed_ir ir = nullptr;
   spvc_compiler compiler = nullptr;
   spvc_resources resources = nullptr;
@@ -58,7 +59,8 @@ Reflection reflect(const std::vector<std::uint32_t>& words, const std::string& n
       problem = e.what();
     }
   } else {
-    problem = fmt::format("shader {} cannot be reflected: {}", name, spvc_context_get_last_error_string(context));
+    problem =
+        fmt::format("shader {}: its SPIR-V cannot be read: {}", name, spvc_context_get_last_error_string(context));
   }
   spvc_context_destroy(context);
   if (!problem.empty()) throw Error(Failure::Work, problem);

@@ -20,14 +20,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kCacheVersion = 1;  // raise when options of the compiler below change
+constexpr int kCacheVersion = 1;  // raise it when the options of the compiler below change
 
 std::string read_text(const fs::path& path) {
   const auto bytes = read_file(path);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// #include "x": relative to the file that includes it.
+/// Resolves #include "x" relative to the file that includes it.
 class Includer : public glslang::TShader::Includer {
  public:
   IncludeResult* includeLocal(const char* header, const char* includer, size_t) override {
@@ -51,7 +51,7 @@ struct GlslangProcess {
   ~GlslangProcess() { glslang::FinalizeProcess(); }
 };
 
-/// The limits that shaders may assume while compiling; the device's own are checked where it matters.
+/// Returns the limits that shaders may assume at compile time. The limits of the device are checked where they matter.
 TBuiltInResource compile_limits() {
   TBuiltInResource r{};
   r.maxDrawBuffers = 8;
@@ -71,7 +71,7 @@ std::string preamble_of(const Defines& defines) {
   return text;
 }
 
-/// By the file's extension: .vert, .frag, else compute.
+/// Returns the stage by the file's extension: .vert, .frag, else compute.
 EShLanguage stage_of(const fs::path& file) {
   if (file.extension() == ".vert") return EShLangVertex;
   if (file.extension() == ".frag") return EShLangFragment;
@@ -138,7 +138,8 @@ std::string cache_key(const std::string& preprocessed, const Defines& defines) {
   return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
 }
 
-/// A cached module: its words and, last, their hash, so that a truncated or damaged file is noticed.
+/// Loads a cached module. A file holds the words and then their hash. Returns nothing if it is missing, truncated or
+/// damaged.
 std::vector<std::uint32_t> load_cached(const fs::path& path) {
   std::error_code error;
   if (!fs::exists(path, error)) return {};
@@ -164,7 +165,7 @@ void store_cached(const fs::path& path, std::vector<std::uint32_t> words) {
     fs::create_directories(path.parent_path());
     write_file(path, std::as_bytes(std::span(words)));
   } catch (const std::exception&) {
-    // A cache that cannot be written costs time, not results.
+    // A cache that cannot be written only costs time.
   }
 }
 

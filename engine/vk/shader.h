@@ -1,4 +1,4 @@
-// GLSL to SPIR-V at run time, through a cache keyed by content.
+// Compiles GLSL to SPIR-V at run time, through a cache that is keyed by content.
 #pragma once
 
 #include <cstdint>
@@ -9,29 +9,33 @@
 
 namespace ballot {
 
+/// Preprocessor definitions: name and value.
 using Defines = std::vector<std::pair<std::string, int>>;
 
+/// A compiled shader module.
 struct Spirv {
   std::vector<std::uint32_t> words;
   bool from_cache = false;
-  double ms = 0;  // time to preprocess and compile, or to preprocess and load
+  double ms = 0;  // milliseconds to preprocess and compile, or to preprocess and load
 };
 
-/// The folder that shaders are read from: $BALLOT_SHADERS, else ../share/ballot/shaders beside the program (installed
-/// or bundled), else the source tree that the program was built from. Throws Error(Work) that lists what was tried.
+/// Returns the folder that shaders are read from, the first of these that has them: $BALLOT_SHADERS,
+/// ../share/ballot/shaders beside the program (installed or bundled), the source tree that the program was built from.
+/// Throws Error(Work) that lists the folders tried.
 std::filesystem::path shader_folder();
 
-/// Compiles shader_folder()/file, Vulkan 1.2, with #include relative to the including file. The cache
+/// Compiles shader_folder()/file for Vulkan 1.2. An #include is relative to the including file. The cache
 /// ($XDG_CACHE_HOME/ballot/spirv) is keyed by the preprocessed text, the defines and the compiler's version.
 /// Throws Error(Work) with glslang's message, which names file and line. Not thread-safe.
 Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache = true);
 
-/// What a module wants bound. Throws Error(Work) if it cannot be read.
+/// The interface of a module: its bindings and the size of its push constants.
 struct Reflection {
   std::vector<std::uint32_t> storage_buffers;  // bindings of set 0, ascending
   std::vector<std::uint32_t> texel_buffers;
   std::uint32_t push_bytes = 0;
 };
+/// Reads the interface of a module. Throws Error(Work) if the module cannot be read or uses a set other than 0.
 Reflection reflect(const std::vector<std::uint32_t>& words, const std::string& name);
 
 }  // namespace ballot

@@ -1,4 +1,5 @@
-// Scenes and rays on which rounding decides, and a tree without Embree, which refuses large coordinates.
+// Scenes and rays on which rounding decides the result, and a tree that is built without Embree, as the builder refuses
+// large coordinates.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +14,7 @@ namespace ballot::exact_cases {
 
 using shapes::Triangles;
 
-/// A balanced tree over the triangles in their order, two a leaf, with the tight boxes of whole triangles.
+/// A balanced tree over the triangles in their order, two per leaf. Its boxes are the tight boxes of whole triangles.
 class PlainTree {
  public:
   explicit PlainTree(const Triangles& triangles) : triangles_(triangles) {
@@ -63,7 +64,8 @@ inline std::vector<Ray> transformed(std::vector<Ray> rays, float scale, const gl
   return rays;
 }
 
-/// A number that arithmetic likes least: small integers, one ulp beside them, denormal, huge, zeros of both signs.
+/// Returns a number that is hard for floating-point arithmetic: a small integer, one ulp beside one, a denormal or huge
+/// number, or a zero of either sign.
 inline float awkward(shapes::Random& random) {
   const float sign = random.below(2) == 0 ? 1.f : -1.f;
   const float small = static_cast<float>(random.below(5));
@@ -92,7 +94,7 @@ inline glm::vec3 awkward_point(shapes::Random& random) {
   return {x, y, z};
 }
 
-/// Rays at points of one triangle: its vertices, its edges, its inside, one ulp beside them, or none of it.
+/// Returns a ray at a point of the triangle: at a vertex, on an edge, inside, or one ulp beside such a point.
 inline Ray ray_at(const Triangle& t, shapes::Random& random) {
   float a = random.in(0, 1), b = random.in(0, 1 - a);
   if (random.below(3) == 0) a = static_cast<float>(random.below(2)), b = 0;

@@ -1,4 +1,4 @@
-// Small glTF files for tests: JSON and a buffer, edited freely before they are written.
+// Builds small glTF files for tests: JSON and a buffer, which a test may edit freely before they are written.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,12 +17,12 @@
 
 namespace ballot::test {
 
-/// A folder that lives as long as the test.
+/// A temporary folder that is removed at the end of the test.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    static int count = 0;  // a test may hold several
+    static int count = 0;  // a test may have several
     path_ = std::filesystem::path(::testing::TempDir()) /
             ("ballot_" + std::string(test->test_suite_name()) + "_" + test->name() + "_" + std::to_string(count++));
     std::filesystem::remove_all(path_);
@@ -75,7 +75,7 @@ class GltfBuilder {
     return accessor(view(values), 5123, values.size(), "SCALAR");
   }
 
-  /// A mesh of one primitive with these positions; returns its index.
+  /// Adds a mesh of one primitive with these positions. Returns its index.
   int mesh(int positions) {
     json["meshes"].push_back({{"primitives", {{{"attributes", {{"POSITION", positions}}}}}}});
     return static_cast<int>(json["meshes"].size()) - 1;
@@ -110,14 +110,14 @@ class GltfBuilder {
     return out;
   }
 
-  /// Loads it as a .glb from a folder of its own.
+  /// Writes the file as a .glb into a temporary folder and loads it.
   Scene load() const {
     const TemporaryFolder folder;
     return load_scene(folder.write("built.glb", glb()));
   }
 };
 
-/// One mesh with one triangle in the plane z = 0, placed by one node.
+/// Returns a file with one mesh, which is one triangle in the plane z = 0, placed by one node.
 inline GltfBuilder one_triangle() {
   GltfBuilder b;
   b.mesh(b.vec3({0, 0, 0, 1, 0, 0, 0, 1, 0}));
@@ -125,7 +125,7 @@ inline GltfBuilder one_triangle() {
   return b;
 }
 
-/// Expects an Error of this kind whose text holds every part.
+/// Expects an Error of this kind whose text contains every part.
 template <class Call>
 void expect_error(Failure kind, std::initializer_list<std::string_view> parts, Call&& call) {
   try {

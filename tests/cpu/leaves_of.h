@@ -1,4 +1,4 @@
-// The leaves of a binary tree, which trees made of it must hold too.
+// Collects the leaves of a binary tree. Trees that are made from it must have the same leaves.
 #pragma once
 
 #include <map>
@@ -17,7 +17,7 @@ inline void add_leaves_of(const PairTree& bvh, const DeviceChild& at, std::map<s
   add_leaves_of(bvh, pair.right, out);
 }
 
-/// Boxes by child reference.
+/// Returns the boxes of all leaves by child reference.
 inline std::map<std::uint32_t, Bounds> leaves_of(const PairTree& bvh) {
   std::map<std::uint32_t, Bounds> leaves;
   if (bvh.root != END_OF_TREE) add_leaves_of(bvh, {bvh.root_box, bvh.root}, leaves);

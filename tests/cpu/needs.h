@@ -1,4 +1,5 @@
-// A test that needs something of the machine fails in CI where it is missing; elsewhere it is skipped with the reason.
+// BALLOT_NEEDS: skips a test, with the reason, if the machine lacks something that the test needs. In CI the test fails
+// instead.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Small scenes and rays for tests, the same on every run.
+// Small scenes and sets of rays for tests. They are the same on every run.
 #pragma once
 
 #include <cmath>
@@ -29,7 +29,7 @@ class Random {
   std::mt19937 engine_;
 };
 
-/// Triangles of about `size` in a cube of half width 1.
+/// Random triangles of about `size` in a cube of half width 1.
 inline Triangles soup(std::size_t count, float size, std::uint32_t seed = 1) {
   Random random(seed);
   Triangles out;
@@ -74,7 +74,7 @@ inline Triangles sphere(int levels) {
 
 inline Triangles identical(std::size_t count) { return Triangles(count, Triangle{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}); }
 
-/// All in the plane z = 0.5, overlapping.
+/// Overlapping triangles in the plane z = 0.5.
 inline Triangles coplanar(std::size_t count) {
   Triangles out = soup(count, 0.3f, 3);
   for (Triangle& t : out)
@@ -82,7 +82,7 @@ inline Triangles coplanar(std::size_t count) {
   return out;
 }
 
-/// Of many sizes and turns about one common centroid.
+/// Triangles of many sizes and orientations about a common centroid.
 inline Triangles same_centroid(std::size_t count) {
   Random random(4);
   Triangles out;
@@ -93,7 +93,7 @@ inline Triangles same_centroid(std::size_t count) {
   return out;
 }
 
-/// Long needles in all directions.
+/// Long thin triangles in all directions.
 inline Triangles slivers(std::size_t count) {
   Random random(5);
   Triangles out;
@@ -104,7 +104,7 @@ inline Triangles slivers(std::size_t count) {
   return out;
 }
 
-/// Sizes from 1e-4 to 1e4 about the origin.
+/// Triangles of sizes from 1e-4 to 1e4 about the origin.
 inline Triangles huge_and_tiny(std::size_t count) {
   Random random(6);
   Triangles out;
@@ -131,7 +131,7 @@ inline Ray towards(const glm::vec3& from, const glm::vec3& to, float t_max = 1e3
   return {from, 0, to - from, t_max};
 }
 
-/// From points in and about the cube of half width 2 in all directions.
+/// Rays in all directions, from points in and about the cube of half width 2.
 inline std::vector<Ray> random_rays(std::size_t count, std::uint32_t seed = 7, float half = 2) {
   Random random(seed);
   std::vector<Ray> out;
@@ -142,7 +142,8 @@ inline std::vector<Ray> random_rays(std::size_t count, std::uint32_t seed = 7, f
   return out;
 }
 
-/// Along the axes, with 0 and -0 as the other components, from and through points of the triangles.
+/// Rays along the axes, with 0 and -0 as the other components of the direction, from and through points of the
+/// triangles.
 inline std::vector<Ray> axis_rays(const Triangles& triangles, std::size_t count) {
   Random random(8);
   std::vector<Ray> out;
@@ -158,7 +159,7 @@ inline std::vector<Ray> axis_rays(const Triangles& triangles, std::size_t count)
   return out;
 }
 
-/// At vertices and at points of edges, from inside if `from` is.
+/// Rays from points near `from` to vertices and to points on edges. They start inside the shape if `from` does.
 inline std::vector<Ray> edge_rays(const Triangles& triangles, std::size_t count, const glm::vec3& from) {
   Random random(9);
   std::vector<Ray> out;

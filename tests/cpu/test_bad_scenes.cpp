@@ -1,4 +1,5 @@
-// Files that must be refused: each with a sentence that says what, where, found and expected; none with a crash.
+// Tests that bad scene files are refused without a crash. The message must tell what is wrong, where, what was found
+// and what was expected.
 #include <array>
 #include <cmath>
 #include <limits>
@@ -11,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Loads `content` from a file of this name and expects its refusal.
+/// Writes `content` to a file of this name, loads it and expects that it is refused.
 void refuse(const std::string& name, std::string_view content, std::initializer_list<std::string_view> parts) {
   const TemporaryFolder folder;
   const auto path = folder.write(name, content);
@@ -51,7 +52,7 @@ TEST(BadScenes, TruncatedGlb) {
   bad[4] = 1;
   refuse("bad.glb", bad, {"GLB version 1", "expected 2"});
   bad = good;
-  bad[15] = 1;  // the JSON chunk's length
+  bad[15] = 1;  // the length of the JSON chunk
   refuse("bad.glb", bad, {"its JSON chunk ends at byte"});
   bad = good;
   bad[bad.find(std::string("BIN\0", 4)) - 2] = 1;
@@ -221,7 +222,7 @@ TEST(BadScenes, ObjNamesFileAndLine) {
   refuse("bad.obj", "<html>\nhello\n", {"is not OBJ", "'<html>'"});
 }
 
-/// Loads whatever it is; only Error may come out.
+/// Loads a file of any content. It may throw nothing but Error.
 void survive(const std::filesystem::path& path) {
   try {
     load_scene(path);
@@ -230,7 +231,7 @@ void survive(const std::filesystem::path& path) {
   }
 }
 
-// The sanitizers' build turns any access outside of these files into a failure.
+// In the build with sanitizers, any access outside of these files is a failure.
 TEST(BadScenes, TruncatedAndMutatedFilesNeverCrash) {
   GltfBuilder b = one_triangle();
   b.primitive()["indices"] = b.indices({0, 1, 2});

@@ -1,4 +1,4 @@
-// Building, flattening, statistics.
+// Tests of building the BVH, of its flattening and of its statistics.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -176,7 +176,7 @@ TEST(BvhSplit, BoxesCoverTheTriangleAndStayInside) {
   shapes::Random random(11);
   for (const Triangle& t : shapes::huge_and_tiny(2000)) {
     Bounds box = bounds_of(t);
-    for (int step = 0; step < 12; ++step) {  // follow one point of the triangle through a chain of splits
+    for (int step = 0; step < 12; ++step) {  // follows one point of the triangle through a chain of splits
       const int axis = static_cast<int>(random.below(3));
       const SplitBoxes parts = split_reference(t, box, axis, random.in(box.lo[axis], box.hi[axis]));
       for (const Bounds& part : {parts.left, parts.right})
@@ -215,7 +215,7 @@ TEST(BvhSplit, ADiagonalGetsSmallBoxes) {
   }
   double sum = 0;
   for (const Bounds& b : boxes) sum += half_area(b.lo, b.hi);
-  EXPECT_LT(sum, whole / 7);  // eight boxes of an eighth of the length: an eighth of the area
+  EXPECT_LT(sum, whole / 7);  // eight boxes, each an eighth of the length, have an eighth of the area
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The cache of trees: hits, damage, concurrent writers, folders that cannot be written.
+// Tests of the tree cache: hits, damaged files, concurrent writers, folders that cannot be written.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -131,7 +131,7 @@ TEST_F(BvhCache, ManyWritersAndReaders) {
     });
   threads.clear();
   EXPECT_TRUE(get().stats.from_cache);
-  EXPECT_EQ(files().size(), 1u);  // no temporary is left
+  EXPECT_EQ(files().size(), 1u);  // no temporary file is left
 }
 
 TEST_F(BvhCache, AFolderThatCannotBeWrittenIsNoError) {

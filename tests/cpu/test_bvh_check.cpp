@@ -1,4 +1,4 @@
-// check_bvh names each invariant that is broken on purpose.
+// Tests that check_bvh() names each invariant that a test breaks on purpose.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Boxes that are widened once for all rays.
+// Tests of padded boxes (engine/bvh/padding.h).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace ballot {
 namespace {
 
-/// What a node's box is wider by, on the side where that is least.
+/// Returns the padding of a node's box along an axis, on the side where it is smaller.
 double margin(const Bvh& bvh, const std::vector<Bounds>& boxes, std::size_t i, int axis) {
   const double origin = box_origin(bvh.bounds)[axis];
   const double lo = bvh.nodes[i].lo[axis] - origin, hi = bvh.nodes[i].hi[axis] - origin;
@@ -58,7 +58,8 @@ TEST(BvhPadding, InnerBoxesNeedWhatLiesBelow) {
   }
 }
 
-// A small triangle far from a large one is padded as if it were alone, but for the room that clamped directions take.
+// A small triangle far from a large one is padded as if it were alone, but for the padding that clamped directions
+// need.
 TEST(BvhPadding, ALargeTriangleDoesNotWidenTheOthers) {
   shapes::Triangles triangles = shapes::soup(400, 0.01f);
   triangles.push_back({{{-100, -100, -100}, {100, -100, -100}, {-100, 100, -100}}});

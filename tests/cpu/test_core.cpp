@@ -1,4 +1,4 @@
-// Files that appear whole or not at all, and errors that name the file and the reason.
+// Tests that files are written completely or not at all, and that errors name the file and the reason.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A folder of its own for each test.
+// Each test has its own folder.
 class CoreFiles : public testing::Test {
  protected:
   void SetUp() override {
@@ -103,7 +103,7 @@ TEST_F(CoreFiles, LockedFolderIsRefused) {
   ASSERT_EQ(::chmod((folder_ / "old").c_str(), 0444), 0);
   fs::permissions(folder_, fs::perms::owner_write, fs::perm_options::remove);
   const uid_t user = ::geteuid();
-  const bool root = user == 0;  // root may write everywhere: be nobody for a while
+  const bool root = user == 0;  // root may write everywhere, so the test runs as nobody for a while
   ASSERT_EQ(root ? ::seteuid(65534) : 0, 0);
   const std::string written = error_of([&] { write_file(folder_ / "a", "x"); });
   const std::string checked = error_of([&] { check_writable(folder_ / "a"); });
@@ -179,7 +179,7 @@ TEST_F(CoreFiles, FullDiskIsNoticed) {
   EXPECT_EQ(error_of([&] { write_file("/dev/full", "x"); }), full);
   EXPECT_EQ(error_of([&] {
               OutputFile out("/dev/full", "/dev/full");
-              out.write("x", 1);  // buffered: only close() can know
+              out.write("x", 1);  // buffered, so only close() can notice the failure
               out.close();
             }),
             full);
@@ -187,7 +187,7 @@ TEST_F(CoreFiles, FullDiskIsNoticed) {
               OutputFile out("/dev/full", "/dev/full");
               try {
                 out.write(std::string(1 << 20, 'x').data(), 1 << 20);
-              } catch (const Error&) {  // as OpenEXR's destructors do
+              } catch (const Error&) {  // swallowed, as by OpenEXR's destructors
               }
               out.close();
             }),
@@ -212,7 +212,7 @@ TEST(Core, CacheFolderFollowsTheEnvironment) {
   const std::string saved = old ? old : "";
   ::setenv("XDG_CACHE_HOME", "/somewhere", 1);
   EXPECT_EQ(cache_folder(), "/somewhere/ballot");
-  ::setenv("XDG_CACHE_HOME", "relative", 1);  // to be ignored
+  ::setenv("XDG_CACHE_HOME", "relative", 1);  // a relative path must be ignored
   EXPECT_TRUE(cache_folder().is_absolute());
   ::unsetenv("XDG_CACHE_HOME");
   EXPECT_TRUE(cache_folder().string().ends_with("/.cache/ballot"));

@@ -1,4 +1,4 @@
-// The exact oracle's filter and tree find what exact arithmetic over every triangle finds.
+// Tests that the exact oracle, with its filter and tree, finds the same hits as exact arithmetic over every triangle.
 #include <gtest/gtest.h>
 
 #include "engine/core/error.h"
@@ -127,7 +127,7 @@ TEST_F(OneExactTriangle, IntervalIsClosed) {
   EXPECT_EQ(trace(from, down, 1, 2).t, 1);
   EXPECT_EQ(trace(from, down, 0, below).prim, NO_HIT);
   EXPECT_EQ(trace(from, down, above, 2).prim, NO_HIT);
-  // The exact t is 1 / 3, which no float32 equals: one neighbour is below, one above.
+  // The exact t is 1 / 3, which is no float32: one of the neighbours is below it, the other above.
   const float third = 1.f / 3;
   EXPECT_GT(double{third}, 1.0 / 3);
   EXPECT_EQ(trace({0.25f, 0.25f, 1}, down, 0, third).t, 1.0 / 3);
@@ -146,7 +146,8 @@ TEST_F(OneExactTriangle, WhatIsNeverHit) {
     EXPECT_EQ(ExactOracle(device_).brute_force(ray).prim, NO_HIT);
     EXPECT_FALSE(ExactOracle(device_).hits(ray, 0));
   }
-  // Three points of a line whose edges are not exact in double precision, kept in the tree on purpose.
+  // Three points on a line whose edges are not exact in double precision. The test keeps this degenerate triangle in
+  // the tree on purpose.
   const Triangles line{{{{1, 1, 0}, {3e20f, 3e20f, 0}, {-1e-20f, -1e-20f, 0}}}};
   const PairTree device = encode_pairs(PlainTree(line).bvh(), line, NodeLayout::Paper);
   EXPECT_FALSE(ExactOracle(device).hits({{1, 1, 1}, 0, {0, 0, -1}, 9}, 0));
@@ -161,7 +162,7 @@ TEST(ExactOracle, EqualTTheSmallestNumberWins) {
   EXPECT_EQ(oracle.nearest(ray).prim, 0u);
   EXPECT_EQ(oracle.compare_t(ray, 3, 17), std::strong_ordering::equal);
   EXPECT_EQ(oracle.counts().order_failures, 39u);
-  // Different triangles of one plane that meet in a point: 0.1, 0.2 and 0.3 are not exact, the point is.
+  // Different triangles of one plane that meet in a point. 0.1, 0.2 and 0.3 are not exact, but the point is.
   const glm::vec3 p(0.1f, 0.2f, 0.3f);
   const Triangles fan{{p + glm::vec3(1, 0, 0), p, p + glm::vec3(0, 1, 0)},
                       {p, p + glm::vec3(0, 1, 0), p + glm::vec3(-1, 0, 0)},
@@ -173,7 +174,7 @@ TEST(ExactOracle, EqualTTheSmallestNumberWins) {
   EXPECT_EQ(of_fan.compare_t(at_tip, 0, 2), std::strong_ordering::equal);
 }
 
-// The t of the two differ by less than double precision shows.
+// The t of the two triangles differ by less than double precision can tell.
 TEST(ExactOracle, OrdersWhatDoubleCannot) {
   const float up = std::nextafter(1.f, 2.f);
   const Triangles pair{{{{-1, -1, 1}, {3, -1, 1}, {-1, 3, 1}}}, {{{-1, -1, 1}, {3, -1, 1}, {-1e10f, 3e10f, up}}}};

@@ -1,4 +1,4 @@
-// The error figures of answers made by hand.
+// Tests the error figures of hand-made answers.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -15,7 +15,7 @@ using shapes::Triangles;
 constexpr Hit kMiss{0, NO_HIT, 0, 0};
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// Prims 0 and 1 share an edge at z = 1; 2 is a twin of 0; 3 lies 2 ulp behind them; 4 far behind.
+// Prims 0 and 1 share an edge at z = 1. Prim 2 is a twin of 0, prim 3 lies 2 ulp behind them, and prim 4 far behind.
 class ErrorsOfAnswers : public testing::Test {
  protected:
   static Triangles make() {
@@ -83,7 +83,8 @@ TEST_F(ErrorsOfAnswers, EqualTIsATieAndSmallerIsNot) {
   const ErrorFigures twin = figures({inside_, on_edge_}, {hit(inside_, 2), hit(on_edge_, 1)});
   EXPECT_EQ(twin.ties, 2u);
   EXPECT_EQ(twin.errors(), 0u);
-  // 2 ulp of t behind: wrong, however little; the bound of float32 covers it, exact arithmetic has none.
+  // 2 ulp of t behind is wrong, however little it is. The error bound of float32 covers it; exact arithmetic has no
+  // bound.
   for (const Arithmetic arithmetic : {Arithmetic::Woop, Arithmetic::Exact}) {
     const ErrorFigures behind = figures({inside_}, {hit(inside_, 3)}, Want::Nearest, arithmetic);
     EXPECT_EQ(behind.wrong_prims, 1u);
@@ -95,7 +96,7 @@ TEST_F(ErrorsOfAnswers, EqualTIsATieAndSmallerIsNot) {
 }
 
 TEST_F(ErrorsOfAnswers, WithinTheBoundAtAnEdge) {
-  // 1e-9 inside the diagonal of 0 and 1 on the side of 0, and the same beside the outer edge of 0.
+  // Both rays pass close to edge 2-0 of prim 0, an outer edge at x = 0: one at 1e-9 outside, the other at 1e-9 inside.
   const Ray beside{{-1e-9f, 0.25f, 2}, 0, {0, 0, -1}, 1.5f};
   const Ray within{{1e-9f, 0.25f, 2}, 0, {0, 0, -1}, 1.5f};
   EXPECT_EQ(exact_.nearest(beside).prim, NO_HIT);

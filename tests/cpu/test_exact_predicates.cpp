@@ -1,4 +1,4 @@
-// The exact predicates and the filter beside a naive solution of the linear system in rational numbers.
+// Compares the exact predicates and the filter with a naive solution of the linear system in rational numbers.
 #include <gtest/gtest.h>
 
 #include <boost/multiprecision/cpp_int.hpp>
@@ -40,7 +40,8 @@ Rational determinant(const Vec& a, const Vec& b, const Vec& c) {
          c.at[0] * (a.at[1] * b.at[2] - a.at[2] * b.at[1]);
 }
 
-// o + t d = v0 + u (v1 - v0) + v (v2 - v0) by Cramer's rule; nothing if the ray is parallel to the plane.
+// Solves o + t d = v0 + u (v1 - v0) + v (v2 - v0) by Cramer's rule. Returns nothing if the ray is parallel to the
+// plane.
 struct Solution {
   Rational t, u, v;
   bool inside() const { return u >= 0 && v >= 0 && u + v <= 1; }
@@ -54,10 +55,10 @@ std::optional<Solution> solve(const Ray& ray, const Triangle& triangle) {
   return Solution{determinant(b, e1, e2) / whole, -determinant(d, b, e2) / whole, -determinant(d, e1, b) / whole};
 }
 
-// Whether the double lies within one unit in the last place of the exact number.
+// True if the double lies within one ulp of the exact number.
 bool is_rounded(double found, const Rational& exact) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  if (!std::isfinite(found) || std::abs(found) < 1e-300) return true;  // beyond what a hit may have
+  if (!std::isfinite(found) || std::abs(found) < 1e-300) return true;  // outside of the range that a hit may have
   return exactly(std::nextafter(found, -kInfinity)) < exact && exact < exactly(std::nextafter(found, kInfinity));
 }
 
@@ -117,7 +118,7 @@ TEST(ExactPredicates, AgreeWithRationalsOnAwkwardInput) {
   EXPECT_GT(tally.hits, 20);
 }
 
-// Few bits make what is exactly on an edge, in a plane or at one point frequent.
+// With few bits per coordinate, rays often pass exactly through an edge, lie in a plane or meet in a point.
 TEST(ExactPredicates, AgreeWithRationalsOnSmallIntegers) {
   shapes::Random random(23);
   Tally tally;
@@ -185,7 +186,7 @@ TEST(Dyadic, SumsProductsAndQuotientsAreExact) {
     return product;
   };
   EXPECT_EQ(quotient(power(80), power(79)), 16777215);
-  EXPECT_THROW(power(90), std::overflow_error);  // never a wrong number
+  EXPECT_THROW(power(90), std::overflow_error);  // it must not return a wrong number
   EXPECT_EQ(quotient(Dyadic(1e-45f), Dyadic(1e-45f)), 1);
   EXPECT_EQ(quotient(Dyadic(0.f), Dyadic(-3.f)), 0);
   EXPECT_EQ(quotient(Dyadic(-1.f), Dyadic(3.f)), -1.0 / 3);

@@ -1,4 +1,4 @@
-// The tree of four children a node holds the leaves of the binary tree, each once, in boxes that are as tight as their grid allows.
+// Tests that the quad tree holds each leaf of the binary tree once, in boxes that are as tight as their grid allows.
 #include <gtest/gtest.h>
 
 #include "engine/bvh/build.h"
@@ -12,7 +12,7 @@ namespace {
 
 struct Node {
   glm::vec3 first, step;
-  glm::uvec3 lower, upper;  // a byte a child
+  glm::uvec3 lower, upper;  // one byte per child
   glm::uvec4 child;
 };
 
@@ -43,7 +43,7 @@ struct Walk {
   std::uint32_t children = 0, depth = 0;
   std::map<std::uint32_t, int> met = {};
 
-  /// What the leaves below a node take.
+  /// Checks the subtree of a node. Returns the box of all leaves below it.
   Bounds visit(std::uint32_t texel, std::uint32_t level) {
     const Node n = node_at(quad, texel);
     Bounds all{glm::vec3(std::numeric_limits<float>::infinity()), glm::vec3(-std::numeric_limits<float>::infinity())};
@@ -53,7 +53,7 @@ struct Walk {
       if (ref == END_OF_TREE) {
         for (int axis = 0; axis < 3; ++axis)
           EXPECT_GT(n.lower[axis] >> 8 * c & 255, n.upper[axis] >> 8 * c & 255)
-              << "the box of a child that is not there";
+              << "an empty slot has a box that is not empty";
         continue;
       }
       ++children;

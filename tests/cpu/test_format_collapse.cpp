@@ -1,4 +1,4 @@
-// No other collapse of a binary tree has less area.
+// Tests that no other collapse of a binary tree has a smaller summed area.
 #include <gtest/gtest.h>
 
 #include "engine/bvh/build.h"
@@ -17,7 +17,7 @@ double area(const Bounds& b) {
 
 using Cut = std::vector<DeviceChild>;
 
-// Every way to cut the tree below a pair of siblings into at most `width` subtrees.
+// Returns every way to cut the tree below a pair of siblings into at most `width` subtrees.
 std::vector<Cut> cuts_below(const PairTree& bvh, std::uint32_t pair_at, std::size_t width) {
   const DevicePair pair = decode_pair(bvh, pair_at);
   const auto cuts_of = [&](const DeviceChild& child) {
@@ -47,7 +47,7 @@ double least_area(const PairTree& bvh, const DeviceChild& subtree, std::size_t w
   return best + area(subtree.box);
 }
 
-// Of the nodes.
+// Returns the summed area of all nodes.
 double area(const CollapsedBvh& tree) {
   double sum = 0;
   for (std::size_t node = 0; node < tree.ends.size(); ++node) {
@@ -91,7 +91,7 @@ TEST(BvhCollapse, ParentsComeBeforeChildrenAndNodesAreNumbered) {
   }
 }
 
-// Areas may leave float32's range where coordinates do not.
+// Areas may leave the range of float32 where coordinates do not.
 TEST(BvhCollapse, ScenesOfAllSizesCollapseAlike) {
   const shapes::Triangles near = shapes::soup(500, 0.1f);
   const Bvh bvh = build_bvh(near);
@@ -117,7 +117,7 @@ TEST(BvhCollapse, RefusesMoreNodesThanReferencesCanNumber) {
     collapse(binary, 4, 5);
     FAIL();
   } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("4 children a node has more than 5 nodes"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("4 children per node has more than 5 nodes"), std::string::npos) << e.what();
   }
 }
 

@@ -1,4 +1,5 @@
-// The frontier holds every leaf once below it, in each octant's order, and is the line that opening the largest nodes gives.
+// Tests that the subtrees of the frontier hold every leaf once, in the order of each octant, and that the frontier is
+// the one that opening the largest nodes gives.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +18,7 @@ PairTree make_device(const shapes::Triangles& triangles) {
   return encode_pairs(build_bvh(triangles), triangles, NodeLayout::Interleaved);
 }
 
-/// What an octant's list holds before its empty places; after it there is nothing.
+/// Returns the nodes of an octant's list. Expects that the empty ones all come at its end.
 Line line_of(const std::vector<glm::uvec4>& frontier, std::uint32_t nodes, std::uint32_t octant) {
   Line line;
   bool ended = false;
@@ -90,7 +91,7 @@ TEST(BvhFrontier, NoNodeOnItIsLargerThanOneAboveIt) {
   EXPECT_EQ(opened, 31u);
 }
 
-// Slabs one behind the other along x: rays that go down x meet them in the other order, whatever else they do.
+// Slabs one after the other along x. Rays in direction -x meet them in the reverse order, whatever their y and z.
 TEST(BvhFrontier, OrderFollowsTheOctant) {
   shapes::Triangles triangles;
   for (int slab = 0; slab < 64; ++slab)

@@ -1,4 +1,4 @@
-// The uploaded arrays hold the reference form, in every layout.
+// Tests that the uploaded arrays hold the reference form, in every layout.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,7 +38,8 @@ class BvhDevice : public testing::TestWithParam<NodeLayout> {
     EXPECT_EQ(visited, bvh.stats.nodes);
   }
 
-  /// Layouts by centres may hold a box that is larger, by so much of its half extent, and one without extent by a denormal number.
+  /// Returns by how much a box may grow in a layout that stores centres, as a share of its half extent. A box without
+  /// extent may grow by a denormal number.
   static float slack() {
     return GetParam() == NodeLayout::Compact ? 0x1p-7f : GetParam() == NodeLayout::Centred ? 0x1p-22f : 0;
   }
@@ -127,7 +128,7 @@ TEST(BvhDeviceOrigin, IsWhereDifferencesAreExact) {
     }
 }
 
-// A box between neighbouring floats of 5.4e6, half a unit apart, stays as small as it is.
+// Near 5.4e6 neighbouring floats are half a unit apart. Boxes there must not grow.
 TEST(BvhDeviceOrigin, KeepsBoxesFarFromZeroSmall) {
   const shapes::Triangles near = shapes::grid(30);
   const shapes::Triangles far = shapes::moved(shapes::scaled(near, 1024), {448000, 0, 5411000});

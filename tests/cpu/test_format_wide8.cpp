@@ -1,4 +1,4 @@
-// The wide tree holds the leaves of the binary tree, each once.
+// Tests that the wide tree holds each leaf of the binary tree once.
 #include <gtest/gtest.h>
 
 #include "engine/formats/wide8.h"
@@ -24,7 +24,7 @@ std::vector<Child> children_of(const Wide8Tree& wide, std::uint32_t node) {
 }
 
 struct Sizes {
-  std::map<std::uint32_t, Bounds> leaves;  // by reference
+  std::map<std::uint32_t, Bounds> leaves;  // by child reference
   std::uint32_t depth = 0, children = 0;
 };
 

@@ -1,4 +1,4 @@
-// What the glTF loader makes of valid files.
+// Tests what the glTF loader makes of valid files.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -12,7 +12,7 @@ using nlohmann::json;
 
 Triangle tri(glm::vec3 a, glm::vec3 b, glm::vec3 c) { return {a, b, c}; }
 
-/// Five vertices (k, 0, 0); which corners a triangle took is read off their x.
+/// Five vertices (k, 0, 0). The x of a triangle's corners shows which vertices it uses.
 GltfBuilder numbered_vertices(int mode) {
   GltfBuilder b;
   b.mesh(b.vec3({0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0, 0}));
@@ -131,7 +131,7 @@ TEST(Gltf, TransformsAreComposedDownTheTree) {
 }
 
 TEST(Gltf, VerticesAreRoundedOnce) {
-  // 1 + 2^-24 is no float: had the translation or the product been rounded before the sum, 1 would come out.
+  // 1 + 2^-24 is no float. If the translation or the product were rounded before the sum, the result would be 1.
   GltfBuilder b = one_triangle();
   b.json["nodes"] = json::array();
   b.node({{"children", {1}}, {"translation", {-1.0, 0, 0}}});
@@ -178,10 +178,10 @@ TEST(Gltf, NormalsTurnWithTheInverseTranspose) {
   const auto normals = b.load().normals.at(0);
   const glm::vec3 expected = glm::normalize(glm::vec3(1.5f, 4, 0));
   EXPECT_LT(glm::length(normals[0] - expected), 1e-6f);
-  EXPECT_EQ(normals[1], glm::vec3(0, 0, 1));  // zero in the file: the triangle's own
+  EXPECT_EQ(normals[1], glm::vec3(0, 0, 1));  // zero in the file, so the geometric normal is used
   EXPECT_EQ(normals[2], glm::vec3(0, 0, 1));
   b.json["nodes"][0]["scale"] = {1, 1, -1};
-  EXPECT_EQ(b.load().normals.at(0)[1], glm::vec3(0, 0, -1));  // the mirrored surface faces the other way
+  EXPECT_EQ(b.load().normals.at(0)[1], glm::vec3(0, 0, -1));  // a mirrored surface faces the other way
 }
 
 TEST(Gltf, PrimitivesWithoutNormalsGetGeometricOnesIfOthersHaveThem) {
@@ -208,7 +208,7 @@ TEST(Gltf, Materials) {
   b.mesh(0);
   b.node({{"mesh", 1}});
   const Scene scene = b.load();
-  ASSERT_EQ(scene.materials.size(), 5u);  // the last one for the primitive without
+  ASSERT_EQ(scene.materials.size(), 5u);  // the last one is for the primitive without a material
   EXPECT_EQ(scene.material_of, (std::vector<std::uint32_t>{3, 4}));
   EXPECT_EQ(scene.materials[0].metallic, 0);
   EXPECT_EQ(scene.materials[1].metallic, 1);

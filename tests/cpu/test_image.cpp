@@ -1,4 +1,4 @@
-// EXR and PNG: values, channel types, attributes, and files that lie.
+// Tests of EXR and PNG: values, channel types, attributes, and files whose headers are wrong.
 #include <gtest/gtest.h>
 #include <png.h>
 #include <signal.h>

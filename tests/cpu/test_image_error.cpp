@@ -1,4 +1,4 @@
-// Errors between pictures, whose values are known.
+// Tests of image errors whose values are known.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -29,7 +29,7 @@ TEST(ImageError, OfEqualAndOfFlatPictures) {
   EXPECT_NEAR(off.relmse, std::pow(0.25 / 0.51, 2) / 3, 1e-6);
 }
 
-// The scale's ends: by its definition green and blue are 1 apart. Black and white are near it.
+// The ends of the FLIP scale. By its definition green and blue are 1 apart; black and white are almost that far apart.
 TEST(ImageError, FlipHasItsScale) {
   EXPECT_NEAR(mean_flip(flat(12, 12, 0, 1, 0), flat(12, 12, 0, 0, 1)), 1, 1e-3);
   const double ends = mean_flip(flat(12, 12, 0, 0, 0), flat(12, 12, 1, 1, 1));
@@ -38,7 +38,7 @@ TEST(ImageError, FlipHasItsScale) {
   EXPECT_LT(mean_flip(flat(12, 12, 0.5f, 0.5f, 0.5f), flat(12, 12, 0.52f, 0.5f, 0.5f)), 0.1);
 }
 
-// An edge that is lost counts for more than its colours alone; noise finer than eyes resolve counts for less.
+// A lost edge counts for more than the difference of its colours. Noise that is too fine for the eye counts for less.
 TEST(ImageError, FlipSeesEdgesAndForgivesFineNoise) {
   Image edge = flat(48, 48, 0.5f, 0.5f, 0.5f), noise = edge;
   for (Channel& c : edge.channels)

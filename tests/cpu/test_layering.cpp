@@ -1,4 +1,4 @@
-// The house keeps its order: dependencies point one way, and no file grows past what one can read.
+// Tests the layering of the sources: dependencies point one way, and no file has more than 400 lines.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ int floor_of(const std::string& path) {
 TEST(Layering, DependenciesPointOneWay) {
   for (const fs::path& file : sources("engine"))
     for (const std::string& line : includes(file)) {
-      // npy.h writes triangles, the one record that core knows from scene.
+      // npy.h writes triangles, the only record of scene that core knows.
       if (file.filename().string().starts_with("npy")) continue;
       const int there = floor_of(line);
       EXPECT_TRUE(there < 0 || there <= floor_of(file.string())) << file << ": " << line;

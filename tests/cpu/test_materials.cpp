@@ -1,4 +1,4 @@
-// Materials, textures, lights and skies as they come from files, and the features that follow from them.
+// Tests of materials, textures, lights and skies from files, and of the scene features that follow from them.
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-// Two by two pixels: red, green; blue, white of alpha 0.
+// A picture of 2 x 2 pixels: red, green; blue, white with alpha 0.
 constexpr const char* kPng =
     "data:image/png;base64,"
     "iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAYAAABytg0kAAAAE0lEQVR42mP4z8DwHwyBNAgwAABIyQj4xTT9BQAAAABJRU5ErkJggg==";
@@ -65,7 +65,7 @@ TEST(Materials, TextureTransformIsTranslationRotationScale) {
       {"offset", {0.5, 0.25}}, {"rotation", 1.5707963267948966}, {"scale", {2, 4}}};
   b.json["extensionsRequired"] = {"KHR_texture_transform"};
   const TextureUse use = b.load().materials[0].base_texture;
-  // (1, 0) is scaled to (2, 0), turned to (0, -2), moved.
+  // (1, 0) is scaled to (2, 0), turned to (0, -2) and then moved.
   EXPECT_NEAR(use.row_u.x + use.row_u.z, 0.5, 1e-6);
   EXPECT_NEAR(use.row_v.x + use.row_v.z, -1.75, 1e-6);
   EXPECT_NEAR(use.row_u.y, 4, 1e-6);
@@ -156,7 +156,7 @@ TEST(Materials, PunctualLights) {
 }
 
 TEST(Materials, MipMapsAverageLight) {
-  // Black and white in sRGB are half the light, not half the code; what is transparent gives no colour.
+  // The mean of black and white in sRGB is half the light, not half the code value. Transparent pixels add no colour.
   const TextureImage image{.name = "checks",
                            .width = 3,
                            .height = 1,

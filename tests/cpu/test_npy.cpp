@@ -1,4 +1,5 @@
-// .npy files: what NumPy writes is read, what it cannot have written is refused by name.
+// Tests of .npy files: files that NumPy writes are read; files that it cannot have written are refused with a message
+// that names the file.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -28,7 +29,7 @@ class Npy : public testing::Test {
   }
   void TearDown() override { fs::remove(path_); }
 
-  // A file of this header and `bytes` bytes behind it.
+  // Writes a file with this header and `bytes` bytes after it.
   void make(const std::string& header, std::size_t bytes, char version = 1) {
     std::string text = std::string("\x93NUMPY") + version + '\0';
     for (int i = 0; i < (version == 1 ? 2 : 4); ++i) text += static_cast<char>(header.size() >> (8 * i) & 255);

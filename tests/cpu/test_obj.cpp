@@ -1,4 +1,4 @@
-// What the OBJ loader makes of valid files.
+// Tests what the OBJ loader makes of valid files.
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -57,7 +57,7 @@ TEST(Obj, DecimalsAreRoundedToTheNearestFloat) {
 }
 
 TEST(Obj, ConcavePolygonsAreClipped) {
-  // An L: a fan about its first corner would leave the shape.
+  // An L shape. A fan of triangles about its first corner would leave the shape.
   const Scene scene = load_text("v 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\nf 1 2 3 4 5 6\n");
   EXPECT_EQ(scene.triangles.size(), 4u);
   EXPECT_NEAR(area(scene), 3, 1e-6);
@@ -76,20 +76,20 @@ TEST(Obj, NormalsOfTheFile) {
   const Scene scene = load_text(square("vn 0 3 4\nvn 0 0 0\nf 1//1 2//-1 3\n"));
   ASSERT_EQ(scene.normals.size(), 1u);
   EXPECT_LT(glm::length(scene.normals[0][0] - glm::vec3(0, 0.6f, 0.8f)), 1e-6f);
-  EXPECT_EQ(scene.normals[0][1], glm::vec3(0, 0, 1));  // zero in the file: the triangle's own
+  EXPECT_EQ(scene.normals[0][1], glm::vec3(0, 0, 1));  // zero in the file, so the geometric normal is used
   EXPECT_EQ(scene.normals[0][2], glm::vec3(0, 0, 1));
 }
 
 TEST(Obj, SmoothingGroupsMeetOnlyInsideThemselves) {
-  // Three sides of a cube's corner; the first two are one group.
+  // Three sides at a corner of a cube. The first two are one smoothing group.
   const Scene scene =
       load_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\ns 1\nf 1 2 3\nf 1 3 4\ns 2\nf 1 4 2\ns off\nf 4 3 2\n");
   ASSERT_EQ(scene.normals.size(), 4u);
   EXPECT_LT(glm::length(scene.normals[0][0] - glm::normalize(glm::vec3(1, 0, 1))), 1e-6f);
   EXPECT_EQ(scene.normals[0][0], scene.normals[1][0]);
-  EXPECT_EQ(scene.normals[0][1], glm::vec3(0, 0, 1));  // vertex 2 has one face of the group
+  EXPECT_EQ(scene.normals[0][1], glm::vec3(0, 0, 1));  // vertex 2 belongs to one face of the group
   EXPECT_EQ(scene.normals[2][0], glm::vec3(0, 1, 0));
-  EXPECT_EQ(scene.normals[3][0], scene.normals[3][1]);  // flat
+  EXPECT_EQ(scene.normals[3][0], scene.normals[3][1]);  // flat shading
 }
 
 TEST(Obj, MaterialsOfTheMtl) {

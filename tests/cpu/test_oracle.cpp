@@ -1,4 +1,4 @@
-// The oracle's walk finds what testing every triangle finds, in both layouts, for easy and hard rays.
+// Tests that the oracle's traversal finds what testing every triangle finds, in both layouts, for easy and hard rays.
 #include <gtest/gtest.h>
 
 #include "engine/core/error.h"
@@ -30,7 +30,7 @@ void expect_walk_equals_brute_force(const Triangles& triangles, const std::vecto
   EXPECT_GT(hits, rays.size() / 50);
 }
 
-// Rays whose origin lies on a face, an edge or a corner of the scene's box, and leave along or across it.
+// Rays that start on a face, an edge or a corner of the scene's box and leave along or across it.
 std::vector<Ray> rays_on_box_faces(const Triangles& triangles) {
   const Bounds box = build_bvh(triangles).bounds;
   std::vector<Ray> out;

@@ -1,4 +1,4 @@
-// The judge accepts float32 arithmetic and finds each kind of wrong answer.
+// Tests that the judge accepts the rounding of float32 and finds each kind of wrong answer.
 #include <embree3/rtcore.h>
 #include <gtest/gtest.h>
 
@@ -17,8 +17,8 @@ using shapes::Triangles;
 
 constexpr Hit kMiss{0, NO_HIT, 0, 0};
 
-// Woop, Benthin, Wald. Watertight Ray/Triangle Intersection. JCGT 2013, section 2 and appendix, in float32 as the
-// kernels.
+// Woop, Benthin, Wald. Watertight Ray/Triangle Intersection. JCGT 2013, section 2 and appendix, in float32 as in
+// the kernels.
 class Woop32 {
  public:
   explicit Woop32(const Ray& ray) : ray_(ray) {
@@ -118,12 +118,12 @@ TEST(Judge, AcceptsFloat32OnHardRays) {
 
 class JudgeErrors : public testing::Test {
  protected:
-  // Two unit triangles one above the other, and a third beside them; 0 is hit at t 1 by the ray, 1 at t 2.
+  // Two unit triangles, one above the other, and a third beside them. The ray hits 0 at t 1 and 1 at t 2.
   Triangles triangles_{{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
                        {{{0, 0, -1}, {1, 0, -1}, {0, 1, -1}}},
                        {{{5, 5, 0}, {6, 5, 0}, {5, 6, 0}}},
                        {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},   // twin of 0
-                       {{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}}}};  // the same place, other order
+                       {{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}}}};  // the same triangle, vertices in another order
   Judged scene_{triangles_};
   Ray ray_{{0.25f, 0.5f, 1}, 0, {0, 0, -1}, 10};
   Hit right_{1, 0, 0.25f, 0.5f};
@@ -151,17 +151,17 @@ TEST_F(JudgeErrors, WrongDistanceOrWeights) {
   EXPECT_EQ(of({1, 0, -0.25f, 0.5f}), Verdict::WrongT);
   Ray late = ray_;
   late.t_min = 1;
-  EXPECT_EQ(of(late, {0.99999994f, 0, 0.25f, 0.5f}), Verdict::WrongT);  // outside of the interval by one ulp
+  EXPECT_EQ(of(late, {0.99999994f, 0, 0.25f, 0.5f}), Verdict::WrongT);  // outside of [t_min, t_max] by one ulp
 }
 
 TEST_F(JudgeErrors, WrongTriangle) {
-  EXPECT_EQ(of({2, 1, 0.25f, 0.5f}), Verdict::WrongPrim);        // a farther one
-  EXPECT_EQ(of({2, 1, 0.25f, 0.5f}, Want::Any), Verdict::Same);  // which any may give
-  EXPECT_EQ(of({1, 2, 0.25f, 0.5f}), Verdict::WrongPrim);        // one beside the ray
+  EXPECT_EQ(of({2, 1, 0.25f, 0.5f}), Verdict::WrongPrim);        // a farther triangle
+  EXPECT_EQ(of({2, 1, 0.25f, 0.5f}, Want::Any), Verdict::Same);  // right for Want::Any
+  EXPECT_EQ(of({1, 2, 0.25f, 0.5f}), Verdict::WrongPrim);        // a triangle beside the ray
   EXPECT_EQ(of({1, 2, 0.25f, 0.5f}, Want::Any), Verdict::WrongPrim);
-  EXPECT_EQ(of({1, 77, 0.25f, 0.5f}), Verdict::WrongPrim);  // there is none
-  EXPECT_EQ(of({1, 3, 0.25f, 0.5f}), Verdict::WrongPrim);   // the twin of greater number
-  EXPECT_EQ(of({1, 4, 0.5f, 0.25f}), Verdict::Tie);         // rounds differently
+  EXPECT_EQ(of({1, 77, 0.25f, 0.5f}), Verdict::WrongPrim);  // there is no such triangle
+  EXPECT_EQ(of({1, 3, 0.25f, 0.5f}), Verdict::WrongPrim);   // the twin with the greater number
+  EXPECT_EQ(of({1, 4, 0.5f, 0.25f}), Verdict::Tie);         // its arithmetic rounds differently
 }
 
 TEST_F(JudgeErrors, MissesAndHitsThatAreNone) {
@@ -239,8 +239,8 @@ std::vector<Hit> embree(const Triangles& triangles, const std::vector<Ray>& rays
   return out;
 }
 
-// Another program's answer. Embree's arithmetic is not the kernels', so its rays close to an edge may leave the bound;
-// the share is small and printed.
+// Judges the answers of Embree. Its arithmetic is not that of the kernels, so rays close to an edge may leave the error
+// bound. Their share is small and is printed.
 TEST(Judge, EmbreeAgrees) {
   const Triangles triangles = shapes::grid(100);
   const Judged scene(triangles);

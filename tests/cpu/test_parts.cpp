@@ -1,4 +1,5 @@
-// Pixels and samples dealt out to dispatches: every one once, a pixel's samples in their order, no more rays than there is room for.
+// Tests how pixels and samples are divided into dispatches: each is traced once, the samples of a pixel come in order,
+// and no dispatch has more rays than there is room for.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -40,8 +41,8 @@ TEST(Parts, OnePixelsSamplesGoTogetherInEvenTurns) {
   };
   expect(1 << 20, 1, 1 << 20, 1);
   expect(1 << 20, 64, 1 << 18, 16);
-  expect(1 << 20, 20, (1 << 22) / 10, 10);  // not 16 and 4
-  expect(64 * 64, 256, 64 * 64, 256);       // a small picture fills the device all the same
+  expect(1 << 20, 20, (1 << 22) / 10, 10);  // not 16 and then 4
+  expect(64 * 64, 256, 64 * 64, 256);       // a small picture fills the device too
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Scenes built in memory, the shipped scene, and the shared test scenes.
+// Tests of scenes built in memory, of the shipped scene and of the shared test scenes.
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -139,7 +139,8 @@ TEST(ShippedScenes, CornellHasItsFeaturesAndViews) {
   }
 }
 
-/// Where the shared scenes are: BALLOT_SCENES, else beside the source tree; nothing if they are not there.
+/// Returns the folder of the shared scenes: BALLOT_SCENES, else beside the source tree. Returns nothing if they are
+/// missing.
 std::optional<std::filesystem::path> shared_scenes() {
   const char* given = std::getenv("BALLOT_SCENES");
   const std::filesystem::path folder =
@@ -151,7 +152,7 @@ std::optional<std::filesystem::path> shared_scenes() {
 TEST(SharedScenes, HaveTheTrianglesAndViewsThatTheirListGives) {
   const auto folder = shared_scenes();
   if (!folder) {
-    // A checkout by itself has no shared scenes (licences, size); where they are promised, their absence is a failure.
+    // A checkout alone has no shared scenes (licences, size). Where they are promised, their absence is a failure.
     const char* const why =
         "scenes.json was not found in $BALLOT_SCENES, nor in ../shared/scenes beside the source tree";
     if (std::getenv("CI") || std::getenv("BALLOT_SCENES")) FAIL() << why;
@@ -179,7 +180,7 @@ TEST(SharedScenes, HaveTheTrianglesAndViewsThatTheirListGives) {
   }
 }
 
-// Every field counts: what a checkpoint is checked against.
+// Checkpoints are checked against the digest of the scene, so every field must change it.
 TEST(Digest, ChangesWithEveryField) {
   Scene scene = triangle_scene();
   finish_scene(scene);

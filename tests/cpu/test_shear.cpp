@@ -1,4 +1,4 @@
-// The power of two that keeps the watertight test's products in range.
+// Tests the power of two that keeps the products of the watertight test in range.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -12,7 +12,8 @@ namespace {
 
 Bounds cube(float at, float side) { return {glm::vec3(at), glm::vec3(at + side)}; }
 
-// What shaders/lib/numeric/triangle_watertight.glsl gives a ray that starts this far from where boxes are measured from.
+// Returns the exponent that shaders/lib/numeric/triangle_watertight.glsl uses for a ray that starts at this distance
+// from the origin of the boxes.
 int own_exponent(float reach) { return 314 - int(std::bit_cast<std::uint32_t>(reach) >> 23); }
 
 TEST(Shear, BringsTheSceneTo55Bits) {

@@ -1,4 +1,5 @@
-// How many paths a wave holds: within what a device can do and has, more where there are many in all.
+// Tests the number of paths in a wave: within the limits and the memory of the device, and larger if there are many
+// paths in all.
 #include <gtest/gtest.h>
 
 #include "engine/render/path/wave_room.h"
@@ -8,7 +9,7 @@ namespace {
 
 constexpr std::uint64_t kGiB = std::uint64_t(1) << 30, kManyPaths = std::uint64_t(1) << 40;
 
-/// A discrete GPU of so much memory, and paths without rays that are put off.
+/// Returns the room for waves of a discrete GPU with this much memory, for paths without deferred rays.
 WaveRoom gpu_of(std::uint64_t memory) {
   return {.grows = true,
           .memory = memory,

@@ -1,4 +1,4 @@
-// Embree's ray queries over batches, for comparison: single rays and packets, on any number of threads.
+// Runs Embree's ray queries over batches, for comparison: as single rays and as packets, on any number of threads.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace ballot::speed {
 
-/// One way to call Embree: rays a call, and whether it is told that they are coherent.
+/// A way to call Embree: the number of rays per call, and the flag that tells Embree that they are coherent.
 struct EmbreeCall {
   unsigned width;  // 1, 8 or 16
   bool coherent;
@@ -27,7 +27,8 @@ class EmbreeCalls : public EmbreeScene {
  public:
   using EmbreeScene::EmbreeScene;
 
-  /// Writes a hit a ray, as Ballot does. Packets are runs of neighbours; filling them counts to the caller's time.
+  /// Traces rays and writes one hit per ray, as Ballot does. Packets are runs of neighbouring rays. The time to fill
+  /// them is part of the call.
   void trace(EmbreeCall call, bool any, std::span<const Ray> rays, std::span<Hit> hits, unsigned threads) const {
     constexpr std::size_t kPart = 4096;
     std::atomic<std::size_t> next = 0;

@@ -1,8 +1,8 @@
-// Ballot beside Embree on the same rays, interleaved in one process: on CPU devices only the ratio counts.
+// Compares Ballot with Embree on the same rays, interleaved in one process. On CPU devices only the ratio counts.
 //
-// Rays: kinds as `ballot bench` makes them. Embree: robust, high build quality (spatial splits), called for single rays, and
-// for packets of 8 and 16 neighbours, with the coherent and the incoherent flag; the filling of packets counts. Ballot: device
-// time of the traversal. Medians over the repeats; geometric means over the views.
+// Rays: the ray kinds of `ballot bench`. Embree: robust, high build quality (spatial splits), called for single rays
+// and for packets of 8 and 16 neighbours, with the coherent and the incoherent flag. The time to fill packets counts.
+// Ballot: the device time of the traversal. Figures are medians over the repeats and geometric means over the views.
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -15,7 +15,8 @@ namespace ballot::speed {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Samples = std::map<std::string, std::vector<double>>;  // milliseconds by what was run
+/// Milliseconds by the name of the Embree call or of Ballot's method and mode.
+using Samples = std::map<std::string, std::vector<double>>;
 
 struct Args {
   std::vector<std::string> scenes, views{"view0"}, rays{"primary", "shadow", "ao", "diffuse"};
@@ -28,7 +29,7 @@ struct Args {
 
 std::string label(const std::string& method, const std::string& mode) { return method + ", " + mode; }
 
-/// "packet-wide:fallback=0" in a numeric mode.
+/// Returns the query of a method such as "packet-wide:fallback=0" in a numeric mode.
 Query query_of(const std::string& item, const std::string& mode) {
   const std::size_t colon = item.find(':'), equals = item.find('=');
   Query query{.method = item.substr(0, colon), .numeric = mode};
@@ -55,7 +56,7 @@ Samples measure(Engine& engine, const EmbreeCalls& embree, RayBatch& batch, cons
   return samples;
 }
 
-/// Geometric means over views of rays a second.
+/// Geometric means over views of the rays per second.
 struct Speeds {
   std::map<std::string, double> log_sum;
   int views = 0;
@@ -114,18 +115,18 @@ void run(const Args& args) {
 
 int main(int argc, char** argv) {
   ballot::speed::Args args;
-  CLI::App app("Ballot beside Embree on the same rays, in turn in one process");
+  CLI::App app("Compares Ballot with Embree on the same rays, in turn in one process");
   app.add_option("SCENE", args.scenes, "scene files")->required();
   app.add_option("--views", args.views, "cameras of the scenes [view0]")->delimiter(',');
   app.add_option("--rays", args.rays, "ray kinds [primary,shadow,ao,diffuse]")->delimiter(',');
   app.add_option("--methods", args.methods, "methods of Ballot, METHOD or METHOD:KNOB=VALUE [auto,while-while]")
       ->delimiter(',');
   app.add_option("--numeric", args.modes, "numeric modes of Ballot [plain,watertight]")->delimiter(',');
-  app.add_option("--size", args.size, "pixels a side [512]")->check(CLI::Range(1, 16384));
+  app.add_option("--size", args.size, "width and height in pixels [512]")->check(CLI::Range(1, 16384));
   app.add_option("--repeat", args.repeats, "interleaved repeats [9]")->check(CLI::Range(1, 10000));
-  app.add_option("--ao-rays", args.ao_rays, "rays of kind ao a hit [1]")->check(CLI::Range(1, 64));
-  app.add_option("--ao-radius", args.ao_radius, "their length, a share of the diagonal [0.1]");
-  app.add_option("--threads", args.threads, "of Embree [as many as there are cores]; lavapipe's: LP_NUM_THREADS")
+  app.add_option("--ao-rays", args.ao_rays, "rays of kind ao per hit [1]")->check(CLI::Range(1, 64));
+  app.add_option("--ao-radius", args.ao_radius, "length of ao rays as a share of the scene's diagonal [0.1]");
+  app.add_option("--threads", args.threads, "threads of Embree [number of cores]; LP_NUM_THREADS sets lavapipe's")
       ->check(CLI::Range(1, 1024));
   app.add_option("--device", args.device, "device of Ballot [cpu]");
   return ballot::speed::run_program(app, argc, argv, "ballot_embree_ratio", [&] { ballot::speed::run(args); });

@@ -1,5 +1,5 @@
-// What a frame of the viewer takes: LiveImage as a window uses it, without the window. The camera turns a little with every frame, so
-// each is a new picture of one sample, of which the host learns when it has ended.
+// Measures the time of a frame in the viewer: runs LiveImage as a window does, but without the window. The camera turns
+// a little with every frame, so each frame is a new picture of one sample. The host learns of it when it has ended.
 #include <chrono>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
@@ -19,10 +19,10 @@ struct Args {
   std::vector<std::string> scenes, views{"view0"}, shadings{"eyelight"}, rays{"primary"};
   std::string numeric = "watertight", device = "gpu";
   std::uint32_t size = 1024, frames = 400;
-  int rest = 0;  // samples a picture has before the camera turns
+  int rest = 0;  // further samples that a picture gets before the camera turns
 };
 
-/// The view after so many steps: to and fro, three degrees at most.
+/// Returns the view after this many steps. It turns to and fro by at most three degrees.
 View turned(View view, std::uint32_t step) {
   view.world_from_camera = glm::rotate(view.world_from_camera, 0.05 * std::sin(0.02 * step), glm::dvec3(0, 1, 0));
   return view;
@@ -83,16 +83,16 @@ void run(const Args& args) {
 
 int main(int argc, char** argv) {
   ballot::speed::Args args;
-  CLI::App app("What a frame of the viewer takes, without its window");
+  CLI::App app("Measures the time of a frame in the viewer, without its window");
   app.add_option("SCENE", args.scenes, "scene files")->required();
   app.add_option("--views", args.views, "cameras of the scenes [view0]")->delimiter(',');
   app.add_option("--rays", args.rays, "ray kinds [primary]")->delimiter(',');
   app.add_option("--shading", args.shadings, "shadings [eyelight]")->delimiter(',');
-  app.add_option("--numeric", args.numeric, "arithmetic [watertight]");
-  app.add_option("--size", args.size, "pixels a side [1024]")->check(CLI::Range(1, 16384));
-  app.add_option("--frames", args.frames, "that are measured, after a quarter as many [400]")
+  app.add_option("--numeric", args.numeric, "numeric mode [watertight]");
+  app.add_option("--size", args.size, "width and height in pixels [1024]")->check(CLI::Range(1, 16384));
+  app.add_option("--frames", args.frames, "measured frames; a quarter as many run before them [400]")
       ->check(CLI::Range(1, 1000000));
-  app.add_option("--rest", args.rest, "samples that a picture gets before the camera turns again [0]")
+  app.add_option("--rest", args.rest, "further samples of a picture before the camera turns again [0]")
       ->check(CLI::Range(0, 100000));
   app.add_option("--device", args.device, "device [gpu]");
   return ballot::speed::run_program(app, argc, argv, "ballot_live_frames", [&] { ballot::speed::run(args); });

@@ -1,4 +1,4 @@
-// What the programs that measure speed share.
+// Code that the programs in tests/speed share.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,7 +11,7 @@ namespace ballot::speed {
 
 inline double median(const std::vector<double>& values) { return bench::quantile(values, 0.5); }
 
-/// Parses the arguments and runs; the exit code: 0, 1 the work failed, 2 the arguments are wrong.
+/// Parses the arguments and calls run(). Returns the exit code: 0, 1 if the work failed, 2 if the arguments are wrong.
 template <class Run>
 int run_program(CLI::App& app, int argc, char** argv, const char* name, const Run& run) {
   try {

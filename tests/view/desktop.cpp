@@ -113,7 +113,8 @@ void Desktop::drag(int number, int x, int y, int dx, int dy) {
   button(number, false);
 }
 
-// Without a window manager the children of the root are the windows that programs opened.
+// Returns the top-level window. Without a window manager, the children of the root are the windows that programs
+// opened.
 unsigned long Desktop::top_level() const {
   Window root = 0, parent = 0, *children = nullptr, found = 0;
   unsigned count = 0;
@@ -140,7 +141,7 @@ void Desktop::set_scale(double scale) {
   XSync(display_, False);
 }
 
-// ICCCM 4.1.3.1: WM_STATE holds the state and an icon's window.
+// ICCCM 4.1.3.1: WM_STATE holds the state and the window of an icon.
 void Desktop::set_state(long state) {
   const Atom atom = XInternAtom(display_, "WM_STATE", False);
   const long words[2] = {state, None};
@@ -186,7 +187,7 @@ bool Desktop::drop(const std::string& file) {
     while (XPending(display_)) {
       XEvent event;
       XNextEvent(display_, &event);
-      if (event.type == SelectionRequest) {  // the window asks for what was dropped
+      if (event.type == SelectionRequest) {  // the window asks for the dropped file
         const XSelectionRequestEvent& asked = event.xselectionrequest;
         const std::string text = "file://" + file + "\r\n";
         XChangeProperty(display_, asked.requestor, asked.property, uris, 8, PropModeReplace,
@@ -285,6 +286,6 @@ double Program::cpu_seconds() const {
   std::string word;
   double ticks = 0;
   for (int field = 1; field <= 15 && file >> word; ++field)
-    if (field >= 14) ticks += std::stod(word);  // user and system time
+    if (field >= 14) ticks += std::stod(word);  // user time and system time
   return ticks / double(sysconf(_SC_CLK_TCK));
 }

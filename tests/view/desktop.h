@@ -1,4 +1,4 @@
-// A display of its own, a program that runs on it, and hands that type and move the mouse as a user does (XTEST).
+// A private X display, a program that runs on it, and keyboard and mouse input as a user makes it (XTEST).
 #pragma once
 
 #include <sys/types.h>
@@ -9,7 +9,7 @@
 
 struct _XDisplay;
 
-/// An Xvfb server; ends with its owner.
+/// An Xvfb server. The destructor ends it.
 class Desktop {
  public:
   Desktop(int width, int height);
@@ -20,26 +20,28 @@ class Desktop {
   bool works() const { return display_ != nullptr; }
   std::string name() const { return ":" + std::to_string(number_); }
 
-  void press(const char* key);  // "w", "F12": an X keysym's name
+  void press(const char* key);  // the name of an X keysym: "w", "F12"
   void release(const char* key);
   void tap(const char* key);
   void chord(const char* held, const char* key);
   void move_mouse(int x, int y);
   void button(int number, bool down);
-  void scroll(int clicks);  // up
-  /// Drags something from (x, y) to (x + dx, y + dy) with a mouse button.
+  void scroll(int clicks);  // upwards
+  /// Drags the mouse from (x, y) to (x + dx, y + dy) with a button held down.
   void drag(int number, int x, int y, int dx, int dy);
 
-  /// What a desktop of high density says of itself: 2 is twice as many pixels in an inch as usual. Before a program starts.
+  /// Sets the scale that a desktop of high density reports. 2 is twice as many pixels per inch as usual. Call it before
+  /// a program starts.
   void set_scale(double scale);
-  /// What a window manager does to the top-level window.
+  /// Minimise and restore the top-level window as a window manager does.
   void minimise();
   void restore();
-  /// Drops a file on the top-level window (XDND), as a file manager does. False if the window does not take it.
+  /// Drops a file on the top-level window (XDND), as a file manager does. Returns false if the window does not accept
+  /// it.
   bool drop(const std::string& file);
-  /// Resizes the top-level window that shows something; without a window manager, as one would.
+  /// Resizes the visible top-level window as a window manager would; there is none on this display.
   void resize_window(int width, int height);
-  /// The colours of the screen, packed, row by row.
+  /// Returns the packed colours of the upper left width x height pixels of the screen, row by row.
   std::vector<unsigned long> pixels(int width, int height);
 
  private:
@@ -54,18 +56,18 @@ class Desktop {
 /// A running program whose output is read line by line.
 class Program {
  public:
-  /// `environment`: NAME=VALUE sets, NAME alone removes.
+  /// `environment`: NAME=VALUE sets a variable, NAME alone removes it.
   Program(const std::vector<std::string>& arguments, const std::vector<std::string>& environment);
   ~Program();
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  /// Waits for a new line that holds `text`; lines before it are used up. False after so many seconds.
+  /// Waits for a new line that contains `text`, and skips the lines before it. Returns false after this many seconds.
   bool says(const std::string& text, double seconds = 20);
-  /// The exit code, or -1 if it does not end in time or was killed by a signal.
+  /// Waits for the end of the program. Returns its exit code, or -1 if it does not end in time or a signal killed it.
   int wait(double seconds = 20);
-  const std::string& output() const { return output_; }  // all of it so far
-  double cpu_seconds() const;                            // that it used until now
+  const std::string& output() const { return output_; }  // all output so far
+  double cpu_seconds() const;                            // CPU time that it has used so far
 
  private:
   void read_more();

@@ -1,4 +1,4 @@
-// The camera's motion, without a window.
+// Tests of the camera's motion, without a window.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ View view_at(const glm::dvec3& position, double yaw, double pitch, double roll =
   return v;
 }
 
-/// One second of forward flight, then one of rest, at a frame rate.
+/// Flies forward for one second and then rests for one, at a given frame rate.
 FlyCamera flown(int frames_per_second) {
   FlyCamera camera(10);
   camera.set(view_at({1, 2, 3}, 0.3, -0.2));
@@ -74,7 +74,7 @@ TEST(Camera, StopsShortOfStraightUp) {
   for (int i = 0; i < 100; ++i) camera.update(0.1, {});
   EXPECT_NEAR(camera.pitch(), 89.0 / 180 * 3.14159265358979, 1e-6);
   look.look_y = 10;
-  camera.update(0.1, look);  // it answers at once: nothing was wound up beyond the end
+  camera.update(0.1, look);  // it responds at once: no motion was stored up beyond the end
   EXPECT_LT(camera.pitch(), 89.0 / 180 * 3.14159265358979 - 0.01);
 }
 

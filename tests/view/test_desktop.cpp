@@ -1,4 +1,5 @@
-// What a desktop does to a window: full screen, dense screens, minimising, dropped files; and what hands do beyond flying.
+// Tests of what a desktop does to the window (full screen, dense screens, minimising, dropped files) and of input other
+// than flying.
 #include <cmath>
 
 #include "tests/view/window_test.h"
@@ -100,7 +101,7 @@ TEST_F(WindowTest, ComesBackToWhereItWas) {
   EXPECT_GT(glm::distance(first, glm::dvec3(load_scene(kScene).views.at(0).world_from_camera[3])), 0.05);
 }
 
-/// The direction of a pixel's ray in the camera's frame.
+/// Returns the direction of a pixel's camera ray in the frame of the camera.
 glm::dvec3 direction(const View& view, int x, int y, int width, int height) {
   const double half = std::tan(view.yfov / 2);
   return glm::normalize(
@@ -145,7 +146,7 @@ TEST_F(WindowTest, OrbitsAndInspects) {
     return glm::dvec3(view.world_from_camera * glm::dvec4(ahead, 1));
   };
   EXPECT_LT(glm::distance(point(start), point(end)), 1e-5)
-      << "what the drag began on stays where it was in the picture";
+      << "the point where the drag began stays at its place in the picture";
   EXPECT_GT(glm::distance(glm::dvec3(start.world_from_camera[3]), glm::dvec3(end.world_from_camera[3])), 0.2);
 }
 

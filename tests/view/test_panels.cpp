@@ -1,4 +1,4 @@
-// The overlay's widgets, clicked without a window.
+// Tests of the overlay's widgets, which are clicked without a window.
 #include <gtest/gtest.h>
 #include <imgui/imgui.h>
 
@@ -10,9 +10,9 @@
 namespace ballot::view {
 namespace {
 
-constexpr float kWidth = 320, kHeight = 900, kWidgets = 540;  // kWidgets: where the last one ends, or below
+constexpr float kWidth = 320, kHeight = 900, kWidgets = 540;  // kWidgets: the last widget ends here or above
 
-/// The toolkit with one window that shows a query's widgets, its knobs unfolded.
+/// The toolkit with one window that shows the widgets of a query, with its knobs unfolded.
 class Bench {
  public:
   explicit Bench(const DeviceInfo& device) : device_(device) {
@@ -54,7 +54,7 @@ class Bench {
   const DeviceInfo& device_;
 };
 
-/// The knobs that matter to a method, with the values that it has.
+/// Returns the knobs that matter to the query's method, with their values.
 std::map<std::string, std::string> values_of(const Query& query, const DeviceInfo& device) {
   const Method& method = find_method(query.method);
   const KernelConfig f = kernel_config_for(method, find_numeric(query.numeric), device, query.knobs);
@@ -64,8 +64,9 @@ std::map<std::string, std::string> values_of(const Query& query, const DeviceInf
   return values;
 }
 
-/// Clicks everywhere: all over the part of the window that holds the widgets; and in a column and then below, which opens
-/// lists and chooses from them; always from the same start. Calls `after` with what a click, or two, made of the query.
+/// Clicks at points all over the part of the window that holds the widgets. Also clicks at pairs of points in a column,
+/// the second below the first, which opens lists and chooses from them. Each time it starts from the same query and
+/// calls `after` with the query that the clicks left.
 template <class After>
 void click_everywhere(Bench& bench, const Query& start, float left, After after) {
   constexpr float kStep = 12, kLongestList = 220;

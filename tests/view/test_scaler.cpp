@@ -1,4 +1,4 @@
-// The resolution controller and what it does to a device of a given speed.
+// Tests of the resolution controller with simulated devices of a given speed.
 #include <gtest/gtest.h>
 
 #include "tools/view/scaler.h"
@@ -7,7 +7,8 @@ namespace {
 
 using ballot::view::Scaler;
 
-/// A device that takes `full_ms` for a whole picture and `fixed_ms` for anything.
+/// Simulates frames on a device that takes `full_ms` for a picture of full resolution and `fixed_ms` besides. Returns
+/// the time of the next frame.
 double after(Scaler& scaler, double full_ms, double fixed_ms, int frames) {
   for (int i = 0; i < frames; ++i) scaler.measured(full_ms * scaler.scale() * scaler.scale(), fixed_ms);
   return fixed_ms + full_ms * scaler.scale() * scaler.scale();
@@ -33,7 +34,7 @@ TEST(Scaler, GoesDownWithinTwoFrames) {
 TEST(Scaler, ReckonsWithWhatThePixelsDoNotChange) {
   Scaler scaler(50);
   const double ms = after(scaler, 400, 15, 1);
-  EXPECT_LT(ms, 50) << "one slow frame tells enough";
+  EXPECT_LT(ms, 50) << "one slow frame is enough to react";
   EXPECT_GT(ms, 50 * 0.6);
   const double chosen = scaler.scale();
   after(scaler, 400, 15, 100);

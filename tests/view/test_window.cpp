@@ -1,4 +1,4 @@
-// The real program in a real window, driven by events of the X server.
+// Tests the real program in a real window, driven by events of the X server.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ void expect_same_pixels(const Image& a, const Image& b) {
   }
 }
 
-/// The largest difference of a channel between the screen and the upper rows of a picture, in steps of 8 bits.
+/// Returns the largest difference of a channel between the screen and the upper rows of a picture, in steps of 8 bits.
 int difference(const std::vector<unsigned long>& screen, const Image& image) {
   int most = 0;
   for (std::size_t i = 0; i < screen.size(); ++i)
@@ -75,7 +75,7 @@ TEST_F(WindowTest, FliesAndItsPictureIsTheOneThatRenderMakes) {
   expect_same_pixels(read_exr(shot), image);
   EXPECT_TRUE(fs::exists(folder_ / "cornell-shot-1.png"));
 
-  desktop.tap("Tab");  // the picture alone, above the status line; half floats round, and so do two pow()
+  desktop.tap("Tab");  // the picture alone, above the status line; half floats round, and so do two pow() calls
   for (int i = 0; i < 50 && difference(desktop.pixels(480, 190), image) > 1; ++i) pause_ms(100);
   EXPECT_LE(difference(desktop.pixels(480, 190), image), 1) << "the screen shows the picture";
 
@@ -121,7 +121,7 @@ TEST_F(WindowTest, SwitchesMethodsResizesAndReloadsShaders) {
   const std::string good(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   write_file(shader, good + "\nthis is no GLSL\n");
   ASSERT_TRUE(program.says("a shader does not compile", 60)) << program.output();
-  desktop.resize_window(320, 240);  // the last good kernel works on
+  desktop.resize_window(320, 240);  // the last kernel that compiled is still used
   ASSERT_TRUE(program.says("size 320x240")) << program.output();
   write_file(shader, good);
   ASSERT_TRUE(program.says("shaders reloaded", 60)) << program.output();
@@ -142,7 +142,7 @@ TEST_F(WindowTest, SwitchesMethodsResizesAndReloadsShaders) {
   write_file(display, other.replace(other.find(plain), plain.size(), "vec4(1.0 - color, 1.0)"));
   ASSERT_TRUE(program.says("shaders reloaded", 60)) << program.output();
   for (int i = 0; i < 50 && desktop.pixels(320, 200) == before; ++i) pause_ms(100);
-  EXPECT_NE(desktop.pixels(320, 200), before) << "what was changed is seen";
+  EXPECT_NE(desktop.pixels(320, 200), before) << "the change is visible";
 
   desktop.chord("Control_L", "q");
   EXPECT_EQ(program.wait(), 0) << program.output();

@@ -1,4 +1,4 @@
-// The program in a window of its own display, and what its pictures are held to.
+// Runs the viewer in a window on its own display, and renders the pictures that its output is compared with.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ class WindowTest : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  /// Without a display where its name is empty.
+  /// Returns the environment of a program. An empty name means no display.
   std::vector<std::string> environment(const std::string& display) const {
     std::vector<std::string> e{"BALLOT_SHADERS=" + (folder_ / "shaders").string(), "WAYLAND_DISPLAY",
                                "XDG_CACHE_HOME=" BALLOT_TEST_CACHE};
@@ -42,7 +42,8 @@ class WindowTest : public testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
-  /// The picture that `ballot render` makes of a view of the scene, or of a views file if one is named.
+  /// Returns the picture that `ballot render` makes of a view of the scene, or of a view in `views` if that is not
+  /// empty.
   Image rendered(const fs::path& views, const std::string& name, const std::string& size) const {
     const fs::path exr = folder_ / "rendered.exr";
     std::vector<std::string> words{BALLOT_BINARY, "render", kScene, "--device", "cpu",       "--view",
