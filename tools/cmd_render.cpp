@@ -109,7 +109,7 @@ void prepare(const RenderArgs& args, const std::vector<fs::path>& files) {
   if (out.extension() != ".exr") {
     std::error_code error;
     fs::create_directories(out, error);
-    if (error) fail(Failure::Work, "--out {}: the folder cannot be made: {}", args.out, error.message());
+    if (error) fail(Failure::Work, "--out {}: cannot create the folder: {}", args.out, error.message());
   }
   for (const fs::path& file : files) {
     check_writable(file);

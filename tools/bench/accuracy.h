@@ -40,7 +40,7 @@ struct Accuracy {
 
 Accuracy accuracy_of(const ErrorFigures& figures);
 
-/// Returns the number of answers that the numeric mode promises not to give. Mode exact promises the exact answer, ties
+/// Returns the number of answers that break the promise of the numeric mode. Mode exact promises the exact answer, ties
 /// included. Conservative modes promise that their error bound explains each wrong answer, and that no value is beyond
 /// it. The other modes promise only that every record is written. (A record that was not written is beyond every bound,
 /// too.)

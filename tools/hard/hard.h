@@ -1,5 +1,5 @@
-// The hard-case suite: scenes and rays on which ray tracers are known to fail. Each case follows a report of one that
-// did.
+// The hard-case suite: scenes and rays on which ray tracers are known to fail. Each case reproduces a report of such a
+// failure.
 //
 // All cases are generated from fixed seeds with arithmetic that rounds the same on every IEEE machine, so a case is the
 // same everywhere. A new case is one function in a make_*.cpp and one line in cases.cpp; the test and `ballot verify

@@ -27,9 +27,10 @@ struct HardResult {
 HardResult run_hard_cases(const std::vector<bench::Entry>& entries, const HardOptions& options,
                           const std::function<void(const DeviceInfo&)>& begin);
 
-/// Returns the number of answers that no mode may give or that this mode promises not to give. It is the largest of
-/// these counts, because one answer may be in several: bench::broken_promises; answers that differ from those known by
-/// construction; in conservative modes leaks, and answers that depend on the entry. A case that failed counts as 1.
+/// Returns the number of answers that break the promise of the record's numeric mode, or that no mode may give. It is
+/// the largest of these counts, because one answer may be in several: bench::broken_promises; answers that differ from
+/// those known by construction; in conservative modes leaks, and answers that depend on the entry. A case that failed
+/// counts as 1.
 std::uint64_t broken_promises(const bench::HardRecord& record);
 
 }  // namespace ballot::verify
