@@ -20,7 +20,8 @@ from dev_scaling_report import BATCH, METHODS, draw, markdown, spaced
 FEWEST_TRIANGLES, FEWEST_RAYS = 10 ** 3, 10 ** 4
 RUNS = 3  # number of runs of `info` up to 10^6 triangles, and of `trace` up to 10^6 rays
 MIDDLE = 10 ** 5  # triangles of the scene through which every batch of rays is traced
-TEXEL, PAIR_TEXELS, LEAF_TEXELS, TRIANGLE_TEXELS = 16, 4, 2, 3  # bytes, texels: as in shaders/shared/layout.h
+# Bytes of a texel; texels of a pair of nodes, of a leaf's header and of a triangle, as in shaders/shared/layout.h.
+TEXEL, PAIR_TEXELS, LEAF_TEXELS, TRIANGLE_TEXELS = 16, 4, 2, 3
 WRONG_ARGUMENTS, NO_DEVICE = 2, 3  # exit codes of ballot
 HELP = """\
 Generates wavy grids of 10^3, 10^4, ... triangles and traces the same 10^6 camera rays and 10^6 random rays through

@@ -11,8 +11,8 @@ namespace ballot::cli {
 namespace {
 
 constexpr std::uint32_t kMeasuredSamples = 8;
-constexpr int kLeastRepeats = 5, kMostRepeats = 25;  // shorter measurements are repeated more often, within
-constexpr double kSecondsOfRepeats = 4;              // this many seconds
+constexpr int kLeastRepeats = 5, kMostRepeats = 25;  // bounds on the number of repeats
+constexpr double kSecondsOfRepeats = 4;              // no repeat starts later than this, except the first kLeastRepeats
 constexpr double kWarmSeconds = 0.03;  // of work on a GPU before each measurement: its clocks fall while the host works
 
 struct NamedFeature {

@@ -88,9 +88,9 @@ double upper_normal(double probability) {
   return low;
 }
 
-/// Returns an interval that contains the ratio with this confidence. Where the draws are too few to give the tails, a
-/// normal distribution gives them: each end is the bootstrap's quantile or the one that its standard error implies,
-/// whichever is further out.
+/// Returns an interval that contains the ratio with this confidence. Each end is the further out of two: the
+/// bootstrap's quantile, and the end that the bootstrap's standard error gives for a normal distribution. The second
+/// one stands for tails that the draws are too few to show.
 Ratio interval(double log_ratio, const std::vector<double>& logs, double confidence) {
   const double tail = (1 - confidence) / 2;
   double mean = 0, squares = 0;

@@ -82,8 +82,8 @@ void Session::frame() {
     dirty_ = true;
     say(fmt::format("size {}x{}", window_pixels_.x, window_pixels_.y));
   }
-  if (screen_scale() !=
-      overlay_scale_) {  // the screen changed; Wayland reports the scale only once the window is shown
+  // The window moved to another screen, or it was just shown: only then does Wayland report the scale.
+  if (screen_scale() != overlay_scale_) {
     make_overlay();
     presenter_->set_atlas(overlay_->atlas());
   }
@@ -202,7 +202,8 @@ void Session::add_sample(bool moved, std::uint32_t index, std::uint32_t count, d
   facts_.frames.push_back({times, presenter_->last_ms(), raw_wall_ms_});
   ++new_frames_;
   if (facts_.frames.size() > kGraphFrames) facts_.frames.pop_front();
-  // The first sample of a picture at rest also tells how long a frame in motion would take, before the first move.
+  // The first sample of a picture at rest also predicts the time of a frame in motion, before the first move. Later
+  // samples are not counted.
   if (settings_.scale && scale == scaler_.scale() && (moved || index == 0))
     scaler_.measured(times.total_ms(), presenter_->last_ms());
 }
