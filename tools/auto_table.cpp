@@ -13,11 +13,11 @@ std::string speed(const Candidate& c) {
   return c.mrays_per_s > 0 ? fmt::format("{} {}", c.name(), bench::figure(c.mrays_per_s)) : c.name() + " (cannot run)";
 }
 
-/// "while-while 6.8; dynamic-fetch 6.0"
+/// Returns the candidates that were not chosen and their speeds, for example "while-while 6.8; dynamic-fetch 6.0".
 std::string others(const Choice& choice) {
   std::string text;
   for (std::size_t i = 1; i < choice.candidates.size(); ++i) text += (i > 1 ? "; " : "") + speed(choice.candidates[i]);
-  return text.empty() ? "the only one for this mode" : text;
+  return text.empty() ? "no other (the only method for this mode)" : text;
 }
 
 nlohmann::json to_json(const Choice& choice) {
@@ -53,12 +53,13 @@ nlohmann::json print_choices(const std::vector<Choice>& choices) {
   nlohmann::json json = nlohmann::json::array();
   if (choices.empty()) {
     fmt::print(
-        "\nauto has chosen nothing yet for this scene on this device: it does so, once, when many rays are first\n"
-        "traced; --calibrate does it now\n");
+        "\nauto has chosen nothing yet for this scene on this device. It chooses once, when many rays of a class are\n"
+        "first traced; --calibrate makes it choose now.\n");
     return json;
   }
-  fmt::print("\nwhat auto chose for this scene on this device, in Mrays/s of a sample of such rays:\n\n");
-  bench::Table table({"rays", "mode", "chosen", "instead of", "Mrays/s", "seconds"}, 4);
+  fmt::print(
+      "\nmethods that auto chose for this scene on this device; speeds are Mrays/s on a sample of the rays:\n\n");
+  bench::Table table({"rays", "numeric mode", "chosen", "instead of", "Mrays/s", "calibration s"}, 4);
   for (const Choice& c : choices) {
     table.row({c.rays + (c.want == Want::Any ? " (any hit)" : ""), c.numeric, c.chosen().name(), others(c),
                bench::figure(c.chosen().mrays_per_s), fmt::format("{:.2f}", c.seconds)});
@@ -71,7 +72,7 @@ nlohmann::json print_choices(const std::vector<Choice>& choices) {
 std::string choice_line(Engine& engine, const Query& query) {
   if (query.method != kAuto) return "";
   const Choice* choice = engine.tracer().choices().find(query);
-  if (!choice) return "auto: too few rays to try methods on";
+  if (!choice) return "auto: too few rays to compare methods, so it used its default";
   return fmt::format("auto: {}, {}; {} Mrays/s on a sample, instead of {}", choice->chosen().name(),
                      choice->remembered ? "as chosen before" : fmt::format("chosen in {:.2f} s", choice->seconds),
                      bench::figure(choice->chosen().mrays_per_s), others(*choice));

@@ -1,4 +1,4 @@
-// What method auto chose, for people and as JSON.
+// The choices of method auto, as text and as JSON.
 #pragma once
 
 #include <string>
@@ -8,13 +8,14 @@
 
 namespace ballot::cli {
 
-/// Lets auto choose anew for every kind of rays of the first view.
+/// Discards the choices of method auto and lets it choose again, in numeric mode `numeric`, for every ray kind of the
+/// scene's first view. Draws a progress bar.
 void calibrate(Engine& engine, const std::string& numeric);
 
-/// A table of choices and why; the same as JSON.
+/// Prints a table of the choices with the speeds that decided them. Returns the same as JSON.
 nlohmann::json print_choices(const std::vector<Choice>& choices);
 
-/// A line on what auto chose for such rays; empty for other methods.
+/// Returns a line that says what auto chose for this query's ray class; empty if the query names another method.
 std::string choice_line(Engine& engine, const Query& query);
 
 }  // namespace ballot::cli

@@ -1,4 +1,4 @@
-// The command line: ballot info | render | trace | view | bench | verify | report | shaders.
+// The command line: ballot info | render | merge | trace | view | bench | verify | report | shaders.
 #include <cstdio>
 #include <exception>
 
@@ -8,17 +8,17 @@ namespace {
 
 using namespace ballot;
 
-/// CLI11 would only say that a command is required.
+/// Refuses an unknown command and lists those that exist; CLI11 would only say that a command is required.
 void check_command(CLI::App& app, std::string_view word) {
   std::string names;
   for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
     if (command->get_name() == word) return;
     names += fmt::format("{}{}", names.empty() ? "" : ", ", command->get_name());
   }
-  fail(Failure::Arguments, "no command is called '{}'; there are: {}", word, names);
+  fail(Failure::Arguments, "there is no command '{}'; the commands are: {}", word, names);
 }
 
-/// What is wrong with the words of the command line, in a sentence without its end.
+/// Returns what is wrong with the command line, as the beginning of a sentence.
 std::string in_words(const CLI::ParseError& error) {
   const std::string text = error.what();
   switch (CLI::ExitCodes(error.get_exit_code())) {
@@ -26,9 +26,9 @@ std::string in_words(const CLI::ParseError& error) {
       return text.starts_with("A subcommand") ? "no command given"
                                               : "missing " + text.substr(0, text.find(" is required"));
     case CLI::ExitCodes::ExtrasError:
-      return "does not know the words (last first)" + text.substr(text.find(':') + 1);
+      return "unknown arguments, the last one first:" + text.substr(text.find(':') + 1);
     case CLI::ExitCodes::ConversionError:
-      return "a value is not of the right kind" + text.substr(text.find(':'));
+      return "a value has the wrong type" + text.substr(text.find(':'));
     case CLI::ExitCodes::ArgumentMismatch:
       return text.substr(0, text.find(':')) + " needs a value";
     default:
@@ -38,8 +38,8 @@ std::string in_words(const CLI::ParseError& error) {
 
 int run(int argc, char** argv) {
   CLI::App app(
-      "Ballot traces rays in GLSL compute on any Vulkan 1.2 device, GPU or CPU.\n"
-      "The lanes of a subgroup vote on their way through the tree; every traversal method is a variant to choose.",
+      "Ballot is a ray tracer of GLSL compute kernels for any Vulkan 1.2 device, GPU or CPU.\n"
+      "The lanes of a subgroup vote on the next step of their traversal; --method chooses the traversal method.",
       "ballot");
   app.require_subcommand(1);
   app.footer(
@@ -72,8 +72,9 @@ int run(int argc, char** argv) {
     fmt::print(
         stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ", in_words(error),
         name.empty()
-            ? "give one of: info, render, trace, view, bench, verify, report, shaders; 'ballot --help' explains them"
-            : "'ballot " + name + " --help' lists what it takes");
+            ? "give one of: info, render, merge, trace, view, bench, verify, report, shaders; 'ballot --help' explains "
+              "them"
+            : "'ballot " + name + " --help' lists the arguments");
     return int(Failure::Arguments);
   }
   return result;

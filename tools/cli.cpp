@@ -16,18 +16,23 @@ void EngineArgs::add_to(CLI::App& app, bool scene_required) {
   std::string extensions;
   for (const SceneFormat& f : scene_formats())
     extensions += fmt::format("{}{}", extensions.empty() ? "" : ", ", f.extension);
-  auto* option = app.add_option("SCENE", scene, "scene file: " + extensions);
+  auto* option = app.add_option("SCENE", scene, "scene file, one of: " + extensions);
   if (scene_required) option->required();
   add_options(app);
 }
 
 void EngineArgs::add_options(CLI::App& app) {
-  app.add_option("--device", device, "index, part of the name, 'gpu' or 'cpu' [best GPU, else CPU]; see ballot info");
-  app.add_flag("--validate", validate, "Vulkan validation with synchronization checks; exit 1 if it says anything");
-  app.add_option("--split-budget", split_budget, "spatial splits may add this share of references, 0 to 16 [0.5]");
-  app.add_option("--max-leaf", max_leaf, "triangles in a leaf at most, 1 to 6 [6]");
-  app.add_flag("--no-cache", no_cache, "build the BVH anew and leave the cache alone");
-  app.add_option("--json", json, "also write the figures to this file");
+  app.add_option("--device", device,
+                 "Vulkan device: its index in the list of 'ballot info', a part of its name, 'gpu' or 'cpu'\n"
+                 "[the best GPU, else a CPU]; e.g. --device llvmpipe");
+  app.add_flag("--validate", validate,
+               "turn on Vulkan's validation layers with synchronization checks; exit code 1 if they report anything");
+  app.add_option("--split-budget", split_budget,
+                 "BVH build: extra triangle references that spatial splits may add, as a share of the triangles,\n"
+                 "0 to 16 [0.5]; e.g. 0.5 allows 50 % more references");
+  app.add_option("--max-leaf", max_leaf, "BVH build: largest number of triangles in a leaf, 1 to 6 [6]");
+  app.add_flag("--no-cache", no_cache, "build the BVH again; neither read nor write the BVH cache");
+  app.add_option("--json", json, "also write the results to this JSON file");
 }
 
 EngineOptions EngineArgs::options() const {
@@ -51,9 +56,12 @@ void QueryArgs::add_to(CLI::App& app) {
   for (const Method& m : kMethods) methods += fmt::format("\n  {:<12} {}", m.name, m.summary);
   for (const NumericMode& m : kNumericModes) modes += fmt::format("\n  {:<12} {}", m.name, m.summary);
   app.add_option("--method", method, fmt::format("traversal method [{}]{}", kDefaultMethod, methods));
-  app.add_option("--numeric", numeric, fmt::format("arithmetic [{}]{}", kDefaultNumeric, modes));
+  app.add_option("--numeric", numeric,
+                 fmt::format("numeric mode: the arithmetic of the intersection tests [{}]{}", kDefaultNumeric, modes));
   app.add_option("--knob", knobs,
-                 "NAME=VALUE, may be repeated; defaults come from the device's row of the tuning table" + knob_list())
+                 "NAME=VALUE: sets a tuning parameter of the kernels; may be repeated. Knobs that are not given take\n"
+                 "the device's values of the tuning table; e.g. --knob vote=count --knob workgroup=128" +
+                     knob_list())
       ->take_all();
 }
 
@@ -63,7 +71,8 @@ Query QueryArgs::query() const {
   q.numeric = find_numeric(numeric).name;
   for (const std::string& text : knobs) {
     const std::size_t equals = text.find('=');
-    if (equals == std::string::npos) fail(Failure::Arguments, "--knob: '{}' is not of the form NAME=VALUE", text);
+    if (equals == std::string::npos)
+      fail(Failure::Arguments, "--knob: '{}' is not of the form NAME=VALUE, such as vote=count", text);
     q.knobs[text.substr(0, equals)] = text.substr(equals + 1);
   }
   KernelConfig scratch;

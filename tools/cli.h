@@ -1,4 +1,5 @@
-// What the commands share: options, progress, JSON. Commands are one file each, registered in ballot.cpp.
+// The parts that all commands share: options, opening a scene, JSON output. Each command is one file cmd_*.cpp and is
+// registered in ballot.cpp.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,7 +12,7 @@
 
 namespace ballot::cli {
 
-/// Options of every command that opens a device and builds a BVH.
+/// The options of every command that opens a device and builds a BVH.
 struct EngineArgs {
   std::string scene;
   std::string device;
@@ -21,43 +22,46 @@ struct EngineArgs {
   std::string json;
 
   void add_to(CLI::App& app, bool scene_required);
-  void add_options(CLI::App& app);  // all but the scene
+  void add_options(CLI::App& app);  // all options except the scene
   EngineOptions options() const;
 };
 
-/// A line for each knob, for help texts.
+/// Returns a line for each knob, for help texts.
 std::string knob_list();
 
-/// Options of every command that traces.
+/// The options of every command that traces by one query: method, numeric mode, knobs.
 struct QueryArgs {
   std::string method{kDefaultMethod}, numeric{kDefaultNumeric};
   std::vector<std::string> knobs;
 
   void add_to(CLI::App& app);
-  Query query() const;  // throws Error(Arguments)
+  Query query() const;  // throws Error(Arguments) for names and values that do not exist
 };
 
-/// A scene and an engine with a progress bar, and the seconds that each step took.
+/// An engine with its scene, and the time that loading took.
 struct Opened {
   std::unique_ptr<Engine> engine;
-  double load_s = 0;
+  double load_s = 0;  // seconds to load the scene file
 };
-/// check sees the scene before device and BVH are touched, and may change its views; queries are refused before the BVH is built.
+/// Loads the scene, opens the device and builds the BVH under a progress bar. `check` gets the scene before the device
+/// is opened and may change its views and lights. Queries that the device cannot run are refused before the BVH is
+/// built. `statistics` asks the driver for pipeline statistics. Throws Error.
 Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries = {},
                   const std::function<void(Scene&)>& check = {}, bool statistics = false);
 
-/// "512x512" to width and height. Throws Error(Arguments).
+/// Parses a size such as "512x512" into width and height, in pixels. Throws Error(Arguments).
 void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& height);
 
-/// device, driver, subgroup_size, commit, command, and the scene's BVH figures under scenes.
+/// Returns the JSON object that a command fills with records: the keys device, driver, subgroup_size, commit, command,
+/// and the scene's BVH figures under scenes.
 nlohmann::json record_header(Engine& engine, double load_s);
-void write_json(const std::string& path, const nlohmann::json& json);  // nothing if path is empty
+void write_json(const std::string& path, const nlohmann::json& json);  // does nothing if path is empty
 
 /// The command line of this process, quoted for a shell.
 void set_command_line(int argc, char** argv);
 const std::string& command_line();
 
-/// Exit code 1 if --validate collected messages.
+/// Returns the exit code of a command that succeeded: 1 if --validate collected messages, else 0.
 int finish(Engine& engine);
 
 void add_info(CLI::App& app, int& result);

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 struct BenchArgs {
   RunArgs run;
-  std::vector<std::string> compare, measuring;  // measuring: names of options that --compare has no use for
+  std::vector<std::string> compare, measuring;  // measuring: the given options that --compare does not take
   double tolerance = 0.02;
 };
 
@@ -31,7 +31,7 @@ int compare_files(const BenchArgs& args) {
   return slower ? 1 : 0;
 }
 
-/// Where the run is saved as it goes, so that a kill loses little.
+/// Saves the run so far to its files; called after every block, so that a killed run loses little.
 void save(const RunArgs& args, const bench::Document& document) {
   const nlohmann::json json = bench::to_json(document);
   write_json(args.engine.json, json);
@@ -47,7 +47,8 @@ int finish_run(const RunArgs& args, const bench::RunResult& result) {
   }
   if (result.failed) std::rethrow_exception(result.failed);
   if (result.document.partial) fmt::print(stderr, "ballot: interrupted; what was measured is kept\n");
-  if (result.without > 0) fmt::print(stderr, "ballot: {} scenes x ray kinds have no rays (above)\n", result.without);
+  if (result.without > 0)
+    fmt::print(stderr, "ballot: {} pairs of scene and ray kind have no rays (above)\n", result.without);
   if (result.wrong > 0) fmt::print(stderr, "ballot: {} hits are wrong or were not written\n", result.wrong);
   if (result.messages > 0) fmt::print(stderr, "ballot: {} validation messages (above)\n", result.messages);
   return result.document.partial || result.without > 0 || result.wrong > 0 || result.messages > 0 ? 1 : 0;
@@ -56,7 +57,7 @@ int finish_run(const RunArgs& args, const bench::RunResult& result) {
 int run_bench(const BenchArgs& args) {
   if (!args.compare.empty()) return compare_files(args);
   const RunArgs& given = args.run;
-  if (given.scenes.empty()) fail(Failure::Arguments, "bench: missing SCENE; 'ballot bench --help' lists what it takes");
+  if (given.scenes.empty()) fail(Failure::Arguments, "bench: missing SCENE; 'ballot bench --help' lists the arguments");
   const bench::RunOptions options = given.options();
   const bench::Plan plan = given.make_plan();
   auto scenes = bench::load_scenes(given.scenes, plan);
@@ -68,16 +69,21 @@ int run_bench(const BenchArgs& args) {
 
 void add_options(CLI::App& cmd, BenchArgs& args) {
   args.run.add_options(cmd);
-  cmd.add_flag("--counters", args.run.run.counters, "count node visits and the like, by kernels that are not timed");
-  cmd.add_flag("--check", args.run.run.check, "hold every hit to the CPU oracle; exit code 1 if one is wrong");
-  cmd.add_option("--report", args.run.report, "folder for report.md, results.json, records.csv and plots");
+  cmd.add_flag("--counters", args.run.run.counters,
+               "also count node visits, active lanes and the like, in extra dispatches that are not timed");
+  cmd.add_flag("--check", args.run.run.check,
+               "also check every hit against the CPU oracle; exit code 1 if one is wrong");
+  cmd.add_option("--report", args.run.report,
+                 "folder for report.md, results.json, records.csv and plots; e.g. --report out/bench");
   cmd.add_option("--compare", args.compare,
-                 "A.json B.json, instead of measuring: is B slower than A beyond noise? exit code 1 if so")
+                 "A.json B.json: measures nothing, but tells if B is slower than A beyond noise; exit code 1 if so.\n"
+                 "The files are those of --json or results.json of a report")
       ->expected(2);
-  cmd.add_option("--tolerance", args.tolerance, "share by which B may be slower [0.02]");
+  cmd.add_option("--tolerance", args.tolerance,
+                 "for --compare: share by which B may be slower, 0 to 10 [0.02]; 0.02 is 2 %");
 }
 
-/// Options that were given and that only a run takes.
+/// Returns the names of the given options that only a measuring run takes.
 std::vector<std::string> measuring_options(const CLI::App& cmd) {
   std::vector<std::string> names;
   for (const CLI::Option* option : cmd.get_options()) {
@@ -91,12 +97,12 @@ std::vector<std::string> measuring_options(const CLI::App& cmd) {
 
 void add_bench(CLI::App& app, int& result) {
   auto args = std::make_shared<BenchArgs>();
-  CLI::App* cmd =
-      app.add_subcommand("bench", "methods x ray kinds x arithmetics: speed, interleaved; or compare two runs");
+  CLI::App* cmd = app.add_subcommand(
+      "bench", "measures the speed of traversal methods, ray kinds and numeric modes; or compares two runs");
   cmd->footer(
       "Example: ballot bench scenes/cornell.gltf --methods packet,if-if --rays primary,ao --sweep --check --report "
       "out/bench\n"
-      "Ctrl-C ends it after the dispatch under way; what was measured is kept and marked as partial.");
+      "Ctrl-C ends the run after the current dispatch; the results so far are kept and marked as partial.");
   add_options(*cmd, *args);
   cmd->callback([args, cmd, &result] {
     args->measuring = measuring_options(*cmd);

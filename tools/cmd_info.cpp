@@ -39,13 +39,13 @@ nlohmann::json list(const std::string& wanted) {
                VK_API_VERSION_MINOR(d.api_version), VK_API_VERSION_PATCH(d.api_version));
     fmt::print("     subgroup {} ({} to {}), workgroup up to {}, shared memory {} KiB\n", d.subgroup_size,
                d.min_subgroup_size, d.max_subgroup_size, d.max_group_invocations, d.shared_bytes / 1024);
-    fmt::print("     storage buffer {} MiB, texel buffer {} MiB, allocation {} MiB\n", d.max_storage_range >> 20,
-               d.max_texels >> 16, d.max_allocation >> 20);
+    fmt::print("     at most: storage buffer {} MiB, texel buffer {} MiB, allocation {} MiB\n",
+               d.max_storage_range >> 20, d.max_texels >> 16, d.max_allocation >> 20);
     for (const std::string& r : d.refusals) fmt::print("     refused: {}\n", r);
     for (const std::string& l : d.lacks) fmt::print("     lacks {}\n", l);
     json.push_back(device_json(d));
   }
-  fmt::print("* is used{}\n", wanted.empty() ? " unless --device names another" : "");
+  fmt::print("the device marked * is used{}\n", wanted.empty() ? " unless --device names another" : "");
   return json;
 }
 
@@ -60,24 +60,25 @@ void print_scene(const Scene& s, const SceneFeatures& f, double load_s) {
 }
 
 void print_bvh(const BvhStats& s) {
-  fmt::print("\nBVH: {} nodes ({} leaves of at most {}), depth {}, SAH cost {:.2f}, {} in {:.3f} s\n", s.nodes,
-             s.leaves, s.largest_leaf, s.depth, s.sah, s.from_cache ? "from the cache" : "built", s.build_s);
-  fmt::print("  {} references for {} triangles ({:+.1f} % by spatial splits), {} of zero area left out\n", s.references,
+  fmt::print("\nBVH: {} nodes ({} leaves of at most {} triangles), depth {}, SAH cost {:.2f}, {} in {:.3f} s\n",
+             s.nodes, s.leaves, s.largest_leaf, s.depth, s.sah, s.from_cache ? "from the cache" : "built", s.build_s);
+  fmt::print("  {} references to {} triangles ({:+.1f} % by spatial splits); {} of zero area left out\n", s.references,
              s.triangles, s.triangles > s.degenerate ? 100.0 * s.references / (s.triangles - s.degenerate) - 100 : 0.0,
              s.degenerate);
   fmt::print("  {:.2f} MiB, {:.1f} bytes a triangle\n", double(s.bytes) / (1 << 20),
              s.triangles ? double(s.bytes) / s.triangles : 0.0);
 }
 
-/// What the driver tells of every method's kernels: registers, stack and the like.
+/// Prints the pipeline statistics that the driver reports for every method's kernels, such as registers and stack.
 nlohmann::json print_statistics(Engine& engine, const std::string& numeric) {
   if (!engine.device().pipeline_statistics) {
-    fmt::print("\n{} tells nothing of its pipelines (VK_KHR_pipeline_executable_properties)\n", engine.device().driver);
+    fmt::print("\nno pipeline statistics: {} does not report them (VK_KHR_pipeline_executable_properties)\n",
+               engine.device().driver);
     return nlohmann::json::array();
   }
-  fmt::print("\nwhat the driver tells of the kernels, {}:\n\n", numeric);
+  fmt::print("\npipeline statistics that the driver reports, numeric mode {}:\n\n", numeric);
   nlohmann::json json = nlohmann::json::array();
-  bench::Table table({"kernel", "figures"}, 2);
+  bench::Table table({"kernel", "statistics"}, 2);
   for (const Method& m : kMethods)
     for (const Want want : {Want::Nearest, Want::Any}) {
       if (m.chooses) continue;
@@ -96,13 +97,13 @@ nlohmann::json print_statistics(Engine& engine, const std::string& numeric) {
 }
 
 nlohmann::json print_variants(const DeviceInfo& device, const TreeFacts& tree) {
-  fmt::print("\nvariants on this device (nearest; --method, --knob):\n");
+  fmt::print("\nkernel of each method on this device, closest hit; --method and --knob choose others:\n");
   nlohmann::json json = nlohmann::json::array();
   for (const Method& m : kMethods) {
     if (m.chooses) continue;
     const NumericMode& numeric = find_numeric(kDefaultNumeric);
     const Variant v{&m, &numeric, Want::Nearest, kernel_config_for(m, numeric, device)};
-    kernel_source(v, device, tree);  // refuses what does not fit
+    kernel_source(v, device, tree);  // throws if the device cannot run it
     fmt::print("  {}\n", v.name());
     json.push_back(v.name());
   }
@@ -127,7 +128,8 @@ int run_info(const InfoArgs& args) {
     if (!args.triangles.empty()) check_writable(args.triangles);
     Opened opened = open_scene(
         args.engine, {},
-        // What is measured has the light that "render" would give it; a lamp at the eye is at that of the view measured.
+        // --measure renders with the light that the command render would add. A lamp at "eye" is at the camera of the
+        // measured view.
         [&](Scene& s) { args.light.apply(s, {&s.views[0]}, args.measure ? "path" : ""); }, args.statistics);
     print_scene(opened.engine->scene(), opened.engine->features(), opened.load_s);
     print_bvh(opened.engine->bvh().stats);
@@ -152,22 +154,22 @@ int run_info(const InfoArgs& args) {
 
 void add_info(CLI::App& app, int& result) {
   auto args = std::make_shared<InfoArgs>();
-  CLI::App* cmd =
-      app.add_subcommand("info", "devices, what they lack and why; with SCENE its statistics, BVH and variants");
+  CLI::App* cmd = app.add_subcommand(
+      "info", "lists the Vulkan devices and what they lack; with SCENE also its statistics, BVH and kernels");
   args->engine.add_to(*cmd, false);
   cmd->add_option("--triangles", args->triangles,
-                  "write the world-space triangles in prim order, float32 (n,3,3), for checks by other programs");
+                  "write the world-space triangles, in the order of their prim numbers, to this .npy file:\n"
+                  "float32 (n,3,3), for checks by other programs");
   cmd->add_flag("--measure", args->measure,
-                "how much faster traversal, shadings and integrators are with the kernels of this scene than with "
-                "those for every "
-                "feature; seconds");
+                "measure how much faster traversal, shadings and integrators are with kernels compiled for this\n"
+                "scene's features than with kernels for every feature; takes some seconds each");
   args->light.add_to(*cmd);
   cmd->add_flag("--calibrate", args->calibrate,
-                "let method auto choose anew for every kind of rays, about a second each on a CPU");
+                "let method auto choose again for every ray kind; takes about a second for each on a CPU");
   cmd->add_flag("--statistics", args->statistics,
-                "compile every method's kernels and print what the driver tells of them, such as registers");
+                "compile every method's kernels and print the statistics that the driver reports, such as registers");
   cmd->add_option("--numeric", args->numeric,
-                  fmt::format("arithmetic for --calibrate and --statistics [{}]", kDefaultNumeric));
+                  fmt::format("numeric mode for --calibrate and --statistics [{}]", kDefaultNumeric));
   cmd->callback([args, &result] { result = run_info(*args); });
 }
 

@@ -14,7 +14,7 @@ struct MergeArgs {
 
 int run_merge(const MergeArgs& args) {
   const fs::path out = args.out;
-  if (out.extension() != ".exr") fail(Failure::Arguments, "--out {}: expected a FILE.exr", args.out);
+  if (out.extension() != ".exr") fail(Failure::Arguments, "--out {}: expected a file name that ends in .exr", args.out);
   check_writable(out);
   std::vector<ImagePart> parts;
   for (const std::string& part : args.parts) parts.push_back({part, read_exr(part)});
@@ -30,9 +30,12 @@ int run_merge(const MergeArgs& args) {
 
 void add_merge(CLI::App& app, int& result) {
   auto args = std::make_shared<MergeArgs>();
-  CLI::App* cmd = app.add_subcommand("merge", "puts together the parts of a picture that render --tiles made");
-  cmd->add_option("PART.exr", args->parts, "all N parts, in any order")->required();
-  cmd->add_option("--out", args->out, "FILE.exr: what rendering in one part would have written")->required();
+  CLI::App* cmd = app.add_subcommand("merge", "joins the parts of a picture that 'ballot render --tiles' made");
+  cmd->add_option("PART.exr", args->parts,
+                  "all N parts of the picture, in any order; e.g. ballot merge p0.exr p1.exr --out whole.exr")
+      ->required();
+  cmd->add_option("--out", args->out, "FILE.exr for the whole picture: the same bits as if rendered in one part")
+      ->required();
   cmd->add_flag("--png", args->png, "also write a PNG beside it");
   cmd->callback([args, &result] { result = run_merge(*args); });
 }

@@ -28,7 +28,7 @@ struct RenderArgs {
   double checkpoint_s = RenderJob{}.checkpoint_s;
 };
 
-/// Numbers with commas, no more and no fewer than wanted.
+/// Parses exactly N whole numbers that are separated by `comma`. Throws Error(Arguments).
 template <std::size_t N>
 std::array<std::uint32_t, N> numbers_of(const std::string& text, char comma, const char* option, const char* form) {
   std::array<std::uint32_t, N> numbers{};
@@ -57,12 +57,14 @@ RenderOptions options_of(const RenderArgs& args) {
   o.ao_radius = args.ao_radius;
   o.seed = args.seed;
   if (!args.crop.empty()) {
-    const auto c = numbers_of<4>(args.crop, ',', "--crop", "X0,Y0,X1,Y1: pixels from X0 to before X1, Y0 to before Y1");
+    const auto c =
+        numbers_of<4>(args.crop, ',', "--crop", "X0,Y0,X1,Y1: the pixels with X0 <= x < X1 and Y0 <= y < Y1");
     o.crop = {c[0], c[1], c[2], c[3]};
-    if (o.crop == Window{}) fail(Failure::Arguments, "--crop {}: holds no pixel", args.crop);
+    if (o.crop == Window{})
+      fail(Failure::Arguments, "--crop {}: the window is empty; X0 must be below X1, Y0 below Y1", args.crop);
   }
   if (!args.tiles.empty()) {
-    const auto t = numbers_of<2>(args.tiles, '/', "--tiles", "I/N: part I of N, from 0 on");
+    const auto t = numbers_of<2>(args.tiles, '/', "--tiles", "I/N: part I of N parts, I from 0 to N - 1");
     o.shard = {t[0], t[1]};
   }
   check_options(o);
@@ -71,7 +73,7 @@ RenderOptions options_of(const RenderArgs& args) {
   return o;
 }
 
-/// <scene>-<view>, as a name of one file: no folder separator, no control character.
+/// Returns <scene>-<view> as a file name: folder separators and control characters become '_'.
 std::string file_name(const Scene& scene, const View& view) {
   std::string name = fmt::format("{}-{}", scene.name, view.name);
   for (char& c : name)
@@ -79,7 +81,8 @@ std::string file_name(const Scene& scene, const View& view) {
   return name;
 }
 
-/// One file if the name ends in .exr, which then takes a single view; else a folder of <scene>-<view>.exr, a file each.
+/// Returns the EXR file of each view. --out FILE.exr takes a single view; any other --out is a folder, which gets a
+/// file <scene>-<view>.exr for each view. Throws Error(Arguments) for FILE.exr and several views.
 std::vector<fs::path> outputs_of(const RenderArgs& args, const Scene& scene, const std::vector<const View*>& views) {
   const fs::path out = args.out;
   if (out.extension() == ".exr") {
@@ -100,13 +103,13 @@ std::vector<fs::path> outputs_of(const RenderArgs& args, const Scene& scene, con
 
 fs::path png_beside(fs::path exr) { return exr.replace_extension(".png"); }
 
-/// Makes the folder, and finds out before the work begins what could not be written.
+/// Makes the output folder and checks, before the work begins, that every file can be written.
 void prepare(const RenderArgs& args, const std::vector<fs::path>& files) {
   const fs::path out = args.out;
   if (out.extension() != ".exr") {
     std::error_code error;
     fs::create_directories(out, error);
-    if (error) fail(Failure::Work, "--out {}: the folder cannot be made: {}", args.out, error.message());
+    if (error) fail(Failure::Work, "--out {}: cannot create the folder: {}", args.out, error.message());
   }
   for (const fs::path& file : files) {
     check_writable(file);
@@ -134,7 +137,8 @@ nlohmann::json passes_json(const RenderTimes& times) {
   return all;
 }
 
-/// Where the wall time of a view went. The host's share is what no other one covers: recording, waiting, compiling.
+/// The wall time of a view by where it went, in seconds. The host's part is the remainder: recording, waiting,
+/// compiling.
 struct Wall {
   double device_s, film_s, write_s, wall_s;
   double host_s() const { return std::max(0.0, wall_s - device_s - film_s - write_s); }
@@ -162,7 +166,7 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
   finish_job(exr);
   const double write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - written).count();
   const Wall wall{times.device_ms * 1e-3, rendered.film_s, write_s, rendered.seconds + write_s};
-  if (rendered.resumed_at > 0) fmt::print("  {:<10} went on from {} samples\n", view.name, rendered.resumed_at);
+  if (rendered.resumed_at > 0) fmt::print("  {:<10} resumed from {} samples\n", view.name, rendered.resumed_at);
   fmt::print("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n",
              view.name, times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(),
              exr.string(), args.png ? " + .png" : "");
@@ -170,7 +174,8 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
   fmt::print("    wall {:.3f} s: device {:.3f}, host {:.3f}, film {:.3f}, {} {:.3f}\n", wall.wall_s, wall.device_s,
              wall.host_s(), wall.film_s, args.png ? "EXR and PNG" : "EXR", wall.write_s);
   if (!rendered.errors.empty()) report_errors(rendered, exr);
-  if (times.heat_top > 0) fmt::print("  {:<10} {}: yellow is {:.4g}\n", "", options.heat, times.heat_top);
+  if (times.heat_top > 0)
+    fmt::print("  {:<10} heat map of {}: yellow stands for {:.4g}\n", "", options.heat, times.heat_top);
   json["records"].push_back({{"scene", engine.scene().name},
                              {"view", view.name},
                              {"rays", "primary"},
@@ -206,14 +211,15 @@ Image read_reference(const RenderArgs& args, const RenderOptions& options) {
   for (const char* name : {"R", "G", "B"}) reference.channel(name);
   if (options.shard.count > 1 || !options.wants("color"))
     fail(Failure::Arguments,
-         "--reference: wants the whole picture and its colours; leave out --tiles, and --aov or name color");
+         "--reference: needs the whole picture with its colours; leave out --tiles, and add color to --aov");
   return reference;
 }
 
 int run_render(const RenderArgs& args) {
   RenderJob job{.options = options_of(args), .checkpoint_s = args.checkpoint_s, .resume = args.resume};
   const RenderOptions& options = job.options;
-  if (!(args.checkpoint_s >= 0)) fail(Failure::Arguments, "--checkpoint: {} s is below 0", args.checkpoint_s);
+  if (!(args.checkpoint_s >= 0))
+    fail(Failure::Arguments, "--checkpoint: {} s is not a time of 0 or more", args.checkpoint_s);
   if (!args.reference.empty()) job.reference = read_reference(args, options);
   const fs::path out = args.out;
   if (out.extension() == ".exr")
@@ -256,49 +262,60 @@ int run_render(const RenderArgs& args) {
 
 void add_light_options(CLI::App& cmd, RenderArgs& args) {
   args.light.add_to(cmd);
-  cmd.add_option("--bounces", args.bounces, "at most so many, 0 to 64; of whitted and path [8 and 16]");
-  cmd.add_option("--ao-radius", args.ao_radius, "how far --shading ao looks: share of the scene's diagonal [0.1]");
-  cmd.add_option("--seed", args.seed, "of the random numbers of whitted, path and ao [0]");
+  cmd.add_option("--bounces", args.bounces, "largest number of bounces of a path, 0 to 64 [whitted 8, path 16]");
+  cmd.add_option("--ao-radius", args.ao_radius,
+                 "length of the rays of --shading ao, as a share of the scene's diagonal [0.1]");
+  cmd.add_option("--seed", args.seed, "seed of the random numbers of whitted, path and ao, a whole number [0]");
 }
 
 void add_part_options(CLI::App& cmd, RenderArgs& args) {
   std::string aovs;
   for (const Aov& a : kAovs)
     aovs += fmt::format("\n  {:<12} {}{}", a.name, a.channels, a.by_default ? "" : "; not by default");
-  cmd.add_option("--aov", args.aovs, "groups of channels, with commas between" + aovs)->delimiter(',');
-  cmd.add_option("--crop", args.crop, "X0,Y0,X1,Y1: these pixels alone, an EXR with a smaller data window");
-  cmd.add_option(
-      "--tiles", args.tiles,
-      "I/N: every N-th tile from number I on; 'ballot merge' puts the N pictures together, to the same bits");
+  cmd.add_option("--aov", args.aovs,
+                 "comma-separated list of the channel groups that the EXR gets; e.g. --aov color,depth" + aovs)
+      ->delimiter(',');
+  cmd.add_option("--crop", args.crop,
+                 "X0,Y0,X1,Y1: render only the pixels with X0 <= x < X1 and Y0 <= y < Y1; the EXR gets a smaller data\n"
+                 "window; e.g. --crop 0,0,256,128");
+  cmd.add_option("--tiles", args.tiles,
+                 "I/N: render part I of N parts, I from 0: every N-th tile from tile I on; e.g. --tiles 0/4.\n"
+                 "'ballot merge' joins the N pictures; the result has the same bits as one render");
   cmd.add_option("--checkpoint", args.checkpoint_s,
-                 "seconds between checkpoints, OUT.checkpoint.exr beside OUT.exr; 0: none [60]");
-  cmd.add_flag("--resume", args.resume, "go on from the checkpoint if there is one; the picture has the same bits");
+                 "seconds between checkpoints, which are OUT.checkpoint.exr beside OUT.exr; 0: none [60]");
+  cmd.add_flag("--resume", args.resume,
+               "continue from the checkpoint if there is one; the picture gets the same bits as without a break");
   cmd.add_option("--reference", args.reference,
-                 "EXR to which errors are told over time: RMSE, relative MSE, FLIP; also OUT.errors.json and a plot");
+                 "EXR to compare with while rendering: prints RMSE, relative MSE and FLIP over time, and writes\n"
+                 "OUT.errors.json and a plot");
 }
 
 }  // namespace
 
 void add_render(CLI::App& app, int& result) {
   auto args = std::make_shared<RenderArgs>();
-  CLI::App* cmd = app.add_subcommand("render", "views to EXR: colour, distance, normals and primitive numbers");
+  CLI::App* cmd = app.add_subcommand("render", "renders views to EXR: colour, distance, normals and primitive numbers");
   std::string shadings, heats;
   for (const HeatKind& h : kHeatKinds) heats += fmt::format("\n  {:<12} {}", h.name, h.what);
   for (const Shading& s : kShadings) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
   for (const Integrator& i : kIntegrators) shadings += fmt::format("\n  {:<12} {}", i.name, i.summary);
   args->engine.add_to(*cmd, true);
   args->query.add_to(*cmd);
-  cmd->add_option("--view", args->view, "name of a camera in the scene, or 'all' [all]");
+  cmd->add_option("--view", args->view,
+                  "name of a camera of the scene, or 'all' [all]; 'ballot info SCENE' lists them");
   cmd->add_option("--views-file", args->views_file,
-                  "JSON file whose views stand for the scene's; key V of ballot view writes one");
+                  "JSON file whose views replace the scene's own; key V of 'ballot view' writes one");
   cmd->add_option("--size", args->size, "WIDTHxHEIGHT in pixels [1024x1024]");
   cmd->add_option("--shading", args->shading, "what to draw [eyelight]" + shadings);
-  cmd->add_option("--heat", args->heat, "what --shading heat shows, dark blue for 0 to yellow [nodes]" + heats);
-  cmd->add_flag("--stats", args->stats, "also channels stats.*, one for each kind of heat, by the instrumented kernel");
-  cmd->add_option("--spp", args->spp, "samples a pixel [1: through its centre]");
+  cmd->add_option("--heat", args->heat,
+                  "counter that --shading heat shows, from dark blue for 0 to yellow [nodes]" + heats);
+  cmd->add_flag("--stats", args->stats,
+                "add a channel stats.* for each counter of --heat; traces with the slower counting kernel");
+  cmd->add_option("--spp", args->spp, "samples per pixel, 1 to 65536 [1, through the pixel's centre]");
   add_light_options(*cmd, *args);
   add_part_options(*cmd, *args);
-  cmd->add_option("--out", args->out, "FILE.exr for one view, or a folder [.]");
+  cmd->add_option("--out", args->out,
+                  "FILE.exr for one view, or a folder, which gets <scene>-<view>.exr for each view [.]");
   cmd->add_flag("--png", args->png, "also write a PNG beside each EXR");
   cmd->callback([args, &result] { result = run_render(*args); });
 }

@@ -14,7 +14,8 @@ struct ReportArgs {
   std::string report, readme;
 };
 
-/// One sort of runs: what its report and its place in a README are called, and how they are written.
+/// One sort of runs, measured or verified: the names of its README section and report page, and the functions that
+/// write them.
 struct Sort {
   std::string place, page;
   std::vector<bench::Document> documents;
@@ -36,7 +37,7 @@ void write(const ReportArgs& args, const Sort& sort) {
 
 int run_report(const ReportArgs& args) {
   if (args.report.empty() && args.readme.empty())
-    fail(Failure::Arguments, "report: nowhere to write to; give --report DIR, --readme FILE or both");
+    fail(Failure::Arguments, "report: no output was named; give --report DIR, --readme FILE or both");
   Sort measured{"results", "report.md", {}, bench::write_report, bench::readme_text};
   Sort verified{"accuracy", "verify.md", {}, verify::write_report, verify::readme_text};
   for (const std::string& file : args.files)
@@ -54,15 +55,17 @@ int run_report(const ReportArgs& args) {
 void add_report(CLI::App& app, int& result) {
   auto args = std::make_shared<ReportArgs>();
   CLI::App* cmd = app.add_subcommand(
-      "report", "tables, answers and plots of what 'ballot bench' and 'ballot verify' measured; no device");
-  cmd->add_option("FILES", args->files, "JSON of these commands, also from their reports; several devices may mix")
+      "report", "writes tables, answers and plots of results of 'ballot bench' and 'ballot verify'; needs no device");
+  cmd->add_option("FILES", args->files,
+                  "JSON files of these commands or of their reports; runs on several devices may be mixed;\n"
+                  "e.g. ballot report gpu.json cpu.json --report out/report")
       ->required();
   cmd->add_option("--report", args->report,
-                  "folder for report.md, results.json, records.csv and plots; of verified runs verify.md, verify.json, "
-                  "verify.csv and a plot");
+                  "folder for report.md, results.json, records.csv and plots; for verified runs verify.md,\n"
+                  "verify.json, verify.csv and a plot");
   cmd->add_option("--readme", args->readme,
-                  "replace what this file has between the lines <!-- results:begin --> and <!-- results:end -->; of "
-                  "verified runs between <!-- accuracy:begin --> and <!-- accuracy:end -->");
+                  "text file in which to replace the section between the lines <!-- results:begin --> and\n"
+                  "<!-- results:end -->; for verified runs <!-- accuracy:begin --> and <!-- accuracy:end -->");
   cmd->callback([args, &result] { result = run_report(*args); });
 }
 

@@ -14,7 +14,8 @@ struct TraceArgs {
   bool any = false;
 };
 
-/// Rays that are dead only because some bound is infinite: easily written by mistake, so said aloud.
+/// Counts the rays that have an infinite bound and are dead for that alone. It is an easy mistake, so the user is
+/// warned.
 std::size_t count_infinite(const std::vector<Ray>& rays) {
   return std::size_t(
       std::ranges::count_if(rays, [](const Ray& r) { return std::isinf(r.t_max) || std::isinf(r.t_min); }));
@@ -70,18 +71,19 @@ int run_trace(const TraceArgs& args) {
 
 void add_trace(CLI::App& app, int& result) {
   auto args = std::make_shared<TraceArgs>();
-  CLI::App* cmd = app.add_subcommand("trace", "batch ray query: NumPy rays in, NumPy hits out");
+  CLI::App* cmd = app.add_subcommand("trace", "traces a batch of rays: NumPy rays in, NumPy hits out");
   cmd->footer(
-      "Rays: float32 (n,8), a row is ox oy oz t_min dx dy dz t_max; directions need not be of unit length, t counts "
-      "multiples\n"
-      "of them. Hits: [('t','<f4'),('prim','<u4'),('u','<f4'),('v','<f4')], prim 4294967295 on a miss; 'ballot info "
-      "SCENE\n"
-      "--triangles T.npy' writes the triangles that prim counts. Keep rays that point alike next to each other.");
+      "Example: ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy\n"
+      "Rays are float32 (n,8); a row is ox oy oz t_min dx dy dz t_max. Directions need not have unit length; t is in\n"
+      "multiples of the direction. Hits are [('t','<f4'),('prim','<u4'),('u','<f4'),('v','<f4')], with prim "
+      "4294967295\n"
+      "on a miss; 'ballot info SCENE --triangles T.npy' writes the triangles that prim numbers. Keep rays of like\n"
+      "direction next to each other: coherent rays trace faster.");
   args->engine.add_to(*cmd, true);
   args->query.add_to(*cmd);
-  cmd->add_option("--rays", args->rays, "input, .npy")->required();
-  cmd->add_option("--out", args->out, "output, .npy")->required();
-  cmd->add_flag("--any", args->any, "some hit instead of the nearest: visibility, shadows");
+  cmd->add_option("--rays", args->rays, "FILE.npy with the rays")->required();
+  cmd->add_option("--out", args->out, "FILE.npy for the hits")->required();
+  cmd->add_flag("--any", args->any, "find any hit instead of the closest one: for visibility and shadow rays");
   cmd->callback([args, &result] { result = run_trace(*args); });
 }
 

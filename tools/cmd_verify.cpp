@@ -17,19 +17,19 @@ struct VerifyArgs {
   RunArgs run;
   bool methods_given = false, hard = false, quick = false, origins = false;
   std::string readme;
-  std::optional<double> tolerance;  // wrong answers per million rays
+  std::optional<double> tolerance;  // most wrong answers per million rays; none: no limit
 };
 
-/// What a run found, of scenes and hard cases.
+/// The results of a run: of its scenes, and the hard scenes that were not refused.
 struct Found {
   bench::RunResult run;
   std::vector<std::string> not_refused;
 };
 
-/// A scene's entries: few, for the exact answers take long anyway.
+/// Returns the default methods for scenes. They are few, because the exact answers take long.
 std::string scene_methods() { return fmt::format("{},packet:vote=count", kDefaultMethod); }
 
-/// Of the hard cases every method, by one vote.
+/// Returns the default methods for hard cases: every method, with one vote each.
 std::string hard_methods() {
   std::string text;
   for (const Method& m : kMethods)
@@ -51,14 +51,14 @@ void check(const VerifyArgs& args) {
     fail(Failure::Arguments, "--origins is a study of its own scenes; leave out SCENE, --hard and --readme");
   if (args.run.scenes.empty() && !args.hard && !args.origins)
     fail(Failure::Arguments,
-         "verify: nothing to verify; give SCENE, --hard, both, or --origins; 'ballot verify --help' lists what it "
-         "takes");
+         "verify: nothing to verify; give SCENE, --hard, both, or --origins; 'ballot verify --help' lists the "
+         "arguments");
   if (args.quick && !args.hard && !args.origins)
     fail(Failure::Arguments,
-         "--quick makes the hard cases or the study of origins small, and neither is asked for; add --hard or "
+         "--quick shortens the hard cases or the study of origins, but neither was asked for; add --hard or "
          "--origins");
   if (args.tolerance && !(*args.tolerance >= 0 && *args.tolerance <= 1e6))
-    fail(Failure::Arguments, "--tolerance: {} is not a number of wrong answers per million rays, 0 to 1000000",
+    fail(Failure::Arguments, "--tolerance: {} is not a number of wrong answers per million rays between 0 and 1000000",
          *args.tolerance);
 }
 
@@ -68,7 +68,7 @@ void check_outputs(const VerifyArgs& args) {
   if (!args.readme.empty()) bench::check_readme(args.readme, "accuracy");
 }
 
-/// Where the run is saved as it goes, so that a kill loses little.
+/// Saves the run so far to its files; called after every block, so that a killed run loses little.
 void save(const RunArgs& args, const bench::Document& document) {
   const nlohmann::json json = bench::to_json(document);
   write_json(args.engine.json, json);
@@ -111,7 +111,7 @@ Found measure(const VerifyArgs& args) {
   return found;
 }
 
-/// Says on standard error what is not as it must be; true if anything is.
+/// Prints every failure to standard error. Returns true if there was one.
 bool print_failures(const VerifyArgs& args, const Found& found) {
   std::map<std::string, std::uint64_t> broken;
   std::size_t above = 0;
@@ -155,7 +155,7 @@ int finish_run(const VerifyArgs& args, const Found& found) {
   }
   if (run.failed) std::rethrow_exception(run.failed);
   if (run.document.partial) fmt::print(stderr, "ballot: interrupted; what was measured is kept\n");
-  if (run.without > 0) fmt::print(stderr, "ballot: {} scenes x ray kinds have no rays (above)\n", run.without);
+  if (run.without > 0) fmt::print(stderr, "ballot: {} pairs of scene and ray kind have no rays (above)\n", run.without);
   if (run.messages > 0) fmt::print(stderr, "ballot: {} validation messages (above)\n", run.messages);
   const bool failures = print_failures(args, found);
   return failures || run.document.partial || run.without > 0 || run.messages > 0 ? 1 : 0;
@@ -167,21 +167,23 @@ void add_options(CLI::App& cmd, VerifyArgs& args) {
   args.run.plan.numeric = "all";
   args.run.add_options(cmd);
   cmd.add_flag("--hard", args.hard,
-               "also the hard cases, on which ray tracers are known to fail; then SCENE may be left out; --methods is "
-               "every method by one vote, unless given");
-  cmd.add_flag(
-      "--origins", args.origins,
-      "instead, where secondary rays start: self hits and lost contacts of every offset policy over generated "
-      "scenes of 1e-6 to 1e6 scene units, up to 1e6 times their size off the origin; takes minutes. Of the other "
-      "options it heeds --size, --quick, --json, --report and --device");
+               "also run the hard cases: generated scenes and rays on which ray tracers are known to fail. SCENE may\n"
+               "then be left out. Unless --methods is given, they run every method, with one vote each");
+  cmd.add_flag("--origins", args.origins,
+               "run another study instead: where secondary rays start. Counts self hits and lost contacts of every\n"
+               "offset policy over generated scenes of 1e-6 to 1e6 scene units, up to 1e6 times their size away from\n"
+               "the origin; takes minutes. It takes --size, --quick, --json, --report and --device alone");
   cmd.add_flag("--quick", args.quick,
-               "the hard cases with a thousand or so rays each; the study of origins at a few sizes and distances");
-  cmd.add_option("--cases", args.run.run.cases, "wrong answers to list of each record, with the exact reason [8]");
+               "run the hard cases with about a thousand rays each, the study of origins with few sizes and distances");
+  cmd.add_option("--cases", args.run.run.cases,
+                 "most wrong answers that each record lists, each with the exact reason [8]");
   cmd.add_option("--tolerance", args.tolerance,
-                 "exit code 1 also if some record has more wrong answers per million rays [no limit]");
+                 "largest number of wrong answers per million rays that a record may have, 0 to 1000000; with more,\n"
+                 "the exit code is 1 [no limit]");
   cmd.add_option("--report", args.run.report, "folder for verify.md, verify.json, verify.csv and a plot");
   cmd.add_option("--readme", args.readme,
-                 "replace what this file has between the lines <!-- accuracy:begin --> and <!-- accuracy:end -->");
+                 "text file in which to replace the section between the lines <!-- accuracy:begin --> and\n"
+                 "<!-- accuracy:end -->");
 }
 
 void run_origins(const VerifyArgs& args) {
@@ -199,14 +201,17 @@ void run_origins(const VerifyArgs& args) {
 void add_verify(CLI::App& app, int& result) {
   auto args = std::make_shared<VerifyArgs>();
   CLI::App* cmd = app.add_subcommand(
-      "verify", "speed against error: as bench, with every answer held to an oracle that decides exactly");
+      "verify", "measures speed and error: as bench, and checks every answer against an exact oracle");
   cmd->footer(
       "Example: ballot verify scenes/cornell.gltf --rays primary,rays.npy --repeat 5 --report out/verify\n"
-      "Exit code 1 if a conservative mode gave an answer that the bound of its rounding does not explain, mode exact "
-      "any\n"
-      "wrong one, or some record was not written; in the hard cases also if a conservative mode leaks, or its answers\n"
-      "depend on the method. Modes without such a promise are measured; --tolerance judges them.\n"
-      "Ctrl-C ends it after the dispatch under way, or within the exact answers; what was measured is kept.");
+      "Exit code 1 if a conservative mode gave an answer that its rounding error bound does not explain, if mode "
+      "exact\n"
+      "gave any wrong answer, or if a hit record was not written; in the hard cases also if a conservative mode leaks "
+      "or\n"
+      "its answers depend on the method. Other modes promise nothing: they are measured, and --tolerance can limit "
+      "them.\n"
+      "Ctrl-C ends the run after the current dispatch, or while the exact answers are computed; the results so far are "
+      "kept.");
   add_options(*cmd, *args);
   cmd->callback([args, cmd, &result] {
     args->methods_given = cmd->count("--methods") > 0;

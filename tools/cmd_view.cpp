@@ -41,8 +41,9 @@ int run_view(const ViewArgs& args) {
     fail(Failure::Arguments, "--present: '{}' is neither fifo nor mailbox", args.present);
   o.pace = args.present == "fifo" ? Pace::Refresh : Pace::Latest;
   if (!args.script.empty()) o.script = view::read_script(args.script);
-  // Windows are resized for hours, and on lavapipe their images are malloc's. Left to itself it soon keeps them in its
-  // heap, which then grew by 18 MB in 300 changes of size; fixed, it gives each back: no growth in 600.
+  // A window may be resized for hours, and on lavapipe its images are allocated by malloc. By default malloc raises its
+  // mmap threshold and keeps the images in its heap, which then grew by 18 MB in 300 changes of size. With a fixed
+  // threshold it returns each image to the system: no growth in 600 changes.
   mallopt(M_MMAP_THRESHOLD, 1 << 20);
   view::Session session(std::move(o));
   const std::size_t messages = session.run();
@@ -55,7 +56,8 @@ int run_view(const ViewArgs& args) {
 
 void add_view(CLI::App& app, int& result) {
   auto args = std::make_shared<ViewArgs>();
-  CLI::App* cmd = app.add_subcommand("view", "flies through a scene in a window: methods and heat maps live");
+  CLI::App* cmd =
+      app.add_subcommand("view", "opens a window to fly through a scene, with methods and heat maps to switch live");
   std::string kinds, shadings, heats;
   for (const RayKind& k : kRayKinds) kinds += fmt::format("\n  {:<12} {}", k.name, k.summary);
   for (const Shading& s : kShadings) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
@@ -63,21 +65,30 @@ void add_view(CLI::App& app, int& result) {
   args->engine.add_to(*cmd, true);
   cmd->remove_option(cmd->get_option("--json"));
   args->query.add_to(*cmd);
-  cmd->add_option("--compare", args->compare, "also trace with this method, in the right half of the window");
-  cmd->add_option("--rays", args->session.settings.rays, "ray kind that is shown [primary]" + kinds);
+  cmd->add_option("--compare", args->compare,
+                  "also trace with this second method, shown in the right half of the window; e.g. --compare packet");
+  cmd->add_option("--rays", args->session.settings.rays, "ray kind to trace and show [primary]" + kinds);
   cmd->add_option("--shading", args->session.settings.shading, "what to draw [eyelight]" + shadings);
-  cmd->add_option("--heat", args->session.settings.heat, "what shading heat shows [nodes]" + heats);
-  cmd->add_option("--view", args->session.view, "camera to start with [where the scene was left last time]");
+  cmd->add_option("--heat", args->session.settings.heat, "counter that --shading heat shows [nodes]" + heats);
+  cmd->add_option("--view", args->session.view,
+                  "name of the camera to start with [the place where the last session of this scene ended]");
   cmd->add_option("--views-file", args->session.views_file,
-                  "JSON file of views: key V appends to it, its views follow the scene's [SCENE-views.json in --out]");
-  cmd->add_option("--size", args->size, "WIDTHxHEIGHT of the window [1280x720]");
-  cmd->add_option("--spp", args->session.settings.samples, "samples a pixel while the camera rests [64]");
-  cmd->add_option("--target", args->target_ms, "milliseconds of a frame while moving [50 on a CPU, 8 on a GPU]");
-  cmd->add_flag("--no-scale", args->no_scale, "trace every pixel while moving too");
+                  "JSON file of views: they are listed after the scene's own, and key V appends one\n"
+                  "[SCENE-views.json in --out]");
+  cmd->add_option("--size", args->size, "WIDTHxHEIGHT of the window, in screen units [1280x720]");
+  cmd->add_option("--spp", args->session.settings.samples,
+                  "samples per pixel that are accumulated while the camera rests, 1 to 65536 [64]");
+  cmd->add_option("--target", args->target_ms,
+                  "target time of a frame while the camera moves, in milliseconds, at most 10000 [50 on a CPU, 8 on a "
+                  "GPU]");
+  cmd->add_flag("--no-scale", args->no_scale,
+                "trace every pixel while the camera moves; by default fewer are traced to meet --target");
   cmd->add_option("--present", args->present,
-                  "fifo: waits for the screen; mailbox: the newest picture, where there is it [fifo]");
-  cmd->add_option("--out", args->session.out, "folder of pictures and views [.]");
-  cmd->add_option("--script", args->script, "file of commands that play instead of hands:" + view::script_help());
+                  "swapchain mode. fifo: each frame waits for the screen; mailbox: the screen shows the newest frame,\n"
+                  "where the device supports it [fifo]");
+  cmd->add_option("--out", args->session.out, "folder for pictures and views [.]");
+  cmd->add_option("--script", args->script,
+                  "file of commands, one a line, that are played instead of user input:" + view::script_help());
   cmd->footer(
       "Keys: W A S D E Q fly, Shift faster, right button looks, left button orbits and picks, 1 to 9 views, H help.");
   cmd->callback([args, &result] { result = run_view(*args); });

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""One command for each thing a developer of Ballot does; CI runs the same ones."""
+"""The developer's commands for Ballot: set-up, build, tests, formatting, scenes, bundles. CI runs the same commands."""
 
 import argparse
 import json
@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-sys.dont_write_bytecode = True  # the source tree stays as it is
+sys.dont_write_bytecode = True  # no __pycache__ in the source tree
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import dev_build  # noqa: E402
@@ -23,9 +23,10 @@ from dev_build import ROOT  # noqa: E402
 from dev_packages import Failed  # noqa: E402
 
 SETUP = """\
-The set-up comes first: packages that are missing on Debian 12 are listed with the reason and installed with apt-get
-(through sudo if you are not root; --no-install refuses and prints the command), then the preset is configured and built
-in build/PRESET. A second call does only what changed. The logs are build/PRESET/*.log.
+The command first sets up the machine and builds. It lists missing packages of Debian 12 with their reasons and installs
+them with apt-get, through sudo if you are not root; with --no-install it stops and prints what to type instead. Then it
+configures and builds the preset in build/PRESET; a second call builds only what changed. The logs are
+build/PRESET/*.log.
 """
 
 
@@ -58,7 +59,7 @@ def print_records(files: list[Path]) -> None:
         try:
             document = json.loads(file.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            raise Failed(f"cannot read what ballot wrote to {file}: {error}") from None
+            raise Failed(f"cannot read {file}, which ballot wrote: {error}") from None
         device = f"{document.get('device', '?')}, {document.get('driver', '?')}, subgroups of " \
                  f"{document.get('subgroup_size', '?')}"
         for record in document.get("records", []):
@@ -91,7 +92,7 @@ def render(options: argparse.Namespace, rest: list[str]) -> int:
         if not has_option(rest, "--png"):
             arguments.append("--png")
         result = subprocess.run(arguments, stdout=subprocess.PIPE, text=True, check=False)
-        if result.returncode != 0:  # ballot has said why on standard error
+        if result.returncode != 0:  # ballot has printed the reason to standard error
             print(result.stdout, end="")
             return result.returncode if result.returncode > 0 else 1
         reports.append(report)
@@ -109,13 +110,13 @@ def test(options: argparse.Namespace, rest: list[str]) -> int:
         environment["BALLOT_SYSTEM_MESA_ICD"] = str(icd)
         print(f"system Mesa:  {dev_mesa.driver_name(icd) or icd}")
     else:
-        notes.append("no lavapipe in /usr/share/vulkan/icd.d: what needs the system's Mesa was not tested")
+        notes.append("no lavapipe in /usr/share/vulkan/icd.d: tests that need the system's Mesa did not run")
     try:
         icd = dev_mesa.current_mesa()
         environment["BALLOT_CURRENT_MESA_ICD"] = str(icd)
         print(f"current Mesa: {dev_mesa.driver_name(icd) or icd}", flush=True)
     except Failed as error:
-        notes.append(f"no current Mesa, so what needs it was not tested: {error}")
+        notes.append(f"no current Mesa, so tests that need it did not run: {error}")
     if options.preset == "asan":
         environment.setdefault("ASAN_OPTIONS", "detect_stack_use_after_return=1:strict_string_checks=1")
         environment.setdefault("UBSAN_OPTIONS", "print_stacktrace=1:halt_on_error=1")
@@ -125,7 +126,7 @@ def test(options: argparse.Namespace, rest: list[str]) -> int:
     command = ["ctest", "--preset", options.preset, "--output-on-failure", "--parallel", "2", "--timeout", "300",
                "--no-tests=error", *rest]
     status = subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
-    for note in notes:  # again, where the summary is read
+    for note in notes:  # again, below the summary of the tests
         print(f"note: {note}", file=sys.stderr)
     return 0 if status == 0 else 1
 
@@ -190,17 +191,17 @@ def scaling(options: argparse.Namespace, rest: list[str]) -> int:
 COMMANDS = {
     "render": (render, "[SCENE] [ballot's options ...]", "set up, render scenes to EXR and PNG, print a table",
                SETUP + """
-Without SCENE the shipped scenes are rendered, all views, 512x512, to out/<scene>/. What this command does not know goes
-to `ballot render`; `build/release/ballot render --help` lists it.
+Without SCENE, all views of the shipped scenes are rendered at 512x512 to out/<scene>/. Options that this command does
+not know are passed to `ballot render`; `build/release/ballot render --help` lists them.
 
   tools/dev.py render
   tools/dev.py render scenes/cornell.gltf --view view0 --size 1024x1024 --shading normals --spp 16
 """),
     "test": (test, "[ctest's options ...]", "set up, run every test on lavapipe", SETUP + """
-The tests run on the system's Mesa and on the current one: mesa-vulkan-drivers of bookworm-backports is unpacked in
-build/backports (nothing is installed; delete the folder to fetch it anew). Their ICD files are handed to the tests as
-BALLOT_SYSTEM_MESA_ICD and BALLOT_CURRENT_MESA_ICD. Tests of large scenes look for them in BALLOT_SCENES.
-What this command does not know goes to ctest:
+The tests run on the system's Mesa and on the current one, which is mesa-vulkan-drivers of bookworm-backports. It is
+unpacked in build/backports and not installed; delete the folder to fetch it again. The tests find the two drivers' ICD
+files through BALLOT_SYSTEM_MESA_ICD and BALLOT_CURRENT_MESA_ICD, and large scenes in the folder BALLOT_SCENES.
+Options that this command does not know are passed to ctest:
 
   tools/dev.py test                       everything
   tools/dev.py test -R Npy                tests whose name contains Npy
@@ -208,21 +209,24 @@ What this command does not know goes to ctest:
 """),
     "build": (build, "[TARGET ...]", "set up and build", SETUP),
     "mutations": (mutations, "", "show that the hard-case suite finds deliberate faults", SETUP + """
-Runs the hard-case tests on the shaders as they are, which must pass, and then on copies with one deliberate fault each,
-which must fail; prints which cases found which fault. Takes some minutes. The driver is the Vulkan loader's choice; set
-BALLOT_TEST_DRIVER and LP_NATIVE_VECTOR_WIDTH as the tests do for another. tools/dev_mutations.py lists the faults.
+Runs the hard-case tests first on the unchanged shaders, where they must pass, and then on copies with one deliberate
+fault each, where they must fail. Prints which cases found which fault. Takes some minutes. The Vulkan loader chooses
+the driver; to choose another, set BALLOT_TEST_DRIVER and LP_NATIVE_VECTOR_WIDTH as the tests do.
+tools/dev_mutations.py lists the faults.
 """),
     "fmt": (fmt, "", "format the C++ code with clang-format", """\
-Formats engine/, tools/ and tests/ in place by .clang-format; --check changes nothing and fails if something would
-change. GLSL is formatted by hand.
+Formats the C++ files of engine/, tools/ and tests/ in place by .clang-format. --check changes nothing and fails if a
+file is not formatted. GLSL is formatted by hand.
 """),
     "scenes": (scenes, "", "generate the shipped scenes, list and verify the others", """\
-Prints scenes/manifest.json with the state of each file: verified (SHA-256), absent, or DIFFERS. Files are looked for in
-the checkout, in build/scenes and in --dir or BALLOT_SCENES. Says where to get what is absent; downloads nothing.
+Prints scenes/manifest.json with the state of each file: verified (its SHA-256 matches), absent, or DIFFERS. Searches
+the checkout, build/scenes, and the folder of --dir or BALLOT_SCENES. Says where to get absent files; downloads nothing.
 """),
     "bundle": (bundle, "[DIR]", "make a relocatable folder", SETUP + """
-DIR (default out/ballot) gets bin/ballot, the libraries it needs except glibc and the Vulkan loader, the shaders and the
-shipped scenes. It runs from any place on x86-64 Linux with glibc 2.36 or newer and a Vulkan loader.
+DIR (default out/ballot) gets bin/ballot, the libraries that it needs except glibc and the Vulkan loader, the shaders
+and the shipped scenes. It runs from any folder on x86-64 Linux with glibc 2.36 or newer and a Vulkan loader.
+
+  tools/dev.py bundle out/ballot --archive
 """),
     "scaling": (scaling, "", "measure speed and memory against triangles and rays", dev_scaling.HELP),
 }
@@ -239,20 +243,21 @@ def make_parser() -> argparse.ArgumentParser:
                                   formatter_class=argparse.RawDescriptionHelpFormatter)
         sub.set_defaults(function=function, parser=sub)
         if name != "scenes":
-            sub.add_argument("--no-install", action="store_true", help="refuse to install packages, list them instead")
+            sub.add_argument("--no-install", action="store_true", help="list missing packages and stop")
         if name in ("render", "test", "build", "mutations", "bundle", "scaling"):
-            sub.add_argument("--preset", choices=dev_build.PRESETS, default="release", help="default: release")
+            sub.add_argument("--preset", choices=dev_build.PRESETS, default="release",
+                             help="the CMake preset to build; default: release")
             sub.add_argument("--jobs", type=int, metavar="N",
-                             help="compilers at once; default: what cores and memory allow")
+                             help="number of compilers to run at once; default: as many as cores and memory allow")
         if name == "test":
             sub.add_argument("--asan", action="store_true", help="the same as --preset asan")
         if name == "mutations":
             sub.add_argument("--filter", default=dev_mutations.TESTS, metavar="TESTS",
                              help="the tests to run, as --gtest_filter takes them; default: %(default)s")
         if name == "fmt":
-            sub.add_argument("--check", action="store_true", help="only check")
+            sub.add_argument("--check", action="store_true", help="change no file; fail if one is not formatted")
         if name == "scenes":
-            sub.add_argument("--dir", help="folder with scene files; default: BALLOT_SCENES")
+            sub.add_argument("--dir", help="folder with scene files; default: the environment variable BALLOT_SCENES")
         if name == "scaling":
             dev_scaling.add_options(sub)
         if name == "bundle":

@@ -1,4 +1,4 @@
-"""Configures and builds a preset; quiet when all goes well."""
+"""Configures and builds a preset; prints little unless it fails."""
 
 import os
 import re
@@ -20,7 +20,7 @@ def build_folder(preset: str) -> Path:
 
 
 def default_jobs() -> int:
-    """As many compilers as there are cores, but no more than memory holds."""
+    """Returns the number of compilers to run at once: one for each core, but no more than fit in memory."""
     cores = len(os.sched_getaffinity(0))
     try:
         text = Path("/proc/meminfo").read_text(encoding="ascii")
@@ -31,7 +31,9 @@ def default_jobs() -> int:
 
 
 def run_logged(what: str, command: list[str], log: Path) -> None:
-    """Runs a command with its output in `log`; shows a line while it runs and the end of the log if it fails."""
+    """Runs a command with its output in `log`. Shows a line of progress, and the end of the log if the command fails.
+
+    Throws Failed."""
     terminal = sys.stdout.isatty()
     log.parent.mkdir(parents=True, exist_ok=True)
     print(f"{what} ...", end="" if terminal else "\n", flush=True)
@@ -55,9 +57,9 @@ def run_logged(what: str, command: list[str], log: Path) -> None:
 
 
 def build(preset: str, jobs: int | None = None, targets: list[str] | None = None) -> Path:
-    """Configures and builds; returns the build folder. Throws Failed."""
+    """Configures and builds a preset; returns the build folder. Throws Failed."""
     if shutil.which("cmake") is None:
-        raise Failed("there is no cmake (Debian: package cmake)")
+        raise Failed("cmake was not found; install it (Debian: package cmake)")
     folder = build_folder(preset)
     run_logged(f"configuring {preset}", ["cmake", "--preset", preset], folder / "configure.log")
     command = ["cmake", "--build", "--preset", preset, "--parallel", str(jobs or default_jobs())]
@@ -70,5 +72,5 @@ def build(preset: str, jobs: int | None = None, targets: list[str] | None = None
 def ballot_binary(preset: str) -> Path:
     binary = build_folder(preset) / "ballot"
     if not binary.is_file():
-        raise Failed(f"the build made no {binary}")
+        raise Failed(f"the build succeeded but did not make {binary}")
     return binary

@@ -1,4 +1,4 @@
-"""A folder that runs from any place on an x86-64 Linux with a Vulkan loader and glibc 2.36 or newer."""
+"""Makes a bundle: a folder that runs from any place on x86-64 Linux with a Vulkan loader and glibc 2.36 or newer."""
 
 import json
 import os
@@ -11,30 +11,30 @@ from pathlib import Path
 from dev_build import ROOT
 from dev_packages import Failed
 
-# glibc's parts belong to the system's loader, and the Vulkan loader to its drivers.
+# Libraries that are not bundled: glibc's parts must match the system's loader, and the Vulkan loader its drivers.
 SYSTEM_LIBRARIES = re.compile(
     r"(linux-vdso|ld-linux.*|lib(c|m|pthread|dl|rt|resolv|util|anl|nsl|mvec|BrokenLocale)|libvulkan)\.so.*")
-# The C++ run time is taken from the system: a driver that was built with a newer one than ours would not load beside
-# ours. For a system without any, ours lies where it is found only on request.
+# The C++ run time is taken from the system: a driver that was built with a newer run time than the bundled one would
+# not load with it. For systems without one, the bundle has a copy in lib/fallback, which is used only on request.
 FALLBACK_LIBRARIES = re.compile(r"lib(stdc\+\+|gcc_s)\.so.*")
 MARK = "Ballot, a relocatable folder"
 README = MARK + """
 
-  bin/ballot --help                                        what it can do
-  bin/ballot info                                          the Vulkan devices it sees
+  bin/ballot --help                                        lists the commands
+  bin/ballot info                                          lists the Vulkan devices
   bin/ballot render share/ballot/scenes/cornell.gltf --view all --png --out out/
 
 Needs: x86-64 Linux, glibc 2.36 or newer, the Vulkan loader libvulkan.so.1 and a driver (Debian: libvulkan1 and
-mesa-vulkan-drivers, or the GPU vendor's). Everything else lies in lib/. The folder may be moved and renamed.
-The C++ run time (libstdc++ of GCC 12 or newer) is the system's, as drivers need it too. Where there is none:
+mesa-vulkan-drivers, or the GPU vendor's). All other libraries are in lib/. The folder may be moved and renamed.
+The C++ run time (libstdc++ of GCC 12 or newer) is the system's, because drivers need it too. If there is none:
 
   LD_LIBRARY_PATH=lib/fallback bin/ballot info
 
-`view` opens its window with GLFW 3.3 or newer, the system's too (Debian: libglfw3; libglfw3-wayland for Wayland without
-X11). Every other command does without.
+`view` also needs the system's GLFW 3.3 or newer (Debian: libglfw3; libglfw3-wayland for Wayland without X11). The other
+commands do not.
 
-The plots of `bench --report` and `verify --report` are drawn by Python 3 with matplotlib (Debian: python3-matplotlib);
-without it a report has none, and says how to draw them later.
+The plots of `bench --report` and `verify --report` are drawn by Python 3 with matplotlib (Debian: python3-matplotlib).
+Without it a report has no plots, and says how to draw them later.
 
 Compiled shaders are cached in $XDG_CACHE_HOME/ballot or ~/.cache/ballot. The licences of the libraries in lib/ are in
 share/doc.
@@ -42,7 +42,7 @@ share/doc.
 
 
 def linked_libraries(binary: Path) -> dict[str, Path | None]:
-    """Every shared library that the loader takes for `binary`, None where it finds none."""
+    """Returns every shared library that `binary` needs, with its path; None if the loader does not find it."""
     environment = {key: value for key, value in os.environ.items() if key not in ("LD_LIBRARY_PATH", "LD_PRELOAD")}
     result = subprocess.run(["ldd", str(binary)], capture_output=True, text=True, check=False, env=environment)
     if result.returncode != 0:
@@ -56,7 +56,7 @@ def linked_libraries(binary: Path) -> dict[str, Path | None]:
 
 
 def set_rpath(file: Path, rpath: str) -> None:
-    # DT_RPATH and not DT_RUNPATH: it comes before LD_LIBRARY_PATH and holds for libraries of libraries.
+    # DT_RPATH, not DT_RUNPATH: it takes precedence over LD_LIBRARY_PATH and also applies to libraries of libraries.
     result = subprocess.run(["patchelf", "--force-rpath", "--set-rpath", rpath, str(file)], capture_output=True,
                             text=True, check=False)
     if result.returncode != 0:
@@ -64,11 +64,11 @@ def set_rpath(file: Path, rpath: str) -> None:
 
 
 def copy_licence(library: Path, folder: Path) -> None:
-    """Copies the copyright file of the Debian package that the library is from, where that is known."""
+    """Copies the copyright file of the library's Debian package, if dpkg knows the package."""
     if shutil.which("dpkg-query") is None:
         return
     real = str(library.resolve())
-    for name in (real, real.removeprefix("/usr"), "/usr" + real):  # merged /usr: dpkg knows only one of the names
+    for name in (real, real.removeprefix("/usr"), "/usr" + real):  # merged /usr: dpkg knows only one of these names
         result = subprocess.run(["dpkg-query", "-S", name], capture_output=True, text=True, check=False)
         if result.returncode == 0:
             package = result.stdout.split(":")[0]
@@ -81,7 +81,7 @@ def copy_licence(library: Path, folder: Path) -> None:
 
 
 def files_of_scene(scene: Path) -> list[Path]:
-    """The scene and the buffers beside it that a .gltf names."""
+    """Returns the scene file and, for a .gltf, the buffer files that it names."""
     if scene.suffix != ".gltf":
         return [scene]
     uris = [buffer.get("uri", "") for buffer in json.loads(scene.read_text(encoding="utf-8")).get("buffers", [])]
@@ -89,14 +89,14 @@ def files_of_scene(scene: Path) -> list[Path]:
 
 
 def check(folder: Path, binary: Path) -> None:
-    """Throws Failed if anything but the system's own libraries resolves outside of the folder."""
+    """Throws Failed if a library that is not the system's own resolves to a file outside of the folder."""
     lib = folder.resolve() / "lib"
     for file in [binary, *lib.glob("*.so*")]:
         for name, path in linked_libraries(file).items():
             if SYSTEM_LIBRARIES.fullmatch(name) or FALLBACK_LIBRARIES.fullmatch(name):
                 continue
             if path is None or path.resolve().parent != lib:
-                raise Failed(f"{file.name} takes {name} from {path or 'nowhere'}, expected {lib}")
+                raise Failed(f"{file.name} loads {name} from {path or 'nowhere'}, expected it from {lib}")
 
 
 def fill(folder: Path, binary: Path, scenes: list[Path]) -> None:
@@ -109,9 +109,9 @@ def fill(folder: Path, binary: Path, scenes: list[Path]) -> None:
         if SYSTEM_LIBRARIES.fullmatch(name):
             continue
         if path is None:
-            raise Failed(f"{binary} does not find {name}")
+            raise Failed(f"{binary} needs {name}, which the loader does not find")
         target = folder / "lib" / ("fallback" if FALLBACK_LIBRARIES.fullmatch(name) else "") / name
-        shutil.copy(path, target)  # follows links: the file under the name that is asked for
+        shutil.copy(path, target)  # follows links: copies the file under the name that the loader looks for
         set_rpath(target, "$ORIGIN")
         copy_licence(path, folder)
     set_rpath(program, "$ORIGIN/../lib")
@@ -132,7 +132,8 @@ def is_bundle(folder: Path) -> bool:
 
 
 def bundle(folder: Path, binary: Path, scenes: list[Path], archive: bool) -> None:
-    """Makes or renews the bundle `folder`, and `folder`.tar.gz. Throws Failed; then what was there stays."""
+    """Makes or replaces the bundle `folder` and, if asked for, `folder`.tar.gz. Throws Failed and then leaves the old
+    bundle in place."""
     if folder.exists() and not is_bundle(folder) and (not folder.is_dir() or any(folder.iterdir())):
         raise Failed(f"{folder} exists and is not a bundle; name another folder")
     folder.parent.mkdir(parents=True, exist_ok=True)

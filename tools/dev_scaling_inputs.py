@@ -1,6 +1,7 @@
-"""What `tools/dev.py scaling` traces: a wavy grid of any number of triangles, and batches of rays over it.
+"""The inputs of `tools/dev.py scaling`: a wavy grid of any number of triangles, and batches of rays over it.
 
-Every file is written a few rows at a time: the memory of this process must stay below that of the programs it measures.
+Every file is written a few rows at a time, because the memory of this process must stay below that of the programs that
+it measures.
 """
 
 import json
@@ -12,22 +13,22 @@ from array import array
 from contextlib import contextmanager
 from pathlib import Path
 
-HALF = 10.0  # of the grid's side
+HALF = 10.0  # half the side of the grid
 WAVES = ((0.8, 1.3, 0.0), (-0.4, 1.1, 1.0), (0.2, -2.3, 2.0), (2.1, 1.7, 3.0))  # frequency along x and z, phase
-HEIGHT = 0.5  # of each wave
-LOW, HIGH = -HEIGHT * len(WAVES), HEIGHT * len(WAVES) + 2.0  # where random rays start, from below to above the waves
-EYE = (0.0, 8.0, 16.0)  # looks at the origin
+HEIGHT = 0.5  # amplitude of each wave
+LOW, HIGH = -HEIGHT * len(WAVES), HEIGHT * len(WAVES) + 2.0  # range of the origins of random rays along y
+EYE = (0.0, 8.0, 16.0)  # position of the camera, which looks at the origin
 YFOV = math.radians(50)
-TILE = 4  # camera rays lie in the file in tiles of 4 x 4, so that neighbours point alike
-SOME = 1 << 16  # origins and directions that random rays are made of
+TILE = 4  # camera rays are stored in tiles of 4 x 4, so that neighbours in the file have similar directions
+SOME = 1 << 16  # number of origins, and of directions, that random rays are made of
 FAR = 1e30
-JSON_BYTES = 2048  # of a scene file, padded with spaces: the bounds in it are known last
+JSON_BYTES = 2048  # size of the JSON part of a scene file, padded with spaces: its bounds are known last
 KINDS = ("camera", "random")
 
 
 @contextmanager
 def replacing(path: Path):
-    """A binary file that gets its name once it is complete."""
+    """Opens a binary file under a temporary name and renames it to `path` once it is complete."""
     temporary = path.with_name(f".{os.getpid()}-{path.name}")
     try:
         with temporary.open("wb") as file:
@@ -38,7 +39,7 @@ def replacing(path: Path):
 
 
 def near_square(cells: int) -> tuple[int, int]:
-    """Two factors of `cells`, as alike as can be."""
+    """Returns two factors whose product is `cells` and that are as close to each other as possible."""
     rows = next(r for r in range(math.isqrt(cells), 0, -1) if cells % r == 0)
     return cells // rows, rows
 
@@ -48,9 +49,9 @@ def along(cells: int) -> list[float]:
 
 
 def write_positions(file, columns: int, rows: int) -> tuple[float, float]:
-    """Returns the least and the greatest height.
+    """Writes the vertices row by row; returns the least and the greatest height.
 
-    sin(ax + bz + c) = sin(ax) cos(bz + c) + cos(ax) sin(bz + c): few sines for many vertices."""
+    sin(ax + bz + c) = sin(ax) cos(bz + c) + cos(ax) sin(bz + c), so few sines give many vertices."""
     low, high = math.inf, -math.inf
     xs = along(columns)
     parts = [(math.sin(a * x), math.cos(a * x)) for x in xs for a, _, _ in WAVES]
@@ -70,7 +71,7 @@ def write_positions(file, columns: int, rows: int) -> tuple[float, float]:
 
 
 def write_indices(file, columns: int, rows: int) -> None:
-    below = columns + 1  # from a vertex to the one of the next row
+    below = columns + 1  # index distance from a vertex to the one in the next row
     first = []
     for i in range(columns):
         first += [i, i + below, i + 1, i + 1, i + below, i + below + 1]
@@ -98,7 +99,7 @@ def gltf_of(vertices: int, indices: int, low: float, high: float) -> dict:
 
 
 def write_scene(path: Path, triangles: int) -> None:
-    """The same waves whatever the number of triangles; more of them follow the waves more closely."""
+    """Writes a scene. The waves are the same for every number of triangles; more triangles follow them more closely."""
     columns, rows = near_square(triangles // 2)
     vertices, indices = (columns + 1) * (rows + 1), 6 * columns * rows
     size = 12 * vertices + 4 * indices
@@ -119,7 +120,7 @@ def npy_header(count: int) -> bytes:
 
 
 def write_camera_rays(file, count: int) -> None:
-    """One square picture from the scene's camera: more rays are a finer picture of the same field of view."""
+    """Writes the rays of a square picture from the scene's camera. More rays give a finer picture of the same view."""
     across, down = near_square(count // TILE ** 2)
     distance, extent = math.hypot(*EYE), math.tan(YFOV / 2)
     forward, up = [-c / distance for c in EYE], [0.0, EYE[2] / distance, -EYE[1] / distance]  # right is x
@@ -139,7 +140,8 @@ def write_camera_rays(file, count: int) -> None:
 
 
 def write_random_rays(file, count: int) -> None:
-    """From anywhere around the waves to anywhere: each ray joins one of 65536 origins to one of 65536 directions."""
+    """Writes rays from random points around the waves in random directions: each combines one of 65536 origins with one
+    of 65536 directions."""
     rng = random.Random(1)
     origins = [struct.pack("<4f", rng.uniform(-HALF, HALF), rng.uniform(LOW, HIGH), rng.uniform(-HALF, HALF), 0)
                for _ in range(SOME)]

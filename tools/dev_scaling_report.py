@@ -1,4 +1,4 @@
-"""Tables and plots of what `tools/dev.py scaling` measured."""
+"""The tables and plots of `tools/dev.py scaling`."""
 
 import os
 import subprocess
@@ -9,7 +9,7 @@ from dev_packages import Failed
 from dev_scaling_inputs import KINDS
 
 METHODS = ("auto", "while-while")
-BATCH = 10 ** 6  # rays of each kind that every scene gets
+BATCH = 10 ** 6  # rays of each kind that are traced through every scene
 NO_MATPLOTLIB = 4  # exit code of plot_scaling.py
 
 
@@ -29,7 +29,7 @@ def table(heads: list[str], rows: list[list[str]]) -> str:
 
 
 def triangle_table(document: dict) -> str:
-    heads = ["triangles", "load s", "build s", "build's share", "MiB on device", "MiB a million triangles",
+    heads = ["triangles", "load s", "build s", "build's share", "MiB on device", "MiB per million triangles",
              "peak MiB, load and build", "peak MiB, tracing",
              *(f"{kind} Mrays/s, {method}" for kind in KINDS for method in METHODS)]
     rows = []
@@ -64,12 +64,13 @@ def markdown(document: dict) -> str:
         text += f"\n{spaced(BATCH)} rays of each kind, by triangles:\n\n" + triangle_table(document)
     if document["rays"]:
         text += f"\nThrough {spaced(document['ray_scene_triangles'])} triangles, by rays:\n\n" + ray_table(document)
-    text += "\nWhat failed:\n\n" if document["failures"] else "\nNothing failed.\n"
+    text += "\nFailed steps:\n\n" if document["failures"] else "\nNo step failed.\n"
     return text + "".join(f"- {f['place']}, {f['step']}: `{f['error']}`\n" for f in document["failures"])
 
 
 def draw(results: Path) -> None:
-    """By the interpreter asked for, else by this one or the system's own, which sees Debian's packages."""
+    """Draws the plots by the interpreter in BALLOT_PYTHON, else by this one or the system's own, which sees Debian's
+    packages."""
     wanted = os.environ.get("BALLOT_PYTHON")
     script = Path(__file__).resolve().with_name("plot_scaling.py")
     for python in [wanted] if wanted else [sys.executable, "/usr/bin/python3"]:
@@ -82,6 +83,6 @@ def draw(results: Path) -> None:
             print(done.stdout, end="")
             return
         if done.returncode != NO_MATPLOTLIB:
-            raise Failed(f"{script.name} failed: {(done.stderr.strip() or 'it says nothing').splitlines()[-1]}")
+            raise Failed(f"{script.name} failed: {(done.stderr.strip() or 'it printed no message').splitlines()[-1]}")
     print("no plots: matplotlib is missing; install python3-matplotlib (Debian), then: "
           f"python3 {script} {results} --out {results.parent}")

@@ -1,4 +1,4 @@
-"""The scenes that come with Ballot, and the list of those that do not."""
+"""The scenes that are shipped with Ballot, and the manifest of those that are not."""
 
 import hashlib
 import json
@@ -17,7 +17,7 @@ MANIFEST = ROOT / "scenes" / "manifest.json"
 
 
 def make_atrium() -> Path:
-    """Generates the atrium unless it is there and younger than the generators."""
+    """Generates the atrium unless the file exists and is newer than the generators; returns its path. Throws Failed."""
     newest = max(source.stat().st_mtime for source in ATRIUM_SOURCE.parent.glob("*.py"))
     if ATRIUM.exists() and ATRIUM.stat().st_mtime >= newest:
         return ATRIUM
@@ -43,7 +43,8 @@ def shipped_scenes() -> list[Path]:
 
 
 def read_manifest() -> list[dict]:
-    """The manifest's entries: an object with "scenes", or the bare list; entries without a name are left out."""
+    """Returns the manifest's entries. The file holds an object with "scenes" or a plain list; entries without a name
+    are left out."""
     if not MANIFEST.exists():
         return []
     try:
@@ -65,7 +66,7 @@ def sha256_of(path: Path) -> str:
 
 
 def file_of(entry: dict, folder: Path | None) -> Path | None:
-    """Where the scene lies: in the checkout, generated, or in the user's folder."""
+    """Returns the scene's file in the checkout, among the generated ones or in the user's folder; None if absent."""
     file_name = entry.get("file") or entry["name"]
     names = [file_name] if Path(file_name).suffix else [file_name + suffix for suffix in (".gltf", ".glb", ".obj")]
     places = [ROOT, ROOT / "scenes", ATRIUM.parent] + ([folder] if folder else [])
@@ -82,7 +83,7 @@ def state_of(entry: dict, path: Path | None) -> str:
 
 
 def print_scenes(folder: Path | None) -> int:
-    """Prints the manifest with the state of every file. 1 if a file differs from its checksum."""
+    """Prints the manifest with the state of every file. Returns 1 if a file differs from its checksum, else 0."""
     if folder and not folder.is_dir():
         raise Failed(f"there is no folder {folder}")
     shipped_scenes()
@@ -104,10 +105,11 @@ def print_scenes(folder: Path | None) -> int:
     for row in rows:
         print("  ".join([f"{cell:{width}}" for cell, width in zip(row, widths)] + [row[4]]).rstrip())
     if absent:
-        print("\nAbsent scenes are not shipped, for their size or licence. Put the files into one folder and name it "
-              "with\n--dir or BALLOT_SCENES. Sources:")
+        print("\nThe absent scenes are not shipped because of their size or licence. Put the files into one folder and "
+              "name it with\n--dir or BALLOT_SCENES. Sources:")
         for entry in absent:
-            print(f"  {entry['name']}: {entry.get('page') or 'no page recorded'}; to convert: {entry.get('convert', '-')}")
+            print(f"  {entry['name']}: {entry.get('page') or 'no page recorded'}; "
+                  f"to convert: {entry.get('convert', '-')}")
     for path in differs:
-        print(f"error: {path} is not the file that the manifest means: its SHA-256 differs", file=sys.stderr)
+        print(f"error: {path}: its SHA-256 differs from the manifest's, so it is another file", file=sys.stderr)
     return 1 if differs else 0

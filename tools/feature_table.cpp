@@ -11,9 +11,9 @@ namespace ballot::cli {
 namespace {
 
 constexpr std::uint32_t kMeasuredSamples = 8;
-constexpr int kLeastRepeats = 5, kMostRepeats = 25;  // the more, the shorter they are:
-constexpr double kSecondsOfRepeats = 4;
-constexpr double kWarmSeconds = 0.03;  // of GPUs before each measurement: their clocks fall while the host works
+constexpr int kLeastRepeats = 5, kMostRepeats = 25;  // bounds on the number of repeats
+constexpr double kSecondsOfRepeats = 4;              // no repeat starts later than this, except the first kLeastRepeats
+constexpr double kWarmSeconds = 0.03;  // of work on a GPU before each measurement: its clocks fall while the host works
 
 struct NamedFeature {
   bool SceneFeatures::*has;
@@ -35,13 +35,13 @@ constexpr NamedFeature kMayHave[] = {
     {&SceneFeatures::sky, "sky"},
 };
 
-/// A shading or an integrator, and what it runs.
+/// A shading or an integrator, and the kernels that it runs.
 struct Picture {
   std::string_view name;
   const Integrator* integrator = nullptr;  // null: a shading
   std::vector<KernelSource> kernels = {};
-  KernelSource every = {};  // of the kernel that looks at hits, for every feature
-  const char* pass() const { return integrator ? "scatter" : "shade"; }  // of that kernel
+  KernelSource every = {};  // the kernel that evaluates hits, compiled for every feature
+  const char* pass() const { return integrator ? "scatter" : "shade"; }  // the pass of that kernel
 };
 
 std::vector<Picture> shadings_of(const Engine& engine) {
@@ -66,23 +66,23 @@ std::vector<Picture> integrators_of(const Engine& engine) {
   return all;
 }
 
-/// Device milliseconds of all passes, and of the one that looks at hits.
+/// The device times, in milliseconds, of all passes and of the pass that evaluates hits.
 struct Measured {
   double all = 0, look = 0;
 };
 
-/// Pixels a side, enough to keep the device busy.
+/// Returns the width and height of the measured picture, in pixels: enough to keep the device busy.
 std::uint32_t measured_size(const Engine& engine) { return engine.device().is_cpu() ? 128 : 1024; }
 
 using Clock = std::chrono::steady_clock;
 
-/// Keeps a GPU busy until its clocks are up.
+/// Keeps a GPU busy until its clocks have risen.
 class Warmer {
  public:
   explicit Warmer(Engine& engine) : engine_(engine) {
     if (engine.device().is_cpu()) return;
     batch_ = engine.make_batch(engine.scene().views[0], find_ray_kind(kPrimaryRays), 1024, 1024);
-    warm();  // makes the kernel, or has auto look at the rays
+    warm();  // compiles the kernel and, for method auto, calibrates
   }
   void warm() const {
     const auto start = Clock::now();
@@ -151,7 +151,7 @@ nlohmann::json print_kernel(Engine& engine, const KernelSource& source) {
           {"spirv_cached", t.from_cache}, {"pipeline_ms", t.pipeline_ms}, {"statistics", figures}};
 }
 
-/// Measured where there is a warmer.
+/// Prints the kernels of each picture. A warmer asks for measurements too; null: none.
 nlohmann::json print_pictures(Engine& engine, const std::vector<Picture>& pictures, const char* word,
                               const Warmer* warmer) {
   nlohmann::json json = nlohmann::json::array();
@@ -168,7 +168,8 @@ nlohmann::json print_pictures(Engine& engine, const std::vector<Picture>& pictur
   return json;
 }
 
-/// Rays of a kind traced by a tracer whose stacks are those of this tree, and by one whose stacks have the common size.
+/// Traces rays of a kind by the engine's tracer, whose stacks fit this tree, and by `common`, whose stacks have the
+/// size for every feature. Prints and returns both times; null if there are no such rays.
 nlohmann::json print_stack_gain(Engine& engine, Tracer& common, const RayKind& kind) {
   const auto batch =
       engine.make_batch(engine.scene().views[0], kind, 2 * measured_size(engine), 2 * measured_size(engine));
@@ -180,7 +181,7 @@ nlohmann::json print_stack_gain(Engine& engine, Tracer& common, const RayKind& k
   const auto traced = [&](Tracer& tracer) {
     return tracer.trace(rays, hits, std::uint32_t(batch->count()), query).device_ms;
   };
-  std::vector<double> own{traced(engine.tracer())}, other{traced(common)};  // compile
+  std::vector<double> own{traced(engine.tracer())}, other{traced(common)};  // the first traces compile
   own.clear(), other.clear();
   repeat([&] {
     own.push_back(traced(engine.tracer()));
@@ -198,14 +199,14 @@ nlohmann::json print_traversal(Engine& engine, bool measured) {
   common.far = tree.far;
   fmt::print("\ntraversal: stacks of {} entries for a tree of depth {}{}{}; {} with every feature\n",
              stack_entries(tree), tree.depth, leaves_loop(tree) ? "" : ", no loop over the one triangle of a leaf",
-             tree.far ? ", boxes measured from the middle of the scene" : "", stack_entries(common));
+             tree.far ? ", boxes relative to the middle of the scene" : "", stack_entries(common));
   nlohmann::json json{{"stack_entries", stack_entries(tree)},
                       {"every_feature_stack_entries", stack_entries(common)},
                       {"leaf_loop", leaves_loop(tree)}};
   if (!measured) return json;
   json["gain"] = nlohmann::json::array();
   if (stack_entries(tree) == stack_entries(common) && leaves_loop(tree)) {
-    fmt::print("    the same kernels\n");
+    fmt::print("    the kernels for this scene and for every feature are the same\n");
     return json;
   }
   Tracer tracer(*engine.context(), engine.bvh(), engine.scene().triangles, common);
@@ -248,14 +249,15 @@ nlohmann::json print_features(Engine& engine, bool measured) {
   std::optional<Warmer> warm;
   if (measured) warm.emplace(engine);
   const Warmer* warmer = warm ? &*warm : nullptr;
-  fmt::print("\nshadings, and the kernels that this scene needs (those of the traversal besides):\n");
+  fmt::print("\nshadings and the kernels that each one runs on this scene, without those of the traversal:\n");
   json["shadings"] = print_pictures(engine, shadings_of(engine), "shading", warmer);
-  fmt::print("\nintegrators, and the same:\n");
+  fmt::print("\nintegrators and the kernels that each one runs on this scene, without those of the traversal:\n");
   json["integrators"] = print_pictures(engine, integrators_of(engine), "integrator", warmer);
   if (measured)
-    fmt::print("  device times of view {}, {} x {}, {} samples, median of {} to {}, both in turn\n",
-               engine.scene().views[0].name, measured_size(engine), measured_size(engine), kMeasuredSamples,
-               kLeastRepeats, kMostRepeats);
+    fmt::print(
+        "  device times of view {}, {} x {} pixels, {} samples: medians of {} to {} repeats, both kinds in turn\n",
+        engine.scene().views[0].name, measured_size(engine), measured_size(engine), kMeasuredSamples, kLeastRepeats,
+        kMostRepeats);
   return json;
 }
 

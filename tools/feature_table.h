@@ -1,20 +1,21 @@
-// What a scene needs of the kernels, and what it gains that they are made for it.
+// The features that a scene needs of the kernels, and the speed gained by compiling kernels for these features alone.
 #pragma once
 
 #include "tools/cli.h"
 
 namespace ballot::cli {
 
-/// What the scene holds, in words: "shading normals, mirrors".
+/// Returns the scene's features in words, such as "shading normals, mirrors".
 std::string feature_words(const SceneFeatures& features);
 
-/// The kinds of its cameras: "perspective, orthographic".
+/// Returns the kinds of the scene's cameras, such as "perspective, orthographic".
 std::string camera_words(const SceneFeatures& features);
 
-/// What the stacks of the traversal are made for, and a line for each kernel that each shading and integrator runs on this
-/// scene: bytes of SPIR-V, milliseconds to compile, registers where the device tells. With `measure` also how much faster they
-/// are than kernels for every feature: median of device times, both in turn, of the first view. Prints; returns the same as
-/// JSON: "features", "traversal", "shadings", "integrators".
+/// Prints the size of the traversal stacks and, for each shading and integrator, a line for each kernel that it runs on
+/// this scene: bytes of SPIR-V, milliseconds to compile, and registers where the driver reports them. With `measure` it
+/// also prints how much faster these kernels are than kernels compiled for every feature: medians of device times of
+/// the first view, the two kinds measured in turn. Returns the same as JSON: "features", "traversal", "shadings",
+/// "integrators".
 nlohmann::json print_features(Engine& engine, bool measure);
 
 }  // namespace ballot::cli

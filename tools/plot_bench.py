@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws what `ballot bench` measured: speed-up against packet, speed against threshold, speed against coherence."""
+"""Draws results of `ballot bench`: speed-up against packet, speed against threshold, speed against coherence."""
 
 import json
 import math
@@ -10,23 +10,23 @@ from plot_common import COLOURS, HATCHES, MARKERS, Failed, panels, plain, pyplot
 
 BASE = "packet(any)"
 FORMAT = ticker.FuncFormatter(lambda value, _: f"{value:g}")
-MOST_BARS = 16  # in a group, else the votes by sum are left to the tables
+MOST_BARS = 16  # in a group; if there are more, votes by sum are left out (the tables have them)
 
 
 class Setting:
-    """What may be compared: one device and driver, clock, picture size and numeric mode."""
+    """The records that may be compared: those of one device and driver, clock, picture size and numeric mode."""
 
     def __init__(self, document: dict, numeric: str):
         self.title = (f"{document['device']}, {numeric}, {document['size'][0]} x {document['size'][1]}, "
                       f"subgroups of {document['subgroup_size']}")
-        self.records: dict[tuple, dict] = {}  # of one place the last one, as in the tables
+        self.records: dict[tuple, dict] = {}  # the last record of each place, as in the tables
 
     def add(self, record: dict) -> None:
         swept = record["role"] == "sweep"
         self.records[record["scene"], rays_of(record), record["label"], record["view"], swept] = record
 
     def groups(self, swept: bool = False) -> dict[tuple, list[dict]]:
-        """(scene, rays, label) to the records of its views."""
+        """Returns a dictionary from (scene, rays, label) to the records of its views."""
         groups: dict[tuple, list[dict]] = {}
         for (scene, rays, label, _, is_sweep), record in self.records.items():
             if is_sweep == swept:
@@ -58,14 +58,14 @@ def mrays(records: list[dict]) -> float:
 
 
 def speed_up(records: list[dict], base: list[dict]) -> float | None:
-    """Speed over that of base, on the views that both have."""
+    """Returns the speed divided by that of `base`, over the views that both have; None if there are none."""
     base_ms = {r["view"]: r["trace_ms"]["median"] for r in base}
     pairs = [(base_ms[r["view"]], r["trace_ms"]["median"]) for r in records if r["view"] in base_ms]
     return sum(b for b, _ in pairs) / sum(t for _, t in pairs) if pairs else None
 
 
 def styles(groups: dict[tuple, list[dict]]) -> dict[str, tuple[str, str]]:
-    """Label to colour and hatch: a colour per method, a hatch per variant of it."""
+    """Returns a dictionary from label to (colour, hatch): a colour per method, a hatch per variant of it."""
     method_of = {label: records[0]["method"] for (_, _, label), records in groups.items()}
     methods = unique(method_of.values())
     style = {}
@@ -76,7 +76,7 @@ def styles(groups: dict[tuple, list[dict]]) -> dict[str, tuple[str, str]]:
 
 
 def shown_labels(groups: dict[tuple, list[dict]], style: dict) -> list[str]:
-    """What bars are drawn of: all, or without the votes by sum where there are too many to tell apart."""
+    """Returns the labels that get bars: all, or without votes by sum if there are too many to distinguish."""
     labels = [label for label in style if label != BASE]
     if len(labels) <= MOST_BARS:
         return labels
@@ -154,7 +154,7 @@ def plot_thresholds(setting: Setting, name: str, out: Path, written: list[str]) 
 
 
 def coherence(records: list[dict]) -> float | None:
-    """Share of the packet's node visits that a ray needs."""
+    """Returns the share of the packet's node visits that a ray needs; None if it was not counted."""
     needed = visited = 0.0
     for record in records:
         counters = record.get("counters", {})
@@ -165,7 +165,7 @@ def coherence(records: list[dict]) -> float | None:
 
 
 def fastest_labels(groups: dict[tuple, list[dict]]) -> list[str]:
-    """Of each method the label that is fastest in the geometric mean of all places where it stands."""
+    """Returns for each method its fastest label, by the geometric mean over all places that have it."""
     speeds: dict[str, dict[str, list[float]]] = {}
     for (_, _, label), records in groups.items():
         speeds.setdefault(records[0]["method"], {}).setdefault(label, []).append(math.log(mrays(records)))

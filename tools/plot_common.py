@@ -1,11 +1,11 @@
-"""What the scripts that draw measurements share: matplotlib, colours, panels, saving, the command line."""
+"""The parts that all plotting scripts share: matplotlib, colours, panels, saving, the command line."""
 
 import argparse
 import math
 import sys
 from pathlib import Path
 
-NO_MATPLOTLIB = 4  # the program that starts this script knows this exit code
+NO_MATPLOTLIB = 4  # exit code, known to the program that starts the script
 try:
     import matplotlib
     matplotlib.use("Agg")
@@ -14,15 +14,15 @@ except ImportError as missing:
     print(f"error: {missing}; install python3-matplotlib (Debian) or matplotlib (pip)", file=sys.stderr)
     sys.exit(NO_MATPLOTLIB)
 
-# Okabe and Ito's colours, which most colour-blind readers can tell apart, and four more; hatches and markers go along.
+# Okabe and Ito's colours, which most colour-blind readers can distinguish, and others; hatches and markers differ too.
 COLOURS = ["#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#999933", "#332288", "#888888", "#000000"]
 HATCHES = ["", "///", "...", "xxx", "\\\\\\", "+++", "ooo", "---"]
 MARKERS = "osD^vP*X<>"
-ABOVE = 0.55  # inches for the title
+ABOVE = 0.55  # height of the title in inches
 
 
 class Failed(Exception):
-    """The work failed; the text says what."""
+    """The exception of failed work; its text says what failed."""
 
 
 def rays_of(record: dict) -> str:
@@ -34,12 +34,12 @@ def unique(items) -> list:
 
 
 def plain(text: str) -> str:
-    """Names come from files: no mathematics in them."""
+    """Escapes '$', because names come from files and must not start mathematics."""
     return text.replace("$", r"\$")
 
 
 def save(figure, name: str, title: str, out: Path, legend: tuple, written: list[str]) -> None:
-    """Adds room for title and legend, and writes SVG and PNG."""
+    """Adds title and legend with room for them, and writes an SVG and a PNG file."""
     handles, labels = legend
     columns = max(1, min(6, len(labels), int(figure.get_figwidth() / 1.9)))
     below = 0.2 + 0.2 * math.ceil(len(labels) / columns)
@@ -58,15 +58,17 @@ def save(figure, name: str, title: str, out: Path, legend: tuple, written: list[
 
 
 def panels(rows: int, columns: int, width: float, height: float):
-    """Subplots of this size each, and together wide enough for a title."""
+    """Returns a figure and its subplots, each of this size in inches; the figure is wide enough for a title."""
     return pyplot.subplots(rows, columns, figsize=(max(8.0, width * columns), height * rows), squeeze=False)
 
 
 def run(what: str, metavar: str, draw) -> int:
-    """The command line: `draw(files, folder, names of the plots that it wrote)`."""
-    parser = argparse.ArgumentParser(description=what, epilog="Prints 'plot NAME' for each SVG; a PNG lies beside it.")
-    parser.add_argument("files", nargs="+", type=Path, metavar=metavar)
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    """Runs a script's command line: calls `draw(files, folder, written)`, which appends the names of the plots to
+    `written`. Returns the exit code."""
+    parser = argparse.ArgumentParser(description=what,
+                                     epilog="Prints 'plot NAME' for each SVG file; a PNG file is beside it.")
+    parser.add_argument("files", nargs="+", type=Path, metavar=metavar, help="JSON file with the results")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the plots")
     options = parser.parse_args()
     matplotlib.rcParams.update({"svg.hashsalt": "ballot", "font.size": 9, "hatch.linewidth": 0.5})
     written: list[str] = []

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws what `ballot verify --origins` found: self hits against distance, lost contacts against size."""
+"""Draws results of `ballot verify --origins`: self hits against distance, lost contacts against size."""
 
 import json
 import sys
@@ -7,14 +7,15 @@ from pathlib import Path
 
 from plot_common import Failed, panels, run, save
 
-# Okabe and Ito's colours, which most colour-blind readers can tell apart; markers go along.
+# Okabe and Ito's colours, which most colour-blind readers can distinguish; markers differ too.
 COLOURS = ["#E69F00", "#D55E00", "#CC79A7", "#999933", "#56B4E9", "#009E73", "#0072B2", "#000000"]
 MARKERS = "osD^vPX*"
-ZERO = 0.3  # half the width of the linear part of an axis: where 0 is drawn on axes of rates
+ZERO = 0.3  # end of the linear part of the axis of rates, so that 0 can be drawn on it
 
 
 def rates(records: list[dict], axis: str, figure: str) -> dict[str, list[tuple[float, float]]]:
-    """Policy to (value of the axis, events per million rays), all else together."""
+    """Returns a dictionary from policy to points (value on the axis, events per million rays), over all other
+    parameters."""
     sums: dict[str, dict[float, list[int]]] = {}
     for record in records:
         both = sums.setdefault(record["policy"], {}).setdefault(record[axis], [0, 0])
@@ -53,7 +54,7 @@ def draw_study(document: dict, name: str, folder: Path, written: list[str]) -> N
                "size of the scene, scene units")
     right.set_xscale("log")
     left.set_ylabel("per million rays")
-    save(figure, name, "Where secondary rays start: the ray finds its own triangle, or misses what is near", folder,
+    save(figure, name, "Origins of secondary rays: the ray hits its own triangle, or misses a near surface", folder,
          left.get_legend_handles_labels(), written)
 
 

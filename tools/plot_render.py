@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws how the error of a picture fell with time: RMSE, relative MSE and FLIP against the reference."""
+"""Draws the error of a picture over rendering time: RMSE, relative MSE and FLIP against the reference."""
 
 import json
 import sys
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from plot_common import COLOURS, MARKERS, panels, run, save
 
-MEASURES = [("rmse", "RMSE"), ("relmse", "relative MSE"), ("flip", "FLIP, 67 pixels a degree")]
+MEASURES = [("rmse", "RMSE"), ("relmse", "relative MSE"), ("flip", "FLIP, 67 pixels per degree")]
 
 
 def draw(files: list[Path], folder: Path, written: list[str]) -> None:
@@ -25,7 +25,8 @@ def draw(files: list[Path], folder: Path, written: list[str]) -> None:
             row[i].set_xlabel("seconds of rendering")
             row[i].grid(True, color="#dddddd", linewidth=0.6)
         legend = ([line for axes in row for line in axes.get_lines()], [label for _, label in MEASURES])
-        save(figure, file.name.removesuffix(".json"), f"Error of {document['picture']} over time", folder, legend, written)
+        save(figure, file.name.removesuffix(".json"), f"Error of {document['picture']} over time", folder, legend,
+             written)
 
 
 if __name__ == "__main__":

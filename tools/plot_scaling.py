@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws what `tools/dev.py scaling` measured: speed, time and memory against triangles and against rays."""
+"""Draws results of `tools/dev.py scaling`: speed, time and memory against triangles and against rays."""
 
 import json
 import sys
@@ -15,9 +15,9 @@ def series_name(kind: str, method: str) -> str:
 
 
 def draw_lines(axis, lines: dict[str, list[tuple[float, float]]], title: str, label: str, shift: int = 0) -> None:
-    """Log-log, one line a name, each with a colour and a marker of its own; `shift` skips colours.
+    """Draws a log-log panel with a line for each name. Each has its own colour and marker; `shift` skips colours.
 
-    A dotted line stands where a figure is missing, as its step failed."""
+    A dotted vertical line marks a missing figure, whose step failed."""
     for x in sorted({x for points in lines.values() for x, y in points if y is None}):
         axis.axvline(x, color="#777777", linestyle=":", linewidth=1)
         axis.annotate("failed", (x, 0.02), xycoords=axis.get_xaxis_transform(), rotation=90, fontsize=8, ha="right",
@@ -36,7 +36,7 @@ def draw_lines(axis, lines: dict[str, list[tuple[float, float]]], title: str, la
     for side in ("top", "right"):
         axis.spines[side].set_visible(False)
     low, high = axis.get_ylim()
-    if high / low < 1000:  # few powers of ten, or none, are on the axis
+    if high / low < 1000:  # the axis has few powers of ten, or none
         axis.set_ylim(low / 1.25, high * 1.25)
         axis.yaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
         axis.yaxis.set_minor_formatter(ticker.NullFormatter())
@@ -85,7 +85,7 @@ def draw_rays(document: dict, out: Path, written: list[str]) -> None:
 
 def draw(files: list[Path], out: Path, written: list[str]) -> None:
     if len(files) != 1:
-        raise Failed("one file at a time")
+        raise Failed(f"found {len(files)} files, expected one")
     try:
         document = json.loads(files[0].read_text(encoding="utf-8"))
         if any("build_s" in row for row in document["triangles"]):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws what `ballot verify` measured: error rate against speed, with the Pareto front of methods and modes."""
+"""Draws results of `ballot verify`: error rate against speed, with the Pareto front of methods and numeric modes."""
 
 import json
 import math
@@ -8,12 +8,12 @@ from pathlib import Path
 
 from plot_common import COLOURS, MARKERS, Failed, panels, plain, pyplot, rays_of, run, save, unique
 
-MODES = ["fast", "plain", "watertight", "exact"]  # these keep their colours from plot to plot
-ZERO_BELOW = 0.8  # decades between the lowest rate that is drawn and the line of zero
+MODES = ["fast", "plain", "watertight", "exact"]  # these have the same colours in every plot
+ZERO_BELOW = 0.8  # decades from the lowest rate on the axis down to the line of zero
 
 
 class Point:
-    """An entry in one mode, on all views of a scene and ray kind."""
+    """The result of an entry in one numeric mode, for all views of a scene and ray kind."""
 
     def __init__(self, records: list[dict]):
         self.label, self.mode = records[0]["label"], records[0]["numeric"]
@@ -21,23 +21,23 @@ class Point:
         self.mrays = rays / sum(r["trace_ms"]["median"] for r in records) * 1e-3
         wrong = sum(r["false_misses"] + r["false_hits"] + r["wrong_prims"] for r in records)
         self.rate = 1e6 * wrong / rays
-        self.least = 1e6 / rays  # of one wrong answer
+        self.least = 1e6 / rays  # the rate of one wrong answer
 
 
 class Platform:
-    """What may be compared: one device and driver, clock and picture size."""
+    """The records that may be compared: those of one device and driver, clock and picture size."""
 
     def __init__(self, document: dict):
         self.title = (f"{document['device']}, {document['size'][0]} x {document['size'][1]}, "
                       f"subgroups of {document['subgroup_size']}")
-        self.records: dict[tuple, dict] = {}  # of one place the last one, as in the tables
+        self.records: dict[tuple, dict] = {}  # the last record of each place, as in the tables
 
     def add(self, record: dict) -> None:
         key = record["scene"], rays_of(record), record["label"], record["numeric"], record["view"]
         self.records[key] = record
 
     def points(self) -> dict[tuple, list[Point]]:
-        """(scene, rays) to the points of a panel."""
+        """Returns a dictionary from (scene, rays) to the points of a panel."""
         groups: dict[tuple, list[dict]] = {}
         for (scene, rays, label, mode, _), record in self.records.items():
             groups.setdefault((scene, rays, label, mode), []).append(record)
@@ -66,7 +66,7 @@ def read_platforms(files: list[Path]) -> list[Platform]:
 
 
 def front(points: list[Point]) -> list[Point]:
-    """Those that no other beats in speed and error, the fastest first."""
+    """Returns the Pareto front: the points that no other beats in both speed and error, the fastest first."""
     best: list[Point] = []
     for point in sorted(points, key=lambda p: (-p.mrays, p.rate)):
         if not best or point.rate < best[-1].rate:
@@ -75,7 +75,7 @@ def front(points: list[Point]) -> list[Point]:
 
 
 def decades(points: list[Point]) -> tuple[int, int]:
-    """Powers of ten round all rates above zero, and round that of one wrong answer."""
+    """Returns the range of powers of ten that contains all rates above zero and the rate of one wrong answer."""
     rates = [p.rate for p in points if p.rate > 0] + [min(p.least for p in points)]
     low, high = math.floor(math.log10(min(rates))), math.ceil(math.log10(max(rates)))
     return low, max(high, low + 1)
@@ -90,7 +90,7 @@ def rate_text(power: int) -> str:
 
 
 def draw_front(axis, points: list[Point], low: int) -> None:
-    """A step from each point of the front to the next, open to slower and to worse."""
+    """Draws the front as steps from each point to the next, open towards slower and towards worse."""
     best = front(points)
     left, right = axis.get_xlim()
     xs, ys = [best[0].mrays], [axis.get_ylim()[1]]
@@ -148,7 +148,7 @@ def plot_platform(platform: Platform, name: str, out: Path, written: list[str]) 
                 axis.set_xlabel("Mrays/s")
     handles = [pyplot.Rectangle((0, 0), 1, 1, color=colour[mode]) for mode in modes]
     handles += [pyplot.Line2D([], [], marker=marker[label], linestyle="", color="#555555") for label in labels]
-    save(figure, name, f"Wrong answers against trace speed; lines: what nothing beats in both\n{platform.title}", out,
+    save(figure, name, f"Wrong answers against trace speed; the lines are the Pareto fronts\n{platform.title}", out,
          (handles, modes + labels), written)
 
 

@@ -12,10 +12,10 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kStepSeconds = 4;     // about how long a step is to take: checkpoints come in time, passes stay large
-constexpr std::uint32_t kGrowth = 16;  // of a step over the one before, at most: the first also compiles
+constexpr double kStepSeconds = 4;     // target length of a step: checkpoints come in time, and passes stay large
+constexpr std::uint32_t kGrowth = 16;  // largest ratio of a step to the one before it: the first one also compiles
 
-/// Samples of the next step, after one of `samples` that took so long.
+/// Returns the samples of the next step, given that a step of `samples` took `seconds`.
 std::uint32_t next_step(std::uint32_t samples, double seconds) {
   const double wanted = samples * kStepSeconds / std::max(seconds, 1e-6);
   return std::uint32_t(std::clamp(wanted, 1.0, double(samples) * kGrowth));
@@ -45,7 +45,9 @@ Rendered render_job(Engine& engine, const View& view, const RenderJob& job, cons
   Rendered done;
   Film film = engine.start_film(o);
   if (job.resume && fs::exists(checkpoint)) {
-    if (!can_checkpoint(film)) fail(Failure::Arguments, "--resume: pictures with counters have no checkpoints");
+    if (!can_checkpoint(film))
+      fail(Failure::Arguments,
+           "--resume: pictures with counters (--stats, --shading heat) have no checkpoints; leave it out");
     read_film(checkpoint, film, engine.made_of(view, o));
     done.resumed_at = film.samples;
   }

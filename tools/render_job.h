@@ -1,4 +1,5 @@
-// One view's picture, in steps: checkpoints, going on from one, errors to a reference over time.
+// The rendering of one view in steps: it writes checkpoints, resumes from one, and compares the picture with a
+// reference over time.
 #pragma once
 
 #include <filesystem>
@@ -10,16 +11,16 @@
 
 namespace ballot::cli {
 
-/// How far the picture was from the reference after some time.
+/// The picture's error against the reference at one point of the rendering.
 struct ErrorAt {
-  std::uint32_t samples;
-  double seconds;  // of rendering, without the comparisons
+  std::uint32_t samples;  // per pixel
+  double seconds;         // of rendering, without the comparisons
   ImageError error;
 };
 
 struct RenderJob {
   RenderOptions options;
-  double checkpoint_s = 60;  // between checkpoints; 0: none
+  double checkpoint_s = 60;  // seconds between checkpoints; 0: no checkpoints
   bool resume = false;
   std::optional<Image> reference = {};
 };
@@ -27,23 +28,25 @@ struct RenderJob {
 struct Rendered {
   Image image;
   RenderTimes times;
-  std::uint32_t resumed_at = 0;  // samples that a checkpoint had
+  std::uint32_t resumed_at = 0;  // samples per pixel that the checkpoint held; 0: none was read
   std::vector<ErrorAt> errors;   // empty without a reference
-  double seconds = 0;            // wall time, from the film's beginning to the picture
-  double film_s = 0;             // of that: making the film, to and from the device, and making a picture of it
+  double seconds = 0;            // wall time from creating the film to the finished picture
+  double film_s = 0;             // part of it: creating the film, copying it to and from the device, making the picture
 };
 
-/// OUT.checkpoint.exr beside OUT.exr.
+/// Returns the path of a picture's checkpoint: OUT.checkpoint.exr beside OUT.exr.
 std::filesystem::path checkpoint_of(const std::filesystem::path& exr);
 
-/// Renders a view whose picture will be `exr`. With resume and a checkpoint there goes on from it. The checkpoint of this run stays until
-/// finish_job() is called, so that nothing is lost if the picture cannot be written. Throws as Engine::render and read_film do.
+/// Renders a view whose picture will be written to `exr`. If job.resume is set and a checkpoint exists, it continues
+/// from the checkpoint. The checkpoint of this run stays until finish_job() is called, so that nothing is lost if the
+/// picture cannot be written. Throws as Engine::render and read_film do.
 Rendered render_job(Engine& engine, const View& view, const RenderJob& job, const std::filesystem::path& exr);
 
-/// The picture is written: its checkpoint goes.
+/// Deletes the checkpoint of a picture that has been written.
 void finish_job(const std::filesystem::path& exr);
 
-/// A table of errors over time, JSON beside the picture, and a plot of it if matplotlib is there.
+/// Prints a table of the errors over time, writes them as JSON beside the picture, and plots them if matplotlib is
+/// installed.
 void report_errors(const Rendered& rendered, const std::filesystem::path& exr);
 
 }  // namespace ballot::cli

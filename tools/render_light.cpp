@@ -7,7 +7,8 @@ namespace ballot::cli {
 namespace {
 
 constexpr const char* kLampForm =
-    "X,Y,Z:R,G,B or eye:R,G,B: where it hangs, scene units, and its radiant intensity, not below 0";
+    "X,Y,Z:R,G,B or eye:R,G,B: the position in scene units (eye: at the camera) and the radiant intensity, 0 or more, "
+    "e.g. 0,2,0:5,5,5";
 
 glm::vec3 triple_of(const std::string& lamp, const std::string& text, bool below_zero) {
   glm::vec3 v(0);
@@ -27,9 +28,10 @@ glm::vec3 triple_of(const std::string& lamp, const std::string& text, bool below
 void LightArgs::add_to(CLI::App& app) {
   app.add_option(
       "--sky", sky,
-      "what rays see that leave the scene: none; R,G,B; gradient; gradient:ZENITH:HORIZON:GROUND, each R,G,B; or a "
-      "FILE.exr, longitude by latitude [auto: gradient for whitted and path if nothing in the scene shines]");
-  app.add_option("--lamp", lamps, std::string("a point light for whitted and path, may be given again: ") + kLampForm);
+      "radiance of rays that leave the scene: none; R,G,B; gradient; gradient:ZENITH:HORIZON:GROUND, each R,G,B;\n"
+      "or a FILE.exr in longitude by latitude, e.g. --sky 0.5,0.7,1\n"
+      "[auto: gradient for whitted and path if nothing in the scene emits light]");
+  app.add_option("--lamp", lamps, std::string("a point light for whitted and path, may be repeated: ") + kLampForm);
 }
 
 void LightArgs::apply(Scene& scene, const std::vector<const View*>& views, const std::string& shading) const {

@@ -1,4 +1,4 @@
-// Light that a picture is to have besides the scene's own.
+// The options --sky and --lamp: light that is added to the scene's own.
 #pragma once
 
 #include <string>
@@ -13,8 +13,9 @@ struct LightArgs {
   std::vector<std::string> lamps;
 
   void add_to(CLI::App& app);
-  /// Sets the sky and adds the lamps. Sky "auto" is a gradient for whitted and path where nothing in the scene shines and no lamp
-  /// is asked for. A lamp at "eye" is one at the eye of each of the views. Throws Error(Arguments).
+  /// Sets the scene's sky and adds the lamps. Sky "auto" is a gradient if `shading` is whitted or path, nothing in the
+  /// scene emits light and no lamp is given. A lamp at "eye" is placed at the camera of each of the views. Throws
+  /// Error(Arguments).
   void apply(Scene& scene, const std::vector<const View*>& views, const std::string& shading) const;
 };
 

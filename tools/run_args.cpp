@@ -8,8 +8,8 @@ std::string kinds_text() {
   std::string text;
   for (const RayKind& kind : kRayKinds) text += fmt::format("\n  {:<14} {}", kind.name, kind.summary);
   return text + fmt::format("\n  {:<14} {}", "FILE.npy",
-                            "rays as 'ballot trace' takes them; FILE.npy:any for any hit; NAME=FILE.npy: files of one "
-                            "NAME are views of one set");
+                            "your own rays in the format of 'ballot trace'; FILE.npy:any asks for any hit;\n"
+                            "                 NAME=FILE.npy: files that share a NAME are the views of one set of rays");
 }
 
 std::string offsets_text() {
@@ -37,25 +37,32 @@ void RunArgs::add_options(CLI::App& cmd) {
   for (const NumericMode& m : kNumericModes) modes += fmt::format("\n  {:<14} {}", m.name, m.summary);
   cmd.add_option("SCENE", scenes, "scene files");
   cmd.add_option("--methods", plan.methods,
-                 fmt::format("list of METHOD or METHOD:KNOB=VALUE:..., or 'all'; votes that are not given are all "
-                             "measured [{}]{}",
+                 fmt::format("comma-separated list of METHOD or METHOD:KNOB=VALUE:..., or 'all'. A method without a "
+                             "vote is\nmeasured with every vote that it takes; e.g. packet:vote=sum,if-if [{}]{}",
                              plan.methods, methods_text()));
   cmd.add_option("--rays", plan.rays,
-                 fmt::format("list of ray kinds and files, or 'all' [{}]{}", plan.rays, kinds_text()));
-  cmd.add_option("--numeric", plan.numeric, fmt::format("list of arithmetics, or 'all' [{}]{}", plan.numeric, modes));
-  cmd.add_option("--knob", plan.knobs, "NAME=VALUE for every method that it concerns, may be repeated" + knob_list())
+                 fmt::format("comma-separated list of ray kinds and files, or 'all' [{}]{}", plan.rays, kinds_text()));
+  cmd.add_option("--numeric", plan.numeric,
+                 fmt::format("comma-separated list of numeric modes, or 'all' [{}]{}", plan.numeric, modes));
+  cmd.add_option("--knob", plan.knobs,
+                 "NAME=VALUE: sets a tuning parameter of every method that has it; may be repeated" + knob_list())
       ->take_all();
-  cmd.add_option("--views", plan.views, "list of cameras of the scenes, or 'all' [all]");
+  cmd.add_option("--views", plan.views, "comma-separated list of cameras of the scenes, or 'all' [all]");
   cmd.add_option("--views-file", plan.views_file,
-                 "JSON file whose views stand for the scenes'; key V of ballot view writes one");
-  cmd.add_option("--size", size, "WIDTHxHEIGHT [1024x1024 on a GPU, 256x256 on a CPU]");
+                 "JSON file whose views replace the scenes' own; key V of 'ballot view' writes one");
+  cmd.add_option("--size", size, "WIDTHxHEIGHT of the picture in pixels [1024x1024 on a GPU, 256x256 on a CPU]");
   cmd.add_option("--repeat", run.repeats,
-                 "interleaved repeats, 1 to 10000, each in another random order of a fixed seed [20]");
-  cmd.add_option("--ao-rays", run.kinds.ao_rays, "rays of kind ao a hit, 1 to 64 [8]");
-  cmd.add_option("--ao-radius", run.kinds.ao_radius, "their length, a share of the scene's diagonal [0.05]");
+                 "measurements of each method, 1 to 10000 [20]. The methods are interleaved, in another random order\n"
+                 "each time; the orders come from a fixed seed");
+  cmd.add_option("--ao-rays", run.kinds.ao_rays, "rays per hit of ray kind ao, 1 to 64 [8]");
+  cmd.add_option("--ao-radius", run.kinds.ao_radius,
+                 "length of the rays of kind ao, as a share of the scene's diagonal [0.05]");
   cmd.add_option("--offset", run.kinds.offset,
-                 fmt::format("where rays from hits start [{}]{}", kDefaultOffset, offsets_text()));
-  cmd.add_flag("--sweep", plan.sweep, "search each threshold first and add METHOD(best)");
+                 fmt::format("origin offset policy: how far from the surface secondary rays start [{}]{}",
+                             kDefaultOffset, offsets_text()));
+  cmd.add_flag("--sweep", plan.sweep,
+               "first try several values of each method's threshold; then also measure METHOD(best), the method with "
+               "the\nfastest one");
   engine.add_options(cmd);
 }
 
@@ -76,7 +83,7 @@ bench::RunOptions RunArgs::options() const {
 bench::Plan RunArgs::make_plan() const {
   bench::Plan made = bench::make_plan(plan);
   if (plan.sweep && made.sweeps.empty())
-    fmt::print(stderr, "ballot: note: --sweep: none of the methods has a threshold to sweep\n");
+    fmt::print(stderr, "ballot: note: --sweep has no effect: none of the methods has a threshold\n");
   const auto devices = list_devices();
   const DeviceInfo& device = devices[choose_device(devices, engine.device)];
   for (const Query& query : made.queries())

@@ -1,4 +1,4 @@
-// Options of the commands that measure: bench and verify.
+// The options of the commands that measure: bench and verify.
 #pragma once
 
 #include <vector>
@@ -15,17 +15,19 @@ struct RunArgs {
   bench::RunOptions run;
   std::string size, report;
 
-  /// Scenes, methods, rays, arithmetics, views, sizes, repeats, device; the defaults are what the members hold.
+  /// Adds the options for scenes, methods, rays, numeric modes, views, sizes, repeats and device. The members hold the
+  /// defaults.
   void add_options(CLI::App& cmd);
 
-  /// Throws Error(Arguments) for values out of range.
+  /// Returns the checked options of the run. Throws Error(Arguments) for values out of range.
   bench::RunOptions options() const;
 
-  /// Opens no device, but refuses what the chosen one could not do. Throws Error(Arguments) and as make_plan does.
+  /// Makes the plan of the run. It opens no device, but refuses queries that the chosen device cannot run. Throws
+  /// Error(Arguments), and as bench::make_plan does.
   bench::Plan make_plan() const;
 };
 
-/// A line for each method with what it takes.
+/// Returns a line for each method with the votes and the threshold that it takes.
 std::string methods_text();
 
 }  // namespace ballot::cli

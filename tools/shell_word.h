@@ -1,11 +1,11 @@
-// Words as a shell reads them.
+// Quoting of words for a shell.
 #pragma once
 
 #include <string>
 
 namespace ballot {
 
-/// The word itself where a shell takes it as it is, else in quotes.
+/// Returns the word unchanged if a shell would read it literally, else in single quotes.
 inline std::string shell_word(const std::string& word) {
   if (!word.empty() && word.find_first_of(" \t\n\"'\\$`*?()<>|&;!#~[]{}") == std::string::npos) return word;
   std::string quoted = "'";

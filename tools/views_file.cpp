@@ -28,7 +28,7 @@ View from_json(const json& j) {
   const glm::dquat orientation(q[3], q[0], q[1], q[2]);
   if (view.name.empty()) throw std::runtime_error("a view has no name");
   if (!(std::abs(glm::length(orientation) - 1) < 1e-3))
-    throw std::runtime_error("orientation of view '" + view.name + "' is no unit quaternion (x, y, z, w)");
+    throw std::runtime_error("orientation of view '" + view.name + "' is not a unit quaternion (x, y, z, w)");
   for (const double x : p)
     if (!std::isfinite(x)) throw std::runtime_error("position of view '" + view.name + "' is not finite");
   view.world_from_camera = frame_of({p[0], p[1], p[2]}, orientation);
@@ -38,7 +38,7 @@ View from_json(const json& j) {
   else
     view.yfov = j.at("yfov").get<double>();
   if (!(view.yfov > 0 && view.yfov < 3.14))
-    throw std::runtime_error("yfov of view '" + view.name + "' is not in (0, 3.14)");
+    throw std::runtime_error("yfov of view '" + view.name + "' is not between 0 and 3.14 radians");
   if (!(view.ymag > 0)) throw std::runtime_error("ymag of view '" + view.name + "' is not above 0");
   return view;
 }
@@ -65,7 +65,7 @@ std::vector<View> read_views(const std::filesystem::path& path) {
         if (other.name == view.name) throw std::runtime_error("two views are called '" + view.name + "'");
       views.push_back(std::move(view));
     }
-    if (views.empty()) throw std::runtime_error("it holds no view");
+    if (views.empty()) throw std::runtime_error("it has no view");
     return views;
   } catch (const std::exception& error) {
     fail(Failure::Work,

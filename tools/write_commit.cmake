@@ -1,4 +1,5 @@
-# Writes OUT with the commit of SOURCE, when it changed: cmake -DSOURCE=... -DOUT=... -P write_commit.cmake
+# Writes the header OUT, which defines BALLOT_COMMIT as the commit of the checkout SOURCE. OUT is left alone if the
+# commit did not change. Usage: cmake -DSOURCE=... -DOUT=... -P write_commit.cmake
 execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=12 OUTPUT_VARIABLE commit
   OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(NOT commit)

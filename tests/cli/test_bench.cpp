@@ -160,7 +160,7 @@ TEST_F(Bench, SceneWithoutRaysOfAKindLosesNothingElse) {
                              "if-if", "--views", "front", "--rays", "shadow,primary", "--json", "bench.json"});
   EXPECT_EQ(result.code, 1);
   expect_parts(result.err, {"ballot: note: empty: no view starts shadow rays",
-                            "ballot: 1 scenes x ray kinds have no rays (above)"});
+                            "ballot: 1 pairs of scene and ray kind have no rays (above)"});
   const auto bench = json("bench.json");
   EXPECT_EQ(bench["partial"], false);
   std::set<std::string> measured;

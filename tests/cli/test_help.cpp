@@ -61,7 +61,7 @@ TEST_F(Help, OfViewListsEverythingThatCanBeSwitched) {
 TEST_F(Help, UnknownWords) {
   refuse(2, {"no command given", "render", "--help"}, {});
   refuse(2, {"'bake'", "info", "render", "trace"}, {"bake"});
-  refuse(2, {"does not know the words", "--colour"}, {"info", "--colour"});
+  refuse(2, {"unknown arguments", "--colour"}, {"info", "--colour"});
   refuse(2, {"more.glb"}, {"info", "square.glb", "more.glb"});
   refuse(2, {"missing SCENE"}, {"render"});
   refuse(2, {"missing --rays"}, {"trace", "square.glb"});

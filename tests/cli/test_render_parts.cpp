@@ -118,7 +118,7 @@ TEST_F(Parts, KilledAndResumed) {
   expect_parts(refused.err, {"killed.checkpoint.exr", "spp: 3000", "spp: 3001", "remove it"});
   Words again = render("killed.exr", size);
   again.push_back("--resume");
-  expect_parts(succeed(again).out, {"went on from"});
+  expect_parts(succeed(again).out, {"resumed from"});
   expect_same(picture("single.exr"), picture("killed.exr"));
   EXPECT_FALSE(std::filesystem::exists(path("killed.checkpoint.exr")));
 }

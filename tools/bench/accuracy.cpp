@@ -21,7 +21,7 @@ constexpr Count kCounts[] = {
     {"self_hits", &Accuracy::self_hits},
 };
 
-/// What JSON has no number for is null there.
+/// Reads a number; JSON holds null for NaN and infinities, which becomes NaN.
 double number_or_nan(const JsonPlace& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.number();
 }

@@ -10,9 +10,9 @@ namespace ballot::bench {
 
 namespace {
 
-constexpr int kDraws = 1000;  // of the bootstrap
+constexpr int kDraws = 1000;  // number of resamples of the bootstrap
 
-/// Setting, scene, rays, any, numeric, label, view.
+/// The key by which records match: setting, scene, rays, any, numeric, label, view.
 using Key = std::tuple<std::string, std::string, std::string, bool, std::string, std::string, std::string>;
 
 struct Placed {
@@ -31,7 +31,7 @@ std::string ao_text(const Document& d) { return fmt::format("{} ao rays of {:g}"
 
 bool is_standard_ao(const Document& d) { return ao_text(d) == ao_text(Document{}); }
 
-/// All that must be equal for times to be comparable, but for the arithmetic.
+/// Returns everything except the numeric mode that must be equal for times to be comparable.
 std::string setting_of(const Document& d) {
   return fmt::format("{}, {}, subgroups of {}, {}x{}, {}{}{}", d.device, d.driver, d.subgroup_size, d.size[0],
                      d.size[1], d.clock, is_standard_ao(d) ? "" : ", " + ao_text(d),
@@ -44,7 +44,8 @@ std::set<std::string> settings_of(const std::vector<Document>& documents) {
   return all;
 }
 
-/// Of a record that was measured twice the later one, as in reports. `one`: all have one setting, whichever it is.
+/// Returns the records by key. If a record was measured twice, the later one counts, as in reports. `one`: each side
+/// has one setting, which is left out of the keys.
 Records by_key(const std::vector<Document>& documents, bool one) {
   Records all;
   for (const Document& d : documents)
@@ -66,7 +67,7 @@ double median_of_draw(const std::vector<double>& samples, std::mt19937& random, 
   return (*std::max_element(drawn.begin(), drawn.begin() + std::ptrdiff_t(middle)) + upper) / 2;
 }
 
-/// Logarithms of the ratio of medians over draws with replacement from both.
+/// Returns the logarithms of the ratio of medians, one for each resample: both records' samples drawn with replacement.
 std::vector<double> bootstrap(const Record& a, const Record& b, double log_rays, std::mt19937& random) {
   std::vector<double> logs, drawn;
   for (int i = 0; i < kDraws; ++i) {
@@ -77,7 +78,7 @@ std::vector<double> bootstrap(const Record& a, const Record& b, double log_rays,
   return logs;
 }
 
-/// What a normal deviate exceeds with this probability.
+/// Returns the value that a standard normal deviate exceeds with this probability.
 double upper_normal(double probability) {
   double low = 0, high = 40;
   for (int i = 0; i < 80; ++i) {
@@ -87,8 +88,9 @@ double upper_normal(double probability) {
   return low;
 }
 
-/// Holds the ratio with this confidence. Tails that the draws are too few for are those of a normal distribution: the
-/// interval reaches as far as the bootstrap's quantiles and as its standard error, whichever goes further.
+/// Returns an interval that contains the ratio with this confidence. Each end is the further out of two: the
+/// bootstrap's quantile, and the end that the bootstrap's standard error gives for a normal distribution. The second
+/// one stands for tails that the draws are too few to show.
 Ratio interval(double log_ratio, const std::vector<double>& logs, double confidence) {
   const double tail = (1 - confidence) / 2;
   double mean = 0, squares = 0;
@@ -99,7 +101,7 @@ Ratio interval(double log_ratio, const std::vector<double>& logs, double confide
           std::exp(std::max(quantile(logs, 1 - tail), log_ratio + reach))};
 }
 
-/// Records of one setting, scene, ray kind, numeric mode and label: sums over views.
+/// Sums over the views of one setting, scene, ray kind, numeric mode and label.
 struct Group {
   Change change;
   double log_ratio = 0;
@@ -125,7 +127,8 @@ void add_to_groups(const Change& record, double log_ratio, const std::vector<dou
   ++group.views;
 }
 
-/// Intervals of groups are as wide as the number of verdicts asks for (Bonferroni).
+/// Computes the intervals of the groups. Their confidence is raised with the number of verdicts (Bonferroni
+/// correction).
 void finish(std::vector<Group>& groups, Comparison& comparison) {
   const auto judged = std::ranges::count_if(groups, [](const Group& g) { return g.change.judged(); });
   comparison.confidence = 1 - 0.05 / double(std::max<std::ptrdiff_t>(judged, 1));
@@ -183,8 +186,8 @@ void warn_of_partial(const char* side, const std::vector<Document>& documents, s
   for (const Document& d : documents)
     if (d.partial)
       warnings.push_back(
-          fmt::format("{} ({}, {}) is partial: that run was interrupted, and what it lacks is not compared", side,
-                      d.source, d.device));
+          fmt::format("{} ({}, {}) is partial: that run was interrupted, and its missing records are not compared",
+                      side, d.source, d.device));
 }
 
 }  // namespace
@@ -211,8 +214,9 @@ Comparison compare(const std::vector<Document>& a, const std::vector<Document>& 
   const auto on_cpu = [](const Document& d) { return d.cpu; };
   if (std::ranges::any_of(a, on_cpu) || std::ranges::any_of(b, on_cpu))
     comparison.notes.emplace_back(
-        "on a CPU device the same kernel can differ by up to 40 % between two compiles of it, which no interval here "
-        "covers; compare several runs");
+        "on a CPU device the speed of a kernel can differ by up to 40 % between two compiles of it, and no interval "
+        "here "
+        "covers that; compare several runs");
   return comparison;
 }
 

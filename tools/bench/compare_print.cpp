@@ -7,7 +7,7 @@ namespace ballot::bench {
 
 namespace {
 
-constexpr std::size_t kNamed = 10;  // records that are named where there may be many
+constexpr std::size_t kNamed = 10;  // records that a long list names
 
 const char* verdict(const Change& c, double tolerance) {
   if (!c.judged()) return "too few samples";
@@ -42,7 +42,7 @@ std::string words(const Change& c, bool with_setting) {
                      c.view.empty() ? "" : c.view + ", ", c.rays, c.label, c.numeric, c.time.ratio, interval_text(c));
 }
 
-/// Those that changed, the largest change first.
+/// Returns the changes that are slower, or faster, than the tolerance allows; the largest first.
 std::vector<Change> changed(const std::vector<Change>& all, bool slower, double tolerance) {
   std::vector<Change> list;
   for (const Change& c : all)
@@ -89,14 +89,15 @@ bool print_comparison(const Comparison& comparison, double tolerance) {
   for (const std::string& warning : comparison.warnings) fmt::print(stderr, "ballot: warning: {}\n", warning);
   const bool named = comparison.several_settings;
   const auto judged = std::ranges::count_if(comparison.groups, [](const Change& c) { return c.judged(); });
-  fmt::print("time per ray of the traversal in B over that in A; below 1 B is faster; geometric mean over views\n");
-  fmt::print("intervals hold with {:.4g} % each, with 95 % all {} of them\n\n", 100 * comparison.confidence, judged);
+  fmt::print("B / A: traversal time per ray in B over that in A, geometric mean over views; below 1, B is faster\n");
+  fmt::print("interval: each one has a confidence of {:.4g} %, so that all {} hold together with 95 %\n\n",
+             100 * comparison.confidence, judged);
   print_groups(comparison, tolerance);
   for (const std::string& note : comparison.notes) fmt::print("note: {}\n", note);
   print_missing("A", comparison.only_a);
   print_missing("B", comparison.only_b);
   if (const std::size_t others = comparison.groups.size() - std::size_t(judged))
-    fmt::print("{} groups have too few samples, records with less than {}, and were not judged\n", others,
+    fmt::print("{} groups have too few samples and were not judged: some record has fewer than {}\n", others,
                kLeastSamples);
   const std::string beyond = fmt::format("by more than {:g} %", 100 * tolerance);
   const auto slower = changed(comparison.groups, true, tolerance);

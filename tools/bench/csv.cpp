@@ -4,7 +4,7 @@ namespace ballot::bench {
 
 namespace {
 
-/// RFC 4180: quoted where it must be, quotes doubled.
+/// Quotes a cell if RFC 4180 demands it, and doubles the quotes in it.
 std::string quoted(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string result = "\"";

@@ -1,4 +1,4 @@
-// Lines of CSV by RFC 4180.
+// CSV lines by RFC 4180.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace ballot::bench {
 
-/// Cells quoted where they must be, quotes doubled, with the end of the line.
+/// Returns the cells as a line with its CRLF. Cells are quoted where RFC 4180 demands it, and quotes in them doubled.
 std::string csv_line(const std::vector<std::string>& cells);
-std::string csv_number(double value);  // nine significant digits at most
+std::string csv_number(double value);  // with at most nine significant digits
 std::string knobs_text(const Knobs& knobs);
 
 }  // namespace ballot::bench

@@ -35,7 +35,7 @@ std::optional<double> as_number(const std::string& text) {
   return value;
 }
 
-/// As it was written; where it was not, the only knob that is a number.
+/// Reads the threshold. In files without one, it is the only knob whose value is a number.
 std::optional<ThresholdValue> read_threshold(const JsonPlace& json, const Record& record) {
   if (const auto threshold = json.find("threshold"))
     return ThresholdValue{threshold->at("knob").text(), threshold->at("value").number()};
@@ -50,7 +50,7 @@ std::optional<ThresholdValue> read_threshold(const JsonPlace& json, const Record
   return found;
 }
 
-/// Rays and query; the same for a Record and a HardRecord.
+/// Reads rays and query, which a Record and a HardRecord share.
 template <class R>
 void read_query(const JsonPlace& json, R& r) {
   r.rays = json.at("rays").text();

@@ -1,4 +1,4 @@
-// How far a picture of answers is from the picture of the truth.
+// The error of a picture shaded from answers against one shaded from the exact answers.
 #pragma once
 
 #include <span>
@@ -7,9 +7,10 @@
 
 namespace ballot::bench {
 
-/// Root mean square over the rays of the difference of two shades, 0 to 1: the absolute cosine between a ray and the
-/// geometric normal of the triangle that it hits, 0 where it misses. One ray a pixel makes it the error of a picture lit
-/// from the eye. The spans are of one size, prims are below triangles.size() or NO_HIT; other prims have shade 0.
+/// Returns the root mean square, over the rays, of the difference between the shade of the answer and that of the
+/// truth. A shade, 0 to 1, is the absolute cosine between the ray and the geometric normal of the triangle that it
+/// hits; 0 for a miss. With one ray per pixel this is the error of a picture lit from the camera. The spans rays,
+/// answers and truth have the same size. Prims are below triangles.size() or NO_HIT; other prims have shade 0.
 double image_rmse(std::span<const Triangle> triangles, std::span<const Ray> rays, std::span<const Hit> answers,
                   std::span<const ExactHit> truth);
 

@@ -1,11 +1,12 @@
-// SIGINT and SIGTERM as a wish to end, while one of these lives.
+// A guard that turns SIGINT and SIGTERM into a request to stop while it is alive.
 #pragma once
 
 #include <csignal>
 
 namespace ballot::bench {
 
-/// The first signal is noted; a second one ends the program as usual.
+/// Records the first signal; a second one ends the program as usual. The destructor restores the old handlers. Only one
+/// guard may be alive at a time.
 class InterruptGuard {
  public:
   InterruptGuard() {

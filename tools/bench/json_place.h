@@ -1,4 +1,4 @@
-// A value of a JSON file and where it stands in it, so that an error can name both.
+// A value of a JSON file together with its place in the file, so that error messages can name both.
 #pragma once
 
 #include <cmath>
@@ -15,6 +15,8 @@ class JsonPlace {
  public:
   JsonPlace(const nlohmann::json& value, std::string file, std::string place = {})
       : value_(&value), file_(std::move(file)), place_(std::move(place)) {}
+
+  // All functions below except is_null() throw as wrong() does if the value has another type or range.
 
   std::optional<JsonPlace> find(const std::string& key) const {
     if (!value_->is_object()) wrong("an object");
@@ -68,6 +70,7 @@ class JsonPlace {
     return value_->get<bool>();
   }
 
+  /// Throws Error(Work) that names file and place, the value found, shortened to 40 characters, and the one expected.
   [[noreturn]] void wrong(const std::string& expected) const {
     std::string found = value_->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     if (found.size() > 40) found = found.substr(0, 40) + "...";

@@ -9,7 +9,8 @@ namespace ballot::bench {
 
 namespace {
 
-/// Names of scenes and views come from files: nothing of them may end a cell or a line.
+/// Escapes '|' and replaces control characters. Names of scenes and views come from files and must not end a cell or a
+/// line.
 std::string cell_text(const std::string& text) {
   std::string safe;
   for (const char c : text) {

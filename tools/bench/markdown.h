@@ -1,4 +1,4 @@
-// Tables and figures of a report as Markdown.
+// Markdown tables and number formats of a report.
 #pragma once
 
 #include <string>
@@ -6,22 +6,22 @@
 
 namespace ballot::bench {
 
-/// A table whose first `left` columns are texts; the others are figures, set flush right.
+/// A Markdown table. The first `left` columns hold text; the others hold numbers and are aligned right.
 class Table {
  public:
   explicit Table(std::vector<std::string> header, std::size_t left = 1);
   void row(std::vector<std::string> cells);
   bool empty() const { return rows_.size() == 1; }
-  std::string text() const;  // with columns aligned for reading as plain text, and an empty line at the end
+  std::string text() const;  // padded so that it also reads well as plain text; ends with an empty line
 
  private:
   std::size_t left_;
   std::vector<std::vector<std::string>> rows_;  // the header first
 };
 
-/// Four significant digits or more: "5867", "36.84", "0.9931".
+/// Returns a number with at least four significant digits: "5867", "36.84", "0.9931".
 std::string figure(double value);
-/// "+12.3 %" of a ratio of 1.123.
+/// Returns a ratio as a change in per cent: "+12.3 %" for 1.123.
 std::string percent(double ratio);
 std::string bold(const std::string& text);
 

@@ -17,9 +17,9 @@ using Samples = std::vector<std::vector<double>>;  // by view
 
 constexpr std::uint32_t kSweepRepeats = 3;
 constexpr auto kWarmUp = std::chrono::seconds(1);
-constexpr double kLeastMs = 1e-6;  // a clock too coarse for a dispatch says 0
+constexpr double kLeastMs = 1e-6;  // the least time of a dispatch: a clock that is too coarse returns 0
 
-/// Means per ray, and what cannot be one.
+/// Returns the counters as means per ray; active_share, packet_share and stack_max are no means.
 std::map<std::string, double> counter_figures(const Counters& counters) {
   std::map<std::string, double> figures{{"active_share", counters.active_lanes()},
                                         {"packet_share", counters.packet_share()},
@@ -29,11 +29,11 @@ std::map<std::string, double> counter_figures(const Counters& counters) {
   return figures;
 }
 
-/// An entry and what was measured of it.
+/// An entry and its measurements.
 struct Runner {
   const Entry* entry;
   Samples trace, frame;
-  std::vector<std::map<std::string, double>> counters;  // by view, where asked for
+  std::vector<std::map<std::string, double>> counters;  // by view; this and the next two only if asked for
   std::vector<std::optional<Checked>> checks;
   std::vector<std::optional<Accuracy>> accuracies;
 
@@ -46,7 +46,7 @@ class BlockRun {
   BlockRun(const Surroundings& around, const Plan& plan, const RaySet& rays)
       : around_(around), plan_(plan), rays_(rays) {}
 
-  /// False if no view has such rays.
+  /// Makes a batch for each view that has such rays. Returns false if none has.
   bool make_batches(const std::vector<const View*>& views) {
     for (const RayFile& file : rays_.files) {
       batches_.push_back(around_.engine.make_batch(rays_.name, file.rays, rays_.want));
@@ -125,7 +125,7 @@ class BlockRun {
     around_.step();
   }
 
-  /// Compiles every kernel; then keeps a GPU busy until its clocks are up.
+  /// Runs every kernel once, which compiles it; then keeps a GPU busy until its clocks have risen.
   void warm_up() {
     for (Runner& runner : sweep_) trace(runner, 0, false);
     for (Runner& runner : runners_) {
@@ -140,7 +140,7 @@ class BlockRun {
     }
   }
 
-  /// Every runner on every view, each time in another order.
+  /// Measures every runner on every view, each time in another order.
   void repeat(std::vector<Runner>& runners, std::uint32_t repeats, bool frames) {
     std::vector<std::size_t> order(runners.size());
     std::iota(order.begin(), order.end(), 0);
@@ -154,7 +154,7 @@ class BlockRun {
       }
   }
 
-  /// Fisher and Yates; std::shuffle gives other orders with other standard libraries.
+  /// Shuffles by Fisher and Yates. std::shuffle would give another order with another standard library.
   void shuffle(std::vector<std::size_t>& order) {
     for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random_() % i]);
   }
@@ -165,10 +165,10 @@ class BlockRun {
     return ms;
   }
 
-  /// An entry with the threshold that took the least time over all views, for each sweep.
+  /// Adds, for each sweep, an entry with the threshold that took the least time over all views.
   void add_best() {
     std::size_t first = 0;
-    best_.reserve(plan_.sweeps.size());  // runners point into it
+    best_.reserve(plan_.sweeps.size());  // runners keep pointers into it
     for (const Sweep& sweep : plan_.sweeps) {
       const auto begin = sweep_.begin() + std::ptrdiff_t(first), end = begin + std::ptrdiff_t(sweep.entries.size());
       const auto best =
@@ -204,7 +204,7 @@ class BlockRun {
     }
   }
 
-  /// The exact answers of a view, with a bar of their own: they take longer than the traces.
+  /// Computes the exact answers of a view under a progress bar of their own: they take longer than the traces.
   ExactTruth exact_truth(std::size_t view) const {
     around_.quiet();
     const std::string& name = views_[view];
@@ -265,7 +265,7 @@ class BlockRun {
   std::vector<Runner> sweep_, runners_;
   std::vector<Entry> best_;
   std::uint64_t retraced_ = 0, wrong_ = 0;
-  std::mt19937 random_{1};  // of the orders; a fixed seed, so that runs are alike
+  std::mt19937 random_{1};  // for the orders; the seed is fixed so that every run has the same ones
 };
 
 }  // namespace
@@ -291,7 +291,7 @@ Measured measure(const Surroundings& around, const Plan& plan, const RaySet& ray
   try {
     measured.no_rays = !block.make_batches(views);
     if (!measured.no_rays) block.measure_all();
-  } catch (...) {  // what was measured until then counts
+  } catch (...) {  // the measurements so far are kept
     measured.stopped = std::current_exception();
   }
   measured.records = block.records();

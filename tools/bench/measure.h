@@ -1,4 +1,4 @@
-// All entries on all views of one scene and ray kind.
+// The measurement of all entries on all views of one scene and ray kind.
 #pragma once
 
 #include <exception>
@@ -11,31 +11,32 @@
 
 namespace ballot::bench {
 
-/// Thrown between two dispatches when the user wants the run to end.
+/// The exception that is thrown between two dispatches when the user has asked the run to end.
 struct Interrupted {};
 
-/// What the measuring of every block needs.
+/// The engine, options and callbacks that the measurement of every block needs.
 struct Surroundings {
   Engine& engine;
   const RunOptions& options;
-  std::function<void()> step;   // after every dispatch that counts: draws progress, throws Interrupted
-  std::function<void()> poll;   // after other dispatches: throws Interrupted
-  std::function<void()> quiet;  // before something is printed
+  std::function<void()> step;   // called after every dispatch that counts as progress; may throw Interrupted
+  std::function<void()> poll;   // called after other dispatches; may throw Interrupted
+  std::function<void()> quiet;  // called before something is printed: hides the progress bar
 };
 
 struct Measured {
   std::vector<Record> records;
   std::uint64_t wrong = 0;
-  bool no_rays = false;        // in no view: nothing was measured, and a note says so
-  std::exception_ptr stopped;  // Interrupted or Error; the records then hold what was measured until then
+  bool no_rays = false;        // no view has such rays: nothing was measured, and a note says so
+  std::exception_ptr stopped;  // Interrupted or Error; the records then hold the measurements so far
 };
 
-/// Steps that measure() will take with this many views.
+/// Returns the number of steps that measure() will take for this many views.
 std::size_t steps_of(const Plan& plan, const RaySet& rays, const RunOptions& options, std::size_t views);
 std::uint32_t sweep_repeats(const Plan& plan, const RunOptions& options);
 
-/// Makes the batches, warms up, sweeps, then takes all entries repeat by repeat, view by view, each time in another
-/// random order, so that no entry always follows the same one. The orders are the same in every run.
+/// Makes the batches, warms up, sweeps the thresholds, then measures all entries repeat by repeat and view by view.
+/// Each time they run in another random order, so that no entry always follows the same one. The orders are the same in
+/// every run.
 Measured measure(const Surroundings& around, const Plan& plan, const RaySet& rays,
                  const std::vector<const View*>& views);
 

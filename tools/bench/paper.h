@@ -1,5 +1,6 @@
-// The figures that the paper prints: M. Vinkler, "Traversal methods for GPU ray tracing", Tables 1 and 2.
-// NVIDIA GTX 280, 1024 x 1024, mean of five viewpoints, frames with generation and shading.
+// The paper's published figures: M. Vinkler, "Traversal methods for GPU ray tracing", Tables 1 and 2. They were
+// measured on an NVIDIA GTX 280 at 1024 x 1024, as means of five viewpoints, for frames with ray generation and
+// shading.
 #pragma once
 
 #include <array>
@@ -9,8 +10,8 @@ namespace ballot::bench {
 
 struct PaperScene {
   std::string_view name;                     // as the paper prints it
-  std::string_view triangles, split, nodes;  // Table 1, in its rounding
-  std::array<std::string_view, 3> files;     // stems of the scene files that stand for it, "" where there are fewer
+  std::string_view triangles, split, nodes;  // Table 1, as rounded there
+  std::array<std::string_view, 3> files;     // stems of the scene files that stand for it; "" if there are fewer
 };
 inline constexpr std::array<PaperScene, 4> kPaperScenes{{
     {"Conference", "283k", "424k", "190k", {"conference"}},
@@ -19,18 +20,18 @@ inline constexpr std::array<PaperScene, 4> kPaperScenes{{
     {"Sponza", "76k", "114k", "52k", {"sponza"}},
 }};
 
-/// The Fairy scene could not be had; this one is made to be like it.
+/// The stand-in for the paper's Fairy scene, which was not available; it is made to resemble it.
 inline constexpr std::string_view kStandIn = "fairyforest-standin";
 
-/// The paper's cut counts votes in shared memory, as ours does where it votes by `sum`.
+/// The note below Table 2. The paper's cut counts votes in shared memory, as ours does with vote `sum`.
 inline constexpr std::string_view kCutNote =
-    "The paper's cut votes by a reduction in shared memory: its row shows cut(sum), and cut(count), with the "
-    "instruction "
-    "that the paper asked for, stands below. Where cut(sum) was not measured, cut(count) stands in; where `any` was "
-    "not "
-    "measured, votes by `count`. \"above\" marks what stands in for a row already.";
+    "The paper's cut votes by a reduction in shared memory: its row shows cut(sum). A row further down shows "
+    "cut(count), which votes with the instruction that the paper asked for. If cut(sum) was not measured, cut(count) "
+    "takes its place; if votes by `any` were not measured, votes by `count` do. \"above\" marks a figure that was "
+    "shown "
+    "in a row above in this way.";
 
-/// The constants of Table 2, the text's choice for primary and for secondary rays.
+/// The constant thresholds of Table 2, which the paper's text chooses for primary and for secondary rays.
 struct PaperThreshold {
   std::string_view method;
   double value;
@@ -38,14 +39,14 @@ struct PaperThreshold {
 inline constexpr std::array<PaperThreshold, 2> kPaperThresholds{{{"stack-max", 11}, {"stack-max", 7}}};
 
 struct PaperRow {
-  std::string_view method;                    // as the paper prints it
-  std::string_view label;                     // ours
-  std::string_view stand_in;                  // ours where that was not measured, "": none
-  std::array<std::string_view, 4> fps, gain;  // by scene, in the order of kPaperScenes; gain against packet
+  std::string_view method;                    // the paper's name
+  std::string_view label;                     // our label
+  std::string_view stand_in;                  // the label that takes its place if it was not measured; "": none
+  std::array<std::string_view, 4> fps, gain;  // by scene, in the order of kPaperScenes; gain over packet
 };
 struct PaperHalf {
-  std::string_view title, rays;  // rays: the ray kind that it measures
-  std::array<PaperRow, 6> rows;  // the last one without figures: the paper had no sweep for cut
+  std::string_view title, rays;  // rays: the ray kind of this half
+  std::array<PaperRow, 6> rows;  // the last one has no figures: the paper had no sweep for cut
 };
 inline constexpr std::array<PaperHalf, 2> kPaperTable2{{
     {"Primary rays",

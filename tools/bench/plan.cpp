@@ -21,7 +21,7 @@ std::vector<std::string> split(const std::string& text, char at) {
   return parts;
 }
 
-/// Items of a list option, each once.
+/// Returns the items of a comma-separated list, without repetitions.
 std::vector<std::string> items_of(const std::string& option, const std::string& text) {
   std::vector<std::string> items;
   for (const std::string& item : split(text, ',')) {
@@ -38,7 +38,7 @@ std::pair<std::string, std::string> knob_of(const std::string& option, const std
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-/// Knobs for every method, as far as they concern this one.
+/// Returns those of the knobs for every method that this method has.
 Knobs shared_knobs(const Method& method, const std::vector<std::string>& texts) {
   Knobs knobs;
   for (const std::string& text : texts) {
@@ -48,12 +48,12 @@ Knobs shared_knobs(const Method& method, const std::vector<std::string>& texts) 
   return knobs;
 }
 
-/// Without an exponent, so that knobs of whole numbers take it.
+/// Returns a threshold without an exponent, so that knobs that are whole numbers accept it.
 std::string threshold_text(double value) {
   return value == std::floor(value) ? fmt::format("{:.0f}", value) : fmt::format("{}", value);
 }
 
-/// The thresholds that the paper prints; the method's own where it prints none.
+/// Returns the thresholds that the paper uses; the method's standard one if the paper has none.
 std::vector<std::string> standard_thresholds(const Method& method) {
   if (method.threshold.unit == Threshold::None) return {};
   std::vector<std::string> values;
@@ -63,7 +63,7 @@ std::vector<std::string> standard_thresholds(const Method& method) {
   return values;
 }
 
-/// A number as other runs would write it, so that labels agree: "0.50" is "0.5".
+/// Normalises a number so that the labels of all runs agree: "0.50" becomes "0.5".
 std::string plain_number(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -96,7 +96,7 @@ class Entries {
     }
   }
 
-  /// "packet", "packet:vote=sum", "stack-max:k=7:vote=count".
+  /// Adds the entries of an item such as "packet", "packet:vote=sum" or "stack-max:k=7:vote=count".
   void add_item(const std::string& item) {
     const auto parts = split(item, ':');
     const Method& method = find_method(parts[0]);
@@ -172,7 +172,7 @@ class Entries {
   std::vector<std::string> modes_;
 };
 
-/// "rays.npy", "rays.npy:any", or with a name before it: "short=rays.npy:any".
+/// A parsed item of --rays that names a file: "rays.npy", "rays.npy:any", or with a name "short=rays.npy:any".
 struct ForeignItem {
   std::string name;
   std::filesystem::path file;
@@ -184,7 +184,7 @@ bool is_foreign(const std::string& item) { return item.ends_with(".npy") || item
 ForeignItem foreign_item(const std::string& item) {
   const bool any = item.ends_with(":any");
   const std::size_t equals = item.find('=');
-  const bool named = equals < item.find('/') && equals > 0;  // a '=' after a folder belongs to the path
+  const bool named = equals < item.find('/') && equals > 0;  // a '=' after a '/' belongs to the path
   const std::size_t begin = named ? equals + 1 : 0;
   const std::filesystem::path file = item.substr(begin, item.size() - begin - (any ? 4 : 0));
   const std::string name = named ? item.substr(0, equals) : file.filename().string();
@@ -221,7 +221,8 @@ void add_rays(const std::string& item, std::vector<RaySet>& sets) {
   sets.push_back({std::string(kind.name), &kind, {}, kind.want});
 }
 
-/// Views of foreign rays: "" where a set has one file, else the stems of the files; paths as given where stems are alike.
+/// Names the views of rays from files: "" if a set has one file, else the files' stems, or their paths if stems are
+/// equal.
 void name_views(RaySet& set) {
   std::map<std::string, int> uses;
   for (const RayFile& file : set.files) ++uses[std::filesystem::path(file.view).stem().string()];
@@ -234,7 +235,7 @@ void name_views(RaySet& set) {
   }
 }
 
-/// A knob that no method takes would silently do nothing.
+/// Throws Error(Arguments) for a knob that no chosen method has: it would silently do nothing.
 void check_concern(const PlanArgs& args, const Plan& plan) {
   for (const std::string& text : args.knobs) {
     const auto [name, value] = knob_of("--knob", text);
@@ -265,7 +266,7 @@ Plan make_plan(const PlanArgs& args) {
     for (const Method& method : kMethods) entries.add_item(std::string(method.name));
   }
   const auto rays = items_of("--rays", args.rays);
-  for (const std::string& item : rays)  // names first: reading files takes longer
+  for (const std::string& item : rays)  // names are checked first: reading files takes longer
     if (item != "all" && !is_foreign(item)) find_ray_kind(item);
   for (const std::string& item : rays) add_rays(item, plan.rays);
   for (RaySet& set : plan.rays) name_views(set);

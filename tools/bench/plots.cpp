@@ -18,14 +18,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kNoMatplotlib = 4;  // exit code of the scripts
+constexpr int kNoMatplotlib = 4;  // the scripts' exit code if matplotlib is missing
 
 struct Output {
-  int code = -1;  // -1: it could not be started
+  int code = -1;  // exit code; -1: the program could not be started
   std::string text;
 };
 
-/// Runs a program to its end; both of its streams in one text.
+/// Runs a program to its end. Returns its exit code, and standard output and error as one text.
 Output run(std::vector<std::string> words) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return {};
@@ -51,7 +51,8 @@ Output run(std::vector<std::string> words) {
   return output;
 }
 
-/// Beside the program, as the shaders of a bundle; else in the source tree. "" if it is in neither.
+/// Returns the path of a script: in ../share/ballot of the program, as in a bundle, else in the source tree; "" if it
+/// is in neither.
 fs::path find_script(const std::string& name) {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
@@ -61,7 +62,8 @@ fs::path find_script(const std::string& name) {
   return fs::exists(source, error) ? source : fs::path();
 }
 
-/// The interpreter asked for, else the first on the path and the system's own, which sees Debian's packages.
+/// Returns the interpreters to try: the one in BALLOT_PYTHON, else the first on the path and then the system's own,
+/// which sees Debian's packages.
 std::vector<std::string> interpreters() {
   if (const char* python = std::getenv("BALLOT_PYTHON")) return {python};
   return {"python3", "/usr/bin/python3"};
@@ -79,9 +81,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 Plots draw_plots(const fs::path& folder, const std::string& script, const std::string& results_name) {
   const fs::path plotter = find_script(script);
   if (plotter.empty())
-    return {
-        {},
-        fmt::format("no plots: {} is neither beside the program in ../share/ballot nor in the source tree", script)};
+    return {{}, fmt::format("no plots: {} is neither in the program's ../share/ballot nor in the source tree", script)};
   const std::string results = (folder / results_name).string();
   bool python = false;
   for (const std::string& interpreter : interpreters()) {
@@ -92,7 +92,7 @@ Plots draw_plots(const fs::path& folder, const std::string& script, const std::s
     const auto lines = lines_of(output.text);
     if (output.code != 0)
       fail(Failure::Work, "{}: drawing the plots of {} failed: {}", plotter.string(), results,
-           lines.empty() ? "it says nothing" : lines.back());
+           lines.empty() ? "it printed no message" : lines.back());
     Plots plots;
     for (const std::string& line : lines)
       if (line.starts_with("plot ")) plots.files.push_back(line.substr(5));

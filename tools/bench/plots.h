@@ -1,4 +1,4 @@
-// Plots of a report, drawn by a script of tools/ with matplotlib.
+// The plots of a report, which a Python script of tools/ draws with matplotlib.
 #pragma once
 
 #include <filesystem>
@@ -8,16 +8,16 @@
 namespace ballot::bench {
 
 struct Plots {
-  std::vector<std::string> files;  // SVG, names within the folder
-  std::string missing;             // what to install and what to type then; "" if the plots were drawn
+  std::vector<std::string> files;  // names of the SVG files in the folder
+  std::string missing;             // what to install and which command to run then; "" if the plots were drawn
 };
 
-/// Draws the plots of folder/results into the folder by tools/script. Throws Error(Work) if matplotlib is there and the
-/// script fails all the same.
+/// Draws the plots of the file folder/results into the folder by running tools/script. Throws Error(Work) if the script
+/// fails for another reason than missing matplotlib.
 Plots draw_plots(const std::filesystem::path& folder, const std::string& script = "plot_bench.py",
                  const std::string& results = "results.json");
 
-/// The part of a report that shows them, or says why there are none.
+/// Returns the section of a report that shows the plots, or says why there are none.
 std::string plot_section(const Plots& plots);
 
 }  // namespace ballot::bench

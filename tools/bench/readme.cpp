@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 std::string begin_of(const std::string& name) { return "<!-- " + name + ":begin -->"; }
 std::string end_of(const std::string& name) { return "<!-- " + name + ":end -->"; }
 
-/// Headings one level down, as the text stands below a heading of the file that it goes into.
+/// Moves every heading one level down: the text goes below a heading of the file.
 std::string one_level_down(const std::string& text) {
   std::string result;
   bool line_begins = true;
@@ -27,7 +27,7 @@ std::string one_level_down(const std::string& text) {
   return result;
 }
 
-/// Where a line that is `marker` and nothing else begins. Throws unless there is exactly one.
+/// Returns the position of the line that equals `marker`. Throws Error(Work) unless there is exactly one.
 std::size_t marker_line(const std::string& text, const std::string& marker, const fs::path& file,
                         const std::string& name) {
   std::vector<std::size_t> found;
@@ -45,7 +45,7 @@ std::size_t marker_line(const std::string& text, const std::string& marker, cons
 }
 
 struct Marked {
-  std::string before, after;  // with the markers
+  std::string before, after;  // the text around the section, with the markers
 };
 
 Marked read_marked(const fs::path& file, const std::string& name) {

@@ -1,4 +1,4 @@
-// A part of a text file that the program writes: what stands between two marker lines.
+// The section of a text file, such as a README, between two marker lines, which the program replaces.
 #pragma once
 
 #include <filesystem>
@@ -6,11 +6,11 @@
 
 namespace ballot::bench {
 
-/// Checks that the file holds the lines <!-- name:begin --> and <!-- name:end --> once each, in this order, and can be
+/// Checks that the file has each of the lines <!-- name:begin --> and <!-- name:end --> once, in this order, and can be
 /// written. Throws Error(Work).
 void check_readme(const std::filesystem::path& file, const std::string& name);
 
-/// Replaces what stands between these lines; headings of the text go one level down. Throws as check_readme does.
+/// Replaces the text between these lines. Headings of `text` move one level down. Throws as check_readme does.
 void write_readme(const std::filesystem::path& file, const std::string& name, const std::string& text);
 
 }  // namespace ballot::bench

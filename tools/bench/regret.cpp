@@ -10,7 +10,7 @@ namespace ballot::bench {
 
 namespace {
 
-/// By label; entries that lack views, as after an interruption, are left out.
+/// Returns the regrets in a block by label. Entries that lack views, as after an interruption, are left out.
 std::map<std::string, double> regret_in(const Block& block) {
   std::map<std::string, double> times;
   double best = 0;
@@ -114,7 +114,8 @@ std::string regret_overview(const Arranged& arranged) {
     if (some) table.row(std::move(cells));
   }
   if (table.empty()) return "";
-  return "## How far from the best\n\nOver all scenes and ray kinds measured." +
+  return "## How far from the best\n\nTime of each method over that of the fastest one, over all scenes and ray kinds "
+         "measured." +
          std::string(stood_in ? " Where votes by `any` were not measured, those by `count` stand in." : "") + "\n\n" +
          table.text();
 }

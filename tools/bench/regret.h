@@ -1,21 +1,21 @@
-// How far each entry is from the best one, over scenes and ray kinds.
+// The regret of each entry: its time over that of the fastest entry, over scenes and ray kinds.
 #pragma once
 
 #include "tools/bench/arrange.h"
 
 namespace ballot::bench {
 
-/// Time of an entry over that of the fastest entry, block by block.
+/// The time of an entry divided by that of the fastest entry, block by block.
 struct Regret {
   std::string label;
   Role role = Role::Method;
-  std::map<const Block*, double> over_best;  // blocks in which it has every view that some entry has
-  const Block* worst = nullptr;
+  std::map<const Block*, double> over_best;  // for blocks in which the entry has every view that some entry has
+  const Block* worst = nullptr;              // the block of `max`
   double max = 0, median = 0;
-  bool everywhere = false;  // it has every block of the setting
+  bool everywhere = false;  // the entry has a value in every block of the setting
 };
 
-/// Every entry of a setting that has a whole block, in order of appearance.
+/// Returns the regret of every entry that has a value in some block, in order of appearance.
 std::vector<Regret> regrets_of(const Setting& setting);
 
 }  // namespace ballot::bench

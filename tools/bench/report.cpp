@@ -10,14 +10,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a README shows: the same questions, with the settings side by side and the main entries only.
+/// Returns the sections for a README: the main entries only, with the settings side by side.
 std::string readme_sections(const std::vector<Document>& documents, const Arranged& arranged) {
   std::string text = setup_section(documents, arranged);
   for (const Setting& s : arranged.settings) text += answer_section(s, true);
   return text + scene_section(documents) + frame_summary(arranged) + regret_overview(arranged);
 }
 
-/// What a report begins with.
+/// Returns the first sections of a report: setup, answers and the main tables.
 std::string main_sections(const std::vector<Document>& documents, const Arranged& arranged) {
   std::string text = setup_section(documents, arranged);
   for (const Setting& s : arranged.settings) text += answer_section(s);
@@ -40,7 +40,7 @@ std::string detail_sections(const Arranged& arranged) {
 void check_report_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) fail(Failure::Work, "--report {}: the folder cannot be made: {}", folder.string(), error.message());
+  if (error) fail(Failure::Work, "--report {}: cannot create the folder: {}", folder.string(), error.message());
   for (const char* file : {"results.json", "records.csv", "report.md"}) check_writable(folder / file);
 }
 
@@ -51,7 +51,7 @@ std::string write_report(const fs::path& folder, const std::vector<Document>& do
   const Arranged arranged = arrange(documents);
   const std::string main = "# Traversal methods, measured\n\n" + main_sections(documents, arranged);
   const std::string details = detail_sections(arranged);
-  write_file(folder / "report.md", main + details);  // should drawing fail, the figures are there
+  write_file(folder / "report.md", main + details);  // so that the tables are there even if drawing fails
   const Plots plots = draw_plots(folder);
   write_file(folder / "report.md", main + plot_section(plots) + details);
   return plots.missing;

@@ -1,4 +1,4 @@
-// A report of what was measured: results.json, records.csv, report.md and plots in a folder, or a part of a README.
+// The report of measured runs: results.json, records.csv, report.md and plots in a folder, or a section of a README.
 #pragma once
 
 #include <filesystem>
@@ -9,18 +9,18 @@
 
 namespace ballot::bench {
 
-/// Makes the folder and checks that each file of a report could be written there. Throws Error(Work).
+/// Makes the folder and checks that each file of a report can be written there. Throws Error(Work).
 void check_report_folder(const std::filesystem::path& folder);
 
-/// Writes all of it; a figure that cannot be drawn for lack of matplotlib is a line in report.md, not an error.
-/// Returns that line, "" if the plots were drawn. Throws Error(Work).
+/// Writes the whole report. If matplotlib is missing, that is no error: report.md gets a line that says so. Returns
+/// that line, "" if the plots were drawn. Throws Error(Work).
 std::string write_report(const std::filesystem::path& folder, const std::vector<Document>& documents);
 
-/// The main tables and answers, for the place in a README that is called "results" (readme.h).
+/// Returns the main tables and answers, for the README section "results" (readme.h).
 std::string readme_text(const std::vector<Document>& documents);
 
-// The sections, each Markdown under a heading of its own; "" where there is nothing to say.
-std::string runs_text(const std::vector<Document>& documents);  // without a heading: a paragraph and a command each
+// The sections. Each is Markdown under its own heading, or "" if it has no content.
+std::string runs_text(const std::vector<Document>& documents);  // no heading: a paragraph and a command for each run
 std::string setup_section(const std::vector<Document>& documents, const Arranged& arranged);
 std::string scene_section(const std::vector<Document>& documents);  // Table 1
 std::string frame_section(const Setting& setting);                  // Table 2
@@ -33,13 +33,13 @@ std::string regret_section(const Setting& setting);
 std::string sweep_section(const Setting& setting);
 std::string counter_section(const Setting& setting);
 std::string check_section(const Setting& setting);
-std::string answer_section(const Setting& setting, bool brief = false);  // brief: votes of packet and cut only
+std::string answer_section(const Setting& setting, bool brief = false);  // brief: only votes of packet and cut
 
-/// What a short table shows: of each method the first vote that was measured, with a fixed and with the best threshold; of
-/// packet and cut every vote.
+/// True if a short table shows the cell. It shows the first measured vote of each method, with a fixed and with the
+/// best threshold, and every vote of packet and cut.
 bool is_main(const Block& block, const Cell& cell);
 
-/// records.csv: a line per record, quoted by RFC 4180.
+/// Returns the text of records.csv: a line per record, quoted by RFC 4180.
 std::string csv_text(const std::vector<Document>& documents);
 
 }  // namespace ballot::bench

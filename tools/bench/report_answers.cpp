@@ -1,4 +1,4 @@
-// Questions that the paper left open, answered in sentences from the records.
+// Sentences that answer the paper's open questions from the records.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kEqual = 0.01;  // speeds within 1 % are called equal
 
-/// Ratios of speeds over scenes and ray kinds, and where the ends are.
+/// The ratios of two entries' speeds over scenes and ray kinds, with the block of each.
 struct Speeds {
   std::vector<double> ratios;
   std::vector<const Block*> blocks;
@@ -36,7 +36,7 @@ std::string one_or_range(const Speeds& s) {
                      percent(s.ratios[s.most()]), place(*s.blocks[s.most()]));
 }
 
-/// "faster than"
+/// Returns the words for a ratio of speeds, such as "faster than".
 const char* verdict(double ratio) {
   return ratio > 1 + kEqual ? "faster than" : ratio < 1 - kEqual ? "slower than" : "as fast (within 1 %) as";
 }
@@ -86,7 +86,7 @@ std::string votes(const Setting& setting, bool brief) {
   return text;
 }
 
-/// The fastest of `labels` in a block.
+/// Returns the fastest of the entries `labels` in a block; null if it has none of them.
 const Cell* fastest(const Block& block, const std::vector<std::string>& labels) {
   const Cell* best = nullptr;
   for (const std::string& label : labels) {

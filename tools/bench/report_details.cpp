@@ -1,4 +1,4 @@
-// Sweeps, counters and checks.
+// The detailed sections of a report: sweeps, counters and checks.
 #include <algorithm>
 #include <set>
 
@@ -9,7 +9,7 @@ namespace ballot::bench {
 
 namespace {
 
-/// Sweep records of one method but for the threshold: "cut, vote=sum".
+/// Returns what the sweep records of one sweep share, that is all but the threshold: "cut, vote=sum".
 std::string family_of(const Cell& cell) {
   const Record& record = cell.first();
   std::string family = record.method;
@@ -51,7 +51,7 @@ std::string sweep_table(const Setting& setting, const std::string& family, const
   return table.text();
 }
 
-/// What was counted on all views of a cell: sums over rays; of a maximum the maximum.
+/// The counters of a cell over all its views: sums over rays, and the largest value of each maximum.
 struct Pool {
   std::map<std::string, double> sums;
   double subgroup = 0;
@@ -67,14 +67,15 @@ struct Pool {
           sums[name] += value * double(record->ray_count);
     }
   }
-  /// One sum over another, or over a multiple of it; "-" without either.
+  /// Returns `sum` divided by `times` times the sum called `base`; "-" if that is missing or 0.
   std::string over(double sum, const std::string& base, double times = 1) const {
     const auto found = sums.find(base);
     return found == sums.end() || found->second * times == 0 ? "-" : figure(sum / (found->second * times));
   }
 };
 
-/// A counter as the report shows it; what is told about shared paths and subgroups is held to its own kind of event.
+/// Returns a counter's column title. Counters of events on a packet's shared path are shown relative to their own kind
+/// of event, not per ray.
 std::string counter_title(const std::string& name) {
   if (name == "switch_depth") return "mean depth of a switch";
   if (name == "disagreements") return "disagreements / votes";
@@ -147,9 +148,11 @@ std::string counter_section(const Setting& setting) {
       table.row(std::move(cells));
     }
   return "## Counters: " + setting.name +
-         "\n\nSums over all views, by ray unless the title says otherwise; shares are of 1, `_max` is the largest. "
-         "Node "
-         "visits of packets are counted by full subgroups. `engine/trace/counters.h` says what is counted.\n\n" +
+         "\n\nMeans per ray over all views, unless the title says otherwise. `_share` is between 0 and 1, `_max` is "
+         "the "
+         "largest value. A node visit of a packet counts once for each full subgroup. `engine/trace/counters.h` "
+         "defines "
+         "the counters.\n\n" +
          table.text();
 }
 
@@ -171,7 +174,8 @@ std::string check_section(const Setting& setting) {
       table.row(std::move(cells));
     }
   if (table.empty()) return "";
-  return fmt::format("## Hits held to the oracle: {}\n\n{} rays compared, {} errors.\n\n", setting.name, rays, errors) +
+  return fmt::format("## Hits checked against the oracle: {}\n\n{} rays compared, {} errors.\n\n", setting.name, rays,
+                     errors) +
          table.text();
 }
 

@@ -1,4 +1,4 @@
-// The paper's tables with ours beside them.
+// The paper's tables with our results beside the published ones.
 #include <algorithm>
 
 #include "tools/bench/markdown.h"
@@ -27,7 +27,7 @@ std::string scene_title(const std::string& scene) {
 std::string stand_in_note(const std::vector<std::string>& scenes) {
   if (std::ranges::find(scenes, kStandIn) == scenes.end()) return "";
   return "The paper's Fairy scene was not at hand: `" + std::string(kStandIn) +
-         "` is another model made to be like it, so its figures compare in kind only.\n\n";
+         "` is another model made to resemble it, so only the trend of its figures can be compared.\n\n";
 }
 
 bool same_tree(const SceneFigures& a, const SceneFigures& b) {
@@ -50,11 +50,12 @@ bool stands_in(const Block& block, const PaperHalf& half, const Cell& cell) {
       half.rows, [&](const PaperRow& row) { return cell.label != row.label && find_row(block, row) == &cell; });
 }
 
-/// "cut" beside the paper's own, which counts otherwise: "cut(count)".
+/// Returns the title of a row that the paper lacks. "cut" becomes "cut(count)", because the paper's own cut votes by
+/// sum.
 std::string other_title(const std::string& label) { return label == "cut" ? "cut(count)" : label; }
 
-/// One half of Table 2: the paper's rows first, then the entries that it lacked. With several settings, a scene has a
-/// column for each and its rows are the main entries only.
+/// One half of Table 2: the paper's rows first, then the entries that the paper lacks. With several settings, each
+/// scene has a column for each setting, and only the main entries have rows.
 class HalfTable {
  public:
   HalfTable(const std::vector<const Setting*>& settings, const PaperHalf& half)
@@ -89,7 +90,7 @@ class HalfTable {
     return std::ranges::any_of(block.cells, [](const Cell& c) { return c.fps().has_value(); });
   }
 
-  /// The device, and the whole name where other columns have the same.
+  /// Returns the device, or the setting's whole name if another setting has the same device.
   std::string setting_title(const Setting& setting) const {
     for (const auto& [block, other] : settings_)
       if (other != &setting && other->document->device == setting.document->device) return setting.name;
@@ -118,7 +119,7 @@ class HalfTable {
     if (some) table.row(std::move(cells));
   }
 
-  /// An entry that the paper lacks; "above" where it stands in for a row of the paper.
+  /// Adds the row of an entry that the paper lacks. A cell is "above" if it takes the place of a row of the paper.
   void add_other(Table& table, const std::string& label) const {
     std::vector<std::string> cells{other_title(label)};
     bool some = false;
@@ -132,7 +133,7 @@ class HalfTable {
     if (some) table.row(std::move(cells));
   }
 
-  /// Whether the block begins a scene of the paper.
+  /// True if the block is the first one of a scene of the paper.
   bool new_scene(const Block& block) const {
     const auto here = std::ranges::find(blocks_, &block);
     return paper_scene(block.scene) && (here == blocks_.begin() || (*(here - 1))->scene != block.scene);

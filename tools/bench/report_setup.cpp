@@ -1,4 +1,4 @@
-// What was measured on what.
+// The section on the setup: devices, scenes, rays and commands of the runs.
 #include <set>
 
 #include "tools/bench/markdown.h"
@@ -23,12 +23,12 @@ void add_run(std::string& text, const Document& d) {
                       d.date.empty() ? "" : ", " + d.date);
   if (!d.hard.empty()) text += fmt::format("  Hard cases: {} records.\n", d.hard.size());
   if (!d.records.empty())
-    text += fmt::format("  Scenes: {}. Rays: {}. Arithmetic: {}. {} records, commit {}.\n", list(scenes), list(kinds),
-                        list(modes), d.records.size(), d.commit);
+    text += fmt::format("  Scenes: {}. Rays: {}. Numeric modes: {}. {} records, commit {}.\n", list(scenes),
+                        list(kinds), list(modes), d.records.size(), d.commit);
   if (kinds.contains("ao"))
-    text += fmt::format("  Rays of kind ao: {} a hit, {:g} of the scene's diagonal long.\n", d.ao_rays, d.ao_radius);
-  if (d.offset != kDefaultOffset) text += fmt::format("  Rays from hits start by offset policy {}.\n", d.offset);
-  if (d.partial) text += "  **The run was interrupted: what is missing was not measured.**\n";
+    text += fmt::format("  Rays of kind ao: {} per hit, {:g} of the scene's diagonal long.\n", d.ao_rays, d.ao_radius);
+  if (d.offset != kDefaultOffset) text += fmt::format("  Origin offset policy of secondary rays: {}.\n", d.offset);
+  if (d.partial) text += "  **The run was interrupted: the missing records were not measured.**\n";
   std::string environment;
   for (const auto& [name, value] : d.environment) environment += name + "=" + shell_word(value) + " ";
   text += fmt::format("\n  ```\n  {}{}\n  ```\n", environment, d.command);
@@ -45,11 +45,12 @@ std::string runs_text(const std::vector<Document>& documents) {
 std::string setup_section(const std::vector<Document>& documents, const Arranged& arranged) {
   std::string text = "## What was measured\n\n" + runs_text(documents);
   text +=
-      "\nTrace times are those of the traversal alone: Mrays/s are all rays of all views over the sum of the medians. "
-      "Frames go from\ngeneration to film: FPS is the mean over the views of 1000 ms / median. \"(best)\" has the best "
-      "threshold of a sweep in the same run.\n";
+      "\nTrace times are of the traversal alone. Mrays/s is the number of rays of all views divided by the sum of the "
+      "median\ntimes. A frame lasts from ray generation to film; FPS is the mean over the views of 1000 ms / median. "
+      "\"(best)\" is the\nmethod with the best threshold of a sweep in the same run.\n";
   if (arranged.replaced)
-    text += fmt::format("\n{} records were measured twice; the later file's count.\n", arranged.replaced);
+    text +=
+        fmt::format("\n{} records were measured twice; the tables show those of the later file.\n", arranged.replaced);
   return text + "\n";
 }
 

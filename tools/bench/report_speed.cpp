@@ -1,4 +1,4 @@
-// Trace speed of every entry, and what the votes cost.
+// The sections on the trace speed of every entry and on the cost of each vote.
 #include <algorithm>
 
 #include "tools/bench/markdown.h"
@@ -37,7 +37,7 @@ std::string speed_table(const Setting& setting, const std::string& rays) {
   return table.empty() ? "" : table.text();
 }
 
-/// "1.12 (1.03 to 1.20)": geometric mean over scenes and the range.
+/// Returns the geometric mean over scenes with the range, such as "1.120 (1.03 to 1.20)".
 std::string spread(const std::vector<double>& ratios) {
   if (ratios.empty()) return "-";
   const auto [least, most] = std::ranges::minmax(ratios);
@@ -74,9 +74,8 @@ std::string vote_section(const Setting& setting) {
   }
   if (table.empty()) return "";
   return "## Speed by vote: " + setting.name +
-         "\n\nSpeed with the first vote over speed with the second, geometric mean over scenes (least to most); above "
-         "1 "
-         "the first is faster.\n\n" +
+         "\n\nSpeed with the first vote over speed with the second: geometric mean over scenes, and in brackets the "
+         "range. Above 1 the first vote is faster.\n\n" +
          table.text();
 }
 

@@ -25,7 +25,7 @@ std::vector<const View*> chosen_views(const Scene& scene, const Plan& plan) {
   return views;
 }
 
-/// All entries on one scene and ray kind, the fastest marked.
+/// Prints a table of all entries on one scene and ray kind, and marks the fastest.
 void print_block(const Block& block) {
   double best = 0;
   for (const Cell& cell : block.cells)
@@ -69,7 +69,7 @@ class Run {
       for (const RaySet& rays : plan.rays) total_ += steps_in(loaded.scene, rays);
   }
 
-  /// One scene, from its device to its tables.
+  /// Opens the device for one scene, measures it and prints its tables.
   void add(LoadedScene loaded) {
     const double load_s = loaded.load_s;
     const std::unique_ptr<Engine> engine = open(std::move(loaded.scene));
@@ -87,7 +87,7 @@ class Run {
   }
 
   std::unique_ptr<Engine> open(Scene scene) {
-    bar_.hide();  // only one bar is drawn at a time
+    bar_.hide();  // only one bar may be drawn at a time
     ProgressBar building("building BVH of " + scene.name);
     auto engine =
         std::make_unique<Engine>(std::move(scene), options_.engine, [&](double done) { building.update(done); });
@@ -160,7 +160,7 @@ Document header(const DeviceInfo& device, const Plan& plan, const RunOptions& op
   d.date = utc_now();
   d.size = {options.width, options.height};
   d.ao_rays = options.kinds.ao_rays;
-  d.ao_radius = std::stod(fmt::format("{}", options.kinds.ao_radius));  // 0.05, not what a float makes of it
+  d.ao_radius = std::stod(fmt::format("{}", options.kinds.ao_radius));  // 0.05, not 0.05f converted to double
   d.offset = options.kinds.offset;
   d.repeats = options.repeats;
   d.sweep_repeats = sweep_repeats(plan, options);
@@ -188,7 +188,7 @@ std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, cons
     loaded.load_s = std::chrono::duration<double>(Clock::now() - start).count();
     if (!plan.given_views.empty()) loaded.scene.views = plan.given_views;
     if (!names.insert(loaded.scene.name).second)
-      fail(Failure::Arguments, "{}: two scenes are called {}; records are told apart by it, so rename one file", file,
+      fail(Failure::Arguments, "{}: two scenes are called {}; names must differ, so rename one of the files", file,
            loaded.scene.name);
     for (const std::string& note : loaded.scene.notes) fmt::print(stderr, "ballot: {}: {}\n", file, note);
     chosen_views(loaded.scene, plan);

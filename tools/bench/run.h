@@ -1,4 +1,4 @@
-// Measures what a plan says, scene after scene.
+// The run of a plan: measures scene after scene.
 #pragma once
 
 #include <exception>
@@ -16,47 +16,47 @@ struct RunOptions {
   RayKindOptions kinds = {};
   std::uint32_t repeats = 20;
   bool counters = false, check = false;
-  bool verify = false;    // hold every hit to the exact oracle
-  std::size_t cases = 8;  // wrong answers that each record lists at most, where verified
-  std::string command;    // that the document names
+  bool verify = false;    // check every hit against the exact oracle
+  std::size_t cases = 8;  // most wrong answers that each verified record lists
+  std::string command;    // the command line, for the document
 };
 
-/// A loaded scene that waits for its turn.
+/// A loaded scene that has not been measured yet.
 struct LoadedScene {
   Scene scene;
-  double load_s = 0;
+  double load_s = 0;  // seconds that loading took
 };
 
-/// Scenes of a run, all loaded before the first is measured. Throws Error(Arguments) if two have one name or a view of
-/// the plan is missing, and as load_scene does.
+/// Loads all scenes of a run before the first one is measured. Throws Error(Arguments) if two scenes have the same name
+/// or a view of the plan is missing, and as load_scene does.
 std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan);
 
 struct RunResult {
   Document document;
-  std::uint64_t wrong = 0;    // hits that check found wrong or unwritten
-  std::size_t without = 0;    // scenes x ray kinds that no view has rays for
-  std::size_t messages = 0;   // of the validation layers
-  std::exception_ptr failed;  // Error that ended the run early; the document holds what was measured until then
+  std::uint64_t wrong = 0;    // hits that the check found wrong or unwritten
+  std::size_t without = 0;    // pairs of scene and ray kind for which no view has rays
+  std::size_t messages = 0;   // messages of the validation layers
+  std::exception_ptr failed;  // the Error that ended the run early; the document holds the measurements so far
 };
 
-/// What a run does as it goes, after every scene and ray kind.
+/// The callbacks of a run, called after every scene and ray kind.
 struct RunHooks {
-  std::function<void(const Document&)> print;  // gets the records of this scene and ray kind alone; no bar is drawn
-  std::function<void(const Document&)> save;   // gets all records so far; but for the last time marked as partial
+  std::function<void(const Document&)> print;  // gets the records of this scene and ray kind; the bar is hidden then
+  std::function<void(const Document&)> save;   // gets all records so far, marked as partial except the last time
 };
 
-/// A table of speeds for each numeric mode.
+/// Prints a table of speeds for each scene, ray kind and numeric mode.
 void print_speeds(const Document& part);
 
-/// What a document says of device and options, without scenes and records. options.width is not 0.
+/// Returns a document with device and options but without scenes and records. options.width must not be 0.
 Document header(const DeviceInfo& device, const Plan& plan, const RunOptions& options);
 
-/// The options with the size of a picture on this device, where none was given.
+/// Returns the options with the device's default picture size if none was given.
 RunOptions with_size(RunOptions options, const DeviceInfo& device);
 
-/// Measures all scenes. SIGINT and SIGTERM end the run after the dispatch under way,
-/// and the document then is partial, too. Throws what happens before anything is measured, and Error(Work) if nothing
-/// could be.
+/// Measures all scenes. SIGINT and SIGTERM end the run after the current dispatch, and an Error ends it early; the
+/// document is then partial. Rethrows an Error that occurs before anything is measured. Throws Error(Work) if no scene
+/// has rays of the chosen kinds.
 RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options, const RunHooks& hooks);
 
 }  // namespace ballot::bench

@@ -11,7 +11,8 @@ std::string vote_of(const Cell& cell) {
   return vote == cell.first().knobs.end() ? "" : vote->second;
 }
 
-/// The label without the vote; entries of one kin differ in the vote alone, "(best)" ones also in what was best for it.
+/// Returns the label without the vote. Entries with equal results differ only in their vote; "(best)" ones also in the
+/// threshold that was best for it.
 std::string kin_of(const Cell& cell) {
   const std::size_t open = cell.label.find('(');
   if (open == std::string::npos || !cell.label.ends_with(')')) return cell.label;

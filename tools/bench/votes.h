@@ -1,4 +1,4 @@
-// Pairs of entries that differ in their vote alone.
+// Pairs of entries that differ only in their vote.
 #pragma once
 
 #include "tools/bench/arrange.h"
@@ -7,13 +7,13 @@ namespace ballot::bench {
 
 struct VotePair {
   const Block* block;
-  std::string method;  // as its label without the vote: "packet", "cut(best)"
+  std::string method;  // the label without the vote: "packet", "cut(best)"
   Role role;
   std::string vote, base;  // the two votes
-  double speed;            // with `vote` over with `base`
+  double speed;            // speed with `vote` divided by speed with `base`
 };
 
-/// Every ordered pair in every block.
+/// Returns every ordered pair in every block.
 std::vector<VotePair> vote_pairs(const Setting& setting);
 
 }  // namespace ballot::bench

@@ -7,7 +7,8 @@
 namespace ballot::hard {
 namespace {
 
-// Each triangle into four, the new vertices at distance 1. a + b is b + a, so neighbours agree on the middle of an edge.
+// Divides each triangle into four and puts the new vertices at distance 1. a + b equals b + a in floating point, so
+// neighbours agree on the middle of an edge.
 Triangles divided(const Triangles& coarse) {
   const auto middle = [](const glm::vec3& a, const glm::vec3& b) {
     const glm::vec3 m = a + b;

@@ -1,4 +1,4 @@
-// What the generators of hard cases share: random numbers, meshes and rays, the same on every machine.
+// Random numbers, meshes and rays for the generators of hard cases; the same on every machine.
 #pragma once
 
 #include <cstdint>
@@ -16,15 +16,15 @@ constexpr float kFar = 1e30f;  // a t_max beyond every scene
 constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-/// Steele, Lea, Flood. Fast Splittable Pseudorandom Number Generators. OOPSLA 2014. Not std::: its distributions differ
-/// between libraries.
+/// The random number generator SplitMix64: Steele, Lea, Flood. Fast Splittable Pseudorandom Number Generators. OOPSLA
+/// 2014. It is not one of std, whose distributions differ between libraries.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
   std::uint32_t bits();
   float in(float lo, float hi) { return lo + (hi - lo) * (static_cast<float>(bits() >> 8) * 0x1p-24f); }
-  glm::vec3 point(float half);  // in the cube of this half width
-  glm::vec3 direction();        // not of unit length, between 0.5 and 1 long
+  glm::vec3 point(float half);  // in the cube of this half width about the origin
+  glm::vec3 direction();        // of a length between 0.5 and 1
   std::size_t below(std::size_t n) { return bits() % n; }
   bool flip() { return (bits() & 1) != 0; }
   float sign() { return flip() ? 1.f : -1.f; }
@@ -33,48 +33,49 @@ class Random {
   std::uint64_t state_;
 };
 
-/// How many rays a set gets; odd, so that the last subgroup is never full.
+/// Returns the number of rays of a set. It is odd, so the last subgroup is never full.
 constexpr std::size_t many(bool quick) { return quick ? 1001 : 50021; }
 
-/// 2^exponent, for exponent in [-149, 127].
+/// Returns 2^exponent, for exponent in [-149, 127].
 float power_of_two(int exponent);
 
-/// A finished scene of these triangles.
+/// Returns a finished scene of these triangles.
 Scene scene_of(std::string name, Triangles triangles);
 Bounds bounds_of(const Triangles& triangles);
 
 // Meshes.
-Triangles octasphere(int levels);  // closed, vertices about on the unit sphere, exactly symmetric in every axis
-Triangles icosphere(int levels);   // closed, vertices about on the unit sphere
-/// A closed cube [-half, half]^3, each face n x n squares of two triangles; exact where half / n is.
+Triangles octasphere(int levels);  // closed, vertices near the unit sphere, exactly symmetric in every axis
+Triangles icosphere(int levels);   // closed, vertices near the unit sphere
+/// Returns the closed cube [-half, half]^3. Each face has n x n squares of two triangles. Exact if half / n is exact.
 Triangles cube_grid(int n, float half);
-/// The square [-half, half]^2 at this height, n x n squares of two right triangles, facing up; y is up.
+/// Returns the square [-half, half]^2 at height y, of n x n squares of two right triangles, facing up; y is up.
 Triangles plane_grid(int n, float half, float y);
-Triangles soup(std::size_t count, float size, std::uint64_t seed);  // in the cube of half width 1
+Triangles soup(std::size_t count, float size, std::uint64_t seed);  // random triangles in the cube of half width 1
 Triangles moved(Triangles triangles, float scale, const glm::vec3& offset);
 void append(Triangles& to, const Triangles& more);
 
-/// Smooth noise in [-1, 1] at points of any size; its grid has unit cells.
+/// Returns smooth noise in [-1, 1] at a point; the noise grid has unit cells.
 float noise(const glm::vec3& p, std::uint32_t seed);
 
 // Rays.
 Ray towards(const glm::vec3& from, const glm::vec3& to, float t_max = kFar);
 glm::vec3 point_of(const Triangle& t, float u, float v);
-/// Of a random triangle: a vertex, a point of an edge, or a point inside, as often each.
+/// Returns a point of a random triangle: a vertex, a point on an edge, or a point inside, each as often.
 glm::vec3 target(const Triangles& triangles, Random& random);
-/// From points at most `spread` from `centre` at targets; every other ray starts at the centre itself.
+/// Returns rays at targets, from points at most `spread` away from `centre`; half of them, at random, start at
+/// `centre`.
 std::vector<Ray> at_targets(const Triangles& triangles, std::size_t count, const glm::vec3& centre, float spread,
                             std::uint64_t seed);
-/// Along the axes, with 0 and -0 as the other components, at vertices of a convex mesh that is symmetric about the
-/// centre's planes, from within.
+/// Returns rays along the axes, with 0 and -0 as the other components, from inside at the vertices of a convex mesh.
+/// The mesh must be symmetric about the axis-parallel planes through `centre`.
 std::vector<Ray> axes_from_within(const Triangles& triangles, std::size_t count, const glm::vec3& centre, float radius,
                                   std::uint64_t seed);
-/// From around the scene through it, in all directions.
+/// Returns rays through the scene in all directions, which start around it.
 std::vector<Ray> around(const Bounds& bounds, std::size_t count, std::uint64_t seed);
-/// The answers of a set in which every ray hits something, or none does.
+/// Returns the answers of a set in which every ray has the same answer, such as NO_HIT.
 std::vector<std::uint32_t> all(std::size_t count, std::uint32_t answer);
 
-// The generators, by what is hard about them; what each holds: cases.cpp.
+// The generators, grouped by what makes them hard. cases.cpp describes each.
 HardScene axis_directions(bool quick);
 HardScene box_faces(bool quick);
 HardScene denormal_directions(bool quick);

@@ -1,10 +1,10 @@
-// Batches: numbers of rays that fill no subgroup, dead rays alone and among live ones.
+// Hard cases of batches: numbers of rays that do not fill subgroups, and dead rays, alone and among live ones.
 #include "tools/hard/generate.h"
 
 namespace ballot::hard {
 namespace {
 
-/// Rays that are dead by definition (layout.h), each aimed at the floor so that it would hit if it were traced.
+/// Returns rays that are dead by definition (layout.h). Each is aimed at the floor, so it would hit if it were traced.
 std::vector<Ray> dead(const glm::vec3& from) {
   const glm::vec3 down(0, -1, 0);
   std::vector<Ray> rays;

@@ -1,4 +1,4 @@
-// Closed meshes shot at from within, at their edges and vertices above all: no ray may leave.
+// Hard cases of closed meshes: rays from inside, most of them at edges and vertices. No ray may escape.
 #include <cmath>
 #include <limits>
 
@@ -7,7 +7,7 @@
 namespace ballot::hard {
 namespace {
 
-/// A closed, star-shaped mesh about the origin whose vertices are integers: radius `size` times 0.6 to 1.4.
+/// Returns a closed, star-shaped mesh about the origin with integer vertices. Its radius is `size` times 0.6 to 1.4.
 Triangles statue(int levels, float size) {
   Triangles mesh = octasphere(levels);
   for (Triangle& t : mesh)
@@ -19,7 +19,7 @@ Triangles statue(int levels, float size) {
   return mesh;
 }
 
-/// Down and up from a regular grid of integer points, those of one picture.
+/// Returns rays from a regular grid of integer points, like the pixels of one picture: down, and at height 0 also up.
 std::vector<Ray> grid_of_rays(std::size_t count, float half, float height) {
   const auto side = static_cast<int>(std::sqrt(static_cast<double>(count)));
   const float step = std::floor(2 * half / static_cast<float>(side)) + 1;
@@ -55,7 +55,7 @@ HardScene closed_cube(bool quick) {
   sets[0].rays = at_targets(mesh, many(quick), {0.1f, -0.3f, 0.2f}, 3, 23);
   sets[1].rays = axes_from_within(mesh, many(quick), {0, 0, 0}, 4, 24);
   Random random(25);
-  while (sets[2].rays.size() < many(quick)) {  // from lattice points: many vertices and edges are met without rounding
+  while (sets[2].rays.size() < many(quick)) {  // from lattice points: they hit many vertices and edges without rounding
     glm::vec3 from, dir;
     for (int k = 0; k < 3; ++k) from[k] = static_cast<float>(random.below(7)) - 3;
     for (int k = 0; k < 3; ++k) dir[k] = static_cast<float>(random.below(7)) - 3;
@@ -71,7 +71,8 @@ HardScene far_sphere_and_plane(bool quick) {
                              {.name = "plane from above", .closed = true}};
   sets[0].rays = at_targets(mesh, many(quick), centre, 30, 26);
   const Triangles plane = moved(plane_grid(quick ? 16 : 64, 128, -128), 1, centre);
-  // Above the plane and below the sphere, straight to and oblique at edges and vertices within it.
+  // From between the plane and the sphere, straight down and obliquely, at edges and vertices inside the plane's
+  // border.
   Random random(27);
   for (std::size_t i = 0; i < many(quick); ++i) {
     glm::vec3 to = (target(plane, random) - centre) * glm::vec3(0.875f, 1, 0.875f);
@@ -96,9 +97,9 @@ HardScene quantised_statue(bool quick) {
   return {scene_of("quantised-statue", mesh), std::move(sets)};
 }
 
-// So coarse a grid that many triangles collapse to a line. They are left out of the tree, and where a neighbour's edge met
-// two of theirs there is a joint whose edges lie on one line but are not the same: only rays along an axis, which the
-// test shears by nothing, are sure to be held there.
+// The grid is so coarse that many triangles collapse to a line, and these are left out of the tree. Where an edge of a
+// neighbour met two of their edges, there is now a joint whose edges lie on one line but are not the same. Only rays
+// along an axis, for which the test's shear is zero, are sure to hit there.
 HardScene collapsed_statue(bool quick) {
   const float size = quick ? 6 : 12;
   const Triangles mesh = statue(quick ? 4 : 5, size);

@@ -1,4 +1,5 @@
-// Directions: along the axes, with zeros of both signs, denormal components, of every length; origins on faces of boxes.
+// Hard cases of directions: along the axes, with zeros of both signs, with denormal components, of every length; and
+// origins on faces of boxes.
 #include <cmath>
 
 #include "tools/hard/generate.h"
@@ -10,7 +11,7 @@ constexpr float kDenormal = 1e-40f, kSmallestDenormal = 1e-45f, kSmallestNormal 
 
 float signed_zero(Random& random) { return random.flip() ? 0.f : -0.f; }
 
-/// Along a random axis through a vertex or the middle of a triangle, from there or from 3 units before it.
+/// Returns rays along a random axis through a vertex or the middle of a triangle, which start there or 3 units before.
 std::vector<Ray> along_axes(const Triangles& triangles, std::size_t count) {
   Random random(11);
   std::vector<Ray> rays;
@@ -26,14 +27,14 @@ std::vector<Ray> along_axes(const Triangles& triangles, std::size_t count) {
   return rays;
 }
 
-/// From points on faces of the tree's boxes, with a zero along the face's axis every other time.
+/// Returns rays from points on faces of the tree's boxes. In half of them the component along the face's axis is zero.
 std::vector<Ray> from_faces(const Triangles& triangles, std::size_t count) {
   Random random(12);
   const Bvh bvh = build_bvh(triangles);
   std::vector<Ray> rays;
   while (rays.size() < count) {
     const std::size_t index = random.below(bvh.nodes.size());
-    if (index == 1) continue;  // not a node
+    if (index == 1) continue;  // slot 1 holds no node
     const BvhNode& n = bvh.nodes[index];
     glm::vec3 from, dir = random.direction();
     for (int k = 0; k < 3; ++k) from[k] = random.in(n.lo[k], n.hi[k]);
@@ -46,7 +47,7 @@ std::vector<Ray> from_faces(const Triangles& triangles, std::size_t count) {
   return rays;
 }
 
-/// Along one axis, with a largest component of +-1 and others below it.
+/// Returns a direction whose largest component is 1 or -1, along a random axis.
 glm::vec3 unit_of_largest(Random& random) {
   glm::vec3 dir = random.point(0.999f);
   const int axis = static_cast<int>(random.below(3));
@@ -54,7 +55,7 @@ glm::vec3 unit_of_largest(Random& random) {
   return dir;
 }
 
-/// From within the mesh in directions whose largest component is between 2^low and 2^(high + 1).
+/// Returns rays from inside the mesh in directions whose largest component is between 2^low and 2^(high + 1).
 std::vector<Ray> of_lengths(std::size_t count, float spread, int low, int high, float t_max) {
   Random random(13);
   std::vector<Ray> rays;
@@ -78,8 +79,8 @@ HardScene axis_directions(bool quick) {
   return {scene_of("axes", std::move(mesh)), std::move(sets)};
 }
 
-// Squares over [0, 4]^2, one below the other: every box of the tree begins at x = 0 and at z = 0, where the rays start.
-// Rays at any other place of such a face are the oracle's.
+// Squares over [0, 4]^2, one below the other: every box of the tree begins at x = 0 and at z = 0, where the rays of the
+// first set start. Rays at other places of such faces have no known answers; the oracle decides them.
 HardScene box_faces(bool quick) {
   Triangles mesh;
   for (int i = 0; i < 32; ++i) append(mesh, moved(plane_grid(1, 2, 0), 1, glm::vec3(2, -static_cast<float>(i), 2)));

@@ -1,4 +1,5 @@
-// Where a ray begins and ends: on triangles, an offset off them, with t_min and t_max at, just before and after a hit.
+// Hard cases of ray intervals: origins on triangles and at an offset from them; t_min and t_max at, just before and
+// just after a hit.
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -88,7 +89,8 @@ HardScene interval_ends(bool quick) {
   return {scene_of("interval-ends", std::move(mesh)), std::move(sets)};
 }
 
-// Shells of 1, 1e2, 1e5 and 1e7 about one centre: a ray that starts at an offset of 10^-k from a shell meets one of them.
+// Shells of radius 1, 1e2, 1e5 and 1e7 about one centre. A ray that starts at an offset of 10^-k, times the shell's
+// radius, from a shell must hit one of them.
 HardScene offset_origins(bool quick) {
   Triangles mesh;
   std::vector<HardRays> sets;
@@ -103,7 +105,7 @@ HardScene offset_origins(bool quick) {
         const float u = random.in(0, 1), v = random.in(0, 1 - u);
         const glm::vec3 n = unit_normal(t), p = point_of(t, u, v);
         glm::vec3 dir = random.direction();
-        if (glm::dot(dir, n) < 0 && random.below(4) != 0) dir = -dir;  // most leave the shell
+        if (glm::dot(dir, n) < 0 && random.below(4) != 0) dir = -dir;  // most rays point away from the shell
         set.rays.push_back({p + n * offset * (glm::dot(n, p) > 0 ? 1.f : -1.f), 0, dir, kFar});
       }
       sets.push_back(std::move(set));
@@ -114,7 +116,8 @@ HardScene offset_origins(bool quick) {
   return {scene_of("offset-origins", std::move(mesh)), std::move(sets)};
 }
 
-// pbrt's numbers: the vertices lie on one line, so nothing is hit. Beside it the same with one vertex an ulp off the line.
+// The numbers of pbrt's test. The vertices lie on one line, so the ray hits nothing. Beside it lies the same triangle
+// with one vertex an ulp off the line.
 HardScene collinear_report(bool quick) {
   const Triangle line{{{-1113.45459f, -79.049614f, -56.2431908f},
                        {-1113.45459f, -87.0922699f, -56.2431908f},

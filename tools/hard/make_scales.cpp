@@ -1,4 +1,4 @@
-// Sizes and places far from 1: tiny, huge, both at once, far from the origin, seen from far away.
+// Hard cases of scale and position: tiny, huge, both at once, far from the origin, seen from far away.
 #include <cmath>
 
 #include "tools/hard/generate.h"
@@ -6,7 +6,7 @@
 namespace ballot::hard {
 namespace {
 
-/// A height field of n x n cells with integer heights, and boxes that stand on it; x east, y up, z south.
+/// Returns a height field of n x n cells whose heights are multiples of 1/8, and boxes over it; x east, y up, z south.
 Triangles city(int n, float cell, const glm::vec3& corner, std::size_t buildings) {
   const auto at = [&](int i, int j) {
     const glm::vec3 p(static_cast<float>(i) * cell, 0, static_cast<float>(j) * cell);
@@ -29,7 +29,7 @@ Triangles city(int n, float cell, const glm::vec3& corner, std::size_t buildings
   return mesh;
 }
 
-/// From points of a box above the mesh at targets of the mesh.
+/// Returns rays from points of a box above the mesh at targets on its first `targets` triangles.
 std::vector<Ray> from_above(const Triangles& mesh, std::size_t count, std::size_t targets, const Bounds& box,
                             std::uint64_t seed) {
   Random random(seed);
@@ -45,8 +45,9 @@ std::vector<Ray> from_above(const Triangles& mesh, std::size_t count, std::size_
 
 }  // namespace
 
-// Exponents at which products of two and of three lengths leave float32's range, one sphere each, far from each other in
-// their own scale. Directions are as long as the sphere, or of unit length.
+// One sphere for each exponent, among them those at which products of two and of three lengths leave float32's range.
+// The spheres are far from each other relative to their own size. Directions are as long as the sphere, or of unit
+// length.
 HardScene tiny_spheres(bool quick) {
   const int exponents[] = {-20, -40, -50, -60, -70, -80, -90, -100};
   Triangles mesh;
@@ -92,7 +93,7 @@ HardScene huge_planes(bool quick) {
                              {.name = "down at the diagonal", .closed = true},
                              {.name = "oblique"}};
   int down = 0;
-  for (const float half : {5.9e8f, 5.9e9f, 5.9e10f, 5.9e11f})  // the largest lowest, so that all are reached
+  for (const float half : {5.9e8f, 5.9e9f, 5.9e10f, 5.9e11f})  // the largest is the lowest, so that rays reach all
     append(mesh, plane_grid(1, half, -10.f * static_cast<float>(++down)));
   Random random(45);
   for (std::size_t i = 0; i < many(quick); ++i) {
@@ -142,7 +143,7 @@ HardScene utm_terrain(bool quick) {
   return {scene_of("utm-terrain", std::move(mesh)), std::move(sets)};
 }
 
-// As far and as narrow as a telescope: 1e6 radii away, and 100 times nearer for comparison.
+// A view like a telescope's, 1e6 radii away and narrow; also from 1e4 radii, and from both sides of distance 64.
 HardScene narrow_view(bool quick) {
   const Triangles mesh = octasphere(quick ? 4 : 6);
   std::vector<HardRays> sets;

@@ -1,4 +1,4 @@
-// Triangles of bad shape and bad company: needles, planes seen edge-on, duplicates, overlaps, flat walls.
+// Hard cases of shape and overlap: needles, planes seen edge-on, duplicates, overlapping triangles, flat walls.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -8,13 +8,14 @@
 namespace ballot::hard {
 namespace {
 
-/// Next to x, up or down or x itself.
+/// Returns x itself or its float32 neighbour above or below.
 float beside(float x, Random& random) {
   const std::size_t way = random.below(3);
   return way == 0 ? x : std::nextafter(x, way == 1 ? kInf : -kInf);
 }
 
-/// Three walls of 8 x 8 unit squares across the positive axes, at 8: that of axis k begins at prim 128 k.
+/// Returns three walls of 8 x 8 unit squares, across the positive axes at 8. The prims of the wall of axis k begin at
+/// 128 k.
 Triangles walls() {
   Triangles mesh;
   for (int axis = 0; axis < 3; ++axis)
@@ -26,7 +27,7 @@ Triangles walls() {
   return mesh;
 }
 
-/// A ray along an axis at a point inside a triangle of walls(), and the triangle.
+/// Returns a ray along an axis at a point inside a triangle of walls(), and the triangle's number in `prim`.
 Ray at_wall(Random& random, std::uint32_t& prim) {
   const std::size_t axis = random.below(3), cell = random.below(64);
   const bool second = random.flip();
@@ -42,7 +43,7 @@ Ray at_wall(Random& random, std::uint32_t& prim) {
 
 }  // namespace
 
-// The box of an axis-parallel triangle has no thickness: its interval is one number.
+// The box of an axis-parallel triangle has no thickness: the entry and exit distances of its slab are equal.
 HardScene flat_walls(bool quick) {
   std::vector<HardRays> sets{{.name = "along the axes"}, {.name = "any hit", .want = Want::Any}, {.name = "oblique"}};
   Random random(60);
@@ -81,7 +82,8 @@ HardScene needles(bool quick) {
   return {scene_of("needles", std::move(mesh)), std::move(sets)};
 }
 
-// Edges of 11.2, 9.7 and 1.4; the rays come in 0.52 degrees off its plane (tangent 0.0090762), at points well inside.
+// Edges of 11.2, 9.7 and 1.4. The rays arrive 0.52 degrees off the triangle's plane (tangent 0.0090762), at points well
+// inside it.
 HardScene thin_triangle(bool quick) {
   const Triangle t{{{-3.1f, 0.4f, 1.2f}, {8.1f, 0.4f, 1.2f}, {6.52f, 1.6f, 1.2f}}};
   HardRays set{.name = "0.52 degrees off the plane"};
@@ -120,7 +122,8 @@ HardScene grazing(bool quick) {
   return {scene_of("grazing", std::move(mesh)), std::move(sets)};
 }
 
-// Every triangle of the walls 40 times, the copies far apart in number and so in different leaves: the smallest counts.
+// Every triangle of the walls 40 times. The copies' numbers are far apart, so they lie in different leaves. The
+// smallest number is the right answer.
 HardScene duplicates(bool quick) {
   Triangles mesh;
   for (int copy = 0; copy < 40; ++copy) append(mesh, walls());

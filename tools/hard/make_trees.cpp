@@ -1,11 +1,13 @@
-// Trees that are hard to build or to walk: chains, equal boxes, equal centroids, triangles of no area, one or none.
+// Hard cases of trees, which are hard to build or to traverse: chains, equal boxes, equal centroids, triangles without
+// area, a single triangle, none.
 #include <cmath>
 
 #include "tools/hard/generate.h"
 
 namespace ballot::hard {
 
-// Sizes in a geometric progression: a cut by cost parts the largest from all others, a level each.
+// Triangles whose sizes form a geometric progression: at each level a split by SAH cost separates the largest triangle
+// from all others.
 HardScene chain(bool quick) {
   Triangles mesh;
   float size = 0x1p-60f;
@@ -46,7 +48,7 @@ HardScene same_centroid(bool quick) {
   }
   std::vector<HardRays> sets{{.name = "around"}, {.name = "at the centroid"}};
   sets[0].rays = around(bounds_of(mesh), many(quick), 86);
-  // Few: every triangle is a candidate, at nearly the same t.
+  // Few rays, because for each of them every triangle is a candidate at nearly the same t.
   for (std::size_t i = 0; i < many(quick) / 16; ++i) sets[1].rays.push_back(towards(random.point(2), {0, 0, 0}));
   return {scene_of("same-centroid", std::move(mesh)), std::move(sets)};
 }
@@ -55,7 +57,7 @@ HardScene degenerate_among_proper(bool quick) {
   const Triangles sphere = octasphere(quick ? 3 : 5);
   Triangles mesh;
   Random random(87);
-  for (const Triangle& t : sphere) {  // points, doubled edges and collinear vertices before, on and after the sphere
+  for (const Triangle& t : sphere) {  // points, doubled edges and collinear vertices inside, on and outside the sphere
     const glm::vec3 a = t[0] * (0.5f * static_cast<float>(1 + random.below(3))), b = t[1];
     mesh.push_back({a, a, a});
     mesh.push_back({a, b, random.flip() ? a : b});

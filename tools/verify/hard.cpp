@@ -23,7 +23,7 @@ std::uint64_t count_differing(const std::vector<Hit>& a, const std::vector<Hit>&
   return n;
 }
 
-/// Answers unlike what the case knows by construction.
+/// Counts the answers that differ from those that the case knows by construction.
 std::uint64_t count_unlike(const std::vector<Hit>& hits, const HardRays& rays) {
   std::uint64_t n = 0;
   for (std::size_t i = 0; i < rays.answers.size(); ++i) {
@@ -74,7 +74,7 @@ class HardRun {
     if (interrupt_.wanted()) throw bench::Interrupted();
   }
 
-  /// Scenes that must be errors are.
+  /// Checks that every scene that must be refused is refused.
   void refuse_all() {
     for (const HardRefusal& refusal : hard_refusals()) {
       std::string found = "was accepted";
@@ -96,7 +96,7 @@ class HardRun {
     HardScene made = hard.make(options_.quick);
     EngineOptions how = options_.engine;
     how.build = made.build;
-    how.use_cache = false;  // small, and made anew for each run
+    how.use_cache = false;  // the scenes are small and generated in each run
     how.context = context_;
     Engine engine(std::move(made.scene), how);
     context_ = engine.context();
@@ -133,7 +133,7 @@ class HardRun {
   const HardOptions& options_;
   std::function<void(const DeviceInfo&)> begin_;
   ProgressBar bar_;
-  std::shared_ptr<Context> context_;  // all cases on one device, opened once
+  std::shared_ptr<Context> context_;  // all cases run on one device, which is opened once
   bench::InterruptGuard interrupt_;
   HardResult result_;
   std::size_t case_ = 0;

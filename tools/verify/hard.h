@@ -1,4 +1,4 @@
-// The hard cases (tools/hard/hard.h), answered by entries and held to the exact oracle.
+// The run of the hard cases (tools/hard/hard.h): entries answer them, and the exact oracle checks the answers.
 #pragma once
 
 #include <exception>
@@ -11,25 +11,26 @@ namespace ballot::verify {
 
 struct HardOptions {
   EngineOptions engine;
-  bool quick = false;     // the small version of each case
-  std::size_t cases = 8;  // wrong answers that each record lists at most
+  bool quick = false;     // run the small version of each case
+  std::size_t cases = 8;  // most wrong answers that each record lists
 };
 
 struct HardResult {
   std::vector<bench::HardRecord> records;
-  std::vector<std::string> not_refused;  // scenes that should be errors and are not, a sentence each
-  std::size_t messages = 0;              // of the validation layers
-  bool interrupted = false;              // by SIGINT or SIGTERM; the records hold what was answered until then
+  std::vector<std::string> not_refused;  // scenes that should have been refused and were not, a sentence each
+  std::size_t messages = 0;              // messages of the validation layers
+  bool interrupted = false;              // by SIGINT or SIGTERM; the records hold the answers so far
 };
 
-/// Every entry on every set of rays of every case. begin sees the device before the first one. A case that cannot be
-/// built or traced is a record that says why. Throws Error(Device).
+/// Runs every entry on every set of rays of every case. `begin` gets the device before the first one. A case that
+/// cannot be built or traced gives a record that says why. Throws Error(Device).
 HardResult run_hard_cases(const std::vector<bench::Entry>& entries, const HardOptions& options,
                           const std::function<void(const DeviceInfo&)>& begin);
 
-/// What no mode may do, or this one promised not to: broken_promises, answers unlike those known by construction, in
-/// conservative modes leaks and answers that depend on the entry; the largest of these counts, for one answer may be
-/// several of them. A case that failed counts as 1.
+/// Returns the number of answers that break the promise of the record's numeric mode, or that no mode may give. It is
+/// the largest of these counts, because one answer may be in several: bench::broken_promises; answers that differ from
+/// those known by construction; in conservative modes leaks, and answers that depend on the entry. A case that failed
+/// counts as 1.
 std::uint64_t broken_promises(const bench::HardRecord& record);
 
 }  // namespace ballot::verify

@@ -1,4 +1,4 @@
-// The hard cases as tables.
+// The tables of the hard cases.
 #include <algorithm>
 
 #include "tools/bench/markdown.h"
@@ -11,7 +11,7 @@ namespace {
 
 using bench::HardRecord;
 
-/// One case by one entry in one mode: all its sets of rays.
+/// The sums over all sets of rays of one case, for one entry and numeric mode.
 struct CaseSum {
   std::string label, numeric;
   std::uint64_t leaks = 0, differing = 0, unlike = 0, broken = 0;
@@ -31,7 +31,7 @@ struct Case {
   std::string name, from, what, failed;
   std::vector<CaseSum> sums;
 
-  /// Of all entries of a mode the one with most that is wrong; null without any.
+  /// Returns the entry of a mode with the most wrong answers; null if there is none.
   const CaseSum* worst(const std::string& numeric) const {
     const CaseSum* found = nullptr;
     for (const CaseSum& s : sums)
@@ -60,7 +60,7 @@ std::vector<Case> cases_of(const std::vector<HardRecord>& records) {
   return cases;
 }
 
-/// Modes of the records, in the registry's order.
+/// Returns the numeric modes of the records, in the registry's order.
 std::vector<std::string> modes_of(const std::vector<HardRecord>& records) {
   std::vector<std::string> modes;
   for (const NumericMode& mode : kNumericModes)
@@ -71,7 +71,7 @@ std::vector<std::string> modes_of(const std::vector<HardRecord>& records) {
 
 void add_row(bench::Table& table, const Case& c, const CaseSum& s) {
   const bench::Accuracy& a = s.accuracy;
-  std::vector<std::string> cells{c.name, s.numeric, s.badness() == 0 ? "all alike" : s.label};
+  std::vector<std::string> cells{c.name, s.numeric, s.badness() == 0 ? "all equal" : s.label};
   for (const std::uint64_t n : {a.rays, s.leaks, a.false_misses, a.false_hits, a.wrong_prims, a.ties, a.wrong_values,
                                 a.beyond_bound, s.unlike, s.differing, a.unwritten})
     cells.push_back(std::to_string(n));

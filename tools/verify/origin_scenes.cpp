@@ -12,7 +12,8 @@ namespace {
 
 using glm::dvec3;
 
-/// Collects triangles of a scene of extent 1 about the origin and puts them where they belong.
+/// Collects the triangles and views of a scene that is given with extent 1 about the origin, and moves them to the
+/// wanted size and position.
 class OriginPlace {
  public:
   OriginPlace(const char* name, double size, double distance)
@@ -69,7 +70,7 @@ Scene sphere(double size, double distance) {
   return place.take();
 }
 
-/// A side of a box in n x n quads, turned so that no coordinate is round.
+/// Adds a side of a box as n x n quads, rotated by `turn` so that no coordinate is a round number.
 void side(OriginPlace& place, const glm::dmat3& turn, int axis, double where, int n) {
   const auto at = [&](int i, int j) {
     dvec3 p;
@@ -80,8 +81,8 @@ void side(OriginPlace& place, const glm::dmat3& turn, int axis, double where, in
     for (int j = 0; j < n; ++j) place.quad(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
 }
 
-/// A closed box about the camera; above its floor folds of 7 to 70 degrees, and plates of two sheets with a gap between of
-/// 1e-2 to 1e-6, into which refracted rays go.
+/// Makes a closed box around the camera. Above its floor are folds of 7 to 70 degrees, and plates of two sheets with a
+/// gap of 1e-2 to 1e-6, into which refracted rays go.
 Scene creases(double size, double distance) {
   OriginPlace place("creases", size, distance);
   const glm::dmat3 turn(glm::rotate(glm::dmat4(1), 0.3, glm::normalize(dvec3(1, 2, 3))));
@@ -91,7 +92,7 @@ Scene creases(double size, double distance) {
     place.quad(turn * a, turn * b, turn * c, turn * d);
   };
   double x = -0.45;
-  for (const double half : {0.01, 0.03, 0.06, 0.12}) {  // half the width of a fold 0.17 deep, that opens upwards
+  for (const double half : {0.01, 0.03, 0.06, 0.12}) {  // half the width of a fold that is 0.17 deep and opens upwards
     const double low = -0.45, high = low + 0.17;
     quad({x, high, -0.4}, {x, high, 0}, {x + half, low, 0}, {x + half, low, -0.4});
     quad({x + half, low, -0.4}, {x + half, low, 0}, {x + 2 * half, high, 0}, {x + 2 * half, high, -0.4});
@@ -107,11 +108,12 @@ Scene creases(double size, double distance) {
   return place.take();
 }
 
-/// Strips along x, two triangles each, on rough ground: narrow ones of 1e-5 and 1e-7 in the middle, where the views look.
+/// Makes rough ground of strips along x, two triangles each. The strips in the middle, at which the views look, are
+/// 1e-5 and 1e-7 wide.
 Scene slivers(double size, double distance) {
   OriginPlace place("slivers", size, distance);
   std::mt19937 random(7);
-  std::vector<double> rows;  // on one side of the middle
+  std::vector<double> rows;  // z of the strips' borders on one side of the middle
   for (double z = 0; z < 0.5;) {
     rows.push_back(z);
     z += z < 5e-6 ? 1e-7 : z < 5e-4 ? 1e-5 : 3e-3;
@@ -136,7 +138,7 @@ Scene slivers(double size, double distance) {
 constexpr OriginScene kScenes[] = {
     {"sphere", "a closed sphere of 2048 triangles, from inside", sphere},
     {"creases", "a closed box with folds of 7 to 70 degrees and gaps of 1e-2 to 1e-6 of its size", creases},
-    {"slivers", "rough ground of triangles up to 1e7 times as long as wide", slivers},
+    {"slivers", "rough ground of triangles that are up to 1e7 times longer than wide", slivers},
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Generated scenes that are hard on the origins of secondary rays, of any size at any place.
+// Generated scenes, of any size and at any position, on which the origins of secondary rays are hard to choose.
 #pragma once
 
 #include <span>
@@ -11,7 +11,8 @@ namespace ballot::verify {
 struct OriginScene {
   std::string_view name;
   std::string_view what;
-  /// Of extent `size` about a point `distance` sizes off the origin, with views of it. Vertices are rounded to float32.
+  /// Makes the scene, with its views. Its extent is `size` in scene units, and its centre is `distance` times `size`
+  /// away from the origin. Vertices are rounded to float32.
   Scene (*make)(double size, double distance);
 };
 

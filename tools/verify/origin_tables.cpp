@@ -1,4 +1,4 @@
-// Tables and JSON of the study of origins.
+// The tables and the JSON of the study of origins.
 #include <algorithm>
 #include <functional>
 #include <map>
@@ -13,11 +13,11 @@ namespace {
 
 using bench::Table;
 
-/// Records of some policy, or of one at one size and distance, together.
+/// The sums over the records of a policy, or over those of a policy at one size and distance.
 struct OriginSum {
   std::uint64_t rays = 0, self_hits = 0, lost = 0;
-  double worst_self = 0, worst_lost = 0;                              // per million, of one record
-  double share_low = 0, share_high = 0, ulps_low = 0, ulps_high = 0;  // medians of the records
+  double worst_self = 0, worst_lost = 0;                              // highest rates of one record, per million rays
+  double share_low = 0, share_high = 0, ulps_low = 0, ulps_high = 0;  // range of the records' medians
 
   void add(const OriginRecord& r) {
     const bool first = rays == 0;
@@ -60,7 +60,10 @@ std::string summary(const OriginStudy& study) {
                rate(s.per_million(s.lost)), rate(s.worst_lost), range(s.share_low, s.share_high),
                range(s.ulps_low, s.ulps_high)});
   }
-  return "## By policy\n\nThe worst is that of one scene at one size and distance.\n\n" + table.text();
+  return "## By policy\n\nThe columns \"worst\" give the highest rate of one scene at one size and distance, per "
+         "million "
+         "rays. The\nlast two columns give the range of the median offsets.\n\n" +
+         table.text();
 }
 
 using Key = std::pair<double, double>;

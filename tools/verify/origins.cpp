@@ -66,7 +66,7 @@ OriginStudy measure_all(const OriginStudyArgs& args) {
   const std::vector<OriginPolicy> policies = studied_policies();
   OriginStudy study;
   EngineOptions options = args.engine;
-  options.use_cache = false;  // scenes of this study alone
+  options.use_cache = false;  // no other command uses the scenes of this study
   ProgressBar bar("tracing from hits");
   double done = 0;
   const double all = double(origin_scenes().size() * grid.sizes.size() * grid.distances.size() * policies.size());
@@ -127,7 +127,7 @@ void run_origin_study(const OriginStudyArgs& args) {
   if (!args.report.empty()) {
     std::error_code error;
     fs::create_directories(args.report, error);
-    if (error) fail(Failure::Work, "--report {}: the folder cannot be made: {}", args.report, error.message());
+    if (error) fail(Failure::Work, "--report {}: cannot create the folder: {}", args.report, error.message());
     for (const char* file : {"origins.json", "origins.md"}) check_writable(fs::path(args.report) / file);
   }
   const OriginStudy study = measure_all(args);

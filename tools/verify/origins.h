@@ -1,7 +1,9 @@
-// The study of `ballot verify --origins`: where rays from hits start, by every policy, over scales and distances.
+// The study of `ballot verify --origins`: it compares the origin offset policies of secondary rays over scene sizes and
+// distances from the origin.
 //
-// Self hit: the ray's nearest hit is the triangle that it starts from. Lost contact: what the ideal ray, from the exact
-// surface point along the same direction, meets first lies before the ray's origin or t_min (Engine::check_origins).
+// A self hit is a ray whose closest hit is the triangle that it starts from. A lost contact is a ray that starts beyond
+// the first hit of the ideal ray, which starts at the exact surface point in the same direction: that hit lies before
+// the ray's origin or t_min (Engine::check_origins).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -14,24 +16,25 @@ namespace ballot::verify {
 
 struct OriginStudyArgs {
   EngineOptions engine;
-  std::string json, report;               // a file, a folder; "": none
-  std::string command;                    // that the JSON names
-  std::uint32_t width = 32, height = 32;  // of the pictures, as RenderOptions
-  bool quick = false;                     // few sizes and distances
+  std::string json, report;               // a JSON file and a folder for the report; "": none
+  std::string command;                    // the command line, for the JSON
+  std::uint32_t width = 32, height = 32;  // of the pictures, as in RenderOptions
+  bool quick = false;                     // only a few sizes and distances
 };
 
-/// A policy, and for "constant" the share of the diagonal.
+/// An offset policy and its options; for policy "constant" also its share of the scene's diagonal.
 struct OriginPolicy {
   std::string label;
   RayKindOptions options;
 };
 
-/// One policy on one scene at one size and distance, all views and ray kinds together.
+/// The counts of one policy on one scene at one size and distance, for all views and ray kinds together.
 struct OriginRecord {
   std::string policy, scene;
-  double size = 0, distance = 0;  // scene units; multiples of the size
+  double size = 0, distance = 0;  // size in scene units; distance as a multiple of the size
   std::uint64_t rays = 0, self_hits = 0, lost_contacts = 0;
-  double offset_share = 0, offset_ulps = 0;  // medians: of the size; units in the last place of the largest coordinate
+  // Median offsets: as a share of the size, and in units in the last place of the largest coordinate.
+  double offset_share = 0, offset_ulps = 0;
 };
 
 struct OriginStudy {
@@ -40,14 +43,16 @@ struct OriginStudy {
   std::vector<OriginRecord> records;
 };
 
-/// Traces the rays and prints the tables; writes the JSON file, and to the report's folder origins.md, origins.json and
-/// origins.png. Shows progress. Throws Error(Arguments) for a bad size or file, Error(Work) if the device fails.
+/// Traces the rays under a progress bar and prints the tables. Writes the JSON file, and into the report's folder
+/// origins.md, origins.json and the plots. Throws Error(Arguments) for a bad size or file, Error(Work) if the device
+/// fails.
 void run_origin_study(const OriginStudyArgs& args);
 
-/// The policies that the study compares.
+/// Returns the policies that the study compares.
 std::vector<OriginPolicy> studied_policies();
 
-/// A summary by policy, then self hits, lost contacts and median offsets by size and distance; Markdown.
+/// Returns the tables as Markdown: a summary by policy, then self hits, lost contacts and median offsets by size and
+/// distance.
 std::string origin_tables(const OriginStudy& study);
 nlohmann::json to_json(const OriginStudy& study);
 

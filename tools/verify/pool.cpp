@@ -21,7 +21,7 @@ Place& place_of(Platform& platform, const bench::Block& block) {
   return platform.places.emplace_back(Place{block.scene, block.rays, {}});
 }
 
-/// Keeps the views that were verified.
+/// Makes a row of the cell's views that were verified; none if there are none.
 std::optional<Row> row_of(const bench::Cell& cell, const std::string& numeric) {
   Row row{cell.label, numeric, {cell.label, cell.role, {}}, {}};
   for (const auto& [view, record] : cell.views)
@@ -32,7 +32,7 @@ std::optional<Row> row_of(const bench::Cell& cell, const std::string& numeric) {
   return row.cell.views.empty() ? std::nullopt : std::optional(std::move(row));
 }
 
-/// Modes of one entry side by side.
+/// Sorts the rows so that the modes of one entry are next to each other.
 void sort_by_entry(std::vector<Row>& rows) {
   std::vector<std::string> labels;
   for (const Row& row : rows)

@@ -13,17 +13,18 @@ namespace {
 namespace fs = std::filesystem;
 using bench::Document;
 
-constexpr std::size_t kListed = 4;  // wrong answers of one entry on one kind of rays
+constexpr std::size_t kListed = 4;  // most wrong answers that the report lists for one entry on one kind of rays
 
 constexpr std::string_view kLegend =
-    "Every answer is held to an oracle that decides exactly for float32 input. False misses, false hits and wrong "
-    "prims "
-    "are wrong\nanswers; \"beyond bound\" are those of them that the proved bound of the mode's rounding does not "
-    "explain. A tie names another\ntriangle at exactly the same t. A wrong value is a t, u or v beyond the bound. "
-    "Errors "
-    "of t are in units in the last place of\nfloat32 at the exact t, of answers that name the right triangle: the "
-    "largest of all views. A self hit is a hit of the triangle that\nthe ray started from. Image RMSE: of a picture "
-    "whose shade is the cosine between ray and geometric normal.\n\n";
+    "Every answer is checked against an oracle that decides exactly for float32 input. Wrong answers are false misses, "
+    "false hits\nand wrong prims; those \"beyond bound\" are not explained by the proved bound of the mode's rounding "
+    "errors. A tie is an answer\nthat names another triangle at exactly the same t. A wrong value is a t, u or v "
+    "beyond "
+    "the bound. \"t ulp\" is the error of t\nin units in the last place of float32 at the exact t, over answers that "
+    "name the right triangle; the figure is the largest of\nall views. A self hit is a hit of the triangle that the "
+    "ray "
+    "started from. Image RMSE is the error of a picture whose shade is\nthe cosine between ray and geometric normal."
+    "\n\n";
 
 std::string section(const std::string& heading, const std::string& intro, const std::string& body) {
   return body.empty() ? ""
@@ -38,15 +39,17 @@ std::string mode_section(const std::vector<Platform>& platforms) {
     base += (base.empty() ? "" : ", ") + one;
   }
   return section("What a mode costs, and how often it errs",
-                 "Time: of the traversal alone, against " + base +
-                     ", over all scenes, ray kinds and methods that have both. Rates are of all answers.",
+                 "Time is that of the traversal alone, relative to " + base +
+                     ", over all scenes, ray kinds and methods that have both. Rates are over all answers.",
                  mode_table(platforms));
 }
 
 std::string rate_section(const std::vector<Platform>& platforms) {
-  return section("Wrong answers per million rays",
-                 "Of the method that errs most. In brackets those beyond the bound of the mode's arithmetic.",
-                 rate_table(platforms));
+  return section(
+      "Wrong answers per million rays",
+      "The rate of the method that errs most. In brackets: the rate of answers beyond the bound of the mode's "
+      "arithmetic.",
+      rate_table(platforms));
 }
 
 std::string verdicts(const std::vector<Document>& documents) {
@@ -61,8 +64,9 @@ std::string hard_sections(const std::vector<Document>& documents, bool brief) {
     if (d.hard.empty()) continue;
     const std::string name = documents.size() > 1 ? ": " + d.device : "";
     const std::string intro =
-        "Of each mode the method with most that is wrong. Bold: what the mode has promised not to do. A leak is a ray "
-        "that leaves a closed mesh; answers that differ depend on the method.";
+        "For each mode, the method with the most wrong answers. Bold marks answers that the mode promises not to give. "
+        "A "
+        "leak is a ray that escapes from a closed mesh. Answers that differ depend on the method.";
     if (brief)
       text += section("Hard cases" + name, intro, hard_summary(d.hard));
     else
@@ -91,7 +95,7 @@ bool is_verified(const Document& document) {
 void check_report_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) fail(Failure::Work, "--report {}: the folder cannot be made: {}", folder.string(), error.message());
+  if (error) fail(Failure::Work, "--report {}: cannot create the folder: {}", folder.string(), error.message());
   for (const char* file : {"verify.json", "verify.csv", "verify.md"}) check_writable(folder / file);
 }
 
@@ -105,8 +109,8 @@ std::string write_report(const fs::path& folder, const std::vector<Document>& do
                            mode_section(platforms) + rate_section(platforms);
   const std::string details =
       hard_sections(documents, false) + place_sections(platforms) +
-      section("Wrong answers, some of each, and why", "", case_list(platforms, documents, kListed));
-  write_file(folder / "verify.md", main + details);  // should drawing fail, the figures are there
+      section("Examples of wrong answers and their reasons", "", case_list(platforms, documents, kListed));
+  write_file(folder / "verify.md", main + details);  // so that the tables are there even if drawing fails
   if (platforms.empty()) return "";
   const bench::Plots plots = bench::draw_plots(folder, "plot_verify.py", "verify.json");
   write_file(folder / "verify.md", main + bench::plot_section(plots) + details);

@@ -18,7 +18,7 @@ void add_accuracy(std::vector<std::string>& cells, const Accuracy& a) {
   cells.push_back(a.image_rmse ? csv_number(*a.image_rmse) : "");
 }
 
-/// What names a line; the same for a Record and a HardRecord.
+/// Returns the cells that identify a line, which a Record and a HardRecord share.
 template <class R>
 std::vector<std::string> name_cells(const bench::Document& d, const std::string& scene, const std::string& view,
                                     const R& r) {

@@ -13,12 +13,12 @@ namespace {
 using bench::Accuracy;
 using bench::Table;
 
-/// "llvmpipe" where one platform needs no name.
+/// Puts the platform's name before the text if there are several platforms.
 std::string titled(const std::vector<Platform>& platforms, const Platform& platform, const std::string& text) {
   return platforms.size() == 1 ? text : platform.name + ": " + text;
 }
 
-/// Platforms, rows of a table: mode by mode, platforms beside each other.
+/// Returns the modes of all platforms, each once.
 std::vector<std::string> modes_of(const std::vector<Platform>& platforms) {
   std::vector<std::string> all;
   for (const Platform& platform : platforms)

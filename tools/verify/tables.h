@@ -1,4 +1,4 @@
-// Tables and sentences of `ballot verify`, as text or Markdown.
+// The tables and sentences of `ballot verify`, as text or Markdown.
 #pragma once
 
 #include <string>
@@ -8,33 +8,36 @@
 
 namespace ballot::verify {
 
-/// Each entry and mode of a place: speed, counts of what is wrong, errors of t.
+/// Returns a table with a row for each entry and mode of a place: speed, counts of wrong answers, errors of t.
 std::string place_table(const Place& place);
 
-/// Each hard case by numeric mode: of the entries the one with most wrong answers. "" without hard cases.
+/// Returns a table with a row for each hard case and numeric mode: the entry with the most wrong answers. "" if there
+/// are no hard cases.
 std::string hard_table(const std::vector<bench::HardRecord>& records);
-/// A row a case, a column a mode.
+/// Returns a table with a row for each hard case and a column for each mode.
 std::string hard_summary(const std::vector<bench::HardRecord>& records);
-/// What each case is, and who reported it.
+/// Returns a list that describes each case and names its source.
 std::string hard_list(const std::vector<bench::HardRecord>& records);
 
-/// "watertight: 3 of 5.2 million answers wrong (0.58 per million), none beyond its bound; plain: ..."
+/// Returns a sentence on each mode, such as "watertight: 3 of 5.2 million answers wrong (0.58 per million), none beyond
+/// its bound; plain: ...".
 std::string verdict(const bench::Document& document);
 
-/// Of one mode: what it costs, how often it errs; platforms side by side.
+/// Returns a table with the cost and the error rates of each mode; platforms side by side.
 std::string mode_table(const std::vector<Platform>& platforms);
 
-/// Wrong answers per million by scene and ray kind, of the worst entry; modes and platforms side by side.
+/// Returns a table of wrong answers per million by scene and ray kind, those of the worst entry; modes and platforms
+/// side by side.
 std::string rate_table(const std::vector<Platform>& platforms);
 
-/// Wrong answers by place and mode, each with its reason, at most `most` of the entry that errs most, or in hard cases of
-/// the first one that errs; "" if there are none.
+/// Returns a list of wrong answers by place and mode, each with its reason. For each it shows at most `most` answers,
+/// of the entry that errs most, or in hard cases of the first one that errs. "" if there are none.
 std::string case_list(const std::vector<Platform>& platforms, const std::vector<bench::Document>& documents,
                       std::size_t most);
 
-/// "5.2 million", "12 thousand", "640".
+/// Returns a count in words if it is large: "5.2 million", "640".
 std::string count_text(std::uint64_t n);
-/// Three digits or so: "0", "0.58", "12.3", "5210".
+/// Returns a rate with about three digits: "0", "0.58", "12.3", "5210".
 std::string rate_text(double rate);
 
 }  // namespace ballot::verify

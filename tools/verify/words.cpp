@@ -1,4 +1,4 @@
-// What a run shows, in sentences, and the wrong answers that it lists.
+// The sentences on a run's results, and the list of its wrong answers.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -11,7 +11,7 @@ namespace {
 
 using bench::Accuracy;
 
-/// All answers of each mode, of scenes and hard cases.
+/// Returns the sums over all answers of each mode, of scenes and hard cases.
 std::map<std::string, Accuracy> totals_of(const bench::Document& document) {
   std::map<std::string, Accuracy> totals;
   for (const bench::Record& r : document.records)
@@ -46,14 +46,13 @@ std::string case_line(const bench::WrongAnswer& c) {
   };
   return fmt::format(
       "  - {}{}: {}. Ray {}: origin {:.9g} {:.9g} {:.9g}, direction {:.9g} {:.9g} {:.9g}, t in [{:.9g}, {:.9g}]; "
-      "answer "
-      "{}, truth {}.\n",
+      "answer {}, truth {}.\n",
       c.kind, c.within_bound ? ", within the bound" : ", **beyond the bound**", c.reason, c.index, c.ray.origin.x,
       c.ray.origin.y, c.ray.origin.z, c.ray.dir.x, c.ray.dir.y, c.ray.dir.z, c.ray.t_min, c.ray.t_max,
       prim(c.answer.prim, double(c.answer.t)), prim(c.prim, c.t));
 }
 
-/// The worst first: those that no bound explains.
+/// Returns a list of wrong answers; those that no bound explains come first.
 std::string cases_text(const std::string& place, std::vector<bench::WrongAnswer> cases, std::size_t most) {
   if (cases.empty()) return "";
   std::ranges::stable_sort(cases, {}, &bench::WrongAnswer::within_bound);
@@ -73,7 +72,7 @@ std::string verdict(const bench::Document& document) {
     if (found != totals.end()) text += (text.empty() ? "" : "; ") + sentence_of(numeric, found->second);
   };
   for (const NumericMode& mode : kNumericModes) add(std::string(mode.name));
-  return text.empty() ? "nothing was held to the exact oracle" : text + ".";
+  return text.empty() ? "no answer was checked against the exact oracle" : text + ".";
 }
 
 std::string case_list(const std::vector<Platform>& platforms, const std::vector<bench::Document>& documents,

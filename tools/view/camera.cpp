@@ -10,7 +10,7 @@ namespace ballot::view {
 
 namespace {
 
-constexpr double kLookTime = 0.04, kMoveTime = 0.12;  // seconds after which 1/e of a change is left
+constexpr double kLookTime = 0.04, kMoveTime = 0.12;  // time constants: seconds after which 1/e of a change is left
 constexpr double kRadiansPerPixel = 0.0035;
 constexpr double kSteepest = 89.0 / 180 * 3.14159265358979323846;
 constexpr double kFast = 4;
@@ -27,7 +27,7 @@ void FlyCamera::set(const View& view) {
   const glm::dvec3 up(m[1]), back(m[2]);
   position_ = glm::dvec3(m[3]);
   pitch_ = std::asin(std::clamp(-back.y, -1.0, 1.0));
-  // Straight up or down, the top of the picture says where one faces.
+  // If the camera looks straight up or down, the top of the picture gives the heading.
   const glm::dvec3 level = std::abs(back.y) < 0.999999 ? back : (back.y > 0 ? -up : up);
   yaw_ = std::atan2(level.x, level.z);
   roll_ = 0;
@@ -59,7 +59,7 @@ void FlyCamera::turn(double yaw, double pitch) {
   wanted_roll_ = 0;
 }
 
-// What is left of a change falls exponentially, so two half steps are one whole step.
+// The rest of a change decays exponentially, so two half steps are equal to one whole step.
 bool FlyCamera::ease_angles(double dt) {
   const double left = std::exp(-dt / kLookTime);
   bool moved = false;
@@ -86,7 +86,7 @@ bool FlyCamera::ease_motion(double dt, const CameraInput& input) {
     velocity_ = glm::dvec3(0);
     return false;
   }
-  // The integral of a velocity that nears the wanted one exponentially.
+  // The integral of a velocity that approaches the wanted one exponentially.
   const double left = std::exp(-dt / kMoveTime);
   position_ += wanted * dt + (velocity_ - wanted) * (kMoveTime * (1 - left));
   velocity_ = wanted + (velocity_ - wanted) * left;

@@ -1,4 +1,5 @@
-// A camera that flies and orbits: smooth, and the same at every frame rate. Yaw and pitch about the scene's up (+y).
+// A camera that flies and orbits. Its motion is smooth and the same at every frame rate. Yaw turns about the scene's up
+// axis (+y).
 #pragma once
 
 #include <glm/gtc/quaternion.hpp>
@@ -8,37 +9,38 @@
 
 namespace ballot::view {
 
-/// What the hands do during one frame.
+/// The user's camera input during one frame.
 struct CameraInput {
-  glm::dvec3 move{0};             // right, up, back, each in [-1, 1]; the camera's own frame, but up is the scene's
-  double look_x = 0, look_y = 0;  // pixels of the mouse, right and down
+  glm::dvec3 move{0};  // right, up, back, each in [-1, 1]; in the camera's frame, except that up is the scene's
+  double look_x = 0, look_y = 0;  // mouse movement in pixels, right and down; orbit_* too
   double orbit_x = 0, orbit_y = 0;
   bool fast = false;
 };
 
 class FlyCamera {
  public:
-  /// A scene this wide, scene units, decides how fast one flies.
+  /// Sets the flying speed by the length of the scene's diagonal, in scene units.
   explicit FlyCamera(double scene_diagonal) : speed_(scene_diagonal * 0.12) {}
 
-  /// Goes to a view at once, and shows exactly it until the hands move. A rolled view turns upright while one looks.
+  /// Goes to a view at once and shows exactly this view until the user moves the camera. A rolled view turns upright
+  /// when the user looks round.
   void set(const View& view);
 
-  /// The point that orbiting turns about; scene units.
+  /// Sets the point that the camera orbits about, in scene units.
   void set_pivot(const glm::dvec3& pivot) { pivot_ = pivot; }
 
-  /// Moves by `dt` seconds, in [0, 1]. True: the view is another one than before.
+  /// Moves the camera by `dt` seconds, clamped to [0, 1]. Returns true if the view has changed.
   bool update(double dt, const CameraInput& input);
 
-  /// Scene units a second; `factor` > 0.
+  /// The flying speed in scene units per second. change_speed() multiplies it by `factor` > 0.
   double speed() const { return speed_; }
   void change_speed(double factor);
 
-  View view() const;  // called "free" once the hands moved it
+  View view() const;  // its name is "free" once the user has moved the camera
   bool untouched() const { return untouched_; }
   glm::dvec3 position() const { return position_; }
   double yaw() const { return yaw_; }
-  double pitch() const { return pitch_; }  // radians, within +-89 degrees once the mouse moved it
+  double pitch() const { return pitch_; }  // radians; within +-89 degrees once the mouse has moved it
 
  private:
   glm::dquat orientation() const;
@@ -46,7 +48,7 @@ class FlyCamera {
   bool ease_angles(double dt);
   bool ease_motion(double dt, const CameraInput& input);
 
-  View exact_;  // shown as it is while untouched_
+  View exact_;  // the view of set(), shown unchanged while untouched_
   bool untouched_ = true;
   double speed_;
   glm::dvec3 position_{0}, velocity_{0}, pivot_{0};

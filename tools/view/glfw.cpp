@@ -11,7 +11,7 @@ constexpr const char* kInstead = "'ballot render' writes pictures without a wind
 Glfw load() {
   void* library = dlopen("libglfw.so.3", RTLD_NOW | RTLD_LOCAL);
   if (!library)
-    fail(Failure::Device, "ballot view needs GLFW, and there is no libglfw.so.3; on Debian: apt install libglfw3; {}",
+    fail(Failure::Device, "ballot view needs GLFW, but found no libglfw.so.3; on Debian: apt install libglfw3; {}",
          kInstead);
   Glfw g;
 #define BALLOT_GLFW_LOAD(f)                                  \

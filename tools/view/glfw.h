@@ -1,9 +1,9 @@
-// GLFW, found at run time: every other command works on machines without it or without a display.
+// GLFW, loaded at run time, so that every other command works on machines without GLFW or without a display.
 #pragma once
 
 #include "engine/ballot.h"
 
-// After ballot.h: where Vulkan's types are known, GLFW's header declares its functions for them.
+// Included after ballot.h: GLFW's header declares its Vulkan functions only if Vulkan's types are known.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
@@ -15,20 +15,21 @@
   X(glfwGetWindowContentScale) X(glfwSetWindowTitle) X(glfwSetWindowMonitor) X(glfwGetWindowMonitor) \
   X(glfwGetPrimaryMonitor) X(glfwGetVideoMode) X(glfwSetWindowUserPointer) X(glfwGetWindowUserPointer) \
   X(glfwSetKeyCallback) X(glfwSetCharCallback) X(glfwSetCursorPosCallback) X(glfwSetMouseButtonCallback) \
-  X(glfwSetScrollCallback) X(glfwSetDropCallback) X(glfwSetWindowFocusCallback) X(glfwSetWindowIconifyCallback) X(glfwSetInputMode) \
-  X(glfwGetRequiredInstanceExtensions) X(glfwVulkanSupported) X(glfwCreateWindowSurface)
+  X(glfwSetScrollCallback) X(glfwSetDropCallback) X(glfwSetWindowFocusCallback) X(glfwSetWindowIconifyCallback) \
+  X(glfwSetInputMode) X(glfwGetRequiredInstanceExtensions) X(glfwVulkanSupported) X(glfwCreateWindowSurface)
 // clang-format on
 
 namespace ballot::view {
 
-/// The functions that Ballot calls, under their own names.
+/// The GLFW functions that Ballot calls, under their own names.
 struct Glfw {
 #define BALLOT_GLFW_MEMBER(f) decltype(&::f) f = nullptr;
   BALLOT_GLFW(BALLOT_GLFW_MEMBER)
 #undef BALLOT_GLFW_MEMBER
 };
 
-/// Loads GLFW and opens the display, once. Throws Error(Device) that names `ballot render` if there is none.
+/// Returns GLFW's functions. The first call loads GLFW and opens the display. Throws Error(Device) if there is no GLFW
+/// or no display; the message names `ballot render`, which needs neither.
 const Glfw& glfw();
 
 }  // namespace ballot::view

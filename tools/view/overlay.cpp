@@ -9,7 +9,7 @@ namespace ballot::view {
 
 namespace {
 
-// The first that is installed; without any the toolkit's own bitmap font.
+// The fonts to try: the first one that is installed is used; if there is none, ImGui's own bitmap font.
 constexpr const char* kFonts[] = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
                                   "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf",
                                   "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf"};
@@ -58,11 +58,11 @@ Overlay::Overlay(double content_scale, double pixels) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
-  io.IniFilename = nullptr;  // panels have fixed places
+  io.IniFilename = nullptr;  // panels have fixed positions, so no layout is saved
   io.ConfigFlags |= ImGuiConfigFlags_NoMouseCursorChange;
   io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
   set_keys(io);
-  load_font(io, float(content_scale));  // glyphs are drawn as large as they are shown
+  load_font(io, float(content_scale));  // rasterized at the size at which they are shown
   io.FontGlobalScale = float(1 / pixels);
   set_style(float(content_scale / pixels));
   static_assert(sizeof(ImDrawVert) == sizeof(PaintVertex));

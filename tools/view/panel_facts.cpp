@@ -1,4 +1,4 @@
-// Times and the inspector.
+// The panels of frame times and of the pixel inspector.
 #include <imgui/imgui.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ struct Pass {
   const char* name;
   ImU32 color;
   double (*ms)(const FrameRecord&);
-  bool compared;  // only while comparing
+  bool compared;  // shown only while comparing
 };
 
 constexpr Pass kPasses[] = {
@@ -31,7 +31,7 @@ double sum_of(const FrameRecord& frame) {
   return ms;
 }
 
-/// A round number of milliseconds that holds all but the worst frames.
+/// Returns the top of the graph: a round number of milliseconds above all but the slowest 5 % of the frames.
 double top_of(const std::deque<FrameRecord>& frames) {
   std::vector<double> sums;
   for (const FrameRecord& f : frames) sums.push_back(sum_of(f));
@@ -136,7 +136,7 @@ void draw_inspector(const Facts& facts, Wishes& wishes) {
     draw_exact(i);
     wishes.forget_pick = ImGui::SmallButton("close");
   } else {
-    ImGui::TextDisabled("click: counters and the exact answer");
+    ImGui::TextDisabled("click for counters and the exact answer");
   }
   ImGui::End();
 }

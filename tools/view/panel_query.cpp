@@ -1,4 +1,5 @@
-// Choosing what traces: everything here is read from the registries, so a new method or knob appears by itself.
+// The panel that chooses method, numeric mode and knobs. It is built from the registries, so a new method or knob
+// appears without a change here.
 #include <imgui/imgui.h>
 
 #include <charconv>
@@ -20,7 +21,7 @@ std::vector<std::string> words_of(std::string_view text) {
   return words;
 }
 
-/// What the kernel configuration says of this knob; empty where it does not matter to the method.
+/// Returns the knob's value in a kernel configuration; empty if the knob does not affect the method.
 std::string value_of(std::string_view knob, const KernelConfig& f, const Method& method) {
   const std::string text = " " + describe(f, method) + " " + describe_threshold(f, method) + " ";
   const std::string key = " " + std::string(knob) + "=";
@@ -30,7 +31,7 @@ std::string value_of(std::string_view knob, const KernelConfig& f, const Method&
   return text.substr(begin, text.find(' ', begin) - begin);
 }
 
-/// Sets a knob if the device and the method can follow it.
+/// Sets a knob if the device and the method support the value.
 void try_knob(Query& query, std::string_view knob, const std::string& value, const DeviceInfo& device) {
   Knobs knobs = query.knobs;
   knobs[std::string(knob)] = value;
@@ -38,7 +39,7 @@ void try_knob(Query& query, std::string_view knob, const std::string& value, con
     kernel_config_for(find_method(query.method), find_numeric(query.numeric), device, knobs);
     query.knobs = knobs;
   } catch (const Error&) {
-    // The value stays what it was: it is not among those that can be chosen here.
+    // The device or the method does not support the value, so the old one stays.
   }
 }
 
@@ -67,7 +68,7 @@ void draw_number(const KnobInfo& knob, const std::string& now, Query& query, con
       try_knob(query, knob.name, fmt::format("{:.4g}", share), device);
     return;
   }
-  // Sizes of groups go in powers of two, other numbers one by one.
+  // Sizes of groups change by powers of two, other numbers by one.
   const bool powers = knob.name == "workgroup" || knob.name == "subgroup" || knob.name == "lanes";
   ImGui::PushItemWidth(-FLT_MIN - ImGui::CalcTextSize("packet_stack ").x - 60);
   ImGui::TextUnformatted(now.c_str());
@@ -98,7 +99,7 @@ void draw_knobs(Query& query, const DeviceInfo& device) {
     if (ImGui::IsItemHovered())
       ImGui::SetTooltip("%s: %s", std::string(knob.values).c_str(), std::string(knob.what).c_str());
   }
-  if (!query.knobs.empty() && ImGui::SmallButton("as the device wants")) query.knobs.clear();
+  if (!query.knobs.empty() && ImGui::SmallButton("device defaults")) query.knobs.clear();
 }
 
 }  // namespace

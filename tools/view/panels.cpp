@@ -68,14 +68,14 @@ void draw_quality(Settings& s) {
   ImGui::Spacing();
   if (!ImGui::TreeNode("quality")) return;
   ImGui::Checkbox("fewer pixels while moving", &s.scale);
-  if (s.scale) ImGui::SliderFloat("ms a frame", &s.target_ms, 4, 200, "%.0f", ImGuiSliderFlags_Logarithmic);
+  if (s.scale) ImGui::SliderFloat("ms per frame", &s.target_ms, 4, 200, "%.0f", ImGuiSliderFlags_Logarithmic);
   ImGui::SliderInt("samples at rest", &s.samples, 1, 1024, "%d", ImGuiSliderFlags_Logarithmic);
   ImGui::TreePop();
 }
 
 void draw_counters(const std::string& name, const Counters& c) {
   const double rays = double(std::max<std::uint64_t>(1, c.rays));
-  text(fmt::format("{}{:.1f} nodes, {:.1f} triangles a ray", name, double(c["nodes"]) / rays,
+  text(fmt::format("{}{:.1f} nodes, {:.1f} triangles per ray", name, double(c["nodes"]) / rays,
                    double(c["triangles_tested"]) / rays));
   faint(fmt::format("{:.0f} % lanes active, {:.0f} % of nodes shared", 100 * c.active_lanes(), 100 * c.packet_share()));
 }
@@ -134,7 +134,7 @@ void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
   ImGui::End();
 }
 
-// The size is set and not left to the toolkit, which learns it a frame later: a frame may take long.
+// The window's size is set here. ImGui would know it one frame later, and a frame may take long.
 void draw_status(const Facts& facts) {
   std::string line = facts.resting ? "at rest" : fmt::format("{:.0f} fps", facts.fps);
   line += fmt::format("   {}x{}", facts.width, facts.height);
@@ -158,7 +158,7 @@ void draw_status(const Facts& facts) {
   ImGui::PopStyleVar(2);
 }
 
-/// Says on the picture which half is whose.
+/// Draws the name of each half's query on the picture.
 void draw_names(const Settings& s) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   const auto name = [&](const Query& query, float x, bool left) {
@@ -179,7 +179,7 @@ void draw_shader_error(const std::string& message) {
   const float width = std::min(46 * em(), size.x - 24 * em());
   ImGui::SetNextWindowSizeConstraints({std::max(width, 15 * em()), 0}, {std::max(width, 15 * em()), size.y * 0.5f});
   ImGui::Begin("shader error", nullptr, kFixed);
-  ImGui::TextColored(kRed, "A shader does not compile; the last good one is in use.");
+  ImGui::TextColored(kRed, "A shader does not compile; the last one that did is in use.");
   ImGui::PushTextWrapPos(0);
   text(message.substr(0, message.find_last_not_of('\n') + 1));
   ImGui::PopTextWrapPos();
@@ -201,19 +201,19 @@ void draw_help() {
   ImGui::SetNextWindowPos({size.x / 2, size.y / 2}, 0, {0.5f, 0.5f});
   ImGui::Begin("help", nullptr, kFixed);
   static constexpr std::pair<const char*, const char*> kKeys[] = {
-      {"W A S D, E Q", "fly; up, down"},
+      {"W A S D, E Q", "fly; E up, Q down"},
       {"Shift", "faster; the wheel changes the speed"},
       {"right button", "look round"},
       {"left button", "drag: orbit; click: inspect the pixel"},
-      {"1 to 9", "the scene's views"},
-      {"M, N", "next method, numeric mode (Shift: the one before)"},
+      {"1 to 9", "go to a view of the scene"},
+      {"M, N", "next method, numeric mode (Shift: previous)"},
       {"K, G, B", "next ray kind, shading, heat map"},
       {"X", "compare two queries side by side"},
       {"C", "count nodes and lanes"},
       {"V", "append the view to the views file"},
       {"F12", "write the view as EXR and PNG"},
-      {"R", "reload shaders (a changed file does so too)"},
-      {"Tab, H or ?", "panels, this help"},
+      {"R", "reload shaders (also done when a file changes)"},
+      {"Tab, H or ?", "show or hide the panels, this help"},
       {"F11, Ctrl+Q", "full screen, quit"},
       {"drop a file", "opens that scene"},
   };

@@ -1,17 +1,18 @@
-// The overlay's panels: ImGui calls over settings and facts, built from the registries of methods, modes and knobs.
+// The overlay's panels: ImGui calls that show settings and facts, built from the registries of methods, numeric modes
+// and knobs.
 #pragma once
 
 #include "tools/view/state.h"
 
 namespace ballot::view {
 
-/// Draws all panels; `mouse_free` says that the pointer belongs to the picture.
+/// Draws all panels. The panels change `settings`; the result holds what they ask the session to do.
 Wishes draw_panels(Settings& settings, const Facts& facts);
 
-/// Method, numeric mode and knobs of a query. `label` keeps two of them apart.
+/// Draws method, numeric mode and knobs of a query. `label` is an ImGui id that distinguishes two such groups.
 void draw_query(const char* label, Query& query, const DeviceInfo& device);
 
-/// Times of the last frames, stacked by pass, and their legend.
+/// Draws a graph of the times of the last frames, stacked by pass, and its legend.
 void draw_times(const Facts& facts, bool compare);
 
 void draw_inspector(const Facts& facts, Wishes& wishes);

@@ -7,9 +7,9 @@ namespace ballot::view {
 
 namespace {
 
-constexpr double kSlow = 1.15, kAmple = 0.75;  // of the target: beyond the one go down, below the other up
-constexpr int kPatience = 6;                   // frames
-constexpr double kWeight = 0.4;                // of the newest frame
+constexpr double kSlow = 1.15, kAmple = 0.75;  // shares of the target: above kSlow scale down, below kAmple scale up
+constexpr int kPatience = 6;                   // fast frames in a row before scaling up
+constexpr double kWeight = 0.4;                // of the newest frame in the running means
 
 }  // namespace
 
@@ -22,7 +22,7 @@ void Scaler::measured(double traced_ms, double other_ms) {
   fast_ = ms < kAmple * target_ms_ ? fast_ + 1 : 0;
   const bool slow = ms > kSlow * target_ms_, ample = fast_ >= kPatience;
   if (!slow && !ample) return;
-  // Time goes with the pixels, so with the square of the scale.
+  // The time is proportional to the number of pixels, and so to the square of the scale.
   const double wanted = scale_ * std::sqrt(std::max(0.0, target_ms_ - other_ms_) / traced_ms_);
   double next = std::floor(wanted / kStep) * kStep;
   if (slow) next = std::min(next, scale_ - kStep);

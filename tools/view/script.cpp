@@ -57,7 +57,7 @@ std::vector<ScriptLine> parse_script(const std::string& text, const std::string&
     const Command* found = nullptr;
     for (const Command& c : kCommands)
       if (c.name == parsed.words[0]) found = &c;
-    if (!found) bad(parsed, fmt::format("no command is called '{}' ({})", parsed.words[0], name));
+    if (!found) bad(parsed, fmt::format("there is no command '{}' ({})", parsed.words[0], name));
     const std::size_t count = parsed.words.size() - 1;
     if (count < found->least || count > found->most)
       bad(parsed, fmt::format("{} takes: {}", found->name, found->words));
@@ -77,7 +77,7 @@ double duration_of(const ScriptLine& line, const std::string& word) {
   const auto result = std::from_chars(word.data(), end, value);
   const bool seconds = result.ptr + 1 == end && *result.ptr == 's';
   if (result.ec != std::errc() || !(value >= 0) || (!seconds && result.ptr != end))
-    bad(line, fmt::format("'{}' is neither a count of frames such as 10 nor a time such as 0.5s", word));
+    bad(line, fmt::format("'{}' is neither a number of frames, such as 10, nor a time, such as 0.5s", word));
   return seconds ? value : -value;
 }
 
@@ -85,7 +85,7 @@ double number_of(const ScriptLine& line, const std::string& word) {
   double value = 0;
   const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
   if (result.ec != std::errc() || result.ptr != word.data() + word.size() || !(std::abs(value) < 1e6))
-    bad(line, fmt::format("'{}' is no count of pixels", word));
+    bad(line, fmt::format("'{}' is not a number of pixels, such as 12", word));
   return value;
 }
 
@@ -98,7 +98,7 @@ int key_of(const ScriptLine& line, const std::string& word) {
       std::from_chars(word.data() + 1, word.data() + word.size(), number).ec == std::errc() && number >= 1 &&
       number <= 12)
     return GLFW_KEY_F1 + number - 1;
-  bad(line, fmt::format("no key is called '{}'; there are A to Z, 0 to 9, F1 to F12, TAB", word));
+  bad(line, fmt::format("there is no key '{}'; the keys are A to Z, 0 to 9, F1 to F12, TAB", word));
 }
 
 }  // namespace ballot::view

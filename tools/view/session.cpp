@@ -22,7 +22,7 @@ Scene load_noting(const std::string& file) {
 }  // namespace
 
 Session::Session(SessionOptions options) : options_(std::move(options)), settings_(options_.settings) {
-  glfw();  // no display is an error at once, not after minutes of loading
+  glfw();  // so that a missing display is an error at once, not after minutes of loading
   Scene scene = load_noting(options_.scene);
   window_ = std::make_unique<Window>("Ballot", options_.width, options_.height);
   make_overlay();
@@ -48,14 +48,15 @@ void Session::say(const std::string& message, bool failed) {
   std::fflush(stdout);
 }
 
-/// How much larger text is to be than on a usual screen, and pixels in a unit of window coordinates.
+/// Returns how much larger text must be than on a usual screen, and the number of pixels in a unit of window
+/// coordinates.
 glm::dvec2 Session::screen_scale() const {
   const double units = window_->size().x, pixels = window_->pixels().x;
   return {window_->content_scale(), units > 0 && pixels > 0 ? pixels / units : 1};
 }
 
 void Session::make_overlay() {
-  overlay_.reset();  // the toolkit has one at a time
+  overlay_.reset();  // only one may exist at a time
   overlay_scale_ = screen_scale();
   overlay_ = std::make_unique<Overlay>(overlay_scale_.x, overlay_scale_.y);
 }
@@ -81,7 +82,8 @@ void Session::frame() {
     dirty_ = true;
     say(fmt::format("size {}x{}", window_pixels_.x, window_pixels_.y));
   }
-  if (screen_scale() != overlay_scale_) {  // another screen; under Wayland it is known once the window is shown
+  // The window moved to another screen, or it was just shown: only then does Wayland report the scale.
+  if (screen_scale() != overlay_scale_) {
     make_overlay();
     presenter_->set_atlas(overlay_->atlas());
   }
@@ -108,7 +110,7 @@ void Session::frame() {
 }
 
 void Session::note_time(double wall_ms) {
-  const bool rested = facts_.resting;  // such a frame waited for events
+  const bool rested = facts_.resting;  // then this frame's time includes waiting for events
   facts_.resting = at_rest();
   if (rested) return;
   wall_ms_ = wall_ms_ == 0 ? wall_ms : wall_ms_ + 0.1 * (wall_ms - wall_ms_);
@@ -129,7 +131,8 @@ LiveOptions Session::live_options(const glm::uvec2& size) const {
   return o;
 }
 
-/// A kernel that is used for the first time takes a while to compile: says so, and lets a frame show it.
+/// Announces kernels that are used for the first time and take a while to compile. Returns true while a frame must
+/// still show the announcement.
 bool Session::announce_kernels() {
   if (announced_ > 0) return --announced_ > 0;
   const bool counters = find_shading(settings_.shading).heat;
@@ -138,7 +141,8 @@ bool Session::announce_kernels() {
   for (Query& q : queries) {
     q.want = find_ray_kind(settings_.rays).want;
     q.rays = settings_.rays;
-    // With the method's own name: auto runs kernels of others, and tries several when it first meets rays of a kind.
+    // The method's own name is part of the key: auto runs kernels of other methods, and it tries several when it first
+    // gets rays of a class.
     const std::string name = q.method + " " + engine_->tracer().variant(q, counters).kernel_name();
     if (!kernels_.insert(name).second) continue;
     facts_.message = "compiling " + q.method + " ...";
@@ -166,7 +170,7 @@ void Session::trace(bool moved) {
     if (facts_.message.starts_with("compiling"))
       say(fmt::format("method {} {}", settings_.query.method, settings_.query.numeric));
   } catch (const Error& error) {
-    if (settings_ == last_good_) throw;  // what worked before does not any more
+    if (settings_ == last_good_) throw;  // these settings worked before, so there is nothing to go back to
     say(error.what(), true);
     const bool panels = settings_.panels, help = settings_.help;
     settings_ = last_good_;
@@ -198,7 +202,8 @@ void Session::add_sample(bool moved, std::uint32_t index, std::uint32_t count, d
   facts_.frames.push_back({times, presenter_->last_ms(), raw_wall_ms_});
   ++new_frames_;
   if (facts_.frames.size() > kGraphFrames) facts_.frames.pop_front();
-  // A whole picture at rest tells as well what moving would take, before the first move; later ones wait for more samples.
+  // The first sample of a picture at rest also predicts the time of a frame in motion, before the first move. Later
+  // samples are not counted.
   if (settings_.scale && scale == scaler_.scale() && (moved || index == 0))
     scaler_.measured(times.total_ms(), presenter_->last_ms());
 }

@@ -1,4 +1,4 @@
-// A run of the viewer: the window, the engine behind it, and what happens from frame to frame.
+// A session of the viewer: the window, the engine, and the loop over frames.
 #pragma once
 
 #include <chrono>
@@ -21,10 +21,10 @@ struct SessionOptions {
   std::string scene;
   EngineOptions engine;
   Settings settings;
-  bool target_given = false;  // else the device decides about settings.target_ms
-  std::string view;           // to start with; empty: where the scene was left last time
-  std::string views_file;     // where V appends; empty: SCENE-views.json in `out`
-  std::string out = ".";      // folder of pictures
+  bool target_given = false;  // false: the device decides settings.target_ms
+  std::string view;           // the view to start with; empty: the place where the last session of this scene ended
+  std::string views_file;     // the file to which key V appends; empty: SCENE-views.json in `out`
+  std::string out = ".";      // folder for pictures
   std::uint32_t width = 1280, height = 720;
   Pace pace = Pace::Refresh;
   std::vector<ScriptLine> script;
@@ -36,7 +36,7 @@ class Session {
   explicit Session(SessionOptions options);
   ~Session();
 
-  /// Runs until the window is closed. Returns the count of validation messages.
+  /// Runs until the window is closed. Returns the number of validation messages.
   std::size_t run();
 
  private:
@@ -96,21 +96,21 @@ class Session {
   std::unique_ptr<FlyCamera> camera_;
   Scaler scaler_{50};
   Facts facts_;
-  std::vector<View> views_;  // the scene's, then those of the views file
+  std::vector<View> views_;  // the scene's views, then those of the views file
 
-  bool dirty_ = true;              // another picture is to be begun
-  bool jittered_ = false;          // the picture's samples
-  Settings last_good_;             // what traced without an error last
-  std::set<std::string> kernels_;  // that were made, or announced
-  int announced_ = 0;              // frames that show the announcement still
+  bool dirty_ = true;              // the picture must be started again
+  bool jittered_ = false;          // the picture's samples are jittered
+  Settings last_good_;             // the last settings that traced without an error
+  std::set<std::string> kernels_;  // kernels that were compiled or announced
+  int announced_ = 0;              // frames for which the announcement is still shown
   glm::uvec2 traced_{0}, window_pixels_{0};
-  glm::dvec2 overlay_scale_{0};  // that the overlay was made for
+  glm::dvec2 overlay_scale_{0};  // the screen_scale() that the overlay was made for
   Clock::time_point last_frame_ = Clock::now();
-  double raw_wall_ms_ = 0, wall_ms_ = 0;  // from frame to frame: the last, and a running mean
+  double raw_wall_ms_ = 0, wall_ms_ = 0;  // time from frame to frame: the last one, and a running mean
   glm::dvec2 pressed_at_{0};
   bool dragged_ = false, over_panel_ = false;
 
-  std::size_t script_at_ = 0, new_frames_ = 0;  // frames: since the script last asked for times
+  std::size_t script_at_ = 0, new_frames_ = 0;  // new_frames_: frames since the script's last command `times`
   double script_left_ = 0;
   bool script_waits_ = false;
 };

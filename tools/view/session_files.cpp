@@ -1,4 +1,4 @@
-// Scenes, views and pictures on disk; shaders.
+// The part of Session that reads and writes scenes, views and pictures, and reloads shaders.
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A scene's name as a part of a file name.
+/// Returns a scene's name as part of a file name: folder separators and control characters become '_'.
 std::string file_name(std::string name) {
   for (char& c : name)
     if (c == '/' || static_cast<unsigned char>(c) < 32) c = '_';
@@ -32,7 +32,7 @@ void Session::open(Scene scene) {
   const WindowSurface surface = window_->surface();
   EngineOptions options = options_.engine;
   options.window = &surface;
-  if (engine_) options.context = engine_->context();  // the window has its surface already
+  if (engine_) options.context = engine_->context();  // it owns the window's surface
   presenter_.reset();
   engine_.reset();
   const std::string name = scene.name;
@@ -68,13 +68,13 @@ void Session::load_views() {
   if (!options_.view.empty()) {
     for (const View& v : views_)
       if (v.name == options_.view) return go_to(v);
-    find_view(engine_->scene(), options_.view);  // says which names there are
+    find_view(engine_->scene(), options_.view);  // throws an error that lists the names
   }
   if (options_.script.empty() && fs::exists(saved_view_file(), error)) {
     try {
       return go_to(cli::read_views(saved_view_file()).front());
     } catch (const Error&) {
-      // A damaged cache costs the place where one was, nothing else.
+      // A damaged cache file loses the last position, nothing else.
     }
   }
   go_to(views_.front());
@@ -105,7 +105,7 @@ void Session::open_dropped(const std::string& path) {
   }
 }
 
-// By path and content: another scene of the same name has views of its own.
+// The name depends on path and content, so another scene of the same name has its own file.
 fs::path Session::saved_view_file() const {
   std::error_code error;
   const fs::path path = fs::weakly_canonical(options_.scene, error);
@@ -122,7 +122,7 @@ void Session::save_view() const {
     fs::create_directories(file.parent_path());
     cli::write_views(file, {camera_->view()});
   } catch (const std::exception&) {
-    // A cache that cannot be written costs the place where one was, nothing else.
+    // A cache that cannot be written loses the last position, nothing else.
   }
 }
 
@@ -131,7 +131,7 @@ fs::path Session::views_file() const {
   return fs::path(options_.out) / (file_name(engine_->scene().name) + "-views.json");
 }
 
-// From here on the camera stands exactly where the file says, so that a picture of the view is this picture.
+// Also moves the camera to exactly the view in the file, so that a later picture of that view equals the one shown.
 void Session::append_view() {
   try {
     View view = cli::as_written(camera_->view());

@@ -1,4 +1,4 @@
-// Keys, mouse and scripts.
+// The part of Session that handles keys, mouse and scripts.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kClickPixels = 4;
 
-/// The name after `now` in a registry, or the one before; around its ends.
+/// Returns the name after `now` in a registry, or the one before it; wraps around at the ends.
 template <class List>
 std::string next_in(const List& list, const std::string& now, bool back) {
   const auto count = std::ssize(list);
@@ -60,7 +60,7 @@ void Session::take_key(const KeyPress& press) {
     case GLFW_KEY_V:
       return append_view();
     case GLFW_KEY_R:
-      return reload("asked for");
+      return reload("key R");
     case GLFW_KEY_TAB:
       s.panels = !s.panels;
       return;
@@ -104,7 +104,8 @@ CameraInput Session::take_mouse() {
   return hands;
 }
 
-/// A press chooses what a drag orbits about; a press and release in one place picks the pixel.
+/// Handles the left button. A press sets the point that a drag orbits about; press and release in one place pick the
+/// pixel.
 void Session::take_click() {
   const Input& in = window_->input();
   static constexpr double kNever = -1e9;
@@ -178,7 +179,7 @@ void Session::count() {
   facts_.counters = engine_->count(*batch, settings_.query);
   if (settings_.compare) facts_.other_counters = engine_->count(*batch, settings_.other);
   const double rays = double(std::max<std::uint64_t>(1, facts_.counters->rays));
-  say(fmt::format("{}: {:.1f} nodes a ray", settings_.query.method, double((*facts_.counters)["nodes"]) / rays));
+  say(fmt::format("{}: {:.1f} nodes per ray", settings_.query.method, double((*facts_.counters)["nodes"]) / rays));
 }
 
 void Session::step_script(double dt) {
@@ -188,7 +189,8 @@ void Session::step_script(double dt) {
   }
 }
 
-/// True: the line is done, and the next one may follow in the same frame.
+/// Runs a line of the script for this frame. Returns true if the line is done and the next one may run in the same
+/// frame.
 bool Session::run_line(const ScriptLine& line, double dt) {
   const std::string& command = line.words[0];
   Input& input = window_->input();
@@ -218,7 +220,7 @@ bool Session::run_line(const ScriptLine& line, double dt) {
   return true;
 }
 
-/// Means over the frames since the last time, or as many as there are in the graph.
+/// Prints mean times over the frames since the last call, at most those that the graph keeps.
 void Session::say_times() {
   double rays = 0, trace = 0, shade = 0, present = 0, wall = 0;
   const std::size_t count = std::min(facts_.frames.size(), new_frames_);

@@ -8,7 +8,7 @@ ShaderWatch::Files ShaderWatch::look() const {
   Files files;
   std::error_code error;
   for (fs::recursive_directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {
-    std::error_code gone;  // an editor may replace the file right now
+    std::error_code gone;  // set if an editor is just replacing the file
     if (!at->is_regular_file(gone)) continue;
     const auto time = at->last_write_time(gone);
     if (!gone) files[at->path()] = time;

@@ -1,4 +1,4 @@
-// Notices that a file of the shader folder changed.
+// A watch on the shader folder that notices changed files.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,7 @@ class ShaderWatch {
  public:
   explicit ShaderWatch(std::filesystem::path folder) : folder_(std::move(folder)), files_(look()) {}
 
-  /// True once after a change. Looks at the files twice a second at most.
+  /// Returns true once after a change. Looks at the files at most twice a second.
   bool changed();
 
  private:

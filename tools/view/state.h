@@ -1,4 +1,4 @@
-// What the viewer shows and how: everything that keys, panels and scripts change.
+// The viewer's state: the settings that keys, panels and scripts change, and the facts that panels show.
 #pragma once
 
 #include <deque>
@@ -11,55 +11,55 @@ namespace ballot::view {
 
 struct Settings {
   Query query;  // method, numeric mode and knobs
-  Query other;  // of the right half while comparing
+  Query other;  // the query of the right half while comparing
   bool compare = false;
   float divider = 0.5f;  // share of the width that the left half takes
   std::string rays = "primary", shading = "eyelight", heat = "nodes";
-  int samples = 64;      // while the camera rests the picture is refined up to these; 1: not at all
-  bool scale = true;     // fewer pixels while moving, to hold the target
-  float target_ms = 50;  // of a frame while moving
+  int samples = 64;   // samples per pixel up to which the picture is refined while the camera rests; 1: no refinement
+  bool scale = true;  // trace fewer pixels while moving, to meet the target
+  float target_ms = 50;  // target time of a frame while moving
   bool panels = true, help = false;
 
-  bool operator==(const Settings& o) const;  // of what changes the picture
+  bool operator==(const Settings& o) const;  // compares only the settings that change the picture
 };
 
-/// A frame's times, for the graph.
+/// The times of a frame, for the graph.
 struct FrameRecord {
   LiveTimes times;
   double present_ms = 0;
-  double wall_ms = 0;  // from frame to frame
+  double wall_ms = 0;  // time from frame to frame
 };
 
-/// What the inspector knows of the pixel under the mouse, or of a picked one.
+/// The inspector's data on the pixel under the mouse, or on a picked one.
 struct Inspection {
   glm::uvec2 pixel{0};
   Probe probe;
-  bool picked = false;  // with counters and the exact oracle's answer
+  bool picked = false;  // then probe has counters, and the members below hold the exact oracle's answer
   ExactHit exact;
   bool agrees = true;
-  double t_ulp = 0;    // |t - exact t| in ulps of float32, where both hit the same triangle
-  std::string reason;  // why not, or why the rounding explains it
+  double t_ulp = 0;    // |t - exact t| in ulps of float32, if both hit the same triangle
+  std::string reason;  // why the answer is wrong, or why rounding errors explain the difference
 };
 
-/// What panels show besides the settings.
+/// The data that panels show besides the settings.
 struct Facts {
   const Engine* engine = nullptr;
   std::string scene_file, view_name;
-  std::deque<FrameRecord> frames;  // the newest last, those that traced something
-  LiveTimes last;                  // of the newest
+  std::deque<FrameRecord> frames;  // the frames that traced something, the newest last
+  LiveTimes last;                  // the times of the newest
   double fps = 0;
-  bool resting = false;                 // the picture is finished, and nothing moves
-  std::uint32_t width = 0, height = 0;  // traced
+  bool resting = false;                 // the picture is finished and nothing moves
+  std::uint32_t width = 0, height = 0;  // traced pixels
   double scale = 1, speed = 0;
   std::uint32_t samples = 0;
-  std::optional<Counters> counters, other_counters;  // on demand, of the view that is shown
+  std::optional<Counters> counters, other_counters;  // of the view that is shown; counted on demand
   std::optional<Inspection> hovered, picked;
-  std::string message;  // of the last action
+  std::string message;  // the result of the last action
   bool failed = false;  // the message is an error
   std::string shader_error;
 };
 
-/// What a panel asks the session to do.
+/// The actions that a panel asks the session for.
 struct Wishes {
   bool count = false, forget_pick = false;
 };

@@ -33,7 +33,7 @@ void on_drop(GLFWwindow* window, int count, const char** paths) {
 
 void on_focus(GLFWwindow* window, int focused) {
   Input& input = input_of(window);
-  // What is released elsewhere is not heard of here.
+  // A key that is released while another window has the focus sends no event here.
   if (!focused) std::fill(std::begin(input.down), std::end(input.down), false);
 }
 
@@ -52,8 +52,8 @@ Window::Window(const std::string& title, std::uint32_t width, std::uint32_t heig
   const Glfw& g = glfw();
   if (!g.glfwVulkanSupported())
     fail(Failure::Device,
-         "this display offers Vulkan no surface (a Vulkan loader, and a driver with VK_KHR_xcb_surface or the like); "
-         "'ballot render' writes pictures without a window");
+         "Vulkan cannot present to this display (it needs a Vulkan loader and a driver with VK_KHR_xcb_surface or the "
+         "like); 'ballot render' writes pictures without a window");
   g.glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
   g.glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
   handle_ = g.glfwCreateWindow(int(width), int(height), title.c_str(), nullptr, nullptr);
@@ -77,7 +77,7 @@ void Window::set_callbacks() {
   g.glfwSetScrollCallback(handle_, [](GLFWwindow* w, double, double y) { input_of(w).scrolled += y; });
   g.glfwSetDropCallback(handle_, on_drop);
   g.glfwSetWindowFocusCallback(handle_, on_focus);
-  // Some desktops give a minimised window no area, others (X11) leave its size as it was.
+  // Some desktops give a minimised window the size 0; others (X11) leave its size unchanged.
   g.glfwSetWindowIconifyCallback(handle_, [](GLFWwindow* w, int yes) { input_of(w).minimised = yes != 0; });
 }
 
@@ -95,7 +95,7 @@ void Window::poll(double wait_s) {
   ask_size();
 }
 
-// Once a frame: under X11 each question is a round trip to the server.
+// Called once a frame, because under X11 each query is a round trip to the server.
 void Window::ask_size() {
   int width = 0, height = 0;
   glfw().glfwGetFramebufferSize(handle_, &width, &height);
