@@ -50,7 +50,7 @@ TEST_F(PaddingTest, RaysFromFarAway) {
   expect_alike(triangles, rays, rays.size() / 2);
 }
 
-// For such rays the padding of a box decides whether the first leaf is visited.
+// For a ray that starts on a triangle, the padding of a box decides whether its first leaf is visited.
 TEST_F(PaddingTest, RaysThatBeginOnTriangles) {
   const shapes::Triangles triangles = shapes::grid(24);
   std::vector<Ray> rays = shapes::random_rays(6000, 3, 1);
@@ -99,7 +99,7 @@ TEST_F(FarFromZero, RaysFromNearby) {
   expect_all_alike(triangles, rays, rays.size() / 4);
 }
 
-// For these origins the distance from the middle of the scene is rounded.
+// The distance of these origins from the middle of the scene is rounded.
 TEST_F(FarFromZero, RaysFromElsewhere) {
   const shapes::Triangles triangles = far(shapes::soup(400, 0.3f));
   std::vector<Ray> rays;

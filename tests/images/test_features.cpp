@@ -1,5 +1,5 @@
-// Tests that a scene pays only for the features that it has. Each feature is tested alone: the kernels, bindings,
-// buffers and dispatches that follow from it, and that nothing else causes them.
+// Tests that a scene pays only for the features that it has. Each feature is tested alone: it must cause its kernels,
+// bindings, buffers and dispatches, and no others.
 #include <optional>
 #include <set>
 
@@ -264,7 +264,7 @@ TEST(Features, OfABuiltTree) {
 struct Changed {
   const char* name;
   std::uint64_t scene_bytes;  // of device memory, without triangles and materials
-  bool shadow, alpha;         // true if it needs buffers for shadow rays, for rays behind transparent surfaces
+  bool shadow, alpha;         // true if it needs buffers for shadow rays; for rays behind transparent surfaces
   std::string passes;         // of shading "whitted", in the order of first use
   void (*change)(Scene&) = [](Scene&) {};
 };
@@ -363,7 +363,7 @@ TEST(Features, EveryFeatureTracesTheSameRays) {
       for (const char* name : {"R", "G", "B"})
         for (std::size_t i = 0; i < 256; ++i)
           EXPECT_NEAR(own.image.channel(name).floats[i], every.image.channel(name).floats[i], 2e-3f)
-              << name << " " << i;
+              << name << " of pixel " << i;
     }
 }
 

@@ -124,7 +124,7 @@ TEST(Shading, ACornerNormalOfZeroFallsBackToTheFace) {
   EXPECT_NEAR(p.at("N.Z", 4, 4), 1, 1e-6);
 }
 
-// A kernel has no binding for what the scene or the shading does not have.
+// A kernel has no binding for data that the scene lacks or the shading does not use.
 TEST(Shading, CodeAndBindingsOnlyForWhatIsThere) {
   Context gpu({.device = "", .validate = true});
   const auto kernel = [&](const char* shading, bool normals) {
