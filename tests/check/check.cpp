@@ -1,9 +1,12 @@
-// Holds every method to the oracle on a scene, every ray compared:
+// Holds every traversal method to the CPU oracle on given scenes and compares every ray:
 //   ballot_check SCENE… [--rays N] [--kinds K,…] [--device D] [--validate] [--quick]
-// Rays: N random ones through the scene's box, and of every ray kind about N over all views. For each set: every method
-// and vote in every numeric mode, nearest or any as the kind wants it and both for random rays, against the CPU oracle;
-// in the conservative modes also bit equality over methods, workgroup and subgroup sizes, kernel configurations and permuted ray
-// order. Exit code 1 if anything differs.
+//
+// Rays: N random rays through the scene's box, and about N rays of every ray kind over all views.
+//
+// Each set of rays is traced with every method and vote in every numeric mode, for the closest hit or any hit as the
+// ray kind wants it; random rays for both. The hits are judged by the oracle. In the conservative modes they must also
+// be equal bit for bit over methods, workgroup and subgroup sizes, kernel configurations and permuted ray order;
+// --quick leaves out the kernel configurations. Exit code 1 if anything differs.
 #include <cmath>
 #include <map>
 #include <random>
@@ -24,7 +27,7 @@ struct Args {
   bool validate = false, quick = false;
 };
 
-/// Names apart by commas.
+/// Parses ray kinds whose names are separated by commas. Throws Error(Arguments) on an unknown name.
 std::vector<const RayKind*> kinds_of(const std::string& list) {
   std::vector<const RayKind*> kinds;
   std::istringstream words(list);
@@ -38,7 +41,7 @@ Args parse(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     const auto value = [&] {
-      if (++i >= argc) fail(Failure::Arguments, "{} needs a value", word);
+      if (++i >= argc) fail(Failure::Arguments, "{} needs a value, found none", word);
       return std::string(argv[i]);
     };
     if (word == "--rays")
@@ -61,7 +64,8 @@ Args parse(int argc, char** argv) {
   return args;
 }
 
-/// Of all views, one after the other; each view gets a square picture, so that there are about `count` rays together.
+/// Returns rays of a kind, from all views one after the other. Each view gets a square picture of such a size that
+/// there are about `count` rays in all.
 std::vector<Ray> kind_rays(Engine& engine, const RayKind& kind, std::size_t count) {
   const RayKindOptions options;
   const std::size_t per_pixel = kind.generators.size() * (kind.rays_per_hit ? kind.rays_per_hit : options.ao_rays);
@@ -75,6 +79,7 @@ std::vector<Ray> kind_rays(Engine& engine, const RayKind& kind, std::size_t coun
   return all;
 }
 
+/// Returns rays between random points of the box, the same ones in every run.
 std::vector<Ray> random_rays(const Bounds& b, std::size_t count) {
   std::mt19937 engine(1);
   const auto point = [&] {
@@ -90,6 +95,7 @@ std::vector<Ray> random_rays(const Bounds& b, std::size_t count) {
   return rays;
 }
 
+/// Traces sets of rays with every query and counts and prints what is wrong.
 class Checker {
  public:
   Checker(Engine& engine, bool quick)
@@ -124,7 +130,8 @@ class Checker {
   std::vector<Hit> trace(const std::vector<Ray>& rays, const Query& q) {
     std::vector<Hit> hits(rays.size());
     const TraceTimes times = engine_.trace(rays, hits, q);
-    if (const std::size_t n = count_untouched(hits)) problem("{} of {} rays unwritten", n, rays.size());
+    if (const std::size_t n = count_untouched(hits))
+      problem("the kernel wrote no hit for {} of {} rays", n, rays.size());
     if (times.retraced) fmt::print("  {} rays retraced in pieces\n", times.retraced);
     return hits;
   }

@@ -1,10 +1,13 @@
-// Where Embree's robust single-ray call and the exact oracle differ, and why:
+// Compares Embree's robust single-ray call with the exact oracle, and says why they differ:
 //   ballot_embree_agreement SCENE… [--rays N] [--cases N] [--brute N]
-// Rays: about N primary ones over all views, N random ones through the scene's box, and N at vertices and edges of
-// triangles. Differences are counted as Embree's errors or ties, with the reasons of the first. That the oracle is right
-// is shown without its filter and tree: no triangle that Embree names may be hit before the oracle's, by exact
-// arithmetic, in any of the rays; and the first --brute errors are asked of every triangle of the scene. Exit code 1 if
-// the oracle is wrong.
+//
+// Rays: about N primary rays over all views, N random rays through the scene's box, and N rays at vertices and edges of
+// triangles. Each difference counts as an error of Embree or as a tie; the first --cases are printed with their
+// reasons.
+//
+// Two checks show that the oracle is right, without its filter and its tree. First, by exact arithmetic, no ray may hit
+// the triangle that Embree names before the oracle's. Second, the first --brute errors are tested against every
+// triangle of the scene. Exit code 1 if the oracle is wrong.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -40,7 +43,7 @@ Args parse(int argc, char** argv) {
     if (number && i + 1 < argc)
       *number = std::stoul(argv[++i]);
     else if (word.starts_with("--"))
-      fail(Failure::Arguments, "unknown option {}, or its number is missing", word);
+      fail(Failure::Arguments, "unknown option {}, or the number after it is missing", word);
     else
       args.scenes.push_back(word);
   }
@@ -49,6 +52,7 @@ Args parse(int argc, char** argv) {
   return args;
 }
 
+/// Traces rays with Embree, one by one, and returns the hits as Ballot's records.
 class EmbreeAnswers : public EmbreeScene {
  public:
   using EmbreeScene::EmbreeScene;
@@ -74,6 +78,7 @@ class EmbreeAnswers : public EmbreeScene {
   }
 };
 
+/// Returns about `count` camera rays, through a square picture of each view.
 std::vector<Ray> primary_rays(const Scene& scene, std::size_t count) {
   const auto size = static_cast<std::size_t>(std::sqrt(double(count) / double(scene.views.size())));
   std::vector<Ray> rays;
@@ -90,6 +95,7 @@ std::vector<Ray> primary_rays(const Scene& scene, std::size_t count) {
   return rays;
 }
 
+/// Random points of a scene, the same ones in every run.
 class Points {
  public:
   explicit Points(const Scene& scene) : scene_(scene) {}
@@ -98,7 +104,8 @@ class Points {
     for (int k = 0; k < 3; ++k) p[k] = scene_.bounds.lo[k] + (scene_.bounds.hi[k] - scene_.bounds.lo[k]) * share();
     return p;
   }
-  glm::vec3 on_an_edge() {  // or its end
+  /// Returns a vertex of a triangle or a point of one of its edges.
+  glm::vec3 on_an_edge() {
     const Triangle& t = scene_.triangles[engine_() % scene_.triangles.size()];
     const std::size_t k = engine_() % 3;
     return engine_() % 2 ? t[k] : t[k] + (t[(k + 1) % 3] - t[k]) * share();
@@ -110,6 +117,7 @@ class Points {
   std::mt19937 engine_{1};
 };
 
+/// Holds a scene in Embree and in the oracles, and compares their answers.
 class Comparison {
  public:
   Comparison(const Scene& scene, const Args& args)
@@ -120,7 +128,7 @@ class Comparison {
         exact_(device_),
         bound_(device_) {}
 
-  /// Returns how often the oracle is wrong.
+  /// Compares and prints. Returns how often the oracle is wrong.
   std::size_t compare(std::string_view name, const std::vector<Ray>& rays) {
     ProgressBar bar("exact oracle");
     const ExactCounts before = exact_.counts();
@@ -157,7 +165,7 @@ class Comparison {
     return 1e6 * double(n) / double(std::max<std::uint64_t>(1, c.triangle_tests));
   }
 
-  // Embree names a triangle that is hit before the oracle's.
+  /// True if Embree names a triangle that, by exact arithmetic, the ray hits before the oracle's.
   bool beaten(const Ray& ray, const Hit& answer, const ExactHit& truth) const {
     if (answer.prim == NO_HIT || answer.prim == truth.prim || !exact_.hits(ray, answer.prim)) return false;
     if (truth.prim == NO_HIT) return true;
@@ -165,6 +173,7 @@ class Comparison {
     return order < 0 || (order == 0 && answer.prim < truth.prim);
   }
 
+  /// Runs and prints both checks of the oracle. Returns how often it is wrong.
   std::size_t refuted(const std::vector<Ray>& rays, const std::vector<Hit>& answers, const std::vector<ExactHit>& truth,
                       const ErrorFigures& f) const {
     std::atomic<std::size_t> better = 0, otherwise = 0;
@@ -178,8 +187,8 @@ class Comparison {
       otherwise += all.prim != found.prim || all.t != found.t || all.u != found.u || all.v != found.v ? 1 : 0;
     });
     fmt::print(
-        "    by exact arithmetic {} answers of Embree are better than the oracle's; {} of {} errors of Embree's, "
-        "asked of every triangle, are none\n",
+        "    by exact arithmetic {} answers of Embree are better than the oracle's; a test of every triangle "
+        "refutes the oracle in {} of {} errors of Embree\n",
         better.load(), otherwise.load(), count);
     return better + otherwise;
   }

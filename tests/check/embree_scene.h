@@ -1,4 +1,5 @@
-// An Embree scene of Ballot's triangles, to compare with: robust, high build quality, which has spatial splits.
+// An Embree scene of Ballot's triangles, to compare with. It is robust and of high build quality, which includes
+// spatial splits.
 #pragma once
 
 #include <embree3/rtcore.h>

@@ -1,4 +1,4 @@
-// JSON as `ballot bench` writes it, made up.
+// Builders of invented JSON documents in the format that `ballot bench` writes.
 #pragma once
 
 #include <cmath>
@@ -8,13 +8,14 @@
 
 namespace ballot::test {
 
-/// Samples that spread by 1 % round ms, with this median.
+/// Returns timing statistics whose samples lie within 1 % of `ms` and whose median is `ms`, in milliseconds.
 inline nlohmann::json made_up_times(double ms, int samples = 21) {
   std::vector<double> all;
   for (int i = 0; i < samples; ++i) all.push_back(ms * (1 + 0.01 * (2.0 * (i * 7 % samples) / (samples - 1) - 1)));
   return {{"median", ms}, {"p10", ms * 0.992}, {"p90", ms * 1.008}, {"samples", all}};
 }
 
+/// The fields of an invented record of a bench run; `ms` is the median time of the traversal in milliseconds.
 struct MadeUpRecord {
   std::string scene = "sponza", view = "view0", rays = "primary", label = "packet(any)", method = "packet";
   double ms = 1;
@@ -24,6 +25,7 @@ struct MadeUpRecord {
   std::uint64_t ray_count = 1000000;
 };
 
+/// Returns the record as JSON. A record of role "sweep" has no frame times.
 inline nlohmann::json made_up(const MadeUpRecord& r) {
   nlohmann::json json{{"scene", r.scene},
                       {"view", r.view},
@@ -45,6 +47,7 @@ inline nlohmann::json made_up(const MadeUpRecord& r) {
   return json;
 }
 
+/// Returns a run of one scene, without records.
 inline nlohmann::json made_up_run(const std::string& device = "Imagined GPU") {
   return {{"device", device},
           {"driver", "imagined 1.0"},
@@ -72,7 +75,8 @@ inline nlohmann::json made_up_run(const std::string& device = "Imagined GPU") {
           {"records", nlohmann::json::array()}};
 }
 
-/// Packet with its three votes, if-if, cut and a sweep of it, on two views, for primary and shadow rays.
+/// Returns a run over two views, with primary and shadow rays: packet with its three votes, if-if, a sweep of cut and
+/// the best of that sweep.
 inline nlohmann::json made_up_bench(const std::string& device = "Imagined GPU") {
   nlohmann::json run = made_up_run(device);
   for (const char* rays : {"primary", "shadow"})

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr unsigned kSecondsAtMost = 120;
+constexpr unsigned kSecondsAtMost = 120;  // after these a started program is killed
 
 std::string read_all(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -46,7 +46,7 @@ Words environment_with(const Environment& changes) {
   return all;
 }
 
-/// The child: nothing but what POSIX allows between fork and exec.
+/// Turns the forked child into the program. Calls only what POSIX allows between fork and exec.
 [[noreturn]] void become(char** args, char** environment, const char* folder, const char* out, const char* err) {
   const int in = ::open("/dev/null", O_RDONLY);
   const int out_fd = ::open(out, O_WRONLY | O_CREAT | O_TRUNC, 0666),
@@ -77,7 +77,7 @@ void add_camera(GltfBuilder& b, const std::string& name, float z) {
 
 Cli::Cli() {
   std::string pattern = (fs::path(::testing::TempDir()) / "ballot_cli_XXXXXX").string();
-  if (!::mkdtemp(pattern.data())) throw std::runtime_error("no folder for the test: " + pattern);
+  if (!::mkdtemp(pattern.data())) throw std::runtime_error("cannot create a folder for the test: " + pattern);
   root_ = pattern;
   for (const char* name : {"work", "cache", "temporary", "streams"}) fs::create_directory(root_ / name);
 }
@@ -100,7 +100,8 @@ Result Cli::run(const Words& args, const Environment& more) const {
   const pid_t child = ::fork();
   if (child == 0) become(argv.data(), envp.data(), folder.c_str(), out.c_str(), err.c_str());
   int status = 0;
-  if (child < 0 || ::waitpid(child, &status, 0) != child) throw std::runtime_error("ballot could not be started");
+  if (child < 0 || ::waitpid(child, &status, 0) != child)
+    throw std::runtime_error("cannot start ballot, or cannot wait for it to end");
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_all(out), read_all(err)};
 }
 
@@ -181,7 +182,7 @@ std::vector<Ray> square_rays(std::size_t n) {
 bool hits_square(const Ray& ray) { return std::abs(ray.origin.x) <= 1 && std::abs(ray.origin.y) <= 1; }
 
 void expect_error_lines(const std::string& err) {
-  EXPECT_FALSE(err.empty()) << "no word of what went wrong";
+  EXPECT_FALSE(err.empty()) << "standard error is empty, expected an error message";
   std::istringstream lines(err);
   std::string line;
   for (bool first = true; std::getline(lines, line); first = false)

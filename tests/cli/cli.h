@@ -1,4 +1,4 @@
-// Runs the ballot binary as a user does, in folders of its own.
+// The fixture of the command-line tests: it runs the ballot binary as a user does, in temporary folders.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 
 namespace ballot::test {
 
-/// What a run left: exit code (128 + signal if it was killed) and both streams.
+/// The outcome of a run: the exit code (128 + signal if the program was killed), standard output and standard error.
 struct Result {
   int code = -1;
   std::string out, err;
@@ -25,19 +25,21 @@ struct Result {
 using Words = std::vector<std::string>;
 using Environment = std::map<std::string, std::string>;
 
-/// A test with a working folder, a cache and a folder for temporaries, all its own and gone afterwards.
+/// A fixture with its own working folder, cache folder and folder for temporary files. They are removed after the test.
 class Cli : public ::testing::Test {
  protected:
   Cli();
   ~Cli() override;
 
-  /// Runs `ballot args` in the working folder; killed after two minutes.
+  /// Runs `ballot args` in the working folder, with the environment variables of `more` added. Kills it after two
+  /// minutes.
   Result run(const Words& args, const Environment& more = {}) const;
 
-  /// Runs it and expects exit code 0 and no validation message.
+  /// Runs `ballot args` and expects exit code 0 and no message of the validation layers.
   Result succeed(const Words& args, const Environment& more = {}) const;
 
-  /// Runs it and expects this exit code, an error that holds every part, and the working folder as it was.
+  /// Runs `ballot args`. Expects this exit code, an error message that contains every part, and the same set of files
+  /// as before.
   void refuse(int code, std::initializer_list<std::string_view> parts, const Words& args,
               const Environment& more = {}) const;
 
@@ -45,15 +47,16 @@ class Cli : public ::testing::Test {
   std::string write(const std::string& name, std::string_view content) const;  // returns `name`
   std::string read(const std::string& name) const;
   nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(read(name)); }
-  std::set<std::string> files() const;  // of the working folder and below, and leftovers of temporaries
+  /// Returns the files of the working folder and below, and any temporary file that was left behind.
+  std::set<std::string> files() const;
 
-  /// square.glb: two triangles in [-1, 1]^2 at z = 0, views "front" (from z = 3) and "far" (from z = 6).
+  /// Writes square.glb: two triangles in [-1, 1]^2 at z = 0, with views "front" (from z = 3) and "far" (from z = 6).
   std::string square() const;
-  /// orthographic.glb: the same, seen by one orthographic view, "plan", half as high as the square.
+  /// Writes orthographic.glb: the same square, with one orthographic view "plan" that is half as high as the square.
   std::string orthographic() const;
-  /// empty.glb: one view, no triangle.
+  /// Writes empty.glb: one view and no triangle.
   std::string empty() const;
-  /// rays.npy: n rays along -z from z = 2 over [-2, 2] squared, so that some miss.
+  /// Writes rays.npy: n rays along -z from z = 2 over [-2, 2]^2, so that some miss the square.
   std::string rays(std::size_t n = 64) const;
   std::vector<Hit> hits(const std::string& name = "hits.npy") const;
 
@@ -61,12 +64,15 @@ class Cli : public ::testing::Test {
   std::filesystem::path root_;
 };
 
-/// Rays that Cli::rays writes, and whether and at what distance each hits the square.
+/// Returns the rays that Cli::rays writes.
 std::vector<Ray> square_rays(std::size_t n);
+/// True if the ray, one of square_rays(), hits the square.
 bool hits_square(const Ray& ray);
 
-/// Expects each line to be "ballot: ..." or, indented, to continue one.
+/// Expects that there is at least one line, and that each line begins with "ballot: " or continues one, indented by two
+/// spaces.
 void expect_error_lines(const std::string& err);
+/// Expects that the text contains every part.
 void expect_parts(const std::string& text, std::initializer_list<std::string_view> parts);
 
 }  // namespace ballot::test

@@ -1,4 +1,4 @@
-// Scene files that every command must refuse in one sentence, with exit code 1 and nothing written.
+// Scene files that every command must refuse: with one sentence, exit code 1 and no file written.
 #include <cmath>
 #include <limits>
 

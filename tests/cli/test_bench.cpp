@@ -1,4 +1,4 @@
-// ballot bench: what it measures and writes, and what it refuses.
+// Tests of `ballot bench`: its measurements, its output files and the arguments that it refuses.
 #include <sys/wait.h>
 
 #include <cstdlib>

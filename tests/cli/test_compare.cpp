@@ -1,4 +1,4 @@
-// ballot bench --compare: is the second run slower beyond noise?
+// Tests of `ballot bench --compare`, which decides whether the second of two runs is slower beyond noise.
 #include "tests/cli/bench_json.h"
 #include "tests/cli/cli.h"
 
@@ -7,7 +7,7 @@ namespace {
 
 class Compare : public Cli {
  protected:
-  /// One record a view with these times.
+  /// Writes a run with one record per view; `ms` gives the time of each view in milliseconds. Returns `name`.
   std::string run_of(const std::string& name, const std::vector<double>& ms, const std::string& label = "packet(any)",
                      std::uint64_t rays = 1000000) const {
     nlohmann::json run = made_up_run();

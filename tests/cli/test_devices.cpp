@@ -1,4 +1,4 @@
-// Choosing a device, and what is said where none will do.
+// Tests of the choice of a device, and of the error messages where no device is usable.
 #include "engine/vk/context.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/gltf_builder.h"
@@ -133,7 +133,7 @@ TEST_F(Devices, ACpuDeviceByName) {
   bool has_cpu = false;
   const auto devices = json("info.json")["devices"];
   for (const auto& d : devices) has_cpu |= d["name"].get<std::string>().starts_with("llvmpipe");
-  BALLOT_NEEDS(has_cpu, "no lavapipe here (package mesa-vulkan-drivers)")
+  BALLOT_NEEDS(has_cpu, "lavapipe is not installed (package mesa-vulkan-drivers)")
   for (const char* name : {"cpu", "llvmpipe"}) {
     const Result result = succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--device", name});
     expect_parts(result.out, {"on llvmpipe"});

@@ -1,4 +1,4 @@
-// What the help texts teach, and words that are no command or option.
+// Tests that the help texts list every command, option and name, and that unknown words are refused.
 #include "engine/render/film/renderer.h"
 #include "engine/trace/knobs.h"
 #include "engine/trace/numeric.h"

@@ -1,4 +1,4 @@
-// ballot info: devices, a scene's figures, its triangles.
+// Tests of `ballot info`: the list of devices, the statistics of a scene, its triangles and its kernels.
 #include <algorithm>
 #include <regex>
 
@@ -37,7 +37,7 @@ TEST_F(Info, ASceneWithEveryVariant) {
   EXPECT_EQ(all["scenes"][0]["triangles"], 2);
   EXPECT_EQ(all["scenes"][0]["name"], "square");
   for (const Method& m : kMethods) expect_parts(info.out, {m.name});
-  EXPECT_EQ(all["variants"].size(), std::size(kMethods) - 1);  // auto has no kernel
+  EXPECT_EQ(all["variants"].size(), std::size(kMethods) - 1);  // method auto has no kernel of its own
   EXPECT_EQ(all["choices"], nlohmann::json::array());
   expect_parts(info.out, {"auto has chosen nothing yet", "--calibrate"});
   expect_parts(all["command"], {"info square.glb --validate --json info.json"});
@@ -127,7 +127,8 @@ TEST_F(Info, LightOfACommandLineIsPartOfTheScene) {
   square();
   const Result result = succeed({"info", "square.glb", "--lamp", "eye:1,1,1", "--sky", "1,1,1"});
   expect_parts(result.out, {"punctual lights", "path.scatter+lights+sky"});
-  const std::regex with_more("path\\.scatter\\+(?!perspective)");  // GPUs make rays there, so they know the camera
+  // On GPUs the scatter kernel generates the camera rays, so the kind of camera is part of its name.
+  const std::regex with_more("path\\.scatter\\+(?!perspective)");
   EXPECT_FALSE(std::regex_search(succeed({"info", "square.glb"}).out, with_more));
   refuse(2, {"--sky needs a SCENE"}, {"info", "--sky", "gradient"});
   refuse(2, {"--lamp dark"}, {"info", "square.glb", "--lamp", "dark"});

@@ -1,4 +1,4 @@
-// ballot verify --origins: its tables, JSON and report, and what it refuses.
+// Tests of `ballot verify --origins`: its tables, JSON and report, and the arguments that it refuses.
 #include "tests/cli/cli.h"
 
 namespace ballot::test {

@@ -1,4 +1,4 @@
-// ballot render: views to files.
+// Tests of `ballot render`, which writes views of a scene to image files.
 #include <unistd.h>
 
 #include <cmath>
@@ -82,7 +82,7 @@ TEST_F(Render, EveryMethodAndModeAgrees) {
       succeed({"render", "square.glb", "--view", "front", "--size", "17x5", "--out", "p.exr", "--validate", "--method",
                std::string(method.name), "--numeric", std::string(mode.name)});
       const Image image = picture("p.exr");
-      const std::string_view runs = method.chooses ? kPlainestMethod : method.name;  // of so few rays
+      const std::string_view runs = method.chooses ? kPlainestMethod : method.name;  // auto's choice for so few rays
       EXPECT_TRUE(std::get<std::string>(image.attributes.at("method")).starts_with(runs));
       EXPECT_EQ(std::get<std::string>(image.attributes.at("numeric")), mode.name);
       EXPECT_NEAR(image.channel("Z").floats[2 * 17 + 8], 3, 1e-5);
@@ -120,7 +120,7 @@ TEST_F(Render, ViewsWithOddNamesStayInTheFolder) {
   std::set<std::string> written;
   const auto records = json("r.json")["records"];
   for (const auto& record : records) written.insert(record["exr"]);
-  EXPECT_EQ(written.size(), 3u) << "two views went to one file";
+  EXPECT_EQ(written.size(), 3u) << "two views were written to the same file";
   for (const std::string& name : written) {
     EXPECT_EQ(std::filesystem::path(name).parent_path(), "p");
     EXPECT_TRUE(files().contains(name)) << name;
@@ -173,7 +173,7 @@ TEST_F(Render, BadOutputs) {
 }
 
 TEST_F(Render, AFolderThatMayNotBeWritten) {
-  // Nobody may make files in /proc, root included.
+  // No user can create files in /proc, not even root.
   refuse(1, {"cannot write /proc/square-"}, {"render", "square.glb", "--size", "4x4", "--out", "/proc"});
 }
 

@@ -1,4 +1,5 @@
-// Pictures in parts: tiles and their merging, crops, checkpoints and going on from them, errors to a reference.
+// Tests of pictures that are rendered in parts: tiles and their merging, crops, checkpoints and resuming from them.
+// Also tests the error figures against a reference picture.
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -15,7 +16,7 @@ namespace {
 
 class Parts : public Cli {
  protected:
-  /// A lamp over a floor, small and quick, in scene.glb.
+  /// Writes scene.glb: a lamp over a floor, small enough to render quickly.
   void SetUp() override {
     GltfBuilder b;
     b.mesh(b.vec3({-2, 0, -2, -2, 0, 2, 2, 0, 2, -2, 0, -2, 2, 0, 2, 2, 0, -2}));
@@ -48,7 +49,7 @@ class Parts : public Cli {
     }
   }
 
-  /// Starts the program and kills it as soon as the file is there.
+  /// Starts ballot and kills it with SIGKILL as soon as the file exists.
   void kill_when_there_is(const std::string& file, const Words& args) const {
     const pid_t child = fork();
     if (child == 0) {
@@ -66,7 +67,7 @@ class Parts : public Cli {
     kill(child, SIGKILL);
     int status = 0;
     waitpid(child, &status, 0);
-    EXPECT_TRUE(WIFSIGNALED(status)) << "it ended by itself";
+    EXPECT_TRUE(WIFSIGNALED(status)) << "ballot ended before it was killed";
   }
 };
 
@@ -105,7 +106,8 @@ TEST_F(Parts, ACropHasThePixelsOfTheWhole) {
   refuse(2, {"no AOV is called 'depht'", "depth"}, render("x.exr", {"--aov", "depht"}));
 }
 
-// Killed without warning, it goes on from the last checkpoint, to the bits of a run that nobody killed.
+// A run that was killed without warning resumes from the last checkpoint. Its picture equals, bit for bit, that of a
+// run that was not killed.
 TEST_F(Parts, KilledAndResumed) {
   const Words size{"--size", "24x24", "--spp", "3000", "--checkpoint", "0.01"};
   succeed(render("single.exr", size));

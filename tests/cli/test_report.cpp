@@ -1,4 +1,4 @@
-// ballot report: from JSON to tables, answers and plots.
+// Tests of `ballot report`, which turns JSON of bench runs into tables, answers and plots.
 #include <sstream>
 
 #include "tests/cli/bench_json.h"
@@ -12,7 +12,7 @@ class Report : public Cli {
  protected:
   std::string write_json(const std::string& name, const nlohmann::json& json) const { return write(name, json.dump()); }
 
-  /// The cells of the first row whose first cell is `first`, from `heading` on.
+  /// Returns the cells of the first table row after `heading` whose first cell begins with `first`.
   Words row(const std::string& text, const std::string& heading, const std::string& first) const {
     std::istringstream lines(text.substr(std::min(text.find(heading), text.size())));
     for (std::string line; std::getline(lines, line);) {
@@ -25,10 +25,11 @@ class Report : public Cli {
       }
       return cells;
     }
-    ADD_FAILURE() << "no row " << first << " after " << heading << " in:\n" << text;
+    ADD_FAILURE() << "found no table row that begins with " << first << " after " << heading << " in:\n" << text;
     return {};
   }
 
+  /// Returns an environment in which Python finds no matplotlib.
   const Environment no_matplotlib() const {
     std::filesystem::create_directories(path("fake/matplotlib"));
     write("fake/matplotlib/__init__.py", "raise ImportError('No module named matplotlib')\n");
@@ -79,7 +80,8 @@ TEST_F(Report, WithoutPythonToo) {
 TEST_F(Report, DrawsPlots) {
   write_json("a.json", made_up_bench());
   const Result result = succeed({"report", "a.json", "--report", "out"});
-  BALLOT_NEEDS(result.err.find("no plots") == std::string::npos, result.err);  // it says that matplotlib is missing
+  // Without matplotlib, standard error says that it is missing.
+  BALLOT_NEEDS(result.err.find("no plots") == std::string::npos, result.err);
   for (const char* plot : {"out/speedup-1.svg", "out/threshold-1-f.svg", "out/speedup-1.png"})
     EXPECT_TRUE(files().contains(plot)) << plot;
   expect_parts(read("out/report.md"), {"![speedup-1](speedup-1.svg)", "![threshold-1-f](threshold-1-f.svg)"});
@@ -135,7 +137,8 @@ TEST_F(Report, WhatStandsInForARowOfThePaperIsShownOnce) {
   EXPECT_EQ(row(text, "## How far", "stack-max(11)"), (Words{"stack-max(11)", "4.00, 4.00", "7.00, 7.00"}));
   EXPECT_EQ(text.find("| stack-max(11,count)"), std::string::npos);
   expect_parts(text, {"those by `count` stand in"});
-  const std::string report = read("out/report.md");  // one setting a table: nothing is left of the rows that stand in
+  // Each table of the report shows one setting, so rows that stood in for others are not shown again.
+  const std::string report = read("out/report.md");
   const std::size_t of_cpu = report.find("## Table 2: frames per second and speed-up against packet: Imagined CPU");
   EXPECT_GT(report.find("| cut(count)", of_cpu), report.find("## Mrays/s"));
 }

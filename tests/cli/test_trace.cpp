@@ -1,4 +1,4 @@
-// ballot trace: rays in, hits out.
+// Tests of `ballot trace`, which reads rays from a NumPy file and writes their hits to another.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -28,7 +28,7 @@ class Trace : public Cli {
         EXPECT_EQ(found[i].v, 0);
         continue;
       }
-      EXPECT_NEAR(found[i].t, 4, 1e-5);  // direction of length 1/2 over a distance of 2
+      EXPECT_NEAR(found[i].t, 4, 1e-5);  // t: a distance of 2 along a direction of length 1/2
       EXPECT_TRUE(any || found[i].prim == (rays[i].origin.y > rays[i].origin.x ? 1u : 0u));
     }
   }
@@ -83,7 +83,8 @@ TEST_F(Trace, EveryMethodModeAndVoteNearestAndAny) {
             args.insert(args.end(), {std::string("--knob"), fmt::format("vote={}", vote_name(vote))});
           if (any) args.push_back("--any");
           const Result result = succeed(args);
-          const std::string_view runs = method.chooses ? kPlainestMethod : method.name;  // of so few rays
+          // Auto's choice for so few rays.
+          const std::string_view runs = method.chooses ? kPlainestMethod : method.name;
           expect_parts(result.out, {std::string(runs) + (any ? ".any." : ".nearest.") + std::string(mode.name)});
           expect_square_hits(expected, any);
         }

@@ -1,4 +1,4 @@
-// ballot verify: what it measures, judges and writes, and what it refuses.
+// Tests of `ballot verify`: its measurements, its verdicts, its output files and the arguments that it refuses.
 #include <fstream>
 
 #include "engine/render/batch/ray_kinds.h"
@@ -27,7 +27,8 @@ class Verify : public Cli {
     return args;
   }
 
-  /// The shaders with one fault: what a kernel writes for a miss is no miss for the host.
+  /// Copies the shaders with one deliberate fault: the value that kernels write for a miss is not a miss to the host.
+  /// Returns the environment that makes ballot use the copy.
   Environment faulty_shaders() const {
     fs::copy(BALLOT_SOURCE_DIR "/shaders", path("shaders"), fs::copy_options::recursive);
     std::string text = read("shaders/shared/layout.h");
@@ -39,7 +40,7 @@ class Verify : public Cli {
     return {{"BALLOT_SHADERS", path("shaders").string()}};
   }
 
-  /// A verified run made up: fast errs, watertight does not and costs a quarter more time.
+  /// Returns an invented verified run: mode fast has wrong answers; watertight has none and takes a quarter more time.
   static nlohmann::json made_up_verify(const std::string& device) {
     nlohmann::json run = made_up_run(device);
     for (const char* numeric : {"fast", "watertight"}) {
@@ -60,6 +61,7 @@ class Verify : public Cli {
   }
 };
 
+/// Expects every field that a verified record must have.
 void expect_contract(const nlohmann::json& record) {
   for (const char* key : {"false_misses", "false_hits", "wrong_prims", "ties", "wrong_values", "within_bound",
                           "beyond_bound", "unwritten", "self_hits"})
@@ -142,7 +144,7 @@ TEST_F(Verify, AnswersBeyondTheBoundAreAFailureAndListed) {
   expect_parts(over.out, {fmt::format("plain: {} of 100 answers wrong", misses)});
 }
 
-// Whether the cases hold is tested on the device (HardCases); here, that the command says so.
+// The device tests (HardCases) test that the hard cases hold. This test checks that the command reports them correctly.
 TEST_F(Verify, HardCasesNeedNoScene) {
   const Result result = run({"verify", "--hard", "--quick", "--methods", "while-while", "--numeric", "watertight",
                              "--json", "verify.json", "--report", "out"});
@@ -195,7 +197,8 @@ TEST_F(Verify, ReportsStandSideBySideInAReadme) {
 TEST_F(Verify, DrawsAPlot) {
   write("gpu.json", made_up_verify("Imagined GPU").dump());
   const Result result = succeed({"report", "gpu.json", "--report", "out"});
-  BALLOT_NEEDS(result.err.find("no plots") == std::string::npos, result.err);  // it says that matplotlib is missing
+  // Without matplotlib, standard error says that it is missing.
+  BALLOT_NEEDS(result.err.find("no plots") == std::string::npos, result.err);
   for (const char* plot : {"out/accuracy-1.svg", "out/accuracy-1.png"}) EXPECT_TRUE(files().contains(plot)) << plot;
   expect_parts(read("out/verify.md"), {"![accuracy-1](accuracy-1.svg)"});
 }

@@ -1,4 +1,5 @@
-// What every device test stands on: the driver that the run names, validation on and silent.
+// The fixture of the device tests: the default device of the driver that main.cpp has chosen, with validation layers
+// that must report nothing.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -7,18 +8,20 @@
 
 namespace ballot {
 
-/// Asserts, when the test ends, that the validation layers said nothing.
+/// A fixture for tests that trace triangles and hold the hits to the oracle. A test ends with expect_silent().
 class DeviceTest : public testing::Test {
  protected:
+  /// Options for the default device, with validation.
   static ContextOptions options() { return {.device = "", .validate = true}; }
 
-  /// A scene of these triangles on the device, with the oracle of the uploaded arrays.
+  /// Triangles, their tree, a tracer that holds both on the device, and the oracle over the uploaded arrays.
   struct Traced {
     std::vector<Triangle> triangles;
     Bvh bvh;
     std::unique_ptr<Tracer> tracer;
     std::unique_ptr<Oracle> oracle;
   };
+  /// Builds the tree, expects that check_bvh() finds no fault in it, and uploads it.
   static std::unique_ptr<Traced> make(Context& gpu, std::vector<Triangle> triangles,
                                       const BuildSettings& settings = {}) {
     auto t = std::make_unique<Traced>();
@@ -31,6 +34,7 @@ class DeviceTest : public testing::Test {
     return t;
   }
 
+  /// Expects that the validation layers have reported nothing so far.
   static void expect_silent(const Context& gpu) { EXPECT_EQ(gpu.messages(), std::vector<std::string>{}); }
 };
 

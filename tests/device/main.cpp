@@ -1,6 +1,6 @@
-// Runs the device tests on the driver that BALLOT_TEST_DRIVER names: "system" (Debian's Mesa), "current" (the Mesa of
-// bookworm-backports, unpacked by tools/dev.py), or unset: whatever the loader finds. LP_NATIVE_VECTOR_WIDTH sets the
-// subgroup size of lavapipe. A named driver that is not there fails the run.
+// Runs the device tests on the driver that BALLOT_TEST_DRIVER names: "system" is Debian's Mesa, "current" the Mesa of
+// bookworm-backports, which tools/dev.py unpacks. If it is unset, the Vulkan loader chooses. A driver that is named but
+// missing fails the run. LP_NATIVE_VECTOR_WIDTH sets the subgroup size of lavapipe.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -13,7 +13,8 @@ int main(int argc, char** argv) {
     const std::string variable = std::string(driver) == "system" ? "BALLOT_SYSTEM_MESA_ICD" : "BALLOT_CURRENT_MESA_ICD";
     const char* icd = std::getenv(variable.c_str());
     if (!icd || !*icd) {
-      std::fprintf(stderr, "the %s Mesa is to be tested, but %s is not set; run the tests through tools/dev.py test\n",
+      std::fprintf(stderr,
+                   "BALLOT_TEST_DRIVER names the %s Mesa, but %s is not set; run the tests with tools/dev.py test\n",
                    driver, variable.c_str());
       return 1;
     }

@@ -1,5 +1,5 @@
-// Named ray sets, adversarial ones among them (Embree's verify, pbrt's Reintersect): every method is held to the oracle
-// on each.
+// Named sets of rays on which every method is held to the oracle. Some are adversarial, after Embree's verify and
+// pbrt's Reintersect.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct RaySet {
   std::vector<Ray> rays;
 };
 
-/// Through a 64 x 64 picture of the bounds in Morton order.
+/// Returns the camera rays of a 64 x 64 picture of the bounds, in Morton order.
 inline std::vector<Ray> morton_primary(const Bounds& b) {
   const glm::vec3 centre = (b.lo + b.hi) * 0.5f, size = b.hi - b.lo;
   const float extent = std::max({size.x, size.y, size.z, 1e-3f});
@@ -30,7 +30,7 @@ inline std::vector<Ray> morton_primary(const Bounds& b) {
   return out;
 }
 
-/// From points on the faces of the tree's boxes, inward, outward and along the face.
+/// Returns rays from points on the faces of the tree's boxes: inward, outward and along the face.
 inline std::vector<Ray> on_box_faces(const Bvh& bvh, std::size_t count) {
   Random random(11);
   std::vector<Ray> out;
@@ -48,7 +48,8 @@ inline std::vector<Ray> on_box_faces(const Bvh& bvh, std::size_t count) {
   return out;
 }
 
-/// From points on triangles, with t_min 0, and towards triangles with t_max just before, at and after them.
+/// Returns rays that start on triangles, with t_min 0, and rays towards triangles with t_max just before, at and after
+/// them.
 inline std::vector<Ray> on_triangles(const Triangles& triangles, std::size_t count) {
   Random random(12);
   std::vector<Ray> out;
@@ -65,7 +66,7 @@ inline std::vector<Ray> on_triangles(const Triangles& triangles, std::size_t cou
   return out;
 }
 
-/// Nearly in the plane of a triangle, and exactly in it.
+/// Returns rays that lie in the plane of a triangle, nearly or exactly.
 inline std::vector<Ray> grazing(const Triangles& triangles, std::size_t count) {
   Random random(13);
   std::vector<Ray> out;
@@ -79,7 +80,7 @@ inline std::vector<Ray> grazing(const Triangles& triangles, std::size_t count) {
   return out;
 }
 
-/// Unusual lengths of direction, negative t_min, from far away.
+/// Returns rays with directions of unusual length, some with negative t_min, some from far away.
 inline std::vector<Ray> odd_scales(std::size_t count) {
   Random random(14);
   std::vector<Ray> out;
@@ -92,7 +93,7 @@ inline std::vector<Ray> odd_scales(std::size_t count) {
   return out;
 }
 
-/// The sets of a scene; counts are not multiples of a subgroup or workgroup.
+/// Returns all sets of rays for a scene. Most counts are not multiples of a subgroup or workgroup.
 inline std::vector<RaySet> ray_sets(const Triangles& triangles, const Bvh& bvh) {
   std::vector<RaySet> sets{{"random", random_rays(1999)},
                            {"dead", dead_rays()},

@@ -1,4 +1,5 @@
-// Traversal kernels that make a camera's rays by themselves: the same bits as by rays that a generator wrote.
+// Tests of traversal kernels that generate the camera rays themselves. Their hits equal, bit for bit, the hits of rays
+// that a generator kernel wrote.
 #include "engine/render/batch/ray_kinds.h"
 #include "engine/render/data/camera.h"
 #include "tests/cpu/shapes.h"
@@ -13,7 +14,7 @@ constexpr std::uint32_t kWidth = 37, kHeight = 21;
 
 class CameraRaysTest : public DeviceTest {
  protected:
-  /// Pixels in no order, some of them outside the picture.
+  /// Returns a list of pixels in scattered order. Some of them lie outside the picture.
   static std::vector<std::uint32_t> pixels() {
     std::vector<std::uint32_t> list;
     for (std::uint32_t y = 0; y < kHeight + 2; ++y)
@@ -28,7 +29,8 @@ class CameraRaysTest : public DeviceTest {
     return v;
   }
 
-  /// As many samples of every pixel from the second on, `together` of each.
+  /// Returns a camera for `together` samples of each listed pixel, beginning with the second sample and the fourth
+  /// pixel.
   PrimaryPush camera(bool orthographic, std::uint32_t together) const {
     PrimaryPush push = camera_push(view(orthographic), kWidth, kHeight);
     push.first = 3;
@@ -39,6 +41,7 @@ class CameraRaysTest : public DeviceTest {
     return push;
   }
 
+  /// Generates the rays with a kernel of their own and traces them.
   std::vector<Hit> by_rays_read(Tracer& tracer, const PrimaryPush& push, const Query& query) {
     Buffer<Ray> rays(gpu_, push.count, Access::Storage, "rays");
     Buffer<Hit> hits(gpu_, push.count, Access::Storage, "hits");
@@ -50,6 +53,7 @@ class CameraRaysTest : public DeviceTest {
     return downloaded(hits);
   }
 
+  /// Traces rays that the traversal kernel generates.
   std::vector<Hit> by_rays_made(Tracer& tracer, const PrimaryPush& push, const Query& query) {
     Buffer<PrimaryPush> cameras(gpu_, 2, Access::Storage, "cameras");
     cameras.upload(std::vector<PrimaryPush>{PrimaryPush{}, push});
@@ -62,6 +66,7 @@ class CameraRaysTest : public DeviceTest {
     return downloaded(hits);
   }
 
+  /// Expects equal hits either way. Where the driver does not allow generated rays, counts that in looked_at_.
   void expect_same(Tracer& tracer, const Query& query, bool orthographic, std::uint32_t together) {
     SCOPED_TRACE(tracer.variant(query).name());
     const PrimaryPush push = camera(orthographic, together);
@@ -105,7 +110,8 @@ TEST_F(CameraRaysTest, HitsAreThoseOfRaysThatAreRead) {
   }
   for (const std::uint32_t together : {1u, 16u})
     expect_same(*t->tracer, {Want::Nearest, "while-while", "watertight", {}}, true, together);
-  // Where a driver cuts loops short, what a dispatch leaves has to be looked at, and rays be there to be traced again.
+  // Where a driver cuts loops short, the host has to check each dispatch for unfinished rays and trace those again. The
+  // rays must then be in memory, so the traversal cannot generate them.
   EXPECT_EQ(looked_at_ == 0, compared_ > 0);
   EXPECT_EQ(compared_ > 0, !t->tracer->variant({Want::Nearest, "while-while", "watertight", {}}).config.loops_cut);
   expect_silent(gpu_);

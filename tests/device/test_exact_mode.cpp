@@ -1,4 +1,4 @@
-// Numeric mode exact on a device: every answer is the exact oracle's, no tie allowed.
+// Tests of numeric mode exact on a device. Every answer must be the exact oracle's; ties are not allowed.
 #include <cmath>
 
 #include "engine/oracle/exact.h"
@@ -15,7 +15,7 @@ using shapes::Triangles;
 void append(Triangles& all, const Triangles& more) { all.insert(all.end(), more.begin(), more.end()); }
 void append(std::vector<Ray>& all, const std::vector<Ray>& more) { all.insert(all.end(), more.begin(), more.end()); }
 
-/// Steps of height 0 to 2 over integers from -4 to 4.
+/// Returns a height field over the integers from -4 to 4, with random integer heights from 0 to 2.
 Triangles integer_grid() {
   shapes::Random random(31);
   float height[9][9];
@@ -31,7 +31,7 @@ Triangles integer_grid() {
   return out;
 }
 
-/// Overlapping triangles of different shapes, all exactly in the plane x + 2 y - z = 1.
+/// Returns overlapping triangles of different shapes that all lie exactly in the plane x + 2 y - z = 1.
 Triangles tilted_coplanar(std::size_t count) {
   shapes::Random random(32);
   const auto point = [&] {
@@ -43,7 +43,7 @@ Triangles tilted_coplanar(std::size_t count) {
   return out;
 }
 
-/// Along axes and diagonals through integers and halves.
+/// Returns rays along axes and diagonals through points whose coordinates are integers and halves.
 std::vector<Ray> grid_rays() {
   std::vector<Ray> out;
   for (int i = -9; i <= 9; ++i)
@@ -58,7 +58,7 @@ std::vector<Ray> grid_rays() {
   return out;
 }
 
-/// At the vertices, from where the difference is exact, and at points of edges.
+/// Returns rays at vertices, from origins whose difference to the vertex is exact, and rays at points of edges.
 std::vector<Ray> vertex_rays(const Triangles& triangles, std::size_t count) {
   shapes::Random random(33);
   std::vector<Ray> out;
@@ -73,7 +73,7 @@ std::vector<Ray> vertex_rays(const Triangles& triangles, std::size_t count) {
   return out;
 }
 
-/// The rays once more, with t_min and t_max at the t of their hits and one ulp beside it.
+/// Returns every `every`-th ray that hits, with t_min or t_max at the t of its hit and one ulp below and above.
 std::vector<Ray> ending_at_hits(const ExactOracle& oracle, std::span<const Ray> rays, std::size_t every) {
   constexpr float kFar = 3e38f;
   std::vector<Ray> out;
@@ -93,6 +93,7 @@ std::vector<Ray> ending_at_hits(const ExactOracle& oracle, std::span<const Ray> 
   return out;
 }
 
+/// Returns the distance of two numbers in units in the last place of b.
 double ulps_apart(float a, double b) {
   return std::abs(a - b) / std::ldexp(1, std::ilogb(std::max(std::abs(b), 0x1p-126)) - 23);
 }
@@ -103,19 +104,22 @@ class ExactMode : public DeviceTest {
   static void TearDownTestSuite() { gpu_.reset(); }
   static inline std::unique_ptr<Context> gpu_;
 
+  /// Returns what is wrong with a hit, or an empty text. `truth` is the exact nearest hit. t may be off by one ulp, u
+  /// and v by 2^-22.
   static std::string wrong(const ExactOracle& oracle, const Ray& ray, const Hit& hit, const ExactHit& truth,
                            Want want) {
     if ((hit.prim == NO_HIT) != (truth.prim == NO_HIT)) return truth.prim == NO_HIT ? "false hit" : "false miss";
     if (hit.prim == NO_HIT) return "";
     if (want == Want::Nearest && hit.prim != truth.prim) return "wrong prim";
     const ExactHit own = want == Want::Nearest ? truth : oracle.hit(ray, hit.prim);
-    if (own.prim == NO_HIT) return "a prim that is not hit";
+    if (own.prim == NO_HIT) return "a prim that the ray does not hit";
     if (!(ulps_apart(hit.t, own.t) <= 1)) return "wrong t";
     if (!(std::abs(hit.u - own.u) <= 0x1p-22 && std::abs(hit.v - own.v) <= 0x1p-22)) return "wrong weights";
     return hit.t >= ray.t_min && hit.t <= ray.t_max ? "" : "t out of range";
   }
 
-  /// Every ray by methods that differ in how they walk, nearest and any, held to the exact oracle.
+  /// Traces the rays with methods that traverse in different ways, for the closest hit and any hit, and holds every hit
+  /// to the exact oracle. Adds rays that end at hits. Checks the oracle itself by brute force on some rays.
   static void hold(Bvh bvh, const Triangles& triangles, std::vector<Ray> rays) {
     Tracer tracer(*gpu_, bvh, triangles, facts_of(bvh));
     tracer.prefill = harness::kPattern;
@@ -136,11 +140,12 @@ class ExactMode : public DeviceTest {
           if (what.empty() || ++errors > 3) continue;
           const Ray& r = rays[i];
           ADD_FAILURE() << fmt::format(
-              "{}, ray {} ({} {} {} from {}, along {} {} {} to {}): {}: prim {} at {}, not {} at {}",
+              "{}, ray {} ({} {} {} from {}, along {} {} {} to {}): {}: found prim {} at t {}; the nearest is prim {} "
+              "at t {}",
               tracer.variant(query).name(), i, r.origin.x, r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z,
               r.t_max, what, int(hits[i].prim), hits[i].t, int(truth[i].prim), truth[i].t);
         }
-        EXPECT_EQ(errors, 0u) << "of " << rays.size() << ", " << method;
+        EXPECT_EQ(errors, 0u) << "wrong answers of " << rays.size() << " rays, " << method;
         if (want == Want::Any) continue;
         if (first.empty()) first = hits;
         EXPECT_EQ(harness::count_different(first, hits), 0u) << method;
@@ -149,7 +154,7 @@ class ExactMode : public DeviceTest {
   }
 };
 
-// Shared edges and vertices, integers, equal t, slivers, and planes seen edge-on.
+// Rays that meet shared edges and vertices, integer coordinates, equal t, slivers, and planes seen edge-on.
 TEST_F(ExactMode, WhereRaysMeetEdgesVerticesAndEachOther) {
   Triangles triangles = integer_grid();
   append(triangles, tilted_coplanar(40));
@@ -171,7 +176,7 @@ TEST_F(ExactMode, WhereRaysMeetEdgesVerticesAndEachOther) {
 }
 
 TEST_F(ExactMode, FarFromTheOrigin) {
-  const glm::vec3 centre(448376, 5411934, 223423);  // of the size of UTM coordinates in metres
+  const glm::vec3 centre(448376, 5411934, 223423);  // as large as UTM coordinates in metres
   Triangles triangles = transformed(shapes::sphere(3), 10, centre);
   append(triangles, transformed(shapes::soup(200, 0.3f), 10, centre));
   std::vector<Ray> rays;
@@ -192,7 +197,7 @@ TEST_F(ExactMode, TinyScenes) {
   hold(exact_cases::PlainTree(triangles).bvh(), triangles, rays);
 }
 
-// Every range of float32, denormal numbers among them, in vertices and rays.
+// Vertices and rays over the whole range of float32, denormal numbers included.
 TEST_F(ExactMode, AllSizesAtOnce) {
   shapes::Random random(35);
   Triangles triangles = transformed(shapes::soup(40, 0.5f), 1e30f);
@@ -212,7 +217,8 @@ TEST_F(ExactMode, AllSizesAtOnce) {
   hold(exact_cases::PlainTree(triangles).bvh(), triangles, rays);
 }
 
-// Mesa 22.3's lavapipe cuts long walks short, which are then traced in pieces: the pieces' hits are put together exactly.
+// Mesa 22.3's lavapipe cuts long loops short. Such rays are then traced against pieces of the tree, and the hits of the
+// pieces are merged exactly.
 TEST_F(ExactMode, WalksThatADriverCutsShortAreExactToo) {
   Triangles triangles = tilted_coplanar(3000);
   const std::vector<Ray> rays(33, Ray{{0.1f, 0.2f, 5}, 0, {0.03f, -0.02f, -1}, 1e30f});

@@ -1,5 +1,5 @@
-// The hard-case suite (tools/hard), small, on every numeric mode and on methods of each family: lanes that share a path,
-// rays by themselves, rays that part, rays that lanes take anew.
+// Runs the hard-case suite (tools/hard) at its small size, in every numeric mode, on methods of each family: packets
+// that share a path, rays that traverse alone, packets that split into single rays, and lanes that fetch new rays.
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +16,7 @@ namespace {
 
 using namespace harness;
 
-constexpr std::size_t kShown = 1000;  // wrong answers in words; the first beyond its bound is printed
+constexpr std::size_t kShown = 1000;  // wrong answers that are described; the first one beyond its bound is printed
 
 class HardCases : public DeviceTest, public testing::WithParamInterface<HardCase> {
  protected:
@@ -24,7 +24,8 @@ class HardCases : public DeviceTest, public testing::WithParamInterface<HardCase
   static void TearDownTestSuite() { gpu_.reset(); }
   static inline std::unique_ptr<Context> gpu_;
 
-  /// Methods of each family; fewer of modes that promise nothing about methods, and of those whose kernels take long to compile.
+  /// Returns queries for methods of each family. There are fewer for modes that are not conservative, as these do not
+  /// promise equal answers of all methods, and for modes whose kernels take long to compile.
   static std::vector<Query> queries(Want want, const NumericMode& mode, const Bounds& scene) {
     std::vector<Query> all;
     const char* const methods[] = {"while-while", "packet", "cut", "dynamic-fetch"};
@@ -39,6 +40,7 @@ class HardCases : public DeviceTest, public testing::WithParamInterface<HardCase
     return all;
   }
 
+  /// Traces and expects that every hit is written.
   static std::vector<Hit> trace(Traced& t, std::span<const Ray> rays, const Query& query) {
     std::vector<Hit> hits(rays.size());
     t.tracer->trace(rays, hits, query);
@@ -51,7 +53,7 @@ class HardCases : public DeviceTest, public testing::WithParamInterface<HardCase
                        r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z, r.t_max, int(h.prim), h.t);
   }
 
-  /// Counts the answers for which wrong(i) holds, and shows the first.
+  /// Expects that wrong(i) holds for no answer; else shows the number of such answers and the first.
   template <class Wrong>
   static void expect_none(const HardRays& set, std::span<const Hit> hits, const std::string& what, const Wrong& wrong) {
     std::size_t count = 0, first = 0;
@@ -61,24 +63,27 @@ class HardCases : public DeviceTest, public testing::WithParamInterface<HardCase
                          << (count ? "\n  " + in_words(set.rays[first], hits[first]) : "");
   }
 
-  /// What a set says of itself is what the exact oracle finds.
+  /// Expects that the known answers and the closedness that a set claims are what the exact oracle finds.
   static void expect_honest(const HardRays& set, std::span<const ExactHit> truth) {
     for (std::size_t i = 0; i < truth.size(); ++i) {
       const bool known = set.answers.empty() || set.answers[i] == truth[i].prim ||
                          (set.answers[i] == kSomePrim && truth[i].prim != NO_HIT);
-      ASSERT_TRUE(known) << set.name << ", answer " << int(set.answers[i]) << " of ray " << i << " is not true; "
+      ASSERT_TRUE(known) << set.name << ", answer " << int(set.answers[i]) << " of ray " << i
+                         << " is not the exact one; "
                          << in_words(set.rays[i], {float(truth[i].t), truth[i].prim, 0, 0});
       ASSERT_TRUE(!set.closed || truth[i].prim != NO_HIT) << set.name << ", ray " << i << " meets nothing";
     }
   }
 
+  /// Describes the first wrong answer beyond its bound, on a line of its own; empty if there is none.
   static std::string first_beyond(const ErrorFigures& figures) {
     for (const ErrorCase& c : figures.cases)
       if (!c.within_bound) return "\n  " + ballot::in_words(c);
     return "";
   }
 
-  /// Neighbours in a subgroup are others, so packets take other paths.
+  /// Traces the rays in another order and expects the same hits. The rays of a subgroup are then others, so packets
+  /// take other paths.
   static void expect_same_in_other_order(Traced& t, const HardRays& set, std::span<const Hit> hits,
                                          const Query& query) {
     const auto order = scatter_order(set.rays.size());
@@ -90,6 +95,7 @@ class HardCases : public DeviceTest, public testing::WithParamInterface<HardCase
     EXPECT_EQ(count_different(hits, back), 0u) << set.name << ", in another order, " << t.tracer->variant(query).name();
   }
 
+  /// Expects the known answers of a set, if it has any.
   static void expect_answers(const HardRays& set, std::span<const Hit> hits, const std::string& which) {
     if (set.answers.empty()) return;
     ASSERT_EQ(set.answers.size(), set.rays.size()) << which;
@@ -138,7 +144,8 @@ TEST_P(HardCases, Hold) {
   expect_silent(*gpu_);
 }
 
-// A leak of a mesh that has triangles without area would not be the traversal's.
+// A case has a description, is generated identically each time, and has no dead ray where it claims a closed mesh.
+// A leak of a mesh with zero-area triangles would not be the traversal's fault.
 TEST_P(HardCases, AreAsTheySay) {
   const HardScene made = GetParam().make(true);
   EXPECT_FALSE(GetParam().from.empty() || GetParam().what.empty());
@@ -164,7 +171,8 @@ std::string test_name(const testing::TestParamInfo<HardCase>& info) {
 
 INSTANTIATE_TEST_SUITE_P(Hard, HardCases, testing::ValuesIn(cases()), test_name);
 
-// A tree that is one chain, deeper than the builder makes any: a triangle a level, each within the next.
+/// A tree that is a single chain, deeper than any that the builder makes. Each level has one triangle, and each
+/// triangle lies within the next.
 struct Chain {
   std::vector<Triangle> triangles;
   Bvh bvh;
@@ -183,7 +191,7 @@ Chain chain_of(std::uint32_t levels) {
       for (const glm::vec3& v : c.triangles[i]) node.lo = glm::min(node.lo, v), node.hi = glm::max(node.hi, v);
   };
   std::uint32_t inner = 0;
-  for (std::uint32_t i = levels; i > 0; --i) {  // the largest is the root's left child
+  for (std::uint32_t i = levels; i > 0; --i) {  // the largest triangle is the root's left child
     const std::uint32_t left = 2 + 2 * (levels - i);
     box(c.bvh.nodes[inner], 0, i);
     c.bvh.nodes[inner].count = 0;
@@ -210,7 +218,7 @@ TEST_F(HardCases, AChainOf256Levels) {
   const ExactOracle exact(tracer.pair_tree(NodeLayout::Interleaved));
   const Oracle bound(tracer.pair_tree(NodeLayout::Interleaved));
   std::vector<Ray> rays;
-  for (std::uint32_t i = 0; i < 500; ++i) {  // from one scale to a triangle of another, outwards and inwards
+  for (std::uint32_t i = 0; i < 500; ++i) {  // from a triangle of one scale to one of another, outwards and inwards
     const Triangle& from = c.triangles[i * 37 % 257];
     const Triangle& to = c.triangles[i * 101 % 257];
     const glm::vec3 target = (to[0] + to[1] + to[2]) / 3.f, start = from[i % 3] * 0.75f;
@@ -220,7 +228,7 @@ TEST_F(HardCases, AChainOf256Levels) {
   for (const Method& method : kMethods) {
     Query query{.method = std::string(method.name)};
     if (method.own_stack || method.chooses)
-      query.knobs = {{"stack", "private"}};  // shared memory does not hold so many levels
+      query.knobs = {{"stack", "private"}};  // shared memory cannot hold a stack for so many levels
     std::vector<Hit> hits(rays.size());
     tracer.trace(rays, hits, query);
     EXPECT_EQ(count_untouched(hits), 0u) << tracer.variant(query).name();

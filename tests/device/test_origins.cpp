@@ -1,4 +1,4 @@
-// Where rays from hits start, by every offset policy.
+// Tests of the origins of secondary rays, with every offset policy.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class Origins : public testing::Test {
     return std::make_unique<Engine>(std::move(scene), options);
   }
 
-  /// Large walls about the camera, which stands at the origin: at z = -2 and x = 0.02, and one at 45 degrees.
+  /// Returns large walls about a camera at the origin: at z = -2, at x = 0.02 and one at 45 degrees.
   static Scene walls() {
     Scene scene;
     scene.name = "walls";
@@ -39,19 +39,20 @@ class Origins : public testing::Test {
     return scene;
   }
 
+  /// Returns the point of a hit in float32, from its barycentric coordinates.
   static glm::vec3 point_of(const Triangle& t, const Hit& hit) {
     const float b0 = 1 - hit.u - hit.v;
     return b0 * t[0] + hit.u * t[1] + hit.v * t[2];
   }
 
-  /// Unit, against the primary ray.
+  /// Returns the unit geometric normal on the side that the primary ray comes from.
   static glm::dvec3 normal_of(const Triangle& t, const Ray& primary) {
     const glm::dvec3 a(t[0]), n = glm::normalize(glm::cross(glm::dvec3(t[1]) - a, glm::dvec3(t[2]) - a));
     return glm::dot(n, glm::dvec3(primary.dir)) > 0 ? -n : n;
   }
 };
 
-/// A ray of a batch, with its start.
+/// A ray of a batch and the primary hit that it starts from.
 struct Made {
   Ray ray;
   RayStart start;
@@ -67,8 +68,9 @@ std::vector<Made> make(Engine& engine, const char* kind, const RayKindOptions& o
   return all;
 }
 
-/// Waechter and Binder's origin, from the words of the chapter: the float's bits, taken for an integer, move by 256 times
-/// the normal's component, away from zero where both have one sign; within 1/32 of zero the component's 2^-16 is added.
+/// Returns a coordinate of Waechter and Binder's origin, written after the text of the chapter. The bits of the float,
+/// taken as an integer, move by 256 times the normal's component, away from zero where both have the same sign. Within
+/// 1/32 of zero, 2^-16 times the component is added instead.
 float by_ulps(float p, float n) {
   if (std::abs(p) < 1.f / 32) return p + n / 65536.f;
   const int steps = int(256.f * n);
@@ -105,7 +107,7 @@ TEST_F(Origins, ConstantIsAShareOfTheDiagonal) {
     }
 }
 
-// The origin lies on the normal's side of the plane, for "bounded" no nearer than for "pbrt".
+// The origin lies on the normal's side of the plane, and with policy "bounded" farther away than with "pbrt".
 TEST_F(Origins, ErrorBoundsLieOnTheRightSide) {
   const auto engine = open(walls());
   for (const auto& [kind, side] : {std::pair{"reflect", 1.0}, {"refract", -1.0}}) {
@@ -116,7 +118,7 @@ TEST_F(Origins, ErrorBoundsLieOnTheRightSide) {
       const glm::dvec3 n = normal_of(t, pbrt[i].start.primary) * side;
       const double low = glm::dot(glm::dvec3(pbrt[i].ray.origin) - glm::dvec3(t[0]), n);
       const double high = glm::dot(glm::dvec3(bounded[i].ray.origin) - glm::dvec3(t[0]), n);
-      ASSERT_GE(low, 0);  // 0 where a wall's coordinate is exact, which the bound need not know
+      ASSERT_GE(low, 0);  // 0 where a wall's coordinate is exact; the bound need not know that
       ASSERT_GT(high, low);
       ASSERT_LT(high, 1e-3);
     }
@@ -146,7 +148,8 @@ TEST_F(Origins, ProvedAndBoundedHaveNoSelfHits) {
     }
 }
 
-// A gap of 1e-4 of the size: an offset of 1e-3 jumps over its far side, one of some ulps does not.
+// The scene has a gap of 1e-4 of its size. An offset of 1e-3 jumps over the far side of the gap; an offset of some ulps
+// does not.
 TEST_F(Origins, LostContactsAreSeen) {
   Scene scene;
   scene.name = "gap";
@@ -185,7 +188,7 @@ TEST_F(Origins, StartsAndBadOptions) {
   EXPECT_THROW(make(*engine, "ao", {.constant_offset = 0}), Error);
   try {
     make(*engine, "ao", {.offset = "none"});
-    ADD_FAILURE() << "an unknown policy was found";
+    ADD_FAILURE() << "policy 'none' was accepted, expected an error";
   } catch (const Error& e) {
     EXPECT_STREQ(e.what(), "no offset policy is called 'none'; there are: constant, ulp, pbrt, proved, bounded");
   }

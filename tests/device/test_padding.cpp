@@ -1,5 +1,5 @@
-// Boxes padded in the tree (shaders/lib/numeric/box_widened.glsl) against boxes padded by each ray: the same bits, from wherever a ray
-// comes.
+// Compares boxes that are padded in the tree (shaders/lib/numeric/box_widened.glsl) with boxes that are padded by each
+// ray. The hits must be equal bit for bit, wherever a ray starts.
 #include <algorithm>
 #include <cmath>
 
@@ -21,6 +21,7 @@ class PaddingTest : public DeviceTest {
     return hits;
   }
 
+  /// Expects equal hits with either padding, and at least `hits_at_least` of them.
   void expect_alike(const shapes::Triangles& triangles, std::span<const Ray> rays, std::size_t hits_at_least) {
     const auto t = make(gpu_, triangles);
     const auto by_ray = trace(*t, rays, "while-while", "ray");
@@ -34,7 +35,7 @@ class PaddingTest : public DeviceTest {
 
 glm::vec3 middle_of(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.f; }
 
-// Beyond 2^21 sides of the scene a ray meets every box.
+// A ray from farther away than 2^21 sides of the scene meets every box.
 TEST_F(PaddingTest, RaysFromFarAway) {
   const shapes::Triangles triangles = shapes::soup(300, 0.3f);
   std::vector<Ray> rays;
@@ -49,7 +50,7 @@ TEST_F(PaddingTest, RaysFromFarAway) {
   expect_alike(triangles, rays, rays.size() / 2);
 }
 
-// Where a box's own padding decides whether the ray's first leaf is visited.
+// For a ray that starts on a triangle, the padding of a box decides whether its first leaf is visited.
 TEST_F(PaddingTest, RaysThatBeginOnTriangles) {
   const shapes::Triangles triangles = shapes::grid(24);
   std::vector<Ray> rays = shapes::random_rays(6000, 3, 1);
@@ -62,7 +63,8 @@ TEST_F(PaddingTest, RaysThatBeginOnTriangles) {
   expect_alike(triangles, rays, rays.size() / 4);
 }
 
-// Boxes are measured from the middle of a scene where floats are half a unit apart.
+/// Scenes at coordinates where floats are up to half a unit apart. Boxes are stored relative to the middle of the
+/// scene.
 class FarFromZero : public PaddingTest {
  protected:
   static constexpr float kSize = 1024;
@@ -72,6 +74,7 @@ class FarFromZero : public PaddingTest {
     return shapes::moved(shapes::scaled(near, kSize), kAt);
   }
 
+  /// Also expects equal hits with packet-wide, bvh4 and leaf boxes, for which boxes cannot be padded in the tree.
   void expect_all_alike(const shapes::Triangles& triangles, std::span<const Ray> rays, std::size_t hits_at_least) {
     expect_alike(triangles, rays, hits_at_least);
     const auto t = make(gpu_, triangles);
@@ -96,7 +99,7 @@ TEST_F(FarFromZero, RaysFromNearby) {
   expect_all_alike(triangles, rays, rays.size() / 4);
 }
 
-// Origins whose distance from the scene's middle is rounded.
+// The distance of these origins from the middle of the scene is rounded.
 TEST_F(FarFromZero, RaysFromElsewhere) {
   const shapes::Triangles triangles = far(shapes::soup(400, 0.3f));
   std::vector<Ray> rays;
@@ -106,7 +109,8 @@ TEST_F(FarFromZero, RaysFromElsewhere) {
   expect_all_alike(triangles, rays, rays.size() / 4);
 }
 
-// The frontier is then met by the box of a subgroup's segments.
+// With short rays, method frontier tests the boxes of its frontier against one box about the segments of all rays of a
+// subgroup.
 TEST_F(FarFromZero, ShortRays) {
   const shapes::Triangles triangles = far(shapes::soup(400, 0.3f));
   std::vector<Ray> rays = shapes::edge_rays(triangles, 6000, kAt + glm::vec3(300, 400, -500));

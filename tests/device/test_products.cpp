@@ -1,4 +1,5 @@
-// lib/numeric/products.glsl on the device: exact signs, relative precision, in each way that the device can follow.
+// Tests of lib/numeric/products.glsl: differences of products have exact signs and full relative precision, in each
+// formulation that the device supports.
 #include <bit>
 #include <cmath>
 #include <set>
@@ -10,9 +11,10 @@
 namespace ballot {
 namespace {
 
-using Factors = glm::vec4;  // x * y - z * w
+using Factors = glm::vec4;  // of the difference x * y - z * w
 
-// Products that nearly cancel: neighbours of factors of one number, and equal products by other factors.
+/// Returns factors whose products nearly cancel, and some random ones. The two products have factors of the same
+/// number, off by up to two ulps, or the same factors swapped.
 std::vector<Factors> nearly_equal_products(std::size_t count) {
   shapes::Random random(7);
   const auto neighbour = [&](float x) {
@@ -29,6 +31,7 @@ std::vector<Factors> nearly_equal_products(std::size_t count) {
   return all;
 }
 
+/// Computes the differences of products on the device.
 std::vector<float> run(Context& gpu, Products how, const std::vector<Factors>& factors) {
   Kernel kernel(gpu, {.name = "products",
                       .file = "../tests/device/shaders/products.comp",
@@ -49,7 +52,8 @@ std::vector<float> run(Context& gpu, Products how, const std::vector<Factors>& f
   return differences;
 }
 
-// Of Products::Fma lib/numeric/triangle_watertight.glsl looks at sign bits alone: no difference that is not below zero may have one.
+/// Expects that only differences below zero have a sign bit. With Products::Fma, lib/numeric/triangle_watertight.glsl
+/// looks at the sign bit alone.
 void expect_unsigned_zeros(Context& gpu) {
   const float values[] = {0.0f, -0.0f, 1.0f, -1.0f, 3.0f, -0x1p-80f, 0x1p-80f, 0x1p-126f};
   std::vector<Factors> factors;
@@ -67,7 +71,7 @@ void expect_unsigned_zeros(Context& gpu) {
 
 class ProductsTest : public DeviceTest {};
 
-// By what the tuning table chooses for this device too, which may rely on an fma() that rounds once.
+// Also tests the formulation that the tuning table chooses for this device. It may rely on an fma() that rounds once.
 TEST_F(ProductsTest, KeepTheExactSign) {
   Context gpu(options());
   std::set<ballot::Products> ways{ballot::Products::Split,
@@ -79,7 +83,7 @@ TEST_F(ProductsTest, KeepTheExactSign) {
     std::size_t wrong_sign = 0, imprecise = 0;
     for (std::size_t i = 0; i < factors.size(); ++i) {
       const Factors f = factors[i];
-      const double exact = double(f.x) * f.y - double(f.z) * f.w;  // exact in double, but for one rounding
+      const double exact = double(f.x) * f.y - double(f.z) * f.w;  // in double, only the subtraction rounds
       wrong_sign += (differences[i] > 0) != (exact > 0) || (differences[i] < 0) != (exact < 0);
       imprecise += std::abs(differences[i] - exact) > 0x1p-23 * std::abs(exact);
     }

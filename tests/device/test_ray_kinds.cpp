@@ -1,4 +1,5 @@
-// Ray kinds: the laws that their rays follow, recomputed in double precision, and every method on each kind.
+// Tests of the ray kinds: their rays follow the laws of each kind, recomputed in double precision, and every method
+// finds the oracle's hits for each kind.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -12,17 +13,17 @@ namespace {
 
 using namespace harness;
 
-/// Where rays start, in double precision.
+/// A primary hit in double precision, from which rays start.
 struct Ground {
-  glm::dvec3 position, normal, dir;  // normal against the primary ray; both unit
+  glm::dvec3 position, normal, dir;  // dir is the primary ray's, normal is opposed to it; both are unit vectors
   std::uint32_t prim;
 };
 
-/// A kind's rays with where each starts.
+/// The rays of a ray kind and the primary hits from which they start.
 struct Made {
   std::unique_ptr<RayBatch> batch;
   std::vector<Ray> rays;
-  std::vector<Ground> grounds;  // one a primary hit, in the order of pixels
+  std::vector<Ground> grounds;  // one per primary hit, in the order of pixels
 };
 
 class RayKinds : public testing::Test {
@@ -35,6 +36,7 @@ class RayKinds : public testing::Test {
   void TearDown() override { EXPECT_EQ(engine_->messages(), std::vector<std::string>{}); }
   static inline std::unique_ptr<Engine> engine_;
 
+  /// Traces the primary rays of the first view and returns their hits.
   static std::vector<Ground> grounds_of(Engine& engine, std::uint32_t width, std::uint32_t height) {
     const auto primary = engine.make_batch(engine.scene().views[0], find_ray_kind("primary"), width, height);
     engine.trace(*primary, {});
@@ -62,12 +64,14 @@ class RayKinds : public testing::Test {
     return m;
   }
 
+  /// Returns the length of the diagonal of the scene's box.
   static double diagonal(const Engine& engine) {
     const Bounds& b = engine.scene().bounds;
     return glm::length(glm::dvec3(b.hi) - glm::dvec3(b.lo));
   }
 
-  /// Unit directions, and origins a little off the surface on the side that `side` times the normal points to.
+  /// Expects unit directions, t_min 0, and origins a little off the surface, on the side to which `side` times the
+  /// normal points.
   static void expect_starts(const Engine& engine, std::span<const Ray> rays, std::span<const Ground> grounds,
                             std::size_t rays_per_hit, double side) {
     ASSERT_EQ(rays.size(), grounds.size() * rays_per_hit);
@@ -99,7 +103,7 @@ TEST_F(RayKinds, RefractionsFollowSnell) {
   for (std::size_t i = 0; i < m.rays.size(); ++i) {
     const Ground& g = m.grounds[i];
     const glm::dvec3 dir(m.rays[i].dir);
-    // Sine of the angle inside times the index is the sine outside, in one plane.
+    // Snell's law: the index times the sine of the angle inside is the sine outside, and both rays lie in one plane.
     ASSERT_LT(glm::length(1.5 * glm::cross(dir, g.normal) - glm::cross(g.dir, g.normal)), 3e-6);
     ASSERT_LT(glm::dot(dir, g.normal), -0.7);
     ASSERT_EQ(m.rays[i].t_max, 1e30f);
@@ -118,7 +122,7 @@ TEST_F(RayKinds, ShadowRaysEndAtTheLight) {
   const Made m = make(*engine_, "shadow");
   EXPECT_TRUE(m.batch->any());
   expect_starts(*engine_, m.rays, m.grounds, 1, 1);
-  // Where the light is, by its definition.
+  // The position of the light by its definition.
   const glm::dmat4& camera = engine_->scene().views[0].world_from_camera;
   const glm::dvec3 eye(camera[3]), dir = glm::normalize(glm::dvec3(camera[1]) + 0.5 * glm::dvec3(camera[0]));
   const Ray up{glm::vec3(eye), 0, glm::vec3(dir), 1e30f};
@@ -131,7 +135,7 @@ TEST_F(RayKinds, ShadowRaysEndAtTheLight) {
   }
 }
 
-// Cosine-distributed: the cosine's mean is 2/3, its variance 1/18; the azimuth is uniform.
+// In a cosine distribution the cosine has mean 2/3 and variance 1/18, and the azimuth is uniform.
 TEST_F(RayKinds, AmbientAndDiffuseRaysAreCosineDistributed) {
   for (const char* kind : {"ao", "diffuse"}) {
     const std::size_t n = kind == std::string("ao") ? 8 : 1;
@@ -167,7 +171,7 @@ TEST_F(RayKinds, OptionsAreFollowedAndChecked) {
   EXPECT_THROW(engine_->make_batch(view, ao, 0, 32), Error);
   try {
     find_ray_kind("glossy");
-    ADD_FAILURE() << "an unknown ray kind was found";
+    ADD_FAILURE() << "ray kind 'glossy' was accepted, expected an error";
   } catch (const Error& e) {
     EXPECT_STREQ(
         e.what(),
@@ -190,7 +194,8 @@ TEST_F(RayKinds, EqualCallsGiveEqualRays) {
   }
 }
 
-// A picture whose size is no multiple of a tile's has the same rays, in the order of tiles, without the padding.
+// A picture whose size is not a multiple of a tile's has its rays in the order of tiles, without rays for pixels
+// outside the picture.
 TEST_F(RayKinds, NoRayOfTilePaddingIsInABatch) {
   const View& view = engine_->scene().views[0];
   const std::vector<Ray> rays = engine_->make_batch(view, find_ray_kind("primary"), 33, 45)->rays();
@@ -217,9 +222,10 @@ TEST_F(RayKinds, AViewOfNothingStartsNoRays) {
   }
 }
 
-// More rays than a dispatch takes on a CPU device, primary ones too: chunks join without a gap.
+// The batch has more rays than one dispatch takes on a CPU device, and so have its primary rays. Chunks must join
+// without a gap.
 TEST_F(RayKinds, LargeBatchesAreSplit) {
-  if (!engine_->device().is_cpu()) GTEST_SKIP() << "on this device it takes 2^24 rays";
+  if (!engine_->device().is_cpu()) GTEST_SKIP() << "a GPU splits only batches of more than 2^24 rays";
   const Made m = make(*engine_, "secondary", 1090, 1001);
   const std::size_t n = m.grounds.size();
   EXPECT_GT(n, 900000u);
@@ -272,7 +278,7 @@ TEST_F(RayKinds, EveryMethodFindsWhatTheOracleFinds) {
   }
 }
 
-/// A box about the origin, two triangles a side, 2k and 2k + 1; then scaled, turned and moved.
+/// Returns a box about the origin that is scaled, turned and then moved. Side k has triangles 2k and 2k + 1.
 Scene closed_box(const glm::dvec3& scale, double turn, const glm::dvec3& move) {
   glm::dmat4 place = glm::translate(glm::dmat4(1), move);
   place = glm::rotate(place, turn, glm::normalize(glm::dvec3(1, 2, 3)));
@@ -298,7 +304,7 @@ Scene closed_box(const glm::dvec3& scale, double turn, const glm::dvec3& move) {
   return scene;
 }
 
-// Inside a convex body no ray meets the side that it leaves; refracted ones, outside, meet nothing.
+// Inside a convex body no ray hits the side that it leaves. Refracted rays are outside and hit nothing.
 TEST_F(RayKinds, NoRayHitsTheSideThatItLeaves) {
   const struct {
     glm::dvec3 scale;

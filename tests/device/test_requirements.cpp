@@ -1,4 +1,4 @@
-// Devices that lack something are refused, each lack with its reason; no device is needed.
+// Tests that devices which lack a feature are refused, with a reason for each lack. These tests need no device.
 #include <gtest/gtest.h>
 
 #include "engine/core/error.h"
@@ -8,12 +8,13 @@
 namespace ballot {
 namespace {
 
+/// The properties and features that a device reports.
 struct Reported {
   DeviceProperties properties;
   DeviceFeatures features;
 };
 
-/// Just enough of a device.
+/// Returns a device that has just what Ballot needs.
 Reported sufficient() {
   Reported m;
   m.properties.core.properties.apiVersion = VK_API_VERSION_1_2;
@@ -55,14 +56,14 @@ TEST(Requirements, VotesMustWorkInCompute) {
   EXPECT_EQ(refusals(m).size(), 1u);
 }
 
-// Compiling for such a device is no error; tracing on it is.
+// To compile mode exact for a device without float64 is no error; to trace with it is one.
 TEST(Requirements, ExactArithmeticNeedsFloat64) {
   DeviceInfo device;
   device.name = "a device";
   EXPECT_EQ(find_numeric("watertight", device).name, "watertight");
   try {
     find_numeric("exact", device);
-    ADD_FAILURE() << "taken without float64";
+    ADD_FAILURE() << "mode exact was accepted without float64, expected an error";
   } catch (const Error& e) {
     EXPECT_EQ(e.kind(), Failure::Arguments);
     EXPECT_EQ(std::string(e.what()),

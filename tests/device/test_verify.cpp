@@ -1,4 +1,5 @@
-// The engine's error figures: exact truth of a batch, and what a trace of it makes wrong.
+// Tests of the engine's error figures: the exact hits of a batch, and the count of wrong answers of a trace against
+// them.
 #include "engine/core/error.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"

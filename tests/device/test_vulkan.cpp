@@ -1,4 +1,5 @@
-// Device choice is tested without a device (tests/cli); here: buffers, kernels, shaders, caches.
+// Tests of buffers, kernels, shaders and caches on a device. The choice of a device is tested without one, in
+// tests/cli.
 #include <unistd.h>
 
 #include <fstream>
@@ -18,6 +19,7 @@ class Vulkan : public DeviceTest {
   void TearDown() override { expect_silent(*gpu_); }
   static inline std::unique_ptr<Context> gpu_;
 
+  /// Returns the message of the error that `work` throws, or "no error".
   static std::string error_of(const std::function<void()>& work) {
     try {
       work();
@@ -26,6 +28,7 @@ class Vulkan : public DeviceTest {
     }
     return "no error";
   }
+  /// A kernel of tests/device/shaders.
   static KernelSource source(const char* file, const Defines& defines = {}) {
     return {.name = file,
             .file = std::string("../tests/device/shaders/") + file,
@@ -35,7 +38,7 @@ class Vulkan : public DeviceTest {
   }
 };
 
-// NVIDIA's driver must stay loaded in between: it cannot be loaded more than 30 times.
+// The driver must stay loaded between contexts: a process can load NVIDIA's driver no more than 30 times.
 TEST(Contexts, ManyInOneProcess) {
   for (int i = 0; i < 40; ++i) {
     const Context gpu(ContextOptions{});
@@ -45,7 +48,7 @@ TEST(Contexts, ManyInOneProcess) {
 
 TEST_F(Vulkan, BuffersRoundTrip) {
   for (const std::size_t n :
-       {std::size_t(1), std::size_t(1000), (std::size_t(64) << 18) + 3}) {  // the last one beyond a staging chunk
+       {std::size_t(1), std::size_t(1000), (std::size_t(64) << 18) + 3}) {  // the last is larger than a staging chunk
     Buffer<std::uint32_t> buffer(*gpu_, n, Access::Storage, "numbers");
     std::vector<std::uint32_t> in(n), out(n);
     for (std::size_t i = 0; i < n; ++i) in[i] = std::uint32_t(i * 2654435761u);
@@ -88,7 +91,7 @@ TEST_F(Vulkan, CopiesBeyondTheEndAreRefused) {
   EXPECT_NE(error_of([&] { buffer.upload(nine); }).find("buffer 'eight' of 32 bytes"), std::string::npos);
 }
 
-// C++ and GLSL agree on every record, byte for byte.
+// C++ and GLSL agree on the layout of every record, byte for byte.
 TEST_F(Vulkan, RecordsHaveTheSameBytes) {
   Kernel kernel(*gpu_, source("records.comp"));
   Buffer<Ray> rays(*gpu_, 2, Access::Storage, "rays");
@@ -114,7 +117,8 @@ TEST_F(Vulkan, RecordsHaveTheSameBytes) {
   expect(film, FilmPixel{{1, 2, 3}, 4, 5, {6, 7, 8}, 9});
 }
 
-// Buffers of some sizes are made larger than asked for (steady_size() in engine/vk/buffer.cpp), up to the largest there may be.
+// Buffers of some sizes are allocated larger than requested (steady_size() in engine/vk/buffer.cpp). Kernels must see
+// the requested size, up to the largest that a buffer may have.
 TEST_F(Vulkan, KernelsSeeWhatABufferWasMadeFor) {
   Kernel kernel(*gpu_, source("length.comp"));
   Buffer<std::uint32_t> seen(*gpu_, 4, Access::Storage, "seen");
@@ -162,7 +166,8 @@ TEST_F(Vulkan, ABrokenShaderNamesFileAndLine) {
   EXPECT_NE(error_of([&] { Kernel kernel(*gpu_, source("absent.comp")); }).find("absent.comp"), std::string::npos);
 }
 
-// A persistent kernel must not rely on loops that the driver cuts short; the tuning table bounds its batches there.
+// A persistent kernel must not rely on loops where the driver cuts them short. The tuning table limits its batches
+// there.
 TEST_F(Vulkan, TheTuningTableKnowsDriversThatCutLoops) {
   Kernel kernel(*gpu_, source("long_loop.comp"));
   Buffer<std::uint32_t> data(*gpu_, 2, Access::Storage, "loop");
@@ -180,6 +185,7 @@ TEST_F(Vulkan, TheTuningTableKnowsDriversThatCutLoops) {
       << "the driver ran " << out[1] << " of 100000 iterations";
 }
 
+/// Gives each test a cache folder of its own.
 class ShaderCache : public testing::Test {
  protected:
   fs::path folder_ = fs::temp_directory_path() / ("ballot-spirv-" + std::to_string(getpid()));
@@ -194,6 +200,7 @@ class ShaderCache : public testing::Test {
       setenv("XDG_CACHE_HOME", old_.c_str(), 1);
     fs::remove_all(folder_);
   }
+  /// The files of the SPIR-V cache.
   std::vector<fs::path> files() const {
     std::vector<fs::path> all;
     for (const auto& e : fs::directory_iterator(folder_ / "ballot" / "spirv")) all.push_back(e.path());

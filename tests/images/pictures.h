@@ -1,4 +1,4 @@
-// Scenes whose pictures are known, and pictures with their pixels at hand.
+// Scenes whose pictures are known in closed form, and access to the pixels of rendered pictures.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,13 +12,13 @@
 
 namespace ballot::test {
 
-/// A linear value as a window shows it, in steps of 8 bits.
+/// Returns the sRGB code, 0 to 255, that a window shows for a linear value.
 inline int srgb(float x) {
   x = std::clamp(x, 0.0f, 1.0f);
   return int(std::lround(255 * (x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f)));
 }
 
-/// A picture, and what its engine said.
+/// A rendered picture with the times that the engine reports for it.
 struct Picture {
   Image image;
   RenderTimes times;
@@ -26,6 +26,7 @@ struct Picture {
   float at(const char* channel, std::uint32_t x, std::uint32_t y) const {
     return image.channel(channel).floats[std::size_t(y) * image.width + x];
   }
+  /// Number of the triangle that the pixel shows, or NO_HIT.
   std::uint32_t prim(std::uint32_t x, std::uint32_t y) const {
     return image.channel("prim").uints[std::size_t(y) * image.width + x];
   }
@@ -42,7 +43,7 @@ inline EngineOptions with_validation() {
   return options;
 }
 
-/// Renders and expects silence from the validation layers.
+/// Renders a view and expects that the validation layers report nothing.
 inline Picture render(Engine& engine, const View& view, const RenderOptions& options) {
   Picture picture;
   picture.image = engine.render(view, options, &picture.times);
@@ -50,16 +51,18 @@ inline Picture render(Engine& engine, const View& view, const RenderOptions& opt
   return picture;
 }
 
+/// Renders the first view of a scene in an engine of its own.
 inline Picture render(Scene scene, const RenderOptions& options) {
   Engine engine(std::move(scene), with_validation());
   return render(engine, engine.scene().views.front(), options);
 }
 
+/// Returns a perspective view from `eye` that looks along -z, turned by `turn`.
 inline View view_from(const glm::dvec3& eye, const glm::dmat4& turn = glm::dmat4(1)) {
   return {.name = "test", .world_from_camera = glm::translate(glm::dmat4(1), eye) * turn};
 }
 
-/// Two triangles in the plane z = `z`, facing +z; prims 0 (right and below the diagonal) and 1.
+/// Adds two triangles in the plane z = `z` that face +z. The first lies right of and below the diagonal.
 inline void add_rectangle(Scene& scene, glm::vec2 lo, glm::vec2 hi, float z, std::uint32_t material = 0) {
   const glm::vec3 a(lo, z), b(hi.x, lo.y, z), c(hi, z), d(lo.x, hi.y, z);
   scene.triangles.push_back({a, b, c});
@@ -67,7 +70,7 @@ inline void add_rectangle(Scene& scene, glm::vec2 lo, glm::vec2 hi, float z, std
   scene.material_of.insert(scene.material_of.end(), 2, material);
 }
 
-/// A square of half width 1 at z = 0, seen from z = 3.
+/// Returns a scene of one square of half width 1 at z = 0, seen from z = 3.
 inline Scene square_scene() {
   Scene scene;
   scene.name = "square";
@@ -78,8 +81,8 @@ inline Scene square_scene() {
   return scene;
 }
 
-/// Where, in the frame of a camera, the ray through a point of the picture goes at depth 1: pixel (0, 0) covers
-/// [0, 1) squared at the top left.
+/// Returns the point at depth 1, in the frame of the camera, of the ray through point (x, y) of the picture.
+/// Pixel (0, 0) covers [0, 1)^2 at the top left.
 inline glm::dvec2 plane_point(const View& view, double x, double y, std::uint32_t width, std::uint32_t height) {
   const double half_y = view.orthographic ? view.ymag : std::tan(view.yfov / 2);
   return {(2 * x / width - 1) * half_y * width / height, (1 - 2 * y / height) * half_y};

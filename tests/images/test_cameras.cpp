@@ -1,5 +1,5 @@
-// Kinds of cameras, from a glTF file to pixels: what an orthographic camera sees of a scene, by every shading, beside a
-// perspective one in one scene.
+// Tests of perspective and orthographic cameras, from a glTF file to pixels, with every shading. Both kinds may be in
+// one scene.
 #include "shaders/shared/render.h"
 #include "tests/cpu/gltf_builder.h"
 #include "tests/images/pictures.h"
@@ -7,8 +7,8 @@
 namespace ballot::test {
 namespace {
 
-/// The square [-1, 1]^2 at z = 0, seen from (0.5, 0.25, 3) by view "eye" and by the orthographic view "plan", whose picture is
-/// 3 high.
+/// Returns the square [-1, 1]^2 at z = 0 with two views from (0.5, 0.25, 3): the orthographic view "plan", whose
+/// picture is 3 units high, and, if wanted, the perspective view "eye".
 Scene two_cameras(bool perspective = true) {
   GltfBuilder b;
   b.mesh(b.vec3({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0}));
@@ -22,7 +22,7 @@ Scene two_cameras(bool perspective = true) {
   return b.load();
 }
 
-/// Every pixel of a picture of it.
+/// Checks depth and coverage of every pixel of a picture of the square.
 void expect_square(const Picture& p, const View& view) {
   std::size_t hits = 0;
   for (std::uint32_t y = 0; y < p.image.height; ++y)
@@ -50,7 +50,7 @@ TEST(Cameras, BothKindsOfAGltfFileByEveryShading) {
     }
 }
 
-// A view from elsewhere, such as a window's, may be of the kind that the scene lacks.
+// A view that is not part of the scene, such as a window's, may use a camera kind that the scene lacks.
 TEST(Cameras, AViewOfTheKindThatTheSceneLacks) {
   Engine engine(two_cameras(false), with_validation());
   EXPECT_FALSE(engine.features().perspective);
@@ -71,7 +71,8 @@ TEST(Cameras, AViewOfTheKindThatTheSceneLacks) {
   EXPECT_TRUE(engine.messages().empty());
 }
 
-// Kernels for both kinds make the rays of those for one, bit for bit: what "ballot info --measure" compares with is the same picture.
+// Kernels for both camera kinds generate the same rays, bit for bit, as kernels for one kind. So the kernels that
+// "ballot info --measure" compares with render the same picture.
 TEST(Cameras, KernelsForBothKindsMakeTheSameRays) {
   Engine engine(two_cameras(), with_validation());
   for (const View& view : engine.scene().views)
@@ -86,7 +87,7 @@ TEST(Cameras, KernelsForBothKindsMakeTheSameRays) {
     }
 }
 
-// Every kind of ray of the benchmark starts from an orthographic camera's hits too.
+// Every ray kind of the benchmark can also start from the hits of an orthographic camera.
 TEST(Cameras, RayKindsOfAnOrthographicView) {
   Engine engine(two_cameras(), with_validation());
   const View& plan = find_view(engine.scene(), "plan");
@@ -106,7 +107,7 @@ TEST(Cameras, RayKindsOfAnOrthographicView) {
   EXPECT_TRUE(engine.messages().empty());
 }
 
-/// The square with a texture of 32 x 32 checks, black and white.
+/// Returns the square with a texture of 32 x 32 black and white checks.
 Scene checks() {
   Scene scene = square_scene();
   scene.materials[0] = {.name = "checks"};
@@ -122,8 +123,8 @@ Scene checks() {
   return scene;
 }
 
-// A pixel of an orthographic view is as wide as it is however far away the surface lies: one that covers a quarter of a check shows
-// it from anywhere, one that covers sixteen shows their mean.
+// A pixel of an orthographic view has the same width at every distance of the surface. So a pixel that covers a quarter
+// of a check shows that check from any distance, and a pixel that covers many checks shows their mean.
 TEST(Cameras, MipMapsOfAnOrthographicViewDoNotDependOnTheDistance) {
   Engine engine(checks(), with_validation());
   for (const double distance : {3.0, 300.0}) {
@@ -132,7 +133,7 @@ TEST(Cameras, MipMapsOfAnOrthographicViewDoNotDependOnTheDistance) {
     const Picture near = render(engine, view, {.width = 64, .height = 64});
     for (std::uint32_t i = 0; i < 64 * 64; ++i) {
       const std::uint32_t x = i % 64, y = i / 64;
-      EXPECT_EQ(near.at("R", x, y), (x / 2 + y / 2) % 2 ? 1 : 0) << x << ", " << y << " from " << distance;
+      EXPECT_EQ(near.at("R", x, y), (x / 2 + y / 2) % 2 ? 1 : 0) << x << ", " << y << " from distance " << distance;
     }
     const Picture far = render(engine, view, {.width = 4, .height = 4});
     for (std::uint32_t i = 0; i < 16; ++i) EXPECT_NEAR(far.at("R", i % 4, i / 4), 0.5, 0.01) << distance;

@@ -1,5 +1,6 @@
-// A box with coloured walls, a block and a lamp, path traced by Ballot and by a tracer of this file that shares nothing with it: double
-// precision, every triangle tried, no ray to the light, no roulette, no weights.
+// Compares two path traced pictures of a box with coloured walls, a block and a lamp: one by Ballot and one by a path
+// tracer in this file. The latter shares no code with Ballot. It computes in double precision, tests every triangle,
+// and uses no shadow rays, no Russian roulette and no weights of multiple importance sampling.
 #include <random>
 
 #include "tests/images/pictures.h"
@@ -28,7 +29,7 @@ Scene cornell_box() {
   add_quad(scene, {-1, -1, -1}, {-1, 1, -1}, {-1, 1, 1}, {-1, -1, 1}, 1);
   add_quad(scene, {1, -1, -1}, {1, 1, -1}, {1, 1, 1}, {1, -1, 1}, 2);
   add_quad(scene, {-0.5f, 0.98f, -0.5f}, {0.5f, 0.98f, -0.5f}, {0.5f, 0.98f, 0.5f}, {-0.5f, 0.98f, 0.5f}, 3);
-  // A block: its top and the two sides that are seen.
+  // A block: its top and the two sides that the camera sees.
   add_quad(scene, {-0.6f, -0.3f, -0.5f}, {0, -0.3f, -0.7f}, {0.2f, -0.3f, -0.1f}, {-0.4f, -0.3f, 0.1f}, 0);
   add_quad(scene, {-0.4f, -1, 0.1f}, {0.2f, -1, -0.1f}, {0.2f, -0.3f, -0.1f}, {-0.4f, -0.3f, 0.1f}, 0);
   add_quad(scene, {0.2f, -1, -0.1f}, {0, -1, -0.7f}, {0, -0.3f, -0.7f}, {0.2f, -0.3f, -0.1f}, 0);
@@ -37,12 +38,14 @@ Scene cornell_box() {
   return scene;
 }
 
+/// The nearest hit of a ray, or t = 1e30 for a miss.
 struct Found {
   double t = 1e30;
   std::size_t prim = 0;
   glm::dvec3 normal{0};
 };
 
+/// Finds the nearest hit by a test of every triangle.
 Found nearest(const Scene& scene, const glm::dvec3& from, const glm::dvec3& dir) {
   Found best;
   for (std::size_t i = 0; i < scene.triangles.size(); ++i) {
@@ -59,6 +62,7 @@ Found nearest(const Scene& scene, const glm::dvec3& from, const glm::dvec3& dir)
   return best;
 }
 
+/// Estimates the radiance along a ray by one random path of up to 8 bounces.
 glm::dvec3 radiance(const Scene& scene, glm::dvec3 from, glm::dvec3 dir, std::mt19937_64& random) {
   std::uniform_real_distribution<double> uniform;
   glm::dvec3 sum(0), weight(1);
@@ -70,7 +74,7 @@ glm::dvec3 radiance(const Scene& scene, glm::dvec3 from, glm::dvec3 dir, std::mt
     weight *= glm::dvec3(m.base_color);
     const glm::dvec3 n = glm::dot(hit.normal, dir) > 0 ? -hit.normal : hit.normal;
     from += dir * hit.t;
-    glm::dvec3 ball;  // a point of the unit sphere, added to the normal: cosine-distributed
+    glm::dvec3 ball;  // normalised and added to the normal, it gives a cosine-distributed direction
     do {
       ball = {2 * uniform(random) - 1, 2 * uniform(random) - 1, 2 * uniform(random) - 1};
     } while (glm::dot(ball, ball) > 1 || glm::dot(ball, ball) < 1e-6);
@@ -79,7 +83,7 @@ glm::dvec3 radiance(const Scene& scene, glm::dvec3 from, glm::dvec3 dir, std::mt
   return sum;
 }
 
-// Each pixel within 5 standard errors of both, and the picture's mean within 2 %.
+// Each pixel agrees within 5 standard errors of both pictures together, and the mean of the picture within 2 %.
 TEST(CornellBox, AgreesWithAnIndependentPathTracer) {
   constexpr int kSamples = 600;
   const Scene scene = cornell_box();

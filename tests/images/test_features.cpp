@@ -1,5 +1,5 @@
-// What a scene does not need: each thing that scenes may have, alone, and the kernels, bindings, buffers and dispatches that
-// follow from it and from nothing else.
+// Tests that a scene pays only for the features that it has. Each feature is tested alone: it must cause its kernels,
+// bindings, buffers and dispatches, and no others.
 #include <optional>
 #include <set>
 
@@ -14,6 +14,7 @@ namespace {
 using Bindings = std::set<std::uint32_t>;
 using Names = std::set<std::string>;
 
+/// Returns the bindings that a compiled kernel uses.
 Bindings bindings_of(const KernelSource& source) {
   const Reflection r = reflect(compile_shader(source.file, source.defines).words, source.name);
   Bindings all(r.storage_buffers.begin(), r.storage_buffers.end());
@@ -21,10 +22,12 @@ Bindings bindings_of(const KernelSource& source) {
   return all;
 }
 
+/// Returns the size of a kernel's SPIR-V in bytes.
 std::size_t bytes_of(const KernelSource& source) {
   return compile_shader(source.file, source.defines).words.size() * 4;
 }
 
+/// Returns the names of kernels, without what follows the first '+'.
 Names names_of(const std::vector<KernelSource>& sources) {
   Names names;
   for (const KernelSource& s : sources) names.insert(s.name.substr(0, s.name.find('+')));
@@ -41,7 +44,7 @@ Bindings operator+(Bindings a, const Bindings& b) {
   return a;
 }
 
-/// A thing that a scene may have, and what the scattering of each integrator binds for it that it does not bind without.
+/// A feature that a scene may have, and for each integrator the further bindings that its scatter kernel needs for it.
 struct Alone {
   const char* name;
   SceneFeatures features;
@@ -100,7 +103,7 @@ TEST(Features, EachAloneBindsWhatItNeeds) {
   for (const Integrator& integrator : kIntegrators) {
     const Bindings none = bindings_of(scatter_source(integrator, kNothing, Sky::Kind::None, false));
     for (const std::uint32_t b : kTextures + kSecond + Bindings{BIND_NORMALS, BIND_SKY, BIND_EMITTERS, BIND_LIGHTS})
-      EXPECT_FALSE(none.contains(b)) << integrator.name << " " << b;
+      EXPECT_FALSE(none.contains(b)) << integrator.name << " binds " << b;
     EXPECT_EQ(none.contains(BIND_MATERIALS), integrator.value != INTEGRATOR_AO);
     EXPECT_EQ(none.contains(BIND_SHADOW_RAYS), integrator.value == INTEGRATOR_AO);
     EXPECT_EQ(none.contains(BIND_NEXT_RAYS), integrator.value == INTEGRATOR_PATH);
@@ -114,7 +117,7 @@ TEST(Features, EachAloneBindsWhatItNeeds) {
   }
 }
 
-// A kernel is another one exactly where the scene has what it asks for: names are what kernels are found by.
+// A scene feature adds exactly the kernels that it needs. Kernels are looked up by name, so names are compared.
 TEST(Features, EachAloneAsksForItsKernels) {
   for (const Integrator& integrator : kIntegrators) {
     const bool ao = integrator.value == INTEGRATOR_AO;
@@ -148,7 +151,7 @@ TEST(Features, EachAloneAsksForItsKernels) {
     }
 }
 
-// The same bytes, too: what a scene has that a kernel does not ask for makes no other kernel of it.
+// Compares the SPIR-V: a scene feature that a kernel does not use leaves its words unchanged.
 TEST(Features, WhatAKernelDoesNotAskForDoesNotChangeIt) {
   const auto words = [](const KernelSource& s) { return compile_shader(s.file, s.defines).words; };
   const auto ao = [&](const SceneFeatures& f, Sky::Kind sky) {
@@ -163,7 +166,7 @@ TEST(Features, WhatAKernelDoesNotAskForDoesNotChangeIt) {
               !a.features.shading_normals)
         << a.name;
     const bool same = a.features.alpha || a.features.orthographic || a.features.tree != TreeFacts{};
-    if (a.sky != Sky::Kind::None) continue;  // features alone do not say which
+    if (a.sky != Sky::Kind::None) continue;  // the features alone do not give the kind of sky
     EXPECT_EQ(path(a.features) == path(kNothing), same) << a.name;
   }
 }
@@ -178,7 +181,7 @@ TEST(Features, KindsOfCameras) {
     EXPECT_LT(bytes_of(make(eye)), bytes_of(make(both)));
     EXPECT_LT(bytes_of(make(plan)), bytes_of(make(both)));
     EXPECT_NE(make(eye).name, make(plan).name);
-    EXPECT_ANY_THROW(bytes_of(make({})));  // there is always an eye
+    EXPECT_ANY_THROW(bytes_of(make({})));  // a kernel needs at least one kind of camera
   }
   const auto of_cameras = [](const SceneFeatures& f, bool makes_rays) {
     Names names;
@@ -191,13 +194,13 @@ TEST(Features, KindsOfCameras) {
   EXPECT_EQ(of_cameras(both, true), (Names{"rays.primary.listed+perspective", "rays.primary.listed+orthographic",
                                            "ao.scatter+perspective", "ao.scatter+orthographic"}));
   SceneFeatures veiled = eye;
-  veiled.alpha = true;  // other passes read the eye's rays
+  veiled.alpha = true;  // with alpha, other passes read the camera rays
   EXPECT_EQ(of_cameras(veiled, true), of_cameras(eye, false));
   EXPECT_EQ(through(both, View{.name = "", .orthographic = true}), plan);
   EXPECT_EQ(through(plan, View{}), eye);
 }
 
-// The depth of the tree is the size of the stacks and nothing else.
+// The depth of the tree determines the size of the traversal stacks and nothing else in a kernel.
 TEST(Features, StacksAreMadeForTheTree) {
   const Context gpu({.device = "", .validate = false});
   EXPECT_EQ(stack_entries({.depth = 0}), 16u);
@@ -222,8 +225,8 @@ TEST(Features, StacksAreMadeForTheTree) {
   }
 }
 
-// Of leaves, all that matters is whether there is a loop over their triangles; packet-wide, which loads them together, has it
-// always.
+// The size of the leaves matters to a kernel only in whether it loops over a leaf's triangles. packet-wide, which loads
+// the triangles of a leaf together, always has the loop.
 TEST(Features, ALoopOverTrianglesOnlyWhereALeafHasSeveral) {
   const Context gpu({.device = "", .validate = false});
   for (const Method& method : kMethods) {
@@ -257,12 +260,12 @@ TEST(Features, OfABuiltTree) {
   }
 }
 
-/// What is done to the square, and the bytes on the device that it costs where a picture of 8 x 8 pixels is made.
+/// A change to the scene of the square, and its cost for a picture of 8 x 8 pixels: device memory, buffers and passes.
 struct Changed {
   const char* name;
-  std::uint64_t scene_bytes;  // besides triangles and materials
-  bool shadow, alpha;
-  std::string passes;  // of "whitted", in the order of first use
+  std::uint64_t scene_bytes;  // of device memory, without triangles and materials
+  bool shadow, alpha;         // true if it needs buffers for shadow rays; for rays behind transparent surfaces
+  std::string passes;         // of shading "whitted", in the order of first use
   void (*change)(Scene&) = [](Scene&) {};
 };
 
@@ -280,7 +283,7 @@ std::vector<Changed> changed_squares() {
        [](Scene& s) {
          s.materials[0].metallic = 1;
          s.materials[0].roughness = 0;
-         add_rectangle(s, {-9, -9}, {9, 9}, 4);  // behind the eye, so that there is something to reflect
+         add_rectangle(s, {-9, -9}, {9, 9}, 4);  // behind the camera, for the mirror to reflect
        }},
       {"glass", 0, false, false, "begin,trace primary,scatter,trace secondary,film,",
        [](Scene& s) {
@@ -305,7 +308,7 @@ std::vector<Changed> changed_squares() {
 
 TEST(Features, BuffersAndDispatchesFollowFromTheScene) {
   std::shared_ptr<Context> context;
-  std::optional<std::uint64_t> plain;  // bytes besides triangles and materials
+  std::optional<std::uint64_t> plain;  // bytes of the unchanged scene, without triangles and materials
   for (const Changed& c : changed_squares()) {
     SCOPED_TRACE(c.name);
     Scene scene = square_scene();
@@ -320,7 +323,7 @@ TEST(Features, BuffersAndDispatchesFollowFromTheScene) {
         render(engine, engine.scene().views[0], {.width = 8, .height = 8, .shading = "whitted", .bounces = 1});
     std::string names;
     for (const PassTime& t : p.times.passes.all()) names += t.name + ",";
-    const bool made = engine.tracer().makes_rays() && !c.alpha;  // by the traversal
+    const bool made = engine.tracer().makes_rays() && !c.alpha;  // true if the traversal generates the camera rays
     EXPECT_EQ(made ? "begin," + names : names, c.passes);
     std::uint64_t bytes = engine.render_bytes() - own;
     const bool more_waves = engine.features().glossy;
@@ -328,7 +331,7 @@ TEST(Features, BuffersAndDispatchesFollowFromTheScene) {
     const std::uint64_t shadow = c.shadow ? 64 * (sizeof(Ray) + sizeof(Hit) + sizeof(ShadowPayload)) : 0;
     std::uint64_t alpha = c.alpha ? 2 * 64 * (sizeof(Ray) + sizeof(Hit) + 4) : 0;
     if (c.alpha && engine.tracer().makes_rays())
-      alpha -= sizeof(PrimaryPush);  // the camera, for kernels that make rays
+      alpha -= sizeof(PrimaryPush);  // the camera, which only kernels that generate rays need
     if (more_waves)
       EXPECT_GT(bytes, *plain + c.scene_bytes);
     else
@@ -336,7 +339,8 @@ TEST(Features, BuffersAndDispatchesFollowFromTheScene) {
   }
 }
 
-// The kernel for every feature does the same work by other code: it aims at what is there alone, by the same random numbers.
+// The kernel that is compiled for every feature does the same work by other code. It uses the same random numbers and
+// aims shadow rays only at lights that exist.
 TEST(Features, EveryFeatureTracesTheSameRays) {
   for (const char* light : {"none", "lamp", "emission", "sky", "lamp and sky", "all"})
     for (const char* shading : {"ao", "whitted", "path"}) {
@@ -359,7 +363,7 @@ TEST(Features, EveryFeatureTracesTheSameRays) {
       for (const char* name : {"R", "G", "B"})
         for (std::size_t i = 0; i < 256; ++i)
           EXPECT_NEAR(own.image.channel(name).floats[i], every.image.channel(name).floats[i], 2e-3f)
-              << name << " " << i;
+              << name << " of pixel " << i;
     }
 }
 

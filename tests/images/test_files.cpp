@@ -1,4 +1,4 @@
-// What a picture says of itself: attributes, matrices in OpenEXR's conventions, and the file that others read.
+// Tests of the EXR files: their attributes, their matrices in OpenEXR's conventions, and that other programs read them.
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -9,7 +9,7 @@
 namespace ballot::test {
 namespace {
 
-/// A point as a row vector times an attribute's matrix, divided by w: what OpenEXR's V3f * M44f is.
+/// Multiplies a point, as a row vector, by the matrix of an attribute and divides by w, as OpenEXR's V3f * M44f does.
 glm::dvec3 transformed(const Image& image, const char* attribute, const glm::dvec3& point) {
   const auto m = std::get<std::array<float, 16>>(image.attributes.at(attribute));
   const double in[4] = {point.x, point.y, point.z, 1};
@@ -19,6 +19,7 @@ glm::dvec3 transformed(const Image& image, const char* attribute, const glm::dve
   return glm::dvec3(out[0], out[1], out[2]) / out[3];
 }
 
+/// Returns the square, seen by a camera that is moved and turned.
 Scene posed_scene() {
   Scene scene = square_scene();
   const glm::dmat4 turn = glm::rotate(glm::dmat4(1), 0.3, glm::normalize(glm::dvec3(1, 2, 0.5)));
@@ -26,7 +27,7 @@ Scene posed_scene() {
   return scene;
 }
 
-/// Unit ray through the middle of a pixel, and where it starts, in the world.
+/// Returns origin and unit direction, in the world, of the camera ray through the middle of a pixel.
 std::pair<glm::dvec3, glm::dvec3> eye_ray(const View& view, std::uint32_t x, std::uint32_t y, const Image& image) {
   const glm::dvec2 at = plane_point(view, x + 0.5, y + 0.5, image.width, image.height);
   const glm::dmat4& m = view.world_from_camera;
@@ -69,7 +70,8 @@ TEST(Files, WorldToCameraMapsTheEyeToTheOrigin) {
             1e-5);
 }
 
-// ImfStandardAttributes.h: camera space is left-handed, "objects in front of the camera have positive z coordinates".
+// OpenEXR's ImfStandardAttributes.h: camera space is left-handed, "objects in front of the camera have positive z
+// coordinates".
 TEST(Files, WorldToCameraLooksAlongPositiveZ) {
   const Scene scene = posed_scene();
   const glm::dmat4 m = scene.views[0].world_from_camera;
@@ -78,8 +80,8 @@ TEST(Files, WorldToCameraLooksAlongPositiveZ) {
             1e-5);
 }
 
-// The same header: x right, y down; "(0, 0) and (1, 1) correspond to the upper left and lower right corners of the
-// OpenEXR display window".
+// ImfStandardAttributes.h: x points right and y down; "(0, 0) and (1, 1) correspond to the upper left and lower right
+// corners of the OpenEXR display window".
 TEST(Files, WorldToNdcMapsWhatAPixelSeesToThePixel) {
   for (const bool orthographic : {false, true}) {
     SCOPED_TRACE(orthographic ? "orthographic" : "perspective");
@@ -101,6 +103,7 @@ TEST(Files, WorldToNdcMapsWhatAPixelSeesToThePixel) {
   }
 }
 
+/// A temporary folder that its owner removes.
 class Folder {
  public:
   Folder() {
@@ -124,7 +127,7 @@ TEST(Files, ExrThereAndBack) {
     const Channel& read = back.channel(c.name);
     EXPECT_EQ(read.type, c.type) << c.name;
     EXPECT_EQ(read.uints, c.uints) << c.name;
-    const double error = c.type == Pixel::Half ? 5e-4 : 0;  // of values up to 1
+    const double error = c.type == Pixel::Half ? 5e-4 : 0;  // absolute, for values up to 1
     ASSERT_EQ(read.floats.size(), c.floats.size()) << c.name;
     for (std::size_t i = 0; i < c.floats.size(); ++i) EXPECT_NEAR(read.floats[i], c.floats[i], error) << c.name;
   }

@@ -1,4 +1,5 @@
-// Pictures whose light is known: furnaces, mirror, glass slab, transparent sheets, textures.
+// Tests of the integrators on scenes whose radiance is known: furnaces, a mirror, a glass slab, transparent sheets,
+// textures.
 #include <map>
 
 #include "shaders/shared/render.h"
@@ -10,6 +11,7 @@ namespace {
 
 constexpr glm::vec3 kBlack(0);
 
+/// Returns a unit sphere of this material under a uniform white sky.
 Scene sphere_of(const Material& material) {
   Scene scene;
   scene.name = "ball";
@@ -21,8 +23,9 @@ Scene sphere_of(const Material& material) {
   return scene;
 }
 
+/// The mean colour of all pixels that are wholly covered, and its standard error.
 struct Mean {
-  glm::dvec3 value{0}, error{0};  // of all pixels that are wholly covered, and its standard error
+  glm::dvec3 value{0}, error{0};
 };
 
 Mean mean_of(const Picture& p) {
@@ -42,7 +45,7 @@ RenderOptions path_options(std::uint32_t size, std::uint32_t spp) {
   return {.width = size, .height = size, .spp = spp, .shading = "path", .aovs = {"color", "variance", "prim"}};
 }
 
-// Under an even sky a convex Lambertian body shows its albedo, at every pixel and without noise.
+// Under a uniform sky a convex Lambertian body shows its albedo, at every pixel and without noise.
 TEST(Furnace, WhiteAndColouredSpheresShowTheirAlbedo) {
   const Picture p = render(sphere_of({.name = "paint", .base_color = {1, 0.5f, 0.25f}}), path_options(24, 4));
   std::size_t inside = 0;
@@ -57,7 +60,8 @@ TEST(Furnace, WhiteAndColouredSpheresShowTheirAlbedo) {
   EXPECT_GT(inside, 100u);
 }
 
-// Nor do smooth normals darken its rim, where they lean away from the eye; a mirror there shows the sky as well.
+// Shading normals do not darken the rim of a sphere, where they lean away from the camera. A mirror shows the sky there
+// too.
 TEST(Furnace, RimsOfSmoothSpheres) {
   for (const bool mirror : {false, true})
     for (const char* shading : {"path", "whitted"}) {
@@ -72,13 +76,14 @@ TEST(Furnace, RimsOfSmoothSpheres) {
       const Picture p = render(std::move(scene), options);
       for (std::uint32_t i = 0; i < 32 * 32; ++i)
         if (p.at("A", i % 32, i / 32) == 1) {
-          EXPECT_GT(p.color(i % 32, i / 32).g, 0.5f) << shading << " " << mirror << " " << i;
-          EXPECT_LT(p.color(i % 32, i / 32).g, 1.5f) << shading << " " << mirror << " " << i;
+          EXPECT_GT(p.color(i % 32, i / 32).g, 0.5f) << shading << ", mirror " << mirror << ", pixel " << i;
+          EXPECT_LT(p.color(i % 32, i / 32).g, 1.5f) << shading << ", mirror " << mirror << ", pixel " << i;
         }
     }
 }
 
-// The kernel for every feature sees the same, and does what the scene does not need: it is what "ballot info --measure" compares with.
+// The kernel that is compiled for every feature renders the same picture, and also does work that the scene does not
+// need. "ballot info --measure" compares the scene's own kernels with it.
 TEST(Furnace, EveryFeatureShowsTheSame) {
   RenderOptions options = path_options(12, 2);
   options.aovs = {"color"};
@@ -94,8 +99,8 @@ TEST(Furnace, EveryFeatureShowsTheSame) {
   EXPECT_TRUE(has_alpha_pass(every));
 }
 
-// Every wall of a closed room shines with 0.5 and reflects half: everywhere is 0.5 + 0.25 + ... = 1. Rays to the lights,
-// chance hits, their weights and Russian roulette all take part.
+// Every wall of a closed room emits 0.5 and reflects half, so the radiance is 0.5 + 0.25 + ... = 1 everywhere. Shadow
+// rays, chance hits of emitters, the weights of both and Russian roulette all take part.
 TEST(Furnace, ClosedRoomThatShines) {
   Scene scene;
   scene.name = "room";
@@ -111,7 +116,7 @@ TEST(Furnace, ClosedRoomThatShines) {
   EXPECT_LT(mean.error.g, 0.01);
 }
 
-/// The mean of a floor under a square lamp that reflects nothing.
+/// Returns the mean colour of a floor under a square lamp that reflects nothing.
 Mean floor_under_lamp(Alpha mode, int bounces) {
   Scene scene;
   scene.name = "lit floor";
@@ -127,22 +132,25 @@ Mean floor_under_lamp(Alpha mode, int bounces) {
   return mean_of(render(std::move(scene), options));
 }
 
-// Without bounces all light of a lamp is found by aiming at it: what bounced rays would have found must not be missing. A lamp of
-// which a quarter is there shines by a quarter, one masked away not at all, however it is found.
+// Without bounces all light of a lamp comes from shadow rays, and the share that bounced rays would have found must not
+// be missing. A lamp of alpha 1/4 gives a quarter of the light, and a masked one none, whichever way the light is
+// found.
 TEST(Furnace, LampIsFoundInFullByEitherWay) {
   const Mean full = floor_under_lamp(Alpha::Opaque, 2);
-  EXPECT_NEAR(full.value.g, 0.8, 0.15);  // the lamp's share of the cosine-weighted hemisphere
+  // The lamp's share of the cosine-weighted hemisphere, times emission 2 and albedo 0.5.
+  EXPECT_NEAR(full.value.g, 0.8, 0.15);
   for (const auto& [mode, share] :
        {std::pair(Alpha::Opaque, 1.0), std::pair(Alpha::Blend, 0.25), std::pair(Alpha::Mask, 0.0)})
     for (const int bounces : {0, 2}) {
       const Mean mean = floor_under_lamp(mode, bounces);
       EXPECT_NEAR(mean.value.g, share * full.value.g, 4 * (mean.error.g + full.error.g) + 1e-3)
-          << share << " of it, " << bounces << " bounces";
+          << share << " of the light, " << bounces << " bounces";
       EXPECT_LT(mean.error.g, 0.02);
     }
 }
 
-// Glass that absorbs nothing neither takes nor gives light; a rough white metal loses only what single scattering leaves out.
+// Glass that absorbs nothing neither loses nor adds light. A rough white metal loses only what a model of single
+// scattering leaves out.
 TEST(Furnace, GlassAndMetal) {
   const Mean glass = mean_of(
       render(sphere_of({.name = "glass", .roughness = 0, .transmission = 1, .ior = 1.5f}), path_options(20, 64)));
@@ -154,10 +162,10 @@ TEST(Furnace, GlassAndMetal) {
   const Mean metal =
       mean_of(render(sphere_of({.name = "metal", .metallic = 1, .roughness = 0.5f}), path_options(20, 64)));
   EXPECT_LT(metal.value.g, 1 + 4 * metal.error.g);
-  EXPECT_NEAR(metal.value.g, 0.880, 4 * metal.error.g + 0.01);  // the integral of the lobe, by numbers
+  EXPECT_NEAR(metal.value.g, 0.880, 4 * metal.error.g + 0.01);  // the integral of the lobe, computed numerically
 }
 
-/// Strips of light along y in the plane z = `z`, each 1 wide, from x = -8 on; strip i shines with (i + 1, 16 - i, 1).
+/// Adds 16 emitting strips along y in the plane z = `z`, each 1 wide, from x = -8 on. Strip i emits (i + 1, 16 - i, 1).
 void add_strips(Scene& scene, float z) {
   for (int i = 0; i < 16; ++i) {
     scene.materials.push_back({.name = "strip", .base_color = kBlack, .emissive = {i + 1, 16 - i, 1}});
@@ -165,7 +173,7 @@ void add_strips(Scene& scene, float z) {
   }
 }
 
-/// What a point of the strips shines with; false near an edge.
+/// Sets `light` to the emission of the strips at `x`. Returns false near an edge of a strip and outside the strips.
 bool strip_at(double x, glm::vec3& light) {
   const double strip = std::floor(x + 8), off = x + 8 - strip;
   if (off < 0.05 || off > 0.95 || strip < 0 || strip > 15) return false;
@@ -173,7 +181,7 @@ bool strip_at(double x, glm::vec3& light) {
   return true;
 }
 
-// A mirror in the plane z = 0 shows the strips behind the eye where the reflected ray meets them.
+// A mirror in the plane z = 0 shows the strips behind the camera where the reflected ray meets them.
 TEST(Whitted, MirrorObeysTheLawOfReflection) {
   Scene scene;
   scene.name = "mirror";
@@ -189,7 +197,7 @@ TEST(Whitted, MirrorObeysTheLawOfReflection) {
   for (std::uint32_t x = 0; x < 40; ++x) {
     const glm::dvec2 at = plane_point(view, x + 0.5, 20.5, 40, 40);
     glm::vec3 light;
-    if (!strip_at(0.3 + at.x * (3 + 6), light)) continue;  // down to the mirror, and up again
+    if (!strip_at(0.3 + at.x * (3 + 6), light)) continue;  // 3 down to the mirror and 6 up to the strips
     ++seen;
     // Schlick's approximation for metals: base + (1 - base) (1 - cosine)^5.
     const double cosine = 1 / std::sqrt(1 + at.x * at.x + at.y * at.y), f = std::pow(1 - cosine, 5);
@@ -199,7 +207,8 @@ TEST(Whitted, MirrorObeysTheLawOfReflection) {
   EXPECT_GT(seen, 20u);
 }
 
-// A slab of index n between z = 0 and z = -2 shifts what lies behind it by Snell's law and dims it by Fresnel's.
+// A slab of refractive index n between z = 0 and z = -2 shifts what lies behind it by Snell's law and dims it by
+// Fresnel's equations.
 TEST(Whitted, GlassSlabObeysSnellAndFresnel) {
   constexpr double n = 1.5;
   Scene scene;
@@ -207,18 +216,18 @@ TEST(Whitted, GlassSlabObeysSnellAndFresnel) {
   scene.materials.push_back({.name = "glass", .roughness = 0, .transmission = 1, .ior = float(n)});
   add_rectangle(scene, {-20, -20}, {20, 20}, 0);
   const glm::vec3 a(-20, -20, -2), b(20, -20, -2), c(20, 20, -2), d(-20, 20, -2);
-  scene.triangles.push_back({a, c, b});  // faces down: outside is on both sides
+  scene.triangles.push_back({a, c, b});  // faces down, so that the outside is on both sides of the slab
   scene.triangles.push_back({a, d, c});
   scene.material_of.insert(scene.material_of.end(), 2, 0);
   add_strips(scene, -5);
   scene.views.push_back(view_from({0, 0, 2}));
-  scene.views[0].yfov = 2 * std::atan(0.15);  // 9.6 times as wide as high
+  scene.views[0].yfov = 2 * std::atan(0.15);  // the picture is 9.6 times as wide as high
   finish_scene(scene);
   Engine engine(std::move(scene), with_validation());
   for (const char* shading : {"whitted", "path"}) {
     SCOPED_TRACE(shading);
     const std::uint32_t spp = shading == std::string("path") ? 64 : 1;
-    // Two bounces: in and out. What is reflected inside is left out.
+    // Two bounces: into the slab and out of it. Light that is reflected inside is left out.
     RenderOptions options{.width = 48, .height = 5, .spp = 1, .shading = shading, .bounces = 2};
     std::map<std::uint32_t, glm::dvec3> sums;
     for (std::uint32_t seed = 0; seed < spp; ++seed) {
@@ -245,8 +254,8 @@ TEST(Whitted, GlassSlabObeysSnellAndFresnel) {
   }
 }
 
-// A sheet of alpha 1/4 before a wall: a quarter of it, three quarters of the wall; its shadow is a quarter deep. A masked one below
-// its cutoff is not there.
+// A sheet of alpha 1/4 in front of a wall shows as a quarter of the sheet and three quarters of the wall. Its shadow
+// takes a quarter of the light. A masked sheet whose alpha is below the cutoff is invisible.
 TEST(Alpha, BlendedAndMaskedSheets) {
   const auto sheet_over = [](Alpha mode, float alpha) {
     Scene scene;
@@ -259,7 +268,7 @@ TEST(Alpha, BlendedAndMaskedSheets) {
     scene.lights.push_back(
         {.kind = Light::Kind::Directional, .direction = {0, 0, -1}, .intensity = glm::vec3(3.14159265f)});
     scene.views.push_back(view_from({0, 0, 3}));
-    scene.views.push_back(view_from({0, 0, 0.5}));  // between them
+    scene.views.push_back(view_from({0, 0, 0.5}));  // between the wall and the sheet
     finish_scene(scene);
     return scene;
   };
@@ -302,16 +311,17 @@ TEST(Textures, ShowWhereTheirCoordinatesSay) {
   EXPECT_EQ(p.color(1, 1), glm::vec3(1, 0, 0));
   EXPECT_EQ(p.color(6, 1), glm::vec3(0, 1, 0));
   EXPECT_EQ(p.color(1, 6), glm::vec3(0, 0, 1));
-  EXPECT_NEAR(p.at("R", 6, 6), 0.5029, 1e-3);  // of the code 188
+  EXPECT_NEAR(p.at("R", 6, 6), 0.5029, 1e-3);  // the linear value of the sRGB code 188
 }
 
-// A map that leans towards growing u bends the normal to the right, one that leans up (green) against v, which grows downwards.
+// A normal map that leans towards growing u bends the normal to the right. One that leans up (green) bends it against
+// v, which grows downwards.
 TEST(Textures, NormalMapsBendTheNormalTheRightWay) {
   for (const bool right : {true, false}) {
     Scene scene = square_scene();
     scene.materials[0].normal_texture.texture = 0;
     scene.textures = {{.image = 0}};
-    const std::uint8_t lean = 218, none = 128;  // 0.71 and 0
+    const std::uint8_t lean = 218, none = 128;  // components 0.71 and 0
     scene.images = {
         {.name = "lean", .width = 1, .height = 1, .rgba = {right ? lean : none, right ? none : lean, lean, 255}}};
     const auto uv = [](const glm::vec3& v) { return glm::vec2((v.x + 1) / 2, (1 - v.y) / 2); };
@@ -322,8 +332,8 @@ TEST(Textures, NormalMapsBendTheNormalTheRightWay) {
   }
 }
 
-// Aimed at and met by chance, the picture of a sky gives what it holds: a Lambertian sphere under an even one shows its albedo, and
-// a floor under one bright pixel the integral over that pixel.
+// A sky map gives its full light, by shadow rays and by chance hits together. A Lambertian sphere under a uniform map
+// shows its albedo. A floor under a map with one bright pixel shows the integral over that pixel.
 TEST(Furnace, PictureOfASky) {
   Scene ball = sphere_of({.name = "paint", .base_color = glm::vec3(0.5f)});
   ball.sky = {.kind = Sky::Kind::Map, .width = 8, .height = 4, .map = std::vector<glm::vec3>(32, glm::vec3(1))};
@@ -332,9 +342,10 @@ TEST(Furnace, PictureOfASky) {
   Scene floor = square_scene();  // faces +z, white
   floor.materials[0].base_color = glm::vec3(1);
   floor.sky = {.kind = Sky::Kind::Map, .width = 8, .height = 4, .map = std::vector<glm::vec3>(32, glm::vec3(0))};
-  constexpr std::uint32_t kX = 0, kY = 1;  // behind the eye: longitude -180 to -135 degrees, latitude 0 to 45
+  // A pixel behind the camera: longitude -180 to -135 degrees, latitude 0 to 45.
+  constexpr std::uint32_t kX = 0, kY = 1;
   floor.sky.map[kY * 8 + kX] = glm::vec3(10);
-  double expected = 0;  // of 10 / pi cos dw, by a fine grid
+  double expected = 0;  // the integral of 10 / pi cos dw over the pixel, on a fine grid
   constexpr int kSteps = 200;
   for (int i = 0; i < kSteps; ++i)
     for (int j = 0; j < kSteps; ++j) {

@@ -1,4 +1,5 @@
-// Pictures that stay on the device: the same as those that render() makes, for every kind of ray, and their refinement.
+// Tests of live pictures, which stay on the device. They equal those of render(), for every ray kind, also while they
+// are refined sample by sample.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +9,7 @@ namespace ballot::test {
 namespace {
 
 const std::string kCornell = std::string(BALLOT_SOURCE_DIR) + "/scenes/cornell.gltf";
-constexpr std::uint32_t kWidth = 90, kHeight = 70;  // cuts tiles
+constexpr std::uint32_t kWidth = 90, kHeight = 70;  // not multiples of a tile's size
 
 class Live : public testing::Test {
  protected:
@@ -22,6 +23,7 @@ class Live : public testing::Test {
     o.width = kWidth, o.height = kHeight;
     return o;
   }
+  /// Downloads the packed 8-bit colours of the picture.
   static std::vector<std::uint32_t> pixels() {
     std::vector<std::uint32_t> all(std::size_t(kWidth) * kHeight);
     engine_->live().pixels().download(all);
@@ -30,7 +32,7 @@ class Live : public testing::Test {
   inline static std::unique_ptr<Engine> engine_;
 };
 
-/// The largest difference of a channel, in steps of 8 bits. Half floats and pow() round.
+/// Returns the largest difference of a colour channel, in 8-bit steps. It may be 1, as half floats and pow() round.
 int difference(const Image& image, const std::vector<std::uint32_t>& pixels) {
   int most = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i)
@@ -68,9 +70,9 @@ TEST_F(Live, ComparesTwoQueriesOnTheSameRays) {
   o.other = Query{.method = "if-if"};
   o.split = kWidth / 2;
   const LiveTimes times = engine_->live().add_sample(view(), o);
-  EXPECT_EQ(times.different, 0u) << "watertight answers do not depend on the method";
+  EXPECT_EQ(times.different, 0u) << "watertight answers must not depend on the method";
   EXPECT_GT(times.other_ms, 0);
-  EXPECT_EQ(pixels()[kWidth / 2] & 0xFFFFFF, 0xFFFFFFu) << "the divider";
+  EXPECT_EQ(pixels()[kWidth / 2] & 0xFFFFFF, 0xFFFFFFu) << "the divider between the two pictures is not white";
 }
 
 TEST_F(Live, ShowsEveryRayKind) {
@@ -81,7 +83,7 @@ TEST_F(Live, ShowsEveryRayKind) {
     const LiveTimes times = engine_->live().add_sample(view(), o);
     EXPECT_GT(times.rays, 0u);
     if (!kind.from_camera()) {
-      // As many as there are hits, for each generator: what a batch of one ray a hit holds.
+      // One ray per primary hit and generator, as in a batch with one ray per hit.
       const auto batch = engine_->make_batch(view(), kind, kWidth, kHeight, {.ao_rays = 1});
       EXPECT_EQ(times.rays, batch->count());
       EXPECT_GT(times.primary_ms, 0);
@@ -96,7 +98,8 @@ TEST_F(Live, ShowsEveryRayKind) {
   }
 }
 
-/// Pictures of three sizes, two samples each, beside another query; and milliseconds in which rays were made by a pass of their own.
+/// Returns live pictures of three sizes, with and without a second query beside, after each of two samples. Adds to
+/// `generate_ms` the milliseconds of passes that generate the rays of second samples.
 std::vector<std::vector<std::uint32_t>> pictures_of(Engine& engine, View view, LiveOptions o, double& generate_ms) {
   std::vector<std::vector<std::uint32_t>> all;
   o.sample_count = 2;
@@ -135,8 +138,9 @@ TEST_F(Live, RaysThatTheTraversalMakesAreThoseThatAreRead) {
     EXPECT_GT(read_ms, 0);
     Query query = o.query;
     query.rays = kPrimaryRays;
-    const bool could = tracer.can_record(query, kWidth * kHeight);  // not where a driver cuts loops
-    EXPECT_EQ(made_ms == 0, could) << "a pass has made rays to be read";
+    const bool could = tracer.can_record(query, kWidth * kHeight);  // false where a driver cuts loops short
+    EXPECT_EQ(made_ms == 0, could)
+        << "rays must come from a pass of their own exactly where the traversal cannot generate them";
   }
 }
 

@@ -1,4 +1,5 @@
-// Materials, emission, background, orientation, and the code that a scene does not need.
+// Tests of shading: materials, emission, background, the orientation of pictures, and that kernels hold no needless
+// code.
 #include "engine/vk/kernel.h"
 #include "shaders/shared/render.h"
 #include "tests/images/pictures.h"
@@ -8,7 +9,7 @@ namespace {
 
 const glm::vec3 kRed(1, 0, 0), kGreen(0, 1, 0), kBlue(0, 0, 1), kWhite(1);
 
-/// A coloured square in each quarter of the view, named by what a camera at +z sees: right is +x, up is +y.
+/// Returns a scene with a coloured square in each quarter of the view. To the camera, at +z, right is +x and up is +y.
 Scene quarters() {
   Scene scene;
   scene.name = "quarters";
@@ -23,7 +24,8 @@ Scene quarters() {
   return scene;
 }
 
-/// The colour that the eyelight brightens, of the pixel a quarter of the way in from two sides.
+/// Returns the colour of the pixel that lies an eighth of the picture right or left of its middle, and below or above
+/// it. The colour is scaled to a largest channel of 1, which removes the cosine of shading eyelight.
 glm::vec3 hue(const Picture& p, bool right, bool bottom) {
   const std::uint32_t w = p.image.width, h = p.image.height;
   const glm::vec3 c = p.color(w / 2 + (right ? 1 : -1) * (w / 8), h / 2 + (bottom ? 1 : -1) * (h / 8));
@@ -40,7 +42,7 @@ TEST(Shading, PixelZeroIsTopLeftAndEachTriangleHasItsMaterial) {
 
 TEST(Shading, ARolledCameraTurnsThePicture) {
   Scene scene = quarters();
-  // Its right is the world's up, its up the world's left.
+  // The camera's right is the world's up; the camera's up is the world's left.
   scene.views[0] = view_from({0, 0, 3}, glm::rotate(glm::dmat4(1), glm::radians(90.0), glm::dvec3(0, 0, 1)));
   const Picture p = render(std::move(scene), {.width = 64, .height = 64});
   EXPECT_EQ(hue(p, false, false), kBlue);
@@ -71,7 +73,7 @@ TEST(Shading, EmissionIsAddedAndKeepsItsRange) {
   for (const std::uint32_t spp : {1u, 8u}) {
     View view = engine.scene().views[0];
     view.orthographic = true;
-    view.ymag = 0.5;  // the whole picture, cosine 1
+    view.ymag = 0.5;  // the square fills the picture, and the cosine is 1 everywhere
     const Picture p = render(engine, view, {.width = 5, .height = 5, .spp = spp});
     EXPECT_LT(glm::length(p.color(2, 2) - glm::vec3(0.75f, 3, 4096)), 1e-3f) << spp;
   }
@@ -122,7 +124,7 @@ TEST(Shading, ACornerNormalOfZeroFallsBackToTheFace) {
   EXPECT_NEAR(p.at("N.Z", 4, 4), 1, 1e-6);
 }
 
-// H5: what a scene or a shading lacks gets no binding.
+// A kernel has no binding for data that the scene lacks or the shading does not use.
 TEST(Shading, CodeAndBindingsOnlyForWhatIsThere) {
   Context gpu({.device = "", .validate = true});
   const auto kernel = [&](const char* shading, bool normals) {
@@ -144,7 +146,7 @@ TEST(Shading, OptionsOutOfRange) {
                                    RenderOptions{.spp = 0}, RenderOptions{.spp = 65537}, RenderOptions{.shading = "x"}})
     try {
       engine.render(view, bad);
-      ADD_FAILURE() << "no error";
+      ADD_FAILURE() << "expected an error, none was thrown";
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), Failure::Arguments) << error.what();
     }

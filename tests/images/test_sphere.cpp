@@ -1,4 +1,5 @@
-// A finely divided sphere: silhouette, distance, flat and smooth normals; one picture for every method.
+// Tests on a finely divided sphere: silhouette, distance, flat and smooth normals, and that every method renders the
+// same picture.
 #include <algorithm>
 #include <cstring>
 
@@ -21,7 +22,7 @@ Scene sphere_scene(bool smooth) {
   return scene;
 }
 
-/// Calls check(pixel, eye ray) for every pixel and its unit ray.
+/// Calls check(x, y, ray) for every pixel; `ray` is the unit direction of its camera ray.
 template <class Check>
 void each_pixel(const Picture& p, const View& view, Check&& check) {
   for (std::uint32_t y = 0; y < p.image.height; ++y)
@@ -30,7 +31,8 @@ void each_pixel(const Picture& p, const View& view, Check&& check) {
 }
 
 void expect_silhouette(const Picture& p, const View& view) {
-  const double most = 1 / kDistance, least = (1 - kSag) / kDistance;  // sines of the angle at which the sphere ends
+  // Bounds of the sine of the angle at which the sphere ends.
+  const double most = 1 / kDistance, least = (1 - kSag) / kDistance;
   std::size_t inside = 0;
   each_pixel(p, view, [&](std::uint32_t x, std::uint32_t y, const glm::dvec3& ray) {
     const double sine = std::hypot(ray.x, ray.y);
@@ -49,7 +51,7 @@ void expect_surface(const Picture& p, const View& view, float normal_error) {
     EXPECT_GT(glm::length(point), 1 - kSag) << x << ", " << y;
     const glm::vec3 normal = p.normal(x, y);
     EXPECT_NEAR(glm::length(normal), 1, 1e-5);
-    if (glm::dot(-ray, point) < 0.1) return;  // at the rim the face decides the side
+    if (glm::dot(-ray, point) < 0.1) return;  // at the rim the face decides which side the normal is on
     EXPECT_LT(glm::length(normal - glm::vec3(glm::normalize(point))), normal_error) << x << ", " << y;
     EXPECT_NEAR(p.at("R", x, y), std::abs(glm::dot(glm::dvec3(normal), ray)), 1e-4);
   });
@@ -95,10 +97,11 @@ void expect_same(const Image& a, const Image& b) {
   }
 }
 
-// H13: in the conservative modes a picture does not depend on how it was traced.
+// In the conservative numeric modes a picture does not depend on method or kernel configuration.
 TEST(Sphere, OnePictureForEveryMethodAndKnob) {
   Scene scene = sphere_scene(true);
-  for (Triangle t : shapes::soup(400, 0.3f)) scene.triangles.push_back(t);  // overlapping: an order to get wrong
+  // Overlapping triangles, whose order could be wrong.
+  for (Triangle t : shapes::soup(400, 0.3f)) scene.triangles.push_back(t);
   scene.normals.resize(scene.triangles.size(), {glm::vec3(0, 0, 1), glm::vec3(0, 0, 1), glm::vec3(0, 0, 1)});
   scene.material_of.assign(scene.triangles.size(), 0);
   finish_scene(scene);

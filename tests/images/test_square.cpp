@@ -1,12 +1,12 @@
-// A square that faces the camera: every channel of every pixel is known.
+// Tests on a square that faces the camera, where every channel of every pixel is known in closed form.
 #include "tests/images/pictures.h"
 
 namespace ballot::test {
 namespace {
 
-constexpr double kEdge = 1e-5;  // pixels whose ray passes nearer to an edge are not judged
+constexpr double kEdge = 1e-5;  // a pixel whose ray passes an edge more closely is not judged
 
-/// Every pixel of a picture of square_scene().
+/// Checks every channel of every pixel of a picture of square_scene().
 void expect_square(const Picture& p, const View& view) {
   const std::uint32_t width = p.image.width, height = p.image.height;
   std::size_t wrong = 0;
@@ -68,7 +68,7 @@ TEST(Square, Orthographic) {
 TEST(Square, LargerThanOneChunkOfRays) {
   Engine engine(square_scene(), with_validation());
   View view = engine.scene().views[0];
-  view.yfov = 0.9;  // edges of the square in the second chunk too
+  view.yfov = 0.9;  // the second chunk has edges of the square too
   const RenderOptions options{.width = 1100, .height = 1000};
   ASSERT_TRUE(!engine.device().is_cpu() || engine.tracer().chunk_rays() < options.width * options.height);
   double done = 0;
@@ -89,10 +89,10 @@ TEST(Square, FromBehindTheNormalTurnsToTheEye) {
   const Picture p = render(std::move(scene), {.width = 9, .height = 9});
   EXPECT_NEAR(p.at("N.Z", 4, 4), -1, 1e-6);
   EXPECT_NEAR(p.at("Z", 4, 4), 3, 1e-5);
-  EXPECT_EQ(p.prim(2, 3), 0u);  // mirrored: world x grows to the left
+  EXPECT_EQ(p.prim(2, 3), 0u);  // seen from behind, world x grows to the left
 }
 
-// Edges of the square cross pixels: what a pixel covers is an area known in closed form.
+// Edges of the square cross pixels. The covered area of each pixel is known in closed form.
 TEST(Square, SamplesConvergeToCoverage) {
   Engine engine(square_scene(), with_validation());
   View view = engine.scene().views[0];

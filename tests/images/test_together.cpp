@@ -1,11 +1,12 @@
-// Passes that are recorded together give what passes give that the host waits for, and are few submissions.
+// Tests of passes that are recorded together. They give the same picture as passes that the host waits for one by one,
+// and take few submissions.
 #include "engine/render/path/integrators.h"
 #include "tests/images/pictures.h"
 
 namespace ballot::test {
 namespace {
 
-/// A room of mirrors, glass, paint and a lamp, in which paths are long.
+/// Returns a room of mirrors, glass, paint and a lamp, in which paths are long. Material 4 is for veiled().
 Scene hall_scene() {
   Scene scene;
   scene.name = "hall";
@@ -24,6 +25,7 @@ Scene hall_scene() {
   return scene;
 }
 
+/// Adds transparent layers of material 4 in front of a scene.
 Scene veiled(Scene scene, int layers) {
   scene.materials[4].alpha_mode = Alpha::Blend;
   for (int i = 0; i < layers; ++i) add_rectangle(scene, {-1, -1}, {0.5f, 1}, 1 + 0.125f * float(i), 4);
@@ -31,7 +33,7 @@ Scene veiled(Scene scene, int layers) {
   return scene;
 }
 
-/// Whether loops run to their end on this driver, so that nothing has to be looked at.
+/// True if loops run to their end on this driver, so that the host need not check the result of a dispatch.
 bool records(Engine& engine) { return engine.tracer().can_record({.method = "while-while", .rays = "primary"}, 4096); }
 
 void expect_equal(const Image& a, const Image& b) {
@@ -42,15 +44,17 @@ void expect_equal(const Image& a, const Image& b) {
   }
 }
 
-/// Rays of all passes; `begin` makes rays unless the traversal does, which it does not where passes are waited for.
+/// Returns the ray count of all passes. Pass `begin` generates the camera rays unless the traversal does. The traversal
+/// never does where the host waits for passes. The rays of `begin` count only if `begun` is true.
 std::uint64_t rays_of(const Picture& picture, bool begun) {
   std::uint64_t rays = 0;
   for (const PassTime& t : picture.times.passes.all()) rays += t.name != "begin" || begun ? t.rays : 0;
   return rays;
 }
 
-/// The picture by passes recorded together, held to the one by passes that are waited for; returns submissions of the first
-/// where copies to the host are none.
+/// Renders with passes that are recorded together and with passes that the host waits for, and expects equal pictures.
+/// Returns the number of submissions of the former; 0 on GPUs, where copies to the host are submissions too, and where
+/// the driver makes the host check results.
 std::uint64_t submissions_of(Scene scene, const RenderOptions& options) {
   Engine engine(std::move(scene), with_validation());
   Context& gpu = *engine.context();
@@ -58,7 +62,7 @@ std::uint64_t submissions_of(Scene scene, const RenderOptions& options) {
   gpu.set_batches(false);
   const Picture alone = render(engine, view, options);
   gpu.set_batches(true);
-  render(engine, view, options);  // kernels are made
+  render(engine, view, options);  // compiles the kernels
   const std::uint64_t before = gpu.submissions();
   const Picture together = render(engine, view, options);
   const std::uint64_t spent = gpu.submissions() - before;
@@ -67,7 +71,7 @@ std::uint64_t submissions_of(Scene scene, const RenderOptions& options) {
   EXPECT_EQ(rays_of(together, begun), rays_of(alone, begun));
   EXPECT_EQ(together.times.rays, alone.times.rays);
   if (records(engine) && gpu.info().is_cpu()) return spent;
-  return 0;  // or the driver wants looks
+  return 0;
 }
 
 RenderOptions small(std::string_view shading, std::uint32_t spp, const char* method = "while-while") {
@@ -75,7 +79,7 @@ RenderOptions small(std::string_view shading, std::uint32_t spp, const char* met
 }
 
 TEST(Together, PathsAreAsPassByPassInFewSubmissions) {
-  // 17 depths of five passes, and four depths at least in a submission.
+  // 17 path depths of five passes each, and at least four depths in a submission.
   EXPECT_LE(submissions_of(hall_scene(), small("path", 4)), 6u);
   RenderOptions long_paths = small("path", 1);
   long_paths.bounces = 64;
@@ -93,7 +97,8 @@ TEST(Together, RaysThatPartAreAsPassByPass) {
   EXPECT_LE(submissions_of(hall_scene(), deep), 2u);
 }
 
-// Rays that paths put off take most of the memory: a picture of few paths after one of many gets no more for them.
+// Deferred rays take most of the memory. A picture of few paths gets no further memory for them after a picture of
+// many.
 TEST(Together, RaysThatArePutOffTakeWhatTheirPictureNeeds) {
   Engine engine(hall_scene(), with_validation());
   const View view = engine.scene().views.front();
@@ -102,7 +107,7 @@ TEST(Together, RaysThatArePutOffTakeWhatTheirPictureNeeds) {
   render(engine, view, {.width = 96, .height = 96, .spp = 8, .shading = "ao"});
   const std::uint64_t bytes = engine.render_bytes();
   expect_equal(render(engine, view, few).image, before.image);
-  EXPECT_LT(engine.render_bytes(), bytes + (16 << 20)) << "for a second wave, 9 MB";
+  EXPECT_LT(engine.render_bytes(), bytes + (16 << 20)) << "a second wave may take 9 MB, and deferred rays nothing";
 }
 
 TEST(Together, RaysBehindWhatIsTransparentAreAsPassByPass) {
@@ -112,7 +117,7 @@ TEST(Together, RaysBehindWhatIsTransparentAreAsPassByPass) {
   submissions_of(veiled(hall_scene(), 3), small("eyelight", 3));
 }
 
-/// Batches of one sample of every pixel.
+/// Returns the options for a picture that is rendered in batches of one sample of every pixel.
 RenderOptions in_batches(RenderOptions options, std::uint32_t width, std::uint32_t height) {
   options.width = width;
   options.height = height;
@@ -120,7 +125,7 @@ RenderOptions in_batches(RenderOptions options, std::uint32_t width, std::uint32
   return options;
 }
 
-// What a batch is recorded for is what those before it needed: it may need less, or more.
+// A batch is recorded for the work that the batches before it needed. It may need less, or more.
 TEST(Together, BatchesAfterBatches) {
   submissions_of(hall_scene(), in_batches(small("path", 12), 8, 4));
   submissions_of(hall_scene(), in_batches(small("path", 4), 40, 24));
@@ -148,7 +153,8 @@ TEST(Together, ShadingsAndAmbientOcclusionAreAsPassByPass) {
   submissions_of(hall_scene(), small("eyelight", 3, "dynamic-fetch"));
 }
 
-// Rays that the traversal makes and reads are the same.
+/// Renders with camera rays that the traversal reads and with rays that it generates, and expects equal pictures. With
+/// `needs_rays`, other passes read the camera rays too, so that the traversal never generates them.
 void expect_made_as_read(Engine& engine, const RenderOptions& options, bool orthographic, bool needs_rays = false) {
   SCOPED_TRACE(fmt::format("{}, {} samples, orthographic {}", options.shading, options.spp, orthographic));
   View view = engine.scene().views.front();
@@ -172,7 +178,7 @@ TEST(Together, MadeRaysAreAsThoseThatAreRead) {
       options.seed = orthographic ? 9 : 0;
       expect_made_as_read(hall, options, orthographic);
       expect_made_as_read(hall, in_batches(options, 13, 7), orthographic);
-      options.spp = 70;  // more than go together where pixels are many
+      options.spp = 70;  // more than are rendered together in a picture of many pixels
       options.width = 5;
       options.height = 3;
       expect_made_as_read(hall, options, orthographic);
@@ -185,11 +191,11 @@ TEST(Together, RaysAreReadWhereSomethingIsTransparent) {
   expect_made_as_read(engine, small("ao", 2), false, true);
 }
 
-// Method auto reads rays until it has chosen, and makes those of the parts that follow.
+// Method auto reads camera rays until it has chosen a method. For the parts that follow, the traversal generates them.
 TEST(Together, RaysAreReadForTrialsAndThenMade) {
   RenderOptions options = small("ao", 8, "auto");
   options.width = options.height = 128;
-  options.most_rays = 1 << 15;  // as many as auto looks at
+  options.most_rays = 1 << 15;  // the sample size of method auto on CPU devices
   Engine engine(hall_scene(), with_validation());
   const View view = engine.scene().views.front();
   engine.tracer().make_rays = true;
@@ -200,7 +206,7 @@ TEST(Together, RaysAreReadForTrialsAndThenMade) {
     return std::uint64_t(0);
   };
   const std::uint64_t all = 128 * 128 * 8;
-  if (engine.context()->info().is_cpu()) {  // a GPU's auto wants more rays
+  if (engine.context()->info().is_cpu()) {  // on a GPU, method auto samples more rays than the picture has
     EXPECT_GT(begun(made), 0u);
   }
   if (records(engine)) {
@@ -212,16 +218,17 @@ TEST(Together, RaysAreReadForTrialsAndThenMade) {
   expect_equal(read.image, made.image);
 }
 
-// Rays to lights from further hits have a choice of their own.
+// Method auto chooses separately for shadow rays from primary hits and for shadow rays from later hits.
 TEST(Together, RaysToLightsAreChosenForByTheirHits) {
   RenderOptions options = small("path", 24, "auto");
   options.width = options.height = 128;
   options.bounces = 3;
   Scene closed = hall_scene();
-  for (const float z : {-1.0f, 4.0f}) add_rectangle(closed, {-40, -40}, {40, 40}, z);  // many further hits
+  for (const float z : {-1.0f, 4.0f}) add_rectangle(closed, {-40, -40}, {40, 40}, z);  // many secondary hits
   finish_scene(closed);
   Engine engine(std::move(closed), with_validation());
-  if (!engine.context()->info().is_cpu()) GTEST_SKIP() << "as many rays as CPU devices look at";
+  if (!engine.context()->info().is_cpu())
+    GTEST_SKIP() << "the picture has as many rays as method auto samples on CPU devices; a GPU needs more";
   render(engine, engine.scene().views.front(), options);
   std::vector<std::string> kinds;
   for (const Choice& c : engine.tracer().choices().all()) kinds.push_back(c.rays);
@@ -229,13 +236,13 @@ TEST(Together, RaysToLightsAreChosenForByTheirHits) {
     EXPECT_NE(std::ranges::find(kinds, kind), kinds.end()) << kind;
 }
 
-// Waves of no ray, of one, and as full as a wave can be.
+// Waves of no ray, of one ray, and of as many rays as a wave can hold.
 TEST(Together, AnyNumberOfRays) {
   Scene away = hall_scene();
-  away.views[0] = view_from({0, 0, 30});  // past everything but the back of the far mirror
+  away.views[0] = view_from({0, 0, 30});  // sees only the back of the far mirror
   submissions_of(away, small("path", 1));
   Scene empty = square_scene();
-  empty.views[0] = view_from({0, 0, -9});  // looks away
+  empty.views[0] = view_from({0, 0, -9});  // looks away from the square
   submissions_of(empty, small("path", 2));
   RenderOptions one = small("path", 1);
   one.width = one.height = 1;
@@ -243,7 +250,7 @@ TEST(Together, AnyNumberOfRays) {
   RenderOptions full = small("path", 4);
   full.width = full.height = 64;
   Scene closed = hall_scene();
-  add_rectangle(closed, {-40, -40}, {40, 40}, -1);  // behind all: every camera ray hits
+  add_rectangle(closed, {-40, -40}, {40, 40}, -1);  // behind everything, so that every camera ray hits
   finish_scene(closed);
   submissions_of(closed, full);
 }

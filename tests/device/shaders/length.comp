@@ -1,5 +1,5 @@
 #version 460
-// Writes how many numbers the kernel may see of a buffer.
+// Writes the length of a buffer, in numbers, that the kernel sees.
 
 layout(local_size_x = 1) in;
 layout(set = 0, binding = 0, std430) readonly buffer Numbers { uint numbers[]; };

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_EXT_scalar_block_layout : require
-// How many of 100 000 iterations a driver really runs. The bound comes from a buffer, so no compiler can fold the loop.
+// Counts how many of the requested iterations of a loop the driver runs. The bound comes from a buffer, so no compiler
+// can fold the loop.
 layout(local_size_x = 8) in;
 layout(set = 0, binding = 0, scalar) buffer Data { uint bound, done; };
 

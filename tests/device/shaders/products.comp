@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// lib/numeric/products.glsl by itself: a difference of products per vec4.
+// Computes a difference of products from each vec4, with lib/numeric/products.glsl.
 #include "../../../shaders/shared/knobs.h"
 #include "../../../shaders/lib/numeric/products.glsl"
 

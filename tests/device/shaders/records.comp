@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Writes one of each shared record with numbers in the order of its fields.
+// Writes one of each shared record. Its fields hold increasing numbers.
 #include "../../../shaders/shared/layout.h"
 #include "../../../shaders/shared/render.h"
 
