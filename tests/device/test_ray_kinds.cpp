@@ -20,7 +20,7 @@ struct Ground {
 };
 
 /// The rays of a ray kind and the primary hits from which they start.
-struct Made {
+struct MadeRays {
   std::unique_ptr<RayBatch> batch;
   std::vector<Ray> rays;
   std::vector<Ground> grounds;  // one per primary hit, in the order of pixels
@@ -56,9 +56,9 @@ class RayKinds : public testing::Test {
     return all;
   }
 
-  static Made make(Engine& engine, const char* kind, std::uint32_t width = 96, std::uint32_t height = 64,
-                   const RayKindOptions& options = {}) {
-    Made m{engine.make_batch(engine.scene().views[0], find_ray_kind(kind), width, height, options), {}, {}};
+  static MadeRays make(Engine& engine, const char* kind, std::uint32_t width = 96, std::uint32_t height = 64,
+                       const RayKindOptions& options = {}) {
+    MadeRays m{engine.make_batch(engine.scene().views[0], find_ray_kind(kind), width, height, options), {}, {}};
     m.rays = m.batch->rays();
     m.grounds = grounds_of(engine, width, height);
     return m;
@@ -87,7 +87,7 @@ class RayKinds : public testing::Test {
 };
 
 TEST_F(RayKinds, ReflectionsMirror) {
-  const Made m = make(*engine_, "reflect");
+  const MadeRays m = make(*engine_, "reflect");
   expect_starts(*engine_, m.rays, m.grounds, 1, 1);
   for (std::size_t i = 0; i < m.rays.size(); ++i) {
     const Ground& g = m.grounds[i];
@@ -98,7 +98,7 @@ TEST_F(RayKinds, ReflectionsMirror) {
 }
 
 TEST_F(RayKinds, RefractionsFollowSnell) {
-  const Made m = make(*engine_, "refract");
+  const MadeRays m = make(*engine_, "refract");
   expect_starts(*engine_, m.rays, m.grounds, 1, -1);
   for (std::size_t i = 0; i < m.rays.size(); ++i) {
     const Ground& g = m.grounds[i];
@@ -119,7 +119,7 @@ TEST_F(RayKinds, SecondaryIsReflectionsThenRefractions) {
 }
 
 TEST_F(RayKinds, ShadowRaysEndAtTheLight) {
-  const Made m = make(*engine_, "shadow");
+  const MadeRays m = make(*engine_, "shadow");
   EXPECT_TRUE(m.batch->any());
   expect_starts(*engine_, m.rays, m.grounds, 1, 1);
   // The position of the light by its definition.
@@ -139,7 +139,7 @@ TEST_F(RayKinds, ShadowRaysEndAtTheLight) {
 TEST_F(RayKinds, AmbientAndDiffuseRaysAreCosineDistributed) {
   for (const char* kind : {"ao", "diffuse"}) {
     const std::size_t n = kind == std::string("ao") ? 8 : 1;
-    const Made m = make(*engine_, kind);
+    const MadeRays m = make(*engine_, kind);
     EXPECT_EQ(m.batch->any(), n == 8);
     expect_starts(*engine_, m.rays, m.grounds, n, 1);
     double cosines = 0, squares = 0;
@@ -161,7 +161,7 @@ TEST_F(RayKinds, AmbientAndDiffuseRaysAreCosineDistributed) {
 }
 
 TEST_F(RayKinds, OptionsAreFollowedAndChecked) {
-  const Made m = make(*engine_, "ao", 32, 32, {.ao_rays = 3, .ao_radius = 0.5f});
+  const MadeRays m = make(*engine_, "ao", 32, 32, {.ao_rays = 3, .ao_radius = 0.5f});
   EXPECT_EQ(m.rays.size(), 3 * m.grounds.size());
   for (const Ray& r : m.rays) ASSERT_NEAR(r.t_max, 0.5 * diagonal(*engine_), 1e-4);
   const View& view = engine_->scene().views[0];
@@ -226,7 +226,7 @@ TEST_F(RayKinds, AViewOfNothingStartsNoRays) {
 // without a gap.
 TEST_F(RayKinds, LargeBatchesAreSplit) {
   if (!engine_->device().is_cpu()) GTEST_SKIP() << "a GPU splits only batches of more than 2^24 rays";
-  const Made m = make(*engine_, "secondary", 1090, 1001);
+  const MadeRays m = make(*engine_, "secondary", 1090, 1001);
   const std::size_t n = m.grounds.size();
   EXPECT_GT(n, 900000u);
   ASSERT_EQ(m.batch->count(), 2 * n);

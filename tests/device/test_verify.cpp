@@ -23,15 +23,15 @@ TEST(Verify, WatertightAnswersStayWithinTheBound) {
   for (const Want want : {Want::Nearest, Want::Any}) {
     const auto batch = engine.make_batch("mixed", rays, want);
     double progress = 0;
-    const ExactTruth truth = engine.exact_truth(*batch, [&](double done) { progress = done; });
+    const ExactTruth truth = engine.checker().exact_truth(*batch, [&](double done) { progress = done; });
     EXPECT_EQ(progress, 1);
     EXPECT_EQ(truth.rays.size(), rays.size());
     EXPECT_EQ(truth.hits.size(), rays.size());
     EXPECT_EQ(truth.counts.rays, rays.size());
     EXPECT_GT(truth.counts.triangle_tests, rays.size());
     EXPECT_GT(truth.seconds, 0);
-    const ErrorFigures f =
-        engine.verify(*batch, truth, {.want = want, .method = "packet", .numeric = "watertight", .knobs = {}}, 3);
+    const ErrorFigures f = engine.checker().verify(
+        *batch, truth, {.want = want, .method = "packet", .numeric = "watertight", .knobs = {}}, 3);
     EXPECT_EQ(f.rays, rays.size());
     EXPECT_EQ(f.unwritten + f.beyond_bound + f.wrong_values, 0u);
     EXPECT_EQ(f.false_misses, 0u);  // the mesh is closed, and no random ray grazes it
@@ -46,7 +46,7 @@ TEST(Verify, TruthOfAnotherBatchIsRefused) {
   Engine engine(scene_of(shapes::soup(20, 0.5f)), {.device = "", .validate = true, .build = {}, .use_cache = false});
   const auto batch = engine.make_batch("few", shapes::random_rays(10), Want::Nearest);
   const auto other = engine.make_batch("more", shapes::random_rays(11), Want::Nearest);
-  EXPECT_THROW(engine.verify(*batch, engine.exact_truth(*other), {}), Error);
+  EXPECT_THROW(engine.checker().verify(*batch, engine.checker().exact_truth(*other), {}), Error);
 }
 
 }  // namespace

@@ -189,9 +189,9 @@ class BlockRun {
   }
 
   void check(std::size_t view) {
-    const Truth truth = around_.engine.truth(*batches_[view]);
+    const Truth truth = around_.engine.checker().truth(*batches_[view]);
     for (Runner& runner : runners_) {
-      const HitCheck found = around_.engine.check(*batches_[view], truth, runner.entry->query);
+      const HitCheck found = around_.engine.checker().check(*batches_[view], truth, runner.entry->query);
       const Judgement& j = found.judgement;
       const Checked checked{j.rays, j.same, j.tie, j.false_miss, j.false_hit, j.wrong_prim, j.wrong_t, found.unwritten};
       if (checked.errors() > 0)
@@ -209,7 +209,7 @@ class BlockRun {
     around_.quiet();
     const std::string& name = views_[view];
     ProgressBar bar(fmt::format("exact answers: {}, {}{}", scene(), rays_.name, name.empty() ? "" : ", " + name));
-    return around_.engine.exact_truth(*batches_[view], [&](double done) {
+    return around_.engine.checker().exact_truth(*batches_[view], [&](double done) {
       bar.update(done);
       around_.poll();
     });
@@ -219,7 +219,7 @@ class BlockRun {
     const ExactTruth truth = exact_truth(view);
     RayBatch& batch = *batches_[view];
     for (Runner& runner : runners_) {
-      const ErrorFigures figures = around_.engine.verify(batch, truth, runner.entry->query, around_.options.cases);
+      const ErrorFigures figures = around_.engine.checker().verify(batch, truth, runner.entry->query, around_.options.cases);
       Accuracy accuracy = accuracy_of(figures);
       if (rays_.kind && rays_.kind->from_camera())
         accuracy.image_rmse = image_rmse(around_.engine.scene().triangles, truth.rays, batch.hits(), truth.hits);

@@ -113,12 +113,12 @@ class HardRun {
   void answer(Engine& engine, const HardCase& hard, const std::vector<HardRays>& sets, std::size_t set) {
     const HardRays& rays = sets[set];
     const std::unique_ptr<RayBatch> batch = engine.make_batch(rays.name, rays.rays, rays.want);
-    const ExactTruth truth = engine.exact_truth(*batch);
+    const ExactTruth truth = engine.checker().exact_truth(*batch);
     std::map<std::string, std::vector<Hit>> first;  // by mode
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       const Entry& entry = entries_[i];
       HardRecord record = record_of(hard, rays, entry);
-      record.accuracy = bench::accuracy_of(engine.verify(*batch, truth, entry.query, options_.cases));
+      record.accuracy = bench::accuracy_of(engine.checker().verify(*batch, truth, entry.query, options_.cases));
       const std::vector<Hit> hits = batch->hits();
       if (rays.closed)
         record.leaks = std::uint64_t(std::ranges::count_if(hits, [](const Hit& h) { return h.prim == NO_HIT; }));

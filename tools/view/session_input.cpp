@@ -159,9 +159,9 @@ void Session::pick(const glm::dvec2& mouse) {
   i.picked = true;
   i.probe = engine_->live().probe(camera_->view(), o, pixel->x, pixel->y, true);
   const auto batch = engine_->make_batch("pixel", std::span(&i.probe.ray, 1), Want::Nearest);
-  const ExactTruth truth = engine_->exact_truth(*batch);
+  const ExactTruth truth = engine_->checker().exact_truth(*batch);
   const ErrorFigures figures =
-      engine_->judge(std::span(&i.probe.ray, 1), std::span(&i.probe.hit, 1), truth, o.query, 1);
+      engine_->checker().judge(std::span(&i.probe.ray, 1), std::span(&i.probe.hit, 1), truth, o.query, 1);
   i.exact = truth.hits[0];
   i.agrees = figures.errors() == 0;
   i.t_ulp = figures.t_ulp.max;
