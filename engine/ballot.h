@@ -43,8 +43,8 @@ namespace ballot {
 struct EngineOptions {
   std::string device;     // "": best GPU, else CPU; an index, part of a name, "gpu", "cpu"
   bool validate = false;  // Vulkan validation with synchronization checks; messages() collects the reports
-  /// A device that is open already, so that several scenes share it; opening one takes time. `device` and `validate` are then as
-  /// that device was opened with.
+  /// A device that is open already, so that several scenes share it; opening one takes time. `device` and `validate`
+  /// are then as that device was opened with.
   std::shared_ptr<Context> context = {};
   BuildSettings build = {};
   bool use_cache = true;  // keeps BVHs and the choices of method auto on disk, in cache_folder()
@@ -59,13 +59,13 @@ struct StartTimes {
   double device_s = 0, bvh_s = 0;
 };
 
-/// A scene on a device: its tree, its tracer, and what renders it. An Engine and all engines that share its device belong to one
-/// thread at a time. Engines with devices of their own are independent: a process can have several devices, each with several
-/// scenes and a thread.
+/// A scene on a device: its tree, its tracer, and what renders it. An Engine and all engines that share its device
+/// belong to one thread at a time. Engines with devices of their own are independent: a process can have several
+/// devices, each with several scenes and a thread.
 class Engine {
  public:
-  /// Opens the device unless options.context has one, then builds the BVH or loads it from the cache. Throws Error(Device) if no
-  /// device is usable, Error(Work) if the scene cannot be built.
+  /// Opens the device unless options.context has one, then builds the BVH or loads it from the cache. Throws
+  /// Error(Device) if no device is usable, Error(Work) if the scene cannot be built.
   explicit Engine(Scene scene, const EngineOptions& options = {}, const Progress& progress = {});
   ~Engine();
 
@@ -81,13 +81,13 @@ class Engine {
 
   /// Traces a batch of rays and writes, at the same index, the hit of each.
   ///
-  /// rays    n >= 0 rays, read before the call returns. Origins in scene units; dir need not be of unit length, t counts multiples
-  ///         of it. Dead rays (shaders/shared/layout.h) are misses. Neighbours in the buffer share a subgroup: order them for
-  ///         coherence.
+  /// rays    n >= 0 rays, read before the call returns. Origins in scene units; dir need not be of unit length, t
+  ///         counts multiples of it. Dead rays (shaders/shared/layout.h) are misses. Neighbours in the buffer share a
+  ///         subgroup: order them for coherence.
   /// hits    exactly n records, overwritten. On a miss prim is NO_HIT, t is the ray's t_max (0 for a dead ray), and
   ///         u = v = 0.
-  /// query   nearest: the smallest t in [t_min, t_max], among equal t the smallest prim. In `plain` and `fast`, whose boxes are not
-  ///         padded, it may be another triangle at that t. any: some hit.
+  /// query   nearest: the smallest t in [t_min, t_max], among equal t the smallest prim. In `plain` and `fast`, whose
+  ///         boxes are not padded, it may be another triangle at that t. any: some hit.
   /// Throws  Error(Arguments) if the sizes differ or a name is unknown, Error(Work) if the device fails.
   /// Blocks until the results are in `hits`.
   TraceTimes trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query = {},
@@ -99,16 +99,16 @@ class Engine {
   Image render(const View& view, const RenderOptions& options, RenderTimes* times = nullptr,
                const Progress& progress = {});
 
-  /// Renders in steps: start_film() makes a film without samples, advance() adds samples to every pixel, picture() makes the image
-  /// with its attributes. The bits of a film depend on the number of its samples, not on the steps, on one device. A film may be
-  /// copied, stored, and continued by another process. Throws as trace() does.
+  /// Renders in steps: start_film() makes a film without samples, advance() adds samples to every pixel, picture()
+  /// makes the image with its attributes. The bits of a film depend on the number of its samples, not on the steps, on
+  /// one device. A film may be copied, stored, and continued by another process. Throws as trace() does.
   Film start_film(const RenderOptions& options) const { return renderer_->start(options); }
   void advance(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples, RenderTimes& times,
                const Progress& progress = {}) {
     renderer_->advance(film, view, options, samples, times, progress);
   }
-  /// advance() whose sums may stay on the device until collect(). Until then the film must not be read or copied, and no other film
-  /// rendered; Error(Work) says so where sums are gone.
+  /// advance() whose sums may stay on the device until collect(). Until then the film must not be read or copied, and
+  /// no other film rendered; Error(Work) says so where sums are gone.
   void advance_there(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples,
                      RenderTimes& times, const Progress& progress = {}) {
     renderer_->advance(film, view, options, samples, times, progress, Sums::OnDevice);
@@ -116,17 +116,18 @@ class Engine {
   void collect(Film& film, RenderTimes& times) { renderer_->collect(film, times); }
   Image picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times);
 
-  /// Everything that decides the bits of a film, one line each: scene, view, options, arithmetic, device, commit. Films with equal
-  /// texts have equal bits. write_film() stores the text with the film.
+  /// Everything that decides the bits of a film, one line each: scene, view, options, arithmetic, device, commit. Films
+  /// with equal texts have equal bits. write_film() stores the text with the film.
   std::string made_of(const View& view, const RenderOptions& options) const;
 
   /// Bytes on the device for rendering, without the tree.
   std::uint64_t render_bytes() const { return scene_data_->bytes() + renderer_->bytes(); }
 
-  /// Makes the rays of one kind (ray_kinds.h) for a view of width x height pixels, 1 to 16384 each, on the device. Kinds that start
-  /// at primary hits start at those that the default query finds. A pixel that hits nothing starts no ray, so count() may be 0.
-  /// Equal hits give equal rays on every device; u and v of a hit may round differently on two devices.
-  /// Throws  Error(Arguments) on sizes or options out of range, Error(Work) if the device has too little memory.
+  /// Makes the rays of one kind (ray_kinds.h) for a view of width x height pixels, 1 to 16384 each, on the device.
+  /// Kinds that start at primary hits start at those that the default query finds. A pixel that hits nothing starts no
+  /// ray, so count() may be 0. Equal hits give equal rays on every device; u and v of a hit may round differently on
+  /// two devices. Throws  Error(Arguments) on sizes or options out of range, Error(Work) if the device has too little
+  /// memory.
   std::unique_ptr<RayBatch> make_batch(const View& view, const RayKind& kind, std::uint32_t width, std::uint32_t height,
                                        const RayKindOptions& options = {}) {
     return batches_->make(view, kind, width, height, options);
@@ -137,38 +138,41 @@ class Engine {
     return batches_->make(std::move(name), rays, want);
   }
 
-  /// The concrete query that runs on a batch: `want` is the batch's, and method auto becomes the method that it chooses.
+  /// The concrete query that runs on a batch: `want` is the batch's, and method auto becomes the method that it
+  /// chooses.
   Query resolve(const RayBatch& batch, Query query) { return batches_->resolve(batch, std::move(query)); }
 
   /// Traces a batch; its hits stay on the device. query.want is taken from the batch. Throws as trace() above does.
   TraceTimes trace(RayBatch& batch, Query query) { return batches_->trace(batch, std::move(query)); }
 
-  /// Runs a whole frame: primary rays, their trace, the rays of this kind, their trace, and the shading of every hit into a film.
-  /// The rays are the very rays of the batch: the primary trace is timed, but rays start at the hits that the batch was made with.
-  /// The paper's frames per second are 1000 / total_ms(). Throws as trace() does, and Error(Arguments) if the batch has no frame.
+  /// Runs a whole frame: primary rays, their trace, the rays of this kind, their trace, and the shading of every hit
+  /// into a film. The rays are the very rays of the batch: the primary trace is timed, but rays start at the hits that
+  /// the batch was made with. The paper's frames per second are 1000 / total_ms(). Throws as trace() does, and
+  /// Error(Arguments) if the batch has no frame.
   FrameTimes frame(RayBatch& batch, Query query) { return batches_->frame(batch, std::move(query)); }
 
-  /// Traces a batch by the instrumented variant of the query's kernel and sums up its counters; the hits are those of trace().
-  /// Throws as trace() does, and Error(Work) if the device has no room for the counters, 72 bytes a ray.
+  /// Traces a batch by the instrumented variant of the query's kernel and sums up its counters; the hits are those of
+  /// trace(). Throws as trace() does, and Error(Work) if the device has no room for the counters, 72 bytes a ray.
   Counters count(RayBatch& batch, Query query) { return batches_->count(batch, std::move(query)); }
 
   /// The CPU oracles of this scene, which check batches; made on first use.
   HitChecker& checker();
 
-  /// Finds, for each ray of a batch, whether it hits the triangle that it starts from, and whether its origin offset loses a contact
-  /// (origins.h). Traces the rays for their nearest hits, whatever the batch wants; the batch's own hits stay. Contacts are found
-  /// in double precision on the CPU, on all cores. Throws as trace() does, and Error(Arguments) if the rays start at no hits.
+  /// Finds, for each ray of a batch, whether it hits the triangle that it starts from, and whether its origin offset
+  /// loses a contact (origins.h). Traces the rays for their nearest hits, whatever the batch wants; the batch's own
+  /// hits stay. Contacts are found in double precision on the CPU, on all cores. Throws as trace() does, and
+  /// Error(Arguments) if the rays start at no hits.
   std::vector<OriginCheck> check_origins(const RayBatch& batch, const Query& query = {});
 
   /// The picture for a window, which stays on the device; one for an Engine, made on first use.
   LiveImage& live();
 
-  /// Makes the presenter for the window of EngineOptions. The Engine must outlive it. Throws Error(Arguments) if there is no
-  /// window, and as Presenter does.
+  /// Makes the presenter for the window of EngineOptions. The Engine must outlive it. Throws Error(Arguments) if there
+  /// is no window, and as Presenter does.
   std::unique_ptr<Presenter> make_presenter(Pace pace);
 
-  /// Compiles the kernels of traversal, render() and live() anew from the shader folder when they are used next. A kernel that
-  /// fails to compile is kept as it was, and shader_error() has the compiler's message; empty: all is well.
+  /// Compiles the kernels of traversal, render() and live() anew from the shader folder when they are used next. A
+  /// kernel that fails to compile is kept as it was, and shader_error() has the compiler's message; empty: all is well.
   void reload_shaders() { gpu_->reload_shaders(); }
   const std::string& shader_error() const { return gpu_->shader_error(); }
 

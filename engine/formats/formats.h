@@ -1,8 +1,9 @@
-// The registry of tree formats: how a tree lies on the device for the methods that walk it. A new format is an encoder (a .h and
-// a .cpp file here), a row below and a GLSL file in shaders/lib/tree/; a method names its format (engine/trace/methods.h).
+// The registry of tree formats: how a tree lies on the device for the methods that walk it. A new format is an encoder
+// (a .h and a .cpp file here), a row below and a GLSL file in shaders/lib/tree/; a method names its format
+// (engine/trace/methods.h).
 //
-// Every format is derived from the pair tree (pair.h): the binary tree, two siblings a record, with the leaves that all formats
-// share. Texels are 16 bytes; shaders/shared/layout.h has the bytes of each format.
+// Every format is derived from the pair tree (pair.h): the binary tree, two siblings a record, with the leaves that all
+// formats share. Texels are 16 bytes; shaders/shared/layout.h has the bytes of each format.
 #pragma once
 
 #include <string_view>

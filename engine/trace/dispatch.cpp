@@ -14,8 +14,8 @@ constexpr std::uint32_t kUnbounded = std::numeric_limits<std::uint32_t>::max();
 /// Rays that a workgroup takes, or begins with.
 std::uint32_t group_rays(const Variant& v) { return v.config.workgroup * v.rays_per_lane(); }
 
-/// True if a dispatch leaves a word for the host: the counter of a persistent launch, or rays that were cut short. Other dispatches
-/// leave none, and each transfer to and from a GPU would be a wait.
+/// True if a dispatch leaves a word for the host: the counter of a persistent launch, or rays that were cut short.
+/// Other dispatches leave none, and each transfer to and from a GPU would be a wait.
 bool reports(const Variant& v) { return v.config.launch == Launch::Persistent || v.config.loops_cut; }
 
 }  // namespace
@@ -26,8 +26,8 @@ std::uint32_t Dispatcher::groups_for(const Variant& v, std::uint32_t rays) const
   rays = (rays + packet - 1) / packet * c.subgroup;  // as many as there are lanes to take them
   std::uint64_t lanes = rays;
   if (c.launch == Launch::Persistent) {
-    // Twice what all rays need with the batches that a subgroup may take, so that threads which are ahead find more to do, but no
-    // more than may be resident; what is left after that is dispatched again.
+    // Twice what all rays need with the batches that a subgroup may take, so that threads which are ahead find more to
+    // do, but no more than may be resident; what is left after that is dispatched again.
     lanes = 2 * ((std::uint64_t(rays) + c.batches - 1) / c.batches);
     if (c.batches == kUnbounded) lanes = rays;
     lanes = std::min<std::uint64_t>(lanes, std::max(c.resident_lanes, c.workgroup));

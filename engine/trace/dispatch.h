@@ -18,7 +18,8 @@ struct IndirectRays {
   std::uint32_t index;
 };
 
-/// Camera rays that the kernel generates itself, as shaders/rays/primary.comp does: those of one camera for listed pixels.
+/// Camera rays that the kernel generates itself, as shaders/rays/primary.comp does: those of one camera for listed
+/// pixels.
 struct CameraRays {
   const Buffer<PrimaryPush>& cameras;
   std::uint32_t index;  // of the camera
@@ -35,8 +36,9 @@ class Dispatcher {
  public:
   Dispatcher(Context& gpu, DeviceTree& tree, TraceKernels& kernels) : gpu_(gpu), tree_(tree), kernels_(kernels) {}
 
-  /// Traces rays [0, count) from the child reference `root` on and waits. Dispatches again what bounded launches leave. The result
-  /// tells how many rays the driver cut short: their hits have prim UNFINISHED. Throws Error(Work) if a dispatch takes no ray.
+  /// Traces rays [0, count) from the child reference `root` on and waits. Dispatches again what bounded launches leave.
+  /// The result tells how many rays the driver cut short: their hits have prim UNFINISHED. Throws Error(Work) if a
+  /// dispatch takes no ray.
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
            TraceTimes& times);
   /// The same from the root of the tree.
@@ -45,7 +47,8 @@ class Dispatcher {
   /// True if `most` rays at most can be traced by one dispatch that the host need not look at.
   bool can_record(const Variant& variant, std::uint32_t most) const;
 
-  /// Records one dispatch behind all earlier passes; only where can_record() allows it. `done` is told its device milliseconds.
+  /// Records one dispatch behind all earlier passes; only where can_record() allows it. `done` is told its device
+  /// milliseconds.
   void record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, Context::Done done);
   void record(const Job& job, const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, Context::Done done);
   void record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect,

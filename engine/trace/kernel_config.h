@@ -17,7 +17,8 @@ enum class MinMax { Builtin, Select, Integer };
 enum class Reduce { Shuffle, Integer };
 enum class Launch { Plain, Persistent };
 
-/// One value for each knob. What a knob does is said once, in its row of knobs.h; what follows from no knob has its comment here.
+/// One value for each knob. What a knob does is said once, in its row of knobs.h; what follows from no knob has its
+/// comment here.
 struct KernelConfig {
   Fetch fetch = Fetch::Storage;
   NodeLayout layout = NodeLayout::Interleaved;

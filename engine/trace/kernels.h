@@ -28,8 +28,9 @@ class TraceKernels {
  public:
   TraceKernels(Context& gpu, DeviceTree& tree);
 
-  /// The kernel of a variant for the present tree and the present shaders. The pointer stays valid for the life of this object;
-  /// is_current() tells whether the kernel has to be asked for again. Throws Error(Work) if it does not compile.
+  /// The kernel of a variant for the present tree and the present shaders. The pointer stays valid for the life of this
+  /// object; is_current() tells whether the kernel has to be asked for again. Throws Error(Work) if it does not
+  /// compile.
   TraceKernel& get(const Variant& variant);
   bool is_current(const TraceKernel& kernel) const;
 

@@ -129,9 +129,8 @@ bool concerns(const Method& method, std::string_view name, std::string_view valu
   const Knob* knob = find_row(kKnobs, name);
   if (!knob) return method.threshold.knob == name;
   if (method.chooses)  // auto never chooses packets whose lanes vote
-    return std::ranges::any_of(kMethods, [&](const Method& m) {
-      return !m.chooses && !m.packet() && concerns(m, name, value);
-    });
+    return std::ranges::any_of(kMethods,
+                               [&](const Method& m) { return !m.chooses && !m.packet() && concerns(m, name, value); });
   KernelConfig config;
   if (name == "vote") {
     knob->field.set(config, parse(*knob, value));

@@ -1,6 +1,6 @@
-// The registry of traversal methods. A new method is a row here and a file under shaders/traverse/: the command line, the tests, the
-// benchmark, the viewer and the manual list it without further change. A method that walks a tree of its own adds a row to
-// engine/formats/formats.h.
+// The registry of traversal methods. A new method is a row here and a file under shaders/traverse/: the command line,
+// the tests, the benchmark, the viewer and the manual list it without further change. A method that walks a tree of its
+// own adds a row to engine/formats/formats.h.
 #pragma once
 
 #include <cstdint>
@@ -20,12 +20,9 @@ struct Defaults {
 };
 
 /// The number that decides when a method changes what it does. `--knob <knob>=<value>` sets it.
+/// Unit Share: a share of the subgroup's lanes, in [0, 1]. Count: a whole number from 0 to `most`.
 struct Threshold {
-  enum Unit {
-    None,
-    Share,
-    Count
-  };  // Share: of the subgroup's lanes, in [0, 1]. Count: a whole number from 0 to `most`
+  enum Unit { None, Share, Count };
   std::string_view knob = {};
   Unit unit = None;
   double standard = 0;
@@ -41,10 +38,10 @@ enum Votes : std::uint32_t {
   kAllVotes = kCountingVotes | 1u << int(Vote::Any),
 };
 
-// lavapipe reads and writes shared memory lane by lane and checks each index. Stacks in private memory make while-while 1.2 to 1.4
-// times as fast on 22.3.6 (Sponza and Conference; primary, ao and diffuse rays), and with pairs in 48 bytes 0.9, 1.1 and 1.1
-// times on 25.0.7. lavapipe also gives each thread an equal run of neighbouring workgroups, and some rays cost more than others:
-// persistent subgroups share the rays out while they run.
+// lavapipe reads and writes shared memory lane by lane and checks each index. Stacks in private memory make while-while
+// 1.2 to 1.4 times as fast on 22.3.6 (Sponza and Conference; primary, ao and diffuse rays), and with pairs in 48 bytes
+// 0.9, 1.1 and 1.1 times on 25.0.7. lavapipe also gives each thread an equal run of neighbouring workgroups, and some
+// rays cost more than others: persistent subgroups share the rays out while they run.
 inline constexpr Defaults kCpu{.fetch = Fetch::Texel, .stack = StackPlace::Private, .launch = Launch::Persistent};
 inline constexpr Defaults kGpu{.fetch = Fetch::Reference, .stack = StackPlace::Private};
 
@@ -97,7 +94,8 @@ inline constexpr Method kMethods[] = {
     {.name = "dynamic-fetch", .kernel = "traverse/dynamic_fetch.comp",
      .summary = "while-while whose idle lanes take new rays (Aila, Laine and Karras 2012)",
      .threshold = {.knob = "refetch", .unit = Threshold::Share, .standard = 0.5,
-                   .what = "new rays are taken when fewer lanes than this share are at work", .sweep = sweeps::kRefetch},
+                   .what = "new rays are taken when fewer lanes than this share are at work",
+                   .sweep = sweeps::kRefetch},
      .gpu = {.fetch = Fetch::Reference, .stack = StackPlace::Private, .launch = Launch::Persistent}},
     {.name = "alternate", .kernel = "traverse/alternate.comp",
      .summary = "packet; a subtree that few lanes want is walked by those alone, at once (Vinkler 3.3)",
@@ -114,7 +112,7 @@ inline constexpr Method kMethods[] = {
      .summary = "packet; once the shared stack holds more than k, every ray by itself (Vinkler 3.3)",
      .votes = kAllVotes,
      .threshold = {.knob = "k", .unit = Threshold::Count, .standard = 11,
-                   .what = "entries of the shared stack before the packet splits (the paper: 11 for primary rays, 7 for secondary)",
+                   .what = "entries of the shared stack before the packet splits (paper: 11 primary, 7 secondary)",
                    .sweep = sweeps::kStack}},
     {.name = "cut", .kernel = "traverse/cut.comp",
      .summary = "packet over what many lanes want; each ray puts the rest aside and walks it afterwards (Vinkler 3.3)",
@@ -122,10 +120,10 @@ inline constexpr Method kMethods[] = {
      .threshold = {.knob = "f", .unit = Threshold::Share, .standard = 0.5,
                    .what = "a node that fewer lanes than this share want is put aside", .sweep = sweeps::kShare}},
     {.name = "packet-wide", .kernel = "traverse/packet_wide.comp",
-     .summary = "packet of several rays a lane over a tree of eight children a node, a child a lane; for coherent rays on CPUs",
+     .summary = "packet of several rays a lane over an eight-wide tree, a child a lane; for coherent rays on CPUs",
      .tree = TreeFormatId::Wide8, .ray_packets = true},
     {.name = "frontier", .kernel = "traverse/frontier.comp",
-     .summary = "the subgroup finds where its rays may enter the tree, a node of its top a lane; then each ray by itself",
+     .summary = "the subgroup tests nodes near the root, one a lane, for where its rays enter; then each ray by itself",
      .tree = TreeFormatId::Frontier,
      .threshold = {.knob = "e", .unit = Threshold::Count, .standard = 16,
                    .what = "entries into the tree beyond which rays start at its root", .sweep = sweeps::kEntries}},

@@ -35,7 +35,8 @@ inline constexpr NumericMode kNumericModes[] = {
 inline constexpr std::string_view kDefaultNumeric = "watertight";
 
 /// Whose rounding Oracle::judge is to allow for. Its truth is of double precision and may be wrong where float32 cannot
-/// tell, so that the answers of mode exact are judged as watertight's; the exact oracle is what holds them to the letter.
+/// tell, so that the answers of mode exact are judged as watertight's; the exact oracle is what holds them to the
+/// letter.
 constexpr Arithmetic judged_as(const NumericMode& mode) {
   return mode.arithmetic == Arithmetic::Exact ? Arithmetic::Woop : mode.arithmetic;
 }
@@ -43,7 +44,8 @@ constexpr Arithmetic judged_as(const NumericMode& mode) {
 /// Throws Error(Arguments) that lists the modes there are.
 const NumericMode& find_numeric(std::string_view name);
 
-/// The same for a device. Throws Error(Arguments) that lists the modes of this device if the device lacks what it needs.
+/// The same for a device. Throws Error(Arguments) that lists the modes of this device if the device lacks what it
+/// needs.
 const NumericMode& find_numeric(std::string_view name, const DeviceInfo& device);
 
 }  // namespace ballot

@@ -12,8 +12,8 @@ struct Query {
   std::string method{kDefaultMethod};
   std::string numeric{kDefaultNumeric};
   Knobs knobs = {};
-  /// For method auto: the ray class. It is the name of a ray kind, or any other name that the caller gives to batches that are alike.
-  /// Empty: found from how coherent the rays are (auto/coherence.h).
+  /// For method auto: the ray class. It is the name of a ray kind, or any other name that the caller gives to batches
+  /// that are alike. Empty: found from how coherent the rays are (auto/coherence.h).
   std::string rays = {};
   bool operator==(const Query&) const = default;
 };

@@ -12,11 +12,13 @@
 
 namespace ballot {
 
-/// Puts together what tracing takes: the tree's arrays (DeviceTree), the kernels (TraceKernels), their dispatches (Dispatcher), rays
-/// that a driver cut short (Repair), and method auto (Chooser). Belongs to the thread of its Context.
+/// Puts together what tracing takes: the tree's arrays (DeviceTree), the kernels (TraceKernels), their dispatches
+/// (Dispatcher), rays that a driver cut short (Repair), and method auto (Chooser). Belongs to the thread of its
+/// Context.
 class Tracer {
  public:
-  /// Keeps references to gpu, bvh and triangles. `facts`: what kernels are compiled for, those of `bvh` or more general ones.
+  /// Keeps references to gpu, bvh and triangles. `facts`: what kernels are compiled for, those of `bvh` or more general
+  /// ones.
   Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
   ~Tracer();
   Tracer(const Tracer&) = delete;
@@ -32,27 +34,28 @@ class Tracer {
   /// The same on device buffers: rays [0, count) of `rays` to `hits`.
   TraceTimes trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
 
-  /// The same by the instrumented variant, which also writes a record a ray; `stats` holds at least count. A ray that the
-  /// driver cut short has the counts of the walk that was cut.
+  /// The same by the instrumented variant, which also writes a record a ray; `stats` holds at least count. A ray that
+  /// the driver cut short has the counts of the walk that was cut.
   TraceTimes trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
                            Buffer<RayStats>& stats);
 
-  /// True if a trace of up to `most` rays can be recorded between other passes: method auto has chosen already, and the host need
-  /// not look at what a dispatch leaves. query.rays names the ray class.
+  /// True if a trace of up to `most` rays can be recorded between other passes: method auto has chosen already, and the
+  /// host need not look at what a dispatch leaves. query.rays names the ray class.
   bool can_record(const Query& query, std::uint32_t most) const;
 
-  /// trace(), recorded if can_record() allows it, else done at once. `done` is told device milliseconds, as Context::pass() tells it.
+  /// trace(), recorded if can_record() allows it, else done at once. `done` is told device milliseconds, as
+  /// Context::pass() tells it.
   void record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, Context::Done done);
 
-  /// True if kernels had better generate camera rays than read them. CPU devices read them as fast, and take seconds to compile one
-  /// more kernel.
+  /// True if kernels had better generate camera rays than read them. CPU devices read them as fast, and take seconds to
+  /// compile one more kernel.
   bool makes_rays() const { return make_rays.value_or(!gpu_.info().is_cpu()); }
 
   /// Records a trace of rays [0, count) of a camera; only where can_record() allows it.
   void record(const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, Context::Done done);
 
-  /// Records a trace of as many rays as the indirect arguments say, whose workgroups are as groups_of() says; only where can_record()
-  /// allows it.
+  /// Records a trace of as many rays as the indirect arguments say, whose workgroups are as groups_of() says; only
+  /// where can_record() allows it.
   void record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect, const Query& query,
               Context::Done done);
   RayGroups groups_of(const Query& query) const { return dispatcher_.groups_of(resolved(query).variant); }

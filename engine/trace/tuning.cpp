@@ -34,21 +34,22 @@ const Row kRows[] = {
     {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 0xFFFFFFFF,
      [](const Method&, const NumericMode&, KernelConfig& f) {
        f.subgroup_barrier = false;
-       // A branch per lane that is mispredicted costs more than a store. while-while, ao and diffuse rays of sponza and conference:
-       // 1.17 to 1.23 times as fast on 22.3.6, 1.08 to 1.23 on 25.0.7; primary rays 0.98 to 1.07.
+       // A branch per lane that is mispredicted costs more than a store. while-while, ao and diffuse rays of sponza and
+       // conference: 1.17 to 1.23 times as fast on 22.3.6, 1.08 to 1.23 on 25.0.7; primary rays 0.98 to 1.07.
        f.push = Push::Always;
        f.minmax = MinMax::Select;  // measured in shaders/lib/numeric/box.glsl
        f.cooperative = true;
      }},
-    // fma() is one instruction that rounds once (device test ProductsTest.KeepTheExactSign). Loops run to their end: guards
-    // against the contrary cost 1 %.
+    // fma() is one instruction that rounds once (device test ProductsTest.KeepTheExactSign). Loops run to their end:
+    // guards against the contrary cost 1 %.
     //
-    // The rest: times as fast, geometric mean over primary, shadow, ao, diffuse and secondary rays of four scenes, 1024 x
-    // 1024, two views, in one run on an H200 (580.159.04). while-while: no second test of leaf boxes 1.03 fast, 1.03 plain,
-    // 1.02 watertight; minima of three integers 1.01, 1.05, 1.03 more; centred boxes 1.03, 1.06, 1.03 more; runs of leaves 0.95, 1.02,
-    // 1.06 (fast: registers); workgroups of 128 against 64 1.01. The other methods gain as much: stack-max 1.10, 1.14, 1.07.
-    // Boxes padded in the tree, watertight, three scenes: while-while 1.15, frontier 1.11, dynamic-fetch 1.10.
-    // Pairs in 48 bytes: 1.11, 1.06, 1.00 more (diffuse rays 1.14, 1.11, 1.03); packets, whose lanes share a load, 0.99.
+    // The rest: times as fast, geometric mean over primary, shadow, ao, diffuse and secondary rays of four scenes, 1024
+    // x 1024, two views, in one run on an H200 (580.159.04). while-while: no second test of leaf boxes 1.03 fast, 1.03
+    // plain, 1.02 watertight; minima of three integers 1.01, 1.05, 1.03 more; centred boxes 1.03, 1.06, 1.03 more; runs
+    // of leaves 0.95, 1.02, 1.06 (fast: registers); workgroups of 128 against 64 1.01. The other methods gain as much:
+    // stack-max 1.10, 1.14, 1.07. Boxes padded in the tree, watertight, three scenes: while-while 1.15, frontier 1.11,
+    // dynamic-fetch 1.10. Pairs in 48 bytes: 1.11, 1.06, 1.00 more (diffuse rays 1.14, 1.11, 1.03); packets, whose
+    // lanes share a load, 0.99.
     {VK_DRIVER_ID_NVIDIA_PROPRIETARY, 0, 0xFFFFFFFF,
      [](const Method& m, const NumericMode& numeric, KernelConfig& f) {
        f.products = Products::Fma;

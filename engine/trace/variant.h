@@ -30,21 +30,21 @@ struct Variant {
   std::string name() const;
 };
 
-/// The configuration of a method and a numeric mode on a device: the method's defaults for this class of devices, corrected by the
-/// tuning table for the driver and its version, by the knobs, and by what the device lacks. Throws Error(Arguments) for knobs
-/// that the method or the device cannot follow.
+/// The configuration of a method and a numeric mode on a device: the method's defaults for this class of devices,
+/// corrected by the tuning table for the driver and its version, by the knobs, and by what the device lacks. Throws
+/// Error(Arguments) for knobs that the method or the device cannot follow.
 KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
                                const Knobs& knobs = {});
 
-/// Entries of a ray's stack for a tree: a walk pushes at most `pushed` entries per inner node on its path, above one sentinel. In
-/// steps of 16, so that scenes of similar depth share pipelines.
+/// Entries of a ray's stack for a tree: a walk pushes at most `pushed` entries per inner node on its path, above one
+/// sentinel. In steps of 16, so that scenes of similar depth share pipelines.
 std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed = 1);
 
 /// False if every leaf holds one triangle: kernels then have no loop over them.
 inline bool leaves_loop(const TreeFacts& tree) { return tree.largest_leaf != 1; }
 
-/// Defines and specialisation constants of a variant for a tree; nothing else makes them. Throws Error(Work) if the stacks do
-/// not fit the device's shared memory at the smallest workgroup.
+/// Defines and specialisation constants of a variant for a tree; nothing else makes them. Throws Error(Work) if the
+/// stacks do not fit the device's shared memory at the smallest workgroup.
 KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, const TreeFacts& tree);
 
 /// The text of shaders/shared/knobs.h and knobs_guard.h, which follow from the defines that kernel_source() gives.

@@ -18,17 +18,19 @@ namespace ballot {
 
 /// The arrays of one tree on one device. Each is encoded and uploaded when a kernel first asks for it.
 ///
-/// Every state of the tree has a generation, a number that no other tree of the process has or had. What is derived from a tree
-/// (bound buffers, resolved queries, choices of method auto) keeps the generation that it was made from and is made anew once
-/// that differs. Belongs to the thread of its Context.
+/// Every state of the tree has a generation, a number that no other tree of the process has or had. What is derived
+/// from a tree (bound buffers, resolved queries, choices of method auto) keeps the generation that it was made from and
+/// is made anew once that differs. Belongs to the thread of its Context.
 class DeviceTree {
  public:
   using Texels = Buffer<glm::uvec4>;
 
-  /// Keeps references to gpu, bvh and triangles. `facts`: what kernels are compiled for, those of `bvh` or more general ones.
+  /// Keeps references to gpu, bvh and triangles. `facts`: what kernels are compiled for, those of `bvh` or more general
+  /// ones.
   DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
 
-  /// Takes another tree in place of the present one: a new generation. Waits for the device. Pointers to arrays end here.
+  /// Takes another tree in place of the present one: a new generation. Waits for the device. Pointers to arrays end
+  /// here.
   void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
 
   std::uint64_t generation() const { return generation_; }
@@ -39,7 +41,8 @@ class DeviceTree {
 
   /// The point that boxes on the device are measured from: box_origin() of the scene's bounds.
   const glm::vec3& box_origin() const { return box_origin_; }
-  /// The farthest that an origin may be from box_origin() along an axis for padded boxes to serve its ray; 0: boxes cannot be padded.
+  /// The farthest that an origin may be from box_origin() along an axis for padded boxes to serve its ray; 0: boxes
+  /// cannot be padded.
   float padded_reach() const { return padded_reach_; }
   const ShearScale& shear() const { return shear_; }
 

@@ -1,4 +1,5 @@
-// How the watertight triangle test keeps its products in float32's range (shaders/lib/numeric/triangle_watertight.glsl).
+// How the watertight triangle test keeps its products in float32's range
+// (shaders/lib/numeric/triangle_watertight.glsl).
 #pragma once
 
 #include <algorithm>
@@ -8,12 +9,15 @@
 
 namespace ballot {
 
-/// Powers of two. Distances between points of the scene and a ray's origin stay below 2^62 when scaled, whichever scale the ray
-/// takes: where box_origin() is zero along an axis, the scene's points lie within 17 of its longest sides of it.
+/// Powers of two. Distances between points of the scene and a ray's origin stay below 2^62 when scaled, whichever scale
+/// the ray takes: where box_origin() is zero along an axis, the scene's points lie within 17 of its longest sides of
+/// it.
 struct ShearScale {
-  /// Of coordinates: the longest side comes to [2^55, 2^56), or less where coordinates or the scale itself would overflow.
+  /// Of coordinates: the longest side comes to [2^55, 2^56), or less where coordinates or the scale itself would
+  /// overflow.
   float scale;
-  /// How far along an axis an origin may be from box_origin() for that, in scene units; rays from beyond have a scale of their own.
+  /// How far along an axis an origin may be from box_origin() for that, in scene units; rays from beyond have a scale
+  /// of their own.
   float near;
 };
 

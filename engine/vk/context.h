@@ -67,8 +67,8 @@ struct ContextOptions {
 /// them is usable.
 std::size_t choose_device(const std::vector<DeviceInfo>& devices, std::string_view wanted);
 
-/// A Vulkan instance, a device and one queue with compute. Contexts share no state, so each may have a thread of its own; one
-/// context belongs to one thread at a time.
+/// A Vulkan instance, a device and one queue with compute. Contexts share no state, so each may have a thread of its
+/// own; one context belongs to one thread at a time.
 ///
 /// Work is a sequence of passes. Passes run in the order in which they were recorded, and each sees everything that
 /// those before it wrote. Many passes are submitted together, while the host records the next ones. At most two

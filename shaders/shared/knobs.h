@@ -41,11 +41,11 @@
 #define STACK_PRIVATE 0
 #define STACK_SHARED 1
 
-// BALLOT_PUSH: traversal ray by ray: the far child is stored where it is needed (branch), or in every step (always).
+// BALLOT_PUSH: traversal ray by ray: the far child is stored where needed (branch), or in every step.
 #define PUSH_BRANCH 0
 #define PUSH_ALWAYS 1
 
-// BALLOT_PRODUCTS: watertight: how the exact signs of edge functions are found; fma is wrong where fma() rounds twice.
+// BALLOT_PRODUCTS: watertight: how exact signs of edge functions are found; fma is wrong where fma() rounds twice.
 #define PRODUCTS_SPLIT 0
 #define PRODUCTS_FLOAT64 1
 #define PRODUCTS_FMA 2

@@ -22,8 +22,8 @@ inline std::vector<Knobs> votes_of(const Method& m) {
   return all;
 }
 
-/// Every method x vote of a numeric mode, with the kernel configuration that the tuning table gives. One vote a method of a mode
-/// that needs float64: its kernels take lavapipe about a second each to compile, and votes are about boxes.
+/// Every method x vote of a numeric mode, with the kernel configuration that the tuning table gives. One vote a method
+/// of a mode that needs float64: its kernels take lavapipe about a second each to compile, and votes are about boxes.
 inline std::vector<Query> every_method(Want want, std::string_view numeric) {
   std::vector<Query> queries;
   for (const Method& m : kMethods)
@@ -34,9 +34,9 @@ inline std::vector<Query> every_method(Want want, std::string_view numeric) {
   return queries;
 }
 
-/// The modes to hold every method to on a device: all on a GPU. Kernels take lavapipe long to compile, so there `plain` is
-/// tested on the older driver and `fast` on the newer one, and at subgroup sizes that are not the default the default mode
-/// alone, for arithmetic does not depend on the size.
+/// The modes to hold every method to on a device: all on a GPU. Kernels take lavapipe long to compile, so there `plain`
+/// is tested on the older driver and `fast` on the newer one, and at subgroup sizes that are not the default the
+/// default mode alone, for arithmetic does not depend on the size.
 inline std::vector<NumericMode> modes_for(const DeviceInfo& d) {
   std::vector<NumericMode> modes(std::begin(kNumericModes), std::end(kNumericModes));
   if (d.is_cpu() && d.subgroup_size != 8)
@@ -46,9 +46,9 @@ inline std::vector<NumericMode> modes_for(const DeviceInfo& d) {
   return modes;
 }
 
-/// Whether the i-th of many like cases is this device's to test: all on a GPU. lavapipe compiles kernels for longer than they
-/// run, so there the cases are dealt out: each is tested by one of the two drivers at the default subgroup size, and by one
-/// driver at one of the other two sizes.
+/// Whether the i-th of many like cases is this device's to test: all on a GPU. lavapipe compiles kernels for longer
+/// than they run, so there the cases are dealt out: each is tested by one of the two drivers at the default subgroup
+/// size, and by one driver at one of the other two sizes.
 inline bool is_dealt(const DeviceInfo& d, std::size_t i) {
   if (!d.is_cpu()) return true;
   const std::size_t driver = d.mesa_version() < 250000 ? 0 : 1;

@@ -119,7 +119,8 @@ TEST_F(CounterTest, HybridsBecomePacketsAtTheEndOfTheirRange) {
   EXPECT_LT(count("alternate", {{"f", "1"}})["packet_nodes"], count("alternate", {{"f", "0.25"}})["packet_nodes"]);
 }
 
-// A hit that comes nearer makes nodes useless that wait on the shared stack; a ray by itself would skip them by distance.
+// A hit that comes nearer makes nodes useless that wait on the shared stack; a ray by itself would skip them by
+// distance.
 TEST_F(CounterTest, PacketsVisitNodesOfNoUseToAnyLane) {
   const Counters packet = count("packet");
   EXPECT_GT(packet["unneeded"], 0u);

@@ -53,7 +53,8 @@ TEST_P(Methods, FindsWhatTheOracleFinds) {
       std::vector<Hit> first;
       for (const Want want : {Want::Nearest, Want::Any})
         for (const Query& q : every_method(want, mode.name)) {
-          // Kernels that take long to compile: all of them on one scene; suite ExactMode holds some to the exact oracle.
+          // Kernels that take long to compile: all of them on one scene; suite ExactMode holds some to the exact
+          // oracle.
           if (mode.needs_float64 && q.method != kDefaultMethod && GetParam().name != std::string_view("soup")) continue;
           const auto hits = trace(*t, set.rays, q);
           const Judgement j = t->oracle->judge(set.rays, hits, truth, want, judged_as(mode));

@@ -30,8 +30,8 @@ struct ExactTruth {
   double seconds = 0;  // wall time of the oracle
 };
 
-/// Traces batches and checks their hits against the CPU oracles of the scene. Belongs to the thread of the scene's device; the
-/// oracles themselves run on all cores.
+/// Traces batches and checks their hits against the CPU oracles of the scene. Belongs to the thread of the scene's
+/// device; the oracles themselves run on all cores.
 class HitChecker {
  public:
   /// Keeps references to both arguments.
@@ -43,12 +43,12 @@ class HitChecker {
   /// Engine::trace() does.
   HitCheck check(RayBatch& batch, const Truth& truth, const Query& query) const;
 
-  /// The exact hit of every ray (engine/oracle/exact.h): tens of thousands of rays a second and core. progress is called with the
-  /// share done, from one thread at a time.
+  /// The exact hit of every ray (engine/oracle/exact.h): tens of thousands of rays a second and core. progress is
+  /// called with the share done, from one thread at a time.
   ExactTruth exact_truth(const RayBatch& batch, const Progress& progress = {}) const;
-  /// Fills the hits with a pattern, traces the batch, and compares every record to the exact truth. An unwritten record counts as
-  /// the wrong answer that the pattern is, and in `unwritten`. Describes the first max_cases errors. Throws as Engine::trace()
-  /// does, and Error(Arguments) if `truth` is of another number of rays.
+  /// Fills the hits with a pattern, traces the batch, and compares every record to the exact truth. An unwritten record
+  /// counts as the wrong answer that the pattern is, and in `unwritten`. Describes the first max_cases errors. Throws
+  /// as Engine::trace() does, and Error(Arguments) if `truth` is of another number of rays.
   ErrorFigures verify(RayBatch& batch, const ExactTruth& truth, const Query& query, std::size_t max_cases = 8) const;
   /// Compares given answers to the exact truth, without tracing. Throws Error(Arguments) if the sizes differ.
   ErrorFigures judge(std::span<const Ray> rays, std::span<const Hit> answers, const ExactTruth& truth,

@@ -22,8 +22,8 @@ struct Candidate {
   std::string name() const;  // "packet-wide fallback=0"
 };
 
-/// What auto may choose for a query on a device, the likeliest first. Knobs of the query go to every candidate; one that
-/// cannot follow them is left out. Throws Error(Arguments), that of the first one, if none is left.
+/// What auto may choose for a query on a device, the likeliest first. Knobs of the query go to every candidate; one
+/// that cannot follow them is left out. Throws Error(Arguments), that of the first one, if none is left.
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device);
 
 /// What auto runs where it has not measured: on batches too small for that to pay.
@@ -40,7 +40,8 @@ struct Choice {
   double seconds = 0;                 // wall time of the calibration, compiling and derived trees included
   bool remembered = false;            // read from disk, not measured by this process
 
-  /// Compiling takes CPU drivers 0.1 to 0.7 s a kernel: candidates that one process has no time for are left to the next one.
+  /// Compiling takes CPU drivers 0.1 to 0.7 s a kernel: candidates that one process has no time for are left to the
+  /// next one.
   bool complete() const;
 
   const Candidate& chosen() const { return candidates.front(); }

@@ -33,8 +33,8 @@ constexpr Effort kCpuEffort{1 << 15, 1 << 15, 3, 4, 2, 0.6, 0.35, 0.85, 9, 0};
 constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 1, 0.1, 0.08, 1, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
 constexpr int kLeastRounds = 3;  // a look at each sample
-/// Collapsing a tree of so many nodes takes about a second, and nothing keeps the result: methods that want such a tree are no
-/// candidates in larger scenes.
+/// Collapsing a tree of so many nodes takes about a second, and nothing keeps the result: methods that want such a tree
+/// are no candidates in larger scenes.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
 constexpr std::uint32_t kWarmUpRays = 4096;
 constexpr double kHopeless = 2;       // times as slow as the fastest: traces no further round
@@ -45,8 +45,8 @@ struct Stretch {
   std::size_t first, count;
 };
 
-/// `stretches` runs of neighbours of about `wanted` rays together, evenly over the batch, at multiples of 64 where tiles and
-/// packets begin; the `which`-th such sample of `samples` that share no rays.
+/// `stretches` runs of neighbours of about `wanted` rays together, evenly over the batch, at multiples of 64 where
+/// tiles and packets begin; the `which`-th such sample of `samples` that share no rays.
 std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::size_t stretches, std::size_t which = 0,
                                   std::size_t samples = 1) {
   if (count <= wanted) return {{0, count}};
@@ -91,8 +91,8 @@ Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vecto
 
 using Trial = Chooser::Trial;
 
-/// Milliseconds for all samples, each at its best of the first `rounds` rounds, which take the samples in turn: what disturbs a
-/// trial makes it slower, never faster.
+/// Milliseconds for all samples, each at its best of the first `rounds` rounds, which take the samples in turn: what
+/// disturbs a trial makes it slower, never faster.
 double cost_of(const Trial& trial, std::size_t rounds, std::size_t samples) {
   double sum = 0;
   for (std::size_t s = 0; s < std::min(samples, rounds); ++s) {
@@ -113,8 +113,8 @@ double slowness(const Trial& trial, const std::vector<Trial>& trials, std::size_
   return cost_of(trial, rounds, samples) / least;
 }
 
-/// The chosen one first, the others by speed; a candidate keeps its place before slower ones in the list unless beaten by
-/// more than noise.
+/// The chosen one first, the others by speed; a candidate keeps its place before slower ones in the list unless beaten
+/// by more than noise.
 std::vector<Candidate> in_order(const std::vector<Trial>& trials, std::size_t rays, std::size_t samples) {
   std::vector<std::pair<double, Candidate>> all;
   for (const Trial& t : trials) {

@@ -24,8 +24,8 @@ class Chooser {
   /// The concrete query: itself, or for method auto what was chosen for its ray class, or else the plainest method.
   Query resolve(const Query& query) const;
 
-  /// The same for rays [0, count) of `rays`. If nothing was chosen for their class and they are enough (2^15 on a CPU, 2^18 on a
-  /// GPU), the candidates are timed on a sample of them, within about a second.
+  /// The same for rays [0, count) of `rays`. If nothing was chosen for their class and they are enough (2^15 on a CPU,
+  /// 2^18 on a GPU), the candidates are timed on a sample of them, within about a second.
   Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count);
 
   /// True if the choice for this query is final: it is concrete, or its trials are over.
