@@ -53,7 +53,7 @@ struct Grid {
   }
 };
 
-void add_quad_node(std::span<const DeviceChild> children, std::vector<glm::uvec4>& out) {
+void add_bvh4_node(std::span<const DeviceChild> children, std::vector<glm::uvec4>& out) {
   Bounds all = children[0].box;
   for (const DeviceChild& c : children) all = {glm::min(all.lo, c.box.lo), glm::max(all.hi, c.box.hi)};
   glm::uvec4 first{}, lower{}, upper{}, refs{};
@@ -77,15 +77,15 @@ void add_quad_node(std::span<const DeviceChild> children, std::vector<glm::uvec4
 }  // namespace
 
 Bvh4Tree encode_bvh4(const PairTree& binary) {
-  Bvh4Tree quad;
-  quad.root = binary.root;
-  if (binary.root == END_OF_TREE || is_leaf(binary.root)) return quad;
+  Bvh4Tree out;
+  out.root = binary.root;
+  if (binary.root == END_OF_TREE || is_leaf(binary.root)) return out;
   const CollapsedBvh tree = collapse(binary, BVH4_CHILDREN, LEAF_BIT / BVH4_NODE_TEXELS);
-  quad.depth = tree.depth;
-  quad.children = std::uint32_t(tree.children.size());
-  quad.nodes.reserve(tree.ends.size() * BVH4_NODE_TEXELS);
-  for (std::size_t i = 0; i < tree.ends.size(); ++i) add_quad_node(tree.children_of(i), quad.nodes);
-  return quad;
+  out.depth = tree.depth;
+  out.children = std::uint32_t(tree.children.size());
+  out.nodes.reserve(tree.ends.size() * BVH4_NODE_TEXELS);
+  for (std::size_t i = 0; i < tree.ends.size(); ++i) add_bvh4_node(tree.children_of(i), out.nodes);
+  return out;
 }
 
 }  // namespace ballot

@@ -1,12 +1,12 @@
-// The quad tree: up to four children per node, in 64 bytes. Each ray traverses it alone, without a packet.
+// The four-wide tree: up to four children per node, in 64 bytes. Each ray traverses it alone, without a packet.
 #pragma once
 
 #include "engine/formats/pair.h"
 
 namespace ballot {
 
-/// The quad tree on the device, in texels of 16 bytes like PairTree's. The format is in shaders/shared/layout.h. Its
-/// leaves are those of the binary tree, at the same texels of the leaf array.
+/// The four-wide tree on the device, in texels of 16 bytes like PairTree's. The format is in shaders/shared/layout.h.
+/// Its leaves are those of the binary tree, at the same texels of the leaf array.
 struct Bvh4Tree {
   std::vector<glm::uvec4> nodes;  // BVH4_NODE_TEXELS texels per node, the root first; none if the root is no node
   /// Child reference of the root: texel 0, or as the binary tree's root if that is a leaf or END_OF_TREE.

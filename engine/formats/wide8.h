@@ -1,12 +1,12 @@
-// The wide tree: up to eight children per node. A packet tests one child per lane.
+// The eight-wide tree: up to eight children per node. A packet tests one child per lane.
 #pragma once
 
 #include "engine/formats/pair.h"
 
 namespace ballot {
 
-/// The wide tree on the device, in texels of 16 bytes like PairTree's. The format is in shaders/shared/layout.h. Its
-/// leaves are those of the binary tree, at the same texels of the leaf array.
+/// The eight-wide tree on the device, in texels of 16 bytes like PairTree's. The format is in shaders/shared/layout.h.
+/// Its leaves are those of the binary tree, at the same texels of the leaf array.
 struct Wide8Tree {
   std::vector<glm::uvec4> nodes;  // WIDE8_NODE_TEXELS texels per node; node 0 is the root; empty if the scene is
   std::uint32_t depth = 0;        // nodes on the longest path from the root

@@ -53,7 +53,7 @@ TracePush Dispatcher::push_for(const Job& job, std::uint32_t root) const {
     hi = std::uint32_t(texels->address() >> 32);
   };
   point(k.nodes, push.nodes_lo, push.nodes_hi);
-  point(k.format, push.top_lo, push.top_hi);
+  point(k.format, push.format_lo, push.format_hi);
   point(k.leaves, push.leaves_lo, push.leaves_hi);
   return push;
 }

@@ -14,7 +14,7 @@ struct TraceTimes {
 
 /// The ray count of an indirect dispatch: one record of indirect arguments on the device.
 struct IndirectRays {
-  const Buffer<IndirectArgs>& args;  // made with Access::Groups
+  const Buffer<IndirectArgs>& args;  // made with Access::Indirect
   std::uint32_t index;
 };
 

@@ -31,7 +31,7 @@ void TraceKernels::bind(TraceKernel& k, const Variant& v) {
   k.leaves = &tree_.leaves(v.numeric->leaves, v.config.fetch);
   if (v.config.fetch != Fetch::Reference) {
     if (k.nodes) k.kernel->bind(BIND_NODES, *k.nodes);
-    if (k.format) k.kernel->bind(BIND_TOP, *k.format);
+    if (k.format) k.kernel->bind(BIND_FORMAT, *k.format);
     k.kernel->bind(BIND_LEAVES, *k.leaves);
   }
   k.kernel->bind(BIND_WORK, work_);

@@ -103,7 +103,7 @@ void RawBuffer::allocate(Access access) {
   if (has(access, Access::Storage)) create.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
   if (has(access, Access::Texel)) create.usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   if (has(access, Access::Address)) create.usage |= VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
-  if (has(access, Access::Groups)) create.usage |= VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+  if (has(access, Access::Indirect)) create.usage |= VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
   vk_check(gpu_->vk().CreateBuffer(gpu_->device(), &create, nullptr, &buffer_), "creating buffer", name_.c_str());
   VkMemoryRequirements needs;
   gpu_->vk().GetBufferMemoryRequirements(gpu_->device(), buffer_, &needs);

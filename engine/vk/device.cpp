@@ -87,7 +87,7 @@ void read_subgroups(DeviceInfo& info, const DeviceProperties& p, const DeviceFea
   info.float64 = f.core.features.shaderFloat64 == VK_TRUE;
 }
 
-void name_lacks(DeviceInfo& info) {
+void list_lacks(DeviceInfo& info) {
   const auto lack = [&](bool has, const char* what) {
     if (!has) info.lacks.push_back(what);
   };
@@ -148,7 +148,7 @@ DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   if (family < 0) info.refusals.push_back("it has no queue family with compute");
   if (family >= 0) info.timestamp_bits = queue_families(vk, device)[std::size_t(family)].timestampValidBits;
   if (info.timestamp_bits == 0) info.timestamp_ns = 0;
-  name_lacks(info);
+  list_lacks(info);
   return info;
 }
 

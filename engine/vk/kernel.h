@@ -34,7 +34,7 @@ class Kernel {
     dispatch(cmd, groups, &push, sizeof push);
   }
   /// Records an indirect dispatch: the device reads the numbers of workgroups (x, y, z) at `offset` bytes in a buffer
-  /// with Access::Groups.
+  /// with Access::Indirect.
   void dispatch(VkCommandBuffer cmd, const RawBuffer& groups, std::uint64_t offset, const void* push,
                 std::uint32_t push_bytes);
 

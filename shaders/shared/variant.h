@@ -18,7 +18,7 @@
 #define BIND_NODES 3
 #define BIND_LEAVES 4
 #define BIND_STATS 5     // instrumented variant only
-#define BIND_TOP 6       // the second tree: wide tree, four-wide tree or frontier (lib/tree/second_tree.glsl)
+#define BIND_FORMAT 6       // the second tree: eight-wide tree, four-wide tree or frontier (lib/tree/format.glsl)
 #define BIND_INDIRECT 7  // kernels of indirect dispatches
 
 // BALLOT_INDIRECT: 1: how many rays there are stands in BIND_INDIRECT, at entry push.ray_end, as the device has counted them.
@@ -71,7 +71,7 @@ struct TracePush {
   uint max_batches;         // persistent launch: the most batches that a subgroup takes
   uint nodes_lo, nodes_hi;  // buffer addresses, FETCH_REFERENCE only
   uint leaves_lo, leaves_hi;
-  uint top_lo, top_hi;
+  uint format_lo, format_hi;
   vec3 box_origin;                // BALLOT_BOX_ORIGIN only: the point that boxes are measured from (layout.h)
   float padded_reach;             // BOX_WIDENED: the largest distance, along an axis, of a ray origin from that point
   float shear_scale, shear_near;  // TRIANGLE_WATERTIGHT; see engine/tree/shear.h

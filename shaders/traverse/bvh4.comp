@@ -14,7 +14,7 @@
 //   live   false if the lane has no ray
 //   Flow   lanes diverge; no subgroup operations
 //   Memory STACK_SIZE words per lane
-#define METHOD_QUADS
+#define METHOD_WITHOUT_PAIRS
 #include "../lib/frame/kernel.glsl"
 #include "../lib/tree/walk.glsl"
 #include "../lib/tree/bvh4.glsl"
@@ -25,7 +25,7 @@ uint traverse(inout Walker w, bool live, uint node) {
   STACK_AT(top++) = END_OF_TREE;
   if (!live) node = END_OF_TREE;
   while (node != END_OF_TREE) {
-    while (is_inner(node)) WALK_QUAD(w, node, top)
+    while (is_inner(node)) WALK_BVH4(w, node, top)
     if (CUT_SHORT(is_inner(node))) break;
     WALK_LEAVES(w, node, top)
   }

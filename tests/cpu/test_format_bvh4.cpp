@@ -1,4 +1,4 @@
-// Tests that the quad tree holds each leaf of the binary tree once, in boxes that are as tight as their grid allows.
+// Tests that the four-wide tree holds each leaf of the binary tree once, in boxes that are as tight as their grid allows.
 #include <gtest/gtest.h>
 
 #include "engine/bvh/build.h"
@@ -16,8 +16,8 @@ struct Node {
   glm::uvec4 child;
 };
 
-Node node_at(const Bvh4Tree& quad, std::uint32_t texel) {
-  const glm::uvec4* t = quad.nodes.data() + texel;
+Node node_at(const Bvh4Tree& tree, std::uint32_t texel) {
+  const glm::uvec4* t = tree.nodes.data() + texel;
   return {
       as_vec3(t[0]), {as_float(t[0].w), as_float(t[1].w), as_float(t[2].w)}, glm::uvec3(t[1]), glm::uvec3(t[2]), t[3]};
 }
@@ -38,14 +38,14 @@ void expect_tight(const Node& n, int child, const Bounds& box) {
 }
 
 struct Walk {
-  const Bvh4Tree& quad;
+  const Bvh4Tree& tree;
   const std::map<std::uint32_t, Bounds>& leaves;
   std::uint32_t children = 0, depth = 0;
   std::map<std::uint32_t, int> met = {};
 
   /// Checks the subtree of a node. Returns the box of all leaves below it.
   Bounds visit(std::uint32_t texel, std::uint32_t level) {
-    const Node n = node_at(quad, texel);
+    const Node n = node_at(tree, texel);
     Bounds all{glm::vec3(std::numeric_limits<float>::infinity()), glm::vec3(-std::numeric_limits<float>::infinity())};
     depth = std::max(depth, level);
     for (int c = 0; c < BVH4_CHILDREN; ++c) {
@@ -79,7 +79,7 @@ shapes::Triangles scaled(shapes::Triangles triangles, glm::vec3 by, glm::vec3 to
   return triangles;
 }
 
-TEST(BvhQuad, HoldsEveryLeafOnceInATightBox) {
+TEST(FormatBvh4, HoldsEveryLeafOnceInATightBox) {
   const shapes::Triangles soup = shapes::soup(1000, 0.1f);
   const std::pair<const char*, shapes::Triangles> cases[] = {
       {"seven triangles", shapes::soup(7, 1)},
@@ -94,33 +94,33 @@ TEST(BvhQuad, HoldsEveryLeafOnceInATightBox) {
   for (const auto& [name, triangles] : cases) {
     SCOPED_TRACE(name);
     const PairTree binary = binary_of(triangles);
-    const Bvh4Tree quad = encode_bvh4(binary);
+    const Bvh4Tree tree = encode_bvh4(binary);
     const std::map<std::uint32_t, Bounds> leaves = leaves_of(binary);
-    ASSERT_EQ(quad.root, 0u);
-    ASSERT_EQ(quad.nodes.size() % BVH4_NODE_TEXELS, 0u);
-    Walk walk{quad, leaves};
+    ASSERT_EQ(tree.root, 0u);
+    ASSERT_EQ(tree.nodes.size() % BVH4_NODE_TEXELS, 0u);
+    Walk walk{tree, leaves};
     walk.visit(0, 1);
     EXPECT_EQ(walk.met.size(), leaves.size());
     for (const auto& [ref, times] : walk.met) EXPECT_EQ(times, 1) << ref;
-    EXPECT_EQ(walk.children, quad.children);
-    EXPECT_EQ(walk.depth, quad.depth);
-    EXPECT_LE(quad.depth, binary.depth);
+    EXPECT_EQ(walk.children, tree.children);
+    EXPECT_EQ(walk.depth, tree.depth);
+    EXPECT_LE(tree.depth, binary.depth);
   }
 }
 
-TEST(BvhQuad, ASceneOfOneLeafOrNoneHasNoNodes) {
+TEST(FormatBvh4, ASceneOfOneLeafOrNoneHasNoNodes) {
   for (const std::size_t count : {0u, 1u}) {
     const PairTree binary = binary_of(shapes::soup(count, 1));
-    const Bvh4Tree quad = encode_bvh4(binary);
-    EXPECT_TRUE(quad.nodes.empty());
-    EXPECT_EQ(quad.root, binary.root);
-    EXPECT_EQ(quad.depth, 0u);
+    const Bvh4Tree tree = encode_bvh4(binary);
+    EXPECT_TRUE(tree.nodes.empty());
+    EXPECT_EQ(tree.root, binary.root);
+    EXPECT_EQ(tree.depth, 0u);
   }
 }
 
-TEST(BvhQuad, NodesAreWellFilled) {
-  const Bvh4Tree quad = encode_bvh4(binary_of(shapes::sphere(6)));
-  EXPECT_GT(double(quad.children) / double(quad.nodes.size() / BVH4_NODE_TEXELS), 3.2);
+TEST(FormatBvh4, NodesAreWellFilled) {
+  const Bvh4Tree tree = encode_bvh4(binary_of(shapes::sphere(6)));
+  EXPECT_GT(double(tree.children) / double(tree.nodes.size() / BVH4_NODE_TEXELS), 3.2);
 }
 
 }  // namespace

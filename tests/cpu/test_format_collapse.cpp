@@ -58,7 +58,7 @@ double area(const CollapsedBvh& tree) {
   return sum;
 }
 
-TEST(BvhCollapse, NoOtherHasLessArea) {
+TEST(FormatCollapse, NoOtherHasLessArea) {
   for (const int width : {2, 3, 4, 8})
     for (const int count : {2, 9, 12, 15}) {
       const shapes::Triangles triangles = shapes::soup(std::size_t(count), 0.2f);
@@ -69,7 +69,7 @@ TEST(BvhCollapse, NoOtherHasLessArea) {
     }
 }
 
-TEST(BvhCollapse, ParentsComeBeforeChildrenAndNodesAreNumbered) {
+TEST(FormatCollapse, ParentsComeBeforeChildrenAndNodesAreNumbered) {
   const shapes::Triangles triangles = shapes::soup(3000, 0.1f);
   const PairTree binary = encode_pairs(build_bvh(triangles), triangles, NodeLayout::Interleaved);
   for (const int width : {2, 4, 8}) {
@@ -92,7 +92,7 @@ TEST(BvhCollapse, ParentsComeBeforeChildrenAndNodesAreNumbered) {
 }
 
 // Areas may leave the range of float32 where coordinates do not.
-TEST(BvhCollapse, ScenesOfAllSizesCollapseAlike) {
+TEST(FormatCollapse, ScenesOfAllSizesCollapseAlike) {
   const shapes::Triangles near = shapes::soup(500, 0.1f);
   const Bvh bvh = build_bvh(near);
   for (const int width : {4, 8}) {
@@ -110,7 +110,7 @@ TEST(BvhCollapse, ScenesOfAllSizesCollapseAlike) {
   }
 }
 
-TEST(BvhCollapse, RefusesMoreNodesThanReferencesCanNumber) {
+TEST(FormatCollapse, RefusesMoreNodesThanReferencesCanNumber) {
   const shapes::Triangles triangles = shapes::soup(300, 0.1f);
   const PairTree binary = encode_pairs(build_bvh(triangles), triangles, NodeLayout::Interleaved);
   try {

@@ -48,7 +48,7 @@ std::vector<std::uint32_t> leaves_of(const PairTree& bvh, const Line& line) {
   return all;
 }
 
-TEST(BvhFrontier, HoldsEveryLeafOnceInEveryOctant) {
+TEST(FormatFrontier, HoldsEveryLeafOnceInEveryOctant) {
   for (const shapes::Triangles& triangles :
        {shapes::soup(1, 1), shapes::soup(40, 1), shapes::soup(3000, 0.1f), shapes::sphere(5), shapes::identical(300)})
     for (const std::uint32_t nodes : {32u, 64u}) {
@@ -64,7 +64,7 @@ TEST(BvhFrontier, HoldsEveryLeafOnceInEveryOctant) {
     }
 }
 
-TEST(BvhFrontier, NoNodeOnItIsLargerThanOneAboveIt) {
+TEST(FormatFrontier, NoNodeOnItIsLargerThanOneAboveIt) {
   const PairTree bvh = make_device(shapes::soup(3000, 0.1f));
   const auto area = [](const Bounds& b) {
     const glm::dvec3 e = glm::dvec3(b.hi) - glm::dvec3(b.lo);
@@ -92,7 +92,7 @@ TEST(BvhFrontier, NoNodeOnItIsLargerThanOneAboveIt) {
 }
 
 // Slabs one after the other along x. Rays in direction -x meet them in the reverse order, whatever their y and z.
-TEST(BvhFrontier, OrderFollowsTheOctant) {
+TEST(FormatFrontier, OrderFollowsTheOctant) {
   shapes::Triangles triangles;
   for (int slab = 0; slab < 64; ++slab)
     for (int i = 0; i < 6; ++i) {
@@ -107,7 +107,7 @@ TEST(BvhFrontier, OrderFollowsTheOctant) {
   }
 }
 
-TEST(BvhFrontier, AnEmptySceneHasOnlyEmptyPlaces) {
+TEST(FormatFrontier, AnEmptySceneHasOnlyEmptyPlaces) {
   EXPECT_TRUE(line_of(encode_frontier(make_device({}), 32), 32, 0).empty());
 }
 

@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(Layouts, BvhDevice,
                                          NodeLayout::Compact),
                          [](const auto& tested) { return layout_name(tested.param); });
 
-TEST(BvhDeviceOrigin, IsWhereDifferencesAreExact) {
+TEST(FormatPairOrigin, IsWhereDifferencesAreExact) {
   const auto along_x = [](float lo, float hi) { return box_origin({{lo, 0, 0}, {hi, 0, 0}}).x; };
   EXPECT_EQ(along_x(-1, 1), 0);
   EXPECT_EQ(along_x(15, 16), 0);
@@ -129,7 +129,7 @@ TEST(BvhDeviceOrigin, IsWhereDifferencesAreExact) {
 }
 
 // Near 5.4e6 neighbouring floats are half a unit apart. Boxes there must not grow.
-TEST(BvhDeviceOrigin, KeepsBoxesFarFromZeroSmall) {
+TEST(FormatPairOrigin, KeepsBoxesFarFromZeroSmall) {
   const shapes::Triangles near = shapes::grid(30);
   const shapes::Triangles far = shapes::moved(shapes::scaled(near, 1024), {448000, 0, 5411000});
   const Bvh bvh = build_bvh(far);
@@ -144,7 +144,7 @@ TEST(BvhDeviceOrigin, KeepsBoxesFarFromZeroSmall) {
   }
 }
 
-TEST(BvhDeviceSize, TooManyLeafTexelsAreRefused) {
+TEST(FormatPairSize, TooManyLeafTexelsAreRefused) {
   Bvh bvh = build_bvh(shapes::identical(1));
   bvh.stats.leaves = 1u << 28;
   EXPECT_ANY_THROW(encode_pairs(bvh, shapes::identical(1), NodeLayout::Paper));

@@ -1,4 +1,4 @@
-// Tests that the wide tree holds each leaf of the binary tree once.
+// Tests that the eight-wide tree holds each leaf of the binary tree once.
 #include <gtest/gtest.h>
 
 #include "engine/formats/wide8.h"
@@ -51,7 +51,7 @@ Made make(const shapes::Triangles& triangles, NodeLayout layout = NodeLayout::In
   return made;
 }
 
-TEST(BvhWide, HoldsEveryLeafOnce) {
+TEST(FormatWide8, HoldsEveryLeafOnce) {
   for (const shapes::Triangles& triangles :
        {shapes::soup(1, 1), shapes::soup(7, 1), shapes::soup(3000, 0.1f), shapes::sphere(5), shapes::identical(300)})
     for (const NodeLayout layout : {NodeLayout::Interleaved, NodeLayout::Paper}) {
@@ -71,9 +71,9 @@ TEST(BvhWide, HoldsEveryLeafOnce) {
     }
 }
 
-TEST(BvhWide, AnEmptySceneHasNoNodes) { EXPECT_TRUE(make({}).wide.nodes.empty()); }
+TEST(FormatWide8, AnEmptySceneHasNoNodes) { EXPECT_TRUE(make({}).wide.nodes.empty()); }
 
-TEST(BvhWide, NodesAreWellFilled) {
+TEST(FormatWide8, NodesAreWellFilled) {
   const Made made = make(shapes::sphere(6));
   const double filled = double(made.wide.children) / double(made.wide.nodes.size() / WIDE8_NODE_TEXELS);
   EXPECT_GT(filled, 5.5);

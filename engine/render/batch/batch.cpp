@@ -8,8 +8,8 @@
 
 namespace ballot {
 
-RayBatch::RayBatch(std::string name, std::string view, std::string sort, Want want)
-    : name_(std::move(name)), view_(std::move(view)), sort_(std::move(sort)), want_(want) {}
+RayBatch::RayBatch(std::string name, std::string view, std::string ray_class, Want want)
+    : name_(std::move(name)), view_(std::move(view)), ray_class_(std::move(ray_class)), want_(want) {}
 
 RayBatch::~RayBatch() = default;
 
@@ -106,7 +106,7 @@ std::unique_ptr<RayBatch> Batches::make(std::string name, std::span<const Ray> r
 // All chunks of a batch use the same method, so the query is resolved once, with the first chunk.
 Query Batches::resolve(const RayBatch& batch, Query query) {
   query.want = batch.want_;
-  query.rays = batch.sort_;
+  query.rays = batch.ray_class_;
   if (batch.chunks_.empty()) return tracer_.resolve(query);
   return tracer_.resolve(query, batch.chunks_[0].rays, batch.chunks_[0].count);
 }

@@ -40,8 +40,8 @@ class RayBatch {
   bool any() const { return want_ == Want::Any; }
   /// Returns the number of rays, without dead rays of tile padding. It is 0 for secondary rays if nothing was hit.
   std::size_t count() const { return count_; }
-  const std::string& sort() const { return sort_; }     // the ray class, for Query::rays
-  bool has_frame() const { return frame_ != nullptr; }  // false for foreign rays
+  const std::string& ray_class() const { return ray_class_; }  // the ray class, for Query::rays
+  bool has_frame() const { return frame_ != nullptr; }         // false for foreign rays
 
   /// Return copies of the count() rays, and of the hits of the last trace at the same indices. Before the first trace
   /// the hits are undefined.
@@ -66,10 +66,10 @@ class RayBatch {
   };
   struct Frame;
 
-  RayBatch(std::string name, std::string view, std::string sort, Want want);
+  RayBatch(std::string name, std::string view, std::string ray_class, Want want);
   void add_chunks(Context& gpu, std::size_t count, std::uint32_t most);
 
-  std::string name_, view_, sort_;
+  std::string name_, view_, ray_class_;
   Want want_;
   std::size_t count_ = 0;
   std::vector<Chunk> chunks_;

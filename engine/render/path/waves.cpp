@@ -80,7 +80,7 @@ void Waves::make_alpha(std::uint32_t room) {
   if (ballot::make_room(queues_, gpu_, 1, "queue counts")) queues_->upload(std::vector<Queues>(1));
   if (!indirect_)
     indirect_ = std::make_unique<Buffer<IndirectArgs>>(gpu_, kRecords * INDIRECT_RECORDS,
-                                                       Access::Storage | Access::Groups, "indirect arguments");
+                                                       Access::Storage | Access::Indirect, "indirect arguments");
   if (!reports_)
     reports_ = std::make_unique<Buffer<std::uint32_t>>(gpu_, kRecords * QUEUES, Access::Storage | Access::Host,
                                                        "counts of queues");

@@ -58,9 +58,9 @@ uint ray_end;  // set by main()
 #define RAY_END push.ray_end
 #endif
 
-// READS_NODES: the kernel reads the binary tree. Packets without fallback read the wide tree alone, and bvh4 the
+// READS_NODES: the kernel reads the binary tree. Packets without fallback read the eight-wide tree alone, and bvh4 the
 // four-wide tree.
-#if !defined(METHOD_QUADS) && (!defined(METHOD_PACKETS) || BALLOT_FALLBACK)
+#if !defined(METHOD_WITHOUT_PAIRS) && (!defined(METHOD_PACKETS) || BALLOT_FALLBACK)
 #define READS_NODES
 #endif
 

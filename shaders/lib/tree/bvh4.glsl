@@ -1,28 +1,28 @@
 // Tests a ray against the four children of a node of the four-wide tree (shared/layout.h).
-#include "second_tree.glsl"
+#include "format.glsl"
 
 // A node of the four-wide tree.
-struct Quad {
+struct Bvh4Node {
   vec3 first, step;
   uvec3 lower, upper;  // a byte a child
   uvec4 child;
 };
 
-Quad fetch_quad(uint node) {
-  uvec4 a = top_texel(node), b = top_texel(node + 1u), c = top_texel(node + 2u);
-  return Quad(uintBitsToFloat(a.xyz), uintBitsToFloat(uvec3(a.w, b.w, c.w)), b.xyz, c.xyz, top_texel(node + 3u));
+Bvh4Node fetch_bvh4(uint node) {
+  uvec4 a = format_texel(node), b = format_texel(node + 1u), c = format_texel(node + 2u);
+  return Bvh4Node(uintBitsToFloat(a.xyz), uintBitsToFloat(uvec3(a.w, b.w, c.w)), b.xyz, c.xyz, format_texel(node + 3u));
 }
 
 // The part of the plane distances that all children of a node share: t at a plane is a number of steps times `step`,
 // plus `near` or `far`. For a ray from so far away that these overflow, nothing is culled: an infinite t is beyond the
 // ray's range, and NaN loses every comparison.
-struct QuadPlanes {
+struct Bvh4Planes {
   uvec3 nearer, farther;  // a byte a child
   vec3 near, far, step;
 };
 
-QuadPlanes planes_of(Walker w, Quad q) {
-  QuadPlanes p;
+Bvh4Planes planes_of(Walker w, Bvh4Node q) {
+  Bvh4Planes p;
   bvec3 down = lessThan(w.slabs.inv, vec3(0.0));
   p.nearer = mix(q.lower, q.upper, down);
   p.farther = mix(q.upper, q.lower, down);
@@ -36,7 +36,7 @@ vec3 steps_of(uvec3 bytes, uint child) { return vec3(ivec3(bytes >> 8u * child &
 
 // Returns t at the entry of a child's box if the ray meets the box no later than at `reach`, otherwise infinity.
 #define NOT_MET uintBitsToFloat(0x7F800000u)
-float entry_of(QuadPlanes p, uint child, float t_min, float reach) {
+float entry_of(Bvh4Planes p, uint child, float t_min, float reach) {
   precise vec3 near = fma(steps_of(p.nearer, child), p.step, p.near),
                far = fma(steps_of(p.farther, child), p.step, p.far);
   float entry = larger(larger(near.x, near.y), larger(near.z, t_min));
@@ -57,8 +57,8 @@ void put_in_order(inout float a, inout uint x, inout float b, inout uint y) {
 
 // Returns how many children the ray meets. Sorts `child` by entry, so that these come first.
 uint met_children(Walker w, uint node, out uvec4 child) {
-  Quad q = fetch_quad(node);
-  QuadPlanes p = planes_of(w, q);
+  Bvh4Node q = fetch_bvh4(node);
+  Bvh4Planes p = planes_of(w, q);
   float t_min = w.ray.t_min, far = reach(w.space, w.hit);
   float a = entry_of(p, 0u, t_min, far), b = entry_of(p, 1u, t_min, far), c = entry_of(p, 2u, t_min, far),
         d = entry_of(p, 3u, t_min, far);
@@ -76,7 +76,7 @@ uint met_children(Walker w, uint node, out uvec4 child) {
 
 // Continues to the nearest child that the ray meets and pushes the others. Pops the stack if the ray meets none.
 #if BALLOT_PUSH == PUSH_ALWAYS
-#define WALK_QUAD(w, node, top)                     \
+#define WALK_BVH4(w, node, top)                     \
   {                                                 \
     COUNT_NODE(true)                                \
     uvec4 child;                                    \
@@ -93,7 +93,7 @@ uint met_children(Walker w, uint node, out uvec4 child) {
     node = met == 0u ? popped : child.x;            \
   }
 #else
-#define WALK_QUAD(w, node, top)                  \
+#define WALK_BVH4(w, node, top)                  \
   {                                              \
     COUNT_NODE(true)                             \
     uvec4 child;                                 \

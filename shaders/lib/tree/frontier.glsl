@@ -1,5 +1,5 @@
 // Tests the frontier of the tree (shared/layout.h) against bounds of all rays of a subgroup, one node a lane.
-#include "second_tree.glsl"
+#include "format.glsl"
 
 struct FrontierNode {
   vec3 lo, hi;
@@ -7,7 +7,7 @@ struct FrontierNode {
 };
 
 FrontierNode fetch_frontier(uint i) {
-  uvec4 a = top_texel(2u * i), b = top_texel(2u * i + 1u);
+  uvec4 a = format_texel(2u * i), b = format_texel(2u * i + 1u);
   return FrontierNode(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), a.w);
 }
 

@@ -1,13 +1,13 @@
-// The wide tree (shared/layout.h), shared by the lanes of a packet: lane c holds child c of the current node. If the
+// The eight-wide tree (shared/layout.h), shared by the lanes of a packet: lane c holds child c of the current node. If the
 // subgroup has fewer lanes than a node has children, lane c also holds child c + SUBGROUP_SIZE.
-#include "second_tree.glsl"
+#include "format.glsl"
 
 const bool TWO_A_LANE = SUBGROUP_SIZE < WIDE8_CHILDREN;
 const uint SHARING_LANES = TWO_A_LANE ? SUBGROUP_SIZE : WIDE8_CHILDREN;
 
 struct WideChild {
   vec3 lo, hi;  // mirrored
-  uint child;  // a wide node, a leaf, or END_OF_TREE
+  uint child;  // a eight-wide node, a leaf, or END_OF_TREE
 };
 
 struct WideNode {
@@ -15,7 +15,7 @@ struct WideNode {
 };
 
 WideChild fetch_child(uint node, uint c) {
-  uvec4 a = top_texel(node * WIDE8_NODE_TEXELS + c), b = top_texel(node * WIDE8_NODE_TEXELS + WIDE8_CHILDREN + c);
+  uvec4 a = format_texel(node * WIDE8_NODE_TEXELS + c), b = format_texel(node * WIDE8_NODE_TEXELS + WIDE8_CHILDREN + c);
   vec3 lo = uintBitsToFloat(a.xyz), hi = uintBitsToFloat(b.xyz);
   return WideChild(mix(lo, -hi, packet_down), mix(hi, -lo, packet_down), a.w);
 }
