@@ -101,7 +101,7 @@ BALLOT_RECORD(IndirectArgs, 16);
 
 // The eight-wide tree (method packet-wide): a node has up to WIDE8_CHILDREN children of two texels each. (lo.xyz, child) lies
 // at the node's first texel plus the child's number, (hi.xyz, 0) WIDE8_CHILDREN texels behind it. A child is the number
-// of a eight-wide node, or a leaf as above; an unused place holds END_OF_TREE and an empty box. A stack entry is the node's
+// of an eight-wide node, or a leaf as above; an unused place holds END_OF_TREE and an empty box. A stack entry is the node's
 // number in 24 bits, above one bit for each child that is still to be visited.
 #define WIDE8_CHILDREN 8
 #define WIDE8_NODE_TEXELS 16

@@ -7,7 +7,7 @@ const uint SHARING_LANES = TWO_A_LANE ? SUBGROUP_SIZE : WIDE8_CHILDREN;
 
 struct WideChild {
   vec3 lo, hi;  // mirrored
-  uint child;  // a eight-wide node, a leaf, or END_OF_TREE
+  uint child;  // an eight-wide node, a leaf, or END_OF_TREE
 };
 
 struct WideNode {
