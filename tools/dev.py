@@ -121,6 +121,8 @@ def test(options: argparse.Namespace, rest: list[str]) -> int:
         environment.setdefault("ASAN_OPTIONS", "detect_stack_use_after_return=1:strict_string_checks=1")
         environment.setdefault("UBSAN_OPTIONS", "print_stacktrace=1:halt_on_error=1")
         environment.setdefault("LSAN_OPTIONS", f"suppressions={ROOT}/tests/lsan.supp:print_suppressions=0")
+    if options.preset == "tsan":
+        environment.setdefault("TSAN_OPTIONS", f"suppressions={ROOT}/tests/tsan.supp:exitcode=66")
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
     command = ["ctest", "--preset", options.preset, "--output-on-failure", "--parallel", "2", "--timeout", "300",
@@ -170,7 +172,7 @@ def scenes(options: argparse.Namespace, rest: list[str]) -> int:
 def bundle(options: argparse.Namespace, rest: list[str]) -> int:
     if len(rest) > 1 or (rest and rest[0].startswith("-")):
         options.parser.error(f"unknown argument {rest[-1]}")
-    if options.preset == "asan":
+    if options.preset in ("asan", "tsan"):
         options.parser.error("a sanitizer's libraries cannot be bundled: choose release or debug")
     set_up(options, "bundle")
     folder = Path(rest[0] if rest else ROOT / "out" / "ballot").absolute()
@@ -206,6 +208,7 @@ Options that this command does not know are passed to ctest:
   tools/dev.py test                       everything
   tools/dev.py test -R Npy                tests whose name contains Npy
   tools/dev.py test --asan -R '^cpu'      the CPU tests with address and undefined-behaviour sanitizers
+  tools/dev.py test --preset tsan -R 'Concurrency|BvhCache'     with ThreadSanitizer, what uses several threads
 """),
     "build": (build, "[TARGET ...]", "set up and build", SETUP),
     "mutations": (mutations, "", "show that the hard-case suite finds deliberate faults", SETUP + """

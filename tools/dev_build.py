@@ -11,7 +11,7 @@ from pathlib import Path
 from dev_packages import Failed
 
 ROOT = Path(__file__).resolve().parent.parent
-PRESETS = ("release", "debug", "asan")
+PRESETS = ("release", "debug", "asan", "tsan")
 BYTES_PER_COMPILER = 1 << 30
 
 
