@@ -19,6 +19,7 @@
 #include "engine/core/image.h"
 #include "engine/core/image_error.h"
 #include "engine/core/image_merge.h"
+#include "engine/core/json_depth.h"
 #include "engine/core/npy.h"
 #include "engine/core/progress.h"
 #include "engine/present/presenter.h"

@@ -1,6 +1,7 @@
 // The command line: ballot info | render | merge | trace | view | bench | verify | report | shaders.
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 
 #include "tools/cli.h"
 
@@ -92,8 +93,14 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "ballot: out of memory; use a smaller scene or fewer rays at a time\n");
     return int(Failure::Work);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "ballot: {}\n", error.what());
+  } catch (const std::filesystem::filesystem_error& error) {
+    const std::string place = error.path1().empty() ? "a file or folder" : error.path1().string();
+    fmt::print(stderr, "ballot: cannot use {}: {}\n", place, error.code().message());
+    return int(Failure::Work);
+  } catch (const std::exception&) {  // its text names a function of a library, and nothing of the user's
+    fmt::print(stderr,
+               "ballot: a fault inside Ballot stopped the work; please report it with this command line and the files "
+               "that it names\n");
     return int(Failure::Work);
   }
 }

@@ -1,7 +1,11 @@
 #include "tools/views_file.h"
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
+
+#include "tools/bench/json_place.h"
 
 namespace ballot::cli {
 
@@ -20,26 +24,42 @@ json to_json(const View& view) {
   return j;
 }
 
-View from_json(const json& j) {
+constexpr const char* kAdvice =
+    "it is no views file: write {\"views\": [{\"name\", \"position\": [x, y, z], \"orientation\": [x, y, z, w], "
+    "\"yfov\"}]}";
+
+/// Reads a list of N finite numbers.
+template <std::size_t N>
+std::array<double, N> numbers(const bench::JsonPlace& from) {
+  const std::string expected = fmt::format("a list of {} finite numbers", N);
+  const std::vector<bench::JsonPlace> items = from.items();
+  if (items.size() != N) from.wrong(expected);
+  std::array<double, N> all{};
+  for (std::size_t i = 0; i < N; ++i) {
+    all[i] = items[i].number();
+    if (!std::isfinite(all[i])) from.wrong(expected);
+  }
+  return all;
+}
+
+View from_json(const bench::JsonPlace& from) {
   View view;
-  view.name = j.at("name").get<std::string>();
-  const auto p = j.at("position").get<std::array<double, 3>>();
-  const auto q = j.at("orientation").get<std::array<double, 4>>();
-  const glm::dquat orientation(q[3], q[0], q[1], q[2]);
-  if (view.name.empty()) throw std::runtime_error("a view has no name");
-  if (!(std::abs(glm::length(orientation) - 1) < 1e-3))
-    throw std::runtime_error("orientation of view '" + view.name + "' is not a unit quaternion (x, y, z, w)");
-  for (const double x : p)
-    if (!std::isfinite(x)) throw std::runtime_error("position of view '" + view.name + "' is not finite");
-  view.world_from_camera = frame_of({p[0], p[1], p[2]}, orientation);
-  view.orthographic = j.contains("ymag");
-  if (view.orthographic)
-    view.ymag = j.at("ymag").get<double>();
-  else
-    view.yfov = j.at("yfov").get<double>();
-  if (!(view.yfov > 0 && view.yfov < 3.14))
-    throw std::runtime_error("yfov of view '" + view.name + "' is not between 0 and 3.14 radians");
-  if (!(view.ymag > 0)) throw std::runtime_error("ymag of view '" + view.name + "' is not above 0");
+  const bench::JsonPlace orientation = from.at("orientation");
+  view.name = from.at("name").text();
+  if (view.name.empty()) from.at("name").wrong("a name of one letter or more");
+  const auto p = numbers<3>(from.at("position"));
+  const auto q = numbers<4>(orientation);
+  const glm::dquat turn(q[3], q[0], q[1], q[2]);
+  if (!(std::abs(glm::length(turn) - 1) < 1e-3)) orientation.wrong("a unit quaternion (x, y, z, w)");
+  view.world_from_camera = frame_of({p[0], p[1], p[2]}, turn);
+  const auto ymag = from.find("ymag");
+  view.orthographic = ymag.has_value();
+  if (ymag) {
+    view.ymag = ymag->positive();
+  } else {
+    view.yfov = from.at("yfov").number();
+    if (!(view.yfov > 0 && view.yfov < 3.14)) from.at("yfov").wrong("an angle between 0 and 3.14 radians");
+  }
   return view;
 }
 
@@ -51,28 +71,22 @@ glm::dmat4 frame_of(const glm::dvec3& position, const glm::dquat& orientation) {
   return frame;
 }
 
-View as_written(const View& view) { return from_json(to_json(view)); }
+View as_written(const View& view) {
+  const json written = to_json(view);
+  return from_json({written, "view " + view.name, "give it finite numbers"});
+}
 
 std::vector<View> read_views(const std::filesystem::path& path) {
-  const auto bytes = read_file(path);
-  try {
-    const json j = json::parse(reinterpret_cast<const char*>(bytes.data()),
-                               reinterpret_cast<const char*>(bytes.data()) + bytes.size());
-    std::vector<View> views;
-    for (const json& v : j.at("views")) {
-      View view = from_json(v);
-      for (const View& other : views)
-        if (other.name == view.name) throw std::runtime_error("two views are called '" + view.name + "'");
-      views.push_back(std::move(view));
-    }
-    if (views.empty()) throw std::runtime_error("it has no view");
-    return views;
-  } catch (const std::exception& error) {
-    fail(Failure::Work,
-         "{} is no views file: {}; expected {{\"views\": [{{\"name\", \"position\": [x, y, z], \"orientation\": [x, y, "
-         "z, w], \"yfov\"}}]}}",
-         path.string(), error.what());
+  const json whole = bench::parse_json(path, "JSON", kAdvice);
+  std::vector<View> views;
+  std::set<std::string> names;
+  const bench::JsonPlace list = bench::JsonPlace(whole, path.string(), kAdvice).at("views");
+  for (const bench::JsonPlace& each : list.items()) {
+    views.push_back(from_json(each));
+    if (!names.insert(views.back().name).second) each.at("name").wrong("another name, because two views have this one");
   }
+  if (views.empty()) list.wrong("at least one view");
+  return views;
 }
 
 void write_views(const std::filesystem::path& path, const std::vector<View>& views) {

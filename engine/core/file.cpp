@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdlib>
@@ -38,6 +39,7 @@ class Descriptor {
   ~Descriptor() {
     if (fd_ >= 0) ::close(fd_);
   }
+  Descriptor(Descriptor&& other) noexcept : fd_(other.release()) {}
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   int get() const { return fd_; }
@@ -134,8 +136,13 @@ class Temporary {
   fs::path file_;
 };
 
-fs::path folder_for_temporary(const Target& target) {
-  if (target.in_place) return fs::temp_directory_path();
+fs::path folder_for_temporary(const Target& target, const fs::path& path) {
+  if (target.in_place) {
+    std::error_code code;
+    const fs::path folder = fs::temp_directory_path(code);
+    if (code) cannot_write(path, "there is no folder for temporary files; set TMPDIR to one");
+    return folder;
+  }
   return target.file.has_parent_path() ? target.file.parent_path() : fs::path(".");
 }
 
@@ -160,20 +167,21 @@ void copy_into(const fs::path& from, const fs::path& path) {
   close_checked(fd, path);
 }
 
-}  // namespace
-
-std::vector<std::byte> read_file(const fs::path& path) {
-  const Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+/// Opens a file for reading. O_NONBLOCK lets the open of a pipe return even if nobody writes to it.
+Descriptor open_to_read(const fs::path& path, struct stat& info) {
+  Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (fd.get() < 0) cannot_read(path, reason_of(errno));
-  struct stat info {};
   if (::fstat(fd.get(), &info) != 0) cannot_read(path, reason_of(errno));
-  if (S_ISDIR(info.st_mode)) cannot_read(path, "it is a folder");
+  return fd;
+}
+
+std::vector<std::byte> read_all(const Descriptor& fd, const fs::path& path, std::size_t expected) {
   // One byte more than the size lets the loop see the end of the file without growing the buffer. Pipes and files of
   // /proc report the size 0, so their buffer grows.
-  std::vector<std::byte> bytes(S_ISREG(info.st_mode) ? static_cast<std::size_t>(info.st_size) + 1 : 65536);
+  std::vector<std::byte> bytes(expected + 1);
   std::size_t used = 0;
   for (;;) {
-    if (used == bytes.size()) bytes.resize(2 * bytes.size());
+    if (used == bytes.size()) bytes.resize(std::max<std::size_t>(2 * bytes.size(), 65536));
     const ssize_t count = ::read(fd.get(), bytes.data() + used, bytes.size() - used);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) cannot_read(path, reason_of(errno));
@@ -184,9 +192,54 @@ std::vector<std::byte> read_file(const fs::path& path) {
   return bytes;
 }
 
+const char* kind_of(mode_t mode) {
+  if (S_ISFIFO(mode)) return "a pipe";
+  if (S_ISSOCK(mode)) return "a socket";
+  return "a device";
+}
+
+void expect_regular(const fs::path& path, mode_t mode) {
+  if (S_ISDIR(mode)) cannot_read(path, "it is a folder");
+  if (!S_ISREG(mode)) cannot_read(path, fmt::format("it is {}; expected a regular file", kind_of(mode)));
+}
+
+}  // namespace
+
+std::vector<std::byte> read_file(const fs::path& path) {
+  struct stat info {};
+  const Descriptor fd = open_to_read(path, info);
+  expect_regular(path, info.st_mode);
+  return read_all(fd, path, static_cast<std::size_t>(info.st_size));
+}
+
+std::vector<std::byte> read_argument(const fs::path& path) {
+  struct stat info {};
+  const Descriptor fd = open_to_read(path, info);
+  const bool open_pipe = names_a_descriptor(path) && (S_ISFIFO(info.st_mode) || S_ISSOCK(info.st_mode));
+  if (!open_pipe) expect_regular(path, info.st_mode);
+  if (open_pipe && ::fcntl(fd.get(), F_SETFL, 0) != 0) cannot_read(path, reason_of(errno));  // wait for the writer
+  return read_all(fd, path, static_cast<std::size_t>(info.st_size));
+}
+
+InputStream open_file(const fs::path& path) {
+  struct stat info {};
+  Descriptor fd = open_to_read(path, info);
+  expect_regular(path, info.st_mode);
+  InputStream stream(::fdopen(fd.get(), "rb"), &std::fclose);
+  if (!stream) cannot_read(path, reason_of(errno));
+  fd.release();
+  return stream;
+}
+
+void check_regular(const fs::path& path) {
+  struct stat info {};
+  open_to_read(path, info);
+  expect_regular(path, info.st_mode);
+}
+
 void write_atomically(const fs::path& path, const std::function<void(const fs::path& temporary)>& write) {
   const Target target = find_target(path);
-  Temporary temporary(folder_for_temporary(target), target, path);
+  Temporary temporary(folder_for_temporary(target, path), target, path);
   write(temporary.file());
   if (target.in_place) {
     copy_into(temporary.file(), path);
@@ -208,7 +261,7 @@ void write_file(const fs::path& path, std::string_view text) { write_file(path, 
 
 void check_writable(const fs::path& path) {
   const Target target = find_target(path);
-  Temporary(folder_for_temporary(target), target, path);
+  Temporary(folder_for_temporary(target, path), target, path);
 }
 
 fs::path cache_folder() {

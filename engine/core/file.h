@@ -6,14 +6,27 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
 
 namespace ballot {
 
-/// Returns the whole file as bytes. Throws Error(Work) "cannot read PATH: reason"; a folder is an error too.
+/// Returns the whole file as bytes. Only a regular file is read, so that a name in a file from elsewhere cannot make
+/// the program wait for a pipe or read a device without end. Throws Error(Work) "cannot read PATH: reason".
 std::vector<std::byte> read_file(const std::filesystem::path& path);
+
+/// Reads a file that the user names. As read_file(), but an open pipe is read too: /dev/stdin, or a shell's <(command).
+std::vector<std::byte> read_argument(const std::filesystem::path& path);
+
+/// Opens a regular file for reading. Throws as read_file().
+using InputStream = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+InputStream open_file(const std::filesystem::path& path);
+
+/// Checks that `path` is a regular file that can be opened, for libraries that open files themselves. Throws as
+/// read_file().
+void check_regular(const std::filesystem::path& path);
 
 /// Calls write(temporary) with the path of a temporary file in the same folder, then renames that file to `path`. On
 /// any exception the temporary is removed and `path` is unchanged.

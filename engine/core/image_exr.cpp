@@ -270,8 +270,13 @@ void write_exr(const fs::path& path, const Image& image) {
 
 Image read_exr(const fs::path& path) {
   try {
+    check_regular(path);
     check_exr(path);
     return read_checked_exr(path);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& error) {
     fail(Failure::Work, "cannot read {}: {}", path.string(), error.what());
   }

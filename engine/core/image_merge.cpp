@@ -63,8 +63,13 @@ Image merge_parts(const std::vector<ImagePart>& parts, std::uint32_t tile) {
       fail(Failure::Arguments, "part {}/{} is there twice: {} and {}", index, count, by_index[index]->file.string(),
            part.file.string());
     by_index[index] = &part;
-    if (const auto s = part.image.attributes.find("seconds"); s != part.image.attributes.end())
-      seconds += std::get<float>(s->second);
+    if (const auto s = part.image.attributes.find("seconds"); s != part.image.attributes.end()) {
+      const float* spent = std::get_if<float>(&s->second);
+      if (!spent)
+        fail(Failure::Arguments, "{}: its attribute seconds is no float; expected a picture of ballot render --tiles",
+             part.file.string());
+      seconds += *spent;
+    }
   }
   for (std::uint32_t i = 0; i < count; ++i)
     if (!by_index[i])

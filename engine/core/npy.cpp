@@ -155,12 +155,9 @@ class HeaderParser {
 // An open .npy file, positioned behind its header, which has been checked.
 class NpyFile {
  public:
-  explicit NpyFile(const fs::path& path) : path_(path), file_(std::fopen(path.c_str(), "rbe"), &std::fclose) {
-    if (!file_) stop(std::generic_category().message(errno) + "; check the path");
+  explicit NpyFile(const fs::path& path) : path_(path), file_(open_file(path)) {
     struct stat info {};
     if (::fstat(::fileno(file_.get()), &info) != 0) stop(std::generic_category().message(errno));
-    if (S_ISDIR(info.st_mode)) stop("it is a folder");
-    if (!S_ISREG(info.st_mode)) stop("it is not a regular file");
     left_ = static_cast<std::uint64_t>(info.st_size);
     read_header();
   }
@@ -215,7 +212,7 @@ class NpyFile {
   }
 
   fs::path path_;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
+  InputStream file_;
   std::uint64_t left_ = 0;
   Header header_;
 };

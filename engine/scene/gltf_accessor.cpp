@@ -19,41 +19,12 @@ T load(const unsigned char* at) {
   return value;
 }
 
-/// An array of elements inside a buffer view, to be checked.
-struct Range {
-  int view;
-  std::size_t offset, count, element_bytes;
-  std::string place;  // "accessor 3"
-};
-
-struct Located {
-  const unsigned char* data;
-  std::size_t stride;
-};
-
-Located locate(const GltfFile& file, const Range& r) {
-  const auto& views = file.model.bufferViews;
-  if (r.view < 0 || static_cast<std::size_t>(r.view) >= views.size())
-    fail_in(file.path, "{} names bufferView {}, but the file has {}", r.place, r.view, views.size());
-  const tinygltf::BufferView& view = views[static_cast<std::size_t>(r.view)];
-  const auto& buffers = file.model.buffers;
-  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers.size())
-    fail_in(file.path, "bufferView {} names buffer {}, but the file has {}", r.view, view.buffer, buffers.size());
-  const std::vector<unsigned char>& data = buffers[static_cast<std::size_t>(view.buffer)].data;
-  if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset)
-    fail_in(file.path, "bufferView {} spans {} bytes from byte {}, but buffer {} has {}", r.view, view.byteLength,
-            view.byteOffset, view.buffer, data.size());
-  const std::size_t stride = view.byteStride == 0 ? r.element_bytes : view.byteStride;
-  if (stride < r.element_bytes)
-    fail_in(file.path, "bufferView {} has a byteStride of {}, but an element of {} takes {} bytes", r.view, stride,
-            r.place, r.element_bytes);
-  // The last element ends at offset + (count - 1) * stride + element_bytes. Solving for count avoids an overflow.
-  const std::size_t room = r.offset < view.byteLength ? view.byteLength - r.offset : 0;
-  const std::size_t most = room < r.element_bytes ? 0 : (room - r.element_bytes) / stride + 1;
-  if (r.count > most)
-    fail_in(file.path, "{} has {} elements, but bufferView {} ({} bytes) holds {} from byte {}; export it again",
-            r.place, r.count, r.view, view.byteLength, most, r.offset);
-  return {data.data() + view.byteOffset + r.offset, stride};
+/// Opens elements of `element_bytes` in a buffer view, at the view's stride.
+CheckedBytes open_elements(const GltfFile& file, int view, std::size_t offset, std::size_t count,
+                           std::size_t element_bytes, const std::string& name) {
+  const CheckedBytes bytes = open_buffer_view(file, view, name);
+  const std::size_t stride = file.model.bufferViews[static_cast<std::size_t>(view)].byteStride;
+  return bytes.elements(offset, count, element_bytes, stride == 0 ? element_bytes : stride, name);
 }
 
 std::uint32_t unsigned_at(const unsigned char* at, int component_type) {
@@ -86,11 +57,12 @@ std::vector<std::uint32_t> sparse_indices(const GltfFile& file, const tinygltf::
   const auto bytes = static_cast<std::size_t>(
       tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(sparse.indices.componentType)));
   const auto count = static_cast<std::size_t>(sparse.count);
-  const Located at = locate(file, {sparse.indices.bufferView, static_cast<std::size_t>(sparse.indices.byteOffset),
-                                   count, bytes, name + " (sparse indices)"});
+  const CheckedBytes at =
+      open_elements(file, sparse.indices.bufferView, static_cast<std::size_t>(sparse.indices.byteOffset), count, bytes,
+                    name + " (sparse indices)");
   std::vector<std::uint32_t> indices(count);
   for (std::size_t i = 0; i < count; ++i) {
-    indices[i] = unsigned_at(at.data + i * at.stride, sparse.indices.componentType);
+    indices[i] = unsigned_at(at[i], sparse.indices.componentType);
     if (indices[i] >= accessor.count || (i > 0 && indices[i] <= indices[i - 1]))
       fail_in(file.path, "{} has the sparse index {} at place {}; expected ascending numbers below {}", name,
               indices[i], i, accessor.count);
@@ -115,11 +87,9 @@ const unsigned char* AccessorView::element(std::size_t i) const {
   if (!sparse_indices_.empty()) {
     const auto found = std::ranges::lower_bound(sparse_indices_, i);
     if (found != sparse_indices_.end() && *found == i)
-      return sparse_values_ + static_cast<std::size_t>(found - sparse_indices_.begin()) * components_ *
-                                  static_cast<std::size_t>(
-                                      tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(component_type_)));
+      return sparse_values_[static_cast<std::size_t>(found - sparse_indices_.begin())];
   }
-  return data_ ? data_ + i * stride_ : nullptr;
+  return data_.size() > 0 ? data_[i] : nullptr;
 }
 
 double AccessorView::component(std::size_t i, std::size_t c) const {
@@ -143,8 +113,8 @@ double AccessorView::component(std::size_t i, std::size_t c) const {
 }
 
 glm::dvec3 AccessorView::vec3(std::size_t i) const {
-  if (component_type_ == TINYGLTF_COMPONENT_TYPE_FLOAT && sparse_indices_.empty() && data_) {  // the usual case
-    const unsigned char* at = data_ + i * stride_;
+  if (component_type_ == TINYGLTF_COMPONENT_TYPE_FLOAT && sparse_indices_.empty() && data_.size() > 0) {
+    const unsigned char* at = data_[i];  // the usual case
     return {load<float>(at), load<float>(at + 4), load<float>(at + 8)};
   }
   return {component(i, 0), component(i, 1), component(i, 2)};
@@ -155,6 +125,20 @@ glm::dvec2 AccessorView::vec2(std::size_t i) const { return {component(i, 0), co
 std::uint32_t AccessorView::index(std::size_t i) const {
   const unsigned char* at = element(i);
   return at ? unsigned_at(at, component_type_) : 0;
+}
+
+CheckedBytes open_buffer_view(const GltfFile& file, int index, std::string_view place) {
+  const auto& views = file.model.bufferViews;
+  if (index < 0 || static_cast<std::size_t>(index) >= views.size())
+    fail_in(file.path, "{} names bufferView {}, but the file has {}", place, index, views.size());
+  const tinygltf::BufferView& view = views[static_cast<std::size_t>(index)];
+  const std::string name = fmt::format("bufferView {}", index);
+  const auto& buffers = file.model.buffers;
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers.size())
+    fail_in(file.path, "{} names buffer {}, but the file has {}", name, view.buffer, buffers.size());
+  const CheckedBytes buffer(buffers[static_cast<std::size_t>(view.buffer)].data, file.path,
+                            fmt::format("buffer {}", view.buffer));
+  return buffer.part(view.byteOffset, view.byteLength, name);
 }
 
 AccessorView open_accessor(const GltfFile& file, int index, std::string_view place) {
@@ -175,21 +159,19 @@ AccessorView open_accessor(const GltfFile& file, int index, std::string_view pla
   view.normalized_ = accessor.normalized;
   const std::size_t element_bytes = static_cast<std::size_t>(component_bytes) * view.components_;
   if (accessor.bufferView != -1) {
-    const Located at = locate(file, {accessor.bufferView, accessor.byteOffset, accessor.count, element_bytes, name});
-    view.data_ = at.data;
-    view.stride_ = at.stride;
+    view.data_ = open_elements(file, accessor.bufferView, accessor.byteOffset, accessor.count, element_bytes, name);
   } else if (accessor.count > kMaxImplicitCount) {
     fail_in(file.path, "{} has {} elements and no bufferView; expected at most {}", name, accessor.count,
             kMaxImplicitCount);
   }
   if (accessor.sparse.isSparse) {
     view.sparse_indices_ = sparse_indices(file, accessor, name);
-    Range values{accessor.sparse.values.bufferView, static_cast<std::size_t>(accessor.sparse.values.byteOffset),
-                 view.sparse_indices_.size(), element_bytes, name + " (sparse values)"};
-    const Located at = locate(file, values);
-    if (at.stride != element_bytes)
-      fail_in(file.path, "{} are strided ({} bytes); glTF wants them packed", values.place, at.stride);
-    view.sparse_values_ = at.data;
+    const std::string values = name + " (sparse values)";
+    view.sparse_values_ = open_elements(file, accessor.sparse.values.bufferView,
+                                        static_cast<std::size_t>(accessor.sparse.values.byteOffset),
+                                        view.sparse_indices_.size(), element_bytes, values);
+    if (view.sparse_values_.stride() != element_bytes)
+      fail_in(file.path, "{} are strided ({} bytes); glTF wants them packed", values, view.sparse_values_.stride());
   }
   return view;
 }

@@ -7,12 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/scene/checked_bytes.h"
 #include "engine/scene/gltf_file.h"
 
 namespace ballot {
 
-/// Reads the elements of an accessor in place. If a view exists, all its ranges have been checked. A view is valid as
-/// long as its file.
+/// Reads the elements of an accessor in place. A view is valid as long as its file.
 class AccessorView {
  public:
   std::size_t size() const { return count_; }
@@ -25,13 +25,17 @@ class AccessorView {
   double component(std::size_t i, std::size_t c) const;
   const unsigned char* element(std::size_t i) const;
 
-  std::size_t count_ = 0, stride_ = 0, components_ = 1;
-  const unsigned char* data_ = nullptr;  // null: all elements are zero
+  std::size_t count_ = 0, components_ = 1;
+  CheckedBytes data_;  // empty: all elements are zero
   int component_type_ = 0;
   bool normalized_ = false;
   std::vector<std::uint32_t> sparse_indices_;  // ascending
-  const unsigned char* sparse_values_ = nullptr;
+  CheckedBytes sparse_values_;
 };
+
+/// Returns the bytes of a buffer view. `place` names its user in errors.
+/// Throws Error(Work) if there is no such view, or if it lies beyond its buffer.
+CheckedBytes open_buffer_view(const GltfFile& file, int index, std::string_view place);
 
 /// Checks an accessor (ranges, strides, sparse indices) and opens it. `place` names the user of the accessor in errors.
 /// Throws Error(Work).

@@ -9,6 +9,8 @@
 #include <string_view>
 
 #include "engine/core/file.h"
+#include "engine/core/json_depth.h"
+#include "engine/scene/gltf_accessor.h"
 #include "engine/scene/loaders.h"
 
 namespace ballot {
@@ -18,7 +20,6 @@ using Bytes = std::vector<std::byte>;
 
 constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
 constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBin = 0x004E4942;  // "glTF", "JSON", "BIN\0"
-constexpr int kMaxDepth = 256;  // nesting of JSON brackets: tinygltf recurses into "extras" without a limit
 
 std::uint32_t word(const Bytes& bytes, std::size_t at) {
   std::array<std::uint32_t, 4> b{};
@@ -50,23 +51,6 @@ std::string_view checked_json_chunk(const std::filesystem::path& path, const Byt
           static_cast<std::size_t>(json_bytes)};
 }
 
-void check_depth(const std::filesystem::path& path, std::string_view json) {
-  int depth = 0;
-  bool quoted = false;
-  for (std::size_t i = 0; i < json.size(); ++i) {
-    const char c = json[i];
-    if (quoted) {
-      if (c == '\\') ++i;
-      if (c == '"') quoted = false;
-      continue;
-    }
-    if (c == '"') quoted = true;
-    if (c == ']' || c == '}') --depth;
-    if ((c == '[' || c == '{') && ++depth > kMaxDepth)
-      fail_in(path, "its JSON nests deeper than {} brackets at byte {}; expected at most that", kMaxDepth, i);
-  }
-}
-
 bool is_image_name(const std::string& name) {
   std::string extension = std::filesystem::path(name).extension().string();
   std::ranges::transform(extension, extension.begin(),
@@ -76,12 +60,17 @@ bool is_image_name(const std::string& name) {
   return std::ranges::find(kImages, extension) != kImages.end();
 }
 
-/// Returns file access for tinygltf that never opens an image and reports a folder as absent.
+constexpr std::string_view kUnreadable = "cannot read ";  // the start of read_file()'s errors
+
+/// Returns file access for tinygltf that never opens an image. A folder counts as absent; read_file() refuses devices
+/// and pipes with a reason.
 tinygltf::FsCallbacks file_access() {
   return {.FileExists =
               [](const std::string& name, void*) {
                 std::error_code error;
-                return !is_image_name(name) && std::filesystem::is_regular_file(name, error);
+                const auto status = std::filesystem::status(name, error);
+                return !is_image_name(name) && std::filesystem::exists(status) &&
+                       !std::filesystem::is_directory(status);
               },
           .ExpandFilePath = [](const std::string& name, void*) { return name; },
           .ReadWholeFile =
@@ -101,6 +90,14 @@ tinygltf::FsCallbacks file_access() {
           .user_data = nullptr};
 }
 
+/// Keeps the bytes of an image in a data URI encoded. An image in a buffer view or in a file of its own is read later,
+/// if a material in use needs it (gltf_texture.h): tinygltf does not check the range of the view.
+bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* data,
+                  int size, void*) {
+  if (image->bufferView == -1 && image->uri.empty() && data && size > 0) image->image.assign(data, data + size);
+  return true;
+}
+
 /// Returns an error text of tinygltf as the end of a sentence: without line ends, and without a prefix such as
 /// "[json.exception.parse_error.101] ".
 std::string tidy(std::string text) {
@@ -114,14 +111,7 @@ std::string tidy(std::string text) {
 void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view json) {
   tinygltf::TinyGLTF reader;
   reader.SetFsCallbacks(file_access());
-  // Keeps images encoded: only those that a material in use needs are decoded, later (gltf_texture.h).
-  reader.SetImageLoader(
-      [](tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* data, int size,
-         void*) {
-        if (data && size > 0) image->image.assign(data, data + size);
-        return true;
-      },
-      nullptr);
+  reader.SetImageLoader(keep_encoded, nullptr);
   std::string error, warning, folder = file.path.parent_path().string();
   if (folder.empty()) folder = ".";
   bool good = false;
@@ -134,13 +124,17 @@ void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view jso
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& e) {
-    error = e.what();
+    // What nlohmann throws tells what is wrong with the file. tinygltf also asks containers for their first element.
+    error =
+        std::string_view(e.what()).starts_with("[json.exception") ? e.what() : "a buffer or an image of it is empty";
   }
   if (good) return;
   const std::string reason = tidy(error);
   if (const std::string missing = "File not found : "; reason.find(missing) != std::string::npos)
     fail_in(file.path, "its buffer file '{}' was not found; expected it in the scene's folder",
             reason.substr(reason.find(missing) + missing.size()));
+  if (const auto at = reason.find(kUnreadable); at != std::string::npos)
+    fail_in(file.path, "its buffer file cannot be used: {}", reason.substr(at));
   fail_in(file.path, "is not valid glTF 2.0: {}; export it again", reason.empty() ? "no reason given" : reason);
 }
 
@@ -182,11 +176,13 @@ GltfFile read_gltf(const std::filesystem::path& path) {
   if (start == std::string_view::npos || json[start] != '{')
     fail_in(path, "is not glTF: expected the word glTF (binary) or '{{' (text) at its start, found '{}'",
             tidy(std::string(json.substr(0, 4))));
-  check_depth(path, json);
+  check_json_depth(path, json);  // tinygltf recurses into "extras" without a limit
   parse(file, bytes, binary, json);
   if (!file.model.asset.version.starts_with("2"))
     fail_in(path, "is glTF version '{}'; expected 2.0; convert it with a current exporter", file.model.asset.version);
   check_extensions(file);
+  for (std::size_t i = 0; i < file.model.bufferViews.size(); ++i)
+    open_buffer_view(file, static_cast<int>(i), label("bufferView", i, ""));
   return file;
 }
 

@@ -18,7 +18,8 @@ struct GltfFile {
 
 /// Reads a .gltf or .glb file, as its content says, with its buffers. Images stay encoded; images in separate files are
 /// not read.
-/// Throws Error(Work) on truncated files, other glTF versions and required extensions that Ballot lacks.
+/// Throws Error(Work) on truncated files, buffer views beyond their buffer, other glTF versions and required extensions
+/// that Ballot lacks.
 GltfFile read_gltf(const std::filesystem::path& path);
 
 /// Returns "mesh 3 ('chair')", or "mesh 3" without a name.

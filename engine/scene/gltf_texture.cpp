@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/core/file.h"
+#include "engine/scene/gltf_accessor.h"
 #include "engine/scene/loaders.h"
 #include "engine/scene/texture.h"
 
@@ -99,7 +100,11 @@ std::uint32_t GltfTextures::image(int index, bool srgb, const std::string& place
   if (!fresh) return entry->second;
   const tinygltf::Image& from = images[static_cast<std::size_t>(index)];
   const std::string name = file_.path.string() + ": " + label("image", static_cast<std::size_t>(index), from.name);
-  if (from.uri.empty()) {
+  if (from.bufferView != -1) {
+    const CheckedBytes bytes =
+        open_buffer_view(file_, from.bufferView, label("image", static_cast<std::size_t>(index), from.name));
+    scene_.images.push_back(decode_image(bytes.bytes(), name, srgb));
+  } else if (from.uri.empty()) {
     scene_.images.push_back(decode_image(from.image, name, srgb));
   } else {
     const std::filesystem::path path = file_.path.parent_path() / decoded_uri(from.uri);

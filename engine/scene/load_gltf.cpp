@@ -169,11 +169,14 @@ void read_lights(const GltfFile& file, const std::vector<PlacedNode>& placed, Sc
 
 void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Scene& scene) {
   std::set<std::string> names;
+  std::map<std::string, std::size_t>
+      next;  // the number to try next for a name, so that many equal names cost no search
   for (const PlacedNode& p : placed) {
     if (file.model.nodes[p.node].camera == -1) continue;
     View view = convert_camera(file, p.node, p.world_from_node, scene.views.size());
     const std::string given = view.name;
-    for (std::size_t n = 2; !names.insert(view.name).second; ++n) view.name = fmt::format("{}_{}", given, n);
+    std::size_t& n = next.try_emplace(given, 2).first->second;
+    while (!names.insert(view.name).second) view.name = fmt::format("{}_{}", given, n++);
     if (view.name != given)
       scene.notes.push_back(fmt::format("A second view named '{}' was renamed to '{}'.", given, view.name));
     scene.views.push_back(std::move(view));

@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 #include <string_view>
+#include <unordered_map>
 
 #include "engine/core/file.h"
 #include "engine/scene/loaders.h"
@@ -131,7 +132,7 @@ class Parser {
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc{} || end != word.data() + word.size())
       fail_here("face has '{}' where the number of a {} is expected", word.substr(0, 40), kind);
-    if (value < 0 && -value > static_cast<std::int64_t>(count))
+    if (value < -static_cast<std::int64_t>(count))
       fail_here("face names {} {}, but the file has {} up to here", kind, value, count);
     if (value == 0) fail_here("face names {} 0; numbers begin at 1", kind);
     if (value > static_cast<std::int64_t>(kMaxCount))
@@ -169,9 +170,7 @@ class Parser {
   }
 
   std::uint32_t material_named(const std::string& name) {
-    // The last material of a name wins, as in tinyobjloader, so that a later library can override an earlier one.
-    for (std::size_t i = file_.materials.size(); i-- > 0;)
-      if (file_.materials[i].name == name) return static_cast<std::uint32_t>(i);
+    if (const auto found = material_of_.find(name); found != material_of_.end()) return found->second;
     if (missing_.insert(name).second)
       file_.notes.push_back(fmt::format("The material '{}' is not in its MTL files; the default was used.", name));
     return kNoMaterial;
@@ -187,10 +186,27 @@ class Parser {
     }
   }
 
+  /// Reads the materials of an MTL file, unless they were read before. Returns false if there is no such file.
   bool try_library(std::string_view name) {
     std::string text{name};
     std::ranges::replace(text, '\\', '/');
-    return !text.empty() && read_mtl(path_.parent_path() / text, file_.materials);
+    if (text.empty()) return false;
+    const auto [known, fresh] = libraries_.try_emplace(text, false);
+    if (fresh) known->second = read_library(path_.parent_path() / text);
+    return known->second;
+  }
+
+  bool read_library(const std::filesystem::path& path) {
+    std::error_code error;  // of a file that does not exist
+    const std::string canonical = std::filesystem::canonical(path, error).string();
+    if (library_files_.contains(canonical)) return true;  // one file may have several names
+    const std::size_t first = file_.materials.size();
+    if (!read_mtl(path, file_.materials)) return false;
+    library_files_.insert(canonical);
+    // The last material of a name wins, as in tinyobjloader, so that a later library can override an earlier one.
+    for (std::size_t i = first; i < file_.materials.size(); ++i)
+      material_of_.insert_or_assign(file_.materials[i].name, static_cast<std::uint32_t>(i));
+    return true;
   }
 
   void finish() {
@@ -214,7 +230,10 @@ class Parser {
   std::uint32_t line_ = 0, material_ = kNoMaterial, smoothing_ = 0;
   std::size_t known_ = 0, small_faces_ = 0;
   std::string unknown_;
-  std::set<std::string> missing_;
+  std::set<std::string> missing_;                               // names of absent materials
+  std::unordered_map<std::string, std::uint32_t> material_of_;  // by name, into ObjFile::materials
+  std::unordered_map<std::string, bool> libraries_;             // by name in the file: found or not
+  std::set<std::string> library_files_;                         // canonical paths
 };
 
 }  // namespace

@@ -40,7 +40,8 @@ struct ObjFile {
 /// no line for a wrong index. It does read the materials.
 ObjFile read_obj(const std::filesystem::path& path);
 
-/// Appends the materials of an MTL file. Returns false if there is no such file.
+/// Appends the materials of an MTL file. Returns false if there is no such file. Throws Error(Work) if it cannot be
+/// read.
 bool read_mtl(const std::filesystem::path& path, std::vector<Material>& materials);
 
 }  // namespace ballot

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
+#include <sstream>
 
+#include "engine/core/file.h"
 #include "engine/scene/obj_file.h"
 
 namespace ballot {
@@ -55,8 +56,8 @@ Material convert(const tinyobj::material_t& from) {
 bool read_mtl(const std::filesystem::path& path, std::vector<Material>& materials) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return false;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) return false;
+  const std::vector<std::byte> bytes = read_file(path);
+  std::istringstream stream(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
   std::map<std::string, int> indices;
   std::vector<tinyobj::material_t> read;
   std::string warning, failure;

@@ -2,6 +2,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/core/image.h"
+#include "engine/render/film/film_file.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/gltf_builder.h"
 
@@ -53,6 +55,72 @@ TEST_F(BadFiles, VerticesThatAreNotFinite) {
     b.mesh(b.vec3({0, 0, 0, 1, 0, 0, 0, bad, 0}));
     b.node({{"mesh", 0}});
     refuse_scene(write("vertex.glb", b.glb()), {"vertex 2", std::isnan(bad) ? "nan" : "inf", "finite"});
+  }
+}
+
+TEST_F(BadFiles, ImagesBeyondTheirBuffer) {
+  GltfBuilder b = one_triangle();
+  b.json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 32}, {"byteLength", 8}});
+  b.json["images"] = {{{"bufferView", 1}, {"mimeType", "image/png"}}};
+  refuse_scene(write("image.glb", b.glb()), {"bufferView 1 spans 8 bytes from byte 32, but buffer 0 has 36"});
+  b.json["bufferViews"][1]["byteOffset"] = std::uint64_t{1} << 45;
+  refuse_scene(write("image.glb", b.glb()), {"bufferView 1 spans 8 bytes"});
+}
+
+TEST_F(BadFiles, DeepJson) {
+  const std::string deep = std::string(100000, '[') + std::string(100000, ']');
+  for (const std::string& text : {deep, "{\"documents\": " + deep + "}", "{\"views\": " + deep + "}"}) {
+    write("deep.json", text);
+    const auto parts = {std::string_view("deep.json: its JSON nests deeper than 256 brackets at byte 2")};
+    refuse(1, parts, {"report", "deep.json", "--report", "out"});
+    refuse(1, parts, {"bench", "--compare", "deep.json", "deep.json"});
+    square();
+    refuse(1, parts, {"render", "square.glb", "--size", "4x4", "--out", "p.exr", "--views-file", "deep.json"});
+  }
+}
+
+TEST_F(BadFiles, ViewsFilesAreJudgedInPlainWords) {
+  const std::string scene = square();
+  const auto refuse_views = [&](const std::string& text, std::initializer_list<std::string_view> parts) {
+    write("views.json", text);
+    const Words words{"render", scene, "--size", "4x4", "--out", "p.exr", "--views-file", "views.json"};
+    refuse(1, parts, words);
+    const std::string err = run(words).err;
+    EXPECT_EQ(err.find("json.exception"), std::string::npos) << err;
+    EXPECT_EQ(err.find("std::"), std::string::npos) << err;
+  };
+  refuse_views("{", {"views.json: expected JSON", "byte 2 of 1", "no views file"});
+  refuse_views("[1]", {"views.json: top level: expected an object, found [1]"});
+  refuse_views("{}", {"views.json: top level: expected an object with 'views', found {}"});
+  refuse_views("{\"views\": 1e999}", {"views.json: expected JSON, found a number that no double can hold"});
+  refuse_views("{\"views\": [{\"name\": 3}]}", {"views[0]: expected an object with 'orientation'"});
+  refuse_views("{\"views\": [{\"name\": \"a\", \"position\": [0, \"x\", 0], \"orientation\": [0, 0, 0, 1]}]}",
+               {"views[0].position[1]: expected a number, found \"x\""});
+}
+
+TEST_F(BadFiles, PartsWhoseAttributesHaveOtherTypes) {
+  Image image{.width = 1, .height = 1};
+  image.channels.push_back({"Z", Pixel::Float, {1.0f}, {}});
+  image.attributes = {{"part", std::string("0/1")}, {"seconds", std::string("long")}};
+  write_exr(path("part.exr"), image);
+  refuse(2, {"part.exr", "attribute seconds is no float"}, {"merge", "part.exr", "--out", "m.exr"});
+}
+
+TEST_F(BadFiles, CheckpointsWhoseChannelsHaveOtherTypes) {
+  const std::filesystem::path file = path("c.exr");
+  Film film = make_film(2, 2, {0, 0, 2, 2}, {}, true, false);
+  write_film(file, film, "settings");
+  const Image good = read_exr(file);
+  read_film(file, film, "settings");
+  for (std::size_t c = 0; c < good.channels.size(); ++c) {
+    Image bad = good;
+    Channel& channel = bad.channels[c];
+    const bool is_float = channel.type == Pixel::Float;
+    channel = is_float ? Channel{channel.name, Pixel::Uint, {}, {1, 2, 3, 4}}
+                       : Channel{channel.name, Pixel::Float, {1, 2, 3, 4}, {}};
+    write_exr(file, bad);
+    expect_error(Failure::Work, {file.string(), "not a checkpoint", channel.name},
+                 [&] { read_film(file, film, "settings"); });
   }
 }
 

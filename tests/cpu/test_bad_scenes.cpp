@@ -1,5 +1,7 @@
 // Tests that bad scene files are refused without a crash. The message must tell what is wrong, where, what was found
 // and what was expected.
+#include <sys/stat.h>
+
 #include <array>
 #include <cmath>
 #include <limits>
@@ -41,6 +43,14 @@ TEST(BadScenes, NotGltf) {
   refuse("bad.gltf", "{ \"scene\": 0 }", {"not valid glTF", "asset"});
   refuse("bad.gltf", R"({"asset":{"version":"1.0"}})", {"version '1.0'", "expected 2.0"});
   refuse("bad.gltf", R"({"asset":{"version":"2.0"},"extras":)" + std::string(100000, '['), {"deeper than 256"});
+  const std::string deep = std::string(100000, '[') + std::string(100000, ']');
+  for (const char* place : {"nodes", "extras", "meshes", "extensions"})
+    refuse("bad.gltf", std::string(R"({"asset":{"version":"2.0"},")") + place + "\":" + deep + "}",
+           {"bad.gltf: its JSON nests deeper than 256 brackets at byte"});
+  GltfBuilder b = one_triangle();
+  b.json["extras"] =
+      std::string(1000, '[') + "\"\\" + std::string(1000, '{');  // brackets in a string count for nothing
+  EXPECT_EQ(b.load().triangles.size(), 1u);
 }
 
 TEST(BadScenes, TruncatedGlb) {
@@ -104,6 +114,52 @@ TEST(BadScenes, BufferViewsOutOfRange) {
   b = one_triangle();
   b.json["bufferViews"][0]["byteStride"] = 8;
   refuse(b, {"byteStride of 8", "takes 12 bytes"});
+}
+
+/// Returns one triangle, and a material whose texture is an image in the buffer view `range`. `used`: the triangle has
+/// the material.
+GltfBuilder with_image(const json& range, bool used) {
+  GltfBuilder b = one_triangle();
+  b.primitive()["attributes"]["TEXCOORD_0"] = b.accessor(b.view(std::vector<float>{0, 0, 1, 0, 0, 1}), 5126, 3, "VEC2");
+  b.json["bufferViews"].push_back({{"buffer", 0}});
+  b.json["bufferViews"].back().update(range);
+  b.json["images"] = {{{"bufferView", b.json["bufferViews"].size() - 1}, {"mimeType", "image/png"}}};
+  b.json["textures"] = {{{"source", 0}}};
+  b.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+  if (used) b.primitive()["material"] = 0;
+  return b;
+}
+
+TEST(BadScenes, ImagesBeyondTheirBuffer) {
+  for (const bool used : {true, false}) {
+    refuse(with_image({{"byteOffset", 56}, {"byteLength", 8}}, used),
+           {"bufferView 2 spans 8 bytes from byte 56, but buffer 0 has 60"});
+    refuse(with_image({{"byteOffset", 0}, {"byteLength", 1 << 30}}, used),
+           {"bufferView 2 spans 1073741824 bytes from byte 0, but buffer 0 has 60"});
+    refuse(with_image({{"byteOffset", std::uint64_t{1} << 40}, {"byteLength", 8}}, used),
+           {"bufferView 2 spans 8 bytes from byte 1099511627776, but buffer 0 has 60"});
+    refuse(with_image({{"byteOffset", ~std::uint64_t{0} - 3}, {"byteLength", 8}}, used),
+           {"bufferView 2 spans 8 bytes"});
+    refuse(with_image({{"buffer", 7}, {"byteLength", 8}}, used), {"buffer", "7"});
+    GltfBuilder b = with_image({{"byteLength", 8}}, used);
+    b.json["images"][0]["bufferView"] = 9;
+    refuse(b, {"image", "bufferView", "9"});
+    b.json["images"][0]["bufferView"] = -2;
+    refuse(b, {"image", "bufferView"});
+  }
+  refuse(with_image({{"byteLength", 8}}, true), {"image 0 cannot be decoded"});
+  EXPECT_EQ(with_image({{"byteLength", 8}}, false).load().triangles.size(), 1u);
+}
+
+TEST(BadScenes, EmptyBuffersAndImagesAreNamed) {
+  GltfBuilder b = one_triangle();
+  b.json["images"] = {{{"uri", "data:image/png;base64,"}}};
+  refuse(b, {"not valid glTF", "image"});
+  b.json["images"] = {{{"uri", "data:image/png;base64,===="}}};
+  refuse(b, {"not valid glTF", "image"});
+  b = one_triangle();
+  b.json["buffers"] = {{{"byteLength", 0}}};
+  refuse(b, {"a buffer or an image of it is empty"});
 }
 
 TEST(BadScenes, NamesOfAbsentThings) {
@@ -214,12 +270,42 @@ TEST(BadScenes, ObjNamesFileAndLine) {
   refuse("bad.obj", vertices + "f 1//1 2//1 3//1\n", {"bad.obj:4: face names normal 1, but the file has 0"});
   refuse("bad.obj", vertices + "f 1 2 x\n", {"bad.obj:4: face has 'x'"});
   refuse("bad.obj", vertices + "f 1 2 99999999999999999999\n", {"bad.obj:4: face has '9999"});
+  for (const char* wide : {"2147483648", "4294967297", "9223372036854775807"})
+    refuse("bad.obj", vertices + "f 1 2 " + wide + "\n", {"bad.obj:4: face names vertex ", wide});
+  for (const char* wide : {"-2147483649", "-4294967295", "-9223372036854775808"})
+    refuse("bad.obj", vertices + "f 1 2 " + wide + "\n", {"bad.obj:4: face names vertex ", wide, "3 up to here"});
   refuse("bad.obj", "v 0 0 0\nv 1 nan 0\n", {"bad.obj:2: vertex 2 is (1, nan, 0)", "finite"});
   refuse("bad.obj", "v 0 1e60 0\n", {"bad.obj:1: vertex 1 is (0, inf, 0)"});
   refuse("bad.obj", "\nv 0 1\n", {"bad.obj:2: vertex 1 has 2 coordinates; expected 3"});
   refuse("bad.obj", "v 0 1,5 0\n", {"bad.obj:1: vertex has '1,5' where a number is expected"});
   refuse("bad.obj", std::string("v 0\0 1 2\n", 9), {"is not OBJ", "byte 3 is zero"});
   refuse("bad.obj", "<html>\nhello\n", {"is not OBJ", "'<html>'"});
+}
+
+TEST(BadScenes, DevicesAndPipesAreNotRead) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(::mkfifo((folder.path() / "pipe").c_str(), 0600), 0);
+  ASSERT_EQ(::mkfifo((folder.path() / "pipe.glb").c_str(), 0600), 0);
+  const auto refuse_in = [&](const std::string& name, const std::string& content,
+                             std::initializer_list<std::string_view> parts) {
+    const auto path = folder.write(name, content);
+    expect_error(Failure::Work, parts, [&] { load_scene(path); });
+  };
+  expect_error(Failure::Work, {"pipe.glb: it is a pipe; expected a regular file"},
+               [&] { load_scene(folder.path() / "pipe.glb"); });
+  GltfBuilder b = with_image({{"byteLength", 8}}, true);
+  for (const auto& [uri, what] : {std::pair{"/dev/zero", "it is a device"}, std::pair{"pipe", "it is a pipe"}}) {
+    b.json["images"] = {{{"uri", uri}}};
+    refuse_in("image.glb", b.glb(), {uri, what, "expected a regular file"});
+  }
+  b = one_triangle();
+  b.json["buffers"] = {{{"byteLength", 36}, {"uri", "pipe"}}};
+  refuse_in("buffer.gltf", b.json.dump(), {"buffer.gltf", "buffer file", "it is a pipe; expected a regular file"});
+  b.json["buffers"][0]["uri"] = "../../../../../../../../../../dev/zero";
+  refuse_in("buffer.gltf", b.json.dump(), {"buffer.gltf", "buffer file", "it is a device"});
+  const Scene scene = load_scene(folder.write("m.obj", "mtllib pipe /dev/zero\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+  EXPECT_EQ(scene.triangles.size(), 1u);
+  EXPECT_FALSE(scene.notes.empty());
 }
 
 /// Loads a file of any content. It may throw nothing but Error.
@@ -243,8 +329,9 @@ TEST(BadScenes, TruncatedAndMutatedFilesNeverCrash) {
   GltfBuilder text = b;
   text.json["buffers"] = {
       {{"byteLength", 36}, {"uri", "data:application/octet-stream;base64," + std::string(48, 'A')}}};
+  GltfBuilder images = with_image({{"byteLength", 36}}, true);
   const std::array files{
-      std::pair{"m.glb", b.glb()}, std::pair{"m.gltf", text.json.dump()},
+      std::pair{"m.glb", b.glb()}, std::pair{"images.glb", images.glb()}, std::pair{"m.gltf", text.json.dump()},
       std::pair{"m.obj",
                 std::string("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\ns 1\nf 1//1 2//1 3//1\nf -1 -2 -3\n")},
       std::pair{"m.mtl", std::string("newmtl a\nKd 1 1 1\nd 0.5\nillum 7\nmap_Kd -o 1 1 a.png\nNi 1.5\n")}};

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <string>
@@ -10,6 +11,9 @@
 
 #include "engine/core/error.h"
 #include "engine/core/file.h"
+#include "engine/core/image.h"
+#include "engine/core/json_depth.h"
+#include "engine/core/npy.h"
 #include "engine/core/progress.h"
 
 namespace ballot {
@@ -66,6 +70,47 @@ TEST_F(CoreFiles, ReadErrorsNameFileAndReason) {
 }
 
 TEST_F(CoreFiles, FilesWithoutSizeAreReadToTheirEnd) { EXPECT_GT(read_file("/proc/self/status").size(), 100u); }
+
+TEST_F(CoreFiles, OnlyRegularFilesAreRead) {
+  const fs::path pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  const std::string no_device = "cannot read /dev/zero: it is a device; expected a regular file";
+  const std::string no_pipe = "cannot read " + pipe.string() + ": it is a pipe; expected a regular file";
+  EXPECT_EQ(error_of([&] { read_file("/dev/zero"); }), no_device);
+  EXPECT_EQ(error_of([&] { read_argument("/dev/zero"); }), no_device);
+  EXPECT_EQ(error_of([&] { read_rays("/dev/zero"); }), no_device);
+  EXPECT_EQ(error_of([&] { read_exr("/dev/zero"); }), no_device);
+  EXPECT_EQ(error_of([&] { read_file(pipe); }), no_pipe);
+  EXPECT_EQ(error_of([&] { read_argument(pipe); }), no_pipe);
+  EXPECT_EQ(error_of([&] { read_rays(pipe); }), no_pipe);
+  EXPECT_EQ(error_of([&] { read_exr(pipe); }), no_pipe);
+}
+
+TEST_F(CoreFiles, AnOpenPipeIsReadOnlyIfTheUserNamesIt) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const std::string name = "/dev/fd/" + std::to_string(ends[0]);
+  EXPECT_NE(error_of([&] { read_file(name); }).find("it is a pipe"), std::string::npos);
+  std::thread writer([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));  // the reader has to wait
+    EXPECT_EQ(::write(ends[1], "text", 4), 4);
+    ::close(ends[1]);
+  });
+  const auto bytes = read_argument(name);
+  writer.join();
+  ::close(ends[0]);
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()), "text");
+}
+
+TEST_F(CoreFiles, JsonDepthCountsOpenBrackets) {
+  const auto check = [](const std::string& text) { check_json_depth("a.json", text); };
+  const auto nested = [](int depth) { return std::string(depth, '[') + std::string(depth, '}'); };
+  check(nested(kMaxJsonDepth));
+  check(nested(200) + nested(200));
+  check("\"" + nested(1000) + "\\\"" + nested(1000) + "\"");
+  EXPECT_EQ(error_of([&] { check(nested(100000)); }),
+            "a.json: its JSON nests deeper than 256 brackets at byte 256; expected at most that");
+}
 
 TEST_F(CoreFiles, WriteErrorsNameFileAndReason) {
   const fs::path lost = folder_ / "none" / "a";
@@ -172,6 +217,15 @@ TEST_F(CoreFiles, DevicesAreWrittenToAndStayDevices) {
   write_file("/dev/null", "x");
   check_writable("/dev/null");
   EXPECT_EQ(fs::status("/dev/null").type(), fs::file_type::character);
+}
+
+TEST_F(CoreFiles, MissingTemporaryFolderIsNamed) {
+  const char* before = std::getenv("TMPDIR");
+  const std::string kept = before ? before : "";
+  ::setenv("TMPDIR", "/nowhere", 1);
+  const std::string text = error_of([&] { write_file("/dev/null", "x"); });
+  before ? ::setenv("TMPDIR", kept.c_str(), 1) : ::unsetenv("TMPDIR");
+  EXPECT_EQ(text, "cannot write /dev/null: there is no folder for temporary files; set TMPDIR to one");
 }
 
 TEST_F(CoreFiles, FullDiskIsNoticed) {

@@ -123,6 +123,39 @@ TEST(Obj, MissingMaterialsAreNotes) {
   EXPECT_NE(scene.notes[2].find("1 faces of fewer than 3"), std::string::npos);
 }
 
+TEST(Obj, PolygonOfManyCornersIsQuick) {
+  constexpr int kCorners = 100000;
+  std::string text, face = "f";
+  for (int i = 0; i < kCorners; ++i) {
+    text += fmt::format("v {} {} 0\n", i % 2, i);  // a zigzag, not convex
+    face += fmt::format(" {}", i + 1);
+  }
+  EXPECT_EQ(load_text(text + face + "\n").triangles.size(), std::size_t{kCorners - 2});
+}
+
+// Each of these took time of the square of the number of materials or lines, which here is half a minute or more.
+TEST(Obj, ManyMaterialsAreQuick) {
+  constexpr int kMaterials = 100000;
+  std::string obj = square("mtllib m.mtl\n"), mtl;
+  for (int i = 0; i < kMaterials; ++i) {
+    mtl += fmt::format("newmtl a_rather_long_material_name_{}\n", i);
+    obj += fmt::format("usemtl a_rather_long_material_name_{}\nf 1 2 3\n", i);
+    if (i % 2 == 0) obj += "mtllib m.mtl ./m.mtl\n";
+  }
+  const Scene scene = load_text(obj, mtl);
+  ASSERT_EQ(scene.materials.size(), std::size_t{kMaterials});  // a library is read once
+  EXPECT_EQ(scene.material_of.back(), std::uint32_t{kMaterials - 1});
+}
+
+TEST(Obj, LaterLibraryOverridesAnEarlierOne) {
+  const TemporaryFolder folder;
+  folder.write("a.mtl", "newmtl x\nKd 1 0 0\nnewmtl x\nKd 0 1 0\n");
+  folder.write("b.mtl", "newmtl x\nKd 0 0 1\n");
+  const Scene scene =
+      load_scene(folder.write("t.obj", square("mtllib a.mtl\nusemtl x\nf 1 2 3\nmtllib b.mtl\nusemtl x\nf 1 2 3\n")));
+  EXPECT_EQ(scene.material_of, (std::vector<std::uint32_t>{1, 2}));
+}
+
 TEST(Obj, WithoutFacesIsValid) {
   EXPECT_TRUE(load_text(kSquare).triangles.empty());
   EXPECT_TRUE(load_text("# nothing\n").triangles.empty());

@@ -147,18 +147,10 @@ Document read_document(const JsonPlace& json, const std::string& source) {
 }  // namespace
 
 std::vector<Document> read_documents(const std::filesystem::path& path) {
-  const auto bytes = read_file(path);
-  const auto* text = reinterpret_cast<const char*>(bytes.data());
-  nlohmann::json json;
-  try {
-    json = nlohmann::json::parse(text, text + bytes.size());
-  } catch (const nlohmann::json::parse_error& error) {
-    fail(Failure::Work,
-         "{}: expected JSON as 'ballot bench --json' writes it, or 'ballot verify --json', found something else at "
-         "byte {} of {}",
-         path.string(), error.byte, bytes.size());
-  }
-  const JsonPlace top(json, path.string());
+  constexpr const char* kAdvice = "give a file that 'ballot bench --json' or 'ballot verify --json' wrote";
+  const nlohmann::json json =
+      parse_json(path, "JSON as 'ballot bench --json' writes it, or 'ballot verify --json'", kAdvice);
+  const JsonPlace top(json, path.string(), kAdvice);
   std::vector<Document> documents;
   if (const auto several = top.find("documents")) {
     for (const JsonPlace& one : several->items()) documents.push_back(read_document(one, path.string()));

@@ -13,8 +13,9 @@ namespace ballot::bench {
 
 class JsonPlace {
  public:
-  JsonPlace(const nlohmann::json& value, std::string file, std::string place = {})
-      : value_(&value), file_(std::move(file)), place_(std::move(place)) {}
+  /// Keeps a reference to `value`. `advice` ends error messages: what to do about a wrong file.
+  JsonPlace(const nlohmann::json& value, std::string file, const char* advice, std::string place = {})
+      : value_(&value), file_(std::move(file)), advice_(advice), place_(std::move(place)) {}
 
   // All functions below except is_null() throw as wrong() does if the value has another type or range.
 
@@ -22,7 +23,7 @@ class JsonPlace {
     if (!value_->is_object()) wrong("an object");
     const auto found = value_->find(key);
     if (found == value_->end()) return std::nullopt;
-    return JsonPlace(*found, file_, place_.empty() ? key : place_ + "." + key);
+    return JsonPlace(*found, file_, advice_, place_.empty() ? key : place_ + "." + key);
   }
   JsonPlace at(const std::string& key) const {
     if (const auto found = find(key)) return *found;
@@ -32,13 +33,14 @@ class JsonPlace {
     if (!value_->is_array()) wrong("a list");
     std::vector<JsonPlace> all;
     for (std::size_t i = 0; i < value_->size(); ++i)
-      all.emplace_back((*value_)[i], file_, fmt::format("{}[{}]", place_, i));
+      all.emplace_back((*value_)[i], file_, advice_, fmt::format("{}[{}]", place_, i));
     return all;
   }
   std::vector<std::pair<std::string, JsonPlace>> members() const {
     if (!value_->is_object()) wrong("an object");
     std::vector<std::pair<std::string, JsonPlace>> all;
-    for (const auto& [key, value] : value_->items()) all.emplace_back(key, JsonPlace(value, file_, place_ + "." + key));
+    for (const auto& [key, value] : value_->items())
+      all.emplace_back(key, JsonPlace(value, file_, advice_, place_ + "." + key));
     return all;
   }
 
@@ -74,14 +76,31 @@ class JsonPlace {
   [[noreturn]] void wrong(const std::string& expected) const {
     std::string found = value_->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     if (found.size() > 40) found = found.substr(0, 40) + "...";
-    fail(Failure::Work,
-         "{}: {}: expected {}, found {}; give a file that 'ballot bench --json' or 'ballot verify --json' wrote", file_,
-         place_.empty() ? "top level" : place_, expected, found);
+    fail(Failure::Work, "{}: {}: expected {}, found {}; {}", file_, place_.empty() ? "top level" : place_, expected,
+         found, advice_);
   }
 
  private:
   const nlohmann::json* value_;
-  std::string file_, place_;
+  std::string file_;
+  const char* advice_;
+  std::string place_;
 };
+
+/// Parses a JSON file that the user names. `expected` and `advice` are for error messages, as in JsonPlace.
+/// Throws Error(Work) that names the file and the byte at which it stops being JSON, or nests too deep.
+inline nlohmann::json parse_json(const std::filesystem::path& path, const std::string& expected, const char* advice) {
+  const std::vector<std::byte> bytes = read_argument(path);
+  const auto* text = reinterpret_cast<const char*>(bytes.data());
+  check_json_depth(path, {text, bytes.size()});
+  try {
+    return nlohmann::json::parse(text, text + bytes.size());
+  } catch (const nlohmann::json::parse_error& error) {
+    fail(Failure::Work, "{}: expected {}, found something else at byte {} of {}; {}", path.string(), expected,
+         error.byte, bytes.size(), advice);
+  } catch (const nlohmann::json::out_of_range&) {  // such as 1e999
+    fail(Failure::Work, "{}: expected {}, found a number that no double can hold; {}", path.string(), expected, advice);
+  }
+}
 
 }  // namespace ballot::bench

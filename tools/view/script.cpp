@@ -67,7 +67,7 @@ std::vector<ScriptLine> parse_script(const std::string& text, const std::string&
 }
 
 std::vector<ScriptLine> read_script(const std::filesystem::path& path) {
-  const auto bytes = read_file(path);
+  const auto bytes = read_argument(path);
   return parse_script({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string());
 }
 

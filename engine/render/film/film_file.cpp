@@ -52,6 +52,14 @@ void compare(const std::filesystem::path& path, const std::string& found, const 
   }
 }
 
+/// Returns a channel of a checkpoint. Throws Error(Work) if it is missing or of another type.
+const Channel& checked_channel(const std::filesystem::path& path, const Image& image, const char* name, Pixel type) {
+  for (const Channel& channel : image.channels)
+    if (channel.name == name && channel.type == type) return channel;
+  fail(Failure::Work, "{}: is not a checkpoint of Ballot: it has no channel {} of {}; remove it", path.string(), name,
+       type == Pixel::Uint ? "unsigned integers" : "floats");
+}
+
 }  // namespace
 
 void write_film(const std::filesystem::path& path, const Film& film, const std::string& made_of) {
@@ -93,16 +101,18 @@ void read_film(const std::filesystem::path& path, Film& film, const std::string&
            image.height);
   std::vector<const Channel*> channels;
   const FilmPixel none{};
-  each_float(none, [&](const char* name, float) { channels.push_back(&image.channel(name)); });
-  const Channel& prim = image.channel("prim");
+  each_float(none,
+             [&](const char* name, float) { channels.push_back(&checked_channel(path, image, name, Pixel::Float)); });
+  const Channel& prim = checked_channel(path, image, "prim", Pixel::Uint);
   for (std::size_t i = 0; i < places.size(); ++i) {
     std::size_t c = 0;
-    each_float(film.pixels[i], [&](const char*, float& value) { value = channels[c++]->floats.at(places[i]); });
-    film.pixels[i].prim = prim.uints.at(places[i]);
+    each_float(film.pixels[i], [&](const char*, float& value) { value = channels[c++]->floats[places[i]]; });
+    film.pixels[i].prim = prim.uints[places[i]];
   }
-  for (int c = 0; c < 3 && !film.moments.empty(); ++c)
-    for (std::size_t i = 0; i < places.size(); ++i)
-      film.moments[i][c] = image.channel(kMoments[c]).floats.at(places[i]);
+  for (int c = 0; c < 3 && !film.moments.empty(); ++c) {
+    const Channel& moment = checked_channel(path, image, kMoments[c], Pixel::Float);
+    for (std::size_t i = 0; i < places.size(); ++i) film.moments[i][c] = moment.floats[places[i]];
+  }
   film.samples = std::uint32_t(std::get<int>(samples->second));
 }
 

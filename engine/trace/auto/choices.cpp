@@ -6,6 +6,7 @@
 #include "ballot_commit.h"
 #include "engine/core/error.h"
 #include "engine/core/file.h"
+#include "engine/core/json_depth.h"
 #include "engine/trace/auto/auto.h"
 
 namespace ballot {
@@ -79,6 +80,7 @@ void Choices::load() {
   try {
     const std::vector<std::byte> bytes = read_file(file_);
     const char* text = reinterpret_cast<const char*>(bytes.data());
+    check_json_depth(file_, {text, bytes.size()});
     const Json json = Json::parse(text, text + bytes.size());
     if (json.at("scene") != scene_) return;
     for (const Json& each : json.at("choices")) {
