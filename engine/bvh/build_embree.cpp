@@ -14,16 +14,10 @@
 
 #include "engine/bvh/build.h"
 #include "engine/core/error.h"
+#include "engine/core/tsan.h"
 
 namespace ballot {
 namespace {
-
-// ThreadSanitizer does not see how TBB's threads hand their work over, and would report every node as a race.
-#ifdef __SANITIZE_THREAD__
-constexpr const char* kEmbreeConfig = "threads=1";
-#else
-constexpr const char* kEmbreeConfig = nullptr;
-#endif
 
 // The triangle test multiplies three lengths. Their product must stay in the range of float32.
 constexpr float kLargestCoordinate = 1e12f;
@@ -61,9 +55,13 @@ BuildNode* new_node(RTCThreadLocalAllocator allocator) {
   return memory == nullptr ? nullptr : new (memory) BuildNode;
 }
 
-void* create_node(RTCThreadLocalAllocator allocator, unsigned, void*) { return new_node(allocator); }
+void* create_node(RTCThreadLocalAllocator allocator, unsigned, void* user) {
+  const OrderedWork order(user);
+  return new_node(allocator);
+}
 
-void set_children(void* node, void** children, unsigned, void*) {
+void set_children(void* node, void** children, unsigned, void* user) {
+  const OrderedWork order(user);
   if (node == nullptr) return;  // out of memory: Embree has noted the error and returns no tree
   for (const int side : {0, 1}) static_cast<BuildNode*>(node)->child[side] = static_cast<BuildNode*>(children[side]);
 }
@@ -71,7 +69,8 @@ void set_children(void* node, void** children, unsigned, void*) {
 void set_bounds(void*, const RTCBounds**, unsigned, void*) {}  // flatten() unites the children's boxes
 
 // Makes a leaf. Spatial splits may put two parts of one triangle into the same leaf; the leaf then holds one reference.
-void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* parts, std::size_t count, void*) {
+void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* parts, std::size_t count, void* user) {
+  const OrderedWork order(user);
   BuildNode* leaf = new_node(allocator);
   if (leaf == nullptr) return nullptr;
   for (std::size_t i = 0; i < count; ++i) {
@@ -88,6 +87,7 @@ RTCBounds to_embree(const Bounds& b) { return {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x
 
 void split(const RTCBuildPrimitive* part, unsigned axis, float position, RTCBounds* left, RTCBounds* right,
            void* user) {
+  const OrderedWork order(user);
   const Bounds box{{part->lower_x, part->lower_y, part->lower_z}, {part->upper_x, part->upper_y, part->upper_z}};
   const Triangle& triangle = job_of(user).triangles[part->primID];
   const SplitBoxes boxes = split_reference(triangle, box, static_cast<int>(axis), position);
@@ -96,6 +96,7 @@ void split(const RTCBuildPrimitive* part, unsigned axis, float position, RTCBoun
 }
 
 bool report(void* user, double done) {
+  const OrderedWork order(user);
   Job& job = job_of(user);
   const std::lock_guard lock(job.mutex);
   if (job.failure) return false;
@@ -188,7 +189,9 @@ const BuildNode* build_tree(RTCDevice device, RTCBVH memory, std::size_t count, 
   for (unsigned depth = kFirstDepth; depth <= kLastDepth; depth *= 4) {
     fill(parts, job.triangles);
     args.maxDepth = depth;
+    { const OrderedWork before(&job); }
     const void* root = rtcBuildBVH(&args);
+    { const OrderedWork after(&job); }
     if (job.failure) std::rethrow_exception(job.failure);
     code = rtcGetDeviceError(device);
     if (root != nullptr && code == RTC_ERROR_NONE) return static_cast<const BuildNode*>(root);
@@ -203,7 +206,7 @@ Bvh build(std::span<const Triangle> triangles, std::size_t count, const BuildSet
           const Progress& progress) {
   if (count == 0) return {};
   Job job{triangles, progress, {}, 0, {}, {}};
-  const Device device(rtcNewDevice(kEmbreeConfig));
+  const Device device(rtcNewDevice(nullptr));
   if (!device) {
     const RTCError error = rtcGetDeviceError(nullptr);
     fail(Failure::Work, "bvh: Embree cannot start: {}",
