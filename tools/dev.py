@@ -14,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import dev_build  # noqa: E402
 import dev_bundle  # noqa: E402
+import dev_lint  # noqa: E402
 import dev_mesa  # noqa: E402
 import dev_mutations  # noqa: E402
 import dev_packages  # noqa: E402
@@ -162,6 +163,14 @@ def fmt(options: argparse.Namespace, rest: list[str]) -> int:
     return 0 if status == 0 else 1
 
 
+def lint(options: argparse.Namespace, rest: list[str]) -> int:
+    if rest:
+        options.parser.error(f"unknown argument {rest[0]}")
+    if shutil.which("clang-tidy") is None:
+        dev_packages.ensure("lint", install=not options.no_install)
+    return dev_lint.lint(options)
+
+
 def scenes(options: argparse.Namespace, rest: list[str]) -> int:
     if rest:
         options.parser.error(f"unknown argument {rest[0]}")
@@ -221,6 +230,7 @@ tools/dev_mutations.py lists the faults.
 Formats the C++ files of engine/, tools/ and tests/ in place by .clang-format. --check changes nothing and fails if a
 file is not formatted. GLSL is formatted by hand.
 """),
+    "lint": (lint, "", "check names in the C++ files that changed last, with clang-tidy", dev_lint.HELP),
     "scenes": (scenes, "", "generate the shipped scenes, list and verify the others", """\
 Prints scenes/manifest.json with the state of each file: verified (its SHA-256 matches), absent, or DIFFERS. Searches
 the checkout, build/scenes, and the folder of --dir or BALLOT_SCENES. Says where to get absent files; downloads nothing.
@@ -259,6 +269,10 @@ def make_parser() -> argparse.ArgumentParser:
                              help="the tests to run, as --gtest_filter takes them; default: %(default)s")
         if name == "fmt":
             sub.add_argument("--check", action="store_true", help="change no file; fail if one is not formatted")
+        if name == "lint":
+            sub.add_argument("--all", action="store_true", help="check every file")
+            sub.add_argument("--commits", type=int, default=10, metavar="N", help="take files of N commits [10]")
+            sub.add_argument("--files", type=int, default=40, metavar="N", help="check N files at most [40]")
         if name == "scenes":
             sub.add_argument("--dir", help="folder with scene files; default: the environment variable BALLOT_SCENES")
         if name == "scaling":

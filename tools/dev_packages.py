@@ -39,7 +39,8 @@ PACKAGES = {
     "openexr": ("exrheader, with which the tests check EXR files", {"test"}),
     "python3-matplotlib": ("draws the plots of `ballot bench --report`", {"test"}),
     "patchelf": ("lets private libraries find each other", {"test", "bundle"}),
-    "clang-format": ("formats the C++ code", {"fmt"}),
+    "clang-format": ("formats the C++ code", {"fmt", "test"}),
+    "clang-tidy": ("checks names in the C++ code", {"lint", "test"}),
 }
 OPTIONAL = {
     "vulkan-tools": "vulkaninfo, which lists the Vulkan drivers",
@@ -53,7 +54,7 @@ class Failed(Exception):
 
 def needed(command: str) -> dict[str, str]:
     """Returns the packages that a command needs, with the reason for each."""
-    scope = {"fmt"} if command == "fmt" else {"all", command}
+    scope = {command} if command == "fmt" else {"all", command}
     return {name: reason for name, (reason, who) in PACKAGES.items() if who & scope}
 
 

@@ -1,5 +1,5 @@
-// The order of callbacks, told to ThreadSanitizer: it cannot see how the threads of a library that is not compiled with it
-// hand their work over. Without ThreadSanitizer this is nothing.
+// The order of callbacks, told to ThreadSanitizer: it cannot see how the threads of a library that is not compiled with
+// it hand their work over. Without ThreadSanitizer this is nothing.
 #pragma once
 
 #ifdef __SANITIZE_THREAD__
@@ -11,7 +11,8 @@ void __tsan_release(void* address);
 
 namespace ballot {
 
-/// While it lives, a thread works on what `job` stands for: it sees the work of those before it, and those after it see its.
+/// While it lives, a thread works on what `job` stands for: it sees the work of those before it, and those after it see
+/// its.
 class OrderedWork {
  public:
 #ifdef __SANITIZE_THREAD__

@@ -1,4 +1,4 @@
-// Sums of what the instrumented variant counts (RayStats in shaders/shared/variant.h), and the figures made of them.
+// Sums of the counters of the instrumented variant (RayStats in shaders/shared/variant.h), and figures made of them.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace ballot {
 
-/// One line per counter: its name in JSON, where the record holds it, what it counts.
+/// A counter: its name in JSON, its field in the record, its meaning.
 struct CounterInfo {
   std::string_view name;
   std::uint32_t RayStats::*field;

@@ -27,7 +27,7 @@ struct CameraRays {
   CameraKind kind;
 };
 
-/// How many workgroups a number of rays needs: one for `rays` rays, `most` at most.
+/// The number of workgroups for a number of rays: one for every `rays` rays, and `most` at most.
 struct RayGroups {
   std::uint32_t rays, most;
 };

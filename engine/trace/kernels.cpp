@@ -1,5 +1,7 @@
 #include "engine/trace/kernels.h"
 
+#include "engine/core/error.h"
+
 namespace ballot {
 
 TraceKernels::TraceKernels(Context& gpu, DeviceTree& tree)

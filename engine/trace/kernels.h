@@ -18,7 +18,7 @@ struct TraceKernel {
   std::uint64_t tree = 0;  // generation of the tree that the arrays are of
 };
 
-/// What runs one variant. Variants that differ in their threshold alone share the kernel.
+/// A variant and its kernel. Variants that differ only in their threshold share the kernel.
 struct Job {
   Variant variant;
   TraceKernel* kernel;

@@ -47,7 +47,7 @@ struct Knob {
   std::string_view name;
   std::string_view help;
   KnobField field;
-  // What it takes: one of `names`, one of `numbers`, a share in [0, 1], or a whole number from `least` to `most`.
+  // Its values: one of `names`, one of `numbers`, a share in [0, 1], or a whole number from `least` to `most`.
   std::array<std::string_view, 4> names = {};
   std::array<std::uint32_t, 4> numbers = {};
   bool share = false;
@@ -179,7 +179,7 @@ Knob find_knob(std::string_view name);
 /// The threshold of a method that has one, as a knob.
 Knob knob_of(const Threshold& threshold);
 
-/// What help says of a knob: its name, what it takes, what it does.
+/// The texts of a knob in help: its name, its values, its effect.
 struct KnobInfo {
   std::string name, values, what;
 };

@@ -1,5 +1,6 @@
-// Every numeric mode there is: a line here, made of a triangle test and a box test (shaders/lib/triangle_*.glsl and
-// box_*.glsl, included by shaders/lib/numeric/numeric.glsl) and of the leaf format that the triangle test reads.
+// The registry of numeric modes. A mode is a row here: a triangle test and a box test
+// (shaders/lib/numeric/triangle_*.glsl and box_*.glsl, included by numeric.glsl there) and the leaf format that the
+// triangle test reads.
 #pragma once
 
 #include <string_view>
@@ -14,29 +15,35 @@ struct DeviceInfo;
 
 struct NumericMode {
   std::string_view name;
-  int triangle, box;  // BALLOT_TRIANGLE, BALLOT_BOX
-  LeafFormat leaves;
-  Arithmetic arithmetic;  // whose rounding the judge allows for
-  bool conservative;      // answers are equal bit for bit over methods, orders, subgroup and workgroup sizes, and trees
-  bool needs_float64;     // shaderFloat64
   std::string_view summary;
+  int triangle, box;  // BALLOT_TRIANGLE, BALLOT_BOX
+  LeafFormat leaves = LeafFormat::Vertices;
+  Arithmetic arithmetic;      // the arithmetic whose rounding error the judge allows
+  bool conservative = false;  // answers are equal bit for bit over methods, orders, subgroup and workgroup sizes, trees
+  bool needs_float64 = false;  // shaderFloat64
 };
 
+// clang-format off
 inline constexpr NumericMode kNumericModes[] = {
-    {"fast", TRIANGLE_WOOP_AFFINE, BOX_FMA, LeafFormat::Affine, Arithmetic::WoopAffine, false, false,
-     "Woop's affine maps, boxes by multiply-add; least work, least precise far from the origin"},
-    {"plain", TRIANGLE_MOELLER, BOX_SLABS, LeafFormat::Vertices, Arithmetic::MoellerTrumbore, false, false,
-     "Moeller-Trumbore, boxes as they are; rays can slip between triangles"},
-    {"watertight", TRIANGLE_WATERTIGHT, BOX_PADDED, LeafFormat::Vertices, Arithmetic::Woop, true, false,
-     "Woop, Benthin and Wald, padded boxes; no ray slips through a closed mesh"},
-    {"exact", TRIANGLE_EXACT, BOX_PADDED, LeafFormat::Vertices, Arithmetic::Exact, true, true,
-     "every answer is that of arithmetic without rounding: filters, then integers; needs float64"},
+    {.name = "fast",
+     .summary = "Woop's affine maps, boxes by multiply-add; least work, least precise far from the origin",
+     .triangle = TRIANGLE_WOOP_AFFINE, .box = BOX_FMA, .leaves = LeafFormat::Affine,
+     .arithmetic = Arithmetic::WoopAffine},
+    {.name = "plain", .summary = "Moeller-Trumbore, boxes as they are; rays can slip between triangles",
+     .triangle = TRIANGLE_MOELLER, .box = BOX_SLABS, .arithmetic = Arithmetic::MoellerTrumbore},
+    {.name = "watertight", .summary = "Woop, Benthin and Wald, padded boxes; no ray slips through a closed mesh",
+     .triangle = TRIANGLE_WATERTIGHT, .box = BOX_PADDED, .arithmetic = Arithmetic::Woop, .conservative = true},
+    {.name = "exact",
+     .summary = "every answer is that of arithmetic without rounding: filters, then integers; needs float64",
+     .triangle = TRIANGLE_EXACT, .box = BOX_PADDED, .arithmetic = Arithmetic::Exact, .conservative = true,
+     .needs_float64 = true},
 };
+// clang-format on
 inline constexpr std::string_view kDefaultNumeric = "watertight";
 
-/// Whose rounding Oracle::judge is to allow for. Its truth is of double precision and may be wrong where float32 cannot
-/// tell, so that the answers of mode exact are judged as watertight's; the exact oracle is what holds them to the
-/// letter.
+/// The arithmetic whose rounding error Oracle::judge allows for a mode. The judge's truth is of double precision and
+/// may be wrong where float32 cannot tell, so it judges answers of mode exact as watertight's. The exact oracle judges
+/// those without tolerance.
 constexpr Arithmetic judged_as(const NumericMode& mode) {
   return mode.arithmetic == Arithmetic::Exact ? Arithmetic::Woop : mode.arithmetic;
 }

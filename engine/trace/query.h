@@ -1,4 +1,4 @@
-// What to ask of a batch of rays, and how.
+// A query: the hits to find for a batch of rays, and the method that finds them.
 #pragma once
 
 #include <string>

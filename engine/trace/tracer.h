@@ -69,7 +69,7 @@ class Tracer {
   /// The class of these rays (auto/coherence.h), from a sample of them.
   std::string ray_class(std::span<const Ray> rays) const { return chooser_.ray_class(rays); }
 
-  /// What auto has chosen so far.
+  /// The choices of method auto so far.
   Choices& choices() { return chooser_.choices(); }
 
   /// Rays that one dispatch takes at most.
@@ -90,7 +90,7 @@ class Tracer {
   std::optional<bool> make_rays;
 
  private:
-  /// What a query comes to, found once: a frame asks thousands of times.
+  /// A query and its variant, resolved once: a frame asks thousands of times.
   struct Resolved {
     Query asked;
     Variant variant;

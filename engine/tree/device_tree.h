@@ -36,7 +36,7 @@ class DeviceTree {
   std::uint64_t generation() const { return generation_; }
   const Bvh& bvh() const { return *bvh_; }
   std::span<const Triangle> triangles() const { return triangles_; }
-  /// What kernels are compiled for.
+  /// The facts that kernels are compiled for.
   const TreeFacts& facts() const { return facts_; }
 
   /// The point that boxes on the device are measured from: box_origin() of the scene's bounds.

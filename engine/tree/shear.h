@@ -1,4 +1,4 @@
-// How the watertight triangle test keeps its products in float32's range
+// The scale of coordinates that keeps the products of the watertight triangle test in float32's range
 // (shaders/lib/numeric/triangle_watertight.glsl).
 #pragma once
 
@@ -9,19 +9,18 @@
 
 namespace ballot {
 
-/// Powers of two. Distances between points of the scene and a ray's origin stay below 2^62 when scaled, whichever scale
-/// the ray takes: where box_origin() is zero along an axis, the scene's points lie within 17 of its longest sides of
-/// it.
+/// Two powers of two. Scaled distances between points of the scene and a ray's origin stay below 2^62, whichever scale
+/// the ray takes. (Where box_origin() is zero along an axis, the scene's points lie within 17 of its longest sides.)
 struct ShearScale {
-  /// Of coordinates: the longest side comes to [2^55, 2^56), or less where coordinates or the scale itself would
-  /// overflow.
+  /// Multiplies coordinates. The scene's longest side comes to [2^55, 2^56), or less where coordinates or the scale
+  /// itself would overflow.
   float scale;
-  /// How far along an axis an origin may be from box_origin() for that, in scene units; rays from beyond have a scale
-  /// of their own.
+  /// The largest distance of an origin from box_origin() along an axis, in scene units, at which rays take `scale`.
+  /// Rays from beyond have a scale of their own.
   float near;
 };
 
-/// Of the scene with these bounds, degenerate and infinite ones included.
+/// The scale for a scene with these bounds. Degenerate and infinite bounds are allowed.
 inline ShearScale shear_scale(const Bounds& scene) {
   const glm::vec3 sides = scene.hi - scene.lo, far = glm::max(glm::abs(scene.lo), glm::abs(scene.hi));
   const auto exponent = [](const glm::vec3& v) { return std::ilogb(std::max({v.x, v.y, v.z, 0x1p-126f})); };

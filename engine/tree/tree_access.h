@@ -1,4 +1,4 @@
-// How a kernel reads a tree that lies on the device.
+// The way a kernel reads a tree on the device.
 #pragma once
 
 #include "engine/formats/pair.h"

@@ -99,10 +99,10 @@ BALLOT_RECORD(IndirectArgs, 16);
 //                       rounded so that no point is lost.
 #define PAIR_TEXELS(layout) ((layout) == LAYOUT_COMPACT ? 3u : 4u)
 
-// The eight-wide tree (method packet-wide): a node has up to WIDE8_CHILDREN children of two texels each. (lo.xyz, child) lies
-// at the node's first texel plus the child's number, (hi.xyz, 0) WIDE8_CHILDREN texels behind it. A child is the number
-// of an eight-wide node, or a leaf as above; an unused place holds END_OF_TREE and an empty box. A stack entry is the node's
-// number in 24 bits, above one bit for each child that is still to be visited.
+// The eight-wide tree (method packet-wide): a node has up to WIDE8_CHILDREN children of two texels each. (lo.xyz,
+// child) lies at the node's first texel plus the child's number, (hi.xyz, 0) WIDE8_CHILDREN texels behind it. A child
+// is the number of an eight-wide node, or a leaf as above; an unused place holds END_OF_TREE and an empty box. A stack
+// entry is the node's number in 24 bits, above one bit for each child that is still to be visited.
 #define WIDE8_CHILDREN 8
 #define WIDE8_NODE_TEXELS 16
 #define WIDE8_MAX_NODES 0xFFFFFF

@@ -21,30 +21,23 @@
 #define BIND_FORMAT 6       // the second tree: eight-wide tree, four-wide tree or frontier (lib/tree/format.glsl)
 #define BIND_INDIRECT 7  // kernels of indirect dispatches
 
-// BALLOT_INDIRECT: 1: how many rays there are stands in BIND_INDIRECT, at entry push.ray_end, as the device has counted them.
-
-// BALLOT_CAMERA: 1: rays are not read but made, those of camera push.camera of BIND_CAMERAS (lib/camera/camera_samples.glsl), by kernels
-// that are told its kind: lib/camera/camera.glsl.
-
 // Defines that knobs set have their values in knobs.h, written from engine/trace/knobs.h. The others:
-
-// BALLOT_ANY_HIT: 1: any hit ends a ray; 0: the nearest is searched for.
-
-// BALLOT_RAY_TEXELS: 1: rays are read through a texel buffer too; every storage buffer of a CPU device can be one.
-
-// BALLOT_SUBGROUP_BARRIER: 1: subgroupBarrier() orders shared memory within a subgroup; 0: a memory barrier alone, for drivers that
-// run subgroupBarrier() as a barrier of the workgroup.
-
-// BALLOT_LEAF_LOOP: 0: every leaf holds one triangle, and walks other than packet-wide have no loop over them; 1: up to six.
-
-// BALLOT_BOX_ORIGIN: 1: boxes are measured from push.box_origin; 0: from zero.
-
-// BALLOT_LOOPS_CUT: 1: the driver may end loops early, so kernels check that they ran to their end (lib/frame/main.glsl).
-
-// BALLOT_UNIFORM_FLOW: 1: the device has subgroup uniform control flow.
-
-// BALLOT_COUNTERS: 1: the instrumented variant, which writes RayStats.
-
+//
+// BALLOT_ANY_HIT           1: any hit ends a ray. 0: the nearest hit is searched for.
+// BALLOT_INDIRECT          1: the ray count is read from BIND_INDIRECT, entry push.ray_end.
+// BALLOT_CAMERA            1: the kernel generates the rays of camera push.camera of BIND_CAMERAS
+//                          (lib/camera/camera_samples.glsl) instead of reading rays; its kind: lib/camera/camera.glsl.
+// BALLOT_RAY_TEXELS        1: rays are read through a texel buffer; on CPU devices every storage buffer is one.
+// BALLOT_SUBGROUP_BARRIER  1: subgroupBarrier() orders shared memory within a subgroup. 0: a memory barrier alone, for
+//                          drivers that run subgroupBarrier() as a barrier of the workgroup.
+// BALLOT_LEAF_LOOP         1: leaves hold up to six triangles. 0: every leaf holds one, and methods other than
+//                          packet-wide have no loop over them.
+// BALLOT_BOX_ORIGIN        1: boxes are measured from push.box_origin. 0: from zero.
+// BALLOT_LOOPS_CUT         1: the driver may end loops early, so kernels check that theirs ran to the end
+//                          (lib/frame/main.glsl).
+// BALLOT_UNIFORM_FLOW      1: the device has subgroup-uniform control flow.
+// BALLOT_COUNTERS          1: the instrumented variant, which writes RayStats.
+//
 // BALLOT_TRIANGLE and BALLOT_BOX: what a numeric mode is made of; see lib/numeric/numeric.glsl.
 #define TRIANGLE_MOELLER 0
 #define TRIANGLE_WOOP_AFFINE 1

@@ -1,4 +1,5 @@
-// Tests that the four-wide tree holds each leaf of the binary tree once, in boxes that are as tight as their grid allows.
+// Tests that the four-wide tree holds each leaf of the binary tree once, in boxes that are as tight as their grid
+// allows.
 #include <gtest/gtest.h>
 
 #include "engine/bvh/build.h"

@@ -71,4 +71,19 @@ TEST(Layering, FilesStayReadable) {
     }
 }
 
+TEST(Layering, LinesFitTheScreen) {
+  for (const char* folder : {"engine", "shaders", "tools", "tests"})
+    for (const fs::path& file : sources(folder)) {
+      if (file.filename().string().starts_with("knobs") && file.parent_path().filename() == "shared")
+        continue;  // generated
+      std::ifstream in(file);
+      int number = 0;
+      for (std::string line; std::getline(in, line);) {
+        ++number;
+        const auto is_start = [](char c) { return (c & 0xC0) != 0x80; };  // of a UTF-8 character
+        EXPECT_LE(std::ranges::count_if(line, is_start), 120) << file << ":" << number;
+      }
+    }
+}
+
 }  // namespace

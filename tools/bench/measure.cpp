@@ -219,7 +219,8 @@ class BlockRun {
     const ExactTruth truth = exact_truth(view);
     RayBatch& batch = *batches_[view];
     for (Runner& runner : runners_) {
-      const ErrorFigures figures = around_.engine.checker().verify(batch, truth, runner.entry->query, around_.options.cases);
+      const ErrorFigures figures =
+          around_.engine.checker().verify(batch, truth, runner.entry->query, around_.options.cases);
       Accuracy accuracy = accuracy_of(figures);
       if (rays_.kind && rays_.kind->from_camera())
         accuracy.image_rmse = image_rmse(around_.engine.scene().triangles, truth.rays, batch.hits(), truth.hits);

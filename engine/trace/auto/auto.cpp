@@ -8,10 +8,10 @@ namespace ballot {
 
 namespace {
 
-/// What measured best somewhere: tools/measured/traversal.md, "How far auto is from the best method in hindsight". On
-/// CPUs one for incoherent and one for coherent rays come first, as a first run has no time to compile more;
-/// packet-wide with fallback, which compiles for as long as all of these together, was best by more than 3 % in one of
-/// 70 cells.
+/// The candidates: methods that measured best somewhere (tools/measured/traversal.md, "How far auto is from the best
+/// method in hindsight"). On CPUs one for incoherent and one for coherent rays come first, since a first run has no
+/// time to compile more. packet-wide with fallback compiles for as long as all of these together, and was best by more
+/// than 3 % in one of 70 cells.
 struct Row {
   bool cpu;
   std::string_view method;

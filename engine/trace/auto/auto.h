@@ -13,23 +13,23 @@
 
 namespace ballot {
 
-/// One thing that auto may choose.
+/// A method with knobs that auto may choose.
 struct Candidate {
   std::string method;
-  Knobs knobs;             // over those of the tuning table
+  Knobs knobs;             // in addition to those of the tuning table
   double mrays_per_s = 0;  // on the sampled rays; 0: could not run, or was not tried
   bool tried = false;
   std::string name() const;  // "packet-wide fallback=0"
 };
 
-/// What auto may choose for a query on a device, the likeliest first. Knobs of the query go to every candidate; one
-/// that cannot follow them is left out. Throws Error(Arguments), that of the first one, if none is left.
+/// Returns the candidates for a query on a device, the likeliest first. Knobs of the query go to every candidate; a
+/// candidate that cannot follow them is left out. Throws the Error(Arguments) of the first one if none is left.
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device);
 
-/// What auto runs where it has not measured: on batches too small for that to pay.
+/// Returns the query that auto runs without trials, on batches too small for trials to pay.
 Query unmeasured(const Query& query, const DeviceInfo& device);
 
-/// What auto chose for rays of one sort.
+/// The choice of auto for one ray class.
 struct Choice {
   std::string rays;  // Query::rays
   Want want = Want::Nearest;
@@ -40,8 +40,8 @@ struct Choice {
   double seconds = 0;                 // wall time of the calibration, compiling and derived trees included
   bool remembered = false;            // read from disk, not measured by this process
 
-  /// Compiling takes CPU drivers 0.1 to 0.7 s a kernel: candidates that one process has no time for are left to the
-  /// next one.
+  /// True if every candidate was tried. CPU drivers take 0.1 to 0.7 s to compile a kernel, so candidates that one
+  /// process has no time for are left to the next one.
   bool complete() const;
 
   const Candidate& chosen() const { return candidates.front(); }
@@ -49,8 +49,9 @@ struct Choice {
   Query apply(Query query) const;
 };
 
-/// Choices for one scene on one device, in memory and, where a folder is given, in a file of it: JSON, named by device,
-/// driver, subgroup size, Ballot's commit and the tree. A file that cannot be read or written is as if there were none.
+/// The choices for one scene on one device, kept in memory and, if a folder is given, in a JSON file there. The file's
+/// name follows from the device, the driver, the subgroup size, Ballot's commit and the tree. A file that cannot be
+/// read or written counts as missing.
 class Choices {
  public:
   Choices(const DeviceInfo& device, const BvhStats& tree, const Bounds& bounds);
@@ -64,7 +65,7 @@ class Choices {
   const Choice* find(const Query& query) const;
   void add(Choice choice);
   void clear() { all_.clear(), ++changes_; }
-  /// How often what find() says may have changed.
+  /// A number that grows whenever the result of find() may have changed.
   std::uint64_t changes() const { return changes_; }
   std::vector<Choice> all() const;
 

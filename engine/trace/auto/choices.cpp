@@ -45,7 +45,7 @@ Choice from_json(const Json& json) {
   return c;
 }
 
-/// What tells a tree from others.
+/// The text that identifies a tree: its statistics and bounds.
 std::string scene_text(const BvhStats& t, const Bounds& b) {
   return fmt::format(
       "{} triangles, {} references, {} nodes, depth {}, SAH {:a}, ({:a}, {:a}, {:a}) to ({:a}, {:a}, {:a})",

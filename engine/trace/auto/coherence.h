@@ -1,4 +1,4 @@
-// Telling what ray class foreign rays are.
+// The class of rays that no generator made: how coherent and how long they are.
 #pragma once
 
 #include <span>
@@ -9,9 +9,10 @@
 
 namespace ballot {
 
-/// "coherent", "mixed" or "incoherent", by the share of runs of 64 neighbours whose directions agree in every sign (at
-/// least 0.9, 0.4, less), and "long" or "short": whether the median ray may go farther than a tenth of the diagonal of
-/// `scene`. Dead rays do not count. "foreign: coherent, long" where there are none alive.
+/// Returns two words. The first is "coherent", "mixed" or "incoherent": the share of runs of 64 neighbours whose
+/// directions agree in every sign is at least 0.9, at least 0.4, or less. The second is "long" if the median ray may go
+/// farther than a tenth of the diagonal of `scene`, else "short". Dead rays do not count; without live rays the result
+/// is "foreign: coherent, long".
 std::string ray_class_of(std::span<const Ray> rays, const Bounds& scene);
 
 }  // namespace ballot

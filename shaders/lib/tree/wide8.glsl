@@ -1,5 +1,5 @@
-// The eight-wide tree (shared/layout.h), shared by the lanes of a packet: lane c holds child c of the current node. If the
-// subgroup has fewer lanes than a node has children, lane c also holds child c + SUBGROUP_SIZE.
+// The eight-wide tree (shared/layout.h), shared by the lanes of a packet: lane c holds child c of the current node. If
+// the subgroup has fewer lanes than a node has children, lane c also holds child c + SUBGROUP_SIZE.
 #include "format.glsl"
 
 const bool TWO_A_LANE = SUBGROUP_SIZE < WIDE8_CHILDREN;
