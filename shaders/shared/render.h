@@ -9,6 +9,10 @@
 // dead rays.
 #define TILE_SIZE 32
 
+// The workgroup size of the kernels under shaders/rays/, shaders/shade/ and shaders/path/ that handle one ray, hit or
+// pixel an invocation.
+#define PASS_GROUP 64
+
 // An entry of a pixel list: column and row in one word.
 #define LISTED_PIXEL(x, y) ((x) | (y) << 16)
 

@@ -11,7 +11,7 @@ namespace ballot {
 
 namespace {
 
-std::uint32_t groups_of(std::uint32_t count) { return (count + kGeneratorGroup - 1) / kGeneratorGroup; }
+std::uint32_t groups_of(std::uint32_t count) { return (count + kPassGroup - 1) / kPassGroup; }
 
 /// Returns the pixels of a picture, in the order of their rays.
 std::vector<std::uint32_t> pixels_inside(std::uint32_t width, std::uint32_t height) {
