@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "engine/core/error.h"
+#include "engine/core/registry.h"
 #include "engine/render/batch/ray_kinds.h"
 #include "engine/render/data/camera.h"
 
@@ -19,11 +20,7 @@ SceneFeatures seen_by(const Integrator& integrator, const SceneFeatures& feature
 
 }  // namespace
 
-const Integrator* find_integrator(std::string_view name) {
-  for (const Integrator& i : kIntegrators)
-    if (i.name == name) return &i;
-  return nullptr;
-}
+const Integrator* find_integrator(std::string_view name) { return find_row(kIntegrators, name); }
 
 WavePlan plan_of(const Integrator& integrator, const SceneFeatures& f) {
   const bool ao = integrator.value == INTEGRATOR_AO, whitted = integrator.value == INTEGRATOR_WHITTED;
