@@ -33,7 +33,8 @@ void check_options(const RenderOptions& o) {
   if (o.shard.count > 1 && o.shading == "heat")
     fail(Failure::Arguments, "--tiles: shading heat scales its colours by the whole picture; render it in one part");
   if (o.wants("variance") && !find_integrator(o.shading))
-    fail(Failure::Arguments, "--aov variance: shading '{}' keeps none; take whitted, path or ao", o.shading);
+    fail(Failure::Arguments, "--aov variance: shading '{}' keeps none; take one of: {}", o.shading,
+         names_of(kIntegrators));
   if (o.stats && find_integrator(o.shading))
     fail(Failure::Arguments, "--stats: shading '{}' traces rays of several kinds; take eyelight, normals or heat",
          o.shading);
