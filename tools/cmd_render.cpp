@@ -1,6 +1,7 @@
 #include <chrono>
 #include <set>
 
+#include "engine/core/registry.h"
 #include "tools/auto_table.h"
 #include "tools/render_job.h"
 #include "tools/render_light.h"
@@ -262,10 +263,14 @@ int run_render(const RenderArgs& args) {
 
 void add_light_options(CLI::App& cmd, RenderArgs& args) {
   args.light.add_to(cmd);
-  cmd.add_option("--bounces", args.bounces, "largest number of bounces of a path, 0 to 64 [whitted 8, path 16]");
+  std::string bounces;
+  for (const Integrator& i : kIntegrators)
+    if (i.last_depth) bounces += fmt::format("{}{} {}", bounces.empty() ? "" : ", ", i.name, i.last_depth);
+  cmd.add_option("--bounces", args.bounces, fmt::format("largest number of bounces of a path, 0 to 64 [{}]", bounces));
   cmd.add_option("--ao-radius", args.ao_radius,
                  "length of the rays of --shading ao, as a share of the scene's diagonal [0.1]");
-  cmd.add_option("--seed", args.seed, "seed of the random numbers of whitted, path and ao, a whole number [0]");
+  cmd.add_option("--seed", args.seed,
+                 fmt::format("seed of the random numbers of {}, a whole number [0]", names_of(kIntegrators)));
 }
 
 void add_part_options(CLI::App& cmd, RenderArgs& args) {

@@ -23,15 +23,25 @@ glm::vec3 triple_of(const std::string& lamp, const std::string& text, bool below
   return v;
 }
 
+/// Returns the names of the integrators that see lights: "whitted and path".
+std::string lit_integrators() {
+  std::string names;
+  for (const Integrator& i : kIntegrators)
+    if (i.sees == Sees::Materials) names += fmt::format("{}{}", names.empty() ? "" : " and ", i.name);
+  return names;
+}
+
 }  // namespace
 
 void LightArgs::add_to(CLI::App& app) {
+  const std::string lit = lit_integrators();
   app.add_option(
       "--sky", sky,
       "radiance of rays that leave the scene: none; R,G,B; gradient; gradient:ZENITH:HORIZON:GROUND, each R,G,B;\n"
       "or a FILE.exr in longitude by latitude, e.g. --sky 0.5,0.7,1\n"
-      "[auto: gradient for whitted and path if nothing in the scene emits light]");
-  app.add_option("--lamp", lamps, std::string("a point light for whitted and path, may be repeated: ") + kLampForm);
+      "[auto: gradient for " +
+          lit + " if nothing in the scene emits light]");
+  app.add_option("--lamp", lamps, fmt::format("a point light for {}, may be repeated: {}", lit, kLampForm));
 }
 
 void LightArgs::apply(Scene& scene, const std::vector<const View*>& views, const std::string& shading) const {
@@ -56,7 +66,7 @@ void LightArgs::apply(Scene& scene, const std::vector<const View*>& views, const
   }
   const Integrator* integrator = find_integrator(shading);
   const SceneFeatures f = features_of(scene);
-  if (integrator && integrator->value != INTEGRATOR_AO && !f.emits && !f.lights && !f.unlit)
+  if (integrator && integrator->sees == Sees::Materials && !f.emits && !f.lights && !f.unlit)
     scene.sky = make_sky("gradient");
 }
 

@@ -13,9 +13,9 @@ struct LightArgs {
   std::vector<std::string> lamps;
 
   void add_to(CLI::App& app);
-  /// Sets the scene's sky and adds the lamps. Sky "auto" is a gradient if `shading` is whitted or path, nothing in the
-  /// scene emits light and no lamp is given. A lamp at "eye" is placed at the camera of each of the views. Throws
-  /// Error(Arguments).
+  /// Sets the scene's sky and adds the lamps. Sky "auto" is a gradient if `shading` is an integrator that sees
+  /// materials, nothing in the scene emits light and no lamp is given. A lamp at "eye" is placed at the camera of each
+  /// of the views. Throws Error(Arguments).
   void apply(Scene& scene, const std::vector<const View*>& views, const std::string& shading) const;
 };
 

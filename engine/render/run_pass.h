@@ -2,10 +2,11 @@
 #pragma once
 
 #include "engine/vk/kernel.h"
+#include "shaders/shared/render.h"
 
 namespace ballot {
 
-constexpr std::uint32_t kPassGroup = 64;  // workgroup size of the kernels of shaders/rays/, shade/ and path/
+constexpr std::uint32_t kPassGroup = PASS_GROUP;
 
 /// Records a pass of `count` invocations. Its device milliseconds are added to `ms` when it has ended, so `ms` must
 /// still exist then.

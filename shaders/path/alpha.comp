@@ -13,7 +13,7 @@
 #include "../lib/frame/compact_records.glsl"
 #include "../lib/shade/random.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { AlphaPush push; };
 RECORDS_IN(BIND_RAYS, Rays, rays)
 RECORDS_IN(BIND_HITS, Hits, hits)

@@ -5,7 +5,7 @@
 #include "../shared/render.h"
 #include "../lib/frame/records.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { uint args; };
 RECORDS_IN(BIND_HITS, Hits, hits)
 RECORDS_IN(BIND_SHADOW_LIGHT, ShadowLight, shadow_payload)

@@ -11,7 +11,7 @@
 #error a variant must give BALLOT_MOMENTS
 #endif
 
-layout(local_size_x = 64) in;
+layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { FilmPush push; };
 RECORDS_IN(BIND_PATHS, Paths, paths)
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };

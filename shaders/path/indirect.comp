@@ -11,8 +11,6 @@ layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { uint queues[
 layout(set = 0, binding = BIND_WAVE_INDIRECT, scalar) writeonly buffer Indirect { IndirectArgs indirect[]; };
 layout(set = 0, binding = BIND_REPORTS, scalar) writeonly buffer Reports { uint reports[]; };
 
-const uint GROUP = 64u;  // workgroup size of shaders/path/*.comp
-
 void main() {
   uint queue = gl_LocalInvocationID.x, count = queues[queue];
   queues[queue] = 0u;
@@ -20,6 +18,6 @@ void main() {
   uint groups = count / rays + uint(count % rays != 0u);
   uint first = push.record * INDIRECT_RECORDS + queue;
   indirect[first] = IndirectArgs(min(groups, push.trace_groups[queue]), 1u, 1u, count);
-  indirect[first + QUEUES] = IndirectArgs((count + GROUP - 1u) / GROUP, 1u, 1u, count);
+  indirect[first + QUEUES] = IndirectArgs((count + PASS_GROUP - 1u) / PASS_GROUP, 1u, 1u, count);
   reports[push.record * QUEUES + queue] = count;
 }

@@ -12,7 +12,7 @@
 #error a variant must give BALLOT_LISTED: 0, every pixel of whole tiles; 1, those that a list holds
 #endif
 
-layout(local_size_x = 64) in;
+layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { PrimaryPush push; };
 RECORDS_OUT(BIND_RAYS, Rays, rays)
 #if BALLOT_LISTED

@@ -5,7 +5,7 @@
 #include "../shared/render.h"
 #include "../lib/shade/film.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { TilesPush push; };
 layout(set = 0, binding = BIND_LISTED, scalar) writeonly buffer Listed { uint listed[]; };
 

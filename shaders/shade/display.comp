@@ -10,7 +10,7 @@
 #include "../lib/shade/film.glsl"
 #include "../lib/shade/display.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { DisplayPush push; };
 RECORDS_IN(BIND_FILM, Film, film)
 RECORDS_IN(BIND_FILM_B, FilmB, film_b)

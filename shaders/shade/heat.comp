@@ -7,7 +7,7 @@
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/film.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { HeatPush push; };
 layout(set = 0, binding = BIND_COUNTS, scalar) readonly buffer Counts { uint words[]; };
 RECORDS_INOUT(BIND_FILM, Film, film)

@@ -20,7 +20,7 @@ layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint lis
 #endif
 #include "../lib/shade/shade_hit.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { SamplesPush push; };
 RECORDS_IN(BIND_HITS, Hits, hits)
 layout(set = 0, binding = BIND_FILM, scalar) buffer Film { FilmPixel film[]; };

@@ -7,7 +7,7 @@
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/shade_hit.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { ShadePush push; };
 RECORDS_IN(BIND_RAYS, Rays, rays)
 RECORDS_IN(BIND_HITS, Hits, hits)

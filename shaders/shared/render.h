@@ -9,6 +9,10 @@
 // dead rays.
 #define TILE_SIZE 32
 
+// The workgroup size of the kernels under shaders/rays/, shade/, path/ and integrators/ that handle one ray, hit or
+// pixel an invocation.
+#define PASS_GROUP 64
+
 // An entry of a pixel list: column and row in one word.
 #define LISTED_PIXEL(x, y) ((x) | (y) << 16)
 
@@ -63,11 +67,6 @@
 #define BIND_CAMERAS 35  // PrimaryPush of each part of a picture
 // BIND_LISTED: the listed pixels, a LISTED_PIXEL each. Ray generators use it only where the picture cuts tiles.
 #define BIND_LISTED 36
-
-// Values of BALLOT_INTEGRATOR: the secondary rays that a hit starts.
-#define INTEGRATOR_AO 0       // a short ray that tests for occlusion
-#define INTEGRATOR_WHITTED 1  // a shadow ray, and the mirrored and the refracted ray
-#define INTEGRATOR_PATH 2     // a shadow ray, and one ray in a random direction
 
 // Values of BALLOT_SKY: the numbers of Sky::Kind (engine/scene/light.h).
 #define SKY_NONE 0
@@ -315,7 +314,7 @@ struct CallPush {
   uint trace_groups[QUEUES];  // the most traversal workgroups
 };
 
-// Push constants of scatter.comp.
+// Push constants of the integrators (shaders/integrators/).
 struct WavePush {
   uint args;        // entry of BIND_WAVE_INDIRECT with the ray count
   uint depth;       // path depth of these rays, 0 for camera rays; the number of the wave if paths defer rays

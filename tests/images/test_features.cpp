@@ -44,7 +44,7 @@ Bindings operator+(Bindings a, const Bindings& b) {
   return a;
 }
 
-/// A feature that a scene may have, and for each integrator the further bindings that its scatter kernel needs for it.
+/// A feature that a scene may have, and the further bindings that the kernel of each of these integrators needs for it.
 struct Alone {
   const char* name;
   SceneFeatures features;
@@ -100,42 +100,43 @@ std::vector<Alone> each_alone() {
 const SceneFeatures kNothing{.perspective = true};
 
 TEST(Features, EachAloneBindsWhatItNeeds) {
-  for (const Integrator& integrator : kIntegrators) {
+  const struct {
+    const char* name;
+    Bindings bare;  // those of materials, shadow rays and secondary rays that a scene without any feature needs
+    Bindings Alone::*more;
+  } cases[] = {{"ao", {BIND_SHADOW_RAYS}, &Alone::ao},
+               {"whitted", {BIND_MATERIALS}, &Alone::whitted},
+               {"path", {BIND_MATERIALS, BIND_NEXT_RAYS}, &Alone::path}};
+  for (const auto& [name, bare, more] : cases) {
+    const Integrator& integrator = *find_integrator(name);
     const Bindings none = bindings_of(scatter_source(integrator, kNothing, Sky::Kind::None, false));
     for (const std::uint32_t b : kTextures + kSecond + Bindings{BIND_NORMALS, BIND_SKY, BIND_EMITTERS, BIND_LIGHTS})
-      EXPECT_FALSE(none.contains(b)) << integrator.name << " binds " << b;
-    EXPECT_EQ(none.contains(BIND_MATERIALS), integrator.value != INTEGRATOR_AO);
-    EXPECT_EQ(none.contains(BIND_SHADOW_RAYS), integrator.value == INTEGRATOR_AO);
-    EXPECT_EQ(none.contains(BIND_NEXT_RAYS), integrator.value == INTEGRATOR_PATH);
-    for (const Alone& a : each_alone()) {
-      const Bindings& more = integrator.value == INTEGRATOR_AO        ? a.ao
-                             : integrator.value == INTEGRATOR_WHITTED ? a.whitted
-                                                                      : a.path;
-      EXPECT_EQ(bindings_of(scatter_source(integrator, a.features, a.sky, false)), none + more)
-          << integrator.name << " of a scene with " << a.name;
-    }
+      EXPECT_FALSE(none.contains(b)) << name << " binds " << b;
+    for (const std::uint32_t b : {BIND_MATERIALS, BIND_SHADOW_RAYS, BIND_NEXT_RAYS})
+      EXPECT_EQ(none.contains(b), bare.contains(b)) << name << " and binding " << b;
+    for (const Alone& a : each_alone())
+      EXPECT_EQ(bindings_of(scatter_source(integrator, a.features, a.sky, false)), none + a.*more)
+          << name << " of a scene with " << a.name;
   }
 }
 
-// A scene feature adds exactly the kernels that it needs. Kernels are looked up by name, so names are compared.
+// A scene feature adds exactly the kernels that it needs, and the plan of every integrator agrees with its kernel.
+// Kernels are looked up by name, so names are compared.
 TEST(Features, EachAloneAsksForItsKernels) {
+  std::vector<Alone> scenes = each_alone();
+  scenes.push_back({"nothing", kNothing});
   for (const Integrator& integrator : kIntegrators) {
-    const bool ao = integrator.value == INTEGRATOR_AO;
-    Names always{"rays.primary.listed", fmt::format("{}.scatter", integrator.name), "path.indirect", "path.film"};
-    if (ao) always.insert("path.connect");
-    EXPECT_EQ(names_of(kernels_of(integrator, kNothing, Sky::Kind::None, false)), always);
-    for (const Alone& a : each_alone()) {
+    const Names always{"rays.primary.listed", fmt::format("{}.scatter", integrator.name), "path.indirect", "path.film"};
+    for (const Alone& a : scenes) {
       SCOPED_TRACE(fmt::format("{} of a scene with {}", integrator.name, a.name));
+      const Bindings bound = bindings_of(scatter_source(integrator, a.features, a.sky, false));
       Names wanted = always;
-      const Bindings& more = integrator.value == INTEGRATOR_WHITTED ? a.whitted : a.path;
-      if (!ao && more.contains(BIND_SHADOW_RAYS)) wanted.insert("path.connect");
+      if (bound.contains(BIND_SHADOW_RAYS)) wanted.insert("path.connect");
       if (a.features.alpha) wanted.insert("path.alpha");
       for (const bool makes_rays : {false, true})
         EXPECT_EQ(names_of(kernels_of(integrator, a.features, a.sky, makes_rays)), wanted);
       const WavePlan plan = plan_of(integrator, a.features);
-      EXPECT_EQ(plan.shadow, wanted.contains("path.connect"));
       EXPECT_EQ(plan.alpha, a.features.alpha);
-      const Bindings bound = bindings_of(scatter_source(integrator, a.features, a.sky, false));
       EXPECT_EQ(plan.shadow, bound.contains(BIND_SHADOW_RAYS));
       EXPECT_EQ(plan.next, bound.contains(BIND_NEXT_RAYS));
       EXPECT_EQ(plan.second, bound.contains(BIND_DEFERRED_RAYS));
@@ -186,7 +187,7 @@ TEST(Features, KindsOfCameras) {
   const auto of_cameras = [](const SceneFeatures& f, bool makes_rays) {
     Names names;
     for (const KernelSource& s : kernels_of(kIntegrators[0], f, Sky::Kind::None, makes_rays))
-      if (s.file == "rays/primary.comp" || s.file == "path/scatter.comp") names.insert(s.name);
+      if (s.file == "rays/primary.comp" || s.file == "integrators/ao.comp") names.insert(s.name);
     return names;
   };
   EXPECT_EQ(of_cameras(eye, false), (Names{"rays.primary.listed+perspective", "ao.scatter"}));

@@ -87,9 +87,9 @@ std::uint32_t Batches::chunk_rays() const {
   const DeviceInfo& d = gpu_.info();
   constexpr std::uint64_t kLargestRecord = std::max({sizeof(Ray), sizeof(FilmPixel), sizeof(RayStats)});
   const std::uint64_t bytes = std::min({d.max_storage_range, d.max_allocation, std::uint64_t(1) << 31});
-  const std::uint64_t rays = std::min({bytes / kLargestRecord, std::uint64_t(d.max_group_count_x) * kGeneratorGroup,
+  const std::uint64_t rays = std::min({bytes / kLargestRecord, std::uint64_t(d.max_group_count_x) * kPassGroup,
                                        std::uint64_t(1) << (d.is_cpu() ? 20 : 24)});
-  return std::uint32_t(rays / kGeneratorGroup * kGeneratorGroup);
+  return std::uint32_t(rays / kPassGroup * kPassGroup);
 }
 
 std::unique_ptr<RayBatch> Batches::make(std::string name, std::span<const Ray> rays, Want want) {

@@ -2,10 +2,9 @@
 #pragma once
 
 #include "engine/render/batch/batch.h"
+#include "engine/render/run_pass.h"
 
 namespace ballot {
-
-constexpr std::uint32_t kGeneratorGroup = 64;  // workgroup of shaders/rays/*.comp and shaders/shade/shade.comp
 
 /// One dispatch of a ray generator: it reads one chunk of primary hits and writes rays of one chunk of the batch.
 struct GeneratorRun {

@@ -3,26 +3,15 @@
 #include <cmath>
 
 #include "engine/core/error.h"
+#include "engine/core/registry.h"
 #include "engine/render/data/camera.h"
 
 namespace ballot {
 
-const RayKind& find_ray_kind(std::string_view name) {
-  std::string names;
-  for (const RayKind& kind : kRayKinds) {
-    if (kind.name == name) return kind;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", kind.name);
-  }
-  fail(Failure::Arguments, "no ray kind is called '{}'; there are: {}", name, names);
-}
+const RayKind& find_ray_kind(std::string_view name) { return find_named(kRayKinds, name, "ray kind"); }
 
 const OffsetPolicy& find_offset_policy(std::string_view name) {
-  std::string names;
-  for (const OffsetPolicy& policy : kOffsetPolicies) {
-    if (policy.name == name) return policy;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", policy.name);
-  }
-  fail(Failure::Arguments, "no offset policy is called '{}'; there are: {}", name, names);
+  return find_named(kOffsetPolicies, name, "offset policy");
 }
 
 KernelSource primary_source(bool listed, const SceneFeatures& features) {

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include "engine/core/error.h"
+#include "engine/core/registry.h"
 
 namespace ballot {
 
@@ -59,14 +60,7 @@ float HeatKind::fixed_top(std::uint32_t subgroup) const {
   return count == &RayStats::lanes ? float(subgroup) : 1.0f;
 }
 
-const HeatKind& find_heat(std::string_view name) {
-  std::string names;
-  for (const HeatKind& k : kHeatKinds) {
-    if (k.name == name) return k;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", k.name);
-  }
-  fail(Failure::Arguments, "no heat map is called '{}'; there are: {}", name, names);
-}
+const HeatKind& find_heat(std::string_view name) { return find_named(kHeatKinds, name, "heat map"); }
 
 void add_stats(Image& image, std::span<const RayStats> sums, std::uint32_t spp) {
   for (const HeatKind& kind : kHeatKinds) {

@@ -3,18 +3,15 @@
 #include <cmath>
 
 #include "engine/core/error.h"
+#include "engine/core/registry.h"
 #include "engine/render/film/renderer.h"
 
 namespace ballot {
 
 const Shading& find_shading(std::string_view name) {
-  std::string names;
-  for (const Shading& s : kShadings) {
-    if (s.name == name) return s;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", s.name);
-  }
-  for (const Integrator& i : kIntegrators) names += fmt::format(", {}", i.name);
-  fail(Failure::Arguments, "no shading is called '{}'; there are: {}", name, names);
+  if (const Shading* shading = find_row(kShadings, name)) return *shading;
+  fail(Failure::Arguments, "no shading is called '{}'; there are: {}, {}", name, names_of(kShadings),
+       names_of(kIntegrators));
 }
 
 void check_options(const RenderOptions& o) {
@@ -36,20 +33,14 @@ void check_options(const RenderOptions& o) {
   if (o.shard.count > 1 && o.shading == "heat")
     fail(Failure::Arguments, "--tiles: shading heat scales its colours by the whole picture; render it in one part");
   if (o.wants("variance") && !find_integrator(o.shading))
-    fail(Failure::Arguments, "--aov variance: shading '{}' keeps none; take whitted, path or ao", o.shading);
+    fail(Failure::Arguments, "--aov variance: shading '{}' keeps none; take one of: {}", o.shading,
+         names_of(kIntegrators));
   if (o.stats && find_integrator(o.shading))
     fail(Failure::Arguments, "--stats: shading '{}' traces rays of several kinds; take eyelight, normals or heat",
          o.shading);
 }
 
-const Aov& find_aov(std::string_view name) {
-  std::string names;
-  for (const Aov& a : kAovs) {
-    if (a.name == name) return a;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", a.name);
-  }
-  fail(Failure::Arguments, "no AOV is called '{}'; there are: {}", name, names);
-}
+const Aov& find_aov(std::string_view name) { return find_named(kAovs, name, "AOV"); }
 
 bool RenderOptions::wants(std::string_view aov) const {
   if (aovs.empty()) return find_aov(aov).by_default;

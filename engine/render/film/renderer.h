@@ -48,7 +48,7 @@ inline constexpr Aov kAovs[] = {
     {"normal", "N.X N.Y N.Z: shading normal of that hit, towards the camera"},
     {"prim", "prim: number of the triangle of that hit"},
     {"samples", "samples: number of samples of the pixel", false},
-    {"variance", "variance.R variance.G variance.B: variance of the pixel's mean; only of whitted, path and ao", false},
+    {"variance", "variance.R variance.G variance.B: variance of the pixel's mean; only of integrators", false},
 };
 /// Returns the group of this name. Throws Error(Arguments) that lists the known names.
 const Aov& find_aov(std::string_view name);

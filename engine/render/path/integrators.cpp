@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "engine/core/error.h"
+#include "engine/core/registry.h"
 #include "engine/render/batch/ray_kinds.h"
 #include "engine/render/data/camera.h"
 
@@ -11,27 +12,19 @@ namespace ballot {
 
 namespace {
 
-/// Returns the features that an integrator uses. Ambient occlusion uses no material.
+/// Returns the features that an integrator uses.
 SceneFeatures seen_by(const Integrator& integrator, const SceneFeatures& features) {
-  if (integrator.value != INTEGRATOR_AO) return features;
+  if (integrator.sees == Sees::Materials) return features;
   return {.shading_normals = features.shading_normals};
 }
 
 }  // namespace
 
-const Integrator* find_integrator(std::string_view name) {
-  for (const Integrator& i : kIntegrators)
-    if (i.name == name) return &i;
-  return nullptr;
-}
+const Integrator* find_integrator(std::string_view name) { return find_row(kIntegrators, name); }
 
-WavePlan plan_of(const Integrator& integrator, const SceneFeatures& f) {
-  const bool ao = integrator.value == INTEGRATOR_AO, whitted = integrator.value == INTEGRATOR_WHITTED;
-  WavePlan plan;
-  plan.shadow = ao || f.emits || f.lights || f.sky_map || (whitted && f.sky);
-  plan.next = !ao && (!whitted || f.glossy);
-  plan.second = whitted && f.glossy && f.refracts;
-  plan.alpha = f.alpha;
+WavePlan plan_of(const Integrator& integrator, const SceneFeatures& features) {
+  WavePlan plan = integrator.plan(features);
+  plan.alpha = features.alpha;
   return plan;
 }
 
@@ -56,11 +49,10 @@ KernelSource indirect_source() {
 
 KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky,
                             bool makes_rays) {
-  const bool materials = integrator.value != INTEGRATOR_AO;
+  const bool materials = integrator.sees == Sees::Materials;
   const SceneFeatures seen = seen_by(integrator, features);
   const int kind = materials ? int(sky) : SKY_NONE;
   Defines defines = look_defines(seen, materials);
-  defines.emplace_back("BALLOT_INTEGRATOR", integrator.value);
   defines.emplace_back("BALLOT_HAS_LIGHTS", seen.lights);
   defines.emplace_back("BALLOT_SKY", kind);
   defines.emplace_back("BALLOT_ORIGIN", find_offset_policy(kDefaultOffset).value);
@@ -70,7 +62,7 @@ KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& f
   constexpr const char* kSkies[] = {"", "+sky", "+gradient", "+skymap"};
   return {.name = fmt::format("{}.scatter{}{}{}{}", integrator.name, look_name(seen, materials),
                               seen.lights ? "+lights" : "", kSkies[kind], makes ? camera_name(features) : ""),
-          .file = "path/scatter.comp",
+          .file = fmt::format("integrators/{}.comp", integrator.name),
           .defines = std::move(defines),
           .constants = {}};
 }

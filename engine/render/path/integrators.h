@@ -1,5 +1,5 @@
-// The registry of integrators: shadings that trace secondary rays. A new one is a line here and code in
-// shaders/path/scatter.comp.
+// The registry of integrators: shadings that trace secondary rays. A new one is a row here and a file under
+// shaders/integrators/; the command line, the tests and the measurements then list it without further change.
 #pragma once
 
 #include <cstdint>
@@ -11,34 +11,59 @@
 
 namespace ballot {
 
-/// A shading that traces secondary rays or ao rays.
-struct Integrator {
-  std::string_view name;
-  int value;                   // BALLOT_INTEGRATOR
-  std::uint32_t last_depth;    // last path depth, unless RenderOptions::bounces overrides it
-  std::string_view next_kind;  // ray kind (kRayKinds) of the secondary rays, by which method auto chooses
-  std::string_view summary;
-};
-
-inline constexpr Integrator kIntegrators[] = {
-    {"ao", INTEGRATOR_AO, 0, "", "ambient occlusion: how open a surface is, one short ray per sample (--ao-radius)"},
-    {"whitted", INTEGRATOR_WHITTED, 8, "secondary",
-     "direct light from one sampled point of the lights, and all reflections and refractions of mirrors and glass "
-     "(Whitted 1980)"},
-    {"path", INTEGRATOR_PATH, 16, "diffuse",
-     "path tracing: all light that materials scatter, with a ray to the lights at every hit (Kajiya 1986)"},
-};
-
-/// Returns the integrator of this name; null if there is none.
-const Integrator* find_integrator(std::string_view name);
-
 /// The rays that an integrator traces in a scene. They determine its kernels and the queues that these fill.
 struct WavePlan {
   bool shadow = false;  // shadow rays or ao rays
   bool next = false;    // secondary rays that form further waves
   bool second = false;  // reflected and refracted rays at one hit: paths branch, and defer the refracted rays
-  bool alpha = false;   // hits that rays pass through
+  bool alpha = false;   // hits that rays pass through; plan_of() sets it, for every integrator
 };
+
+/// The scene features that the kernel of an integrator depends on.
+enum class Sees {
+  Shape,      // only the normals: neither materials nor lights nor sky
+  Materials,  // all
+};
+
+/// A shading that traces secondary rays or ao rays.
+struct Integrator {
+  std::string_view name;  // the kernel that shades the hits of a wave is shaders/integrators/<name>.comp
+  std::string_view summary;
+  Sees sees = Sees::Materials;
+  std::uint32_t last_depth = 0;  // last path depth, unless RenderOptions::bounces overrides it
+  // The ray kinds (kRayKinds) of the shadow rays and of the secondary rays, by which method auto chooses.
+  std::string_view shadow_kind = "shadow", next_kind = {};
+  WavePlan (*plan)(const SceneFeatures& features);  // without alpha; agrees with STARTS_* of the kernel
+};
+
+/// True if light sampling of a scene with these features has something to aim at besides a plain sky.
+constexpr bool has_lamps(const SceneFeatures& f) { return f.emits || f.lights || f.sky_map; }
+
+inline constexpr Integrator kIntegrators[] = {
+    {.name = "ao",
+     .summary = "ambient occlusion: how open a surface is, one short ray per sample (--ao-radius)",
+     .sees = Sees::Shape,
+     .shadow_kind = "ao",
+     .plan = [](const SceneFeatures&) { return WavePlan{.shadow = true}; }},
+    {.name = "whitted",
+     .summary = "direct light from one sampled point of the lights, and all reflections and refractions of mirrors and "
+                "glass (Whitted 1980)",
+     .last_depth = 8,
+     .next_kind = "secondary",
+     .plan =
+         [](const SceneFeatures& f) {
+           return WavePlan{.shadow = has_lamps(f) || f.sky, .next = f.glossy, .second = f.glossy && f.refracts};
+         }},
+    {.name = "path",
+     .summary = "path tracing: all light that materials scatter, with a ray to the lights at every hit (Kajiya 1986)",
+     .last_depth = 16,
+     .next_kind = "diffuse",
+     .plan = [](const SceneFeatures& f) { return WavePlan{.shadow = has_lamps(f), .next = true}; }},
+};
+
+/// Returns the integrator of this name; null if there is none.
+const Integrator* find_integrator(std::string_view name);
+
 /// Returns the plan of an integrator for a scene with these features.
 WavePlan plan_of(const Integrator& integrator, const SceneFeatures& features);
 

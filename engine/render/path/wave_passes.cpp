@@ -161,8 +161,7 @@ Waves::Batch Waves::batch_of(const WaveSettings& settings, const Buffer<std::uin
   b.next = asked(Want::Nearest, integrator.next_kind);
   // In a scene with alpha, shadow rays ask for the nearest hit too, so that they meet the same surfaces as all other
   // rays.
-  b.shadow =
-      asked(settings.features.alpha ? Want::Nearest : Want::Any, integrator.value == INTEGRATOR_AO ? "ao" : "shadow");
+  b.shadow = asked(settings.features.alpha ? Want::Nearest : Want::Any, integrator.shadow_kind);
   // Shadow rays from later hits are less coherent: the method that suits the first may not suit them.
   b.next_shadow = b.shadow;
   b.next_shadow.query.rays += fmt::format(" of {}", integrator.next_kind);

@@ -23,7 +23,7 @@ struct WaveRoom {
 /// takes time too. On an H200 this is 1.03 to 1.43 times as fast (tools/measured/pictures.md).
 inline std::uint32_t wave_capacity(const WaveRoom& room, std::uint64_t paths) {
   constexpr std::uint64_t kBytesForEachOfAll = 8, kShareOfMemory = 8, kMultiple = 64;
-  constexpr std::uint64_t kMost = 1 << 24;  // sample_of_path() of shaders/path/scatter.comp counts paths in floats
+  constexpr std::uint64_t kMost = 1 << 24;  // sample_of_path() of shaders/lib/path/main.glsl counts paths in floats
   const std::uint64_t each = std::max<std::uint64_t>(1, room.deferred);
   const std::uint64_t few =
       std::min<std::uint64_t>(room.cpu ? 1 << 18 : 1 << 22, room.deferred ? (1 << 23) / each : ~0u);

@@ -6,7 +6,7 @@
 // Needs subgroup-uniform control flow, workgroups of PUT_GROUP invocations, and GL_KHR_shader_subgroup_basic and
 // _ballot.
 
-const uint PUT_GROUP = 64u;
+const uint PUT_GROUP = PASS_GROUP;
 shared uvec4 put_parts[2u * PUT_GROUP];
 
 // Returns the number of this invocation. The numbers within a subgroup are consecutive.

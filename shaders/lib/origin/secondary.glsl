@@ -13,7 +13,7 @@
 #include "../frame/compact_records.glsl"
 #include "../shade/random.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { SecondaryPush push; };
 RECORDS_OUT(BIND_RAYS, Rays, rays)
 RECORDS_IN(BIND_HITS, Hits, primary_hits)

@@ -2,7 +2,8 @@
 // each with the same probability. BALLOT_HAS_EMISSION, BALLOT_HAS_LIGHTS and BALLOT_SKY say which kinds there are; a
 // scene without any has none of this code.
 
-#define AIMS_AT_SKY (BALLOT_SKY == SKY_MAP || (BALLOT_SKY != SKY_NONE && BALLOT_INTEGRATOR == INTEGRATOR_WHITTED))
+// A plain sky is left to BSDF sampling where that finds light (lib/path/direct_light.glsl).
+#define AIMS_AT_SKY (BALLOT_SKY == SKY_MAP || (BALLOT_SKY != SKY_NONE && !BSDF_FINDS_LIGHT))
 #define LIGHT_KINDS (BALLOT_HAS_EMISSION + BALLOT_HAS_LIGHTS + AIMS_AT_SKY)
 #define HAS_LIGHT (BALLOT_HAS_EMISSION || BALLOT_HAS_LIGHTS || AIMS_AT_SKY)
 

@@ -2,7 +2,7 @@
 // GL_KHR_shader_subgroup_basic and _ballot.
 #include "display.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { LivePush push; };
 RECORDS_INOUT(BIND_FILM, Film, film)
 layout(set = 0, binding = BIND_PIXELS, scalar) writeonly buffer Pixels { uint pixels[]; };
