@@ -1,4 +1,4 @@
-// The file that choices of method auto are kept in.
+// The file that keeps the choices of method auto.
 #include <algorithm>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -44,7 +44,7 @@ Choice from_json(const Json& json) {
   return c;
 }
 
-/// What tells a tree from others.
+/// Returns a text that tells a tree from others.
 std::string scene_text(const BvhStats& t, const Bounds& b) {
   return fmt::format(
       "{} triangles, {} references, {} nodes, depth {}, SAH {:a}, ({:a}, {:a}, {:a}) to ({:a}, {:a}, {:a})",
@@ -88,7 +88,7 @@ void Choices::load() {
         all_.emplace(key_of(c.rays, c.want, c.numeric, c.knobs), std::move(c));
     }
   } catch (const std::exception&) {
-    // A cache: what cannot be read is measured again.
+    // A cache that cannot be read is no error: auto measures again.
   }
 }
 

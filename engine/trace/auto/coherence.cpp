@@ -24,7 +24,7 @@ unsigned octant(const Ray& r) {
   return unsigned(std::signbit(r.dir.x)) | unsigned(std::signbit(r.dir.y)) << 1 | unsigned(std::signbit(r.dir.z)) << 2;
 }
 
-/// Whether all rays alive of a run point into one octant.
+/// Returns true if all live rays of a run point into one octant.
 bool agrees(std::span<const Ray> run) {
   unsigned seen = 0;
   for (const Ray& r : run)

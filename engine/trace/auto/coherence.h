@@ -1,4 +1,4 @@
-// Telling what ray class foreign rays are.
+// The ray class of foreign rays: rays that the caller brings and gives no class.
 #pragma once
 
 #include <span>
@@ -9,9 +9,10 @@
 
 namespace ballot {
 
-/// "coherent", "mixed" or "incoherent", by the share of runs of 64 neighbours whose directions agree in every sign (at
-/// least 0.9, 0.4, less), and "long" or "short": whether the median ray may go farther than a tenth of the diagonal of
-/// `scene`. Dead rays do not count. "foreign: coherent, long" where there are none alive.
+/// Returns the class of rays, "foreign: coherent, long" for example. They are "coherent", "mixed" or "incoherent" by
+/// the share of runs of 64 neighbours whose directions agree in every sign: at least 0.9, at least 0.4, or less. They
+/// are "short" if the median length is less than a tenth of the diagonal of `scene`, else "long". Dead rays do not
+/// count. If no ray is alive, the class is "foreign: coherent, long".
 std::string ray_class_of(std::span<const Ray> rays, const Bounds& scene);
 
 }  // namespace ballot
