@@ -44,18 +44,17 @@ namespace ballot {
 struct EngineOptions {
   std::string device;     // "": best GPU, else CPU; an index, part of a name, "gpu", "cpu"
   bool validate = false;  // Vulkan validation with synchronization checks; messages() collects the reports
-  /// A device that is open already, so that several scenes share it; opening one takes time. `device` and `validate`
-  /// are then as that device was opened with.
+  /// A device that is open already, so that several scenes share it; opening one takes time. `device`, `validate`,
+  /// `window` and `statistics` are then ignored: they are as the device was opened with.
   std::shared_ptr<Context> context = {};
   BuildSettings build = {};
-  bool use_cache = true;  // keeps BVHs and the choices of method auto on disk, in cache_folder()
-  const WindowSurface* window =
-      nullptr;                      // the window that pictures are shown in; the device must be able to present there
-  bool statistics = false;          // ContextOptions::statistics
-  std::vector<Query> queries = {};  // refused before the BVH is built if the device cannot follow their knobs
+  bool use_cache = true;                  // keeps BVHs and the choices of method auto on disk, in cache_folder()
+  const WindowSurface* window = nullptr;  // shows pictures; the device must be able to present to it
+  bool statistics = false;                // ContextOptions::statistics
+  std::vector<Query> queries = {};  // checked before the BVH is built: throws if the device cannot follow their knobs
 };
 
-/// Seconds that each step of making an Engine took.
+/// The seconds that each step of making an Engine took.
 struct StartTimes {
   double device_s = 0, bvh_s = 0;
 };
@@ -72,7 +71,7 @@ class Engine {
 
   const Scene& scene() const { return scene_; }
   const Bvh& bvh() const { return bvh_; }
-  /// The features that kernels are compiled for.
+  /// Returns the features that kernels are compiled for.
   const SceneFeatures& features() const { return features_; }
   const DeviceInfo& device() const { return gpu_->info(); }
   const std::shared_ptr<Context>& context() const { return gpu_; }
@@ -108,8 +107,8 @@ class Engine {
                const Progress& progress = {}) {
     renderer_->advance(film, view, options, samples, times, progress);
   }
-  /// advance() whose sums may stay on the device until collect(). Until then the film must not be read or copied, and
-  /// no other film rendered; Error(Work) says so where sums are gone.
+  /// The same as advance(), but the sums may stay on the device until collect(). Until then the film must not be read
+  /// or copied, and no other film rendered. Throws Error(Work) if another film was rendered since.
   void advance_there(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples,
                      RenderTimes& times, const Progress& progress = {}) {
     renderer_->advance(film, view, options, samples, times, progress, Sums::OnDevice);
@@ -117,11 +116,11 @@ class Engine {
   void collect(Film& film, RenderTimes& times) { renderer_->collect(film, times); }
   Image picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times);
 
-  /// Everything that decides the bits of a film, one line each: scene, view, options, arithmetic, device, commit. Films
-  /// with equal texts have equal bits. write_film() stores the text with the film.
+  /// Returns everything that decides the bits of a film, one line each: scene, view, options, arithmetic, device,
+  /// commit. Films with equal texts have equal bits. write_film() stores the text with the film.
   std::string made_of(const View& view, const RenderOptions& options) const;
 
-  /// Bytes on the device for rendering, without the tree.
+  /// Returns the bytes that rendering takes on the device, without the tree.
   std::uint64_t render_bytes() const { return scene_data_->bytes() + renderer_->bytes(); }
 
   /// Makes the rays of one kind (ray_kinds.h) for a view of width x height pixels, 1 to 16384 each, on the device.
@@ -139,7 +138,7 @@ class Engine {
     return batches_->make(std::move(name), rays, want);
   }
 
-  /// The concrete query that runs on a batch: `want` is the batch's, and method auto becomes the method that it
+  /// Returns the concrete query that runs on a batch: `want` is the batch's, and method auto becomes the method that it
   /// chooses.
   Query resolve(const RayBatch& batch, Query query) { return batches_->resolve(batch, std::move(query)); }
 
@@ -156,7 +155,7 @@ class Engine {
   /// trace(). Throws as trace() does, and Error(Work) if the device has no room for the counters, 72 bytes a ray.
   Counters count(RayBatch& batch, Query query) { return batches_->count(batch, std::move(query)); }
 
-  /// The CPU oracles of this scene, which check batches; made on first use.
+  /// Returns the checker of batches, with the CPU oracles of this scene. It is made on first use.
   HitChecker& checker();
 
   /// Finds, for each ray of a batch, whether it hits the triangle that it starts from, and whether its origin offset
@@ -165,19 +164,21 @@ class Engine {
   /// Error(Arguments) if the rays start at no hits.
   std::vector<OriginCheck> check_origins(const RayBatch& batch, const Query& query = {});
 
-  /// The picture for a window, which stays on the device; one for an Engine, made on first use.
+  /// Returns the picture for a window, which stays on the device. An Engine has one, made on first use.
   LiveImage& live();
 
   /// Makes the presenter for the window of EngineOptions. The Engine must outlive it. Throws Error(Arguments) if there
   /// is no window, and as Presenter does.
   std::unique_ptr<Presenter> make_presenter(Pace pace);
 
-  /// Compiles the kernels of traversal, render() and live() anew from the shader folder when they are used next. A
-  /// kernel that fails to compile is kept as it was, and shader_error() has the compiler's message; empty: all is well.
+  /// Compiles the kernels of traversal, render() and live() anew from the shader folder when they are used next. If a
+  /// kernel fails to compile, the old one stays in use and shader_error() has the compiler's message; else that is
+  /// empty.
   void reload_shaders() { gpu_->reload_shaders(); }
   const std::string& shader_error() const { return gpu_->shader_error(); }
 
-  /// The reports of the validation layers since the device was opened, if asked for.
+  /// Returns the reports of the validation layers since the device was opened; none unless EngineOptions::validate is
+  /// set.
   const std::vector<std::string>& messages() const { return gpu_->messages(); }
 
  private:
@@ -195,7 +196,7 @@ class Engine {
   std::unique_ptr<HitChecker> checker_;  // made on first use
 };
 
-/// The commit that this library was built from, or "unknown".
+/// Returns the commit that this library was built from, or "unknown".
 std::string commit();
 
 }  // namespace ballot

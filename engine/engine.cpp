@@ -14,14 +14,16 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// OpenEXR multiplies row vectors from the left, so its row-by-row order is glm's column-by-column order.
+/// Returns a matrix as OpenEXR stores it. OpenEXR multiplies row vectors from the left, so its row-by-row order is
+/// glm's column-by-column order.
 std::array<float, 16> exr_matrix(const glm::dmat4& m) {
   std::array<float, 16> values;
   for (int i = 0; i < 16; ++i) values[std::size_t(i)] = float(m[i / 4][i % 4]);
   return values;
 }
 
-/// OpenEXR's NDC: (0, 0) top left, (1, 1) bottom right; depth 0 at distance near, 1 at infinity. From our camera frame.
+/// Returns the matrix from the camera's frame to OpenEXR's NDC: (0, 0) is top left and (1, 1) bottom right; depth is 0
+/// at distance near and 1 at infinity.
 glm::dmat4 ndc_from_camera(const View& view, double aspect) {
   constexpr double near = 1e-3;
   glm::dmat4 m(0);

@@ -20,17 +20,18 @@ enum class TreeFormatId { Pair, Bvh4, Wide8, Frontier };
 /// When kernels read the pair tree besides their own format.
 enum class Pairs { Always, WithFallback, Never };
 
+/// A row of the registry of tree formats.
 struct TreeFormat {
   TreeFormatId id;
   std::string_view name;
   std::string_view summary;
-  /// Texels of the format; null where they are the pair tree's own. `size`: nodes of a frontier.
+  /// Returns the texels of the format. Null: they are the pair tree's own. `size`: number of nodes in the frontier.
   std::vector<glm::uvec4> (*encode)(const PairTree& pairs, std::uint32_t size) = nullptr;
   Pairs pairs = Pairs::Always;
-  std::uint32_t pushes = 1;    // entries that one step of a ray pushes on its stack at most
+  std::uint32_t pushes = 1;    // the most entries that one step of a ray pushes on its stack
   bool padded = false;         // boxes can be widened once for all rays (padding.h)
-  bool follows_pairs = false;  // is encoded from the very pairs that the kernel reads, in their layout and padding
-  bool collapsed = false;      // takes about a second for 2^20 nodes (collapse.h), and nothing keeps the result
+  bool follows_pairs = false;  // encoded from the pairs that the kernel reads, in their layout and padding
+  bool collapsed = false;      // encoding takes about a second for 2^20 nodes (collapse.h); the result is not cached
 };
 
 // clang-format off

@@ -1,4 +1,5 @@
-// Sums of the counters of the instrumented variant (RayStats in shaders/shared/variant.h), and figures made of them.
+// The counters of the instrumented variant (RayStats in shaders/shared/variant.h), summed over rays, and ratios of
+// them.
 #pragma once
 
 #include <cstdint>
@@ -10,46 +11,50 @@
 
 namespace ballot {
 
-/// A counter: its name in JSON, its field in the record, its meaning.
+/// A counter: its name in JSON, its field in the record of a ray, and what it counts.
 struct CounterInfo {
   std::string_view name;
   std::uint32_t RayStats::*field;
   std::string_view what;
 };
 inline constexpr CounterInfo kCounters[] = {
-    {"nodes", &RayStats::nodes, "inner nodes that live rays went through"},
-    {"nodes_needed", &RayStats::nodes_needed, "of them, met by the ray itself"},
-    {"leaves", &RayStats::leaves, "leaves that live rays went through"},
-    {"leaves_needed", &RayStats::leaves_needed, "of them, met by the ray itself"},
-    {"triangles", &RayStats::triangles, "triangles in the leaves gone through"},
-    {"triangles_tested", &RayStats::triangles_tested, "of them, tested: the ray met the leaf's box"},
-    {"packet_nodes", &RayStats::packet_nodes, "of nodes, on a path that the subgroup shared"},
-    {"lanes", &RayStats::lanes, "sum over needed visits of the lanes that needed the same visit"},
+    {"nodes", &RayStats::nodes, "inner nodes visited by live rays"},
+    {"nodes_needed", &RayStats::nodes_needed, "of these, nodes that the ray itself meets"},
+    {"leaves", &RayStats::leaves, "leaves visited by live rays"},
+    {"leaves_needed", &RayStats::leaves_needed, "of these, leaves that the ray itself meets"},
+    {"triangles", &RayStats::triangles, "triangles in the visited leaves"},
+    {"triangles_tested", &RayStats::triangles_tested, "of these, triangles tested: the ray meets the box of the leaf"},
+    {"packet_nodes", &RayStats::packet_nodes, "of the nodes, those on a path that the subgroup shares"},
+    {"lanes", &RayStats::lanes, "sum over needed visits of the number of lanes that need the same visit"},
     {"steps", &RayStats::steps, "node and leaf visits of subgroups"},
-    {"unneeded", &RayStats::unneeded, "shared node visits where no lane could still find a nearer hit"},
-    {"few", &RayStats::few, "shared node visits where some lanes could, but fewer than a quarter"},
+    {"unneeded", &RayStats::unneeded, "shared node visits in which no lane could still find a nearer hit"},
+    {"few", &RayStats::few, "shared node visits in which some lanes could, but fewer than a quarter"},
     {"votes", &RayStats::votes, "rounds of voting"},
-    {"disagreements", &RayStats::disagreements, "of them, lanes wanted different children first"},
-    {"switches", &RayStats::switches, "nodes at which paths changed from shared to own; of cut: nodes put aside"},
-    {"switch_depth", &RayStats::switch_depth, "sum of their depths"},
-    {"overflows", &RayStats::overflows, "pairs of children that a packet kept since some list was full"},
-    {"fetches", &RayStats::fetches, "rays that idle lanes took while others were under way"},
+    {"disagreements", &RayStats::disagreements, "of these, rounds in which lanes wanted different children first"},
+    {"switches", &RayStats::switches, "nodes at which a shared path became paths of single rays; cut: put aside"},
+    {"switch_depth", &RayStats::switch_depth, "sum of the depths of these nodes"},
+    {"overflows", &RayStats::overflows, "pairs of children that a packet kept because a list was full"},
+    {"fetches", &RayStats::fetches, "rays taken by idle lanes while other lanes were at work"},
 };
 
+/// The sums of all counters over rays.
 struct Counters {
   std::uint64_t rays = 0;
-  std::uint32_t subgroup = 0;  // lanes
-  std::uint32_t stack = 0;     // high-water mark over all rays, of the shared or the own stack with its list
+  std::uint32_t subgroup = 0;  // lanes in a subgroup
+  std::uint32_t stack = 0;     // high-water mark over all rays: the shared stack, or a ray's own with its list
   std::uint64_t sums[std::size(kCounters)] = {};  // in the order of kCounters
 
+  /// Adds the records of rays.
   void add(std::span<const RayStats> stats);
-  std::uint64_t operator[](std::string_view name) const;  // a name of kCounters
+  /// Returns the sum of a counter. Throws Error(Arguments) if kCounters has no such name.
+  std::uint64_t operator[](std::string_view name) const;
 
-  /// Mean share of a subgroup's lanes that needed a step, in [0, 1]; 0 without steps.
+  /// Returns the mean share of a subgroup's lanes that needed a step, in [0, 1]; 0 if there were no steps.
   double active_lanes() const;
-  /// Share of node visits on shared paths, in [0, 1].
+  /// Returns the share of node visits on shared paths, in [0, 1]; 0 if there were none.
   double packet_share() const;
-  /// Share of node visits that the ray itself needed, in [0, 1]: how alike neighbouring rays are.
+  /// Returns the share of node visits that the ray itself needed, in [0, 1]; 0 if there were none. It tells how alike
+  /// neighbouring rays are.
   double coherence() const;
 };
 

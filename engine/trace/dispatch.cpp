@@ -11,11 +11,11 @@ namespace {
 
 constexpr std::uint32_t kUnbounded = std::numeric_limits<std::uint32_t>::max();
 
-/// Rays that a workgroup takes, or begins with.
+/// Returns the number of rays that a workgroup takes, or takes first in a persistent launch.
 std::uint32_t group_rays(const Variant& v) { return v.config.workgroup * v.rays_per_lane(); }
 
-/// True if a dispatch leaves a word for the host: the counter of a persistent launch, or rays that were cut short.
-/// Other dispatches leave none, and each transfer to and from a GPU would be a wait.
+/// Returns true if the host has to read the work counter after a dispatch: for the next ray of a persistent launch, or
+/// for rays that were cut short. Other dispatches do without, as each transfer to or from a GPU would be a wait.
 bool reports(const Variant& v) { return v.config.launch == Launch::Persistent || v.config.loops_cut; }
 
 }  // namespace
@@ -23,11 +23,11 @@ bool reports(const Variant& v) { return v.config.launch == Launch::Persistent ||
 std::uint32_t Dispatcher::groups_for(const Variant& v, std::uint32_t rays) const {
   const KernelConfig& c = v.config;
   const std::uint32_t packet = c.subgroup * v.rays_per_lane();
-  rays = (rays + packet - 1) / packet * c.subgroup;  // as many as there are lanes to take them
+  rays = (rays + packet - 1) / packet * c.subgroup;  // lanes that take these rays, in whole subgroups
   std::uint64_t lanes = rays;
   if (c.launch == Launch::Persistent) {
-    // Twice what all rays need with the batches that a subgroup may take, so that threads which are ahead find more to
-    // do, but no more than may be resident; what is left after that is dispatched again.
+    // Twice the lanes that all rays need if every subgroup takes all its batches, so that threads which are ahead find
+    // more to do. No more lanes than may be resident. Rays that are then left are dispatched again.
     lanes = 2 * ((std::uint64_t(rays) + c.batches - 1) / c.batches);
     if (c.batches == kUnbounded) lanes = rays;
     lanes = std::min<std::uint64_t>(lanes, std::max(c.resident_lanes, c.workgroup));
@@ -90,10 +90,10 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
     if (plain && count - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
     const Work work = dispatch(job, rays, hits, push, times);
     total.unfinished += work.unfinished;
-    // A bounded persistent kernel may leave rays; what it took, it finished.
+    // A persistent kernel with a limit of batches may leave rays, but it has finished all rays that it took.
     const std::uint32_t next = plain ? push.ray_end : std::min(work.next, push.ray_end);
     if (next <= push.ray_begin)
-      fail(Failure::Work, "kernel {} took no ray of {} left on {}: the driver lost the dispatch",
+      fail(Failure::Work, "kernel {}: a dispatch traced none of the {} rays left on {}: the driver lost it",
            job.kernel->kernel->name(), count - push.ray_begin, gpu_.info().name);
     push.ray_begin = next;
   }

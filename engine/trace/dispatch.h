@@ -1,4 +1,5 @@
-// Dispatches of traversal kernels: sized, repeated until no ray is left, recorded between other passes.
+// Dispatches of traversal kernels: their size, their repetition until no ray is left, and their recording between other
+// passes.
 #pragma once
 
 #include "engine/trace/kernels.h"
@@ -6,8 +7,9 @@
 
 namespace ballot {
 
+/// The time that a trace took on the device, and how often it was dispatched.
 struct TraceTimes {
-  double device_ms = 0;  // of the traversal dispatches alone
+  double device_ms = 0;  // traversal dispatches alone
   std::uint32_t dispatches = 0;
   std::uint64_t retraced = 0;  // rays that the driver cut short and that were traced again in pieces (repair.h)
 };
@@ -18,8 +20,8 @@ struct IndirectRays {
   std::uint32_t index;
 };
 
-/// Camera rays that the kernel generates itself, as shaders/rays/primary.comp does: those of one camera for listed
-/// pixels.
+/// Camera rays that the kernel generates itself, as shaders/rays/primary.comp does: the rays of one camera for the
+/// listed pixels.
 struct CameraRays {
   const Buffer<PrimaryPush>& cameras;
   std::uint32_t index;  // of the camera
@@ -27,32 +29,35 @@ struct CameraRays {
   CameraKind kind;
 };
 
-/// The number of workgroups for a number of rays: one for every `rays` rays, and `most` at most.
+/// The workgroups of an indirect dispatch: one for every `rays` rays, but `most` at most.
 struct RayGroups {
   std::uint32_t rays, most;
 };
 
+/// Dispatches the kernels that trace rays in one tree. Belongs to the thread of its Context.
 class Dispatcher {
  public:
+  /// Keeps references to all arguments.
   Dispatcher(Context& gpu, DeviceTree& tree, TraceKernels& kernels) : gpu_(gpu), tree_(tree), kernels_(kernels) {}
 
-  /// Traces rays [0, count) from the child reference `root` on and waits. Dispatches again what bounded launches leave.
-  /// The result tells how many rays the driver cut short: their hits have prim UNFINISHED. Throws Error(Work) if a
-  /// dispatch takes no ray.
+  /// Traces rays [0, count), beginning at the child reference `root`, and waits. Dispatches again for rays that a
+  /// bounded launch leaves. Returns the work counter, whose `unfinished` is the number of rays that the driver cut
+  /// short; their hits have prim UNFINISHED. Throws Error(Work) if a dispatch takes no ray.
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
            TraceTimes& times);
   /// The same from the root of the tree.
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times);
 
-  /// True if `most` rays at most can be traced by one dispatch that the host need not look at.
+  /// Returns true if one dispatch can trace up to `most` rays and leaves no result that the host has to read back.
   bool can_record(const Variant& variant, std::uint32_t most) const;
 
-  /// Records one dispatch behind all earlier passes; only where can_record() allows it. `done` is told its device
+  /// Records one dispatch behind all earlier passes. Call it only if can_record() is true. `done` is given the device
   /// milliseconds.
   void record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, Context::Done done);
   void record(const Job& job, const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, Context::Done done);
   void record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect,
               Context::Done done);
+  /// Returns how a variant's indirect dispatches divide rays into workgroups.
   RayGroups groups_of(const Variant& variant) const;
 
  private:

@@ -44,10 +44,11 @@ struct KernelConfig {
   bool jump = true;
   std::uint32_t frontier = 64;
   Reduce reduce = Reduce::Shuffle;
-  double threshold = 0;  // of methods that have one (Threshold in methods.h): a share of the subgroup, or a count
-  bool subgroup_barrier =
-      true;               // the driver's: subgroupBarrier() after writes to shared memory; else a memory barrier alone
-  bool loops_cut = true;  // the driver's: it may end loops early, so kernels check that they ran to their end
+  double threshold = 0;  // for methods that have one (Threshold in methods.h): a share of the subgroup, or a count
+  /// Set for the driver: subgroupBarrier() follows writes to shared memory. False: a memory barrier alone.
+  bool subgroup_barrier = true;
+  /// Set for the driver: it may end loops early, so kernels check that their loops ran to the end.
+  bool loops_cut = true;
 
   TreeAccess tree_access() const { return {layout, padding, fetch, frontier}; }
 };

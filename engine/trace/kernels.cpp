@@ -12,7 +12,7 @@ bool TraceKernels::is_current(const TraceKernel& kernel) const {
 }
 
 TraceKernel& TraceKernels::get(const Variant& v) {
-  // Facts of the tree are part of a kernel: another depth needs other stacks.
+  // A kernel is compiled for facts of the tree: another depth needs another stack size.
   const TreeFacts& facts = tree_.facts();
   TraceKernel& kernel = kernels_[fmt::format("{} subgroup={} depth={} leaf={} far={}", v.kernel_name(),
                                              v.config.subgroup, facts.depth, facts.largest_leaf, int(facts.far))];

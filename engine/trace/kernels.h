@@ -1,4 +1,4 @@
-// The traversal kernels of a tree: compiled on first use, with the tree's arrays bound.
+// The traversal kernels of a tree. They are compiled on first use, and the tree's arrays are bound to them.
 #pragma once
 
 #include <map>
@@ -11,26 +11,28 @@
 
 namespace ballot {
 
-/// A kernel and the arrays that it reads; null: it reads no such array.
+/// A kernel and the arrays that it reads. An array is null if the kernel reads none of this sort.
 struct TraceKernel {
   std::unique_ptr<Kernel> kernel;
   const DeviceTree::Texels *nodes = nullptr, *format = nullptr, *leaves = nullptr;
-  std::uint64_t tree = 0;  // generation of the tree that the arrays are of
+  std::uint64_t tree = 0;  // generation of the tree that the arrays belong to
 };
 
-/// A variant and its kernel. Variants that differ only in their threshold share the kernel.
+/// A variant and the kernel that runs it. Variants that differ in their threshold alone share a kernel.
 struct Job {
   Variant variant;
   TraceKernel* kernel;
 };
 
+/// The kernels of all variants that were asked for. Belongs to the thread of its Context.
 class TraceKernels {
  public:
+  /// Keeps references to both arguments.
   TraceKernels(Context& gpu, DeviceTree& tree);
 
-  /// The kernel of a variant for the present tree and the present shaders. The pointer stays valid for the life of this
-  /// object; is_current() tells whether the kernel has to be asked for again. Throws Error(Work) if it does not
-  /// compile.
+  /// Returns the kernel of a variant for the present tree and the present shaders. The reference stays valid for the
+  /// life of this object. Once is_current() is false, get() has to be called again. Throws Error(Work) if the kernel
+  /// does not compile.
   TraceKernel& get(const Variant& variant);
   bool is_current(const TraceKernel& kernel) const;
 

@@ -11,7 +11,7 @@ namespace ballot {
 namespace {
 
 [[noreturn]] void refuse_value(std::string_view knob, std::string_view value, std::string_view takes) {
-  fail(Failure::Arguments, "--knob {}: '{}' is none of its values; it takes {}", knob, value, takes);
+  fail(Failure::Arguments, "--knob {}: '{}' is not one of its values; it takes {}", knob, value, takes);
 }
 
 std::string text_of(double value) {
@@ -48,7 +48,7 @@ double parse(const Knob& knob, std::string_view value) {
   return parse_number(knob, value);
 }
 
-/// All names, in the order of help: knobs, then thresholds.
+/// Returns all names in the order of help: knobs, then thresholds.
 std::string knob_names() {
   std::string names;
   for (const KnobInfo& k : knobs()) names += fmt::format("{}{}", names.empty() ? "" : ", ", k.name);
@@ -60,8 +60,8 @@ void check_vote(const Method& method, const KernelConfig& config) {
   std::string votes;
   for (const Vote v : {Vote::Any, Vote::Count, Vote::Sum})
     if (method.takes(v)) votes += fmt::format("{}{}", votes.empty() ? "" : ", ", vote_name(v));
-  fail(Failure::Arguments, "--knob vote={}: method {} needs numbers; it takes {}", vote_name(config.vote), method.name,
-       votes);
+  fail(Failure::Arguments, "--knob vote={}: method {} needs numbers of lanes; it takes {}", vote_name(config.vote),
+       method.name, votes);
 }
 
 }  // namespace

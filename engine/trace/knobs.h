@@ -43,25 +43,27 @@ constexpr KnobField field() {
           }};
 }
 
+/// A row of the registry of knobs.
 struct Knob {
   std::string_view name;
   std::string_view help;
   KnobField field;
-  // Its values: one of `names`, one of `numbers`, a share in [0, 1], or a whole number from `least` to `most`.
+  // The values that the knob takes: one of `names`, one of `numbers`, a share in [0, 1], or a whole number from `least`
+  // to `most`.
   std::array<std::string_view, 4> names = {};
   std::array<std::uint32_t, 4> numbers = {};
   bool share = false;
   double least = 0, most = 1;
-  std::string_view takes = {};  // for help, where the limits say too little
-  /// The define that carries the value to the shader; empty: no define does.
+  std::string_view takes = {};  // the values as help shows them, where the limits say too little
+  /// The define that carries the value to the shader. Empty: there is none.
   std::string_view define = {};
   int idle = 0;  // the define's value where the knob does not apply
-  /// True if the knob changes what this method does. Null: it always does.
+  /// Returns true if the knob changes what a method does. Null: it always does.
   bool (*applies)(const Method&, const KernelConfig&) = nullptr;
-  /// Why a method does not have the knob, to end "method M ...": giving the knob is an error then. Empty: it is
-  /// ignored.
+  /// The end of the message "method M ...", which says why a method lacks the knob. Where the knob does not apply, it
+  /// is an error to give it. Empty: it is ignored there.
   std::string_view without = {};
-  bool named = true;  // part of a kernel's name
+  bool named = true;  // the kernel's name has its value
 
   bool applies_to(const Method& method, const KernelConfig& config) const {
     return !applies || applies(method, config);
@@ -89,7 +91,7 @@ inline constexpr Knob kKnobs[] = {
      .help = "how the two boxes of a node pair lie in its 64 bytes (compact: 48)",
      .field = field<&KernelConfig::layout>(), .names = {"paper", "interleaved", "centred", "compact"},
      .define = "BALLOT_LAYOUT", .idle = LAYOUT_CENTRED, .applies = has_pairs,
-     .without = "walks a tree with one layout"},
+     .without = "walks a tree that has one layout only"},
     {.name = "vote",
      .help = "packets: how the lanes agree on the order of two children",
      .field = field<&KernelConfig::vote>(), .names = {"any", "count", "sum"}, .define = "BALLOT_VOTE",
@@ -103,7 +105,7 @@ inline constexpr Knob kKnobs[] = {
      .field = field<&KernelConfig::cooperative>(), .names = kOffOn, .define = "BALLOT_COOPERATIVE",
      .applies = has_packets},
     {.name = "rays",
-     .help = "packet-wide: rays in a lane",
+     .help = "packet-wide: rays per lane",
      .field = field<&KernelConfig::rays>(), .numbers = {1, 2, 4, 8}, .define = "BALLOT_RAYS", .idle = 1,
      .applies = has_ray_packets, .without = "has no packets of several rays in a lane"},
     {.name = "fallback",
@@ -115,9 +117,9 @@ inline constexpr Knob kKnobs[] = {
      .field = field<&KernelConfig::jump>(), .names = kOffOn, .define = "BALLOT_JUMP",
      .applies = has_ray_packets, .without = "has no packets of several rays in a lane"},
     {.name = "frontier",
-     .help = "frontier: nodes that the subgroup tests first",
+     .help = "frontier: number of nodes near the root that the subgroup tests first",
      .field = field<&KernelConfig::frontier>(), .numbers = {32, 64}, .define = "BALLOT_FRONTIER",
-     .applies = has_frontier, .without = "starts at the root"},
+     .applies = has_frontier, .without = "has no frontier: its rays start at the root"},
     {.name = "reduce",
      .help = "frontier: minima over the lanes are found by shuffles, or by integer reductions",
      .field = field<&KernelConfig::reduce>(), .names = {"shuffle", "integer"}, .define = "BALLOT_REDUCE",
@@ -131,11 +133,11 @@ inline constexpr Knob kKnobs[] = {
      .field = field<&KernelConfig::push>(), .names = {"branch", "always"}, .define = "BALLOT_PUSH",
      .applies = has_own_stack},
     {.name = "list",
-     .help = "cut: nodes that a ray can put aside; the packet walks what does not fit",
+     .help = "cut: number of nodes that a ray can put aside; the packet walks nodes that do not fit",
      .field = field<&KernelConfig::list>(), .least = 1, .most = 64, .applies = has_lists,
-     .without = "puts nothing aside"},
+     .without = "has no lists: its rays put no nodes aside"},
     {.name = "products",
-     .help = "watertight: how exact signs of edge functions are found; fma is wrong where fma() rounds twice",
+     .help = "watertight: how the exact sign of an edge function is found; fma is wrong where fma() rounds twice",
      .field = field<&KernelConfig::products>(), .names = {"split", "float64", "fma"}, .define = "BALLOT_PRODUCTS"},
     {.name = "padding",
      .help = "watertight: boxes are widened by each ray as far as it needs, or once, in the tree",
@@ -152,9 +154,9 @@ inline constexpr Knob kKnobs[] = {
     {.name = "sorted",
      .help = "any hit, traversal ray by ray: the nearer child is entered first (1), or the left one (0)",
      .field = field<&KernelConfig::sorted>(), .names = kOffOn, .define = "BALLOT_SORTED", .idle = 1,
-     .applies = has_pairs, .without = "always enters children in the order of entry"},
+     .applies = has_pairs, .without = "always enters the nearest child first"},
     {.name = "launch",
-     .help = "one invocation a ray, or resident subgroups that take batches of rays from a counter",
+     .help = "one invocation per ray, or resident subgroups that take batches of rays from a counter",
      .field = field<&KernelConfig::launch>(), .names = {"plain", "persistent"}, .define = "BALLOT_LAUNCH"},
     {.name = "workgroup",
      .help = "invocations in a workgroup",
@@ -165,50 +167,53 @@ inline constexpr Knob kKnobs[] = {
      .field = field<&KernelConfig::subgroup>(), .least = 4, .most = 128,
      .takes = "a power of two that the device offers", .named = false},
     {.name = "batches",
-     .help = "persistent launch: batches that a subgroup takes in one dispatch",
+     .help = "persistent launch: the most batches that a subgroup takes in one dispatch",
      .field = field<&KernelConfig::batches>(), .least = 1, .most = 4294967295, .applies = is_persistent},
     {.name = "lanes",
-     .help = "persistent launch: invocations launched at most",
+     .help = "persistent launch: the most invocations in one dispatch",
      .field = field<&KernelConfig::resident_lanes>(), .least = 4, .most = 16777216, .applies = is_persistent},
 };
 // clang-format on
 
-/// The row of a knob. Throws Error(Arguments) that lists the knobs there are, thresholds included.
+/// Returns the row of a knob. Throws Error(Arguments), which lists the knobs and thresholds, if there is none of this
+/// name.
 Knob find_knob(std::string_view name);
 
-/// The threshold of a method that has one, as a knob.
+/// Returns the threshold of a method as a knob.
 Knob knob_of(const Threshold& threshold);
 
-/// The texts of a knob in help: its name, its values, its effect.
+/// A knob as help shows it: its name, its values, and what it does.
 struct KnobInfo {
   std::string name, values, what;
 };
-/// All knobs, thresholds included, in the order of help.
+/// Returns all knobs, then all thresholds, in the order of help.
 const std::vector<KnobInfo>& knobs();
 
-/// "texel" of the value that a configuration holds.
+/// Returns the value of a knob in a configuration, as `--knob` takes it: "texel".
 std::string value_text(const Knob& knob, const KernelConfig& config);
 
-/// Applies knobs to a configuration. Throws Error(Arguments) that lists the names or values there are.
+/// Applies knobs to a configuration. Throws Error(Arguments), which lists the names or values that exist, for an
+/// unknown one.
 void apply_knobs(KernelConfig& config, const Knobs& knobs);
 
-/// Throws Error(Arguments) for a knob that the method does not have, and says why.
+/// Throws Error(Arguments), which gives the reason, for a knob that the method does not have.
 void check_knobs(const Method& method, const KernelConfig& config, const Knobs& knobs);
 
-/// True if a method has this knob, or ignores it; false if giving it is an error.
+/// Returns true if a method has this knob or ignores it, false if it is an error to give it.
 bool concerns(const Method& method, std::string_view knob, std::string_view value);
 
-/// The name of a vote as knob `vote` takes it.
+/// Returns the name of a vote as knob `vote` takes it.
 std::string_view vote_name(Vote vote);
 
-/// "fetch=texel stack=shared ..." of every knob that applies to a method: what makes its kernel another one.
+/// Returns "fetch=texel stack=shared ...", with every knob that applies to a method. Kernels of a method differ in
+/// these values.
 std::string describe(const KernelConfig& config, const Method& method);
-/// "k=11" where a method has a threshold, else "": thresholds do not change the kernel.
+/// Returns "k=11" for a method that has a threshold, else "". Thresholds do not change the kernel.
 std::string describe_threshold(const KernelConfig& config, const Method& method);
-/// The threshold as the kernel counts: a share is rounded up to lanes of the subgroup.
+/// Returns the threshold in the kernel's unit. A share is rounded up to lanes of the subgroup.
 std::uint32_t threshold_lanes(const KernelConfig& config, const Method& method);
 
-/// Defines of all knobs, for a method with this configuration.
+/// Returns the defines of all knobs for a method with this configuration.
 std::vector<std::pair<std::string, int>> knob_defines(const KernelConfig& config, const Method& method);
 
 }  // namespace ballot

@@ -45,6 +45,7 @@ enum Votes : std::uint32_t {
 inline constexpr Defaults kCpu{.fetch = Fetch::Texel, .stack = StackPlace::Private, .launch = Launch::Persistent};
 inline constexpr Defaults kGpu{.fetch = Fetch::Reference, .stack = StackPlace::Private};
 
+/// A row of the registry of traversal methods.
 struct Method {
   std::string_view name;
   std::string_view kernel;  // under shaders/
@@ -61,7 +62,7 @@ struct Method {
   constexpr bool packet() const { return votes != kNoVotes; }
   constexpr bool shares_stack() const { return packet() || ray_packets; }
   constexpr bool takes(Vote vote) const { return (votes >> int(vote) & 1) != 0; }
-  /// True if a kernel with this configuration traces rays one by one, at least some.
+  /// True if a kernel with this configuration traces at least some rays one by one.
   constexpr bool falls_back(const KernelConfig& config) const { return !ray_packets || config.fallback; }
   /// True if a kernel with this configuration reads the pair tree.
   constexpr bool reads_pairs(const KernelConfig& config) const {
@@ -83,12 +84,12 @@ inline constexpr std::string_view kAuto = "auto";
 // clang-format off
 inline constexpr Method kMethods[] = {
     {.name = "packet", .kernel = "traverse/packet.comp",
-     .summary = "one path for the subgroup, by vote (Vinkler 3.1)",
+     .summary = "one path for the whole subgroup, chosen by vote (Vinkler 3.1)",
      .votes = kAllVotes, .own_stack = false},
     {.name = "if-if", .kernel = "traverse/if_if.comp",
-     .summary = "each ray by itself, a node or a leaf at a time (Vinkler 3.2)"},
+     .summary = "each ray by itself, one node or one leaf per step (Vinkler 3.2)"},
     {.name = "while-while", .kernel = "traverse/while_while.comp",
-     .summary = "each ray by itself, nodes until a leaf (Aila and Laine 2009)"},
+     .summary = "each ray by itself, from node to node until it holds a leaf (Aila and Laine 2009)"},
     {.name = "speculative", .kernel = "traverse/speculative.comp",
      .summary = "while-while that postpones a leaf and walks on until every lane has one (Aila and Laine 2009)"},
     {.name = "dynamic-fetch", .kernel = "traverse/dynamic_fetch.comp",
@@ -98,18 +99,19 @@ inline constexpr Method kMethods[] = {
                    .sweep = sweeps::kRefetch},
      .gpu = {.fetch = Fetch::Reference, .stack = StackPlace::Private, .launch = Launch::Persistent}},
     {.name = "alternate", .kernel = "traverse/alternate.comp",
-     .summary = "packet; a subtree that few lanes want is walked by those alone, at once (Vinkler 3.3)",
+     .summary = "packet; where few lanes want a subtree, these walk it at once, each by itself (Vinkler 3.3)",
      .votes = kCountingVotes,
      .threshold = {.knob = "f", .unit = Threshold::Share, .standard = 0.5,
-                   .what = "a node that fewer lanes than this share want is left to them", .sweep = sweeps::kShare}},
+                   .what = "a node that fewer lanes than this share want is left to those lanes",
+                   .sweep = sweeps::kShare}},
     {.name = "split-count", .kernel = "traverse/split_count.comp",
-     .summary = "packet; after n disagreements every ray by itself (Vinkler 3.3)",
+     .summary = "packet; after n disagreements of the lanes, every ray by itself (Vinkler 3.3)",
      .votes = kAllVotes,
      .threshold = {.knob = "n", .unit = Threshold::Count, .standard = 8,
                    .what = "disagreements of the lanes before the packet splits", .sweep = sweeps::kDisagreements,
                    .most = 1000000}},
     {.name = "stack-max", .kernel = "traverse/stack_max.comp",
-     .summary = "packet; once the shared stack holds more than k, every ray by itself (Vinkler 3.3)",
+     .summary = "packet; once the shared stack holds more than k nodes, every ray by itself (Vinkler 3.3)",
      .votes = kAllVotes,
      .threshold = {.knob = "k", .unit = Threshold::Count, .standard = 11,
                    .what = "entries of the shared stack before the packet splits (paper: 11 primary, 7 secondary)",
@@ -120,28 +122,30 @@ inline constexpr Method kMethods[] = {
      .threshold = {.knob = "f", .unit = Threshold::Share, .standard = 0.5,
                    .what = "a node that fewer lanes than this share want is put aside", .sweep = sweeps::kShare}},
     {.name = "packet-wide", .kernel = "traverse/packet_wide.comp",
-     .summary = "packet of several rays a lane over an eight-wide tree, a child a lane; for coherent rays on CPUs",
+     .summary = "packet of several rays per lane over an eight-wide tree, a child per lane; for coherent rays on CPUs",
      .tree = TreeFormatId::Wide8, .ray_packets = true},
     {.name = "frontier", .kernel = "traverse/frontier.comp",
-     .summary = "the subgroup tests nodes near the root, one a lane, for where its rays enter; then each ray by itself",
+     .summary = "lanes test nodes near the root, one each, to find where the rays enter; then each ray by itself",
      .tree = TreeFormatId::Frontier,
      .threshold = {.knob = "e", .unit = Threshold::Count, .standard = 16,
-                   .what = "entries into the tree beyond which rays start at its root", .sweep = sweeps::kEntries}},
+                   .what = "with more entries into the tree than this, rays start at its root",
+                   .sweep = sweeps::kEntries}},
     {.name = "bvh4", .kernel = "traverse/bvh4.comp",
-     .summary = "while-while over a tree of four children a node, in 64 bytes (Dammertz, Hanika and Keller 2008)",
+     .summary = "while-while over a tree of up to four children per 64-byte node (Dammertz, Hanika and Keller 2008)",
      .tree = TreeFormatId::Bvh4},
     {.name = kAuto, .kernel = "",
-     .summary = "the fastest of these on this device, scene and ray class: trials on a sample of the rays tell",
+     .summary = "the fastest of these on this device, scene and ray class, found by trials on a sample of the rays",
      .own_stack = false, .chooses = true},
 };
 // clang-format on
 
 inline constexpr std::string_view kDefaultMethod = kAuto;
 
-/// The method for few rays, and for rays that other methods leave: it compiles fastest, and is never far from the best.
+/// The method for few rays, and for rays that other methods leave unfinished. It compiles fastest and is never far from
+/// the best.
 inline constexpr std::string_view kPlainestMethod = "while-while";
 
-/// Throws Error(Arguments) that lists the methods there are.
+/// Returns the method of this name. Throws Error(Arguments), which lists the methods, if there is none.
 const Method& find_method(std::string_view name);
 
 }  // namespace ballot

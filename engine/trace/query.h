@@ -1,4 +1,4 @@
-// A query: the hits to find for a batch of rays, and the method that finds them.
+// The query: what to find for a batch of rays, and by which kernel.
 #pragma once
 
 #include <string>
@@ -7,13 +7,14 @@
 
 namespace ballot {
 
+/// What to find for rays, and by which method, numeric mode and knobs. The default finds nearest hits with method auto.
 struct Query {
   Want want = Want::Nearest;
   std::string method{kDefaultMethod};
   std::string numeric{kDefaultNumeric};
   Knobs knobs = {};
-  /// For method auto: the ray class. It is the name of a ray kind, or any other name that the caller gives to batches
-  /// that are alike. Empty: found from how coherent the rays are (auto/coherence.h).
+  /// The ray class, for method auto. It is the name of a ray kind, or any other name that the caller gives to batches
+  /// that are alike. Empty: the class follows from the coherence and the length of the rays (auto/coherence.h).
   std::string rays = {};
   bool operator==(const Query&) const = default;
 };

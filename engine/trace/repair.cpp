@@ -8,9 +8,10 @@ namespace ballot {
 
 namespace {
 
+/// Returns the steps of a leaf, as pieces_of() counts them.
 std::uint64_t leaf_steps(std::uint32_t leaf) { return 1 + leaf_count(leaf); }
 
-/// True if hit a comes before hit b of the same ray. Where the mode decides exactly, t before rounding counts.
+/// Returns true if hit a comes before hit b of the same ray. An exact mode compares t before it is rounded.
 bool better(const Ray& ray, std::span<const Triangle> triangles, const NumericMode& mode, const Hit& a, const Hit& b) {
   if (a.prim == NO_HIT || b.prim == NO_HIT) return b.prim == NO_HIT && a.prim != NO_HIT;
   if (mode.arithmetic == Arithmetic::Exact && a.prim != b.prim) {
@@ -49,11 +50,11 @@ std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit) {
 }
 
 Query repair_query(Query query) {
-  if (format_of(find_method(query.method).tree).collapsed) {  // pieces are of the binary tree
+  if (format_of(find_method(query.method).tree).collapsed) {  // pieces are subtrees of the binary tree
     query.method = kPlainestMethod;
     query.knobs = {};
   }
-  query.knobs["launch"] = "plain";  // an invocation a ray, so that rays do not share what loops are allowed
+  query.knobs["launch"] = "plain";  // one invocation per ray, so that rays do not share the limit of loop iterations
   return query;
 }
 

@@ -1,9 +1,9 @@
-// Rays whose traversal a driver cut short, traced again in pieces of the tree that are short enough.
+// Repair: traces rays again whose traversal the driver cut short, in pieces of the tree that are small enough.
 //
 // Mesa 22.3's lavapipe gives all loops of an invocation 65 535 iterations together and then silently stops looping. The
-// kernels notice (shaders/lib/frame/main.glsl) and mark such rays. The answer is the smallest (t, prim) over all leaves
-// whatever the order, so the tree can be cut into subtrees, each traced by a dispatch of its own, and the answers
-// merged.
+// kernels notice this (shaders/lib/frame/main.glsl) and mark the ray. The hit of a ray is the smallest (t, prim) over
+// all leaves, in whatever order they are visited. So the tree can be cut into subtrees. A dispatch traces each of them,
+// and the hits are merged.
 #pragma once
 
 #include <span>
@@ -14,17 +14,18 @@
 
 namespace ballot {
 
-/// The query that traces such rays: one invocation a ray, over the binary tree.
+/// Returns the query that traces such rays: one invocation per ray, over the binary tree.
 Query repair_query(Query query);
 
+/// Finishes rays that the driver cut short.
 class Repair {
  public:
-  /// `job`: of repair_query().
+  /// Keeps references to all arguments. `job` is the job of repair_query().
   Repair(Context& gpu, DeviceTree& tree, Dispatcher& dispatcher, const Job& job)
       : gpu_(gpu), tree_(tree), dispatcher_(dispatcher), job_(job) {}
 
-  /// Traces every ray of [0, count) whose hit is UNFINISHED until it is answered. Throws Error(Work) if a ray stays
-  /// unfinished.
+  /// Traces every ray of [0, count) whose hit is UNFINISHED, in ever smaller pieces of the tree, until it is finished.
+  /// Throws Error(Work) if a ray stays unfinished.
   void run(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times);
 
  private:
@@ -37,8 +38,8 @@ class Repair {
   const Job& job_;
 };
 
-/// Roots of subtrees of at most `limit` steps that together hold every leaf once. A step is an inner node or a
-/// triangle, and one for each leaf.
+/// Returns the roots of subtrees that together hold every leaf once. A subtree takes at most `limit` steps, unless it
+/// is a single leaf. An inner node is one step, a leaf is one step, and each of its triangles is one more.
 std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit);
 
 }  // namespace ballot

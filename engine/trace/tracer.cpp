@@ -68,10 +68,10 @@ Job Tracer::job(const Query& query, bool counters, bool indirect, CameraKind cam
 }
 
 std::uint32_t Tracer::chunk_rays() const {
-  // Bounded, so that no watchdog fires and progress shows; a CPU device takes about a second for this many.
+  // Bounded, so that no watchdog fires and progress is shown. A CPU device takes about a second for this many rays.
   const std::uint64_t bounded = gpu_.info().is_cpu() ? 1u << 20 : 1u << 22;
-  constexpr std::uint64_t kLargestRecord = sizeof(RayStats),
-                          kSmallestGroup = 64;  // of what may go with a ray, or look at it
+  // The largest record that may belong to a ray, and the smallest workgroup of a pass over the rays.
+  constexpr std::uint64_t kLargestRecord = sizeof(RayStats), kSmallestGroup = 64;
   return std::uint32_t(std::min(
       {bounded, gpu_.info().max_storage_range / kLargestRecord, gpu_.info().max_group_count_x * kSmallestGroup}));
 }

@@ -1,4 +1,4 @@
-// A tree on a device: rays in, hits out.
+// The tracer: finds the hits of rays in one tree on one device.
 #pragma once
 
 #include <array>
@@ -12,92 +12,95 @@
 
 namespace ballot {
 
-/// Puts together what tracing takes: the tree's arrays (DeviceTree), the kernels (TraceKernels), their dispatches
-/// (Dispatcher), rays that a driver cut short (Repair), and method auto (Chooser). Belongs to the thread of its
-/// Context.
+/// Traces rays in one tree on one device. It owns the tree's arrays (DeviceTree), the kernels (TraceKernels), their
+/// dispatches (Dispatcher) and the choices of method auto (Chooser). Repair finishes rays that the driver cut short.
+/// Belongs to the thread of its Context.
 class Tracer {
  public:
-  /// Keeps references to gpu, bvh and triangles. `facts`: what kernels are compiled for, those of `bvh` or more general
+  /// Keeps references to gpu, bvh and triangles. Kernels are compiled for `facts`: those of `bvh`, or more general
   /// ones.
   Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
   ~Tracer();
   Tracer(const Tracer&) = delete;
   Tracer& operator=(const Tracer&) = delete;
 
-  /// Takes another tree in place of the present one; the next trace meets it. Keeps references as the constructor does.
+  /// Replaces the tree. The next trace uses the new one. Keeps references as the constructor does.
   void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
 
-  /// Traces rays and writes, at the same index, what each one hits. Contract: engine/ballot.h.
-  /// progress is called after each chunk of rays.
+  /// Traces rays and writes the hit of each at the same index. Contract: engine/ballot.h. progress is called after each
+  /// chunk of rays.
   TraceTimes trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query, const Progress& progress = {});
 
   /// The same on device buffers: rays [0, count) of `rays` to `hits`.
   TraceTimes trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
 
-  /// The same by the instrumented variant, which also writes a record a ray; `stats` holds at least count. A ray that
-  /// the driver cut short has the counts of the walk that was cut.
+  /// The same with the instrumented variant, which also writes one record per ray to `stats`. Throws Error(Arguments)
+  /// if `stats` holds fewer than count records. The record of a ray that the driver cut short counts the traversal up
+  /// to the cut.
   TraceTimes trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
                            Buffer<RayStats>& stats);
 
-  /// True if a trace of up to `most` rays can be recorded between other passes: method auto has chosen already, and the
-  /// host need not look at what a dispatch leaves. query.rays names the ray class.
+  /// Returns true if a trace of up to `most` rays can be recorded between other passes: method auto has chosen already,
+  /// and the host has no result of the dispatch to read back. query.rays must name the ray class.
   bool can_record(const Query& query, std::uint32_t most) const;
 
-  /// trace(), recorded if can_record() allows it, else done at once. `done` is told device milliseconds, as
-  /// Context::pass() tells it.
+  /// Records a trace if can_record() is true, else traces at once. `done` is given the device milliseconds, as by
+  /// Context::pass().
   void record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, Context::Done done);
 
-  /// True if kernels had better generate camera rays than read them. CPU devices read them as fast, and take seconds to
-  /// compile one more kernel.
+  /// Returns true if kernels should generate camera rays rather than read them. CPU devices read them as fast, and take
+  /// seconds to compile one more kernel.
   bool makes_rays() const { return make_rays.value_or(!gpu_.info().is_cpu()); }
 
-  /// Records a trace of rays [0, count) of a camera; only where can_record() allows it.
+  /// Records a trace of rays [0, count) of a camera. Call it only if can_record() is true.
   void record(const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, Context::Done done);
 
-  /// Records a trace of as many rays as the indirect arguments say, whose workgroups are as groups_of() says; only
-  /// where can_record() allows it.
+  /// Records a trace whose ray count is in the indirect arguments. These must count workgroups as groups_of() says.
+  /// Call it only if can_record() is true.
   void record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect, const Query& query,
               Context::Done done);
+  /// Returns how the indirect dispatches of a query divide rays into workgroups.
   RayGroups groups_of(const Query& query) const { return dispatcher_.groups_of(resolved(query).variant); }
 
-  /// The concrete query that a query runs as (Chooser::resolve).
+  /// Return the concrete query that a query runs as (Chooser::resolve).
   Query resolve(const Query& query) const { return chooser_.resolve(query); }
   Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count) {
     return chooser_.resolve(std::move(query), rays, count);
   }
 
-  /// The class of these rays (auto/coherence.h), from a sample of them.
+  /// Returns the class of these rays (auto/coherence.h), found from a sample of them.
   std::string ray_class(std::span<const Ray> rays) const { return chooser_.ray_class(rays); }
 
-  /// The choices of method auto so far.
+  /// Returns the choices that method auto has made so far.
   Choices& choices() { return chooser_.choices(); }
 
-  /// Rays that one dispatch takes at most.
+  /// Returns the largest number of rays for one dispatch.
   std::uint32_t chunk_rays() const;
 
-  /// The kernel of a query, made on first use. For its name and compile times.
+  /// Returns the kernel of a query, compiled on first use, for its name and compile times.
   const Kernel& kernel(const Query& query) { return *job(query).kernel->kernel; }
-  /// The variant of a query; of method auto that of resolve().
+  /// Returns the variant of a query. For method auto it is the variant of the query that resolve() returns.
   Variant variant(const Query& query, bool counters = false) const;
 
   DeviceTree& tree() { return tree_; }
-  /// The pair tree on the host. The oracles walk the one without padding.
+  /// Returns the pair tree on the host. The oracles walk the one without padding.
   const PairTree& pair_tree(NodeLayout layout, Padding padding = Padding::Ray) { return tree_.pairs(layout, padding); }
 
-  /// Tests only: hits are filled with this byte before a host-side trace, so that untouched records can be counted.
+  /// Tests only: the byte that hits are filled with before a trace of host arrays, so that unwritten records can be
+  /// counted.
   std::optional<std::uint8_t> prefill;
-  /// Tests only: rays are generated by kernels on CPU devices too, or on none.
+  /// Tests only: the result of makes_rays(), whatever the device.
   std::optional<bool> make_rays;
 
  private:
-  /// A query and its variant, resolved once: a frame asks thousands of times.
+  /// A query with its variant and kernels. It is kept, because a frame asks for it thousands of times.
   struct Resolved {
     Query asked;
     Variant variant;
-    std::array<TraceKernel*, 5> kernels{};  // plain, counters, indirect, of a camera's rays; null: not asked for yet
+    std::array<TraceKernel*, 5> kernels{};  // plain, counters, indirect, perspective, orthographic; null: not used yet
   };
 
-  /// Valid until the next call.
+  /// Returns the resolved query, which is valid until the next call.
   Resolved& resolved(const Query& query) const;
   Job job(const Query& query, bool counters = false, bool indirect = false, CameraKind camera = CameraKind::None);
   KernelConfig config_of(const Query& query) const;
@@ -109,7 +112,7 @@ class Tracer {
   Dispatcher dispatcher_;
   Chooser chooser_;
   mutable std::vector<Resolved> resolved_;
-  mutable std::pair<std::uint64_t, std::uint64_t> resolved_by_;  // choices().changes() and the tree's generation then
+  mutable std::pair<std::uint64_t, std::uint64_t> resolved_by_;  // choices().changes() and tree generation of resolved_
 };
 
 }  // namespace ballot

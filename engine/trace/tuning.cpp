@@ -1,4 +1,5 @@
-// The tuning table: what single drivers want done differently, one row each, with the measurement that justifies it.
+// The tuning table: a row for each driver that needs another kernel configuration, with the measurement that justifies
+// it.
 #include "engine/core/error.h"
 #include "engine/trace/auto/auto.h"
 
@@ -13,43 +14,49 @@ struct Row {
 };
 
 const Row kRows[] = {
-    // Mesa below 25: all loops of an invocation share 65 535 iterations; a subgroup that takes more than 16 batches
-    // wastes time on walks that are cut short (and traced again).
-    // It runs what it branches around, too.
+    // Mesa below 25: all loops of an invocation share 65 535 iterations. A subgroup that takes more than 16 batches
+    // loses time to traversals that are cut short and traced again. The driver also executes the code that lanes branch
+    // around (jump).
     {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 250000,
      [](const Method&, const NumericMode&, KernelConfig& f) {
        f.batches = 16;
        f.jump = false;
      }},
-    // From 25 on loops run to their end (device test Vulkan.TheTuningTableKnowsDriversThatCutLoops).
-    // A texel costs a call that hands its words back through memory: pairs of three texels.
+    // Mesa 25 and later: loops run to their end (device test Vulkan.TheTuningTableKnowsDriversThatCutLoops). Each texel
+    // costs a call that returns its words through memory, so node pairs of three texels are used (Compact).
     {VK_DRIVER_ID_MESA_LLVMPIPE, 250000, 0xFFFFFFFF,
      [](const Method& m, const NumericMode&, KernelConfig& f) {
        f.loops_cut = false;
-       f.resident_lanes = 2048;  // workgroups for 32 threads; what comes after the first ones finds no rays left
+       f.resident_lanes = 2048;  // workgroups for 32 threads; later workgroups would find no rays left
        if (!m.packet()) f.layout = NodeLayout::Compact;
      }},
-    // lavapipe runs subgroupBarrier() as a workgroup barrier, and subgroups that left the loop are lost (seen on
-    // 25.0.7).
+    // Every version of lavapipe: subgroupBarrier() runs as a workgroup barrier, and subgroups that have left the loop
+    // are lost (seen on 25.0.7).
     {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 0xFFFFFFFF,
      [](const Method&, const NumericMode&, KernelConfig& f) {
        f.subgroup_barrier = false;
-       // A branch per lane that is mispredicted costs more than a store. while-while, ao and diffuse rays of sponza and
-       // conference: 1.17 to 1.23 times as fast on 22.3.6, 1.08 to 1.23 on 25.0.7; primary rays 0.98 to 1.07.
+       // A mispredicted branch per lane costs more than a store. Measured with while-while on sponza and conference: ao
+       // and diffuse rays are 1.17 to 1.23 times as fast on 22.3.6 and 1.08 to 1.23 times on 25.0.7; primary rays 0.98
+       // to 1.07 times.
        f.push = Push::Always;
        f.minmax = MinMax::Select;  // measured in shaders/lib/numeric/box.glsl
        f.cooperative = true;
      }},
-    // fma() is one instruction that rounds once (device test ProductsTest.KeepTheExactSign). Loops run to their end:
-    // guards against the contrary cost 1 %.
+    // fma() is one instruction that rounds once (device test ProductsTest.KeepTheExactSign). Loops run to their end;
+    // checks that they do would cost 1 %.
     //
-    // The rest: times as fast, geometric mean over primary, shadow, ao, diffuse and secondary rays of four scenes, 1024
-    // x 1024, two views, in one run on an H200 (580.159.04). while-while: no second test of leaf boxes 1.03 fast, 1.03
-    // plain, 1.02 watertight; minima of three integers 1.01, 1.05, 1.03 more; centred boxes 1.03, 1.06, 1.03 more; runs
-    // of leaves 0.95, 1.02, 1.06 (fast: registers); workgroups of 128 against 64 1.01. The other methods gain as much:
-    // stack-max 1.10, 1.14, 1.07. Boxes padded in the tree, watertight, three scenes: while-while 1.15, frontier 1.11,
-    // dynamic-fetch 1.10. Pairs in 48 bytes: 1.11, 1.06, 1.00 more (diffuse rays 1.14, 1.11, 1.03); packets, whose
-    // lanes share a load, 0.99.
+    // The other settings were measured in one run on an H200 (580.159.04). A figure says how many times as fast a
+    // setting is: the geometric mean over primary, shadow, ao, diffuse and secondary rays of four scenes, 1024 x 1024,
+    // two views. Three figures are for fast, plain and watertight; "more" is on top of the settings before. With
+    // while-while:
+    // - no second test of leaf boxes: 1.03, 1.03, 1.02
+    // - minima of three integers: 1.01, 1.05, 1.03 more
+    // - centred boxes: 1.03, 1.06, 1.03 more
+    // - runs of leaves: 0.95, 1.02, 1.06 (fast: because of its registers)
+    // - workgroups of 128 instead of 64: 1.01
+    // The other methods gain as much: stack-max 1.10, 1.14, 1.07. Boxes padded in the tree, watertight, three scenes:
+    // while-while 1.15, frontier 1.11, dynamic-fetch 1.10. Pairs in 48 bytes: 1.11, 1.06, 1.00 more (diffuse rays 1.14,
+    // 1.11, 1.03); packets, whose lanes share a load, 0.99.
     {VK_DRIVER_ID_NVIDIA_PROPRIETARY, 0, 0xFFFFFFFF,
      [](const Method& m, const NumericMode& numeric, KernelConfig& f) {
        f.products = Products::Fma;
@@ -62,11 +69,14 @@ const Row kRows[] = {
      }},
 };
 
-/// True if boxes can be padded in the tree: rays of an exact mode need less, and some formats' boxes are not padded.
+/// Returns true if boxes can be padded in the tree. Returns false for an exact mode, whose rays need less padding, and
+/// for tree formats that have no padded boxes.
 bool can_widen(const Method& m, const NumericMode& numeric) {
   return numeric.box == BOX_PADDED && numeric.arithmetic != Arithmetic::Exact && format_of(m.tree).padded;
 }
 
+/// Replaces settings that the device or the tree lacks. Throws Error(Arguments) if the method needs them or a knob
+/// asked for them.
 void use_what_there_is(const Method& m, const NumericMode& numeric, KernelConfig& f, const DeviceInfo& d,
                        const Knobs& knobs) {
   if (!d.shuffle) {
@@ -95,6 +105,7 @@ void use_what_there_is(const Method& m, const NumericMode& numeric, KernelConfig
     fail(Failure::Arguments, "--knob products=float64: {} has no shaderFloat64", d.name);
 }
 
+/// Checks the subgroup and workgroup sizes and sets those that no knob gave. Throws Error(Arguments).
 void check_sizes(KernelConfig& f, const DeviceInfo& d, const Knobs& knobs) {
   const bool power_of_two = (f.subgroup & (f.subgroup - 1)) == 0;
   if (f.subgroup && (f.subgroup < d.min_subgroup_size || f.subgroup > d.max_subgroup_size || !power_of_two))
@@ -124,12 +135,11 @@ KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric,
   f.stack = wants.stack;
   f.launch = wants.launch;
   f.threshold = method.threshold.standard;
-  f.rays =
-      device.is_cpu() && !numeric.needs_float64 ? 8 : 1;  // exact: a kernel that holds its code eight times takes long
-                                                          // to compile
+  // In modes that need float64, a kernel that holds its code eight times would take long to compile.
+  f.rays = device.is_cpu() && !numeric.needs_float64 ? 8 : 1;
   f.products = device.float64 ? Products::Float64 : Products::Split;
   f.reduce = device.arithmetic && !device.is_cpu() ? Reduce::Integer : Reduce::Shuffle;  // tools/measured/traversal.md
-  f.jump = device.is_cpu();  // an H200 gains nothing by it: 0.97 to 1.05
+  f.jump = device.is_cpu();  // an H200 gains nothing by it: 0.97 to 1.05 times as fast
   f.packet_stack = device.shuffle ? PacketStack::Lanes : PacketStack::Shared;
   for (const Row& row : kRows) {
     const std::uint32_t version = device.mesa_version();

@@ -9,7 +9,7 @@ namespace ballot {
 
 namespace {
 
-/// The words of shared memory that the stacks and votes of a workgroup take.
+/// Returns the words of shared memory that the stacks and votes of a workgroup take.
 std::uint32_t shared_words(const Variant& variant, std::uint32_t stack) {
   const KernelConfig& c = variant.config;
   const Method& method = *variant.method;
@@ -21,13 +21,14 @@ std::uint32_t shared_words(const Variant& variant, std::uint32_t stack) {
   return words;
 }
 
-/// Defines that follow from the query, the device and the tree, not from a knob.
+/// The inputs of those defines that follow from no knob: the query (in its variant), the device and the tree.
 struct Facts {
   const Variant& variant;
   const DeviceInfo& device;
   const TreeFacts& tree;
 };
 
+/// A define that follows from no knob.
 struct FactDefine {
   const char* name;
   int (*value)(const Facts&);
@@ -52,7 +53,7 @@ constexpr FactDefine kFactDefines[] = {
 
 Defines defines_for(const Facts& f) {
   Defines defines = knob_defines(f.variant.config, *f.variant.method);
-  if (f.variant.want == Want::Nearest)  // children are sorted whatever the knob says
+  if (f.variant.want == Want::Nearest)  // nearest hits: children are sorted, whatever the knob says
     for (auto& [name, value] : defines)
       if (name == "BALLOT_SORTED") value = 1;
   for (const FactDefine& d : kFactDefines) defines.emplace_back(d.name, d.value(f));

@@ -1,4 +1,5 @@
-// A kernel variant: method x nearest or any hit x numeric mode x kernel configuration, and what compiles it.
+// Kernel variants (method x nearest or any hit x numeric mode x kernel configuration) and the sources that they compile
+// from.
 #pragma once
 
 #include <string>
@@ -10,9 +11,10 @@
 
 namespace ballot {
 
-/// The kind of camera whose rays a kernel generates itself; None: it reads rays from a buffer.
+/// The kind of camera whose rays a kernel generates itself. None: the kernel reads its rays from a buffer.
 enum class CameraKind { None, Perspective, Orthographic };
 
+/// All that decides the code of a traversal kernel, but for the device and the tree.
 struct Variant {
   const Method* method;
   const NumericMode* numeric;
@@ -24,30 +26,34 @@ struct Variant {
 
   std::uint32_t rays_per_lane() const { return method->ray_packets ? config.rays : 1; }
 
-  /// The kernel's one name: pipeline, log line, cache label. "packet.nearest.watertight [vote=...]".
+  /// Returns the name of the kernel: "packet.nearest.watertight [vote=...]". Pipelines, log lines and cache labels have
+  /// it.
   std::string kernel_name() const;
-  /// The kernel's name and the threshold, which is a push constant: benchmark row, EXR attribute.
+  /// Returns the kernel's name and the threshold, which is a push constant. Benchmark rows and EXR attributes have it.
   std::string name() const;
 };
 
-/// The configuration of a method and a numeric mode on a device: the method's defaults for this class of devices,
-/// corrected by the tuning table for the driver and its version, by the knobs, and by what the device lacks. Throws
-/// Error(Arguments) for knobs that the method or the device cannot follow.
+/// Returns the kernel configuration of a method and a numeric mode on a device. It starts with the method's defaults
+/// for this class of devices. These are corrected first by the tuning table for the driver and its version, then by the
+/// knobs, and last by what the device lacks. Throws Error(Arguments) for knobs that the method or the device cannot
+/// follow.
 KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
                                const Knobs& knobs = {});
 
-/// Entries of a ray's stack for a tree: a walk pushes at most `pushed` entries per inner node on its path, above one
-/// sentinel. In steps of 16, so that scenes of similar depth share pipelines.
+/// Returns the number of entries that a ray's stack has for a tree. A traversal pushes at most `pushed` entries per
+/// inner node on its path, above one sentinel. The number is rounded up to a multiple of 16, so that scenes of similar
+/// depth share pipelines.
 std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed = 1);
 
-/// False if every leaf holds one triangle: kernels then have no loop over them.
+/// Returns false if every leaf holds one triangle. Kernels then need no loop over the triangles of a leaf.
 inline bool leaves_loop(const TreeFacts& tree) { return tree.largest_leaf != 1; }
 
-/// Defines and specialisation constants of a variant for a tree; nothing else makes them. Throws Error(Work) if the
-/// stacks do not fit the device's shared memory at the smallest workgroup.
+/// Returns the kernel of a variant for a tree: its file, defines and specialisation constants. No other function makes
+/// these. Throws Error(Work) if the stacks of a workgroup do not fit the device's shared memory.
 KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, const TreeFacts& tree);
 
-/// The text of shaders/shared/knobs.h and knobs_guard.h, which follow from the defines that kernel_source() gives.
+/// Return the texts of shaders/shared/knobs.h and knobs_guard.h. They follow from the defines that kernel_source()
+/// gives.
 std::string knobs_header();
 std::string knobs_guard();
 

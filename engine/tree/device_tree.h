@@ -1,4 +1,4 @@
-// A tree that lives on a device, in every format that its kernels ask for.
+// The tree on a device, in every format that kernels ask for.
 #pragma once
 
 #include <cstdint>
@@ -25,38 +25,37 @@ class DeviceTree {
  public:
   using Texels = Buffer<glm::uvec4>;
 
-  /// Keeps references to gpu, bvh and triangles. `facts`: what kernels are compiled for, those of `bvh` or more general
+  /// Keeps references to gpu, bvh and triangles. Kernels are compiled for `facts`: those of `bvh`, or more general
   /// ones.
   DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
 
-  /// Takes another tree in place of the present one: a new generation. Waits for the device. Pointers to arrays end
-  /// here.
+  /// Replaces the tree, which begins a new generation. Waits for the device. Invalidates references to arrays.
   void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
 
   std::uint64_t generation() const { return generation_; }
   const Bvh& bvh() const { return *bvh_; }
   std::span<const Triangle> triangles() const { return triangles_; }
-  /// The facts that kernels are compiled for.
+  /// Returns the facts that kernels are compiled for.
   const TreeFacts& facts() const { return facts_; }
 
-  /// The point that boxes on the device are measured from: box_origin() of the scene's bounds.
+  /// Returns the point that boxes on the device are measured from: ballot::box_origin() of the scene's bounds.
   const glm::vec3& box_origin() const { return box_origin_; }
-  /// The farthest that an origin may be from box_origin() along an axis for padded boxes to serve its ray; 0: boxes
-  /// cannot be padded.
+  /// Returns the largest distance of a ray's origin from box_origin(), along any axis, for which padded boxes are wide
+  /// enough. 0: boxes cannot be padded in the tree.
   float padded_reach() const { return padded_reach_; }
   const ShearScale& shear() const { return shear_; }
 
-  /// The pair tree on the host, as it is uploaded. The oracles walk the one without padding.
+  /// Returns the pair tree on the host, as it is uploaded. The oracles walk the one without padding.
   const PairTree& pairs(NodeLayout layout, Padding padding = Padding::Ray);
 
-  /// The child reference at which traversal begins, the same in every format.
+  /// Returns the child reference at which traversal begins. It is the same in every format.
   std::uint32_t root();
 
-  /// The node pairs that a kernel reads.
+  /// Returns the node pairs that a kernel reads.
   const Texels& nodes(const TreeAccess& access);
-  /// The array of a format other than the pairs.
+  /// Returns the array of a format other than the pairs.
   const Texels& format(TreeFormatId id, const TreeAccess& access);
-  /// The leaves, which all formats share.
+  /// Returns the leaves, which all formats share.
   const Texels& leaves(LeafFormat format, Fetch fetch);
 
  private:

@@ -1,4 +1,4 @@
-// The scale of coordinates that keeps the products of the watertight triangle test in float32's range
+// The scale that keeps products of the watertight triangle test within float32's range
 // (shaders/lib/numeric/triangle_watertight.glsl).
 #pragma once
 
@@ -9,18 +9,19 @@
 
 namespace ballot {
 
-/// Two powers of two. Scaled distances between points of the scene and a ray's origin stay below 2^62, whichever scale
-/// the ray takes. (Where box_origin() is zero along an axis, the scene's points lie within 17 of its longest sides.)
+/// The scale of a scene, and how far it reaches. Both are powers of two. Scaled distances between points of the scene
+/// and a ray's origin stay below 2^62, whichever scale the ray takes: along an axis where box_origin() is zero, all
+/// points of the scene have coordinates of at most 17 times its longest side.
 struct ShearScale {
-  /// Multiplies coordinates. The scene's longest side comes to [2^55, 2^56), or less where coordinates or the scale
+  /// The scale of coordinates. It takes the longest side to [2^55, 2^56), or to less where coordinates or the scale
   /// itself would overflow.
   float scale;
-  /// The largest distance of an origin from box_origin() along an axis, in scene units, at which rays take `scale`.
-  /// Rays from beyond have a scale of their own.
+  /// The largest distance of a ray's origin from box_origin(), along any axis and in scene units, for which `scale`
+  /// holds. Rays from farther away have a scale of their own.
   float near;
 };
 
-/// The scale for a scene with these bounds. Degenerate and infinite bounds are allowed.
+/// Returns the scale of a scene with these bounds, which may be degenerate or infinite.
 inline ShearScale shear_scale(const Bounds& scene) {
   const glm::vec3 sides = scene.hi - scene.lo, far = glm::max(glm::abs(scene.lo), glm::abs(scene.hi));
   const auto exponent = [](const glm::vec3& v) { return std::ilogb(std::max({v.x, v.y, v.z, 0x1p-126f})); };

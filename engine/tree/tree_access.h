@@ -1,4 +1,4 @@
-// The way a kernel reads a tree on the device.
+// The way in which a kernel reads the tree on the device.
 #pragma once
 
 #include "engine/formats/pair.h"
@@ -8,14 +8,15 @@ namespace ballot {
 /// The kind of buffer that nodes and triangles are read through. Values are in the order of the names in trace/knobs.h.
 enum class Fetch { Storage, Texel, Reference };
 
-/// Boxes are widened by each ray, or once, in the tree.
+/// Where boxes are padded: by each ray, or once in the tree.
 enum class Padding { Ray, Tree };
 
+/// The parts of a kernel configuration that decide which arrays of the tree a kernel reads.
 struct TreeAccess {
   NodeLayout layout = NodeLayout::Interleaved;
   Padding padding = Padding::Ray;
   Fetch fetch = Fetch::Storage;
-  std::uint32_t frontier = 64;  // nodes of a frontier
+  std::uint32_t frontier = 64;  // number of nodes in the frontier
 };
 
 }  // namespace ballot

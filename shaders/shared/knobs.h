@@ -25,13 +25,13 @@
 
 // BALLOT_COOPERATIVE: packets: four lanes load a node pair and pass it to the others.
 
-// BALLOT_RAYS: packet-wide: rays in a lane.
+// BALLOT_RAYS: packet-wide: rays per lane.
 
 // BALLOT_FALLBACK: packet-wide: packets whose rays spread over more than two octants are traced ray by ray.
 
 // BALLOT_JUMP: packet-wide: rays that miss a leaf's box branch around its triangles (1) or are masked (0).
 
-// BALLOT_FRONTIER: frontier: nodes that the subgroup tests first.
+// BALLOT_FRONTIER: frontier: number of nodes near the root that the subgroup tests first.
 
 // BALLOT_REDUCE: frontier: minima over the lanes are found by shuffles, or by integer reductions.
 #define REDUCE_SHUFFLE 0
@@ -45,7 +45,7 @@
 #define PUSH_BRANCH 0
 #define PUSH_ALWAYS 1
 
-// BALLOT_PRODUCTS: watertight: how exact signs of edge functions are found; fma is wrong where fma() rounds twice.
+// BALLOT_PRODUCTS: watertight: how the exact sign of an edge function is found; fma is wrong where fma() rounds twice.
 #define PRODUCTS_SPLIT 0
 #define PRODUCTS_FLOAT64 1
 #define PRODUCTS_FMA 2
@@ -61,7 +61,7 @@
 
 // BALLOT_SORTED: any hit, traversal ray by ray: the nearer child is entered first (1), or the left one (0).
 
-// BALLOT_LAUNCH: one invocation a ray, or resident subgroups that take batches of rays from a counter.
+// BALLOT_LAUNCH: one invocation per ray, or resident subgroups that take batches of rays from a counter.
 #define LAUNCH_PLAIN 0
 #define LAUNCH_PERSISTENT 1
 

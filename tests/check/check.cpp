@@ -152,7 +152,7 @@ class Checker {
     for (const Method& m : kMethods) {
       std::vector<Knobs> all = every_size(engine_.device());
       if (!quick_)
-        for (const Knobs& k : every_formulation(m, engine_.device())) all.push_back(k);
+        for (const Knobs& k : every_config(m, engine_.device())) all.push_back(k);
       for (const Knobs& k : every_threshold(m)) all.push_back(k);
       for (const Knobs& k : all) {
         const Query q{Want::Nearest, std::string(m.name), std::string(mode), k};

@@ -1,4 +1,4 @@
-// What the device tests and the check program share: every query there is, rays, and comparison with the oracle.
+// Helpers that the device tests and ballot_check share: lists of all queries and knobs, and comparisons of hits.
 #pragma once
 
 #include <cstdlib>
@@ -13,7 +13,7 @@ namespace ballot::harness {
 
 constexpr std::uint8_t kPattern = 0xCD;  // hits are filled with this byte before a run
 
-/// The knobs that choose each vote of a method; one set without knobs where it does not vote.
+/// Returns a set of knobs for each vote that a method takes. For a method without votes this is one empty set.
 inline std::vector<Knobs> votes_of(const Method& m) {
   std::vector<Knobs> all;
   for (const Vote v : {Vote::Any, Vote::Count, Vote::Sum})
@@ -22,8 +22,9 @@ inline std::vector<Knobs> votes_of(const Method& m) {
   return all;
 }
 
-/// Every method x vote of a numeric mode, with the kernel configuration that the tuning table gives. One vote a method
-/// of a mode that needs float64: its kernels take lavapipe about a second each to compile, and votes are about boxes.
+/// Returns a query for every method x vote of a numeric mode, with the kernel configuration of the tuning table. In a
+/// mode that needs float64 there is one vote per method: each kernel takes lavapipe about a second to compile, and
+/// votes depend on boxes alone.
 inline std::vector<Query> every_method(Want want, std::string_view numeric) {
   std::vector<Query> queries;
   for (const Method& m : kMethods)
@@ -34,9 +35,9 @@ inline std::vector<Query> every_method(Want want, std::string_view numeric) {
   return queries;
 }
 
-/// The modes to hold every method to on a device: all on a GPU. Kernels take lavapipe long to compile, so there `plain`
-/// is tested on the older driver and `fast` on the newer one, and at subgroup sizes that are not the default the
-/// default mode alone, for arithmetic does not depend on the size.
+/// Returns the modes in which a device tests every method. A GPU tests all. lavapipe takes long to compile kernels, so
+/// there the older driver tests `plain` and the newer one `fast`. At subgroup sizes other than the default lavapipe
+/// tests the default mode alone, as arithmetic does not depend on the size.
 inline std::vector<NumericMode> modes_for(const DeviceInfo& d) {
   std::vector<NumericMode> modes(std::begin(kNumericModes), std::end(kNumericModes));
   if (d.is_cpu() && d.subgroup_size != 8)
@@ -46,9 +47,9 @@ inline std::vector<NumericMode> modes_for(const DeviceInfo& d) {
   return modes;
 }
 
-/// Whether the i-th of many like cases is this device's to test: all on a GPU. lavapipe compiles kernels for longer
-/// than they run, so there the cases are dealt out: each is tested by one of the two drivers at the default subgroup
-/// size, and by one driver at one of the other two sizes.
+/// Returns true if this device tests the i-th of many similar cases. A GPU tests all. lavapipe compiles kernels for
+/// longer than they run, so there the cases are dealt out. Each is tested by one of the two drivers at the default
+/// subgroup size, and by one driver at one of the other two sizes.
 inline bool is_dealt(const DeviceInfo& d, std::size_t i) {
   if (!d.is_cpu()) return true;
   const std::size_t driver = d.mesa_version() < 250000 ? 0 : 1;
@@ -56,8 +57,9 @@ inline bool is_dealt(const DeviceInfo& d, std::size_t i) {
   return i % 4 == driver * 2 + (d.subgroup_size < 8 ? 0 : 1);
 }
 
-/// Knob sets that move each axis of the kernel configuration once from its default, of those that methods share.
-inline std::vector<Knobs> shared_formulations(const DeviceInfo& d) {
+/// Returns sets of knobs that change each part of the kernel configuration from its default, for the parts that methods
+/// share.
+inline std::vector<Knobs> shared_configs(const DeviceInfo& d) {
   std::vector<Knobs> all{{{"layout", "paper"}},
                          {{"fetch", "storage"}},
                          {{"fetch", "texel"}},
@@ -90,18 +92,18 @@ inline std::vector<Knobs> shared_formulations(const DeviceInfo& d) {
   return all;
 }
 
-/// packet-wide's rays stay in their packets however they part.
+/// The knobs with which packet-wide keeps all rays in their packets, however far the rays spread.
 inline const Knobs kNoFallback{{"rays", "1"}, {"fallback", "0"}};
 
-/// A method as it is, and if its packets may give up, as it is when they may not.
+/// Returns an empty set of knobs and, for a method whose packets may fall back to single rays, also kNoFallback.
 inline std::vector<Knobs> together_too(const Method& m) {
   return m.ray_packets ? std::vector<Knobs>{Knobs{}, kNoFallback} : std::vector<Knobs>{Knobs{}};
 }
 
-/// The same for a method, of all the axes that it has.
-inline std::vector<Knobs> every_formulation(const Method& m, const DeviceInfo& d) {
-  std::vector<Knobs> all = shared_formulations(d);
-  std::erase_if(all, [&](const Knobs& knobs) {  // axes that the method does not have
+/// Returns sets of knobs that change each part of a method's kernel configuration from its default.
+inline std::vector<Knobs> every_config(const Method& m, const DeviceInfo& d) {
+  std::vector<Knobs> all = shared_configs(d);
+  std::erase_if(all, [&](const Knobs& knobs) {  // parts that the method does not have
     return std::ranges::any_of(knobs, [&](const auto& knob) { return !concerns(m, knob.first, knob.second); });
   });
   if (m.ray_packets)
@@ -112,7 +114,7 @@ inline std::vector<Knobs> every_formulation(const Method& m, const DeviceInfo& d
   return all;
 }
 
-/// Every value that a search for the method's threshold tries, and the ends of its range.
+/// Returns every value that a search for the method's threshold tries, and the ends of the threshold's range.
 inline std::vector<Knobs> every_threshold(const Method& m) {
   std::vector<Knobs> all;
   const Threshold& t = m.threshold;
@@ -125,7 +127,7 @@ inline std::vector<Knobs> every_threshold(const Method& m) {
   return all;
 }
 
-/// Workgroups that the device takes, at every subgroup size that it offers.
+/// Returns workgroup sizes that the device takes, at every subgroup size that it offers.
 inline std::vector<Knobs> every_size(const DeviceInfo& d) {
   std::vector<Knobs> all;
   for (std::uint32_t s = d.min_subgroup_size; s <= d.max_subgroup_size; s *= 2)
@@ -136,6 +138,7 @@ inline std::vector<Knobs> every_size(const DeviceInfo& d) {
   return all;
 }
 
+/// Returns the number of hits that still have the pattern, so that no kernel has written them.
 inline std::size_t count_untouched(std::span<const Hit> hits) {
   Hit pattern;
   std::memset(static_cast<void*>(&pattern), kPattern, sizeof pattern);
@@ -144,13 +147,14 @@ inline std::size_t count_untouched(std::span<const Hit> hits) {
   return n;
 }
 
+/// Returns the number of hits that differ in some bit. The spans have equal sizes.
 inline std::size_t count_different(std::span<const Hit> a, std::span<const Hit> b) {
   std::size_t n = 0;
   for (std::size_t i = 0; i < a.size(); ++i) n += std::memcmp(&a[i], &b[i], sizeof(Hit)) != 0;
   return n;
 }
 
-/// A permutation that scatters neighbours: i -> (i * odd + shift) mod n, with odd coprime to n.
+/// Returns a permutation that scatters neighbours: i -> (i * step + 17) mod n, with step coprime to n.
 inline std::vector<std::size_t> scatter_order(std::size_t n) {
   std::size_t step = n / 2 + 1;
   const auto gcd = [](std::size_t a, std::size_t b) {

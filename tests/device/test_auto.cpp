@@ -1,4 +1,4 @@
-// Method auto: what it may choose, what it does with few and with many rays, and what it remembers.
+// Tests of method auto: its candidates, its behaviour with few and with many rays, and the choices that it stores.
 #include <filesystem>
 
 #include "engine/core/error.h"
@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMany = 1 << 15;  // enough to be sampled on a CPU
+constexpr std::size_t kMany = 1 << 15;  // enough rays for a trial on a CPU
 
 class Auto : public DeviceTest {
  protected:
@@ -54,7 +54,7 @@ TEST_F(Auto, FindsWhatOtherMethodsFind) {
   EXPECT_EQ(choice->candidates.size(), candidates_for({}, gpu_->info()).size());
   for (const Candidate& c : choice->candidates) {
     EXPECT_EQ(c.mrays_per_s > 0, c.tried) << c.name();
-    EXPECT_LE(c.mrays_per_s, choice->chosen().mrays_per_s * 1.03) << c.name();  // a preference of 2 %
+    EXPECT_LE(c.mrays_per_s, choice->chosen().mrays_per_s * 1.03) << c.name();  // 2 % are noise to auto
   }
   const Query resolved = scene_->tracer->resolve({.rays = choice->rays});
   EXPECT_EQ(resolved.method, choice->chosen().method);
@@ -159,7 +159,7 @@ TEST(AutoSorts, RaysAreToldByDirectionsAndLength) {
   EXPECT_EQ(ray_class_of(rays, scene), "foreign: mixed, short");
   for (std::size_t i = 0; i < 640; i += 64) rays[i].dir.x = -1;
   EXPECT_EQ(ray_class_of(rays, scene), "foreign: incoherent, short");
-  for (std::size_t i = 0; i < 640; i += 64) rays[i].t_max = -1;  // dead ones point nowhere
+  for (std::size_t i = 0; i < 640; i += 64) rays[i].t_max = -1;  // directions of dead rays do not count
   EXPECT_EQ(ray_class_of(rays, scene), "foreign: coherent, short");
   EXPECT_EQ(ray_class_of({}, scene), "foreign: coherent, long");
 }

@@ -1,4 +1,5 @@
-// Devices and scenes that share a process: each thread owns a device and its scenes, and a scene may change its tree.
+// Tests of several devices and scenes in one process. Each thread owns a device and its scenes; a scene may change its
+// tree.
 #include <latch>
 #include <thread>
 
@@ -11,7 +12,8 @@ namespace {
 
 using Hits = std::vector<Hit>;
 
-/// What one thread gets: the hits of each of its queries, and the pixels of a small picture.
+/// The results of one thread: the hits of each of its queries, the pixels of a small picture, and the validation
+/// messages.
 struct Answers {
   std::vector<Hits> hits;
   std::vector<float> picture;
@@ -78,7 +80,7 @@ TEST_F(Concurrency, TwoDevicesEachWithScenesAndAThreadOfItsOwn) {
   }
 }
 
-// The tree on the device is replaced: another depth (other stacks), other bounds, other leaves.
+// Replaces the tree on the device by trees of other depths (and so other stacks), other bounds and other leaves.
 TEST_F(Concurrency, ATracerFollowsItsTree) {
   Context gpu(options());
   const std::vector<shapes::Triangles> scenes{

@@ -1,4 +1,4 @@
-// Counters: that they count what they say, and that the timed kernels know nothing of them.
+// Tests that counters count what their names say, and that timed kernels contain no trace of them.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -55,7 +55,7 @@ TEST_F(CounterTest, CountedWalksHitWhatTimedOnesHit) {
     }
 }
 
-// Heat maps and the inspector show single rays.
+// Each ray has its own record, as heat maps and the inspector show single rays.
 TEST_F(CounterTest, EveryRayHasCountsOfItsOwn) {
   const std::vector<Ray> rays = primary_->rays();
   Context& gpu = *engine_->context();
@@ -87,7 +87,7 @@ TEST_F(CounterTest, RaysByThemselvesNeedAllThatTheyVisit) {
     EXPECT_LE(c.active_lanes(), 1);
     EXPECT_LE(c["triangles_tested"], c["triangles"]);
   }
-  // The order of the walk is the same, so the visits are.
+  // These methods visit nodes in the same order, so their counts are equal.
   expect_same(count("if-if"), count("while-while"), {"nodes", "leaves", "triangles", "triangles_tested"});
   expect_same(count("while-while"), count("dynamic-fetch"), {"nodes", "leaves", "triangles", "triangles_tested"});
 }
@@ -103,7 +103,7 @@ TEST_F(CounterTest, PacketsVisitMoreThanTheirRaysNeed) {
   EXPECT_LE(packet.stack, engine_->bvh().stats.depth + 1);
 }
 
-// With a threshold that is never reached a hybrid is the packet; with one that is always reached it parts.
+// A hybrid whose threshold is never reached counts as the packet does. One whose threshold is always reached splits.
 TEST_F(CounterTest, HybridsBecomePacketsAtTheEndOfTheirRange) {
   const Counters packet = count("packet");
   const auto all = {"nodes", "nodes_needed", "leaves", "triangles", "votes", "disagreements", "packet_nodes"};
@@ -119,8 +119,8 @@ TEST_F(CounterTest, HybridsBecomePacketsAtTheEndOfTheirRange) {
   EXPECT_LT(count("alternate", {{"f", "1"}})["packet_nodes"], count("alternate", {{"f", "0.25"}})["packet_nodes"]);
 }
 
-// A hit that comes nearer makes nodes useless that wait on the shared stack; a ray by itself would skip them by
-// distance.
+// When a lane finds a nearer hit, nodes that wait on the shared stack may become useless. A ray by itself would skip
+// them by distance.
 TEST_F(CounterTest, PacketsVisitNodesOfNoUseToAnyLane) {
   const Counters packet = count("packet");
   EXPECT_GT(packet["unneeded"], 0u);
@@ -137,7 +137,7 @@ TEST_F(CounterTest, CutSwitchesAtEveryNodeThatItPutsAside) {
   EXPECT_LT(all["switch_depth"] * some["switches"], some["switch_depth"] * all["switches"]) << "mean depths";
 }
 
-// Heat maps show what the counters count.
+// The channels stats.* and the heat maps show the sums of the counters.
 TEST_F(CounterTest, HeatMapsShowTheCounters) {
   const Counters expected = count("cut", {}, *primary_);
   RenderOptions options{.width = 64, .height = 64, .stats = true};
@@ -175,7 +175,7 @@ TEST_F(CounterTest, HeatMapsShowTheCounters) {
   EXPECT_THROW(engine_->render(engine_->scene().views[0], options), Error);
 }
 
-// The rule that makes a bounded list safe: what does not fit is walked by the packet, and the answers stay.
+// Tests the rule that makes bounded lists safe: the packet walks nodes that do not fit, and the hits stay the same.
 TEST_F(CounterTest, FullListsOverflowToThePacket) {
   engine_->trace(*diffuse_, {.method = "if-if"});
   const auto expected = diffuse_->hits();
@@ -197,7 +197,7 @@ TEST_F(CounterTest, DynamicFetchRefillsIdleLanes) {
   EXPECT_GT(count("dynamic-fetch", persistent).active_lanes(), count("while-while").active_lanes());
 }
 
-/// A copy of the shaders in which no counting statement is left.
+/// Returns the folder of a copy of the shaders without any counting statement.
 fs::path shaders_without_counters() {
   const fs::path copy = fs::path(testing::TempDir()) / fmt::format("ballot_shaders_{}", ::getpid());
   fs::remove_all(copy);

@@ -1,5 +1,5 @@
-// The one test that holds every traversal method, present and future, to the CPU oracle: every method x vote x
-// nearest/any x numeric mode on every ray set of every scene. A new method or mode is tested by being registered.
+// Holds every registered traversal method to the CPU oracle: every method x vote x nearest or any hit x numeric mode,
+// on every ray set of every scene. A new method or mode is tested as soon as it is registered.
 #include <algorithm>
 #include <set>
 
@@ -53,7 +53,7 @@ TEST_P(Methods, FindsWhatTheOracleFinds) {
       std::vector<Hit> first;
       for (const Want want : {Want::Nearest, Want::Any})
         for (const Query& q : every_method(want, mode.name)) {
-          // Kernels that take long to compile: all of them on one scene; suite ExactMode holds some to the exact
+          // These kernels take long to compile, so one scene tests them all. Suite ExactMode holds some to the exact
           // oracle.
           if (mode.needs_float64 && q.method != kDefaultMethod && GetParam().name != std::string_view("soup")) continue;
           const auto hits = trace(*t, set.rays, q);
@@ -69,12 +69,13 @@ TEST_P(Methods, FindsWhatTheOracleFinds) {
   expect_silent(*gpu_);
 }
 
-TEST_P(Methods, AnswersDoNotDependOnFormulationSizeOrOrder) {
+TEST_P(Methods, AnswersDoNotDependOnConfigSizeOrOrder) {
   const auto t = make(*gpu_, GetParam().make());
   std::vector<Ray> rays;
   for (const shapes::RaySet& set : shapes::ray_sets(t->triangles, t->bvh))
     rays.insert(rays.end(), set.rays.begin(), set.rays.end());
-  for (std::size_t i = 0; 2 * i < rays.size(); ++i) rays[i] = rays[2 * i];  // some of every set
+  // Every other ray, which leaves some of each set.
+  for (std::size_t i = 0; 2 * i < rays.size(); ++i) rays[i] = rays[2 * i];
   rays.resize((rays.size() + 1) / 2);
   const std::vector<Knobs> sizes = every_size(gpu_->info());
   const Query base{Want::Nearest, "if-if", std::string(kDefaultNumeric), {}};
@@ -87,7 +88,7 @@ TEST_P(Methods, AnswersDoNotDependOnFormulationSizeOrOrder) {
     Query q = base;
     q.method = m.name;
     std::size_t dealt = method++;
-    std::vector<Knobs> knobs = every_formulation(m, gpu_->info());
+    std::vector<Knobs> knobs = every_config(m, gpu_->info());
     knobs.insert(knobs.end(), sizes.begin(), sizes.end());
     for (const Knobs& k : knobs) {
       if (!is_dealt(gpu_->info(), dealt++)) continue;
@@ -103,7 +104,7 @@ TEST_P(Methods, AnswersDoNotDependOnFormulationSizeOrOrder) {
   expect_silent(*gpu_);
 }
 
-// The same for every vote, for any-hit and for the other numeric modes, held to the oracle, at every size and launch.
+// Tests every vote, any hit and the other numeric modes too, at every size and launch, against the oracle.
 TEST_F(Methods, EveryMethodIsRightAtEverySize) {
   const auto t = make(*gpu_, shapes::soup(2000, 0.15f));
   const auto rays = shapes::random_rays(1003);
@@ -116,7 +117,7 @@ TEST_F(Methods, EveryMethodIsRightAtEverySize) {
   for (const NumericMode& mode : modes_for(gpu_->info()))
     for (const Want want : {Want::Nearest, Want::Any})
       for (Query q : every_method(want, mode.name)) {
-        if (mode.needs_float64 && q.method != kDefaultMethod) continue;  // kernels that take long to compile
+        if (mode.needs_float64 && q.method != kDefaultMethod) continue;  // its kernels take long to compile
         std::size_t dealt = query++;
         for (const Knobs& k : knobs) {
           if (!is_dealt(gpu_->info(), dealt++)) continue;
@@ -130,7 +131,8 @@ TEST_F(Methods, EveryMethodIsRightAtEverySize) {
   expect_silent(*gpu_);
 }
 
-// Where a hybrid changes from packet to rays, or when lanes get new rays, is a question of speed only.
+// A threshold decides where a hybrid changes from packet to single rays, or when lanes get new rays. It must change the
+// speed alone.
 TEST_F(Methods, AnswersDoNotDependOnThresholds) {
   const auto t = make(*gpu_, shapes::soup(3000, 0.1f));
   auto rays = shapes::random_rays(1511);
@@ -151,7 +153,7 @@ TEST_F(Methods, AnswersDoNotDependOnThresholds) {
   expect_silent(*gpu_);
 }
 
-// Rays of all lengths that end where others hit, neighbours together: as short as they are, they find the same.
+// Rays that end exactly at the hit of a longer ray still find that hit. Rays of different lengths lie together.
 TEST_F(Methods, RaysThatEndAtTheirHitFindIt) {
   for (const glm::vec3& moved : {glm::vec3(0), glm::vec3(300, -7, 20)}) {
     shapes::Triangles triangles = shapes::soup(3000, 0.1f);
@@ -162,7 +164,7 @@ TEST_F(Methods, RaysThatEndAtTheirHitFindIt) {
     const auto hits = trace(*t, rays, {.method = "if-if"});
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (hits[i].prim == NO_HIT) continue;
-      const float from = i / 64 % 2 ? 0.9f : 0.0f;  // some begin close to where they end
+      const float from = i / 64 % 2 ? 0.9f : 0.0f;  // some rays begin close to their end
       rays[i].t_min = hits[i].t * from;
       rays[i].t_max = hits[i].t;
     }
@@ -178,7 +180,7 @@ TEST_F(Methods, RaysThatEndAtTheirHitFindIt) {
   expect_silent(*gpu_);
 }
 
-// In the conservative modes hits do not depend on the tree either: spatial splits or none, large leaves or small.
+// In the conservative modes hits do not depend on the tree: with or without spatial splits, with large or small leaves.
 TEST_P(Methods, OtherTreesHitTheSame) {
   const auto base = make(*gpu_, GetParam().make());
   std::vector<Ray> rays;
@@ -208,7 +210,7 @@ struct ClosedMesh {
 
 class Leaks : public DeviceTest, public testing::WithParamInterface<ClosedMesh> {};
 
-// Every ray from inside a closed mesh must hit, at its vertices and edges above all.
+// Every ray from inside a closed mesh must hit, also where it is aimed at vertices and edges.
 TEST_P(Leaks, WatertightHasNone) {
   Context gpu(options());
   shapes::Triangles mesh = shapes::sphere(GetParam().levels);
@@ -233,9 +235,9 @@ INSTANTIATE_TEST_SUITE_P(ClosedMeshes, Leaks,
                                          ClosedMesh{"tiny", 5, 0x1p-20f}, ClosedMesh{"large", 5, 0x1p20f}),
                          [](const auto& p) { return p.param.name; });
 
-// A mesh far from the origin: rays start at its centre, wherever float32 puts that.
+// Rays from the centre of a mesh that lies far from the origin must all hit. The centre is rounded to float32.
 TEST_F(Methods, FarFromTheOriginNothingLeaks) {
-  const glm::vec3 centre(148376, 1234, -223423);  // Embree's verify
+  const glm::vec3 centre(148376, 1234, -223423);  // as in Embree's verify
   shapes::Triangles mesh = shapes::sphere(5);
   for (Triangle& s : mesh)
     for (glm::vec3& v : s) v = v * 10.f + centre;
@@ -254,7 +256,7 @@ TEST_F(Methods, FarFromTheOriginNothingLeaks) {
     }
 }
 
-// Mesa 22.3's lavapipe stops all loops of an invocation after 65 535 iterations: 40 000 triangles in one place need
+// Mesa 22.3's lavapipe stops all loops of an invocation after 65 535 iterations. 40 000 triangles in one place need
 // more.
 TEST_F(Methods, WalksThatADriverCutsShortAreFinished) {
   const auto t = make(*gpu_, shapes::identical(40000), {.max_leaf = 2, .split_budget = 0});

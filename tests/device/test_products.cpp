@@ -1,5 +1,5 @@
-// Tests of lib/numeric/products.glsl: differences of products have exact signs and full relative precision, in each
-// formulation that the device supports.
+// Tests of lib/numeric/products.glsl: differences of products have exact signs and full relative precision, for each
+// value of knob `products` that the device supports.
 #include <bit>
 #include <cmath>
 #include <set>
@@ -71,7 +71,7 @@ void expect_unsigned_zeros(Context& gpu) {
 
 class ProductsTest : public DeviceTest {};
 
-// Also tests the formulation that the tuning table chooses for this device. It may rely on an fma() that rounds once.
+// Also tests the value that the tuning table chooses for this device. It may rely on an fma() that rounds once.
 TEST_F(ProductsTest, KeepTheExactSign) {
   Context gpu(options());
   std::set<ballot::Products> ways{ballot::Products::Split,

@@ -8,14 +8,14 @@ namespace ballot {
 
 namespace {
 
-/// The candidates: methods that measured best somewhere (tools/measured/traversal.md, "How far auto is from the best
-/// method in hindsight"). On CPUs one for incoherent and one for coherent rays come first, since a first run has no
-/// time to compile more. packet-wide with fallback compiles for as long as all of these together, and was best by more
-/// than 3 % in one of 70 cells.
+/// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
+/// from the best method in hindsight"). On CPUs one for incoherent and one for coherent rays come first, as a first run
+/// has no time to compile more. packet-wide with fallback is no candidate: it compiles for as long as all of these
+/// together, and was best by more than 3 % in one of 70 cells.
 struct Row {
   bool cpu;
   std::string_view method;
-  std::string_view knob, value;  // empty: the tuning table's will do; the query's own value comes before this one
+  std::string_view knob, value;  // empty: as the tuning table has it; a value given by the query takes precedence
   bool any_only = false;
 };
 constexpr Row kRows[] = {
@@ -32,6 +32,7 @@ constexpr Row kRows[] = {
     {false, "while-while", "sorted", "0", true},
 };
 
+/// Returns true if the device can run a candidate for the query. Else puts the reason into `why`, unless that has one.
 bool can_follow(const Query& query, const Candidate& candidate, const DeviceInfo& device, std::string& why) {
   try {
     kernel_config_for(find_method(candidate.method), find_numeric(query.numeric, device), device, candidate.knobs);
@@ -55,7 +56,7 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
   std::string why;
   for (const Row& row : kRows) {
     if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
-    // Modes that need float64: kernels take seconds to compile, and those over wider trees gain nothing there.
+    // In modes that need float64, kernels take seconds to compile, and those over wider trees gain nothing.
     const Method& method = find_method(row.method);
     if (format_of(method.tree).collapsed && find_numeric(query.numeric).needs_float64) continue;
     Candidate c{std::string(row.method), query.knobs};
@@ -71,7 +72,7 @@ Query unmeasured(const Query& query, const DeviceInfo& device) {
   const std::vector<Candidate> candidates = candidates_for(query, device);
   const Candidate* likely = &candidates.front();
   for (const Candidate& c : candidates)
-    if (c.method == kPlainestMethod) likely = &c;  // compiles fastest
+    if (c.method == kPlainestMethod) likely = &c;  // it compiles fastest
   Query concrete = query;
   concrete.method = likely->method;
   concrete.knobs = likely->knobs;

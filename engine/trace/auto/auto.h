@@ -1,4 +1,4 @@
-// Method auto: what it may choose, what it has chosen, and where that is kept.
+// Method auto: its candidates, its choices, and the file that keeps the choices.
 #pragma once
 
 #include <filesystem>
@@ -13,59 +13,61 @@
 
 namespace ballot {
 
-/// A method with knobs that auto may choose.
+/// A method, with knobs, that auto may choose.
 struct Candidate {
   std::string method;
-  Knobs knobs;             // in addition to those of the tuning table
-  double mrays_per_s = 0;  // on the sampled rays; 0: could not run, or was not tried
+  Knobs knobs;             // they override the tuning table
+  double mrays_per_s = 0;  // million rays a second, on the sample; 0: could not run, or was not tried
   bool tried = false;
   std::string name() const;  // "packet-wide fallback=0"
 };
 
-/// Returns the candidates for a query on a device, the likeliest first. Knobs of the query go to every candidate; a
-/// candidate that cannot follow them is left out. Throws the Error(Arguments) of the first one if none is left.
+/// Returns the candidates of auto for a query on a device, the likeliest first. Every candidate gets the knobs of the
+/// query; one that cannot follow them is left out. If none is left, throws Error(Arguments) with the reason for the
+/// first.
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device);
 
-/// Returns the query that auto runs without trials, on batches too small for trials to pay.
+/// Returns the query that auto runs without a trial, on batches that are too small for a trial to pay.
 Query unmeasured(const Query& query, const DeviceInfo& device);
 
-/// The choice of auto for one ray class.
+/// The choice of auto for one ray class, kind of hit, numeric mode and set of knobs.
 struct Choice {
   std::string rays;  // Query::rays
   Want want = Want::Nearest;
   std::string numeric;
-  Knobs knobs;                        // that the query gave
+  Knobs knobs;                        // given by the query
   std::vector<Candidate> candidates;  // the chosen one first, then by speed
   std::uint32_t sampled = 0;          // rays that each candidate traced
-  double seconds = 0;                 // wall time of the calibration, compiling and derived trees included
+  double seconds = 0;                 // wall time of the calibration, with compiling and deriving trees
   bool remembered = false;            // read from disk, not measured by this process
 
-  /// True if every candidate was tried. CPU drivers take 0.1 to 0.7 s to compile a kernel, so candidates that one
-  /// process has no time for are left to the next one.
+  /// Returns true if every candidate was tried. CPU drivers take 0.1 to 0.7 s to compile a kernel, so candidates that
+  /// one process has no time for are left to the next.
   bool complete() const;
 
   const Candidate& chosen() const { return candidates.front(); }
-  /// The query with the method and knobs that were chosen.
+  /// Returns the query with the chosen method and knobs.
   Query apply(Query query) const;
 };
 
-/// The choices for one scene on one device, kept in memory and, if a folder is given, in a JSON file there. The file's
-/// name follows from the device, the driver, the subgroup size, Ballot's commit and the tree. A file that cannot be
-/// read or written counts as missing.
+/// The choices for one scene on one device. They are kept in memory and, if a folder is given, in a JSON file in it.
+/// The file's name follows from the device, driver, subgroup size, Ballot's commit and the tree. A file that cannot be
+/// read or written is ignored.
 class Choices {
  public:
   Choices(const DeviceInfo& device, const BvhStats& tree, const Bounds& bounds);
 
-  /// Reads what the folder has for this scene and device, and keeps new choices there.
+  /// Reads the choices that the folder has for this scene and device, and stores new ones there.
   void keep_in(const std::filesystem::path& folder);
 
-  /// Takes another tree: its choices are read from the folder, if one was given.
+  /// Replaces the tree. The choices for the new one are read from the folder, if one was given.
   void replace_scene(const BvhStats& tree, const Bounds& bounds);
 
+  /// Returns the choice for a query, or null. It is valid until the choices change.
   const Choice* find(const Query& query) const;
   void add(Choice choice);
   void clear() { all_.clear(), ++changes_; }
-  /// A number that grows whenever the result of find() may have changed.
+  /// Returns how often the results of find() may have changed.
   std::uint64_t changes() const { return changes_; }
   std::vector<Choice> all() const;
 
@@ -74,7 +76,7 @@ class Choices {
   void save() const;
 
   const DeviceInfo& device_;
-  std::string scene_;                    // what tells this tree from others
+  std::string scene_;                    // text that tells this tree from others
   std::filesystem::path folder_, file_;  // empty: none
   std::map<std::string, Choice> all_;
   std::uint64_t changes_ = 0;

@@ -1,4 +1,4 @@
-// Method auto: rays are sampled and every candidate traces the sample, in turn, until the time for it is up.
+// The trials of method auto: every candidate in turn traces samples of the rays, until the time is up.
 #include <algorithm>
 #include <chrono>
 #include <exception>
@@ -16,37 +16,38 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// Enough rays to fill the device, and no more than it traces many times in the budget.
+/// The effort of a trial: enough rays to fill the device, but no more than it traces many times in the time given.
 struct Effort {
-  std::size_t least;    // rays of a batch, below which calibrating costs more than it gains
-  std::size_t sample;   // rays traced by each candidate in a round
-  std::size_t samples;  // at most, of other rays each, in turn: what one leaves in the caches is of no use to the next
-  std::size_t stretches;  // of neighbours that the sample is made of
+  std::size_t least;      // rays; for smaller batches calibrating costs more than it gains
+  std::size_t sample;     // rays that a candidate traces in a round
+  std::size_t samples;    // the most samples; rounds take them in turn, as caches must not help from one to the next
+  std::size_t stretches;  // runs of neighbouring rays that make up a sample
   int sure;               // candidates that are compiled, however long that takes
-  double compile_s;       // others are until then, counted from the start
-  double rounds_s;        // rounds are begun for so long, at least kLeastRounds,
-  double until_s;         // and until then, counted from the start
-  int rounds;             // at most
-  double warm_s;          // traced beforehand, until clocks are up
+  double compile_s;       // seconds from the start, after which no other candidate is compiled
+  double rounds_s;        // seconds from the first round, after which none begins; kLeastRounds begin in any case
+  double until_s;         // seconds from the start, after which no round begins; the same exception
+  int rounds;             // the most rounds
+  double warm_s;          // seconds of tracing beforehand, until the clocks are up
 };
 constexpr Effort kCpuEffort{1 << 15, 1 << 15, 3, 4, 2, 0.6, 0.35, 0.85, 9, 0};
 constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 1, 0.1, 0.08, 1, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
-constexpr int kLeastRounds = 3;  // a look at each sample
-/// Collapsing a tree of so many nodes takes about a second, and nothing keeps the result: methods that want such a tree
-/// are no candidates in larger scenes.
+constexpr int kLeastRounds = 3;  // one for each sample
+/// The largest tree that is collapsed for a trial. That takes about a second, and the result is not kept. In scenes
+/// with more nodes, methods that need a collapsed tree are no candidates.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
 constexpr std::uint32_t kWarmUpRays = 4096;
-constexpr double kHopeless = 2;       // times as slow as the fastest: traces no further round
-constexpr double kPreference = 1.02;  // by which a candidate must beat one before it in the list
+constexpr double kHopeless = 2;       // a candidate so many times as slow as the fastest traces no further round
+constexpr double kPreference = 1.02;  // a candidate must be so many times as fast as one before it in the list
 constexpr std::size_t kClassSample = 4096, kClassStretches = 64;
 
 struct Stretch {
   std::size_t first, count;
 };
 
-/// `stretches` runs of neighbours of about `wanted` rays together, evenly over the batch, at multiples of 64 where
-/// tiles and packets begin; the `which`-th such sample of `samples` that share no rays.
+/// Returns a sample of a batch of `count` rays: `stretches` runs of neighbours, about `wanted` rays together, spread
+/// evenly over the batch. Runs begin at multiples of 64, where tiles and packets begin. It is number `which` of
+/// `samples` such samples, which share no rays.
 std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::size_t stretches, std::size_t which = 0,
                                   std::size_t samples = 1) {
   if (count <= wanted) return {{0, count}};
@@ -57,6 +58,7 @@ std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::si
   return all;
 }
 
+/// Removes the candidates that need a collapsed tree, unless all do.
 void leave_out_collapsed(std::vector<Candidate>& candidates) {
   const auto is_collapsed = [](const Candidate& c) { return format_of(find_method(c.method).tree).collapsed; };
   if (!std::ranges::all_of(candidates, is_collapsed)) std::erase_if(candidates, is_collapsed);
@@ -68,6 +70,7 @@ std::size_t size_of(const std::vector<Stretch>& stretches) {
   return size;
 }
 
+/// Returns the sample on the host.
 std::vector<Ray> sample_of(const Buffer<Ray>& rays, const std::vector<Stretch>& stretches) {
   std::vector<Ray> sample(size_of(stretches));
   std::size_t done = 0;
@@ -78,7 +81,7 @@ std::vector<Ray> sample_of(const Buffer<Ray>& rays, const std::vector<Stretch>& 
   return sample;
 }
 
-/// The same on the device.
+/// Returns the sample as a copy on the device.
 Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vector<Stretch>& stretches) {
   Buffer<Ray> sample(gpu, size_of(stretches), Access::Storage, "sampled rays");
   std::size_t done = 0;
@@ -91,8 +94,8 @@ Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vecto
 
 using Trial = Chooser::Trial;
 
-/// Milliseconds for all samples, each at its best of the first `rounds` rounds, which take the samples in turn: what
-/// disturbs a trial makes it slower, never faster.
+/// Returns the milliseconds that a trial takes for all samples. Each sample counts with its best of the first `rounds`
+/// rounds, as a disturbance makes a round slower, never faster. Rounds take the samples in turn.
 double cost_of(const Trial& trial, std::size_t rounds, std::size_t samples) {
   double sum = 0;
   for (std::size_t s = 0; s < std::min(samples, rounds); ++s) {
@@ -103,7 +106,8 @@ double cost_of(const Trial& trial, std::size_t rounds, std::size_t samples) {
   return sum;
 }
 
-/// Times over the fastest in the rounds that the trial took part in.
+/// Returns how many times as slow as the fastest a trial is, in the rounds that it took part in; infinity if there are
+/// none.
 double slowness(const Trial& trial, const std::vector<Trial>& trials, std::size_t samples) {
   const std::size_t rounds = trial.ms.size();
   if (rounds == 0) return std::numeric_limits<double>::infinity();
@@ -113,8 +117,8 @@ double slowness(const Trial& trial, const std::vector<Trial>& trials, std::size_
   return cost_of(trial, rounds, samples) / least;
 }
 
-/// The chosen one first, the others by speed; a candidate keeps its place before slower ones in the list unless beaten
-/// by more than noise.
+/// Returns the candidates: the chosen one first, then the others by speed. The first in the list that the fastest beats
+/// by no more than noise (kPreference) is chosen.
 std::vector<Candidate> in_order(const std::vector<Trial>& trials, std::size_t rays, std::size_t samples) {
   std::vector<std::pair<double, Candidate>> all;
   for (const Trial& t : trials) {
@@ -180,7 +184,7 @@ std::string Chooser::ray_class(std::span<const Ray> rays) const {
   return ray_class_of(sample, bvh_->bounds);
 }
 
-/// Compiles a candidate. False if it cannot run here: its stacks do not fit, say.
+/// Compiles a candidate. Returns false if it cannot run here, for example because its stacks do not fit.
 bool Chooser::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why) {
   try {
     trace_(rays, hits, std::uint32_t(std::min<std::size_t>(kWarmUpRays, rays.size())), query);
@@ -191,7 +195,8 @@ bool Chooser::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& 
   }
 }
 
-/// Every candidate traces every sample, in turn, until the time is up, of which some was spent; hopeless ones drop out.
+/// Has every candidate in turn trace every sample, until the time is up. Of that time, `spent_s` have passed already.
+/// Hopeless candidates drop out.
 void Chooser::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits,
                    double spent_s) {
   const Effort& effort = effort_on(gpu_.info());
@@ -207,7 +212,8 @@ void Chooser::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& s
     if (round >= kLeastRounds && seconds_since(begin) > rounds_s) break;
     const Buffer<Ray>& rays = samples[std::size_t(round) % samples.size()];
     for (std::size_t i = 0; i < trials.size(); ++i) {
-      Trial& t = trials[(i + std::size_t(round)) % trials.size()];  // each comes first once: it finds the caches cold
+      // The first trial of a round finds the caches cold, so the trials take turns at being first.
+      Trial& t = trials[(i + std::size_t(round)) % trials.size()];
       if (!t.dropped) t.ms.push_back(run(t, rays));
     }
     if (round + 1 < kLeastRounds) continue;

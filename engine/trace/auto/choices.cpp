@@ -1,4 +1,4 @@
-// The file that choices of method auto are kept in.
+// The file that keeps the choices of method auto.
 #include <algorithm>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -45,7 +45,7 @@ Choice from_json(const Json& json) {
   return c;
 }
 
-/// The text that identifies a tree: its statistics and bounds.
+/// Returns a text that tells a tree from others.
 std::string scene_text(const BvhStats& t, const Bounds& b) {
   return fmt::format(
       "{} triangles, {} references, {} nodes, depth {}, SAH {:a}, ({:a}, {:a}, {:a}) to ({:a}, {:a}, {:a})",
@@ -90,7 +90,7 @@ void Choices::load() {
         all_.emplace(key_of(c.rays, c.want, c.numeric, c.knobs), std::move(c));
     }
   } catch (const std::exception&) {
-    // A cache: what cannot be read is measured again.
+    // A cache that cannot be read is no error: auto measures again.
   }
 }
 

@@ -1,4 +1,4 @@
-// Method auto at work: resolves it to a concrete query, by trials of its candidates on a sample of the rays.
+// The chooser: resolves method auto to a concrete query, by trials of its candidates on a sample of the rays.
 #pragma once
 
 #include <exception>
@@ -11,39 +11,42 @@
 
 namespace ballot {
 
+/// Chooses for the rays of one tree on one device. Belongs to the thread of its Context.
 class Chooser {
  public:
-  /// Traces rays [0, count) by a concrete query; returns device milliseconds.
+  /// Traces rays [0, count) by a concrete query and returns the device milliseconds.
   using Trace = std::function<double(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query&)>;
 
+  /// Keeps references to gpu and bvh.
   Chooser(Context& gpu, const Bvh& bvh, Trace trace);
 
-  /// Forgets what was chosen for another tree.
+  /// Replaces the tree, and forgets the choices for the old one. Keeps a reference to bvh.
   void replace(const Bvh& bvh);
 
-  /// The concrete query: itself, or for method auto what was chosen for its ray class, or else the plainest method.
+  /// Returns the concrete query. If the method is not auto, that is the query itself. For auto it has the method and
+  /// knobs that were chosen for its ray class or, before a choice, those of unmeasured().
   Query resolve(const Query& query) const;
 
-  /// The same for rays [0, count) of `rays`. If nothing was chosen for their class and they are enough (2^15 on a CPU,
-  /// 2^18 on a GPU), the candidates are timed on a sample of them, within about a second.
+  /// The same for rays [0, count) of `rays`. If there is no choice for their class yet, and there are enough of them
+  /// (2^15 on a CPU, 2^18 on a GPU), times the candidates on a sample of them, which takes up to about a second.
   Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count);
 
-  /// True if the choice for this query is final: it is concrete, or its trials are over.
+  /// Returns true if the choice for this query is final: the query is concrete, or its trials are over.
   bool has_chosen(const Query& query) const;
-  /// True if no trial is due for `most` rays of this query.
+  /// Returns true if no trial is due for up to `most` rays of this query.
   bool is_resolved(const Query& query, std::size_t most) const;
 
-  /// The class of these rays (coherence.h), from a sample of them.
+  /// Returns the class of these rays (coherence.h), found from a sample of them.
   std::string ray_class(std::span<const Ray> rays) const;
 
   Choices& choices() { return choices_; }
   const Choices& choices() const { return choices_; }
 
-  /// A candidate while it is tried.
+  /// A candidate on trial.
   struct Trial {
     Candidate candidate;
     Query query;
-    bool dropped;            // traces no round, or no further one
+    bool dropped;            // takes part in no round, or in no further one
     std::vector<double> ms;  // of each round
   };
 

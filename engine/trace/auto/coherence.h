@@ -1,4 +1,4 @@
-// The class of rays that no generator made: how coherent and how long they are.
+// The ray class of foreign rays: rays that the caller brings and gives no class.
 #pragma once
 
 #include <span>
@@ -9,10 +9,10 @@
 
 namespace ballot {
 
-/// Returns two words. The first is "coherent", "mixed" or "incoherent": the share of runs of 64 neighbours whose
-/// directions agree in every sign is at least 0.9, at least 0.4, or less. The second is "long" if the median ray may go
-/// farther than a tenth of the diagonal of `scene`, else "short". Dead rays do not count; without live rays the result
-/// is "foreign: coherent, long".
+/// Returns the class of rays, "foreign: coherent, long" for example. They are "coherent", "mixed" or "incoherent" by
+/// the share of runs of 64 neighbours whose directions agree in every sign: at least 0.9, at least 0.4, or less. They
+/// are "short" if the median length is less than a tenth of the diagonal of `scene`, else "long". Dead rays do not
+/// count. If no ray is alive, the class is "foreign: coherent, long".
 std::string ray_class_of(std::span<const Ray> rays, const Bounds& scene);
 
 }  // namespace ballot
