@@ -1,4 +1,4 @@
-// The command line: ballot info | render | merge | trace | view | bench | verify | report | shaders.
+// The command line: ballot info | render | merge | trace | view | bench | verify | report | methods | shaders.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -61,6 +61,7 @@ int run(int argc, char** argv) {
   cli::add_bench(app, result);
   cli::add_verify(app, result);
   cli::add_report(app, result);
+  cli::add_methods(app, result);
   cli::add_shaders(app, result);
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   try {
@@ -70,12 +71,10 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     const auto chosen = app.get_subcommands();
     const std::string name = chosen.empty() ? "" : chosen.front()->get_name();
-    fmt::print(
-        stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ", in_words(error),
-        name.empty()
-            ? "give one of: info, render, merge, trace, view, bench, verify, report, shaders; 'ballot --help' explains "
-              "them"
-            : "'ballot " + name + " --help' lists the arguments");
+    fmt::print(stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ", in_words(error),
+               name.empty() ? "give one of: info, render, merge, trace, view, bench, verify, report, methods, shaders; "
+                              "'ballot --help' explains them"
+                            : "'ballot " + name + " --help' lists the arguments");
     return int(Failure::Arguments);
   }
   return result;

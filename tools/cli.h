@@ -72,6 +72,7 @@ void add_view(CLI::App& app, int& result);
 void add_bench(CLI::App& app, int& result);
 void add_verify(CLI::App& app, int& result);
 void add_report(CLI::App& app, int& result);
+void add_methods(CLI::App& app, int& result);
 void add_shaders(CLI::App& app, int& result);
 
 }  // namespace ballot::cli

@@ -11,8 +11,8 @@ class Help : public Cli {};
 
 TEST_F(Help, NamesCommandsExamplesAndExitCodes) {
   const Result help = succeed({"--help"});
-  expect_parts(help.out, {"info", "render", "trace", "view", "bench", "report", "shaders", "Examples:", "0 done",
-                          "1 the work failed", "2 the arguments are wrong", "3 no usable device"});
+  expect_parts(help.out, {"info", "render", "trace", "view", "bench", "report", "methods", "shaders", "Examples:",
+                          "0 done", "1 the work failed", "2 the arguments are wrong", "3 no usable device"});
   EXPECT_EQ(help.err, "");
 }
 

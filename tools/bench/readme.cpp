@@ -27,9 +27,8 @@ std::string one_level_down(const std::string& text) {
   return result;
 }
 
-/// Returns the position of the line that equals `marker`. Throws Error(Work) unless there is exactly one.
-std::size_t marker_line(const std::string& text, const std::string& marker, const fs::path& file,
-                        const std::string& name) {
+/// Returns the positions of the lines that equal `marker`.
+std::vector<std::size_t> marker_lines(const std::string& text, const std::string& marker) {
   std::vector<std::size_t> found;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
@@ -38,6 +37,13 @@ std::size_t marker_line(const std::string& text, const std::string& marker, cons
     if (line == marker) found.push_back(begin);
     begin = end + 1;
   }
+  return found;
+}
+
+/// Returns the position of the line that equals `marker`. Throws Error(Work) unless there is exactly one.
+std::size_t marker_line(const std::string& text, const std::string& marker, const fs::path& file,
+                        const std::string& name) {
+  const std::vector<std::size_t> found = marker_lines(text, marker);
   if (found.size() != 1)
     fail(Failure::Work, "{}: found {} lines '{}', expected one; mark the place for the {} with '{}' and '{}'",
          file.string(), found.size(), marker, name, begin_of(name), end_of(name));
@@ -48,9 +54,13 @@ struct Marked {
   std::string before, after;  // the text around the section, with the markers
 };
 
-Marked read_marked(const fs::path& file, const std::string& name) {
+std::string read_text(const fs::path& file) {
   const auto bytes = read_file(file);
-  const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+Marked read_marked(const fs::path& file, const std::string& name) {
+  const std::string text = read_text(file);
   const std::size_t begin = marker_line(text, begin_of(name), file, name),
                     end = marker_line(text, end_of(name), file, name);
   if (end < begin)
@@ -63,6 +73,21 @@ Marked read_marked(const fs::path& file, const std::string& name) {
 void check_readme(const fs::path& file, const std::string& name) {
   read_marked(file, name);
   check_writable(file);
+}
+
+std::vector<std::string> check_sections(const fs::path& file, std::span<const std::string> names) {
+  const std::string text = read_text(file);
+  std::vector<std::string> found;
+  std::string known;
+  for (const std::string& name : names) {
+    known += fmt::format("{}'{}'", known.empty() ? "" : ", ", begin_of(name));
+    if (!marker_lines(text, begin_of(name)).empty() || !marker_lines(text, end_of(name)).empty()) found.push_back(name);
+  }
+  if (found.empty())
+    fail(Failure::Work, "{}: found no section to write, expected one of the lines {}, with its end", file.string(),
+         known);
+  for (const std::string& name : found) check_readme(file, name);
+  return found;
 }
 
 void write_readme(const fs::path& file, const std::string& name, const std::string& text) {

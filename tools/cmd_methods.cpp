@@ -1,0 +1,114 @@
+#include <algorithm>
+
+#include "engine/formats/formats.h"
+#include "engine/trace/knobs.h"
+#include "engine/trace/methods.h"
+#include "engine/trace/numeric.h"
+#include "tools/bench/markdown.h"
+#include "tools/bench/readme.h"
+#include "tools/cli.h"
+
+namespace ballot::cli {
+
+namespace {
+
+using bench::Table;
+
+std::string code(std::string_view name) { return fmt::format("`{}`", name); }
+std::string code(std::string_view name, std::string_view standard) {
+  return code(name) + (name == standard ? " (default)" : "");
+}
+
+void append(std::string& list, const std::string& item) { list += (list.empty() ? "" : ", ") + item; }
+
+std::string methods_table() {
+  Table table({"method", "what it does", "tree format", "votes", "threshold"}, 5);
+  for (const Method& m : kMethods) {
+    std::string votes;
+    for (const Vote vote : {Vote::Any, Vote::Count, Vote::Sum})
+      if (m.takes(vote)) append(votes, std::string(vote_name(vote)));
+    const Threshold& t = m.threshold;
+    table.row({code(m.name, kDefaultMethod), std::string(m.summary), m.chooses ? "" : code(format_of(m.tree).name),
+               votes, t.unit == Threshold::None ? "" : fmt::format("`{}`, default {:.6g}", t.knob, t.standard)});
+  }
+  return table.text();
+}
+
+std::string_view pairs_text(Pairs pairs) {
+  return pairs == Pairs::Always ? "always" : pairs == Pairs::Never ? "never" : "with knob `fallback`";
+}
+
+std::string formats_table() {
+  Table table({"format", "what it is", "pair tree read too", "pushes a step", "methods"}, 5);
+  for (const TreeFormat& f : kTreeFormats) {
+    std::string methods;
+    for (const Method& m : kMethods)
+      if (!m.chooses && m.tree == f.id) append(methods, code(m.name));
+    table.row({code(f.name), std::string(f.summary), f.encode ? std::string(pairs_text(f.pairs)) : "is the pair tree",
+               std::to_string(f.pushes), methods});
+  }
+  return table.text();
+}
+
+std::string knobs_table() {
+  Table table({"knob", "values", "what it does"}, 3);
+  for (const KnobInfo& knob : knobs()) table.row({code(knob.name), knob.values, knob.what});
+  return table.text();
+}
+
+std::string numeric_table() {
+  Table table({"mode", "what it is", "leaves hold", "same bits for every method", "device needs"}, 5);
+  for (const NumericMode& mode : kNumericModes)
+    table.row({code(mode.name, kDefaultNumeric), std::string(mode.summary),
+               mode.leaves == LeafFormat::Affine ? "affine maps" : "vertices", mode.conservative ? "yes" : "no",
+               mode.needs_float64 ? "`shaderFloat64`" : ""});
+  return table.text();
+}
+
+/// A table: the name of its section in a text file, its title in a terminal.
+struct Listing {
+  std::string name;
+  std::string_view title;
+  std::string (*table)();
+};
+
+const Listing kListings[] = {{"methods", "Traversal methods (--method)", methods_table},
+                             {"formats", "Tree formats", formats_table},
+                             {"knobs", "Knobs (--knob NAME=VALUE)", knobs_table},
+                             {"numeric", "Numeric modes (--numeric)", numeric_table}};
+
+/// Rewrites the sections of these files. All files are checked before the first is written.
+void write_tables(const std::vector<std::string>& files) {
+  std::vector<std::string> names;
+  for (const Listing& listing : kListings) names.push_back(listing.name);
+  std::vector<std::vector<std::string>> sections;
+  for (const std::string& file : files) sections.push_back(bench::check_sections(file, names));
+  for (std::size_t i = 0; i < files.size(); ++i)
+    for (const Listing& listing : kListings)
+      if (std::ranges::find(sections[i], listing.name) != sections[i].end()) {
+        bench::write_readme(files[i], listing.name, listing.table());
+        fmt::print("wrote the {} in {}\n", listing.name, files[i]);
+      }
+}
+
+int run_methods(const std::vector<std::string>& files) {
+  write_tables(files);
+  if (files.empty())
+    for (const Listing& listing : kListings) fmt::print("{}:\n\n{}", listing.title, listing.table());
+  return 0;
+}
+
+}  // namespace
+
+void add_methods(CLI::App& app, int& result) {
+  auto files = std::make_shared<std::vector<std::string>>();
+  CLI::App* cmd = app.add_subcommand(
+      "methods", "lists traversal methods, tree formats, knobs and numeric modes in tables; needs no device");
+  cmd->add_option("--write", *files,
+                  "text files in which to replace the tables instead of printing them: each section between the lines\n"
+                  "<!-- NAME:begin --> and <!-- NAME:end -->, where NAME is methods, formats, knobs or numeric;\n"
+                  "e.g. ballot methods --write shaders/README.md engine/README.md");
+  cmd->callback([files, &result] { result = run_methods(*files); });
+}
+
+}  // namespace ballot::cli
