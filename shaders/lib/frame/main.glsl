@@ -10,7 +10,7 @@
 //
 // A driver may cut loops short. Mesa 22.3's lavapipe gives all loops of an invocation 65 535 iterations together, then
 // silently stops looping. A walk that did not end with END_OF_TREE was cut short: its ray is marked and counted, and
-// the host traces it again in smaller pieces (engine/trace/tracer.cpp).
+// the host traces it again in smaller pieces (engine/trace/repair.cpp).
 
 // Loads ray number `index` and starts its walk state. Returns false if there is no such ray or the ray is dead.
 bool take_ray(uint index, out Walker w, out Ray given) {
