@@ -1,0 +1,119 @@
+// The worked example of shaders/README.md: the method on that page compiles, runs and is right.
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "tests/device/fixture.h"
+#include "tests/device/ray_sets.h"
+
+namespace ballot {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string manual() {
+  std::ifstream in(BALLOT_SOURCE_DIR "/shaders/README.md");
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// The code block whose text begins like this.
+std::string block_of(const std::string& text, const std::string& fence, const std::string& begin) {
+  const std::size_t at = text.find(fence + "\n" + begin);
+  if (at == std::string::npos) return "";
+  const std::size_t first = at + fence.size() + 1;
+  return text.substr(first, text.find("```", first) - first);
+}
+
+/// The shaders of the project and the example's, in a folder that BALLOT_SHADERS names while this lives.
+class ExampleShaders {
+ public:
+  explicit ExampleShaders(const std::string& kernel)
+      : folder_(fs::temp_directory_path() / fmt::format("ballot-example-{}", ::getpid())) {
+    fs::create_directories(folder_);
+    fs::copy(BALLOT_SOURCE_DIR "/shaders", folder_, fs::copy_options::recursive);
+    std::ofstream(folder_ / "traverse/steps_first.comp") << kernel;
+    setenv("BALLOT_SHADERS", folder_.c_str(), 1);
+  }
+  ~ExampleShaders() {
+    unsetenv("BALLOT_SHADERS");
+    fs::remove_all(folder_);
+  }
+  ExampleShaders(const ExampleShaders&) = delete;
+  ExampleShaders& operator=(const ExampleShaders&) = delete;
+
+ private:
+  fs::path folder_;
+};
+
+constexpr Method kExample{.name = "steps-first",
+                          .kernel = "traverse/steps_first.comp",
+                          .summary = "if-if for the first s steps of a ray, then while-while",
+                          .threshold = {.knob = "s",
+                                        .unit = Threshold::Count,
+                                        .standard = 16,
+                                        .what = "steps of a ray before it changes to while-while",
+                                        .sweep = sweeps::kEntries}};
+
+class WorkedExample : public DeviceTest {};
+
+TEST_F(WorkedExample, ItsRowIsTheOneThatRunsHere) {
+  const std::string row = block_of(manual(), "```cpp", "    {.name = \"steps-first\"");
+  ASSERT_FALSE(row.empty());
+  for (const std::string& part :
+       {fmt::format(".name = \"{}\"", kExample.name), fmt::format(".kernel = \"{}\"", kExample.kernel),
+        fmt::format(".summary = \"{}\"", kExample.summary), fmt::format(".knob = \"{}\"", kExample.threshold.knob),
+        fmt::format(".standard = {:g}", kExample.threshold.standard),
+        fmt::format(".what = \"{}\"", kExample.threshold.what), std::string(".unit = Threshold::Count"),
+        std::string(".sweep = sweeps::kEntries")})
+    EXPECT_NE(row.find(part), std::string::npos) << part;
+}
+
+TEST_F(WorkedExample, FindsWhatTheOracleFinds) {
+  const std::string kernel = block_of(manual(), "```glsl", "#version 460");
+  ASSERT_FALSE(kernel.empty());
+  const ExampleShaders shaders(kernel);
+  Context gpu(options());
+  const auto t = make(gpu, shapes::soup(1500, 0.2f));
+  const std::vector<Ray> rays = shapes::random_rays(500);
+  const std::vector<OracleHit> truth = t->oracle->nearest(rays);
+  DeviceTree& tree = t->tracer->tree();
+  TraceKernels kernels(gpu, tree);
+  Dispatcher dispatcher(gpu, tree, kernels);
+  Buffer<Ray> on_device(gpu, rays.size(), Access::Storage, "rays");
+  Buffer<Hit> found(gpu, rays.size(), Access::Storage, "hits");
+  on_device.upload(rays);
+  for (const NumericMode& mode : harness::modes_for(gpu.info()))
+    for (const Want want : {Want::Nearest, Want::Any}) {
+      Variant variant{&kExample, &mode, want, kernel_config_for(kExample, mode, gpu.info())};
+      for (const double steps : {0.0, 3.0, 1000.0}) {
+        SCOPED_TRACE(fmt::format("{} {} s={}", mode.name, want == Want::Any ? "any" : "nearest", steps));
+        variant.config.threshold = steps;
+        TraceTimes times;
+        dispatcher.run({variant, &kernels.get(variant)}, on_device, found, std::uint32_t(rays.size()), times);
+        std::vector<Hit> hits(rays.size());
+        found.download(hits);
+        const Judgement j = t->oracle->judge(rays, hits, truth, want, judged_as(mode));
+        EXPECT_EQ(j.errors(), 0u) << fmt::format("{}", fmt::join(j.examples, "\n"));
+      }
+    }
+  expect_silent(gpu);
+}
+
+// The headers that follow from the registry of knobs are the ones in the tree.
+TEST_F(WorkedExample, HeadersOfKnobsFollowFromTheirRegistry) {
+  for (const auto& [name, text] : {std::pair("knobs.h", knobs_header()), {"knobs_guard.h", knobs_guard()}}) {
+    std::ifstream in(fmt::format("{}/shaders/shared/{}", BALLOT_SOURCE_DIR, name));
+    std::stringstream there;
+    there << in.rdbuf();
+    EXPECT_EQ(there.str(), text) << "write them by: ballot shaders --headers shaders/shared";
+  }
+}
+
+}  // namespace
+
+}  // namespace ballot
