@@ -1,8 +1,10 @@
 // The worked example of shaders/README.md: the method on that page compiles, runs and is right.
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 
 #include "tests/device/fixture.h"
@@ -37,10 +39,14 @@ class ExampleShaders {
     fs::create_directories(folder_);
     fs::copy(BALLOT_SOURCE_DIR "/shaders", folder_, fs::copy_options::recursive);
     std::ofstream(folder_ / "traverse/steps_first.comp") << kernel;
+    if (const char* folder = std::getenv("BALLOT_SHADERS")) before_ = folder;
     setenv("BALLOT_SHADERS", folder_.c_str(), 1);
   }
   ~ExampleShaders() {
-    unsetenv("BALLOT_SHADERS");
+    if (before_)
+      setenv("BALLOT_SHADERS", before_->c_str(), 1);
+    else
+      unsetenv("BALLOT_SHADERS");
     fs::remove_all(folder_);
   }
   ExampleShaders(const ExampleShaders&) = delete;
@@ -48,6 +54,7 @@ class ExampleShaders {
 
  private:
   fs::path folder_;
+  std::optional<std::string> before_;  // the variable's value, which is set again at the end
 };
 
 constexpr Method kExample{.name = "steps-first",
@@ -58,6 +65,24 @@ constexpr Method kExample{.name = "steps-first",
                                         .standard = 16,
                                         .what = "steps of a ray before it changes to while-while",
                                         .sweep = sweeps::kEntries}};
+
+/// The rays that the driver let finish, with their hits and the truth about them.
+struct Finished {
+  std::vector<Ray> rays;
+  std::vector<Hit> hits;
+  std::vector<OracleHit> truth;
+};
+
+Finished finished_of(std::span<const Ray> rays, std::span<const Hit> hits, std::span<const OracleHit> truth) {
+  Finished out;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (hits[i].prim == UNFINISHED) continue;
+    out.rays.push_back(rays[i]);
+    out.hits.push_back(hits[i]);
+    out.truth.push_back(truth[i]);
+  }
+  return out;
+}
 
 class WorkedExample : public DeviceTest {};
 
@@ -94,10 +119,15 @@ TEST_F(WorkedExample, FindsWhatTheOracleFinds) {
         SCOPED_TRACE(fmt::format("{} {} s={}", mode.name, want == Want::Any ? "any" : "nearest", steps));
         variant.config.threshold = steps;
         TraceTimes times;
-        dispatcher.run({variant, &kernels.get(variant)}, on_device, found, std::uint32_t(rays.size()), times);
+        const Job job{variant, &kernels.get(variant)};
+        const Work work = dispatcher.run(job, on_device, found, std::uint32_t(rays.size()), times);
         std::vector<Hit> hits(rays.size());
         found.download(hits);
-        const Judgement j = t->oracle->judge(rays, hits, truth, want, judged_as(mode));
+        // An old Mesa cuts walks short, which Tracer would trace again. No other ray may be left out.
+        const Finished done = finished_of(rays, hits, truth);
+        EXPECT_EQ(done.rays.size() + work.unfinished, rays.size());
+        EXPECT_GT(done.rays.size(), rays.size() / 2) << "too few rays are left to judge";
+        const Judgement j = t->oracle->judge(done.rays, done.hits, done.truth, want, judged_as(mode));
         EXPECT_EQ(j.errors(), 0u) << fmt::format("{}", fmt::join(j.examples, "\n"));
       }
     }
