@@ -22,6 +22,7 @@
 #include "engine/core/json_depth.h"
 #include "engine/core/npy.h"
 #include "engine/core/progress.h"
+#include "engine/core/registry.h"
 #include "engine/present/presenter.h"
 #include "engine/render/batch/batch.h"
 #include "engine/render/batch/check.h"

@@ -1,9 +1,6 @@
 #include <algorithm>
 
-#include "engine/formats/formats.h"
-#include "engine/trace/knobs.h"
-#include "engine/trace/methods.h"
-#include "engine/trace/numeric.h"
+#include "engine/ballot.h"
 #include "tools/bench/markdown.h"
 #include "tools/bench/readme.h"
 #include "tools/cli.h"

@@ -1,7 +1,6 @@
 #include <chrono>
 #include <set>
 
-#include "engine/core/registry.h"
 #include "tools/auto_table.h"
 #include "tools/render_job.h"
 #include "tools/render_light.h"
