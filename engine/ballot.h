@@ -96,6 +96,15 @@ class Engine {
     return tracer_->trace(rays, hits, query, progress);
   }
 
+  /// Replaces the triangles by as many others, for example vertices that have moved. Materials, normals, texture
+  /// coordinates, lights and views stay. Traces after it find hits in the new ones. Throws Error(Arguments) if the number
+  /// differs or a vertex is not finite, Error(Work) if the tree cannot be built; the scene is then as it was. Ends the
+  /// use of batches, films and the checker of before.
+  void move(std::vector<Triangle> triangles, const Progress& progress = {});
+
+  /// Replaces the sky. Ends the use of batches, films and the checker of before.
+  void set_sky(Sky sky);
+
   /// Renders a view. The image has the attributes that write_exr stores. Throws as trace() does.
   Image render(const View& view, const RenderOptions& options, RenderTimes* times = nullptr,
                const Progress& progress = {});
@@ -183,7 +192,10 @@ class Engine {
   const std::vector<std::string>& messages() const { return gpu_->messages(); }
 
  private:
+  void make_renderers();
+
   Scene scene_;
+  BuildSettings build_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   StartTimes times_;
   std::shared_ptr<Context> gpu_;

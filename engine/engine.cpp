@@ -53,6 +53,7 @@ std::string commit() { return BALLOT_COMMIT; }
 
 Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progress)
     : scene_(std::move(scene)),
+      build_(options.build),
       gpu_(options.context ? options.context
                            : std::make_shared<Context>(ContextOptions{options.device, options.validate, options.window,
                                                                       options.statistics})) {
@@ -65,9 +66,39 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   features_ = features_of(scene_, facts_of(bvh_));
   tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree);
   if (options.use_cache) tracer_->choices().keep_in(cache_folder() / "auto");
+  make_renderers();
+}
+
+void Engine::make_renderers() {
+  checker_.reset();
+  live_.reset();
+  batches_.reset();
+  renderer_.reset();
   scene_data_ = std::make_unique<SceneData>(*gpu_, scene_, features_);
   renderer_ = std::make_unique<Renderer>(*gpu_, *tracer_, *scene_data_);
   batches_ = std::make_unique<Batches>(*gpu_, *tracer_, *scene_data_);
+}
+
+void Engine::move(std::vector<Triangle> triangles, const Progress& progress) {
+  if (triangles.size() != scene_.triangles.size())
+    fail(Failure::Arguments, "scene '{}' has {} triangles, but {} are to take their place; expected as many",
+         scene_.name, scene_.triangles.size(), triangles.size());
+  const Bounds bounds = bounds_of_vertices(triangles, scene_.name);
+  Bvh bvh = build_bvh(triangles, build_, progress);
+  gpu_->finish();
+  scene_.triangles = std::move(triangles);
+  scene_.bounds = bounds;
+  bvh_ = std::move(bvh);
+  features_ = features_of(scene_, facts_of(bvh_));
+  tracer_->replace(bvh_, scene_.triangles, features_.tree);
+  make_renderers();
+}
+
+void Engine::set_sky(Sky sky) {
+  gpu_->finish();
+  scene_.sky = std::move(sky);
+  features_ = features_of(scene_, facts_of(bvh_));
+  make_renderers();
 }
 
 Engine::~Engine() = default;

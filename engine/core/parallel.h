@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <cstring>
 #include <exception>
 #include <mutex>
+#include <span>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 namespace ballot {
@@ -37,6 +40,20 @@ void for_chunks(std::size_t count, std::size_t chunk, const Work& work) {
     run();
   }
   if (failure) std::rethrow_exception(failure);
+}
+
+/// Copies an array, by several threads if it is large. The spans have equal sizes and do not overlap.
+template <class T>
+void copy_parallel(std::span<const T> from, std::span<T> to) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  constexpr std::size_t kChunk = (1u << 20) / sizeof(T);
+  const auto copy = [&](std::size_t begin, std::size_t end) {
+    std::memcpy(to.data() + begin, from.data() + begin, (end - begin) * sizeof(T));
+  };
+  if (from.size() > kChunk)
+    for_chunks(from.size(), kChunk, copy);
+  else if (!from.empty())
+    copy(0, from.size());
 }
 
 }  // namespace ballot

@@ -23,7 +23,4 @@ template <class... Args>
   throw Error(Failure::Work, path.string() + ": " + fmt::format(text, std::forward<Args>(args)...));
 }
 
-/// Returns the unit normal of a triangle, for counter-clockwise winding; (0, 1, 0) if it has no area.
-glm::vec3 geometric_normal(const Triangle& triangle);
-
 }  // namespace ballot

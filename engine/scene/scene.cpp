@@ -51,20 +51,6 @@ void check_textures(const Scene& scene) {
     }
 }
 
-Bounds bounds_of(const Scene& scene) {
-  if (scene.triangles.empty()) return {};
-  Bounds bounds{scene.triangles[0][0], scene.triangles[0][0]};
-  for (std::size_t i = 0; i < scene.triangles.size(); ++i)
-    for (const glm::vec3& v : scene.triangles[i]) {
-      if (!finite(v))
-        fail(Failure::Arguments, "scene '{}': triangle {} has the vertex ({}, {}, {}); expected finite numbers",
-             scene.name, i, v.x, v.y, v.z);
-      bounds.lo = glm::min(bounds.lo, v);
-      bounds.hi = glm::max(bounds.hi, v);
-    }
-  return bounds;
-}
-
 /// Returns a view of the whole bounding sphere, from the front right and a little above.
 View framing_view(const Bounds& bounds) {
   const glm::dvec3 lo{bounds.lo}, hi{bounds.hi};
@@ -80,12 +66,26 @@ View framing_view(const Bounds& bounds) {
 
 }  // namespace
 
+Bounds bounds_of_vertices(std::span<const Triangle> triangles, std::string_view scene) {
+  if (triangles.empty()) return {};
+  Bounds bounds{triangles[0][0], triangles[0][0]};
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    for (const glm::vec3& v : triangles[i]) {
+      if (!finite(v))
+        fail(Failure::Arguments, "scene '{}': triangle {} has the vertex ({}, {}, {}); expected finite numbers", scene,
+             i, v.x, v.y, v.z);
+      bounds.lo = glm::min(bounds.lo, v);
+      bounds.hi = glm::max(bounds.hi, v);
+    }
+  return bounds;
+}
+
 void finish_scene(Scene& scene) {
   if (scene.materials.empty()) scene.materials.push_back({.name = "default"});
   if (scene.material_of.empty()) scene.material_of.assign(scene.triangles.size(), 0);
   check_sizes(scene);
   check_textures(scene);
-  scene.bounds = bounds_of(scene);
+  scene.bounds = bounds_of_vertices(scene.triangles, scene.name);
   if (scene.views.empty()) scene.views.push_back(framing_view(scene.bounds));
 }
 

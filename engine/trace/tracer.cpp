@@ -1,9 +1,9 @@
 #include "engine/trace/tracer.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "engine/core/error.h"
+#include "engine/core/parallel.h"
 #include "engine/trace/repair.h"
 
 namespace ballot {
@@ -104,30 +104,31 @@ TraceTimes Tracer::trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std
 TraceTimes Tracer::trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& asked, const Progress& progress) {
   if (rays.size() != hits.size())
     fail(Failure::Arguments, "trace: {} rays, but room for {} hits", rays.size(), hits.size());
-  TraceTimes times;
   variant(asked);  // an unknown method is an error even without rays
-  if (rays.empty()) return times;
   Query query = asked;
   if (query.rays.empty() && find_method(query.method).chooses) query.rays = ray_class(rays);
-  const std::size_t chunk = std::min<std::size_t>(chunk_rays(), rays.size());
-  Buffer<Ray> ray_buffer(gpu_, chunk, Access::Storage, "rays");
-  Buffer<Hit> hit_buffer(gpu_, chunk, Access::Storage, "hits");
-  for (std::size_t first = 0; first < rays.size(); first += chunk) {
-    const std::size_t count = std::min(chunk, rays.size() - first);
-    ray_buffer.upload(rays.subspan(first, count));
-    if (prefill) {
-      std::vector<Hit> pattern(count);
-      std::memset(static_cast<void*>(pattern.data()), *prefill, count * sizeof(Hit));
-      hit_buffer.upload(pattern);
-    }
-    const TraceTimes part = trace(ray_buffer, hit_buffer, std::uint32_t(count), query);
-    times.device_ms += part.device_ms;
-    times.dispatches += part.dispatches;
-    times.retraced += part.retraced;
-    hit_buffer.download(hits.subspan(first, count));
-    if (progress) progress(double(first + count) / double(rays.size()));
-  }
-  return times;
+  std::size_t taken = 0, given = 0;
+  RayStream stream{
+      .most = rays.size(),
+      .next =
+          [&](std::span<Ray> room) {
+            copy_parallel(rays.subspan(taken, room.size()), room);
+            taken += room.size();
+            return room.size();
+          },
+      .take =
+          [&](std::span<const Hit> some) {
+            copy_parallel(some, hits.subspan(given, some.size()));
+            given += some.size();
+          },
+  };
+  if (progress) stream.progress = [&](std::uint64_t done) { progress(double(done) / double(rays.size())); };
+  return trace(stream, query);
+}
+
+TraceTimes Tracer::trace(const RayStream& stream, const Query& query) {
+  if (!gpu_.stream_ring()) gpu_.stream_ring() = std::make_shared<StreamRing>(gpu_);
+  return static_cast<StreamRing*>(gpu_.stream_ring().get())->run(*this, stream, query);
 }
 
 bool Tracer::can_record(const Query& query, std::uint32_t most) const {

@@ -9,6 +9,7 @@
 
 #include "engine/trace/auto/chooser.h"
 #include "engine/trace/dispatch.h"
+#include "engine/trace/stream.h"
 
 namespace ballot {
 
@@ -30,6 +31,9 @@ class Tracer {
   /// Traces rays and writes the hit of each at the same index. Contract: engine/ballot.h. progress is called after each
   /// chunk of rays.
   TraceTimes trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query, const Progress& progress = {});
+
+  /// The same for a stream of rays (stream.h), whose number may be unknown.
+  TraceTimes trace(const RayStream& stream, const Query& query);
 
   /// The same on device buffers: rays [0, count) of `rays` to `hits`.
   TraceTimes trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);

@@ -85,6 +85,9 @@ struct Staging {
 RawBuffer::RawBuffer(Context& gpu, std::uint64_t bytes, Access access, std::string name)
     : gpu_(&gpu), bytes_(std::max<std::uint64_t>(16, bytes)), id_(gpu.next_buffer_id()), name_(std::move(name)) {
   check_limits(gpu.info(), name_, bytes_, access);
+  if (has(access, Access::Exported) && !gpu.info().memory_fd)
+    fail(Failure::Work, "buffer '{}': {} ({}) cannot share its memory with other interfaces: it lacks {}", name_,
+         gpu.info().name, gpu.info().driver, VK_KHR_EXTERNAL_MEMORY_FD_EXTENSION_NAME);
   if (gpu.info().is_cpu() && has(access, Access::Storage) && bytes_ / 16 <= gpu.info().max_texels)
     access = access | Access::Texel;
   try {
@@ -104,6 +107,11 @@ void RawBuffer::allocate(Access access) {
   if (has(access, Access::Texel)) create.usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   if (has(access, Access::Address)) create.usage |= VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
   if (has(access, Access::Indirect)) create.usage |= VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+  VkExternalMemoryBufferCreateInfo external{};
+  external.sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO;
+  external.handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT;
+  exported_ = has(access, Access::Exported);
+  if (exported_) create.pNext = &external;
   vk_check(gpu_->vk().CreateBuffer(gpu_->device(), &create, nullptr, &buffer_), "creating buffer", name_.c_str());
   VkMemoryRequirements needs;
   gpu_->vk().GetBufferMemoryRequirements(gpu_->device(), buffer_, &needs);
@@ -115,7 +123,11 @@ void RawBuffer::allocate(Access access) {
   flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
   VkMemoryAllocateInfo allocate{};
   allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
-  allocate.pNext = has(access, Access::Address) ? &flags : nullptr;
+  VkExportMemoryAllocateInfo exported{};
+  exported.sType = VK_STRUCTURE_TYPE_EXPORT_MEMORY_ALLOCATE_INFO;
+  exported.handleTypes = external.handleTypes;
+  if (has(access, Access::Address)) allocate.pNext = &flags;
+  if (exported_) exported.pNext = allocate.pNext, allocate.pNext = &exported;
   allocate.allocationSize = needs.size;
   allocate.memoryTypeIndex =
       hosted ? gpu_->memory_type(needs.memoryTypeBits, host, VK_MEMORY_PROPERTY_HOST_CACHED_BIT)
@@ -123,6 +135,7 @@ void RawBuffer::allocate(Access access) {
   if (needs.size > gpu_->heap_bytes(allocate.memoryTypeIndex))
     fail(Failure::Work, "buffer '{}' needs {}, but the memory of {} is {}; use a smaller scene or another --device",
          name_, mib(needs.size), gpu_->info().name, mib(gpu_->heap_bytes(allocate.memoryTypeIndex)));
+  allocated_ = needs.size;
   const std::string what = fmt::format("{} ({})", name_, mib(needs.size));
   vk_check(gpu_->vk().AllocateMemory(gpu_->device(), &allocate, nullptr, &memory_), "allocating buffer", what.c_str());
   vk_check(gpu_->vk().BindBufferMemory(gpu_->device(), buffer_, memory_, 0), "binding buffer", name_.c_str());
@@ -167,6 +180,8 @@ RawBuffer& RawBuffer::operator=(RawBuffer&& other) noexcept {
   std::swap(gpu_, other.gpu_);
   std::swap(bytes_, other.bytes_);
   std::swap(id_, other.id_);
+  std::swap(allocated_, other.allocated_);
+  std::swap(exported_, other.exported_);
   std::swap(name_, other.name_);
   std::swap(buffer_, other.buffer_);
   std::swap(memory_, other.memory_);
@@ -174,6 +189,17 @@ RawBuffer& RawBuffer::operator=(RawBuffer&& other) noexcept {
   std::swap(address_, other.address_);
   std::swap(mapped_, other.mapped_);
   return *this;
+}
+
+int RawBuffer::export_fd() const {
+  if (!exported_) fail(Failure::Arguments, "buffer '{}' was not made to be exported", name_);
+  VkMemoryGetFdInfoKHR get{};
+  get.sType = VK_STRUCTURE_TYPE_MEMORY_GET_FD_INFO_KHR;
+  get.memory = memory_;
+  get.handleType = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT;
+  int fd = -1;
+  vk_check(gpu_->vk().GetMemoryFdKHR(gpu_->device(), &get, &fd), "exporting the memory of buffer", name_.c_str());
+  return fd;
 }
 
 void RawBuffer::upload(std::uint64_t offset, const void* data, std::uint64_t bytes) {

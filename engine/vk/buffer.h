@@ -12,8 +12,9 @@ namespace ballot {
 
 /// The ways in which the device uses a buffer. Values may be combined. They decide the usage flags of the buffer and
 /// its limits. On a CPU device a storage buffer is a texel buffer too, unless it is too large for one. Indirect: holds
-/// indirect arguments. Host: lies in the host's memory, for a few words that the device writes and the host reads.
-enum class Access : std::uint32_t { Storage = 1, Texel = 2, Address = 4, Indirect = 8, Host = 16 };
+/// indirect arguments. Host: lies in the host's memory, for what the host reads or writes. Exported: other interfaces can
+/// use its memory (export_fd()).
+enum class Access : std::uint32_t { Storage = 1, Texel = 2, Address = 4, Indirect = 8, Host = 16, Exported = 32 };
 constexpr Access operator|(Access a, Access b) { return Access(std::uint32_t(a) | std::uint32_t(b)); }
 constexpr bool has(Access set, Access one) { return (std::uint32_t(set) & std::uint32_t(one)) != 0; }
 
@@ -35,6 +36,12 @@ class RawBuffer {
   /// Copies bytes from another buffer on the device. Throws Error(Work) if the bytes do not fit.
   void copy_from(const RawBuffer& other, std::uint64_t other_offset, std::uint64_t offset, std::uint64_t bytes);
 
+  /// Returns a new file descriptor of the memory of a buffer with Access::Exported; the caller owns it. Throws
+  /// Error(Work) if the driver gives none, Error(Arguments) if the buffer was made without that access.
+  int export_fd() const;
+  /// Returns the bytes of the memory behind the buffer, which begins at its start.
+  std::uint64_t allocated_bytes() const { return allocated_; }
+
   std::uint64_t bytes() const { return bytes_; }
   const std::string& name() const { return name_; }
   VkBuffer handle() const { return buffer_; }
@@ -44,6 +51,7 @@ class RawBuffer {
   std::uint64_t id() const { return id_; }
   /// The bytes as the passes that have ended left them; null unless the buffer lies in memory that the host sees.
   const std::byte* mapped() const { return mapped_; }
+  std::byte* mapped() { return mapped_; }
 
  private:
   void allocate(Access access);
@@ -51,7 +59,8 @@ class RawBuffer {
   void copy(std::uint64_t offset, void* to, const void* from, std::uint64_t bytes) const;
 
   Context* gpu_ = nullptr;
-  std::uint64_t bytes_ = 0, id_ = 0;
+  std::uint64_t bytes_ = 0, id_ = 0, allocated_ = 0;
+  bool exported_ = false;
   std::string name_;
   VkBuffer buffer_ = VK_NULL_HANDLE;
   VkDeviceMemory memory_ = VK_NULL_HANDLE;

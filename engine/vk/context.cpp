@@ -150,6 +150,7 @@ void Context::destroy() {
     abandon();
     vk_.QueueWaitIdle(queue_);
     staging_.reset();
+    stream_ring_.reset();
     pipelines_.reset();
     vk_.DestroyPipelineCache(device_, pipeline_cache_, nullptr);
     for (Slot& slot : slots_) destroy_slot(slot);

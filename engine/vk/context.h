@@ -36,9 +36,11 @@ struct DeviceInfo {
   bool size_control = false, full_subgroups = false;  // VK_EXT_subgroup_size_control
   bool uniform_flow = false;                          // VK_KHR_shader_subgroup_uniform_control_flow
   bool shuffle = false, arithmetic = false, buffer_address = false, float64 = false;
-  bool pipeline_statistics = false;   // VK_KHR_pipeline_executable_properties
-  std::vector<std::string> refusals;  // reasons why Ballot cannot use the device; empty: it can
-  std::vector<std::string> lacks;     // optional features that it lacks, and what that costs
+  bool pipeline_statistics = false;      // VK_KHR_pipeline_executable_properties
+  bool memory_fd = false;                // VK_KHR_external_memory_fd: other interfaces can use its memory
+  std::uint8_t uuid[VK_UUID_SIZE] = {};  // of the device, equal in every interface that knows it
+  std::vector<std::string> refusals;     // reasons why Ballot cannot use the device; empty: it can
+  std::vector<std::string> lacks;        // optional features that it lacks, and what that costs
 
   bool is_cpu() const { return type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
   /// Returns the version of a Mesa driver as a number (22.3.6 as 220306), or 0 for other drivers.
@@ -148,6 +150,9 @@ class Context {
   /// The staging buffer of all buffers (buffer.cpp), made on first use.
   std::shared_ptr<void>& staging() { return staging_; }
 
+  /// The buffers that streams of rays go through (trace/stream.h), made on first use.
+  std::shared_ptr<void>& stream_ring() { return stream_ring_; }
+
   /// The pipelines of this context (pipeline.h), made on first use.
   std::shared_ptr<void>& pipelines() { return pipelines_; }
 
@@ -204,7 +209,7 @@ class Context {
   std::uint64_t submitted_ = 0, ended_ = 0;
   bool batches_ = true;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
-  std::shared_ptr<void> staging_, pipelines_;
+  std::shared_ptr<void> staging_, stream_ring_, pipelines_;
   bool statistics_ = false;
   double last_ms_ = 0, ended_ms_ = 0;
   std::uint64_t shader_generation_ = 0, buffers_ = 0;

@@ -143,6 +143,8 @@ DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   info.driver_id = p.v12.driverID;
   read_limits(info, p);
   read_subgroups(info, p, f, size_control, uniform_flow);
+  info.memory_fd = has_extension(extensions, VK_KHR_EXTERNAL_MEMORY_FD_EXTENSION_NAME);
+  std::memcpy(info.uuid, p.v11.deviceUUID, VK_UUID_SIZE);
   info.refusals = refusals_of(p, f);
   const int family = compute_family(vk, device);
   if (family < 0) info.refusals.push_back("it has no queue family with compute");
@@ -247,7 +249,8 @@ std::vector<const char*> optional_extensions(const Vulkan& vk, VkPhysicalDevice 
   const auto all = extensions_of(vk, device);
   std::vector<const char*> names;
   for (const char* name :
-       {VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME, VK_KHR_SHADER_SUBGROUP_UNIFORM_CONTROL_FLOW_EXTENSION_NAME})
+       {VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME, VK_KHR_SHADER_SUBGROUP_UNIFORM_CONTROL_FLOW_EXTENSION_NAME,
+        VK_KHR_EXTERNAL_MEMORY_FD_EXTENSION_NAME})
     if (has_extension(all, name)) names.push_back(name);
   return names;
 }

@@ -3,6 +3,7 @@
 #include <glslang/Public/ShaderLang.h>
 #include <glslang/SPIRV/GlslangToSpv.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdlib>
@@ -13,6 +14,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/file.h"
+#include "engine/vk/shader_texts.h"
 
 namespace ballot {
 
@@ -22,7 +24,14 @@ namespace fs = std::filesystem;
 
 constexpr int kCacheVersion = 1;  // raise it when the options of the compiler below change
 
+/// Returns the text of a shader: of a file or, for a relative path, of the texts inside the program.
 std::string read_text(const fs::path& path) {
+  if (path.is_relative()) {
+    const auto found = std::find_if(kShaderTexts, kShaderTexts + kShaderTextCount,
+                                    [&](const ShaderText& s) { return s.file == path.generic_string(); });
+    if (found == kShaderTexts + kShaderTextCount) fail(Failure::Work, "there is no shader {}", path.string());
+    return std::string(found->text);
+  }
   const auto bytes = read_file(path);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -172,18 +181,21 @@ void store_cached(const fs::path& path, std::vector<std::uint32_t> words) {
 }  // namespace
 
 fs::path shader_folder() {
-  std::vector<fs::path> tried;
-  if (const char* folder = std::getenv("BALLOT_SHADERS")) tried.emplace_back(folder);
   std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (!error) tried.push_back((program.parent_path() / "../share/ballot/shaders").lexically_normal());
-  tried.emplace_back(BALLOT_SOURCE_SHADERS);
-  std::string text;
-  for (const fs::path& folder : tried) {
-    if (fs::exists(folder / "shared/layout.h", error)) return folder;
-    text += "\n  " + folder.string();
+  const auto holds_shaders = [&](const fs::path& folder) { return fs::exists(folder / "shared/layout.h", error); };
+  if (const char* given = std::getenv("BALLOT_SHADERS")) {
+    if (!holds_shaders(given))
+      fail(Failure::Work, "BALLOT_SHADERS: {} holds no shared/layout.h; expected a copy of the folder shaders", given);
+    return fs::absolute(given);
   }
-  fail(Failure::Work, "no shaders: set BALLOT_SHADERS to the folder that holds shared/layout.h; tried:{}", text);
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (error) return {};
+  const fs::path beside = (program.parent_path() / "../share/ballot/shaders").lexically_normal();
+  if (holds_shaders(beside)) return beside;
+  const fs::path source = BALLOT_SOURCE_SHADERS;
+  const fs::path inside = program.lexically_relative(source.parent_path());
+  const bool in_tree = !inside.empty() && *inside.begin() != "..";
+  return in_tree && holds_shaders(source) ? source : fs::path();
 }
 
 Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache) {

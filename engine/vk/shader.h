@@ -19,12 +19,12 @@ struct Spirv {
   double ms = 0;  // milliseconds to preprocess and compile, or to preprocess and load
 };
 
-/// Returns the folder that shaders are read from, the first of these that has them: $BALLOT_SHADERS,
-/// ../share/ballot/shaders beside the program (installed or bundled), the source tree that the program was built from.
-/// Throws Error(Work) that lists the folders tried.
+/// Returns the folder that shaders are read from: $BALLOT_SHADERS, else ../share/ballot/shaders beside the program (a
+/// bundle), else the source tree if the program lies in it. Empty: there is none, and the texts inside the program serve.
+/// Throws Error(Work) if $BALLOT_SHADERS names a folder without shaders.
 std::filesystem::path shader_folder();
 
-/// Compiles shader_folder()/file for Vulkan 1.2. An #include is relative to the including file. The cache
+/// Compiles the shader `file` of shader_folder() for Vulkan 1.2. An #include is relative to the including file. The cache
 /// ($XDG_CACHE_HOME/ballot/spirv) is keyed by the preprocessed text, the defines and the compiler's version.
 /// Throws Error(Work) with glslang's message, which names file and line. Not thread-safe.
 Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache = true);

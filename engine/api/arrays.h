@@ -1,0 +1,57 @@
+// Reads rays from a caller's arrays and writes hits to them, by all cores.
+#pragma once
+
+#include <span>
+
+#include "engine/api/state.h"
+
+namespace ballot::api {
+
+/// The rays of a call. Keeps the caller's pointer.
+class RayArray {
+ public:
+  /// Throws Refused if the description is wrong.
+  explicit RayArray(const BallotRays& rays);
+  std::size_t count() const { return count_; }
+  /// Writes the rays from number `first` on. An infinite t_max becomes the largest float, which is no bound either.
+  void read(std::size_t first, std::span<Ray> rays) const;
+
+ private:
+  const char* data_;
+  std::size_t count_, stride_;
+  bool full_;
+};
+
+/// The result arrays of a call. Keeps the caller's pointers and a reference to the scene.
+class HitArrays {
+ public:
+  HitArrays(const BallotHits& to, const SceneState& scene) : to_(to), scene_(scene) {}
+  /// Writes the hits of the rays from number `first` on. Adds those that hit to hits().
+  void write(std::size_t first, std::span<const Hit> hits);
+  std::uint64_t hits() const { return hits_; }
+
+ private:
+  void write(std::size_t at, const Hit& hit) const;
+  const MeshState& mesh_of(std::uint32_t prim) const;
+
+  BallotHits to_;
+  const SceneState& scene_;
+  std::uint64_t hits_ = 0;
+};
+
+/// The query of a call, as the engine takes it.
+Query query_of(const BallotQuery& query);
+
+/// Wraps the progress callback of a query. Throws Refused(BALLOT_ERROR_INTERRUPTED) when it asks to stop.
+class Watch {
+ public:
+  explicit Watch(const BallotQuery& query) : progress_(query.progress), user_(query.user) {}
+  void operator()(double done) const;
+  explicit operator bool() const { return progress_ != nullptr; }
+
+ private:
+  int (*progress_)(void*, double);
+  void* user_;
+};
+
+}  // namespace ballot::api

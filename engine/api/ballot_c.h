@@ -1,0 +1,328 @@
+/* The C interface of Ballot: fast, correct ray queries by Vulkan compute, on any Vulkan 1.2 device. This header needs the
+ * C standard library alone. The C++ interface, ballot/ballot.h, is a thin layer over it.
+ *
+ *   BallotDevice* device; BallotScene* scene;
+ *   ballot_device_open(NULL, &device);                         // the best GPU, else a CPU device
+ *   BallotMesh mesh = BALLOT_INIT(BallotMesh);
+ *   mesh.positions = vertices; mesh.vertex_count = 8;          // float x, y, z
+ *   mesh.indices = triangles; mesh.index_count = 36; mesh.index_type = BALLOT_INDEX_U32;
+ *   ballot_scene_create(device, &mesh, 1, NULL, &scene);
+ *   BallotRays rays = BALLOT_INIT(BallotRays);
+ *   rays.data = my_rays; rays.count = n;                       // float ox oy oz t_min dx dy dz t_max
+ *   BallotHits out = BALLOT_INIT(BallotHits);
+ *   out.hits = my_hits;                                        // room for n
+ *   if (ballot_trace(scene, &rays, &out, NULL, NULL)) fprintf(stderr, "%s\n", ballot_scene_error(scene));
+ *   ballot_scene_destroy(scene); ballot_device_close(device);
+ *
+ * Structs   Their first member is the size that the caller was compiled with. BALLOT_INIT sets it and zeroes the rest;
+ *           zero is every member's default. Later versions add members at the end alone.
+ * Errors    A function that can fail returns BALLOT_OK (0) or an error code, writes nothing to its outputs then, and keeps
+ *           a text of one line: what, where, found, expected, what to do. ballot_device_error(), ballot_scene_error() and
+ *           ballot_buffer_error() return the text of the handle's last failed call; ballot_last_error() that of the calling
+ *           thread. No C++ exception leaves the library.
+ * Handles   A handle that was closed or never opened is refused with BALLOT_ERROR_CLOSED, and so is a handle of the parent
+ *           in a forked child (BALLOT_ERROR_FORKED): open a device in each process. A scene, buffer or job keeps its
+ *           device alive, so they may be closed in any order. Closing NULL does nothing.
+ * Threads   Every function may be called from any thread. Calls on one device, its scenes and its buffers run one after
+ *           another. Devices are independent of each other: give each thread a device of its own to trace at once.
+ * Units     Lengths are in scene units, angles in radians. t counts multiples of a ray's direction.
+ */
+#ifndef BALLOT_C_H
+#define BALLOT_C_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define BALLOT_VERSION_MAJOR 1
+#define BALLOT_VERSION_MINOR 0
+#define BALLOT_VERSION_PATCH 0
+
+#if defined(_WIN32)
+#define BALLOT_API
+#else
+#define BALLOT_API __attribute__((visibility("default")))
+#endif
+
+/* BALLOT_INIT(BallotMesh) is a struct with its size set and all other members zero. */
+#ifdef __cplusplus
+#define BALLOT_INIT(T) ballot_init<T>()
+template <class T>
+inline T ballot_init() {
+  T t{};
+  t.size = sizeof(T);
+  return t;
+}
+extern "C" {
+#else
+#define BALLOT_INIT(T) ((T){.size = sizeof(T)})
+#endif
+
+typedef enum BallotStatus {
+  BALLOT_OK = 0,
+  BALLOT_ERROR_WORK = 1,        /* a file, the driver or the device failed */
+  BALLOT_ERROR_ARGUMENT = 2,    /* an argument is out of range, or arguments disagree */
+  BALLOT_ERROR_DEVICE = 3,      /* there is no usable Vulkan device */
+  BALLOT_ERROR_MEMORY = 4,      /* the host ran out of memory */
+  BALLOT_ERROR_CLOSED = 5,      /* the handle is closed, or none */
+  BALLOT_ERROR_FORKED = 6,      /* the handle was opened before fork() */
+  BALLOT_ERROR_INTERRUPTED = 7, /* the progress callback asked to stop */
+  BALLOT_NOT_READY = 8          /* of ballot_job_poll() alone: the job still runs */
+} BallotStatus;
+
+typedef struct BallotDevice BallotDevice;
+typedef struct BallotScene BallotScene;
+typedef struct BallotBuffer BallotBuffer;
+typedef struct BallotJob BallotJob;
+
+/* Returns the version of the library that is loaded, such as "1.0.0". The first number changes when programs have to be
+ * changed. */
+BALLOT_API const char* ballot_version(void);
+/* Returns the commit that it was built from, or "unknown". */
+BALLOT_API const char* ballot_commit(void);
+/* Returns the text of the calling thread's last failed call; "" if none failed. Valid until its next failed call. */
+BALLOT_API const char* ballot_last_error(void);
+
+/* ---- Devices ---------------------------------------------------------------------------------------------------- */
+
+typedef struct BallotDeviceInfo {
+  size_t size;
+  char name[256];
+  char driver[256];  /* "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)" */
+  char refusal[512]; /* why Ballot cannot use it; "" if it can */
+  uint32_t is_cpu;   /* 1: a CPU device, such as lavapipe */
+  uint32_t usable;   /* 1: Ballot can use it */
+  uint32_t subgroup_size;
+  uint32_t exports; /* 1: buffers can be shared with other interfaces (ballot_buffer_create) */
+} BallotDeviceInfo;
+
+/* Writes the devices of this machine, at most `room`, and their number to *count. `infos` may be NULL if room is 0.
+ * infos[0].size must be set; the others follow. */
+BALLOT_API BallotStatus ballot_devices(BallotDeviceInfo* infos, size_t room, size_t* count);
+
+typedef struct BallotDeviceOptions {
+  size_t size;
+  const char* name;  /* an index, part of a name, "gpu" or "cpu"; NULL: the best GPU, else a CPU device */
+  uint32_t validate; /* 1: Vulkan validation with synchronization checks; slow, for tests */
+} BallotDeviceOptions;
+
+/* Opens a device. options may be NULL. */
+BALLOT_API BallotStatus ballot_device_open(const BallotDeviceOptions* options, BallotDevice** device);
+BALLOT_API void ballot_device_close(BallotDevice* device);
+BALLOT_API BallotStatus ballot_device_info(BallotDevice* device, BallotDeviceInfo* info);
+/* Returns the number of messages of the validation layers so far, or 0. */
+BALLOT_API size_t ballot_device_message_count(BallotDevice* device);
+BALLOT_API const char* ballot_device_error(BallotDevice* device);
+
+/* ---- Scenes ----------------------------------------------------------------------------------------------------- */
+
+typedef enum BallotIndexType { BALLOT_INDEX_NONE = 0, BALLOT_INDEX_U16 = 1, BALLOT_INDEX_U32 = 2 } BallotIndexType;
+
+/* A triangle mesh. The library copies what it needs before the call returns. */
+typedef struct BallotMesh {
+  size_t size;
+  const float* positions; /* x, y, z of each vertex; finite, at most 1e12 */
+  size_t vertex_count;
+  size_t position_stride; /* bytes from one vertex to the next, a multiple of 4; 0: 12 */
+  const void* indices;    /* three for each triangle; NULL: vertices 0 1 2, 3 4 5, ... */
+  size_t index_count;     /* a multiple of 3, at least 3; 0 without indices */
+  BallotIndexType index_type;
+  uint32_t id;          /* any number; BallotHits::mesh_ids reports it */
+  const float* normals; /* unit normal of each vertex, for pictures; NULL: flat */
+  size_t normal_stride; /* bytes, as position_stride */
+} BallotMesh;
+
+typedef struct BallotSceneOptions {
+  size_t size;
+  uint32_t max_leaf;  /* most triangles of a leaf, 1 to 6; 0: 6 */
+  float split_budget; /* share of references that spatial splits may add, 0 to 16; below 0: none; 0: 0.5 */
+  uint32_t cache;     /* 1: keep tree and choices of method auto on disk, in $XDG_CACHE_HOME/ballot */
+} BallotSceneOptions;
+
+/* Makes a scene of `count` meshes on a device. Triangles are numbered through the meshes in their order; that number is
+ * `prim` of BallotHit. Triangles without area keep their number and are never hit. Zero meshes are a scene that no ray
+ * hits. At most 2^31 - 1 triangles. options may be NULL. */
+BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
+                                            const BallotSceneOptions* options, BallotScene** scene);
+/* Loads a glTF 2.0 (.gltf, .glb) or OBJ file. The scene has one mesh, number and id 0, and its own cameras and materials.
+ * Its tree is kept on disk unless options->cache is 0 in options that are given. */
+BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const BallotSceneOptions* options,
+                                          BallotScene** scene);
+BALLOT_API void ballot_scene_destroy(BallotScene* scene);
+
+/* Moves the vertices of a mesh of ballot_scene_create(): `count` must be its vertex_count. Hits of later calls are those
+ * of the moved scene. A failed call leaves the scene as it was. stride is in bytes; 0: 12. */
+BALLOT_API BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* positions, size_t count,
+                                            size_t stride);
+
+typedef struct BallotSceneInfo {
+  size_t size;
+  uint64_t triangles, degenerate; /* degenerate: those without area */
+  uint64_t meshes, views;
+  float lo[3], hi[3]; /* the bounds; zero if the scene is empty */
+  uint64_t nodes, leaves, depth;
+  double sah;           /* expected cost of a random ray that meets the bounds */
+  double build_seconds; /* of the last build of the tree */
+} BallotSceneInfo;
+BALLOT_API BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info);
+
+typedef struct BallotMeshInfo {
+  size_t size;
+  uint32_t id;
+  uint64_t first, triangles; /* its triangles are prim first to first + triangles - 1 */
+} BallotMeshInfo;
+BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t mesh, BallotMeshInfo* info);
+
+/* Writes nine floats for each triangle: x, y, z of its three vertices. */
+BALLOT_API BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles);
+BALLOT_API const char* ballot_scene_error(BallotScene* scene);
+
+/* ---- Rays, hits, queries ---------------------------------------------------------------------------------------- */
+
+/* A ray: hits are sought at origin + t * dir with t in [t_min, t_max]. dir need not be of unit length. A ray is dead, and
+ * reported as a miss, if t_max <= t_min, if a component is NaN or infinite, or if dir is zero or denormal. */
+typedef struct BallotRay {
+  float origin[3], t_min, dir[3], t_max;
+} BallotRay;
+
+/* A hit. On a miss prim is BALLOT_MISS, t the ray's t_max (0 for a dead ray), u = v = 0. u and v weigh vertices 1 and 2
+ * of the triangle. */
+typedef struct BallotHit {
+  float t;
+  uint32_t prim;
+  float u, v;
+} BallotHit;
+#define BALLOT_MISS 0xFFFFFFFFu
+
+typedef enum BallotRayFormat {
+  BALLOT_RAYS_FULL = 0,     /* BallotRay, 8 floats */
+  BALLOT_RAYS_UNBOUNDED = 1 /* 6 floats: origin, direction; t from 0 to the largest float */
+} BallotRayFormat;
+
+typedef struct BallotRays {
+  size_t size;
+  const float* data;
+  size_t count;
+  size_t stride; /* bytes from one ray to the next, a multiple of 4; 0: packed */
+  BallotRayFormat format;
+} BallotRays;
+
+/* Where the results go: arrays of `count` entries in the order of the rays. Those that are NULL are not written. The
+ * arrays must not overlap the rays or each other. */
+typedef struct BallotHits {
+  size_t size;
+  BallotHit* hits;
+  float* t;           /* distance; on a miss infinity */
+  uint32_t* prims;    /* number of the triangle within its mesh; on a miss BALLOT_MISS */
+  uint32_t* mesh_ids; /* BallotMesh::id; on a miss BALLOT_MISS */
+  float* uvs;         /* u, v: two floats; on a miss 0 */
+  float* normals;     /* x, y, z: unit normal of the triangle, by the right-hand rule over its vertices; on a miss 0 */
+  uint8_t* occluded;  /* 1: hit, 0: miss */
+} BallotHits;
+
+typedef struct BallotKnob {
+  const char *name, *value;
+} BallotKnob;
+
+/* How to find hits. The default finds the nearest, watertight, by the method that is fastest here. */
+typedef struct BallotQuery {
+  size_t size;
+  uint32_t any;        /* 0: the nearest hit; 1: some hit, for visibility and shadows */
+  const char* method;  /* `ballot methods` lists them; NULL: "auto" */
+  const char* numeric; /* "watertight", "exact", "plain" or "fast"; NULL: "watertight" */
+  const BallotKnob* knobs;
+  size_t knob_count;
+  const char* ray_class; /* a name for rays that are alike, for method auto; NULL: it looks at the rays */
+  /* Called now and then with the share that is done, from the thread that traces. Returning non-zero ends the call with
+   * BALLOT_ERROR_INTERRUPTED; what is written to the outputs by then is unspecified. */
+  int (*progress)(void* user, double done);
+  void* user;
+} BallotQuery;
+
+typedef struct BallotTimes {
+  size_t size;
+  double seconds;   /* wall time of the call */
+  double device_ms; /* time of the traversal on the device */
+  uint64_t hits;    /* rays that hit */
+} BallotTimes;
+
+/* Traces rays, nearest or any hits, and returns when the results are written. Neighbours in the array share a subgroup:
+ * order rays for coherence. query and times may be NULL. Zero rays are allowed. */
+BALLOT_API BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
+                                     const BallotQuery* query, BallotTimes* times);
+
+/* The same in the background. Rays and arrays must stay as they are until the job has ended; the structs are copied. Jobs
+ * of a device run in the order in which they were submitted. */
+BALLOT_API BallotStatus ballot_submit(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
+                                      const BallotQuery* query, BallotJob** job);
+/* Waits for the job and returns its status. times may be NULL. */
+BALLOT_API BallotStatus ballot_job_wait(BallotJob* job, BallotTimes* times);
+/* Returns BALLOT_NOT_READY, or the status of the job that has ended. */
+BALLOT_API BallotStatus ballot_job_poll(BallotJob* job);
+/* Waits for the job and frees it. */
+BALLOT_API void ballot_job_destroy(BallotJob* job);
+
+/* ---- Rays and hits that stay on the device ---------------------------------------------------------------------- */
+
+typedef enum BallotRecord { BALLOT_RECORD_RAY = 0, BALLOT_RECORD_HIT = 1 } BallotRecord;
+
+typedef struct BallotBufferOptions {
+  size_t size;
+  uint32_t exported; /* 1: other interfaces can use the memory: ballot_buffer_fd(), ballot_buffer_cuda() */
+} BallotBufferOptions;
+
+/* Makes an array of BallotRay or BallotHit on a device. options may be NULL. */
+BALLOT_API BallotStatus ballot_buffer_create(BallotDevice* device, BallotRecord record, uint64_t count,
+                                             const BallotBufferOptions* options, BallotBuffer** buffer);
+BALLOT_API void ballot_buffer_destroy(BallotBuffer* buffer);
+/* Copy records [first, first + count) from and to the host. */
+BALLOT_API BallotStatus ballot_buffer_write(BallotBuffer* buffer, uint64_t first, const void* records, uint64_t count);
+BALLOT_API BallotStatus ballot_buffer_read(BallotBuffer* buffer, uint64_t first, void* records, uint64_t count);
+/* Returns the buffer's memory in the host's address space, on devices that share it (CPU devices); else NULL. */
+BALLOT_API void* ballot_buffer_host(BallotBuffer* buffer);
+/* Writes a new file descriptor of an exported buffer's memory (VK_KHR_external_memory_fd, opaque), which the caller owns,
+ * and the size of the allocation. */
+BALLOT_API BallotStatus ballot_buffer_fd(BallotBuffer* buffer, int* fd, uint64_t* allocation_bytes);
+/* Writes the address of an exported buffer in CUDA's primary context of the same GPU, valid until the buffer is
+ * destroyed. Needs libcuda.so.1. Calls of this library wait for the device before they return; before a call that uses
+ * the buffer, wait for your own stream. */
+BALLOT_API BallotStatus ballot_buffer_cuda(BallotBuffer* buffer, uint64_t* address, int* cuda_device);
+BALLOT_API const char* ballot_buffer_error(BallotBuffer* buffer);
+
+/* Traces rays [0, count) of one array and writes their hits to another; both of the scene's device. Returns when the hits
+ * are written. BallotTimes::hits is not counted. */
+BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits, uint64_t count,
+                                             const BallotQuery* query, BallotTimes* times);
+
+/* ---- Rays and pictures of a view -------------------------------------------------------------------------------- */
+
+/* A camera, as in glTF: it looks along -z of its frame, with +y up. */
+typedef struct BallotView {
+  size_t size;
+  const char* name; /* a view of the scene; NULL: the members below, or if eye equals target the scene's first view */
+  double eye[3], target[3], up[3];
+  double yfov; /* full vertical angle, radians, 0 to pi; 0: pi / 3 */
+  double ymag; /* above 0: orthographic, half the height of the view */
+} BallotView;
+
+/* Makes the rays of a ray kind (`ballot methods` lists them: "primary", "shadow", "ao", ...) for a view of width x height
+ * pixels: at most `room` rays. Writes their number to *count; room 0 asks for the number alone. */
+BALLOT_API BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const char* kind, uint32_t width,
+                                         uint32_t height, BallotRay* rays, size_t room, size_t* count);
+
+typedef struct BallotPicture {
+  size_t size;
+  uint32_t width, height; /* pixels, 1 to 16384 */
+  uint32_t samples;       /* of each pixel, 1 to 65536; 0: 1 */
+  const char* shading;    /* "eyelight", "normals", "ao", "whitted", "path"; NULL: "eyelight" */
+  float* rgba;            /* width * height * 4 floats, linear Rec.709 and coverage, rows from the top */
+  const char* sky;        /* "none", "gradient", or a colour "r,g,b"; NULL: the scene's own */
+  int32_t bounces;        /* last path depth, 1 to 64; 0: the shading's own */
+  uint32_t seed;
+} BallotPicture;
+BALLOT_API BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const BallotPicture* picture,
+                                      const BallotQuery* query, BallotTimes* times);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,89 @@
+// Arrays of rays and hits on a device, by the C interface.
+#include "engine/api/state.h"
+
+namespace ballot::api {
+namespace {
+
+void check_range(const BufferState& buffer, std::uint64_t first, std::uint64_t count, const void* records,
+                 const char* call) {
+  if (count) need(records, call, "records");
+  if (first > buffer.count() || count > buffer.count() - first)
+    throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("{}: records {} to {}, but the buffer has {}", call, first,
+                                                     first + count, buffer.count()));
+}
+
+}  // namespace
+}  // namespace ballot::api
+
+using namespace ballot::api;
+
+BallotStatus ballot_buffer_create(BallotDevice* device, BallotRecord record, uint64_t count,
+                                  const BallotBufferOptions* options, BallotBuffer** buffer) {
+  return guarded_use(device, [&](const std::shared_ptr<DeviceState>& d) {
+    need(buffer, "ballot_buffer_create", "buffer");
+    const BallotBufferOptions o = read_struct(options, "BallotBufferOptions");
+    constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+    if (count == 0 || count > kMost)
+      throw Refused(BALLOT_ERROR_ARGUMENT,
+                    fmt::format("ballot_buffer_create: {} records; expected 1 to {}", count, kMost));
+    const ballot::Access access =
+        o.exported ? ballot::Access::Storage | ballot::Access::Exported : ballot::Access::Storage;
+    auto state = std::make_shared<BufferState>();
+    state->device = d;
+    const std::lock_guard lock(d->mutex);
+    if (record == BALLOT_RECORD_RAY)
+      state->rays.emplace(*d->gpu, count, access, "rays of the caller");
+    else if (record == BALLOT_RECORD_HIT)
+      state->hits.emplace(*d->gpu, count, access, "hits of the caller");
+    else
+      throw Refused(BALLOT_ERROR_ARGUMENT,
+                    fmt::format("ballot_buffer_create: record is {}; expected BALLOT_RECORD_RAY or BALLOT_RECORD_HIT",
+                                int(record)));
+    *buffer = buffers().add(std::move(state));
+  });
+}
+
+BallotStatus ballot_buffer_write(BallotBuffer* buffer, uint64_t first, const void* records, uint64_t count) {
+  return guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) {
+    check_range(*state, first, count, records, "ballot_buffer_write");
+    const std::lock_guard lock(state->device->mutex);
+    const std::size_t record = state->record_bytes();
+    state->raw().upload(first * record, records, count * record);
+  });
+}
+
+BallotStatus ballot_buffer_read(BallotBuffer* buffer, uint64_t first, void* records, uint64_t count) {
+  return guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) {
+    check_range(*state, first, count, records, "ballot_buffer_read");
+    const std::lock_guard lock(state->device->mutex);
+    const std::size_t record = state->record_bytes();
+    state->raw().download(first * record, records, count * record);
+  });
+}
+
+void* ballot_buffer_host(BallotBuffer* buffer) {
+  void* host = nullptr;
+  guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) { host = state->raw().mapped(); });
+  return host;
+}
+
+BallotStatus ballot_buffer_fd(BallotBuffer* buffer, int* fd, uint64_t* allocation_bytes) {
+  return guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) {
+    need(fd, "ballot_buffer_fd", "fd");
+    need(allocation_bytes, "ballot_buffer_fd", "allocation_bytes");
+    const std::lock_guard lock(state->device->mutex);
+    *fd = state->raw().export_fd();
+    *allocation_bytes = state->raw().allocated_bytes();
+  });
+}
+
+BallotStatus ballot_buffer_cuda(BallotBuffer* buffer, uint64_t* address, int* cuda_device) {
+  return guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) {
+    need(address, "ballot_buffer_cuda", "address");
+    need(cuda_device, "ballot_buffer_cuda", "cuda_device");
+    const std::lock_guard lock(state->device->mutex);
+    if (!state->cuda) state->cuda = std::make_unique<CudaMemory>(state->raw(), state->device->gpu->info().uuid);
+    *address = state->cuda->address();
+    *cuda_device = state->cuda->device();
+  });
+}

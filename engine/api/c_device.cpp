@@ -1,0 +1,121 @@
+// Devices, versions and errors of the C interface.
+#include <cstdio>
+
+#include "engine/api/state.h"
+
+namespace ballot::api {
+namespace {
+
+template <std::size_t kRoom>
+void write_text(char (&to)[kRoom], const std::string& text) {
+  std::snprintf(to, kRoom, "%s", text.c_str());
+}
+
+BallotDeviceInfo info_of(const DeviceInfo& d) {
+  BallotDeviceInfo info = BALLOT_INIT(BallotDeviceInfo);
+  write_text(info.name, d.name);
+  write_text(info.driver, d.driver);
+  std::string refusal;
+  for (const std::string& why : d.refusals) refusal += (refusal.empty() ? "" : "; ") + why;
+  write_text(info.refusal, refusal);
+  info.is_cpu = d.is_cpu();
+  info.usable = d.refusals.empty();
+  info.subgroup_size = d.subgroup_size;
+  info.exports = d.memory_fd;
+  return info;
+}
+
+/// Lets go of what a closed handle stood for. What belongs to another process stays: its driver's threads do not exist
+/// here.
+template <class State>
+void let_go(std::shared_ptr<State> state, const std::shared_ptr<DeviceState>& device) {
+  if (device->owner != getpid()) new std::shared_ptr<State>(std::move(state));
+}
+
+}  // namespace
+}  // namespace ballot::api
+
+using namespace ballot::api;
+
+const char* ballot_version(void) {
+  static const std::string text =
+      fmt::format("{}.{}.{}", BALLOT_VERSION_MAJOR, BALLOT_VERSION_MINOR, BALLOT_VERSION_PATCH);
+  return text.c_str();
+}
+
+const char* ballot_commit(void) {
+  static const std::string text = ballot::commit();
+  return text.c_str();
+}
+
+const char* ballot_last_error(void) { return thread_text(); }
+
+BallotStatus ballot_devices(BallotDeviceInfo* infos, size_t room, size_t* count) {
+  return guarded(nullptr, [&] {
+    need(count, "ballot_devices", "count");
+    if (room) need(infos, "ballot_devices", "infos");
+    const auto found = ballot::list_devices();
+    const std::size_t stride = room ? infos[0].size : 0;
+    for (std::size_t i = 0; i < std::min(room, found.size()); ++i) {
+      auto* info = reinterpret_cast<BallotDeviceInfo*>(reinterpret_cast<char*>(infos) + i * stride);
+      info->size = stride;
+      write_struct(info, info_of(found[i]), "BallotDeviceInfo");
+    }
+    *count = found.size();
+  });
+}
+
+BallotStatus ballot_device_open(const BallotDeviceOptions* options, BallotDevice** device) {
+  return guarded(nullptr, [&] {
+    need(device, "ballot_device_open", "device");
+    const BallotDeviceOptions o = read_struct(options, "BallotDeviceOptions");
+    *device = devices().add(std::make_shared<DeviceState>(
+        ballot::ContextOptions{.device = o.name ? o.name : "", .validate = o.validate != 0}));
+  });
+}
+
+void ballot_device_close(BallotDevice* device) {
+  const auto state = devices().remove(device);
+  if (state) let_go(state, state);
+}
+
+void ballot_scene_destroy(BallotScene* scene) {
+  const auto state = scenes().remove(scene);
+  if (state) let_go(state, state->device);
+}
+
+void ballot_buffer_destroy(BallotBuffer* buffer) {
+  const auto state = buffers().remove(buffer);
+  if (state) let_go(state, state->device);
+}
+
+BallotStatus ballot_device_info(BallotDevice* device, BallotDeviceInfo* info) {
+  return guarded_use(device, [&](const std::shared_ptr<DeviceState>& state) {
+    need(info, "ballot_device_info", "info");
+    write_struct(info, info_of(state->gpu->info()), "BallotDeviceInfo");
+  });
+}
+
+size_t ballot_device_message_count(BallotDevice* device) {
+  std::size_t count = 0;
+  guarded_use(device, [&](const std::shared_ptr<DeviceState>& state) {
+    const std::lock_guard lock(state->mutex);
+    count = state->gpu->messages().size();
+  });
+  return count;
+}
+
+const char* ballot_device_error(BallotDevice* device) {
+  const auto state = devices().find(device);
+  return state ? thread_copy(state->error.get()) : thread_text();
+}
+
+const char* ballot_scene_error(BallotScene* scene) {
+  const auto state = scenes().find(scene);
+  return state ? thread_copy(state->error.get()) : thread_text();
+}
+
+const char* ballot_buffer_error(BallotBuffer* buffer) {
+  const auto state = buffers().find(buffer);
+  return state ? thread_copy(state->error.get()) : thread_text();
+}

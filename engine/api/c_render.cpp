@@ -1,0 +1,103 @@
+// Rays and pictures of a view, by the C interface.
+#include <chrono>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "engine/api/arrays.h"
+
+namespace ballot::api {
+namespace {
+
+glm::dvec3 vector(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+/// Returns the view that a caller describes, or names.
+ballot::View view_of(const BallotView& v, const ballot::Scene& scene) {
+  if (v.name) return find_view(scene, v.name);
+  const glm::dvec3 eye = vector(v.eye), target = vector(v.target);
+  if (eye == target) return scene.views.front();
+  ballot::View view{.name = "view"};
+  const glm::dvec3 back = glm::normalize(eye - target);
+  glm::dvec3 up = vector(v.up);
+  if (up == glm::dvec3(0)) up = {0, 1, 0};
+  glm::dvec3 right = glm::cross(up, back);
+  if (glm::length(right) < 1e-12 * glm::length(up))
+    throw Refused(BALLOT_ERROR_ARGUMENT, "view: up is parallel to the direction of sight; choose another");
+  right = glm::normalize(right);
+  view.world_from_camera = {glm::dvec4{right, 0}, glm::dvec4{glm::cross(back, right), 0}, glm::dvec4{back, 0},
+                            glm::dvec4{eye, 1}};
+  if (v.yfov != 0) view.yfov = v.yfov;
+  if (!(view.yfov > 0 && view.yfov < 3.14159265))
+    throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("view: yfov is {}; expected radians between 0 and pi", view.yfov));
+  view.orthographic = v.ymag > 0;
+  if (view.orthographic) view.ymag = v.ymag;
+  return view;
+}
+
+ballot::RenderOptions options_of(const BallotPicture& p, const BallotQuery& query) {
+  ballot::RenderOptions o;
+  o.width = p.width;
+  o.height = p.height;
+  if (p.samples) o.spp = p.samples;
+  if (p.shading) o.shading = p.shading;
+  if (p.bounces) o.bounces = p.bounces;
+  o.seed = p.seed;
+  o.query = query_of(query);
+  o.aovs = {"color"};
+  check_options(o);
+  return o;
+}
+
+/// Writes the colour channels, rows from the top.
+void write_rgba(const ballot::Image& image, float* rgba) {
+  const char* const kChannels[] = {"R", "G", "B", "A"};
+  for (std::size_t c = 0; c < 4; ++c) {
+    const std::vector<float>& values = image.channel(kChannels[c]).floats;
+    for (std::size_t i = 0; i < values.size(); ++i) rgba[4 * i + c] = values[i];
+  }
+}
+
+}  // namespace
+}  // namespace ballot::api
+
+using namespace ballot::api;
+
+BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const char* kind, uint32_t width,
+                              uint32_t height, BallotRay* rays, size_t room, size_t* count) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(count, "ballot_make_rays", "count");
+    if (room) need(rays, "ballot_make_rays", "rays");
+    const std::lock_guard lock(state->device->mutex);
+    const auto v = view_of(read_struct(view, "BallotView"), state->engine->scene());
+    const auto batch = state->engine->make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
+    *count = batch->count();
+    if (room == 0) return;
+    const std::vector<ballot::Ray> made = batch->rays();
+    std::memcpy(static_cast<void*>(rays), made.data(), std::min(room, made.size()) * sizeof(ballot::Ray));
+  });
+}
+
+BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const BallotPicture* picture,
+                           const BallotQuery* query, BallotTimes* times) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(picture, "ballot_render", "picture");
+    const BallotPicture p = read_struct(picture, "BallotPicture");
+    need(p.rgba, "ballot_render", "rgba");
+    const BallotQuery q = read_struct(query, "BallotQuery");
+    const Watch watch(q);
+    const std::lock_guard lock(state->device->mutex);
+    const auto v = view_of(read_struct(view, "BallotView"), state->engine->scene());
+    const auto options = options_of(p, q);
+    if (p.sky && state->sky != p.sky) {
+      state->engine->set_sky(ballot::make_sky(p.sky));
+      state->sky = p.sky;
+    }
+    ballot::RenderTimes spent;
+    const auto progress = [&](double done) { watch(done); };
+    write_rgba(state->engine->render(v, options, &spent, watch ? ballot::Progress(progress) : ballot::Progress()),
+               p.rgba);
+    BallotTimes t = BALLOT_INIT(BallotTimes);
+    t.seconds = spent.seconds;
+    t.device_ms = spent.device_ms;
+    write_struct(times, t, "BallotTimes");
+  });
+}

@@ -1,0 +1,56 @@
+#include "engine/api/jobs.h"
+
+namespace ballot::api {
+
+void JobState::end(BallotStatus status, const BallotTimes& times, std::string error) {
+  const std::lock_guard lock(mutex_);
+  status_ = status;
+  times_ = times;
+  error_ = std::move(error);
+  ended_.notify_all();
+}
+
+BallotStatus JobState::wait() {
+  std::unique_lock lock(mutex_);
+  ended_.wait(lock, [&] { return status_ != BALLOT_NOT_READY; });
+  return status_;
+}
+
+BallotStatus JobState::poll() {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+void JobQueue::run(const std::shared_ptr<Shared>& shared) {
+  while (true) {
+    std::function<void()> job;
+    {
+      std::unique_lock lock(shared->mutex);
+      shared->changed.wait(lock, [&] { return shared->closing || !shared->jobs.empty(); });
+      if (shared->jobs.empty()) return;
+      job = std::move(shared->jobs.front());
+      shared->jobs.pop_front();
+    }
+    job();
+  }
+}
+
+void JobQueue::add(std::function<void()> job) {
+  const std::lock_guard lock(mutex_);
+  if (!shared_) {
+    shared_ = std::make_shared<Shared>();
+    std::thread([shared = shared_] { run(shared); }).detach();
+  }
+  const std::lock_guard inner(shared_->mutex);
+  shared_->jobs.push_back(std::move(job));
+  shared_->changed.notify_one();
+}
+
+JobQueue::~JobQueue() {
+  if (!shared_) return;
+  const std::lock_guard lock(shared_->mutex);
+  shared_->closing = true;
+  shared_->changed.notify_one();
+}
+
+}  // namespace ballot::api

@@ -1,0 +1,60 @@
+// Work in the background: a thread for each device that runs its jobs in turn.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "engine/api/ballot_c.h"
+
+namespace ballot::api {
+
+/// A job and, once it has ended, what came of it.
+class JobState {
+ public:
+  void end(BallotStatus status, const BallotTimes& times, std::string error);
+  /// Waits for the end.
+  BallotStatus wait();
+  /// Returns BALLOT_NOT_READY before the end.
+  BallotStatus poll();
+  /// After the end.
+  const BallotTimes& times() const { return times_; }
+  const std::string& error() const { return error_; }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  BallotStatus status_ = BALLOT_NOT_READY;
+  BallotTimes times_{};
+  std::string error_;
+};
+
+/// Runs jobs one after another in a thread of its own, which begins with the first job. The destructor lets the thread
+/// end once all jobs are done, without waiting for it: the last job may be what destroys the queue.
+class JobQueue {
+ public:
+  JobQueue() = default;
+  ~JobQueue();
+  JobQueue(const JobQueue&) = delete;
+  JobQueue& operator=(const JobQueue&) = delete;
+
+  void add(std::function<void()> job);
+
+ private:
+  struct Shared {
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::deque<std::function<void()>> jobs;
+    bool closing = false;
+  };
+  static void run(const std::shared_ptr<Shared>& shared);
+
+  std::mutex mutex_;
+  std::shared_ptr<Shared> shared_;  // null before the first job
+};
+
+}  // namespace ballot::api

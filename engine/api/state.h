@@ -1,0 +1,165 @@
+// What stands behind the handles of the C interface, and the one place where exceptions become error codes.
+#pragma once
+
+#include <unistd.h>
+
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "engine/api/ballot_c.h"
+#include "engine/api/cuda_memory.h"
+#include "engine/api/handles.h"
+#include "engine/api/jobs.h"
+#include "engine/ballot.h"
+
+namespace ballot::api {
+
+/// A failure with a code that ballot::Error does not have.
+struct Refused : std::runtime_error {
+  Refused(BallotStatus code, const std::string& text) : std::runtime_error(text), status(code) {}
+  BallotStatus status;
+};
+
+/// The text of a handle's last failed call. Thread-safe.
+class LastError {
+ public:
+  void set(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    text_ = text;
+  }
+  std::string get() const {
+    const std::lock_guard lock(mutex_);
+    return text_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::string text_;
+};
+
+/// A device. Its mutex is held by every call that uses the device or what is on it.
+struct DeviceState {
+  explicit DeviceState(const ContextOptions& options) : gpu(std::make_shared<Context>(options)) {}
+
+  std::shared_ptr<Context> gpu;
+  std::mutex mutex;
+  pid_t owner = getpid();
+  JobQueue jobs;
+  LastError error;
+};
+
+/// A mesh of a scene: its triangles are [first, first + triangles).
+struct MeshState {
+  std::uint32_t id = 0;
+  std::size_t first = 0, triangles = 0, vertices = 0;
+  std::vector<std::uint32_t> indices;  // empty: vertices in turn
+};
+
+struct SceneState {
+  ~SceneState() {
+    const std::lock_guard lock(device->mutex);
+    engine.reset();
+  }
+
+  std::shared_ptr<DeviceState> device;
+  std::unique_ptr<Engine> engine;
+  std::vector<MeshState> meshes;
+  bool from_file = false;
+  std::string sky;  // the last one that a picture named
+  LastError error;
+};
+
+/// An array on a device, and its address in CUDA once somebody asked for it.
+struct BufferState {
+  ~BufferState() {
+    const std::lock_guard lock(device->mutex);
+    cuda.reset();
+    rays.reset();
+    hits.reset();
+  }
+  RawBuffer& raw() { return rays ? static_cast<RawBuffer&>(*rays) : static_cast<RawBuffer&>(*hits); }
+  std::size_t record_bytes() const { return rays ? sizeof(Ray) : sizeof(Hit); }
+  std::size_t count() const { return rays ? rays->size() : hits->size(); }
+
+  std::shared_ptr<DeviceState> device;
+  std::optional<Buffer<Ray>> rays;  // either
+  std::optional<Buffer<Hit>> hits;  // or
+  std::unique_ptr<CudaMemory> cuda;
+  LastError error;
+};
+
+/// The open handles. They outlive main(), so that a program may close them from any destructor.
+Handles<BallotDevice, DeviceState>& devices();
+Handles<BallotScene, SceneState>& scenes();
+Handles<BallotBuffer, BufferState>& buffers();
+Handles<BallotJob, JobState>& jobs();
+
+/// Returns the state behind a handle. Throws Refused if it is closed or of another process.
+std::shared_ptr<DeviceState> use(const BallotDevice* handle);
+std::shared_ptr<SceneState> use(const BallotScene* handle);
+std::shared_ptr<BufferState> use(const BallotBuffer* handle);
+
+/// Returns the code and keeps the text of the exception that is being handled, for the thread and for a handle.
+BallotStatus report(LastError* error);
+/// Set and return the text of the calling thread's last failed call.
+void set_thread_error(const std::string& text);
+const char* thread_text();
+/// Returns the text of a handle's last failed call; valid until the calling thread asks again.
+const char* thread_copy(const std::string& text);
+
+/// Runs a call of the interface: exceptions become error codes.
+template <class Call>
+BallotStatus guarded(LastError* error, const Call& call) {
+  try {
+    call();
+    return BALLOT_OK;
+  } catch (...) {
+    return report(error);
+  }
+}
+
+/// Runs call(state) for an open handle; the state lives at least until it returns.
+template <class Handle, class Call>
+BallotStatus guarded_use(const Handle* handle, const Call& call) {
+  std::shared_ptr<typename decltype(use(handle))::element_type> state;
+  try {
+    state = use(handle);
+    call(state);
+    return BALLOT_OK;
+  } catch (...) {
+    return report(state ? &state->error : nullptr);
+  }
+}
+
+/// Throws Refused(BALLOT_ERROR_ARGUMENT) unless `pointer` is set.
+void need(const void* pointer, const char* call, const char* what);
+
+/// Returns a copy of a struct of the interface that a caller with another version filled: members that it does not know
+/// are zero. Throws Refused if the size is none that any version had.
+template <class T>
+T read_struct(const T* given, const char* name) {
+  T copy{};
+  if (!given) return copy;
+  if (given->size < sizeof(std::size_t) || given->size > 4096)
+    throw Refused(BALLOT_ERROR_ARGUMENT,
+                  fmt::format("{}: size is {}; begin with BALLOT_INIT({})", name, given->size, name));
+  std::memcpy(static_cast<void*>(&copy), given, std::min(given->size, sizeof(T)));
+  copy.size = sizeof(T);
+  return copy;
+}
+
+/// Writes a struct of the interface, no farther than the caller's version of it goes.
+template <class T>
+void write_struct(T* to, const T& value, const char* name) {
+  if (!to) return;
+  const std::size_t size = to->size;
+  if (size < sizeof(std::size_t) || size > 4096)
+    throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("{}: size is {}; begin with BALLOT_INIT({})", name, size, name));
+  std::memcpy(static_cast<void*>(to), &value, std::min(size, sizeof(T)));
+  to->size = size;
+}
+
+}  // namespace ballot::api

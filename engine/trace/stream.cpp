@@ -1,0 +1,105 @@
+#include "engine/trace/stream.h"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "engine/core/error.h"
+#include "engine/trace/tracer.h"
+
+namespace ballot {
+
+namespace {
+
+constexpr std::size_t kSlots = 3;
+constexpr std::size_t kChunk = 1u << 20;       // rays: 32 MiB in, 16 MiB out
+constexpr std::size_t kLeastChunk = 1u << 12;  // so that small batches of other sizes need no new buffers
+
+}  // namespace
+
+void StreamRing::make_room(std::size_t chunk) {
+  if (chunk <= chunk_) return;
+  slots_.clear();
+  chunk_ = 0;
+  const auto make = [&] {
+    Slot slot{{gpu_, chunk, Access::Storage, "rays"}, {gpu_, chunk, Access::Storage, "hits"}, {}, {}};
+    if (slot.rays.mapped() && slot.hits.mapped()) return slot;  // the host sees them
+    slot.rays_there.emplace(gpu_, chunk, Access::Host, "rays of the host");
+    slot.hits_there.emplace(gpu_, chunk, Access::Host, "hits of the host");
+    return slot;
+  };
+  while (slots_.size() < (gpu_.info().is_cpu() ? 1 : kSlots)) slots_.push_back(make());
+  chunk_ = chunk;
+}
+
+std::span<Ray> StreamRing::room(Slot& slot) const {
+  std::byte* bytes = slot.rays_there ? slot.rays_there->mapped() : slot.rays.mapped();
+  return {reinterpret_cast<Ray*>(bytes), chunk_};
+}
+
+void StreamRing::copy(Slot& slot, bool in) {
+  if (!slot.rays_there) return;
+  gpu_.pass(in ? "copying rays in" : "copying hits out", [&](VkCommandBuffer cmd) {
+    const VkBufferCopy region{0, 0, slot.count * (in ? sizeof(Ray) : sizeof(Hit))};
+    if (in)
+      gpu_.vk().CmdCopyBuffer(cmd, slot.rays_there->handle(), slot.rays.handle(), 1, &region);
+    else
+      gpu_.vk().CmdCopyBuffer(cmd, slot.hits.handle(), slot.hits_there->handle(), 1, &region);
+  });
+}
+
+void StreamRing::trace(Tracer& tracer, Slot& slot, Query query, TraceTimes& times) {
+  if (query.rays.empty() && find_method(query.method).chooses)
+    query.rays = tracer.ray_class(room(slot).first(slot.count));
+  if (tracer.prefill) {
+    const std::vector<std::uint8_t> pattern(slot.count * sizeof(Hit), *tracer.prefill);
+    slot.hits.RawBuffer::upload(0, pattern.data(), pattern.size());
+  }
+  copy(slot, true);
+  if (tracer.can_record(query, slot.count)) {
+    ++times.dispatches;
+    tracer.record(slot.rays, slot.hits, slot.count, query, [&times](double ms) { times.device_ms += ms; });
+  } else {
+    const TraceTimes part = tracer.trace(slot.rays, slot.hits, slot.count, query);
+    times.device_ms += part.device_ms;
+    times.dispatches += part.dispatches;
+    times.retraced += part.retraced;
+  }
+  copy(slot, false);
+  slot.submission = gpu_.flush();
+}
+
+void StreamRing::deliver(Slot& slot, const RayStream& stream, std::uint64_t& done) {
+  if (slot.count == 0) return;
+  gpu_.wait(slot.submission);
+  const std::byte* bytes = slot.hits_there ? slot.hits_there->mapped() : slot.hits.mapped();
+  const std::size_t count = std::exchange(slot.count, 0);
+  stream.take({reinterpret_cast<const Hit*>(bytes), count});
+  done += count;
+  if (stream.progress) stream.progress(done);
+}
+
+TraceTimes StreamRing::run(Tracer& tracer, const RayStream& stream, const Query& query) {
+  make_room(std::clamp<std::size_t>(std::bit_ceil(std::min<std::uint64_t>(stream.most, kChunk)), kLeastChunk,
+                                    std::min<std::size_t>(kChunk, tracer.chunk_rays())));
+  for (Slot& slot : slots_) slot.count = 0;  // of a stream that threw
+  const PassScope scope(gpu_);
+  TraceTimes times;
+  std::uint64_t done = 0, begun = 0;
+  std::size_t turn = 0;
+  for (bool more = stream.most > 0; more; ++turn) {
+    Slot& slot = slots_[turn % slots_.size()];
+    deliver(slot, stream, done);
+    const std::span<Ray> free = room(slot).first(std::size_t(std::min<std::uint64_t>(chunk_, stream.most - begun)));
+    const std::size_t count = stream.next(free);
+    begun += count;
+    more = count == free.size() && begun < stream.most;
+    if (count == 0) break;
+    slot.count = std::uint32_t(count);
+    trace(tracer, slot, query, times);
+  }
+  for (std::size_t i = 0; i < slots_.size(); ++i) deliver(slots_[(turn + i) % slots_.size()], stream, done);
+  return times;
+}
+
+}  // namespace ballot

@@ -1,0 +1,64 @@
+// Traces streams of rays from host memory: copying in, tracing and copying out overlap where the device allows it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/trace/dispatch.h"
+#include "engine/trace/query.h"
+
+namespace ballot {
+
+class Tracer;
+
+/// The two ends of a stream of rays. Both are called from the thread that traces, in the order of the rays.
+struct RayStream {
+  std::uint64_t most = ~0ull;  // no more rays than this will come; smaller streams get smaller buffers
+  /// Writes the next rays to the front of `room` and returns how many. Fewer than room.size() end the stream.
+  std::function<std::size_t(std::span<Ray> room)> next;
+  /// Takes the hits of the next rays. The span is valid until the function returns.
+  std::function<void(std::span<const Hit> hits)> take;
+  /// Is called after each chunk with the number of rays that are done. May throw to end the trace. May be empty.
+  std::function<void(std::uint64_t done)> progress = {};
+};
+
+/// The buffers that streams go through. They are kept for the next stream. A discrete GPU has three sets: while it
+/// traces one chunk, the host fills the next and empties the one before. The memory of both is bounded: 144 MiB on the
+/// host and as much on the device. A device that shares the host's memory has one set and no copies of its own.
+///
+/// Belongs to the thread of its Context.
+class StreamRing {
+ public:
+  explicit StreamRing(Context& gpu) : gpu_(gpu) {}
+
+  /// Traces a stream. Rays of a query whose method is auto are classified chunk by chunk, unless query.rays names their
+  /// class. Throws what the stream's functions throw; the ring can be used again after that.
+  TraceTimes run(Tracer& tracer, const RayStream& stream, const Query& query);
+
+ private:
+  /// The buffers of one chunk.
+  struct Slot {
+    Buffer<Ray> rays;
+    Buffer<Hit> hits;
+    std::optional<Buffer<Ray>> rays_there;  // the host's side, on a device with memory of its own
+    std::optional<Buffer<Hit>> hits_there;
+    std::uint32_t count = 0;       // rays in it; 0: free
+    std::uint64_t submission = 0;  // that traces them
+  };
+
+  void make_room(std::size_t chunk);
+  std::span<Ray> room(Slot& slot) const;
+  void trace(Tracer& tracer, Slot& slot, Query query, TraceTimes& times);
+  void record(Tracer& tracer, Slot& slot, const Query& query, TraceTimes& times);
+  void copy(Slot& slot, bool in);
+  void deliver(Slot& slot, const RayStream& stream, std::uint64_t& done);
+
+  Context& gpu_;
+  std::vector<Slot> slots_;
+  std::size_t chunk_ = 0;  // rays of a slot
+};
+
+}  // namespace ballot

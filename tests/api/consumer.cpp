@@ -1,0 +1,50 @@
+// A program of somebody else in C++: a square, nearest and any hits, a trace in the background, moved vertices.
+#include <ballot/ballot.h>
+
+#include <cstdio>
+
+int main() {
+  try {
+    const ballot::Device device;
+    const std::vector<float> square{-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
+    const std::vector<std::uint32_t> indices{0, 1, 2, 0, 2, 3};
+    ballot::Scene scene(device, {{.positions = square, .indices = indices, .id = 7}});
+    std::vector<ballot::Ray> rays;
+    for (int i = 0; i < 1000; ++i) rays.push_back({{float(i % 40) / 10 - 2, 0.1f, 3}, 0, {0, 0, -1}, 1e30f});
+    std::vector<ballot::Hit> hits(rays.size());
+    const ballot::Times times = scene.trace(rays, hits);
+    std::vector<std::uint8_t> blocked(rays.size());
+    std::vector<std::uint32_t> ids(rays.size());
+    scene.trace(rays, {.mesh_ids = ids.data(), .occluded = blocked.data()}, {.any = true});
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const bool inside = rays[i].origin[0] >= -1 && rays[i].origin[0] <= 1;
+      if ((hits[i].prim != ballot::kMiss) != inside || blocked[i] != inside || (ids[i] == 7) != inside) return 1;
+    }
+    std::vector<float> moved = square;
+    for (std::size_t i = 2; i < moved.size(); i += 3) moved[i] = 1;
+    scene.update(0, moved);
+    ballot::Job job = scene.submit(rays, {.hits = hits.data()});
+    job.wait();
+    if (hits[20].t != 2) return 2;
+    std::printf("%s: %llu of %zu rays hit\n", ballot::version().c_str(), static_cast<unsigned long long>(times.hits),
+                rays.size());
+    ballot::Array<ballot::Ray> there(device, rays.size());
+    ballot::Array<ballot::Hit> found(device, rays.size());
+    there.write(rays);
+    scene.trace(there, found, rays.size());
+    std::vector<ballot::Hit> back(rays.size());
+    found.read(back);
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      if (back[i].t != hits[i].t || back[i].prim != hits[i].prim) return 3;
+    try {
+      scene.update(0, std::span(moved).first(9));
+      return 4;
+    } catch (const ballot::Error& error) {
+      if (error.code() != ballot::Code::Argument) return 5;
+    }
+  } catch (const ballot::Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 6;
+  }
+  return 0;
+}
