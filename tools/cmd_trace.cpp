@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <cmath>
 
 #include "tools/auto_table.h"
+#include "tools/trace_files.h"
 
 namespace ballot::cli {
 
@@ -10,59 +10,76 @@ namespace {
 struct TraceArgs {
   EngineArgs engine;
   QueryArgs query;
-  std::string rays, out;
+  std::vector<std::string> rays, out;
   bool any = false;
 };
 
-/// Counts the rays that have an infinite bound and are dead for that alone. It is an easy mistake, so the user is
-/// warned.
-std::size_t count_infinite(const std::vector<Ray>& rays) {
-  return std::size_t(
-      std::ranges::count_if(rays, [](const Ray& r) { return std::isinf(r.t_max) || std::isinf(r.t_min); }));
+/// Checks the lists of files before work begins.
+void check_files(const TraceArgs& args) {
+  if (args.rays.size() != args.out.size())
+    fail(Failure::Arguments, "--rays names {} files and --out {}; expected as many", args.rays.size(), args.out.size());
+  const auto streams = [](const std::vector<std::string>& files) { return std::ranges::count(files, "-"); };
+  if (streams(args.rays) > 1 || streams(args.out) > 1)
+    fail(Failure::Arguments, "'-' can be named once in --rays and once in --out");
+  for (std::size_t i = 0; i < args.out.size(); ++i) {
+    if (args.out[i] == "-") continue;
+    check_writable(args.out[i]);
+    if (std::ranges::count(args.out, args.out[i]) > 1)
+      fail(Failure::Arguments, "--out names {} twice; each file of rays needs one of its own", args.out[i]);
+  }
+  for (const std::string& rays : args.rays)
+    if (rays != "-") RayFile file(rays);
+}
+
+/// Prints what tracing a file gave, to standard error if the hits went to standard output.
+void print_result(std::FILE* to, Engine& engine, const std::string& out, const FileTrace& done, Query query) {
+  query.rays = done.ray_class;
+  const Variant variant = engine.tracer().variant(query);
+  const double mrays = done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0;
+  fmt::print(to, "{}: {} rays, {} hits, {:.3f} ms on the device, {:.2f} Mrays/s\n", out, done.rays, done.hits,
+             done.times.device_ms, mrays);
+  fmt::print(to, "  {} on {} ({}), subgroup {}\n", variant.name(), engine.device().name, engine.device().driver,
+             variant.config.subgroup);
+  if (const std::string line = choice_line(engine, query); !line.empty())
+    fmt::print(to, "  {} ({})\n", line, query.rays);
+  if (done.times.retraced)
+    fmt::print(to, "  {} rays were cut short by the driver and traced again in pieces\n", done.times.retraced);
+}
+
+nlohmann::json record_of(const Engine& engine, const TraceArgs& args, std::size_t i, const FileTrace& done,
+                         Query query) {
+  query.rays = done.ray_class;
+  return {{"scene", engine.scene().name},
+          {"rays", args.rays[i]},
+          {"any", args.any},
+          {"method", query.method},
+          {"knobs", query.knobs},
+          {"variant", engine.tracer().variant(query).name()},
+          {"numeric", query.numeric},
+          {"ray_count", done.rays},
+          {"hits", done.hits},
+          {"trace_ms", done.times.device_ms},
+          {"mrays_per_s", done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0},
+          {"retraced", done.times.retraced}};
 }
 
 int run_trace(const TraceArgs& args) {
   Query query = args.query.query();
   query.want = args.any ? Want::Any : Want::Nearest;
-  check_writable(args.out);
-  const std::vector<Ray> rays = read_rays(args.rays);
-  if (const std::size_t n = count_infinite(rays))
-    fmt::print(
-        stderr,
-        "ballot: {}: {} rays have an infinite t_min or t_max and count as misses; use a finite bound such as 1e30\n",
-        args.rays, n);
+  check_files(args);
   Opened opened = open_scene(args.engine, {query});
   Engine& engine = *opened.engine;
-  std::vector<Hit> hits(rays.size());
-  TraceTimes times;
-  {
-    ProgressBar bar("tracing");
-    times = engine.trace(rays, hits, query, [&](double done) { bar.update(done); });
-  }
-  write_hits(args.out, hits);
-  const auto hit_count = std::ranges::count_if(hits, [](const Hit& h) { return h.prim != NO_HIT; });
-  if (query.method == kAuto) query.rays = engine.tracer().ray_class(rays);
-  const Variant variant = engine.tracer().variant(query);
-  const double mrays = times.device_ms > 0 ? double(rays.size()) / times.device_ms * 1e-3 : 0;
-  fmt::print("{}: {} rays, {} hits, {:.3f} ms on the device, {:.2f} Mrays/s\n", args.out, rays.size(), hit_count,
-             times.device_ms, mrays);
-  fmt::print("  {} on {} ({}), subgroup {}\n", variant.name(), engine.device().name, engine.device().driver,
-             variant.config.subgroup);
-  if (const std::string line = choice_line(engine, query); !line.empty()) fmt::print("  {} ({})\n", line, query.rays);
-  if (times.retraced) fmt::print("  {} rays were cut short by the driver and traced again in pieces\n", times.retraced);
+  std::FILE* const to = std::ranges::count(args.out, "-") ? stderr : stdout;
   nlohmann::json json = record_header(engine, opened.load_s);
-  json["records"].push_back({{"scene", engine.scene().name},
-                             {"rays", args.rays},
-                             {"any", args.any},
-                             {"method", query.method},
-                             {"knobs", query.knobs},
-                             {"variant", variant.name()},
-                             {"numeric", query.numeric},
-                             {"ray_count", rays.size()},
-                             {"hits", hit_count},
-                             {"trace_ms", times.device_ms},
-                             {"mrays_per_s", mrays},
-                             {"retraced", times.retraced}});
+  for (std::size_t i = 0; i < args.rays.size(); ++i) {
+    FileTrace done;
+    {
+      ProgressBar bar(args.rays.size() == 1 ? "tracing" : "tracing " + args.rays[i]);
+      done = trace_file(engine, args.rays[i], args.out[i], query, [&](double share) { bar.update(share); });
+    }
+    print_result(to, engine, args.out[i], done, query);
+    json["records"].push_back(record_of(engine, args, i, done, query));
+  }
   write_json(args.engine.json, json);
   return finish(engine);
 }
@@ -73,16 +90,18 @@ void add_trace(CLI::App& app, int& result) {
   auto args = std::make_shared<TraceArgs>();
   CLI::App* cmd = app.add_subcommand("trace", "traces a batch of rays: NumPy rays in, NumPy hits out");
   cmd->footer(
-      "Example: ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy\n"
-      "Rays are float32 (n,8); a row is ox oy oz t_min dx dy dz t_max. Directions need not have unit length; t is in\n"
-      "multiples of the direction. Hits are [('t','<f4'),('prim','<u4'),('u','<f4'),('v','<f4')], with prim "
-      "4294967295\n"
-      "on a miss; 'ballot info SCENE --triangles T.npy' writes the triangles that prim numbers. Keep rays of like\n"
-      "direction next to each other: coherent rays trace faster.");
+      "Examples: ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy\n"
+      "          make_rays | ballot trace scenes/cornell.gltf --rays - --out - | use_hits\n"
+      "Rays are float32 (n,8); a row is ox oy oz t_min dx dy dz t_max, or without bounds (n,6): origin, direction.\n"
+      "Directions need not have unit length; t is in multiples of the direction. Hits are\n"
+      "[('t','<f4'),('prim','<u4'),('u','<f4'),('v','<f4')], with prim 4294967295 on a miss;\n"
+      "'ballot info SCENE --triangles T.npy' writes the triangles that prim numbers. Keep rays of like direction next\n"
+      "to each other: coherent rays trace faster. Memory is bounded, whatever the number of rays.");
   args->engine.add_to(*cmd, true);
   args->query.add_to(*cmd);
-  cmd->add_option("--rays", args->rays, "FILE.npy with the rays")->required();
-  cmd->add_option("--out", args->out, "FILE.npy for the hits")->required();
+  cmd->add_option("--rays", args->rays, "FILE.npy with the rays, or several; '-': standard input")->required();
+  cmd->add_option("--out", args->out, "FILE.npy for the hits, one for each of --rays; '-': standard output")
+      ->required();
   cmd->add_flag("--any", args->any, "find any hit instead of the closest one: for visibility and shadow rays");
   cmd->callback([args, &result] { result = run_trace(*args); });
 }

@@ -115,7 +115,7 @@ def fill(folder: Path, binary: Path, scenes: list[Path]) -> None:
         set_rpath(target, "$ORIGIN")
         copy_licence(path, folder)
     set_rpath(program, "$ORIGIN/../lib")
-    shutil.copytree(ROOT / "shaders", share / "shaders")
+    share.mkdir(parents=True)
     for script in ("plot_common.py", "plot_bench.py", "plot_verify.py", "plot_origins.py", "plot_render.py"):
         shutil.copy(ROOT / "tools" / script, share / script)
     (share / "scenes").mkdir()

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/scene/scene.h"
@@ -10,10 +12,30 @@
 
 namespace ballot {
 
-/// Reads rays: float32 or float64 of shape (n, 8), C order, little endian, with the columns in the order of Ray.
-/// float64 is rounded to float32. A finite value beyond the range of float32 becomes the largest float32, because an
-/// infinite one would make the ray dead.
-/// Throws Error(Work) that names the file, the dtype and shape found, and those expected.
+class NpyFile;
+
+/// A file of rays, read in parts: float32 or float64, C order, little endian, of shape (n, 8), with the columns in the
+/// order of Ray, or (n, 6): origin, direction, without bounds. float64 is rounded to float32; a finite value beyond its
+/// range becomes the largest float32, because an infinite one would make the ray dead. So does an infinite t_max, which
+/// is no bound either. Belongs to one thread at a time.
+class RayFile {
+ public:
+  /// Reads the header. "-" is standard input. Throws Error(Work) that names the file, the dtype and shape found, and those
+  /// expected.
+  explicit RayFile(const std::filesystem::path& path);
+  RayFile(RayFile&&) noexcept;
+  ~RayFile();
+  std::uint64_t count() const { return count_; }
+  /// Reads the next rays and returns their number: fewer than rays.size() only at the end. Throws Error(Work).
+  std::size_t read(std::span<Ray> rays);
+
+ private:
+  std::unique_ptr<NpyFile> file_;
+  std::uint64_t count_ = 0, left_ = 0, columns_ = 0;
+  bool wide_ = false;
+};
+
+/// Reads a whole file of rays. Throws as RayFile does.
 std::vector<Ray> read_rays(const std::filesystem::path& path);
 /// Writes rays as float32 of shape (n, 8), atomically. Throws Error(Work).
 void write_rays(const std::filesystem::path& path, std::span<const Ray> rays);
@@ -21,6 +43,8 @@ void write_rays(const std::filesystem::path& path, std::span<const Ray> rays);
 /// Writes hits as a structured array [('t','<f4'),('prim','<u4'),('u','<f4'),('v','<f4')] of shape (n,), atomically.
 /// Throws Error(Work).
 void write_hits(const std::filesystem::path& path, std::span<const Hit> hits);
+/// Returns the first bytes of such a file; the hits follow as they are in memory.
+std::string hits_start(std::uint64_t count);
 /// Reads a file of write_hits(). Throws Error(Work) as read_rays() does.
 std::vector<Hit> read_hits(const std::filesystem::path& path);
 

@@ -190,8 +190,6 @@ fs::path shader_folder() {
   }
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   if (error) return {};
-  const fs::path beside = (program.parent_path() / "../share/ballot/shaders").lexically_normal();
-  if (holds_shaders(beside)) return beside;
   const fs::path source = BALLOT_SOURCE_SHADERS;
   const fs::path inside = program.lexically_relative(source.parent_path());
   const bool in_tree = !inside.empty() && *inside.begin() != "..";

@@ -19,8 +19,8 @@ struct Spirv {
   double ms = 0;  // milliseconds to preprocess and compile, or to preprocess and load
 };
 
-/// Returns the folder that shaders are read from: $BALLOT_SHADERS, else ../share/ballot/shaders beside the program (a
-/// bundle), else the source tree if the program lies in it. Empty: there is none, and the texts inside the program serve.
+/// Returns the folder that shaders are read from: $BALLOT_SHADERS, else that of the source tree if the program lies in
+/// the tree. Empty: there is none, and the texts inside the program serve.
 /// Throws Error(Work) if $BALLOT_SHADERS names a folder without shaders.
 std::filesystem::path shader_folder();
 

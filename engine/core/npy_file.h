@@ -1,0 +1,54 @@
+// An open .npy file: its header, and its items in parts. The format is that of numpy.lib.format, versions 1.0 to 3.0.
+// Internal to the readers of arrays.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/core/file.h"
+
+namespace ballot {
+
+inline constexpr std::string_view kNpyMagic = "\x93NUMPY";
+
+/// The contents of a header's dictionary. A dtype is kept as canonical text: "'<f4'", or "[('t', '<f4'), ...]".
+struct NpyHeader {
+  std::string descr;
+  std::optional<bool> fortran_order;
+  std::optional<std::vector<std::uint64_t>> shape;
+};
+
+/// An open .npy file, positioned behind its header, which has been checked. Errors throw Error(Work) "cannot read PATH:
+/// reason".
+class NpyFile {
+ public:
+  /// "-" is standard input, whose length is not known beforehand.
+  explicit NpyFile(const std::filesystem::path& path);
+
+  const NpyHeader& header() const { return header_; }
+  /// Returns the dtype and the shape in words, for messages.
+  std::string found() const;
+
+  /// Throws unless exactly `count` items of `item_bytes` bytes follow. Of a pipe, read() finds out.
+  void expect_items(std::uint64_t count, std::uint64_t item_bytes) const;
+
+  void read(void* out, std::size_t bytes);
+
+  [[noreturn]] void stop(const std::string& reason) const;
+
+ private:
+  void read_header();
+
+  std::filesystem::path path_;
+  InputStream file_;
+  std::optional<std::uint64_t> left_;  // bytes; none: not known
+  NpyHeader header_;
+};
+
+/// Returns the first bytes of a file of version 1.0, up to its items.
+std::string npy_start(std::string_view descr, const std::string& shape);
+
+}  // namespace ballot

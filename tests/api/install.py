@@ -1,0 +1,64 @@
+#!/usr/bin/env python3
+"""Installs the library to an empty prefix and uses it from there: by CMake in C and C++, and by pkg-config."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+
+
+def run(command: list, **options) -> str:
+    result = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                            check=False, **options)
+    if result.returncode != 0:
+        sys.exit(f"{' '.join(map(str, command))}\nexit code {result.returncode}\n{result.stdout}")
+    return result.stdout
+
+
+def expect(what: str, found, expected) -> None:
+    if found != expected:
+        sys.exit(f"{what}: found {found}, expected {expected}")
+
+
+def main() -> None:
+    build, folder = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
+    shutil.rmtree(folder, ignore_errors=True)
+    prefix, programs = folder / "prefix", folder / "build"
+    run(["cmake", "--install", build, "--prefix", prefix, "--component", "runtime"])
+    runtime = sorted(path.name for path in prefix.rglob("*") if not path.is_dir())
+    expect("files of the component runtime", runtime, ["LICENSE", "libballot.so.1", "libballot.so.1.0.0"])
+    run(["cmake", "--install", build, "--prefix", prefix, "--component", "development"])
+    headers = sorted(path.name for path in (prefix / "include" / "ballot").iterdir())
+    expect("headers", headers, ["ballot.h", "ballot_c.h"])
+
+    library = next(prefix.rglob("libballot.so"))
+    symbols = run(["nm", "-D", "--defined-only", library]).split("\n")
+    names = [line.split()[-1].split("@")[0] for line in symbols if line]
+    others = [name for name in names if not re.fullmatch(r"ballot_\w+|BALLOT_1", name)]
+    expect("visible symbols other than ballot_*", others, [])
+    declared = set(re.findall(r"\b(ballot_\w+)\(", (HERE / "../../engine/api/ballot_c.h").read_text(encoding="utf-8")))
+    declared -= {"ballot_init"}
+    expect("functions of ballot_c.h that the library lacks", sorted(declared - set(names)), [])
+
+    environment = {**os.environ, "LD_LIBRARY_PATH": str(library.parent), "XDG_CACHE_HOME": str(folder / "cache")}
+    environment.pop("BALLOT_SHADERS", None)
+    run(["cmake", "-S", HERE / "consumer", "-B", programs, f"-DCMAKE_PREFIX_PATH={prefix}"])
+    run(["cmake", "--build", programs])
+    for name in ("consumer_c", "consumer_cpp"):
+        print(run([programs / name], env=environment), end="")
+
+    package = next(prefix.rglob("ballot.pc")).parent
+    flags = run(["pkg-config", "--cflags", "--libs", "ballot"], env={**environment, "PKG_CONFIG_PATH": str(package)}).split()
+    run(["cc", HERE / "consumer" / "consumer.c", *flags, "-o", folder / "by_pkg_config"])
+    print(run([folder / "by_pkg_config"], env=environment), end="")
+    version = run(["pkg-config", "--modversion", "ballot"], env={**environment, "PKG_CONFIG_PATH": str(package)}).strip()
+    if version not in run([folder / "by_pkg_config"], env=environment):
+        sys.exit(f"ballot.pc says {version}, the library another version")
+
+
+if __name__ == "__main__":
+    main()
