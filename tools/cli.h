@@ -75,4 +75,20 @@ void add_report(CLI::App& app, int& result);
 void add_methods(CLI::App& app, int& result);
 void add_shaders(CLI::App& app, int& result);
 
+/// Parses exactly N whole numbers that are separated by `comma`. Throws Error(Arguments).
+template <std::size_t N>
+std::array<std::uint32_t, N> numbers_of(const std::string& text, char comma, const char* option, const char* form) {
+  std::array<std::uint32_t, N> numbers{};
+  const char* at = text.c_str();
+  for (std::size_t i = 0; i < N; ++i) {
+    char* end = nullptr;
+    const unsigned long value = std::isdigit(static_cast<unsigned char>(*at)) ? std::strtoul(at, &end, 10) : 0;
+    if (!end || value > 0xFFFFFFFFul || *end != (i + 1 < N ? comma : '\0'))
+      fail(Failure::Arguments, "{} {}: expected {}", option, text, form);
+    numbers[i] = std::uint32_t(value);
+    at = end + 1;
+  }
+  return numbers;
+}
+
 }  // namespace ballot::cli

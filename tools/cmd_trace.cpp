@@ -11,8 +11,20 @@ struct TraceArgs {
   EngineArgs engine;
   QueryArgs query;
   std::vector<std::string> rays, out;
+  std::string part;
   bool any = false;
 };
+
+/// Opens a file of rays, or the part of it that --part names.
+RayFile open_rays(const TraceArgs& args, const std::string& name) {
+  RayFile file(name);
+  if (args.part.empty()) return file;
+  const auto part = numbers_of<2>(args.part, '/', "--part", "I/N: part I of N parts, I from 0 to N - 1");
+  if (part[1] == 0 || part[0] >= part[1])
+    fail(Failure::Arguments, "--part {}: expected I/N with I from 0 to N - 1", args.part);
+  file.choose_part(part[0], part[1]);
+  return file;
+}
 
 /// Checks the lists of files before work begins.
 void check_files(const TraceArgs& args) {
@@ -28,7 +40,7 @@ void check_files(const TraceArgs& args) {
       fail(Failure::Arguments, "--out names {} twice; each file of rays needs one of its own", args.out[i]);
   }
   for (const std::string& rays : args.rays)
-    if (rays != "-") RayFile file(rays);
+    if (rays != "-") open_rays(args, rays);
 }
 
 /// Prints what tracing a file gave, to standard error if the hits went to standard output.
@@ -75,7 +87,8 @@ int run_trace(const TraceArgs& args) {
     FileTrace done;
     {
       ProgressBar bar(args.rays.size() == 1 ? "tracing" : "tracing " + args.rays[i]);
-      done = trace_file(engine, args.rays[i], args.out[i], query, [&](double share) { bar.update(share); });
+      done = trace_file(engine, open_rays(args, args.rays[i]), args.out[i], query,
+                        [&](double share) { bar.update(share); });
     }
     print_result(to, engine, args.out[i], done, query);
     json["records"].push_back(record_of(engine, args, i, done, query));
@@ -102,6 +115,8 @@ void add_trace(CLI::App& app, int& result) {
   cmd->add_option("--rays", args->rays, "FILE.npy with the rays, or several; '-': standard input")->required();
   cmd->add_option("--out", args->out, "FILE.npy for the hits, one for each of --rays; '-': standard output")
       ->required();
+  cmd->add_option("--part", args->part,
+                  "I/N: trace part I of N equal parts of the rays, I from 0; for jobs on several machines");
   cmd->add_flag("--any", args->any, "find any hit instead of the closest one: for visibility and shadow rays");
   cmd->callback([args, &result] { result = run_trace(*args); });
 }

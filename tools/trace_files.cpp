@@ -121,7 +121,7 @@ FileTrace trace_to(Engine& engine, RayFile file, const WriteBehind::Write& write
           },
       .take =
           [&](std::span<const Hit> hits) {
-            for (const Hit& h : hits) result.hits += h.prim != NO_HIT;
+            result.hits += count_hits(hits);
             out.add(std::as_bytes(hits));
           },
       .progress = [&](std::uint64_t done) { progress(double(done) / double(result.rays)); },
@@ -139,9 +139,8 @@ void write_standard_output(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-FileTrace trace_file(Engine& engine, const std::string& from, const std::string& to, const Query& query,
+FileTrace trace_file(Engine& engine, RayFile file, const std::string& to, const Query& query,
                      const Progress& progress) {
-  RayFile file(from);
   if (to == "-") return trace_to(engine, std::move(file), write_standard_output, query, progress);
   FileTrace result;
   write_atomically(to, [&](const std::filesystem::path& temporary) {

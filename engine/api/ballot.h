@@ -388,6 +388,16 @@ class Scene {
     return Job(job);
   }
 
+  /// The same for arrays on the device, so that one batch follows another without a gap. Two jobs are on their way to the
+  /// device at once; those behind them are sent together by a later call, poll() or wait(). Keep scene and arrays as they
+  /// are until the job has ended.
+  Job submit(const Array<Ray>& rays, Array<Hit>& hits, std::size_t count, const Query& query = {}) const {
+    const detail::QueryArgument q(query);
+    BallotJob* job = nullptr;
+    check(ballot_submit_buffers(handle_.get(), rays.handle(), hits.handle(), count, q.c(), &job));
+    return Job(job);
+  }
+
   SceneInfo info() const {
     auto i = BALLOT_INIT(BallotSceneInfo);
     check(ballot_scene_info(handle_.get(), &i));

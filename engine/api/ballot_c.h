@@ -293,6 +293,12 @@ BALLOT_API const char* ballot_buffer_error(BallotBuffer* buffer);
 BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits, uint64_t count,
                                              const BallotQuery* query, BallotTimes* times);
 
+/* The same, but does not wait, so that one batch follows another without a gap. Jobs run in their order. Two are on their way
+ * to the device at once; those behind them are sent together by a later call, ballot_job_poll() or ballot_job_wait(). Keep
+ * scene and buffers until the job has ended. */
+BALLOT_API BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits,
+                                              uint64_t count, const BallotQuery* query, BallotJob** job);
+
 /* ---- Rays and pictures of a view -------------------------------------------------------------------------------- */
 
 /* A camera, as in glTF: it looks along -z of its frame, with +y up. */

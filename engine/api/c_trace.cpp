@@ -61,7 +61,7 @@ BallotTimes trace(SceneState& scene, const Call& call) {
   return clock.times(spent, out.hits());
 }
 
-void end_job(JobState& job, SceneState& scene, const Call& call) {
+void end_job(QueuedJob& job, SceneState& scene, const Call& call) {
   try {
     const std::lock_guard lock(scene.device->mutex);
     job.end(BALLOT_OK, trace(scene, call), {});
@@ -88,6 +88,64 @@ void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint6
         fmt::format("ballot_trace_buffers: the buffer of {} has {} records; expected {}", what, buffer.count(), count));
 }
 
+/// A trace of arrays on the device that has been submitted.
+class DeviceJob : public JobState {
+ public:
+  explicit DeviceJob(std::shared_ptr<SceneState> scene) : scene_(std::move(scene)) {}
+
+  /// Submits the work. The device's mutex is held.
+  void begin(BufferState& rays, BufferState& hits, std::uint32_t count, const Query& query) {
+    Tracer& tracer = scene_->engine->tracer();
+    const Query concrete = tracer.resolve(query, *rays.rays, count);
+    tracer.record(*rays.rays, *hits.hits, count, concrete, [times = spent_](double ms) { times->device_ms = ms; });
+    // Work for an idle device is sent at once; behind two submissions it waits to be sent together with what follows.
+    Context& gpu = *scene_->device->gpu;
+    submission_ = gpu.recording();
+    if (gpu.in_flight() < 2) gpu.flush();
+  }
+  BallotStatus wait() override {
+    return end([&] { scene_->device->gpu->wait(submission_); });
+  }
+  BallotStatus poll() override {
+    bool ended = false;
+    const BallotStatus status = end([&] { ended = scene_->device->gpu->has_ended(submission_); });
+    return status == BALLOT_OK && !ended ? BALLOT_NOT_READY : status;
+  }
+
+ private:
+  template <class Wait>
+  BallotStatus end(const Wait& wait) {
+    const std::lock_guard lock(scene_->device->mutex);
+    try {
+      wait();
+      times_ = clock_.times(*spent_, 0);
+      return BALLOT_OK;
+    } catch (...) {
+      const BallotStatus status = report(&scene_->error);
+      error_ = thread_text();
+      return status;
+    }
+  }
+
+  Clock clock_;
+  std::shared_ptr<SceneState> scene_;
+  std::shared_ptr<TraceTimes> spent_ = std::make_shared<TraceTimes>();
+  std::uint64_t submission_ = 0;
+};
+
+/// Checks the arguments of a trace of arrays on the device, and runs trace(rays, hits, query) while no other call uses
+/// it.
+template <class Trace>
+void with_buffers(SceneState& scene, BallotBuffer* rays, BallotBuffer* hits, std::uint64_t count,
+                  const BallotQuery* query, const Trace& trace) {
+  const auto from = use(rays), to = use(hits);
+  check_buffer(*from, scene, count, from->rays.has_value(), "rays");
+  check_buffer(*to, scene, count, to->hits.has_value(), "hits");
+  const Query q = query_of(read_struct(query, "BallotQuery"));
+  const std::lock_guard lock(scene.device->mutex);
+  trace(*from, *to, q);
+}
+
 }  // namespace
 }  // namespace ballot::api
 
@@ -107,7 +165,7 @@ BallotStatus ballot_submit(BallotScene* scene, const BallotRays* rays, const Bal
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(job, "ballot_submit", "job");
     const Call call = read_call(rays, hits, query);
-    auto ended = std::make_shared<JobState>();
+    auto ended = std::make_shared<QueuedJob>();
     state->device->jobs.add([state, call, ended] { end_job(*ended, *state, call); });
     *job = jobs().add(std::move(ended));
   });
@@ -146,13 +204,21 @@ BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, Ballot
                                   const BallotQuery* query, BallotTimes* times) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const Clock clock;
-    const auto from = use(rays), to = use(hits);
-    check_buffer(*from, *state, count, from->rays.has_value(), "rays");
-    check_buffer(*to, *state, count, to->hits.has_value(), "hits");
-    const BallotQuery q = read_struct(query, "BallotQuery");
-    const std::lock_guard lock(state->device->mutex);
-    ballot::Tracer& tracer = state->engine->tracer();
-    const auto done = tracer.trace(*from->rays, *to->hits, std::uint32_t(count), query_of(q));
-    write_struct(times, clock.times(done, 0), "BallotTimes");
+    with_buffers(*state, rays, hits, count, query, [&](BufferState& from, BufferState& to, const ballot::Query& q) {
+      const auto done = state->engine->tracer().trace(*from.rays, *to.hits, std::uint32_t(count), q);
+      write_struct(times, clock.times(done, 0), "BallotTimes");
+    });
+  });
+}
+
+BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits, uint64_t count,
+                                   const BallotQuery* query, BallotJob** job) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(job, "ballot_submit_buffers", "job");
+    auto begun = std::make_shared<DeviceJob>(state);
+    with_buffers(*state, rays, hits, count, query, [&](BufferState& from, BufferState& to, const ballot::Query& q) {
+      begun->begin(from, to, std::uint32_t(count), q);
+    });
+    *job = jobs().add(std::move(begun));
   });
 }

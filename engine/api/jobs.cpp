@@ -2,7 +2,7 @@
 
 namespace ballot::api {
 
-void JobState::end(BallotStatus status, const BallotTimes& times, std::string error) {
+void QueuedJob::end(BallotStatus status, const BallotTimes& times, std::string error) {
   const std::lock_guard lock(mutex_);
   status_ = status;
   times_ = times;
@@ -10,13 +10,13 @@ void JobState::end(BallotStatus status, const BallotTimes& times, std::string er
   ended_.notify_all();
 }
 
-BallotStatus JobState::wait() {
+BallotStatus QueuedJob::wait() {
   std::unique_lock lock(mutex_);
   ended_.wait(lock, [&] { return status_ != BALLOT_NOT_READY; });
   return status_;
 }
 
-BallotStatus JobState::poll() {
+BallotStatus QueuedJob::poll() {
   const std::lock_guard lock(mutex_);
   return status_;
 }

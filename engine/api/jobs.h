@@ -13,24 +13,34 @@
 
 namespace ballot::api {
 
-/// A job and, once it has ended, what came of it.
+/// A job and, once it has ended, what came of it. Thread-safe.
 class JobState {
  public:
-  void end(BallotStatus status, const BallotTimes& times, std::string error);
+  virtual ~JobState() = default;
   /// Waits for the end.
-  BallotStatus wait();
+  virtual BallotStatus wait() = 0;
   /// Returns BALLOT_NOT_READY before the end.
-  BallotStatus poll();
+  virtual BallotStatus poll() = 0;
   /// After the end.
   const BallotTimes& times() const { return times_; }
   const std::string& error() const { return error_; }
+
+ protected:
+  BallotTimes times_{};
+  std::string error_;
+};
+
+/// A job of a JobQueue.
+class QueuedJob : public JobState {
+ public:
+  void end(BallotStatus status, const BallotTimes& times, std::string error);
+  BallotStatus wait() override;
+  BallotStatus poll() override;
 
  private:
   std::mutex mutex_;
   std::condition_variable ended_;
   BallotStatus status_ = BALLOT_NOT_READY;
-  BallotTimes times_{};
-  std::string error_;
 };
 
 /// Runs jobs one after another in a thread of its own, which begins with the first job. The destructor lets the thread

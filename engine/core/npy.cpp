@@ -7,6 +7,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/npy_file.h"
+#include "engine/core/parallel.h"
 
 namespace ballot {
 namespace {
@@ -63,12 +64,23 @@ RayFile::RayFile(const fs::path& path) : file_(std::make_unique<NpyFile>(path)) 
 RayFile::RayFile(RayFile&&) noexcept = default;
 RayFile::~RayFile() = default;
 
+void RayFile::choose_part(std::uint64_t index, std::uint64_t parts) {
+  const auto first_of = [&](std::uint64_t i) {  // count_ * i / parts without overflow
+    return count_ / parts * i + count_ % parts * i / parts;
+  };
+  const std::uint64_t first = first_of(index);
+  file_->skip(first * columns_ * (wide_ ? sizeof(double) : sizeof(float)));
+  count_ = left_ = first_of(index + 1) - first;
+}
+
 std::size_t RayFile::read(std::span<Ray> rays) {
   const std::size_t count = std::size_t(std::min<std::uint64_t>(rays.size(), left_));
   left_ -= count;
   if (!wide_ && columns_ == 8) {
     file_->read(rays.data(), count * sizeof(Ray));
-    for (Ray& ray : rays.first(count)) ray.t_max = std::min(ray.t_max, kNoBound);
+    for_chunks(count, 1 << 16, [&](std::size_t begin, std::size_t end) {
+      for (Ray& ray : rays.subspan(begin, end - begin)) ray.t_max = std::min(ray.t_max, kNoBound);
+    });
     return count;
   }
   constexpr std::size_t kRows = 4096;

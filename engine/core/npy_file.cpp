@@ -1,6 +1,7 @@
 #include "engine/core/npy_file.h"
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <array>
 #include <bit>
@@ -12,6 +13,7 @@
 #include <system_error>
 
 #include "engine/core/error.h"
+#include "engine/core/parallel.h"
 
 namespace ballot {
 namespace {
@@ -162,8 +164,29 @@ void NpyFile::expect_items(std::uint64_t count, std::uint64_t item_bytes) const 
 void NpyFile::read(void* out, std::size_t bytes) {
   if (left_ && bytes > *left_)
     stop(fmt::format("it ends early: {} bytes are left where {} are expected", *left_, bytes));
-  if (bytes > 0 && std::fread(out, 1, bytes, file_.get()) != bytes) stop("it ended while it was read");
-  if (left_) *left_ -= bytes;
+  if (!left_) {
+    if (bytes > 0 && std::fread(out, 1, bytes, file_.get()) != bytes) stop("it ended while it was read");
+    return;
+  }
+  constexpr std::size_t kPart = 4 << 20;
+  for_chunks(bytes, kPart, [&](std::size_t begin, std::size_t end) {
+    while (begin < end) {
+      const ssize_t got = ::pread(::fileno(file_.get()), static_cast<char*>(out) + begin, end - begin,
+                                  static_cast<off_t>(position_ + begin));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) stop(std::generic_category().message(errno));
+      if (got == 0) stop("it ended while it was read");
+      begin += static_cast<std::size_t>(got);
+    }
+  });
+  position_ += bytes;
+  *left_ -= bytes;
+}
+
+void NpyFile::skip(std::uint64_t bytes) {
+  if (!left_) stop("a part of it cannot be chosen, as it cannot be read from the middle");
+  position_ += bytes;
+  *left_ -= bytes;
 }
 
 void NpyFile::stop(const std::string& reason) const {

@@ -35,7 +35,11 @@ class NpyFile {
   /// Throws unless exactly `count` items of `item_bytes` bytes follow. Of a pipe, read() finds out.
   void expect_items(std::uint64_t count, std::uint64_t item_bytes) const;
 
+  /// Reads the next bytes, of a regular file by several threads if they are many.
   void read(void* out, std::size_t bytes);
+
+  /// Skips the next bytes of a regular file.
+  void skip(std::uint64_t bytes);
 
   [[noreturn]] void stop(const std::string& reason) const;
 
@@ -44,7 +48,8 @@ class NpyFile {
 
   std::filesystem::path path_;
   InputStream file_;
-  std::optional<std::uint64_t> left_;  // bytes; none: not known
+  std::optional<std::uint64_t> left_;  // bytes; none: not known, as of a pipe
+  std::uint64_t position_ = 0;         // of a regular file
   NpyHeader header_;
 };
 

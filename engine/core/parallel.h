@@ -6,13 +6,20 @@
 #include <cstddef>
 #include <cstring>
 #include <exception>
+#include <functional>
 #include <mutex>
 #include <span>
-#include <thread>
 #include <type_traits>
-#include <vector>
 
 namespace ballot {
+
+/// Calls work() here and at the same time in up to `helpers` threads that the process keeps for this. Returns when all
+/// calls have returned. `work` must not throw. Thread-safe, and may be nested: where no thread is free, `work` runs here
+/// alone.
+void run_together(std::size_t helpers, const std::function<void()>& work);
+
+/// Returns the number of threads that the machine runs at once, at least 1.
+std::size_t core_count();
 
 /// Calls work(begin, end) once for every chunk of [0, count), from as many threads as the machine has cores. `work`
 /// must be thread-safe. Returns when all chunks are done. After an exception no new chunk is begun, and the first one
@@ -33,12 +40,10 @@ void for_chunks(std::size_t count, std::size_t chunk, const Work& work) {
     }
   };
   const std::size_t chunks = (count + chunk - 1) / chunk;
-  const std::size_t wanted = std::min<std::size_t>(chunks, std::max(1u, std::thread::hardware_concurrency()));
-  {
-    std::vector<std::jthread> helpers;
-    for (std::size_t i = 1; i < wanted; ++i) helpers.emplace_back(run);
+  if (chunks > 1)
+    run_together(std::min(chunks, core_count()) - 1, run);
+  else
     run();
-  }
   if (failure) std::rethrow_exception(failure);
 }
 

@@ -1,10 +1,12 @@
 #include "engine/trace/stream.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/parallel.h"
 #include "engine/trace/tracer.h"
 
 namespace ballot {
@@ -16,6 +18,16 @@ constexpr std::size_t kChunk = 1u << 20;       // rays: 32 MiB in, 16 MiB out
 constexpr std::size_t kLeastChunk = 1u << 12;  // so that small batches of other sizes need no new buffers
 
 }  // namespace
+
+std::uint64_t count_hits(std::span<const Hit> hits) {
+  std::atomic<std::uint64_t> count{0};
+  for_chunks(hits.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    std::uint64_t some = 0;
+    for (const Hit& h : hits.subspan(begin, end - begin)) some += h.prim != NO_HIT;
+    count += some;
+  });
+  return count;
+}
 
 void StreamRing::make_room(std::size_t chunk) {
   if (chunk <= chunk_) return;

@@ -25,6 +25,9 @@ struct RayStream {
   std::function<void(std::uint64_t done)> progress = {};
 };
 
+/// Returns how many of the hits are no misses.
+std::uint64_t count_hits(std::span<const Hit> hits);
+
 /// The buffers that streams go through. They are kept for the next stream. A discrete GPU has three sets: while it
 /// traces one chunk, the host fills the next and empties the one before. The memory of both is bounded: 144 MiB on the
 /// host and as much on the device. A device that shares the host's memory has one set and no copies of its own.

@@ -103,9 +103,14 @@ class Context {
   /// queue has no timestamps or batching is off (set_batches), every pass is submitted alone and waited for. Without
   /// timestamps `done` gets the wall time.
   void pass(const std::string& what, const Record& record, Done done = {});
-  /// Submits what is recorded, without waiting for it. Returns the number of the submission, or 0 if nothing was
+  /// Returns how many submissions are in flight: 0 to 2.
+  std::size_t in_flight();
+  /// Submits what is recorded, without waiting for it; if two submissions are in flight, waits for the first of them. Returns the number of the submission, or 0 if nothing was
   /// recorded.
   std::uint64_t flush();
+  /// Returns true if this submission and all before it have ended, without waiting. Submits what is recorded if the
+  /// device has room for it.
+  bool has_ended(std::uint64_t submission);
   /// Waits for this submission and all before it.
   void wait(std::uint64_t submission);
   /// Waits for everything that was recorded.
@@ -204,7 +209,7 @@ class Context {
   VkDevice device_ = VK_NULL_HANDLE;
   std::uint32_t queue_family_ = 0;
   VkQueue queue_ = VK_NULL_HANDLE;
-  std::array<Slot, 2> slots_;  // taken in turn
+  std::array<Slot, 3> slots_;  // taken in turn: two in flight, one that is recorded
   std::size_t slot_ = 0;       // index of the slot that is recorded now or next
   std::uint64_t submitted_ = 0, ended_ = 0;
   bool batches_ = true;

@@ -8,7 +8,8 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kPasses = 255;  // at most in one submission
+constexpr std::uint32_t kPasses = 255;   // at most in one submission
+constexpr std::ptrdiff_t kInFlight = 2;  // submissions
 
 /// Records a barrier that makes all writes so far visible to all later commands and to the host.
 void full_barrier(const Vulkan& vk, VkCommandBuffer cmd) {
@@ -107,6 +108,7 @@ void Context::pass(const std::string& what, const Record& record, Done done) {
 std::uint64_t Context::flush() {
   Slot& slot = slots_[slot_];
   if (!slot.open) return 0;
+  while (std::ranges::count(slots_, true, &Slot::under_way) == kInFlight) wait(ended_ + 1);
   // A fence alone makes writes visible neither to the host nor to the next submission.
   full_barrier(vk_, slot.commands);
   slot.open = false;
@@ -156,10 +158,29 @@ void Context::end_slot(Slot& slot) {
 }
 
 void Context::wait(std::uint64_t submission) {
+  if (submission > submitted_) flush();
   for (std::size_t i = 0; i < slots_.size(); ++i) {  // oldest first
     Slot& slot = slots_[(slot_ + i) % slots_.size()];
     if (slot.under_way && slot.submission <= submission) end_slot(slot);
   }
+}
+
+std::size_t Context::in_flight() {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < slots_.size(); ++i) {  // oldest first
+    Slot& slot = slots_[(slot_ + i) % slots_.size()];
+    if (!slot.under_way) continue;
+    if (count == 0 && vk_.GetFenceStatus(device_, slot.fence) == VK_SUCCESS)
+      end_slot(slot);
+    else
+      ++count;
+  }
+  return count;
+}
+
+bool Context::has_ended(std::uint64_t submission) {
+  if (in_flight() < kInFlight && submission > submitted_) flush();
+  return submission <= ended_;
 }
 
 void Context::finish() {

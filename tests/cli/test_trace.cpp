@@ -2,8 +2,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <cstring>
 #include <limits>
 
+#include "engine/core/file.h"
 #include "engine/core/npy.h"
 #include "engine/trace/knobs.h"
 #include "engine/trace/numeric.h"
@@ -138,6 +141,40 @@ TEST_F(Trace, AnInfiniteEndIsNoBound) {
   succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate"});
   EXPECT_EQ(hits()[1].prim, hits()[0].prim);
   EXPECT_EQ(hits()[2].prim, NO_HIT);
+}
+
+TEST_F(Trace, SeveralFilesAndPartsOfOne) {
+  rays(1000);
+  write_rays(path("few.npy"), square_rays(10));
+  succeed({"trace", "square.glb", "--rays", "rays.npy", "few.npy", "--out", "hits.npy", "few_hits.npy"});
+  const auto whole = hits();
+  EXPECT_EQ(hits("few_hits.npy").size(), 10u);
+  std::vector<Hit> joined;
+  for (const char* part : {"0/3", "1/3", "2/3"}) {
+    succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "part.npy", "--part", part});
+    for (const Hit& h : hits("part.npy")) joined.push_back(h);
+  }
+  ASSERT_EQ(joined.size(), whole.size());
+  EXPECT_EQ(std::memcmp(joined.data(), whole.data(), whole.size() * sizeof(Hit)), 0);
+  refuse(2, {"--part", "3/3"}, {"trace", "square.glb", "--rays", "rays.npy", "--out", "x.npy", "--part", "3/3"});
+  refuse(2, {"--rays", "--out"}, {"trace", "square.glb", "--rays", "rays.npy", "few.npy", "--out", "x.npy"});
+  refuse(2, {"--out", "twice"}, {"trace", "square.glb", "--rays", "rays.npy", "few.npy", "--out", "x.npy", "x.npy"});
+}
+
+TEST_F(Trace, StandardInputAndOutput) {
+  rays(1000);
+  succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy"});
+  const std::string command = std::string(BALLOT_BINARY) + " trace " + path("square.glb").string() +
+                              " --rays - --out - < " + path("rays.npy").string() + " > " + path("piped.npy").string() +
+                              " 2> " + path("text").string();
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(read_file(path("piped.npy")), read_file(path("hits.npy")));
+  EXPECT_NE(read_file(path("text")).size(), 0u);
+  const std::string cut = "head -c 5000 " + path("rays.npy").string() + " | " + BALLOT_BINARY + " trace " +
+                          path("square.glb").string() + " --rays - --out " + path("cut.npy").string() + " 2> " +
+                          path("text").string();
+  EXPECT_NE(std::system(cut.c_str()), 0);
+  EXPECT_FALSE(std::filesystem::exists(path("cut.npy")));
 }
 
 TEST_F(Trace, OutputMayReplaceInput) {

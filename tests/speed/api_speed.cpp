@@ -55,6 +55,23 @@ struct Bench {
     print(what, count, s, times.device_ms);
   }
 
+  /// Batches that follow each other, as a renderer or a simulation sends them.
+  void batches(const std::vector<ballot::Ray>& rays, std::size_t count) const {
+    constexpr int kBatches = 32;
+    ballot::Array<ballot::Ray> in(device, count);
+    ballot::Array<ballot::Hit> out(device, count);
+    in.write(std::span(rays).first(count));
+    const ballot::Query query{.ray_class = "primary"};
+    double device_ms = 0;
+    const double s = median(repeat, [&] {
+      std::vector<ballot::Job> jobs;
+      for (int i = 0; i < kBatches; ++i) jobs.push_back(scene.submit(in, out, count, query));
+      device_ms = 0;
+      for (ballot::Job& job : jobs) device_ms += job.wait().device_ms;
+    });
+    print("arrays on the device, 32 batches", kBatches * count, s, device_ms);
+  }
+
   void background(const std::vector<ballot::Ray>& rays) const {
     std::vector<ballot::Hit> hits(rays.size());
     const double s = median(repeat, [&] { scene.submit(rays, {.hits = hits.data()}).wait(); });
@@ -99,6 +116,7 @@ int main(int argc, char** argv) {
     bench.background(rays);
     bench.arrays("arrays on the device", rays, std::min<std::size_t>(1000000, rays.size()));
     bench.arrays("arrays on the device", rays, rays.size());
+    bench.batches(rays, std::min<std::size_t>(1000000, rays.size()));
   } catch (const ballot::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return int(error.code());

@@ -32,6 +32,11 @@ int main() {
     ballot::Array<ballot::Hit> found(device, rays.size());
     there.write(rays);
     scene.trace(there, found, rays.size());
+    ballot::Job first = scene.submit(there, found, rays.size());
+    ballot::Job second = scene.submit(there, found, rays.size());
+    while (!second.poll()) {
+    }
+    first.wait();
     std::vector<ballot::Hit> back(rays.size());
     found.read(back);
     for (std::size_t i = 0; i < rays.size(); ++i)

@@ -1,0 +1,336 @@
+// The installed library as a program sees it: results, errors, threads, fork. Runs on the default device.
+#include <ballot/ballot.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <thread>
+
+namespace {
+
+using ballot::Code;
+
+/// Returns the code of the Error that `call` throws, with its text in `text`; nothing thrown is a failure.
+template <class Call>
+Code code_of(const Call& call, std::string* text = nullptr) {
+  try {
+    call();
+  } catch (const ballot::Error& error) {
+    if (text) *text = error.what();
+    EXPECT_FALSE(std::string(error.what()).empty());
+    return error.code();
+  }
+  ADD_FAILURE() << "no error";
+  return Code::Work;
+}
+
+/// n x n squares in the plane z = 0, over [0, 1]^2.
+struct Grid {
+  std::vector<float> positions;
+  std::vector<std::uint32_t> indices;
+  explicit Grid(std::uint32_t n, float z = 0) {
+    for (std::uint32_t y = 0; y <= n; ++y)
+      for (std::uint32_t x = 0; x <= n; ++x)
+        positions.insert(positions.end(), {float(x) / float(n), float(y) / float(n), z});
+    for (std::uint32_t y = 0; y < n; ++y)
+      for (std::uint32_t x = 0; x < n; ++x) {
+        const std::uint32_t a = y * (n + 1) + x, b = a + n + 1;
+        indices.insert(indices.end(), {a, a + 1, b, b, a + 1, b + 1});
+      }
+  }
+  ballot::Mesh mesh(std::uint32_t id = 0) const { return {.positions = positions, .indices = indices, .id = id}; }
+};
+
+std::vector<ballot::Ray> rays_down(std::size_t n) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> at(-0.5f, 1.5f);
+  std::vector<ballot::Ray> rays(n);
+  for (ballot::Ray& r : rays) r = {{at(random), at(random), 2}, 0, {0, 0, -1}, 10};
+  return rays;
+}
+
+bool inside(const ballot::Ray& r) {
+  return r.origin[0] >= 0 && r.origin[0] <= 1 && r.origin[1] >= 0 && r.origin[1] <= 1;
+}
+
+class Api : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { device_ = std::make_unique<ballot::Device>("", true); }
+  static void TearDownTestSuite() {
+    EXPECT_EQ(ballot_device_message_count(device_->handle()), 0u);
+    device_.reset();
+  }
+  static inline std::unique_ptr<ballot::Device> device_;
+  const Grid grid_{16};
+};
+
+TEST_F(Api, EveryResultOfEveryMesh) {
+  const Grid upper(8, 1), lower(4, 0);
+  const ballot::Scene scene(*device_, {upper.mesh(11), lower.mesh(5)});
+  auto rays = rays_down(5000);
+  for (std::size_t i = 0; i < rays.size(); i += 2) rays[i].origin[2] = 0.5f;  // below the upper mesh
+  std::vector<ballot::Hit> hits(rays.size());
+  std::vector<float> t(rays.size()), uvs(2 * rays.size()), normals(3 * rays.size());
+  std::vector<std::uint32_t> prims(rays.size()), ids(rays.size());
+  std::vector<std::uint8_t> occluded(rays.size());
+  const ballot::Times times = scene.trace(rays, {.hits = hits.data(),
+                                                 .t = t.data(),
+                                                 .prims = prims.data(),
+                                                 .mesh_ids = ids.data(),
+                                                 .uvs = uvs.data(),
+                                                 .normals = normals.data(),
+                                                 .occluded = occluded.data()});
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    SCOPED_TRACE(i);
+    const bool hit = inside(rays[i]);
+    count += hit;
+    ASSERT_EQ(occluded[i], hit);
+    ASSERT_EQ(ids[i], !hit ? ballot::kMiss : i % 2 ? 11u : 5u);
+    ASSERT_EQ(t[i], hit ? (i % 2 ? 1 : 0.5f) : std::numeric_limits<float>::infinity());
+    ASSERT_EQ(hits[i].t, hit ? t[i] : 10);
+    ASSERT_EQ(prims[i], !hit ? ballot::kMiss : i % 2 ? hits[i].prim : hits[i].prim - 128);
+    ASSERT_EQ(normals[3 * i + 2], hit ? 1 : 0);
+    ASSERT_EQ(uvs[2 * i], hits[i].u);
+  }
+  EXPECT_EQ(times.hits, count);
+}
+
+TEST_F(Api, RaysOfSixFloatsAndStrides) {
+  const ballot::Scene scene(*device_, {grid_.mesh()});
+  const float rows[3][7] = {{0.5f, 0.5f, 2, 0, 0, -1, 99}, {0.5f, 0.5f, 2, 0, 0, 1, 99}, {0.1f, 0.1f, 1, 0, 0, -2, 99}};
+  auto rays = BALLOT_INIT(BallotRays);
+  rays.data = rows[0], rays.count = 3, rays.stride = sizeof rows[0], rays.format = BALLOT_RAYS_UNBOUNDED;
+  float t[3];
+  auto out = BALLOT_INIT(BallotHits);
+  out.t = t;
+  ASSERT_EQ(ballot_trace(scene.handle(), &rays, &out, nullptr, nullptr), BALLOT_OK);
+  EXPECT_EQ(t[0], 2);
+  EXPECT_EQ(t[1], std::numeric_limits<float>::infinity());
+  EXPECT_EQ(t[2], 0.5f);
+  std::vector<ballot::Ray> infinite{{{0.5f, 0.5f, 2}, 0, {0, 0, -1}, std::numeric_limits<float>::infinity()}};
+  std::vector<ballot::Hit> hits(1);
+  scene.trace(infinite, hits);
+  EXPECT_EQ(hits[0].t, 2);
+}
+
+TEST_F(Api, IndicesOf16BitsStridesAndNone) {
+  const std::vector<float> padded{0, 0, 0, 9, 1, 0, 0, 9, 0, 1, 0, 9};  // a number between vertices
+  const std::vector<std::uint16_t> indices{0, 1, 2};
+  std::vector<ballot::Hit> hits(1);
+  const std::vector<ballot::Ray> ray{{{0.2f, 0.2f, 1}, 0, {0, 0, -1}, 9}};
+  ballot::Scene(*device_, {{.positions = padded, .indices16 = indices, .stride = 16}}).trace(ray, hits);
+  EXPECT_EQ(hits[0].t, 1);
+  ballot::Scene(*device_, {{.positions = padded, .stride = 16}}).trace(ray, hits);
+  EXPECT_EQ(hits[0].t, 1);
+}
+
+TEST_F(Api, UpdateMovesAMeshAndKeepsTheHandle) {
+  ballot::Scene scene(*device_, {grid_.mesh(), Grid(2, -5).mesh()});
+  const auto rays = rays_down(1000);
+  std::vector<ballot::Hit> hits(rays.size());
+  for (const float z : {1.0f, -3.0f, 0.0f}) {
+    scene.update(0, Grid(16, z).positions);
+    scene.trace(rays, hits);
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      if (inside(rays[i])) {
+        EXPECT_EQ(hits[i].t, 2 - z);
+      }
+  }
+  std::vector<float> wrong = grid_.positions;
+  wrong[7] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(code_of([&] { scene.update(0, wrong); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.update(0, Grid(3).positions); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.update(2, grid_.positions); }), Code::Argument);
+  std::vector<ballot::Hit> after(rays.size());
+  scene.trace(rays, after);
+  EXPECT_EQ(std::memcmp(after.data(), hits.data(), hits.size() * sizeof hits[0]), 0);
+}
+
+TEST_F(Api, ArraysOnTheDeviceAndJobs) {
+  const ballot::Scene scene(*device_, {grid_.mesh()});
+  const auto rays = rays_down(70000);
+  std::vector<ballot::Hit> expected(rays.size()), hits(rays.size());
+  scene.trace(rays, expected);
+  ballot::Array<ballot::Ray> in(*device_, rays.size());
+  ballot::Array<ballot::Hit> out(*device_, rays.size());
+  in.write(rays);
+  scene.trace(in, out, rays.size());
+  out.read(hits);
+  EXPECT_EQ(std::memcmp(hits.data(), expected.data(), hits.size() * sizeof hits[0]), 0);
+  std::vector<std::vector<ballot::Hit>> results(5, std::vector<ballot::Hit>(rays.size()));
+  std::vector<ballot::Job> jobs;
+  for (auto& result : results) jobs.push_back(scene.submit(rays, {.hits = result.data()}));
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    jobs[i].wait();
+    EXPECT_TRUE(jobs[i].poll());
+    EXPECT_EQ(std::memcmp(results[i].data(), expected.data(), hits.size() * sizeof hits[0]), 0);
+  }
+  EXPECT_EQ(code_of([&] { scene.trace(in, out, rays.size() + 1); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { in.write(rays, 1); }), Code::Argument);
+  const ballot::Device other;
+  ballot::Array<ballot::Ray> elsewhere(other, 10);
+  EXPECT_EQ(code_of([&] { scene.trace(elsewhere, out, 10); }), Code::Argument);
+}
+
+TEST_F(Api, WrongMeshesAreNamed) {
+  std::string text;
+  const auto refused = [&](ballot::Mesh mesh, const char* part) {
+    EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {grid_.mesh(), mesh}); }, &text), Code::Argument);
+    EXPECT_NE(text.find("mesh 1"), std::string::npos) << text;
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  std::vector<std::uint32_t> far = grid_.indices, odd = grid_.indices;
+  far[4] = 100000;
+  odd.pop_back();
+  std::vector<float> infinite = grid_.positions;
+  infinite[31] = std::numeric_limits<float>::infinity();
+  refused({.positions = grid_.positions, .indices = far}, "index 4 is 100000");
+  refused({.positions = grid_.positions, .indices = odd}, "multiple of 3");
+  refused({.positions = infinite, .indices = grid_.indices}, "vertex 10");
+  refused({}, "no vertices");
+  refused({.positions = grid_.positions, .indices = grid_.indices, .stride = 10}, "stride");
+  const std::vector<float> huge{0, 0, 0, 1e20f, 0, 0, 0, 1, 0};
+  EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {{.positions = huge}}); }), Code::Work);
+  auto many = BALLOT_INIT(BallotMesh);
+  many.positions = grid_.positions.data();
+  many.vertex_count = std::size_t{3} << 31;  // 2^31 triangles, refused before they are read
+  BallotScene* none = nullptr;
+  EXPECT_EQ(ballot_scene_create(device_->handle(), &many, 1, nullptr, &none), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(none, nullptr);
+}
+
+TEST_F(Api, WrongQueriesAndRays) {
+  const ballot::Scene scene(*device_, {grid_.mesh()});
+  const auto rays = rays_down(10);
+  std::vector<ballot::Hit> hits(rays.size());
+  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.method = "bogus"}); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.numeric = "bogus"}); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.knobs = {{"bogus", "1"}}}); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.trace(std::span(rays).first(9), std::span(hits)); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { ballot::Scene::load(*device_, "/nonexistent.glb"); }), Code::Work);
+  EXPECT_EQ(code_of([&] { ballot::Device("no such device"); }), Code::Argument);
+  auto in = BALLOT_INIT(BallotRays);
+  auto out = BALLOT_INIT(BallotHits);
+  in.count = 3;
+  EXPECT_EQ(ballot_trace(scene.handle(), &in, &out, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
+  in.data = rays[0].origin;
+  in.stride = 30;
+  EXPECT_EQ(ballot_trace(scene.handle(), &in, &out, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
+  EXPECT_NE(std::string(ballot_scene_error(scene.handle())).find("stride is 30"), std::string::npos);
+  BallotRays unset{};
+  EXPECT_EQ(ballot_trace(scene.handle(), &unset, &out, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(ballot_trace(nullptr, &in, &out, nullptr, nullptr), BALLOT_ERROR_CLOSED);
+}
+
+TEST_F(Api, AnInterruptedTraceEnds) {
+  const ballot::Scene scene(*device_, {grid_.mesh()});
+  const auto rays = rays_down(10000);
+  std::vector<ballot::Hit> hits(rays.size());
+  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.progress = [](double) { return false; }}); }), Code::Interrupted);
+  double last = 0;
+  scene.trace(rays, hits, {.progress = [&](double done) { return last = done, true; }});
+  EXPECT_EQ(last, 1);
+}
+
+TEST_F(Api, ClosedHandlesAreRefused) {
+  BallotDevice* device = nullptr;
+  ASSERT_EQ(ballot_device_open(nullptr, &device), BALLOT_OK);
+  BallotScene* scene = nullptr;
+  ASSERT_EQ(ballot_scene_create(device, nullptr, 0, nullptr, &scene), BALLOT_OK);
+  ballot_device_close(device);
+  auto info = BALLOT_INIT(BallotSceneInfo);
+  EXPECT_EQ(ballot_scene_info(scene, &info), BALLOT_OK);  // the scene keeps the device
+  ballot_scene_destroy(scene);
+  ballot_scene_destroy(scene);
+  EXPECT_EQ(ballot_scene_info(scene, &info), BALLOT_ERROR_CLOSED);
+  EXPECT_EQ(ballot_scene_create(device, nullptr, 0, nullptr, &scene), BALLOT_ERROR_CLOSED);
+}
+
+TEST_F(Api, AChildOfForkIsRefused) {
+  const ballot::Scene scene(*device_, {grid_.mesh()});
+  const pid_t child = fork();
+  if (child == 0) {
+    auto info = BALLOT_INIT(BallotSceneInfo);
+    const bool refused = ballot_scene_info(scene.handle(), &info) == BALLOT_ERROR_FORKED;
+    ballot_scene_destroy(scene.handle());
+    _exit(refused ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+TEST_F(Api, OlderStructsAreTaken) {
+  // A program that was compiled when BallotMesh ended before `normals`, and BallotTimes after `seconds`.
+  auto mesh = BALLOT_INIT(BallotMesh);
+  mesh.size = offsetof(BallotMesh, normals);
+  mesh.positions = grid_.positions.data(), mesh.vertex_count = grid_.positions.size() / 3;
+  mesh.indices = grid_.indices.data(), mesh.index_count = grid_.indices.size(), mesh.index_type = BALLOT_INDEX_U32;
+  mesh.normals = reinterpret_cast<const float*>(1);  // must not be read
+  BallotScene* scene = nullptr;
+  ASSERT_EQ(ballot_scene_create(device_->handle(), &mesh, 1, nullptr, &scene), BALLOT_OK);
+  const auto rays = rays_down(5);
+  std::vector<ballot::Hit> hits(5);
+  const BallotRays in = ballot::detail::rays_of(rays);
+  const BallotHits out = ballot::detail::hits_of({.hits = hits.data()});
+  auto times = BALLOT_INIT(BallotTimes);
+  times.size = offsetof(BallotTimes, device_ms);
+  times.device_ms = -1;
+  EXPECT_EQ(ballot_trace(scene, &in, &out, nullptr, &times), BALLOT_OK);
+  EXPECT_GT(times.seconds, 0);
+  EXPECT_EQ(times.device_ms, -1);
+  ballot_scene_destroy(scene);
+}
+
+TEST_F(Api, FourThreadsOnOneDevice) {
+  const auto rays = rays_down(3000);
+  std::atomic<int> wrong{0};
+  const auto work = [&](unsigned seed) {
+    for (unsigned round = 0; round < 6; ++round) {
+      const float z = float((seed + round) % 3) / 2;
+      ballot::Scene scene(*device_, {Grid(8 + seed, 0).mesh(seed)});
+      scene.update(0, Grid(8 + seed, z).positions);
+      std::vector<ballot::Hit> hits(rays.size());
+      if (round % 2)
+        scene.trace(rays, hits);
+      else
+        scene.submit(rays, {.hits = hits.data()}).wait();
+      for (std::size_t i = 0; i < rays.size(); ++i)
+        wrong += inside(rays[i]) ? hits[i].t != 2 - z : hits[i].prim != ballot::kMiss;
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (unsigned i = 0; i < 4; ++i) threads.emplace_back(work, i);
+  }
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(Api, PicturesAndRaysOfAView) {
+  const ballot::Scene scene(*device_, {grid_.mesh()});
+  const ballot::View view{.eye = {0.5, 0.5, 2}, .target = {0.5, 0.5, 0}};
+  const auto rays = scene.make_rays(view, "primary", 32, 16);
+  EXPECT_EQ(rays.size(), 512u);
+  const auto picture = scene.render(view, {.width = 32, .height = 16, .shading = "normals"});
+  const std::size_t middle = 4 * (8 * 32 + 16);
+  EXPECT_NEAR(picture[middle + 2], 1, 1e-3);  // the normal (0, 0, 1) as a colour
+  EXPECT_EQ(picture[middle + 3], 1);
+  EXPECT_EQ(picture[3], 0);  // beside the square
+  EXPECT_EQ(code_of([&] { scene.render(view, {.width = 0}); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.make_rays(view, "bogus", 8, 8); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.render({.name = "no such view"}, {}); }), Code::Argument);
+}
+
+TEST_F(Api, VersionsAgree) {
+  EXPECT_EQ(ballot::version(), std::to_string(BALLOT_VERSION_MAJOR) + "." + std::to_string(BALLOT_VERSION_MINOR) + "." +
+                                   std::to_string(BALLOT_VERSION_PATCH));
+  EXPECT_EQ(ballot::version(), PROJECT_VERSION);
+}
+
+}  // namespace
