@@ -57,6 +57,20 @@ inline bool is_dealt(const DeviceInfo& d, std::size_t i) {
   return i % 4 == driver * 2 + (d.subgroup_size < 8 ? 0 : 1);
 }
 
+/// Returns true if this device tests the i-th of the cases that every subgroup size concerns. A GPU tests all. At each
+/// subgroup size each case is tested by one of lavapipe's two drivers: even cases by the older at 4 and 8 lanes and by
+/// the newer at 16, odd cases the other way round.
+inline bool is_dealt_at_every_size(const DeviceInfo& d, std::size_t i) {
+  if (!d.is_cpu()) return true;
+  const std::size_t driver = d.mesa_version() < 250000 ? 0 : 1;
+  return (i + (d.subgroup_size > 8 ? 1 : 0)) % 2 == driver;
+}
+
+/// As is_dealt_at_every_size(), but at the default subgroup size both drivers test all cases.
+inline bool is_dealt_at_other_sizes(const DeviceInfo& d, std::size_t i) {
+  return d.subgroup_size == 8 || is_dealt_at_every_size(d, i);
+}
+
 /// Returns sets of knobs that change each part of the kernel configuration from its default, for the parts that methods
 /// share.
 inline std::vector<Knobs> shared_configs(const DeviceInfo& d) {

@@ -44,7 +44,7 @@ class CounterTest : public testing::Test {
 };
 
 TEST_F(CounterTest, CountedWalksHitWhatTimedOnesHit) {
-  for (const NumericMode& mode : kNumericModes)
+  for (const NumericMode& mode : modes_for(engine_->device()))
     for (Query q : every_method(Want::Nearest, mode.name)) {
       engine_->trace(*diffuse_, q);
       const auto timed = diffuse_->hits();
