@@ -8,7 +8,7 @@ namespace {
 
 struct ShadersArgs {
   bool fresh = false;
-  std::string json, headers;
+  std::string json, headers, only;
 };
 
 /// Devices that together reach every define of the kernel configurations: compiling needs no driver.
@@ -175,6 +175,10 @@ int run_shaders(const ShadersArgs& args) {
   nlohmann::json json = nlohmann::json::array();
   std::vector<KernelSource> sources = traversal_sources();
   for (KernelSource& source : render_sources()) sources.push_back(std::move(source));
+  std::erase_if(sources, [&](const KernelSource& s) { return s.name.find(args.only) == std::string::npos; });
+  if (sources.empty())
+    fail(Failure::Arguments,
+         "--only {}: no variant's name contains this; `ballot shaders` without --only lists the names", args.only);
   double total_ms = 0;
   for (const KernelSource& source : sources) {
     const Spirv spirv = compile_shader(source.file, source.defines, !args.fresh);
@@ -194,6 +198,7 @@ void add_shaders(CLI::App& app, int& result) {
   auto args = std::make_shared<ShadersArgs>();
   CLI::App* cmd = app.add_subcommand("shaders", "compile every registered kernel variant to SPIR-V; needs no device");
   cmd->add_flag("--fresh", args->fresh, "compile anew instead of reading the cache");
+  cmd->add_option("--only", args->only, "compile only the variants whose names contain this text");
   cmd->add_option("--json", args->json, "also write sizes and times to this file");
   cmd->add_option("--headers", args->headers,
                   "only write the headers that follow from the registry of knobs to this folder: shaders/shared");
