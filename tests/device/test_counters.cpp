@@ -43,8 +43,11 @@ class CounterTest : public testing::Test {
   static inline std::unique_ptr<RayBatch> diffuse_, primary_;
 };
 
+// At the default subgroup size in every mode, at others in those that harness.h deals.
 TEST_F(CounterTest, CountedWalksHitWhatTimedOnesHit) {
-  for (const NumericMode& mode : modes_for(engine_->device()))
+  std::vector<NumericMode> modes(std::begin(kNumericModes), std::end(kNumericModes));
+  if (engine_->device().subgroup_size != 8) modes = modes_for(engine_->device());
+  for (const NumericMode& mode : modes)
     for (Query q : every_method(Want::Nearest, mode.name)) {
       engine_->trace(*diffuse_, q);
       const auto timed = diffuse_->hits();
