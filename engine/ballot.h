@@ -21,6 +21,7 @@
 #include "engine/core/image_merge.h"
 #include "engine/core/json_depth.h"
 #include "engine/core/npy.h"
+#include "engine/core/parallel.h"
 #include "engine/core/progress.h"
 #include "engine/core/registry.h"
 #include "engine/present/presenter.h"
@@ -97,9 +98,9 @@ class Engine {
   }
 
   /// Replaces the triangles by as many others, for example vertices that have moved. Materials, normals, texture
-  /// coordinates, lights and views stay. Traces after it find hits in the new ones. Throws Error(Arguments) if the number
-  /// differs or a vertex is not finite, Error(Work) if the tree cannot be built; the scene is then as it was. Ends the
-  /// use of batches, films and the checker of before.
+  /// coordinates, lights and views stay. Traces after it find hits in the new ones. Throws Error(Arguments) if the
+  /// number differs or a vertex is not finite, Error(Work) if the tree cannot be built; the scene is then as it was.
+  /// Ends the use of batches, films and the checker of before.
   void move(std::vector<Triangle> triangles, const Progress& progress = {});
 
   /// Replaces the sky. Ends the use of batches, films and the checker of before.

@@ -1,4 +1,5 @@
-// The memory of an exported buffer in CUDA's address space, through the CUDA driver's library, which is opened at run time.
+// The memory of an exported buffer in CUDA's address space, through the CUDA driver's library, which is opened at run
+// time.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +13,8 @@ namespace ballot::api {
 /// An import of a buffer's memory into the primary context of the CUDA device that is the same GPU.
 class CudaMemory {
  public:
-  /// `uuid` is that of the Vulkan device. Throws ballot::Error(Work), which names the call of the CUDA driver that failed,
-  /// Error(Device) if there is no CUDA driver or it does not know this GPU.
+  /// `uuid` is that of the Vulkan device. Throws ballot::Error(Work), which names the call of the CUDA driver that
+  /// failed, Error(Device) if there is no CUDA driver or it does not know this GPU.
   CudaMemory(const RawBuffer& buffer, const std::uint8_t* uuid);
   ~CudaMemory();
   CudaMemory(const CudaMemory&) = delete;

@@ -20,15 +20,15 @@ class NpyFile;
 /// is no bound either. Belongs to one thread at a time.
 class RayFile {
  public:
-  /// Reads the header. "-" is standard input. Throws Error(Work) that names the file, the dtype and shape found, and those
-  /// expected.
+  /// Reads the header. "-" is standard input. Throws Error(Work) that names the file, the dtype and shape found, and
+  /// those expected.
   explicit RayFile(const std::filesystem::path& path);
   RayFile(RayFile&&) noexcept;
   ~RayFile();
   /// Returns the number of rays, of the part if one was chosen.
   std::uint64_t count() const { return count_; }
-  /// Keeps part `index` of `parts` equal parts of the rays alone. Call it before read(). Throws Error(Work) if the file is
-  /// standard input.
+  /// Keeps part `index` of `parts` equal parts of the rays alone. Call it before read(). Throws Error(Work) if the file
+  /// is standard input.
   void choose_part(std::uint64_t index, std::uint64_t parts);
   /// Reads the next rays and returns their number: fewer than rays.size() only at the end. Throws Error(Work).
   std::size_t read(std::span<Ray> rays);

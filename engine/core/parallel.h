@@ -14,8 +14,8 @@
 namespace ballot {
 
 /// Calls work() here and at the same time in up to `helpers` threads that the process keeps for this. Returns when all
-/// calls have returned. `work` must not throw. Thread-safe, and may be nested: where no thread is free, `work` runs here
-/// alone.
+/// calls have returned. `work` must not throw. Thread-safe, and may be nested: where no thread is free, `work` runs
+/// here alone.
 void run_together(std::size_t helpers, const std::function<void()>& work);
 
 /// Returns the number of threads that the machine runs at once, at least 1.

@@ -76,8 +76,8 @@ Scene load_scene(const std::filesystem::path& path);
 /// out of range, or if a vertex is not finite.
 void finish_scene(Scene& scene);
 
-/// Returns the bounds of triangles; zero if there are none. Throws Error(Arguments), which names the scene, if a vertex is
-/// not finite.
+/// Returns the bounds of triangles; zero if there are none. Throws Error(Arguments), which names the scene, if a vertex
+/// is not finite.
 Bounds bounds_of_vertices(std::span<const Triangle> triangles, std::string_view scene);
 
 /// Returns the geometric unit normal of a triangle, by the right-hand rule over its vertices; (0, 1, 0) if it has no

@@ -23,7 +23,8 @@
   X(DestroyDescriptorSetLayout) X(CreateDescriptorPool) X(DestroyDescriptorPool) X(AllocateDescriptorSets) \
   X(UpdateDescriptorSets) X(CreateCommandPool) X(DestroyCommandPool) X(AllocateCommandBuffers) \
   X(ResetCommandPool) X(BeginCommandBuffer) X(EndCommandBuffer) X(QueueSubmit) X(QueueWaitIdle) \
-  X(CreateFence) X(DestroyFence) X(GetFenceStatus) X(WaitForFences) X(ResetFences) X(CreateQueryPool) X(DestroyQueryPool) \
+  X(CreateFence) X(DestroyFence) X(GetFenceStatus) \
+  X(WaitForFences) X(ResetFences) X(CreateQueryPool) X(DestroyQueryPool) \
   X(GetQueryPoolResults) X(CmdResetQueryPool) X(CmdWriteTimestamp) X(CmdBindPipeline) \
   X(CmdBindDescriptorSets) X(CmdPushConstants) X(CmdDispatch) X(CmdDispatchIndirect) X(CmdCopyBuffer) \
   X(CmdFillBuffer) X(CmdUpdateBuffer) X(CmdPipelineBarrier) X(DeviceWaitIdle)

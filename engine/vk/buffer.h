@@ -12,8 +12,8 @@ namespace ballot {
 
 /// The ways in which the device uses a buffer. Values may be combined. They decide the usage flags of the buffer and
 /// its limits. On a CPU device a storage buffer is a texel buffer too, unless it is too large for one. Indirect: holds
-/// indirect arguments. Host: lies in the host's memory, for what the host reads or writes. Exported: other interfaces can
-/// use its memory (export_fd()).
+/// indirect arguments. Host: lies in the host's memory, for what the host reads or writes. Exported: other interfaces
+/// can use its memory (export_fd()).
 enum class Access : std::uint32_t { Storage = 1, Texel = 2, Address = 4, Indirect = 8, Host = 16, Exported = 32 };
 constexpr Access operator|(Access a, Access b) { return Access(std::uint32_t(a) | std::uint32_t(b)); }
 constexpr bool has(Access set, Access one) { return (std::uint32_t(set) & std::uint32_t(one)) != 0; }

@@ -105,8 +105,8 @@ class Context {
   void pass(const std::string& what, const Record& record, Done done = {});
   /// Returns how many submissions are in flight: 0 to 2.
   std::size_t in_flight();
-  /// Submits what is recorded, without waiting for it; if two submissions are in flight, waits for the first of them. Returns the number of the submission, or 0 if nothing was
-  /// recorded.
+  /// Submits what is recorded, without waiting for it; if two submissions are in flight, waits for the first of them.
+  /// Returns the number of the submission, or 0 if nothing was recorded.
   std::uint64_t flush();
   /// Returns true if this submission and all before it have ended, without waiting. Submits what is recorded if the
   /// device has room for it.

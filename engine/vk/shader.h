@@ -24,8 +24,8 @@ struct Spirv {
 /// Throws Error(Work) if $BALLOT_SHADERS names a folder without shaders.
 std::filesystem::path shader_folder();
 
-/// Compiles the shader `file` of shader_folder() for Vulkan 1.2. An #include is relative to the including file. The cache
-/// ($XDG_CACHE_HOME/ballot/spirv) is keyed by the preprocessed text, the defines and the compiler's version.
+/// Compiles the shader `file` of shader_folder() for Vulkan 1.2. An #include is relative to the including file. The
+/// cache ($XDG_CACHE_HOME/ballot/spirv) is keyed by the preprocessed text, the defines and the compiler's version.
 /// Throws Error(Work) with glslang's message, which names file and line. Not thread-safe.
 Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache = true);
 

@@ -98,7 +98,8 @@ TEST_F(Devices, WithoutALoaderTheTextNamesIt) {
          {"info"}, none);
 }
 
-// The build compiles every variant without a driver (CMakeLists.txt). Here some are compiled anew, as the cache is empty.
+// The build compiles every variant without a driver (CMakeLists.txt). Here some are compiled anew, as the cache is
+// empty.
 TEST_F(Devices, ShadersNeedNoDriver) {
   const Environment none{{"VK_DRIVER_FILES", "/nonexistent/driver.json"},
                          {"VK_ICD_FILENAMES", "/nonexistent/driver.json"}};

@@ -60,10 +60,46 @@ bool same(const auto& a, const auto& b) {
 
 TEST_F(Npy, RaysComeBackBitForBit) {
   for (const std::size_t count : {0, 1, 7, 1000}) {
-    std::vector<Ray> rays(count, Ray{{1, 2, 3}, 0.5f, {-0.0f, 1e-42f, NAN}, INFINITY});
+    std::vector<Ray> rays(count, Ray{{1, 2, INFINITY}, 0.5f, {-0.0f, 1e-42f, NAN}, 1e30f});
     write_rays(path_, rays);
     EXPECT_EQ((fs::file_size(path_) - count * sizeof(Ray)) % 64, 0u);
     EXPECT_TRUE(same(read_rays(path_), rays));
+  }
+}
+
+TEST_F(Npy, AnInfiniteEndIsTheLargestFloat) {
+  write_rays(path_, std::vector<Ray>{{{1, 2, 3}, 0, {0, 0, 1}, INFINITY}, {{1, 2, 3}, 0, {0, 0, 1}, NAN}});
+  const auto rays = read_rays(path_);
+  EXPECT_EQ(rays[0].t_max, std::numeric_limits<float>::max());
+  EXPECT_TRUE(std::isnan(rays[1].t_max));
+}
+
+TEST_F(Npy, RaysWithoutBoundsHaveSixColumns) {
+  make("{'descr': '<f4', 'fortran_order': False, 'shape': (2, 6), }", 48);
+  auto bytes = read_file(path_);
+  const float values[6] = {1, 2, 3, 4, 5, 6};
+  std::memcpy(bytes.data() + bytes.size() - sizeof(values), values, sizeof(values));
+  write_file(path_, bytes);
+  const auto rays = read_rays(path_);
+  ASSERT_EQ(rays.size(), 2u);
+  EXPECT_TRUE(same(std::vector(rays.begin() + 1, rays.end()),
+                   std::vector<Ray>{{{1, 2, 3}, 0, {4, 5, 6}, std::numeric_limits<float>::max()}}));
+}
+
+TEST_F(Npy, PartsAreAllRaysOnce) {
+  std::vector<Ray> rays(1000);
+  for (std::size_t i = 0; i < rays.size(); ++i) rays[i] = {{float(i), 2, 3}, 0, {0, 0, 1}, 1};
+  write_rays(path_, rays);
+  for (const std::uint64_t parts : {1, 3, 7, 1000, 1001}) {
+    std::vector<Ray> all;
+    for (std::uint64_t i = 0; i < parts; ++i) {
+      RayFile file(path_);
+      file.choose_part(i, parts);
+      std::vector<Ray> some(file.count() + 5);
+      some.resize(file.read(some));
+      all.insert(all.end(), some.begin(), some.end());
+    }
+    EXPECT_TRUE(same(all, rays)) << parts;
   }
 }
 
@@ -120,7 +156,7 @@ TEST_F(Npy, OtherDtypesAndShapesAreNamed) {
   expect_error("found dtype [('t', '<f4'), ('prim', '<u4'), ('u', '<f4'), ('v', '<f4')] of shape (1,)");
   make("{'descr': '<f4', 'fortran_order': True, 'shape': (2, 8), }", 64);
   expect_error("Fortran order, of shape (2, 8); expected C order: save numpy.ascontiguousarray(a)");
-  for (const char* shape : {"(8,)", "()", "(8, 2)", "(2, 8, 1)", "(2, 6)"}) {
+  for (const char* shape : {"(8,)", "()", "(8, 2)", "(2, 8, 1)", "(2, 7)"}) {
     make(fmt::format("{{'descr': '<f4', 'fortran_order': False, 'shape': {}, }}", shape), 64);
     expect_error(fmt::format("of shape {}; expected shape (n, 8)", shape));
   }

@@ -1,5 +1,5 @@
-// The library's speed as its users meet it: from arrays in memory to hits, on the device alone, and the latency of small
-// batches. One line for each figure; medians of several runs.
+// The library's speed as its users meet it: from arrays in memory to hits, on the device alone, and the latency of
+// small batches. One line for each figure; medians of several runs.
 //
 //   ballot_api_speed scenes/cornell.gltf [--size 4096] [--device gpu] [--repeat 5]
 #include <ballot/ballot.h>
