@@ -57,7 +57,7 @@ struct Bench {
 
   /// Batches that follow each other, as a renderer or a simulation sends them.
   void batches(const std::vector<ballot::Ray>& rays, std::size_t count) const {
-    constexpr int kBatches = 32;
+    constexpr int kBatches = 256;
     ballot::Array<ballot::Ray> in(device, count);
     ballot::Array<ballot::Hit> out(device, count);
     in.write(std::span(rays).first(count));
@@ -69,7 +69,7 @@ struct Bench {
       device_ms = 0;
       for (ballot::Job& job : jobs) device_ms += job.wait().device_ms;
     });
-    print("arrays on the device, 32 batches", kBatches * count, s, device_ms);
+    print("arrays on the device, 256 batches", kBatches * count, s, device_ms);
   }
 
   void background(const std::vector<ballot::Ray>& rays) const {
