@@ -1,0 +1,44 @@
+"""Traces in the background."""
+
+from __future__ import annotations
+
+import atexit
+import weakref
+
+import numpy as np
+
+from . import _ballot
+from ._query import Times
+
+
+class Job:
+    """A trace that Scene.submit() began. It keeps the arrays of rays and hits; letting go of it waits for the end."""
+
+    def __init__(self, handle: _ballot.Job, hits: np.ndarray):
+        self._handle = handle
+        self._hits = hits
+        self.times: Times | None = None  # after wait()
+        _running.add(self)
+
+    def poll(self) -> bool:
+        """Returns True if the trace has ended; wait() then returns at once."""
+        return self._handle.poll()
+
+    def wait(self) -> np.ndarray:
+        """Waits for the end and returns the hits. Raises what Scene.trace() would have raised. Ctrl-C ends the waiting,
+        not the job."""
+        self.times = Times(*self._handle.wait())
+        return self._hits
+
+
+_running: weakref.WeakSet[Job] = weakref.WeakSet()
+
+
+@atexit.register
+def _wait_for_all() -> None:
+    """Lets the jobs end before the interpreter and the driver do."""
+    for job in list(_running):
+        try:
+            job.wait()
+        except Exception:
+            pass  # it would have been raised where nobody waited for it
