@@ -1,6 +1,8 @@
 // Work in the background: a thread for each device that runs its jobs in turn.
 #pragma once
 
+#include <unistd.h>
+
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -21,11 +23,15 @@ class JobState {
   BallotStatus wait();
   /// Returns BALLOT_NOT_READY before the end.
   BallotStatus poll();
+  /// Returns false in a child of the process that submitted the job, where its thread does not exist.
+  bool is_ours() const { return owner_ == getpid(); }
+  pid_t owner() const { return owner_; }
   /// After the end.
   const BallotTimes& times() const { return times_; }
   const std::string& error() const { return error_; }
 
  private:
+  const pid_t owner_ = getpid();
   std::mutex mutex_;
   std::condition_variable ended_;
   BallotStatus status_ = BALLOT_NOT_READY;
