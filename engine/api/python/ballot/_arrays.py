@@ -73,8 +73,8 @@ def rows(array: np.ndarray) -> np.ndarray:
 
 def rays(given: Any, t: Any = None, name: str = "rays") -> np.ndarray:
     """Returns rays as float32 of shape (..., 8) or (..., 6). `t` is the range (t_min, t_max) of rays of six numbers."""
-    if isinstance(given, np.ndarray) and given.dtype == RAY:
-        given = given[..., np.newaxis].view(np.float32) if given.ndim else given.reshape(1).view(np.float32)
+    if isinstance(given, (np.ndarray, np.void)) and given.dtype == RAY:
+        given = np.asarray(given)[..., np.newaxis].view(np.float32)
     array = floats(given, name, (8, 6))
     if t is None:
         return array

@@ -90,6 +90,7 @@ _opened: dict[tuple[str, bool], Device] = {}  # by unpickling
 def _after_fork() -> None:
     global _lock
     _lock = threading.Lock()  # another thread of the parent may have held it
+    _ballot.after_fork()
 
 
 os.register_at_fork(after_in_child=_after_fork)

@@ -35,8 +35,9 @@ _running: weakref.WeakSet[Job] = weakref.WeakSet()
 
 
 @atexit.register
-def _wait_for_all() -> None:
-    """Lets the jobs end before the interpreter and the driver do."""
+def _end() -> None:
+    """Lets calls of other threads, then the jobs end before the interpreter and the driver do."""
+    _ballot.end()
     for job in list(_running):
         try:
             job.wait()

@@ -32,12 +32,25 @@ void let_go_late();
 /// Throws Error unless the library may be called: a call from a progress function would wait for itself.
 void check_may_call();
 
+/// Releases the GIL for a scope in which the library is called. Once the interpreter ends, threads other than its last
+/// stop here: the driver is about to go, and Python's daemon threads cannot take the GIL again.
+class Unlocked {
+ public:
+  Unlocked();
+  ~Unlocked();
+  Unlocked(const Unlocked&) = delete;
+  Unlocked& operator=(const Unlocked&) = delete;
+
+ private:
+  PyThreadState* state_;
+};
+
 /// Runs call(object) without the GIL. Every call that may wait for a device has to: the thread that has the device may
 /// want the GIL. The last reference to the object is let go of without the GIL too.
 template <class T, class Call>
 auto without_gil(std::shared_ptr<T> object, const Call& call) {
   check_may_call();
-  const nb::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   const std::shared_ptr<T> kept = std::move(object);
   return call(*kept);
 }
@@ -74,7 +87,7 @@ class Kept {
 template <class Make>
 auto made(const Make& make) {
   check_may_call();
-  const nb::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   return make();
 }
 

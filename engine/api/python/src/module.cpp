@@ -2,6 +2,10 @@
 // and shapes arguments; see ballot/__init__.py.
 #include "common.h"
 
+#include <atomic>
+#include <chrono>
+#include <thread>
+
 namespace ballot::python {
 
 namespace {
@@ -14,6 +18,16 @@ struct Left {
 
 thread_local int inside = 0;          // 1 while a call of the library runs Python code
 thread_local std::vector<Left> late;  // to let go of after it
+
+std::atomic<int> running{0};                           // scopes of Unlocked
+std::atomic<std::thread::id> last{std::thread::id{}};  // the only thread that may call, once the interpreter ends
+
+/// Ends the calls of other threads: waits for those that run, and stops those that come.
+void end() {
+  last = std::this_thread::get_id();
+  const nb::gil_scoped_release unlocked;
+  while (running > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
 
 /// Marks that Python code runs inside a call of the library.
 class Inside {
@@ -44,7 +58,30 @@ std::tuple<std::string, std::string, std::string, bool, std::uint32_t, bool> tup
   return {d.name, d.driver, d.refusal, d.is_cpu, d.subgroup_size, d.exports};
 }
 
+/// Returns an array of NumPy over the memory of an array with DLPack or a buffer, which it keeps.
+template <class From, class To>
+nb::object view(const From& array) {
+  nb::capsule owner(new From(array), [](void* p) noexcept { delete static_cast<From*>(p); });
+  std::vector<std::size_t> shape(array.shape_ptr(), array.shape_ptr() + array.ndim());
+  return nb::cast(To(array.data(), array.ndim(), shape.data(), owner, array.stride_ptr(), array.dtype()));
+}
+
 }  // namespace
+
+Unlocked::Unlocked() {
+  const std::thread::id only = last;
+  if (only != std::thread::id{} && only != std::this_thread::get_id()) {
+    PyEval_SaveThread();
+    while (true) std::this_thread::sleep_for(std::chrono::hours(1));
+  }
+  ++running;
+  state_ = PyEval_SaveThread();
+}
+
+Unlocked::~Unlocked() {
+  PyEval_RestoreThread(state_);
+  --running;
+}
 
 bool inside_call() { return inside > 0; }
 
@@ -57,7 +94,7 @@ void let_go(std::shared_ptr<void> object, nb::object works_on) {
     late.push_back({std::move(object), std::move(works_on)});
     return;
   }
-  const nb::gil_scoped_release unlocked;
+  const Unlocked unlocked;
   object.reset();
 }
 
@@ -118,20 +155,12 @@ NB_MODULE(_ballot, m) {
   using namespace ballot::python;
   nb::set_leak_warnings(false);  // objects that live as long as the interpreter are no leak
   m.def("version", [] { return ballot::version(); });
+  m.def("end", &end);
+  m.def("after_fork", [] { running = 0; });  // the threads of the parent are not here
   m.def("commit", [] { return std::string(ballot_commit()); });
-  // An array of NumPy over the memory of a DLPack array or buffer on the CPU.
-  m.def(
-      "view",
-      [](nb::ndarray<nb::ro, nb::device::cpu> array) {
-        return nb::cast(nb::ndarray<nb::numpy, nb::ro>(array.handle()), nb::rv_policy::reference);
-      },
-      nb::arg("array").noconvert());
-  m.def(
-      "view_writable",
-      [](nb::ndarray<nb::device::cpu> array) {
-        return nb::cast(nb::ndarray<nb::numpy>(array.handle()), nb::rv_policy::reference);
-      },
-      nb::arg("array").noconvert());
+  m.def("view", &view<nb::ndarray<nb::ro, nb::device::cpu>, nb::ndarray<nb::numpy, nb::ro>>,
+        nb::arg("array").noconvert());
+  m.def("view_writable", &view<nb::ndarray<nb::device::cpu>, nb::ndarray<nb::numpy>>, nb::arg("array").noconvert());
   bind_errors(m);
   bind_devices(m);
   bind_scenes(m);
