@@ -1,5 +1,5 @@
-/* The C interface of Ballot: fast, correct ray queries by Vulkan compute, on any Vulkan 1.2 device. This header needs the
- * C standard library alone. The C++ interface, ballot/ballot.h, is a thin layer over it.
+/* The C interface of Ballot: fast, correct ray queries by Vulkan compute, on any Vulkan 1.2 device. This header needs
+ * the C standard library alone. The C++ interface, ballot/ballot.h, is a thin layer over it.
  *
  *   BallotDevice* device; BallotScene* scene;
  *   ballot_device_open(NULL, &device);                         // the best GPU, else a CPU device
@@ -16,13 +16,13 @@
  *
  * Structs   Their first member is the size that the caller was compiled with. BALLOT_INIT sets it and zeroes the rest;
  *           zero is every member's default. Later versions add members at the end alone.
- * Errors    A function that can fail returns BALLOT_OK (0) or an error code, writes nothing to its outputs then, and keeps
- *           a text of one line: what, where, found, expected, what to do. ballot_device_error(), ballot_scene_error() and
- *           ballot_buffer_error() return the text of the handle's last failed call; ballot_last_error() that of the calling
- *           thread. No C++ exception leaves the library.
- * Handles   A handle that was closed or never opened is refused with BALLOT_ERROR_CLOSED, and so is a handle of the parent
- *           in a forked child (BALLOT_ERROR_FORKED): open a device in each process. A scene, buffer or job keeps its
- *           device alive, so they may be closed in any order. Closing NULL does nothing.
+ * Errors    A function that can fail returns BALLOT_OK (0) or an error code, writes nothing to its outputs then, and
+ *           keeps a text of one line: what, where, found, expected, what to do. ballot_device_error(),
+ *           ballot_scene_error() and ballot_buffer_error() return the text of the handle's last failed call;
+ *           ballot_last_error() that of the calling thread. No C++ exception leaves the library.
+ * Handles   A handle that was closed or never opened is refused with BALLOT_ERROR_CLOSED, and so is a handle of the
+ *           parent in a forked child (BALLOT_ERROR_FORKED): open a device in each process. A scene, buffer or job keeps
+ *           its device alive, so they may be closed in any order. Closing NULL does nothing.
  * Threads   Every function may be called from any thread. Calls on one device, its scenes and its buffers run one after
  *           another. Devices are independent of each other: give each thread a device of its own to trace at once.
  * Units     Lengths are in scene units, angles in radians. t counts multiples of a ray's direction.
@@ -143,14 +143,14 @@ typedef struct BallotSceneOptions {
  * hits. At most 2^31 - 1 triangles. options may be NULL. */
 BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                             const BallotSceneOptions* options, BallotScene** scene);
-/* Loads a glTF 2.0 (.gltf, .glb) or OBJ file. The scene has one mesh, number and id 0, and its own cameras and materials.
- * Its tree is kept on disk unless options->cache is 0 in options that are given. */
+/* Loads a glTF 2.0 (.gltf, .glb) or OBJ file. The scene has one mesh, number and id 0, and its own cameras and
+ * materials. Its tree is kept on disk unless options->cache is 0 in options that are given. */
 BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const BallotSceneOptions* options,
                                           BallotScene** scene);
 BALLOT_API void ballot_scene_destroy(BallotScene* scene);
 
-/* Moves the vertices of a mesh of ballot_scene_create(): `count` must be its vertex_count. Hits of later calls are those
- * of the moved scene. A failed call leaves the scene as it was. stride is in bytes; 0: 12. */
+/* Moves the vertices of a mesh of ballot_scene_create(): `count` must be its vertex_count. Hits of later calls are
+ * those of the moved scene. A failed call leaves the scene as it was. stride is in bytes; 0: 12. */
 BALLOT_API BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* positions, size_t count,
                                             size_t stride);
 
@@ -178,8 +178,8 @@ BALLOT_API const char* ballot_scene_error(BallotScene* scene);
 
 /* ---- Rays, hits, queries ---------------------------------------------------------------------------------------- */
 
-/* A ray: hits are sought at origin + t * dir with t in [t_min, t_max]. dir need not be of unit length. A ray is dead, and
- * reported as a miss, if t_max <= t_min, if a component is NaN or infinite, or if dir is zero or denormal. */
+/* A ray: hits are sought at origin + t * dir with t in [t_min, t_max]. dir need not be of unit length. A ray is dead,
+ * and reported as a miss, if t_max <= t_min, if a component is NaN or infinite, or if dir is zero or denormal. */
 typedef struct BallotRay {
   float origin[3], t_min, dir[3], t_max;
 } BallotRay;
@@ -250,8 +250,8 @@ typedef struct BallotTimes {
 BALLOT_API BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
                                      const BallotQuery* query, BallotTimes* times);
 
-/* The same in the background. Rays and arrays must stay as they are until the job has ended; the structs are copied. Jobs
- * of a device run in the order in which they were submitted. */
+/* The same in the background. Rays and arrays must stay as they are until the job has ended; the structs are copied.
+ * Jobs of a device run in the order in which they were submitted. */
 BALLOT_API BallotStatus ballot_submit(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
                                       const BallotQuery* query, BallotJob** job);
 /* Waits for the job and returns its status. times may be NULL. */
@@ -279,8 +279,8 @@ BALLOT_API BallotStatus ballot_buffer_write(BallotBuffer* buffer, uint64_t first
 BALLOT_API BallotStatus ballot_buffer_read(BallotBuffer* buffer, uint64_t first, void* records, uint64_t count);
 /* Returns the buffer's memory in the host's address space, on devices that share it (CPU devices); else NULL. */
 BALLOT_API void* ballot_buffer_host(BallotBuffer* buffer);
-/* Writes a new file descriptor of an exported buffer's memory (VK_KHR_external_memory_fd, opaque), which the caller owns,
- * and the size of the allocation. */
+/* Writes a new file descriptor of an exported buffer's memory (VK_KHR_external_memory_fd, opaque), which the caller
+ * owns, and the size of the allocation. */
 BALLOT_API BallotStatus ballot_buffer_fd(BallotBuffer* buffer, int* fd, uint64_t* allocation_bytes);
 /* Writes the address of an exported buffer in CUDA's primary context of the same GPU, valid until the buffer is
  * destroyed. Needs libcuda.so.1. Calls of this library wait for the device before they return; before a call that uses
@@ -288,14 +288,14 @@ BALLOT_API BallotStatus ballot_buffer_fd(BallotBuffer* buffer, int* fd, uint64_t
 BALLOT_API BallotStatus ballot_buffer_cuda(BallotBuffer* buffer, uint64_t* address, int* cuda_device);
 BALLOT_API const char* ballot_buffer_error(BallotBuffer* buffer);
 
-/* Traces rays [0, count) of one array and writes their hits to another; both of the scene's device. Returns when the hits
- * are written. BallotTimes::hits is not counted. */
+/* Traces rays [0, count) of one array and writes their hits to another; both of the scene's device. Returns when the
+ * hits are written. BallotTimes::hits is not counted. */
 BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits, uint64_t count,
                                              const BallotQuery* query, BallotTimes* times);
 
-/* The same, but does not wait, so that one batch follows another without a gap. Jobs run in their order. Two are on their way
- * to the device at once; those behind them are sent together by a later call, ballot_job_poll() or ballot_job_wait(). Keep
- * scene and buffers until the job has ended. */
+/* The same, but does not wait, so that one batch follows another without a gap. Jobs run in their order. Two are on
+ * their way to the device at once; those behind them are sent together by a later call, ballot_job_poll() or
+ * ballot_job_wait(). Keep scene and buffers until the job has ended. */
 BALLOT_API BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits,
                                               uint64_t count, const BallotQuery* query, BallotJob** job);
 
@@ -310,8 +310,8 @@ typedef struct BallotView {
   double ymag; /* above 0: orthographic, half the height of the view */
 } BallotView;
 
-/* Makes the rays of a ray kind (`ballot methods` lists them: "primary", "shadow", "ao", ...) for a view of width x height
- * pixels: at most `room` rays. Writes their number to *count; room 0 asks for the number alone. */
+/* Makes the rays of a ray kind (`ballot methods` lists them: "primary", "shadow", "ao", ...) for a view of width x
+ * height pixels: at most `room` rays. Writes their number to *count; room 0 asks for the number alone. */
 BALLOT_API BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const char* kind, uint32_t width,
                                          uint32_t height, BallotRay* rays, size_t room, size_t* count);
 

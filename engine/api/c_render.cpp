@@ -8,16 +8,22 @@
 namespace ballot::api {
 namespace {
 
-glm::dvec3 vector(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+glm::dvec3 vector(const double (&v)[3], const char* what) {
+  for (const double x : v)
+    if (!std::isfinite(x))
+      throw Refused(BALLOT_ERROR_ARGUMENT,
+                    fmt::format("view: {} is ({}, {}, {}); expected finite numbers", what, v[0], v[1], v[2]));
+  return {v[0], v[1], v[2]};
+}
 
 /// Returns the view that a caller describes, or names.
 ballot::View view_of(const BallotView& v, const ballot::Scene& scene) {
   if (v.name) return find_view(scene, v.name);
-  const glm::dvec3 eye = vector(v.eye), target = vector(v.target);
+  const glm::dvec3 eye = vector(v.eye, "eye"), target = vector(v.target, "target");
   if (eye == target) return scene.views.front();
   ballot::View view{.name = "view"};
   const glm::dvec3 back = glm::normalize(eye - target);
-  glm::dvec3 up = vector(v.up);
+  glm::dvec3 up = vector(v.up, "up");
   if (up == glm::dvec3(0)) up = {0, 1, 0};
   glm::dvec3 right = glm::cross(up, back);
   if (glm::length(right) < 1e-12 * glm::length(up))

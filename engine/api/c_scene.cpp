@@ -9,6 +9,7 @@ namespace ballot::api {
 namespace {
 
 constexpr std::size_t kMostTriangles = std::numeric_limits<std::int32_t>::max();
+constexpr float kLargestCoordinate = 1e12f;  // as the tree's builder has it (engine/bvh/bvh.h)
 constexpr std::size_t kVertexBytes = 3 * sizeof(float);
 
 [[noreturn]] void refuse(const std::string& text) { throw Refused(BALLOT_ERROR_ARGUMENT, text); }
@@ -26,12 +27,15 @@ glm::vec3 vertex(const float* positions, std::size_t stride, std::size_t i) {
   return {p[0], p[1], p[2]};
 }
 
+bool in_range(float x) { return std::abs(x) <= kLargestCoordinate; }  // false for NaN
+
 void check_vertices(const float* positions, std::size_t stride, std::size_t count, const std::string& where) {
   for_chunks(count, 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const glm::vec3 v = vertex(positions, stride, i);
-      if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
-        refuse(fmt::format("{}: vertex {} is ({}, {}, {}); expected finite numbers", where, i, v.x, v.y, v.z));
+      if (!in_range(v.x) || !in_range(v.y) || !in_range(v.z))
+        refuse(fmt::format("{}: vertex {} is ({}, {}, {}); expected finite numbers within +-1e12; scale the scene",
+                           where, i, v.x, v.y, v.z));
     }
   });
 }

@@ -172,32 +172,31 @@ BallotStatus ballot_submit(BallotScene* scene, const BallotRays* rays, const Bal
 }
 
 BallotStatus ballot_job_wait(BallotJob* job, BallotTimes* times) {
-  const auto state = jobs().find(job);
-  if (!state) {
-    set_thread_error("job: the handle is closed, or was never opened");
-    return BALLOT_ERROR_CLOSED;
-  }
-  const BallotStatus status = state->wait();
-  if (status != BALLOT_OK) {
-    set_thread_error(state->error());
-    return status;
-  }
-  return guarded(nullptr, [&] { write_struct(times, state->times(), "BallotTimes"); });
+  return guarded(nullptr, [&] {
+    const auto state = use(job);
+    const BallotStatus status = state->wait();
+    if (status != BALLOT_OK) throw Refused(status, state->error());
+    write_struct(times, state->times(), "BallotTimes");
+  });
 }
 
 BallotStatus ballot_job_poll(BallotJob* job) {
-  const auto state = jobs().find(job);
-  if (!state) {
-    set_thread_error("job: the handle is closed, or was never opened");
-    return BALLOT_ERROR_CLOSED;
-  }
-  const BallotStatus status = state->poll();
-  if (status != BALLOT_OK && status != BALLOT_NOT_READY) set_thread_error(state->error());
-  return status;
+  BallotStatus status = BALLOT_OK;
+  const BallotStatus failed = guarded(nullptr, [&] {
+    const auto state = use(job);
+    status = state->poll();
+    if (status != BALLOT_OK && status != BALLOT_NOT_READY) throw Refused(status, state->error());
+  });
+  return failed != BALLOT_OK ? failed : status;
 }
 
 void ballot_job_destroy(BallotJob* job) {
-  if (const auto state = jobs().remove(job)) state->wait();
+  auto state = jobs().remove(job);
+  if (!state) return;
+  if (state->is_ours())
+    state->wait();
+  else
+    new std::shared_ptr<JobState>(std::move(state));  // stays: its thread is not in this process
 }
 
 BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits, uint64_t count,

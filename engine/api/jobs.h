@@ -1,6 +1,8 @@
 // Work in the background: a thread for each device that runs its jobs in turn.
 #pragma once
 
+#include <unistd.h>
+
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -21,6 +23,9 @@ class JobState {
   virtual BallotStatus wait() = 0;
   /// Returns BALLOT_NOT_READY before the end.
   virtual BallotStatus poll() = 0;
+  /// Returns false in a child of the process that submitted the job, where its thread does not exist.
+  bool is_ours() const { return owner_ == getpid(); }
+  pid_t owner() const { return owner_; }
   /// After the end.
   const BallotTimes& times() const { return times_; }
   const std::string& error() const { return error_; }
@@ -28,6 +33,9 @@ class JobState {
  protected:
   BallotTimes times_{};
   std::string error_;
+
+ private:
+  const pid_t owner_ = getpid();
 };
 
 /// A job of a JobQueue.

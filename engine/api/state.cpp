@@ -16,15 +16,21 @@ Table& forever() {
   return table;
 }
 
+[[noreturn]] void refuse_closed(const char* what) {
+  throw Refused(BALLOT_ERROR_CLOSED, fmt::format("{}: the handle is closed, or was never opened", what));
+}
+
+[[noreturn]] void refuse_forked(const char* what, pid_t owner) {
+  throw Refused(BALLOT_ERROR_FORKED,
+                fmt::format("{}: it belongs to process {}, and this is its child {}; a device does not survive fork(): "
+                            "open one in each process (in Python: multiprocessing's method 'spawn')",
+                            what, owner, getpid()));
+}
+
 template <class State>
 std::shared_ptr<State> checked(std::shared_ptr<State> state, const DeviceState* device, const char* what) {
-  if (!state) throw Refused(BALLOT_ERROR_CLOSED, fmt::format("{}: the handle is closed, or was never opened", what));
-  if (device->owner != getpid())
-    throw Refused(
-        BALLOT_ERROR_FORKED,
-        fmt::format("{}: it belongs to process {}, and this is its child {}; a device does not survive fork(): "
-                    "open one in each process (in Python: multiprocessing's method 'spawn')",
-                    what, device->owner, getpid()));
+  if (!state) refuse_closed(what);
+  if (device->owner != getpid()) refuse_forked(what, device->owner);
   return state;
 }
 
@@ -56,7 +62,13 @@ std::shared_ptr<BufferState> use(const BallotBuffer* handle) {
   return checked(std::move(state), device, "buffer");
 }
 
-void set_thread_error(const std::string& text) { thread_error = text; }
+std::shared_ptr<JobState> use(const BallotJob* handle) {
+  auto state = jobs().find(handle);
+  if (!state) refuse_closed("job");
+  if (!state->is_ours()) refuse_forked("job", state->owner());
+  return state;
+}
+
 const char* thread_text() { return thread_error.c_str(); }
 
 const char* thread_copy(const std::string& text) {

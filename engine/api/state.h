@@ -101,11 +101,11 @@ Handles<BallotJob, JobState>& jobs();
 std::shared_ptr<DeviceState> use(const BallotDevice* handle);
 std::shared_ptr<SceneState> use(const BallotScene* handle);
 std::shared_ptr<BufferState> use(const BallotBuffer* handle);
+std::shared_ptr<JobState> use(const BallotJob* handle);
 
 /// Returns the code and keeps the text of the exception that is being handled, for the thread and for a handle.
 BallotStatus report(LastError* error);
-/// Set and return the text of the calling thread's last failed call.
-void set_thread_error(const std::string& text);
+/// Returns the text of the calling thread's last failed call.
 const char* thread_text();
 /// Returns the text of a handle's last failed call; valid until the calling thread asks again.
 const char* thread_copy(const std::string& text);

@@ -33,7 +33,7 @@ def main() -> None:
     expect("files of the component runtime", runtime, ["LICENSE", "libballot.so.1", "libballot.so.1.0.0"])
     run(["cmake", "--install", build, "--prefix", prefix, "--component", "development"])
     headers = sorted(path.name for path in (prefix / "include" / "ballot").iterdir())
-    expect("headers", headers, ["ballot.h", "ballot_c.h"])
+    expect("headers", headers, ["ballot.h", "ballot_c.h", "ballot_detail.h", "ballot_types.h"])
 
     library = next(prefix.rglob("libballot.so"))
     symbols = run(["nm", "-D", "--defined-only", library]).split("\n")

@@ -1,0 +1,114 @@
+// How the types of ballot_types.h become those of the C interface. Not for use outside of ballot.h.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "ballot_types.h"
+
+namespace ballot {
+inline namespace v1 {
+namespace detail {
+
+inline DeviceInfo info_of(const BallotDeviceInfo& i) {
+  return {i.name, i.driver, i.refusal, i.is_cpu != 0, i.subgroup_size, i.exports != 0};
+}
+
+/// Owns a handle of the C interface.
+template <class T, void (*kClose)(T*)>
+class Handle {
+ public:
+  Handle() = default;
+  explicit Handle(T* handle) : handle_(handle) {}
+  ~Handle() { kClose(handle_); }
+  Handle(Handle&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+  Handle& operator=(Handle&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  T* get() const { return handle_; }
+
+ private:
+  T* handle_ = nullptr;
+};
+
+/// A query in the form of the C interface. Refers to the query.
+class QueryArgument {
+ public:
+  explicit QueryArgument(const Query& q) : c_(BALLOT_INIT(BallotQuery)) {
+    c_.any = q.any;
+    c_.method = q.method.c_str();
+    c_.numeric = q.numeric.c_str();
+    for (const auto& [name, value] : q.knobs) knobs_.push_back({name.c_str(), value.c_str()});
+    c_.knobs = knobs_.data();
+    c_.knob_count = knobs_.size();
+    if (!q.ray_class.empty()) c_.ray_class = q.ray_class.c_str();
+    if (!q.progress) return;
+    c_.user = const_cast<void*>(static_cast<const void*>(&q.progress));
+    c_.progress = [](void* user, double done) {
+      return int(!(*static_cast<const std::function<bool(double)>*>(user))(done));
+    };
+  }
+  QueryArgument(const QueryArgument&) = delete;
+  QueryArgument& operator=(const QueryArgument&) = delete;
+  const BallotQuery* c() const { return &c_; }
+
+ private:
+  std::vector<BallotKnob> knobs_;
+  BallotQuery c_;
+};
+
+inline BallotHits hits_of(const Results& r) {
+  auto h = BALLOT_INIT(BallotHits);
+  h.hits = r.hits, h.t = r.t, h.prims = r.prims, h.mesh_ids = r.mesh_ids, h.uvs = r.uvs, h.normals = r.normals;
+  h.occluded = r.occluded;
+  return h;
+}
+
+inline BallotRays rays_of(std::span<const Ray> rays) {
+  auto r = BALLOT_INIT(BallotRays);
+  r.data = reinterpret_cast<const float*>(rays.data());
+  r.count = rays.size();
+  return r;
+}
+
+inline Times times_of(const BallotTimes& t) { return {t.seconds, t.device_ms, t.hits}; }
+
+inline std::size_t vertices(std::span<const float> positions, std::size_t stride) {
+  if (stride == 0) stride = 3 * sizeof(float);
+  const std::size_t bytes = positions.size_bytes();
+  return bytes < 3 * sizeof(float) ? 0 : (bytes - 3 * sizeof(float)) / stride + 1;
+}
+inline BallotMesh mesh_of(const Mesh& m) {
+  auto mesh = BALLOT_INIT(BallotMesh);
+  mesh.positions = m.positions.data();
+  mesh.vertex_count = vertices(m.positions, m.stride);
+  mesh.position_stride = m.stride;
+  if (!m.indices.empty()) {
+    mesh.indices = m.indices.data(), mesh.index_count = m.indices.size(), mesh.index_type = BALLOT_INDEX_U32;
+  } else if (!m.indices16.empty()) {
+    mesh.indices = m.indices16.data(), mesh.index_count = m.indices16.size(), mesh.index_type = BALLOT_INDEX_U16;
+  }
+  mesh.id = m.id;
+  if (!m.normals.empty()) mesh.normals = m.normals.data();
+  return mesh;
+}
+inline BallotSceneOptions options_of(const SceneOptions& options) {
+  auto o = BALLOT_INIT(BallotSceneOptions);
+  o.max_leaf = options.max_leaf;
+  o.split_budget = options.split_budget > 0 ? options.split_budget : -1;
+  o.cache = options.cache;
+  return o;
+}
+inline BallotView view_of(const View& view) {
+  auto v = BALLOT_INIT(BallotView);
+  if (!view.name.empty()) v.name = view.name.c_str();
+  for (int axis = 0; axis < 3; ++axis)
+    v.eye[axis] = view.eye[axis], v.target[axis] = view.target[axis], v.up[axis] = view.up[axis];
+  v.yfov = view.yfov, v.ymag = view.ymag;
+  return v;
+}
+
+}  // namespace detail
+}  // namespace v1
+}  // namespace ballot

@@ -1,0 +1,136 @@
+// The plain types of Ballot's C++ interface (ballot.h): errors, rays, hits, meshes, queries, results, views.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+#include "ballot_c.h"
+
+namespace ballot {
+inline namespace v1 {
+
+/// The kind of a failure.
+enum class Code {
+  Work = BALLOT_ERROR_WORK,                // a file, the driver or the device failed
+  Argument = BALLOT_ERROR_ARGUMENT,        // an argument is out of range, or arguments disagree
+  Device = BALLOT_ERROR_DEVICE,            // there is no usable Vulkan device
+  Memory = BALLOT_ERROR_MEMORY,            // the host ran out of memory
+  Closed = BALLOT_ERROR_CLOSED,            // the object was moved from
+  Forked = BALLOT_ERROR_FORKED,            // the object was made before fork()
+  Interrupted = BALLOT_ERROR_INTERRUPTED,  // the progress function asked to stop
+};
+
+/// The only exception that Ballot throws.
+class Error : public std::runtime_error {
+ public:
+  Error(Code code, const std::string& text) : std::runtime_error(text), code_(code) {}
+  Code code() const { return code_; }
+
+ private:
+  Code code_;
+};
+
+/// Throws Error unless `status` is BALLOT_OK.
+inline void check(BallotStatus status) {
+  if (status != BALLOT_OK) throw Error(Code(status), ballot_last_error());
+}
+
+/// Returns the version of the library that is loaded, such as "1.0.0".
+inline std::string version() { return ballot_version(); }
+
+/// A ray, 32 bytes: float origin[3], t_min, dir[3], t_max. Hits are sought at origin + t * dir, t in [t_min, t_max]. An
+/// infinite t_max is no bound. A ray is dead, and reported as a miss, if t_max <= t_min, if a component is NaN or
+/// infinite, or if dir is zero or denormal.
+using Ray = BallotRay;
+
+/// A hit, 16 bytes: float t, uint32 prim, float u, v. On a miss prim is kMiss, t the ray's t_max (0 for a dead ray),
+/// and u = v = 0. u and v weigh vertices 1 and 2 of the triangle. prim numbers the triangles of the scene through its
+/// meshes.
+using Hit = BallotHit;
+inline constexpr std::uint32_t kMiss = BALLOT_MISS;
+
+/// A device, as devices() lists it.
+struct DeviceInfo {
+  std::string name, driver;
+  std::string refusal;  // why Ballot cannot use it; empty: it can
+  bool is_cpu = false;
+  std::uint32_t subgroup_size = 0;
+  bool exports = false;  // its arrays can be shared with CUDA and others
+};
+
+/// A triangle mesh in the caller's memory, read before the scene's constructor returns.
+struct Mesh {
+  std::span<const float> positions;               // x y z of each vertex; finite, at most 1e12
+  std::span<const std::uint32_t> indices = {};    // three for each triangle
+  std::span<const std::uint16_t> indices16 = {};  // the same as 16 bits; without either: vertices 0 1 2, 3 4 5, ...
+  std::uint32_t id = 0;                           // any number; Results::mesh_ids reports it
+  std::span<const float> normals = {};            // unit normal of each vertex, for pictures; empty: flat
+  std::size_t stride = 0;                         // bytes from one vertex to the next; 0: 12
+};
+
+struct SceneOptions {
+  std::uint32_t max_leaf = 6;  // most triangles of a leaf, 1 to 6
+  float split_budget = 0.5f;   // share of references that spatial splits may add, 0 to 16
+  bool cache = false;          // keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
+};
+
+/// How to find hits.
+struct Query {
+  bool any = false;                    // some hit, for visibility and shadows; false: the nearest
+  std::string method = "auto";         // `ballot methods` lists them
+  std::string numeric = "watertight";  // "watertight", "exact", "plain", "fast"
+  std::map<std::string, std::string> knobs = {};
+  std::string ray_class = {};  // a name for rays that are alike, for method auto; empty: it looks at them
+  /// Called now and then with the share done. Returning false ends the call with Error(Interrupted); the outputs are
+  /// then unspecified. Must not throw.
+  std::function<bool(double done)> progress = {};
+};
+
+/// Where results go: arrays of one entry for each ray. Null pointers are not written. On a miss t is infinity, numbers
+/// are kMiss, and the others are 0.
+struct Results {
+  Hit* hits = nullptr;
+  float* t = nullptr;
+  std::uint32_t* prims = nullptr;     // number of the triangle within its mesh
+  std::uint32_t* mesh_ids = nullptr;  // Mesh::id
+  float* uvs = nullptr;               // two floats
+  float* normals = nullptr;           // three floats: unit normal, by the right-hand rule over the vertices
+  std::uint8_t* occluded = nullptr;   // 1: hit
+};
+
+struct Times {
+  double seconds = 0;      // wall time of the call
+  double device_ms = 0;    // of the traversal on the device
+  std::uint64_t hits = 0;  // rays that hit
+};
+
+struct SceneInfo {
+  std::uint64_t triangles = 0, degenerate = 0, meshes = 0, views = 0;  // degenerate: triangles without area
+  float lo[3] = {}, hi[3] = {};                                        // the bounds; zero if the scene is empty
+  std::uint64_t nodes = 0, leaves = 0, depth = 0;
+  double sah = 0, build_seconds = 0;
+};
+
+/// A camera, as in glTF: it looks along -z of its frame, with +y up.
+struct View {
+  std::string name = {};  // a view of the scene; empty: the members below, or the scene's first view if eye is target
+  double eye[3] = {0, 0, 0}, target[3] = {0, 0, 0}, up[3] = {0, 1, 0};
+  double yfov = 0;  // full vertical angle; 0: pi / 3
+  double ymag = 0;  // above 0: orthographic, half the height of the view
+};
+
+struct Picture {
+  std::uint32_t width = 512, height = 512;  // pixels, 1 to 16384
+  std::uint32_t samples = 1;                // of each pixel, 1 to 65536
+  std::string shading = "eyelight";         // or "normals", "ao", "whitted", "path"
+  std::string sky = {};                     // "none", "gradient", "r,g,b"; empty: the scene's own
+  std::int32_t bounces = 0;                 // last path depth, 1 to 64; 0: the shading's own
+  std::uint32_t seed = 0;
+};
+
+}  // namespace v1
+}  // namespace ballot

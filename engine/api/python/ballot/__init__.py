@@ -1,0 +1,61 @@
+"""Ballot: fast, correct ray queries by Vulkan compute, on GPUs without ray tracing hardware and on CPUs.
+
+    import ballot
+    scene = ballot.Scene(vertices, triangles)     # (n, 3) float32, (m, 3) uint32
+    hits = scene.trace(rays)                      # (..., 6) or (..., 8) float32 -> ballot.HIT: t, prim, u, v
+    blocked = scene.occluded(rays)                # -> bool
+    image = ballot.render(scene, width=640, height=480)
+
+Devices   Device opens one; without it, everything shares default_device(): the best GPU, else a CPU device.
+Scenes    Scene, load_scene; Scene.update moves vertices; Job is a trace in the background.
+Open3D    RaycastingScene has the names, shapes, dtypes and miss values of Open3D's class.
+trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
+On GPUs   Array holds rays and hits on the device, which CUDA's libraries fill and read without a copy.
+Pictures  render; bench measures methods.
+
+Units     Lengths are in scene units, angles in radians. t counts multiples of a ray's direction.
+Errors    ValueError and TypeError for wrong arguments; Error, a RuntimeError with a code, for the device, files and
+          objects that were closed or made before fork(). A failed call writes nothing, unless it was interrupted.
+Threads   Everything may be called from any thread. Calls on one device run one after another, and let other threads of
+          Python run meanwhile.
+"""
+
+from . import trimesh_ray
+from ._array import Array
+from ._arrays import HIT, MISS, RAY
+from ._ballot import commit, version
+from ._bench import bench
+from ._device import Device, DeviceInfo, default_device, devices
+from ._errors import Code, Error
+from ._job import Job
+from ._picture import render
+from ._query import Times
+from ._raycasting import RaycastingScene
+from ._scene import MeshInfo, Scene, SceneInfo, load_scene
+
+__version__ = version()
+
+__all__ = [
+    "HIT",
+    "MISS",
+    "RAY",
+    "Array",
+    "Code",
+    "Device",
+    "DeviceInfo",
+    "Error",
+    "Job",
+    "MeshInfo",
+    "RaycastingScene",
+    "Scene",
+    "SceneInfo",
+    "Times",
+    "bench",
+    "commit",
+    "default_device",
+    "devices",
+    "load_scene",
+    "render",
+    "trimesh_ray",
+    "version",
+]

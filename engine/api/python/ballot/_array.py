@@ -1,0 +1,152 @@
+"""Arrays of rays and hits that stay on the device."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _arrays, _ballot, _query
+from ._arrays import HIT
+from ._device import Device, device_or_default
+
+_CPU, _CUDA = 1, 2
+
+
+class Array:
+    """An array of rays or hits on a device, for Scene.trace_arrays().
+
+    record    "rays": rows of 8 float32, as Scene.trace() takes them; "hits": rows of 4, t, prim (its bits), u, v
+    count     number of records, 1 to 2^32 - 1
+    device    a Device; None: the default one
+    exported  True: other interfaces can use the memory; raises Error if the device cannot export. None: if it can.
+
+    On a GPU of NVIDIA an exported array has __cuda_array_interface__ and __dlpack__, so that CuPy, PyTorch, JAX and Warp
+    use it without a copy: float32 of shape (count, 8) or (count, 4). On a CPU device the memory is the host's, and
+    np.from_dlpack(array) and numpy() view it. Views keep the memory, so close() frees it once they are gone.
+
+    Synchronisation: calls of ballot wait for the device before they return. Before a call that uses the array, wait for
+    your own stream, such as torch.cuda.synchronize().
+
+    >>> rays = ballot.Array("rays", 2)
+    >>> rays.write([[0, 0, 5, 0, 0, 0, -1, 100], [9, 9, 5, 0, 0, 0, -1, 100]])
+    >>> rays.read().shape
+    (2, 8)
+    """
+
+    def __init__(self, record: str, count: int, device: Device | None = None, exported: bool | None = None):
+        if _query.text(record, "record") not in ("rays", "hits"):
+            raise ValueError(f"record is {record!r}; expected 'rays' or 'hits'")
+        on = device_or_default(device)
+        self._record = record
+        self._count = _query.whole(count, "count", 1, 2**32 - 1)
+        self._exported = on.info.exports if exported is None else bool(exported)
+        self._is_cpu = on.info.is_cpu
+        self._handle = _ballot.Array(on._handle, record == "rays", self._count, self._exported)
+
+    @property
+    def record(self) -> str:
+        return self._record
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return (self._count, 8 if self._record == "rays" else 4)
+
+    @property
+    def dtype(self) -> np.dtype:
+        return np.dtype(np.float32)
+
+    @property
+    def exported(self) -> bool:
+        return self._exported
+
+    def __len__(self) -> int:
+        return self._count
+
+    def write(self, records: Any, first: int = 0) -> None:
+        """Copies records from the host, to number `first` and on. Shapes and types as Scene.trace(), but of 8 numbers."""
+        if self._record == "rays":
+            array = _arrays.rays(records, name="records")
+            width = 8
+        else:
+            array = records.view(np.float32).reshape(-1, 4) if getattr(records, "dtype", None) == HIT else records
+            width = 4
+        rows = np.ascontiguousarray(_arrays.floats(array, "records", (width,)).reshape(-1, width))
+        self._handle.write(rows, _query.whole(first, "first", 0, 2**32))
+
+    def read(self, out: Any = None, first: int = 0, count: int | None = None) -> np.ndarray:
+        """Returns records [first, first + count) as they are on the host: HIT of shape (count,), or rays (count, 8).
+
+        out  where they go, of that dtype and shape; count None: the rest, or as many as `out` has room for
+        """
+        begin = _query.whole(first, "first", 0, self._count)
+        if count is None:
+            count = len(out) if out is not None else self._count - begin
+        number = _query.whole(count, "count", 0, self._count - begin)
+        rays = self._record == "rays"
+        dtype, shape = (self.dtype, (number, 8)) if rays else (HIT, (number,))
+        array = _arrays.out_array(out, shape, dtype, np.empty(0, np.float32))
+        self._handle.read(_arrays.flat(array).reshape(number, -1) if number else np.empty((0, self.shape[1]), "f4"), begin)
+        return array
+
+    def numpy(self) -> np.ndarray:
+        """Returns the memory itself as float32 (count, 8) or (count, 4), on a device that shares the host's.
+
+        Raises Error on others; read() copies from those.
+        """
+        view = self._handle.host()
+        if view is None:
+            raise _error("numpy(): the array is in the GPU's own memory; read() copies it")
+        return view
+
+    def fd(self) -> tuple[int, int]:
+        """Returns a new file descriptor of the memory (VK_KHR_external_memory_fd, opaque), which the caller owns, and the
+        size of the allocation in bytes."""
+        return self._handle.fd()
+
+    @property
+    def cuda_address(self) -> int:
+        """The address in CUDA's primary context of the same GPU. Raises Error without CUDA or if it is not exported."""
+        return self._handle.cuda()[0]
+
+    @property
+    def __cuda_array_interface__(self) -> dict[str, Any]:
+        if self._is_cpu or not self._exported:
+            raise AttributeError("__cuda_array_interface__: the array is not exported, or not on a GPU")
+        return {
+            "shape": self.shape,
+            "typestr": "<f4",
+            "data": (self.cuda_address, False),
+            "version": 3,
+            "strides": None,
+            "stream": None,
+        }
+
+    def __dlpack_device__(self) -> tuple[int, int]:
+        return (_CPU, 0) if self._is_cpu else (_CUDA, self._handle.cuda()[1])
+
+    def __dlpack__(self, **arguments: Any) -> Any:
+        if self._is_cpu:
+            return self.numpy().__dlpack__(**{k: v for k, v in arguments.items() if v is not None})
+        arguments.pop("stream", None)  # nothing is pending on any stream
+        return self._handle.cuda_view().__dlpack__(**arguments)
+
+    @property
+    def closed(self) -> bool:
+        return self._handle.closed
+
+    def close(self) -> None:
+        """Lets go of the memory; it is freed once no view of it is left."""
+        self._handle.close()
+
+    def __enter__(self) -> Array:
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+
+def _error(text: str) -> Exception:
+    from ._errors import Error
+
+    return Error(text)

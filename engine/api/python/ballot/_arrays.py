@@ -1,0 +1,165 @@
+"""Arrays in and out: checks shape and dtype, and copies only where the library cannot read the memory as it is."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _ballot
+
+RAY = np.dtype([("origin", "<f4", 3), ("t_min", "<f4"), ("dir", "<f4", 3), ("t_max", "<f4")])
+HIT = np.dtype([("t", "<f4"), ("prim", "<u4"), ("u", "<f4"), ("v", "<f4")])
+MISS = 0xFFFFFFFF
+
+_FLOATS = (np.dtype(np.float32), np.dtype(np.float64))
+_DEVICES = {2: "CUDA", 3: "CUDA, pinned", 7: "Vulkan", 8: "Metal", 10: "ROCm", 13: "CUDA, managed", 14: "oneAPI"}
+
+
+def _check_on_host(given: Any, name: str) -> None:
+    device = int(given.__dlpack_device__()[0])
+    if device != 1:
+        raise TypeError(
+            f"{name}: the array is on a device of kind {device} ({_DEVICES.get(device, 'unknown')}); expected one in "
+            "the host's memory; for rays and hits on the GPU use ballot.Array and Scene.trace_arrays()"
+        )
+
+
+def as_numpy(given: Any, name: str) -> np.ndarray:
+    """Returns an array of NumPy over the memory of `given` where it has one (NumPy, DLPack, the array protocol, tensors
+    with a method numpy()), else a new one (sequences of numbers)."""
+    if isinstance(given, np.ndarray):
+        return given
+    if hasattr(given, "__dlpack__") and hasattr(given, "__dlpack_device__"):
+        _check_on_host(given, name)
+        try:
+            return _ballot.view(given)
+        except (TypeError, BufferError, RuntimeError):
+            pass  # such as a tensor of Open3D, which has a version of its own
+    if callable(getattr(given, "numpy", None)):
+        return np.asarray(given.numpy())
+    try:
+        array = np.asarray(given)
+    except ValueError as error:
+        raise ValueError(f"{name}: not an array of numbers: {error}") from None
+    if array.dtype == object or array.dtype.kind not in "fiub":
+        raise TypeError(f"{name}: found {type(given).__name__}; expected an array of float32")
+    if isinstance(given, (list, tuple)) and array.dtype.kind == "i":
+        array = array.astype(np.float64)  # numbers that somebody typed
+    return array
+
+
+def floats(given: Any, name: str, widths: tuple[int, ...]) -> np.ndarray:
+    """Returns an array of float32 whose last axis is one of `widths` long. Copies float64 alone."""
+    array = as_numpy(given, name)
+    if array.dtype.newbyteorder("=") not in _FLOATS:
+        raise TypeError(f"{name}: dtype is {array.dtype}; expected float32 (float64 is converted)")
+    if array.ndim == 0 or array.shape[-1] not in widths:
+        expected = " or ".join(f"(..., {w})" for w in widths)
+        raise ValueError(f"{name}: shape is {array.shape}; expected {expected}")
+    return array.astype(np.float32, copy=False)
+
+
+def rows(array: np.ndarray) -> np.ndarray:
+    """Returns an array of float32 as rows that the library can read: two axes, the numbers of a row side by side, rows in
+    ascending order. Copies if the strides do not allow it."""
+    width = array.shape[-1]
+    flat = array.reshape(-1, width)
+    step, item = flat.strides
+    if (item == 4 or width == 1) and (step >= 4 * width or len(flat) < 2) and step % 4 == 0 and flat.flags.aligned:
+        return flat
+    return np.ascontiguousarray(flat)
+
+
+def rays(given: Any, t: Any = None, name: str = "rays") -> np.ndarray:
+    """Returns rays as float32 of shape (..., 8) or (..., 6). `t` is the range (t_min, t_max) of rays of six numbers."""
+    if isinstance(given, (np.ndarray, np.void)) and given.dtype == RAY:
+        given = np.asarray(given)[..., np.newaxis].view(np.float32)
+    array = floats(given, name, (8, 6))
+    if t is None:
+        return array
+    if array.shape[-1] == 8:
+        raise ValueError(f"{name}: shape is {array.shape}; t is for rays of 6 numbers: those of 8 have their own")
+    try:
+        t_min, t_max = t
+    except (TypeError, ValueError):
+        raise ValueError(f"t: found {t!r}; expected (t_min, t_max)") from None
+    full = np.empty((*array.shape[:-1], 8), np.float32)
+    full[..., 0:3] = array[..., 0:3]
+    full[..., 4:7] = array[..., 3:6]
+    try:
+        full[..., 3], full[..., 7] = t_min, t_max
+    except ValueError:
+        raise ValueError(
+            f"t: shapes {np.shape(t_min)} and {np.shape(t_max)}; expected numbers or arrays of the rays' {full.shape[:-1]}"
+        ) from None
+    return full
+
+
+def _writable(out: Any, name: str) -> np.ndarray:
+    if isinstance(out, np.ndarray):
+        array = out
+    else:
+        if hasattr(out, "__dlpack_device__"):
+            _check_on_host(out, name)
+        try:
+            array = _ballot.view_writable(out)
+        except (TypeError, BufferError):
+            raise TypeError(
+                f"{name}: found {type(out).__name__}; expected an array of NumPy or DLPack that can be written"
+            ) from None
+    if not array.flags.writeable:
+        raise ValueError(f"{name}: the array is read-only; expected one that can be written")
+    if not array.flags.c_contiguous or not array.flags.aligned:
+        raise ValueError(f"{name}: strides are {array.strides}; expected a contiguous array (C order)")
+    return array
+
+
+def out_array(out: Any, shape: tuple[int, ...], dtype: np.dtype, source: np.ndarray, name: str = "out") -> np.ndarray:
+    """Returns the array that results of this shape and dtype go to: a new one, or `out` once it has been checked."""
+    if out is None:
+        return np.empty(shape, dtype)
+    array = _writable(out, name)
+    if dtype == HIT and array.dtype == np.float32 and array.shape == (*shape, 4):
+        array = array.view(HIT).reshape(shape)
+    if dtype == np.bool_ and array.dtype == np.uint8:
+        array = array.view(np.bool_)
+    if array.dtype != dtype:
+        also = " or float32 of shape (..., 4)" if dtype == HIT else ""
+        raise TypeError(f"{name}: dtype is {array.dtype}; expected {_text(dtype)}{also}")
+    if array.shape != shape:
+        raise ValueError(f"{name}: shape is {array.shape}; expected {shape}, that of the rays")
+    if np.may_share_memory(array, source):
+        raise ValueError(f"{name}: it overlaps the rays; expected memory of its own")
+    return array
+
+
+def _text(dtype: np.dtype) -> str:
+    return "ballot.HIT" if dtype == HIT else str(dtype)
+
+
+def flat(array: np.ndarray) -> np.ndarray:
+    """Returns the numbers of a result array in one axis, in a type that the library writes."""
+    array = array.reshape(-1)
+    if array.dtype == HIT:
+        return array.view(np.float32)
+    return array.view(np.uint8) if array.dtype == np.bool_ else array
+
+
+def indices(given: Any, name: str) -> np.ndarray:
+    """Returns triangles as flat uint16 or uint32. Copies other types of integers, and arrays that are not contiguous."""
+    array = as_numpy(given, name)
+    if isinstance(given, (list, tuple)) and array.dtype == np.float64 and np.all(array == np.floor(array)):
+        array = array.astype(np.int64)
+    if array.dtype.kind not in "iu":
+        raise TypeError(f"{name}: dtype is {array.dtype}; expected uint32, uint16 or another type of integers")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name}: shape is {array.shape}; expected (m, 3)")
+    if array.shape[0] == 0:
+        raise ValueError(f"{name}: no triangles; leave empty meshes out")
+    if array.dtype not in (np.uint16, np.uint32) or not array.dtype.isnative:
+        low, high = int(array.min()), int(array.max())
+        if low < 0 or high > 0xFFFFFFFF:
+            raise ValueError(f"{name}: they hold the index {low if low < 0 else high}; expected 0 to 2^32 - 1")
+        array = array.astype(np.uint32)
+    return np.ascontiguousarray(array).reshape(-1)

@@ -1,0 +1,122 @@
+"""Devices: those that there are, those that are open, and the one that everything shares unless told otherwise."""
+
+from __future__ import annotations
+
+import os
+import threading
+from typing import NamedTuple
+
+from . import _ballot
+
+
+class DeviceInfo(NamedTuple):
+    """A Vulkan device of this machine."""
+
+    name: str
+    driver: str  # such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"
+    refusal: str  # why Ballot cannot use it; "" if it can
+    is_cpu: bool  # a CPU device, such as lavapipe
+    subgroup_size: int
+    exports: bool  # its arrays can be shared with CUDA and others
+
+
+def devices() -> list[DeviceInfo]:
+    """Returns the Vulkan devices of this machine, usable or not.
+
+    Raises Error (Code.DEVICE) if there is no Vulkan driver; the text names the line that installs one.
+    """
+    return [DeviceInfo(*device) for device in _ballot.devices()]
+
+
+class Device:
+    """A device that is open.
+
+    name      an index of devices(), part of a name, "gpu" or "cpu"; "": the best GPU, else a CPU device
+    validate  Vulkan validation with synchronization checks, for tests; slow
+
+    Raises Error (Code.DEVICE) if no device fits; the text says what each one lacks. Opening takes 10 to 500 ms, so open one
+    and share it. A device may be used from any thread; calls on one device, its scenes and its arrays run one after
+    another. A device does not survive fork(): use multiprocessing's method "spawn", or open it in the child.
+
+    >>> with ballot.Device() as device:
+    ...     scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], device=device)
+    ...     print(scene.info.triangles)
+    1
+    """
+
+    def __init__(self, name: str = "", validate: bool = False):
+        if not isinstance(name, str):
+            raise TypeError(f"name: found {type(name).__name__}; expected a string, such as '0', 'gpu' or part of a name")
+        self._handle = _ballot.Device(name, bool(validate))
+        self._key = (name, bool(validate))
+
+    @property
+    def info(self) -> DeviceInfo:
+        return DeviceInfo(*self._handle.info())
+
+    @property
+    def messages(self) -> int:
+        """The number of messages of the validation layers so far; 0 without `validate`."""
+        return self._handle.message_count()
+
+    @property
+    def closed(self) -> bool:
+        return self._handle.closed
+
+    def close(self) -> None:
+        """Closes the device. Scenes and arrays that are on it keep it open for themselves; this object is refused."""
+        self._handle.close()
+
+    def __enter__(self) -> Device:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        if self.closed:
+            return "<ballot.Device, closed>"
+        return f"<ballot.Device {self.info.name!r}>"
+
+    def __reduce__(self):
+        return opened, self._key
+
+
+_lock = threading.Lock()
+_default: Device | None = None
+_opened: dict[tuple[str, bool], Device] = {}  # by unpickling
+
+
+def _after_fork() -> None:
+    global _lock
+    _lock = threading.Lock()  # another thread of the parent may have held it
+    _ballot.after_fork()
+
+
+os.register_at_fork(after_in_child=_after_fork)
+
+
+def default_device() -> Device:
+    """Returns the device that is used where none is named: the best GPU, else a CPU device. It is opened on first use."""
+    global _default
+    with _lock:
+        if _default is None or _default.closed:
+            _default = Device()
+        return _default
+
+
+def opened(name: str, validate: bool) -> Device:
+    """Returns a device of this name, the same one for every call: what pickled scenes and devices become."""
+    with _lock:
+        device = _opened.get((name, validate))
+        if device is None or device.closed:
+            device = _opened[name, validate] = Device(name, validate)
+        return device
+
+
+def device_or_default(device: Device | None) -> Device:
+    if device is None:
+        return default_device()
+    if not isinstance(device, Device):
+        raise TypeError(f"device: found {type(device).__name__}; expected a ballot.Device or None")
+    return device

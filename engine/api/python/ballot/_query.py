@@ -1,0 +1,105 @@
+"""Checks of the arguments that say how to find hits, and of views."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from . import _ballot
+
+
+class Times(NamedTuple):
+    """What a call took."""
+
+    seconds: float  # wall time of the call inside the library
+    device_ms: float  # time of the traversal on the device
+    hits: int  # rays that hit; 0 for trace_arrays(), which does not count them
+
+
+def text(value: Any, name: str) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{name}: found {type(value).__name__}; expected a string")
+    return value
+
+
+def whole(value: Any, name: str, low: int, high: int) -> int:
+    """Returns an integer in [low, high]."""
+    try:
+        number = value.__index__()
+    except AttributeError:
+        raise TypeError(f"{name}: found {type(value).__name__}; expected an integer") from None
+    if not low <= number <= high:
+        raise ValueError(f"{name} is {number}; expected {low} to {high}")
+    return number
+
+
+def query(
+    any: bool = False,
+    method: str = "auto",
+    numeric: str = "watertight",
+    knobs: Mapping[str, Any] | None = None,
+    ray_class: str | None = None,
+) -> _ballot.Query:
+    if knobs is None:
+        pairs = []
+    elif isinstance(knobs, Mapping):
+        pairs = [(text(name, "knobs: a name"), _knob(value)) for name, value in knobs.items()]
+    else:
+        raise TypeError(f"knobs: found {type(knobs).__name__}; expected a dict such as {{'vote': 'count'}}")
+    return _ballot.Query(
+        bool(any), text(method, "method"), text(numeric, "numeric"), pairs, text(ray_class or "", "ray_class")
+    )
+
+
+def _knob(value: Any) -> str:
+    return str(int(value)) if isinstance(value, bool) else str(value)
+
+
+def progress_function(progress: Any) -> Any:
+    if progress is not None and not callable(progress):
+        raise TypeError(f"progress: found {type(progress).__name__}; expected a function of the share done, or None")
+    return progress
+
+
+def view(given: Any) -> tuple:
+    """Returns a view as the extension takes it: None is the scene's first, a string one of its names, a dict a camera."""
+    zero = (0.0, 0.0, 0.0)
+    if given is None:
+        return ("", zero, zero, (0.0, 1.0, 0.0), 0.0, 0.0)
+    if isinstance(given, str):
+        if not given:
+            raise ValueError("view: the name is empty; expected one of the scene's, or None for the first")
+        return (given, zero, zero, (0.0, 1.0, 0.0), 0.0, 0.0)
+    if not isinstance(given, Mapping):
+        raise TypeError(f"view: found {type(given).__name__}; expected None, a name, or a dict with eye and target")
+    unknown = set(given) - {"eye", "target", "up", "yfov", "ymag"}
+    if unknown:
+        raise ValueError(f"view: unknown key {sorted(map(str, unknown))[0]!r}; expected eye, target, up, yfov, ymag")
+    if "eye" not in given or "target" not in given:
+        raise ValueError(f"view: found the keys {sorted(given)}; expected at least eye and target")
+    eye, target = _vector(given["eye"], "view: eye"), _vector(given["target"], "view: target")
+    if eye == target:
+        raise ValueError(f"view: eye and target are both {eye}; expected two points")
+    up = _vector(given.get("up", (0, 1, 0)), "view: up")
+    return ("", eye, target, up, _number(given.get("yfov", 0), "view: yfov"), _number(given.get("ymag", 0), "view: ymag"))
+
+
+def _number(value: Any, name: str) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: found {value!r}; expected a number") from None
+    if not math.isfinite(number):
+        raise ValueError(f"{name} is {number}; expected a finite number")
+    return number
+
+
+def _vector(value: Any, name: str) -> tuple[float, float, float]:
+    try:
+        numbers = tuple(value)
+    except TypeError:
+        raise TypeError(f"{name}: found {value!r}; expected three numbers") from None
+    if len(numbers) != 3:
+        raise ValueError(f"{name}: found {len(numbers)} numbers; expected three")
+    return tuple(_number(n, name) for n in numbers)

@@ -1,0 +1,186 @@
+"""A class with the interface of Open3D's open3d.t.geometry.RaycastingScene."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+
+from . import _arrays, _mesh, _query
+from ._device import Device, device_or_default
+from ._query import Times
+from ._scene import Scene
+
+_RESULTS = {
+    "t_hit": "t",
+    "geometry_ids": "mesh_ids",
+    "primitive_ids": "prims",
+    "primitive_uvs": "uvs",
+    "primitive_normals": "normals",
+}
+
+
+class RaycastingScene:
+    """Ray queries with the names, argument shapes, dtypes and miss values of Open3D's class; results are NumPy's.
+
+    nthreads      accepted for Open3D's sake and not used: the device's driver takes what it needs
+    device        a ballot.Device; None: the default one
+    split_budget  as Scene; 0 builds the tree many times as fast as 0.5, which suits scenes of long thin triangles
+
+    Differences: t_hit, uvs and normals of a watertight query are not bit for bit Embree's, on an edge the neighbouring
+    triangle may be reported, and a ray in the plane of a triangle misses it. Arrays of NumPy, DLPack on the CPU and
+    Open3D's tensors are taken. The scene is built when it is first cast in, and again after add_triangles(). It may be used
+    from any thread, and pickled.
+
+    >>> scene = ballot.RaycastingScene()
+    >>> scene.add_triangles(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.uint32([[0, 1, 2]]))
+    0
+    >>> answer = scene.cast_rays(np.float32([[0.2, 0.2, 1, 0, 0, -1], [5, 5, 1, 0, 0, -1]]))
+    >>> answer["t_hit"].tolist(), answer["primitive_ids"].tolist()
+    ([1.0, inf], [0, 4294967295])
+    """
+
+    INVALID_ID = 4294967295
+
+    def __init__(self, nthreads: int = 0, device: Device | None = None, *, split_budget: float = 0.0):
+        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        self._device = device_or_default(device) if device is not None else None
+        self._split_budget = split_budget
+        self._meshes: list[tuple[np.ndarray, np.ndarray]] = []
+        self._scene: Scene | None = None
+        self._lock = threading.Lock()
+        self.times: Times | None = None  # of the last call, in whichever thread
+
+    def add_triangles(self, vertex_positions: Any, triangle_indices: Any = None) -> int:
+        """Adds a mesh and returns its geometry ID: 0 for the first, then 1, ...
+
+        vertex_positions  (n, 3) float32 or float64; or a mesh of Open3D or trimesh, without triangle_indices
+        triangle_indices  (m, 3) uint32 or other integers
+
+        Copies both. Raises ValueError if a coordinate is not finite, an index is out of range, or there are none.
+        """
+        vertices, triangles = vertex_positions, triangle_indices
+        if triangles is None:
+            vertices, triangles = _mesh.parts(vertex_positions, "vertex_positions")
+        v = np.array(_mesh.vectors(vertices, "vertex_positions"), np.float32, order="C")
+        t = np.array(_arrays.indices(triangles, "triangle_indices")).reshape(-1, 3)
+        if len(v) == 0 or not np.isfinite(v).all():
+            raise ValueError("vertex_positions: expected at least three, of finite numbers")
+        if int(t.max()) >= len(v):
+            raise ValueError(f"triangle_indices: they hold the index {int(t.max())}, but there are {len(v)} vertices")
+        with self._lock:
+            self._meshes.append((v, t))
+            self._scene = None
+            return len(self._meshes) - 1
+
+    def _built(self) -> Scene:
+        with self._lock:
+            if self._scene is None:
+                self._scene = Scene(meshes=self._meshes, device=self._device, split_budget=self._split_budget)
+            return self._scene
+
+    def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, np.ndarray]:
+        """Finds the first intersection of each ray.
+
+        rays  (..., 6) float32 (float64 is converted): origin and direction, which need not be of unit length
+
+        Returns a dict of
+            t_hit              (...) float32: in multiples of the direction; inf on a miss
+            geometry_ids       (...) uint32: INVALID_ID on a miss
+            primitive_ids      (...) uint32: the triangle within its mesh; INVALID_ID on a miss
+            primitive_uvs      (..., 2) float32: weights of vertices 1 and 2; 0 on a miss
+            primitive_normals  (..., 3) float32: unit normal by the right-hand rule; 0 on a miss
+        """
+        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        times: list[Times] = []
+        found = self._built().trace_columns(_rays(rays), tuple(_RESULTS.values()), times=times)
+        self.times = times[0]
+        return {name: found[column] for name, column in _RESULTS.items()}
+
+    def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = float("inf"), nthreads: int = 0) -> np.ndarray:
+        """Returns True for each ray that hits something at tnear <= t <= tfar: bool (...). Rays as cast_rays()."""
+        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        near, far = float(tnear), float(tfar)
+        bounds = None if near == 0 and far == float("inf") else (near, far)
+        times: list[Times] = []
+        found = self._built().occluded(_rays(rays), t=bounds, times=times)
+        self.times = times[0]
+        return found
+
+    @staticmethod
+    def create_rays_pinhole(*args: Any, **kwargs: Any) -> np.ndarray:
+        """Returns the rays of a pinhole camera: (height_px, width_px, 6) float32. Called as either
+
+        create_rays_pinhole(intrinsic_matrix, extrinsic_matrix, width_px, height_px)
+            (3, 3) upper triangular, and (4, 4) from world to camera, as in computer vision: x right, y down, z ahead
+        create_rays_pinhole(fov_deg, center, eye, up, width_px, height_px)
+            the horizontal field of view in degrees, the point looked at, the camera's position and the direction up;
+            the picture is turned by 180 degrees, as Open3D's is
+        """
+        names = ["fov_deg", "center", "eye", "up", "width_px", "height_px"]
+        if len(args) + len(kwargs) == 4:
+            names = ["intrinsic_matrix", "extrinsic_matrix", "width_px", "height_px"]
+        given = dict(zip(names, args))
+        if len(args) > len(names) or set(given) & set(kwargs) or {*given, *kwargs} != set(names):
+            raise TypeError(
+                "create_rays_pinhole: expected (intrinsic_matrix, extrinsic_matrix, width_px, height_px) or "
+                "(fov_deg, center, eye, up, width_px, height_px)"
+            )
+        given.update(kwargs)
+        width = _query.whole(given.pop("width_px"), "width_px", 1, 2**20)
+        height = _query.whole(given.pop("height_px"), "height_px", 1, 2**20)
+        if "eye" in given:
+            return _pinhole(*_matrices(width, height, **given), width, height)
+        intrinsic = _matrix(given["intrinsic_matrix"], (3, 3), "intrinsic_matrix")
+        return _pinhole(intrinsic, _matrix(given["extrinsic_matrix"], (4, 4), "extrinsic_matrix"), width, height)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"device": self._device, "split_budget": self._split_budget, "meshes": list(self._meshes)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(device=state["device"], split_budget=state["split_budget"])
+        self._meshes = state["meshes"]
+
+
+def _rays(given: Any) -> np.ndarray:
+    rays = _arrays.floats(given, "rays", (6,))
+    if rays.ndim < 2:
+        raise ValueError(f"rays: shape is {rays.shape}; expected (..., 6) with at least two axes")
+    return rays
+
+
+def _matrix(given: Any, shape: tuple[int, ...], name: str) -> np.ndarray:
+    matrix = np.asarray(_arrays.as_numpy(given, name), np.float64)
+    if matrix.shape != shape:
+        raise ValueError(f"{name}: shape is {matrix.shape}; expected {shape}")
+    return matrix
+
+
+def _matrices(width: int, height: int, fov_deg: Any, center: Any, eye: Any, up: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the intrinsic and the extrinsic matrix of a camera that looks from eye to center."""
+    at, target, above = (_matrix(v, (3,), n) for v, n in ((eye, "eye"), (center, "center"), (up, "up")))
+    focal = 0.5 * width / np.tan(0.5 * np.deg2rad(float(fov_deg)))
+    intrinsic = np.array([[focal, 0, 0.5 * width], [0, focal, 0.5 * height], [0, 0, 1]])
+    ahead = target - at
+    if not np.linalg.norm(ahead) > 0:
+        raise ValueError("create_rays_pinhole: eye and center are the same point")
+    ahead = ahead / np.linalg.norm(ahead)
+    right = np.cross(above, ahead)  # as Open3D has it: the picture is turned by 180 degrees
+    if not np.linalg.norm(right) > 1e-12 * np.linalg.norm(above):
+        raise ValueError("create_rays_pinhole: up is parallel to the direction of sight")
+    right /= np.linalg.norm(right)
+    extrinsic = np.eye(4)
+    extrinsic[:3, :3] = np.stack([right, np.cross(ahead, right), ahead])
+    extrinsic[:3, 3] = -extrinsic[:3, :3] @ at
+    return intrinsic, extrinsic
+
+
+def _pinhole(intrinsic: np.ndarray, extrinsic: np.ndarray, width: int, height: int) -> np.ndarray:
+    turn = extrinsic[:3, :3]
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    pixels = np.stack([x, y, np.ones_like(x)], axis=-1)
+    rays = np.empty((height, width, 6), np.float32)
+    rays[..., :3] = -turn.T @ extrinsic[:3, 3]
+    rays[..., 3:] = pixels @ np.linalg.inv(intrinsic).T @ turn
+    return rays

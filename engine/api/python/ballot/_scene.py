@@ -1,0 +1,374 @@
+"""Scenes: meshes on a device, and the rays that are traced in them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import _arrays, _ballot, _mesh, _query
+from ._array import Array
+from ._arrays import HIT
+from ._device import Device, device_or_default
+from ._job import Job
+from ._query import Times
+
+Progress = Callable[[float], Any]
+
+_COLUMNS = {  # name: (dtype, shape of one ray's entry)
+    "t": (np.float32, ()),
+    "prims": (np.uint32, ()),
+    "mesh_ids": (np.uint32, ()),
+    "uvs": (np.float32, (2,)),
+    "normals": (np.float32, (3,)),
+    "occluded": (np.bool_, ()),
+}
+
+
+class SceneInfo(NamedTuple):
+    """What a scene holds, and its tree."""
+
+    triangles: int
+    degenerate: int  # triangles without area; never hit
+    meshes: int
+    views: int
+    lo: tuple[float, float, float]  # the bounds; zero if the scene is empty
+    hi: tuple[float, float, float]
+    nodes: int
+    leaves: int
+    depth: int
+    sah: float  # expected cost of a random ray that meets the bounds
+    build_seconds: float  # of the last build of the tree
+
+
+class MeshInfo(NamedTuple):
+    """A mesh of a scene: its triangles have the numbers first to first + triangles - 1 in HIT's prim."""
+
+    id: int
+    first: int
+    triangles: int
+
+
+class Scene:
+    """A scene on a device, made of triangle meshes.
+
+    vertices      (n, 3) float32 or float64: x, y, z; finite, at most 1e12
+    triangles     (m, 3) integers: vertices of each triangle; None: vertices 0 1 2, 3 4 5, ...
+    meshes        instead of the two: a list of (vertices, triangles), or of meshes of trimesh or Open3D
+    device        a Device; None: the default one
+    ids           a number 0 to 2^32 - 1 for each mesh, which trace_columns() reports; None: 0, 1, 2, ...
+    normals       (n, 3) unit normal of each vertex, for pictures; with `meshes` a list of such arrays or None
+    max_leaf      most triangles of a leaf of the tree, 1 to 6
+    split_budget  share of references that spatial splits may add, 0 to 16
+    cache         keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
+
+    Triangles are numbered through the meshes in their order. Those without area keep their number and are never hit.
+    The scene copies what it needs; contiguous float32 and uint32 arrays are read in place. Raises ValueError, which names
+    mesh and vertex or index, if a number is not finite, an index is out of range, a mesh is empty, or there are more than
+    2^31 - 1 triangles.
+
+    A scene may be used from any thread, and can be pickled: geometry, settings and the name of its device go along.
+
+    >>> scene = ballot.Scene([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> hits = scene.trace([[0, 0, 5, 0, 0, -1], [9, 9, 5, 0, 0, -1]])
+    >>> hits["t"].tolist()[0], hits["prim"].tolist()
+    (5.0, [0, 4294967295])
+    """
+
+    def __init__(
+        self,
+        vertices: Any = None,
+        triangles: Any = None,
+        *,
+        meshes: Iterable[Any] | None = None,
+        device: Device | None = None,
+        ids: Sequence[int] | int | None = None,
+        normals: Any = None,
+        max_leaf: int = 6,
+        split_budget: float = 0.5,
+        cache: bool = False,
+    ):
+        given = _pairs(vertices, triangles, meshes)
+        numbers, directions = _one_each(ids, normals, len(given), meshes is None)
+        made = [
+            _mesh.make(v, t, i, n, f"mesh {k}" if meshes is not None else "mesh")
+            for k, ((v, t), i, n) in enumerate(zip(given, numbers, directions))
+        ]
+        self._options = _options(max_leaf, split_budget, cache)
+        self._path: str | None = None
+        self._device = device
+        self._handle = _ballot.Scene(device_or_default(device)._handle, [tuple(m) for m in made], *self._options)
+        self._meshes = [_mesh.kept(m, t, n) for m, (_, t), n in zip(made, given, directions)]
+
+    @property
+    def info(self) -> SceneInfo:
+        return SceneInfo(*self._handle.info())
+
+    @property
+    def meshes(self) -> list[MeshInfo]:
+        return [MeshInfo(*self._handle.mesh(i)) for i in range(self.info.meshes)]
+
+    def triangles(self) -> np.ndarray:
+        """Returns the corners of the triangles: (m, 3, 3) float32."""
+        return self._handle.triangles()
+
+    def update(self, mesh: int, vertices: Any) -> None:
+        """Moves the vertices of a mesh.
+
+        mesh      its index, in the order that the scene was made with
+        vertices  (n, 3) float32 or float64, as many as before
+
+        Later traces find the moved triangles. Raises ValueError if the number differs or a coordinate is not finite; the
+        scene is then as it was.
+        """
+        number = _query.whole(mesh, "mesh", 0, 2**31)
+        self._handle.update(number, _mesh.vectors(vertices, "vertices"))
+
+    def trace(
+        self,
+        rays: Any,
+        *,
+        t: Any = None,
+        out: Any = None,
+        any: bool = False,
+        method: str = "auto",
+        numeric: str = "watertight",
+        knobs: Mapping[str, Any] | None = None,
+        ray_class: str | None = None,
+        progress: Progress | None = None,
+        times: list[Times] | None = None,
+    ) -> np.ndarray:
+        """Traces rays and returns their hits.
+
+        rays       (..., 8) float32: origin x y z, t_min, direction x y z, t_max; or (..., 6): origin, direction, with t
+                   from 0 without a bound; or an array of dtype RAY. NumPy, DLPack on the CPU, or nested lists. float32
+                   whose last axis is contiguous is read in place. Neighbours share a subgroup: order rays for coherence.
+        t          (t_min, t_max) for rays of 6 numbers: numbers, or arrays of the rays' shape
+        out        where hits go: an array of dtype HIT and the rays' shape, or float32 of shape (..., 4)
+        any        True: some hit, for visibility; False: the nearest
+        method     a traversal method, such as "packet" (`ballot methods` and the README list them); "auto" takes the
+                   fastest one
+        numeric    "watertight", "exact", "plain" or "fast"
+        knobs      settings of the method, such as {"vote": "count"}
+        ray_class  a name for rays that are alike, for method auto
+        progress   called with the share done, 0 to 1, after about each million rays; returning False ends the call with
+                   Error (Code.INTERRUPTED). It must not call ballot.
+        times      a list that the Times of the call are appended to
+
+        Returns HIT of shape (...): t, prim, u, v. t counts multiples of the direction, which need not be of unit length.
+        On a miss prim is MISS, t the ray's t_max (the largest float32 if it has no bound), u = v = 0. A ray is dead, and
+        misses, if t_max <= t_min, if a number is NaN or infinite (but t_max), or if its direction is zero.
+
+        Other threads run meanwhile. Ctrl-C ends the call within about a million rays; `out` is then half-written. Raises
+        TypeError and ValueError for wrong arguments, before anything is written.
+        """
+        source = _arrays.rays(rays, t)
+        asked = _query.query(any, method, numeric, knobs, ray_class)
+        hits = _arrays.out_array(out, source.shape[:-1], HIT, source)
+        results = _ballot.Results(hits=_arrays.flat(hits))
+        spent = self._handle.trace(_arrays.rows(source), results, asked, _query.progress_function(progress))
+        if times is not None:
+            times.append(Times(*spent))
+        return hits
+
+    def trace_columns(
+        self,
+        rays: Any,
+        columns: Sequence[str] = ("t", "prims", "mesh_ids", "uvs", "normals"),
+        *,
+        t: Any = None,
+        out: Mapping[str, Any] | None = None,
+        any: bool = False,
+        method: str = "auto",
+        numeric: str = "watertight",
+        knobs: Mapping[str, Any] | None = None,
+        ray_class: str | None = None,
+        progress: Progress | None = None,
+        times: list[Times] | None = None,
+    ) -> dict[str, np.ndarray]:
+        """Traces rays and returns an array for each column that is asked for. Arguments as trace(), and
+
+        columns  "t"         (...) float32: distance; on a miss infinity
+                 "prims"     (...) uint32: number of the triangle within its mesh; on a miss MISS
+                 "mesh_ids"  (...) uint32: id of the mesh; on a miss MISS
+                 "uvs"       (..., 2) float32: weights of the vertices 1 and 2; on a miss 0
+                 "normals"   (..., 3) float32: unit normal, by the right-hand rule over the vertices; on a miss 0
+                 "occluded"  (...) bool: True for a hit
+        out      arrays for some of the columns, by name
+        """
+        source = _arrays.rays(rays, t)
+        asked = _query.query(any, method, numeric, knobs, ray_class)
+        given = dict(out or {})
+        arrays = {}
+        for name in columns:
+            if name not in _COLUMNS:
+                raise ValueError(f"columns: found {name!r}; expected some of {', '.join(_COLUMNS)}")
+            dtype, entry = _COLUMNS[name]
+            shape = (*source.shape[:-1], *entry)
+            arrays[name] = _arrays.out_array(given.pop(name, None), shape, np.dtype(dtype), source, f"out[{name!r}]")
+        if given:
+            raise ValueError(f"out: it has {next(iter(given))!r}, which is not among the columns")
+        results = _ballot.Results(**{name: _arrays.flat(array) for name, array in arrays.items()})
+        spent = self._handle.trace(_arrays.rows(source), results, asked, _query.progress_function(progress))
+        if times is not None:
+            times.append(Times(*spent))
+        return arrays
+
+    def occluded(self, rays: Any, *, t: Any = None, out: Any = None, **query: Any) -> np.ndarray:
+        """Returns True for each ray that hits something between its t_min and t_max: bool of shape (...).
+
+        Arguments as trace(); `out` is bool or uint8. A query for some hit is often several times as fast as one for the
+        nearest.
+        """
+        query.setdefault("any", True)
+        given = None if out is None else {"occluded": out}
+        return self.trace_columns(rays, ("occluded",), t=t, out=given, **query)["occluded"]
+
+    def submit(
+        self,
+        rays: Any,
+        *,
+        t: Any = None,
+        out: Any = None,
+        any: bool = False,
+        method: str = "auto",
+        numeric: str = "watertight",
+        knobs: Mapping[str, Any] | None = None,
+        ray_class: str | None = None,
+    ) -> Job:
+        """Begins a trace in the background. Arguments as trace(). Jobs of a device run in the order of their submission.
+
+        `rays` and `out` must not change until the job has ended. Wrong names of methods and knobs raise ValueError in
+        Job.wait().
+        """
+        source = _arrays.rays(rays, t)
+        asked = _query.query(any, method, numeric, knobs, ray_class)
+        hits = _arrays.out_array(out, source.shape[:-1], HIT, source)
+        rows, numbers = _arrays.rows(source), _arrays.flat(hits)
+        job = self._handle.submit(rows, _ballot.Results(hits=numbers), asked, (rows, numbers))
+        return Job(job, hits)
+
+    def trace_arrays(
+        self,
+        rays: Array,
+        hits: Array,
+        count: int | None = None,
+        *,
+        any: bool = False,
+        method: str = "auto",
+        numeric: str = "watertight",
+        knobs: Mapping[str, Any] | None = None,
+        ray_class: str | None = None,
+    ) -> Times:
+        """Traces the first `count` rays (None: all) of an array on the device and writes their hits to another.
+
+        Returns Times once the hits are written; they are not counted. If another interface, such as CUDA, filled the
+        rays, wait for its stream first. Raises ValueError if an array is of another device, of the wrong kind or too small.
+        """
+        for array, name in ((rays, "rays"), (hits, "hits")):
+            if not isinstance(array, Array):
+                raise TypeError(f"{name}: found {type(array).__name__}; expected a ballot.Array")
+        number = len(rays) if count is None else _query.whole(count, "count", 0, 2**32 - 1)
+        asked = _query.query(any, method, numeric, knobs, ray_class)
+        return Times(*self._handle.trace_arrays(rays._handle, hits._handle, number, asked))
+
+    def make_rays(self, view: Any = None, kind: str = "primary", width: int = 512, height: int = 512) -> np.ndarray:
+        """Returns the rays of a kind for a view: (n, 8) float32, in the order that suits the device (tiles of pixels).
+
+        view   None: the scene's first; a name; or a dict of eye and target, (3,), and perhaps up, yfov (full vertical
+               angle in radians) and ymag (orthographic: half the height)
+        kind   "primary", "shadow", "ao", ...: `ballot methods` lists them; each is made from primary hits
+        """
+        w, h = _query.whole(width, "width", 1, 16384), _query.whole(height, "height", 1, 16384)
+        return self._handle.make_rays(_query.view(view), _query.text(kind, "kind"), w, h)
+
+    @property
+    def closed(self) -> bool:
+        return self._handle.closed
+
+    def close(self) -> None:
+        """Frees the scene. Calls in other threads end first."""
+        self._handle.close()
+
+    def __enter__(self) -> Scene:
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return "<ballot.Scene, closed>" if self.closed else f"<ballot.Scene of {self.info.triangles} triangles>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = {"device": self._device, "options": self._options, "path": self._path}
+        if self._path is None:
+            corners, parts = self.triangles(), self.meshes
+            state["meshes"] = [
+                tuple(_mesh.restored(m, corners[i.first : i.first + i.triangles])) for m, i in zip(self._meshes, parts)
+            ]
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self._device, self._options, self._path = state["device"], state["options"], state["path"]
+        source = self._path if self._path is not None else state["meshes"]
+        self._handle = _ballot.Scene(device_or_default(self._device)._handle, source, *self._options)
+        self._meshes = [_mesh.kept(_mesh.Mesh(*m), None, None) for m in state.get("meshes", ())]
+
+
+def load_scene(
+    path: str | os.PathLike[str],
+    device: Device | None = None,
+    *,
+    max_leaf: int = 6,
+    split_budget: float = 0.5,
+    cache: bool = True,
+) -> Scene:
+    """Loads a glTF 2.0 (.gltf, .glb) or OBJ file: one mesh of id 0, with the file's cameras and materials.
+
+    Arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene stores the
+    path alone.
+    """
+    scene = Scene.__new__(Scene)
+    name = os.path.abspath(os.fsdecode(path))
+    options = _options(max_leaf, split_budget, cache)
+    scene.__setstate__({"device": device, "options": options, "path": name})
+    return scene
+
+
+def _options(max_leaf: int, split_budget: float, cache: bool) -> tuple[int, float, bool]:
+    try:
+        budget = float(split_budget)
+    except (TypeError, ValueError):
+        raise TypeError(f"split_budget: found {split_budget!r}; expected a number") from None
+    if not 0 <= budget <= 16:
+        raise ValueError(f"split_budget is {budget}; expected 0 to 16")
+    return _query.whole(max_leaf, "max_leaf", 1, 6), budget, bool(cache)
+
+
+def _pairs(vertices: Any, triangles: Any, meshes: Any) -> list[tuple[Any, Any]]:
+    if meshes is None:
+        if vertices is None:
+            raise TypeError("Scene: found neither vertices nor meshes; expected one of them")
+        if triangles is None and not isinstance(vertices, (tuple, list, np.ndarray)):
+            try:
+                return [_mesh.parts(vertices, "mesh")]
+            except TypeError:
+                pass  # an array of another library
+        return [(vertices, triangles)]
+    if vertices is not None or triangles is not None:
+        raise TypeError("Scene: found both vertices and meshes; expected one of them")
+    return [_mesh.parts(mesh, f"mesh {k}") for k, mesh in enumerate(meshes)]
+
+
+def _one_each(ids: Any, normals: Any, count: int, single: bool) -> tuple[list[Any], list[Any]]:
+    if ids is None:
+        numbers = list(range(count))
+    else:
+        numbers = [ids] if single and hasattr(ids, "__index__") else list(ids)
+    directions = [None] * count if normals is None else [normals] if single else list(normals)
+    for found, name in ((numbers, "ids"), (directions, "normals")):
+        if len(found) != count:
+            raise ValueError(f"{name}: found {len(found)}; expected {count}, one for each mesh")
+    return numbers, directions

@@ -1,0 +1,5 @@
+"""Small programs with ballot, to read and to start from: lidar, ambient_occlusion, line_of_sight. Each runs by itself,
+
+    python -m ballot.examples.lidar
+
+and its docstrings are tested."""

@@ -1,0 +1,108 @@
+// Arrays of rays and hits on a device, in Python.
+#include "query.h"
+
+namespace ballot::python {
+
+namespace {
+
+using Rows = nb::ndarray<float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using ConstRows = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+void make_array(ArrayObject* self, const DeviceObject& device, bool rays, std::uint64_t count, bool exported) {
+  auto buffer = without_gil(device.use(), [&](const Device& d) {
+    auto options = BALLOT_INIT(BallotBufferOptions);
+    options.exported = exported;
+    BallotBuffer* made = nullptr;
+    check(ballot_buffer_create(d.handle(), rays ? BALLOT_RECORD_RAY : BALLOT_RECORD_HIT, count, &options, &made));
+    return std::make_shared<Buffer>(made);
+  });
+  new (self) ArrayObject(std::move(buffer), count, rays);
+}
+
+template <class Array>
+void check_width(const ArrayObject& self, const Array& array) {
+  if (array.shape(1) != self.width())
+    throw Error(Code::Argument, "rows of " + std::to_string(array.shape(1)) + " numbers; the array has rows of " +
+                                    std::to_string(self.width()));
+}
+
+void write(const ArrayObject& self, const ConstRows& records, std::uint64_t first) {
+  check_width(self, records);
+  without_gil(self.use(),
+              [&](const Buffer& b) { check(ballot_buffer_write(b.get(), first, records.data(), records.shape(0))); });
+}
+
+void read(const ArrayObject& self, const Rows& records, std::uint64_t first) {
+  check_width(self, records);
+  without_gil(self.use(),
+              [&](const Buffer& b) { check(ballot_buffer_read(b.get(), first, records.data(), records.shape(0))); });
+}
+
+/// Returns a capsule that keeps the memory of an array for those who view it.
+nb::capsule keeper(const ArrayObject& self) {
+  return nb::capsule(new std::shared_ptr<Buffer>(self.use()), [](void* p) noexcept {
+    auto* buffer = static_cast<std::shared_ptr<Buffer>*>(p);
+    let_go(std::move(*buffer));
+    delete buffer;
+  });
+}
+
+/// Returns the array's memory as an array of NumPy, or None if the host does not have it.
+nb::object host(const ArrayObject& self) {
+  void* data = without_gil(self.use(), [](const Buffer& b) { return ballot_buffer_host(b.get()); });
+  if (!data) return nb::none();
+  return nb::cast(
+      nb::ndarray<nb::numpy, float>(data, {std::size_t(self.count), std::size_t(self.width())}, keeper(self)));
+}
+
+std::tuple<std::uint64_t, int> cuda(const ArrayObject& self) {
+  std::uint64_t address = 0;
+  int device = 0;
+  without_gil(self.use(), [&](const Buffer& b) { check(ballot_buffer_cuda(b.get(), &address, &device)); });
+  return {address, device};
+}
+
+/// Returns an object with __dlpack__ over the memory, on CUDA's device.
+nb::object cuda_view(const ArrayObject& self) {
+  const auto [address, device] = cuda(self);
+  return nb::cast(nb::ndarray<nb::array_api, float, nb::device::cuda>(
+      reinterpret_cast<void*>(address), {std::size_t(self.count), std::size_t(self.width())}, keeper(self), {},
+      nb::dtype<float>(), nb::device::cuda::value, device));
+}
+
+std::tuple<int, std::uint64_t> fd(const ArrayObject& self) {
+  int number = -1;
+  std::uint64_t bytes = 0;
+  without_gil(self.use(), [&](const Buffer& b) { check(ballot_buffer_fd(b.get(), &number, &bytes)); });
+  return {number, bytes};
+}
+
+TimesTuple trace_arrays(const SceneObject& self, const ArrayObject& rays, const ArrayObject& hits, std::uint64_t count,
+                        const QueryObject& asked) {
+  const auto to = hits.use();
+  const auto from = rays.use();
+  const detail::QueryArgument argument(asked.query);
+  auto times = BALLOT_INIT(BallotTimes);
+  without_gil(self.use(), [&](const Scene& s) {
+    check(ballot_trace_buffers(s.handle(), from->get(), to->get(), count, argument.c(), &times));
+  });
+  return tuple_of(detail::times_of(times));
+}
+
+}  // namespace
+
+void bind_arrays(nb::module_& m, nb::class_<SceneObject>& scene) {
+  nb::class_<ArrayObject>(m, "Array")
+      .def("__init__", &make_array)
+      .def("close", &ArrayObject::close)
+      .def_prop_ro("closed", &ArrayObject::closed)
+      .def("write", &write, nb::arg("records").noconvert(), nb::arg("first"))
+      .def("read", &read, nb::arg("records").noconvert(), nb::arg("first"))
+      .def("host", &host)
+      .def("cuda", &cuda)
+      .def("cuda_view", &cuda_view)
+      .def("fd", &fd);
+  scene.def("trace_arrays", &trace_arrays);
+}
+
+}  // namespace ballot::python

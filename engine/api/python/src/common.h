@@ -1,0 +1,152 @@
+// What the parts of the extension share: objects of the library in Python's hands, the GIL, and Ctrl-C.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <ballot/ballot.h>
+
+#include <exception>
+#include <memory>
+#include <string>
+#include <tuple>
+
+namespace ballot::python {
+
+namespace nb = nanobind;
+
+/// The times of a call as Python gets them: wall seconds, device milliseconds, rays that hit.
+using TimesTuple = std::tuple<double, double, std::uint64_t>;
+inline TimesTuple tuple_of(const Times& t) { return {t.seconds, t.device_ms, t.hits}; }
+
+/// Returns true while the calling thread runs Python code inside a call of the library, which then holds the device.
+bool inside_call();
+/// Lets go of an object, and then of what it works on: now, or if inside_call() once the call has ended.
+void let_go(std::shared_ptr<void> object, nb::object works_on = {});
+/// Lets go of what was kept until the end of a call.
+void let_go_late();
+/// Throws Error unless the library may be called: a call from a progress function would wait for itself.
+void check_may_call();
+
+/// Releases the GIL for a scope in which the library is called. Once the interpreter ends, threads other than its last
+/// stop here: the driver is about to go, and Python's daemon threads cannot take the GIL again.
+class Unlocked {
+ public:
+  Unlocked();
+  ~Unlocked();
+  Unlocked(const Unlocked&) = delete;
+  Unlocked& operator=(const Unlocked&) = delete;
+
+ private:
+  PyThreadState* state_;
+};
+
+/// Runs call(object) without the GIL. Every call that may wait for a device has to: the thread that has the device may
+/// want the GIL. The last reference to the object is let go of without the GIL too.
+template <class T, class Call>
+auto without_gil(std::shared_ptr<T> object, const Call& call) {
+  check_may_call();
+  const Unlocked unlocked;
+  const std::shared_ptr<T> kept = std::move(object);
+  return call(*kept);
+}
+
+/// An object of the library that Python owns and can close.
+template <class T>
+class Kept {
+ public:
+  /// `what` names the object in error texts. `works_on` lives as long as the object.
+  Kept(const char* what, std::shared_ptr<T> object, nb::object works_on = {})
+      : what_(what), object_(std::move(object)), works_on_(std::move(works_on)) {}
+  Kept(Kept&&) noexcept = default;
+  Kept(const Kept&) = delete;
+  Kept& operator=(const Kept&) = delete;
+  ~Kept() { close(); }
+
+  void close() {
+    if (object_) let_go(std::exchange(object_, nullptr), std::move(works_on_));
+  }
+  bool closed() const { return !object_; }
+  /// Throws Error(Closed) if it is closed.
+  std::shared_ptr<T> use() const {
+    if (!object_) throw Error(Code::Closed, std::string(what_) + ": it was closed; make a new one");
+    return object_;
+  }
+
+ private:
+  const char* what_;
+  std::shared_ptr<T> object_;
+  nb::object works_on_;
+};
+
+/// Opens or makes an object of the library without the GIL.
+template <class Make>
+auto made(const Make& make) {
+  check_may_call();
+  const Unlocked unlocked;
+  return make();
+}
+
+/// The progress function of a call. It looks for signals, so that Ctrl-C ends the call, and calls the user's function.
+class Watch {
+ public:
+  explicit Watch(nb::object user) : user_(std::move(user)) {}
+  /// Returns false to end the call. Called without the GIL.
+  bool operator()(double done) noexcept;
+  /// Runs a call, and throws what Python code raised in it rather than the library's error.
+  template <class Call>
+  auto run(const Call& call) {
+    struct Late {
+      ~Late() { let_go_late(); }
+    } late;
+    try {
+      return call();
+    } catch (const Error&) {
+      if (raised_) std::rethrow_exception(raised_);
+      throw;
+    }
+  }
+
+ private:
+  nb::object user_;
+  std::exception_ptr raised_;
+};
+
+/// The Python classes of the library's objects.
+struct DeviceObject : Kept<Device> {
+  explicit DeviceObject(std::shared_ptr<Device> device) : Kept("device", std::move(device)) {}
+};
+struct SceneObject : Kept<Scene> {
+  explicit SceneObject(std::shared_ptr<Scene> scene) : Kept("scene", std::move(scene)) {}
+};
+using Buffer = detail::Handle<BallotBuffer, ballot_buffer_destroy>;
+struct ArrayObject : Kept<Buffer> {
+  ArrayObject(std::shared_ptr<Buffer> buffer, std::uint64_t records, bool of_rays)
+      : Kept("array", std::move(buffer)), count(records), rays(of_rays) {}
+  std::uint64_t width() const { return rays ? 8 : 4; }
+  std::uint64_t count;
+  bool rays;
+};
+
+/// Registers a part of the extension.
+void bind_errors(nb::module_& m);
+void bind_devices(nb::module_& m);
+void bind_scenes(nb::module_& m);
+void bind_pictures(nb::class_<SceneObject>& scene);
+void bind_traces(nb::module_& m, nb::class_<SceneObject>& scene);
+void bind_arrays(nb::module_& m, nb::class_<SceneObject>& scene);
+
+/// Returns an array of NumPy that owns `data`.
+template <class T>
+nb::object array_of(std::vector<T>&& data, std::initializer_list<std::size_t> shape) {
+  auto* kept = new std::vector<T>(std::move(data));
+  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  using Number = std::conditional_t<std::is_same_v<T, Ray>, float, T>;
+  return nb::cast(nb::ndarray<nb::numpy, Number>(kept->data(), shape, owner));
+}
+
+}  // namespace ballot::python

@@ -1,0 +1,118 @@
+// Scenes in Python: made of arrays, loaded, moved, described.
+#include "common.h"
+
+namespace ballot::python {
+
+namespace {
+
+using Rows = nb::ndarray<const float, nb::shape<-1, 3>, nb::device::cpu>;
+using Indices = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Indices16 = nb::ndarray<const std::uint16_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+/// Vectors of three numbers, and the bytes from one to the next. Keeps the array.
+struct Vectors {
+  explicit Vectors(const nb::handle& given) : array(nb::cast<Rows>(given, false)) {
+    const std::size_t rows = array.shape(0);
+    stride = rows > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 3 * sizeof(float);
+    if (array.stride(1) != 1 || stride < 3 * sizeof(float))
+      throw Error(Code::Argument,
+                  "vectors: the three numbers of a row must lie side by side, and rows must not overlap");
+    if (rows) numbers = {array.data(), (rows - 1) * (stride / sizeof(float)) + 3};
+  }
+  Rows array;
+  std::size_t stride = 0;
+  std::span<const float> numbers;
+};
+
+/// A mesh as Python gives it: (vertices, flat indices or None, id, normals or None). Keeps its arrays.
+struct MeshArrays {
+  explicit MeshArrays(const nb::tuple& given) : vertices(given[0]) {
+    mesh.positions = vertices.numbers;
+    mesh.stride = vertices.stride;
+    if (!given[1].is_none()) {
+      if (nb::try_cast<Indices>(given[1], indices, false)) {
+        mesh.indices = {indices.data(), indices.size()};
+      } else {
+        indices16 = nb::cast<Indices16>(given[1], false);
+        mesh.indices16 = {indices16.data(), indices16.size()};
+      }
+    }
+    mesh.id = nb::cast<std::uint32_t>(given[2]);
+    if (given[3].is_none()) return;
+    normals.emplace(given[3]);
+    if (normals->stride != vertices.stride || normals->array.shape(0) != vertices.array.shape(0))
+      throw Error(Code::Argument, "normals: expected as many as vertices, with their stride");
+    mesh.normals = normals->numbers;
+  }
+  Vectors vertices;
+  Indices indices;
+  Indices16 indices16;
+  std::optional<Vectors> normals;
+  Mesh mesh;
+};
+
+SceneOptions options_of(std::uint32_t max_leaf, float split_budget, bool cache) {
+  if (max_leaf < 1) throw Error(Code::Argument, "max_leaf is 0; expected 1 to 6");
+  return {max_leaf, split_budget, cache};
+}
+
+void make_scene(SceneObject* self, const DeviceObject& device, const nb::list& meshes, std::uint32_t max_leaf,
+                float split_budget, bool cache) {
+  std::vector<MeshArrays> arrays;
+  arrays.reserve(meshes.size());
+  for (const nb::handle mesh : meshes) arrays.emplace_back(nb::cast<nb::tuple>(mesh));
+  std::vector<Mesh> list;
+  for (const MeshArrays& a : arrays) list.push_back(a.mesh);
+  const SceneOptions options = options_of(max_leaf, split_budget, cache);
+  new (self) SceneObject(without_gil(
+      device.use(), [&](const Device& d) { return std::make_shared<Scene>(d, std::span<const Mesh>(list), options); }));
+}
+
+void load_scene(SceneObject* self, const DeviceObject& device, const std::string& path, std::uint32_t max_leaf,
+                float split_budget, bool cache) {
+  const SceneOptions options = options_of(max_leaf, split_budget, cache);
+  new (self) SceneObject(without_gil(
+      device.use(), [&](const Device& d) { return std::make_shared<Scene>(Scene::load(d, path, options)); }));
+}
+
+nb::tuple info_of(const SceneObject& self) {
+  const SceneInfo i = without_gil(self.use(), [](const Scene& s) { return s.info(); });
+  return nb::make_tuple(i.triangles, i.degenerate, i.meshes, i.views, nb::make_tuple(i.lo[0], i.lo[1], i.lo[2]),
+                        nb::make_tuple(i.hi[0], i.hi[1], i.hi[2]), i.nodes, i.leaves, i.depth, i.sah, i.build_seconds);
+}
+
+std::tuple<std::uint32_t, std::uint64_t, std::uint64_t> mesh_of(const SceneObject& self, std::size_t mesh) {
+  auto info = BALLOT_INIT(BallotMeshInfo);
+  without_gil(self.use(), [&](const Scene& s) { check(ballot_scene_mesh(s.handle(), mesh, &info)); });
+  return {info.id, info.first, info.triangles};
+}
+
+void update(const SceneObject& self, std::size_t mesh, const nb::object& vertices) {
+  const Vectors v(vertices);
+  without_gil(self.use(), [&](Scene& s) { s.update(mesh, v.numbers, v.stride); });
+}
+
+nb::object triangles(const SceneObject& self) {
+  std::vector<float> all = without_gil(self.use(), [](const Scene& s) { return s.triangles(); });
+  const std::size_t count = all.size() / 9;
+  return array_of(std::move(all), {count, 3, 3});
+}
+
+}  // namespace
+
+void bind_scenes(nb::module_& m) {
+  nb::class_<SceneObject> scene(m, "Scene");
+  scene.def("__init__", &make_scene)
+      .def("__init__", &load_scene)
+      .def("close", &SceneObject::close)
+      .def_prop_ro("closed", &SceneObject::closed)
+      .def("info", &info_of)
+      .def("mesh", &mesh_of)
+      .def("update", &update)
+      .def("triangles", &triangles);
+  bind_pictures(scene);
+  bind_traces(m, scene);
+  bind_arrays(m, scene);
+}
+
+}  // namespace ballot::python

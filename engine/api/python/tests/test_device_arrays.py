@@ -1,0 +1,94 @@
+"""Arrays on the device."""
+
+import os
+import unittest
+
+import ballot
+import numpy as np
+import reference as ref
+
+
+class Arrays(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.scene = ballot.Scene(*ref.soup(100))
+        cls.rays = np.zeros((500, 8), np.float32)
+        six = ref.random_rays(500)
+        cls.rays[:, :3], cls.rays[:, 4:7], cls.rays[:, 7] = six[:, :3], six[:, 3:], 100
+        cls.hits = cls.scene.trace(cls.rays)
+
+    def pair(self, **arguments):
+        return ballot.Array("rays", 500, **arguments), ballot.Array("hits", 500, **arguments)
+
+    def test_trace(self):
+        rays, hits = self.pair()
+        rays.write(self.rays)
+        times = self.scene.trace_arrays(rays, hits)
+        self.assertGreater(times.device_ms, 0)
+        np.testing.assert_array_equal(hits.read(), self.hits)
+        np.testing.assert_array_equal(rays.read(), self.rays)
+        rays.write(self.rays[100:200], first=300)
+        self.scene.trace_arrays(rays, hits, 400, any=False, method="while-while")
+        np.testing.assert_array_equal(hits.read(first=300, count=100), self.hits[100:200])
+        out = np.zeros(7, ballot.HIT)
+        self.assertIs(hits.read(out, first=2), out)
+        np.testing.assert_array_equal(out, self.hits[2:9])
+        hits.write(self.hits[:3], first=497)
+        np.testing.assert_array_equal(hits.read(first=497), self.hits[:3])
+
+    def test_memory_of_the_host(self):
+        if not ballot.default_device().info.is_cpu:
+            self.skipTest("the default device has memory of its own")
+        rays, hits = self.pair()
+        np.from_dlpack(rays)  # of older protocols it may be read-only
+        rays.numpy()[:] = self.rays
+        self.scene.trace_arrays(rays, hits)
+        view = np.from_dlpack(hits)
+        self.assertEqual(view.shape, (500, 4))
+        hits.close()
+        rays.close()
+        np.testing.assert_array_equal(view[:, 0], self.hits["t"])  # the view keeps the memory
+        self.assertEqual(ballot.Array("hits", 2).__dlpack_device__(), (1, 0))
+        self.assertFalse(hasattr(ballot.Array("hits", 2), "__cuda_array_interface__"))
+
+    def test_exported(self):
+        if not ballot.default_device().info.exports:
+            self.skipTest("the device cannot export memory")
+        array = ballot.Array("rays", 100, exported=True)
+        fd, size = array.fd()
+        os.close(fd)
+        self.assertGreaterEqual(size, 3200)
+        self.assertEqual((array.shape, len(array), array.record, array.dtype), ((100, 8), 100, "rays", np.float32))
+        with self.assertRaisesRegex(ballot.Error, "CUDA|cuda|export"):
+            ballot.Array("rays", 100, exported=False).cuda_address  # noqa: B018
+        with self.assertRaisesRegex(ValueError, "exported"):
+            ballot.Array("rays", 100, exported=False).fd()
+
+    def test_bad_input(self):
+        rays, hits = self.pair()
+        with ballot.Device("cpu") as other:
+            foreign = ballot.Array("hits", 500, device=other)
+        for error, text, call in (
+            (ValueError, "record is 'ray'", lambda: ballot.Array("ray", 3)),
+            (ValueError, "count is 0", lambda: ballot.Array("rays", 0)),
+            (TypeError, "count: found float", lambda: ballot.Array("rays", 1.5)),
+            (ballot.Error, "MiB", lambda: ballot.Array("rays", 2**32 - 1)),
+            (TypeError, "rays: found ndarray", lambda: self.scene.trace_arrays(self.rays, hits)),
+            (ValueError, "other records", lambda: self.scene.trace_arrays(hits, hits)),
+            (ValueError, "other records", lambda: self.scene.trace_arrays(rays, rays)),
+            (ValueError, "another device", lambda: self.scene.trace_arrays(rays, foreign)),
+            (ValueError, "500 records; expected 501", lambda: self.scene.trace_arrays(rays, hits, 501)),
+            (ValueError, "count is -1", lambda: self.scene.trace_arrays(rays, hits, -1)),
+            (ValueError, "no-such", lambda: self.scene.trace_arrays(rays, hits, method="no-such")),
+            (ValueError, "records 1 to 501", lambda: rays.write(self.rays, first=1)),
+            (ValueError, r"expected \(\.\.\., 8\)", lambda: rays.write(self.rays[:, :6])),
+            (ValueError, r"expected \(\.\.\., 4\)", lambda: hits.write(self.rays)),
+            (ValueError, "count is 2", lambda: hits.read(first=499, count=2)),
+            (TypeError, "dtype", lambda: hits.read(np.zeros((500, 3), np.float32))),
+        ):
+            with self.subTest(text), self.assertRaisesRegex(error, text):
+                call()
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,65 @@
+"""The examples in docstrings and in the README run as they stand, and every public name says what it is."""
+
+import doctest
+import importlib
+import inspect
+import os
+import pathlib
+import subprocess
+import sys
+import unittest
+
+import ballot
+import numpy as np
+
+MODULES = [
+    "_array", "_device", "_picture", "_raycasting", "_scene", "trimesh_ray",
+    "examples.ambient_occlusion", "examples.lidar", "examples.line_of_sight",
+]  # fmt: skip
+
+
+class Docs(unittest.TestCase):
+    def test_docstrings(self):
+        for name in MODULES:
+            with self.subTest(name):
+                module = importlib.import_module(f"ballot.{name}")
+                result = doctest.testmod(module, extraglobs={"ballot": ballot, "np": np})
+                self.assertGreater(result.attempted, 0)
+                self.assertEqual(result.failed, 0)
+
+    def test_readme(self):
+        readme = pathlib.Path(__file__).parents[1] / "README.md"
+        result = doctest.testfile(str(readme), module_relative=False)
+        self.assertGreater(result.attempted, 5)
+        self.assertEqual(result.failed, 0)
+
+    def test_examples_run(self):
+        for name in ("lidar", "ambient_occlusion", "line_of_sight"):
+            with self.subTest(name):
+                done = subprocess.run(
+                    [sys.executable, "-m", f"ballot.examples.{name}"], capture_output=True, text=True, timeout=120, check=False
+                )
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertTrue(done.stdout)
+
+    def test_every_name_is_described(self):
+        for name in ballot.__all__:
+            value = getattr(ballot, name)
+            if inspect.isclass(value) or inspect.isroutine(value):
+                self.assertTrue(value.__doc__, name)
+            if inspect.isclass(value):
+                for member, function in vars(value).items():
+                    if not member.startswith("_") and inspect.isroutine(function):
+                        self.assertTrue(function.__doc__ or member in ("count", "index"), f"{name}.{member}")
+
+    def test_installed_files(self):
+        folder = pathlib.Path(ballot.__file__).parent
+        for name in ("py.typed", "_ballot.pyi", "libballot.so.1"):
+            self.assertTrue((folder / name).exists(), name)
+        self.assertLess(sum(f.stat().st_size for f in folder.rglob("*.so*")), 16 << 20)
+        self.assertEqual(ballot.__version__, ballot.version())
+        self.assertNotEqual(os.path.commonpath([folder, pathlib.Path(__file__).parent]), str(folder.parent))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,175 @@
+"""Scenes: what they are made of, moved, described and pickled."""
+
+import os
+import pickle
+import tempfile
+import types
+import unittest
+
+import ballot
+import numpy as np
+import reference as ref
+
+UP = np.float32([[0.25, 0.3, 5, 0, 0, -1]])
+
+
+class Scenes(unittest.TestCase):
+    def test_info(self):
+        scene = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
+        info = scene.info
+        self.assertEqual((info.triangles, info.degenerate, info.meshes, info.lo, info.hi), (12, 0, 1, (-1,) * 3, (1,) * 3))
+        self.assertGreater(info.nodes, 0)
+        self.assertGreaterEqual(info.build_seconds, 0)
+        np.testing.assert_array_equal(scene.triangles(), ref.CUBE_VERTICES[ref.CUBE_TRIANGLES])
+        self.assertEqual(scene.meshes, [ballot.MeshInfo(0, 0, 12)])
+        self.assertIn("12 triangles", repr(scene))
+
+    def test_types_of_meshes(self):
+        truth = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES).trace(UP)
+        v, t = ref.CUBE_VERTICES, ref.CUBE_TRIANGLES
+        wide = np.zeros((8, 5), np.float32)
+        wide[:, 1:4] = v
+        for name, args in {
+            "float64 and int64": (v.astype(np.float64), t.astype(np.int64)),
+            "uint16": (v, t.astype(np.uint16)),
+            "int32": (v, t.astype(np.int32)),
+            "lists": (v.tolist(), t.tolist()),
+            "strides": (wide[:, 1:4], np.asfortranarray(t)),
+            "no indices": (v[t].reshape(-1, 3), None),
+            "trimesh": (types.SimpleNamespace(vertices=v, faces=t),),
+            "open3d": (
+                types.SimpleNamespace(
+                    vertex=types.SimpleNamespace(positions=v), triangle=types.SimpleNamespace(indices=t)
+                ),
+            ),
+        }.items():
+            with self.subTest(name):
+                np.testing.assert_array_equal(ballot.Scene(*args).trace(UP), truth)
+
+    def test_several_meshes(self):
+        cube = (ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
+        high = (ref.CUBE_VERTICES + np.float32([0, 0, 10]), ref.CUBE_TRIANGLES)
+        scene = ballot.Scene(meshes=[cube, high], ids=[7, 4000000000])
+        self.assertEqual(scene.meshes, [ballot.MeshInfo(7, 0, 12), ballot.MeshInfo(4000000000, 12, 12)])
+        got = scene.trace_columns(np.float32([[0.2, 0.3, 5, 0, 0, -1], [0.2, 0.3, 5, 0, 0, 1], [9, 9, 9, 0, 0, 1]]))
+        self.assertEqual(got["mesh_ids"].tolist(), [7, 4000000000, ballot.MISS])
+        self.assertTrue((got["prims"][:2] < 12).all())
+        self.assertEqual(ballot.Scene(*cube, ids=3).meshes[0].id, 3)
+
+    def test_empty_scene(self):
+        scene = ballot.Scene(meshes=[])
+        self.assertEqual(scene.info.triangles, 0)
+        self.assertEqual(scene.triangles().shape, (0, 3, 3))
+        self.assertEqual(scene.trace(UP)["prim"].tolist(), [ballot.MISS])
+
+    def test_flat_triangles_are_never_hit(self):
+        scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [2, 0, 0], [-1, 1, 0], [1, 1, 0]], [[0, 1, 2], [0, 4, 3]])
+        self.assertEqual(scene.info.degenerate, 1)
+        self.assertEqual(scene.trace([[0, 0.5, 1, 0, 0, -1]])["prim"].tolist(), [1])
+
+    def test_settings(self):
+        for options in ({"max_leaf": 1}, {"max_leaf": 6, "split_budget": 0}, {"split_budget": 16}):
+            with self.subTest(options):
+                scene = ballot.Scene(*ref.soup(50), **options)
+                self.assertEqual(scene.info.triangles, 50)
+
+    def test_update(self):
+        vertices = ref.CUBE_VERTICES.copy()
+        scene = ballot.Scene(meshes=[(vertices, ref.CUBE_TRIANGLES), ref.soup(5)])
+        before = scene.triangles()
+        scene.update(0, vertices.astype(np.float64) * 2)
+        self.assertEqual(scene.trace(UP)["t"].tolist(), [3])
+        np.testing.assert_array_equal(scene.triangles()[12:], before[12:])
+        vertices[3, 1] = np.nan
+        for bad, text in ((vertices, "vertex 3"), (vertices[:7], "7 vertices"), (vertices[:, :2], r"\(n, 3\)|\(\.\.\., 3\)")):
+            with self.assertRaisesRegex(ValueError, text):
+                scene.update(0, bad)
+        with self.assertRaisesRegex(ValueError, "mesh 2"):
+            scene.update(2, vertices)
+        self.assertEqual(scene.trace(UP)["t"].tolist(), [3])
+
+    def test_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "one.obj")
+            with open(path, "w", encoding="ascii") as file:
+                file.write("v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n")
+            scene = ballot.load_scene(path, cache=False)
+            self.assertEqual(scene.trace([[0, 0, 2, 0, 0, -1]])["t"].tolist(), [2])
+            again = pickle.loads(pickle.dumps(scene))
+            self.assertEqual(again.info.triangles, 1)
+            with self.assertRaisesRegex(ValueError, "loaded from a file"):
+                scene.update(0, np.zeros((3, 3), np.float32))
+            with open(path, "w", encoding="ascii") as file:
+                file.write("v a b c\nf 1 2 3\n")
+            with self.assertRaisesRegex(ballot.Error, "one.obj"):
+                ballot.load_scene(path, cache=False)
+        with self.assertRaisesRegex(ballot.Error, "one.obj"):
+            ballot.load_scene(path)
+
+    def test_pickle(self):
+        normals = ref.CUBE_VERTICES / np.float32(np.sqrt(3))
+        soup = ref.soup(20)
+        scene = ballot.Scene(
+            meshes=[(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES), (soup[0], None)],
+            ids=[5, 9],
+            normals=[normals, None],
+            max_leaf=2,
+            split_budget=0.0,
+        )
+        scene.update(1, soup[0] + np.float32(0.125))
+        rays = ref.random_rays(200)
+        again = pickle.loads(pickle.dumps(scene))
+        self.assertEqual(again.meshes, scene.meshes)
+        np.testing.assert_array_equal(again.triangles(), scene.triangles())
+        np.testing.assert_array_equal(again.trace(rays), scene.trace(rays))
+        again.update(0, ref.CUBE_VERTICES)
+        self.assertEqual(len(pickle.loads(pickle.dumps(ballot.Scene(meshes=[]))).meshes), 0)
+
+    def test_pickle_keeps_the_device(self):
+        with ballot.Device("cpu") as device:
+            scene = ballot.Scene(*ref.soup(3), device=device)
+            pair = pickle.loads(pickle.dumps((scene, scene)))
+            self.assertTrue(pair[0]._device.info.is_cpu)
+            self.assertIs(pair[0]._device, pickle.loads(pickle.dumps(device)))
+
+    def test_what_is_pickled_does_not_change_with_the_callers_arrays(self):
+        triangles = ref.CUBE_TRIANGLES.copy()
+        scene = ballot.Scene(ref.CUBE_VERTICES, triangles)
+        triangles[:] = 0
+        self.assertEqual(pickle.loads(pickle.dumps(scene)).info.degenerate, 0)
+
+
+class Devices(unittest.TestCase):
+    def test_list(self):
+        found = ballot.devices()
+        self.assertTrue(any(not d.refusal for d in found))
+
+    def test_open_and_close(self):
+        with ballot.Device("cpu") as device:
+            self.assertTrue(device.info.is_cpu)
+            self.assertIn(device.info.name, repr(device))
+            scene = ballot.Scene(*ref.soup(3), device=device)
+        self.assertTrue(device.closed)
+        self.assertIn("closed", repr(device))
+        self.assertEqual(scene.info.triangles, 3)  # the scene keeps the device for itself
+        for call in (lambda: device.info, lambda: ballot.Scene(*ref.soup(3), device=device)):
+            with self.assertRaisesRegex(RuntimeError, "closed") as caught:
+                call()
+            self.assertEqual(caught.exception.code, ballot.Code.CLOSED)
+
+    def test_default_is_shared(self):
+        self.assertIs(ballot.default_device(), ballot.default_device())
+
+    def test_unknown(self):
+        with self.assertRaisesRegex((ballot.Error, ValueError), "no such thing"):
+            ballot.Device("no such thing")
+        with self.assertRaisesRegex(TypeError, "string"):
+            ballot.Device(0)
+
+    def test_error(self):
+        error = pickle.loads(pickle.dumps(ballot.Error("text", ballot.Code.FORKED)))
+        self.assertEqual((str(error), error.code), ("text", ballot.Code.FORKED))
+
+
+if __name__ == "__main__":
+    unittest.main()
