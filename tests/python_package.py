@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Installs the package of Python in a virtual environment, against a library that is built, and runs its tests there.
+"""Installs the package of Python in a virtual environment, against a library that is built, and runs its tests and the
+example on a cluster of two workers there.
 
 The folder keeps the environment and the compiled extension for the next time. Needs PyPI the first time, for nanobind,
-scikit-build-core and NumPy.
+scikit-build-core, NumPy and dask.
 """
 
 import argparse
@@ -12,7 +13,8 @@ import sys
 import venv
 from pathlib import Path
 
-PACKAGE = Path(__file__).resolve().parents[1] / "engine/api/python"
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE, EXAMPLES = ROOT / "engine/api/python", ROOT / "tools/examples"
 MOST_WHEEL_BYTES = 8 << 20
 
 
@@ -27,8 +29,8 @@ def environment(folder: Path) -> Path:
     python = folder / "venv/bin/python"
     if not python.exists():
         venv.create(folder / "venv", with_pip=True)
-    wanted = ["nanobind>=3.1,<4", "scikit-build-core>=0.10", "numpy>=1.24"]
-    check = "import nanobind, scikit_build_core, numpy"
+    wanted = ["nanobind>=3.1,<4", "scikit-build-core>=0.10", "numpy>=1.24", "dask[array]", "distributed"]
+    check = "import nanobind, scikit_build_core, numpy, dask.array, distributed"
     if subprocess.run([python, "-c", check], capture_output=True, check=False).returncode:
         run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *wanted)
     return python
@@ -61,6 +63,7 @@ def main() -> None:
     run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--force-reinstall", made)
     run(python, "-X", "dev", "-m", "unittest", "discover", "-s", PACKAGE / "tests", cwd=options.folder,
         env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})  # fmt: skip
+    run(python, EXAMPLES / "dask_rays.py", cwd=options.folder)
 
 
 if __name__ == "__main__":
