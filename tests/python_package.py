@@ -60,7 +60,9 @@ def main() -> None:
     options.folder.mkdir(parents=True, exist_ok=True)
     python = environment(options.folder)
     made = wheel(python, options.folder, options.library)
-    run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--force-reinstall", made)
+    run(
+        python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--force-reinstall", made
+    )
     run(python, "-X", "dev", "-m", "unittest", "discover", "-s", PACKAGE / "tests", cwd=options.folder,
         env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})  # fmt: skip
     run(python, EXAMPLES / "dask_rays.py", cwd=options.folder)

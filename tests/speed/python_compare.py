@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Compares ballot.RaycastingScene with Open3D's class and with embreex through trimesh, all in one run.
 
-Needs `pip install ./engine/api/python open3d embreex trimesh`; what is missing is left out. A bumpy sphere and one million
-rays, from a camera and at random. Each library is set up and warmed up by one call; then they take turns. Prints medians,
-and the time that the device itself took. For a comparison on equal terms, give both the same cores:
+Needs `pip install ./engine/api/python open3d embreex trimesh`; what is missing is left out. A bumpy sphere, and one
+million rays from a camera and at random. Each library is set up and warmed up by one call; then they take turns. Prints
+medians, and the time that the device itself took. For a comparison on equal terms, give all the same cores:
 
     taskset -c 0,1 env LP_NUM_THREADS=2 python3 tests/speed/python_compare.py
 """
@@ -24,8 +24,10 @@ def bumpy_sphere(triangles: int) -> tuple[np.ndarray, np.ndarray]:
     theta = np.linspace(0, np.pi, rings + 1)[:, None]
     phi = np.linspace(0, 2 * np.pi, around, endpoint=False)[None, :]
     radius = 1 + 0.08 * np.sin(9 * theta) * np.cos(11 * phi)
-    points = np.stack([radius * np.sin(theta) * np.cos(phi), radius * np.cos(theta) + 0 * phi,
-                       radius * np.sin(theta) * np.sin(phi)], axis=-1)
+    points = np.stack(
+        [radius * np.sin(theta) * np.cos(phi), radius * np.cos(theta) + 0 * phi, radius * np.sin(theta) * np.sin(phi)],
+        axis=-1,
+    )
     index = np.arange((rings + 1) * around).reshape(rings + 1, around)
     a, b = index[:-1], np.roll(index[:-1], -1, axis=1)
     c, d = index[1:], np.roll(index[1:], -1, axis=1)
@@ -141,8 +143,10 @@ def main() -> None:
     import ballot
 
     device = ballot.default_device().info
-    print(f"{device.name}, {device.driver}; {len(os.sched_getaffinity(0))} cores, LP_NUM_THREADS="
-          f"{os.environ.get('LP_NUM_THREADS', 'unset')}; {len(mesh[1])} triangles, Python {sys.version.split()[0]}")
+    print(
+        f"{device.name}, {device.driver}; {len(os.sched_getaffinity(0))} cores, LP_NUM_THREADS="
+        f"{os.environ.get('LP_NUM_THREADS', 'unset')}; {len(mesh[1])} triangles, Python {sys.version.split()[0]}"
+    )
     made = set_up([Ballot, Open3D, Embreex], mesh, options.repeats)
     libraries = [library for library, _ in made]
     print(f"\n{'set-up':44}{'seconds':>10}")
@@ -156,8 +160,10 @@ def main() -> None:
             print(f"{library.name:44}{taken:10.3f}{len(rays) / taken / 1e6:10.2f}{same:11.6f}")
             if library.device_ms:
                 ms = statistics.median(library.device_ms)
-                print(f"{'  of it on the device':44}{ms / 1e3:10.3f}{len(rays) / ms / 1e3:10.2f}"
-                      f"   whole / device = {taken * 1e3 / ms:.2f}")
+                print(
+                    f"{'  of it on the device':44}{ms / 1e3:10.3f}{len(rays) / ms / 1e3:10.2f}"
+                    f"   whole / device = {taken * 1e3 / ms:.2f}"
+                )
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import numpy as np
 from . import _arrays, _ballot, _query
 from ._arrays import HIT
 from ._device import Device, device_or_default
+from ._errors import Error
 
 _CPU, _CUDA = 1, 2
 
@@ -21,8 +22,8 @@ class Array:
     device    a Device; None: the default one
     exported  True: other interfaces can use the memory; raises Error if the device cannot export. None: if it can.
 
-    On a GPU of NVIDIA an exported array has __cuda_array_interface__ and __dlpack__, so that CuPy, PyTorch, JAX and Warp
-    use it without a copy: float32 of shape (count, 8) or (count, 4). On a CPU device the memory is the host's, and
+    On a GPU of NVIDIA an exported array has __cuda_array_interface__ and __dlpack__, so that CuPy, PyTorch, JAX and
+    Warp use it without a copy: float32 of shape (count, 8) or (count, 4). On a CPU device the memory is the host's, and
     np.from_dlpack(array) and numpy() view it. Views keep the memory, so close() frees it once they are gone.
 
     Synchronisation: calls of ballot wait for the device before they return. Before a call that uses the array, wait for
@@ -64,7 +65,7 @@ class Array:
         return self._count
 
     def write(self, records: Any, first: int = 0) -> None:
-        """Copies records from the host, to number `first` and on. Shapes and types as Scene.trace(), but of 8 numbers."""
+        """Copies records from the host, to number `first` and on. Rays are of 8 numbers, types as Scene.trace()."""
         if self._record == "rays":
             array = _arrays.rays(records, name="records")
             width = 8
@@ -86,7 +87,9 @@ class Array:
         rays = self._record == "rays"
         dtype, shape = (self.dtype, (number, 8)) if rays else (HIT, (number,))
         array = _arrays.out_array(out, shape, dtype, np.empty(0, np.float32))
-        self._handle.read(_arrays.flat(array).reshape(number, -1) if number else np.empty((0, self.shape[1]), "f4"), begin)
+        self._handle.read(
+            _arrays.flat(array).reshape(number, -1) if number else np.empty((0, self.shape[1]), "f4"), begin
+        )
         return array
 
     def numpy(self) -> np.ndarray:
@@ -96,12 +99,12 @@ class Array:
         """
         view = self._handle.host()
         if view is None:
-            raise _error("numpy(): the array is in the GPU's own memory; read() copies it")
+            raise Error("numpy(): the array is in the GPU's own memory; read() copies it")
         return view
 
     def fd(self) -> tuple[int, int]:
-        """Returns a new file descriptor of the memory (VK_KHR_external_memory_fd, opaque), which the caller owns, and the
-        size of the allocation in bytes."""
+        """Returns a new file descriptor of the memory (VK_KHR_external_memory_fd, opaque), which the caller owns, and
+        the size of the allocation in bytes."""
         return self._handle.fd()
 
     @property
@@ -113,10 +116,14 @@ class Array:
     def __cuda_array_interface__(self) -> dict[str, Any]:
         if self._is_cpu or not self._exported:
             raise AttributeError("__cuda_array_interface__: the array is not exported, or not on a GPU")
+        try:
+            address = self.cuda_address
+        except Error as error:  # so that hasattr() is False, such as on a GPU of another maker
+            raise AttributeError(f"__cuda_array_interface__: {error}") from error
         return {
             "shape": self.shape,
             "typestr": "<f4",
-            "data": (self.cuda_address, False),
+            "data": (address, False),
             "version": 3,
             "strides": None,
             "stream": None,
@@ -144,9 +151,3 @@ class Array:
 
     def __exit__(self, *_: Any) -> None:
         self.close()
-
-
-def _error(text: str) -> Exception:
-    from ._errors import Error
-
-    return Error(text)

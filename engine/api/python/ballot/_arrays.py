@@ -61,8 +61,8 @@ def floats(given: Any, name: str, widths: tuple[int, ...]) -> np.ndarray:
 
 
 def rows(array: np.ndarray) -> np.ndarray:
-    """Returns an array of float32 as rows that the library can read: two axes, the numbers of a row side by side, rows in
-    ascending order. Copies if the strides do not allow it."""
+    """Returns an array of float32 as rows that the library can read: two axes, the numbers of a row side by side, rows
+    in ascending order. Copies if the strides do not allow it."""
     width = array.shape[-1]
     flat = array.reshape(-1, width)
     step, item = flat.strides
@@ -91,7 +91,7 @@ def rays(given: Any, t: Any = None, name: str = "rays") -> np.ndarray:
         full[..., 3], full[..., 7] = t_min, t_max
     except ValueError:
         raise ValueError(
-            f"t: shapes {np.shape(t_min)} and {np.shape(t_max)}; expected numbers or arrays of the rays' {full.shape[:-1]}"
+            f"t: shapes {np.shape(t_min)} and {np.shape(t_max)}; expected numbers, or arrays of {full.shape[:-1]}"
         ) from None
     return full
 
@@ -147,7 +147,7 @@ def flat(array: np.ndarray) -> np.ndarray:
 
 
 def indices(given: Any, name: str) -> np.ndarray:
-    """Returns triangles as flat uint16 or uint32. Copies other types of integers, and arrays that are not contiguous."""
+    """Returns triangles as flat uint16 or uint32. Copies other integers, and arrays that are not contiguous."""
     array = as_numpy(given, name)
     if isinstance(given, (list, tuple)) and array.dtype == np.float64 and np.all(array == np.floor(array)):
         array = array.astype(np.int64)

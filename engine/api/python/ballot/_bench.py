@@ -57,7 +57,9 @@ def bench(
 _ANY_HIT = ("shadow", "ao")
 
 
-def _batches(scene: Scene, kinds: Sequence[str], view: Any, size: tuple[int, int]) -> list[tuple[str, bool, Array, Array]]:
+def _batches(
+    scene: Scene, kinds: Sequence[str], view: Any, size: tuple[int, int]
+) -> list[tuple[str, bool, Array, Array]]:
     batches = []
     for kind in kinds:
         made = scene.make_rays(view, kind, *size)

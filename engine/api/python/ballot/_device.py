@@ -34,8 +34,8 @@ class Device:
     name      an index of devices(), part of a name, "gpu" or "cpu"; "": the best GPU, else a CPU device
     validate  Vulkan validation with synchronization checks, for tests; slow
 
-    Raises Error (Code.DEVICE) if no device fits; the text says what each one lacks. Opening takes 10 to 500 ms, so open one
-    and share it. A device may be used from any thread; calls on one device, its scenes and its arrays run one after
+    Raises Error (Code.DEVICE) if no device fits; the text says what each one lacks. Opening takes 10 to 500 ms, so open
+    one and share it. A device may be used from any thread; calls on one device, its scenes and its arrays run one after
     another. A device does not survive fork(): use multiprocessing's method "spawn", or open it in the child.
 
     >>> with ballot.Device() as device:
@@ -46,7 +46,9 @@ class Device:
 
     def __init__(self, name: str = "", validate: bool = False):
         if not isinstance(name, str):
-            raise TypeError(f"name: found {type(name).__name__}; expected a string, such as '0', 'gpu' or part of a name")
+            raise TypeError(
+                f"name: found {type(name).__name__}; expected a string, such as '0', 'gpu' or part of a name"
+            )
         self._handle = _ballot.Device(name, bool(validate))
         self._key = (name, bool(validate))
 
@@ -97,7 +99,7 @@ os.register_at_fork(after_in_child=_after_fork)
 
 
 def default_device() -> Device:
-    """Returns the device that is used where none is named: the best GPU, else a CPU device. It is opened on first use."""
+    """Returns the device that is used where none is named, opened on first use: the best GPU, else a CPU device."""
     global _default
     with _lock:
         if _default is None or _default.closed:

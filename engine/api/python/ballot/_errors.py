@@ -18,8 +18,8 @@ class Code(enum.IntEnum):
 class Error(RuntimeError):
     """A failure of the device, the driver, a file or of the state of an object.
 
-    str(error) is one line that says what failed, where, what was found, what was expected and what to do. error.code is a
-    Code.
+    str(error) is one line that says what failed, where, what was found, what was expected and what to do. error.code is
+    a Code.
     """
 
     def __init__(self, text: str, code: int = Code.WORK):

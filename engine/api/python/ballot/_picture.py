@@ -29,8 +29,8 @@ def render(
 ) -> np.ndarray:
     """Renders a view: float32 (height, width, 4), linear Rec.709 red, green, blue and coverage, rows from the top.
 
-    view      None: the scene's first; a name; or a dict of eye and target, (3,), and perhaps up, yfov (full vertical angle
-              in radians; pi / 3) and ymag (orthographic: half the height of the view)
+    view      None: the scene's first; a name; or a dict of eye and target, (3,), and perhaps up, yfov (full vertical
+              angle in radians; pi / 3) and ymag (orthographic: half the height of the view)
     width     pixels, 1 to 16384; so is height
     samples   of each pixel, 1 to 65536
     shading   "eyelight", "normals", "ao", "whitted" or "path"

@@ -63,7 +63,7 @@ def progress_function(progress: Any) -> Any:
 
 
 def view(given: Any) -> tuple:
-    """Returns a view as the extension takes it: None is the scene's first, a string one of its names, a dict a camera."""
+    """Returns a view as the extension takes it: None is the scene's first, a string a name, a dict a camera."""
     zero = (0.0, 0.0, 0.0)
     if given is None:
         return ("", zero, zero, (0.0, 1.0, 0.0), 0.0, 0.0)
@@ -82,7 +82,8 @@ def view(given: Any) -> tuple:
     if eye == target:
         raise ValueError(f"view: eye and target are both {eye}; expected two points")
     up = _vector(given.get("up", (0, 1, 0)), "view: up")
-    return ("", eye, target, up, _number(given.get("yfov", 0), "view: yfov"), _number(given.get("ymag", 0), "view: ymag"))
+    yfov, ymag = (_number(given.get(name, 0), f"view: {name}") for name in ("yfov", "ymag"))
+    return ("", eye, target, up, yfov, ymag)
 
 
 def _number(value: Any, name: str) -> float:

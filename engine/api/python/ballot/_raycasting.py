@@ -30,8 +30,8 @@ class RaycastingScene:
 
     Differences: t_hit, uvs and normals of a watertight query are not bit for bit Embree's, on an edge the neighbouring
     triangle may be reported, and a ray in the plane of a triangle misses it. Arrays of NumPy, DLPack on the CPU and
-    Open3D's tensors are taken. The scene is built when it is first cast in, and again after add_triangles(). It may be used
-    from any thread, and pickled.
+    Open3D's tensors are taken. The scene is built when it is first cast in, and again after add_triangles(). It may be
+    used from any thread, and pickled.
 
     >>> scene = ballot.RaycastingScene()
     >>> scene.add_triangles(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.uint32([[0, 1, 2]]))
@@ -98,7 +98,9 @@ class RaycastingScene:
         self.times = times[0]
         return {name: found[column] for name, column in _RESULTS.items()}
 
-    def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = float("inf"), nthreads: int = 0) -> np.ndarray:
+    def test_occlusions(
+        self, rays: Any, tnear: float = 0.0, tfar: float = float("inf"), nthreads: int = 0
+    ) -> np.ndarray:
         """Returns True for each ray that hits something at tnear <= t <= tfar: bool (...). Rays as cast_rays()."""
         _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
         near, far = float(tnear), float(tfar)

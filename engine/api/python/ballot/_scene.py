@@ -65,9 +65,9 @@ class Scene:
     cache         keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
 
     Triangles are numbered through the meshes in their order. Those without area keep their number and are never hit.
-    The scene copies what it needs; contiguous float32 and uint32 arrays are read in place. Raises ValueError, which names
-    mesh and vertex or index, if a number is not finite, an index is out of range, a mesh is empty, or there are more than
-    2^31 - 1 triangles.
+    The scene copies what it needs; contiguous float32 and uint32 arrays are read in place. Raises ValueError, which
+    names mesh and vertex or index, if a number is not finite, an index is out of range, a mesh is empty, or there are
+    more than 2^31 - 1 triangles.
 
     A scene may be used from any thread, and can be pickled: geometry, settings and the name of its device go along.
 
@@ -120,8 +120,8 @@ class Scene:
         mesh      its index, in the order that the scene was made with
         vertices  (n, 3) float32 or float64, as many as before
 
-        Later traces find the moved triangles. Raises ValueError if the number differs or a coordinate is not finite; the
-        scene is then as it was.
+        Later traces find the moved triangles. Raises ValueError if the number differs or a coordinate is not finite;
+        the scene is then as it was.
         """
         number = _query.whole(mesh, "mesh", 0, 2**31)
         self._handle.update(number, _mesh.vectors(vertices, "vertices"))
@@ -144,7 +144,8 @@ class Scene:
 
         rays       (..., 8) float32: origin x y z, t_min, direction x y z, t_max; or (..., 6): origin, direction, with t
                    from 0 without a bound; or an array of dtype RAY. NumPy, DLPack on the CPU, or nested lists. float32
-                   whose last axis is contiguous is read in place. Neighbours share a subgroup: order rays for coherence.
+                   whose last axis is contiguous is read in place. Neighbours share a subgroup: order rays for
+                   coherence.
         t          (t_min, t_max) for rays of 6 numbers: numbers, or arrays of the rays' shape
         out        where hits go: an array of dtype HIT and the rays' shape, or float32 of shape (..., 4)
         any        True: some hit, for visibility; False: the nearest
@@ -157,12 +158,12 @@ class Scene:
                    Error (Code.INTERRUPTED). It must not call ballot.
         times      a list that the Times of the call are appended to
 
-        Returns HIT of shape (...): t, prim, u, v. t counts multiples of the direction, which need not be of unit length.
-        On a miss prim is MISS, t the ray's t_max (the largest float32 if it has no bound), u = v = 0. A ray is dead, and
-        misses, if t_max <= t_min, if a number is NaN or infinite (but t_max), or if its direction is zero.
+        Returns HIT of shape (...): t, prim, u, v. t counts multiples of the direction, which need not be of unit
+        length. On a miss prim is MISS, t the ray's t_max (the largest float32 if it has no bound), u = v = 0. A ray is
+        dead, and misses, if t_max <= t_min, if a number is NaN or infinite (but t_max), or if its direction is zero.
 
-        Other threads run meanwhile. Ctrl-C ends the call within about a million rays; `out` is then half-written. Raises
-        TypeError and ValueError for wrong arguments, before anything is written.
+        Other threads run meanwhile. Ctrl-C ends the call within about a million rays; `out` is then half-written.
+        Raises TypeError and ValueError for wrong arguments, before anything is written.
         """
         source = _arrays.rays(rays, t)
         asked = _query.query(any, method, numeric, knobs, ray_class)
@@ -238,7 +239,8 @@ class Scene:
         knobs: Mapping[str, Any] | None = None,
         ray_class: str | None = None,
     ) -> Job:
-        """Begins a trace in the background. Arguments as trace(). Jobs of a device run in the order of their submission.
+        """Begins a trace in the background. Arguments as trace(). Jobs of a device run in the order of their
+        submission.
 
         `rays` and `out` must not change until the job has ended. Wrong names of methods and knobs raise ValueError in
         Job.wait().
@@ -265,7 +267,8 @@ class Scene:
         """Traces the first `count` rays (None: all) of an array on the device and writes their hits to another.
 
         Returns Times once the hits are written; they are not counted. If another interface, such as CUDA, filled the
-        rays, wait for its stream first. Raises ValueError if an array is of another device, of the wrong kind or too small.
+        rays, wait for its stream first. Raises ValueError if an array is of another device, of the wrong kind or too
+        small.
         """
         for array, name in ((rays, "rays"), (hits, "hits")):
             if not isinstance(array, Array):
@@ -327,8 +330,8 @@ def load_scene(
 ) -> Scene:
     """Loads a glTF 2.0 (.gltf, .glb) or OBJ file: one mesh of id 0, with the file's cameras and materials.
 
-    Arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene stores the
-    path alone.
+    Arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene stores
+    the path alone.
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))

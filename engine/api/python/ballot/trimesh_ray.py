@@ -55,9 +55,9 @@ class RayMeshIntersector:
         multiple_hits: bool = True,
         **_ignored: Any,
     ) -> tuple[np.ndarray, ...]:
-        """Returns the triangles that were hit and the rays that hit them: index_tri (m,) int64, index_ray (m,) int64, and
-        with return_locations the points (m, 3) float64. With multiple_hits=False, m counts the rays that hit; True, which
-        is trimesh's default, raises NotImplementedError.
+        """Returns the triangles that were hit and the rays that hit them: index_tri (m,) int64, index_ray (m,) int64,
+        and with return_locations the points (m, 3) float64. With multiple_hits=False, m counts the rays that hit; True,
+        which is trimesh's default, raises NotImplementedError.
         """
         _check_first_only(multiple_hits)
         rays, hits = self._hits(ray_origins, ray_directions)
@@ -84,8 +84,8 @@ class RayMeshIntersector:
 def _check_first_only(multiple_hits: bool) -> None:
     if multiple_hits:
         raise NotImplementedError(
-            "multiple_hits=True: ballot finds the first hit of a ray, not all of them; pass multiple_hits=False, or use "
-            "trimesh.ray for this call"
+            "multiple_hits=True: ballot finds the first hit of a ray, not all of them; pass multiple_hits=False, or "
+            "use trimesh.ray for this call"
         )
 
 

@@ -50,7 +50,11 @@ def brute(corners: np.ndarray, rays: np.ndarray) -> dict[str, np.ndarray]:
     row = np.arange(len(r))
     found = np.isfinite(distance[row, prim])
     with np.errstate(invalid="ignore"):
-        gap = np.where(np.isfinite(order[:, 0]), order[:, 1] - order[:, 0], np.inf) if len(c) > 1 else np.full(len(r), 1.0)
+        gap = (
+            np.where(np.isfinite(order[:, 0]), order[:, 1] - order[:, 0], np.inf)
+            if len(c) > 1
+            else np.full(len(r), 1.0)
+        )
     margin = np.minimum(np.abs(np.nan_to_num(inside, nan=0.0)).min(axis=1), np.abs(gap))
     return {
         "t": np.where(found, distance[row, prim], np.inf),

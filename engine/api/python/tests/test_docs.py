@@ -37,7 +37,11 @@ class Docs(unittest.TestCase):
         for name in ("lidar", "ambient_occlusion", "line_of_sight"):
             with self.subTest(name):
                 done = subprocess.run(
-                    [sys.executable, "-m", f"ballot.examples.{name}"], capture_output=True, text=True, timeout=120, check=False
+                    [sys.executable, "-m", f"ballot.examples.{name}"],
+                    capture_output=True,
+                    text=True,
+                    timeout=120,
+                    check=False,
                 )
                 self.assertEqual(done.returncode, 0, done.stderr)
                 self.assertTrue(done.stdout)

@@ -13,7 +13,9 @@ class Raycasting(unittest.TestCase):
     def setUp(self):
         self.scene = ballot.RaycastingScene()
         self.assertEqual(self.scene.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES), 0)
-        self.rays = np.float32([[[0.25, 0.5, 3, 0, 0, -2], [5, 5, 5, 0, 0, 1]], [[0.25, 0.5, 5, 0, 0, 1], [3, 0, 0, -1, 0, 0]]])
+        self.rays = np.float32(
+            [[[0.25, 0.5, 3, 0, 0, -2], [5, 5, 5, 0, 0, 1]], [[0.25, 0.5, 5, 0, 0, 1], [3, 0, 0, -1, 0, 0]]]
+        )
 
     def test_values_and_types(self):
         higher = ref.CUBE_VERTICES.astype(np.float64) + np.array([0, 0, 10])
@@ -70,7 +72,9 @@ class Raycasting(unittest.TestCase):
             triangle=types.SimpleNamespace(indices=ref.CUBE_TRIANGLES),
         )
         self.assertEqual(self.scene.add_triangles(mesh), 1)
-        self.assertEqual(self.scene.add_triangles(vertex_positions=ref.CUBE_VERTICES, triangle_indices=ref.CUBE_TRIANGLES), 2)
+        self.assertEqual(
+            self.scene.add_triangles(vertex_positions=ref.CUBE_VERTICES, triangle_indices=ref.CUBE_TRIANGLES), 2
+        )
 
     def test_no_meshes(self):
         self.assertEqual(ballot.RaycastingScene().cast_rays(self.rays)["t_hit"].tolist(), [[np.inf] * 2] * 2)
@@ -92,16 +96,28 @@ class Raycasting(unittest.TestCase):
         rays = make(np.array([[5, 0, 2.5], [0, 5, 1.5], [0, 0, 1.0]]), extrinsic, 3, 2)
         np.testing.assert_allclose(rays[0, 0], [-1, -2, -3, -0.4, -0.2, 1], rtol=1e-5)
         np.testing.assert_allclose(rays[1, 2], [-1, -2, -3, 0, 0, 1], atol=1e-6)
-        for arguments in ((1, 2, 3), (60, [0] * 3, [0] * 3, [0, 1, 0], 5, 3), (60, [0] * 3, [0, 1, 0], [0, 1, 0], 5, 3)):
+        for arguments in (
+            (1, 2, 3),
+            (60, [0] * 3, [0] * 3, [0, 1, 0], 5, 3),
+            (60, [0] * 3, [0, 1, 0], [0, 1, 0], 5, 3),
+        ):
             with self.assertRaises((TypeError, ValueError)):
                 make(*arguments)
 
     def test_bad_input(self):
         for error, text, call in (
             (ValueError, r"rays: shape is \(6,\)", lambda: self.scene.cast_rays(self.rays[0, 0])),
-            (ValueError, r"rays: shape is \(2, 2, 5\); expected \(\.\.\., 6\)", lambda: self.scene.cast_rays(self.rays[..., :5])),
+            (
+                ValueError,
+                r"rays: shape is \(2, 2, 5\); expected \(\.\.\., 6\)",
+                lambda: self.scene.cast_rays(self.rays[..., :5]),
+            ),
             (TypeError, "rays: dtype is int64", lambda: self.scene.cast_rays(self.rays.astype(np.int64))),
-            (ValueError, "finite", lambda: self.scene.add_triangles(ref.CUBE_VERTICES * np.float32(np.nan), ref.CUBE_TRIANGLES)),
+            (
+                ValueError,
+                "finite",
+                lambda: self.scene.add_triangles(ref.CUBE_VERTICES * np.float32(np.nan), ref.CUBE_TRIANGLES),
+            ),
             (ValueError, "index 11", lambda: self.scene.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES + 4)),
             (ValueError, "no triangles", lambda: self.scene.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES[:0])),
             (TypeError, "found int", lambda: self.scene.add_triangles(3)),

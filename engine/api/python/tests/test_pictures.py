@@ -49,7 +49,9 @@ class Pictures(unittest.TestCase):
 class Bench(unittest.TestCase):
     def test_records(self):
         scene = ballot.Scene(*ref.soup(50))
-        records = ballot.bench(scene, ["packet", "while-while"], ["primary", "shadow"], ["plain", "watertight"], (32, 32), 2)
+        records = ballot.bench(
+            scene, ["packet", "while-while"], ["primary", "shadow"], ["plain", "watertight"], (32, 32), 2
+        )
         self.assertEqual(len(records), 8)
         for record in records:
             self.assertEqual(record["repeats"], 2)

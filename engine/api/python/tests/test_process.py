@@ -126,8 +126,10 @@ class Forks(Process):
             child = os.fork()
             if child == 0:
                 device = ballot.default_device()
-                for call in (lambda: scene.trace(rays), lambda: scene.info, lambda: ballot.Scene(*ref.soup(3)), job.wait,
-                             lambda: scene.submit(rays), lambda: device.info, array.read, lambda: scene.update(0, rays[:, :3])):
+                calls = [lambda: scene.trace(rays), lambda: scene.info, lambda: ballot.Scene(*ref.soup(3)), job.wait,
+                         lambda: scene.submit(rays), lambda: device.info, array.read,
+                         lambda: scene.update(0, rays[:, :3])]
+                for call in calls:
                     try:
                         call()
                         print("worked")
@@ -172,7 +174,8 @@ class Exits(Process):
             keep = [ballot.Device(), ballot.Scene(*ref.soup(20)), ballot.Array("hits", 4), ballot.RaycastingScene()]
             keep.append(keep)
             ballot.cycle = keep
-            threading.Thread(target=lambda: [keep[1].trace(ref.random_rays(9)) for _ in range(200)], daemon=True).start()
+            work = lambda: [keep[1].trace(ref.random_rays(9)) for _ in range(200)]
+            threading.Thread(target=work, daemon=True).start()
             """)
         self.assertEqual(text, "")
 

@@ -17,7 +17,9 @@ class Scenes(unittest.TestCase):
     def test_info(self):
         scene = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
         info = scene.info
-        self.assertEqual((info.triangles, info.degenerate, info.meshes, info.lo, info.hi), (12, 0, 1, (-1,) * 3, (1,) * 3))
+        self.assertEqual(
+            (info.triangles, info.degenerate, info.meshes, info.lo, info.hi), (12, 0, 1, (-1,) * 3, (1,) * 3)
+        )
         self.assertGreater(info.nodes, 0)
         self.assertGreaterEqual(info.build_seconds, 0)
         np.testing.assert_array_equal(scene.triangles(), ref.CUBE_VERTICES[ref.CUBE_TRIANGLES])
@@ -81,7 +83,11 @@ class Scenes(unittest.TestCase):
         self.assertEqual(scene.trace(UP)["t"].tolist(), [3])
         np.testing.assert_array_equal(scene.triangles()[12:], before[12:])
         vertices[3, 1] = np.nan
-        for bad, text in ((vertices, "vertex 3"), (vertices[:7], "7 vertices"), (vertices[:, :2], r"\(n, 3\)|\(\.\.\., 3\)")):
+        for bad, text in (
+            (vertices, "vertex 3"),
+            (vertices[:7], "7 vertices"),
+            (vertices[:, :2], r"\(n, 3\)|\(\.\.\., 3\)"),
+        ):
             with self.assertRaisesRegex(ValueError, text):
                 scene.update(0, bad)
         with self.assertRaisesRegex(ValueError, "mesh 2"):

@@ -51,4 +51,6 @@ def bake(
 if __name__ == "__main__":
     mesh = ground()
     share = bake(ballot.Scene(*mesh), *mesh)
-    print(f"{len(share)} vertices see {share.min():.2f} to {share.max():.2f} of their sky, {share.mean():.2f} in the mean")
+    print(
+        f"{len(share)} vertices see {share.min():.2f} to {share.max():.2f} of their sky, {share.mean():.2f} in the mean"
+    )

@@ -26,11 +26,17 @@ def directions(rings: int, columns: int, lowest: float = -25.0, highest: float =
     """Returns unit directions (rings, columns, 3) float32. Angles in degrees above the horizon."""
     up = np.deg2rad(np.linspace(lowest, highest, rings))[:, None]
     around = np.linspace(0, 2 * np.pi, columns, endpoint=False)[None, :]
-    return np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up) + 0 * around], -1).astype(np.float32)
+    return np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up) + 0 * around], -1).astype(
+        np.float32
+    )
 
 
 def scan(
-    scene: ballot.Scene, position: tuple[float, float, float], rings: int = 64, columns: int = 1024, reach: float = 100.0
+    scene: ballot.Scene,
+    position: tuple[float, float, float],
+    rings: int = 64,
+    columns: int = 1024,
+    reach: float = 100.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns the points (n, 3) float32 that were hit within `reach`, the ring of each and the triangle of each."""
     rays = np.empty((rings, columns, 6), np.float32)
