@@ -100,6 +100,7 @@ class DeviceJob : public JobState {
     tracer.record(*rays.rays, *hits.hits, count, concrete, [times = spent_](double ms) { times->device_ms = ms; });
     // Work for an idle device is sent at once; behind two submissions it waits to be sent together with what follows.
     Context& gpu = *scene_->device->gpu;
+    if (!gpu.has_recorded()) return;  // it was traced at once, as the host has to look at its results
     submission_ = gpu.recording();
     if (gpu.in_flight() < 2) gpu.flush();
   }

@@ -134,6 +134,8 @@ class Context {
   std::uint64_t submissions() const { return submitted_; }
   /// The numbers of the submission that is recorded now or next, and of the last one that has ended.
   std::uint64_t recording() const { return submitted_ + 1; }
+  /// Returns true if passes are recorded that are not submitted yet.
+  bool has_recorded() const { return slots_[slot_].open; }
   std::uint64_t ended() const { return ended_; }
   /// Device time in milliseconds of the last submission that has ended.
   double ended_ms() const { return ended_ms_; }

@@ -9,7 +9,7 @@ namespace ballot {
 namespace {
 
 constexpr std::uint32_t kPasses = 255;   // at most in one submission
-constexpr std::ptrdiff_t kInFlight = 2;  // submissions
+constexpr std::size_t kInFlight = 2;  // submissions
 
 /// Records a barrier that makes all writes so far visible to all later commands and to the host.
 void full_barrier(const Vulkan& vk, VkCommandBuffer cmd) {
@@ -108,7 +108,7 @@ void Context::pass(const std::string& what, const Record& record, Done done) {
 std::uint64_t Context::flush() {
   Slot& slot = slots_[slot_];
   if (!slot.open) return 0;
-  while (std::ranges::count(slots_, true, &Slot::under_way) == kInFlight) wait(ended_ + 1);
+  while (std::size_t(std::ranges::count(slots_, true, &Slot::under_way)) == kInFlight) wait(ended_ + 1);
   // A fence alone makes writes visible neither to the host nor to the next submission.
   full_barrier(vk_, slot.commands);
   slot.open = false;
@@ -179,7 +179,9 @@ std::size_t Context::in_flight() {
 }
 
 bool Context::has_ended(std::uint64_t submission) {
-  if (in_flight() < kInFlight && submission > submitted_) flush();
+  const std::size_t under_way = in_flight();
+  if (submission > submitted_ && !has_recorded()) return under_way == 0;
+  if (submission > submitted_ && under_way < kInFlight) flush();
   return submission <= ended_;
 }
 

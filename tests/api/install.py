@@ -13,7 +13,7 @@ HERE = Path(__file__).resolve().parent
 
 def run(command: list, **options) -> str:
     result = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                            check=False, **options)
+                            check=False, timeout=120, **options)
     if result.returncode != 0:
         sys.exit(f"{' '.join(map(str, command))}\nexit code {result.returncode}\n{result.stdout}")
     return result.stdout

@@ -196,7 +196,7 @@ TEST_F(Api, WrongMeshesAreNamed) {
   refused({}, "no vertices");
   refused({.positions = grid_.positions, .indices = grid_.indices, .stride = 10}, "stride");
   const std::vector<float> huge{0, 0, 0, 1e20f, 0, 0, 0, 1, 0};
-  EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {{.positions = huge}}); }), Code::Work);
+  EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {{.positions = huge}}); }), Code::Argument);
   auto many = BALLOT_INIT(BallotMesh);
   many.positions = grid_.positions.data();
   many.vertex_count = std::size_t{3} << 31;  // 2^31 triangles, refused before they are read
