@@ -5,6 +5,7 @@
 #include "ballot_commit.h"
 #include "engine/ballot.h"
 #include "engine/scene/digest.h"
+#include "engine/tree/build/device_builder.h"
 
 namespace ballot {
 
@@ -42,7 +43,8 @@ glm::dmat4 ndc_from_camera(const View& view, double aspect) {
   return m;
 }
 
-Bvh build(const Scene& scene, const EngineOptions& options, const Progress& progress) {
+Bvh build(Context& gpu, const Scene& scene, const EngineOptions& options, const Progress& progress) {
+  if (builder_of(options.build.builder).on_device) return build_bvh_on_device(gpu, scene.triangles, options.build);
   if (!options.use_cache) return build_bvh(scene.triangles, options.build, progress);
   return build_bvh_cached(scene.triangles, options.build, cache_folder() / "bvh", progress);
 }
@@ -60,7 +62,7 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   for (const Query& q : options.queries)
     kernel_config_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);
   const auto start = Clock::now();
-  bvh_ = build(scene_, options, progress);
+  bvh_ = build(*gpu_, scene_, options, progress);
   times_.bvh_s = seconds_since(start);
   features_ = features_of(scene_, facts_of(bvh_));
   tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree);

@@ -121,36 +121,6 @@ void note_error(void* user, RTCError, const char* text) {
   if (job.message.empty() && text != nullptr) job.message = text;
 }
 
-void check_settings(const BuildSettings& s) {
-  const auto positive = [](float x) { return std::isfinite(x) && x > 0; };
-  if (s.max_leaf < 1 || s.max_leaf > MAX_LEAF_TRIANGLES)
-    fail(Failure::Arguments, "bvh: max_leaf is {} (--max-leaf), but a leaf holds 1 to {} triangles", s.max_leaf,
-         MAX_LEAF_TRIANGLES);
-  if (!(s.split_budget >= 0 && s.split_budget <= 16))
-    fail(Failure::Arguments, "bvh: split_budget is {} (--split-budget), but must lie between 0 and 16", s.split_budget);
-  if (!positive(s.traversal_cost) || !positive(s.intersection_cost))
-    fail(Failure::Arguments, "bvh: traversal_cost {} and intersection_cost {} must be positive", s.traversal_cost,
-         s.intersection_cost);
-  if (builder_of(s.builder).on_device)
-    fail(Failure::Arguments,
-         "bvh: builder '{}' runs on a Vulkan device, but none is at hand; use one of the others: {}",
-         builder_of(s.builder).name, names_of(kBuilders));
-}
-
-// Embree aborts the process if a box is inverted or holds a NaN. So every vertex is checked before the build.
-void check_triangles(std::span<const Triangle> triangles) {
-  if (triangles.size() > std::size_t{1} << 31)
-    fail(Failure::Work, "bvh: {} triangles, but at most 2^31 can be numbered", triangles.size());
-  for (std::size_t i = 0; i < triangles.size(); ++i)
-    for (const glm::vec3& v : triangles[i])
-      for (int axis = 0; axis < 3; ++axis)
-        if (!(std::abs(v[axis]) <= kLargestCoordinate))
-          fail(Failure::Work,
-               "bvh: triangle {}: coordinate {} of a vertex is {}, expected a finite value within +-{:g}; scale the "
-               "scene",
-               i, "xyz"[axis], v[axis], kLargestCoordinate);
-}
-
 std::size_t count_proper(std::span<const Triangle> triangles) {
   return static_cast<std::size_t>(
       std::count_if(triangles.begin(), triangles.end(), [](const Triangle& t) { return !is_degenerate(t); }));
@@ -243,9 +213,39 @@ Bvh build(std::span<const Triangle> triangles, std::size_t count, const BuildSet
 
 }  // namespace
 
+void check_settings(const BuildSettings& s) {
+  const auto positive = [](float x) { return std::isfinite(x) && x > 0; };
+  if (s.max_leaf < 1 || s.max_leaf > MAX_LEAF_TRIANGLES)
+    fail(Failure::Arguments, "bvh: max_leaf is {} (--max-leaf), but a leaf holds 1 to {} triangles", s.max_leaf,
+         MAX_LEAF_TRIANGLES);
+  if (!(s.split_budget >= 0 && s.split_budget <= 16))
+    fail(Failure::Arguments, "bvh: split_budget is {} (--split-budget), but must lie between 0 and 16", s.split_budget);
+  if (!positive(s.traversal_cost) || !positive(s.intersection_cost))
+    fail(Failure::Arguments, "bvh: traversal_cost {} and intersection_cost {} must be positive", s.traversal_cost,
+         s.intersection_cost);
+}
+
+// Embree aborts the process if a box is inverted or holds a NaN. So every vertex is checked before the build.
+void check_triangles(std::span<const Triangle> triangles) {
+  if (triangles.size() > std::size_t{1} << 31)
+    fail(Failure::Work, "bvh: {} triangles, but at most 2^31 can be numbered", triangles.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    for (const glm::vec3& v : triangles[i])
+      for (int axis = 0; axis < 3; ++axis)
+        if (!(std::abs(v[axis]) <= kLargestCoordinate))
+          fail(Failure::Work,
+               "bvh: triangle {}: coordinate {} of a vertex is {}, expected a finite value within +-{:g}; scale the "
+               "scene",
+               i, "xyz"[axis], v[axis], kLargestCoordinate);
+}
+
 Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& settings, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
   check_settings(settings);
+  if (builder_of(settings.builder).on_device)
+    fail(Failure::Arguments,
+         "bvh: builder '{}' runs on a Vulkan device, but none is at hand; use one of the others: {}",
+         builder_of(settings.builder).name, names_of(kBuilders));
   check_triangles(triangles);
   const std::size_t proper = count_proper(triangles);
   Bvh bvh;
