@@ -5,7 +5,7 @@
 #include "ballot_commit.h"
 #include "engine/ballot.h"
 #include "engine/scene/digest.h"
-#include "engine/tree/build/device_builder.h"
+#include "engine/tree/build/device_build.h"
 
 namespace ballot {
 
@@ -43,8 +43,7 @@ glm::dmat4 ndc_from_camera(const View& view, double aspect) {
   return m;
 }
 
-Bvh build(Context& gpu, const Scene& scene, const EngineOptions& options, const Progress& progress) {
-  if (builder_of(options.build.builder).on_device) return build_bvh_on_device(gpu, scene.triangles, options.build);
+Bvh build(const Scene& scene, const EngineOptions& options, const Progress& progress) {
   if (!options.use_cache) return build_bvh(scene.triangles, options.build, progress);
   return build_bvh_cached(scene.triangles, options.build, cache_folder() / "bvh", progress);
 }
@@ -62,10 +61,17 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   for (const Query& q : options.queries)
     kernel_config_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);
   const auto start = Clock::now();
-  bvh_ = build(*gpu_, scene_, options, progress);
+  std::shared_ptr<DeviceBuild> built;
+  if (builder_of(options.build.builder).on_device) {
+    built = std::make_shared<DeviceBuild>(*gpu_, scene_.triangles, options.build);
+    bvh_ = built->has_box_origin() ? built->summary() : built->bvh();
+    if (!built->has_box_origin()) built.reset();
+  } else {
+    bvh_ = build(scene_, options, progress);
+  }
   times_.bvh_s = seconds_since(start);
   features_ = features_of(scene_, facts_of(bvh_));
-  tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree);
+  tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built));
   if (options.use_cache) tracer_->choices().keep_in(cache_folder() / "auto");
   scene_data_ = std::make_unique<SceneData>(*gpu_, scene_, features_);
   renderer_ = std::make_unique<Renderer>(*gpu_, *tracer_, *scene_data_);

@@ -113,7 +113,7 @@ void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& he
 }
 
 nlohmann::json record_header(Engine& engine, double load_s) {
-  const nlohmann::json scene = bench::scene_json({engine.scene().name, engine.bvh().stats, load_s});
+  const nlohmann::json scene = bench::scene_json({engine.scene().name, engine.bvh_stats(), load_s});
   return {{"device", engine.device().name},
           {"driver", engine.device().driver},
           {"subgroup_size", engine.device().subgroup_size},

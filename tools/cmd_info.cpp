@@ -133,7 +133,7 @@ int run_info(const InfoArgs& args) {
         // measured view.
         [&](Scene& s) { args.light.apply(s, {&s.views[0]}, args.measure ? "path" : ""); }, args.statistics);
     print_scene(opened.engine->scene(), opened.engine->features(), opened.load_s);
-    print_bvh(opened.engine->bvh().stats);
+    print_bvh(opened.engine->bvh_stats());
     const nlohmann::json header = record_header(*opened.engine, opened.load_s);
     json.update(header);
     json["variants"] = print_variants(opened.engine->device(), opened.engine->features().tree);

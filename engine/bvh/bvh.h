@@ -47,6 +47,8 @@ struct Bvh {
   std::vector<std::uint32_t> references;  // prim of each reference, in leaf order
   Bounds bounds;                          // box of the root; zero if the tree is empty
   BvhStats stats;
+
+  bool is_empty() const { return stats.nodes == 0 && nodes.empty(); }
 };
 
 /// Returns the point that boxes on the device are measured from. Along an axis where the scene lies 16 times its

@@ -18,8 +18,9 @@ namespace ballot {
 class Tracer {
  public:
   /// Keeps references to gpu, bvh and triangles. Kernels are compiled for `facts`: those of `bvh`, or more general
-  /// ones.
-  Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
+  /// ones. `built`: as for DeviceTree.
+  Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
+         std::shared_ptr<DeviceBuild> built = {});
   ~Tracer();
   Tracer(const Tracer&) = delete;
   Tracer& operator=(const Tracer&) = delete;

@@ -20,6 +20,7 @@ struct BuiltTree {
   double sah = 0;                    // as BvhStats::sah
   Bounds bounds{};                   // of the triangles with area; zero if there are none
   glm::vec3 origin{0};               // the point that boxes on the device are measured from
+  std::uint32_t leaves() const { return (leaf_texels - proper * TRIANGLE_TEXELS) / LEAF_HEADER_TEXELS; }
 };
 
 /// Builds trees on a device. It keeps its working memory, about 130 bytes a triangle, for the next build. Belongs to the
@@ -77,9 +78,5 @@ class DeviceBuilder {
   PassMs build_ms_, write_ms_;
   std::optional<std::uint32_t> bits_;
 };
-
-/// Builds a tree on the device and reads it back in the reference form. Throws Error as build_bvh() and DeviceBuilder
-/// do.
-Bvh build_bvh_on_device(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings = {});
 
 }  // namespace ballot

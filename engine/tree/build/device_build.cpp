@@ -1,10 +1,10 @@
-// Reads a tree that was built on the device back in the reference form.
+// Builds the tree of triangles of the host, and reads it back in the reference form.
 #include <chrono>
 
 #include "engine/bvh/build.h"
 #include "engine/core/error.h"
 #include "engine/formats/pair_decode.h"
-#include "engine/tree/build/device_builder.h"
+#include "engine/tree/build/device_build.h"
 
 namespace ballot {
 
@@ -13,7 +13,7 @@ namespace {
 /// Converts the device tree to the reference form, depth first and left child first, as flatten() does.
 class ReadBack {
  public:
-  explicit ReadBack(const PairTree& tree) : tree_(tree) {}
+  explicit ReadBack(PairTree tree) : tree_(std::move(tree)) {}
 
   Bvh run() {
     if (tree_.root == END_OF_TREE) return {};
@@ -60,21 +60,45 @@ class ReadBack {
     bvh_.stats.largest_leaf = std::max(bvh_.stats.largest_leaf, node.count);
   }
 
-  const PairTree& tree_;
+  const PairTree tree_;
   Bvh bvh_;
   std::vector<Open> todo_;
 };
 
-PairTree download(Context& gpu, DeviceBuilder& builder, const BuiltTree& built) {
+}  // namespace
+
+DeviceBuild::DeviceBuild(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings)
+    : gpu_(gpu), settings_(settings), builder_(gpu) {
+  const auto start = std::chrono::steady_clock::now();
+  check_settings(settings);
+  check_triangles(triangles);
+  triangles_ = DeviceBuilder::upload(gpu, triangles);
+  built_ = builder_.build(*triangles_, std::uint32_t(triangles.size()), settings);
+  summary_.bounds = built_.bounds;
+  BvhStats& s = summary_.stats;
+  s.triangles = built_.triangles;
+  s.degenerate = built_.triangles - built_.proper;
+  s.references = built_.proper;
+  s.leaves = built_.leaves();
+  s.nodes = s.leaves == 0 ? 0 : 2 * s.leaves - 1;
+  s.depth = built_.depth;
+  s.largest_leaf = std::min(settings.max_leaf, built_.proper);
+  s.sah = built_.sah;
+  s.bytes = s.leaves * 2 * sizeof(BvhNode) + s.references * sizeof(std::uint32_t);
+  s.builder = BuilderId::Device;
+  s.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+PairTree DeviceBuild::download() {
   PairTree tree;
   tree.layout = NodeLayout::Interleaved;
-  tree.root = built.root;
-  tree.depth = built.depth;
-  tree.bounds = built.bounds;
-  tree.origin = built.origin;
-  Buffer<glm::uvec4> pairs(gpu, std::size_t(built.pairs) * tree.pair_texels(), Access::Storage, "bvh nodes");
-  Buffer<glm::uvec4> leaves(gpu, built.leaf_texels, Access::Storage, "bvh leaves");
-  builder.write(NodeLayout::Interleaved, Padding::Ray, pairs, leaves);
+  tree.root = built_.root;
+  tree.depth = built_.depth;
+  tree.bounds = built_.bounds;
+  tree.origin = built_.origin;
+  Buffer<glm::uvec4> pairs(gpu_, std::size_t(built_.pairs) * tree.pair_texels(), Access::Storage, "bvh nodes");
+  Buffer<glm::uvec4> leaves(gpu_, built_.leaf_texels, Access::Storage, "bvh leaves");
+  builder_.write(NodeLayout::Interleaved, Padding::Ray, pairs, leaves);
   tree.nodes.resize(pairs.size());
   tree.leaves.resize(leaves.size());
   pairs.download(tree.nodes);
@@ -82,28 +106,22 @@ PairTree download(Context& gpu, DeviceBuilder& builder, const BuiltTree& built) 
   return tree;
 }
 
-}  // namespace
+const Bvh& DeviceBuild::bvh() {
+  if (bvh_) return *bvh_;
+  Bvh bvh;
+  if (built_.root != END_OF_TREE) bvh = ReadBack(download()).run();
+  const BvhStats counted = bvh.stats;
+  bvh.bounds = summary_.bounds;
+  bvh.stats = summary_.stats;
+  bvh.stats.leaves = counted.leaves;
+  bvh.stats.depth = counted.depth;
+  bvh.stats.largest_leaf = counted.largest_leaf;
+  if (!bvh.nodes.empty()) bvh.stats.sah = sah_cost(bvh, settings_);
+  return bvh_.emplace(std::move(bvh));
+}
 
 Bvh build_bvh_on_device(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings) {
-  const auto start = std::chrono::steady_clock::now();
-  check_settings(settings);
-  check_triangles(triangles);
-  DeviceBuilder builder(gpu);
-  const Buffer<Triangle> buffer = DeviceBuilder::upload(gpu, triangles);
-  const BuiltTree& built = builder.build(buffer, std::uint32_t(triangles.size()), settings);
-  Bvh bvh;
-  if (built.root != END_OF_TREE) bvh = ReadBack(download(gpu, builder, built)).run();
-  bvh.bounds = built.bounds;
-  BvhStats& s = bvh.stats;
-  s.triangles = std::uint32_t(triangles.size());
-  s.degenerate = s.triangles - built.proper;
-  s.references = std::uint32_t(bvh.references.size());
-  s.nodes = bvh.nodes.empty() ? 0 : std::uint32_t(bvh.nodes.size() - 1);
-  s.bytes = bvh.nodes.size() * sizeof(BvhNode) + bvh.references.size() * sizeof(std::uint32_t);
-  s.sah = bvh.nodes.empty() ? 0 : sah_cost(bvh, settings);
-  s.builder = BuilderId::Device;
-  s.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return bvh;
+  return DeviceBuild(gpu, triangles, settings).bvh();
 }
 
 }  // namespace ballot
