@@ -44,24 +44,26 @@ uint write_leaf(uint cluster, vec3 lo, vec3 hi, uint texel) {
 }
 
 // The rest of a room, and the smaller nodes whose pairs are still to be written.
-struct Room {
-  uint pair, texel;
-  uint nodes[8], pairs[8], left;
-};
+uint next_pair, next_texel;
+uint open_nodes[8], open_pairs[8], open_count;
 
-Child child_of(uint cluster, inout Room room) {
-  Item item = is_triangle(cluster) ? item_of_triangle(index_of(cluster), 0.0) : item_of_node(cluster);
+Child child_of(uint cluster) {
+  Item item;
+  if (is_triangle(cluster))
+    item = item_of_triangle(index_of(cluster), 0.0);
+  else
+    item = item_of_node(cluster);
   precise vec3 lo = item.lo - state.origin, hi = item.hi - state.origin;
   Child child = Child(lo, hi, 0u);
   if (is_leaf(cluster)) {
-    child.ref = LEAF_BIT | (count_of(cluster) - 1u) << LEAF_COUNT_SHIFT | room.texel;
-    room.texel = write_leaf(cluster, lo, hi, room.texel);
+    child.ref = LEAF_BIT | (count_of(cluster) - 1u) << LEAF_COUNT_SHIFT | next_texel;
+    next_texel = write_leaf(cluster, lo, hi, next_texel);
   } else if (has_many(cluster)) {
     child.ref = pair_of(index_of(cluster)) * PAIR_TEXELS(BALLOT_LAYOUT);
   } else {
-    child.ref = room.pair * PAIR_TEXELS(BALLOT_LAYOUT);
-    room.nodes[room.left] = index_of(cluster);
-    room.pairs[room.left++] = room.pair++;
+    child.ref = next_pair * PAIR_TEXELS(BALLOT_LAYOUT);
+    open_nodes[open_count] = index_of(cluster);
+    open_pairs[open_count++] = next_pair++;
   }
 #if BALLOT_PADDED
   pad_box(child.lo, child.hi, sides_of(item.sides_xy, item.side_z_shape));
@@ -69,37 +71,32 @@ Child child_of(uint cluster, inout Room room) {
   return child;
 }
 
-void write_room(uint node, uint pair, Room room) {
-  room.nodes[0] = node;
-  room.pairs[0] = pair;
-  room.left = 1u;
-  while (room.left > 0u) {
-    --room.left;
-    uint at = room.nodes[room.left] * BUILD_NODE_TEXELS, to = room.pairs[room.left];
-    Child l = child_of(nodes[at].w, room), r = child_of(nodes[at + 1u].w, room);
-    write_pair(to, l, r);
+// Writes the pair of a node, and those of the smaller nodes below it. If the whole tree is one leaf, writes that alone.
+// Every function has one call: lavapipe takes long to compile them.
+void write_room(uint node, uint pair, bool is_lone_leaf) {
+  open_nodes[0] = node;
+  open_pairs[0] = pair;
+  open_count = 1u;
+  while (open_count > 0u) {
+    --open_count;
+    uint at = open_nodes[open_count] * BUILD_NODE_TEXELS, to = open_pairs[open_count];
+    Child children[2];
+    for (uint side = 0u; side < (is_lone_leaf ? 1u : 2u); ++side) {
+      Child child = child_of(is_lone_leaf ? state.root : nodes[at + side].w);
+      if (side == 0u) children[0] = child;
+      children[1] = child;
+    }
+    if (!is_lone_leaf) write_pair(to, children[0], children[1]);
   }
 }
 
-// A tree of so few triangles that a leaf could hold them.
-void write_small_tree() {
-  Room room;
-  room.pair = 1u;
-  room.texel = 0u;
-  room.left = 0u;
-  if (is_leaf(state.root))
-    child_of(state.root, room);
-  else
-    write_room(index_of(state.root), 0u, room);
-}
-
 void main() {
-  if (gl_GlobalInvocationID.x == 0u && state.proper > 0u && !has_many(state.root)) write_small_tree();
   for (uint i = gl_GlobalInvocationID.x; i < state.proper; i += gl_NumWorkGroups.x * GROUP_SIZE) {
-    if (needs[i] == 0u) continue;
-    Room room;
-    room.pair = starts[i].x + 2u;
-    room.texel = starts[i].y;
-    write_room(i, pair_of(i), room);
+    bool is_small = i == 0u && !has_many(state.root);  // a leaf could hold the whole tree
+    if (needs[i] == 0u && !is_small) continue;
+    next_pair = is_small ? 1u : starts[i].x + 2u;
+    next_texel = is_small ? 0u : starts[i].y;
+    uint node = is_small ? index_of(state.root) : i;
+    write_room(node, is_small ? 0u : pair_of(i), is_small && is_leaf(state.root));
   }
 }
