@@ -28,8 +28,8 @@ Bvh flatten(const BuildNode* root, const BuildSettings& settings);
 /// Returns the SAH cost of a tree that has nodes, as BvhStats::sah.
 double sah_cost(const Bvh& bvh, const BuildSettings& settings);
 
-/// Throw Error(Arguments) or Error(Work) as build_bvh() does for settings out of range and for triangles that no builder
-/// takes.
+/// Throw Error(Arguments) or Error(Work) as build_bvh() does for settings out of range and for triangles that no
+/// builder takes.
 void check_settings(const BuildSettings& settings);
 void check_triangles(std::span<const Triangle> triangles);
 

@@ -6,11 +6,11 @@
 // Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction. HPG 2024; Ciprian Apetrei. Fast and
 // Simple Agglomerative LBVH Construction. CGVC 2014 (the climb).
 //
-// A lane begins at a key and climbs the binary radix tree of the keys, which is never stored. At each node one of the two
-// children arrives first: its lane leaves its range and stops. The one that arrives last goes on with both ranges. So no
-// lane waits for another. Where a range has more than BUILD_KEPT keys, the subgroup of the lane merges the clusters of
-// both halves until BUILD_KEPT are left, and at the root until one is left. Differs: the number of a node is a key that
-// no other node has, so nodes need no counter, lie in Morton order and are the same in every run.
+// A lane begins at a key and climbs the binary radix tree of the keys, which is never stored. At each node one of the
+// two children arrives first: its lane leaves its range and stops. The one that arrives last goes on with both ranges.
+// So no lane waits for another. Where a range has more than BUILD_KEPT keys, the subgroup of the lane merges the
+// clusters of both halves until BUILD_KEPT are left, and at the root until one is left. Differs: the number of a node
+// is a key that no other node has, so nodes need no counter, lie in Morton order and are the same in every run.
 #include "../lib/build/frame.glsl"
 #include "../lib/build/keys.glsl"
 
@@ -55,7 +55,8 @@ uint load_items(uint first, uint split, uint last) {
 // Stores the clusters that are left of a range, and that there are no others.
 void store_items(uint from, uint count, uint first, uint last) {
   for (uint place = gl_SubgroupInvocationID; place < BUILD_KEPT; place += SUBGROUP_SIZE)
-    if (first + place <= last) clusters[first + place] = place < count ? item_words[items_at + from + place] : BUILD_NONE;
+    if (first + place <= last)
+      clusters[first + place] = place < count ? item_words[items_at + from + place] : BUILD_NONE;
 }
 
 void store_root(uint from, uint triangles) {

@@ -5,8 +5,8 @@
 
 #include "layout.h"
 
-// Specialisation constants of the builder's kernels: the invocations of a workgroup and of a subgroup, and the subgroups
-// of a workgroup.
+// Specialisation constants of the builder's kernels: the invocations of a workgroup and of a subgroup, and the
+// subgroups of a workgroup.
 #define BUILD_SPEC_GROUP 0
 #define BUILD_SPEC_SUBGROUP 1
 #define BUILD_SPEC_GROUP_SUBGROUPS 2

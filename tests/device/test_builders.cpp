@@ -1,5 +1,5 @@
-// Holds every builder to the same rules: sound trees, and hits in watertight that do not depend on the builder, for each
-// tree format. The sort of the builder `device` is held to std::stable_sort.
+// Holds every builder to the same rules: sound trees, and hits in watertight that do not depend on the builder, for
+// each tree format. The sort of the builder `device` is held to std::stable_sort.
 #include <algorithm>
 #include <numeric>
 
@@ -164,6 +164,21 @@ TEST_F(Builders, MemoryIsUsedAgain) {
   expect_silent(*gpu_);
 }
 
+// Codes of more bits order triangles finer, and give a tree of about the same cost.
+TEST_F(Builders, CodesOfTwoWords) {
+  const Triangles triangles = shapes::soup(4000, 0.1f);
+  const Buffer<Triangle> buffer = DeviceBuilder::upload(*gpu_, triangles);
+  DeviceBuilder builder(*gpu_);
+  const double cost = builder.build(buffer, 4000, {}).sah;
+  for (const std::uint32_t bits : {40u, 64u}) {
+    builder.set_code_bits(bits);
+    EXPECT_NEAR(builder.build(buffer, 4000, {}).sah, cost, 0.03 * cost) << bits;
+  }
+  EXPECT_EQ(DeviceBuilder::code_bits(4'000'000), 32u);
+  EXPECT_EQ(DeviceBuilder::code_bits(10'000'000), 40u);
+  expect_silent(*gpu_);
+}
+
 TEST_F(Builders, HitsDoNotDependOnTheBuilder) {
   std::vector<const char*> methods{"while-while", "bvh4", "packet-wide", "frontier"};
   if (gpu_->info().is_cpu() && gpu_->info().subgroup_size != 8) methods.resize(1);  // the others take long to compile
@@ -208,8 +223,8 @@ PairTree written(Context& gpu, DeviceBuild& build, NodeLayout layout, Padding pa
   return tree;
 }
 
-/// Expects that `inner` lies in `outer`, and that `outer` is not much larger: by 2^-6 of its extent, as half extents may
-/// have 8 bits, and by a millionth of its coordinates.
+/// Expects that `inner` lies in `outer`, and that `outer` is not much larger: by 2^-6 of its extent, as half extents
+/// may have 8 bits, and by a millionth of its coordinates.
 bool is_close_around(const Bounds& outer, const Bounds& inner) {
   for (int axis = 0; axis < 3; ++axis) {
     const double extent = double(inner.hi[axis]) - inner.lo[axis];

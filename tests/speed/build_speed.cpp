@@ -1,5 +1,5 @@
-// Measures the builder `device`: milliseconds of each pass on the device, for wavy grids of any size and for scenes, and
-// how fast the trees of all builders are traced. Figures are medians over the repeats.
+// Measures the builder `device`: milliseconds of each pass on the device, for wavy grids of any size and for scenes,
+// and how fast the trees of all builders are traced. Figures are medians over the repeats.
 //
 // "device" is the sum of all passes, from triangles on the device to the pairs and leaves that kernels read; "wall" is
 // that time as the host sees it, with its one wait in between.

@@ -7,8 +7,8 @@
 
 namespace ballot {
 
-/// A tree that DeviceBuilder made of triangles of the host. It keeps the builder's memory, so that the tree can be written
-/// in other layouts. Belongs to the thread of its Context.
+/// A tree that DeviceBuilder made of triangles of the host. It keeps the builder's memory, so that the tree can be
+/// written in other layouts. Belongs to the thread of its Context.
 class DeviceBuild {
  public:
   /// Uploads the triangles and builds their tree. Throws Error as build_bvh() and DeviceBuilder do.

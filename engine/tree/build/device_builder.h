@@ -23,8 +23,8 @@ struct BuiltTree {
   std::uint32_t leaves() const { return (leaf_texels - proper * TRIANGLE_TEXELS) / LEAF_HEADER_TEXELS; }
 };
 
-/// Builds trees on a device. It keeps its working memory, about 130 bytes a triangle, for the next build. Belongs to the
-/// thread of its Context.
+/// Builds trees on a device. It keeps its working memory, about 130 bytes a triangle, for the next build. Belongs to
+/// the thread of its Context.
 ///
 /// All passes follow from the number of triangles alone, so the host waits once, before the tree is written: then it
 /// knows how large the tree is. No pass waits for other workgroups, and all loops are bounded, whatever the triangles.

@@ -7,19 +7,19 @@
 
 namespace ballot {
 
-/// The buffers of a sort: keys of key_words() words, lower word first, and the prim of each key. The second of each pair
-/// is where the first pass writes.
+/// The buffers of a sort: keys of key_words() words, lower word first, and the prim of each key. The second of each
+/// pair is where the first pass writes.
 struct SortBuffers {
   std::array<Buffer<std::uint32_t>*, 2> keys;
   std::array<Buffer<std::uint32_t>*, 2> prims;
 };
 
-/// Sorts keys by a number of their lowest bits, and with each key its prim: at first its index. Keys with equal bits keep
-/// their order. Belongs to the thread of its Context.
+/// Sorts keys by a number of their lowest bits, and with each key its prim: at first its index. Keys with equal bits
+/// keep their order. Belongs to the thread of its Context.
 class RadixSort {
  public:
-  /// Prepares for keys of up to `bits` bits: a multiple of 8 up to 64. Makes room for `most` keys. Throws Error(Work) if
-  /// the device has no room.
+  /// Prepares for keys of up to `bits` bits: a multiple of 8 up to 64. Makes room for `most` keys. Throws Error(Work)
+  /// if the device has no room.
   RadixSort(Context& gpu, std::uint32_t bits, std::uint32_t most);
 
   /// Records the passes that sort the first `count` keys of buffers.keys[0]. Returns the index of the buffers that then

@@ -30,7 +30,9 @@ struct Item {
 // The longest extents of triangles, as the upper 16 bits of floats, rounded up.
 uint upper_half(float x) { return (floatBitsToUint(x) + 0xFFFFu) >> 16; }
 float from_half(uint half_word) { return uintBitsToFloat(half_word << 16); }
-vec3 sides_of(uint xy, uint z_shape) { return vec3(from_half(xy & 0xFFFFu), from_half(xy >> 16), from_half(z_shape & 0xFFFFu)); }
+vec3 sides_of(uint xy, uint z_shape) {
+  return vec3(from_half(xy & 0xFFFFu), from_half(xy >> 16), from_half(z_shape & 0xFFFFu));
+}
 uint max_halves(uint a, uint b) { return max(a & 0xFFFFu, b & 0xFFFFu) | max(a >> 16, b >> 16) << 16; }
 
 #ifndef NODES_ACCESS

@@ -21,8 +21,8 @@ const uint GROUP_SIZE = SUBGROUP_SIZE * GROUP_SUBGROUPS;
 // The number of this invocation in its workgroup, by subgroup and lane.
 uint lane_of_group() { return gl_SubgroupID * SUBGROUP_SIZE + gl_SubgroupInvocationID; }
 
-// subgroup_sync() orders accesses to shared memory within a subgroup. publish() makes writes to buffers visible to other
-// workgroups before later accesses.
+// subgroup_sync() orders accesses to shared memory within a subgroup. publish() makes writes to buffers visible to
+// other workgroups before later accesses.
 //
 // The lanes of a subgroup of lavapipe run in lockstep, and its atomic operations order all accesses to memory. Version
 // 22.3 takes every memory barrier of a wider scope for a barrier of the workgroup, as every version does with

@@ -1,10 +1,10 @@
 // Merges the clusters of a range of keys. A subgroup does so together: its items lie in shared memory, twice, and each
 // round of merges copies them from one half to the other.
 //
-// Daniel Meister, Jiri Bittner. Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction. IEEE TVCG
-// 2018; Carsten Benthin et al. PLOC++. HPG 2022. Differs: distances that are equal are ordered by the exclusive or of the
-// two places, so each item has one nearest neighbour, and the nearest pair of all is always mutual. Equal boxes then make
-// a balanced tree.
+// Daniel Meister, Jiri Bittner. Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction. IEEE
+// TVCG 2018; Carsten Benthin et al. PLOC++. HPG 2022. Differs: distances that are equal are ordered by the exclusive or
+// of the two places, so each item has one nearest neighbour, and the nearest pair of all is always mutual. Equal boxes
+// then make a balanced tree.
 
 const uint STRIDE = GROUP_SUBGROUPS * 2u * BUILD_ITEMS;
 const uint STEPS = SUBGROUP_SIZE < BUILD_ITEMS ? BUILD_ITEMS / SUBGROUP_SIZE : 1u;
@@ -83,8 +83,8 @@ void find_nearest(uint from, uint count) {
   }
 }
 
-// Returns the union of two clusters and stores it as a node. The node takes the number of one of its keys, and the other
-// becomes the key of the cluster. So no two nodes have the same number.
+// Returns the union of two clusters and stores it as a node. The node takes the number of one of its keys, and the
+// other becomes the key of the cluster. So no two nodes have the same number.
 Item merged(Item a, Item b) {
   Item item;
   item.lo = min(a.lo, b.lo);

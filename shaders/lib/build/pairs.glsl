@@ -23,7 +23,8 @@ void pad_box(inout vec3 lo, inout vec3 hi, vec3 sides) {
   vec3 centre = abs(0.5 * (lo + hi)), extent = 0.5 * (hi - lo);
   vec3 moved = mix(vec3(0.0), centre + extent, notEqual(state.origin, vec3(0.0)));
   float longest = max(sides.x, max(sides.y, sides.z));
-  vec3 pad = ROUNDING * (18.0 * sides + (31.0 * longest + 2.0 * centre + 3.0 * extent + moved)) + CLAMPED * state.longest;
+  vec3 pad = ROUNDING * (18.0 * sides + (31.0 * longest + 2.0 * centre + 3.0 * extent + moved));
+  pad += CLAMPED * state.longest;
   precise vec3 down = lo - pad, up = hi + pad;
   lo = next_down(down);
   hi = next_up(up);

@@ -3,8 +3,8 @@
 // waits for the one before it, so no workgroup waits for another one.
 //
 // Nadathur Satish, Mark Harris, Michael Garland. Designing Efficient Sorting Algorithms for Manycore GPUs. IPDPS 2009
-// (counts, sums, moves); Andrew Adinets, Duane Merrill. Onesweep. 2022 (a lane finds the lanes with its digit by a ballot
-// for each bit). Differs: keys go from registers to their places without a stop in shared memory.
+// (counts, sums, moves); Andrew Adinets, Duane Merrill. Onesweep. 2022 (a lane finds the lanes with its digit by a
+// ballot for each bit). Differs: keys go from registers to their places without a stop in shared memory.
 #include "frame.glsl"
 #include "keys.glsl"
 

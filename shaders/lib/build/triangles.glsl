@@ -5,7 +5,9 @@ struct Corners {
   vec3 a, b, c;
 };
 
-Corners corners_of(uint prim) { return Corners(vertices[3u * prim], vertices[3u * prim + 1u], vertices[3u * prim + 2u]); }
+Corners corners_of(uint prim) {
+  return Corners(vertices[3u * prim], vertices[3u * prim + 1u], vertices[3u * prim + 2u]);
+}
 
 vec3 lo_of(Corners t) { return min(t.a, min(t.b, t.c)); }
 vec3 hi_of(Corners t) { return max(t.a, max(t.b, t.c)); }
