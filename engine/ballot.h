@@ -72,7 +72,9 @@ class Engine {
   ~Engine();
 
   const Scene& scene() const { return scene_; }
-  const Bvh& bvh() const { return bvh_; }
+  /// Returns the tree. One that was built on the device is read back by the first call.
+  const Bvh& bvh() { return tracer_->tree().whole_bvh(); }
+  const BvhStats& bvh_stats() const { return bvh_.stats; }
   /// Returns the features that kernels are compiled for.
   const SceneFeatures& features() const { return features_; }
   const DeviceInfo& device() const { return gpu_->info(); }

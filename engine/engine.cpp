@@ -5,6 +5,7 @@
 #include "ballot_commit.h"
 #include "engine/ballot.h"
 #include "engine/scene/digest.h"
+#include "engine/tree/build/device_build.h"
 
 namespace ballot {
 
@@ -42,9 +43,22 @@ glm::dmat4 ndc_from_camera(const View& view, double aspect) {
   return m;
 }
 
-Bvh build(const Scene& scene, const EngineOptions& options, const Progress& progress) {
-  if (!options.use_cache) return build_bvh(scene.triangles, options.build, progress);
-  return build_bvh_cached(scene.triangles, options.build, cache_folder() / "bvh", progress);
+/// A tree and, if the device made it and kernels can read it where it lies, what holds it there.
+struct Built {
+  Bvh bvh;
+  std::shared_ptr<DeviceBuild> there = {};
+};
+
+Built build(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
+            const Progress& progress) {
+  if (builder_of(settings.builder).on_device) {
+    auto there = std::make_shared<DeviceBuild>(gpu, triangles, settings);
+    if (!there->has_box_origin()) return {there->bvh()};
+    Bvh summary = there->summary();
+    return {std::move(summary), std::move(there)};
+  }
+  if (!use_cache) return {build_bvh(triangles, settings, progress)};
+  return {build_bvh_cached(triangles, settings, cache_folder() / "bvh", progress)};
 }
 
 }  // namespace
@@ -61,10 +75,11 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   for (const Query& q : options.queries)
     kernel_config_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);
   const auto start = Clock::now();
-  bvh_ = build(scene_, options, progress);
+  Built built = build(*gpu_, scene_.triangles, build_, options.use_cache, progress);
+  bvh_ = std::move(built.bvh);
   times_.bvh_s = seconds_since(start);
   features_ = features_of(scene_, facts_of(bvh_));
-  tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree);
+  tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built.there));
   if (options.use_cache) tracer_->choices().keep_in(cache_folder() / "auto");
   make_renderers();
 }
@@ -84,13 +99,13 @@ void Engine::move(std::vector<Triangle> triangles, const Progress& progress) {
     fail(Failure::Arguments, "scene '{}' has {} triangles, but {} are to take their place; expected as many",
          scene_.name, scene_.triangles.size(), triangles.size());
   const Bounds bounds = bounds_of_vertices(triangles, scene_.name);
-  Bvh bvh = build_bvh(triangles, build_, progress);
+  Built built = build(*gpu_, triangles, build_, false, progress);
   gpu_->finish();
   scene_.triangles = std::move(triangles);
   scene_.bounds = bounds;
-  bvh_ = std::move(bvh);
+  bvh_ = std::move(built.bvh);
   features_ = features_of(scene_, facts_of(bvh_));
-  tracer_->replace(bvh_, scene_.triangles, features_.tree);
+  tracer_->replace(bvh_, scene_.triangles, features_.tree, std::move(built.there));
   make_renderers();
 }
 

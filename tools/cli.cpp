@@ -27,9 +27,13 @@ void EngineArgs::add_options(CLI::App& app) {
                  "[the best GPU, else a CPU]; e.g. --device llvmpipe");
   app.add_flag("--validate", validate,
                "turn on Vulkan's validation layers with synchronization checks; exit code 1 if they report anything");
-  app.add_option("--split-budget", split_budget,
-                 "BVH build: extra triangle references that spatial splits may add, as a share of the triangles,\n"
-                 "0 to 16 [0.5]; e.g. 0.5 allows 50 % more references");
+  std::string builders;
+  for (const Builder& b : kBuilders) builders += fmt::format("\n  {:<12} {}", b.name, b.summary);
+  app.add_option("--build", build, fmt::format("BVH builder [{}]{}", kDefaultBuilder, builders));
+  app.add_option(
+      "--split-budget", split_budget,
+      "BVH build 'best': extra triangle references that spatial splits may add, as a share of the triangles,\n"
+      "0 to 16 [0.5]; e.g. 0.5 allows 50 % more references");
   app.add_option("--max-leaf", max_leaf, "BVH build: largest number of triangles in a leaf, 1 to 6 [6]");
   app.add_flag("--no-cache", no_cache, "build the BVH again; neither read nor write the BVH cache");
   app.add_option("--json", json, "also write the results to this JSON file");
@@ -42,6 +46,7 @@ EngineOptions EngineArgs::options() const {
   o.use_cache = !no_cache;
   o.build.split_budget = split_budget;
   o.build.max_leaf = max_leaf;
+  o.build.builder = find_builder(build).id;
   return o;
 }
 
@@ -108,7 +113,7 @@ void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& he
 }
 
 nlohmann::json record_header(Engine& engine, double load_s) {
-  const nlohmann::json scene = bench::scene_json({engine.scene().name, engine.bvh().stats, load_s});
+  const nlohmann::json scene = bench::scene_json({engine.scene().name, engine.bvh_stats(), load_s});
   return {{"device", engine.device().name},
           {"driver", engine.device().driver},
           {"subgroup_size", engine.device().subgroup_size},

@@ -19,6 +19,7 @@ struct EngineArgs {
   bool validate = false, no_cache = false;
   float split_budget = BuildSettings{}.split_budget;
   std::uint32_t max_leaf = BuildSettings{}.max_leaf;
+  std::string build{kDefaultBuilder};
   std::string json;
 
   void add_to(CLI::App& app, bool scene_required);

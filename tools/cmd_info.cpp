@@ -60,8 +60,9 @@ void print_scene(const Scene& s, const SceneFeatures& f, double load_s) {
 }
 
 void print_bvh(const BvhStats& s) {
-  fmt::print("\nBVH: {} nodes ({} leaves of at most {} triangles), depth {}, SAH cost {:.2f}, {} in {:.3f} s\n",
-             s.nodes, s.leaves, s.largest_leaf, s.depth, s.sah, s.from_cache ? "from the cache" : "built", s.build_s);
+  fmt::print("\nBVH: {} nodes ({} leaves of at most {} triangles), depth {}, SAH cost {:.2f}, {} by '{}' in {:.3f} s\n",
+             s.nodes, s.leaves, s.largest_leaf, s.depth, s.sah, s.from_cache ? "from the cache, built" : "built",
+             builder_of(s.builder).name, s.build_s);
   fmt::print("  {} references to {} triangles ({:+.1f} % by spatial splits); {} of zero area left out\n", s.references,
              s.triangles, s.triangles > s.degenerate ? 100.0 * s.references / (s.triangles - s.degenerate) - 100 : 0.0,
              s.degenerate);
@@ -132,7 +133,7 @@ int run_info(const InfoArgs& args) {
         // measured view.
         [&](Scene& s) { args.light.apply(s, {&s.views[0]}, args.measure ? "path" : ""); }, args.statistics);
     print_scene(opened.engine->scene(), opened.engine->features(), opened.load_s);
-    print_bvh(opened.engine->bvh().stats);
+    print_bvh(opened.engine->bvh_stats());
     const nlohmann::json header = record_header(*opened.engine, opened.load_s);
     json.update(header);
     json["variants"] = print_variants(opened.engine->device(), opened.engine->features().tree);

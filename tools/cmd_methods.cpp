@@ -62,6 +62,14 @@ std::string numeric_table() {
   return table.text();
 }
 
+std::string builders_table() {
+  Table table({"builder", "what it does", "spatial splits", "runs on"}, 4);
+  for (const Builder& b : kBuilders)
+    table.row({code(b.name, kDefaultBuilder), std::string(b.summary), b.splits ? "yes" : "no",
+               b.on_device ? "the device" : "the CPU"});
+  return table.text();
+}
+
 /// A table: the name of its section in a text file, its title in a terminal.
 struct Listing {
   std::string name;
@@ -72,7 +80,8 @@ struct Listing {
 const Listing kListings[] = {{"methods", "Traversal methods (--method)", methods_table},
                              {"formats", "Tree formats", formats_table},
                              {"knobs", "Knobs (--knob NAME=VALUE)", knobs_table},
-                             {"numeric", "Numeric modes (--numeric)", numeric_table}};
+                             {"numeric", "Numeric modes (--numeric)", numeric_table},
+                             {"builders", "BVH builders (--build)", builders_table}};
 
 /// Rewrites the sections of these files. All files are checked before the first is written.
 void write_tables(const std::vector<std::string>& files) {
@@ -100,11 +109,11 @@ int run_methods(const std::vector<std::string>& files) {
 void add_methods(CLI::App& app, int& result) {
   auto files = std::make_shared<std::vector<std::string>>();
   CLI::App* cmd = app.add_subcommand(
-      "methods", "lists traversal methods, tree formats, knobs and numeric modes in tables; needs no device");
+      "methods", "lists traversal methods, tree formats, knobs, numeric modes and builders in tables; needs no device");
   cmd->add_option("--write", *files,
                   "text files in which to replace the tables instead of printing them: each section between the lines\n"
-                  "<!-- NAME:begin --> and <!-- NAME:end -->, where NAME is methods, formats, knobs or numeric;\n"
-                  "e.g. ballot methods --write shaders/README.md engine/README.md");
+                  "<!-- NAME:begin --> and <!-- NAME:end -->, where NAME is methods, formats, knobs, numeric or\n"
+                  "builders; e.g. ballot methods --write shaders/README.md engine/README.md");
   cmd->callback([files, &result] { result = run_methods(*files); });
 }
 

@@ -180,7 +180,7 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
                              {"mrays_per_s", times.mrays_per_s()},
                              {"passes", passes_json(times)},
                              {"wall", wall_json(wall)},
-                             {"scene_bytes", engine.bvh().stats.bytes},
+                             {"scene_bytes", engine.bvh_stats().bytes},
                              {"render_bytes", engine.render_bytes()},
                              {"exr", exr.string()},
                              {"png", args.png ? png.string() : ""}});
@@ -230,7 +230,7 @@ int run_render(const RenderArgs& args) {
              engine.device().name, engine.device().driver, variant.config.subgroup,
              query.method == kAuto ? "method auto" : variant.name());
   fmt::print("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,
-             engine.start_times().bvh_s, engine.bvh().stats.from_cache ? " (cached)" : "");
+             engine.start_times().bvh_s, engine.bvh_stats().from_cache ? " (cached)" : "");
   nlohmann::json json = record_header(engine, opened.load_s);
   for (std::size_t i = 0; i < views.size(); ++i) render_view(args, opened, *views[i], job, files[i], json);
   if (const std::string line = choice_line(engine, query); !line.empty())

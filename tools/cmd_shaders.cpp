@@ -163,6 +163,17 @@ std::vector<KernelSource> render_sources() {
   return sources;
 }
 
+/// The builder of the device, with and without float64.
+std::vector<KernelSource> builder_sources() {
+  std::vector<KernelSource> sources;
+  for (DeviceInfo device : imagined_devices()) {
+    if (!device.shuffle) continue;
+    device.float64 = !device.is_cpu();
+    for (KernelSource& source : build_sources(device)) sources.push_back(std::move(source));
+  }
+  return sources;
+}
+
 int write_headers(const std::filesystem::path& folder) {
   write_file(folder / "knobs.h", knobs_header());
   write_file(folder / "knobs_guard.h", knobs_guard());
@@ -174,7 +185,8 @@ int run_shaders(const ShadersArgs& args) {
   if (!args.headers.empty()) return write_headers(args.headers);
   nlohmann::json json = nlohmann::json::array();
   std::vector<KernelSource> sources = traversal_sources();
-  for (KernelSource& source : render_sources()) sources.push_back(std::move(source));
+  for (auto* more : {&render_sources, &builder_sources})
+    for (KernelSource& source : (*more)()) sources.push_back(std::move(source));
   std::erase_if(sources, [&](const KernelSource& s) { return s.name.find(args.only) == std::string::npos; });
   if (sources.empty())
     fail(Failure::Arguments,

@@ -95,6 +95,7 @@ inline BallotMesh mesh_of(const Mesh& m) {
 }
 inline BallotSceneOptions options_of(const SceneOptions& options) {
   auto o = BALLOT_INIT(BallotSceneOptions);
+  if (!options.builder.empty()) o.builder = options.builder.c_str();
   o.max_leaf = options.max_leaf;
   o.split_budget = options.split_budget > 0 ? options.split_budget : -1;
   o.cache = options.cache;

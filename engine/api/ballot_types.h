@@ -73,8 +73,11 @@ struct Mesh {
 };
 
 struct SceneOptions {
+  /// How the tree is built: "best", "balanced", "fast" or "device" (`ballot methods` says what they are). Empty: of
+  /// meshes "device" on a GPU and "balanced" on a CPU, the quickest to build; of files "best", the quickest to trace.
+  std::string builder = {};
   std::uint32_t max_leaf = 6;  // most triangles of a leaf, 1 to 6
-  float split_budget = 0.5f;   // share of references that spatial splits may add, 0 to 16
+  float split_budget = 0.5f;   // of "best": share of references that spatial splits may add, 0 to 16
   bool cache = false;          // keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
 };
 

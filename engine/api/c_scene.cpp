@@ -103,10 +103,12 @@ void fill_normals(ballot::Scene& scene) {
       if (n == glm::vec3(0)) n = geometric_normal(scene.triangles[i]);
 }
 
-ballot::EngineOptions engine_options(const DeviceState& device, const BallotSceneOptions& o, bool cache) {
+ballot::EngineOptions engine_options(const DeviceState& device, const BallotSceneOptions& o, const char* builder,
+                                     bool cache) {
   ballot::EngineOptions options;
   options.context = device.gpu;
   options.use_cache = cache;
+  options.build.builder = ballot::find_builder(o.builder ? o.builder : builder).id;
   if (o.max_leaf) options.build.max_leaf = o.max_leaf;
   if (o.split_budget != 0) options.build.split_budget = std::max(o.split_budget, 0.0f);
   return options;
@@ -154,7 +156,8 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     fill_normals(made);
     ballot::finish_scene(made);
     const std::lock_guard lock(d->mutex);
-    state->engine = std::make_unique<ballot::Engine>(std::move(made), engine_options(*d, o, o.cache != 0));
+    const char* quickest = d->gpu->info().is_cpu() ? "balanced" : "device";
+    state->engine = std::make_unique<ballot::Engine>(std::move(made), engine_options(*d, o, quickest, o.cache != 0));
     *scene = scenes().add(std::move(state));
   });
 }
@@ -171,7 +174,8 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
     ballot::Scene loaded = ballot::load_scene(path);
     state->meshes.push_back({0, 0, loaded.triangles.size(), 3 * loaded.triangles.size(), {}});
     const std::lock_guard lock(d->mutex);
-    state->engine = std::make_unique<ballot::Engine>(std::move(loaded), engine_options(*d, o, !options || o.cache));
+    state->engine =
+        std::make_unique<ballot::Engine>(std::move(loaded), engine_options(*d, o, "best", !options || o.cache));
     *scene = scenes().add(std::move(state));
   });
 }

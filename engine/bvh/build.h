@@ -25,6 +25,14 @@ struct BuildNode {
 /// references.
 Bvh flatten(const BuildNode* root, const BuildSettings& settings);
 
+/// Returns the SAH cost of a tree that has nodes, as BvhStats::sah.
+double sah_cost(const Bvh& bvh, const BuildSettings& settings);
+
+/// Throw Error(Arguments) or Error(Work) as build_bvh() does for settings out of range and for triangles that no
+/// builder takes.
+void check_settings(const BuildSettings& settings);
+void check_triangles(std::span<const Triangle> triangles);
+
 /// True if the triangle has no area: two of its vertices are equal, or the cross product of its edges is exactly zero
 /// in double precision.
 bool is_degenerate(const Triangle& triangle);

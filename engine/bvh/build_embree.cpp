@@ -1,5 +1,7 @@
-// Builds the tree with Embree 3's rtcBuildBVH. Stich, Friedrich, Dietrich. Spatial splits in bounding volume
-// hierarchies. HPG 2009 (what RTC_BUILD_QUALITY_HIGH does).
+// Builds the tree with Embree 3's rtcBuildBVH. The sources of its three qualities:
+// HIGH    Martin Stich, Heiko Friedrich, Andreas Dietrich. Spatial Splits in Bounding Volume Hierarchies. HPG 2009.
+// MEDIUM  Ingo Wald. On fast Construction of SAH-based Bounding Volume Hierarchies. RT 2007.
+// LOW     Christian Lauterbach et al. Fast BVH Construction on GPUs. Eurographics 2009.
 #include <embree3/rtcore.h>
 
 #include <algorithm>
@@ -27,6 +29,9 @@ constexpr float kLargestCoordinate = 1e12f;
 // which is four times the last. The trees of the scenes tried are at most 30 deep; that of triangles in a geometric
 // series is 34.
 constexpr unsigned kFirstDepth = 48, kLastDepth = 3072;
+
+// Leaves of builder `fast` hold up to this many triangles.
+constexpr std::uint32_t kMortonLeaf = 4;
 
 struct DeviceRelease {
   void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
@@ -116,32 +121,6 @@ void note_error(void* user, RTCError, const char* text) {
   if (job.message.empty() && text != nullptr) job.message = text;
 }
 
-void check_settings(const BuildSettings& s) {
-  const auto positive = [](float x) { return std::isfinite(x) && x > 0; };
-  if (s.max_leaf < 1 || s.max_leaf > MAX_LEAF_TRIANGLES)
-    fail(Failure::Arguments, "bvh: max_leaf is {} (--max-leaf), but a leaf holds 1 to {} triangles", s.max_leaf,
-         MAX_LEAF_TRIANGLES);
-  if (!(s.split_budget >= 0 && s.split_budget <= 16))
-    fail(Failure::Arguments, "bvh: split_budget is {} (--split-budget), but must lie between 0 and 16", s.split_budget);
-  if (!positive(s.traversal_cost) || !positive(s.intersection_cost))
-    fail(Failure::Arguments, "bvh: traversal_cost {} and intersection_cost {} must be positive", s.traversal_cost,
-         s.intersection_cost);
-}
-
-// Embree aborts the process if a box is inverted or holds a NaN. So every vertex is checked before the build.
-void check_triangles(std::span<const Triangle> triangles) {
-  if (triangles.size() > std::size_t{1} << 31)
-    fail(Failure::Work, "bvh: {} triangles, but at most 2^31 can be numbered", triangles.size());
-  for (std::size_t i = 0; i < triangles.size(); ++i)
-    for (const glm::vec3& v : triangles[i])
-      for (int axis = 0; axis < 3; ++axis)
-        if (!(std::abs(v[axis]) <= kLargestCoordinate))
-          fail(Failure::Work,
-               "bvh: triangle {}: coordinate {} of a vertex is {}, expected a finite value within +-{:g}; scale the "
-               "scene",
-               i, "xyz"[axis], v[axis], kLargestCoordinate);
-}
-
 std::size_t count_proper(std::span<const Triangle> triangles) {
   return static_cast<std::size_t>(
       std::count_if(triangles.begin(), triangles.end(), [](const Triangle& t) { return !is_degenerate(t); }));
@@ -156,11 +135,23 @@ void fill(std::vector<RTCBuildPrimitive>& parts, std::span<const Triangle> trian
   }
 }
 
+RTCBuildQuality quality_of(BuilderId builder) {
+  switch (builder) {
+    case BuilderId::Balanced:
+      return RTC_BUILD_QUALITY_MEDIUM;
+    case BuilderId::Fast:
+      return RTC_BUILD_QUALITY_LOW;
+    default:
+      return RTC_BUILD_QUALITY_HIGH;
+  }
+}
+
 RTCBuildArguments arguments(const BuildSettings& settings, Job& job) {
   RTCBuildArguments args = rtcDefaultBuildArguments();
-  args.buildQuality = RTC_BUILD_QUALITY_HIGH;
+  args.buildQuality = quality_of(settings.builder);
   args.maxBranchingFactor = 2;
-  args.minLeafSize = 1;
+  // The Morton builder knows no costs: it splits down to the smallest leaf allowed.
+  args.minLeafSize = settings.builder == BuilderId::Fast ? std::min(kMortonLeaf, settings.max_leaf) : 1;
   args.maxLeafSize = settings.max_leaf;
   args.traversalCost = settings.traversal_cost;
   args.intersectionCost = settings.intersection_cost;
@@ -168,7 +159,7 @@ RTCBuildArguments arguments(const BuildSettings& settings, Job& job) {
   args.setNodeChildren = set_children;
   args.setNodeBounds = set_bounds;
   args.createLeaf = create_leaf;
-  args.splitPrimitive = split;
+  if (builder_of(settings.builder).splits) args.splitPrimitive = split;
   args.buildProgress = report;
   args.userPtr = &job;
   return args;
@@ -178,7 +169,8 @@ RTCBuildArguments arguments(const BuildSettings& settings, Job& job) {
 const BuildNode* build_tree(RTCDevice device, RTCBVH memory, std::size_t count, const BuildSettings& settings,
                             Job& job) {
   // Without spare room in the array Embree makes no spatial splits and reports no error.
-  const auto spare = static_cast<std::size_t>(static_cast<double>(count) * static_cast<double>(settings.split_budget));
+  const double splits = builder_of(settings.builder).splits ? double{settings.split_budget} : 0;
+  const auto spare = static_cast<std::size_t>(static_cast<double>(count) * splits);
   std::vector<RTCBuildPrimitive> parts(count + spare);
   RTCBuildArguments args = arguments(settings, job);
   args.bvh = memory;
@@ -221,9 +213,39 @@ Bvh build(std::span<const Triangle> triangles, std::size_t count, const BuildSet
 
 }  // namespace
 
+void check_settings(const BuildSettings& s) {
+  const auto positive = [](float x) { return std::isfinite(x) && x > 0; };
+  if (s.max_leaf < 1 || s.max_leaf > MAX_LEAF_TRIANGLES)
+    fail(Failure::Arguments, "bvh: max_leaf is {} (--max-leaf), but a leaf holds 1 to {} triangles", s.max_leaf,
+         MAX_LEAF_TRIANGLES);
+  if (!(s.split_budget >= 0 && s.split_budget <= 16))
+    fail(Failure::Arguments, "bvh: split_budget is {} (--split-budget), but must lie between 0 and 16", s.split_budget);
+  if (!positive(s.traversal_cost) || !positive(s.intersection_cost))
+    fail(Failure::Arguments, "bvh: traversal_cost {} and intersection_cost {} must be positive", s.traversal_cost,
+         s.intersection_cost);
+}
+
+// Embree aborts the process if a box is inverted or holds a NaN. So every vertex is checked before the build.
+void check_triangles(std::span<const Triangle> triangles) {
+  if (triangles.size() > std::size_t{1} << 31)
+    fail(Failure::Work, "bvh: {} triangles, but at most 2^31 can be numbered", triangles.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    for (const glm::vec3& v : triangles[i])
+      for (int axis = 0; axis < 3; ++axis)
+        if (!(std::abs(v[axis]) <= kLargestCoordinate))
+          fail(Failure::Work,
+               "bvh: triangle {}: coordinate {} of a vertex is {}, expected a finite value within +-{:g}; scale the "
+               "scene",
+               i, "xyz"[axis], v[axis], kLargestCoordinate);
+}
+
 Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& settings, const Progress& progress) {
   const auto start = std::chrono::steady_clock::now();
   check_settings(settings);
+  if (builder_of(settings.builder).on_device)
+    fail(Failure::Arguments,
+         "bvh: builder '{}' runs on a Vulkan device, but none is at hand; use one of the others: {}",
+         builder_of(settings.builder).name, names_of(kBuilders));
   check_triangles(triangles);
   const std::size_t proper = count_proper(triangles);
   Bvh bvh;
@@ -236,6 +258,7 @@ Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& settings
   }
   bvh.stats.triangles = static_cast<std::uint32_t>(triangles.size());
   bvh.stats.degenerate = static_cast<std::uint32_t>(triangles.size() - proper);
+  bvh.stats.builder = settings.builder;
   bvh.stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (progress) progress(1);
   return bvh;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/bvh/builders.h"
 #include "engine/scene/scene.h"
 #include "shaders/shared/layout.h"
 
@@ -20,6 +21,7 @@ struct BuildSettings {
   float split_budget = 0.5f;       // spatial splits add at most this share of references, 0..16; 0: no splits
   float traversal_cost = 1.2f;     // SAH cost of one node, positive, in the same unit as:
   float intersection_cost = 1.0f;  // SAH cost of one triangle, positive
+  BuilderId builder = BuilderId::Best;
   bool operator==(const BuildSettings&) const = default;
 };
 
@@ -35,6 +37,7 @@ struct BvhStats {
   std::uint64_t bytes = 0;  // of nodes and references in the reference form
   double build_s = 0;       // wall time in seconds of the build, or of the load if the tree came from the cache
   bool from_cache = false;
+  BuilderId builder = BuilderId::Best;  // the builder that made the tree
 };
 
 /// A binary tree in the reference form. Node 0 is the root and node 1 is unused. Siblings are neighbours in the array.
@@ -44,6 +47,8 @@ struct Bvh {
   std::vector<std::uint32_t> references;  // prim of each reference, in leaf order
   Bounds bounds;                          // box of the root; zero if the tree is empty
   BvhStats stats;
+
+  bool is_empty() const { return stats.nodes == 0 && nodes.empty(); }
 };
 
 /// Returns the point that boxes on the device are measured from. Along an axis where the scene lies 16 times its
@@ -60,10 +65,11 @@ inline TreeFacts facts_of(const Bvh& bvh) {
 /// A callback progress(done) with done in [0, 1]. It may be called from any thread, but never from two at once.
 using Progress = std::function<void(double)>;
 
-/// Builds a tree with Embree's rtcBuildBVH at RTC_BUILD_QUALITY_HIGH. A spatial split clips the triangle and rounds the
-/// boxes of its parts outward, so the boxes of all references of a triangle cover it.
+/// Builds a tree on the CPU with the builder of the settings, which is one of Embree's rtcBuildBVH. A spatial split
+/// clips the triangle and rounds the boxes of its parts outward, so the boxes of all references of a triangle cover it.
 /// Throws Error(Work) if a coordinate of a vertex is not finite or beyond +-1e12, there are more than 2^31 triangles,
-/// memory runs out or Embree fails. Throws Error(Arguments) if a setting is out of range.
+/// memory runs out or Embree fails. Throws Error(Arguments) if a setting is out of range or the builder runs on the
+/// device.
 Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& settings = {}, const Progress& progress = {});
 
 /// As build_bvh(), but through a cache on disk. Its key is made from the bytes of the triangles, the settings and the

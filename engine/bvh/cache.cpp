@@ -41,7 +41,7 @@ Hash key_of(std::span<const Triangle> triangles, const BuildSettings& s) {
     std::uint64_t count;
     std::uint32_t version, max_leaf;
     float split_budget, traversal_cost, intersection_cost;
-    std::uint32_t zero;
+    BuilderId builder;  // Best is 0, what this word held before there were several builders
   } all{XXH3_128bits(triangles.data(), triangles.size_bytes()),
         triangles.size(),
         kVersion,
@@ -49,7 +49,7 @@ Hash key_of(std::span<const Triangle> triangles, const BuildSettings& s) {
         s.split_budget,
         s.traversal_cost,
         s.intersection_cost,
-        0};
+        s.builder};
   static_assert(sizeof(all) == 48, "hashed bytes must have no padding");
   return XXH3_128bits(&all, sizeof(all));
 }
@@ -159,6 +159,7 @@ Bvh build_bvh_cached(std::span<const Triangle> triangles, const BuildSettings& s
   const Hash key = key_of(triangles, settings);
   const std::filesystem::path path = cache_folder / fmt::format("{:016x}{:016x}.bvh", key.high64, key.low64);
   if (std::optional<Bvh> stored = load(path, key, triangles.size())) {
+    stored->stats.builder = settings.builder;
     stored->stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (progress) progress(1);
     return std::move(*stored);

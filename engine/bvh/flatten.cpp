@@ -31,6 +31,16 @@ void unite_children(std::vector<BvhNode>& nodes) {
   }
 }
 
+void place_leaf(const BuildNode& from, BvhNode& node, Bvh& bvh) {
+  if (bvh.references.size() + from.count >= kMaxIndex) fail(Failure::Work, "bvh: more than 2^31 triangle references");
+  node = {from.box.lo, from.box.hi, from.count, static_cast<uint>(bvh.references.size())};
+  bvh.references.insert(bvh.references.end(), from.prims, from.prims + from.count);
+  ++bvh.stats.leaves;
+  bvh.stats.largest_leaf = std::max(bvh.stats.largest_leaf, from.count);
+}
+
+}  // namespace
+
 double sah_cost(const Bvh& bvh, const BuildSettings& settings) {
   const double whole = half_area(bvh.nodes[0].lo, bvh.nodes[0].hi);
   double cost = 0;
@@ -43,16 +53,6 @@ double sah_cost(const Bvh& bvh, const BuildSettings& settings) {
   }
   return cost;
 }
-
-void place_leaf(const BuildNode& from, BvhNode& node, Bvh& bvh) {
-  if (bvh.references.size() + from.count >= kMaxIndex) fail(Failure::Work, "bvh: more than 2^31 triangle references");
-  node = {from.box.lo, from.box.hi, from.count, static_cast<uint>(bvh.references.size())};
-  bvh.references.insert(bvh.references.end(), from.prims, from.prims + from.count);
-  ++bvh.stats.leaves;
-  bvh.stats.largest_leaf = std::max(bvh.stats.largest_leaf, from.count);
-}
-
-}  // namespace
 
 Bvh flatten(const BuildNode* root, const BuildSettings& settings) {
   Bvh bvh;

@@ -28,9 +28,11 @@ void TraceKernels::bind(TraceKernel& k, const Variant& v) {
   const Method& method = *v.method;
   const TreeAccess access = v.config.tree_access();
   k.tree = tree_.generation();
-  k.nodes = method.reads_pairs(v.config) ? &tree_.nodes(access) : nullptr;
+  // Walks that the driver cut short are repaired from nodes that the host knows (repair.h).
+  const Source source = v.config.loops_cut ? Source::Host : tree_.source_of(method.tree, v.numeric->leaves);
+  k.nodes = method.reads_pairs(v.config) ? &tree_.nodes(access, source) : nullptr;
   k.format = format_of(method.tree).encode ? &tree_.format(method.tree, access) : nullptr;
-  k.leaves = &tree_.leaves(v.numeric->leaves, v.config.fetch);
+  k.leaves = &tree_.leaves(v.numeric->leaves, v.config.fetch, source);
   if (v.config.fetch != Fetch::Reference) {
     if (k.nodes) k.kernel->bind(BIND_NODES, *k.nodes);
     if (k.format) k.kernel->bind(BIND_FORMAT, *k.format);

@@ -8,9 +8,10 @@
 
 namespace ballot {
 
-Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts)
+Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
+               std::shared_ptr<DeviceBuild> built)
     : gpu_(gpu),
-      tree_(gpu, bvh, triangles, facts),
+      tree_(gpu, bvh, triangles, facts, std::move(built)),
       kernels_(gpu, tree_),
       dispatcher_(gpu, tree_, kernels_),
       chooser_(gpu, bvh, [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
@@ -19,8 +20,9 @@ Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles
 
 Tracer::~Tracer() = default;
 
-void Tracer::replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts) {
-  tree_.replace(bvh, triangles, facts);
+void Tracer::replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
+                     std::shared_ptr<DeviceBuild> built) {
+  tree_.replace(bvh, triangles, facts, std::move(built));
   chooser_.replace(bvh);
 }
 
@@ -29,7 +31,7 @@ KernelConfig Tracer::config_of(const Query& query) const {
       kernel_config_for(find_method(query.method), find_numeric(query.numeric, gpu_.info()), gpu_.info(), query.knobs);
   if (config.padding == Padding::Ray || tree_.padded_reach() > 0) return config;
   const Bounds& b = tree_.bvh().bounds;
-  if (query.knobs.contains("padding") && !tree_.bvh().nodes.empty())
+  if (query.knobs.contains("padding") && !tree_.bvh().is_empty())
     fail(Failure::Arguments,
          "--knob padding=tree: the longest side of the scene's bounds must lie between 2^-60 and 2^44 and no "
          "coordinate beyond 2^60; they are ({}, {}, {}) to ({}, {}, {}); leave the knob out",

@@ -19,14 +19,16 @@ namespace ballot {
 class Tracer {
  public:
   /// Keeps references to gpu, bvh and triangles. Kernels are compiled for `facts`: those of `bvh`, or more general
-  /// ones.
-  Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
+  /// ones. `built`: as for DeviceTree.
+  Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
+         std::shared_ptr<DeviceBuild> built = {});
   ~Tracer();
   Tracer(const Tracer&) = delete;
   Tracer& operator=(const Tracer&) = delete;
 
   /// Replaces the tree. The next trace uses the new one. Keeps references as the constructor does.
-  void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
+  void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
+               std::shared_ptr<DeviceBuild> built = {});
 
   /// Traces rays and writes the hit of each at the same index. Contract: engine/ballot.h. progress is called after each
   /// chunk of rays.

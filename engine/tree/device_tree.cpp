@@ -27,18 +27,21 @@ std::uint64_t next_generation() {
 
 }  // namespace
 
-DeviceTree::DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts)
+DeviceTree::DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
+                       std::shared_ptr<DeviceBuild> built)
     : gpu_(gpu) {
-  replace(bvh, triangles, facts);
+  replace(bvh, triangles, facts, std::move(built));
 }
 
-void DeviceTree::replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts) {
+void DeviceTree::replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
+                         std::shared_ptr<DeviceBuild> built) {
   gpu_.finish();
   arrays_.clear();
   leaves_.clear();
   pairs_.clear();
   padded_boxes_.clear();
   bvh_ = &bvh;
+  built_ = std::move(built);
   triangles_ = triangles;
   box_origin_ = ballot::box_origin(bvh.bounds);
   padded_reach_ = ballot::padded_reach(bvh.bounds);
@@ -51,16 +54,16 @@ void DeviceTree::replace(const Bvh& bvh, std::span<const Triangle> triangles, co
 const PairTree& DeviceTree::pairs(NodeLayout layout, Padding padding) {
   const auto key = std::pair(layout, padding);
   if (const auto found = pairs_.find(key); found != pairs_.end()) return found->second;
-  if (padding == Padding::Tree && padded_boxes_.empty()) padded_boxes_ = padded_boxes(*bvh_, triangles_);
+  if (padding == Padding::Tree && padded_boxes_.empty()) padded_boxes_ = padded_boxes(whole_bvh(), triangles_);
   const std::span<const Bounds> boxes = padding == Padding::Tree ? padded_boxes_ : std::span<const Bounds>();
-  return pairs_.emplace(key, encode_pairs(*bvh_, triangles_, layout, boxes)).first->second;
+  return pairs_.emplace(key, encode_pairs(whole_bvh(), triangles_, layout, boxes)).first->second;
 }
 
 const PairTree& DeviceTree::any_pairs() {
   return pairs_.empty() ? pairs(NodeLayout::Interleaved) : pairs_.begin()->second;
 }
 
-std::uint32_t DeviceTree::root() { return any_pairs().root; }
+std::uint32_t DeviceTree::root() { return built_ ? built_->built().root : any_pairs().root; }
 
 const DeviceTree::Texels& DeviceTree::upload(const FormatKey& key, std::span<const glm::uvec4> texels,
                                              const char* name) {
@@ -69,9 +72,24 @@ const DeviceTree::Texels& DeviceTree::upload(const FormatKey& key, std::span<con
   return arrays_.emplace(key, std::move(made)).first->second;
 }
 
-const DeviceTree::Texels& DeviceTree::nodes(const TreeAccess& a) {
-  const FormatKey key{TreeFormatId::Pair, 0, a.layout, a.padding, a.fetch};
+/// Has the device write pairs. It writes the leaves again with them: the same texels.
+const DeviceTree::Texels& DeviceTree::write_nodes(const FormatKey& key) {
+  const auto layout = std::get<NodeLayout>(key);
+  const Access access = access_for(std::get<Fetch>(key)) | Access::Storage;
+  const BuiltTree& tree = built_->built();
+  const LeavesKey leaves_key{LeafFormat::Vertices, std::get<Fetch>(key), Source::Device};
+  auto leaves = leaves_.find(leaves_key);
+  if (leaves == leaves_.end())
+    leaves = leaves_.emplace(leaves_key, Texels(gpu_, tree.leaf_texels, access, "bvh leaves")).first;
+  Texels pairs(gpu_, std::size_t(tree.pairs) * PAIR_TEXELS(std::uint32_t(layout)), access, "bvh nodes");
+  built_->write(layout, std::get<Padding>(key), pairs, leaves->second);
+  return arrays_.emplace(key, std::move(pairs)).first->second;
+}
+
+const DeviceTree::Texels& DeviceTree::nodes(const TreeAccess& a, Source source) {
+  const FormatKey key{TreeFormatId::Pair, 0, a.layout, a.padding, a.fetch, source};
   if (const auto found = arrays_.find(key); found != arrays_.end()) return found->second;
+  if (source == Source::Device) return write_nodes(key);
   return upload(key, pairs(a.layout, a.padding).nodes, "bvh nodes");
 }
 
@@ -80,14 +98,18 @@ const DeviceTree::Texels& DeviceTree::format(TreeFormatId id, const TreeAccess& 
   const std::uint32_t size = id == TreeFormatId::Frontier ? a.frontier : 0;
   const NodeLayout layout = row.follows_pairs ? a.layout : NodeLayout::Interleaved;
   const Padding padding = row.follows_pairs ? a.padding : Padding::Ray;
-  const FormatKey key{id, size, layout, padding, a.fetch};
+  const FormatKey key{id, size, layout, padding, a.fetch, Source::Host};
   if (const auto found = arrays_.find(key); found != arrays_.end()) return found->second;
   return upload(key, row.encode(pairs(layout, padding), size), row.name.data());
 }
 
-const DeviceTree::Texels& DeviceTree::leaves(LeafFormat format, Fetch fetch) {
-  const auto key = std::pair(format, fetch);
+const DeviceTree::Texels& DeviceTree::leaves(LeafFormat format, Fetch fetch, Source source) {
+  const LeavesKey key{format, fetch, source};
   if (const auto found = leaves_.find(key); found != leaves_.end()) return found->second;
+  if (source == Source::Device) {
+    nodes({.fetch = fetch}, source);
+    return leaves_.at(key);
+  }
   const PairTree& tree = any_pairs();
   const std::vector<glm::uvec4> affine =
       format == LeafFormat::Affine ? make_affine_leaves(tree) : std::vector<glm::uvec4>();

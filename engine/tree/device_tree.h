@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <tuple>
@@ -10,11 +11,15 @@
 
 #include "engine/formats/formats.h"
 #include "engine/scene/features.h"
+#include "engine/tree/build/device_build.h"
 #include "engine/tree/shear.h"
 #include "engine/tree/tree_access.h"
 #include "engine/vk/buffer.h"
 
 namespace ballot {
+
+/// The place where the arrays of a kernel were made. Kernels do not mix arrays of the two: their leaves differ in order.
+enum class Source { Host, Device };
 
 /// The arrays of one tree on one device. Each is encoded and uploaded when a kernel first asks for it.
 ///
@@ -26,14 +31,20 @@ class DeviceTree {
   using Texels = Buffer<glm::uvec4>;
 
   /// Keeps references to gpu, bvh and triangles. Kernels are compiled for `facts`: those of `bvh`, or more general
-  /// ones.
-  DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
+  /// ones. If the tree was `built` on the device, `bvh` may be its summary: then the tree is read back where the host
+  /// needs its nodes.
+  DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
+             std::shared_ptr<DeviceBuild> built = {});
 
   /// Replaces the tree, which begins a new generation. Waits for the device. Invalidates references to arrays.
-  void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
+  void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
+               std::shared_ptr<DeviceBuild> built = {});
 
   std::uint64_t generation() const { return generation_; }
+  /// Returns the tree, which has no nodes if it is the summary of one that was built on the device.
   const Bvh& bvh() const { return *bvh_; }
+  /// Returns the tree with its nodes.
+  const Bvh& whole_bvh() { return built_ ? built_->bvh() : *bvh_; }
   std::span<const Triangle> triangles() const { return triangles_; }
   /// Returns the facts that kernels are compiled for.
   const TreeFacts& facts() const { return facts_; }
@@ -51,21 +62,30 @@ class DeviceTree {
   /// Returns the child reference at which traversal begins. It is the same in every format.
   std::uint32_t root();
 
+  /// Returns where the arrays are made of a kernel that reads this format and these leaves. Arrays of the device are its
+  /// own pairs and vertices.
+  Source source_of(TreeFormatId id, LeafFormat leaves) const {
+    return built_ && id == TreeFormatId::Pair && leaves == LeafFormat::Vertices ? Source::Device : Source::Host;
+  }
+
   /// Returns the node pairs that a kernel reads.
-  const Texels& nodes(const TreeAccess& access);
+  const Texels& nodes(const TreeAccess& access, Source source = Source::Host);
   /// Returns the array of a format other than the pairs.
   const Texels& format(TreeFormatId id, const TreeAccess& access);
   /// Returns the leaves, which all formats share.
-  const Texels& leaves(LeafFormat format, Fetch fetch);
+  const Texels& leaves(LeafFormat format, Fetch fetch, Source source = Source::Host);
 
  private:
-  using FormatKey = std::tuple<TreeFormatId, std::uint32_t, NodeLayout, Padding, Fetch>;
+  using FormatKey = std::tuple<TreeFormatId, std::uint32_t, NodeLayout, Padding, Fetch, Source>;
+  using LeavesKey = std::tuple<LeafFormat, Fetch, Source>;
 
   const PairTree& any_pairs();
+  const Texels& write_nodes(const FormatKey& key);
   const Texels& upload(const FormatKey& key, std::span<const glm::uvec4> texels, const char* name);
 
   Context& gpu_;
   const Bvh* bvh_ = nullptr;
+  std::shared_ptr<DeviceBuild> built_;  // null unless the tree was built on the device
   std::span<const Triangle> triangles_;
   TreeFacts facts_;
   std::uint64_t generation_ = 0;
@@ -75,7 +95,7 @@ class DeviceTree {
   std::vector<Bounds> padded_boxes_;  // made on first use
   std::map<std::pair<NodeLayout, Padding>, PairTree> pairs_;
   std::map<FormatKey, Texels> arrays_;
-  std::map<std::pair<LeafFormat, Fetch>, Texels> leaves_;
+  std::map<LeavesKey, Texels> leaves_;
 };
 
 }  // namespace ballot

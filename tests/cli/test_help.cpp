@@ -46,7 +46,10 @@ TEST_F(Help, OfRenderListsShadings) {
 
 TEST_F(Help, SplitBudgetsRangeIsTheEnginesOwn) {
   square();
-  expect_parts(succeed({"info", "--help"}).out, {"0 to 16"});
+  const std::string text = succeed({"info", "--help"}).out;
+  expect_parts(text, {"0 to 16"});
+  for (const Builder& b : kBuilders) expect_parts(text, {b.name, b.summary});
+  refuse(2, {"no BVH builder is called 'bset'", "best, balanced, fast"}, {"info", "square.glb", "--build", "bset"});
   refuse(2, {"split_budget is 17", "between 0 and 16"}, {"info", "square.glb", "--split-budget", "17"});
   refuse(2, {"max_leaf is 7", "1 to 6"}, {"info", "square.glb", "--max-leaf", "7"});
 }

@@ -23,6 +23,7 @@ TEST_F(MethodTables, ListTheRegistries) {
   for (const TreeFormat& f : kTreeFormats) expect_parts(text, {f.name, f.summary});
   for (const KnobInfo& k : knobs()) expect_parts(text, {k.name, k.values, k.what});
   for (const NumericMode& m : kNumericModes) expect_parts(text, {m.name, m.summary});
+  for (const Builder& b : kBuilders) expect_parts(text, {b.name, b.summary});
 }
 
 TEST_F(MethodTables, ManualsHaveThem) {

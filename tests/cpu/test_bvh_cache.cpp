@@ -78,10 +78,12 @@ TEST_F(BvhCache, OtherSettingsOrTrianglesAreOtherFiles) {
   get();
   EXPECT_FALSE(get({.split_budget = 0}).stats.from_cache);
   EXPECT_FALSE(get({.max_leaf = 2}).stats.from_cache);
+  EXPECT_FALSE(get({.builder = BuilderId::Fast}).stats.from_cache);
+  EXPECT_EQ(get({.builder = BuilderId::Fast}).stats.builder, BuilderId::Fast);
   EXPECT_FALSE(get({.traversal_cost = 2}).stats.from_cache);
   triangles_[0][0].x += 1;
   EXPECT_FALSE(get().stats.from_cache);
-  EXPECT_EQ(files().size(), 5u);
+  EXPECT_EQ(files().size(), 6u);
 }
 
 TEST_F(BvhCache, TruncatedFilesAreReplaced) {

@@ -103,7 +103,7 @@ TEST_F(CounterTest, PacketsVisitMoreThanTheirRaysNeed) {
   EXPECT_GT(packet["disagreements"], 0u);
   EXPECT_LE(packet["disagreements"], packet["votes"]);
   EXPECT_LT(packet.coherence(), count("packet", {}, *primary_).coherence());
-  EXPECT_LE(packet.stack, engine_->bvh().stats.depth + 1);
+  EXPECT_LE(packet.stack, engine_->bvh_stats().depth + 1);
 }
 
 // A hybrid whose threshold is never reached counts as the packet does. One whose threshold is always reached splits.

@@ -93,6 +93,7 @@ nlohmann::json scene_json(const SceneFigures& s) {
           {"bytes", s.bvh.bytes},
           {"build_s", s.bvh.build_s},
           {"from_cache", s.bvh.from_cache},
+          {"builder", builder_of(s.bvh.builder).name},
           {"load_s", s.load_s}};
 }
 

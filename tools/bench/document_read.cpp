@@ -110,6 +110,7 @@ SceneFigures read_scene(const JsonPlace& json) {
   if (const auto n = json.find("degenerate")) s.bvh.degenerate = n->small_count();
   if (const auto n = json.find("leaves")) s.bvh.leaves = n->small_count();
   if (const auto cached = json.find("from_cache")) s.bvh.from_cache = cached->truth();
+  if (const auto builder = json.find("builder")) s.bvh.builder = find_builder(builder->text()).id;
   if (const auto seconds = json.find("load_s")) s.load_s = seconds->number();
   return s;
 }

@@ -74,7 +74,7 @@ class Run {
     const double load_s = loaded.load_s;
     const std::unique_ptr<Engine> engine = open(std::move(loaded.scene));
     if (result_.document.device.empty()) begin(*engine);
-    result_.document.scenes.push_back({engine->scene().name, engine->bvh().stats, load_s});
+    result_.document.scenes.push_back({engine->scene().name, engine->bvh_stats(), load_s});
     for (const RaySet& rays : plan_.rays) add_block(*engine, rays);
     result_.messages = engine->messages().size();
   }

@@ -225,7 +225,8 @@ Choice Chooser::calibrate(const Query& query, const Buffer<Ray>& rays, std::size
   const auto start = Clock::now();
   const Effort& effort = effort_on(gpu_.info());
   Choice choice{query.rays, query.want, query.numeric, query.knobs, candidates_for(query, gpu_.info())};
-  if (bvh_->nodes.size() > kMostNodesToCollapse) leave_out_collapsed(choice.candidates);
+  if (std::max<std::size_t>(bvh_->nodes.size(), bvh_->stats.nodes) > kMostNodesToCollapse)
+    leave_out_collapsed(choice.candidates);
   if (choice.candidates.size() == 1) return choice;
   const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
   std::vector<Buffer<Ray>> samples;

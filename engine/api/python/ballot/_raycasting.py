@@ -26,7 +26,7 @@ class RaycastingScene:
 
     nthreads      accepted for Open3D's sake and not used: the device's driver takes what it needs
     device        a ballot.Device; None: the default one
-    split_budget  as Scene; 0 builds the tree many times as fast as 0.5, which suits scenes of long thin triangles
+    builder       as Scene
 
     Differences: t_hit, uvs and normals of a watertight query are not bit for bit Embree's, on an edge the neighbouring
     triangle may be reported, and a ray in the plane of a triangle misses it. Arrays of NumPy, DLPack on the CPU and
@@ -43,10 +43,10 @@ class RaycastingScene:
 
     INVALID_ID = 4294967295
 
-    def __init__(self, nthreads: int = 0, device: Device | None = None, *, split_budget: float = 0.0):
+    def __init__(self, nthreads: int = 0, device: Device | None = None, *, builder: str = ""):
         _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
         self._device = device_or_default(device) if device is not None else None
-        self._split_budget = split_budget
+        self._builder = builder
         self._meshes: list[tuple[np.ndarray, np.ndarray]] = []
         self._scene: Scene | None = None
         self._lock = threading.Lock()
@@ -77,7 +77,7 @@ class RaycastingScene:
     def _built(self) -> Scene:
         with self._lock:
             if self._scene is None:
-                self._scene = Scene(meshes=self._meshes, device=self._device, split_budget=self._split_budget)
+                self._scene = Scene(meshes=self._meshes, device=self._device, builder=self._builder)
             return self._scene
 
     def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, np.ndarray]:
@@ -138,10 +138,10 @@ class RaycastingScene:
         return _pinhole(intrinsic, _matrix(given["extrinsic_matrix"], (4, 4), "extrinsic_matrix"), width, height)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"device": self._device, "split_budget": self._split_budget, "meshes": list(self._meshes)}
+        return {"device": self._device, "builder": self._builder, "meshes": list(self._meshes)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(device=state["device"], split_budget=state["split_budget"])
+        self.__init__(device=state["device"], builder=state["builder"])
         self._meshes = state["meshes"]
 
 

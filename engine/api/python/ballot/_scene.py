@@ -60,8 +60,10 @@ class Scene:
     device        a Device; None: the default one
     ids           a number 0 to 2^32 - 1 for each mesh, which trace_columns() reports; None: 0, 1, 2, ...
     normals       (n, 3) unit normal of each vertex, for pictures; with `meshes` a list of such arrays or None
+    builder       how the tree is built: "best", "balanced", "fast" or "device"; "": "device" on a GPU, "balanced" on a
+                  CPU, the quickest to build
     max_leaf      most triangles of a leaf of the tree, 1 to 6
-    split_budget  share of references that spatial splits may add, 0 to 16
+    split_budget  of builder "best": share of references that spatial splits may add, 0 to 16
     cache         keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
 
     Triangles are numbered through the meshes in their order. Those without area keep their number and are never hit.
@@ -86,6 +88,7 @@ class Scene:
         device: Device | None = None,
         ids: Sequence[int] | int | None = None,
         normals: Any = None,
+        builder: str = "",
         max_leaf: int = 6,
         split_budget: float = 0.5,
         cache: bool = False,
@@ -96,7 +99,7 @@ class Scene:
             _mesh.make(v, t, i, n, f"mesh {k}" if meshes is not None else "mesh")
             for k, ((v, t), i, n) in enumerate(zip(given, numbers, directions))
         ]
-        self._options = _options(max_leaf, split_budget, cache)
+        self._options = _options(builder, max_leaf, split_budget, cache)
         self._path: str | None = None
         self._device = device
         self._handle = _ballot.Scene(device_or_default(device)._handle, [tuple(m) for m in made], *self._options)
@@ -324,6 +327,7 @@ def load_scene(
     path: str | os.PathLike[str],
     device: Device | None = None,
     *,
+    builder: str = "best",
     max_leaf: int = 6,
     split_budget: float = 0.5,
     cache: bool = True,
@@ -335,19 +339,21 @@ def load_scene(
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))
-    options = _options(max_leaf, split_budget, cache)
+    options = _options(builder, max_leaf, split_budget, cache)
     scene.__setstate__({"device": device, "options": options, "path": name})
     return scene
 
 
-def _options(max_leaf: int, split_budget: float, cache: bool) -> tuple[int, float, bool]:
+def _options(builder: str, max_leaf: int, split_budget: float, cache: bool) -> tuple[str, int, float, bool]:
+    if not isinstance(builder, str):
+        raise TypeError(f"builder: found {builder!r}; expected a string")
     try:
         budget = float(split_budget)
     except (TypeError, ValueError):
         raise TypeError(f"split_budget: found {split_budget!r}; expected a number") from None
     if not 0 <= budget <= 16:
         raise ValueError(f"split_budget is {budget}; expected 0 to 16")
-    return _query.whole(max_leaf, "max_leaf", 1, 6), budget, bool(cache)
+    return builder, _query.whole(max_leaf, "max_leaf", 1, 6), budget, bool(cache)
 
 
 def _pairs(vertices: Any, triangles: Any, meshes: Any) -> list[tuple[Any, Any]]:

@@ -51,26 +51,26 @@ struct MeshArrays {
   Mesh mesh;
 };
 
-SceneOptions options_of(std::uint32_t max_leaf, float split_budget, bool cache) {
+SceneOptions options_of(const std::string& builder, std::uint32_t max_leaf, float split_budget, bool cache) {
   if (max_leaf < 1) throw Error(Code::Argument, "max_leaf is 0; expected 1 to 6");
-  return {max_leaf, split_budget, cache};
+  return {builder, max_leaf, split_budget, cache};
 }
 
-void make_scene(SceneObject* self, const DeviceObject& device, const nb::list& meshes, std::uint32_t max_leaf,
-                float split_budget, bool cache) {
+void make_scene(SceneObject* self, const DeviceObject& device, const nb::list& meshes, const std::string& builder,
+                std::uint32_t max_leaf, float split_budget, bool cache) {
   std::vector<MeshArrays> arrays;
   arrays.reserve(meshes.size());
   for (const nb::handle mesh : meshes) arrays.emplace_back(nb::cast<nb::tuple>(mesh));
   std::vector<Mesh> list;
   for (const MeshArrays& a : arrays) list.push_back(a.mesh);
-  const SceneOptions options = options_of(max_leaf, split_budget, cache);
+  const SceneOptions options = options_of(builder, max_leaf, split_budget, cache);
   new (self) SceneObject(without_gil(
       device.use(), [&](const Device& d) { return std::make_shared<Scene>(d, std::span<const Mesh>(list), options); }));
 }
 
-void load_scene(SceneObject* self, const DeviceObject& device, const std::string& path, std::uint32_t max_leaf,
-                float split_budget, bool cache) {
-  const SceneOptions options = options_of(max_leaf, split_budget, cache);
+void load_scene(SceneObject* self, const DeviceObject& device, const std::string& path, const std::string& builder,
+                std::uint32_t max_leaf, float split_budget, bool cache) {
+  const SceneOptions options = options_of(builder, max_leaf, split_budget, cache);
   new (self) SceneObject(without_gil(
       device.use(), [&](const Device& d) { return std::make_shared<Scene>(Scene::load(d, path, options)); }));
 }

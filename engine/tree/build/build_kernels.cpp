@@ -1,0 +1,48 @@
+#include "engine/tree/build/build_kernels.h"
+
+#include "engine/core/error.h"
+
+namespace ballot {
+
+// On a GPU small workgroups keep the shared memory of a workgroup small. On lavapipe a workgroup is a task of a thread.
+std::uint32_t cluster_subgroups(const DeviceInfo& device) { return device.is_cpu() ? 8 : 2; }
+
+KernelSource build_source(const std::string& name, const DeviceInfo& device, const Defines& defines,
+                          std::uint32_t subgroups) {
+  KernelSource source;
+  source.file = "build/" + name + ".comp";
+  source.name = "build." + name;
+  source.subgroup_size = device.subgroup_size;
+  source.group_size = device.subgroup_size * subgroups;
+  source.defines = {{"BALLOT_UNIFORM_FLOW", int(device.uniform_flow)},
+                    {"BALLOT_FLOAT64", int(device.float64)},
+                    {"BALLOT_SUBGROUP_BARRIER", int(device.driver_id != VK_DRIVER_ID_MESA_LLVMPIPE)}};
+  for (const auto& [define, value] : defines) {
+    source.name += fmt::format(" {}={}", define, value);
+    source.defines.emplace_back("BALLOT_" + define, value);
+  }
+  source.constants = {{BUILD_SPEC_GROUP, source.group_size},
+                      {BUILD_SPEC_SUBGROUP, device.subgroup_size},
+                      {BUILD_SPEC_GROUP_SUBGROUPS, subgroups}};
+  return source;
+}
+
+KernelSource write_source(const DeviceInfo& device, NodeLayout layout, Padding padding) {
+  return build_source("write", device, {{"LAYOUT", int(layout)}, {"PADDED", int(padding == Padding::Tree)}});
+}
+
+std::vector<KernelSource> build_sources(const DeviceInfo& device) {
+  std::vector<KernelSource> all;
+  for (const char* name : {"bounds", "frame", "needs", "place_blocks", "places"})
+    all.push_back(build_source(name, device));
+  for (const int words : {1, 2}) {
+    for (const char* name : {"codes", "sort_count", "sort_sum", "sort_move"})
+      all.push_back(build_source(name, device, {{"KEY_WORDS", words}}));
+    all.push_back(build_source("cluster", device, {{"KEY_WORDS", words}}, cluster_subgroups(device)));
+  }
+  for (const NodeLayout layout : {NodeLayout::Paper, NodeLayout::Interleaved, NodeLayout::Centred, NodeLayout::Compact})
+    for (const Padding padding : {Padding::Ray, Padding::Tree}) all.push_back(write_source(device, layout, padding));
+  return all;
+}
+
+}  // namespace ballot

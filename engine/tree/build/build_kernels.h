@@ -1,0 +1,47 @@
+// The kernels that build the tree on the device, and how they are dispatched. Internal to engine/tree/build.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/tree/tree_access.h"
+#include "engine/vk/kernel.h"
+#include "shaders/shared/build.h"
+
+namespace ballot {
+
+/// Subgroups in a workgroup of most kernels, and of the one that merges clusters.
+constexpr std::uint32_t kBuildSubgroups = BUILD_GROUP_SUBGROUPS;
+std::uint32_t cluster_subgroups(const DeviceInfo& device);
+
+/// Returns the source of shaders/build/NAME.comp for a device, at the device's own subgroup size.
+KernelSource build_source(const std::string& name, const DeviceInfo& device, const Defines& defines = {},
+                          std::uint32_t subgroups = kBuildSubgroups);
+
+/// Returns the source of the kernel that writes pairs in a layout.
+KernelSource write_source(const DeviceInfo& device, NodeLayout layout, Padding padding);
+
+/// Returns the sources of all kernels, in every variant.
+std::vector<KernelSource> build_sources(const DeviceInfo& device);
+
+/// Returns how many words the keys of this many bits take.
+constexpr std::uint32_t key_words(std::uint32_t bits) { return bits > 32 ? 2 : 1; }
+
+/// Device milliseconds of the passes of a build, by name, in the order in which they ran.
+using PassMs = std::vector<std::pair<std::string, double>>;
+
+/// Records a pass of one dispatch. `ms` gets its device time when it has ended, under `name`; equal names that follow
+/// each other are summed up.
+template <class P>
+void record_build(Context& gpu, Kernel& kernel, std::uint32_t groups, const P& push, std::string name, PassMs& ms) {
+  gpu.pass(
+      kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups, push); },
+      [&ms, name = std::move(name)](double spent) {
+        if (ms.empty() || ms.back().first != name)
+          ms.emplace_back(name, spent);
+        else
+          ms.back().second += spent;
+      });
+}
+
+}  // namespace ballot

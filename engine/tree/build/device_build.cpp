@@ -1,0 +1,127 @@
+// Builds the tree of triangles of the host, and reads it back in the reference form.
+#include <chrono>
+
+#include "engine/bvh/build.h"
+#include "engine/core/error.h"
+#include "engine/formats/pair_decode.h"
+#include "engine/tree/build/device_build.h"
+
+namespace ballot {
+
+namespace {
+
+/// Converts the device tree to the reference form, depth first and left child first, as flatten() does.
+class ReadBack {
+ public:
+  explicit ReadBack(PairTree tree) : tree_(std::move(tree)) {}
+
+  Bvh run() {
+    if (tree_.root == END_OF_TREE) return {};
+    bvh_.nodes.resize(2);
+    place(0, {tree_.bounds, tree_.root}, 0);
+    while (!todo_.empty()) {
+      const Open open = todo_.back();
+      todo_.pop_back();
+      if (open.texel + tree_.pair_texels() > tree_.nodes.size() || bvh_.nodes.size() > 2 * tree_.nodes.size())
+        fail(Failure::Work, "bvh: the tree that the device built refers to a pair that it does not have");
+      const std::uint32_t first = std::uint32_t(bvh_.nodes.size());
+      bvh_.nodes.resize(first + 2);
+      bvh_.nodes[open.node].first = first;
+      const DevicePair pair = decode_pair(tree_, open.texel);
+      place(first + 1, pair.right, open.inner_above + 1);
+      place(first, pair.left, open.inner_above + 1);
+    }
+    return std::move(bvh_);
+  }
+
+ private:
+  struct Open {
+    std::uint32_t node, texel;
+    std::uint32_t inner_above;  // inner nodes on the path from the root, without this one
+  };
+
+  void place(std::uint32_t at, const DeviceChild& child, std::uint32_t inner_above) {
+    const glm::vec3 origin = at == 0 ? glm::vec3(0) : tree_.origin;  // the sums are exact: box_origin()
+    BvhNode& node = bvh_.nodes[at];
+    node = {child.box.lo + origin, child.box.hi + origin, 0, 0};
+    if (!is_leaf(child.ref)) {
+      todo_.push_back({at, child.ref, inner_above});
+      return;
+    }
+    bvh_.stats.depth = std::max(bvh_.stats.depth, inner_above);
+    node.count = leaf_count(child.ref);
+    node.first = std::uint32_t(bvh_.references.size());
+    const std::uint32_t block = leaf_texel(child.ref);
+    if (std::uint64_t{block} + LEAF_HEADER_TEXELS + node.count * TRIANGLE_TEXELS > tree_.leaves.size())
+      fail(Failure::Work, "bvh: the tree that the device built refers to a leaf that it does not have");
+    for (std::uint32_t i = 0; i < node.count; ++i)
+      bvh_.references.push_back(decode_prim(tree_, block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS));
+    ++bvh_.stats.leaves;
+    bvh_.stats.largest_leaf = std::max(bvh_.stats.largest_leaf, node.count);
+  }
+
+  const PairTree tree_;
+  Bvh bvh_;
+  std::vector<Open> todo_;
+};
+
+}  // namespace
+
+DeviceBuild::DeviceBuild(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings)
+    : gpu_(gpu), settings_(settings), builder_(gpu) {
+  const auto start = std::chrono::steady_clock::now();
+  check_settings(settings);
+  check_triangles(triangles);
+  triangles_ = DeviceBuilder::upload(gpu, triangles);
+  built_ = builder_.build(*triangles_, std::uint32_t(triangles.size()), settings);
+  summary_.bounds = built_.bounds;
+  BvhStats& s = summary_.stats;
+  s.triangles = built_.triangles;
+  s.degenerate = built_.triangles - built_.proper;
+  s.references = built_.proper;
+  s.leaves = built_.leaves();
+  s.nodes = s.leaves == 0 ? 0 : 2 * s.leaves - 1;
+  s.depth = built_.depth;
+  s.largest_leaf = std::min(settings.max_leaf, built_.proper);
+  s.sah = built_.sah;
+  s.bytes = s.leaves * 2 * sizeof(BvhNode) + s.references * sizeof(std::uint32_t);
+  s.builder = BuilderId::Device;
+  s.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+PairTree DeviceBuild::download() {
+  PairTree tree;
+  tree.layout = NodeLayout::Interleaved;
+  tree.root = built_.root;
+  tree.depth = built_.depth;
+  tree.bounds = built_.bounds;
+  tree.origin = built_.origin;
+  Buffer<glm::uvec4> pairs(gpu_, std::size_t(built_.pairs) * tree.pair_texels(), Access::Storage, "bvh nodes");
+  Buffer<glm::uvec4> leaves(gpu_, built_.leaf_texels, Access::Storage, "bvh leaves");
+  builder_.write(NodeLayout::Interleaved, Padding::Ray, pairs, leaves);
+  tree.nodes.resize(pairs.size());
+  tree.leaves.resize(leaves.size());
+  pairs.download(tree.nodes);
+  leaves.download(tree.leaves);
+  return tree;
+}
+
+const Bvh& DeviceBuild::bvh() {
+  if (bvh_) return *bvh_;
+  Bvh bvh;
+  if (built_.root != END_OF_TREE) bvh = ReadBack(download()).run();
+  const BvhStats counted = bvh.stats;
+  bvh.bounds = summary_.bounds;
+  bvh.stats = summary_.stats;
+  bvh.stats.leaves = counted.leaves;
+  bvh.stats.depth = counted.depth;
+  bvh.stats.largest_leaf = counted.largest_leaf;
+  if (!bvh.nodes.empty()) bvh.stats.sah = sah_cost(bvh, settings_);
+  return bvh_.emplace(std::move(bvh));
+}
+
+Bvh build_bvh_on_device(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings) {
+  return DeviceBuild(gpu, triangles, settings).bvh();
+}
+
+}  // namespace ballot

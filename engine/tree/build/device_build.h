@@ -1,0 +1,47 @@
+// A tree that was built on the device, and stays there until the host asks for it.
+#pragma once
+
+#include <optional>
+
+#include "engine/tree/build/device_builder.h"
+
+namespace ballot {
+
+/// A tree that DeviceBuilder made of triangles of the host. It keeps the builder's memory, so that the tree can be
+/// written in other layouts. Belongs to the thread of its Context.
+class DeviceBuild {
+ public:
+  /// Uploads the triangles and builds their tree. Throws Error as build_bvh() and DeviceBuilder do.
+  DeviceBuild(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings);
+
+  /// Returns bounds and statistics, without nodes and references. `largest_leaf` is what the settings allow.
+  const Bvh& summary() const { return summary_; }
+  /// Returns the tree in the reference form. The first call reads it back.
+  const Bvh& bvh();
+  const BuiltTree& built() const { return built_; }
+  /// True if device arrays of this tree measure boxes from box_origin() of its bounds. On devices without float64 the
+  /// rounding of the two may differ.
+  bool has_box_origin() const { return built_.origin == box_origin(built_.bounds); }
+
+  /// Writes the device arrays (DeviceBuilder::write).
+  void write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>& pairs, Buffer<glm::uvec4>& leaves) {
+    builder_.write(layout, padding, pairs, leaves);
+  }
+  const DeviceBuilder& builder() const { return builder_; }
+
+ private:
+  PairTree download();
+
+  Context& gpu_;
+  BuildSettings settings_;
+  DeviceBuilder builder_;
+  std::optional<Buffer<Triangle>> triangles_;
+  BuiltTree built_;
+  Bvh summary_;
+  std::optional<Bvh> bvh_;
+};
+
+/// Builds a tree on the device and reads it back. Throws Error as build_bvh() and DeviceBuilder do.
+Bvh build_bvh_on_device(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings = {});
+
+}  // namespace ballot

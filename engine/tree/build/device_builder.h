@@ -1,0 +1,82 @@
+// The builder `device` (engine/bvh/builders.h): makes the tree of triangles that lie on the device, on the device.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "engine/tree/build/radix_sort.h"
+
+namespace ballot {
+
+/// What is known of a tree that was built on the device. Its arrays lie there.
+struct BuiltTree {
+  std::uint32_t triangles = 0;       // in the scene
+  std::uint32_t proper = 0;          // triangles with area, which the tree holds
+  std::uint32_t pairs = 0;           // pairs of siblings, with one that is not used in trees of more than six triangles
+  std::uint32_t leaf_texels = 0;     // texels of leaves
+  std::uint32_t root = END_OF_TREE;  // child reference: END_OF_TREE, a leaf, or texel 0
+  std::uint32_t depth = 0;           // as BvhStats::depth
+  double sah = 0;                    // as BvhStats::sah
+  Bounds bounds{};                   // of the triangles with area; zero if there are none
+  glm::vec3 origin{0};               // the point that boxes on the device are measured from
+  std::uint32_t leaves() const { return (leaf_texels - proper * TRIANGLE_TEXELS) / LEAF_HEADER_TEXELS; }
+};
+
+/// Builds trees on a device. It keeps its working memory, about 130 bytes a triangle, for the next build. Belongs to
+/// the thread of its Context.
+///
+/// All passes follow from the number of triangles alone, so the host waits once, before the tree is written: then it
+/// knows how large the tree is. No pass waits for other workgroups, and all loops are bounded, whatever the triangles.
+///
+/// Sources: shaders/build/frame.comp (Morton codes), shaders/lib/build/sort.glsl, shaders/build/cluster.comp (H-PLOC).
+class DeviceBuilder {
+ public:
+  /// Throws Error(Arguments) if the device has no subgroup shuffle or subgroups of more than 64.
+  explicit DeviceBuilder(Context& gpu);
+  ~DeviceBuilder();
+  DeviceBuilder(const DeviceBuilder&) = delete;
+  DeviceBuilder& operator=(const DeviceBuilder&) = delete;
+
+  /// Returns a buffer of triangles as build() takes it.
+  static Buffer<Triangle> upload(Context& gpu, std::span<const Triangle> triangles);
+
+  /// Builds a tree of the first `count` triangles. Coordinates are finite and within +-1e12. The triangles must stay as
+  /// they are until the last write(). Throws Error(Arguments) if a setting is out of range; Error(Work) if there are
+  /// more than 2^28 - 1 triangles, the device has no room, or its driver lost part of the work.
+  const BuiltTree& build(const Buffer<Triangle>& triangles, std::uint32_t count, const BuildSettings& settings);
+
+  /// Writes the tree of the last build(): pairs in a layout, and leaves of LeafFormat::Vertices. The buffers hold at
+  /// least pairs * PAIR_TEXELS and leaf_texels texels, and can be written by kernels.
+  void write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>& pairs, Buffer<glm::uvec4>& leaves);
+
+  /// Returns the bits of Morton codes that triangles are sorted by: a multiple of 8.
+  static std::uint32_t code_bits(std::uint32_t triangles);
+
+  /// Measurements only: bits of Morton codes other than code_bits().
+  void set_code_bits(std::optional<std::uint32_t> bits) { bits_ = bits; }
+
+  /// Device milliseconds of the passes of the last build() and of the last write(). Call it when they have ended.
+  const PassMs& build_ms() const { return build_ms_; }
+  const PassMs& write_ms() const { return write_ms_; }
+
+ private:
+  struct Memory;
+  struct Kernels;
+  void reserve(std::uint32_t count);
+  void record(const Buffer<Triangle>& triangles, std::uint32_t count, const BuildSettings& settings);
+  void record_codes(const Buffer<Triangle>& triangles, std::uint32_t count);
+  void record_places(std::uint32_t count);
+  void read_state(std::uint32_t count, const BuildSettings& settings);
+
+  Context& gpu_;
+  std::unique_ptr<Memory> memory_;
+  std::unique_ptr<Kernels> kernels_;
+  const Buffer<Triangle>* triangles_ = nullptr;
+  std::size_t sorted_ = 0;  // index of the buffers that hold the sorted keys
+  BuiltTree built_;
+  PassMs build_ms_, write_ms_;
+  std::optional<std::uint32_t> bits_;
+};
+
+}  // namespace ballot

@@ -1,0 +1,38 @@
+// A radix sort on the device.
+#pragma once
+
+#include <array>
+
+#include "engine/tree/build/build_kernels.h"
+
+namespace ballot {
+
+/// The buffers of a sort: keys of key_words() words, lower word first, and the prim of each key. The second of each
+/// pair is where the first pass writes.
+struct SortBuffers {
+  std::array<Buffer<std::uint32_t>*, 2> keys;
+  std::array<Buffer<std::uint32_t>*, 2> prims;
+};
+
+/// Sorts keys by a number of their lowest bits, and with each key its prim: at first its index. Keys with equal bits
+/// keep their order. Belongs to the thread of its Context.
+class RadixSort {
+ public:
+  /// Prepares for keys of up to `bits` bits: a multiple of 8 up to 64. Makes room for `most` keys. Throws Error(Work)
+  /// if the device has no room.
+  RadixSort(Context& gpu, std::uint32_t bits, std::uint32_t most);
+
+  /// Records the passes that sort the first `count` keys of buffers.keys[0]. Returns the index of the buffers that then
+  /// hold the result. buffers.prims[0] need not be filled. Nothing waits for the device.
+  std::size_t record(const SortBuffers& buffers, std::uint32_t count, PassMs& ms);
+
+ private:
+  std::uint32_t tiles(std::uint32_t count) const;
+
+  Context& gpu_;
+  const std::uint32_t bits_;
+  Buffer<std::uint32_t> counts_, totals_;
+  Kernel count_, sum_, move_;
+};
+
+}  // namespace ballot

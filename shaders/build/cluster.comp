@@ -1,0 +1,152 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Makes the binary tree, bottom up, in one dispatch.
+//
+// Carsten Benthin, Daniel Meister, Joshua Barczak, Rohan Mehalwal, John Tsakok, Andrew Kensler. H-PLOC: Hierarchical
+// Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction. HPG 2024; Ciprian Apetrei. Fast and
+// Simple Agglomerative LBVH Construction. CGVC 2014 (the climb).
+//
+// A lane begins at a key and climbs the binary radix tree of the keys, which is never stored. At each node one of the
+// two children arrives first: its lane leaves its range and stops. The one that arrives last goes on with both ranges.
+// So no lane waits for another. Where a range has more than BUILD_KEPT keys, the subgroup of the lane merges the
+// clusters of both halves until BUILD_KEPT are left, and at the root until one is left. Differs: the number of a node
+// is a key that no other node has, so nodes need no counter, lie in Morton order and are the same in every run.
+#include "../lib/build/frame.glsl"
+#include "../lib/build/keys.glsl"
+
+layout(push_constant, scalar) uniform Push { ClusterPush push; };
+layout(set = 0, binding = BIND_BUILD_STATE, scalar) buffer State { BuildState state; };
+layout(set = 0, binding = BIND_BUILD_KEYS, std430) readonly buffer Keys { Key keys[]; };
+layout(set = 0, binding = BIND_BUILD_CLUSTERS, std430) coherent buffer Clusters { uint clusters[]; };
+layout(set = 0, binding = BIND_BUILD_ARRIVALS, std430) coherent buffer Arrivals { uint arrivals[]; };
+layout(set = 0, binding = BIND_BUILD_NEEDS, std430) writeonly buffer Needs { uint needs[]; };
+
+float unit;  // 1 over the longest side of the scene: areas stay in the range of float32
+#define NODES_ACCESS coherent
+#include "../lib/build/triangles.glsl"
+#include "../lib/build/clusters.glsl"
+#include "../lib/build/merge.glsl"
+
+Item item_of(uint cluster) {
+  if (!is_triangle(cluster)) return item_of_node(cluster);
+  Item item = item_of_triangle(index_of(cluster), 0.0);
+  item.cost = half_area(item.lo, item.hi) * push.intersection_cost;
+  return item;
+}
+
+// Loads the clusters of the keys [first, split) and [split, last], BUILD_KEPT of each at most. Returns how many.
+uint load_items(uint first, uint split, uint last) {
+  uint found[STEPS], valid = 0u;
+  for (uint step = 0u; step < STEPS; ++step) {
+    uint place = step * SUBGROUP_SIZE + gl_SubgroupInvocationID;
+    bool right = place >= BUILD_KEPT;
+    uint at = right ? split + place - BUILD_KEPT : first + place;
+    found[step] = BUILD_NONE;
+    if (place < BUILD_ITEMS && at < (right ? last + 1u : split)) found[step] = clusters[at];
+    valid |= places_of(subgroupBallot(found[step] != BUILD_NONE), step);
+  }
+  for (uint step = 0u; step < STEPS; ++step) {
+    uint place = step * SUBGROUP_SIZE + gl_SubgroupInvocationID;
+    if (found[step] != BUILD_NONE) put_item(bitCount(valid & places_below(place)), item_of(found[step]));
+  }
+  return bitCount(valid);
+}
+
+// Stores the clusters that are left of a range, and that there are no others.
+void store_items(uint from, uint count, uint first, uint last) {
+  for (uint place = gl_SubgroupInvocationID; place < BUILD_KEPT; place += SUBGROUP_SIZE)
+    if (first + place <= last)
+      clusters[first + place] = place < count ? item_words[items_at + from + place] : BUILD_NONE;
+}
+
+void store_root(uint from, uint triangles) {
+  if (gl_SubgroupInvocationID != 0u) return;
+  Item root = get_item(from);
+  Shape shape = shape_of(root.cluster, root.side_z_shape >> 16);
+  state.root = root.cluster;
+  state.cost = root.cost;
+  state.depth = shape.depth;
+  state.pairs = shape.inner;  // of a tree with many triangles they are summed up later
+  state.texels = shape.leaves * LEAF_HEADER_TEXELS + triangles * TRIANGLE_TEXELS;
+  needs[root.key] = 0u;
+}
+
+void merge_range(uint first, uint split, uint last, bool root) {
+  uint count = load_items(first, split, last), from = 0u, target = root ? 1u : BUILD_KEPT;
+  subgroup_sync();
+  while (count > target) {
+    find_nearest(from, count);
+    subgroup_sync();
+    count = merge_round(from, BUILD_ITEMS - from, count);
+    from = BUILD_ITEMS - from;
+    subgroup_sync();
+  }
+  if (root)
+    store_root(from, last + 1u);
+  else
+    store_items(from, count, first, last);
+  subgroup_sync();
+}
+
+// True if the keys at a and a + 1 have more bits in common than those at b and b + 1.
+bool closer(uint a, uint b) {
+  uvec2 x = difference(keys[a], keys[a + 1u]), y = difference(keys[b], keys[b + 1u]);
+  if (x.x != y.x) return x.x < y.x;
+  if (x.y != y.y) return x.y < y.y;
+  return (a ^ (a + 1u)) < (b ^ (b + 1u));
+}
+
+// Goes to the parent of the range [first, last]. Returns false if its other child has not arrived yet.
+bool climb(inout uint first, inout uint last, out uint split, uint count) {
+  uint other;
+  if (first == 0u || (last != count - 1u && closer(last, first - 1u))) {
+    other = atomicExchange(arrivals[last], first);
+    split = last + 1u;
+    if (other != BUILD_NONE) last = other;
+  } else {
+    other = atomicExchange(arrivals[first - 1u], last);
+    split = first;
+    if (other != BUILD_NONE) first = other;
+  }
+  return other != BUILD_NONE;
+}
+
+void climb_from(uint key, uint count) {
+  bool live = key < count;
+  uint first = key, last = key, split = key;
+  if (live) clusters[key] = BUILD_LEAF | cluster_of(key, 1u);
+  while (subgroupAny(live)) {
+    publish();  // clusters and nodes are written before the arrival
+    subgroup_sync();
+    if (live) live = climb(first, last, split, count);
+    publish();
+    subgroup_sync();
+    bool root = live && last - first == count - 1u;
+    uvec4 merging = subgroupBallot(root || (live && last - first >= BUILD_KEPT));
+    while (merging.x != 0u || merging.y != 0u) {
+      uint lane = merging.x != 0u ? findLSB(merging.x) : 32u + findLSB(merging.y);
+      if (merging.x != 0u)
+        merging.x &= merging.x - 1u;
+      else
+        merging.y &= merging.y - 1u;
+      merge_range(subgroupShuffle(first, lane), subgroupShuffle(split, lane), subgroupShuffle(last, lane),
+                  subgroupShuffle(uint(root), lane) != 0u);
+    }
+    if (root) live = false;
+  }
+}
+
+BUILD_MAIN {
+  uint count = state.proper;
+  unit = min(1.0 / max(state.longest, 1e-37), 1e37);
+  begin_items();
+  if (count == 1u && gl_GlobalInvocationID.x == 0u) {
+    state.root = BUILD_LEAF | cluster_of(0u, 1u);
+    state.cost = item_of(state.root).cost;
+    state.texels = LEAF_HEADER_TEXELS + TRIANGLE_TEXELS;
+    needs[0] = 0u;
+  }
+  if (count <= 1u) return;
+  for (uint first = gl_WorkGroupID.x * GROUP_SIZE; first < count; first += gl_NumWorkGroups.x * GROUP_SIZE)
+    climb_from(first + lane_of_group(), count);
+}

@@ -1,0 +1,330 @@
+// Holds every builder to the same rules: sound trees, and hits in watertight that do not depend on the builder, for
+// each tree format. The sort of the builder `device` is held to std::stable_sort.
+#include <algorithm>
+#include <numeric>
+
+#include "engine/bvh/build.h"
+#include "engine/bvh/padding.h"
+#include "engine/formats/pair_decode.h"
+#include "engine/tree/build/device_build.h"
+#include "tests/device/fixture.h"
+#include "tests/device/ray_sets.h"
+
+namespace ballot {
+namespace {
+
+using namespace harness;
+using shapes::Triangles;
+
+/// Triangles in a geometric series of sizes: their tree is a chain.
+Triangles series() {
+  Triangles triangles;
+  for (float x = 1e-12f; x < 1e11f; x *= 1.05f) triangles.push_back({{{x, 0, 0}, {x, x, 0}, {x, 0, x}}});
+  return triangles;
+}
+
+/// Triangles whose vertices are close to the largest coordinates there may be.
+Triangles huge() {
+  Triangles triangles = shapes::soup(300, 0.3f);
+  for (Triangle& t : triangles)
+    for (glm::vec3& v : t) v *= 7e11f;
+  return triangles;
+}
+
+/// Triangles far from zero, along one line.
+Triangles on_a_line() {
+  Triangles triangles;
+  for (int i = 0; i < 1000; ++i) {
+    const float x = 5000.f + float(i % 250) * 0.01f;
+    triangles.push_back({{{x, 7000, 0}, {x + 0.005f, 7000, 0}, {x, 7000, 0.001f}}});
+  }
+  return triangles;
+}
+
+/// Triangles with others between them that have no area.
+Triangles with_degenerate() {
+  Triangles triangles = shapes::soup(700, 0.3f);
+  for (std::size_t i = 0; i < triangles.size(); i += 3) triangles[i][i % 2] = triangles[i][2];
+  triangles[20] = {{{0, 0, 0}, {1, 1, 1}, {3, 3, 3}}};
+  triangles[22] = {{{9, 9, 9}, {9, 9, 9}, {9, 9, 9}}};
+  return triangles;
+}
+
+struct Shape {
+  const char* name;
+  Triangles (*make)();
+};
+
+const Shape kShapes[] = {
+    {"none", [] { return Triangles{}; }},
+    {"only degenerate", [] { return Triangles(9, Triangle{}); }},
+    {"one", [] { return shapes::soup(1, 1); }},
+    {"two", [] { return shapes::soup(2, 1); }},
+    {"six", [] { return shapes::soup(6, 1); }},
+    {"seven", [] { return shapes::soup(7, 1); }},
+    {"seventeen", [] { return shapes::soup(17, 1); }},
+    {"identical", [] { return shapes::identical(1000); }},
+    {"coplanar", [] { return shapes::coplanar(500); }},
+    {"on a line", on_a_line},
+    {"slivers", [] { return shapes::slivers(500); }},
+    {"huge and tiny", [] { return shapes::huge_and_tiny(1000); }},
+    {"same centroid", [] { return shapes::same_centroid(500); }},
+    {"series", series},
+    {"huge", huge},
+    {"with degenerate", with_degenerate},
+    {"soup", [] { return shapes::soup(3001, 0.1f); }},
+    {"sphere", [] { return shapes::sphere(4); }},
+};
+
+class Builders : public DeviceTest {
+ protected:
+  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
+  static void TearDownTestSuite() { gpu_.reset(); }
+  static inline std::unique_ptr<Context> gpu_;
+
+  static Bvh build(std::span<const Triangle> triangles, BuildSettings settings, const Builder& builder) {
+    settings.builder = builder.id;
+    return builder.on_device ? build_bvh_on_device(*gpu_, triangles, settings) : build_bvh(triangles, settings);
+  }
+  static Bvh sound(std::span<const Triangle> triangles, const BuildSettings& settings, const Builder& builder) {
+    Bvh bvh = build(triangles, settings, builder);
+    EXPECT_EQ(check_bvh(bvh, triangles, settings), std::vector<std::string>{}) << builder.name;
+    EXPECT_EQ(bvh.stats.builder, builder.id);
+    return bvh;
+  }
+  static const Builder& device() { return builder_of(BuilderId::Device); }
+};
+
+TEST_F(Builders, TreesAreSound) {
+  for (const Shape& shape : kShapes) {
+    SCOPED_TRACE(shape.name);
+    const Triangles triangles = shape.make();
+    const Bvh bvh = sound(triangles, {}, device());
+    const Bvh best = build_bvh(triangles, {.split_budget = 0});
+    EXPECT_EQ(bvh.bounds.lo, best.bounds.lo);
+    EXPECT_EQ(bvh.bounds.hi, best.bounds.hi);
+    EXPECT_LE(bvh.stats.sah, 2.5 * best.stats.sah + 1);
+  }
+  expect_silent(*gpu_);
+}
+
+TEST_F(Builders, SettingsHold) {
+  const Triangles triangles = shapes::soup(900, 0.3f);
+  for (std::uint32_t most = 1; most <= 6; ++most)
+    for (const float cost : {0.3f, 1.2f, 5.f}) {
+      const Bvh bvh = sound(triangles, {.max_leaf = most, .traversal_cost = cost}, device());
+      EXPECT_LE(bvh.stats.largest_leaf, most);
+    }
+  EXPECT_THROW(build(triangles, {.max_leaf = 7}, device()), Error);
+  EXPECT_THROW(build(triangles, {.traversal_cost = 0}, device()), Error);
+  for (const float bad : {1e38f, std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity()}) {
+    Triangles wrong = triangles;
+    wrong[13][2].y = bad;
+    EXPECT_THROW(build(wrong, {}, device()), Error);
+  }
+}
+
+TEST_F(Builders, CountsAroundTheSizesOfSubgroupsAndRanges) {
+  for (std::size_t count = 1; count <= 70; ++count)
+    sound(shapes::soup(count, 0.5f, std::uint32_t(count)), {}, device());
+  for (const std::size_t count : {127u, 128u, 129u, 511u, 513u, 1023u, 1024u, 1025u, 2049u})
+    sound(shapes::soup(count, 0.1f), {}, device());
+  expect_silent(*gpu_);
+}
+
+TEST_F(Builders, ManyTriangles) {
+  const Triangles triangles = shapes::soup(100'000, 0.01f);
+  const Bvh bvh = sound(triangles, {}, device());
+  EXPECT_LE(bvh.stats.sah, 1.35 * build_bvh(triangles, {.builder = BuilderId::Balanced}).stats.sah);
+  expect_silent(*gpu_);
+}
+
+TEST_F(Builders, TreesAreTheSameInEveryRun) {
+  const Triangles triangles = shapes::soup(5000, 0.05f);
+  const Bvh first = build(triangles, {}, device());
+  for (int run = 0; run < 3; ++run) {
+    const Bvh again = build(triangles, {}, device());
+    EXPECT_EQ(again.references, first.references);
+    EXPECT_EQ(again.stats.sah, first.stats.sah);
+  }
+}
+
+// A builder is used again, for more and for fewer triangles, and tells the cost that the tree read back has.
+TEST_F(Builders, MemoryIsUsedAgain) {
+  DeviceBuilder builder(*gpu_);
+  for (const std::size_t count : {700u, 30u, 2500u, 0u, 5u, 2000u}) {
+    const Triangles triangles = shapes::soup(count, 0.2f);
+    const Buffer<Triangle> buffer = DeviceBuilder::upload(*gpu_, triangles);
+    const BuiltTree built = builder.build(buffer, std::uint32_t(count), {});
+    const BvhStats stats = build(triangles, {}, device()).stats;
+    EXPECT_NEAR(built.sah, stats.sah, 1e-4 * stats.sah) << count;
+    EXPECT_EQ(built.depth, stats.depth);
+    EXPECT_EQ(built.leaf_texels, stats.leaves * LEAF_HEADER_TEXELS + stats.references * TRIANGLE_TEXELS);
+  }
+  expect_silent(*gpu_);
+}
+
+// Codes of more bits order triangles finer, and give a tree of about the same cost.
+TEST_F(Builders, CodesOfTwoWords) {
+  const Triangles triangles = shapes::soup(4000, 0.1f);
+  const Buffer<Triangle> buffer = DeviceBuilder::upload(*gpu_, triangles);
+  DeviceBuilder builder(*gpu_);
+  const double cost = builder.build(buffer, 4000, {}).sah;
+  for (const std::uint32_t bits : {40u, 64u}) {
+    builder.set_code_bits(bits);
+    EXPECT_NEAR(builder.build(buffer, 4000, {}).sah, cost, 0.03 * cost) << bits;
+  }
+  EXPECT_EQ(DeviceBuilder::code_bits(4'000'000), 32u);
+  EXPECT_EQ(DeviceBuilder::code_bits(10'000'000), 40u);
+  expect_silent(*gpu_);
+}
+
+TEST_F(Builders, HitsDoNotDependOnTheBuilder) {
+  std::vector<const char*> methods{"while-while", "bvh4", "packet-wide", "frontier"};
+  if (gpu_->info().is_cpu() && gpu_->info().subgroup_size != 8) methods.resize(1);  // the others take long to compile
+  for (const Shape& shape : kShapes) {
+    SCOPED_TRACE(shape.name);
+    const Triangles triangles = shape.make();
+    std::vector<Ray> rays;
+    std::vector<Hit> first;
+    for (const Builder& builder : kBuilders) {
+      const Bvh bvh = sound(triangles, {}, builder);
+      if (first.empty())
+        for (const shapes::RaySet& set : shapes::ray_sets(triangles, bvh))
+          for (std::size_t i = 0; i < set.rays.size(); i += 4) rays.push_back(set.rays[i]);
+      // Kernels for trees of about the same depth are the same, so few are compiled.
+      TreeFacts facts{.depth = 60, .largest_leaf = MAX_LEAF_TRIANGLES};
+      while (facts.depth < bvh.stats.depth) facts.depth *= 4;
+      Tracer tracer(*gpu_, bvh, triangles, facts);
+      for (const char* method : methods) {
+        std::vector<Hit> hits(rays.size());
+        tracer.trace(rays, hits, {.method = method});
+        if (first.empty()) first = hits;
+        EXPECT_EQ(count_different(first, hits), 0u) << builder.name << ", " << method;
+      }
+    }
+  }
+  expect_silent(*gpu_);
+}
+
+/// A tree as the device writes it.
+PairTree written(Context& gpu, DeviceBuild& build, NodeLayout layout, Padding padding) {
+  PairTree tree;
+  tree.layout = layout;
+  tree.root = build.built().root;
+  tree.origin = build.built().origin;
+  Buffer<glm::uvec4> pairs(gpu, build.built().pairs * tree.pair_texels(), Access::Storage, "pairs");
+  Buffer<glm::uvec4> leaves(gpu, build.built().leaf_texels, Access::Storage, "leaves");
+  build.write(layout, padding, pairs, leaves);
+  tree.nodes.resize(pairs.size());
+  tree.leaves.resize(leaves.size());
+  pairs.download(tree.nodes);
+  leaves.download(tree.leaves);
+  return tree;
+}
+
+/// Expects that `inner` lies in `outer`, and that `outer` is not much larger: by 2^-6 of its extent, as half extents
+/// may have 8 bits, and by a millionth of its coordinates.
+bool is_close_around(const Bounds& outer, const Bounds& inner) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double extent = double(inner.hi[axis]) - inner.lo[axis];
+    const double far = std::max(std::abs(double(inner.lo[axis])), std::abs(double(inner.hi[axis])));
+    const double slack = extent / 64 + far * 1e-6 + 1e-30;
+    if (outer.lo[axis] > inner.lo[axis] || outer.hi[axis] < inner.hi[axis]) return false;
+    if (outer.lo[axis] < inner.lo[axis] - slack || outer.hi[axis] > inner.hi[axis] + slack) return false;
+  }
+  return true;
+}
+
+// Boxes hold those of the reference form, in every layout and padding, and are hardly larger.
+TEST_F(Builders, BoxesAreWrittenAsOnTheHost) {
+  for (const Shape& shape : kShapes) {
+    const Triangles triangles = shape.make();
+    DeviceBuild build(*gpu_, triangles, {});
+    const Bvh& bvh = build.bvh();
+    if (bvh.nodes.size() < 3) continue;
+    std::vector<Bounds> own(bvh.nodes.size());
+    for (std::size_t i = 0; i < own.size(); ++i)
+      own[i] = {bvh.nodes[i].lo - build.built().origin, bvh.nodes[i].hi - build.built().origin};
+    for (const NodeLayout layout :
+         {NodeLayout::Paper, NodeLayout::Interleaved, NodeLayout::Centred, NodeLayout::Compact})
+      for (const Padding padding : {Padding::Ray, Padding::Tree}) {
+        if (padding == Padding::Tree && padded_reach(bvh.bounds) == 0) continue;
+        const PairTree tree = written(*gpu_, build, layout, padding);
+        const std::vector<Bounds> boxes = padding == Padding::Tree ? padded_boxes(bvh, triangles) : own;
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> todo{{0, tree.root}};
+        std::size_t wrong = 0;
+        while (!todo.empty()) {
+          const auto [node, ref] = todo.back();
+          todo.pop_back();
+          if (is_leaf(ref)) continue;
+          const DevicePair pair = decode_pair(tree, ref);
+          const std::uint32_t first = bvh.nodes[node].first;
+          wrong += !is_close_around(pair.left.box, boxes[first]) + !is_close_around(pair.right.box, boxes[first + 1]);
+          todo.push_back({first, pair.left.ref});
+          todo.push_back({first + 1, pair.right.ref});
+        }
+        EXPECT_EQ(wrong, 0u) << shape.name << ", layout " << int(layout) << ", padding " << int(padding);
+      }
+  }
+  expect_silent(*gpu_);
+}
+
+// Kernels read the arrays that the device wrote, without a tree on the host.
+TEST_F(Builders, TreesOfTheDeviceAreTracedWhereTheyLie) {
+  const Triangles triangles = shapes::soup(3001, 0.1f);
+  const auto build = std::make_shared<DeviceBuild>(*gpu_, triangles, BuildSettings{});
+  const Bvh best = build_bvh(triangles);
+  TreeFacts facts = facts_of(build->summary());
+  facts.depth = std::max(facts.depth, best.stats.depth);
+  Tracer host(*gpu_, best, triangles, facts);
+  Tracer there(*gpu_, build->summary(), triangles, facts, build);
+  const std::vector<Ray> rays = shapes::random_rays(1999);
+  std::vector<Hit> expected(rays.size()), hits(rays.size());
+  host.trace(rays, expected, {.method = "while-while"});
+  std::vector<Query> queries{{.method = "bvh4"}, {.method = "packet"}};
+  for (const char* layout : {"paper", "interleaved", "centred", "compact"})
+    for (const char* padding : {"ray", "tree"})
+      queries.push_back({.method = "while-while", .knobs = {{"layout", layout}, {"padding", padding}}});
+  for (const Query& query : queries) {
+    there.trace(rays, hits, query);
+    EXPECT_EQ(count_different(expected, hits), 0u) << there.variant(query).name();
+  }
+  expect_silent(*gpu_);
+}
+
+TEST_F(Builders, SortAgreesWithTheStandardLibrary) {
+  shapes::Random random(5);
+  for (const std::uint32_t bits : {32u, 40u, 64u})
+    for (const std::uint32_t count : {0u, 1u, 255u, 256u, 4097u, 30011u}) {
+      std::vector<std::uint64_t> keys(count);
+      for (std::uint64_t& key : keys) {
+        key = std::uint64_t(random.below(1ull << 32)) << 32 | random.below(1ull << 32);
+        if (count % 2) key &= 0x0F00'0003'0000'00FFull;  // many equal digits and keys
+        if (bits < 64) key &= (1ull << bits) - 1;
+      }
+      const std::uint32_t words = key_words(bits);
+      std::vector<std::uint32_t> given(count * words), prims(count), out(count * words);
+      for (std::size_t i = 0; i < count; ++i)
+        for (std::uint32_t w = 0; w < words; ++w) given[i * words + w] = std::uint32_t(keys[i] >> 32 * w);
+      const auto make = [&](std::size_t n) { return Buffer<std::uint32_t>(*gpu_, n, Access::Storage, "sort"); };
+      Buffer<std::uint32_t> a = make(count * words), b = make(count * words), p = make(count), q = make(count);
+      a.upload(given);
+      RadixSort sort(*gpu_, bits, count);
+      PassMs ms;
+      const std::size_t at = sort.record({{&a, &b}, {&p, &q}}, count, ms);
+      (at ? b : a).download(out);
+      std::vector<std::uint32_t> expected(count);
+      std::iota(expected.begin(), expected.end(), 0u);
+      std::ranges::stable_sort(expected, {}, [&](std::uint32_t i) { return keys[i]; });
+      if (count) (at ? q : p).download(prims);
+      EXPECT_EQ(prims, expected) << bits << " bits, " << count << " keys";
+      for (std::size_t i = 0; i < count; ++i)
+        for (std::uint32_t w = 0; w < words; ++w)
+          ASSERT_EQ(out[i * words + w], std::uint32_t(keys[expected[i]] >> 32 * w)) << bits << " bits, key " << i;
+    }
+  expect_silent(*gpu_);
+}
+
+}  // namespace
+}  // namespace ballot

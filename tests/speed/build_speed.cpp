@@ -1,0 +1,158 @@
+// Measures the builder `device`: milliseconds of each pass on the device, for wavy grids of any size and for scenes,
+// and how fast the trees of all builders are traced. Figures are medians over the repeats.
+//
+// "device" is the sum of all passes, from triangles on the device to the pairs and leaves that kernels read; "wall" is
+// that time as the host sees it, with its one wait in between.
+#include <chrono>
+#include <cmath>
+
+#include "engine/tree/build/device_builder.h"
+#include "tests/speed/program.h"
+#include "tools/bench/markdown.h"
+
+namespace ballot::speed {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Args {
+  std::vector<std::string> scenes;
+  std::vector<std::uint32_t> grids{10'000, 100'000, 1'000'000, 4'000'000, 10'000'000};
+  std::vector<std::string> builders{"device", "balanced", "fast"},
+      rays{"primary", "shadow", "ao", "diffuse", "secondary"};
+  std::vector<std::string> methods{"while-while"};
+  std::uint32_t size = 1024, repeats = 9, traced = 1'000'000, bits = 0;
+  std::string device = "gpu";
+};
+
+/// Returns about `count` triangles of a wavy height field over [-1, 1] x [-1, 1].
+Scene wavy_grid(std::uint32_t count) {
+  const auto side = std::uint32_t(std::lround(std::sqrt(count / 2.0)));
+  const auto at = [&](std::uint32_t x, std::uint32_t z) {
+    const double u = 2.0 * x / side - 1, v = 2.0 * z / side - 1;
+    return glm::vec3(u, 0.1 * std::sin(9 * u + 4 * v) + 0.05 * std::sin(23 * v - 7 * u), v);
+  };
+  Scene scene;
+  scene.name = fmt::format("grid {}", 2 * side * side);
+  for (std::uint32_t z = 0; z < side; ++z)
+    for (std::uint32_t x = 0; x < side; ++x) {
+      scene.triangles.push_back({at(x, z), at(x, z + 1), at(x + 1, z)});
+      scene.triangles.push_back({at(x + 1, z), at(x, z + 1), at(x + 1, z + 1)});
+    }
+  finish_scene(scene);
+  return scene;
+}
+
+/// Medians of a build: of each pass by name, of their sum, and of the wall time.
+struct Spent {
+  std::vector<std::pair<std::string, std::vector<double>>> passes;
+  std::vector<double> device, wall;
+  BuiltTree built;
+
+  void add(const std::string& name, double ms) {
+    const auto found = std::ranges::find(passes, name, [](const auto& p) { return p.first; });
+    (found == passes.end() ? passes.emplace_back(name, std::vector<double>()) : *found).second.push_back(ms);
+  }
+};
+
+Spent measure(Context& gpu, const Scene& scene, const Args& args) {
+  const auto count = std::uint32_t(scene.triangles.size());
+  const Buffer<Triangle> triangles = DeviceBuilder::upload(gpu, scene.triangles);
+  const TreeAccess access =
+      kernel_config_for(find_method("while-while"), find_numeric(kDefaultNumeric), gpu.info(), {}).tree_access();
+  DeviceBuilder builder(gpu);
+  if (args.bits) builder.set_code_bits(args.bits);
+  Spent spent;
+  spent.built = builder.build(triangles, count, {});
+  const std::size_t texels = std::size_t(spent.built.pairs) * PAIR_TEXELS(std::uint32_t(access.layout));
+  Buffer<glm::uvec4> pairs(gpu, texels, Access::Storage, "pairs");
+  Buffer<glm::uvec4> leaves(gpu, spent.built.leaf_texels, Access::Storage, "leaves");
+  for (std::uint32_t i = 0; i <= args.repeats; ++i) {
+    const auto start = Clock::now();
+    builder.build(triangles, count, {});
+    builder.write(access.layout, access.padding, pairs, leaves);
+    gpu.finish();
+    const double wall = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    if (i == 0) continue;  // kernels are compiled and memory is touched for the first time
+    double sum = 0;
+    for (const PassMs* passes : {&builder.build_ms(), &builder.write_ms()})
+      for (const auto& [name, ms] : *passes) spent.add(name, ms), sum += ms;
+    spent.device.push_back(sum);
+    spent.wall.push_back(wall);
+  }
+  return spent;
+}
+
+double mrays(Engine& engine, const std::string& kind, const std::string& method, const Args& args) {
+  const auto batch = engine.make_batch(engine.scene().views[0], find_ray_kind(kind), args.size, args.size);
+  if (batch->count() == 0) return 0;
+  std::vector<double> ms;
+  for (std::uint32_t i = 0; i <= args.repeats; ++i) {
+    const double spent = engine.trace(*batch, {.method = method}).device_ms;
+    if (i > 0) ms.push_back(spent);
+  }
+  return double(batch->count()) / median(ms) * 1e-3;
+}
+
+void trace_all(const std::shared_ptr<Context>& gpu, const Scene& scene, const Args& args) {
+  std::vector<std::string> head{"builder", "method", "build s", "SAH", "depth"};
+  for (const std::string& kind : args.rays) head.push_back(kind + " Mrays/s");
+  bench::Table table(head, 2);
+  for (const std::string& name : args.builders) {
+    EngineOptions options;
+    options.context = gpu;
+    options.use_cache = false;
+    options.build.builder = find_builder(name).id;
+    Engine engine(scene, options);
+    for (const std::string& method : args.methods) {
+      std::vector<std::string> row{name, method, bench::figure(engine.start_times().bvh_s),
+                                   bench::figure(engine.bvh_stats().sah), std::to_string(engine.bvh_stats().depth)};
+      for (const std::string& kind : args.rays) row.push_back(bench::figure(mrays(engine, kind, method, args)));
+      table.row(row);
+    }
+  }
+  fmt::print("\n{} traced, {} x {}\n\n{}", scene.name, args.size, args.size, table.text());
+  std::fflush(stdout);
+}
+
+void run(const Args& args) {
+  const auto gpu = std::make_shared<Context>(ContextOptions{.device = args.device});
+  fmt::print("{} ({}), milliseconds, medians of {}\n\n", gpu->info().name, gpu->info().driver, args.repeats);
+  std::vector<std::function<Scene()>> inputs;
+  for (const std::uint32_t count : args.grids) inputs.push_back([count] { return wavy_grid(count); });
+  for (const std::string& file : args.scenes) inputs.push_back([file] { return load_scene(file); });
+  for (const auto& input : inputs) {
+    const Scene scene = input();
+    const Spent spent = measure(*gpu, scene, args);
+    fmt::print("{}:", scene.name);
+    for (const auto& [name, ms] : spent.passes) fmt::print(" {} {},", name, bench::figure(median(ms)));
+    const double device = median(spent.device);
+    fmt::print(" device {}, wall {}; {:.3f} Gtris/s; SAH {:.2f}, depth {}, {} leaves\n", bench::figure(device),
+               bench::figure(median(spent.wall)), double(scene.triangles.size()) / device * 1e-6, spent.built.sah,
+               spent.built.depth, spent.built.leaves());
+    std::fflush(stdout);
+    if (scene.triangles.size() <= args.traced) trace_all(gpu, scene, args);
+  }
+}
+
+}  // namespace
+}  // namespace ballot::speed
+
+int main(int argc, char** argv) {
+  ballot::speed::Args args;
+  CLI::App app("Measures the builder of the device, and how fast the trees of all builders are traced");
+  app.add_option("SCENE", args.scenes, "scene files");
+  app.add_option("--grids", args.grids, "triangles of wavy grids [1e4 to 1e7]; 0 leaves them out")->delimiter(',');
+  app.add_option("--builders", args.builders, "builders whose trees are traced [device,balanced,fast]")->delimiter(',');
+  app.add_option("--rays", args.rays, "ray kinds [primary,shadow,ao,diffuse,secondary]")->delimiter(',');
+  app.add_option("--methods", args.methods, "traversal methods [while-while]")->delimiter(',');
+  app.add_option("--size", args.size, "width and height in pixels [1024]")->check(CLI::Range(1, 16384));
+  app.add_option("--repeats", args.repeats, "repeats of each measurement [9]")->check(CLI::Range(1, 100000));
+  app.add_option("--traced", args.traced, "trees of up to this many triangles are traced [1000000]");
+  app.add_option("--bits", args.bits, "bits of Morton codes, a multiple of 8 from 32 to 64 [by the triangles]");
+  app.add_option("--device", args.device, "device [gpu]");
+  return ballot::speed::run_program(app, argc, argv, "ballot_build_speed", [&] {
+    std::erase(args.grids, 0u);
+    ballot::speed::run(args);
+  });
+}
