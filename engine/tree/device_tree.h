@@ -18,7 +18,8 @@
 
 namespace ballot {
 
-/// The place where the arrays of a kernel were made. Kernels do not mix arrays of the two: their leaves differ in order.
+/// The place where the arrays of a kernel were made. Kernels do not mix arrays of the two: their leaves differ in
+/// order.
 enum class Source { Host, Device };
 
 /// The arrays of one tree on one device. Each is encoded and uploaded when a kernel first asks for it.
@@ -62,8 +63,8 @@ class DeviceTree {
   /// Returns the child reference at which traversal begins. It is the same in every format.
   std::uint32_t root();
 
-  /// Returns where the arrays are made of a kernel that reads this format and these leaves. Arrays of the device are its
-  /// own pairs and vertices.
+  /// Returns where the arrays are made of a kernel that reads this format and these leaves. Arrays of the device are
+  /// its own pairs and vertices.
   Source source_of(TreeFormatId id, LeafFormat leaves) const {
     return built_ && id == TreeFormatId::Pair && leaves == LeafFormat::Vertices ? Source::Device : Source::Host;
   }

@@ -72,7 +72,7 @@ struct BuildState {
   float cost;   // of the whole tree by the SAH, in units of the square of the longest side
   vec3 corner;  // lower corner of the bounds
   float longest;
-  vec3 scale;  // steps of the Morton grid in a unit of length, by axis
+  vec3 scale;                   // steps of the Morton grid in a unit of length, by axis
   uint bits_x, bits_y, bits_z;  // bits of the Morton code, by axis
   vec3 origin;                  // the point that boxes are measured from
   uint axes[4];                 // axis of each bit of the code, from the highest on, in two bits each

@@ -125,15 +125,17 @@ TEST_F(Builders, SettingsHold) {
 }
 
 TEST_F(Builders, CountsAroundTheSizesOfSubgroupsAndRanges) {
-  for (std::size_t count = 1; count <= 70; ++count)
+  for (std::size_t count = 1; count <= 35; ++count)
     sound(shapes::soup(count, 0.5f, std::uint32_t(count)), {}, device());
-  for (const std::size_t count : {127u, 128u, 129u, 511u, 513u, 1023u, 1024u, 1025u, 2049u})
+  for (const std::size_t count : {63u, 64u, 65u, 129u, 511u, 513u, 1023u, 1024u, 1025u, 2049u})
     sound(shapes::soup(count, 0.1f), {}, device());
   expect_silent(*gpu_);
 }
 
 TEST_F(Builders, ManyTriangles) {
-  const Triangles triangles = shapes::soup(100'000, 0.01f);
+  // At its other subgroup sizes lavapipe runs code that it has not optimised.
+  const DeviceInfo& d = gpu_->info();
+  const Triangles triangles = shapes::soup(d.is_cpu() && d.subgroup_size != 8 ? 20'000 : 100'000, 0.01f);
   const Bvh bvh = sound(triangles, {}, device());
   EXPECT_LE(bvh.stats.sah, 1.35 * build_bvh(triangles, {.builder = BuilderId::Balanced}).stats.sah);
   expect_silent(*gpu_);
@@ -182,7 +184,9 @@ TEST_F(Builders, CodesOfTwoWords) {
 TEST_F(Builders, HitsDoNotDependOnTheBuilder) {
   std::vector<const char*> methods{"while-while", "bvh4", "packet-wide", "frontier"};
   if (gpu_->info().is_cpu() && gpu_->info().subgroup_size != 8) methods.resize(1);  // the others take long to compile
+  std::size_t dealt = 0;
   for (const Shape& shape : kShapes) {
+    if (!is_dealt(gpu_->info(), dealt++)) continue;
     SCOPED_TRACE(shape.name);
     const Triangles triangles = shape.make();
     std::vector<Ray> rays;
