@@ -133,8 +133,8 @@ typedef struct BallotMesh {
 
 typedef struct BallotSceneOptions {
   size_t size;
-  /* How the tree is built: "best", "balanced", "fast" or "device" (`ballot methods` says what they are). NULL: of meshes
-   * "device" on a GPU and "balanced" on a CPU, the quickest to build; of files "best", the quickest to trace. */
+  /* How the tree is built: "best", "balanced", "fast" or "device" (`ballot methods` says what they are). NULL: of
+   * meshes "device" on a GPU and "balanced" on a CPU, the quickest to build; of files "best", the quickest to trace. */
   const char* builder;
   uint32_t max_leaf;  /* most triangles of a leaf, 1 to 6; 0: 6 */
   float split_budget; /* of "best": share of references that spatial splits may add, 0 to 16; below 0: none; 0: 0.5 */
