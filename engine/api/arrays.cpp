@@ -1,6 +1,7 @@
 #include "engine/api/arrays.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -13,6 +14,7 @@ namespace ballot::api {
 namespace {
 
 constexpr std::size_t kChunk = 1 << 14;  // rays that a thread takes at a time
+constexpr std::size_t kBlock = 512;      // rays whose places are known at a time
 constexpr float kNoBound = std::numeric_limits<float>::max();
 static_assert(sizeof(BallotRay) == sizeof(Ray) && sizeof(BallotHit) == sizeof(Hit));
 
@@ -29,7 +31,7 @@ void over(std::size_t count, const Work& work) {
 glm::vec3 unit_normal(const Triangle& t) {
   const glm::dvec3 a{t[0]}, n = glm::cross(glm::dvec3{t[1]} - a, glm::dvec3{t[2]} - a);
   const double length = glm::length(n);
-  return length > 0 ? glm::vec3(n / length) : glm::vec3(0);
+  return length > 0 ? glm::vec3(n * (1 / length)) : glm::vec3(0);
 }
 
 }  // namespace
@@ -49,21 +51,24 @@ RayArray::RayArray(const BallotRays& rays)
                   fmt::format("rays: stride is {} bytes; expected a multiple of 4, at least {}", stride_, bytes));
 }
 
-void RayArray::read(std::size_t first, std::span<Ray> rays) const {
+Ray RayArray::ray(std::size_t i) const {
+  const float* f = reinterpret_cast<const float*>(data_ + i * stride_);
+  if (!full_) return {{f[0], f[1], f[2]}, 0, {f[3], f[4], f[5]}, kNoBound};
+  return {{f[0], f[1], f[2]}, f[3], {f[4], f[5], f[6]}, f[7] > kNoBound ? kNoBound : f[7]};
+}
+
+void RayArray::read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const {
   over(rays.size(), [&](std::size_t begin, std::size_t end) {
-    const char* from = data_ + (first + begin) * stride_;
-    if (full_ && stride_ == sizeof(Ray)) {
-      std::memcpy(static_cast<void*>(&rays[begin]), from, (end - begin) * sizeof(Ray));
-    } else {
-      for (std::size_t i = begin; i < end; ++i, from += stride_) {
-        const float* f = reinterpret_cast<const float*>(from);
-        rays[i] = full_ ? Ray{{f[0], f[1], f[2]}, f[3], {f[4], f[5], f[6]}, f[7]}
-                        : Ray{{f[0], f[1], f[2]}, 0, {f[3], f[4], f[5]}, kNoBound};
-      }
+    if (order.width() == 0) {
+      for (std::size_t i = begin; i < end; ++i) rays[i] = ray(first + i);
+      return;
     }
-    if (full_)
-      for (std::size_t i = begin; i < end; ++i)
-        if (rays[i].t_max > kNoBound) rays[i].t_max = kNoBound;
+    std::array<std::size_t, kBlock> places;
+    for (std::size_t i = begin; i < end; i += kBlock) {
+      const std::size_t some = std::min(kBlock, end - i);
+      order.places(first + i, std::span(places).first(some));
+      for (std::size_t k = 0; k < some; ++k) rays[i + k] = ray(places[k]);
+    }
   });
 }
 
@@ -72,35 +77,61 @@ const MeshState& HitArrays::mesh_of(std::uint32_t prim) const {
   return *std::prev(std::ranges::upper_bound(scene_.meshes, prim, {}, &MeshState::first));
 }
 
-void HitArrays::write(std::size_t at, const Hit& hit) const {
-  const bool found = hit.prim != NO_HIT;
-  if (to_.hits) to_.hits[at] = {hit.t, hit.prim, hit.u, hit.v};
-  if (to_.t) to_.t[at] = found ? hit.t : std::numeric_limits<float>::infinity();
-  if (to_.occluded) to_.occluded[at] = found;
-  if (to_.uvs) to_.uvs[2 * at] = hit.u, to_.uvs[2 * at + 1] = hit.v;
-  if (to_.prims || to_.mesh_ids) {
-    const MeshState* mesh = found ? &mesh_of(hit.prim) : nullptr;
-    if (to_.prims) to_.prims[at] = mesh ? std::uint32_t(hit.prim - mesh->first) : BALLOT_MISS;
-    if (to_.mesh_ids) to_.mesh_ids[at] = mesh ? mesh->id : BALLOT_MISS;
-  }
-  if (to_.normals) {
-    const glm::vec3 n = found ? unit_normal(scene_.engine->scene().triangles[hit.prim]) : glm::vec3(0);
-    for (int axis = 0; axis < 3; ++axis) to_.normals[3 * at + std::size_t(axis)] = n[axis];
+void HitArrays::write_numbers(std::span<const std::size_t> places, const Hit* hits) const {
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const MeshState* mesh = hits[i].prim != NO_HIT ? &mesh_of(hits[i].prim) : nullptr;
+    if (to_.prims) to_.prims[places[i]] = mesh ? std::uint32_t(hits[i].prim - mesh->first) : BALLOT_MISS;
+    if (to_.mesh_ids) to_.mesh_ids[places[i]] = mesh ? mesh->id : BALLOT_MISS;
   }
 }
 
+void HitArrays::write_normals(std::span<const std::size_t> places, const Hit* hits) const {
+  const std::vector<Triangle>& triangles = scene_.engine->scene().triangles;
+  std::uint32_t last = NO_HIT;  // neighbours often hit one triangle
+  glm::vec3 n(0);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (hits[i].prim != last) {
+      last = hits[i].prim;
+      n = last != NO_HIT ? unit_normal(triangles[last]) : glm::vec3(0);
+    }
+    std::memcpy(to_.normals + 3 * places[i], &n, sizeof n);
+  }
+}
+
+/// Writes one array after the other: each loop then does one thing.
+void HitArrays::write(std::span<const std::size_t> places, const Hit* hits) const {
+  const std::size_t n = places.size();
+  if (to_.hits)
+    for (std::size_t i = 0; i < n; ++i) std::memcpy(to_.hits + places[i], hits + i, sizeof(Hit));
+  if (to_.t)
+    for (std::size_t i = 0; i < n; ++i)
+      to_.t[places[i]] = hits[i].prim != NO_HIT ? hits[i].t : std::numeric_limits<float>::infinity();
+  if (to_.occluded)
+    for (std::size_t i = 0; i < n; ++i) to_.occluded[places[i]] = hits[i].prim != NO_HIT;
+  if (to_.uvs)
+    for (std::size_t i = 0; i < n; ++i) std::memcpy(to_.uvs + 2 * places[i], &hits[i].u, 2 * sizeof(float));
+  if (to_.prims || to_.mesh_ids) write_numbers(places, hits);
+  if (to_.normals) write_normals(places, hits);
+}
+
 void HitArrays::write(std::size_t first, std::span<const Hit> hits) {
-  const bool records_alone =
-      !to_.t && !to_.occluded && !to_.uvs && !to_.prims && !to_.mesh_ids && !to_.normals && to_.hits;
+  const bool records_alone = order_.width() == 0 && !to_.t && !to_.occluded && !to_.uvs && !to_.prims &&
+                             !to_.mesh_ids && !to_.normals && to_.hits;
   std::atomic<std::uint64_t> found{0};
   over(hits.size(), [&](std::size_t begin, std::size_t end) {
     std::uint64_t some = 0;
     for (std::size_t i = begin; i < end; ++i) some += hits[i].prim != NO_HIT;
     found += some;
-    if (records_alone)
+    if (records_alone) {
       std::memcpy(to_.hits + first + begin, &hits[begin], (end - begin) * sizeof(Hit));
-    else
-      for (std::size_t i = begin; i < end; ++i) write(first + i, hits[i]);
+      return;
+    }
+    std::array<std::size_t, kBlock> places;
+    for (std::size_t i = begin; i < end; i += kBlock) {
+      const std::size_t count = std::min(kBlock, end - i);
+      order_.places(first + i, std::span(places).first(count));
+      write(std::span(places).first(count), &hits[i]);
+    }
   });
   hits_ += found;
 }

@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "engine/api/row_order.h"
 #include "engine/api/state.h"
 
 namespace ballot::api {
@@ -14,28 +15,36 @@ class RayArray {
   explicit RayArray(const BallotRays& rays);
   std::size_t count() const { return count_; }
   /// Writes the rays from number `first` on. An infinite t_max becomes the largest float, which is no bound either.
-  void read(std::size_t first, std::span<Ray> rays) const;
+  void read(std::size_t first, std::span<Ray> rays) const { read(RowOrder(), first, rays); }
+  /// The same for the rays in an order.
+  void read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const;
 
  private:
   const char* data_;
   std::size_t count_, stride_;
   bool full_;
+
+  Ray ray(std::size_t i) const;
 };
 
 /// The result arrays of a call. Keeps the caller's pointers and a reference to the scene.
 class HitArrays {
  public:
-  HitArrays(const BallotHits& to, const SceneState& scene) : to_(to), scene_(scene) {}
-  /// Writes the hits of the rays from number `first` on. Adds those that hit to hits().
+  HitArrays(const BallotHits& to, const SceneState& scene, const RowOrder& order)
+      : to_(to), scene_(scene), order_(order) {}
+  /// Writes the hits of the rays from number `first` of the order on. Adds those that hit to hits().
   void write(std::size_t first, std::span<const Hit> hits);
   std::uint64_t hits() const { return hits_; }
 
  private:
-  void write(std::size_t at, const Hit& hit) const;
+  void write(std::span<const std::size_t> places, const Hit* hits) const;
+  void write_numbers(std::span<const std::size_t> places, const Hit* hits) const;
+  void write_normals(std::span<const std::size_t> places, const Hit* hits) const;
   const MeshState& mesh_of(std::uint32_t prim) const;
 
   BallotHits to_;
   const SceneState& scene_;
+  RowOrder order_;
   std::uint64_t hits_ = 0;
 };
 

@@ -38,13 +38,14 @@ class Clock {
 
 BallotTimes trace(SceneState& scene, const Call& call) {
   const Clock clock;
-  HitArrays out(call.hits, scene);
+  const RowOrder order = RowOrder::find(call.rays);
+  HitArrays out(call.hits, scene, order);
   std::size_t taken = 0, given = 0;
   RayStream stream{
       .most = call.rays.count(),
       .next =
           [&](std::span<Ray> room) {
-            call.rays.read(taken, room);
+            call.rays.read(order, taken, room);
             taken += room.size();
             return room.size();
           },

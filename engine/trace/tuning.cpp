@@ -77,8 +77,8 @@ bool can_widen(const Method& m, const NumericMode& numeric) {
 
 /// Replaces settings that the device or the tree lacks. Throws Error(Arguments) if the method needs them or a knob
 /// asked for them.
-void use_what_there_is(const Method& m, const NumericMode& numeric, KernelConfig& f, const DeviceInfo& d,
-                       const Knobs& knobs) {
+void fit_to_device(const Method& m, const NumericMode& numeric, KernelConfig& f, const DeviceInfo& d,
+                   const Knobs& knobs) {
   if (!d.shuffle) {
     if (m.ray_packets || (has_frontier(m, f) && f.reduce == Reduce::Shuffle))
       fail(Failure::Arguments, "method {}: {} has no subgroup shuffle", m.name, d.name);
@@ -106,7 +106,7 @@ void use_what_there_is(const Method& m, const NumericMode& numeric, KernelConfig
 }
 
 /// Checks the subgroup and workgroup sizes and sets those that no knob gave. Throws Error(Arguments).
-void check_sizes(KernelConfig& f, const DeviceInfo& d, const Knobs& knobs) {
+void fit_sizes(KernelConfig& f, const DeviceInfo& d, const Knobs& knobs) {
   const bool power_of_two = (f.subgroup & (f.subgroup - 1)) == 0;
   if (f.subgroup && (f.subgroup < d.min_subgroup_size || f.subgroup > d.max_subgroup_size || !power_of_two))
     fail(Failure::Arguments, "--knob subgroup={}: {} offers powers of two from {} to {}", f.subgroup, d.name,
@@ -147,8 +147,8 @@ KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric,
   }
   apply_knobs(f, knobs);
   check_knobs(method, f, knobs);
-  use_what_there_is(method, numeric, f, device, knobs);
-  check_sizes(f, device, knobs);
+  fit_to_device(method, numeric, f, device, knobs);
+  fit_sizes(f, device, knobs);
   return f;
 }
 

@@ -8,8 +8,8 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kPasses = 255;   // at most in one submission
-constexpr std::size_t kInFlight = 2;  // submissions
+constexpr std::uint32_t kPasses = 255;  // at most in one submission
+constexpr std::size_t kInFlight = 2;    // submissions
 
 /// Records a barrier that makes all writes so far visible to all later commands and to the host.
 void full_barrier(const Vulkan& vk, VkCommandBuffer cmd) {

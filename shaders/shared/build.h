@@ -37,7 +37,7 @@
 // triangle in Morton order, or the number of a node. Above them come three bits with the number of triangles, where
 // BUILD_MANY stands for more than a leaf may hold. The top bit is set for triangles and for nodes that are leaves.
 #define BUILD_LEAF 0x80000000u
-#define BUILD_COUNT_SHIFT 28
+#define BUILD_SIZE_SHIFT 28
 #define BUILD_INDEX_MASK 0x0FFFFFFFu
 #define BUILD_MANY 7u
 #define BUILD_NONE 0xFFFFFFFFu

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -150,6 +151,32 @@ TEST_F(Api, UpdateMovesAMeshAndKeepsTheHandle) {
   std::vector<ballot::Hit> after(rays.size());
   scene.trace(rays, after);
   EXPECT_EQ(std::memcmp(after.data(), hits.data(), hits.size() * sizeof hits[0]), 0);
+}
+
+// Rows of rays are traced in tiles; each result still belongs to its ray. Widths that tiles do not divide, and rays
+// behind the last whole rows.
+TEST_F(Api, RaysInRowsKeepTheirPlaces) {
+  const ballot::Scene scene(*device_, {grid_.mesh()});
+  for (const std::size_t width : {16, 37, 64, 1001}) {
+    std::vector<ballot::Ray> rays;
+    for (std::size_t y = 0; y < 43; ++y)
+      for (std::size_t x = 0; x < width; ++x)
+        rays.push_back({{0.5f, 0.5f, 2}, 0, {float(x) / float(width) - 0.5f, float(y) / 43 - 0.5f, -1}, 10});
+    rays.resize(rays.size() - 5);
+    std::vector<ballot::Ray> shuffled = rays;
+    std::vector<std::size_t> places(rays.size());
+    for (std::size_t i = 0; i < places.size(); ++i) places[i] = i;
+    std::shuffle(places.begin(), places.end(), std::mt19937(3));
+    for (std::size_t i = 0; i < places.size(); ++i) shuffled[i] = rays[places[i]];
+    std::vector<ballot::Hit> hits(rays.size()), others(rays.size());
+    std::vector<float> t(rays.size());
+    scene.trace(rays, {.hits = hits.data(), .t = t.data()});
+    scene.trace(shuffled, others);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      ASSERT_EQ(std::memcmp(&others[i], &hits[places[i]], sizeof(ballot::Hit)), 0) << width << " " << places[i];
+      ASSERT_EQ(t[i], hits[i].prim == ballot::kMiss ? std::numeric_limits<float>::infinity() : hits[i].t);
+    }
+  }
 }
 
 TEST_F(Api, ArraysOnTheDeviceAndJobs) {

@@ -90,6 +90,9 @@ TEST_P(Methods, AnswersDoNotDependOnConfigSizeOrOrder) {
   const auto order = scatter_order(rays.size());
   std::vector<Ray> shuffled(rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i) shuffled[i] = rays[order[i]];
+  // Trees without inner nodes have kernels of their own; the two such scenes share the configurations.
+  const std::size_t one = GetParam().name == std::string_view("one");
+  const bool trivial = one || GetParam().name == std::string_view("none");
   std::size_t method = 0;
   for (const Method& m : kMethods) {
     Query q = base;
@@ -98,7 +101,7 @@ TEST_P(Methods, AnswersDoNotDependOnConfigSizeOrOrder) {
     std::vector<Knobs> knobs = every_config(m, gpu_->info());
     knobs.insert(knobs.end(), sizes.begin(), sizes.end());
     for (const Knobs& k : knobs) {
-      if (!is_dealt(gpu_->info(), dealt++)) continue;
+      if (!is_dealt(gpu_->info(), dealt++) || (trivial && dealt / 2 % 2 != one)) continue;
       q.knobs = k;
       EXPECT_EQ(count_different(first, trace(*t, rays, q)), 0u) << t->tracer->variant(q).name();
     }
@@ -192,7 +195,9 @@ TEST_F(Methods, RaysThatEndAtTheirHitFindIt) {
 }
 
 // In the conservative modes hits do not depend on the tree: with or without spatial splits, with large or small leaves.
+// Scene `soup` tests all on both of lavapipe's drivers, the others each tree and mode on one.
 TEST_P(Methods, OtherTreesHitTheSame) {
+  std::size_t dealt = GetParam().name == std::string_view("soup") ? 0 : 1;
   const auto base = make(*gpu_, GetParam().make());
   std::vector<Ray> rays;
   for (const shapes::RaySet& set : shapes::ray_sets(base->triangles, base->bvh))
@@ -203,6 +208,7 @@ TEST_P(Methods, OtherTreesHitTheSame) {
     const auto first = trace(*base, rays, q);
     for (const BuildSettings& settings :
          {BuildSettings{.split_budget = 0}, BuildSettings{.max_leaf = 1}, BuildSettings{.split_budget = 4}}) {
+      if (dealt && !is_dealt_at_every_size(gpu_->info(), dealt++)) continue;
       const auto other = make(*gpu_, base->triangles, settings);
       EXPECT_EQ(count_different(first, trace(*other, rays, q)), 0u)
           << mode.name << ", leaves of at most " << settings.max_leaf << ", split budget " << settings.split_budget;
@@ -219,11 +225,16 @@ struct ClosedMesh {
   float scale;  // a power of two, so that rays and vertices scale exactly
 };
 
-class Leaks : public DeviceTest, public testing::WithParamInterface<ClosedMesh> {};
+class Leaks : public DeviceTest, public testing::WithParamInterface<ClosedMesh> {
+ protected:
+  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
+  static void TearDownTestSuite() { gpu_.reset(); }
+  static inline std::unique_ptr<Context> gpu_;
+};
 
 // Every ray from inside a closed mesh must hit, also where it is aimed at vertices and edges.
 TEST_P(Leaks, WatertightHasNone) {
-  Context gpu(options());
+  Context& gpu = *gpu_;
   shapes::Triangles mesh = shapes::sphere(GetParam().levels);
   auto rays = shapes::edge_rays(mesh, 20011, {0.01f, 0.02f, -0.015f});
   for (Triangle& t : mesh)

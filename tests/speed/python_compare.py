@@ -101,6 +101,13 @@ class Embreex:
         return None, np.where(first < 0, 0xFFFFFFFF, first).astype(np.uint32)
 
 
+def judge(scene, rays, prims, others):
+    """Returns for how many rays the two differ, and with how many of them the exact answer agrees with each."""
+    differ = np.flatnonzero(prims != others)
+    exact = scene.trace(rays[differ], numeric="exact")["prim"]
+    return len(differ), np.count_nonzero(exact == prims[differ]), np.count_nonzero(exact == others[differ])
+
+
 def set_up(kinds, mesh, repeats):
     """Returns an instance of each library that is installed, and the medians of its set-up seconds."""
     made = []
@@ -158,7 +165,10 @@ def main() -> None:
         for library, taken, (_, prims) in zip(libraries, seconds, answers):
             same = np.mean(prims == answers[0][1])
             print(f"{library.name:44}{taken:10.3f}{len(rays) / taken / 1e6:10.2f}{same:11.6f}")
-            if library.device_ms:
+            if library is not libraries[0]:
+                count, ours, theirs = judge(libraries[0].scene._built(), rays, answers[0][1], prims)
+                print(f"  {count} differ; the exact answer is Ballot's for {ours}, the other's for {theirs}")
+            if getattr(library, "device_ms", None):
                 ms = statistics.median(library.device_ms)
                 print(
                     f"{'  of it on the device':44}{ms / 1e3:10.3f}{len(rays) / ms / 1e3:10.2f}"

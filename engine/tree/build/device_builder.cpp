@@ -184,7 +184,7 @@ void DeviceBuilder::read_state(std::uint32_t count, const BuildSettings& setting
     built_.bounds.lo[axis] = unordered(s.lo[axis]);
     built_.bounds.hi[axis] = unordered(s.hi[axis]);
   }
-  const std::uint32_t triangles = (s.root >> BUILD_COUNT_SHIFT) & 7u;
+  const std::uint32_t triangles = (s.root >> BUILD_SIZE_SHIFT) & 7u;
   // A binary tree has a leaf more than inner nodes. One pair of a large tree is not used.
   const std::uint32_t inner = s.pairs - (triangles == BUILD_MANY ? 1 : 0);
   const std::uint64_t texels =

@@ -3,11 +3,11 @@
 // The shape of a cluster, in 16 bits. Of one that a leaf could hold, three bits each for the inner nodes on its longest
 // path, its inner nodes, and its leaves. Of others, the inner nodes on the longest path.
 uint index_of(uint cluster) { return cluster & BUILD_INDEX_MASK; }
-uint count_of(uint cluster) { return cluster >> BUILD_COUNT_SHIFT & 7u; }
+uint count_of(uint cluster) { return cluster >> BUILD_SIZE_SHIFT & 7u; }
 bool is_leaf(uint cluster) { return cluster >= BUILD_LEAF; }
 bool has_many(uint cluster) { return count_of(cluster) == BUILD_MANY; }
 bool is_triangle(uint cluster) { return is_leaf(cluster) && count_of(cluster) == 1u; }
-uint cluster_of(uint index, uint count) { return index | count << BUILD_COUNT_SHIFT; }
+uint cluster_of(uint index, uint count) { return index | count << BUILD_SIZE_SHIFT; }
 
 struct Shape {
   uint depth, inner, leaves;

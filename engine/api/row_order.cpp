@@ -1,0 +1,87 @@
+#include "engine/api/row_order.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "engine/api/arrays.h"
+
+namespace ballot::api {
+
+namespace {
+
+constexpr std::size_t kSide = 8;              // of a tile
+constexpr std::size_t kLeastWidth = 16;       // of rows that are worth it
+constexpr std::size_t kMostWidth = 1u << 16;  // of rows that are looked for
+constexpr std::size_t kRowsLookedAt = 32;
+constexpr float kJump = 4;          // a step at the end of a row is this many times the longest within it
+constexpr float kFarthestRow = 16;  // rows that are more steps apart make tiles that are too long
+
+/// Returns the distance of two rays, in origin and direction.
+float step(const Ray& a, const Ray& b) {
+  float sum = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    sum += std::abs(a.origin[axis] - b.origin[axis]) + std::abs(a.dir[axis] - b.dir[axis]);
+  return sum;
+}
+
+/// Returns the number of rays before the first long step, or 0.
+std::size_t first_row(const RayArray& rays) {
+  std::vector<Ray> some(std::min(rays.count(), kMostWidth + 1));
+  rays.read(0, some);
+  float longest = 0;
+  for (std::size_t i = 0; i + 1 < some.size(); ++i) {
+    const float s = step(some[i], some[i + 1]);
+    if (i + 1 >= kLeastWidth && longest > 0 && s > kJump * longest) return i + 1;
+    if (!(s < 1e30f)) return 0;
+    longest = std::max(longest, s);
+  }
+  return 0;
+}
+
+/// Returns true if a row begins at ray `begin` and the next one at begin + width, side by side.
+bool is_row(const RayArray& rays, std::size_t begin, std::size_t width) {
+  std::vector<Ray> row(width + 1);
+  rays.read(begin, row);
+  float longest = 0;
+  for (std::size_t i = 0; i + 1 < width; ++i) longest = std::max(longest, step(row[i], row[i + 1]));
+  const float jump = step(row[width - 1], row[width]), apart = step(row[0], row[width]);
+  return longest > 0 && jump > kJump * longest && apart < kFarthestRow * longest;
+}
+
+}  // namespace
+
+RowOrder::RowOrder(std::size_t count, std::size_t width)
+    : width_(width), tiled_(width ? count / (kSide * width) * kSide * width : 0) {}
+
+RowOrder RowOrder::find(const RayArray& rays) {
+  if (rays.count() < kSide * kLeastWidth) return {};
+  const std::size_t width = first_row(rays);
+  if (width == 0 || rays.count() < kSide * width) return {};
+  const std::size_t rows = rays.count() / width - 1;  // whose next row is there too
+  const std::size_t stride = std::max<std::size_t>(1, rows / kRowsLookedAt);
+  for (std::size_t row = 0; row < rows; row += stride)
+    if (!is_row(rays, row * width, width)) return {};
+  return {rays.count(), width};
+}
+
+void RowOrder::places(std::size_t first, std::span<std::size_t> places) const {
+  const std::size_t whole = width_ / kSide * kSide, rest = width_ - whole, band_rays = kSide * width_;
+  std::size_t at = first, done = 0;
+  while (done < places.size() && at < tiled_) {
+    const std::size_t band = at / band_rays * band_rays, in = at - band;
+    if (in >= kSide * whole) {  // columns beside the tiles
+      const std::size_t k = in - kSide * whole;
+      places[done++] = band + k / rest * width_ + whole + k % rest;
+      ++at;
+      continue;
+    }
+    // Eight lanes are a block of 4 x 2 rays; a tile has two blocks side by side, four below each other.
+    const std::size_t tile = in / 64, block = in / 8 % 8, lane = in % 8;
+    const std::size_t row = band + tile * kSide + block % 2 * 4 + (block / 2 * 2 + lane / 4) * width_;
+    for (std::size_t x = lane % 4; x < 4 && done < places.size(); ++x, ++at) places[done++] = row + x;
+  }
+  for (; done < places.size(); ++at) places[done++] = at;
+}
+
+}  // namespace ballot::api
