@@ -249,7 +249,8 @@ typedef struct BallotTimes {
 } BallotTimes;
 
 /* Traces rays, nearest or any hits, and returns when the results are written. Neighbours in the array share a subgroup:
- * order rays for coherence. Rays in rows, as of a camera or a turning scanner, are traced in tiles of 8 x 8. query and times may be NULL. Zero rays are allowed. */
+ * order rays for coherence. Rays in rows, as of a camera or a turning scanner, are traced in tiles of 8 x 8. query and
+ * times may be NULL. Zero rays are allowed. */
 BALLOT_API BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
                                      const BallotQuery* query, BallotTimes* times);
 
