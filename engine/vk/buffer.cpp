@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <vector>
 
 #include "engine/core/error.h"
 
@@ -212,15 +213,24 @@ void RawBuffer::download(std::uint64_t offset, void* data, std::uint64_t bytes) 
 
 void RawBuffer::copy_from(const RawBuffer& other, std::uint64_t other_offset, std::uint64_t offset,
                           std::uint64_t bytes) {
-  if (bytes == 0) return;
-  if (offset + bytes > bytes_ || other_offset + bytes > other.bytes_)
-    fail(Failure::Work,
-         "buffer '{}' of {} bytes: a copy of {} bytes to offset {} does not fit; it comes from buffer '{}' of "
-         "{} bytes, offset {}",
-         name_, bytes_, bytes, offset, other.name_, other.bytes_, other_offset);
+  const Part part{other_offset, offset, bytes};
+  copy_parts(other, {&part, 1});
+}
+
+void RawBuffer::copy_parts(const RawBuffer& other, std::span<const Part> parts) {
+  std::vector<VkBufferCopy> regions;
+  for (const Part& p : parts) {
+    if (p.bytes == 0) continue;
+    if (p.to + p.bytes > bytes_ || p.from + p.bytes > other.bytes_)
+      fail(Failure::Work,
+           "buffer '{}' of {} bytes: a copy of {} bytes to offset {} does not fit; it comes from buffer '{}' of "
+           "{} bytes, offset {}",
+           name_, bytes_, p.bytes, p.to, other.name_, other.bytes_, p.from);
+    regions.push_back({p.from, p.to, p.bytes});
+  }
+  if (regions.empty()) return;
   gpu_->submit("a copy of " + other.name_, [&](VkCommandBuffer cmd) {
-    const VkBufferCopy region{other_offset, offset, bytes};
-    gpu_->vk().CmdCopyBuffer(cmd, other.buffer_, buffer_, 1, &region);
+    gpu_->vk().CmdCopyBuffer(cmd, other.buffer_, buffer_, std::uint32_t(regions.size()), regions.data());
   });
 }
 

@@ -33,6 +33,12 @@ class RawBuffer {
   /// Copy bytes to and from the host. Both wait for all passes (context.h). Throw Error(Work) if the bytes do not fit.
   void upload(std::uint64_t offset, const void* data, std::uint64_t bytes);
   void download(std::uint64_t offset, void* data, std::uint64_t bytes) const;
+  /// A part of a buffer that is copied to a place in another.
+  struct Part {
+    std::uint64_t from, to, bytes;
+  };
+  /// Copies parts of another buffer on the device, all in one pass. Throws Error(Work) if they do not fit.
+  void copy_parts(const RawBuffer& other, std::span<const Part> parts);
   /// Copies bytes from another buffer on the device. Throws Error(Work) if the bytes do not fit.
   void copy_from(const RawBuffer& other, std::uint64_t other_offset, std::uint64_t offset, std::uint64_t bytes);
 

@@ -70,25 +70,21 @@ std::size_t size_of(const std::vector<Stretch>& stretches) {
   return size;
 }
 
-/// Returns the sample on the host.
-std::vector<Ray> sample_of(const Buffer<Ray>& rays, const std::vector<Stretch>& stretches) {
-  std::vector<Ray> sample(size_of(stretches));
+/// Copies the sample to the front of a buffer.
+void copy_sample(Buffer<Ray>& to, const Buffer<Ray>& rays, const std::vector<Stretch>& stretches) {
+  std::vector<RawBuffer::Part> parts;
   std::size_t done = 0;
   for (const Stretch& s : stretches) {
-    rays.download(std::span(sample).subspan(done, s.count), s.first);
+    parts.push_back({s.first * sizeof(Ray), done * sizeof(Ray), s.count * sizeof(Ray)});
     done += s.count;
   }
-  return sample;
+  to.copy_parts(rays, parts);
 }
 
 /// Returns the sample as a copy on the device.
 Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vector<Stretch>& stretches) {
   Buffer<Ray> sample(gpu, size_of(stretches), Access::Storage, "sampled rays");
-  std::size_t done = 0;
-  for (const Stretch& s : stretches) {
-    sample.copy_from(rays, s.first, done, s.count);
-    done += s.count;
-  }
+  copy_sample(sample, rays, stretches);
   return sample;
 }
 
@@ -144,6 +140,7 @@ Chooser::Chooser(Context& gpu, const Bvh& bvh, Trace trace)
 
 void Chooser::replace(const Bvh& bvh) {
   bvh_ = &bvh;
+  known_.clear();
   choices_.replace_scene(bvh.stats, bvh.bounds);
 }
 
@@ -157,8 +154,7 @@ Query Chooser::resolve(Query query, const Buffer<Ray>& rays, std::size_t count) 
   if (!find_method(query.method).chooses) return query;
   const Effort& effort = effort_on(gpu_.info());
   if (count < effort.least && !choices_.find(query)) return unmeasured(query, gpu_.info());
-  if (query.rays.empty())
-    query.rays = ray_class_of(sample_of(rays, stretches_of(count, kClassSample, kClassStretches)), bvh_->bounds);
+  if (query.rays.empty()) query.rays = class_of(rays, count);
   const Choice* known = choices_.find(query);
   const bool unfinished = known && known->remembered && !known->complete() && count >= effort.least;
   if (!known || unfinished) choices_.add(calibrate(query, rays, count));
@@ -173,6 +169,26 @@ bool Chooser::has_chosen(const Query& query) const {
   if (!find_method(query.method).chooses) return true;
   const Choice* known = choices_.find(query);
   return known && (!known->remembered || known->complete());
+}
+
+/// Looks at the rays of a buffer again at every kLooksAgain-th call alone: looking takes a GPU as long as tracing some
+/// hundred thousand rays, and a buffer is mostly filled with rays that are alike.
+std::string Chooser::class_of(const Buffer<Ray>& rays, std::size_t count) {
+  constexpr int kLooksAgain = 32;
+  constexpr std::size_t kKept = 8;
+  const auto known =
+      std::ranges::find_if(known_, [&](const Known& k) { return k.buffer == rays.id() && k.count == count; });
+  if (known != known_.end() && ++known->uses < kLooksAgain) return known->rays;
+  const std::vector<Stretch> stretches = stretches_of(count, kClassSample, kClassStretches);
+  const std::size_t size = size_of(stretches);
+  if (!class_sample_ || class_sample_->size() < size)
+    class_sample_.emplace(gpu_, std::max(size, kClassSample), Access::Host, "sample of rays");
+  copy_sample(*class_sample_, rays, stretches);
+  const std::string found = ray_class_of({reinterpret_cast<const Ray*>(class_sample_->mapped()), size}, bvh_->bounds);
+  if (known != known_.end()) known_.erase(known);
+  if (known_.size() == kKept) known_.erase(known_.begin());
+  known_.push_back({rays.id(), count, found, 0});
+  return found;
 }
 
 std::string Chooser::ray_class(std::span<const Ray> rays) const {

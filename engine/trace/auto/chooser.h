@@ -3,6 +3,7 @@
 
 #include <exception>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -51,6 +52,14 @@ class Chooser {
   };
 
  private:
+  /// A class that was found for a buffer, and how often it has served since.
+  struct Known {
+    std::uint64_t buffer;
+    std::size_t count;
+    std::string rays;
+    int uses;
+  };
+  std::string class_of(const Buffer<Ray>& rays, std::size_t count);
   bool try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why);
   void race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits, double spent_s);
   Choice calibrate(const Query& query, const Buffer<Ray>& rays, std::size_t count);
@@ -59,6 +68,8 @@ class Chooser {
   const Bvh* bvh_;
   Trace trace_;
   Choices choices_;
+  std::optional<Buffer<Ray>> class_sample_;  // in the host's memory; made on first use
+  std::vector<Known> known_;                 // of the last buffers
 };
 
 }  // namespace ballot
