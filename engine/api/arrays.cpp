@@ -13,7 +13,7 @@ namespace ballot::api {
 
 namespace {
 
-constexpr std::size_t kChunk = 1 << 14;  // rays that a thread takes at a time
+constexpr std::size_t kChunk = 1 << 13;  // rays that a thread takes at a time
 constexpr std::size_t kBlock = 512;      // rays whose places are known at a time
 constexpr float kNoBound = std::numeric_limits<float>::max();
 static_assert(sizeof(BallotRay) == sizeof(Ray) && sizeof(BallotHit) == sizeof(Hit));

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kSide = 8;              // of a tile
 constexpr std::size_t kLeastWidth = 16;       // of rows that are worth it
 constexpr std::size_t kMostWidth = 1u << 16;  // of rows that are looked for
-constexpr std::size_t kRowsLookedAt = 32;
+constexpr std::size_t kRowsLookedAt = 16;
 constexpr float kJump = 4;          // a step at the end of a row is this many times the longest within it
 constexpr float kFarthestRow = 16;  // rows that are more steps apart make tiles that are too long
 
@@ -27,10 +27,14 @@ float step(const Ray& a, const Ray& b) {
 
 /// Returns the number of rays before the first long step, or 0.
 std::size_t first_row(const RayArray& rays) {
-  std::vector<Ray> some(std::min(rays.count(), kMostWidth + 1));
-  rays.read(0, some);
+  const std::size_t most = std::min(rays.count(), kMostWidth + 1);
+  std::vector<Ray> some;
   float longest = 0;
-  for (std::size_t i = 0; i + 1 < some.size(); ++i) {
+  for (std::size_t i = 0; i + 1 < most; ++i) {
+    if (i + 1 >= some.size()) {  // most rows are short
+      some.resize(std::min(most, std::max<std::size_t>(2048, 4 * some.size())));
+      rays.read(0, some);
+    }
     const float s = step(some[i], some[i + 1]);
     if (i + 1 >= kLeastWidth && longest > 0 && s > kJump * longest) return i + 1;
     if (!(s < 1e30f)) return 0;
