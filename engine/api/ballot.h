@@ -235,6 +235,7 @@ class Scene {
   std::vector<Ray> make_rays(const View& view, const std::string& kind, std::uint32_t width,
                              std::uint32_t height) const {
     const BallotView v = detail::view_of(view);
+    detail::check_size(width, height);
     std::vector<Ray> rays(std::size_t{width} * height);
     std::size_t count = 0;
     check(ballot_make_rays(handle_.get(), &v, kind.c_str(), width, height, rays.data(), rays.size(), &count));
@@ -248,6 +249,7 @@ class Scene {
 
   /// Renders a view: width * height * 4 floats, linear Rec.709 and coverage, rows from the top.
   std::vector<float> render(const View& view, const Picture& picture, const Query& query = {}) const {
+    detail::check_size(picture.width, picture.height);
     std::vector<float> rgba(std::size_t{4} * picture.width * picture.height);
     const BallotView v = detail::view_of(view);
     auto p = BALLOT_INIT(BallotPicture);

@@ -72,6 +72,13 @@ inline BallotRays rays_of(std::span<const Ray> rays) {
   return r;
 }
 
+/// Refuses sizes of pictures before memory is taken for them.
+inline void check_size(std::uint32_t width, std::uint32_t height) {
+  if (width < 1 || height < 1 || width > 16384 || height > 16384)
+    throw Error(Code::Argument, "the picture is " + std::to_string(width) + " x " + std::to_string(height) +
+                                    " pixels; expected 1 to 16384 each");
+}
+
 inline Times times_of(const BallotTimes& t) { return {t.seconds, t.device_ms, t.hits}; }
 
 inline std::size_t vertices(std::span<const float> positions, std::size_t stride) {

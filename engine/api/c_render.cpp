@@ -72,7 +72,7 @@ BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const 
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(count, "ballot_make_rays", "count");
     if (room) need(rays, "ballot_make_rays", "rays");
-    const std::lock_guard lock(state->device->mutex);
+    const DeviceUse use(*state->device);
     const auto v = view_of(read_struct(view, "BallotView"), state->engine->scene());
     const auto batch = state->engine->make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
     *count = batch->count();
@@ -90,7 +90,7 @@ BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const Bal
     need(p.rgba, "ballot_render", "rgba");
     const BallotQuery q = read_struct(query, "BallotQuery");
     const Watch watch(q);
-    const std::lock_guard lock(state->device->mutex);
+    const DeviceUse use(*state->device);
     const auto v = view_of(read_struct(view, "BallotView"), state->engine->scene());
     const auto options = options_of(p, q);
     if (p.sky && state->sky != p.sky) {

@@ -155,7 +155,7 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     }
     fill_normals(made);
     ballot::finish_scene(made);
-    const std::lock_guard lock(d->mutex);
+    const DeviceUse use(*d);
     const char* quickest = d->gpu->info().is_cpu() ? "balanced" : "device";
     state->engine = std::make_unique<ballot::Engine>(std::move(made), engine_options(*d, o, quickest, o.cache != 0));
     *scene = scenes().add(std::move(state));
@@ -173,7 +173,7 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
     state->from_file = true;
     ballot::Scene loaded = ballot::load_scene(path);
     state->meshes.push_back({0, 0, loaded.triangles.size(), 3 * loaded.triangles.size(), {}});
-    const std::lock_guard lock(d->mutex);
+    const DeviceUse use(*d);
     state->engine =
         std::make_unique<ballot::Engine>(std::move(loaded), engine_options(*d, o, "best", !options || o.cache));
     *scene = scenes().add(std::move(state));
@@ -183,7 +183,7 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
 BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* positions, size_t count, size_t stride) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(positions, "ballot_scene_update", "positions");
-    const std::lock_guard lock(state->device->mutex);
+    const DeviceUse use(*state->device);
     if (state->from_file)
       refuse("ballot_scene_update: the scene was loaded from a file; make one of meshes to move their vertices");
     const MeshState& m = mesh_at(*state, mesh, "ballot_scene_update");

@@ -64,7 +64,7 @@ BallotTimes trace(SceneState& scene, const Call& call) {
 
 void end_job(QueuedJob& job, SceneState& scene, const Call& call) {
   try {
-    const std::lock_guard lock(scene.device->mutex);
+    const DeviceUse use(*scene.device);
     job.end(BALLOT_OK, trace(scene, call), {});
   } catch (...) {
     const BallotStatus status = report(&scene.error);
@@ -157,7 +157,7 @@ BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays, const Ball
                           BallotTimes* times) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const Call call = read_call(rays, hits, query);
-    const std::lock_guard lock(state->device->mutex);
+    const DeviceUse use(*state->device);
     write_struct(times, trace(*state, call), "BallotTimes");
   });
 }

@@ -51,6 +51,16 @@ struct DeviceState {
   LastError error;
 };
 
+/// Holds a device for a call. Batches that wait to be sent (ballot_submit_buffers) are sent first: a call that fails
+/// drops what is recorded, which is then its own alone.
+class DeviceUse {
+ public:
+  explicit DeviceUse(DeviceState& device) : lock_(device.mutex) { device.gpu->flush(); }
+
+ private:
+  std::lock_guard<std::mutex> lock_;
+};
+
 /// A mesh of a scene: its triangles are [first, first + triangles).
 struct MeshState {
   std::uint32_t id = 0;

@@ -210,6 +210,28 @@ TEST_F(Api, ArraysOnTheDeviceAndJobs) {
   EXPECT_EQ(code_of([&] { scene.trace(elsewhere, out, 10); }), Code::Argument);
 }
 
+// Batches that wait to be sent are not lost when a call after them fails.
+TEST_F(Api, AFailedCallDropsNoBatch) {
+  const ballot::Scene scene(*device_, {grid_.mesh()});
+  const auto rays = rays_down(40000);
+  std::vector<ballot::Hit> expected(rays.size()), found(rays.size());
+  scene.trace(rays, expected);
+  ballot::Array<ballot::Ray> in(*device_, rays.size());
+  in.write(rays);
+  std::vector<ballot::Array<ballot::Hit>> out;
+  for (int i = 0; i < 6; ++i) out.emplace_back(*device_, rays.size());
+  std::vector<ballot::Job> jobs;
+  for (auto& hits : out) jobs.push_back(scene.submit(in, hits, rays.size(), {.ray_class = "down"}));
+  const ballot::View view{.eye = {0.5, 0.5, 2}, .target = {0.5, 0.5, 0}};
+  EXPECT_EQ(code_of([&] { scene.render(view, {.width = 8, .height = 8}, {.progress = [](double) { return false; }}); }),
+            Code::Interrupted);
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    jobs[i].wait();
+    out[i].read(found);
+    EXPECT_EQ(std::memcmp(found.data(), expected.data(), found.size() * sizeof found[0]), 0) << i;
+  }
+}
+
 TEST_F(Api, WrongMeshesAreNamed) {
   std::string text;
   const auto refused = [&](ballot::Mesh mesh, const char* part) {
@@ -355,6 +377,8 @@ TEST_F(Api, PicturesAndRaysOfAView) {
   EXPECT_EQ(picture[middle + 3], 1);
   EXPECT_EQ(picture[3], 0);  // beside the square
   EXPECT_EQ(code_of([&] { scene.render(view, {.width = 0}); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.render(view, {.width = 1u << 31, .height = 1u << 31}); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.make_rays(view, "primary", 1u << 31, 9); }), Code::Argument);
   EXPECT_EQ(code_of([&] { scene.make_rays(view, "bogus", 8, 8); }), Code::Argument);
   EXPECT_EQ(code_of([&] { scene.render({.name = "no such view"}, {}); }), Code::Argument);
 }
