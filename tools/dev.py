@@ -236,8 +236,8 @@ Prints scenes/manifest.json with the state of each file: verified (its SHA-256 m
 the checkout, build/scenes, and the folder of --dir or BALLOT_SCENES. Says where to get absent files; downloads nothing.
 """),
     "bundle": (bundle, "[DIR]", "make a relocatable folder", SETUP + """
-DIR (default out/ballot) gets bin/ballot, the libraries that it needs except glibc and the Vulkan loader, the shaders
-and the shipped scenes. It runs from any folder on x86-64 Linux with glibc 2.36 or newer and a Vulkan loader.
+DIR (default out/ballot) gets bin/ballot, the libraries that it needs except glibc and the Vulkan loader, and the
+shipped scenes; the shaders are inside the program. It runs from any folder on x86-64 Linux with glibc 2.36 or newer and a Vulkan loader.
 
   tools/dev.py bundle out/ballot --archive
 """),
