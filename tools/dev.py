@@ -237,7 +237,8 @@ the checkout, build/scenes, and the folder of --dir or BALLOT_SCENES. Says where
 """),
     "bundle": (bundle, "[DIR]", "make a relocatable folder", SETUP + """
 DIR (default out/ballot) gets bin/ballot, the libraries that it needs except glibc and the Vulkan loader, and the
-shipped scenes; the shaders are inside the program. It runs from any folder on x86-64 Linux with glibc 2.36 or newer and a Vulkan loader.
+shipped scenes; the shaders are inside the program. It runs from any folder on x86-64 Linux with glibc 2.36 or newer and
+a Vulkan loader.
 
   tools/dev.py bundle out/ballot --archive
 """),

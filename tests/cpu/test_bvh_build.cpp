@@ -48,15 +48,6 @@ TEST(BvhBuild, SixAndSevenTriangles) {
   }
 }
 
-TEST(BvhBuild, HardShapes) {
-  sound(shapes::identical(1000));
-  sound(shapes::coplanar(1000));
-  sound(shapes::same_centroid(1000));
-  sound(shapes::slivers(1000));
-  sound(shapes::huge_and_tiny(2000));
-  sound(shapes::soup(3000, 0.3f));
-}
-
 TEST(BvhBuild, Grid) {
   const Bvh bvh = sound(shapes::grid(158));
   EXPECT_GE(bvh.stats.references, 49928u);

@@ -17,6 +17,8 @@ class BvhBuilders : public testing::TestWithParam<Builder> {
     Bvh bvh = build_bvh(triangles, settings);
     for (const std::string& line : check_bvh(bvh, triangles, settings)) ADD_FAILURE() << line;
     EXPECT_EQ(bvh.stats.builder, GetParam().id);
+    EXPECT_EQ(bvh.stats.triangles, triangles.size());
+    EXPECT_FALSE(bvh.stats.from_cache);
     return bvh;
   }
 };
