@@ -39,6 +39,7 @@ PACKAGES = {
     "openexr": ("exrheader, with which the tests check EXR files", {"test"}),
     "python3-matplotlib": ("draws the plots of `ballot bench --report`", {"test"}),
     "patchelf": ("lets private libraries find each other", {"test", "bundle"}),
+    "pkg-config": ("finds the installed library, as programs of others do", {"test"}),
     "python3-dev": ("headers of Python, for the package of Python", {"test"}),
     "python3-venv": ("the virtual environment that the package of Python is tested in", {"test"}),
     "clang-format": ("formats the C++ code", {"fmt", "test"}),
