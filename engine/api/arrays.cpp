@@ -1,7 +1,6 @@
 #include "engine/api/arrays.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -14,7 +13,7 @@ namespace ballot::api {
 namespace {
 
 constexpr std::size_t kChunk = 1 << 13;  // rays that a thread takes at a time
-constexpr std::size_t kBlock = 512;      // rays whose places are known at a time
+constexpr std::size_t kRow = 512;        // hits that are written at a time
 constexpr float kNoBound = std::numeric_limits<float>::max();
 static_assert(sizeof(BallotRay) == sizeof(Ray) && sizeof(BallotHit) == sizeof(Hit));
 
@@ -59,16 +58,9 @@ Ray RayArray::ray(std::size_t i) const {
 
 void RayArray::read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const {
   over(rays.size(), [&](std::size_t begin, std::size_t end) {
-    if (order.width() == 0) {
-      for (std::size_t i = begin; i < end; ++i) rays[i] = ray(first + i);
-      return;
-    }
-    std::array<std::size_t, kBlock> places;
-    for (std::size_t i = begin; i < end; i += kBlock) {
-      const std::size_t some = std::min(kBlock, end - i);
-      order.places(first + i, std::span(places).first(some));
-      for (std::size_t k = 0; k < some; ++k) rays[i + k] = ray(places[k]);
-    }
+    order.for_runs(first + begin, end - begin, [&](std::size_t i, std::size_t place, std::size_t n) {
+      for (std::size_t k = 0; k < n; ++k) rays[begin + i + k] = ray(place + k);
+    });
   });
 }
 
@@ -77,41 +69,36 @@ const MeshState& HitArrays::mesh_of(std::uint32_t prim) const {
   return *std::prev(std::ranges::upper_bound(scene_.meshes, prim, {}, &MeshState::first));
 }
 
-void HitArrays::write_numbers(std::span<const std::size_t> places, const Hit* hits) const {
-  for (std::size_t i = 0; i < places.size(); ++i) {
+const glm::vec3& HitArrays::Normals::of(std::uint32_t prim) {
+  Entry& entry = entries_[prim % entries_.size()];
+  if (entry.prim != prim)
+    entry = {prim, prim != NO_HIT ? unit_normal(scene_.engine->scene().triangles[prim]) : glm::vec3(0)};
+  return entry.normal;
+}
+
+void HitArrays::write_numbers(std::size_t place, std::span<const Hit> hits) const {
+  for (std::size_t i = 0; i < hits.size(); ++i) {
     const MeshState* mesh = hits[i].prim != NO_HIT ? &mesh_of(hits[i].prim) : nullptr;
-    if (to_.prims) to_.prims[places[i]] = mesh ? std::uint32_t(hits[i].prim - mesh->first) : BALLOT_MISS;
-    if (to_.mesh_ids) to_.mesh_ids[places[i]] = mesh ? mesh->id : BALLOT_MISS;
+    if (to_.prims) to_.prims[place + i] = mesh ? std::uint32_t(hits[i].prim - mesh->first) : BALLOT_MISS;
+    if (to_.mesh_ids) to_.mesh_ids[place + i] = mesh ? mesh->id : BALLOT_MISS;
   }
 }
 
-void HitArrays::write_normals(std::span<const std::size_t> places, const Hit* hits) const {
-  const std::vector<Triangle>& triangles = scene_.engine->scene().triangles;
-  std::uint32_t last = NO_HIT;  // neighbours often hit one triangle
-  glm::vec3 n(0);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (hits[i].prim != last) {
-      last = hits[i].prim;
-      n = last != NO_HIT ? unit_normal(triangles[last]) : glm::vec3(0);
-    }
-    std::memcpy(to_.normals + 3 * places[i], &n, sizeof n);
-  }
-}
-
-/// Writes one array after the other: each loop then does one thing.
-void HitArrays::write(std::span<const std::size_t> places, const Hit* hits) const {
-  const std::size_t n = places.size();
-  if (to_.hits)
-    for (std::size_t i = 0; i < n; ++i) std::memcpy(to_.hits + places[i], hits + i, sizeof(Hit));
+/// Writes the results of rays that stand side by side, one array after the other: each loop then does one thing.
+void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const {
+  const std::size_t n = hits.size();
+  if (to_.hits) std::memcpy(to_.hits + place, hits.data(), hits.size_bytes());
   if (to_.t)
     for (std::size_t i = 0; i < n; ++i)
-      to_.t[places[i]] = hits[i].prim != NO_HIT ? hits[i].t : std::numeric_limits<float>::infinity();
+      to_.t[place + i] = hits[i].prim != NO_HIT ? hits[i].t : std::numeric_limits<float>::infinity();
   if (to_.occluded)
-    for (std::size_t i = 0; i < n; ++i) to_.occluded[places[i]] = hits[i].prim != NO_HIT;
+    for (std::size_t i = 0; i < n; ++i) to_.occluded[place + i] = hits[i].prim != NO_HIT;
   if (to_.uvs)
-    for (std::size_t i = 0; i < n; ++i) std::memcpy(to_.uvs + 2 * places[i], &hits[i].u, 2 * sizeof(float));
-  if (to_.prims || to_.mesh_ids) write_numbers(places, hits);
-  if (to_.normals) write_normals(places, hits);
+    for (std::size_t i = 0; i < n; ++i) std::memcpy(to_.uvs + 2 * (place + i), &hits[i].u, 2 * sizeof(float));
+  if (to_.prims || to_.mesh_ids) write_numbers(place, hits);
+  if (to_.normals)
+    for (std::size_t i = 0; i < n; ++i)
+      std::memcpy(to_.normals + 3 * (place + i), &normals.of(hits[i].prim), sizeof(glm::vec3));
 }
 
 void HitArrays::write(std::size_t first, std::span<const Hit> hits) {
@@ -126,12 +113,23 @@ void HitArrays::write(std::size_t first, std::span<const Hit> hits) {
       std::memcpy(to_.hits + first + begin, &hits[begin], (end - begin) * sizeof(Hit));
       return;
     }
-    std::array<std::size_t, kBlock> places;
-    for (std::size_t i = begin; i < end; i += kBlock) {
-      const std::size_t count = std::min(kBlock, end - i);
-      order_.places(first + i, std::span(places).first(count));
-      write(std::span(places).first(count), &hits[i]);
-    }
+    Normals normals(scene_);
+    std::array<Hit, kRow> row;  // hits of rays that stand side by side
+    std::size_t place = 0, n = 0;
+    order_.for_rows(first + begin, end - begin, [&](std::size_t i, std::size_t at, std::size_t count) {
+      for (std::size_t k = 0; k < count;) {
+        if (n == kRow || (n && at + k != place + n)) {
+          write_row(place, std::span(row).first(n), normals);
+          n = 0;
+        }
+        if (n == 0) place = at + k;
+        const std::size_t more = std::min(count - k, kRow - n);
+        std::copy_n(&hits[begin + i + k], more, &row[n]);
+        n += more;
+        k += more;
+      }
+    });
+    if (n) write_row(place, std::span(row).first(n), normals);
   });
   hits_ += found;
 }

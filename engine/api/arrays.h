@@ -1,6 +1,7 @@
 // Reads rays from a caller's arrays and writes hits to them, by all cores.
 #pragma once
 
+#include <array>
 #include <span>
 
 #include "engine/api/row_order.h"
@@ -37,9 +38,24 @@ class HitArrays {
   std::uint64_t hits() const { return hits_; }
 
  private:
-  void write(std::span<const std::size_t> places, const Hit* hits) const;
-  void write_numbers(std::span<const std::size_t> places, const Hit* hits) const;
-  void write_normals(std::span<const std::size_t> places, const Hit* hits) const;
+  /// Normals of triangles that were hit last. Rays of a tile hit the same ones again and again.
+  class Normals {
+   public:
+    explicit Normals(const SceneState& scene) : scene_(scene) {}
+    /// Returns the unit normal of a triangle, or zero for NO_HIT.
+    const glm::vec3& of(std::uint32_t prim);
+
+   private:
+    struct Entry {
+      std::uint32_t prim = NO_HIT;
+      glm::vec3 normal{0};
+    };
+    const SceneState& scene_;
+    std::array<Entry, 256> entries_;
+  };
+
+  void write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const;
+  void write_numbers(std::size_t place, std::span<const Hit> hits) const;
   const MeshState& mesh_of(std::uint32_t prim) const;
 
   BallotHits to_;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
 #include <vector>
 
 #include "engine/api/arrays.h"
@@ -10,7 +12,6 @@ namespace ballot::api {
 
 namespace {
 
-constexpr std::size_t kSide = 8;              // of a tile
 constexpr std::size_t kLeastWidth = 16;       // of rows that are worth it
 constexpr std::size_t kMostWidth = 1u << 16;  // of rows that are looked for
 constexpr std::size_t kRowsLookedAt = 16;
@@ -69,23 +70,25 @@ RowOrder RowOrder::find(const RayArray& rays) {
   return {rays.count(), width};
 }
 
-void RowOrder::places(std::size_t first, std::span<std::size_t> places) const {
+RowOrder::Tiles RowOrder::tiles_at(std::size_t at, std::size_t most) const {
+  if (at >= tiled_) return {0, 0};
+  const std::size_t whole = width_ / kSide * kSide, tile_rays = kSide * kSide;
+  const std::size_t band = at / (kSide * width_) * (kSide * width_), in = at - band;
+  if (in % tile_rays || in >= kSide * whole) return {0, 0};
+  return {band + in / kSide, std::min(kSide * whole - in, most) / tile_rays};
+}
+
+RowOrder::Run RowOrder::run_at(std::size_t at) const {
+  if (at >= tiled_) return {at, std::numeric_limits<std::size_t>::max()};
   const std::size_t whole = width_ / kSide * kSide, rest = width_ - whole, band_rays = kSide * width_;
-  std::size_t at = first, done = 0;
-  while (done < places.size() && at < tiled_) {
-    const std::size_t band = at / band_rays * band_rays, in = at - band;
-    if (in >= kSide * whole) {  // columns beside the tiles
-      const std::size_t k = in - kSide * whole;
-      places[done++] = band + k / rest * width_ + whole + k % rest;
-      ++at;
-      continue;
-    }
-    // Eight lanes are a block of 4 x 2 rays; a tile has two blocks side by side, four below each other.
-    const std::size_t tile = in / 64, block = in / 8 % 8, lane = in % 8;
-    const std::size_t row = band + tile * kSide + block % 2 * 4 + (block / 2 * 2 + lane / 4) * width_;
-    for (std::size_t x = lane % 4; x < 4 && done < places.size(); ++x, ++at) places[done++] = row + x;
+  const std::size_t band = at / band_rays * band_rays, in = at - band;
+  if (in >= kSide * whole) {  // columns beside the tiles
+    const std::size_t k = in - kSide * whole, x = k % rest;
+    return {band + k / rest * width_ + whole + x, rest - x};
   }
-  for (; done < places.size(); ++at) places[done++] = at;
+  const std::size_t tile = in / 64, block = in / 8 % 8, lane = in % 8;
+  const std::size_t row = band + tile * kSide + block % 2 * 4 + (block / 2 * 2 + lane / 4) * width_;
+  return {row + lane % 4, 4 - lane % 4};
 }
 
 }  // namespace ballot::api

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kSlots = 3;
 constexpr std::size_t kChunk = 1u << 20;       // rays: 32 MiB in, 16 MiB out
+constexpr std::size_t kCpuChunk = 1u << 18;    // of devices that are the CPU: stays in its cache
 constexpr std::size_t kLeastChunk = 1u << 12;  // so that small batches of other sizes need no new buffers
 
 }  // namespace
@@ -92,8 +93,9 @@ void StreamRing::deliver(Slot& slot, const RayStream& stream, std::uint64_t& don
 }
 
 TraceTimes StreamRing::run(Tracer& tracer, const RayStream& stream, const Query& query) {
-  make_room(std::clamp<std::size_t>(std::bit_ceil(std::min<std::uint64_t>(stream.most, kChunk)), kLeastChunk,
-                                    std::min<std::size_t>(kChunk, tracer.chunk_rays())));
+  const std::size_t most = gpu_.info().is_cpu() ? kCpuChunk : kChunk;
+  make_room(std::clamp<std::size_t>(std::bit_ceil(std::min<std::uint64_t>(stream.most, most)), kLeastChunk,
+                                    std::min<std::size_t>(most, tracer.chunk_rays())));
   for (Slot& slot : slots_) slot.count = 0;  // of a stream that threw
   const PassScope scope(gpu_);
   TraceTimes times;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -115,10 +116,22 @@ def _writable(out: Any, name: str) -> np.ndarray:
     return array
 
 
+_LARGE = 1 << 20  # bytes of results whose memory is kept for the next ones
+
+
+def empty(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
+    """Returns a new array for results, with any content."""
+    dtype = np.dtype(dtype)
+    size = math.prod(shape) * dtype.itemsize
+    if size < _LARGE:
+        return np.empty(shape, dtype)
+    return _ballot.result_bytes(size).view(dtype).reshape(shape)
+
+
 def out_array(out: Any, shape: tuple[int, ...], dtype: np.dtype, source: np.ndarray, name: str = "out") -> np.ndarray:
     """Returns the array that results of this shape and dtype go to: a new one, or `out` once it has been checked."""
     if out is None:
-        return np.empty(shape, dtype)
+        return empty(shape, dtype)
     array = _writable(out, name)
     if dtype == HIT and array.dtype == np.float32 and array.shape == (*shape, 4):
         array = array.view(HIT).reshape(shape)

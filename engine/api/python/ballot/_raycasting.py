@@ -27,11 +27,12 @@ class RaycastingScene:
     nthreads      accepted for Open3D's sake and not used: the device's driver takes what it needs
     device        a ballot.Device; None: the default one
     builder       as Scene
+    numeric       as Scene.trace(): "watertight", or "exact", whose triangle is the one of exact arithmetic
 
-    Differences: t_hit, uvs and normals of a watertight query are not bit for bit Embree's, on an edge the neighbouring
-    triangle may be reported, and a ray in the plane of a triangle misses it. Arrays of NumPy, DLPack on the CPU and
-    Open3D's tensors are taken. The scene is built when it is first cast in, and again after add_triangles(). It may be
-    used from any thread, and pickled.
+    Differences: t_hit, uvs and normals are not bit for bit Embree's, and a ray in the plane of a triangle misses it. A
+    watertight query may report the neighbour where a ray meets an edge, 1 ray in a million; an exact one does not.
+    Arrays of NumPy, DLPack on the CPU and Open3D's tensors are taken. The scene is built when it is first cast in, and
+    again after add_triangles(). It may be used from any thread, and pickled.
 
     >>> scene = ballot.RaycastingScene()
     >>> scene.add_triangles(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.uint32([[0, 1, 2]]))
@@ -43,10 +44,13 @@ class RaycastingScene:
 
     INVALID_ID = 4294967295
 
-    def __init__(self, nthreads: int = 0, device: Device | None = None, *, builder: str = ""):
+    def __init__(
+        self, nthreads: int = 0, device: Device | None = None, *, builder: str = "", numeric: str = "watertight"
+    ):
         _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
         self._device = device_or_default(device) if device is not None else None
         self._builder = builder
+        self._numeric = numeric
         self._meshes: list[tuple[np.ndarray, np.ndarray]] = []
         self._scene: Scene | None = None
         self._lock = threading.Lock()
@@ -94,7 +98,7 @@ class RaycastingScene:
         """
         _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
         times: list[Times] = []
-        found = self._built().trace_columns(_rays(rays), tuple(_RESULTS.values()), times=times)
+        found = self._built().trace_columns(_rays(rays), tuple(_RESULTS.values()), numeric=self._numeric, times=times)
         self.times = times[0]
         return {name: found[column] for name, column in _RESULTS.items()}
 
@@ -106,7 +110,7 @@ class RaycastingScene:
         near, far = float(tnear), float(tfar)
         bounds = None if near == 0 and far == float("inf") else (near, far)
         times: list[Times] = []
-        found = self._built().occluded(_rays(rays), t=bounds, times=times)
+        found = self._built().occluded(_rays(rays), t=bounds, numeric=self._numeric, times=times)
         self.times = times[0]
         return found
 
@@ -138,10 +142,11 @@ class RaycastingScene:
         return _pinhole(intrinsic, _matrix(given["extrinsic_matrix"], (4, 4), "extrinsic_matrix"), width, height)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {"device": self._device, "builder": self._builder, "meshes": list(self._meshes)}
+        kept = {"device": self._device, "builder": self._builder, "numeric": self._numeric}
+        return {**kept, "meshes": list(self._meshes)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(device=state["device"], builder=state["builder"])
+        self.__init__(device=state["device"], builder=state["builder"], numeric=state["numeric"])
         self._meshes = state["meshes"]
 
 

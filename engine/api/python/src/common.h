@@ -135,6 +135,7 @@ struct ArrayObject : Kept<Buffer> {
 /// Registers a part of the extension.
 void bind_errors(nb::module_& m);
 void bind_devices(nb::module_& m);
+void bind_memory(nb::module_& m);
 void bind_scenes(nb::module_& m);
 void bind_pictures(nb::class_<SceneObject>& scene);
 void bind_traces(nb::module_& m, nb::class_<SceneObject>& scene);

@@ -163,5 +163,6 @@ NB_MODULE(_ballot, m) {
   m.def("view_writable", &view<nb::ndarray<nb::device::cpu>, nb::ndarray<nb::numpy>>, nb::arg("array").noconvert());
   bind_errors(m);
   bind_devices(m);
+  bind_memory(m);
   bind_scenes(m);
 }

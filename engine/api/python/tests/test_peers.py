@@ -17,6 +17,17 @@ class Raycasting(unittest.TestCase):
             [[[0.25, 0.5, 3, 0, 0, -2], [5, 5, 5, 0, 0, 1]], [[0.25, 0.5, 5, 0, 0, 1], [3, 0, 0, -1, 0, 0]]]
         )
 
+    def test_numeric_modes(self):
+        exact = ballot.RaycastingScene(numeric="exact")
+        exact.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
+        self.scene.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
+        exact = pickle.loads(pickle.dumps(exact))
+        np.testing.assert_array_equal(exact.test_occlusions(self.rays), self.scene.test_occlusions(self.rays))
+        np.testing.assert_array_equal(exact.cast_rays(self.rays)["t_hit"], self.scene.cast_rays(self.rays)["t_hit"])
+        wrong = ballot.RaycastingScene(numeric="right")
+        wrong.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
+        self.assertRaises(ValueError, wrong.cast_rays, self.rays)
+
     def test_values_and_types(self):
         higher = ref.CUBE_VERTICES.astype(np.float64) + np.array([0, 0, 10])
         self.assertEqual(self.scene.add_triangles(higher, ref.CUBE_TRIANGLES.astype(np.int64)), 1)

@@ -27,6 +27,18 @@ class Cube(unittest.TestCase):
         self.assertEqual(self.hits["prim"][2], ballot.MISS)
         self.assertEqual((self.hits["u"][2], self.hits["v"][2]), (0, 0))
 
+    def test_large_results_keep_their_memory(self):
+        rays = np.tile(self.rays, (60_000, 1))
+        first = self.scene.trace(rays)
+        part = first["t"][5:8]
+        whole = self.scene.trace_columns(rays, ("t",))["t"]
+        del first
+        other = [self.scene.trace(rays[::-1]) for _ in range(3)]  # may use what was let go of, and nothing else
+        self.assertEqual(part.tolist(), self.hits["t"][[2, 0, 1]].tolist())
+        np.testing.assert_array_equal(whole[:3], np.float32([2, 0.5, np.inf]))
+        for hits in other:
+            np.testing.assert_array_equal(hits[:3], self.hits[::-1])
+
     def test_shapes(self):
         grid = np.broadcast_to(self.rays[0], (4, 5, 6)).copy()
         self.assertEqual(self.scene.trace(grid).shape, (4, 5))

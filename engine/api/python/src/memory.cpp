@@ -1,0 +1,73 @@
+// Memory of large results. Pages that the system gives for the first time cost as much as writing results to them, so
+// the memory of arrays that Python has let go of is kept for the next ones.
+#include <cstdlib>
+#include <map>
+
+#include "common.h"
+
+namespace ballot::python {
+
+namespace {
+
+constexpr std::size_t kMostKept = std::size_t(256) << 20;
+constexpr std::size_t kPage = std::size_t(2) << 20;  // sizes are multiples of a huge page
+
+/// Blocks of memory by size. Used with the GIL alone.
+class ResultMemory {
+ public:
+  /// Returns a block of at least this size, and its size.
+  std::pair<void*, std::size_t> take(std::size_t bytes) {
+    const std::size_t size = (bytes + kPage - 1) / kPage * kPage;
+    const auto found = free_.lower_bound(size);
+    if (found != free_.end() && found->first <= 2 * size) {
+      const std::pair<void*, std::size_t> block{found->second, found->first};
+      kept_ -= found->first;
+      free_.erase(found);
+      return block;
+    }
+    void* block = std::aligned_alloc(kPage, size);
+    if (!block) throw std::bad_alloc();
+    return {block, size};
+  }
+
+  /// Keeps a block for the next arrays, unless much is kept already.
+  void give(void* block, std::size_t size) noexcept {
+    if (kept_ + size > kMostKept) {
+      std::free(block);
+      return;
+    }
+    free_.emplace(size, block);
+    kept_ += size;
+  }
+
+ private:
+  std::multimap<std::size_t, void*> free_;
+  std::size_t kept_ = 0;
+};
+
+/// Returns the memory of the process. It is never destroyed, as arrays may outlive all else.
+ResultMemory& memory() {
+  static auto* const memory = new ResultMemory;
+  return *memory;
+}
+
+struct Block {
+  void* data;
+  std::size_t size;
+};
+
+}  // namespace
+
+void bind_memory(nb::module_& m) {
+  m.def("result_bytes", [](std::size_t bytes) {
+    const auto [data, size] = memory().take(bytes);
+    nb::capsule owner(new Block{data, size}, [](void* p) noexcept {
+      const auto* block = static_cast<Block*>(p);
+      memory().give(block->data, block->size);
+      delete block;
+    });
+    return nb::cast(nb::ndarray<nb::numpy, std::uint8_t>(data, {bytes}, owner));
+  });
+}
+
+}  // namespace ballot::python
