@@ -172,13 +172,16 @@ class Scene {
 
   /// Traces rays and returns when the results are written. Neighbouring rays share a subgroup: order them for
   /// coherence.
-  Times trace(std::span<const Ray> rays, const Results& results, const Query& query = {}) const {
+  Times trace(const RayView& rays, const Results& results, const Query& query = {}) const {
     const detail::QueryArgument q(query);
     const BallotRays r = detail::rays_of(rays);
     const BallotHits h = detail::hits_of(results);
     auto times = BALLOT_INIT(BallotTimes);
     check(ballot_trace(handle_.get(), &r, &h, q.c(), &times));
     return detail::times_of(times);
+  }
+  Times trace(std::span<const Ray> rays, const Results& results, const Query& query = {}) const {
+    return trace(detail::view_of(rays), results, query);
   }
   /// The same; `hits` must be as many as the rays.
   Times trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query = {}) const {
@@ -196,13 +199,16 @@ class Scene {
   }
 
   /// Begins a trace in the background. Jobs of a device run in their order. query.progress must outlive the job.
-  Job submit(std::span<const Ray> rays, const Results& results, const Query& query = {}) const {
+  Job submit(const RayView& rays, const Results& results, const Query& query = {}) const {
     const detail::QueryArgument q(query);
     const BallotRays r = detail::rays_of(rays);
     const BallotHits h = detail::hits_of(results);
     BallotJob* job = nullptr;
     check(ballot_submit(handle_.get(), &r, &h, q.c(), &job));
     return Job(job);
+  }
+  Job submit(std::span<const Ray> rays, const Results& results, const Query& query = {}) const {
+    return submit(detail::view_of(rays), results, query);
   }
 
   /// The same for arrays on the device, so that one batch follows another without a gap. Two jobs are on their way to

@@ -79,6 +79,15 @@ typedef struct BallotJob BallotJob;
 BALLOT_API const char* ballot_version(void);
 /* Returns the commit that it was built from, or "unknown". */
 BALLOT_API const char* ballot_commit(void);
+typedef enum BallotNames {
+  BALLOT_NAMES_METHODS = 0,   /* BallotQuery.method */
+  BALLOT_NAMES_NUMERIC = 1,   /* BallotQuery.numeric */
+  BALLOT_NAMES_BUILDERS = 2,  /* BallotSceneOptions.builder */
+  BALLOT_NAMES_RAY_KINDS = 3, /* ballot_make_rays() */
+  BALLOT_NAMES_SHADINGS = 4   /* BallotPicture.shading */
+} BallotNames;
+/* Returns name number `index` of those that an argument takes; NULL behind the last one. */
+BALLOT_API const char* ballot_name(BallotNames names, size_t index);
 /* Returns the text of the calling thread's last failed call; "" if none failed. Valid until its next failed call. */
 BALLOT_API const char* ballot_last_error(void);
 

@@ -65,12 +65,15 @@ inline BallotHits hits_of(const Results& r) {
   return h;
 }
 
-inline BallotRays rays_of(std::span<const Ray> rays) {
+inline BallotRays rays_of(const RayView& rays) {
   auto r = BALLOT_INIT(BallotRays);
-  r.data = reinterpret_cast<const float*>(rays.data());
-  r.count = rays.size();
+  r.data = rays.data;
+  r.count = rays.count;
+  r.stride = rays.stride;
+  r.format = rays.bounded ? BALLOT_RAYS_FULL : BALLOT_RAYS_UNBOUNDED;
   return r;
 }
+inline RayView view_of(std::span<const Ray> rays) { return {reinterpret_cast<const float*>(rays.data()), rays.size()}; }
 
 /// Refuses sizes of pictures before memory is taken for them.
 inline void check_size(std::uint32_t width, std::uint32_t height) {

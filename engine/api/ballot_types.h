@@ -7,6 +7,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "ballot_c.h"
 
@@ -42,10 +43,32 @@ inline void check(BallotStatus status) {
 /// Returns the version of the library that is loaded, such as "1.0.0".
 inline std::string version() { return ballot_version(); }
 
+/// The names that an argument takes.
+enum class Names {
+  Methods = BALLOT_NAMES_METHODS,     // Query::method
+  Numeric = BALLOT_NAMES_NUMERIC,     // Query::numeric
+  Builders = BALLOT_NAMES_BUILDERS,   // SceneOptions::builder
+  RayKinds = BALLOT_NAMES_RAY_KINDS,  // Scene::make_rays()
+  Shadings = BALLOT_NAMES_SHADINGS,   // Picture::shading
+};
+inline std::vector<std::string> names(Names which) {
+  std::vector<std::string> list;
+  while (const char* name = ballot_name(BallotNames(which), list.size())) list.emplace_back(name);
+  return list;
+}
+
 /// A ray, 32 bytes: float origin[3], t_min, dir[3], t_max. Hits are sought at origin + t * dir, t in [t_min, t_max]. An
 /// infinite t_max is no bound. A ray is dead, and reported as a miss, if t_max <= t_min, if a component is NaN or
 /// infinite, or if dir is zero or denormal.
 using Ray = BallotRay;
+
+/// Rays as they lie in the caller's memory.
+struct RayView {
+  const float* data = nullptr;
+  std::size_t count = 0;
+  std::size_t stride = 0;  // bytes from one ray to the next; 0: they are dense
+  bool bounded = true;     // true: 8 floats, as Ray; false: 6 floats, origin and dir, with t from 0 without a bound
+};
 
 /// A hit, 16 bytes: float t, uint32 prim, float u, v. On a miss prim is kMiss, t the ray's t_max (0 for a dead ray),
 /// and u = v = 0. u and v weigh vertices 1 and 2 of the triangle. prim numbers the triangles of the scene through its

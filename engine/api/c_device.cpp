@@ -25,6 +25,17 @@ BallotDeviceInfo info_of(const DeviceInfo& d) {
   return info;
 }
 
+/// Returns the names of registries.
+template <class... Rows>
+std::vector<std::string> list_of(const Rows&... rows) {
+  std::vector<std::string> names;
+  const auto add = [&names](const auto& registry) {
+    for (const auto& row : registry) names.emplace_back(row.name);
+  };
+  (add(rows), ...);
+  return names;
+}
+
 /// Lets go of what a closed handle stood for. What belongs to another process stays: its driver's threads do not exist
 /// here.
 template <class State>
@@ -46,6 +57,14 @@ const char* ballot_version(void) {
 const char* ballot_commit(void) {
   static const std::string text = ballot::commit();
   return text.c_str();
+}
+
+const char* ballot_name(BallotNames names, size_t index) {
+  static const std::vector<std::string> all[] = {list_of(ballot::kMethods), list_of(ballot::kNumericModes),
+                                                 list_of(ballot::kBuilders), list_of(ballot::kRayKinds),
+                                                 list_of(ballot::kShadings, ballot::kIntegrators)};
+  if (std::size_t(names) >= std::size(all) || index >= all[names].size()) return nullptr;
+  return all[names][index].c_str();
 }
 
 const char* ballot_last_error(void) { return thread_text(); }

@@ -110,12 +110,9 @@ TEST_F(Api, EveryResultOfEveryMesh) {
 TEST_F(Api, RaysOfSixFloatsAndStrides) {
   const ballot::Scene scene(*device_, {grid_.mesh()});
   const float rows[3][7] = {{0.5f, 0.5f, 2, 0, 0, -1, 99}, {0.5f, 0.5f, 2, 0, 0, 1, 99}, {0.1f, 0.1f, 1, 0, 0, -2, 99}};
-  auto rays = BALLOT_INIT(BallotRays);
-  rays.data = rows[0], rays.count = 3, rays.stride = sizeof rows[0], rays.format = BALLOT_RAYS_UNBOUNDED;
+  const ballot::RayView rays{.data = rows[0], .count = 3, .stride = sizeof rows[0], .bounded = false};
   float t[3];
-  auto out = BALLOT_INIT(BallotHits);
-  out.t = t;
-  ASSERT_EQ(ballot_trace(scene.handle(), &rays, &out, nullptr, nullptr), BALLOT_OK);
+  scene.trace(rays, {.t = t});
   EXPECT_EQ(t[0], 2);
   EXPECT_EQ(t[1], std::numeric_limits<float>::infinity());
   EXPECT_EQ(t[2], 0.5f);
@@ -331,7 +328,7 @@ TEST_F(Api, OlderStructsAreTaken) {
   ASSERT_EQ(ballot_scene_create(device_->handle(), &mesh, 1, nullptr, &scene), BALLOT_OK);
   const auto rays = rays_down(5);
   std::vector<ballot::Hit> hits(5);
-  const BallotRays in = ballot::detail::rays_of(rays);
+  const BallotRays in = ballot::detail::rays_of(ballot::detail::view_of(rays));
   const BallotHits out = ballot::detail::hits_of({.hits = hits.data()});
   auto times = BALLOT_INIT(BallotTimes);
   times.size = offsetof(BallotTimes, device_ms);
@@ -387,6 +384,16 @@ TEST_F(Api, VersionsAgree) {
   EXPECT_EQ(ballot::version(), std::to_string(BALLOT_VERSION_MAJOR) + "." + std::to_string(BALLOT_VERSION_MINOR) + "." +
                                    std::to_string(BALLOT_VERSION_PATCH));
   EXPECT_EQ(ballot::version(), PROJECT_VERSION);
+}
+
+TEST_F(Api, NamesAreTaken) {
+  const auto holds = [](ballot::Names which, const char* name) {
+    return std::ranges::count(ballot::names(which), name) == 1;
+  };
+  EXPECT_TRUE(holds(ballot::Names::Methods, "auto") && holds(ballot::Names::Numeric, "exact"));
+  EXPECT_TRUE(holds(ballot::Names::Builders, "device") && holds(ballot::Names::RayKinds, "ao"));
+  EXPECT_TRUE(holds(ballot::Names::Shadings, "normals") && holds(ballot::Names::Shadings, "path"));
+  EXPECT_EQ(ballot_name(BALLOT_NAMES_METHODS, 99), nullptr);
 }
 
 }  // namespace

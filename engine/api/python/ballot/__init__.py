@@ -13,6 +13,8 @@ trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
 On GPUs   Array holds rays and hits on the device, which CUDA's libraries fill and read without a copy.
 Pictures  render; bench measures methods.
 
+Names     names() lists methods, numeric modes, builders, ray kinds and shadings.
+
 Units     Lengths are in scene units, angles in radians. t counts multiples of a ray's direction.
 Errors    ValueError and TypeError for wrong arguments; Error, a RuntimeError with a code, for the device, files and
           objects that were closed or made before fork(). A failed call writes nothing, unless it was interrupted.
@@ -23,7 +25,7 @@ Threads   Everything may be called from any thread. Calls on one device run one 
 from . import trimesh_ray
 from ._array import Array
 from ._arrays import HIT, MISS, RAY
-from ._ballot import commit, version
+from ._ballot import commit, names, version
 from ._bench import bench
 from ._device import Device, DeviceInfo, default_device, devices
 from ._errors import Code, Error
@@ -55,6 +57,7 @@ __all__ = [
     "default_device",
     "devices",
     "load_scene",
+    "names",
     "render",
     "trimesh_ray",
     "version",

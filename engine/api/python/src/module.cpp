@@ -58,6 +58,16 @@ std::tuple<std::string, std::string, std::string, bool, std::uint32_t, bool> tup
   return {d.name, d.driver, d.refusal, d.is_cpu, d.subgroup_size, d.exports};
 }
 
+nb::dict names_of_all() {
+  nb::dict all;
+  all["methods"] = nb::cast(names(Names::Methods));
+  all["numeric"] = nb::cast(names(Names::Numeric));
+  all["builders"] = nb::cast(names(Names::Builders));
+  all["ray_kinds"] = nb::cast(names(Names::RayKinds));
+  all["shadings"] = nb::cast(names(Names::Shadings));
+  return all;
+}
+
 /// Returns an array of NumPy over the memory of an array with DLPack or a buffer, which it keeps.
 template <class From, class To>
 nb::object view(const From& array) {
@@ -155,6 +165,8 @@ NB_MODULE(_ballot, m) {
   using namespace ballot::python;
   nb::set_leak_warnings(false);  // objects that live as long as the interpreter are no leak
   m.def("version", [] { return ballot::version(); });
+  m.def("names", &names_of_all,
+        "Returns what arguments take: a dict of the lists methods, numeric, builders, ray_kinds and shadings.");
   m.def("end", &end);
   m.def("after_fork", [] { running = 0; });  // the threads of the parent are not here
   m.def("commit", [] { return std::string(ballot_commit()); });

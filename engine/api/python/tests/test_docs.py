@@ -62,6 +62,9 @@ class Docs(unittest.TestCase):
             self.assertTrue((folder / name).exists(), name)
         self.assertLess(sum(f.stat().st_size for f in folder.rglob("*.so*")), 16 << 20)
         self.assertEqual(ballot.__version__, ballot.version())
+        names = ballot.names()
+        self.assertEqual(set(names), {"methods", "numeric", "builders", "ray_kinds", "shadings"})
+        self.assertIn("exact", names["numeric"])
         self.assertNotEqual(os.path.commonpath([folder, pathlib.Path(__file__).parent]), str(folder.parent))
 
 
