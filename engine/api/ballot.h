@@ -156,8 +156,8 @@ class Scene {
   Scene(const Device& device, std::initializer_list<Mesh> meshes, const SceneOptions& options = {})
       : Scene(device, std::span(meshes.begin(), meshes.size()), options) {}
 
-  /// Loads a glTF 2.0 (.gltf, .glb) or OBJ file: one mesh with id 0, with the file's cameras and materials. Throws
-  /// Error(Work), which names file and place, if the file is wrong.
+  /// Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file: one mesh with id 0, with the file's cameras and materials.
+  /// Throws Error(Work), which names file and place, if the file is wrong.
   static Scene load(const Device& device, const std::string& path, const SceneOptions& options = {.cache = true}) {
     const BallotSceneOptions o = detail::options_of(options);
     BallotScene* scene = nullptr;

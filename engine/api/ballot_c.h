@@ -155,8 +155,8 @@ typedef struct BallotSceneOptions {
  * hits. At most 2^31 - 1 triangles. options may be NULL. */
 BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                             const BallotSceneOptions* options, BallotScene** scene);
-/* Loads a glTF 2.0 (.gltf, .glb) or OBJ file. The scene has one mesh, number and id 0, and its own cameras and
- * materials. Its tree is kept on disk unless options->cache is 0 in options that are given. */
+/* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file. The scene has one mesh, number and id 0, and its own cameras
+ * and materials. Its tree is kept on disk unless options->cache is 0 in options that are given. */
 BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const BallotSceneOptions* options,
                                           BallotScene** scene);
 BALLOT_API void ballot_scene_destroy(BallotScene* scene);

@@ -57,7 +57,7 @@ void apply_transform(const tinygltf::Value& transform, TextureUse& use) {
 TextureUse GltfTextures::use(int index, int set, const tinygltf::ExtensionMap& extensions, bool srgb,
                              const std::string& place) {
   TextureUse use;
-  if (index == -1) return use;
+  if (index == -1 || is_absent(index)) return use;
   use.texture = texture(index, srgb, place);
   use.set = static_cast<std::uint32_t>(set);
   const auto transform = extensions.find("KHR_texture_transform");
@@ -66,6 +66,23 @@ TextureUse GltfTextures::use(int index, int set, const tinygltf::ExtensionMap& e
     fail_in(file_.path, "{} uses texture coordinates {}; Ballot reads TEXCOORD_0 to TEXCOORD_{}; export it with fewer",
             place, use.set, kUvSets - 1);
   return use;
+}
+
+bool GltfTextures::is_absent(int index) {
+  const auto& textures = file_.model.textures;
+  const auto& images = file_.model.images;
+  if (index < 0 || static_cast<std::size_t>(index) >= textures.size()) return false;
+  const int source = textures[static_cast<std::size_t>(index)].source;
+  if (source < 0 || static_cast<std::size_t>(source) >= images.size()) return false;
+  const tinygltf::Image& from = images[static_cast<std::size_t>(source)];
+  if (from.bufferView != -1 || from.uri.empty()) return false;
+  const std::filesystem::path path = file_.path.parent_path() / decoded_uri(from.uri);
+  std::error_code error;
+  if (std::filesystem::exists(path, error)) return false;
+  if (absent_.insert(source).second)
+    scene_.notes.push_back(fmt::format("There is no file {}, so the {} was left out; its materials keep their factors.",
+                                       path.string(), label("image", static_cast<std::size_t>(source), from.name)));
+  return true;
 }
 
 std::uint32_t GltfTextures::texture(int index, bool srgb, const std::string& place) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -17,17 +18,19 @@ class GltfTextures {
   GltfTextures(const GltfFile& file, Scene& scene) : file_(file), scene_(scene) {}
 
   /// Returns a material's use of texture `index` with coordinate set `set`, including KHR_texture_transform; an index
-  /// of -1 gives no texture. `place` names the material in errors.
-  /// Throws Error(Work) if the file refers to something that it does not contain, or the image cannot be read or
-  /// decoded.
+  /// of -1 gives no texture. So does an image whose file does not exist, with a note. `place` names the material in
+  /// errors. Throws Error(Work) if the file refers to something that it does not contain, or the image cannot
+  /// be read or decoded.
   TextureUse use(int index, int set, const tinygltf::ExtensionMap& extensions, bool srgb, const std::string& place);
 
  private:
+  bool is_absent(int index);
   std::uint32_t texture(int index, bool srgb, const std::string& place);
   std::uint32_t image(int index, bool srgb, const std::string& place);
 
   const GltfFile& file_;
   Scene& scene_;
+  std::set<int> absent_;                                             // images whose files do not exist
   std::map<std::pair<int, bool>, std::uint32_t> textures_, images_;  // key: index in the file; sRGB or linear
 };
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <new>
 #include <system_error>
 
@@ -12,9 +13,8 @@ namespace ballot {
 namespace {
 
 constexpr std::array kFormats{
-    SceneFormat{".gltf", load_gltf},
-    SceneFormat{".glb", load_gltf},
-    SceneFormat{".obj", load_obj},
+    SceneFormat{".gltf", load_gltf}, SceneFormat{".glb", load_gltf}, SceneFormat{".obj", load_obj},
+    SceneFormat{".ply", load_ply},   SceneFormat{".stl", load_stl},  SceneFormat{".npy", load_npy},
 };
 
 const SceneFormat& format_of(const std::filesystem::path& path) {
@@ -30,6 +30,15 @@ const SceneFormat& format_of(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+void complete_mesh(const std::filesystem::path& path, Scene& scene) {
+  for (std::size_t t = 0; t < scene.triangles.size(); ++t)
+    for (const glm::vec3& v : scene.triangles[t])
+      if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
+        fail_in(path, "triangle {} has a vertex ({}, {}, {}); expected finite numbers", t, v.x, v.y, v.z);
+  scene.materials.push_back({.name = "default"});
+  scene.material_of.assign(scene.triangles.size(), 0);
+}
 
 std::span<const SceneFormat> scene_formats() { return kFormats; }
 

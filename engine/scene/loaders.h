@@ -12,6 +12,13 @@ namespace ballot {
 
 Scene load_gltf(const std::filesystem::path& path);  // .gltf or .glb, as the content says
 Scene load_obj(const std::filesystem::path& path);
+Scene load_ply(const std::filesystem::path& path);
+Scene load_stl(const std::filesystem::path& path);
+Scene load_npy(const std::filesystem::path& path);  // an array of triangles
+
+/// Gives every triangle of a file without materials the default one. Throws Error(Work), which names the file and the
+/// triangle, if a vertex is not finite.
+void complete_mesh(const std::filesystem::path& path, Scene& scene);
 
 /// The most triangles of a scene. A limit is needed because instancing lets a small file ask for any number. A triangle
 /// with normals takes 72 bytes, and 24 more with texture coordinates.

@@ -17,6 +17,8 @@ namespace ballot {
 namespace {
 
 constexpr std::string_view kSpace = " \t\r\v\f";
+constexpr std::string_view kNormal = "normal";
+constexpr std::int32_t kAbsent = std::numeric_limits<std::int32_t>::max();  // a normal that the file lacks
 constexpr std::size_t kMaxCount = std::numeric_limits<std::int32_t>::max();
 
 std::string_view trimmed(std::string_view text) {
@@ -127,13 +129,15 @@ class Parser {
 
   /// Converts an index that counts from 1, or backwards from -1, to one that counts from 0. Forward references are
   /// legal, so finish() checks the ranges.
-  std::int32_t index(std::string_view word, std::size_t count, const char* kind) {
+  std::int32_t index(std::string_view word, std::size_t count, std::string_view kind) {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc{} || end != word.data() + word.size())
       fail_here("face has '{}' where the number of a {} is expected", word.substr(0, 40), kind);
-    if (value < -static_cast<std::int64_t>(count))
+    if (value < -static_cast<std::int64_t>(count)) {
+      if (kind == kNormal) return kAbsent;
       fail_here("face names {} {}, but the file has {} up to here", kind, value, count);
+    }
     if (value == 0) fail_here("face names {} 0; numbers begin at 1", kind);
     if (value > static_cast<std::int64_t>(kMaxCount))
       fail_here("face names {} {}, more than a file can have", kind, value);
@@ -150,7 +154,7 @@ class Parser {
       ObjCorner corner{.vertex = index(word.substr(0, slash), file_.vertices.size(), "vertex")};
       const std::size_t second = slash == std::string_view::npos ? slash : word.find('/', slash + 1);
       if (second != std::string_view::npos && second + 1 < word.size())
-        corner.normal = index(word.substr(second + 1), file_.normals.size(), "normal");
+        corner.normal = index(word.substr(second + 1), file_.normals.size(), kNormal);
       file_.corners.push_back(corner);
       ++face.count;
     }
@@ -218,8 +222,16 @@ class Parser {
     for (const ObjFace& face : file_.faces)
       for (std::uint32_t i = 0; i < face.count; ++i) {
         check(face, file_.corners[face.first + i].vertex, file_.vertices.size(), "vertex");
-        check(face, file_.corners[face.first + i].normal, file_.normals.size(), "normal");
+        std::int32_t& normal = file_.corners[face.first + i].normal;
+        if (normal < static_cast<std::int32_t>(file_.normals.size())) continue;
+        if (absent_normals_++ == 0) absent_line_ = face.line;
+        normal = -1;
       }
+    if (absent_normals_ > 0)
+      file_.notes.push_back(
+          fmt::format("{} corners of faces, the first in line {}, name normals that the file lacks; they are shaded "
+                      "without.",
+                      absent_normals_, absent_line_));
     if (small_faces_ > 0)
       file_.notes.push_back(fmt::format("{} faces of fewer than 3 corners were left out.", small_faces_));
   }
@@ -228,7 +240,8 @@ class Parser {
   std::vector<std::byte> bytes_;
   ObjFile file_;
   std::uint32_t line_ = 0, material_ = kNoMaterial, smoothing_ = 0;
-  std::size_t known_ = 0, small_faces_ = 0;
+  std::size_t known_ = 0, small_faces_ = 0, absent_normals_ = 0;
+  std::uint32_t absent_line_ = 0;  // of the first
   std::string unknown_;
   std::set<std::string> missing_;                               // names of absent materials
   std::unordered_map<std::string, std::uint32_t> material_of_;  // by name, into ObjFile::materials

@@ -109,9 +109,6 @@ TEST(Materials, BrokenTexturesAreRefused) {
   b.json["textures"][0].erase("source");
   refuse(b, {"texture 0", "no PNG or JPEG source"});
   b = textured();
-  b.json["images"][0]["uri"] = "missing.png";
-  refuse(b, {"missing.png", "cannot read"});
-  b = textured();
   b.json["images"][0]["uri"] = "data:image/png;base64,aGVsbG8=";
   refuse(b, {"image 0", "cannot be decoded", "expected a PNG or JPEG"});
   b = textured();
@@ -122,11 +119,21 @@ TEST(Materials, BrokenTexturesAreRefused) {
   refuse(b, {"2 texture coordinates for 3 vertices"});
 }
 
+TEST(Materials, TexturesWithoutTheirFileAreLeftOut) {
+  GltfBuilder b = textured();
+  b.json["images"][0]["uri"] = "missing.png";
+  const Scene scene = b.load();
+  EXPECT_EQ(scene.triangles.size(), 1u);
+  EXPECT_TRUE(scene.textures.empty());
+  ASSERT_EQ(scene.notes.size(), 1u);
+  EXPECT_NE(scene.notes[0].find("missing.png, so the image 0"), std::string::npos) << scene.notes[0];
+}
+
 TEST(Materials, ImagesFromFilesBesideTheScene) {
   const TemporaryFolder folder;
   GltfBuilder b = textured();
   b.json["images"][0]["uri"] = "a%20picture.png";
-  expect_error(Failure::Work, {"a picture.png"}, [&] { load_scene(folder.write("built.glb", b.glb())); });
+  EXPECT_TRUE(load_scene(folder.write("built.glb", b.glb())).images.empty());
   folder.write("a picture.png", "not a picture");
   expect_error(Failure::Work, {"a picture.png", "cannot be decoded"},
                [&] { load_scene(folder.write("built.glb", b.glb())); });

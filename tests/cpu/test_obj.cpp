@@ -34,6 +34,15 @@ TEST(Obj, PolygonsKeepTheirOrderAndNumbers) {
   EXPECT_TRUE(scene.normals.empty());
 }
 
+TEST(Obj, NormalsThatTheFileLacksAreLeftOut) {
+  const Scene scene = load_text(square("f 1//1 2//1 3//1\nf 1//-1 2/7/-2 4/7\n"));
+  EXPECT_EQ(scene.triangles.size(), 2u);
+  EXPECT_TRUE(scene.normals.empty());
+  ASSERT_EQ(scene.notes.size(), 1u);
+  EXPECT_EQ(scene.notes[0],
+            "5 corners of faces, the first in line 5, name normals that the file lacks; they are shaded without.");
+}
+
 TEST(Obj, NegativeIndicesCountBackwards) {
   const Scene scene = load_text(square("f -4 -3 -2\nv 9 9 9\nf -1 -2 1\n"));
   EXPECT_EQ(scene.triangles.at(0)[0], glm::vec3(0, 0, 0));

@@ -332,7 +332,7 @@ def load_scene(
     split_budget: float = 0.5,
     cache: bool = True,
 ) -> Scene:
-    """Loads a glTF 2.0 (.gltf, .glb) or OBJ file: one mesh of id 0, with the file's cameras and materials.
+    """Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file: one mesh of id 0, with the file's cameras and materials.
 
     Arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene stores
     the path alone.

@@ -1,0 +1,56 @@
+// Loads PLY: the faces become triangles in file order.
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "engine/scene/loaders.h"
+#include "engine/scene/ply_file.h"
+#include "engine/scene/polygon.h"
+
+namespace ballot {
+namespace {
+
+/// Returns the normals of a triangle's corners: those of the file, or the triangle's own where they are no directions.
+std::array<glm::vec3, 3> normals_of(const PlyFile& file, const std::array<std::uint32_t, 3>& corners,
+                                    const Triangle& triangle) {
+  std::array<glm::vec3, 3> normals;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const glm::dvec3 n{file.normals[corners[k]]};
+    const double length = glm::length(n);
+    normals[k] = length > 1e-30 && std::isfinite(length) ? glm::vec3(n / length) : geometric_normal(triangle);
+  }
+  return normals;
+}
+
+}  // namespace
+
+Scene load_ply(const std::filesystem::path& path) {
+  PlyFile file = read_ply(path);
+  Scene scene;
+  scene.notes = std::move(file.notes);
+  std::vector<glm::vec3> polygon;
+  std::vector<std::array<std::uint32_t, 3>> cut;
+  std::uint32_t first = 0;
+  for (const std::uint32_t end : file.face_ends) {
+    polygon.clear();
+    cut.clear();
+    for (std::uint32_t i = first; i < end; ++i) polygon.push_back(file.vertices[file.corners[i]]);
+    if (end - first == 3)
+      cut.push_back({0, 1, 2});
+    else
+      triangulate(polygon, cut);
+    for (std::array<std::uint32_t, 3> corners : cut) {
+      const Triangle& triangle =
+          scene.triangles.emplace_back(Triangle{polygon[corners[0]], polygon[corners[1]], polygon[corners[2]]});
+      if (file.normals.empty()) continue;
+      for (std::uint32_t& corner : corners) corner = file.corners[first + corner];
+      scene.normals.push_back(normals_of(file, corners, triangle));
+    }
+    first = end;
+    if (scene.triangles.size() > kMaxTriangles)
+      fail_in(path, "has more than {} triangles; use a smaller scene", kMaxTriangles);
+  }
+  complete_mesh(path, scene);
+  return scene;
+}
+
+}  // namespace ballot

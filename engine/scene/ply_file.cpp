@@ -1,0 +1,285 @@
+#include "engine/scene/ply_file.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <span>
+
+#include "engine/core/file.h"
+#include "engine/scene/loaders.h"
+#include "engine/scene/words.h"
+
+namespace ballot {
+namespace {
+
+enum class Coding { Text, Little, Big };
+
+struct Type {
+  std::string_view name, other_name;
+  std::size_t bytes;
+  double (*read)(const unsigned char*);  // of the host's byte order
+};
+
+template <class T>
+double value_of(const unsigned char* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof value);
+  return double(value);
+}
+
+constexpr std::array kTypes{
+    Type{"char", "int8", 1, value_of<std::int8_t>},    Type{"uchar", "uint8", 1, value_of<std::uint8_t>},
+    Type{"short", "int16", 2, value_of<std::int16_t>}, Type{"ushort", "uint16", 2, value_of<std::uint16_t>},
+    Type{"int", "int32", 4, value_of<std::int32_t>},   Type{"uint", "uint32", 4, value_of<std::uint32_t>},
+    Type{"float", "float32", 4, value_of<float>},      Type{"double", "float64", 8, value_of<double>},
+};
+
+struct Property {
+  std::string name;
+  const Type* count = nullptr;  // of a list; null: one number
+  const Type* type = nullptr;
+};
+
+struct Element {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<Property> properties;
+
+  /// Returns the index of a property, if the element has it.
+  std::optional<std::size_t> find(std::string_view wanted) const {
+    const auto found = std::ranges::find(properties, wanted, &Property::name);
+    return found == properties.end() ? std::nullopt : std::optional(std::size_t(found - properties.begin()));
+  }
+};
+
+struct Header {
+  Coding coding = Coding::Text;
+  std::vector<Element> elements;
+  std::size_t bytes = 0;  // where the data begin
+  std::size_t lines = 0;
+};
+
+/// Reads the header line by line.
+class HeaderParser {
+ public:
+  HeaderParser(const std::filesystem::path& path, std::string_view text) : path_(path), text_(text) {}
+
+  Header run() {
+    if (trimmed(line()) != "ply") fail_in(path_, "is not PLY: its first line is not 'ply'; check the file's type");
+    bool coded = false;
+    while (true) {
+      if (header_.bytes >= text_.size()) fail("the file ends before 'end_header'");
+      const std::string_view text = line();
+      Words words(path_, text, header_.lines);
+      const std::string_view keyword = words.next();
+      if (keyword == "end_header") break;
+      if (keyword == "format") {
+        coding(words.next());
+        coded = true;
+      } else if (keyword == "element") {
+        const std::string name(words.next());
+        header_.elements.push_back({name, words.number<std::uint64_t>("elements"), {}});
+      } else if (keyword == "property") {
+        property(words);
+      } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
+        fail("'{}' is no keyword of a PLY header", keyword.substr(0, 40));
+      }
+    }
+    if (!coded) fail("the header has no format");
+    return std::move(header_);
+  }
+
+ private:
+  template <class... Args>
+  [[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) const {
+    throw Error(Failure::Work, fmt::format("{}:{}: {}", path_.string(), header_.lines,
+                                           fmt::format(text, std::forward<Args>(args)...)));
+  }
+
+  static std::string_view trimmed(std::string_view s) {
+    while (!s.empty() && (s.back() == '\r' || s.back() == ' ')) s.remove_suffix(1);
+    return s;
+  }
+
+  std::string_view line() {
+    const std::string_view rest = text_.substr(header_.bytes);
+    const std::size_t end = std::min(rest.find('\n'), rest.size());
+    header_.bytes += std::min(end + 1, rest.size());
+    ++header_.lines;
+    return rest.substr(0, end);
+  }
+
+  void coding(std::string_view name) {
+    if (name == "ascii")
+      header_.coding = Coding::Text;
+    else if (name == "binary_little_endian")
+      header_.coding = Coding::Little;
+    else if (name == "binary_big_endian")
+      header_.coding = Coding::Big;
+    else
+      fail("format is '{}'; expected ascii, binary_little_endian or binary_big_endian", name.substr(0, 40));
+  }
+
+  const Type* type(std::string_view name) const {
+    for (const Type& t : kTypes)
+      if (t.name == name || t.other_name == name) return &t;
+    fail("'{}' is no type of a property", name.substr(0, 40));
+  }
+
+  void property(Words& words) {
+    if (header_.elements.empty()) fail("a property stands before the first element");
+    Property p;
+    std::string_view word = words.next();
+    if (word == "list") {
+      p.count = type(words.next());
+      word = words.next();
+    }
+    p.type = type(word);
+    p.name = words.next();
+    header_.elements.back().properties.push_back(std::move(p));
+  }
+
+  std::filesystem::path path_;
+  std::string_view text_;
+  Header header_;
+};
+
+/// Reads the numbers behind the header.
+class Body {
+ public:
+  Body(const std::filesystem::path& path, const Header& header, std::span<const unsigned char> bytes)
+      : path_(path),
+        coding_(header.coding),
+        bytes_(bytes.subspan(header.bytes)),
+        words_(path, {reinterpret_cast<const char*>(bytes_.data()), bytes_.size()}, header.lines + 1) {}
+
+  double number(const Type& type, const Element& element) {
+    if (coding_ == Coding::Text) return words_.number<double>(element.name);
+    if (bytes_.size() < type.bytes)
+      fail_in(path_, "ends within its elements '{}'; the header promises {}; the file is cut short", element.name,
+              element.count);
+    std::array<unsigned char, 8> copy;
+    std::copy_n(bytes_.begin(), type.bytes, copy.begin());
+    if ((coding_ == Coding::Little) != (std::endian::native == std::endian::little))
+      std::reverse(copy.begin(), copy.begin() + std::ptrdiff_t(type.bytes));
+    bytes_ = bytes_.subspan(type.bytes);
+    return type.read(copy.data());
+  }
+
+  /// Returns the length of a list, which the rest of the file can hold.
+  std::size_t length(const Property& property, const Element& element) {
+    const double length = number(*property.count, element);
+    if (!(length >= 0) || length != std::floor(length) || length > double(bytes_.size()))
+      fail_in(path_, "a list '{}' of element '{}' has {} items; expected a number that the file can hold",
+              property.name, element.name, length);
+    return std::size_t(length);
+  }
+
+  void skip(const Property& property, const Element& element) {
+    const std::size_t count = property.count ? length(property, element) : 1;
+    for (std::size_t i = 0; i < count; ++i) number(*property.type, element);
+  }
+
+ private:
+  std::filesystem::path path_;
+  Coding coding_;
+  std::span<const unsigned char> bytes_;
+  Words words_;
+};
+
+/// Throws unless the file can hold as many elements as its header names: at least a byte each.
+void check_counts(const std::filesystem::path& path, const Header& header, std::size_t bytes) {
+  for (const Element& e : header.elements)
+    if (e.count > bytes && !e.properties.empty())
+      fail_in(path, "names {} elements '{}', but has {} bytes; the file is cut short or its header wrong", e.count,
+              e.name, bytes);
+}
+
+void read_vertices(Body& body, const Element& element, const std::filesystem::path& path, PlyFile& file) {
+  std::array<std::optional<std::size_t>, 6> wanted;
+  constexpr std::array kNames{"x", "y", "z", "nx", "ny", "nz"};
+  for (std::size_t i = 0; i < 6; ++i) wanted[i] = element.find(kNames[i]);
+  if (!wanted[0] || !wanted[1] || !wanted[2]) fail_in(path, "its vertices have no x, y and z");
+  const bool normals = wanted[3] && wanted[4] && wanted[5];
+  file.vertices.reserve(element.count);
+  if (normals) file.normals.reserve(element.count);
+  for (std::uint64_t v = 0; v < element.count; ++v) {
+    std::array<float, 6> values{};
+    for (std::size_t p = 0; p < element.properties.size(); ++p) {
+      if (element.properties[p].count) {
+        body.skip(element.properties[p], element);
+        continue;
+      }
+      const float value = float(body.number(*element.properties[p].type, element));
+      for (std::size_t i = 0; i < 6; ++i)
+        if (wanted[i] == p) values[i] = value;
+    }
+    for (std::size_t i = 0; i < 3; ++i)
+      if (!std::isfinite(values[i]))
+        fail_in(path, "vertex {} is ({}, {}, {}); expected finite numbers", v, values[0], values[1], values[2]);
+    file.vertices.emplace_back(values[0], values[1], values[2]);
+    if (normals) file.normals.emplace_back(values[3], values[4], values[5]);
+  }
+}
+
+void read_faces(Body& body, const Element& element, const std::filesystem::path& path, PlyFile& file) {
+  auto list = element.find("vertex_indices");
+  if (!list) list = element.find("vertex_index");
+  if (!list || !element.properties[*list].count) fail_in(path, "its faces have no list 'vertex_indices'");
+  std::uint64_t small = 0;
+  for (std::uint64_t f = 0; f < element.count; ++f) {
+    for (std::size_t p = 0; p < element.properties.size(); ++p) {
+      const Property& property = element.properties[p];
+      if (p != *list) {
+        body.skip(property, element);
+        continue;
+      }
+      const std::size_t first = file.corners.size(), count = body.length(property, element);
+      for (std::size_t i = 0; i < count; ++i) {
+        const double index = body.number(*property.type, element);
+        if (!(index >= 0) || index >= double(file.vertices.size()) || index != std::floor(index))
+          fail_in(path, "face {} names vertex {}, but the file has {}", f, index, file.vertices.size());
+        file.corners.push_back(std::uint32_t(index));
+      }
+      if (count < 3) file.corners.resize(first);
+      if (count < 3)
+        ++small;
+      else
+        file.face_ends.push_back(std::uint32_t(file.corners.size()));
+      if (file.corners.size() > 3 * kMaxTriangles)
+        fail_in(path, "has more than {} corners of faces; use a smaller scene", 3 * kMaxTriangles);
+    }
+  }
+  if (small) file.notes.push_back(fmt::format("{} faces of fewer than 3 corners were left out.", small));
+}
+
+}  // namespace
+
+PlyFile read_ply(const std::filesystem::path& path) {
+  const std::vector<std::byte> bytes = read_file(path);
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const Header header = HeaderParser(path, text).run();
+  check_counts(path, header, bytes.size());
+  Body body(path, header, {reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()});
+  PlyFile file;
+  bool faces = false;
+  for (const Element& element : header.elements) {
+    if (element.name == "vertex") {
+      read_vertices(body, element, path, file);
+    } else if (element.name == "face") {
+      read_faces(body, element, path, file);
+      faces = true;
+      break;  // what follows is not needed
+    } else {
+      for (std::uint64_t i = 0; i < element.count; ++i)
+        for (const Property& property : element.properties) body.skip(property, element);
+    }
+  }
+  if (!faces)
+    fail_in(path, "has no faces, only {} points; expected a mesh with an element 'face'", file.vertices.size());
+  return file;
+}
+
+}  // namespace ballot

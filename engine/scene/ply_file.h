@@ -1,0 +1,28 @@
+// Parses PLY files: text, or binary of either byte order. Internal to engine/scene.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+namespace ballot {
+
+/// The vertices and faces of a file.
+struct PlyFile {
+  std::vector<glm::vec3> vertices;
+  std::vector<glm::vec3> normals;        // one a vertex, as in the file; empty if it has none
+  std::vector<std::uint32_t> corners;    // of all faces, in range
+  std::vector<std::uint32_t> face_ends;  // into corners: face f ends before corner face_ends[f]
+  std::vector<std::string> notes;
+};
+
+/// Parses a PLY file: x y z and nx ny nz of its vertices, and vertex_indices of its faces. Other properties and
+/// elements are read over. Throws Error(Work) that names file, element and number.
+///
+/// Source: Greg Turk, "The PLY Polygon File Format", Stanford University, 1994.
+PlyFile read_ply(const std::filesystem::path& path);
+
+}  // namespace ballot
