@@ -1,4 +1,7 @@
-"""Threads that make, move, trace and let go of scenes on one device. BALLOT_SOAK_SECONDS makes it long."""
+"""Threads that make, move, trace and let go of scenes on one device.
+
+BALLOT_SOAK_SECONDS makes it long; BALLOT_SOAK_VALIDATE=1 runs it under the validation layers, which must be silent.
+"""
 
 import gc
 import os
@@ -11,6 +14,7 @@ import numpy as np
 import reference as ref
 
 SECONDS = float(os.environ.get("BALLOT_SOAK_SECONDS", "4"))
+VALIDATE = os.environ.get("BALLOT_SOAK_VALIDATE", "0") == "1"
 
 
 def resident() -> int:
@@ -49,17 +53,18 @@ class Threads(unittest.TestCase):
         return sum(rounds), memory
 
     def test_scenes_come_and_go(self):
+        device = ballot.Device(validate=VALIDATE)
         rays = ref.random_rays(256)
         meshes = [ref.soup(60, seed) for seed in range(4)]
-        truth = [ballot.Scene(*mesh).trace(rays, method="while-while") for mesh in meshes]
+        truth = [ballot.Scene(*mesh, device=device).trace(rays, method="while-while") for mesh in meshes]
 
         def work(number):
             vertices, triangles = meshes[number]
-            scene = ballot.Scene(vertices + np.float32(0.5), triangles)
+            scene = ballot.Scene(vertices + np.float32(0.5), triangles, device=device)
             scene.update(0, vertices)
             np.testing.assert_array_equal(scene.trace(rays, method="while-while"), truth[number])
             job = scene.submit(rays, method="while-while")
-            array = ballot.Array("rays", 256)
+            array = ballot.Array("rays", 256, device=device)
             array.write(np.zeros((256, 8), np.float32))
             if number % 2:
                 np.testing.assert_array_equal(job.wait(), truth[number])
@@ -72,6 +77,7 @@ class Threads(unittest.TestCase):
         growth = (memory[-1] - memory[1]) / 2**20
         print(f"{rounds} scenes, {memory[-1] / 2**20:.0f} MiB, {growth:+.1f} MiB", end=" ")
         self.assertLess(growth, 16)
+        self.assertEqual(device.messages, 0)
 
     def test_one_scene(self):
         """Threads that trace in one scene, one that moves it, and one that only computes and is not held up."""
