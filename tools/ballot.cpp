@@ -12,11 +12,28 @@ using namespace ballot;
 /// Refuses an unknown command and lists those that exist; CLI11 would only say that a command is required.
 void check_command(CLI::App& app, std::string_view word) {
   std::string names;
+  std::vector<std::string> list;
   for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
     if (command->get_name() == word) return;
     names += fmt::format("{}{}", names.empty() ? "" : ", ", command->get_name());
+    list.push_back(command->get_name());
   }
-  fail(Failure::Arguments, "there is no command '{}'; the commands are: {}", word, names);
+  fail(Failure::Arguments, "there is no command '{}'{}; the commands are: {}", word,
+       did_you_mean(word, std::vector<std::string_view>(list.begin(), list.end())), names);
+}
+
+/// Returns what is wrong with arguments that a command does not take.
+std::string in_words(const std::vector<std::string>& extras, const CLI::App& command) {
+  for (const std::string& extra : extras) {
+    if (!extra.starts_with('-')) continue;
+    const std::string name = extra.substr(0, extra.find('='));
+    std::vector<std::string> list;
+    for (const CLI::Option* option : command.get_options())
+      for (const std::string& known : option->get_lnames()) list.push_back("--" + known);
+    return fmt::format("there is no option '{}'{}", name,
+                       did_you_mean(name, std::vector<std::string_view>(list.begin(), list.end())));
+  }
+  return fmt::format("'{}' is one argument too many", extras.empty() ? "" : extras.front());
 }
 
 /// Returns what is wrong with the command line, as the beginning of a sentence.
@@ -26,8 +43,6 @@ std::string in_words(const CLI::ParseError& error) {
     case CLI::ExitCodes::RequiredError:
       return text.starts_with("A subcommand") ? "no command given"
                                               : "missing " + text.substr(0, text.find(" is required"));
-    case CLI::ExitCodes::ExtrasError:
-      return "unknown arguments, the last one first:" + text.substr(text.find(':') + 1);
     case CLI::ExitCodes::ConversionError:
       return "a value has the wrong type" + text.substr(text.find(':'));
     case CLI::ExitCodes::ArgumentMismatch:
@@ -43,6 +58,7 @@ int run(int argc, char** argv) {
       "The lanes of a subgroup vote on the next step of their traversal; --method chooses the traversal method.",
       "ballot");
   app.require_subcommand(1);
+  app.set_version_flag("--version", fmt::format("ballot {}, commit {}", BALLOT_VERSION, commit()));
   app.footer(
       "Examples:\n"
       "  ballot info scenes/cornell.gltf\n"
@@ -66,12 +82,15 @@ int run(int argc, char** argv) {
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::CallForHelp& help) {
+  } catch (const CLI::Success& help) {  // or version
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
     const auto chosen = app.get_subcommands();
     const std::string name = chosen.empty() ? "" : chosen.front()->get_name();
-    fmt::print(stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ", in_words(error),
+    const CLI::App& taken = chosen.empty() ? app : *chosen.front();
+    const bool extra = CLI::ExitCodes(error.get_exit_code()) == CLI::ExitCodes::ExtrasError;
+    fmt::print(stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ",
+               extra ? in_words(app.remaining(true), taken) : in_words(error),
                name.empty() ? "give one of: info, render, merge, trace, view, bench, verify, report, methods, shaders; "
                               "'ballot --help' explains them"
                             : "'ballot " + name + " --help' lists the arguments");

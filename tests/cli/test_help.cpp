@@ -16,6 +16,18 @@ TEST_F(Help, NamesCommandsExamplesAndExitCodes) {
   EXPECT_EQ(help.err, "");
 }
 
+TEST_F(Help, Version) {
+  const Result version = succeed({"--version"});
+  EXPECT_TRUE(version.out.starts_with("ballot ") && version.out.find(", commit ") != std::string::npos) << version.out;
+}
+
+TEST_F(Help, WordsSpeltWrongAreSuggested) {
+  refuse(2, {"there is no command 'rendr' (did you mean 'render'?)"}, {"rendr"});
+  refuse(2, {"render: there is no option '--szie' (did you mean '--size'?)"}, {"render", "a.glb", "--szie=3"});
+  refuse(2, {"there is no option '--szie' (did you mean '--size'?)"}, {"render", "a.glb", "--szie", "3"});
+  refuse(2, {"info: 'b.glb' is one argument too many"}, {"info", "a.glb", "b.glb"});
+}
+
 TEST_F(Help, OfInfo) {
   expect_parts(succeed({"info", "--help"}).out, {"SCENE", ".gltf", ".glb", ".obj", "--device", "'gpu'", "'cpu'",
                                                  "--triangles", "(n,3,3)", "--json", "--validate", "--no-cache"});
@@ -49,7 +61,8 @@ TEST_F(Help, SplitBudgetsRangeIsTheEnginesOwn) {
   const std::string text = succeed({"info", "--help"}).out;
   expect_parts(text, {"0 to 16"});
   for (const Builder& b : kBuilders) expect_parts(text, {b.name, b.summary});
-  refuse(2, {"no BVH builder is called 'bset'", "best, balanced, fast"}, {"info", "square.glb", "--build", "bset"});
+  refuse(2, {"no BVH builder is called 'bset' (did you mean 'best'?)", "best, balanced, fast"},
+         {"info", "square.glb", "--build", "bset"});
   refuse(2, {"split_budget is 17", "between 0 and 16"}, {"info", "square.glb", "--split-budget", "17"});
   refuse(2, {"max_leaf is 7", "1 to 6"}, {"info", "square.glb", "--max-leaf", "7"});
 }
@@ -64,7 +77,7 @@ TEST_F(Help, OfViewListsEverythingThatCanBeSwitched) {
 TEST_F(Help, UnknownWords) {
   refuse(2, {"no command given", "render", "--help"}, {});
   refuse(2, {"'bake'", "info", "render", "trace"}, {"bake"});
-  refuse(2, {"unknown arguments", "--colour"}, {"info", "--colour"});
+  refuse(2, {"info: there is no option '--colour'; 'ballot info --help'"}, {"info", "--colour"});
   refuse(2, {"more.glb"}, {"info", "square.glb", "more.glb"});
   refuse(2, {"missing SCENE"}, {"render"});
   refuse(2, {"missing --rays"}, {"trace", "square.glb"});
