@@ -39,6 +39,10 @@ bool is_degenerate(const Triangle& triangle);
 
 Bounds bounds_of(const Triangle& triangle);
 
+/// Builds a tree over boxes, one to a leaf, by the builder `balanced`. References are numbers of boxes, whose
+/// coordinates must be finite. Throws Error(Work) if memory runs out or Embree fails.
+Bvh build_box_bvh(std::span<const Bounds> boxes);
+
 /// Returns half the surface area of a box. Double precision keeps the areas of very large and very small boxes in
 /// range.
 double half_area(const glm::vec3& lo, const glm::vec3& hi);

@@ -46,6 +46,7 @@ using Memory = std::unique_ptr<std::remove_pointer_t<RTCBVH>, BvhRelease>;
 // Embree.
 struct Job {
   std::span<const Triangle> triangles;
+  std::span<const Bounds> boxes;  // either
   const Progress& progress;
   std::mutex mutex;  // guards the members below
   double reported = 0;
@@ -126,12 +127,17 @@ std::size_t count_proper(std::span<const Triangle> triangles) {
       std::count_if(triangles.begin(), triangles.end(), [](const Triangle& t) { return !is_degenerate(t); }));
 }
 
-void fill(std::vector<RTCBuildPrimitive>& parts, std::span<const Triangle> triangles) {
+RTCBuildPrimitive part_of(const Bounds& b, std::size_t prim) {
+  return {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x, b.hi.y, b.hi.z, static_cast<unsigned>(prim)};
+}
+
+void fill(std::vector<RTCBuildPrimitive>& parts, const Job& job) {
+  const std::span<const Triangle> triangles = job.triangles;
   std::size_t at = 0;
+  for (std::size_t i = 0; i < job.boxes.size(); ++i) parts[at++] = part_of(job.boxes[i], i);
   for (std::size_t prim = 0; prim < triangles.size(); ++prim) {
     if (is_degenerate(triangles[prim])) continue;
-    const auto [lo, hi] = bounds_of(triangles[prim]);
-    parts[at++] = {lo.x, lo.y, lo.z, 0, hi.x, hi.y, hi.z, static_cast<unsigned>(prim)};
+    parts[at++] = part_of(bounds_of(triangles[prim]), prim);
   }
 }
 
@@ -179,7 +185,7 @@ const BuildNode* build_tree(RTCDevice device, RTCBVH memory, std::size_t count, 
   args.primitiveArrayCapacity = parts.size();
   RTCError code = RTC_ERROR_NONE;
   for (unsigned depth = kFirstDepth; depth <= kLastDepth; depth *= 4) {
-    fill(parts, job.triangles);
+    fill(parts, job);
     args.maxDepth = depth;
     { const OrderedWork before(&job); }
     const void* root = rtcBuildBVH(&args);
@@ -190,14 +196,14 @@ const BuildNode* build_tree(RTCDevice device, RTCBVH memory, std::size_t count, 
     if (code == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
     if (code != RTC_ERROR_UNKNOWN) break;
   }
-  fail(Failure::Work, "bvh: Embree could not build a tree of {} triangles: error {} ({})", count,
-       static_cast<int>(code), job.message);
+  fail(Failure::Work, "bvh: Embree could not build a tree of {} {}: error {} ({})", count,
+       job.boxes.empty() ? "triangles" : "boxes", static_cast<int>(code), job.message);
 }
 
-Bvh build(std::span<const Triangle> triangles, std::size_t count, const BuildSettings& settings,
-          const Progress& progress) {
+Bvh build(std::span<const Triangle> triangles, std::span<const Bounds> boxes, std::size_t count,
+          const BuildSettings& settings, const Progress& progress) {
   if (count == 0) return {};
-  Job job{triangles, progress, {}, 0, {}, {}};
+  Job job{triangles, boxes, progress, {}, 0, {}, {}};
   const Device device(rtcNewDevice(nullptr));
   if (!device) {
     const RTCError error = rtcGetDeviceError(nullptr);
@@ -250,7 +256,7 @@ Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& settings
   const std::size_t proper = count_proper(triangles);
   Bvh bvh;
   try {
-    bvh = build(triangles, proper, settings, progress);
+    bvh = build(triangles, {}, proper, settings, progress);
   } catch (const std::bad_alloc&) {
     fail(Failure::Work,
          "bvh: out of memory while building a tree of {} triangles; a smaller split_budget (now {}) needs less", proper,
@@ -262,6 +268,14 @@ Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& settings
   bvh.stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (progress) progress(1);
   return bvh;
+}
+
+Bvh build_box_bvh(std::span<const Bounds> boxes) {
+  try {
+    return build({}, boxes, boxes.size(), {.max_leaf = 1, .builder = BuilderId::Balanced}, {});
+  } catch (const std::bad_alloc&) {
+    fail(Failure::Work, "bvh: out of memory while building a tree of {} instances", boxes.size());
+  }
 }
 
 }  // namespace ballot

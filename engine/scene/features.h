@@ -10,6 +10,7 @@ struct TreeFacts {
   std::uint32_t depth = 0;         // inner nodes on the longest path from the root: the size of every stack
   std::uint32_t largest_leaf = 0;  // triangles
   bool far = false;                // boxes are measured from a nonzero origin: box_origin(), engine/bvh/bvh.h
+  std::uint32_t top_depth = 0;     // of the tree over instances (engine/bvh/forest.h), at least 1; 0: no instances
   bool operator==(const TreeFacts&) const = default;
 };
 

@@ -1,0 +1,117 @@
+#include "engine/bvh/forest.h"
+
+#include <algorithm>
+#include <glm/common.hpp>
+
+#include "engine/core/error.h"
+#include "engine/core/parallel.h"
+
+namespace ballot {
+
+Forest::Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements,
+               const BuildMesh& build) {
+  meshes_.reserve(meshes.size());
+  for (std::vector<Triangle>& triangles : meshes) {
+    MeshTree& made = meshes_.emplace_back(MeshTree{std::move(triangles), {}, {}});
+    made.bvh = build(made.triangles);
+    made.extents = extents_of(made.bvh, made.triangles);
+  }
+  for (std::size_t i = 0; i < placements.size(); ++i) {
+    if (placements[i].mesh >= meshes_.size())
+      fail(Failure::Arguments, "instance {}: its mesh is number {}, but there are {} meshes", i, placements[i].mesh,
+           meshes_.size());
+    mesh_of_.push_back(placements[i].mesh);
+    transforms_.push_back(placements[i].transform);
+  }
+  set(placed(transforms_));
+}
+
+void Forest::move(std::span<const Transform> transforms) {
+  if (transforms.size() != mesh_of_.size())
+    fail(Failure::Arguments, "{} transforms, but the scene has {} instances; expected one for each", transforms.size(),
+         mesh_of_.size());
+  std::vector<Instance> moved = placed(transforms);
+  std::vector<Transform> kept(transforms.begin(), transforms.end());
+  set(std::move(moved));
+  transforms_ = std::move(kept);
+}
+
+std::vector<Instance> Forest::placed(std::span<const Transform> transforms) const {
+  std::vector<Instance> made(mesh_of_.size());
+  for_chunks(made.size(), 1 << 10, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      made[i] = place_instance(meshes_[mesh_of_[i]].extents, transforms[i], i);
+      made[i].mesh = mesh_of_[i];
+    }
+  });
+  std::uint64_t count = 0;
+  for (Instance& i : made) {
+    i.first = std::uint32_t(count);
+    count += meshes_[i.mesh].triangles.size();
+    if (count > kMostTriangles)
+      fail(Failure::Arguments,
+           "instance {}: with it the scene has {} triangles, counted through its instances; at most {} can be numbered",
+           &i - made.data(), count, kMostTriangles);
+  }
+  return made;
+}
+
+void Forest::set(std::vector<Instance> instances) {
+  TopTree top = build_top(instances, meshes_);
+  instances_ = std::move(instances);
+  top_ = std::move(top);
+  summary_ = {};
+  summary_.bounds = top_.bounds;
+  BvhStats& s = summary_.stats;
+  for (const MeshTree& mesh : meshes_) {
+    s.triangles += mesh.bvh.stats.triangles;
+    s.degenerate += mesh.bvh.stats.degenerate;
+    s.references += mesh.bvh.stats.references;
+    s.nodes += mesh.bvh.stats.nodes;
+    s.leaves += mesh.bvh.stats.leaves;
+    s.bytes += mesh.bvh.stats.bytes;
+    s.build_s += mesh.bvh.stats.build_s;
+    s.depth = std::max(s.depth, mesh.bvh.stats.depth);
+    s.largest_leaf = std::max(s.largest_leaf, mesh.bvh.stats.largest_leaf);
+    s.builder = mesh.bvh.stats.builder;
+  }
+  s.build_s += top_.build_s;
+}
+
+TreeFacts Forest::facts() const {
+  TreeFacts facts;
+  for (const MeshTree& mesh : meshes_) {
+    const TreeFacts own = facts_of(mesh.bvh);
+    facts.depth = std::max(facts.depth, own.depth);
+    facts.largest_leaf = std::max(facts.largest_leaf, own.largest_leaf);
+    facts.far |= own.far;
+  }
+  facts.top_depth = std::max(top_.depth, 1u);
+  return facts;
+}
+
+std::uint64_t Forest::triangle_count() const {
+  if (instances_.empty()) return 0;
+  return instances_.back().first + meshes_[instances_.back().mesh].triangles.size();
+}
+
+Forest::Place Forest::place_of(std::uint32_t prim) const {
+  // The last instance that begins at or before it; those without triangles begin where the next one does.
+  const auto next = std::ranges::upper_bound(instances_, prim, {}, &Instance::first);
+  const Instance& instance = *std::prev(next);
+  return {std::uint32_t(&instance - instances_.data()), prim - instance.first};
+}
+
+Triangle Forest::triangle(const Place& place) const {
+  const Transform& t = transforms_[place.instance];
+  Triangle moved;
+  for (int k = 0; k < 3; ++k) {
+    const glm::dvec3 v = meshes_[instances_[place.instance].mesh].triangles[place.triangle][std::size_t(k)];
+    for (int r = 0; r < 3; ++r)
+      moved[std::size_t(k)][r] =
+          float(double(t.m[r][0]) * v.x + double(t.m[r][1]) * v.y + double(t.m[r][2]) * v.z + double(t.m[r][3]));
+  }
+  return moved;
+}
+
+}  // namespace ballot

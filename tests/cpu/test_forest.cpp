@@ -1,0 +1,161 @@
+// Instances without a device: transforms that are refused, the boxes and numbers of instances, the oracle.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/bvh/forest.h"
+#include "engine/core/error.h"
+#include "engine/oracle/forest_oracle.h"
+#include "tests/cpu/shapes.h"
+
+namespace ballot {
+namespace {
+
+Forest forest_of(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements) {
+  return Forest(std::move(meshes), placements,
+                [](std::span<const Triangle> t) { return build_bvh(t, {.builder = BuilderId::Balanced}); });
+}
+
+Transform diagonal(float x, float y, float z) {
+  Transform t;
+  t.m[0][0] = x, t.m[1][1] = y, t.m[2][2] = z;
+  return t;
+}
+
+std::string refusal_of(const Transform& t) {
+  const std::vector<Placement> placements{{0, {}}, {0, t}};
+  try {
+    forest_of({shapes::sphere(1)}, placements);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(Forest, RefusesTransformsItCannotInvert) {
+  Transform t;
+  t.m[1][3] = NAN;
+  EXPECT_EQ(refusal_of(t), "instance 1: entry [1][3] of the transform is nan; expected a finite number");
+  t.m[1][3] = INFINITY;
+  EXPECT_EQ(refusal_of(t), "instance 1: entry [1][3] of the transform is inf; expected a finite number");
+  EXPECT_NE(refusal_of(diagonal(1, 0, 1))
+                .find("instance 1: column 1 of the transform has 0 as its largest magnitude; "
+                      "expected 8.67e-19 to 1.15e+18"),
+            std::string::npos);
+  EXPECT_NE(refusal_of(diagonal(1e30f, 1, 1)).find("column 0 of the transform has 1e+30"), std::string::npos);
+  Transform singular;
+  for (auto& row : singular.m) row[0] = row[1] = row[2] = 1;
+  EXPECT_NE(refusal_of(singular).find("instance 1: the matrix of the transform is singular in float32"),
+            std::string::npos);
+  EXPECT_NE(
+      refusal_of(diagonal(1e13f, 1, 1)).find("instance 1: the transform moves the mesh to -1e+13 to 1e+13 along x"),
+      std::string::npos);
+  Transform far;
+  far.m[2][3] = 1e30f;
+  EXPECT_NE(refusal_of(far).find("along z, by a translation of 1e+30; expected all within +-1e+12"), std::string::npos);
+}
+
+TEST(Forest, TakesMirrorsAndUnequalScales) {
+  EXPECT_EQ(refusal_of(diagonal(-1, 1, 1)), "");
+  EXPECT_EQ(refusal_of(diagonal(1e-6f, 1e6f, -1)), "");
+  Transform t = diagonal(1e-6f, 1, 1);
+  t.m[1][0] = 1e-6f;  // a thin mesh, turned
+  EXPECT_EQ(refusal_of(t), "");
+}
+
+TEST(Forest, RefusesMeshesThatAreNotThere) {
+  const std::vector<Placement> placements{{0, {}}, {7, {}}};
+  try {
+    forest_of({shapes::sphere(1)}, placements);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "instance 1: its mesh is number 7, but there are 1 meshes");
+  }
+}
+
+TEST(Forest, NumbersTrianglesThroughInstances) {
+  const std::vector<Placement> placements{{0, {}}, {2, {}}, {1, {}}, {2, {}}, {0, {}}, {2, {}}};
+  const Forest forest = forest_of({shapes::sphere(0), shapes::soup(3, 1), {}}, placements);
+  EXPECT_EQ(forest.triangle_count(), 19u);
+  for (const auto& [prim, instance, triangle] :
+       {std::array{0u, 0u, 0u}, {7, 0, 7}, {8, 2, 0}, {10, 2, 2}, {11, 4, 0}, {18, 4, 7}}) {
+    EXPECT_EQ(forest.place_of(prim).instance, instance);
+    EXPECT_EQ(forest.place_of(prim).triangle, triangle);
+  }
+}
+
+TEST(Forest, RefusesMoreTrianglesThanCanBeNumbered) {
+  const std::vector<Placement> placements(1u << 20);
+  try {
+    forest_of({shapes::sphere(5)}, placements);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(),
+                 "instance 524287: with it the scene has 4294967296 triangles, counted through its instances; at "
+                 "most 4294967293 can be numbered");
+  }
+}
+
+// Points of moved triangles, in double precision, lie in the box. The ray of an instance passes them where the ray
+// does.
+TEST(Forest, BoxesHoldMovedMeshes) {
+  shapes::Random random(3);
+  for (int k = 0; k < 200; ++k) {
+    Placement p;
+    for (auto& row : p.transform.m)
+      for (float& x : row) x = random.in(-2, 2);
+    try {
+      const Forest forest = forest_of({shapes::soup(20, 1)}, {{p}});
+      const Instance& i = forest.instances()[0];
+      for (std::uint32_t t = 0; t < 20; ++t)
+        for (const glm::vec3& v : forest.triangle({0, t}))
+          for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_LE(i.box.lo[axis], v[axis]);
+            EXPECT_GE(i.box.hi[axis], v[axis]);
+          }
+      EXPECT_GE(i.slack, 50 * 0x1p-24f);
+    } catch (const Error&) {  // nearly singular
+    }
+  }
+}
+
+TEST(Forest, IdentityKeepsRaysAsTheyAre) {
+  const ObjectMap identity;
+  for (const Ray& ray : shapes::random_rays(100)) {
+    const Ray moved = object_ray(ray, identity);
+    EXPECT_EQ(moved.origin, ray.origin);
+    EXPECT_EQ(moved.dir, ray.dir * direction_scale(ray));
+    EXPECT_EQ(moved.t_max, std::min(ray.t_max / direction_scale(ray), 3.4e38f));
+  }
+}
+
+TEST(Forest, OracleFindsWhatTheFlatSceneHolds) {
+  Transform t = diagonal(1, 1, 1);
+  t.m[0][3] = 2;
+  const std::vector<Placement> placements{{0, t}, {0, {}}};
+  const Forest forest = forest_of({shapes::sphere(3)}, placements);
+  shapes::Triangles flat = shapes::moved(shapes::sphere(3), {2, 0, 0});
+  for (const Triangle& s : shapes::sphere(3)) flat.push_back(s);
+  const Bvh bvh = build_bvh(flat);
+  const PairTree pairs = encode_pairs(bvh, flat, NodeLayout::Interleaved);
+  const Oracle one(pairs);
+  const ForestOracle two(forest);
+  int hits = 0;
+  for (const Ray& ray : shapes::random_rays(2000)) {
+    const OracleHit a = one.nearest(ray), b = two.nearest(ray);
+    ASSERT_EQ(a.prim, b.prim);
+    if (a.prim == NO_HIT) continue;
+    ++hits;
+    EXPECT_NEAR(a.t, b.t, 1e-5 * std::abs(a.t) + 1e-6);
+    const Hit right{float(b.t), b.prim, float(b.u), float(b.v)};
+    EXPECT_LE(int(two.judge(ray, right, Want::Nearest)), int(Verdict::Tie));
+    Hit wrong = right;
+    wrong.prim = (b.prim + 100) % std::uint32_t(forest.triangle_count());
+    EXPECT_GT(int(two.judge(ray, wrong, Want::Nearest)), int(Verdict::Tie));
+    EXPECT_EQ(two.judge(ray, {ray.t_max, NO_HIT, 0, 0}, Want::Nearest), Verdict::FalseMiss);
+  }
+  EXPECT_GT(hits, 300);
+}
+
+}  // namespace
+}  // namespace ballot
