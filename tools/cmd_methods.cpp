@@ -19,14 +19,15 @@ std::string code(std::string_view name, std::string_view standard) {
 void append(std::string& list, const std::string& item) { list += (list.empty() ? "" : ", ") + item; }
 
 std::string methods_table() {
-  Table table({"method", "what it does", "tree format", "votes", "threshold"}, 5);
+  Table table({"method", "what it does", "tree format", "votes", "threshold", "instances"}, 6);
   for (const Method& m : kMethods) {
     std::string votes;
     for (const Vote vote : {Vote::Any, Vote::Count, Vote::Sum})
       if (m.takes(vote)) append(votes, std::string(vote_name(vote)));
     const Threshold& t = m.threshold;
     table.row({code(m.name, kDefaultMethod), std::string(m.summary), m.chooses ? "" : code(format_of(m.tree).name),
-               votes, t.unit == Threshold::None ? "" : fmt::format("`{}`, default {:.6g}", t.knob, t.standard)});
+               votes, t.unit == Threshold::None ? "" : fmt::format("`{}`, default {:.6g}", t.knob, t.standard),
+               m.instances ? "yes" : "no"});
   }
   return table.text();
 }

@@ -66,6 +66,9 @@ std::vector<KernelSource> traversal_sources() {
               if (want == Want::Nearest && !counters)
                 sources.push_back(
                     kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = true}));
+              if (!counters && &knobs == &all_knobs[0] && method.instances)
+                sources.push_back(
+                    kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .top_depth = 24}));
               if (counters || !knobs.contains("launch")) continue;
               const TreeFacts tree{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
               v.indirect = true;

@@ -35,9 +35,10 @@ std::uint32_t Dispatcher::groups_for(const Variant& v, std::uint32_t rays) const
   return std::uint32_t(std::min<std::uint64_t>((lanes + c.workgroup - 1) / c.workgroup, gpu_.info().max_group_count_x));
 }
 
-TracePush Dispatcher::push_for(const Job& job, std::uint32_t root) const {
+TracePushes Dispatcher::push_for(const Job& job, std::uint32_t root, std::uint32_t mesh_root) const {
   const TraceKernel& k = *job.kernel;
-  TracePush push{};
+  TracePushes pushes{};
+  TracePush& push = pushes.trace;
   push.scene_lo = tree_.bvh().bounds.lo;
   push.scene_hi = tree_.bvh().bounds.hi;
   push.box_origin = tree_.box_origin();
@@ -55,18 +56,23 @@ TracePush Dispatcher::push_for(const Job& job, std::uint32_t root) const {
   point(k.nodes, push.nodes_lo, push.nodes_hi);
   point(k.format, push.format_lo, push.format_hi);
   point(k.leaves, push.leaves_lo, push.leaves_hi);
-  return push;
+  point(k.top, pushes.top.top_lo, pushes.top.top_hi);
+  point(k.meshes, pushes.top.meshes_lo, pushes.top.meshes_hi);
+  pushes.top.records = tree_.forest() ? tree_.forest()->top().records : 0;
+  pushes.top.mesh_root = mesh_root;
+  return pushes;
 }
 
-Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push,
+Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& pushes,
                           TraceTimes& times) {
+  const TracePush& push = pushes.trace;
   Kernel& kernel = *job.kernel->kernel;
   kernel.bind(BIND_RAYS, rays);
   kernel.bind(BIND_HITS, hits);
   Work work{push.ray_begin, 0};
   if (reports(job.variant)) kernels_.work().upload(std::span(&work, 1));
   gpu_.submit(kernel.name(), [&](VkCommandBuffer cmd) {
-    kernel.dispatch(cmd, groups_for(job.variant, push.ray_end - push.ray_begin), push);
+    kernel.dispatch(cmd, groups_for(job.variant, push.ray_end - push.ray_begin), &pushes, push_bytes());
   });
   times.device_ms += gpu_.last_ms();
   ++times.dispatches;
@@ -80,15 +86,16 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
 }
 
 Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
-                     std::uint32_t root, TraceTimes& times) {
+                     std::uint32_t root, TraceTimes& times, std::uint32_t mesh_root) {
   const bool plain = job.variant.config.launch == Launch::Plain;
   const std::uint64_t most = std::uint64_t(gpu_.info().max_group_count_x) * group_rays(job.variant);
-  TracePush push = push_for(job, root);
+  TracePushes pushes = push_for(job, root, mesh_root);
+  TracePush& push = pushes.trace;
   Work total{0, 0};
   while (push.ray_begin < count) {
     push.ray_end = count;
     if (plain && count - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
-    const Work work = dispatch(job, rays, hits, push, times);
+    const Work work = dispatch(job, rays, hits, pushes, times);
     total.unfinished += work.unfinished;
     // A persistent kernel with a limit of batches may leave rays, but it has finished all rays that it took.
     const std::uint32_t next = plain ? push.ray_end : std::min(work.next, push.ray_end);
@@ -133,10 +140,10 @@ void Dispatcher::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hi
   Kernel& kernel = *job.kernel->kernel;
   kernel.bind(BIND_RAYS, rays);
   kernel.bind(BIND_INDIRECT, indirect.args);
-  TracePush push = push_for(job, tree_.root());
-  push.ray_end = indirect.index;
+  TracePushes push = push_for(job, tree_.root());
+  push.trace.ray_end = indirect.index;
   const auto dispatch = [&](VkCommandBuffer cmd) {
-    kernel.dispatch(cmd, indirect.args, indirect.index * sizeof(IndirectArgs), &push, sizeof push);
+    kernel.dispatch(cmd, indirect.args, indirect.index * sizeof(IndirectArgs), &push, push_bytes());
   };
   record(job, hits, dispatch, std::move(done));
 }
@@ -156,11 +163,11 @@ void Dispatcher::record(const Job& job, const CameraRays& rays, Buffer<Hit>& hit
 
 void Dispatcher::record_rays(const Job& job, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t camera,
                              Context::Done done) {
-  TracePush push = push_for(job, tree_.root());
-  push.ray_end = count;
-  push.camera = camera;
+  TracePushes push = push_for(job, tree_.root());
+  push.trace.ray_end = count;
+  push.trace.camera = camera;
   const auto dispatch = [&](VkCommandBuffer cmd) {
-    job.kernel->kernel->dispatch(cmd, groups_for(job.variant, count), push);
+    job.kernel->kernel->dispatch(cmd, groups_for(job.variant, count), &push, push_bytes());
   };
   record(job, hits, dispatch, std::move(done));
 }

@@ -34,7 +34,13 @@ struct RayGroups {
   std::uint32_t rays, most;
 };
 
-/// Dispatches the kernels that trace rays in one tree. Belongs to the thread of its Context.
+/// The push constants of a traversal kernel. Kernels of a single tree take the first part alone.
+struct TracePushes {
+  TracePush trace;
+  TopPush top;
+};
+
+/// Dispatches the kernels that trace rays in one tree, or in a forest. Belongs to the thread of its Context.
 class Dispatcher {
  public:
   /// Keeps references to all arguments.
@@ -43,8 +49,10 @@ class Dispatcher {
   /// Traces rays [0, count), beginning at the child reference `root`, and waits. Dispatches again for rays that a
   /// bounded launch leaves. Returns the work counter, whose `unfinished` is the number of rays that the driver cut
   /// short; their hits have prim UNFINISHED. Throws Error(Work) if a dispatch takes no ray.
+  /// In a forest `root` is a reference in the top-level tree; the walk of each mesh's tree begins at `mesh_root` or, if
+  /// that is END_OF_TREE, at its root.
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
-           TraceTimes& times);
+           TraceTimes& times, std::uint32_t mesh_root = END_OF_TREE);
   /// The same from the root of the tree.
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times);
 
@@ -62,8 +70,9 @@ class Dispatcher {
 
  private:
   std::uint32_t groups_for(const Variant& variant, std::uint32_t rays) const;
-  TracePush push_for(const Job& job, std::uint32_t root) const;
-  Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePush& push, TraceTimes& times);
+  TracePushes push_for(const Job& job, std::uint32_t root, std::uint32_t mesh_root = END_OF_TREE) const;
+  std::uint32_t push_bytes() const { return tree_.forest() ? sizeof(TracePushes) : sizeof(TracePush); }
+  Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& push, TraceTimes& times);
   void record(const Job& job, Buffer<Hit>& hits, const Context::Record& dispatch, Context::Done done);
   void record_rays(const Job& job, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t camera, Context::Done done);
 

@@ -15,7 +15,8 @@ TraceKernel& TraceKernels::get(const Variant& v) {
   // A kernel is compiled for facts of the tree: another depth needs another stack size.
   const TreeFacts& facts = tree_.facts();
   TraceKernel& kernel = kernels_[fmt::format("{} subgroup={} depth={} leaf={} far={}", v.kernel_name(),
-                                             v.config.subgroup, facts.depth, facts.largest_leaf, int(facts.far))];
+                                             v.config.subgroup, facts.depth, facts.largest_leaf, int(facts.far)) +
+                                 (facts.top_depth ? fmt::format(" top={}", top_entries(facts)) : "")];
   if (kernel.kernel && is_current(kernel)) return kernel;
   const bool fresh = refresh(gpu_, kernel.kernel, kernel_source(v, gpu_.info(), facts));
   if (!fresh && kernel.tree == tree_.generation()) return kernel;
@@ -33,10 +34,16 @@ void TraceKernels::bind(TraceKernel& k, const Variant& v) {
   k.nodes = method.reads_pairs(v.config) ? &tree_.nodes(access, source) : nullptr;
   k.format = format_of(method.tree).encode ? &tree_.format(method.tree, access) : nullptr;
   k.leaves = &tree_.leaves(v.numeric->leaves, v.config.fetch, source);
+  if (tree_.forest()) {
+    k.top = &tree_.top(v.config.fetch);
+    k.meshes = &tree_.mesh_table(method.tree, access, v.numeric->leaves);
+  }
   if (v.config.fetch != Fetch::Reference) {
     if (k.nodes) k.kernel->bind(BIND_NODES, *k.nodes);
     if (k.format) k.kernel->bind(BIND_FORMAT, *k.format);
     k.kernel->bind(BIND_LEAVES, *k.leaves);
+    if (k.top) k.kernel->bind(BIND_TOP, *k.top);
+    if (k.meshes) k.kernel->bind(BIND_MESHES, *k.meshes);
   }
   k.kernel->bind(BIND_WORK, work_);
 }

@@ -15,7 +15,8 @@ namespace ballot {
 struct TraceKernel {
   std::unique_ptr<Kernel> kernel;
   const DeviceTree::Texels *nodes = nullptr, *format = nullptr, *leaves = nullptr;
-  std::uint64_t tree = 0;  // generation of the tree that the arrays belong to
+  const DeviceTree::Texels *top = nullptr, *meshes = nullptr;  // of a forest
+  std::uint64_t tree = 0;                                      // generation of the tree that the arrays belong to
 };
 
 /// A variant and the kernel that runs it. Variants that differ in their threshold alone share a kernel.

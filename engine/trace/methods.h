@@ -55,6 +55,7 @@ struct Method {
   bool own_stack = true;     // rays have stacks of their own
   bool lists = false;        // rays put nodes aside in lists of bounded length
   bool ray_packets = false;  // packets hold several rays in each lane
+  bool instances = true;     // has kernels for forests (engine/bvh/forest.h)
   bool chooses = false;      // method auto: has no kernel and runs the fastest of the others (auto/chooser.h)
   Threshold threshold = {};
   Defaults cpu = kCpu, gpu = kGpu;
@@ -123,7 +124,7 @@ inline constexpr Method kMethods[] = {
                    .what = "a node that fewer lanes than this share want is put aside", .sweep = sweeps::kShare}},
     {.name = "packet-wide", .kernel = "traverse/packet_wide.comp",
      .summary = "packet of several rays per lane over an eight-wide tree, a child per lane; for coherent rays on CPUs",
-     .tree = TreeFormatId::Wide8, .ray_packets = true},
+     .tree = TreeFormatId::Wide8, .ray_packets = true, .instances = false},
     {.name = "frontier", .kernel = "traverse/frontier.comp",
      .summary = "lanes test nodes near the root, one each, to find where the rays enter; then each ray by itself",
      .tree = TreeFormatId::Frontier,

@@ -11,17 +11,67 @@ namespace {
 /// Returns the steps of a leaf, as pieces_of() counts them.
 std::uint64_t leaf_steps(std::uint32_t leaf) { return 1 + leaf_count(leaf); }
 
+/// Returns how the exact t of hits on two triangles of a single tree, or of one instance, compare. The hits of two
+/// instances are ordered by their rounded t.
+std::strong_ordering exact_order(const Ray& ray, const DeviceTree& tree, std::uint32_t a, std::uint32_t b) {
+  if (const Forest* forest = tree.forest()) {
+    const Forest::Place at = forest->place_of(a), other = forest->place_of(b);
+    if (at.instance != other.instance) return std::strong_ordering::equal;
+    const Instance& instance = forest->instances()[at.instance];
+    const std::vector<Triangle>& mesh = forest->meshes()[instance.mesh].triangles;
+    const Ray moved = object_ray(ray, instance.map);
+    return compare_t(ExactSight(moved, mesh[at.triangle]), ExactSight(moved, mesh[other.triangle]));
+  }
+  return compare_t(ExactSight(ray, tree.triangles()[a]), ExactSight(ray, tree.triangles()[b]));
+}
+
 /// Returns true if hit a comes before hit b of the same ray. An exact mode compares t before it is rounded.
-bool better(const Ray& ray, std::span<const Triangle> triangles, const NumericMode& mode, const Hit& a, const Hit& b) {
+bool better(const Ray& ray, const DeviceTree& tree, const NumericMode& mode, const Hit& a, const Hit& b) {
   if (a.prim == NO_HIT || b.prim == NO_HIT) return b.prim == NO_HIT && a.prim != NO_HIT;
-  if (mode.arithmetic == Arithmetic::Exact && a.prim != b.prim) {
-    const auto order = compare_t(ExactSight(ray, triangles[a.prim]), ExactSight(ray, triangles[b.prim]));
+  if (mode.arithmetic == Arithmetic::Exact && a.prim != b.prim && (!tree.forest() || a.t == b.t)) {
+    const auto order = exact_order(ray, tree, a.prim, b.prim);
     return order < 0 || (order == 0 && a.prim < b.prim);
   }
   return a.t < b.t || (a.t == b.t && a.prim < b.prim);
 }
 
+/// Returns the steps of each mesh, as pieces_of() counts them.
+std::vector<std::uint64_t> mesh_steps(std::span<const PairTree> meshes) {
+  std::vector<std::uint64_t> steps;
+  for (const PairTree& mesh : meshes) steps.push_back(mesh.nodes.size() / mesh.pair_texels() + mesh.leaves.size());
+  return steps;
+}
+
 }  // namespace
+
+std::vector<ForestPiece> pieces_of(const Forest& forest, std::span<const PairTree> meshes, std::uint64_t limit) {
+  const TopTree& top = forest.top();
+  if (top.root == END_OF_TREE) return {{top.root}};
+  const std::vector<std::uint64_t> of_mesh = mesh_steps(meshes);
+  std::vector<std::uint64_t> steps(top.records / TOP_NODE_TEXELS);
+  const auto mesh_of = [&](std::uint32_t leaf) { return forest.instances()[leaf & ~LEAF_BIT].mesh; };
+  const auto steps_of = [&](std::uint32_t node) {
+    return is_leaf(node) ? of_mesh[mesh_of(node)] : steps[node / TOP_NODE_TEXELS];
+  };
+  for (std::size_t node = steps.size(); node-- > 0;)  // children lie behind their parents
+    steps[node] =
+        1 + steps_of(top.texels[node * TOP_NODE_TEXELS].w) + steps_of(top.texels[node * TOP_NODE_TEXELS + 2].w);
+  std::vector<ForestPiece> pieces;
+  std::vector<std::uint32_t> open{top.root};
+  while (!open.empty()) {
+    const std::uint32_t node = open.back();
+    open.pop_back();
+    if (steps_of(node) <= limit) {
+      pieces.push_back({node});
+    } else if (is_leaf(node)) {
+      for (const std::uint32_t root : pieces_of(meshes[mesh_of(node)], limit)) pieces.push_back({node, root});
+    } else {
+      open.push_back(top.texels[node + 2].w);
+      open.push_back(top.texels[node].w);
+    }
+  }
+  return pieces;
+}
 
 std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit) {
   if (bvh.root == END_OF_TREE || is_leaf(bvh.root)) return {bvh.root};
@@ -58,21 +108,29 @@ Query repair_query(Query query) {
   return query;
 }
 
+std::vector<ForestPiece> Repair::pieces(std::uint64_t limit) const {
+  const KernelConfig& config = job_.variant.config;
+  if (const Forest* forest = tree_.forest())
+    return pieces_of(*forest, tree_.mesh_pairs(config.layout, config.padding), limit);
+  std::vector<ForestPiece> all;
+  for (const std::uint32_t root : pieces_of(tree_.pairs(config.layout, config.padding), limit)) all.push_back({root});
+  return all;
+}
+
 void Repair::trace_pieces(std::span<const Ray> part, std::uint64_t limit, std::vector<Hit>& best,
                           std::vector<bool>& cut, TraceTimes& times) {
   Buffer<Ray> rays(gpu_, part.size(), Access::Storage, "rays cut short");
   Buffer<Hit> hits(gpu_, part.size(), Access::Storage, "hits cut short");
   rays.upload(part);
   std::vector<Hit> found(part.size());
-  const KernelConfig& config = job_.variant.config;
-  for (const std::uint32_t root : pieces_of(tree_.pairs(config.layout, config.padding), limit)) {
-    dispatcher_.run(job_, rays, hits, std::uint32_t(part.size()), root, times);
+  for (const ForestPiece& piece : pieces(limit)) {
+    dispatcher_.run(job_, rays, hits, std::uint32_t(part.size()), piece.root, times, piece.mesh_root);
     hits.download(found);
     for (std::size_t i = 0; i < part.size(); ++i) {
       cut[i] = cut[i] || found[i].prim == UNFINISHED;
       if (cut[i]) continue;
       if (best[i].prim == NO_HIT && found[i].prim == NO_HIT) best[i] = found[i];
-      if (better(part[i], tree_.triangles(), *job_.variant.numeric, found[i], best[i])) best[i] = found[i];
+      if (better(part[i], tree_, *job_.variant.numeric, found[i], best[i])) best[i] = found[i];
     }
   }
 }

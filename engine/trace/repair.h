@@ -17,6 +17,12 @@ namespace ballot {
 /// Returns the query that traces such rays: one invocation per ray, over the binary tree.
 Query repair_query(Query query);
 
+/// A piece of a forest: a reference in the top-level tree and, unless END_OF_TREE, where the walk of each mesh's tree
+/// begins.
+struct ForestPiece {
+  std::uint32_t root, mesh_root = END_OF_TREE;
+};
+
 /// Finishes rays that the driver cut short.
 class Repair {
  public:
@@ -29,6 +35,7 @@ class Repair {
   void run(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times);
 
  private:
+  std::vector<ForestPiece> pieces(std::uint64_t limit) const;
   void trace_pieces(std::span<const Ray> part, std::uint64_t limit, std::vector<Hit>& best, std::vector<bool>& cut,
                     TraceTimes& times);
 
@@ -41,5 +48,9 @@ class Repair {
 /// Returns the roots of subtrees that together hold every leaf once. A subtree takes at most `limit` steps, unless it
 /// is a single leaf. An inner node is one step, a leaf is one step, and each of its triangles is one more.
 std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit);
+
+/// The same for a forest with these pair trees of its meshes: pieces that together hold every leaf of every instance
+/// once. A piece of several instances holds them whole.
+std::vector<ForestPiece> pieces_of(const Forest& forest, std::span<const PairTree> meshes, std::uint64_t limit);
 
 }  // namespace ballot

@@ -18,6 +18,18 @@ Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles
         return trace(rays, hits, count, query).device_ms;
       }) {}
 
+Tracer::Tracer(Context& gpu, const Forest& forest)
+    : gpu_(gpu),
+      tree_(gpu, forest),
+      kernels_(gpu, tree_),
+      dispatcher_(gpu, tree_, kernels_),
+      chooser_(gpu, forest.summary(),
+               [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
+                 return trace(rays, hits, count, query).device_ms;
+               }) {
+  chooser_.has_instances = true;
+}
+
 Tracer::~Tracer() = default;
 
 void Tracer::replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
@@ -27,6 +39,13 @@ void Tracer::replace(const Bvh& bvh, std::span<const Triangle> triangles, const 
 }
 
 KernelConfig Tracer::config_of(const Query& query) const {
+  if (tree_.forest() && !find_method(query.method).instances) {
+    std::string others;
+    for (const Method& m : kMethods)
+      if (m.instances) others += fmt::format("{}{}", others.empty() ? "" : ", ", m.name);
+    fail(Failure::Arguments, "method {}: it has no kernel for scenes with instances; expected one of: {}", query.method,
+         others);
+  }
   KernelConfig config =
       kernel_config_for(find_method(query.method), find_numeric(query.numeric, gpu_.info()), gpu_.info(), query.knobs);
   if (config.padding == Padding::Ray || tree_.padded_reach() > 0) return config;

@@ -22,6 +22,9 @@ class Tracer {
   /// ones. `built`: as for DeviceTree.
   Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
          std::shared_ptr<DeviceBuild> built = {});
+  /// The same for a forest, to which it keeps a reference. Methods without kernels for instances are refused with
+  /// Error(Arguments).
+  Tracer(Context& gpu, const Forest& forest);
   ~Tracer();
   Tracer(const Tracer&) = delete;
   Tracer& operator=(const Tracer&) = delete;
@@ -29,6 +32,9 @@ class Tracer {
   /// Replaces the tree. The next trace uses the new one. Keeps references as the constructor does.
   void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                std::shared_ptr<DeviceBuild> built = {});
+
+  /// Takes over the forest's transforms after Forest::move().
+  void moved() { tree_.moved(); }
 
   /// Traces rays and writes the hit of each at the same index. Contract: engine/ballot.h. progress is called after each
   /// chunk of rays.

@@ -44,6 +44,7 @@ constexpr FactDefine kFactDefines[] = {
     {"BALLOT_SUBGROUP_BARRIER", [](const Facts& f) { return int(f.variant.config.subgroup_barrier); }},
     {"BALLOT_LEAF_LOOP", [](const Facts& f) { return int(f.variant.method->ray_packets || leaves_loop(f.tree)); }},
     {"BALLOT_BOX_ORIGIN", [](const Facts& f) { return int(f.tree.far); }},
+    {"BALLOT_INSTANCES", [](const Facts& f) { return int(f.tree.top_depth > 0); }},
     {"BALLOT_LOOPS_CUT", [](const Facts& f) { return int(f.variant.config.loops_cut); }},
     {"BALLOT_UNIFORM_FLOW", [](const Facts& f) { return int(f.device.uniform_flow); }},
     {"BALLOT_INDIRECT", [](const Facts& f) { return int(f.variant.indirect); }},
@@ -99,8 +100,8 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
          "smaller --knob workgroup, or --knob stack=private",
          variant.name(), tree.depth, shared_bytes, c.workgroup, device.name, device.shared_bytes);
   KernelSource source;
-  source.name =
-      variant.kernel_name() + (method.ray_packets || leaves_loop(tree) ? "" : " leaves=1") + (tree.far ? " far=1" : "");
+  source.name = variant.kernel_name() + (method.ray_packets || leaves_loop(tree) ? "" : " leaves=1") +
+                (tree.far ? " far=1" : "") + (tree.top_depth ? " instances=1" : "");
   source.file = method.kernel;
   source.group_size = c.workgroup;
   source.subgroup_size = c.subgroup;
@@ -110,6 +111,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
                       {SPEC_GROUP_SUBGROUPS, c.workgroup / c.subgroup},
                       {SPEC_SUBGROUP_SIZE, c.subgroup},
                       {SPEC_LIST_SIZE, method.lists ? c.list : 0}};
+  if (tree.top_depth) source.constants[SPEC_TOP_STACK] = top_entries(tree);
   return source;
 }
 

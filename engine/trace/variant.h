@@ -45,6 +45,10 @@ KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric,
 /// depth share pipelines.
 std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed = 1);
 
+/// Returns the number of entries that a ray's stack has in a tree over instances. In large steps, so that moving them
+/// seldom asks for another kernel.
+inline std::uint32_t top_entries(const TreeFacts& tree) { return (tree.top_depth + 1 + 47) / 48 * 48; }
+
 /// Returns false if every leaf holds one triangle. Kernels then need no loop over the triangles of a leaf.
 inline bool leaves_loop(const TreeFacts& tree) { return tree.largest_leaf != 1; }
 

@@ -1,31 +1,9 @@
 #include "engine/tree/device_tree.h"
 
-#include <atomic>
-
 #include "engine/bvh/padding.h"
+#include "engine/tree/tree_arrays.h"
 
 namespace ballot {
-
-namespace {
-
-Access access_for(Fetch fetch) {
-  switch (fetch) {
-    case Fetch::Texel:
-      return Access::Texel;
-    case Fetch::Reference:
-      return Access::Address;
-    case Fetch::Storage:
-      break;
-  }
-  return Access::Storage;
-}
-
-std::uint64_t next_generation() {
-  static std::atomic<std::uint64_t> last{0};
-  return ++last;
-}
-
-}  // namespace
 
 DeviceTree::DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                        std::shared_ptr<DeviceBuild> built)
@@ -63,7 +41,10 @@ const PairTree& DeviceTree::any_pairs() {
   return pairs_.empty() ? pairs(NodeLayout::Interleaved) : pairs_.begin()->second;
 }
 
-std::uint32_t DeviceTree::root() { return built_ ? built_->built().root : any_pairs().root; }
+std::uint32_t DeviceTree::root() {
+  if (forest_) return forest_->top().root;
+  return built_ ? built_->built().root : any_pairs().root;
+}
 
 const DeviceTree::Texels& DeviceTree::upload(const FormatKey& key, std::span<const glm::uvec4> texels,
                                              const char* name) {
@@ -89,23 +70,31 @@ const DeviceTree::Texels& DeviceTree::write_nodes(const FormatKey& key) {
 const DeviceTree::Texels& DeviceTree::nodes(const TreeAccess& a, Source source) {
   const FormatKey key{TreeFormatId::Pair, 0, a.layout, a.padding, a.fetch, source};
   if (const auto found = arrays_.find(key); found != arrays_.end()) return found->second;
+  if (forest_) return forest_nodes(key);
   if (source == Source::Device) return write_nodes(key);
   return upload(key, pairs(a.layout, a.padding).nodes, "bvh nodes");
 }
 
-const DeviceTree::Texels& DeviceTree::format(TreeFormatId id, const TreeAccess& a) {
+DeviceTree::FormatKey DeviceTree::format_key(TreeFormatId id, const TreeAccess& a) const {
   const TreeFormat& row = format_of(id);
   const std::uint32_t size = id == TreeFormatId::Frontier ? a.frontier : 0;
   const NodeLayout layout = row.follows_pairs ? a.layout : NodeLayout::Interleaved;
-  const Padding padding = row.follows_pairs ? a.padding : Padding::Ray;
-  const FormatKey key{id, size, layout, padding, a.fetch, Source::Host};
+  return {id, size, layout, row.follows_pairs ? a.padding : Padding::Ray, a.fetch, Source::Host};
+}
+
+const DeviceTree::Texels& DeviceTree::format(TreeFormatId id, const TreeAccess& a) {
+  const FormatKey key = format_key(id, a);
   if (const auto found = arrays_.find(key); found != arrays_.end()) return found->second;
-  return upload(key, row.encode(pairs(layout, padding), size), row.name.data());
+  if (forest_) return forest_format(key);
+  const TreeFormat& row = format_of(id);
+  const PairTree& from = pairs(std::get<NodeLayout>(key), std::get<Padding>(key));
+  return upload(key, row.encode(from, std::get<1>(key)), row.name.data());
 }
 
 const DeviceTree::Texels& DeviceTree::leaves(LeafFormat format, Fetch fetch, Source source) {
   const LeavesKey key{format, fetch, source};
   if (const auto found = leaves_.find(key); found != leaves_.end()) return found->second;
+  if (forest_) return forest_leaves(key);
   if (source == Source::Device) {
     nodes({.fetch = fetch}, source);
     return leaves_.at(key);

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <vector>
 
+#include "engine/bvh/forest.h"
 #include "engine/formats/formats.h"
 #include "engine/scene/features.h"
 #include "engine/tree/build/device_build.h"
@@ -37,6 +38,15 @@ class DeviceTree {
   DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
              std::shared_ptr<DeviceBuild> built = {});
 
+  /// The arrays of a forest: of all meshes one behind the other, and of the top-level tree. Keeps references.
+  DeviceTree(Context& gpu, const Forest& forest);
+
+  /// Takes over the forest's transforms after they have changed, which begins a new generation. Waits for the device.
+  void moved();
+
+  /// Returns the forest, or null if this is a single tree.
+  const Forest* forest() const { return forest_; }
+
   /// Replaces the tree, which begins a new generation. Waits for the device. Invalidates references to arrays.
   void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                std::shared_ptr<DeviceBuild> built = {});
@@ -57,7 +67,7 @@ class DeviceTree {
   float padded_reach() const { return padded_reach_; }
   const ShearScale& shear() const { return shear_; }
 
-  /// Returns the pair tree on the host, as it is uploaded. The oracles walk the one without padding.
+  /// Returns the pair tree on the host, as it is uploaded. The oracles walk the one without padding. Not for forests.
   const PairTree& pairs(NodeLayout layout, Padding padding = Padding::Ray);
 
   /// Returns the child reference at which traversal begins. It is the same in every format.
@@ -76,16 +86,38 @@ class DeviceTree {
   /// Returns the leaves, which all formats share.
   const Texels& leaves(LeafFormat format, Fetch fetch, Source source = Source::Host);
 
+  /// Forests only: return the pair trees of the meshes on the host, the top-level tree with its instances, and the
+  /// table of meshes for a kernel that reads these arrays.
+  const std::vector<PairTree>& mesh_pairs(NodeLayout layout, Padding padding);
+  const Texels& top(Fetch fetch);
+  const Texels& mesh_table(TreeFormatId id, const TreeAccess& access, LeafFormat leaves);
+
  private:
   using FormatKey = std::tuple<TreeFormatId, std::uint32_t, NodeLayout, Padding, Fetch, Source>;
   using LeavesKey = std::tuple<LeafFormat, Fetch, Source>;
 
+  using TableKey = std::tuple<TreeFormatId, std::uint32_t, NodeLayout, Padding, Fetch, LeafFormat>;
+  /// The first texel of each mesh in an array, and behind these the end of the array.
+  using Firsts = std::vector<std::uint32_t>;
+  /// The texels of all meshes.
+  struct Joined {
+    std::vector<glm::uvec4> texels;
+    Firsts firsts;
+  };
+
   const PairTree& any_pairs();
+  const std::vector<PairTree>& any_mesh_pairs();
+  FormatKey format_key(TreeFormatId id, const TreeAccess& access) const;
+  Joined joined(const char* name, const std::function<std::vector<glm::uvec4>(std::size_t mesh)>& part) const;
+  const Texels& forest_nodes(const FormatKey& key);
+  const Texels& forest_format(const FormatKey& key);
+  const Texels& forest_leaves(const LeavesKey& key);
   const Texels& write_nodes(const FormatKey& key);
   const Texels& upload(const FormatKey& key, std::span<const glm::uvec4> texels, const char* name);
 
   Context& gpu_;
   const Bvh* bvh_ = nullptr;
+  const Forest* forest_ = nullptr;
   std::shared_ptr<DeviceBuild> built_;  // null unless the tree was built on the device
   std::span<const Triangle> triangles_;
   TreeFacts facts_;
@@ -97,6 +129,11 @@ class DeviceTree {
   std::map<std::pair<NodeLayout, Padding>, PairTree> pairs_;
   std::map<FormatKey, Texels> arrays_;
   std::map<LeavesKey, Texels> leaves_;
+  std::map<std::pair<NodeLayout, Padding>, std::vector<PairTree>> mesh_pairs_;  // these five of forests
+  std::map<FormatKey, Firsts> firsts_;
+  std::map<LeavesKey, Firsts> leaf_firsts_;
+  std::map<TableKey, Texels> tables_;
+  std::map<Fetch, Texels> tops_;
 };
 
 }  // namespace ballot

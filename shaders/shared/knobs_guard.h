@@ -75,6 +75,9 @@
 #ifndef BALLOT_BOX_ORIGIN
 #error BALLOT_BOX_ORIGIN is not defined
 #endif
+#ifndef BALLOT_INSTANCES
+#error BALLOT_INSTANCES is not defined
+#endif
 #ifndef BALLOT_LOOPS_CUT
 #error BALLOT_LOOPS_CUT is not defined
 #endif

@@ -118,6 +118,20 @@ BALLOT_RECORD(IndirectArgs, 16);
 // texels each, (lo.xyz, child reference), (hi.xyz, 0). Unused places hold END_OF_TREE and an empty box.
 #define FRONTIER_OCTANTS 8
 
+// Two levels (BALLOT_INSTANCES). The nodes, leaves and formats of all meshes lie one behind the other; child references
+// count from the mesh's own first texel. The top-level tree lies in an array of its own: first its inner nodes,
+// TOP_NODE_TEXELS each, (l.lo.xyz, left child) (l.hi.xyz, l.slack) (r.lo.xyz, right child) (r.hi.xyz, r.slack), then a
+// record for each instance. A child is a node's texel, or LEAF_BIT above the number of an instance. The record of an
+// instance is
+//   (row i of the matrix of directions, translation along i)   for i = x, y, z
+//   (box.lo.xyz, mesh) (box.hi.xyz, slack) (first, 0, 0, 0)     first: the number of its first triangle
+// The table of meshes has for each
+//   (bounds.lo.xyz, padded_reach) (bounds.hi.xyz, shear_scale) (box_origin.xyz, shear_near) (root, first texels of its
+//   nodes, its leaves and its format)
+#define TOP_NODE_TEXELS 4
+#define INSTANCE_TEXELS 6
+#define MESH_TEXELS 4
+
 #ifdef __cplusplus
 }  // namespace ballot
 

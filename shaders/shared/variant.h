@@ -12,6 +12,7 @@
 #define SPEC_GROUP_SUBGROUPS 2  // subgroups in a workgroup at the smallest subgroup size that the pipeline may get
 #define SPEC_SUBGROUP_SIZE 3    // invocations in a subgroup; sizes the stack that is spread over lanes
 #define SPEC_LIST_SIZE 4        // nodes that a ray can set aside, below its own stack; 0 for methods without lists
+#define SPEC_TOP_STACK 5        // BALLOT_INSTANCES only: entries of a ray's stack in the top-level tree
 
 // Bindings of set 0, in addition to BIND_RAYS and BIND_HITS.
 #define BIND_WORK 2
@@ -20,6 +21,8 @@
 #define BIND_STATS 5     // instrumented variant only
 #define BIND_FORMAT 6       // the second tree: eight-wide tree, four-wide tree or frontier (lib/tree/format.glsl)
 #define BIND_INDIRECT 7  // kernels of indirect dispatches
+#define BIND_TOP 8       // BALLOT_INSTANCES only: the top-level tree and its instances (lib/tree/instances.glsl)
+#define BIND_MESHES 9    // BALLOT_INSTANCES only: a record for each mesh
 
 // Defines that knobs set have their values in knobs.h, written from engine/trace/knobs.h. The others:
 //
@@ -33,6 +36,8 @@
 // BALLOT_LEAF_LOOP         1: leaves hold up to six triangles. 0: every leaf holds one, and methods other than
 //                          packet-wide have no loop over them.
 // BALLOT_BOX_ORIGIN        1: boxes are measured from push.box_origin. 0: from zero.
+// BALLOT_INSTANCES         1: two levels, the trees of meshes below a tree of instances (lib/tree/instances.glsl).
+//                          0: one tree.
 // BALLOT_LOOPS_CUT         1: the driver may end loops early, so kernels check that theirs ran to the end
 //                          (lib/frame/main.glsl).
 // BALLOT_UNIFORM_FLOW      1: the device has subgroup-uniform control flow.
@@ -72,6 +77,15 @@ struct TracePush {
   uint camera;                    // BALLOT_CAMERA only: entry of BIND_CAMERAS
 };
 
+// Push constants of a kernel for instances, behind TracePush. There push.root is the top-level tree's root, and what
+// push says about the scene, its boxes and its addresses holds for the arrays of all meshes.
+struct TopPush {
+  uint top_lo, top_hi;  // buffer addresses, FETCH_REFERENCE only
+  uint meshes_lo, meshes_hi;
+  uint records;    // texel of BIND_TOP at which the records of the instances begin
+  uint mesh_root;  // child reference at which the walk of each mesh's tree starts; END_OF_TREE: its root
+};
+
 // The work buffer. `next` counts up from ray_begin; a subgroup takes rays in steps of its own size.
 struct Work {
   uint next;
@@ -102,6 +116,7 @@ struct RayStats {
 
 #ifdef __cplusplus
 BALLOT_RECORD(TracePush, 96);
+BALLOT_RECORD(TopPush, 24);
 BALLOT_RECORD(Work, 8);
 BALLOT_RECORD(RayStats, 72);
 }  // namespace ballot

@@ -58,10 +58,11 @@ std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::si
   return all;
 }
 
-/// Removes the candidates that need a collapsed tree, unless all do.
-void leave_out_collapsed(std::vector<Candidate>& candidates) {
-  const auto is_collapsed = [](const Candidate& c) { return format_of(find_method(c.method).tree).collapsed; };
-  if (!std::ranges::all_of(candidates, is_collapsed)) std::erase_if(candidates, is_collapsed);
+/// Removes the candidates whose methods are `such`, unless all are.
+template <class Such>
+void leave_out(std::vector<Candidate>& candidates, const Such& such) {
+  const auto leaves = [&](const Candidate& c) { return such(find_method(c.method)); };
+  if (!std::ranges::all_of(candidates, leaves)) std::erase_if(candidates, leaves);
 }
 
 std::size_t size_of(const std::vector<Stretch>& stretches) {
@@ -241,8 +242,9 @@ Choice Chooser::calibrate(const Query& query, const Buffer<Ray>& rays, std::size
   const auto start = Clock::now();
   const Effort& effort = effort_on(gpu_.info());
   Choice choice{query.rays, query.want, query.numeric, query.knobs, candidates_for(query, gpu_.info())};
+  if (has_instances) leave_out(choice.candidates, [](const Method& m) { return !m.instances; });
   if (std::max<std::size_t>(bvh_->nodes.size(), bvh_->stats.nodes) > kMostNodesToCollapse)
-    leave_out_collapsed(choice.candidates);
+    leave_out(choice.candidates, [](const Method& m) { return format_of(m.tree).collapsed; });
   if (choice.candidates.size() == 1) return choice;
   const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
   std::vector<Buffer<Ray>> samples;

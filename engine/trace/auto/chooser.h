@@ -40,6 +40,9 @@ class Chooser {
   /// Returns the class of these rays (coherence.h), found from a sample of them.
   std::string ray_class(std::span<const Ray> rays) const;
 
+  /// Set for a forest: methods without kernels for instances are no candidates.
+  bool has_instances = false;
+
   Choices& choices() { return choices_; }
   const Choices& choices() const { return choices_; }
 

@@ -32,7 +32,24 @@ layout(constant_id = SPEC_GROUP_SUBGROUPS) const uint GROUP_SUBGROUPS = 16;
 layout(constant_id = SPEC_SUBGROUP_SIZE) const uint SUBGROUP_SIZE = 4;
 layout(constant_id = SPEC_LIST_SIZE) const uint LIST_SIZE = 0;
 
+#if BALLOT_INSTANCES
+layout(constant_id = SPEC_TOP_STACK) const uint TOP_STACK_SIZE = 48;
+layout(push_constant, scalar) uniform Push {
+  TracePush whole_push;
+  TopPush top_push;
+};
+// The push constants as the kernel of one mesh's tree has them, for the mesh that is walked (lib/tree/instances.glsl).
+TracePush push;
+uint first_node, first_leaf, first_format;  // the mesh's first texels
+#define NODE_AT(texel) (first_node + (texel))
+#define LEAF_AT(texel) (first_leaf + (texel))
+#define FORMAT_AT(texel) (first_format + (texel))
+#else
 layout(push_constant, scalar) uniform Push { TracePush push; };
+#define NODE_AT(texel) (texel)
+#define LEAF_AT(texel) (texel)
+#define FORMAT_AT(texel) (texel)
+#endif
 
 // Rays and hits are read and written in units of 16 bytes: a compiler loads each scalar of a scalar record by itself.
 #if BALLOT_CAMERA
@@ -67,22 +84,22 @@ uint ray_end;  // set by main()
 #if BALLOT_FETCH == FETCH_STORAGE
 #ifdef READS_NODES
 layout(set = 0, binding = BIND_NODES, scalar) readonly buffer Nodes { uvec4 nodes[]; };
-uvec4 node_texel(uint texel) { return nodes[texel]; }
+uvec4 node_texel(uint texel) { return nodes[NODE_AT(texel)]; }
 #endif
 layout(set = 0, binding = BIND_LEAVES, scalar) readonly buffer Leaves { uvec4 leaves[]; };
-uvec4 leaf_texel(uint texel) { return leaves[texel]; }
+uvec4 leaf_texel(uint texel) { return leaves[LEAF_AT(texel)]; }
 #elif BALLOT_FETCH == FETCH_TEXEL
 // Unsigned texels: small integers would be denormal floats, which a device may flush.
 #ifdef READS_NODES
 layout(set = 0, binding = BIND_NODES) uniform usamplerBuffer nodes;
-uvec4 node_texel(uint texel) { return texelFetch(nodes, int(texel)); }
+uvec4 node_texel(uint texel) { return texelFetch(nodes, int(NODE_AT(texel))); }
 #endif
 layout(set = 0, binding = BIND_LEAVES) uniform usamplerBuffer leaves;
-uvec4 leaf_texel(uint texel) { return texelFetch(leaves, int(texel)); }
+uvec4 leaf_texel(uint texel) { return texelFetch(leaves, int(LEAF_AT(texel))); }
 #else
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Texels { uvec4 at[]; };
-uvec4 node_texel(uint texel) { return Texels(uvec2(push.nodes_lo, push.nodes_hi)).at[texel]; }
-uvec4 leaf_texel(uint texel) { return Texels(uvec2(push.leaves_lo, push.leaves_hi)).at[texel]; }
+uvec4 node_texel(uint texel) { return Texels(uvec2(push.nodes_lo, push.nodes_hi)).at[NODE_AT(texel)]; }
+uvec4 leaf_texel(uint texel) { return Texels(uvec2(push.leaves_lo, push.leaves_hi)).at[LEAF_AT(texel)]; }
 #endif
 
 Ray load_ray(uint index) {

@@ -60,10 +60,16 @@ void write_hit(uint index, Walker w, bool cut_short) {
   if (cut_short) atomicAdd(work.unfinished, 1u);
 }
 
+#if BALLOT_INSTANCES
+#include "../tree/instances.glsl"
+#endif
+
 #ifdef METHOD_REFILLS
 #include "refill.glsl"
 #else
-#if !defined(METHOD_PACKETS) || BALLOT_FALLBACK
+#if BALLOT_INSTANCES
+void trace_ray(uint index) { trace_instances(index); }
+#elif !defined(METHOD_PACKETS) || BALLOT_FALLBACK
 void trace_ray(uint index) {
   Walker w;
   bool live = take_ray(index, w);
@@ -100,6 +106,9 @@ void trace_rays() {
 void main() [[subgroup_uniform_control_flow]] {
 #else
 void main() {
+#endif
+#if BALLOT_INSTANCES
+  push = whole_push;
 #endif
 #if BALLOT_INDIRECT
   ray_end = indirect[push.ray_end].count;

@@ -52,16 +52,29 @@ void trace_rays() {
   refill_left = true;
   while (any_left) {
     bool idle = node == END_OF_TREE;
+#if BALLOT_INSTANCES
+    if (idle && index < RAY_END) {
+      node = continue_instances(w);
+      begin_ray();
+      idle = node == END_OF_TREE;
+      if (idle) write_found(index, found_cut);
+    }
+#else
     if (idle && index < RAY_END) write_hit(index, w, CUT_SHORT(w.truncated));
+#endif
     if (refill_left) {
       uvec4 idlers = subgroupBallot(idle);
       uint base = refill_take(subgroupBallotBitCount(idlers));
       if (idle) {
         uint mine = base + subgroupBallotExclusiveBitCount(idlers);
         index = mine < refill_end ? mine : RAY_END;
+#if BALLOT_INSTANCES
+        node = take_instances(index, w);
+#else
         bool live = take_ray(index, w);
         COUNT_FETCH(subgroupBallotBitCount(idlers) < gl_SubgroupSize)
         node = live ? push.root : END_OF_TREE;
+#endif
         begin_ray();
       }
     } else if (idle) {
@@ -71,5 +84,9 @@ void trace_rays() {
     any_left = subgroupAny(index < RAY_END);
   }
   // Reached with a ray only if the driver cut the loop short.
+#if BALLOT_INSTANCES
+  if (index < RAY_END) write_found(index, CUT_SHORT(true));
+#else
   if (index < RAY_END) write_hit(index, w, CUT_SHORT(node != END_OF_TREE || w.truncated));
+#endif
 }

@@ -1,0 +1,242 @@
+// Two levels: a tree of instances above the trees of their meshes. A method walks a mesh's tree by its own traverse(),
+// with the ray in the mesh's own space.
+//
+// The definition. The answer of an instance is that of its object-space ray against its mesh:
+//   origin'_i = (m_i0 * (o_0 - t_0) + m_i1 * (o_1 - t_1)) + m_i2 * (o_2 - t_2)
+//   dir'_i    = (m_i0 * d_0 + m_i1 * d_1) + m_i2 * d_2
+// where d is the direction that lib/numeric/ray_scale.glsl has scaled by a power of two, t the translation, m the
+// inverse of the matrix, rounded to float32 (engine/bvh/instance.h). Every operation is rounded by itself, so the ray
+// is the same, to the last bit, on every device and on the host (numbers below 2^-126 may count as zero). t counts the
+// same multiples in both spaces. Of all instances the hit with the smallest t counts; at equal t the smallest number:
+// instances number their triangles one after the other.
+//
+// The walk. Methods whose lanes stay together (packets, frontier) walk the top-level tree together too: they enter an
+// instance if any lane wants it. With other methods each ray walks by itself, from one instance to its next.
+//
+// The box test. Boxes hold the mesh where the matrix moves it, widened by what does not depend on the ray; the rest of
+// the error is at most `slack` times the largest distance along an axis between the ray's origin and the box
+// (engine/bvh/instance.cpp derives both). With w = 2^-24, this test itself moves a plane by w (its subtraction) +
+// w (that of the slack) + 5 w (division) + w (product) = 8 w of that distance, which the slack has room for. The test
+// is monotone: the interval of a box inside another one lies inside the other's, as slacks grow upwards in the tree. So
+// no box culls a hit, and hits do not depend on the top-level tree.
+
+#ifdef METHOD_PACKETS
+#error a method with several rays in a lane has no kernel for instances
+#endif
+#if defined(PACKET_WALK) || defined(METHOD_REDUCES)
+#define TOP_TOGETHER 1
+#else
+#define TOP_TOGETHER 0
+#endif
+
+#if BALLOT_FETCH == FETCH_STORAGE
+layout(set = 0, binding = BIND_TOP, scalar) readonly buffer Top { uvec4 top_texels[]; };
+layout(set = 0, binding = BIND_MESHES, scalar) readonly buffer Meshes { uvec4 mesh_texels[]; };
+uvec4 top_texel(uint texel) { return top_texels[texel]; }
+uvec4 mesh_texel(uint texel) { return mesh_texels[texel]; }
+#elif BALLOT_FETCH == FETCH_TEXEL
+layout(set = 0, binding = BIND_TOP) uniform usamplerBuffer top_texels;
+layout(set = 0, binding = BIND_MESHES) uniform usamplerBuffer mesh_texels;
+uvec4 top_texel(uint texel) { return texelFetch(top_texels, int(texel)); }
+uvec4 mesh_texel(uint texel) { return texelFetch(mesh_texels, int(texel)); }
+#else
+uvec4 top_texel(uint texel) { return Texels(uvec2(top_push.top_lo, top_push.top_hi)).at[texel]; }
+uvec4 mesh_texel(uint texel) { return Texels(uvec2(top_push.meshes_lo, top_push.meshes_hi)).at[texel]; }
+#endif
+
+// A ray on its way through the top-level tree.
+Ray world;         // scaled
+vec3 world_inv;    // its reciprocal direction
+float world_scale;  // of t, from this scale to the given ray's
+float world_miss;  // t of a miss
+Hit found;         // the nearest hit so far: t on the scale of `world`, the number of its triangle
+bool found_cut;    // the driver cut a walk short
+uint top_stack[TOP_STACK_SIZE];
+uint top_height, top_node;
+uint first_prim;     // number of the first triangle of the instance that is walked
+float object_scale;  // of t, from the mesh's walk to the scale of `world`
+
+// Loads ray number `index` and begins its walk. Returns false if there is no such ray or the ray is dead.
+bool begin_instances(uint index) {
+  bool inside = index < RAY_END;
+  Ray given = load_ray(inside ? index : whole_push.ray_begin);
+  bool live = inside && !is_dead(given);
+  world_miss = live ? given.t_max : 0.0;
+  if (!live) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
+  world = scaled_ray(given);
+  world_inv = reciprocal_direction(world.dir);
+  world_scale = direction_scale(given.dir);
+  found = Hit(world.t_max, NO_HIT, 0.0, 0.0);
+  found_cut = false;
+  top_stack[0] = END_OF_TREE;
+  top_height = 1u;
+#if TOP_TOGETHER
+  top_node = subgroupAny(live) ? whole_push.root : END_OF_TREE;
+#else
+  top_node = live ? whole_push.root : END_OF_TREE;
+#endif
+  return live;
+}
+
+// Returns a t that no hit which may still count is beyond. A test that decides by exact t reports it to one ulp: there
+// hits count whose exact t is up to an ulp beyond the best's. Two are granted.
+float found_reach() {
+#ifdef TRIANGLE_SETTLES
+  if (found.prim == NO_HIT) return found.t;
+  float ulps = abs(found.t) * 2.4e-7 + 1e-37;
+  return min(world.t_max, found.t + ulps);
+#else
+  return found.t;
+#endif
+}
+
+bool meets_top_box(vec3 lo, vec3 hi, float slack, out float entry) {
+  precise vec3 to_lo = lo - world.origin, to_hi = hi - world.origin;
+  vec3 far = larger(abs(to_lo), abs(to_hi));
+  precise float pad = slack * larger(larger(far.x, far.y), far.z);
+  precise vec3 a = (to_lo - pad) * world_inv, b = (to_hi + pad) * world_inv;
+  vec2 i = cut_interval(a, b, world.t_min, found_reach());
+  entry = i.x;
+  return i.x <= i.y;
+}
+
+// Continues to the nearer child of an inner node that is met, and pushes the other.
+void top_step(bool live) {
+  uvec4 a = top_texel(top_node), b = top_texel(top_node + 1u), c = top_texel(top_node + 2u),
+        d = top_texel(top_node + 3u);
+  float entry_l, entry_r;
+  bool l = meets_top_box(uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz), uintBitsToFloat(b.w), entry_l);
+  bool r = meets_top_box(uintBitsToFloat(c.xyz), uintBitsToFloat(d.xyz), uintBitsToFloat(d.w), entry_r);
+#if TOP_TOGETHER
+  bool nearer_right = l && r && live && entry_r < entry_l;
+  l = subgroupAny(l && live);
+  r = subgroupAny(r && live);
+  bool right_first = r && (!l || subgroupAny(nearer_right));
+#else
+  bool right_first = r && (!l || entry_r < entry_l);
+#endif
+  if (l && r) top_stack[top_height++] = right_first ? a.w : c.w;
+  top_node = right_first ? c.w : a.w;
+  if (!l && !r) top_node = top_stack[--top_height];
+}
+
+vec3 in_object(vec4 x, vec4 y, vec4 z, vec3 v) {
+  precise vec3 moved = vec3(x.x * v.x + x.y * v.y + x.z * v.z, y.x * v.x + y.y * v.y + y.z * v.z,
+                            z.x * v.x + z.y * v.y + z.z * v.z);
+  return moved;
+}
+
+// Sets what the walk of a mesh reads instead of the push constants. Returns the mesh's root.
+uint enter_mesh(uint mesh) {
+  uvec4 a = mesh_texel(mesh * MESH_TEXELS), b = mesh_texel(mesh * MESH_TEXELS + 1u),
+        c = mesh_texel(mesh * MESH_TEXELS + 2u), d = mesh_texel(mesh * MESH_TEXELS + 3u);
+  push.scene_lo = uintBitsToFloat(a.xyz);
+  push.padded_reach = uintBitsToFloat(a.w);
+  push.scene_hi = uintBitsToFloat(b.xyz);
+  push.shear_scale = uintBitsToFloat(b.w);
+  push.box_origin = uintBitsToFloat(c.xyz);
+  push.shear_near = uintBitsToFloat(c.w);
+  first_node = d.y;
+  first_leaf = d.z;
+  first_format = d.w;
+  return top_push.mesh_root == END_OF_TREE ? d.x : top_push.mesh_root;
+}
+
+// Begins the walk of an instance. `here` is false where the ray does not meet it. Returns the root of its mesh.
+uint enter_instance(uint instance, inout Walker w, inout bool here) {
+  uint at = top_push.records + instance * INSTANCE_TEXELS;
+  uvec4 lo = top_texel(at + 3u), hi = top_texel(at + 4u);
+  float entry;
+  here = here && meets_top_box(uintBitsToFloat(lo.xyz), uintBitsToFloat(hi.xyz), uintBitsToFloat(hi.w), entry);
+  uint root = enter_mesh(lo.w);
+  first_prim = top_texel(at + 5u).x;
+  vec4 x = uintBitsToFloat(top_texel(at)), y = uintBitsToFloat(top_texel(at + 1u)),
+       z = uintBitsToFloat(top_texel(at + 2u));
+  precise vec3 from = world.origin - vec3(x.w, y.w, z.w);
+  Ray given = Ray(in_object(x, y, z, from), world.t_min, in_object(x, y, z, world.dir), found_reach());
+  // The range may be a point: after a hit at t_min others at the same t still count.
+  vec3 size = abs(given.dir);
+  bool usable = is_finite(given.origin) && is_finite(given.dir) && max(size.x, max(size.y, size.z)) >= 1.17549435e-38;
+  here = here && usable;
+  if (!usable) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
+  object_scale = direction_scale(given.dir);
+  w = make_walker(given);
+  return root;
+}
+
+// Continues to the next instance: with methods whose lanes stay together the next that any lane meets. Returns the root
+// of its mesh and begins the ray's walk there if `here`; returns END_OF_TREE if there is none.
+uint next_instance(inout Walker w, bool live, out bool here) {
+  here = false;
+  uint root = END_OF_TREE;
+  while (top_node != END_OF_TREE && root == END_OF_TREE) {
+    while (is_inner(top_node)) top_step(live);
+    if (CUT_SHORT(is_inner(top_node))) break;
+    if (top_node != END_OF_TREE) {
+      here = live;
+      root = enter_instance(top_node & ~LEAF_BIT, w, here);
+      top_node = top_stack[--top_height];
+#if TOP_TOGETHER
+      if (!subgroupAny(here)) root = END_OF_TREE;
+#else
+      if (!here) root = END_OF_TREE;
+#endif
+    }
+  }
+  found_cut = found_cut || CUT_SHORT(top_node != END_OF_TREE && root == END_OF_TREE);
+  return root;
+}
+
+// Takes over what the walk of an instance has found. `end` is what traverse() returned.
+void leave_instance(Walker w, uint end, inout bool live) {
+  found_cut = found_cut || CUT_SHORT(end != END_OF_TREE || w.truncated);
+  Hit hit = finished_hit(w.hit, Units(object_scale, 0.0));
+  uint prim = first_prim + hit.prim;
+  if (hit.prim != NO_HIT && (hit.t < found.t || (hit.t == found.t && prim < found.prim)))
+    found = Hit(hit.t, prim, hit.u, hit.v);
+#if BALLOT_ANY_HIT
+  live = live && found.prim == NO_HIT;
+#if TOP_TOGETHER
+  if (!subgroupAny(live)) top_node = END_OF_TREE;
+#else
+  if (!live) top_node = END_OF_TREE;
+#endif
+#endif
+}
+
+void write_found(uint index, bool cut_short) {
+  Hit hit = found.prim == NO_HIT ? Hit(world_miss, NO_HIT, 0.0, 0.0)
+                                 : Hit(found.t * world_scale, found.prim, found.u, found.v);
+  if (cut_short) hit = UNFINISHED_HIT;
+  store_hit(index, hit);
+  if (cut_short) atomicAdd(work.unfinished, 1u);
+}
+
+#ifndef METHOD_REFILLS
+void trace_instances(uint index) {
+  bool live = begin_instances(index), here;
+  Walker w;
+  uint root = next_instance(w, live, here);
+  while (root != END_OF_TREE) {
+    uint end = traverse(w, here, root);
+    leave_instance(w, here ? end : END_OF_TREE, live);
+    root = next_instance(w, live, here);
+  }
+  found_cut = found_cut || CUT_SHORT(root != END_OF_TREE);
+  if (index < RAY_END) write_found(index, found_cut);
+}
+#else
+// The same for lanes that take new rays while others are under way: begin the walk of a ray, or continue it. Return the
+// node at which the lane walks on; END_OF_TREE if its ray is done.
+uint continue_instances(inout Walker w) {
+  bool live = true, here;
+  leave_instance(w, END_OF_TREE, live);
+  return next_instance(w, live, here);
+}
+uint take_instances(uint index, inout Walker w) {
+  bool live = begin_instances(index), here;
+  w.hit.prim = NO_HIT;  // nothing has been found for this ray, should it meet no instance
+  w.truncated = false;
+  return next_instance(w, live, here);
+}
+#endif

@@ -1,0 +1,274 @@
+// Two levels: every method on a scene of instances. An instance's answer is, by definition, that of the object-space
+// ray against its mesh (engine/bvh/instance.h), so hits are compared, bit for bit, with traces of the single meshes.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/oracle/forest_oracle.h"
+#include "tests/device/fixture.h"
+#include "tests/device/ray_sets.h"
+
+namespace ballot {
+namespace {
+
+using namespace harness;
+
+Transform transform(const glm::vec3& x, const glm::vec3& y, const glm::vec3& z, const glm::vec3& at) {
+  Transform t;
+  for (int r = 0; r < 3; ++r) t.m[r][0] = x[r], t.m[r][1] = y[r], t.m[r][2] = z[r], t.m[r][3] = at[r];
+  return t;
+}
+Transform moved(const glm::vec3& by) { return transform({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, by); }
+
+/// A turn about y, then a turn about x, with scales of the mesh's axes.
+Transform turned(float a, float b, const glm::vec3& scale, const glm::vec3& at) {
+  const float c = std::cos(a), s = std::sin(a), d = std::cos(b), e = std::sin(b);
+  return transform(glm::vec3(c, -s * -e, -s * d) * scale.x, glm::vec3(0, d, e) * scale.y,
+                   glm::vec3(s, c * -e, c * d) * scale.z, at);
+}
+
+std::vector<std::vector<Triangle>> three_meshes() {
+  return {shapes::sphere(3), shapes::soup(700, 0.2f), {}, shapes::grid(9), shapes::soup(1, 1)};
+}
+
+/// Rotations, mirrors, unequal scales, one inside another, and copies that share faces or lie on each other.
+std::vector<Placement> twelve_instances() {
+  return {{0, moved({0, 0, 0})},
+          {0, turned(0.3f, 0.7f, {0.5f, 0.5f, 0.5f}, {0.1f, 0, 0})},
+          {0, turned(1, 2, {1.5f, 0.2f, -0.8f}, {-1, 0.5f, 0})},
+          {1, turned(2, 0.4f, {-1, 1, 1}, {1.5f, 0, 0.5f})},
+          {1, moved({1.5f, 0, 0.5f})},
+          {2, moved({0, 0, 0})},
+          {3, moved({-2, -1, 0})},
+          {3, moved({0, -1, 0})},                     // shares an edge with the one before
+          {3, turned(0, 0, {1, 1, -1}, {0, -1, 0})},  // the same height field, mirrored
+          {0, moved({0, 0, 0})},                      // lies on the first
+          {4, turned(0.5f, 0.5f, {3, 3, 1e-3f}, {0, 1, 0})},
+          {1, turned(0.1f, 3, {1e-2f, 1e-2f, 1e-2f}, {0.5f, 1, 1})}};
+}
+
+BuildSettings quick() { return {.builder = BuilderId::Balanced}; }
+
+Forest make_forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements) {
+  return Forest(std::move(meshes), placements, [](std::span<const Triangle> t) { return build_bvh(t, quick()); });
+}
+
+std::vector<Ray> rays_for(const Forest& forest, std::size_t count) {
+  std::vector<Ray> rays = shapes::random_rays(count);
+  for (Ray& r : rays) r.dir *= 0.25f + 8 * std::abs(r.origin.x);  // of many lengths
+  for (const Ray& r : shapes::morton_primary(forest.top().bounds))
+    if (rays.size() < 2 * count) rays.push_back(r);
+  for (const Ray& r : shapes::axis_rays(shapes::grid(9), count / 4)) rays.push_back(r);
+  rays.push_back({{0, 0, 0}, 0, {0, 0, 0}, 1});
+  rays.push_back({{0, 0, 0}, 1, {0, 0, 1}, 0});
+  rays.push_back({{NAN, 0, 0}, 0, {0, 0, 1}, 1});
+  rays.push_back({{1e30f, 0, 0}, 0, {-1, 0, 0}, 3e38f});
+  rays.push_back({{0, 0, 0}, -5, {0, 0, 1e-30f}, 3e38f});
+  rays.push_back({{0, 0, 0}, -5, {0, 1e30f, 1}, 3e38f});
+  return rays;
+}
+
+/// Every method that has kernels for instances, with one vote each.
+std::vector<Query> every_instance_method(Want want, std::string_view numeric) {
+  std::vector<Query> queries;
+  for (const Method& m : kMethods)
+    if (m.instances) queries.push_back({want, std::string(m.name), std::string(numeric), votes_of(m).back()});
+  return queries;
+}
+
+/// Returns true on GPUs and, of lavapipe's drivers and sizes, on one: for what takes it long and depends on neither.
+bool is_first(const DeviceInfo& d) { return !d.is_cpu() || (d.subgroup_size == 8 && d.mesa_version() < 250000); }
+
+class Instances : public DeviceTest {
+ protected:
+  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
+  static void TearDownTestSuite() { gpu_.reset(); }
+  static inline std::unique_ptr<Context> gpu_;
+
+  static std::unique_ptr<Tracer> tracer_of(const Forest& forest) {
+    auto tracer = std::make_unique<Tracer>(*gpu_, forest);
+    tracer->prefill = kPattern;
+    return tracer;
+  }
+
+  static std::vector<Hit> trace(Tracer& tracer, std::span<const Ray> rays, const Query& q) {
+    std::vector<Hit> hits(rays.size());
+    tracer.trace(rays, hits, q);
+    EXPECT_EQ(count_untouched(hits), 0u) << tracer.variant(q).name();
+    return hits;
+  }
+
+  /// The hits by the definition: the object-space rays of each instance are traced against its mesh alone.
+  static std::vector<Hit> defined(const Forest& forest, std::span<const Ray> rays, const std::string& numeric) {
+    std::vector<Hit> best(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) best[i] = {is_dead(rays[i]) ? 0 : rays[i].t_max, NO_HIT, 0, 0};
+    std::vector<std::unique_ptr<Tracer>> alone;  // one for each mesh, with kernels that suit all
+    TreeFacts facts = forest.facts();
+    facts.top_depth = 0;
+    for (const MeshTree& mesh : forest.meshes())
+      alone.push_back(std::make_unique<Tracer>(*gpu_, mesh.bvh, mesh.triangles, facts));
+    for (const Instance& instance : forest.instances()) {
+      std::vector<Ray> moved(rays.size(), Ray{{0, 0, 0}, 0, {0, 0, 1}, 0});  // dead
+      for (std::size_t i = 0; i < rays.size(); ++i)
+        if (!is_dead(rays[i])) moved[i] = object_ray(rays[i], instance.map);
+      std::vector<Hit> hits(rays.size());
+      alone[instance.mesh]->trace(moved, hits, {.method = "while-while", .numeric = numeric});
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (hits[i].prim == NO_HIT) continue;
+        const Hit h{hits[i].t * direction_scale(rays[i]), hits[i].prim + instance.first, hits[i].u, hits[i].v};
+        if (best[i].prim == NO_HIT || h.t < best[i].t || (h.t == best[i].t && h.prim < best[i].prim)) best[i] = h;
+      }
+    }
+    return best;
+  }
+};
+
+// In the conservative modes nearest hits are those of the definition, bit for bit. In every mode, and for any hits in
+// the default one, they are right by the oracle. lavapipe compiles one kernel of mode exact alone: each takes it
+// seconds.
+TEST_F(Instances, EveryMethodFindsWhatTheDefinitionSays) {
+  const Forest forest = make_forest(three_meshes(), twelve_instances());
+  const ForestOracle oracle(forest);
+  const auto tracer = tracer_of(forest);
+  const std::vector<Ray> rays = rays_for(forest, 700);
+  std::size_t dealt = 0;
+  for (const NumericMode& mode : modes_for(gpu_->info())) {
+    std::vector<Hit> truth;
+    for (const Want want : {Want::Nearest, Want::Any})
+      for (const Query& q : every_instance_method(want, mode.name)) {
+        if (want == Want::Any && mode.name != kDefaultNumeric) continue;
+        if (!is_dealt(gpu_->info(), dealt++)) continue;
+        if (mode.needs_float64 && gpu_->info().is_cpu() && q.method != kPlainestMethod) continue;
+        const std::vector<Hit> hits = trace(*tracer, rays, q);
+        const Judgement j = oracle.judge(rays, hits, want, judged_as(mode));
+        EXPECT_EQ(j.errors(), 0u) << tracer->variant(q).name() << "\n  " << (j.examples.empty() ? "" : j.examples[0]);
+        EXPECT_GT(std::ranges::count_if(hits, [](const Hit& h) { return h.prim != NO_HIT; }), 400);
+        if (!mode.conservative || want == Want::Any) continue;
+        if (truth.empty()) truth = defined(forest, rays, std::string(mode.name));
+        EXPECT_EQ(count_different(truth, hits), 0u) << tracer->variant(q).name();
+      }
+  }
+  expect_silent(*gpu_);
+}
+
+TEST_F(Instances, IdentityTransformsHitAsTheFlatScene) {
+  const std::vector<Placement> placements{{0, {}}, {1, {}}, {3, {}}, {2, {}}, {0, {}}};
+  const Forest forest = make_forest(three_meshes(), placements);
+  shapes::Triangles flat;
+  for (const Placement& p : placements)
+    flat.insert(flat.end(), forest.meshes()[p.mesh].triangles.begin(), forest.meshes()[p.mesh].triangles.end());
+  const auto one = make(*gpu_, flat, quick());
+  const auto tracer = tracer_of(forest);
+  const std::vector<Ray> rays = rays_for(forest, 2000);
+  for (const char* method : {"while-while", "auto"}) {
+    std::vector<Hit> expected(rays.size());
+    one->tracer->trace(rays, expected, {.method = method});
+    EXPECT_EQ(count_different(expected, trace(*tracer, rays, {.method = method})), 0u) << method;
+  }
+  expect_silent(*gpu_);
+}
+
+TEST_F(Instances, SceneWithoutAnyIsMissed) {
+  const auto rays = shapes::random_rays(100);
+  for (const std::vector<Placement>& placements :
+       {std::vector<Placement>{}, std::vector<Placement>{{2, {}}, {2, {}}}}) {
+    const Forest forest = make_forest(three_meshes(), placements);
+    const auto tracer = tracer_of(forest);
+    for (const char* method : {"while-while", "frontier"})
+      EXPECT_EQ(std::ranges::count(trace(*tracer, rays, {.method = method}), NO_HIT, &Hit::prim), 100) << method;
+  }
+  const Forest none = make_forest({}, {});
+  EXPECT_EQ(std::ranges::count(trace(*tracer_of(none), rays, {}), NO_HIT, &Hit::prim), 100);
+  expect_silent(*gpu_);
+}
+
+TEST_F(Instances, MovedInstancesHitLikeNewOnes) {
+  std::vector<Placement> placements = twelve_instances();
+  Forest forest = make_forest(three_meshes(), placements);
+  const auto tracer = tracer_of(forest);
+  const std::vector<Ray> rays = rays_for(forest, 500);
+  const auto before = trace(*tracer, rays, {});
+  std::vector<Transform> transforms = forest.transforms();
+  std::ranges::rotate(transforms, transforms.begin() + 3);
+  forest.move(transforms);
+  tracer->moved();
+  for (std::size_t i = 0; i < placements.size(); ++i) placements[i].transform = transforms[i];
+  const Forest fresh = make_forest(three_meshes(), placements);
+  const auto after = trace(*tracer, rays, {});
+  EXPECT_EQ(count_different(after, trace(*tracer_of(fresh), rays, {})), 0u);
+  EXPECT_GT(count_different(after, before), 100u);
+  transforms[5].m[1][1] = NAN;
+  EXPECT_THROW(forest.move(transforms), Error);
+  EXPECT_EQ(count_different(after, trace(*tracer, rays, {})), 0u);
+  expect_silent(*gpu_);
+}
+
+// Transforms near the limits, and rays from far away that graze what sticks out: no box may lose a hit.
+TEST_F(Instances, BoxesLoseNoHitUnderExtremeTransforms) {
+  const std::vector<Placement> placements{
+      {0, turned(0.3f, 0.7f, glm::vec3(1e9f), {1e11f, 0, 0})},
+      {0, turned(0.3f, 0.7f, glm::vec3(1e-9f), {0, 0, 0})},
+      {0, turned(0.3f, 0.7f, {1, 1, 1e-6f}, {3, 0, 0})},
+      {0, transform({1, 0, 0}, {1, 1e-4f, 0}, {0, 0, 1}, {-3, 0, 0})},  // a shear whose condition is 2e4
+      {0, moved({1e6f, 1e6f, 0})},
+      {5, turned(1, 1, glm::vec3(1), {-1e6f, 0, 0})}};  // its mesh lies at 1e6
+  auto meshes = three_meshes();
+  meshes.push_back(shapes::moved(shapes::sphere(2), {1e6f, 0, 0}));
+  const Forest forest = make_forest(std::move(meshes), placements);
+  shapes::Random random(5);
+  std::vector<Ray> rays;
+  for (std::uint32_t k = 0; rays.size() < 3000; k = std::uint32_t((k + 1) % placements.size())) {
+    const Instance& instance = forest.instances()[k];
+    const std::size_t below = forest.meshes()[instance.mesh].triangles.size();
+    const Triangle t = forest.triangle({k, std::uint32_t(random.below(below))});
+    const float size = glm::length(instance.box.hi - instance.box.lo);
+    glm::vec3 side = random.point(1);
+    if (random.below(2)) side[int(random.below(3))] = 0;  // along a face of the box
+    const glm::vec3 from = t[0] + side * size * std::pow(10.f, random.in(-1, 4));
+    rays.push_back(shapes::towards(from, t[0] + (t[1] - t[0]) * (random.below(2) ? random.in(0, 1) : 0.f)));
+  }
+  const auto tracer = tracer_of(forest);
+  for (const char* numeric : {"watertight", "exact"}) {
+    if (find_numeric(numeric).needs_float64 && !is_first(gpu_->info())) continue;
+    const auto truth = defined(forest, rays, numeric);
+    EXPECT_GT(std::ranges::count_if(truth, [](const Hit& h) { return h.prim != NO_HIT; }), 1000);
+    for (const std::string method : {"while-while", "packet"}) {
+      if (find_numeric(numeric).needs_float64 && gpu_->info().is_cpu() && method != kPlainestMethod) continue;
+      EXPECT_EQ(count_different(truth, trace(*tracer, rays, {.method = method, .numeric = numeric})), 0u)
+          << method << ", " << numeric;
+    }
+  }
+  expect_silent(*gpu_);
+}
+
+// As in Methods.WalksThatADriverCutsShortAreFinished.
+TEST_F(Instances, WalksThatADriverCutsShortAreFinished) {
+  if (gpu_->info().is_cpu() && gpu_->info().subgroup_size != 8) return;
+  const std::vector<Placement> placements{{0, {}}, {0, turned(0.2f, 0, glm::vec3(1), {0, 0, 0.1f})}, {1, {}}};
+  const Forest forest =
+      Forest({shapes::identical(40000), shapes::sphere(2)}, placements,
+             [](std::span<const Triangle> t) { return build_bvh(t, {.max_leaf = 2, .split_budget = 0}); });
+  const auto rays = shapes::random_rays(40);
+  const auto tracer = tracer_of(forest);
+  for (const char* method : {"while-while", "packet"})
+    EXPECT_EQ(count_different(defined(forest, rays, "watertight"), trace(*tracer, rays, {.method = method})), 0u)
+        << method;
+  expect_silent(*gpu_);
+}
+
+TEST_F(Instances, MethodWithoutKernelsIsRefused) {
+  const Forest forest = make_forest(three_meshes(), twelve_instances());
+  const auto tracer = tracer_of(forest);
+  try {
+    trace(*tracer, shapes::random_rays(1), {.method = "packet-wide"});
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("packet-wide: it has no kernel for scenes with instances; expected one of: "
+                                         "packet, if-if"),
+              std::string::npos)
+        << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace ballot
