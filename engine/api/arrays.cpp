@@ -71,8 +71,13 @@ const MeshState& HitArrays::mesh_of(std::uint32_t prim) const {
 
 const glm::vec3& HitArrays::Normals::of(std::uint32_t prim) {
   Entry& entry = entries_[prim % entries_.size()];
-  if (entry.prim != prim)
-    entry = {prim, prim != NO_HIT ? unit_normal(scene_.engine->scene().triangles[prim]) : glm::vec3(0)};
+  if (entry.prim != prim) {
+    entry = {prim, glm::vec3(0)};
+    if (prim != NO_HIT && scene_.instanced)
+      entry.normal = unit_normal(scene_.instanced->forest.triangle(scene_.instanced->forest.place_of(prim)));
+    else if (prim != NO_HIT)
+      entry.normal = unit_normal(scene_.engine->scene().triangles[prim]);
+  }
   return entry.normal;
 }
 
@@ -81,6 +86,25 @@ void HitArrays::write_numbers(std::size_t place, std::span<const Hit> hits) cons
     const MeshState* mesh = hits[i].prim != NO_HIT ? &mesh_of(hits[i].prim) : nullptr;
     if (to_.prims) to_.prims[place + i] = mesh ? std::uint32_t(hits[i].prim - mesh->first) : BALLOT_MISS;
     if (to_.mesh_ids) to_.mesh_ids[place + i] = mesh ? mesh->id : BALLOT_MISS;
+    if (to_.instances) to_.instances[place + i] = mesh ? 0 : BALLOT_MISS;
+  }
+}
+
+/// The same in a scene of instances.
+void HitArrays::write_places(std::size_t place, std::span<const Hit> hits) const {
+  constexpr Forest::Place kNone{BALLOT_MISS, BALLOT_MISS};
+  const Forest& forest = scene_.instanced->forest;
+  std::uint32_t last = NO_HIT, id = BALLOT_MISS;  // neighbours often hit one triangle
+  Forest::Place at = kNone;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (const std::uint32_t prim = hits[i].prim; prim != last) {
+      last = prim;
+      at = prim != NO_HIT ? forest.place_of(prim) : kNone;
+      id = prim != NO_HIT ? scene_.meshes[forest.instances()[at.instance].mesh].id : BALLOT_MISS;
+    }
+    if (to_.prims) to_.prims[place + i] = at.triangle;
+    if (to_.mesh_ids) to_.mesh_ids[place + i] = id;
+    if (to_.instances) to_.instances[place + i] = at.instance;
   }
 }
 
@@ -95,7 +119,12 @@ void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals&
     for (std::size_t i = 0; i < n; ++i) to_.occluded[place + i] = hits[i].prim != NO_HIT;
   if (to_.uvs)
     for (std::size_t i = 0; i < n; ++i) std::memcpy(to_.uvs + 2 * (place + i), &hits[i].u, 2 * sizeof(float));
-  if (to_.prims || to_.mesh_ids) write_numbers(place, hits);
+  if (to_.prims || to_.mesh_ids || to_.instances) {
+    if (scene_.instanced)
+      write_places(place, hits);
+    else
+      write_numbers(place, hits);
+  }
   if (to_.normals)
     for (std::size_t i = 0; i < n; ++i)
       std::memcpy(to_.normals + 3 * (place + i), &normals.of(hits[i].prim), sizeof(glm::vec3));
@@ -103,7 +132,7 @@ void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals&
 
 void HitArrays::write(std::size_t first, std::span<const Hit> hits) {
   const bool records_alone = order_.width() == 0 && !to_.t && !to_.occluded && !to_.uvs && !to_.prims &&
-                             !to_.mesh_ids && !to_.normals && to_.hits;
+                             !to_.mesh_ids && !to_.instances && !to_.normals && to_.hits;
   std::atomic<std::uint64_t> found{0};
   over(hits.size(), [&](std::size_t begin, std::size_t end) {
     std::uint64_t some = 0;

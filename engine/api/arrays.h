@@ -56,6 +56,7 @@ class HitArrays {
 
   void write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const;
   void write_numbers(std::size_t place, std::span<const Hit> hits) const;
+  void write_places(std::size_t place, std::span<const Hit> hits) const;
   const MeshState& mesh_of(std::uint32_t prim) const;
 
   BallotHits to_;

@@ -156,6 +156,23 @@ class Scene {
   Scene(const Device& device, std::initializer_list<Mesh> meshes, const SceneOptions& options = {})
       : Scene(device, std::span(meshes.begin(), meshes.size()), options) {}
 
+  /// Makes a scene of instances: the tree of each mesh is built once, and a tree over the instances lies above. It
+  /// cannot be rendered, nor traced by method "packet-wide". ballot_scene_create_instances() says what an instance's
+  /// hits are, and which transforms are refused with Error(Argument).
+  Scene(const Device& device, std::span<const Mesh> meshes, const Instances& instances,
+        const SceneOptions& options = {}) {
+    std::vector<BallotMesh> list;
+    for (const Mesh& m : meshes) list.push_back(detail::mesh_of(m));
+    const BallotSceneOptions o = detail::options_of(options);
+    const BallotInstances i = detail::instances_of(instances);
+    BallotScene* scene = nullptr;
+    check(ballot_scene_create_instances(device.handle(), list.data(), list.size(), &i, &o, &scene));
+    handle_ = Owner(scene);
+  }
+  Scene(const Device& device, std::initializer_list<Mesh> meshes, const Instances& instances,
+        const SceneOptions& options = {})
+      : Scene(device, std::span(meshes.begin(), meshes.size()), instances, options) {}
+
   /// Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file: one mesh with id 0, with the file's cameras and materials.
   /// Throws Error(Work), which names file and place, if the file is wrong.
   static Scene load(const Device& device, const std::string& path, const SceneOptions& options = {.cache = true}) {
@@ -168,6 +185,12 @@ class Scene {
   /// Moves the vertices of a mesh: as many positions as it was made with. Later traces find the moved triangles.
   void update(std::size_t mesh, std::span<const float> positions, std::size_t stride = 0) {
     check(ballot_scene_update(handle_.get(), mesh, positions.data(), detail::vertices(positions, stride), stride));
+  }
+
+  /// Moves the instances of a scene of instances: as many matrices as it was made with. The trees of the meshes stay.
+  void update_instances(std::span<const float> transforms, std::size_t stride = 0) {
+    check(
+        ballot_scene_update_instances(handle_.get(), transforms.data(), detail::matrices(transforms, stride), stride));
   }
 
   /// Traces rays and returns when the results are written. Neighbouring rays share a subgroup: order them for
@@ -226,6 +249,7 @@ class Scene {
     check(ballot_scene_info(handle_.get(), &i));
     SceneInfo info{i.triangles, i.degenerate, i.meshes, i.views,        {}, {}, i.nodes,
                    i.leaves,    i.depth,      i.sah,    i.build_seconds};
+    info.instances = i.instances, info.instance_triangles = i.instance_triangles, info.top_seconds = i.top_seconds;
     for (int axis = 0; axis < 3; ++axis) info.lo[axis] = i.lo[axis], info.hi[axis] = i.hi[axis];
     return info;
   }

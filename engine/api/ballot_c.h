@@ -161,6 +161,46 @@ BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path
                                           BallotScene** scene);
 BALLOT_API void ballot_scene_destroy(BallotScene* scene);
 
+/* Instances: where meshes lie in the world. A mesh may have many instances, or none. */
+typedef struct BallotInstances {
+  size_t size;
+  size_t count;
+  const uint32_t* meshes; /* number of each instance's mesh, from 0; NULL: 0 */
+  /* A 3 x 4 matrix of each instance, row by row, 12 floats: a point p of the mesh lies at m[0..2] . p + m[3] along x,
+   * and so on. Finite and invertible; mirrors are allowed. */
+  const float* transforms;
+  size_t transform_stride; /* bytes from one matrix to the next, a multiple of 4; 0: 48. Of 4 x 4 matrices: 64 */
+} BallotInstances;
+
+/* Makes a scene of instances: two levels, the tree of each mesh, built once, below a tree over the instances. It takes
+ * the memory of the meshes and 160 bytes an instance on the device. The answer of an instance is that of the ray moved
+ * into the mesh's space against the mesh, by the same float32 operations on every device; t is the same in both spaces.
+ * At equal t the instance with the smaller number is hit. Instances number their triangles one after the other; that
+ * number is `prim` of BallotHit, and BallotHits has instance and triangle by themselves. At most 2^32 - 3 triangles
+ * counted through all instances, 2^31 - 1 in all meshes.
+ *
+ * Refused, with the instance and the figure: entries that are not finite, matrices that cannot be inverted in float32
+ * (their inverse would multiply rounding errors by more than 2^20), columns whose largest magnitude is not between
+ * 2^-60 and 2^60, and instances that leave +-1e12. Method "packet-wide" cannot trace such a scene, and
+ * ballot_make_rays() and ballot_render() refuse it. options->cache does nothing; options->builder, NULL: "balanced".
+ * options may be NULL. */
+BALLOT_API BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMesh* meshes, size_t count,
+                                                      const BallotInstances* instances,
+                                                      const BallotSceneOptions* options, BallotScene** scene);
+
+/* Moves the instances of such a scene: `count` matrices, one for each. Builds the tree over the instances anew, on the
+ * host; the trees of the meshes stay. A failed call leaves the scene as it was. stride is in bytes; 0: 48. */
+BALLOT_API BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* transforms, size_t count,
+                                                      size_t stride);
+
+typedef struct BallotInstanceInfo {
+  size_t size;
+  uint64_t mesh;             /* its number */
+  uint64_t first, triangles; /* its triangles are prim first to first + triangles - 1 */
+  float transform[12];
+} BallotInstanceInfo;
+BALLOT_API BallotStatus ballot_scene_instance(BallotScene* scene, size_t instance, BallotInstanceInfo* info);
+
 /* Moves the vertices of a mesh of ballot_scene_create(): `count` must be its vertex_count. Hits of later calls are
  * those of the moved scene. A failed call leaves the scene as it was. stride is in bytes; 0: 12. */
 BALLOT_API BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* positions, size_t count,
@@ -172,19 +212,24 @@ typedef struct BallotSceneInfo {
   uint64_t meshes, views;
   float lo[3], hi[3]; /* the bounds; zero if the scene is empty */
   uint64_t nodes, leaves, depth;
-  double sah;           /* expected cost of a random ray that meets the bounds */
-  double build_seconds; /* of the last build of the tree */
+  double sah;                  /* expected cost of a random ray that meets the bounds */
+  double build_seconds;        /* of the last build of the tree; of all trees of a scene of instances */
+  uint64_t instances;          /* 0: not a scene of instances */
+  uint64_t instance_triangles; /* counted through all instances */
+  double top_seconds;          /* of the last build of the tree over the instances */
 } BallotSceneInfo;
 BALLOT_API BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info);
 
 typedef struct BallotMeshInfo {
   size_t size;
   uint32_t id;
-  uint64_t first, triangles; /* its triangles are prim first to first + triangles - 1 */
+  /* Its triangles are prim first to first + triangles - 1; of a scene of instances ballot_scene_instance() tells. */
+  uint64_t first, triangles;
 } BallotMeshInfo;
 BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t mesh, BallotMeshInfo* info);
 
-/* Writes nine floats for each triangle: x, y, z of its three vertices. */
+/* Writes nine floats for each triangle: x, y, z of its three vertices. Of a scene of instances: those of each mesh, in
+ * the mesh's own space. */
 BALLOT_API BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles);
 BALLOT_API const char* ballot_scene_error(BallotScene* scene);
 
@@ -223,12 +268,13 @@ typedef struct BallotRays {
 typedef struct BallotHits {
   size_t size;
   BallotHit* hits;
-  float* t;           /* distance; on a miss infinity */
-  uint32_t* prims;    /* number of the triangle within its mesh; on a miss BALLOT_MISS */
-  uint32_t* mesh_ids; /* BallotMesh::id; on a miss BALLOT_MISS */
-  float* uvs;         /* u, v: two floats; on a miss 0 */
-  float* normals;     /* x, y, z: unit normal of the triangle, by the right-hand rule over its vertices; on a miss 0 */
-  uint8_t* occluded;  /* 1: hit, 0: miss */
+  float* t;            /* distance; on a miss infinity */
+  uint32_t* prims;     /* number of the triangle within its mesh; on a miss BALLOT_MISS */
+  uint32_t* mesh_ids;  /* BallotMesh::id; on a miss BALLOT_MISS */
+  float* uvs;          /* u, v: two floats; on a miss 0 */
+  float* normals;      /* x, y, z: unit normal of the triangle, by the right-hand rule over its vertices; on a miss 0 */
+  uint8_t* occluded;   /* 1: hit, 0: miss */
+  uint32_t* instances; /* number of the instance; 0 in scenes without instances; on a miss BALLOT_MISS */
 } BallotHits;
 
 typedef struct BallotKnob {

@@ -61,7 +61,7 @@ class QueryArgument {
 inline BallotHits hits_of(const Results& r) {
   auto h = BALLOT_INIT(BallotHits);
   h.hits = r.hits, h.t = r.t, h.prims = r.prims, h.mesh_ids = r.mesh_ids, h.uvs = r.uvs, h.normals = r.normals;
-  h.occluded = r.occluded;
+  h.occluded = r.occluded, h.instances = r.instances;
   return h;
 }
 
@@ -102,6 +102,23 @@ inline BallotMesh mesh_of(const Mesh& m) {
   mesh.id = m.id;
   if (!m.normals.empty()) mesh.normals = m.normals.data();
   return mesh;
+}
+inline std::size_t matrices(std::span<const float> transforms, std::size_t stride) {
+  if (stride == 0) stride = 12 * sizeof(float);
+  const std::size_t bytes = transforms.size_bytes();
+  return bytes < 12 * sizeof(float) ? 0 : (bytes - 12 * sizeof(float)) / stride + 1;
+}
+inline BallotInstances instances_of(const Instances& i) {
+  auto instances = BALLOT_INIT(BallotInstances);
+  instances.count = matrices(i.transforms, i.stride);
+  instances.transforms = i.transforms.data();
+  instances.transform_stride = i.stride;
+  if (i.meshes.empty()) return instances;
+  if (i.meshes.size() != instances.count)
+    throw Error(Code::Argument, "instances: " + std::to_string(i.meshes.size()) + " numbers of meshes, but " +
+                                    std::to_string(instances.count) + " matrices; expected as many");
+  instances.meshes = i.meshes.data();
+  return instances;
 }
 inline BallotSceneOptions options_of(const SceneOptions& options) {
   auto o = BALLOT_INIT(BallotSceneOptions);

@@ -95,6 +95,14 @@ struct Mesh {
   std::size_t stride = 0;                         // bytes from one vertex to the next; 0: 12
 };
 
+/// Where meshes lie in the world, in the caller's memory, read before the call returns: a 3 x 4 matrix for each
+/// instance, row by row. A point p of the mesh lies at m[0..2] . p + m[3], and so on for y and z. Mirrors are allowed.
+struct Instances {
+  std::span<const float> transforms;           // 12 floats each, or as `stride` says
+  std::span<const std::uint32_t> meshes = {};  // number of each instance's mesh; empty: 0
+  std::size_t stride = 0;                      // bytes from one matrix to the next; 0: 48. Of 4 x 4 matrices: 64
+};
+
 struct SceneOptions {
   /// How the tree is built: "best", "balanced", "fast" or "device" (`ballot methods` says what they are). Empty: of
   /// meshes "device" on a GPU and "balanced" on a CPU, the quickest to build; of files "best", the quickest to trace.
@@ -121,11 +129,12 @@ struct Query {
 struct Results {
   Hit* hits = nullptr;
   float* t = nullptr;
-  std::uint32_t* prims = nullptr;     // number of the triangle within its mesh
-  std::uint32_t* mesh_ids = nullptr;  // Mesh::id
-  float* uvs = nullptr;               // two floats
-  float* normals = nullptr;           // three floats: unit normal, by the right-hand rule over the vertices
-  std::uint8_t* occluded = nullptr;   // 1: hit
+  std::uint32_t* prims = nullptr;      // number of the triangle within its mesh
+  std::uint32_t* mesh_ids = nullptr;   // Mesh::id
+  float* uvs = nullptr;                // two floats
+  float* normals = nullptr;            // three floats: unit normal, by the right-hand rule over the vertices
+  std::uint8_t* occluded = nullptr;    // 1: hit
+  std::uint32_t* instances = nullptr;  // number of the instance; 0 in scenes without instances
 };
 
 struct Times {
@@ -139,6 +148,8 @@ struct SceneInfo {
   float lo[3] = {}, hi[3] = {};                                        // the bounds; zero if the scene is empty
   std::uint64_t nodes = 0, leaves = 0, depth = 0;
   double sah = 0, build_seconds = 0;
+  std::uint64_t instances = 0, instance_triangles = 0;  // of scenes of instances; triangles counted through all
+  double top_seconds = 0;                               // of the last build of the tree over the instances
 };
 
 /// A camera, as in glTF: it looks along -z of its frame, with +y up.

@@ -73,8 +73,9 @@ BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const 
     need(count, "ballot_make_rays", "count");
     if (room) need(rays, "ballot_make_rays", "rays");
     const DeviceUse use(*state->device);
-    const auto v = view_of(read_struct(view, "BallotView"), state->engine->scene());
-    const auto batch = state->engine->make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
+    ballot::Engine& engine = engine_of(*state, "ballot_make_rays");
+    const auto v = view_of(read_struct(view, "BallotView"), engine.scene());
+    const auto batch = engine.make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
     *count = batch->count();
     if (room == 0) return;
     const std::vector<ballot::Ray> made = batch->rays();
@@ -91,16 +92,16 @@ BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const Bal
     const BallotQuery q = read_struct(query, "BallotQuery");
     const Watch watch(q);
     const DeviceUse use(*state->device);
-    const auto v = view_of(read_struct(view, "BallotView"), state->engine->scene());
+    ballot::Engine& engine = engine_of(*state, "ballot_render");
+    const auto v = view_of(read_struct(view, "BallotView"), engine.scene());
     const auto options = options_of(p, q);
     if (p.sky && state->sky != p.sky) {
-      state->engine->set_sky(ballot::make_sky(p.sky));
+      engine.set_sky(ballot::make_sky(p.sky));
       state->sky = p.sky;
     }
     ballot::RenderTimes spent;
     const auto progress = [&](double done) { watch(done); };
-    write_rgba(state->engine->render(v, options, &spent, watch ? ballot::Progress(progress) : ballot::Progress()),
-               p.rgba);
+    write_rgba(engine.render(v, options, &spent, watch ? ballot::Progress(progress) : ballot::Progress()), p.rgba);
     BallotTimes t = BALLOT_INIT(BallotTimes);
     t.seconds = spent.seconds;
     t.device_ms = spent.device_ms;

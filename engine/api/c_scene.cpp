@@ -1,90 +1,8 @@
 // Scenes of the C interface: made of meshes in memory, loaded, moved, described.
-#include <cmath>
-#include <limits>
-
-#include "engine/api/state.h"
-#include "engine/core/parallel.h"
+#include "engine/api/meshes.h"
 
 namespace ballot::api {
 namespace {
-
-constexpr std::size_t kMostTriangles = std::numeric_limits<std::int32_t>::max();
-constexpr float kLargestCoordinate = 1e12f;  // as the tree's builder has it (engine/bvh/bvh.h)
-constexpr std::size_t kVertexBytes = 3 * sizeof(float);
-
-[[noreturn]] void refuse(const std::string& text) { throw Refused(BALLOT_ERROR_ARGUMENT, text); }
-
-std::size_t stride_of(std::size_t given, const std::string& where) {
-  if (given == 0) return kVertexBytes;
-  if (given < kVertexBytes || given % sizeof(float))
-    refuse(fmt::format("{} is {} bytes; expected a multiple of 4, at least {}, or 0 for {}", where, given, kVertexBytes,
-                       kVertexBytes));
-  return given;
-}
-
-glm::vec3 vertex(const float* positions, std::size_t stride, std::size_t i) {
-  const float* p = reinterpret_cast<const float*>(reinterpret_cast<const char*>(positions) + i * stride);
-  return {p[0], p[1], p[2]};
-}
-
-bool in_range(float x) { return std::abs(x) <= kLargestCoordinate; }  // false for NaN
-
-void check_vertices(const float* positions, std::size_t stride, std::size_t count, const std::string& where) {
-  for_chunks(count, 1 << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const glm::vec3 v = vertex(positions, stride, i);
-      if (!in_range(v.x) || !in_range(v.y) || !in_range(v.z))
-        refuse(fmt::format("{}: vertex {} is ({}, {}, {}); expected finite numbers within +-1e12; scale the scene",
-                           where, i, v.x, v.y, v.z));
-    }
-  });
-}
-
-template <class Index>
-std::vector<std::uint32_t> read_indices(const BallotMesh& m, const std::string& where) {
-  std::vector<std::uint32_t> indices(m.index_count);
-  const Index* from = static_cast<const Index*>(m.indices);
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    indices[i] = from[i];
-    if (indices[i] >= m.vertex_count)
-      refuse(fmt::format("{}: index {} is {}, but there are {} vertices", where, i, indices[i], m.vertex_count));
-  }
-  return indices;
-}
-
-/// Checks a mesh and returns its part of the scene.
-MeshState read_mesh(const BallotMesh& m, std::size_t first, const std::string& where) {
-  if (!m.positions || m.vertex_count == 0) refuse(fmt::format("{}: it has no vertices; leave empty meshes out", where));
-  const std::size_t corners = m.indices ? m.index_count : m.vertex_count;
-  if (corners == 0 || corners % 3)
-    refuse(fmt::format("{}: {} {}; expected a multiple of 3, at least 3", where, corners,
-                       m.indices ? "indices" : "vertices without indices"));
-  if (first + corners / 3 > kMostTriangles)
-    refuse(fmt::format("{}: the scene has {} triangles with it; at most {} are possible", where, first + corners / 3,
-                       kMostTriangles));
-  if (!m.indices && m.index_count)
-    refuse(fmt::format("{}: index_count is {}, but indices is NULL", where, m.index_count));
-  MeshState mesh{m.id, first, corners / 3, m.vertex_count, {}};
-  if (m.indices && m.index_type == BALLOT_INDEX_U16)
-    mesh.indices = read_indices<std::uint16_t>(m, where);
-  else if (m.indices && m.index_type == BALLOT_INDEX_U32)
-    mesh.indices = read_indices<std::uint32_t>(m, where);
-  else if (m.indices)
-    refuse(
-        fmt::format("{}: index_type is {}; expected BALLOT_INDEX_U16 or BALLOT_INDEX_U32", where, int(m.index_type)));
-  return mesh;
-}
-
-/// Writes three vectors for each triangle of a mesh.
-void gather(const MeshState& mesh, const float* from, std::size_t stride, std::array<glm::vec3, 3>* to) {
-  for_chunks(mesh.triangles, 1 << 15, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t)
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t corner = 3 * t + k;
-        to[t][k] = vertex(from, stride, mesh.indices.empty() ? corner : mesh.indices[corner]);
-      }
-  });
-}
 
 void add_normals(const BallotMesh& m, const MeshState& mesh, ballot::Scene& scene, const std::string& where) {
   if (!m.normals) return;
@@ -101,17 +19,6 @@ void fill_normals(ballot::Scene& scene) {
   for (std::size_t i = 0; i < scene.triangles.size(); ++i)
     for (glm::vec3& n : scene.normals[i])
       if (n == glm::vec3(0)) n = geometric_normal(scene.triangles[i]);
-}
-
-ballot::EngineOptions engine_options(const DeviceState& device, const BallotSceneOptions& o, const char* builder,
-                                     bool cache) {
-  ballot::EngineOptions options;
-  options.context = device.gpu;
-  options.use_cache = cache;
-  options.build.builder = ballot::find_builder(o.builder ? o.builder : builder).id;
-  if (o.max_leaf) options.build.max_leaf = o.max_leaf;
-  if (o.split_budget != 0) options.build.split_budget = std::max(o.split_budget, 0.0f);
-  return options;
 }
 
 void check_same_vertices(const MeshState& mesh, std::size_t count, const std::string& where) {
@@ -141,11 +48,9 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     state->device = d;
     ballot::Scene made;
     made.name = "scene";
-    const std::size_t stride = count ? meshes[0].size : 0;
     for (std::size_t i = 0; i < count; ++i) {
       const std::string where = fmt::format("mesh {}", i);
-      const BallotMesh m = read_struct(
-          reinterpret_cast<const BallotMesh*>(reinterpret_cast<const char*>(meshes) + i * stride), "BallotMesh");
+      const BallotMesh m = mesh_struct(meshes, i);
       const MeshState& mesh = state->meshes.emplace_back(read_mesh(m, made.triangles.size(), where));
       const std::size_t position_stride = stride_of(m.position_stride, where + ": position_stride");
       check_vertices(m.positions, position_stride, m.vertex_count, where);
@@ -186,14 +91,15 @@ BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* p
     const DeviceUse use(*state->device);
     if (state->from_file)
       refuse("ballot_scene_update: the scene was loaded from a file; make one of meshes to move their vertices");
+    ballot::Engine& engine = engine_of(*state, "ballot_scene_update");
     const MeshState& m = mesh_at(*state, mesh, "ballot_scene_update");
     const std::string where = fmt::format("ballot_scene_update: mesh {}", mesh);
     check_same_vertices(m, count, where);
     const std::size_t bytes = stride_of(stride, where + ": stride");
     check_vertices(positions, bytes, count, where);
-    std::vector<ballot::Triangle> triangles = state->engine->scene().triangles;
+    std::vector<ballot::Triangle> triangles = engine.scene().triangles;
     gather(m, positions, bytes, triangles.data() + m.first);
-    state->engine->move(std::move(triangles));
+    engine.move(std::move(triangles));
   });
 }
 
@@ -201,14 +107,21 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_info", "info");
     const std::lock_guard lock(state->device->mutex);
-    const ballot::BvhStats& s = state->engine->bvh().stats;
-    const ballot::Scene& of = state->engine->scene();
+    const ballot::Forest* forest = state->instanced ? &state->instanced->forest : nullptr;
+    const ballot::BvhStats& s = forest ? forest->summary().stats : state->engine->bvh().stats;
+    const ballot::Bounds& bounds = forest ? forest->top().bounds : state->engine->scene().bounds;
     BallotSceneInfo i = BALLOT_INIT(BallotSceneInfo);
-    i.triangles = of.triangles.size();
+    i.triangles = forest ? s.triangles : state->engine->scene().triangles.size();
     i.degenerate = s.degenerate;
     i.meshes = state->meshes.size();
-    i.views = of.views.size();
-    for (int axis = 0; axis < 3; ++axis) i.lo[axis] = of.bounds.lo[axis], i.hi[axis] = of.bounds.hi[axis];
+    if (forest) {
+      i.instances = forest->instances().size();
+      i.instance_triangles = forest->triangle_count();
+      i.top_seconds = forest->top().build_s;
+    } else {
+      i.views = state->engine->scene().views.size();
+    }
+    for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
     i.nodes = s.nodes, i.leaves = s.leaves, i.depth = s.depth;
     i.sah = s.sah;
     i.build_seconds = s.build_s;
@@ -228,7 +141,11 @@ BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(triangles, "ballot_scene_triangles", "triangles");
     const std::lock_guard lock(state->device->mutex);
-    const auto& all = state->engine->scene().triangles;
-    if (!all.empty()) std::memcpy(triangles, all.data(), all.size() * sizeof(ballot::Triangle));
+    const auto copy = [&](const std::vector<ballot::Triangle>& all) {
+      if (!all.empty()) std::memcpy(triangles, all.data(), all.size() * sizeof(ballot::Triangle));
+      triangles += 9 * all.size();
+    };
+    if (!state->instanced) return copy(state->engine->scene().triangles);
+    for (const ballot::MeshTree& mesh : state->instanced->forest.meshes()) copy(mesh.triangles);
   });
 }

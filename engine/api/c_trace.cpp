@@ -56,7 +56,7 @@ BallotTimes trace(SceneState& scene, const Call& call) {
           },
   };
   if (call.watch) stream.progress = [&](std::uint64_t done) { call.watch(double(done) / double(call.rays.count())); };
-  Tracer& tracer = scene.engine->tracer();
+  Tracer& tracer = scene.tracer();
   tracer.variant(call.query);  // unknown names are an error even without rays
   const TraceTimes spent = tracer.trace(stream, call.query);
   return clock.times(spent, out.hits());
@@ -96,7 +96,7 @@ class DeviceJob : public JobState {
 
   /// Submits the work. The device's mutex is held.
   void begin(BufferState& rays, BufferState& hits, std::uint32_t count, const Query& query) {
-    Tracer& tracer = scene_->engine->tracer();
+    Tracer& tracer = scene_->tracer();
     const Query concrete = tracer.resolve(query, *rays.rays, count);
     tracer.record(*rays.rays, *hits.hits, count, concrete, [times = spent_](double ms) { times->device_ms = ms; });
     // Work for an idle device is sent at once; behind two submissions it waits to be sent together with what follows.
@@ -206,7 +206,7 @@ BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, Ballot
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const Clock clock;
     with_buffers(*state, rays, hits, count, query, [&](BufferState& from, BufferState& to, const ballot::Query& q) {
-      const auto done = state->engine->tracer().trace(*from.rays, *to.hits, std::uint32_t(count), q);
+      const auto done = state->tracer().trace(*from.rays, *to.hits, std::uint32_t(count), q);
       write_struct(times, clock.times(done, 0), "BallotTimes");
     });
   });

@@ -97,6 +97,15 @@ BallotStatus report(LastError* error) {
   return status;
 }
 
+Engine& engine_of(const SceneState& scene, const char* call) {
+  if (!scene.engine)
+    throw Refused(BALLOT_ERROR_ARGUMENT,
+                  fmt::format("{}: the scene is one of instances, which this call does not take; "
+                              "trace arrays of rays, or make a scene of moved copies",
+                              call));
+  return *scene.engine;
+}
+
 void need(const void* pointer, const char* call, const char* what) {
   if (!pointer) throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("{}: {} is NULL", call, what));
 }

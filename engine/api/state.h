@@ -14,6 +14,7 @@
 #include "engine/api/handles.h"
 #include "engine/api/jobs.h"
 #include "engine/ballot.h"
+#include "engine/bvh/forest.h"
 
 namespace ballot::api {
 
@@ -68,19 +69,33 @@ struct MeshState {
   std::vector<std::uint32_t> indices;  // empty: vertices in turn
 };
 
+/// A scene of instances on a device.
+struct InstanceScene {
+  InstanceScene(Context& gpu, Forest trees) : forest(std::move(trees)), tracer(gpu, forest) {}
+
+  Forest forest;
+  Tracer tracer;
+};
+
 struct SceneState {
   ~SceneState() {
     const std::lock_guard lock(device->mutex);
     engine.reset();
+    instanced.reset();
   }
+  Tracer& tracer() { return instanced ? instanced->tracer : engine->tracer(); }
 
   std::shared_ptr<DeviceState> device;
-  std::unique_ptr<Engine> engine;
+  std::unique_ptr<Engine> engine;            // either
+  std::unique_ptr<InstanceScene> instanced;  // or
   std::vector<MeshState> meshes;
   bool from_file = false;
   std::string sky;  // the last one that a picture named
   LastError error;
 };
+
+/// Returns the engine of a scene. Throws Refused, which begins with `call`, if it is one of instances.
+Engine& engine_of(const SceneState& scene, const char* call);
 
 /// An array on a device, and its address in CUDA once somebody asked for it.
 struct BufferState {

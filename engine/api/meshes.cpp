@@ -1,0 +1,105 @@
+#include "engine/api/meshes.h"
+
+#include <cmath>
+#include <limits>
+
+#include "engine/core/parallel.h"
+
+namespace ballot::api {
+
+namespace {
+
+constexpr std::size_t kMostTriangles = std::numeric_limits<std::int32_t>::max();
+constexpr float kLargestCoordinate = 1e12f;  // as the tree's builder has it (engine/bvh/bvh.h)
+constexpr std::size_t kVertexBytes = 3 * sizeof(float);
+
+glm::vec3 vertex(const float* positions, std::size_t stride, std::size_t i) {
+  const float* p = reinterpret_cast<const float*>(reinterpret_cast<const char*>(positions) + i * stride);
+  return {p[0], p[1], p[2]};
+}
+
+bool in_range(float x) { return std::abs(x) <= kLargestCoordinate; }  // false for NaN
+
+template <class Index>
+std::vector<std::uint32_t> read_indices(const BallotMesh& m, const std::string& where) {
+  std::vector<std::uint32_t> indices(m.index_count);
+  const Index* from = static_cast<const Index*>(m.indices);
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    indices[i] = from[i];
+    if (indices[i] >= m.vertex_count)
+      refuse(fmt::format("{}: index {} is {}, but there are {} vertices", where, i, indices[i], m.vertex_count));
+  }
+  return indices;
+}
+
+}  // namespace
+
+void refuse(const std::string& text) { throw Refused(BALLOT_ERROR_ARGUMENT, text); }
+
+std::size_t stride_of(std::size_t given, const std::string& where) {
+  if (given == 0) return kVertexBytes;
+  if (given < kVertexBytes || given % sizeof(float))
+    refuse(fmt::format("{} is {} bytes; expected a multiple of 4, at least {}, or 0 for {}", where, given, kVertexBytes,
+                       kVertexBytes));
+  return given;
+}
+
+void check_vertices(const float* positions, std::size_t stride, std::size_t count, const std::string& where) {
+  for_chunks(count, 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const glm::vec3 v = vertex(positions, stride, i);
+      if (!in_range(v.x) || !in_range(v.y) || !in_range(v.z))
+        refuse(fmt::format("{}: vertex {} is ({}, {}, {}); expected finite numbers within +-1e12; scale the scene",
+                           where, i, v.x, v.y, v.z));
+    }
+  });
+}
+
+MeshState read_mesh(const BallotMesh& m, std::size_t first, const std::string& where) {
+  if (!m.positions || m.vertex_count == 0) refuse(fmt::format("{}: it has no vertices; leave empty meshes out", where));
+  const std::size_t corners = m.indices ? m.index_count : m.vertex_count;
+  if (corners == 0 || corners % 3)
+    refuse(fmt::format("{}: {} {}; expected a multiple of 3, at least 3", where, corners,
+                       m.indices ? "indices" : "vertices without indices"));
+  if (first + corners / 3 > kMostTriangles)
+    refuse(fmt::format("{}: the scene has {} triangles with it; at most {} are possible", where, first + corners / 3,
+                       kMostTriangles));
+  if (!m.indices && m.index_count)
+    refuse(fmt::format("{}: index_count is {}, but indices is NULL", where, m.index_count));
+  MeshState mesh{m.id, first, corners / 3, m.vertex_count, {}};
+  if (m.indices && m.index_type == BALLOT_INDEX_U16)
+    mesh.indices = read_indices<std::uint16_t>(m, where);
+  else if (m.indices && m.index_type == BALLOT_INDEX_U32)
+    mesh.indices = read_indices<std::uint32_t>(m, where);
+  else if (m.indices)
+    refuse(
+        fmt::format("{}: index_type is {}; expected BALLOT_INDEX_U16 or BALLOT_INDEX_U32", where, int(m.index_type)));
+  return mesh;
+}
+
+void gather(const MeshState& mesh, const float* from, std::size_t stride, std::array<glm::vec3, 3>* to) {
+  for_chunks(mesh.triangles, 1 << 15, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t corner = 3 * t + k;
+        to[t][k] = vertex(from, stride, mesh.indices.empty() ? corner : mesh.indices[corner]);
+      }
+  });
+}
+
+BallotMesh mesh_struct(const BallotMesh* meshes, std::size_t i) {
+  return read_struct(reinterpret_cast<const BallotMesh*>(reinterpret_cast<const char*>(meshes) + i * meshes[0].size),
+                     "BallotMesh");
+}
+
+EngineOptions engine_options(const DeviceState& device, const BallotSceneOptions& o, const char* builder, bool cache) {
+  EngineOptions options;
+  options.context = device.gpu;
+  options.use_cache = cache;
+  options.build.builder = find_builder(o.builder ? o.builder : builder).id;
+  if (o.max_leaf) options.build.max_leaf = o.max_leaf;
+  if (o.split_budget != 0) options.build.split_budget = std::max(o.split_budget, 0.0f);
+  return options;
+}
+
+}  // namespace ballot::api
