@@ -130,9 +130,8 @@ void run_count(Context& gpu, std::uint32_t count, const Args& args) {
   std::vector<Placement> placements;
   for (const Transform& t : transforms_at(count, 0)) placements.push_back({0, t});
   const auto start = Clock::now();
-  Forest forest({bumpy_sphere(args.triangles)}, placements, [](std::span<const Triangle> t) {
-    return build_bvh(t, {.builder = BuilderId::Balanced});
-  });
+  Forest forest({bumpy_sphere(args.triangles)}, placements,
+                [](std::span<const Triangle> t) { return build_bvh(t, {.builder = BuilderId::Balanced}); });
   const double made = ms_since(start);
   Tracer tracer(gpu, forest);
   tracer.tree().top(kernel_config_for(find_method(kPlainestMethod), find_numeric(args.numeric), gpu.info()).fetch);

@@ -79,3 +79,33 @@ def restored(mesh: Mesh, corners: np.ndarray) -> Mesh:
         vertices = np.zeros((len(mesh.vertices), 3), np.float32)  # those of no triangle stay zero
         vertices[mesh.indices] = corners
     return mesh._replace(vertices=vertices)
+
+
+def transforms(given: Any) -> np.ndarray:
+    """Returns (k, 12) float32 of matrices (k, 3, 4) or (k, 4, 4), whose last row is left out."""
+    array = _arrays.floats(given, "instances", (4,))
+    if array.ndim != 3 or array.shape[1] not in (3, 4):
+        raise ValueError(f"instances: shape is {array.shape}; expected (k, 3, 4) or (k, 4, 4)")
+    return np.array(array[:, :3], np.float32, order="C").reshape(-1, 12)
+
+
+def instances(given: Any, meshes: Any) -> tuple[np.ndarray, ...]:
+    """Returns what the extension takes besides the meshes: nothing, or matrices and the numbers of their meshes."""
+    if given is None:
+        if meshes is not None:
+            raise ValueError("instance_meshes: there are no instances; expected None")
+        return ()
+    matrices = transforms(given)
+    if meshes is None:
+        return matrices, np.zeros(len(matrices), np.uint32)
+    numbers = _arrays.as_numpy(meshes, "instance_meshes")
+    if numbers.size == 0:
+        numbers = numbers.astype(np.uint32)
+    if numbers.dtype.kind not in "iuf" or numbers.shape != (len(matrices),):
+        raise ValueError(
+            f"instance_meshes: shape is {numbers.shape}, dtype {numbers.dtype}; expected {len(matrices)} integers"
+        )
+    wrong = np.nonzero((numbers < 0) | (numbers > 0xFFFFFFFF) | (numbers != np.floor(numbers)))[0]
+    if len(wrong):
+        raise ValueError(f"instance_meshes: number {wrong[0]} is {numbers[wrong[0]]}; expected the index of a mesh")
+    return matrices, np.ascontiguousarray(numbers, np.uint32)

@@ -24,6 +24,7 @@ _COLUMNS = {  # name: (dtype, shape of one ray's entry)
     "uvs": (np.float32, (2,)),
     "normals": (np.float32, (3,)),
     "occluded": (np.bool_, ()),
+    "instances": (np.uint32, ()),
 }
 
 
@@ -41,6 +42,9 @@ class SceneInfo(NamedTuple):
     depth: int
     sah: float  # expected cost of a random ray that meets the bounds
     build_seconds: float  # of the last build of the tree
+    instances: int  # 0: not a scene of instances
+    instance_triangles: int  # counted through all instances
+    top_seconds: float  # of the last build of the tree over the instances
 
 
 class MeshInfo(NamedTuple):
@@ -64,12 +68,20 @@ class Scene:
                   CPU, the quickest to build
     max_leaf      most triangles of a leaf of the tree, 1 to 6
     split_budget  of builder "best": share of references that spatial splits may add, 0 to 16
+    instances     (k, 3, 4) or (k, 4, 4) float32 or float64: a matrix for each instance of a mesh, whose points p lie at
+                  m[:3, :3] @ p + m[:3, 3]. None: each mesh lies where its vertices say
+    instance_meshes  with `instances`: (k,) integers, the mesh of each, from 0; None: 0
     cache         keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
 
     Triangles are numbered through the meshes in their order. Those without area keep their number and are never hit.
     The scene copies what it needs; contiguous float32 and uint32 arrays are read in place. Raises ValueError, which
     names mesh and vertex or index, if a number is not finite, an index is out of range, a mesh is empty, or there are
     more than 2^31 - 1 triangles.
+
+    With `instances` the tree of each mesh is built once, below a tree over the instances, and update_instances() moves
+    them. HIT's prim then counts the triangles of the first instance, then those of the second, and so on; columns
+    "instances" and "prims" name instance and triangle. Method "packet-wide" cannot trace such a scene, and pictures and
+    make_rays() do not take it. A matrix that cannot be inverted in float32 is a ValueError.
 
     A scene may be used from any thread, and can be pickled: geometry, settings and the name of its device go along.
 
@@ -88,6 +100,8 @@ class Scene:
         device: Device | None = None,
         ids: Sequence[int] | int | None = None,
         normals: Any = None,
+        instances: Any = None,
+        instance_meshes: Any = None,
         builder: str = "",
         max_leaf: int = 6,
         split_budget: float = 0.5,
@@ -102,8 +116,12 @@ class Scene:
         self._options = _options(builder, max_leaf, split_budget, cache)
         self._path: str | None = None
         self._device = device
-        self._handle = _ballot.Scene(device_or_default(device)._handle, [tuple(m) for m in made], *self._options)
+        self._instances = _mesh.instances(instances, instance_meshes)
+        self._open([tuple(m) for m in made])
         self._meshes = [_mesh.kept(m, t, n) for m, (_, t), n in zip(made, given, directions)]
+
+    def _open(self, source: Any) -> None:
+        self._handle = _ballot.Scene(device_or_default(self._device)._handle, source, *self._instances, *self._options)
 
     @property
     def info(self) -> SceneInfo:
@@ -128,6 +146,18 @@ class Scene:
         """
         number = _query.whole(mesh, "mesh", 0, 2**31)
         self._handle.update(number, _mesh.vectors(vertices, "vertices"))
+
+    def update_instances(self, instances: Any) -> None:
+        """Moves the instances of a scene of instances.
+
+        instances  (k, 3, 4) or (k, 4, 4) float32 or float64, as many as before
+
+        Builds the tree over the instances alone. Raises ValueError if the number differs or a matrix is refused; the
+        scene is then as it was.
+        """
+        transforms = _mesh.transforms(instances)
+        self._handle.update_instances(transforms)
+        self._instances = (transforms, *self._instances[1:])
 
     def trace(
         self,
@@ -200,6 +230,7 @@ class Scene:
                  "uvs"       (..., 2) float32: weights of the vertices 1 and 2; on a miss 0
                  "normals"   (..., 3) float32: unit normal, by the right-hand rule over the vertices; on a miss 0
                  "occluded"  (...) bool: True for a hit
+                 "instances" (...) uint32: number of the instance; 0 in scenes without; on a miss MISS
         out      arrays for some of the columns, by name
         """
         source = _arrays.rays(rays, t)
@@ -305,10 +336,14 @@ class Scene:
         self.close()
 
     def __repr__(self) -> str:
-        return "<ballot.Scene, closed>" if self.closed else f"<ballot.Scene of {self.info.triangles} triangles>"
+        if self.closed:
+            return "<ballot.Scene, closed>"
+        info = self.info
+        placed = f" in {info.instances} instances" if self._instances else ""
+        return f"<ballot.Scene of {info.triangles} triangles{placed}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        state = {"device": self._device, "options": self._options, "path": self._path}
+        state = {"device": self._device, "options": self._options, "path": self._path, "instances": self._instances}
         if self._path is None:
             corners, parts = self.triangles(), self.meshes
             state["meshes"] = [
@@ -319,7 +354,8 @@ class Scene:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._device, self._options, self._path = state["device"], state["options"], state["path"]
         source = self._path if self._path is not None else state["meshes"]
-        self._handle = _ballot.Scene(device_or_default(self._device)._handle, source, *self._options)
+        self._instances = state.get("instances", ())
+        self._open(source)
         self._meshes = [_mesh.kept(_mesh.Mesh(*m), None, None) for m in state.get("meshes", ())]
 
 

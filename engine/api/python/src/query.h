@@ -17,13 +17,14 @@ class ResultArrays {
   using Column = std::optional<nb::ndarray<T, nb::ndim<1>, nb::c_contig, nb::device::cpu>>;
 
   ResultArrays(Column<float> hits, Column<float> t, Column<std::uint32_t> prims, Column<std::uint32_t> mesh_ids,
-               Column<float> uvs, Column<float> normals, Column<std::uint8_t> occluded)
+               Column<float> uvs, Column<float> normals, Column<std::uint8_t> occluded, Column<std::uint32_t> instances)
       : hits_(std::move(hits)),
         t_(std::move(t)),
         uvs_(std::move(uvs)),
         normals_(std::move(normals)),
         prims_(std::move(prims)),
         mesh_ids_(std::move(mesh_ids)),
+        instances_(std::move(instances)),
         occluded_(std::move(occluded)) {}
 
   /// Returns the pointers. Throws Error(Argument) unless each array has room for `count` rays and no more.
@@ -36,6 +37,7 @@ class ResultArrays {
     r.uvs = column(uvs_, 2 * count, "uvs");
     r.normals = column(normals_, 3 * count, "normals");
     r.occluded = column(occluded_, count, "occluded");
+    r.instances = column(instances_, count, "instances");
     return r;
   }
 
@@ -50,7 +52,7 @@ class ResultArrays {
   }
 
   Column<float> hits_, t_, uvs_, normals_;
-  Column<std::uint32_t> prims_, mesh_ids_;
+  Column<std::uint32_t> prims_, mesh_ids_, instances_;
   Column<std::uint8_t> occluded_;
 };
 

@@ -6,6 +6,7 @@ namespace ballot::python {
 namespace {
 
 using Rows = nb::ndarray<const float, nb::shape<-1, 3>, nb::device::cpu>;
+using Matrices = nb::ndarray<const float, nb::shape<-1, 12>, nb::c_contig, nb::device::cpu>;
 using Indices = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Indices16 = nb::ndarray<const std::uint16_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
@@ -56,13 +57,40 @@ SceneOptions options_of(const std::string& builder, std::uint32_t max_leaf, floa
   return {builder, max_leaf, split_budget, cache};
 }
 
-void make_scene(SceneObject* self, const DeviceObject& device, const nb::list& meshes, const std::string& builder,
-                std::uint32_t max_leaf, float split_budget, bool cache) {
+std::vector<MeshArrays> arrays_of(const nb::list& meshes) {
   std::vector<MeshArrays> arrays;
   arrays.reserve(meshes.size());
   for (const nb::handle mesh : meshes) arrays.emplace_back(nb::cast<nb::tuple>(mesh));
+  return arrays;
+}
+
+std::vector<Mesh> meshes_of(const std::vector<MeshArrays>& arrays) {
   std::vector<Mesh> list;
   for (const MeshArrays& a : arrays) list.push_back(a.mesh);
+  return list;
+}
+
+void make_instances(SceneObject* self, const DeviceObject& device, const nb::list& meshes, const Matrices& transforms,
+                    const Indices& of_which, const std::string& builder, std::uint32_t max_leaf, float split_budget,
+                    bool cache) {
+  const std::vector<MeshArrays> arrays = arrays_of(meshes);
+  const std::vector<Mesh> list = meshes_of(arrays);
+  const SceneOptions options = options_of(builder, max_leaf, split_budget, cache);
+  const Instances instances{.transforms = {transforms.data(), transforms.size()},
+                            .meshes = {of_which.data(), of_which.size()}};
+  new (self) SceneObject(without_gil(device.use(), [&](const Device& d) {
+    return std::make_shared<Scene>(d, std::span<const Mesh>(list), instances, options);
+  }));
+}
+
+void update_instances(const SceneObject& self, const Matrices& transforms) {
+  without_gil(self.use(), [&](Scene& s) { s.update_instances({transforms.data(), transforms.size()}); });
+}
+
+void make_scene(SceneObject* self, const DeviceObject& device, const nb::list& meshes, const std::string& builder,
+                std::uint32_t max_leaf, float split_budget, bool cache) {
+  const std::vector<MeshArrays> arrays = arrays_of(meshes);
+  const std::vector<Mesh> list = meshes_of(arrays);
   const SceneOptions options = options_of(builder, max_leaf, split_budget, cache);
   new (self) SceneObject(without_gil(
       device.use(), [&](const Device& d) { return std::make_shared<Scene>(d, std::span<const Mesh>(list), options); }));
@@ -78,7 +106,8 @@ void load_scene(SceneObject* self, const DeviceObject& device, const std::string
 nb::tuple info_of(const SceneObject& self) {
   const SceneInfo i = without_gil(self.use(), [](const Scene& s) { return s.info(); });
   return nb::make_tuple(i.triangles, i.degenerate, i.meshes, i.views, nb::make_tuple(i.lo[0], i.lo[1], i.lo[2]),
-                        nb::make_tuple(i.hi[0], i.hi[1], i.hi[2]), i.nodes, i.leaves, i.depth, i.sah, i.build_seconds);
+                        nb::make_tuple(i.hi[0], i.hi[1], i.hi[2]), i.nodes, i.leaves, i.depth, i.sah, i.build_seconds,
+                        i.instances, i.instance_triangles, i.top_seconds);
 }
 
 std::tuple<std::uint32_t, std::uint64_t, std::uint64_t> mesh_of(const SceneObject& self, std::size_t mesh) {
@@ -103,12 +132,14 @@ nb::object triangles(const SceneObject& self) {
 void bind_scenes(nb::module_& m) {
   nb::class_<SceneObject> scene(m, "Scene");
   scene.def("__init__", &make_scene)
+      .def("__init__", &make_instances)
       .def("__init__", &load_scene)
       .def("close", &SceneObject::close)
       .def_prop_ro("closed", &SceneObject::closed)
       .def("info", &info_of)
       .def("mesh", &mesh_of)
       .def("update", &update)
+      .def("update_instances", &update_instances)
       .def("triangles", &triangles);
   bind_pictures(scene);
   bind_traces(m, scene);

@@ -85,11 +85,11 @@ void bind_traces(nb::module_& m, nb::class_<SceneObject>& scene) {
   nb::class_<ResultArrays>(m, "Results")
       .def(nb::init<ResultArrays::Column<float>, ResultArrays::Column<float>, ResultArrays::Column<std::uint32_t>,
                     ResultArrays::Column<std::uint32_t>, ResultArrays::Column<float>, ResultArrays::Column<float>,
-                    ResultArrays::Column<std::uint8_t>>(),
+                    ResultArrays::Column<std::uint8_t>, ResultArrays::Column<std::uint32_t>>(),
            nb::arg("hits").noconvert().none() = nb::none(), nb::arg("t").noconvert().none() = nb::none(),
            nb::arg("prims").noconvert().none() = nb::none(), nb::arg("mesh_ids").noconvert().none() = nb::none(),
            nb::arg("uvs").noconvert().none() = nb::none(), nb::arg("normals").noconvert().none() = nb::none(),
-           nb::arg("occluded").noconvert().none() = nb::none());
+           nb::arg("occluded").noconvert().none() = nb::none(), nb::arg("instances").noconvert().none() = nb::none());
   nb::class_<JobObject>(m, "Job").def("wait", &wait).def("poll", [](const JobObject& self) {
     return without_gil(self.use(), [](const Job& job) { return job.poll(); });
   });
