@@ -121,6 +121,9 @@ glm::dvec3 AccessorView::vec3(std::size_t i) const {
 }
 
 glm::dvec2 AccessorView::vec2(std::size_t i) const { return {component(i, 0), component(i, 1)}; }
+glm::dvec4 AccessorView::vec4(std::size_t i) const {
+  return {component(i, 0), component(i, 1), component(i, 2), component(i, 3)};
+}
 
 std::uint32_t AccessorView::index(std::size_t i) const {
   const unsigned char* at = element(i);
@@ -194,6 +197,12 @@ AccessorView open_uvs(const GltfFile& file, int index, std::string_view place) {
                     {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
                      TINYGLTF_COMPONENT_TYPE_SHORT, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT},
                     "VEC2 of 5126 (float), 5120 to 5123 (integers of 8 or 16 bits)");
+}
+
+AccessorView open_rotations(const GltfFile& file, int index, std::string_view place) {
+  return open_typed(file, index, place, TINYGLTF_TYPE_VEC4,
+                    {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_COMPONENT_TYPE_SHORT},
+                    "VEC4 of 5126 (float), 5120 or 5122 (normalised integers of 8 or 16 bits)");
 }
 
 AccessorView open_indices(const GltfFile& file, int index, std::string_view place) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <string_view>
 #include <vector>
 
@@ -18,6 +19,7 @@ class AccessorView {
   std::size_t size() const { return count_; }
   glm::dvec3 vec3(std::size_t i) const;      // normalised integers are scaled to [0, 1] or [-1, 1]
   glm::dvec2 vec2(std::size_t i) const;      // as vec3()
+  glm::dvec4 vec4(std::size_t i) const;      // as vec3()
   std::uint32_t index(std::size_t i) const;  // unsigned integers only
 
  private:
@@ -45,6 +47,7 @@ AccessorView open_accessor(const GltfFile& file, int index, std::string_view pla
 AccessorView open_positions(const GltfFile& file, int index, std::string_view place);  // VEC3; float or quantised
 AccessorView open_normals(const GltfFile& file, int index, std::string_view place);    // VEC3; float or quantised
 AccessorView open_uvs(const GltfFile& file, int index, std::string_view place);        // VEC2; float or quantised
+AccessorView open_rotations(const GltfFile& file, int index, std::string_view place);  // VEC4; float or normalised
 AccessorView open_indices(const GltfFile& file, int index, std::string_view place);  // SCALAR; 8, 16, 32 bits unsigned
 
 }  // namespace ballot

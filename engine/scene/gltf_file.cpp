@@ -141,10 +141,10 @@ void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view jso
 /// Throws on required extensions that Ballot cannot read. Material extensions change no triangle, so an unknown one
 /// gives only a note.
 void check_extensions(GltfFile& file) {
-  constexpr std::array<std::string_view, 7> kRead{"KHR_mesh_quantization",      "KHR_materials_emissive_strength",
+  constexpr std::array<std::string_view, 8> kRead{"KHR_mesh_quantization",      "KHR_materials_emissive_strength",
                                                   "KHR_materials_transmission", "KHR_materials_ior",
                                                   "KHR_materials_unlit",        "KHR_lights_punctual",
-                                                  "KHR_texture_transform"};
+                                                  "KHR_texture_transform",      "EXT_mesh_gpu_instancing"};
   for (const std::string& name : file.model.extensionsRequired) {
     if (std::ranges::find(kRead, name) != kRead.end()) continue;
     if (name.starts_with("KHR_materials_")) {

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "engine/scene/gltf_convert.h"
+#include "engine/scene/gltf_instances.h"
 #include "engine/scene/gltf_mesh.h"
 #include "engine/scene/gltf_texture.h"
 #include "engine/scene/loaders.h"
@@ -123,15 +124,39 @@ const std::vector<OpenPrimitive>* mesh_of(const GltfFile& file, const OpenMeshes
   return mesh == -1 ? nullptr : &meshes.at(static_cast<std::size_t>(mesh));
 }
 
+/// The instances of nodes that have some, by the node.
+using OpenInstances = std::map<std::size_t, NodeInstances>;
+
+OpenInstances instances_of(const GltfFile& file, const std::vector<PlacedNode>& placed) {
+  OpenInstances all;
+  for (const PlacedNode& p : placed)
+    if (auto instances = open_instances(file, p.node)) all.emplace(p.node, std::move(*instances));
+  return all;
+}
+
+/// Appends a mesh for a node: once, or for each of its instances.
+void append_mesh(const GltfFile& file, const std::vector<OpenPrimitive>& mesh, const PlacedNode& p,
+                 const OpenInstances& instances, const Carried& carried, Scene& scene) {
+  const auto append = [&](const glm::dmat4& world_from_mesh) {
+    for (const OpenPrimitive& primitive : mesh) append_primitive(file, primitive, world_from_mesh, carried, scene);
+  };
+  const auto found = instances.find(p.node);
+  if (found == instances.end()) return append(p.world_from_node);
+  if (std::ranges::all_of(mesh, [](const OpenPrimitive& o) { return o.triangle_count == 0; })) return;
+  for (std::size_t i = 0; i < found->second.size(); ++i) append(p.world_from_node * found->second.matrix(i));
+}
+
 void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::vector<PlacedNode>& placed,
                     Scene& scene) {
   std::size_t count = 0;
   Carried carried;
+  const OpenInstances instances = instances_of(file, placed);
   for (const PlacedNode& p : placed) {
     const auto* mesh = mesh_of(file, meshes, p);
     if (!mesh) continue;
+    const auto many = instances.find(p.node);
     for (const OpenPrimitive& primitive : *mesh) {
-      count += primitive.triangle_count;
+      count += primitive.triangle_count * (many == instances.end() ? 1 : many->second.size());
       carried.normals |= primitive.normals && primitive.triangle_count > 0;
       if (primitive.material < scene.materials.size() && primitive.triangle_count > 0)
         for (const TextureUse* use : scene.materials[primitive.material].uses())
@@ -146,8 +171,7 @@ void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::v
   for (std::size_t set = 0; set < kUvSets; ++set)
     if (carried.uvs[set]) scene.uvs[set].reserve(count);
   for (const PlacedNode& p : placed)
-    if (const auto* mesh = mesh_of(file, meshes, p))
-      for (const OpenPrimitive& primitive : *mesh) append_primitive(file, primitive, p.world_from_node, carried, scene);
+    if (const auto* mesh = mesh_of(file, meshes, p)) append_mesh(file, *mesh, p, instances, carried, scene);
 }
 
 /// Reads all materials, but textures only for those that some triangle uses.
@@ -186,8 +210,6 @@ void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Sce
 void note_ignored(const tinygltf::Model& model, Scene& scene) {
   if (!model.animations.empty() || !model.skins.empty())
     scene.notes.emplace_back("The file's animations and skins were ignored; the nodes keep their own transforms.");
-  for (const std::string& name : model.extensionsUsed)
-    if (name == "EXT_mesh_gpu_instancing") scene.notes.push_back(fmt::format("The extension {} was ignored.", name));
 }
 
 }  // namespace
