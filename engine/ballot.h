@@ -14,6 +14,7 @@
 #include <string>
 
 #include "engine/bvh/bvh.h"
+#include "engine/bvh/topology.h"
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/image.h"
@@ -21,10 +22,13 @@
 #include "engine/core/image_merge.h"
 #include "engine/core/json_depth.h"
 #include "engine/core/npy.h"
+#include "engine/core/npy_points.h"
 #include "engine/core/parallel.h"
 #include "engine/core/progress.h"
 #include "engine/core/registry.h"
 #include "engine/present/presenter.h"
+#include "engine/query/point_queries.h"
+#include "engine/query/ray_queries.h"
 #include "engine/render/batch/batch.h"
 #include "engine/render/batch/check.h"
 #include "engine/render/batch/origins.h"
@@ -82,6 +86,11 @@ class Engine {
   const StartTimes& start_times() const { return times_; }
   Tracer& tracer() { return *tracer_; }
   const Tracer& tracer() const { return *tracer_; }
+  /// Return what answers point queries, and ray queries for more than one hit, on this scene. Made on first use.
+  PointQueries& points();
+  RayQueries& rays();
+  /// Returns the topology of the scene's triangles. It is found on first use.
+  const Topology& topology();
 
   /// Traces a batch of rays and writes, at the same index, the hit of each.
   ///
@@ -208,6 +217,9 @@ class Engine {
   std::unique_ptr<SceneData> scene_data_;
   std::unique_ptr<Renderer> renderer_;
   std::unique_ptr<Batches> batches_;
+  std::unique_ptr<PointQueries> points_;  // made on first use
+  std::unique_ptr<RayQueries> rays_;
+  std::unique_ptr<Topology> topology_;
   std::unique_ptr<LiveImage> live_;      // made on first use
   std::unique_ptr<HitChecker> checker_;  // made on first use
 };

@@ -101,6 +101,7 @@ void Engine::move(std::vector<Triangle> triangles, const Progress& progress) {
   const Bounds bounds = bounds_of_vertices(triangles, scene_.name);
   Built built = build(*gpu_, triangles, build_, false, progress);
   gpu_->finish();
+  topology_.reset();
   scene_.triangles = std::move(triangles);
   scene_.bounds = bounds;
   bvh_ = std::move(built.bvh);
@@ -125,6 +126,21 @@ HitChecker& Engine::checker() {
 
 std::vector<OriginCheck> Engine::check_origins(const RayBatch& batch, const Query& query) {
   return ballot::check_origins(*tracer_, *batches_, scene_, batch, query);
+}
+
+PointQueries& Engine::points() {
+  if (!points_) points_ = std::make_unique<PointQueries>(*gpu_, tracer_->tree());
+  return *points_;
+}
+
+RayQueries& Engine::rays() {
+  if (!rays_) rays_ = std::make_unique<RayQueries>(*gpu_, tracer_->tree());
+  return *rays_;
+}
+
+const Topology& Engine::topology() {
+  if (!topology_) topology_ = std::make_unique<Topology>(topology_of(scene_.triangles));
+  return *topology_;
 }
 
 LiveImage& Engine::live() {

@@ -1,4 +1,5 @@
-// The command line: ballot info | render | merge | trace | view | bench | verify | report | methods | shaders.
+// The command line: ballot info | render | merge | trace | distance | inside | check | view | bench | verify | report |
+// methods | shaders.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -73,6 +74,9 @@ int run(int argc, char** argv) {
   cli::add_render(app, result);
   cli::add_merge(app, result);
   cli::add_trace(app, result);
+  cli::add_distance(app, result);
+  cli::add_inside(app, result);
+  cli::add_check(app, result);
   cli::add_view(app, result);
   cli::add_bench(app, result);
   cli::add_verify(app, result);
@@ -91,7 +95,8 @@ int run(int argc, char** argv) {
     const bool extra = CLI::ExitCodes(error.get_exit_code()) == CLI::ExitCodes::ExtrasError;
     fmt::print(stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ",
                extra ? in_words(app.remaining(true), taken) : in_words(error),
-               name.empty() ? "give one of: info, render, merge, trace, view, bench, verify, report, methods, shaders; "
+               name.empty() ? "give one of: info, render, merge, trace, distance, inside, check, view, bench, verify, "
+                              "report, methods, shaders; "
                               "'ballot --help' explains them"
                             : "'ballot " + name + " --help' lists the arguments");
     return int(Failure::Arguments);

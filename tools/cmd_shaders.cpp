@@ -177,6 +177,14 @@ std::vector<KernelSource> builder_sources() {
   return sources;
 }
 
+/// The kernels of point and ray queries.
+std::vector<KernelSource> query_kernel_sources() {
+  std::vector<KernelSource> sources;
+  for (const DeviceInfo& device : imagined_devices())
+    for (KernelSource& source : query_sources(device)) sources.push_back(std::move(source));
+  return sources;
+}
+
 int write_headers(const std::filesystem::path& folder) {
   write_file(folder / "knobs.h", knobs_header());
   write_file(folder / "knobs_guard.h", knobs_guard());
@@ -188,7 +196,7 @@ int run_shaders(const ShadersArgs& args) {
   if (!args.headers.empty()) return write_headers(args.headers);
   nlohmann::json json = nlohmann::json::array();
   std::vector<KernelSource> sources = traversal_sources();
-  for (auto* more : {&render_sources, &builder_sources})
+  for (auto* more : {&render_sources, &builder_sources, &query_kernel_sources})
     for (KernelSource& source : (*more)()) sources.push_back(std::move(source));
   std::erase_if(sources, [&](const KernelSource& s) { return s.name.find(args.only) == std::string::npos; });
   if (sources.empty())

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "tools/auto_table.h"
+#include "tools/trace_crossings.h"
 #include "tools/trace_files.h"
 
 namespace ballot::cli {
@@ -12,7 +13,10 @@ struct TraceArgs {
   QueryArgs query;
   std::vector<std::string> rays, out;
   std::string part;
-  bool any = false;
+  bool any = false, count = false, all = false;
+  std::uint32_t first = kAllHits;
+
+  bool crossings() const { return count || all || first != kAllHits; }
 };
 
 /// Opens a file of rays, or the part of it that --part names.
@@ -75,10 +79,50 @@ nlohmann::json record_of(const Engine& engine, const TraceArgs& args, std::size_
           {"retraced", done.times.retraced}};
 }
 
+/// Checks the options that ask for more than one hit.
+void check_crossings(const TraceArgs& args) {
+  if (!args.crossings()) return;
+  if (args.count + args.all + (args.first != kAllHits) > 1 || args.any)
+    fail(Failure::Arguments, "--count, --all, --first and --any: give one of them");
+  if (args.query.method != kDefaultMethod || args.query.numeric != kDefaultNumeric || !args.query.knobs.empty())
+    fail(Failure::Arguments,
+         "--count, --all and --first have a kernel of their own, in mode {}; leave --method, "
+         "--numeric and --knob out",
+         kDefaultNumeric);
+  for (const std::string& out : args.out)
+    if (out == "-") fail(Failure::Arguments, "--out -: --count, --all and --first write files alone; name one");
+}
+
+/// Finds the crossings of each file of rays.
+int run_crossings(const TraceArgs& args) {
+  Opened opened = open_scene(args.engine);
+  nlohmann::json json = record_header(*opened.engine, opened.load_s);
+  const Crossings want = args.count ? Crossings::Count : Crossings::List;
+  for (std::size_t i = 0; i < args.rays.size(); ++i) {
+    CrossingTrace done;
+    {
+      ProgressBar bar("tracing " + args.rays[i]);
+      done = trace_crossings(*opened.engine, open_rays(args, args.rays[i]), args.out[i], want, args.first,
+                             [&](double share) { bar.update(share); });
+    }
+    const double mrays = done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0;
+    fmt::print("{}: {} rays, {} crossings, {:.3f} ms on the device, {:.2f} Mrays/s\n", args.out[i], done.rays,
+               done.crossings, done.times.device_ms, mrays);
+    json["records"].push_back({{"rays", args.rays[i]},
+                               {"ray_count", done.rays},
+                               {"crossings", done.crossings},
+                               {"trace_ms", done.times.device_ms}});
+  }
+  write_json(args.engine.json, json);
+  return finish(*opened.engine);
+}
+
 int run_trace(const TraceArgs& args) {
   Query query = args.query.query();
   query.want = args.any ? Want::Any : Want::Nearest;
+  check_crossings(args);
   check_files(args);
+  if (args.crossings()) return run_crossings(args);
   Opened opened = open_scene(args.engine, {query});
   Engine& engine = *opened.engine;
   std::FILE* const to = std::ranges::count(args.out, "-") ? stderr : stdout;
@@ -118,6 +162,13 @@ void add_trace(CLI::App& app, int& result) {
   cmd->add_option("--part", args->part,
                   "I/N: trace part I of N equal parts of the rays, I from 0; for jobs on several machines");
   cmd->add_flag("--any", args->any, "find any hit instead of the closest one: for visibility and shadow rays");
+  cmd->add_flag("--count", args->count,
+                "count all triangles that each ray crosses: uint32 (n,). A ray through an edge or vertex of a closed\n"
+                "surface crosses it once there");
+  cmd->add_flag("--all", args->all,
+                "list all of them, ray by ray in order of t: [('ray','<u4'),('t','<f4'),('prim','<u4'),('u','<f4'),\n"
+                "('v','<f4')]");
+  cmd->add_option("--first", args->first, "list at most the first K of each ray, as --all");
   cmd->callback([args, &result] { result = run_trace(*args); });
 }
 

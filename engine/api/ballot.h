@@ -244,6 +244,44 @@ class Scene {
     return Job(job);
   }
 
+  /// Finds the nearest point of the scene for each point: x y z, floats, a multiple of three. Accuracy, ties and the
+  /// inside test: ballot_query_points() in ballot_c.h. Throws Error(Argument) if the inside test is asked for and the
+  /// mesh is not closed.
+  Times nearest(std::span<const float> points, const NearestResults& results, const PointQuery& query = {}) const {
+    const auto p = detail::points_of(points, query);
+    const auto to = detail::nearest_of(results);
+    auto q = BALLOT_INIT(BallotPointQuery);
+    q.assume_closed = query.assume_closed;
+    auto times = BALLOT_INIT(BallotTimes);
+    check(ballot_query_points(handle_.get(), &p, &to, &q, &times));
+    return detail::times_of(times);
+  }
+
+  /// Counts all triangles that each ray crosses with t in [t_min, t_max]. A ray through an edge or a vertex of a closed
+  /// surface crosses it there once, or twice or not at all where it touches the surface from one side.
+  std::vector<std::uint32_t> count_crossings(const RayView& rays) const {
+    std::vector<std::uint32_t> counts(rays.count);
+    const BallotRays r = detail::rays_of(rays);
+    auto lists = BALLOT_INIT(BallotLists);
+    lists.counts = counts.data();
+    check(ballot_list_crossings(handle_.get(), &r, &lists, nullptr));
+    return counts;
+  }
+  std::vector<std::uint32_t> count_crossings(std::span<const Ray> rays) const {
+    return count_crossings(detail::view_of(rays));
+  }
+  /// Lists them, at most the first `most` of each ray; 0: all.
+  Crossings crossings(const RayView& rays, std::uint32_t most = 0) const {
+    Crossings all;
+    const BallotRays r = detail::rays_of(rays);
+    const BallotLists lists = detail::lists_into(all, most);
+    check(ballot_list_crossings(handle_.get(), &r, &lists, nullptr));
+    return all;
+  }
+  Crossings crossings(std::span<const Ray> rays, std::uint32_t most = 0) const {
+    return crossings(detail::view_of(rays), most);
+  }
+
   SceneInfo info() const {
     auto i = BALLOT_INIT(BallotSceneInfo);
     check(ballot_scene_info(handle_.get(), &i));

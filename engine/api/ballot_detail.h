@@ -75,6 +75,42 @@ inline BallotRays rays_of(const RayView& rays) {
 }
 inline RayView view_of(std::span<const Ray> rays) { return {reinterpret_cast<const float*>(rays.data()), rays.size()}; }
 
+inline BallotPoints points_of(std::span<const float> points, const PointQuery& query) {
+  if (points.size() % 3)
+    throw Error(Code::Argument, "points: " + std::to_string(points.size()) + " numbers; expected a multiple of three");
+  auto p = BALLOT_INIT(BallotPoints);
+  p.data = points.data();
+  p.count = points.size() / 3;
+  p.limit = query.limit;
+  return p;
+}
+
+inline BallotNearest nearest_of(const NearestResults& r) {
+  auto n = BALLOT_INIT(BallotNearest);
+  n.distances = r.distances, n.points = r.points, n.prims = r.prims, n.mesh_ids = r.mesh_ids, n.uvs = r.uvs;
+  n.normals = r.normals, n.signed_distances = r.signed_distances, n.inside = r.inside;
+  return n;
+}
+
+inline BallotLists lists_into(Crossings& all, std::uint32_t most) {
+  auto lists = BALLOT_INIT(BallotLists);
+  lists.most = most;
+  lists.user = &all;
+  lists.take = [](void* user, std::uint64_t, std::size_t rays, const std::uint32_t* counts, const BallotHit* hits) {
+    auto& to = *static_cast<Crossings*>(user);
+    std::size_t total = 0;
+    for (std::size_t i = 0; i < rays; ++i) total += counts[i];
+    try {
+      to.counts.insert(to.counts.end(), counts, counts + rays);
+      to.hits.insert(to.hits.end(), hits, hits + total);
+    } catch (...) {
+      return 1;  // no memory: the call ends as interrupted
+    }
+    return 0;
+  };
+  return lists;
+}
+
 /// Refuses sizes of pictures before memory is taken for them.
 inline void check_size(std::uint32_t width, std::uint32_t height) {
   if (width < 1 || height < 1 || width > 16384 || height > 16384)

@@ -143,6 +143,30 @@ struct Times {
   std::uint64_t hits = 0;  // rays that hit
 };
 
+/// Where the answers for points go: arrays with an entry for each point; those that are null are not written. Without a
+/// triangle within the limit distances are infinite, numbers kMiss, and the rest 0.
+struct NearestResults {
+  float* distances = nullptr;
+  float* points = nullptr;         // x y z of the nearest point
+  std::uint32_t* prims = nullptr;  // number of its triangle within its mesh
+  std::uint32_t* mesh_ids = nullptr;
+  float* uvs = nullptr;               // u v: two floats
+  float* normals = nullptr;           // x y z: unit normal of the triangle
+  float* signed_distances = nullptr;  // negative inside; of a closed mesh alone
+  std::uint8_t* inside = nullptr;     // 1: inside; of a closed mesh alone
+};
+
+struct PointQuery {
+  float limit = 0;             // triangles farther away are not looked for; 0: no limit
+  bool assume_closed = false;  // do the inside test although edges are open; the answer near a gap is then arbitrary
+};
+
+/// All crossings of rays: those of ray i are hits[counts[0] + ... + counts[i - 1]] and the counts[i] - 1 behind it.
+struct Crossings {
+  std::vector<std::uint32_t> counts;
+  std::vector<Hit> hits;  // of each ray in order of t, at equal t in order of prim
+};
+
 struct SceneInfo {
   std::uint64_t triangles = 0, degenerate = 0, meshes = 0, views = 0;  // degenerate: triangles without area
   float lo[3] = {}, hi[3] = {};                                        // the bounds; zero if the scene is empty

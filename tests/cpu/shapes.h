@@ -72,6 +72,23 @@ inline Triangles sphere(int levels) {
   return out;
 }
 
+/// A closed box of twelve triangles, wound outwards.
+inline Triangles box(const glm::vec3& lo, const glm::vec3& hi) {
+  const auto at = [&](int i) { return glm::vec3(i & 1 ? hi.x : lo.x, i & 2 ? hi.y : lo.y, i & 4 ? hi.z : lo.z); };
+  constexpr int kSides[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  Triangles out;
+  for (const auto& s : kSides) {
+    out.push_back({at(s[0]), at(s[1]), at(s[2])});
+    out.push_back({at(s[0]), at(s[2]), at(s[3])});
+  }
+  return out;
+}
+
+inline Triangles joined(Triangles a, const Triangles& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
 inline Triangles identical(std::size_t count) { return Triangles(count, Triangle{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}); }
 
 /// Overlapping triangles in the plane z = 0.5.

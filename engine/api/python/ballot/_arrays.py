@@ -147,6 +147,24 @@ def out_array(out: Any, shape: tuple[int, ...], dtype: np.dtype, source: np.ndar
     return array
 
 
+def columns(
+    names: Any, known: dict[str, tuple[Any, tuple[int, ...]]], source: np.ndarray, out: Any
+) -> dict[str, np.ndarray]:
+    """Returns an array for each column that is asked for: a new one, or that of `out`. `known` has the dtype and the
+    shape of an entry by name; `source` the queries."""
+    given = dict(out or {})
+    arrays = {}
+    for name in names:
+        if name not in known:
+            raise ValueError(f"columns: found {name!r}; expected some of {', '.join(known)}")
+        dtype, entry = known[name]
+        shape = (*source.shape[:-1], *entry)
+        arrays[name] = out_array(given.pop(name, None), shape, np.dtype(dtype), source, f"out[{name!r}]")
+    if given:
+        raise ValueError(f"out: it has {next(iter(given))!r}, which is not among the columns")
+    return arrays
+
+
 def _text(dtype: np.dtype) -> str:
     return "ballot.HIT" if dtype == HIT else str(dtype)
 

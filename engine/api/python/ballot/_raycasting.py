@@ -19,6 +19,13 @@ _RESULTS = {
     "primitive_uvs": "uvs",
     "primitive_normals": "normals",
 }
+_CLOSEST = {
+    "points": "points",
+    "geometry_ids": "mesh_ids",
+    "primitive_ids": "prims",
+    "primitive_uvs": "uvs",
+    "primitive_normals": "normals",
+}
 
 
 class RaycastingScene:
@@ -114,6 +121,91 @@ class RaycastingScene:
         self.times = times[0]
         return found
 
+    def count_intersections(self, rays: Any, nthreads: int = 0) -> np.ndarray:
+        """Returns the number of intersections of each ray: int32 (...). Rays as cast_rays(). A ray through an edge or a
+        vertex of a closed surface intersects it there once."""
+        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        times: list[Times] = []
+        counts = self._built().count_crossings(_rays(rays), times=times)
+        self.times = times[0]
+        return counts.astype(np.int32)
+
+    def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, np.ndarray]:
+        """Lists all intersections of each ray, in the order of t. Rays as cast_rays().
+
+        Returns a dict of, with n intersections of all rays,
+            ray_splits      (number of rays + 1,) uint32: those of ray i are [ray_splits[i], ray_splits[i + 1])
+            ray_ids         (n,) uint32
+            t_hit           (n,) float32
+            geometry_ids    (n,) uint32
+            primitive_ids   (n,) uint32: the triangle within its mesh
+            primitive_uvs   (n, 2) float32
+        """
+        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        scene = self._built()
+        times: list[Times] = []
+        counts, hits = scene.crossings(_rays(rays), times=times)
+        self.times = times[0]
+        flat = counts.reshape(-1)
+        firsts = np.array([m.first for m in scene.meshes], np.int64)
+        mesh = np.searchsorted(firsts, hits["prim"], side="right") - 1
+        splits = np.zeros(len(flat) + 1, np.uint32)
+        np.cumsum(flat, out=splits[1:])
+        return {
+            "ray_splits": splits,
+            "ray_ids": np.repeat(np.arange(len(flat), dtype=np.uint32), flat),
+            "t_hit": np.ascontiguousarray(hits["t"]),
+            "geometry_ids": mesh.astype(np.uint32),
+            "primitive_ids": (hits["prim"] - firsts[mesh]).astype(np.uint32),
+            "primitive_uvs": np.stack([hits["u"], hits["v"]], axis=-1),
+        }
+
+    def _nearest(self, points: Any, columns: tuple[str, ...], nthreads: int, **query: Any) -> dict[str, np.ndarray]:
+        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        times: list[Times] = []
+        found = self._built().nearest(_points(points), columns, times=times, **query)
+        self.times = times[0]
+        return found
+
+    def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, np.ndarray]:
+        """Finds the closest point of the scene for each point.
+
+        query_points  (..., 3) float32 (float64 is converted)
+
+        Returns a dict of points (..., 3), geometry_ids (...), primitive_ids (...), primitive_uvs (..., 2) and
+        primitive_normals (..., 3), as cast_rays().
+        """
+        found = self._nearest(query_points, tuple(_CLOSEST.values()), nthreads)
+        return {name: found[column] for name, column in _CLOSEST.items()}
+
+    def compute_distance(self, query_points: Any, nthreads: int = 0) -> np.ndarray:
+        """Returns the distance of each point from the scene: float32 (...). Points as compute_closest_points()."""
+        return self._nearest(query_points, ("distances",), nthreads)["distances"]
+
+    def compute_signed_distance(
+        self, query_points: Any, nthreads: int = 0, nsamples: int = 1, *, assume_closed: bool = False
+    ) -> np.ndarray:
+        """Returns the distance of each point from the scene, negative inside: float32 (...).
+
+        nsamples       accepted for Open3D's sake: one ray a point decides, not a vote
+        assume_closed  as Scene.nearest()
+
+        Raises ValueError if an edge of the scene belongs to an odd number of triangles.
+        """
+        _samples(nsamples)
+        return self._nearest(query_points, ("signed_distances",), nthreads, assume_closed=assume_closed)[
+            "signed_distances"
+        ]
+
+    def compute_occupancy(
+        self, query_points: Any, nthreads: int = 0, nsamples: int = 1, *, assume_closed: bool = False
+    ) -> np.ndarray:
+        """Returns 1 for each point inside of the scene, else 0: float32 (...). Arguments and errors as
+        compute_signed_distance()."""
+        _samples(nsamples)
+        inside = self._nearest(query_points, ("inside",), nthreads, assume_closed=assume_closed)["inside"]
+        return inside.astype(np.float32)
+
     @staticmethod
     def create_rays_pinhole(*args: Any, **kwargs: Any) -> np.ndarray:
         """Returns the rays of a pinhole camera: (height_px, width_px, 6) float32. Called as either
@@ -155,6 +247,18 @@ def _rays(given: Any) -> np.ndarray:
     if rays.ndim < 2:
         raise ValueError(f"rays: shape is {rays.shape}; expected (..., 6) with at least two axes")
     return rays
+
+
+def _points(given: Any) -> np.ndarray:
+    points = _arrays.floats(given, "query_points", (3,))
+    if points.ndim < 2:
+        raise ValueError(f"query_points: shape is {points.shape}; expected (..., 3) with at least two axes")
+    return points
+
+
+def _samples(nsamples: int) -> None:
+    if _query.whole(nsamples, "nsamples", 1, 2**31 - 1) % 2 == 0:
+        raise ValueError(f"nsamples is {nsamples}; expected an odd number")
 
 
 def _matrix(given: Any, shape: tuple[int, ...], name: str) -> np.ndarray:

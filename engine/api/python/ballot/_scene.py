@@ -13,6 +13,7 @@ from ._array import Array
 from ._arrays import HIT
 from ._device import Device, device_or_default
 from ._job import Job
+from ._points import Queries
 from ._query import Times
 
 Progress = Callable[[float], Any]
@@ -55,7 +56,7 @@ class MeshInfo(NamedTuple):
     triangles: int
 
 
-class Scene:
+class Scene(Queries):
     """A scene on a device, made of triangle meshes.
 
     vertices      (n, 3) float32 or float64: x, y, z; finite, at most 1e12
@@ -235,16 +236,7 @@ class Scene:
         """
         source = _arrays.rays(rays, t)
         asked = _query.query(any, method, numeric, knobs, ray_class)
-        given = dict(out or {})
-        arrays = {}
-        for name in columns:
-            if name not in _COLUMNS:
-                raise ValueError(f"columns: found {name!r}; expected some of {', '.join(_COLUMNS)}")
-            dtype, entry = _COLUMNS[name]
-            shape = (*source.shape[:-1], *entry)
-            arrays[name] = _arrays.out_array(given.pop(name, None), shape, np.dtype(dtype), source, f"out[{name!r}]")
-        if given:
-            raise ValueError(f"out: it has {next(iter(given))!r}, which is not among the columns")
+        arrays = _arrays.columns(columns, _COLUMNS, source, out)
         results = _ballot.Results(**{name: _arrays.flat(array) for name, array in arrays.items()})
         spent = self._handle.trace(_arrays.rows(source), results, asked, _query.progress_function(progress))
         if times is not None:

@@ -56,13 +56,16 @@ class RayMeshIntersector:
         **_ignored: Any,
     ) -> tuple[np.ndarray, ...]:
         """Returns the triangles that were hit and the rays that hit them: index_tri (m,) int64, index_ray (m,) int64,
-        and with return_locations the points (m, 3) float64. With multiple_hits=False, m counts the rays that hit; True,
-        which is trimesh's default, raises NotImplementedError.
+        and with return_locations the points (m, 3) float64. With multiple_hits every hit is listed, ray by ray in the
+        order of distance; without, the first of each ray that hits.
         """
-        _check_first_only(multiple_hits)
-        rays, hits = self._hits(ray_origins, ray_directions)
-        index_ray = np.nonzero(hits["prim"] != _arrays.MISS)[0]
-        found = hits[index_ray]
+        if multiple_hits:
+            counts, found = self._scene.crossings(_rays(ray_origins, ray_directions))
+            index_ray = np.repeat(np.arange(len(counts)), counts)
+        else:
+            _, hits = self._hits(ray_origins, ray_directions)
+            index_ray = np.nonzero(hits["prim"] != _arrays.MISS)[0]
+            found = hits[index_ray]
         index_tri = found["prim"].astype(np.int64)
         if not return_locations:
             return index_tri, index_ray
@@ -80,13 +83,10 @@ class RayMeshIntersector:
         )
         return points, index_ray, index_tri
 
-
-def _check_first_only(multiple_hits: bool) -> None:
-    if multiple_hits:
-        raise NotImplementedError(
-            "multiple_hits=True: ballot finds the first hit of a ray, not all of them; pass multiple_hits=False, or "
-            "use trimesh.ray for this call"
-        )
+    def contains_points(self, points: Any) -> np.ndarray:
+        """Returns whether each point (n, 3) is inside of the mesh: (n,) bool. Raises ValueError if the mesh is not
+        closed."""
+        return self._scene.nearest(points, ("inside",))["inside"]
 
 
 def _rays(origins: Any, directions: Any) -> np.ndarray:

@@ -139,6 +139,7 @@ void bind_memory(nb::module_& m);
 void bind_scenes(nb::module_& m);
 void bind_pictures(nb::class_<SceneObject>& scene);
 void bind_traces(nb::module_& m, nb::class_<SceneObject>& scene);
+void bind_points(nb::class_<SceneObject>& scene);
 void bind_arrays(nb::module_& m, nb::class_<SceneObject>& scene);
 
 /// Returns an array of NumPy that owns `data`.

@@ -143,6 +143,7 @@ void bind_scenes(nb::module_& m) {
       .def("triangles", &triangles);
   bind_pictures(scene);
   bind_traces(m, scene);
+  bind_points(scene);
   bind_arrays(m, scene);
 }
 

@@ -63,3 +63,15 @@ def brute(corners: np.ndarray, rays: np.ndarray) -> dict[str, np.ndarray]:
         "v": np.where(found, v[row, prim], 0),
         "margin": margin,
     }
+
+
+def all_hits(corners: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns which triangles (m, 3, 3) each ray (n, 6) hits, bool (n, m), in float64, and for which rays (n,) rounding
+    changes nothing."""
+    hit = np.zeros((len(rays), len(corners)), bool)
+    sure = np.ones(len(rays), bool)
+    for i, corner in enumerate(corners):
+        one = brute(corner[None], rays)
+        hit[:, i] = one["prim"] != MISS
+        sure &= one["margin"] > 1e-5
+    return hit, sure

@@ -172,10 +172,26 @@ class Trimesh(unittest.TestCase):
         sure = self.sure[ray]
         np.testing.assert_allclose(points[sure], expected[sure], atol=1e-4)
 
-    def test_all_hits_are_refused(self):
-        for call in (self.ray.intersects_id, self.ray.intersects_location):
-            with self.assertRaisesRegex(NotImplementedError, "multiple_hits=False"):
-                call(*self.given)
+    def test_all_hits(self):
+        tri, ray, points = self.ray.intersects_id(*self.given, return_locations=True)
+        self.assertEqual((tri.dtype, ray.dtype, points.dtype), (np.int64, np.int64, np.float64))
+        rays = np.concatenate(self.given, axis=1)
+        found = np.zeros((len(rays), len(self.faces)), bool)
+        found[ray, tri] = True
+        self.assertEqual(found.sum(), len(ray))  # each triangle once
+        all_hits, sure = ref.all_hits(self.vertices[self.faces], rays)
+        np.testing.assert_array_equal(found[sure], all_hits[sure])
+        along = ((points - self.given[0][ray]) * self.given[1][ray]).sum(-1)
+        self.assertTrue((np.diff(along)[np.diff(ray) == 0] > -1e-4).all())
+        first = self.ray.intersects_first(*self.given)
+        np.testing.assert_array_equal(first[ray[np.diff(ray, prepend=-1) > 0]], tri[np.diff(ray, prepend=-1) > 0])
+
+    def test_contains_points(self):
+        mesh = types.SimpleNamespace(vertices=ref.CUBE_VERTICES, faces=ref.CUBE_TRIANGLES)
+        inside = ballot.trimesh_ray.RayMeshIntersector(mesh).contains_points([[0, 0, 0], [0.5, 0.9, 0.2], [0, 0, 1.1]])
+        self.assertEqual((inside.dtype, inside.tolist()), (np.bool_, [True, True, False]))
+        with self.assertRaisesRegex(ValueError, "not closed"):
+            self.ray.contains_points([[0, 0, 0]])
 
     def test_bad_input(self):
         with self.assertRaisesRegex(ValueError, "shapes are"):

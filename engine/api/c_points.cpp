@@ -1,0 +1,220 @@
+// Queries of points and of all crossings by the C interface.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "engine/api/arrays.h"
+#include "engine/core/parallel.h"
+
+namespace ballot::api {
+namespace {
+
+constexpr std::size_t kPointChunk = 1 << 13;  // points that a thread takes at a time
+constexpr float kNoLimit = std::numeric_limits<float>::infinity();
+using PointClock = std::chrono::steady_clock;
+
+[[noreturn]] void refuse_points(const std::string& text) { throw Refused(BALLOT_ERROR_ARGUMENT, text); }
+
+/// The points of a call. Keeps the caller's pointer.
+class PointArray {
+ public:
+  explicit PointArray(const BallotPoints& points)
+      : data_(reinterpret_cast<const char*>(points.data)),
+        count_(points.count),
+        stride_(points.stride ? points.stride : 3 * sizeof(float)),
+        limit_(points.limit == 0 ? kNoLimit : points.limit) {
+    if (count_ && !data_) refuse_points(fmt::format("points: data is NULL, but count is {}", count_));
+    if (stride_ < 3 * sizeof(float) || stride_ % sizeof(float))
+      refuse_points(fmt::format("points: stride is {} bytes; expected a multiple of 4, at least 12", stride_));
+    if (!(limit_ > 0))
+      refuse_points(fmt::format("points: limit is {}; expected a distance above 0, or 0 for none", limit_));
+  }
+  std::size_t count() const { return count_; }
+  void read(std::uint64_t first, std::span<ProbePoint> room) const {
+    for_chunks(room.size(), kPointChunk, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const float* f = reinterpret_cast<const float*>(data_ + (std::size_t(first) + i) * stride_);
+        room[i] = {{f[0], f[1], f[2]}, limit_};
+      }
+    });
+  }
+
+ private:
+  const char* data_;
+  std::size_t count_, stride_;
+  float limit_;
+};
+
+/// Refuses the inside test of a mesh with open edges.
+void need_closed(ballot::Engine& engine) {
+  const Topology& t = engine.topology();
+  if (t.closed()) return;
+  const FaultyEdge& edge = t.first_boundary.empty() ? t.first_nonmanifold.front() : t.first_boundary.front();
+  refuse_points(fmt::format(
+      "inside test: the mesh is not closed: {} of its {} edges belong to an odd number of triangles, such as that from "
+      "({}, {}, {}) to ({}, {}, {}) of triangle {}{}; mend it (`ballot check` lists such edges), or set assume_closed "
+      "and take wrong answers near the gaps",
+      t.open, t.edges, edge.from.x, edge.from.y, edge.from.z, edge.to.x, edge.to.y, edge.to.z, edge.prim,
+      t.flat ? fmt::format("; {} triangles without area are left out", t.flat) : std::string()));
+}
+
+PointStream stream_of(const PointArray& points, const BallotPointQuery& query) {
+  PointStream stream;
+  stream.count = points.count();
+  stream.read = [&points](std::uint64_t first, std::span<ProbePoint> room) { points.read(first, room); };
+  if (query.progress)
+    stream.progress = [query, count = points.count()](std::uint64_t done) {
+      if (query.progress(query.user, double(done) / double(count)))
+        throw Refused(BALLOT_ERROR_INTERRUPTED,
+                      fmt::format("interrupted after {:.0f} % of the points", 100 * double(done) / double(count)));
+    };
+  return stream;
+}
+
+/// Writes what is asked of the nearest points.
+class NearestArrays {
+ public:
+  NearestArrays(const BallotNearest& to, const SceneState& scene)
+      : to_(to), hits_(hit_arrays(to), scene, RowOrder()), any_(to.prims || to.mesh_ids || to.uvs || to.normals) {}
+
+  bool wants_distance() const { return any_ || to_.distances || to_.points || to_.signed_distances; }
+  bool wants_inside() const { return to_.signed_distances || to_.inside; }
+
+  void write(std::uint64_t first, std::span<const Nearest> answers) {
+    for_chunks(answers.size(), kPointChunk, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t place = std::size_t(first) + i;
+        if (to_.distances) to_.distances[place] = answers[i].distance;
+        if (to_.signed_distances) to_.signed_distances[place] = answers[i].distance;
+        if (to_.points) std::memcpy(to_.points + 3 * place, &answers[i].at, 3 * sizeof(float));
+      }
+    });
+    found_ += std::uint64_t(std::ranges::count_if(answers, [](const Nearest& n) { return n.prim != NO_HIT; }));
+    if (!any_) return;
+    as_hits_.resize(answers.size());
+    for (std::size_t i = 0; i < answers.size(); ++i)
+      as_hits_[i] = {answers[i].distance, answers[i].prim, answers[i].u, answers[i].v};
+    hits_.write(std::size_t(first), as_hits_);
+  }
+  void write(std::uint64_t first, std::span<const std::uint32_t> inside) {
+    for (std::size_t i = 0; i < inside.size(); ++i) {
+      const std::size_t place = std::size_t(first) + i;
+      if (to_.inside) to_.inside[place] = std::uint8_t(inside[i]);
+      if (to_.signed_distances && inside[i]) to_.signed_distances[place] = -to_.signed_distances[place];
+    }
+  }
+  std::uint64_t found() const { return found_; }
+
+ private:
+  static BallotHits hit_arrays(const BallotNearest& n) {
+    auto hits = BALLOT_INIT(BallotHits);
+    hits.prims = n.prims, hits.mesh_ids = n.mesh_ids, hits.uvs = n.uvs, hits.normals = n.normals;
+    return hits;
+  }
+
+  BallotNearest to_;
+  HitArrays hits_;
+  bool any_;
+  std::vector<Hit> as_hits_;
+  std::uint64_t found_ = 0;
+};
+
+BallotTimes times_of(PointClock::time_point begin, const TraceTimes& spent, std::uint64_t hits) {
+  BallotTimes t = BALLOT_INIT(BallotTimes);
+  t.seconds = std::chrono::duration<double>(PointClock::now() - begin).count();
+  t.device_ms = spent.device_ms;
+  t.hits = hits;
+  return t;
+}
+
+BallotTimes query_points(SceneState& scene, const PointArray& points, const BallotNearest& to,
+                         const BallotPointQuery& query) {
+  const auto begin = PointClock::now();
+  ballot::Engine& engine = engine_of(scene, "ballot_query_points");
+  NearestArrays out(to, scene);
+  if (out.wants_inside() && !query.assume_closed) need_closed(engine);
+  const PointStream stream = stream_of(points, query);
+  TraceTimes spent;
+  if (out.wants_distance())
+    spent = engine.points().nearest(
+        stream, [&](std::uint64_t first, std::span<const Nearest> answers) { out.write(first, answers); });
+  if (out.wants_inside())
+    spent.device_ms += engine.points()
+                           .inside(stream, [&](std::uint64_t first,
+                                               std::span<const std::uint32_t> answers) { out.write(first, answers); })
+                           .device_ms;
+  return times_of(begin, spent, out.found());
+}
+
+/// Counts crossings. Rays in rows are taken in tiles, as by ballot_trace().
+BallotTimes count_crossings(SceneState& scene, const RayArray& rays, std::uint32_t* counts) {
+  const auto begin = PointClock::now();
+  const RowOrder order = RowOrder::find(rays);
+  RaySource source;
+  source.count = rays.count();
+  source.read = [&](std::uint64_t first, std::span<Ray> room) { rays.read(order, std::size_t(first), room); };
+  std::uint64_t hits = 0;
+  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> some) {
+    hits += std::uint64_t(some.size()) - std::uint64_t(std::ranges::count(some, 0u));
+    if (!counts) return;
+    order.for_runs(std::size_t(first), some.size(), [&](std::size_t i, std::size_t place, std::size_t n) {
+      std::ranges::copy(some.subspan(i, n), counts + place);
+    });
+  };
+  const TraceTimes spent = engine_of(scene, "ballot_list_crossings").rays().count(source, take);
+  return times_of(begin, spent, hits);
+}
+
+BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const BallotLists& lists) {
+  if (!lists.take && lists.most == 0) return count_crossings(scene, rays, lists.counts);
+  const auto begin = PointClock::now();
+  RaySource source;
+  source.count = rays.count();
+  source.read = [&](std::uint64_t first, std::span<Ray> room) { rays.read(std::size_t(first), room); };
+  std::uint64_t hits = 0;
+  const auto count = [&](std::uint64_t first, std::span<const std::uint32_t> counts) {
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      hits += counts[i] != 0;
+      if (lists.counts) lists.counts[first + i] = counts[i];
+    }
+  };
+  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> found) {
+    count(first, counts);
+    if (lists.take &&
+        lists.take(lists.user, first, counts.size(), counts.data(), reinterpret_cast<const BallotHit*>(found.data())))
+      throw Refused(BALLOT_ERROR_INTERRUPTED, fmt::format("interrupted after {} rays", first + counts.size()));
+  };
+  const TraceTimes spent = engine_of(scene, "ballot_list_crossings").rays().list(source, lists.most ? lists.most : kAllHits, take);
+  return times_of(begin, spent, hits);
+}
+
+}  // namespace
+}  // namespace ballot::api
+
+using namespace ballot::api;
+
+BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points, const BallotNearest* nearest,
+                                 const BallotPointQuery* query, BallotTimes* times) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(points, "ballot_query_points", "points");
+    need(nearest, "ballot_query_points", "nearest");
+    const PointArray array(read_struct(points, "BallotPoints"));
+    const BallotNearest to = read_struct(nearest, "BallotNearest");
+    const BallotPointQuery q = read_struct(query, "BallotPointQuery");
+    const DeviceUse use(*state->device);
+    write_struct(times, query_points(*state, array, to, q), "BallotTimes");
+  });
+}
+
+BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, const BallotLists* lists,
+                                   BallotTimes* times) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(rays, "ballot_list_crossings", "rays");
+    need(lists, "ballot_list_crossings", "lists");
+    const RayArray array(read_struct(rays, "BallotRays"));
+    const BallotLists l = read_struct(lists, "BallotLists");
+    const DeviceUse use(*state->device);
+    write_struct(times, list_crossings(*state, array, l), "BallotTimes");
+  });
+}

@@ -1,0 +1,132 @@
+"""Queries of points, and of all crossings of rays: methods of Scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from . import _arrays, _query
+from ._arrays import HIT
+from ._query import Times
+
+Progress = Callable[[float], object]
+
+_COLUMNS = {  # name: (dtype, shape of one point's entry)
+    "distances": (np.float32, ()),
+    "points": (np.float32, (3,)),
+    "prims": (np.uint32, ()),
+    "mesh_ids": (np.uint32, ()),
+    "uvs": (np.float32, (2,)),
+    "normals": (np.float32, (3,)),
+    "inside": (np.bool_, ()),
+    "signed_distances": (np.float32, ()),
+}
+_NAMES = {"points": "nearest"}  # as the extension has them
+
+
+class Queries:
+    """The queries that Scene has in addition to traces."""
+
+    _handle: Any
+
+    def nearest(
+        self,
+        points: Any,
+        columns: Sequence[str] = ("distances", "points", "prims", "uvs"),
+        *,
+        limit: float = math.inf,
+        assume_closed: bool = False,
+        out: Mapping[str, Any] | None = None,
+        times: list[Times] | None = None,
+        progress: Progress | None = None,
+    ) -> dict[str, np.ndarray]:
+        """Finds the nearest point of the scene for each point. Returns a dict of arrays.
+
+        points   (..., 3) float32 or float64; one that is not finite is near nothing, and outside
+        columns  some of
+                 "distances"         (...) float32: within 64 * 2^-24 (M + M') of the true one, M and M' being the
+                                     largest distances of a vertex of the reported and of the nearest triangle
+                 "points"            (..., 3) float32: the nearest point
+                 "prims"             (...) uint32: its triangle, within its mesh; of those as near the smallest number
+                 "mesh_ids"          (...) uint32: the id of its mesh
+                 "uvs"               (..., 2) float32: weights of the vertices 1 and 2
+                 "normals"           (..., 3) float32: unit normal of the triangle, by the right-hand rule
+                 "inside"            (...) bool: by the parity of the crossings of one ray; right for every point that
+                                     is 16 * 2^-24 M away from the surface
+                 "signed_distances"  (...) float32: negative inside
+                 Without a triangle within the limit distances are inf, numbers ballot.MISS, the rest 0.
+        limit    triangles farther away are not looked for
+        assume_closed  find what is inside of a mesh with open edges; the answer near a gap is then arbitrary
+        out, times, progress  as trace_columns()
+
+        Raises ValueError if "inside" or "signed_distances" is asked for and an edge of the scene belongs to an odd
+        number of triangles.
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> scene.nearest([[0.25, 0.25, 2]])["distances"].tolist()
+        [2.0]
+        """
+        source = _arrays.floats(points, "points", (3,))
+        bound = float(limit)
+        if not bound > 0:
+            raise ValueError(f"limit is {limit}; expected a distance above 0")
+        arrays = _arrays.columns(columns, _COLUMNS, source, out)
+        given = {_NAMES.get(name, name): _arrays.flat(array) for name, array in arrays.items()}
+        rows = _arrays.rows(source)
+        spent = self._handle.query_points(
+            rows, bound, bool(assume_closed), _query.progress_function(progress), **given
+        )
+        if times is not None:
+            times.append(Times(*spent))
+        return arrays
+
+    def count_crossings(
+        self, rays: Any, *, t: Any = None, times: list[Times] | None = None,
+        progress: Progress | None = None,
+    ) -> np.ndarray:
+        """Returns how many triangles each ray crosses: uint32 of shape (...). Rays and t as trace().
+
+        A ray through an edge or a vertex of a closed surface crosses it there once, or twice or not at all where it
+        touches the surface from one side.
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> scene.count_crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]]).tolist()
+        [1, 0]
+        """
+        source = _arrays.rays(rays, t)
+        counts, _, spent = self._handle.list_crossings(
+            _arrays.rows(source), 0, False, _query.progress_function(progress)
+        )
+        if times is not None:
+            times.append(Times(*spent))
+        return counts.reshape(source.shape[:-1])
+
+    def crossings(
+        self, rays: Any, *, first: int | None = None, t: Any = None, times: list[Times] | None = None,
+        progress: Progress | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Finds all triangles that each ray crosses. Returns (counts, hits): how many crossings each ray has, uint32 of
+        shape (...), and those of all rays one after the other, ballot.HIT of shape (sum of counts,), each ray's in the
+        order of t, at equal t of prim.
+
+        first  list at most so many crossings of each ray, the nearest
+        Rays, t and the rule for edges as count_crossings().
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> counts, hits = scene.crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]])
+        >>> counts.tolist(), hits["t"].tolist()
+        ([1, 0], [2.0])
+        """
+        most = 0 if first is None else _query.whole(first, "first", 0, 2**32 - 2)
+        source = _arrays.rays(rays, t)
+        if first == 0:
+            return np.zeros(source.shape[:-1], np.uint32), np.empty(0, HIT)
+        counts, hits, spent = self._handle.list_crossings(
+            _arrays.rows(source), most, True, _query.progress_function(progress)
+        )
+        if times is not None:
+            times.append(Times(*spent))
+        return counts.reshape(source.shape[:-1]), hits.view(HIT).reshape(-1)

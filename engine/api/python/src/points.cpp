@@ -1,0 +1,112 @@
+// Queries of points, and of all crossings of rays, in Python.
+#include "query.h"
+
+namespace ballot::python {
+
+namespace {
+
+using PointRows = nb::ndarray<const float, nb::ndim<2>, nb::device::cpu>;
+template <class T>
+using Out = std::optional<nb::ndarray<T, nb::ndim<1>, nb::c_contig, nb::device::cpu>>;
+
+template <class T>
+T* room(const Out<T>& array, std::size_t expected, const char* name) {
+  if (!array) return nullptr;
+  if (array->size() != expected)
+    throw Error(Code::Argument, std::string(name) + " has " + std::to_string(array->size()) + " numbers; expected " +
+                                    std::to_string(expected));
+  return array->data();
+}
+
+TimesTuple query_points(const SceneObject& self, const PointRows& array, float limit, bool assume_closed,
+                        nb::object progress, const Out<float>& distances, const Out<float>& points,
+                        const Out<std::uint32_t>& prims, const Out<std::uint32_t>& mesh_ids, const Out<float>& uvs,
+                        const Out<float>& normals, const Out<float>& signed_distances,
+                        const Out<std::uint8_t>& inside) {
+  auto from = BALLOT_INIT(BallotPoints);
+  from.data = array.data(), from.count = array.shape(0), from.limit = limit;
+  from.stride = from.count > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 0;
+  const std::size_t n = from.count;
+  auto to = BALLOT_INIT(BallotNearest);
+  to.distances = room(distances, n, "distances");
+  to.points = room(points, 3 * n, "points");
+  to.prims = room(prims, n, "prims");
+  to.mesh_ids = room(mesh_ids, n, "mesh_ids");
+  to.uvs = room(uvs, 2 * n, "uvs");
+  to.normals = room(normals, 3 * n, "normals");
+  to.signed_distances = room(signed_distances, n, "signed_distances");
+  to.inside = room(inside, n, "inside");
+  Watch watch(std::move(progress));
+  auto query = BALLOT_INIT(BallotPointQuery);
+  query.assume_closed = assume_closed;
+  query.user = &watch;
+  query.progress = [](void* user, double done) { return int(!(*static_cast<Watch*>(user))(done)); };
+  auto times = BALLOT_INIT(BallotTimes);
+  watch.run([&] {
+    without_gil(self.use(),
+                [&](const Scene& s) { check(ballot_query_points(s.handle(), &from, &to, &query, &times)); });
+  });
+  return tuple_of(detail::times_of(times));
+}
+
+/// What a list of crossings has taken so far.
+struct Crossings {
+  std::vector<std::uint32_t> counts;
+  std::vector<float> hits;  // t, prim (its bits), u, v of each
+  bool lists = true;
+  double rays = 0;
+  Watch* watch = nullptr;
+
+  static int take(void* user, std::uint64_t first, std::size_t rays, const std::uint32_t* counts,
+                  const BallotHit* hits) {
+    auto& self = *static_cast<Crossings*>(user);
+    std::size_t total = 0;
+    for (std::size_t i = 0; i < rays; ++i) total += counts[i];
+    self.counts.insert(self.counts.end(), counts, counts + rays);
+    const float* numbers = reinterpret_cast<const float*>(hits);
+    self.hits.insert(self.hits.end(), numbers, numbers + 4 * total);
+    return int(!(*self.watch)(double(first + rays) / self.rays));
+  }
+};
+
+/// Returns (counts, numbers of the hits, times).
+nb::tuple list_crossings(const SceneObject& self, const PointRows& array, std::uint32_t most, bool lists,
+                         nb::object progress) {
+  auto rays = BALLOT_INIT(BallotRays);
+  rays.data = array.data(), rays.count = array.shape(0);
+  rays.stride = rays.count > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 0;
+  rays.format = array.shape(1) == 8 ? BALLOT_RAYS_FULL : BALLOT_RAYS_UNBOUNDED;
+  Watch watch(std::move(progress));
+  Crossings all;
+  all.watch = &watch;
+  all.rays = double(rays.count);
+  auto to = BALLOT_INIT(BallotLists);
+  to.most = most;
+  to.user = &all;
+  if (lists) {
+    to.take = &Crossings::take;
+  } else {
+    all.counts.resize(rays.count);
+    to.counts = all.counts.data();
+  }
+  auto times = BALLOT_INIT(BallotTimes);
+  watch.run([&] {
+    without_gil(self.use(), [&](const Scene& s) { check(ballot_list_crossings(s.handle(), &rays, &to, &times)); });
+  });
+  const std::size_t n = all.counts.size(), m = all.hits.size();
+  return nb::make_tuple(array_of(std::move(all.counts), {n}), array_of(std::move(all.hits), {m}),
+                        tuple_of(detail::times_of(times)));
+}
+
+}  // namespace
+
+void bind_points(nb::class_<SceneObject>& scene) {
+  const auto none = [](const char* name) { return nb::arg(name).noconvert().none() = nb::none(); };
+  scene.def("query_points", &query_points, nb::arg("points").noconvert(), nb::arg("limit"), nb::arg("assume_closed"),
+            nb::arg("progress").none(), none("distances"), none("nearest"), none("prims"), none("mesh_ids"),
+            none("uvs"), none("normals"), none("signed_distances"), none("inside"));
+  scene.def("list_crossings", &list_crossings, nb::arg("rays").noconvert(), nb::arg("most"), nb::arg("lists"),
+            nb::arg("progress").none());
+}
+
+}  // namespace ballot::python

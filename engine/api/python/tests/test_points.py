@@ -1,0 +1,174 @@
+"""Queries of points, and of all crossings of rays."""
+
+import unittest
+
+import ballot
+import numpy as np
+import reference as ref
+
+
+class Nearest(unittest.TestCase):
+    def setUp(self):
+        self.scene = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES, ids=5)
+
+    def test_values_and_types(self):
+        points = np.float64([[[0, 0, 3], [0, 0.5, 0]], [[np.nan, 0, 0], [3, 3, 1]]])
+        names = ("distances", "points", "prims", "mesh_ids", "uvs", "normals", "inside", "signed_distances")
+        times = []
+        got = self.scene.nearest(points, names, times=times)
+        self.assertEqual(
+            {k: (a.dtype.name, a.shape) for k, a in got.items()},
+            {
+                "distances": ("float32", (2, 2)),
+                "points": ("float32", (2, 2, 3)),
+                "prims": ("uint32", (2, 2)),
+                "mesh_ids": ("uint32", (2, 2)),
+                "uvs": ("float32", (2, 2, 2)),
+                "normals": ("float32", (2, 2, 3)),
+                "inside": ("bool", (2, 2)),
+                "signed_distances": ("float32", (2, 2)),
+            },
+        )
+        self.assertEqual(got["distances"][0].tolist(), [2, 0.5])
+        self.assertEqual(got["signed_distances"][0].tolist(), [2, -0.5])
+        self.assertEqual(got["inside"].tolist(), [[False, True], [False, False]])
+        self.assertEqual(got["points"][0].tolist(), [[0, 0, 1], [0, 1, 0]])
+        self.assertEqual(got["normals"][0, 1].tolist(), [0, 1, 0])
+        self.assertEqual(got["distances"][1, 0], np.inf)
+        self.assertEqual((got["prims"][1, 0], got["mesh_ids"][1, 1]), (ballot.MISS, 5))
+        self.assertAlmostEqual(got["distances"][1, 1], np.sqrt(8), 5)
+        self.assertEqual(times[0].hits, 3)
+
+    def test_points_belong_to_their_weights(self):
+        vertices, triangles = ref.soup(200)
+        scene = ballot.Scene(vertices, triangles)
+        points = np.random.default_rng(3).uniform(-2, 2, (5000, 3)).astype(np.float32)
+        got = scene.nearest(points)
+        u, v = got["uvs"].T.astype(np.float64)
+        corners = vertices[triangles[got["prims"]]].astype(np.float64)
+        at = corners[:, 0] * (1 - u - v)[:, None] + corners[:, 1] * u[:, None] + corners[:, 2] * v[:, None]
+        np.testing.assert_allclose(at, got["points"], atol=1e-4)
+        np.testing.assert_allclose(np.linalg.norm(at - points, axis=1), got["distances"], atol=1e-5)
+        order = np.random.default_rng(4).permutation(len(points))
+        np.testing.assert_array_equal(scene.nearest(points[order])["prims"], got["prims"][order])
+
+    def test_limits_and_out(self):
+        out = np.empty(2, np.float32)
+        points = np.float32([[0, 0, 3], [0, 0, 2]])
+        got = self.scene.nearest(points, ("distances",), limit=1.5, out={"distances": out})
+        self.assertIs(got["distances"], out)
+        self.assertEqual(out.tolist(), [np.inf, 1])
+
+    def test_bad_input(self):
+        points = np.zeros((2, 3), np.float32)
+        open_cube = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES[1:])
+        for error, text, call in (
+            (ValueError, r"points: shape is \(2, 2\)", lambda: self.scene.nearest(points[:, :2])),
+            (TypeError, "points: dtype is int64", lambda: self.scene.nearest(points.astype(np.int64))),
+            (ValueError, "columns: found 'where'", lambda: self.scene.nearest(points, ("where",))),
+            (ValueError, "limit is -1", lambda: self.scene.nearest(points, limit=-1)),
+            (ValueError, "limit is nan", lambda: self.scene.nearest(points, limit=np.nan)),
+            (ValueError, "3 of its 18 edges.*assume_closed", lambda: open_cube.nearest(points, ("inside",))),
+            (ValueError, "first is -1", lambda: self.scene.crossings(np.zeros((1, 6), np.float32), first=-1)),
+        ):
+            with self.subTest(text), self.assertRaisesRegex(error, text):
+                call()
+        self.assertEqual(open_cube.nearest(points, ("inside",), assume_closed=True)["inside"].shape, (2,))
+        self.assertEqual(self.scene.nearest(points[:0])["distances"].shape, (0,))
+
+
+class Crossings(unittest.TestCase):
+    def setUp(self):
+        self.scene = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
+        # Through the diagonals of two sides, up to the middle, beside, through two corners, along an edge.
+        self.rays = np.float32([
+            [-9, 0, 0, 0, 1, 0, 0, 99], [-9, 0.5, 0, 0, 1, 0, 0, 9], [-9, 5, 0, 0, 1, 0, 0, 99],
+            [-9, -9, -9, 0, 1, 1, 1, 99], [-9, 1, 1, 0, 1, 0, 0, 99],
+        ])  # fmt: skip
+
+    def test_counts_and_lists(self):
+        counts = self.scene.count_crossings(self.rays)
+        self.assertEqual((counts.dtype, counts[:4].tolist()), (np.uint32, [2, 1, 0, 2]))
+        self.assertEqual(counts[4] % 2, 0)
+        again, hits = self.scene.crossings(self.rays)
+        np.testing.assert_array_equal(again, counts)
+        self.assertEqual((hits.dtype, hits["t"][:3].tolist()), (ballot.HIT, [8, 10, 8]))
+        first, hits = self.scene.crossings(self.rays, first=1)
+        self.assertEqual((first[:4].tolist(), len(hits)), ([1, 1, 0, 1], first.sum()))
+        none, hits = self.scene.crossings(self.rays, first=0)
+        self.assertEqual((none.sum(), len(hits)), (0, 0))
+        self.assertEqual(self.scene.count_crossings(np.zeros((0, 6), np.float32)).shape, (0,))
+
+    def test_against_a_search(self):
+        vertices, triangles = ref.soup(120)
+        rays = ref.random_rays(400)
+        scene = ballot.Scene(vertices, triangles, builder="best", split_budget=4)
+        counts, hits = scene.crossings(rays)
+        truth, sure = ref.all_hits(vertices[triangles], rays)
+        np.testing.assert_array_equal(counts[sure], truth.sum(axis=1)[sure])
+        found = np.zeros_like(truth)
+        found[np.repeat(np.arange(len(rays)), counts), hits["prim"]] = True
+        np.testing.assert_array_equal(found[sure], truth[sure])
+
+
+class Open3D(unittest.TestCase):
+    """Shapes, dtypes and conventions are those of Open3D 0.20."""
+
+    def setUp(self):
+        self.scene = ballot.RaycastingScene()
+        self.scene.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
+        self.scene.add_triangles(ref.CUBE_VERTICES + np.float32([4, 0, 0]), ref.CUBE_TRIANGLES)
+
+    def test_points(self):
+        points = np.float32([[[0, 0, 3], [4.5, 0, 0]]])
+        got = self.scene.compute_closest_points(points)
+        self.assertEqual(
+            {k: (a.dtype.name, a.shape) for k, a in got.items()},
+            {
+                "points": ("float32", (1, 2, 3)),
+                "geometry_ids": ("uint32", (1, 2)),
+                "primitive_ids": ("uint32", (1, 2)),
+                "primitive_uvs": ("float32", (1, 2, 2)),
+                "primitive_normals": ("float32", (1, 2, 3)),
+            },
+        )
+        self.assertEqual(got["geometry_ids"].tolist(), [[0, 1]])
+        self.assertEqual(got["points"].tolist(), [[[0, 0, 1], [5, 0, 0]]])
+        for call, dtype, values in (
+            (self.scene.compute_distance, np.float32, [[2, 0.5]]),
+            (self.scene.compute_signed_distance, np.float32, [[2, -0.5]]),
+            (self.scene.compute_occupancy, np.float32, [[0, 1]]),
+        ):
+            answer = call(points)
+            self.assertEqual((answer.dtype, answer.tolist()), (dtype, values))
+        self.assertEqual(self.scene.compute_signed_distance(points, nsamples=3).tolist(), [[2, -0.5]])
+        with self.assertRaisesRegex(ValueError, "odd number"):
+            self.scene.compute_occupancy(points, nsamples=2)
+        with self.assertRaisesRegex(ValueError, "query_points: shape"):
+            self.scene.compute_distance(points[0, 0])
+
+    def test_intersections(self):
+        rays = np.float32([[[-9, 0.25, 0, 1, 0, 0], [0, 9, 0, 1, 0, 0]], [[9, 0.5, 0, -2, 0, 0], [4, 0, 0.5, 0, 0, 1]]])
+        counts = self.scene.count_intersections(rays)
+        self.assertEqual((counts.dtype, counts.tolist()), (np.int32, [[4, 0], [4, 1]]))
+        got = self.scene.list_intersections(rays)
+        self.assertEqual(
+            {k: (a.dtype.name, a.shape) for k, a in got.items()},
+            {
+                "ray_splits": ("uint32", (5,)),
+                "ray_ids": ("uint32", (9,)),
+                "t_hit": ("float32", (9,)),
+                "geometry_ids": ("uint32", (9,)),
+                "primitive_ids": ("uint32", (9,)),
+                "primitive_uvs": ("float32", (9, 2)),
+            },
+        )
+        self.assertEqual(got["ray_splits"].tolist(), [0, 4, 4, 8, 9])
+        self.assertEqual(got["ray_ids"].tolist(), [0] * 4 + [2] * 4 + [3])
+        self.assertEqual(got["t_hit"].tolist(), [8, 10, 12, 14, 2, 3, 4, 5, 0.5])
+        self.assertEqual(got["geometry_ids"].tolist(), [0, 0, 1, 1, 1, 1, 0, 0, 1])
+        self.assertLess(got["primitive_ids"].max(), 12)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,40 @@
+// The edges of a mesh: whether it is closed, manifold and consistently wound.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace ballot {
+
+/// An edge with a fault, as its two ends, the number of triangles at it and the first of them.
+struct FaultyEdge {
+  glm::vec3 from{0}, to{0};
+  std::uint32_t triangles = 0, prim = 0;
+};
+
+/// What is known of the edges of a mesh. Vertices are the same if their coordinates are equal; 0 and -0 are. Triangles
+/// with two equal vertices are left out. Those with three vertices on a line are counted in `flat` and left out too, as
+/// no query finds them: where they close a gap the edges around it are open.
+struct Topology {
+  std::uint64_t triangles = 0, flat = 0, edges = 0;
+  std::uint64_t open = 0;         // edges of an odd number of triangles: the parity of crossings needs none
+  std::uint64_t boundary = 0;     // edges of one triangle
+  std::uint64_t nonmanifold = 0;  // edges of more than two triangles
+  std::uint64_t flipped = 0;      // edges of two triangles that run along it in the same direction
+  std::vector<FaultyEdge> first_boundary, first_nonmanifold,
+      first_flipped;  // at most ten of each, in the order of prim
+
+  bool closed() const { return open == 0; }
+  bool manifold() const { return nonmanifold == 0; }
+  bool wound() const { return flipped == 0; }
+};
+
+/// Finds the topology of triangles, on all cores.
+Topology topology_of(std::span<const Triangle> triangles);
+
+}  // namespace ballot

@@ -1,0 +1,29 @@
+// NumPy .npy files of points and of the answers to queries.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ballot {
+
+/// Reads points: float32 or float64 of shape (n, 3), C order, little endian. float64 is rounded to float32; a finite
+/// value beyond its range becomes the largest float32. "-" is standard input. Throws Error(Work) that names the file,
+/// the dtype and shape found, and those expected.
+std::vector<glm::vec3> read_points(const std::filesystem::path& path);
+
+/// Write one number for each query, as an array of shape (n,), atomically: float32, uint32, or bool of 0 and 1. Throw
+/// Error(Work).
+void write_numbers(const std::filesystem::path& path, std::span<const float> numbers);
+void write_numbers(const std::filesystem::path& path, std::span<const std::uint32_t> numbers);
+void write_flags(const std::filesystem::path& path, std::span<const std::uint8_t> flags);
+
+/// Returns the first bytes of a file of crossings, a structured array [('ray', '<u4'), ('t', '<f4'), ('prim', '<u4'),
+/// ('u', '<f4'), ('v', '<f4')] of shape (count,). They are as many whatever the count is, so that they can be written
+/// again once it is known. The records follow, 20 bytes each.
+std::string crossings_start(std::uint64_t count);
+
+}  // namespace ballot

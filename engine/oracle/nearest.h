@@ -1,0 +1,38 @@
+// The exact answers of point queries, by arithmetic without rounding over all triangles. For tests and small meshes.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "engine/oracle/predicates.h"
+
+namespace ballot {
+
+/// An exact squared distance, as a fraction whose lower part is positive.
+struct ExactDistance {
+  Dyadic above, below;
+  /// Returns the distance, right to the last bits of a double.
+  double distance() const;
+  friend std::strong_ordering operator<=>(const ExactDistance& a, const ExactDistance& b) {
+    return a.above * b.below <=> b.above * a.below;
+  }
+  friend bool operator==(const ExactDistance& a, const ExactDistance& b) { return (a <=> b) == 0; }
+};
+
+/// Returns the squared distance between a point and a triangle, which may have no area. Both must be finite. Throws
+/// std::overflow_error if exponents are too far apart for Dyadic.
+ExactDistance exact_distance(const glm::vec3& point, const Triangle& triangle);
+
+/// Returns whether the line of a ray crosses a triangle, by the rule of shaders/query/crossings.comp for ties, without
+/// rounding: an origin whose line meets an edge is moved by infinitesimal steps along the two axes that follow the
+/// ray's main axis, first that which follows at once. `sight` is of the ray and the triangle.
+bool exact_crosses(const Ray& ray, const Triangle& triangle, const ExactSight& sight);
+
+/// Returns whether a point is inside of the triangles: whether a ray from it along +x crosses them an odd number of
+/// times, by the rule of shaders/query/inside.comp for ties, without rounding. A point on the surface gets the answer
+/// of the point that lies an infinitesimal step (dx, dy, dz), dx >> dy >> dz > 0, beside it. Triangles without area
+/// are left out.
+bool exact_inside(const glm::vec3& point, std::span<const Triangle> triangles);
+
+}  // namespace ballot

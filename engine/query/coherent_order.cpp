@@ -1,0 +1,98 @@
+#include "engine/query/coherent_order.h"
+
+#include <algorithm>
+#include <array>
+#include <glm/common.hpp>
+#include <numeric>
+#include <utility>
+
+#include "engine/core/parallel.h"
+
+namespace ballot {
+
+namespace {
+
+constexpr int kDigitBits = 10, kDigits = 3;  // keys have 30 bits
+constexpr std::size_t kKeyChunk = 1 << 14;
+
+/// Spreads the lower ten bits of x, so that two bits are free behind each.
+std::uint32_t spread(std::uint32_t x) {
+  x = (x | x << 16) & 0x030000FFu;
+  x = (x | x << 8) & 0x0300F00Fu;
+  x = (x | x << 4) & 0x030C30C3u;
+  return (x | x << 2) & 0x09249249u;
+}
+
+/// Returns the Morton code of a point of the unit cube, with `bits` bits an axis. Points beyond it are moved to its
+/// sides; NaN is zero.
+std::uint32_t morton_code(const glm::vec3& unit, int bits) {
+  const float cells = float(1 << bits);
+  const auto cell = [&](float x) { return x > 0 ? std::uint32_t(std::min(x * cells, cells - 1)) : 0u; };
+  return spread(cell(unit.x)) << 2 | spread(cell(unit.y)) << 1 | spread(cell(unit.z));
+}
+
+/// Scales points of the bounds, and of as much around them, to the unit cube.
+struct Frame {
+  explicit Frame(const Bounds& b) {
+    const glm::vec3 sides = b.hi - b.lo;
+    lo = b.lo - 0.25f * sides;
+    for (int k = 0; k < 3; ++k) inverse[k] = sides[k] > 0 ? 1 / (1.5f * sides[k]) : 0;
+  }
+  glm::vec3 unit(const glm::vec3& p) const { return (p - lo) * inverse; }
+  glm::vec3 lo, inverse{0};
+};
+
+/// Sorts by keys, digit by digit from the lowest.
+template <class KeyOf>
+void sort_by(std::size_t count, const KeyOf& key_of, std::vector<std::uint32_t>& order) {
+  struct Entry {
+    std::uint32_t key, place;
+  };
+  std::vector<Entry> from(count), to(count);
+  for_chunks(count, kKeyChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) from[i] = {key_of(i), std::uint32_t(i)};
+  });
+  for (int digit = 0; digit < kDigits; ++digit) {
+    const auto of = [&](const Entry& e) { return e.key >> (digit * kDigitBits) & ((1u << kDigitBits) - 1); };
+    std::array<std::uint32_t, 1 << kDigitBits> first{};
+    for (const Entry& e : from) ++first[of(e)];
+    std::uint32_t sum = 0;
+    for (std::uint32_t& f : first) sum += std::exchange(f, sum);
+    for (const Entry& e : from) to[first[of(e)]++] = e;
+    from.swap(to);
+  }
+  order.resize(count);
+  for (std::size_t i = 0; i < count; ++i) order[i] = from[i].place;
+}
+
+}  // namespace
+
+void order_points(std::span<const ProbePoint> points, const Bounds& bounds, std::vector<std::uint32_t>& order) {
+  const Frame frame(bounds);
+  sort_by(
+      points.size(), [&](std::size_t i) { return morton_code(frame.unit(points[i].at), 10); }, order);
+}
+
+void order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std::uint32_t>& order) {
+  const Frame frame(bounds);
+  const auto key = [&](std::size_t i) {
+    const glm::vec3& d = rays[i].dir;
+    const glm::vec3 size = glm::abs(d);
+    const float longest = std::max({size.x, size.y, size.z});
+    const std::uint32_t octant = std::uint32_t(d.x < 0) << 2 | std::uint32_t(d.y < 0) << 1 | std::uint32_t(d.z < 0);
+    const std::uint32_t to = longest > 0 ? morton_code(size / longest, 5) : 0;
+    return octant << 27 | morton_code(frame.unit(rays[i].origin), 4) << 15 | to;
+  };
+  // Rays of a camera or from one place are left in their order.
+  const std::size_t sample = std::min<std::size_t>(rays.size(), 4096);
+  std::size_t alike = 0;
+  for (std::size_t i = 1; i < sample; ++i) alike += key(i) >> 15 == key(i - 1) >> 15;
+  if (2 * alike < sample) {
+    sort_by(rays.size(), key, order);
+  } else {
+    order.resize(rays.size());
+    std::iota(order.begin(), order.end(), 0u);
+  }
+}
+
+}  // namespace ballot

@@ -1,0 +1,130 @@
+#include "engine/query/query_kernel.h"
+
+#include <algorithm>
+
+#include "engine/bvh/build.h"
+#include "engine/trace/repair.h"
+
+namespace ballot {
+
+namespace {
+
+/// Returns the variant whose kernel configuration query kernels take.
+Variant variant_for(const DeviceInfo& device, bool wide) {
+  const Method& method = find_method(wide ? "bvh4" : "while-while");
+  const NumericMode& numeric = find_numeric("watertight");
+  return {&method, &numeric, Want::Nearest, kernel_config_for(method, numeric, device, {{"launch", "plain"}})};
+}
+
+}  // namespace
+
+KernelSource query_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
+                          const Defines& defines, bool wide) {
+  KernelSource source = kernel_source(variant_for(device, wide), device, tree);
+  source.file = "query/" + name + ".comp";
+  source.name = "query." + name + (tree.far ? " far=1" : "");
+  for (const auto& [define, value] : defines) {
+    source.name += fmt::format(" {}={}", define, value);
+    source.defines.emplace_back(define, value);
+  }
+  return source;
+}
+
+std::vector<KernelSource> query_sources(const DeviceInfo& device) {
+  std::vector<KernelSource> sources;
+  for (const bool far : {false, true}) {
+    const TreeFacts tree{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = far};
+    for (const char* name : {"closest_point", "inside"}) sources.push_back(query_source(name, device, tree));
+    for (const int lists : {0, 1})
+      for (const int wide : {0, 1}) {
+        const Defines defines{{"BALLOT_LISTS", lists}, {"BALLOT_WIDE", wide}};
+        sources.push_back(query_source("crossings", device, tree, defines, wide != 0));
+      }
+  }
+  return sources;
+}
+
+QueryKernel::QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines, bool wide)
+    : gpu_(gpu),
+      tree_(tree),
+      name_(std::move(name)),
+      defines_(std::move(defines)),
+      wide_(wide),
+      config_(variant_for(gpu.info(), wide).config),
+      work_(gpu, 1, Access::Storage, "query work counter") {}
+
+std::uint32_t QueryKernel::most() const {
+  return std::uint32_t(
+      std::min<std::uint64_t>(std::uint64_t(gpu_.info().max_group_count_x) * config_.workgroup, 1u << 22));
+}
+
+void QueryKernel::prepare() {
+  const bool fresh = refresh(gpu_, kernel_, query_source(name_, gpu_.info(), tree_.facts(), defines_, wide_));
+  if (!fresh && generation_ == tree_.generation()) return;
+  // The kernel is compiled for facts of the tree: another depth needs another stack size.
+  if (!fresh)
+    kernel_ = std::make_unique<Kernel>(gpu_, query_source(name_, gpu_.info(), tree_.facts(), defines_, wide_));
+  generation_ = tree_.generation();
+  const TreeAccess access = config_.tree_access();
+  // Walks that the driver cut short are repeated from nodes that the host knows.
+  const Source source =
+      config_.loops_cut || wide_ ? Source::Host : tree_.source_of(TreeFormatId::Pair, LeafFormat::Vertices);
+  nodes_ = wide_ ? nullptr : &tree_.nodes(access, source);
+  format_ = wide_ ? &tree_.format(TreeFormatId::Bvh4, access) : nullptr;
+  leaves_ = &tree_.leaves(LeafFormat::Vertices, config_.fetch, source);
+  if (config_.fetch != Fetch::Reference) {
+    if (nodes_) kernel_->bind(BIND_NODES, *nodes_);
+    if (format_) kernel_->bind(BIND_FORMAT, *format_);
+    kernel_->bind(BIND_LEAVES, *leaves_);
+  }
+  kernel_->bind(BIND_WORK, work_);
+  kernel_->bind(BIND_HITS, work_);  // for kernels that write no hits; the frame declares the binding
+  gpu_.save_pipeline_cache();
+}
+
+std::uint32_t QueryKernel::run(std::uint32_t count, std::uint32_t root, TraceTimes& times) {
+  TracePush push{};
+  push.scene_lo = tree_.bvh().bounds.lo;
+  push.scene_hi = tree_.bvh().bounds.hi;
+  push.box_origin = tree_.box_origin();
+  push.padded_reach = tree_.padded_reach();
+  push.shear_scale = tree_.shear().scale;
+  push.shear_near = tree_.shear().near;
+  push.root = root;
+  push.ray_end = count;
+  const auto point = [](const DeviceTree::Texels* texels, std::uint32_t& lo, std::uint32_t& hi) {
+    if (!texels) return;
+    lo = std::uint32_t(texels->address());
+    hi = std::uint32_t(texels->address() >> 32);
+  };
+  point(nodes_, push.nodes_lo, push.nodes_hi);
+  point(format_, push.format_lo, push.format_hi);
+  point(leaves_, push.leaves_lo, push.leaves_hi);
+  Work work{0, 0};
+  if (config_.loops_cut) work_.upload(std::span(&work, 1));
+  gpu_.submit(kernel_->name(), [&](VkCommandBuffer cmd) {
+    kernel_->dispatch(cmd, (count + config_.workgroup - 1) / config_.workgroup, push);
+  });
+  times.device_ms += gpu_.last_ms();
+  ++times.dispatches;
+  if (config_.loops_cut) work_.download(std::span(&work, 1));
+  return work.unfinished;
+}
+
+std::vector<std::uint32_t> QueryKernel::pieces(std::uint64_t limit) {
+  return pieces_of(tree_.pairs(config_.layout, config_.padding), limit);
+}
+
+bool WholeTree::update() {
+  if (generation_ == scene_.generation()) return false;
+  generation_ = scene_.generation();
+  const bool had_own = own_ != nullptr;
+  own_.reset();
+  const BvhStats& stats = scene_.bvh().stats;
+  if (stats.references + stats.degenerate == stats.triangles) return had_own;
+  bvh_ = build_bvh(scene_.triangles(), {.builder = BuilderId::Balanced});
+  own_ = std::make_unique<DeviceTree>(gpu_, bvh_, scene_.triangles(), facts_of(bvh_));
+  return true;
+}
+
+}  // namespace ballot

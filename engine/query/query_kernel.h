@@ -1,0 +1,70 @@
+// A kernel of shaders/query over the tree of a scene. Internal to engine/query.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "engine/query/point_queries.h"
+#include "engine/trace/kernels.h"
+
+namespace ballot {
+
+/// Returns the source of shaders/query/NAME.comp for a device and a tree. It is compiled as the traversal method
+/// while-while would be, in mode watertight, so that both read the same arrays.
+/// `wide`: as bvh4 would be, over the four-wide tree.
+KernelSource query_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
+                          const Defines& defines = {}, bool wide = false);
+
+/// A kernel with the arrays of a tree. One invocation answers one query. Belongs to the thread of its Context.
+class QueryKernel {
+ public:
+  /// Keeps references to gpu and tree. Throws Error(Work) if the kernel does not compile. `wide`: it walks the
+  /// four-wide tree.
+  QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines = {}, bool wide = false);
+
+  /// Returns the largest number of queries of one dispatch.
+  std::uint32_t most() const;
+
+  /// Binds a buffer, as Kernel::bind(). Call it after each prepare().
+  void bind(std::uint32_t binding, const RawBuffer& buffer) { kernel_->bind(binding, buffer); }
+  /// Makes or renews the kernel, if the tree or the shaders changed.
+  void prepare();
+  /// Answers queries [0, count) from the child reference `root` on, and waits. Returns how many of them the driver cut
+  /// short. Adds the time to `times`.
+  std::uint32_t run(std::uint32_t count, std::uint32_t root, TraceTimes& times);
+
+  /// Returns subtrees that together hold the tree, each of at most `limit` steps (repair.h). Not of the four-wide tree.
+  std::vector<std::uint32_t> pieces(std::uint64_t limit);
+
+ private:
+  Context& gpu_;
+  DeviceTree& tree_;
+  std::string name_;
+  Defines defines_;
+  bool wide_;
+  KernelConfig config_;
+  std::unique_ptr<Kernel> kernel_;
+  std::uint64_t generation_ = 0;  // of the tree that is bound
+  const DeviceTree::Texels *nodes_ = nullptr, *format_ = nullptr, *leaves_ = nullptr;
+  Buffer<Work> work_;
+};
+
+/// A tree in which each triangle lies in one leaf: the scene's own, or one that is built anew if that has spatial
+/// splits. Belongs to the thread of its Context.
+class WholeTree {
+ public:
+  /// Keeps references to both.
+  WholeTree(Context& gpu, DeviceTree& scene) : gpu_(gpu), scene_(scene) {}
+  /// Follows the scene's tree. Returns true if tree() is another object than before.
+  bool update();
+  DeviceTree& tree() { return own_ ? *own_ : scene_; }
+
+ private:
+  Context& gpu_;
+  DeviceTree& scene_;
+  std::uint64_t generation_ = 0;  // of the scene's tree that this follows
+  Bvh bvh_;
+  std::unique_ptr<DeviceTree> own_;
+};
+
+}  // namespace ballot

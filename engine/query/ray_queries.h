@@ -1,0 +1,57 @@
+// Ray queries for more than one hit: how often a ray crosses the surface, and where.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "engine/trace/dispatch.h"
+
+namespace ballot {
+
+/// The rays of a query, which are asked for in parts and in order.
+struct RaySource {
+  std::uint64_t count = 0;
+  /// Writes the rays from number `first` on. May be called twice for the same rays.
+  std::function<void(std::uint64_t first, std::span<Ray> room)> read;
+  /// Is called after each part with the number of rays that are done. May throw to end the query. May be empty.
+  std::function<void(std::uint64_t done)> progress = {};
+};
+
+/// Takes the numbers of crossings of the rays from number `first` on. The span is valid until it returns.
+using TakeCounts = std::function<void(std::uint64_t first, std::span<const std::uint32_t> counts)>;
+/// Takes the crossings of the rays from number `first` on: how many each ray has, and those of all rays one after the
+/// other, in order of t, at equal t in order of prim. The spans are valid until it returns.
+using TakeLists =
+    std::function<void(std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> hits)>;
+
+/// All crossings of a ray: no limit.
+constexpr std::uint32_t kAllHits = 0xFFFFFFFFu;
+
+/// Answers ray queries on one tree. Follows the tree when it changes. Belongs to the thread of its Context.
+///
+/// A ray crosses a triangle by a rule of symbolic perturbation: a ray that passes exactly through an edge or a vertex
+/// is moved by an infinitesimal step, the same for all triangles. So it crosses a closed surface there once, or twice
+/// or not at all where it touches the surface from one side. Each triangle counts once, as the tree that is walked has
+/// no spatial splits: if the scene's own has, another one is built for these queries.
+class RayQueries {
+ public:
+  /// Keeps references to both.
+  RayQueries(Context& gpu, DeviceTree& tree);
+  ~RayQueries();
+
+  /// Counts the crossings of each ray with t in [t_min, t_max]. Dead rays have none. Throws Error(Work) if the device
+  /// fails.
+  TraceTimes count(const RaySource& rays, const TakeCounts& take);
+
+  /// Lists the crossings of each ray, at most the first `most` of them. Takes memory for some 2^22 crossings at a time;
+  /// a ray with more gets memory of its own. Throws as count().
+  TraceTimes list(const RaySource& rays, std::uint32_t most, const TakeLists& take);
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace ballot

@@ -1,0 +1,246 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Closest point: for each point, the nearest point on the triangles of the tree. A walk of the pair tree, one point a
+// lane, nearest child first.
+//
+// Sources: Christer Ericson. Real-Time Collision Detection. 2005, section 5.1.5 (the regions of a triangle). Differs:
+// the regions are decided so that thin triangles lose no precision, and boxes are culled by a proved bound.
+//
+// Result: two texels a point, (point.xyz, distance), (prim, u, v, 0). Without a triangle within the limit prim is
+// NO_HIT, distance infinite, and the rest zero. A walk that the driver cut short has prim UNFINISHED.
+//
+// The answer is the least of the distances that nearest_of() computes over all triangles within the limit, and among
+// equal ones the triangle with the smallest prim. That number depends on point and triangle alone, so the answer
+// depends neither on the tree nor on the order of the walk, but for points that are `far` (lib/query/frame.glsl).
+// Triangles that share an edge or a vertex compute equal numbers for it: each operation on an edge is symmetric in its
+// ends. So where the nearest point is computed to be on it, the triangle is the first of those that share it.
+//
+// The bound, with w = 2^-24, to first order. For a triangle let D be its distance from the point P and M the largest
+// distance of its vertices from P, so M <= D + (its longest edge).
+//
+// Vectors. a, b, c (vertices minus P) are rounded once, by w M. An edge is rounded by w of itself, at most 2 w M.
+// Vertices. |a|^2 rounds by 3 w of itself, so |a| by 1.5 w M.
+// Edges. The ends' parts t_a = -a . e and t_b = b . e are off by w M |e| (a) + w M |e| (e) + 3 w M |e| (the sum of
+//   products) = 5 w M |e| each. Their sum replaces |e|^2. So the foot (a t_b + b t_a) / (t_a + t_b) moves along the
+//   edge by at most 15 w M, and its own rounding is 6 w M. It is a point of the edge within 21 w M of the nearest one,
+//   and its length rounds by 1.5 w M. If t_a or t_b has the wrong sign, an end lies within 5 w M of the nearest point.
+//   Where |e| is below 15 w M, any point of the edge will do.
+// Plane. Let T be the triangle with the corner a and the edges ab and bc as rounded: each of its points lies within
+//   5 w M of the given triangle's. Its normal n is found by differences of products whose relative error is 2 w a
+//   component, whatever cancels (lib/numeric/products.glsl), so n is turned by at most 2 w. A side's distance
+//   (n x e) . a / (|n| |e|) is then off by 2 w M (n) + 3 w M (the cross product) + 3 w M (the sum) + 4 w M (the edge
+//   ca, which T has otherwise) = 12 w M =: s. The distance from the plane, |n . a| / |n|, is off by 7 w M.
+// Region. The foot of the perpendicular counts as inside if all sides say so and it lies between the ends of the
+//   longest edge. Suppose it does. Then it is within s outside of each line and within 5 w M + 8 w M (the edges are
+//   compared by t_a + t_b) of the slab over that edge, whose angles are at most right. So it lies within
+//   sqrt(3) s + 13 w M = 34 w M of T: beside an edge by s; past an end of the longest edge by sqrt(3) s at most,
+//   because the angle there is at most right; past the third corner, whose angle is at least 60 degrees, by 2 s.
+//   Suppose the foot is inside T but does not count. Then it lies within 13 w M of an edge, or outside of the slab's
+//   computed ends and so within 13 w M of an edge that meets the slab there. That edge's own distance is taken.
+// In all, the computed distance of a triangle differs from D by at most 5 + 34 + 7 + 2 = 48 w M. 64 w M leave room for
+// terms of second order and the square root. Triangles smaller than 2^-50 of R (below) may lose their normal, and are
+// then taken for their edges; so the bound is 2^-50 R larger.
+//
+// So the distance of the reported triangle is at most that of the nearest one plus 64 w (M + M'), with M' that of the
+// nearest triangle.
+//
+// Boxes. R, the largest distance of P from a point of the scene along an axis, is at least M / sqrt(3). A box culls a
+// triangle only if its computed distance surely exceeds the best: 64 sqrt(3) w R = 111 w R for the triangle's distance,
+// 6 w R for the box's planes, 4 w R for the sum of squares and 3 w R for a box origin other than zero make 124 w R.
+// Boxes are widened by 128 w R. Taking e from each positive component of a vector makes it shorter by e at least.
+// Far points are not padded: what is culled for them is less near by 9 w R at most, which is below w M 64.
+#include "../lib/frame/kernel.glsl"
+#include "../lib/query/frame.glsl"
+
+float square(vec3 v) {
+  precise float sum = v.x * v.x + v.y * v.y + v.z * v.z;
+  return sum;
+}
+float dot_of(vec3 a, vec3 b) {
+  precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
+  return sum;
+}
+vec3 cross_of(vec3 a, vec3 b) {
+  precise vec3 c = vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+  return c;
+}
+
+// An edge from p to q, relative to the probe: the parts of its ends and its nearest inner point.
+struct Side {
+  float at_p, at_q;  // the foot lies between the ends if both are positive; their sum is the squared length
+  vec3 foot;
+  bool between;
+};
+
+Side side_of(vec3 p, vec3 q, vec3 e) {
+  Side s;
+  s.at_p = -dot_of(p, e);
+  s.at_q = dot_of(q, e);
+  s.between = s.at_p > 0.0 && s.at_q > 0.0;
+  precise float inverse = 1.0 / (s.at_p + s.at_q);
+  precise vec3 foot = (p * s.at_q + q * s.at_p) * inverse;
+  s.foot = foot;
+  return s;
+}
+
+// The nearest point of a triangle, relative to the probe and scaled.
+struct Near {
+  float distance2;
+  Side ab, bc, ca;
+  vec3 normal;      // scaled, of no certain length; zero if the triangle has no area
+  float depth;      // normal . a
+  float normal2;    // square of the normal
+  float plane;      // squared distance from the plane
+  vec3 sides;       // of the edges bc, ca, ab: negative inside; zero where `inside` is false
+  bool inside;      // the nearest point is inside the triangle
+};
+
+Near nearest_of(Around t) {
+  Near n;
+  n.ab = side_of(t.a, t.b, t.ab);
+  n.bc = side_of(t.b, t.c, t.bc);
+  n.ca = side_of(t.c, t.a, t.ca);
+  vec3 normal = vec3(difference_of_products(t.ab.y, t.bc.z, t.ab.z, t.bc.y),
+                     difference_of_products(t.ab.z, t.bc.x, t.ab.x, t.bc.z),
+                     difference_of_products(t.ab.x, t.bc.y, t.ab.y, t.bc.x));
+  vec3 size = abs(normal);
+  normal *= scale_for(max(size.x, max(size.y, size.z)));
+  n.normal = normal;
+  n.normal2 = square(normal);
+  n.depth = dot_of(normal, t.a);
+  n.sides = vec3(dot_of(cross_of(normal, t.bc), t.b), dot_of(cross_of(normal, t.ca), t.c),
+                 dot_of(cross_of(normal, t.ab), t.a));
+  float ab = n.ab.at_p + n.ab.at_q, bc = n.bc.at_p + n.bc.at_q, ca = n.ca.at_p + n.ca.at_q;
+  bool beside = ab >= bc && ab >= ca ? n.ab.between : bc >= ca ? n.bc.between : n.ca.between;
+  n.inside = beside && n.normal2 > 0.0 && larger(larger(n.sides.x, n.sides.y), n.sides.z) <= 0.0;
+  float best = smaller(square(t.a), smaller(square(t.b), square(t.c)));
+  best = smaller(best, n.ab.between ? square(n.ab.foot) : FARTHEST);
+  best = smaller(best, n.bc.between ? square(n.bc.foot) : FARTHEST);
+  best = smaller(best, n.ca.between ? square(n.ca.foot) : FARTHEST);
+  precise float plane = n.depth * n.depth / n.normal2;
+  n.plane = plane;
+  n.distance2 = smaller(best, n.inside ? plane : FARTHEST);
+  return n;
+}
+
+Around around(Probe p, uint texel) {
+  TriangleTexels triangle = fetch_triangle(texel, AS_STORED);
+  Corners v = corners_of(triangle), at = corners_around(p, triangle);
+  precise vec3 a = v.v0 * p.scale, b = v.v1 * p.scale, c = v.v2 * p.scale;
+  precise vec3 ab = b - a, bc = c - b, ca = a - c;
+  return Around(at.v0, at.v1, at.v2, ab, bc, ca);
+}
+
+// The answer so far.
+struct Best {
+  float distance2;  // scaled; of the limit as long as there is none
+  float reach2;     // boxes farther away than this are culled
+  uint prim, texel;
+};
+
+// Returns the largest square at which a box may still hold something nearer.
+float reach_of(Probe p, float distance2) {
+  return p.far ? uintBitsToFloat(floatBitsToUint(distance2) - 1u) : distance2;
+}
+
+void consider_nearest(Probe p, inout Best best, uint texel) {
+  uint prim = leaf_texel(texel).w;
+  float d = nearest_of(around(p, texel)).distance2;
+  if (d < best.distance2 || (d == best.distance2 && prim < best.prim)) {
+    best.distance2 = d;
+    best.reach2 = reach_of(p, d);
+    best.prim = prim;
+    best.texel = texel;
+  }
+}
+
+float box_distance2(Probe p, NodeBox box) {
+  vec3 d = outside_of(p, box) * p.scale;
+  return square(d);
+}
+
+// Writes the answer.
+void store_nearest(uint index, Probe p, Best best, float limit, bool cut_short) {
+  uvec4 first = uvec4(0u, 0u, 0u, 0x7F800000u), second = uvec4(cut_short ? UNFINISHED : NO_HIT, 0u, 0u, 0u);
+  if (best.prim != NO_HIT && !cut_short) {
+    Around t = around(p, best.texel);
+    Near n = nearest_of(t);
+    float inverse = 1.0 / p.scale, d = n.distance2;
+    precise float root = sqrt(d);
+    float distance = root * inverse;
+    // The part of the triangle that the nearest point is in: a corner, an edge or the inside, and its weights.
+    vec3 foot = t.a, weights = vec3(1.0, 0.0, 0.0);
+    if (square(t.b) == d) foot = t.b, weights = vec3(0.0, 1.0, 0.0);
+    if (square(t.c) == d) foot = t.c, weights = vec3(0.0, 0.0, 1.0);
+    if (n.ab.between && square(n.ab.foot) == d) foot = n.ab.foot, weights = vec3(n.ab.at_q, n.ab.at_p, 0.0);
+    if (n.bc.between && square(n.bc.foot) == d) foot = n.bc.foot, weights = vec3(0.0, n.bc.at_q, n.bc.at_p);
+    if (n.ca.between && square(n.ca.foot) == d) foot = n.ca.foot, weights = vec3(n.ca.at_p, 0.0, n.ca.at_q);
+    if (n.inside && n.plane == d) {
+      foot = n.normal * (n.depth / n.normal2);
+      weights = -n.sides;
+    }
+    weights /= weights.x + weights.y + weights.z;
+    vec3 at = p.at + foot * inverse;
+    if (distance <= limit) {
+      first = uvec4(floatBitsToUint(at), floatBitsToUint(distance));
+      second = uvec4(best.prim, floatBitsToUint(weights.yz), 0u);
+    }
+  }
+  hit_words[2u * index] = first;
+  hit_words[2u * index + 1u] = second;
+}
+
+void main() {
+  uint index = push.ray_begin + gl_GlobalInvocationID.x;
+  bool inside = index < push.ray_end;
+  vec4 record = ray_half(inside ? index : push.ray_begin);
+  float limit = record.w;
+  bool live = inside && is_finite(record.xyz) && limit >= 0.0;
+  Probe p = make_probe(live ? record.xyz : push.scene_lo);
+  PROBE_STACK_DECLARE
+  uint top = 0u, node = live ? push.root : END_OF_TREE;
+  stack[top] = END_OF_TREE;
+  stack_near[top++] = -1.0;
+  float scaled_limit = limit * p.scale;  // infinite where it is out of range
+  float limit2 = smaller(scaled_limit * scaled_limit * 1.000001, FARTHEST);
+  Best best = Best(limit2, limit2, NO_HIT, 0u);
+  bool truncated = false;
+  while (node != END_OF_TREE) {
+    while (is_inner(node)) {
+      Pair pair = fetch_pair(node);
+      float l = box_distance2(p, pair.l), r = box_distance2(p, pair.r);
+      bool right_first = r < l;
+      uint first = right_first ? pair.right : pair.left, other = right_first ? pair.left : pair.right;
+      float near = smaller(l, r), next = larger(l, r);
+      bool any = near <= best.reach2, both = next <= best.reach2;
+      stack[top] = other;
+      stack_near[top] = next;
+      top += uint(both);
+      node = first;
+      if (!any) {
+        do {
+          --top;
+        } while (stack_near[top] > best.reach2);
+        node = stack[top];
+      }
+    }
+    if (CUT_SHORT(is_inner(node))) break;
+    if (node != END_OF_TREE) {
+      uint block = node & LEAF_TEXEL_MASK, count = (node >> LEAF_COUNT_SHIFT & 7u) + 1u, i = 0u;
+      do {
+        consider_nearest(p, best, block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS);
+        ++i;
+      } while (i < count);
+      truncated = truncated || CUT_SHORT(i < count);
+      do {
+        --top;
+      } while (stack_near[top] > best.reach2);
+      node = stack[top];
+    }
+  }
+  if (inside) {
+    bool cut_short = CUT_SHORT(live && (node != END_OF_TREE || truncated));
+    store_nearest(index, p, best, limit, cut_short);
+    if (cut_short) atomicAdd(work.unfinished, 1u);
+  }
+}

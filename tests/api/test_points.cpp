@@ -1,0 +1,138 @@
+// Queries of points and of all crossings, as a program sees them. Runs on the default device.
+#include <ballot/ballot.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace {
+
+/// A closed box from -1 to 1.
+struct Box {
+  std::vector<float> positions;
+  std::vector<std::uint32_t> indices{0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                     2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+  explicit Box(float x = 0) {
+    for (int i = 0; i < 8; ++i)
+      positions.insert(positions.end(), {x + (i & 1 ? 1.f : -1.f), i & 2 ? 1.f : -1.f, i & 4 ? 1.f : -1.f});
+  }
+  ballot::Mesh mesh(std::uint32_t id = 0) const { return {.positions = positions, .indices = indices, .id = id}; }
+};
+
+constexpr float kFar = std::numeric_limits<float>::infinity();
+
+class Points : public ::testing::Test {
+ protected:
+  ballot::Device device_;
+  Box left_{}, right_{4};
+};
+
+TEST_F(Points, EveryResult) {
+  const ballot::Scene scene(device_, {left_.mesh(7), right_.mesh(9)});
+  const float points[] = {0, 0, 3, 4.5f, 0, 0, 4, 2, 2, NAN, 0, 0};
+  float distances[4], near[12], uvs[8], normals[12], signs[4];
+  std::uint32_t prims[4], ids[4];
+  std::uint8_t inside[4];
+  const ballot::Times times = scene.nearest(points, {.distances = distances,
+                                                     .points = near,
+                                                     .prims = prims,
+                                                     .mesh_ids = ids,
+                                                     .uvs = uvs,
+                                                     .normals = normals,
+                                                     .signed_distances = signs,
+                                                     .inside = inside});
+  EXPECT_EQ(times.hits, 3u);
+  EXPECT_GT(times.device_ms, 0);
+  EXPECT_EQ(distances[0], 2);
+  EXPECT_EQ(signs[0], 2);
+  EXPECT_EQ(ids[0], 7u);
+  EXPECT_TRUE(near[0] == 0 && near[1] == 0 && near[2] == 1);
+  EXPECT_TRUE(normals[0] == 0 && normals[1] == 0 && normals[2] == 1);
+  EXPECT_EQ(prims[0], 2u);
+  EXPECT_EQ(signs[1], -0.5f);
+  EXPECT_EQ(ids[1], 9u);
+  EXPECT_FLOAT_EQ(distances[2], std::sqrt(2.f));
+  EXPECT_EQ(distances[3], kFar);
+  EXPECT_EQ(prims[3], ballot::kMiss);
+  EXPECT_EQ(ids[3], ballot::kMiss);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(inside[i], i == 1);
+}
+
+TEST_F(Points, LimitsAndStrides) {
+  const ballot::Scene scene(device_, {left_.mesh()});
+  const float points[] = {0, 0, 2, 99, 0, 0, 4, 99};
+  float distances[2];
+  auto from = BALLOT_INIT(BallotPoints);
+  from.data = points, from.count = 2, from.stride = 16, from.limit = 1.5f;
+  auto to = BALLOT_INIT(BallotNearest);
+  to.distances = distances;
+  ballot::check(ballot_query_points(scene.handle(), &from, &to, nullptr, nullptr));
+  EXPECT_EQ(distances[0], 1);
+  EXPECT_EQ(distances[1], kFar);
+  for (const float limit : {-1.f, float(NAN)}) {
+    from.limit = limit;
+    EXPECT_EQ(ballot_query_points(scene.handle(), &from, &to, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
+  }
+  from.limit = 0, from.stride = 8;
+  EXPECT_EQ(ballot_query_points(scene.handle(), &from, &to, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(ballot_query_points(scene.handle(), nullptr, &to, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
+  EXPECT_THROW(scene.nearest(std::span(points).first(4), {.distances = distances}), ballot::Error);
+}
+
+TEST_F(Points, OpenMeshesAreRefused) {
+  left_.indices.resize(33);
+  const ballot::Scene scene(device_, {left_.mesh()});
+  const float point[] = {0, 0, 0};
+  float distance;
+  std::uint8_t inside = 7;
+  scene.nearest(point, {.distances = &distance});
+  EXPECT_EQ(distance, 1);
+  try {
+    scene.nearest(point, {.inside = &inside});
+    FAIL();
+  } catch (const ballot::Error& error) {
+    EXPECT_EQ(error.code(), ballot::Code::Argument);
+    EXPECT_NE(std::string(error.what()).find("3 of its 18 edges"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("assume_closed"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(inside, 7);
+  scene.nearest(point, {.inside = &inside}, {.assume_closed = true});
+  EXPECT_LE(inside, 1);
+}
+
+TEST_F(Points, AScenesAnswersFollowItsVertices) {
+  ballot::Scene scene(device_, {left_.mesh()});
+  const float point[] = {4.25f, 0, 0};
+  float distance;
+  scene.nearest(point, {.signed_distances = &distance});
+  EXPECT_EQ(distance, 3.25f);
+  scene.update(0, right_.positions);
+  scene.nearest(point, {.signed_distances = &distance});
+  EXPECT_EQ(distance, -0.75f);
+  const ballot::Ray ray{{9, 0.25f, 0.5f}, 0, {-1, 0, 0}, 100};
+  EXPECT_EQ(scene.count_crossings({&ray, 1})[0], 2u);
+}
+
+TEST_F(Points, Crossings) {
+  const ballot::Scene scene(device_, {left_.mesh(7), right_.mesh(9)});
+  const ballot::Ray rays[] = {{{-9, 0, 0}, 0, {1, 0, 0}, 100},          // through the diagonal of four sides
+                              {{-9, 0.25f, 0.5f}, 0, {1, 0, 0}, 9},     // up to the middle of the first
+                              {{-9, 5, 0}, 0, {1, 0, 0}, 100},          // beside
+                              {{-9, 0, 0}, 0, {1, 0, 0}, float(NAN)}};  // dead
+  EXPECT_EQ(scene.count_crossings(rays), (std::vector<std::uint32_t>{4, 1, 0, 0}));
+  const ballot::Crossings all = scene.crossings(rays), two = scene.crossings(rays, 2);
+  EXPECT_EQ(all.counts, (std::vector<std::uint32_t>{4, 1, 0, 0}));
+  ASSERT_EQ(all.hits.size(), 5u);
+  const float t[] = {8, 10, 12, 14, 8};
+  for (int i = 0; i < 5; ++i) EXPECT_FLOAT_EQ(all.hits[std::size_t(i)].t, t[i]);
+  EXPECT_GE(all.hits[2].prim, 12u);
+  EXPECT_EQ(two.counts, (std::vector<std::uint32_t>{2, 1, 0, 0}));
+  EXPECT_EQ(two.hits.size(), 3u);
+  EXPECT_TRUE(scene.crossings(std::span<const ballot::Ray>()).hits.empty());
+  const BallotRays r = ballot::detail::rays_of(ballot::detail::view_of(rays));
+  auto lists = BALLOT_INIT(BallotLists);
+  lists.take = [](void*, std::uint64_t, std::size_t, const std::uint32_t*, const BallotHit*) { return 1; };
+  EXPECT_EQ(ballot_list_crossings(scene.handle(), &r, &lists, nullptr), BALLOT_ERROR_INTERRUPTED);
+}
+
+}  // namespace

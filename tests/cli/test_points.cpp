@@ -1,0 +1,121 @@
+// Tests of the commands that ask about points and crossings: distance, inside, check, and trace --count, --all,
+// --first.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "engine/core/file.h"
+#include "tests/cli/cli.h"
+
+namespace ballot::test {
+namespace {
+
+class Points : public Cli {
+ protected:
+  void SetUp() override {
+    // A box from 0 to 2 as OBJ.
+    std::string text;
+    for (int i = 0; i < 8; ++i) text += fmt::format("v {} {} {}\n", i & 1 ? 2 : 0, i & 2 ? 2 : 0, i & 4 ? 2 : 0);
+    for (const char* face : {"1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"})
+      text += fmt::format("f {}\n", face);
+    write("box.obj", text);
+    write("open.obj", text.substr(0, text.rfind("f ")));
+  }
+
+  /// Writes points.npy, or rays.npy of six columns.
+  void array(const std::string& name, const std::vector<float>& numbers, std::size_t columns) const {
+    std::string header = fmt::format("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}), }}",
+                                     numbers.size() / columns, columns);
+    header.resize((10 + header.size() + 64) / 64 * 64 - 10, ' ');
+    header.back() = '\n';
+    std::string file("\x93NUMPY\x01\x00", 8);
+    file += char(header.size() % 256);
+    file += char(header.size() / 256);
+    file += header;
+    file.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float));
+    write(name, file);
+  }
+  /// Returns the items of an array.
+  template <class T>
+  std::vector<T> items(const std::string& name, const char* descr) const {
+    const std::string file = read(name);
+    const std::size_t start = file.find('\n') + 1;
+    EXPECT_NE(file.find(descr), std::string::npos) << file.substr(0, start);
+    std::vector<T> all((file.size() - start) / sizeof(T));
+    std::memcpy(all.data(), file.data() + start, all.size() * sizeof(T));
+    return all;
+  }
+};
+
+TEST_F(Points, Distances) {
+  array("points.npy", {1, 1, 4, 1, 1, 1.75f, 9, 1, 1}, 3);
+  const Result result = succeed({"distance", "box.obj", "--points", "points.npy", "--out", "d.npy", "--validate"});
+  expect_parts(result.out, {"d.npy: 3 points, 3 with a triangle", "million points/s"});
+  EXPECT_EQ(items<float>("d.npy", "'<f4'"), (std::vector<float>{2, 0.25f, 7}));
+  succeed({"distance", "box.obj", "--points", "points.npy", "--out", "d.npy", "--signed"});
+  EXPECT_EQ(items<float>("d.npy", "'<f4'"), (std::vector<float>{2, -0.25f, 7}));
+  succeed({"distance", "box.obj", "--points", "points.npy", "--out", "d.npy", "--limit", "3"});
+  EXPECT_EQ(items<float>("d.npy", "'<f4'"), (std::vector<float>{2, 0.25f, HUGE_VALF}));
+  refuse(2, {"--limit -3"}, {"distance", "box.obj", "--points", "points.npy", "--out", "e.npy", "--limit", "-3"});
+}
+
+TEST_F(Points, Inside) {
+  array("points.npy", {1, 1, 4, 1, 1, 1.75f, NAN, 1, 1}, 3);
+  const Result result = succeed({"inside", "box.obj", "--points", "points.npy", "--out", "i.npy"});
+  expect_parts(result.out, {"i.npy: 3 points, 1 inside"});
+  EXPECT_EQ(items<char>("i.npy", "'|b1'"), (std::vector<char>{0, 1, 0}));
+  for (const Words& words : {Words{"inside"}, Words{"distance", "--signed"}}) {
+    Words all = words;
+    all.insert(all.begin() + 1, {"open.obj", "--points", "points.npy", "--out", "o.npy"});
+    refuse(2, {"open.obj: the mesh is not closed: 4 of its 17 edges", "ballot check open.obj", "--assume-closed"}, all);
+    all.push_back("--assume-closed");
+    succeed(all);
+    std::filesystem::remove(path("o.npy"));
+  }
+}
+
+TEST_F(Points, WrongPoints) {
+  array("rays.npy", {1, 1, 4, 1, 1, 1}, 6);
+  refuse(1, {"rays.npy", "expected points of shape (n, 3)"},
+         {"distance", "box.obj", "--points", "rays.npy", "--out", "d.npy"});
+  refuse(1, {"missing.npy"}, {"inside", "box.obj", "--points", "missing.npy", "--out", "i.npy"});
+  refuse(2, {"--out"}, {"inside", "box.obj", "--points", "rays.npy"});
+}
+
+TEST_F(Points, Crossings) {
+  array("rays.npy", {1, 1, 9, 0, 0, -1, 1, 0.5f, 1, 0, 0, -1, 9, 9, 9, 1, 0, 0}, 6);
+  const Result result = succeed({"trace", "box.obj", "--rays", "rays.npy", "--out", "n.npy", "--count"});
+  expect_parts(result.out, {"n.npy: 3 rays, 3 crossings"});
+  EXPECT_EQ(items<std::uint32_t>("n.npy", "'<u4'"), (std::vector<std::uint32_t>{2, 1, 0}));
+  struct Record {
+    std::uint32_t ray;
+    Hit hit;
+  };
+  succeed({"trace", "box.obj", "--rays", "rays.npy", "--out", "h.npy", "--all", "--validate"});
+  const auto all = items<Record>("h.npy", "[('ray', '<u4'), ('t', '<f4'), ('prim', '<u4')");
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[0].hit.t, 7);
+  EXPECT_EQ(all[1].hit.t, 9);
+  EXPECT_EQ(all[2].ray, 1u);
+  EXPECT_EQ(all[2].hit.t, 1);
+  succeed({"trace", "box.obj", "--rays", "rays.npy", "--out", "h.npy", "--first", "1"});
+  EXPECT_EQ(items<Record>("h.npy", "'ray'").size(), 2u);
+  succeed({"trace", "box.obj", "--rays", "rays.npy", "--out", "h.npy", "--first", "0"});
+  EXPECT_EQ(items<Record>("h.npy", "'ray'").size(), 0u);
+  refuse(2, {"give one of them"}, {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--all", "--any"});
+  refuse(2, {"leave --method"},
+         {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--count", "--method", "packet"});
+}
+
+TEST_F(Points, CheckOfMeshes) {
+  const Result good = succeed({"check", "box.obj", "--json", "c.json"});
+  expect_parts(good.out, {"12 triangles, 18 edges", "closed: yes", "manifold: yes", "consistently wound: yes"});
+  EXPECT_TRUE(json("c.json")["closed"]);
+  const Result bad = run({"check", "open.obj"});
+  EXPECT_EQ(bad.code, 1);
+  expect_parts(bad.out, {"closed: no", "manifold: yes", "4 edges of one triangle", "(2, 0, 0)"});
+}
+
+}  // namespace
+}  // namespace ballot::test

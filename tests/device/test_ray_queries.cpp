@@ -1,0 +1,201 @@
+// Holds counts and lists of crossings to the exact answers.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/oracle/nearest.h"
+#include "engine/query/ray_queries.h"
+#include "tests/cpu/shapes.h"
+#include "tests/device/fixture.h"
+
+namespace ballot {
+namespace {
+
+using namespace harness;
+
+/// The exact crossings of a ray, in order.
+std::vector<std::uint32_t> crossings_of(const Ray& ray, const shapes::Triangles& triangles) {
+  std::vector<std::pair<ExactSight, std::uint32_t>> found;
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    const ExactSight sight(ray, triangles[i]);
+    if (exact_crosses(ray, triangles[i], sight) && sight.within(ray)) found.emplace_back(sight, i);
+  }
+  std::ranges::stable_sort(found, [](const auto& a, const auto& b) { return compare_t(a.first, b.first) < 0; });
+  std::vector<std::uint32_t> prims;
+  for (const auto& [sight, prim] : found) prims.push_back(prim);
+  return prims;
+}
+
+class RayQueriesTest : public DeviceTest {
+ protected:
+  Context gpu_{options()};
+
+  static RaySource source_of(std::span<const Ray> rays) {
+    RaySource source;
+    source.count = rays.size();
+    source.read = [rays](std::uint64_t first, std::span<Ray> room) {
+      std::copy_n(rays.begin() + std::ptrdiff_t(first), room.size(), room.begin());
+    };
+    return source;
+  }
+  static std::vector<std::uint32_t> counts(RayQueries& queries, std::span<const Ray> rays) {
+    std::vector<std::uint32_t> all;
+    queries.count(source_of(rays), [&](std::uint64_t first, std::span<const std::uint32_t> some) {
+      EXPECT_EQ(first, all.size());
+      all.insert(all.end(), some.begin(), some.end());
+    });
+    return all;
+  }
+  static std::vector<std::vector<Hit>> lists(RayQueries& queries, std::span<const Ray> rays,
+                                             std::uint32_t most = kAllHits) {
+    std::vector<std::vector<Hit>> all;
+    queries.list(source_of(rays), most,
+                 [&](std::uint64_t first, std::span<const std::uint32_t> some, std::span<const Hit> hits) {
+                   EXPECT_EQ(first, all.size());
+                   for (const std::uint32_t n : some) {
+                     all.emplace_back(hits.begin(), hits.begin() + n);
+                     hits = hits.subspan(n);
+                   }
+                   EXPECT_TRUE(hits.empty());
+                 });
+    return all;
+  }
+
+  /// Expects the exact crossings of every ray: its arithmetic must be exact.
+  void expect_exact(const shapes::Triangles& triangles, std::span<const Ray> rays, std::size_t at_least) {
+    const auto t = make(gpu_, triangles, {.split_budget = 2});
+    RayQueries queries(gpu_, t->tracer->tree());
+    const auto numbers = counts(queries, rays);
+    const auto found = lists(queries, rays), first = lists(queries, rays, 2);
+    std::size_t all = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      SCOPED_TRACE(i);
+      const std::vector<std::uint32_t> truth = crossings_of(rays[i], triangles);
+      std::vector<std::uint32_t> prims, some;
+      for (const Hit& h : found[i]) prims.push_back(h.prim);
+      for (const Hit& h : first[i]) some.push_back(h.prim);
+      EXPECT_EQ(numbers[i], truth.size());
+      EXPECT_EQ(prims, truth);
+      EXPECT_EQ(some, std::vector<std::uint32_t>(truth.begin(), truth.begin() + std::min<long>(2, long(truth.size()))));
+      all += truth.size();
+    }
+    EXPECT_GE(all, at_least);
+    expect_silent(gpu_);
+  }
+};
+
+/// Rays of small integers along axes and diagonals, through the points of a lattice.
+std::vector<Ray> lattice_rays(int size) {
+  std::vector<Ray> rays;
+  for (int a = -1; a <= size + 1; ++a)
+    for (int b = -1; b <= size + 1; ++b)
+      for (int axis = 0; axis < 3; ++axis)
+        for (int way = 0; way < 6; ++way) {
+          Ray r{glm::vec3(0), 0, glm::vec3(0), 1e6f};
+          const float sign = way % 2 ? -1.f : 1.f;
+          r.dir[axis] = sign;
+          if (way >= 2) r.dir[(axis + 1) % 3] = way >= 4 ? 0.5f : -1.f;
+          r.origin[axis] = -sign * 16;
+          r.origin[(axis + 1) % 3] = float(a) - 16 * r.dir[(axis + 1) % 3];
+          r.origin[(axis + 2) % 3] = float(b);
+          rays.push_back(r);
+        }
+  return rays;
+}
+
+TEST_F(RayQueriesTest, RaysThroughEdgesAndVertices) {
+  const shapes::Triangles cube = shapes::box({0, 0, 0}, {4, 4, 4});
+  const std::pair<const char*, shapes::Triangles> cases[] = {
+      {"cube", cube},
+      {"nested", shapes::joined(cube, shapes::box({1, 1, 1}, {3, 3, 3}))},
+      {"touching", shapes::joined(cube, shapes::box({4, 0, 0}, {6, 4, 4}))},
+      {"octahedron", shapes::scaled(shapes::sphere(0), 4)},
+      {"coplanar", shapes::joined(shapes::grid(4, 0), shapes::grid(2, 0))},
+  };
+  std::size_t i = 0;
+  for (const auto& [name, triangles] : cases) {
+    if (!is_dealt_at_every_size(gpu_.info(), i++)) continue;
+    SCOPED_TRACE(name);
+    expect_exact(triangles, lattice_rays(6), 20);
+  }
+}
+
+// The rounding of such rays moves vertices, so that a few may pass on the other side of an edge; but a closed mesh is
+// crossed an even number of times from outside to outside, whatever the ray.
+TEST_F(RayQueriesTest, ClosedMeshesAreCrossedAnEvenNumberOfTimes) {
+  const shapes::Triangles meshes[] = {shapes::sphere(3), shapes::moved(shapes::sphere(3), {1000, 1e4f, -3e3f})};
+  std::size_t number = 0;
+  for (const shapes::Triangles& triangles : meshes) {
+    if (!is_dealt_at_every_size(gpu_.info(), number++)) continue;
+    const glm::vec3 middle = triangles[0][0] - shapes::sphere(3)[0][0];
+    const auto t = make(gpu_, triangles);
+    RayQueries queries(gpu_, t->tracer->tree());
+    std::vector<Ray> rays;
+    for (Ray& r : shapes::edge_rays(triangles, 3000, middle + glm::vec3(0, 3, 0.5f))) rays.push_back(r);
+    for (const Ray& r : shapes::random_rays(2000, 5, 1.5f)) rays.push_back({r.origin + middle, 0, r.dir, 1e30f});
+    const auto numbers = counts(queries, rays);
+    std::size_t odd = 0, inside = 0, other = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (i >= 3000) {
+        inside += glm::length(glm::dvec3(rays[i].origin - middle)) < 0.98;
+        odd += glm::length(glm::dvec3(rays[i].origin - middle)) < 0.98 ? numbers[i] % 2 == 0 : 0;
+        continue;
+      }
+      odd += numbers[i] % 2;
+      if (i % 10 == 0) other += numbers[i] != crossings_of(rays[i], triangles).size();
+    }
+    EXPECT_EQ(odd, 0u);
+    EXPECT_GT(inside, 100u);
+    EXPECT_LE(other, 60u);  // of 300 rays through edges and vertices, most of which graze none
+    expect_silent(gpu_);
+  }
+}
+
+TEST_F(RayQueriesTest, RandomRaysAreThoseOfTheOracle) {
+  const shapes::Triangles triangles = shapes::soup(150, 0.7f);
+  const auto t = make(gpu_, triangles, {.split_budget = 2});
+  ASSERT_GT(t->bvh.stats.references, triangles.size());
+  RayQueries queries(gpu_, t->tracer->tree());
+  std::vector<Ray> rays = shapes::random_rays(300);
+  rays[3].t_max = 0.5f;
+  rays[4].t_min = 1;
+  const auto found = lists(queries, rays);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    std::vector<std::uint32_t> prims;
+    for (const Hit& h : found[i]) {
+      const ExactSight sight(rays[i], triangles[h.prim]);
+      EXPECT_NEAR(h.t, sight.t(), 1e-5 * std::abs(sight.t()));
+      prims.push_back(h.prim);
+    }
+    EXPECT_EQ(prims, crossings_of(rays[i], triangles)) << i;
+  }
+}
+
+TEST_F(RayQueriesTest, DeadRaysAndEmptyScenes) {
+  const auto t = make(gpu_, shapes::sphere(1));
+  RayQueries queries(gpu_, t->tracer->tree());
+  const std::vector<Ray> dead = shapes::dead_rays();
+  for (const std::uint32_t n : counts(queries, dead)) EXPECT_EQ(n, 0u);
+  EXPECT_TRUE(counts(queries, {}).empty());
+  const auto empty = make(gpu_, {});
+  RayQueries nothing(gpu_, empty->tracer->tree());
+  const std::vector<Ray> rays = shapes::random_rays(3);
+  EXPECT_EQ(counts(nothing, rays), (std::vector<std::uint32_t>{0, 0, 0}));
+  EXPECT_TRUE(lists(nothing, rays)[2].empty());
+  expect_silent(gpu_);
+}
+
+// More crossings of a ray than the first pass has room for, and than Mesa 22.3 lets a loop visit.
+TEST_F(RayQueriesTest, RaysWithManyCrossings) {
+  constexpr std::uint32_t kMany = 100000;
+  const auto t = make(gpu_, shapes::identical(kMany), {.builder = BuilderId::Balanced});
+  RayQueries queries(gpu_, t->tracer->tree());
+  const Ray rays[] = {{{0.25f, 0.25f, 2}, 0, {0, 0, -1}, 9}, {{9, 9, 2}, 0, {0, 0, -1}, 9}};
+  EXPECT_EQ(counts(queries, rays), (std::vector<std::uint32_t>{kMany, 0}));
+  const auto found = lists(queries, rays);
+  ASSERT_EQ(found[0].size(), kMany);
+  for (std::uint32_t i = 0; i < kMany; ++i) ASSERT_EQ(found[0][i].prim, i);
+  EXPECT_EQ(lists(queries, rays, 3)[0].size(), 3u);
+}
+
+}  // namespace
+}  // namespace ballot

@@ -1,0 +1,71 @@
+// `ballot check`: the edges of a mesh.
+#include "tools/cli.h"
+
+namespace ballot::cli {
+
+namespace {
+
+struct CheckArgs {
+  std::string scene, json;
+};
+
+nlohmann::json record_of(const std::vector<FaultyEdge>& edges) {
+  nlohmann::json all = nlohmann::json::array();
+  for (const FaultyEdge& e : edges)
+    all.push_back({{"from", {e.from.x, e.from.y, e.from.z}},
+                   {"to", {e.to.x, e.to.y, e.to.z}},
+                   {"triangles", e.triangles},
+                   {"prim", e.prim}});
+  return all;
+}
+
+void print_edges(const char* what, std::uint64_t count, const std::vector<FaultyEdge>& edges) {
+  if (count == 0) return;
+  fmt::print("{} {}{}:\n", count, what, count > edges.size() ? fmt::format("; the first {}", edges.size()) : "");
+  for (const FaultyEdge& e : edges)
+    fmt::print("  ({}, {}, {}) to ({}, {}, {}): {} triangle{}, triangle {}\n", e.from.x, e.from.y, e.from.z, e.to.x,
+               e.to.y, e.to.z, e.triangles, e.triangles == 1 ? "" : "s, the first is", e.prim);
+}
+
+int run_check(const CheckArgs& args) {
+  const Scene scene = load_scene(args.scene);
+  const Topology t = topology_of(scene.triangles);
+  const auto yes = [](bool answer) { return answer ? "yes" : "no"; };
+  fmt::print("{}: {} triangles, {} edges\nclosed: {}\nmanifold: {}\nconsistently wound: {}\n", args.scene, t.triangles,
+             t.edges, yes(t.closed()), yes(t.manifold()), yes(t.wound()));
+  if (t.flat) fmt::print("{} triangles without area, with three corners, are left out\n", t.flat);
+  print_edges("edges of one triangle", t.boundary, t.first_boundary);
+  print_edges("edges of more than two triangles", t.nonmanifold, t.first_nonmanifold);
+  print_edges("edges whose two triangles run the same way along them", t.flipped, t.first_flipped);
+  write_json(args.json, {{"scene", scene.name},
+                         {"triangles", t.triangles},
+                         {"flat", t.flat},
+                         {"edges", t.edges},
+                         {"closed", t.closed()},
+                         {"manifold", t.manifold()},
+                         {"wound", t.wound()},
+                         {"open_edges", t.open},
+                         {"boundary_edges", t.boundary},
+                         {"nonmanifold_edges", t.nonmanifold},
+                         {"flipped_edges", t.flipped},
+                         {"first_boundary", record_of(t.first_boundary)},
+                         {"first_nonmanifold", record_of(t.first_nonmanifold)},
+                         {"first_flipped", record_of(t.first_flipped)}});
+  return t.closed() && t.manifold() && t.wound() ? 0 : int(Failure::Work);
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, int& result) {
+  auto args = std::make_shared<CheckArgs>();
+  CLI::App* cmd = app.add_subcommand("check", "tells whether a mesh is closed, manifold and consistently wound");
+  cmd->footer(
+      "Vertices are one if their coordinates are equal. Closed: every edge belongs to an even number of triangles.\n"
+      "Manifold: to two at most. Consistently wound: two triangles run along their edge in opposite directions.\n"
+      "The exit code is 0 if the mesh is all three, else 1. Needs no device.");
+  cmd->add_option("SCENE", args->scene, "scene file: .gltf, .glb or .obj")->required();
+  cmd->add_option("--json", args->json, "also write the figures to this file");
+  cmd->callback([args, &result] { result = run_check(*args); });
+}
+
+}  // namespace ballot::cli

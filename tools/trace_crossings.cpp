@@ -1,0 +1,75 @@
+#include "tools/trace_crossings.h"
+
+namespace ballot::cli {
+
+namespace {
+
+/// A crossing as files have it.
+struct Record {
+  std::uint32_t ray;
+  Hit hit;
+};
+static_assert(sizeof(Record) == 20);
+
+RaySource source_of(RayFile& file, const Progress& progress) {
+  RaySource source;
+  source.count = file.count();
+  source.read = [&file](std::uint64_t, std::span<Ray> room) {
+    const std::size_t some = file.read(room);
+    if (some < room.size()) fail(Failure::Work, "the file of rays ended early");
+  };
+  source.progress = [&progress, count = file.count()](std::uint64_t done) { progress(double(done) / double(count)); };
+  return source;
+}
+
+CrossingTrace count_crossings(Engine& engine, RayFile& file, const std::string& to, const Progress& progress) {
+  CrossingTrace result;
+  std::vector<std::uint32_t> counts;
+  const RaySource source = source_of(file, progress);
+  counts.reserve(std::size_t(source.count));
+  result.times = engine.rays().count(source, [&](std::uint64_t, std::span<const std::uint32_t> some) {
+    for (const std::uint32_t n : some) result.crossings += n;
+    counts.insert(counts.end(), some.begin(), some.end());
+  });
+  write_numbers(to, std::span<const std::uint32_t>(counts));
+  return result;
+}
+
+CrossingTrace list_crossings(Engine& engine, RayFile& file, const std::string& to, std::uint32_t most,
+                             const Progress& progress) {
+  CrossingTrace result;
+  const RaySource source = source_of(file, progress);
+  write_atomically(to, [&](const std::filesystem::path& temporary) {
+    OutputFile out(temporary, to);
+    std::string start = crossings_start(0);
+    out.write(start.data(), start.size());
+    std::vector<Record> records;
+    const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> hits) {
+      records.clear();
+      std::size_t next = 0;
+      for (std::size_t i = 0; i < counts.size(); ++i)
+        for (std::uint32_t k = 0; k < counts[i]; ++k) records.push_back({std::uint32_t(first + i), hits[next++]});
+      out.write(records.data(), records.size() * sizeof(Record));
+      result.crossings += records.size();
+    };
+    result.times = engine.rays().list(source, most, take);
+    start = crossings_start(result.crossings);
+    out.seek(0);
+    out.write(start.data(), start.size());
+    out.close();
+  });
+  return result;
+}
+
+}  // namespace
+
+CrossingTrace trace_crossings(Engine& engine, RayFile from, const std::string& to, Crossings want, std::uint32_t most,
+                              const Progress& progress) {
+  const std::uint64_t rays = from.count();
+  CrossingTrace result = want == Crossings::Count ? count_crossings(engine, from, to, progress)
+                                                  : list_crossings(engine, from, to, most, progress);
+  result.rays = rays;
+  return result;
+}
+
+}  // namespace ballot::cli
