@@ -358,58 +358,6 @@ BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* r
 BALLOT_API BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits,
                                               uint64_t count, const BallotQuery* query, BallotJob** job);
 
-/* ---- Points and crossings --------------------------------------------------------------------------------------- */
-
-typedef struct BallotPoints {
-  size_t size;
-  const float* data; /* x, y, z of each; a point that is not finite is near nothing, and outside */
-  size_t count;
-  size_t stride; /* bytes from one point to the next, a multiple of 4; 0: 12 */
-  float limit;   /* triangles farther away are not looked for; 0: no limit */
-} BallotPoints;
-
-/* Where the answers go, as in BallotHits. Without a triangle distances are infinite, numbers BALLOT_MISS, the rest
- * 0. */
-typedef struct BallotNearest {
-  size_t size;
-  float* distances; /* from the nearest triangle, of those as near the one with the smallest number */
-  float* points;    /* x, y, z of the nearest point */
-  uint32_t *prims, *mesh_ids;
-  float *uvs, *normals; /* normals: of the triangle, by the right-hand rule */
-  /* The inside test, by the parity of crossings; of a closed mesh alone (BallotPointQuery::assume_closed). */
-  float* signed_distances; /* negative inside */
-  uint8_t* inside;         /* 1: inside */
-} BallotNearest;
-
-typedef struct BallotPointQuery {
-  size_t size;
-  uint32_t assume_closed; /* 1: do the inside test although edges are open; the answer near a gap is then arbitrary */
-  int (*progress)(void* user, double done); /* as in BallotQuery */
-  void* user;
-} BallotPointQuery;
-
-/* Finds the nearest point of the scene for each point. Distances are right to 64 * 2^-24 (M + M'), with M and M' the
- * largest distances of a vertex of the reported and of the nearest triangle. `inside` is right if the surface is more
- * than 16 * 2^-24 M away. The inside test is refused if an edge has an odd number of triangles. */
-BALLOT_API BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points, const BallotNearest* to,
-                                            const BallotPointQuery* query, BallotTimes* times);
-
-/* What to list of the crossings of rays. Through an edge or a vertex a ray crosses a closed surface once, or twice or
- * not at all where it touches the surface from one side. */
-typedef struct BallotLists {
-  size_t size;
-  uint32_t most;    /* the first crossings of each ray to be listed; 0: all */
-  uint32_t* counts; /* for each ray: how many are listed; NULL: not wanted */
-  /* Takes the crossings of rays [first, first + rays), in parts: those of each ray one after the other, in order of t,
-   * at equal t of prim. Non-zero ends the call with BALLOT_ERROR_INTERRUPTED. NULL: they are only counted. */
-  int (*take)(void* user, uint64_t first, size_t rays, const uint32_t* counts, const BallotHit* hits);
-  void* user;
-} BallotLists;
-
-/* Finds all crossings of rays and triangles with t in [t_min, t_max]. times may be NULL. */
-BALLOT_API BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, const BallotLists* lists,
-                                              BallotTimes* times);
-
 /* ---- Rays and pictures of a view -------------------------------------------------------------------------------- */
 
 /* A camera, as in glTF: it looks along -z of its frame, with +y up. */
@@ -438,6 +386,8 @@ typedef struct BallotPicture {
 } BallotPicture;
 BALLOT_API BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const BallotPicture* picture,
                                       const BallotQuery* query, BallotTimes* times);
+
+#include "ballot_c_points.h" /* points and crossings */
 
 #ifdef __cplusplus
 }

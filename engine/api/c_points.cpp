@@ -185,7 +185,8 @@ BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const Ballot
         lists.take(lists.user, first, counts.size(), counts.data(), reinterpret_cast<const BallotHit*>(found.data())))
       throw Refused(BALLOT_ERROR_INTERRUPTED, fmt::format("interrupted after {} rays", first + counts.size()));
   };
-  const TraceTimes spent = engine_of(scene, "ballot_list_crossings").rays().list(source, lists.most ? lists.most : kAllHits, take);
+  RayQueries& queries = engine_of(scene, "ballot_list_crossings").rays();
+  const TraceTimes spent = queries.list(source, lists.most ? lists.most : kAllHits, take);
   return times_of(begin, spent, hits);
 }
 

@@ -33,14 +33,16 @@ def main() -> None:
     expect("files of the component runtime", runtime, ["LICENSE", "libballot.so.1", "libballot.so.1.0.0"])
     run(["cmake", "--install", build, "--prefix", prefix, "--component", "development"])
     headers = sorted(path.name for path in (prefix / "include" / "ballot").iterdir())
-    expect("headers", headers, ["ballot.h", "ballot_c.h", "ballot_detail.h", "ballot_types.h"])
+    expect("headers", headers, ["ballot.h", "ballot_c.h", "ballot_c_points.h", "ballot_detail.h", "ballot_types.h"])
 
     library = next(prefix.rglob("libballot.so"))
     symbols = run(["nm", "-D", "--defined-only", library]).split("\n")
     names = [line.split()[-1].split("@")[0] for line in symbols if line]
     others = [name for name in names if not re.fullmatch(r"ballot_\w+|BALLOT_1", name)]
     expect("visible symbols other than ballot_*", others, [])
-    declared = set(re.findall(r"\b(ballot_\w+)\(", (HERE / "../../engine/api/ballot_c.h").read_text(encoding="utf-8")))
+    api = HERE / "../../engine/api"
+    texts = [(api / name).read_text(encoding="utf-8") for name in ("ballot_c.h", "ballot_c_points.h")]
+    declared = set(re.findall(r"\b(ballot_\w+)\(", "".join(texts)))
     declared -= {"ballot_init"}
     expect("functions of ballot_c.h that the library lacks", sorted(declared - set(names)), [])
 

@@ -113,6 +113,18 @@ TEST_F(Points, AScenesAnswersFollowItsVertices) {
   EXPECT_EQ(scene.count_crossings({&ray, 1})[0], 2u);
 }
 
+TEST_F(Points, ScenesOfInstancesAreRefused) {
+  const std::vector<float> place{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  const std::vector<std::uint32_t> meshes{0};
+  const ballot::Scene scene(device_, {left_.mesh()}, {.transforms = place, .meshes = meshes});
+  const float point[] = {0, 0, 0};
+  float distance;
+  const ballot::Ray ray{{9, 0, 0}, 0, {-1, 0, 0}, 100};
+  EXPECT_THROW(scene.nearest(point, {.distances = &distance}), ballot::Error);
+  EXPECT_THROW(scene.count_crossings({&ray, 1}), ballot::Error);
+  EXPECT_THROW(scene.crossings({&ray, 1}), ballot::Error);
+}
+
 TEST_F(Points, Crossings) {
   const ballot::Scene scene(device_, {left_.mesh(7), right_.mesh(9)});
   const ballot::Ray rays[] = {{{-9, 0, 0}, 0, {1, 0, 0}, 100},          // through the diagonal of four sides
