@@ -11,30 +11,6 @@ constexpr std::size_t kRaysAtOnce = 256;
 
 bool is_error(Verdict v) { return v != Verdict::Same && v != Verdict::Tie; }
 
-void count(Judgement& sum, Verdict verdict) {
-  ++sum.rays;
-  switch (verdict) {
-    case Verdict::Same:
-      ++sum.same;
-      break;
-    case Verdict::Tie:
-      ++sum.tie;
-      break;
-    case Verdict::FalseMiss:
-      ++sum.false_miss;
-      break;
-    case Verdict::FalseHit:
-      ++sum.false_hit;
-      break;
-    case Verdict::WrongPrim:
-      ++sum.wrong_prim;
-      break;
-    case Verdict::WrongT:
-      ++sum.wrong_t;
-      break;
-  }
-}
-
 }  // namespace
 
 ForestOracle::ForestOracle(const Forest& forest) : forest_(forest) {
@@ -97,7 +73,7 @@ Judgement ForestOracle::judge(std::span<const Ray> rays, std::span<const Hit> an
   });
   Judgement sum;
   for (std::size_t i = 0; i < verdicts.size(); ++i) {
-    count(sum, verdicts[i]);
+    sum.add(verdicts[i]);
     if (!is_error(verdicts[i]) || sum.examples.size() >= 3) continue;
     const OracleHit truth = nearest(rays[i]);
     sum.examples.push_back(fmt::format("ray {}: verdict {}; answer t {} prim {}, truth t {} prim {}", i,

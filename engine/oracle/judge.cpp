@@ -255,32 +255,31 @@ std::string in_words(std::size_t index, Verdict verdict, const Ray& r, const Hit
       prim(a.prim), a.t, a.u, a.v, prim(truth.prim), truth.t, truth.u, truth.v);
 }
 
-void count(Judgement& sum, const Opinion& opinion) {
-  ++sum.rays;
-  switch (opinion.verdict) {
+}  // namespace
+
+void Judgement::add(Verdict verdict) {
+  ++rays;
+  switch (verdict) {
     case Verdict::Same:
-      ++sum.same;
+      ++same;
       break;
     case Verdict::Tie:
-      ++sum.tie;
+      ++tie;
       break;
     case Verdict::FalseMiss:
-      ++sum.false_miss;
+      ++false_miss;
       break;
     case Verdict::FalseHit:
-      ++sum.false_hit;
+      ++false_hit;
       break;
     case Verdict::WrongPrim:
-      ++sum.wrong_prim;
+      ++wrong_prim;
       break;
     case Verdict::WrongT:
-      ++sum.wrong_t;
+      ++wrong_t;
       break;
   }
-  if (opinion.verdict == Verdict::Same) sum.worst_t_error = std::max(sum.worst_t_error, opinion.t_error);
 }
-
-}  // namespace
 
 Allowance Oracle::allowance(const Ray& ray, std::uint32_t prim, Arithmetic arithmetic) const {
   if (prim >= texel_of_.size() || texel_of_[prim] == NO_HIT)
@@ -318,7 +317,8 @@ Judgement Oracle::judge(std::span<const Ray> rays, std::span<const Hit> answers,
   });
   Judgement sum;
   for (std::size_t i = 0; i < opinions.size(); ++i) {
-    count(sum, opinions[i]);
+    sum.add(opinions[i].verdict);
+    if (opinions[i].verdict == Verdict::Same) sum.worst_t_error = std::max(sum.worst_t_error, opinions[i].t_error);
     const bool wrong = opinions[i].verdict != Verdict::Same && opinions[i].verdict != Verdict::Tie;
     if (wrong && sum.examples.size() < kMaxExamples)
       sum.examples.push_back(in_words(i, opinions[i].verdict, rays[i], answers[i], truth[i]));

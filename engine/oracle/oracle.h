@@ -33,6 +33,8 @@ struct Judgement {
   double worst_t_error = 0;           // largest |t - t_oracle| of Same answers as a share of its bound; at most 1
   std::vector<std::string> examples;  // the first few errors, in words, with the ray and both answers
   std::uint64_t errors() const { return false_miss + false_hit + wrong_prim + wrong_t; }
+  /// Counts the verdict on one more ray.
+  void add(Verdict verdict);
 };
 
 /// The triangle test that made the answers, whose rounding error the judge allows for. Exact: the test decides without
