@@ -4,6 +4,7 @@
 
 #include "engine/bvh/build.h"
 #include "engine/trace/repair.h"
+#include "engine/trace/tree_push.h"
 
 namespace ballot {
 
@@ -83,23 +84,8 @@ void QueryKernel::prepare() {
 }
 
 std::uint32_t QueryKernel::run(std::uint32_t count, std::uint32_t root, TraceTimes& times) {
-  TracePush push{};
-  push.scene_lo = tree_.bvh().bounds.lo;
-  push.scene_hi = tree_.bvh().bounds.hi;
-  push.box_origin = tree_.box_origin();
-  push.padded_reach = tree_.padded_reach();
-  push.shear_scale = tree_.shear().scale;
-  push.shear_near = tree_.shear().near;
-  push.root = root;
+  TracePush push = push_of(tree_, root, nodes_, format_, leaves_);
   push.ray_end = count;
-  const auto point = [](const DeviceTree::Texels* texels, std::uint32_t& lo, std::uint32_t& hi) {
-    if (!texels) return;
-    lo = std::uint32_t(texels->address());
-    hi = std::uint32_t(texels->address() >> 32);
-  };
-  point(nodes_, push.nodes_lo, push.nodes_hi);
-  point(format_, push.format_lo, push.format_hi);
-  point(leaves_, push.leaves_lo, push.leaves_hi);
   Work work{0, 0};
   if (config_.loops_cut) work_.upload(std::span(&work, 1));
   gpu_.submit(kernel_->name(), [&](VkCommandBuffer cmd) {

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "engine/core/error.h"
+#include "engine/trace/tree_push.h"
 
 namespace ballot {
 
@@ -38,26 +39,11 @@ std::uint32_t Dispatcher::groups_for(const Variant& v, std::uint32_t rays) const
 TracePushes Dispatcher::push_for(const Job& job, std::uint32_t root, std::uint32_t mesh_root) const {
   const TraceKernel& k = *job.kernel;
   TracePushes pushes{};
-  TracePush& push = pushes.trace;
-  push.scene_lo = tree_.bvh().bounds.lo;
-  push.scene_hi = tree_.bvh().bounds.hi;
-  push.box_origin = tree_.box_origin();
-  push.padded_reach = tree_.padded_reach();
-  push.shear_scale = tree_.shear().scale;
-  push.shear_near = tree_.shear().near;
-  push.root = root;
-  push.max_batches = job.variant.config.batches;
-  push.threshold = threshold_lanes(job.variant.config, *job.variant.method);
-  const auto point = [](const DeviceTree::Texels* texels, std::uint32_t& lo, std::uint32_t& hi) {
-    if (!texels) return;
-    lo = std::uint32_t(texels->address());
-    hi = std::uint32_t(texels->address() >> 32);
-  };
-  point(k.nodes, push.nodes_lo, push.nodes_hi);
-  point(k.format, push.format_lo, push.format_hi);
-  point(k.leaves, push.leaves_lo, push.leaves_hi);
-  point(k.top, pushes.top.top_lo, pushes.top.top_hi);
-  point(k.meshes, pushes.top.meshes_lo, pushes.top.meshes_hi);
+  pushes.trace = push_of(tree_, root, k.nodes, k.format, k.leaves);
+  pushes.trace.max_batches = job.variant.config.batches;
+  pushes.trace.threshold = threshold_lanes(job.variant.config, *job.variant.method);
+  push_address(k.top, pushes.top.top_lo, pushes.top.top_hi);
+  push_address(k.meshes, pushes.top.meshes_lo, pushes.top.meshes_hi);
   pushes.top.records = tree_.forest() ? tree_.forest()->top().records : 0;
   pushes.top.mesh_root = mesh_root;
   return pushes;
