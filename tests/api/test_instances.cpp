@@ -1,31 +1,10 @@
 // Scenes of instances through the installed library: results, moves, errors.
-#include <ballot/ballot.h>
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <limits>
-#include <memory>
-#include <string>
-#include <vector>
+
+#include "api.h"
 
 namespace {
-
-/// n x n squares in the plane z = 0, over [0, 1]^2.
-struct Squares {
-  std::vector<float> positions;
-  std::vector<std::uint32_t> indices;
-  explicit Squares(std::uint32_t n) {
-    for (std::uint32_t y = 0; y <= n; ++y)
-      for (std::uint32_t x = 0; x <= n; ++x)
-        positions.insert(positions.end(), {float(x) / float(n), float(y) / float(n), 0});
-    for (std::uint32_t y = 0; y < n; ++y)
-      for (std::uint32_t x = 0; x < n; ++x) {
-        const std::uint32_t a = y * (n + 1) + x, b = a + n + 1;
-        indices.insert(indices.end(), {a, a + 1, b, b, a + 1, b + 1});
-      }
-  }
-  ballot::Mesh mesh(std::uint32_t id = 0) const { return {.positions = positions, .indices = indices, .id = id}; }
-};
 
 /// Rays down on points of [0, 1]^2.
 std::vector<ballot::Ray> rays_onto(std::size_t n) {
@@ -35,16 +14,7 @@ std::vector<ballot::Ray> rays_onto(std::size_t n) {
   return rays;
 }
 
-class ApiInstances : public testing::Test {
- protected:
-  static void SetUpTestSuite() { device_ = std::make_unique<ballot::Device>("", true); }
-  static void TearDownTestSuite() {
-    EXPECT_EQ(ballot_device_message_count(device_->handle()), 0u);
-    device_.reset();
-  }
-  static inline std::unique_ptr<ballot::Device> device_;
-  const Squares grid_{16};
-};
+class ApiInstances : public Api {};
 
 /// Returns the text of the Error(Argument) that `call` throws.
 template <class Call>
@@ -61,7 +31,7 @@ std::string text_of(const Call& call) {
 
 // One mesh in three places: moved, enlarged and mirrored, and of another mesh besides.
 TEST_F(ApiInstances, InstancesNameInstanceAndPrimitive) {
-  const Squares small(2);
+  const Grid small(2);
   const std::vector<float> transforms{1,  0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.5f,    // over [0, 1]^2, at z = 0.5
                                       -1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0,       // over [-1, 0] x [0, 2], mirrored
                                       1,  0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -1.5f};  // below the first

@@ -1,9 +1,8 @@
 // Queries of points and of all crossings, as a program sees them. Runs on the default device.
-#include <ballot/ballot.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
+
+#include "api.h"
 
 namespace {
 
@@ -21,14 +20,13 @@ struct Box {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-class Points : public ::testing::Test {
+class Points : public Api {
  protected:
-  ballot::Device device_;
   Box left_{}, right_{4};
 };
 
 TEST_F(Points, EveryResult) {
-  const ballot::Scene scene(device_, {left_.mesh(7), right_.mesh(9)});
+  const ballot::Scene scene(*device_, {left_.mesh(7), right_.mesh(9)});
   const float points[] = {0, 0, 3, 4.5f, 0, 0, 4, 2, 2, NAN, 0, 0};
   float distances[4], near[12], uvs[8], normals[12], signs[4];
   std::uint32_t prims[4], ids[4];
@@ -59,7 +57,7 @@ TEST_F(Points, EveryResult) {
 }
 
 TEST_F(Points, LimitsAndStrides) {
-  const ballot::Scene scene(device_, {left_.mesh()});
+  const ballot::Scene scene(*device_, {left_.mesh()});
   const float points[] = {0, 0, 2, 99, 0, 0, 4, 99};
   float distances[2];
   auto from = BALLOT_INIT(BallotPoints);
@@ -81,7 +79,7 @@ TEST_F(Points, LimitsAndStrides) {
 
 TEST_F(Points, OpenMeshesAreRefused) {
   left_.indices.resize(33);
-  const ballot::Scene scene(device_, {left_.mesh()});
+  const ballot::Scene scene(*device_, {left_.mesh()});
   const float point[] = {0, 0, 0};
   float distance;
   std::uint8_t inside = 7;
@@ -101,7 +99,7 @@ TEST_F(Points, OpenMeshesAreRefused) {
 }
 
 TEST_F(Points, AScenesAnswersFollowItsVertices) {
-  ballot::Scene scene(device_, {left_.mesh()});
+  ballot::Scene scene(*device_, {left_.mesh()});
   const float point[] = {4.25f, 0, 0};
   float distance;
   scene.nearest(point, {.signed_distances = &distance});
@@ -116,7 +114,7 @@ TEST_F(Points, AScenesAnswersFollowItsVertices) {
 TEST_F(Points, ScenesOfInstancesAreRefused) {
   const std::vector<float> place{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   const std::vector<std::uint32_t> meshes{0};
-  const ballot::Scene scene(device_, {left_.mesh()}, {.transforms = place, .meshes = meshes});
+  const ballot::Scene scene(*device_, {left_.mesh()}, {.transforms = place, .meshes = meshes});
   const float point[] = {0, 0, 0};
   float distance;
   const ballot::Ray ray{{9, 0, 0}, 0, {-1, 0, 0}, 100};
@@ -126,7 +124,7 @@ TEST_F(Points, ScenesOfInstancesAreRefused) {
 }
 
 TEST_F(Points, Crossings) {
-  const ballot::Scene scene(device_, {left_.mesh(7), right_.mesh(9)});
+  const ballot::Scene scene(*device_, {left_.mesh(7), right_.mesh(9)});
   const ballot::Ray rays[] = {{{-9, 0, 0}, 0, {1, 0, 0}, 100},          // through the diagonal of four sides
                               {{-9, 0.25f, 0.5f}, 0, {1, 0, 0}, 9},     // up to the middle of the first
                               {{-9, 5, 0}, 0, {1, 0, 0}, 100},          // beside
