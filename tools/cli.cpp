@@ -12,11 +12,15 @@ namespace {
 std::string command;
 }
 
-void EngineArgs::add_to(CLI::App& app, bool scene_required) {
+std::string scene_extensions() {
   std::string extensions;
   for (const SceneFormat& f : scene_formats())
     extensions += fmt::format("{}{}", extensions.empty() ? "" : ", ", f.extension);
-  auto* option = app.add_option("SCENE", scene, "scene file, one of: " + extensions);
+  return extensions;
+}
+
+void EngineArgs::add_to(CLI::App& app, bool scene_required) {
+  auto* option = app.add_option("SCENE", scene, "scene file, one of: " + scene_extensions());
   if (scene_required) option->required();
   add_options(app);
 }

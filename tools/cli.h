@@ -12,6 +12,9 @@
 
 namespace ballot::cli {
 
+/// Returns the extensions of scene files, for help texts.
+std::string scene_extensions();
+
 /// The options of every command that opens a device and builds a BVH.
 struct EngineArgs {
   std::string scene;

@@ -63,7 +63,7 @@ void add_check(CLI::App& app, int& result) {
       "Vertices are one if their coordinates are equal. Closed: every edge belongs to an even number of triangles.\n"
       "Manifold: to two at most. Consistently wound: two triangles run along their edge in opposite directions.\n"
       "The exit code is 0 if the mesh is all three, else 1. Needs no device.");
-  cmd->add_option("SCENE", args->scene, "scene file: .gltf, .glb or .obj")->required();
+  cmd->add_option("SCENE", args->scene, "scene file, one of: " + scene_extensions())->required();
   cmd->add_option("--json", args->json, "also write the figures to this file");
   cmd->callback([args, &result] { result = run_check(*args); });
 }
