@@ -41,7 +41,8 @@ from ._job import Job
 from ._picture import render
 from ._query import Times
 from ._raycasting import RaycastingScene
-from ._scene import MeshInfo, Scene, SceneInfo, load_scene
+from ._scene import Scene, load_scene
+from ._scene_info import MeshInfo, SceneInfo
 
 __version__ = version()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from ._device import Device, device_or_default
 from ._job import Job
 from ._points import Queries
 from ._query import Times
+from ._scene_info import MeshInfo, SceneInfo
 
 Progress = Callable[[float], Any]
 
@@ -27,33 +28,6 @@ _COLUMNS = {  # name: (dtype, shape of one ray's entry)
     "occluded": (np.bool_, ()),
     "instances": (np.uint32, ()),
 }
-
-
-class SceneInfo(NamedTuple):
-    """What a scene holds, and its tree."""
-
-    triangles: int
-    degenerate: int  # triangles without area; never hit
-    meshes: int
-    views: int
-    lo: tuple[float, float, float]  # the bounds; zero if the scene is empty
-    hi: tuple[float, float, float]
-    nodes: int
-    leaves: int
-    depth: int
-    sah: float  # expected cost of a random ray that meets the bounds
-    build_seconds: float  # of the last build of the tree
-    instances: int  # 0: not a scene of instances
-    instance_triangles: int  # counted through all instances
-    top_seconds: float  # of the last build of the tree over the instances
-
-
-class MeshInfo(NamedTuple):
-    """A mesh of a scene: its triangles have the numbers first to first + triangles - 1 in HIT's prim."""
-
-    id: int
-    first: int
-    triangles: int
 
 
 class Scene(Queries):
