@@ -14,6 +14,7 @@
 #include <string>
 
 #include "engine/bvh/bvh.h"
+#include "engine/bvh/refit_policy.h"
 #include "engine/bvh/topology.h"
 #include "engine/core/error.h"
 #include "engine/core/file.h"
@@ -47,6 +48,8 @@
 
 namespace ballot {
 
+struct SceneTree;  // built_tree.h
+
 struct EngineOptions {
   std::string device;     // "": best GPU, else CPU; an index, part of a name, "gpu", "cpu"
   bool validate = false;  // Vulkan validation with synchronization checks; messages() collects the reports
@@ -54,9 +57,10 @@ struct EngineOptions {
   /// `window` and `statistics` are then ignored: they are as the device was opened with.
   std::shared_ptr<Context> context = {};
   BuildSettings build = {};
-  bool use_cache = true;                  // keeps BVHs and the choices of method auto on disk, in cache_folder()
-  const WindowSurface* window = nullptr;  // shows pictures; the device must be able to present to it
-  bool statistics = false;                // ContextOptions::statistics
+  std::optional<double> expected_rays = {};  // that will be traced in all: a hint for builder `auto`
+  bool use_cache = true;                     // keeps BVHs and the choices of method auto on disk, in cache_folder()
+  const WindowSurface* window = nullptr;     // shows pictures; the device must be able to present to it
+  bool statistics = false;                   // ContextOptions::statistics
   std::vector<Query> queries = {};  // checked before the BVH is built: throws if the device cannot follow their knobs
 };
 
@@ -108,11 +112,21 @@ class Engine {
     return tracer_->trace(rays, hits, query, progress);
   }
 
-  /// Replaces the triangles by as many others, for example vertices that have moved. Materials, normals, texture
-  /// coordinates, lights and views stay. Traces after it find hits in the new ones. Throws Error(Arguments) if the
-  /// number differs or a vertex is not finite, Error(Work) if the tree cannot be built; the scene is then as it was.
-  /// Ends the use of batches, films and the checker of before.
-  void move(std::vector<Triangle> triangles, const Progress& progress = {});
+  /// Replaces the triangles by as many others, for example vertices that have moved, and returns those of before.
+  /// Materials, normals, texture coordinates, lights and views stay. Traces after it find hits in the new ones. The
+  /// tree is refitted or built anew, as `mode` says; it is always built if a triangle gains or loses its area. Throws
+  /// Error(Arguments) if the number differs or a vertex is not finite, Error(Work) if the tree cannot be built; the
+  /// scene is then as it was. Ends the use of batches, films and the checker of before.
+  std::vector<Triangle> move(std::vector<Triangle> triangles, UpdateMode mode = UpdateMode::Auto);
+
+  /// What the last move() did.
+  struct Update {
+    bool refitted = false;  // false: the tree was built, or there was no move yet
+    double seconds = 0;
+  };
+  const Update& last_update() const { return update_; }
+  /// Returns the tree's cost by the SAH over that at its build, and what builds and refits took.
+  const RefitPolicy& refit_policy() const { return policy_; }
 
   /// Replaces the sky. Ends the use of batches, films and the checker of before.
   void set_sky(Sky sky);
@@ -205,6 +219,9 @@ class Engine {
 
  private:
   void make_renderers();
+  bool refit(std::span<const Triangle> triangles, const Bounds& bounds);
+  void adopt(SceneTree&& built);
+  void try_to_rebuild();
 
   Scene scene_;
   BuildSettings build_;
@@ -212,6 +229,9 @@ class Engine {
   StartTimes times_;
   std::shared_ptr<Context> gpu_;
   Bvh bvh_;
+  RefitPolicy policy_;
+  double traced_s_ = 0;  // Tracer::traced_s() at the last move
+  Update update_;
   SceneFeatures features_;
   std::unique_ptr<Tracer> tracer_;
   std::unique_ptr<SceneData> scene_data_;

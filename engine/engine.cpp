@@ -4,8 +4,8 @@
 
 #include "ballot_commit.h"
 #include "engine/ballot.h"
+#include "engine/built_tree.h"
 #include "engine/scene/digest.h"
-#include "engine/tree/build/device_build.h"
 
 namespace ballot {
 
@@ -43,24 +43,6 @@ glm::dmat4 ndc_from_camera(const View& view, double aspect) {
   return m;
 }
 
-/// A tree and, if the device made it and kernels can read it where it lies, what holds it there.
-struct Built {
-  Bvh bvh;
-  std::shared_ptr<DeviceBuild> there = {};
-};
-
-Built build(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
-            const Progress& progress) {
-  if (builder_of(settings.builder).on_device) {
-    auto there = std::make_shared<DeviceBuild>(gpu, triangles, settings);
-    if (!there->has_box_origin()) return {there->bvh()};
-    Bvh summary = there->summary();
-    return {std::move(summary), std::move(there)};
-  }
-  if (!use_cache) return {build_bvh(triangles, settings, progress)};
-  return {build_bvh_cached(triangles, settings, cache_folder() / "bvh", progress)};
-}
-
 }  // namespace
 
 std::string commit() { return BALLOT_COMMIT; }
@@ -74,10 +56,15 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   times_.device_s = seconds_since(begin_);
   for (const Query& q : options.queries)
     kernel_config_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);
+  build_.builder = choose_builder(build_.builder, {.on_cpu_device = gpu_->info().is_cpu(),
+                                                   .takes_builder = DeviceBuilder::runs_on(gpu_->info()),
+                                                   .triangles = scene_.triangles.size(),
+                                                   .expected_rays = options.expected_rays});
   const auto start = Clock::now();
-  Built built = build(*gpu_, scene_.triangles, build_, options.use_cache, progress);
+  SceneTree built = build_tree(*gpu_, scene_.triangles, build_, options.use_cache, progress);
   bvh_ = std::move(built.bvh);
   times_.bvh_s = seconds_since(start);
+  policy_.built(times_.bvh_s, bvh_.stats.sah);
   features_ = features_of(scene_, facts_of(bvh_));
   tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built.there));
   if (options.use_cache) tracer_->choices().keep_in(cache_folder() / "auto");
@@ -92,22 +79,6 @@ void Engine::make_renderers() {
   scene_data_ = std::make_unique<SceneData>(*gpu_, scene_, features_);
   renderer_ = std::make_unique<Renderer>(*gpu_, *tracer_, *scene_data_);
   batches_ = std::make_unique<Batches>(*gpu_, *tracer_, *scene_data_);
-}
-
-void Engine::move(std::vector<Triangle> triangles, const Progress& progress) {
-  if (triangles.size() != scene_.triangles.size())
-    fail(Failure::Arguments, "scene '{}' has {} triangles, but {} are to take their place; expected as many",
-         scene_.name, scene_.triangles.size(), triangles.size());
-  const Bounds bounds = bounds_of_vertices(triangles, scene_.name);
-  Built built = build(*gpu_, triangles, build_, false, progress);
-  gpu_->finish();
-  topology_.reset();
-  scene_.triangles = std::move(triangles);
-  scene_.bounds = bounds;
-  bvh_ = std::move(built.bvh);
-  features_ = features_of(scene_, facts_of(bvh_));
-  tracer_->replace(bvh_, scene_.triangles, features_.tree, std::move(built.there));
-  make_renderers();
 }
 
 void Engine::set_sky(Sky sky) {

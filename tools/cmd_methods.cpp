@@ -67,7 +67,9 @@ std::string builders_table() {
   Table table({"builder", "what it does", "spatial splits", "runs on"}, 4);
   for (const Builder& b : kBuilders)
     table.row({code(b.name, kDefaultBuilder), std::string(b.summary), b.splits ? "yes" : "no",
-               b.on_device ? "the device" : "the CPU"});
+               b.chooses     ? "either"
+               : b.on_device ? "the device"
+                             : "the CPU"});
   return table.text();
 }
 

@@ -183,6 +183,8 @@ class Scene {
   }
 
   /// Moves the vertices of a mesh: as many positions as it was made with. Later traces find the moved triangles.
+  /// SceneOptions::update says how the tree moves. Throws Error(Argument), which names the vertex, if a number is not
+  /// finite or beyond 1e12 or the count differs; the scene is then as it was.
   void update(std::size_t mesh, std::span<const float> positions, std::size_t stride = 0) {
     check(ballot_scene_update(handle_.get(), mesh, positions.data(), detail::vertices(positions, stride), stride));
   }
@@ -287,6 +289,7 @@ class Scene {
     check(ballot_scene_info(handle_.get(), &i));
     SceneInfo info{i.triangles, i.degenerate, i.meshes, i.views,        {}, {}, i.nodes,
                    i.leaves,    i.depth,      i.sah,    i.build_seconds};
+    info.decay = i.decay, info.update_seconds = i.update_seconds, info.refits = i.refits;
     info.instances = i.instances, info.instance_triangles = i.instance_triangles, info.top_seconds = i.top_seconds;
     for (int axis = 0; axis < 3; ++axis) info.lo[axis] = i.lo[axis], info.hi[axis] = i.hi[axis];
     return info;

@@ -142,12 +142,19 @@ typedef struct BallotMesh {
 
 typedef struct BallotSceneOptions {
   size_t size;
-  /* How the tree is built: "best", "balanced", "fast" or "device" (`ballot methods` says what they are). NULL: of
-   * meshes "device" on a GPU and "balanced" on a CPU, the quickest to build; of files "best", the quickest to trace. */
+  /* How the tree is built: "best", "balanced", "fast", "device" or "auto" (`ballot methods` says what they are). NULL:
+   * of meshes "auto", which is "device" on a GPU and "balanced" on a CPU unless expected_rays says otherwise; of files
+   * "best", the quickest to trace. */
   const char* builder;
   uint32_t max_leaf;  /* most triangles of a leaf, 1 to 6; 0: 6 */
   float split_budget; /* of "best": share of references that spatial splits may add, 0 to 16; below 0: none; 0: 0.5 */
   uint32_t cache;     /* 1: keep tree and choices of method auto on disk, in $XDG_CACHE_HOME/ballot */
+  /* How ballot_scene_update() moves the tree. "refit" keeps its shape and moves its boxes, which is quickest, but
+   * traces become slower the more the triangles move apart. "rebuild" builds it anew. NULL or "auto" refits, and builds
+   * anew once traces have lost as much time as that takes. A triangle that gains or loses its area always has it built.
+   */
+  const char* update;
+  double expected_rays; /* hint for builder "auto": rays that will be traced in all; 0: unknown */
 } BallotSceneOptions;
 
 /* Makes a scene of `count` meshes on a device. Triangles are numbered through the meshes in their order; that number is
@@ -202,7 +209,8 @@ typedef struct BallotInstanceInfo {
 BALLOT_API BallotStatus ballot_scene_instance(BallotScene* scene, size_t instance, BallotInstanceInfo* info);
 
 /* Moves the vertices of a mesh of ballot_scene_create(): `count` must be its vertex_count. Hits of later calls are
- * those of the moved scene. A failed call leaves the scene as it was. stride is in bytes; 0: 12. */
+ * those of the moved scene. BallotSceneOptions::update says how the tree moves. A failed call leaves the scene as it
+ * was. stride is in bytes; 0: 12. */
 BALLOT_API BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* positions, size_t count,
                                             size_t stride);
 
@@ -217,6 +225,9 @@ typedef struct BallotSceneInfo {
   uint64_t instances;          /* 0: not a scene of instances */
   uint64_t instance_triangles; /* counted through all instances */
   double top_seconds;          /* of the last build of the tree over the instances */
+  double decay;          /* sah over that at the last build: about how much slower traces have become; 1 at a build */
+  double update_seconds; /* of the last update; 0: there was none */
+  uint64_t refits;       /* updates since the last build, which have all refitted the tree */
 } BallotSceneInfo;
 BALLOT_API BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info);
 

@@ -162,6 +162,8 @@ inline BallotSceneOptions options_of(const SceneOptions& options) {
   o.max_leaf = options.max_leaf;
   o.split_budget = options.split_budget > 0 ? options.split_budget : -1;
   o.cache = options.cache;
+  o.update = options.update.c_str();
+  o.expected_rays = options.expected_rays;
   return o;
 }
 inline BallotView view_of(const View& view) {

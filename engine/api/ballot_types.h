@@ -104,12 +104,18 @@ struct Instances {
 };
 
 struct SceneOptions {
-  /// How the tree is built: "best", "balanced", "fast" or "device" (`ballot methods` says what they are). Empty: of
-  /// meshes "device" on a GPU and "balanced" on a CPU, the quickest to build; of files "best", the quickest to trace.
+  /// How the tree is built: "best", "balanced", "fast", "device" or "auto" (`ballot methods` says what they are).
+  /// Empty: of meshes "auto", which is "device" on a GPU and "balanced" on a CPU unless expected_rays says otherwise;
+  /// of files "best", the quickest to trace.
   std::string builder = {};
   std::uint32_t max_leaf = 6;  // most triangles of a leaf, 1 to 6
   float split_budget = 0.5f;   // of "best": share of references that spatial splits may add, 0 to 16
   bool cache = false;          // keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
+  /// How Scene::update() moves the tree. "refit" keeps its shape and moves its boxes, which is quickest, but traces
+  /// become slower the more the triangles move apart. "rebuild" builds it anew. "auto" refits, and builds anew once
+  /// traces have lost as much time as that takes. A triangle that gains or loses its area always has it built.
+  std::string update = "auto";
+  double expected_rays = 0;  // hint for builder "auto": rays that will be traced in all; 0: unknown
 };
 
 /// How to find hits.
@@ -174,6 +180,9 @@ struct SceneInfo {
   double sah = 0, build_seconds = 0;
   std::uint64_t instances = 0, instance_triangles = 0;  // of scenes of instances; triangles counted through all
   double top_seconds = 0;                               // of the last build of the tree over the instances
+  double decay = 1;           // sah over that at the last build: about how much slower traces have become
+  double update_seconds = 0;  // of the last update
+  std::uint64_t refits = 0;   // updates since the last build
 };
 
 /// A camera, as in glTF: it looks along -z of its frame, with +y up.

@@ -46,6 +46,7 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     const BallotSceneOptions o = read_struct(options, "BallotSceneOptions");
     auto state = std::make_shared<SceneState>();
     state->device = d;
+    if (o.update) state->update = ballot::find_named(ballot::kUpdateModes, o.update, "update mode").id;
     ballot::Scene made;
     made.name = "scene";
     for (std::size_t i = 0; i < count; ++i) {
@@ -61,8 +62,7 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     fill_normals(made);
     ballot::finish_scene(made);
     const DeviceUse use(*d);
-    const char* quickest = d->gpu->info().is_cpu() ? "balanced" : "device";
-    state->engine = std::make_unique<ballot::Engine>(std::move(made), engine_options(*d, o, quickest, o.cache != 0));
+    state->engine = std::make_unique<ballot::Engine>(std::move(made), engine_options(*d, o, "auto", o.cache != 0));
     *scene = scenes().add(std::move(state));
   });
 }
@@ -97,9 +97,15 @@ BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* p
     check_same_vertices(m, count, where);
     const std::size_t bytes = stride_of(stride, where + ": stride");
     check_vertices(positions, bytes, count, where);
-    std::vector<ballot::Triangle> triangles = engine.scene().triangles;
-    gather(m, positions, bytes, triangles.data() + m.first);
-    engine.move(std::move(triangles));
+    const std::span<const ballot::Triangle> old = engine.scene().triangles;
+    std::vector<ballot::Triangle>& moved = state->spare;
+    moved.resize(old.size());
+    const std::size_t behind = m.first + m.triangles;
+    ballot::copy_parallel(old.first(m.first), std::span(moved).first(m.first));
+    ballot::copy_parallel(old.subspan(behind), std::span(moved).subspan(behind));
+    gather(m, positions, bytes, moved.data() + m.first);
+    moved = engine.move(std::move(moved), state->update);
+    state->refits = engine.last_update().refitted ? state->refits + 1 : 0;
   });
 }
 
@@ -108,7 +114,7 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
     need(info, "ballot_scene_info", "info");
     const std::lock_guard lock(state->device->mutex);
     const ballot::Forest* forest = state->instanced ? &state->instanced->forest : nullptr;
-    const ballot::BvhStats& s = forest ? forest->summary().stats : state->engine->bvh().stats;
+    const ballot::BvhStats& s = forest ? forest->summary().stats : state->engine->bvh_stats();
     const ballot::Bounds& bounds = forest ? forest->top().bounds : state->engine->scene().bounds;
     BallotSceneInfo i = BALLOT_INIT(BallotSceneInfo);
     i.triangles = forest ? s.triangles : state->engine->scene().triangles.size();
@@ -124,7 +130,10 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
     for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
     i.nodes = s.nodes, i.leaves = s.leaves, i.depth = s.depth;
     i.sah = s.sah;
-    i.build_seconds = s.build_s;
+    i.build_seconds = forest ? s.build_s : state->engine->refit_policy().build_s();
+    i.decay = forest ? 1 : state->engine->refit_policy().decay();
+    i.update_seconds = forest ? 0 : state->engine->last_update().seconds;
+    i.refits = state->refits;
     write_struct(info, i, "BallotSceneInfo");
   });
 }

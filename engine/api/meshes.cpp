@@ -97,6 +97,9 @@ EngineOptions engine_options(const DeviceState& device, const BallotSceneOptions
   options.context = device.gpu;
   options.use_cache = cache;
   options.build.builder = find_builder(o.builder ? o.builder : builder).id;
+  if (!(o.expected_rays >= 0))
+    refuse(fmt::format("BallotSceneOptions: expected_rays is {}; expected at least 0", o.expected_rays));
+  if (o.expected_rays > 0) options.expected_rays = o.expected_rays;
   if (o.max_leaf) options.build.max_leaf = o.max_leaf;
   if (o.split_budget != 0) options.build.split_budget = std::max(o.split_budget, 0.0f);
   return options;

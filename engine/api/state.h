@@ -90,7 +90,10 @@ struct SceneState {
   std::unique_ptr<InstanceScene> instanced;  // or
   std::vector<MeshState> meshes;
   bool from_file = false;
-  std::string sky;  // the last one that a picture named
+  UpdateMode update = UpdateMode::Auto;
+  std::uint64_t refits = 0;     // since the last build
+  std::vector<Triangle> spare;  // of the last update; the next one is put there
+  std::string sky;              // the last one that a picture named
   LastError error;
 };
 

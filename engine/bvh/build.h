@@ -2,6 +2,8 @@
 // flattening. Internal to engine/bvh.
 #pragma once
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <span>
 
 #include "engine/bvh/bvh.h"
@@ -28,6 +30,9 @@ Bvh flatten(const BuildNode* root, const BuildSettings& settings);
 /// Returns the SAH cost of a tree that has nodes, as BvhStats::sah.
 double sah_cost(const Bvh& bvh, const BuildSettings& settings);
 
+// The triangle test multiplies three lengths. Their product must stay in the range of float32.
+constexpr float kLargestVertex = 1e12f;
+
 /// Throw Error(Arguments) or Error(Work) as build_bvh() does for settings out of range and for triangles that no
 /// builder takes.
 void check_settings(const BuildSettings& settings);
@@ -35,9 +40,15 @@ void check_triangles(std::span<const Triangle> triangles);
 
 /// True if the triangle has no area: two of its vertices are equal, or the cross product of its edges is exactly zero
 /// in double precision.
-bool is_degenerate(const Triangle& triangle);
+inline bool is_degenerate(const Triangle& t) {
+  if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return true;
+  const glm::dvec3 a(t[0]);
+  return glm::cross(glm::dvec3(t[1]) - a, glm::dvec3(t[2]) - a) == glm::dvec3(0);
+}
 
-Bounds bounds_of(const Triangle& triangle);
+inline Bounds bounds_of(const Triangle& t) {
+  return {glm::min(t[0], glm::min(t[1], t[2])), glm::max(t[0], glm::max(t[1], t[2]))};
+}
 
 /// Builds a tree over boxes, one to a leaf, by the builder `balanced`. References are numbers of boxes, whose
 /// coordinates must be finite. Throws Error(Work) if memory runs out or Embree fails.
@@ -45,7 +56,10 @@ Bvh build_box_bvh(std::span<const Bounds> boxes);
 
 /// Returns half the surface area of a box. Double precision keeps the areas of very large and very small boxes in
 /// range.
-double half_area(const glm::vec3& lo, const glm::vec3& hi);
+inline double half_area(const glm::vec3& lo, const glm::vec3& hi) {
+  const glm::dvec3 size = glm::dvec3(hi) - glm::dvec3(lo);
+  return size.x * size.y + size.y * size.z + size.z * size.x;
+}
 
 /// The boxes of the two parts of a reference that a plane splits.
 struct SplitBoxes {

@@ -21,9 +21,6 @@
 namespace ballot {
 namespace {
 
-// The triangle test multiplies three lengths. Their product must stay in the range of float32.
-constexpr float kLargestCoordinate = 1e12f;
-
 // Depth limits that are given to Embree, from the first to the last. Eight levels before the limit, Embree stops using
 // the SAH and splits at medians. If that does not suffice, it builds no tree at all. Then the next limit is tried,
 // which is four times the last. The trees of the scenes tried are at most 30 deep; that of triangles in a geometric
@@ -238,14 +235,16 @@ void check_triangles(std::span<const Triangle> triangles) {
   for (std::size_t i = 0; i < triangles.size(); ++i)
     for (const glm::vec3& v : triangles[i])
       for (int axis = 0; axis < 3; ++axis)
-        if (!(std::abs(v[axis]) <= kLargestCoordinate))
+        if (!(std::abs(v[axis]) <= kLargestVertex))
           fail(Failure::Work,
                "bvh: triangle {}: coordinate {} of a vertex is {}, expected a finite value within +-{:g}; scale the "
                "scene",
-               i, "xyz"[axis], v[axis], kLargestCoordinate);
+               i, "xyz"[axis], v[axis], kLargestVertex);
 }
 
-Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& settings, const Progress& progress) {
+Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& asked, const Progress& progress) {
+  BuildSettings settings = asked;
+  settings.builder = choose_builder(asked.builder, {.triangles = triangles.size()});
   const auto start = std::chrono::steady_clock::now();
   check_settings(settings);
   if (builder_of(settings.builder).on_device)

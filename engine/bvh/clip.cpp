@@ -111,21 +111,6 @@ Polygon clip_to_box(const Triangle& triangle, const Bounds& box, double slack) {
 
 }  // namespace
 
-bool is_degenerate(const Triangle& t) {
-  if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return true;
-  const Vec a(t[0]);
-  return glm::cross(Vec(t[1]) - a, Vec(t[2]) - a) == Vec(0);
-}
-
-Bounds bounds_of(const Triangle& t) {
-  return {glm::min(t[0], glm::min(t[1], t[2])), glm::max(t[0], glm::max(t[1], t[2]))};
-}
-
-double half_area(const glm::vec3& lo, const glm::vec3& hi) {
-  const Vec size = Vec(hi) - Vec(lo);
-  return size.x * size.y + size.y * size.z + size.z * size.x;
-}
-
 // Why the boxes cover every point of triangle ∩ box. A clipped corner is off by a few roundings of double precision,
 // which is less than `slack`. So the polygon is within slack of the true one. The clipping planes are moved outward by
 // slack; so the clipped polygon keeps a point within slack of each true point. The final box is widened by slack again,

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/core/parallel.h"
+
 namespace ballot {
 
 namespace {
@@ -13,17 +15,28 @@ double longest_side(const Bounds& box) {
   return std::max({sides.x, sides.y, sides.z});
 }
 
+/// Calls work(i) for every node, on all cores.
+template <class Work>
+void for_each_node(std::size_t nodes, const Work& work) {
+  for_chunks(nodes, 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) work(i);
+  });
+}
+
 /// Returns for each node and axis the largest extent of the triangles below the node.
 std::vector<glm::dvec3> sides_below(const Bvh& bvh, std::span<const Triangle> triangles) {
   std::vector<glm::dvec3> sides(bvh.nodes.size(), glm::dvec3(0));
-  for (std::size_t i = bvh.nodes.size(); i-- > 0;) {  // children come after their parents
+  for_each_node(sides.size(), [&](std::size_t i) {
     const BvhNode& node = bvh.nodes[i];
-    if (node.count == 0 && node.first > i) sides[i] = glm::max(sides[node.first], sides[node.first + 1]);
     for (std::uint32_t k = 0; k < node.count; ++k) {
       const Triangle& t = triangles[bvh.references[node.first + k]];
       const glm::dvec3 lo = glm::min(t[0], glm::min(t[1], t[2])), hi = glm::max(t[0], glm::max(t[1], t[2]));
       sides[i] = glm::max(sides[i], hi - lo);
     }
+  });
+  for (std::size_t i = bvh.nodes.size(); i-- > 0;) {  // children come after their parents
+    const BvhNode& node = bvh.nodes[i];
+    if (node.count == 0 && node.first > i) sides[i] = glm::max(sides[node.first], sides[node.first + 1]);
   }
   return sides;
 }
@@ -43,7 +56,7 @@ std::vector<Bounds> padded_boxes(const Bvh& bvh, std::span<const Triangle> trian
   const double clamped = 0x1p-35 * longest_side(bvh.bounds);
   const glm::dvec3 origin = box_origin(bvh.bounds);
   std::vector<Bounds> boxes(bvh.nodes.size());
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
+  for_each_node(boxes.size(), [&](std::size_t i) {
     const glm::dvec3 lo = glm::dvec3(bvh.nodes[i].lo) - origin, hi = glm::dvec3(bvh.nodes[i].hi) - origin;
     const glm::dvec3 centre = glm::abs(0.5 * (lo + hi)), half = 0.5 * (hi - lo);
     const double longest = std::max({sides[i].x, sides[i].y, sides[i].z});
@@ -55,7 +68,7 @@ std::vector<Bounds> padded_boxes(const Bvh& bvh, std::span<const Triangle> trian
       boxes[i].lo[axis] = std::nextafter(static_cast<float>(lo[axis] - pad), -infinity);
       boxes[i].hi[axis] = std::nextafter(static_cast<float>(hi[axis] + pad), infinity);
     }
-  }
+  });
   return boxes;
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "engine/core/error.h"
+#include "engine/core/parallel.h"
 #include "engine/formats/pair_decode.h"
 
 namespace ballot {
@@ -30,18 +31,22 @@ void check_sizes(const Bvh& bvh) {
          bvh.nodes.size(), bvh.references.size(), nodes, leaves, kMaxNodeTexels, kMaxLeafTexels);
 }
 
-// Appends the block of a leaf. Returns the child reference of the leaf.
-std::uint32_t add_leaf(const BvhNode& leaf, const Bounds& box, const Bvh& bvh, std::span<const Triangle> triangles,
-                       std::vector<Texel>& out) {
-  const std::uint32_t at = static_cast<std::uint32_t>(out.size());
-  out.push_back(texel(box.lo, leaf.count));
-  out.push_back(texel(box.hi, 0));
+// Writes the block of a leaf at a texel. Returns the child reference of the leaf.
+std::uint32_t write_leaf(const BvhNode& leaf, const Bounds& box, const Bvh& bvh, std::span<const Triangle> triangles,
+                         std::uint32_t at, std::vector<Texel>& leaves) {
+  Texel* out = leaves.data() + at;
+  *out++ = texel(box.lo, leaf.count);
+  *out++ = texel(box.hi, 0);
   for (std::uint32_t i = 0; i < leaf.count; ++i) {
     const std::uint32_t prim = bvh.references[leaf.first + i];
     const Triangle& t = triangles[prim];
-    for (int axis = 0; axis < 3; ++axis) out.push_back(texel({t[0][axis], t[1][axis], t[2][axis]}, prim));
+    for (int axis = 0; axis < 3; ++axis) *out++ = texel({t[0][axis], t[1][axis], t[2][axis]}, prim);
   }
   return leaf_ref(leaf.count, at);
+}
+
+std::uint32_t leaf_texels(const BvhNode& node) {
+  return node.count == 0 ? 0 : LEAF_HEADER_TEXELS + node.count * TRIANGLE_TEXELS;
 }
 
 // Returns the texel at which the pair of an inner node's children starts. Nodes 0 and 1 are not stored.
@@ -49,9 +54,9 @@ std::uint32_t pair_texel(const BvhNode& inner, std::uint32_t pair_texels) {
   return (inner.first / 2 - 1) * pair_texels;
 }
 
-void add_paper(const Bounds& box, std::uint32_t count, std::uint32_t ref, std::vector<Texel>& out) {
-  out.push_back(texel(box.lo, bits(box.hi.x)));
-  out.push_back({bits(box.hi.y), bits(box.hi.z), count, count == 0 ? ref : leaf_texel(ref)});
+void write_paper(const Bounds& box, std::uint32_t count, std::uint32_t ref, Texel* out) {
+  out[0] = texel(box.lo, bits(box.hi.x));
+  out[1] = {bits(box.hi.y), bits(box.hi.z), count, count == 0 ? ref : leaf_texel(ref)};
 }
 
 // Returns the centre (as lo) and half extent (as hi) of a box. The half extent is rounded up, so that no point of the
@@ -70,12 +75,11 @@ Bounds centred(const Bounds& box) {
   return out;
 }
 
-void add_interleaved(const Bounds& l, const Bounds& r, std::uint32_t left, std::uint32_t right,
-                     std::vector<Texel>& out) {
-  out.push_back({bits(l.lo.x), bits(l.hi.x), bits(l.lo.y), bits(l.hi.y)});
-  out.push_back({bits(r.lo.x), bits(r.hi.x), bits(r.lo.y), bits(r.hi.y)});
-  out.push_back({bits(l.lo.z), bits(l.hi.z), bits(r.lo.z), bits(r.hi.z)});
-  out.push_back({left, right, 0, 0});
+void write_interleaved(const Bounds& l, const Bounds& r, std::uint32_t left, std::uint32_t right, Texel* out) {
+  out[0] = {bits(l.lo.x), bits(l.hi.x), bits(l.lo.y), bits(l.hi.y)};
+  out[1] = {bits(r.lo.x), bits(r.hi.x), bits(r.lo.y), bits(r.hi.y)};
+  out[2] = {bits(l.lo.z), bits(l.hi.z), bits(r.lo.z), bits(r.hi.z)};
+  out[3] = {left, right, 0, 0};
 }
 
 /// Packs the upper 16 bits of two non-negative floats into one word, those of `above` in the upper half. Read as a
@@ -87,48 +91,98 @@ std::uint32_t upper_halves(float above, float below) {
   return high << 16 | low;
 }
 
-void add_compact(const Bounds& l, const Bounds& r, std::uint32_t left, std::uint32_t right, std::vector<Texel>& out) {
-  out.push_back(texel(l.lo, left));
-  out.push_back(texel(r.lo, right));
-  out.push_back({upper_halves(l.hi.x, r.hi.x), upper_halves(l.hi.y, r.hi.y), upper_halves(l.hi.z, r.hi.z), 0});
+void write_compact(const Bounds& l, const Bounds& r, std::uint32_t left, std::uint32_t right, Texel* out) {
+  out[0] = texel(l.lo, left);
+  out[1] = texel(r.lo, right);
+  out[2] = {upper_halves(l.hi.x, r.hi.x), upper_halves(l.hi.y, r.hi.y), upper_halves(l.hi.z, r.hi.z), 0};
 }
+
+/// Encodes a tree on all cores, in chunks of nodes. Leaf blocks lie in the order of the nodes.
+class Encoder {
+ public:
+  Encoder(const Bvh& bvh, std::span<const Triangle> triangles, std::span<const Bounds> boxes, PairTree& out)
+      : bvh_(bvh), triangles_(triangles), boxes_(boxes), out_(out) {}
+
+  void run() {
+    const std::size_t count = bvh_.nodes.size();
+    starts_.resize(count / kChunk + 2);
+    for_chunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) starts_[begin / kChunk + 1] += leaf_texels(bvh_.nodes[i]);
+    });
+    for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
+    out_.nodes.resize((count / 2 - 1) * out_.pair_texels());
+    out_.leaves.resize(starts_.back());
+    for_chunks(count, kChunk, [&](std::size_t begin, std::size_t end) { encode(begin, end); });
+    out_.root_box = box_of(0);
+  }
+
+ private:
+  static constexpr std::size_t kChunk = 1 << 14;  // even: siblings stay together
+
+  Bounds own_box(const BvhNode& node) const { return {node.lo - out_.origin, node.hi - out_.origin}; }
+  Bounds box_of(std::size_t node) const { return boxes_.empty() ? own_box(bvh_.nodes[node]) : boxes_[node]; }
+
+  /// Returns the child reference of a node, and writes its block if it is a leaf.
+  std::uint32_t ref_of(const BvhNode& node, std::uint32_t& leaf_at) const {
+    if (node.count == 0) return pair_texel(node, out_.pair_texels());
+    const std::uint32_t at = leaf_at;
+    leaf_at += leaf_texels(node);
+    return write_leaf(node, own_box(node), bvh_, triangles_, at, out_.leaves);
+  }
+
+  void encode(std::size_t begin, std::size_t end) const {
+    std::uint32_t leaf_at = starts_[begin / kChunk];
+    for (std::size_t i = begin; i < end; i += 2) {
+      const std::uint32_t left = ref_of(bvh_.nodes[i], leaf_at);
+      if (i == 0) {  // the root has no sibling
+        out_.root = left;
+        continue;
+      }
+      write_pair(i, left, ref_of(bvh_.nodes[i + 1], leaf_at));
+    }
+  }
+
+  void write_pair(std::size_t i, std::uint32_t left_ref, std::uint32_t right_ref) const {
+    const Bounds left = box_of(i), right = box_of(i + 1);
+    Texel* to = out_.nodes.data() + (i / 2 - 1) * out_.pair_texels();
+    if (out_.layout == NodeLayout::Paper) {
+      write_paper(left, bvh_.nodes[i].count, left_ref, to);
+      write_paper(right, bvh_.nodes[i + 1].count, right_ref, to + 2);
+    } else if (out_.layout == NodeLayout::Compact) {
+      write_compact(centred(left), centred(right), left_ref, right_ref, to);
+    } else if (out_.layout == NodeLayout::Centred) {
+      write_interleaved(centred(left), centred(right), left_ref, right_ref, to);
+    } else {
+      write_interleaved(left, right, left_ref, right_ref, to);
+    }
+  }
+
+  const Bvh& bvh_;
+  const std::span<const Triangle> triangles_;
+  const std::span<const Bounds> boxes_;
+  PairTree& out_;
+  std::vector<std::uint32_t> starts_;  // the texel of the first leaf of each chunk
+};
 
 }  // namespace
 
 PairTree encode_pairs(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout,
-                      std::span<const Bounds> boxes) {
-  PairTree out;
+                      std::span<const Bounds> boxes, PairTree room) {
+  PairTree out = std::move(room);
   out.layout = layout;
+  out.root = END_OF_TREE;
   out.depth = bvh.stats.depth;
   out.bounds = bvh.bounds;
-  if (bvh.nodes.empty()) return out;
+  out.origin = glm::vec3(0);
+  out.root_box = {};
+  if (bvh.nodes.empty()) {
+    out.nodes.clear();
+    out.leaves.clear();
+    return out;
+  }
   out.origin = box_origin(bvh.bounds);
   check_sizes(bvh);
-  out.nodes.reserve((bvh.nodes.size() / 2 - 1) * out.pair_texels());
-  out.leaves.reserve(bvh.stats.leaves * LEAF_HEADER_TEXELS + bvh.references.size() * TRIANGLE_TEXELS);
-  const auto own_box = [&](const BvhNode& node) { return Bounds{node.lo - out.origin, node.hi - out.origin}; };
-  const auto ref_of = [&](const BvhNode& node) {
-    return node.count == 0 ? pair_texel(node, out.pair_texels())
-                           : add_leaf(node, own_box(node), bvh, triangles, out.leaves);
-  };
-  const auto box_of = [&](std::size_t node) { return boxes.empty() ? own_box(bvh.nodes[node]) : boxes[node]; };
-  out.root = ref_of(bvh.nodes[0]);
-  out.root_box = box_of(0);
-  for (std::size_t i = 2; i < bvh.nodes.size(); i += 2) {
-    const Bounds left = box_of(i), right = box_of(i + 1);
-    const std::uint32_t left_ref = ref_of(bvh.nodes[i]);
-    const std::uint32_t right_ref = ref_of(bvh.nodes[i + 1]);
-    if (layout == NodeLayout::Paper) {
-      add_paper(left, bvh.nodes[i].count, left_ref, out.nodes);
-      add_paper(right, bvh.nodes[i + 1].count, right_ref, out.nodes);
-    } else if (layout == NodeLayout::Compact) {
-      add_compact(centred(left), centred(right), left_ref, right_ref, out.nodes);
-    } else if (layout == NodeLayout::Centred) {
-      add_interleaved(centred(left), centred(right), left_ref, right_ref, out.nodes);
-    } else {
-      add_interleaved(left, right, left_ref, right_ref, out.nodes);
-    }
-  }
+  Encoder(bvh, triangles, boxes, out).run();
   return out;
 }
 

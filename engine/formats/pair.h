@@ -38,10 +38,11 @@ struct PairTree {
 };
 
 /// Encodes a tree for the device. `boxes`, if given, is the result of padded_boxes(): one box per node, measured from
-/// box_origin(). These boxes replace the nodes' own, but not the boxes in leaf blocks.
-/// Throws Error(Work) if a texel index would not fit its field (2^28 texels of leaves, 2^31 of nodes).
+/// box_origin(). These boxes replace the nodes' own, but not the boxes in leaf blocks. `room` is a tree that is no
+/// longer needed: its memory is used again. Runs on all cores. Throws Error(Work) if a texel index would not fit its
+/// field (2^28 texels of leaves, 2^31 of nodes).
 PairTree encode_pairs(const Bvh& bvh, std::span<const Triangle> triangles, NodeLayout layout,
-                      std::span<const Bounds> boxes = {});
+                      std::span<const Bounds> boxes = {}, PairTree room = {});
 
 /// Returns the leaf blocks in LeafFormat::Affine, at the same texels as in bvh.leaves. Maps are computed in double
 /// precision and rounded once. Throws Error(Work) if the array would be too long for its indices (2^32 texels).

@@ -61,6 +61,7 @@ Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& 
     kernel.dispatch(cmd, groups_for(job.variant, push.ray_end - push.ray_begin), &pushes, push_bytes());
   });
   times.device_ms += gpu_.last_ms();
+  *traced_ms_ += gpu_.last_ms();
   ++times.dispatches;
   if (reports(job.variant)) kernels_.work().download(std::span(&work, 1));
   return work;
@@ -118,7 +119,10 @@ void Dispatcher::record(const Job& job, Buffer<Hit>& hits, const Context::Record
         }
         dispatch(cmd);
       },
-      std::move(done));
+      [spent = traced_ms_, done = std::move(done)](double ms) {
+        *spent += ms;
+        if (done) done(ms);
+      });
 }
 
 void Dispatcher::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect,

@@ -65,6 +65,9 @@ class Dispatcher {
   void record(const Job& job, const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, Context::Done done);
   void record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect,
               Context::Done done);
+  /// Returns the seconds that the device has spent on dispatches that have ended so far.
+  double traced_s() const { return *traced_ms_ * 1e-3; }
+
   /// Returns how a variant's indirect dispatches divide rays into workgroups.
   RayGroups groups_of(const Variant& variant) const;
 
@@ -79,6 +82,7 @@ class Dispatcher {
   Context& gpu_;
   DeviceTree& tree_;
   TraceKernels& kernels_;
+  std::shared_ptr<double> traced_ms_ = std::make_shared<double>(0);  // passes that have not ended keep it too
 };
 
 }  // namespace ballot

@@ -38,6 +38,17 @@ void Tracer::replace(const Bvh& bvh, std::span<const Triangle> triangles, const 
   chooser_.replace(bvh);
 }
 
+void Tracer::moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts) {
+  tree_.moved(bvh, triangles, facts);
+  chooser_.moved(bvh);
+}
+
+void Tracer::rebuilt(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
+                     std::shared_ptr<DeviceBuild> built) {
+  tree_.replace(bvh, triangles, facts, std::move(built));
+  chooser_.moved(bvh);
+}
+
 KernelConfig Tracer::config_of(const Query& query) const {
   if (tree_.forest() && !find_method(query.method).instances) {
     std::string others;

@@ -35,6 +35,14 @@ class Tracer {
 
   /// Takes over the forest's transforms after Forest::move().
   void moved() { tree_.moved(); }
+  /// Tells that the triangles have moved and the tree with them (DeviceTree::moved), or replaces a tree whose triangles
+  /// have moved. Choices of method auto that were made since the first move stay (Chooser::moved).
+  void moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
+  void rebuilt(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
+               std::shared_ptr<DeviceBuild> built);
+
+  /// Returns the seconds that the device has spent on traces that have ended so far.
+  double traced_s() const { return dispatcher_.traced_s(); }
 
   /// Traces rays and writes the hit of each at the same index. Contract: engine/ballot.h. progress is called after each
   /// chunk of rays.

@@ -1,5 +1,7 @@
 #include "engine/tree/device_tree.h"
 
+#include <utility>
+
 #include "engine/bvh/padding.h"
 #include "engine/tree/tree_arrays.h"
 
@@ -16,10 +18,42 @@ void DeviceTree::replace(const Bvh& bvh, std::span<const Triangle> triangles, co
   gpu_.finish();
   arrays_.clear();
   leaves_.clear();
+  spare_arrays_.clear();
+  spare_leaves_.clear();
+  spare_pairs_.clear();
   pairs_.clear();
+  built_ = std::move(built);
+  describe(bvh, triangles, facts);
+}
+
+bool DeviceTree::refit(std::span<const Triangle> triangles, const Bounds& bounds) {
+  built_->begin_refit(triangles, bounds);
+  for (auto& [key, pairs] : arrays_)
+    if (std::get<Source>(key) == Source::Device)
+      built_->write(std::get<NodeLayout>(key), std::get<Padding>(key), pairs,
+                    leaves_.at({LeafFormat::Vertices, std::get<Fetch>(key), Source::Device}));
+  return built_->end_refit();
+}
+
+void DeviceTree::moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts) {
+  gpu_.finish();
+  const auto set_aside = [](auto& arrays, auto& spare) {
+    spare.clear();
+    for (auto at = arrays.begin(); at != arrays.end();)
+      if (std::get<Source>(at->first) == Source::Host)
+        spare.insert(arrays.extract(at++));
+      else
+        ++at;
+  };
+  set_aside(arrays_, spare_arrays_);
+  set_aside(leaves_, spare_leaves_);
+  spare_pairs_ = std::exchange(pairs_, {});
+  describe(bvh, triangles, facts);
+}
+
+void DeviceTree::describe(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts) {
   padded_boxes_.clear();
   bvh_ = &bvh;
-  built_ = std::move(built);
   triangles_ = triangles;
   box_origin_ = ballot::box_origin(bvh.bounds);
   padded_reach_ = ballot::padded_reach(bvh.bounds);
@@ -34,7 +68,9 @@ const PairTree& DeviceTree::pairs(NodeLayout layout, Padding padding) {
   if (const auto found = pairs_.find(key); found != pairs_.end()) return found->second;
   if (padding == Padding::Tree && padded_boxes_.empty()) padded_boxes_ = padded_boxes(whole_bvh(), triangles_);
   const std::span<const Bounds> boxes = padding == Padding::Tree ? padded_boxes_ : std::span<const Bounds>();
-  return pairs_.emplace(key, encode_pairs(whole_bvh(), triangles_, layout, boxes)).first->second;
+  PairTree room;
+  if (auto spare = spare_pairs_.extract(key)) room = std::move(spare.mapped());
+  return pairs_.emplace(key, encode_pairs(whole_bvh(), triangles_, layout, boxes, std::move(room))).first->second;
 }
 
 const PairTree& DeviceTree::any_pairs() {
@@ -46,11 +82,21 @@ std::uint32_t DeviceTree::root() {
   return built_ ? built_->built().root : any_pairs().root;
 }
 
+/// Returns an array on the device: a spare one of the same size, or a new one.
+template <class Key>
+DeviceTree::Texels DeviceTree::uploaded(std::map<Key, Texels>& spare, const Key& key,
+                                        std::span<const glm::uvec4> texels, const char* name) {
+  auto found = spare.extract(key);
+  Texels array = found && found.mapped().size() == texels.size()
+                     ? std::move(found.mapped())
+                     : Texels(gpu_, texels.size(), access_for(std::get<Fetch>(key)), name);
+  array.upload(texels);
+  return array;
+}
+
 const DeviceTree::Texels& DeviceTree::upload(const FormatKey& key, std::span<const glm::uvec4> texels,
                                              const char* name) {
-  Texels made(gpu_, texels.size(), access_for(std::get<Fetch>(key)), name);
-  made.upload(texels);
-  return arrays_.emplace(key, std::move(made)).first->second;
+  return arrays_.emplace(key, uploaded(spare_arrays_, key, texels, name)).first->second;
 }
 
 /// Has the device write pairs. It writes the leaves again with them: the same texels.
@@ -103,9 +149,7 @@ const DeviceTree::Texels& DeviceTree::leaves(LeafFormat format, Fetch fetch, Sou
   const std::vector<glm::uvec4> affine =
       format == LeafFormat::Affine ? make_affine_leaves(tree) : std::vector<glm::uvec4>();
   const std::vector<glm::uvec4>& texels = format == LeafFormat::Affine ? affine : tree.leaves;
-  Texels made(gpu_, texels.size(), access_for(fetch), "bvh leaves");
-  made.upload(texels);
-  return leaves_.emplace(key, std::move(made)).first->second;
+  return leaves_.emplace(key, uploaded(spare_leaves_, key, texels, "bvh leaves")).first->second;
 }
 
 }  // namespace ballot

@@ -51,6 +51,16 @@ class DeviceTree {
   void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                std::shared_ptr<DeviceBuild> built = {});
 
+  /// Moves the arrays of a tree that was built on the device to as many other triangles, where they lie. `bounds` are
+  /// those of all of them. Returns false if the tree has to be replaced instead (DeviceBuild::end_refit): the arrays
+  /// are lost then. moved() must follow a success. Throws Error(Work) if the device fails.
+  bool refit(std::span<const Triangle> triangles, const Bounds& bounds);
+  /// Begins a new generation for a tree of the same shape whose triangles have moved. Waits for the device. Arrays that
+  /// refit() has moved stay; the others are made anew when a kernel asks for them. Keeps references as replace() does.
+  void moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
+  /// Returns what holds the tree on the device if it was built there; null if it was not.
+  const DeviceBuild* built() const { return built_.get(); }
+
   std::uint64_t generation() const { return generation_; }
   /// Returns the tree, which has no nodes if it is the summary of one that was built on the device.
   const Bvh& bvh() const { return *bvh_; }
@@ -105,6 +115,7 @@ class DeviceTree {
     Firsts firsts;
   };
 
+  void describe(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
   const PairTree& any_pairs();
   const std::vector<PairTree>& any_mesh_pairs();
   FormatKey format_key(TreeFormatId id, const TreeAccess& access) const;
@@ -113,6 +124,8 @@ class DeviceTree {
   const Texels& forest_format(const FormatKey& key);
   const Texels& forest_leaves(const LeavesKey& key);
   const Texels& write_nodes(const FormatKey& key);
+  template <class Key>
+  Texels uploaded(std::map<Key, Texels>& spare, const Key& key, std::span<const glm::uvec4> texels, const char* name);
   const Texels& upload(const FormatKey& key, std::span<const glm::uvec4> texels, const char* name);
 
   Context& gpu_;
@@ -134,6 +147,10 @@ class DeviceTree {
   std::map<LeavesKey, Firsts> leaf_firsts_;
   std::map<TableKey, Texels> tables_;
   std::map<Fetch, Texels> tops_;
+  // Those of the tree before moved(), whose memory is used again.
+  std::map<std::pair<NodeLayout, Padding>, PairTree> spare_pairs_;
+  std::map<FormatKey, Texels> spare_arrays_;
+  std::map<LeavesKey, Texels> spare_leaves_;
 };
 
 }  // namespace ballot

@@ -21,9 +21,9 @@ layout(set = 0, binding = BIND_BUILD_CLUSTERS, std430) coherent buffer Clusters 
 layout(set = 0, binding = BIND_BUILD_ARRIVALS, std430) coherent buffer Arrivals { uint arrivals[]; };
 layout(set = 0, binding = BIND_BUILD_NEEDS, std430) writeonly buffer Needs { uint needs[]; };
 
-float unit;  // 1 over the longest side of the scene: areas stay in the range of float32
 #define NODES_ACCESS coherent
 #include "../lib/build/triangles.glsl"
+#include "../lib/build/area.glsl"
 #include "../lib/build/clusters.glsl"
 #include "../lib/build/merge.glsl"
 
@@ -138,7 +138,7 @@ void climb_from(uint key, uint count) {
 
 BUILD_MAIN {
   uint count = state.proper;
-  unit = min(1.0 / max(state.longest, 1e-37), 1e37);
+  unit = unit_of(state.longest);
   begin_items();
   if (count == 1u && gl_GlobalInvocationID.x == 0u) {
     state.root = BUILD_LEAF | cluster_of(0u, 1u);

@@ -20,8 +20,9 @@
 #define BIND_BUILD_PRIMS_OUT 5
 #define BIND_BUILD_COUNTS 6    // sorting: keys of each digit in each tile; placing: sums of blocks
 #define BIND_BUILD_TOTALS 7    // sorting: keys of each digit
-#define BIND_BUILD_CLUSTERS 8  // clusters of each range of keys
-#define BIND_BUILD_ARRIVALS 9  // the other end of the range that arrived first at each boundary between two keys
+#define BIND_BUILD_CLUSTERS 8  // clusters of each range of keys; of a refit: the parent node of each triangle
+#define BIND_BUILD_ARRIVALS 9  // the other end of the range that arrived first at each boundary between two keys; of a
+                               // refit: whether a child of each node has arrived
 #define BIND_BUILD_NODES 10    // BUILD_NODE_TEXELS texels a node
 #define BIND_BUILD_NEEDS 11    // what a node needs in the device tree
 #define BIND_BUILD_STARTS 12   // where it starts: pair, texel of leaves
@@ -50,7 +51,8 @@
 
 // A node: (lo.xyz, left), (hi.xyz, right), (cost, key, sides x and y, side z and shape), where left and right are
 // clusters, key is one of the cluster's positions in Morton order, sides are the longest extents of the triangles below
-// in 16 bits each, rounded up, and shape is described in shaders/lib/build/clusters.glsl.
+// in 16 bits each, rounded up, and shape is described in shaders/lib/build/clusters.glsl. Once the tree has been
+// refitted, key is the parent node instead; the root keeps its key.
 #define BUILD_NODE_TEXELS 3
 
 // Placing. A block of BUILD_BLOCK nodes is summed up by one workgroup.
@@ -76,8 +78,9 @@ struct BuildState {
   uint bits_x, bits_y, bits_z;  // bits of the Morton code, by axis
   vec3 origin;                  // the point that boxes are measured from
   uint axes[4];                 // axis of each bit of the code, from the highest on, in two bits each
+  uint changed;                 // 1: a refit met a triangle that has gained or lost its area since the build
 };
-BALLOT_RECORD(BuildState, 116);
+BALLOT_RECORD(BuildState, 120);
 
 // Push constants of bounds.comp, frame.comp and codes.comp.
 struct BuildPush {
@@ -107,9 +110,18 @@ struct PlacePush {
   uint blocks;
 };
 
-// Push constants of write.comp.
+// Push constants of write.comp and parents.comp.
 struct WritePush {
   uint triangles;
+};
+
+// Push constants of refit.comp and refit_end.comp: the costs of the SAH, and 1 over the length that areas are measured
+// in the square of.
+struct RefitPush {
+  uint triangles;
+  float unit;
+  float traversal_cost;
+  float intersection_cost;
 };
 
 #ifdef __cplusplus

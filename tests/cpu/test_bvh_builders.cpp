@@ -64,7 +64,7 @@ TEST_P(BvhBuilders, OnlySplittersSplit) {
 
 std::vector<Builder> on_the_cpu() {
   std::vector<Builder> all(std::begin(kBuilders), std::end(kBuilders));
-  std::erase_if(all, &Builder::on_device);
+  std::erase_if(all, [](const Builder& b) { return b.on_device || b.chooses; });
   return all;
 }
 
@@ -79,6 +79,18 @@ TEST(BvhBuilderOrder, CostsFall) {
   EXPECT_LE(best, balanced * 1.01);
   EXPECT_LT(balanced, fast);
   EXPECT_LT(fast, 2 * best);
+}
+
+TEST(BvhBuilderOrder, AutoTakesTheOneThatIsSoonestDone) {
+  constexpr std::size_t kMany = 1'000'000;
+  const auto choice = [](BuildSite site) { return choose_builder(BuilderId::Auto, site); };
+  EXPECT_EQ(choice({.on_cpu_device = false, .triangles = kMany}), BuilderId::Device);
+  EXPECT_EQ(choice({.on_cpu_device = false, .takes_builder = false}), BuilderId::Balanced);
+  EXPECT_EQ(choice({.triangles = kMany}), BuilderId::Balanced);
+  EXPECT_EQ(choice({.triangles = kMany, .expected_rays = 1e3}), BuilderId::Fast);
+  EXPECT_EQ(choice({.triangles = kMany, .expected_rays = 1e9}), BuilderId::Balanced);
+  EXPECT_EQ(choose_builder(BuilderId::Best, {.on_cpu_device = false}), BuilderId::Best);
+  EXPECT_EQ(build_bvh(shapes::soup(3, 1), {.builder = BuilderId::Auto}).stats.builder, BuilderId::Balanced);
 }
 
 TEST(BvhBuilderOrder, ABuilderOfTheDeviceIsRefusedWithoutOne) {

@@ -92,6 +92,21 @@ TEST_P(BvhDevice, HoldsTheReferenceForm) {
   }
 }
 
+// Large trees are encoded in chunks, also into the memory of other trees.
+TEST_P(BvhDevice, HoldsLargeTreesToo) {
+  const auto few = shapes::soup(30, 0.3f), many = shapes::soup(40'000, 0.02f);
+  const Bvh small = build_bvh(few), large = build_bvh(many, {.builder = BuilderId::Fast});
+  PairTree device = encode_pairs(large, many, GetParam());
+  expect_same(large, device, many);
+  device = encode_pairs(small, few, GetParam(), {}, std::move(device));
+  expect_same(small, device, few);
+  device = encode_pairs(large, many, GetParam(), {}, std::move(device));
+  expect_same(large, device, many);
+  device = encode_pairs({}, {}, GetParam(), {}, std::move(device));
+  EXPECT_TRUE(device.nodes.empty() && device.leaves.empty());
+  EXPECT_EQ(device.root, END_OF_TREE);
+}
+
 TEST_P(BvhDevice, EmptySceneIsEmpty) {
   const PairTree device = encode_pairs(build_bvh({}), {}, GetParam());
   EXPECT_EQ(device.root, END_OF_TREE);

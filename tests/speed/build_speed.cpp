@@ -2,10 +2,13 @@
 // and how fast the trees of all builders are traced. Figures are medians over the repeats.
 //
 // "device" is the sum of all passes, from triangles on the device to the pairs and leaves that kernels read; "wall" is
-// that time as the host sees it, with its one wait in between.
+// that time as the host sees it, with its one wait in between. Refits move every vertex by a wave of a hundredth of the
+// scene, and back.
 #include <chrono>
 #include <cmath>
 
+#include "engine/bvh/padding.h"
+#include "engine/bvh/refit.h"
 #include "engine/tree/build/device_builder.h"
 #include "tests/speed/program.h"
 #include "tools/bench/markdown.h"
@@ -41,6 +44,14 @@ Scene wavy_grid(std::uint32_t count) {
     }
   finish_scene(scene);
   return scene;
+}
+
+/// Moves every vertex a little up and down, as a wave does.
+void make_waves(std::vector<Triangle>& triangles, const Bounds& bounds) {
+  const glm::vec3 sides = bounds.hi - bounds.lo;
+  const float longest = std::max({sides.x, sides.y, sides.z}), height = 0.01f * longest, waves = 40 / longest;
+  for (Triangle& t : triangles)
+    for (glm::vec3& v : t) v.y += height * std::sin(waves * (v.x + 0.6f * v.z));
 }
 
 /// Medians of a build: of each pass by name, of their sum, and of the wall time.
@@ -81,6 +92,117 @@ Spent measure(Context& gpu, const Scene& scene, const Args& args) {
     spent.wall.push_back(wall);
   }
   return spent;
+}
+
+/// Refits on the device, between triangles and their waves, whose vertices lie there already: passes, as the device
+/// measures them, and wall time to the tree in the layout that is traced.
+void measure_refits(Context& gpu, const Scene& scene, const Args& args) {
+  const auto count = std::uint32_t(scene.triangles.size());
+  std::vector<Triangle> moved = scene.triangles;
+  make_waves(moved, scene.bounds);
+  const Buffer<Triangle> still = DeviceBuilder::upload(gpu, scene.triangles), waves = DeviceBuilder::upload(gpu, moved);
+  const glm::vec3 sides = scene.bounds.hi - scene.bounds.lo;
+  const float longest = std::max({sides.x, sides.y, sides.z});
+  const TreeAccess access =
+      kernel_config_for(find_method("while-while"), find_numeric(kDefaultNumeric), gpu.info(), {}).tree_access();
+  DeviceBuilder builder(gpu);
+  Spent spent;
+  spent.built = builder.build(still, count, {});
+  const std::size_t texels = std::size_t(spent.built.pairs) * PAIR_TEXELS(std::uint32_t(access.layout));
+  Buffer<glm::uvec4> pairs(gpu, texels, Access::Storage, "pairs");
+  Buffer<glm::uvec4> leaves(gpu, spent.built.leaf_texels, Access::Storage, "leaves");
+  double decay = 1;
+  for (std::uint32_t i = 0; i <= args.repeats; ++i) {
+    const bool to_waves = i % 2 == 0;
+    const auto start = Clock::now();
+    builder.begin_refit(to_waves ? waves : still, longest);
+    builder.write(access.layout, access.padding, pairs, leaves);
+    const bool sound = builder.end_refit();
+    const double wall = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    if (!sound) return fmt::print("    refit: a triangle gains or loses its area\n");
+    if (to_waves) decay = builder.built().sah / spent.built.sah;
+    if (i == 0) continue;  // kernels are compiled, and parents are found
+    double sum = 0;
+    for (const PassMs* passes : {&builder.refit_ms(), &builder.write_ms()})
+      for (const auto& [name, ms] : *passes) spent.add(name, ms), sum += ms;
+    spent.device.push_back(sum);
+    spent.wall.push_back(wall);
+  }
+  fmt::print("    refit on the device:");
+  for (const auto& [name, ms] : spent.passes) fmt::print(" {} {},", name, bench::figure(median(ms)));
+  const double device = median(spent.device);
+  fmt::print(" device {}, wall {}; {:.3f} Gtris/s; SAH x {:.3f}\n", bench::figure(device),
+             bench::figure(median(spent.wall)), count / device * 1e-6, decay);
+}
+
+/// Refits on the host of a builder's tree, and what encoding it for the device takes.
+void measure_host_refits(Context& gpu, const Scene& scene, const std::string& name, const Args& args) {
+  std::vector<Triangle> moved = scene.triangles;
+  make_waves(moved, scene.bounds);
+  const BuildSettings settings{.builder = find_builder(name).id};
+  Bvh bvh = build_bvh(scene.triangles, settings);
+  const double built = bvh.stats.sah;
+  const TreeAccess access =
+      kernel_config_for(find_method("while-while"), find_numeric(kDefaultNumeric), gpu.info(), {}).tree_access();
+  PairTree pairs;
+  std::vector<double> check, refit, encode;
+  double decay = 1;
+  const auto since = [](Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  };
+  for (std::uint32_t i = 0; i <= args.repeats; ++i) {
+    const std::vector<Triangle>&from = i % 2 ? moved : scene.triangles, &to = i % 2 ? scene.triangles : moved;
+    auto start = Clock::now();
+    check_moved(from, bvh.stats.degenerate, to, scene.name);
+    check.push_back(since(start));
+    start = Clock::now();
+    refit_bvh(bvh, to, settings);
+    refit.push_back(since(start));
+    if (i % 2 == 0) decay = bvh.stats.sah / built;
+    start = Clock::now();
+    std::vector<Bounds> boxes;
+    if (access.padding == Padding::Tree) boxes = padded_boxes(bvh, to);
+    pairs = encode_pairs(bvh, to, access.layout, boxes, std::move(pairs));
+    encode.push_back(since(start));
+  }
+  const double sum = median(check) + median(refit) + median(encode);
+  fmt::print(
+      "    refit on the host, {}: check {}, refit {}, encode {}, sum {}; {:.1f} Mtris/s, refit alone {:.1f}; "
+      "SAH x {:.3f}; build {}\n",
+      name, bench::figure(median(check)), bench::figure(median(refit)), bench::figure(median(encode)),
+      bench::figure(sum), double(scene.triangles.size()) / sum * 1e-3,
+      double(scene.triangles.size()) / median(refit) * 1e-3, decay, bench::figure(bvh.stats.build_s * 1e3));
+}
+
+/// Whole updates of an Engine, with the triangles on the host: to the first ray traced after it.
+void measure_updates(const std::shared_ptr<Context>& gpu, const Scene& scene, const std::string& name,
+                     const Args& args) {
+  EngineOptions options;
+  options.context = gpu;
+  options.use_cache = false;
+  options.build.builder = find_builder(name).id;
+  Engine engine(scene, options);
+  std::vector<Triangle> moved = scene.triangles;
+  make_waves(moved, scene.bounds);
+  const std::vector<Ray> ray{{{0, 0, 0}, 0, {0, 1, 0}, 1e30f}};
+  std::vector<Hit> hit(1);
+  engine.trace(ray, hit, {.method = "while-while"});
+  for (const UpdateModeRow& mode : kUpdateModes) {
+    if (mode.id == UpdateMode::Auto) continue;
+    std::vector<double> update, traced;
+    for (std::uint32_t i = 0; i <= args.repeats; ++i) {
+      const auto start = Clock::now();
+      moved = engine.move(std::move(moved), mode.id);
+      const double ms = engine.last_update().seconds * 1e3;
+      engine.trace(ray, hit, {.method = "while-while"});
+      if (i == 0) continue;
+      update.push_back(ms);
+      traced.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+    }
+    fmt::print("    update, {}, {}: {}, to the first ray {}; {:.1f} Mtris/s\n", name, mode.name,
+               bench::figure(median(update)), bench::figure(median(traced)),
+               double(scene.triangles.size()) / median(traced) * 1e-3);
+  }
 }
 
 double mrays(Engine& engine, const std::string& kind, const std::string& method, const Args& args) {
@@ -130,6 +252,11 @@ void run(const Args& args) {
     fmt::print(" device {}, wall {}; {:.3f} Gtris/s; SAH {:.2f}, depth {}, {} leaves\n", bench::figure(device),
                bench::figure(median(spent.wall)), double(scene.triangles.size()) / device * 1e-6, spent.built.sah,
                spent.built.depth, spent.built.leaves());
+    measure_refits(*gpu, scene, args);
+    for (const std::string& name : args.builders) {
+      if (!builder_of(find_builder(name).id).on_device) measure_host_refits(*gpu, scene, name, args);
+      measure_updates(gpu, scene, name, args);
+    }
     std::fflush(stdout);
     if (scene.triangles.size() <= args.traced) trace_all(gpu, scene, args);
   }

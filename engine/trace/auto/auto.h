@@ -67,6 +67,8 @@ class Choices {
   const Choice* find(const Query& query) const;
   void add(Choice choice);
   void clear() { all_.clear(), ++changes_; }
+  /// Drops the choices, and keeps no more on disk.
+  void forget() { folder_.clear(), file_.clear(), clear(); }
   /// Returns how often the results of find() may have changed.
   std::uint64_t changes() const { return changes_; }
   std::vector<Choice> all() const;

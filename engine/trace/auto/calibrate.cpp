@@ -145,6 +145,13 @@ void Chooser::replace(const Bvh& bvh) {
   choices_.replace_scene(bvh.stats, bvh.bounds);
 }
 
+void Chooser::moved(const Bvh& bvh) {
+  bvh_ = &bvh;
+  known_.clear();
+  if (!moving_) choices_.forget();
+  moving_ = true;
+}
+
 Query Chooser::resolve(const Query& query) const {
   if (!find_method(query.method).chooses) return query;
   if (const Choice* choice = choices_.find(query)) return choice->apply(query);
@@ -245,6 +252,8 @@ Choice Chooser::calibrate(const Query& query, const Buffer<Ray>& rays, std::size
   if (has_instances) leave_out(choice.candidates, [](const Method& m) { return !m.instances; });
   if (std::max<std::size_t>(bvh_->nodes.size(), bvh_->stats.nodes) > kMostNodesToCollapse)
     leave_out(choice.candidates, [](const Method& m) { return format_of(m.tree).collapsed; });
+  // Each move would have the host derive the other formats anew.
+  if (moving_) leave_out(choice.candidates, [](const Method& m) { return format_of(m.tree).encode != nullptr; });
   if (choice.candidates.size() == 1) return choice;
   const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
   std::vector<Buffer<Ray>> samples;

@@ -24,6 +24,11 @@ class Chooser {
   /// Replaces the tree, and forgets the choices for the old one. Keeps a reference to bvh.
   void replace(const Bvh& bvh);
 
+  /// Tells that the triangles have moved, and the tree with them or built anew. From the first move on, candidates
+  /// whose tree format the host derives are left out, and choices are neither read from disk nor written there. Choices
+  /// that were made since stay. Keeps a reference to bvh.
+  void moved(const Bvh& bvh);
+
   /// Returns the concrete query. If the method is not auto, that is the query itself. For auto it has the method and
   /// knobs that were chosen for its ray class or, before a choice, those of unmeasured().
   Query resolve(const Query& query) const;
@@ -73,6 +78,7 @@ class Chooser {
   Choices choices_;
   std::optional<Buffer<Ray>> class_sample_;  // in the host's memory; made on first use
   std::vector<Known> known_;                 // of the last buffers
+  bool moving_ = false;                      // moved() was called
 };
 
 }  // namespace ballot

@@ -33,7 +33,7 @@ KernelSource write_source(const DeviceInfo& device, NodeLayout layout, Padding p
 
 std::vector<KernelSource> build_sources(const DeviceInfo& device) {
   std::vector<KernelSource> all;
-  for (const char* name : {"bounds", "frame", "needs", "place_blocks", "places"})
+  for (const char* name : {"bounds", "frame", "needs", "parents", "place_blocks", "places", "refit", "refit_end"})
     all.push_back(build_source(name, device));
   for (const int words : {1, 2}) {
     for (const char* name : {"codes", "sort_count", "sort_sum", "sort_move"})

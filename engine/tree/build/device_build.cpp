@@ -89,6 +89,21 @@ DeviceBuild::DeviceBuild(Context& gpu, std::span<const Triangle> triangles, cons
   s.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+void DeviceBuild::begin_refit(std::span<const Triangle> triangles, const Bounds& bounds) {
+  DeviceBuilder::upload(gpu_, triangles, *triangles_);
+  const glm::vec3 sides = bounds.hi - bounds.lo;
+  builder_.begin_refit(*triangles_, std::max({sides.x, sides.y, sides.z}));
+}
+
+bool DeviceBuild::end_refit() {
+  if (!builder_.end_refit()) return false;
+  built_ = builder_.built();
+  bvh_.reset();
+  summary_.bounds = built_.bounds;
+  summary_.stats.sah = built_.sah;
+  return has_box_origin();
+}
+
 PairTree DeviceBuild::download() {
   PairTree tree;
   tree.layout = NodeLayout::Interleaved;

@@ -23,6 +23,13 @@ class DeviceBuild {
   /// rounding of the two may differ.
   bool has_box_origin() const { return built_.origin == box_origin(built_.bounds); }
 
+  /// Record a refit to as many other triangles (DeviceBuilder::begin_refit). `bounds` are those of all of them. write()
+  /// may be called between the two. end_refit() waits. It returns false if the tree is lost: a triangle gained or lost
+  /// its area, or has_box_origin() would be false. Then a new one has to be made. The triangles must be valid as
+  /// build_bvh() has it. Throw Error(Work) if the device fails.
+  void begin_refit(std::span<const Triangle> triangles, const Bounds& bounds);
+  bool end_refit();
+
   /// Writes the device arrays (DeviceBuilder::write).
   void write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>& pairs, Buffer<glm::uvec4>& leaves) {
     builder_.write(layout, padding, pairs, leaves);

@@ -1,4 +1,4 @@
-#include "engine/tree/build/device_builder.h"
+#include "engine/tree/build/build_memory.h"
 
 #include <algorithm>
 #include <bit>
@@ -12,8 +12,6 @@ namespace {
 
 constexpr std::uint32_t kMostTriangles = BUILD_INDEX_MASK;
 
-std::uint32_t groups_of(std::uint32_t count, std::uint32_t size) { return count / size + (count % size != 0); }
-
 /// Returns the state at the start of a build: bounds of nothing.
 BuildState empty_state() {
   BuildState state{};
@@ -22,36 +20,7 @@ BuildState empty_state() {
   return state;
 }
 
-/// The inverse of ordered() in shaders/lib/build/order.glsl.
-float unordered(std::uint32_t x) { return std::bit_cast<float>(x >= 0x80000000u ? x & 0x7FFFFFFFu : ~x); }
-
 }  // namespace
-
-/// The working memory of a build of up to `most` triangles.
-struct DeviceBuilder::Memory {
-  std::uint32_t most;
-  Buffer<BuildState> state;
-  std::array<Buffer<std::uint32_t>, 2> keys, prims;
-  Buffer<std::uint32_t> clusters, arrivals, needs;
-  Buffer<glm::uvec4> nodes;
-  Buffer<std::uint32_t> sums, starts;
-
-  Memory(Context& gpu, std::uint32_t count)
-      : most(count),
-        state(gpu, 1, Access::Storage, "state of the tree build"),
-        keys{words(gpu, "keys", 2), words(gpu, "sorted keys", 2)},
-        prims{words(gpu, "prims"), words(gpu, "sorted prims")},
-        clusters(words(gpu, "clusters")),
-        arrivals(words(gpu, "arrivals")),
-        needs(words(gpu, "needs of nodes")),
-        nodes(gpu, std::size_t(count) * BUILD_NODE_TEXELS, Access::Storage, "nodes of the tree build"),
-        sums(gpu, std::size_t(groups_of(count, BUILD_BLOCK)) * 2, Access::Storage, "needs of blocks"),
-        starts(words(gpu, "starts of nodes", 2)) {}
-
-  Buffer<std::uint32_t> words(Context& gpu, const char* name, std::size_t each = 1) const {
-    return {gpu, most * each, Access::Storage, name};
-  }
-};
 
 /// The kernels for codes of some number of bits.
 struct DeviceBuilder::Kernels {
@@ -90,16 +59,20 @@ DeviceBuilder::~DeviceBuilder() { gpu_.abandon(); }
 
 Buffer<Triangle> DeviceBuilder::upload(Context& gpu, std::span<const Triangle> triangles) {
   Buffer<Triangle> buffer(gpu, triangles.size(), Access::Storage, "triangles of the tree build");
+  upload(gpu, triangles, buffer);
+  return buffer;
+}
+
+void DeviceBuilder::upload(Context& gpu, std::span<const Triangle> triangles, Buffer<Triangle>& buffer) {
   if (gpu.info().float64) {
     buffer.upload(triangles);
-    return buffer;
+    return;
   }
   // The device cannot tell which triangles have no area, unless two vertices are equal.
   std::vector<Triangle> marked(triangles.begin(), triangles.end());
   for (Triangle& t : marked)
     if (is_degenerate(t)) t[1] = t[0];
   buffer.upload(std::span<const Triangle>(marked));
-  return buffer;
 }
 
 // 1.5 bits for each doubling of the triangles of a surface put about one triangle into a cell. Two bits less were as
@@ -175,15 +148,11 @@ void DeviceBuilder::record(const Buffer<Triangle>& triangles, std::uint32_t coun
   record_places(count);
 }
 
-void DeviceBuilder::read_state(std::uint32_t count, const BuildSettings& settings) {
+void DeviceBuilder::read_state(std::uint32_t count) {
   BuildState s;
   memory_->state.download(std::span(&s, 1));
   built_ = {.triangles = count, .proper = s.proper};
   if (s.proper == 0) return;
-  for (int axis = 0; axis < 3; ++axis) {
-    built_.bounds.lo[axis] = unordered(s.lo[axis]);
-    built_.bounds.hi[axis] = unordered(s.hi[axis]);
-  }
   const std::uint32_t triangles = (s.root >> BUILD_SIZE_SHIFT) & 7u;
   // A binary tree has a leaf more than inner nodes. One pair of a large tree is not used.
   const std::uint32_t inner = s.pairs - (triangles == BUILD_MANY ? 1 : 0);
@@ -202,10 +171,7 @@ void DeviceBuilder::read_state(std::uint32_t count, const BuildSettings& setting
   built_.leaf_texels = s.texels;
   built_.depth = s.depth;
   built_.root = s.root >= BUILD_LEAF ? LEAF_BIT | (triangles - 1) << LEAF_COUNT_SHIFT : 0;
-  built_.origin = s.origin;
-  const glm::dvec3 sides = (glm::dvec3(built_.bounds.hi) - glm::dvec3(built_.bounds.lo)) / double(s.longest);
-  const double area = sides.x * sides.y + sides.y * sides.z + sides.z * sides.x;
-  built_.sah = area > 0 ? double(s.cost) / area : double(settings.intersection_cost) * s.proper;
+  read_bounds(s);
 }
 
 const BuiltTree& DeviceBuilder::build(const Buffer<Triangle>& triangles, std::uint32_t count,
@@ -215,17 +181,19 @@ const BuiltTree& DeviceBuilder::build(const Buffer<Triangle>& triangles, std::ui
     fail(Failure::Work, "bvh: {} triangles, but builder 'device' can number {}; use another --build", count,
          kMostTriangles);
   triangles_ = &triangles;
+  settings_ = settings;
+  has_parents_ = false;
   build_ms_.clear();
+  write_ms_.clear();
   built_ = {};
   if (count == 0) return built_;
   reserve(count);
   record(triangles, count, settings);
-  read_state(count, settings);
+  read_state(count);
   return built_;
 }
 
 void DeviceBuilder::write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>& pairs, Buffer<glm::uvec4>& leaves) {
-  write_ms_.clear();
   if (built_.proper == 0) return;
   Memory& m = *memory_;
   std::unique_ptr<Kernel>& kernel = kernels_->write[{layout, padding}];

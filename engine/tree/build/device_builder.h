@@ -29,9 +29,12 @@ struct BuiltTree {
 /// All passes follow from the number of triangles alone, so the host waits once, before the tree is written: then it
 /// knows how large the tree is. No pass waits for other workgroups, and all loops are bounded, whatever the triangles.
 ///
-/// Sources: shaders/build/frame.comp (Morton codes), shaders/lib/build/sort.glsl, shaders/build/cluster.comp (H-PLOC).
+/// Sources: shaders/build/frame.comp (Morton codes), shaders/lib/build/sort.glsl, shaders/build/cluster.comp (H-PLOC),
+/// shaders/build/refit.comp (the climb).
 class DeviceBuilder {
  public:
+  /// Returns true if the device can run the builder.
+  static bool runs_on(const DeviceInfo& device) { return device.shuffle && device.subgroup_size <= 64; }
   /// Throws Error(Arguments) if the device has no subgroup shuffle or subgroups of more than 64.
   explicit DeviceBuilder(Context& gpu);
   ~DeviceBuilder();
@@ -40,14 +43,30 @@ class DeviceBuilder {
 
   /// Returns a buffer of triangles as build() takes it.
   static Buffer<Triangle> upload(Context& gpu, std::span<const Triangle> triangles);
+  /// The same into a buffer of as many triangles.
+  static void upload(Context& gpu, std::span<const Triangle> triangles, Buffer<Triangle>& buffer);
 
   /// Builds a tree of the first `count` triangles. Coordinates are finite and within +-1e12. The triangles must stay as
   /// they are until the last write(). Throws Error(Arguments) if a setting is out of range; Error(Work) if there are
   /// more than 2^28 - 1 triangles, the device has no room, or its driver lost part of the work.
   const BuiltTree& build(const Buffer<Triangle>& triangles, std::uint32_t count, const BuildSettings& settings);
 
-  /// Writes the tree of the last build(): pairs in a layout, and leaves of LeafFormat::Vertices. The buffers hold at
-  /// least pairs * PAIR_TEXELS and leaf_texels texels, and can be written by kernels.
+  /// Record a refit of the tree of the last build(): its boxes move to the triangles of a buffer, which are as many as
+  /// before; the shape of the tree stays. write() may be recorded between the two. end_refit() waits and returns true
+  /// if the tree is sound; built() is then that of the new triangles. It returns false if a triangle has gained or lost
+  /// its area since the build: then the tree is lost, and what write() wrote with it. `longest` is about the longest
+  /// side of the new bounds, so that areas stay in the range of float32. Coordinates and the life of the buffer are as
+  /// for build(). Throw Error(Work) if the device fails.
+  ///
+  /// No pass waits for other workgroups, all loops are bounded, and the result is the same in every run.
+  void begin_refit(const Buffer<Triangle>& triangles, float longest);
+  bool end_refit();
+
+  /// Returns the tree of the last build() or refit.
+  const BuiltTree& built() const { return built_; }
+
+  /// Writes the tree of the last build() or refit: pairs in a layout, and leaves of LeafFormat::Vertices. The buffers
+  /// hold at least pairs * PAIR_TEXELS and leaf_texels texels, and can be written by kernels.
   void write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>& pairs, Buffer<glm::uvec4>& leaves);
 
   /// Returns the bits of Morton codes that triangles are sorted by: a multiple of 8.
@@ -56,26 +75,34 @@ class DeviceBuilder {
   /// Measurements only: bits of Morton codes other than code_bits().
   void set_code_bits(std::optional<std::uint32_t> bits) { bits_ = bits; }
 
-  /// Device milliseconds of the passes of the last build() and of the last write(). Call it when they have ended.
+  /// Device milliseconds of the passes of the last build() and of the writes since. Call it when they have ended.
   const PassMs& build_ms() const { return build_ms_; }
   const PassMs& write_ms() const { return write_ms_; }
+  /// The same of the last refit, after end_refit().
+  const PassMs& refit_ms() const { return refit_ms_; }
 
  private:
   struct Memory;
   struct Kernels;
+  struct RefitKernels;
   void reserve(std::uint32_t count);
   void record(const Buffer<Triangle>& triangles, std::uint32_t count, const BuildSettings& settings);
   void record_codes(const Buffer<Triangle>& triangles, std::uint32_t count);
   void record_places(std::uint32_t count);
-  void read_state(std::uint32_t count, const BuildSettings& settings);
+  void read_state(std::uint32_t count);
+  void read_bounds(const BuildState& state);
+  void bind_refit(const Buffer<Triangle>& triangles);
 
   Context& gpu_;
   std::unique_ptr<Memory> memory_;
   std::unique_ptr<Kernels> kernels_;
+  std::unique_ptr<RefitKernels> refit_kernels_;  // made on first use
   const Buffer<Triangle>* triangles_ = nullptr;
-  std::size_t sorted_ = 0;  // index of the buffers that hold the sorted keys
+  BuildSettings settings_;
+  bool has_parents_ = false;  // the tree is prepared for refits
+  std::size_t sorted_ = 0;    // index of the buffers that hold the sorted keys
   BuiltTree built_;
-  PassMs build_ms_, write_ms_;
+  PassMs build_ms_, write_ms_, refit_ms_;
   std::optional<std::uint32_t> bits_;
 };
 

@@ -51,12 +51,6 @@ Item get_item(uint at) {
   return item;
 }
 
-float half_area(vec3 lo, vec3 hi) {
-  precise vec3 d = (hi - lo) * unit;
-  precise float area = d.x * d.y + (d.y * d.z + d.z * d.x);
-  return area;
-}
-
 // The lowest bits of a distance hold the exclusive or of the places of the two items.
 const uint PLACE_BITS = BUILD_ITEMS - 1u;
 

@@ -39,14 +39,18 @@ class Scene(Queries):
     device        a Device; None: the default one
     ids           a number 0 to 2^32 - 1 for each mesh, which trace_columns() reports; None: 0, 1, 2, ...
     normals       (n, 3) unit normal of each vertex, for pictures; with `meshes` a list of such arrays or None
-    builder       how the tree is built: "best", "balanced", "fast" or "device"; "": "device" on a GPU, "balanced" on a
-                  CPU, the quickest to build
+    builder       how the tree is built: "best", "balanced", "fast", "device" or "auto"; "": "auto", which is "device" on
+                  a GPU and "balanced" on a CPU unless expected_rays says otherwise
     max_leaf      most triangles of a leaf of the tree, 1 to 6
     split_budget  of builder "best": share of references that spatial splits may add, 0 to 16
     instances     (k, 3, 4) or (k, 4, 4) float32 or float64: a matrix for each instance of a mesh, whose points p lie at
                   m[:3, :3] @ p + m[:3, 3]. None: each mesh lies where its vertices say
     instance_meshes  with `instances`: (k,) integers, the mesh of each, from 0; None: 0
     cache         keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
+    updates       how update() moves the tree. "refit" keeps its shape and moves its boxes, which is quickest, but traces
+                  become slower the more the triangles move apart. "rebuild" builds it anew. "auto" refits, and builds
+                  anew once traces have lost as much time as that takes
+    expected_rays hint for builder "auto": rays that will be traced in all; 0: unknown
 
     Triangles are numbered through the meshes in their order. Those without area keep their number and are never hit.
     The scene copies what it needs; contiguous float32 and uint32 arrays are read in place. Raises ValueError, which
@@ -81,6 +85,8 @@ class Scene(Queries):
         max_leaf: int = 6,
         split_budget: float = 0.5,
         cache: bool = False,
+        updates: str = "auto",
+        expected_rays: float = 0,
     ):
         given = _pairs(vertices, triangles, meshes)
         numbers, directions = _one_each(ids, normals, len(given), meshes is None)
@@ -88,7 +94,7 @@ class Scene(Queries):
             _mesh.make(v, t, i, n, f"mesh {k}" if meshes is not None else "mesh")
             for k, ((v, t), i, n) in enumerate(zip(given, numbers, directions))
         ]
-        self._options = _options(builder, max_leaf, split_budget, cache)
+        self._options = _options(builder, max_leaf, split_budget, cache, updates, expected_rays)
         self._path: str | None = None
         self._device = device
         self._instances = _mesh.instances(instances, instance_meshes)
@@ -96,7 +102,7 @@ class Scene(Queries):
         self._meshes = [_mesh.kept(m, t, n) for m, (_, t), n in zip(made, given, directions)]
 
     def _open(self, source: Any) -> None:
-        self._handle = _ballot.Scene(device_or_default(self._device)._handle, source, *self._instances, *self._options)
+        self._handle = _ballot.Scene(device_or_default(self._device)._handle, source, *self._instances, self._options)
 
     @property
     def info(self) -> SceneInfo:
@@ -116,7 +122,8 @@ class Scene(Queries):
         mesh      its index, in the order that the scene was made with
         vertices  (n, 3) float32 or float64, as many as before
 
-        Later traces find the moved triangles. Raises ValueError if the number differs or a coordinate is not finite;
+        Later traces find the moved triangles. The scene's `updates` says how the tree moves; one that a triangle gains
+        or loses its area in is always built anew. Raises ValueError if the number differs or a coordinate is not finite;
         the scene is then as it was.
         """
         number = _query.whole(mesh, "mesh", 0, 2**31)
@@ -341,21 +348,35 @@ def load_scene(
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))
-    options = _options(builder, max_leaf, split_budget, cache)
+    options = _options(builder, max_leaf, split_budget, cache, "auto", 0)
     scene.__setstate__({"device": device, "options": options, "path": name})
     return scene
 
 
-def _options(builder: str, max_leaf: int, split_budget: float, cache: bool) -> tuple[str, int, float, bool]:
-    if not isinstance(builder, str):
-        raise TypeError(f"builder: found {builder!r}; expected a string")
-    try:
-        budget = float(split_budget)
-    except (TypeError, ValueError):
-        raise TypeError(f"split_budget: found {split_budget!r}; expected a number") from None
+def _options(
+    builder: str, max_leaf: int, split_budget: float, cache: bool, updates: str, expected_rays: float
+) -> tuple[str, int, float, bool, str, float]:
+    for name, text in (("builder", builder), ("updates", updates)):
+        if not isinstance(text, str):
+            raise TypeError(f"{name}: found {text!r}; expected a string")
+    budget = _number(split_budget, "split_budget")
     if not 0 <= budget <= 16:
         raise ValueError(f"split_budget is {budget}; expected 0 to 16")
-    return builder, _query.whole(max_leaf, "max_leaf", 1, 6), budget, bool(cache)
+    return (
+        builder,
+        _query.whole(max_leaf, "max_leaf", 1, 6),
+        budget,
+        bool(cache),
+        updates,
+        _number(expected_rays, "expected_rays"),
+    )
+
+
+def _number(value: Any, name: str) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: found {value!r}; expected a number") from None
 
 
 def _pairs(vertices: Any, triangles: Any, meshes: Any) -> list[tuple[Any, Any]]:

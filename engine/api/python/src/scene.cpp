@@ -52,9 +52,13 @@ struct MeshArrays {
   Mesh mesh;
 };
 
-SceneOptions options_of(const std::string& builder, std::uint32_t max_leaf, float split_budget, bool cache) {
+/// The settings of a scene as Python gives them.
+using Settings = std::tuple<std::string, std::uint32_t, float, bool, std::string, double>;
+
+SceneOptions options_of(const Settings& settings) {
+  const auto& [builder, max_leaf, split_budget, cache, update, expected_rays] = settings;
   if (max_leaf < 1) throw Error(Code::Argument, "max_leaf is 0; expected 1 to 6");
-  return {builder, max_leaf, split_budget, cache};
+  return {builder, max_leaf, split_budget, cache, update, expected_rays};
 }
 
 std::vector<MeshArrays> arrays_of(const nb::list& meshes) {
@@ -71,11 +75,10 @@ std::vector<Mesh> meshes_of(const std::vector<MeshArrays>& arrays) {
 }
 
 void make_instances(SceneObject* self, const DeviceObject& device, const nb::list& meshes, const Matrices& transforms,
-                    const Indices& of_which, const std::string& builder, std::uint32_t max_leaf, float split_budget,
-                    bool cache) {
+                    const Indices& of_which, const Settings& settings) {
   const std::vector<MeshArrays> arrays = arrays_of(meshes);
   const std::vector<Mesh> list = meshes_of(arrays);
-  const SceneOptions options = options_of(builder, max_leaf, split_budget, cache);
+  const SceneOptions options = options_of(settings);
   const Instances instances{.transforms = {transforms.data(), transforms.size()},
                             .meshes = {of_which.data(), of_which.size()}};
   new (self) SceneObject(without_gil(device.use(), [&](const Device& d) {
@@ -87,18 +90,16 @@ void update_instances(const SceneObject& self, const Matrices& transforms) {
   without_gil(self.use(), [&](Scene& s) { s.update_instances({transforms.data(), transforms.size()}); });
 }
 
-void make_scene(SceneObject* self, const DeviceObject& device, const nb::list& meshes, const std::string& builder,
-                std::uint32_t max_leaf, float split_budget, bool cache) {
+void make_scene(SceneObject* self, const DeviceObject& device, const nb::list& meshes, const Settings& settings) {
   const std::vector<MeshArrays> arrays = arrays_of(meshes);
   const std::vector<Mesh> list = meshes_of(arrays);
-  const SceneOptions options = options_of(builder, max_leaf, split_budget, cache);
+  const SceneOptions options = options_of(settings);
   new (self) SceneObject(without_gil(
       device.use(), [&](const Device& d) { return std::make_shared<Scene>(d, std::span<const Mesh>(list), options); }));
 }
 
-void load_scene(SceneObject* self, const DeviceObject& device, const std::string& path, const std::string& builder,
-                std::uint32_t max_leaf, float split_budget, bool cache) {
-  const SceneOptions options = options_of(builder, max_leaf, split_budget, cache);
+void load_scene(SceneObject* self, const DeviceObject& device, const std::string& path, const Settings& settings) {
+  const SceneOptions options = options_of(settings);
   new (self) SceneObject(without_gil(
       device.use(), [&](const Device& d) { return std::make_shared<Scene>(Scene::load(d, path, options)); }));
 }
@@ -107,7 +108,7 @@ nb::tuple info_of(const SceneObject& self) {
   const SceneInfo i = without_gil(self.use(), [](const Scene& s) { return s.info(); });
   return nb::make_tuple(i.triangles, i.degenerate, i.meshes, i.views, nb::make_tuple(i.lo[0], i.lo[1], i.lo[2]),
                         nb::make_tuple(i.hi[0], i.hi[1], i.hi[2]), i.nodes, i.leaves, i.depth, i.sah, i.build_seconds,
-                        i.instances, i.instance_triangles, i.top_seconds);
+                        i.instances, i.instance_triangles, i.top_seconds, i.decay, i.update_seconds, i.refits);
 }
 
 std::tuple<std::uint32_t, std::uint64_t, std::uint64_t> mesh_of(const SceneObject& self, std::size_t mesh) {

@@ -94,6 +94,33 @@ class Scenes(unittest.TestCase):
             scene.update(2, vertices)
         self.assertEqual(scene.trace(UP)["t"].tolist(), [3])
 
+    def test_update_modes(self):
+        soup, rays = ref.soup(300)[0], ref.random_rays(400)
+        moved = soup[::-1].copy()  # as bad for the tree as a move can be
+        expected = ballot.Scene(moved).trace(rays)
+        for mode, refits in (("refit", 1), ("rebuild", 0), ("auto", None)):
+            with self.subTest(mode):
+                scene = ballot.Scene(soup, updates=mode)
+                self.assertEqual((scene.info.decay, scene.info.refits), (1, 0))
+                scene.update(0, moved)
+                np.testing.assert_array_equal(scene.trace(rays), expected)
+                info = scene.info
+                if refits is not None:
+                    self.assertEqual(info.refits, refits)
+                self.assertGreater(info.update_seconds, 0)
+                self.assertEqual(info.decay > 1.5, info.refits == 1)
+                flat = moved.copy()
+                flat[:3] = flat[0]  # a triangle loses its area
+                scene.update(0, flat)
+                self.assertEqual((scene.info.refits, scene.info.degenerate), (0, 1))
+                again = pickle.loads(pickle.dumps(scene))
+                np.testing.assert_array_equal(again.trace(rays), scene.trace(rays))
+        with self.assertRaisesRegex(ValueError, "update mode.*auto, refit, rebuild"):
+            ballot.Scene(soup, updates="never")
+        with self.assertRaisesRegex(ValueError, "expected_rays"):
+            ballot.Scene(soup, expected_rays=-1)
+        self.assertEqual(ballot.Scene(soup, builder="auto", expected_rays=1e9).info.triangles, 300)
+
     def test_file(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "one.obj")

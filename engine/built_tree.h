@@ -1,0 +1,21 @@
+// Makes the tree of a scene, where its builder runs. Internal to engine/.
+#pragma once
+
+#include "engine/ballot.h"
+#include "engine/tree/build/device_build.h"
+
+namespace ballot {
+
+/// A tree and, if the device made it and kernels can read it where it lies, what holds it there. `bvh` is then a
+/// summary.
+struct SceneTree {
+  Bvh bvh;
+  std::shared_ptr<DeviceBuild> there = {};
+};
+
+/// Builds the tree of triangles. use_cache: trees of the CPU's builders are kept in cache_folder(). Throws as
+/// build_bvh() and DeviceBuild do.
+SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
+                     const Progress& progress);
+
+}  // namespace ballot
