@@ -33,7 +33,8 @@ def main() -> None:
     expect("files of the component runtime", runtime, ["LICENSE", "libballot.so.1", "libballot.so.1.0.0"])
     run(["cmake", "--install", build, "--prefix", prefix, "--component", "development"])
     headers = sorted(path.name for path in (prefix / "include" / "ballot").iterdir())
-    expect("headers", headers, ["ballot.h", "ballot_c.h", "ballot_c_points.h", "ballot_detail.h", "ballot_types.h"])
+    expect("headers", headers, ["ballot.h", "ballot_c.h", "ballot_c_points.h", "ballot_c_scenes.h", "ballot_detail.h",
+                               "ballot_types.h"])
 
     library = next(prefix.rglob("libballot.so"))
     symbols = run(["nm", "-D", "--defined-only", library]).split("\n")
@@ -41,7 +42,7 @@ def main() -> None:
     others = [name for name in names if not re.fullmatch(r"ballot_\w+|BALLOT_1", name)]
     expect("visible symbols other than ballot_*", others, [])
     api = HERE / "../../engine/api"
-    texts = [(api / name).read_text(encoding="utf-8") for name in ("ballot_c.h", "ballot_c_points.h")]
+    texts = [(api / name).read_text(encoding="utf-8") for name in ("ballot_c.h", "ballot_c_points.h", "ballot_c_scenes.h")]
     declared = set(re.findall(r"\b(ballot_\w+)\(", "".join(texts)))
     declared -= {"ballot_init"}
     expect("functions of ballot_c.h that the library lacks", sorted(declared - set(names)), [])

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _arrays, _ballot, _mesh, _query
+from . import _arrays, _ballot, _mesh, _query, _scene_arguments
 from ._array import Array
 from ._arrays import HIT
 from ._device import Device, device_or_default
@@ -47,9 +47,8 @@ class Scene(Queries):
                   m[:3, :3] @ p + m[:3, 3]. None: each mesh lies where its vertices say
     instance_meshes  with `instances`: (k,) integers, the mesh of each, from 0; None: 0
     cache         keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
-    updates       how update() moves the tree. "refit" keeps its shape and moves its boxes, which is quickest, but traces
-                  become slower the more the triangles move apart. "rebuild" builds it anew. "auto" refits, and builds
-                  anew once traces have lost as much time as that takes
+    updates       how update() moves the tree. "refit": boxes move, its shape stays, so traces slow down as triangles move
+                  apart. "rebuild": anew. "auto": refits until traces have lost as much time as a build takes
     expected_rays hint for builder "auto": rays that will be traced in all; 0: unknown
 
     Triangles are numbered through the meshes in their order. Those without area keep their number and are never hit.
@@ -88,13 +87,13 @@ class Scene(Queries):
         updates: str = "auto",
         expected_rays: float = 0,
     ):
-        given = _pairs(vertices, triangles, meshes)
-        numbers, directions = _one_each(ids, normals, len(given), meshes is None)
+        given = _scene_arguments.pairs(vertices, triangles, meshes)
+        numbers, directions = _scene_arguments.one_each(ids, normals, len(given), meshes is None)
         made = [
             _mesh.make(v, t, i, n, f"mesh {k}" if meshes is not None else "mesh")
             for k, ((v, t), i, n) in enumerate(zip(given, numbers, directions))
         ]
-        self._options = _options(builder, max_leaf, split_budget, cache, updates, expected_rays)
+        self._options = _scene_arguments.options(builder, max_leaf, split_budget, cache, updates, expected_rays)
         self._path: str | None = None
         self._device = device
         self._instances = _mesh.instances(instances, instance_meshes)
@@ -348,59 +347,6 @@ def load_scene(
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))
-    options = _options(builder, max_leaf, split_budget, cache, "auto", 0)
+    options = _scene_arguments.options(builder, max_leaf, split_budget, cache, "auto", 0)
     scene.__setstate__({"device": device, "options": options, "path": name})
     return scene
-
-
-def _options(
-    builder: str, max_leaf: int, split_budget: float, cache: bool, updates: str, expected_rays: float
-) -> tuple[str, int, float, bool, str, float]:
-    for name, text in (("builder", builder), ("updates", updates)):
-        if not isinstance(text, str):
-            raise TypeError(f"{name}: found {text!r}; expected a string")
-    budget = _number(split_budget, "split_budget")
-    if not 0 <= budget <= 16:
-        raise ValueError(f"split_budget is {budget}; expected 0 to 16")
-    return (
-        builder,
-        _query.whole(max_leaf, "max_leaf", 1, 6),
-        budget,
-        bool(cache),
-        updates,
-        _number(expected_rays, "expected_rays"),
-    )
-
-
-def _number(value: Any, name: str) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name}: found {value!r}; expected a number") from None
-
-
-def _pairs(vertices: Any, triangles: Any, meshes: Any) -> list[tuple[Any, Any]]:
-    if meshes is None:
-        if vertices is None:
-            raise TypeError("Scene: found neither vertices nor meshes; expected one of them")
-        if triangles is None and not isinstance(vertices, (tuple, list, np.ndarray)):
-            try:
-                return [_mesh.parts(vertices, "mesh")]
-            except TypeError:
-                pass  # an array of another library
-        return [(vertices, triangles)]
-    if vertices is not None or triangles is not None:
-        raise TypeError("Scene: found both vertices and meshes; expected one of them")
-    return [_mesh.parts(mesh, f"mesh {k}") for k, mesh in enumerate(meshes)]
-
-
-def _one_each(ids: Any, normals: Any, count: int, single: bool) -> tuple[list[Any], list[Any]]:
-    if ids is None:
-        numbers = list(range(count))
-    else:
-        numbers = [ids] if single and hasattr(ids, "__index__") else list(ids)
-    directions = [None] * count if normals is None else [normals] if single else list(normals)
-    for found, name in ((numbers, "ids"), (directions, "normals")):
-        if len(found) != count:
-            raise ValueError(f"{name}: found {len(found)}; expected {count}, one for each mesh")
-    return numbers, directions

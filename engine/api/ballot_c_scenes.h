@@ -1,0 +1,127 @@
+/* Scenes: meshes, instances, and how they move. ballot_c.h includes it. */
+#ifndef BALLOT_C_SCENES_H
+#define BALLOT_C_SCENES_H
+
+#ifndef BALLOT_C_H
+#error include ballot/ballot_c.h
+#endif
+
+typedef enum BallotIndexType { BALLOT_INDEX_NONE = 0, BALLOT_INDEX_U16 = 1, BALLOT_INDEX_U32 = 2 } BallotIndexType;
+
+/* A triangle mesh. The library copies what it needs before the call returns. */
+typedef struct BallotMesh {
+  size_t size;
+  const float* positions; /* x, y, z of each vertex; finite, at most 1e12 */
+  size_t vertex_count;
+  size_t position_stride; /* bytes from one vertex to the next, a multiple of 4; 0: 12 */
+  const void* indices;    /* three for each triangle; NULL: vertices 0 1 2, 3 4 5, ... */
+  size_t index_count;     /* a multiple of 3, at least 3; 0 without indices */
+  BallotIndexType index_type;
+  uint32_t id;          /* any number; BallotHits::mesh_ids reports it */
+  const float* normals; /* unit normal of each vertex, for pictures; NULL: flat */
+  size_t normal_stride; /* bytes, as position_stride */
+} BallotMesh;
+
+typedef struct BallotSceneOptions {
+  size_t size;
+  /* How the tree is built: "best", "balanced", "fast", "device" or "auto" (see `ballot methods`). NULL: of files
+   * "best", of meshes "auto", which is "device" on a GPU and "balanced" on a CPU unless expected_rays says otherwise. */
+  const char* builder;
+  uint32_t max_leaf;  /* most triangles of a leaf, 1 to 6; 0: 6 */
+  float split_budget; /* of "best": share of references that spatial splits may add, 0 to 16; below 0: none; 0: 0.5 */
+  uint32_t cache;     /* 1: keep tree and choices of method auto on disk, in $XDG_CACHE_HOME/ballot */
+  /* How ballot_scene_update() moves the tree. "refit": boxes move, its shape stays, so traces slow down as triangles
+   * move apart. "rebuild": anew. NULL or "auto": refits until traces have lost as much time as a build takes. It is
+   * always built anew if a triangle gains or loses its area. */
+  const char* update;
+  double expected_rays; /* hint for builder "auto": rays that will be traced in all; 0: unknown */
+} BallotSceneOptions;
+
+/* Makes a scene of `count` meshes on a device. Triangles are numbered through the meshes in their order; that number is
+ * `prim` of BallotHit. Triangles without area keep their number and are never hit. Zero meshes are a scene that no ray
+ * hits. At most 2^31 - 1 triangles. options may be NULL. */
+BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
+                                            const BallotSceneOptions* options, BallotScene** scene);
+/* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file. The scene has one mesh, number and id 0, and its own cameras
+ * and materials. Its tree is kept on disk unless options->cache is 0 in options that are given. */
+BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const BallotSceneOptions* options,
+                                          BallotScene** scene);
+BALLOT_API void ballot_scene_destroy(BallotScene* scene);
+
+/* Instances: where meshes lie in the world. A mesh may have many instances, or none. */
+typedef struct BallotInstances {
+  size_t size;
+  size_t count;
+  const uint32_t* meshes; /* number of each instance's mesh, from 0; NULL: 0 */
+  /* A 3 x 4 matrix of each instance, row by row, 12 floats: a point p of the mesh lies at m[0..2] . p + m[3] along x,
+   * and so on. Finite and invertible; mirrors are allowed. */
+  const float* transforms;
+  size_t transform_stride; /* bytes from one matrix to the next, a multiple of 4; 0: 48. Of 4 x 4 matrices: 64 */
+} BallotInstances;
+
+/* Makes a scene of instances: two levels, the tree of each mesh, built once, below a tree over the instances. It takes
+ * the memory of the meshes and 160 bytes an instance on the device. The answer of an instance is that of the ray moved
+ * into the mesh's space against the mesh, by the same float32 operations on every device; t is the same in both spaces.
+ * At equal t the instance with the smaller number is hit. Instances number their triangles one after the other; that
+ * number is `prim` of BallotHit, and BallotHits has instance and triangle by themselves. At most 2^32 - 3 triangles
+ * counted through all instances, 2^31 - 1 in all meshes.
+ *
+ * Refused, with the instance and the figure: entries that are not finite, matrices that cannot be inverted in float32
+ * (their inverse would multiply rounding errors by more than 2^20), columns whose largest magnitude is not between
+ * 2^-60 and 2^60, and instances that leave +-1e12. Method "packet-wide" cannot trace such a scene, and
+ * ballot_make_rays() and ballot_render() refuse it. options->cache does nothing; options->builder, NULL: "balanced".
+ * options may be NULL. */
+BALLOT_API BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMesh* meshes, size_t count,
+                                                      const BallotInstances* instances,
+                                                      const BallotSceneOptions* options, BallotScene** scene);
+
+/* Moves the instances of such a scene: `count` matrices, one for each. Builds the tree over the instances anew, on the
+ * host; the trees of the meshes stay. A failed call leaves the scene as it was. stride is in bytes; 0: 48. */
+BALLOT_API BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* transforms, size_t count,
+                                                      size_t stride);
+
+typedef struct BallotInstanceInfo {
+  size_t size;
+  uint64_t mesh;             /* its number */
+  uint64_t first, triangles; /* its triangles are prim first to first + triangles - 1 */
+  float transform[12];
+} BallotInstanceInfo;
+BALLOT_API BallotStatus ballot_scene_instance(BallotScene* scene, size_t instance, BallotInstanceInfo* info);
+
+/* Moves the vertices of a mesh of ballot_scene_create(): `count` must be its vertex_count. Hits of later calls are
+ * those of the moved scene. BallotSceneOptions::update says how the tree moves. A failed call leaves the scene as it
+ * was. stride is in bytes; 0: 12. */
+BALLOT_API BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* positions, size_t count,
+                                            size_t stride);
+
+typedef struct BallotSceneInfo {
+  size_t size;
+  uint64_t triangles, degenerate; /* degenerate: those without area */
+  uint64_t meshes, views;
+  float lo[3], hi[3]; /* the bounds; zero if the scene is empty */
+  uint64_t nodes, leaves, depth;
+  double sah;                  /* expected cost of a random ray that meets the bounds */
+  double build_seconds;        /* of the last build of the tree; of all trees of a scene of instances */
+  uint64_t instances;          /* 0: not a scene of instances */
+  uint64_t instance_triangles; /* counted through all instances */
+  double top_seconds;          /* of the last build of the tree over the instances */
+  double decay;          /* sah over that at the last build: about how much slower traces have become; 1 at a build */
+  double update_seconds; /* of the last update; 0: there was none */
+  uint64_t refits;       /* updates since the last build, which have all refitted the tree */
+} BallotSceneInfo;
+BALLOT_API BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info);
+
+typedef struct BallotMeshInfo {
+  size_t size;
+  uint32_t id;
+  /* Its triangles are prim first to first + triangles - 1; of a scene of instances ballot_scene_instance() tells. */
+  uint64_t first, triangles;
+} BallotMeshInfo;
+BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t mesh, BallotMeshInfo* info);
+
+/* Writes nine floats for each triangle: x, y, z of its three vertices. Of a scene of instances: those of each mesh, in
+ * the mesh's own space. */
+BALLOT_API BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles);
+BALLOT_API const char* ballot_scene_error(BallotScene* scene);
+
+#endif

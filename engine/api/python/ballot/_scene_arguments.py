@@ -1,0 +1,62 @@
+"""Arguments that make a scene, checked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _mesh, _query
+
+
+def options(
+    builder: str, max_leaf: int, split_budget: float, cache: bool, updates: str, expected_rays: float
+) -> tuple[str, int, float, bool, str, float]:
+    for name, text in (("builder", builder), ("updates", updates)):
+        if not isinstance(text, str):
+            raise TypeError(f"{name}: found {text!r}; expected a string")
+    budget = _number(split_budget, "split_budget")
+    if not 0 <= budget <= 16:
+        raise ValueError(f"split_budget is {budget}; expected 0 to 16")
+    return (
+        builder,
+        _query.whole(max_leaf, "max_leaf", 1, 6),
+        budget,
+        bool(cache),
+        updates,
+        _number(expected_rays, "expected_rays"),
+    )
+
+
+def _number(value: Any, name: str) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: found {value!r}; expected a number") from None
+
+
+def pairs(vertices: Any, triangles: Any, meshes: Any) -> list[tuple[Any, Any]]:
+    if meshes is None:
+        if vertices is None:
+            raise TypeError("Scene: found neither vertices nor meshes; expected one of them")
+        if triangles is None and not isinstance(vertices, (tuple, list, np.ndarray)):
+            try:
+                return [_mesh.parts(vertices, "mesh")]
+            except TypeError:
+                pass  # an array of another library
+        return [(vertices, triangles)]
+    if vertices is not None or triangles is not None:
+        raise TypeError("Scene: found both vertices and meshes; expected one of them")
+    return [_mesh.parts(mesh, f"mesh {k}") for k, mesh in enumerate(meshes)]
+
+
+def one_each(ids: Any, normals: Any, count: int, single: bool) -> tuple[list[Any], list[Any]]:
+    if ids is None:
+        numbers = list(range(count))
+    else:
+        numbers = [ids] if single and hasattr(ids, "__index__") else list(ids)
+    directions = [None] * count if normals is None else [normals] if single else list(normals)
+    for found, name in ((numbers, "ids"), (directions, "normals")):
+        if len(found) != count:
+            raise ValueError(f"{name}: found {len(found)}; expected {count}, one for each mesh")
+    return numbers, directions
