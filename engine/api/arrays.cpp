@@ -64,6 +64,17 @@ void RayArray::read(const RowOrder& order, std::size_t first, std::span<Ray> ray
   });
 }
 
+const Ray* RayArray::in_place(std::size_t first, std::size_t count) const {
+  if (!full_ || stride_ != sizeof(Ray)) return nullptr;
+  const auto* rays = reinterpret_cast<const Ray*>(data_) + first;
+  std::atomic<bool> as_they_are{true};
+  over(count, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (rays[i].t_max > kNoBound) as_they_are = false;
+  });
+  return as_they_are ? rays : nullptr;
+}
+
 const MeshState& HitArrays::mesh_of(std::uint32_t prim) const {
   if (scene_.meshes.size() == 1) return scene_.meshes[0];
   return *std::prev(std::ranges::upper_bound(scene_.meshes, prim, {}, &MeshState::first));
@@ -130,15 +141,24 @@ void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals&
       std::memcpy(to_.normals + 3 * (place + i), &normals.of(hits[i].prim), sizeof(glm::vec3));
 }
 
+bool HitArrays::records_alone() const {
+  return order_.width() == 0 && to_.hits && !to_.t && !to_.occluded && !to_.uvs && !to_.prims && !to_.mesh_ids &&
+         !to_.instances && !to_.normals;
+}
+
+Hit* HitArrays::in_place(std::size_t first) const {
+  return records_alone() ? reinterpret_cast<Hit*>(to_.hits) + first : nullptr;
+}
+
 void HitArrays::write(std::size_t first, std::span<const Hit> hits) {
-  const bool records_alone = order_.width() == 0 && !to_.t && !to_.occluded && !to_.uvs && !to_.prims &&
-                             !to_.mesh_ids && !to_.instances && !to_.normals && to_.hits;
+  const bool alone = records_alone(), there = alone && hits.data() == in_place(first);
   std::atomic<std::uint64_t> found{0};
   over(hits.size(), [&](std::size_t begin, std::size_t end) {
     std::uint64_t some = 0;
     for (std::size_t i = begin; i < end; ++i) some += hits[i].prim != NO_HIT;
     found += some;
-    if (records_alone) {
+    if (there) return;
+    if (alone) {
       std::memcpy(to_.hits + first + begin, &hits[begin], (end - begin) * sizeof(Hit));
       return;
     }

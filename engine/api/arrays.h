@@ -19,6 +19,9 @@ class RayArray {
   void read(std::size_t first, std::span<Ray> rays) const { read(RowOrder(), first, rays); }
   /// The same for the rays in an order.
   void read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const;
+  /// Returns the rays [first, first + count) where they lie, if they are records that read() would copy as they are;
+  /// null if not.
+  const Ray* in_place(std::size_t first, std::size_t count) const;
 
  private:
   const char* data_;
@@ -35,6 +38,9 @@ class HitArrays {
       : to_(to), scene_(scene), order_(order) {}
   /// Writes the hits of the rays from number `first` of the order on. Adds those that hit to hits().
   void write(std::size_t first, std::span<const Hit> hits);
+  /// Returns where the hits from number `first` on belong, if the caller wants them as records in this order and nothing
+  /// else; null if not. write() of hits that lie there counts them alone.
+  Hit* in_place(std::size_t first) const;
   std::uint64_t hits() const { return hits_; }
 
  private:
@@ -58,6 +64,7 @@ class HitArrays {
   void write_numbers(std::size_t place, std::span<const Hit> hits) const;
   void write_places(std::size_t place, std::span<const Hit> hits) const;
   const MeshState& mesh_of(std::uint32_t prim) const;
+  bool records_alone() const;
 
   BallotHits to_;
   const SceneState& scene_;

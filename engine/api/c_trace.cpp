@@ -54,6 +54,13 @@ BallotTimes trace(SceneState& scene, const Call& call) {
             out.write(given, hits);
             given += hits.size();
           },
+      .in_place =
+          [&](std::size_t count) {
+            if (order.width()) return RayStream::Places{};
+            const RayStream::Places places{call.rays.in_place(taken, count), out.in_place(taken)};
+            if (places.rays) taken += count;
+            return places;
+          },
   };
   if (call.watch) stream.progress = [&](std::uint64_t done) { call.watch(double(done) / double(call.rays.count())); };
   Tracer& tracer = scene.tracer();

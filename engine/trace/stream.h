@@ -1,6 +1,7 @@
 // Traces streams of rays from host memory: copying in, tracing and copying out overlap where the device allows it.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -19,8 +20,17 @@ struct RayStream {
   std::uint64_t most = ~0ull;  // no more rays than this will come; smaller streams get smaller buffers
   /// Writes the next rays to the front of `room` and returns how many. Fewer than room.size() end the stream.
   std::function<std::size_t(std::span<Ray> room)> next;
-  /// Takes the hits of the next rays. The span is valid until the function returns.
+  /// Takes the hits of the next rays. The span is valid until the function returns. It is the one of in_place() if that
+  /// gave one.
   std::function<void(std::span<const Hit> hits)> take;
+  /// Where rays lie in the host's memory, and where their hits belong; null: they go through next() or take().
+  struct Places {
+    const Ray* rays = nullptr;
+    Hit* hits = nullptr;
+  };
+  /// Returns the places of the next `count` rays, for devices that are the CPU, which use them there: these rays do not
+  /// come through next(). May be empty.
+  std::function<Places(std::size_t count)> in_place = {};
   /// Is called after each chunk with the number of rays that are done. May throw to end the trace. May be empty.
   std::function<void(std::uint64_t done)> progress = {};
 };
@@ -30,7 +40,8 @@ std::uint64_t count_hits(std::span<const Hit> hits);
 
 /// The buffers that streams go through. They are kept for the next stream. A discrete GPU has three sets: while it
 /// traces one chunk, the host fills the next and empties the one before. The memory of both is bounded: 144 MiB on the
-/// host and as much on the device. A device that shares the host's memory has one set and no copies of its own.
+/// host and as much on the device. A device that shares the host's memory has one set and no copies of its own, and a
+/// device that is the CPU uses the caller's arrays in place where RayStream::in_place names them.
 ///
 /// Belongs to the thread of its Context.
 class StreamRing {
@@ -46,22 +57,34 @@ class StreamRing {
   struct Slot {
     Buffer<Ray> rays;
     Buffer<Hit> hits;
-    std::optional<Buffer<Ray>> rays_there;  // the host's side, on a device with memory of its own
-    std::optional<Buffer<Hit>> hits_there;
-    std::uint32_t count = 0;       // rays in it; 0: free
-    std::uint64_t submission = 0;  // that traces them
+    std::optional<Buffer<Ray>> rays_there = {};  // the host's side, on a device with memory of its own
+    std::optional<Buffer<Hit>> hits_there = {};
+    std::uint32_t count = 0;                        // rays in it; 0: free
+    std::uint64_t submission = 0;                   // that traces them
+    std::optional<Buffer<Ray>> rays_in_place = {};  // the caller's arrays, while the device uses them
+    std::optional<Buffer<Hit>> hits_in_place = {};
+
+    Buffer<Ray>& from() { return rays_in_place ? *rays_in_place : rays; }
+    Buffer<Hit>& to() { return hits_in_place ? *hits_in_place : hits; }
+    void release() { rays_in_place.reset(), hits_in_place.reset(); }
+  };
+  /// Lets go of the callers' arrays when a stream has ended, also by an exception.
+  struct InPlaceScope {
+    std::vector<Slot>& slots;
+    ~InPlaceScope() { std::ranges::for_each(slots, &Slot::release); }
   };
 
   void make_room(std::size_t chunk);
   std::span<Ray> room(Slot& slot) const;
+  std::size_t fill(Slot& slot, const RayStream& stream, std::size_t& asked);
   void trace(Tracer& tracer, Slot& slot, Query query, TraceTimes& times);
-  void record(Tracer& tracer, Slot& slot, const Query& query, TraceTimes& times);
   void copy(Slot& slot, bool in);
   void deliver(Slot& slot, const RayStream& stream, std::uint64_t& done);
 
   Context& gpu_;
   std::vector<Slot> slots_;
   std::size_t chunk_ = 0;  // rays of a slot
+  bool imports_ = true;    // the driver has not refused memory of the host yet
 };
 
 }  // namespace ballot

@@ -150,8 +150,13 @@ TraceTimes Tracer::trace(std::span<const Ray> rays, std::span<Hit> hits, const Q
           },
       .take =
           [&](std::span<const Hit> some) {
-            copy_parallel(some, hits.subspan(given, some.size()));
+            if (some.data() != hits.data() + given) copy_parallel(some, hits.subspan(given, some.size()));
             given += some.size();
+          },
+      .in_place =
+          [&](std::size_t count) {
+            taken += count;
+            return RayStream::Places{rays.data() + taken - count, hits.data() + taken - count};
           },
   };
   if (progress) stream.progress = [&](std::uint64_t done) { progress(double(done) / double(rays.size())); };

@@ -46,8 +46,8 @@
   X(CmdBeginDebugUtilsLabelEXT) X(CmdEndDebugUtilsLabelEXT)
 #define BALLOT_VK_STATISTICS(X) \
   X(GetPipelineExecutableStatisticsKHR)
-#define BALLOT_VK_EXPORT(X) \
-  X(GetMemoryFdKHR)
+#define BALLOT_VK_EXTERNAL(X) \
+  X(GetMemoryFdKHR) X(GetMemoryHostPointerPropertiesEXT)
 // clang-format on
 
 namespace ballot {
@@ -72,7 +72,7 @@ struct Vulkan {
   BALLOT_VK_DRAWING(BALLOT_VK_MEMBER)
   BALLOT_VK_SWAPCHAIN(BALLOT_VK_MEMBER)   // null unless the device can present
   BALLOT_VK_STATISTICS(BALLOT_VK_MEMBER)  // null unless the device was created with pipeline statistics
-  BALLOT_VK_EXPORT(BALLOT_VK_MEMBER)      // null unless the device can export memory
+  BALLOT_VK_EXTERNAL(BALLOT_VK_MEMBER)    // null unless the device has the extension
 
   void load_instance(VkInstance instance, bool debug, bool surface);
   void load_device(VkDevice device);

@@ -151,15 +151,18 @@ void RawBuffer::allocate(Access access) {
     VkBufferDeviceAddressInfo info{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, nullptr, buffer_};
     address_ = gpu_->vk().GetBufferDeviceAddress(gpu_->device(), &info);
   }
-  if (has(access, Access::Texel)) {
-    VkBufferViewCreateInfo view{};
-    view.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
-    view.buffer = buffer_;
-    view.format = VK_FORMAT_R32G32B32A32_UINT;
-    view.range = std::min(create.size / 16, gpu_->info().max_texels) * 16;
-    vk_check(gpu_->vk().CreateBufferView(gpu_->device(), &view, nullptr, &view_), "creating a texel view of buffer",
-             name_.c_str());
-  }
+  if (has(access, Access::Texel)) make_view(create.size);
+}
+
+void RawBuffer::make_view(std::uint64_t bytes) {
+  VkBufferViewCreateInfo view{};
+  view.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO;
+  view.buffer = buffer_;
+  view.offset = offset_;
+  view.format = VK_FORMAT_R32G32B32A32_UINT;
+  view.range = std::min(bytes / 16, gpu_->info().max_texels) * 16;
+  vk_check(gpu_->vk().CreateBufferView(gpu_->device(), &view, nullptr, &view_), "creating a texel view of buffer",
+           name_.c_str());
 }
 
 RawBuffer::~RawBuffer() { destroy(); }
@@ -180,6 +183,7 @@ void RawBuffer::destroy() {
 RawBuffer& RawBuffer::operator=(RawBuffer&& other) noexcept {
   std::swap(gpu_, other.gpu_);
   std::swap(bytes_, other.bytes_);
+  std::swap(offset_, other.offset_);
   std::swap(id_, other.id_);
   std::swap(allocated_, other.allocated_);
   std::swap(exported_, other.exported_);
@@ -226,7 +230,7 @@ void RawBuffer::copy_parts(const RawBuffer& other, std::span<const Part> parts) 
            "buffer '{}' of {} bytes: a copy of {} bytes to offset {} does not fit; it comes from buffer '{}' of "
            "{} bytes, offset {}",
            name_, bytes_, p.bytes, p.to, other.name_, other.bytes_, p.from);
-    regions.push_back({p.from, p.to, p.bytes});
+    regions.push_back({other.offset_ + p.from, offset_ + p.to, p.bytes});
   }
   if (regions.empty()) return;
   gpu_->submit("a copy of " + other.name_, [&](VkCommandBuffer cmd) {

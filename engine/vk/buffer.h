@@ -26,6 +26,11 @@ class RawBuffer {
   /// size and the limit that it exceeds: maxStorageBufferRange, maxTexelBufferElements, maxMemoryAllocationSize or the
   /// heap.
   RawBuffer(Context& gpu, std::uint64_t bytes, Access access, std::string name);
+  /// A buffer over memory of the host, which must outlive it. The device reads and writes it in place. Throws
+  /// Error(Work) if the device cannot (can_import()) or the driver refuses.
+  RawBuffer(Context& gpu, std::span<std::byte> host, std::string name);
+  /// Returns true if the device can use this memory of the host in place: DeviceInfo::host_page.
+  static bool can_import(const Context& gpu, const void* host);
   ~RawBuffer();
   RawBuffer(RawBuffer&& other) noexcept { *this = std::move(other); }
   RawBuffer& operator=(RawBuffer&& other) noexcept;
@@ -51,6 +56,7 @@ class RawBuffer {
   std::uint64_t bytes() const { return bytes_; }
   const std::string& name() const { return name_; }
   VkBuffer handle() const { return buffer_; }
+  std::uint64_t offset() const { return offset_; }  // of the bytes within handle(); 0 but over memory of the host
   VkBufferView view() const { return view_; }
   std::uint64_t address() const { return address_; }
   /// A number that no other buffer of the context ever has.
@@ -61,11 +67,13 @@ class RawBuffer {
 
  private:
   void allocate(Access access);
+  void import(std::span<std::byte> host);
+  void make_view(std::uint64_t bytes);
   void destroy();
   void copy(std::uint64_t offset, void* to, const void* from, std::uint64_t bytes) const;
 
   Context* gpu_ = nullptr;
-  std::uint64_t bytes_ = 0, id_ = 0, allocated_ = 0;
+  std::uint64_t bytes_ = 0, offset_ = 0, id_ = 0, allocated_ = 0;
   bool exported_ = false;
   std::string name_;
   VkBuffer buffer_ = VK_NULL_HANDLE;
@@ -83,6 +91,8 @@ class Buffer : public RawBuffer {
  public:
   Buffer(Context& gpu, std::size_t count, Access access, std::string name)
       : RawBuffer(gpu, std::uint64_t(count) * sizeof(T), access, std::move(name)), count_(count) {}
+  Buffer(Context& gpu, std::span<T> host, std::string name)
+      : RawBuffer(gpu, std::as_writable_bytes(host), std::move(name)), count_(host.size()) {}
   std::size_t size() const { return count_; }
   void upload(std::span<const T> data, std::size_t first = 0) {
     RawBuffer::upload(first * sizeof(T), data.data(), data.size_bytes());

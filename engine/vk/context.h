@@ -36,8 +36,11 @@ struct DeviceInfo {
   bool size_control = false, full_subgroups = false;  // VK_EXT_subgroup_size_control
   bool uniform_flow = false;                          // VK_KHR_shader_subgroup_uniform_control_flow
   bool shuffle = false, arithmetic = false, buffer_address = false, float64 = false;
-  bool pipeline_statistics = false;      // VK_KHR_pipeline_executable_properties
-  bool memory_fd = false;                // VK_KHR_external_memory_fd: other interfaces can use its memory
+  bool pipeline_statistics = false;  // VK_KHR_pipeline_executable_properties
+  bool memory_fd = false;            // VK_KHR_external_memory_fd: other interfaces can use its memory
+  // VK_EXT_external_memory_host: the device can use memory of the host in place. It imports whole multiples of
+  // host_page (0: it cannot), in which buffers begin at multiples of buffer_alignment.
+  std::uint64_t host_page = 0, buffer_alignment = 0;
   std::uint8_t uuid[VK_UUID_SIZE] = {};  // of the device, equal in every interface that knows it
   std::vector<std::string> refusals;     // reasons why Ballot cannot use the device; empty: it can
   std::vector<std::string> lacks;        // optional features that it lacks, and what that costs

@@ -1,7 +1,9 @@
 #include "engine/vk/device.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <utility>
 
 #include "engine/core/error.h"
 
@@ -64,6 +66,9 @@ void read_limits(DeviceInfo& info, const DeviceProperties& p) {
   info.max_storage_range = limits.maxStorageBufferRange;
   info.max_texels = limits.maxTexelBufferElements;
   info.max_allocation = p.v11.maxMemoryAllocationSize;
+  info.host_page = p.host.minImportedHostPointerAlignment;
+  info.buffer_alignment =
+      std::max({limits.minTexelBufferOffsetAlignment, limits.minStorageBufferOffsetAlignment, VkDeviceSize(16)});
   info.shared_bytes = limits.maxComputeSharedMemorySize;
   info.timestamp_ns = limits.timestampComputeAndGraphics ? double(limits.timestampPeriod) : 0;
 }
@@ -110,6 +115,7 @@ DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   DeviceFeatures f;
   p.v11.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES;
   p.v12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES;
+  p.host.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_EXTERNAL_MEMORY_HOST_PROPERTIES_EXT;
   p.size_control.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_PROPERTIES_EXT;
   f.v12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
   f.size_control.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_FEATURES_EXT;
@@ -130,7 +136,9 @@ DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   }
   p.core.pNext = &p.v11;
   p.v11.pNext = &p.v12;
-  if (size_control) p.v12.pNext = &p.size_control;
+  p.v12.pNext = size_control ? &p.size_control : nullptr;
+  if (has_extension(extensions, VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME))
+    p.host.pNext = std::exchange(p.v12.pNext, &p.host);
   vk.GetPhysicalDeviceProperties2(device, &p.core);
   f.core.pNext = &f.v12;
   void** tail = &f.v12.pNext;
@@ -250,7 +258,7 @@ std::vector<const char*> optional_extensions(const Vulkan& vk, VkPhysicalDevice 
   std::vector<const char*> names;
   for (const char* name :
        {VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME, VK_KHR_SHADER_SUBGROUP_UNIFORM_CONTROL_FLOW_EXTENSION_NAME,
-        VK_KHR_EXTERNAL_MEMORY_FD_EXTENSION_NAME})
+        VK_KHR_EXTERNAL_MEMORY_FD_EXTENSION_NAME, VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME})
     if (has_extension(all, name)) names.push_back(name);
   return names;
 }

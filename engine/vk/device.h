@@ -20,6 +20,7 @@ struct DeviceProperties {
   VkPhysicalDeviceVulkan11Properties v11{};
   VkPhysicalDeviceVulkan12Properties v12{};
   VkPhysicalDeviceSubgroupSizeControlPropertiesEXT size_control{};
+  VkPhysicalDeviceExternalMemoryHostPropertiesEXT host{};
 };
 
 /// The features of a device as the driver reports them.

@@ -56,14 +56,14 @@ void Kernel::bind(std::uint32_t binding, const RawBuffer& buffer) {
   const auto found = bound_.find(binding);
   if (found == bound_.end())
     fail(Failure::Work, "kernel {} has no binding {} for buffer '{}'", name_, binding, buffer.name());
-  found->second = {buffer.id(), buffer.handle(), buffer.bytes(), buffer.view()};
+  found->second = {buffer.id(), buffer.handle(), buffer.offset(), buffer.bytes(), buffer.view()};
 }
 
 void Kernel::write(const Set& set) const {
   const std::vector<std::uint32_t>& texels = pipeline_->reflection().texel_buffers;
   for (const auto& [binding, bound] : bound_) {
     const bool texel = std::ranges::count(texels, binding) > 0;
-    const VkDescriptorBufferInfo info{bound.buffer, 0, bound.bytes};
+    const VkDescriptorBufferInfo info{bound.buffer, bound.offset, bound.bytes};
     VkWriteDescriptorSet write{};
     write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
     write.dstSet = set.set;

@@ -50,7 +50,7 @@ class Kernel {
   struct Bound {
     std::uint64_t id = 0;  // id of the buffer; 0: none
     VkBuffer buffer = VK_NULL_HANDLE;
-    std::uint64_t bytes = 0;  // size of the buffer
+    std::uint64_t offset = 0, bytes = 0;  // of the buffer's bytes
     VkBufferView view = VK_NULL_HANDLE;
   };
   /// A descriptor set. It is not changed while a submission that uses it has not ended.

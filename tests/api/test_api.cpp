@@ -124,6 +124,28 @@ TEST_F(Api, RaysInRowsKeepTheirPlaces) {
   }
 }
 
+// CPU devices read large arrays of records where they lie, and copy others. The hits are the same.
+TEST_F(Api, LargeArraysAreTracedWhereTheyLie) {
+  ballot::Scene scene(*device_, {grid_.mesh()});
+  constexpr std::size_t kCount = 600'000;  // two parts that are traced in place, and a rest
+  std::vector<ballot::Ray> rays = rays_down(kCount);
+  rays[kCount / 2].t_max = std::numeric_limits<float>::infinity();  // the second part is copied for it
+  std::vector<ballot::Hit> hits(kCount), copied(kCount);
+  scene.trace(rays, hits, {.method = "bvh4"});
+  std::vector<float> apart(9 * kCount);
+  for (std::size_t i = 0; i < kCount; ++i) std::memcpy(&apart[9 * i], &rays[i], sizeof rays[i]);
+  const std::size_t stride = 9 * sizeof(float);
+  scene.trace(ballot::RayView{.data = apart.data(), .count = kCount, .stride = stride}, {.hits = copied.data()},
+              {.method = "bvh4"});
+  EXPECT_EQ(std::memcmp(hits.data(), copied.data(), kCount * sizeof hits[0]), 0);
+  std::vector<float> t(kCount);
+  const ballot::Times times = scene.trace(rays, {.hits = copied.data(), .t = t.data()}, {.method = "bvh4"});
+  EXPECT_EQ(std::memcmp(hits.data(), copied.data(), kCount * sizeof hits[0]), 0);
+  const auto found = std::ranges::count_if(hits, [](const ballot::Hit& h) { return h.prim != ballot::kMiss; });
+  EXPECT_EQ(times.hits, std::uint64_t(found));
+  for (std::size_t i = 0; i < kCount; ++i) ASSERT_EQ(hits[i].prim != ballot::kMiss, inside(rays[i])) << i;
+}
+
 TEST_F(Api, ArraysOnTheDeviceAndJobs) {
   const ballot::Scene scene(*device_, {grid_.mesh()});
   const auto rays = rays_down(70000);

@@ -58,6 +58,35 @@ TEST_F(Vulkan, BuffersRoundTrip) {
   }
 }
 
+// Memory of the host is used in place, from any place that a buffer may begin at.
+TEST_F(Vulkan, BuffersOverMemoryOfTheHost) {
+  if (gpu_->info().is_cpu()) {
+    EXPECT_GT(gpu_->info().host_page, 0u);
+  }
+  if (!gpu_->info().host_page) GTEST_SKIP() << "the device cannot use memory of the host";
+  std::vector<std::uint32_t> memory(100'000), seen(1000);
+  for (std::size_t i = 0; i < memory.size(); ++i) memory[i] = std::uint32_t(i);
+  std::size_t first = 0;
+  while (!RawBuffer::can_import(*gpu_, &memory[first])) ++first;
+  const std::size_t step = gpu_->info().buffer_alignment / sizeof(std::uint32_t);
+  Buffer<std::uint32_t> copy(*gpu_, seen.size(), Access::Storage, "copy");
+  for (const std::size_t at : {first, first + step, first + 300 * step}) {
+    Buffer<std::uint32_t> there(*gpu_, std::span(&memory[at], seen.size()), "memory of the host");
+    copy.copy_from(there, 0, 0, seen.size());
+    copy.download(seen);
+    EXPECT_EQ(seen[0], at);
+    EXPECT_EQ(seen.back(), at + seen.size() - 1);
+    memory[at] = 77;
+    there.copy_from(there, 0, 500, 1);  // the device writes there
+    EXPECT_EQ(memory[at + 500], 77u);
+    memory[at] = std::uint32_t(at), memory[at + 500] = std::uint32_t(at + 500);
+  }
+  EXPECT_THROW(Buffer<std::uint32_t>(*gpu_, std::span(&memory[first], 2), "too small"), Error);
+  const std::span<std::uint32_t> askew(reinterpret_cast<std::uint32_t*>(reinterpret_cast<char*>(&memory[first]) + 4),
+                                       9);
+  EXPECT_THROW(Buffer<std::uint32_t>(*gpu_, askew, "askew"), Error);
+}
+
 TEST_F(Vulkan, EmptyAndMovedBuffers) {
   Buffer<Ray> empty(*gpu_, 0, Access::Storage | Access::Texel, "nothing");
   EXPECT_EQ(empty.size(), 0u);
