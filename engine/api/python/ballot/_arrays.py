@@ -18,7 +18,8 @@ _DEVICES = {2: "CUDA", 3: "CUDA, pinned", 7: "Vulkan", 8: "Metal", 10: "ROCm", 1
 
 
 def _check_on_host(given: Any, name: str) -> None:
-    device = int(given.__dlpack_device__()[0])
+    kind = given.__dlpack_device__()[0]
+    device = int(getattr(kind, "value", kind))  # Open3D 0.20 gives an enumeration that is no integer
     if device != 1:
         raise TypeError(
             f"{name}: the array is on a device of kind {device} ({_DEVICES.get(device, 'unknown')}); expected one in "

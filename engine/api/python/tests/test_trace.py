@@ -1,5 +1,6 @@
 """Traces against a search without a tree, and every way in which rays and results are handed over."""
 
+import enum
 import unittest
 
 import ballot
@@ -161,6 +162,15 @@ class DlPack(unittest.TestCase):
         for given in (self.rays, Library(self.rays), self.rays[::2], self.rays.reshape(5, 10, 6)):
             rows = _arrays.rows(_arrays.rays(given))
             self.assertTrue(np.shares_memory(rows, self.rays), type(given))
+
+    def test_device_named_by_an_enumeration(self):
+        class Kind(enum.Enum):
+            CPU = 1
+            CUDA = 2
+
+        np.testing.assert_array_equal(self.scene.trace(Library(self.rays, (Kind.CPU, 0))), self.hits)
+        with self.assertRaisesRegex(TypeError, "CUDA.*ballot.Array"):
+            self.scene.trace(Library(self.rays, (Kind.CUDA, 0)))
 
     def test_on_a_gpu(self):
         with self.assertRaisesRegex(TypeError, "CUDA.*ballot.Array"):
