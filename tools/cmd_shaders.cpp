@@ -1,4 +1,6 @@
+#include <map>
 #include <set>
+#include <unordered_set>
 
 #include "tools/cli.h"
 
@@ -7,7 +9,7 @@ namespace ballot::cli {
 namespace {
 
 struct ShadersArgs {
-  bool fresh = false;
+  bool fresh = false, pairs = false;
   std::string json, headers, only;
 };
 
@@ -185,6 +187,30 @@ std::vector<KernelSource> query_kernel_sources() {
   return sources;
 }
 
+/// Keeps of each file's variants as many as show every pair of defines with every pair of their values that occurs. What
+/// breaks a shader seldom needs three.
+void keep_pairs(std::vector<KernelSource>& sources) {
+  std::map<std::string, std::set<std::string>> names;  // of the defines of each file
+  for (const KernelSource& s : sources)
+    for (const auto& [name, value] : s.defines) names[s.file].insert(name);
+  std::map<std::string, std::uint64_t> numbers;  // of each file with each setting of each define
+  std::unordered_set<std::uint64_t> seen;
+  std::erase_if(sources, [&](const KernelSource& s) {
+    const std::map<std::string, int> given(s.defines.begin(), s.defines.end());
+    std::vector<std::uint64_t> settings;
+    const auto add = [&](const std::string& setting) {
+      settings.push_back(numbers.emplace(s.file + ' ' + setting, numbers.size()).first->second);
+    };
+    add("");  // the file itself, which may have no defines
+    for (const std::string& name : names[s.file])
+      add(given.contains(name) ? fmt::format("{}={}", name, given.at(name)) : name);
+    bool adds = false;
+    for (std::size_t i = 0; i < settings.size(); ++i)
+      for (std::size_t k = 0; k <= i; ++k) adds |= seen.insert(settings[i] << 32 | settings[k]).second;
+    return !adds;
+  });
+}
+
 int write_headers(const std::filesystem::path& folder) {
   write_file(folder / "knobs.h", knobs_header());
   write_file(folder / "knobs_guard.h", knobs_guard());
@@ -199,6 +225,7 @@ int run_shaders(const ShadersArgs& args) {
   for (auto* more : {&render_sources, &builder_sources, &query_kernel_sources})
     for (KernelSource& source : (*more)()) sources.push_back(std::move(source));
   std::erase_if(sources, [&](const KernelSource& s) { return s.name.find(args.only) == std::string::npos; });
+  if (args.pairs) keep_pairs(sources);
   if (sources.empty())
     fail(Failure::Arguments,
          "--only {}: no variant's name contains this; `ballot shaders` without --only lists the names", args.only);
@@ -221,6 +248,9 @@ void add_shaders(CLI::App& app, int& result) {
   auto args = std::make_shared<ShadersArgs>();
   CLI::App* cmd = app.add_subcommand("shaders", "compile every registered kernel variant to SPIR-V; needs no device");
   cmd->add_flag("--fresh", args->fresh, "compile anew instead of reading the cache");
+  cmd->add_flag("--pairs", args->pairs,
+                "compile so many of each file's variants that every two defines meet with all their values; the build "
+                "does this");
   cmd->add_option("--only", args->only, "compile only the variants whose names contain this text");
   cmd->add_option("--json", args->json, "also write sizes and times to this file");
   cmd->add_option("--headers", args->headers,

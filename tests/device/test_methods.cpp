@@ -22,13 +22,13 @@ const SceneCase kScenes[] = {
     {"one", [] { return shapes::soup(1, 1); }},
     {"six", [] { return shapes::soup(6, 1); }},
     {"seven", [] { return shapes::soup(7, 1); }},
-    {"identical", [] { return shapes::identical(300); }},
+    {"identical", [] { return shapes::identical(100); }},
     {"coplanar", [] { return shapes::coplanar(200); }},
     {"soup", [] { return shapes::soup(3000, 0.1f); }},
     {"sphere", [] { return shapes::sphere(5); }},
     {"slivers", [] { return shapes::slivers(150); }},
-    {"hugeAndTiny", [] { return shapes::huge_and_tiny(1000); }},
-    {"sameCentroid", [] { return shapes::same_centroid(300); }},
+    {"hugeAndTiny", [] { return shapes::huge_and_tiny(400); }},
+    {"sameCentroid", [] { return shapes::same_centroid(120); }},
 };
 
 class Methods : public DeviceTest, public testing::WithParamInterface<SceneCase> {
@@ -236,7 +236,9 @@ class Leaks : public DeviceTest, public testing::WithParamInterface<ClosedMesh> 
 TEST_P(Leaks, WatertightHasNone) {
   Context& gpu = *gpu_;
   shapes::Triangles mesh = shapes::sphere(GetParam().levels);
-  auto rays = shapes::edge_rays(mesh, 20011, {0.01f, 0.02f, -0.015f});
+  // The arithmetic of a ray does not depend on the subgroup size, so the others see a part of the rays.
+  const bool every = !gpu.info().is_cpu() || gpu.info().subgroup_size == 8;
+  auto rays = shapes::edge_rays(mesh, every ? 20011 : 5003, {0.01f, 0.02f, -0.015f});
   for (Triangle& t : mesh)
     for (glm::vec3& v : t) v *= GetParam().scale;
   for (Ray& r : rays) r.origin *= GetParam().scale, r.dir *= GetParam().scale;
