@@ -187,7 +187,7 @@ std::vector<KernelSource> query_kernel_sources() {
   return sources;
 }
 
-/// Keeps of each file's variants as many as show every pair of defines with every pair of their values that occurs. What
+/// Keeps of each file's variants as many as show every two defines with every two values of theirs that occur. What
 /// breaks a shader seldom needs three.
 void keep_pairs(std::vector<KernelSource>& sources) {
   std::map<std::string, std::set<std::string>> names;  // of the defines of each file

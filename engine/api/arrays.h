@@ -38,8 +38,8 @@ class HitArrays {
       : to_(to), scene_(scene), order_(order) {}
   /// Writes the hits of the rays from number `first` of the order on. Adds those that hit to hits().
   void write(std::size_t first, std::span<const Hit> hits);
-  /// Returns where the hits from number `first` on belong, if the caller wants them as records in this order and nothing
-  /// else; null if not. write() of hits that lie there counts them alone.
+  /// Returns where the hits from number `first` on belong, if the caller wants them as records in this order and no
+  /// other results; null if not. write() of hits that lie there counts them alone.
   Hit* in_place(std::size_t first) const;
   std::uint64_t hits() const { return hits_; }
 
