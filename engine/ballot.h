@@ -132,6 +132,7 @@ class Engine {
   struct Update {
     bool refitted = false;  // false: the tree was built, or there was no move yet
     double seconds = 0;     // of the tree, and of what is made anew for rendering
+    double ready_s = 0;     // the latter part of it
     double pose_s = 0;      // of set_time(): until the triangles were known
   };
   const Update& last_update() const { return update_; }

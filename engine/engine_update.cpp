@@ -45,8 +45,10 @@ std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode m
     policy_.built(seconds(), bvh_.stats.sah);
   }
   scene_.bounds = moved.bounds;
+  const double tree_s = seconds();
   make_renderers();
   update_.seconds = seconds();
+  update_.ready_s = update_.seconds - tree_s;
   return triangles;
 }
 

@@ -31,15 +31,6 @@ std::array<std::uint32_t, 2> part_of(const std::string& text) {
   return part;
 }
 
-UpdateMode update_of(const std::string& name) {
-  std::string names;
-  for (const UpdateModeRow& row : kUpdateModes) {
-    if (row.name == name) return row.id;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", row.name);
-  }
-  fail(Failure::Arguments, "--update {}: there are {}", name, names);
-}
-
 std::size_t chosen_clip(const FrameArgs& args, const Scene& scene) {
   if (args.animation.empty() && scene.animation && scene.animation->clips.size() > 1) {
     std::string names;
@@ -63,6 +54,12 @@ void note_outside(const FramePlan& plan, const AnimationClip& clip, const std::s
 }
 
 }  // namespace
+
+void FrameArgs::add_range_to(CLI::App& cmd) {
+  cmd.add_option("--frames", frames, "FIRST..LAST: frames of the scene's animation; frame k is at k / FPS seconds");
+  cmd.add_option("--fps", fps, fmt::format("frames a second of --frames [{:g}]", kDefaultFps));
+  cmd.add_option("--animation", animation, "name or number of the animation of --frames [the only one]");
+}
 
 void FrameArgs::add_to(CLI::App& cmd) {
   cmd.add_option("--time", time, "seconds: draw the scene at this time of its animation [at rest]");
@@ -90,12 +87,27 @@ void FrameArgs::check() const {
     fail(Failure::Arguments, "--fps {}: expected a finite number above 0", *fps);
   if (!frames.empty()) range_of(frames);
   part_of(part);
-  update_of(update);
+  find_update(update);
 }
 
-FramePlan plan_frames(const FrameArgs& args, const Scene& scene) {
+UpdateMode find_update(std::string_view name) {
+  std::string names;
+  for (const UpdateModeRow& row : kUpdateModes) {
+    if (row.name == name) return row.id;
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", row.name);
+  }
+  fail(Failure::Arguments, "--update {}: there are {}", name, names);
+}
+
+std::string_view update_name(UpdateMode mode) {
+  for (const UpdateModeRow& row : kUpdateModes)
+    if (row.id == mode) return row.name;
+  return "";
+}
+
+FramePlan plan_frames(const FrameArgs& args, const Scene& scene, Outside outside) {
   FramePlan plan;
-  plan.update = update_of(args.update);
+  plan.update = find_update(args.update);
   if (!args.time && args.frames.empty()) return plan;
   plan.clip = chosen_clip(args, scene);
   const AnimationClip& clip = scene.animation->clips[plan.clip];
@@ -112,7 +124,7 @@ FramePlan plan_frames(const FrameArgs& args, const Scene& scene) {
   } else {
     plan.frames = {{0, *args.time}};
   }
-  note_outside(plan, clip, scene.name);
+  if (outside == Outside::Said) note_outside(plan, clip, scene.name);
   for (Frame& f : plan.frames) f.seconds = clamped_time(clip, f.seconds);
   return plan;
 }

@@ -16,6 +16,7 @@ struct FrameArgs {
   std::optional<double> time, fps;
 
   void add_to(CLI::App& cmd);
+  void add_range_to(CLI::App& cmd);  // --frames, --fps, --animation alone
   /// Checks what can be checked without the scene. Throws Error(Arguments).
   void check() const;
 };
@@ -35,9 +36,15 @@ struct FramePlan {
   UpdateMode update = UpdateMode::Auto;
 };
 
-/// Makes the plan, and says on standard error which times lie outside the clip. Throws Error(Arguments) if the scene
-/// has no such animation.
-FramePlan plan_frames(const FrameArgs& args, const Scene& scene);
+/// Whether times outside the clip are said on standard error.
+enum class Outside { Said, Silent };
+
+/// Makes the plan. Throws Error(Arguments) if the scene has no such animation.
+FramePlan plan_frames(const FrameArgs& args, const Scene& scene, Outside outside = Outside::Said);
+
+/// Returns the update mode of this name. Throws Error(Arguments) that lists the names.
+UpdateMode find_update(std::string_view name);
+std::string_view update_name(UpdateMode mode);
 
 /// Returns the file of a frame: NAME-0007.exr for NAME.exr.
 std::filesystem::path frame_file(const std::filesystem::path& exr, std::uint32_t frame);

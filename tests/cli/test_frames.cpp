@@ -112,6 +112,22 @@ TEST_F(Frames, WrongOptionsAreRefused) {
   no({"scene 'square' has no animation"}, {"--time", "1"}, square());
 }
 
+TEST_F(Frames, BenchMeasuresThemForEveryUpdate) {
+  const Result run =
+      succeed({"bench", "moving.glb", "--frames", "0..5", "--fps", "4", "--size", "32x32", "--json", "b.json"});
+  expect_parts(run.out,
+               {"animation move, view rider, 32 x 32", "| auto ", "| refit ", "| rebuild | 6 of 6", "build ms"});
+  const nlohmann::json records = json("b.json")["records"];
+  ASSERT_EQ(records.size(), 18u);
+  EXPECT_EQ(records[8]["update"], "refit");
+  EXPECT_EQ(records[8]["frame"], 2);
+  for (const char* key : {"pose_ms", "tree_ms", "ready_ms", "trace_ms", "shade_ms", "wall_ms"})
+    EXPECT_GT(records[8][key], 0.0) << key;
+  refuse(2, {"--frames measures one scene; found 2"}, {"bench", "moving.glb", "several.glb", "--frames", "0..1"});
+  refuse(2, {"--fps needs --frames"}, {"bench", "moving.glb", "--fps", "4"});
+  refuse(2, {"there are auto, refit, rebuild"}, {"bench", "moving.glb", "--frames", "0..1", "--updates", "no"});
+}
+
 TEST_F(Frames, InfoListsAnimations) {
   const Result info = succeed({"info", "several.glb", "--json", "i.json"});
   expect_parts(info.out, {"| move", "| stay", "1 triangles move"});
