@@ -39,11 +39,14 @@
 #include "engine/render/film/renderer.h"
 #include "engine/render/live/live.h"
 #include "engine/render/path/integrators.h"
+#include "engine/scene/animation.h"
 #include "engine/scene/light.h"
+#include "engine/scene/pose.h"
 #include "engine/scene/scene.h"
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
 #include "engine/trace/tracer.h"
+#include "engine/tree/device_poser.h"
 #include "engine/vk/context.h"
 
 namespace ballot {
@@ -119,10 +122,18 @@ class Engine {
   /// scene is then as it was. Ends the use of batches, films and the checker of before.
   std::vector<Triangle> move(std::vector<Triangle> triangles, UpdateMode mode = UpdateMode::Auto);
 
-  /// What the last move() did.
+  /// Moves the scene to a time of a clip of its animation: triangles, normals, lights and views. Times outside
+  /// [0, seconds of the clip] mean the nearest inside. Skins and morph targets are evaluated on the device, with the
+  /// bits of set_pose(). The tree follows as move() says. Throws Error(Arguments) if there is no such clip or the time
+  /// is not finite, Error(Work) as pose_at() and move() do; the scene is then as it was.
+  void set_time(std::size_t clip, double seconds, UpdateMode mode = UpdateMode::Auto);
+
+  /// What the last move() or set_time() did.
   struct Update {
     bool refitted = false;  // false: the tree was built, or there was no move yet
-    double seconds = 0;
+    double seconds = 0;     // of the tree, and of what is made anew for rendering
+    double ready_s = 0;     // the latter part of it
+    double pose_s = 0;      // of set_time(): until the triangles were known
   };
   const Update& last_update() const { return update_; }
   /// Returns the tree's cost by the SAH over that at its build, and what builds and refits took.
@@ -222,6 +233,7 @@ class Engine {
   bool refit(std::span<const Triangle> triangles, const Bounds& bounds);
   void adopt(SceneTree&& built);
   void try_to_rebuild();
+  Pose pose(const AnimationClip& clip, double seconds);
 
   Scene scene_;
   BuildSettings build_;
@@ -240,6 +252,7 @@ class Engine {
   std::unique_ptr<PointQueries> points_;  // made on first use
   std::unique_ptr<RayQueries> rays_;
   std::unique_ptr<Topology> topology_;
+  std::unique_ptr<DevicePoser> poser_;   // made on first use
   std::unique_ptr<LiveImage> live_;      // made on first use
   std::unique_ptr<HitChecker> checker_;  // made on first use
 };

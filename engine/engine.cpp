@@ -6,6 +6,7 @@
 #include "engine/ballot.h"
 #include "engine/built_tree.h"
 #include "engine/scene/digest.h"
+#include "engine/tree/device_poser.h"
 
 namespace ballot {
 

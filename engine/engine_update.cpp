@@ -1,8 +1,10 @@
 // Scenes that move: refits and builds of the tree of an Engine.
+#include <algorithm>
 #include <chrono>
 
 #include "engine/built_tree.h"
 #include "engine/bvh/refit.h"
+#include "engine/tree/device_poser.h"
 
 namespace ballot {
 
@@ -43,9 +45,47 @@ std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode m
     policy_.built(seconds(), bvh_.stats.sah);
   }
   scene_.bounds = moved.bounds;
+  const double tree_s = seconds();
   make_renderers();
   update_.seconds = seconds();
+  update_.ready_s = update_.seconds - tree_s;
   return triangles;
+}
+
+Pose Engine::pose(const AnimationClip& clip, double seconds) {
+  const Animation& animation = *scene_.animation;
+  if (animation.posed_vertices == 0) return pose_at(scene_, &clip, seconds);
+  if (!poser_) poser_ = std::make_unique<DevicePoser>(*gpu_, animation);
+  return pose_at(scene_, &clip, seconds,
+                 [&](const PoseInput& input, std::span<PosedVertex> posed) { poser_->pose(input, posed); });
+}
+
+void Engine::set_time(std::size_t clip, double seconds, UpdateMode mode) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::size_t clips = scene_.animation ? scene_.animation->clips.size() : 0;
+  if (clip >= clips)
+    fail(Failure::Arguments, "scene '{}' has {} animations; expected a number below that, found {}", scene_.name, clips,
+         clip);
+  Pose pose = this->pose(scene_.animation->clips[clip], seconds);
+  const double pose_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const auto swap = [&] {
+    if (pose.moves_triangles) scene_.normals.swap(pose.normals);
+    scene_.lights.swap(pose.lights);
+  };
+  swap();
+  try {
+    if (pose.moves_triangles) {
+      move(std::move(pose.triangles), mode);
+    } else {
+      update_ = {};
+      if (pose.moves_lights) gpu_->finish(), make_renderers();
+    }
+  } catch (...) {
+    swap();
+    throw;
+  }
+  std::ranges::copy(pose.views, scene_.views.begin());
+  update_.pose_s = pose_s;
 }
 
 void Engine::adopt(SceneTree&& built) {

@@ -2,6 +2,7 @@
 
 #include "tools/bench/compare.h"
 #include "tools/bench/report.h"
+#include "tools/bench_frames.h"
 #include "tools/run_args.h"
 
 namespace ballot::cli {
@@ -14,6 +15,7 @@ struct BenchArgs {
   RunArgs run;
   std::vector<std::string> compare, measuring;  // measuring: the given options that --compare does not take
   double tolerance = 0.02;
+  BenchFrameArgs frames;
 };
 
 int compare_files(const BenchArgs& args) {
@@ -58,6 +60,8 @@ int run_bench(const BenchArgs& args) {
   if (!args.compare.empty()) return compare_files(args);
   const RunArgs& given = args.run;
   if (given.scenes.empty()) fail(Failure::Arguments, "bench: missing SCENE; 'ballot bench --help' lists the arguments");
+  if (!args.frames.frames.frames.empty()) return bench_frames(given, args.frames);
+  args.frames.frames.check();
   const bench::RunOptions options = given.options();
   const bench::Plan plan = given.make_plan();
   auto scenes = bench::load_scenes(given.scenes, plan);
@@ -69,6 +73,7 @@ int run_bench(const BenchArgs& args) {
 
 void add_options(CLI::App& cmd, BenchArgs& args) {
   args.run.add_options(cmd);
+  args.frames.add_to(cmd);
   cmd.add_flag("--counters", args.run.run.counters,
                "also count node visits, active lanes and the like, in extra dispatches that are not timed");
   cmd.add_flag("--check", args.run.run.check,

@@ -59,6 +59,24 @@ void print_scene(const Scene& s, const SceneFeatures& f, double load_s) {
   fmt::print("  views: {}\n  cameras: {}\n  holds: {}\n", views, camera_words(f), feature_words(f));
 }
 
+/// Prints the animations of a scene, if it has any. Returns them as JSON.
+nlohmann::json print_animations(const Scene& scene) {
+  nlohmann::json json = nlohmann::json::array();
+  if (!scene.animation) return json;
+  const Animation& a = *scene.animation;
+  std::size_t triangles = 0;
+  for (const MovingPart& part : a.parts) triangles += a.vertices.meshes[part.mesh].triangles;
+  fmt::print("\nanimations, which --animation, --time and --frames of 'ballot render' choose; {} triangles move:\n",
+             triangles);
+  bench::Table table({"animation", "seconds", "channels"}, 1);
+  for (const AnimationClip& c : a.clips) {
+    table.row({c.name, fmt::format("{:g}", c.seconds), std::to_string(c.channels.size())});
+    json.push_back({{"name", c.name}, {"seconds", c.seconds}, {"channels", c.channels.size()}});
+  }
+  fmt::print("{}", table.text());
+  return json;
+}
+
 void print_bvh(const BvhStats& s) {
   fmt::print("\nBVH: {} nodes ({} leaves of at most {} triangles), depth {}, SAH cost {:.2f}, {} by '{}' in {:.3f} s\n",
              s.nodes, s.leaves, s.largest_leaf, s.depth, s.sah, s.from_cache ? "from the cache, built" : "built",
@@ -133,6 +151,7 @@ int run_info(const InfoArgs& args) {
         // measured view.
         [&](Scene& s) { args.light.apply(s, {&s.views[0]}, args.measure ? "path" : ""); }, args.statistics);
     print_scene(opened.engine->scene(), opened.engine->features(), opened.load_s);
+    json["animations"] = print_animations(opened.engine->scene());
     print_bvh(opened.engine->bvh_stats());
     const nlohmann::json header = record_header(*opened.engine, opened.load_s);
     json.update(header);

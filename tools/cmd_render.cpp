@@ -2,6 +2,7 @@
 #include <set>
 
 #include "tools/auto_table.h"
+#include "tools/render_frames.h"
 #include "tools/render_job.h"
 #include "tools/render_light.h"
 #include "tools/views_file.h"
@@ -26,6 +27,15 @@ struct RenderArgs {
   std::uint32_t seed = 0;
   float ao_radius = RenderOptions{}.ao_radius;
   double checkpoint_s = RenderJob{}.checkpoint_s;
+  FrameArgs frames;
+};
+
+/// What the frame of a picture is, and what a JSON record tells of it.
+struct FrameOf {
+  const FramePlan& plan;
+  const Frame& frame;
+  std::string job;  // of the view
+  nlohmann::json json;
 };
 
 RenderOptions options_of(const RenderArgs& args) {
@@ -87,8 +97,10 @@ std::vector<fs::path> outputs_of(const RenderArgs& args, const Scene& scene, con
 
 fs::path png_beside(fs::path exr) { return exr.replace_extension(".png"); }
 
-/// Makes the output folder and checks, before the work begins, that every file can be written.
-void prepare(const RenderArgs& args, const std::vector<fs::path>& files) {
+/// Makes the output folder and checks, before the work begins, that every file can be written, or the first frame's.
+void prepare(const RenderArgs& args, const FramePlan& plan, std::vector<fs::path> files) {
+  if (plan.numbered)
+    for (fs::path& file : files) file = frame_file(file, plan.frames[0].number);
   const fs::path out = args.out;
   if (out.extension() != ".exr") {
     std::error_code error;
@@ -137,13 +149,14 @@ nlohmann::json wall_json(const Wall& w) {
 }
 
 void render_view(const RenderArgs& args, Opened& opened, const View& view, const RenderJob& job, const fs::path& exr,
-                 nlohmann::json& json) {
+                 const FrameOf& of, nlohmann::json& json) {
   Engine& engine = *opened.engine;
   const RenderOptions& options = job.options;
-  const Rendered rendered = render_job(engine, view, job, exr);
+  Rendered rendered = render_job(engine, view, job, exr);
   const auto written = std::chrono::steady_clock::now();
   const RenderTimes& times = rendered.times;
-  const Image& image = rendered.image;
+  Image& image = rendered.image;
+  label_frame(image, of.plan, of.frame, of.job);
   write_exr(exr, image);
   const fs::path png = png_beside(exr);
   if (args.png) write_png(png, image);
@@ -184,6 +197,47 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
                              {"render_bytes", engine.render_bytes()},
                              {"exr", exr.string()},
                              {"png", args.png ? png.string() : ""}});
+  json["records"].back().update(of.json);
+}
+
+/// Moves the scene to a frame. Returns the JSON of it.
+nlohmann::json begin_frame(Engine& engine, const FramePlan& plan, const Frame& frame) {
+  if (plan.animation.empty()) return nlohmann::json::object();
+  if (plan.numbered) engine.set_time(plan.clip, frame.seconds, plan.update);
+  const Engine::Update& update = engine.last_update();
+  const double decay = engine.refit_policy().decay();
+  if (plan.numbered)
+    fmt::print(
+        "frame {:04}, {:.4f} s: pose {:.3f} ms, tree {} and scene made ready in {:.3f} ms, SAH {:.3f} of the build's\n",
+        frame.number, frame.seconds, update.pose_s * 1e3, update.refitted ? "refitted" : "built", update.seconds * 1e3,
+        decay);
+  return {
+      {"animation", plan.animation}, {"time", frame.seconds},       {"frame", frame.number}, {"pose_s", update.pose_s},
+      {"update_s", update.seconds},  {"refitted", update.refitted}, {"decay", decay}};
+}
+
+/// Renders the frames of a plan. Returns how many pictures were there already.
+std::size_t render_frames(const RenderArgs& args, Opened& opened, const FramePlan& plan, const RenderJob& job,
+                          const std::vector<const View*>& views, const std::vector<fs::path>& files,
+                          nlohmann::json& json) {
+  std::vector<std::string> jobs(views.size());
+  if (plan.numbered)
+    for (std::size_t i = 0; i < views.size(); ++i) jobs[i] = job_of(*opened.engine, *views[i], job.options);
+  std::size_t there = 0;
+  for (const Frame& frame : plan.frames) {
+    nlohmann::json at;  // null: the scene has not moved to the frame yet
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const fs::path file = plan.numbered ? frame_file(files[i], frame.number) : files[i];
+      if (plan.numbered && job.resume && (!args.png || fs::exists(png_beside(file))) &&
+          has_frame(file, plan, frame, jobs[i])) {
+        ++there;
+        continue;
+      }
+      if (at.is_null()) at = begin_frame(*opened.engine, plan, frame);
+      render_view(args, opened, *views[i], job, file, {plan, frame, jobs[i], at}, json);
+    }
+  }
+  return there;
 }
 
 Image read_reference(const RenderArgs& args, const RenderOptions& options) {
@@ -205,15 +259,22 @@ int run_render(const RenderArgs& args) {
   if (!(args.checkpoint_s >= 0))
     fail(Failure::Arguments, "--checkpoint: {} s is not a time of 0 or more", args.checkpoint_s);
   if (!args.reference.empty()) job.reference = read_reference(args, options);
+  args.frames.check();
   const fs::path out = args.out;
-  if (out.extension() == ".exr")
+  if (out.extension() == ".exr" && args.frames.frames.empty())
     check_writable(out);
+  else if (out.extension() == ".exr")
+    check_writable(frame_file(out, 0));
   else if (!out.extension().empty() && !fs::is_directory(out))
     fail(Failure::Arguments,
          "--out {}: pictures are EXR files; name a FILE.exr, or a folder, and --png for a PNG beside it", args.out);
   std::vector<View> views_given;
   if (!args.views_file.empty()) views_given = read_views(args.views_file);
+  FramePlan plan;
   Opened opened = open_scene(args.engine, {options.query}, [&](Scene& scene) {
+    plan = plan_frames(args.frames, scene);
+    if (!plan.animation.empty() && !plan.numbered)
+      set_pose(scene, &scene.animation->clips[plan.clip], plan.frames[0].seconds);
     if (!views_given.empty()) scene.views = views_given;
     const auto wanted = chosen_views(args, scene);
     outputs_of(args, scene, wanted);
@@ -222,7 +283,7 @@ int run_render(const RenderArgs& args) {
   Engine& engine = *opened.engine;
   const auto views = chosen_views(args, engine.scene());
   const auto files = outputs_of(args, engine.scene(), views);
-  prepare(args, files);
+  prepare(args, plan, files);
   Query query = options.query;
   query.rays = kPrimaryRays;
   const Variant variant = engine.tracer().variant(query);
@@ -232,7 +293,8 @@ int run_render(const RenderArgs& args) {
   fmt::print("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,
              engine.start_times().bvh_s, engine.bvh_stats().from_cache ? " (cached)" : "");
   nlohmann::json json = record_header(engine, opened.load_s);
-  for (std::size_t i = 0; i < views.size(); ++i) render_view(args, opened, *views[i], job, files[i], json);
+  if (const std::size_t there = render_frames(args, opened, plan, job, views, files, json); there > 0)
+    fmt::print("  {} pictures were complete and left out\n", there);
   if (const std::string line = choice_line(engine, query); !line.empty())
     fmt::print("  {}\n  {}\n", line, engine.tracer().variant(query).name());
   const KernelTimes& kernel = engine.tracer().kernel(query).times();
@@ -302,6 +364,7 @@ void add_render(CLI::App& app, int& result) {
   cmd->add_option("--spp", args->spp, "samples per pixel, 1 to 65536 [1, through the pixel's centre]");
   add_light_options(*cmd, *args);
   add_part_options(*cmd, *args);
+  args->frames.add_to(*cmd);
   cmd->add_option("--out", args->out,
                   "FILE.exr for one view, or a folder, which gets <scene>-<view>.exr for each view [.]");
   cmd->add_flag("--png", args->png, "also write a PNG beside each EXR");

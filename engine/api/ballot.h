@@ -195,6 +195,24 @@ class Scene {
         ballot_scene_update_instances(handle_.get(), transforms.data(), detail::matrices(transforms, stride), stride));
   }
 
+  /// Returns the animations of a scene that was loaded from a glTF file.
+  std::vector<AnimationInfo> animations() const {
+    std::size_t count = 0;
+    check(ballot_scene_animations(handle_.get(), nullptr, 0, &count));
+    std::vector<BallotAnimationInfo> infos(count, BALLOT_INIT(BallotAnimationInfo));
+    check(ballot_scene_animations(handle_.get(), infos.data(), count, &count));
+    std::vector<AnimationInfo> all;
+    for (const BallotAnimationInfo& i : infos) all.push_back({i.name, i.seconds, i.channels});
+    return all;
+  }
+
+  /// Moves the scene to a time of one of its animations. A time outside means the beginning or end.
+  /// SceneOptions::update says how the tree moves. Throws Error(Argument) if there is no such animation or the time is
+  /// not finite; the scene is then as it was.
+  void set_time(std::size_t animation, double seconds) {
+    check(ballot_scene_set_time(handle_.get(), animation, seconds));
+  }
+
   /// Traces rays and returns when the results are written. Neighbouring rays share a subgroup: order them for
   /// coherence.
   Times trace(const RayView& rays, const Results& results, const Query& query = {}) const {

@@ -94,6 +94,21 @@ BALLOT_API BallotStatus ballot_scene_instance(BallotScene* scene, size_t instanc
 BALLOT_API BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* positions, size_t count,
                                             size_t stride);
 
+typedef struct BallotAnimationInfo {
+  size_t size;
+  char name[256];    /* cut off if it is longer */
+  double seconds;    /* its times are 0 to this */
+  uint64_t channels; /* what it moves; 0: nothing */
+} BallotAnimationInfo;
+/* Writes the animations of a scene, at most `room`, and their number to *count. Only glTF files have some. `infos` may
+ * be NULL if room is 0. infos[0].size must be set; the others follow. */
+BALLOT_API BallotStatus ballot_scene_animations(BallotScene* scene, BallotAnimationInfo* infos, size_t room,
+                                                size_t* count);
+/* Moves a scene to a time of one of its animations, numbered from 0: triangles, and for pictures lights and views.
+ * A time outside the animation means its beginning or end. BallotSceneOptions::update says how the tree moves. A failed
+ * call leaves the scene as it was. */
+BALLOT_API BallotStatus ballot_scene_set_time(BallotScene* scene, size_t animation, double seconds);
+
 typedef struct BallotSceneInfo {
   size_t size;
   uint64_t triangles, degenerate; /* degenerate: those without area */

@@ -185,6 +185,13 @@ struct SceneInfo {
   std::uint64_t refits = 0;   // updates since the last build
 };
 
+/// An animation of a scene file.
+struct AnimationInfo {
+  std::string name = {};
+  double seconds = 0;          // its times are 0 to this
+  std::uint64_t channels = 0;  // what it moves; 0: nothing
+};
+
 /// A camera, as in glTF: it looks along -z of its frame, with +y up.
 struct View {
   std::string name = {};  // a view of the scene; empty: the members below, or the scene's first view if eye is target

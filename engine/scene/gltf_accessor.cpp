@@ -205,6 +205,35 @@ AccessorView open_rotations(const GltfFile& file, int index, std::string_view pl
                     "VEC4 of 5126 (float), 5120 or 5122 (normalised integers of 8 or 16 bits)");
 }
 
+AccessorView open_times(const GltfFile& file, int index, std::string_view place) {
+  return open_typed(file, index, place, TINYGLTF_TYPE_SCALAR, {TINYGLTF_COMPONENT_TYPE_FLOAT},
+                    "SCALAR of 5126 (float)");
+}
+
+AccessorView open_numbers(const GltfFile& file, int index, std::string_view place) {
+  return open_typed(file, index, place, TINYGLTF_TYPE_SCALAR,
+                    {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
+                     TINYGLTF_COMPONENT_TYPE_SHORT, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT},
+                    "SCALAR of 5126 (float), 5120 to 5123 (normalised integers of 8 or 16 bits)");
+}
+
+AccessorView open_matrices(const GltfFile& file, int index, std::string_view place) {
+  return open_typed(file, index, place, TINYGLTF_TYPE_MAT4, {TINYGLTF_COMPONENT_TYPE_FLOAT}, "MAT4 of 5126 (float)");
+}
+
+AccessorView open_joints(const GltfFile& file, int index, std::string_view place) {
+  return open_typed(file, index, place, TINYGLTF_TYPE_VEC4,
+                    {TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT},
+                    "VEC4 of 5121 or 5123 (unsigned integers of 8 or 16 bits)");
+}
+
+AccessorView open_weights(const GltfFile& file, int index, std::string_view place) {
+  return open_typed(
+      file, index, place, TINYGLTF_TYPE_VEC4,
+      {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT},
+      "VEC4 of 5126 (float), 5121 or 5123 (normalised integers of 8 or 16 bits)");
+}
+
 AccessorView open_indices(const GltfFile& file, int index, std::string_view place) {
   return open_typed(file, index, place, TINYGLTF_TYPE_SCALAR,
                     {TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,

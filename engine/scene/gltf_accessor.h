@@ -17,14 +17,14 @@ namespace ballot {
 class AccessorView {
  public:
   std::size_t size() const { return count_; }
-  glm::dvec3 vec3(std::size_t i) const;      // normalised integers are scaled to [0, 1] or [-1, 1]
-  glm::dvec2 vec2(std::size_t i) const;      // as vec3()
-  glm::dvec4 vec4(std::size_t i) const;      // as vec3()
-  std::uint32_t index(std::size_t i) const;  // unsigned integers only
+  glm::dvec3 vec3(std::size_t i) const;                  // normalised integers are scaled to [0, 1] or [-1, 1]
+  glm::dvec2 vec2(std::size_t i) const;                  // as vec3()
+  glm::dvec4 vec4(std::size_t i) const;                  // as vec3()
+  double component(std::size_t i, std::size_t c) const;  // number c of element i, as vec3()
+  std::uint32_t index(std::size_t i) const;              // unsigned integers only
 
  private:
   friend AccessorView open_accessor(const GltfFile& file, int index, std::string_view place);
-  double component(std::size_t i, std::size_t c) const;
   const unsigned char* element(std::size_t i) const;
 
   std::size_t count_ = 0, components_ = 1;
@@ -48,6 +48,11 @@ AccessorView open_positions(const GltfFile& file, int index, std::string_view pl
 AccessorView open_normals(const GltfFile& file, int index, std::string_view place);    // VEC3; float or quantised
 AccessorView open_uvs(const GltfFile& file, int index, std::string_view place);        // VEC2; float or quantised
 AccessorView open_rotations(const GltfFile& file, int index, std::string_view place);  // VEC4; float or normalised
-AccessorView open_indices(const GltfFile& file, int index, std::string_view place);  // SCALAR; 8, 16, 32 bits unsigned
+AccessorView open_indices(const GltfFile& file, int index, std::string_view place);   // SCALAR; 8, 16, 32 bits unsigned
+AccessorView open_times(const GltfFile& file, int index, std::string_view place);     // SCALAR; float
+AccessorView open_numbers(const GltfFile& file, int index, std::string_view place);   // SCALAR; float or normalised
+AccessorView open_matrices(const GltfFile& file, int index, std::string_view place);  // MAT4; float
+AccessorView open_joints(const GltfFile& file, int index, std::string_view place);    // VEC4; 8 or 16 bits unsigned
+AccessorView open_weights(const GltfFile& file, int index, std::string_view place);   // VEC4; float or normalised
 
 }  // namespace ballot

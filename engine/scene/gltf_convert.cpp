@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <glm/gtc/quaternion.hpp>
 
 #include "engine/scene/loaders.h"
+#include "engine/scene/placing.h"
 
 namespace ballot {
 namespace {
@@ -48,21 +48,6 @@ void read_textures(const tinygltf::Material& from, const std::string& place, Glt
   to.normal_scale = static_cast<float>(from.normalTexture.scale);
 }
 
-/// Returns the column scaled to length 1; `otherwise` if its length is zero or not finite.
-glm::dvec3 unit(const glm::dvec4& column, const glm::dvec3& otherwise) {
-  const double length = glm::length(glm::dvec3{column});
-  return length > 0 && std::isfinite(length) ? glm::dvec3{column} / length : otherwise;
-}
-
-/// Returns the transform with a pure rotation. It keeps the direction of -z, and that of +y as far as possible.
-glm::dmat4 without_scale(const glm::dmat4& m) {
-  const glm::dvec3 back = unit(m[2], {0, 0, 1});
-  glm::dvec3 up = unit(m[1], {0, 1, 0});
-  if (glm::length(glm::cross(up, back)) < 1e-9) up = std::abs(back.y) < 0.9 ? glm::dvec3{0, 1, 0} : glm::dvec3{0, 0, 1};
-  const glm::dvec3 right = glm::normalize(glm::cross(up, back));
-  return {glm::dvec4{right, 0}, glm::dvec4{glm::cross(back, right), 0}, glm::dvec4{back, 0}, m[3]};
-}
-
 }  // namespace
 
 Material convert_material(const GltfFile& file, std::size_t index, GltfTextures* textures,
@@ -94,7 +79,7 @@ Material convert_material(const GltfFile& file, std::size_t index, GltfTextures*
   return to;
 }
 
-glm::dmat4 node_matrix(const GltfFile& file, std::size_t index) {
+NodeTransform node_transform(const GltfFile& file, std::size_t index) {
   const tinygltf::Node& node = file.model.nodes[index];
   const auto check = [&](const char* key, const std::vector<double>& values, std::size_t count) {
     if (!values.empty() && values.size() != count)
@@ -102,22 +87,19 @@ glm::dmat4 node_matrix(const GltfFile& file, std::size_t index) {
               count);
     return !values.empty();
   };
-  glm::dmat4 m{1};
+  NodeTransform to;
   if (check("matrix", node.matrix, 16)) {
+    glm::dmat4& m = to.matrix.emplace(1);
     for (int column = 0; column < 4; ++column)
       for (int row = 0; row < 4; ++row) m[column][row] = node.matrix[static_cast<std::size_t>(4 * column + row)];
-    return m;
+    return to;
   }
-  if (check("rotation", node.rotation, 4)) {
-    const glm::dquat q{node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]};
-    const double length = glm::length(q);
-    if (length > 0) m = glm::mat4_cast(q / length);
-  }
-  if (check("scale", node.scale, 3))
-    for (int axis = 0; axis < 3; ++axis) m[axis] *= node.scale[static_cast<std::size_t>(axis)];
-  if (check("translation", node.translation, 3))
-    m[3] = {node.translation[0], node.translation[1], node.translation[2], 1};
-  return m;
+  const auto vec3 = [](const std::vector<double>& v) { return glm::dvec3{v[0], v[1], v[2]}; };
+  if (check("rotation", node.rotation, 4))
+    to.rotation = {node.rotation[0], node.rotation[1], node.rotation[2], node.rotation[3]};
+  if (check("scale", node.scale, 3)) to.scale = vec3(node.scale);
+  if (check("translation", node.translation, 3)) to.translation = vec3(node.translation);
+  return to;
 }
 
 View convert_camera(const GltfFile& file, std::size_t node, const glm::dmat4& world_from_node, std::size_t number) {
@@ -165,8 +147,7 @@ Light convert_light(const GltfFile& file, std::size_t node, const glm::dmat4& wo
     to.kind = Light::Kind::Spot;
   else if (from.type != "point")
     fail_in(file.path, "light {} has the type '{}'; expected point, spot or directional", index, from.type);
-  to.position = glm::vec3(world_from_node[3]);
-  to.direction = -glm::vec3(unit(world_from_node[2], {0, 0, 1}));
+  place_light(to, world_from_node);
   to.intensity = color(from.color, glm::vec3{1}) * static_cast<float>(from.intensity);
   to.range = static_cast<float>(std::max(from.range, 0.0));
   to.inner_angle = static_cast<float>(from.spot.innerConeAngle);

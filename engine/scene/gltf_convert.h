@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/scene/animation.h"
 #include "engine/scene/gltf_file.h"
 #include "engine/scene/gltf_texture.h"
 #include "engine/scene/scene.h"
@@ -23,9 +24,9 @@ Light convert_light(const GltfFile& file, std::size_t node, const glm::dmat4& wo
 /// Returns true if the node places a light.
 bool has_light(const tinygltf::Node& node);
 
-/// Returns the matrix from the node to its parent: `matrix`, else T * R * S. Throws Error(Work) on arrays of the wrong
-/// length.
-glm::dmat4 node_matrix(const GltfFile& file, std::size_t node);
+/// Returns the transform of a node to its parent: `matrix`, else translation, rotation and scale. Throws Error(Work) on
+/// arrays of the wrong length.
+NodeTransform node_transform(const GltfFile& file, std::size_t node);
 
 /// Converts a camera node to a view, without the scale of its transform. A camera without a name is called
 /// "view<number>". Throws Error(Work).

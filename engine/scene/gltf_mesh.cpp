@@ -2,10 +2,9 @@
 
 #include <array>
 #include <cmath>
-#include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 
 #include "engine/scene/loaders.h"
+#include "engine/scene/placing.h"
 
 namespace ballot {
 namespace {
@@ -27,39 +26,18 @@ std::array<std::size_t, 3> corners_of(int mode, std::size_t i) {
   }
 }
 
-/// Transforms a point in double and rounds it once. The sum runs from left to right, so any repetition in double gives
-/// the same bits.
-glm::vec3 transform(const glm::dmat4& m, const glm::dvec3& p) {
-  return glm::vec3{m[0][0] * p.x + m[1][0] * p.y + m[2][0] * p.z + m[3][0],
-                   m[0][1] * p.x + m[1][1] * p.y + m[2][1] * p.z + m[3][1],
-                   m[0][2] * p.x + m[1][2] * p.y + m[2][2] * p.z + m[3][2]};
-}
-
 std::vector<glm::vec3> world_positions(const GltfFile& file, const OpenPrimitive& primitive,
                                        const glm::dmat4& world_from_node) {
   std::vector<glm::vec3> world(primitive.positions.size());
   for (std::size_t i = 0; i < world.size(); ++i) {
     const glm::dvec3 p = primitive.positions.vec3(i);
-    world[i] = transform(world_from_node, p);
+    world[i] = transform_point(world_from_node, p);
     if (!std::isfinite(world[i].x) || !std::isfinite(world[i].y) || !std::isfinite(world[i].z))
       fail_in(file.path,
               "{} vertex {} is ({}, {}, {}) in the file and ({}, {}, {}) in the world; expected finite numbers",
               primitive.place, i, p.x, p.y, p.z, world[i].x, world[i].y, world[i].z);
   }
   return world;
-}
-
-/// Returns the inverse transpose up to a positive factor: the cofactors, with the sign of the determinant.
-glm::dmat3 normal_matrix(const glm::dmat4& m) {
-  const glm::dvec3 a{m[0]}, b{m[1]}, c{m[2]};
-  const double sign = glm::dot(glm::cross(a, b), c) < 0 ? -1 : 1;
-  return {sign * glm::cross(b, c), sign * glm::cross(c, a), sign * glm::cross(a, b)};
-}
-
-/// Returns the unit vector, or zero if the normal is too short or not finite.
-glm::vec3 unit_or_zero(const glm::dvec3& n) {
-  const double length = glm::length(n);
-  return length > 1e-30 && std::isfinite(length) ? glm::vec3{n / length} : glm::vec3{0};
 }
 
 std::vector<glm::vec3> world_normals(const OpenPrimitive& primitive, const glm::dmat4& world_from_node) {
@@ -137,31 +115,30 @@ std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, st
   if (from.mode == TINYGLTF_MODE_TRIANGLES && corners % 3 != 0)
     file.notes.push_back(fmt::format("{} has {} corners, not a multiple of 3; the last {} were left out.", to.place,
                                      corners, corners % 3));
-  if (!from.targets.empty()) file.notes.push_back(fmt::format("The morph targets of {} were ignored.", to.place));
   return to;
+}
+
+std::array<std::size_t, 3> primitive_corners(const GltfFile& file, const OpenPrimitive& primitive, std::size_t i) {
+  std::array<std::size_t, 3> corners = corners_of(primitive.mode, i);
+  if (!primitive.indices) return corners;
+  for (std::size_t& corner : corners) {
+    const std::size_t index = primitive.indices->index(corner);
+    if (index >= primitive.positions.size())
+      fail_in(file.path, "{} index {} is {}, but it has {} vertices; export it again", primitive.place, corner, index,
+              primitive.positions.size());
+    corner = index;
+  }
+  return corners;
 }
 
 void append_primitive(const GltfFile& file, const OpenPrimitive& primitive, const glm::dmat4& world_from_node,
                       const Carried& carried, Scene& scene) {
   const std::vector<glm::vec3> positions = world_positions(file, primitive, world_from_node);
   const std::vector<glm::vec3> normals = world_normals(primitive, world_from_node);
-  const float facing = glm::dot(glm::cross(glm::dvec3{world_from_node[0]}, glm::dvec3{world_from_node[1]}),
-                                glm::dvec3{world_from_node[2]}) < 0
-                           ? -1.0f
-                           : 1.0f;  // a mirroring transform reverses the winding, but not the surface
+  const float facing = facing_of(world_from_node);
   for (std::size_t i = 0; i < primitive.triangle_count; ++i) {
-    std::array<std::size_t, 3> corners = corners_of(primitive.mode, i);
-    Triangle triangle;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (primitive.indices) {
-        const std::size_t index = primitive.indices->index(corners[k]);
-        if (index >= positions.size())
-          fail_in(file.path, "{} index {} is {}, but it has {} vertices; export it again", primitive.place, corners[k],
-                  index, positions.size());
-        corners[k] = index;
-      }
-      triangle[k] = positions[corners[k]];
-    }
+    const std::array<std::size_t, 3> corners = primitive_corners(file, primitive, i);
+    const Triangle triangle{positions[corners[0]], positions[corners[1]], positions[corners[2]]};
     scene.triangles.push_back(triangle);
     scene.material_of.push_back(primitive.material);
     append_uvs(primitive, corners, carried, scene);

@@ -32,6 +32,9 @@ struct Carried {
   std::array<bool, kUvSets> uvs{};  // coordinates (0, 0) where a primitive has none
 };
 
+/// Returns the vertices of triangle i. Throws Error(Work) on an index out of range.
+std::array<std::size_t, 3> primitive_corners(const GltfFile& file, const OpenPrimitive& primitive, std::size_t i);
+
 /// Appends the triangles of a primitive and the attributes that they carry. Positions are transformed in double and
 /// rounded once. The vertex order stays as in the file, even under a mirroring transform.
 /// Throws Error(Work) on an index out of range and on a vertex that is not finite.

@@ -19,6 +19,7 @@ struct Light {
   glm::vec3 intensity{1};         // colour times intensity: radiant intensity; irradiance for a directional light
   float range = 0;                // scene units; 0: unlimited
   float inner_angle = 0, outer_angle = 0.7853981634f;  // of a spot's cone, measured from its axis, radians
+  int node = -1;                                       // of Scene::animation, that moves the light; -1: none
 };
 
 /// The radiance that rays see when they leave the scene.

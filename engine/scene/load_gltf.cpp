@@ -6,98 +6,14 @@
 #include "engine/scene/gltf_convert.h"
 #include "engine/scene/gltf_instances.h"
 #include "engine/scene/gltf_mesh.h"
+#include "engine/scene/gltf_moving.h"
+#include "engine/scene/gltf_nodes.h"
 #include "engine/scene/gltf_texture.h"
 #include "engine/scene/loaders.h"
+#include "engine/scene/pose.h"
 
 namespace ballot {
 namespace {
-
-struct PlacedNode {
-  std::size_t node;
-  glm::dmat4 world_from_node;
-};
-
-std::size_t checked_node(const GltfFile& file, int node, const std::string& place) {
-  const std::size_t count = file.model.nodes.size();
-  if (node < 0 || static_cast<std::size_t>(node) >= count)
-    fail_in(file.path, "{} names node {}, but the file has {}", place, node, count);
-  return static_cast<std::size_t>(node);
-}
-
-/// Returns the parent of every node (-1: none). Throws on a second parent, which could make the scene of a small file
-/// exponentially large.
-std::vector<int> parents_of(const GltfFile& file) {
-  const auto& nodes = file.model.nodes;
-  std::vector<int> parents(nodes.size(), -1);
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    for (const int child_index : nodes[i].children) {
-      const std::size_t child = checked_node(file, child_index, label("node", i, nodes[i].name));
-      if (parents[child] != -1)
-        fail_in(file.path, "{} is a child of node {} and of node {}; glTF nodes must form trees",
-                label("node", child, nodes[child].name), parents[child], i);
-      parents[child] = static_cast<int>(i);
-    }
-  return parents;
-}
-
-/// Throws if the nodes form a cycle. Every node has at most one parent, so the nodes that cannot be reached from a node
-/// without a parent are exactly those on and below a cycle.
-void check_cycles(const GltfFile& file, const std::vector<int>& parents) {
-  const auto& nodes = file.model.nodes;
-  std::vector<std::size_t> reached;
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    if (parents[i] == -1) reached.push_back(i);
-  for (std::size_t i = 0; i < reached.size(); ++i)
-    for (const int child : nodes[reached[i]].children) reached.push_back(static_cast<std::size_t>(child));
-  if (reached.size() == nodes.size()) return;
-  std::ranges::sort(reached);
-  std::size_t lost = 0;
-  while (lost < reached.size() && reached[lost] == lost) ++lost;
-  fail_in(file.path, "{} is in a cycle of child nodes or below one; glTF nodes must form trees",
-          label("node", lost, nodes[lost].name));
-}
-
-std::vector<std::size_t> root_nodes(const GltfFile& file, const std::vector<int>& parents) {
-  const auto& scenes = file.model.scenes;
-  const int chosen = file.model.defaultScene;
-  std::vector<std::size_t> roots;
-  if (scenes.empty()) {
-    for (std::size_t i = 0; i < parents.size(); ++i)
-      if (parents[i] == -1) roots.push_back(i);
-    return roots;
-  }
-  if (chosen < -1 || chosen >= static_cast<int>(scenes.size()))
-    fail_in(file.path, "its default scene is {}, but the file has {}", chosen, scenes.size());
-  const auto index = static_cast<std::size_t>(std::max(chosen, 0));
-  const std::string place = label("scene", index, scenes[index].name);
-  std::set<std::size_t> seen;
-  for (const int node : scenes[index].nodes) {
-    roots.push_back(checked_node(file, node, place));
-    if (!seen.insert(roots.back()).second) fail_in(file.path, "{} names node {} twice; expected once", place, node);
-  }
-  return roots;
-}
-
-/// Returns the nodes of the default scene with their transforms, depth first in file order. There is no recursion,
-/// because files may be deeply nested.
-std::vector<PlacedNode> placed_nodes(const GltfFile& file) {
-  const std::vector<int> parents = parents_of(file);
-  check_cycles(file, parents);
-  std::vector<PlacedNode> placed, open;
-  const auto push_reversed = [&](const auto& nodes, const glm::dmat4& world_from_parent) {
-    for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) {
-      const auto index = static_cast<std::size_t>(*node);
-      open.push_back({index, world_from_parent * node_matrix(file, index)});
-    }
-  };
-  push_reversed(root_nodes(file, parents), glm::dmat4{1});
-  while (!open.empty()) {
-    placed.push_back(open.back());
-    open.pop_back();
-    push_reversed(file.model.nodes[placed.back().node].children, placed.back().world_from_node);
-  }
-  return placed;
-}
 
 using OpenMeshes = std::map<std::size_t, std::vector<OpenPrimitive>>;
 
@@ -134,20 +50,27 @@ OpenInstances instances_of(const GltfFile& file, const std::vector<PlacedNode>& 
   return all;
 }
 
-/// Appends a mesh for a node: once, or for each of its instances.
+/// Appends a mesh for a node: once, or for each of its instances. `where`, if set, gets the place of each primitive.
 void append_mesh(const GltfFile& file, const std::vector<OpenPrimitive>& mesh, const PlacedNode& p,
-                 const OpenInstances& instances, const Carried& carried, Scene& scene) {
-  const auto append = [&](const glm::dmat4& world_from_mesh) {
-    for (const OpenPrimitive& primitive : mesh) append_primitive(file, primitive, world_from_mesh, carried, scene);
-  };
+                 const OpenInstances& instances, const Carried& carried, Scene& scene,
+                 std::vector<PlacedPrimitive>* where) {
   const auto found = instances.find(p.node);
-  if (found == instances.end()) return append(p.world_from_node);
+  const bool instanced = found != instances.end();
+  const auto append = [&](const glm::dmat4& node_from_mesh) {
+    const glm::dmat4 world = instanced ? p.world_from_node * node_from_mesh : p.world_from_node;
+    for (const OpenPrimitive& primitive : mesh) {
+      if (where && primitive.triangle_count > 0)
+        where->push_back({&primitive, p.node, node_from_mesh, instanced, scene.triangles.size()});
+      append_primitive(file, primitive, world, carried, scene);
+    }
+  };
+  if (!instanced) return append(glm::dmat4{1});
   if (std::ranges::all_of(mesh, [](const OpenPrimitive& o) { return o.triangle_count == 0; })) return;
-  for (std::size_t i = 0; i < found->second.size(); ++i) append(p.world_from_node * found->second.matrix(i));
+  for (std::size_t i = 0; i < found->second.size(); ++i) append(found->second.matrix(i));
 }
 
-void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::vector<PlacedNode>& placed,
-                    Scene& scene) {
+void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::vector<PlacedNode>& placed, Scene& scene,
+                    std::vector<PlacedPrimitive>* where) {
   std::size_t count = 0;
   Carried carried;
   const OpenInstances instances = instances_of(file, placed);
@@ -171,7 +94,7 @@ void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::v
   for (std::size_t set = 0; set < kUvSets; ++set)
     if (carried.uvs[set]) scene.uvs[set].reserve(count);
   for (const PlacedNode& p : placed)
-    if (const auto* mesh = mesh_of(file, meshes, p)) append_mesh(file, *mesh, p, instances, carried, scene);
+    if (const auto* mesh = mesh_of(file, meshes, p)) append_mesh(file, *mesh, p, instances, carried, scene, where);
 }
 
 /// Reads all materials, but textures only for those that some triangle uses.
@@ -207,24 +130,47 @@ void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Sce
   }
 }
 
-void note_ignored(const tinygltf::Model& model, Scene& scene) {
-  if (!model.animations.empty() || !model.skins.empty())
-    scene.notes.emplace_back("The file's animations and skins were ignored; the nodes keep their own transforms.");
+/// Reads what moves, and puts the scene at rest, where skins and morph targets may lie elsewhere than their nodes say.
+void read_motion(GltfFile& file, const std::vector<int>& parents, const std::vector<PlacedPrimitive>& where,
+                 const std::vector<PlacedNode>& placed, Scene& scene) {
+  Animation animation = read_animation(file, parents);
+  read_moving(file, where, animation);
+  const std::vector<bool> moves = moving_nodes(animation);
+  const auto node_of = [&](const PlacedNode& p) { return moves[p.node] ? static_cast<int>(p.node) : -1; };
+  std::size_t light = 0, view = 0;  // they are in the order of their nodes
+  for (const PlacedNode& p : placed) {
+    if (has_light(file.model.nodes[p.node])) scene.lights[light++].node = node_of(p);
+    if (file.model.nodes[p.node].camera != -1) scene.views[view++].node = node_of(p);
+  }
+  scene.animation = std::make_shared<const Animation>(std::move(animation));
+  if (scene.animation->posed_vertices > 0) {
+    try {
+      set_pose(scene, nullptr, 0);
+    } catch (const Error& e) {
+      fail_in(file.path, "at rest, {}", e.what());
+    }
+  }
+  if (scene.animation->clips.empty()) scene.animation.reset();
 }
 
 }  // namespace
 
 Scene load_gltf(const std::filesystem::path& path) {
   GltfFile file = read_gltf(path);
-  const std::vector<PlacedNode> placed = placed_nodes(file);
+  const std::vector<int> parents = parents_of(file);
+  const std::vector<PlacedNode> placed = placed_nodes(file, parents);
   const OpenMeshes meshes = open_meshes(file, placed);
   Scene scene;
+  std::vector<PlacedPrimitive> where;
+  const bool moves = may_move(file);
   scene.notes = std::move(file.notes);
+  file.notes.clear();
   read_materials(file, meshes, scene);
-  read_triangles(file, meshes, placed, scene);
+  read_triangles(file, meshes, placed, scene, moves ? &where : nullptr);
   read_lights(file, placed, scene);
   read_views(file, placed, scene);
-  note_ignored(file.model, scene);
+  if (moves) read_motion(file, parents, where, placed, scene);
+  std::ranges::move(file.notes, std::back_inserter(scene.notes));
   return scene;
 }
 

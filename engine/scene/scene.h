@@ -8,6 +8,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -34,7 +35,10 @@ struct View {
   double yfov = 1.0471975511965976;  // full vertical angle, radians
   bool orthographic = false;
   double ymag = 1;  // orthographic: half the height of the view, scene units
+  int node = -1;    // of Scene::animation, that moves the camera; -1: none
 };
+
+struct Animation;  // animation.h
 
 /// A scene. load_scene() loads one; finish_scene() completes one that is built in memory.
 struct Scene {
@@ -53,6 +57,7 @@ struct Scene {
   std::vector<View> views;         // never empty: a scene without cameras gets "view0", which frames the scene
   Bounds bounds;                   // of all vertices; zero for an empty scene
   std::vector<std::string> notes;  // what the loader ignored or mended, one sentence each
+  std::shared_ptr<const Animation> animation;  // null: nothing moves
 };
 
 /// Returns the features of a scene's materials in use, lights, sky and views, and of its tree if there is one. No other
@@ -64,7 +69,8 @@ SceneFeatures features_of(const Scene& scene, const TreeFacts& tree = {});
 /// Triangles are numbered in this order: the nodes of the default scene, depth first in file order; for each node the
 /// primitives of its mesh in order; for each primitive its triangles in index order. Node matrices are composed and
 /// applied in double and rounded to float once. Triangles of zero area keep their number; no ray hits them. A scene
-/// without triangles is valid.
+/// without triangles is valid. A file with animations, skins or morph targets is loaded at rest: nodes have their own
+/// transforms, skins follow them. `animation` then tells what moves (set_pose() in pose.h).
 /// Throws Error(Work) on a file that is missing, empty, truncated, of another format, inconsistent (an index or
 /// accessor out of range, counts beyond the file), or that has a NaN or infinite vertex. The text names file, place and
 /// value.

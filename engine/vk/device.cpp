@@ -155,7 +155,7 @@ DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   std::memcpy(info.uuid, p.v11.deviceUUID, VK_UUID_SIZE);
   info.refusals = refusals_of(p, f);
   const int family = compute_family(vk, device);
-  if (family < 0) info.refusals.push_back("it has no queue family with compute");
+  if (family < 0) info.refusals.emplace_back("it has no queue family with compute");
   if (family >= 0) info.timestamp_bits = queue_families(vk, device)[std::size_t(family)].timestampValidBits;
   if (info.timestamp_bits == 0) info.timestamp_ns = 0;
   list_lacks(info);

@@ -1,4 +1,4 @@
-// The panels of frame times and of the pixel inspector.
+// The panels of frame times, of animations, and of the pixel inspector.
 #include <imgui/imgui.h>
 
 #include <algorithm>
@@ -9,20 +9,25 @@ namespace ballot::view {
 
 namespace {
 
+/// When a pass is in the legend.
+enum class Shown { Always, Comparing, Moving };
+
 struct Pass {
   const char* name;
   ImU32 color;
   double (*ms)(const FrameRecord&);
-  bool compared;  // shown only while comparing
+  Shown shown;
 };
 
 constexpr Pass kPasses[] = {
+    {"pose", IM_COL32(240, 98, 146, 255), [](const FrameRecord& f) { return f.pose_ms; }, Shown::Moving},
+    {"tree", IM_COL32(255, 213, 79, 255), [](const FrameRecord& f) { return f.tree_ms; }, Shown::Moving},
     {"rays", IM_COL32(120, 144, 156, 255),
-     [](const FrameRecord& f) { return f.times.generate_ms + f.times.primary_ms; }, false},
-    {"trace", IM_COL32(79, 163, 255, 255), [](const FrameRecord& f) { return f.times.trace_ms; }, false},
-    {"trace B", IM_COL32(255, 152, 76, 255), [](const FrameRecord& f) { return f.times.other_ms; }, true},
-    {"shade", IM_COL32(111, 207, 117, 255), [](const FrameRecord& f) { return f.times.shade_ms; }, false},
-    {"show", IM_COL32(186, 130, 224, 255), [](const FrameRecord& f) { return f.present_ms; }, false},
+     [](const FrameRecord& f) { return f.times.generate_ms + f.times.primary_ms; }, Shown::Always},
+    {"trace", IM_COL32(79, 163, 255, 255), [](const FrameRecord& f) { return f.times.trace_ms; }, Shown::Always},
+    {"trace B", IM_COL32(255, 152, 76, 255), [](const FrameRecord& f) { return f.times.other_ms; }, Shown::Comparing},
+    {"shade", IM_COL32(111, 207, 117, 255), [](const FrameRecord& f) { return f.times.shade_ms; }, Shown::Always},
+    {"show", IM_COL32(186, 130, 224, 255), [](const FrameRecord& f) { return f.present_ms; }, Shown::Always},
 };
 
 double sum_of(const FrameRecord& frame) {
@@ -78,7 +83,45 @@ void draw_exact(const Inspection& i) {
   ImGui::PopTextWrapPos();
 }
 
+std::string name_of_update(UpdateMode mode) {
+  for (const UpdateModeRow& row : kUpdateModes)
+    if (row.id == mode) return std::string(row.name);
+  return "";
+}
+
 }  // namespace
+
+void draw_play(Settings& settings, const Facts& facts) {
+  const Animation* animation = facts.engine->scene().animation.get();
+  if (!animation) return;
+  Playback& p = settings.play;
+  ImGui::Spacing();
+  ImGui::TextColored({0.45f, 0.72f, 1.0f, 1}, "Animation");
+  ImGui::Separator();
+  if (animation->clips.size() > 1 && ImGui::BeginCombo("clip", animation->clips[p.clip].name.c_str())) {
+    for (std::size_t i = 0; i < animation->clips.size(); ++i)
+      if (ImGui::Selectable(fmt::format("{}##{}", animation->clips[i].name, i).c_str(), i == p.clip))
+        p.clip = i, p.seconds = 0;
+    ImGui::EndCombo();
+  }
+  if (ImGui::SmallButton(p.playing ? "pause (P)" : "play (P)")) p.playing = !p.playing;
+  const auto most = float(animation->clips[p.clip].seconds);
+  float seconds = float(p.seconds);
+  if (ImGui::SliderFloat("seconds", &seconds, 0, most, "%.3f", ImGuiSliderFlags_AlwaysClamp)) {
+    p.seconds = double(seconds);
+    p.playing = false;
+  }
+  ImGui::SliderFloat("speed", &p.speed, 0.05f, 4, "%.2f", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
+  if (ImGui::BeginCombo("tree", name_of_update(p.update).c_str())) {
+    for (const UpdateModeRow& row : kUpdateModes)
+      if (ImGui::Selectable(std::string(row.name).c_str(), row.id == p.update)) p.update = row.id;
+    ImGui::EndCombo();
+  }
+  const RefitPolicy& policy = facts.engine->refit_policy();
+  ImGui::TextDisabled(
+      "%s",
+      fmt::format("{}, SAH {:.3f} of its build's", facts.refitted ? "refitted" : "built", policy.decay()).c_str());
+}
 
 void draw_times(const Facts& facts, bool compare) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -104,7 +147,8 @@ void draw_times(const Facts& facts, bool compare) {
   ImGui::Dummy({width, height});
   int placed = 0;
   for (const Pass& pass : kPasses) {
-    if (pass.compared && !compare) continue;
+    if (pass.shown == Shown::Comparing && !compare) continue;
+    if (pass.shown == Shown::Moving && !facts.engine->scene().animation) continue;
     const double ms = facts.frames.empty() ? 0 : pass.ms(facts.frames.back());
     if (placed++ % 2) ImGui::SameLine(width / 2 + ImGui::GetStyle().WindowPadding.x);
     const ImVec2 spot = ImGui::GetCursorScreenPos();

@@ -128,6 +128,7 @@ void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
     ImGui::SliderFloat("divider", &s.divider, 0, 1, "%.2f");
   }
   draw_picture(s, facts);
+  draw_play(s, facts);
   draw_figures(s, facts, wishes);
   draw_quality(s);
   ImGui::PopItemWidth();
@@ -208,6 +209,7 @@ void draw_help() {
       {"1 to 9", "go to a view of the scene"},
       {"M, N", "next method, numeric mode (Shift: previous)"},
       {"K, G, B", "next ray kind, shading, heat map"},
+      {"P", "play or pause the scene's animation"},
       {"X", "compare two queries side by side"},
       {"C", "count nodes and lanes"},
       {"V", "append the view to the views file"},

@@ -15,6 +15,9 @@ void draw_query(const char* label, Query& query, const DeviceInfo& device);
 /// Draws a graph of the times of the last frames, stacked by pass, and its legend.
 void draw_times(const Facts& facts, bool compare);
 
+/// Draws what plays of an animation, if the scene has one, and what its tree costs.
+void draw_play(Settings& settings, const Facts& facts);
+
 void draw_inspector(const Facts& facts, Wishes& wishes);
 void draw_help();
 

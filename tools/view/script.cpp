@@ -26,6 +26,7 @@ constexpr Command kCommands[] = {
     {"heat", "NAME", 1, 1},
     {"compare", "METHOD", 1, 1},
     {"view", "NAME", 1, 1},
+    {"time", "SECONDS", 1, 1},
     {"pick", "X Y", 2, 2},
     {"resize", "WIDTHxHEIGHT", 1, 1},
     {"shot", "FILE.exr", 1, 1},
@@ -85,7 +86,7 @@ double number_of(const ScriptLine& line, const std::string& word) {
   double value = 0;
   const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
   if (result.ec != std::errc() || result.ptr != word.data() + word.size() || !(std::abs(value) < 1e6))
-    bad(line, fmt::format("'{}' is not a number of pixels, such as 12", word));
+    bad(line, fmt::format("'{}' is not a number, such as 12", word));
   return value;
 }
 

@@ -20,7 +20,7 @@ std::vector<ScriptLine> parse_script(const std::string& text, const std::string&
 /// Parses a duration: "0.5s" gives 0.5 seconds; "10", a number of frames, gives -10. Throws Error(Arguments).
 double duration_of(const ScriptLine& line, const std::string& word);
 
-/// Parses a number of pixels. Throws Error(Arguments).
+/// Parses a number of pixels or seconds. Throws Error(Arguments).
 double number_of(const ScriptLine& line, const std::string& word);
 
 /// Returns the GLFW key of a name such as "W", "1", "F12" or "TAB". Throws Error(Arguments).

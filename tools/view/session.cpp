@@ -62,7 +62,8 @@ void Session::make_overlay() {
 }
 
 bool Session::at_rest() const {
-  return !dirty_ && announced_ == 0 && int(facts_.samples) >= settings_.samples && facts_.scale == 1;
+  return !dirty_ && !settings_.play.playing && announced_ == 0 && int(facts_.samples) >= settings_.samples &&
+         facts_.scale == 1;
 }
 
 double Session::idle_seconds() const {
@@ -100,7 +101,8 @@ void Session::frame() {
   if (wishes.count) count();
   if (!(settings_ == before)) dirty_ = true, facts_.counters.reset(), facts_.other_counters.reset();
   scaler_.set_target(double(settings_.target_ms));
-  const bool moved = camera_->update(dt, take_mouse());
+  const bool played = play(dt);
+  const bool moved = camera_->update(dt, take_mouse()) || played;
   if (moved) facts_.counters.reset(), facts_.other_counters.reset(), facts_.picked.reset();
   raw_wall_ms_ = wall_ms;
   trace(moved);
@@ -173,8 +175,9 @@ void Session::trace(bool moved) {
     if (settings_ == last_good_) throw;  // these settings worked before, so there is nothing to go back to
     say(error.what(), true);
     const bool panels = settings_.panels, help = settings_.help;
+    const Playback play = settings_.play;
     settings_ = last_good_;
-    settings_.panels = panels, settings_.help = help;
+    settings_.panels = panels, settings_.help = help, settings_.play = play;
     dirty_ = true;
     return;
   }
@@ -199,7 +202,7 @@ void Session::add_sample(bool moved, std::uint32_t index, std::uint32_t count, d
   facts_.height = size.y;
   facts_.scale = scale;
   facts_.samples = index + 1;
-  facts_.frames.push_back({times, presenter_->last_ms(), raw_wall_ms_});
+  facts_.frames.push_back({facts_.pose_ms, facts_.tree_ms, times, presenter_->last_ms(), raw_wall_ms_});
   ++new_frames_;
   if (facts_.frames.size() > kGraphFrames) facts_.frames.pop_front();
   // The first sample of a picture at rest also predicts the time of a frame in motion, before the first move. Later

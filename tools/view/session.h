@@ -71,6 +71,10 @@ class Session {
   void choose(const ScriptLine& line);
   void say_times();
 
+  // session_play.cpp
+  bool play(double dt);
+  void toggle_play();
+
   // session_files.cpp
   void open(Scene scene);
   void open_dropped(const std::string& path);
@@ -97,6 +101,8 @@ class Session {
   Scaler scaler_{50};
   Facts facts_;
   std::vector<View> views_;  // the scene's views, then those of the views file
+
+  std::pair<std::size_t, double> shown_time_{0, 0.0};  // clip and time; at first the scene is at rest
 
   bool dirty_ = true;              // the picture must be started again
   bool jittered_ = false;          // the picture's samples are jittered

@@ -52,6 +52,8 @@ void Session::open(Scene scene) {
   facts_.engine = engine_.get();
   facts_.scene_file = options_.scene;
   kernels_.clear();
+  settings_.play = {};
+  shown_time_ = {0, 0.0};
   traced_ = {0, 0};
   last_good_ = settings_;
   dirty_ = true;

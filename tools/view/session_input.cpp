@@ -55,6 +55,8 @@ void Session::take_key(const KeyPress& press) {
     case GLFW_KEY_X:
       s.compare = !s.compare;
       return say(s.compare ? fmt::format("comparing {} with {}", s.query.method, s.other.method) : "not comparing");
+    case GLFW_KEY_P:
+      return toggle_play();
     case GLFW_KEY_C:
       return count();
     case GLFW_KEY_V:
@@ -222,10 +224,12 @@ bool Session::run_line(const ScriptLine& line, double dt) {
 
 /// Prints mean times over the frames since the last call, at most those that the graph keeps.
 void Session::say_times() {
-  double rays = 0, trace = 0, shade = 0, present = 0, wall = 0;
+  double pose = 0, tree = 0, rays = 0, trace = 0, shade = 0, present = 0, wall = 0;
   const std::size_t count = std::min(facts_.frames.size(), new_frames_);
   for (std::size_t i = facts_.frames.size() - count; i < facts_.frames.size(); ++i) {
     const FrameRecord& f = facts_.frames[i];
+    pose += f.pose_ms;
+    tree += f.tree_ms;
     rays += f.times.generate_ms + f.times.primary_ms;
     trace += f.times.trace_ms + f.times.other_ms;
     shade += f.times.shade_ms;
@@ -233,8 +237,11 @@ void Session::say_times() {
     wall += f.wall_ms;
   }
   const double n = double(std::max<std::size_t>(1, count));
-  say(fmt::format("{} frames, {:.1f} ms each: rays {:.1f}, trace {:.1f}, shade {:.1f}, show {:.1f}; {}x{} pixels last",
-                  count, wall / n, rays / n, trace / n, shade / n, present / n, facts_.width, facts_.height));
+  const std::string moving =
+      engine_->scene().animation ? fmt::format("pose {:.1f}, tree {:.1f}, ", pose / n, tree / n) : "";
+  say(fmt::format(
+      "{} frames, {:.1f} ms each: {}rays {:.1f}, trace {:.1f}, shade {:.1f}, show {:.1f}; {}x{} pixels last", count,
+      wall / n, moving, rays / n, trace / n, shade / n, present / n, facts_.width, facts_.height));
   new_frames_ = 0;
 }
 
@@ -250,6 +257,7 @@ void Session::choose(const ScriptLine& line) {
   if (command == "heat") settings_.heat = find_heat(word).name;
   if (command == "compare") settings_.compare = true, settings_.other.method = find_method(word).name;
   if (command == "view") go_to(find_view(engine_->scene(), word));
+  if (command == "time") settings_.play.seconds = number_of(line, word);
   if (command == "pick") pick({number_of(line, word), number_of(line, line.words[2])});
   if (command == "shot") shoot(word);
   if (command == "resize") {

@@ -9,6 +9,15 @@
 
 namespace ballot::view {
 
+/// What plays of a scene's animation. At first the scene is at rest.
+struct Playback {
+  std::size_t clip = 0;
+  double seconds = 0;
+  bool playing = false;
+  float speed = 1;  // seconds of the clip a second
+  UpdateMode update = UpdateMode::Auto;
+};
+
 struct Settings {
   Query query;  // method, numeric mode and knobs
   Query other;  // the query of the right half while comparing
@@ -19,12 +28,14 @@ struct Settings {
   bool scale = true;  // trace fewer pixels while moving, to meet the target
   float target_ms = 50;  // target time of a frame while moving
   bool panels = true, help = false;
+  Playback play;
 
   bool operator==(const Settings& o) const;  // compares only the settings that change the picture
 };
 
 /// The times of a frame, for the graph.
 struct FrameRecord {
+  double pose_ms = 0, tree_ms = 0;  // of a scene that moves
   LiveTimes times;
   double present_ms = 0;
   double wall_ms = 0;  // time from frame to frame
@@ -48,6 +59,8 @@ struct Facts {
   std::deque<FrameRecord> frames;  // the frames that traced something, the newest last
   LiveTimes last;                  // the times of the newest
   double fps = 0;
+  double pose_ms = 0, tree_ms = 0;      // of the last time that was set
+  bool refitted = false;                // then
   bool resting = false;                 // the picture is finished and nothing moves
   std::uint32_t width = 0, height = 0;  // traced pixels
   double scale = 1, speed = 0;

@@ -7,7 +7,7 @@
     image = ballot.render(scene, width=640, height=480)
 
 Devices   Device opens one; without it, everything shares default_device(): the best GPU, else a CPU device.
-Scenes    Scene, load_scene; Scene.update moves vertices; Job is a trace in the background.
+Scenes    Scene, load_scene; Scene.update moves vertices, Scene.set_time animations; Job is a trace in the background.
 Open3D    RaycastingScene has the names, shapes, dtypes and miss values of Open3D's class.
 trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
 On GPUs   Array holds rays and hits on the device, which CUDA's libraries fill and read without a copy.
@@ -42,7 +42,7 @@ from ._picture import render
 from ._query import Times
 from ._raycasting import RaycastingScene
 from ._scene import Scene, load_scene
-from ._scene_info import MeshInfo, SceneInfo
+from ._scene_info import Animation, MeshInfo, SceneInfo
 
 __version__ = version()
 
@@ -50,6 +50,7 @@ __all__ = [
     "HIT",
     "MISS",
     "RAY",
+    "Animation",
     "Array",
     "Code",
     "Device",

@@ -15,7 +15,7 @@ from ._device import Device, device_or_default
 from ._job import Job
 from ._points import Queries
 from ._query import Times
-from ._scene_info import MeshInfo, SceneInfo
+from ._scene_info import Animation, MeshInfo, SceneInfo
 
 Progress = Callable[[float], Any]
 
@@ -96,6 +96,7 @@ class Scene(Queries):
         self._options = _scene_arguments.options(builder, max_leaf, split_budget, cache, updates, expected_rays)
         self._path: str | None = None
         self._device = device
+        self._time: tuple[int, float] | None = None
         self._instances = _mesh.instances(instances, instance_meshes)
         self._open([tuple(m) for m in made])
         self._meshes = [_mesh.kept(m, t, n) for m, (_, t), n in zip(made, given, directions)]
@@ -110,6 +111,29 @@ class Scene(Queries):
     @property
     def meshes(self) -> list[MeshInfo]:
         return [MeshInfo(*self._handle.mesh(i)) for i in range(self.info.meshes)]
+
+    @property
+    def animations(self) -> list[Animation]:
+        """The animations of a scene that was loaded from a glTF file."""
+        return [Animation(*animation) for animation in self._handle.animations()]
+
+    def set_time(self, seconds: float, animation: int | str = 0) -> None:
+        """Moves the scene to a time of one of its animations.
+
+        seconds    0 to its end; a time outside means the beginning or end
+        animation  its number or name
+
+        Moves triangles, and for pictures lights and views. The scene's `updates` says how the tree moves. Raises
+        ValueError if there is no such animation or the time is not finite; the scene is then as it was.
+        """
+        if isinstance(animation, str):
+            names = [a.name for a in self.animations]
+            if animation not in names:
+                raise ValueError(f"animation is {animation!r}; the scene has {', '.join(names) or 'none'}")
+            animation = names.index(animation)
+        time = (_query.whole(animation, "animation", 0, 2**31), float(seconds))
+        self._handle.set_time(*time)
+        self._time = time
 
     def triangles(self) -> np.ndarray:
         """Returns the corners of the triangles: (m, 3, 3) float32."""
@@ -315,7 +339,8 @@ class Scene(Queries):
         return f"<ballot.Scene of {info.triangles} triangles{placed}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        state = {"device": self._device, "options": self._options, "path": self._path, "instances": self._instances}
+        state = {"device": self._device, "options": self._options, "path": self._path}
+        state |= {"instances": self._instances, "time": self._time}
         if self._path is None:
             corners, parts = self.triangles(), self.meshes
             state["meshes"] = [
@@ -328,6 +353,9 @@ class Scene(Queries):
         source = self._path if self._path is not None else state["meshes"]
         self._instances = state.get("instances", ())
         self._open(source)
+        self._time = state.get("time")
+        if self._time is not None:
+            self._handle.set_time(*self._time)
         self._meshes = [_mesh.kept(_mesh.Mesh(*m), None, None) for m in state.get("meshes", ())]
 
 
@@ -343,7 +371,7 @@ def load_scene(
     """Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file: one mesh of id 0, with the file's cameras and materials.
 
     Arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene stores
-    the path alone.
+    the path and the time that was set.
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))

@@ -27,6 +27,14 @@ class SceneInfo(NamedTuple):
     refits: int  # updates since the last build
 
 
+class Animation(NamedTuple):
+    """An animation of a scene that was loaded from a glTF file."""
+
+    name: str
+    seconds: float  # its times are 0 to this
+    channels: int  # what it moves; 0: nothing
+
+
 class MeshInfo(NamedTuple):
     """A mesh of a scene: its triangles have the numbers first to first + triangles - 1 in HIT's prim."""
 

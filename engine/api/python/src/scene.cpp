@@ -122,6 +122,17 @@ void update(const SceneObject& self, std::size_t mesh, const nb::object& vertice
   without_gil(self.use(), [&](Scene& s) { s.update(mesh, v.numbers, v.stride); });
 }
 
+nb::list animations(const SceneObject& self) {
+  nb::list all;
+  for (const AnimationInfo& i : without_gil(self.use(), [](const Scene& s) { return s.animations(); }))
+    all.append(nb::make_tuple(i.name, i.seconds, i.channels));
+  return all;
+}
+
+void set_time(const SceneObject& self, std::size_t animation, double seconds) {
+  without_gil(self.use(), [&](Scene& s) { s.set_time(animation, seconds); });
+}
+
 nb::object triangles(const SceneObject& self) {
   std::vector<float> all = without_gil(self.use(), [](const Scene& s) { return s.triangles(); });
   const std::size_t count = all.size() / 9;
@@ -141,6 +152,8 @@ void bind_scenes(nb::module_& m) {
       .def("mesh", &mesh_of)
       .def("update", &update)
       .def("update_instances", &update_instances)
+      .def("animations", &animations)
+      .def("set_time", &set_time)
       .def("triangles", &triangles);
   bind_pictures(scene);
   bind_traces(m, scene);

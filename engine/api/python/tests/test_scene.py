@@ -1,6 +1,7 @@
 """Scenes: what they are made of, moved, described and pickled."""
 
 import os
+import pathlib
 import pickle
 import tempfile
 import types
@@ -25,6 +26,24 @@ class Scenes(unittest.TestCase):
         np.testing.assert_array_equal(scene.triangles(), ref.CUBE_VERTICES[ref.CUBE_TRIANGLES])
         self.assertEqual(scene.meshes, [ballot.MeshInfo(0, 0, 12)])
         self.assertIn("12 triangles", repr(scene))
+
+    def test_animations(self):
+        path = pathlib.Path(__file__).resolve().parents[4] / "scenes" / "dance.gltf"
+        scene = ballot.load_scene(path, cache=False)
+        self.assertEqual([(a.name, a.seconds) for a in scene.animations], [("dance", 4.0), ("nod", 1.0)])
+        rest = scene.triangles()
+        scene.set_time(1.5)
+        moved = scene.triangles()
+        self.assertFalse(np.array_equal(moved, rest))
+        np.testing.assert_array_equal(pickle.loads(pickle.dumps(scene)).triangles(), moved)
+        scene.set_time(0.5, "nod")
+        self.assertFalse(np.array_equal(scene.triangles(), moved))
+        for seconds, animation, error in ((0, 2, "animation 2"), (0, "run", "dance, nod"), (np.nan, 0, "finite")):
+            with self.assertRaisesRegex(ValueError, error):
+                scene.set_time(seconds, animation)
+        with self.assertRaises(TypeError):
+            scene.set_time(0, 1.5)
+        self.assertEqual(ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES).animations, [])
 
     def test_types_of_meshes(self):
         truth = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES).trace(UP)

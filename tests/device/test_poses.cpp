@@ -1,0 +1,105 @@
+// Poses of skins and morph targets on the device, bit for bit beside those of the host, and scenes that follow them.
+#include <cmath>
+#include <cstring>
+#include <set>
+
+#include "engine/ballot.h"
+#include "tests/cpu/random_animation.h"
+#include "tests/device/fixture.h"
+#include "tests/device/ray_sets.h"
+
+namespace ballot {
+namespace {
+
+class Poses : public DeviceTest {
+ protected:
+  static Scene dance() { return load_scene(std::filesystem::path(BALLOT_SOURCE_DIR) / "scenes" / "dance.gltf"); }
+
+  static Scene dance_at(double seconds) {
+    Scene scene = dance();
+    set_pose(scene, &scene.animation->clips[0], seconds);
+    return scene;
+  }
+
+  static EngineOptions on(std::shared_ptr<Context> gpu) {
+    EngineOptions options;
+    options.context = std::move(gpu);
+    options.use_cache = false;
+    return options;
+  }
+};
+
+bool same_bits(std::span<const PosedVertex> a, std::span<const PosedVertex> b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
+}
+
+TEST_F(Poses, TheDeviceHasTheBitsOfTheHost) {
+  Context gpu(options());
+  std::mt19937 random(5);
+  Animation a;
+  for (const test::RandomPart& part :
+       {test::RandomPart{300, 5, 4, 0}, {1, 1, 4, 1}, {63, 0, 0, 3}, {1000, 40, 8, 2}, {129, 0, 0, 0}})
+    test::add_random_part(random, part, a);
+  DevicePoser poser(gpu, a);
+  for (int pose = 0; pose < 3; ++pose) {
+    const PoseInput input = test::random_input(random, a);
+    std::vector<PosedVertex> here(a.posed_vertices), there(a.posed_vertices);
+    pose_vertices(a, input, here);
+    poser.pose(input, there);
+    EXPECT_TRUE(same_bits(here, there));
+  }
+  expect_silent(gpu);
+}
+
+TEST_F(Poses, AnimationsWithoutVertices) {
+  Context gpu(options());
+  DevicePoser(gpu, Animation{}).pose({}, {});
+  expect_silent(gpu);
+}
+
+// What is set on an engine, step by step, is what the host makes of the file, and rays hit what a new tree's do.
+TEST_F(Poses, AnEngineFollowsTheTime) {
+  Engine engine(dance(), on(std::make_shared<Context>(options())));
+  std::set<bool> refitted;
+  for (const auto& [seconds, mode] : {std::pair(0.5, UpdateMode::Refit),
+                                      {2.75, UpdateMode::Rebuild},
+                                      {1.25, UpdateMode::Refit},
+                                      {99.0, UpdateMode::Auto},
+                                      {-3.0, UpdateMode::Auto}}) {
+    SCOPED_TRACE(seconds);
+    engine.set_time(0, seconds, mode);
+    refitted.insert(engine.last_update().refitted);
+    const Scene here = dance_at(seconds);
+    EXPECT_EQ(engine.scene().triangles, here.triangles);
+    EXPECT_EQ(engine.scene().normals, here.normals);
+    EXPECT_EQ(engine.scene().lights[0].position, here.lights[0].position);
+    EXPECT_EQ(engine.scene().views[1].world_from_camera, here.views[1].world_from_camera);
+    EXPECT_EQ(engine.scene().bounds.hi, here.bounds.hi);
+    Engine fresh(here, on(engine.context()));
+    const std::vector<Ray> rays = shapes::random_rays(2000);
+    std::vector<Hit> moved(rays.size()), built(rays.size());
+    engine.trace(rays, moved);
+    fresh.trace(rays, built);
+    EXPECT_EQ(std::memcmp(moved.data(), built.data(), moved.size() * sizeof(Hit)), 0);
+  }
+  EXPECT_EQ(refitted.size(), 2u);
+  expect_silent(*engine.context());
+}
+
+TEST_F(Poses, WrongTimesLeaveTheSceneAsItWas) {
+  Engine engine(dance(), on(std::make_shared<Context>(options())));
+  const std::vector<Triangle> rest = engine.scene().triangles;
+  for (const auto& [clip, seconds] : {std::pair(std::size_t{2}, 0.0), {0u, std::nan("")}, {0u, HUGE_VAL}}) {
+    try {
+      engine.set_time(clip, seconds);
+      FAIL();
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), Failure::Arguments);
+      EXPECT_NE(std::string_view(e.what()).find("expected"), std::string_view::npos) << e.what();
+    }
+  }
+  EXPECT_EQ(engine.scene().triangles, rest);
+}
+
+}  // namespace
+}  // namespace ballot

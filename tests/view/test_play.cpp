@@ -1,0 +1,57 @@
+// Tests that the viewer plays animations, in a real window.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/view/window_test.h"
+
+namespace ballot::test {
+namespace {
+
+const std::string kDance = std::string(BALLOT_SOURCE_DIR) + "/scenes/dance.gltf";
+
+class PlayTest : public WindowTest {
+ protected:
+  std::string script(const std::string& text) const {
+    std::ofstream(folder_ / "play.txt") << text;
+    return (folder_ / "play.txt").string();
+  }
+};
+
+// A picture at a chosen time is the one that `render --time` makes; key P plays from there, and pauses.
+TEST_F(PlayTest, ScrubsPlaysAndPauses) {
+  Desktop desktop(800, 600);
+  ASSERT_TRUE(desktop.works()) << "is xvfb installed?";
+  const fs::path shot = folder_ / "at.exr", later = folder_ / "later.exr", exr = folder_ / "rendered.exr";
+  Program program(view("320x240",
+                       {"--validate", "--spp", "1", "--view", "view0", "--script",
+                        script("wait 2\ntime 1.25\nwait 2\nshot " + shot.string() +
+                               "\nkey P\nwait 1s\nkey P\nwait 2\nshot " + later.string() + "\ntimes\nquit\n")},
+                       kDance),
+                  environment(desktop.name()));
+  EXPECT_EQ(program.wait(90), 0) << program.output();
+  for (const char* words : {"playing dance at 1.250 s", "paused dance at ", "pose "})
+    EXPECT_NE(program.output().find(words), std::string::npos) << words << "\n" << program.output();
+  Program render({BALLOT_BINARY, "render", kDance, "--device", "cpu", "--view", "view0", "--size", "320x240",
+                  "--animation", "dance", "--time", "1.25", "--out", exr.string()},
+                 environment(""));
+  ASSERT_EQ(render.wait(60), 0) << render.output();
+  const Image here = read_exr(shot), there = read_exr(exr);
+  for (const Channel& channel : there.channels) {
+    EXPECT_EQ(channel.floats, here.channel(channel.name).floats) << channel.name;
+    EXPECT_EQ(channel.uints, here.channel(channel.name).uints) << channel.name;
+  }
+  EXPECT_NE(read_exr(later).channel("Z").floats, here.channel("Z").floats);
+}
+
+TEST_F(PlayTest, SaysThatAStillSceneHasNoAnimation) {
+  Desktop desktop(800, 600);
+  ASSERT_TRUE(desktop.works()) << "is xvfb installed?";
+  Program program(view("320x240", {"--spp", "1", "--script", script("wait 2\nkey P\nwait 2\nquit\n")}),
+                  environment(desktop.name()));
+  EXPECT_EQ(program.wait(90), 0) << program.output();
+  EXPECT_NE(program.output().find("the scene has no animation"), std::string::npos) << program.output();
+}
+
+}  // namespace
+}  // namespace ballot::test
