@@ -116,6 +116,7 @@ struct SceneOptions {
   /// traces have lost as much time as that takes. A triangle that gains or loses its area always has it built.
   std::string update = "auto";
   double expected_rays = 0;  // hint for builder "auto": rays that will be traced in all; 0: unknown
+  bool allow_outside = false;  // a scene file may name buffers, images and materials outside of its folder
 };
 
 /// How to find hits.

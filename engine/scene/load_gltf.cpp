@@ -3,6 +3,7 @@
 #include <map>
 #include <set>
 
+#include "engine/core/memory.h"
 #include "engine/scene/gltf_convert.h"
 #include "engine/scene/gltf_instances.h"
 #include "engine/scene/gltf_mesh.h"
@@ -165,6 +166,10 @@ void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::v
         fail_in(file.path, "its nodes place more than {} triangles; use a smaller scene", kMaxTriangles);
     }
   }
+  const std::size_t sets = static_cast<std::size_t>(std::ranges::count(carried.uvs, true));
+  need_memory(count * (sizeof(Triangle) + sizeof(std::uint32_t) + (carried.normals ? sizeof(Triangle) : 0) +
+                       sets * 3 * sizeof(glm::vec2)),
+              fmt::format("{}: the scene of {} triangles", file.path.string(), count));
   scene.triangles.reserve(count);
   scene.material_of.reserve(count);
   if (carried.normals) scene.normals.reserve(count);
@@ -214,8 +219,8 @@ void note_ignored(const tinygltf::Model& model, Scene& scene) {
 
 }  // namespace
 
-Scene load_gltf(const std::filesystem::path& path) {
-  GltfFile file = read_gltf(path);
+Scene load_gltf(const std::filesystem::path& path, const LoadOptions& options) {
+  GltfFile file = read_gltf(path, options);
   const std::vector<PlacedNode> placed = placed_nodes(file);
   const OpenMeshes meshes = open_meshes(file, placed);
   Scene scene;
