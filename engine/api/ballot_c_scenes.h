@@ -34,7 +34,7 @@ typedef struct BallotSceneOptions {
    * move apart. "rebuild": anew. NULL or "auto": refits until traces have lost as much time as a build takes. It is
    * always built anew if a triangle gains or loses its area. */
   const char* update;
-  double expected_rays; /* hint for builder "auto": rays that will be traced in all; 0: unknown */
+  double expected_rays;   /* hint for builder "auto": rays that will be traced in all; 0: unknown */
   uint32_t allow_outside; /* 1: a scene file may name buffers, images and materials outside of its folder */
 } BallotSceneOptions;
 
