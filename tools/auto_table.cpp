@@ -52,20 +52,18 @@ void calibrate(Engine& engine, const std::string& numeric) {
 nlohmann::json print_choices(const std::vector<Choice>& choices) {
   nlohmann::json json = nlohmann::json::array();
   if (choices.empty()) {
-    fmt::print(
-        "\nauto has chosen nothing yet for this scene on this device. It chooses once, when many rays of a class are\n"
+    say("\nauto has chosen nothing yet for this scene on this device. It chooses once, when many rays of a class are\n"
         "first traced; --calibrate makes it choose now.\n");
     return json;
   }
-  fmt::print(
-      "\nmethods that auto chose for this scene on this device; speeds are Mrays/s on a sample of the rays:\n\n");
+  say("\nmethods that auto chose for this scene on this device; speeds are Mrays/s on a sample of the rays:\n\n");
   bench::Table table({"rays", "numeric mode", "chosen", "instead of", "Mrays/s", "calibration s"}, 4);
   for (const Choice& c : choices) {
     table.row({c.rays + (c.want == Want::Any ? " (any hit)" : ""), c.numeric, c.chosen().name(), others(c),
                bench::figure(c.chosen().mrays_per_s), fmt::format("{:.2f}", c.seconds)});
     json.push_back(to_json(c));
   }
-  fmt::print("{}", table.text());
+  say("{}", table.text());
   return json;
 }
 

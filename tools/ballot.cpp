@@ -1,10 +1,13 @@
 // The command line: ballot info | render | merge | trace | distance | inside | check | view | bench | verify | report |
 // methods | shaders.
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <sstream>
 
 #include "tools/cli.h"
+#include "tools/interrupt.h"
 
 namespace {
 
@@ -53,6 +56,9 @@ std::string in_words(const CLI::ParseError& error) {
   }
 }
 
+/// Prints why the program ends.
+void say_failure(std::string_view text) { say_aside("ballot: {}\n", text); }
+
 int run(int argc, char** argv) {
   CLI::App app(
       "Ballot is a ray tracer of GLSL compute kernels for any Vulkan 1.2 device, GPU or CPU.\n"
@@ -87,18 +93,21 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {  // or version
-    return app.exit(help);
+    std::ostringstream text, errors;
+    app.exit(help, text, errors);
+    say("{}", text.str());
+    return 0;
   } catch (const CLI::ParseError& error) {
     const auto chosen = app.get_subcommands();
     const std::string name = chosen.empty() ? "" : chosen.front()->get_name();
     const CLI::App& taken = chosen.empty() ? app : *chosen.front();
     const bool extra = CLI::ExitCodes(error.get_exit_code()) == CLI::ExitCodes::ExtrasError;
-    fmt::print(stderr, "ballot: {}{}; {}\n", name.empty() ? "" : name + ": ",
-               extra ? in_words(app.remaining(true), taken) : in_words(error),
-               name.empty() ? "give one of: info, render, merge, trace, distance, inside, check, view, bench, verify, "
-                              "report, methods, shaders; "
-                              "'ballot --help' explains them"
-                            : "'ballot " + name + " --help' lists the arguments");
+    say_failure(fmt::format(
+        "{}{}; {}", name.empty() ? "" : name + ": ", extra ? in_words(app.remaining(true), taken) : in_words(error),
+        name.empty() ? "give one of: info, render, merge, trace, distance, inside, check, view, bench, verify, "
+                       "report, methods, shaders; "
+                       "'ballot --help' explains them"
+                     : "'ballot " + name + " --help' lists the arguments"));
     return int(Failure::Arguments);
   }
   return result;
@@ -107,23 +116,31 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // A full disk and a closed pipe are errors of the write, with a message, instead of the end of the process.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  remember_reads();
   try {
     cli::set_command_line(argc, argv);
-    return run(argc, argv);
+    const int code = run(argc, argv);
+    flush_text();
+    return code;
+  } catch (const Stopped& stopped) {
+    say_failure(stopped.what());
+    return stopped.exit_code();
   } catch (const Error& error) {
-    fmt::print(stderr, "ballot: {}\n", error.what());
+    say_failure(error.what());
     return int(error.kind());
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "ballot: out of memory; use a smaller scene or fewer rays at a time\n");
+    say_failure("out of memory; use a smaller scene or fewer rays at a time");
     return int(Failure::Work);
   } catch (const std::filesystem::filesystem_error& error) {
     const std::string place = error.path1().empty() ? "a file or folder" : error.path1().string();
-    fmt::print(stderr, "ballot: cannot use {}: {}\n", place, error.code().message());
+    say_failure(fmt::format("cannot use {}: {}", place, error.code().message()));
     return int(Failure::Work);
   } catch (const std::exception&) {  // its text names a function of a library, and nothing of the user's
-    fmt::print(stderr,
-               "ballot: a fault inside Ballot stopped the work; please report it with this command line and the files "
-               "that it names\n");
+    say_failure(
+        "a fault inside Ballot stopped the work; please report it with this command line and the files that it names");
     return int(Failure::Work);
   }
 }

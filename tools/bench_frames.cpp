@@ -151,9 +151,9 @@ int bench_frames(const RunArgs& run, const BenchFrameArgs& args) {
     const FrameRun frames{&plan, &view, query, options.width ? options.width : side,
                           options.height ? options.height : side};
     if (!table) {
-      fmt::print("{}: {} triangles, animation {}, view {}, {} x {}, on {}; builder {}\n\n", engine.scene().name,
-                 engine.scene().triangles.size(), plan.animation, view.name, frames.width, frames.height,
-                 engine.device().name, builder_of(engine.bvh_stats().builder).name);
+      say("{}: {} triangles, animation {}, view {}, {} x {}, on {}; builder {}\n\n", engine.scene().name,
+          engine.scene().triangles.size(), plan.animation, view.name, frames.width, frames.height, engine.device().name,
+          builder_of(engine.bvh_stats().builder).name);
       table.emplace(std::vector<std::string>{"update", "built", "pose ms", "build ms", "refit ms", "ready ms",
                                              "generate ms", "trace ms", "shade ms", "frames/s", "decay"});
       json = record_header(engine, opened.load_s);
@@ -166,7 +166,7 @@ int bench_frames(const RunArgs& run, const BenchFrameArgs& args) {
     add_records(name, plan, figures, json);
     code = std::max(code, finish(engine));
   }
-  if (table) fmt::print("{}", table->text());
+  if (table) say("{}", table->text());
   write_json(run.engine.json, json);
   return code;
 }

@@ -40,7 +40,34 @@ void EngineArgs::add_options(CLI::App& app) {
       "0 to 16 [0.5]; e.g. 0.5 allows 50 % more references");
   app.add_option("--max-leaf", max_leaf, "BVH build: largest number of triangles in a leaf, 1 to 6 [6]");
   app.add_flag("--no-cache", no_cache, "build the BVH again; neither read nor write the BVH cache");
-  app.add_option("--json", json, "also write the results to this JSON file");
+  app.add_option("--json", json, "also write the results to this JSON file; '-': standard output, and text elsewhere");
+  add_allow_outside(app, allow_outside);
+  add_memory(app);
+}
+
+void EngineArgs::note_files() {
+  files.reads("SCENE", scene);
+  json = files.writes("--json", json).string();
+}
+
+void note_folder(CommandFiles& files, const std::string& folder, std::span<const char* const> names) {
+  if (folder.empty()) return;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) fail(Failure::Work, "--report {}: cannot create the folder: {}", folder, error.message());
+  for (const char* name : names) files.writes("--report", std::filesystem::path(folder) / name);
+}
+
+void add_allow_outside(CLI::App& app, bool& allowed) {
+  app.add_flag("--allow-outside", allowed,
+               "let the scene read buffers, images and materials that are not in its folder or below it");
+}
+
+void add_memory(CLI::App& app) {
+  app.add_option_function<std::string>(
+      "--memory", [](const std::string& text) { set_memory_limit(parse_bytes(text, "--memory")); },
+      "most memory of the host that the command may take, such as 512M or 4G; what would take more is refused before\n"
+      "it is loaded [what the machine has]");
 }
 
 EngineOptions EngineArgs::options() const {
@@ -91,12 +118,12 @@ Query QueryArgs::query() const {
 
 Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries, const std::function<void(Scene&)>& check,
                   bool statistics) {
-  if (!args.json.empty()) check_writable(args.json);
   const auto start = std::chrono::steady_clock::now();
-  Scene scene = load_scene(args.scene);
+  Scene scene = load_scene(args.scene, {.allow_outside = args.allow_outside});
+  args.files.check_read();
   Opened opened;
   opened.load_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  for (const std::string& note : scene.notes) fmt::print(stderr, "ballot: {}: {}\n", args.scene, note);
+  for (const std::string& note : scene.notes) say_aside("ballot: {}: {}\n", args.scene, note);
   if (check) check(scene);
   EngineOptions options = args.options();
   options.queries = queries;
@@ -128,7 +155,7 @@ nlohmann::json record_header(Engine& engine, double load_s) {
 }
 
 void write_json(const std::string& path, const nlohmann::json& json) {
-  if (!path.empty()) write_file(path, json.dump(1) + "\n");
+  if (!path.empty()) write_file(path, json_text(json));
 }
 
 void set_command_line(int argc, char** argv) {
@@ -140,7 +167,7 @@ const std::string& command_line() { return command; }
 
 int finish(Engine& engine) {
   if (engine.messages().empty()) return 0;
-  fmt::print(stderr, "ballot: {} validation messages (above)\n", engine.messages().size());
+  say_aside("ballot: {} validation messages (above)\n", engine.messages().size());
   return 1;
 }
 

@@ -5,10 +5,12 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "engine/ballot.h"
+#include "tools/command_files.h"
 
 namespace ballot::cli {
 
@@ -19,15 +21,19 @@ std::string scene_extensions();
 struct EngineArgs {
   std::string scene;
   std::string device;
-  bool validate = false, no_cache = false;
+  bool validate = false, no_cache = false, allow_outside = false;
   float split_budget = BuildSettings{}.split_budget;
   std::uint32_t max_leaf = BuildSettings{}.max_leaf;
   std::string build{kDefaultBuilder};
   std::string json;
+  CommandFiles files;  // that the command reads and writes
 
   void add_to(CLI::App& app, bool scene_required);
   void add_options(CLI::App& app);  // all options except the scene
   EngineOptions options() const;
+  /// Notes the scene as an input and --json as an output. Each command calls it before it prints or works: "--json -"
+  /// claims standard output. Throws as CommandFiles does.
+  void note_files();
 };
 
 /// Returns a line for each knob, for help texts.
@@ -48,8 +54,9 @@ struct Opened {
   double load_s = 0;  // seconds to load the scene file
 };
 /// Loads the scene, opens the device and builds the BVH under a progress bar. `check` gets the scene before the device
-/// is opened and may change its views and lights. Queries that the device cannot run are refused before the BVH is
-/// built. `statistics` asks the driver for pipeline statistics. Throws Error.
+/// is opened and may change its views and lights. Files that the scene consists of must not be outputs. Queries that
+/// the device cannot run are refused before the BVH is built. `statistics` asks the driver for pipeline statistics.
+/// Throws Error.
 Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries = {},
                   const std::function<void(Scene&)>& check = {}, bool statistics = false);
 
@@ -60,6 +67,14 @@ void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& he
 /// and the scene's BVH figures under scenes.
 nlohmann::json record_header(Engine& engine, double load_s);
 void write_json(const std::string& path, const nlohmann::json& json);  // does nothing if path is empty
+
+/// Makes the folder of --report, if one is named, and notes its files as outputs. Throws Error.
+void note_folder(CommandFiles& files, const std::string& folder, std::span<const char* const> names);
+
+/// Adds --allow-outside for commands that load scenes.
+void add_allow_outside(CLI::App& app, bool& allowed);
+/// Adds --memory, which limits the process as soon as it is parsed.
+void add_memory(CLI::App& app);
 
 /// The command line of this process, quoted for a shell.
 void set_command_line(int argc, char** argv);

@@ -18,25 +18,26 @@ struct BenchArgs {
   BenchFrameArgs frames;
 };
 
-int compare_files(const BenchArgs& args) {
+int compare_files(BenchArgs& args) {
   if (!args.measuring.empty())
     fail(Failure::Arguments, "--compare reads two files and measures nothing; leave out {}",
          fmt::join(args.measuring, ", "));
   if (!(args.tolerance >= 0 && args.tolerance <= 10))
     fail(Failure::Arguments, "--tolerance: {} is not a share from 0 to 10, such as 0.02", args.tolerance);
-  const std::string& json = args.run.engine.json;
-  if (!json.empty()) check_writable(json);
+  EngineArgs& engine = args.run.engine;
+  for (const std::string& file : args.compare) engine.files.reads("--compare", file);
+  engine.note_files();
   const auto a = bench::read_documents(args.compare[0]), b = bench::read_documents(args.compare[1]);
   const bench::Comparison comparison = bench::compare(a, b);
   const bool slower = bench::print_comparison(comparison, args.tolerance);
-  write_json(json, bench::comparison_json(comparison, args.tolerance));
+  write_json(engine.json, bench::comparison_json(comparison, args.tolerance));
   return slower ? 1 : 0;
 }
 
 /// Saves the run so far to its files; called after every block, so that a killed run loses little.
 void save(const RunArgs& args, const bench::Document& document) {
   const nlohmann::json json = bench::to_json(document);
-  write_json(args.engine.json, json);
+  if (!document.partial || !descriptor_of(args.engine.json)) write_json(args.engine.json, json);  // a stream: once
   if (!args.report.empty()) write_json((fs::path(args.report) / "results.json").string(), json);
 }
 
@@ -44,29 +45,29 @@ int finish_run(const RunArgs& args, const bench::RunResult& result) {
   save(args, result.document);
   if (!args.report.empty()) {
     const std::string missing = bench::write_report(args.report, {result.document});
-    if (!missing.empty()) fmt::print(stderr, "ballot: {}\n", missing);
-    fmt::print("wrote {}\n", (fs::path(args.report) / "report.md").string());
+    if (!missing.empty()) say_aside("ballot: {}\n", missing);
+    say("wrote {}\n", (fs::path(args.report) / "report.md").string());
   }
   if (result.failed) std::rethrow_exception(result.failed);
-  if (result.document.partial) fmt::print(stderr, "ballot: interrupted; what was measured is kept\n");
-  if (result.without > 0)
-    fmt::print(stderr, "ballot: {} pairs of scene and ray kind have no rays (above)\n", result.without);
-  if (result.wrong > 0) fmt::print(stderr, "ballot: {} hits are wrong or were not written\n", result.wrong);
-  if (result.messages > 0) fmt::print(stderr, "ballot: {} validation messages (above)\n", result.messages);
+  if (result.signal != 0) say_aside("ballot: interrupted; what was measured is kept\n");
+  if (result.without > 0) say_aside("ballot: {} pairs of scene and ray kind have no rays (above)\n", result.without);
+  if (result.wrong > 0) say_aside("ballot: {} hits are wrong or were not written\n", result.wrong);
+  if (result.messages > 0) say_aside("ballot: {} validation messages (above)\n", result.messages);
+  if (result.signal != 0) return 128 + result.signal;
   return result.document.partial || result.without > 0 || result.wrong > 0 || result.messages > 0 ? 1 : 0;
 }
 
-int run_bench(const BenchArgs& args) {
+int run_bench(BenchArgs& args) {
   if (!args.compare.empty()) return compare_files(args);
-  const RunArgs& given = args.run;
+  RunArgs& given = args.run;
   if (given.scenes.empty()) fail(Failure::Arguments, "bench: missing SCENE; 'ballot bench --help' lists the arguments");
   if (!args.frames.frames.frames.empty()) return bench_frames(given, args.frames);
   args.frames.frames.check();
   const bench::RunOptions options = given.options();
   const bench::Plan plan = given.make_plan();
-  auto scenes = bench::load_scenes(given.scenes, plan);
-  if (!given.engine.json.empty()) check_writable(given.engine.json);
-  if (!given.report.empty()) bench::check_report_folder(given.report);
+  given.note_files(bench::kReportFiles);
+  auto scenes = bench::load_scenes(given.scenes, plan, given.engine.allow_outside);
+  given.engine.files.check_read();
   const bench::RunHooks hooks{bench::print_speeds, [&](const bench::Document& document) { save(given, document); }};
   return finish_run(given, bench::run(plan, std::move(scenes), options, hooks));
 }

@@ -7,6 +7,7 @@ namespace {
 
 struct CheckArgs {
   std::string scene, json;
+  bool allow_outside = false;
 };
 
 nlohmann::json record_of(const std::vector<FaultyEdge>& edges) {
@@ -21,19 +22,24 @@ nlohmann::json record_of(const std::vector<FaultyEdge>& edges) {
 
 void print_edges(const char* what, std::uint64_t count, const std::vector<FaultyEdge>& edges) {
   if (count == 0) return;
-  fmt::print("{} {}{}:\n", count, what, count > edges.size() ? fmt::format("; the first {}", edges.size()) : "");
+  say("{} {}{}:\n", count, what, count > edges.size() ? fmt::format("; the first {}", edges.size()) : "");
   for (const FaultyEdge& e : edges)
-    fmt::print("  ({}, {}, {}) to ({}, {}, {}): {} triangle{}, triangle {}\n", e.from.x, e.from.y, e.from.z, e.to.x,
-               e.to.y, e.to.z, e.triangles, e.triangles == 1 ? "" : "s, the first is", e.prim);
+    say("  ({}, {}, {}) to ({}, {}, {}): {} triangle{}, triangle {}\n", e.from.x, e.from.y, e.from.z, e.to.x, e.to.y,
+        e.to.z, e.triangles, e.triangles == 1 ? "" : "s, the first is", e.prim);
 }
 
-int run_check(const CheckArgs& args) {
-  const Scene scene = load_scene(args.scene);
+int run_check(CheckArgs& args) {
+  CommandFiles files;
+  files.reads("SCENE", args.scene);
+  args.json = files.writes("--json", args.json).string();
+  const Scene scene = load_scene(args.scene, {.allow_outside = args.allow_outside});
+  files.check_read();
+  for (const std::string& note : scene.notes) say_aside("ballot: {}: {}\n", args.scene, note);
   const Topology t = topology_of(scene.triangles);
   const auto yes = [](bool answer) { return answer ? "yes" : "no"; };
-  fmt::print("{}: {} triangles, {} edges\nclosed: {}\nmanifold: {}\nconsistently wound: {}\n", args.scene, t.triangles,
-             t.edges, yes(t.closed()), yes(t.manifold()), yes(t.wound()));
-  if (t.flat) fmt::print("{} triangles without area, with three corners, are left out\n", t.flat);
+  say("{}: {} triangles, {} edges\nclosed: {}\nmanifold: {}\nconsistently wound: {}\n", args.scene, t.triangles,
+      t.edges, yes(t.closed()), yes(t.manifold()), yes(t.wound()));
+  if (t.flat) say("{} triangles without area, with three corners, are left out\n", t.flat);
   print_edges("edges of one triangle", t.boundary, t.first_boundary);
   print_edges("edges of more than two triangles", t.nonmanifold, t.first_nonmanifold);
   print_edges("edges whose two triangles run the same way along them", t.flipped, t.first_flipped);
@@ -65,6 +71,8 @@ void add_check(CLI::App& app, int& result) {
       "The exit code is 0 if the mesh is all three, else 1. Needs no device.");
   cmd->add_option("SCENE", args->scene, "scene file, one of: " + scene_extensions())->required();
   cmd->add_option("--json", args->json, "also write the figures to this file");
+  add_allow_outside(*cmd, args->allow_outside);
+  add_memory(*cmd);
   cmd->callback([args, &result] { result = run_check(*args); });
 }
 

@@ -3,6 +3,8 @@
 #include <limits>
 
 #include "tools/cli.h"
+#include "tools/interrupt.h"
+#include "tools/shell_word.h"
 
 namespace ballot::cli {
 
@@ -15,6 +17,12 @@ struct PointArgs {
   bool signed_distance = false, assume_closed = false;
 };
 
+void note_files(PointArgs& args) {
+  args.engine.note_files();
+  args.engine.files.reads("--points", args.points);
+  args.out = args.engine.files.must_write("--out", args.out).string();
+}
+
 /// Refuses the inside test of a mesh with open edges.
 void need_closed(Engine& engine, const PointArgs& args) {
   if (args.assume_closed) return;
@@ -23,42 +31,47 @@ void need_closed(Engine& engine, const PointArgs& args) {
     fail(Failure::Arguments,
          "{}: the mesh is not closed: {} of its {} edges belong to an odd number of triangles; `ballot check {}` lists "
          "some; --assume-closed goes on, and answers near the gaps are then arbitrary",
-         args.engine.scene, t.open, t.edges, args.engine.scene);
+         args.engine.scene, t.open, t.edges, shell_word(args.engine.scene));
 }
 
 /// Prints what was done.
 void print_points(Engine& engine, const PointArgs& args, std::size_t points, const std::string& found,
                   const TraceTimes& spent) {
-  fmt::print("{}: {} points, {}, {:.3f} ms on the device, {:.2f} million points/s\n", args.out, points, found,
-             spent.device_ms, spent.device_ms > 0 ? double(points) / spent.device_ms * 1e-3 : 0);
-  fmt::print("  on {} ({})\n", engine.device().name, engine.device().driver);
-  if (spent.retraced) fmt::print("  {} walks were cut short by the driver and done again in pieces\n", spent.retraced);
+  say("{}: {} points, {}, {:.3f} ms on the device, {:.2f} million points/s\n", args.out, points, found, spent.device_ms,
+      spent.device_ms > 0 ? double(points) / spent.device_ms * 1e-3 : 0);
+  say("  on {} ({})\n", engine.device().name, engine.device().driver);
+  if (spent.retraced) say("  {} walks were cut short by the driver and done again in pieces\n", spent.retraced);
 }
 
-PointStream stream_of(const std::vector<glm::vec3>& points, float limit, ProgressBar& bar) {
+PointStream stream_of(const std::vector<glm::vec3>& points, float limit, ProgressBar& bar,
+                      const InterruptGuard& interrupt) {
   PointStream stream;
   stream.count = points.size();
   stream.read = [&points, limit](std::uint64_t first, std::span<ProbePoint> room) {
     for (std::size_t i = 0; i < room.size(); ++i) room[i] = {points[std::size_t(first) + i], limit};
   };
-  stream.progress = [&bar, count = points.size()](std::uint64_t done) { bar.update(double(done) / double(count)); };
+  stream.progress = [&bar, &interrupt, count = points.size()](std::uint64_t done) {
+    interrupt.stop("the query");
+    bar.update(double(done) / double(count));
+  };
   return stream;
 }
 
 std::vector<std::uint32_t> inside_of(Engine& engine, const std::vector<glm::vec3>& points, TraceTimes& spent) {
   ProgressBar bar("inside");
+  const InterruptGuard interrupt;
   std::vector<std::uint32_t> inside(points.size());
-  const TraceTimes times =
-      engine.points().inside(stream_of(points, 0, bar), [&](std::uint64_t first, std::span<const std::uint32_t> found) {
-        std::ranges::copy(found, inside.begin() + std::ptrdiff_t(first));
-      });
+  const TraceTimes times = engine.points().inside(stream_of(points, 0, bar, interrupt),
+                                                  [&](std::uint64_t first, std::span<const std::uint32_t> found) {
+                                                    std::ranges::copy(found, inside.begin() + std::ptrdiff_t(first));
+                                                  });
   spent.device_ms += times.device_ms;
   spent.retraced += times.retraced;
   return inside;
 }
 
-int run_distance(const PointArgs& args) {
-  check_writable(args.out);
+int run_distance(PointArgs& args) {
+  note_files(args);
   if (args.limit < 0 || std::isnan(args.limit))
     fail(Failure::Arguments, "--limit {}: expected a distance above 0", args.limit);
   const std::vector<glm::vec3> points = read_points(args.points);
@@ -70,8 +83,9 @@ int run_distance(const PointArgs& args) {
   TraceTimes spent;
   {
     ProgressBar bar("distance");
+    const InterruptGuard interrupt;
     const float limit = args.limit > 0 ? float(args.limit) : std::numeric_limits<float>::infinity();
-    spent = engine.points().nearest(stream_of(points, limit, bar),
+    spent = engine.points().nearest(stream_of(points, limit, bar, interrupt),
                                     [&](std::uint64_t first, std::span<const Nearest> found) {
                                       for (std::size_t i = 0; i < found.size(); ++i) {
                                         distances[std::size_t(first) + i] = found[i].distance;
@@ -89,8 +103,8 @@ int run_distance(const PointArgs& args) {
   return finish(engine);
 }
 
-int run_inside(const PointArgs& args) {
-  check_writable(args.out);
+int run_inside(PointArgs& args) {
+  note_files(args);
   const std::vector<glm::vec3> points = read_points(args.points);
   Opened opened = open_scene(args.engine);
   Engine& engine = *opened.engine;

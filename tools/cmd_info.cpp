@@ -34,29 +34,29 @@ nlohmann::json list(const std::string& wanted) {
   nlohmann::json json = nlohmann::json::array();
   for (std::size_t i = 0; i < devices.size(); ++i) {
     const DeviceInfo& d = devices[i];
-    fmt::print("{} {}: {}\n", i == chosen ? "*" : " ", i, d.name);
-    fmt::print("     driver {}, Vulkan {}.{}.{}\n", d.driver, VK_API_VERSION_MAJOR(d.api_version),
-               VK_API_VERSION_MINOR(d.api_version), VK_API_VERSION_PATCH(d.api_version));
-    fmt::print("     subgroup {} ({} to {}), workgroup up to {}, shared memory {} KiB\n", d.subgroup_size,
-               d.min_subgroup_size, d.max_subgroup_size, d.max_group_invocations, d.shared_bytes / 1024);
-    fmt::print("     at most: storage buffer {} MiB, texel buffer {} MiB, allocation {} MiB\n",
-               d.max_storage_range >> 20, d.max_texels >> 16, d.max_allocation >> 20);
-    for (const std::string& r : d.refusals) fmt::print("     refused: {}\n", r);
-    for (const std::string& l : d.lacks) fmt::print("     lacks {}\n", l);
+    say("{} {}: {}\n", i == chosen ? "*" : " ", i, d.name);
+    say("     driver {}, Vulkan {}.{}.{}\n", d.driver, VK_API_VERSION_MAJOR(d.api_version),
+        VK_API_VERSION_MINOR(d.api_version), VK_API_VERSION_PATCH(d.api_version));
+    say("     subgroup {} ({} to {}), workgroup up to {}, shared memory {} KiB\n", d.subgroup_size, d.min_subgroup_size,
+        d.max_subgroup_size, d.max_group_invocations, d.shared_bytes / 1024);
+    say("     at most: storage buffer {} MiB, texel buffer {} MiB, allocation {} MiB\n", d.max_storage_range >> 20,
+        d.max_texels >> 16, d.max_allocation >> 20);
+    for (const std::string& r : d.refusals) say("     refused: {}\n", r);
+    for (const std::string& l : d.lacks) say("     lacks {}\n", l);
     json.push_back(device_json(d));
   }
-  fmt::print("the device marked * is used{}\n", wanted.empty() ? " unless --device names another" : "");
+  say("the device marked * is used{}\n", wanted.empty() ? " unless --device names another" : "");
   return json;
 }
 
 void print_scene(const Scene& s, const SceneFeatures& f, double load_s) {
-  fmt::print("\nscene {}: {} triangles, {} materials, {} views, loaded in {:.3f} s\n", s.name, s.triangles.size(),
-             s.materials.size(), s.views.size(), load_s);
-  fmt::print("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})\n", s.bounds.lo.x, s.bounds.lo.y,
-             s.bounds.lo.z, s.bounds.hi.x, s.bounds.hi.y, s.bounds.hi.z);
+  say("\nscene {}: {} triangles, {} materials, {} views, loaded in {:.3f} s\n", s.name, s.triangles.size(),
+      s.materials.size(), s.views.size(), load_s);
+  say("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})\n", s.bounds.lo.x, s.bounds.lo.y, s.bounds.lo.z,
+      s.bounds.hi.x, s.bounds.hi.y, s.bounds.hi.z);
   std::string views;
   for (const View& v : s.views) views += (views.empty() ? "" : ", ") + v.name;
-  fmt::print("  views: {}\n  cameras: {}\n  holds: {}\n", views, camera_words(f), feature_words(f));
+  say("  views: {}\n  cameras: {}\n  holds: {}\n", views, camera_words(f), feature_words(f));
 }
 
 /// Prints the animations of a scene, if it has any. Returns them as JSON.
@@ -66,36 +66,36 @@ nlohmann::json print_animations(const Scene& scene) {
   const Animation& a = *scene.animation;
   std::size_t triangles = 0;
   for (const MovingPart& part : a.parts) triangles += a.vertices.meshes[part.mesh].triangles;
-  fmt::print("\nanimations, which --animation, --time and --frames of 'ballot render' choose; {} triangles move:\n",
-             triangles);
+  say("\nanimations, which --animation, --time and --frames of 'ballot render' choose; {} triangles move:\n",
+      triangles);
   bench::Table table({"animation", "seconds", "channels"}, 1);
   for (const AnimationClip& c : a.clips) {
     table.row({c.name, fmt::format("{:g}", c.seconds), std::to_string(c.channels.size())});
     json.push_back({{"name", c.name}, {"seconds", c.seconds}, {"channels", c.channels.size()}});
   }
-  fmt::print("{}", table.text());
+  say("{}", table.text());
   return json;
 }
 
 void print_bvh(const BvhStats& s) {
-  fmt::print("\nBVH: {} nodes ({} leaves of at most {} triangles), depth {}, SAH cost {:.2f}, {} by '{}' in {:.3f} s\n",
-             s.nodes, s.leaves, s.largest_leaf, s.depth, s.sah, s.from_cache ? "from the cache, built" : "built",
-             builder_of(s.builder).name, s.build_s);
-  fmt::print("  {} references to {} triangles ({:+.1f} % by spatial splits); {} of zero area left out\n", s.references,
-             s.triangles, s.triangles > s.degenerate ? 100.0 * s.references / (s.triangles - s.degenerate) - 100 : 0.0,
-             s.degenerate);
-  fmt::print("  {:.2f} MiB, {:.1f} bytes a triangle\n", double(s.bytes) / (1 << 20),
-             s.triangles ? double(s.bytes) / s.triangles : 0.0);
+  say("\nBVH: {} nodes ({} leaves of at most {} triangles), depth {}, SAH cost {:.2f}, {} by '{}' in {:.3f} s\n",
+      s.nodes, s.leaves, s.largest_leaf, s.depth, s.sah, s.from_cache ? "from the cache, built" : "built",
+      builder_of(s.builder).name, s.build_s);
+  say("  {} references to {} triangles ({:+.1f} % by spatial splits); {} of zero area left out\n", s.references,
+      s.triangles, s.triangles > s.degenerate ? 100.0 * s.references / (s.triangles - s.degenerate) - 100 : 0.0,
+      s.degenerate);
+  say("  {:.2f} MiB, {:.1f} bytes a triangle\n", double(s.bytes) / (1 << 20),
+      s.triangles ? double(s.bytes) / s.triangles : 0.0);
 }
 
 /// Prints the pipeline statistics that the driver reports for every method's kernels, such as registers and stack.
 nlohmann::json print_statistics(Engine& engine, const std::string& numeric) {
   if (!engine.device().pipeline_statistics) {
-    fmt::print("\nno pipeline statistics: {} does not report them (VK_KHR_pipeline_executable_properties)\n",
-               engine.device().driver);
+    say("\nno pipeline statistics: {} does not report them (VK_KHR_pipeline_executable_properties)\n",
+        engine.device().driver);
     return nlohmann::json::array();
   }
-  fmt::print("\npipeline statistics that the driver reports, numeric mode {}:\n\n", numeric);
+  say("\npipeline statistics that the driver reports, numeric mode {}:\n\n", numeric);
   nlohmann::json json = nlohmann::json::array();
   bench::Table table({"kernel", "statistics"}, 2);
   for (const Method& m : kMethods)
@@ -111,25 +111,25 @@ nlohmann::json print_statistics(Engine& engine, const std::string& numeric) {
       table.row({kernel.name().substr(0, kernel.name().find(" [")), figures});
       json.push_back({{"kernel", kernel.name()}, {"figures", values}});
     }
-  fmt::print("{}", table.text());
+  say("{}", table.text());
   return json;
 }
 
 nlohmann::json print_variants(const DeviceInfo& device, const TreeFacts& tree) {
-  fmt::print("\nkernel of each method on this device, closest hit; --method and --knob choose others:\n");
+  say("\nkernel of each method on this device, closest hit; --method and --knob choose others:\n");
   nlohmann::json json = nlohmann::json::array();
   for (const Method& m : kMethods) {
     if (m.chooses) continue;
     const NumericMode& numeric = find_numeric(kDefaultNumeric);
     const Variant v{&m, &numeric, Want::Nearest, kernel_config_for(m, numeric, device)};
     kernel_source(v, device, tree);  // throws if the device cannot run it
-    fmt::print("  {}\n", v.name());
+    say("  {}\n", v.name());
     json.push_back(v.name());
   }
   return json;
 }
 
-int run_info(const InfoArgs& args) {
+int run_info(InfoArgs& args) {
   nlohmann::json json;
   if (!args.triangles.empty() && args.engine.scene.empty())
     fail(Failure::Arguments, "--triangles needs a SCENE: ballot info SCENE --triangles T.npy");
@@ -140,11 +140,11 @@ int run_info(const InfoArgs& args) {
     if (given && args.engine.scene.empty())
       fail(Failure::Arguments, "{} needs a SCENE: ballot info SCENE {}", option, option);
   find_numeric(args.numeric);
-  if (!args.engine.json.empty()) check_writable(args.engine.json);
+  args.engine.note_files();
+  args.triangles = args.engine.files.writes("--triangles", args.triangles).string();
   json["devices"] = list(args.engine.device);
   int code = 0;
   if (!args.engine.scene.empty()) {
-    if (!args.triangles.empty()) check_writable(args.triangles);
     Opened opened = open_scene(
         args.engine, {},
         // --measure renders with the light that the command render would add. A lamp at "eye" is at the camera of the
@@ -162,7 +162,7 @@ int run_info(const InfoArgs& args) {
     json.update(print_features(*opened.engine, args.measure));
     if (!args.triangles.empty()) {
       write_triangles(args.triangles, opened.engine->scene().triangles);
-      fmt::print("\nwrote {} triangles to {}\n", opened.engine->scene().triangles.size(), args.triangles);
+      say("\nwrote {} triangles to {}\n", opened.engine->scene().triangles.size(), args.triangles);
     }
     code = finish(*opened.engine);
   }

@@ -15,14 +15,17 @@ struct MergeArgs {
 int run_merge(const MergeArgs& args) {
   const fs::path out = args.out;
   if (out.extension() != ".exr") fail(Failure::Arguments, "--out {}: expected a file name that ends in .exr", args.out);
-  check_writable(out);
+  CommandFiles files;
+  for (const std::string& part : args.parts) files.reads("PART.exr", part);
+  files.writes("--out", out);
+  if (args.png) files.writes("--png", fs::path(out).replace_extension(".png"));
   std::vector<ImagePart> parts;
   for (const std::string& part : args.parts) parts.push_back({part, read_exr(part)});
   const Image whole = merge_parts(parts, TILE_SIZE);
   write_exr(out, whole);
   if (args.png) write_png(fs::path(out).replace_extension(".png"), whole);
-  fmt::print("{} parts, {} x {} pixels: {}{}\n", parts.size(), whole.width, whole.height, out.string(),
-             args.png ? " + .png" : "");
+  say("{} parts, {} x {} pixels: {}{}\n", parts.size(), whole.width, whole.height, out.string(),
+      args.png ? " + .png" : "");
   return 0;
 }
 
@@ -37,6 +40,7 @@ void add_merge(CLI::App& app, int& result) {
   cmd->add_option("--out", args->out, "FILE.exr for the whole picture: the same bits as if rendered in one part")
       ->required();
   cmd->add_flag("--png", args->png, "also write a PNG beside it");
+  add_memory(*cmd);
   cmd->callback([args, &result] { result = run_merge(*args); });
 }
 

@@ -96,14 +96,14 @@ void write_tables(const std::vector<std::string>& files) {
     for (const Listing& listing : kListings)
       if (std::ranges::find(sections[i], listing.name) != sections[i].end()) {
         bench::write_readme(files[i], listing.name, listing.table());
-        fmt::print("wrote the {} in {}\n", listing.name, files[i]);
+        say("wrote the {} in {}\n", listing.name, files[i]);
       }
 }
 
 int run_methods(const std::vector<std::string>& files) {
   write_tables(files);
   if (files.empty())
-    for (const Listing& listing : kListings) fmt::print("{}:\n\n{}", listing.title, listing.table());
+    for (const Listing& listing : kListings) say("{}:\n\n{}", listing.title, listing.table());
   return 0;
 }
 

@@ -98,7 +98,7 @@ std::vector<fs::path> outputs_of(const RenderArgs& args, const Scene& scene, con
 fs::path png_beside(fs::path exr) { return exr.replace_extension(".png"); }
 
 /// Makes the output folder and checks, before the work begins, that every file can be written, or the first frame's.
-void prepare(const RenderArgs& args, const FramePlan& plan, std::vector<fs::path> files) {
+void prepare(RenderArgs& args, const FramePlan& plan, std::vector<fs::path> files) {
   if (plan.numbered)
     for (fs::path& file : files) file = frame_file(file, plan.frames[0].number);
   const fs::path out = args.out;
@@ -108,9 +108,10 @@ void prepare(const RenderArgs& args, const FramePlan& plan, std::vector<fs::path
     if (error) fail(Failure::Work, "--out {}: cannot create the folder: {}", args.out, error.message());
   }
   for (const fs::path& file : files) {
-    check_writable(file);
-    if (args.png) check_writable(png_beside(file));
+    args.engine.files.writes("--out", file);
+    if (args.png) args.engine.files.writes("--png", png_beside(file));
   }
+  args.engine.files.check_read();
 }
 
 std::vector<const View*> chosen_views(const RenderArgs& args, const Scene& scene) {
@@ -122,8 +123,8 @@ std::vector<const View*> chosen_views(const RenderArgs& args, const Scene& scene
 
 void print_passes(const RenderTimes& times) {
   for (const PassTime& t : times.passes.all())
-    fmt::print("    {:<16} {:>10.3f} ms  {:>7} dispatches  {:>12} rays  {:>9.2f} Mrays/s\n", t.name, t.ms, t.dispatches,
-               t.rays, t.ms > 0 ? double(t.rays) / t.ms * 1e-3 : 0.0);
+    say("    {:<16} {:>10.3f} ms  {:>7} dispatches  {:>12} rays  {:>9.2f} Mrays/s\n", t.name, t.ms, t.dispatches,
+        t.rays, t.ms > 0 ? double(t.rays) / t.ms * 1e-3 : 0.0);
 }
 
 nlohmann::json passes_json(const RenderTimes& times) {
@@ -163,16 +164,15 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
   finish_job(exr);
   const double write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - written).count();
   const Wall wall{times.device_ms * 1e-3, rendered.film_s, write_s, rendered.seconds + write_s};
-  if (rendered.resumed_at > 0) fmt::print("  {:<10} resumed from {} samples\n", view.name, rendered.resumed_at);
-  fmt::print("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n",
-             view.name, times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(),
-             exr.string(), args.png ? " + .png" : "");
+  if (rendered.resumed_at > 0) say("  {:<10} resumed from {} samples\n", view.name, rendered.resumed_at);
+  say("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n", view.name,
+      times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(), exr.string(),
+      args.png ? " + .png" : "");
   print_passes(times);
-  fmt::print("    wall {:.3f} s: device {:.3f}, host {:.3f}, film {:.3f}, {} {:.3f}\n", wall.wall_s, wall.device_s,
-             wall.host_s(), wall.film_s, args.png ? "EXR and PNG" : "EXR", wall.write_s);
+  say("    wall {:.3f} s: device {:.3f}, host {:.3f}, film {:.3f}, {} {:.3f}\n", wall.wall_s, wall.device_s,
+      wall.host_s(), wall.film_s, args.png ? "EXR and PNG" : "EXR", wall.write_s);
   if (!rendered.errors.empty()) report_errors(rendered, exr);
-  if (times.heat_top > 0)
-    fmt::print("  {:<10} heat map of {}: yellow stands for {:.4g}\n", "", options.heat, times.heat_top);
+  if (times.heat_top > 0) say("  {:<10} heat map of {}: yellow stands for {:.4g}\n", "", options.heat, times.heat_top);
   json["records"].push_back({{"scene", engine.scene().name},
                              {"view", view.name},
                              {"rays", "primary"},
@@ -207,8 +207,7 @@ nlohmann::json begin_frame(Engine& engine, const FramePlan& plan, const Frame& f
   const Engine::Update& update = engine.last_update();
   const double decay = engine.refit_policy().decay();
   if (plan.numbered)
-    fmt::print(
-        "frame {:04}, {:.4f} s: pose {:.3f} ms, tree {} and scene made ready in {:.3f} ms, SAH {:.3f} of the build's\n",
+    say("frame {:04}, {:.4f} s: pose {:.3f} ms, tree {} and scene made ready in {:.3f} ms, SAH {:.3f} of the build's\n",
         frame.number, frame.seconds, update.pose_s * 1e3, update.refitted ? "refitted" : "built", update.seconds * 1e3,
         decay);
   return {
@@ -246,15 +245,18 @@ Image read_reference(const RenderArgs& args, const RenderOptions& options) {
   if (reference.width != w.x1 - w.x0 || reference.height != w.y1 - w.y0)
     fail(Failure::Arguments, "--reference {}: has {} x {} pixels, but the picture will have {} x {}", args.reference,
          reference.width, reference.height, w.x1 - w.x0, w.y1 - w.y0);
-  for (const char* name : {"R", "G", "B"}) reference.channel(name);
+  for (const char* name : {"R", "G", "B"}) channel_in(args.reference, reference, name);
   if (options.shard.count > 1 || !options.wants("color"))
     fail(Failure::Arguments,
          "--reference: needs the whole picture with its colours; leave out --tiles, and add color to --aov");
   return reference;
 }
 
-int run_render(const RenderArgs& args) {
+int run_render(RenderArgs& args) {
+  args.engine.note_files();
+  args.engine.files.reads("--reference", args.reference);
   RenderJob job{.options = options_of(args), .checkpoint_s = args.checkpoint_s, .resume = args.resume};
+  job.again = command_line() + (args.resume ? "" : " --resume");
   const RenderOptions& options = job.options;
   if (!(args.checkpoint_s >= 0))
     fail(Failure::Arguments, "--checkpoint: {} s is not a time of 0 or more", args.checkpoint_s);
@@ -287,19 +289,18 @@ int run_render(const RenderArgs& args) {
   Query query = options.query;
   query.rays = kPrimaryRays;
   const Variant variant = engine.tracer().variant(query);
-  fmt::print("{}: {} triangles on {} ({}), subgroup {}\n  {}\n", engine.scene().name, engine.scene().triangles.size(),
-             engine.device().name, engine.device().driver, variant.config.subgroup,
-             query.method == kAuto ? "method auto" : variant.name());
-  fmt::print("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,
-             engine.start_times().bvh_s, engine.bvh_stats().from_cache ? " (cached)" : "");
+  say("{}: {} triangles on {} ({}), subgroup {}\n  {}\n", engine.scene().name, engine.scene().triangles.size(),
+      engine.device().name, engine.device().driver, variant.config.subgroup,
+      query.method == kAuto ? "method auto" : variant.name());
+  say("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,
+      engine.start_times().bvh_s, engine.bvh_stats().from_cache ? " (cached)" : "");
   nlohmann::json json = record_header(engine, opened.load_s);
   if (const std::size_t there = render_frames(args, opened, plan, job, views, files, json); there > 0)
-    fmt::print("  {} pictures were complete and left out\n", there);
+    say("  {} pictures were complete and left out\n", there);
   if (const std::string line = choice_line(engine, query); !line.empty())
-    fmt::print("  {}\n  {}\n", line, engine.tracer().variant(query).name());
+    say("  {}\n  {}\n", line, engine.tracer().variant(query).name());
   const KernelTimes& kernel = engine.tracer().kernel(query).times();
-  fmt::print(
-      "  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first "
+  say("  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first "
       "dispatch)\n",
       kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);
   write_json(args.engine.json, json);

@@ -26,23 +26,28 @@ struct Sort {
 void write(const ReportArgs& args, const Sort& sort) {
   if (!args.report.empty()) {
     const std::string missing = sort.write_report(args.report, sort.documents);
-    if (!missing.empty()) fmt::print(stderr, "ballot: {}\n", missing);
-    fmt::print("wrote {}\n", (fs::path(args.report) / sort.page).string());
+    if (!missing.empty()) say_aside("ballot: {}\n", missing);
+    say("wrote {}\n", (fs::path(args.report) / sort.page).string());
   }
   if (!args.readme.empty()) {
     bench::write_readme(args.readme, sort.place, sort.readme_text(sort.documents));
-    fmt::print("wrote the {} in {}\n", sort.place, args.readme);
+    say("wrote the {} in {}\n", sort.place, args.readme);
   }
 }
 
 int run_report(const ReportArgs& args) {
   if (args.report.empty() && args.readme.empty())
     fail(Failure::Arguments, "report: no output was named; give --report DIR, --readme FILE or both");
+  CommandFiles outputs;
+  for (const std::string& file : args.files) outputs.reads("FILES", file);
   Sort measured{"results", "report.md", {}, bench::write_report, bench::readme_text};
   Sort verified{"accuracy", "verify.md", {}, verify::write_report, verify::readme_text};
   for (const std::string& file : args.files)
     for (bench::Document& document : bench::read_documents(file))
       (verify::is_verified(document) ? verified : measured).documents.push_back(std::move(document));
+  if (!measured.documents.empty()) note_folder(outputs, args.report, bench::kReportFiles);
+  if (!verified.documents.empty()) note_folder(outputs, args.report, verify::kReportFiles);
+  outputs.writes("--readme", args.readme);
   for (const Sort* sort : {&measured, &verified})
     if (!args.readme.empty() && !sort->documents.empty()) bench::check_readme(args.readme, sort->place);
   for (const Sort* sort : {&measured, &verified})

@@ -215,7 +215,7 @@ void keep_pairs(std::vector<KernelSource>& sources) {
 int write_headers(const std::filesystem::path& folder) {
   write_file(folder / "knobs.h", knobs_header());
   write_file(folder / "knobs_guard.h", knobs_guard());
-  fmt::print("{}\n{}\n", (folder / "knobs.h").string(), (folder / "knobs_guard.h").string());
+  say("{}\n{}\n", (folder / "knobs.h").string(), (folder / "knobs_guard.h").string());
   return 0;
 }
 
@@ -234,11 +234,11 @@ int run_shaders(const ShadersArgs& args) {
   for (const KernelSource& source : sources) {
     const Spirv spirv = compile_shader(source.file, source.defines, !args.fresh);
     reflect(spirv.words, source.name);
-    fmt::print("{:8.1f} ms {:7} bytes  {}\n", spirv.ms, spirv.words.size() * 4, source.name);
+    say("{:8.1f} ms {:7} bytes  {}\n", spirv.ms, spirv.words.size() * 4, source.name);
     json.push_back({{"name", source.name}, {"ms", spirv.ms}, {"bytes", spirv.words.size() * 4}});
     total_ms += spirv.ms;
   }
-  fmt::print("{} variants, {:.1f} ms{}\n", sources.size(), total_ms, args.fresh ? "" : " (through the cache)");
+  say("{} variants, {:.1f} ms{}\n", sources.size(), total_ms, args.fresh ? "" : " (through the cache)");
   write_json(args.json, json);
   return 0;
 }

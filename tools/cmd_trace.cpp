@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "tools/auto_table.h"
+#include "tools/interrupt.h"
 #include "tools/trace_crossings.h"
 #include "tools/trace_files.h"
 
@@ -31,35 +32,29 @@ RayFile open_rays(const TraceArgs& args, const std::string& name) {
 }
 
 /// Checks the lists of files before work begins.
-void check_files(const TraceArgs& args) {
+void check_files(TraceArgs& args) {
   if (args.rays.size() != args.out.size())
     fail(Failure::Arguments, "--rays names {} files and --out {}; expected as many", args.rays.size(), args.out.size());
-  const auto streams = [](const std::vector<std::string>& files) { return std::ranges::count(files, "-"); };
-  if (streams(args.rays) > 1 || streams(args.out) > 1)
-    fail(Failure::Arguments, "'-' can be named once in --rays and once in --out");
-  for (std::size_t i = 0; i < args.out.size(); ++i) {
-    if (args.out[i] == "-") continue;
-    check_writable(args.out[i]);
-    if (std::ranges::count(args.out, args.out[i]) > 1)
-      fail(Failure::Arguments, "--out names {} twice; each file of rays needs one of its own", args.out[i]);
-  }
+  if (std::ranges::count(args.rays, "-") > 1) fail(Failure::Arguments, "'-' can be named once in --rays");
+  args.engine.note_files();
+  for (const std::string& rays : args.rays) args.engine.files.reads("--rays", rays);
+  for (std::string& out : args.out) out = args.engine.files.must_write("--out", out).string();
   for (const std::string& rays : args.rays)
     if (rays != "-") open_rays(args, rays);
 }
 
-/// Prints what tracing a file gave, to standard error if the hits went to standard output.
-void print_result(std::FILE* to, Engine& engine, const std::string& out, const FileTrace& done, Query query) {
+/// Prints what tracing a file gave.
+void print_result(Engine& engine, const std::string& out, const FileTrace& done, Query query) {
   query.rays = done.ray_class;
   const Variant variant = engine.tracer().variant(query);
   const double mrays = done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0;
-  fmt::print(to, "{}: {} rays, {} hits, {:.3f} ms on the device, {:.2f} Mrays/s\n", out, done.rays, done.hits,
-             done.times.device_ms, mrays);
-  fmt::print(to, "  {} on {} ({}), subgroup {}\n", variant.name(), engine.device().name, engine.device().driver,
-             variant.config.subgroup);
-  if (const std::string line = choice_line(engine, query); !line.empty())
-    fmt::print(to, "  {} ({})\n", line, query.rays);
+  say("{}: {} rays, {} hits, {:.3f} ms on the device, {:.2f} Mrays/s\n", out, done.rays, done.hits,
+      done.times.device_ms, mrays);
+  say("  {} on {} ({}), subgroup {}\n", variant.name(), engine.device().name, engine.device().driver,
+      variant.config.subgroup);
+  if (const std::string line = choice_line(engine, query); !line.empty()) say("  {} ({})\n", line, query.rays);
   if (done.times.retraced)
-    fmt::print(to, "  {} rays were cut short by the driver and traced again in pieces\n", done.times.retraced);
+    say("  {} rays were cut short by the driver and traced again in pieces\n", done.times.retraced);
 }
 
 nlohmann::json record_of(const Engine& engine, const TraceArgs& args, std::size_t i, const FileTrace& done,
@@ -89,13 +84,12 @@ void check_crossings(const TraceArgs& args) {
          "--count, --all and --first have a kernel of their own, in mode {}; leave --method, "
          "--numeric and --knob out",
          kDefaultNumeric);
-  for (const std::string& out : args.out)
-    if (out == "-") fail(Failure::Arguments, "--out -: --count, --all and --first write files alone; name one");
 }
 
 /// Finds the crossings of each file of rays.
-int run_crossings(const TraceArgs& args) {
+int run_crossings(TraceArgs& args) {
   Opened opened = open_scene(args.engine);
+  const InterruptGuard interrupt;
   nlohmann::json json = record_header(*opened.engine, opened.load_s);
   const Crossings want = args.count ? Crossings::Count : Crossings::List;
   for (std::size_t i = 0; i < args.rays.size(); ++i) {
@@ -103,11 +97,11 @@ int run_crossings(const TraceArgs& args) {
     {
       ProgressBar bar("tracing " + args.rays[i]);
       done = trace_crossings(*opened.engine, open_rays(args, args.rays[i]), args.out[i], want, args.first,
-                             [&](double share) { bar.update(share); });
+                             [&](double share) { interrupt.stop("tracing"), bar.update(share); });
     }
     const double mrays = done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0;
-    fmt::print("{}: {} rays, {} crossings, {:.3f} ms on the device, {:.2f} Mrays/s\n", args.out[i], done.rays,
-               done.crossings, done.times.device_ms, mrays);
+    say("{}: {} rays, {} crossings, {:.3f} ms on the device, {:.2f} Mrays/s\n", args.out[i], done.rays, done.crossings,
+        done.times.device_ms, mrays);
     json["records"].push_back({{"rays", args.rays[i]},
                                {"ray_count", done.rays},
                                {"crossings", done.crossings},
@@ -117,7 +111,7 @@ int run_crossings(const TraceArgs& args) {
   return finish(*opened.engine);
 }
 
-int run_trace(const TraceArgs& args) {
+int run_trace(TraceArgs& args) {
   Query query = args.query.query();
   query.want = args.any ? Want::Any : Want::Nearest;
   check_crossings(args);
@@ -125,16 +119,16 @@ int run_trace(const TraceArgs& args) {
   if (args.crossings()) return run_crossings(args);
   Opened opened = open_scene(args.engine, {query});
   Engine& engine = *opened.engine;
-  std::FILE* const to = std::ranges::count(args.out, "-") ? stderr : stdout;
+  const InterruptGuard interrupt;
   nlohmann::json json = record_header(engine, opened.load_s);
   for (std::size_t i = 0; i < args.rays.size(); ++i) {
     FileTrace done;
     {
       ProgressBar bar(args.rays.size() == 1 ? "tracing" : "tracing " + args.rays[i]);
       done = trace_file(engine, open_rays(args, args.rays[i]), args.out[i], query,
-                        [&](double share) { bar.update(share); });
+                        [&](double share) { interrupt.stop("tracing"), bar.update(share); });
     }
-    print_result(to, engine, args.out[i], done, query);
+    print_result(engine, args.out[i], done, query);
     json["records"].push_back(record_of(engine, args, i, done, query));
   }
   write_json(args.engine.json, json);

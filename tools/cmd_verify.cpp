@@ -62,23 +62,24 @@ void check(const VerifyArgs& args) {
          *args.tolerance);
 }
 
-void check_outputs(const VerifyArgs& args) {
-  if (!args.run.engine.json.empty()) check_writable(args.run.engine.json);
-  if (!args.run.report.empty()) verify::check_report_folder(args.run.report);
-  if (!args.readme.empty()) bench::check_readme(args.readme, "accuracy");
+void check_outputs(VerifyArgs& args) {
+  args.run.note_files(verify::kReportFiles);
+  if (args.readme.empty()) return;
+  args.run.engine.files.writes("--readme", args.readme);
+  bench::check_readme(args.readme, "accuracy");
 }
 
 /// Saves the run so far to its files; called after every block, so that a killed run loses little.
 void save(const RunArgs& args, const bench::Document& document) {
   const nlohmann::json json = bench::to_json(document);
-  write_json(args.engine.json, json);
+  if (!document.partial || !descriptor_of(args.engine.json)) write_json(args.engine.json, json);  // a stream: once
   if (!args.report.empty()) write_json((fs::path(args.report) / "verify.json").string(), json);
 }
 
 void print_places(const bench::Document& part) {
   const std::vector<bench::Document> documents{part};
   for (const verify::Platform& platform : verify::platforms_of(documents))
-    for (const verify::Place& place : platform.places) fmt::print("{}", verify::place_table(place));
+    for (const verify::Place& place : platform.places) say("{}", verify::place_table(place));
   std::fflush(stdout);
 }
 
@@ -89,21 +90,23 @@ void add_hard_cases(const VerifyArgs& args, const bench::RunOptions& options, co
   };
   verify::HardResult hard = verify::run_hard_cases(plan.entries, {options.engine, args.quick, options.cases}, begin);
   document.hard = std::move(hard.records);
-  document.partial = document.partial || hard.interrupted;
+  document.partial = document.partial || hard.signal != 0;
+  if (hard.signal != 0) found.run.signal = hard.signal;
   found.run.messages += hard.messages;
   found.not_refused = std::move(hard.not_refused);
-  fmt::print("{}", verify::hard_table(document.hard));
+  say("{}", verify::hard_table(document.hard));
 }
 
-Found measure(const VerifyArgs& args) {
-  const RunArgs& given = args.run;
+Found measure(VerifyArgs& args) {
+  RunArgs& given = args.run;
   bench::RunOptions options = given.options();
   options.verify = true;
   std::optional<bench::Plan> scene_plan, hard;
   if (!given.scenes.empty()) scene_plan = given.make_plan();
   if (args.hard) hard = hard_plan(args);
-  auto scenes = scene_plan ? bench::load_scenes(given.scenes, *scene_plan) : std::vector<bench::LoadedScene>();
   check_outputs(args);
+  auto scenes = scene_plan ? bench::load_scenes(given.scenes, *scene_plan, given.engine.allow_outside)
+                           : std::vector<bench::LoadedScene>();
   Found found;
   const bench::RunHooks hooks{print_places, [&](const bench::Document& document) { save(given, document); }};
   if (scene_plan) found.run = bench::run(*scene_plan, std::move(scenes), options, hooks);
@@ -124,40 +127,40 @@ bool print_failures(const VerifyArgs& args, const Found& found) {
       judge(*r.accuracy);
     }
   for (const bench::HardRecord& r : found.run.document.hard) {
-    if (!r.failed.empty()) fmt::print(stderr, "ballot: hard case {} failed: {}\n", r.name, r.failed);
+    if (!r.failed.empty()) say_aside("ballot: hard case {} failed: {}\n", r.name, r.failed);
     broken[r.failed.empty() ? r.numeric : "a hard case"] += verify::broken_promises(r);
     if (r.failed.empty()) judge(r.accuracy);
   }
   bool any = above > 0 || !found.not_refused.empty();
   for (const auto& [numeric, count] : broken) {
-    if (count > 0) fmt::print(stderr, "ballot: {}: {} answers break what the mode promises\n", numeric, count);
+    if (count > 0) say_aside("ballot: {}: {} answers break what the mode promises\n", numeric, count);
     any = any || count > 0;
   }
   if (above > 0)
-    fmt::print(stderr, "ballot: {} records have more than {:g} wrong answers per million rays\n", above,
-               *args.tolerance);
-  for (const std::string& text : found.not_refused) fmt::print(stderr, "ballot: not refused: {}\n", text);
+    say_aside("ballot: {} records have more than {:g} wrong answers per million rays\n", above, *args.tolerance);
+  for (const std::string& text : found.not_refused) say_aside("ballot: not refused: {}\n", text);
   return any;
 }
 
 int finish_run(const VerifyArgs& args, const Found& found) {
   const bench::RunResult& run = found.run;
   save(args.run, run.document);
-  fmt::print("{}\n", verify::verdict(run.document));
+  say("{}\n", verify::verdict(run.document));
   if (!args.run.report.empty()) {
     const std::string missing = verify::write_report(args.run.report, {run.document});
-    if (!missing.empty()) fmt::print(stderr, "ballot: {}\n", missing);
-    fmt::print("wrote {}\n", (fs::path(args.run.report) / "verify.md").string());
+    if (!missing.empty()) say_aside("ballot: {}\n", missing);
+    say("wrote {}\n", (fs::path(args.run.report) / "verify.md").string());
   }
   if (!args.readme.empty()) {
     bench::write_readme(args.readme, "accuracy", verify::readme_text({run.document}));
-    fmt::print("wrote the accuracy in {}\n", args.readme);
+    say("wrote the accuracy in {}\n", args.readme);
   }
   if (run.failed) std::rethrow_exception(run.failed);
-  if (run.document.partial) fmt::print(stderr, "ballot: interrupted; what was measured is kept\n");
-  if (run.without > 0) fmt::print(stderr, "ballot: {} pairs of scene and ray kind have no rays (above)\n", run.without);
-  if (run.messages > 0) fmt::print(stderr, "ballot: {} validation messages (above)\n", run.messages);
+  if (run.signal != 0) say_aside("ballot: interrupted; what was measured is kept\n");
+  if (run.without > 0) say_aside("ballot: {} pairs of scene and ray kind have no rays (above)\n", run.without);
+  if (run.messages > 0) say_aside("ballot: {} validation messages (above)\n", run.messages);
   const bool failures = print_failures(args, found);
+  if (run.signal != 0) return 128 + run.signal;
   return failures || run.document.partial || run.without > 0 || run.messages > 0 ? 1 : 0;
 }
 
@@ -186,7 +189,8 @@ void add_options(CLI::App& cmd, VerifyArgs& args) {
                  "<!-- accuracy:end -->");
 }
 
-void run_origins(const VerifyArgs& args) {
+void run_origins(VerifyArgs& args) {
+  args.run.note_files(verify::kOriginFiles);
   verify::OriginStudyArgs study{.engine = args.run.engine.options(),
                                 .json = args.run.engine.json,
                                 .report = args.run.report,

@@ -20,6 +20,7 @@ int run_view(const ViewArgs& args) {
   view::SessionOptions o = args.session;
   o.scene = args.engine.scene;
   o.engine = args.engine.options();
+  o.allow_outside = args.engine.allow_outside;
   parse_size(args.size, o.width, o.height);
   check_options(RenderOptions{.width = o.width, .height = o.height});
   o.settings.query = args.query.query();
@@ -48,7 +49,7 @@ int run_view(const ViewArgs& args) {
   view::Session session(std::move(o));
   const std::size_t messages = session.run();
   if (messages == 0) return 0;
-  fmt::print(stderr, "ballot: {} validation messages (above)\n", messages);
+  say_aside("ballot: {} validation messages (above)\n", messages);
   return 1;
 }
 

@@ -14,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 import dev_build  # noqa: E402
 import dev_bundle  # noqa: E402
+import dev_fuzz  # noqa: E402
 import dev_lint  # noqa: E402
 import dev_mesa  # noqa: E402
 import dev_mutations  # noqa: E402
@@ -199,6 +200,11 @@ def scaling(options: argparse.Namespace, rest: list[str]) -> int:
     return dev_scaling.scaling(options.binary or dev_build.ballot_binary(options.preset), options)
 
 
+def fuzz(options: argparse.Namespace, rest: list[str]) -> int:
+    dev_packages.ensure("fuzz", install=not options.no_install)
+    return dev_fuzz.fuzz(options, rest)
+
+
 COMMANDS = {
     "render": (render, "[SCENE] [ballot's options ...]", "set up, render scenes to EXR and PNG, print a table",
                SETUP + """
@@ -242,6 +248,7 @@ a Vulkan loader.
 
   tools/dev.py bundle out/ballot --archive
 """),
+    "fuzz": (fuzz, "[TARGET ...]", "read mutated files under sanitizers, with libFuzzer", SETUP + dev_fuzz.HELP),
     "scaling": (scaling, "", "measure speed and memory against triangles and rays", dev_scaling.HELP),
 }
 
@@ -278,6 +285,8 @@ def make_parser() -> argparse.ArgumentParser:
             sub.add_argument("--dir", help="folder with scene files; default: the environment variable BALLOT_SCENES")
         if name == "scaling":
             dev_scaling.add_options(sub)
+        if name == "fuzz":
+            dev_fuzz.add_options(sub)
         if name == "bundle":
             sub.add_argument("--archive", action="store_true", help="also write DIR.tar.gz")
     return parser

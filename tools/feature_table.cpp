@@ -131,20 +131,20 @@ nlohmann::json print_gain(Engine& engine, const Warmer& warmer, const Picture& p
                             {"every_feature_ms", median(every)},
                             {fmt::format("{}_ms", picture.pass()), median(own_look)},
                             {fmt::format("every_feature_{}_ms", picture.pass()), median(every_look)}};
-  fmt::print("    {:.1f} ms, {:.1f} ms with every feature: {:.2f} times as fast; {} {:.1f} and {:.1f} ms: {:.2f}\n",
-             median(own), median(every), median(every) / median(own), picture.pass(), median(own_look),
-             median(every_look), median(every_look) / median(own_look));
+  say("    {:.1f} ms, {:.1f} ms with every feature: {:.2f} times as fast; {} {:.1f} and {:.1f} ms: {:.2f}\n",
+      median(own), median(every), median(every) / median(own), picture.pass(), median(own_look), median(every_look),
+      median(every_look) / median(own_look));
   return json;
 }
 
 nlohmann::json print_kernel(Engine& engine, const KernelSource& source) {
   const Kernel kernel(*engine.context(), source);
   const KernelTimes& t = kernel.times();
-  fmt::print("    {:<60} {:>7} bytes  SPIR-V {:.1f} ms{}  pipeline {:.1f} ms\n", source.name, t.spirv_bytes, t.spirv_ms,
-             t.from_cache ? " (cached)" : "", t.pipeline_ms);
+  say("    {:<60} {:>7} bytes  SPIR-V {:.1f} ms{}  pipeline {:.1f} ms\n", source.name, t.spirv_bytes, t.spirv_ms,
+      t.from_cache ? " (cached)" : "", t.pipeline_ms);
   nlohmann::json figures = nlohmann::json::object();
   for (const PipelineFigure& f : kernel.statistics()) {
-    fmt::print("      {}: {}\n", f.name, f.value);
+    say("      {}: {}\n", f.name, f.value);
     figures[f.name] = f.value;
   }
   return {{"name", source.name},          {"spirv_bytes", t.spirv_bytes}, {"spirv_ms", t.spirv_ms},
@@ -156,12 +156,12 @@ nlohmann::json print_pictures(Engine& engine, const std::vector<Picture>& pictur
                               const Warmer* warmer) {
   nlohmann::json json = nlohmann::json::array();
   for (const Picture& picture : pictures) {
-    fmt::print("  {}\n", picture.name);
+    say("  {}\n", picture.name);
     nlohmann::json kernels = nlohmann::json::array();
     for (const KernelSource& source : picture.kernels) kernels.push_back(print_kernel(engine, source));
     const std::size_t every =
         compile_shader(picture.every.file, defines_of(picture.every, engine.device())).words.size() * 4;
-    fmt::print("    {:<60} {:>7} bytes\n", fmt::format("({} with every feature)", picture.pass()), every);
+    say("    {:<60} {:>7} bytes\n", fmt::format("({} with every feature)", picture.pass()), every);
     json.push_back({{word, picture.name}, {"kernels", kernels}, {"every_feature_spirv_bytes", every}});
     if (warmer) json.back()["gain"] = print_gain(engine, *warmer, picture);
   }
@@ -187,8 +187,8 @@ nlohmann::json print_stack_gain(Engine& engine, Tracer& common, const RayKind& k
     own.push_back(traced(engine.tracer()));
     other.push_back(traced(common));
   });
-  fmt::print("    {} rays by {}: {:.2f} and {:.2f} ms, {:.2f} times as fast\n", kind.name, query.method, median(own),
-             median(other), median(other) / median(own));
+  say("    {} rays by {}: {:.2f} and {:.2f} ms, {:.2f} times as fast\n", kind.name, query.method, median(own),
+      median(other), median(other) / median(own));
   return {{"rays", kind.name}, {"method", query.method}, {"ms", median(own)}, {"every_feature_ms", median(other)}};
 }
 
@@ -197,16 +197,16 @@ nlohmann::json print_traversal(Engine& engine, bool measured) {
   TreeFacts common = SceneFeatures::every().tree;
   common.depth = std::max(common.depth, tree.depth);
   common.far = tree.far;
-  fmt::print("\ntraversal: stacks of {} entries for a tree of depth {}{}{}; {} with every feature\n",
-             stack_entries(tree), tree.depth, leaves_loop(tree) ? "" : ", no loop over the one triangle of a leaf",
-             tree.far ? ", boxes relative to the middle of the scene" : "", stack_entries(common));
+  say("\ntraversal: stacks of {} entries for a tree of depth {}{}{}; {} with every feature\n", stack_entries(tree),
+      tree.depth, leaves_loop(tree) ? "" : ", no loop over the one triangle of a leaf",
+      tree.far ? ", boxes relative to the middle of the scene" : "", stack_entries(common));
   nlohmann::json json{{"stack_entries", stack_entries(tree)},
                       {"every_feature_stack_entries", stack_entries(common)},
                       {"leaf_loop", leaves_loop(tree)}};
   if (!measured) return json;
   json["gain"] = nlohmann::json::array();
   if (stack_entries(tree) == stack_entries(common) && leaves_loop(tree)) {
-    fmt::print("    the kernels for this scene and for every feature are the same\n");
+    say("    the kernels for this scene and for every feature are the same\n");
     return json;
   }
   Tracer tracer(*engine.context(), engine.bvh(), engine.scene().triangles, common);
@@ -249,13 +249,12 @@ nlohmann::json print_features(Engine& engine, bool measured) {
   std::optional<Warmer> warm;
   if (measured) warm.emplace(engine);
   const Warmer* warmer = warm ? &*warm : nullptr;
-  fmt::print("\nshadings and the kernels that each one runs on this scene, without those of the traversal:\n");
+  say("\nshadings and the kernels that each one runs on this scene, without those of the traversal:\n");
   json["shadings"] = print_pictures(engine, shadings_of(engine), "shading", warmer);
-  fmt::print("\nintegrators and the kernels that each one runs on this scene, without those of the traversal:\n");
+  say("\nintegrators and the kernels that each one runs on this scene, without those of the traversal:\n");
   json["integrators"] = print_pictures(engine, integrators_of(engine), "integrator", warmer);
   if (measured)
-    fmt::print(
-        "  device times of view {}, {} x {} pixels, {} samples: medians of {} to {} repeats, both kinds in turn\n",
+    say("  device times of view {}, {} x {} pixels, {} samples: medians of {} to {} repeats, both kinds in turn\n",
         engine.scene().views[0].name, measured_size(engine), measured_size(engine), kMeasuredSamples, kLeastRepeats,
         kMostRepeats);
   return json;

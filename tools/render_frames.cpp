@@ -49,8 +49,8 @@ void note_outside(const FramePlan& plan, const AnimationClip& clip, const std::s
   const std::string what = plan.numbered
                                ? fmt::format("{} of {} frames, up to {:g} s, are", outside, plan.frames.size(), last)
                                : fmt::format("the time {:g} s is", last);
-  fmt::print(stderr, "ballot: {}: {} outside animation '{}' of {:g} s; {} shows its {}\n", scene, what, clip.name,
-             clip.seconds, plan.numbered ? "each" : "the picture", last < 0 ? "beginning" : "end");
+  say_aside("ballot: {}: {} outside animation '{}' of {:g} s; {} shows its {}\n", scene, what, clip.name, clip.seconds,
+            plan.numbered ? "each" : "the picture", last < 0 ? "beginning" : "end");
 }
 
 }  // namespace

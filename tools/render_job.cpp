@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "tools/bench/plots.h"
+#include "tools/interrupt.h"
 
 namespace ballot::cli {
 
@@ -34,6 +35,27 @@ void add_error(Engine& engine, Film& film, const View& view, const RenderJob& jo
   done.errors.push_back({film.samples, done.times.seconds, image_error(image, *job.reference)});
 }
 
+/// Writes a checkpoint. Returns why it could not be written, such as a full disk; "" if it was.
+std::string save(const fs::path& checkpoint, const Film& film, const std::string& made_of) {
+  try {
+    write_film(checkpoint, film, made_of);
+    return {};
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
+/// Throws Stopped, which says what was kept and how to go on. `failure` says why there is no checkpoint; "" if there is
+/// one.
+[[noreturn]] void stop(const InterruptGuard& interrupt, const View& view, const RenderJob& job, const Film& film,
+                       const fs::path& checkpoint, const std::string& failure) {
+  const std::string kept = failure.empty()
+                               ? fmt::format("{} keeps them; go on with: {}", checkpoint.string(), job.again)
+                               : "nothing was kept: " + failure;
+  throw Stopped(interrupt.signal(), fmt::format("{} stopped view {} after {} of {} samples; {}", interrupt.name(),
+                                                view.name, film.samples, job.options.spp, kept));
+}
+
 }  // namespace
 
 fs::path checkpoint_of(const fs::path& exr) { return fs::path(exr).replace_extension(".checkpoint.exr"); }
@@ -48,11 +70,12 @@ Rendered render_job(Engine& engine, const View& view, const RenderJob& job, cons
     if (!can_checkpoint(film))
       fail(Failure::Arguments,
            "--resume: pictures with counters (--stats, --shading heat) have no checkpoints; leave it out");
-    read_film(checkpoint, film, engine.made_of(view, o));
+    read_film(checkpoint, film, engine.made_of(view, o), o.spp);
     done.resumed_at = film.samples;
   }
   done.film_s = seconds_since(begin);
   ProgressBar bar("rendering " + view.name);
+  const InterruptGuard interrupt;
   Clock::time_point saved = Clock::now();
   std::uint32_t step = 1, next_error = std::max(1u, film.samples);
   while (film.samples < o.spp) {
@@ -65,12 +88,18 @@ Rendered render_job(Engine& engine, const View& view, const RenderJob& job, cons
       add_error(engine, film, view, job, done);
       next_error = 2 * film.samples;
     }
-    if (job.checkpoint_s > 0 && can_checkpoint(film) && film.samples < o.spp &&
-        seconds_since(saved) >= job.checkpoint_s) {
+    if (film.samples == o.spp) break;
+    const bool due = job.checkpoint_s > 0 && can_checkpoint(film) && seconds_since(saved) >= job.checkpoint_s;
+    if (!due && !interrupt.wanted()) continue;
+    std::string failure = "pictures with counters have no checkpoints";
+    if (can_checkpoint(film)) {
       engine.collect(film, done.times);
-      write_film(checkpoint, film, engine.made_of(view, o));
-      saved = Clock::now();
+      failure = save(checkpoint, film, engine.made_of(view, o));
     }
+    bar.hide();
+    if (interrupt.wanted()) stop(interrupt, view, job, film, checkpoint, failure);
+    if (!failure.empty()) say_aside("ballot: no checkpoint, but rendering goes on: {}\n", failure);
+    saved = Clock::now();
   }
   engine.collect(film, done.times);
   const Clock::time_point painted = Clock::now();
@@ -87,10 +116,10 @@ void finish_job(const fs::path& exr) {
 
 void report_errors(const Rendered& rendered, const fs::path& exr) {
   nlohmann::json json{{"picture", exr.filename().string()}, {"records", nlohmann::json::array()}};
-  fmt::print("  {:>8} {:>10} {:>12} {:>12} {:>8}\n", "samples", "seconds", "RMSE", "relMSE", "FLIP");
+  say("  {:>8} {:>10} {:>12} {:>12} {:>8}\n", "samples", "seconds", "RMSE", "relMSE", "FLIP");
   for (const ErrorAt& e : rendered.errors) {
-    fmt::print("  {:>8} {:>10.3f} {:>12.6f} {:>12.6f} {:>8.4f}\n", e.samples, e.seconds, e.error.rmse, e.error.relmse,
-               e.error.flip);
+    say("  {:>8} {:>10.3f} {:>12.6f} {:>12.6f} {:>8.4f}\n", e.samples, e.seconds, e.error.rmse, e.error.relmse,
+        e.error.flip);
     json["records"].push_back({{"samples", e.samples},
                                {"seconds", e.seconds},
                                {"rmse", e.error.rmse},
@@ -98,10 +127,10 @@ void report_errors(const Rendered& rendered, const fs::path& exr) {
                                {"flip", e.error.flip}});
   }
   const fs::path file = errors_of(exr), folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  write_file(file, json.dump(2) + "\n");
+  write_file(file, json_text(json, 2));
   const bench::Plots plots = bench::draw_plots(folder, "plot_render.py", file.filename().string());
-  fmt::print("  errors over time: {}{}\n", file.string(),
-             plots.files.empty() ? "; no plot: " + plots.missing : " and " + (folder / plots.files[0]).string());
+  say("  errors over time: {}{}\n", file.string(),
+      plots.files.empty() ? "; no plot: " + plots.missing : " and " + (folder / plots.files[0]).string());
 }
 
 }  // namespace ballot::cli

@@ -22,6 +22,7 @@ struct RenderJob {
   RenderOptions options;
   double checkpoint_s = 60;  // seconds between checkpoints; 0: no checkpoints
   bool resume = false;
+  std::string again = {};  // the command line that resumes, for the message of a signal
   std::optional<Image> reference = {};
 };
 
@@ -39,7 +40,9 @@ std::filesystem::path checkpoint_of(const std::filesystem::path& exr);
 
 /// Renders a view whose picture will be written to `exr`. If job.resume is set and a checkpoint exists, it continues
 /// from the checkpoint. The checkpoint of this run stays until finish_job() is called, so that nothing is lost if the
-/// picture cannot be written. Throws as Engine::render and read_film do.
+/// picture cannot be written. A checkpoint that cannot be written gives a warning, and rendering goes on.
+/// SIGINT, SIGTERM and SIGHUP end the rendering after the current step: a checkpoint is written and Stopped thrown.
+/// Throws as Engine::render and read_film do.
 Rendered render_job(Engine& engine, const View& view, const RenderJob& job, const std::filesystem::path& exr);
 
 /// Deletes the checkpoint of a picture that has been written.

@@ -66,6 +66,12 @@ void RunArgs::add_options(CLI::App& cmd) {
   engine.add_options(cmd);
 }
 
+void RunArgs::note_files(std::span<const char* const> report_files) {
+  for (const std::string& scene : scenes) engine.files.reads("SCENE", scene);
+  engine.note_files();
+  note_folder(engine.files, report, report_files);
+}
+
 bench::RunOptions RunArgs::options() const {
   bench::RunOptions checked = run;
   checked.engine = engine.options();
@@ -83,7 +89,7 @@ bench::RunOptions RunArgs::options() const {
 bench::Plan RunArgs::make_plan() const {
   bench::Plan made = bench::make_plan(plan);
   if (plan.sweep && made.sweeps.empty())
-    fmt::print(stderr, "ballot: note: --sweep has no effect: none of the methods has a threshold\n");
+    say_aside("ballot: note: --sweep has no effect: none of the methods has a threshold\n");
   const auto devices = list_devices();
   const DeviceInfo& device = devices[choose_device(devices, engine.device)];
   for (const Query& query : made.queries())

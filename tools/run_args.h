@@ -1,6 +1,7 @@
 // The options of the commands that measure: bench and verify.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "tools/bench/run.h"
@@ -18,6 +19,10 @@ struct RunArgs {
   /// Adds the options for scenes, methods, rays, numeric modes, views, sizes, repeats and device. The members hold the
   /// defaults.
   void add_options(CLI::App& cmd);
+
+  /// Notes the scenes as inputs, and --json and the files of the report's folder, which it makes, as outputs. Throws as
+  /// CommandFiles does.
+  void note_files(std::span<const char* const> report_files);
 
   /// Returns the checked options of the run. Throws Error(Arguments) for values out of range.
   bench::RunOptions options() const;

@@ -1,9 +1,6 @@
 #include "tools/trace_files.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <system_error>
 #include <utility>
 
 namespace ballot::cli {
@@ -130,16 +127,14 @@ FileTrace trace_to(Engine& engine, RayFile file, const WriteBehind::Write& write
   return result;
 }
 
-void write_standard_output(std::span<const std::byte> bytes) {
-  if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size() || std::fflush(stdout) != 0)
-    fail(Failure::Work, "cannot write standard output: {}", std::generic_category().message(errno));
-}
-
 }  // namespace
 
 FileTrace trace_file(Engine& engine, RayFile file, const std::string& to, const Query& query,
                      const Progress& progress) {
-  if (to == "-") return trace_to(engine, std::move(file), write_standard_output, query, progress);
+  if (const std::optional<int> stream = descriptor_of(to))
+    return trace_to(
+        engine, std::move(file), [&](std::span<const std::byte> bytes) { write_stream(*stream, bytes); }, query,
+        progress);
   FileTrace result;
   write_atomically(to, [&](const std::filesystem::path& temporary) {
     OutputFile out(temporary, to);

@@ -102,9 +102,9 @@ struct FileTrace {
   std::string ray_class;  // of the first rays, if the query's method is auto
 };
 
-/// Traces the rays of a file and writes their hits to `to`: "-" is standard output, a file appears
-/// when it is complete. The memory does not depend on the number of rays: about 0.4 GiB on the host, as much on a GPU.
-/// Throws Error.
+/// Traces the rays of a file and writes their hits to `to`: an open stream such as /dev/stdout gets them as they come,
+/// a file appears when it is complete. The memory does not depend on the number of rays: about 0.4 GiB on the host, as
+/// much on a GPU. Throws Error.
 FileTrace trace_file(Engine& engine, RayFile from, const std::string& to, const Query& query, const Progress& progress);
 
 }  // namespace ballot::cli

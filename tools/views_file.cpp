@@ -92,7 +92,7 @@ std::vector<View> read_views(const std::filesystem::path& path) {
 void write_views(const std::filesystem::path& path, const std::vector<View>& views) {
   json list = json::array();
   for (const View& v : views) list.push_back(to_json(v));
-  write_file(path, json{{"views", list}}.dump(1) + "\n");
+  write_file(path, json_text({{"views", list}}));
 }
 
 void append_view(const std::filesystem::path& path, const View& view) {

@@ -34,7 +34,8 @@ typedef struct BallotSceneOptions {
    * move apart. "rebuild": anew. NULL or "auto": refits until traces have lost as much time as a build takes. It is
    * always built anew if a triangle gains or loses its area. */
   const char* update;
-  double expected_rays; /* hint for builder "auto": rays that will be traced in all; 0: unknown */
+  double expected_rays;   /* hint for builder "auto": rays that will be traced in all; 0: unknown */
+  uint32_t allow_outside; /* 1: a scene file may name buffers, images and materials outside of its folder */
 } BallotSceneOptions;
 
 /* Makes a scene of `count` meshes on a device. Triangles are numbered through the meshes in their order; that number is
@@ -43,7 +44,8 @@ typedef struct BallotSceneOptions {
 BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                             const BallotSceneOptions* options, BallotScene** scene);
 /* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file. The scene has one mesh, number and id 0, and its own cameras
- * and materials. Its tree is kept on disk unless options->cache is 0 in options that are given. */
+ * and materials. Its tree is kept on disk unless options->cache is 0 in options that are given. Files that it names lie
+ * in its folder or below, unless options->allow_outside is 1; what memory cannot hold is refused beforehand. */
 BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const BallotSceneOptions* options,
                                           BallotScene** scene);
 BALLOT_API void ballot_scene_destroy(BallotScene* scene);

@@ -164,6 +164,7 @@ inline BallotSceneOptions options_of(const SceneOptions& options) {
   o.cache = options.cache;
   o.update = options.update.c_str();
   o.expected_rays = options.expected_rays;
+  o.allow_outside = options.allow_outside;
   return o;
 }
 inline BallotView view_of(const View& view) {

@@ -115,7 +115,8 @@ struct SceneOptions {
   /// become slower the more the triangles move apart. "rebuild" builds it anew. "auto" refits, and builds anew once
   /// traces have lost as much time as that takes. A triangle that gains or loses its area always has it built.
   std::string update = "auto";
-  double expected_rays = 0;  // hint for builder "auto": rays that will be traced in all; 0: unknown
+  double expected_rays = 0;    // hint for builder "auto": rays that will be traced in all; 0: unknown
+  bool allow_outside = false;  // a scene file may name buffers, images and materials outside of its folder
 };
 
 /// How to find hits.

@@ -77,7 +77,7 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
     state->device = d;
     state->from_file = true;
     if (o.update) state->update = ballot::find_named(ballot::kUpdateModes, o.update, "update mode").id;
-    ballot::Scene loaded = ballot::load_scene(path);
+    ballot::Scene loaded = ballot::load_scene(path, {.allow_outside = o.allow_outside != 0});
     state->meshes.push_back({0, 0, loaded.triangles.size(), 3 * loaded.triangles.size(), {}});
     const DeviceUse use(*d);
     state->engine =

@@ -6,48 +6,28 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <cstdlib>
 #include <optional>
-#include <random>
 #include <string>
-#include <system_error>
 #include <utility>
 
+#include "engine/core/descriptor.h"
 #include "engine/core/error.h"
+#include "engine/core/file_id.h"
+#include "engine/core/memory.h"
+#include "engine/core/standard_output.h"
+#include "engine/core/temporary.h"
 
 namespace ballot {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string reason_of(int code) { return std::generic_category().message(code); }
-
 [[noreturn]] void cannot_read(const fs::path& path, const std::string& reason) {
   const bool absent = !fs::exists(path);
   fail(Failure::Work, "cannot read {}: {}{}", path.string(), reason, absent ? "; check the path" : "");
 }
-
-[[noreturn]] void cannot_write(const fs::path& path, const std::string& reason) {
-  fail(Failure::Work, "cannot write {}: {}", path.string(), reason);
-}
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(Descriptor&& other) noexcept : fd_(other.release()) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return fd_; }
-  int release() { return std::exchange(fd_, -1); }
-
- private:
-  int fd_;
-};
 
 // The place to which the bytes for a path go.
 struct Target {
@@ -56,16 +36,11 @@ struct Target {
   std::optional<mode_t> mode;  // mode of the file that is replaced
 };
 
-bool names_a_descriptor(const fs::path& path) {
-  const std::string text = path.string();
-  return text.starts_with("/dev/std") || text.starts_with("/dev/fd/") || text.starts_with("/proc/");
-}
-
 fs::path follow_links(const fs::path& path) {
   fs::path file = path;
   std::error_code ignored;
   for (int links = 0; fs::is_symlink(fs::symlink_status(file, ignored)); ++links) {
-    if (links == 40) cannot_write(path, reason_of(ELOOP));
+    if (links == 40) cannot_write(path, errno_text(ELOOP));
     std::error_code code;
     const fs::path next = fs::read_symlink(file, code);
     if (code) cannot_write(path, code.message());
@@ -77,64 +52,34 @@ fs::path follow_links(const fs::path& path) {
 Target find_target(const fs::path& path) {
   if (path.empty()) cannot_write(path, "the name is empty");
   Target target{path, false, std::nullopt};
+  if (const std::optional<int> fd = descriptor_of(path)) {
+    const int flags = ::fcntl(data_descriptor(*fd), F_GETFL);
+    if (flags < 0 || (flags & O_ACCMODE) == O_RDONLY) cannot_write(path, errno_text(EBADF));
+    target.in_place = true;
+    return target;
+  }
   struct stat info {};
   if (::stat(path.c_str(), &info) == 0) {
     if (S_ISDIR(info.st_mode)) cannot_write(path, "it is a folder");
-    if (::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) != 0) cannot_write(path, reason_of(errno));
-    if (!S_ISREG(info.st_mode) || names_a_descriptor(path)) {
+    if (::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) != 0) cannot_write(path, errno_text(errno));
+    if (!S_ISREG(info.st_mode)) {
       target.in_place = true;
       return target;
     }
     target.mode = info.st_mode & 0777;
   } else if (errno != ENOENT) {
-    cannot_write(path, reason_of(errno));
+    cannot_write(path, errno_text(errno));
   }
   target.file = follow_links(path);
   if (!target.file.has_filename()) cannot_write(path, "it names a folder");
   const fs::path folder = target.file.has_parent_path() ? target.file.parent_path() : fs::path(".");
   if (::stat(folder.c_str(), &info) != 0) {
     if (errno == ENOENT) cannot_write(path, "there is no folder " + folder.string());
-    cannot_write(path, reason_of(errno));
+    cannot_write(path, errno_text(errno));
   }
   if (!S_ISDIR(info.st_mode)) cannot_write(path, folder.string() + " is not a folder");
   return target;
 }
-
-// The random part is needed because process ids repeat between containers that share a folder.
-std::string temporary_name() {
-  static const unsigned process_key = std::random_device{}();
-  static std::atomic<unsigned> counter{0};
-  return fmt::format(".ballot-{}-{:08x}-{}.tmp", ::getpid(), process_key, counter++);
-}
-
-// An empty temporary file in `folder`. The destructor removes it unless it was renamed.
-class Temporary {
- public:
-  Temporary(const fs::path& folder, const Target& target, const fs::path& path) {
-    for (int tries = 0;; ++tries) {
-      file_ = folder / temporary_name();
-      const Descriptor fd(::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-      if (fd.get() >= 0) {
-        if (target.mode) (void)::fchmod(fd.get(), *target.mode);  // a failure is harmless: the content counts
-        return;
-      }
-      if (errno != EEXIST || tries == 100) cannot_write(path, reason_of(errno));
-    }
-  }
-  ~Temporary() {
-    if (!file_.empty()) ::unlink(file_.c_str());
-  }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-  const fs::path& file() const { return file_; }
-  void rename_to(const Target& target, const fs::path& path) {
-    if (::rename(file_.c_str(), target.file.c_str()) != 0) cannot_write(path, reason_of(errno));
-    file_.clear();
-  }
-
- private:
-  fs::path file_;
-};
 
 fs::path folder_for_temporary(const Target& target, const fs::path& path) {
   if (target.in_place) {
@@ -150,19 +95,20 @@ void write_all(int fd, std::span<const std::byte> bytes, const fs::path& path) {
   while (!bytes.empty()) {
     const ssize_t count = ::write(fd, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) cannot_write(path, reason_of(errno));
+    if (count < 0) cannot_write(path, errno_text(errno));
     bytes = bytes.subspan(static_cast<std::size_t>(count));
   }
 }
 
 void close_checked(Descriptor& fd, const fs::path& path) {
-  if (::close(fd.release()) != 0 && errno != EINTR) cannot_write(path, reason_of(errno));
+  if (::close(fd.release()) != 0 && errno != EINTR) cannot_write(path, errno_text(errno));
 }
 
 void copy_into(const fs::path& from, const fs::path& path) {
   const std::vector<std::byte> bytes = read_file(from);
+  if (const std::optional<int> stream = descriptor_of(path)) return write_all(data_descriptor(*stream), bytes, path);
   Descriptor fd(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-  if (fd.get() < 0) cannot_write(path, reason_of(errno));
+  if (fd.get() < 0) cannot_write(path, errno_text(errno));
   write_all(fd.get(), bytes, path);
   close_checked(fd, path);
 }
@@ -170,21 +116,23 @@ void copy_into(const fs::path& from, const fs::path& path) {
 /// Opens a file for reading. O_NONBLOCK lets the open of a pipe return even if nobody writes to it.
 Descriptor open_to_read(const fs::path& path, struct stat& info) {
   Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-  if (fd.get() < 0) cannot_read(path, reason_of(errno));
-  if (::fstat(fd.get(), &info) != 0) cannot_read(path, reason_of(errno));
+  if (fd.get() < 0) cannot_read(path, errno_text(errno));
+  if (::fstat(fd.get(), &info) != 0) cannot_read(path, errno_text(errno));
+  note_file_read(info);
   return fd;
 }
 
 std::vector<std::byte> read_all(const Descriptor& fd, const fs::path& path, std::size_t expected) {
   // One byte more than the size lets the loop see the end of the file without growing the buffer. Pipes and files of
   // /proc report the size 0, so their buffer grows.
+  need_memory(expected, path.string());
   std::vector<std::byte> bytes(expected + 1);
   std::size_t used = 0;
   for (;;) {
     if (used == bytes.size()) bytes.resize(std::max<std::size_t>(2 * bytes.size(), 65536));
     const ssize_t count = ::read(fd.get(), bytes.data() + used, bytes.size() - used);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) cannot_read(path, reason_of(errno));
+    if (count < 0) cannot_read(path, errno_text(errno));
     if (count == 0) break;
     used += static_cast<std::size_t>(count);
   }
@@ -215,9 +163,9 @@ std::vector<std::byte> read_file(const fs::path& path) {
 std::vector<std::byte> read_argument(const fs::path& path) {
   struct stat info {};
   const Descriptor fd = open_to_read(path, info);
-  const bool open_pipe = names_a_descriptor(path) && (S_ISFIFO(info.st_mode) || S_ISSOCK(info.st_mode));
+  const bool open_pipe = descriptor_of(path) && (S_ISFIFO(info.st_mode) || S_ISSOCK(info.st_mode));
   if (!open_pipe) expect_regular(path, info.st_mode);
-  if (open_pipe && ::fcntl(fd.get(), F_SETFL, 0) != 0) cannot_read(path, reason_of(errno));  // wait for the writer
+  if (open_pipe && ::fcntl(fd.get(), F_SETFL, 0) != 0) cannot_read(path, errno_text(errno));  // wait for the writer
   return read_all(fd, path, static_cast<std::size_t>(info.st_size));
 }
 
@@ -226,7 +174,7 @@ InputStream open_file(const fs::path& path) {
   Descriptor fd = open_to_read(path, info);
   expect_regular(path, info.st_mode);
   InputStream stream(::fdopen(fd.get(), "rb"), &std::fclose);
-  if (!stream) cannot_read(path, reason_of(errno));
+  if (!stream) cannot_read(path, errno_text(errno));
   fd.release();
   return stream;
 }
@@ -239,19 +187,19 @@ void check_regular(const fs::path& path) {
 
 void write_atomically(const fs::path& path, const std::function<void(const fs::path& temporary)>& write) {
   const Target target = find_target(path);
-  Temporary temporary(folder_for_temporary(target, path), target, path);
+  Temporary temporary(folder_for_temporary(target, path), target.mode, path);
   write(temporary.file());
   if (target.in_place) {
     copy_into(temporary.file(), path);
   } else {
-    temporary.rename_to(target, path);
+    temporary.rename_to(target.file);
   }
 }
 
 void write_file(const fs::path& path, std::span<const std::byte> bytes) {
   write_atomically(path, [&](const fs::path& temporary) {
     Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC));
-    if (fd.get() < 0) cannot_write(path, reason_of(errno));
+    if (fd.get() < 0) cannot_write(path, errno_text(errno));
     write_all(fd.get(), bytes, path);
     close_checked(fd, path);
   });
@@ -259,9 +207,13 @@ void write_file(const fs::path& path, std::span<const std::byte> bytes) {
 
 void write_file(const fs::path& path, std::string_view text) { write_file(path, std::as_bytes(std::span(text))); }
 
+void write_stream(int descriptor, std::span<const std::byte> bytes) {
+  write_all(data_descriptor(descriptor), bytes, descriptor == STDOUT_FILENO ? "standard output" : "the stream");
+}
+
 void check_writable(const fs::path& path) {
   const Target target = find_target(path);
-  Temporary(folder_for_temporary(target, path), target, path);
+  Temporary(folder_for_temporary(target, path), target.mode, path);
 }
 
 fs::path cache_folder() {
@@ -279,7 +231,7 @@ fs::path cache_folder() {
 
 OutputFile::OutputFile(const fs::path& temporary, fs::path path)
     : path_(std::move(path)), file_(std::fopen(temporary.c_str(), "wbe")) {
-  if (!file_) cannot_write(path_, reason_of(errno));
+  if (!file_) cannot_write(path_, errno_text(errno));
 }
 
 OutputFile::~OutputFile() {
@@ -288,7 +240,7 @@ OutputFile::~OutputFile() {
 
 void OutputFile::failed() {
   if (error_ == 0) error_ = errno ? errno : EIO;
-  cannot_write(path_, reason_of(error_));
+  cannot_write(path_, errno_text(error_));
 }
 
 void OutputFile::write(const void* bytes, std::size_t count) {

@@ -31,14 +31,18 @@ void check_regular(const std::filesystem::path& path);
 /// Calls write(temporary) with the path of a temporary file in the same folder, then renames that file to `path`. On
 /// any exception the temporary is removed and `path` is unchanged.
 ///
-/// A symbolic link is followed: its target is replaced and the link stays. A device or a pipe (/dev/stdout) cannot be
-/// replaced by a rename: the bytes go to a temporary in the system's temporary folder and are then copied.
+/// A symbolic link is followed: its target is replaced and the link stays. A device or a pipe cannot be replaced by a
+/// rename: the bytes go to a temporary in the system's temporary folder and are then copied. An open stream, such as
+/// /dev/stdout, is written to from where it stands, so appending works (standard_output.h).
 /// Throws Error(Work) "cannot write PATH: reason", for example if the folder is missing or not writable.
 /// Thread-safe. If several threads or processes write one path, the last one wins.
 void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write);
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);  // atomically
 void write_file(const std::filesystem::path& path, std::string_view text);             // atomically
+
+/// Writes bytes to an open stream, as descriptor_of() gives it. Throws Error(Work).
+void write_stream(int descriptor, std::span<const std::byte> bytes);
 
 /// Checks that `path` can be written, for use before long work begins. Leaves nothing behind and does not change an
 /// existing file. Throws as write_atomically does.

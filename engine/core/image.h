@@ -38,8 +38,11 @@ struct Image {
 
 /// Writes an EXR atomically. Values of Half channels are clamped to [-65504, 65504]. Throws Error(Work).
 void write_exr(const std::filesystem::path& path, const Image& image);
-/// Reads every channel of a flat, single-part EXR. Throws Error(Work); subsampled channels are an error.
+/// Reads every channel of a flat, single-part EXR. Throws Error(Work); subsampled channels are an error, and so are
+/// pictures that do not fit into the memory that is left (memory.h).
 Image read_exr(const std::filesystem::path& path);
+/// Returns a channel of half or float of a picture that was read from `file`. Throws Error(Work), which names the file.
+const Channel& channel_in(const std::filesystem::path& file, const Image& image, const std::string& name);
 
 /// Writes the channels R, G, B as an 8-bit PNG, atomically. Values are clamped to [0, 1] and sRGB encoded.
 /// Throws Error(Work), and Error(Arguments) if a channel is missing.

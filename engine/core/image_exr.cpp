@@ -1,4 +1,5 @@
 // Reads and writes EXR files with OpenEXR 3: scanlines, ZIP compression, channels by name.
+#include <Iex.h>
 #include <ImfChannelList.h>
 #include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
@@ -23,6 +24,7 @@
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/image.h"
+#include "engine/core/memory.h"
 #include "engine/core/parallel.h"
 
 namespace ballot {
@@ -146,6 +148,13 @@ void write_pixels(Imf::OutputFile& file, const Image& image) {
   file.writePixels(static_cast<int>(image.height));
 }
 
+/// Returns a text of OpenEXR as the end of a sentence: on one line and without its full stop.
+std::string tidy_reason(std::string text) {
+  std::ranges::replace(text, '\n', ' ');
+  while (text.ends_with('.') || text.ends_with(' ')) text.pop_back();
+  return text;
+}
+
 // Reads only the header. Throws if it would make OpenEXR, or the code below, allocate far more than the file can hold.
 void check_exr(const fs::path& path) {
   std::error_code code;
@@ -180,6 +189,8 @@ void check_exr(const fs::path& path) {
     throw std::invalid_argument(fmt::format("its header claims {} x {} pixels of {} bytes, but the file has {} bytes",
                                             width, height, pixel_bytes, bytes));
   }
+  need_memory(std::uint64_t(width * height * pixel_bytes),
+              fmt::format("{}: a picture of {} x {} pixels", path.string(), width, height));
 }
 
 void read_attributes(const Imf::Header& header, Image& image) {
@@ -268,6 +279,12 @@ void write_exr(const fs::path& path, const Image& image) {
   });
 }
 
+const Channel& channel_in(const fs::path& file, const Image& image, const std::string& name) {
+  for (const Channel& channel : image.channels)
+    if (channel.name == name && channel.type != Pixel::Uint) return channel;
+  fail(Failure::Work, "{}: has no channel {} of half or float; expected a picture with colours", file.string(), name);
+}
+
 Image read_exr(const fs::path& path) {
   try {
     check_regular(path);
@@ -277,8 +294,12 @@ Image read_exr(const fs::path& path) {
     throw;
   } catch (const std::bad_alloc&) {
     throw;
-  } catch (const std::exception& error) {
+  } catch (const std::invalid_argument& error) {  // thrown above
     fail(Failure::Work, "cannot read {}: {}", path.string(), error.what());
+  } catch (const Iex::BaseExc& error) {
+    fail(Failure::Work, "cannot read {}: {}", path.string(), tidy_reason(error.what()));
+  } catch (const std::exception&) {  // of a library: its text names a function
+    fail(Failure::Work, "cannot read {}: it is damaged; write it again", path.string());
   }
 }
 

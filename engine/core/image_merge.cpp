@@ -1,6 +1,7 @@
 #include "engine/core/image_merge.h"
 
 #include <cstdio>
+#include <map>
 
 #include "engine/core/error.h"
 
@@ -16,7 +17,7 @@ std::pair<std::uint32_t, std::uint32_t> tiles_of(const ImagePart& part) {
   if (found == part.image.attributes.end() || !std::holds_alternative<std::string>(found->second) ||
       std::sscanf(std::get<std::string>(found->second).c_str(), "%u/%u%c", &index, &count, &rest) != 2 || count < 1 ||
       index >= count)
-    fail(Failure::Arguments, "{}: has no attribute part of the form i/n; expected a picture of ballot render --tiles",
+    fail(Failure::Work, "{}: has no attribute part of the form i/n; expected a picture of ballot render --tiles",
          part.file.string());
   return {index, count};
 }
@@ -51,7 +52,7 @@ void check_same(const ImagePart& first, const ImagePart& part) {
 Image merge_parts(const std::vector<ImagePart>& parts, std::uint32_t tile) {
   if (parts.empty()) fail(Failure::Arguments, "there are no parts to merge");
   const std::uint32_t count = tiles_of(parts[0]).second;
-  std::vector<const ImagePart*> by_index(count, nullptr);
+  std::map<std::uint32_t, const ImagePart*> by_index;  // a file may claim any number of parts
   float seconds = 0;
   for (const ImagePart& part : parts) {
     const auto [index, of] = tiles_of(part);
@@ -59,27 +60,29 @@ Image merge_parts(const std::vector<ImagePart>& parts, std::uint32_t tile) {
     if (of != count)
       fail(Failure::Arguments, "{} is part {}/{}, but {} is one of {}", part.file.string(), index, of,
            parts[0].file.string(), count);
-    if (by_index[index])
-      fail(Failure::Arguments, "part {}/{} is there twice: {} and {}", index, count, by_index[index]->file.string(),
+    const auto [entry, fresh] = by_index.try_emplace(index, &part);
+    if (!fresh)
+      fail(Failure::Arguments, "part {}/{} is there twice: {} and {}", index, count, entry->second->file.string(),
            part.file.string());
-    by_index[index] = &part;
     if (const auto s = part.image.attributes.find("seconds"); s != part.image.attributes.end()) {
       const float* spent = std::get_if<float>(&s->second);
       if (!spent)
-        fail(Failure::Arguments, "{}: its attribute seconds is no float; expected a picture of ballot render --tiles",
+        fail(Failure::Work, "{}: its attribute seconds is no float; expected a picture of ballot render --tiles",
              part.file.string());
       seconds += *spent;
     }
   }
   for (std::uint32_t i = 0; i < count; ++i)
-    if (!by_index[i])
+    if (!by_index.contains(i))
       fail(Failure::Arguments, "part {}/{} is missing; render it with --tiles {}/{}", i, count, i, count);
+  std::vector<const ImagePart*> ordered;
+  for (const auto& [index, part] : by_index) ordered.push_back(part);
   Image whole = parts[0].image;
   const std::uint32_t full_width = whole.full_width ? whole.full_width : whole.width;
   const std::uint32_t tiles_x = (full_width + tile - 1) / tile;
   for (std::uint32_t y = 0; y < whole.height; ++y)
     for (std::uint32_t x = 0; x < whole.width; ++x) {
-      const Image& from = by_index[((y + whole.y) / tile * tiles_x + (x + whole.x) / tile) % count]->image;
+      const Image& from = ordered[((y + whole.y) / tile * tiles_x + (x + whole.x) / tile) % count]->image;
       const std::size_t at = std::size_t(y) * whole.width + x;
       for (std::size_t c = 0; c < whole.channels.size(); ++c)
         if (whole.channels[c].type == Pixel::Uint)

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/core/memory.h"
 #include "engine/core/npy_file.h"
 
 namespace ballot {
@@ -42,6 +43,9 @@ std::vector<glm::vec3> read_points(const std::filesystem::path& path) {
   if (shape.size() != 2 || shape[1] != 3) file.stop(file.found() + "; expected points of shape (n, 3): x y z");
   if (*header.fortran_order) file.stop(file.found() + "; expected C order: save numpy.ascontiguousarray(a)");
   file.expect_items(shape[0], 3 * (wide ? sizeof(double) : sizeof(float)));
+  if (shape[0] > std::numeric_limits<std::uint32_t>::max())
+    file.stop(file.found() + "; expected less than 2^32 points; split the file");
+  need_memory(shape[0] * sizeof(glm::vec3), fmt::format("{}: {} points", path.string(), shape[0]));
   std::vector<glm::vec3> points(shape[0]);
   if (!wide) {
     file.read(points.data(), points.size() * sizeof(glm::vec3));

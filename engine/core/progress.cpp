@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "engine/core/shown.h"
+
 namespace ballot {
 namespace {
 
@@ -28,7 +30,7 @@ bool draws_lines() {
 }  // namespace
 
 ProgressBar::ProgressBar(std::string what)
-    : what_(std::move(what)), terminal_(draws_lines()), start_(std::chrono::steady_clock::now()), last_(start_) {}
+    : what_(shown_in_line(what)), terminal_(draws_lines()), start_(std::chrono::steady_clock::now()), last_(start_) {}
 
 ProgressBar::~ProgressBar() { hide(); }
 

@@ -15,8 +15,8 @@ constexpr std::size_t kRaysPerErrorsChunk = 1024;
 
 // The judge's finding on one answer.
 struct Finding {
-  std::optional<ErrorKind> wrong;
-  bool tie = false, within_bound = false;
+  std::optional<ErrorKind> wrong = {};
+  bool tie = false, within_bound = false, beyond_range = false;
   double t_ulp = -1;  // error of t in ulps; negative: none
 };
 
@@ -28,6 +28,13 @@ class Judge {
       : exact_(exact), bound_(bound), want_(want), arithmetic_(arithmetic) {}
 
   Finding find(const Ray& ray, const Hit& answer, const ExactHit& truth) const {
+    const Finding finding = find_in_range(ray, answer, truth);
+    if (finding.wrong.has_value() == is_dead(ray)) return finding;  // right, or a hit of a ray that is not traced
+    return is_beyond_range(ray, bound_.bounds(), arithmetic_) ? Finding{.beyond_range = true} : finding;
+  }
+
+ private:
+  Finding find_in_range(const Ray& ray, const Hit& answer, const ExactHit& truth) const {
     if (answer.prim == NO_HIT && truth.prim == NO_HIT) return {};
     if (answer.prim == NO_HIT) return wrong(ErrorKind::FalseMiss, ray, answer, truth);
     if (truth.prim == NO_HIT) return wrong(ErrorKind::FalseHit, ray, answer, truth);
@@ -39,11 +46,10 @@ class Judge {
     return hold_values(ray, answer, own, true);
   }
 
- private:
   Finding wrong(ErrorKind kind, const Ray& ray, const Hit& answer, const ExactHit& truth) const {
     const Verdict verdict = bound_.judge(ray, answer, rounded(truth), want_, arithmetic_);
     const bool covered = verdict == Verdict::Tie || verdict == Verdict::Same;
-    return {kind, false, covered && arithmetic_ != Arithmetic::Exact, -1};
+    return {.wrong = kind, .within_bound = covered && arithmetic_ != Arithmetic::Exact};
   }
 
   // Checks t, u and v of the answer. `own` is the exact hit of the triangle that the answer names.
@@ -67,6 +73,7 @@ class Judge {
 void count(ErrorFigures& sum, const Finding& finding) {
   ++sum.rays;
   sum.ties += finding.tie ? 1 : 0;
+  sum.beyond_range += finding.beyond_range ? 1 : 0;
   if (!finding.wrong) return;
   switch (*finding.wrong) {
     case ErrorKind::FalseMiss:

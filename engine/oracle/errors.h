@@ -31,8 +31,8 @@ struct ErrorCase {
 /// Returns one line with ray, answer, truth and reason.
 std::string in_words(const ErrorCase& error);
 
-/// Counts of rays by kind of answer. An answer is right, a tie, or exactly one of false miss, false hit, wrong prim and
-/// wrong value.
+/// Counts of rays by kind of answer. An answer is right, a tie, or exactly one of false miss, false hit, wrong prim,
+/// wrong value and beyond range.
 ///
 /// For Want::Nearest the exact oracle's prim is the right one. For Want::Any every prim that the ray hits exactly is
 /// right.
@@ -51,8 +51,11 @@ struct ErrorFigures {
   /// them Tie or Same. There are none in Arithmetic::Exact.
   std::uint64_t within_bound = 0;
   std::uint64_t beyond_bound = 0;  // the other false misses, false hits and wrong prims
-  std::uint64_t unwritten = 0;     // records that a trace did not write; filled in by the code that traced
-  std::uint64_t self_hits = 0;     // answers that name the triangle that the ray starts from; filled in by the caller
+  /// Rays beyond the range of the mode (is_beyond_range): those whose direction is too small to be traced, and those
+  /// from too far away whose answer is wrong, which then counts as nothing else.
+  std::uint64_t beyond_range = 0;
+  std::uint64_t unwritten = 0;  // records that a trace did not write; filled in by the code that traced
+  std::uint64_t self_hits = 0;  // answers that name the triangle that the ray starts from; filled in by the caller
   /// Error of t, |t - exact t| in ulps of float32 at max(|exact t|, FLT_MIN). It is taken over the answers with a
   /// finite t whose prim is right or a tie. Ranks are not interpolated. All are 0 if there are no such answers.
   struct {

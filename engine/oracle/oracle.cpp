@@ -37,6 +37,24 @@ bool is_dead(const Ray& ray) {
   return longest < std::numeric_limits<float>::min() || ray.t_max <= ray.t_min;
 }
 
+bool is_beyond_range(const Ray& ray, const Bounds& bounds, Arithmetic arithmetic) {
+  if (is_dead(ray)) {
+    const float longest = std::max({std::abs(ray.dir.x), std::abs(ray.dir.y), std::abs(ray.dir.z)});
+    Ray longer = ray;
+    longer.dir = glm::vec3(1);
+    return longest > 0 && longest < std::numeric_limits<float>::min() && !is_dead(longer);
+  }
+  if (arithmetic == Arithmetic::Exact) return false;
+  double outside = 0, diagonal = 0;  // squares
+  for (int k = 0; k < 3; ++k) {
+    const double lo = bounds.lo[k], hi = bounds.hi[k], o = ray.origin[k];
+    const double d = std::max({lo - o, o - hi, 0.0});
+    outside += d * d;
+    diagonal += (hi - lo) * (hi - lo);
+  }
+  return outside > kRangeDiagonals * kRangeDiagonals * diagonal;
+}
+
 // The pad covers the float32 rounding that the judge allows for (judge.cpp: 16 roundings of 2^-24 of the distance to a
 // vertex) and the rounding of the origin. So no candidate close to a decision is culled.
 RayFrame::RayFrame(const Ray& ray, const Bounds& bounds) : t_min(ray.t_min), t_max(ray.t_max) {
@@ -125,6 +143,8 @@ OracleHit Oracle::nearest(const Ray& ray) const {
   });
   return best;
 }
+
+const Bounds& Oracle::bounds() const { return bvh_.bounds; }
 
 std::vector<OracleHit> Oracle::nearest(std::span<const Ray> rays) const {
   std::vector<OracleHit> hits(rays.size());

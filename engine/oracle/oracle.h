@@ -70,10 +70,23 @@ class Oracle {
   /// so its edges are infinite. Throws Error(Arguments) if no leaf holds the prim.
   Allowance allowance(const Ray& ray, std::uint32_t prim, Arithmetic arithmetic) const;
 
+  /// Returns the bounds of the tree's triangles.
+  const Bounds& bounds() const;
+
  private:
   const PairTree& bvh_;
   std::vector<std::uint32_t> texel_of_;  // texel of each prim in the leaf array; NO_HIT if no leaf holds it
 };
+
+/// The farthest from a scene that a ray may start, in diagonals of the scene's bounds, for the promises of the numeric
+/// modes but `exact`. Their arithmetic moves a vertex by up to about 2^-22 of its distance from the ray's origin; from
+/// 2^20 diagonals away that is a quarter of the scene.
+inline constexpr double kRangeDiagonals = 1 << 20;
+
+/// True if the numbers of a ray are beyond what its mode promises to answer: its direction is not zero, but so small
+/// that the ray is dead (every component below 2^-126), or, unless the arithmetic is Exact, it starts farther from
+/// `bounds` than kRangeDiagonals. False for other dead rays, which all modes answer by a miss.
+bool is_beyond_range(const Ray& ray, const Bounds& bounds, Arithmetic arithmetic);
 
 /// True if the ray is dead (shaders/shared/layout.h): t_max <= t_min, a component is NaN or infinite, or the direction
 /// is zero or denormal.

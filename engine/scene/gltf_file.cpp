@@ -12,6 +12,7 @@
 #include "engine/core/json_depth.h"
 #include "engine/scene/gltf_accessor.h"
 #include "engine/scene/loaders.h"
+#include "engine/scene/named_file.h"
 
 namespace ballot {
 namespace {
@@ -62,23 +63,37 @@ bool is_image_name(const std::string& name) {
 
 constexpr std::string_view kUnreadable = "cannot read ";  // the start of read_file()'s errors
 
+/// The folder of the scene, as tinygltf gets it, and what may be read.
+struct Access {
+  const GltfFile& file;
+  std::string folder;
+
+  /// Returns the file that tinygltf means: it puts the folder, or else ".", before the name that the scene has. Returns
+  /// "" for a file of the working folder. Throws Error(Work) if the scene may not name the file.
+  std::filesystem::path resolve(const std::string& joined) const {
+    const std::string start = folder.ends_with('/') ? folder : folder + "/";
+    if (!joined.starts_with(start)) return {};
+    return named_file(file.path, joined.substr(start.size()), file.options.allow_outside, "a buffer");
+  }
+};
+
 /// Returns file access for tinygltf that never opens an image. A folder counts as absent; read_file() refuses devices
 /// and pipes with a reason.
-tinygltf::FsCallbacks file_access() {
+tinygltf::FsCallbacks file_access(const Access& access) {
   return {.FileExists =
-              [](const std::string& name, void*) {
+              [](const std::string& name, void* data) {
+                if (is_image_name(name)) return false;
                 std::error_code error;
-                const auto status = std::filesystem::status(name, error);
-                return !is_image_name(name) && std::filesystem::exists(status) &&
-                       !std::filesystem::is_directory(status);
+                const auto status = std::filesystem::status(static_cast<const Access*>(data)->resolve(name), error);
+                return std::filesystem::exists(status) && !std::filesystem::is_directory(status);
               },
           .ExpandFilePath = [](const std::string& name, void*) { return name; },
           .ReadWholeFile =
-              [](std::vector<unsigned char>* out, std::string* error, const std::string& name, void*) {
+              [](std::vector<unsigned char>* out, std::string* error, const std::string& name, void* data) {
                 try {
-                  const Bytes bytes = read_file(name);
-                  const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
-                  out->assign(data, data + bytes.size());
+                  const Bytes bytes = read_file(static_cast<const Access*>(data)->resolve(name));
+                  const auto* first = reinterpret_cast<const unsigned char*>(bytes.data());
+                  out->assign(first, first + bytes.size());
                   return true;
                 } catch (const Error& e) {
                   *error = e.what();
@@ -87,7 +102,7 @@ tinygltf::FsCallbacks file_access() {
               },
           .WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&,
                                void*) { return false; },
-          .user_data = nullptr};
+          .user_data = const_cast<Access*>(&access)};
 }
 
 /// Keeps the bytes of an image in a data URI encoded. An image in a buffer view or in a file of its own is read later,
@@ -110,10 +125,11 @@ std::string tidy(std::string text) {
 
 void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view json) {
   tinygltf::TinyGLTF reader;
-  reader.SetFsCallbacks(file_access());
   reader.SetImageLoader(keep_encoded, nullptr);
   std::string error, warning, folder = file.path.parent_path().string();
   if (folder.empty()) folder = ".";
+  const Access access{file, folder};
+  reader.SetFsCallbacks(file_access(access));
   bool good = false;
   try {
     good = binary ? reader.LoadBinaryFromMemory(&file.model, &error, &warning,
@@ -121,6 +137,8 @@ void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view jso
                                                 static_cast<unsigned>(bytes.size()), folder)
                   : reader.LoadASCIIFromString(&file.model, &error, &warning, json.data(),
                                                static_cast<unsigned>(json.size()), folder);
+  } catch (const Error&) {
+    throw;
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& e) {
@@ -163,8 +181,8 @@ std::string label(const char* kind, std::size_t index, const std::string& name) 
   return name.empty() ? fmt::format("{} {}", kind, index) : fmt::format("{} {} ('{}')", kind, index, name);
 }
 
-GltfFile read_gltf(const std::filesystem::path& path) {
-  GltfFile file{.path = path, .model = {}, .notes = {}};
+GltfFile read_gltf(const std::filesystem::path& path, const LoadOptions& options) {
+  GltfFile file{.path = path, .model = {}, .options = options, .notes = {}};
   const Bytes bytes = read_file(path);
   if (bytes.size() > std::numeric_limits<std::uint32_t>::max())
     fail_in(path, "has {} bytes; glTF files end at 4 GiB; split the scene into several buffers", bytes.size());

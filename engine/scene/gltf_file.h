@@ -7,12 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "engine/scene/scene.h"
+
 namespace ballot {
 
 /// A parsed glTF file.
 struct GltfFile {
   std::filesystem::path path;
   tinygltf::Model model;
+  LoadOptions options;
   std::vector<std::string> notes;  // for Scene::notes, one sentence each
 };
 
@@ -20,7 +23,7 @@ struct GltfFile {
 /// not read.
 /// Throws Error(Work) on truncated files, buffer views beyond their buffer, other glTF versions and required extensions
 /// that Ballot lacks.
-GltfFile read_gltf(const std::filesystem::path& path);
+GltfFile read_gltf(const std::filesystem::path& path, const LoadOptions& options = {});
 
 /// Returns "mesh 3 ('chair')", or "mesh 3" without a name.
 std::string label(const char* kind, std::size_t index, const std::string& name);

@@ -7,28 +7,12 @@
 #include "engine/core/file.h"
 #include "engine/scene/gltf_accessor.h"
 #include "engine/scene/loaders.h"
+#include "engine/scene/named_file.h"
 #include "engine/scene/texture.h"
 
 namespace ballot {
 
 namespace {
-
-/// Decodes percent escapes: "a%20b.png" becomes "a b.png".
-std::string decoded_uri(const std::string& uri) {
-  const auto digit = [](char c) {
-    return c >= '0' && c <= '9' ? c - '0' : (c | 32) >= 'a' && (c | 32) <= 'f' ? (c | 32) - 'a' + 10 : -1;
-  };
-  std::string text;
-  for (std::size_t i = 0; i < uri.size(); ++i) {
-    if (uri[i] == '%' && i + 2 < uri.size() && digit(uri[i + 1]) >= 0 && digit(uri[i + 2]) >= 0) {
-      text.push_back(static_cast<char>(digit(uri[i + 1]) * 16 + digit(uri[i + 2])));
-      i += 2;
-    } else {
-      text.push_back(uri[i]);
-    }
-  }
-  return text;
-}
 
 Wrap wrap_of(int code) {
   if (code == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE) return Wrap::Clamp;
@@ -76,12 +60,13 @@ bool GltfTextures::is_absent(int index) {
   if (source < 0 || static_cast<std::size_t>(source) >= images.size()) return false;
   const tinygltf::Image& from = images[static_cast<std::size_t>(source)];
   if (from.bufferView != -1 || from.uri.empty()) return false;
-  const std::filesystem::path path = file_.path.parent_path() / decoded_uri(from.uri);
+  const std::string name = label("image", static_cast<std::size_t>(source), from.name);
+  const auto path = named_file(file_.path, decoded_uri(from.uri), file_.options.allow_outside, name);
   std::error_code error;
   if (std::filesystem::exists(path, error)) return false;
   if (absent_.insert(source).second)
     scene_.notes.push_back(fmt::format("There is no file {}, so the {} was left out; its materials keep their factors.",
-                                       path.string(), label("image", static_cast<std::size_t>(source), from.name)));
+                                       path.string(), name));
   return true;
 }
 
@@ -124,7 +109,8 @@ std::uint32_t GltfTextures::image(int index, bool srgb, const std::string& place
   } else if (from.uri.empty()) {
     scene_.images.push_back(decode_image(from.image, name, srgb));
   } else {
-    const std::filesystem::path path = file_.path.parent_path() / decoded_uri(from.uri);
+    const auto path = named_file(file_.path, decoded_uri(from.uri), file_.options.allow_outside,
+                                 label("image", static_cast<std::size_t>(index), from.name));
     const auto bytes = read_file(path);
     scene_.images.push_back(decode_image({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()},
                                          name + " in " + path.string(), srgb));

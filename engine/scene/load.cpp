@@ -42,7 +42,7 @@ void complete_mesh(const std::filesystem::path& path, Scene& scene) {
 
 std::span<const SceneFormat> scene_formats() { return kFormats; }
 
-Scene load_scene(const std::filesystem::path& path) {
+Scene load_scene(const std::filesystem::path& path, const LoadOptions& options) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) fail_in(path, "there is no such scene file; check the path");
@@ -51,7 +51,7 @@ Scene load_scene(const std::filesystem::path& path) {
   if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) == 0 && !error)
     fail_in(path, "is empty (0 bytes); expected a {} scene", format.extension);
   try {
-    Scene scene = format.load(path);
+    Scene scene = format.load(path, options);
     scene.name = path.stem().string();
     finish_scene(scene);
     return scene;

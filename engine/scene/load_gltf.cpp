@@ -3,6 +3,7 @@
 #include <map>
 #include <set>
 
+#include "engine/core/memory.h"
 #include "engine/scene/gltf_convert.h"
 #include "engine/scene/gltf_instances.h"
 #include "engine/scene/gltf_mesh.h"
@@ -88,6 +89,10 @@ void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::v
         fail_in(file.path, "its nodes place more than {} triangles; use a smaller scene", kMaxTriangles);
     }
   }
+  const std::size_t sets = static_cast<std::size_t>(std::ranges::count(carried.uvs, true));
+  need_memory(count * (sizeof(Triangle) + sizeof(std::uint32_t) + (carried.normals ? sizeof(Triangle) : 0) +
+                       sets * 3 * sizeof(glm::vec2)),
+              fmt::format("{}: the scene of {} triangles", file.path.string(), count));
   scene.triangles.reserve(count);
   scene.material_of.reserve(count);
   if (carried.normals) scene.normals.reserve(count);
@@ -155,8 +160,8 @@ void read_motion(GltfFile& file, const std::vector<int>& parents, const std::vec
 
 }  // namespace
 
-Scene load_gltf(const std::filesystem::path& path) {
-  GltfFile file = read_gltf(path);
+Scene load_gltf(const std::filesystem::path& path, const LoadOptions& options) {
+  GltfFile file = read_gltf(path, options);
   const std::vector<int> parents = parents_of(file);
   const std::vector<PlacedNode> placed = placed_nodes(file, parents);
   const OpenMeshes meshes = open_meshes(file, placed);

@@ -6,7 +6,7 @@
 
 namespace ballot {
 
-Scene load_npy(const std::filesystem::path& path) {
+Scene load_npy(const std::filesystem::path& path, const LoadOptions&) {
   NpyFile file(path);
   const NpyHeader& header = file.header();
   const bool f4 = header.descr == "'<f4'", f8 = header.descr == "'<f8'";

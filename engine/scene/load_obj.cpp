@@ -103,8 +103,8 @@ void add_normals(const ObjFile& file, const Cut& cut, Scene& scene) {
 
 }  // namespace
 
-Scene load_obj(const std::filesystem::path& path) {
-  ObjFile file = read_obj(path);
+Scene load_obj(const std::filesystem::path& path, const LoadOptions& options) {
+  ObjFile file = read_obj(path, options);
   const Cut cut = cut_faces(file);
   if (cut.corners.size() > kMaxTriangles)
     fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", cut.corners.size(), kMaxTriangles);

@@ -23,7 +23,7 @@ std::array<glm::vec3, 3> normals_of(const PlyFile& file, const std::array<std::u
 
 }  // namespace
 
-Scene load_ply(const std::filesystem::path& path) {
+Scene load_ply(const std::filesystem::path& path, const LoadOptions&) {
   PlyFile file = read_ply(path);
   Scene scene;
   scene.notes = std::move(file.notes);

@@ -69,7 +69,7 @@ void read_text(const std::filesystem::path& path, std::string_view text, Scene& 
 
 }  // namespace
 
-Scene load_stl(const std::filesystem::path& path) {
+Scene load_stl(const std::filesystem::path& path, const LoadOptions&) {
   const std::vector<std::byte> file = read_file(path);
   const std::span bytes(reinterpret_cast<const unsigned char*>(file.data()), file.size());
   Scene scene;

@@ -10,11 +10,11 @@
 
 namespace ballot {
 
-Scene load_gltf(const std::filesystem::path& path);  // .gltf or .glb, as the content says
-Scene load_obj(const std::filesystem::path& path);
-Scene load_ply(const std::filesystem::path& path);
-Scene load_stl(const std::filesystem::path& path);
-Scene load_npy(const std::filesystem::path& path);  // an array of triangles
+Scene load_gltf(const std::filesystem::path& path, const LoadOptions& options);  // .gltf or .glb, as the content says
+Scene load_obj(const std::filesystem::path& path, const LoadOptions& options);
+Scene load_ply(const std::filesystem::path& path, const LoadOptions& options);
+Scene load_stl(const std::filesystem::path& path, const LoadOptions& options);
+Scene load_npy(const std::filesystem::path& path, const LoadOptions& options);  // an array of triangles
 
 /// Gives every triangle of a file without materials the default one. Throws Error(Work), which names the file and the
 /// triangle, if a vertex is not finite.

@@ -12,6 +12,7 @@
 
 #include "engine/core/file.h"
 #include "engine/scene/loaders.h"
+#include "engine/scene/named_file.h"
 
 namespace ballot {
 namespace {
@@ -39,7 +40,8 @@ std::string_view next_word(std::string_view& text) {
 
 class Parser {
  public:
-  explicit Parser(const std::filesystem::path& path) : path_(path), bytes_(read_file(path)) {}
+  Parser(const std::filesystem::path& path, const LoadOptions& options)
+      : path_(path), options_(options), bytes_(read_file(path)) {}
 
   ObjFile run() {
     std::string_view rest{reinterpret_cast<const char*>(bytes_.data()), bytes_.size()};
@@ -190,13 +192,18 @@ class Parser {
     }
   }
 
-  /// Reads the materials of an MTL file, unless they were read before. Returns false if there is no such file.
+  /// Reads the materials of an MTL file, unless they were read before. Returns false if there is no such file. One that
+  /// the scene may not name gives a note.
   bool try_library(std::string_view name) {
     std::string text{name};
     std::ranges::replace(text, '\\', '/');
     if (text.empty()) return false;
     const auto [known, fresh] = libraries_.try_emplace(text, false);
-    if (fresh) known->second = read_library(path_.parent_path() / text);
+    if (!fresh) return known->second;
+    const std::string reason = why_refused(text, options_.allow_outside);
+    if (!reason.empty())
+      file_.notes.push_back(fmt::format("The material file '{}' {}; it was left out.", text, reason));
+    known->second = !reason.empty() || read_library(path_.parent_path() / text);
     return known->second;
   }
 
@@ -237,6 +244,7 @@ class Parser {
   }
 
   std::filesystem::path path_;
+  LoadOptions options_;
   std::vector<std::byte> bytes_;
   ObjFile file_;
   std::uint32_t line_ = 0, material_ = kNoMaterial, smoothing_ = 0;
@@ -251,6 +259,6 @@ class Parser {
 
 }  // namespace
 
-ObjFile read_obj(const std::filesystem::path& path) { return Parser(path).run(); }
+ObjFile read_obj(const std::filesystem::path& path, const LoadOptions& options) { return Parser(path, options).run(); }
 
 }  // namespace ballot

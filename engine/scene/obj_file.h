@@ -33,12 +33,12 @@ struct ObjFile {
   std::vector<std::string> notes;
 };
 
-/// Parses an OBJ file and the MTL files that it names. A missing MTL file gives a note.
+/// Parses an OBJ file and the MTL files that it names. One that is missing or outside of the folder gives a note.
 /// Throws Error(Work) "PATH:LINE: ...".
 ///
 /// tinyobjloader is not used here: it turns an unreadable number (also "nan") into 0, rounds decimals twice, and names
 /// no line for a wrong index. It does read the materials.
-ObjFile read_obj(const std::filesystem::path& path);
+ObjFile read_obj(const std::filesystem::path& path, const LoadOptions& options = {});
 
 /// Appends the materials of an MTL file. Returns false if there is no such file. Throws Error(Work) if it cannot be
 /// read.

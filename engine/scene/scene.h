@@ -64,6 +64,11 @@ struct Scene {
 /// code derives features.
 SceneFeatures features_of(const Scene& scene, const TreeFacts& tree = {});
 
+/// How a scene file is loaded.
+struct LoadOptions {
+  bool allow_outside = false;  // read buffers, images and materials outside of the scene's folder too
+};
+
 /// Loads a scene file; the extension chooses the loader (see formats()).
 ///
 /// Triangles are numbered in this order: the nodes of the default scene, depth first in file order; for each node the
@@ -72,10 +77,10 @@ SceneFeatures features_of(const Scene& scene, const TreeFacts& tree = {});
 /// without triangles is valid. A file with animations, skins or morph targets is loaded at rest: nodes have their own
 /// transforms, skins follow them. `animation` then tells what moves (set_pose() in pose.h).
 /// Throws Error(Work) on a file that is missing, empty, truncated, of another format, inconsistent (an index or
-/// accessor out of range, counts beyond the file), or that has a NaN or infinite vertex. The text names file, place and
-/// value.
+/// accessor out of range, counts beyond the file), that has a NaN or infinite vertex, that names a file outside of its
+/// folder, or that needs more memory than there is (memory.h). The text names file, place and value.
 /// Thread-safe for different files and for the same file.
-Scene load_scene(const std::filesystem::path& path);
+Scene load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
 
 /// Checks and completes a scene built in memory, as load_scene() does: bounds, default material and default view.
 /// Throws Error(Arguments) if array sizes disagree, if an index of a material, texture, image or set of coordinates is
@@ -96,7 +101,7 @@ const View& find_view(const Scene& scene, std::string_view name);
 /// A scene format: its extension and its loader. A new format is one loader and one line in load.cpp.
 struct SceneFormat {
   std::string_view extension;  // with the dot, lower case
-  Scene (*load)(const std::filesystem::path&);
+  Scene (*load)(const std::filesystem::path&, const LoadOptions&);
 };
 /// Returns all scene formats.
 std::span<const SceneFormat> scene_formats();

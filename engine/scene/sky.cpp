@@ -51,9 +51,8 @@ Sky read_map(const std::string& path) {
     fail(Failure::Work, "{}: a sky of {} x {} pixels; expected twice as wide as high (longitude by latitude)", path,
          image.width, image.height);
   Sky sky{.kind = Sky::Kind::Map, .map_name = path, .width = image.width, .height = image.height};
-  const Channel *const red = &image.channel("R"), *const green = &image.channel("G"), *const blue = &image.channel("B");
-  if (red->floats.empty() || green->floats.empty() || blue->floats.empty())
-    fail(Failure::Work, "{}: its channels R, G, B hold integers; expected half or float", path);
+  const Channel *const red = &channel_in(path, image, "R"), *const green = &channel_in(path, image, "G"),
+                       *const blue = &channel_in(path, image, "B");
   for (std::size_t i = 0; i < red->floats.size(); ++i) {
     const glm::vec3 c(red->floats[i], green->floats[i], blue->floats[i]);
     if (!usable(c))

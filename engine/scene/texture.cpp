@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "engine/core/error.h"
+#include "engine/core/memory.h"
 
 namespace ballot {
 
@@ -77,11 +78,14 @@ TextureImage decode_image(std::span<const unsigned char> bytes, const std::strin
   if (width < 1 || height < 1 || width > kMostPixels || height > kMostPixels)
     fail(Failure::Work, "{} has {} x {} pixels; expected 1 to {} on each side; make it smaller", place, width, height,
          kMostPixels);
+  const std::uint64_t decoded = std::uint64_t(width) * std::uint64_t(height) * 4;
+  need_memory(3 * decoded,
+              fmt::format("{}: an image of {} x {} pixels", place, width, height));  // encoded lines, two copies
   const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
       stbi_load_from_memory(bytes.data(), size, &width, &height, &channels, 4), stbi_image_free);
   if (!pixels) fail(Failure::Work, "{} cannot be decoded: {}; export it again", place, stbi_failure_reason());
   TextureImage image{.name = place, .width = std::uint32_t(width), .height = std::uint32_t(height), .srgb = srgb};
-  image.rgba.assign(pixels.get(), pixels.get() + std::size_t(width) * std::size_t(height) * 4);
+  image.rgba.assign(pixels.get(), pixels.get() + decoded);
   return image;
 }
 

@@ -29,6 +29,13 @@ std::string read_all(const fs::path& path) {
   return text.str();
 }
 
+/// Expects none of the texts of exceptions that libraries throw: they name functions, and nothing of the user's.
+void expect_plain_words(const std::string& err) {
+  for (const char* raw : {"std::", "vector::", "basic_string", "json.exception", "bad_alloc", "bad_variant", "stof",
+                          "stoi", "map::at", "_M_", "fault inside Ballot", "terminate called"})
+    EXPECT_EQ(err.find(raw), std::string::npos) << err;
+}
+
 std::vector<char*> pointers(Words& words) {
   std::vector<char*> list;
   for (std::string& word : words) list.push_back(word.data());
@@ -102,7 +109,9 @@ Result Cli::run(const Words& args, const Environment& more) const {
   int status = 0;
   if (child < 0 || ::waitpid(child, &status, 0) != child)
     throw std::runtime_error("cannot start ballot, or cannot wait for it to end");
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_all(out), read_all(err)};
+  const Result result{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_all(out), read_all(err)};
+  expect_plain_words(result.err);
+  return result;
 }
 
 Result Cli::succeed(const Words& args, const Environment& more) const {

@@ -85,9 +85,6 @@ TEST_F(BadFiles, ViewsFilesAreJudgedInPlainWords) {
     write("views.json", text);
     const Words words{"render", scene, "--size", "4x4", "--out", "p.exr", "--views-file", "views.json"};
     refuse(1, parts, words);
-    const std::string err = run(words).err;
-    EXPECT_EQ(err.find("json.exception"), std::string::npos) << err;
-    EXPECT_EQ(err.find("std::"), std::string::npos) << err;
   };
   refuse_views("{", {"views.json: expected JSON", "byte 2 of 1", "no views file"});
   refuse_views("[1]", {"views.json: top level: expected an object, found [1]"});
@@ -103,7 +100,7 @@ TEST_F(BadFiles, PartsWhoseAttributesHaveOtherTypes) {
   image.channels.push_back({"Z", Pixel::Float, {1.0f}, {}});
   image.attributes = {{"part", std::string("0/1")}, {"seconds", std::string("long")}};
   write_exr(path("part.exr"), image);
-  refuse(2, {"part.exr", "attribute seconds is no float"}, {"merge", "part.exr", "--out", "m.exr"});
+  refuse(1, {"part.exr", "attribute seconds is no float"}, {"merge", "part.exr", "--out", "m.exr"});
 }
 
 TEST_F(BadFiles, CheckpointsWhoseChannelsHaveOtherTypes) {
@@ -111,7 +108,7 @@ TEST_F(BadFiles, CheckpointsWhoseChannelsHaveOtherTypes) {
   Film film = make_film(2, 2, {0, 0, 2, 2}, {}, true, false);
   write_film(file, film, "settings");
   const Image good = read_exr(file);
-  read_film(file, film, "settings");
+  read_film(file, film, "settings", 4);
   for (std::size_t c = 0; c < good.channels.size(); ++c) {
     Image bad = good;
     Channel& channel = bad.channels[c];
@@ -120,7 +117,64 @@ TEST_F(BadFiles, CheckpointsWhoseChannelsHaveOtherTypes) {
                        : Channel{channel.name, Pixel::Float, {1, 2, 3, 4}, {}};
     write_exr(file, bad);
     expect_error(Failure::Work, {file.string(), "not a checkpoint", channel.name},
-                 [&] { read_film(file, film, "settings"); });
+                 [&] { read_film(file, film, "settings", 4); });
+  }
+}
+
+TEST_F(BadFiles, CheckpointsWithFiguresThatCannotBe) {
+  const std::filesystem::path file = path("c.exr");
+  Film film = make_film(2, 2, {0, 0, 2, 2}, {}, true, false);
+  film.samples = 4;
+  write_film(file, film, "settings");
+  const Image good = read_exr(file);
+  const auto refuse_film = [&](const Image& image, std::initializer_list<std::string_view> parts) {
+    write_exr(file, image);
+    expect_error(Failure::Work, parts, [&] { read_film(file, film, "settings", 4); });
+  };
+  for (const int samples : {-1, 5, 0x7FFFFFFF}) {
+    Image bad = good;
+    bad.attributes["film_samples"] = samples;
+    refuse_film(bad, {"c.exr", "this checkpoint has " + std::to_string(samples) + " samples; expected 0 to 4"});
+  }
+  Image wide = good;
+  wide.width = 4, wide.height = 1;
+  refuse_film(wide, {"c.exr: this checkpoint has 4 x 1 pixels; expected 2 x 2"});
+  for (std::size_t c = 0; c < good.channels.size(); ++c) {
+    if (good.channels[c].type != Pixel::Float) continue;
+    Image bad = good;
+    bad.channels[c].floats[3] = std::numeric_limits<float>::quiet_NaN();
+    refuse_film(bad, {"this checkpoint is damaged: channel " + good.channels[c].name + " of pixel 3 is no number"});
+  }
+  write_exr(file, good);
+  read_film(file, film, "settings", 4);
+}
+
+TEST_F(BadFiles, PartsThatClaimManyParts) {
+  Image image{.width = 1, .height = 1};
+  image.channels.push_back({"Z", Pixel::Float, {1.0f}, {}});
+  image.attributes = {{"part", std::string("1/4294967295")}};
+  write_exr(path("part.exr"), image);
+  refuse(2, {"part 0/4294967295 is missing"}, {"merge", "part.exr", "--out", "m.exr"});
+}
+
+TEST_F(BadFiles, PicturesThatClaimMoreThanThereIs) {
+  Image image{.width = 2048, .height = 1024};
+  for (const char* name : {"R", "G", "B"})
+    image.channels.push_back({name, Pixel::Half, std::vector<float>(2 << 20), {}});
+  write_exr(path("sky.exr"), image);
+  refuse(1, {"sky.exr: a picture of 2048 x 1024 pixels needs about 24.00 MiB", "of the limit of 16.00 MiB", "--memory"},
+         {"merge", "sky.exr", "--out", "m.exr", "--memory", "16M"});
+  refuse(2, {"--memory lots: expected a size"}, {"merge", "sky.exr", "--out", "m.exr", "--memory", "lots"});
+}
+
+TEST_F(BadFiles, DamagedPicturesAreDescribedInPlainWords) {
+  Image image{.width = 8, .height = 8};
+  for (const char* name : {"R", "G", "B"}) image.channels.push_back({name, Pixel::Half, std::vector<float>(64), {}});
+  write_exr(path("whole.exr"), image);
+  const std::string whole = read("whole.exr");
+  for (std::size_t bytes = 0; bytes < whole.size(); bytes += 97) {
+    write("cut.exr", whole.substr(0, bytes));
+    refuse(1, {"cannot read cut.exr: "}, {"merge", "cut.exr", "--out", "m.exr"});
   }
 }
 

@@ -177,10 +177,12 @@ TEST_F(Trace, StandardInputAndOutput) {
   EXPECT_FALSE(std::filesystem::exists(path("cut.npy")));
 }
 
-TEST_F(Trace, OutputMayReplaceInput) {
+TEST_F(Trace, OutputMayNotReplaceInput) {
   rays();
-  succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "rays.npy"});
-  EXPECT_EQ(hits("rays.npy").size(), 64u);
+  const std::string before = read("rays.npy");
+  refuse(2, {"--out rays.npy: it is the file that --rays reads"},
+         {"trace", "square.glb", "--rays", "rays.npy", "--out", "rays.npy"});
+  EXPECT_EQ(read("rays.npy"), before);
 }
 
 TEST_F(Trace, BadRayFiles) {
@@ -204,6 +206,24 @@ TEST_F(Trace, BadRayFiles) {
   refuse(1, {"rays.npy", "(2, 3, 3)", "(n, 8)"}, args);
   write_hits(path("rays.npy"), std::vector<Hit>(2));
   refuse(1, {"rays.npy", "prim"}, args);
+}
+
+// The range that the manual states for mode watertight: an origin 2^20 diagonals of the scene away. From there every
+// ray that is aimed at the middle of a closed mesh hits it.
+TEST_F(Trace, FromTheEndOfTheRangeNoRaySlipsThrough) {
+  write("closed.obj",
+        "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\nf 1 3 5\nf 3 2 5\nf 2 4 5\nf 4 1 5\n"
+        "f 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n");
+  const double distance = 0x1p20 * 2 * std::sqrt(3.0);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 1000; ++i) {
+    const double z = (i + 0.5) / 500 - 1, r = std::sqrt(1 - z * z), angle = 2.399963 * i;
+    const glm::vec3 away(r * std::cos(angle), r * std::sin(angle), z);
+    rays.push_back({float(distance) * away, 0, -away, std::numeric_limits<float>::max()});
+  }
+  write_rays(path("far.npy"), rays);
+  succeed({"trace", "closed.obj", "--rays", "far.npy", "--out", "hits.npy"});
+  for (const Hit& hit : hits()) EXPECT_NE(hit.prim, NO_HIT);
 }
 
 TEST_F(Trace, BadOutputs) {

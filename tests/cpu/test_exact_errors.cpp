@@ -59,6 +59,27 @@ TEST_F(ErrorsOfAnswers, RightAnswersHaveNone) {
     }
 }
 
+TEST_F(ErrorsOfAnswers, RaysBeyondTheRangeAreAClassOfTheirOwn) {
+  const auto expect_class = [&](const Ray& ray, const Hit& answer, Arithmetic arithmetic, std::uint64_t beyond,
+                                std::uint64_t wrong) {
+    const ErrorFigures f = figures({ray}, {answer}, Want::Nearest, arithmetic);
+    EXPECT_EQ(f.beyond_range, beyond) << ray.origin.z << ' ' << ray.dir.z;
+    EXPECT_EQ(f.errors(), wrong) << ray.origin.z << ' ' << ray.dir.z;
+  };
+  const Ray tiny{{0.5f, 0.25f, 2}, 0, {0, 0, -1.17e-38f}, 10}, least{{0.5f, 0.25f, 2}, 0, {0, 0, -0x1p-126f}, 1e38f};
+  const Ray far{{0.5f, 0.25f, 3e7f}, 0, {0, 0, -1}, 1e9f}, near{{0.5f, 0.25f, 2e7f}, 0, {0, 0, -1}, 1e9f};
+  for (const Arithmetic arithmetic : {Arithmetic::Woop, Arithmetic::MoellerTrumbore, Arithmetic::Exact}) {
+    const std::uint64_t exact = arithmetic == Arithmetic::Exact ? 1 : 0;
+    expect_class(tiny, kMiss, arithmetic, 1, 0);  // dead in every mode
+    expect_class(tiny, hit(inside_, 0), arithmetic, 0, 1);
+    expect_class(dead_, kMiss, arithmetic, 0, 0);
+    expect_class(least, kMiss, arithmetic, 0, 1);
+    expect_class(near, kMiss, arithmetic, 0, 1);
+    expect_class(far, kMiss, arithmetic, 1 - exact, exact);
+    expect_class(far, hit(far, 0), arithmetic, 0, 0);
+  }
+}
+
 TEST_F(ErrorsOfAnswers, EachKindIsCounted) {
   const std::vector<Ray> rays{inside_, beside_, inside_, inside_, dead_};
   const ErrorFigures f = figures(rays, {kMiss, hit(inside_, 4), hit(inside_, 4), {1, 99, 0, 0}, hit(inside_, 0)});

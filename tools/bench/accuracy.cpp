@@ -18,7 +18,7 @@ constexpr Count kCounts[] = {
     {"wrong_prims", &Accuracy::wrong_prims},   {"ties", &Accuracy::ties},
     {"wrong_values", &Accuracy::wrong_values}, {"within_bound", &Accuracy::within_bound},
     {"beyond_bound", &Accuracy::beyond_bound}, {"unwritten", &Accuracy::unwritten},
-    {"self_hits", &Accuracy::self_hits},
+    {"self_hits", &Accuracy::self_hits},       {"beyond_range", &Accuracy::beyond_range},
 };
 
 /// Reads a number; JSON holds null for NaN and infinities, which becomes NaN.
@@ -85,6 +85,7 @@ Accuracy accuracy_of(const ErrorFigures& f) {
              f.beyond_bound,
              f.unwritten,
              f.self_hits,
+             f.beyond_range,
              f.t_ulp.median,
              f.t_ulp.p99,
              f.t_ulp.max,
@@ -121,7 +122,9 @@ std::optional<Accuracy> read_accuracy(const JsonPlace& record) {
   if (!verified) return std::nullopt;
   Accuracy a;
   a.rays = verified->count();
-  for (const Count& count : kCounts) a.*count.member = record.at(count.name).count();
+  for (const Count& count : kCounts)
+    if (const auto value = record.find(count.name); value || count.member != &Accuracy::beyond_range)  // new
+      a.*count.member = (value ? *value : record.at(count.name)).count();
   const JsonPlace ulp = record.at("t_ulp");
   a.t_ulp_median = number_or_nan(ulp.at("median"));
   a.t_ulp_p99 = number_or_nan(ulp.at("p99"));

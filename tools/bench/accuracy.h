@@ -26,7 +26,7 @@ struct WrongAnswer {
 /// The errors of a record's answers. ErrorFigures (engine/oracle/errors.h) defines what is counted.
 struct Accuracy {
   std::uint64_t rays = 0, false_misses = 0, false_hits = 0, wrong_prims = 0, ties = 0, wrong_values = 0,
-                within_bound = 0, beyond_bound = 0, unwritten = 0, self_hits = 0;
+                within_bound = 0, beyond_bound = 0, unwritten = 0, self_hits = 0, beyond_range = 0;
   double t_ulp_median = 0, t_ulp_p99 = 0, t_ulp_max = 0;  // |t - exact t| in units in the last place of float32
   std::optional<double> image_rmse;                       // image_error.h; for primary rays only
   std::vector<WrongAnswer> cases;

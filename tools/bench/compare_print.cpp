@@ -22,7 +22,7 @@ void print_groups(const Comparison& comparison, double tolerance) {
   std::string place;
   Table table({""});
   const auto flush = [&] {
-    if (!table.empty()) fmt::print("{}", table.text());
+    if (!table.empty()) say("{}", table.text());
   };
   for (const Change& c : comparison.groups) {
     const std::string here =
@@ -52,16 +52,16 @@ std::vector<Change> changed(const std::vector<Change>& all, bool slower, double 
 }
 
 void print_changed(const std::string& title, const std::vector<Change>& list, std::size_t most, bool with_setting) {
-  fmt::print("{}: {}\n", title, list.empty() ? "none" : std::to_string(list.size()));
-  for (std::size_t i = 0; i < std::min(list.size(), most); ++i) fmt::print("  {}\n", words(list[i], with_setting));
-  if (list.size() > most) fmt::print("  and {} more\n", list.size() - most);
+  say("{}: {}\n", title, list.empty() ? "none" : std::to_string(list.size()));
+  for (std::size_t i = 0; i < std::min(list.size(), most); ++i) say("  {}\n", words(list[i], with_setting));
+  if (list.size() > most) say("  and {} more\n", list.size() - most);
 }
 
 void print_missing(const char* where, const std::vector<std::string>& records) {
   if (records.empty()) return;
-  fmt::print("only in {}: {} records\n", where, records.size());
-  for (std::size_t i = 0; i < std::min(records.size(), kNamed); ++i) fmt::print("  {}\n", records[i]);
-  if (records.size() > kNamed) fmt::print("  and {} more\n", records.size() - kNamed);
+  say("only in {}: {} records\n", where, records.size());
+  for (std::size_t i = 0; i < std::min(records.size(), kNamed); ++i) say("  {}\n", records[i]);
+  if (records.size() > kNamed) say("  and {} more\n", records.size() - kNamed);
 }
 
 nlohmann::json changes_json(const std::vector<Change>& changes, double tolerance) {
@@ -86,19 +86,18 @@ nlohmann::json changes_json(const std::vector<Change>& changes, double tolerance
 }  // namespace
 
 bool print_comparison(const Comparison& comparison, double tolerance) {
-  for (const std::string& warning : comparison.warnings) fmt::print(stderr, "ballot: warning: {}\n", warning);
+  for (const std::string& warning : comparison.warnings) say_aside("ballot: warning: {}\n", warning);
   const bool named = comparison.several_settings;
   const auto judged = std::ranges::count_if(comparison.groups, [](const Change& c) { return c.judged(); });
-  fmt::print("B / A: traversal time per ray in B over that in A, geometric mean over views; below 1, B is faster\n");
-  fmt::print("interval: each one has a confidence of {:.4g} %, so that all {} hold together with 95 %\n\n",
-             100 * comparison.confidence, judged);
+  say("B / A: traversal time per ray in B over that in A, geometric mean over views; below 1, B is faster\n");
+  say("interval: each one has a confidence of {:.4g} %, so that all {} hold together with 95 %\n\n",
+      100 * comparison.confidence, judged);
   print_groups(comparison, tolerance);
-  for (const std::string& note : comparison.notes) fmt::print("note: {}\n", note);
+  for (const std::string& note : comparison.notes) say("note: {}\n", note);
   print_missing("A", comparison.only_a);
   print_missing("B", comparison.only_b);
   if (const std::size_t others = comparison.groups.size() - std::size_t(judged))
-    fmt::print("{} groups have too few samples and were not judged: some record has fewer than {}\n", others,
-               kLeastSamples);
+    say("{} groups have too few samples and were not judged: some record has fewer than {}\n", others, kLeastSamples);
   const std::string beyond = fmt::format("by more than {:g} %", 100 * tolerance);
   const auto slower = changed(comparison.groups, true, tolerance);
   for (const bool worse : {false, true})

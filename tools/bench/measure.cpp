@@ -103,7 +103,7 @@ class BlockRun {
   template <class... Args>
   void note(fmt::format_string<Args...> text, Args&&... args) const {
     around_.quiet();
-    fmt::print(stderr, "ballot: note: {}\n", fmt::format(text, std::forward<Args>(args)...));
+    say_aside("ballot: note: {}\n", fmt::format(text, std::forward<Args>(args)...));
   }
 
   double trace_ms(const Runner& runner, std::size_t view) {

@@ -41,12 +41,12 @@ void check_report_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) fail(Failure::Work, "--report {}: cannot create the folder: {}", folder.string(), error.message());
-  for (const char* file : {"results.json", "records.csv", "report.md"}) check_writable(folder / file);
+  for (const char* file : kReportFiles) check_writable(folder / file);
 }
 
 std::string write_report(const fs::path& folder, const std::vector<Document>& documents) {
   check_report_folder(folder);
-  write_file(folder / "results.json", to_json(documents).dump(1) + "\n");
+  write_file(folder / "results.json", json_text(to_json(documents)));
   write_file(folder / "records.csv", csv_text(documents));
   const Arranged arranged = arrange(documents);
   const std::string main = "# Traversal methods, measured\n\n" + main_sections(documents, arranged);

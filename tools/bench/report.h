@@ -11,6 +11,8 @@ namespace ballot::bench {
 
 /// Makes the folder and checks that each file of a report can be written there. Throws Error(Work).
 void check_report_folder(const std::filesystem::path& folder);
+/// The files of a report beside its plots.
+inline constexpr const char* kReportFiles[] = {"results.json", "records.csv", "report.md"};
 
 /// Writes the whole report. If matplotlib is missing, that is no error: report.md gets a line that says so. Returns
 /// that line, "" if the plots were drawn. Throws Error(Work).

@@ -7,9 +7,9 @@
 #include <set>
 
 #include "tools/bench/arrange.h"
-#include "tools/bench/interrupt.h"
 #include "tools/bench/markdown.h"
 #include "tools/bench/measure.h"
+#include "tools/interrupt.h"
 
 namespace ballot::bench {
 
@@ -44,7 +44,7 @@ void print_block(const Block& block) {
          figure(speed), figure(cell.total_ms()), cell.fps() ? figure(*cell.fps()) : "",
          block.whole(cell) ? fmt::format("{:.0f} %{}", 100 * speed / best, speed == best ? " *" : "") : "lacks views"});
   }
-  fmt::print("{}", table.text());
+  say("{}", table.text());
   std::fflush(stdout);
 }
 
@@ -80,6 +80,7 @@ class Run {
   }
 
   RunResult& result() { return result_; }
+  int signal() const { return interrupt_.signal(); }
 
  private:
   std::size_t steps_in(const Scene& scene, const RaySet& rays) const {
@@ -115,9 +116,9 @@ class Run {
     options_ = with_size(std::move(options_), engine.device());
     result_.document = header(engine.device(), plan_, options_);
     bar_.hide();
-    fmt::print("{} ({}), subgroup {}, {} x {} pixels, {} repeats, {} entries\n\n", engine.device().name,
-               engine.device().driver, engine.device().subgroup_size, options_.width, options_.height, options_.repeats,
-               plan_.entries.size() + plan_.sweeps.size());
+    say("{} ({}), subgroup {}, {} x {} pixels, {} repeats, {} entries\n\n", engine.device().name,
+        engine.device().driver, engine.device().subgroup_size, options_.width, options_.height, options_.repeats,
+        plan_.entries.size() + plan_.sweeps.size());
   }
 
   void print(std::vector<Record> records) const {
@@ -179,18 +180,18 @@ void print_speeds(const Document& part) {
       if (!block.cells.empty()) print_block(block);
 }
 
-std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan) {
+std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan, bool allow_outside) {
   std::vector<LoadedScene> scenes;
   std::set<std::string> names;
   for (const std::string& file : files) {
     const auto start = Clock::now();
-    LoadedScene loaded{load_scene(file), 0};
+    LoadedScene loaded{load_scene(file, {.allow_outside = allow_outside}), 0};
     loaded.load_s = std::chrono::duration<double>(Clock::now() - start).count();
     if (!plan.given_views.empty()) loaded.scene.views = plan.given_views;
     if (!names.insert(loaded.scene.name).second)
       fail(Failure::Arguments, "{}: two scenes are called {}; names must differ, so rename one of the files", file,
            loaded.scene.name);
-    for (const std::string& note : loaded.scene.notes) fmt::print(stderr, "ballot: {}: {}\n", file, note);
+    for (const std::string& note : loaded.scene.notes) say_aside("ballot: {}: {}\n", file, note);
     chosen_views(loaded.scene, plan);
     scenes.push_back(std::move(loaded));
   }
@@ -205,6 +206,7 @@ RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions opti
       run.add(std::move(scene));
     } catch (const Interrupted&) {
       result.document.partial = true;
+      result.signal = run.signal();
       break;
     } catch (const Error&) {
       if (result.document.records.empty()) throw;

@@ -29,13 +29,14 @@ struct LoadedScene {
 
 /// Loads all scenes of a run before the first one is measured. Throws Error(Arguments) if two scenes have the same name
 /// or a view of the plan is missing, and as load_scene does.
-std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan);
+std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan, bool allow_outside);
 
 struct RunResult {
   Document document;
   std::uint64_t wrong = 0;    // hits that the check found wrong or unwritten
   std::size_t without = 0;    // pairs of scene and ray kind for which no view has rays
   std::size_t messages = 0;   // messages of the validation layers
+  int signal = 0;             // the signal that ended the run early
   std::exception_ptr failed;  // the Error that ended the run early; the document holds the measurements so far
 };
 
@@ -54,9 +55,9 @@ Document header(const DeviceInfo& device, const Plan& plan, const RunOptions& op
 /// Returns the options with the device's default picture size if none was given.
 RunOptions with_size(RunOptions options, const DeviceInfo& device);
 
-/// Measures all scenes. SIGINT and SIGTERM end the run after the current dispatch, and an Error ends it early; the
-/// document is then partial. Rethrows an Error that occurs before anything is measured. Throws Error(Work) if no scene
-/// has rays of the chosen kinds.
+/// Measures all scenes. SIGINT, SIGTERM and SIGHUP end the run after the current dispatch, and an Error ends it early;
+/// the document is then partial. Rethrows an Error that occurs before anything is measured. Throws Error(Work) if no
+/// scene has rays of the chosen kinds.
 RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options, const RunHooks& hooks);
 
 }  // namespace ballot::bench

@@ -5,9 +5,9 @@
 #include <map>
 #include <optional>
 
-#include "tools/bench/interrupt.h"
 #include "tools/bench/measure.h"
 #include "tools/hard/hard.h"
+#include "tools/interrupt.h"
 
 namespace ballot::verify {
 
@@ -63,7 +63,7 @@ class HardRun {
         answer(hard_cases()[i]);
       }
     } catch (const bench::Interrupted&) {
-      result_.interrupted = true;
+      result_.signal = interrupt_.signal();
     }
     return std::move(result_);
   }
@@ -134,7 +134,7 @@ class HardRun {
   std::function<void(const DeviceInfo&)> begin_;
   ProgressBar bar_;
   std::shared_ptr<Context> context_;  // all cases run on one device, which is opened once
-  bench::InterruptGuard interrupt_;
+  InterruptGuard interrupt_;
   HardResult result_;
   std::size_t case_ = 0;
 };

@@ -19,7 +19,7 @@ struct HardResult {
   std::vector<bench::HardRecord> records;
   std::vector<std::string> not_refused;  // scenes that should have been refused and were not, a sentence each
   std::size_t messages = 0;              // messages of the validation layers
-  bool interrupted = false;              // by SIGINT or SIGTERM; the records hold the answers so far
+  int signal = 0;                        // that ended the run early; the records hold the answers so far
 };
 
 /// Runs every entry on every set of rays of every case. `begin` gets the device before the first one. A case that

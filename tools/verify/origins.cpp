@@ -85,7 +85,7 @@ OriginStudy measure_all(const OriginStudyArgs& args) {
           bar.update(++done / all);
         }
       }
-  for (const std::string& message : options.context->messages()) fmt::print(stderr, "ballot: {}\n", message);
+  for (const std::string& message : options.context->messages()) say_aside("ballot: {}\n", message);
   return study;
 }
 
@@ -93,12 +93,12 @@ void write_report(const fs::path& folder, const OriginStudy& study, const std::s
   const std::string head =
       fmt::format("# Where secondary rays start\n\n{}, {}, subgroups of {}, commit {}.\n\n```\n{}\n```\n\n",
                   study.device, study.driver, study.subgroup_size, study.commit, study.command);
-  write_file(folder / "origins.json", to_json(study).dump(1) + "\n");
+  write_file(folder / "origins.json", json_text(to_json(study)));
   write_file(folder / "origins.md", head + tables);
   const bench::Plots plots = bench::draw_plots(folder, "plot_origins.py", "origins.json");
   write_file(folder / "origins.md", head + tables + bench::plot_section(plots));
-  if (!plots.missing.empty()) fmt::print(stderr, "ballot: {}\n", plots.missing);
-  fmt::print("wrote {}\n", (folder / "origins.md").string());
+  if (!plots.missing.empty()) say_aside("ballot: {}\n", plots.missing);
+  say("wrote {}\n", (folder / "origins.md").string());
 }
 
 }  // namespace
@@ -123,17 +123,10 @@ std::vector<OriginPolicy> studied_policies() {
 
 void run_origin_study(const OriginStudyArgs& args) {
   check_options(RenderOptions{.width = args.width, .height = args.height});
-  if (!args.json.empty()) check_writable(args.json);
-  if (!args.report.empty()) {
-    std::error_code error;
-    fs::create_directories(args.report, error);
-    if (error) fail(Failure::Work, "--report {}: cannot create the folder: {}", args.report, error.message());
-    for (const char* file : {"origins.json", "origins.md"}) check_writable(fs::path(args.report) / file);
-  }
   const OriginStudy study = measure_all(args);
   const std::string tables = origin_tables(study);
-  fmt::print("{}", tables);
-  if (!args.json.empty()) write_file(args.json, to_json(study).dump(1) + "\n");
+  say("{}", tables);
+  if (!args.json.empty()) write_file(args.json, json_text(to_json(study)));
   if (!args.report.empty()) write_report(args.report, study, tables);
 }
 

@@ -46,6 +46,8 @@ struct OriginStudy {
 /// Traces the rays under a progress bar and prints the tables. Writes the JSON file, and into the report's folder
 /// origins.md, origins.json and the plots. Throws Error(Arguments) for a bad size or file, Error(Work) if the device
 /// fails.
+inline constexpr const char* kOriginFiles[] = {"origins.json", "origins.md"};  // of a report, beside its plot
+
 void run_origin_study(const OriginStudyArgs& args);
 
 /// Returns the policies that the study compares.

@@ -96,12 +96,12 @@ void check_report_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) fail(Failure::Work, "--report {}: cannot create the folder: {}", folder.string(), error.message());
-  for (const char* file : {"verify.json", "verify.csv", "verify.md"}) check_writable(folder / file);
+  for (const char* file : kReportFiles) check_writable(folder / file);
 }
 
 std::string write_report(const fs::path& folder, const std::vector<Document>& documents) {
   check_report_folder(folder);
-  write_file(folder / "verify.json", bench::to_json(documents).dump(1) + "\n");
+  write_file(folder / "verify.json", json_text(bench::to_json(documents)));
   write_file(folder / "verify.csv", verify::csv_text(documents));
   const std::vector<Platform> platforms = platforms_of(documents);
   const std::string main = "# Speed against error, measured\n\n" + verdicts(documents) + "\n" +

@@ -14,6 +14,8 @@ bool is_verified(const bench::Document& document);
 
 /// Makes the folder and checks that each file of a report can be written there. Throws Error(Work).
 void check_report_folder(const std::filesystem::path& folder);
+/// The files of a report beside its plot.
+inline constexpr const char* kReportFiles[] = {"verify.json", "verify.csv", "verify.md"};
 
 /// Writes the whole report. Returns the reason why there is no plot, "" if there is one. Throws Error(Work).
 std::string write_report(const std::filesystem::path& folder, const std::vector<bench::Document>& documents);

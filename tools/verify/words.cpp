@@ -36,6 +36,8 @@ std::string sentence_of(const std::string& numeric, const Accuracy& a) {
                         rate_text(per_million(a.wrong(), a.rays)), beyond_text(a, numeric));
   if (a.wrong_values > 0) text += fmt::format(", {} with t, u or v beyond the bound", a.wrong_values);
   if (a.ties > 0 && bench::is_exact(numeric)) text += fmt::format(", {} ties not settled by number", a.ties);
+  if (a.beyond_range > 0)
+    text += fmt::format(", {} beyond its range (direction below 1.18e-38, or origin too far away)", a.beyond_range);
   if (a.unwritten > 0) text += fmt::format(", {} not written", a.unwritten);
   return text;
 }

@@ -13,9 +13,9 @@ double ms_between(std::chrono::steady_clock::time_point a, std::chrono::steady_c
   return std::chrono::duration<double, std::milli>(b - a).count();
 }
 
-Scene load_noting(const std::string& file) {
-  Scene scene = load_scene(file);
-  for (const std::string& note : scene.notes) fmt::print(stderr, "ballot: {}: {}\n", file, note);
+Scene load_noting(const std::string& file, bool allow_outside) {
+  Scene scene = load_scene(file, {.allow_outside = allow_outside});
+  for (const std::string& note : scene.notes) say_aside("ballot: {}: {}\n", file, note);
   return scene;
 }
 
@@ -23,7 +23,7 @@ Scene load_noting(const std::string& file) {
 
 Session::Session(SessionOptions options) : options_(std::move(options)), settings_(options_.settings) {
   glfw();  // so that a missing display is an error at once, not after minutes of loading
-  Scene scene = load_noting(options_.scene);
+  Scene scene = load_noting(options_.scene, options_.allow_outside);
   window_ = std::make_unique<Window>("Ballot", options_.width, options_.height);
   make_overlay();
   open(std::move(scene));
@@ -44,7 +44,7 @@ std::size_t Session::run() {
 void Session::say(const std::string& message, bool failed) {
   facts_.message = message;
   facts_.failed = failed;
-  fmt::print("{}\n", message);
+  ballot::say("{}\n", message);
   std::fflush(stdout);
 }
 

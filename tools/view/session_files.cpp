@@ -90,7 +90,7 @@ void Session::go_to(const View& view) {
 
 void Session::open_dropped(const std::string& path) {
   try {
-    Scene scene = load_scene(path);
+    Scene scene = load_scene(path, {.allow_outside = options_.allow_outside});
     save_view();
     const std::string before = options_.scene;
     options_.scene = path;
@@ -99,7 +99,7 @@ void Session::open_dropped(const std::string& path) {
       open(std::move(scene));
     } catch (const Error& error) {
       options_.scene = before;
-      open(load_scene(before));
+      open(load_scene(before, {.allow_outside = options_.allow_outside}));
       throw;
     }
   } catch (const Error& error) {

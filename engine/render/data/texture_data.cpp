@@ -1,8 +1,12 @@
 #include "engine/render/data/texture_data.h"
 
+#include <algorithm>
 #include <bit>
 #include <glm/packing.hpp>
+#include <limits>
 
+#include "engine/core/error.h"
+#include "engine/core/memory.h"
 #include "engine/scene/texture.h"
 
 namespace ballot {
@@ -36,10 +40,39 @@ void append(const MipLevel& level, std::vector<glm::uvec4>& texels, std::uint32_
   }
 }
 
+/// Returns the texels of all levels of an image.
+std::uint64_t texels_of(std::uint64_t width, std::uint64_t height) {
+  std::uint64_t texels = width * height;
+  while (width > 1 || height > 1) {
+    width = std::max<std::uint64_t>(1, width / 2);
+    height = std::max<std::uint64_t>(1, height / 2);
+    texels += width * height;
+  }
+  return texels;
+}
+
+/// Checks that the textures fit, and makes room for them. Two copies of all are held, for the device too, and one image
+/// with all its levels in float.
+void reserve_texels(const Scene& scene, std::vector<glm::uvec4>& texels) {
+  constexpr std::uint64_t kTexel = sizeof(glm::uvec4) / 2;
+  std::uint64_t count = 0, largest = 0;
+  for (const TextureImage& image : scene.images) {
+    const std::uint64_t one = texels_of(image.width, image.height);
+    count += one;
+    largest = std::max(largest, one);
+  }
+  const std::string what = fmt::format("{}: {} textures of {} texels", scene.name, scene.images.size(), count);
+  if (count > std::numeric_limits<std::uint32_t>::max())
+    fail(Failure::Work, "{}; expected less than 2^32 texels; make the images smaller", what);
+  need_memory(2 * count * kTexel + largest * sizeof(glm::vec4), what);
+  texels.reserve(std::size_t(count / 2 + 1));
+}
+
 }  // namespace
 
 PackedTextures pack_textures(const Scene& scene) {
   PackedTextures packed;
+  reserve_texels(scene, packed.texels);
   std::vector<PackedImage> images;
   std::uint32_t count = 0;
   for (std::size_t i = 0; i < scene.images.size(); ++i) {

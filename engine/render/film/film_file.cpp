@@ -1,5 +1,6 @@
 #include "engine/render/film/film_file.h"
 
+#include <cmath>
 #include <sstream>
 
 #include "engine/core/error.h"
@@ -60,6 +61,14 @@ const Channel& checked_channel(const std::filesystem::path& path, const Image& i
        type == Pixel::Uint ? "unsigned integers" : "floats");
 }
 
+float checked_sum(const std::filesystem::path& path, const Channel& channel, std::size_t place) {
+  const float sum = channel.floats[place];
+  if (std::isnan(sum))
+    fail(Failure::Work, "{}: this checkpoint is damaged: channel {} of pixel {} is no number; remove it", path.string(),
+         channel.name, place);
+  return sum;
+}
+
 }  // namespace
 
 void write_film(const std::filesystem::path& path, const Film& film, const std::string& made_of) {
@@ -87,18 +96,21 @@ void write_film(const std::filesystem::path& path, const Film& film, const std::
   write_exr(path, image);
 }
 
-void read_film(const std::filesystem::path& path, Film& film, const std::string& made_of) {
+void read_film(const std::filesystem::path& path, Film& film, const std::string& made_of, std::uint32_t most) {
   const Image image = read_exr(path);
   const auto samples = image.attributes.find("film_samples"), made = image.attributes.find("film_made_of");
   if (samples == image.attributes.end() || made == image.attributes.end() ||
       !std::holds_alternative<int>(samples->second) || !std::holds_alternative<std::string>(made->second))
     fail(Failure::Work, "{}: is not a checkpoint of Ballot; remove it", path.string());
   compare(path, std::get<std::string>(made->second), made_of);
+  const int count = std::get<int>(samples->second);
+  if (count < 0 || std::uint32_t(count) > most)
+    fail(Failure::Work, "{}: this checkpoint has {} samples; expected 0 to {}; remove it", path.string(), count, most);
+  const std::uint32_t width = film.crop.x1 - film.crop.x0, height = film.crop.y1 - film.crop.y0;
+  if (image.width != width || image.height != height)
+    fail(Failure::Work, "{}: this checkpoint has {} x {} pixels; expected {} x {}; remove it", path.string(),
+         image.width, image.height, width, height);
   const std::vector<std::size_t> places = places_of(film);
-  for (const std::size_t place : places)
-    if (place >= std::size_t(image.width) * image.height)
-      fail(Failure::Work, "{}: has {} x {} pixels, fewer than the picture; remove it", path.string(), image.width,
-           image.height);
   std::vector<const Channel*> channels;
   const FilmPixel none{};
   each_float(none,
@@ -106,14 +118,15 @@ void read_film(const std::filesystem::path& path, Film& film, const std::string&
   const Channel& prim = checked_channel(path, image, "prim", Pixel::Uint);
   for (std::size_t i = 0; i < places.size(); ++i) {
     std::size_t c = 0;
-    each_float(film.pixels[i], [&](const char*, float& value) { value = channels[c++]->floats[places[i]]; });
+    each_float(film.pixels[i],
+               [&](const char*, float& value) { value = checked_sum(path, *channels[c++], places[i]); });
     film.pixels[i].prim = prim.uints[places[i]];
   }
   for (int c = 0; c < 3 && !film.moments.empty(); ++c) {
     const Channel& moment = checked_channel(path, image, kMoments[c], Pixel::Float);
-    for (std::size_t i = 0; i < places.size(); ++i) film.moments[i][c] = moment.floats[places[i]];
+    for (std::size_t i = 0; i < places.size(); ++i) film.moments[i][c] = checked_sum(path, moment, places[i]);
   }
-  film.samples = std::uint32_t(std::get<int>(samples->second));
+  film.samples = std::uint32_t(count);
 }
 
 }  // namespace ballot

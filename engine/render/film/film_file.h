@@ -14,8 +14,8 @@ namespace ballot {
 void write_film(const std::filesystem::path& path, const Film& film, const std::string& made_of);
 
 /// Reads a file of write_film into `film`, which must be as start_film() makes it.
-/// Throws Error(Work) if the file cannot be read or is not a film, and if its `made_of` differs: the error names the
-/// first line that differs.
-void read_film(const std::filesystem::path& path, Film& film, const std::string& made_of);
+/// Throws Error(Work) if the file cannot be read, is not a film of this size with at most `most` samples, or holds sums
+/// that are no numbers, and if its `made_of` differs: the error names the first line that differs.
+void read_film(const std::filesystem::path& path, Film& film, const std::string& made_of, std::uint32_t most);
 
 }  // namespace ballot

@@ -7,6 +7,7 @@
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/json_depth.h"
+#include "engine/core/json_text.h"
 #include "engine/trace/auto/auto.h"
 
 namespace ballot {
@@ -102,7 +103,7 @@ void Choices::save() const {
                   {"commit", BALLOT_COMMIT}, {"scene", scene_},          {"choices", choices}};
   try {
     std::filesystem::create_directories(file_.parent_path());
-    write_file(file_, json.dump(1) + "\n");
+    write_file(file_, json_text(json));
   } catch (const std::exception&) {
     // A cache that cannot be written is no error.
   }

@@ -1,0 +1,98 @@
+#include "engine/core/temporary.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+
+#include <atomic>
+#include <cerrno>
+#include <mutex>
+#include <random>
+#include <set>
+#include <string>
+#include <system_error>
+
+#include "engine/core/error.h"
+
+namespace ballot {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The random part is needed because process ids repeat between containers that share a folder.
+std::string temporary_name() {
+  static const unsigned process_key = std::random_device{}();
+  static std::atomic<unsigned> counter{0};
+  return fmt::format(".ballot-{}-{:08x}-{}.tmp", ::getpid(), process_key, counter++);
+}
+
+bool is_temporary_name(const std::string& name) { return name.starts_with(".ballot-") && name.ends_with(".tmp"); }
+
+/// Removes a file if nobody holds its lock. The lock is held while the file is removed, so that a process that has just
+/// made it finds that it is gone and makes another.
+void remove_if_left(const fs::path& file) {
+  const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  struct stat info {};
+  if (fd.get() < 0 || ::fstat(fd.get(), &info) != 0 || !S_ISREG(info.st_mode)) return;
+  if (::flock(fd.get(), LOCK_EX | LOCK_NB) == 0) ::unlink(file.c_str());
+}
+
+/// Returns true the first time that a folder is named.
+bool is_first_visit(const fs::path& folder) {
+  static std::mutex mutex;
+  static std::set<std::string> seen;
+  std::error_code error;
+  const std::string name = fs::absolute(folder, error).string();
+  const std::lock_guard lock(mutex);
+  return seen.insert(name).second;
+}
+
+}  // namespace
+
+void cannot_write(const fs::path& path, const std::string& reason) {
+  fail(Failure::Work, "cannot write {}: {}", path.string(), reason);
+}
+
+std::string errno_text(int code) { return std::generic_category().message(code); }
+
+void sweep_temporaries(const fs::path& folder) {
+  if (!is_first_visit(folder)) return;
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+    if (is_temporary_name(at->path().filename().string())) remove_if_left(at->path());
+}
+
+Temporary::Temporary(const fs::path& folder, std::optional<mode_t> mode, const fs::path& path) : path_(path) {
+  sweep_temporaries(folder);
+  for (int tries = 0; !make(folder / temporary_name(), mode); ++tries)
+    if (tries == 100) cannot_write(path_, errno_text(EEXIST));
+}
+
+/// Returns false if another name has to be tried.
+bool Temporary::make(const fs::path& file, std::optional<mode_t> mode) {
+  Descriptor fd(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (fd.get() < 0) {
+    if (errno == EEXIST) return false;
+    cannot_write(path_, errno_text(errno));
+  }
+  // Where a file system has no locks, nobody can sweep either.
+  while (::flock(fd.get(), LOCK_EX) != 0 && errno == EINTR) {
+  }
+  struct stat info {};
+  if (::fstat(fd.get(), &info) == 0 && info.st_nlink == 0) return false;  // swept before it was locked
+  if (mode) (void)::fchmod(fd.get(), *mode);                              // a failure is harmless: the content counts
+  file_ = file;
+  lock_ = std::move(fd);
+  return true;
+}
+
+Temporary::~Temporary() {
+  if (!file_.empty()) ::unlink(file_.c_str());
+}
+
+void Temporary::rename_to(const fs::path& target) {
+  if (::rename(file_.c_str(), target.c_str()) != 0) cannot_write(path_, errno_text(errno));
+  file_.clear();
+}
+
+}  // namespace ballot

@@ -1,0 +1,51 @@
+// EXR: pictures, skies and parts of pictures.
+#include <fstream>
+#include <iterator>
+
+#include "engine/core/image.h"
+#include "engine/core/image_merge.h"
+#include "engine/scene/light.h"
+#include "tests/fuzz/fuzz.h"
+
+namespace ballot::fuzz {
+
+namespace {
+
+std::string exr(const Image& image) {
+  const std::filesystem::path path = put("seed.exr", "");
+  write_exr(path, image);
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+}  // namespace
+
+std::vector<std::string> seeds() {
+  Image image{.width = 4, .height = 2};
+  for (const char* name : {"R", "G", "B"})
+    image.channels.push_back({name, Pixel::Half, std::vector<float>(8, 0.5f), {}});
+  const std::string sky = exr(image);
+  image.channels.push_back({"prim", Pixel::Uint, {}, std::vector<std::uint32_t>(8, 7)});
+  image.channels.push_back({"Z", Pixel::Float, std::vector<float>(8, 2), {}});
+  image.attributes = {{"part", std::string("0/1")}, {"seconds", 1.0f}, {"film_samples", 4}};
+  image.x = image.y = 1;
+  image.full_width = image.full_height = 8;
+  return {sky, exr(image)};
+}
+
+std::vector<std::string> words() {
+  return {"channels",  "chlist", "compression", "dataWindow", "displayWindow", "box2i",
+          "lineOrder", "part",   "string",      "seconds",    "float",         "tiles",
+          "tiledesc",  "R",      "G",           "B",          "prim"};
+}
+
+void read(std::string_view input) {
+  const std::filesystem::path path = put("s.exr", input);
+  expect_plain([&] {
+    const Image image = read_exr(path);
+    expect_plain([&] { merge_parts({{path, image}}, 32); });
+  });
+  expect_plain([&] { make_sky(path.string()); });
+}
+
+}  // namespace ballot::fuzz

@@ -1,0 +1,94 @@
+// glTF with its buffers: text or binary, embedded data or the file b.bin beside it.
+#include "engine/scene/scene.h"
+#include "tests/cpu/gltf_builder.h"
+#include "tests/fuzz/fuzz.h"
+
+namespace ballot::fuzz {
+
+namespace {
+
+using test::GltfBuilder;
+
+GltfBuilder textured() {
+  GltfBuilder b = test::one_triangle();
+  const std::string png("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\x8\2\0\0\0\x90\x77\x53\xde", 33);
+  const int image = b.view(std::vector<char>(png.begin(), png.end()));
+  b.json["images"] = {{{"bufferView", image}, {"mimeType", "image/png"}}};
+  b.json["samplers"] = {{{"wrapS", 33071}, {"magFilter", 9728}}};
+  b.json["textures"] = {{{"source", 0}, {"sampler", 0}}};
+  b.json["materials"] = {{{"name", "m"},
+                          {"alphaMode", "MASK"},
+                          {"emissiveFactor", {1, 1, 1}},
+                          {"pbrMetallicRoughness",
+                           {{"baseColorTexture",
+                             {{"index", 0}, {"extensions", {{"KHR_texture_transform", {{"offset", {0.5, 0.5}}}}}}}}}}}};
+  b.primitive()["material"] = 0;
+  b.primitive()["attributes"]["TEXCOORD_0"] = b.accessor(b.view(std::vector<float>(6)), 5126, 3, "VEC2");
+  b.primitive()["attributes"]["NORMAL"] = b.vec3({0, 0, 1, 0, 0, 1, 0, 0, 1});
+  return b;
+}
+
+GltfBuilder sparse() {
+  GltfBuilder b = test::one_triangle();
+  const int indices = b.view(std::vector<std::uint16_t>{0, 2});
+  const int values = b.view(std::vector<float>{0, 0, 1, 0, 1, 1});
+  b.json["accessors"][0]["sparse"] = {{"count", 2},
+                                      {"indices", {{"bufferView", indices}, {"componentType", 5123}}},
+                                      {"values", {{"bufferView", values}}}};
+  b.primitive()["indices"] = b.indices({0, 1, 2, 2, 1, 0});
+  b.primitive()["mode"] = 5;
+  return b;
+}
+
+GltfBuilder instanced() {
+  GltfBuilder b = test::one_triangle();
+  b.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing", "KHR_lights_punctual"};
+  b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = b.vec3({0, 0, 0, 1, 1, 1});
+  b.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0.9}, {"znear", 0.1}}}}};
+  b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "spot"}, {"spot", {{"outerConeAngle", 0.5}}}}};
+  b.node({{"camera", 0}, {"rotation", {0, 0, 0, 1}}, {"children", {0}}});
+  b.json["nodes"].back()["extensions"]["KHR_lights_punctual"]["light"] = 0;
+  b.json["scenes"] = {{{"nodes", {1}}}};
+  return b;
+}
+
+}  // namespace
+
+std::vector<std::string> seeds() {
+  std::vector<std::string> all;
+  for (const GltfBuilder& b : {test::one_triangle(), textured(), sparse(), instanced()}) {
+    all.push_back(b.glb());
+    GltfBuilder text = b;
+    text.json["buffers"] = {{{"byteLength", b.data.size()}, {"uri", "b.bin"}}};
+    all.push_back(text.json.dump());
+  }
+  return all;
+}
+
+std::vector<std::string> words() {
+  return {"\"accessors\"",  "\"bufferView\"",
+          "\"byteOffset\"", "\"byteLength\"",
+          "\"byteStride\"", "\"componentType\"",
+          "\"count\"",      "\"sparse\"",
+          "\"indices\"",    "\"values\"",
+          "\"uri\"",        "\"images\"",
+          "\"children\"",   "\"matrix\"",
+          "\"mesh\"",       "\"mode\"",
+          "5120",           "5123",
+          "5125",           "5126",
+          "4294967296",     "-1",
+          "1e308",          "18446744073709551615",
+          "\"extras\"",     "\"data:application/octet-stream;base64,AAAA\"",
+          "\"VEC3\"",       "\"SCALAR\"",
+          "\"SCALAR\"",     "\"normalized\"",
+          "\"TANGENT\"",    "\"skins\"",
+          "\"animations\"", "\"default\""};
+}
+
+void read(std::string_view input) {
+  static const std::filesystem::path buffer = put("b.bin", std::string(512, '\0'));
+  const std::filesystem::path path = put("s.gltf", input);
+  expect_plain([&] { load_scene(path); });
+}
+
+}  // namespace ballot::fuzz
