@@ -52,7 +52,7 @@
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
 #include "engine/trace/tracer.h"
-#include "engine/tree/device_poser.h"
+#include "engine/tree/posed_triangles.h"
 #include "engine/vk/context.h"
 
 namespace ballot {
@@ -88,7 +88,14 @@ class Engine {
   explicit Engine(Scene scene, const EngineOptions& options = {}, const Progress& progress = {});
   ~Engine();
 
-  const Scene& scene() const { return scene_; }
+  /// Returns the scene. Triangles and normals that have moved on the device are brought back first, which takes time:
+  /// scene_facts() is the same without them.
+  const Scene& scene() const {
+    late_.bring();
+    return scene_;
+  }
+  /// Returns the scene, whose triangles and normals may be those of an earlier time; all else is as it is now.
+  const Scene& scene_facts() const { return scene_; }
   /// Returns the tree. One that was built on the device is read back by the first call.
   const Bvh& bvh() { return tracer_->tree().whole_bvh(); }
   const BvhStats& bvh_stats() const { return bvh_.stats; }
@@ -131,7 +138,9 @@ class Engine {
   /// Moves the scene to a time of a clip of its animation: triangles, normals, lights and views. Times outside
   /// [0, seconds of the clip] mean the nearest inside. Skins and morph targets are evaluated on the device, with the
   /// bits of set_pose(). The tree follows as move() says. Throws Error(Arguments) if there is no such clip or the time
-  /// is not finite, Error(Work) as pose_at() and move() do; the scene is then as it was.
+  /// is not finite, Error(Work) as pose_at() and move() do; the scene is then as it was. A tree that was built on a
+  /// device with float64 follows there, and so does what shading reads; the host's triangles follow once they are asked
+  /// for. Batches and films of before end all the same.
   void set_time(std::size_t clip, double seconds, UpdateMode mode = UpdateMode::Auto);
 
   /// What the last move() or set_time() did.
@@ -239,9 +248,18 @@ class Engine {
   bool refit(std::span<const Triangle> triangles, const Bounds& bounds);
   void adopt(SceneTree&& built);
   void try_to_rebuild();
+  void begin_update();
+  bool wants_refit(UpdateMode mode) const;
   Pose pose(const AnimationClip& clip, double seconds);
+  void set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode);
+  bool set_time_there(const AnimationClip& clip, double seconds, UpdateMode mode);
+  bool poses_there() const;
+  void make_posed();
+  void follow_there(const Bounds& bounds, UpdateMode mode);
+  void bring_back(const AnimationClip& clip, double seconds);
 
   Scene scene_;
+  LateVertices late_;
   BuildSettings build_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   StartTimes times_;
@@ -258,9 +276,11 @@ class Engine {
   std::unique_ptr<PointQueries> points_;  // made on first use
   std::unique_ptr<RayQueries> rays_;
   std::unique_ptr<Topology> topology_;
-  std::unique_ptr<DevicePoser> poser_;   // made on first use
-  std::unique_ptr<LiveImage> live_;      // made on first use
-  std::unique_ptr<HitChecker> checker_;  // made on first use
+  std::unique_ptr<DevicePoser> poser_;     // made on first use
+  Pose spare_pose_;                        // of the last set_time() on the host, whose memory serves again
+  std::unique_ptr<PosedTriangles> posed_;  // made on first use; null after triangles have moved otherwise
+  std::unique_ptr<LiveImage> live_;        // made on first use
+  std::unique_ptr<HitChecker> checker_;    // made on first use
 };
 
 /// Returns the commit that this library was built from, or "unknown".

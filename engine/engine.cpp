@@ -68,6 +68,7 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   policy_.built(times_.bvh_s, bvh_.stats.sah);
   features_ = features_of(scene_, facts_of(bvh_));
   tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built.there));
+  tracer_->tree().set_late(&late_);
   if (options.use_cache) tracer_->choices().keep_in(cache_folder() / "auto");
   make_renderers();
 }
@@ -77,7 +78,7 @@ void Engine::make_renderers() {
   live_.reset();
   batches_.reset();
   renderer_.reset();
-  scene_data_ = std::make_unique<SceneData>(*gpu_, scene_, features_);
+  scene_data_ = std::make_unique<SceneData>(*gpu_, scene_, features_, late_);
   renderer_ = std::make_unique<Renderer>(*gpu_, *tracer_, *scene_data_);
   batches_ = std::make_unique<Batches>(*gpu_, *tracer_, *scene_data_);
 }
@@ -92,12 +93,13 @@ void Engine::set_sky(Sky sky) {
 Engine::~Engine() = default;
 
 HitChecker& Engine::checker() {
+  late_.bring();
   if (!checker_) checker_ = std::make_unique<HitChecker>(*tracer_, *batches_);
   return *checker_;
 }
 
 std::vector<OriginCheck> Engine::check_origins(const RayBatch& batch, const Query& query) {
-  return ballot::check_origins(*tracer_, *batches_, scene_, batch, query);
+  return ballot::check_origins(*tracer_, *batches_, scene(), batch, query);
 }
 
 PointQueries& Engine::points() {
@@ -111,7 +113,7 @@ RayQueries& Engine::rays() {
 }
 
 const Topology& Engine::topology() {
-  if (!topology_) topology_ = std::make_unique<Topology>(topology_of(scene_.triangles));
+  if (!topology_) topology_ = std::make_unique<Topology>(topology_of(scene().triangles));
   return *topology_;
 }
 
@@ -169,7 +171,7 @@ Image Engine::picture(const Film& film, const View& view, const RenderOptions& o
 }
 
 std::string Engine::made_of(const View& view, const RenderOptions& o) const {
-  const std::uint64_t digest = digest_of(scene_);
+  const std::uint64_t digest = digest_of(scene());
   const Sky& sky = scene_.sky;
   const glm::dmat4& m = view.world_from_camera;
   const Window w = o.window();

@@ -4,7 +4,6 @@
 
 #include "engine/built_tree.h"
 #include "engine/bvh/refit.h"
-#include "engine/tree/device_poser.h"
 
 namespace ballot {
 
@@ -20,17 +19,26 @@ SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const Bu
   return {build_bvh_cached(triangles, settings, cache_folder() / "bvh", progress)};
 }
 
-std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode mode) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
-  const MovedTriangles moved = check_moved(scene_.triangles, bvh_.stats.degenerate, triangles, scene_.name);
+void Engine::begin_update() {
   gpu_->finish();
   policy_.traced(tracer_->traced_s() - traced_s_);
   traced_s_ = tracer_->traced_s();
-  const bool wanted = mode == UpdateMode::Refit || (mode == UpdateMode::Auto && !policy_.wants_build());
   topology_.reset();
   update_ = {};
-  if (wanted && moved.same_area && refit(triangles, moved.bounds)) {
+}
+
+bool Engine::wants_refit(UpdateMode mode) const {
+  return mode == UpdateMode::Refit || (mode == UpdateMode::Auto && !policy_.wants_build());
+}
+
+std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode mode) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  late_.bring();
+  const MovedTriangles moved = check_moved(scene_.triangles, bvh_.stats.degenerate, triangles, scene_.name);
+  begin_update();
+  posed_.reset();
+  if (wants_refit(mode) && moved.same_area && refit(triangles, moved.bounds)) {
     update_.refitted = true;
     scene_.triangles.swap(triangles);
     features_.tree = facts_of(bvh_);
@@ -50,42 +58,6 @@ std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode m
   update_.seconds = seconds();
   update_.ready_s = update_.seconds - tree_s;
   return triangles;
-}
-
-Pose Engine::pose(const AnimationClip& clip, double seconds) {
-  const Animation& animation = *scene_.animation;
-  if (animation.posed_vertices == 0) return pose_at(scene_, &clip, seconds);
-  if (!poser_) poser_ = std::make_unique<DevicePoser>(*gpu_, animation);
-  return pose_at(scene_, &clip, seconds,
-                 [&](const PoseInput& input, std::span<PosedVertex> posed) { poser_->pose(input, posed); });
-}
-
-void Engine::set_time(std::size_t clip, double seconds, UpdateMode mode) {
-  const auto start = std::chrono::steady_clock::now();
-  const std::size_t clips = scene_.animation ? scene_.animation->clips.size() : 0;
-  if (clip >= clips)
-    fail(Failure::Arguments, "scene '{}' has {} animations; expected a number below that, found {}", scene_.name, clips,
-         clip);
-  Pose pose = this->pose(scene_.animation->clips[clip], seconds);
-  const double pose_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const auto swap = [&] {
-    if (pose.moves_triangles) scene_.normals.swap(pose.normals);
-    scene_.lights.swap(pose.lights);
-  };
-  swap();
-  try {
-    if (pose.moves_triangles) {
-      move(std::move(pose.triangles), mode);
-    } else {
-      update_ = {};
-      if (pose.moves_lights) gpu_->finish(), make_renderers();
-    }
-  } catch (...) {
-    swap();
-    throw;
-  }
-  std::ranges::copy(pose.views, scene_.views.begin());
-  update_.pose_s = pose_s;
 }
 
 void Engine::adopt(SceneTree&& built) {

@@ -9,7 +9,7 @@ using namespace ballot::api;
 namespace {
 
 std::span<const ballot::AnimationClip> clips_of(const SceneState& scene) {
-  const ballot::Scene* loaded = scene.engine ? &scene.engine->scene() : nullptr;
+  const ballot::Scene* loaded = scene.engine ? &scene.engine->scene_facts() : nullptr;
   if (!loaded || !loaded->animation) return {};
   return loaded->animation->clips;
 }

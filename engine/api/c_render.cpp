@@ -74,7 +74,7 @@ BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const 
     if (room) need(rays, "ballot_make_rays", "rays");
     const DeviceUse use(*state->device);
     ballot::Engine& engine = engine_of(*state, "ballot_make_rays");
-    const auto v = view_of(read_struct(view, "BallotView"), engine.scene());
+    const auto v = view_of(read_struct(view, "BallotView"), engine.scene_facts());
     const auto batch = engine.make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
     *count = batch->count();
     if (room == 0) return;
@@ -93,7 +93,7 @@ BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const Bal
     const Watch watch(q);
     const DeviceUse use(*state->device);
     ballot::Engine& engine = engine_of(*state, "ballot_render");
-    const auto v = view_of(read_struct(view, "BallotView"), engine.scene());
+    const auto v = view_of(read_struct(view, "BallotView"), engine.scene_facts());
     const auto options = options_of(p, q);
     if (p.sky && state->sky != p.sky) {
       engine.set_sky(ballot::make_sky(p.sky));

@@ -116,9 +116,9 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
     const std::lock_guard lock(state->device->mutex);
     const ballot::Forest* forest = state->instanced ? &state->instanced->forest : nullptr;
     const ballot::BvhStats& s = forest ? forest->summary().stats : state->engine->bvh_stats();
-    const ballot::Bounds& bounds = forest ? forest->top().bounds : state->engine->scene().bounds;
+    const ballot::Bounds& bounds = forest ? forest->top().bounds : state->engine->scene_facts().bounds;
     BallotSceneInfo i = BALLOT_INIT(BallotSceneInfo);
-    i.triangles = forest ? s.triangles : state->engine->scene().triangles.size();
+    i.triangles = forest ? s.triangles : state->engine->scene_facts().triangles.size();
     i.degenerate = s.degenerate;
     i.meshes = state->meshes.size();
     if (forest) {
@@ -126,7 +126,7 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
       i.instance_triangles = forest->triangle_count();
       i.top_seconds = forest->top().build_s;
     } else {
-      i.views = state->engine->scene().views.size();
+      i.views = state->engine->scene_facts().views.size();
     }
     for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
     i.nodes = s.nodes, i.leaves = s.leaves, i.depth = s.depth;

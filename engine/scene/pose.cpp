@@ -21,14 +21,6 @@ PoseMatrix rows_of(const glm::dmat4& m) {
   return rows;
 }
 
-/// Returns the matrix from the mesh to the world of a part, or of a joint of its skin.
-glm::dmat4 world_from_mesh(const Animation& animation, const MovingPart& part, const NodePose& nodes,
-                           std::size_t joint) {
-  if (!part.skin) return nodes.world_from_node[part.node] * part.node_from_mesh;
-  const Skin& skin = animation.skins[*part.skin];
-  return nodes.world_from_node[skin.joints[joint]] * skin.joint_from_mesh[joint];
-}
-
 /// Returns the sum of the joints' matrices by their weights.
 PoseMatrix blended(const PoseMatrix* matrices, std::span<const Influence> influences) {
   if (influences.empty()) return matrices[0];
@@ -142,6 +134,13 @@ void pose_triangles(const Animation& animation, const NodePose& nodes, const Ver
 
 }  // namespace
 
+glm::dmat4 world_from_mesh(const Animation& animation, const MovingPart& part, const NodePose& nodes,
+                           std::size_t joint) {
+  if (!part.skin) return nodes.world_from_node[part.node] * part.node_from_mesh;
+  const Skin& skin = animation.skins[*part.skin];
+  return nodes.world_from_node[skin.joints[joint]] * skin.joint_from_mesh[joint];
+}
+
 PoseInput pose_input(const Animation& animation, const NodePose& nodes) {
   PoseInput input{std::vector<PoseMatrix>(animation.matrices), std::vector<float>(animation.weights)};
   for (const MovingPart& part : animation.parts) {
@@ -160,26 +159,50 @@ void pose_vertices(const Animation& animation, const PoseInput& input, std::span
     if (part.deforms) pose_part(animation, part, input, posed);
 }
 
-Pose pose_at(const Scene& scene, const AnimationClip* clip, double seconds, const VertexPoser& poser) {
-  const Animation& animation = *scene.animation;
-  const NodePose nodes = pose_nodes(animation, clip, seconds);
-  Pose pose{.lights = scene.lights, .views = scene.views, .moves_triangles = !animation.parts.empty()};
-  if (pose.moves_triangles) {
-    pose.triangles = scene.triangles;
-    pose.normals = scene.normals;
-    pose_triangles(animation, nodes, poser, pose);
-  }
-  for (Light& light : pose.lights) {
+PosedCarried pose_carried(const Scene& scene, const NodePose& nodes) {
+  PosedCarried carried{.lights = scene.lights, .views = scene.views};
+  for (Light& light : carried.lights) {
     if (light.node < 0) continue;
     place_light(light, nodes.world_from_node[static_cast<std::size_t>(light.node)]);
-    pose.moves_lights = true;
+    carried.moves_lights = true;
     if (!is_finite(light.position)) fail(Failure::Work, "the pose puts light '{}' nowhere", light.name);
   }
-  for (View& view : pose.views) {
+  for (View& view : carried.views) {
     if (view.node < 0) continue;
     view.world_from_camera = without_scale(nodes.world_from_node[static_cast<std::size_t>(view.node)]);
     if (!is_finite(glm::vec3(view.world_from_camera[3])))
       fail(Failure::Work, "the pose puts camera '{}' nowhere", view.name);
+  }
+  return carried;
+}
+
+namespace {
+
+/// Copies what of the scene's triangles or normals no part moves; into the memory at hand, if it suffices.
+template <class Item>
+void copy_still(std::span<const Item> from, bool all_move, std::vector<Item>& to) {
+  to.resize(from.size());
+  if (!all_move) copy_parallel(from, std::span<Item>(to));
+}
+
+}  // namespace
+
+Pose pose_at(const Scene& scene, const AnimationClip* clip, double seconds, const VertexPoser& poser, Pose room) {
+  const Animation& animation = *scene.animation;
+  const NodePose nodes = pose_nodes(animation, clip, seconds);
+  PosedCarried carried = pose_carried(scene, nodes);
+  Pose pose = std::move(room);
+  pose.lights = std::move(carried.lights);
+  pose.views = std::move(carried.views);
+  pose.moves_triangles = !animation.parts.empty();
+  pose.moves_lights = carried.moves_lights;
+  if (pose.moves_triangles) {
+    std::size_t moving = 0;
+    for (const MovingPart& part : animation.parts) moving += animation.vertices.meshes[part.mesh].triangles;
+    const bool all_move = moving == scene.triangles.size();
+    copy_still(std::span(scene.triangles), all_move, pose.triangles);
+    copy_still(std::span(scene.normals), all_move, pose.normals);
+    pose_triangles(animation, nodes, poser, pose);
   }
   return pose;
 }

@@ -18,6 +18,10 @@ struct PoseInput {
 };
 PoseInput pose_input(const Animation& animation, const NodePose& nodes);
 
+/// Returns the matrix from the mesh to the world of a part, or of a joint of its skin.
+glm::dmat4 world_from_mesh(const Animation& animation, const MovingPart& part, const NodePose& nodes,
+                           std::size_t joint);
+
 /// A vertex of a part in world space. The normal is of any length; zero: there is none.
 struct PosedVertex {
   glm::vec3 position{0}, normal{0};
@@ -46,10 +50,21 @@ struct Pose {
   bool moves_triangles = false, moves_lights = false;  // false: they are as before
 };
 
+/// Lights and views of a scene in a pose of its nodes.
+struct PosedCarried {
+  std::vector<Light> lights;
+  std::vector<View> views;
+  bool moves_lights = false;  // false: they are as before
+};
+/// Throws Error(Work) if no place is left for a light or a camera.
+PosedCarried pose_carried(const Scene& scene, const NodePose& nodes);
+
 /// Returns the scene at a time of a clip; null: at rest. Meshes that move as a whole are transformed in double and
 /// rounded once, as load_scene() does, so that they lie where a file without the animation puts them. The scene must
-/// have an animation. Throws Error(Work) if a vertex is not finite or no place is left for a camera.
-Pose pose_at(const Scene& scene, const AnimationClip* clip, double seconds, const VertexPoser& poser = {});
+/// have an animation. `room` is a pose whose memory serves again. Throws Error(Work) if a vertex is not finite or no
+/// place is left for a camera.
+Pose pose_at(const Scene& scene, const AnimationClip* clip, double seconds, const VertexPoser& poser = {},
+             Pose room = {});
 
 /// Moves the scene to a time of a clip, before there is a tree of it. Throws as pose_at() does.
 void set_pose(Scene& scene, const AnimationClip* clip, double seconds);

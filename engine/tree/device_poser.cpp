@@ -1,9 +1,5 @@
 #include "engine/tree/device_poser.h"
 
-#include <algorithm>
-
-#include "shaders/shared/pose.h"
-
 namespace ballot {
 
 static_assert(sizeof(PosedVertex) == 24 && sizeof(MorphDelta) == 24 && sizeof(Influence) == 8);
@@ -70,9 +66,12 @@ DevicePoser::DevicePoser(Context& gpu, const Animation& animation) : gpu_(gpu), 
 
 DevicePoser::~DevicePoser() = default;
 
-void DevicePoser::pose(const PoseInput& input, std::span<PosedVertex> posed) {
+const Buffer<PosedVertex>& DevicePoser::posed() const { return memory_->posed; }
+const Buffer<glm::vec3>& DevicePoser::positions() const { return memory_->positions; }
+const Buffer<glm::vec3>& DevicePoser::normals() const { return memory_->normals; }
+
+void DevicePoser::record(const PoseInput& input) {
   if (vertices_ == 0) return;
-  const PassScope scope(gpu_);
   Memory& m = *memory_;
   if (refresh(gpu_, kernel_, pose_source())) {
     kernel_->bind(BIND_POSE_PARTS, m.parts);
@@ -87,11 +86,14 @@ void DevicePoser::pose(const PoseInput& input, std::span<PosedVertex> posed) {
   }
   m.matrices.upload(input.matrices);
   m.weights.upload(input.weights);
-  const std::uint32_t groups = std::min((vertices_ - 1) / POSE_GROUP + 1, gpu_.info().max_group_count_x);
-  gpu_.pass(
-      kernel_->name(), [&](VkCommandBuffer cmd) { kernel_->dispatch(cmd, groups, PosePush{vertices_}); },
-      [this](double ms) { ms_ = ms; });
-  m.posed.download(posed);
+  run_pose(gpu_, *kernel_, vertices_, PosePush{vertices_});
+}
+
+void DevicePoser::pose(const PoseInput& input, std::span<PosedVertex> posed) {
+  if (vertices_ == 0) return;
+  const PassScope scope(gpu_);
+  record(input);
+  memory_->posed.download(posed);
 }
 
 }  // namespace ballot

@@ -1,10 +1,12 @@
 // Poses the vertices of skinned and morphed meshes on the device.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 
 #include "engine/scene/pose.h"
 #include "engine/vk/kernel.h"
+#include "shaders/shared/pose.h"
 
 namespace ballot {
 
@@ -19,8 +21,12 @@ class DevicePoser {
   /// Does what pose_vertices() does, with the same bits, and waits for it. Throws Error(Work) if the device fails.
   void pose(const PoseInput& input, std::span<PosedVertex> posed);
 
-  /// Device milliseconds of the last pose().
-  double ms() const { return ms_; }
+  /// Records the same, into posed(). Waits for earlier passes.
+  void record(const PoseInput& input);
+  const Buffer<PosedVertex>& posed() const;
+  /// Return the vertices of all meshes that move, as Animation has them.
+  const Buffer<glm::vec3>& positions() const;
+  const Buffer<glm::vec3>& normals() const;
 
  private:
   struct Memory;
@@ -28,8 +34,15 @@ class DevicePoser {
   std::unique_ptr<Memory> memory_;
   std::unique_ptr<Kernel> kernel_;
   std::uint32_t vertices_;
-  double ms_ = 0;
 };
+
+/// Records a kernel of shaders/pose/ over this many items.
+template <class Push>
+void run_pose(Context& gpu, Kernel& kernel, std::uint32_t items, const Push& push) {
+  if (items == 0) return;
+  const std::uint32_t groups = std::min((items - 1) / POSE_GROUP + 1, gpu.info().max_group_count_x);
+  gpu.pass(kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups, push); });
+}
 
 /// Returns the source of the kernel.
 KernelSource pose_source();

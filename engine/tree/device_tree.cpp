@@ -27,7 +27,12 @@ void DeviceTree::replace(const Bvh& bvh, std::span<const Triangle> triangles, co
 }
 
 bool DeviceTree::refit(std::span<const Triangle> triangles, const Bounds& bounds) {
-  built_->begin_refit(triangles, bounds);
+  built_->upload(triangles);
+  return refit(bounds);
+}
+
+bool DeviceTree::refit(const Bounds& bounds) {
+  built_->begin_refit(bounds);
   for (auto& [key, pairs] : arrays_)
     if (std::get<Source>(key) == Source::Device)
       built_->write(std::get<NodeLayout>(key), std::get<Padding>(key), pairs,
@@ -66,11 +71,11 @@ void DeviceTree::describe(const Bvh& bvh, std::span<const Triangle> triangles, c
 const PairTree& DeviceTree::pairs(NodeLayout layout, Padding padding) {
   const auto key = std::pair(layout, padding);
   if (const auto found = pairs_.find(key); found != pairs_.end()) return found->second;
-  if (padding == Padding::Tree && padded_boxes_.empty()) padded_boxes_ = padded_boxes(whole_bvh(), triangles_);
+  if (padding == Padding::Tree && padded_boxes_.empty()) padded_boxes_ = padded_boxes(whole_bvh(), triangles());
   const std::span<const Bounds> boxes = padding == Padding::Tree ? padded_boxes_ : std::span<const Bounds>();
   PairTree room;
   if (auto spare = spare_pairs_.extract(key)) room = std::move(spare.mapped());
-  return pairs_.emplace(key, encode_pairs(whole_bvh(), triangles_, layout, boxes, std::move(room))).first->second;
+  return pairs_.emplace(key, encode_pairs(whole_bvh(), triangles(), layout, boxes, std::move(room))).first->second;
 }
 
 const PairTree& DeviceTree::any_pairs() {

@@ -12,6 +12,7 @@
 #include "engine/bvh/forest.h"
 #include "engine/formats/formats.h"
 #include "engine/scene/features.h"
+#include "engine/scene/late_vertices.h"
 #include "engine/tree/build/device_build.h"
 #include "engine/tree/shear.h"
 #include "engine/tree/tree_access.h"
@@ -55,18 +56,26 @@ class DeviceTree {
   /// those of all of them. Returns false if the tree has to be replaced instead (DeviceBuild::end_refit): the arrays
   /// are lost then. moved() must follow a success. Throws Error(Work) if the device fails.
   bool refit(std::span<const Triangle> triangles, const Bounds& bounds);
+  /// The same for the triangles that the DeviceBuild has at hand.
+  bool refit(const Bounds& bounds);
   /// Begins a new generation for a tree of the same shape whose triangles have moved. Waits for the device. Arrays that
   /// refit() has moved stay; the others are made anew when a kernel asks for them. Keeps references as replace() does.
   void moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
   /// Returns what holds the tree on the device if it was built there; null if it was not.
-  const DeviceBuild* built() const { return built_.get(); }
+  const std::shared_ptr<DeviceBuild>& built() const { return built_; }
+
+  /// Has the tree ask `late` before it reads triangles on the host. Keeps the pointer.
+  void set_late(const LateVertices* late) { late_ = late; }
 
   std::uint64_t generation() const { return generation_; }
   /// Returns the tree, which has no nodes if it is the summary of one that was built on the device.
   const Bvh& bvh() const { return *bvh_; }
   /// Returns the tree with its nodes.
   const Bvh& whole_bvh() { return built_ ? built_->bvh() : *bvh_; }
-  std::span<const Triangle> triangles() const { return triangles_; }
+  std::span<const Triangle> triangles() const {
+    if (late_) late_->bring();
+    return triangles_;
+  }
   /// Returns the facts that kernels are compiled for.
   const TreeFacts& facts() const { return facts_; }
 
@@ -133,6 +142,7 @@ class DeviceTree {
   const Forest* forest_ = nullptr;
   std::shared_ptr<DeviceBuild> built_;  // null unless the tree was built on the device
   std::span<const Triangle> triangles_;
+  const LateVertices* late_ = nullptr;
   TreeFacts facts_;
   std::uint64_t generation_ = 0;
   glm::vec3 box_origin_{0};

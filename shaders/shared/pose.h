@@ -1,4 +1,5 @@
-// Records, push constants and bindings of the kernel that poses vertices (shaders/pose/, engine/tree/device_poser.h).
+// Records, push constants and bindings of the kernels that pose vertices and move triangles (shaders/pose/,
+// engine/tree/device_poser.h, engine/tree/posed_triangles.h).
 #ifndef BALLOT_POSE_H
 #define BALLOT_POSE_H
 
@@ -16,6 +17,14 @@
 #define BIND_POSE_MATRICES 6    // 3 x 4, row by row
 #define BIND_POSE_WEIGHTS 7
 #define BIND_POSE_POSED 8  // position and normal, six floats
+#define BIND_POSE_MOVED 9  // parts whose triangles move, deformed or as a whole
+#define BIND_POSE_PLACES 10    // the place of each of these parts
+#define BIND_POSE_PLACED 11    // position and normal of the vertices of parts that move as a whole
+#define BIND_POSE_CORNERS 12   // three vertices of the mesh for each triangle
+#define BIND_POSE_TRIANGLES 13  // the scene's triangles: nine floats
+#define BIND_POSE_STATE 14
+#define BIND_POSE_TRIANGLE_TEXELS 15  // of shading: BIND_TRIANGLES and BIND_NORMALS of render.h
+#define BIND_POSE_NORMAL_TEXELS 16
 
 #ifdef __cplusplus
 namespace ballot {
@@ -37,6 +46,37 @@ struct PosePart {
 
 struct PosePush {
   uint vertices;  // posed
+};
+
+// A part whose triangles move.
+struct MovedPart {
+  uint first_triangle;  // of the scene
+  uint first_moved;     // the same, counted among the triangles that move
+  uint first_corner;
+  uint first_posed;  // its first vertex among those that are posed, or placed
+  uint first_vertex;
+  uint whole;  // 1: it moves as a whole, and its vertices are placed
+};
+
+// Where a part lies: rows of the matrix from its mesh to the world, rows of the matrix of its normals, and -1 if the
+// former mirrors, else 1.
+struct PartPlace {
+  double world[12];
+  double normal[9];
+  double facing;
+};
+
+// The bounds of the triangles that have moved, as ordered() of lib/build/order.glsl, and whether a coordinate leaves
+// the range of scenes.
+struct PoseState {
+  uint lo[3];
+  uint hi[3];
+  uint bad;
+};
+
+struct MovePush {
+  uint items;  // vertices or triangles
+  uint parts;
 };
 
 #ifdef __cplusplus

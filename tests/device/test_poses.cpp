@@ -86,6 +86,50 @@ TEST_F(Poses, AnEngineFollowsTheTime) {
   expect_silent(*engine.context());
 }
 
+// The same where the tree lies on the device: triangles are posed there, and pictures follow without them here.
+TEST_F(Poses, TrianglesThatStayOnTheDevice) {
+  auto gpu = std::make_shared<Context>(options());
+  if (!gpu->info().float64) GTEST_SKIP() << "the device has no float64";
+  EngineOptions there = on(gpu);
+  there.build.builder = BuilderId::Device;
+  Engine engine(dance(), there);
+  const RenderOptions look{.width = 48, .height = 48, .shading = "eyelight", .query = {.method = "while-while"}};
+  std::set<bool> refitted;
+  for (const auto& [seconds, mode] : {std::pair(0.5, UpdateMode::Refit),
+                                      {2.75, UpdateMode::Rebuild},
+                                      {1.25, UpdateMode::Refit},
+                                      {99.0, UpdateMode::Auto}}) {
+    SCOPED_TRACE(seconds);
+    engine.set_time(0, seconds, mode);
+    refitted.insert(engine.last_update().refitted);
+    const Scene here = dance_at(seconds);
+    EXPECT_EQ(engine.scene_facts().bounds.lo, here.bounds.lo);
+    EXPECT_EQ(engine.scene_facts().bounds.hi, here.bounds.hi);
+    const Buffer<Triangle>& moved = engine.tracer().tree().built()->triangles();
+    std::vector<Triangle> triangles(moved.size());
+    moved.download(triangles);
+    EXPECT_EQ(triangles, here.triangles);
+    Engine fresh(here, there);
+    const std::vector<Ray> rays = shapes::random_rays(2000);
+    std::vector<Hit> found(rays.size()), wanted(rays.size());
+    engine.trace(rays, found, look.query);
+    fresh.trace(rays, wanted, look.query);
+    EXPECT_EQ(std::memcmp(found.data(), wanted.data(), found.size() * sizeof(Hit)), 0);
+    const Image a = engine.render(here.views[0], look), b = fresh.render(here.views[0], look);
+    for (std::size_t c = 0; c < a.channels.size(); ++c)
+      for (std::size_t i = 0; i < a.channels[c].floats.size(); ++i)
+        ASSERT_NEAR(a.channels[c].floats[i], b.channels[c].floats[i], 1e-5) << a.channels[c].name << " " << i;
+    if (mode == UpdateMode::Rebuild) continue;  // is posed on, without having been here
+    EXPECT_EQ(engine.scene().triangles, here.triangles);
+    EXPECT_EQ(engine.scene().normals, here.normals);
+  }
+  EXPECT_EQ(refitted.size(), 2u);
+  engine.move(dance().triangles, UpdateMode::Refit);
+  engine.set_time(0, 0.25);
+  EXPECT_EQ(engine.scene().triangles, dance_at(0.25).triangles);
+  expect_silent(*gpu);
+}
+
 TEST_F(Poses, WrongTimesLeaveTheSceneAsItWas) {
   Engine engine(dance(), on(std::make_shared<Context>(options())));
   const std::vector<Triangle> rest = engine.scene().triangles;

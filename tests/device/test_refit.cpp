@@ -35,7 +35,8 @@ Triangles soup_far_from_zero() { return shapes::moved(shapes::soup(800, 0.3f), {
 
 /// Moves a tree on the device. Returns false if it cannot stay.
 bool refit(DeviceBuild& build, const Triangles& to) {
-  build.begin_refit(to, bounds_of_vertices(to, "moved"));
+  build.upload(to);
+  build.begin_refit(bounds_of_vertices(to, "moved"));
   return build.end_refit();
 }
 /// Expects that the tree is sound for the triangles, and that the device told the cost of the tree read back.

@@ -92,7 +92,7 @@ std::string name_of_update(UpdateMode mode) {
 }  // namespace
 
 void draw_play(Settings& settings, const Facts& facts) {
-  const Animation* animation = facts.engine->scene().animation.get();
+  const Animation* animation = facts.engine->scene_facts().animation.get();
   if (!animation) return;
   Playback& p = settings.play;
   ImGui::Spacing();
@@ -148,7 +148,7 @@ void draw_times(const Facts& facts, bool compare) {
   int placed = 0;
   for (const Pass& pass : kPasses) {
     if (pass.shown == Shown::Comparing && !compare) continue;
-    if (pass.shown == Shown::Moving && !facts.engine->scene().animation) continue;
+    if (pass.shown == Shown::Moving && !facts.engine->scene_facts().animation) continue;
     const double ms = facts.frames.empty() ? 0 : pass.ms(facts.frames.back());
     if (placed++ % 2) ImGui::SameLine(width / 2 + ImGui::GetStyle().WindowPadding.x);
     const ImVec2 spot = ImGui::GetCursorScreenPos();
@@ -173,7 +173,7 @@ void draw_inspector(const Facts& facts, Wishes& wishes) {
                    ImGuiWindowFlags_NoFocusOnAppearing | (picked ? 0 : ImGuiWindowFlags_NoInputs));
   ImGui::TextColored({0.45f, 0.72f, 1.0f, 1}, "%s", picked ? "Picked pixel" : "Pixel under the mouse");
   ImGui::Separator();
-  draw_hit(i, facts.engine->scene());
+  draw_hit(i, facts.engine->scene_facts());
   if (picked) {
     for (const HeatKind& kind : kHeatKinds)
       if (i.probe.counted) row(std::string(kind.name).c_str(), fmt::format("{:.4g}", kind.value(i.probe.stats)));

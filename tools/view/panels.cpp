@@ -111,8 +111,9 @@ void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
   ImGui::SetNextWindowSizeConstraints({width, 0}, {width, std::max(100.0f, size.y - 3 * kMargin - 2.6f * em())});
   ImGui::Begin("main", nullptr, kFixed);
   const DeviceInfo& device = facts.engine->device();
-  text(facts.engine->scene().name + "   " + facts.view_name);
-  faint(fmt::format("{} triangles, subgroup of {}", facts.engine->scene().triangles.size(), device.subgroup_size));
+  text(facts.engine->scene_facts().name + "   " + facts.view_name);
+  faint(
+      fmt::format("{} triangles, subgroup of {}", facts.engine->scene_facts().triangles.size(), device.subgroup_size));
   ImGui::PushTextWrapPos(0);
   faint(device.name);
   ImGui::PopTextWrapPos();

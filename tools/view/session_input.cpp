@@ -238,7 +238,7 @@ void Session::say_times() {
   }
   const double n = double(std::max<std::size_t>(1, count));
   const std::string moving =
-      engine_->scene().animation ? fmt::format("pose {:.1f}, tree {:.1f}, ", pose / n, tree / n) : "";
+      engine_->scene_facts().animation ? fmt::format("pose {:.1f}, tree {:.1f}, ", pose / n, tree / n) : "";
   say(fmt::format(
       "{} frames, {:.1f} ms each: {}rays {:.1f}, trace {:.1f}, shade {:.1f}, show {:.1f}; {}x{} pixels last", count,
       wall / n, moving, rays / n, trace / n, shade / n, present / n, facts_.width, facts_.height));
@@ -256,7 +256,7 @@ void Session::choose(const ScriptLine& line) {
   if (command == "shading") settings_.shading = find_shading(word).name;
   if (command == "heat") settings_.heat = find_heat(word).name;
   if (command == "compare") settings_.compare = true, settings_.other.method = find_method(word).name;
-  if (command == "view") go_to(find_view(engine_->scene(), word));
+  if (command == "view") go_to(find_view(engine_->scene_facts(), word));
   if (command == "time") settings_.play.seconds = number_of(line, word);
   if (command == "pick") pick({number_of(line, word), number_of(line, line.words[2])});
   if (command == "shot") shoot(word);

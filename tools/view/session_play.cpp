@@ -8,7 +8,7 @@ namespace ballot::view {
 
 /// Moves the scene to the time that plays or was chosen. Returns true if it moved.
 bool Session::play(double dt) {
-  const Animation* animation = engine_->scene().animation.get();
+  const Animation* animation = engine_->scene_facts().animation.get();
   Playback& p = settings_.play;
   facts_.pose_ms = facts_.tree_ms = 0;
   if (!animation) return false;
@@ -32,16 +32,16 @@ bool Session::play(double dt) {
   facts_.hovered.reset();
   facts_.counters.reset();
   facts_.other_counters.reset();
-  for (std::size_t i = 0; i < engine_->scene().views.size(); ++i) views_[i] = engine_->scene().views[i];
+  for (std::size_t i = 0; i < engine_->scene_facts().views.size(); ++i) views_[i] = engine_->scene_facts().views[i];
   traced_ = {0, 0};  // what was traced is gone with the renderer
   dirty_ = true;
   return true;
 }
 
 void Session::toggle_play() {
-  if (!engine_->scene().animation) return say("the scene has no animation", true);
+  if (!engine_->scene_facts().animation) return say("the scene has no animation", true);
   settings_.play.playing = !settings_.play.playing;
-  const AnimationClip& clip = engine_->scene().animation->clips[settings_.play.clip];
+  const AnimationClip& clip = engine_->scene_facts().animation->clips[settings_.play.clip];
   say(fmt::format("{} {} at {:.3f} s", settings_.play.playing ? "playing" : "paused", clip.name,
                   settings_.play.seconds));
 }

@@ -72,6 +72,7 @@ std::vector<GpuMaterial> SceneData::materials() {
 }
 
 const EmitterTable& SceneData::emitters() {
+  late_.bring();
   if (!emitter_table_) emitter_table_ = emitter_table(scene_, emitted());
   return *emitter_table_;
 }
@@ -113,14 +114,26 @@ void SceneData::bind_lights(Kernel& kernel) {
   }
 }
 
+/// Returns the access to the buffers of vertices and normals, which the device writes if they move there.
+Access SceneData::vertex_access() const { return scene_.animation ? Access::Texel | Access::Storage : Access::Texel; }
+
+void SceneData::follow(PosedTriangles& posed) {
+  if (triangles_) posed.write(*triangles_, normals_ && !scene_.normals.empty() ? normals_.get() : nullptr);
+}
+
+void SceneData::follow_lights() {
+  if (lights_) lights_->upload(gpu_lights(scene_));
+}
+
 // Kernels compiled for every feature read zeros where the scene has no data. They then use the geometric normal and the
 // texture coordinates (0, 0).
 void SceneData::bind(Kernel& kernel) {
+  if ((kernel.wants(BIND_TRIANGLES) && !triangles_) || (kernel.wants(BIND_NORMALS) && !normals_)) late_.bring();
   const std::vector<glm::uvec4> none(kernel.wants(BIND_NORMALS) && scene_.normals.empty() ? 3 * scene_.triangles.size()
                                                                                           : 0);
   if (kernel.wants(BIND_TRIANGLES)) {
     if (!triangles_)
-      triangles_ = upload(texels_of(std::span<const Triangle>(scene_.triangles), scene_.material_of), Access::Texel,
+      triangles_ = upload(texels_of(std::span<const Triangle>(scene_.triangles), scene_.material_of), vertex_access(),
                           "triangles");
     kernel.bind(BIND_TRIANGLES, *triangles_);
   }
@@ -128,7 +141,7 @@ void SceneData::bind(Kernel& kernel) {
     if (!normals_)
       normals_ = upload(
           scene_.normals.empty() ? none : texels_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), {}),
-          Access::Texel, "normals");
+          vertex_access(), "normals");
     kernel.bind(BIND_NORMALS, *normals_);
   }
   if (kernel.wants(BIND_MATERIALS)) {

@@ -6,7 +6,9 @@
 
 #include "engine/render/data/light_data.h"
 #include "engine/render/data/texture_data.h"
+#include "engine/scene/late_vertices.h"
 #include "engine/scene/scene.h"
+#include "engine/tree/posed_triangles.h"
 #include "engine/vk/kernel.h"
 #include "shaders/shared/render.h"
 
@@ -16,13 +18,19 @@ namespace ballot {
 /// one thread.
 class SceneData {
  public:
-  /// Keeps references to `gpu` and `scene`. `features` must be those of the scene.
-  SceneData(Context& gpu, const Scene& scene, const SceneFeatures& features)
-      : gpu_(gpu), scene_(scene), features_(features) {}
+  /// Keeps references to `gpu`, `scene` and `late`, which tells whether the scene's vertices have moved on the device.
+  /// `features` must be those of the scene.
+  SceneData(Context& gpu, const Scene& scene, const SceneFeatures& features, const LateVertices& late)
+      : gpu_(gpu), scene_(scene), features_(features), late_(late) {}
 
   /// Binds the buffers of the scene that the kernel declares: triangles, normals, texture coordinates, textures,
   /// materials, lights. Throws Error(Work) if the device cannot hold them.
   void bind(Kernel& kernel);
+
+  /// Record that what is on the device already follows triangles that have moved there, and lights that have moved here.
+  /// Not for scenes whose triangles emit light: their table of emitters is made anew.
+  void follow(PosedTriangles& posed);
+  void follow_lights();
 
   const Scene& scene() const { return scene_; }
   const SceneFeatures& features() const { return features_; }
@@ -38,12 +46,14 @@ class SceneData {
   const PackedTextures& textures();
   std::vector<float> emitted();
   std::vector<GpuMaterial> materials();
+  Access vertex_access() const;
   template <class T>
   std::unique_ptr<Buffer<T>> upload(const std::vector<T>& data, Access access, const char* name);
 
   Context& gpu_;
   const Scene& scene_;
   SceneFeatures features_;
+  const LateVertices& late_;
   std::uint64_t bytes_ = 0;
   std::optional<PackedTextures> packed_;
   std::optional<EmitterTable> emitter_table_;

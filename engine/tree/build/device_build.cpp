@@ -73,7 +73,20 @@ DeviceBuild::DeviceBuild(Context& gpu, std::span<const Triangle> triangles, cons
   check_settings(settings);
   check_triangles(triangles);
   triangles_ = DeviceBuilder::upload(gpu, triangles);
-  built_ = builder_.build(*triangles_, std::uint32_t(triangles.size()), settings);
+  build();
+  summary_.stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void DeviceBuild::rebuild() {
+  const auto start = std::chrono::steady_clock::now();
+  build();
+  summary_.stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void DeviceBuild::build() {
+  built_ = builder_.build(*triangles_, std::uint32_t(triangles_->size()), settings_);
+  bvh_.reset();
+  summary_ = {};
   summary_.bounds = built_.bounds;
   BvhStats& s = summary_.stats;
   s.triangles = built_.triangles;
@@ -82,15 +95,13 @@ DeviceBuild::DeviceBuild(Context& gpu, std::span<const Triangle> triangles, cons
   s.leaves = built_.leaves();
   s.nodes = s.leaves == 0 ? 0 : 2 * s.leaves - 1;
   s.depth = built_.depth;
-  s.largest_leaf = std::min(settings.max_leaf, built_.proper);
+  s.largest_leaf = std::min(settings_.max_leaf, built_.proper);
   s.sah = built_.sah;
   s.bytes = s.leaves * 2 * sizeof(BvhNode) + s.references * sizeof(std::uint32_t);
   s.builder = BuilderId::Device;
-  s.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void DeviceBuild::begin_refit(std::span<const Triangle> triangles, const Bounds& bounds) {
-  DeviceBuilder::upload(gpu_, triangles, *triangles_);
+void DeviceBuild::begin_refit(const Bounds& bounds) {
   const glm::vec3 sides = bounds.hi - bounds.lo;
   builder_.begin_refit(*triangles_, std::max({sides.x, sides.y, sides.z}));
 }

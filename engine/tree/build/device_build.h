@@ -23,12 +23,21 @@ class DeviceBuild {
   /// rounding of the two may differ.
   bool has_box_origin() const { return built_.origin == box_origin(built_.bounds); }
 
-  /// Record a refit to as many other triangles (DeviceBuilder::begin_refit). `bounds` are those of all of them. write()
+  /// Return the triangles on the device, and exchange them with as many others, which the tree does not follow yet. They
+  /// must be valid as build_bvh() has it.
+  const Buffer<Triangle>& triangles() const { return *triangles_; }
+  void swap_triangles(Buffer<Triangle>& others) { std::swap(*triangles_, others); }
+  /// The same with triangles of the host.
+  void upload(std::span<const Triangle> triangles) { DeviceBuilder::upload(gpu_, triangles, *triangles_); }
+
+  /// Record a refit to the triangles at hand (DeviceBuilder::begin_refit). `bounds` are those of all of them. write()
   /// may be called between the two. end_refit() waits. It returns false if the tree is lost: a triangle gained or lost
-  /// its area, or has_box_origin() would be false. Then a new one has to be made. The triangles must be valid as
-  /// build_bvh() has it. Throw Error(Work) if the device fails.
-  void begin_refit(std::span<const Triangle> triangles, const Bounds& bounds);
+  /// its area, or has_box_origin() would be false. Then it has to be built anew. Throw Error(Work) if the device fails.
+  void begin_refit(const Bounds& bounds);
   bool end_refit();
+
+  /// Builds the tree of the triangles at hand, in the same memory. Throws as the constructor does; the tree is lost then.
+  void rebuild();
 
   /// Writes the device arrays (DeviceBuilder::write).
   void write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>& pairs, Buffer<glm::uvec4>& leaves) {
@@ -38,6 +47,7 @@ class DeviceBuild {
 
  private:
   PairTree download();
+  void build();
 
   Context& gpu_;
   BuildSettings settings_;

@@ -1,0 +1,145 @@
+// Scenes that are animated: an Engine at a time of a clip.
+#include <algorithm>
+#include <chrono>
+
+#include "engine/built_tree.h"
+
+namespace ballot {
+
+namespace {
+
+using PoseClock = std::chrono::steady_clock;
+
+double seconds_from(PoseClock::time_point start) {
+  return std::chrono::duration<double>(PoseClock::now() - start).count();
+}
+
+}  // namespace
+
+void Engine::set_time(std::size_t clip, double seconds, UpdateMode mode) {
+  const std::size_t clips = scene_.animation ? scene_.animation->clips.size() : 0;
+  if (clip >= clips)
+    fail(Failure::Arguments, "scene '{}' has {} animations; expected a number below that, found {}", scene_.name, clips,
+         clip);
+  const AnimationClip& of = scene_.animation->clips[clip];
+  if (!poses_there() || !set_time_there(of, seconds, mode)) set_time_here(of, seconds, mode);
+}
+
+/// Returns true if the device can move the triangles and their tree.
+bool Engine::poses_there() const {
+  return tracer_->tree().built() && PosedTriangles::runs_on(gpu_->info()) && !scene_.animation->parts.empty();
+}
+
+Pose Engine::pose(const AnimationClip& clip, double seconds) {
+  const Animation& animation = *scene_.animation;
+  Pose room = std::exchange(spare_pose_, {});
+  if (animation.posed_vertices == 0) return pose_at(scene_, &clip, seconds, {}, std::move(room));
+  if (!poser_) poser_ = std::make_unique<DevicePoser>(*gpu_, animation);
+  return pose_at(
+      scene_, &clip, seconds, [&](const PoseInput& input, std::span<PosedVertex> posed) { poser_->pose(input, posed); },
+      std::move(room));
+}
+
+void Engine::set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode) {
+  const auto start = PoseClock::now();
+  Pose pose = this->pose(clip, seconds);
+  const double pose_s = seconds_from(start);
+  late_.bring();
+  const auto swap = [&] {
+    if (pose.moves_triangles) scene_.normals.swap(pose.normals);
+    scene_.lights.swap(pose.lights);
+  };
+  swap();
+  try {
+    if (pose.moves_triangles) {
+      pose.triangles = move(std::move(pose.triangles), mode);
+    } else {
+      update_ = {};
+      if (pose.moves_lights) gpu_->finish(), make_renderers();
+    }
+  } catch (...) {
+    swap();
+    throw;
+  }
+  std::ranges::copy(pose.views, scene_.views.begin());
+  update_.pose_s = pose_s;
+  spare_pose_ = std::move(pose);
+}
+
+/// Makes what moves triangles on the device, from the scene as it is.
+void Engine::make_posed() {
+  late_.bring();
+  if (!poser_) poser_ = std::make_unique<DevicePoser>(*gpu_, *scene_.animation);
+  posed_ = std::make_unique<PosedTriangles>(*gpu_, scene_, *poser_, tracer_->tree().built()->triangles());
+}
+
+/// Moves the scene on the device. Returns false, and leaves the scene as it was, if a vertex has no place there: the
+/// host tells which.
+bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMode mode) {
+  const auto start = PoseClock::now();
+  const NodePose nodes = pose_nodes(*scene_.animation, &clip, seconds);
+  PosedCarried carried = pose_carried(scene_, nodes);
+  gpu_->finish();
+  if (!posed_) make_posed();
+  const std::optional<Bounds> bounds = posed_->pose(nodes);
+  if (!bounds) return false;
+  const double pose_s = seconds_from(start);
+  begin_update();
+  follow_there(*bounds, mode);
+  const double tree_s = seconds_from(start) - pose_s;
+  scene_.bounds = *bounds;
+  scene_.lights = std::move(carried.lights);
+  std::ranges::copy(carried.views, scene_.views.begin());
+  late_.are_there([this, &clip, seconds] { bring_back(clip, seconds); });
+  checker_.reset();
+  if (features_.emits) {
+    make_renderers();
+  } else {
+    scene_data_->follow(*posed_);
+    if (carried.moves_lights) scene_data_->follow_lights();
+    gpu_->finish();
+  }
+  update_.pose_s = pose_s;
+  update_.seconds = seconds_from(start) - pose_s;
+  update_.ready_s = update_.seconds - tree_s;
+  return true;
+}
+
+/// Has the tree follow the triangles that were posed last.
+void Engine::follow_there(const Bounds& bounds, UpdateMode mode) {
+  auto start = PoseClock::now();
+  DeviceTree& tree = tracer_->tree();
+  const std::shared_ptr<DeviceBuild> built = tree.built();
+  built->swap_triangles(posed_->triangles());
+  update_.refitted = wants_refit(mode) && tree.refit(bounds);
+  if (update_.refitted) {
+    policy_.refitted(seconds_from(start), built->summary().stats.sah);
+    update_.refitted = mode != UpdateMode::Auto || !policy_.regrets_refit();
+    start = PoseClock::now();
+  }
+  if (!update_.refitted) {
+    try {
+      built->rebuild();
+    } catch (const Error&) {
+      built->swap_triangles(posed_->triangles());
+      built->rebuild();
+      adopt({built->summary(), built});
+      throw;
+    }
+    policy_.built(seconds_from(start), built->summary().stats.sah);
+    adopt({built->summary(), built});
+    return;
+  }
+  bvh_ = built->summary();
+  features_.tree = facts_of(bvh_);
+  tracer_->moved(bvh_, scene_.triangles, features_.tree);
+}
+
+/// Brings the triangles and normals of a time to the host, where they have the bits that the device has.
+void Engine::bring_back(const AnimationClip& clip, double seconds) {
+  Pose pose = this->pose(clip, seconds);
+  std::ranges::copy(pose.triangles, scene_.triangles.begin());  // in place: trees keep references to them
+  scene_.normals = std::move(pose.normals);
+}
+
+}  // namespace ballot
