@@ -2,6 +2,7 @@
 
 #include "tools/bench/compare.h"
 #include "tools/bench/report.h"
+#include "tools/bench_builders.h"
 #include "tools/bench_frames.h"
 #include "tools/run_args.h"
 
@@ -15,6 +16,7 @@ struct BenchArgs {
   RunArgs run;
   std::vector<std::string> compare, measuring;  // measuring: the given options that --compare does not take
   double tolerance = 0.02;
+  std::string builders;
   BenchFrameArgs frames;
 };
 
@@ -63,6 +65,10 @@ int run_bench(BenchArgs& args) {
   if (given.scenes.empty()) fail(Failure::Arguments, "bench: missing SCENE; 'ballot bench --help' lists the arguments");
   if (!args.frames.frames.frames.empty()) return bench_frames(given, args.frames);
   args.frames.frames.check();
+  if (!args.builders.empty()) {
+    given.note_files({});
+    return bench_builders(given, args.builders);
+  }
   const bench::RunOptions options = given.options();
   const bench::Plan plan = given.make_plan();
   given.note_files(bench::kReportFiles);
@@ -75,6 +81,7 @@ int run_bench(BenchArgs& args) {
 void add_options(CLI::App& cmd, BenchArgs& args) {
   args.run.add_options(cmd);
   args.frames.add_to(cmd);
+  cmd.add_option("--builders", args.builders, builders_text());
   cmd.add_flag("--counters", args.run.run.counters,
                "also count node visits, active lanes and the like, in extra dispatches that are not timed");
   cmd.add_flag("--check", args.run.run.check,

@@ -9,17 +9,17 @@
 
 namespace ballot {
 
-/// Moves the triangles of a scene on the device: from a pose of the nodes to triangles as a tree build or a refit takes
+/// Moves the triangles of a scene on the device: from a pose of the nodes to triangles as a tree build or refit takes
 /// them (DeviceBuilder), and to what shading reads of them. Vertices have the bits of pose_at(). Takes per triangle that
-/// moves 12 bytes and per vertex of parts that move as a whole 52, beside the DevicePoser, and 36 for each triangle of
+/// moves 12 bytes and per vertex of parts that move as a whole 28, beside the DevicePoser, and 36 for each triangle of
 /// the scene. Belongs to the thread of its Context.
 class PosedTriangles {
  public:
   /// Returns true if the device can: it needs float64.
   static bool runs_on(const DeviceInfo& device) { return device.float64; }
 
-  /// Keeps references to gpu, poser and the scene's animation. `now` holds the scene's triangles; those that do not move
-  /// are taken from it. Throws Error(Work) if the device has no room.
+  /// Keeps references to gpu, poser and the scene's animation. `now` holds the scene's triangles; those that do not
+  /// move are taken from it. Throws Error(Work) if the device has no room.
   PosedTriangles(Context& gpu, const Scene& scene, DevicePoser& poser, const Buffer<Triangle>& now);
   ~PosedTriangles();
 

@@ -31,8 +31,9 @@ void main() {
   for (uint v = gl_GlobalInvocationID.x; v < push.items; v += gl_NumWorkGroups.x * POSE_GROUP) {
     uint part = part_of[v], from = moved[part].first_vertex + (v - moved[part].first_posed);
     dvec3 p = dvec3(positions[from]), n = dvec3(normals[from]);
-    placed[v] = Vertex(vec3(moved_coordinate(part, 0u, p), moved_coordinate(part, 1u, p), moved_coordinate(part, 2u, p)),
-                       unit_or_zero(dvec3(turned_coordinate(part, 0u, n), turned_coordinate(part, 1u, n),
-                                          turned_coordinate(part, 2u, n))));
+    vec3 to = vec3(moved_coordinate(part, 0u, p), moved_coordinate(part, 1u, p), moved_coordinate(part, 2u, p));
+    dvec3 turned =
+        dvec3(turned_coordinate(part, 0u, n), turned_coordinate(part, 1u, n), turned_coordinate(part, 2u, n));
+    placed[v] = Vertex(to, unit_or_zero(turned));
   }
 }

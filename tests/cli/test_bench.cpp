@@ -31,6 +31,19 @@ class Bench : public Cli {
   }
 };
 
+TEST_F(Bench, BuildersAreMeasured) {
+  const Result run = succeed({"bench", kCornell, "--builders", "fast,balanced", "--rays", "primary,ao", "--methods",
+                              "while-while", "--size", "32x32", "--repeat", "1", "--json", "b.json"});
+  expect_parts(run.out, {"cornell: 4438 triangles", "| fast ", "| balanced ", "ao Mrays/s", "rays from which it pays"});
+  const nlohmann::json records = json("b.json")["records"];
+  ASSERT_EQ(records.size(), 2u);
+  EXPECT_EQ(records[1]["builder"], "balanced");
+  EXPECT_GT(records[1]["mrays_per_s"]["ao"], 0.0);
+  EXPECT_GT(records[0]["build_s"][0], 0.0);
+  refuse(2, {"--builders auto", "other than auto"}, {"bench", "square.glb", "--builders", "auto"});
+  refuse(2, {"no BVH builder is called 'slow'"}, {"bench", "square.glb", "--builders", "slow"});
+}
+
 TEST_F(Bench, CornellIsMeasuredCheckedReportedAndComparedWithItself) {
   const Result result =
       succeed({"bench", kCornell, "--size", "64x64", "--repeat", "2", "--methods", "packet,while-while,cut", "--check",

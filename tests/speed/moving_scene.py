@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Makes scenes of any number of triangles that move, as .glb, for `ballot bench --frames`.
 
-grid   A height field whose waves travel: two morph targets, weighed by a cosine and a sine; animation "waves" takes 4 s.
-tube   A tube that sways: a skin of 24 joints, four weights a vertex; animation "sway" takes 4 s.
+grid   A height field whose waves travel: two morph targets, weighed by a cosine and a sine; "waves" takes 4 s.
+tube   A tube that sways: a skin of 24 joints, four weights a vertex; "sway" takes 4 s.
 
 Every vertex has a normal."""
 
@@ -89,7 +89,8 @@ def grid(count):
                 moved[target].extend((0, height * math.sin(phase), 0))
                 moved[target + 1].extend((tilt, 0, 0.6 * tilt))
     d = Document()
-    targets = [{"POSITION": d.add(moved[k], "VEC3", FLOAT, True), "NORMAL": d.add(moved[k + 1], "VEC3")} for k in (0, 2)]
+    targets = [{"POSITION": d.add(moved[k], "VEC3", FLOAT, True), "NORMAL": d.add(moved[k + 1], "VEC3")}
+               for k in (0, 2)]
     primitive = {"attributes": {"POSITION": d.add(positions, "VEC3", FLOAT, True), "NORMAL": d.add(normals, "VEC3")},
                  "indices": d.add(cells(side, side), "SCALAR", UINT), "targets": targets}
     view, cameras = camera([0, 1.5, 2.1], 35)

@@ -27,8 +27,8 @@ class SceneData {
   /// materials, lights. Throws Error(Work) if the device cannot hold them.
   void bind(Kernel& kernel);
 
-  /// Record that what is on the device already follows triangles that have moved there, and lights that have moved here.
-  /// Not for scenes whose triangles emit light: their table of emitters is made anew.
+  /// Record that what is on the device already follows triangles that have moved there, and lights that have moved
+  /// here. Not for scenes whose triangles emit light: their table of emitters is made anew.
   void follow(PosedTriangles& posed);
   void follow_lights();
 

@@ -23,8 +23,8 @@ class DeviceBuild {
   /// rounding of the two may differ.
   bool has_box_origin() const { return built_.origin == box_origin(built_.bounds); }
 
-  /// Return the triangles on the device, and exchange them with as many others, which the tree does not follow yet. They
-  /// must be valid as build_bvh() has it.
+  /// Return the triangles on the device, and exchange them with as many others, which the tree does not follow yet.
+  /// They must be valid as build_bvh() has it.
   const Buffer<Triangle>& triangles() const { return *triangles_; }
   void swap_triangles(Buffer<Triangle>& others) { std::swap(*triangles_, others); }
   /// The same with triangles of the host.
@@ -36,7 +36,8 @@ class DeviceBuild {
   void begin_refit(const Bounds& bounds);
   bool end_refit();
 
-  /// Builds the tree of the triangles at hand, in the same memory. Throws as the constructor does; the tree is lost then.
+  /// Builds the tree of the triangles at hand, in the same memory. Throws as the constructor does; the tree is lost
+  /// then.
   void rebuild();
 
   /// Writes the device arrays (DeviceBuilder::write).

@@ -1,0 +1,237 @@
+#include "tools/bench_builders.h"
+
+#if __has_include(<malloc.h>)
+#include <malloc.h>
+#endif
+
+#include <algorithm>
+#include <fstream>
+
+#include "tools/bench/markdown.h"
+#include "tools/bench/plan.h"
+
+namespace ballot::cli {
+
+namespace {
+
+constexpr std::uint32_t kMostBuilds = 5;  // repeats of a build
+
+/// The figures of one builder on one scene.
+struct BuilderFigures {
+  std::string_view builder;
+  std::vector<double> build_s;
+  std::optional<double> peak_mib;  // of the process while the tree was built, above what it had before
+  BvhStats stats;
+  std::vector<double> mrays_per_s;  // by ray kind
+  double median_s() const { return bench::quantile(build_s, 0.5); }
+};
+
+/// Returns a figure of /proc/self/status in MiB; nothing where there is none.
+std::optional<double> process_mib(std::string_view name) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with(name)) return std::strtod(line.c_str() + name.size() + 1, nullptr) / 1024;
+  return {};
+}
+
+/// The largest memory of the process since a point in time, above what it had then. Linux alone tells.
+class PeakMemory {
+ public:
+  PeakMemory() {
+#ifdef __GLIBC__
+    malloc_trim(0);  // what earlier work has freed is not taken for memory in use
+#endif
+    before_ = process_mib("VmRSS");
+    std::ofstream("/proc/self/clear_refs") << "5";  // begins the largest anew
+  }
+  std::optional<double> mib() const {
+    const auto peak = process_mib("VmHWM");
+    if (!peak || !before_) return {};
+    return std::max(0.0, *peak - *before_);
+  }
+
+ private:
+  std::optional<double> before_;
+};
+
+/// What is measured, on one device.
+struct BuilderRun {
+  std::shared_ptr<Context> gpu;
+  std::vector<std::string> kinds;
+  Query query;
+  std::string view;
+  std::uint32_t width, height, repeats;
+  RayKindOptions options;
+  BuildSettings settings;
+};
+
+double traced_mrays_per_s(Engine& engine, const BuilderRun& run, const std::string& kind) {
+  const View& view = run.view == "all" ? engine.scene().views[0] : find_view(engine.scene(), run.view);
+  const auto batch = engine.make_batch(view, find_ray_kind(kind), run.width, run.height, run.options);
+  if (batch->count() == 0) return 0;
+  const Query query = engine.resolve(*batch, run.query);
+  engine.trace(*batch, query);  // compiles the kernel
+  std::vector<double> ms;
+  for (std::uint32_t i = 0; i < run.repeats; ++i) ms.push_back(engine.trace(*batch, query).device_ms);
+  return double(batch->count()) / bench::quantile(ms, 0.5) * 1e-3;
+}
+
+BuilderFigures measure_builder(const Scene& scene, const Builder& builder, const BuilderRun& run) {
+  BuilderFigures figures{.builder = builder.name, .build_s = {}, .peak_mib = {}, .stats = {}, .mrays_per_s = {}};
+  EngineOptions options;
+  options.context = run.gpu;
+  options.build = run.settings;
+  options.build.builder = builder.id;
+  options.use_cache = false;
+  std::unique_ptr<Engine> engine;
+  // A builder compiles its kernels and touches its memory for the first time.
+  const std::uint32_t builds = std::min(run.repeats, kMostBuilds);
+  for (std::uint32_t i = 0; i <= builds; ++i) {
+    engine.reset();
+    Scene copy = scene;
+    const PeakMemory memory;
+    engine = std::make_unique<Engine>(std::move(copy), options);
+    if (i == 0) figures.peak_mib = memory.mib();
+    if (i == 0 && engine->start_times().bvh_s < 10) continue;  // a long build is not repeated for its first touch
+    figures.build_s.push_back(engine->start_times().bvh_s);
+    if (engine->start_times().bvh_s >= 10) break;
+  }
+  figures.stats = engine->bvh_stats();
+  for (const std::string& kind : run.kinds) figures.mrays_per_s.push_back(traced_mrays_per_s(*engine, run, kind));
+  return figures;
+}
+
+/// Returns the number of rays from which a builder is done sooner than the quickest one; nothing: it never is.
+std::optional<double> pays_from(const BuilderFigures& of, const BuilderFigures& quickest, std::size_t kind) {
+  const double own = of.mrays_per_s[kind], other = quickest.mrays_per_s[kind];
+  if (!(own > other) || !(other > 0)) return {};
+  return std::max(0.0, of.median_s() - quickest.median_s()) / (1 / other - 1 / own) * 1e6;
+}
+
+const BuilderFigures& quickest_of(const std::vector<BuilderFigures>& all) {
+  return *std::ranges::min_element(all, {}, [](const BuilderFigures& f) { return f.median_s(); });
+}
+
+void print_builders(const std::vector<BuilderFigures>& all, const BuilderRun& run) {
+  std::vector<std::string> header{"builder", "build ms", "Mtris/s", "peak MiB", "nodes", "SAH cost"};
+  for (const std::string& kind : run.kinds) header.push_back(kind + " Mrays/s");
+  bench::Table table(header);
+  for (const BuilderFigures& f : all) {
+    std::vector<std::string> row{std::string(f.builder),
+                                 bench::figure(1e3 * f.median_s()),
+                                 bench::figure(double(f.stats.triangles) / f.median_s() * 1e-6),
+                                 f.peak_mib ? bench::figure(*f.peak_mib) : "-",
+                                 std::to_string(f.stats.nodes),
+                                 bench::figure(f.stats.sah)};
+    for (const double v : f.mrays_per_s) row.push_back(v > 0 ? bench::figure(v) : "-");
+    table.row(row);
+  }
+  say("{}", table.text());
+  const BuilderFigures& quickest = quickest_of(all);
+  std::vector<std::string> kinds{"rays from which it pays"};
+  kinds.insert(kinds.end(), run.kinds.begin(), run.kinds.end());
+  bench::Table even(kinds);
+  for (const BuilderFigures& f : all) {
+    if (f.builder == quickest.builder) continue;
+    std::vector<std::string> row{fmt::format("{} instead of {}", f.builder, quickest.builder)};
+    for (std::size_t k = 0; k < run.kinds.size(); ++k) {
+      const auto rays = pays_from(f, quickest, k);
+      row.push_back(rays ? fmt::format("{:.2g}", *rays) : "never");
+    }
+    even.row(row);
+  }
+  if (!even.empty()) say("{}", even.text());
+}
+
+void add_builder_records(const std::string& scene, const std::vector<BuilderFigures>& all, const BuilderRun& run,
+                         nlohmann::json& json) {
+  for (const BuilderFigures& f : all) {
+    nlohmann::json record{{"scene", scene},
+                          {"triangles", f.stats.triangles},
+                          {"builder", f.builder},
+                          {"build_s", f.build_s},
+                          {"peak_mib", f.peak_mib ? nlohmann::json(*f.peak_mib) : nlohmann::json()},
+                          {"nodes", f.stats.nodes},
+                          {"sah", f.stats.sah}};
+    for (std::size_t k = 0; k < run.kinds.size(); ++k) {
+      const auto rays = pays_from(f, quickest_of(all), k);
+      record["mrays_per_s"][run.kinds[k]] = f.mrays_per_s[k];
+      record["pays_from_rays"][run.kinds[k]] = rays ? nlohmann::json(*rays) : nlohmann::json();
+    }
+    json["records"].push_back(std::move(record));
+  }
+}
+
+std::vector<const Builder*> builders_of(const std::string& list, const DeviceInfo& device) {
+  std::vector<const Builder*> all;
+  for (const std::string& name : CLI::detail::split(list, ','))
+    for (const Builder& b : kBuilders) {
+      if (b.id == BuilderId::Auto || (name != "all" && find_builder(name).id != b.id)) continue;
+      if (name == "all" && b.on_device && !DeviceBuilder::runs_on(device)) continue;
+      all.push_back(&b);
+    }
+  if (all.empty()) fail(Failure::Arguments, "--builders {}: expected names of builders other than auto, or all", list);
+  return all;
+}
+
+BuilderRun builder_run(const RunArgs& run) {
+  const bench::RunOptions checked = run.options();
+  QueryArgs query;
+  if (run.plan.methods != "all") query.method = run.plan.methods;
+  query.numeric = run.plan.numeric;
+  query.knobs = run.plan.knobs;
+  BuilderRun what{.gpu = {},
+                  .kinds = CLI::detail::split(run.plan.rays, ','),
+                  .query = query.query(),
+                  .view = run.plan.views,
+                  .width = checked.width,
+                  .height = checked.height,
+                  .repeats = checked.repeats,
+                  .options = checked.kinds,
+                  .settings = checked.engine.build};
+  if (run.plan.rays == "all") {
+    what.kinds.clear();
+    for (const RayKind& kind : kRayKinds) what.kinds.emplace_back(kind.name);
+  }
+  for (const std::string& kind : what.kinds) find_ray_kind(kind);
+  ContextOptions options;
+  options.device = run.engine.device;
+  options.validate = run.engine.validate;
+  what.gpu = std::make_shared<Context>(options);
+  if (what.width == 0) what.width = what.height = what.gpu->info().is_cpu() ? 256 : 1024;
+  return what;
+}
+
+}  // namespace
+
+std::string builders_text() {
+  return "measures builders of trees instead of methods: comma-separated names, or 'all'. For each scene a table of\n"
+         "time, memory, cost and traced speed by --rays, and the rays from which a better tree pays";
+}
+
+int bench_builders(const RunArgs& run, const std::string& list) {
+  const BuilderRun what = builder_run(run);
+  const DeviceInfo& device = what.gpu->info();
+  const std::vector<const Builder*> builders = builders_of(list, device);
+  nlohmann::json json{{"device", device.name}, {"driver", device.driver},   {"subgroup_size", device.subgroup_size},
+                      {"commit", commit()},    {"command", command_line()}, {"records", nlohmann::json::array()}};
+  for (const std::string& file : run.scenes) {
+    const Scene scene = load_scene(file, {.allow_outside = run.engine.allow_outside});
+    run.engine.files.check_read();
+    say("{}: {} triangles, {} x {} rays by {} in mode {}, on {} ({})\n\n", scene.name, scene.triangles.size(),
+        what.width, what.height, what.query.method, what.query.numeric, device.name, device.driver);
+    std::vector<BuilderFigures> all;
+    for (const Builder* builder : builders) {
+      ProgressBar bar(fmt::format("{}: builder {}", scene.name, builder->name));
+      all.push_back(measure_builder(scene, *builder, what));
+    }
+    print_builders(all, what);
+    add_builder_records(scene.name, all, what, json);
+    write_json(run.engine.json, json);
+  }
+  if (what.gpu->messages().empty()) return 0;
+  say_aside("ballot: {} validation messages (above)\n", what.gpu->messages().size());
+  return 1;
+}
+
+}  // namespace ballot::cli
