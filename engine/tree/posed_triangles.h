@@ -10,9 +10,9 @@
 namespace ballot {
 
 /// Moves the triangles of a scene on the device: from a pose of the nodes to triangles as a tree build or refit takes
-/// them (DeviceBuilder), and to what shading reads of them. Vertices have the bits of pose_at(). Takes per triangle that
-/// moves 12 bytes and per vertex of parts that move as a whole 28, beside the DevicePoser, and 36 for each triangle of
-/// the scene. Belongs to the thread of its Context.
+/// them (DeviceBuilder), and to what shading reads of them. Vertices have the bits of pose_at(). Takes 12 bytes for each
+/// triangle that moves, 28 for each vertex of parts that move as a whole, and 36 for each triangle of the scene, beside
+/// the DevicePoser. Belongs to the thread of its Context.
 class PosedTriangles {
  public:
   /// Returns true if the device can: it needs float64.

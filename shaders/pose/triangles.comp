@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Writes the triangles that move, one invocation each, and finds their bounds. Coordinates beyond +-1e12, or that are no
-// numbers, are reported.
+// Writes the triangles that move, one invocation each, and finds their bounds. Coordinates beyond +-1e12, or that are
+// no numbers, are reported.
 #include "../lib/pose/moved.glsl"
 
 layout(set = 0, binding = BIND_POSE_TRIANGLES, scalar) writeonly buffer Triangles { vec3 triangles[]; };
