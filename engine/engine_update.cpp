@@ -21,6 +21,7 @@ SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const Bu
 }
 
 std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode mode) {
+  refuse_instances("an update of vertices");
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   const MovedTriangles moved = check_moved(scene_.triangles, bvh_.stats.degenerate, triangles, scene_.name);
@@ -68,6 +69,7 @@ void Engine::set_time(std::size_t clip, double seconds, UpdateMode mode) {
          clip);
   Pose pose = this->pose(scene_.animation->clips[clip], seconds);
   const double pose_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (forest_) return move_instances(std::move(pose), pose_s);
   const auto swap = [&] {
     if (pose.moves_triangles) scene_.normals.swap(pose.normals);
     scene_.lights.swap(pose.lights);

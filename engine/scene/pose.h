@@ -44,6 +44,12 @@ struct Pose {
   std::vector<Light> lights;
   std::vector<View> views;
   bool moves_triangles = false, moves_lights = false;  // false: they are as before
+  /// The instances that moved, and where they lie.
+  struct Moved {
+    std::uint32_t placement;
+    Transform transform;
+  };
+  std::vector<Moved> moved = {};
 };
 
 /// Returns the scene at a time of a clip; null: at rest. Meshes that move as a whole are transformed in double and
