@@ -50,8 +50,11 @@ nlohmann::json list(const std::string& wanted) {
 }
 
 void print_scene(const Scene& s, const SceneFeatures& f, double load_s) {
-  say("\nscene {}: {} triangles, {} materials, {} views, loaded in {:.3f} s\n", s.name, s.triangles.size(),
+  say("\nscene {}: {} triangles, {} materials, {} views, loaded in {:.3f} s\n", s.name, triangle_count(s),
       s.materials.size(), s.views.size(), load_s);
+  if (s.instanced())
+    say("  {} instances of {} meshes, which are kept once: {} triangles\n", s.instances.placements.size(),
+        s.instances.meshes(), s.triangles.size());
   say("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})\n", s.bounds.lo.x, s.bounds.lo.y, s.bounds.lo.z,
       s.bounds.hi.x, s.bounds.hi.y, s.bounds.hi.z);
   std::string views;
@@ -151,6 +154,7 @@ int run_info(InfoArgs& args) {
         // measured view.
         [&](Scene& s) { args.light.apply(s, {&s.views[0]}, args.measure ? "path" : ""); }, args.statistics);
     print_scene(opened.engine->scene(), opened.engine->features(), opened.load_s);
+    json["instances"] = opened.engine->scene().instances.placements.size();
     json["animations"] = print_animations(opened.engine->scene());
     print_bvh(opened.engine->bvh_stats());
     const nlohmann::json header = record_header(*opened.engine, opened.load_s);
@@ -161,8 +165,9 @@ int run_info(InfoArgs& args) {
     json["choices"] = print_choices(opened.engine->tracer().choices().all());
     json.update(print_features(*opened.engine, args.measure));
     if (!args.triangles.empty()) {
-      write_triangles(args.triangles, opened.engine->scene().triangles);
-      say("\nwrote {} triangles to {}\n", opened.engine->scene().triangles.size(), args.triangles);
+      const std::vector<Triangle> all = world_triangles(opened.engine->scene());
+      write_triangles(args.triangles, all);
+      say("\nwrote {} triangles to {}\n", all.size(), args.triangles);
     }
     code = finish(*opened.engine);
   }

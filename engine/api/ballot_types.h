@@ -117,6 +117,10 @@ struct SceneOptions {
   std::string update = "auto";
   double expected_rays = 0;    // hint for builder "auto": rays that will be traced in all; 0: unknown
   bool allow_outside = false;  // a scene file may name buffers, images and materials outside of its folder
+  /// Meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
+  /// whole; such a scene takes no queries of points and crossings. "copy": each use is a moved copy. "auto": kept where
+  /// copies would be a million triangles more, and twice as many, or would not fit into memory.
+  std::string instances = "auto";
 };
 
 /// How to find hits.
