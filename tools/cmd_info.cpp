@@ -69,6 +69,8 @@ nlohmann::json print_animations(const Scene& scene) {
   const Animation& a = *scene.animation;
   std::size_t triangles = 0;
   for (const MovingPart& part : a.parts) triangles += a.vertices.meshes[part.mesh].triangles;
+  for (const MovingPlacement& p : a.placements)
+    triangles += scene.instances.triangles_of(scene.instances.placements[p.placement].mesh);
   say("\nanimations, which --animation, --time and --frames of 'ballot render' choose; {} triangles move:\n",
       triangles);
   bench::Table table({"animation", "seconds", "channels"}, 1);
@@ -80,10 +82,11 @@ nlohmann::json print_animations(const Scene& scene) {
   return json;
 }
 
-void print_bvh(const BvhStats& s) {
-  say("\nBVH: {} nodes ({} leaves of at most {} triangles), depth {}, SAH cost {:.2f}, {} by '{}' in {:.3f} s\n",
-      s.nodes, s.leaves, s.largest_leaf, s.depth, s.sah, s.from_cache ? "from the cache, built" : "built",
-      builder_of(s.builder).name, s.build_s);
+/// Prints the figures of the tree; those of all meshes together, if they are kept once.
+void print_bvh(const BvhStats& s, bool kept) {
+  say("\nBVH: {} nodes ({} leaves of at most {} triangles), depth {}, {}{} by '{}' in {:.3f} s\n", s.nodes, s.leaves,
+      s.largest_leaf, s.depth, kept ? "" : fmt::format("SAH cost {:.2f}, ", s.sah),
+      s.from_cache ? "from the cache, built" : "built", builder_of(s.builder).name, s.build_s);
   say("  {} references to {} triangles ({:+.1f} % by spatial splits); {} of zero area left out\n", s.references,
       s.triangles, s.triangles > s.degenerate ? 100.0 * s.references / (s.triangles - s.degenerate) - 100 : 0.0,
       s.degenerate);
@@ -156,7 +159,7 @@ int run_info(InfoArgs& args) {
     print_scene(opened.engine->scene(), opened.engine->features(), opened.load_s);
     json["instances"] = opened.engine->scene().instances.placements.size();
     json["animations"] = print_animations(opened.engine->scene());
-    print_bvh(opened.engine->bvh_stats());
+    print_bvh(opened.engine->bvh_stats(), opened.engine->forest() != nullptr);
     const nlohmann::json header = record_header(*opened.engine, opened.load_s);
     json.update(header);
     json["variants"] = print_variants(opened.engine->device(), opened.engine->features().tree);

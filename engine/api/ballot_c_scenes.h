@@ -37,7 +37,7 @@ typedef struct BallotSceneOptions {
   double expected_rays;   /* hint for builder "auto": rays that will be traced in all; 0: unknown */
   uint32_t allow_outside; /* 1: a scene file may name buffers, images and materials outside of its folder */
   /* Meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
-   * whole. "copy": each use is a moved copy. NULL or "auto": kept where copies would be a million triangles more, and
+   * whole. "copy": each use is a moved copy. NULL or "auto": kept where copies would be 4 million triangles more, and
    * twice as many, or would not fit into memory. Hits are the same but for rounding. */
   const char* instances;
 } BallotSceneOptions;

@@ -22,7 +22,7 @@ using UsesOfMeshes = std::map<std::size_t, MeshUses>;
 void choose_kept(UsesOfMeshes& meshes, std::uint64_t triangles, bool fit, InstancePolicy policy);
 
 /// The triangles that a scene must save for its instances to be worth their cost: rays are traced faster without.
-inline constexpr std::uint64_t kWorthTriangles = 1 << 20;
+inline constexpr std::uint64_t kWorthTriangles = 1 << 22;
 /// The memory of an instance, in triangles of copies.
 inline constexpr std::uint64_t kTrianglesAnInstance = 4;
 

@@ -84,6 +84,7 @@ struct SceneSizes {
 
 constexpr std::uint64_t kMostInstances = 1 << 22;     // a small file can ask for any number
 constexpr std::uint64_t kBytesWithTree = 300;         // of a triangle: the scene's arrays, the tree and what builds it
+constexpr std::uint64_t kSurelyFit = 1 << 18;         // triangles; memory is not asked for
 constexpr std::uint64_t kBytesAnInstance = 52 + 232;  // of the scene; of its trees: engine/README.md, Instances
 
 void add_carried(const std::vector<OpenPrimitive>& mesh, const Scene& scene, Carried& carried) {
@@ -118,7 +119,7 @@ SceneSizes chosen_sizes(const Uses& uses, const Scene& scene) {
   // The trees of deformed meshes are built anew for each pose, so moving copies are as good there.
   if (policy == InstancePolicy::Auto && deforming) sizes.kept.clear();
   const bool fit = sizes.triangles <= kMaxTriangles &&
-                   (sizes.triangles < kWorthTriangles || sizes.triangles * kBytesWithTree <= memory_left());
+                   (sizes.triangles < kSurelyFit || sizes.triangles * kBytesWithTree <= memory_left());
   choose_kept(sizes.kept, sizes.triangles, fit, policy);
   return sizes;
 }

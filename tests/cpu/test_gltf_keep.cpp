@@ -79,10 +79,10 @@ GltfBuilder large(int triangles, int uses) {
 }
 
 TEST(GltfKeep, LargeScenesAreKeptWhereCopiesCostMuch) {
-  const Scene scene = large(1 << 14, 70).load();
+  const Scene scene = large(1 << 16, 70).load();
   EXPECT_EQ(scene.instances.placements.size(), 70u);
-  EXPECT_EQ(scene.triangles.size(), std::size_t{1} << 14);
-  EXPECT_EQ(triangle_count(scene), std::uint64_t{70} << 14);
+  EXPECT_EQ(scene.triangles.size(), std::size_t{1} << 16);
+  EXPECT_EQ(triangle_count(scene), std::uint64_t{70} << 16);
   EXPECT_FALSE(large(1 << 14, 60).load().instanced());
   set_memory_limit(std::uint64_t{512} << 20);  // two copies of a million triangles and their tree do not fit
   EXPECT_TRUE(large(1 << 20, 2).load().instanced());
@@ -96,16 +96,16 @@ TEST(GltfKeep, TheChoiceFollowsSizes) {
     for (const auto& [number, m] : meshes) numbers.push_back(number);
     return numbers;
   };
-  const UsesOfMeshes meshes{{0, {.triangles = 1000, .uses = 3000}},
+  const UsesOfMeshes meshes{{0, {.triangles = 1000, .uses = 5000}},
                             {1, {.triangles = 4, .uses = 100000}},  // an instance takes as much memory
                             {2, {.triangles = 50, .uses = 1, .moves = true}},
                             {3, {.triangles = 50, .uses = 1}}};
   using Numbers = std::vector<std::size_t>;
-  EXPECT_EQ(kept(meshes, 3'400'100, true, InstancePolicy::Auto), (Numbers{0, 2}));
-  EXPECT_EQ(kept(meshes, 9'400'100, true, InstancePolicy::Auto), Numbers{});  // not half of the scene
-  EXPECT_EQ(kept(meshes, 9'400'100, false, InstancePolicy::Auto), (Numbers{0, 2}));
-  EXPECT_EQ(kept(meshes, 3'400'100, true, InstancePolicy::Keep), (Numbers{0, 1, 2}));
-  EXPECT_EQ(kept(meshes, 3'400'100, false, InstancePolicy::Copy), Numbers{});
+  EXPECT_EQ(kept(meshes, 5'400'100, true, InstancePolicy::Auto), (Numbers{0, 2}));
+  EXPECT_EQ(kept(meshes, 12'400'100, true, InstancePolicy::Auto), Numbers{});  // not half of the scene
+  EXPECT_EQ(kept(meshes, 12'400'100, false, InstancePolicy::Auto), (Numbers{0, 2}));
+  EXPECT_EQ(kept(meshes, 5'400'100, true, InstancePolicy::Keep), (Numbers{0, 1, 2}));
+  EXPECT_EQ(kept(meshes, 5'400'100, false, InstancePolicy::Copy), Numbers{});
 }
 
 TEST(GltfKeep, MatricesThatCannotBePlacedAreCopied) {

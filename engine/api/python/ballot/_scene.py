@@ -373,7 +373,7 @@ def load_scene(
 
     instances    meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation
                  moves as a whole; such a scene takes no queries of points and crossings. "copy": each use is a moved
-                 copy. "auto": kept where copies would be a million triangles more, and twice as many, or would not fit
+                 copy. "auto": kept where copies would be 4 million triangles more, and twice as many, or would not fit
                  into memory. Hits have the same numbers in all three.
 
     Other arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene stores
