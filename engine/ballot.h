@@ -14,6 +14,7 @@
 #include <string>
 
 #include "engine/bvh/bvh.h"
+#include "engine/bvh/forest.h"
 #include "engine/bvh/refit_policy.h"
 #include "engine/bvh/topology.h"
 #include "engine/core/error.h"
@@ -46,6 +47,7 @@
 #include "engine/render/live/live.h"
 #include "engine/render/path/integrators.h"
 #include "engine/scene/animation.h"
+#include "engine/scene/instances.h"
 #include "engine/scene/light.h"
 #include "engine/scene/pose.h"
 #include "engine/scene/scene.h"
@@ -96,7 +98,13 @@ class Engine {
   }
   /// Returns the scene, whose triangles and normals may be those of an earlier time; all else is as it is now.
   const Scene& scene_facts() const { return scene_; }
-  /// Returns the tree. One that was built on the device is read back by the first call.
+  /// Returns the meshes' trees and the instances of a scene that has some; null if it has none.
+  const Forest* forest() const { return forest_.get(); }
+  /// Returns the number of triangles, counted through the instances, and the triangle in the world that a hit names.
+  std::uint64_t triangle_count() const;
+  Triangle triangle(std::uint32_t prim) const;
+  /// Returns the tree. One that was built on the device is read back by the first call. Of a scene with instances only
+  /// bounds and statistics are there: those of all meshes together.
   const Bvh& bvh() { return tracer_->tree().whole_bvh(); }
   const BvhStats& bvh_stats() const { return bvh_.stats; }
   /// Returns the features that kernels are compiled for.
@@ -106,10 +114,11 @@ class Engine {
   const StartTimes& start_times() const { return times_; }
   Tracer& tracer() { return *tracer_; }
   const Tracer& tracer() const { return *tracer_; }
-  /// Return what answers point queries, and ray queries for more than one hit, on this scene. Made on first use.
+  /// Return what answers point queries, and ray queries for more than one hit, on this scene. Made on first use. Scenes
+  /// with instances are refused with Error(Arguments).
   PointQueries& points();
   RayQueries& rays();
-  /// Returns the topology of the scene's triangles. It is found on first use.
+  /// Returns the topology of the scene's triangles. It is found on first use. Refuses instances as points() does.
   const Topology& topology();
 
   /// Traces a batch of rays and writes, at the same index, the hit of each.
@@ -132,15 +141,17 @@ class Engine {
   /// Materials, normals, texture coordinates, lights and views stay. Traces after it find hits in the new ones. The
   /// tree is refitted or built anew, as `mode` says; it is always built if a triangle gains or loses its area. Throws
   /// Error(Arguments) if the number differs or a vertex is not finite, Error(Work) if the tree cannot be built; the
-  /// scene is then as it was. Ends the use of batches, films and the checker of before.
+  /// scene is then as it was. Ends the use of batches, films and the checker of before. Scenes with instances are
+  /// refused with Error(Arguments).
   std::vector<Triangle> move(std::vector<Triangle> triangles, UpdateMode mode = UpdateMode::Auto);
 
   /// Moves the scene to a time of a clip of its animation: triangles, normals, lights and views. Times outside
   /// [0, seconds of the clip] mean the nearest inside. Skins and morph targets are evaluated on the device, with the
-  /// bits of set_pose(). The tree follows as move() says. Throws Error(Arguments) if there is no such clip or the time
-  /// is not finite, Error(Work) as pose_at() and move() do; the scene is then as it was. A tree that was built on a
-  /// device with float64 follows there, and so does what shading reads; the host's triangles follow once they are asked
-  /// for. Batches and films of before end all the same.
+  /// bits of set_pose(). The tree follows as move() says; in a scene with instances those move, and the trees of
+  /// deformed meshes are built anew. Throws Error(Arguments) if there is no such clip or the time is not finite,
+  /// Error(Work) as pose_at() and move() do; the scene is then as it was. A tree that was built on a device with float64
+  /// follows there, and so does what shading reads; the host's triangles follow once they are asked for. Batches and
+  /// films of before end all the same.
   void set_time(std::size_t clip, double seconds, UpdateMode mode = UpdateMode::Auto);
 
   /// What the last move() or set_time() did.
@@ -223,7 +234,7 @@ class Engine {
   /// Finds, for each ray of a batch, whether it hits the triangle that it starts from, and whether its origin offset
   /// loses a contact (origins.h). Traces the rays for their nearest hits, whatever the batch wants; the batch's own
   /// hits stay. Contacts are found in double precision on the CPU, on all cores. Throws as trace() does, and
-  /// Error(Arguments) if the rays start at no hits.
+  /// Error(Arguments) if the rays start at no hits or the scene has instances.
   std::vector<OriginCheck> check_origins(const RayBatch& batch, const Query& query = {});
 
   /// Returns the picture for a window, which stays on the device. An Engine has one, made on first use.
@@ -244,7 +255,11 @@ class Engine {
   const std::vector<std::string>& messages() const { return gpu_->messages(); }
 
  private:
+  void drop_renderers();
   void make_renderers();
+  void make_forest(bool use_cache, const Progress& progress);
+  void move_instances(Pose pose, double pose_s);
+  void refuse_instances(const char* what) const;
   bool refit(std::span<const Triangle> triangles, const Bounds& bounds);
   void adopt(SceneTree&& built);
   void try_to_rebuild();
@@ -261,10 +276,12 @@ class Engine {
   Scene scene_;
   LateVertices late_;
   BuildSettings build_;
+  bool use_cache_ = true;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   StartTimes times_;
   std::shared_ptr<Context> gpu_;
   Bvh bvh_;
+  std::unique_ptr<Forest> forest_;  // null: the scene is flat
   RefitPolicy policy_;
   double traced_s_ = 0;  // Tracer::traced_s() at the last move
   Update update_;

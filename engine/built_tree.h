@@ -13,6 +13,11 @@ struct SceneTree {
   std::shared_ptr<DeviceBuild> there = {};
 };
 
+/// Builds the trees of a scene with instances; those of large meshes are cached as build_tree() does. Meshes of
+/// `before` that have not changed keep their trees; null: none. Throws as Forest and build_tree() do.
+std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const BuildSettings& settings, bool use_cache,
+                                     const Forest* before, const Progress& progress);
+
 /// Builds the tree of triangles. use_cache: trees of the CPU's builders are kept in cache_folder(). Throws as
 /// build_bvh() and DeviceBuild do.
 SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,

@@ -61,23 +61,32 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
                                                    .takes_builder = DeviceBuilder::runs_on(gpu_->info()),
                                                    .triangles = scene_.triangles.size(),
                                                    .expected_rays = options.expected_rays});
+  use_cache_ = options.use_cache;
   const auto start = Clock::now();
-  SceneTree built = build_tree(*gpu_, scene_.triangles, build_, options.use_cache, progress);
-  bvh_ = std::move(built.bvh);
+  if (scene_.instanced()) {
+    make_forest(options.use_cache, progress);
+  } else {
+    SceneTree built = build_tree(*gpu_, scene_.triangles, build_, options.use_cache, progress);
+    bvh_ = std::move(built.bvh);
+    features_ = features_of(scene_, facts_of(bvh_));
+    tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built.there));
+  }
   times_.bvh_s = seconds_since(start);
   policy_.built(times_.bvh_s, bvh_.stats.sah);
-  features_ = features_of(scene_, facts_of(bvh_));
-  tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built.there));
   tracer_->tree().set_late(&late_);
   if (options.use_cache) tracer_->choices().keep_in(cache_folder() / "auto");
   make_renderers();
 }
 
-void Engine::make_renderers() {
+void Engine::drop_renderers() {
   checker_.reset();
   live_.reset();
   batches_.reset();
   renderer_.reset();
+}
+
+void Engine::make_renderers() {
+  drop_renderers();
   scene_data_ = std::make_unique<SceneData>(*gpu_, scene_, features_, late_);
   renderer_ = std::make_unique<Renderer>(*gpu_, *tracer_, *scene_data_);
   batches_ = std::make_unique<Batches>(*gpu_, *tracer_, *scene_data_);
@@ -86,7 +95,7 @@ void Engine::make_renderers() {
 void Engine::set_sky(Sky sky) {
   gpu_->finish();
   scene_.sky = std::move(sky);
-  features_ = features_of(scene_, facts_of(bvh_));
+  features_ = features_of(scene_, features_.tree);
   make_renderers();
 }
 
@@ -99,20 +108,32 @@ HitChecker& Engine::checker() {
 }
 
 std::vector<OriginCheck> Engine::check_origins(const RayBatch& batch, const Query& query) {
+  refuse_instances("a check of origin offsets");
   return ballot::check_origins(*tracer_, *batches_, scene(), batch, query);
 }
 
+void Engine::refuse_instances(const char* what) const {
+  if (forest_)
+    fail(Failure::Arguments,
+         "scene '{}' keeps its meshes once, as instances, which {} does not take; load it with moved copies "
+         "(instances 'copy')",
+         scene_.name, what);
+}
+
 PointQueries& Engine::points() {
+  refuse_instances("a query of points");
   if (!points_) points_ = std::make_unique<PointQueries>(*gpu_, tracer_->tree());
   return *points_;
 }
 
 RayQueries& Engine::rays() {
+  refuse_instances("a query of crossings");
   if (!rays_) rays_ = std::make_unique<RayQueries>(*gpu_, tracer_->tree());
   return *rays_;
 }
 
 const Topology& Engine::topology() {
+  refuse_instances("the topology");
   if (!topology_) topology_ = std::make_unique<Topology>(topology_of(scene().triangles));
   return *topology_;
 }
@@ -177,8 +198,8 @@ std::string Engine::made_of(const View& view, const RenderOptions& o) const {
   const Window w = o.window();
   std::string text =
       fmt::format("scene: {} ({} triangles, digest {:016x})\nsky: {} {} {} {} {} {} {} {} {} {} {}\n", scene_.name,
-                  scene_.triangles.size(), digest, int(sky.kind), sky.zenith.x, sky.zenith.y, sky.zenith.z,
-                  sky.horizon.x, sky.horizon.y, sky.horizon.z, sky.ground.x, sky.ground.y, sky.ground.z, sky.map_name);
+                  triangle_count(), digest, int(sky.kind), sky.zenith.x, sky.zenith.y, sky.zenith.z, sky.horizon.x,
+                  sky.horizon.y, sky.horizon.z, sky.ground.x, sky.ground.y, sky.ground.z, sky.map_name);
   text += fmt::format("view: {} yfov {} ymag {} {} at {}\n", view.name, view.yfov, view.ymag, view.orthographic,
                       fmt::join(&m[0][0], &m[0][0] + 16, " "));
   text += fmt::format("size: {}x{}\ncrop: {},{},{},{}\ntiles: {}/{}\nspp: {}\nshading: {}\n", o.width, o.height, w.x0,

@@ -44,6 +44,7 @@ void Engine::set_time_here(const AnimationClip& clip, double seconds, UpdateMode
   const auto start = PoseClock::now();
   Pose pose = this->pose(clip, seconds);
   const double pose_s = seconds_from(start);
+  if (forest_) return move_instances(std::move(pose), pose_s);
   late_.bring();
   const auto swap = [&] {
     if (pose.moves_triangles) scene_.normals.swap(pose.normals);

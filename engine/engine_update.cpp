@@ -32,6 +32,7 @@ bool Engine::wants_refit(UpdateMode mode) const {
 }
 
 std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode mode) {
+  refuse_instances("an update of vertices");
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   late_.bring();

@@ -152,7 +152,7 @@ int bench_frames(const RunArgs& run, const BenchFrameArgs& args) {
                           options.height ? options.height : side};
     if (!table) {
       say("{}: {} triangles, animation {}, view {}, {} x {}, on {}; builder {}\n\n", engine.scene().name,
-          engine.scene().triangles.size(), plan.animation, view.name, frames.width, frames.height, engine.device().name,
+          engine.triangle_count(), plan.animation, view.name, frames.width, frames.height, engine.device().name,
           builder_of(engine.bvh_stats().builder).name);
       table.emplace(std::vector<std::string>{"update", "built", "pose ms", "build ms", "refit ms", "ready ms",
                                              "generate ms", "trace ms", "shade ms", "frames/s", "decay"});

@@ -34,6 +34,10 @@ void EngineArgs::add_options(CLI::App& app) {
   std::string builders;
   for (const Builder& b : kBuilders) builders += fmt::format("\n  {:<12} {}", b.name, b.summary);
   app.add_option("--build", build, fmt::format("BVH builder [{}]{}", kDefaultBuilder, builders));
+  std::string policies;
+  for (const InstancePolicyInfo& i : kInstancePolicies) policies += fmt::format("\n  {:<12} {}", i.name, i.summary);
+  app.add_option("--instances", instances,
+                 fmt::format("meshes that a glTF file uses several times [{}]{}", kDefaultInstances, policies));
   app.add_option(
       "--split-budget", split_budget,
       "BVH build 'best': extra triangle references that spatial splits may add, as a share of the triangles,\n"
@@ -81,6 +85,15 @@ EngineOptions EngineArgs::options() const {
   return o;
 }
 
+LoadOptions EngineArgs::load_options() const {
+  return {.allow_outside = allow_outside,
+          .instances = find_named(kInstancePolicies, instances, "policy of --instances").id};
+}
+
+void EngineArgs::prefer_copies() {
+  if (load_options().instances == InstancePolicy::Auto) instances = "copy";
+}
+
 std::string knob_list() {
   std::string text;
   for (const KnobInfo& k : ballot::knobs()) text += fmt::format("\n  {:<14} {}: {}", k.name, k.values, k.what);
@@ -119,7 +132,7 @@ Query QueryArgs::query() const {
 Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries, const std::function<void(Scene&)>& check,
                   bool statistics) {
   const auto start = std::chrono::steady_clock::now();
-  Scene scene = load_scene(args.scene, {.allow_outside = args.allow_outside});
+  Scene scene = load_scene(args.scene, args.load_options());
   args.files.check_read();
   Opened opened;
   opened.load_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -24,13 +24,16 @@ struct EngineArgs {
   bool validate = false, no_cache = false, allow_outside = false;
   float split_budget = BuildSettings{}.split_budget;
   std::uint32_t max_leaf = BuildSettings{}.max_leaf;
-  std::string build{kDefaultBuilder};
+  std::string build{kDefaultBuilder}, instances{kDefaultInstances};
   std::string json;
   CommandFiles files;  // that the command reads and writes
 
   void add_to(CLI::App& app, bool scene_required);
   void add_options(CLI::App& app);  // all options except the scene
   EngineOptions options() const;
+  LoadOptions load_options() const;  // throws Error(Arguments) for an unknown --instances
+  /// For commands that take no instances: without --instances, or with `auto`, scenes are loaded with moved copies.
+  void prefer_copies();
   /// Notes the scene as an input and --json as an output. Each command calls it before it prints or works: "--json -"
   /// claims standard output. Throws as CommandFiles does.
   void note_files();

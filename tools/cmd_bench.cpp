@@ -72,7 +72,7 @@ int run_bench(BenchArgs& args) {
   const bench::RunOptions options = given.options();
   const bench::Plan plan = given.make_plan();
   given.note_files(bench::kReportFiles);
-  auto scenes = bench::load_scenes(given.scenes, plan, given.engine.allow_outside);
+  auto scenes = bench::load_scenes(given.scenes, plan, given.engine.load_options());
   given.engine.files.check_read();
   const bench::RunHooks hooks{bench::print_speeds, [&](const bench::Document& document) { save(given, document); }};
   return finish_run(given, bench::run(plan, std::move(scenes), options, hooks));

@@ -32,7 +32,7 @@ int run_check(CheckArgs& args) {
   CommandFiles files;
   files.reads("SCENE", args.scene);
   args.json = files.writes("--json", args.json).string();
-  const Scene scene = load_scene(args.scene, {.allow_outside = args.allow_outside});
+  const Scene scene = load_scene(args.scene, {.allow_outside = args.allow_outside, .instances = InstancePolicy::Copy});
   files.check_read();
   for (const std::string& note : scene.notes) say_aside("ballot: {}: {}\n", args.scene, note);
   const Topology t = topology_of(scene.triangles);

@@ -71,6 +71,7 @@ std::vector<std::uint32_t> inside_of(Engine& engine, const std::vector<glm::vec3
 }
 
 int run_distance(PointArgs& args) {
+  args.engine.prefer_copies();
   note_files(args);
   if (args.limit < 0 || std::isnan(args.limit))
     fail(Failure::Arguments, "--limit {}: expected a distance above 0", args.limit);
@@ -104,6 +105,7 @@ int run_distance(PointArgs& args) {
 }
 
 int run_inside(PointArgs& args) {
+  args.engine.prefer_copies();
   note_files(args);
   const std::vector<glm::vec3> points = read_points(args.points);
   Opened opened = open_scene(args.engine);

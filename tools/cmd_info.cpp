@@ -50,8 +50,11 @@ nlohmann::json list(const std::string& wanted) {
 }
 
 void print_scene(const Scene& s, const SceneFeatures& f, double load_s) {
-  say("\nscene {}: {} triangles, {} materials, {} views, loaded in {:.3f} s\n", s.name, s.triangles.size(),
+  say("\nscene {}: {} triangles, {} materials, {} views, loaded in {:.3f} s\n", s.name, triangle_count(s),
       s.materials.size(), s.views.size(), load_s);
+  if (s.instanced())
+    say("  {} instances of {} meshes, which are kept once: {} triangles\n", s.instances.placements.size(),
+        s.instances.meshes(), s.triangles.size());
   say("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})\n", s.bounds.lo.x, s.bounds.lo.y, s.bounds.lo.z,
       s.bounds.hi.x, s.bounds.hi.y, s.bounds.hi.z);
   std::string views;
@@ -66,6 +69,8 @@ nlohmann::json print_animations(const Scene& scene) {
   const Animation& a = *scene.animation;
   std::size_t triangles = 0;
   for (const MovingPart& part : a.parts) triangles += a.vertices.meshes[part.mesh].triangles;
+  for (const MovingPlacement& p : a.placements)
+    triangles += scene.instances.triangles_of(scene.instances.placements[p.placement].mesh);
   say("\nanimations, which --animation, --time and --frames of 'ballot render' choose; {} triangles move:\n",
       triangles);
   bench::Table table({"animation", "seconds", "channels"}, 1);
@@ -77,10 +82,11 @@ nlohmann::json print_animations(const Scene& scene) {
   return json;
 }
 
-void print_bvh(const BvhStats& s) {
-  say("\nBVH: {} nodes ({} leaves of at most {} triangles), depth {}, SAH cost {:.2f}, {} by '{}' in {:.3f} s\n",
-      s.nodes, s.leaves, s.largest_leaf, s.depth, s.sah, s.from_cache ? "from the cache, built" : "built",
-      builder_of(s.builder).name, s.build_s);
+/// Prints the figures of the tree; those of all meshes together, if they are kept once.
+void print_bvh(const BvhStats& s, bool kept) {
+  say("\nBVH: {} nodes ({} leaves of at most {} triangles), depth {}, {}{} by '{}' in {:.3f} s\n", s.nodes, s.leaves,
+      s.largest_leaf, s.depth, kept ? "" : fmt::format("SAH cost {:.2f}, ", s.sah),
+      s.from_cache ? "from the cache, built" : "built", builder_of(s.builder).name, s.build_s);
   say("  {} references to {} triangles ({:+.1f} % by spatial splits); {} of zero area left out\n", s.references,
       s.triangles, s.triangles > s.degenerate ? 100.0 * s.references / (s.triangles - s.degenerate) - 100 : 0.0,
       s.degenerate);
@@ -151,8 +157,9 @@ int run_info(InfoArgs& args) {
         // measured view.
         [&](Scene& s) { args.light.apply(s, {&s.views[0]}, args.measure ? "path" : ""); }, args.statistics);
     print_scene(opened.engine->scene(), opened.engine->features(), opened.load_s);
+    json["instances"] = opened.engine->scene().instances.placements.size();
     json["animations"] = print_animations(opened.engine->scene());
-    print_bvh(opened.engine->bvh_stats());
+    print_bvh(opened.engine->bvh_stats(), opened.engine->forest() != nullptr);
     const nlohmann::json header = record_header(*opened.engine, opened.load_s);
     json.update(header);
     json["variants"] = print_variants(opened.engine->device(), opened.engine->features().tree);
@@ -161,8 +168,9 @@ int run_info(InfoArgs& args) {
     json["choices"] = print_choices(opened.engine->tracer().choices().all());
     json.update(print_features(*opened.engine, args.measure));
     if (!args.triangles.empty()) {
-      write_triangles(args.triangles, opened.engine->scene().triangles);
-      say("\nwrote {} triangles to {}\n", opened.engine->scene().triangles.size(), args.triangles);
+      const std::vector<Triangle> all = world_triangles(opened.engine->scene());
+      write_triangles(args.triangles, all);
+      say("\nwrote {} triangles to {}\n", all.size(), args.triangles);
     }
     code = finish(*opened.engine);
   }

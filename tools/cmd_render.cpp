@@ -289,7 +289,7 @@ int run_render(RenderArgs& args) {
   Query query = options.query;
   query.rays = kPrimaryRays;
   const Variant variant = engine.tracer().variant(query);
-  say("{}: {} triangles on {} ({}), subgroup {}\n  {}\n", engine.scene().name, engine.scene().triangles.size(),
+  say("{}: {} triangles on {} ({}), subgroup {}\n  {}\n", engine.scene().name, engine.triangle_count(),
       engine.device().name, engine.device().driver, variant.config.subgroup,
       query.method == kAuto ? "method auto" : variant.name());
   say("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,

@@ -84,7 +84,7 @@ std::vector<KernelSource> traversal_sources() {
   return sources;
 }
 
-/// Every integrator with nothing of what a scene may have, each thing alone, and all.
+/// Every integrator with nothing of what a scene may have, each thing alone, and all, also with instances.
 std::vector<KernelSource> integrator_sources() {
   constexpr bool SceneFeatures::*kEach[] = {&SceneFeatures::shading_normals,
                                             &SceneFeatures::glossy,
@@ -95,8 +95,13 @@ std::vector<KernelSource> integrator_sources() {
                                             &SceneFeatures::emissive_texture,
                                             &SceneFeatures::normal_texture,
                                             &SceneFeatures::lights};
-  std::vector<KernelSource> sources{indirect_source(), connect_source(), film_source(false),
-                                    film_source(true), alpha_source({}), alpha_source({.base_texture = true})};
+  std::vector<KernelSource> sources{indirect_source(),
+                                    connect_source(),
+                                    film_source(false),
+                                    film_source(true),
+                                    alpha_source({}),
+                                    alpha_source({.base_texture = true}),
+                                    alpha_source({.base_texture = true, .tree = {.top_depth = 1}})};
   std::set<std::string> names;
   const auto add = [&](const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
     for (const auto& [makes_rays, orthographic] : {std::pair(false, false), {true, false}, {true, true}}) {
@@ -122,6 +127,8 @@ std::vector<KernelSource> integrator_sources() {
       add(integrator, {}, sky);
       add(integrator, all, sky);
     }
+    all.tree.top_depth = 1;
+    add(integrator, all, Sky::Kind::Map);
   }
   return sources;
 }
@@ -136,7 +143,8 @@ std::vector<KernelSource> render_sources() {
   for (const RayKind& kind : kRayKinds)
     if (kind.generators.size() == 1 && !kind.from_camera())
       for (const OffsetPolicy& offset : kOffsetPolicies)
-        sources.push_back(generator_source(kind.generators[0], offset));
+        for (const bool instances : {false, true})
+          sources.push_back(generator_source(kind.generators[0], offset, instances));
   for (const Shading& shading : kShadings)
     for (const bool normals : {false, true})
       for (const bool emits : {false, true})
@@ -147,6 +155,9 @@ std::vector<KernelSource> render_sources() {
           features.unlit = features.base_texture = features.normal_texture = textures;
           features.emissive_texture = textures && emits;
           sources.push_back(shading_source(shading.name, features));
+          SceneFeatures kept = features;
+          kept.tree.top_depth = 1;
+          sources.push_back(shading_source(shading.name, kept));
           for (const auto source : {samples_source, live_source})
             sources.push_back(source(shading.name, features, false));
           for (const bool orthographic : {false, true}) {

@@ -105,7 +105,7 @@ Found measure(VerifyArgs& args) {
   if (!given.scenes.empty()) scene_plan = given.make_plan();
   if (args.hard) hard = hard_plan(args);
   check_outputs(args);
-  auto scenes = scene_plan ? bench::load_scenes(given.scenes, *scene_plan, given.engine.allow_outside)
+  auto scenes = scene_plan ? bench::load_scenes(given.scenes, *scene_plan, given.engine.load_options())
                            : std::vector<bench::LoadedScene>();
   Found found;
   const bench::RunHooks hooks{print_places, [&](const bench::Document& document) { save(given, document); }};

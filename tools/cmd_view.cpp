@@ -20,7 +20,7 @@ int run_view(const ViewArgs& args) {
   view::SessionOptions o = args.session;
   o.scene = args.engine.scene;
   o.engine = args.engine.options();
-  o.allow_outside = args.engine.allow_outside;
+  o.load = args.engine.load_options();
   parse_size(args.size, o.width, o.height);
   check_options(RenderOptions{.width = o.width, .height = o.height});
   o.settings.query = args.query.query();

@@ -203,7 +203,7 @@ nlohmann::json print_traversal(Engine& engine, bool measured) {
   nlohmann::json json{{"stack_entries", stack_entries(tree)},
                       {"every_feature_stack_entries", stack_entries(common)},
                       {"leaf_loop", leaves_loop(tree)}};
-  if (!measured) return json;
+  if (!measured || engine.forest()) return json;
   json["gain"] = nlohmann::json::array();
   if (stack_entries(tree) == stack_entries(common) && leaves_loop(tree)) {
     say("    the kernels for this scene and for every feature are the same\n");

@@ -87,7 +87,7 @@ const glm::vec3& HitArrays::Normals::of(std::uint32_t prim) {
     if (prim != NO_HIT && scene_.instanced)
       entry.normal = unit_normal(scene_.instanced->forest.triangle(scene_.instanced->forest.place_of(prim)));
     else if (prim != NO_HIT)
-      entry.normal = unit_normal(scene_.engine->scene().triangles[prim]);
+      entry.normal = unit_normal(scene_.engine->triangle(prim));
   }
   return entry.normal;
 }

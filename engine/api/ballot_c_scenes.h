@@ -36,6 +36,10 @@ typedef struct BallotSceneOptions {
   const char* update;
   double expected_rays;   /* hint for builder "auto": rays that will be traced in all; 0: unknown */
   uint32_t allow_outside; /* 1: a scene file may name buffers, images and materials outside of its folder */
+  /* Meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
+   * whole. "copy": each use is a moved copy. NULL or "auto": kept where copies would be 4 million triangles more, and
+   * twice as many, or would not fit into memory. Hits are the same but for rounding. */
+  const char* instances;
 } BallotSceneOptions;
 
 /* Makes a scene of `count` meshes on a device. Triangles are numbered through the meshes in their order; that number is
@@ -45,7 +49,9 @@ BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMe
                                             const BallotSceneOptions* options, BallotScene** scene);
 /* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file. The scene has one mesh, number and id 0, and its own cameras
  * and materials. Its tree is kept on disk unless options->cache is 0 in options that are given. Files that it names lie
- * in its folder or below, unless options->allow_outside is 1; what memory cannot hold is refused beforehand. */
+ * in its folder or below, unless options->allow_outside is 1; what memory cannot hold is refused beforehand. Meshes
+ * that it keeps once (options->instances) are counted as copies are: prim goes through all instances. Such a scene
+ * takes no queries of points and crossings. */
 BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const BallotSceneOptions* options,
                                           BallotScene** scene);
 BALLOT_API void ballot_scene_destroy(BallotScene* scene);

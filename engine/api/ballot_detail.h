@@ -165,6 +165,7 @@ inline BallotSceneOptions options_of(const SceneOptions& options) {
   o.update = options.update.c_str();
   o.expected_rays = options.expected_rays;
   o.allow_outside = options.allow_outside;
+  o.instances = options.instances.c_str();
   return o;
 }
 inline BallotView view_of(const View& view) {

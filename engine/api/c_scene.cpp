@@ -77,8 +77,11 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
     state->device = d;
     state->from_file = true;
     if (o.update) state->update = ballot::find_named(ballot::kUpdateModes, o.update, "update mode").id;
-    ballot::Scene loaded = ballot::load_scene(path, {.allow_outside = o.allow_outside != 0});
-    state->meshes.push_back({0, 0, loaded.triangles.size(), 3 * loaded.triangles.size(), {}});
+    ballot::LoadOptions load{.allow_outside = o.allow_outside != 0};
+    if (o.instances) load.instances = ballot::find_named(ballot::kInstancePolicies, o.instances, "instances").id;
+    ballot::Scene loaded = ballot::load_scene(path, load);
+    const std::uint64_t triangles = ballot::triangle_count(loaded);
+    state->meshes.push_back({0, 0, triangles, 3 * triangles, {}});
     const DeviceUse use(*d);
     state->engine =
         std::make_unique<ballot::Engine>(std::move(loaded), engine_options(*d, o, "best", !options || o.cache));
@@ -118,7 +121,7 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
     const ballot::BvhStats& s = forest ? forest->summary().stats : state->engine->bvh_stats();
     const ballot::Bounds& bounds = forest ? forest->top().bounds : state->engine->scene_facts().bounds;
     BallotSceneInfo i = BALLOT_INIT(BallotSceneInfo);
-    i.triangles = forest ? s.triangles : state->engine->scene_facts().triangles.size();
+    i.triangles = forest ? s.triangles : state->engine->triangle_count();
     i.degenerate = s.degenerate;
     i.meshes = state->meshes.size();
     if (forest) {
@@ -127,6 +130,11 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
       i.top_seconds = forest->top().build_s;
     } else {
       i.views = state->engine->scene_facts().views.size();
+      if (const ballot::Forest* kept = state->engine->forest()) {
+        i.instances = kept->instances().size();
+        i.instance_triangles = kept->triangle_count();
+        i.top_seconds = kept->top().build_s;
+      }
     }
     for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
     i.nodes = s.nodes, i.leaves = s.leaves, i.depth = s.depth;
@@ -155,7 +163,7 @@ BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles) {
       if (!all.empty()) std::memcpy(triangles, all.data(), all.size() * sizeof(ballot::Triangle));
       triangles += 9 * all.size();
     };
-    if (!state->instanced) return copy(state->engine->scene().triangles);
+    if (!state->instanced) return copy(ballot::world_triangles(state->engine->scene()));
     for (const ballot::MeshTree& mesh : state->instanced->forest.meshes()) copy(mesh.triangles);
   });
 }

@@ -48,10 +48,10 @@ std::vector<Instance> Forest::placed(std::span<const Transform> transforms) cons
   for (Instance& i : made) {
     i.first = std::uint32_t(count);
     count += meshes_[i.mesh].triangles.size();
-    if (count > kMostTriangles)
+    if (count > kMostPrims)
       fail(Failure::Arguments,
            "instance {}: with it the scene has {} triangles, counted through its instances; at most {} can be numbered",
-           &i - made.data(), count, kMostTriangles);
+           &i - made.data(), count, kMostPrims);
   }
   return made;
 }

@@ -17,12 +17,6 @@ struct MeshTree {
   MeshExtents extents;
 };
 
-/// A mesh and where it lies.
-struct Placement {
-  std::uint32_t mesh = 0;
-  Transform transform;
-};
-
 /// The top-level tree as the device reads it (shaders/shared/layout.h).
 struct TopTree {
   std::vector<glm::uvec4> texels;    // inner nodes, then the records of the instances
@@ -38,10 +32,6 @@ struct TopTree {
 class Forest {
  public:
   using BuildMesh = std::function<Bvh(std::span<const Triangle>)>;
-
-  /// The largest number of triangles, counted through all instances. Hit::prim has 32 bits, and two of its values mean
-  /// something else.
-  static constexpr std::uint64_t kMostTriangles = 0xFFFFFFFDull;
 
   /// Builds the trees of the meshes by `build`, and the top-level tree. Throws Error(Arguments) if a placement names no
   /// mesh, as place_instance() does, or if there are too many triangles; and what `build` throws.

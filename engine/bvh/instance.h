@@ -7,14 +7,9 @@
 #include <span>
 
 #include "engine/bvh/bvh.h"
+#include "engine/scene/placement.h"
 
 namespace ballot {
-
-/// The transform of an instance: world = m[r][0] x + m[r][1] y + m[r][2] z + m[r][3] for r = 0, 1, 2. Row by row.
-struct Transform {
-  float m[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
-};
-static_assert(sizeof(Transform) == 48);
 
 /// The map of rays into a mesh's space: a direction d becomes (dot(row[0], d), dot(row[1], d), dot(row[2], d)), an
 /// origin o the same of o - translation. The rows are the inverse of the transform's matrix, computed in double

@@ -1,26 +1,15 @@
 #include "engine/oracle/errors.h"
 
-#include <algorithm>
 #include <cmath>
-#include <optional>
 
-#include "engine/core/error.h"
 #include "engine/core/parallel.h"
+#include "engine/oracle/error_findings.h"
 #include "engine/oracle/error_reasons.h"
 
 namespace ballot {
 namespace {
 
 constexpr std::size_t kRaysPerErrorsChunk = 1024;
-
-// The judge's finding on one answer.
-struct Finding {
-  std::optional<ErrorKind> wrong = {};
-  bool tie = false, within_bound = false, beyond_range = false;
-  double t_ulp = -1;  // error of t in ulps; negative: none
-};
-
-OracleHit rounded(const ExactHit& hit) { return {hit.t, hit.prim, hit.u, hit.v}; }
 
 class Judge {
  public:
@@ -70,42 +59,6 @@ class Judge {
   Arithmetic arithmetic_;
 };
 
-void count(ErrorFigures& sum, const Finding& finding) {
-  ++sum.rays;
-  sum.ties += finding.tie ? 1 : 0;
-  sum.beyond_range += finding.beyond_range ? 1 : 0;
-  if (!finding.wrong) return;
-  switch (*finding.wrong) {
-    case ErrorKind::FalseMiss:
-      ++sum.false_misses;
-      break;
-    case ErrorKind::FalseHit:
-      ++sum.false_hits;
-      break;
-    case ErrorKind::WrongPrim:
-      ++sum.wrong_prims;
-      break;
-    case ErrorKind::WrongValue:
-      ++sum.wrong_values;
-      return;
-  }
-  ++(finding.within_bound ? sum.within_bound : sum.beyond_bound);
-}
-
-void sum_up_t(ErrorFigures& sum, std::span<const Finding> findings) {
-  std::vector<double> errors;
-  errors.reserve(findings.size());
-  for (const Finding& f : findings)
-    if (f.t_ulp >= 0) errors.push_back(f.t_ulp);
-  if (errors.empty()) return;
-  const auto rank = [&](double share) {
-    const auto at = errors.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(errors.size() - 1));
-    std::nth_element(errors.begin(), at, errors.end());
-    return *at;
-  };
-  sum.t_ulp = {rank(0.5), rank(0.99), rank(1)};
-}
-
 }  // namespace
 
 std::string_view name_of(ErrorKind kind) {
@@ -128,22 +81,16 @@ std::string in_words(const ErrorCase& e) {
 ErrorFigures error_figures(const ExactOracle& exact, const Oracle& bound, std::span<const Ray> rays,
                            std::span<const Hit> answers, std::span<const ExactHit> truth, Want want,
                            Arithmetic arithmetic, std::size_t max_cases) {
-  if (rays.size() != answers.size() || rays.size() != truth.size())
-    fail(Failure::Arguments, "error figures: {} rays, {} answers and {} truths; their numbers must agree", rays.size(),
-         answers.size(), truth.size());
+  check_sizes(Answers{rays, answers, truth});
   const Judge judge(exact, bound, want, arithmetic);
   std::vector<Finding> findings(rays.size());
   for_chunks(rays.size(), kRaysPerErrorsChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) findings[i] = judge.find(rays[i], answers[i], truth[i]);
   });
-  ErrorFigures sum;
-  for (std::size_t i = 0; i < findings.size(); ++i) {
-    count(sum, findings[i]);
-    if (!findings[i].wrong || sum.cases.size() >= max_cases) continue;
-    sum.cases.push_back({i, rays[i], answers[i], truth[i], *findings[i].wrong, findings[i].within_bound, {}});
-    sum.cases.back().reason = reason_of({exact, bound, want, arithmetic}, sum.cases.back());
-  }
-  sum_up_t(sum, findings);
+  ErrorFigures sum = sum_of(findings);
+  add_cases(sum, findings, {rays, answers, truth}, max_cases, [&](const ErrorCase& error) {
+    return reason_of({exact, bound, want, arithmetic}, error);
+  });
   return sum;
 }
 

@@ -2,6 +2,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
+#include "engine/oracle/instance_cull.h"
 
 namespace ballot {
 
@@ -23,6 +24,7 @@ OracleHit ForestOracle::nearest(const Ray& ray) const {
   OracleHit best;
   if (is_dead(ray)) return best;
   for (const Instance& i : forest_.instances()) {
+    if (surely_misses(i, forest_.meshes()[i.mesh].extents, ray)) continue;
     OracleHit hit = oracles_[i.mesh].nearest(object_ray(ray, i.map));
     if (hit.prim == NO_HIT) continue;
     hit.t *= double(direction_scale(ray));
@@ -54,13 +56,31 @@ Verdict ForestOracle::judge(const Ray& ray, const Hit& answer, Want want, Arithm
     before = double(given.t) - oracles_[i.mesh].allowance(object, at.triangle, arithmetic).t;
   }
   for (std::size_t k = 0; k < instances.size() && !is_error(verdict); ++k) {
-    if (k == named) continue;
+    if (k == named || surely_misses(instances[k], forest_.meshes()[instances[k].mesh].extents, ray)) continue;
     Ray object = object_ray(ray, instances[k].map);
     if (named < instances.size()) object.t_max = float(before);
     with(instances[k], object, {is_dead(object) ? 0 : object.t_max, NO_HIT, 0, 0});
     if (verdict == Verdict::FalseMiss && named < instances.size()) verdict = Verdict::WrongPrim;
   }
   return verdict;
+}
+
+Verdict ForestOracle::judge_values(const Ray& ray, const Hit& answer, const OracleHit& own,
+                                   Arithmetic arithmetic) const {
+  const Forest::Place at = forest_.place_of(answer.prim);
+  const Instance& i = forest_.instances()[at.instance];
+  const double scale = direction_scale(ray);
+  const Hit given{float(double(answer.t) / scale), at.triangle, answer.u, answer.v};
+  return oracles_[i.mesh].judge(object_ray(ray, i.map), given, {own.t / scale, at.triangle, own.u, own.v},
+                                Want::Nearest, arithmetic);
+}
+
+std::vector<OracleHit> ForestOracle::nearest(std::span<const Ray> rays) const {
+  std::vector<OracleHit> hits(rays.size());
+  for_chunks(rays.size(), kRaysAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) hits[i] = nearest(rays[i]);
+  });
+  return hits;
 }
 
 Judgement ForestOracle::judge(std::span<const Ray> rays, std::span<const Hit> answers, Want want,

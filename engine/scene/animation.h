@@ -107,6 +107,12 @@ struct MovingPart {
   std::uint32_t first_posed = 0, first_matrix = 0, first_weight = 0;
 };
 
+/// An instance of a scene that follows a node.
+struct MovingPlacement {
+  std::uint32_t placement = 0, node = 0;
+  glm::dmat4 node_from_mesh{1};  // of an instance of the node
+};
+
 /// All that moves in a scene.
 struct Animation {
   std::vector<AnimationClip> clips;
@@ -115,6 +121,7 @@ struct Animation {
   std::vector<Skin> skins;
   MovingVertices vertices;
   std::vector<MovingPart> parts;
+  std::vector<MovingPlacement> placements;
   std::uint32_t posed_vertices = 0, matrices = 0, weights = 0;  // of all deformed parts
 };
 

@@ -95,6 +95,14 @@ std::uint64_t digest_of(const Scene& scene) {
     d.list(set, [&](const auto& t) {
       for (const glm::vec2& uv : t) d.number(uv.x), d.number(uv.y);
     });
+  if (scene.instanced()) {  // flat scenes keep the digest that they had
+    d.list(scene.instances.first, [&](std::size_t first) { d.word(first); });
+    d.list(scene.instances.placements, [&](const Placement& p) {
+      d.word(p.mesh);
+      for (const auto& row : p.transform.m)
+        for (const float x : row) d.number(x);
+    });
+  }
   d.list(scene.lights, [&](const Light& l) { add(d, l); });
   add(d, scene.sky);
   return d.value();

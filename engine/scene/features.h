@@ -35,6 +35,7 @@ struct SceneFeatures {
   bool orthographic = false;
   TreeFacts tree = {};
 
+  bool instances() const { return tree.top_depth > 0; }
   bool textures() const { return base_texture || surface_texture || emissive_texture || normal_texture; }
   bool operator==(const SceneFeatures&) const = default;
 

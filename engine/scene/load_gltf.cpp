@@ -1,106 +1,19 @@
 // Loads glTF 2.0: the nodes of the default scene, depth first, become flat triangles.
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 
-#include "engine/core/memory.h"
 #include "engine/scene/gltf_convert.h"
-#include "engine/scene/gltf_instances.h"
-#include "engine/scene/gltf_mesh.h"
 #include "engine/scene/gltf_moving.h"
 #include "engine/scene/gltf_nodes.h"
 #include "engine/scene/gltf_texture.h"
+#include "engine/scene/gltf_triangles.h"
 #include "engine/scene/loaders.h"
 #include "engine/scene/pose.h"
 
 namespace ballot {
 namespace {
-
-using OpenMeshes = std::map<std::size_t, std::vector<OpenPrimitive>>;
-
-/// Opens each mesh that the scene uses, once.
-OpenMeshes open_meshes(GltfFile& file, const std::vector<PlacedNode>& placed) {
-  OpenMeshes meshes;
-  for (const PlacedNode& p : placed) {
-    const tinygltf::Node& node = file.model.nodes[p.node];
-    if (node.mesh == -1) continue;
-    if (node.mesh < 0 || static_cast<std::size_t>(node.mesh) >= file.model.meshes.size())
-      fail_in(file.path, "{} names mesh {}, but the file has {}", label("node", p.node, node.name), node.mesh,
-              file.model.meshes.size());
-    const auto mesh = static_cast<std::size_t>(node.mesh);
-    const auto [entry, fresh] = meshes.try_emplace(mesh);
-    if (!fresh) continue;
-    for (std::size_t i = 0; i < file.model.meshes[mesh].primitives.size(); ++i)
-      if (auto primitive = open_primitive(file, mesh, i)) entry->second.push_back(std::move(*primitive));
-  }
-  return meshes;
-}
-
-const std::vector<OpenPrimitive>* mesh_of(const GltfFile& file, const OpenMeshes& meshes, const PlacedNode& placed) {
-  const int mesh = file.model.nodes[placed.node].mesh;
-  return mesh == -1 ? nullptr : &meshes.at(static_cast<std::size_t>(mesh));
-}
-
-/// The instances of nodes that have some, by the node.
-using OpenInstances = std::map<std::size_t, NodeInstances>;
-
-OpenInstances instances_of(const GltfFile& file, const std::vector<PlacedNode>& placed) {
-  OpenInstances all;
-  for (const PlacedNode& p : placed)
-    if (auto instances = open_instances(file, p.node)) all.emplace(p.node, std::move(*instances));
-  return all;
-}
-
-/// Appends a mesh for a node: once, or for each of its instances. `where`, if set, gets the place of each primitive.
-void append_mesh(const GltfFile& file, const std::vector<OpenPrimitive>& mesh, const PlacedNode& p,
-                 const OpenInstances& instances, const Carried& carried, Scene& scene,
-                 std::vector<PlacedPrimitive>* where) {
-  const auto found = instances.find(p.node);
-  const bool instanced = found != instances.end();
-  const auto append = [&](const glm::dmat4& node_from_mesh) {
-    const glm::dmat4 world = instanced ? p.world_from_node * node_from_mesh : p.world_from_node;
-    for (const OpenPrimitive& primitive : mesh) {
-      if (where && primitive.triangle_count > 0)
-        where->push_back({&primitive, p.node, node_from_mesh, instanced, scene.triangles.size()});
-      append_primitive(file, primitive, world, carried, scene);
-    }
-  };
-  if (!instanced) return append(glm::dmat4{1});
-  if (std::ranges::all_of(mesh, [](const OpenPrimitive& o) { return o.triangle_count == 0; })) return;
-  for (std::size_t i = 0; i < found->second.size(); ++i) append(found->second.matrix(i));
-}
-
-void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::vector<PlacedNode>& placed, Scene& scene,
-                    std::vector<PlacedPrimitive>* where) {
-  std::size_t count = 0;
-  Carried carried;
-  const OpenInstances instances = instances_of(file, placed);
-  for (const PlacedNode& p : placed) {
-    const auto* mesh = mesh_of(file, meshes, p);
-    if (!mesh) continue;
-    const auto many = instances.find(p.node);
-    for (const OpenPrimitive& primitive : *mesh) {
-      count += primitive.triangle_count * (many == instances.end() ? 1 : many->second.size());
-      carried.normals |= primitive.normals && primitive.triangle_count > 0;
-      if (primitive.material < scene.materials.size() && primitive.triangle_count > 0)
-        for (const TextureUse* use : scene.materials[primitive.material].uses())
-          if (*use) carried.uvs[use->set] = true;
-      if (count > kMaxTriangles)
-        fail_in(file.path, "its nodes place more than {} triangles; use a smaller scene", kMaxTriangles);
-    }
-  }
-  const std::size_t sets = static_cast<std::size_t>(std::ranges::count(carried.uvs, true));
-  need_memory(count * (sizeof(Triangle) + sizeof(std::uint32_t) + (carried.normals ? sizeof(Triangle) : 0) +
-                       sets * 3 * sizeof(glm::vec2)),
-              fmt::format("{}: the scene of {} triangles", file.path.string(), count));
-  scene.triangles.reserve(count);
-  scene.material_of.reserve(count);
-  if (carried.normals) scene.normals.reserve(count);
-  for (std::size_t set = 0; set < kUvSets; ++set)
-    if (carried.uvs[set]) scene.uvs[set].reserve(count);
-  for (const PlacedNode& p : placed)
-    if (const auto* mesh = mesh_of(file, meshes, p)) append_mesh(file, *mesh, p, instances, carried, scene, where);
-}
 
 /// Reads all materials, but textures only for those that some triangle uses.
 void read_materials(const GltfFile& file, const OpenMeshes& meshes, Scene& scene) {
@@ -136,11 +49,10 @@ void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Sce
 }
 
 /// Reads what moves, and puts the scene at rest, where skins and morph targets may lie elsewhere than their nodes say.
-void read_motion(GltfFile& file, const std::vector<int>& parents, const std::vector<PlacedPrimitive>& where,
+void read_motion(GltfFile& file, Animation animation, const std::vector<bool>& moves, const MovingPlaces& where,
                  const std::vector<PlacedNode>& placed, Scene& scene) {
-  Animation animation = read_animation(file, parents);
-  read_moving(file, where, animation);
-  const std::vector<bool> moves = moving_nodes(animation);
+  read_moving(file, where.primitives, animation);
+  animation.placements = where.instances;
   const auto node_of = [&](const PlacedNode& p) { return moves[p.node] ? static_cast<int>(p.node) : -1; };
   std::size_t light = 0, view = 0;  // they are in the order of their nodes
   for (const PlacedNode& p : placed) {
@@ -166,15 +78,20 @@ Scene load_gltf(const std::filesystem::path& path, const LoadOptions& options) {
   const std::vector<PlacedNode> placed = placed_nodes(file, parents);
   const OpenMeshes meshes = open_meshes(file, placed);
   Scene scene;
-  std::vector<PlacedPrimitive> where;
-  const bool moves = may_move(file);
+  MovingPlaces where;
+  std::optional<Animation> animation;
+  std::vector<bool> moves;
+  if (may_move(file)) {
+    animation = read_animation(file, parents);
+    moves = moving_nodes(*animation);
+  }
   scene.notes = std::move(file.notes);
   file.notes.clear();
   read_materials(file, meshes, scene);
-  read_triangles(file, meshes, placed, scene, moves ? &where : nullptr);
+  read_triangles({file, meshes, placed, moves}, scene, animation ? &where : nullptr);
   read_lights(file, placed, scene);
   read_views(file, placed, scene);
-  if (moves) read_motion(file, parents, where, placed, scene);
+  if (animation) read_motion(file, std::move(*animation), moves, where, placed, scene);
   std::ranges::move(file.notes, std::back_inserter(scene.notes));
   return scene;
 }

@@ -24,6 +24,13 @@ glm::vec3 transform_point(const glm::dmat4& m, const glm::dvec3& p) {
                    m[0][2] * p.x + m[1][2] * p.y + m[2][2] * p.z + m[3][2]};
 }
 
+Transform transform_of(const glm::dmat4& m) {
+  Transform t;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column) t.m[row][column] = static_cast<float>(m[column][row]);
+  return t;
+}
+
 glm::dmat3 normal_matrix(const glm::dmat4& m) {
   const glm::dvec3 a{m[0]}, b{m[1]}, c{m[2]};
   const double sign = determinant(m) < 0 ? -1 : 1;

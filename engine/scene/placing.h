@@ -6,12 +6,16 @@
 #include <glm/vec3.hpp>
 
 #include "engine/scene/light.h"
+#include "engine/scene/placement.h"
 
 namespace ballot {
 
 /// Transforms a point in double and rounds it once. The sum runs from left to right, so any repetition in double gives
 /// the same bits.
 glm::vec3 transform_point(const glm::dmat4& m, const glm::dvec3& p);
+
+/// Returns the matrix of an instance, rounded to float32.
+Transform transform_of(const glm::dmat4& m);
 
 /// Returns the inverse transpose up to a positive factor: the cofactors, with the sign of the determinant.
 glm::dmat3 normal_matrix(const glm::dmat4& m);

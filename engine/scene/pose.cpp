@@ -4,6 +4,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
+#include "engine/scene/instances.h"
 #include "engine/scene/placing.h"
 
 namespace ballot {
@@ -204,6 +205,9 @@ Pose pose_at(const Scene& scene, const AnimationClip* clip, double seconds, cons
     copy_still(std::span(scene.normals), all_move, pose.normals);
     pose_triangles(animation, nodes, poser, pose);
   }
+  pose.moved.clear();
+  for (const MovingPlacement& p : animation.placements)
+    pose.moved.push_back({p.placement, transform_of(nodes.world_from_node[p.node] * p.node_from_mesh)});
   return pose;
 }
 
@@ -213,6 +217,11 @@ void set_pose(Scene& scene, const AnimationClip* clip, double seconds) {
     scene.triangles = std::move(pose.triangles);
     scene.normals = std::move(pose.normals);
     scene.bounds = bounds_of_vertices(scene.triangles, scene.name);
+  }
+  for (const Pose::Moved& m : pose.moved) scene.instances.placements[m.placement].transform = m.transform;
+  if (scene.instanced()) {
+    check_instances(scene);
+    scene.bounds = bounds_of_instances(scene);
   }
   scene.lights = std::move(pose.lights);
   scene.views = std::move(pose.views);

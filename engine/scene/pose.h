@@ -48,6 +48,12 @@ struct Pose {
   std::vector<Light> lights;
   std::vector<View> views;
   bool moves_triangles = false, moves_lights = false;  // false: they are as before
+  /// The instances that moved, and where they lie.
+  struct Moved {
+    std::uint32_t placement;
+    Transform transform;
+  };
+  std::vector<Moved> moved = {};
 };
 
 /// Lights and views of a scene in a pose of its nodes.

@@ -6,6 +6,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include "engine/core/error.h"
+#include "engine/scene/instances.h"
 #include "engine/scene/loaders.h"
 
 namespace ballot {
@@ -86,6 +87,10 @@ void finish_scene(Scene& scene) {
   check_sizes(scene);
   check_textures(scene);
   scene.bounds = bounds_of_vertices(scene.triangles, scene.name);
+  if (scene.instanced()) {
+    check_instances(scene);
+    scene.bounds = bounds_of_instances(scene);
+  }
   if (scene.views.empty()) scene.views.push_back(framing_view(scene.bounds));
 }
 

@@ -1,4 +1,4 @@
-// The scene that the engine traces: flat world-space triangles, materials, lights and views. No Vulkan.
+// The scene that the engine traces: triangles, materials, lights and views. No Vulkan.
 #pragma once
 
 #include <array>
@@ -17,10 +17,11 @@
 #include "engine/scene/features.h"
 #include "engine/scene/light.h"
 #include "engine/scene/material.h"
+#include "engine/scene/placement.h"
 
 namespace ballot {
 
-using Triangle = std::array<glm::vec3, 3>;  // the vertices, in world space, scene units; 36 bytes
+using Triangle = std::array<glm::vec3, 3>;  // the vertices, in scene units; 36 bytes
 static_assert(sizeof(Triangle) == 36);
 
 /// An axis-aligned box.
@@ -42,8 +43,10 @@ struct Animation;  // animation.h
 
 /// A scene. load_scene() loads one; finish_scene() completes one that is built in memory.
 struct Scene {
-  std::string name;                 // file name without folders and extension
-  std::vector<Triangle> triangles;  // the index is the prim of hits; numbering: see load_scene
+  std::string name;  // file name without folders and extension
+  /// In the world; the index is the prim of hits; numbering: see load_scene. With instances: of each mesh, in its own
+  /// space. The four lists that follow are of these triangles.
+  std::vector<Triangle> triangles;
   /// Unit normals, three per triangle; empty if no primitive of the file has normals.
   std::vector<std::array<glm::vec3, 3>> normals;
   std::vector<std::uint32_t> material_of;  // per triangle, an index into materials
@@ -52,12 +55,15 @@ struct Scene {
   std::vector<TextureImage> images;        // images of those textures
   /// Texture coordinates, three per triangle. A set that no material in use needs is empty.
   std::array<std::vector<std::array<glm::vec2, 3>>, kUvSets> uvs;
+  SceneInstances instances;        // none: the scene is flat
   std::vector<Light> lights;       // KHR_lights_punctual
   Sky sky;                         // scene files have none: the caller sets it
   std::vector<View> views;         // never empty: a scene without cameras gets "view0", which frames the scene
   Bounds bounds;                   // of all vertices; zero for an empty scene
   std::vector<std::string> notes;  // what the loader ignored or mended, one sentence each
   std::shared_ptr<const Animation> animation;  // null: nothing moves
+
+  bool instanced() const { return !instances.placements.empty(); }
 };
 
 /// Returns the features of a scene's materials in use, lights, sky and views, and of its tree if there is one. No other
@@ -67,13 +73,15 @@ SceneFeatures features_of(const Scene& scene, const TreeFacts& tree = {});
 /// How a scene file is loaded.
 struct LoadOptions {
   bool allow_outside = false;  // read buffers, images and materials outside of the scene's folder too
+  InstancePolicy instances = InstancePolicy::Auto;  // of glTF; other formats place each mesh once
 };
 
 /// Loads a scene file; the extension chooses the loader (see formats()).
 ///
-/// Triangles are numbered in this order: the nodes of the default scene, depth first in file order; for each node the
-/// primitives of its mesh in order; for each primitive its triangles in index order. Node matrices are composed and
-/// applied in double and rounded to float once. Triangles of zero area keep their number; no ray hits them. A scene
+/// Triangles are numbered in this order, whether meshes are kept once or copied: the nodes of the default scene, depth
+/// first in file order; for each node its instances, if it has some, and the primitives of its mesh in order; for each
+/// primitive its triangles in index order. Node matrices are composed in double and rounded to float once: applied to
+/// the triangles, or as the matrix of an instance. Triangles of zero area keep their number; no ray hits them. A scene
 /// without triangles is valid. A file with animations, skins or morph targets is loaded at rest: nodes have their own
 /// transforms, skins follow them. `animation` then tells what moves (set_pose() in pose.h).
 /// Throws Error(Work) on a file that is missing, empty, truncated, of another format, inconsistent (an index or
@@ -84,7 +92,7 @@ Scene load_scene(const std::filesystem::path& path, const LoadOptions& options =
 
 /// Checks and completes a scene built in memory, as load_scene() does: bounds, default material and default view.
 /// Throws Error(Arguments) if array sizes disagree, if an index of a material, texture, image or set of coordinates is
-/// out of range, or if a vertex is not finite.
+/// out of range, if a vertex is not finite, or as check_instances() (instances.h) does.
 void finish_scene(Scene& scene);
 
 /// Returns the bounds of triangles; zero if there are none. Throws Error(Arguments), which names the scene, if a vertex

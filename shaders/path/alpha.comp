@@ -23,8 +23,7 @@ RECORDS_OUT(BIND_NEXT_RAYS, NextRays, next_rays)
 layout(set = 0, binding = BIND_NEXT_IDS, scalar) writeonly buffer NextIds { uint next_ids[]; };
 layout(set = 0, binding = BIND_QUEUES, scalar) buffer QueueCounts { Queues queues; };
 layout(set = 0, binding = BIND_WAVE_INDIRECT, scalar) readonly buffer Indirect { IndirectArgs indirect[]; };
-layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
-vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
+#include "../lib/shade/triangles.glsl"
 #include "../lib/shade/surface_material.glsl"
 
 // Returns a random number in [0, 1) that depends on the ray and the triangle alone.
@@ -36,6 +35,7 @@ float chance_of(Ray ray, uint prim) {
 }
 
 bool passes(Ray ray, Hit hit) {
+  AT_TRIANGLE(hit.prim)
   float stopped = opacity(material_of(hit.prim), hit);
   return stopped < 1.0 && chance_of(ray, hit.prim) >= stopped;
 }

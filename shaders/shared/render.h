@@ -30,7 +30,8 @@
 
 // Bindings of set 0 of the rendering kernels.
 #define BIND_FILM 2
-// BIND_TRIANGLES: texel buffer, three texels a triangle in prim order: (v0.xyz, material), (v1.xyz, 0), (v2.xyz, 0).
+// BIND_TRIANGLES: texel buffer, three texels a triangle in the order of the scene's arrays: (v0.xyz, material),
+// (v1.xyz, 0), (v2.xyz, 0).
 #define BIND_TRIANGLES 3
 #define BIND_NORMALS 4  // texel buffer, three texels a triangle; bound only if the scene has normals
 #define BIND_MATERIALS 5
@@ -67,6 +68,11 @@
 #define BIND_CAMERAS 35  // PrimaryPush of each part of a picture
 // BIND_LISTED: the listed pixels, a LISTED_PIXEL each. Ray generators use it only where the picture cuts tiles.
 #define BIND_LISTED 36
+// BIND_INSTANCES: texel buffer; only of scenes with instances. The first PLACED_TEXELS texels begin with the number of
+// instances. Then come for each (number of its first triangle, what to add to a triangle's number for its place in
+// BIND_TRIANGLES, spread, 0) and the three rows of its matrix.
+#define BIND_INSTANCES 37
+#define PLACED_TEXELS 4
 
 // Values of BALLOT_SKY: the numbers of Sky::Kind (engine/scene/light.h).
 #define SKY_NONE 0

@@ -111,9 +111,9 @@ class GltfBuilder {
   }
 
   /// Writes the file as a .glb into a temporary folder and loads it.
-  Scene load() const {
+  Scene load(const LoadOptions& options = {}) const {
     const TemporaryFolder folder;
-    return load_scene(folder.write("built.glb", glb()));
+    return load_scene(folder.write("built.glb", glb()), options);
   }
 };
 

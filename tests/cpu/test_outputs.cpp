@@ -126,7 +126,7 @@ TEST(Memory, ScenesAndImagesAreEstimatedBeforeTheyAreLoaded) {
   for (int i = 0; i < 100; ++i) b.node({{"mesh", 0}});
   set_memory_limit(std::uint64_t{2} << 30);
   expect_error(Failure::Work, {"the scene of 104857600 triangles needs about 3.91 GiB", "of the limit of 2.00 GiB"},
-               [&] { b.load(); });
+               [&] { b.load({.instances = InstancePolicy::Copy}); });
   set_memory_limit(0);
 }
 

@@ -44,6 +44,26 @@ TEST_F(PlayTest, ScrubsPlaysAndPauses) {
   EXPECT_NE(read_exr(later).channel("Z").floats, here.channel("Z").floats);
 }
 
+// The same for meshes that are kept once and move as instances.
+TEST_F(PlayTest, ScrubsInstances) {
+  const std::string meadow = std::string(BALLOT_SOURCE_DIR) + "/scenes/meadow.gltf";
+  Desktop desktop(800, 600);
+  ASSERT_TRUE(desktop.works()) << "is xvfb installed?";
+  const fs::path shot = folder_ / "at.exr", exr = folder_ / "rendered.exr";
+  Program program(view("160x120",
+                       {"--validate", "--spp", "1", "--view", "view0", "--instances", "keep", "--script",
+                        script("wait 2\ntime 0.3\nwait 2\nshot " + shot.string() + "\nquit\n")},
+                       meadow),
+                  environment(desktop.name()));
+  EXPECT_EQ(program.wait(90), 0) << program.output();
+  Program render({BALLOT_BINARY, "render", meadow, "--device", "cpu", "--view", "view0", "--size", "160x120",
+                  "--instances", "keep", "--time", "0.3", "--out", exr.string()},
+                 environment(""));
+  ASSERT_EQ(render.wait(60), 0) << render.output();
+  EXPECT_EQ(read_exr(exr).channel("prim").uints, read_exr(shot).channel("prim").uints);
+  EXPECT_EQ(read_exr(exr).channel("Z").floats, read_exr(shot).channel("Z").floats);
+}
+
 TEST_F(PlayTest, SaysThatAStillSceneHasNoAnimation) {
   Desktop desktop(800, 600);
   ASSERT_TRUE(desktop.works()) << "is xvfb installed?";

@@ -7,9 +7,9 @@ namespace ballot::bench {
 
 namespace {
 
-double shade(std::span<const Triangle> triangles, const Ray& ray, std::uint32_t prim) {
-  if (prim >= triangles.size()) return 0;
-  const Triangle& t = triangles[prim];
+double shade(const Engine& engine, const Ray& ray, std::uint32_t prim) {
+  if (prim >= engine.triangle_count()) return 0;
+  const Triangle t = engine.triangle(prim);
   const glm::dvec3 a(t[0]), normal = glm::cross(glm::dvec3(t[1]) - a, glm::dvec3(t[2]) - a), dir(ray.dir);
   const double lengths = glm::length(normal) * glm::length(dir);
   return lengths > 0 ? std::abs(glm::dot(normal, dir)) / lengths : 0;
@@ -17,12 +17,12 @@ double shade(std::span<const Triangle> triangles, const Ray& ray, std::uint32_t 
 
 }  // namespace
 
-double image_rmse(std::span<const Triangle> triangles, std::span<const Ray> rays, std::span<const Hit> answers,
+double image_rmse(const Engine& engine, std::span<const Ray> rays, std::span<const Hit> answers,
                   std::span<const ExactHit> truth) {
   double squares = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
     if (answers[i].prim == truth[i].prim) continue;
-    const double error = shade(triangles, rays[i], answers[i].prim) - shade(triangles, rays[i], truth[i].prim);
+    const double error = shade(engine, rays[i], answers[i].prim) - shade(engine, rays[i], truth[i].prim);
     squares += error * error;
   }
   return rays.empty() ? 0 : std::sqrt(squares / double(rays.size()));

@@ -223,7 +223,7 @@ class BlockRun {
           around_.engine.checker().verify(batch, truth, runner.entry->query, around_.options.cases);
       Accuracy accuracy = accuracy_of(figures);
       if (rays_.kind && rays_.kind->from_camera())
-        accuracy.image_rmse = image_rmse(around_.engine.scene().triangles, truth.rays, batch.hits(), truth.hits);
+        accuracy.image_rmse = image_rmse(around_.engine, truth.rays, batch.hits(), truth.hits);
       runner.accuracies[view] = std::move(accuracy);
       around_.step();
     }

@@ -180,12 +180,13 @@ void print_speeds(const Document& part) {
       if (!block.cells.empty()) print_block(block);
 }
 
-std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan, bool allow_outside) {
+std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan,
+                                     const LoadOptions& options) {
   std::vector<LoadedScene> scenes;
   std::set<std::string> names;
   for (const std::string& file : files) {
     const auto start = Clock::now();
-    LoadedScene loaded{load_scene(file, {.allow_outside = allow_outside}), 0};
+    LoadedScene loaded{load_scene(file, options), 0};
     loaded.load_s = std::chrono::duration<double>(Clock::now() - start).count();
     if (!plan.given_views.empty()) loaded.scene.views = plan.given_views;
     if (!names.insert(loaded.scene.name).second)

@@ -29,7 +29,8 @@ struct LoadedScene {
 
 /// Loads all scenes of a run before the first one is measured. Throws Error(Arguments) if two scenes have the same name
 /// or a view of the plan is missing, and as load_scene does.
-std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan, bool allow_outside);
+std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan,
+                                     const LoadOptions& options);
 
 struct RunResult {
   Document document;

@@ -112,8 +112,7 @@ void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
   ImGui::Begin("main", nullptr, kFixed);
   const DeviceInfo& device = facts.engine->device();
   text(facts.engine->scene_facts().name + "   " + facts.view_name);
-  faint(
-      fmt::format("{} triangles, subgroup of {}", facts.engine->scene_facts().triangles.size(), device.subgroup_size));
+  faint(fmt::format("{} triangles, subgroup of {}", facts.engine->triangle_count(), device.subgroup_size));
   ImGui::PushTextWrapPos(0);
   faint(device.name);
   ImGui::PopTextWrapPos();

@@ -13,8 +13,8 @@ double ms_between(std::chrono::steady_clock::time_point a, std::chrono::steady_c
   return std::chrono::duration<double, std::milli>(b - a).count();
 }
 
-Scene load_noting(const std::string& file, bool allow_outside) {
-  Scene scene = load_scene(file, {.allow_outside = allow_outside});
+Scene load_noting(const std::string& file, const LoadOptions& options) {
+  Scene scene = load_scene(file, options);
   for (const std::string& note : scene.notes) say_aside("ballot: {}: {}\n", file, note);
   return scene;
 }
@@ -23,7 +23,7 @@ Scene load_noting(const std::string& file, bool allow_outside) {
 
 Session::Session(SessionOptions options) : options_(std::move(options)), settings_(options_.settings) {
   glfw();  // so that a missing display is an error at once, not after minutes of loading
-  Scene scene = load_noting(options_.scene, options_.allow_outside);
+  Scene scene = load_noting(options_.scene, options_.load);
   window_ = std::make_unique<Window>("Ballot", options_.width, options_.height);
   make_overlay();
   open(std::move(scene));

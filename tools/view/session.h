@@ -19,7 +19,7 @@ namespace ballot::view {
 
 struct SessionOptions {
   std::string scene;
-  bool allow_outside = false;  // of the scene's folder: LoadOptions
+  LoadOptions load;  // of the scene
   EngineOptions engine;
   Settings settings;
   bool target_given = false;  // false: the device decides settings.target_ms

@@ -58,7 +58,7 @@ void Session::open(Scene scene) {
   last_good_ = settings_;
   dirty_ = true;
   load_views();
-  say(fmt::format("{}: {} triangles on {} ({})", name, engine_->scene().triangles.size(), engine_->device().name,
+  say(fmt::format("{}: {} triangles on {} ({})", name, engine_->triangle_count(), engine_->device().name,
                   engine_->device().driver));
 }
 
@@ -90,7 +90,7 @@ void Session::go_to(const View& view) {
 
 void Session::open_dropped(const std::string& path) {
   try {
-    Scene scene = load_scene(path, {.allow_outside = options_.allow_outside});
+    Scene scene = load_scene(path, options_.load);
     save_view();
     const std::string before = options_.scene;
     options_.scene = path;
@@ -99,7 +99,7 @@ void Session::open_dropped(const std::string& path) {
       open(std::move(scene));
     } catch (const Error& error) {
       options_.scene = before;
-      open(load_scene(before, {.allow_outside = options_.allow_outside}));
+      open(load_scene(before, options_.load));
       throw;
     }
   } catch (const Error& error) {

@@ -21,14 +21,27 @@ bool untouched(const Hit& hit) {
 
 }  // namespace
 
-HitChecker::HitChecker(Tracer& tracer, Batches& batches)
-    : batches_(batches),
-      oracle_(tracer.pair_tree(NodeLayout::Interleaved)),
-      exact_(tracer.pair_tree(NodeLayout::Interleaved)) {}
+HitChecker::HitChecker(Tracer& tracer, Batches& batches) : batches_(batches) {
+  if (const Forest* forest = tracer.tree().forest()) {
+    forest_oracle_.emplace(*forest);
+    forest_exact_.emplace(*forest);
+  } else {
+    oracle_.emplace(tracer.pair_tree(NodeLayout::Interleaved));
+    exact_.emplace(tracer.pair_tree(NodeLayout::Interleaved));
+  }
+}
+
+ExactCounts HitChecker::counts() const { return forest_exact_ ? forest_exact_->counts() : exact_->counts(); }
+
+std::optional<Triangle> HitChecker::triangle(std::uint32_t prim) const {
+  if (!forest_exact_) return exact_->triangle(prim);
+  const Forest& forest = forest_exact_->forest();
+  return forest.triangle(forest.place_of(prim));
+}
 
 Truth HitChecker::truth(const RayBatch& batch) const {
   Truth truth{batch.rays(), {}};
-  truth.hits = oracle_.nearest(truth.rays);
+  truth.hits = forest_oracle_ ? forest_oracle_->nearest(truth.rays) : oracle_->nearest(truth.rays);
   return truth;
 }
 
@@ -40,37 +53,42 @@ std::vector<Hit> HitChecker::trace_over_pattern(RayBatch& batch, const Query& qu
 
 HitCheck HitChecker::check(RayBatch& batch, const Truth& truth, const Query& query) const {
   const std::vector<Hit> hits = trace_over_pattern(batch, query);
-  return {oracle_.judge(truth.rays, hits, truth.hits, batch.want(), judged_as(find_numeric(query.numeric))),
+  const Arithmetic as = judged_as(find_numeric(query.numeric));
+  return {forest_oracle_ ? forest_oracle_->judge(truth.rays, hits, batch.want(), as)
+                         : oracle_->judge(truth.rays, hits, truth.hits, batch.want(), as),
           std::uint64_t(std::ranges::count_if(hits, untouched))};
 }
 
 ExactTruth HitChecker::exact_truth(const RayBatch& batch, const Progress& progress) const {
   ExactTruth truth{batch.rays(), {}, {}, 0};
-  const ExactCounts before = exact_.counts();
+  const ExactCounts before = counts();
   const auto start = std::chrono::steady_clock::now();
-  truth.hits = exact_.nearest(truth.rays, progress);
+  truth.hits = forest_exact_ ? forest_exact_->nearest(truth.rays, progress) : exact_->nearest(truth.rays, progress);
   truth.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  truth.counts = exact_.counts() - before;
+  truth.counts = counts() - before;
   return truth;
 }
 
 ErrorFigures HitChecker::judge(std::span<const Ray> rays, std::span<const Hit> answers, const ExactTruth& truth,
                                const Query& query, std::size_t max_cases) const {
-  return error_figures(exact_, oracle_, rays, answers, truth.hits, query.want, find_numeric(query.numeric).arithmetic,
-                       max_cases);
+  const Arithmetic as = find_numeric(query.numeric).arithmetic;
+  if (forest_exact_)
+    return forest_error_figures(*forest_exact_, *forest_oracle_, rays, answers, truth.hits, query.want, as, max_cases);
+  return error_figures(*exact_, *oracle_, rays, answers, truth.hits, query.want, as, max_cases);
 }
 
 ErrorFigures HitChecker::verify(RayBatch& batch, const ExactTruth& truth, const Query& query,
                                 std::size_t max_cases) const {
   const std::vector<Hit> hits = trace_over_pattern(batch, query);
-  ErrorFigures figures = error_figures(exact_, oracle_, truth.rays, hits, truth.hits, batch.want(),
-                                       find_numeric(query.numeric).arithmetic, max_cases);
+  Query as = query;
+  as.want = batch.want();
+  ErrorFigures figures = judge(truth.rays, hits, truth, as, max_cases);
   figures.unwritten = std::uint64_t(std::ranges::count_if(hits, untouched));
   const std::vector<RayStart> starts = batch.starts();
   for (std::size_t i = 0; i < starts.size(); ++i) {
     if (hits[i].prim != starts[i].hit.prim) continue;
     // A shadow ray to a light behind the surface crosses its own triangle: that self hit is correct.
-    const std::optional<Triangle> own = exact_.triangle(hits[i].prim);
+    const std::optional<Triangle> own = triangle(hits[i].prim);
     const bool right = own && batch.name() == "shadow" && goes_behind(*own, starts[i].primary, truth.rays[i]);
     figures.self_hits += right ? 0 : 1;
   }

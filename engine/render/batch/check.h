@@ -1,10 +1,12 @@
 // Checks the hits of a batch against the CPU oracle.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "engine/oracle/errors.h"
+#include "engine/oracle/forest_exact.h"
 #include "engine/oracle/oracle.h"
 #include "engine/render/batch/batch.h"
 
@@ -34,7 +36,7 @@ struct ExactTruth {
 /// device; the oracles themselves run on all cores.
 class HitChecker {
  public:
-  /// Keeps references to both arguments.
+  /// Keeps references to both arguments. A forest has oracles of its own (engine/oracle/forest_exact.h).
   HitChecker(Tracer& tracer, Batches& batches);
 
   /// The double-precision oracle's hit of every ray (engine/oracle/oracle.h).
@@ -57,9 +59,14 @@ class HitChecker {
  private:
   std::vector<Hit> trace_over_pattern(RayBatch& batch, const Query& query) const;
 
+  ExactCounts counts() const;
+  std::optional<Triangle> triangle(std::uint32_t prim) const;
+
   Batches& batches_;
-  Oracle oracle_;
-  ExactOracle exact_;
+  std::optional<Oracle> oracle_;  // of a single tree, as the next one
+  std::optional<ExactOracle> exact_;
+  std::optional<ForestOracle> forest_oracle_;
+  std::optional<ForestExact> forest_exact_;
 };
 
 }  // namespace ballot

@@ -23,10 +23,10 @@ KernelSource primary_source(bool listed, const SceneFeatures& features) {
           .constants = {}};
 }
 
-KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset) {
-  return {.name = fmt::format("rays.{}.{}", generator, offset.name),
+KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset, bool instances) {
+  return {.name = fmt::format("rays.{}.{}{}", generator, offset.name, instances ? "+instances" : ""),
           .file = fmt::format("rays/{}.comp", generator),
-          .defines = {{"BALLOT_ORIGIN", offset.value}},
+          .defines = {{"BALLOT_ORIGIN", offset.value}, {"BALLOT_HAS_INSTANCES", instances}},
           .constants = {}};
 }
 

@@ -6,6 +6,8 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
 
+#include "engine/scene/instances.h"
+
 namespace ballot {
 
 namespace {
@@ -39,16 +41,18 @@ float luminance(const glm::vec3& c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0
 EmitterTable emitter_table(const Scene& scene, std::span<const float> emitted) {
   EmitterTable table;
   double sum = 0;
-  for (std::size_t i = 0; i < scene.triangles.size(); ++i) {
-    const float weight = emitted[scene.material_of[i]];
-    if (!(weight > 0)) continue;
-    const Triangle& t = scene.triangles[i];
+  const auto emits = [&](std::uint32_t material) { return emitted[material] > 0; };
+  if (std::ranges::none_of(scene.material_of, emits)) return table;
+  for_each_triangle(scene, [&](std::size_t placement, std::size_t i, std::uint32_t prim) {
+    if (!emits(scene.material_of[i])) return;
+    const Triangle t = scene.instanced() ? moved(scene.triangles[i], scene.instances.placements[placement].transform)
+                                         : scene.triangles[i];
     const glm::dvec3 a(t[0]);
     const double area = 0.5 * glm::length(glm::cross(glm::dvec3(t[1]) - a, glm::dvec3(t[2]) - a));
-    if (!(area > 0)) continue;
-    sum += weight * area;
-    table.texels.push_back({std::uint32_t(i), std::bit_cast<std::uint32_t>(float(sum)), 0, 0});
-  }
+    if (!(area > 0)) return;
+    sum += emitted[scene.material_of[i]] * area;
+    table.texels.push_back({prim, std::bit_cast<std::uint32_t>(float(sum)), 0, 0});
+  });
   table.total = float(sum);
   return table;
 }

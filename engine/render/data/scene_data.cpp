@@ -1,10 +1,12 @@
 #include "engine/render/data/scene_data.h"
 
 #include <bit>
+#include <cmath>
 
 #include "engine/core/error.h"
 #include "engine/render/data/camera.h"
 #include "engine/render/film/renderer.h"
+#include "engine/scene/instances.h"
 
 namespace ballot {
 
@@ -23,6 +25,21 @@ std::vector<glm::uvec4> texels_of(std::span<const Corners> items, std::span<cons
       texels[i * 3 + c] = {std::bit_cast<std::uint32_t>(v.x), std::bit_cast<std::uint32_t>(v.y),
                            std::bit_cast<std::uint32_t>(v.z), c == 0 && !words.empty() ? words[i] : 0u};
     }
+  return texels;
+}
+
+/// Returns the contents of BIND_INSTANCES.
+std::vector<glm::uvec4> instance_texels(const Scene& scene) {
+  const SceneInstances& all = scene.instances;
+  std::vector<glm::uvec4> texels(PLACED_TEXELS);
+  texels[0].x = std::uint32_t(all.placements.size());
+  std::uint32_t first = 0;
+  for (const Placement& p : all.placements) {
+    const auto spread = std::bit_cast<std::uint32_t>(std::nextafter(float(spread_of(p.transform)), INFINITY));
+    texels.push_back({first, std::uint32_t(all.first[p.mesh]) - first, spread, 0});
+    for (const auto& row : p.transform.m) texels.push_back(std::bit_cast<glm::uvec4>(row));
+    first += std::uint32_t(all.triangles_of(p.mesh));
+  }
   return texels;
 }
 
@@ -144,6 +161,10 @@ void SceneData::bind(Kernel& kernel) {
           vertex_access(), "normals");
     kernel.bind(BIND_NORMALS, *normals_);
   }
+  if (kernel.wants(BIND_INSTANCES)) {
+    if (!instances_) instances_ = upload(instance_texels(scene_), Access::Texel, "instances");
+    kernel.bind(BIND_INSTANCES, *instances_);
+  }
   if (kernel.wants(BIND_MATERIALS)) {
     if (!materials_) materials_ = upload(materials(), Access::Storage, "materials");
     kernel.bind(BIND_MATERIALS, *materials_);
@@ -162,7 +183,8 @@ struct Asked {
 };
 
 std::vector<Asked> asked_of(const SceneFeatures& f, bool materials) {
-  return {{"BALLOT_HAS_NORMALS", "normals", f.shading_normals},
+  return {{"BALLOT_HAS_INSTANCES", "instances", f.instances()},
+          {"BALLOT_HAS_NORMALS", "normals", f.shading_normals},
           {"BALLOT_HAS_GLOSS", "gloss", materials && f.glossy},
           {"BALLOT_HAS_GLASS", "glass", materials && f.refracts},
           {"BALLOT_HAS_EMISSION", "emission", materials && f.emits},

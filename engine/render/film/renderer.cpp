@@ -112,7 +112,8 @@ void Renderer::advance(Film& film, const View& view, const RenderOptions& option
   }
   PrimaryPush camera = camera_push(view, film.width, film.height);
   camera.sample_count = options.spp;
-  const SceneFeatures features = options.every_feature ? SceneFeatures::every() : through(scene_.features(), view);
+  SceneFeatures features = options.every_feature ? SceneFeatures::every() : through(scene_.features(), view);
+  features.tree.top_depth = scene_.features().tree.top_depth;
   const std::uint32_t chunk = std::uint32_t(std::min<std::size_t>(total, tracer_.chunk_rays()));
   if (!integrator) passes(options, features, chunk);
   if (film.on_device != 0 && (!holds(film) || chunk < total || held_by_waves_ != (integrator != nullptr)))

@@ -15,7 +15,7 @@ namespace {
 /// Returns the features that an integrator uses.
 SceneFeatures seen_by(const Integrator& integrator, const SceneFeatures& features) {
   if (integrator.sees == Sees::Materials) return features;
-  return {.shading_normals = features.shading_normals};
+  return {.shading_normals = features.shading_normals, .tree = {.top_depth = features.tree.top_depth}};
 }
 
 }  // namespace
@@ -79,7 +79,7 @@ KernelSource film_source(bool moments) {
 }
 
 KernelSource alpha_source(const SceneFeatures& features) {
-  const SceneFeatures seen{.base_texture = features.base_texture};
+  const SceneFeatures seen{.base_texture = features.base_texture, .tree = {.top_depth = features.tree.top_depth}};
   return {.name = "path.alpha" + look_name(seen, true),
           .file = "path/alpha.comp",
           .defines = look_defines(seen, true),

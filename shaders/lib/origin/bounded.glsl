@@ -20,6 +20,9 @@ float slenderness(Surface s) {
 float usual_offset(Surface s) {
   vec3 extent = max(max(s.v0, s.v1), s.v2) - min(min(s.v0, s.v1), s.v2);
   precise float room = W * largest(extent) * min(16.0 + slenderness(s), 512.0);
+#if BALLOT_HAS_INSTANCES
+  room *= s.spread;  // the matrix stretches the errors of the mesh's space
+#endif
   precise float offset = position_error(s) + room;
   return offset;
 }

@@ -2,6 +2,20 @@
 
 const float W = 5.9604645e-8;  // 2^-24, the largest relative error of one rounding
 
+#if BALLOT_HAS_INSTANCES
+// Returns a bound of the distance along any unit vector between the vertices of an instance's triangle, as vertex()
+// computes them, and those that the matrix gives. M is the matrix, T the translation, C the spread, p the point and E
+// the triangle's largest extent about it. Along axis k four products and sums of M v and the sum with T are off by
+//   w (4.1 sum_i |M_ki| |v_i| + 1.1 |T_k|) <= w (4.1 C (|p - T| + E) + 1.1 |T|)
+// in largest components, because v = M^-1 (the moved vertex - T) and C bounds the row sums of |M| |M^-1|. Along a unit
+// vector the errors of three axes count sqrt(3) times at most: w (7.2 C (|p - T| + E) + 2 |T|).
+float instance_error(Surface s, float extent) {
+  precise vec3 from = s.position - s.shift;
+  precise float error = W * (7.2 * s.spread * (largest(from) + extent) + 2.0 * largest(s.shift));
+  return error;
+}
+#endif
+
 // Returns a bound of the distance along the normal between the computed point and the plane of its triangle.
 //
 // After: Matt Pharr, Wenzel Jakob, Greg Humphreys. Physically Based Rendering, section 6.8. gamma_n = n w / (1 - n w)
@@ -15,5 +29,11 @@ const float W = 5.9604645e-8;  // 2^-24, the largest relative error of one round
 // w times their extent and their coordinates; the normal of a thinner triangle is itself rounding error.
 float position_error(Surface s) {
   precise vec3 error = W * (10.0 * s.sum + 2.0 * abs(s.v0));
+#if BALLOT_HAS_INSTANCES
+  vec3 extent = max(max(s.v0, s.v1), s.v2) - min(min(s.v0, s.v1), s.v2);
+  precise float at = exact_dot(abs(s.normal), error) + instance_error(s, largest(extent));
+  return at;
+#else
   return exact_dot(abs(s.normal), error);
+#endif
 }

@@ -31,6 +31,21 @@
 // condition is f (1 - 20 w - 1.01 R) >= D + w |m| . |p| + (7 w + R) E. The factor 1 + 2^-16 makes up for the bracket on
 // the left, and for the rounding of f itself. The computed m . d is off by at most 3 w. A longer offset is enough as
 // well: height grows faster with f than M does.
+//
+// Instances. The test sees the object-space ray (engine/bvh/instance.h). Let M be the matrix now, A its inverse, T the
+// translation, C the spread: the largest sum of a row of |M| times that of |A|. R is the largest |v - o| on an axis in
+// the world. The theorem's numbers hold in the mesh's space, with an M there of at most the row sum of |A| times R: the
+// point q' of an accepted hit is o' + s d' + r, s >= -8 w (row sum of |A|) R / |Z'|, |r| <= 11 w (row sum of |A|) R.
+// In the world q = M q' + T is
+//   q - o = s d + M r + M e_o + s M e_d
+// where e_o and e_d are what rounding moves o' and d' by, at most 5 w sum_j |A_ij| |o_j - T_j| and
+// 4 w sum_j |A_ij| |d_j|. So |M r| <= 11 w C R, |M e_o| <= 5 w C |o - T| and |s M e_d| <= 4.1 w C R on each axis; and
+// as |d| <= (row sum of |M|) |Z'|, a negative s contributes 8 w C R on each. Along m three axes count sqrt(3) times:
+//   height > w C (41 R + 9 |o - T|) + 1.75 delta R
+// is enough. The vertices are off by instance_error(). With R <= E + 1.01 f and |o - T| <= |p - T| + 1.01 f the
+// condition is
+//   f (1 - 20 w - 51 w C - 1.8 delta) >= D + w |m| . |p| + ((7 + 49 C) w + 1.75 delta) E + 17 w C |p - T| + 2 w |T|.
+// C is at most 4096 (kMostSpread), so the bracket is at least 0.9875: the factor is 1.013.
 #include "error.glsl"
 
 // Returns the offset for unit normal m on the origin's side and for a ray whose cosine to m is given.
@@ -39,7 +54,15 @@ float proved_offset(Surface s, vec3 m, float cosine) {
   float extent = max(largest(a), max(largest(b), largest(c)));
   float above = max(max(exact_dot(m, a), max(exact_dot(m, b), exact_dot(m, c))), 0.0);
   precise float delta = clamp(4.0 * W - cosine, 0.0, 40.0 * W);
+#if BALLOT_HAS_INSTANCES
+  precise vec3 from = s.position - s.shift;
+  precise float moved = (8.0 + 42.0 * s.spread) * W * extent + 10.0 * s.spread * W * largest(from);
+  precise float room =
+      moved + instance_error(s, extent) + 1.75 * delta * extent + W * exact_dot(abs(m), abs(s.position));
+  precise float offset = (above + room) * 1.013;
+#else
   precise float room = (37.0 * W + 1.75 * delta) * extent + W * exact_dot(abs(m), abs(s.position));
   precise float offset = (above + room) * 1.0000153;
+#endif
   return offset;
 }

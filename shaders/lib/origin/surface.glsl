@@ -12,7 +12,7 @@
 #error a variant must give BALLOT_ORIGIN: a number of shaders/shared/render.h
 #endif
 
-layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
+#include "../shade/triangles.glsl"
 
 // A surface point at a hit.
 struct Surface {
@@ -22,9 +22,11 @@ struct Surface {
   vec3 v0, v1, v2;    // vertices of the triangle
   vec3 sum;           // |b0 v0| + |b1 v1| + |b2 v2|, with the barycentric weights b of position
   bool front;         // true if the ray sees the vertices counter-clockwise
+#if BALLOT_HAS_INSTANCES
+  vec3 shift;         // translation of the instance
+  float spread;       // its spread (lib/shade/triangles.glsl)
+#endif
 };
-
-vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
 
 // Returns the axis of the smallest component of v.
 vec3 least_axis(vec3 v) {
@@ -48,6 +50,7 @@ vec3 geometric_normal(vec3 v0, vec3 v1, vec3 v2) {
 
 Surface surface_of(Ray ray, Hit hit) {
   Surface s;
+  AT_TRIANGLE(hit.prim)
   s.v0 = vertex(hit.prim, 0u), s.v1 = vertex(hit.prim, 1u), s.v2 = vertex(hit.prim, 2u);
   precise float b0 = 1.0 - hit.u - hit.v;
   precise vec3 p0 = b0 * s.v0, p1 = hit.u * s.v1, p2 = hit.v * s.v2;
@@ -58,6 +61,10 @@ Surface surface_of(Ray ray, Hit hit) {
   s.dir = exact_unit(ray.dir);
   s.front = !(exact_dot(s.normal, s.dir) > 0.0);
   if (!s.front) s.normal = -s.normal;
+#if BALLOT_HAS_INSTANCES
+  s.shift = vec3(placed.x.w, placed.y.w, placed.z.w);
+  s.spread = placed.spread;
+#endif
   return s;
 }
 

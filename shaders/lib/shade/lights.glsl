@@ -54,6 +54,7 @@ Aim aim_at_triangle(vec3 from, float pick, vec2 r) {
     if (uintBitsToFloat(texelFetch(emitters, int(mid)).y) > wanted) hi = mid; else lo = mid + 1u;
   }
   uint prim = texelFetch(emitters, int(lo)).x;
+  AT_TRIANGLE(prim)
   vec3 v0 = vertex(prim, 0u), v1 = vertex(prim, 1u), v2 = vertex(prim, 2u);
   float root = sqrt(r.x);
   Hit hit = Hit(0.0, prim, root * (1.0 - r.y), root * r.y);

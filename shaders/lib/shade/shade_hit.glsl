@@ -4,8 +4,7 @@
 #error a shading variant must give BALLOT_SHADING and BALLOT_HAS_* (engine/render/data/scene_data.cpp)
 #endif
 
-layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
-vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
+#include "triangles.glsl"
 #include "surface_material.glsl"
 
 // Returns the unit geometric normal on the side that the ray comes from.
@@ -23,6 +22,7 @@ vec3 face_normal(vec3 v0, vec3 v1, vec3 v2, vec3 dir, out bool front) {
 FilmPixel shade_hit(Ray ray, Hit hit, float cone_width, float cone_spread) {
   FilmPixel p = FilmPixel(vec3(0.0), 0.0, 0.0, vec3(0.0), NO_HIT);
   if (hit.prim != NO_HIT) {
+    AT_TRIANGLE(hit.prim)
     vec3 v0 = vertex(hit.prim, 0u), v1 = vertex(hit.prim, 1u), v2 = vertex(hit.prim, 2u), dir = normalize(ray.dir);
     bool front;
     vec3 n = face_normal(v0, v1, v2, dir, front);

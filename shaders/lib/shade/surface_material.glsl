@@ -18,7 +18,7 @@ layout(set = 0, binding = BIND_NORMALS) uniform usamplerBuffer normals;
 #include "texture.glsl"
 #endif
 
-uint material_of(uint prim) { return texelFetch(triangles, int(prim * 3u)).w; }
+uint material_of(uint prim) { return texelFetch(triangles, int(PLACE_OF(prim) * 3u)).w; }
 
 #if BALLOT_HAS_MATERIALS
 // The material and the shading normal at a hit.
@@ -90,9 +90,9 @@ vec3 bumped(uint material, Hit hit, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool fron
 // normal may still face away from the ray.
 vec3 smooth_normal(Hit hit, vec3 n) {
 #if BALLOT_HAS_NORMALS
-  vec3 n0 = uintBitsToFloat(texelFetch(normals, int(hit.prim * 3u)).xyz);
-  vec3 n1 = uintBitsToFloat(texelFetch(normals, int(hit.prim * 3u + 1u)).xyz);
-  vec3 n2 = uintBitsToFloat(texelFetch(normals, int(hit.prim * 3u + 2u)).xyz);
+  vec3 n0 = moved_normal(uintBitsToFloat(texelFetch(normals, int(PLACE_OF(hit.prim) * 3u)).xyz));
+  vec3 n1 = moved_normal(uintBitsToFloat(texelFetch(normals, int(PLACE_OF(hit.prim) * 3u + 1u)).xyz));
+  vec3 n2 = moved_normal(uintBitsToFloat(texelFetch(normals, int(PLACE_OF(hit.prim) * 3u + 2u)).xyz));
   vec3 smooth_n = n0 * (1.0 - hit.u - hit.v) + n1 * hit.u + n2 * hit.v;
   if (dot(smooth_n, smooth_n) > 1e-12) n = normalize(dot(smooth_n, n) < 0.0 ? -smooth_n : smooth_n);
 #endif

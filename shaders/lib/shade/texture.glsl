@@ -16,8 +16,8 @@ vec2 transformed(GpuTextureUse use, vec2 uv) {
 }
 
 Corners corners_of(GpuTextureUse use, uint prim) {
-  vec4 ab = uintBitsToFloat(texelFetch(uvs, int(use.first_uv + 2u * prim)));
-  vec2 c = uintBitsToFloat(texelFetch(uvs, int(use.first_uv + 2u * prim + 1u)).xy);
+  vec4 ab = uintBitsToFloat(texelFetch(uvs, int(use.first_uv + 2u * PLACE_OF(prim))));
+  vec2 c = uintBitsToFloat(texelFetch(uvs, int(use.first_uv + 2u * PLACE_OF(prim) + 1u)).xy);
   return Corners(transformed(use, ab.xy), transformed(use, ab.zw), transformed(use, c));
 }
 

@@ -367,14 +367,20 @@ def load_scene(
     max_leaf: int = 6,
     split_budget: float = 0.5,
     cache: bool = True,
+    instances: str = "auto",
 ) -> Scene:
     """Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file: one mesh of id 0, with the file's cameras and materials.
 
-    Arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene stores
+    instances    meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation
+                 moves as a whole; such a scene takes no queries of points and crossings. "copy": each use is a moved
+                 copy. "auto": kept where copies would be 4 million triangles more, and twice as many, or would not fit
+                 into memory. Hits have the same numbers in all three.
+
+    Other arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene stores
     the path and the time that was set.
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))
-    options = _scene_arguments.options(builder, max_leaf, split_budget, cache, "auto", 0)
+    options = _scene_arguments.options(builder, max_leaf, split_budget, cache, "auto", 0, instances)
     scene.__setstate__({"device": device, "options": options, "path": name})
     return scene

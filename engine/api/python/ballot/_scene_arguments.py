@@ -10,9 +10,15 @@ from . import _mesh, _query
 
 
 def options(
-    builder: str, max_leaf: int, split_budget: float, cache: bool, updates: str, expected_rays: float
-) -> tuple[str, int, float, bool, str, float]:
-    for name, text in (("builder", builder), ("updates", updates)):
+    builder: str,
+    max_leaf: int,
+    split_budget: float,
+    cache: bool,
+    updates: str,
+    expected_rays: float,
+    instances: str = "auto",
+) -> tuple[str, int, float, bool, str, float, str]:
+    for name, text in (("builder", builder), ("updates", updates), ("instances", instances)):
         if not isinstance(text, str):
             raise TypeError(f"{name}: found {text!r}; expected a string")
     budget = _number(split_budget, "split_budget")
@@ -25,6 +31,7 @@ def options(
         bool(cache),
         updates,
         _number(expected_rays, "expected_rays"),
+        instances,
     )
 
 

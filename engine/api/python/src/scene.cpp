@@ -53,12 +53,12 @@ struct MeshArrays {
 };
 
 /// The settings of a scene as Python gives them.
-using Settings = std::tuple<std::string, std::uint32_t, float, bool, std::string, double>;
+using Settings = std::tuple<std::string, std::uint32_t, float, bool, std::string, double, std::string>;
 
 SceneOptions options_of(const Settings& settings) {
-  const auto& [builder, max_leaf, split_budget, cache, update, expected_rays] = settings;
+  const auto& [builder, max_leaf, split_budget, cache, update, expected_rays, instances] = settings;
   if (max_leaf < 1) throw Error(Code::Argument, "max_leaf is 0; expected 1 to 6");
-  return {builder, max_leaf, split_budget, cache, update, expected_rays};
+  return {builder, max_leaf, split_budget, cache, update, expected_rays, false, instances};
 }
 
 std::vector<MeshArrays> arrays_of(const nb::list& meshes) {

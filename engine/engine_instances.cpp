@@ -1,0 +1,109 @@
+// Engines of scenes with instances: their trees, and how they follow an animation.
+#include <chrono>
+
+#include "engine/ballot.h"
+#include "engine/built_tree.h"
+#include "engine/scene/instances.h"
+#include "engine/tree/build/device_build.h"
+
+namespace ballot {
+
+namespace {
+
+constexpr std::size_t kCachedTriangles = 1 << 12;  // smaller trees are built faster than files are read
+
+double seconds_between(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Returns the meshes of a scene as they lie in its arrays.
+std::vector<std::vector<Triangle>> meshes_of(const Scene& scene) {
+  const SceneInstances& all = scene.instances;
+  std::vector<std::vector<Triangle>> meshes;
+  for (std::size_t m = 0; m < all.meshes(); ++m)
+    meshes.emplace_back(scene.triangles.begin() + std::ptrdiff_t(all.first[m]),
+                        scene.triangles.begin() + std::ptrdiff_t(all.first[m + 1]));
+  return meshes;
+}
+
+}  // namespace
+
+std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const BuildSettings& settings, bool use_cache,
+                                     const Forest* before, const Progress& progress) {
+  std::size_t mesh = 0, done = 0;
+  const auto build = [&](std::span<const Triangle> triangles) -> Bvh {
+    const Progress part = [&](double share) {
+      if (progress) progress((double(done) + share * double(triangles.size())) / double(scene.triangles.size()));
+    };
+    const MeshTree* same = before ? &before->meshes()[mesh] : nullptr;
+    ++mesh;
+    Bvh made;
+    if (same && std::ranges::equal(same->triangles, triangles))
+      made = same->bvh;
+    else if (builder_of(settings.builder).on_device)
+      made = DeviceBuild(gpu, triangles, settings).bvh();
+    else if (use_cache && triangles.size() >= kCachedTriangles)
+      made = build_bvh_cached(triangles, settings, cache_folder() / "bvh", part);
+    else
+      made = build_bvh(triangles, settings, part);
+    done += triangles.size();
+    return made;
+  };
+  return std::make_unique<Forest>(meshes_of(scene), scene.instances.placements, build);
+}
+
+void Engine::make_forest(bool use_cache, const Progress& progress) {
+  forest_ = build_forest(*gpu_, scene_, build_, use_cache, nullptr, progress);
+  bvh_ = forest_->summary();
+  features_ = features_of(scene_, forest_->facts());
+  tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);
+}
+
+/// Moves the instances, and builds the trees of meshes whose triangles a pose has changed.
+void Engine::move_instances(Pose pose, double pose_s) {
+  const auto start = std::chrono::steady_clock::now();
+  Scene moved;
+  moved.name = scene_.name;
+  moved.triangles = pose.moves_triangles ? std::move(pose.triangles) : scene_.triangles;
+  moved.instances = scene_.instances;
+  for (std::size_t i = 0; i < pose.moved.size(); ++i)
+    moved.instances.placements[pose.moved[i].placement].transform = pose.moved[i].transform;
+  moved.bounds = bounds_of_vertices(moved.triangles, moved.name);
+  check_instances(moved);
+  moved.bounds = bounds_of_instances(moved);
+  std::unique_ptr<Forest> forest;
+  if (pose.moves_triangles) forest = build_forest(*gpu_, moved, build_, false, forest_.get(), {});
+  gpu_->finish();
+  if (forest) {
+    drop_renderers();
+    tracer_.reset();
+    forest_ = std::move(forest);
+    tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);
+    if (use_cache_) tracer_->choices().keep_in(cache_folder() / "auto");
+    scene_.triangles = std::move(moved.triangles);
+    scene_.normals = std::move(pose.normals);
+  } else if (!pose.moved.empty()) {
+    std::vector<Transform> transforms;
+    for (const Placement& p : moved.instances.placements) transforms.push_back(p.transform);
+    forest_->move(transforms);
+    tracer_->moved();
+  }
+  scene_.instances = std::move(moved.instances);
+  scene_.bounds = moved.bounds;
+  scene_.lights = std::move(pose.lights);
+  std::ranges::copy(pose.views, scene_.views.begin());
+  bvh_ = forest_->summary();
+  features_ = features_of(scene_, forest_->facts());
+  const double tree_s = seconds_between(start);
+  make_renderers();
+  update_ = {.seconds = seconds_between(start), .pose_s = pose_s};
+  update_.ready_s = update_.seconds - tree_s;
+}
+
+Triangle Engine::triangle(std::uint32_t prim) const {
+  return forest_ ? forest_->triangle(forest_->place_of(prim)) : scene().triangles[prim];
+}
+
+std::uint64_t Engine::triangle_count() const { return ballot::triangle_count(scene_); }
+
+}  // namespace ballot

@@ -1,0 +1,166 @@
+#include "engine/scene/instances.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+
+#include "engine/core/error.h"
+#include "engine/core/memory.h"
+#include "engine/core/parallel.h"
+
+namespace ballot {
+namespace {
+
+constexpr float kLargestColumn = 0x1p+60f;
+
+glm::vec3 moved_vertex(const glm::vec3& v, const Transform& t) {
+  glm::vec3 to;
+  for (int r = 0; r < 3; ++r)
+    to[r] = static_cast<float>(double(t.m[r][0]) * v.x + double(t.m[r][1]) * v.y + double(t.m[r][2]) * v.z +
+                               double(t.m[r][3]));
+  return to;
+}
+
+Bounds united(const Bounds& a, const Bounds& b) { return {glm::min(a.lo, b.lo), glm::max(a.hi, b.hi)}; }
+
+bool holds(const Bounds& outer, const Bounds& inner) {
+  return glm::min(outer.lo, inner.lo) == outer.lo && glm::max(outer.hi, inner.hi) == outer.hi;
+}
+
+constexpr Bounds kNothing{glm::vec3(std::numeric_limits<float>::infinity()),
+                          glm::vec3(-std::numeric_limits<float>::infinity())};
+
+/// Returns the bounds of a box's moved corners, which hold those of whatever the box holds.
+Bounds moved_box(const Bounds& box, const Transform& t) {
+  Bounds to = kNothing;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::vec3 v = moved_vertex(
+        {corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y, corner & 4 ? box.hi.z : box.lo.z}, t);
+    to = united(to, {v, v});
+  }
+  return to;
+}
+
+Bounds bounds_of_moved(std::span<const Triangle> triangles, const Transform& t) {
+  Bounds to = kNothing;
+  for (const Triangle& triangle : triangles)
+    for (const glm::vec3& vertex : triangle) {
+      const glm::vec3 v = moved_vertex(vertex, t);
+      to = united(to, {v, v});
+    }
+  return to;
+}
+
+}  // namespace
+
+double spread_of(const Transform& t) {
+  double of_matrix = 0, of_inverse = 0, det = 0;
+  double a[3][3];  // the cofactors, which are the inverse times the determinant
+  for (int r = 0; r < 3; ++r) {
+    double sum = 0;
+    for (int c = 0; c < 3; ++c) {
+      const int p = (c + 1) % 3, q = (c + 2) % 3, u = (r + 1) % 3, v = (r + 2) % 3;
+      a[c][r] = double(t.m[u][p]) * t.m[v][q] - double(t.m[u][q]) * t.m[v][p];
+      sum += std::abs(double(t.m[r][c]));
+      if (r == 0) det += t.m[0][c] * a[c][0];
+    }
+    of_matrix = std::max(of_matrix, sum);
+  }
+  for (const auto& row : a) of_inverse = std::max(of_inverse, std::abs(row[0]) + std::abs(row[1]) + std::abs(row[2]));
+  const double spread = of_matrix * of_inverse / std::abs(det);
+  return std::isnan(spread) ? std::numeric_limits<double>::infinity() : spread;
+}
+
+bool is_placeable(const Transform& t) {
+  for (const auto& row : t.m)
+    for (const float x : row)
+      if (!std::isfinite(x)) return false;
+  for (int c = 0; c < 3; ++c) {
+    const float most = std::max({std::abs(t.m[0][c]), std::abs(t.m[1][c]), std::abs(t.m[2][c])});
+    if (most < 1 / kLargestColumn || most > kLargestColumn) return false;
+  }
+  return spread_of(t) <= kMostSpread;
+}
+
+Triangle moved(const Triangle& triangle, const Transform& t) {
+  return {moved_vertex(triangle[0], t), moved_vertex(triangle[1], t), moved_vertex(triangle[2], t)};
+}
+
+std::uint64_t triangle_count(const Scene& scene) {
+  if (!scene.instanced()) return scene.triangles.size();
+  std::uint64_t count = 0;
+  for (const Placement& p : scene.instances.placements) count += scene.instances.triangles_of(p.mesh);
+  return count;
+}
+
+std::vector<Triangle> world_triangles(const Scene& scene) {
+  if (!scene.instanced()) return scene.triangles;
+  const std::uint64_t count = triangle_count(scene);
+  need_memory(count * sizeof(Triangle), fmt::format("a list of the {} triangles of scene '{}'", count, scene.name));
+  std::vector<Triangle> all(count);
+  for_each_triangle(scene, [&](std::size_t placement, std::size_t triangle, std::uint32_t prim) {
+    all[prim] = moved(scene.triangles[triangle], scene.instances.placements[placement].transform);
+  });
+  return all;
+}
+
+// Most instances lie within the bounds of others, which shows without their vertices: those whose boxes reach
+// farthest are taken first.
+Bounds bounds_of_instances(const Scene& scene) {
+  const SceneInstances& all = scene.instances;
+  std::vector<Bounds> of_mesh(all.meshes(), kNothing);
+  for (std::size_t m = 0; m < all.meshes(); ++m)
+    of_mesh[m] = bounds_of_moved(std::span(scene.triangles).subspan(all.first[m], all.triangles_of(m)), {});
+  std::vector<std::size_t> order;  // of the instances that have triangles
+  std::vector<Bounds> boxes(all.placements.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Placement& p = all.placements[i];
+    if (all.triangles_of(p.mesh) == 0) continue;
+    boxes[i] = moved_box(of_mesh[p.mesh], p.transform);
+    order.push_back(i);
+  }
+  if (order.empty()) return {};
+  std::vector<std::size_t> first;
+  for (int axis = 0; axis < 3; ++axis) {
+    first.push_back(*std::ranges::min_element(order, {}, [&](std::size_t i) { return boxes[i].lo[axis]; }));
+    first.push_back(*std::ranges::max_element(order, {}, [&](std::size_t i) { return boxes[i].hi[axis]; }));
+  }
+  order.insert(order.begin(), first.begin(), first.end());
+  Bounds bounds = kNothing;
+  for (const std::size_t i : order) {
+    if (holds(bounds, boxes[i])) continue;
+    const Placement& p = all.placements[i];
+    bounds = united(
+        bounds,
+        bounds_of_moved(std::span(scene.triangles).subspan(all.first[p.mesh], all.triangles_of(p.mesh)), p.transform));
+  }
+  return bounds;
+}
+
+void check_instances(const Scene& scene) {
+  const SceneInstances& all = scene.instances;
+  const std::string where = fmt::format("scene '{}'", scene.name);
+  if (all.first.empty() || all.first.front() != 0 || all.first.back() != scene.triangles.size() ||
+      !std::ranges::is_sorted(all.first))
+    fail(Failure::Arguments, "{}: the meshes of its instances are no ranges that make up its {} triangles", where,
+         scene.triangles.size());
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < all.placements.size(); ++i) {
+    const Placement& p = all.placements[i];
+    if (p.mesh >= all.meshes())
+      fail(Failure::Arguments, "{}: instance {} names mesh {}, but there are {}", where, i, p.mesh, all.meshes());
+    if (!is_placeable(p.transform))
+      fail(
+          Failure::Arguments,
+          "{}: the matrix of instance {} is not finite, singular, or multiplies rounding errors by {:.3g}; expected at "
+          "most {}, and columns of 2^-60 to 2^60; place a moved copy of the mesh instead",
+          where, i, spread_of(p.transform), kMostSpread);
+    count += all.triangles_of(p.mesh);
+    if (count > kMostPrims)
+      fail(Failure::Arguments, "{}: up to instance {} there are {} triangles; at most {} can be numbered", where, i,
+           count, kMostPrims);
+  }
+}
+
+}  // namespace ballot

@@ -1,0 +1,52 @@
+// Scenes of instances: their checks, their bounds and their triangles in the world. No Vulkan.
+#pragma once
+
+#include "engine/scene/scene.h"
+
+namespace ballot {
+
+/// Returns how far the rounding errors of an instance may grow: the largest sum of a row of |M| times that of |A|,
+/// where M is the matrix and A its inverse, of magnitudes. 1 for scales by one number, at most 3 for rotations;
+/// infinite for singular matrices.
+double spread_of(const Transform& transform);
+
+/// The largest spread of an instance in a scene. Where secondary rays start is proved up to it
+/// (shaders/lib/origin/proof.glsl).
+inline constexpr double kMostSpread = 4096;
+
+/// Returns true if a scene may hold an instance with this transform: its entries are finite, its spread is at most
+/// kMostSpread, and its columns have a length that place_instance() (engine/bvh/instance.h) takes.
+bool is_placeable(const Transform& transform);
+
+/// Returns a triangle where the transform puts it, moved in double precision and rounded.
+Triangle moved(const Triangle& triangle, const Transform& transform);
+
+/// Returns the number of triangles, counted through the instances: hits have a smaller prim.
+std::uint64_t triangle_count(const Scene& scene);
+
+/// Calls visit(placement, triangle, prim) for each triangle in the order of their prims. `triangle` is a number in the
+/// arrays of the scene. A flat scene has the placement 0.
+template <class Visit>
+void for_each_triangle(const Scene& scene, const Visit& visit) {
+  if (!scene.instanced()) {
+    for (std::size_t i = 0; i < scene.triangles.size(); ++i) visit(std::size_t{0}, i, static_cast<std::uint32_t>(i));
+    return;
+  }
+  std::uint32_t prim = 0;
+  for (std::size_t p = 0; p < scene.instances.placements.size(); ++p) {
+    const std::uint32_t mesh = scene.instances.placements[p].mesh;
+    for (std::size_t i = scene.instances.first[mesh]; i < scene.instances.first[mesh + 1]; ++i) visit(p, i, prim++);
+  }
+}
+
+/// Returns all triangles in the world, by their prims. Throws Error(Work) if there is no memory for them.
+std::vector<Triangle> world_triangles(const Scene& scene);
+
+/// Returns the bounds of all moved vertices.
+Bounds bounds_of_instances(const Scene& scene);
+
+/// Throws Error(Arguments) unless each mesh is a range of the scene's triangles, each placement names a mesh and is
+/// placeable, and the triangles can be numbered.
+void check_instances(const Scene& scene);
+
+}  // namespace ballot
