@@ -26,6 +26,12 @@ std::vector<std::vector<Triangle>> meshes_of(const Scene& scene) {
   return meshes;
 }
 
+std::vector<Transform> transforms_of(const Scene& scene) {
+  std::vector<Transform> transforms;
+  for (const Placement& p : scene.instances.placements) transforms.push_back(p.transform);
+  return transforms;
+}
+
 }  // namespace
 
 std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const BuildSettings& settings, bool use_cache,
@@ -62,34 +68,39 @@ void Engine::make_forest(bool use_cache, const Progress& progress) {
 /// Moves the instances, and builds the trees of meshes whose triangles a pose has changed.
 void Engine::move_instances(Pose pose, double pose_s) {
   const auto start = std::chrono::steady_clock::now();
-  Scene moved;
-  moved.name = scene_.name;
-  moved.triangles = pose.moves_triangles ? std::move(pose.triangles) : scene_.triangles;
-  moved.instances = scene_.instances;
-  for (std::size_t i = 0; i < pose.moved.size(); ++i)
-    moved.instances.placements[pose.moved[i].placement].transform = pose.moved[i].transform;
-  moved.bounds = bounds_of_vertices(moved.triangles, moved.name);
-  check_instances(moved);
-  moved.bounds = bounds_of_instances(moved);
+  std::vector<Placement> placements = scene_.instances.placements;
+  for (const Pose::Moved& m : pose.moved) placements[m.placement].transform = m.transform;
+  const auto swap = [&] {
+    scene_.instances.placements.swap(placements);
+    if (!pose.moves_triangles) return;
+    scene_.triangles.swap(pose.triangles);
+    scene_.normals.swap(pose.normals);
+  };
+  swap();
+  Bounds bounds;
   std::unique_ptr<Forest> forest;
-  if (pose.moves_triangles) forest = build_forest(*gpu_, moved, build_, false, forest_.get(), {});
-  gpu_->finish();
+  try {
+    check_instances(scene_);
+    bounds = bounds_of_instances(scene_);
+    gpu_->finish();
+    if (pose.moves_triangles)
+      forest = build_forest(*gpu_, scene_, build_, false, forest_.get(), {});
+    else if (!pose.moved.empty())
+      forest_->move(transforms_of(scene_));
+  } catch (...) {
+    swap();
+    throw;
+  }
   if (forest) {
     drop_renderers();
     tracer_.reset();
     forest_ = std::move(forest);
     tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);
     if (use_cache_) tracer_->choices().keep_in(cache_folder() / "auto");
-    scene_.triangles = std::move(moved.triangles);
-    scene_.normals = std::move(pose.normals);
   } else if (!pose.moved.empty()) {
-    std::vector<Transform> transforms;
-    for (const Placement& p : moved.instances.placements) transforms.push_back(p.transform);
-    forest_->move(transforms);
     tracer_->moved();
   }
-  scene_.instances = std::move(moved.instances);
-  scene_.bounds = moved.bounds;
+  scene_.bounds = bounds;
   scene_.lights = std::move(pose.lights);
   std::ranges::copy(pose.views, scene_.views.begin());
   bvh_ = forest_->summary();

@@ -88,7 +88,8 @@ std::vector<std::string> words() {
 void read(std::string_view input) {
   static const std::filesystem::path buffer = put("b.bin", std::string(512, '\0'));
   const std::filesystem::path path = put("s.gltf", input);
-  expect_plain([&] { load_scene(path); });
+  for (const InstancePolicy policy : {InstancePolicy::Copy, InstancePolicy::Keep})
+    expect_plain([&] { load_scene(path, {.instances = policy}); });
 }
 
 }  // namespace ballot::fuzz
