@@ -6,6 +6,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include "engine/core/error.h"
+#include "engine/core/spelling.h"
 #include "engine/scene/loaders.h"
 
 namespace ballot {
@@ -90,12 +91,13 @@ void finish_scene(Scene& scene) {
 }
 
 const View& find_view(const Scene& scene, std::string_view name) {
-  std::string names;
+  std::vector<std::string_view> names;
   for (const View& view : scene.views) {
     if (view.name == name) return view;
-    names += (names.empty() ? "" : ", ") + view.name;
+    names.push_back(view.name);
   }
-  fail(Failure::Arguments, "scene '{}' has no view '{}'; there are: {}", scene.name, name, names);
+  fail(Failure::Arguments, "scene '{}' has no view '{}'{}; there are: {}", scene.name, name, did_you_mean(name, names),
+       fmt::join(names, ", "));
 }
 
 glm::vec3 geometric_normal(const Triangle& triangle) {

@@ -82,6 +82,9 @@ struct LoadOptions {
 /// Thread-safe for different files and for the same file.
 Scene load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
 
+/// Throws as load_scene() does for a file that is missing, empty or of another format. Does not read the file.
+void check_scene_file(const std::filesystem::path& path);
+
 /// Checks and completes a scene built in memory, as load_scene() does: bounds, default material and default view.
 /// Throws Error(Arguments) if array sizes disagree, if an index of a material, texture, image or set of coordinates is
 /// out of range, or if a vertex is not finite.
