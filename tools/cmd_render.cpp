@@ -2,6 +2,7 @@
 #include <set>
 
 #include "tools/auto_table.h"
+#include "tools/help.h"
 #include "tools/render_frames.h"
 #include "tools/render_job.h"
 #include "tools/render_light.h"
@@ -19,7 +20,7 @@ struct RenderArgs {
   std::string view = "all", size = "1024x1024", shading = "eyelight", out = ".";
   std::uint32_t spp = 1;
   std::string heat = "nodes", views_file;
-  bool png = false, stats = false, resume = false;
+  bool png = false, stats = false, resume = false, verbose = false;
   std::string crop, tiles, reference;
   LightArgs light;
   std::vector<std::string> aovs;
@@ -149,6 +150,24 @@ nlohmann::json wall_json(const Wall& w) {
           {"write_s", w.write_s}};
 }
 
+void print_times(const RenderTimes& times, const Wall& wall, bool png) {
+  say("    {:.3f} s: generate {:.3f} ms, trace {:.3f} ms, shade {:.3f} ms\n", times.seconds, times.generate_ms,
+      times.trace_ms, times.shade_ms);
+  print_passes(times);
+  say("    wall {:.3f} s: device {:.3f}, host {:.3f}, film {:.3f}, {} {:.3f}\n", wall.wall_s, wall.device_s,
+      wall.host_s(), wall.film_s, png ? "EXR and PNG" : "EXR", wall.write_s);
+}
+
+/// Prints the kernel that traced the primary rays, and what auto chose.
+void print_kernel(Engine& engine, const Query& query) {
+  if (const std::string line = choice_line(engine, query); !line.empty()) say("  {}\n", line);
+  say("  {}\n", engine.tracer().variant(query).name());
+  const KernelTimes& kernel = engine.tracer().kernel(query).times();
+  say("  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first "
+      "dispatch)\n",
+      kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);
+}
+
 void render_view(const RenderArgs& args, Opened& opened, const View& view, const RenderJob& job, const fs::path& exr,
                  const FrameOf& of, nlohmann::json& json) {
   Engine& engine = *opened.engine;
@@ -165,12 +184,9 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
   const double write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - written).count();
   const Wall wall{times.device_ms * 1e-3, rendered.film_s, write_s, rendered.seconds + write_s};
   if (rendered.resumed_at > 0) say("  {:<10} resumed from {} samples\n", view.name, rendered.resumed_at);
-  say("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n", view.name,
-      times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(), exr.string(),
+  say("  {:<10} {:7.3f} s  {:8.2f} Mrays/s  {}{}\n", view.name, wall.wall_s, times.mrays_per_s(), exr.string(),
       args.png ? " + .png" : "");
-  print_passes(times);
-  say("    wall {:.3f} s: device {:.3f}, host {:.3f}, film {:.3f}, {} {:.3f}\n", wall.wall_s, wall.device_s,
-      wall.host_s(), wall.film_s, args.png ? "EXR and PNG" : "EXR", wall.write_s);
+  if (args.verbose) print_times(times, wall, args.png);
   if (!rendered.errors.empty()) report_errors(rendered, exr);
   if (times.heat_top > 0) say("  {:<10} heat map of {}: yellow stands for {:.4g}\n", "", options.heat, times.heat_top);
   json["records"].push_back({{"scene", engine.scene().name},
@@ -252,6 +268,19 @@ Image read_reference(const RenderArgs& args, const RenderOptions& options) {
   return reference;
 }
 
+/// Checks, before the scene is loaded, that --out names what can be written.
+void check_out(const RenderArgs& args) {
+  const fs::path out = args.out;
+  if (out.extension() == ".exr") {
+    check_writable(args.frames.frames.empty() ? out : frame_file(out, 0));
+    return;
+  }
+  if (!out.extension().empty() && !fs::is_directory(out))
+    fail(Failure::Arguments,
+         "--out {}: pictures are EXR files; name a FILE.exr, or a folder, and --png for a PNG beside it", args.out);
+  check_folder("--out", out);
+}
+
 int run_render(RenderArgs& args) {
   args.engine.note_files();
   args.engine.files.reads("--reference", args.reference);
@@ -262,14 +291,7 @@ int run_render(RenderArgs& args) {
     fail(Failure::Arguments, "--checkpoint: {} s is not a time of 0 or more", args.checkpoint_s);
   if (!args.reference.empty()) job.reference = read_reference(args, options);
   args.frames.check();
-  const fs::path out = args.out;
-  if (out.extension() == ".exr" && args.frames.frames.empty())
-    check_writable(out);
-  else if (out.extension() == ".exr")
-    check_writable(frame_file(out, 0));
-  else if (!out.extension().empty() && !fs::is_directory(out))
-    fail(Failure::Arguments,
-         "--out {}: pictures are EXR files; name a FILE.exr, or a folder, and --png for a PNG beside it", args.out);
+  check_out(args);
   std::vector<View> views_given;
   if (!args.views_file.empty()) views_given = read_views(args.views_file);
   FramePlan plan;
@@ -288,21 +310,15 @@ int run_render(RenderArgs& args) {
   prepare(args, plan, files);
   Query query = options.query;
   query.rays = kPrimaryRays;
-  const Variant variant = engine.tracer().variant(query);
-  say("{}: {} triangles on {} ({}), subgroup {}\n  {}\n", engine.scene().name, engine.scene().triangles.size(),
-      engine.device().name, engine.device().driver, variant.config.subgroup,
-      query.method == kAuto ? "method auto" : variant.name());
-  say("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,
-      engine.start_times().bvh_s, engine.bvh_stats().from_cache ? " (cached)" : "");
+  say("{}: {} triangles on {}\n", engine.scene().name, engine.scene().triangles.size(), engine.device().name);
+  if (args.verbose)
+    say("  {}, subgroup {}; load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", engine.device().driver,
+        engine.tracer().variant(query).config.subgroup, opened.load_s, engine.start_times().device_s,
+        engine.start_times().bvh_s, engine.bvh_stats().from_cache ? " (cached)" : "");
   nlohmann::json json = record_header(engine, opened.load_s);
   if (const std::size_t there = render_frames(args, opened, plan, job, views, files, json); there > 0)
     say("  {} pictures were complete and left out\n", there);
-  if (const std::string line = choice_line(engine, query); !line.empty())
-    say("  {}\n  {}\n", line, engine.tracer().variant(query).name());
-  const KernelTimes& kernel = engine.tracer().kernel(query).times();
-  say("  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first "
-      "dispatch)\n",
-      kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);
+  if (args.verbose) print_kernel(engine, query);
   write_json(args.engine.json, json);
   return finish(engine);
 }
@@ -369,6 +385,9 @@ void add_render(CLI::App& app, int& result) {
   cmd->add_option("--out", args->out,
                   "FILE.exr for one view, or a folder, which gets <scene>-<view>.exr for each view [.]");
   cmd->add_flag("--png", args->png, "also write a PNG beside each EXR");
+  add_verbose(*cmd, args->verbose);
+  show_first(*cmd, {"--view", "--size", "--shading", "--spp", "--sky", "--lamp", "--out", "--png", "--resume", "--time",
+                    "--frames", "--method", "--device", "--verbose"});
   cmd->callback([args, &result] { result = run_render(*args); });
 }
 

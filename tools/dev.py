@@ -77,8 +77,7 @@ def print_records(files: list[Path]) -> None:
 def render(options: argparse.Namespace, rest: list[str]) -> int:
     scene = Path(rest.pop(0)) if rest and not rest[0].startswith("-") else None
     if scene and not scene.is_file():
-        print(f"error: there is no scene file {scene}", file=sys.stderr)
-        return 2
+        raise Failed(f"there is no scene file {scene}; check the path")
     set_up(options, "render")
     binary = dev_build.ballot_binary(options.preset)
     reports = []

@@ -1,17 +1,26 @@
 // Checks the options of a picture.
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "engine/core/error.h"
 #include "engine/core/registry.h"
+#include "engine/core/spelling.h"
 #include "engine/render/film/renderer.h"
 
 namespace ballot {
 
 const Shading& find_shading(std::string_view name) {
   if (const Shading* shading = find_row(kShadings, name)) return *shading;
-  fail(Failure::Arguments, "no shading is called '{}'; there are: {}, {}", name, names_of(kShadings),
-       names_of(kIntegrators));
+  if (find_integrator(name))
+    fail(Failure::Arguments, "shading '{}' is for pictures alone (ballot render); a window takes: {}", name,
+         names_of(kShadings));
+  const std::string all = names_of(kShadings) + ", " + names_of(kIntegrators);
+  std::vector<std::string_view> names;
+  for (const Shading& s : kShadings) names.push_back(s.name);
+  for (const Integrator& i : kIntegrators) names.push_back(i.name);
+  fail(Failure::Arguments, "no shading is called '{}'{}; there are: {}", name, did_you_mean(name, names), all);
 }
 
 void check_options(const RenderOptions& o) {
