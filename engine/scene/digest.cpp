@@ -95,6 +95,10 @@ std::uint64_t digest_of(const Scene& scene) {
     d.list(set, [&](const auto& t) {
       for (const glm::vec2& uv : t) d.number(uv.x), d.number(uv.y);
     });
+  if (!scene.colors.empty())
+    d.list(scene.colors, [&](const auto& t) {
+      for (const glm::vec4& c : t) d.vector(glm::vec3(c)), d.number(c.a);
+    });
   d.list(scene.lights, [&](const Light& l) { add(d, l); });
   add(d, scene.sky);
   return d.value();

@@ -82,6 +82,7 @@ void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::v
     for (const OpenPrimitive& primitive : *mesh) {
       count += primitive.triangle_count * (many == instances.end() ? 1 : many->second.size());
       carried.normals |= primitive.normals && primitive.triangle_count > 0;
+      carried.colors |= primitive.colors && primitive.triangle_count > 0;
       if (primitive.material < scene.materials.size() && primitive.triangle_count > 0)
         for (const TextureUse* use : scene.materials[primitive.material].uses())
           if (*use) carried.uvs[use->set] = true;
@@ -91,11 +92,12 @@ void read_triangles(const GltfFile& file, const OpenMeshes& meshes, const std::v
   }
   const std::size_t sets = static_cast<std::size_t>(std::ranges::count(carried.uvs, true));
   need_memory(count * (sizeof(Triangle) + sizeof(std::uint32_t) + (carried.normals ? sizeof(Triangle) : 0) +
-                       sets * 3 * sizeof(glm::vec2)),
+                       (carried.colors ? 3 * sizeof(glm::vec4) : 0) + sets * 3 * sizeof(glm::vec2)),
               fmt::format("{}: the scene of {} triangles", file.path.string(), count));
   scene.triangles.reserve(count);
   scene.material_of.reserve(count);
   if (carried.normals) scene.normals.reserve(count);
+  if (carried.colors) scene.colors.reserve(count);
   for (std::size_t set = 0; set < kUvSets; ++set)
     if (carried.uvs[set]) scene.uvs[set].reserve(count);
   for (const PlacedNode& p : placed)

@@ -19,6 +19,9 @@ void check_sizes(const Scene& scene) {
   if (!scene.normals.empty() && scene.normals.size() != count)
     fail(Failure::Arguments, "scene '{}' has {} triangles, but {} triples of normals; expected as many, or none",
          scene.name, count, scene.normals.size());
+  if (!scene.colors.empty() && scene.colors.size() != count)
+    fail(Failure::Arguments, "scene '{}' has {} triangles, but {} triples of colours; expected as many, or none",
+         scene.name, count, scene.colors.size());
   if (scene.material_of.size() != count)
     fail(Failure::Arguments, "scene '{}' has {} triangles, but {} entries in material_of; expected as many", scene.name,
          count, scene.material_of.size());

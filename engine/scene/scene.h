@@ -8,6 +8,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <memory>
 #include <span>
 #include <string>
@@ -52,6 +53,9 @@ struct Scene {
   std::vector<TextureImage> images;        // images of those textures
   /// Texture coordinates, three per triangle. A set that no material in use needs is empty.
   std::array<std::vector<std::array<glm::vec2, 3>>, kUvSets> uvs;
+  /// Colours of the vertices, three per triangle: linear RGBA, which multiply the base colour and alpha; empty if no
+  /// primitive of the file has them.
+  std::vector<std::array<glm::vec4, 3>> colors;
   std::vector<Light> lights;       // KHR_lights_punctual
   Sky sky;                         // scene files have none: the caller sets it
   std::vector<View> views;         // never empty: a scene without cameras gets "view0", which frames the scene

@@ -43,6 +43,7 @@
 #define BIND_TOTALS 12
 // BIND_UVS: texel buffer, two texels a triangle and coordinate set: (u0 v0 u1 v1), (u2 v2 0 0); only with textures.
 #define BIND_UVS 13
+// BIND_COLORS, below: texel buffer, two texels a triangle: half RGBA of vertices 0 and 1, then of 2; only with colours.
 #define BIND_TEXELS 14  // texel buffer of all mip maps; a texel holds two linear half RGBA texels
 #define BIND_TEXTURES 15
 #define BIND_TEXTURE_USES 16
@@ -67,6 +68,7 @@
 #define BIND_CAMERAS 35  // PrimaryPush of each part of a picture
 // BIND_LISTED: the listed pixels, a LISTED_PIXEL each. Ray generators use it only where the picture cuts tiles.
 #define BIND_LISTED 36
+#define BIND_COLORS 37
 
 // Values of BALLOT_SKY: the numbers of Sky::Kind (engine/scene/light.h).
 #define SKY_NONE 0

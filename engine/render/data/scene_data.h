@@ -20,8 +20,8 @@ class SceneData {
   SceneData(Context& gpu, const Scene& scene, const SceneFeatures& features)
       : gpu_(gpu), scene_(scene), features_(features) {}
 
-  /// Binds the buffers of the scene that the kernel declares: triangles, normals, texture coordinates, textures,
-  /// materials, lights. Throws Error(Work) if the device cannot hold them.
+  /// Binds the buffers of the scene that the kernel declares: triangles, normals, colours, texture coordinates,
+  /// textures, materials, lights. Throws Error(Work) if the device cannot hold them.
   void bind(Kernel& kernel);
 
   const Scene& scene() const { return scene_; }
@@ -47,7 +47,7 @@ class SceneData {
   std::uint64_t bytes_ = 0;
   std::optional<PackedTextures> packed_;
   std::optional<EmitterTable> emitter_table_;
-  Texels triangles_, normals_, uvs_, texels_, sky_, emitters_;
+  Texels triangles_, normals_, colors_, uvs_, texels_, sky_, emitters_;
   std::unique_ptr<Buffer<GpuMaterial>> materials_;
   std::unique_ptr<Buffer<GpuTexture>> textures_;
   std::unique_ptr<Buffer<GpuTextureUse>> uses_;

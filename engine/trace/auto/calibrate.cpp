@@ -87,9 +87,9 @@ Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vecto
   return sample;
 }
 
-/// Returns the candidates with their speeds: the chosen one first, then the others by speed, untried ones last. The first
-/// in the list that the fastest beats by no more than noise (kPreference) is chosen. `look` and `rays`
-/// are what a first look and a round traced.
+/// Returns the candidates with their speeds: the chosen one first, then the others by speed, untried ones last. Chosen
+/// is the first in the list that the fastest beats by no more than noise (kPreference). `look` and `rays` are what a
+/// first look and a round traced.
 std::vector<Candidate> in_order(const std::vector<Candidate>& from, const std::vector<Runner>& runners,
                                 std::size_t look, std::size_t rays, std::size_t samples) {
   const std::vector<double> slowness = slowness_of(runners, samples);
