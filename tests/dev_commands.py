@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tools"))
 
 import dev_build  # noqa: E402
+import dev_bundle  # noqa: E402
 import dev_packages  # noqa: E402
 
 # Prints 40 steps as Ninja does, with other lines between them, and looks at its log after the first half.
@@ -36,6 +37,15 @@ class Packages(unittest.TestCase):
         self.assertLess(set(render), set(test))
         for package in ("libdraco-dev", "libmeshoptimizer-dev", "libwebp-dev", "zlib1g-dev", "libcli11-dev"):
             self.assertIn(package, render)
+
+
+class Bundle(unittest.TestCase):
+    def test_it_holds_the_notices(self):
+        with tempfile.TemporaryDirectory() as folder:
+            dev_bundle.copy_notices(Path(folder))
+            doc = Path(folder) / "share" / "doc"
+            for name in ("ballot/LICENSE", "ballot/NOTICE", "libdraco-dev/copyright", "libstb-dev/copyright"):
+                self.assertTrue((doc / name).is_file(), name)
 
 
 class Progress(unittest.TestCase):
