@@ -1,11 +1,12 @@
 #include <chrono>
 #include <set>
 
-#include "tools/auto_table.h"
 #include "tools/help.h"
 #include "tools/render_frames.h"
 #include "tools/render_job.h"
 #include "tools/render_light.h"
+#include "tools/render_print.h"
+#include "tools/render_tone.h"
 #include "tools/views_file.h"
 
 namespace ballot::cli {
@@ -18,7 +19,7 @@ struct RenderArgs {
   EngineArgs engine;
   QueryArgs query;
   std::string view = "all", size = "1024x1024", shading = "eyelight", out = ".";
-  std::uint32_t spp = 1;
+  ToneArgs tone;
   std::string heat = "nodes", views_file;
   bool png = false, stats = false, resume = false, verbose = false;
   std::string crop, tiles, reference;
@@ -42,7 +43,8 @@ struct FrameOf {
 RenderOptions options_of(const RenderArgs& args) {
   RenderOptions o;
   parse_size(args.size, o.width, o.height);
-  o.spp = args.spp;
+  o.spp = args.tone.samples(args.shading);
+  o.clamp = args.tone.clamp_for(args.shading, !args.reference.empty());
   o.shading = args.shading;
   o.heat = find_heat(args.heat).name;
   o.stats = args.stats;
@@ -63,6 +65,7 @@ RenderOptions options_of(const RenderArgs& args) {
     o.shard = {t[0], t[1]};
   }
   check_options(o);
+  args.tone.tone_for(args.shading);
   if (args.png && !o.wants("color") && o.shading != "heat")
     fail(Failure::Arguments, "--png: the picture has no colours; name color in --aov too");
   return o;
@@ -122,52 +125,6 @@ std::vector<const View*> chosen_views(const RenderArgs& args, const Scene& scene
   return views;
 }
 
-void print_passes(const RenderTimes& times) {
-  for (const PassTime& t : times.passes.all())
-    say("    {:<16} {:>10.3f} ms  {:>7} dispatches  {:>12} rays  {:>9.2f} Mrays/s\n", t.name, t.ms, t.dispatches,
-        t.rays, t.ms > 0 ? double(t.rays) / t.ms * 1e-3 : 0.0);
-}
-
-nlohmann::json passes_json(const RenderTimes& times) {
-  nlohmann::json all = nlohmann::json::array();
-  for (const PassTime& t : times.passes.all())
-    all.push_back({{"name", t.name}, {"ms", t.ms}, {"dispatches", t.dispatches}, {"rays", t.rays}});
-  return all;
-}
-
-/// The wall time of a view by where it went, in seconds. The host's part is the remainder: recording, waiting,
-/// compiling.
-struct Wall {
-  double device_s, film_s, write_s, wall_s;
-  double host_s() const { return std::max(0.0, wall_s - device_s - film_s - write_s); }
-};
-
-nlohmann::json wall_json(const Wall& w) {
-  return {{"seconds", w.wall_s},
-          {"device_s", w.device_s},
-          {"host_s", w.host_s()},
-          {"film_s", w.film_s},
-          {"write_s", w.write_s}};
-}
-
-void print_times(const RenderTimes& times, const Wall& wall, bool png) {
-  say("    {:.3f} s: generate {:.3f} ms, trace {:.3f} ms, shade {:.3f} ms\n", times.seconds, times.generate_ms,
-      times.trace_ms, times.shade_ms);
-  print_passes(times);
-  say("    wall {:.3f} s: device {:.3f}, host {:.3f}, film {:.3f}, {} {:.3f}\n", wall.wall_s, wall.device_s,
-      wall.host_s(), wall.film_s, png ? "EXR and PNG" : "EXR", wall.write_s);
-}
-
-/// Prints the kernel that traced the primary rays, and what auto chose.
-void print_kernel(Engine& engine, const Query& query) {
-  if (const std::string line = choice_line(engine, query); !line.empty()) say("  {}\n", line);
-  say("  {}\n", engine.tracer().variant(query).name());
-  const KernelTimes& kernel = engine.tracer().kernel(query).times();
-  say("  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first "
-      "dispatch)\n",
-      kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);
-}
-
 void render_view(const RenderArgs& args, Opened& opened, const View& view, const RenderJob& job, const fs::path& exr,
                  const FrameOf& of, nlohmann::json& json) {
   Engine& engine = *opened.engine;
@@ -177,9 +134,11 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
   const RenderTimes& times = rendered.times;
   Image& image = rendered.image;
   label_frame(image, of.plan, of.frame, of.job);
+  const Tone tone = args.tone.tone_for(args.shading);
+  label_tone(image, tone);
   write_exr(exr, image);
   const fs::path png = png_beside(exr);
-  if (args.png) write_png(png, image);
+  if (args.png) write_png(png, image, tone);
   finish_job(exr);
   const double write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - written).count();
   const Wall wall{times.device_ms * 1e-3, rendered.film_s, write_s, rendered.seconds + write_s};
@@ -378,7 +337,7 @@ void add_render(CLI::App& app, int& result) {
                   "counter that --shading heat shows, from dark blue for 0 to yellow [nodes]" + heats);
   cmd->add_flag("--stats", args->stats,
                 "add a channel stats.* for each counter of --heat; traces with the slower counting kernel");
-  cmd->add_option("--spp", args->spp, "samples per pixel, 1 to 65536 [1, through the pixel's centre]");
+  args->tone.add_to(*cmd);
   add_light_options(*cmd, *args);
   add_part_options(*cmd, *args);
   args->frames.add_to(*cmd);

@@ -346,6 +346,7 @@ struct FilmPush {
   uint places;        // pixels of this wave
   uint samples;       // samples a pixel; path i * samples + s belongs to pixel i
   uint first_sample;  // number of the first sample
+  float most;         // a sample whose largest component is above it is scaled down to it
 };
 
 // A film pixel of a chunk of rays, in ray order. color and alpha are sums over samples; z, normal and prim are those of
@@ -388,7 +389,7 @@ BALLOT_RECORD(CallPush, 28);
 BALLOT_RECORD(WavePush, 72);
 BALLOT_RECORD(SampleRange, 20);
 BALLOT_RECORD(AlphaPush, 8);
-BALLOT_RECORD(FilmPush, 16);
+BALLOT_RECORD(FilmPush, 20);
 BALLOT_RECORD(FilmPixel, 36);
 BALLOT_RECORD(LivePixel, 16);
 }  // namespace ballot

@@ -54,7 +54,7 @@ TEST_F(Outputs, WhatStandardOutputHoldsStays) {
 TEST_F(Outputs, FullDisksAndClosedPipesAreErrors) {
   EXPECT_EQ(shell("$B methods > /dev/full 2> err"), 1);
   EXPECT_EQ(read("err"), "ballot: cannot write standard output: No space left on device\n");
-  EXPECT_EQ(shell("($B methods 2> err; echo $? > code) | true"), 0);
+  EXPECT_EQ(shell("(sleep 0.3; $B methods 2> err; echo $? > code) | true"), 0);
   EXPECT_EQ(read("code"), "1\n");
   EXPECT_EQ(read("err"), "ballot: cannot write standard output: Broken pipe\n");
   mesh();

@@ -36,6 +36,8 @@ void check_options(const RenderOptions& o) {
   if (o.shard.count < 1 || o.shard.index >= o.shard.count)
     fail(Failure::Arguments, "--tiles: part {} of {} is not between 0/1 and (n-1)/n", o.shard.index, o.shard.count);
   if (o.bounces < -1 || o.bounces > 64) fail(Failure::Arguments, "--bounces: {} is not between 0 and 64", o.bounces);
+  if (!(std::isfinite(o.clamp) && o.clamp >= 0))
+    fail(Failure::Arguments, "--clamp: {} is not a finite radiance of 0 or more", o.clamp);
   if (!(std::isfinite(o.ao_radius) && o.ao_radius > 0))
     fail(Failure::Arguments, "--ao-radius: {} of the scene's diagonal is not above 0", o.ao_radius);
   for (const std::string& aov : o.aovs) find_aov(aov);
