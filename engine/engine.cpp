@@ -187,6 +187,7 @@ Image Engine::picture(const Film& film, const View& view, const RenderOptions& o
     image.attributes["heat"] = options.heat;
     image.attributes["heat_top"] = times.heat_top;
   }
+  if (options.clamp > 0) image.attributes["clamp"] = options.clamp;
   if (film.shard.count > 1) image.attributes["part"] = fmt::format("{}/{}", film.shard.index, film.shard.count);
   return image;
 }
@@ -204,8 +205,8 @@ std::string Engine::made_of(const View& view, const RenderOptions& o) const {
                       fmt::join(&m[0][0], &m[0][0] + 16, " "));
   text += fmt::format("size: {}x{}\ncrop: {},{},{},{}\ntiles: {}/{}\nspp: {}\nshading: {}\n", o.width, o.height, w.x0,
                       w.y0, w.x1, w.y1, o.shard.index, o.shard.count, o.spp, o.shading);
-  text += fmt::format("bounces: {}\nao radius: {}\nseed: {}\nvariance: {}\n", o.bounces, o.ao_radius, o.seed,
-                      o.wants("variance"));
+  text += fmt::format("bounces: {}\nao radius: {}\nclamp: {}\nseed: {}\nvariance: {}\n", o.bounces, o.ao_radius,
+                      o.clamp, o.seed, o.wants("variance"));
   const bool by_any_method = find_numeric(o.query.numeric).conservative;
   text += fmt::format("numeric: {}{}\n", o.query.numeric, by_any_method ? "" : ", method " + o.query.method);
   return text + fmt::format("device: {}, {}\ncommit: {}\n", gpu_->info().name, gpu_->info().driver, commit());

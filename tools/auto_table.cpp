@@ -39,6 +39,7 @@ nlohmann::json to_json(const Choice& choice) {
 
 void calibrate(Engine& engine, const std::string& numeric) {
   engine.tracer().choices().clear();
+  engine.tracer().choices().try_all = true;
   const std::uint32_t side = engine.device().is_cpu() ? 512 : 1024;
   ProgressBar bar("calibrating");
   double done = 0;

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "tools/cli.h"
+#include "tools/help.h"
 #include "tools/interrupt.h"
 
 namespace {
@@ -65,8 +66,9 @@ int run(int argc, char** argv) {
       "The lanes of a subgroup vote on the next step of their traversal; --method chooses the traversal method.",
       "ballot");
   app.require_subcommand(1);
-  app.set_version_flag("--version", fmt::format("ballot {}, commit {}", BALLOT_VERSION, commit()));
-  app.footer(
+  app.set_version_flag("--version", fmt::format("ballot {}, commit {}", BALLOT_VERSION, commit()),
+                       "shows version and commit");
+  const char* footer =
       "Examples:\n"
       "  ballot info scenes/cornell.gltf\n"
       "  ballot render scenes/cornell.gltf --view all --size 512x512 --png --out out/\n"
@@ -74,7 +76,8 @@ int run(int argc, char** argv) {
       "  ballot view scenes/cornell.gltf --method packet --shading heat --heat lanes\n"
       "  ballot bench scenes/cornell.gltf --rays primary,ao --sweep --report out/bench/\n"
       "  ballot verify scenes/cornell.gltf --rays primary --report out/verify/\n"
-      "Exit codes: 0 done, 1 the work failed, 2 the arguments are wrong, 3 no usable device.");
+      "Exit codes: 0 done, 1 the work failed, 2 the arguments are wrong, 3 no usable device.";
+  cli::use_two_levels(app);
   int result = 0;
   cli::add_info(app, result);
   cli::add_render(app, result);
@@ -89,6 +92,7 @@ int run(int argc, char** argv) {
   cli::add_report(app, result);
   cli::add_methods(app, result);
   cli::add_shaders(app, result);
+  app.footer(footer);  // here, so that commands do not inherit it
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   try {
     app.parse(argc, argv);
@@ -120,6 +124,7 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   remember_reads();
+  std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);  // a log grows line by line
   try {
     cli::set_command_line(argc, argv);
     const int code = run(argc, argv);

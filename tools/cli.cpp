@@ -67,6 +67,10 @@ void add_allow_outside(CLI::App& app, bool& allowed) {
                "let the scene read buffers, images and materials that are not in its folder or below it");
 }
 
+void add_verbose(CLI::App& app, bool& verbose) {
+  app.add_flag("-v,--verbose", verbose, "also print the kernels, what auto chose, and where the time went");
+}
+
 void add_memory(CLI::App& app) {
   app.add_option_function<std::string>(
       "--memory", [](const std::string& text) { set_memory_limit(parse_bytes(text, "--memory")); },

@@ -76,6 +76,8 @@ void note_folder(CommandFiles& files, const std::string& folder, std::span<const
 
 /// Adds --allow-outside for commands that load scenes.
 void add_allow_outside(CLI::App& app, bool& allowed);
+/// Adds --verbose, with which a command also prints kernels and where the time went.
+void add_verbose(CLI::App& app, bool& verbose);
 /// Adds --memory, which limits the process as soon as it is parsed.
 void add_memory(CLI::App& app);
 

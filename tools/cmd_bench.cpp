@@ -4,6 +4,7 @@
 #include "tools/bench/report.h"
 #include "tools/bench_builders.h"
 #include "tools/bench_frames.h"
+#include "tools/help.h"
 #include "tools/run_args.h"
 
 namespace ballot::cli {
@@ -21,6 +22,8 @@ struct BenchArgs {
 };
 
 int compare_files(BenchArgs& args) {
+  if (args.compare.size() != 2)
+    fail(Failure::Arguments, "--compare {}: needs two files, the older run's and the newer one's", args.compare[0]);
   if (!args.measuring.empty())
     fail(Failure::Arguments, "--compare reads two files and measures nothing; leave out {}",
          fmt::join(args.measuring, ", "));
@@ -91,7 +94,7 @@ void add_options(CLI::App& cmd, BenchArgs& args) {
   cmd.add_option("--compare", args.compare,
                  "A.json B.json: measures nothing, but tells if B is slower than A beyond noise; exit code 1 if so.\n"
                  "The files are those of --json or results.json of a report")
-      ->expected(2);
+      ->expected(1, 2);
   cmd.add_option("--tolerance", args.tolerance,
                  "for --compare: share by which B may be slower, 0 to 10 [0.02]; 0.02 is 2 %");
 }
@@ -117,6 +120,8 @@ void add_bench(CLI::App& app, int& result) {
       "out/bench\n"
       "Ctrl-C ends the run after the current dispatch; the results so far are kept and marked as partial.");
   add_options(*cmd, *args);
+  show_first(*cmd, {"--methods", "--rays", "--size", "--repeat", "--sweep", "--check", "--report", "--compare",
+                    "--device", "--json"});
   cmd->callback([args, cmd, &result] {
     args->measuring = measuring_options(*cmd);
     result = run_bench(*args);

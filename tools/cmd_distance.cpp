@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "tools/cli.h"
+#include "tools/help.h"
 #include "tools/interrupt.h"
 #include "tools/shell_word.h"
 
@@ -140,6 +141,7 @@ void add_distance(CLI::App& app, int& result) {
   add_point_options(*cmd, *args, "FILE.npy for the distances, float32 (n,)");
   cmd->add_flag("--signed", args->signed_distance, "negative inside of the mesh, which must be closed");
   cmd->add_option("--limit", args->limit, "look no farther than this; distances beyond are infinite");
+  show_first(*cmd, {"--points", "--out", "--signed", "--limit", "--assume-closed", "--device", "--json"});
   cmd->callback([args, &result] { result = run_distance(*args); });
 }
 
@@ -153,6 +155,7 @@ void add_inside(CLI::App& app, int& result) {
       "counts once there. The answer is right for points that are 16 * 2^-24 M away from the surface, with M the\n"
       "largest distance of a vertex of a triangle that near.");
   add_point_options(*cmd, *args, "FILE.npy for the answers, bool (n,)");
+  show_first(*cmd, {"--points", "--out", "--assume-closed", "--device", "--json"});
   cmd->callback([args, &result] { result = run_inside(*args); });
 }
 

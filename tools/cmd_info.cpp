@@ -1,6 +1,7 @@
 #include "tools/auto_table.h"
 #include "tools/bench/markdown.h"
 #include "tools/feature_table.h"
+#include "tools/help.h"
 #include "tools/render_light.h"
 
 namespace ballot::cli {
@@ -198,6 +199,7 @@ void add_info(CLI::App& app, int& result) {
                 "compile every method's kernels and print the statistics that the driver reports, such as registers");
   cmd->add_option("--numeric", args->numeric,
                   fmt::format("numeric mode for --calibrate and --statistics [{}]", kDefaultNumeric));
+  show_first(*cmd, {"--device", "--triangles", "--calibrate", "--json"});
   cmd->callback([args, &result] { result = run_info(*args); });
 }
 

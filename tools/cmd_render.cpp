@@ -1,10 +1,12 @@
 #include <chrono>
 #include <set>
 
-#include "tools/auto_table.h"
+#include "tools/help.h"
 #include "tools/render_frames.h"
 #include "tools/render_job.h"
 #include "tools/render_light.h"
+#include "tools/render_print.h"
+#include "tools/render_tone.h"
 #include "tools/views_file.h"
 
 namespace ballot::cli {
@@ -17,9 +19,9 @@ struct RenderArgs {
   EngineArgs engine;
   QueryArgs query;
   std::string view = "all", size = "1024x1024", shading = "eyelight", out = ".";
-  std::uint32_t spp = 1;
+  ToneArgs tone;
   std::string heat = "nodes", views_file;
-  bool png = false, stats = false, resume = false;
+  bool png = false, stats = false, resume = false, verbose = false;
   std::string crop, tiles, reference;
   LightArgs light;
   std::vector<std::string> aovs;
@@ -41,7 +43,8 @@ struct FrameOf {
 RenderOptions options_of(const RenderArgs& args) {
   RenderOptions o;
   parse_size(args.size, o.width, o.height);
-  o.spp = args.spp;
+  o.spp = args.tone.samples(args.shading);
+  o.clamp = args.tone.clamp_for(args.shading, !args.reference.empty());
   o.shading = args.shading;
   o.heat = find_heat(args.heat).name;
   o.stats = args.stats;
@@ -62,6 +65,7 @@ RenderOptions options_of(const RenderArgs& args) {
     o.shard = {t[0], t[1]};
   }
   check_options(o);
+  args.tone.tone_for(args.shading);
   if (args.png && !o.wants("color") && o.shading != "heat")
     fail(Failure::Arguments, "--png: the picture has no colours; name color in --aov too");
   return o;
@@ -121,34 +125,6 @@ std::vector<const View*> chosen_views(const RenderArgs& args, const Scene& scene
   return views;
 }
 
-void print_passes(const RenderTimes& times) {
-  for (const PassTime& t : times.passes.all())
-    say("    {:<16} {:>10.3f} ms  {:>7} dispatches  {:>12} rays  {:>9.2f} Mrays/s\n", t.name, t.ms, t.dispatches,
-        t.rays, t.ms > 0 ? double(t.rays) / t.ms * 1e-3 : 0.0);
-}
-
-nlohmann::json passes_json(const RenderTimes& times) {
-  nlohmann::json all = nlohmann::json::array();
-  for (const PassTime& t : times.passes.all())
-    all.push_back({{"name", t.name}, {"ms", t.ms}, {"dispatches", t.dispatches}, {"rays", t.rays}});
-  return all;
-}
-
-/// The wall time of a view by where it went, in seconds. The host's part is the remainder: recording, waiting,
-/// compiling.
-struct Wall {
-  double device_s, film_s, write_s, wall_s;
-  double host_s() const { return std::max(0.0, wall_s - device_s - film_s - write_s); }
-};
-
-nlohmann::json wall_json(const Wall& w) {
-  return {{"seconds", w.wall_s},
-          {"device_s", w.device_s},
-          {"host_s", w.host_s()},
-          {"film_s", w.film_s},
-          {"write_s", w.write_s}};
-}
-
 void render_view(const RenderArgs& args, Opened& opened, const View& view, const RenderJob& job, const fs::path& exr,
                  const FrameOf& of, nlohmann::json& json) {
   Engine& engine = *opened.engine;
@@ -158,19 +134,18 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
   const RenderTimes& times = rendered.times;
   Image& image = rendered.image;
   label_frame(image, of.plan, of.frame, of.job);
+  const Tone tone = args.tone.tone_for(args.shading);
+  label_tone(image, tone);
   write_exr(exr, image);
   const fs::path png = png_beside(exr);
-  if (args.png) write_png(png, image);
+  if (args.png) write_png(png, image, tone);
   finish_job(exr);
   const double write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - written).count();
   const Wall wall{times.device_ms * 1e-3, rendered.film_s, write_s, rendered.seconds + write_s};
   if (rendered.resumed_at > 0) say("  {:<10} resumed from {} samples\n", view.name, rendered.resumed_at);
-  say("  {:<10} {:7.3f} s  generate {:8.3f} ms  trace {:9.3f} ms  shade {:8.3f} ms  {:8.2f} Mrays/s  {}{}\n", view.name,
-      times.seconds, times.generate_ms, times.trace_ms, times.shade_ms, times.mrays_per_s(), exr.string(),
+  say("  {:<10} {:7.3f} s  {:8.2f} Mrays/s  {}{}\n", view.name, wall.wall_s, times.mrays_per_s(), exr.string(),
       args.png ? " + .png" : "");
-  print_passes(times);
-  say("    wall {:.3f} s: device {:.3f}, host {:.3f}, film {:.3f}, {} {:.3f}\n", wall.wall_s, wall.device_s,
-      wall.host_s(), wall.film_s, args.png ? "EXR and PNG" : "EXR", wall.write_s);
+  if (args.verbose) print_times(times, wall, args.png);
   if (!rendered.errors.empty()) report_errors(rendered, exr);
   if (times.heat_top > 0) say("  {:<10} heat map of {}: yellow stands for {:.4g}\n", "", options.heat, times.heat_top);
   json["records"].push_back({{"scene", engine.scene().name},
@@ -252,6 +227,19 @@ Image read_reference(const RenderArgs& args, const RenderOptions& options) {
   return reference;
 }
 
+/// Checks, before the scene is loaded, that --out names what can be written.
+void check_out(const RenderArgs& args) {
+  const fs::path out = args.out;
+  if (out.extension() == ".exr") {
+    check_writable(args.frames.frames.empty() ? out : frame_file(out, 0));
+    return;
+  }
+  if (!out.extension().empty() && !fs::is_directory(out))
+    fail(Failure::Arguments,
+         "--out {}: pictures are EXR files; name a FILE.exr, or a folder, and --png for a PNG beside it", args.out);
+  check_folder("--out", out);
+}
+
 int run_render(RenderArgs& args) {
   args.engine.note_files();
   args.engine.files.reads("--reference", args.reference);
@@ -262,14 +250,7 @@ int run_render(RenderArgs& args) {
     fail(Failure::Arguments, "--checkpoint: {} s is not a time of 0 or more", args.checkpoint_s);
   if (!args.reference.empty()) job.reference = read_reference(args, options);
   args.frames.check();
-  const fs::path out = args.out;
-  if (out.extension() == ".exr" && args.frames.frames.empty())
-    check_writable(out);
-  else if (out.extension() == ".exr")
-    check_writable(frame_file(out, 0));
-  else if (!out.extension().empty() && !fs::is_directory(out))
-    fail(Failure::Arguments,
-         "--out {}: pictures are EXR files; name a FILE.exr, or a folder, and --png for a PNG beside it", args.out);
+  check_out(args);
   std::vector<View> views_given;
   if (!args.views_file.empty()) views_given = read_views(args.views_file);
   FramePlan plan;
@@ -288,21 +269,15 @@ int run_render(RenderArgs& args) {
   prepare(args, plan, files);
   Query query = options.query;
   query.rays = kPrimaryRays;
-  const Variant variant = engine.tracer().variant(query);
-  say("{}: {} triangles on {} ({}), subgroup {}\n  {}\n", engine.scene().name, engine.triangle_count(),
-      engine.device().name, engine.device().driver, variant.config.subgroup,
-      query.method == kAuto ? "method auto" : variant.name());
-  say("  load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", opened.load_s, engine.start_times().device_s,
-      engine.start_times().bvh_s, engine.bvh_stats().from_cache ? " (cached)" : "");
+  say("{}: {} triangles on {}\n", engine.scene().name, engine.triangle_count(), engine.device().name);
+  if (args.verbose)
+    say("  {}, subgroup {}; load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", engine.device().driver,
+        engine.tracer().variant(query).config.subgroup, opened.load_s, engine.start_times().device_s,
+        engine.start_times().bvh_s, engine.bvh_stats().from_cache ? " (cached)" : "");
   nlohmann::json json = record_header(engine, opened.load_s);
   if (const std::size_t there = render_frames(args, opened, plan, job, views, files, json); there > 0)
     say("  {} pictures were complete and left out\n", there);
-  if (const std::string line = choice_line(engine, query); !line.empty())
-    say("  {}\n  {}\n", line, engine.tracer().variant(query).name());
-  const KernelTimes& kernel = engine.tracer().kernel(query).times();
-  say("  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first "
-      "dispatch)\n",
-      kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);
+  if (args.verbose) print_kernel(engine, query);
   write_json(args.engine.json, json);
   return finish(engine);
 }
@@ -362,13 +337,16 @@ void add_render(CLI::App& app, int& result) {
                   "counter that --shading heat shows, from dark blue for 0 to yellow [nodes]" + heats);
   cmd->add_flag("--stats", args->stats,
                 "add a channel stats.* for each counter of --heat; traces with the slower counting kernel");
-  cmd->add_option("--spp", args->spp, "samples per pixel, 1 to 65536 [1, through the pixel's centre]");
+  args->tone.add_to(*cmd);
   add_light_options(*cmd, *args);
   add_part_options(*cmd, *args);
   args->frames.add_to(*cmd);
   cmd->add_option("--out", args->out,
                   "FILE.exr for one view, or a folder, which gets <scene>-<view>.exr for each view [.]");
   cmd->add_flag("--png", args->png, "also write a PNG beside each EXR");
+  add_verbose(*cmd, args->verbose);
+  show_first(*cmd, {"--view", "--size", "--shading", "--spp", "--sky", "--lamp", "--out", "--png", "--resume", "--time",
+                    "--frames", "--method", "--device", "--verbose"});
   cmd->callback([args, &result] { result = run_render(*args); });
 }
 

@@ -86,22 +86,19 @@ std::vector<KernelSource> traversal_sources() {
 
 /// Every integrator with nothing of what a scene may have, each thing alone, and all, also with instances.
 std::vector<KernelSource> integrator_sources() {
-  constexpr bool SceneFeatures::*kEach[] = {&SceneFeatures::shading_normals,
-                                            &SceneFeatures::glossy,
-                                            &SceneFeatures::emits,
-                                            &SceneFeatures::unlit,
-                                            &SceneFeatures::base_texture,
-                                            &SceneFeatures::surface_texture,
-                                            &SceneFeatures::emissive_texture,
-                                            &SceneFeatures::normal_texture,
-                                            &SceneFeatures::lights};
+  constexpr bool SceneFeatures::*kEach[] = {&SceneFeatures::shading_normals, &SceneFeatures::glossy,
+                                            &SceneFeatures::emits,           &SceneFeatures::unlit,
+                                            &SceneFeatures::vertex_colors,   &SceneFeatures::base_texture,
+                                            &SceneFeatures::surface_texture, &SceneFeatures::emissive_texture,
+                                            &SceneFeatures::normal_texture,  &SceneFeatures::lights};
   std::vector<KernelSource> sources{indirect_source(),
                                     connect_source(),
                                     film_source(false),
                                     film_source(true),
                                     alpha_source({}),
                                     alpha_source({.base_texture = true}),
-                                    alpha_source({.base_texture = true, .tree = {.top_depth = 1}})};
+                                    alpha_source({.base_texture = true, .tree = {.top_depth = 1}}),
+                                    alpha_source({.vertex_colors = true})};
   std::set<std::string> names;
   const auto add = [&](const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
     for (const auto& [makes_rays, orthographic] : {std::pair(false, false), {true, false}, {true, true}}) {
@@ -152,7 +149,7 @@ std::vector<KernelSource> render_sources() {
           SceneFeatures features;
           features.shading_normals = normals;
           features.emits = emits;
-          features.unlit = features.base_texture = features.normal_texture = textures;
+          features.unlit = features.vertex_colors = features.base_texture = features.normal_texture = textures;
           features.emissive_texture = textures && emits;
           sources.push_back(shading_source(shading.name, features));
           SceneFeatures kept = features;

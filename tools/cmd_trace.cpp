@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "tools/auto_table.h"
+#include "tools/help.h"
 #include "tools/interrupt.h"
 #include "tools/trace_crossings.h"
 #include "tools/trace_files.h"
@@ -14,7 +15,7 @@ struct TraceArgs {
   QueryArgs query;
   std::vector<std::string> rays, out;
   std::string part;
-  bool any = false, count = false, all = false;
+  bool any = false, count = false, all = false, verbose = false;
   std::uint32_t first = kAllHits;
 
   bool crossings() const { return count || all || first != kAllHits; }
@@ -31,6 +32,15 @@ RayFile open_rays(const TraceArgs& args, const std::string& name) {
   return file;
 }
 
+/// Says how many rays could not be traced, and why.
+void warn_of_dead(const std::string& file, std::uint64_t rays, const DeadRays& dead) {
+  const auto warn = [&](std::uint64_t count, const char* reason) {
+    if (count > 0) say_aside("ballot: {}: {} of {} rays {}; they are misses\n", file, count, rays, reason);
+  };
+  warn(dead.not_finite, "have a component that is NaN or infinite");
+  warn(dead.no_direction, "have no direction: each component is zero or denormal");
+}
+
 /// Checks the lists of files before work begins.
 void check_files(TraceArgs& args) {
   if (args.rays.size() != args.out.size())
@@ -44,12 +54,13 @@ void check_files(TraceArgs& args) {
 }
 
 /// Prints what tracing a file gave.
-void print_result(Engine& engine, const std::string& out, const FileTrace& done, Query query) {
-  query.rays = done.ray_class;
-  const Variant variant = engine.tracer().variant(query);
+void print_result(Engine& engine, const std::string& out, const FileTrace& done, Query query, bool verbose) {
   const double mrays = done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0;
   say("{}: {} rays, {} hits, {:.3f} ms on the device, {:.2f} Mrays/s\n", out, done.rays, done.hits,
       done.times.device_ms, mrays);
+  if (!verbose) return;
+  query.rays = done.ray_class;
+  const Variant variant = engine.tracer().variant(query);
   say("  {} on {} ({}), subgroup {}\n", variant.name(), engine.device().name, engine.device().driver,
       variant.config.subgroup);
   if (const std::string line = choice_line(engine, query); !line.empty()) say("  {} ({})\n", line, query.rays);
@@ -69,6 +80,7 @@ nlohmann::json record_of(const Engine& engine, const TraceArgs& args, std::size_
           {"numeric", query.numeric},
           {"ray_count", done.rays},
           {"hits", done.hits},
+          {"dead", done.dead.all()},
           {"trace_ms", done.times.device_ms},
           {"mrays_per_s", done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0},
           {"retraced", done.times.retraced}};
@@ -103,9 +115,11 @@ int run_crossings(TraceArgs& args) {
     const double mrays = done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0;
     say("{}: {} rays, {} crossings, {:.3f} ms on the device, {:.2f} Mrays/s\n", args.out[i], done.rays, done.crossings,
         done.times.device_ms, mrays);
+    warn_of_dead(args.rays[i], done.rays, done.dead);
     json["records"].push_back({{"rays", args.rays[i]},
                                {"ray_count", done.rays},
                                {"crossings", done.crossings},
+                               {"dead", done.dead.all()},
                                {"trace_ms", done.times.device_ms}});
   }
   write_json(args.engine.json, json);
@@ -129,7 +143,8 @@ int run_trace(TraceArgs& args) {
       done = trace_file(engine, open_rays(args, args.rays[i]), args.out[i], query,
                         [&](double share) { interrupt.stop("tracing"), bar.update(share); });
     }
-    print_result(engine, args.out[i], done, query);
+    print_result(engine, args.out[i], done, query, args.verbose);
+    warn_of_dead(args.rays[i], done.rays, done.dead);
     json["records"].push_back(record_of(engine, args, i, done, query));
   }
   write_json(args.engine.json, json);
@@ -164,6 +179,9 @@ void add_trace(CLI::App& app, int& result) {
                 "list all of them, ray by ray in order of t: [('ray','<u4'),('t','<f4'),('prim','<u4'),('u','<f4'),\n"
                 "('v','<f4')]");
   cmd->add_option("--first", args->first, "list at most the first K of each ray, as --all");
+  add_verbose(*cmd, args->verbose);
+  show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--part", "--method", "--numeric",
+                    "--device", "--json", "--verbose"});
   cmd->callback([args, &result] { result = run_trace(*args); });
 }
 

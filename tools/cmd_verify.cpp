@@ -1,6 +1,7 @@
 #include <optional>
 
 #include "tools/bench/readme.h"
+#include "tools/help.h"
 #include "tools/run_args.h"
 #include "tools/verify/hard.h"
 #include "tools/verify/origins.h"
@@ -217,6 +218,8 @@ void add_verify(CLI::App& app, int& result) {
       "Ctrl-C ends the run after the current dispatch, or while the exact answers are computed; the results so far are "
       "kept.");
   add_options(*cmd, *args);
+  show_first(*cmd,
+             {"--methods", "--rays", "--numeric", "--size", "--repeat", "--hard", "--report", "--device", "--json"});
   cmd->callback([args, cmd, &result] {
     args->methods_given = cmd->count("--methods") > 0;
     check(*args);

@@ -1,6 +1,7 @@
 #include <malloc.h>
 
 #include "tools/cli.h"
+#include "tools/help.h"
 #include "tools/view/session.h"
 
 namespace ballot::cli {
@@ -17,6 +18,7 @@ struct ViewArgs {
 };
 
 int run_view(const ViewArgs& args) {
+  check_scene_file(args.engine.scene);
   view::SessionOptions o = args.session;
   o.scene = args.engine.scene;
   o.engine = args.engine.options();
@@ -92,6 +94,8 @@ void add_view(CLI::App& app, int& result) {
                   "file of commands, one a line, that are played instead of user input:" + view::script_help());
   cmd->footer(
       "Keys: W A S D E Q fly, Shift faster, right button looks, left button orbits and picks, 1 to 9 views, H help.");
+  show_first(*cmd, {"--method", "--compare", "--rays", "--shading", "--heat", "--view", "--size", "--spp", "--device",
+                    "--out"});
   cmd->callback([args, &result] { result = run_view(*args); });
 }
 

@@ -2,7 +2,9 @@
 
 #include <unistd.h>
 
+#include <cerrno>
 #include <optional>
+#include <system_error>
 
 #include "engine/ballot.h"
 
@@ -51,6 +53,18 @@ std::filesystem::path CommandFiles::writes(const std::string& option, const std:
     if (output.id == *id) clash(option, path, "it would be written twice, as " + output.option + " names it too");
   outputs_.push_back({option, path, *id});
   return path;
+}
+
+void check_folder(const std::string& option, const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::path there = std::filesystem::absolute(folder, error);
+  while (!std::filesystem::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  if (!std::filesystem::is_directory(there, error))
+    fail(Failure::Work, "{} {}: cannot create the folder: {}: {}; name another", option, folder.string(),
+         there.string(), std::generic_category().message(ENOTDIR));
+  if (::access(there.c_str(), W_OK | X_OK) != 0)
+    fail(Failure::Work, "{} {}: cannot write to the folder {}: {}; name another", option, folder.string(),
+         there.string(), std::generic_category().message(errno));
 }
 
 void CommandFiles::check_read() const {

@@ -37,4 +37,8 @@ class CommandFiles {
   std::string streamed_;  // the option that writes to standard output
 };
 
+/// Checks that a folder is there or can be made, and that files can be made in it; makes nothing. For use before long
+/// work. Throws Error(Work), which names the option.
+void check_folder(const std::string& option, const std::filesystem::path& folder);
+
 }  // namespace ballot::cli

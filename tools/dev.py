@@ -27,14 +27,16 @@ from dev_packages import Failed  # noqa: E402
 SETUP = """\
 The command first sets up the machine and builds. It lists missing packages of Debian 12 with their reasons and installs
 them with apt-get, through sudo if you are not root; with --no-install it stops and prints what to type instead. Then it
-configures and builds the preset in build/PRESET; a second call builds only what changed. The logs are
-build/PRESET/*.log.
+configures and builds the preset in build/PRESET, the program alone unless tests are to run; a second call builds only
+what changed. The logs, build/PRESET/*.log, grow meanwhile.
 """
 
 
 def set_up(options: argparse.Namespace, command: str) -> None:
+    """Installs what a command needs and builds: everything for the tests, else the program alone."""
     dev_packages.ensure(command, install=not options.no_install)
-    dev_build.build(options.preset, options.jobs)
+    tests = command == "test"
+    dev_build.build(options.preset, options.jobs, None if tests else ["ballot"], tests)
 
 
 def has_option(arguments: list[str], name: str) -> bool:
@@ -77,8 +79,7 @@ def print_records(files: list[Path]) -> None:
 def render(options: argparse.Namespace, rest: list[str]) -> int:
     scene = Path(rest.pop(0)) if rest and not rest[0].startswith("-") else None
     if scene and not scene.is_file():
-        print(f"error: there is no scene file {scene}", file=sys.stderr)
-        return 2
+        raise Failed(f"there is no scene file {scene}; check the path")
     set_up(options, "render")
     binary = dev_build.ballot_binary(options.preset)
     reports = []
@@ -136,8 +137,8 @@ def test(options: argparse.Namespace, rest: list[str]) -> int:
 
 
 def build(options: argparse.Namespace, rest: list[str]) -> int:
-    dev_packages.ensure("build", install=not options.no_install)
-    print(dev_build.build(options.preset, options.jobs, rest))
+    dev_packages.ensure("render" if options.no_tests else "build", install=not options.no_install)
+    print(dev_build.build(options.preset, options.jobs, rest, not options.no_tests))
     return 0
 
 
@@ -270,6 +271,8 @@ def make_parser() -> argparse.ArgumentParser:
                              help="the CMake preset to build; default: release")
             sub.add_argument("--jobs", type=int, metavar="N",
                              help="number of compilers to run at once; default: as many as cores and memory allow")
+        if name == "build":
+            sub.add_argument("--no-tests", action="store_true", help="leave the tests out, and the packages they need")
         if name == "test":
             sub.add_argument("--asan", action="store_true", help="the same as --preset asan")
         if name == "mutations":

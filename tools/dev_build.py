@@ -38,14 +38,21 @@ def run_logged(what: str, command: list[str], log: Path) -> None:
     log.parent.mkdir(parents=True, exist_ok=True)
     print(f"{what} ...", end="" if terminal else "\n", flush=True)
     start = time.monotonic()
-    with log.open("w", encoding="utf-8", errors="replace") as out:
+    tenth = 0  # of the steps, as printed without a terminal
+    with log.open("w", encoding="utf-8", errors="replace", buffering=1) as out:  # it grows line by line
         with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                               errors="replace") as process:
             for line in process.stdout:
                 out.write(line)
                 step = re.match(r"\[(\d+)/(\d+)\]", line)
-                if terminal and step:
-                    print(f"\r{what} ... {step.group(1)} of {step.group(2)}\x1b[K", end="", flush=True)
+                if not step:
+                    continue
+                percent = 100 * int(step.group(1)) // max(1, int(step.group(2)))
+                if terminal:
+                    print(f"\r{what} ... {percent} % ({step.group(1)} of {step.group(2)})\x1b[K", end="", flush=True)
+                elif percent // 10 > tenth:
+                    tenth = percent // 10
+                    print(f"{what}: {percent} %, {time.monotonic() - start:.0f} s", flush=True)
     if terminal:
         print("\r\x1b[K", end="")
     if process.returncode == 0:
@@ -56,12 +63,16 @@ def run_logged(what: str, command: list[str], log: Path) -> None:
     raise Failed(f"{what} failed; the whole log is {log}")
 
 
-def build(preset: str, jobs: int | None = None, targets: list[str] | None = None) -> Path:
-    """Configures and builds a preset; returns the build folder. Throws Failed."""
+def build(preset: str, jobs: int | None = None, targets: list[str] | None = None, tests: bool = True) -> Path:
+    """Configures and builds a preset; returns the build folder. Without `tests` it needs no package of theirs. Throws
+    Failed."""
     if shutil.which("cmake") is None:
         raise Failed("cmake was not found; install it (Debian: package cmake)")
     folder = build_folder(preset)
-    run_logged(f"configuring {preset}", ["cmake", "--preset", preset], folder / "configure.log")
+    configure = ["cmake", "--preset", preset]
+    if preset in PRESETS:
+        configure.append(f"-DBALLOT_TESTS={'ON' if tests else 'OFF'}")
+    run_logged(f"configuring {preset}", configure, folder / "configure.log")
     command = ["cmake", "--build", "--preset", preset, "--parallel", str(jobs or default_jobs())]
     if targets:
         command += ["--target", *targets]

@@ -17,6 +17,9 @@ SYSTEM_LIBRARIES = re.compile(
 # The C++ run time is taken from the system: a driver that was built with a newer run time than the bundled one would
 # not load with it. For systems without one, the bundle has a copy in lib/fallback, which is used only on request.
 FALLBACK_LIBRARIES = re.compile(r"lib(stdc\+\+|gcc_s)\.so.*")
+# Packages whose headers or static libraries are in the program.
+COMPILED_IN = ("libdraco-dev", "libstb-dev", "libimgui-dev", "glslang-dev", "libcli11-dev", "nlohmann-json3-dev",
+               "libglm-dev", "libboost-dev", "libxxhash-dev", "libvulkan-dev")
 MARK = "Ballot, a relocatable folder"
 README = MARK + """
 
@@ -36,8 +39,8 @@ commands do not.
 The plots of `bench --report` and `verify --report` are drawn by Python 3 with matplotlib (Debian: python3-matplotlib).
 Without it a report has no plots, and says how to draw them later.
 
-Compiled shaders are cached in $XDG_CACHE_HOME/ballot or ~/.cache/ballot. The licences of the libraries in lib/ are in
-share/doc.
+Compiled shaders are cached in $XDG_CACHE_HOME/ballot or ~/.cache/ballot. Licences, of what is
+compiled in too, are in share/doc; share/doc/ballot/NOTICE lists them.
 """
 
 
@@ -80,6 +83,20 @@ def copy_licence(library: Path, folder: Path) -> None:
             return
 
 
+def copy_notices(folder: Path) -> None:
+    """Copies Ballot's licence and notice, and the copyright files of what is compiled in."""
+    own = folder / "share" / "doc" / "ballot"
+    own.mkdir(parents=True, exist_ok=True)
+    for file in (ROOT / "LICENSE", ROOT / "engine" / "api" / "NOTICE"):
+        shutil.copy(file, own / file.name)
+    for package in COMPILED_IN:
+        source = Path("/usr/share/doc") / package / "copyright"
+        if source.is_file():
+            target = folder / "share" / "doc" / package
+            target.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source, target / "copyright")
+
+
 def files_of_scene(scene: Path) -> list[Path]:
     """Returns the scene file and, for a .gltf, the buffer files that it names."""
     if scene.suffix != ".gltf":
@@ -115,7 +132,8 @@ def fill(folder: Path, binary: Path, scenes: list[Path]) -> None:
         set_rpath(target, "$ORIGIN")
         copy_licence(path, folder)
     set_rpath(program, "$ORIGIN/../lib")
-    share.mkdir(parents=True)
+    copy_notices(folder)
+    share.mkdir(parents=True, exist_ok=True)
     for script in ("plot_common.py", "plot_bench.py", "plot_verify.py", "plot_origins.py", "plot_render.py"):
         shutil.copy(ROOT / "tools" / script, share / script)
     (share / "scenes").mkdir()

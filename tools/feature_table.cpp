@@ -27,6 +27,7 @@ constexpr NamedFeature kMayHave[] = {
     {&SceneFeatures::glossy, "gloss"},
     {&SceneFeatures::unlit, "unlit"},
     {&SceneFeatures::alpha, "alpha"},
+    {&SceneFeatures::vertex_colors, "colours of vertices"},
     {&SceneFeatures::base_texture, "colour textures"},
     {&SceneFeatures::surface_texture, "roughness textures"},
     {&SceneFeatures::emissive_texture, "emission textures"},

@@ -69,6 +69,7 @@ CrossingTrace trace_crossings(Engine& engine, RayFile from, const std::string& t
   CrossingTrace result = want == Crossings::Count ? count_crossings(engine, from, to, progress)
                                                   : list_crossings(engine, from, to, most, progress);
   result.rays = rays;
+  result.dead = from.dead();
   return result;
 }
 

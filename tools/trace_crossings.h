@@ -14,6 +14,7 @@ enum class Crossings { Count, List };
 struct CrossingTrace {
   std::uint64_t rays = 0, crossings = 0;
   TraceTimes times;
+  DeadRays dead;
 };
 
 /// Finds the crossings of the rays of a file and writes them to `to`: their numbers, or at most the first `most` of

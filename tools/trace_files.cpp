@@ -124,6 +124,7 @@ FileTrace trace_to(Engine& engine, RayFile file, const WriteBehind::Write& write
   engine.tracer().variant(query);  // an unknown method is an error even without rays
   result.times = engine.tracer().trace(stream, query);
   out.finish();
+  result.dead = in.dead();
   return result;
 }
 

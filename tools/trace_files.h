@@ -63,6 +63,8 @@ class ReadAhead {
   ~ReadAhead();
   /// Returns the rays that come next, as many as fit. Throws what reading threw.
   std::size_t next(std::span<Ray> room);
+  /// Returns the dead rays of the file. Call it behind the last ray.
+  const DeadRays& dead() const { return file_.dead(); }
 
  private:
   void run();
@@ -99,6 +101,7 @@ class WriteBehind {
 struct FileTrace {
   std::uint64_t rays = 0, hits = 0;
   TraceTimes times;
+  DeadRays dead;
   std::string ray_class;  // of the first rays, if the query's method is auto
 };
 

@@ -9,6 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "engine/core/tone.h"
+
 namespace ballot {
 
 enum class Pixel { Half, Float, Uint };  // the type of a channel in an EXR
@@ -44,8 +46,8 @@ Image read_exr(const std::filesystem::path& path);
 /// Returns a channel of half or float of a picture that was read from `file`. Throws Error(Work), which names the file.
 const Channel& channel_in(const std::filesystem::path& file, const Image& image, const std::string& name);
 
-/// Writes the channels R, G, B as an 8-bit PNG, atomically. Values are clamped to [0, 1] and sRGB encoded.
+/// Writes the channels R, G, B as an 8-bit PNG, atomically: tone-mapped and sRGB encoded.
 /// Throws Error(Work), and Error(Arguments) if a channel is missing.
-void write_png(const std::filesystem::path& path, const Image& image);
+void write_png(const std::filesystem::path& path, const Image& image, const Tone& tone = {});
 
 }  // namespace ballot

@@ -10,26 +10,25 @@
 namespace ballot {
 namespace {
 
-// Encodes by IEC 61966-2-1. A NaN becomes black.
-std::uint8_t to_srgb8(float linear) {
-  const float c = linear > 0 ? std::min(linear, 1.0f) : 0.0f;
+// Encodes a value in [0, 1] by IEC 61966-2-1.
+std::uint8_t to_srgb8(float c) {
   const float encoded = c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
   return static_cast<std::uint8_t>(std::lround(255 * encoded));
 }
 
 }  // namespace
 
-void write_png(const std::filesystem::path& path, const Image& image) {
+void write_png(const std::filesystem::path& path, const Image& image, const Tone& tone) {
   const std::size_t pixels = std::size_t{image.width} * image.height;
   std::vector<std::uint8_t> bytes(3 * pixels);
-  const char* names[] = {"R", "G", "B"};
-  for (std::size_t c = 0; c < 3; ++c) {
-    const Channel& channel = image.channel(names[c]);
-    if (channel.floats.size() != pixels) {
-      fail(Failure::Work, "cannot write {}: channel {} has {} values, expected {} x {}", path.string(), names[c],
-           channel.floats.size(), image.width, image.height);
-    }
-    for (std::size_t i = 0; i < pixels; ++i) bytes[3 * i + c] = to_srgb8(channel.floats[i]);
+  const std::array<const Channel*, 3> channels{&image.channel("R"), &image.channel("G"), &image.channel("B")};
+  for (const Channel* channel : channels)
+    if (channel->floats.size() != pixels)
+      fail(Failure::Work, "cannot write {}: channel {} has {} values, expected {} x {}", path.string(), channel->name,
+           channel->floats.size(), image.width, image.height);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const auto shown = toned({channels[0]->floats[i], channels[1]->floats[i], channels[2]->floats[i]}, tone);
+    for (std::size_t c = 0; c < 3; ++c) bytes[3 * i + c] = to_srgb8(shown[c]);
   }
   write_atomically(path, [&](const std::filesystem::path& temporary) {
     OutputFile out(temporary, path);

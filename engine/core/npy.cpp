@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -44,6 +46,25 @@ void write_array(const fs::path& path, std::string_view descr, const std::string
 
 }  // namespace
 
+DeadRays count_dead(std::span<const Ray> rays) {
+  constexpr std::uint32_t kInfinity = 0x7F800000, kSmallest = 0x00800000;  // the smallest float that is not denormal
+  std::atomic<std::uint64_t> not_finite = 0, no_direction = 0;
+  for_chunks(rays.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    std::uint64_t infinite = 0, still = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto words = std::bit_cast<std::array<std::uint32_t, 8>>(rays[i]);
+      const auto at = [&](std::size_t w) { return words[w] & 0x7FFFFFFF; };
+      const std::uint32_t direction = std::max({at(4), at(5), at(6)});
+      const bool bad = std::max({at(0), at(1), at(2), at(3), direction, at(7)}) >= kInfinity;
+      infinite += bad;
+      still += !bad && direction < kSmallest;
+    }
+    not_finite += infinite;
+    no_direction += still;
+  });
+  return {not_finite, no_direction};
+}
+
 RayFile::RayFile(const fs::path& path) : file_(std::make_unique<NpyFile>(path)) {
   const NpyHeader& header = file_->header();
   wide_ = header.descr == "'<f8'";
@@ -74,6 +95,14 @@ void RayFile::choose_part(std::uint64_t index, std::uint64_t parts) {
 }
 
 std::size_t RayFile::read(std::span<Ray> rays) {
+  const std::size_t count = read_some(rays);
+  const DeadRays dead = count_dead(rays.first(count));
+  dead_.not_finite += dead.not_finite;
+  dead_.no_direction += dead.no_direction;
+  return count;
+}
+
+std::size_t RayFile::read_some(std::span<Ray> rays) {
   const std::size_t count = std::size_t(std::min<std::uint64_t>(rays.size(), left_));
   left_ -= count;
   if (!wide_ && columns_ == 8) {

@@ -1,6 +1,7 @@
 // NumPy .npy files of rays, hits and triangles.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -13,6 +14,15 @@
 namespace ballot {
 
 class NpyFile;
+
+/// How many rays are no rays, and why: the first reason counts. They are reported as misses.
+struct DeadRays {
+  std::uint64_t not_finite = 0;    // a component is NaN or infinite
+  std::uint64_t no_direction = 0;  // each component of the direction is zero or denormal
+  std::uint64_t all() const { return not_finite + no_direction; }
+};
+/// Counts them. Rays whose range is empty are not among them.
+DeadRays count_dead(std::span<const Ray> rays);
 
 /// A file of rays, read in parts: float32 or float64, C order, little endian, of shape (n, 8), with the columns in the
 /// order of Ray, or (n, 6): origin, direction, without bounds. float64 is rounded to float32; a finite value beyond its
@@ -32,11 +42,16 @@ class RayFile {
   void choose_part(std::uint64_t index, std::uint64_t parts);
   /// Reads the next rays and returns their number: fewer than rays.size() only at the end. Throws Error(Work).
   std::size_t read(std::span<Ray> rays);
+  /// Returns the dead ones of the rays that were read.
+  const DeadRays& dead() const { return dead_; }
 
  private:
+  std::size_t read_some(std::span<Ray> rays);
+
   std::unique_ptr<NpyFile> file_;
   std::uint64_t count_ = 0, left_ = 0, columns_ = 0;
   bool wide_ = false;
+  DeadRays dead_;
 };
 
 /// Reads a whole file of rays. Throws as RayFile does.

@@ -150,6 +150,11 @@ NpyFile::NpyFile(const std::filesystem::path& path) : path_(path), file_(open_in
   read_header();
 }
 
+NpyFile::NpyFile(std::filesystem::path name, std::vector<std::byte> bytes)
+    : path_(std::move(name)), bytes_(std::move(bytes)), left_(bytes_.size()) {
+  read_header();
+}
+
 std::string NpyFile::found() const {
   return fmt::format("found dtype {}{} of shape {}", header_.descr, *header_.fortran_order ? ", Fortran order," : "",
                      shape_text(*header_.shape));
@@ -166,6 +171,12 @@ void NpyFile::read(void* out, std::size_t bytes) {
     stop(fmt::format("it ends early: {} bytes are left where {} are expected", *left_, bytes));
   if (!left_) {
     if (bytes > 0 && std::fread(out, 1, bytes, file_.get()) != bytes) stop("it ended while it was read");
+    return;
+  }
+  if (!file_) {
+    if (bytes > 0) std::memcpy(out, bytes_.data() + position_, bytes);
+    position_ += bytes;
+    *left_ -= bytes;
     return;
   }
   constexpr std::size_t kPart = 4 << 20;

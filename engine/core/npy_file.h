@@ -2,6 +2,7 @@
 // Internal to the readers of arrays.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -27,6 +28,8 @@ class NpyFile {
  public:
   /// "-" is standard input, whose length is not known beforehand.
   explicit NpyFile(const std::filesystem::path& path);
+  /// Takes the bytes of a file that is part of another one. `name` is for messages.
+  NpyFile(std::filesystem::path name, std::vector<std::byte> bytes);
 
   const NpyHeader& header() const { return header_; }
   /// Returns the dtype and the shape in words, for messages.
@@ -47,9 +50,10 @@ class NpyFile {
   void read_header();
 
   std::filesystem::path path_;
-  InputStream file_;
+  InputStream file_{nullptr, nullptr};
+  std::vector<std::byte> bytes_;       // instead of file_
   std::optional<std::uint64_t> left_;  // bytes; none: not known, as of a pipe
-  std::uint64_t position_ = 0;         // of a regular file
+  std::uint64_t position_ = 0;         // of a regular file or in bytes_
   NpyHeader header_;
 };
 

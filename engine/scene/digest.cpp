@@ -103,6 +103,10 @@ std::uint64_t digest_of(const Scene& scene) {
         for (const float x : row) d.number(x);
     });
   }
+  if (!scene.colors.empty())
+    d.list(scene.colors, [&](const auto& t) {
+      for (const glm::vec4& c : t) d.vector(glm::vec3(c)), d.number(c.a);
+    });
   d.list(scene.lights, [&](const Light& l) { add(d, l); });
   add(d, scene.sky);
   return d.value();

@@ -28,6 +28,7 @@ SceneFeatures features_of(const Scene& scene, const TreeFacts& tree) {
   SceneFeatures features{.shading_normals = !scene.normals.empty()};
   for (std::size_t m = 0; m < used.size(); ++m)
     if (used[m]) add(features, scene.materials[m]);
+  features.vertex_colors = !scene.colors.empty();
   features.lights = !scene.lights.empty();
   features.sky = scene.sky.kind != Sky::Kind::None;
   features.sky_map = scene.sky.kind == Sky::Kind::Map;

@@ -23,6 +23,7 @@ struct SceneFeatures {
   bool glossy = false;           // a material that is not purely Lambertian (Material::is_lambert)
   bool unlit = false;            // KHR_materials_unlit
   bool alpha = false;            // alpha masks or blending
+  bool vertex_colors = false;    // colours of vertices
   bool base_texture = false;     // texture of colour and alpha
   bool surface_texture = false;  // texture of metallic and roughness
   bool emissive_texture = false;
@@ -49,6 +50,7 @@ struct SceneFeatures {
             .glossy = true,
             .unlit = true,
             .alpha = true,
+            .vertex_colors = true,
             .base_texture = true,
             .surface_texture = true,
             .emissive_texture = true,

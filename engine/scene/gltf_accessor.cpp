@@ -221,6 +221,16 @@ AccessorView open_matrices(const GltfFile& file, int index, std::string_view pla
   return open_typed(file, index, place, TINYGLTF_TYPE_MAT4, {TINYGLTF_COMPONENT_TYPE_FLOAT}, "MAT4 of 5126 (float)");
 }
 
+AccessorView open_colors(const GltfFile& file, int index, std::string_view place, bool& alpha) {
+  const auto& accessors = file.model.accessors;
+  alpha = index >= 0 && static_cast<std::size_t>(index) < accessors.size() &&
+          accessors[static_cast<std::size_t>(index)].type == TINYGLTF_TYPE_VEC4;
+  return open_typed(
+      file, index, place, alpha ? TINYGLTF_TYPE_VEC4 : TINYGLTF_TYPE_VEC3,
+      {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT},
+      "VEC3 or VEC4 of 5126 (float), 5121 or 5123 (normalised integers of 8 or 16 bits)");
+}
+
 AccessorView open_joints(const GltfFile& file, int index, std::string_view place) {
   return open_typed(file, index, place, TINYGLTF_TYPE_VEC4,
                     {TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT},

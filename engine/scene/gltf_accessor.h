@@ -47,6 +47,8 @@ AccessorView open_accessor(const GltfFile& file, int index, std::string_view pla
 AccessorView open_positions(const GltfFile& file, int index, std::string_view place);  // VEC3; float or quantised
 AccessorView open_normals(const GltfFile& file, int index, std::string_view place);    // VEC3; float or quantised
 AccessorView open_uvs(const GltfFile& file, int index, std::string_view place);        // VEC2; float or quantised
+/// VEC3 or VEC4 of float, or of normalised integers of 8 or 16 bits; `alpha` tells which.
+AccessorView open_colors(const GltfFile& file, int index, std::string_view place, bool& alpha);
 AccessorView open_rotations(const GltfFile& file, int index, std::string_view place);  // VEC4; float or normalised
 AccessorView open_indices(const GltfFile& file, int index, std::string_view place);   // SCALAR; 8, 16, 32 bits unsigned
 AccessorView open_times(const GltfFile& file, int index, std::string_view place);     // SCALAR; float

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
+#include <string_view>
 
 #include "engine/scene/loaders.h"
 #include "engine/scene/placing.h"
@@ -77,6 +79,20 @@ Material convert_material(const GltfFile& file, std::size_t index, GltfTextures*
   }
   if (textures) read_textures(from, label("material", index, from.name), *textures, to);
   return to;
+}
+
+void note_unmodelled(const GltfFile& file, const std::set<std::size_t>& used, std::vector<std::string>& notes) {
+  constexpr std::array<std::string_view, 4> kModelled{"KHR_materials_emissive_strength", "KHR_materials_transmission",
+                                                      "KHR_materials_ior", "KHR_materials_unlit"};
+  std::map<std::string, std::size_t> counts;
+  for (const std::size_t i : used) {
+    if (i >= file.model.materials.size()) continue;  // the default material
+    for (const auto& [name, value] : file.model.materials[i].extensions)
+      if (std::ranges::find(kModelled, name) == kModelled.end()) ++counts[name];
+  }
+  for (const auto& [name, count] : counts)
+    notes.push_back(fmt::format("{} is not modelled: {} {} without it.", name, count,
+                                count == 1 ? "material is drawn" : "materials are drawn"));
 }
 
 NodeTransform node_transform(const GltfFile& file, std::size_t index) {

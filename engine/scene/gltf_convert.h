@@ -2,6 +2,7 @@
 #pragma once
 
 #include <glm/mat4x4.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,9 @@ namespace ballot {
 /// Appends to `notes` what was mended. Throws Error(Work).
 Material convert_material(const GltfFile& file, std::size_t index, GltfTextures* textures,
                           std::vector<std::string>& notes);
+
+/// Appends a note for each extension of the materials `used` that Ballot does not model, with the number of materials.
+void note_unmodelled(const GltfFile& file, const std::set<std::size_t>& used, std::vector<std::string>& notes);
 
 /// Converts the light of KHR_lights_punctual that a node places.
 /// Throws Error(Work) on an index out of range, an unknown type, a position or intensity that is not finite, and an

@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string_view>
 
 #include "engine/core/file.h"
 #include "engine/core/json_depth.h"
 #include "engine/scene/gltf_accessor.h"
+#include "engine/scene/gltf_compressed.h"
 #include "engine/scene/loaders.h"
 #include "engine/scene/named_file.h"
 
@@ -123,6 +125,25 @@ std::string tidy(std::string text) {
   return text.substr(0, 300);  // a bad data URI would be quoted in full
 }
 
+/// Returns a GLB with another JSON chunk.
+Bytes with_json(const std::filesystem::path& path, const Bytes& bytes, std::string text) {
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  const std::size_t start = kGlbHeader + kChunkHeader, rest = start + word(bytes, kGlbHeader);
+  const std::size_t tail = word(bytes, 8) - rest, length = start + text.size() + tail;
+  if (length > std::numeric_limits<std::uint32_t>::max())
+    fail_in(path, "has {} bytes; glTF files end at 4 GiB; split the scene into several buffers", length);
+  Bytes to(length);
+  std::memcpy(to.data(), bytes.data(), start);
+  std::memcpy(to.data() + start, text.data(), text.size());
+  std::memcpy(to.data() + start + text.size(), bytes.data() + rest, tail);
+  const auto put = [&](std::size_t at, std::size_t value) {
+    for (std::size_t i = 0; i < 4; ++i) to[at + i] = std::byte(value >> (8 * i) & 0xFF);
+  };
+  put(8, length);
+  put(kGlbHeader, text.size());
+  return to;
+}
+
 void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view json) {
   tinygltf::TinyGLTF reader;
   reader.SetImageLoader(keep_encoded, nullptr);
@@ -156,22 +177,27 @@ void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view jso
   fail_in(file.path, "is not valid glTF 2.0: {}; export it again", reason.empty() ? "no reason given" : reason);
 }
 
-/// Throws on required extensions that Ballot cannot read. Material extensions change no triangle, so an unknown one
-/// gives only a note.
+/// Throws on required extensions that Ballot cannot read. Extensions of materials and textures change no triangle, so
+/// an unknown one gives only a note.
 void check_extensions(GltfFile& file) {
-  constexpr std::array<std::string_view, 8> kRead{"KHR_mesh_quantization",      "KHR_materials_emissive_strength",
-                                                  "KHR_materials_transmission", "KHR_materials_ior",
-                                                  "KHR_materials_unlit",        "KHR_lights_punctual",
-                                                  "KHR_texture_transform",      "EXT_mesh_gpu_instancing"};
+  constexpr std::array<std::string_view, 11> kRead{kMeshopt,
+                                                   kDraco,
+                                                   "EXT_texture_webp",
+                                                   "KHR_mesh_quantization",
+                                                   "KHR_materials_emissive_strength",
+                                                   "KHR_materials_transmission",
+                                                   "KHR_materials_ior",
+                                                   "KHR_materials_unlit",
+                                                   "KHR_lights_punctual",
+                                                   "KHR_texture_transform",
+                                                   "EXT_mesh_gpu_instancing"};
   for (const std::string& name : file.model.extensionsRequired) {
     if (std::ranges::find(kRead, name) != kRead.end()) continue;
-    if (name.starts_with("KHR_materials_")) {
+    if (name.starts_with("KHR_materials_") || name == "KHR_texture_basisu" || name == "EXT_texture_avif") {
       file.notes.push_back(fmt::format("The extension {}, which the file requires, was ignored.", name));
       continue;
     }
-    const bool compressed = name.find("compression") != std::string::npos;
-    fail_in(file.path, "requires the glTF extension {}, which Ballot cannot read; export it {}", name,
-            compressed ? "without compression" : "without it");
+    fail_in(file.path, "requires the glTF extension {}, which Ballot cannot read; export it without it", name);
   }
 }
 
@@ -195,10 +221,17 @@ GltfFile read_gltf(const std::filesystem::path& path, const LoadOptions& options
     fail_in(path, "is not glTF: expected the word glTF (binary) or '{{' (text) at its start, found '{}'",
             tidy(std::string(json.substr(0, 4))));
   check_json_depth(path, json);  // tinygltf recurses into "extras" without a limit
-  parse(file, bytes, binary, json);
+  const std::optional<std::string> completed = completed_json(json);
+  if (!completed)
+    parse(file, bytes, binary, json);
+  else if (binary)
+    parse(file, with_json(path, bytes, *completed), true, {});
+  else
+    parse(file, bytes, false, *completed);
   if (!file.model.asset.version.starts_with("2"))
     fail_in(path, "is glTF version '{}'; expected 2.0; convert it with a current exporter", file.model.asset.version);
   check_extensions(file);
+  decompress(file);
   for (std::size_t i = 0; i < file.model.bufferViews.size(); ++i)
     open_buffer_view(file, static_cast<int>(i), label("bufferView", i, ""));
   return file;

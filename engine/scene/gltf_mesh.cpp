@@ -1,5 +1,6 @@
 #include "engine/scene/gltf_mesh.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -65,6 +66,12 @@ void open_attributes(const GltfFile& file, const tinygltf::Primitive& from, Open
       fail_in(file.path, "{} has {} normals for {} vertices; expected as many", to.place, to.normals->size(),
               to.positions.size());
   }
+  if (const auto color = from.attributes.find("COLOR_0"); color != from.attributes.end()) {
+    to.colors = open_colors(file, color->second, to.place + " COLOR_0", to.color_alpha);
+    if (to.colors->size() < to.positions.size())
+      fail_in(file.path, "{} has {} colours for {} vertices; expected as many", to.place, to.colors->size(),
+              to.positions.size());
+  }
   for (std::size_t set = 0; set < kUvSets; ++set) {
     const std::string name = fmt::format("TEXCOORD_{}", set);
     const auto uv = from.attributes.find(name);
@@ -88,6 +95,18 @@ void append_uvs(const OpenPrimitive& primitive, const std::array<std::size_t, 3>
       if (!std::isfinite(uvs[k].x) || !std::isfinite(uvs[k].y)) uvs[k] = glm::vec2(0);
     }
   }
+}
+
+/// Appends the colours of a triangle. One that is not finite, or below 0, becomes 0.
+void append_colors(const OpenPrimitive& primitive, const std::array<std::size_t, 3>& corners, Scene& scene) {
+  std::array<glm::vec4, 3>& colors = scene.colors.emplace_back();
+  colors.fill(glm::vec4(1));
+  if (!primitive.colors) return;
+  for (std::size_t k = 0; k < 3; ++k)
+    for (int c = 0; c < (primitive.color_alpha ? 4 : 3); ++c) {
+      const auto value = static_cast<float>(primitive.colors->component(corners[k], static_cast<std::size_t>(c)));
+      colors[k][c] = std::isfinite(value) ? std::max(value, 0.0f) : 0.0f;
+    }
 }
 
 }  // namespace
@@ -142,6 +161,7 @@ void append_primitive(const GltfFile& file, const OpenPrimitive& primitive, cons
     scene.triangles.push_back(triangle);
     scene.material_of.push_back(primitive.material);
     append_uvs(primitive, corners, carried, scene);
+    if (carried.colors) append_colors(primitive, corners, scene);
     if (!carried.normals) continue;
     std::array<glm::vec3, 3> shading{};
     for (std::size_t k = 0; k < 3; ++k) {

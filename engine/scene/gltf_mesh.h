@@ -14,7 +14,8 @@ namespace ballot {
 struct OpenPrimitive {
   std::size_t mesh = 0, primitive = 0;
   AccessorView positions{};
-  std::optional<AccessorView> normals{}, indices{};
+  std::optional<AccessorView> normals{}, indices{}, colors{};
+  bool color_alpha = false;  // of colors
   std::array<std::optional<AccessorView>, kUvSets> uvs{};
   int mode = 0;
   std::uint32_t material = 0;
@@ -29,6 +30,7 @@ std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, st
 /// The vertex attributes that a scene's triangles carry besides positions.
 struct Carried {
   bool normals = false;
+  bool colors = false;              // white where a primitive has none
   std::array<bool, kUvSets> uvs{};  // coordinates (0, 0) where a primitive has none
 };
 

@@ -52,11 +52,25 @@ TextureUse GltfTextures::use(int index, int set, const tinygltf::ExtensionMap& e
   return use;
 }
 
+int GltfTextures::source_of(int index) const {
+  const tinygltf::Texture& from = file_.model.textures[static_cast<std::size_t>(index)];
+  const auto webp = from.extensions.find("EXT_texture_webp");
+  if (webp != from.extensions.end() && webp->second.IsObject() && webp->second.Has("source") &&
+      webp->second.Get("source").IsNumber())
+    return webp->second.Get("source").GetNumberAsInt();
+  return from.source;
+}
+
 bool GltfTextures::is_absent(int index) {
   const auto& textures = file_.model.textures;
   const auto& images = file_.model.images;
   if (index < 0 || static_cast<std::size_t>(index) >= textures.size()) return false;
-  const int source = textures[static_cast<std::size_t>(index)].source;
+  const int source = source_of(index);
+  if (source == -1 && absent_.insert(-1).second)
+    scene_.notes.push_back(
+        fmt::format("The {} has no PNG, JPEG or WebP, so it was left out; so are others like it.",
+                    label("texture", static_cast<std::size_t>(index), textures[static_cast<std::size_t>(index)].name)));
+  if (source == -1) return true;
   if (source < 0 || static_cast<std::size_t>(source) >= images.size()) return false;
   const tinygltf::Image& from = images[static_cast<std::size_t>(source)];
   if (from.bufferView != -1 || from.uri.empty()) return false;
@@ -87,15 +101,13 @@ std::uint32_t GltfTextures::texture(int index, bool srgb, const std::string& pla
     to.wrap_v = wrap_of(sampler.wrapT);
     to.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
   }
-  to.image = image(from.source, srgb, name);
+  to.image = image(source_of(index), srgb, name);
   scene_.textures.push_back(to);
   return entry->second = static_cast<std::uint32_t>(scene_.textures.size() - 1);
 }
 
 std::uint32_t GltfTextures::image(int index, bool srgb, const std::string& place) {
   const auto& images = file_.model.images;
-  if (index == -1)
-    fail_in(file_.path, "{} has no PNG or JPEG source (other formats need an extension); export it with one", place);
   if (index < 0 || static_cast<std::size_t>(index) >= images.size())
     fail_in(file_.path, "{} names image {}, but the file has {}", place, index, images.size());
   const auto [entry, fresh] = images_.try_emplace({index, srgb}, 0);

@@ -18,13 +18,16 @@ class GltfTextures {
   GltfTextures(const GltfFile& file, Scene& scene) : file_(file), scene_(scene) {}
 
   /// Returns a material's use of texture `index` with coordinate set `set`, including KHR_texture_transform; an index
-  /// of -1 gives no texture. So does an image whose file does not exist, with a note. `place` names the material in
+  /// of -1 gives no texture. So does, with a note, an image whose file does not exist or that is of a kind that Ballot
+  /// does not decode (KHR_texture_basisu). `place` names the material in
   /// errors. Throws Error(Work) if the file refers to something that it does not contain, or the image cannot
   /// be read or decoded.
   TextureUse use(int index, int set, const tinygltf::ExtensionMap& extensions, bool srgb, const std::string& place);
 
  private:
   bool is_absent(int index);
+  /// Returns the image of a texture: WebP if it has one, else PNG or JPEG; -1: none of these.
+  int source_of(int index) const;
   std::uint32_t texture(int index, bool srgb, const std::string& place);
   std::uint32_t image(int index, bool srgb, const std::string& place);
 

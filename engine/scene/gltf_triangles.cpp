@@ -91,6 +91,7 @@ void add_carried(const std::vector<OpenPrimitive>& mesh, const Scene& scene, Car
   for (const OpenPrimitive& primitive : mesh) {
     if (primitive.triangle_count == 0) continue;
     carried.normals |= primitive.normals.has_value();
+    carried.colors |= primitive.colors.has_value();
     if (primitive.material >= scene.materials.size()) continue;
     for (const TextureUse* use : scene.materials[primitive.material].uses())
       if (*use) carried.uvs[use->set] = true;
@@ -153,11 +154,12 @@ void reserve(const GltfFile& file, const SceneSizes& sizes, Scene& scene) {
   const Carried& carried = sizes.carried;
   const std::size_t sets = static_cast<std::size_t>(std::ranges::count(carried.uvs, true));
   need_memory(sizes.held * (sizeof(Triangle) + sizeof(std::uint32_t) + (carried.normals ? sizeof(Triangle) : 0) +
-                            sets * 3 * sizeof(glm::vec2)),
+                            (carried.colors ? 3 * sizeof(glm::vec4) : 0) + sets * 3 * sizeof(glm::vec2)),
               fmt::format("{}: the scene of {} triangles", file.path.string(), sizes.held));
   scene.triangles.reserve(sizes.held);
   scene.material_of.reserve(sizes.held);
   if (carried.normals) scene.normals.reserve(sizes.held);
+  if (carried.colors) scene.colors.reserve(sizes.held);
   for (std::size_t set = 0; set < kUvSets; ++set)
     if (carried.uvs[set]) scene.uvs[set].reserve(sizes.held);
 }

@@ -15,6 +15,7 @@ namespace {
 constexpr std::array kFormats{
     SceneFormat{".gltf", load_gltf}, SceneFormat{".glb", load_gltf}, SceneFormat{".obj", load_obj},
     SceneFormat{".ply", load_ply},   SceneFormat{".stl", load_stl},  SceneFormat{".npy", load_npy},
+    SceneFormat{".npz", load_npz},
 };
 
 const SceneFormat& format_of(const std::filesystem::path& path) {
@@ -29,7 +30,21 @@ const SceneFormat& format_of(const std::filesystem::path& path) {
           extension, known);
 }
 
+/// Returns the format of a scene file that exists and is not empty.
+const SceneFormat& checked_format(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) fail_in(path, "there is no such scene file; check the path");
+  if (std::filesystem::is_directory(status)) fail_in(path, "is a folder; expected a scene file in it");
+  const SceneFormat& format = format_of(path);
+  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) == 0 && !error)
+    fail_in(path, "is empty (0 bytes); expected a {} scene", format.extension);
+  return format;
+}
+
 }  // namespace
+
+void check_scene_file(const std::filesystem::path& path) { checked_format(path); }
 
 void complete_mesh(const std::filesystem::path& path, Scene& scene) {
   for (std::size_t t = 0; t < scene.triangles.size(); ++t)
@@ -43,13 +58,7 @@ void complete_mesh(const std::filesystem::path& path, Scene& scene) {
 std::span<const SceneFormat> scene_formats() { return kFormats; }
 
 Scene load_scene(const std::filesystem::path& path, const LoadOptions& options) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) fail_in(path, "there is no such scene file; check the path");
-  if (std::filesystem::is_directory(status)) fail_in(path, "is a folder; expected a scene file in it");
-  const SceneFormat& format = format_of(path);
-  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) == 0 && !error)
-    fail_in(path, "is empty (0 bytes); expected a {} scene", format.extension);
+  const SceneFormat& format = checked_format(path);
   try {
     Scene scene = format.load(path, options);
     scene.name = path.stem().string();

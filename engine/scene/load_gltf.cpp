@@ -22,6 +22,7 @@ void read_materials(const GltfFile& file, const OpenMeshes& meshes, Scene& scene
     for (const OpenPrimitive& p : primitives)
       if (p.triangle_count > 0) used.insert(p.material);
   GltfTextures textures(file, scene);
+  note_unmodelled(file, used, scene.notes);
   for (std::size_t i = 0; i < file.model.materials.size(); ++i)
     scene.materials.push_back(convert_material(file, i, used.contains(i) ? &textures : nullptr, scene.notes));
   if (used.contains(scene.materials.size())) scene.materials.push_back({.name = "default"});

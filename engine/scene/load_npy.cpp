@@ -1,36 +1,117 @@
-// Loads a NumPy array of triangles: shape (n, 3, 3) or (n, 9), x y z of three vertices, float32 or float64.
+// Loads NumPy arrays of triangles: an .npy of shape (n, 3, 3) or (n, 9), x y z of three vertices, float32 or float64;
+// or an .npz with such an array, or with vertices and the indices of triangles.
+#include <algorithm>
 #include <vector>
 
+#include "engine/core/memory.h"
 #include "engine/core/npy_file.h"
+#include "engine/core/zip_file.h"
 #include "engine/scene/loaders.h"
 
 namespace ballot {
+namespace {
+
+/// An array of rows of numbers, as a header describes it.
+struct Rows {
+  std::uint64_t count = 0, width = 0;
+  char kind = 0;          // f, i, u
+  std::size_t bytes = 0;  // of a number
+};
+
+/// Returns the rows of an array: (n, width), or (n, 3, 3) for a width of 9. Width 0: it is no array of rows.
+Rows rows_of(const NpyFile& file) {
+  const NpyHeader& header = file.header();
+  const std::vector<std::uint64_t> shape = header.shape.value_or(std::vector<std::uint64_t>{});
+  const std::string& descr = header.descr;  // such as "'<f4'"
+  const bool plain = descr.size() == 5 && descr[0] == '\'' && (descr[1] == '<' || descr[1] == '|');
+  if (!plain || header.fortran_order.value_or(false) || descr[3] < '1' || descr[3] > '8') return {};
+  Rows rows{.kind = descr[2], .bytes = static_cast<std::size_t>(descr[3] - '0')};
+  if (shape.size() == 2) rows.count = shape[0], rows.width = shape[1];
+  if (shape.size() == 3 && shape[1] == 3 && shape[2] == 3) rows.count = shape[0], rows.width = 9;
+  return rows;
+}
+
+bool are_floats(const Rows& rows) { return rows.kind == 'f' && (rows.bytes == 4 || rows.bytes == 8); }
+bool are_integers(const Rows& rows) { return rows.kind == 'i' || rows.kind == 'u'; }
+
+/// Reads rows of floats; float64 is rounded.
+template <class Row>
+void read_floats(const std::filesystem::path& path, NpyFile& file, const Rows& rows, std::vector<Row>& to) {
+  static_assert(sizeof(Row) % sizeof(float) == 0);
+  constexpr std::size_t kWidth = sizeof(Row) / sizeof(float);
+  file.expect_items(rows.count, kWidth * rows.bytes);
+  need_memory(rows.count * sizeof(Row), fmt::format("{}: {} rows", path.string(), rows.count));
+  to.resize(rows.count);
+  if (rows.bytes == sizeof(float)) return file.read(to.data(), to.size() * sizeof(Row));
+  std::array<double, kWidth> values;
+  for (Row& row : to) {
+    file.read(values.data(), sizeof values);
+    auto* floats = reinterpret_cast<float*>(&row);
+    for (std::size_t i = 0; i < kWidth; ++i) floats[i] = float(values[i]);
+  }
+}
+
+Scene triangles_of(const std::filesystem::path& path, NpyFile& file) {
+  const Rows rows = rows_of(file);
+  if (rows.width != 9 || !are_floats(rows))
+    fail_in(path, "has {}; expected triangles: float32 or float64 of shape (n, 3, 3), in C order", file.found());
+  if (rows.count > kMaxTriangles)
+    fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", rows.count, kMaxTriangles);
+  Scene scene;
+  read_floats(path, file, rows, scene.triangles);
+  complete_mesh(path, scene);
+  return scene;
+}
+
+/// Joins vertices with the indices of triangles.
+Scene indexed_of(const std::filesystem::path& path, NpyFile& vertices, NpyFile& faces) {
+  const Rows points = rows_of(vertices), corners = rows_of(faces);
+  if (points.width != 3 || !are_floats(points))
+    fail_in(path, "its vertices have {}; expected float32 or float64 of shape (n, 3)", vertices.found());
+  if (corners.width != 3 || !are_integers(corners))
+    fail_in(path, "its triangles have {}; expected whole numbers of shape (n, 3)", faces.found());
+  if (corners.count > kMaxTriangles)
+    fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", corners.count, kMaxTriangles);
+  std::vector<glm::vec3> positions;
+  read_floats(path, vertices, points, positions);
+  faces.expect_items(corners.count, 3 * corners.bytes);
+  need_memory(corners.count * sizeof(Triangle), fmt::format("{}: {} triangles", path.string(), corners.count));
+  Scene scene;
+  scene.triangles.resize(corners.count);
+  for (std::size_t t = 0; t < scene.triangles.size(); ++t)
+    for (glm::vec3& vertex : scene.triangles[t]) {
+      std::uint64_t index = 0;  // a negative one has its sign bit, or is too large
+      faces.read(&index, corners.bytes);
+      if (index >= positions.size())
+        fail_in(path, "triangle {} names vertex {}, but there are {}", t, index, positions.size());
+      vertex = positions[index];
+    }
+  complete_mesh(path, scene);
+  return scene;
+}
+
+}  // namespace
 
 Scene load_npy(const std::filesystem::path& path, const LoadOptions&) {
   NpyFile file(path);
-  const NpyHeader& header = file.header();
-  const bool f4 = header.descr == "'<f4'", f8 = header.descr == "'<f8'";
-  const std::vector<std::uint64_t> shape = header.shape.value_or(std::vector<std::uint64_t>{});
-  const bool threes = shape.size() == 3 && shape[1] == 3 && shape[2] == 3, nines = shape.size() == 2 && shape[1] == 9;
-  if ((!f4 && !f8) || (!threes && !nines) || header.fortran_order.value_or(false))
-    fail_in(path, "has {}; expected triangles: float32 or float64 of shape (n, 3, 3), in C order", file.found());
-  const std::uint64_t count = shape[0];
-  if (count > kMaxTriangles)
-    fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", count, kMaxTriangles);
-  file.expect_items(count, 9 * (f4 ? sizeof(float) : sizeof(double)));
-  Scene scene;
-  scene.triangles.resize(count);
-  if (f4) {
-    file.read(scene.triangles.data(), count * sizeof(Triangle));
-  } else {
-    std::array<double, 9> values;
-    for (Triangle& t : scene.triangles) {
-      file.read(values.data(), sizeof values);
-      for (std::size_t i = 0; i < 9; ++i) t[i / 3][int(i % 3)] = float(values[i]);
-    }
+  return triangles_of(path, file);
+}
+
+Scene load_npz(const std::filesystem::path& path, const LoadOptions&) {
+  const ZipFile zip(path);
+  const std::vector<std::string> names = zip.names();
+  const auto open = [&](const std::string& name) { return NpyFile(path / name, zip.read(name)); };
+  const auto has = [&](const char* name) { return std::ranges::find(names, name) != names.end(); };
+  const std::string faces = has("faces.npy") ? "faces.npy" : "triangles.npy";
+  if (has("vertices.npy") && has(faces.c_str())) {
+    NpyFile points = open("vertices.npy"), corners = open(faces);
+    return indexed_of(path, points, corners);
   }
-  complete_mesh(path, scene);
-  return scene;
+  if (!has("triangles.npy") && names.size() != 1)
+    fail_in(path, "has the arrays {}; expected 'triangles', or 'vertices' and 'faces'",
+            names.empty() ? "(none)" : fmt::format("{}", fmt::join(names, ", ")));
+  NpyFile triangles = open(has("triangles.npy") ? "triangles.npy" : names[0]);
+  return triangles_of(path, triangles);
 }
 
 }  // namespace ballot

@@ -41,9 +41,11 @@ Scene load_ply(const std::filesystem::path& path, const LoadOptions&) {
     for (std::array<std::uint32_t, 3> corners : cut) {
       const Triangle& triangle =
           scene.triangles.emplace_back(Triangle{polygon[corners[0]], polygon[corners[1]], polygon[corners[2]]});
-      if (file.normals.empty()) continue;
       for (std::uint32_t& corner : corners) corner = file.corners[first + corner];
-      scene.normals.push_back(normals_of(file, corners, triangle));
+      if (!file.normals.empty()) scene.normals.push_back(normals_of(file, corners, triangle));
+      if (file.colors.empty()) continue;
+      std::array<glm::vec4, 3>& colors = scene.colors.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) colors[k] = glm::vec4(file.colors[corners[k]], 1);
     }
     first = end;
     if (scene.triangles.size() > kMaxTriangles)

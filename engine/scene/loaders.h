@@ -15,6 +15,7 @@ Scene load_obj(const std::filesystem::path& path, const LoadOptions& options);
 Scene load_ply(const std::filesystem::path& path, const LoadOptions& options);
 Scene load_stl(const std::filesystem::path& path, const LoadOptions& options);
 Scene load_npy(const std::filesystem::path& path, const LoadOptions& options);  // an array of triangles
+Scene load_npz(const std::filesystem::path& path, const LoadOptions& options);
 
 /// Gives every triangle of a file without materials the default one. Throws Error(Work), which names the file and the
 /// triangle, if a vertex is not finite.

@@ -197,23 +197,37 @@ void check_counts(const std::filesystem::path& path, const Header& header, std::
               e.name, bytes);
 }
 
+/// Returns the value of a type that stands for a full colour.
+float most_of(const Type& type) {
+  const bool integer = !type.other_name.starts_with("float");
+  return integer && type.bytes == 1 ? 255.0f : integer && type.bytes == 2 ? 65535.0f : 1.0f;
+}
+
+/// Returns the linear value of an sRGB one in [0, 1], by IEC 61966-2-1. What is no number becomes 0.
+float linear_of(float value) {
+  const float c = value > 0 ? std::min(value, 1.0f) : 0.0f;
+  return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
+}
+
 void read_vertices(Body& body, const Element& element, const std::filesystem::path& path, PlyFile& file) {
-  std::array<std::optional<std::size_t>, 6> wanted;
-  constexpr std::array kNames{"x", "y", "z", "nx", "ny", "nz"};
-  for (std::size_t i = 0; i < 6; ++i) wanted[i] = element.find(kNames[i]);
+  constexpr std::array kNames{"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"};
+  std::array<std::optional<std::size_t>, kNames.size()> wanted;
+  for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = element.find(kNames[i]);
   if (!wanted[0] || !wanted[1] || !wanted[2]) fail_in(path, "its vertices have no x, y and z");
   const bool normals = wanted[3] && wanted[4] && wanted[5];
   file.vertices.reserve(element.count);
   if (normals) file.normals.reserve(element.count);
+  const bool colors = wanted[6] && wanted[7] && wanted[8] && !element.properties[*wanted[6]].count;
+  const float most = colors ? most_of(*element.properties[*wanted[6]].type) : 1;
   for (std::uint64_t v = 0; v < element.count; ++v) {
-    std::array<float, 6> values{};
+    std::array<float, kNames.size()> values{};
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       if (element.properties[p].count) {
         body.skip(element.properties[p], element);
         continue;
       }
       const float value = float(body.number(*element.properties[p].type, element));
-      for (std::size_t i = 0; i < 6; ++i)
+      for (std::size_t i = 0; i < values.size(); ++i)
         if (wanted[i] == p) values[i] = value;
     }
     for (std::size_t i = 0; i < 3; ++i)
@@ -221,6 +235,8 @@ void read_vertices(Body& body, const Element& element, const std::filesystem::pa
         fail_in(path, "vertex {} is ({}, {}, {}); expected finite numbers", v, values[0], values[1], values[2]);
     file.vertices.emplace_back(values[0], values[1], values[2]);
     if (normals) file.normals.emplace_back(values[3], values[4], values[5]);
+    if (colors)
+      file.colors.emplace_back(linear_of(values[6] / most), linear_of(values[7] / most), linear_of(values[8] / most));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include "engine/core/error.h"
+#include "engine/core/spelling.h"
 #include "engine/scene/instances.h"
 #include "engine/scene/loaders.h"
 
@@ -19,6 +20,9 @@ void check_sizes(const Scene& scene) {
   if (!scene.normals.empty() && scene.normals.size() != count)
     fail(Failure::Arguments, "scene '{}' has {} triangles, but {} triples of normals; expected as many, or none",
          scene.name, count, scene.normals.size());
+  if (!scene.colors.empty() && scene.colors.size() != count)
+    fail(Failure::Arguments, "scene '{}' has {} triangles, but {} triples of colours; expected as many, or none",
+         scene.name, count, scene.colors.size());
   if (scene.material_of.size() != count)
     fail(Failure::Arguments, "scene '{}' has {} triangles, but {} entries in material_of; expected as many", scene.name,
          count, scene.material_of.size());
@@ -95,12 +99,13 @@ void finish_scene(Scene& scene) {
 }
 
 const View& find_view(const Scene& scene, std::string_view name) {
-  std::string names;
+  std::vector<std::string_view> names;
   for (const View& view : scene.views) {
     if (view.name == name) return view;
-    names += (names.empty() ? "" : ", ") + view.name;
+    names.push_back(view.name);
   }
-  fail(Failure::Arguments, "scene '{}' has no view '{}'; there are: {}", scene.name, name, names);
+  fail(Failure::Arguments, "scene '{}' has no view '{}'{}; there are: {}", scene.name, name, did_you_mean(name, names),
+       fmt::join(names, ", "));
 }
 
 glm::vec3 geometric_normal(const Triangle& triangle) {

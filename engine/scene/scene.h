@@ -8,6 +8,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <memory>
 #include <span>
 #include <string>
@@ -55,6 +56,9 @@ struct Scene {
   std::vector<TextureImage> images;        // images of those textures
   /// Texture coordinates, three per triangle. A set that no material in use needs is empty.
   std::array<std::vector<std::array<glm::vec2, 3>>, kUvSets> uvs;
+  /// Colours of the vertices, three per triangle: linear RGBA, which multiply the base colour and alpha; empty if no
+  /// primitive of the file has them.
+  std::vector<std::array<glm::vec4, 3>> colors;
   SceneInstances instances;        // none: the scene is flat
   std::vector<Light> lights;       // KHR_lights_punctual
   Sky sky;                         // scene files have none: the caller sets it
@@ -89,6 +93,9 @@ struct LoadOptions {
 /// folder, or that needs more memory than there is (memory.h). The text names file, place and value.
 /// Thread-safe for different files and for the same file.
 Scene load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
+
+/// Throws as load_scene() does for a file that is missing, empty or of another format. Does not read the file.
+void check_scene_file(const std::filesystem::path& path);
 
 /// Checks and completes a scene built in memory, as load_scene() does: bounds, default material and default view.
 /// Throws Error(Arguments) if array sizes disagree, if an index of a material, texture, image or set of coordinates is

@@ -1,10 +1,12 @@
 #include "engine/scene/texture.h"
 
 #include <stb/stb_image.h>
+#include <webp/decode.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <memory>
 
@@ -65,6 +67,11 @@ MipLevel half_of(const MipLevel& from, bool by_alpha) {
   return to;
 }
 
+bool is_webp(std::span<const unsigned char> bytes) {
+  return bytes.size() >= 12 && std::memcmp(bytes.data(), "RIFF", 4) == 0 &&
+         std::memcmp(bytes.data() + 8, "WEBP", 4) == 0;
+}
+
 }  // namespace
 
 TextureImage decode_image(std::span<const unsigned char> bytes, const std::string& place, bool srgb) {
@@ -72,19 +79,28 @@ TextureImage decode_image(std::span<const unsigned char> bytes, const std::strin
   if (bytes.size() > std::size_t(std::numeric_limits<int>::max()))
     fail(Failure::Work, "{} has {} bytes; expected less than 2 GiB", place, bytes.size());
   const int size = int(bytes.size());
+  const bool webp = is_webp(bytes);
   int width = 0, height = 0, channels = 0;
-  if (!stbi_info_from_memory(bytes.data(), size, &width, &height, &channels))
-    fail(Failure::Work, "{} cannot be decoded: {}; expected a PNG or JPEG", place, stbi_failure_reason());
+  if (webp ? !WebPGetInfo(bytes.data(), bytes.size(), &width, &height)
+           : !stbi_info_from_memory(bytes.data(), size, &width, &height, &channels))
+    fail(Failure::Work, "{} cannot be decoded: {}; expected a PNG, JPEG or WebP", place,
+         webp ? "bad WebP header" : stbi_failure_reason());
   if (width < 1 || height < 1 || width > kMostPixels || height > kMostPixels)
     fail(Failure::Work, "{} has {} x {} pixels; expected 1 to {} on each side; make it smaller", place, width, height,
          kMostPixels);
   const std::uint64_t decoded = std::uint64_t(width) * std::uint64_t(height) * 4;
   need_memory(3 * decoded,
               fmt::format("{}: an image of {} x {} pixels", place, width, height));  // encoded lines, two copies
+  TextureImage image{.name = place, .width = std::uint32_t(width), .height = std::uint32_t(height), .srgb = srgb};
+  if (webp) {
+    image.rgba.resize(decoded);
+    if (!WebPDecodeRGBAInto(bytes.data(), bytes.size(), image.rgba.data(), decoded, 4 * width))
+      fail(Failure::Work, "{} cannot be decoded: bad or animated WebP data; export it again", place);
+    return image;
+  }
   const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
       stbi_load_from_memory(bytes.data(), size, &width, &height, &channels, 4), stbi_image_free);
   if (!pixels) fail(Failure::Work, "{} cannot be decoded: {}; export it again", place, stbi_failure_reason());
-  TextureImage image{.name = place, .width = std::uint32_t(width), .height = std::uint32_t(height), .srgb = srgb};
   image.rgba.assign(pixels.get(), pixels.get() + decoded);
   return image;
 }

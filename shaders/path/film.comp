@@ -30,12 +30,15 @@ void main() {
 #endif
   for (uint s = 0u; s < push.samples; ++s) {
     Path path = get_path(paths, pixel * push.samples + s);
-    sum += path.radiance;
+    precise vec3 radiance = path.radiance;
+    float peak = max(max(radiance.r, radiance.g), radiance.b);
+    if (peak > push.most) radiance *= push.most / peak;
+    sum += radiance;
     alpha += float(path.hit);
 #if BALLOT_MOMENTS
     float n = float(push.first_sample + s + 1u);
     if (n > 1.0) {
-      precise vec3 off = n * path.radiance - sum;
+      precise vec3 off = n * radiance - sum;
       moment += off * off / (n * (n - 1.0));
     }
 #endif

@@ -44,6 +44,7 @@
 #define BIND_TOTALS 12
 // BIND_UVS: texel buffer, two texels a triangle and coordinate set: (u0 v0 u1 v1), (u2 v2 0 0); only with textures.
 #define BIND_UVS 13
+// BIND_COLORS, below: texel buffer, two texels a triangle: half RGBA of vertices 0 and 1, then of 2; only with colours.
 #define BIND_TEXELS 14  // texel buffer of all mip maps; a texel holds two linear half RGBA texels
 #define BIND_TEXTURES 15
 #define BIND_TEXTURE_USES 16
@@ -73,6 +74,7 @@
 // BIND_TRIANGLES, spread, 0) and the three rows of its matrix.
 #define BIND_INSTANCES 37
 #define PLACED_TEXELS 4
+#define BIND_COLORS 38
 
 // Values of BALLOT_SKY: the numbers of Sky::Kind (engine/scene/light.h).
 #define SKY_NONE 0
@@ -350,6 +352,7 @@ struct FilmPush {
   uint places;        // pixels of this wave
   uint samples;       // samples a pixel; path i * samples + s belongs to pixel i
   uint first_sample;  // number of the first sample
+  float most;         // a sample whose largest component is above it is scaled down to it
 };
 
 // A film pixel of a chunk of rays, in ray order. color and alpha are sums over samples; z, normal and prim are those of
@@ -392,7 +395,7 @@ BALLOT_RECORD(CallPush, 28);
 BALLOT_RECORD(WavePush, 72);
 BALLOT_RECORD(SampleRange, 20);
 BALLOT_RECORD(AlphaPush, 8);
-BALLOT_RECORD(FilmPush, 16);
+BALLOT_RECORD(FilmPush, 20);
 BALLOT_RECORD(FilmPixel, 36);
 BALLOT_RECORD(LivePixel, 16);
 }  // namespace ballot

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Installs the library to an empty prefix and uses it from there: by CMake in C and C++, and by pkg-config."""
 
+import json
 import os
 import re
 import shutil
@@ -24,13 +25,35 @@ def expect(what: str, found, expected) -> None:
         sys.exit(f"{what}: found {found}, expected {expected}")
 
 
+def check_subdirectory(folder: Path) -> None:
+    """Configures a project that adds Ballot's source tree: what it compiles gets the path of the headers alone."""
+    project, build = folder / "outer", folder / "outer" / "build"
+    project.mkdir(parents=True)
+    (project / "CMakeLists.txt").write_text(f"""cmake_minimum_required(VERSION 3.16)
+project(outer C CXX)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+add_subdirectory({HERE.parent.parent} ballot)
+add_executable(outer {HERE}/consumer/consumer.c)
+target_link_libraries(outer PRIVATE Ballot::ballot)
+""", encoding="utf-8")
+    run(["cmake", "-G", "Ninja", "-S", project, "-B", build])
+    commands = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+    words = next(entry["command"].split() for entry in commands if entry["file"].endswith("consumer.c"))
+    options = [word for word in words[1:] if word.startswith("-") and word not in ("-o", "-c")]
+    expect("options of a project that adds Ballot", options, [f"-I{build}/ballot/include"])
+    expect("files of CPack", [path.name for path in build.glob("CPack*")], [])
+    targets = run(["ninja", "-C", build, "-t", "targets", "all"])
+    ours = re.findall(r"^ballot/\S*tests\S*: phony|^ballot/ballot: ", targets, re.M)
+    expect("programs and tests of Ballot in it", ours, [])
+
+
 def main() -> None:
     build, folder = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
     shutil.rmtree(folder, ignore_errors=True)
     prefix, programs = folder / "prefix", folder / "build"
     run(["cmake", "--install", build, "--prefix", prefix, "--component", "runtime"])
     runtime = sorted(path.name for path in prefix.rglob("*") if not path.is_dir())
-    expect("files of the component runtime", runtime, ["LICENSE", "libballot.so.1", "libballot.so.1.0.0"])
+    expect("files of the component runtime", runtime, ["LICENSE", "NOTICE", "libballot.so.1", "libballot.so.1.0.0"])
     run(["cmake", "--install", build, "--prefix", prefix, "--component", "development"])
     headers = sorted(path.name for path in (prefix / "include" / "ballot").iterdir())
     expect("headers", headers, ["ballot.h", "ballot_c.h", "ballot_c_points.h", "ballot_c_scenes.h", "ballot_detail.h",
@@ -47,6 +70,7 @@ def main() -> None:
     declared -= {"ballot_init"}
     expect("functions of ballot_c.h that the library lacks", sorted(declared - set(names)), [])
 
+    check_subdirectory(folder)
     environment = {**os.environ, "LD_LIBRARY_PATH": str(library.parent), "XDG_CACHE_HOME": str(folder / "cache")}
     environment.pop("BALLOT_SHADERS", None)
     run(["cmake", "-S", HERE / "consumer", "-B", programs, f"-DCMAKE_PREFIX_PATH={prefix}"])

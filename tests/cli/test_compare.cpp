@@ -229,7 +229,8 @@ TEST_F(Compare, BadFiles) {
   refuse(1, {"b.json: expected JSON as 'ballot bench --json' writes it"}, {"bench", "--compare", "a.json", "b.json"});
   write("b.json", "{\"triangles\": 3}");
   refuse(1, {"b.json: top level: expected an object with 'device'"}, {"bench", "--compare", "a.json", "b.json"});
-  refuse(2, {"--compare needs a value"}, {"bench", "--compare", "a.json"});
+  refuse(2, {"--compare a.json: needs two files, the older run's and the newer one's"},
+         {"bench", "--compare", "a.json"});
   refuse(2, {"measures nothing", "leave out --report"}, {"bench", "--compare", "a.json", "a.json", "--report", "out"});
   refuse(2, {"leave out SCENE"}, {"bench", "square.glb", "--compare", "a.json", "a.json"});
   refuse(2, {"--methods", "--sweep", "--device"},

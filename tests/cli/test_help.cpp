@@ -1,4 +1,7 @@
 // Tests that the help texts list every command, option and name, and that unknown words are refused.
+#include <algorithm>
+#include <sstream>
+
 #include "engine/render/film/renderer.h"
 #include "engine/trace/knobs.h"
 #include "engine/trace/numeric.h"
@@ -16,6 +19,32 @@ TEST_F(Help, NamesCommandsExamplesAndExitCodes) {
   EXPECT_EQ(help.err, "");
 }
 
+TEST_F(Help, FitsAScreenAndHidesNoName) {
+  for (const char* command : {"", "info", "render", "merge", "trace", "distance", "inside", "check", "view", "bench",
+                              "verify", "report", "methods", "shaders"}) {
+    SCOPED_TRACE(command);
+    const Words words = *command ? Words{command} : Words{};
+    Words short_words = words, long_words = words;
+    short_words.emplace_back("--help"), long_words.emplace_back("--help-all");
+    const std::string brief = succeed(short_words).out, whole = succeed(long_words).out;
+    EXPECT_LE(std::ranges::count(brief, '\n'), 40);
+    std::size_t hidden = 0;
+    std::istringstream lines(brief), all_lines(whole);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120u) << line;
+    for (std::string line; std::getline(all_lines, line);) {
+      const bool option = line.starts_with("  --") || line.starts_with("  -v,--");
+      hidden += option && brief.find("\n" + line.substr(0, line.find(' ', 2) + 1)) == std::string::npos;
+    }
+    const std::size_t at = brief.find(" options more");
+    const std::size_t number = at == std::string::npos ? at : brief.rfind(' ', at - 1);
+    const std::size_t said = at == std::string::npos ? 0 : std::stoul(brief.substr(number));
+    EXPECT_TRUE(!*command || hidden == said) << hidden << " hidden, " << said << " said";
+  }
+  const std::string brief = succeed({"render", "--help"}).out;
+  for (const Method& m : kMethods) expect_parts(brief, {m.name});
+  for (const Shading& s : kShadings) expect_parts(brief, {s.name});
+}
+
 TEST_F(Help, Version) {
   const Result version = succeed({"--version"});
   EXPECT_TRUE(version.out.starts_with("ballot ") && version.out.find(", commit ") != std::string::npos) << version.out;
@@ -25,18 +54,22 @@ TEST_F(Help, WordsSpeltWrongAreSuggested) {
   refuse(2, {"there is no command 'rendr' (did you mean 'render'?)"}, {"rendr"});
   refuse(2, {"render: there is no option '--szie' (did you mean '--size'?)"}, {"render", "a.glb", "--szie=3"});
   refuse(2, {"there is no option '--szie' (did you mean '--size'?)"}, {"render", "a.glb", "--szie", "3"});
+  square();
+  refuse(2, {"no shading is called 'pth' (did you mean 'path'?)"}, {"render", "square.glb", "--shading", "pth"});
+  refuse(2, {"has no view 'frnt' (did you mean 'front'?); there are: front, far"},
+         {"render", "square.glb", "--view", "frnt"});
   refuse(2, {"info: 'b.glb' is one argument too many"}, {"info", "a.glb", "b.glb"});
 }
 
 TEST_F(Help, OfInfo) {
-  expect_parts(succeed({"info", "--help"}).out, {"SCENE", ".gltf", ".glb", ".obj", "--device", "'gpu'", "'cpu'",
-                                                 "--triangles", "(n,3,3)", "--json", "--validate", "--no-cache"});
+  expect_parts(succeed({"info", "--help-all"}).out, {"SCENE", ".gltf", ".glb", ".obj", "--device", "'gpu'", "'cpu'",
+                                                     "--triangles", "(n,3,3)", "--json", "--validate", "--no-cache"});
 }
 
 TEST_F(Help, OfTraceAndRenderListEveryMethodModeAndKnob) {
   for (const char* command : {"trace", "render"}) {
     SCOPED_TRACE(command);
-    const std::string text = succeed({command, "--help"}).out;
+    const std::string text = succeed({command, "--help-all"}).out;
     expect_parts(
         text, {"--method", "--numeric", "--knob", "NAME=VALUE", "--device", "--json", kDefaultMethod, kDefaultNumeric});
     for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
@@ -51,14 +84,14 @@ TEST_F(Help, OfTraceTeachesTheRecords) {
 }
 
 TEST_F(Help, OfRenderListsShadings) {
-  const std::string text = succeed({"render", "--help"}).out;
+  const std::string text = succeed({"render", "--help-all"}).out;
   expect_parts(text, {"--view", "--size", "WIDTHxHEIGHT", "--spp", "--out", "--png", "--shading"});
   for (const Shading& s : kShadings) expect_parts(text, {s.name, s.summary});
 }
 
 TEST_F(Help, SplitBudgetsRangeIsTheEnginesOwn) {
   square();
-  const std::string text = succeed({"info", "--help"}).out;
+  const std::string text = succeed({"info", "--help-all"}).out;
   expect_parts(text, {"0 to 16"});
   for (const Builder& b : kBuilders) expect_parts(text, {b.name, b.summary});
   refuse(2, {"no BVH builder is called 'bset' (did you mean 'best'?)", "best, balanced, fast"},
@@ -68,10 +101,25 @@ TEST_F(Help, SplitBudgetsRangeIsTheEnginesOwn) {
 }
 
 TEST_F(Help, OfViewListsEverythingThatCanBeSwitched) {
-  const std::string text = succeed({"view", "--help"}).out;
+  const std::string text = succeed({"view", "--help-all"}).out;
   expect_parts(text, {"--views-file", "--target", "--present", "--script", "--compare", "H help"});
   for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
   for (const Shading& s : kShadings) expect_parts(text, {s.name, s.summary});
+}
+
+TEST_F(Help, WordsThatWindowsDoNotTake) {
+  square();
+  refuse(2, {"shading 'path' is for pictures alone (ballot render); a window takes: eyelight, normals, heat\n"},
+         {"view", "square.glb", "--shading", "path"});
+}
+
+TEST_F(Help, AMissingSceneIsFailedWorkEverywhere) {
+  for (const char* command : {"info", "render", "check", "view", "bench", "verify"}) {
+    SCOPED_TRACE(command);
+    refuse(1, {"no.gltf: there is no such scene file"}, {command, "no.gltf"});
+  }
+  rays(4);
+  refuse(1, {"no.gltf: there is no such scene file"}, {"trace", "no.gltf", "--rays", "rays.npy", "--out", "h.npy"});
 }
 
 TEST_F(Help, UnknownWords) {

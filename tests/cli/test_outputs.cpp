@@ -54,7 +54,7 @@ TEST_F(Outputs, WhatStandardOutputHoldsStays) {
 TEST_F(Outputs, FullDisksAndClosedPipesAreErrors) {
   EXPECT_EQ(shell("$B methods > /dev/full 2> err"), 1);
   EXPECT_EQ(read("err"), "ballot: cannot write standard output: No space left on device\n");
-  EXPECT_EQ(shell("($B methods 2> err; echo $? > code) | true"), 0);
+  EXPECT_EQ(shell("(sleep 0.3; $B methods 2> err; echo $? > code) | true"), 0);
   EXPECT_EQ(read("code"), "1\n");
   EXPECT_EQ(read("err"), "ballot: cannot write standard output: Broken pipe\n");
   mesh();
@@ -122,6 +122,11 @@ TEST_F(Outputs, AFileOfTheSceneMayBeOutsideIfAllowed) {
   expect_parts(run({"check", "sub/s.gltf", "--allow-outside"}).out, {"1 triangles"});
 }
 
+TEST_F(Outputs, AnOutputThatCannotBeMadeIsRefusedFirst) {
+  write("file", "x");
+  refuse(1, {"--out file/sub/: ", "file: Not a directory; name another"}, {"render", "no.gltf", "--out", "file/sub/"});
+}
+
 TEST_F(Outputs, AMisspeltFolderOfShadersIsRefused) {
   refuse(1, {"BALLOT_SHADERS: /no/such/shaders holds no shared/layout.h"},
          {"render", square(), "--view", "front", "--size", "4x4", "--out", "p.exr"},
@@ -164,6 +169,12 @@ TEST_F(Stopping, ASignalKeepsWhatWasRendered) {
   for (const std::string& file : files()) EXPECT_FALSE(file.ends_with(".tmp")) << file;
   fs::remove(path("a b.checkpoint.exr"));
   EXPECT_EQ(stop(SIGTERM), 143);
+}
+
+TEST_F(Stopping, ALogGrowsLineByLine) {
+  square();
+  EXPECT_EQ(stop(SIGKILL), -SIGKILL);
+  expect_parts(read("out"), {"square: 2 triangles on "});
 }
 
 }  // namespace

@@ -177,5 +177,31 @@ TEST_F(Render, AFolderThatMayNotBeWritten) {
   refuse(1, {"cannot write /proc/square-"}, {"render", "square.glb", "--size", "4x4", "--out", "/proc"});
 }
 
+TEST_F(Render, DefaultsSuitTheShading) {
+  square();
+  const auto record = [&](const Words& more) {
+    Words words{"render",   "square.glb", "--view", "front", "--size", "8x8",   "--sky",
+                "30,30,30", "--out",      "p.exr",  "--png", "--json", "p.json"};
+    words.insert(words.end(), more.begin(), more.end());
+    succeed(words);
+    return json("p.json")["records"][0];
+  };
+  const auto attribute = [&](const char* name) { return read_exr(path("p.exr")).attributes.contains(name); };
+  EXPECT_EQ(record({"--shading", "path"})["spp"], 64);
+  EXPECT_TRUE(attribute("tone") && attribute("clamp") && !attribute("exposure"));
+  EXPECT_EQ(read_exr(path("p.exr")).channel("R").floats[0], 20);  // the sky, clamped
+  EXPECT_EQ(record({"--shading", "path", "--clamp", "0", "--spp", "4", "--tone", "none", "--exposure", "-2"})["spp"],
+            4);
+  EXPECT_TRUE(!attribute("tone") && !attribute("clamp") && attribute("exposure"));
+  EXPECT_EQ(read_exr(path("p.exr")).channel("R").floats[0], 30);
+  EXPECT_EQ(record({"--shading", "whitted"})["spp"], 16);
+  EXPECT_TRUE(attribute("tone") && !attribute("clamp"));
+  EXPECT_EQ(record({})["spp"], 1);
+  EXPECT_FALSE(attribute("tone"));
+  refuse(2, {"--tone: 'film' is none of auto, neutral, none"}, {"render", "square.glb", "--tone", "film"});
+  refuse(2, {"--exposure: 99"}, {"render", "square.glb", "--exposure", "99"});
+  refuse(2, {"--clamp: -1"}, {"render", "square.glb", "--clamp", "-1"});
+}
+
 }  // namespace
 }  // namespace ballot::test

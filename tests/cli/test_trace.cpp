@@ -39,8 +39,8 @@ class Trace : public Cli {
 
 TEST_F(Trace, RoundTrip) {
   rays(1000);
-  const Result result =
-      succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--json", "trace.json"});
+  const Result result = succeed(
+      {"trace", "square.glb", "-v", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--json", "trace.json"});
   expect_parts(result.out, {"hits.npy: 1000 rays", "Mrays/s", std::string(kPlainestMethod) + ".nearest.watertight",
                             "auto: too few rays"});
   expect_square_hits(square_rays(1000));
@@ -78,7 +78,7 @@ TEST_F(Trace, EveryMethodModeAndVoteNearestAndAny) {
           if (method.packet() ? !method.takes(vote) : vote != Vote::Any) continue;
           if (mode.name != kDefaultNumeric && method.name != kDefaultMethod) continue;
           SCOPED_TRACE(fmt::format("{} {} {} {}", method.name, mode.name, vote_name(vote), any ? "any" : "nearest"));
-          Words args{"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate"};
+          Words args{"trace", "square.glb", "-v", "--rays", "rays.npy", "--out", "hits.npy", "--validate"};
           for (const std::string_view word :
                {std::string_view("--method"), method.name, std::string_view("--numeric"), mode.name})
             args.emplace_back(word);
@@ -95,7 +95,7 @@ TEST_F(Trace, EveryMethodModeAndVoteNearestAndAny) {
 
 TEST_F(Trace, KnobsReachTheKernel) {
   rays();
-  const Words args{"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--knob"};
+  const Words args{"trace", "square.glb", "-v", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--knob"};
   for (const char* knob :
        {"fetch=storage", "fetch=texel", "layout=paper", "stack=private", "stack=shared", "launch=persistent"}) {
     Words with = args;
@@ -131,6 +131,28 @@ TEST_F(Trace, AnEmptySceneIsMissed) {
     succeed({"trace", "empty.glb", "--rays", "rays.npy", "--out", "hits.npy", "--validate", "--method", method});
     for (const Hit& h : hits()) EXPECT_EQ(h.prim, NO_HIT);
   }
+}
+
+TEST_F(Trace, DeadRaysAreCounted) {
+  std::vector<Ray> some = square_rays(6);
+  some[1].origin.y = std::numeric_limits<float>::quiet_NaN();
+  some[2].dir = glm::vec3(0);
+  some[3].dir = glm::vec3(1e-40f, 0, -1e-39f);
+  some[4].t_min = std::numeric_limits<float>::infinity();
+  some[5].t_max = some[5].t_min;  // an empty range is meant: no warning
+  write_rays(path("rays.npy"), some);
+  for (const char* want : {"--any", "--count"}) {
+    const Result result = succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", want});
+    EXPECT_EQ(result.err,
+              "ballot: rays.npy: 2 of 6 rays have a component that is NaN or infinite; they are misses\n"
+              "ballot: rays.npy: 2 of 6 rays have no direction: each component is zero or denormal; they are misses\n");
+  }
+}
+
+TEST_F(Trace, TheDefaultOutputIsALine) {
+  rays();
+  const Result result = succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy"});
+  EXPECT_EQ(std::ranges::count(result.out, '\n'), 1) << result.out;
 }
 
 TEST_F(Trace, AnInfiniteEndIsNoBound) {

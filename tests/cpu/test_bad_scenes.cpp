@@ -71,10 +71,6 @@ TEST(BadScenes, TruncatedGlb) {
 
 TEST(BadScenes, ExtensionsThatAreNeeded) {
   GltfBuilder b = one_triangle();
-  b.json["extensionsRequired"] = {"KHR_draco_mesh_compression"};
-  refuse(b, {"KHR_draco_mesh_compression", "without compression"});
-  b.json["extensionsRequired"] = {"EXT_meshopt_compression"};
-  refuse(b, {"EXT_meshopt_compression"});
   b.json["extensionsRequired"] = {"EXT_mesh_features"};
   refuse(b, {"EXT_mesh_features", "export it without it"});
   b.json["extensionsRequired"] = {"KHR_materials_clearcoat"};

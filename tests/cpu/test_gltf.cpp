@@ -271,5 +271,26 @@ TEST(Gltf, DeepTreesNeedNoStack) {
   EXPECT_EQ(b.load().triangles.size(), 1u);
 }
 
+TEST(Gltf, ColoursOfVertices) {
+  GltfBuilder b = one_triangle();
+  b.mesh(b.vec3({0, 0, 1, 1, 0, 1, 0, 1, 1}));
+  b.node({{"mesh", 1}});
+  const int bytes =
+      b.accessor(b.view(std::vector<std::uint8_t>{255, 0, 0, 51, 0, 255, 0, 255, 0, 0, 255, 0}), 5121, 3, "VEC4");
+  b.json["accessors"][bytes]["normalized"] = true;
+  b.primitive(0)["attributes"]["COLOR_0"] = bytes;
+  const Scene scene = b.load();
+  ASSERT_EQ(scene.colors.size(), 2u);
+  EXPECT_EQ(scene.colors[0], (std::array{glm::vec4(1, 0, 0, 0.2f), glm::vec4(0, 1, 0, 1), glm::vec4(0, 0, 1, 0)}));
+  EXPECT_EQ(scene.colors[1], (std::array{glm::vec4(1), glm::vec4(1), glm::vec4(1)}));  // a primitive without
+  EXPECT_TRUE(features_of(scene).vertex_colors);
+  b.primitive(0)["attributes"]["COLOR_0"] = b.vec3({2, 0, 0, 0, -1, 0, 0, 0, 0.5f});
+  EXPECT_EQ(b.load().colors[0], (std::array{glm::vec4(2, 0, 0, 1), glm::vec4(0, 0, 0, 1), glm::vec4(0, 0, 0.5f, 1)}));
+  b.primitive(0)["attributes"]["COLOR_0"] = b.vec3({1, 1, 1, 1, 1, 1});
+  expect_error(Failure::Work, {"mesh 0 primitive 0 has 2 colours for 3 vertices"}, [&] { b.load(); });
+  b.primitive(0)["attributes"]["COLOR_0"] = b.indices({1, 2, 3});
+  expect_error(Failure::Work, {"COLOR_0", "expected VEC3 or VEC4"}, [&] { b.load(); });
+}
+
 }  // namespace
 }  // namespace ballot::test

@@ -210,6 +210,28 @@ TEST_F(Images, PngHoldsTheSrgbCurve) {
   EXPECT_EQ(green, std::vector<int>(8, 0));
 }
 
+TEST_F(Images, NeutralToneFollowsItsSpecification) {
+  const Tone neutral{.neutral = true}, brighter{.neutral = true, .exposure = 1};
+  const auto expect_near = [](const std::array<float, 3>& found, const std::array<float, 3>& expected) {
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 1e-5f) << c;
+  };
+  expect_near(toned({0, 0, 0}, neutral), {0, 0, 0});
+  expect_near(toned({0.5f, 0.5f, 0.5f}, neutral), {0.46f, 0.46f, 0.46f});
+  expect_near(toned({0.04f, 0.04f, 0.04f}, neutral), {0.01f, 0.01f, 0.01f});  // 6.25 x^2 where x is below 0.08
+  expect_near(toned({10, 10, 10}, neutral), {0.993898f, 0.993898f, 0.993898f});
+  expect_near(toned({4, 0, 0}, neutral), {0.983448f, 0.306368f, 0.306368f});
+  expect_near(toned({2, 0, 0}, brighter), {0.983448f, 0.306368f, 0.306368f});
+  expect_near(toned({NAN, -1, INFINITY}, neutral), toned({0, 0, 1e6f}, neutral));
+  expect_near(toned({2, 0.25f, NAN}, {}), {1, 0.25f, 0});
+  Image image = sample(2, 2);
+  EXPECT_FALSE(tone_of(image).neutral);
+  label_tone(image, brighter);
+  EXPECT_TRUE(tone_of(image).neutral);
+  EXPECT_EQ(tone_of(image).exposure, 1);
+  image.attributes["exposure"] = std::string("much");
+  EXPECT_EQ(tone_of(image).exposure, 0);
+}
+
 TEST_F(Images, PngErrorsNameTheReason) {
   EXPECT_NE(error_of([&] { write_png(folder_ / "none" / "a.png", sample(2, 2)); }).find("there is no folder"),
             std::string::npos);

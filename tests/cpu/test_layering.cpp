@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -84,6 +86,27 @@ TEST(Layering, LinesFitTheScreen) {
         EXPECT_LE(std::ranges::count_if(line, is_start), 120) << file << ":" << number;
       }
     }
+}
+
+TEST(Layering, TheNoticeNamesWhatIsLinked) {
+  const auto letters = [](const std::string& text) {
+    std::string kept;
+    for (const char c : text)
+      if (std::isalnum(static_cast<unsigned char>(c))) kept += char(std::tolower(static_cast<unsigned char>(c)));
+    return kept;
+  };
+  const fs::path root = BALLOT_SOURCE_DIR;
+  std::ifstream file(root / "engine/api/NOTICE");
+  const std::string notice = letters(std::string(std::istreambuf_iterator<char>(file), {}));
+  for (const char* lists : {"CMakeLists.txt", "tools/CMakeLists.txt"}) {
+    std::ifstream in(root / lists);
+    for (std::string line; std::getline(in, line);) {
+      const std::string call = "find_package(";
+      if (!line.starts_with(call)) continue;
+      const std::string name = line.substr(call.size(), line.find_first_of(" )", call.size()) - call.size());
+      EXPECT_TRUE(name == "Threads" || notice.find(letters(name).substr(0, 10)) != std::string::npos) << name;
+    }
+  }
 }
 
 }  // namespace

@@ -98,6 +98,28 @@ TEST(Materials, QuantizedCoordinates) {
   EXPECT_EQ(b.load().uvs[0][0], (std::array{glm::vec2(0), glm::vec2(1, 0), glm::vec2(0, 1)}));
 }
 
+TEST(Materials, TexturesOfOtherKindsAreANote) {
+  GltfBuilder b = textured();
+  b.json["textures"][0].erase("source");
+  b.json["textures"][0]["extensions"]["KHR_texture_basisu"]["source"] = 0;
+  b.json["extensionsRequired"] = {"KHR_texture_basisu"};
+  const Scene scene = b.load();
+  EXPECT_FALSE(scene.materials[0].base_texture);
+  ASSERT_EQ(scene.notes.size(), 2u);
+  EXPECT_EQ(scene.notes[0], "The extension KHR_texture_basisu, which the file requires, was ignored.");
+  EXPECT_EQ(scene.notes[1], "The texture 0 has no PNG, JPEG or WebP, so it was left out; so are others like it.");
+}
+
+TEST(Materials, ExtensionsThatAreNotModelledAreANote) {
+  GltfBuilder b = textured();
+  b.json["materials"][0]["extensions"] = {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}},
+                                          {"KHR_materials_ior", {{"ior", 1.4}}}};
+  b.json["materials"].push_back(b.json["materials"][0]);  // not in use
+  const Scene scene = b.load();
+  ASSERT_EQ(scene.notes.size(), 1u);
+  EXPECT_EQ(scene.notes[0], "KHR_materials_clearcoat is not modelled: 1 material is drawn without it.");
+}
+
 TEST(Materials, BrokenTexturesAreRefused) {
   const auto refuse = [](const GltfBuilder& b, std::initializer_list<std::string_view> parts) {
     expect_error(Failure::Work, parts, [&] { b.load(); });
@@ -106,11 +128,8 @@ TEST(Materials, BrokenTexturesAreRefused) {
   b.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 7;
   refuse(b, {"material 0", "names texture 7", "the file has 1"});
   b = textured();
-  b.json["textures"][0].erase("source");
-  refuse(b, {"texture 0", "no PNG or JPEG source"});
-  b = textured();
   b.json["images"][0]["uri"] = "data:image/png;base64,aGVsbG8=";
-  refuse(b, {"image 0", "cannot be decoded", "expected a PNG or JPEG"});
+  refuse(b, {"image 0", "cannot be decoded", "expected a PNG, JPEG or WebP"});
   b = textured();
   b.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 2;
   refuse(b, {"material 0", "texture coordinates 2", "TEXCOORD_0 to TEXCOORD_1"});

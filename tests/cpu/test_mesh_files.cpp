@@ -104,6 +104,24 @@ std::string binary_stl(std::uint32_t count) {
   return file;
 }
 
+TEST(Ply, ColoursOfVertices) {
+  const auto with = [](const char* type, const char* rows) {
+    return load_mesh("a.ply",
+                     std::string("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                 "property float z\nproperty ") +
+                         type + " red\nproperty " + type + " green\nproperty " + type +
+                         " blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n" + rows +
+                         "3 0 1 2\n")
+        .colors;
+  };
+  const auto bytes = with("uchar", "0 0 0 255 0 0\n1 0 0 0 188 0\n0 1 0 0 0 0\n");
+  ASSERT_EQ(bytes.size(), 1u);
+  EXPECT_EQ(bytes[0][0], glm::vec4(1, 0, 0, 1));
+  EXPECT_NEAR(bytes[0][1].g, 0.5, 0.01);  // half the light
+  const auto floats = with("float", "0 0 0 1 0 nan\n1 0 0 2 -1 0\n0 1 0 0 0 1\n");
+  EXPECT_EQ(floats[0], (std::array{glm::vec4(1, 0, 0, 1), glm::vec4(1, 0, 0, 1), glm::vec4(0, 0, 1, 1)}));
+}
+
 TEST(Stl, BinaryAndText) {
   EXPECT_EQ(load_mesh("a.stl", binary_stl(2)).triangles, (std::vector{kFirst, kSecond}));
   const std::string text =

@@ -112,7 +112,7 @@ TEST(Scene, UnknownViewIsRefusedWithTheNamesThereAre) {
 TEST(Scene, FormatsAreListedOnce) {
   std::string all;
   for (const SceneFormat& format : scene_formats()) all += format.extension;
-  EXPECT_EQ(all, ".gltf.glb.obj.ply.stl.npy");
+  EXPECT_EQ(all, ".gltf.glb.obj.ply.stl.npy.npz");
 }
 
 TEST(ShippedScenes, CornellHasItsFeaturesAndViews) {

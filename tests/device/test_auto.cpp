@@ -1,5 +1,7 @@
 // Tests of method auto: its candidates, its behaviour with few and with many rays, and the choices that it stores.
+#include <atomic>
 #include <filesystem>
+#include <thread>
 
 #include "engine/core/error.h"
 #include "engine/core/file.h"
@@ -88,10 +90,10 @@ TEST_F(Auto, CandidatesFollowTheQuery) {
     return all;
   };
   using Names = std::vector<std::string>;
-  EXPECT_EQ(names({}), (Names{"bvh4", "packet-wide fallback=0", "while-while", "dynamic-fetch"}));
+  EXPECT_EQ(names({}), (Names{"while-while", "bvh4", "packet-wide fallback=0", "dynamic-fetch"}));
   EXPECT_EQ(names({.knobs = {{"fallback", "1"}}}), (Names{"packet-wide fallback=1"}));
   EXPECT_EQ(names({.knobs = {{"sorted", "0"}}}),
-            (Names{"packet-wide fallback=0 sorted=0", "while-while sorted=0", "dynamic-fetch sorted=0"}));
+            (Names{"while-while sorted=0", "packet-wide fallback=0 sorted=0", "dynamic-fetch sorted=0"}));
   EXPECT_EQ(names({.knobs = {{"refetch", "0.25"}}}), (Names{"dynamic-fetch refetch=0.25"}));
   if (gpu_->info().float64) {
     EXPECT_EQ(names({.numeric = "exact"}), (Names{"while-while", "dynamic-fetch"}));
@@ -124,6 +126,37 @@ TEST_F(Auto, ChoicesOutliveTheProcess) {
   damaged.choices().keep_in(folder);
   EXPECT_TRUE(damaged.choices().all().empty());
   fs::remove_all(folder);
+}
+
+// Other processes hold the processors meanwhile.
+TEST_F(Auto, ThreeProcessesTryEveryCandidate) {
+  const fs::path folder = fs::temp_directory_path() / fmt::format("ballot-auto-three-{}", ::getpid());
+  std::vector<std::jthread> others;
+  for (int i = 0; i < 4; ++i)
+    others.emplace_back([](const std::stop_token& stop) {
+      while (!stop.stop_requested()) std::atomic_signal_fence(std::memory_order_seq_cst);
+    });
+  const auto rays = shapes::random_rays(kMany);
+  for (int run = 1; run <= kRunsOfTrials; ++run) {
+    Tracer tracer(*gpu_, scene_->bvh, scene_->triangles, facts_of(scene_->bvh));
+    tracer.choices().keep_in(folder);
+    std::vector<Hit> hits(rays.size());
+    tracer.trace(rays, hits, {});
+    const auto all = tracer.choices().all();
+    ASSERT_EQ(all.size(), 1u);
+    EXPECT_LE(all[0].runs, run);
+    EXPECT_TRUE(run < kRunsOfTrials || all[0].complete());
+    EXPECT_GT(all[0].chosen().mrays_per_s, 0);
+  }
+  others.clear();
+  fs::remove_all(folder);
+}
+
+TEST_F(Auto, AllAreTriedAtOnceForMeasurements) {
+  scene_->tracer->choices().try_all = true;
+  const auto rays = shapes::random_rays(kMany);
+  trace(rays, {});
+  EXPECT_TRUE(choice_for(rays, {})->complete());
 }
 
 TEST(AutoSorts, CandidatesOnGpusAreNoTwins) {

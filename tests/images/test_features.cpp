@@ -69,6 +69,7 @@ std::vector<Alone> each_alone() {
       {"gloss", with([](F f) { f.glossy = true; }), none, {}, kNext, {}},
       {"unlit", with([](F f) { f.unlit = true; })},
       {"alpha", with([](F f) { f.alpha = true; })},
+      {"colours of vertices", with([](F f) { f.vertex_colors = true; }), none, {}, {BIND_COLORS}, {BIND_COLORS}},
       {"colour texture", with([](F f) { f.base_texture = true; }), none, {}, kTextures, kTextures},
       {"roughness texture",
        with([](F f) { f.glossy = f.surface_texture = true; }),
@@ -279,6 +280,10 @@ std::vector<Changed> changed_squares() {
       {"shading normals", 96, false, false, kPlain,
        [](Scene& s) {
          s.normals.assign(2, {glm::vec3(0, 0, 1), glm::vec3(0, 0, 1), glm::vec3(0, 0, 1)});
+       }},
+      {"colours of vertices", 64, false, false, kPlain,
+       [](Scene& s) {
+         s.colors.assign(2, {glm::vec4(1), glm::vec4(1), glm::vec4(1)});
        }},
       {"mirror", 0, false, false, "begin,trace primary,scatter,trace secondary,film,",
        [](Scene& s) {

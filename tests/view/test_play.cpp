@@ -26,7 +26,7 @@ TEST_F(PlayTest, ScrubsPlaysAndPauses) {
   Program program(view("320x240",
                        {"--validate", "--spp", "1", "--view", "view0", "--script",
                         script("wait 2\ntime 1.25\nwait 2\nshot " + shot.string() +
-                               "\nkey P\nwait 1s\nkey P\nwait 2\nshot " + later.string() + "\ntimes\nquit\n")},
+                               "\nkey P\nwait 1s\nkey P\nwait 2\nshot later.exr\ntimes\nquit\n")},
                        kDance),
                   environment(desktop.name()));
   EXPECT_EQ(program.wait(90), 0) << program.output();

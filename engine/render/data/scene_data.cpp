@@ -142,8 +142,8 @@ void SceneData::follow_lights() {
   if (lights_) lights_->upload(gpu_lights(scene_));
 }
 
-// Kernels compiled for every feature read zeros where the scene has no data. They then use the geometric normal and the
-// texture coordinates (0, 0).
+// Kernels compiled for every feature read zeros where the scene has no data, and white vertices. They then use the
+// geometric normal and the texture coordinates (0, 0).
 void SceneData::bind(Kernel& kernel) {
   if ((kernel.wants(BIND_TRIANGLES) && !triangles_) || (kernel.wants(BIND_NORMALS) && !normals_)) late_.bring();
   const std::vector<glm::uvec4> none(kernel.wants(BIND_NORMALS) && scene_.normals.empty() ? 3 * scene_.triangles.size()
@@ -164,6 +164,13 @@ void SceneData::bind(Kernel& kernel) {
   if (kernel.wants(BIND_INSTANCES)) {
     if (!instances_) instances_ = upload(instance_texels(scene_), Access::Texel, "instances");
     kernel.bind(BIND_INSTANCES, *instances_);
+  }
+  if (kernel.wants(BIND_COLORS)) {
+    constexpr std::uint32_t kOnes = 0x3C003C00;  // two halves
+    const std::vector<glm::uvec4> white(scene_.colors.empty() ? 2 * scene_.triangles.size() : 0, glm::uvec4(kOnes));
+    if (!colors_)
+      colors_ = upload(scene_.colors.empty() ? white : pack_colors(scene_), Access::Texel, "colours of vertices");
+    kernel.bind(BIND_COLORS, *colors_);
   }
   if (kernel.wants(BIND_MATERIALS)) {
     if (!materials_) materials_ = upload(materials(), Access::Storage, "materials");
@@ -190,6 +197,7 @@ std::vector<Asked> asked_of(const SceneFeatures& f, bool materials) {
           {"BALLOT_HAS_EMISSION", "emission", materials && f.emits},
           {"BALLOT_HAS_ALPHA", "alpha", materials && f.alpha && f.emits},  // of sampled emitters
           {"BALLOT_HAS_UNLIT", "unlit", materials && f.unlit},
+          {"BALLOT_HAS_COLORS", "colors", materials && f.vertex_colors},
           {"BALLOT_HAS_BASE_TEXTURE", "base", materials && f.base_texture},
           {"BALLOT_HAS_SURFACE_TEXTURE", "surface", materials && f.surface_texture},
           {"BALLOT_HAS_EMISSIVE_TEXTURE", "glow", materials && f.emissive_texture},

@@ -23,8 +23,8 @@ class SceneData {
   SceneData(Context& gpu, const Scene& scene, const SceneFeatures& features, const LateVertices& late)
       : gpu_(gpu), scene_(scene), features_(features), late_(late) {}
 
-  /// Binds the buffers of the scene that the kernel declares: triangles, instances, normals, texture coordinates,
-  /// textures, materials, lights. Throws Error(Work) if the device cannot hold them.
+  /// Binds the buffers of the scene that the kernel declares: triangles, instances, normals, colours, texture
+  /// coordinates, textures, materials, lights. Throws Error(Work) if the device cannot hold them.
   void bind(Kernel& kernel);
 
   /// Record that what is on the device already follows triangles that have moved there, and lights that have moved
@@ -57,7 +57,7 @@ class SceneData {
   std::uint64_t bytes_ = 0;
   std::optional<PackedTextures> packed_;
   std::optional<EmitterTable> emitter_table_;
-  Texels triangles_, instances_, normals_, uvs_, texels_, sky_, emitters_;
+  Texels triangles_, instances_, normals_, colors_, uvs_, texels_, sky_, emitters_;
   std::unique_ptr<Buffer<GpuMaterial>> materials_;
   std::unique_ptr<Buffer<GpuTexture>> textures_;
   std::unique_ptr<Buffer<GpuTextureUse>> uses_;

@@ -100,6 +100,18 @@ std::vector<glm::uvec4> pack_uvs(const Scene& scene) {
   return texels;
 }
 
+std::vector<glm::uvec4> pack_colors(const Scene& scene) {
+  std::vector<glm::uvec4> texels;
+  texels.reserve(2 * scene.colors.size());
+  for (const std::array<glm::vec4, 3>& c : scene.colors) {
+    const auto rg = [&](std::size_t k) { return glm::packHalf2x16({c[k].r, c[k].g}); };
+    const auto ba = [&](std::size_t k) { return glm::packHalf2x16({c[k].b, c[k].a}); };
+    texels.push_back({rg(0), ba(0), rg(1), ba(1)});
+    texels.push_back({rg(2), ba(2), 0, 0});
+  }
+  return texels;
+}
+
 std::vector<GpuTextureUse> pack_uses(const Scene& scene) {
   std::array<std::uint32_t, kUvSets> first{};
   for (std::size_t set = 1; set < kUvSets; ++set)

@@ -23,6 +23,9 @@ PackedTextures pack_textures(const Scene& scene);
 /// Returns the texture coordinates of the scene, one set after the other; sets that the scene lacks take no texels.
 std::vector<glm::uvec4> pack_uvs(const Scene& scene);
 
+/// Returns the colours of the vertices as half RGBA, two texels per triangle.
+std::vector<glm::uvec4> pack_colors(const Scene& scene);
+
 /// Returns the texture uses of all materials, USES_PER_MATERIAL for each.
 std::vector<GpuTextureUse> pack_uses(const Scene& scene);
 

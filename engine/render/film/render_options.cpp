@@ -1,17 +1,26 @@
 // Checks the options of a picture.
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "engine/core/error.h"
 #include "engine/core/registry.h"
+#include "engine/core/spelling.h"
 #include "engine/render/film/renderer.h"
 
 namespace ballot {
 
 const Shading& find_shading(std::string_view name) {
   if (const Shading* shading = find_row(kShadings, name)) return *shading;
-  fail(Failure::Arguments, "no shading is called '{}'; there are: {}, {}", name, names_of(kShadings),
-       names_of(kIntegrators));
+  if (find_integrator(name))
+    fail(Failure::Arguments, "shading '{}' is for pictures alone (ballot render); a window takes: {}", name,
+         names_of(kShadings));
+  const std::string all = names_of(kShadings) + ", " + names_of(kIntegrators);
+  std::vector<std::string_view> names;
+  for (const Shading& s : kShadings) names.push_back(s.name);
+  for (const Integrator& i : kIntegrators) names.push_back(i.name);
+  fail(Failure::Arguments, "no shading is called '{}'{}; there are: {}", name, did_you_mean(name, names), all);
 }
 
 void check_options(const RenderOptions& o) {
@@ -27,6 +36,8 @@ void check_options(const RenderOptions& o) {
   if (o.shard.count < 1 || o.shard.index >= o.shard.count)
     fail(Failure::Arguments, "--tiles: part {} of {} is not between 0/1 and (n-1)/n", o.shard.index, o.shard.count);
   if (o.bounces < -1 || o.bounces > 64) fail(Failure::Arguments, "--bounces: {} is not between 0 and 64", o.bounces);
+  if (!(std::isfinite(o.clamp) && o.clamp >= 0))
+    fail(Failure::Arguments, "--clamp: {} is not a finite radiance of 0 or more", o.clamp);
   if (!(std::isfinite(o.ao_radius) && o.ao_radius > 0))
     fail(Failure::Arguments, "--ao-radius: {} of the scene's diagonal is not above 0", o.ao_radius);
   for (const std::string& aov : o.aovs) find_aov(aov);

@@ -68,6 +68,7 @@ void Renderer::wave_samples(Film& film, const Chunk& chunk, const PrimaryPush& c
       .most_paths = most_paths(integrator, features, options, film.listed.size()),
       .last_depth = last_depth_of(integrator, options),
       .ao_radius = std::max(options.ao_radius * glm::distance(b.lo, b.hi), 1e-30f),
+      .clamp = options.clamp,
       .query = options.query,
       .features = features,
       .sky = sky_kind(options),

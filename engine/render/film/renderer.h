@@ -67,7 +67,10 @@ struct RenderOptions {
   std::vector<std::string> aovs = {};  // names of kAovs; empty: those with by_default
   std::int32_t bounces = -1;           // last path depth of an integrator, 0 to 64; -1: Integrator::last_depth
   float ao_radius = 0.1f;              // of ambient occlusion: share of the scene's diagonal, above 0
-  std::uint32_t seed = 0;              // of the integrators' random numbers
+  /// Of an integrator's samples: the largest component that counts. A brighter sample is scaled down to it, which
+  /// removes single bright pixels and darkens the picture a little. 0: all count as they are.
+  float clamp = 0;
+  std::uint32_t seed = 0;  // of the integrators' random numbers
   /// Compiles the kernels, except those of the traversal, as for a scene that has every feature: measures the cost of
   /// code that a scene does not need.
   bool every_feature = false;

@@ -30,6 +30,8 @@ struct Integrator {
   std::string_view name;  // the kernel that shades the hits of a wave is shaders/integrators/<name>.comp
   std::string_view summary;
   Sees sees = Sees::Materials;
+  std::uint32_t samples = 1;     // per pixel that make a picture, where none are given
+  float clamp = 0;               // RenderOptions::clamp that suits so few samples
   std::uint32_t last_depth = 0;  // last path depth, unless RenderOptions::bounces overrides it
   // The ray kinds (kRayKinds) of the shadow rays and of the secondary rays, by which method auto chooses.
   std::string_view shadow_kind = "shadow", next_kind = {};
@@ -43,11 +45,13 @@ inline constexpr Integrator kIntegrators[] = {
     {.name = "ao",
      .summary = "ambient occlusion: how open a surface is, one short ray per sample (--ao-radius)",
      .sees = Sees::Shape,
+     .samples = 16,
      .shadow_kind = "ao",
      .plan = [](const SceneFeatures&) { return WavePlan{.shadow = true}; }},
     {.name = "whitted",
      .summary = "direct light from one sampled point of the lights, and all reflections and refractions of mirrors and "
                 "glass (Whitted 1980)",
+     .samples = 16,
      .last_depth = 8,
      .next_kind = "secondary",
      .plan =
@@ -56,6 +60,8 @@ inline constexpr Integrator kIntegrators[] = {
          }},
     {.name = "path",
      .summary = "path tracing: all light that materials scatter, with a ray to the lights at every hit (Kajiya 1986)",
+     .samples = 64,
+     .clamp = 20,
      .last_depth = 16,
      .next_kind = "diffuse",
      .plan = [](const SceneFeatures& f) { return WavePlan{.shadow = has_lamps(f), .next = true}; }},

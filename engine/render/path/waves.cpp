@@ -1,6 +1,7 @@
 #include "engine/render/path/waves.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "engine/core/error.h"
 #include "engine/render/data/camera.h"
@@ -169,7 +170,8 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
     batch.push.samples = {part.first, part.together, part.sample_index, part.width, part.seed};
     Count pixels = run_batch(batch, part);
     pixels.rays = part.count / part.together;
-    const FilmPush to_film{part.first, pixels.rays, part.together, part.sample_index};
+    const FilmPush to_film{part.first, pixels.rays, part.together, part.sample_index,
+                           settings.clamp > 0 ? settings.clamp : std::numeric_limits<float>::max()};
     run(add, pixels, &to_film, sizeof to_film, "film", times);
     done += part.count;
     if (progress) progress(double(done) / (double(places) * count));

@@ -45,6 +45,7 @@ struct WaveSettings {
   std::uint32_t most_paths = 0;  // paths in flight at once, at most capacity()
   std::uint32_t last_depth = 0;  // last path depth
   float ao_radius = 0;           // scene units
+  float clamp = 0;               // RenderOptions::clamp
   Query query{};
   SceneFeatures features{};  // features that the kernels are compiled for: the scene's, or more
   Sky::Kind sky = Sky::Kind::None;

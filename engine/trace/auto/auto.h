@@ -22,7 +22,8 @@ struct Candidate {
   std::string name() const;  // "packet-wide fallback=0"
 };
 
-/// Returns the candidates of auto for a query on a device, the likeliest first. Every candidate gets the knobs of the
+/// Returns the candidates of auto for a query on a device, in the order in which they are tried: those that compile
+/// quickly and those that are likely first. Every candidate gets the knobs of the
 /// query; one that cannot follow them is left out. If none is left, throws Error(Arguments) with the reason for the
 /// first.
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device);
@@ -40,15 +41,19 @@ struct Choice {
   std::uint32_t sampled = 0;          // rays that each candidate traced
   double seconds = 0;                 // wall time of the calibration, with compiling and deriving trees
   bool remembered = false;            // read from disk, not measured by this process
+  int runs = 0;                       // processes that tried candidates
 
   /// Returns true if every candidate was tried. CPU drivers take 0.1 to 0.7 s to compile a kernel, so candidates that
-  /// one process has no time for are left to the next.
+  /// one process has no time for are left to the next; none is left after kRunsOfTrials.
   bool complete() const;
 
   const Candidate& chosen() const { return candidates.front(); }
   /// Returns the query with the chosen method and knobs.
   Query apply(Query query) const;
 };
+
+/// After trials in so many processes a choice is complete.
+inline constexpr int kRunsOfTrials = 3;
 
 /// The choices for one scene on one device. They are kept in memory and, if a folder is given, in a JSON file in it.
 /// The file's name follows from the device, driver, subgroup size, Ballot's commit and the tree. A file that cannot be
@@ -67,6 +72,8 @@ class Choices {
   const Choice* find(const Query& query) const;
   void add(Choice choice);
   void clear() { all_.clear(), ++changes_; }
+  /// Set: every candidate is tried at once, however long that takes. For measurements, which are about the choice.
+  bool try_all = false;
   /// Drops the choices, and keeps no more on disk.
   void forget() { folder_.clear(), file_.clear(), clear(); }
   /// Returns how often the results of find() may have changed.

@@ -1,12 +1,13 @@
-// The trials of method auto: every candidate in turn traces samples of the rays, until the time is up.
+// The trials of method auto: candidates race on samples of the rays.
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <exception>
-#include <limits>
 
 #include "engine/core/error.h"
 #include "engine/trace/auto/chooser.h"
 #include "engine/trace/auto/coherence.h"
+#include "engine/trace/auto/race.h"
 
 namespace ballot {
 
@@ -16,28 +17,25 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// The effort of a trial: enough rays to fill the device, but no more than it traces many times in the time given.
+/// The effort of a race: enough rays to fill the device, but no more than it traces many times in the time given.
 struct Effort {
-  std::size_t least;      // rays; for smaller batches calibrating costs more than it gains
-  std::size_t sample;     // rays that a candidate traces in a round
-  std::size_t samples;    // the most samples; rounds take them in turn, as caches must not help from one to the next
+  std::size_t least;      // rays; for smaller batches a race costs more than it gains
+  std::size_t look;       // rays of a candidate's first look
+  std::size_t sample;     // the most rays that it traces in a round
+  std::size_t samples;    // the most samples
   std::size_t stretches;  // runs of neighbouring rays that make up a sample
-  int sure;               // candidates that are compiled, however long that takes
-  double compile_s;       // seconds from the start, after which no other candidate is compiled
-  double rounds_s;        // seconds from the first round, after which none begins; kLeastRounds begin in any case
-  double until_s;         // seconds from the start, after which no round begins; the same exception
-  int rounds;             // the most rounds
+  double budget_s;        // RaceRules::budget_s
+  int rounds;             // the most
   double warm_s;          // seconds of tracing beforehand, until the clocks are up
 };
-constexpr Effort kCpuEffort{1 << 15, 1 << 15, 3, 4, 2, 0.6, 0.35, 0.85, 9, 0};
-constexpr Effort kGpuEffort{1 << 18, 1 << 22, 1, 16, 1, 0.1, 0.08, 1, 15, 0.02};
+constexpr Effort kCpuEffort{1 << 15, 1 << 12, 1 << 15, 3, 4, 0.3, 9, 0};
+constexpr Effort kGpuEffort{1 << 18, 1 << 18, 1 << 22, 1, 16, 0.3, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
-constexpr int kLeastRounds = 3;  // one for each sample
+constexpr double kPatience_s = 2;  // the budget of Choices::try_all
 /// The largest tree that is collapsed for a trial. That takes about a second, and the result is not kept. In scenes
 /// with more nodes, methods that need a collapsed tree are no candidates.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
 constexpr std::uint32_t kWarmUpRays = 4096;
-constexpr double kHopeless = 2;       // a candidate so many times as slow as the fastest traces no further round
 constexpr double kPreference = 1.02;  // a candidate must be so many times as fast as one before it in the list
 constexpr std::size_t kClassSample = 4096, kClassStretches = 64;
 
@@ -89,49 +87,53 @@ Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vecto
   return sample;
 }
 
-using Trial = Chooser::Trial;
-
-/// Returns the milliseconds that a trial takes for all samples. Each sample counts with its best of the first `rounds`
-/// rounds, as a disturbance makes a round slower, never faster. Rounds take the samples in turn.
-double cost_of(const Trial& trial, std::size_t rounds, std::size_t samples) {
-  double sum = 0;
-  for (std::size_t s = 0; s < std::min(samples, rounds); ++s) {
-    double least = trial.ms[s];
-    for (std::size_t r = s; r < rounds; r += samples) least = std::min(least, trial.ms[r]);
-    sum += least;
-  }
-  return sum;
-}
-
-/// Returns how many times as slow as the fastest a trial is, in the rounds that it took part in; infinity if there are
-/// none.
-double slowness(const Trial& trial, const std::vector<Trial>& trials, std::size_t samples) {
-  const std::size_t rounds = trial.ms.size();
-  if (rounds == 0) return std::numeric_limits<double>::infinity();
-  double least = std::numeric_limits<double>::infinity();
-  for (const Trial& t : trials)
-    if (t.ms.size() >= rounds) least = std::min(least, cost_of(t, rounds, samples));
-  return cost_of(trial, rounds, samples) / least;
-}
-
-/// Returns the candidates: the chosen one first, then the others by speed. The first in the list that the fastest beats
-/// by no more than noise (kPreference) is chosen.
-std::vector<Candidate> in_order(const std::vector<Trial>& trials, std::size_t rays, std::size_t samples) {
+/// Returns the candidates with their speeds: the chosen one first, then the others by speed, untried ones last. Chosen
+/// is the first in the list that the fastest beats by no more than noise (kPreference). `look` and `rays` are what a
+/// first look and a round traced.
+std::vector<Candidate> in_order(const std::vector<Candidate>& from, const std::vector<Runner>& runners,
+                                std::size_t look, std::size_t rays, std::size_t samples) {
+  const std::vector<double> slowness = slowness_of(runners, samples);
+  double best_speed = 0;  // of the fastest, in million rays a second
   std::vector<std::pair<double, Candidate>> all;
-  for (const Trial& t : trials) {
-    all.emplace_back(slowness(t, trials, samples), t.candidate);
-    if (t.ms.empty()) continue;  // it could not run, or was not tried
-    const std::size_t traced = rays * std::min(samples, t.ms.size());
-    all.back().second.mrays_per_s = double(traced) / cost_of(t, t.ms.size(), samples) * 1e-3;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    all.emplace_back(slowness[i], from[i]);
+    const Runner& r = runners[i];
+    all[i].second.tried = r.tried;
+    if (r.look_ms <= 0) continue;
+    const std::size_t rounds = r.ms.size();
+    const double speed =
+        rounds > 0 ? double(rays * std::min(samples, rounds)) / cost_of(r, rounds, samples) : double(look) / r.look_ms;
+    best_speed = std::max(best_speed, speed * slowness[i] * 1e-3);
   }
-  double least = std::numeric_limits<double>::infinity();
-  for (const auto& each : all) least = std::min(least, each.first);
-  const auto chosen = std::ranges::find_if(all, [&](const auto& each) { return each.first <= kPreference * least; });
-  std::rotate(all.begin(), chosen, chosen + 1);
+  for (auto& [slow, candidate] : all) candidate.mrays_per_s = std::isfinite(slow) ? best_speed / slow : 0;
+  const auto chosen = std::ranges::find_if(all, [](const auto& each) { return each.first <= kPreference; });
+  if (chosen != all.end()) std::rotate(all.begin(), chosen, chosen + 1);
   std::stable_sort(all.begin() + 1, all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<Candidate> candidates;
   for (auto& each : all) candidates.push_back(std::move(each.second));
   return candidates;
+}
+
+std::vector<Runner> runners_of(const std::vector<Candidate>& candidates) {
+  std::vector<Runner> runners;
+  for (const Candidate& c : candidates)
+    runners.push_back({.tried = c.tried, .slower = c.mrays_per_s > 0 ? candidates[0].mrays_per_s / c.mrays_per_s : 0});
+  return runners;
+}
+
+/// Returns the rules but for the numbers of rays and samples.
+RaceRules rules_for(const std::vector<Runner>& runners, const Effort& effort, bool try_all, int runs_left) {
+  const auto untried = std::size_t(std::ranges::count(runners, false, &Runner::tried));
+  const std::size_t share = (untried + std::size_t(runs_left) - 1) / std::size_t(runs_left);
+  return {.budget_s = try_all ? kPatience_s : effort.budget_s,
+          .must = try_all ? runners.size() : share,
+          .rounds = effort.rounds};
+}
+
+Query query_with(Query query, const Candidate& candidate) {
+  query.method = candidate.method;
+  query.knobs = candidate.knobs;
+  return query;
 }
 
 }  // namespace
@@ -165,7 +167,8 @@ Query Chooser::resolve(Query query, const Buffer<Ray>& rays, std::size_t count) 
   if (query.rays.empty()) query.rays = class_of(rays, count);
   const Choice* known = choices_.find(query);
   const bool unfinished = known && known->remembered && !known->complete() && count >= effort.least;
-  if (!known || unfinished) choices_.add(calibrate(query, rays, count));
+  if (unfinished) calibrate(*known, query, rays, count);
+  if (!known) calibrate({query.rays, query.want, query.numeric, query.knobs, candidates(query)}, query, rays, count);
   return resolve(query);
 }
 
@@ -209,7 +212,7 @@ std::string Chooser::ray_class(std::span<const Ray> rays) const {
 }
 
 /// Compiles a candidate. Returns false if it cannot run here, for example because its stacks do not fit.
-bool Chooser::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why) {
+bool Chooser::compile(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why) {
   try {
     trace_(rays, hits, std::uint32_t(std::min<std::size_t>(kWarmUpRays, rays.size())), query);
     return true;
@@ -219,65 +222,59 @@ bool Chooser::try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& 
   }
 }
 
-/// Has every candidate in turn trace every sample, until the time is up. Of that time, `spent_s` have passed already.
-/// Hopeless candidates drop out.
-void Chooser::race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits,
-                   double spent_s) {
-  const Effort& effort = effort_on(gpu_.info());
-  const double rounds_s = std::min(effort.rounds_s, effort.until_s - spent_s);
-  const auto run = [&](const Trial& t, const Buffer<Ray>& rays) {
-    return trace_(rays, hits, std::uint32_t(rays.size()), t.query);
-  };
-  for (const auto warm = Clock::now(); seconds_since(warm) < effort.warm_s;)
-    for (const Trial& t : trials)
-      if (!t.dropped) run(t, samples[0]);
-  const auto begin = Clock::now();
-  for (int round = 0; round < effort.rounds; ++round) {
-    if (round >= kLeastRounds && seconds_since(begin) > rounds_s) break;
-    const Buffer<Ray>& rays = samples[std::size_t(round) % samples.size()];
-    for (std::size_t i = 0; i < trials.size(); ++i) {
-      // The first trial of a round finds the caches cold, so the trials take turns at being first.
-      Trial& t = trials[(i + std::size_t(round)) % trials.size()];
-      if (!t.dropped) t.ms.push_back(run(t, rays));
-    }
-    if (round + 1 < kLeastRounds) continue;
-    for (Trial& t : trials) t.dropped |= slowness(t, trials, samples.size()) > kHopeless;
-  }
+std::vector<Candidate> Chooser::candidates(const Query& query) const {
+  std::vector<Candidate> all = candidates_for(query, gpu_.info());
+  if (has_instances) leave_out(all, [](const Method& m) { return !m.instances; });
+  if (std::max<std::size_t>(bvh_->nodes.size(), bvh_->stats.nodes) > kMostNodesToCollapse)
+    leave_out(all, [](const Method& m) { return format_of(m.tree).collapsed; });
+  // Each move would have the host derive the other formats anew.
+  if (moving_) leave_out(all, [](const Method& m) { return format_of(m.tree).encode != nullptr; });
+  return all;
 }
 
-Choice Chooser::calibrate(const Query& query, const Buffer<Ray>& rays, std::size_t count) {
+/// Tries candidates of a choice and adds the choice, after each candidate that was tried, so that nothing is lost if
+/// the process ends.
+void Chooser::calibrate(Choice choice, const Query& query, const Buffer<Ray>& rays, std::size_t count) {
   const auto start = Clock::now();
   const Effort& effort = effort_on(gpu_.info());
-  Choice choice{query.rays, query.want, query.numeric, query.knobs, candidates_for(query, gpu_.info())};
-  if (has_instances) leave_out(choice.candidates, [](const Method& m) { return !m.instances; });
-  if (std::max<std::size_t>(bvh_->nodes.size(), bvh_->stats.nodes) > kMostNodesToCollapse)
-    leave_out(choice.candidates, [](const Method& m) { return format_of(m.tree).collapsed; });
-  // Each move would have the host derive the other formats anew.
-  if (moving_) leave_out(choice.candidates, [](const Method& m) { return format_of(m.tree).encode != nullptr; });
-  if (choice.candidates.size() == 1) return choice;
+  choice.remembered = false;
+  const int runs_left = std::max(1, kRunsOfTrials - choice.runs++);
+  if (choice.candidates.size() == 1) return choices_.add(choice);
   const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
   std::vector<Buffer<Ray>> samples;
   for (std::size_t i = 0; i < number; ++i)
     samples.push_back(sampled_rays(gpu_, rays, stretches_of(count, effort.sample, effort.stretches, i, number)));
   choice.sampled = std::uint32_t(samples[0].size());
   Buffer<Hit> hits(gpu_, choice.sampled, Access::Storage, "hits of sampled rays");
-  std::vector<Trial> trials;
+  const std::vector<Candidate> from = choice.candidates;
+  std::vector<Runner> runners = runners_of(from);
+  RaceRules rules = rules_for(runners, effort, choices_.try_all, runs_left);
+  rules.all_rays = double(count);
+  rules.samples = number;
+  rules.most_rays = choice.sampled;
+  rules.look_rays = std::min(effort.look, rules.most_rays);
   std::exception_ptr why;
-  int run = 0;
-  for (const Candidate& c : choice.candidates) {
-    Trial& t = trials.emplace_back(Trial{c, query, true, {}});
-    if (run >= effort.sure && seconds_since(start) > effort.compile_s) continue;
-    t.query.method = c.method;
-    t.query.knobs = c.knobs;
-    t.candidate.tried = true;
-    t.dropped = !try_out(t.query, samples[0], hits, why);
-    run += !t.dropped;
-  }
-  if (run == 0) std::rethrow_exception(why);
-  race(trials, samples, hits, seconds_since(start));
-  choice.candidates = in_order(trials, choice.sampled, samples.size());
-  choice.seconds = seconds_since(start);
-  return choice;
+  double warm_s = effort.warm_s;
+  const auto trace = [&](std::size_t i, std::size_t sample, std::size_t some) {
+    const Query concrete = query_with(query, from[i]);
+    for (const auto begin = Clock::now(); seconds_since(begin) < warm_s;)
+      trace_(samples[0], hits, choice.sampled, concrete);
+    warm_s = 0;
+    return trace_(samples[sample], hits, std::uint32_t(some), concrete);
+  };
+  const auto keep = [&](std::size_t round) {
+    choice.candidates = in_order(from, runners, rules.look_rays, round, number);
+    choice.seconds = seconds_since(start);
+    choices_.add(choice);
+  };
+  const RaceHost host{
+      .now = [&] { return seconds_since(start); },
+      .compile = [&](std::size_t i) { return compile(query_with(query, from[i]), samples[0], hits, why); },
+      .trace = trace,
+      .keep = [&] { keep(rules.look_rays); }};
+  const std::size_t round = race(runners, rules, host);
+  if (std::ranges::none_of(runners, [](const Runner& r) { return r.look_ms > 0; })) std::rethrow_exception(why);
+  keep(round);
 }
 
 }  // namespace ballot

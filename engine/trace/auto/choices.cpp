@@ -27,8 +27,8 @@ Json to_json(const Choice& c) {
   for (const Candidate& each : c.candidates)
     candidates.push_back(
         {{"method", each.method}, {"knobs", each.knobs}, {"mrays_per_s", each.mrays_per_s}, {"tried", each.tried}});
-  return {{"rays", c.rays},           {"any", c.want == Want::Any}, {"numeric", c.numeric},      {"knobs", c.knobs},
-          {"candidates", candidates}, {"sampled", c.sampled},       {"calibration_s", c.seconds}};
+  return {{"rays", c.rays},           {"any", c.want == Want::Any}, {"numeric", c.numeric},       {"knobs", c.knobs},
+          {"candidates", candidates}, {"sampled", c.sampled},       {"calibration_s", c.seconds}, {"runs", c.runs}};
 }
 
 Choice from_json(const Json& json) {
@@ -42,6 +42,7 @@ Choice from_json(const Json& json) {
         {each.at("method"), each.at("knobs").get<Knobs>(), each.at("mrays_per_s"), each.at("tried")});
   c.sampled = json.at("sampled");
   c.seconds = json.at("calibration_s");
+  c.runs = json.value("runs", kRunsOfTrials);
   c.remembered = true;
   return c;
 }

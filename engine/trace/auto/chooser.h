@@ -34,7 +34,8 @@ class Chooser {
   Query resolve(const Query& query) const;
 
   /// The same for rays [0, count) of `rays`. If there is no choice for their class yet, and there are enough of them
-  /// (2^15 on a CPU, 2^18 on a GPU), times the candidates on a sample of them, which takes up to about a second.
+  /// (2^15 on a CPU, 2^18 on a GPU), lets candidates race on samples of them (race.h): those that 0.3 s or 5 % of the
+  /// batch's time suffice for, and as many that kRunsOfTrials processes try all.
   Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count);
 
   /// Returns true if the choice for this query is final: the query is concrete, or its trials are over.
@@ -51,14 +52,6 @@ class Chooser {
   Choices& choices() { return choices_; }
   const Choices& choices() const { return choices_; }
 
-  /// A candidate on trial.
-  struct Trial {
-    Candidate candidate;
-    Query query;
-    bool dropped;            // takes part in no round, or in no further one
-    std::vector<double> ms;  // of each round
-  };
-
  private:
   /// A class that was found for a buffer, and how often it has served since.
   struct Known {
@@ -68,9 +61,9 @@ class Chooser {
     int uses;
   };
   std::string class_of(const Buffer<Ray>& rays, std::size_t count);
-  bool try_out(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why);
-  void race(std::vector<Trial>& trials, const std::vector<Buffer<Ray>>& samples, Buffer<Hit>& hits, double spent_s);
-  Choice calibrate(const Query& query, const Buffer<Ray>& rays, std::size_t count);
+  std::vector<Candidate> candidates(const Query& query) const;
+  bool compile(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why);
+  void calibrate(Choice choice, const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   Context& gpu_;
   const Bvh* bvh_;

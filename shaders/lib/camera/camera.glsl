@@ -17,9 +17,7 @@ const float CAMERA_T_MAX = 1e30;
 // random numbers. A single sample goes through the pixel's centre.
 Ray camera_ray(PrimaryPush camera, uvec2 pixel, uint number, uint sample_index) {
   vec2 offset = vec2(0.5);
-  if (camera.sample_count > 1u) {
-    offset = vec2(random_number(number, sample_index, 0u), random_number(number, sample_index, 1u));
-  }
+  if (camera.sample_count > 1u) offset = sample_pair(number, sample_index, 0u);
   precise vec2 at = vec2(pixel) + offset;
   precise vec3 plane = camera.corner + at.x * camera.step_x + at.y * camera.step_y;
   bool inside = pixel.x < camera.width && pixel.y < camera.height;

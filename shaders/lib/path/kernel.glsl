@@ -98,6 +98,9 @@ const uint FIRST_DIMENSION = 8u, DIMENSIONS = 8u;
 
 // Returns random number k of a hit, 0 to DIMENSIONS - 1.
 float draw(PixelSample sampled, uint k) {
-  return random_number(sampled.number, sampled.sample_index, FIRST_DIMENSION + RAY_DEPTH * DIMENSIONS + k);
+  return sample_one(sampled.number, sampled.sample_index, FIRST_DIMENSION + RAY_DEPTH * DIMENSIONS + k);
 }
-vec2 draw2(PixelSample sampled, uint k) { return vec2(draw(sampled, k), draw(sampled, k + 1u)); }
+// Returns random numbers k and k + 1, stratified together.
+vec2 draw2(PixelSample sampled, uint k) {
+  return sample_pair(sampled.number, sampled.sample_index, FIRST_DIMENSION + RAY_DEPTH * DIMENSIONS + k);
+}

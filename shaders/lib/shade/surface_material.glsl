@@ -1,7 +1,7 @@
 // The material of a surface at a hit, with textures if the scene has them.
 //
 // A variant gives BALLOT_HAS_<what> for each of MATERIALS (whether any material is read at all), NORMALS, GLOSS, GLASS,
-// EMISSION, UNLIT, ALPHA, BASE_TEXTURE, SURFACE_TEXTURE, EMISSIVE_TEXTURE, NORMAL_TEXTURE
+// EMISSION, UNLIT, ALPHA, COLORS, BASE_TEXTURE, SURFACE_TEXTURE, EMISSIVE_TEXTURE, NORMAL_TEXTURE
 // (engine/render/data/scene_data.cpp). A feature that is 0 has no code and no binding.
 
 #define HAS_TEXTURES                                                                       \
@@ -13,6 +13,9 @@ layout(set = 0, binding = BIND_MATERIALS, scalar) readonly buffer Materials { Gp
 #endif
 #if BALLOT_HAS_NORMALS
 layout(set = 0, binding = BIND_NORMALS) uniform usamplerBuffer normals;
+#endif
+#if BALLOT_HAS_COLORS
+layout(set = 0, binding = BIND_COLORS) uniform usamplerBuffer colors;
 #endif
 #if HAS_TEXTURES
 #include "texture.glsl"
@@ -50,6 +53,18 @@ vec4 base_texture(uint material, Hit hit, float footprint) {
 }
 #endif
 
+#if BALLOT_HAS_COLORS
+vec4 half_color(uvec2 words) { return vec4(unpackHalf2x16(words.x), unpackHalf2x16(words.y)); }
+
+// Returns the interpolated colour of the vertices; exactly their colour if that is one.
+vec4 vertex_color(Hit hit) {
+  uvec4 two = texelFetch(colors, int(2u * PLACE_OF(hit.prim)));
+  uvec2 last = texelFetch(colors, int(2u * PLACE_OF(hit.prim) + 1u)).xy;
+  vec4 first = half_color(two.xy);
+  return first + (half_color(two.zw) - first) * hit.u + (half_color(last) - first) * hit.v;
+}
+#endif
+
 #if BALLOT_HAS_MATERIALS
 // Returns the share of rays that a surface stops. A masked surface stops all or none.
 float opacity(uint material, Hit hit) {
@@ -58,6 +73,9 @@ float opacity(uint material, Hit hit) {
   float alpha = m.alpha;
 #if BALLOT_HAS_BASE_TEXTURE
   alpha *= base_texture(material, hit, 0.0).a;
+#endif
+#if BALLOT_HAS_COLORS
+  alpha *= vertex_color(hit).a;
 #endif
   return (m.flags & MATERIAL_ALPHA_MASK) == 0u ? alpha : alpha < m.alpha_cutoff ? 0.0 : 1.0;
 }
@@ -113,6 +131,11 @@ Look look_at(Hit hit, uint material, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool fro
   vec4 base = base_texture(material, hit, footprint);
   look.m.base_color *= base.rgb;
   look.m.alpha *= base.a;
+#endif
+#if BALLOT_HAS_COLORS
+  vec4 tint = vertex_color(hit);
+  look.m.base_color *= tint.rgb;
+  look.m.alpha *= tint.a;
 #endif
 #if BALLOT_HAS_SURFACE_TEXTURE
   GpuTextureUse surface = texture_uses[material * USES_PER_MATERIAL + USE_SURFACE];

@@ -1,0 +1,52 @@
+// The race of method auto: which of its candidates is fastest, found in little time. Knows neither rays nor devices.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+namespace ballot {
+
+/// A candidate in a race.
+struct Runner {
+  bool tried = false;  // in this race or in an earlier one
+  double slower = 0;   // from an earlier race: how many times as slow as the reference, the first runner; 0: unknown
+  bool out = false;    // takes part in no further round
+  double look_ms = 0;  // the first look; 0: none, as it cannot run or was not begun
+  std::vector<double> ms = {};  // of each round
+};
+
+struct RaceRules {
+  double budget_s = 0.3;      // after so many seconds nothing is begun, except for `must`, and 0.3 times as long rounds
+  double share = 0.05;        // ... or after this share of the time that the fastest takes for `all_rays`, if longer
+  double all_rays = 0;        // of the batch that waits for the race
+  std::size_t must = 1;       // untried runners that are tried in any case; the survivors trace a round
+  std::size_t samples = 1;    // rounds trace them in turn, as caches must not help from one to the next
+  std::size_t look_rays = 1;  // of the first look
+  std::size_t most_rays = 1;  // of a round: fewer if the look was slow
+  int rounds = 1;             // the most
+};
+
+/// What a race asks for.
+struct RaceHost {
+  std::function<double()> now;                      // seconds of a clock that only goes on
+  std::function<bool(std::size_t runner)> compile;  // false: the runner cannot run here
+  /// Traces this many rays of a sample, and returns the milliseconds.
+  std::function<double(std::size_t runner, std::size_t sample, std::size_t rays)> trace;
+  std::function<void()> keep;  // the runners tell something new, which is to survive an interruption
+};
+
+/// Tries runners in their order, the reference first, and lets those that may win trace samples in turn, until the time
+/// is up: successive halving (Karnin et al. 2013). A runner that is twice as slow as another at its first look, and at
+/// a second one, is out; later less suffices. Runners that were tried before do not run again, except the reference.
+/// Returns the rays of a round.
+std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host);
+
+/// Returns, for each runner, how many times as slow as the fastest it is; infinity if that is not known.
+std::vector<double> slowness_of(const std::vector<Runner>& runners, std::size_t samples);
+
+/// Returns the milliseconds that a runner took in the first `rounds` rounds, once for each sample: its best, as a
+/// disturbance makes a round slower, never faster.
+double cost_of(const Runner& runner, std::size_t rounds, std::size_t samples);
+
+}  // namespace ballot

@@ -1,0 +1,186 @@
+// Tests of the race of method auto, on simulated devices with a clock of their own.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <stdexcept>
+
+#include "engine/trace/auto/race.h"
+
+namespace ballot {
+namespace {
+
+constexpr std::size_t kLook = 1 << 12, kSample = 1 << 15;
+
+struct Kernel {
+  double compile_s, mrays_per_s;
+  bool runs = true;
+};
+
+/// A device that compiles and traces in simulated time. Other processes make each step up to `busy` times as long.
+class Simulated {
+ public:
+  Simulated(std::vector<Kernel> kernels, double busy) : kernels_(std::move(kernels)), slow_(1, busy) {
+    runners.resize(kernels_.size());
+  }
+
+  /// Runs a process that traces `rays` rays, and returns the seconds that its race took.
+  double process(double rays, int runs_left) {
+    const double start = now_;
+    const auto untried = std::size_t(std::ranges::count(runners, false, &Runner::tried));
+    const RaceRules rules{.all_rays = rays,
+                          .must = (untried + std::size_t(runs_left) - 1) / std::size_t(runs_left),
+                          .samples = 3,
+                          .look_rays = kLook,
+                          .most_rays = kSample,
+                          .rounds = 9};
+    for (Runner& r : runners) r.look_ms = 0, r.ms.clear();
+    std::vector<bool> compiled(kernels_.size(), false);
+    longest_ = 0;
+    const RaceHost host{.now = [&] { return now_; },
+                        .compile =
+                            [&](std::size_t i) {
+                              compiled[i] = true;
+                              wait(kernels_[i].compile_s);
+                              return kernels_[i].runs;
+                            },
+                        .trace =
+                            [&](std::size_t i, std::size_t, std::size_t some) {
+                              EXPECT_TRUE(compiled[i] && kernels_[i].runs && some <= kSample);
+                              traced[i] += some;
+                              return wait(double(some) / kernels_[i].mrays_per_s * 1e-6) * 1e3;
+                            },
+                        .keep =
+                            [&] {
+                              ++kept;
+                              if (kept == ends_at) throw std::runtime_error("interrupted");
+                            }};
+    race(runners, rules, host);
+    remember();
+    return now_ - start;
+  }
+
+  /// Puts the fastest first, as the list of a choice has it.
+  void remember() {
+    const std::vector<double> slowness = slowness_of(runners, 3);
+    for (std::size_t i = 0; i < runners.size(); ++i) runners[i].slower = slowness[i] < 1e9 ? slowness[i] : 0;
+    const auto first = std::ptrdiff_t(std::ranges::min_element(slowness) - slowness.begin());
+    std::rotate(runners.begin(), runners.begin() + first, runners.begin() + first + 1);
+    std::rotate(kernels_.begin(), kernels_.begin() + first, kernels_.begin() + first + 1);
+    std::rotate(traced.begin(), traced.begin() + first, traced.begin() + first + 1);
+  }
+
+  /// Returns how many times as slow as the best kernel the chosen one is.
+  double regret() const {
+    double best = 0;
+    for (const Kernel& k : kernels_)
+      if (k.runs) best = std::max(best, k.mrays_per_s);
+    return best / kernels_[0].mrays_per_s;
+  }
+  bool all_tried() const { return std::ranges::all_of(runners, &Runner::tried); }
+  /// Returns the longest step of the last process.
+  double longest() const { return longest_; }
+
+  std::vector<Runner> runners;
+  std::vector<std::size_t> traced = std::vector<std::size_t>(16);
+  int kept = 0, ends_at = -1;
+
+ private:
+  double wait(double seconds) {
+    const double taken = seconds * slow_(random_);
+    now_ += taken;
+    longest_ = std::max(longest_, taken);
+    return taken;
+  }
+  std::vector<Kernel> kernels_;
+  std::mt19937 random_{7};
+  std::uniform_real_distribution<double> slow_;
+  double now_ = 100, longest_ = 0;
+};
+
+// Measured on lavapipe 22.3.6: seconds to compile, and the speeds of incoherent rays.
+const std::vector<Kernel> kLavapipe{{0.17, 1.6}, {0.26, 2.2}, {0.69, 0.9}, {0.27, 1.7}};
+
+TEST(AutoRace, ThreeProcessesTryAllAndFindTheFastest) {
+  Simulated device(kLavapipe, 1.1);
+  for (int left = 3; left > 0; --left) {
+    EXPECT_FALSE(device.all_tried());
+    // What has to be compiled, and beside it the budget and the rounds of each process.
+    EXPECT_LE(device.process(1 << 18, left), 0.3 + 0.69 * 1.1 + 0.3 * 0.3 + 0.1) << left;
+  }
+  EXPECT_TRUE(device.all_tried());
+  EXPECT_LE(device.regret(), 1.05);
+}
+
+TEST(AutoRace, AQuietSecondProcessCostsLittle) {
+  Simulated device(kLavapipe, 1);
+  device.process(1 << 18, 3);
+  EXPECT_LE(device.regret(), 1.05);  // the likely ones come first
+  EXPECT_LE(device.process(1 << 18, 2), 0.3 + 0.69 + 0.26);
+}
+
+TEST(AutoRace, ALongBatchPaysForAllTrials) {
+  Simulated device(kLavapipe, 1);
+  const double batch_s = 1e8 / 2.2e6;
+  EXPECT_LE(device.process(1e8, 3), 0.05 * batch_s + device.longest());
+  EXPECT_TRUE(device.all_tried());
+  EXPECT_EQ(device.regret(), 1);
+}
+
+TEST(AutoRace, HopelessCandidatesAreDroppedAtTheirFirstLook) {
+  Simulated device({{0.01, 2}, {0.01, 0.02}, {0.01, 1.9}, {0.01, 0.9}}, 1);
+  const double spent = device.process(1e7, 1);
+  EXPECT_EQ(device.traced[1], 2 * kLook);  // it is looked at again, as it may have been disturbed
+  EXPECT_EQ(device.traced[3], 2 * kLook);
+  EXPECT_GT(device.traced[2], 3 * kLook);
+  EXPECT_LE(spent, 0.05 + 2 * kLook / 0.02e6 + 0.4);
+  EXPECT_EQ(device.regret(), 1);
+}
+
+TEST(AutoRace, SlowScenesGetFewRays) {
+  Simulated device({{0.17, 0.02}, {0.26, 0.018}, {0.69, 0.015}, {0.27, 0.02}}, 4);  // 100 000 random triangles, busy
+  for (int left = 3; left > 0; --left) EXPECT_LE(device.process(1 << 18, left), 6.5) << left;
+  for (const std::size_t rays : device.traced) EXPECT_LE(rays, 12 * kLook);
+  EXPECT_TRUE(device.all_tried());
+}
+
+TEST(AutoRace, BusyDevicesChooseWellEnough) {
+  double sum = 0;
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    std::vector<Kernel> kernels = kLavapipe;
+    std::rotate(kernels.begin(), kernels.begin() + repeat % 4, kernels.end());
+    Simulated device(kernels, 3);
+    for (int left = 3; left > 0; --left) device.process(1 << 20, left);
+    EXPECT_TRUE(device.all_tried());
+    EXPECT_LE(device.regret(), 1.6);
+    sum += device.regret();
+  }
+  EXPECT_LE(sum / 20, 1.2);
+}
+
+TEST(AutoRace, WhatWasTriedIsKeptWhenInterrupted) {
+  Simulated device(kLavapipe, 1);
+  device.ends_at = 2;
+  EXPECT_THROW(device.process(1 << 18, 3), std::runtime_error);
+  EXPECT_TRUE(device.runners[0].tried && device.runners[1].tried);
+  EXPECT_FALSE(device.runners[2].tried);
+  device.remember();
+  device.ends_at = -1;
+  device.process(1 << 18, 2);
+  device.process(1 << 18, 1);
+  EXPECT_TRUE(device.all_tried());
+}
+
+TEST(AutoRace, CandidatesThatCannotRun) {
+  Simulated device({{0.1, 1, false}, {0.1, 2}, {0.1, 3, false}}, 1);
+  for (int left = 3; left > 0; --left) device.process(1 << 18, left);
+  EXPECT_TRUE(device.all_tried());
+  EXPECT_GT(device.runners[0].look_ms, 0);
+  Simulated none({{0.1, 1, false}, {0.1, 1, false}}, 1);
+  none.process(1 << 18, 1);
+  EXPECT_TRUE(none.all_tried());
+  EXPECT_EQ(none.kept, 0);
+}
+
+}  // namespace
+}  // namespace ballot
