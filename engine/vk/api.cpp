@@ -4,7 +4,6 @@
 
 #include <cstdlib>
 
-#include "engine/core/error.h"
 #include "engine/core/file.h"
 
 #ifdef __SANITIZE_ADDRESS__
@@ -112,7 +111,9 @@ void vk_check(VkResult result, const char* what, const char* object) {
   if (result == VK_SUCCESS) return;
   const char* hint = "";
   if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY) hint = "; the device has too little free memory for it";
-  if (result == VK_ERROR_DEVICE_LOST) hint = "; the driver gave the device up (see the system log)";
+  if (result == VK_ERROR_DEVICE_LOST)
+    throw DeviceLost(fmt::format("{}{}{}: VK_ERROR_DEVICE_LOST; the driver gave the device up (see the system log)",
+                                 what, *object ? " " : "", object));
   fail(Failure::Work, "{}{}{}: {}{}", what, *object ? " " : "", object, result_name(result), hint);
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/core/file.h"
@@ -198,7 +199,12 @@ void Context::create_device() {
   v12.pNext = info_.size_control || info_.full_subgroups ? &size : size.pNext;
   v12.scalarBlockLayout = VK_TRUE;
   v12.bufferDeviceAddress = info_.buffer_address;
+  VkPhysicalDeviceFaultFeaturesEXT faults{};
+  faults.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FAULT_FEATURES_EXT;
+  faults.deviceFault = VK_TRUE;
+  if (info_.fault_reports) faults.pNext = std::exchange(v12.pNext, &faults);
   auto extensions = optional_extensions(vk_, physical_);
+  if (info_.fault_reports) extensions.push_back(VK_EXT_DEVICE_FAULT_EXTENSION_NAME);
   if (surface_) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
   VkDeviceCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;

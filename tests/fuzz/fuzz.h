@@ -44,6 +44,9 @@ Target find_target(std::string_view name);
 /// Returns the inputs kept in tests/fuzz/corpus/NAME: files *.hex hold bytes in hexadecimal digits, others their text.
 std::vector<std::string> kept_inputs(std::string_view name);
 
+/// Reads an input. A fault ends the process.
+void read_input(const Target& target, std::string_view input);
+
 /// Sets what every target needs: a process of more than 2 GiB is refused memory.
 void prepare();
 
@@ -61,7 +64,7 @@ void expect_plain(const std::function<void()>& call);
 /// Aborts with a text that says what is wrong.
 [[noreturn]] void finding(std::string_view what, std::string_view text);
 
-/// Returns true if a text shows a name inside a library, or of its exceptions.
+/// Returns true if a text shows a name inside a library, or of its exceptions, that is not in the input.
 bool is_raw(std::string_view text);
 
 /// Returns the bytes of values, for seeds.

@@ -78,7 +78,7 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  ballot::fuzz::target().read({reinterpret_cast<const char*>(data), size});
+  ballot::fuzz::read_input(ballot::fuzz::target(), {reinterpret_cast<const char*>(data), size});
   return 0;
 }
 

@@ -47,7 +47,7 @@ void begin(const Target& target) {
 void read_one(const Target& target, const std::string& bytes) {
   input = &bytes;
   ++number;
-  target.read(bytes);
+  read_input(target, bytes);
 }
 
 void replay(const Target& target, std::size_t inputs, unsigned seed) {
