@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 
+#include "engine/core/cache_file.h"
 #include "engine/core/file.h"
 
 #ifdef __SANITIZE_ADDRESS__
@@ -20,8 +21,11 @@ void separate_mesa_caches() {
   const char* width = std::getenv("LP_NATIVE_VECTOR_WIDTH");
   if (!width || std::getenv("MESA_SHADER_CACHE_DIR")) return;
   const std::filesystem::path folder = cache_folder() / (std::string("mesa-width-") + width);
-  std::error_code ignored;
-  std::filesystem::create_directories(folder, ignored);
+  try {
+    make_cache_folder(folder);
+  } catch (const Error&) {
+    // Mesa goes without the folder.
+  }
   setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 0);
 }
 

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "engine/core/error.h"
-#include "engine/core/file.h"
 #include "engine/vk/device.h"
 
 namespace ballot {
@@ -96,12 +95,6 @@ VkInstance make_instance(Vulkan& vk, bool validate, std::vector<std::string>* me
          result_name(result));
   vk.load_instance(instance, validate, window != nullptr);
   return instance;
-}
-
-std::filesystem::path pipeline_cache_path(const DeviceInfo& d) {
-  std::string uuid;
-  for (std::uint8_t byte : d.pipeline_cache_uuid) uuid += fmt::format("{:02x}", byte);
-  return cache_folder() / "pipelines" / fmt::format("{:04x}-{:04x}-{}.bin", d.vendor_id, d.device_id, uuid);
 }
 
 void refuse_without_present(const Vulkan& vk, std::vector<PhysicalDevice>& devices, VkSurfaceKHR surface) {
@@ -243,35 +236,6 @@ void Context::name(VkObjectType type, std::uint64_t handle, const std::string& n
   info.objectHandle = handle;
   info.pObjectName = name.c_str();
   vk_.SetDebugUtilsObjectNameEXT(device_, &info);
-}
-
-void Context::load_pipeline_cache() {
-  std::vector<std::byte> data;
-  try {
-    const auto path = pipeline_cache_path(info_);
-    if (std::filesystem::exists(path)) data = read_file(path);
-  } catch (const Error&) {
-    data.clear();  // an unreadable cache counts as empty
-  }
-  VkPipelineCacheCreateInfo create{};
-  create.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
-  create.initialDataSize = data.size();
-  create.pInitialData = data.data();
-  vk_check(vk_.CreatePipelineCache(device_, &create, nullptr, &pipeline_cache_), "creating the pipeline cache");
-}
-
-void Context::save_pipeline_cache() {
-  std::size_t size = 0;
-  if (vk_.GetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) != VK_SUCCESS || size == 0) return;
-  std::vector<std::byte> data(size);
-  if (vk_.GetPipelineCacheData(device_, pipeline_cache_, &size, data.data()) != VK_SUCCESS) return;
-  try {
-    const auto path = pipeline_cache_path(info_);
-    std::filesystem::create_directories(path.parent_path());
-    write_file(path, std::span<const std::byte>(data.data(), size));
-  } catch (const std::exception&) {
-    // A cache that cannot be written only costs time.
-  }
 }
 
 }  // namespace ballot

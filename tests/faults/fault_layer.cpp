@@ -5,8 +5,8 @@
 //   timeout:N    the N-th wait for a fence ends too early, once
 //   outdated:N   the N-th call that takes or presents an image of a window says that the window has changed, once
 //   none         nothing fails
-// At the end of the device and of the instance a line of BALLOT_FAULT_LOG tells how many calls there were of each kind, and which objects
-// are left. With BALLOT_FAULT_DESCRIBE the device offers VK_EXT_device_fault and describes its loss.
+// At the end of the device and of the instance a line of BALLOT_FAULT_LOG tells how many calls there were of each kind,
+// and which objects are left. With BALLOT_FAULT_DESCRIBE the device offers VK_EXT_device_fault and describes its loss.
 #include <vulkan/vk_layer.h>
 #include <vulkan/vulkan.h>
 

@@ -41,8 +41,8 @@ std::string_view current;  // the input that is read
 #define BALLOT_UNSEEN
 #endif
 
-/// Returns true if a text holds a word. libFuzzer watches comparisons, and would put the words into inputs, which errors
-/// quote.
+/// Returns true if a text holds a word. libFuzzer watches comparisons, and would put the words into inputs, which
+/// errors quote.
 BALLOT_UNSEEN bool holds(std::string_view text, const char* word) {
   for (std::size_t at = 0; at < text.size(); ++at) {
     std::size_t i = 0;
