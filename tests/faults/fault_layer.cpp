@@ -63,7 +63,7 @@ void find_all_below() {
 // Functions that make or destroy an object of a device.
 // clang-format off
 #define OBJECTS(X) \
-  X(Buffer) X(BufferView) X(ShaderModule) X(PipelineCache) X(PipelineLayout) X(DescriptorSetLayout) \
+  X(Buffer) X(BufferView) X(ShaderModule) X(PipelineLayout) X(DescriptorSetLayout) \
   X(DescriptorPool) X(CommandPool) X(Fence) X(QueryPool) X(Image) X(ImageView) X(Sampler) X(RenderPass) \
   X(Framebuffer) X(Semaphore)
 // clang-format on
@@ -82,6 +82,20 @@ void find_all_below() {
   }
 OBJECTS(WRAP)
 #undef WRAP
+
+VKAPI_ATTR VkResult VKAPI_CALL create_cache(VkDevice device, const VkPipelineCacheCreateInfo* info,
+                                            const VkAllocationCallbacks* allocator, VkPipelineCache* made) {
+  if (fails("allocate")) return VK_ERROR_OUT_OF_HOST_MEMORY;
+  fault::note_cache(info->initialDataSize);
+  const VkResult result = next_of<PFN_vkCreatePipelineCache>("vkCreatePipelineCache")(device, info, allocator, made);
+  if (result == VK_SUCCESS) count("PipelineCache", 1);
+  return result;
+}
+
+VKAPI_ATTR void VKAPI_CALL destroy_cache(VkDevice device, VkPipelineCache cache, const VkAllocationCallbacks* a) {
+  if (cache) count("PipelineCache", -1);
+  next_of<PFN_vkDestroyPipelineCache>("vkDestroyPipelineCache")(device, cache, a);
+}
 
 VKAPI_ATTR VkResult VKAPI_CALL create_swapchain(VkDevice device, const VkSwapchainCreateInfoKHR* info,
                                                 const VkAllocationCallbacks* allocator, VkSwapchainKHR* made) {
@@ -336,6 +350,7 @@ PFN_vkVoidFunction own_function(const char* name) {
 #define WAITER_ROW(name, parameters, arguments) ROW(#name, waiter_##name)
   static const Named kFunctions[] = {
       OBJECTS(OBJECT_ROWS) OTHERS(OTHER_ROW) WAITERS(WAITER_ROW)                                     //
+      ROW("CreatePipelineCache", create_cache) ROW("DestroyPipelineCache", destroy_cache)            //
       ROW("CreateSwapchainKHR", create_swapchain) ROW("DestroySwapchainKHR", destroy_swapchain)      //
       ROW("AllocateMemory", allocate_memory) ROW("FreeMemory", free_memory)                          //
       ROW("CreateComputePipelines", create_compute) ROW("CreateGraphicsPipelines", create_graphics)  //

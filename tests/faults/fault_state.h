@@ -46,6 +46,12 @@ inline void lose() {
   state().lost = true;
 }
 
+/// Notes how many bytes of a pipeline cache the driver was given.
+inline void note_cache(std::size_t bytes) {
+  const std::lock_guard lock(state().mutex);
+  state().calls["cache"] = bytes;
+}
+
 inline void count(const char* object, long change) {
   const std::lock_guard lock(state().mutex);
   state().live[object] += change;
@@ -56,7 +62,7 @@ inline void write_log() {
   const char* path = std::getenv("BALLOT_FAULT_LOG");
   std::FILE* file = path ? std::fopen(path, "a") : nullptr;
   if (!file) return;
-  for (const char* kind : {"allocate", "submit", "wait", "outdated"})
+  for (const char* kind : {"allocate", "submit", "wait", "outdated", "cache"})
     std::fprintf(file, "%s %lu ", kind, state().calls[kind]);
   std::string left;
   for (const auto& [object, number] : state().live)

@@ -132,6 +132,25 @@ def check_checkpoint(runner: Runner) -> None:
         runner.wrong("going on after a loss: another picture", done)
 
 
+def check_pipeline_cache(runner: Runner) -> None:
+    """The driver is given what it wrote, and nothing of a file that is damaged, cut short or of an older program."""
+    words = COMMANDS["scene"]
+    runner.run(COMMANDS["trace"], "none")
+    files = list(Path(runner.environment["XDG_CACHE_HOME"]).glob("ballot/pipelines/*.bin"))
+    whole = [file.read_bytes() for file in files]
+    damaged = [lambda data: data[:-1], lambda data: data[:-1] + bytes([data[-1] ^ 1]), lambda data: data[24:],
+               lambda data: b""]
+    for change in [lambda data: data, *damaged]:
+        for file, data in zip(files, whole):
+            file.write_bytes(change(data))
+        done = runner.run(words, "none")
+        given = runner.counts().get("cache", 0)
+        if done.returncode != 0 or not files or (given > 0) != (change not in damaged):
+            runner.wrong(f"a pipeline cache: the driver was given {given} bytes", done)
+    for file, data in zip(files, whole):
+        file.write_bytes(data)
+
+
 def channels_of(path: Path) -> bytes:
     """The bytes of an EXR behind its header, which holds times: offsets and pixels."""
     data = path.read_bytes()
@@ -157,6 +176,7 @@ def main() -> int:
         runs = sum(campaign(runner, name, options.kinds.split(","), options.every)
                    for name in options.commands.split(","))
         check_checkpoint(runner)
+        check_pipeline_cache(runner)
     finally:
         shutil.rmtree(folder)
     print(f"{runs} runs with a fault, {len(runner.bad)} wrong")
