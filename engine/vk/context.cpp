@@ -127,6 +127,7 @@ Context::Context(const ContextOptions& options) {
     queue_family_ = std::uint32_t(surface_ ? present_family(vk_, physical_, surface_) : compute_family(vk_, physical_));
     // lavapipe bins timestamps with draw commands, so with a window they do not measure dispatches (22.3.6).
     if (surface_ && info_.is_cpu()) info_.timestamp_ns = 0;
+    launch_ms_ = info_.is_cpu() ? 0 : 50;
     statistics_ = options.statistics && info_.pipeline_statistics;
     create_device();
     for (Slot& slot : slots_) create_slot(slot);

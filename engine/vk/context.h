@@ -146,6 +146,11 @@ class Context {
   bool batches() const { return batches_ && queue_times(); }
   /// For tests: turns batching off, so that every pass is submitted alone and waited for, or on again.
   void set_batches(bool on) { batches_ = on; }
+  /// The milliseconds that one launch of a traversal kernel should take at most; 0: it may take any time. A GPU is
+  /// given 50, so that what is slower than the rays before it still ends within 100.
+  double launch_ms() const { return launch_ms_; }
+  /// For tests: another time, on any device.
+  void set_launch_ms(double ms) { launch_ms_ = ms; }
   std::uint64_t submissions() const { return submitted_; }
   /// The numbers of the submission that is recorded now or next, and of the last one that has ended.
   std::uint64_t recording() const { return submitted_ + 1; }
@@ -233,6 +238,7 @@ class Context {
   std::size_t slot_ = 0;       // index of the slot that is recorded now or next
   std::uint64_t submitted_ = 0, ended_ = 0;
   bool batches_ = true;
+  double launch_ms_ = 0;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
   std::shared_ptr<void> staging_, stream_ring_, pipelines_;
   bool statistics_ = false;

@@ -162,12 +162,14 @@ def main() -> int:
     parser.add_argument("--ballot", type=Path, required=True, help="the program")
     parser.add_argument("--layer", type=Path, required=True, help="folder of the layer's manifest")
     parser.add_argument("--scene", type=Path, required=True)
-    parser.add_argument("--rays", type=Path, help="rays for trace, an .npy file")
     parser.add_argument("--cache", type=Path, help="cache folder, which may be warm; else an own one")
     parser.add_argument("--commands", default="info,render,trace", help="of: " + ", ".join(COMMANDS))
     parser.add_argument("--kinds", default="allocate,submit,wait,timeout", help="kinds of faults; also outdated")
     parser.add_argument("--every", type=int, default=1, metavar="K", help="only every K-th call [1]")
     options = parser.parse_args()
+    for name in ("ballot", "layer", "scene", "cache"):  # the runs have a folder of their own
+        if getattr(options, name):
+            setattr(options, name, getattr(options, name).resolve())
     folder = Path(tempfile.mkdtemp(prefix="ballot-faults-"))
     try:
         runner = Runner(options, folder)

@@ -129,6 +129,7 @@ def main() -> int:
     parser.add_argument("--commands", default=",".join(COMMANDS), help="of: " + ", ".join(COMMANDS))
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    options.ballot, options.scene = options.ballot.resolve(), options.scene.resolve()
     names = options.commands.split(",")
     folder = Path(tempfile.mkdtemp(prefix="ballot-kills-"))
     killed, numbers = dict.fromkeys(names, 0), random.Random(options.seed)
