@@ -46,8 +46,9 @@ PACKAGES = {
     "pkg-config": ("finds the installed library, as programs of others do", {"test"}),
     "python3-dev": ("headers of Python, for the package of Python", {"test"}),
     "python3-venv": ("the virtual environment that the package of Python is tested in", {"test"}),
-    "clang-14": ("compiles the fuzz targets", {"fuzz"}),
-    "libclang-rt-14-dev": ("libFuzzer, which runs the fuzz targets", {"fuzz"}),
+    "clang-16": ("compiles the fuzz targets", {"fuzz"}),
+    "libclang-rt-16-dev": ("libFuzzer, which runs the fuzz targets", {"fuzz"}),
+    "llvm-16": ("counts the lines that fuzzing covers", {"fuzz"}),
     "clang-format": ("formats the C++ code", {"fmt", "test"}),
     "clang-tidy": ("checks names in the C++ code", {"lint", "test"}),
 }

@@ -14,6 +14,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr double kStepSeconds = 4;     // target length of a step: checkpoints come in time, and passes stay large
+constexpr double kKeepShare = 0.01;    // most time for copies of the film to the host, as a share
 constexpr std::uint32_t kGrowth = 16;  // largest ratio of a step to the one before it: the first one also compiles
 
 /// Returns the samples of the next step, given that a step of `samples` took `seconds`.
@@ -45,15 +46,110 @@ std::string save(const fs::path& checkpoint, const Film& film, const std::string
   }
 }
 
+/// A copy of a film on the host: what is left of it if the device is lost.
+class KeptFilm {
+ public:
+  /// Copies the film, unless copies would take more than their share of the time, or half of the memory that is left.
+  void keep(Engine& engine, Film& film, RenderTimes& times) {
+    if (!can_checkpoint(film) || kKeepShare * seconds_since(at_) < cost_s_) return;
+    const std::uint64_t bytes = film.pixels.size() * sizeof film.pixels[0] + film.moments.size() * sizeof(glm::vec3);
+    if (film_.pixels.empty() && bytes > memory_left() / 2) return;
+    const Clock::time_point start = Clock::now();
+    engine.collect(film, times);
+    film_ = film;
+    cost_s_ = seconds_since(start);
+    at_ = Clock::now();
+  }
+  const Film& film() const { return film_; }
+
+ private:
+  Film film_;  // of 0 samples: nothing is kept
+  double cost_s_ = 0;
+  Clock::time_point at_ = Clock::now();
+};
+
+/// The rendering of one view, in steps.
+struct Rendering {
+  Engine& engine;
+  const View& view;
+  const RenderJob& job;
+  fs::path checkpoint;
+  Film film{};
+  Rendered done{};
+  KeptFilm kept{};
+  std::uint32_t saved = 0;  // samples in the checkpoint; 0: there is none
+
+  void render(ProgressBar& bar);
+  std::uint32_t add_samples(std::uint32_t samples, ProgressBar& bar);
+  std::string save();
+  [[noreturn]] void stop(const InterruptGuard& interrupt, const std::string& failure) const;
+  [[noreturn]] void lose(const DeviceLost& lost);
+};
+
+/// Writes a checkpoint. Returns why it could not be written, such as a full disk; "" if it was.
+std::string Rendering::save() {
+  if (!can_checkpoint(film)) return "pictures with counters have no checkpoints";
+  engine.collect(film, done.times);
+  std::string failure = ::ballot::cli::save(checkpoint, film, engine.made_of(view, job.options));
+  if (failure.empty()) saved = film.samples;
+  return failure;
+}
+
 /// Throws Stopped, which says what was kept and how to go on. `failure` says why there is no checkpoint; "" if there is
 /// one.
-[[noreturn]] void stop(const InterruptGuard& interrupt, const View& view, const RenderJob& job, const Film& film,
-                       const fs::path& checkpoint, const std::string& failure) {
-  const std::string kept = failure.empty()
+void Rendering::stop(const InterruptGuard& interrupt, const std::string& failure) const {
+  const std::string rest = failure.empty()
                                ? fmt::format("{} keeps them; go on with: {}", checkpoint.string(), job.again)
                                : "nothing was kept: " + failure;
   throw Stopped(interrupt.signal(), fmt::format("{} stopped view {} after {} of {} samples; {}", interrupt.name(),
-                                                view.name, film.samples, job.options.spp, kept));
+                                                view.name, film.samples, job.options.spp, rest));
+}
+
+/// Makes a checkpoint of what the host has of the film, and throws DeviceLost, which says so too.
+void Rendering::lose(const DeviceLost& lost) {
+  std::string failure = "the host had no samples yet";
+  if (kept.film().samples > saved) {
+    failure = ::ballot::cli::save(checkpoint, kept.film(), engine.made_of(view, job.options));
+    if (failure.empty()) saved = kept.film().samples;
+  }
+  const std::string rest = saved > 0 ? fmt::format("{} keeps {} of {} samples of view {}; go on with: {}",
+                                                   checkpoint.string(), saved, job.options.spp, view.name, job.again)
+                                     : fmt::format("of view {} nothing was kept: {}", view.name, failure);
+  throw DeviceLost(fmt::format("{}; {}", lost.what(), rest));
+}
+
+/// Adds samples, and notes the error if the next one is due. Returns how many samples the next step should have.
+std::uint32_t Rendering::add_samples(std::uint32_t samples, ProgressBar& bar) {
+  const Clock::time_point start = Clock::now();
+  engine.advance_there(film, view, job.options, samples, done.times, [&](double share) { bar.update(share); });
+  const std::uint32_t next = next_step(samples, seconds_since(start));
+  kept.keep(engine, film, done.times);
+  return next;
+}
+
+void Rendering::render(ProgressBar& bar) {
+  const std::uint32_t spp = job.options.spp;
+  const InterruptGuard interrupt;
+  Clock::time_point saved_at = Clock::now();
+  std::uint32_t step = 1, next_error = std::max(1u, film.samples);
+  while (film.samples < spp) {
+    std::uint32_t samples = std::min(step, spp - film.samples);
+    if (job.reference) samples = std::min(samples, std::max(next_error, film.samples + 1) - film.samples);
+    step = add_samples(samples, bar);
+    if (job.reference && (film.samples >= next_error || film.samples == spp)) {
+      add_error(engine, film, view, job, done);
+      next_error = 2 * film.samples;
+    }
+    if (film.samples == spp) break;
+    const bool due = job.checkpoint_s > 0 && can_checkpoint(film) && seconds_since(saved_at) >= job.checkpoint_s;
+    if (!due && !interrupt.wanted()) continue;
+    const std::string failure = save();
+    bar.hide();
+    if (interrupt.wanted()) stop(interrupt, failure);
+    if (!failure.empty()) say_aside("ballot: no checkpoint, but rendering goes on: {}\n", failure);
+    saved_at = Clock::now();
+  }
+  engine.collect(film, done.times);
 }
 
 }  // namespace
@@ -64,49 +160,28 @@ Rendered render_job(Engine& engine, const View& view, const RenderJob& job, cons
   const RenderOptions& o = job.options;
   const fs::path checkpoint = checkpoint_of(exr);
   const Clock::time_point begin = Clock::now();
-  Rendered done;
-  Film film = engine.start_film(o);
+  Rendering r{engine, view, job, checkpoint};
+  r.film = engine.start_film(o);
   if (job.resume && fs::exists(checkpoint)) {
-    if (!can_checkpoint(film))
+    if (!can_checkpoint(r.film))
       fail(Failure::Arguments,
            "--resume: pictures with counters (--stats, --shading heat) have no checkpoints; leave it out");
-    read_film(checkpoint, film, engine.made_of(view, o), o.spp);
-    done.resumed_at = film.samples;
+    read_film(checkpoint, r.film, engine.made_of(view, o), o.spp);
+    r.done.resumed_at = r.saved = r.film.samples;
   }
-  done.film_s = seconds_since(begin);
+  r.done.film_s = seconds_since(begin);
   ProgressBar bar("rendering " + view.name);
-  const InterruptGuard interrupt;
-  Clock::time_point saved = Clock::now();
-  std::uint32_t step = 1, next_error = std::max(1u, film.samples);
-  while (film.samples < o.spp) {
-    const Clock::time_point start = Clock::now();
-    std::uint32_t samples = std::min(step, o.spp - film.samples);
-    if (job.reference) samples = std::min(samples, std::max(next_error, film.samples + 1) - film.samples);
-    engine.advance_there(film, view, o, samples, done.times, [&](double share) { bar.update(share); });
-    step = next_step(samples, seconds_since(start));
-    if (job.reference && (film.samples >= next_error || film.samples == o.spp)) {
-      add_error(engine, film, view, job, done);
-      next_error = 2 * film.samples;
-    }
-    if (film.samples == o.spp) break;
-    const bool due = job.checkpoint_s > 0 && can_checkpoint(film) && seconds_since(saved) >= job.checkpoint_s;
-    if (!due && !interrupt.wanted()) continue;
-    std::string failure = "pictures with counters have no checkpoints";
-    if (can_checkpoint(film)) {
-      engine.collect(film, done.times);
-      failure = save(checkpoint, film, engine.made_of(view, o));
-    }
+  try {
+    r.render(bar);
+    const Clock::time_point painted = Clock::now();
+    r.done.image = engine.picture(r.film, view, o, r.done.times);
+    r.done.film_s += seconds_since(painted) + r.done.times.film_s;
+  } catch (const DeviceLost& lost) {
     bar.hide();
-    if (interrupt.wanted()) stop(interrupt, view, job, film, checkpoint, failure);
-    if (!failure.empty()) say_aside("ballot: no checkpoint, but rendering goes on: {}\n", failure);
-    saved = Clock::now();
+    r.lose(lost);
   }
-  engine.collect(film, done.times);
-  const Clock::time_point painted = Clock::now();
-  done.image = engine.picture(film, view, o, done.times);
-  done.film_s += seconds_since(painted) + done.times.film_s;
-  done.seconds = seconds_since(begin);
-  return done;
+  r.done.seconds = seconds_since(begin);
+  return std::move(r.done);
 }
 
 void finish_job(const fs::path& exr) {

@@ -42,6 +42,7 @@ std::filesystem::path checkpoint_of(const std::filesystem::path& exr);
 /// from the checkpoint. The checkpoint of this run stays until finish_job() is called, so that nothing is lost if the
 /// picture cannot be written. A checkpoint that cannot be written gives a warning, and rendering goes on.
 /// SIGINT, SIGTERM and SIGHUP end the rendering after the current step: a checkpoint is written and Stopped thrown.
+/// If the device is lost, what the host has of the film becomes the checkpoint, and DeviceLost says so.
 /// Throws as Engine::render and read_film do.
 Rendered render_job(Engine& engine, const View& view, const RenderJob& job, const std::filesystem::path& exr);
 

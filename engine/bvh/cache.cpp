@@ -11,6 +11,7 @@
 #include <type_traits>
 
 #include "engine/bvh/bvh.h"
+#include "engine/core/cache_file.h"
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 
@@ -97,6 +98,7 @@ std::uint32_t largest_leaf_of(const std::vector<BvhNode>& nodes) {
 }
 
 std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std::size_t triangle_count) {
+  if (!is_own_file(path)) return std::nullopt;
   std::error_code unreadable;
   const std::uint64_t bytes = std::filesystem::file_size(path, unreadable);
   if (unreadable || bytes < sizeof(Header)) return std::nullopt;
@@ -166,7 +168,7 @@ Bvh build_bvh_cached(std::span<const Triangle> triangles, const BuildSettings& s
   }
   Bvh bvh = build_bvh(triangles, settings, progress);
   try {
-    std::filesystem::create_directories(cache_folder);
+    make_cache_folder(cache_folder);
     save(path, key, bvh);
   } catch (const std::exception&) {
     // A cache that cannot be written only costs time at the next start.

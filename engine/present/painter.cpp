@@ -10,15 +10,24 @@ namespace ballot {
 
 namespace {
 
-VkShaderModule module_of(Context& gpu, const char* file) {
+/// A shader of the painter's pipeline, while that is made.
+struct PaintShader {
+  Context& gpu;
+  VkShaderModule module = VK_NULL_HANDLE;
+
+  PaintShader(Context& context, const char* file);
+  ~PaintShader() { gpu.vk().DestroyShaderModule(gpu.device(), module, nullptr); }
+  PaintShader(const PaintShader&) = delete;
+  PaintShader& operator=(const PaintShader&) = delete;
+};
+
+PaintShader::PaintShader(Context& context, const char* file) : gpu(context) {
   const Spirv spirv = compile_shader(file, {});
   VkShaderModuleCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
   create.codeSize = spirv.words.size() * 4;
   create.pCode = spirv.words.data();
-  VkShaderModule module = VK_NULL_HANDLE;
   vk_check(gpu.vk().CreateShaderModule(gpu.device(), &create, nullptr, &module), "creating shader", file);
-  return module;
 }
 
 template <class T>
@@ -106,12 +115,13 @@ void Painter::create_layout(std::uint32_t frames) {
 }
 
 void Painter::create_pipeline(VkRenderPass pass) {
+  const PaintShader corners(gpu_, "present/paint.vert"), pixels(gpu_, "present/paint.frag");
   std::array<VkPipelineShaderStageCreateInfo, 2> stages{};
   for (auto& stage : stages) stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO, stage.pName = "main";
   stages[0].stage = VK_SHADER_STAGE_VERTEX_BIT;
-  stages[0].module = module_of(gpu_, "present/paint.vert");
+  stages[0].module = corners.module;
   stages[1].stage = VK_SHADER_STAGE_FRAGMENT_BIT;
-  stages[1].module = module_of(gpu_, "present/paint.frag");
+  stages[1].module = pixels.module;
   VkPipelineVertexInputStateCreateInfo input{};
   input.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO;
   VkPipelineInputAssemblyStateCreateInfo assembly{};
@@ -157,10 +167,8 @@ void Painter::create_pipeline(VkRenderPass pass) {
   create.pDynamicState = &dynamic;
   create.layout = layout_;
   create.renderPass = pass;
-  const VkResult result =
-      gpu_.vk().CreateGraphicsPipelines(gpu_.device(), gpu_.pipeline_cache(), 1, &create, nullptr, &pipeline_);
-  for (const auto& stage : stages) gpu_.vk().DestroyShaderModule(gpu_.device(), stage.module, nullptr);
-  vk_check(result, "creating the painter's pipeline");
+  vk_check(gpu_.vk().CreateGraphicsPipelines(gpu_.device(), gpu_.pipeline_cache(), 1, &create, nullptr, &pipeline_),
+           "creating the painter's pipeline");
   gpu_.name(VK_OBJECT_TYPE_PIPELINE, std::uint64_t(pipeline_), "painter");
 }
 

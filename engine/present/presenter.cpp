@@ -114,7 +114,7 @@ void Presenter::create_frames() {
 }
 
 void Presenter::set_atlas(const PaintAtlas& atlas) {
-  vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
+  gpu_.check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
   painter_->set_atlas(atlas);
 }
 
@@ -131,7 +131,7 @@ bool Presenter::acquire(Frame& frame, VkExtent2D window, std::uint32_t& index) {
     const VkResult result = swapchain_.acquire(frame.ready, index);
     if (result == VK_SUBOPTIMAL_KHR) stale_ = true;  // this image is still shown
     if (result == VK_SUCCESS || result == VK_SUBOPTIMAL_KHR) return true;
-    if (result != VK_ERROR_OUT_OF_DATE_KHR) vk_check(result, "asking for the window's next image");
+    if (result != VK_ERROR_OUT_OF_DATE_KHR) gpu_.check(result, "asking for the window's next image");
     stale_ = true;
   }
   return false;
@@ -147,7 +147,7 @@ void Presenter::read_time(std::uint32_t frame) {
 
 void Presenter::make_stretched(const ShownPicture& picture) {
   if (small_ && small_size_.width >= picture.width && small_size_.height >= picture.height) return;
-  vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
+  gpu_.check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
   gpu_.vk().DestroyImage(gpu_.device(), small_, nullptr);
   gpu_.vk().FreeMemory(gpu_.device(), small_memory_, nullptr);
   small_ = VK_NULL_HANDLE;
@@ -162,7 +162,7 @@ bool Presenter::show(const ShownPicture& picture, const PaintList& list, std::ui
                      std::uint32_t window_height) {
   if (window_width == 0 || window_height == 0) return false;
   Frame& frame = frames_[next_];
-  vk_check(gpu_.vk().WaitForFences(gpu_.device(), 1, &frame.done, VK_TRUE, UINT64_MAX), "waiting for a frame");
+  gpu_.check(gpu_.wait_for(frame.done), "waiting for a frame");
   read_time(next_);
   std::uint32_t index = 0;
   painter_->upload(next_, list);
@@ -181,9 +181,9 @@ bool Presenter::show(const ShownPicture& picture, const PaintList& list, std::ui
   submit.signalSemaphoreCount = 1;
   submit.pSignalSemaphores = &swapchain_[index].painted;
   const auto start = std::chrono::steady_clock::now();
-  vk_check(gpu_.vk().QueueSubmit(gpu_.queue(), 1, &submit, frame.done), "submitting a frame of the window");
+  gpu_.check(gpu_.vk().QueueSubmit(gpu_.queue(), 1, &submit, frame.done), "submitting a frame of the window");
   if (!queries_) {  // so that the wall time of the next submission does not include this one
-    vk_check(gpu_.vk().WaitForFences(gpu_.device(), 1, &frame.done, VK_TRUE, UINT64_MAX), "waiting for a frame");
+    gpu_.check(gpu_.wait_for(frame.done), "waiting for a frame");
     last_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   }
   frame.timed = true;
@@ -192,7 +192,7 @@ bool Presenter::show(const ShownPicture& picture, const PaintList& list, std::ui
   if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_SUBOPTIMAL_KHR)
     stale_ = true;
   else
-    vk_check(result, "presenting to the window");
+    gpu_.check(result, "presenting to the window");
   return true;
 }
 

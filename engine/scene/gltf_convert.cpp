@@ -150,7 +150,7 @@ bool has_light(const tinygltf::Node& node) {
 
 Light convert_light(const GltfFile& file, std::size_t node, const glm::dmat4& world_from_node) {
   const tinygltf::Node& owner = file.model.nodes[node];
-  const int index = owner.extensions.at("KHR_lights_punctual").Get("light").GetNumberAsInt();
+  const int index = index_in(owner.extensions.at("KHR_lights_punctual").Get("light"));
   const auto& lights = file.model.lights;
   const std::string place = label("node", node, owner.name);
   if (index < 0 || static_cast<std::size_t>(index) >= lights.size())

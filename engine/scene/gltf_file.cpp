@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -202,6 +203,13 @@ void check_extensions(GltfFile& file) {
 }
 
 }  // namespace
+
+int index_in(const tinygltf::Value& value) {
+  const double number = value.IsNumber() ? value.GetNumberAsDouble() : -1;
+  return number >= 0 && number <= std::numeric_limits<int>::max() && number == std::floor(number)
+             ? static_cast<int>(number)
+             : -1;
+}
 
 std::string label(const char* kind, std::size_t index, const std::string& name) {
   return name.empty() ? fmt::format("{} {}", kind, index) : fmt::format("{} {} ('{}')", kind, index, name);

@@ -25,6 +25,9 @@ struct GltfFile {
 /// that Ballot lacks.
 GltfFile read_gltf(const std::filesystem::path& path, const LoadOptions& options = {});
 
+/// Returns an index or a set that an extension holds; -1, which nothing has, unless it is a whole number of an int.
+int index_in(const tinygltf::Value& value);
+
 /// Returns "mesh 3 ('chair')", or "mesh 3" without a name.
 std::string label(const char* kind, std::size_t index, const std::string& name);
 

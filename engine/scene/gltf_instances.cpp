@@ -45,7 +45,7 @@ std::optional<NodeInstances> open_instances(const GltfFile& file, std::size_t no
     const tinygltf::Value& index = attributes.Get(name);
     if (!index.IsInt())
       fail_in(file.path, "{}: attribute {} is no number; expected the index of an accessor", place, name);
-    AccessorView view = open_attribute(file, name, index.GetNumberAsInt(), place);
+    AccessorView view = open_attribute(file, name, index_in(index), place);
     if (first.empty()) instances.count_ = view.size();
     if (view.size() != instances.count_)
       fail_in(file.path, "{}: attribute {} has {} elements, but {} has {}; expected as many", place, name, view.size(),

@@ -33,7 +33,7 @@ void apply_transform(const tinygltf::Value& transform, TextureUse& use) {
   const double c = std::cos(angle), s = std::sin(angle);
   use.row_u = glm::vec3(c * scale[0], s * scale[1], offset[0]);
   use.row_v = glm::vec3(-s * scale[0], c * scale[1], offset[1]);
-  if (transform.Has("texCoord")) use.set = static_cast<std::uint32_t>(transform.Get("texCoord").GetNumberAsInt());
+  if (transform.Has("texCoord")) use.set = static_cast<std::uint32_t>(index_in(transform.Get("texCoord")));
 }
 
 }  // namespace

@@ -12,6 +12,8 @@ namespace {
 
 constexpr std::uint32_t kUnbounded = std::numeric_limits<std::uint32_t>::max();
 
+constexpr std::uint64_t kRecordedUnknown = 1 << 21;  // rays that are recorded though nothing is known of their speed
+
 /// Returns the number of rays that a workgroup takes, or takes first in a persistent launch.
 std::uint32_t group_rays(const Variant& v) { return v.config.workgroup * v.rays_per_lane(); }
 
@@ -20,6 +22,8 @@ std::uint32_t group_rays(const Variant& v) { return v.config.workgroup * v.rays_
 bool reports(const Variant& v) { return v.config.launch == Launch::Persistent || v.config.loops_cut; }
 
 }  // namespace
+
+LaunchSize& Dispatcher::size_of(const Variant& v) const { return (*sizes_)[{v.method, v.numeric, v.want}]; }
 
 std::uint32_t Dispatcher::groups_for(const Variant& v, std::uint32_t rays) const {
   const KernelConfig& c = v.config;
@@ -78,10 +82,13 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
   const std::uint64_t most = std::uint64_t(gpu_.info().max_group_count_x) * group_rays(job.variant);
   TracePushes pushes = push_for(job, root, mesh_root);
   TracePush& push = pushes.trace;
+  LaunchSize& size = size_of(job.variant);
   Work total{0, 0};
   while (push.ray_begin < count) {
     push.ray_end = count;
     if (plain && count - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
+    if (const double ms = gpu_.launch_ms(); ms > 0)
+      push.ray_end = std::uint32_t(std::min<std::uint64_t>(push.ray_end, push.ray_begin + size.most(ms)));
     const Work work = dispatch(job, rays, hits, pushes, times);
     total.unfinished += work.unfinished;
     // A persistent kernel with a limit of batches may leave rays, but it has finished all rays that it took.
@@ -89,6 +96,7 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
     if (next <= push.ray_begin)
       fail(Failure::Work, "kernel {}: a dispatch traced none of the {} rays left on {}: the driver lost it",
            job.kernel->kernel->name(), count - push.ray_begin, gpu_.info().name);
+    size.add(next - push.ray_begin, gpu_.last_ms());
     push.ray_begin = next;
   }
   return total;
@@ -96,6 +104,8 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
 
 bool Dispatcher::can_record(const Variant& v, std::uint32_t most) const {
   if (v.config.loops_cut) return false;
+  const LaunchSize& size = size_of(v);
+  if (gpu_.launch_ms() > 0 && most > (size.is_known() ? size.most(gpu_.launch_ms()) : kRecordedUnknown)) return false;
   if (v.config.launch == Launch::Persistent) return v.config.batches == kUnbounded;
   return most <= std::uint64_t(gpu_.info().max_group_count_x) * group_rays(v);
 }
@@ -106,7 +116,8 @@ RayGroups Dispatcher::groups_of(const Variant& v) const {
   return {group_rays(v), most};
 }
 
-void Dispatcher::record(const Job& job, Buffer<Hit>& hits, const Context::Record& dispatch, Context::Done done) {
+void Dispatcher::record(const Job& job, Buffer<Hit>& hits, std::uint32_t count, const Context::Record& dispatch,
+                        Context::Done done) {
   Kernel& kernel = *job.kernel->kernel;
   kernel.bind(BIND_HITS, hits);
   const bool counts = reports(job.variant);
@@ -119,8 +130,9 @@ void Dispatcher::record(const Job& job, Buffer<Hit>& hits, const Context::Record
         }
         dispatch(cmd);
       },
-      [spent = traced_ms_, done = std::move(done)](double ms) {
+      [spent = traced_ms_, sizes = sizes_, &size = size_of(job.variant), count, done = std::move(done)](double ms) {
         *spent += ms;
+        size.add(count, ms);
         if (done) done(ms);
       });
 }
@@ -135,7 +147,7 @@ void Dispatcher::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hi
   const auto dispatch = [&](VkCommandBuffer cmd) {
     kernel.dispatch(cmd, indirect.args, indirect.index * sizeof(IndirectArgs), &push, push_bytes());
   };
-  record(job, hits, dispatch, std::move(done));
+  record(job, hits, 0, dispatch, std::move(done));
 }
 
 void Dispatcher::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
@@ -159,7 +171,7 @@ void Dispatcher::record_rays(const Job& job, Buffer<Hit>& hits, std::uint32_t co
   const auto dispatch = [&](VkCommandBuffer cmd) {
     job.kernel->kernel->dispatch(cmd, groups_for(job.variant, count), &push, push_bytes());
   };
-  record(job, hits, dispatch, std::move(done));
+  record(job, hits, count, dispatch, std::move(done));
 }
 
 }  // namespace ballot

@@ -2,7 +2,11 @@
 // passes.
 #pragma once
 
+#include <map>
+#include <tuple>
+
 #include "engine/trace/kernels.h"
+#include "engine/trace/launch_size.h"
 #include "shaders/shared/render.h"
 
 namespace ballot {
@@ -46,9 +50,10 @@ class Dispatcher {
   /// Keeps references to all arguments.
   Dispatcher(Context& gpu, DeviceTree& tree, TraceKernels& kernels) : gpu_(gpu), tree_(tree), kernels_(kernels) {}
 
-  /// Traces rays [0, count), beginning at the child reference `root`, and waits. Dispatches again for rays that a
-  /// bounded launch leaves. Returns the work counter, whose `unfinished` is the number of rays that the driver cut
-  /// short; their hits have prim UNFINISHED. Throws Error(Work) if a dispatch takes no ray.
+  /// Traces rays [0, count), beginning at the child reference `root`, and waits. Dispatches in parts that take
+  /// Context::launch_ms() each, and again for rays that a bounded launch leaves. Returns the work counter, whose
+  /// `unfinished` is the number of rays that the driver cut short; their hits have prim UNFINISHED. Throws Error(Work)
+  /// if a dispatch takes no ray.
   /// In a forest `root` is a reference in the top-level tree; the walk of each mesh's tree begins at `mesh_root` or, if
   /// that is END_OF_TREE, at its root.
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
@@ -72,17 +77,22 @@ class Dispatcher {
   RayGroups groups_of(const Variant& variant) const;
 
  private:
+  LaunchSize& size_of(const Variant& variant) const;
   std::uint32_t groups_for(const Variant& variant, std::uint32_t rays) const;
   TracePushes push_for(const Job& job, std::uint32_t root, std::uint32_t mesh_root = END_OF_TREE) const;
   std::uint32_t push_bytes() const { return tree_.forest() ? sizeof(TracePushes) : sizeof(TracePush); }
   Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& push, TraceTimes& times);
-  void record(const Job& job, Buffer<Hit>& hits, const Context::Record& dispatch, Context::Done done);
+  void record(const Job& job, Buffer<Hit>& hits, std::uint32_t count, const Context::Record& dispatch,
+              Context::Done done);
   void record_rays(const Job& job, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t camera, Context::Done done);
 
   Context& gpu_;
   DeviceTree& tree_;
   TraceKernels& kernels_;
-  std::shared_ptr<double> traced_ms_ = std::make_shared<double>(0);  // passes that have not ended keep it too
+  // Passes that have not ended keep these two, too.
+  std::shared_ptr<double> traced_ms_ = std::make_shared<double>(0);
+  using Sizes = std::map<std::tuple<const Method*, const NumericMode*, Want>, LaunchSize>;
+  std::shared_ptr<Sizes> sizes_ = std::make_shared<Sizes>();
 };
 
 }  // namespace ballot

@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "engine/core/error.h"
+#include "engine/core/cache_file.h"
 #include "engine/core/file.h"
 
 #ifdef __SANITIZE_ADDRESS__
@@ -21,8 +21,11 @@ void separate_mesa_caches() {
   const char* width = std::getenv("LP_NATIVE_VECTOR_WIDTH");
   if (!width || std::getenv("MESA_SHADER_CACHE_DIR")) return;
   const std::filesystem::path folder = cache_folder() / (std::string("mesa-width-") + width);
-  std::error_code ignored;
-  std::filesystem::create_directories(folder, ignored);
+  try {
+    make_cache_folder(folder);
+  } catch (const Error&) {
+    // Mesa goes without the folder.
+  }
   setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 0);
 }
 
@@ -112,7 +115,9 @@ void vk_check(VkResult result, const char* what, const char* object) {
   if (result == VK_SUCCESS) return;
   const char* hint = "";
   if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY) hint = "; the device has too little free memory for it";
-  if (result == VK_ERROR_DEVICE_LOST) hint = "; the driver gave the device up (see the system log)";
+  if (result == VK_ERROR_DEVICE_LOST)
+    throw DeviceLost(fmt::format("{}{}{}: VK_ERROR_DEVICE_LOST; the driver gave the device up (see the system log)",
+                                 what, *object ? " " : "", object));
   fail(Failure::Work, "{}{}{}: {}{}", what, *object ? " " : "", object, result_name(result), hint);
 }
 

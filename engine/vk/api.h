@@ -5,6 +5,8 @@
 #define VK_NO_PROTOTYPES
 #include <vulkan/vulkan.h>
 
+#include "engine/core/error.h"
+
 // clang-format off
 #define BALLOT_VK_LOADER(X) \
   X(CreateInstance) X(EnumerateInstanceExtensionProperties) X(EnumerateInstanceLayerProperties) \
@@ -47,7 +49,7 @@
 #define BALLOT_VK_STATISTICS(X) \
   X(GetPipelineExecutableStatisticsKHR)
 #define BALLOT_VK_EXTERNAL(X) \
-  X(GetMemoryFdKHR) X(GetMemoryHostPointerPropertiesEXT)
+  X(GetMemoryFdKHR) X(GetMemoryHostPointerPropertiesEXT) X(GetDeviceFaultInfoEXT)
 // clang-format on
 
 namespace ballot {
@@ -80,10 +82,16 @@ struct Vulkan {
 
 #undef BALLOT_VK_MEMBER
 
+/// The device was lost (VK_ERROR_DEVICE_LOST): its driver gave it up, and what lay in its memory is gone.
+class DeviceLost : public Error {
+ public:
+  explicit DeviceLost(const std::string& text) : Error(Failure::Work, text) {}
+};
+
 /// Returns the name of a result, e.g. "VK_ERROR_DEVICE_LOST".
 const char* result_name(VkResult result);
-/// Throws Error(Work) with the text "WHAT OBJECT: VK_..." unless the result is VK_SUCCESS. `what` and `object` tell
-/// what was tried on which object.
+/// Throws Error(Work), of a lost device DeviceLost, with the text "WHAT OBJECT: VK_..." unless the result is
+/// VK_SUCCESS. `what` and `object` tell what was tried on which object.
 void vk_check(VkResult result, const char* what, const char* object = "");
 
 }  // namespace ballot

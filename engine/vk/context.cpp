@@ -2,9 +2,9 @@
 
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include "engine/core/error.h"
-#include "engine/core/file.h"
 #include "engine/vk/device.h"
 
 namespace ballot {
@@ -97,12 +97,6 @@ VkInstance make_instance(Vulkan& vk, bool validate, std::vector<std::string>* me
   return instance;
 }
 
-std::filesystem::path pipeline_cache_path(const DeviceInfo& d) {
-  std::string uuid;
-  for (std::uint8_t byte : d.pipeline_cache_uuid) uuid += fmt::format("{:02x}", byte);
-  return cache_folder() / "pipelines" / fmt::format("{:04x}-{:04x}-{}.bin", d.vendor_id, d.device_id, uuid);
-}
-
 void refuse_without_present(const Vulkan& vk, std::vector<PhysicalDevice>& devices, VkSurfaceKHR surface) {
   for (PhysicalDevice& d : devices)
     if (d.info.refusals.empty() && present_family(vk, d.handle, surface) < 0)
@@ -133,6 +127,7 @@ Context::Context(const ContextOptions& options) {
     queue_family_ = std::uint32_t(surface_ ? present_family(vk_, physical_, surface_) : compute_family(vk_, physical_));
     // lavapipe bins timestamps with draw commands, so with a window they do not measure dispatches (22.3.6).
     if (surface_ && info_.is_cpu()) info_.timestamp_ns = 0;
+    launch_ms_ = info_.is_cpu() ? 0 : 50;
     statistics_ = options.statistics && info_.pipeline_statistics;
     create_device();
     for (Slot& slot : slots_) create_slot(slot);
@@ -198,7 +193,12 @@ void Context::create_device() {
   v12.pNext = info_.size_control || info_.full_subgroups ? &size : size.pNext;
   v12.scalarBlockLayout = VK_TRUE;
   v12.bufferDeviceAddress = info_.buffer_address;
+  VkPhysicalDeviceFaultFeaturesEXT faults{};
+  faults.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FAULT_FEATURES_EXT;
+  faults.deviceFault = VK_TRUE;
+  if (info_.fault_reports) faults.pNext = std::exchange(v12.pNext, &faults);
   auto extensions = optional_extensions(vk_, physical_);
+  if (info_.fault_reports) extensions.push_back(VK_EXT_DEVICE_FAULT_EXTENSION_NAME);
   if (surface_) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
   VkDeviceCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
@@ -237,35 +237,6 @@ void Context::name(VkObjectType type, std::uint64_t handle, const std::string& n
   info.objectHandle = handle;
   info.pObjectName = name.c_str();
   vk_.SetDebugUtilsObjectNameEXT(device_, &info);
-}
-
-void Context::load_pipeline_cache() {
-  std::vector<std::byte> data;
-  try {
-    const auto path = pipeline_cache_path(info_);
-    if (std::filesystem::exists(path)) data = read_file(path);
-  } catch (const Error&) {
-    data.clear();  // an unreadable cache counts as empty
-  }
-  VkPipelineCacheCreateInfo create{};
-  create.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
-  create.initialDataSize = data.size();
-  create.pInitialData = data.data();
-  vk_check(vk_.CreatePipelineCache(device_, &create, nullptr, &pipeline_cache_), "creating the pipeline cache");
-}
-
-void Context::save_pipeline_cache() {
-  std::size_t size = 0;
-  if (vk_.GetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) != VK_SUCCESS || size == 0) return;
-  std::vector<std::byte> data(size);
-  if (vk_.GetPipelineCacheData(device_, pipeline_cache_, &size, data.data()) != VK_SUCCESS) return;
-  try {
-    const auto path = pipeline_cache_path(info_);
-    std::filesystem::create_directories(path.parent_path());
-    write_file(path, std::span<const std::byte>(data.data(), size));
-  } catch (const std::exception&) {
-    // A cache that cannot be written only costs time.
-  }
 }
 
 }  // namespace ballot

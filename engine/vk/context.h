@@ -37,6 +37,7 @@ struct DeviceInfo {
   bool uniform_flow = false;                          // VK_KHR_shader_subgroup_uniform_control_flow
   bool shuffle = false, arithmetic = false, buffer_address = false, float64 = false;
   bool pipeline_statistics = false;  // VK_KHR_pipeline_executable_properties
+  bool fault_reports = false;        // VK_EXT_device_fault: a lost device tells why
   bool memory_fd = false;            // VK_KHR_external_memory_fd: other interfaces can use its memory
   // VK_EXT_external_memory_host: the device can use memory of the host in place. It imports whole multiples of
   // host_page (0: it cannot), in which buffers begin at multiples of buffer_alignment.
@@ -79,6 +80,10 @@ std::size_t choose_device(const std::vector<DeviceInfo>& devices, std::string_vi
 /// those before it wrote. Many passes are submitted together, while the host records the next ones. At most two
 /// submissions are in flight. Every access to a buffer from the host waits for all passes first, so batching changes
 /// the speed but never the results.
+///
+/// A device that is lost stays lost: the call that meets the loss, and every later one that needs the device, throws
+/// the same DeviceLost, which names the work, and what the driver reports if it has VK_EXT_device_fault. Objects may
+/// still be destroyed. To go on, make another Context.
 class Context {
  public:
   explicit Context(const ContextOptions& options = {});
@@ -121,6 +126,13 @@ class Context {
   /// Waits for all submissions after a failure, and drops what is recorded. Calls no `done`. Never throws.
   void abandon() noexcept;
 
+  /// Throws as vk_check(). If the device is lost, notes that, and `what` was done to `object` then.
+  void check(VkResult result, const char* what, const char* object = "");
+  /// Returns true if the device is lost.
+  bool is_lost() const { return !lost_.empty(); }
+  /// Waits for a fence, however long it takes.
+  VkResult wait_for(VkFence fence) const;
+
   /// Makes writes of earlier dispatches and copies visible to later dispatches, to their indirect arguments, and to
   /// copies.
   void memory_barrier(VkCommandBuffer cmd) const;
@@ -134,6 +146,11 @@ class Context {
   bool batches() const { return batches_ && queue_times(); }
   /// For tests: turns batching off, so that every pass is submitted alone and waited for, or on again.
   void set_batches(bool on) { batches_ = on; }
+  /// The milliseconds that one launch of a traversal kernel should take at most; 0: it may take any time. A GPU is
+  /// given 50, so that what is slower than the rays before it still ends within 100.
+  double launch_ms() const { return launch_ms_; }
+  /// For tests: another time, on any device.
+  void set_launch_ms(double ms) { launch_ms_ = ms; }
   std::uint64_t submissions() const { return submitted_; }
   /// The numbers of the submission that is recorded now or next, and of the last one that has ended.
   std::uint64_t recording() const { return submitted_ + 1; }
@@ -188,7 +205,7 @@ class Context {
     VkFence fence = VK_NULL_HANDLE;
     VkQueryPool queries = VK_NULL_HANDLE;  // a timestamp at the beginning, and one after every pass
     std::vector<Done> passes;
-    std::string what;  // the name of its last pass
+    std::string first, what;  // the names of its first and its last pass
     bool open = false, under_way = false;
     std::uint64_t submission = 0;
     std::chrono::steady_clock::time_point start;
@@ -200,6 +217,9 @@ class Context {
   void end_slot(Slot& slot);
   std::vector<double> times_of(Slot& slot);
   bool queue_times() const { return info_.timestamp_ns > 0; }
+  void expect_device() const;
+  std::string passes_of(const Slot& slot) const;
+  std::string fault_report() const;
   void load_pipeline_cache();
   void destroy();
 
@@ -218,12 +238,14 @@ class Context {
   std::size_t slot_ = 0;       // index of the slot that is recorded now or next
   std::uint64_t submitted_ = 0, ended_ = 0;
   bool batches_ = true;
+  double launch_ms_ = 0;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
   std::shared_ptr<void> staging_, stream_ring_, pipelines_;
   bool statistics_ = false;
   double last_ms_ = 0, ended_ms_ = 0;
   std::uint64_t shader_generation_ = 0, buffers_ = 0;
   std::string shader_error_;
+  std::string lost_;  // why the device was lost; "" as long as it is not
 };
 
 /// Waits for all work in flight when a scope is left, also by an exception, before the objects that its passes use are

@@ -106,6 +106,17 @@ void list_lacks(DeviceInfo& info) {
   lack(info.timestamp_ns > 0, "timestamps: times are wall times of the host");
 }
 
+bool reports_faults(const Vulkan& vk, VkPhysicalDevice device, const std::vector<VkExtensionProperties>& extensions) {
+  if (!has_extension(extensions, VK_EXT_DEVICE_FAULT_EXTENSION_NAME)) return false;
+  VkPhysicalDeviceFaultFeaturesEXT faults{};
+  faults.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FAULT_FEATURES_EXT;
+  VkPhysicalDeviceFeatures2 features{};
+  features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+  features.pNext = &faults;
+  vk.GetPhysicalDeviceFeatures2(device, &features);
+  return faults.deviceFault == VK_TRUE;
+}
+
 DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   const auto extensions = extensions_of(vk, device);
   const bool size_control = has_extension(extensions, VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME);
@@ -151,6 +162,7 @@ DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   info.driver_id = p.v12.driverID;
   read_limits(info, p);
   read_subgroups(info, p, f, size_control, uniform_flow);
+  info.fault_reports = reports_faults(vk, device, extensions);
   info.memory_fd = has_extension(extensions, VK_KHR_EXTERNAL_MEMORY_FD_EXTENSION_NAME);
   std::memcpy(info.uuid, p.v11.deviceUUID, VK_UUID_SIZE);
   info.refusals = refusals_of(p, f);

@@ -64,10 +64,12 @@ void Context::destroy_slot(Slot& slot) {
 }
 
 Context::Slot& Context::open_slot(const std::string& what) {
+  expect_device();
   Slot& slot = slots_[slot_];
   if (slot.under_way) wait(slot.submission);
   slot.what = what;
   if (slot.open) return slot;
+  slot.first = what;
   vk_check(vk_.ResetCommandPool(device_, slot.pool, 0), "resetting commands for", what.c_str());
   VkCommandBufferBeginInfo begin{};
   begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
@@ -108,6 +110,7 @@ void Context::pass(const std::string& what, const Record& record, Done done) {
 std::uint64_t Context::flush() {
   Slot& slot = slots_[slot_];
   if (!slot.open) return 0;
+  expect_device();
   while (std::size_t(std::ranges::count(slots_, true, &Slot::under_way)) == kInFlight) wait(ended_ + 1);
   // A fence alone makes writes visible neither to the host nor to the next submission.
   full_barrier(vk_, slot.commands);
@@ -118,7 +121,7 @@ std::uint64_t Context::flush() {
   submit.commandBufferCount = 1;
   submit.pCommandBuffers = &slot.commands;
   slot.start = std::chrono::steady_clock::now();
-  vk_check(vk_.QueueSubmit(queue_, 1, &submit, slot.fence), "submitting", slot.what.c_str());
+  check(vk_.QueueSubmit(queue_, 1, &submit, slot.fence), "submitting", passes_of(slot).c_str());
   slot.under_way = true;
   slot.submission = ++submitted_;
   slot_ = (slot_ + 1) % slots_.size();
@@ -133,10 +136,9 @@ std::vector<double> Context::times_of(Slot& slot) {
     return ms;
   }
   std::vector<std::uint64_t> ticks(ms.size() + 1);
-  vk_check(
-      vk_.GetQueryPoolResults(device_, slot.queries, 0, std::uint32_t(ticks.size()), ticks.size() * sizeof ticks[0],
-                              ticks.data(), sizeof ticks[0], VK_QUERY_RESULT_64_BIT),
-      "reading the times of", slot.what.c_str());
+  check(vk_.GetQueryPoolResults(device_, slot.queries, 0, std::uint32_t(ticks.size()), ticks.size() * sizeof ticks[0],
+                                ticks.data(), sizeof ticks[0], VK_QUERY_RESULT_64_BIT),
+        "reading the times of", passes_of(slot).c_str());
   const std::uint64_t mask = info_.timestamp_bits >= 64 ? ~0ull : (1ull << info_.timestamp_bits) - 1;
   for (std::size_t i = 0; i < ms.size(); ++i)
     ms[i] = double((ticks[i + 1] - ticks[i]) & mask) * info_.timestamp_ns * 1e-6;
@@ -144,7 +146,7 @@ std::vector<double> Context::times_of(Slot& slot) {
 }
 
 void Context::end_slot(Slot& slot) {
-  vk_check(vk_.WaitForFences(device_, 1, &slot.fence, VK_TRUE, UINT64_MAX), "waiting for", slot.what.c_str());
+  check(wait_for(slot.fence), "waiting for", passes_of(slot).c_str());
   const std::vector<double> ms = times_of(slot);
   vk_check(vk_.ResetFences(device_, 1, &slot.fence), "resetting the fence of", slot.what.c_str());
   slot.under_way = false;
@@ -170,10 +172,13 @@ std::size_t Context::in_flight() {
   for (std::size_t i = 0; i < slots_.size(); ++i) {  // oldest first
     Slot& slot = slots_[(slot_ + i) % slots_.size()];
     if (!slot.under_way) continue;
-    if (count == 0 && vk_.GetFenceStatus(device_, slot.fence) == VK_SUCCESS)
-      end_slot(slot);
-    else
+    const VkResult status = count == 0 ? vk_.GetFenceStatus(device_, slot.fence) : VK_NOT_READY;
+    if (status == VK_NOT_READY) {
       ++count;
+      continue;
+    }
+    check(status, "asking for the state of", passes_of(slot).c_str());
+    end_slot(slot);
   }
   return count;
 }
@@ -186,6 +191,7 @@ bool Context::has_ended(std::uint64_t submission) {
 }
 
 void Context::finish() {
+  expect_device();
   flush();
   wait(submitted_);
 }
@@ -193,7 +199,7 @@ void Context::finish() {
 void Context::abandon() noexcept {
   for (Slot& slot : slots_) {
     if (slot.under_way) {
-      vk_.WaitForFences(device_, 1, &slot.fence, VK_TRUE, UINT64_MAX);
+      wait_for(slot.fence);
       vk_.ResetFences(device_, 1, &slot.fence);
       ended_ = std::max(ended_, slot.submission);
     }

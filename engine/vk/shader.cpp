@@ -12,6 +12,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "engine/core/cache_file.h"
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/vk/shader_texts.h"
@@ -150,32 +151,21 @@ std::string cache_key(const std::string& preprocessed, const Defines& defines) {
 /// Loads a cached module. A file holds the words and then their hash. Returns nothing if it is missing, truncated or
 /// damaged.
 std::vector<std::uint32_t> load_cached(const fs::path& path) {
-  std::error_code error;
-  if (!fs::exists(path, error)) return {};
-  try {
-    const auto bytes = read_file(path);
-    if (bytes.size() < 28 || bytes.size() % 4 != 0) return {};
-    std::uint64_t hash = 0;
-    std::memcpy(&hash, bytes.data() + bytes.size() - 8, 8);
-    if (hash != XXH3_64bits(bytes.data(), bytes.size() - 8)) return {};
-    std::vector<std::uint32_t> words(bytes.size() / 4 - 2);
-    std::memcpy(words.data(), bytes.data(), words.size() * 4);
-    return words;
-  } catch (const Error&) {
-    return {};
-  }
+  const std::vector<std::byte> bytes = read_cache(path).value_or(std::vector<std::byte>());
+  if (bytes.size() < 28 || bytes.size() % 4 != 0) return {};
+  std::uint64_t hash = 0;
+  std::memcpy(&hash, bytes.data() + bytes.size() - 8, 8);
+  if (hash != XXH3_64bits(bytes.data(), bytes.size() - 8)) return {};
+  std::vector<std::uint32_t> words(bytes.size() / 4 - 2);
+  std::memcpy(words.data(), bytes.data(), words.size() * 4);
+  return words;
 }
 
 void store_cached(const fs::path& path, std::vector<std::uint32_t> words) {
   const std::uint64_t hash = XXH3_64bits(words.data(), words.size() * 4);
   words.resize(words.size() + 2);
   std::memcpy(&words[words.size() - 2], &hash, 8);
-  try {
-    fs::create_directories(path.parent_path());
-    write_file(path, std::as_bytes(std::span(words)));
-  } catch (const std::exception&) {
-    // A cache that cannot be written only costs time.
-  }
+  write_cache(path, std::as_bytes(std::span(words)));
 }
 
 }  // namespace

@@ -229,6 +229,15 @@ TEST(BadScenes, VerticesThatAreNotFinite) {
   refuse(b, {"vertex 1 is (1, 0, 0) in the file and (inf, 0, 0) in the world"});
 }
 
+TEST(BadScenes, IndicesOfExtensionsThatNoIntHolds) {
+  for (const double bad : {1e308, -1.0, 0.5, 4294967296.0}) {
+    GltfBuilder b = one_triangle();
+    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+    b.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = bad;
+    refuse(b, {"node 0 names light -1, but the file has 1"});
+  }
+}
+
 TEST(BadScenes, NodesThatAreNoTree) {
   GltfBuilder b = one_triangle();
   b.json["nodes"] = {{{"children", {1}}}, {{"children", {2}}}, {{"children", {1}}}};

@@ -112,6 +112,29 @@ TEST_F(Concurrency, ATracerFollowsItsTree) {
   expect_silent(gpu);
 }
 
+// Parts of a batch have the bits of the whole, and a launch takes about the time that it is given.
+TEST_F(Concurrency, LaunchesAreCutToTheTimeGiven) {
+  Context gpu(options());
+  const auto t = make(gpu, shapes::soup(2000, 0.2f));
+  const std::vector<Ray> rays = shapes::random_rays(200'000, 3, 1);
+  Buffer<Ray> there(gpu, rays.size(), Access::Storage, "rays");
+  there.upload(std::span(rays));
+  Buffer<Hit> found(gpu, rays.size(), Access::Storage, "hits");
+  Hits whole(rays.size()), cut(rays.size());
+  for (const char* method : {"while-while", "packet"}) {
+    const Query query{Want::Nearest, method, "watertight", {}};
+    gpu.set_launch_ms(0);
+    t->tracer->trace(there, found, std::uint32_t(rays.size()), query);
+    found.download(std::span(whole));
+    gpu.set_launch_ms(1);
+    const TraceTimes times = t->tracer->trace(there, found, std::uint32_t(rays.size()), query);
+    found.download(std::span(cut));
+    EXPECT_GT(times.dispatches, 3u) << method;
+    EXPECT_EQ(harness::count_different(whole, cut), 0u) << method;
+  }
+  expect_silent(gpu);
+}
+
 }  // namespace
 
 }  // namespace ballot

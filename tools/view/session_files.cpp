@@ -72,7 +72,7 @@ void Session::load_views() {
       if (v.name == options_.view) return go_to(v);
     find_view(engine_->scene(), options_.view);  // throws an error that lists the names
   }
-  if (options_.script.empty() && fs::exists(saved_view_file(), error)) {
+  if (options_.script.empty() && is_own_file(saved_view_file())) {
     try {
       return go_to(cli::read_views(saved_view_file()).front());
     } catch (const Error&) {
@@ -121,7 +121,7 @@ fs::path Session::saved_view_file() const {
 void Session::save_view() const {
   try {
     const fs::path file = saved_view_file();
-    fs::create_directories(file.parent_path());
+    make_cache_folder(file.parent_path());
     cli::write_views(file, {camera_->view()});
   } catch (const std::exception&) {
     // A cache that cannot be written loses the last position, nothing else.

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "ballot_commit.h"
+#include "engine/core/cache_file.h"
 #include "engine/core/error.h"
-#include "engine/core/file.h"
 #include "engine/core/json_depth.h"
 #include "engine/core/json_text.h"
 #include "engine/trace/auto/auto.h"
@@ -80,10 +80,11 @@ void Choices::replace_scene(const BvhStats& tree, const Bounds& bounds) {
 
 void Choices::load() {
   try {
-    const std::vector<std::byte> bytes = read_file(file_);
-    const char* text = reinterpret_cast<const char*>(bytes.data());
-    check_json_depth(file_, {text, bytes.size()});
-    const Json json = Json::parse(text, text + bytes.size());
+    const std::optional<std::vector<std::byte>> bytes = read_cache(file_);
+    if (!bytes) return;
+    const char* text = reinterpret_cast<const char*>(bytes->data());
+    check_json_depth(file_, {text, bytes->size()});
+    const Json json = Json::parse(text, text + bytes->size());
     if (json.at("scene") != scene_) return;
     for (const Json& each : json.at("choices")) {
       Choice c = from_json(each);
@@ -102,12 +103,8 @@ void Choices::save() const {
   for (const auto& [key, choice] : all_) choices.push_back(to_json(choice));
   const Json json{{"device", device_.name},  {"driver", device_.driver}, {"subgroup_size", device_.subgroup_size},
                   {"commit", BALLOT_COMMIT}, {"scene", scene_},          {"choices", choices}};
-  try {
-    std::filesystem::create_directories(file_.parent_path());
-    write_file(file_, json_text(json));
-  } catch (const std::exception&) {
-    // A cache that cannot be written is no error.
-  }
+  const std::string text = json_text(json);
+  write_cache(file_, std::as_bytes(std::span(text)));
 }
 
 const Choice* Choices::find(const Query& q) const {

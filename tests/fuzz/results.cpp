@@ -4,7 +4,9 @@
 
 namespace ballot::fuzz {
 
-std::vector<std::string> seeds() {
+namespace {
+
+std::vector<std::string> results_seeds() {
   bench::Document document;
   document.device = "llvmpipe";
   document.driver = "Mesa";
@@ -22,7 +24,7 @@ std::vector<std::string> seeds() {
   return {bench::to_json(document).dump(), bench::to_json(std::vector<bench::Document>{document, document}).dump()};
 }
 
-std::vector<std::string> words() {
+std::vector<std::string> results_words() {
   return {"\"documents\"",
           "\"records\"",
           "\"scenes\"",
@@ -42,9 +44,13 @@ std::vector<std::string> words() {
           "\\ud800"};
 }
 
-void read(std::string_view input) {
+void read_results(std::string_view input) {
   const std::filesystem::path path = put("results.json", input);
   expect_plain([&] { bench::to_json(bench::read_documents(path.string())); });
 }
+
+}  // namespace
+
+Target results_target() { return {"results", Form::Json, results_seeds(), results_words(), read_results}; }
 
 }  // namespace ballot::fuzz

@@ -8,10 +8,11 @@ namespace ballot::fuzz {
 namespace {
 
 using test::GltfBuilder;
+using namespace std::string_literals;
 
 GltfBuilder textured() {
   GltfBuilder b = test::one_triangle();
-  const std::string png("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\x8\2\0\0\0\x90\x77\x53\xde", 33);
+  const std::string png = "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\x8\2\0\0\0\x90\x77\x53\xde"s;
   const int image = b.view(std::vector<char>(png.begin(), png.end()));
   b.json["images"] = {{{"bufferView", image}, {"mimeType", "image/png"}}};
   b.json["samplers"] = {{{"wrapS", 33071}, {"magFilter", 9728}}};
@@ -52,9 +53,7 @@ GltfBuilder instanced() {
   return b;
 }
 
-}  // namespace
-
-std::vector<std::string> seeds() {
+std::vector<std::string> gltf_seeds() {
   std::vector<std::string> all;
   for (const GltfBuilder& b : {test::one_triangle(), textured(), sparse(), instanced()}) {
     all.push_back(b.glb());
@@ -65,7 +64,7 @@ std::vector<std::string> seeds() {
   return all;
 }
 
-std::vector<std::string> words() {
+std::vector<std::string> gltf_words() {
   return {"\"accessors\"",  "\"bufferView\"",
           "\"byteOffset\"", "\"byteLength\"",
           "\"byteStride\"", "\"componentType\"",
@@ -85,11 +84,15 @@ std::vector<std::string> words() {
           "\"animations\"", "\"default\""};
 }
 
-void read(std::string_view input) {
+void read_gltf(std::string_view input) {
   static const std::filesystem::path buffer = put("b.bin", std::string(512, '\0'));
   const std::filesystem::path path = put("s.gltf", input);
   for (const InstancePolicy policy : {InstancePolicy::Copy, InstancePolicy::Keep})
     expect_plain([&] { load_scene(path, {.instances = policy}); });
 }
+
+}  // namespace
+
+Target gltf_target() { return {"gltf", Form::Gltf, gltf_seeds(), gltf_words(), read_gltf}; }
 
 }  // namespace ballot::fuzz

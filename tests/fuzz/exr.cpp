@@ -18,9 +18,7 @@ std::string exr(const Image& image) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-}  // namespace
-
-std::vector<std::string> seeds() {
+std::vector<std::string> exr_seeds() {
   Image image{.width = 4, .height = 2};
   for (const char* name : {"R", "G", "B"})
     image.channels.push_back({name, Pixel::Half, std::vector<float>(8, 0.5f), {}});
@@ -33,13 +31,13 @@ std::vector<std::string> seeds() {
   return {sky, exr(image)};
 }
 
-std::vector<std::string> words() {
+std::vector<std::string> exr_words() {
   return {"channels",  "chlist", "compression", "dataWindow", "displayWindow", "box2i",
           "lineOrder", "part",   "string",      "seconds",    "float",         "tiles",
           "tiledesc",  "R",      "G",           "B",          "prim"};
 }
 
-void read(std::string_view input) {
+void read_pictures(std::string_view input) {
   const std::filesystem::path path = put("s.exr", input);
   expect_plain([&] {
     const Image image = read_exr(path);
@@ -47,5 +45,9 @@ void read(std::string_view input) {
   });
   expect_plain([&] { make_sky(path.string()); });
 }
+
+}  // namespace
+
+Target exr_target() { return {"exr", Form::Bytes, exr_seeds(), exr_words(), read_pictures}; }
 
 }  // namespace ballot::fuzz
