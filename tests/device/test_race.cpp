@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kLook = 1 << 12, kSample = 1 << 15;
 
-struct Kernel {
+struct SimulatedKernel {
   double compile_s, mrays_per_s;
   bool runs = true;
 };
@@ -20,7 +20,7 @@ struct Kernel {
 /// A device that compiles and traces in simulated time. Other processes make each step up to `busy` times as long.
 class Simulated {
  public:
-  Simulated(std::vector<Kernel> kernels, double busy) : kernels_(std::move(kernels)), slow_(1, busy) {
+  Simulated(std::vector<SimulatedKernel> kernels, double busy) : kernels_(std::move(kernels)), slow_(1, busy) {
     runners.resize(kernels_.size());
   }
 
@@ -73,7 +73,7 @@ class Simulated {
   /// Returns how many times as slow as the best kernel the chosen one is.
   double regret() const {
     double best = 0;
-    for (const Kernel& k : kernels_)
+    for (const SimulatedKernel& k : kernels_)
       if (k.runs) best = std::max(best, k.mrays_per_s);
     return best / kernels_[0].mrays_per_s;
   }
@@ -92,14 +92,14 @@ class Simulated {
     longest_ = std::max(longest_, taken);
     return taken;
   }
-  std::vector<Kernel> kernels_;
+  std::vector<SimulatedKernel> kernels_;
   std::mt19937 random_{7};
   std::uniform_real_distribution<double> slow_;
   double now_ = 100, longest_ = 0;
 };
 
 // Measured on lavapipe 22.3.6: seconds to compile, and the speeds of incoherent rays.
-const std::vector<Kernel> kLavapipe{{0.17, 1.6}, {0.26, 2.2}, {0.69, 0.9}, {0.27, 1.7}};
+const std::vector<SimulatedKernel> kLavapipe{{0.17, 1.6}, {0.26, 2.2}, {0.69, 0.9}, {0.27, 1.7}};
 
 TEST(AutoRace, ThreeProcessesTryAllAndFindTheFastest) {
   Simulated device(kLavapipe, 1.1);
@@ -147,7 +147,7 @@ TEST(AutoRace, SlowScenesGetFewRays) {
 TEST(AutoRace, BusyDevicesChooseWellEnough) {
   double sum = 0;
   for (int repeat = 0; repeat < 20; ++repeat) {
-    std::vector<Kernel> kernels = kLavapipe;
+    std::vector<SimulatedKernel> kernels = kLavapipe;
     std::rotate(kernels.begin(), kernels.begin() + repeat % 4, kernels.end());
     Simulated device(kernels, 3);
     for (int left = 3; left > 0; --left) device.process(1 << 20, left);
