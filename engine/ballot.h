@@ -150,9 +150,9 @@ class Engine {
   /// [0, seconds of the clip] mean the nearest inside. Skins and morph targets are evaluated on the device, with the
   /// bits of set_pose(). The tree follows as move() says; in a scene with instances those move, and the trees of
   /// deformed meshes are built anew. Throws Error(Arguments) if there is no such clip or the time is not finite,
-  /// Error(Work) as pose_at() and move() do; the scene is then as it was. A tree that was built on a device with float64
-  /// follows there, and so does what shading reads; the host's triangles follow once they are asked for. Batches and
-  /// films of before end all the same.
+  /// Error(Work) as pose_at() and move() do; the scene is then as it was. A tree that was built on a device with
+  /// float64 follows there, and so does what shading reads; the host's triangles follow once they are asked for.
+  /// Batches and films of before end all the same.
   void set_time(std::size_t clip, double seconds, UpdateMode mode = UpdateMode::Auto);
 
   /// What the last move() or set_time() did.

@@ -10,7 +10,7 @@
 namespace ballot {
 
 /// Moves the triangles of a scene on the device: from a pose of the nodes to triangles as a tree build or a refit has
-/// them (DeviceBuilder), and to what shading reads of them. Vertices have the bits of pose_at(). Takes 12 bytes for each
+/// them (DeviceBuilder), and to what shading reads of them. Vertices have the bits of pose_at(). Takes 12 bytes a
 /// triangle that moves, 28 for each vertex of parts that move as a whole, and 36 for each triangle of the scene, beside
 /// the DevicePoser. Belongs to the thread of its Context.
 class PosedTriangles {

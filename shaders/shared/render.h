@@ -44,7 +44,6 @@
 #define BIND_TOTALS 12
 // BIND_UVS: texel buffer, two texels a triangle and coordinate set: (u0 v0 u1 v1), (u2 v2 0 0); only with textures.
 #define BIND_UVS 13
-// BIND_COLORS, below: texel buffer, two texels a triangle: half RGBA of vertices 0 and 1, then of 2; only with colours.
 #define BIND_TEXELS 14  // texel buffer of all mip maps; a texel holds two linear half RGBA texels
 #define BIND_TEXTURES 15
 #define BIND_TEXTURE_USES 16
@@ -69,12 +68,9 @@
 #define BIND_CAMERAS 35  // PrimaryPush of each part of a picture
 // BIND_LISTED: the listed pixels, a LISTED_PIXEL each. Ray generators use it only where the picture cuts tiles.
 #define BIND_LISTED 36
-// BIND_INSTANCES: texel buffer; only of scenes with instances. The first PLACED_TEXELS texels begin with the number of
-// instances. Then come for each (number of its first triangle, what to add to a triangle's number for its place in
-// BIND_TRIANGLES, spread, 0) and the three rows of its matrix.
-#define BIND_INSTANCES 37
+#define BIND_INSTANCES 37  // texel buffer of scenes with instances: lib/shade/triangles.glsl
 #define PLACED_TEXELS 4
-#define BIND_COLORS 38
+#define BIND_COLORS 38  // texel buffer, two texels a triangle: half RGBA of vertices 0 and 1, then of 2; only with colours
 
 // Values of BALLOT_SKY: the numbers of Sky::Kind (engine/scene/light.h).
 #define SKY_NONE 0

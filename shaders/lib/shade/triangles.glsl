@@ -10,6 +10,8 @@
 layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
 
 #if BALLOT_HAS_INSTANCES
+// The first PLACED_TEXELS texels begin with the number of instances. Then come for each (number of its first triangle,
+// what to add to a triangle's number for its place in BIND_TRIANGLES, spread, 0) and the three rows of its matrix.
 layout(set = 0, binding = BIND_INSTANCES) uniform usamplerBuffer instances;
 
 // The instance of the triangle at hand.
