@@ -70,7 +70,7 @@
 #define BIND_LISTED 36
 #define BIND_INSTANCES 37  // texel buffer of scenes with instances: lib/shade/triangles.glsl
 #define PLACED_TEXELS 4
-#define BIND_COLORS 38  // texel buffer, two texels a triangle: half RGBA of vertices 0 and 1, then of 2; only with colours
+#define BIND_COLORS 38  // texel buffer of scenes with colours, two texels a triangle: half RGBA of vertices 0, 1 and 2
 
 // Values of BALLOT_SKY: the numbers of Sky::Kind (engine/scene/light.h).
 #define SKY_NONE 0
