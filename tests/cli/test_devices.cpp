@@ -140,7 +140,8 @@ TEST_F(Devices, ACpuDeviceByName) {
   for (const auto& d : devices) has_cpu |= d["name"].get<std::string>().starts_with("llvmpipe");
   BALLOT_NEEDS(has_cpu, "lavapipe is not installed (package mesa-vulkan-drivers)")
   for (const char* name : {"cpu", "llvmpipe"}) {
-    const Result result = succeed({"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy", "--device", name});
+    const Result result =
+        succeed({"trace", "square.glb", "-v", "--rays", "rays.npy", "--out", "hits.npy", "--device", name});
     expect_parts(result.out, {"on llvmpipe"});
   }
 }
