@@ -202,7 +202,7 @@ TEST_F(Instances, MovedInstancesHitLikeNewOnes) {
   for (Transform& t : transforms) t.m[1][3] += 0.01f;  // refits the top level
   move();
   EXPECT_NE(forest.top().cost, forest.top().built_cost);
-  std::ranges::rotate(transforms, transforms.begin() + 3);
+  std::rotate(transforms.begin(), transforms.begin() + 3, transforms.end());
   move();
   transforms[5].m[1][1] = NAN;
   EXPECT_THROW(forest.move(transforms), Error);
