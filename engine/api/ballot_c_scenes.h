@@ -127,7 +127,7 @@ typedef struct BallotSceneInfo {
   double build_seconds;        /* of the last build of the tree; of all trees of a scene of instances */
   uint64_t instances;          /* 0: not a scene of instances */
   uint64_t instance_triangles; /* counted through all instances */
-  double top_seconds;          /* of the last build of the tree over the instances */
+  double top_seconds;          /* of the last build or refit of the tree over the instances */
   double decay;          /* sah over that at the last build: about how much slower traces have become; 1 at a build */
   double update_seconds; /* of the last update; 0: there was none */
   uint64_t refits;       /* updates since the last build, which have all refitted the tree */

@@ -184,7 +184,7 @@ struct SceneInfo {
   std::uint64_t nodes = 0, leaves = 0, depth = 0;
   double sah = 0, build_seconds = 0;
   std::uint64_t instances = 0, instance_triangles = 0;  // of scenes of instances; triangles counted through all
-  double top_seconds = 0;                               // of the last build of the tree over the instances
+  double top_seconds = 0;                               // of the last build or refit of the tree over the instances
   double decay = 1;           // sah over that at the last build: about how much slower traces have become
   double update_seconds = 0;  // of the last update
   std::uint64_t refits = 0;   // updates since the last build

@@ -23,7 +23,9 @@ Forest::Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placem
     mesh_of_.push_back(placements[i].mesh);
     transforms_.push_back(placements[i].transform);
   }
-  set(placed(transforms_));
+  std::vector<Instance> made = placed(transforms_);
+  TopTree top = build_top(made, meshes_);
+  set(std::move(made), std::move(top));
 }
 
 void Forest::move(std::span<const Transform> transforms) {
@@ -32,7 +34,18 @@ void Forest::move(std::span<const Transform> transforms) {
          mesh_of_.size());
   std::vector<Instance> moved = placed(transforms);
   std::vector<Transform> kept(transforms.begin(), transforms.end());
-  set(std::move(moved));
+  refit_top(top_, moved);
+  if (top_.cost <= kMostTopDecay * top_.built_cost) {
+    set(std::move(moved), std::move(top_));
+  } else {
+    try {
+      TopTree built = build_top(moved, meshes_);
+      set(std::move(moved), std::move(built));
+    } catch (...) {
+      refit_top(top_, instances_);
+      throw;
+    }
+  }
   transforms_ = std::move(kept);
 }
 
@@ -56,8 +69,7 @@ std::vector<Instance> Forest::placed(std::span<const Transform> transforms) cons
   return made;
 }
 
-void Forest::set(std::vector<Instance> instances) {
-  TopTree top = build_top(instances, meshes_);
+void Forest::set(std::vector<Instance> instances, TopTree top) {
   instances_ = std::move(instances);
   top_ = std::move(top);
   summary_ = {};

@@ -24,7 +24,8 @@ struct TopTree {
   std::uint32_t root = END_OF_TREE;  // child reference; END_OF_TREE: no instance can be hit
   std::uint32_t depth = 0;           // inner nodes on the longest path
   Bounds bounds;                     // of the boxes of all instances
-  double build_s = 0;                // wall time in seconds of the last build
+  double cost = 0, built_cost = 0;   // by the SAH, in nodes: now, and when it was built
+  double build_s = 0;                // wall time in seconds of the last build or refit
 };
 
 /// Meshes with their trees, and their instances below a top-level tree. Hits number the triangles of the first instance
@@ -37,8 +38,9 @@ class Forest {
   /// mesh, as place_instance() does, or if there are too many triangles; and what `build` throws.
   Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build);
 
-  /// Moves the instances: one transform for each. Builds the top-level tree anew; the trees of the meshes stay. If it
-  /// throws, as the constructor does, nothing has changed.
+  /// Moves the instances: one transform for each. The top-level tree is refitted, and built anew once that has raised
+  /// its cost by a quarter; the trees of the meshes stay. Hits do not depend on it. If it throws, as the constructor
+  /// does, nothing has changed.
   void move(std::span<const Transform> transforms);
 
   const std::vector<MeshTree>& meshes() const { return meshes_; }
@@ -65,7 +67,7 @@ class Forest {
 
  private:
   std::vector<Instance> placed(std::span<const Transform> transforms) const;
-  void set(std::vector<Instance> instances);
+  void set(std::vector<Instance> instances, TopTree top);
 
   std::vector<MeshTree> meshes_;
   std::vector<std::uint32_t> mesh_of_;  // of each instance
@@ -77,5 +79,11 @@ class Forest {
 
 /// Builds the top-level tree. Instances without a box (of empty meshes) are left out.
 TopTree build_top(std::span<const Instance> instances, std::span<const MeshTree> meshes);
+
+/// Moves the boxes of a top-level tree, whose shape stays, to instances of the same meshes.
+void refit_top(TopTree& top, std::span<const Instance> instances);
+
+/// The cost of a refitted top-level tree over that at its build from which on it is built anew.
+inline constexpr double kMostTopDecay = 1.25;
 
 }  // namespace ballot

@@ -5,6 +5,7 @@
 
 #include "engine/bvh/build.h"
 #include "engine/bvh/forest.h"
+#include "engine/core/parallel.h"
 
 namespace ballot {
 
@@ -28,11 +29,50 @@ std::vector<float> slacks_of(const Bvh& bvh, std::span<const std::uint32_t> used
   return slacks;
 }
 
-void add_record(std::vector<glm::uvec4>& texels, const Instance& i) {
-  for (int r = 0; r < 3; ++r) texels.push_back(texel(i.map.row[r], i.map.translation[r]));
-  texels.push_back(texel(i.box.lo, i.mesh));
-  texels.push_back(texel(i.box.hi, i.slack));
-  texels.push_back({i.first, 0, 0, 0});
+void write_record(glm::uvec4* to, const Instance& i) {
+  for (int r = 0; r < 3; ++r) *to++ = texel(i.map.row[r], i.map.translation[r]);
+  *to++ = texel(i.box.lo, i.mesh);
+  *to++ = texel(i.box.hi, i.slack);
+  *to = {i.first, 0, 0, 0};
+}
+
+/// A child of a node: its box, and the largest slack below it.
+struct TopChild {
+  Bounds box;
+  float slack;
+};
+
+glm::vec3 vector_of(const glm::uvec4& t) {
+  return {std::bit_cast<float>(t.x), std::bit_cast<float>(t.y), std::bit_cast<float>(t.z)};
+}
+
+TopChild child_at(const glm::uvec4* texels) {
+  return {{vector_of(texels[0]), vector_of(texels[1])}, std::bit_cast<float>(texels[1].w)};
+}
+
+TopChild united_children(const glm::uvec4* node) {
+  const TopChild l = child_at(node), r = child_at(node + 2);
+  return {{glm::min(l.box.lo, r.box.lo), glm::max(l.box.hi, r.box.hi)}, std::max(l.slack, r.slack)};
+}
+
+/// Sets the bounds and the cost: the expected number of nodes, leaves too, that a ray through the bounds meets.
+void measure(TopTree& top, std::span<const Instance> instances) {
+  if (top.root == END_OF_TREE) return;
+  if (top.root & LEAF_BIT) {
+    top.bounds = instances[top.root & ~LEAF_BIT].box;
+    return;
+  }
+  top.bounds = united_children(top.texels.data() + top.root).box;
+  double sum = 0;
+  for (std::uint32_t at = 0; at < top.records; at += 2) {
+    const TopChild child = child_at(top.texels.data() + at);
+    sum += half_area(child.box.lo, child.box.hi);
+  }
+  top.cost = 1 + sum / half_area(top.bounds.lo, top.bounds.hi);
+}
+
+double seconds_from(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 }  // namespace
@@ -50,7 +90,6 @@ TopTree build_top(std::span<const Instance> instances, std::span<const MeshTree>
   const std::vector<float> slacks = slacks_of(bvh, used, instances);
   TopTree top;
   top.depth = bvh.stats.depth;
-  top.bounds = bvh.bounds;
   const auto reference = [&](std::uint32_t node) {
     const BvhNode& n = bvh.nodes[node];
     // Pairs of siblings begin at node 2.
@@ -64,9 +103,37 @@ TopTree build_top(std::span<const Instance> instances, std::span<const MeshTree>
     }
   if (!bvh.nodes.empty()) top.root = reference(0);
   top.records = std::uint32_t(top.texels.size());
-  for (const Instance& i : instances) add_record(top.texels, i);
-  top.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  top.texels.resize(top.records + instances.size() * INSTANCE_TEXELS);
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    write_record(&top.texels[top.records + i * INSTANCE_TEXELS], instances[i]);
+  measure(top, instances);
+  top.built_cost = top.cost;
+  top.build_s = seconds_from(start);
   return top;
+}
+
+// Nodes follow their parents, so the children of a node are ready before it from the last one on.
+void refit_top(TopTree& top, std::span<const Instance> instances) {
+  const auto start = std::chrono::steady_clock::now();
+  for (std::uint32_t at = top.records; at >= 2;) {
+    at -= 2;
+    const std::uint32_t reference = top.texels[at].w;
+    TopChild child;
+    if (reference & LEAF_BIT) {
+      const Instance& i = instances[reference & ~LEAF_BIT];
+      child = {i.box, i.slack};
+    } else {
+      child = united_children(&top.texels[reference]);
+    }
+    top.texels[at] = texel(child.box.lo, reference);
+    top.texels[at + 1] = texel(child.box.hi, child.slack);
+  }
+  for_chunks(instances.size(), 1 << 12, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      write_record(&top.texels[top.records + i * INSTANCE_TEXELS], instances[i]);
+  });
+  measure(top, instances);
+  top.build_s = seconds_from(start);
 }
 
 }  // namespace ballot

@@ -1,7 +1,9 @@
 // Instances without a device: transforms that are refused, the boxes and numbers of instances, the oracle.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <glm/common.hpp>
 
 #include "engine/bvh/forest.h"
 #include "engine/core/error.h"
@@ -155,6 +157,78 @@ TEST(Forest, OracleFindsWhatTheFlatSceneHolds) {
     EXPECT_EQ(two.judge(ray, {ray.t_max, NO_HIT, 0, 0}, Want::Nearest), Verdict::FalseMiss);
   }
   EXPECT_GT(hits, 300);
+}
+
+/// Expects that each box of a top-level tree is that of what lies below it, and that the slacks grow upwards.
+void expect_tight(const Forest& forest) {
+  const TopTree& top = forest.top();
+  const auto vector = [&](std::size_t at) {
+    return glm::vec3(std::bit_cast<float>(top.texels[at].x), std::bit_cast<float>(top.texels[at].y),
+                     std::bit_cast<float>(top.texels[at].z));
+  };
+  std::size_t leaves = 0;
+  for (std::size_t at = 0; at < top.records; at += 2) {
+    const std::uint32_t reference = top.texels[at].w;
+    const float slack = std::bit_cast<float>(top.texels[at + 1].w);
+    if (reference & LEAF_BIT) {
+      const Instance& i = forest.instances()[reference & ~LEAF_BIT];
+      EXPECT_EQ(vector(at), i.box.lo);
+      EXPECT_EQ(vector(at + 1), i.box.hi);
+      EXPECT_EQ(slack, i.slack);
+      ++leaves;
+      continue;
+    }
+    EXPECT_EQ(vector(at), glm::min(vector(reference), vector(reference + 2)));
+    EXPECT_EQ(vector(at + 1), glm::max(vector(reference + 1), vector(reference + 3)));
+    for (const std::uint32_t below : {reference + 1, reference + 3})
+      EXPECT_GE(slack, std::bit_cast<float>(top.texels[below].w));
+  }
+  EXPECT_EQ(leaves, forest.instances().size());
+}
+
+// Small moves keep the shape of the top-level tree, large ones build it anew.
+TEST(Forest, MovesRefitTheTopLevelUntilItHasDecayed) {
+  shapes::Random random(5);
+  std::vector<Placement> placements(500, Placement{0, diagonal(0.1f, -0.1f, 0.2f)});
+  for (Placement& p : placements)
+    for (auto& row : p.transform.m) row[3] = random.in(-10, 10);
+  Forest forest = forest_of({shapes::sphere(1)}, placements);
+  expect_tight(forest);
+  EXPECT_EQ(forest.top().cost, forest.top().built_cost);
+  const auto references = [&] {
+    std::vector<std::uint32_t> all;
+    for (std::size_t at = 0; at < forest.top().records; at += 2) all.push_back(forest.top().texels[at].w);
+    return all;
+  };
+  const auto first = references();
+  const auto move = [&](float far) {
+    std::vector<Transform> transforms = forest.transforms();
+    for (Transform& t : transforms)
+      for (auto& row : t.m) row[3] += random.in(-far, far);
+    forest.move(transforms);
+    expect_tight(forest);
+    const Forest anew = forest_of({shapes::sphere(1)}, [&] {
+      for (std::size_t i = 0; i < placements.size(); ++i) placements[i].transform = transforms[i];
+      return std::span<const Placement>(placements);
+    }());
+    EXPECT_EQ(anew.top().bounds.lo, forest.top().bounds.lo);
+    EXPECT_EQ(anew.top().bounds.hi, forest.top().bounds.hi);
+    EXPECT_LE(forest.top().cost, kMostTopDecay * forest.top().built_cost);
+  };
+  move(0.01f);
+  EXPECT_EQ(references(), first);
+  EXPECT_NE(forest.top().cost, forest.top().built_cost);
+  move(10);
+  EXPECT_NE(references(), first);
+  EXPECT_EQ(forest.top().cost, forest.top().built_cost);
+  // Of one instance, and of none that can be hit, there is no node.
+  for (std::vector<Triangle> mesh : {shapes::sphere(1), std::vector<Triangle>()}) {
+    Forest one = forest_of({std::move(mesh)}, std::vector<Placement>(1));
+    const std::vector<Transform> to{diagonal(2, 2, 2)};
+    one.move(to);
+    EXPECT_EQ(one.top().bounds.hi, one.instances()[0].box.hi);
+    EXPECT_EQ(one.top().records, 0u);
+  }
 }
 
 }  // namespace

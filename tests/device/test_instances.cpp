@@ -189,14 +189,21 @@ TEST_F(Instances, MovedInstancesHitLikeNewOnes) {
   const std::vector<Ray> rays = rays_for(forest, 500);
   const auto before = trace(*tracer, rays, {});
   std::vector<Transform> transforms = forest.transforms();
-  std::ranges::rotate(transforms, transforms.begin() + 3);
-  forest.move(transforms);
-  tracer->moved();
-  for (std::size_t i = 0; i < placements.size(); ++i) placements[i].transform = transforms[i];
-  const Forest fresh = make_forest(three_meshes(), placements);
-  const auto after = trace(*tracer, rays, {});
-  EXPECT_EQ(count_different(after, trace(*tracer_of(fresh), rays, {})), 0u);
-  EXPECT_GT(count_different(after, before), 100u);
+  std::vector<Hit> after;
+  const auto move = [&] {
+    forest.move(transforms);
+    tracer->moved();
+    for (std::size_t i = 0; i < placements.size(); ++i) placements[i].transform = transforms[i];
+    const Forest fresh = make_forest(three_meshes(), placements);
+    after = trace(*tracer, rays, {});
+    EXPECT_EQ(count_different(after, trace(*tracer_of(fresh), rays, {})), 0u);
+    EXPECT_GT(count_different(after, before), 100u);
+  };
+  for (Transform& t : transforms) t.m[1][3] += 0.01f;  // refits the top level
+  move();
+  EXPECT_NE(forest.top().cost, forest.top().built_cost);
+  std::rotate(transforms.begin(), transforms.begin() + 3, transforms.end());
+  move();
   transforms[5].m[1][1] = NAN;
   EXPECT_THROW(forest.move(transforms), Error);
   EXPECT_EQ(count_different(after, trace(*tracer, rays, {})), 0u);

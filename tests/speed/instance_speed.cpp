@@ -1,5 +1,6 @@
-// Measures scenes of instances: milliseconds to build and upload the top-level tree after all instances have moved, and
-// of tracing primary and incoherent rays, beside the scene of moved copies where that fits. Figures are medians.
+// Measures scenes of instances: milliseconds to refit or build the top-level tree and to upload it after all instances
+// have moved, and of tracing primary and incoherent rays, beside the scene of moved copies where that fits. Figures are
+// medians.
 //
 // The scene: one mesh, a bumpy sphere, many times on a wavy ground, turned and scaled, seen from above at a slant.
 // Incoherent rays start at points among the instances, in all directions.

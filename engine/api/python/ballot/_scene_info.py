@@ -21,7 +21,7 @@ class SceneInfo(NamedTuple):
     build_seconds: float  # of the last build of the tree
     instances: int  # 0: not a scene of instances
     instance_triangles: int  # counted through all instances
-    top_seconds: float  # of the last build of the tree over the instances
+    top_seconds: float  # of the last build or refit of the tree over the instances
     decay: float  # sah over that at the last build: about how much slower traces have become
     update_seconds: float  # of the last update
     refits: int  # updates since the last build
