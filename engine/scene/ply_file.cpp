@@ -288,7 +288,7 @@ PlyFile read_ply(const std::filesystem::path& path) {
       read_faces(body, element, path, file);
       faces = true;
       break;  // what follows is not needed
-    } else {
+    } else if (!element.properties.empty()) {  // else it takes no bytes, however many there are
       for (std::uint64_t i = 0; i < element.count; ++i)
         for (const Property& property : element.properties) body.skip(property, element);
     }

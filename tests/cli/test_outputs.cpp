@@ -133,33 +133,50 @@ TEST_F(Outputs, AMisspeltFolderOfShadersIsRefused) {
          {{"BALLOT_SHADERS", "/no/such/shaders"}});
 }
 
-/// A render that a signal stops: its exit code and its error text.
+// The limit on the size of files stands in for a full disk: the checkpoint is larger than the picture.
+TEST_F(Outputs, AFullDiskAtACheckpointKeepsRendering) {
+  ASSERT_EQ(shell("ulimit -f 64; $B render '" BALLOT_SOURCE_DIR "/scenes/cornell.gltf' --view view0 --shading path "
+                  "--size 64x64 --spp 64 --aov color --checkpoint 0.000001 --out full.exr > out 2> err"),
+            0);
+  const std::string err = read("err");
+  expect_parts(err, {"ballot: no checkpoint, but rendering goes on: cannot write full.checkpoint.exr: "});
+  EXPECT_EQ(read_exr(path("full.exr")).width, 64u);
+  EXPECT_FALSE(fs::exists(path("full.checkpoint.exr")));
+  for (const std::string& file : files()) EXPECT_FALSE(file.ends_with(".tmp")) << file;
+}
+
+/// A command that a signal stops: its exit code and its error text.
 class Stopping : public Outputs {
  protected:
-  int stop(int signal) const {
+  /// Runs `ballot command`, which writes `sign` early, sends the signal `later_ms` after that, and returns the exit
+  /// code, negative if the signal killed it.
+  int stop(int signal, const std::string& command, const std::string& sign, int later_ms = 0) const {
     const pid_t child = ::fork();
     if (child == 0) {
       fs::current_path(path(""));
-      ::execl("/bin/sh", "sh", "-c",
-              ("exec '" + std::string(BALLOT_BINARY) +
-               "' render square.glb --view front --shading path --sky 1,1,1 --size 16x16 --spp 65536 --checkpoint 0.01 "
-               "--out 'a b.exr' 2> err > out")
-                  .c_str(),
-              nullptr);
+      const std::string line = "exec '" + std::string(BALLOT_BINARY) + "' " + command + " 2> err > out";
+      ::execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
       ::_exit(127);
     }
-    for (int i = 0; i < 6000 && !fs::exists(path("a b.checkpoint.exr")); ++i)
+    for (int i = 0; i < 6000 && !fs::exists(path(sign)); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    std::this_thread::sleep_for(std::chrono::milliseconds(later_ms));
     ::kill(child, signal);
     int status = 0;
     ::waitpid(child, &status, 0);
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   }
+  int stop_render(int signal) const {
+    return stop(signal,
+                "render square.glb --view front --shading path --sky 1,1,1 --size 16x16 --spp 65536 --checkpoint 0.01 "
+                "--out 'a b.exr'",
+                "a b.checkpoint.exr");
+  }
 };
 
 TEST_F(Stopping, ASignalKeepsWhatWasRendered) {
   square();
-  EXPECT_EQ(stop(SIGINT), 130);
+  EXPECT_EQ(stop_render(SIGINT), 130);
   const std::string err = read("err");
   expect_parts(err, {"ballot: SIGINT stopped view front after ", " of 65536 samples; a b.checkpoint.exr keeps them",
                      "--out 'a b.exr' --resume"});
@@ -168,7 +185,30 @@ TEST_F(Stopping, ASignalKeepsWhatWasRendered) {
   EXPECT_GT(std::get<int>(kept.attributes.at("film_samples")), 0);
   for (const std::string& file : files()) EXPECT_FALSE(file.ends_with(".tmp")) << file;
   fs::remove(path("a b.checkpoint.exr"));
-  EXPECT_EQ(stop(SIGTERM), 143);
+  EXPECT_EQ(stop_render(SIGTERM), 143);
+  fs::remove(path("a b.checkpoint.exr"));
+  EXPECT_EQ(stop_render(SIGHUP), 128 + SIGHUP);
+}
+
+TEST_F(Stopping, VerifyKeepsWhatWasVerified) {
+  square();
+  EXPECT_EQ(stop(SIGTERM,
+                 "verify square.glb --rays primary,ao,shadow --methods while-while --numeric plain --size 400x400 "
+                 "--json v.json",
+                 "v.json"),
+            143);
+  EXPECT_TRUE(json("v.json").at("partial"));
+  EXPECT_EQ(read("err"), "ballot: interrupted; what was measured is kept\n");
+}
+
+TEST_F(Stopping, TraceWritesNothing) {
+  square();
+  rays(4'000'000);
+  EXPECT_EQ(stop(SIGHUP, "trace square.glb --rays rays.npy --out hits.npy --method while-while", "out", 700),
+            128 + SIGHUP);
+  EXPECT_EQ(read("err"), "ballot: tracing was stopped by SIGHUP; nothing was written\n");
+  EXPECT_FALSE(fs::exists(path("hits.npy")));
+  for (const std::string& file : files()) EXPECT_FALSE(file.ends_with(".tmp")) << file;
 }
 
 TEST_F(Stopping, ALogGrowsLineByLine) {

@@ -66,6 +66,11 @@ TEST(Ply, BinaryOfBothByteOrdersWithPolygonsAndNormals) {
   }
 }
 
+TEST(Ply, ElementsWithoutPropertiesTakeNoTime) {
+  const std::string nothing = "ply\nformat ascii 1.0\nelement nothing 300000000000\n";
+  refuse_mesh("a.ply", nothing + "end_header\n", {"has no faces"});
+}
+
 TEST(Ply, WrongFilesAreRefused) {
   const std::string start = "ply\nformat ascii 1.0\n", vertices(kMeshVertices);
   refuse_mesh("a.ply", "solid", {"a.ply: is not PLY"});

@@ -12,7 +12,7 @@ std::string text_of(bool truth) { return truth ? "true" : "false"; }
 
 void add_accuracy(std::vector<std::string>& cells, const Accuracy& a) {
   for (const std::uint64_t n : {a.false_misses, a.false_hits, a.wrong_prims, a.ties, a.wrong_values, a.within_bound,
-                                a.beyond_bound, a.unwritten, a.self_hits})
+                                a.beyond_bound, a.unwritten, a.self_hits, a.beyond_range})
     cells.push_back(std::to_string(n));
   for (const double ulp : {a.t_ulp_median, a.t_ulp_p99, a.t_ulp_max}) cells.push_back(csv_number(ulp));
   cells.push_back(a.image_rmse ? csv_number(*a.image_rmse) : "");
@@ -46,11 +46,11 @@ std::string hard_line(const bench::Document& d, const bench::HardRecord& r) {
 
 std::string csv_text(const std::vector<bench::Document>& documents) {
   std::string text =
-      bench::csv_line({"device",       "driver",       "scene",      "view",         "rays",         "any",
-                       "label",        "method",       "knobs",      "numeric",      "ray_count",    "mrays_per_s",
-                       "trace_ms",     "false_misses", "false_hits", "wrong_prims",  "ties",         "wrong_values",
-                       "within_bound", "beyond_bound", "unwritten",  "self_hits",    "t_ulp_median", "t_ulp_p99",
-                       "t_ulp_max",    "image_rmse",   "leaks",      "unlike_known", "differing"});
+      bench::csv_line({"device",       "driver",       "scene",      "view",        "rays",         "any",
+                       "label",        "method",       "knobs",      "numeric",     "ray_count",    "mrays_per_s",
+                       "trace_ms",     "false_misses", "false_hits", "wrong_prims", "ties",         "wrong_values",
+                       "within_bound", "beyond_bound", "unwritten",  "self_hits",   "beyond_range", "t_ulp_median",
+                       "t_ulp_p99",    "t_ulp_max",    "image_rmse", "leaks",       "unlike_known", "differing"});
   for (const bench::Document& d : documents) {
     for (const bench::Record& r : d.records)
       if (r.accuracy) text += record_line(d, r);

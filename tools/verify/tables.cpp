@@ -68,6 +68,8 @@ std::string place_table(const Place& place) {
                                   "p99",
                                   "max",
                                   "self hits"};
+  const bool beyond = std::ranges::any_of(place.rows, [](const Row& row) { return row.accuracy.beyond_range > 0; });
+  if (beyond) header.emplace_back("beyond range");
   if (image) header.emplace_back("image RMSE");
   Table table(header, 2);
   for (const Row& row : place.rows) {
@@ -78,6 +80,7 @@ std::string place_table(const Place& place) {
       cells.push_back(std::to_string(n));
     for (const double ulp : {a.t_ulp_median, a.t_ulp_p99, a.t_ulp_max}) cells.push_back(rate_text(ulp));
     cells.push_back(std::to_string(a.self_hits));
+    if (beyond) cells.push_back(std::to_string(a.beyond_range));
     if (image) cells.push_back(a.image_rmse ? rate_text(*a.image_rmse) : "");
     table.row(std::move(cells));
   }
