@@ -213,7 +213,7 @@ TEST_F(Stopping, TraceWritesNothing) {
 
 TEST_F(Stopping, ALogGrowsLineByLine) {
   square();
-  EXPECT_EQ(stop(SIGKILL), -SIGKILL);
+  EXPECT_EQ(stop_render(SIGKILL), -SIGKILL);
   expect_parts(read("out"), {"square: 2 triangles on "});
 }
 
