@@ -119,6 +119,12 @@ TEST(AutoRace, AQuietSecondProcessCostsLittle) {
   EXPECT_LE(device.process(1 << 18, 2), 0.3 + 0.69 + 0.26);
 }
 
+TEST(AutoRace, NothingIsBegunThatWouldEndTooLate) {
+  Simulated device({{0.1, 2}, {0.14, 2}, {0.43, 2}, {0.1, 2}}, 1);  // lavapipe, idle
+  EXPECT_LE(device.process(1 << 18, 3), 0.3 + 0.1);
+  EXPECT_FALSE(device.runners[2].tried);
+}
+
 TEST(AutoRace, ALongBatchPaysForAllTrials) {
   Simulated device(kLavapipe, 1);
   const double batch_s = 1e8 / 2.2e6;

@@ -48,9 +48,12 @@ class Watch {
     const double batch_s = rules_.all_rays / double(rules_.look_rays) * least * 1e-3;
     return std::max(rules_.budget_s, rules_.share * batch_s);
   }
-  bool is_over(const std::vector<Runner>& runners) const { return host_.now() - start_ > budget(runners); }
+  /// Returns true if `more` seconds more would be over it.
+  bool is_over(const std::vector<Runner>& runners, double more = 0) const {
+    return host_.now() - start_ + more > budget(runners);
+  }
   /// The same for rounds, the first of which began at `begin`: compiling may have taken all the time.
-  bool is_over(const std::vector<Runner>& runners, double begin) const {
+  bool are_rounds_over(const std::vector<Runner>& runners, double begin) const {
     return is_over(runners) && host_.now() - begin > kLeastShare * budget(runners);
   }
 
@@ -109,13 +112,16 @@ std::vector<double> slowness_of(const std::vector<Runner>& runners, std::size_t 
 std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host) {
   const Watch watch(rules, host);
   std::size_t fresh = 0;
+  double longest = 0;  // seconds that a runner took to enter: the next one may take as long
   for (std::size_t i = 0; i < runners.size(); ++i) {
     Runner& r = runners[i];
     const bool before = r.tried;
     r.out = true;
     if (before && i > 0) continue;
-    if (!before && fresh >= rules.must && watch.is_over(runners)) continue;
+    if (!before && fresh >= rules.must && watch.is_over(runners, longest)) continue;
+    const double begin = host.now();
     enter(runners, i, rules, host);
+    longest = std::max(longest, host.now() - begin);
     fresh += !before && r.look_ms > 0;
     if (r.look_ms > 0) host.keep();
   }
@@ -124,7 +130,7 @@ std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const Rac
   const auto size = std::size_t(std::clamp(rays, double(rules.look_rays), double(rules.most_rays)));
   const double begin = host.now();
   for (int round = 0; round < rules.rounds && running(runners) > 1; ++round) {
-    if (round > 0 && watch.is_over(runners, begin)) break;
+    if (round > 0 && watch.are_rounds_over(runners, begin)) break;
     const std::size_t sample = std::size_t(round) % rules.samples;
     for (std::size_t i = 0; i < runners.size(); ++i) {
       // The first runner of a round finds the caches cold, so they take turns at being first.

@@ -17,7 +17,7 @@ struct Runner {
 };
 
 struct RaceRules {
-  double budget_s = 0.3;      // after so many seconds nothing is begun, except for `must`, and 0.3 times as long rounds
+  double budget_s = 0.3;      // nothing that would end later is begun, except for `must`, and 0.3 times as long rounds
   double share = 0.05;        // ... or after this share of the time that the fastest takes for `all_rays`, if longer
   double all_rays = 0;        // of the batch that waits for the race
   std::size_t must = 1;       // untried runners that are tried in any case; the survivors trace a round
