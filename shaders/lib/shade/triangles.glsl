@@ -53,15 +53,14 @@ vec3 vertex(uint prim, uint corner) {
   return at;
 }
 
-// Returns the unit normal in the world. A normal moves by the inverse transpose, which is the matrix of cofactors over
-// the determinant; its length does not matter. The matrix is scaled first, because products of small entries underflow.
+// Returns the unit normal in the world, or its opposite where the matrix mirrors: smooth_normal() takes the ray's side.
+// A normal moves by the inverse transpose, which is the matrix of cofactors over the determinant. The matrix is scaled
+// first, because products of small entries underflow.
 vec3 moved_normal(vec3 n) {
   vec3 x = placed.x.xyz, y = placed.y.xyz, z = placed.z.xyz, most = max(max(abs(x), abs(y)), abs(z));
   float scale = 1.0 / max(max(most.x, most.y), most.z);
   x *= scale, y *= scale, z *= scale;
-  vec3 across = cross(y, z);
-  vec3 moved = vec3(dot(across, n), dot(cross(z, x), n), dot(cross(x, y), n));
-  return normalize(dot(x, across) < 0.0 ? -moved : moved);
+  return normalize(vec3(dot(cross(y, z), n), dot(cross(z, x), n), dot(cross(x, y), n)));
 }
 #else
 #define AT_TRIANGLE(prim)
