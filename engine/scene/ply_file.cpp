@@ -271,7 +271,7 @@ PlyFile read_ply(const std::filesystem::path& path) {
     } else if (element.name == "face") {
       read_faces(body, element, path, file);
       faces = true;
-      break;  // what follows is not needed
+      break;                                   // what follows is not needed
     } else if (!element.properties.empty()) {  // else it takes no bytes, however many there are
       for (std::uint64_t i = 0; i < element.count; ++i)
         for (const Property& property : element.properties) body.skip(property, element);
