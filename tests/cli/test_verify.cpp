@@ -97,6 +97,7 @@ TEST_F(Verify, CornellIsMeasuredHeldToTheOracleAndReported) {
   EXPECT_EQ(json("out/verify.json"), run);
   const std::string csv = read("out/verify.csv");
   EXPECT_EQ(std::size_t(std::count(csv.begin(), csv.end(), '\n')), run["records"].size() + 1);
+  expect_parts(csv, {",self_hits,beyond_range,"});
   expect_parts(read("out/verify.md"), {"# Speed against error", "## What a mode costs", "## Wrong answers per million",
                                        "## Speed against error: ", "--rays primary,ao", "no plots"});
 }
