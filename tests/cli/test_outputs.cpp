@@ -153,6 +153,7 @@ class Stopping : public Outputs {
   int stop(int signal, const std::string& command, const std::string& sign, int later_ms = 0) const {
     const pid_t child = ::fork();
     if (child == 0) {
+      for (const int any : {SIGINT, SIGTERM, SIGHUP}) ::signal(any, SIG_DFL);  // the tests may run under nohup
       fs::current_path(path(""));
       const std::string line = "exec '" + std::string(BALLOT_BINARY) + "' " + command + " 2> err > out";
       ::execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
