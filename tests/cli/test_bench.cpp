@@ -295,7 +295,7 @@ TEST_F(Bench, BadFilesBeforeAnyWork) {
 }
 
 TEST_F(Bench, HelpListsMethodsVotesKindsAndModes) {
-  const std::string text = succeed({"bench", "--help"}).out;
+  const std::string text = succeed({"bench", "--help-all"}).out;
   for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
   for (const RayKind& kind : kRayKinds) expect_parts(text, {kind.name, kind.summary});
   for (const KnobInfo& k : knobs()) expect_parts(text, {k.name, k.values, k.what});

@@ -224,7 +224,7 @@ TEST_F(Verify, BadArguments) {
 }
 
 TEST_F(Verify, HelpTeachesModesKindsAndExitCodes) {
-  const std::string text = succeed({"verify", "--help"}).out;
+  const std::string text = succeed({"verify", "--help-all"}).out;
   for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
   for (const RayKind& kind : kRayKinds) expect_parts(text, {kind.name, kind.summary});
   for (const NumericMode& m : kNumericModes) expect_parts(text, {m.name, m.summary});
