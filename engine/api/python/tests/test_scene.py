@@ -27,6 +27,18 @@ class Scenes(unittest.TestCase):
         self.assertEqual(scene.meshes, [ballot.MeshInfo(0, 0, 12)])
         self.assertIn("12 triangles", repr(scene))
 
+    def test_meshes_that_are_kept_once(self):
+        path = pathlib.Path(__file__).resolve().parents[4] / "scenes" / "dance.gltf"
+        kept, copied = (ballot.load_scene(path, cache=False, instances=policy) for policy in ("keep", "copy"))
+        self.assertGreater(kept.info.instances, 1)
+        self.assertEqual(copied.info.instances, 0)
+        np.testing.assert_allclose(kept.triangles(), copied.triangles(), atol=1e-5)
+        self.assertEqual(pickle.loads(pickle.dumps(kept)).info.instances, kept.info.instances)
+        with self.assertRaisesRegex(ValueError, "auto, keep, copy"):
+            ballot.load_scene(path, instances="kept")
+        with self.assertRaises(TypeError):
+            ballot.load_scene(path, instances=3)
+
     def test_animations(self):
         path = pathlib.Path(__file__).resolve().parents[4] / "scenes" / "dance.gltf"
         scene = ballot.load_scene(path, cache=False)
