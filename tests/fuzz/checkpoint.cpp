@@ -1,4 +1,6 @@
 // Checkpoints: films on disk.
+#include <ImfThreading.h>
+
 #include <cmath>
 
 #include "engine/render/film/film_file.h"
@@ -33,6 +35,7 @@ std::vector<std::string> checkpoint_words() {
 }
 
 void read_checkpoint(std::string_view input) {
+  Imf::setGlobalThreadCount(0);  // a small picture is read sooner by one thread
   const std::filesystem::path path = put("film.exr", input);
   expect_plain([&] {
     Film film = empty_film();
@@ -46,7 +49,7 @@ void read_checkpoint(std::string_view input) {
 }  // namespace
 
 Target checkpoint_target() {
-  return {"checkpoint", Form::Bytes, checkpoint_seeds(), checkpoint_words(), read_checkpoint};
+  return {"checkpoint", Form::Bytes, checkpoint_seeds(), checkpoint_words(), read_checkpoint, 2048};
 }
 
 }  // namespace ballot::fuzz

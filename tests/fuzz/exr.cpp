@@ -1,4 +1,6 @@
 // EXR: pictures, skies and parts of pictures.
+#include <ImfThreading.h>
+
 #include <fstream>
 #include <iterator>
 
@@ -38,6 +40,7 @@ std::vector<std::string> exr_words() {
 }
 
 void read_pictures(std::string_view input) {
+  Imf::setGlobalThreadCount(0);  // a small picture is read sooner by one thread
   const std::filesystem::path path = put("s.exr", input);
   expect_plain([&] {
     const Image image = read_exr(path);
@@ -48,6 +51,6 @@ void read_pictures(std::string_view input) {
 
 }  // namespace
 
-Target exr_target() { return {"exr", Form::Bytes, exr_seeds(), exr_words(), read_pictures}; }
+Target exr_target() { return {"exr", Form::Bytes, exr_seeds(), exr_words(), read_pictures, 2048}; }
 
 }  // namespace ballot::fuzz

@@ -22,6 +22,7 @@ struct Target {
   std::vector<std::string> seeds;              // inputs to start from, made by code
   std::vector<std::string> words;              // of the format, for the dictionary
   std::function<void(std::string_view)> read;  // reads one input; a fault ends the process
+  std::size_t largest = 16384;  // bytes of an input; a picture may take thousands of times its file in memory
 };
 
 Target bvh_target();         // the cache of trees

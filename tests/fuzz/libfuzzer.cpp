@@ -86,7 +86,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   using namespace ballot::fuzz;
   Random random(seed);
   std::string input(reinterpret_cast<const char*>(data), size);
-  mutate(input, target(), most, random, change_by_libfuzzer);
+  mutate(input, target(), std::min(most, target().largest), random, change_by_libfuzzer);
   input.resize(std::min(input.size(), most));
   std::memcpy(data, input.data(), input.size());
   return input.size();

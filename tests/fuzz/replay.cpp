@@ -16,8 +16,6 @@ namespace ballot::fuzz {
 
 namespace {
 
-constexpr std::size_t kLargest = 16384;  // bytes of an input
-
 const char* running = "";  // the target
 std::size_t number = 0;    // of the input
 const std::string* input = nullptr;
@@ -60,7 +58,7 @@ void replay(const Target& target, std::size_t inputs, unsigned seed) {
   while (number < inputs) {
     std::string next = pool[random() % pool.size()];
     for (std::size_t i = 0, changes = 1 + random() % 4; i < changes; ++i)
-      mutate(next, target, kLargest, random, change);
+      mutate(next, target, target.largest, random, change);
     read_one(target, next);
   }
   std::printf("%s: %zu inputs, no finding\n", target.name, number);

@@ -31,6 +31,13 @@ Json to_json(const Choice& c) {
           {"candidates", candidates}, {"sampled", c.sampled},       {"calibration_s", c.seconds}, {"runs", c.runs}};
 }
 
+/// Returns a whole number. Throws Error(Work) if it is none, or none that fits.
+std::uint32_t count_of(const Json& json) {
+  if (!json.is_number_unsigned() || json.get<std::uint64_t>() > 0xFFFFFFFFu)
+    fail(Failure::Work, "expected a whole number below 2^32");
+  return std::uint32_t(json.get<std::uint64_t>());
+}
+
 Choice from_json(const Json& json) {
   Choice c;
   c.rays = json.at("rays");
@@ -40,7 +47,7 @@ Choice from_json(const Json& json) {
   for (const Json& each : json.at("candidates"))
     c.candidates.push_back(
         {each.at("method"), each.at("knobs").get<Knobs>(), each.at("mrays_per_s"), each.at("tried")});
-  c.sampled = json.at("sampled");
+  c.sampled = count_of(json.at("sampled"));
   c.seconds = json.at("calibration_s");
   c.runs = json.value("runs", kRunsOfTrials);
   c.remembered = true;
