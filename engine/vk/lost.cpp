@@ -5,7 +5,8 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint64_t kPatience = 10'000'000'000;  // nanoseconds; some drivers take no longer time-outs
+// With a time-out of 10 s, NVIDIA's driver 580 wakes up to 0.2 ms later from waits of 1.5 ms than without (H200).
+constexpr std::uint64_t kPatience = UINT64_MAX;
 
 /// Returns a text of a driver as a part of a sentence.
 std::string words_of(const char* text) {
