@@ -43,7 +43,7 @@ class Points : public Cli {
     const std::size_t start = file.find('\n') + 1;
     EXPECT_NE(file.find(descr), std::string::npos) << file.substr(0, start);
     std::vector<T> all((file.size() - start) / sizeof(T));
-    std::memcpy(all.data(), file.data() + start, all.size() * sizeof(T));
+    if (!all.empty()) std::memcpy(all.data(), file.data() + start, all.size() * sizeof(T));
     return all;
   }
 };
