@@ -178,11 +178,13 @@ void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
     done(trace(rays, hits, count, query).device_ms);
     return;
   }
+  chooser_.note(query, count);
   dispatcher_.record(job(query), rays, hits, count, std::move(done));
 }
 
 void Tracer::record(const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
                     Context::Done done) {
+  chooser_.note(query, count);
   dispatcher_.record(job(query, false, false, rays.kind), rays, hits, count, std::move(done));
 }
 

@@ -91,6 +91,8 @@ TEST_F(Auto, CandidatesFollowTheQuery) {
   };
   using Names = std::vector<std::string>;
   EXPECT_EQ(names({}), (Names{"while-while", "bvh4", "packet-wide fallback=0", "dynamic-fetch"}));
+  EXPECT_EQ(names({.rays = "primary"}), (Names{"while-while", "packet-wide fallback=0", "bvh4", "dynamic-fetch"}));
+  EXPECT_EQ(names({.rays = "foreign: mixed, long"}), names({}));
   EXPECT_EQ(names({.knobs = {{"fallback", "1"}}}), (Names{"packet-wide fallback=1"}));
   EXPECT_EQ(names({.knobs = {{"sorted", "0"}}}),
             (Names{"while-while sorted=0", "packet-wide fallback=0 sorted=0", "dynamic-fetch sorted=0"}));
@@ -152,11 +154,44 @@ TEST_F(Auto, ThreeProcessesTryEveryCandidate) {
   fs::remove_all(folder);
 }
 
+TEST_F(Auto, TrialsGoOnOnceTheyCostLittleOfWhatWasTraced) {
+  const auto rays = shapes::random_rays(kMany);
+  trace(rays, {});
+  Choices& choices = scene_->tracer->choices();
+  Query query{.rays = scene_->tracer->ray_class(rays)};
+  const auto tried = [&] { return std::ranges::count(choices.find(query)->candidates, true, &Candidate::tried); };
+  const auto at_first = tried();
+  trace(rays, {});
+  EXPECT_EQ(tried(), at_first);  // too little was traced since
+  for (int i = 0; i < 3 && !choices.find(query)->complete(); ++i) {
+    const auto before = tried();
+    choices.note(query, std::size_t(1) << 40);
+    trace(rays, {});
+    EXPECT_GT(tried(), before);
+  }
+  ASSERT_TRUE(choices.find(query)->complete());
+  EXPECT_EQ(choices.find(query)->runs, 1);
+  EXPECT_LT(choices.find(query)->traced_s, 10);
+  choices.note(query, std::size_t(1) << 40);
+  EXPECT_FALSE(scene_->tracer->can_record(query, kMany));
+  trace(rays, {});
+  EXPECT_LT(choices.find(query)->traced_s, 10);  // the fastest have raced again
+  EXPECT_TRUE(choices.find(query)->complete());
+  EXPECT_EQ(choices.find(query)->candidates.size(), candidates_for(query, gpu_->info()).size());
+  expect_silent(*gpu_);
+}
+
 TEST_F(Auto, AllAreTriedAtOnceForMeasurements) {
   scene_->tracer->choices().try_all = true;
   const auto rays = shapes::random_rays(kMany);
   trace(rays, {});
   EXPECT_TRUE(choice_for(rays, {})->complete());
+  const auto changes = scene_->tracer->choices().changes();
+  Buffer<Ray> other(*gpu_, kMany, Access::Storage, "other rays");
+  other.upload(rays);
+  Buffer<Hit> hits(*gpu_, rays.size(), Access::Storage, "hits");
+  scene_->tracer->trace(other, hits, kMany, {});
+  EXPECT_GT(scene_->tracer->choices().changes(), changes);  // the rays lie in another buffer
 }
 
 TEST(AutoSorts, CandidatesOnGpusAreNoTwins) {

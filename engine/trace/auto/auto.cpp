@@ -10,19 +10,20 @@ namespace {
 
 /// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
 /// from the best method in hindsight"). They are tried in this order. On CPUs, where a run has no time to compile more
-/// than one or two, the first compiles fastest and serves all rays before the choice; then come one for incoherent rays
-/// and one for coherent rays. packet-wide with fallback is no candidate: it compiles for as long as all of these
-/// together, and was best by more than 3 % in one of 70 cells.
+/// than one or two, the first compiles fastest and serves all rays before the choice. Then comes one for incoherent
+/// rays or, where rays are likely to be coherent, one for those. packet-wide with fallback is no candidate: it compiles
+/// for as long as all of these together, and was best by more than 3 % in one of 70 cells.
 struct Row {
   bool cpu;
   std::string_view method;
   std::string_view knob, value;  // empty: as the tuning table has it; a value given by the query takes precedence
   bool any_only = false;
+  bool coherent = false;  // comes second for ray classes that are likely to be coherent
 };
 constexpr Row kRows[] = {
     {true, "while-while", "", ""},
     {true, "bvh4", "", ""},
-    {true, "packet-wide", "fallback", "0"},
+    {true, "packet-wide", "fallback", "0", false, true},
     {true, "dynamic-fetch", "", ""},
     {false, "while-while", "", ""},
     {false, "frontier", "", ""},
@@ -32,6 +33,10 @@ constexpr Row kRows[] = {
     {false, "frontier", "frontier", "32"},
     {false, "while-while", "sorted", "0", true},
 };
+
+bool is_likely_coherent(std::string_view rays) {
+  return rays == "primary" || rays == "shadow" || rays.starts_with("foreign: coherent");
+}
 
 /// Returns true if the device can run a candidate for the query. Else puts the reason into `why`, unless that has one.
 bool can_follow(const Query& query, const Candidate& candidate, const DeviceInfo& device, std::string& why) {
@@ -63,7 +68,9 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
     Candidate c{std::string(row.method), query.knobs};
     if (!row.knob.empty()) c.knobs.emplace(row.knob, row.value);
     const bool known = std::ranges::find(candidates, c.name(), &Candidate::name) != candidates.end();
-    if (!known && can_follow(query, c, device, why)) candidates.push_back(std::move(c));
+    if (known || !can_follow(query, c, device, why)) continue;
+    const bool second = row.coherent && !candidates.empty() && is_likely_coherent(query.rays);
+    candidates.insert(second ? candidates.begin() + 1 : candidates.end(), std::move(c));
   }
   if (candidates.empty()) fail(Failure::Arguments, "method auto has nothing to choose from: {}", why);
   return candidates;
@@ -81,6 +88,8 @@ Query unmeasured(const Query& query, const DeviceInfo& device) {
 }
 
 bool Choice::complete() const { return std::ranges::all_of(candidates, &Candidate::tried); }
+
+int Choice::runs_left() const { return std::max(1, kRunsOfTrials + 1 - runs); }
 
 Query Choice::apply(Query query) const {
   query.method = chosen().method;

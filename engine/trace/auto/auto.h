@@ -22,10 +22,9 @@ struct Candidate {
   std::string name() const;  // "packet-wide fallback=0"
 };
 
-/// Returns the candidates of auto for a query on a device, in the order in which they are tried: those that compile
-/// quickly and those that are likely first. Every candidate gets the knobs of the
-/// query; one that cannot follow them is left out. If none is left, throws Error(Arguments) with the reason for the
-/// first.
+/// Returns the candidates of auto for a query on a device, in the order in which they are tried: the one that compiles
+/// fastest, then those that are likely for the query's ray class. Every candidate gets the knobs of the query; one that
+/// cannot follow them is left out. If none is left, throws Error(Arguments) with the reason for the first.
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device);
 
 /// Returns the query that auto runs without a trial, on batches that are too small for a trial to pay.
@@ -43,9 +42,16 @@ struct Choice {
   bool remembered = false;            // read from disk, not measured by this process
   int runs = 0;                       // processes that tried candidates
 
+  // Since the last trial of this process; not stored. By these the next one becomes due (chooser.h).
+  double traced_s = 0;       // an estimate of the time that the device took for rays of this choice
+  double trial_s = 0;        // what the next trial will take, as far as the last one tells; 0: unknown
+  std::uint64_t buffer = 0;  // Buffer::id() of the rays that were tried
+
   /// Returns true if every candidate was tried. CPU drivers take 0.1 to 0.7 s to compile a kernel, so candidates that
   /// one process has no time for are left to the next; none is left after kRunsOfTrials.
   bool complete() const;
+  /// Returns in how many processes, this one included, the untried candidates are tried.
+  int runs_left() const;
 
   const Candidate& chosen() const { return candidates.front(); }
   /// Returns the query with the chosen method and knobs.
@@ -70,9 +76,12 @@ class Choices {
 
   /// Returns the choice for a query, or null. It is valid until the choices change.
   const Choice* find(const Query& query) const;
+  /// Adds to traced_s of the choice for a query, if there is one.
+  void note(const Query& query, std::size_t rays);
   void add(Choice choice);
   void clear() { all_.clear(), ++changes_; }
-  /// Set: every candidate is tried at once, however long that takes. For measurements, which are about the choice.
+  /// Set: every candidate is tried at once, however long that takes, and the fastest ones again for each buffer of
+  /// rays, as a long run on them would. For measurements, which are about the choice.
   bool try_all = false;
   /// Drops the choices, and keeps no more on disk.
   void forget() { folder_.clear(), file_.clear(), clear(); }

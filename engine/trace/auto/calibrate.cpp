@@ -31,7 +31,8 @@ struct Effort {
 constexpr Effort kCpuEffort{1 << 15, 1 << 12, 1 << 15, 3, 4, 0.3, 9, 0};
 constexpr Effort kGpuEffort{1 << 18, 1 << 18, 1 << 22, 1, 16, 0.3, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
-constexpr double kPatience_s = 2;  // the budget of Choices::try_all
+constexpr std::size_t kLookedAgain = 3;  // candidates that race again once all have been tried
+constexpr double kPatienceSeconds = 2;   // the budget of Choices::try_all
 /// The largest tree that is collapsed for a trial. That takes about a second, and the result is not kept. In scenes
 /// with more nodes, methods that need a collapsed tree are no candidates.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
@@ -125,9 +126,37 @@ std::vector<Runner> runners_of(const std::vector<Candidate>& candidates) {
 RaceRules rules_for(const std::vector<Runner>& runners, const Effort& effort, bool try_all, int runs_left) {
   const auto untried = std::size_t(std::ranges::count(runners, false, &Runner::tried));
   const std::size_t share = (untried + std::size_t(runs_left) - 1) / std::size_t(runs_left);
-  return {.budget_s = try_all ? kPatience_s : effort.budget_s,
+  return {.budget_s = try_all ? kPatienceSeconds : effort.budget_s,
           .must = try_all ? runners.size() : share,
           .rounds = effort.rounds};
+}
+
+/// Counts a process that tries candidates, once.
+void start_run(Choice& choice) {
+  if (choice.remembered || choice.runs == 0) ++choice.runs;
+  choice.remembered = false;
+}
+
+/// Returns the fastest of a choice's candidates that can run, the chosen one first.
+std::vector<Candidate> fastest_of(const std::vector<Candidate>& candidates) {
+  std::vector<Candidate> fastest;
+  for (const Candidate& c : candidates)
+    if (c.mrays_per_s > 0 && fastest.size() < kLookedAgain) fastest.push_back(c);
+  return fastest;
+}
+
+/// Returns the candidates of a race with those that took no part in it. Their speeds follow the one that was chosen
+/// before, in the same ratio as then.
+std::vector<Candidate> with_others(std::vector<Candidate> raced, const std::vector<Candidate>& before) {
+  const auto in_race = [&](const Candidate& c) { return std::ranges::find(raced, c.name(), &Candidate::name); };
+  const auto reference = in_race(before[0]);
+  const double ratio =
+      reference == raced.end() || before[0].mrays_per_s <= 0 ? 0 : reference->mrays_per_s / before[0].mrays_per_s;
+  std::vector<Candidate> others;
+  for (const Candidate& c : before)
+    if (in_race(c) == raced.end()) others.push_back({c.method, c.knobs, ratio * c.mrays_per_s, c.tried});
+  raced.insert(raced.end(), others.begin(), others.end());
+  return raced;
 }
 
 Query query_with(Query query, const Candidate& candidate) {
@@ -166,10 +195,20 @@ Query Chooser::resolve(Query query, const Buffer<Ray>& rays, std::size_t count) 
   if (count < effort.least && !choices_.find(query)) return unmeasured(query, gpu_.info());
   if (query.rays.empty()) query.rays = class_of(rays, count);
   const Choice* known = choices_.find(query);
-  const bool unfinished = known && known->remembered && !known->complete() && count >= effort.least;
-  if (unfinished) calibrate(*known, query, rays, count);
-  if (!known) calibrate({query.rays, query.want, query.numeric, query.knobs, candidates(query)}, query, rays, count);
+  if (!known)
+    calibrate({query.rays, query.want, query.numeric, query.knobs, candidates(query)}, query, rays, count);
+  else if (count >= effort.least && (is_due(*known) || (choices_.try_all && known->buffer != rays.id())))
+    calibrate(*known, query, rays, count);
+  else
+    note(query, count);
   return resolve(query);
+}
+
+bool Chooser::is_due(const Choice& choice) const {
+  if (choice.candidates.size() == 1) return false;
+  if (choice.remembered && !choice.complete()) return true;
+  const double trial_s = choice.trial_s > 0 ? choice.trial_s : effort_on(gpu_.info()).budget_s;
+  return trial_s <= (choice.complete() ? kShareOfLooks : kShareOfTrials) * choice.traced_s;
 }
 
 bool Chooser::is_resolved(const Query& query, std::size_t most) const {
@@ -179,7 +218,7 @@ bool Chooser::is_resolved(const Query& query, std::size_t most) const {
 bool Chooser::has_chosen(const Query& query) const {
   if (!find_method(query.method).chooses) return true;
   const Choice* known = choices_.find(query);
-  return known && (!known->remembered || known->complete());
+  return known && !is_due(*known);
 }
 
 /// Looks at the rays of a buffer again at every kLooksAgain-th call alone: looking takes a GPU as long as tracing some
@@ -232,13 +271,13 @@ std::vector<Candidate> Chooser::candidates(const Query& query) const {
   return all;
 }
 
-/// Tries candidates of a choice and adds the choice, after each candidate that was tried, so that nothing is lost if
-/// the process ends.
+/// Tries candidates of a choice or, if all have been tried, the fastest ones again. Adds the choice after each that was
+/// tried, so that nothing is lost if the process ends.
 void Chooser::calibrate(Choice choice, const Query& query, const Buffer<Ray>& rays, std::size_t count) {
   const auto start = Clock::now();
   const Effort& effort = effort_on(gpu_.info());
-  choice.remembered = false;
-  const int runs_left = std::max(1, kRunsOfTrials - choice.runs++);
+  const bool again = choice.complete();
+  if (!again) start_run(choice);
   if (choice.candidates.size() == 1) return choices_.add(choice);
   const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
   std::vector<Buffer<Ray>> samples;
@@ -246,15 +285,15 @@ void Chooser::calibrate(Choice choice, const Query& query, const Buffer<Ray>& ra
     samples.push_back(sampled_rays(gpu_, rays, stretches_of(count, effort.sample, effort.stretches, i, number)));
   choice.sampled = std::uint32_t(samples[0].size());
   Buffer<Hit> hits(gpu_, choice.sampled, Access::Storage, "hits of sampled rays");
-  const std::vector<Candidate> from = choice.candidates;
-  std::vector<Runner> runners = runners_of(from);
-  RaceRules rules = rules_for(runners, effort, choices_.try_all, runs_left);
+  const std::vector<Candidate> from = again ? fastest_of(choice.candidates) : choice.candidates;
+  std::vector<Runner> runners = again ? std::vector<Runner>(from.size()) : runners_of(from);
+  RaceRules rules = rules_for(runners, effort, choices_.try_all, again ? 1 : choice.runs_left());
   rules.all_rays = double(count);
   rules.samples = number;
   rules.most_rays = choice.sampled;
   rules.look_rays = std::min(effort.look, rules.most_rays);
   std::exception_ptr why;
-  double warm_s = effort.warm_s;
+  double warm_s = again && !choices_.try_all ? 0 : effort.warm_s;
   const auto trace = [&](std::size_t i, std::size_t sample, std::size_t some) {
     const Query concrete = query_with(query, from[i]);
     for (const auto begin = Clock::now(); seconds_since(begin) < warm_s;)
@@ -262,18 +301,30 @@ void Chooser::calibrate(Choice choice, const Query& query, const Buffer<Ray>& ra
     warm_s = 0;
     return trace_(samples[sample], hits, std::uint32_t(some), concrete);
   };
+  double compile_s = 0;
+  int compiled = 0;
+  const auto compile = [&](std::size_t i) {
+    const auto begin = Clock::now();
+    const bool runs = this->compile(query_with(query, from[i]), samples[0], hits, why);
+    compile_s += seconds_since(begin);
+    ++compiled;
+    return runs;
+  };
+  const std::vector<Candidate> before = choice.candidates;
   const auto keep = [&](std::size_t round) {
-    choice.candidates = in_order(from, runners, rules.look_rays, round, number);
+    choice.candidates = with_others(in_order(from, runners, rules.look_rays, round, number), before);
     choice.seconds = seconds_since(start);
     choices_.add(choice);
   };
-  const RaceHost host{
-      .now = [&] { return seconds_since(start); },
-      .compile = [&](std::size_t i) { return compile(query_with(query, from[i]), samples[0], hits, why); },
-      .trace = trace,
-      .keep = [&] { keep(rules.look_rays); }};
+  const RaceHost host{.now = [&] { return seconds_since(start); },
+                      .compile = compile,
+                      .trace = trace,
+                      .keep = [&] { keep(rules.look_rays); }};
   const std::size_t round = race(runners, rules, host);
   if (std::ranges::none_of(runners, [](const Runner& r) { return r.look_ms > 0; })) std::rethrow_exception(why);
+  choice.traced_s = 0;
+  choice.trial_s = seconds_since(start) - compile_s + (choice.complete() ? 0 : compile_s / std::max(compiled, 1));
+  choice.buffer = rays.id();
   keep(round);
 }
 

@@ -119,6 +119,14 @@ const Choice* Choices::find(const Query& q) const {
   return found == all_.end() ? nullptr : &found->second;
 }
 
+void Choices::note(const Query& q, std::size_t rays) {
+  if (!find_method(q.method).chooses) return;
+  const auto found = all_.find(key_of(q.rays, q.want, q.numeric, q.knobs));
+  if (found == all_.end()) return;
+  Choice& c = found->second;
+  if (c.chosen().mrays_per_s > 0) c.traced_s += double(rays) / c.chosen().mrays_per_s * 1e-6;
+}
+
 void Choices::add(Choice c) {
   all_.insert_or_assign(key_of(c.rays, c.want, c.numeric, c.knobs), std::move(c));
   ++changes_;

@@ -35,10 +35,18 @@ class Chooser {
 
   /// The same for rays [0, count) of `rays`. If there is no choice for their class yet, and there are enough of them
   /// (2^15 on a CPU, 2^18 on a GPU), lets candidates race on samples of them (race.h): those that 0.3 s or 5 % of the
-  /// batch's time suffice for, and as many that kRunsOfTrials processes try all.
+  /// batch's time suffice for, and as many that kRunsOfTrials processes try all. Those that are left are tried once
+  /// they take no more than kShareOfTrials of what such rays have taken since. When all are tried, the fastest ones
+  /// race again, on the rays of that moment, whenever that takes no more than kShareOfLooks: other views may favour
+  /// another.
   Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count);
 
-  /// Returns true if the choice for this query is final: the query is concrete, or its trials are over.
+  /// Tells that `count` rays are traced by a query without resolve().
+  void note(const Query& query, std::size_t count) { choices_.note(query, count); }
+
+  static constexpr double kShareOfTrials = 0.05, kShareOfLooks = 0.01;
+
+  /// Returns true if the query is concrete, or no trial is due.
   bool has_chosen(const Query& query) const;
   /// Returns true if no trial is due for up to `most` rays of this query.
   bool is_resolved(const Query& query, std::size_t most) const;
@@ -62,6 +70,7 @@ class Chooser {
   };
   std::string class_of(const Buffer<Ray>& rays, std::size_t count);
   std::vector<Candidate> candidates(const Query& query) const;
+  bool is_due(const Choice& choice) const;
   bool compile(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why);
   void calibrate(Choice choice, const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
