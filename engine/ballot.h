@@ -91,6 +91,9 @@ class Engine {
   explicit Engine(Scene scene, const EngineOptions& options = {}, const Progress& progress = {});
   ~Engine();
 
+  /// Opens the device that the options name, for EngineOptions::context. Throws Error(Device) if no device is usable.
+  static std::shared_ptr<Context> open_device(const EngineOptions& options);
+
   /// Returns the scene. Triangles and normals that have moved on the device are brought back first, which takes time:
   /// scene_facts() is the same without them.
   const Scene& scene() const {

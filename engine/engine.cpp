@@ -48,12 +48,13 @@ glm::dmat4 ndc_from_camera(const View& view, double aspect) {
 
 std::string commit() { return BALLOT_COMMIT; }
 
+std::shared_ptr<Context> Engine::open_device(const EngineOptions& options) {
+  return std::make_shared<Context>(
+      ContextOptions{options.device, options.validate, options.window, options.statistics});
+}
+
 Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progress)
-    : scene_(std::move(scene)),
-      build_(options.build),
-      gpu_(options.context ? options.context
-                           : std::make_shared<Context>(ContextOptions{options.device, options.validate, options.window,
-                                                                      options.statistics})) {
+    : scene_(std::move(scene)), build_(options.build), gpu_(options.context ? options.context : open_device(options)) {
   times_.device_s = seconds_since(begin_);
   for (const Query& q : options.queries)
     kernel_config_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);

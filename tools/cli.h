@@ -54,10 +54,11 @@ struct QueryArgs {
 /// An engine with its scene, and the time that loading took.
 struct Opened {
   std::unique_ptr<Engine> engine;
-  double load_s = 0;  // seconds to load the scene file
+  double load_s = 0;    // seconds to load the scene file
+  double device_s = 0;  // seconds to wait for the device behind it
 };
-/// Loads the scene, opens the device and builds the BVH under a progress bar. `check` gets the scene before the device
-/// is opened and may change its views and lights. Files that the scene consists of must not be outputs. Queries that
+/// Loads the scene while the device is opened, and builds the BVH under a progress bar. `check` gets the scene before
+/// that and may change its views and lights. Files that the scene consists of must not be outputs. Queries that
 /// the device cannot run are refused before the BVH is built. `statistics` asks the driver for pipeline statistics.
 /// Throws Error.
 Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries = {},

@@ -272,8 +272,8 @@ int run_render(RenderArgs& args) {
   say("{}: {} triangles on {}\n", engine.scene().name, engine.triangle_count(), engine.device().name);
   if (args.verbose)
     say("  {}, subgroup {}; load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", engine.device().driver,
-        engine.tracer().variant(query).config.subgroup, opened.load_s, engine.start_times().device_s,
-        engine.start_times().bvh_s, engine.bvh_stats().from_cache ? " (cached)" : "");
+        engine.tracer().variant(query).config.subgroup, opened.load_s, opened.device_s, engine.start_times().bvh_s,
+        engine.bvh_stats().from_cache ? " (cached)" : "");
   nlohmann::json json = record_header(engine, opened.load_s);
   if (const std::size_t there = render_frames(args, opened, plan, job, views, files, json); there > 0)
     say("  {} pictures were complete and left out\n", there);

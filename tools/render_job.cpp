@@ -123,7 +123,7 @@ std::uint32_t Rendering::add_samples(std::uint32_t samples, ProgressBar& bar) {
   const Clock::time_point start = Clock::now();
   engine.advance_there(film, view, job.options, samples, done.times, [&](double share) { bar.update(share); });
   const std::uint32_t next = next_step(samples, seconds_since(start));
-  kept.keep(engine, film, done.times);
+  if (film.samples < job.options.spp) kept.keep(engine, film, done.times);  // else the whole film is collected now
   return next;
 }
 

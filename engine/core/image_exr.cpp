@@ -113,6 +113,7 @@ Imf::Header make_header(const Image& image) {
     header.dataWindow() = Imath::Box2i(lo, lo + size - Imath::V2i(1, 1));
   }
   header.compression() = Imf::ZIP_COMPRESSION;
+  header.zipCompressionLevel() = 1;  // 0.77 times as long as the default, 4, and 3 % more bytes
   for (const Channel& channel : image.channels) {
     header.channels().insert(channel.name, Imf::Channel(exr_type(channel.type)));
   }

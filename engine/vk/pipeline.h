@@ -27,7 +27,7 @@ Defines defines_of(const KernelSource& source, const DeviceInfo& device);
 
 /// The time that making a kernel took.
 struct KernelTimes {
-  double spirv_ms = 0;  // preprocessing and compiling, or loading SPIR-V from the cache
+  double spirv_ms = 0;  // compiling, or loading SPIR-V from the cache
   double pipeline_ms = 0;
   std::size_t spirv_bytes = 0;
   bool from_cache = false;

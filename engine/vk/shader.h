@@ -16,7 +16,7 @@ using Defines = std::vector<std::pair<std::string, int>>;
 struct Spirv {
   std::vector<std::uint32_t> words;
   bool from_cache = false;
-  double ms = 0;  // milliseconds to preprocess and compile, or to preprocess and load
+  double ms = 0;  // milliseconds to compile, or to load
 };
 
 /// Returns the folder that shaders are read from: $BALLOT_SHADERS, else that of the source tree if the program lies in
@@ -25,7 +25,8 @@ struct Spirv {
 std::filesystem::path shader_folder();
 
 /// Compiles the shader `file` of shader_folder() for Vulkan 1.2. An #include is relative to the including file. The
-/// cache ($XDG_CACHE_HOME/ballot/spirv) is keyed by the preprocessed text, the defines and the compiler's version.
+/// cache ($XDG_CACHE_HOME/ballot/spirv) is keyed by the texts of the file and all that it includes, the defines and the
+/// compiler's version.
 /// Throws Error(Work) with glslang's message, which names file and line. Not thread-safe.
 Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache = true);
 
