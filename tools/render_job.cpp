@@ -108,9 +108,11 @@ void Rendering::stop(const InterruptGuard& interrupt, const std::string& failure
 /// Makes a checkpoint of what the host has of the film, and throws DeviceLost, which says so too.
 void Rendering::lose(const DeviceLost& lost) {
   std::string failure = "the host had no samples yet";
-  if (kept.film().samples > saved) {
-    failure = ::ballot::cli::save(checkpoint, kept.film(), engine.made_of(view, job.options));
-    if (failure.empty()) saved = kept.film().samples;
+  const bool collected = film.samples == job.options.spp && film.on_device == 0 && can_checkpoint(film);
+  const Film& here = collected ? film : kept.film();
+  if (here.samples > saved) {
+    failure = ::ballot::cli::save(checkpoint, here, engine.made_of(view, job.options));
+    if (failure.empty()) saved = here.samples;
   }
   const std::string rest = saved > 0 ? fmt::format("{} keeps {} of {} samples of view {}; go on with: {}",
                                                    checkpoint.string(), saved, job.options.spp, view.name, job.again)

@@ -14,26 +14,27 @@ namespace {
 /// rays or, where rays are likely to be coherent, one for those. packet-wide with fallback is no candidate: it compiles
 /// for as long as all of these together, and was best by more than 3 % in one of 70 cells.
 struct Row {
-  bool cpu;
+  bool cpu = false;
   std::string_view method;
-  std::string_view knob, value;  // empty: as the tuning table has it; a value given by the query takes precedence
+  std::string_view knob = {}, value = {};  // empty: as the tuning table has it; a value of the query takes precedence
   bool any_only = false;
   bool coherent = false;  // comes second for ray classes that are likely to be coherent
 };
 constexpr Row kRows[] = {
-    {true, "while-while", "", ""},
-    {true, "bvh4", "", ""},
-    {true, "packet-wide", "fallback", "0", false, true},
-    {true, "dynamic-fetch", "", ""},
-    {false, "while-while", "", ""},
-    {false, "frontier", "", ""},
-    {false, "frontier", "sorted", "0", true},
-    {false, "dynamic-fetch", "", ""},
-    {false, "if-if", "", ""},
-    {false, "frontier", "frontier", "32"},
-    {false, "while-while", "sorted", "0", true},
+    {.cpu = true, .method = "while-while"},
+    {.cpu = true, .method = "bvh4"},
+    {.cpu = true, .method = "packet-wide", .knob = "fallback", .value = "0", .coherent = true},
+    {.cpu = true, .method = "dynamic-fetch"},
+    {.method = "while-while"},
+    {.method = "frontier"},
+    {.method = "frontier", .knob = "sorted", .value = "0", .any_only = true},
+    {.method = "dynamic-fetch"},
+    {.method = "if-if"},
+    {.method = "frontier", .knob = "frontier", .value = "32"},
+    {.method = "while-while", .knob = "sorted", .value = "0", .any_only = true},
 };
 
+/// Returns true for the ray classes whose neighbours mostly walk alike.
 bool is_likely_coherent(std::string_view rays) {
   return rays == "primary" || rays == "shadow" || rays.starts_with("foreign: coherent");
 }
