@@ -90,11 +90,11 @@ TEST_F(Info, KernelsOfIntegratorsFollowFromTheScene) {
     EXPECT_GT(shading.at("gain").at("every_feature_shade_ms"), 0);
     EXPECT_GT(shading.at("every_feature_spirv_bytes"), 0);
   }
-  const auto stacks = json("info.json").at("traversal");
+  const auto stacks = info.at("traversal");
   EXPECT_EQ(stacks.at("every_feature_stack_entries"), 64);
   ASSERT_EQ(stacks.at("gain").size(), 2u);
   for (const auto& rays : stacks.at("gain")) EXPECT_GT(rays.at("every_feature_ms"), 0) << rays;
-  for (const auto& integrator : json("info.json").at("integrators")) {
+  for (const auto& integrator : info.at("integrators")) {
     EXPECT_GT(integrator.at("gain").at("every_feature_ms"), 0);
     EXPECT_GT(integrator.at("gain").at("every_feature_scatter_ms"), 0);
     for (const auto& kernel : integrator.at("kernels")) {
