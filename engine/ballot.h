@@ -134,7 +134,7 @@ class Engine {
   ///         u = v = 0.
   /// query   nearest: the smallest t in [t_min, t_max], among equal t the smallest prim. In `plain` and `fast`, whose
   ///         boxes are not padded, it may be another triangle at that t. any: some hit.
-  /// Throws  Error(Arguments) if the sizes differ or a name is unknown, Error(Work) if the device fails.
+  /// Throws Error(Arguments) if the sizes differ or a name is unknown, Error(Work) if the device fails.
   /// Blocks until the results are in `hits`.
   TraceTimes trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query = {},
                    const Progress& progress = {}) {
@@ -203,7 +203,7 @@ class Engine {
   /// Makes the rays of one kind (ray_kinds.h) for a view of width x height pixels, 1 to 16384 each, on the device.
   /// Kinds that start at primary hits start at those that the default query finds. A pixel that hits nothing starts no
   /// ray, so count() may be 0. Equal hits give equal rays on every device; u and v of a hit may round differently on
-  /// two devices. Throws  Error(Arguments) on sizes or options out of range, Error(Work) if the device has too little
+  /// two devices. Throws Error(Arguments) on sizes or options out of range, Error(Work) if the device has too little
   /// memory.
   std::unique_ptr<RayBatch> make_batch(const View& view, const RayKind& kind, std::uint32_t width, std::uint32_t height,
                                        const RayKindOptions& options = {}) {

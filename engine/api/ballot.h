@@ -8,19 +8,17 @@
 //   std::vector<std::uint8_t> blocked(rays.size());
 //   scene.trace(rays, {.occluded = blocked.data()}, {.any = true});
 //
-// Errors    Every failure throws ballot::Error: a code, and a text of one line that says what, where, found, expected
-// and
-//           what to do. A failed call writes nothing to its outputs and leaves scenes as they were.
+// Errors    Every failure throws ballot::Error: a code, and a text of one line that says what, where, found, expected,
+//           and what to do. A failed call writes nothing to its outputs and leaves scenes as they were.
 // Threads   Every function may be called from any thread. Calls on one device, its scenes and its arrays run one after
 //           another; devices are independent of each other. A device does not survive fork().
-// Lifetime  Scenes, arrays and jobs keep their device open, so objects may be destroyed in any order. Units     Lengths
-// in scene units, angles in radians. t counts multiples of a ray's direction, which need not be of unit
-//           length.
+// Lifetime  Scenes, arrays and jobs keep their device open, so objects may be destroyed in any order.
+// Units     Lengths are in scene units, angles in radians. t counts multiples of a ray's direction, which need not be
+//           of unit length.
 // Numerics  "watertight" (the default): no ray slips between triangles that share an edge; hits are equal bit for bit
-// for
-//           every method on one device. "exact": every answer is that of arithmetic without rounding, on every device.
-//           "plain" and "fast": the usual float32, without promises. The manual, engine/README.md, says which to
-//           choose.
+//           for every method on one device. "exact": every answer is that of arithmetic without rounding, on every
+//           device. "plain" and "fast": the usual float32, without promises. The manual, engine/README.md, says which
+//           to choose.
 //
 // Link with find_package(Ballot 1 CONFIG) and Ballot::ballot, or with pkg-config ballot. The layer is header-only, over
 // the C interface of ballot_c.h, so that the library's binary interface does not depend on the compiler.
