@@ -84,5 +84,5 @@ def draw(results: Path) -> None:
             return
         if done.returncode != NO_MATPLOTLIB:
             raise Failed(f"{script.name} failed: {(done.stderr.strip() or 'it printed no message').splitlines()[-1]}")
-    print("no plots: matplotlib is missing; install python3-matplotlib (Debian), then: "
+    print("no plots: no Python with matplotlib was found; install python3-matplotlib (Debian), then: "
           f"python3 {script} {results} --out {results.parent}")

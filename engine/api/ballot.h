@@ -9,7 +9,8 @@
 //   scene.trace(rays, {.occluded = blocked.data()}, {.any = true});
 //
 // Errors    Every failure throws ballot::Error: a code, and a text of one line that says what, where, found, expected,
-//           and what to do. A failed call writes nothing to its outputs and leaves scenes as they were.
+//           and what to do. A failed call writes nothing to its outputs, unless it was interrupted, and leaves scenes
+//           as they were.
 // Threads   Every function may be called from any thread. Calls on one device, its scenes and its arrays run one after
 //           another; devices are independent of each other. A device does not survive fork().
 // Lifetime  Scenes, arrays and jobs keep their device open, so objects may be destroyed in any order.
@@ -275,8 +276,8 @@ class Scene {
     return detail::times_of(times);
   }
 
-  /// Counts all triangles that each ray crosses with t in [t_min, t_max]. A ray through an edge or a vertex of a closed
-  /// surface crosses it there once, or twice or not at all where it touches the surface from one side.
+  /// Counts all triangles that each ray crosses with t in [t_min, t_max]. A ray that passes through a
+  /// closed surface at an edge or a vertex crosses it there once; one that only touches it there, twice or not at all.
   std::vector<std::uint32_t> count_crossings(const RayView& rays) const {
     std::vector<std::uint32_t> counts(rays.count);
     const BallotRays r = detail::rays_of(rays);

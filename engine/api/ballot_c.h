@@ -273,8 +273,8 @@ typedef struct BallotPicture {
   uint32_t samples;       /* of each pixel, 1 to 65536; 0: 1 */
   const char* shading;    /* "eyelight", "normals", "ao", "whitted", "path"; NULL: "eyelight" */
   float* rgba;            /* width * height * 4 floats, linear Rec.709 and coverage, rows from the top */
-  const char* sky;        /* "none", "gradient", or a colour "r,g,b"; NULL: the scene's own */
-  int32_t bounces;        /* last path depth, 1 to 64; 0: the shading's own */
+  const char* sky; /* as `ballot render --sky` takes it: "none", "gradient", "r,g,b", FILE.exr; NULL: the scene's own */
+  int32_t bounces; /* last path depth, 1 to 64; 0: the shading's own */
   uint32_t seed;
 } BallotPicture;
 BALLOT_API BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const BallotPicture* picture,

@@ -34,14 +34,15 @@ typedef struct BallotPointQuery {
   void* user;
 } BallotPointQuery;
 
-/* Finds the nearest point of the scene for each point. Distances are right to 64 * 2^-24 (M + M'), with M and M' the
- * largest distances of a vertex of the reported and of the nearest triangle. `inside` is right if the surface is more
- * than 16 * 2^-24 M away. The inside test is refused if an edge has an odd number of triangles. */
+/* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of
+ * the reported triangle, and M' that of the nearest triangle. Distances have an error of at most 64 * 2^-24 (M + M').
+ * `inside` is right if every triangle is farther away than 16 * 2^-24 times the distance to its own farthest vertex.
+ * The inside test is refused if an edge has an odd number of triangles. */
 BALLOT_API BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points, const BallotNearest* to,
                                             const BallotPointQuery* query, BallotTimes* times);
 
-/* What to list of the crossings of rays. Through an edge or a vertex a ray crosses a closed surface once, or twice or
- * not at all where it touches the surface from one side. */
+/* Options of ballot_list_crossings(). A ray that passes through a closed surface at an edge or a vertex crosses it
+ * there once. A ray that only touches the surface there crosses it twice or not at all. */
 typedef struct BallotLists {
   size_t size;
   uint32_t most;    /* the first crossings of each ray to be listed; 0: all */

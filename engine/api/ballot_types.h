@@ -71,8 +71,8 @@ struct RayView {
 };
 
 /// A hit, 16 bytes: float t, uint32 prim, float u, v. On a miss prim is kMiss, t the ray's t_max (0 for a dead ray),
-/// and u = v = 0. u and v weigh vertices 1 and 2 of the triangle. prim numbers the triangles of the scene through its
-/// meshes.
+/// and u = v = 0. u and v are the barycentric coordinates of the triangle's vertices 1 and 2. prim counts triangles
+/// through all meshes of the scene.
 using Hit = BallotHit;
 inline constexpr std::uint32_t kMiss = BALLOT_MISS;
 
@@ -96,7 +96,8 @@ struct Mesh {
 };
 
 /// Where meshes lie in the world, in the caller's memory, read before the call returns: a 3 x 4 matrix for each
-/// instance, row by row. A point p of the mesh lies at m[0..2] . p + m[3], and so on for y and z. Mirrors are allowed.
+/// instance, row by row. A point p of the mesh lies at m[0..2] . p + m[3], and so on for y and z. Reflections
+/// (negative determinants) are allowed.
 struct Instances {
   std::span<const float> transforms;           // 12 floats each, or as `stride` says
   std::span<const std::uint32_t> meshes = {};  // number of each instance's mesh; empty: 0
@@ -111,9 +112,9 @@ struct SceneOptions {
   std::uint32_t max_leaf = 6;  // most triangles of a leaf, 1 to 6
   float split_budget = 0.5f;   // of "best": share of references that spatial splits may add, 0 to 16
   bool cache = false;          // keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
-  /// How Scene::update() moves the tree. "refit" keeps its shape and moves its boxes, which is quickest, but traces
-  /// become slower the more the triangles move apart. "rebuild" builds it anew. "auto" refits, and builds anew once
-  /// traces have lost as much time as that takes. A triangle that gains or loses its area always has it built.
+  /// How Scene::update() updates the tree. "refit" keeps its shape and moves its boxes: the quickest update, but traces
+  /// become slower as triangles move apart. "rebuild" builds it anew. "auto" refits, and rebuilds once traces have lost
+  /// more time than a rebuild costs over a refit. If a triangle gains or loses its area, the tree is always rebuilt.
   std::string update = "auto";
   double expected_rays = 0;    // hint for builder "auto": rays that will be traced in all; 0: unknown
   bool allow_outside = false;  // a scene file may name buffers, images and materials outside of its folder
@@ -135,12 +136,12 @@ struct Query {
   std::function<bool(double done)> progress = {};
 };
 
-/// Where results go: arrays of one entry for each ray. Null pointers are not written. On a miss t is infinity, numbers
-/// are kMiss, and the others are 0.
+/// Where results go: arrays of one entry for each ray. Null pointers are not written. On a miss t is infinity (unlike
+/// Hit::t), numbers are kMiss, and the others are 0.
 struct Results {
   Hit* hits = nullptr;
   float* t = nullptr;
-  std::uint32_t* prims = nullptr;      // number of the triangle within its mesh
+  std::uint32_t* prims = nullptr;      // number of the triangle within its mesh, unlike Hit::prim
   std::uint32_t* mesh_ids = nullptr;   // Mesh::id
   float* uvs = nullptr;                // two floats
   float* normals = nullptr;            // three floats: unit normal, by the right-hand rule over the vertices
@@ -185,7 +186,7 @@ struct SceneInfo {
   double sah = 0, build_seconds = 0;
   std::uint64_t instances = 0, instance_triangles = 0;  // of scenes of instances; triangles counted through all
   double top_seconds = 0;                               // of the last build or refit of the tree over the instances
-  double decay = 1;           // sah over that at the last build: about how much slower traces have become
+  double decay = 1;           // sah divided by that at the last build: traces are slower by about this factor
   double update_seconds = 0;  // of the last update
   std::uint64_t refits = 0;   // updates since the last build
 };
@@ -209,7 +210,7 @@ struct Picture {
   std::uint32_t width = 512, height = 512;  // pixels, 1 to 16384
   std::uint32_t samples = 1;                // of each pixel, 1 to 65536
   std::string shading = "eyelight";         // or "normals", "ao", "whitted", "path"
-  std::string sky = {};                     // "none", "gradient", "r,g,b"; empty: the scene's own
+  std::string sky = {};                     // a sky as `ballot render --sky` takes it; empty: the scene's own
   std::int32_t bounces = 0;                 // last path depth, 1 to 64; 0: the shading's own
   std::uint32_t seed = 0;
 };

@@ -54,6 +54,15 @@ ballot::RenderOptions options_of(const BallotPicture& p, const BallotQuery& quer
 }
 
 /// Writes the colour channels, rows from the top.
+/// Gives the scene the sky that a picture names; empty: its own. On an error the scene keeps the one that it has.
+void use_sky(SceneState& state, Engine& engine, const std::string& named) {
+  if (state.sky == named) return;
+  ballot::Sky wanted = named.empty() ? *state.own_sky : make_sky(named);
+  if (!state.own_sky) state.own_sky = engine.scene_facts().sky;
+  engine.set_sky(std::move(wanted));
+  state.sky = named;
+}
+
 void write_rgba(const ballot::Image& image, float* rgba) {
   const char* const kChannels[] = {"R", "G", "B", "A"};
   for (std::size_t c = 0; c < 4; ++c) {
@@ -95,10 +104,7 @@ BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const Bal
     ballot::Engine& engine = engine_of(*state, "ballot_render");
     const auto v = view_of(read_struct(view, "BallotView"), engine.scene_facts());
     const auto options = options_of(p, q);
-    if (p.sky && state->sky != p.sky) {
-      engine.set_sky(ballot::make_sky(p.sky));
-      state->sky = p.sky;
-    }
+    use_sky(*state, engine, p.sky ? p.sky : "");
     ballot::RenderTimes spent;
     const auto progress = [&](double done) { watch(done); };
     write_rgba(engine.render(v, options, &spent, watch ? ballot::Progress(progress) : ballot::Progress()), p.rgba);

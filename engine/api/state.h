@@ -93,7 +93,8 @@ struct SceneState {
   UpdateMode update = UpdateMode::Auto;
   std::uint64_t refits = 0;     // since the last build
   std::vector<Triangle> spare;  // of the last update; the next one is put there
-  std::string sky;              // the last one that a picture named
+  std::string sky;              // the one in use, as a picture named it; empty: the scene's own
+  std::optional<Sky> own_sky;   // the scene's, once a picture has named another
   LastError error;
 };
 

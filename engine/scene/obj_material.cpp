@@ -19,8 +19,9 @@ glm::vec3 color(const tinyobj::real_t (&from)[3], float most) {
 
 float largest(const glm::vec3& c) { return std::max({c.x, c.y, c.z}); }
 
-/// Converts a material. MTL's illumination models 4, 6, 7 and 9 become glass; 3 and 5 become mirrors if Ks is high. A
-/// Phong exponent n becomes a roughness of (2 / (n + 2))^(1/4), which is the usual match of the lobes' widths.
+/// Converts a material. Illumination models 4, 6, 7 and 9 become glass. A dissolve d below 1 becomes a transmission of
+/// 1 - d. Models 3 and 5 become mirrors if a component of Ks is at least 0.5. Else Pm and Pr give metallic and
+/// roughness; without Pr a Phong exponent n becomes the roughness (2 / (n + 2))^(1/4), the usual match of the lobes.
 Material convert(const tinyobj::material_t& from) {
   constexpr float kMirrorSpecular = 0.5f;
   const glm::vec3 specular = color(from.specular, 1);

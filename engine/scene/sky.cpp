@@ -40,8 +40,7 @@ Sky gradient(const std::string& word) {
       !parse_color(word.substr(first, second - first), sky.zenith) ||
       !parse_color(word.substr(second + 1, third - second - 1), sky.horizon) ||
       !parse_color(word.substr(third + 1), sky.ground))
-    fail(Failure::Arguments, "--sky {}: expected three colours of three numbers that are not below 0: {}", word,
-         kForms);
+    fail(Failure::Arguments, "sky {}: expected three colours of three numbers that are not below 0: {}", word, kForms);
   return sky;
 }
 
@@ -82,7 +81,7 @@ Sky make_sky(const std::string& word) {
   Sky sky{.kind = Sky::Kind::Constant};
   if (parse_color(word, sky.zenith)) return sky;
   if (word.ends_with(".exr")) return read_map(word);
-  fail(Failure::Arguments, "--sky {}: unknown sky; expected {}", word, kForms);
+  fail(Failure::Arguments, "sky {}: unknown sky; expected {}", word, kForms);
 }
 
 }  // namespace ballot

@@ -11,7 +11,7 @@ namespace ballot {
 namespace {
 
 [[noreturn]] void refuse_value(std::string_view knob, std::string_view value, std::string_view takes) {
-  fail(Failure::Arguments, "--knob {}: '{}' is not one of its values; it takes {}", knob, value, takes);
+  fail(Failure::Arguments, "knob {}: '{}' is not one of its values; it takes {}", knob, value, takes);
 }
 
 std::string text_of(double value) {
@@ -60,7 +60,7 @@ void check_vote(const Method& method, const KernelConfig& config) {
   std::string votes;
   for (const Vote v : {Vote::Any, Vote::Count, Vote::Sum})
     if (method.takes(v)) votes += fmt::format("{}{}", votes.empty() ? "" : ", ", vote_name(v));
-  fail(Failure::Arguments, "--knob vote={}: method {} needs numbers of lanes; it takes {}", vote_name(config.vote),
+  fail(Failure::Arguments, "knob vote={}: method {} needs numbers of lanes; it takes {}", vote_name(config.vote),
        method.name, votes);
 }
 
@@ -118,9 +118,9 @@ void check_knobs(const Method& method, const KernelConfig& config, const Knobs& 
     if (!knob && name != method.threshold.knob)
       for (const Method& other : kMethods)
         if (other.threshold.knob == name)
-          fail(Failure::Arguments, "--knob {}: method {} has no such threshold; {} has", name, method.name, other.name);
+          fail(Failure::Arguments, "knob {}: method {} has no such threshold; {} has", name, method.name, other.name);
     if (knob && !knob->without.empty() && !knob->applies_to(method, config))
-      fail(Failure::Arguments, "--knob {}: method {} {}", name, method.name, knob->without);
+      fail(Failure::Arguments, "knob {}: method {} {}", name, method.name, knob->without);
   }
   if (knobs.contains("vote")) check_vote(method, config);
 }

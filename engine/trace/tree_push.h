@@ -1,4 +1,4 @@
-// The push constants that tell a kernel of the tree that it walks.
+// Push constants that describe a tree to the kernel that traverses it.
 #pragma once
 
 #include "engine/tree/device_tree.h"
@@ -13,8 +13,8 @@ inline void push_address(const DeviceTree::Texels* texels, std::uint32_t& lo, st
   hi = std::uint32_t(texels->address() >> 32);
 }
 
-/// Returns push constants of a tree whose walk begins at child reference `root`, and of the arrays that a kernel reads;
-/// null for an array that it does not. The rays are left to the caller.
+/// Returns the push constants for a traversal of `tree` that starts at child reference `root`. `nodes`, `format` and
+/// `leaves` are the arrays that the kernel reads; null for one that it does not read. The caller sets the rays.
 inline TracePush push_of(const DeviceTree& tree, std::uint32_t root, const DeviceTree::Texels* nodes,
                          const DeviceTree::Texels* format, const DeviceTree::Texels* leaves) {
   TracePush push{};

@@ -83,40 +83,40 @@ void fit_to_device(const Method& m, const NumericMode& numeric, KernelConfig& f,
     if (m.ray_packets || (has_frontier(m, f) && f.reduce == Reduce::Shuffle))
       fail(Failure::Arguments, "method {}: {} has no subgroup shuffle", m.name, d.name);
     if (knobs.contains("cooperative") && f.cooperative)
-      fail(Failure::Arguments, "--knob cooperative=1: {} has no subgroup shuffle", d.name);
+      fail(Failure::Arguments, "knob cooperative=1: {} has no subgroup shuffle", d.name);
     if (knobs.contains("packet_stack") && f.packet_stack == PacketStack::Lanes)
-      fail(Failure::Arguments, "--knob packet_stack=lanes: {} has no subgroup shuffle", d.name);
+      fail(Failure::Arguments, "knob packet_stack=lanes: {} has no subgroup shuffle", d.name);
     f.cooperative = false;
     f.packet_stack = PacketStack::Shared;
   }
   if (!d.arithmetic && f.reduce == Reduce::Integer)
-    fail(Failure::Arguments, "--knob reduce=integer: {} has no subgroup arithmetic", d.name);
+    fail(Failure::Arguments, "knob reduce=integer: {} has no subgroup arithmetic", d.name);
   if (!d.buffer_address && f.fetch == Fetch::Reference) {
     if (knobs.contains("fetch"))
-      fail(Failure::Arguments, "--knob fetch=reference: {} has no buffer device address", d.name);
+      fail(Failure::Arguments, "knob fetch=reference: {} has no buffer device address", d.name);
     f.fetch = Fetch::Storage;
   }
   if (knobs.contains("padding") && f.padding == Padding::Tree && !format_of(m.tree).padded)
-    fail(Failure::Arguments, "--knob padding=tree: the tree that method {} walks is not padded", m.name);
+    fail(Failure::Arguments, "knob padding=tree: the tree that method {} walks is not padded", m.name);
   if (knobs.contains("padding") && f.padding == Padding::Tree && f.leaf_box)
-    fail(Failure::Arguments, "--knob padding=tree: leaf_box=1 would test boxes of leaves, which are not padded");
+    fail(Failure::Arguments, "knob padding=tree: leaf_box=1 would test boxes of leaves, which are not padded");
   if (!can_widen(m, numeric) || f.leaf_box) f.padding = Padding::Ray;
   if (!d.float64 && f.products == Products::Float64)
-    fail(Failure::Arguments, "--knob products=float64: {} has no shaderFloat64", d.name);
+    fail(Failure::Arguments, "knob products=float64: {} has no shaderFloat64", d.name);
 }
 
 /// Checks the subgroup and workgroup sizes and sets those that no knob gave. Throws Error(Arguments).
 void fit_sizes(KernelConfig& f, const DeviceInfo& d, const Knobs& knobs) {
   const bool power_of_two = (f.subgroup & (f.subgroup - 1)) == 0;
   if (f.subgroup && (f.subgroup < d.min_subgroup_size || f.subgroup > d.max_subgroup_size || !power_of_two))
-    fail(Failure::Arguments, "--knob subgroup={}: {} offers powers of two from {} to {}", f.subgroup, d.name,
+    fail(Failure::Arguments, "knob subgroup={}: {} offers powers of two from {} to {}", f.subgroup, d.name,
          d.min_subgroup_size, d.max_subgroup_size);
   if (!f.subgroup) f.subgroup = d.subgroup_size;
   if (f.workgroup < f.subgroup && !knobs.contains("workgroup")) f.workgroup = f.subgroup;
   const std::uint32_t most =
       std::min(std::min(d.max_group_invocations, d.max_group_size_x), f.subgroup * d.max_group_subgroups);
   if (f.workgroup % f.subgroup || f.workgroup > most)
-    fail(Failure::Arguments, "--knob workgroup={}: it must be a multiple of the subgroup, {}, and at most {} on {}",
+    fail(Failure::Arguments, "knob workgroup={}: it must be a multiple of the subgroup, {}, and at most {} on {}",
          f.workgroup, f.subgroup, most, d.name);
 }
 

@@ -15,7 +15,11 @@ bool RawBuffer::can_import(const Context& gpu, const void* host) {
 RawBuffer::RawBuffer(Context& gpu, std::span<std::byte> host, std::string name)
     : gpu_(&gpu), bytes_(host.size()), id_(gpu.next_buffer_id()), name_(std::move(name)) {
   if (bytes_ < 16 || !can_import(gpu, host.data()))
-    fail(Failure::Work, "buffer '{}': {} cannot use this memory of the host in place", name_, gpu.info().name);
+    fail(Failure::Work,
+         "buffer '{}': {} cannot import {} bytes of host memory; expected VK_EXT_external_memory_host, at least 16 "
+         "bytes "
+         "and an address that is a multiple of {}",
+         name_, gpu.info().name, bytes_, gpu.info().buffer_alignment);
   try {
     import(host);
   } catch (...) {
@@ -47,20 +51,20 @@ void RawBuffer::import(std::span<std::byte> host) {
   properties.sType = VK_STRUCTURE_TYPE_MEMORY_HOST_POINTER_PROPERTIES_EXT;
   vk_check(gpu_->vk().GetMemoryHostPointerPropertiesEXT(gpu_->device(), kHost, first, &properties), "importing buffer",
            name_.c_str());
-  VkImportMemoryHostPointerInfoEXT import{};
-  import.sType = VK_STRUCTURE_TYPE_IMPORT_MEMORY_HOST_POINTER_INFO_EXT;
-  import.handleType = kHost;
-  import.pHostPointer = first;
+  VkImportMemoryHostPointerInfoEXT import_info{};
+  import_info.sType = VK_STRUCTURE_TYPE_IMPORT_MEMORY_HOST_POINTER_INFO_EXT;
+  import_info.handleType = kHost;
+  import_info.pHostPointer = first;
   VkMemoryAllocateInfo allocate{};
   allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
-  allocate.pNext = &import;
+  allocate.pNext = &import_info;
   allocate.allocationSize = allocated_ = (create.size + page - 1) / page * page;
   allocate.memoryTypeIndex =
       gpu_->memory_type(needs.memoryTypeBits & properties.memoryTypeBits,
                         VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, 0);
   if (needs.size > allocated_)
-    fail(Failure::Work, "buffer '{}': {} needs {} bytes; its pages have {}", name_, gpu_->info().name, needs.size,
-         allocated_);
+    fail(Failure::Work, "buffer '{}': {} needs {} bytes; the imported pages have {}", name_, gpu_->info().name,
+         needs.size, allocated_);
   vk_check(gpu_->vk().AllocateMemory(gpu_->device(), &allocate, nullptr, &memory_), "importing buffer", name_.c_str());
   vk_check(gpu_->vk().BindBufferMemory(gpu_->device(), buffer_, memory_, 0), "binding buffer", name_.c_str());
   gpu_->name(VK_OBJECT_TYPE_BUFFER, std::uint64_t(buffer_), name_);

@@ -61,7 +61,7 @@ VkInstance make_instance(Vulkan& vk, bool validate, std::vector<std::string>* me
   vulkan_loader().EnumerateInstanceVersion(&version);
   if (version < VK_API_VERSION_1_2) fail(Failure::Device, "the Vulkan loader is older than 1.2; update libvulkan1");
   if (validate && !has_validation_layer())
-    fail(Failure::Device, "--validate: the layer {} is not installed; on Debian: apt install vulkan-validationlayers",
+    fail(Failure::Device, "validation: the layer {} is not installed; on Debian: apt install vulkan-validationlayers",
          kValidationLayer);
   VkApplicationInfo app{};
   app.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;

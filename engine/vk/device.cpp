@@ -290,7 +290,7 @@ std::size_t choose_device(const std::vector<DeviceInfo>& devices, std::string_vi
   }
   if (!named)
     fail(Failure::Arguments,
-         "--device: no device is called '{}'; give an index, part of a name, 'gpu' or 'cpu'; there are:{}", wanted,
+         "device: no device is called '{}'; give an index, part of a name, 'gpu' or 'cpu'; there are:{}", wanted,
          list_of(devices));
   if (best == devices.size())
     fail(Failure::Device, "no usable Vulkan device; every candidate was refused:{}", list_of(devices));

@@ -7,7 +7,7 @@
 // Simple Agglomerative LBVH Construction. CGVC 2014 (the climb).
 //
 // A lane begins at a key and climbs the binary radix tree of the keys, which is never stored. At each node one of the
-// two children arrives first: its lane leaves its range and stops. The one that arrives last goes on with both ranges.
+// two children arrives first: its lane stores its range and stops. The one that arrives last goes on with both ranges.
 // So no lane waits for another. Where a range has more than BUILD_KEPT keys, the subgroup of the lane merges the
 // clusters of both halves until BUILD_KEPT are left, and at the root until one is left. Differs: the number of a node
 // is a key that no other node has, so nodes need no counter, lie in Morton order and are the same in every run.
@@ -52,7 +52,7 @@ uint load_items(uint first, uint split, uint last) {
   return bitCount(valid);
 }
 
-// Stores the clusters that are left of a range, and that there are no others.
+// Stores the remaining clusters of the range [first, last], and BUILD_NONE in the other slots of its first BUILD_KEPT.
 void store_items(uint from, uint count, uint first, uint last) {
   for (uint place = gl_SubgroupInvocationID; place < BUILD_KEPT; place += SUBGROUP_SIZE)
     if (first + place <= last)
@@ -88,8 +88,8 @@ void merge_range(uint first, uint split, uint last, bool root) {
   subgroup_sync();
 }
 
-// True if the keys at a and a + 1 have more bits in common than those at b and b + 1.
-bool closer(uint a, uint b) {
+// Returns true if the keys at a and a + 1 have a longer common prefix than those at b and b + 1.
+bool has_longer_prefix(uint a, uint b) {
   uvec2 x = difference(keys[a], keys[a + 1u]), y = difference(keys[b], keys[b + 1u]);
   if (x.x != y.x) return x.x < y.x;
   if (x.y != y.y) return x.y < y.y;
@@ -99,7 +99,7 @@ bool closer(uint a, uint b) {
 // Goes to the parent of the range [first, last]. Returns false if its other child has not arrived yet.
 bool climb(inout uint first, inout uint last, out uint split, uint count) {
   uint other;
-  if (first == 0u || (last != count - 1u && closer(last, first - 1u))) {
+  if (first == 0u || (last != count - 1u && has_longer_prefix(last, first - 1u))) {
     other = atomicExchange(arrivals[last], first);
     split = last + 1u;
     if (other != BUILD_NONE) last = other;

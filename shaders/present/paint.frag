@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Multiplies the colour by the coverage that the atlas holds.
+// Multiplies the colour's alpha by the coverage that the atlas holds.
 #include "../shared/paint.h"
 
 layout(set = 0, binding = BIND_ATLAS) uniform sampler2D atlas;

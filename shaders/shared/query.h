@@ -1,11 +1,11 @@
-// Records of the point queries that C++ and GLSL share (shaders/query/).
+// Records and bindings that C++ and GLSL share for the queries of shaders/query/: points and crossings.
 #ifndef BALLOT_QUERY_H
 #define BALLOT_QUERY_H
 
 #include "layout.h"
 
 // The bindings of set 0 that query kernels have in addition to those of layout.h and variant.h.
-#define BIND_CROSSINGS 16  // out: a word for each query
+#define BIND_CROSSINGS 16  // out: a word for each query: crossings of a ray, or whether a point is inside
 #define BIND_PLACES 17     // in: where the crossings of a ray go
 
 #ifdef __cplusplus

@@ -98,8 +98,8 @@ TEST_F(Api, UpdateMovesAMeshAndKeepsTheHandle) {
   EXPECT_EQ(std::memcmp(after.data(), hits.data(), hits.size() * sizeof hits[0]), 0);
 }
 
-// Rows of rays are traced in tiles; each result still belongs to its ray. Widths that tiles do not divide, and rays
-// behind the last whole rows.
+// Rows of rays are traced in tiles; each result still belongs to its ray. Some widths are no multiple of a tile's, and
+// the last row is incomplete.
 TEST_F(Api, RaysInRowsKeepTheirPlaces) {
   const ballot::Scene scene(*device_, {grid_.mesh()});
   for (const std::size_t width : {16, 37, 64, 1001}) {
@@ -343,6 +343,19 @@ TEST_F(Api, PicturesAndRaysOfAView) {
   EXPECT_EQ(code_of([&] { scene.make_rays(view, "primary", 1u << 31, 9); }), Code::Argument);
   EXPECT_EQ(code_of([&] { scene.make_rays(view, "bogus", 8, 8); }), Code::Argument);
   EXPECT_EQ(code_of([&] { scene.render({.name = "no such view"}, {}); }), Code::Argument);
+}
+
+TEST_F(Api, ASkyIsThatOfOnePicture) {
+  const ballot::Scene scene(*device_, {grid_.mesh()});
+  const ballot::View view{.eye = {0.5, 0.5, 2}, .target = {0.5, 0.5, 0}};
+  const auto render = [&](const char* sky) {
+    return scene.render(view, {.width = 16, .height = 16, .shading = "path", .sky = sky});
+  };
+  const auto own = render(""), red = render("1,0,0");
+  EXPECT_NE(red, own);
+  EXPECT_EQ(code_of([&] { render("bogus"); }), Code::Argument);
+  EXPECT_EQ(render("1,0,0"), red);
+  EXPECT_EQ(render(""), own);
 }
 
 TEST_F(Api, VersionsAgree) {

@@ -189,8 +189,8 @@ TEST_F(Bench, KnobsGoToTheMethodsThatTheyConcern) {
                             "alternate", "while-while"})
     EXPECT_TRUE(labels(run).contains(label)) << label;
   EXPECT_FALSE(labels(run).contains("packet(count)"));
-  refuse(2, {"--knob list=8: it concerns none"}, {"bench", "square.glb", "--methods", "packet", "--knob", "list=8"});
-  refuse(2, {"--knob vote=any: it concerns none"}, {"bench", "square.glb", "--methods", "cut", "--knob", "vote=any"});
+  refuse(2, {"knob list=8: it concerns none"}, {"bench", "square.glb", "--methods", "packet", "--knob", "list=8"});
+  refuse(2, {"knob vote=any: it concerns none"}, {"bench", "square.glb", "--methods", "cut", "--knob", "vote=any"});
 }
 
 TEST_F(Bench, AoRaysAndRadius) {
@@ -271,15 +271,15 @@ TEST_F(Bench, BadArguments) {
   refused(2, {"vote", "'most'", "any, count, sum"}, {"--methods", "packet:vote=most"});
   refused(2, {"method if-if has no packets whose lanes vote"}, {"--methods", "if-if:vote=any", "--report", "out"});
   refused(2, {"method cut needs numbers", "count, sum"}, {"--methods", "cut:vote=any"});
-  refused(2, {"--knob f", "'2'", "0 to 1"}, {"--methods", "cut:f=2"});
-  refused(2, {"--knob padding=tree", "packet-wide"}, {"--methods", "packet-wide:padding=tree"});
-  refused(2, {"--knob padding=tree", "bvh4"}, {"--methods", "bvh4:padding=tree"});
-  refused(2, {"--knob layout", "bvh4"}, {"--methods", "bvh4:layout=paper"});
-  refused(2, {"--knob sorted", "bvh4"}, {"--methods", "bvh4:sorted=0"});
-  refused(2, {"--knob padding=tree", "leaf_box=1"}, {"--methods", "while-while:padding=tree:leaf_box=1"});
+  refused(2, {"knob f", "'2'", "0 to 1"}, {"--methods", "cut:f=2"});
+  refused(2, {"knob padding=tree", "packet-wide"}, {"--methods", "packet-wide:padding=tree"});
+  refused(2, {"knob padding=tree", "bvh4"}, {"--methods", "bvh4:padding=tree"});
+  refused(2, {"knob layout", "bvh4"}, {"--methods", "bvh4:layout=paper"});
+  refused(2, {"knob sorted", "bvh4"}, {"--methods", "bvh4:sorted=0"});
+  refused(2, {"knob padding=tree", "leaf_box=1"}, {"--methods", "while-while:padding=tree:leaf_box=1"});
   refused(2, {"'f' is not of the form NAME=VALUE"}, {"--methods", "cut:f"});
   refused(2, {"method packet has no such threshold"}, {"--methods", "packet:k=3"});
-  refused(2, {"--knob k=3: it concerns none of the chosen methods"}, {"--methods", "packet", "--knob", "k=3"});
+  refused(2, {"knob k=3: it concerns none of the chosen methods"}, {"--methods", "packet", "--knob", "k=3"});
   refused(2, {"empty item"}, {"--methods", "packet,,cut"});
   refused(2, {"'glossy'", "primary", "ao"}, {"--rays", "glossy"});
   refused(2, {"'sloppy'", "plain", "watertight"}, {"--numeric", "sloppy"});
@@ -287,7 +287,7 @@ TEST_F(Bench, BadArguments) {
   refused(2, {"--repeat: 0"}, {"--repeat", "0"});
   refused(2, {"--repeat: 1000000"}, {"--repeat", "1000000"});
   refused(2, {"--repeat"}, {"--repeat", "many"});
-  refused(2, {"--size: 0x5"}, {"--size", "0x5"});
+  refused(2, {"size: 0x5"}, {"--size", "0x5"});
   refused(2, {"no device is called 'abacus'"}, {"--device", "abacus"});
 }
 

@@ -47,7 +47,7 @@ TEST(ChooseDevice, ByIndexNameAndKind) {
 TEST(ChooseDevice, ANameThatNothingHas) {
   for (const char* name : {"Voodoo", "3", "-1", "99999999999999999999999"})
     expect_error(Failure::Arguments,
-                 {"--device", name, "0: llvmpipe (llvmpipe driver)", "1: Iris 3 XE", "'gpu' or 'cpu'"}, [&] {
+                 {"device", name, "0: llvmpipe (llvmpipe driver)", "1: Iris 3 XE", "'gpu' or 'cpu'"}, [&] {
                    choose_device({kCpu, kSmall}, name);
                  });
   expect_error(Failure::Arguments, {"'gpu'", "0: llvmpipe"}, [&] { choose_device({kCpu}, "gpu"); });
@@ -125,11 +125,11 @@ TEST_F(Devices, SubgroupsThatTheDeviceDoesNotOffer) {
     const std::string least = std::to_string(devices[i]["min_subgroup_size"].get<int>());
     const std::string most = std::to_string(devices[i]["max_subgroup_size"].get<int>());
     if (devices[i]["max_subgroup_size"] < 64)
-      refuse(2, {"--knob subgroup=64", "from " + least + " to " + most}, with("subgroup=64"));
-    refuse(2, {"--knob subgroup"}, with("subgroup=12"));
+      refuse(2, {"knob subgroup=64", "from " + least + " to " + most}, with("subgroup=64"));
+    refuse(2, {"knob subgroup"}, with("subgroup=12"));
     const std::string usual = std::to_string(devices[i]["subgroup_size"].get<int>());
-    refuse(2, {"--knob workgroup=66", "multiple of the subgroup, " + usual}, with("workgroup=66"));
-    refuse(2, {"--knob workgroup"}, with("workgroup=2048"));
+    refuse(2, {"knob workgroup=66", "multiple of the subgroup, " + usual}, with("workgroup=66"));
+    refuse(2, {"knob workgroup"}, with("workgroup=2048"));
   }
 }
 

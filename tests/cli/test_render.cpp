@@ -131,9 +131,9 @@ TEST_F(Render, BadSizesAndSamples) {
   for (const char* size : {"32", "32x", "x32", "axb", "-3x4", "4x4x4", "4 x4", "99999999999x1", ""})
     refuse(2, {"--size"}, {"render", "square.glb", "--size", size});
   for (const char* size : {"0x4", "4x0", "16385x1", "1x16385"})
-    refuse(2, {"--size", "between 1x1 and 16384x16384"}, {"render", "square.glb", "--size", size});
-  refuse(2, {"--spp", "between 1 and 65536"}, {"render", "square.glb", "--size", "4x4", "--spp", "0"});
-  refuse(2, {"--spp", "between 1 and 65536"}, {"render", "square.glb", "--size", "4x4", "--spp", "65537"});
+    refuse(2, {"size: ", "between 1x1 and 16384x16384"}, {"render", "square.glb", "--size", size});
+  refuse(2, {"spp: ", "between 1 and 65536"}, {"render", "square.glb", "--size", "4x4", "--spp", "0"});
+  refuse(2, {"spp: ", "between 1 and 65536"}, {"render", "square.glb", "--size", "4x4", "--spp", "65537"});
   for (const char* spp : {"-1", "x", "1.5"})
     refuse(2, {"--spp"}, {"render", "square.glb", "--size", "4x4", "--spp", spp});
 }
@@ -149,8 +149,8 @@ TEST_F(Render, UnknownNames) {
   refuse(2, {"no heat map is called 'warmth'", "nodes, triangles, lanes, phase"}, with("--heat", "warmth"));
   refuse(2, {"no knob is called 'speed'", "vote"}, with("--knob", "speed=11"));
   refuse(2, {"NAME=VALUE", "'vote'"}, with("--knob", "vote"));
-  refuse(2, {"--knob vote", "'some'", "any, count, sum"}, with("--knob", "vote=some"));
-  refuse(2, {"--knob workgroup", "4 to 1024"}, with("--knob", "workgroup=big"));
+  refuse(2, {"knob vote", "'some'", "any, count, sum"}, with("--knob", "vote=some"));
+  refuse(2, {"knob workgroup", "4 to 1024"}, with("--knob", "workgroup=big"));
   refuse(2, {"no device is called 'abacus'", "0: "}, with("--device", "abacus"));
   refuse(2, {"no device is called '99'", "0: "}, with("--device", "99"));
 }
@@ -200,7 +200,7 @@ TEST_F(Render, DefaultsSuitTheShading) {
   EXPECT_FALSE(attribute("tone"));
   refuse(2, {"--tone: 'film' is none of auto, neutral, none"}, {"render", "square.glb", "--tone", "film"});
   refuse(2, {"--exposure: 99"}, {"render", "square.glb", "--exposure", "99"});
-  refuse(2, {"--clamp: -1"}, {"render", "square.glb", "--clamp", "-1"});
+  refuse(2, {"clamp: -1"}, {"render", "square.glb", "--clamp", "-1"});
 }
 
 }  // namespace

@@ -99,9 +99,9 @@ TEST_F(Parts, ACropHasThePixelsOfTheWhole) {
       for (std::uint32_t x = 0; x < crop.width; ++x)
         EXPECT_EQ(crop.channel(name).floats[y * crop.width + x], whole.channel(name).floats[(y + 7) * 40 + x + 5]);
   EXPECT_EQ(whole.channel("samples").uints[17], 3u);
-  refuse(2, {"--crop", "40x30"}, render("x.exr", {"--size", "40x30", "--crop", "5,7,41,20"}));
+  refuse(2, {"crop: ", "40x30"}, render("x.exr", {"--size", "40x30", "--crop", "5,7,41,20"}));
   refuse(2, {"--crop 5,7", "X0,Y0,X1,Y1"}, render("x.exr", {"--crop", "5,7"}));
-  refuse(2, {"--tiles", "3 of 3"}, render("x.exr", {"--tiles", "3/3"}));
+  refuse(2, {"tiles: ", "3 of 3"}, render("x.exr", {"--tiles", "3/3"}));
   refuse(2, {"--png", "name color"}, {"render", "scene.glb", "--out", "x.exr", "--aov", "depth", "--png"});
   refuse(2, {"no AOV is called 'depht'", "depth"}, render("x.exr", {"--aov", "depht"}));
 }
@@ -145,7 +145,7 @@ TEST_F(Parts, ASkyLightsWhatHasNoLight) {
   EXPECT_EQ(picture("sky.exr").channel("G").floats[0], 0.25f);
   succeed({"render", "square.glb", "--view", "front", "--size", "8x8", "--shading", "whitted", "--out", "auto.exr"});
   EXPECT_GT(picture("auto.exr").channel("G").floats[0], 0);
-  refuse(2, {"--sky blue", "gradient"}, {"render", "square.glb", "--sky", "blue"});
+  refuse(2, {"sky blue", "gradient"}, {"render", "square.glb", "--sky", "blue"});
 }
 
 }  // namespace

@@ -118,7 +118,7 @@ class HardRun {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       const Entry& entry = entries_[i];
       HardRecord record = record_of(hard, rays, entry);
-      record.accuracy = bench::accuracy_of(engine.checker().verify(*batch, truth, entry.query, options_.cases));
+      record.accuracy = bench::accuracy_of(engine.checker().verify(*batch, truth, entry.query, options_.listed));
       const std::vector<Hit> hits = batch->hits();
       if (rays.closed)
         record.leaks = std::uint64_t(std::ranges::count_if(hits, [](const Hit& h) { return h.prim == NO_HIT; }));

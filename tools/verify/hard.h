@@ -11,8 +11,8 @@ namespace ballot::verify {
 
 struct HardOptions {
   EngineOptions engine;
-  bool quick = false;     // run the small version of each case
-  std::size_t cases = 8;  // most wrong answers that each record lists
+  bool quick = false;      // run the small version of each case
+  std::size_t listed = 8;  // wrong answers that each record lists, at most
 };
 
 struct HardResult {
@@ -22,8 +22,8 @@ struct HardResult {
   int signal = 0;                        // that ended the run early; the records hold the answers so far
 };
 
-/// Runs every entry on every set of rays of every case. `begin` gets the device before the first one. A case that
-/// cannot be built or traced gives a record that says why. Throws Error(Device).
+/// Traces the rays of every case with every entry. Calls `begin` with the device before the first trace. A case that
+/// cannot be built or traced gives a record that says why. Throws Error(Device) if there is no usable device.
 HardResult run_hard_cases(const std::vector<bench::Entry>& entries, const HardOptions& options,
                           const std::function<void(const DeviceInfo&)>& begin);
 

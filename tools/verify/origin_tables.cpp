@@ -52,17 +52,16 @@ std::vector<std::string> policies_of(const OriginStudy& study) {
 std::string summary(const OriginStudy& study) {
   std::map<std::string, OriginSum> sums;
   for (const OriginRecord& r : study.records) sums[r.policy].add(r);
-  Table table({"policy", "rays", "self hits per million", "worst", "lost contacts per million", "worst ",
-               "offset / size, medians", "offset in ulp, medians"});
+  Table table({"policy", "rays", "self hits per million", "highest self-hit rate", "lost contacts per million",
+               "highest lost-contact rate", "offset / size, medians", "offset in ulp, medians"});
   for (const std::string& name : policies_of(study)) {
     const OriginSum& s = sums.at(name);
     table.row({name, std::to_string(s.rays), rate(s.per_million(s.self_hits)), rate(s.worst_self),
                rate(s.per_million(s.lost)), rate(s.worst_lost), range(s.share_low, s.share_high),
                range(s.ulps_low, s.ulps_high)});
   }
-  return "## By policy\n\nThe columns \"worst\" give the highest rate of one scene at one size and distance, per "
-         "million "
-         "rays. The\nlast two columns give the range of the median offsets.\n\n" +
+  return "## By policy\n\nThe highest rates are those of one scene at one size and distance, per million rays. The\n"
+         "last two columns give the range of the median offsets.\n\n" +
          table.text();
 }
 

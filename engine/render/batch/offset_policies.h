@@ -1,6 +1,6 @@
 // The registry of origin offset policies: how far a secondary ray starts from the surface that it leaves. A new policy
 // is a line here, a number in shaders/shared/render.h and a file shaders/lib/origin/<name>.glsl that
-// shaders/lib/origin/secondary.glsl includes.
+// shaders/lib/origin/surface.glsl includes.
 #pragma once
 
 #include <string_view>

@@ -8,19 +8,21 @@ namespace ballot {
 
 namespace {
 
-/// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
-/// from the best method in hindsight"). They are tried in this order. On CPUs, where a run has no time to compile more
-/// than one or two, the first compiles fastest and serves all rays before the choice. Then comes one for incoherent
-/// rays or, where rays are likely to be coherent, one for those. packet-wide with fallback is no candidate: it compiles
-/// for as long as all of these together, and was best by more than 3 % in one of 70 cells.
-struct Row {
+/// A row of the table of candidates.
+struct CandidateRow {
   bool cpu = false;
   std::string_view method;
   std::string_view knob = {}, value = {};  // empty: as the tuning table has it; a value of the query takes precedence
   bool any_only = false;
   bool coherent = false;  // comes second for ray classes that are likely to be coherent
 };
-constexpr Row kRows[] = {
+
+/// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
+/// from the best method in hindsight"). They are tried in this order. On CPUs, where a run has no time to compile more
+/// than one or two, the first compiles fastest and serves all rays before the choice. Then comes one for incoherent
+/// rays or, where rays are likely to be coherent, one for those. packet-wide with fallback is no candidate: it compiles
+/// for as long as all of these together, and was best by more than 3 % in 1 of 70 pairs of scene and ray class.
+constexpr CandidateRow kRows[] = {
     {.cpu = true, .method = "while-while"},
     {.cpu = true, .method = "bvh4"},
     {.cpu = true, .method = "packet-wide", .knob = "fallback", .value = "0", .coherent = true},
@@ -40,7 +42,7 @@ bool is_likely_coherent(std::string_view rays) {
 }
 
 /// Returns true if the device can run a candidate for the query. Else puts the reason into `why`, unless that has one.
-bool can_follow(const Query& query, const Candidate& candidate, const DeviceInfo& device, std::string& why) {
+bool device_can_run(const Query& query, const Candidate& candidate, const DeviceInfo& device, std::string& why) {
   try {
     kernel_config_for(find_method(candidate.method), find_numeric(query.numeric, device), device, candidate.knobs);
     return true;
@@ -61,7 +63,7 @@ std::string Candidate::name() const {
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device) {
   std::vector<Candidate> candidates;
   std::string why;
-  for (const Row& row : kRows) {
+  for (const CandidateRow& row : kRows) {
     if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
     // In modes that need float64, kernels take seconds to compile, and those over wider trees gain nothing.
     const Method& method = find_method(row.method);
@@ -69,7 +71,7 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
     Candidate c{std::string(row.method), query.knobs};
     if (!row.knob.empty()) c.knobs.emplace(row.knob, row.value);
     const bool known = std::ranges::find(candidates, c.name(), &Candidate::name) != candidates.end();
-    if (known || !can_follow(query, c, device, why)) continue;
+    if (known || !device_can_run(query, c, device, why)) continue;
     const bool second = row.coherent && !candidates.empty() && is_likely_coherent(query.rays);
     candidates.insert(second ? candidates.begin() + 1 : candidates.end(), std::move(c));
   }

@@ -46,13 +46,12 @@ struct DeviceBuilder::Kernels {
 DeviceBuilder::DeviceBuilder(Context& gpu) : gpu_(gpu) {
   const DeviceInfo& d = gpu.info();
   if (!d.shuffle)
-    fail(Failure::Arguments, "bvh: builder 'device' needs subgroup shuffle, which {} lacks; use another --build",
+    fail(Failure::Arguments, "bvh: builder 'device' needs subgroup shuffle, which {} lacks; use another builder",
          d.name);
   if (d.subgroup_size > 64)
     fail(Failure::Arguments,
-         "bvh: builder 'device' needs subgroups of at most 64, those of {} have {}; use another "
-         "--build",
-         d.name, d.subgroup_size);
+         "bvh: builder 'device' needs subgroups of at most 64, those of {} have {}; use another builder", d.name,
+         d.subgroup_size);
 }
 
 DeviceBuilder::~DeviceBuilder() { gpu_.abandon(); }
@@ -160,7 +159,7 @@ void DeviceBuilder::read_state(std::uint32_t count) {
       std::uint64_t(inner + 1) * LEAF_HEADER_TEXELS + std::uint64_t(s.proper) * TRIANGLE_TEXELS;
   if (s.root == BUILD_NONE || s.texels != texels)
     fail(Failure::Work,
-         "bvh: {} did not finish the tree of {} triangles: its leaves take {} texels, expected {}; use another --build",
+         "bvh: {} did not finish the tree of {} triangles: its leaves take {} texels, expected {}; use another builder",
          gpu_.info().name, s.proper, s.texels, texels);
   if (texels > std::uint64_t{1} << LEAF_COUNT_SHIFT)
     fail(Failure::Work,
@@ -178,7 +177,7 @@ const BuiltTree& DeviceBuilder::build(const Buffer<Triangle>& triangles, std::ui
                                       const BuildSettings& settings) {
   check_settings(settings);
   if (count > kMostTriangles)
-    fail(Failure::Work, "bvh: {} triangles, but builder 'device' can number {}; use another --build", count,
+    fail(Failure::Work, "bvh: {} triangles, but builder 'device' can number {}; use another builder", count,
          kMostTriangles);
   triangles_ = &triangles;
   settings_ = settings;

@@ -34,7 +34,7 @@ def render(
     width     pixels, 1 to 16384; so is height
     samples   of each pixel, 1 to 65536
     shading   "eyelight", "normals", "ao", "whitted" or "path"
-    sky       "none", "gradient" or a colour "r,g,b"; None: the scene's own
+    sky       as `ballot render --sky` takes it: "none", "gradient", a colour "r,g,b", FILE.exr; None: the scene's own
     bounces   last path depth, 1 to 64; 0: the shading's own
     progress  called with the share done; returning False ends the call with Error (Code.INTERRUPTED)
 

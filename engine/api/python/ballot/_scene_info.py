@@ -1,4 +1,4 @@
-"""What a scene tells of itself and of its meshes."""
+"""Information about a scene, its meshes and its animations."""
 
 from __future__ import annotations
 
