@@ -41,8 +41,8 @@ def wheel(python: Path, folder: Path, library: Path) -> Path:
     for old in folder.glob("*.whl"):
         old.unlink()
     run(python, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-build-isolation", "--no-deps",
-        "--wheel-dir", folder, "-C", f"build-dir={folder / 'build'}", "-C", f"cmake.define.BALLOT_LIBRARY={library}",
-        PACKAGE)  # fmt: skip
+        "--wheel-dir", folder, f"--config-settings=build-dir={folder / 'build'}",
+        f"--config-settings=cmake.define.BALLOT_LIBRARY={library}", PACKAGE)  # fmt: skip
     (made,) = folder.glob("*.whl")
     size = made.stat().st_size
     print(f"{made.name}: {size / 2**20:.1f} MiB", flush=True)
