@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "engine/core/parallel.h"
 #include "engine/oracle/errors.h"
 
 namespace ballot {
@@ -32,6 +33,21 @@ ErrorFigures sum_of(std::span<const Finding> findings);
 /// Describes the first errors, at most max_cases.
 void add_cases(ErrorFigures& sum, std::span<const Finding> findings, const Answers& of, std::size_t max_cases,
                const std::function<std::string(const ErrorCase&)>& reason);
+
+/// Has a judge find() the findings of all answers, in parallel, and adds them up. Throws as check_sizes() does.
+template <class Judge>
+ErrorFigures figures_of(const Judge& judge, const Answers& of, std::size_t max_cases,
+                        const std::function<std::string(const ErrorCase&)>& reason) {
+  constexpr std::size_t kRaysAtOnce = 256;
+  check_sizes(of);
+  std::vector<Finding> findings(of.rays.size());
+  for_chunks(findings.size(), kRaysAtOnce, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) findings[i] = judge.find(of.rays[i], of.answers[i], of.truth[i]);
+  });
+  ErrorFigures sum = sum_of(findings);
+  add_cases(sum, findings, of, max_cases, reason);
+  return sum;
+}
 
 inline OracleHit rounded(const ExactHit& hit) { return {hit.t, hit.prim, hit.u, hit.v}; }
 

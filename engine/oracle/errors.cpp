@@ -2,14 +2,11 @@
 
 #include <cmath>
 
-#include "engine/core/parallel.h"
 #include "engine/oracle/error_findings.h"
 #include "engine/oracle/error_reasons.h"
 
 namespace ballot {
 namespace {
-
-constexpr std::size_t kRaysPerErrorsChunk = 1024;
 
 class Judge {
  public:
@@ -81,17 +78,10 @@ std::string in_words(const ErrorCase& e) {
 ErrorFigures error_figures(const ExactOracle& exact, const Oracle& bound, std::span<const Ray> rays,
                            std::span<const Hit> answers, std::span<const ExactHit> truth, Want want,
                            Arithmetic arithmetic, std::size_t max_cases) {
-  check_sizes(Answers{rays, answers, truth});
   const Judge judge(exact, bound, want, arithmetic);
-  std::vector<Finding> findings(rays.size());
-  for_chunks(rays.size(), kRaysPerErrorsChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) findings[i] = judge.find(rays[i], answers[i], truth[i]);
-  });
-  ErrorFigures sum = sum_of(findings);
-  add_cases(sum, findings, {rays, answers, truth}, max_cases, [&](const ErrorCase& error) {
+  return figures_of(judge, {rays, answers, truth}, max_cases, [&](const ErrorCase& error) {
     return reason_of({exact, bound, want, arithmetic}, error);
   });
-  return sum;
 }
 
 }  // namespace ballot

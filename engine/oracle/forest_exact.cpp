@@ -6,7 +6,7 @@
 #include "engine/core/parallel.h"
 #include "engine/oracle/error_findings.h"
 #include "engine/oracle/error_reasons.h"
-#include "engine/oracle/instance_cull.h"
+#include "engine/oracle/instance_walk.h"
 
 namespace ballot {
 namespace {
@@ -82,19 +82,7 @@ ForestExact::ForestExact(const Forest& forest) : forest_(forest) {
   for (const PairTree& tree : trees_) oracles_.emplace_back(tree);
 }
 
-ExactHit ForestExact::nearest(const Ray& ray) const {
-  ExactHit best;
-  if (is_dead(ray)) return best;
-  for (const Instance& i : forest_.instances()) {
-    if (surely_misses(i, forest_.meshes()[i.mesh].extents, ray)) continue;
-    ExactHit hit = oracles_[i.mesh].nearest(object_ray(ray, i.map));
-    if (hit.prim == NO_HIT) continue;
-    hit.t *= double(direction_scale(ray));
-    hit.prim += i.first;
-    if (best.prim == NO_HIT || hit.t < best.t) best = hit;  // at equal t the first instance stays
-  }
-  return best;
-}
+ExactHit ForestExact::nearest(const Ray& ray) const { return nearest_of_instances<ExactHit>(forest_, oracles_, ray); }
 
 std::vector<ExactHit> ForestExact::nearest(std::span<const Ray> rays, const Progress& progress) const {
   std::vector<ExactHit> hits(rays.size());
@@ -133,21 +121,14 @@ ExactCounts ForestExact::counts() const {
 ErrorFigures forest_error_figures(const ForestExact& exact, const ForestOracle& bound, std::span<const Ray> rays,
                                   std::span<const Hit> answers, std::span<const ExactHit> truth, Want want,
                                   Arithmetic arithmetic, std::size_t max_cases) {
-  check_sizes(Answers{rays, answers, truth});
   const ForestJudge judge(exact, bound, want, arithmetic);
-  std::vector<Finding> findings(rays.size());
-  for_chunks(rays.size(), kForestRaysAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) findings[i] = judge.find(rays[i], answers[i], truth[i]);
-  });
-  ErrorFigures sum = sum_of(findings);
-  add_cases(sum, findings, {rays, answers, truth}, max_cases, [&](const ErrorCase& e) {
+  return figures_of(judge, {rays, answers, truth}, max_cases, [&](const ErrorCase& e) {
     const Forest& forest = exact.forest();
     if (e.answer.prim == NO_HIT) return fmt::format("the ray hits {}", place_text(forest, e.truth.prim));
     const std::string named = place_text(forest, e.answer.prim);
     if (e.truth.prim == NO_HIT || e.kind == ErrorKind::WrongValue) return fmt::format("the answer is of {}", named);
     return fmt::format("the answer is of {}, the truth of {}", named, place_text(forest, e.truth.prim));
   });
-  return sum;
 }
 
 }  // namespace ballot

@@ -2,7 +2,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
-#include "engine/oracle/instance_cull.h"
+#include "engine/oracle/instance_walk.h"
 
 namespace ballot {
 
@@ -21,17 +21,7 @@ ForestOracle::ForestOracle(const Forest& forest) : forest_(forest) {
 }
 
 OracleHit ForestOracle::nearest(const Ray& ray) const {
-  OracleHit best;
-  if (is_dead(ray)) return best;
-  for (const Instance& i : forest_.instances()) {
-    if (surely_misses(i, forest_.meshes()[i.mesh].extents, ray)) continue;
-    OracleHit hit = oracles_[i.mesh].nearest(object_ray(ray, i.map));
-    if (hit.prim == NO_HIT) continue;
-    hit.t *= double(direction_scale(ray));
-    hit.prim += i.first;
-    if (best.prim == NO_HIT || hit.t < best.t) best = hit;  // at equal t the first instance stays
-  }
-  return best;
+  return nearest_of_instances<OracleHit>(forest_, oracles_, ray);
 }
 
 Verdict ForestOracle::judge(const Ray& ray, const Hit& answer, Want want, Arithmetic arithmetic) const {

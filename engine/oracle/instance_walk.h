@@ -1,10 +1,10 @@
-// Leaves out instances that a ray surely misses, so that oracles need not try them all. Internal to engine/oracle.
+// The walk of the oracles over the instances of a forest. Internal to engine/oracle.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 
-#include "engine/bvh/instance.h"
+#include "engine/bvh/forest.h"
 
 namespace ballot {
 
@@ -32,6 +32,24 @@ inline bool surely_misses(const Instance& instance, const MeshExtents& mesh, con
     beyond = std::min(beyond, std::max(lo / d, hi / d));
   }
   return near > beyond || beyond < ray.t_min || near > ray.t_max;
+}
+
+/// Returns the nearest hit of a ray: of each instance's object-space ray by the oracle of its mesh, and among instances
+/// that of the smallest t; at equal t of the first instance. t counts multiples of the ray's direction, and prim is
+/// counted through the instances.
+template <class HitOf, class Oracles>
+HitOf nearest_of_instances(const Forest& forest, const Oracles& of_meshes, const Ray& ray) {
+  HitOf best;
+  if (is_dead(ray)) return best;
+  for (const Instance& i : forest.instances()) {
+    if (surely_misses(i, forest.meshes()[i.mesh].extents, ray)) continue;
+    HitOf hit = of_meshes[i.mesh].nearest(object_ray(ray, i.map));
+    if (hit.prim == NO_HIT) continue;
+    hit.t *= double(direction_scale(ray));
+    hit.prim += i.first;
+    if (best.prim == NO_HIT || hit.t < best.t) best = hit;
+  }
+  return best;
 }
 
 }  // namespace ballot
