@@ -86,7 +86,7 @@ void Engine::move_instances(Pose pose, double pose_s) {
     if (pose.moves_triangles)
       forest = build_forest(*gpu_, scene_, build_, false, forest_.get(), {});
     else if (!pose.moved.empty())
-      forest_->move(transforms_of(scene_));
+      tracer_->move_instances(transforms_of(scene_));
   } catch (...) {
     swap();
     throw;
@@ -97,8 +97,6 @@ void Engine::move_instances(Pose pose, double pose_s) {
     forest_ = std::move(forest);
     tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);
     if (use_cache_) tracer_->choices().keep_in(cache_folder() / "auto");
-  } else if (!pose.moved.empty()) {
-    tracer_->moved();
   }
   scene_.bounds = bounds;
   scene_.lights = std::move(pose.lights);

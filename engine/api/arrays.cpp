@@ -111,7 +111,7 @@ void HitArrays::write_places(std::size_t place, std::span<const Hit> hits) const
     if (const std::uint32_t prim = hits[i].prim; prim != last) {
       last = prim;
       at = prim != NO_HIT ? forest.place_of(prim) : kNone;
-      id = prim != NO_HIT ? scene_.meshes[forest.instances()[at.instance].mesh].id : BALLOT_MISS;
+      id = prim != NO_HIT ? scene_.meshes[forest.mesh_of(at.instance)].id : BALLOT_MISS;
     }
     if (to_.prims) to_.prims[place + i] = at.triangle;
     if (to_.mesh_ids) to_.mesh_ids[place + i] = id;

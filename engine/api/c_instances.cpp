@@ -76,8 +76,8 @@ BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMes
     }
     const DeviceUse use(*d);
     const ballot::BuildSettings settings = engine_options(*d, o, "balanced", false).build;
-    state->instanced = std::make_unique<InstanceScene>(
-        *d->gpu, ballot::Forest(std::move(triangles), placements, builder_of_meshes(*d->gpu, settings)));
+    state->instanced = std::make_unique<InstanceScene>(*d->gpu, std::move(triangles), placements,
+                                                       builder_of_meshes(*d->gpu, settings));
     *scene = scenes().add(std::move(state));
   });
 }
@@ -90,8 +90,7 @@ BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* tran
     for (std::size_t i = 0; i < count; ++i) all[i] = transform_at(transforms, bytes, i);
     const DeviceUse use(*state->device);
     InstanceScene& of = instances_of(*state, "ballot_scene_update_instances");
-    of.forest.move(all);
-    of.tracer.moved();
+    of.tracer.move_instances(all);
   });
 }
 
@@ -100,14 +99,12 @@ BallotStatus ballot_scene_instance(BallotScene* scene, size_t instance, BallotIn
     need(info, "ballot_scene_instance", "info");
     const std::lock_guard lock(state->device->mutex);
     const ballot::Forest& forest = instances_of(*state, "ballot_scene_instance").forest;
-    if (instance >= forest.instances().size())
-      refuse(
-          fmt::format("ballot_scene_instance: instance {}, but the scene has {}", instance, forest.instances().size()));
-    const ballot::Instance& of = forest.instances()[instance];
+    if (instance >= forest.size())
+      refuse(fmt::format("ballot_scene_instance: instance {}, but the scene has {}", instance, forest.size()));
     BallotInstanceInfo i = BALLOT_INIT(BallotInstanceInfo);
-    i.mesh = of.mesh;
-    i.first = of.first;
-    i.triangles = forest.meshes()[of.mesh].triangles.size();
+    i.mesh = forest.mesh_of(instance);
+    i.first = forest.first_of(instance);
+    i.triangles = forest.meshes()[i.mesh].triangles.size();
     std::memcpy(i.transform, &forest.transforms()[instance], sizeof i.transform);
     write_struct(info, i, "BallotInstanceInfo");
   });

@@ -119,21 +119,21 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
     const std::lock_guard lock(state->device->mutex);
     const ballot::Forest* forest = state->instanced ? &state->instanced->forest : nullptr;
     const ballot::BvhStats& s = forest ? forest->summary().stats : state->engine->bvh_stats();
-    const ballot::Bounds& bounds = forest ? forest->top().bounds : state->engine->scene_facts().bounds;
+    const ballot::Bounds& bounds = forest ? forest->top_facts().bounds : state->engine->scene_facts().bounds;
     BallotSceneInfo i = BALLOT_INIT(BallotSceneInfo);
     i.triangles = forest ? s.triangles : state->engine->triangle_count();
     i.degenerate = s.degenerate;
     i.meshes = state->meshes.size();
     if (forest) {
-      i.instances = forest->instances().size();
+      i.instances = forest->size();
       i.instance_triangles = forest->triangle_count();
-      i.top_seconds = forest->top().build_s;
+      i.top_seconds = forest->top_facts().build_s;
     } else {
       i.views = state->engine->scene_facts().views.size();
       if (const ballot::Forest* kept = state->engine->forest()) {
-        i.instances = kept->instances().size();
+        i.instances = kept->size();
         i.instance_triangles = kept->triangle_count();
-        i.top_seconds = kept->top().build_s;
+        i.top_seconds = kept->top_facts().build_s;
       }
     }
     for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];

@@ -71,7 +71,9 @@ struct MeshState {
 
 /// A scene of instances on a device.
 struct InstanceScene {
-  InstanceScene(Context& gpu, Forest trees) : forest(std::move(trees)), tracer(gpu, forest) {}
+  InstanceScene(Context& gpu, std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements,
+                const Forest::BuildMesh& build)
+      : forest(std::move(meshes), placements, build), tracer(gpu, forest) {}
 
   Forest forest;
   Tracer tracer;

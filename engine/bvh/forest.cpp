@@ -23,15 +23,33 @@ Forest::Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placem
     mesh_of_.push_back(placements[i].mesh);
     transforms_.push_back(placements[i].transform);
   }
+  number();
   std::vector<Instance> made = placed(transforms_);
   TopTree top = build_top(made, meshes_);
   set(std::move(made), std::move(top));
 }
 
-void Forest::move(std::span<const Transform> transforms) {
+/// Numbers the triangles through the instances.
+void Forest::number() {
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < mesh_of_.size(); ++i) {
+    first_of_.push_back(std::uint32_t(count));
+    count += meshes_[mesh_of_[i]].triangles.size();
+    if (count > kMostPrims)
+      fail(Failure::Arguments,
+           "instance {}: with it the scene has {} triangles, counted through its instances; at most {} can be numbered",
+           i, count, kMostPrims);
+  }
+}
+
+void Forest::check_count(std::span<const Transform> transforms) const {
   if (transforms.size() != mesh_of_.size())
     fail(Failure::Arguments, "{} transforms, but the scene has {} instances; expected one for each", transforms.size(),
          mesh_of_.size());
+}
+
+void Forest::move(std::span<const Transform> transforms) {
+  check_count(transforms);
   std::vector<Instance> moved = placed(transforms);
   std::vector<Transform> kept(transforms.begin(), transforms.end());
   refit_top(top_, moved);
@@ -55,25 +73,40 @@ std::vector<Instance> Forest::placed(std::span<const Transform> transforms) cons
     for (std::size_t i = begin; i < end; ++i) {
       made[i] = place_instance(meshes_[mesh_of_[i]].extents, transforms[i], i);
       made[i].mesh = mesh_of_[i];
+      made[i].first = first_of_[i];
     }
   });
-  std::uint64_t count = 0;
-  for (Instance& i : made) {
-    i.first = std::uint32_t(count);
-    count += meshes_[i.mesh].triangles.size();
-    if (count > kMostPrims)
-      fail(Failure::Arguments,
-           "instance {}: with it the scene has {} triangles, counted through its instances; at most {} can be numbered",
-           &i - made.data(), count, kMostPrims);
-  }
   return made;
 }
 
 void Forest::set(std::vector<Instance> instances, TopTree top) {
   instances_ = std::move(instances);
   top_ = std::move(top);
+  facts_ = top_;
+  late_ = false;
+  summarize();
+}
+
+void Forest::moved_elsewhere(std::span<const Transform> transforms, const TopFacts& top) {
+  transforms_.assign(transforms.begin(), transforms.end());
+  facts_ = top;
+  late_ = true;
+  summarize();
+}
+
+void Forest::bring() const {
+  if (!late_) return;
+  const std::lock_guard lock(bringing_);
+  if (!late_) return;
+  std::vector<Instance> made = placed(transforms_);
+  top_ = build_top(made, meshes_);
+  instances_ = std::move(made);
+  late_ = false;
+}
+
+void Forest::summarize() {
   summary_ = {};
-  summary_.bounds = top_.bounds;
+  summary_.bounds = facts_.bounds;
   BvhStats& s = summary_.stats;
   for (const MeshTree& mesh : meshes_) {
     s.triangles += mesh.bvh.stats.triangles;
@@ -87,7 +120,7 @@ void Forest::set(std::vector<Instance> instances, TopTree top) {
     s.largest_leaf = std::max(s.largest_leaf, mesh.bvh.stats.largest_leaf);
     s.builder = mesh.bvh.stats.builder;
   }
-  s.build_s += top_.build_s;
+  s.build_s += facts_.build_s;
 }
 
 TreeFacts Forest::facts() const {
@@ -98,27 +131,27 @@ TreeFacts Forest::facts() const {
     facts.largest_leaf = std::max(facts.largest_leaf, own.largest_leaf);
     facts.far |= own.far;
   }
-  facts.top_depth = std::max(top_.depth, 1u);
+  facts.top_depth = std::max(facts_.depth, 1u);
   return facts;
 }
 
 std::uint64_t Forest::triangle_count() const {
-  if (instances_.empty()) return 0;
-  return instances_.back().first + meshes_[instances_.back().mesh].triangles.size();
+  return mesh_of_.empty() ? 0 : first_of_.back() + meshes_[mesh_of_.back()].triangles.size();
 }
 
 Forest::Place Forest::place_of(std::uint32_t prim) const {
   // The last instance that begins at or before it; those without triangles begin where the next one does.
-  const auto next = std::ranges::upper_bound(instances_, prim, {}, &Instance::first);
-  const Instance& instance = *std::prev(next);
-  return {std::uint32_t(&instance - instances_.data()), prim - instance.first};
+  const auto next = std::ranges::upper_bound(first_of_, prim);
+  const auto instance = std::uint32_t(next - first_of_.begin() - 1);
+  return {instance, prim - first_of_[instance]};
 }
 
 Triangle Forest::triangle(const Place& place) const {
   const Transform& t = transforms_[place.instance];
+  const Triangle& given = meshes_[mesh_of_[place.instance]].triangles[place.triangle];
   Triangle moved;
   for (int k = 0; k < 3; ++k) {
-    const glm::dvec3 v = meshes_[instances_[place.instance].mesh].triangles[place.triangle][std::size_t(k)];
+    const glm::dvec3 v = given[std::size_t(k)];
     for (int r = 0; r < 3; ++r)
       moved[std::size_t(k)][r] =
           float(double(t.m[r][0]) * v.x + double(t.m[r][1]) * v.y + double(t.m[r][2]) * v.z + double(t.m[r][3]));

@@ -1,9 +1,11 @@
 // The forest: the trees of meshes, and a top-level tree over instances of them. Uses no Vulkan.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <glm/vec4.hpp>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "engine/bvh/instance.h"
@@ -17,9 +19,8 @@ struct MeshTree {
   MeshExtents extents;
 };
 
-/// The top-level tree as the device reads it (shaders/shared/layout.h).
-struct TopTree {
-  std::vector<glm::uvec4> texels;    // inner nodes, then the records of the instances
+/// What is known of a top-level tree without its nodes.
+struct TopFacts {
   std::uint32_t records = 0;         // the texel at which the records begin
   std::uint32_t root = END_OF_TREE;  // child reference; END_OF_TREE: no instance can be hit
   std::uint32_t depth = 0;           // inner nodes on the longest path
@@ -28,8 +29,14 @@ struct TopTree {
   double build_s = 0;                // wall time in seconds of the last build or refit
 };
 
+/// The top-level tree as the device reads it (shaders/shared/layout.h).
+struct TopTree : TopFacts {
+  std::vector<glm::uvec4> texels;  // inner nodes, then the records of the instances
+};
+
 /// Meshes with their trees, and their instances below a top-level tree. Hits number the triangles of the first instance
-/// first, then those of the second, and so on, as if the scene had been made of moved copies.
+/// first, then those of the second, and so on, as if the scene had been made of moved copies. Const functions may be
+/// called from several threads at once.
 class Forest {
  public:
   using BuildMesh = std::function<Bvh(std::span<const Triangle>)>;
@@ -43,10 +50,30 @@ class Forest {
   /// does, nothing has changed.
   void move(std::span<const Transform> transforms);
 
+  /// Throws Error(Arguments) if there is not one transform for each instance.
+  void check_count(std::span<const Transform> transforms) const;
+
+  /// Tells that the instances were moved elsewhere (on a device), and a top-level tree over them with these facts.
+  /// The transforms are valid for move(). Instances and a tree are made here once somebody asks for them.
+  void moved_elsewhere(std::span<const Transform> transforms, const TopFacts& top);
+
   const std::vector<MeshTree>& meshes() const { return meshes_; }
-  const std::vector<Instance>& instances() const { return instances_; }
+  /// Return the number of instances, and of one its mesh and the number of its first triangle.
+  std::size_t size() const { return mesh_of_.size(); }
+  std::uint32_t mesh_of(std::size_t instance) const { return mesh_of_[instance]; }
+  std::uint32_t first_of(std::size_t instance) const { return first_of_[instance]; }
+  const std::vector<Instance>& instances() const {
+    bring();
+    return instances_;
+  }
   const std::vector<Transform>& transforms() const { return transforms_; }
-  const TopTree& top() const { return top_; }
+  /// Returns the tree on the host. Its shape differs from that of a tree that was made elsewhere.
+  const TopTree& top() const {
+    bring();
+    return top_;
+  }
+  /// Returns the facts of the tree that is traced.
+  const TopFacts& top_facts() const { return facts_; }
   /// Returns what stands for the tree of the whole scene where only its size matters: bounds and statistics, no nodes.
   const Bvh& summary() const { return summary_; }
   /// Returns the facts that kernels are compiled for. They do not depend on the transforms, but for the depth of the
@@ -66,15 +93,21 @@ class Forest {
   Triangle triangle(const Place& place) const;
 
  private:
+  void number();
   std::vector<Instance> placed(std::span<const Transform> transforms) const;
   void set(std::vector<Instance> instances, TopTree top);
+  void summarize();
+  void bring() const;
 
   std::vector<MeshTree> meshes_;
-  std::vector<std::uint32_t> mesh_of_;  // of each instance
-  std::vector<Instance> instances_;
+  std::vector<std::uint32_t> mesh_of_, first_of_;  // of each instance
   std::vector<Transform> transforms_;
-  TopTree top_;
+  TopFacts facts_;
   Bvh summary_;
+  mutable std::vector<Instance> instances_;  // these two of an earlier time while they are late
+  mutable TopTree top_;
+  mutable std::atomic<bool> late_{false};
+  mutable std::mutex bringing_;
 };
 
 /// Builds the top-level tree. Instances without a box (of empty meshes) are left out.

@@ -1,4 +1,5 @@
-// The box and the slack of an instance.
+// The box and the slack of an instance. shaders/build/instances.comp does the same on the device, every operation in
+// the same order.
 //
 // Let M be the matrix, T the translation, A the inverse of M as the device has it (rounded to float32), o and d the
 // ray's origin and direction in the world, w = 2^-24; all errors are to first order. The object-space ray (o', d') is
@@ -17,7 +18,8 @@
 // o + t d lies within
 //   w sum_j K_kj (5.1 (R + g_j) + 4.1 R + 31 R) + w sum_i |M_ki| (18 E_i + 31 E)
 // of q. What grows with R is at most 40.2 w R times the row's sum of K; the box test adds 8 w R. The slack is 50 w
-// times that sum, which is at least 1, and 8 w: room for terms of second order is left. The rest widens B.
+// times that sum, which is at least 1, and 8 w: room for terms of second order is left. The rest widens B. A stands
+// unrounded in what is computed of K: that moves it by w, for which there is room too.
 //
 // The largest row sum of K is a condition number of M (Robert D. Skeel. Scaling for Numerical Stability in Gaussian
 // Elimination. JACM 26, 1979) that scales of the mesh's axes do not change: 1 for these, at most 3 for rotations.
@@ -50,6 +52,16 @@ Matrix matrix_of(const Transform& t) {
   return m;
 }
 
+/// Returns 1 / x by Newton's method, which devices can follow to the last bit: they need not round divisions as the
+/// host does. The seed is off by an eighth at most, and each step squares the error. Infinite or NaN for a zero.
+double reciprocal(double x) {
+  const std::uint64_t bits = std::bit_cast<std::uint64_t>(x), sign = bits >> 63;
+  const std::uint64_t seed = 0x7FDE6238u - (bits >> 32 & 0x7FFFFFFFu);
+  double y = std::bit_cast<double>(sign << 63 | (seed & 0x7FFFFFFFu) << 32);
+  for (int step = 0; step < 6; ++step) y = y + y * (1 - x * y);
+  return y;
+}
+
 /// Returns the inverse by cofactors. Entries may be infinite or NaN.
 Matrix inverse_of(const Matrix& m) {
   Matrix out;
@@ -58,8 +70,9 @@ Matrix inverse_of(const Matrix& m) {
     return m[a][d] * m[b][e] - m[a][e] * m[b][d];
   };
   const double det = m[0][0] * cofactor(0, 0) + m[0][1] * cofactor(0, 1) + m[0][2] * cofactor(0, 2);
+  const double over = reciprocal(det);
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) out[r][c] = cofactor(c, r) / det;
+    for (int c = 0; c < 3; ++c) out[r][c] = cofactor(c, r) * over;
   return out;
 }
 
@@ -179,11 +192,10 @@ Instance place_instance(const MeshExtents& mesh, const Transform& t, std::size_t
   check_numbers(t, number);
   const Matrix m = matrix_of(t), inverse = inverse_of(m);
   Instance made;
-  Matrix a;
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) a[r][c] = made.map.row[r][c] = float(inverse[r][c]);
+    for (int c = 0; c < 3; ++c) made.map.row[r][c] = float(inverse[r][c]);
   made.map.translation = {t.m[0][3], t.m[1][3], t.m[2][3]};
-  const std::array<double, 3> sums = conditions(m, a);
+  const std::array<double, 3> sums = conditions(m, inverse);
   const double condition = std::max({sums[0], sums[1], sums[2]});
   if (!(condition <= kLargestCondition))
     fail(Failure::Arguments,
@@ -200,7 +212,7 @@ Instance place_instance(const MeshExtents& mesh, const Transform& t, std::size_t
            "all within "
            "+-{:g}; scale the scene",
            number, moved.lo[k], moved.hi[k], "xyz"[k], t.m[k][3], kLargestCoordinate);
-  made.box = widened(moved, mesh, m, a, t);
+  made.box = widened(moved, mesh, m, inverse, t);
   made.slack = float(50 * kUlp * (1 + 1e-6) * condition + 8 * kUlp);
   return made;
 }

@@ -22,7 +22,8 @@ class ForestJudge {
   Finding find(const Ray& ray, const Hit& answer, const ExactHit& truth) const {
     const Finding finding = find_in_range(ray, answer, truth);
     if (finding.wrong.has_value() == is_dead(ray)) return finding;  // right, or a hit of a ray that is not traced
-    return is_beyond_range(ray, exact_.forest().top().bounds, arithmetic_) ? Finding{.beyond_range = true} : finding;
+    return is_beyond_range(ray, exact_.forest().top_facts().bounds, arithmetic_) ? Finding{.beyond_range = true}
+                                                                                 : finding;
   }
 
  private:

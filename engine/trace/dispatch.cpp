@@ -48,7 +48,7 @@ TracePushes Dispatcher::push_for(const Job& job, std::uint32_t root, std::uint32
   pushes.trace.threshold = threshold_lanes(job.variant.config, *job.variant.method);
   push_address(k.top, pushes.top.top_lo, pushes.top.top_hi);
   push_address(k.meshes, pushes.top.meshes_lo, pushes.top.meshes_hi);
-  pushes.top.records = tree_.forest() ? tree_.forest()->top().records : 0;
+  pushes.top.records = tree_.forest() ? tree_.forest()->top_facts().records : 0;
   pushes.top.mesh_root = mesh_root;
   return pushes;
 }

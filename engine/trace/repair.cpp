@@ -35,6 +35,16 @@ bool better(const Ray& ray, const DeviceTree& tree, const NumericMode& mode, con
   return a.t < b.t || (a.t == b.t && a.prim < b.prim);
 }
 
+/// Returns the first texels of the inner nodes of a top-level tree, parents before their children.
+std::vector<std::uint32_t> inner_nodes(const TopTree& top) {
+  std::vector<std::uint32_t> nodes;
+  if (!is_leaf(top.root)) nodes.push_back(top.root);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (const std::uint32_t child : {top.texels[nodes[i]].w, top.texels[nodes[i] + 2].w})
+      if (!is_leaf(child)) nodes.push_back(child);
+  return nodes;
+}
+
 /// Returns the steps of each mesh, as pieces_of() counts them.
 std::vector<std::uint64_t> mesh_steps(std::span<const PairTree> meshes) {
   std::vector<std::uint64_t> steps;
@@ -44,18 +54,18 @@ std::vector<std::uint64_t> mesh_steps(std::span<const PairTree> meshes) {
 
 }  // namespace
 
-std::vector<ForestPiece> pieces_of(const Forest& forest, std::span<const PairTree> meshes, std::uint64_t limit) {
-  const TopTree& top = forest.top();
+std::vector<ForestPiece> pieces_of(const TopTree& top, const Forest& forest, std::span<const PairTree> meshes,
+                                   std::uint64_t limit) {
   if (top.root == END_OF_TREE) return {{top.root}};
   const std::vector<std::uint64_t> of_mesh = mesh_steps(meshes);
   std::vector<std::uint64_t> steps(top.records / TOP_NODE_TEXELS);
-  const auto mesh_of = [&](std::uint32_t leaf) { return forest.instances()[leaf & ~LEAF_BIT].mesh; };
+  const auto mesh_of = [&](std::uint32_t leaf) { return forest.mesh_of(leaf & ~LEAF_BIT); };
   const auto steps_of = [&](std::uint32_t node) {
     return is_leaf(node) ? of_mesh[mesh_of(node)] : steps[node / TOP_NODE_TEXELS];
   };
-  for (std::size_t node = steps.size(); node-- > 0;)  // children lie behind their parents
-    steps[node] =
-        1 + steps_of(top.texels[node * TOP_NODE_TEXELS].w) + steps_of(top.texels[node * TOP_NODE_TEXELS + 2].w);
+  const std::vector<std::uint32_t> nodes = inner_nodes(top);
+  for (std::size_t i = nodes.size(); i-- > 0;)
+    steps[nodes[i] / TOP_NODE_TEXELS] = 1 + steps_of(top.texels[nodes[i]].w) + steps_of(top.texels[nodes[i] + 2].w);
   std::vector<ForestPiece> pieces;
   std::vector<std::uint32_t> open{top.root};
   while (!open.empty()) {
@@ -111,7 +121,7 @@ Query repair_query(Query query) {
 std::vector<ForestPiece> Repair::pieces(std::uint64_t limit) const {
   const KernelConfig& config = job_.variant.config;
   if (const Forest* forest = tree_.forest())
-    return pieces_of(*forest, tree_.mesh_pairs(config.layout, config.padding), limit);
+    return pieces_of(tree_.top_tree(), *forest, tree_.mesh_pairs(config.layout, config.padding), limit);
   std::vector<ForestPiece> all;
   for (const std::uint32_t root : pieces_of(tree_.pairs(config.layout, config.padding), limit)) all.push_back({root});
   return all;

@@ -51,6 +51,7 @@ std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit);
 
 /// The same for a forest with these pair trees of its meshes: pieces that together hold every leaf of every instance
 /// once. A piece of several instances holds them whole.
-std::vector<ForestPiece> pieces_of(const Forest& forest, std::span<const PairTree> meshes, std::uint64_t limit);
+std::vector<ForestPiece> pieces_of(const TopTree& top, const Forest& forest, std::span<const PairTree> meshes,
+                                   std::uint64_t limit);
 
 }  // namespace ballot

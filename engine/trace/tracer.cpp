@@ -18,7 +18,7 @@ Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles
         return trace(rays, hits, count, query).device_ms;
       }) {}
 
-Tracer::Tracer(Context& gpu, const Forest& forest)
+Tracer::Tracer(Context& gpu, Forest& forest)
     : gpu_(gpu),
       tree_(gpu, forest),
       kernels_(gpu, tree_),

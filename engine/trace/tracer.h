@@ -24,7 +24,7 @@ class Tracer {
          std::shared_ptr<DeviceBuild> built = {});
   /// The same for a forest, to which it keeps a reference. Methods without kernels for instances are refused with
   /// Error(Arguments).
-  Tracer(Context& gpu, const Forest& forest);
+  Tracer(Context& gpu, Forest& forest);
   ~Tracer();
   Tracer(const Tracer&) = delete;
   Tracer& operator=(const Tracer&) = delete;
@@ -33,8 +33,8 @@ class Tracer {
   void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                std::shared_ptr<DeviceBuild> built = {});
 
-  /// Takes over the forest's transforms after Forest::move().
-  void moved() { tree_.moved(); }
+  /// Moves the instances of the forest (DeviceTree::move_instances).
+  void move_instances(std::span<const Transform> transforms) { tree_.move_instances(transforms); }
   /// Tells that the triangles have moved and the tree with them (DeviceTree::moved), or replaces a tree whose triangles
   /// have moved. Choices of method auto that were made since the first move stay (Chooser::moved).
   void moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);

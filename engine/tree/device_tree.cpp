@@ -83,7 +83,7 @@ const PairTree& DeviceTree::any_pairs() {
 }
 
 std::uint32_t DeviceTree::root() {
-  if (forest_) return forest_->top().root;
+  if (forest_) return forest_->top_facts().root;
   return built_ ? built_->built().root : any_pairs().root;
 }
 

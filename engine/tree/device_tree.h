@@ -14,6 +14,7 @@
 #include "engine/scene/features.h"
 #include "engine/scene/late_vertices.h"
 #include "engine/tree/build/device_build.h"
+#include "engine/tree/build/top_builder.h"
 #include "engine/tree/shear.h"
 #include "engine/tree/tree_access.h"
 #include "engine/vk/buffer.h"
@@ -40,12 +41,20 @@ class DeviceTree {
              std::shared_ptr<DeviceBuild> built = {});
 
   /// The arrays of a forest: of all meshes one behind the other, and of the top-level tree. Keeps references.
-  DeviceTree(Context& gpu, const Forest& forest);
+  DeviceTree(Context& gpu, Forest& forest);
 
-  /// Takes over the forest's transforms after they have changed, which begins a new generation. Waits for the device.
-  void moved();
+  /// Forests only: moves the instances, one transform each, which begins a new generation. Waits for the device. The
+  /// top-level tree is refitted or built on the device where that is quicker (moves_on_device()), else on the host
+  /// (Forest::move). Throws as Forest::move() does, and nothing has changed then; Error(Work) if the device fails.
+  void move_instances(std::span<const Transform> transforms);
+  /// Returns true if the device holds the top-level tree of a forest after a move.
+  bool moves_on_device() const;
+  /// Measurements and tests only: says where the top-level tree is held from the next move on.
+  void set_moves_on_device(bool on_device) { asked_on_device_ = on_device; }
+  /// Returns the passes of the last move on the device; null if there was none.
+  const TopBuilder* top_builder() const { return top_builder_.get(); }
 
-  /// Returns the forest, or null if this is a single tree.
+  /// Returns the forest, or null if this is a single tree. Its instances and tree on the host may be late.
   const Forest* forest() const { return forest_; }
 
   /// Replaces the tree, which begins a new generation. Waits for the device. Invalidates references to arrays.
@@ -109,6 +118,8 @@ class DeviceTree {
   /// table of meshes for a kernel that reads these arrays.
   const std::vector<PairTree>& mesh_pairs(NodeLayout layout, Padding padding);
   const Texels& top(Fetch fetch);
+  /// Returns the top-level tree as the device has it.
+  TopTree top_tree();
   const Texels& mesh_table(TreeFormatId id, const TreeAccess& access, LeafFormat leaves);
 
  private:
@@ -130,6 +141,9 @@ class DeviceTree {
   FormatKey format_key(TreeFormatId id, const TreeAccess& access) const;
   Joined joined(const char* name, const std::function<std::vector<glm::uvec4>(std::size_t mesh)>& part) const;
   const Texels& forest_nodes(const FormatKey& key);
+  void move_on_host(std::span<const Transform> transforms);
+  void move_on_device(std::span<const Transform> transforms);
+  Texels room_for_top(Fetch fetch, std::size_t texels);
   const Texels& forest_format(const FormatKey& key);
   const Texels& forest_leaves(const LeavesKey& key);
   const Texels& write_nodes(const FormatKey& key);
@@ -139,7 +153,7 @@ class DeviceTree {
 
   Context& gpu_;
   const Bvh* bvh_ = nullptr;
-  const Forest* forest_ = nullptr;
+  Forest* forest_ = nullptr;
   std::shared_ptr<DeviceBuild> built_;  // null unless the tree was built on the device
   std::span<const Triangle> triangles_;
   const LateVertices* late_ = nullptr;
@@ -157,6 +171,8 @@ class DeviceTree {
   std::map<LeavesKey, Firsts> leaf_firsts_;
   std::map<TableKey, Texels> tables_;
   std::map<Fetch, Texels> tops_;
+  std::unique_ptr<TopBuilder> top_builder_;  // null unless the device holds the top-level tree
+  std::optional<bool> asked_on_device_;
   // Those of the tree before moved(), whose memory is used again.
   std::map<std::pair<NodeLayout, Padding>, PairTree> spare_pairs_;
   std::map<FormatKey, Texels> spare_arrays_;

@@ -21,21 +21,11 @@ glm::uvec4 texel(const glm::vec3& v, float w) {
 
 }  // namespace
 
-DeviceTree::DeviceTree(Context& gpu, const Forest& forest) : gpu_(gpu), bvh_(&forest.summary()), forest_(&forest) {
+DeviceTree::DeviceTree(Context& gpu, Forest& forest) : gpu_(gpu), bvh_(&forest.summary()), forest_(&forest) {
   padded_reach_ = INFINITY;  // of the meshes that can be hit, the smallest
   for (const MeshTree& mesh : forest.meshes())
     if (!mesh.extents.empty) padded_reach_ = std::min(padded_reach_, ballot::padded_reach(mesh.bvh.bounds));
-  moved();
-}
-
-void DeviceTree::moved() {
-  gpu_.finish();
-  facts_ = forest_->facts();
-  const TopTree& top = forest_->top();
-  for (auto& [fetch, texels] : tops_) {
-    if (texels.size() < top.texels.size()) texels = Texels(gpu_, top.texels.size(), access_for(fetch), "bvh top level");
-    texels.upload(top.texels);
-  }
+  facts_ = forest.facts();
   generation_ = next_generation();
 }
 
@@ -93,14 +83,6 @@ const DeviceTree::Texels& DeviceTree::forest_leaves(const LeavesKey& key) {
   Texels made(gpu_, all.texels.size(), access_for(std::get<Fetch>(key)), "bvh leaves");
   made.upload(all.texels);
   return leaves_.emplace(key, std::move(made)).first->second;
-}
-
-const DeviceTree::Texels& DeviceTree::top(Fetch fetch) {
-  if (const auto found = tops_.find(fetch); found != tops_.end()) return found->second;
-  const TopTree& top = forest_->top();
-  Texels made(gpu_, top.texels.size(), access_for(fetch), "bvh top level");
-  made.upload(top.texels);
-  return tops_.emplace(fetch, std::move(made)).first->second;
 }
 
 const DeviceTree::Texels& DeviceTree::mesh_table(TreeFormatId id, const TreeAccess& a, LeafFormat leaf_format) {

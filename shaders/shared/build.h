@@ -28,6 +28,11 @@
 #define BIND_BUILD_STARTS 12   // where it starts: pair, texel of leaves
 #define BIND_BUILD_PAIRS 13    // the tree
 #define BIND_BUILD_LEAVES 14
+// Of instances. Where a tree is built over their boxes, these lie in the place of the triangles.
+#define BIND_BUILD_TRANSFORMS 15  // twelve floats an instance
+#define BIND_BUILD_PARTS 16       // of each instance its mesh and the number of its first triangle
+#define BIND_BUILD_MESHES 17      // MeshExtent of each mesh
+#define BIND_BUILD_TOP 18         // the top-level tree: room for a node an instance, then the records of the instances
 
 // Sorting. A pass sorts by a digit of eight bits. A tile is what a workgroup sorts: BUILD_TILE_KEYS keys an invocation.
 #define BUILD_DIGITS 256
@@ -79,8 +84,17 @@ struct BuildState {
   vec3 origin;                  // the point that boxes are measured from
   uint axes[4];                 // axis of each bit of the code, from the highest on, in two bits each
   uint changed;                 // 1: a refit met a triangle that has gained or lost its area since the build
+  uint refused;                 // the first instance whose transform cannot be placed; BUILD_NONE: there is none
 };
-BALLOT_RECORD(BuildState, 120);
+BALLOT_RECORD(BuildState, 124);
+
+// A mesh as its instances are placed by it (MeshExtents of engine/bvh/instance.h).
+struct MeshExtent {
+  vec3 lo, hi;    // of its tree
+  vec3 triangle;  // the largest extent of a triangle along each axis
+  uint empty;     // 1: no triangle can be hit
+};
+BALLOT_RECORD(MeshExtent, 40);
 
 // Push constants of bounds.comp, frame.comp and codes.comp.
 struct BuildPush {
@@ -113,6 +127,11 @@ struct PlacePush {
 // Push constants of write.comp and parents.comp.
 struct WritePush {
   uint triangles;
+};
+
+// Push constants of instances.comp.
+struct InstancePush {
+  uint instances;
 };
 
 // Push constants of refit.comp and refit_end.comp: the costs of the SAH, and 1 over the length that areas are measured

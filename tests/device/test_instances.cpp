@@ -6,78 +6,13 @@
 
 #include "engine/oracle/forest_oracle.h"
 #include "tests/device/fixture.h"
-#include "tests/device/ray_sets.h"
+#include "tests/device/forests.h"
 
 namespace ballot {
 namespace {
 
 using namespace harness;
-
-Transform transform(const glm::vec3& x, const glm::vec3& y, const glm::vec3& z, const glm::vec3& at) {
-  Transform t;
-  for (int r = 0; r < 3; ++r) t.m[r][0] = x[r], t.m[r][1] = y[r], t.m[r][2] = z[r], t.m[r][3] = at[r];
-  return t;
-}
-Transform moved(const glm::vec3& by) { return transform({1, 0, 0}, {0, 1, 0}, {0, 0, 1}, by); }
-
-/// A turn about y, then a turn about x, with scales of the mesh's axes.
-Transform turned(float a, float b, const glm::vec3& scale, const glm::vec3& at) {
-  const float c = std::cos(a), s = std::sin(a), d = std::cos(b), e = std::sin(b);
-  return transform(glm::vec3(c, -s * -e, -s * d) * scale.x, glm::vec3(0, d, e) * scale.y,
-                   glm::vec3(s, c * -e, c * d) * scale.z, at);
-}
-
-std::vector<std::vector<Triangle>> three_meshes() {
-  return {shapes::sphere(3), shapes::soup(700, 0.2f), {}, shapes::grid(9), shapes::soup(1, 1)};
-}
-
-/// Rotations, mirrors, unequal scales, one inside another, and copies that share faces or lie on each other.
-std::vector<Placement> twelve_instances() {
-  return {{0, moved({0, 0, 0})},
-          {0, turned(0.3f, 0.7f, {0.5f, 0.5f, 0.5f}, {0.1f, 0, 0})},
-          {0, turned(1, 2, {1.5f, 0.2f, -0.8f}, {-1, 0.5f, 0})},
-          {1, turned(2, 0.4f, {-1, 1, 1}, {1.5f, 0, 0.5f})},
-          {1, moved({1.5f, 0, 0.5f})},
-          {2, moved({0, 0, 0})},
-          {3, moved({-2, -1, 0})},
-          {3, moved({0, -1, 0})},                     // shares an edge with the one before
-          {3, turned(0, 0, {1, 1, -1}, {0, -1, 0})},  // the same height field, mirrored
-          {0, moved({0, 0, 0})},                      // lies on the first
-          {4, turned(0.5f, 0.5f, {3, 3, 1e-3f}, {0, 1, 0})},
-          {1, turned(0.1f, 3, {1e-2f, 1e-2f, 1e-2f}, {0.5f, 1, 1})}};
-}
-
-BuildSettings quick() { return {.builder = BuilderId::Balanced}; }
-
-Forest make_forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements) {
-  return Forest(std::move(meshes), placements, [](std::span<const Triangle> t) { return build_bvh(t, quick()); });
-}
-
-std::vector<Ray> rays_for(const Forest& forest, std::size_t count) {
-  std::vector<Ray> rays = shapes::random_rays(count);
-  for (Ray& r : rays) r.dir *= 0.25f + 8 * std::abs(r.origin.x);  // of many lengths
-  for (const Ray& r : shapes::morton_primary(forest.top().bounds))
-    if (rays.size() < 2 * count) rays.push_back(r);
-  for (const Ray& r : shapes::axis_rays(shapes::grid(9), count / 4)) rays.push_back(r);
-  rays.push_back({{0, 0, 0}, 0, {0, 0, 0}, 1});
-  rays.push_back({{0, 0, 0}, 1, {0, 0, 1}, 0});
-  rays.push_back({{NAN, 0, 0}, 0, {0, 0, 1}, 1});
-  rays.push_back({{1e30f, 0, 0}, 0, {-1, 0, 0}, 3e38f});
-  rays.push_back({{0, 0, 0}, -5, {0, 0, 1e-30f}, 3e38f});
-  rays.push_back({{0, 0, 0}, -5, {0, 1e30f, 1}, 3e38f});
-  return rays;
-}
-
-/// Every method that has kernels for instances, with one vote each.
-std::vector<Query> every_instance_method(Want want, std::string_view numeric) {
-  std::vector<Query> queries;
-  for (const Method& m : kMethods)
-    if (m.instances) queries.push_back({want, std::string(m.name), std::string(numeric), votes_of(m).back()});
-  return queries;
-}
-
-/// Returns true on GPUs and, of lavapipe's drivers and sizes, on one: for what takes it long and depends on neither.
-bool is_first(const DeviceInfo& d) { return !d.is_cpu() || (d.subgroup_size == 8 && d.mesa_version() < 250000); }
+using namespace forests;
 
 class Instances : public DeviceTest {
  protected:
@@ -85,7 +20,7 @@ class Instances : public DeviceTest {
   static void TearDownTestSuite() { gpu_.reset(); }
   static inline std::unique_ptr<Context> gpu_;
 
-  static std::unique_ptr<Tracer> tracer_of(const Forest& forest) {
+  static std::unique_ptr<Tracer> tracer_of(Forest& forest) {
     auto tracer = std::make_unique<Tracer>(*gpu_, forest);
     tracer->prefill = kPattern;
     return tracer;
@@ -127,7 +62,7 @@ class Instances : public DeviceTest {
 // the default one, they are right by the oracle. lavapipe compiles one kernel of mode exact alone: each takes it
 // seconds.
 TEST_F(Instances, EveryMethodFindsWhatTheDefinitionSays) {
-  const Forest forest = make_forest(three_meshes(), twelve_instances());
+  Forest forest = make_forest(three_meshes(), twelve_instances());
   const ForestOracle oracle(forest);
   const auto tracer = tracer_of(forest);
   const std::vector<Ray> rays = rays_for(forest, 700);
@@ -153,7 +88,7 @@ TEST_F(Instances, EveryMethodFindsWhatTheDefinitionSays) {
 
 TEST_F(Instances, IdentityTransformsHitAsTheFlatScene) {
   const std::vector<Placement> placements{{0, {}}, {1, {}}, {3, {}}, {2, {}}, {0, {}}};
-  const Forest forest = make_forest(three_meshes(), placements);
+  Forest forest = make_forest(three_meshes(), placements);
   shapes::Triangles flat;
   for (const Placement& p : placements)
     flat.insert(flat.end(), forest.meshes()[p.mesh].triangles.begin(), forest.meshes()[p.mesh].triangles.end());
@@ -172,12 +107,12 @@ TEST_F(Instances, SceneWithoutAnyIsMissed) {
   const auto rays = shapes::random_rays(100);
   for (const std::vector<Placement>& placements :
        {std::vector<Placement>{}, std::vector<Placement>{{2, {}}, {2, {}}}}) {
-    const Forest forest = make_forest(three_meshes(), placements);
+    Forest forest = make_forest(three_meshes(), placements);
     const auto tracer = tracer_of(forest);
     for (const char* method : {"while-while", "frontier"})
       EXPECT_EQ(std::ranges::count(trace(*tracer, rays, {.method = method}), NO_HIT, &Hit::prim), 100) << method;
   }
-  const Forest none = make_forest({}, {});
+  Forest none = make_forest({}, {});
   EXPECT_EQ(std::ranges::count(trace(*tracer_of(none), rays, {}), NO_HIT, &Hit::prim), 100);
   expect_silent(*gpu_);
 }
@@ -191,10 +126,9 @@ TEST_F(Instances, MovedInstancesHitLikeNewOnes) {
   std::vector<Transform> transforms = forest.transforms();
   std::vector<Hit> after;
   const auto move = [&] {
-    forest.move(transforms);
-    tracer->moved();
+    tracer->move_instances(transforms);
     for (std::size_t i = 0; i < placements.size(); ++i) placements[i].transform = transforms[i];
-    const Forest fresh = make_forest(three_meshes(), placements);
+    Forest fresh = make_forest(three_meshes(), placements);
     after = trace(*tracer, rays, {});
     EXPECT_EQ(count_different(after, trace(*tracer_of(fresh), rays, {})), 0u);
     EXPECT_GT(count_different(after, before), 100u);
@@ -205,7 +139,7 @@ TEST_F(Instances, MovedInstancesHitLikeNewOnes) {
   std::rotate(transforms.begin(), transforms.begin() + 3, transforms.end());
   move();
   transforms[5].m[1][1] = NAN;
-  EXPECT_THROW(forest.move(transforms), Error);
+  EXPECT_THROW(tracer->move_instances(transforms), Error);
   EXPECT_EQ(count_different(after, trace(*tracer, rays, {})), 0u);
   expect_silent(*gpu_);
 }
@@ -221,7 +155,7 @@ TEST_F(Instances, BoxesLoseNoHitUnderExtremeTransforms) {
       {5, turned(1, 1, glm::vec3(1), {-1e6f, 0, 0})}};  // its mesh lies at 1e6
   auto meshes = three_meshes();
   meshes.push_back(shapes::moved(shapes::sphere(2), {1e6f, 0, 0}));
-  const Forest forest = make_forest(std::move(meshes), placements);
+  Forest forest = make_forest(std::move(meshes), placements);
   shapes::Random random(5);
   std::vector<Ray> rays;
   for (std::uint32_t k = 0; rays.size() < 3000; k = std::uint32_t((k + 1) % placements.size())) {
@@ -252,9 +186,8 @@ TEST_F(Instances, BoxesLoseNoHitUnderExtremeTransforms) {
 TEST_F(Instances, WalksThatADriverCutsShortAreFinished) {
   if (gpu_->info().is_cpu() && gpu_->info().subgroup_size != 8) return;
   const std::vector<Placement> placements{{0, {}}, {0, turned(0.2f, 0, glm::vec3(1), {0, 0, 0.1f})}, {1, {}}};
-  const Forest forest =
-      Forest({shapes::identical(40000), shapes::sphere(2)}, placements,
-             [](std::span<const Triangle> t) { return build_bvh(t, {.max_leaf = 2, .split_budget = 0}); });
+  Forest forest = Forest({shapes::identical(40000), shapes::sphere(2)}, placements,
+                         [](std::span<const Triangle> t) { return build_bvh(t, {.max_leaf = 2, .split_budget = 0}); });
   const auto rays = shapes::random_rays(40);
   const auto tracer = tracer_of(forest);
   for (const char* method : {"while-while", "packet"})
@@ -264,7 +197,7 @@ TEST_F(Instances, WalksThatADriverCutsShortAreFinished) {
 }
 
 TEST_F(Instances, MethodWithoutKernelsIsRefused) {
-  const Forest forest = make_forest(three_meshes(), twelve_instances());
+  Forest forest = make_forest(three_meshes(), twelve_instances());
   const auto tracer = tracer_of(forest);
   try {
     trace(*tracer, shapes::random_rays(1), {.method = "packet-wide"});

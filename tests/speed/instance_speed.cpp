@@ -1,6 +1,6 @@
-// Measures scenes of instances: milliseconds to refit or build the top-level tree and to upload it after all instances
-// have moved, and of tracing primary and incoherent rays, beside the scene of moved copies where that fits. Figures are
-// medians.
+// Measures scenes of instances: milliseconds to refit or build the top-level tree, on the host or the device, after all
+// instances have moved, and of tracing primary and incoherent rays, beside the scene of moved copies where that fits.
+// Figures are medians.
 //
 // The scene: one mesh, a bumpy sphere, many times on a wavy ground, turned and scaled, seen from above at a slant.
 // Incoherent rays start at points among the instances, in all directions.
@@ -22,7 +22,7 @@ struct Args {
   std::vector<std::uint32_t> instances{1'000, 10'000, 100'000};
   std::vector<std::string> methods{"while-while", "packet", "frontier", "auto"};
   std::uint32_t triangles = 10'000, size = 1024, repeats = 9, flat = 4'000'000;
-  std::string device = "gpu", numeric = std::string(kDefaultNumeric);
+  std::string device = "gpu", numeric = std::string(kDefaultNumeric), top = "auto";
 };
 
 double ms_since(Clock::time_point start) {
@@ -124,7 +124,7 @@ void run_flat(bench::Table& table, Context& gpu, const Forest& forest, const Arg
     copies.push_back(forest.triangle(forest.place_of(prim)));
   const Bvh bvh = build_bvh(copies, {.builder = BuilderId::Balanced});
   Tracer tracer(gpu, bvh, copies, facts_of(bvh));
-  add_rows(table, "moved copies", gpu, tracer, forest.top().bounds, args);
+  add_rows(table, "moved copies", gpu, tracer, forest.top_facts().bounds, args);
 }
 
 void run_count(Context& gpu, std::uint32_t count, const Args& args) {
@@ -136,23 +136,27 @@ void run_count(Context& gpu, std::uint32_t count, const Args& args) {
   const double made = ms_since(start);
   Tracer tracer(gpu, forest);
   tracer.tree().top(kernel_config_for(find_method(kPlainestMethod), find_numeric(args.numeric), gpu.info()).fetch);
-  std::vector<double> move, tree, upload;
-  for (std::uint32_t i = 1; i <= args.repeats; ++i) {
-    const std::vector<Transform> transforms = transforms_at(count, 0.1 * i);
+  if (args.top != "auto") tracer.tree().set_moves_on_device(args.top == "device");
+  std::vector<double> move, tree, device;
+  for (std::uint32_t i = 0; i <= args.repeats; ++i) {  // the first one makes buffers and kernels
+    const std::vector<Transform> transforms = transforms_at(count, 0.1 * (i + 1));
     const auto begin = Clock::now();
-    forest.move(transforms);
-    const double moved = ms_since(begin);
-    tracer.moved();
-    move.push_back(moved), tree.push_back(forest.top().build_s * 1e3), upload.push_back(ms_since(begin) - moved);
+    tracer.move_instances(transforms);
+    gpu.finish();
+    if (i == 0) continue;
+    move.push_back(ms_since(begin)), tree.push_back(forest.top_facts().build_s * 1e3);
+    if (const TopBuilder* on_device = tracer.tree().top_builder()) device.push_back(on_device->move_ms());
   }
   fmt::print("\n{} instances of {} triangles, {} in all, depth {} over {}: made in {} ms\n", count,
-             forest.meshes()[0].triangles.size(), forest.triangle_count(), forest.top().depth,
+             forest.meshes()[0].triangles.size(), forest.triangle_count(), forest.top_facts().depth,
              forest.meshes()[0].bvh.stats.depth, bench::figure(made));
-  fmt::print("all moved: {} ms on the host, of which {} for the tree; upload {} ms of {} bytes\n\n",
-             bench::figure(median(move)), bench::figure(median(tree)), bench::figure(median(upload)),
-             forest.top().texels.size() * 16);
+  fmt::print("all moved, on the {}: {} ms in all, of which {} for the tree{}; its cost is {} times that when built\n\n",
+             tracer.tree().moves_on_device() ? "device" : "host", bench::figure(median(move)),
+             bench::figure(median(tree)),
+             device.empty() ? "" : fmt::format(", {} on the device", bench::figure(median(device))),
+             bench::figure(forest.top_facts().cost / forest.top_facts().built_cost));
   bench::Table table({"scene", "method", "primary ms", "Mrays/s", "incoherent ms", "Mrays/s"}, 2);
-  add_rows(table, "instances", gpu, tracer, forest.top().bounds, args);
+  add_rows(table, "instances", gpu, tracer, forest.top_facts().bounds, args);
   if (forest.triangle_count() <= args.flat) run_flat(table, gpu, forest, args);
   fmt::print("{}", table.text());
   std::fflush(stdout);
@@ -177,6 +181,8 @@ int main(int argc, char** argv) {
   app.add_option("--numeric", args.numeric, "numeric mode [watertight]");
   app.add_option("--size", args.size, "width and height in pixels [1024]")->check(CLI::Range(1, 16384));
   app.add_option("--repeats", args.repeats, "repeats of each measurement [9]")->check(CLI::Range(1, 100000));
+  app.add_option("--top", args.top, "where the top-level tree follows: auto, host, device [auto]")
+      ->check(CLI::IsMember({"auto", "host", "device"}));
   app.add_option("--flat", args.flat, "scenes of up to this many triangles are also traced as moved copies [4000000]");
   app.add_option("--device", args.device, "device [gpu]");
   return ballot::speed::run_program(app, argc, argv, "ballot_instance_speed", [&] { ballot::speed::run(args); });

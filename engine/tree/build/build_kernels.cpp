@@ -7,6 +7,8 @@ namespace ballot {
 // On a GPU small workgroups keep the shared memory of a workgroup small. On lavapipe a workgroup is a task of a thread.
 std::uint32_t cluster_subgroups(const DeviceInfo& device) { return device.is_cpu() ? 8 : 2; }
 
+Defines over_define(BuildOver over) { return over == BuildOver::Instances ? Defines{{"BOXES", 1}} : Defines{}; }
+
 KernelSource build_source(const std::string& name, const DeviceInfo& device, const Defines& defines,
                           std::uint32_t subgroups) {
   KernelSource source;
@@ -33,13 +35,20 @@ KernelSource write_source(const DeviceInfo& device, NodeLayout layout, Padding p
 
 std::vector<KernelSource> build_sources(const DeviceInfo& device) {
   std::vector<KernelSource> all;
-  for (const char* name : {"bounds", "frame", "needs", "parents", "place_blocks", "places", "refit", "refit_end"})
+  for (const char* name : {"frame", "needs", "place_blocks", "places", "top"})
     all.push_back(build_source(name, device));
+  if (device.float64) all.push_back(build_source("instances", device));
+  for (const BuildOver over : {BuildOver::Triangles, BuildOver::Instances})
+    for (const char* name : {"bounds", "parents", "refit", "refit_end"})
+      all.push_back(build_source(name, device, over_define(over)));
   for (const int words : {1, 2}) {
     for (const char* name : {"codes", "sort_count", "sort_sum", "sort_move"})
       all.push_back(build_source(name, device, {{"KEY_WORDS", words}}));
     all.push_back(build_source("cluster", device, {{"KEY_WORDS", words}}, cluster_subgroups(device)));
   }
+  const Defines boxes{{"KEY_WORDS", 1}, {"BOXES", 1}};
+  all.push_back(build_source("codes", device, boxes));
+  all.push_back(build_source("cluster", device, boxes, cluster_subgroups(device)));
   for (const NodeLayout layout : {NodeLayout::Paper, NodeLayout::Interleaved, NodeLayout::Centred, NodeLayout::Compact})
     for (const Padding padding : {Padding::Ray, Padding::Tree}) all.push_back(write_source(device, layout, padding));
   return all;

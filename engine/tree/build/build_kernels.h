@@ -14,6 +14,12 @@ namespace ballot {
 constexpr std::uint32_t kBuildSubgroups = BUILD_GROUP_SUBGROUPS;
 std::uint32_t cluster_subgroups(const DeviceInfo& device);
 
+/// What a tree is built over. Instances: the boxes in the records of a top-level tree (shaders/shared/layout.h), whose
+/// buffer is passed where triangles are asked for. Each is a leaf; TopBuilder writes the tree.
+enum class BuildOver { Triangles, Instances };
+/// Returns the define of kernels that read what the tree is built over.
+Defines over_define(BuildOver over);
+
 /// Returns the source of shaders/build/NAME.comp for a device, at the device's own subgroup size.
 KernelSource build_source(const std::string& name, const DeviceInfo& device, const Defines& defines = {},
                           std::uint32_t subgroups = kBuildSubgroups);

@@ -26,24 +26,31 @@ BuildState empty_state() {
 struct DeviceBuilder::Kernels {
   std::uint32_t bits;
   RadixSort sort;
-  Kernel bounds, frame, codes, cluster, needs, place_blocks, places;
+  Kernel bounds, frame, codes, cluster;
+  std::optional<Kernel> needs, place_blocks, places;
   std::map<std::pair<NodeLayout, Padding>, std::unique_ptr<Kernel>> write;
 
-  Kernels(Context& gpu, std::uint32_t code_bits, std::uint32_t most)
+  Kernels(Context& gpu, std::uint32_t code_bits, std::uint32_t most, BuildOver over)
       : bits(code_bits),
         sort(gpu, bits, most),
-        bounds(gpu, build_source("bounds", gpu.info())),
+        bounds(gpu, build_source("bounds", gpu.info(), over_define(over))),
         frame(gpu, build_source("frame", gpu.info())),
-        codes(gpu, build_source("codes", gpu.info(), key_define())),
-        cluster(gpu, build_source("cluster", gpu.info(), key_define(), cluster_subgroups(gpu.info()))),
-        needs(gpu, build_source("needs", gpu.info())),
-        place_blocks(gpu, build_source("place_blocks", gpu.info())),
-        places(gpu, build_source("places", gpu.info())) {}
+        codes(gpu, build_source("codes", gpu.info(), key_defines(over))),
+        cluster(gpu, build_source("cluster", gpu.info(), key_defines(over), cluster_subgroups(gpu.info()))) {
+    if (over == BuildOver::Instances) return;
+    needs.emplace(gpu, build_source("needs", gpu.info()));
+    place_blocks.emplace(gpu, build_source("place_blocks", gpu.info()));
+    places.emplace(gpu, build_source("places", gpu.info()));
+  }
 
-  Defines key_define() const { return {{"KEY_WORDS", int(key_words(bits))}}; }
+  Defines key_defines(BuildOver over) const {
+    Defines defines{{"KEY_WORDS", int(key_words(bits))}};
+    for (const auto& define : over_define(over)) defines.push_back(define);
+    return defines;
+  }
 };
 
-DeviceBuilder::DeviceBuilder(Context& gpu) : gpu_(gpu) {
+DeviceBuilder::DeviceBuilder(Context& gpu, BuildOver over) : gpu_(gpu), over_(over) {
   const DeviceInfo& d = gpu.info();
   if (!d.shuffle)
     fail(Failure::Arguments, "bvh: builder 'device' needs subgroup shuffle, which {} lacks; use another builder",
@@ -83,16 +90,17 @@ std::uint32_t DeviceBuilder::code_bits(std::uint32_t triangles) {
 }
 
 void DeviceBuilder::reserve(std::uint32_t count) {
-  const std::uint32_t bits = bits_ ? *bits_ : code_bits(count);
+  // A top-level tree is small: short codes do, and one kernel.
+  const std::uint32_t bits = bits_ ? *bits_ : over_ == BuildOver::Instances ? 32 : code_bits(count);
   const bool fits = memory_ && memory_->most >= count;
   if (!fits) {
     memory_.reset();  // before the new memory, which is larger
-    memory_ = std::make_unique<Memory>(gpu_, count);
+    memory_ = std::make_unique<Memory>(gpu_, count, over_);
   }
-  if (!fits || kernels_->bits != bits) kernels_ = std::make_unique<Kernels>(gpu_, bits, memory_->most);
+  if (!fits || kernels_->bits != bits) kernels_ = std::make_unique<Kernels>(gpu_, bits, memory_->most, over_);
 }
 
-void DeviceBuilder::record_codes(const Buffer<Triangle>& triangles, std::uint32_t count) {
+void DeviceBuilder::record_codes(const RawBuffer& triangles, std::uint32_t count) {
   Memory& m = *memory_;
   Kernels& k = *kernels_;
   for (Kernel* kernel : {&k.bounds, &k.frame, &k.codes}) kernel->bind(BIND_BUILD_STATE, m.state);
@@ -100,7 +108,7 @@ void DeviceBuilder::record_codes(const Buffer<Triangle>& triangles, std::uint32_
   k.codes.bind(BIND_BUILD_KEYS_OUT, m.keys[0]);
   const BuildState empty = empty_state();
   gpu_.pass("beginning a tree build", [&](VkCommandBuffer cmd) {
-    gpu_.vk().CmdUpdateBuffer(cmd, m.state.handle(), 0, sizeof empty, &empty);
+    gpu_.vk().CmdUpdateBuffer(cmd, m.state.handle(), 0, offsetof(BuildState, refused), &empty);
     gpu_.vk().CmdFillBuffer(cmd, m.arrivals.handle(), 0, VK_WHOLE_SIZE, BUILD_NONE);
   });
   const BuildPush push{count, k.bits};
@@ -115,19 +123,19 @@ void DeviceBuilder::record_codes(const Buffer<Triangle>& triangles, std::uint32_
 void DeviceBuilder::record_places(std::uint32_t count) {
   Memory& m = *memory_;
   Kernels& k = *kernels_;
-  for (Kernel* kernel : {&k.needs, &k.place_blocks, &k.places}) {
+  for (Kernel* kernel : {&*k.needs, &*k.place_blocks, &*k.places}) {
     kernel->bind(BIND_BUILD_STATE, m.state);
     kernel->bind(BIND_BUILD_COUNTS, m.sums);
   }
-  for (Kernel* kernel : {&k.needs, &k.places}) kernel->bind(BIND_BUILD_NEEDS, m.needs);
-  k.places.bind(BIND_BUILD_STARTS, m.starts);
+  for (Kernel* kernel : {&*k.needs, &*k.places}) kernel->bind(BIND_BUILD_NEEDS, m.needs);
+  k.places->bind(BIND_BUILD_STARTS, m.starts);
   const PlacePush push{count, groups_of(count, BUILD_BLOCK)};
-  record_build(gpu_, k.needs, push.blocks, push, "places", build_ms_);
-  record_build(gpu_, k.place_blocks, 1, push, "places", build_ms_);
-  record_build(gpu_, k.places, push.blocks, push, "places", build_ms_);
+  record_build(gpu_, *k.needs, push.blocks, push, "places", build_ms_);
+  record_build(gpu_, *k.place_blocks, 1, push, "places", build_ms_);
+  record_build(gpu_, *k.places, push.blocks, push, "places", build_ms_);
 }
 
-void DeviceBuilder::record(const Buffer<Triangle>& triangles, std::uint32_t count, const BuildSettings& settings) {
+void DeviceBuilder::record(const RawBuffer& triangles, std::uint32_t count, const BuildSettings& settings) {
   Memory& m = *memory_;
   Kernels& k = *kernels_;
   record_codes(triangles, count);
@@ -144,20 +152,33 @@ void DeviceBuilder::record(const Buffer<Triangle>& triangles, std::uint32_t coun
   const std::uint32_t group = gpu_.info().subgroup_size * cluster_subgroups(gpu_.info());
   record_build(gpu_, k.cluster, std::min(groups_of(count, group), gpu_.info().max_group_count_x), push, "clusters",
                build_ms_);
-  record_places(count);
+  if (over_ == BuildOver::Triangles) record_places(count);
 }
 
 void DeviceBuilder::read_state(std::uint32_t count) {
   BuildState s;
   memory_->state.download(std::span(&s, 1));
   built_ = {.triangles = count, .proper = s.proper};
+  refused_ = s.refused;
   if (s.proper == 0) return;
+  if (s.root == BUILD_NONE)
+    fail(Failure::Work, "bvh: {} did not finish the tree of {} boxes; use another --build", gpu_.info().name, s.proper);
+  built_.depth = s.depth;
+  if (over_ == BuildOver::Triangles)
+    read_tree(s);
+  else
+    built_.root = s.proper == 1 ? LEAF_BIT : (s.root & BUILD_INDEX_MASK) * TOP_NODE_TEXELS;
+  read_bounds(s);
+}
+
+/// Reads what write() needs to know.
+void DeviceBuilder::read_tree(const BuildState& s) {
   const std::uint32_t triangles = (s.root >> BUILD_SIZE_SHIFT) & 7u;
   // A binary tree has a leaf more than inner nodes. One pair of a large tree is not used.
   const std::uint32_t inner = s.pairs - (triangles == BUILD_MANY ? 1 : 0);
   const std::uint64_t texels =
       std::uint64_t(inner + 1) * LEAF_HEADER_TEXELS + std::uint64_t(s.proper) * TRIANGLE_TEXELS;
-  if (s.root == BUILD_NONE || s.texels != texels)
+  if (s.texels != texels)
     fail(Failure::Work,
          "bvh: {} did not finish the tree of {} triangles: its leaves take {} texels, expected {}; use another builder",
          gpu_.info().name, s.proper, s.texels, texels);
@@ -168,13 +189,10 @@ void DeviceBuilder::read_state(std::uint32_t count) {
          s.proper, texels, std::uint64_t{1} << LEAF_COUNT_SHIFT);
   built_.pairs = s.pairs;
   built_.leaf_texels = s.texels;
-  built_.depth = s.depth;
   built_.root = s.root >= BUILD_LEAF ? LEAF_BIT | (triangles - 1) << LEAF_COUNT_SHIFT : 0;
-  read_bounds(s);
 }
 
-const BuiltTree& DeviceBuilder::build(const Buffer<Triangle>& triangles, std::uint32_t count,
-                                      const BuildSettings& settings) {
+const BuiltTree& DeviceBuilder::build(const RawBuffer& triangles, std::uint32_t count, const BuildSettings& settings) {
   check_settings(settings);
   if (count > kMostTriangles)
     fail(Failure::Work, "bvh: {} triangles, but builder 'device' can number {}; use another builder", count,

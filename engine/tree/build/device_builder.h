@@ -1,4 +1,5 @@
-// The builder `device` (engine/bvh/builders.h): makes the tree of triangles that lie on the device, on the device.
+// The builder `device` (engine/bvh/builders.h): makes the tree of triangles that lie on the device, on the device. It
+// also makes trees over the boxes of instances (top_builder.h).
 #pragma once
 
 #include <memory>
@@ -15,7 +16,7 @@ struct BuiltTree {
   std::uint32_t proper = 0;          // triangles with area, which the tree holds
   std::uint32_t pairs = 0;           // pairs of siblings, with one that is not used in trees of more than six triangles
   std::uint32_t leaf_texels = 0;     // texels of leaves
-  std::uint32_t root = END_OF_TREE;  // child reference: END_OF_TREE, a leaf, or texel 0
+  std::uint32_t root = END_OF_TREE;  // child reference: END_OF_TREE, a leaf, or texel 0; over instances any texel
   std::uint32_t depth = 0;           // as BvhStats::depth
   double sah = 0;                    // as BvhStats::sah
   Bounds bounds{};                   // of the triangles with area; zero if there are none
@@ -36,7 +37,7 @@ class DeviceBuilder {
   /// Returns true if the device can run the builder.
   static bool runs_on(const DeviceInfo& device) { return device.shuffle && device.subgroup_size <= 64; }
   /// Throws Error(Arguments) if the device has no subgroup shuffle or subgroups of more than 64.
-  explicit DeviceBuilder(Context& gpu);
+  explicit DeviceBuilder(Context& gpu, BuildOver over = BuildOver::Triangles);
   ~DeviceBuilder();
   DeviceBuilder(const DeviceBuilder&) = delete;
   DeviceBuilder& operator=(const DeviceBuilder&) = delete;
@@ -49,7 +50,7 @@ class DeviceBuilder {
   /// Builds a tree of the first `count` triangles. Coordinates are finite and within +-1e12. The triangles must stay as
   /// they are until the last write(). Throws Error(Arguments) if a setting is out of range; Error(Work) if there are
   /// more than 2^28 - 1 triangles, the device has no room, or its driver lost part of the work.
-  const BuiltTree& build(const Buffer<Triangle>& triangles, std::uint32_t count, const BuildSettings& settings);
+  const BuiltTree& build(const RawBuffer& triangles, std::uint32_t count, const BuildSettings& settings);
 
   /// Record a refit of the tree of the last build(): its boxes move to the triangles of a buffer, which are as many as
   /// before; the shape of the tree stays. write() may be recorded between the two. end_refit() waits and returns true
@@ -59,7 +60,7 @@ class DeviceBuilder {
   /// for build(). Throw Error(Work) if the device fails.
   ///
   /// No pass waits for other workgroups, all loops are bounded, and the result is the same in every run.
-  void begin_refit(const Buffer<Triangle>& triangles, float longest);
+  void begin_refit(const RawBuffer& triangles, float longest);
   bool end_refit();
 
   /// Returns the tree of the last build() or refit.
@@ -82,26 +83,30 @@ class DeviceBuilder {
   const PassMs& refit_ms() const { return refit_ms_; }
 
  private:
+  friend class TopBuilder;
   struct Memory;
   struct Kernels;
   struct RefitKernels;
   void reserve(std::uint32_t count);
-  void record(const Buffer<Triangle>& triangles, std::uint32_t count, const BuildSettings& settings);
-  void record_codes(const Buffer<Triangle>& triangles, std::uint32_t count);
+  void record(const RawBuffer& triangles, std::uint32_t count, const BuildSettings& settings);
+  void record_codes(const RawBuffer& triangles, std::uint32_t count);
   void record_places(std::uint32_t count);
   void read_state(std::uint32_t count);
+  void read_tree(const BuildState& state);
   void read_bounds(const BuildState& state);
-  void bind_refit(const Buffer<Triangle>& triangles);
+  void bind_refit(const RawBuffer& triangles);
 
   Context& gpu_;
+  const BuildOver over_;
   std::unique_ptr<Memory> memory_;
   std::unique_ptr<Kernels> kernels_;
   std::unique_ptr<RefitKernels> refit_kernels_;  // made on first use
-  const Buffer<Triangle>* triangles_ = nullptr;
+  const RawBuffer* triangles_ = nullptr;
   BuildSettings settings_;
   bool has_parents_ = false;  // the tree is prepared for refits
   std::size_t sorted_ = 0;    // index of the buffers that hold the sorted keys
   BuiltTree built_;
+  std::uint32_t refused_ = BUILD_NONE;  // BuildState::refused, as it was read last
   PassMs build_ms_, write_ms_, refit_ms_;
   std::optional<std::uint32_t> bits_;
 };

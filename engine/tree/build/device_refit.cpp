@@ -31,8 +31,8 @@ void DeviceBuilder::read_bounds(const BuildState& s) {
   if (!std::isfinite(built_.sah)) built_.sah = std::numeric_limits<double>::infinity();
 }
 
-void DeviceBuilder::bind_refit(const Buffer<Triangle>& triangles) {
-  if (!refit_kernels_) refit_kernels_ = std::make_unique<RefitKernels>(gpu_);
+void DeviceBuilder::bind_refit(const RawBuffer& triangles) {
+  if (!refit_kernels_) refit_kernels_ = std::make_unique<RefitKernels>(gpu_, over_);
   Memory& m = *memory_;
   RefitKernels& k = *refit_kernels_;
   for (Kernel* kernel : {&k.parents, &k.refit, &k.end}) {
@@ -45,7 +45,7 @@ void DeviceBuilder::bind_refit(const Buffer<Triangle>& triangles) {
   k.refit.bind(BIND_BUILD_ARRIVALS, m.arrivals);
 }
 
-void DeviceBuilder::begin_refit(const Buffer<Triangle>& triangles, float longest) {
+void DeviceBuilder::begin_refit(const RawBuffer& triangles, float longest) {
   refit_ms_.clear();
   write_ms_.clear();
   if (built_.triangles == 0) return;
@@ -70,6 +70,7 @@ bool DeviceBuilder::end_refit() {
   if (built_.triangles == 0) return true;
   BuildState s;
   memory_->state.download(std::span(&s, 1));
+  refused_ = s.refused;
   if (s.changed) return false;
   if (built_.proper > 0) read_bounds(s);
   return true;

@@ -43,7 +43,7 @@ layout(set = 0, binding = BIND_BUILD_PRIMS, std430) readonly buffer Prims { uint
 
 Item item_of_triangle(uint position, float triangle_cost) {
   Corners t = corners_of(prims[position]);
-  vec3 lo = lo_of(t), hi = hi_of(t), sides = hi - lo;
+  vec3 lo = lo_of(t), hi = hi_of(t), sides = sides_of_corners(t);
   return Item(lo, hi, triangle_cost, BUILD_LEAF | cluster_of(position, 1u), position,
               upper_half(sides.x) | upper_half(sides.y) << 16, upper_half(sides.z) | bits_of(LEAF_SHAPE) << 16);
 }

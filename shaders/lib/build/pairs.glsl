@@ -8,12 +8,7 @@ struct Child {
   uint ref;
 };
 
-vec3 next_up(vec3 v) {
-  uvec3 bits = floatBitsToUint(v);
-  uvec3 up = mix(bits + 1u, bits - 1u, greaterThanEqual(bits, uvec3(0x80000000u)));
-  return mix(uintBitsToFloat(up), vec3(1e-37), equal(v, vec3(0.0)));
-}
-vec3 next_down(vec3 v) { return -next_up(-v); }
+#include "next.glsl"
 
 #if BALLOT_PADDED
 // Widens a box by the bound of lib/numeric/box_widened.glsl, as padded_boxes() of engine/bvh/padding.cpp does in double

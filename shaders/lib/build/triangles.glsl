@@ -1,4 +1,8 @@
-// The triangles of the scene, as the builder reads them.
+// What the tree is built over, as the builder reads it: the triangles of the scene or, with BALLOT_BOXES, the boxes of
+// its instances.
+#ifdef BALLOT_BOXES
+#include "instance_boxes.glsl"
+#else
 layout(set = 0, binding = BIND_BUILD_TRIANGLES, scalar) readonly buffer Triangles { vec3 vertices[]; };
 
 struct Corners {
@@ -11,6 +15,8 @@ Corners corners_of(uint prim) {
 
 vec3 lo_of(Corners t) { return min(t.a, min(t.b, t.c)); }
 vec3 hi_of(Corners t) { return max(t.a, max(t.b, t.c)); }
+// What nodes keep the largest of below them.
+vec3 sides_of_corners(Corners t) { return hi_of(t) - lo_of(t); }
 
 // True if the triangle has no area, as is_degenerate() of engine/bvh/clip.cpp tells. On a device without float64 the
 // host gives triangles without area two equal vertices (engine/tree/build/device_builder.cpp).
@@ -24,3 +30,4 @@ bool has_no_area(Corners t) {
   return false;
 #endif
 }
+#endif

@@ -1,0 +1,86 @@
+// The top-level tree of a forest on the device, and how it follows instances that move.
+#include "engine/core/error.h"
+#include "engine/tree/device_tree.h"
+#include "engine/tree/tree_arrays.h"
+
+namespace ballot {
+
+namespace {
+
+// On a GPU the host is as quick for fewer instances. CPU devices are the host's own cores, and build more slowly
+// (tools/measured/instances.md).
+constexpr std::size_t kLeastOnDevice = 2048;
+
+}  // namespace
+
+bool DeviceTree::moves_on_device() const {
+  if (!forest_ || !TopBuilder::runs_on(gpu_.info())) return false;
+  return asked_on_device_.value_or(!gpu_.info().is_cpu() && forest_->size() >= kLeastOnDevice);
+}
+
+void DeviceTree::move_instances(std::span<const Transform> transforms) {
+  gpu_.finish();
+  if (moves_on_device())
+    move_on_device(transforms);
+  else
+    move_on_host(transforms);
+  facts_ = forest_->facts();
+  generation_ = next_generation();
+}
+
+void DeviceTree::move_on_host(std::span<const Transform> transforms) {
+  forest_->move(transforms);
+  top_builder_.reset();
+  const TopTree& top = forest_->top();
+  for (auto& [fetch, texels] : tops_) {
+    if (texels.size() < top.texels.size()) texels = Texels(gpu_, top.texels.size(), access_for(fetch), "bvh top level");
+    texels.upload(top.texels);
+  }
+}
+
+void DeviceTree::move_on_device(std::span<const Transform> transforms) {
+  forest_->check_count(transforms);
+  std::unique_ptr<TopBuilder> fresh;
+  std::map<Fetch, Texels> made;  // until the move has succeeded, the tree of the host stays
+  if (!top_builder_) {
+    fresh = std::make_unique<TopBuilder>(gpu_, *forest_);
+    for (const auto& [fetch, texels] : tops_) made.emplace(fetch, room_for_top(fetch, fresh->texels()));
+    if (made.empty()) made.emplace(Fetch::Storage, room_for_top(Fetch::Storage, fresh->texels()));
+  }
+  std::vector<Texels*> tops;
+  for (auto& [fetch, texels] : fresh ? made : tops_) tops.push_back(&texels);
+  const TopFacts facts = (fresh ? fresh : top_builder_)->move(transforms, tops);
+  forest_->moved_elsewhere(transforms, facts);
+  if (!fresh) return;
+  top_builder_ = std::move(fresh);
+  tops_ = std::move(made);
+}
+
+/// Returns a buffer that the device writes a top-level tree into.
+DeviceTree::Texels DeviceTree::room_for_top(Fetch fetch, std::size_t texels) {
+  return {gpu_, texels, access_for(fetch) | Access::Storage, "bvh top level"};
+}
+
+const DeviceTree::Texels& DeviceTree::top(Fetch fetch) {
+  if (const auto found = tops_.find(fetch); found != tops_.end()) return found->second;
+  if (top_builder_) {
+    Texels made = room_for_top(fetch, top_builder_->texels());
+    top_builder_->write(made);
+    return tops_.emplace(fetch, std::move(made)).first->second;
+  }
+  const TopTree& top = forest_->top();
+  Texels made(gpu_, top.texels.size(), access_for(fetch), "bvh top level");
+  made.upload(top.texels);
+  return tops_.emplace(fetch, std::move(made)).first->second;
+}
+
+TopTree DeviceTree::top_tree() {
+  if (!top_builder_) return forest_->top();
+  TopTree tree;
+  static_cast<TopFacts&>(tree) = forest_->top_facts();
+  tree.texels.resize(top_builder_->texels());
+  tops_.begin()->second.download(tree.texels);
+  return tree;
+}
+
+}  // namespace ballot
