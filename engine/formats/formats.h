@@ -31,13 +31,14 @@ struct TreeFormat {
   std::uint32_t pushes = 1;    // the most entries that one step of a ray pushes on its stack
   bool padded = false;         // boxes can be widened once for all rays (padding.h)
   bool follows_pairs = false;  // encoded from the pairs that the kernel reads, in their layout and padding
+  bool on_device = false;      // the builder of the device writes it too
   bool collapsed = false;      // encoding takes about a second for 2^20 nodes (collapse.h); the result is not cached
 };
 
 // clang-format off
 inline constexpr TreeFormat kTreeFormats[] = {
     {.id = TreeFormatId::Pair, .name = "pair",
-     .summary = "two siblings in 64 bytes, or 48 (knob layout)", .padded = true},
+     .summary = "two siblings in 64 bytes, or 48 (knob layout)", .padded = true, .on_device = true},
     {.id = TreeFormatId::Bvh4, .name = "bvh4",
      .summary = "up to four children in 64 bytes, boxes quantised to 8 bits",
      .encode = [](const PairTree& pairs, std::uint32_t) { return encode_bvh4(pairs).nodes; },
@@ -48,7 +49,7 @@ inline constexpr TreeFormat kTreeFormats[] = {
      .pairs = Pairs::WithFallback, .collapsed = true},
     {.id = TreeFormatId::Frontier, .name = "frontier",
      .summary = "32 or 64 nodes near the root that hold every leaf once, beside the pair tree",
-     .encode = encode_frontier, .padded = true, .follows_pairs = true},
+     .encode = encode_frontier, .padded = true, .follows_pairs = true, .on_device = true},
 };
 // clang-format on
 

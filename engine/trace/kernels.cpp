@@ -32,7 +32,7 @@ void TraceKernels::bind(TraceKernel& k, const Variant& v) {
   // Walks that the driver cut short are repaired from nodes that the host knows (repair.h).
   const Source source = v.config.loops_cut ? Source::Host : tree_.source_of(method.tree, v.numeric->leaves);
   k.nodes = method.reads_pairs(v.config) ? &tree_.nodes(access, source) : nullptr;
-  k.format = format_of(method.tree).encode ? &tree_.format(method.tree, access) : nullptr;
+  k.format = format_of(method.tree).encode ? &tree_.format(method.tree, access, source) : nullptr;
   k.leaves = &tree_.leaves(v.numeric->leaves, v.config.fetch, source);
   if (tree_.forest()) {
     k.top = &tree_.top(v.config.fetch);

@@ -33,10 +33,14 @@ bool DeviceTree::refit(std::span<const Triangle> triangles, const Bounds& bounds
 
 bool DeviceTree::refit(const Bounds& bounds) {
   built_->begin_refit(bounds);
-  for (auto& [key, pairs] : arrays_)
-    if (std::get<Source>(key) == Source::Device)
-      built_->write(std::get<NodeLayout>(key), std::get<Padding>(key), pairs,
+  for (auto& [key, array] : arrays_) {  // frontiers come behind the pairs that they are written from
+    if (std::get<Source>(key) == Source::Host) continue;
+    if (std::get<TreeFormatId>(key) == TreeFormatId::Pair)
+      built_->write(std::get<NodeLayout>(key), std::get<Padding>(key), array,
                     leaves_.at({LeafFormat::Vertices, std::get<Fetch>(key), Source::Device}));
+    else
+      write_frontier(key, array);
+  }
   return built_->end_refit();
 }
 
@@ -126,17 +130,31 @@ const DeviceTree::Texels& DeviceTree::nodes(const TreeAccess& a, Source source) 
   return upload(key, pairs(a.layout, a.padding).nodes, "bvh nodes");
 }
 
-DeviceTree::FormatKey DeviceTree::format_key(TreeFormatId id, const TreeAccess& a) const {
+DeviceTree::FormatKey DeviceTree::format_key(TreeFormatId id, const TreeAccess& a, Source source) const {
   const TreeFormat& row = format_of(id);
   const std::uint32_t size = id == TreeFormatId::Frontier ? a.frontier : 0;
   const NodeLayout layout = row.follows_pairs ? a.layout : NodeLayout::Interleaved;
-  return {id, size, layout, row.follows_pairs ? a.padding : Padding::Ray, a.fetch, Source::Host};
+  return {id, size, layout, row.follows_pairs ? a.padding : Padding::Ray, a.fetch, source};
 }
 
-const DeviceTree::Texels& DeviceTree::format(TreeFormatId id, const TreeAccess& a) {
-  const FormatKey key = format_key(id, a);
+/// Has the device write a frontier, the one format but the pairs that it writes.
+void DeviceTree::write_frontier(const FormatKey& key, Texels& frontier) {
+  const auto layout = std::get<NodeLayout>(key);
+  const FormatKey pairs{TreeFormatId::Pair, 0, layout, std::get<Padding>(key), std::get<Fetch>(key), Source::Device};
+  built_->write_frontier(layout, arrays_.at(pairs), std::get<1>(key), frontier);
+}
+
+const DeviceTree::Texels& DeviceTree::format(TreeFormatId id, const TreeAccess& a, Source source) {
+  const FormatKey key = format_key(id, a, source);
   if (const auto found = arrays_.find(key); found != arrays_.end()) return found->second;
   if (forest_) return forest_format(key);
+  if (source == Source::Device) {
+    nodes(a, source);
+    Texels made(gpu_, std::size_t(a.frontier) * 2 * FRONTIER_OCTANTS, access_for(a.fetch) | Access::Storage,
+                "frontier");
+    write_frontier(key, made);
+    return arrays_.emplace(key, std::move(made)).first->second;
+  }
   const TreeFormat& row = format_of(id);
   const PairTree& from = pairs(std::get<NodeLayout>(key), std::get<Padding>(key));
   return upload(key, row.encode(from, std::get<1>(key)), row.name.data());

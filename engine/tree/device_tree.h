@@ -102,15 +102,15 @@ class DeviceTree {
   std::uint32_t root();
 
   /// Returns where the arrays are made of a kernel that reads this format and these leaves. Arrays of the device are
-  /// its own pairs and vertices.
+  /// its own pairs, their frontier, and vertices.
   Source source_of(TreeFormatId id, LeafFormat leaves) const {
-    return built_ && id == TreeFormatId::Pair && leaves == LeafFormat::Vertices ? Source::Device : Source::Host;
+    return built_ && format_of(id).on_device && leaves == LeafFormat::Vertices ? Source::Device : Source::Host;
   }
 
   /// Returns the node pairs that a kernel reads.
   const Texels& nodes(const TreeAccess& access, Source source = Source::Host);
   /// Returns the array of a format other than the pairs.
-  const Texels& format(TreeFormatId id, const TreeAccess& access);
+  const Texels& format(TreeFormatId id, const TreeAccess& access, Source source = Source::Host);
   /// Returns the leaves, which all formats share.
   const Texels& leaves(LeafFormat format, Fetch fetch, Source source = Source::Host);
 
@@ -138,7 +138,7 @@ class DeviceTree {
   void describe(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
   const PairTree& any_pairs();
   const std::vector<PairTree>& any_mesh_pairs();
-  FormatKey format_key(TreeFormatId id, const TreeAccess& access) const;
+  FormatKey format_key(TreeFormatId id, const TreeAccess& access, Source source) const;
   Joined joined(const char* name, const std::function<std::vector<glm::uvec4>(std::size_t mesh)>& part) const;
   const Texels& forest_nodes(const FormatKey& key);
   void move_on_host(std::span<const Transform> transforms);
@@ -147,6 +147,7 @@ class DeviceTree {
   const Texels& forest_format(const FormatKey& key);
   const Texels& forest_leaves(const LeavesKey& key);
   const Texels& write_nodes(const FormatKey& key);
+  void write_frontier(const FormatKey& key, Texels& frontier);
   template <class Key>
   Texels uploaded(std::map<Key, Texels>& spare, const Key& key, std::span<const glm::uvec4> texels, const char* name);
   const Texels& upload(const FormatKey& key, std::span<const glm::uvec4> texels, const char* name);

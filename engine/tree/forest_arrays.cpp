@@ -93,7 +93,7 @@ const DeviceTree::Texels& DeviceTree::mesh_table(TreeFormatId id, const TreeAcce
     return found != all.end() ? found->second : Firsts(forest_->meshes().size(), 0);
   };
   const Firsts nodes = firsts_of(firsts_, FormatKey{TreeFormatId::Pair, 0, a.layout, a.padding, a.fetch, Source::Host});
-  const Firsts format = firsts_of(firsts_, format_key(id, a));
+  const Firsts format = firsts_of(firsts_, format_key(id, a, Source::Host));
   const Firsts leaves = firsts_of(leaf_firsts_, LeavesKey{leaf_format, a.fetch, Source::Host});
   std::vector<glm::uvec4> texels;
   for (std::size_t i = 0; i < forest_->meshes().size(); ++i) {

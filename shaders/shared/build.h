@@ -28,6 +28,7 @@
 #define BIND_BUILD_STARTS 12   // where it starts: pair, texel of leaves
 #define BIND_BUILD_PAIRS 13    // the tree
 #define BIND_BUILD_LEAVES 14
+#define BIND_BUILD_FRONTIER 19  // nodes near the root, for each octant (layout.h)
 // Of instances. Where a tree is built over their boxes, these lie in the place of the triangles.
 #define BIND_BUILD_TRANSFORMS 15  // twelve floats an instance
 #define BIND_BUILD_PARTS 16       // of each instance its mesh and the number of its first triangle
@@ -127,6 +128,12 @@ struct PlacePush {
 // Push constants of write.comp and parents.comp.
 struct WritePush {
   uint triangles;
+};
+
+// Push constants of frontier.comp.
+struct FrontierPush {
+  uint root;   // child reference
+  uint nodes;  // in the frontier: at most 64
 };
 
 // Push constants of instances.comp.

@@ -1,6 +1,7 @@
 // Holds every builder to the same rules: sound trees, and hits in watertight that do not depend on the builder, for
 // each tree format. The sort of the builder `device` is held to std::stable_sort.
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 #include "engine/bvh/build.h"
@@ -197,6 +198,77 @@ TEST_F(Builders, BoxesAreWrittenAsOnTheHost) {
   expect_silent(*gpu_);
 }
 
+/// Adds the leaves below a child reference, and the boxes of all children by their references.
+void collect(const PairTree& tree, std::uint32_t from, std::vector<std::uint32_t>& leaves,
+             std::map<std::uint32_t, Bounds>& boxes) {
+  std::vector<std::uint32_t> todo{from};
+  while (!todo.empty()) {
+    const std::uint32_t ref = todo.back();
+    todo.pop_back();
+    if (is_leaf(ref)) {
+      leaves.push_back(ref);
+      continue;
+    }
+    const DevicePair pair = decode_pair(tree, ref);
+    for (const DeviceChild& child : {pair.left, pair.right}) {
+      boxes[child.ref] = child.box;
+      todo.push_back(child.ref);
+    }
+  }
+}
+
+// For each octant the frontier that the device writes holds every leaf once, below boxes that hold those of the pairs;
+// the same nodes for all octants, as many as there may be.
+TEST_F(Builders, FrontiersHoldEveryLeafOnce) {
+  for (const Shape& shape : kShapes)
+    for (const NodeLayout layout :
+         {NodeLayout::Paper, NodeLayout::Interleaved, NodeLayout::Centred, NodeLayout::Compact}) {
+      SCOPED_TRACE(fmt::format("{}, layout {}", shape.name, int(layout)));
+      const std::uint32_t nodes = layout == NodeLayout::Compact ? 64 : 32;
+      DeviceBuild build(*gpu_, shape.make(), {});
+      PairTree tree;
+      tree.layout = layout;
+      Buffer<glm::uvec4> pairs(*gpu_, build.built().pairs * tree.pair_texels(), Access::Storage, "pairs"),
+          leaves(*gpu_, build.built().leaf_texels, Access::Storage, "leaves"),
+          frontier(*gpu_, 2 * FRONTIER_OCTANTS * nodes, Access::Storage, "frontier");
+      build.write(layout, Padding::Ray, pairs, leaves);
+      build.write_frontier(layout, pairs, nodes, frontier);
+      tree.nodes.resize(pairs.size());
+      pairs.download(tree.nodes);
+      std::vector<glm::uvec4> texels(frontier.size());
+      frontier.download(texels);
+      std::vector<std::uint32_t> expected, first;
+      std::map<std::uint32_t, Bounds> boxes;
+      if (build.built().root != END_OF_TREE) collect(tree, build.built().root, expected, boxes);
+      std::ranges::sort(expected);
+      for (std::size_t octant = 0; octant < FRONTIER_OCTANTS; ++octant) {
+        std::vector<std::uint32_t> refs, below;
+        for (std::size_t i = octant * nodes; i < (octant + 1) * nodes; ++i) {
+          const Bounds box{as_vec3(texels[2 * i]), as_vec3(texels[2 * i + 1])};
+          const std::uint32_t ref = texels[2 * i].w;
+          if (ref == END_OF_TREE) {
+            EXPECT_GT(box.lo.x, box.hi.x);
+            continue;
+          }
+          EXPECT_EQ(refs.size(), i - octant * nodes) << "behind an unused place";
+          refs.push_back(ref);
+          std::map<std::uint32_t, Bounds> ignored;
+          collect(tree, ref, below, ignored);
+          if (ref != build.built().root) {
+            EXPECT_TRUE(is_close_around(box, boxes.at(ref)));
+          }
+        }
+        std::ranges::sort(below);
+        EXPECT_EQ(below, expected);
+        EXPECT_EQ(refs.size(), std::min<std::size_t>(nodes, expected.size()));
+        std::ranges::sort(refs);
+        if (octant == 0) first = refs;
+        EXPECT_EQ(refs, first);
+      }
+    }
+  expect_silent(*gpu_);
+}
+
 // Kernels read the arrays that the device wrote, without a tree on the host.
 TEST_F(Builders, TreesOfTheDeviceAreTracedWhereTheyLie) {
   const Triangles triangles = shapes::soup(3001, 0.1f);
@@ -209,7 +281,7 @@ TEST_F(Builders, TreesOfTheDeviceAreTracedWhereTheyLie) {
   const std::vector<Ray> rays = shapes::random_rays(1999);
   std::vector<Hit> expected(rays.size()), hits(rays.size());
   host.trace(rays, expected, {.method = "while-while"});
-  std::vector<Query> queries{{.method = "bvh4"}, {.method = "packet"}};
+  std::vector<Query> queries{{.method = "bvh4"}, {.method = "packet"}, {.method = "frontier"}};
   for (const char* layout : {"paper", "interleaved", "centred", "compact"})
     for (const char* padding : {"ray", "tree"})
       queries.push_back({.method = "while-while", .knobs = {{"layout", layout}, {"padding", padding}}});

@@ -266,8 +266,8 @@ std::vector<Candidate> Chooser::candidates(const Query& query) const {
   if (has_instances) leave_out(all, [](const Method& m) { return !m.instances; });
   if (std::max<std::size_t>(bvh_->nodes.size(), bvh_->stats.nodes) > kMostNodesToCollapse)
     leave_out(all, [](const Method& m) { return format_of(m.tree).collapsed; });
-  // Each move would have the host derive the other formats anew.
-  if (moving_) leave_out(all, [](const Method& m) { return format_of(m.tree).encode != nullptr; });
+  // Each move would have the host derive the formats anew that the device does not write.
+  if (moving_) leave_out(all, [](const Method& m) { return !format_of(m.tree).on_device; });
   return all;
 }
 

@@ -33,6 +33,10 @@ KernelSource write_source(const DeviceInfo& device, NodeLayout layout, Padding p
   return build_source("write", device, {{"LAYOUT", int(layout)}, {"PADDED", int(padding == Padding::Tree)}});
 }
 
+KernelSource frontier_source(const DeviceInfo& device, NodeLayout layout) {
+  return build_source("frontier", device, {{"LAYOUT", int(layout)}});
+}
+
 std::vector<KernelSource> build_sources(const DeviceInfo& device) {
   std::vector<KernelSource> all;
   for (const char* name : {"frame", "needs", "place_blocks", "places", "top"})
@@ -49,8 +53,11 @@ std::vector<KernelSource> build_sources(const DeviceInfo& device) {
   const Defines boxes{{"KEY_WORDS", 1}, {"BOXES", 1}};
   all.push_back(build_source("codes", device, boxes));
   all.push_back(build_source("cluster", device, boxes, cluster_subgroups(device)));
-  for (const NodeLayout layout : {NodeLayout::Paper, NodeLayout::Interleaved, NodeLayout::Centred, NodeLayout::Compact})
+  for (const NodeLayout layout :
+       {NodeLayout::Paper, NodeLayout::Interleaved, NodeLayout::Centred, NodeLayout::Compact}) {
     for (const Padding padding : {Padding::Ray, Padding::Tree}) all.push_back(write_source(device, layout, padding));
+    all.push_back(frontier_source(device, layout));
+  }
   return all;
 }
 

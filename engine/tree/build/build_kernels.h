@@ -27,6 +27,9 @@ KernelSource build_source(const std::string& name, const DeviceInfo& device, con
 /// Returns the source of the kernel that writes pairs in a layout.
 KernelSource write_source(const DeviceInfo& device, NodeLayout layout, Padding padding);
 
+/// Returns the source of the kernel that writes the frontier of pairs in a layout.
+KernelSource frontier_source(const DeviceInfo& device, NodeLayout layout);
+
 /// Returns the sources of all kernels, in every variant.
 std::vector<KernelSource> build_sources(const DeviceInfo& device);
 

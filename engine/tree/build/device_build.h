@@ -40,9 +40,13 @@ class DeviceBuild {
   /// then.
   void rebuild();
 
-  /// Writes the device arrays (DeviceBuilder::write).
+  /// Write the device arrays (DeviceBuilder::write, write_frontier).
   void write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>& pairs, Buffer<glm::uvec4>& leaves) {
     builder_.write(layout, padding, pairs, leaves);
+  }
+  void write_frontier(NodeLayout layout, const Buffer<glm::uvec4>& pairs, std::uint32_t nodes,
+                      Buffer<glm::uvec4>& frontier) {
+    builder_.write_frontier(layout, pairs, nodes, frontier);
   }
   const DeviceBuilder& builder() const { return builder_; }
 

@@ -29,6 +29,7 @@ struct DeviceBuilder::Kernels {
   Kernel bounds, frame, codes, cluster;
   std::optional<Kernel> needs, place_blocks, places;
   std::map<std::pair<NodeLayout, Padding>, std::unique_ptr<Kernel>> write;
+  std::map<NodeLayout, std::unique_ptr<Kernel>> frontier;
 
   Kernels(Context& gpu, std::uint32_t code_bits, std::uint32_t most, BuildOver over)
       : bits(code_bits),
@@ -226,6 +227,17 @@ void DeviceBuilder::write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>
   const std::uint32_t group = gpu_.info().subgroup_size * kBuildSubgroups;
   record_build(gpu_, *kernel, std::min(groups_of(built_.proper, group), gpu_.info().max_group_count_x),
                WritePush{built_.triangles}, "write", write_ms_);
+}
+
+void DeviceBuilder::write_frontier(NodeLayout layout, const Buffer<glm::uvec4>& pairs, std::uint32_t nodes,
+                                   Buffer<glm::uvec4>& frontier) {
+  if (!kernels_) reserve(1);  // nothing was built: the frontier is empty
+  std::unique_ptr<Kernel>& kernel = kernels_->frontier[layout];
+  if (!kernel) kernel = std::make_unique<Kernel>(gpu_, frontier_source(gpu_.info(), layout));
+  kernel->bind(BIND_BUILD_STATE, memory_->state);
+  kernel->bind(BIND_BUILD_PAIRS, pairs);
+  kernel->bind(BIND_BUILD_FRONTIER, frontier);
+  record_build(gpu_, *kernel, 1, FrontierPush{built_.root, nodes}, "frontier", write_ms_);
 }
 
 }  // namespace ballot

@@ -70,6 +70,11 @@ class DeviceBuilder {
   /// hold at least pairs * PAIR_TEXELS and leaf_texels texels, and can be written by kernels.
   void write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>& pairs, Buffer<glm::uvec4>& leaves);
 
+  /// Writes the frontier of pairs that write() has written in a layout: `nodes` nodes for each octant, 64 at most, in
+  /// FRONTIER_OCTANTS * 2 * nodes texels that can be written by kernels.
+  void write_frontier(NodeLayout layout, const Buffer<glm::uvec4>& pairs, std::uint32_t nodes,
+                      Buffer<glm::uvec4>& frontier);
+
   /// Returns the bits of Morton codes that triangles are sorted by: a multiple of 8.
   static std::uint32_t code_bits(std::uint32_t triangles);
 
