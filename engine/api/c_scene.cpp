@@ -91,7 +91,7 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
 
 BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* positions, size_t count, size_t stride) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
-    need(positions, "ballot_scene_update", "positions");
+    if (count) need(positions, "ballot_scene_update", "positions");
     const DeviceUse use(*state->device);
     if (state->from_file)
       refuse("ballot_scene_update: the scene was loaded from a file; make one of meshes to move their vertices");

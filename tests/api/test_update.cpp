@@ -55,6 +55,17 @@ TEST_F(Api, UpdatesOfAnyVertices) {
         scene.trace(rays, hits);
         EXPECT_EQ(std::memcmp(hits.data(), before.data(), hits.size() * sizeof hits[0]), 0) << bad;
       }
+      for (const std::size_t floats : {std::size_t{0}, std::size_t{9}, grid_.positions.size() + 3}) {
+        std::vector<float> others(floats, 0.25f);
+        const std::string counts = std::to_string(floats / 3) + " vertices, but the mesh was made with " +
+                                   std::to_string(grid_.positions.size() / 3);
+        try {
+          scene.update(0, others);
+          ADD_FAILURE() << counts;
+        } catch (const ballot::Error& e) {
+          EXPECT_NE(std::string(e.what()).find(counts), std::string::npos) << e.what();
+        }
+      }
       std::vector<float> line = grid_.positions, point(line.size(), 0.5f);
       for (std::size_t i = 0; i < line.size(); ++i) line[i] = i % 3 ? 0 : line[i];
       for (const auto& flat : {line, point}) {  // no triangle has area: every ray misses

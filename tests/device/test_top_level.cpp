@@ -224,6 +224,24 @@ TEST_F(TopLevel, EveryMethodHitsAsInANewScene) {
   expect_silent(*gpu_);
 }
 
+// Every ray from inside a closed mesh hits it, whatever its transform, after a build and a refit.
+TEST_F(TopLevel, ClosedMeshesDoNotLeak) {
+  std::vector<Transform> transforms = random_transforms(300, 3);
+  Forest forest = make_forest({shapes::sphere(3)}, placements_of(transforms, 1));
+  const auto tracer = tracer_of(forest);
+  shapes::Random random(4);
+  for (int step = 0; step < 2; ++step) {
+    for (Transform& t : transforms) t.m[2][3] += 0.01f;
+    tracer->move_instances(transforms);
+    std::vector<Ray> rays;
+    for (const Transform& t : transforms)
+      for (int i = 0; i < 20; ++i) rays.push_back({{t.m[0][3], t.m[1][3], t.m[2][3]}, 0, random.point(1), 3e38f});
+    const auto hits = trace(*tracer, rays, {.method = "while-while"});
+    EXPECT_EQ(std::ranges::count(hits, NO_HIT, &Hit::prim), 0) << step;
+  }
+  expect_silent(*gpu_);
+}
+
 // The exact oracle places instances on the host.
 TEST_F(TopLevel, ExactModeHasNoWrongAnswerAfterARefit) {
   if (!is_first(gpu_->info())) return;

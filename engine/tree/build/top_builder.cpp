@@ -108,6 +108,8 @@ bool TopBuilder::refit(std::span<const Transform> transforms, Texels& top) {
 TopFacts TopBuilder::move(std::span<const Transform> transforms, std::span<Texels* const> tops) {
   const auto start = std::chrono::steady_clock::now();
   own_ms_.clear();
+  builder_.build_ms_.clear();
+  builder_.refit_ms_.clear();
   if (count() == 0) return {};
   builder_.reserve(count());
   if (!built_) {
