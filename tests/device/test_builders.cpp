@@ -99,6 +99,7 @@ TEST_F(Builders, CodesOfTwoWords) {
     builder.set_code_bits(bits);
     EXPECT_NEAR(builder.build(buffer, 4000, {}).sah, cost, 0.03 * cost) << bits;
   }
+  EXPECT_EQ(DeviceBuilder::code_bits(10'000), 24u);
   EXPECT_EQ(DeviceBuilder::code_bits(4'000'000), 32u);
   EXPECT_EQ(DeviceBuilder::code_bits(10'000'000), 40u);
   expect_silent(*gpu_);

@@ -276,7 +276,7 @@ int main(int argc, char** argv) {
   app.add_option("--size", args.size, "width and height in pixels [1024]")->check(CLI::Range(1, 16384));
   app.add_option("--repeats", args.repeats, "repeats of each measurement [9]")->check(CLI::Range(1, 100000));
   app.add_option("--traced", args.traced, "trees of up to this many triangles are traced [1000000]");
-  app.add_option("--bits", args.bits, "bits of Morton codes, a multiple of 8 from 32 to 64 [by the triangles]");
+  app.add_option("--bits", args.bits, "bits of Morton codes, a multiple of 8 from 24 to 64 [by the triangles]");
   app.add_option("--device", args.device, "device [gpu]");
   return ballot::speed::run_program(app, argc, argv, "ballot_build_speed", [&] {
     std::erase(args.grids, 0u);
