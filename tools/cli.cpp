@@ -182,6 +182,15 @@ void write_json(const std::string& path, const nlohmann::json& json) {
   if (!path.empty()) write_file(path, json_text(json));
 }
 
+void write_json(const std::string& path, Engine& engine, nlohmann::json json) {
+  json["longest_pass"] = bench::longest_json(engine.context()->longest_pass());
+  write_json(path, json);
+}
+
+void print_longest(const Context::Timed& pass) {
+  say("  longest pass on the device: {:.3f} ms, {}\n", pass.ms, pass.what);
+}
+
 void set_command_line(int argc, char** argv) {
   command.clear();
   for (int i = 0; i < argc; ++i) command += (i ? " " : "") + shell_word(argv[i]);

@@ -71,6 +71,10 @@ void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& he
 /// and the scene's BVH figures under scenes.
 nlohmann::json record_header(Engine& engine, double load_s);
 void write_json(const std::string& path, const nlohmann::json& json);  // does nothing if path is empty
+/// The same with the key longest_pass: the pass that took longest on the device so far.
+void write_json(const std::string& path, Engine& engine, nlohmann::json json);
+/// Prints which pass took longest on the device.
+void print_longest(const Context::Timed& pass);
 
 /// Makes the folder of --report, if one is named, and notes its files as outputs. Throws Error.
 void note_folder(CommandFiles& files, const std::string& folder, std::span<const char* const> names);

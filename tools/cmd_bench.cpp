@@ -48,6 +48,7 @@ void save(const RunArgs& args, const bench::Document& document) {
 
 int finish_run(const RunArgs& args, const bench::RunResult& result) {
   save(args, result.document);
+  print_longest(result.document.longest);
   if (!args.report.empty()) {
     const std::string missing = bench::write_report(args.report, {result.document});
     if (!missing.empty()) say_aside("ballot: {}\n", missing);

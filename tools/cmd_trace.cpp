@@ -122,7 +122,7 @@ int run_crossings(TraceArgs& args) {
                                {"dead", done.dead.all()},
                                {"trace_ms", done.times.device_ms}});
   }
-  write_json(args.engine.json, json);
+  write_json(args.engine.json, *opened.engine, json);
   return finish(*opened.engine);
 }
 
@@ -147,7 +147,8 @@ int run_trace(TraceArgs& args) {
     warn_of_dead(args.rays[i], done.rays, done.dead);
     json["records"].push_back(record_of(engine, args, i, done, query));
   }
-  write_json(args.engine.json, json);
+  if (args.verbose) print_longest(engine.context()->longest_pass());
+  write_json(args.engine.json, engine, json);
   return finish(engine);
 }
 

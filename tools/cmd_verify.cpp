@@ -94,6 +94,7 @@ void add_hard_cases(const VerifyArgs& args, const bench::RunOptions& options, co
   document.partial = document.partial || hard.signal != 0;
   if (hard.signal != 0) found.run.signal = hard.signal;
   found.run.messages += hard.messages;
+  document.longest = hard.longest;
   found.not_refused = std::move(hard.not_refused);
   say("{}", verify::hard_table(document.hard));
 }
@@ -147,6 +148,7 @@ int finish_run(const VerifyArgs& args, const Found& found) {
   const bench::RunResult& run = found.run;
   save(args.run, run.document);
   say("{}\n", verify::verdict(run.document));
+  print_longest(run.document.longest);
   if (!args.run.report.empty()) {
     const std::string missing = verify::write_report(args.run.report, {run.document});
     if (!missing.empty()) say_aside("ballot: {}\n", missing);

@@ -17,7 +17,8 @@ std::string mib(std::uint64_t bytes) { return fmt::format("{:.1f} MiB", double(b
 void check_limits(const DeviceInfo& d, const std::string& name, std::uint64_t bytes, Access access) {
   const auto refuse = [&](const char* limit, std::uint64_t most) {
     fail(Failure::Work, "buffer '{}' needs {}, but {} of {} is {}; use a smaller scene{} or another --device", name,
-         mib(bytes), limit, d.name, mib(most), has(access, Access::Storage) ? ", --knob fetch=texel" : "");
+         mib(bytes), limit, d.name, mib(most),
+         has(access, Access::Storage) && name.starts_with("bvh ") ? ", --knob fetch=texel" : "");
   };
   if (has(access, Access::Storage) && bytes > d.max_storage_range) refuse("maxStorageBufferRange", d.max_storage_range);
   if (has(access, Access::Texel) && bytes / 16 > d.max_texels) refuse("maxTexelBufferElements", d.max_texels * 16);

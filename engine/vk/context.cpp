@@ -221,6 +221,11 @@ void Context::create_device() {
   vk_.GetPhysicalDeviceMemoryProperties(physical_, &memory_);
 }
 
+void Context::lower_limits(std::uint64_t texels, std::uint64_t storage_bytes) {
+  info_.max_texels = std::min(info_.max_texels, texels);
+  info_.max_storage_range = std::min(info_.max_storage_range, storage_bytes);
+}
+
 std::uint32_t Context::memory_type(std::uint32_t bits, VkMemoryPropertyFlags wanted,
                                    VkMemoryPropertyFlags preferred) const {
   for (const VkMemoryPropertyFlags flags : {wanted | preferred, wanted})

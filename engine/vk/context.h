@@ -151,6 +151,15 @@ class Context {
   double launch_ms() const { return launch_ms_; }
   /// For tests: another time, on any device.
   void set_launch_ms(double ms) { launch_ms_ = ms; }
+  /// For tests: smaller limits, as if the device had them. Call it before anything is made.
+  void lower_limits(std::uint64_t texels, std::uint64_t storage_bytes);
+  /// A pass that has ended.
+  struct Timed {
+    std::string what;
+    double ms = 0;  // on the device
+  };
+  /// Returns the pass that took longest so far. Systems give up devices whose dispatches take seconds.
+  const Timed& longest_pass() const { return longest_; }
   std::uint64_t submissions() const { return submitted_; }
   /// The numbers of the submission that is recorded now or next, and of the last one that has ended.
   std::uint64_t recording() const { return submitted_ + 1; }
@@ -205,7 +214,8 @@ class Context {
     VkFence fence = VK_NULL_HANDLE;
     VkQueryPool queries = VK_NULL_HANDLE;  // a timestamp at the beginning, and one after every pass
     std::vector<Done> passes;
-    std::string first, what;  // the names of its first and its last pass
+    std::vector<std::string> names;  // of the passes
+    std::string what;                // the name of the one that is recorded, or was last
     bool open = false, under_way = false;
     std::uint64_t submission = 0;
     std::chrono::steady_clock::time_point start;
@@ -243,6 +253,7 @@ class Context {
   std::shared_ptr<void> staging_, stream_ring_, pipelines_;
   bool statistics_ = false;
   double last_ms_ = 0, ended_ms_ = 0;
+  Timed longest_;
   std::uint64_t shader_generation_ = 0, buffers_ = 0;
   std::string shader_error_;
   std::string lost_;  // why the device was lost; "" as long as it is not

@@ -49,7 +49,7 @@ void Context::check(VkResult result, const char* what, const char* object) {
 
 std::string Context::passes_of(const Slot& slot) const {
   if (slot.passes.size() < 2) return slot.what;
-  return fmt::format("{} passes, from {} to {}", slot.passes.size(), slot.first, slot.what);
+  return fmt::format("{} passes, from {} to {}", slot.passes.size(), slot.names.front(), slot.what);
 }
 
 std::string Context::fault_report() const {

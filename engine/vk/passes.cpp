@@ -69,7 +69,6 @@ Context::Slot& Context::open_slot(const std::string& what) {
   if (slot.under_way) wait(slot.submission);
   slot.what = what;
   if (slot.open) return slot;
-  slot.first = what;
   vk_check(vk_.ResetCommandPool(device_, slot.pool, 0), "resetting commands for", what.c_str());
   VkCommandBufferBeginInfo begin{};
   begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
@@ -80,6 +79,7 @@ Context::Slot& Context::open_slot(const std::string& what) {
     vk_.CmdWriteTimestamp(slot.commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, slot.queries, 0);
   }
   slot.passes.clear();
+  slot.names.clear();
   slot.open = true;
   return slot;
 }
@@ -87,6 +87,7 @@ Context::Slot& Context::open_slot(const std::string& what) {
 void Context::end_pass(Slot& slot, Done done) {
   memory_barrier(slot.commands);
   slot.passes.push_back(std::move(done));
+  slot.names.push_back(slot.what);
   if (slot.queries)
     vk_.CmdWriteTimestamp(slot.commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, slot.queries,
                           std::uint32_t(slot.passes.size()));
@@ -155,6 +156,7 @@ void Context::end_slot(Slot& slot) {
   const std::vector<Done> passes = std::move(slot.passes);
   for (std::size_t i = 0; i < passes.size(); ++i) {
     ended_ms_ += ms[i];
+    if (ms[i] > longest_.ms) longest_ = {std::move(slot.names[i]), ms[i]};
     if (passes[i]) passes[i](ms[i]);
   }
 }

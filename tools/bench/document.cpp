@@ -97,6 +97,8 @@ nlohmann::json scene_json(const SceneFigures& s) {
           {"load_s", s.load_s}};
 }
 
+nlohmann::json longest_json(const Context::Timed& pass) { return {{"name", pass.what}, {"ms", pass.ms}}; }
+
 double quantile(std::vector<double> values, double share) {
   std::ranges::sort(values);
   const double place = share * double(values.size() - 1);
@@ -127,6 +129,7 @@ nlohmann::json to_json(const Document& d) {
                       {"repeats", d.repeats},
                       {"sweep_repeats", d.sweep_repeats},
                       {"partial", d.partial},
+                      {"longest_pass", longest_json(d.longest)},
                       {"scenes", nlohmann::json::array()},
                       {"records", nlohmann::json::array()}};
   for (const SceneFigures& scene : d.scenes) json["scenes"].push_back(scene_json(scene));

@@ -89,6 +89,7 @@ struct SceneFigures {
 };
 
 nlohmann::json scene_json(const SceneFigures& scene);
+nlohmann::json longest_json(const Context::Timed& pass);
 
 struct Document {
   std::string source;  // the file that it was read from
@@ -102,6 +103,7 @@ struct Document {
   std::string offset{kDefaultOffset};
   std::uint32_t repeats = 0, sweep_repeats = 0;
   bool partial = false;
+  Context::Timed longest = {};  // the pass that took longest on the device
   std::vector<SceneFigures> scenes;
   std::vector<Record> records;
   std::vector<HardRecord> hard;  // the results of `ballot verify --hard`

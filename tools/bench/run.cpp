@@ -104,6 +104,7 @@ class Run {
     auto& records = result_.document.records;
     records.insert(records.end(), measured.records.begin(), measured.records.end());
     result_.wrong += measured.wrong;
+    result_.document.longest = engine.context()->longest_pass();
     result_.without += measured.no_rays;
     bar_.hide();
     print(std::move(measured.records));

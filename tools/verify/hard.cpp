@@ -103,6 +103,7 @@ class HardRun {
     if (begin_) std::exchange(begin_, {})(engine.device());
     for (std::size_t i = 0; i < made.rays.size(); ++i) answer(engine, hard, made.rays, i);
     result_.messages = engine.messages().size();
+    result_.longest = context_->longest_pass();
   } catch (const Error& error) {
     if (error.kind() != Failure::Work) throw;
     HardRecord record = record_of(hard, {}, {});

@@ -19,6 +19,7 @@ struct HardResult {
   std::vector<bench::HardRecord> records;
   std::vector<std::string> not_refused;  // scenes that should have been refused and were not, a sentence each
   std::size_t messages = 0;              // messages of the validation layers
+  Context::Timed longest = {};           // the pass that took longest on the device
   int signal = 0;                        // that ended the run early; the records hold the answers so far
 };
 
