@@ -197,6 +197,10 @@ class Engine {
   /// commit. Films with equal texts have equal bits. write_film() stores the text with the film.
   std::string made_of(const View& view, const RenderOptions& options) const;
 
+  /// Returns about the bytes that rendering such a picture will take on the device, without the scene and its tree.
+  std::uint64_t render_bytes_for(const View& view, const RenderOptions& options) const {
+    return renderer_->bytes_for(view, options);
+  }
   /// Returns the bytes that rendering takes on the device, without the tree.
   std::uint64_t render_bytes() const { return scene_data_->bytes() + renderer_->bytes(); }
 
@@ -259,6 +263,7 @@ class Engine {
   const std::vector<std::string>& messages() const { return gpu_->messages(); }
 
  private:
+  SceneFeatures features_with(const TreeFacts& tree) const;
   void drop_renderers();
   void make_renderers();
   void make_forest(bool use_cache, const Progress& progress);

@@ -44,6 +44,10 @@ glm::dmat4 ndc_from_camera(const View& view, double aspect) {
   return m;
 }
 
+bool takes_builder(const DeviceInfo& device, std::size_t triangles) {
+  return DeviceBuilder::runs_on(device) && triangles <= DeviceBuilder::most_triangles(device);
+}
+
 }  // namespace
 
 std::string commit() { return BALLOT_COMMIT; }
@@ -58,10 +62,11 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   times_.device_s = seconds_since(begin_);
   for (const Query& q : options.queries)
     kernel_config_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);
-  build_.builder = choose_builder(build_.builder, {.on_cpu_device = gpu_->info().is_cpu(),
-                                                   .takes_builder = DeviceBuilder::runs_on(gpu_->info()),
-                                                   .triangles = scene_.triangles.size(),
-                                                   .expected_rays = options.expected_rays});
+  build_.builder =
+      choose_builder(build_.builder, {.on_cpu_device = gpu_->info().is_cpu(),
+                                      .takes_builder = takes_builder(gpu_->info(), scene_.triangles.size()),
+                                      .triangles = scene_.triangles.size(),
+                                      .expected_rays = options.expected_rays});
   use_cache_ = options.use_cache;
   const auto start = Clock::now();
   if (scene_.instanced()) {
@@ -69,7 +74,7 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   } else {
     SceneTree built = build_tree(*gpu_, scene_.triangles, build_, options.use_cache, progress);
     bvh_ = std::move(built.bvh);
-    features_ = features_of(scene_, facts_of(bvh_));
+    features_ = features_with(facts_of(bvh_));
     tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built.there));
   }
   times_.bvh_s = seconds_since(start);
@@ -77,6 +82,12 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   tracer_->tree().set_late(&late_);
   if (options.use_cache) tracer_->choices().keep_in(cache_folder() / "auto");
   make_renderers();
+}
+
+SceneFeatures Engine::features_with(const TreeFacts& tree) const {
+  SceneFeatures features = features_of(scene_, tree);
+  features.stored = SceneData::exceeds_texels(scene_, gpu_->info());
+  return features;
 }
 
 void Engine::drop_renderers() {
@@ -96,7 +107,7 @@ void Engine::make_renderers() {
 void Engine::set_sky(Sky sky) {
   gpu_->finish();
   scene_.sky = std::move(sky);
-  features_ = features_of(scene_, features_.tree);
+  features_ = features_with(features_.tree);
   make_renderers();
 }
 

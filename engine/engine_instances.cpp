@@ -61,7 +61,7 @@ std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const Bui
 void Engine::make_forest(bool use_cache, const Progress& progress) {
   forest_ = build_forest(*gpu_, scene_, build_, use_cache, nullptr, progress);
   bvh_ = forest_->summary();
-  features_ = features_of(scene_, forest_->facts());
+  features_ = features_with(forest_->facts());
   tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);
 }
 
@@ -102,7 +102,7 @@ void Engine::move_instances(Pose pose, double pose_s) {
   scene_.lights = std::move(pose.lights);
   std::ranges::copy(pose.views, scene_.views.begin());
   bvh_ = forest_->summary();
-  features_ = features_of(scene_, forest_->facts());
+  features_ = features_with(forest_->facts());
   const double tree_s = seconds_between(start);
   make_renderers();
   update_ = {.seconds = seconds_between(start), .pose_s = pose_s};

@@ -98,7 +98,8 @@ std::vector<KernelSource> integrator_sources() {
                                     alpha_source({}),
                                     alpha_source({.base_texture = true}),
                                     alpha_source({.base_texture = true, .tree = {.top_depth = 1}}),
-                                    alpha_source({.vertex_colors = true})};
+                                    alpha_source({.vertex_colors = true}),
+                                    alpha_source({.vertex_colors = true, .base_texture = true, .stored = true})};
   std::set<std::string> names;
   const auto add = [&](const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky) {
     for (const auto& [makes_rays, orthographic] : {std::pair(false, false), {true, false}, {true, true}}) {
@@ -126,6 +127,9 @@ std::vector<KernelSource> integrator_sources() {
     }
     all.tree.top_depth = 1;
     add(integrator, all, Sky::Kind::Map);
+    all.tree.top_depth = 0;
+    all.stored = true;
+    add(integrator, all, Sky::Kind::None);
   }
   return sources;
 }
@@ -140,8 +144,9 @@ std::vector<KernelSource> render_sources() {
   for (const RayKind& kind : kRayKinds)
     if (kind.generators.size() == 1 && !kind.from_camera())
       for (const OffsetPolicy& offset : kOffsetPolicies)
-        for (const bool instances : {false, true})
-          sources.push_back(generator_source(kind.generators[0], offset, instances));
+        for (const SceneFeatures& features :
+             {SceneFeatures{}, SceneFeatures{.stored = true}, SceneFeatures{.tree = {.top_depth = 1}}})
+          sources.push_back(generator_source(kind.generators[0], offset, features));
   for (const Shading& shading : kShadings)
     for (const bool normals : {false, true})
       for (const bool emits : {false, true})
@@ -155,6 +160,9 @@ std::vector<KernelSource> render_sources() {
           SceneFeatures kept = features;
           kept.tree.top_depth = 1;
           sources.push_back(shading_source(shading.name, kept));
+          kept = features;
+          kept.stored = true;
+          for (const auto source : {samples_source, live_source}) sources.push_back(source(shading.name, kept, false));
           for (const auto source : {samples_source, live_source})
             sources.push_back(source(shading.name, features, false));
           for (const bool orthographic : {false, true}) {

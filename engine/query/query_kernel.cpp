@@ -17,11 +17,17 @@ Variant variant_for(const DeviceInfo& device, bool wide) {
   return {&method, &numeric, Want::Nearest, kernel_config_for(method, numeric, device, {{"launch", "plain"}})};
 }
 
-}  // namespace
+/// The same for a tree whose arrays may need another way to read them.
+Variant variant_for(const DeviceInfo& device, bool wide, const DeviceTree& tree) {
+  Variant variant = variant_for(device, wide);
+  variant.config.fetch = tree.fitting_fetch(variant.config.fetch);
+  return variant;
+}
 
-KernelSource query_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
-                          const Defines& defines, bool wide) {
-  KernelSource source = kernel_source(variant_for(device, wide), device, tree);
+/// Returns the source of a kernel that is a variant of these.
+KernelSource source_of(const std::string& name, const Variant& variant, const DeviceInfo& device, const TreeFacts& tree,
+                       const Defines& defines) {
+  KernelSource source = kernel_source(variant, device, tree);
   source.file = "query/" + name + ".comp";
   source.name = "query." + name + (tree.far ? " far=1" : "");
   for (const auto& [define, value] : defines) {
@@ -29,6 +35,13 @@ KernelSource query_source(const std::string& name, const DeviceInfo& device, con
     source.defines.emplace_back(define, value);
   }
   return source;
+}
+
+}  // namespace
+
+KernelSource query_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
+                          const Defines& defines, bool wide) {
+  return source_of(name, variant_for(device, wide), device, tree, defines);
 }
 
 std::vector<KernelSource> query_sources(const DeviceInfo& device) {
@@ -51,7 +64,7 @@ QueryKernel::QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defin
       name_(std::move(name)),
       defines_(std::move(defines)),
       wide_(wide),
-      config_(variant_for(gpu.info(), wide).config),
+      config_(variant_for(gpu.info(), wide, tree).config),
       work_(gpu, 1, Access::Storage, "query work counter") {}
 
 std::uint32_t QueryKernel::most() const {
@@ -60,11 +73,13 @@ std::uint32_t QueryKernel::most() const {
 }
 
 void QueryKernel::prepare() {
-  const bool fresh = refresh(gpu_, kernel_, query_source(name_, gpu_.info(), tree_.facts(), defines_, wide_));
+  const Variant variant = variant_for(gpu_.info(), wide_, tree_);
+  const KernelSource source_now = source_of(name_, variant, gpu_.info(), tree_.facts(), defines_);
+  const bool fresh = refresh(gpu_, kernel_, source_now);
   if (!fresh && generation_ == tree_.generation()) return;
   // The kernel is compiled for facts of the tree: another depth needs another stack size.
-  if (!fresh)
-    kernel_ = std::make_unique<Kernel>(gpu_, query_source(name_, gpu_.info(), tree_.facts(), defines_, wide_));
+  if (!fresh) kernel_ = std::make_unique<Kernel>(gpu_, source_now);
+  config_ = variant.config;
   generation_ = tree_.generation();
   const TreeAccess access = config_.tree_access();
   // Walks that the driver cut short are repeated from nodes that the host knows.

@@ -34,6 +34,8 @@ struct SceneFeatures {
   // The kinds of cameras. For a picture only the kind of its view is set (through(), engine/render/data/camera.h).
   bool perspective = false;
   bool orthographic = false;
+  /// More triangles than a texel buffer of the device holds: shading reads storage buffers instead.
+  bool stored = false;
   TreeFacts tree = {};
 
   bool instances() const { return tree.top_depth > 0; }

@@ -59,6 +59,7 @@ KernelConfig Tracer::config_of(const Query& query) const {
   }
   KernelConfig config =
       kernel_config_for(find_method(query.method), find_numeric(query.numeric, gpu_.info()), gpu_.info(), query.knobs);
+  if (!query.knobs.contains("fetch")) config.fetch = tree_.fitting_fetch(config.fetch);
   if (config.padding == Padding::Ray || tree_.padded_reach() > 0) return config;
   const Bounds& b = tree_.bvh().bounds;
   if (query.knobs.contains("padding") && !tree_.bvh().is_empty())

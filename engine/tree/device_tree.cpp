@@ -86,6 +86,25 @@ const PairTree& DeviceTree::any_pairs() {
   return pairs_.empty() ? pairs(NodeLayout::Interleaved) : pairs_.begin()->second;
 }
 
+/// Returns about the bytes of the largest array of nodes or leaves.
+std::uint64_t DeviceTree::largest_bytes() const {
+  const BvhStats& s = bvh_->stats;
+  const std::uint64_t leaves = s.leaves * LEAF_HEADER_TEXELS + s.references * TRIANGLE_TEXELS;
+  return std::max<std::uint64_t>(leaves, (s.nodes / 2 + 1) * PAIR_TEXELS(LAYOUT_PAPER)) * sizeof(glm::uvec4);
+}
+
+Fetch DeviceTree::fitting_fetch(Fetch wanted) const {
+  const DeviceInfo& device = gpu_.info();
+  const std::uint64_t bytes = largest_bytes();
+  const auto fits = [&](Fetch fetch) {
+    if (fetch == Fetch::Reference) return device.buffer_address;
+    return fetch == Fetch::Texel ? bytes / sizeof(glm::uvec4) <= device.max_texels : bytes <= device.max_storage_range;
+  };
+  for (const Fetch fetch : {wanted, Fetch::Reference, Fetch::Texel, Fetch::Storage})
+    if (fits(fetch)) return fetch;
+  return wanted;
+}
+
 std::uint32_t DeviceTree::root() {
   if (forest_) return forest_->top_facts().root;
   return built_ ? built_->built().root : any_pairs().root;

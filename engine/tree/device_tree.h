@@ -101,6 +101,10 @@ class DeviceTree {
   /// Returns the child reference at which traversal begins. It is the same in every format.
   std::uint32_t root();
 
+  /// Returns a way in which kernels can read the arrays: the `wanted` one if the device has buffers of that kind which
+  /// are large enough, else another; the wanted one too if none are.
+  Fetch fitting_fetch(Fetch wanted) const;
+
   /// Returns where the arrays are made of a kernel that reads this format and these leaves. Arrays of the device are
   /// its own pairs, their frontier, and vertices.
   Source source_of(TreeFormatId id, LeafFormat leaves) const {
@@ -135,6 +139,7 @@ class DeviceTree {
     Firsts firsts;
   };
 
+  std::uint64_t largest_bytes() const;
   void describe(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
   const PairTree& any_pairs();
   const std::vector<PairTree>& any_mesh_pairs();

@@ -293,6 +293,44 @@ TEST_F(Builders, TreesOfTheDeviceAreTracedWhereTheyLie) {
   expect_silent(*gpu_);
 }
 
+/// Returns the text of the error that `work` throws; "" if it throws none.
+std::string error_of(const std::function<void()>& work) {
+  try {
+    work();
+    return "";
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
+// A tree that is too large for one kind of buffers is read through another, with the same hits, wherever it was built.
+TEST_F(Builders, TreesBeyondTheLimitsOfABufferAreReadInAnotherWay) {
+  constexpr std::uint64_t kTexels = 8000, kStorage = 250'000;  // leaves have more texels
+  const Triangles triangles = shapes::soup(3001, 0.1f);
+  const std::vector<Ray> rays = shapes::random_rays(1999);
+  Context narrow(options());
+  narrow.lower_limits(kTexels, kStorage);
+  const Bvh bvh = build_bvh(triangles);
+  const auto build = std::make_shared<DeviceBuild>(narrow, triangles, BuildSettings{});
+  Tracer wide(*gpu_, bvh, triangles, facts_of(bvh)), host(narrow, bvh, triangles, facts_of(bvh)),
+      there(narrow, build->summary(), triangles, facts_of(build->summary()), build);
+  for (const char* method : {"while-while", "bvh4"}) {
+    const Query query{.method = method};
+    std::vector<Hit> expected(rays.size()), hits(rays.size());
+    wide.trace(rays, expected, query);
+    for (Tracer* tracer : {&host, &there}) {
+      EXPECT_EQ(tracer->variant(query).config.fetch, Fetch::Reference) << method;
+      tracer->trace(rays, hits, query);
+      EXPECT_EQ(count_different(expected, hits), 0u) << method;
+    }
+  }
+  const std::string asked = error_of([&] { host.kernel({.method = "while-while", .knobs = {{"fetch", "texel"}}}); });
+  EXPECT_NE(asked.find("maxTexelBufferElements"), asked.npos) << asked;
+  const std::string built = error_of([&] { DeviceBuild(narrow, shapes::soup(4001, 0.1f), BuildSettings{}); });
+  EXPECT_NE(built.find("4001 triangles, but builder 'device' takes 3125"), built.npos) << built;
+  expect_silent(narrow);
+}
+
 TEST_F(Builders, SortAgreesWithTheStandardLibrary) {
   shapes::Random random(5);
   for (const std::uint32_t bits : {32u, 40u, 64u})

@@ -156,8 +156,7 @@ void Batches::plan(RayBatch& batch, const RayKind& kind, const RayKindOptions& o
       const std::uint32_t rays = frame.start_count[source] * push.rays_per_hit;
       for (push.first = 0; push.first < rays; push.first += push.count) {
         push.count = std::min(rays - push.first, batch.chunks_[target].count - push.offset);
-        frame.runs.push_back(
-            {&generator(generator_source(name, policy, scene_.features().instances())), source, target, push});
+        frame.runs.push_back({&generator(generator_source(name, policy, scene_.features())), source, target, push});
         push.offset += push.count;
         if (push.offset == batch.chunks_[target].count) ++target, push.offset = 0;
       }

@@ -23,10 +23,13 @@ KernelSource primary_source(bool listed, const SceneFeatures& features) {
           .constants = {}};
 }
 
-KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset, bool instances) {
-  return {.name = fmt::format("rays.{}.{}{}", generator, offset.name, instances ? "+instances" : ""),
+KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset, const SceneFeatures& features) {
+  return {.name = fmt::format("rays.{}.{}{}{}", generator, offset.name, features.instances() ? "+instances" : "",
+                              features.stored ? "+stored" : ""),
           .file = fmt::format("rays/{}.comp", generator),
-          .defines = {{"BALLOT_ORIGIN", offset.value}, {"BALLOT_HAS_INSTANCES", instances}},
+          .defines = {{"BALLOT_ORIGIN", offset.value},
+                      {"BALLOT_HAS_INSTANCES", features.instances()},
+                      {"BALLOT_STORED", features.stored}},
           .constants = {}};
 }
 

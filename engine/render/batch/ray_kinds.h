@@ -51,8 +51,8 @@ const RayKind& find_ray_kind(std::string_view name);
 /// reads a list of pixels, as a picture that cuts tiles needs.
 KernelSource primary_source(bool listed, const SceneFeatures& features);
 
-/// Returns the kernel of a generator of secondary rays, for a scene with `instances` or without.
-KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset, bool instances);
+/// Returns the kernel of a generator of secondary rays, for a scene with these features.
+KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset, const SceneFeatures& features);
 
 /// The options of secondary rays.
 struct RayKindOptions {

@@ -96,7 +96,7 @@ const EmitterTable& SceneData::emitters() {
 
 void SceneData::bind_textures(Kernel& kernel) {
   if (kernel.wants(BIND_UVS)) {
-    if (!uvs_) uvs_ = upload(pack_uvs(scene_), Access::Texel, "texture coordinates");
+    if (!uvs_) uvs_ = upload(pack_uvs(scene_), array_access(false), "texture coordinates");
     kernel.bind(BIND_UVS, *uvs_);
   }
   if (kernel.wants(BIND_TEXELS)) {
@@ -131,8 +131,17 @@ void SceneData::bind_lights(Kernel& kernel) {
   }
 }
 
-/// Returns the access to the buffers of vertices and normals, which the device writes if they move there.
-Access SceneData::vertex_access() const { return scene_.animation ? Access::Texel | Access::Storage : Access::Texel; }
+bool SceneData::exceeds_texels(const Scene& scene, const DeviceInfo& device) {
+  std::uint64_t uvs = 0;
+  for (const auto& set : scene.uvs) uvs += set.size();
+  return std::max(std::uint64_t(scene.triangles.size()) * 3, uvs * 2) > device.max_texels;
+}
+
+/// Returns the access to an array with texels for each triangle, which the device writes if its content `moves` there.
+Access SceneData::array_access(bool moves) const {
+  if (features_.stored) return Access::Storage;
+  return moves && scene_.animation ? Access::Texel | Access::Storage : Access::Texel;
+}
 
 void SceneData::follow(PosedTriangles& posed) {
   if (triangles_) posed.write(*triangles_, normals_ && !scene_.normals.empty() ? normals_.get() : nullptr);
@@ -150,15 +159,15 @@ void SceneData::bind(Kernel& kernel) {
                                                                                           : 0);
   if (kernel.wants(BIND_TRIANGLES)) {
     if (!triangles_)
-      triangles_ = upload(texels_of(std::span<const Triangle>(scene_.triangles), scene_.material_of), vertex_access(),
-                          "triangles");
+      triangles_ = upload(texels_of(std::span<const Triangle>(scene_.triangles), scene_.material_of),
+                          array_access(true), "triangles");
     kernel.bind(BIND_TRIANGLES, *triangles_);
   }
   if (kernel.wants(BIND_NORMALS)) {
     if (!normals_)
       normals_ = upload(
           scene_.normals.empty() ? none : texels_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), {}),
-          vertex_access(), "normals");
+          array_access(true), "normals");
     kernel.bind(BIND_NORMALS, *normals_);
   }
   if (kernel.wants(BIND_INSTANCES)) {
@@ -169,7 +178,7 @@ void SceneData::bind(Kernel& kernel) {
     constexpr std::uint32_t kOnes = 0x3C003C00;  // two halves
     const std::vector<glm::uvec4> white(scene_.colors.empty() ? 2 * scene_.triangles.size() : 0, glm::uvec4(kOnes));
     if (!colors_)
-      colors_ = upload(scene_.colors.empty() ? white : pack_colors(scene_), Access::Texel, "colours of vertices");
+      colors_ = upload(scene_.colors.empty() ? white : pack_colors(scene_), array_access(false), "colours of vertices");
     kernel.bind(BIND_COLORS, *colors_);
   }
   if (kernel.wants(BIND_MATERIALS)) {
@@ -191,6 +200,7 @@ struct Asked {
 
 std::vector<Asked> asked_of(const SceneFeatures& f, bool materials) {
   return {{"BALLOT_HAS_INSTANCES", "instances", f.instances()},
+          {"BALLOT_STORED", "stored", f.stored},
           {"BALLOT_HAS_NORMALS", "normals", f.shading_normals},
           {"BALLOT_HAS_GLOSS", "gloss", materials && f.glossy},
           {"BALLOT_HAS_GLASS", "glass", materials && f.refracts},

@@ -23,6 +23,9 @@ class SceneData {
   SceneData(Context& gpu, const Scene& scene, const SceneFeatures& features, const LateVertices& late)
       : gpu_(gpu), scene_(scene), features_(features), late_(late) {}
 
+  /// Returns true if the scene has more triangles than a texel buffer of the device can hold: SceneFeatures::stored.
+  static bool exceeds_texels(const Scene& scene, const DeviceInfo& device);
+
   /// Binds the buffers of the scene that the kernel declares: triangles, instances, normals, colours, texture
   /// coordinates, textures, materials, lights. Throws Error(Work) if the device cannot hold them.
   void bind(Kernel& kernel);
@@ -46,7 +49,7 @@ class SceneData {
   const PackedTextures& textures();
   std::vector<float> emitted();
   std::vector<GpuMaterial> materials();
-  Access vertex_access() const;
+  Access array_access(bool moves) const;
   template <class T>
   std::unique_ptr<Buffer<T>> upload(const std::vector<T>& data, Access access, const char* name);
 

@@ -223,8 +223,7 @@ void LiveImage::generate_secondary(std::string_view generator, const Slice& slic
     width_ = options.width;
     starts_first_ = slice.camera.first;
   }
-  Kernel& k =
-      kernel(generator_source(generator, find_offset_policy(RayKindOptions{}.offset), scene_.features().instances()));
+  Kernel& k = kernel(generator_source(generator, find_offset_policy(RayKindOptions{}.offset), scene_.features()));
   k.bind(BIND_RAYS, *secondary_);
   k.bind(BIND_HITS, *hits_);
   k.bind(BIND_PRIMARY, *rays_);

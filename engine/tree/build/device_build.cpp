@@ -72,6 +72,7 @@ DeviceBuild::DeviceBuild(Context& gpu, std::span<const Triangle> triangles, cons
   const auto start = std::chrono::steady_clock::now();
   check_settings(settings);
   check_triangles(triangles);
+  DeviceBuilder::check_count(gpu.info(), triangles.size());
   triangles_ = DeviceBuilder::upload(gpu, triangles);
   build();
   summary_.stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -10,8 +10,6 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kMostTriangles = BUILD_INDEX_MASK;
-
 /// Returns the state at the start of a build: bounds of nothing.
 BuildState empty_state() {
   BuildState state{};
@@ -60,6 +58,21 @@ DeviceBuilder::DeviceBuilder(Context& gpu, BuildOver over) : gpu_(gpu), over_(ov
     fail(Failure::Arguments,
          "bvh: builder 'device' needs subgroups of at most 64, those of {} have {}; use another builder", d.name,
          d.subgroup_size);
+}
+
+std::uint64_t DeviceBuilder::most_triangles(const DeviceInfo& device) {
+  constexpr std::uint64_t kBytes = (LEAF_HEADER_TEXELS + TRIANGLE_TEXELS) * sizeof(glm::uvec4);
+  static_assert(kBytes >= BUILD_NODE_TEXELS * sizeof(glm::uvec4) && kBytes >= sizeof(Triangle));
+  return std::min<std::uint64_t>(std::min(device.max_storage_range, device.max_allocation) / kBytes, BUILD_INDEX_MASK);
+}
+
+void DeviceBuilder::check_count(const DeviceInfo& device, std::uint64_t triangles) {
+  const std::uint64_t most = most_triangles(device);
+  if (triangles > most)
+    fail(Failure::Work,
+         "bvh: {} triangles, but builder 'device' takes {} on {}, whose storage buffers have up to {} bytes; use "
+         "another builder",
+         triangles, most, device.name, device.max_storage_range);
 }
 
 DeviceBuilder::~DeviceBuilder() { gpu_.abandon(); }
@@ -199,9 +212,7 @@ void DeviceBuilder::read_tree(const BuildState& s) {
 
 const BuiltTree& DeviceBuilder::build(const RawBuffer& triangles, std::uint32_t count, const BuildSettings& settings) {
   check_settings(settings);
-  if (count > kMostTriangles)
-    fail(Failure::Work, "bvh: {} triangles, but builder 'device' can number {}; use another builder", count,
-         kMostTriangles);
+  check_count(gpu_.info(), count);
   triangles_ = &triangles;
   settings_ = settings;
   has_parents_ = false;

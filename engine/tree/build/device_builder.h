@@ -36,6 +36,10 @@ class DeviceBuilder {
  public:
   /// Returns true if the device can run the builder.
   static bool runs_on(const DeviceInfo& device) { return device.shuffle && device.subgroup_size <= 64; }
+  /// Returns the most triangles that a build takes there: leaves with a triangle each fit into a buffer.
+  static std::uint64_t most_triangles(const DeviceInfo& device);
+  /// Throws Error(Work) for more.
+  static void check_count(const DeviceInfo& device, std::uint64_t triangles);
   /// Throws Error(Arguments) if the device has no subgroup shuffle or subgroups of more than 64.
   explicit DeviceBuilder(Context& gpu, BuildOver over = BuildOver::Triangles);
   ~DeviceBuilder();
@@ -49,7 +53,7 @@ class DeviceBuilder {
 
   /// Builds a tree of the first `count` triangles. Coordinates are finite and within +-1e12. The triangles must stay as
   /// they are until the last write(). Throws Error(Arguments) if a setting is out of range; Error(Work) if there are
-  /// more than 2^28 - 1 triangles, the device has no room, or its driver lost part of the work.
+  /// more than most_triangles(), the device has no room, or its driver lost part of the work.
   const BuiltTree& build(const RawBuffer& triangles, std::uint32_t count, const BuildSettings& settings);
 
   /// Record a refit of the tree of the last build(): its boxes move to the triangles of a buffer, which are as many as

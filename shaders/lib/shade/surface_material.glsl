@@ -12,16 +12,16 @@
 layout(set = 0, binding = BIND_MATERIALS, scalar) readonly buffer Materials { GpuMaterial materials[]; };
 #endif
 #if BALLOT_HAS_NORMALS
-layout(set = 0, binding = BIND_NORMALS) uniform usamplerBuffer normals;
+SCENE_ARRAY(normals, BIND_NORMALS)
 #endif
 #if BALLOT_HAS_COLORS
-layout(set = 0, binding = BIND_COLORS) uniform usamplerBuffer colors;
+SCENE_ARRAY(colors, BIND_COLORS)
 #endif
 #if HAS_TEXTURES
 #include "texture.glsl"
 #endif
 
-uint material_of(uint prim) { return texelFetch(triangles, int(PLACE_OF(prim) * 3u)).w; }
+uint material_of(uint prim) { return SCENE_TEXEL(triangles, PLACE_OF(prim) * 3u).w; }
 
 #if BALLOT_HAS_MATERIALS
 // The material and the shading normal at a hit.
@@ -58,8 +58,8 @@ vec4 half_color(uvec2 words) { return vec4(unpackHalf2x16(words.x), unpackHalf2x
 
 // Returns the interpolated colour of the vertices; exactly their colour if that is one.
 vec4 vertex_color(Hit hit) {
-  uvec4 two = texelFetch(colors, int(2u * PLACE_OF(hit.prim)));
-  uvec2 last = texelFetch(colors, int(2u * PLACE_OF(hit.prim) + 1u)).xy;
+  uvec4 two = SCENE_TEXEL(colors, 2u * PLACE_OF(hit.prim));
+  uvec2 last = SCENE_TEXEL(colors, 2u * PLACE_OF(hit.prim) + 1u).xy;
   vec4 first = half_color(two.xy);
   return first + (half_color(two.zw) - first) * hit.u + (half_color(last) - first) * hit.v;
 }
@@ -108,9 +108,9 @@ vec3 bumped(uint material, Hit hit, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool fron
 // normal may still face away from the ray.
 vec3 smooth_normal(Hit hit, vec3 n) {
 #if BALLOT_HAS_NORMALS
-  vec3 n0 = moved_normal(uintBitsToFloat(texelFetch(normals, int(PLACE_OF(hit.prim) * 3u)).xyz));
-  vec3 n1 = moved_normal(uintBitsToFloat(texelFetch(normals, int(PLACE_OF(hit.prim) * 3u + 1u)).xyz));
-  vec3 n2 = moved_normal(uintBitsToFloat(texelFetch(normals, int(PLACE_OF(hit.prim) * 3u + 2u)).xyz));
+  vec3 n0 = moved_normal(uintBitsToFloat(SCENE_TEXEL(normals, PLACE_OF(hit.prim) * 3u).xyz));
+  vec3 n1 = moved_normal(uintBitsToFloat(SCENE_TEXEL(normals, PLACE_OF(hit.prim) * 3u + 1u).xyz));
+  vec3 n2 = moved_normal(uintBitsToFloat(SCENE_TEXEL(normals, PLACE_OF(hit.prim) * 3u + 2u).xyz));
   vec3 smooth_n = n0 * (1.0 - hit.u - hit.v) + n1 * hit.u + n2 * hit.v;
   if (dot(smooth_n, smooth_n) > 1e-12) n = normalize(dot(smooth_n, n) < 0.0 ? -smooth_n : smooth_n);
 #endif

@@ -1,7 +1,7 @@
 // Texture sampling: bilinear, between the two nearest mip maps, with the wrap modes of the texture and the transform of
 // each use.
 
-layout(set = 0, binding = BIND_UVS) uniform usamplerBuffer uvs;
+SCENE_ARRAY(uvs, BIND_UVS)
 layout(set = 0, binding = BIND_TEXELS) uniform usamplerBuffer texels;
 layout(set = 0, binding = BIND_TEXTURES, scalar) readonly buffer Textures { GpuTexture textures[]; };
 layout(set = 0, binding = BIND_TEXTURE_USES, scalar) readonly buffer TextureUses { GpuTextureUse texture_uses[]; };
@@ -16,8 +16,8 @@ vec2 transformed(GpuTextureUse use, vec2 uv) {
 }
 
 Corners corners_of(GpuTextureUse use, uint prim) {
-  vec4 ab = uintBitsToFloat(texelFetch(uvs, int(use.first_uv + 2u * PLACE_OF(prim))));
-  vec2 c = uintBitsToFloat(texelFetch(uvs, int(use.first_uv + 2u * PLACE_OF(prim) + 1u)).xy);
+  vec4 ab = uintBitsToFloat(SCENE_TEXEL(uvs, use.first_uv + 2u * PLACE_OF(prim)));
+  vec2 c = uintBitsToFloat(SCENE_TEXEL(uvs, use.first_uv + 2u * PLACE_OF(prim) + 1u).xy);
   return Corners(transformed(use, ab.xy), transformed(use, ab.zw), transformed(use, c));
 }
 

@@ -7,7 +7,21 @@
 #error a variant must give BALLOT_HAS_INSTANCES (engine/render/data/scene_data.h)
 #endif
 
-layout(set = 0, binding = BIND_TRIANGLES) uniform usamplerBuffer triangles;
+// The arrays of a scene that have texels for every triangle. BALLOT_STORED: 1 for a scene with more triangles than a
+// texel buffer can hold; the arrays are then storage buffers.
+#ifndef BALLOT_STORED
+#error a variant must give BALLOT_STORED (engine/render/data/scene_data.h)
+#endif
+#if BALLOT_STORED
+#define SCENE_ARRAY(name, bound) \
+  layout(set = 0, binding = bound, std430) readonly buffer name##_array { uvec4 name##_texels[]; };
+#define SCENE_TEXEL(name, i) name##_texels[i]
+#else
+#define SCENE_ARRAY(name, bound) layout(set = 0, binding = bound) uniform usamplerBuffer name;
+#define SCENE_TEXEL(name, i) texelFetch(name, int(i))
+#endif
+
+SCENE_ARRAY(triangles, BIND_TRIANGLES)
 
 #if BALLOT_HAS_INSTANCES
 // The first PLACED_TEXELS texels begin with the number of instances. Then come for each (number of its first triangle,
@@ -46,7 +60,7 @@ void at_triangle(uint prim) {
 
 // Every operation is rounded by itself (lib/numeric/reproducible.glsl), so a vertex has the same bits on every device.
 vec3 vertex(uint prim, uint corner) {
-  vec3 v = uintBitsToFloat(texelFetch(triangles, int(PLACE_OF(prim) * 3u + corner)).xyz);
+  vec3 v = uintBitsToFloat(SCENE_TEXEL(triangles, PLACE_OF(prim) * 3u + corner).xyz);
   precise vec3 at = vec3(placed.x.x * v.x + placed.x.y * v.y + placed.x.z * v.z + placed.x.w,
                          placed.y.x * v.x + placed.y.y * v.y + placed.y.z * v.z + placed.y.w,
                          placed.z.x * v.x + placed.z.y * v.y + placed.z.z * v.z + placed.z.w);
@@ -65,6 +79,6 @@ vec3 moved_normal(vec3 n) {
 #else
 #define AT_TRIANGLE(prim)
 #define PLACE_OF(prim) prim
-vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(texelFetch(triangles, int(prim * 3u + corner)).xyz); }
+vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(SCENE_TEXEL(triangles, prim * 3u + corner).xyz); }
 #define moved_normal(n) n
 #endif
