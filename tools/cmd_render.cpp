@@ -2,6 +2,7 @@
 #include <set>
 
 #include "tools/help.h"
+#include "tools/render_bands.h"
 #include "tools/render_frames.h"
 #include "tools/render_job.h"
 #include "tools/render_light.h"
@@ -26,7 +27,7 @@ struct RenderArgs {
   LightArgs light;
   std::vector<std::string> aovs;
   std::int32_t bounces = -1;
-  std::uint32_t seed = 0;
+  std::uint32_t seed = 0, band = 0;
   float ao_radius = RenderOptions{}.ao_radius;
   double checkpoint_s = RenderJob{}.checkpoint_s;
   FrameArgs frames;
@@ -129,19 +130,24 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
                  const FrameOf& of, nlohmann::json& json) {
   Engine& engine = *opened.engine;
   const RenderOptions& options = job.options;
-  Rendered rendered = render_job(engine, view, job, exr);
+  const BandPlan plan = plan_bands(engine, view, options, {args.band, job.reference.has_value(), args.png});
+  if (args.verbose || plan.in_bands()) announce(view, options, plan, engine.device().is_cpu());
+  Rendered rendered = plan.in_bands() ? render_bands(engine, view, job, exr, plan) : render_job(engine, view, job, exr);
   const auto written = std::chrono::steady_clock::now();
   const RenderTimes& times = rendered.times;
   Image& image = rendered.image;
   label_frame(image, of.plan, of.frame, of.job);
   const Tone tone = args.tone.tone_for(args.shading);
   label_tone(image, tone);
-  write_exr(exr, image);
   const fs::path png = png_beside(exr);
-  if (args.png) write_png(png, image, tone);
+  if (plan.in_bands()) join_bands(image, options, plan, exr, args.png ? png : fs::path(), tone);
+  if (!plan.in_bands()) write_exr(exr, image);
+  if (!plan.in_bands() && args.png) write_png(png, image, tone);
   finish_job(exr);
   const double write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - written).count();
   const Wall wall{times.device_ms * 1e-3, rendered.film_s, write_s, rendered.seconds + write_s};
+  if (rendered.bands_there > 0)
+    say("  {:<10} {} of {} bands were complete\n", view.name, rendered.bands_there, plan.bands.size());
   if (rendered.resumed_at > 0) say("  {:<10} resumed from {} samples\n", view.name, rendered.resumed_at);
   say("  {:<10} {:7.3f} s  {:8.2f} Mrays/s  {}{}\n", view.name, wall.wall_s, times.mrays_per_s(), exr.string(),
       args.png ? " + .png" : "");
@@ -278,7 +284,8 @@ int run_render(RenderArgs& args) {
   if (const std::size_t there = render_frames(args, opened, plan, job, views, files, json); there > 0)
     say("  {} pictures were complete and left out\n", there);
   if (args.verbose) print_kernel(engine, query);
-  write_json(args.engine.json, json);
+  if (args.verbose) print_longest(engine.context()->longest_pass());
+  write_json(args.engine.json, engine, json);
   return finish(engine);
 }
 
@@ -307,6 +314,9 @@ void add_part_options(CLI::App& cmd, RenderArgs& args) {
   cmd.add_option("--tiles", args.tiles,
                  "I/N: render part I of N parts, I from 0: every N-th tile from tile I on; e.g. --tiles 0/4.\n"
                  "'ballot merge' joins the N pictures; the result has the same bits as one render");
+  cmd.add_option("--band", args.band,
+                 "rows of a band: a large picture is rendered band by band, as files OUT.rows-FIRST-LAST.exr that are\n"
+                 "joined at the end; the result has the same bits [of large pictures, as many as suit the memory]");
   cmd.add_option("--checkpoint", args.checkpoint_s,
                  "seconds between checkpoints, which are OUT.checkpoint.exr beside OUT.exr; 0: none [60]");
   cmd.add_flag("--resume", args.resume,

@@ -101,8 +101,8 @@ void Rendering::stop(const InterruptGuard& interrupt, const std::string& failure
   const std::string rest = failure.empty()
                                ? fmt::format("{} keeps them; go on with: {}", checkpoint.string(), job.again)
                                : "nothing was kept: " + failure;
-  throw Stopped(interrupt.signal(), fmt::format("{} stopped view {} after {} of {} samples; {}", interrupt.name(),
-                                                view.name, film.samples, job.options.spp, rest));
+  throw Stopped(interrupt.signal(), fmt::format("{} stopped view {}{} after {} of {} samples; {}", interrupt.name(),
+                                                view.name, job.rows, film.samples, job.options.spp, rest));
 }
 
 /// Makes a checkpoint of what the host has of the film, and throws DeviceLost, which says so too.
@@ -114,9 +114,10 @@ void Rendering::lose(const DeviceLost& lost) {
     failure = ::ballot::cli::save(checkpoint, here, engine.made_of(view, job.options));
     if (failure.empty()) saved = here.samples;
   }
-  const std::string rest = saved > 0 ? fmt::format("{} keeps {} of {} samples of view {}; go on with: {}",
-                                                   checkpoint.string(), saved, job.options.spp, view.name, job.again)
-                                     : fmt::format("of view {} nothing was kept: {}", view.name, failure);
+  const std::string rest =
+      saved > 0 ? fmt::format("{} keeps {} of {} samples of view {}{}; go on with: {}", checkpoint.string(), saved,
+                              job.options.spp, view.name, job.rows, job.again)
+                : fmt::format("of view {}{} nothing was kept: {}", view.name, job.rows, failure);
   throw DeviceLost(fmt::format("{}; {}", lost.what(), rest));
 }
 
@@ -172,7 +173,7 @@ Rendered render_job(Engine& engine, const View& view, const RenderJob& job, cons
     r.done.resumed_at = r.saved = r.film.samples;
   }
   r.done.film_s = seconds_since(begin);
-  ProgressBar bar("rendering " + view.name);
+  ProgressBar bar("rendering " + view.name + job.rows);
   try {
     r.render(bar);
     const Clock::time_point painted = Clock::now();

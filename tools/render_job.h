@@ -23,6 +23,7 @@ struct RenderJob {
   double checkpoint_s = 60;  // seconds between checkpoints; 0: no checkpoints
   bool resume = false;
   std::string again = {};  // the command line that resumes, for the message of a signal
+  std::string rows = {};   // which rows of the view these are, for messages; "": all
   std::optional<Image> reference = {};
 };
 
@@ -30,6 +31,7 @@ struct Rendered {
   Image image;
   RenderTimes times;
   std::uint32_t resumed_at = 0;  // samples per pixel that the checkpoint held; 0: none was read
+  std::size_t bands_there = 0;   // of a picture in bands: bands that an earlier run had finished
   std::vector<ErrorAt> errors;   // empty without a reference
   double seconds = 0;            // wall time from creating the film to the finished picture
   double film_s = 0;             // part of it: creating the film, copying it to and from the device, making the picture

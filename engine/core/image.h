@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <variant>
@@ -40,6 +41,12 @@ struct Image {
 
 /// Writes an EXR atomically. Values of Half channels are clamped to [-65504, 65504]. Throws Error(Work).
 void write_exr(const std::filesystem::path& path, const Image& image);
+/// Writes an EXR whose rows come in bands: `next` returns the rows below those so far, as an image of the same width
+/// and channels. `whole` has the size, the attributes, and the channels without values. The file has the bytes that
+/// write_exr() gives all rows. Throws as write_exr() and `next` do; also if a band does not fit.
+void write_exr_in_bands(const std::filesystem::path& path, const Image& whole, const std::function<Image()>& next);
+/// Returns the size, the attributes, and the channels without values of an EXR. Throws as read_exr().
+Image read_exr_header(const std::filesystem::path& path);
 /// Reads every channel of a flat, single-part EXR. Throws Error(Work); subsampled channels are an error, and so are
 /// pictures that do not fit into the memory that is left (memory.h).
 Image read_exr(const std::filesystem::path& path);
@@ -49,5 +56,19 @@ const Channel& channel_in(const std::filesystem::path& file, const Image& image,
 /// Writes the channels R, G, B as an 8-bit PNG, atomically: tone-mapped and sRGB encoded.
 /// Throws Error(Work), and Error(Arguments) if a channel is missing.
 void write_png(const std::filesystem::path& path, const Image& image, const Tone& tone = {});
+
+/// The same for a picture whose rows come in bands. It keeps three bytes a pixel.
+class PngRows {
+ public:
+  PngRows(std::uint32_t width, std::uint32_t height) : width_(width), height_(height) {}
+  /// Adds the rows of an image below those so far. Throws Error as write_png(), which names `path`.
+  void add(const std::filesystem::path& path, const Image& rows, const Tone& tone);
+  /// Writes all rows. Throws Error(Work).
+  void write(const std::filesystem::path& path) const;
+
+ private:
+  std::uint32_t width_, height_;
+  std::vector<std::uint8_t> bytes_;
+};
 
 }  // namespace ballot

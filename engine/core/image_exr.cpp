@@ -65,7 +65,7 @@ Imf::PixelType exr_type(Pixel type) {
   return type == Pixel::Float ? Imf::FLOAT : Imf::UINT;
 }
 
-void check_image(const fs::path& path, const Image& image) {
+void check_image(const fs::path& path, const Image& image, bool with_values = true) {
   const auto stop = [&](const std::string& reason) {
     fail(Failure::Work, "cannot write {}: {}", path.string(), reason);
   };
@@ -80,7 +80,7 @@ void check_image(const fs::path& path, const Image& image) {
       stop(fmt::format("channel name '{}' is empty or used twice", channel.name));
     }
     const std::size_t values = channel.type == Pixel::Uint ? channel.uints.size() : channel.floats.size();
-    if (values != pixels) {
+    if (with_values && values != pixels) {
       stop(fmt::format("channel {} has {} values, expected {} x {}", channel.name, values, image.width, image.height));
     }
   }
@@ -131,8 +131,11 @@ std::vector<half> to_halves(const std::vector<float>& floats) {
   return halves;
 }
 
-void write_pixels(Imf::OutputFile& file, const Image& image) {
-  const Imath::Box2i window = file.header().dataWindow();
+/// Writes the rows of an image below those that the file has.
+void write_rows(Imf::OutputFile& file, const Image& image) {
+  Imath::Box2i window = file.header().dataWindow();
+  window.min.y = file.currentScanLine();
+  window.max.y = window.min.y + static_cast<int>(image.height) - 1;
   std::vector<std::vector<half>> halves(image.channels.size());  // alive until writePixels returns
   Imf::FrameBuffer frame;
   for (std::size_t i = 0; i < image.channels.size(); ++i) {
@@ -157,7 +160,7 @@ std::string tidy_reason(std::string text) {
 }
 
 // Reads only the header. Throws if it would make OpenEXR, or the code below, allocate far more than the file can hold.
-void check_exr(const fs::path& path) {
+void check_exr(const fs::path& path, bool whole) {
   std::error_code code;
   const std::uint64_t bytes = fs::file_size(path, code);
   if (code) throw std::invalid_argument(code.message());
@@ -190,8 +193,9 @@ void check_exr(const fs::path& path) {
     throw std::invalid_argument(fmt::format("its header claims {} x {} pixels of {} bytes, but the file has {} bytes",
                                             width, height, pixel_bytes, bytes));
   }
-  need_memory(std::uint64_t(width * height * pixel_bytes),
-              fmt::format("{}: a picture of {} x {} pixels", path.string(), width, height));
+  if (whole)
+    need_memory(std::uint64_t(width * height * pixel_bytes),
+                fmt::format("{}: a picture of {} x {} pixels", path.string(), width, height));
 }
 
 void read_attributes(const Imf::Header& header, Image& image) {
@@ -211,9 +215,8 @@ void read_attributes(const Imf::Header& header, Image& image) {
   }
 }
 
-Image read_checked_exr(const fs::path& path) {
-  const std::string name = path.string();
-  Imf::InputFile file(name.c_str());
+/// Returns size, channels without values, and attributes.
+Image header_of(const Imf::InputFile& file) {
   const Imath::Box2i window = file.header().dataWindow();
   Image image;
   image.width = static_cast<std::uint32_t>(window.max.x - window.min.x + 1);
@@ -225,26 +228,32 @@ Image read_checked_exr(const fs::path& path) {
     image.full_width = static_cast<std::uint32_t>(display.max.x + 1);
     image.full_height = static_cast<std::uint32_t>(display.max.y + 1);
   }
-  const std::size_t pixels = std::size_t{image.width} * image.height;
   for (auto it = file.header().channels().begin(); it != file.header().channels().end(); ++it) {
     Channel& channel = image.channels.emplace_back();
     channel.name = it.name();
     channel.type = it.channel().type == Imf::HALF ? Pixel::Half : Pixel::Float;
     if (it.channel().type == Imf::UINT) channel.type = Pixel::Uint;
-    if (channel.type == Pixel::Uint)
-      channel.uints.resize(pixels);
-    else
-      channel.floats.resize(pixels);
   }
+  read_attributes(file.header(), image);
+  return image;
+}
+
+Image read_pixels(Imf::InputFile& file) {
+  const Imath::Box2i window = file.header().dataWindow();
+  Image image = header_of(file);
+  const std::size_t pixels = std::size_t{image.width} * image.height;
   Imf::FrameBuffer frame;
   for (Channel& channel : image.channels) {
     const bool uint = channel.type == Pixel::Uint;
+    if (uint)
+      channel.uints.resize(pixels);
+    else
+      channel.floats.resize(pixels);
     const void* values = uint ? static_cast<const void*>(channel.uints.data()) : channel.floats.data();
     frame.insert(channel.name, Imf::Slice::Make(uint ? Imf::UINT : Imf::FLOAT, values, window));
   }
   file.setFrameBuffer(frame);
   file.readPixels(window.min.y, window.max.y);
-  read_attributes(file.header(), image);
   return image;
 }
 
@@ -259,17 +268,19 @@ const Channel& Image::channel(const std::string& name) const {
   fail(Failure::Arguments, "the image has no channel '{}'; there are: {}", name, fmt::join(names, ", "));
 }
 
-void write_exr(const fs::path& path, const Image& image) {
-  check_image(path, image);
+namespace {
+
+/// Writes an EXR with the header of `whole`; `rows` writes its pixels.
+void write_file_of(const fs::path& path, const Image& whole, const std::function<void(Imf::OutputFile&)>& rows) {
   use_all_cores();
   write_atomically(path, [&](const fs::path& temporary) {
     try {
-      const Imf::Header header = make_header(image);
+      const Imf::Header header = make_header(whole);
       OutputFile out(temporary, path);
       {
         Stream stream(out, path.string());
         Imf::OutputFile file(stream, header);
-        write_pixels(file, image);
+        rows(file);
       }
       out.close();
     } catch (const Error&) {
@@ -280,17 +291,51 @@ void write_exr(const fs::path& path, const Image& image) {
   });
 }
 
+bool same_channels(const Image& a, const Image& b) {
+  return std::ranges::equal(a.channels, b.channels, [](const Channel& one, const Channel& other) {
+    return one.name == other.name && one.type == other.type;
+  });
+}
+
+}  // namespace
+
+void write_exr(const fs::path& path, const Image& image) {
+  check_image(path, image);
+  write_file_of(path, image, [&](Imf::OutputFile& file) { write_rows(file, image); });
+}
+
+void write_exr_in_bands(const fs::path& path, const Image& whole, const std::function<Image()>& next) {
+  check_image(path, whole, false);
+  write_file_of(path, whole, [&](Imf::OutputFile& file) {
+    for (std::uint32_t rows = 0; rows < whole.height;) {
+      const Image band = next();
+      check_image(path, band);
+      if (band.width != whole.width || band.height > whole.height - rows || !same_channels(band, whole))
+        fail(Failure::Work, "cannot write {}: a band of {} x {} pixels does not fit below {} rows of {} x {}",
+             path.string(), band.width, band.height, rows, whole.width, whole.height);
+      write_rows(file, band);
+      rows += band.height;
+    }
+  });
+}
+
 const Channel& channel_in(const fs::path& file, const Image& image, const std::string& name) {
   for (const Channel& channel : image.channels)
     if (channel.name == name && channel.type != Pixel::Uint) return channel;
   fail(Failure::Work, "{}: has no channel {} of half or float; expected a picture with colours", file.string(), name);
 }
 
-Image read_exr(const fs::path& path) {
+namespace {
+
+/// Opens an EXR that Ballot can read and returns what `read` makes of it. `whole`: all pixels must fit into the memory
+/// that is left.
+Image read_file_of(const fs::path& path, bool whole, Image (*read)(Imf::InputFile&)) {
   try {
     check_regular(path);
-    check_exr(path);
-    return read_checked_exr(path);
+    check_exr(path, whole);
+    const std::string name = path.string();
+    Imf::InputFile file(name.c_str());
+    return read(file);
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {
@@ -303,5 +348,13 @@ Image read_exr(const fs::path& path) {
     fail(Failure::Work, "cannot read {}: it is damaged; write it again", path.string());
   }
 }
+
+}  // namespace
+
+Image read_exr_header(const fs::path& path) {
+  return read_file_of(path, false, [](Imf::InputFile& file) { return header_of(file); });
+}
+
+Image read_exr(const fs::path& path) { return read_file_of(path, true, read_pixels); }
 
 }  // namespace ballot

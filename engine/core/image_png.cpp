@@ -6,6 +6,7 @@
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/image.h"
+#include "engine/core/parallel.h"
 
 namespace ballot {
 namespace {
@@ -18,31 +19,43 @@ std::uint8_t to_srgb8(float c) {
 
 }  // namespace
 
-void write_png(const std::filesystem::path& path, const Image& image, const Tone& tone) {
-  const std::size_t pixels = std::size_t{image.width} * image.height;
-  std::vector<std::uint8_t> bytes(3 * pixels);
-  const std::array<const Channel*, 3> channels{&image.channel("R"), &image.channel("G"), &image.channel("B")};
+void PngRows::add(const std::filesystem::path& path, const Image& rows, const Tone& tone) {
+  const std::size_t pixels = std::size_t{rows.width} * rows.height, first = bytes_.size();
+  const std::array<const Channel*, 3> channels{&rows.channel("R"), &rows.channel("G"), &rows.channel("B")};
   for (const Channel* channel : channels)
     if (channel->floats.size() != pixels)
       fail(Failure::Work, "cannot write {}: channel {} has {} values, expected {} x {}", path.string(), channel->name,
-           channel->floats.size(), image.width, image.height);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    const auto shown = toned({channels[0]->floats[i], channels[1]->floats[i], channels[2]->floats[i]}, tone);
-    for (std::size_t c = 0; c < 3; ++c) bytes[3 * i + c] = to_srgb8(shown[c]);
-  }
+           channel->floats.size(), rows.width, rows.height);
+  bytes_.reserve(std::size_t{width_} * height_ * 3);
+  bytes_.resize(first + 3 * pixels);
+  for_chunks(pixels, 1 << 15, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto shown = toned({channels[0]->floats[i], channels[1]->floats[i], channels[2]->floats[i]}, tone);
+      for (std::size_t c = 0; c < 3; ++c) bytes_[first + 3 * i + c] = to_srgb8(shown[c]);
+    }
+  });
+}
+
+void PngRows::write(const std::filesystem::path& path) const {
   write_atomically(path, [&](const std::filesystem::path& temporary) {
     OutputFile out(temporary, path);
     png_image png{};
     png.version = PNG_IMAGE_VERSION;
-    png.width = image.width;
-    png.height = image.height;
+    png.width = width_;
+    png.height = height_;
     png.format = PNG_FORMAT_RGB;
-    if (png_image_write_to_stdio(&png, out.stream(), 0, bytes.data(), 0, nullptr) == 0) {
+    if (png_image_write_to_stdio(&png, out.stream(), 0, bytes_.data(), 0, nullptr) == 0) {
       out.close();  // throws a better message if the disk is the reason
       fail(Failure::Work, "cannot write {}: {}", path.string(), png.message);
     }
     out.close();
   });
+}
+
+void write_png(const std::filesystem::path& path, const Image& image, const Tone& tone) {
+  PngRows rows(image.width, image.height);
+  rows.add(path, image, tone);
+  rows.write(path);
 }
 
 }  // namespace ballot

@@ -89,13 +89,13 @@ std::uint64_t memory_left() {
   return left;
 }
 
-void need_memory(std::uint64_t bytes, std::string_view what) {
+void need_memory(std::uint64_t bytes, std::string_view what, std::string_view advice) {
   const std::uint64_t most = memory_limit;
   if (most == 0 && bytes < kAlwaysFits) return;
   const std::uint64_t left = memory_left();
   if (bytes <= left) return;
-  fail(Failure::Work, "{} needs about {} of memory, but {} is left{}; use a smaller file{}", what, size_text(bytes),
-       size_text(left), most > 0 ? fmt::format(" of the limit of {}", size_text(most)) : "",
+  fail(Failure::Work, "{} needs about {} of memory, but {} is left{}; {}{}", what, size_text(bytes), size_text(left),
+       most > 0 ? fmt::format(" of the limit of {}", size_text(most)) : "", advice,
        most > 0 ? " or raise --memory" : " or a machine with more");
 }
 

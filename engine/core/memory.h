@@ -15,9 +15,9 @@ void set_memory_limit(std::uint64_t bytes);
 /// control group, in its address space (ulimit -v), and below set_memory_limit().
 std::uint64_t memory_left();
 
-/// Throws Error(Work) if `bytes` more do not fit: "WHAT needs about X of memory, but Y is left; ...". Asks nothing for
-/// less than 16 MiB unless a limit is set. Thread-safe.
-void need_memory(std::uint64_t bytes, std::string_view what);
+/// Throws Error(Work) if `bytes` more do not fit: "WHAT needs about X of memory, but Y is left; ADVICE or ...". Asks
+/// nothing for less than 16 MiB unless a limit is set. Thread-safe.
+void need_memory(std::uint64_t bytes, std::string_view what, std::string_view advice = "use a smaller file");
 
 /// Returns a size in words, such as "1.50 GiB".
 std::string size_text(std::uint64_t bytes);

@@ -1,13 +1,16 @@
 #include "tests/cli/cli.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 #include "engine/core/npy.h"
 #include "tests/cpu/gltf_builder.h"
@@ -92,6 +95,21 @@ Cli::Cli() {
 Cli::~Cli() {
   std::error_code ignored;
   fs::remove_all(root_, ignored);
+}
+
+void Cli::kill_when_there_is(const std::string& file, const Words& args) const {
+  Words words{BALLOT_BINARY};
+  words.insert(words.end(), args.begin(), args.end());
+  auto argv = pointers(words);
+  const std::string folder = path("").string(), out = (root_ / "streams/out").string(),
+                    err = (root_ / "streams/err").string();
+  const pid_t child = ::fork();
+  if (child == 0) become(argv.data(), environ, folder.c_str(), out.c_str(), err.c_str());
+  for (int i = 0; i < 6000 && !fs::exists(path(file)); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  ::kill(child, SIGKILL);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status)) << "ballot ended before it was killed";
 }
 
 Result Cli::run(const Words& args, const Environment& more) const {

@@ -43,6 +43,9 @@ class Cli : public ::testing::Test {
   void refuse(int code, std::initializer_list<std::string_view> parts, const Words& args,
               const Environment& more = {}) const;
 
+  /// Starts ballot and kills it with SIGKILL as soon as the file exists.
+  void kill_when_there_is(const std::string& file, const Words& args) const;
+
   std::filesystem::path path(const std::string& name) const { return root_ / "work" / name; }
   std::string write(const std::string& name, std::string_view content) const;  // returns `name`
   std::string read(const std::string& name) const;

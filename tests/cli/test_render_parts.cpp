@@ -1,12 +1,5 @@
 // Tests of pictures that are rendered in parts: tiles and their merging, crops, checkpoints and resuming from them.
 // Also tests the error figures against a reference picture.
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <chrono>
-#include <thread>
-
 #include "engine/core/image.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/gltf_builder.h"
@@ -47,27 +40,6 @@ class Parts : public Cli {
       EXPECT_EQ(a.channels[c].floats, b.channels[c].floats) << a.channels[c].name;
       EXPECT_EQ(a.channels[c].uints, b.channels[c].uints) << a.channels[c].name;
     }
-  }
-
-  /// Starts ballot and kills it with SIGKILL as soon as the file exists.
-  void kill_when_there_is(const std::string& file, const Words& args) const {
-    const pid_t child = fork();
-    if (child == 0) {
-      std::filesystem::current_path(path(""));
-      std::vector<std::string> words{BALLOT_BINARY};
-      words.insert(words.end(), args.begin(), args.end());
-      std::vector<char*> argv;
-      for (std::string& w : words) argv.push_back(w.data());
-      argv.push_back(nullptr);
-      execv(BALLOT_BINARY, argv.data());
-      _exit(127);
-    }
-    for (int i = 0; i < 6000 && !std::filesystem::exists(path(file)); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    kill(child, SIGKILL);
-    int status = 0;
-    waitpid(child, &status, 0);
-    EXPECT_TRUE(WIFSIGNALED(status)) << "ballot ended before it was killed";
   }
 };
 

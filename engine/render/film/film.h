@@ -46,8 +46,8 @@ struct Film {
 };
 
 /// Returns a film for the pixels of a crop window and shard, with `samples` 0 and all sums zero. `moments` and `stats`
-/// say which optional sums the film has. With `stats`, a whole picture also lists the dead rays of tiles that extend
-/// beyond it: counter values depend on which rays share a subgroup.
+/// say which optional sums the film has. With `stats`, rows of whole tiles also list the dead rays of tiles that
+/// extend beyond the picture: counter values depend on which rays share a subgroup.
 Film make_film(std::uint32_t width, std::uint32_t height, const Window& crop, const Shard& shard, bool moments,
                bool stats);
 

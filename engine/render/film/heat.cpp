@@ -71,9 +71,15 @@ void add_stats(Image& image, std::span<const RayStats> sums, std::uint32_t spp) 
   }
 }
 
-float paint_heat(Image& image, const HeatKind& kind, std::uint32_t subgroup) {
-  const std::vector<float> values = channel_of(image, "stats." + std::string(kind.name)).floats;
-  const float top = kind.ratio() ? kind.fixed_top(subgroup) : heat_top_of(values);
+float paint_heat_of(Image& image, const HeatKind& kind, std::uint32_t subgroup) {
+  const float top = kind.ratio() ? kind.fixed_top(subgroup)
+                                 : heat_top_of(channel_of(image, "stats." + std::string(kind.name)).floats);
+  paint_heat(image, kind, top);
+  return top;
+}
+
+void paint_heat(Image& image, const HeatKind& kind, float top) {
+  const std::vector<float>& values = channel_of(image, "stats." + std::string(kind.name)).floats;
   Channel *const red = &channel_of(image, "R"), *const green = &channel_of(image, "G"),
                  *const blue = &channel_of(image, "B"), *const alpha = &channel_of(image, "A");
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -83,7 +89,6 @@ float paint_heat(Image& image, const HeatKind& kind, std::uint32_t subgroup) {
     blue->floats[i] = c.b;
     alpha->floats[i] = 1;
   }
-  return top;
 }
 
 }  // namespace ballot

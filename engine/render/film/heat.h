@@ -52,9 +52,11 @@ float heat_top_of(std::vector<float> values);
 /// Adds the channels stats.* (float). `sums` has width * height records, row by row; counts are divided by `spp`.
 void add_stats(Image& image, std::span<const RayStats> sums, std::uint32_t spp);
 
-/// Replaces R G B by the colours of one heat map, dark blue to yellow over [0, top], and A by 1. Returns top: the
-/// subgroup size for "lanes", 1 for "phase", else the 99.5th percentile over the pixels, at least 1.
-/// Throws Error(Arguments) if R, G, B, A or the channel stats.<name> is missing.
-float paint_heat(Image& image, const HeatKind& kind, std::uint32_t subgroup);
+/// Replaces R G B by the colours of one heat map, dark blue to yellow over [0, top], and A by 1. Throws
+/// Error(Arguments) if R, G, B, A or the channel stats.<name> is missing.
+void paint_heat(Image& image, const HeatKind& kind, float top);
+/// The same with the usual top, which it returns: the subgroup size for "lanes", 1 for "phase", else the 99.5th
+/// percentile over the pixels, at least 1.
+float paint_heat_of(Image& image, const HeatKind& kind, std::uint32_t subgroup);
 
 }  // namespace ballot

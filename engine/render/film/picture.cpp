@@ -85,7 +85,32 @@ void add_variance(Painter& painter, const Film& film) {
   painter.add("variance.B", Pixel::Float, [&film, scale](std::size_t i) { return film.moments[i].b * scale; });
 }
 
+/// Bytes of the channels of a picture, for each of its pixels.
+std::uint64_t channel_bytes(const RenderOptions& options, bool waves, bool stats) {
+  const bool heat = !waves && find_shading(options.shading).heat;
+  std::uint64_t values = stats ? std::size(kHeatKinds) : 0;
+  if (options.wants("color") || heat) values += 4;
+  for (const auto& [aov, count] : {std::pair("depth", 1), {"normal", 3}, {"prim", 1}, {"samples", 1}})
+    if (options.wants(aov)) values += std::uint64_t(count);
+  if (waves && options.wants("variance")) values += 3;
+  return values * sizeof(float);
+}
+
 }  // namespace
+
+PictureBytes picture_bytes(const RenderOptions& options) {
+  const bool waves = find_integrator(options.shading) != nullptr;
+  const bool stats = !waves && (options.stats || find_shading(options.shading).heat);
+  const std::uint64_t moments = waves && options.wants("variance") ? sizeof(glm::vec3) : 0;
+  const std::uint64_t film = sizeof(std::uint32_t) + sizeof(FilmPixel) + moments;
+  // A film whose device may be lost is kept twice, but one with counters.
+  const std::uint64_t films = stats ? film + sizeof(RayStats) : options.spp > 1 ? 2 * film : film;
+  const std::uint64_t image = channel_bytes(options, waves, stats);
+  // Beside the channels: first the place of each pixel and its counters, then the colours as halves.
+  const std::uint64_t painted = image + sizeof(std::size_t) + (stats ? sizeof(RayStats) : 0);
+  const std::uint64_t checkpoint = stats ? 0 : sizeof(std::size_t) + film;
+  return {films + std::max(painted, checkpoint), image};
+}
 
 Image Renderer::picture(const Film& film, const RenderOptions& options, RenderTimes& times) const {
   Image image;
@@ -122,7 +147,7 @@ Image Renderer::picture(const Film& film, const RenderOptions& options, RenderTi
   if (!heat) return image;
   Query query = options.query;
   query.rays = kPrimaryRays;
-  times.heat_top = paint_heat(image, find_heat(options.heat), tracer_.variant(query).config.subgroup);
+  times.heat_top = paint_heat_of(image, find_heat(options.heat), tracer_.variant(query).config.subgroup);
   return image;
 }
 

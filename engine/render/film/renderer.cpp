@@ -19,6 +19,18 @@ std::uint32_t last_depth_of(const Integrator& integrator, const RenderOptions& o
 
 }  // namespace
 
+void RenderTimes::add(const RenderTimes& part) {
+  generate_ms += part.generate_ms;
+  trace_ms += part.trace_ms;
+  shade_ms += part.shade_ms;
+  device_ms += part.device_ms;
+  seconds += part.seconds;
+  film_s += part.film_s;
+  rays += part.rays;
+  passes.add(part.passes);
+  heat_top = std::max(heat_top, part.heat_top);
+}
+
 Renderer::Renderer(Context& gpu, Tracer& tracer, SceneData& scene)
     : gpu_(gpu), tracer_(tracer), scene_(scene), waves_(gpu, tracer, scene) {}
 
@@ -115,6 +127,7 @@ void Renderer::advance(Film& film, const View& view, const RenderOptions& option
   camera.sample_count = options.spp;
   SceneFeatures features = options.every_feature ? SceneFeatures::every() : through(scene_.features(), view);
   features.tree.top_depth = scene_.features().tree.top_depth;
+  features.stored = scene_.features().stored;
   const std::uint32_t chunk = std::uint32_t(std::min<std::size_t>(total, tracer_.chunk_rays()));
   if (!integrator) passes(options, features, chunk);
   if (film.on_device != 0 && (!holds(film) || chunk < total || held_by_waves_ != (integrator != nullptr)))
@@ -151,6 +164,20 @@ void Renderer::add_totals(const RenderOptions& options, std::uint64_t samples, R
   times.rays = 0;
   for (const PassTime& t : times.passes.all())
     if (t.name.starts_with("trace")) times.rays += t.rays;
+}
+
+std::uint64_t Renderer::bytes_for(const View& view, const RenderOptions& options) const {
+  const Window w = options.window();
+  const std::uint64_t pixels = std::uint64_t(w.x1 - w.x0) * (w.y1 - w.y0) / options.shard.count;
+  const std::uint64_t chunk = std::min<std::uint64_t>(pixels, tracer_.chunk_rays());
+  const std::uint64_t film = chunk * (sizeof(FilmPixel) + sizeof(std::uint32_t));
+  if (const Integrator* integrator = find_integrator(options.shading))
+    return film + (options.wants("variance") ? chunk * sizeof(glm::vec3) : 0) +
+           waves_.bytes_for(*integrator, through(scene_.features(), view), last_depth_of(*integrator, options),
+                            pixels * options.spp);
+  const bool stats = options.stats || find_shading(options.shading).heat;
+  const std::uint64_t rays = std::min<std::uint64_t>(pixels * options.spp, tracer_.chunk_rays());
+  return film + (stats ? chunk * sizeof(RayStats) : 0) + rays * (sizeof(Ray) + sizeof(Hit));
 }
 
 std::uint64_t Renderer::bytes() const {

@@ -83,6 +83,13 @@ struct RenderOptions {
 /// Throws Error(Arguments) for options that render() would refuse.
 void check_options(const RenderOptions& options);
 
+/// Bytes of the host's memory for each pixel of a picture.
+struct PictureBytes {
+  std::uint64_t rendered;  // at most while it is rendered, checkpointed and written; about
+  std::uint64_t channels;  // of the finished picture
+};
+PictureBytes picture_bytes(const RenderOptions& options);
+
 /// The times of a picture.
 struct RenderTimes {
   double generate_ms = 0, trace_ms = 0, shade_ms = 0;  // device time of the passes
@@ -93,6 +100,8 @@ struct RenderTimes {
   PassTimes passes = {};                               // the integrators' passes by name
   float heat_top = 0;                                  // the value of the last colour of a heat map
   double mrays_per_s() const { return trace_ms > 0 ? double(rays) / trace_ms * 1e-3 : 0; }
+  /// Adds the times of another part of the picture.
+  void add(const RenderTimes& part);
 };
 
 /// Where the sums of a film are after a step.
@@ -123,6 +132,9 @@ class Renderer {
   /// Returns the channels of options.aovs, and stats.* where requested, without attributes. Writes the scale of a heat
   /// map to `times`.
   Image picture(const Film& film, const RenderOptions& options, RenderTimes& times) const;
+
+  /// Returns about the bytes of all buffers that this renderer will have on the device for these pictures.
+  std::uint64_t bytes_for(const View& view, const RenderOptions& options) const;
 
   /// Returns the bytes of all buffers of this renderer on the device, without the scene and its tree.
   std::uint64_t bytes() const;

@@ -62,6 +62,13 @@ std::uint32_t Waves::capacity(const Integrator& integrator, const SceneFeatures&
                        paths);
 }
 
+std::uint64_t Waves::bytes_for(const Integrator& integrator, const SceneFeatures& features, std::uint32_t last_depth,
+                               std::uint64_t paths) const {
+  const WavePlan plan = plan_of(integrator, features);
+  const std::uint64_t deferred = plan.second ? std::max(1u, last_depth) : 0;
+  return std::min<std::uint64_t>(paths, capacity(integrator, features, last_depth, paths)) * path_bytes(plan, deferred);
+}
+
 Kernel& Waves::kernel(const KernelSource& source) {
   auto& kernel = kernels_[source.name];
   if (refresh(gpu_, kernel, source)) {

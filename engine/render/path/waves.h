@@ -62,6 +62,10 @@ class Waves {
   std::uint32_t capacity(const Integrator& integrator, const SceneFeatures& features, std::uint32_t last_depth,
                          std::uint64_t paths) const;
 
+  /// Returns about the bytes of all buffers on the device for that many paths in flight.
+  std::uint64_t bytes_for(const Integrator& integrator, const SceneFeatures& features, std::uint32_t last_depth,
+                          std::uint64_t paths) const;
+
   /// Adds the samples [first, first + count) of `places` listed pixels to the film, and to the moments if not null. The
   /// sums do not depend on how pixels and samples are split over calls. Throws Error(Work) if the device fails or has
   /// not enough memory.
