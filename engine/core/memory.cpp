@@ -1,5 +1,6 @@
 #include "engine/core/memory.h"
 
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -97,6 +98,13 @@ void need_memory(std::uint64_t bytes, std::string_view what, std::string_view ad
   fail(Failure::Work, "{} needs about {} of memory, but {} is left{}; {}{}", what, size_text(bytes), size_text(left),
        most > 0 ? fmt::format(" of the limit of {}", size_text(most)) : "", advice,
        most > 0 ? " or raise --memory" : " or a machine with more");
+}
+
+void release_pages(std::span<const std::byte> used) {
+  const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+  const auto first = reinterpret_cast<std::uintptr_t>(used.data());
+  const std::uintptr_t begin = (first + page - 1) / page * page, end = (first + used.size()) / page * page;
+  if (end > begin) ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_DONTNEED);
 }
 
 std::string size_text(std::uint64_t bytes) {

@@ -1,7 +1,9 @@
 // How much memory a step may take. Loaders ask before they take it, so that a small file cannot claim the machine.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -18,6 +20,10 @@ std::uint64_t memory_left();
 /// Throws Error(Work) if `bytes` more do not fit: "WHAT needs about X of memory, but Y is left; ADVICE or ...". Asks
 /// nothing for less than 16 MiB unless a limit is set. Thread-safe.
 void need_memory(std::uint64_t bytes, std::string_view what, std::string_view advice = "use a smaller file");
+
+/// Gives the pages of an array back to the system as soon as nobody reads these bytes again; they are zero from then on.
+/// A loader so frees what it has used while it makes what stays. The array must be allocated memory.
+void release_pages(std::span<const std::byte> used);
 
 /// Returns a size in words, such as "1.50 GiB".
 std::string size_text(std::uint64_t bytes);

@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <span>
 #include <unordered_map>
 
+#include "engine/core/memory.h"
 #include "engine/scene/loaders.h"
 #include "engine/scene/obj_file.h"
 #include "engine/scene/polygon.h"
@@ -11,56 +13,64 @@
 namespace ballot {
 namespace {
 
-/// The faces of a file, cut into triangles.
-struct Cut {
-  std::vector<std::array<std::uint32_t, 3>> corners;  // per triangle, into ObjFile::corners
-  std::vector<std::uint32_t> face;                    // per triangle, into ObjFile::faces
-};
-
-Cut cut_faces(const ObjFile& file) {
-  Cut cut;
-  cut.corners.reserve(file.corners.size() - 2 * file.faces.size());
-  cut.face.reserve(cut.corners.capacity());
+/// Cuts the faces into triangles, in file order. each(face, corners) gets the corners of each, as places in
+/// ObjFile::corners. behind(f) is called behind face f.
+template <class Each, class Behind>
+void for_triangles(const ObjFile& file, Each each, Behind behind) {
   std::vector<glm::vec3> polygon;
+  std::vector<std::array<std::uint32_t, 3>> cut;
   for (std::size_t f = 0; f < file.faces.size(); ++f) {
     const ObjFace& face = file.faces[f];
     if (face.count == 3) {
-      cut.corners.push_back({face.first, face.first + 1, face.first + 2});
+      each(face, std::array{face.first, face.first + 1, face.first + 2});
     } else {
       polygon.clear();
+      cut.clear();
       for (std::uint32_t i = 0; i < face.count; ++i)
         polygon.push_back(file.vertices[static_cast<std::size_t>(file.corners[face.first + i].vertex)]);
-      const std::size_t start = cut.corners.size();
-      triangulate(polygon, cut.corners);
-      for (std::size_t t = start; t < cut.corners.size(); ++t)
-        for (std::uint32_t& corner : cut.corners[t]) corner += face.first;
+      triangulate(polygon, cut);
+      for (std::array<std::uint32_t, 3>& corners : cut) {
+        for (std::uint32_t& corner : corners) corner += face.first;
+        each(face, corners);
+      }
     }
-    cut.face.resize(cut.corners.size(), static_cast<std::uint32_t>(f));
+    behind(f);
   }
-  return cut;
+}
+
+/// Returns the vertices of a triangle.
+Triangle triangle_at(const ObjFile& file, const std::array<std::uint32_t, 3>& corners) {
+  Triangle triangle;
+  for (std::size_t k = 0; k < 3; ++k)
+    triangle[k] = file.vertices[static_cast<std::size_t>(file.corners[corners[k]].vertex)];
+  return triangle;
 }
 
 /// The normals of smoothing groups: the mean normal of a vertex's triangles of one group, weighted by their angle at
 /// the vertex.
 class SmoothNormals {
  public:
-  SmoothNormals(const ObjFile& file, const Cut& cut, const std::vector<Triangle>& triangles) {
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-      const ObjFace& face = file.faces[cut.face[t]];
-      if (face.smoothing == 0) continue;
-      const glm::dvec3 a{triangles[t][0]}, b{triangles[t][1]}, c{triangles[t][2]};
+  explicit SmoothNormals(const ObjFile& file) {
+    smooths_ = std::ranges::any_of(file.faces, [](const ObjFace& f) { return f.smoothing != 0; });
+    if (!smooths_) return;
+    const auto add = [&](const ObjFace& face, const std::array<std::uint32_t, 3>& corners) {
+      if (face.smoothing == 0) return;
+      const Triangle triangle = triangle_at(file, corners);
+      const glm::dvec3 a{triangle[0]}, b{triangle[1]}, c{triangle[2]};
       const glm::dvec3 normal = glm::cross(b - a, c - a);
-      if (!(glm::length(normal) > 0)) continue;
+      if (!(glm::length(normal) > 0)) return;
       const glm::dvec3 unit = glm::normalize(normal);
       for (std::size_t k = 0; k < 3; ++k) {
-        const glm::dvec3 here{triangles[t][k]};
-        const glm::dvec3 p = glm::dvec3{triangles[t][(k + 1) % 3]} - here,
-                         q = glm::dvec3{triangles[t][(k + 2) % 3]} - here;
-        sums_[key(face, file.corners[cut.corners[t][k]])] +=
-            std::atan2(glm::length(glm::cross(p, q)), glm::dot(p, q)) * unit;
+        const glm::dvec3 here{triangle[k]};
+        const glm::dvec3 p = glm::dvec3{triangle[(k + 1) % 3]} - here, q = glm::dvec3{triangle[(k + 2) % 3]} - here;
+        sums_[key(face, file.corners[corners[k]])] += std::atan2(glm::length(glm::cross(p, q)), glm::dot(p, q)) * unit;
       }
-    }
+    };
+    for_triangles(file, add, [](std::size_t) {});
   }
+
+  /// Returns true if no face is in a smoothing group.
+  bool empty() const { return !smooths_; }
 
   /// Returns the normal of a corner; zero if there is none.
   glm::vec3 at(const ObjFace& face, const ObjCorner& corner) const {
@@ -74,56 +84,76 @@ class SmoothNormals {
   static std::uint64_t key(const ObjFace& face, const ObjCorner& corner) {
     return std::uint64_t{face.smoothing} << 32 | static_cast<std::uint32_t>(corner.vertex);
   }
+  bool smooths_ = false;
   std::unordered_map<std::uint64_t, glm::dvec3> sums_;
 };
 
-void add_normals(const ObjFile& file, const Cut& cut, Scene& scene) {
-  const bool given = std::ranges::any_of(file.corners, [](const ObjCorner& c) { return c.normal >= 0; });
-  const bool smoothed = std::ranges::any_of(file.faces, [](const ObjFace& f) { return f.smoothing != 0; });
-  if (!given && !smoothed) return;
-  const SmoothNormals smooth(file, cut, scene.triangles);
-  scene.normals.reserve(scene.triangles.size());
-  for (std::size_t t = 0; t < scene.triangles.size(); ++t) {
-    const ObjFace& face = file.faces[cut.face[t]];
-    std::array<glm::vec3, 3> normals{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const ObjCorner& corner = file.corners[cut.corners[t][k]];
-      if (corner.normal >= 0) {
-        const glm::dvec3 n{file.normals[static_cast<std::size_t>(corner.normal)]};
-        const double length = glm::length(n);
-        if (length > 1e-30 && std::isfinite(length)) normals[k] = glm::vec3{n / length};
-      } else {
-        normals[k] = smooth.at(face, corner);
-      }
-      if (normals[k] == glm::vec3{0}) normals[k] = geometric_normal(scene.triangles[t]);
+/// Returns the normals of a triangle's corners: those of the file, of smoothing groups, or the triangle's own.
+std::array<glm::vec3, 3> normals_at(const ObjFile& file, const ObjFace& face,
+                                    const std::array<std::uint32_t, 3>& corners, const Triangle& triangle,
+                                    const SmoothNormals& smooth) {
+  std::array<glm::vec3, 3> normals{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const ObjCorner& corner = file.corners[corners[k]];
+    if (corner.normal >= 0) {
+      const glm::dvec3 n{file.normals[static_cast<std::size_t>(corner.normal)]};
+      const double length = glm::length(n);
+      if (length > 1e-30 && std::isfinite(length)) normals[k] = glm::vec3{n / length};
+    } else {
+      normals[k] = smooth.at(face, corner);
     }
-    scene.normals.push_back(normals);
+    if (normals[k] == glm::vec3{0}) normals[k] = geometric_normal(triangle);
   }
+  return normals;
 }
+
+/// Gives back the memory of faces and corners that have become triangles.
+class UsedFaces {
+ public:
+  explicit UsedFaces(const ObjFile& file) : file_(file) {}
+  void operator()(std::size_t face) {
+    constexpr std::size_t kTogether = 1 << 16;
+    if (face - released_ < kTogether) return;
+    const auto release = [](const auto& all, std::size_t begin, std::size_t end) {
+      release_pages(std::as_bytes(std::span(all).subspan(begin, end - begin)));
+    };
+    const std::uint32_t corner = file_.faces[face].first;
+    release(file_.corners, corner_, corner);
+    release(file_.faces, released_, face);
+    released_ = face;
+    corner_ = corner;
+  }
+
+ private:
+  const ObjFile& file_;
+  std::size_t released_ = 0, corner_ = 0;
+};
 
 }  // namespace
 
 Scene load_obj(const std::filesystem::path& path, const LoadOptions& options) {
   ObjFile file = read_obj(path, options);
-  const Cut cut = cut_faces(file);
-  if (cut.corners.size() > kMaxTriangles)
-    fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", cut.corners.size(), kMaxTriangles);
+  const std::size_t count = file.corners.size() - 2 * file.faces.size();
+  if (count > kMaxTriangles)
+    fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", count, kMaxTriangles);
   Scene scene;
   scene.notes = std::move(file.notes);
   scene.materials = std::move(file.materials);
-  scene.triangles.reserve(cut.corners.size());
-  scene.material_of.reserve(cut.corners.size());
   const auto absent = static_cast<std::uint32_t>(scene.materials.size());
-  for (std::size_t t = 0; t < cut.corners.size(); ++t) {
-    const std::uint32_t material = file.faces[cut.face[t]].material;
-    scene.material_of.push_back(material == kNoMaterial ? absent : material);
-    Triangle& triangle = scene.triangles.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k)
-      triangle[k] = file.vertices[static_cast<std::size_t>(file.corners[cut.corners[t][k]].vertex)];
-  }
+  const bool given = std::ranges::any_of(file.corners, [](const ObjCorner& c) { return c.normal >= 0; });
+  const SmoothNormals smooth(file);
+  const bool normals = given || !smooth.empty();
+  scene.triangles.reserve(count);
+  scene.material_of.reserve(count);
+  if (normals) scene.normals.reserve(count);
+  const auto add = [&](const ObjFace& face, const std::array<std::uint32_t, 3>& corners) {
+    scene.material_of.push_back(face.material == kNoMaterial ? absent : face.material);
+    const Triangle& triangle = scene.triangles.emplace_back(triangle_at(file, corners));
+    if (normals) scene.normals.push_back(normals_at(file, face, corners, triangle, smooth));
+  };
+  for_triangles(file, add, UsedFaces(file));
   if (std::ranges::find(scene.material_of, absent) != scene.material_of.end())
     scene.materials.push_back({.name = "default"});
-  add_normals(file, cut, scene);
   return scene;
 }
 

@@ -1,7 +1,9 @@
 // Loads PLY: the faces become triangles in file order.
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <span>
 
+#include "engine/core/memory.h"
 #include "engine/scene/loaders.h"
 #include "engine/scene/ply_file.h"
 #include "engine/scene/polygon.h"
@@ -29,8 +31,16 @@ Scene load_ply(const std::filesystem::path& path, const LoadOptions&) {
   scene.notes = std::move(file.notes);
   std::vector<glm::vec3> polygon;
   std::vector<std::array<std::uint32_t, 3>> cut;
-  std::uint32_t first = 0;
+  const std::size_t count = file.corners.size() - 2 * file.face_ends.size();
+  scene.triangles.reserve(count);
+  if (!file.normals.empty()) scene.normals.reserve(count);
+  if (!file.colors.empty()) scene.colors.reserve(count);
+  std::uint32_t first = 0, released = 0;
   for (const std::uint32_t end : file.face_ends) {
+    if (constexpr std::uint32_t kTogether = 1 << 18; first - released >= kTogether) {
+      release_pages(std::as_bytes(std::span(file.corners).subspan(released, first - released)));
+      released = first;
+    }
     polygon.clear();
     cut.clear();
     for (std::uint32_t i = first; i < end; ++i) polygon.push_back(file.vertices[file.corners[i]]);

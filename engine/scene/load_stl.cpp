@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "engine/core/file.h"
+#include "engine/core/memory.h"
 #include "engine/scene/checked_bytes.h"
 #include "engine/scene/loaders.h"
 #include "engine/scene/words.h"
@@ -43,8 +44,12 @@ void read_binary(const std::filesystem::path& path, std::span<const unsigned cha
   if (const std::size_t rest = bytes.size() - kCount - count * kRecord; rest > 0)
     scene.notes.push_back(fmt::format("{} bytes behind the last triangle were left out.", rest));
   scene.triangles.resize(count);
-  for (std::size_t t = 0; t < count; ++t)
+  constexpr std::size_t kTogether = 1 << 16;
+  for (std::size_t t = 0; t < count; ++t) {
     std::memcpy(&scene.triangles[t], records[t] + sizeof(glm::vec3), sizeof(Triangle));  // behind the normal
+    if (t % kTogether == kTogether - 1)
+      release_pages(std::as_bytes(bytes.subspan(kCount + (t + 1 - kTogether) * kRecord, kTogether * kRecord)));
+  }
 }
 
 void read_text(const std::filesystem::path& path, std::string_view text, Scene& scene) {

@@ -1,6 +1,7 @@
 #include "engine/scene/obj_file.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -8,9 +9,12 @@
 #include <map>
 #include <set>
 #include <string_view>
+#include <system_error>
 #include <unordered_map>
+#include <utility>
 
 #include "engine/core/file.h"
+#include "engine/core/memory.h"
 #include "engine/scene/loaders.h"
 #include "engine/scene/named_file.h"
 
@@ -38,23 +42,70 @@ std::string_view next_word(std::string_view& text) {
   return word;
 }
 
+/// The lines of a file, which is read in blocks.
+class Lines {
+ public:
+  explicit Lines(const std::filesystem::path& path) : path_(path), file_(open_file(path)) {
+    std::error_code unknown;
+    bytes_ = std::filesystem::file_size(path, unknown);
+    if (unknown) bytes_ = 0;
+    need_memory(bytes_, path.string());  // about as much as becomes of it
+  }
+
+  /// Gives the next line without its end, which stays valid until the next call. Returns false at the end of the file.
+  bool next(std::string_view& line) {
+    std::size_t end = block_.find('\n', at_);
+    while (end == std::string::npos && read()) end = block_.find('\n', at_);
+    if (at_ == block_.size()) return false;
+    line = std::string_view(block_).substr(at_, end - at_);
+    at_ = std::min(end, block_.size() - 1) + 1;
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return true;
+  }
+
+  /// Returns the bytes behind the lines so far.
+  std::uint64_t left() const {
+    const std::uint64_t taken = read_ - (block_.size() - at_);
+    return bytes_ - std::min(bytes_, taken);
+  }
+
+ private:
+  /// Reads a block behind what is left of the last one. Returns false at the end of the file.
+  bool read() {
+    constexpr std::size_t kBlock = 1 << 20;
+    block_.erase(0, std::exchange(at_, 0));
+    const std::size_t kept = block_.size();
+    block_.resize(kept + kBlock);
+    const std::size_t count = std::fread(block_.data() + kept, 1, kBlock, file_.get());
+    if (std::ferror(file_.get())) fail_in(path_, "cannot be read: {}", std::generic_category().message(errno));
+    block_.resize(kept + count);
+    if (const std::size_t zero = block_.find('\0', kept); zero != std::string::npos)
+      fail_in(path_, "is not OBJ: byte {} is zero, and OBJ is text; check the file's type", read_ + zero - kept);
+    read_ += count;
+    return count > 0;
+  }
+
+  std::filesystem::path path_;
+  InputStream file_;
+  std::string block_;
+  std::size_t at_ = 0;                  // in the block
+  std::uint64_t bytes_ = 0, read_ = 0;  // of the file
+};
+
 class Parser {
  public:
   Parser(const std::filesystem::path& path, const LoadOptions& options)
-      : path_(path), options_(options), bytes_(read_file(path)) {}
+      : path_(path), options_(options), lines_(path) {}
 
   ObjFile run() {
-    std::string_view rest{reinterpret_cast<const char*>(bytes_.data()), bytes_.size()};
-    if (const std::size_t zero = rest.find('\0'); zero != std::string_view::npos)
-      fail_in(path_, "is not OBJ: byte {} is zero, and OBJ is text; check the file's type", zero);
     std::string joined;
-    while (!rest.empty()) {
-      std::string_view line = take_line(rest);
+    std::string_view line;
+    while (take_line(line)) {
       if (line.ends_with('\\')) {
         joined.clear();
         while (line.ends_with('\\')) {
           joined.append(line.substr(0, line.size() - 1)).append(" ");
-          line = take_line(rest);
+          if (!take_line(line)) line = {};
         }
         line = joined.append(line);
       }
@@ -73,13 +124,9 @@ class Parser {
                 fmt::format("{}:{}: {}", path_.string(), line_, fmt::format(text, std::forward<Args>(args)...)));
   }
 
-  std::string_view take_line(std::string_view& rest) {
-    const std::size_t end = rest.find('\n');
-    std::string_view line = rest.substr(0, end);
-    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
-    if (line.ends_with('\r')) line.remove_suffix(1);
+  bool take_line(std::string_view& line) {
     ++line_;
-    return line;
+    return lines_.next(line);
   }
 
   void statement(std::string_view line) {
@@ -163,11 +210,21 @@ class Parser {
     if (file_.corners.size() > kMaxCount)
       fail_here("is corner {} of a face; expected at most {}", kMaxCount, kMaxCount);
     if (face.count >= 3) {
+      if (file_.faces.empty()) left_at_first_ = lines_.left();
       file_.faces.push_back(face);
+      if (file_.faces.size() == kTelling) reserve();
     } else {
       file_.corners.resize(face.first);
       ++small_faces_;
     }
+  }
+
+  /// Makes room for as many faces as the rest of the file can be expected to have, so that the arrays need not grow.
+  void reserve() {
+    const double of_face = double(left_at_first_ - lines_.left()) / double(kTelling);
+    const double most = 1.1 * double(left_at_first_) / std::max(of_face, 8.0) + double(kTelling);
+    file_.corners.reserve(std::size_t(most * double(file_.corners.size()) / double(kTelling)));
+    file_.faces.reserve(std::size_t(most));
   }
 
   void smoothing(std::string_view group) {
@@ -245,9 +302,11 @@ class Parser {
 
   std::filesystem::path path_;
   LoadOptions options_;
-  std::vector<std::byte> bytes_;
+  Lines lines_;
   ObjFile file_;
   std::uint32_t line_ = 0, material_ = kNoMaterial, smoothing_ = 0;
+  static constexpr std::size_t kTelling = 4096;  // faces after which the number of all can be told
+  std::uint64_t left_at_first_ = 0;              // bytes of the file behind the first face
   std::size_t known_ = 0, small_faces_ = 0, absent_normals_ = 0;
   std::uint32_t absent_line_ = 0;  // of the first
   std::string unknown_;

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "engine/core/file.h"
+#include "engine/core/memory.h"
 #include "engine/scene/loaders.h"
 #include "engine/scene/words.h"
 
@@ -153,6 +154,7 @@ class Body {
       : path_(path),
         coding_(header.coding),
         bytes_(bytes.subspan(header.bytes)),
+        kept_(bytes_.data()),
         words_(path, {reinterpret_cast<const char*>(bytes_.data()), bytes_.size()}, header.lines + 1) {}
 
   double number(const Type& type, const Element& element) {
@@ -165,6 +167,7 @@ class Body {
     if ((coding_ == Coding::Little) != (std::endian::native == std::endian::little))
       std::reverse(copy.begin(), copy.begin() + std::ptrdiff_t(type.bytes));
     bytes_ = bytes_.subspan(type.bytes);
+    release();
     return type.read(copy.data());
   }
 
@@ -177,15 +180,27 @@ class Body {
     return std::size_t(length);
   }
 
+  /// Returns the bytes behind the header that have not been read, or of text all of them.
+  std::size_t bytes() const { return bytes_.size(); }
+
   void skip(const Property& property, const Element& element) {
     const std::size_t count = property.count ? length(property, element) : 1;
     for (std::size_t i = 0; i < count; ++i) number(*property.type, element);
   }
 
  private:
+  /// Gives back the memory of what has been read.
+  void release() {
+    constexpr std::ptrdiff_t kTogether = 1 << 20;
+    if (bytes_.data() - kept_ < kTogether) return;
+    release_pages(std::as_bytes(std::span(kept_, bytes_.data())));
+    kept_ = bytes_.data();
+  }
+
   std::filesystem::path path_;
   Coding coding_;
   std::span<const unsigned char> bytes_;
+  const unsigned char* kept_;  // the first byte that is still in memory
   Words words_;
 };
 
@@ -244,6 +259,9 @@ void read_faces(Body& body, const Element& element, const std::filesystem::path&
   auto list = element.find("vertex_indices");
   if (!list) list = element.find("vertex_index");
   if (!list || !element.properties[*list].count) fail_in(path, "its faces have no list 'vertex_indices'");
+  const std::uint64_t likely = std::min<std::uint64_t>(element.count, body.bytes() / 4);  // triangles take 4 and more
+  file.corners.reserve(3 * likely);
+  file.face_ends.reserve(likely);
   std::uint64_t small = 0;
   for (std::uint64_t f = 0; f < element.count; ++f) {
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
