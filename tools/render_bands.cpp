@@ -138,7 +138,7 @@ Rendered render_bands(Engine& engine, const View& view, const RenderJob& job, co
     Rendered done = render_job(engine, view, part, file);
     done.image.attributes[kJob] = text;
     set_colors(done.image, Pixel::Float);
-    write_exr(file, done.image);
+    write_exr(file, done.image, Links::Replace);
     finish_job(file);
     all.times.add(done.times);
     all.seconds += done.seconds;

@@ -205,7 +205,7 @@ void report_errors(const Rendered& rendered, const fs::path& exr) {
                                {"flip", e.error.flip}});
   }
   const fs::path file = errors_of(exr), folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  write_file(file, json_text(json, 2));
+  write_file(file, json_text(json, 2), Links::Replace);
   const bench::Plots plots = bench::draw_plots(folder, "plot_render.py", file.filename().string());
   say("  errors over time: {}{}\n", file.string(),
       plots.files.empty() ? "; no plot: " + plots.missing : " and " + (folder / plots.files[0]).string());

@@ -49,8 +49,26 @@ fs::path follow_links(const fs::path& path) {
   return file;
 }
 
-Target find_target(const fs::path& path) {
+/// Throws unless the folder of a file is there. Errors name `path`.
+void expect_folder(const fs::path& file, const fs::path& path) {
+  if (!file.has_filename()) cannot_write(path, "it names a folder");
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  struct stat info {};
+  if (::stat(folder.c_str(), &info) != 0) {
+    if (errno == ENOENT) cannot_write(path, "there is no folder " + folder.string());
+    cannot_write(path, errno_text(errno));
+  }
+  if (!S_ISDIR(info.st_mode)) cannot_write(path, folder.string() + " is not a folder");
+}
+
+Target find_target(const fs::path& path, Links links) {
   if (path.empty()) cannot_write(path, "the name is empty");
+  std::error_code ignored;
+  const fs::file_status there = fs::symlink_status(path, ignored);
+  if (links == Links::Replace && fs::exists(there) && !fs::is_regular_file(there) && !fs::is_directory(there)) {
+    expect_folder(path, path);
+    return {path, false, std::nullopt};
+  }
   Target target{path, false, std::nullopt};
   if (const std::optional<int> fd = descriptor_of(path)) {
     const int flags = ::fcntl(data_descriptor(*fd), F_GETFL);
@@ -71,13 +89,7 @@ Target find_target(const fs::path& path) {
     cannot_write(path, errno_text(errno));
   }
   target.file = follow_links(path);
-  if (!target.file.has_filename()) cannot_write(path, "it names a folder");
-  const fs::path folder = target.file.has_parent_path() ? target.file.parent_path() : fs::path(".");
-  if (::stat(folder.c_str(), &info) != 0) {
-    if (errno == ENOENT) cannot_write(path, "there is no folder " + folder.string());
-    cannot_write(path, errno_text(errno));
-  }
-  if (!S_ISDIR(info.st_mode)) cannot_write(path, folder.string() + " is not a folder");
+  expect_folder(target.file, path);
   return target;
 }
 
@@ -185,8 +197,8 @@ void check_regular(const fs::path& path) {
   expect_regular(path, info.st_mode);
 }
 
-void write_atomically(const fs::path& path, const std::function<void(const fs::path& temporary)>& write) {
-  const Target target = find_target(path);
+void write_atomically(const fs::path& path, const std::function<void(const fs::path& temporary)>& write, Links links) {
+  const Target target = find_target(path, links);
   Temporary temporary(folder_for_temporary(target, path), target.mode, path);
   write(temporary.file());
   if (target.in_place) {
@@ -196,23 +208,26 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
   }
 }
 
-void write_file(const fs::path& path, std::span<const std::byte> bytes) {
-  write_atomically(path, [&](const fs::path& temporary) {
+void write_file(const fs::path& path, std::span<const std::byte> bytes, Links links) {
+  const auto write = [&](const fs::path& temporary) {
     Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC));
     if (fd.get() < 0) cannot_write(path, errno_text(errno));
     write_all(fd.get(), bytes, path);
     close_checked(fd, path);
-  });
+  };
+  write_atomically(path, write, links);
 }
 
-void write_file(const fs::path& path, std::string_view text) { write_file(path, std::as_bytes(std::span(text))); }
+void write_file(const fs::path& path, std::string_view text, Links links) {
+  write_file(path, std::as_bytes(std::span(text)), links);
+}
 
 void write_stream(int descriptor, std::span<const std::byte> bytes) {
   write_all(data_descriptor(descriptor), bytes, descriptor == STDOUT_FILENO ? "standard output" : "the stream");
 }
 
 void check_writable(const fs::path& path) {
-  const Target target = find_target(path);
+  const Target target = find_target(path, Links::Follow);
   Temporary(folder_for_temporary(target, path), target.mode, path);
 }
 

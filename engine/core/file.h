@@ -28,18 +28,25 @@ InputStream open_file(const std::filesystem::path& path);
 /// read_file().
 void check_regular(const std::filesystem::path& path);
 
+/// What becomes of a symbolic link at a path that is written. Replace is for files beside an output that the user did
+/// not name: a link there may be another's, and must not lead the bytes elsewhere.
+enum class Links { Follow, Replace };
+
 /// Calls write(temporary) with the path of a temporary file in the same folder, then renames that file to `path`. On
 /// any exception the temporary is removed and `path` is unchanged.
 ///
-/// A symbolic link is followed: its target is replaced and the link stays. A device or a pipe cannot be replaced by a
+/// A symbolic link is followed: its target is replaced and the link stays; with Links::Replace the link is replaced. A
+/// device or a pipe cannot be replaced by a
 /// rename: the bytes go to a temporary in the system's temporary folder and are then copied. An open stream, such as
 /// /dev/stdout, is written to from where it stands, so appending works (standard_output.h).
 /// Throws Error(Work) "cannot write PATH: reason", for example if the folder is missing or not writable.
 /// Thread-safe. If several threads or processes write one path, the last one wins.
 void write_atomically(const std::filesystem::path& path,
-                      const std::function<void(const std::filesystem::path& temporary)>& write);
-void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);  // atomically
-void write_file(const std::filesystem::path& path, std::string_view text);             // atomically
+                      const std::function<void(const std::filesystem::path& temporary)>& write,
+                      Links links = Links::Follow);
+/// Writes bytes or a text in this way.
+void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes, Links links = Links::Follow);
+void write_file(const std::filesystem::path& path, std::string_view text, Links links = Links::Follow);
 
 /// Writes bytes to an open stream, as descriptor_of() gives it. Throws Error(Work).
 void write_stream(int descriptor, std::span<const std::byte> bytes);

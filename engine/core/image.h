@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "engine/core/file.h"
 #include "engine/core/tone.h"
 
 namespace ballot {
@@ -39,8 +40,9 @@ struct Image {
   const Channel& channel(const std::string& name) const;
 };
 
-/// Writes an EXR atomically. Values of Half channels are clamped to [-65504, 65504]. Throws Error(Work).
-void write_exr(const std::filesystem::path& path, const Image& image);
+/// Writes an EXR atomically (write_atomically). Values of Half channels are clamped to [-65504, 65504]. Throws
+/// Error(Work).
+void write_exr(const std::filesystem::path& path, const Image& image, Links links = Links::Follow);
 /// Writes an EXR whose rows come in bands: `next` returns the rows below those so far, as an image of the same width
 /// and channels. `whole` has the size, the attributes, and the channels without values. The file has the bytes that
 /// write_exr() gives all rows. Throws as write_exr() and `next` do; also if a band does not fit.

@@ -271,9 +271,10 @@ const Channel& Image::channel(const std::string& name) const {
 namespace {
 
 /// Writes an EXR with the header of `whole`; `rows` writes its pixels.
-void write_file_of(const fs::path& path, const Image& whole, const std::function<void(Imf::OutputFile&)>& rows) {
+void write_file_of(const fs::path& path, const Image& whole, Links links,
+                   const std::function<void(Imf::OutputFile&)>& rows) {
   use_all_cores();
-  write_atomically(path, [&](const fs::path& temporary) {
+  const auto write = [&](const fs::path& temporary) {
     try {
       const Imf::Header header = make_header(whole);
       OutputFile out(temporary, path);
@@ -288,7 +289,8 @@ void write_file_of(const fs::path& path, const Image& whole, const std::function
     } catch (const std::exception& error) {
       fail(Failure::Work, "cannot write {}: {}", path.string(), error.what());
     }
-  });
+  };
+  write_atomically(path, write, links);
 }
 
 bool same_channels(const Image& a, const Image& b) {
@@ -299,14 +301,14 @@ bool same_channels(const Image& a, const Image& b) {
 
 }  // namespace
 
-void write_exr(const fs::path& path, const Image& image) {
+void write_exr(const fs::path& path, const Image& image, Links links) {
   check_image(path, image);
-  write_file_of(path, image, [&](Imf::OutputFile& file) { write_rows(file, image); });
+  write_file_of(path, image, links, [&](Imf::OutputFile& file) { write_rows(file, image); });
 }
 
 void write_exr_in_bands(const fs::path& path, const Image& whole, const std::function<Image()>& next) {
   check_image(path, whole, false);
-  write_file_of(path, whole, [&](Imf::OutputFile& file) {
+  write_file_of(path, whole, Links::Follow, [&](Imf::OutputFile& file) {
     for (std::uint32_t rows = 0; rows < whole.height;) {
       const Image band = next();
       check_image(path, band);

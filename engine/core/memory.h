@@ -21,8 +21,8 @@ std::uint64_t memory_left();
 /// nothing for less than 16 MiB unless a limit is set. Thread-safe.
 void need_memory(std::uint64_t bytes, std::string_view what, std::string_view advice = "use a smaller file");
 
-/// Gives the pages of an array back to the system as soon as nobody reads these bytes again; they are zero from then on.
-/// A loader so frees what it has used while it makes what stays. The array must be allocated memory.
+/// Gives the pages of a part of an array back to the system. The array must be allocated memory, and nobody may read
+/// the part again: it is zero from then on. A loader so frees what it has used while it makes what stays.
 void release_pages(std::span<const std::byte> used);
 
 /// Returns a size in words, such as "1.50 GiB".

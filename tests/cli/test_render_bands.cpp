@@ -90,6 +90,15 @@ TEST_F(Bands, AreTakenOver) {
   expect_same("whole.exr", "out.exr");
 }
 
+// Files beside a picture have names that others can guess: a link there must not lead their bytes elsewhere.
+TEST_F(Bands, ReplaceLinks) {
+  write("mine.txt", "mine");
+  for (const char* name : {"out.rows-0-31.exr", "out.checkpoint.exr", "out.rows-32-63.checkpoint.exr"})
+    fs::create_symlink(path("mine.txt"), path(name));
+  succeed(render("out.exr", {"--band", "32", "--resume"}));
+  EXPECT_EQ(read("mine.txt"), "mine");
+}
+
 TEST_F(Bands, ThatDoNotFitAreRefused) {
   Words words = render("big.exr", {"--band", "16384", "--memory", "2G"});
   words[5] = "16384x16384";

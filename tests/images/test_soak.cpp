@@ -149,7 +149,7 @@ TEST(Soak, MemoryAndDescriptorsStay) {
   Held before;
   {
     Work work(folder);
-    // Every kind of work has been done, and every kernel compiled, after two rounds of 240 turns or a third of the time.
+    // Every kind of work has been done, and every kernel compiled, after 480 turns or a third of the time.
     for (; seconds_since(start) < seconds; ++turns) {
       if (first == 0 && (turns == 480 || seconds_since(start) > seconds / 3)) {
         before = held();

@@ -93,7 +93,7 @@ void write_film(const std::filesystem::path& path, const Film& film, const std::
     image.channels.push_back(std::move(moment));
   }
   image.attributes = {{"film_samples", int(film.samples)}, {"film_made_of", made_of}};
-  write_exr(path, image);
+  write_exr(path, image, Links::Replace);
 }
 
 void read_film(const std::filesystem::path& path, Film& film, const std::string& made_of, std::uint32_t most) {
