@@ -176,6 +176,7 @@ void RawBuffer::destroy() {
     gpu_->abandon();  // the next call that waits reports the error
   }
   gpu_->vk().DestroyBufferView(gpu_->device(), view_, nullptr);
+  gpu_->unname(VK_OBJECT_TYPE_BUFFER, std::uint64_t(buffer_));
   gpu_->vk().DestroyBuffer(gpu_->device(), buffer_, nullptr);
   gpu_->vk().FreeMemory(gpu_->device(), memory_, nullptr);
   gpu_ = nullptr;

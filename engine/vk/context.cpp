@@ -234,6 +234,15 @@ std::uint32_t Context::memory_type(std::uint32_t bits, VkMemoryPropertyFlags wan
   fail(Failure::Work, "device {} has no memory type with flags {:#x}", info_.name, wanted);
 }
 
+void Context::unname(VkObjectType type, std::uint64_t handle) {
+  if (!messenger_ || handle == 0) return;
+  VkDebugUtilsObjectNameInfoEXT info{};
+  info.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT;
+  info.objectType = type;
+  info.objectHandle = handle;
+  vk_.SetDebugUtilsObjectNameEXT(device_, &info);
+}
+
 void Context::name(VkObjectType type, std::uint64_t handle, const std::string& name) {
   if (!messenger_) return;
   VkDebugUtilsObjectNameInfoEXT info{};

@@ -179,6 +179,8 @@ class Context {
 
   /// Names an object in validation messages. No effect without validation.
   void name(VkObjectType type, std::uint64_t handle, const std::string& name);
+  /// Takes back the name of an object that is destroyed next: the layers keep names until then.
+  void unname(VkObjectType type, std::uint64_t handle);
 
   /// Warnings and errors of the validation layers so far; the messages are also printed to standard error.
   const std::vector<std::string>& messages() const { return messages_; }

@@ -47,6 +47,7 @@ ComputePipeline::ComputePipeline(Context& gpu, const KernelSource& source) : gpu
 ComputePipeline::~ComputePipeline() { destroy(); }
 
 void ComputePipeline::destroy() {
+  gpu_.unname(VK_OBJECT_TYPE_PIPELINE, std::uint64_t(pipeline_));
   gpu_.vk().DestroyPipeline(gpu_.device(), pipeline_, nullptr);
   gpu_.vk().DestroyPipelineLayout(gpu_.device(), layout_, nullptr);
   gpu_.vk().DestroyDescriptorSetLayout(gpu_.device(), set_layout_, nullptr);
@@ -62,13 +63,17 @@ void ComputePipeline::create(const KernelSource& source, const std::vector<std::
   vk_check(gpu_.vk().CreateShaderModule(gpu_.device(), &create, nullptr, &module), "creating shader",
            source.name.c_str());
   gpu_.name(VK_OBJECT_TYPE_SHADER_MODULE, std::uint64_t(module), source.name);
+  const auto destroy = [&] {
+    gpu_.unname(VK_OBJECT_TYPE_SHADER_MODULE, std::uint64_t(module));
+    gpu_.vk().DestroyShaderModule(gpu_.device(), module, nullptr);
+  };
   try {
     create_pipeline(source, module);
   } catch (...) {
-    gpu_.vk().DestroyShaderModule(gpu_.device(), module, nullptr);
+    destroy();
     throw;
   }
-  gpu_.vk().DestroyShaderModule(gpu_.device(), module, nullptr);
+  destroy();
 }
 
 void ComputePipeline::create_layout(const std::string& name) {

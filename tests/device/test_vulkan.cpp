@@ -1,5 +1,6 @@
 // Tests of buffers, kernels, shaders and caches on a device. The choice of a device is tested without one, in
 // tests/cli.
+#include <malloc.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -44,6 +45,21 @@ TEST(Contexts, ManyInOneProcess) {
     const Context gpu(ContextOptions{});
     EXPECT_FALSE(gpu.info().name.empty()) << i;
   }
+}
+
+// The validation layers keep the name of an object until it is taken back, also beyond the object's end.
+TEST_F(Vulkan, NamesEndWithTheirObjects) {
+  const auto make = [&](int count) {
+    for (int i = 0; i < count; ++i)
+      Buffer<std::uint32_t>(*gpu_, 4, Access::Storage, "a buffer whose name is too long to lie in the string itself");
+  };
+  constexpr int kCount = 2000;
+  make(500);
+  const std::size_t before = ::mallinfo2().uordblks;
+  make(kCount);
+  const std::size_t after = ::mallinfo2().uordblks;
+  RecordProperty("bytes_a_buffer", int((after - std::min(before, after)) / kCount));
+  EXPECT_LT(after, before + 16 * kCount);
 }
 
 TEST_F(Vulkan, BuffersRoundTrip) {
