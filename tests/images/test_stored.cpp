@@ -50,7 +50,7 @@ TEST(StoredTriangles, PicturesAndRaysHaveTheSameBits) {
   Engine stored(floor_scene(), narrow);
   EXPECT_FALSE(wide.features().stored);
   EXPECT_TRUE(stored.features().stored);
-  for (const char* shading : {"eyelight", "path"}) {
+  for (const char* shading : {"eyelight", "ao", "path"}) {
     const RenderOptions options{.width = 16, .height = 16, .spp = 2, .shading = shading};
     const Picture expected = render(wide, wide.scene().views[0], options),
                   found = render(stored, stored.scene().views[0], options);

@@ -15,7 +15,9 @@ namespace {
 /// Returns the features that an integrator uses.
 SceneFeatures seen_by(const Integrator& integrator, const SceneFeatures& features) {
   if (integrator.sees == Sees::Materials) return features;
-  return {.shading_normals = features.shading_normals, .tree = {.top_depth = features.tree.top_depth}};
+  return {.shading_normals = features.shading_normals,
+          .stored = features.stored,
+          .tree = {.top_depth = features.tree.top_depth}};
 }
 
 }  // namespace
