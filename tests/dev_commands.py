@@ -15,6 +15,7 @@ sys.path.insert(0, str(ROOT / "tools"))
 
 import dev_build  # noqa: E402
 import dev_bundle  # noqa: E402
+import dev_gallery  # noqa: E402
 import dev_packages  # noqa: E402
 
 # Prints 40 steps as Ninja does, with other lines between them, and looks at its log after the first half.
@@ -78,6 +79,29 @@ class Progress(unittest.TestCase):
                     dev_build.run_logged("building", [sys.executable, "-c", "print('why'); exit(3)"],
                                          Path(folder) / "build.log")
             self.assertIn("why", errors.getvalue())
+
+
+class Gallery(unittest.TestCase):
+    def test_every_picture_has_a_scene_and_its_own_name(self):
+        self.assertEqual(len({picture.name for picture in dev_gallery.PICTURES}), 5)
+        for picture in dev_gallery.PICTURES:
+            program = ROOT / "scenes" / f"make_{picture.scene}.py"
+            self.assertTrue(program.is_file(), program)
+
+    def test_given_options_replace_its_own_and_a_failure_ends_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program, log = Path(folder) / "program", Path(folder) / "log"
+            program.write_text(f'#!/bin/sh\necho "$@" >> {log}\nexit 5\n', encoding="utf-8")
+            program.chmod(0o755)
+            out, files = dev_gallery.OUT, dev_gallery.dev_scenes.scene_file
+            dev_gallery.OUT, dev_gallery.dev_scenes.scene_file = Path(folder), lambda name: Path(name)
+            try:
+                status, reports = dev_gallery.make(program, ["--size", "9x9"], lambda name: name == "--size")
+            finally:
+                dev_gallery.OUT, dev_gallery.dev_scenes.scene_file = out, files
+            calls = log.read_text(encoding="utf-8").splitlines()
+        self.assertEqual((status, reports, len(calls)), (5, [], 1))
+        self.assertEqual(calls[0].count("--size"), 1)
 
 
 class Commands(unittest.TestCase):

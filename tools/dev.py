@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import dev_build  # noqa: E402
 import dev_bundle  # noqa: E402
 import dev_fuzz  # noqa: E402
+import dev_gallery  # noqa: E402
 import dev_lint  # noqa: E402
 import dev_mesa  # noqa: E402
 import dev_mutations  # noqa: E402
@@ -82,24 +83,25 @@ def render(options: argparse.Namespace, rest: list[str]) -> int:
         raise Failed(f"there is no scene file {scene}; check the path")
     set_up(options, "render")
     binary = dev_build.ballot_binary(options.preset)
-    reports = []
-    for path in [scene] if scene else dev_scenes.shipped_scenes():
-        out = ROOT / "out" / path.stem
-        out.mkdir(parents=True, exist_ok=True)
-        report = Path(value_of(rest, "--json") or out / "render.json")
-        arguments = [str(binary), "render", str(path), *rest]
-        for name, value in (("--view", "all"), ("--size", "512x512"), ("--out", f"{out}{os.sep}"),
-                            ("--json", str(report))):
-            if not has_option(rest, name):
-                arguments += [name, value]
-        if not has_option(rest, "--png"):
-            arguments.append("--png")
-        result = subprocess.run(arguments, stdout=subprocess.PIPE, text=True, check=False)
-        if result.returncode != 0:  # ballot has printed the reason to standard error
-            print(result.stdout, end="")
-            return result.returncode if result.returncode > 0 else 1
-        reports.append(report)
-        print_records([report])
+    if scene is None:
+        status, reports = dev_gallery.make(binary, rest, lambda name: has_option(rest, name))
+        if reports:
+            print_records(reports)
+        return status
+    out = ROOT / "out" / scene.stem
+    out.mkdir(parents=True, exist_ok=True)
+    report = Path(value_of(rest, "--json") or out / "render.json")
+    arguments = [str(binary), "render", str(scene), *rest]
+    for name, value in (("--view", "all"), ("--size", "512x512"), ("--out", f"{out}{os.sep}"), ("--json", str(report))):
+        if not has_option(rest, name):
+            arguments += [name, value]
+    if not has_option(rest, "--png"):
+        arguments.append("--png")
+    result = subprocess.run(arguments, stdout=subprocess.PIPE, text=True, check=False)
+    if result.returncode != 0:  # ballot has printed the reason to standard error
+        print(result.stdout, end="")
+        return result.returncode if result.returncode > 0 else 1
+    print_records([report])
     return 0
 
 
@@ -207,10 +209,11 @@ def fuzz(options: argparse.Namespace, rest: list[str]) -> int:
 
 
 COMMANDS = {
-    "render": (render, "[SCENE] [ballot's options ...]", "set up, render scenes to EXR and PNG, print a table",
+    "render": (render, "[SCENE] [ballot's options ...]", "set up, render five pictures or a scene to EXR and PNG, print a table",
                SETUP + """
-Without SCENE, all views of the shipped scenes are rendered at 512x512 to out/<scene>/. Options that this command does
-not know are passed to `ballot render`; `build/release/ballot render --help` lists them.
+Without SCENE, it makes the gallery: five pictures in out/gallery/. With SCENE, all its views are rendered at 512x512 to
+out/<scene>/. Options that this command does not know are passed to `ballot render`; `build/release/ballot render --help`
+lists them.
 
   tools/dev.py render
   tools/dev.py render scenes/cornell.gltf --view view0 --size 1024x1024 --shading normals --spp 16

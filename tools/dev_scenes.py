@@ -10,36 +10,43 @@ from pathlib import Path
 from dev_build import ROOT
 from dev_packages import Failed
 
-CORNELL = ROOT / "scenes" / "cornell.gltf"
-ATRIUM_SOURCE = ROOT / "scenes" / "make_atrium.py"
-ATRIUM = ROOT / "build" / "scenes" / "atrium.glb"
-MANIFEST = ROOT / "scenes" / "manifest.json"
+SOURCES = ROOT / "scenes"
+GENERATED = ROOT / "build" / "scenes"
+MANIFEST = SOURCES / "manifest.json"
 
 
-def make_atrium() -> Path:
-    """Generates the atrium unless the file exists and is newer than the generators; returns its path. Throws Failed."""
-    newest = max(source.stat().st_mtime for source in ATRIUM_SOURCE.parent.glob("*.py"))
-    if ATRIUM.exists() and ATRIUM.stat().st_mtime >= newest:
-        return ATRIUM
-    ATRIUM.parent.mkdir(parents=True, exist_ok=True)
-    temporary = ATRIUM.with_name(f".{os.getpid()}-{ATRIUM.name}")
-    print(f"generating {ATRIUM.relative_to(ROOT)} ...", flush=True)
-    result = subprocess.run([sys.executable, "-B", str(ATRIUM_SOURCE), str(temporary)], capture_output=True,
-                            text=True, check=False)
+def generated(name: str) -> Path:
+    """Makes a scene with scenes/make_NAME.py unless it exists and is newer than the programs there; returns its file.
+    Throws Failed."""
+    file, program = GENERATED / f"{name}.glb", SOURCES / f"make_{name}.py"
+    newest = max(source.stat().st_mtime for source in SOURCES.glob("*.py"))
+    if file.exists() and file.stat().st_mtime >= newest:
+        return file
+    file.parent.mkdir(parents=True, exist_ok=True)
+    temporary = file.with_name(f".{os.getpid()}-{file.name}")
+    print(f"generating {file.relative_to(ROOT)} ...", flush=True)
+    result = subprocess.run([sys.executable, "-B", str(program), str(temporary)], capture_output=True, text=True,
+                            check=False)
     if result.returncode != 0 or not temporary.is_file():
         temporary.unlink(missing_ok=True)
-        raise Failed(f"{ATRIUM_SOURCE.name} failed:\n{(result.stdout + result.stderr).strip()}")
-    temporary.replace(ATRIUM)
-    return ATRIUM
+        raise Failed(f"{program.name} failed:\n{(result.stdout + result.stderr).strip()}")
+    temporary.replace(file)
+    return file
+
+
+def scene_file(name: str) -> Path:
+    """Returns the file of one of our own scenes, and generates it if it is not in the checkout. Throws Failed."""
+    file = SOURCES / f"{name}.gltf"
+    if file.is_file():
+        return file
+    if not (SOURCES / f"make_{name}.py").is_file():
+        raise Failed(f"there is neither {file} nor a program that makes it: the checkout is incomplete")
+    return generated(name)
 
 
 def shipped_scenes() -> list[Path]:
-    scenes = [CORNELL] if CORNELL.exists() else []
-    if ATRIUM_SOURCE.exists():
-        scenes.append(make_atrium())
-    if not scenes:
-        raise Failed(f"there is neither {CORNELL} nor {ATRIUM_SOURCE}: the checkout is incomplete")
-    return scenes
+    """Returns the scenes of a bundle."""
+    return [scene_file("cornell"), scene_file("atrium")]
 
 
 def read_manifest() -> list[dict]:
@@ -69,7 +76,7 @@ def file_of(entry: dict, folder: Path | None) -> Path | None:
     """Returns the scene's file in the checkout, among the generated ones or in the user's folder; None if absent."""
     file_name = entry.get("file") or entry["name"]
     names = [file_name] if Path(file_name).suffix else [file_name + suffix for suffix in (".gltf", ".glb", ".obj")]
-    places = [ROOT, ROOT / "scenes", ATRIUM.parent] + ([folder] if folder else [])
+    places = [ROOT, SOURCES, GENERATED] + ([folder] if folder else [])
     return next((place / name for place in places for name in names if (place / name).is_file()), None)
 
 
@@ -86,11 +93,10 @@ def print_scenes(folder: Path | None) -> int:
     """Prints the manifest with the state of every file. Returns 1 if a file differs from its checksum, else 0."""
     if folder and not folder.is_dir():
         raise Failed(f"there is no folder {folder}")
-    shipped_scenes()
     entries = read_manifest()
-    if not entries:
-        print(f"no {MANIFEST.relative_to(ROOT)}; shipped: " + ", ".join(str(scene) for scene in shipped_scenes()))
-        return 0
+    for entry in entries:
+        if str(entry.get("file")).startswith("build/"):
+            generated(entry["name"])
     rows, absent, differs = [("scene", "triangles", "state", "file", "licence")], [], []
     for entry in entries:
         path = file_of(entry, folder)
