@@ -18,6 +18,7 @@
 #include "engine/bvh/refit_policy.h"
 #include "engine/bvh/topology.h"
 #include "engine/core/cache_file.h"
+#include "engine/core/denoise.h"
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/file_id.h"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the bay: an island with a lighthouse, a jetty and a boat in the evening sun, mirrored by the sea. Metres, +y up.
+"""Makes the bay: an island with a lighthouse, a jetty and a boat in the evening sun, and the sea. Metres, +y up.
 
 Everything is computed from the numbers below. Random numbers come from a fixed seed."""
 
@@ -116,7 +116,7 @@ def add_pines(mats):
         x, z = ISLAND[0] + rng.uniform(-24, 24), ISLAND[1] + rng.uniform(-20, 20)
         h = island_height(x, z)
         slope = abs(island_height(x + 0.5, z) - h) + abs(island_height(x, z + 0.5) - h)
-        clear = math.hypot(x - TOP[0], z - TOP[1]) > 4.2 and math.hypot(x - 1.5, z + 33.0) > 5 and math.hypot(x - 11.5, z + 36.0) > 4.5
+        clear = all(math.hypot(x - u, z - w) > r for u, w, r in ((*TOP, 4.2), (1.5, -33.0, 5), (11.5, -36.0, 4.5)))
         if h > 1.3 and slope < 0.7 and clear and noise(0.16 * x + 80, 0.16 * z) > 0.42:
             pine(mats, x, z, rng.uniform(0.75, 1.5), rng)
             placed += 1

@@ -3,6 +3,7 @@
 
 #include "tools/help.h"
 #include "tools/render_bands.h"
+#include "tools/render_denoise.h"
 #include "tools/render_frames.h"
 #include "tools/render_job.h"
 #include "tools/render_light.h"
@@ -22,7 +23,8 @@ struct RenderArgs {
   std::string view = "all", size = "1024x1024", shading = "eyelight", out = ".";
   ToneArgs tone;
   std::string heat = "nodes", views_file;
-  bool png = false, stats = false, resume = false, verbose = false;
+  bool png = false, stats = false, resume = false, verbose = false, denoise = false;
+  std::optional<Denoiser> denoiser = {};
   std::string crop, tiles, reference;
   LightArgs light;
   std::vector<std::string> aovs;
@@ -66,6 +68,7 @@ RenderOptions options_of(const RenderArgs& args) {
     o.shard = {t[0], t[1]};
   }
   check_options(o);
+  if (args.denoise) check_denoised(o);
   args.tone.tone_for(args.shading);
   if (args.png && !o.wants("color") && o.shading != "heat")
     fail(Failure::Arguments, "--png: the picture has no colours; name color in --aov too");
@@ -130,12 +133,13 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
                  const FrameOf& of, nlohmann::json& json) {
   Engine& engine = *opened.engine;
   const RenderOptions& options = job.options;
-  const BandPlan plan = plan_bands(engine, view, options, {args.band, job.reference.has_value(), args.png});
+  const BandPlan plan = plan_bands(engine, view, options, {args.band, job.reference.has_value() || args.denoiser, args.png});
   if (args.verbose || plan.in_bands()) announce(view, options, plan, engine.device().is_cpu());
   Rendered rendered = plan.in_bands() ? render_bands(engine, view, job, exr, plan) : render_job(engine, view, job, exr);
   const auto written = std::chrono::steady_clock::now();
   const RenderTimes& times = rendered.times;
   Image& image = rendered.image;
+  if (args.denoiser) denoise(*args.denoiser, engine, view, options, image);
   label_frame(image, of.plan, of.frame, of.job);
   const Tone tone = args.tone.tone_for(args.shading);
   label_tone(image, tone);
@@ -202,7 +206,8 @@ std::size_t render_frames(const RenderArgs& args, Opened& opened, const FramePla
                           nlohmann::json& json) {
   std::vector<std::string> jobs(views.size());
   if (plan.numbered)
-    for (std::size_t i = 0; i < views.size(); ++i) jobs[i] = job_of(*opened.engine, *views[i], job.options);
+    for (std::size_t i = 0; i < views.size(); ++i)
+      jobs[i] = job_of(*opened.engine, *views[i], job.options) + (args.denoiser ? " denoised" : "");
   std::size_t there = 0;
   for (const Frame& frame : plan.frames) {
     nlohmann::json at;  // null: the scene has not moved to the frame yet
@@ -257,6 +262,7 @@ int run_render(RenderArgs& args) {
   if (!args.reference.empty()) job.reference = read_reference(args, options);
   args.frames.check();
   check_out(args);
+  if (args.denoise) args.denoiser.emplace();
   std::vector<View> views_given;
   if (!args.views_file.empty()) views_given = read_views(args.views_file);
   FramePlan plan;
@@ -348,6 +354,10 @@ void add_render(CLI::App& app, int& result) {
   cmd->add_flag("--stats", args->stats,
                 "add a channel stats.* for each counter of --heat; traces with the slower counting kernel");
   args->tone.add_to(*cmd);
+  cmd->add_flag(
+      "--denoise", args->denoise,
+      "remove the noise of ao, whitted and path by Intel's Open Image Denoise, where it is installed; the EXR\n"
+      "keeps the rendered colours as noisy.R, noisy.G, noisy.B and gets albedo.R, albedo.G, albedo.B");
   add_light_options(*cmd, *args);
   add_part_options(*cmd, *args);
   args->frames.add_to(*cmd);
@@ -355,8 +365,8 @@ void add_render(CLI::App& app, int& result) {
                   "FILE.exr for one view, or a folder, which gets <scene>-<view>.exr for each view [.]");
   cmd->add_flag("--png", args->png, "also write a PNG beside each EXR");
   add_verbose(*cmd, args->verbose);
-  show_first(*cmd, {"--view", "--size", "--shading", "--spp", "--sky", "--lamp", "--out", "--png", "--resume", "--time",
-                    "--frames", "--method", "--device", "--verbose"});
+  show_first(*cmd, {"--view", "--size", "--shading", "--spp", "--sky", "--lamp", "--out", "--png", "--time", "--frames",
+                    "--method", "--device", "--verbose"});
   cmd->callback([args, &result] { result = run_render(*args); });
 }
 

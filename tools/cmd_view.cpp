@@ -2,6 +2,7 @@
 
 #include "tools/cli.h"
 #include "tools/help.h"
+#include "tools/render_light.h"
 #include "tools/view/session.h"
 
 namespace ballot::cli {
@@ -13,6 +14,7 @@ struct ViewArgs {
   QueryArgs query;
   view::SessionOptions session;
   std::string size = "1280x720", script, present = "fifo", compare;
+  LightArgs light;
   double target_ms = 0;
   bool no_scale = false;
 };
@@ -31,7 +33,15 @@ int run_view(const ViewArgs& args) {
   o.settings.other.knobs.clear();
   o.settings.compare = !args.compare.empty();
   o.settings.rays = find_ray_kind(o.settings.rays).name;
-  o.settings.shading = find_shading(o.settings.shading).name;
+  o.settings.shading = view::shading_named(o.settings.shading);
+  if (o.settings.integrator() && (o.settings.compare || o.settings.rays != kPrimaryRays))
+    fail(Failure::Arguments, "--shading {}: it traces rays of its own; leave out --rays and --compare",
+         o.settings.shading);
+  o.light = [&args](Scene& scene) {
+    std::vector<const View*> views;
+    for (const View& v : scene.views) views.push_back(&v);
+    args.light.apply(scene, views, "path");  // whatever is drawn first: one may switch
+  };
   o.settings.heat = find_heat(o.settings.heat).name;
   if (o.settings.samples < 1 || o.settings.samples > 65536)
     fail(Failure::Arguments, "--spp: {} is not between 1 and 65536", o.settings.samples);
@@ -63,7 +73,7 @@ void add_view(CLI::App& app, int& result) {
       app.add_subcommand("view", "opens a window to fly through a scene, with methods and heat maps to switch live");
   std::string kinds, shadings, heats;
   for (const RayKind& k : kRayKinds) kinds += fmt::format("\n  {:<12} {}", k.name, k.summary);
-  for (const Shading& s : kShadings) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
+  for (const view::NamedShading& s : view::shadings()) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
   for (const HeatKind& h : kHeatKinds) heats += fmt::format("\n  {:<12} {}", h.name, h.what);
   args->engine.add_to(*cmd, true);
   cmd->remove_option(cmd->get_option("--json"));
@@ -73,6 +83,7 @@ void add_view(CLI::App& app, int& result) {
   cmd->add_option("--rays", args->session.settings.rays, "ray kind to trace and show [primary]" + kinds);
   cmd->add_option("--shading", args->session.settings.shading, "what to draw [eyelight]" + shadings);
   cmd->add_option("--heat", args->session.settings.heat, "counter that --shading heat shows [nodes]" + heats);
+  args->light.add_to(*cmd);
   cmd->add_option("--view", args->session.view,
                   "name of the camera to start with [the place where the last session of this scene ended]");
   cmd->add_option("--views-file", args->session.views_file,

@@ -209,11 +209,11 @@ def fuzz(options: argparse.Namespace, rest: list[str]) -> int:
 
 
 COMMANDS = {
-    "render": (render, "[SCENE] [ballot's options ...]", "set up, render five pictures or a scene to EXR and PNG, print a table",
+    "render": (render, "[SCENE] [ballot's options ...]", "set up, make the five pictures of the gallery, or of a scene",
                SETUP + """
 Without SCENE, it makes the gallery: five pictures in out/gallery/. With SCENE, all its views are rendered at 512x512 to
-out/<scene>/. Options that this command does not know are passed to `ballot render`; `build/release/ballot render --help`
-lists them.
+out/<scene>/. Options that this command does not know are passed to `ballot render`; `build/release/ballot render
+--help` lists them.
 
   tools/dev.py render
   tools/dev.py render scenes/cornell.gltf --view view0 --size 1024x1024 --shading normals --spp 16

@@ -1,8 +1,12 @@
-// Builds the tree with Embree 3's rtcBuildBVH. The sources of its three qualities:
+// Builds the tree with rtcBuildBVH of Embree 3 or 4. The sources of its three qualities:
 // HIGH    Martin Stich, Heiko Friedrich, Andreas Dietrich. Spatial Splits in Bounding Volume Hierarchies. HPG 2009.
 // MEDIUM  Ingo Wald. On fast Construction of SAH-based Bounding Volume Hierarchies. RT 2007.
 // LOW     Christian Lauterbach et al. Fast BVH Construction on GPUs. Eurographics 2009.
+#if __has_include(<embree4/rtcore.h>)  // CMakeLists.txt prefers it too
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 
 #include <algorithm>
 #include <atomic>

@@ -107,6 +107,14 @@ std::array<glm::vec3, 3> normals_at(const ObjFile& file, const ObjFace& face,
   return normals;
 }
 
+/// Returns the colours of a triangle's corners, which are their vertices'.
+std::array<glm::vec4, 3> colors_at(const ObjFile& file, const std::array<std::uint32_t, 3>& corners) {
+  std::array<glm::vec4, 3> colors{};
+  for (std::size_t k = 0; k < 3; ++k)
+    colors[k] = glm::vec4(file.colors[static_cast<std::size_t>(file.corners[corners[k]].vertex)], 1);
+  return colors;
+}
+
 /// Gives back the memory of faces and corners that have become triangles.
 class UsedFaces {
  public:
@@ -146,10 +154,12 @@ Scene load_obj(const std::filesystem::path& path, const LoadOptions& options) {
   scene.triangles.reserve(count);
   scene.material_of.reserve(count);
   if (normals) scene.normals.reserve(count);
+  if (!file.colors.empty()) scene.colors.reserve(count);
   const auto add = [&](const ObjFace& face, const std::array<std::uint32_t, 3>& corners) {
     scene.material_of.push_back(face.material == kNoMaterial ? absent : face.material);
     const Triangle& triangle = scene.triangles.emplace_back(triangle_at(file, corners));
     if (normals) scene.normals.push_back(normals_at(file, face, corners, triangle, smooth));
+    if (!file.colors.empty()) scene.colors.push_back(colors_at(file, corners));
   };
   for_triangles(file, add, UsedFaces(file));
   if (std::ranges::find(scene.material_of, absent) != scene.material_of.end())

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -15,6 +16,7 @@
 
 #include "engine/core/file.h"
 #include "engine/core/memory.h"
+#include "engine/core/srgb.h"
 #include "engine/scene/loaders.h"
 #include "engine/scene/named_file.h"
 
@@ -134,7 +136,8 @@ class Parser {
     if (keyword.empty()) return;
     ++known_;
     if (keyword == "v") {
-      add(file_.vertices, line, "vertex");
+      line = add(file_.vertices, line, "vertex");
+      color(line);
     } else if (keyword == "vn") {
       add(file_.normals, line, "normal");
     } else if (keyword == "f") {
@@ -162,7 +165,8 @@ class Parser {
     return value;
   }
 
-  void add(std::vector<glm::vec3>& to, std::string_view line, std::string_view kind) {
+  /// Appends the first three numbers of a line. Returns the rest of it.
+  std::string_view add(std::vector<glm::vec3>& to, std::string_view line, std::string_view kind) {
     if (to.size() >= kMaxCount) fail_here("is {} number {}; expected at most {}", kind, to.size() + 1, kMaxCount);
     const auto what = [&] { return fmt::format("{} {}", kind, to.size() + 1); };
     glm::vec3 v;
@@ -174,6 +178,20 @@ class Parser {
     if (kind == "vertex" && !(std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z)))
       fail_here("{} is ({}, {}, {}); expected finite numbers", what(), v.x, v.y, v.z);
     to.push_back(v);
+    return line;
+  }
+
+  /// Reads the colour behind a vertex, as many programs write it: r g b from 0 to 1, sRGB, after x y z or x y z w. Other
+  /// words are no colour.
+  void color(std::string_view line) {
+    std::array<std::string_view, 5> words;
+    std::size_t count = 0;
+    while (count < words.size() && !(words[count] = next_word(line)).empty()) ++count;
+    if (count != 3 && count != 4) return;
+    glm::vec3 found;
+    for (int c = 0; c < 3; ++c) found[c] = linear_of(number(words[count - 3 + std::size_t(c)], "colour"));
+    file_.colors.resize(file_.vertices.size() - 1, glm::vec3(1));
+    file_.colors.push_back(found);
   }
 
   /// Converts an index that counts from 1, or backwards from -1, to one that counts from 0. Forward references are
@@ -278,6 +296,7 @@ class Parser {
   }
 
   void finish() {
+    if (!file_.colors.empty()) file_.colors.resize(file_.vertices.size(), glm::vec3(1));
     const auto check = [&](const ObjFace& face, std::int32_t index, std::size_t count, const char* kind) {
       if (index < static_cast<std::int32_t>(count)) return;
       line_ = face.line;

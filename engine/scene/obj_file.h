@@ -27,6 +27,7 @@ struct ObjFace {
 
 struct ObjFile {
   std::vector<glm::vec3> vertices, normals;
+  std::vector<glm::vec3> colors;   // one a vertex, linear, white where the file gives none; empty if no vertex has one
   std::vector<ObjCorner> corners;  // indices from 0, in range
   std::vector<ObjFace> faces;      // with 3 corners or more, in file order
   std::vector<Material> materials;

@@ -9,6 +9,7 @@
 
 #include "engine/core/file.h"
 #include "engine/core/memory.h"
+#include "engine/core/srgb.h"
 #include "engine/scene/loaders.h"
 #include "engine/scene/words.h"
 
@@ -216,12 +217,6 @@ void check_counts(const std::filesystem::path& path, const Header& header, std::
 float most_of(const Type& type) {
   const bool integer = !type.other_name.starts_with("float");
   return integer && type.bytes == 1 ? 255.0f : integer && type.bytes == 2 ? 65535.0f : 1.0f;
-}
-
-/// Returns the linear value of an sRGB one in [0, 1], by IEC 61966-2-1. What is no number becomes 0.
-float linear_of(float value) {
-  const float c = value > 0 ? std::min(value, 1.0f) : 0.0f;
-  return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
 }
 
 void read_vertices(Body& body, const Element& element, const std::filesystem::path& path, PlyFile& file) {

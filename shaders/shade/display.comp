@@ -5,7 +5,7 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 // Converts film to the 8-bit pixels of a window, row by row, for pictures that more than one kernel makes: heat maps,
 // and two films side by side with their differences marked.
-#include "../shared/render.h"
+#include "../shared/window.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/film.glsl"
 #include "../lib/shade/display.glsl"

@@ -3,7 +3,7 @@
 #extension GL_EXT_scalar_block_layout : require
 // Writes heat map colours of the instrumented variant's counters to the film. They overwrite the colours that shading
 // left there; shading runs for the first sample only.
-#include "../shared/render.h"
+#include "../shared/window.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/film.glsl"
 

@@ -5,7 +5,7 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 // Shades hits, one ray a pixel, into the film of a window. Camera rays that the traversal computed are computed again
 // here.
-#include "../shared/render.h"
+#include "../shared/window.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/film.glsl"
 

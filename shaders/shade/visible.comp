@@ -5,7 +5,7 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 // Writes the results of any-hit rays to the film of a window: white where a ray hit nothing, black where it hit
 // something or where there was no ray.
-#include "../shared/render.h"
+#include "../shared/window.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/film.glsl"
 #include "../lib/shade/live_film.glsl"

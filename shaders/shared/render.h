@@ -19,6 +19,7 @@
 // Values of BALLOT_SHADING.
 #define SHADING_EYELIGHT 0  // base colour times the cosine to the camera, plus emission
 #define SHADING_NORMALS 1   // the shading normal as a colour
+#define SHADING_ALBEDO 2    // base colour
 
 // Values of BALLOT_ORIGIN, the origin offset policy: where secondary rays start. See
 // engine/render/batch/offset_policies.h.
@@ -179,49 +180,6 @@ struct TilesPush {
   uint count;
 };
 
-// Bits of LivePush::flags.
-#define LIVE_SHOWN 1u     // also write the window's pixels, because only this film is shown
-#define LIVE_SWAP_RED 2u  // window pixels have blue in the lowest byte
-#define LIVE_COUNTED 4u   // count the live rays
-
-// Push constants of the kernels that shade hits into the film of a window.
-struct LivePush {
-  PrimaryPush camera;             // the camera of these pixels; sample_index 0 starts a new film
-  float cone_width, cone_spread;  // lib/shade/shade_hit.glsl
-  float scale;                    // factor of displayed colours: one over the sample count
-  uint flags;
-};
-
-// Push constants of heat.comp, which writes heat map colours to the film.
-struct HeatPush {
-  uint width, height;
-  uint first;
-  uint count;
-  uint sample_index;
-  uint words;           // words in a ray's record
-  uint value;           // index of the displayed word
-  uint over_a, over_b;  // indices of words whose sum divides the value; ~0: none
-  float top;            // the value of the last colour
-  vec3 ramp[5];         // sRGB
-};
-
-// Push constants of display.comp, which converts film to 8-bit window pixels.
-struct DisplayPush {
-  uint width, height;
-  uint first;
-  uint count;
-  float scale;    // factor of the colours: one over the sample count
-  uint split;     // first column that shows the second film
-  uint mark;      // 1: mark pixels whose prims differ between the films; 0: there is one film
-  uint swap_red;  // 1: blue in the lowest byte
-};
-
-// Counts over all pixels of a picture.
-struct DisplayTotals {
-  uint live;       // live rays, if LIVE_COUNTED
-  uint different;  // pixels whose prims differ between the films
-};
-
 // A material. See engine/scene/material.h.
 struct GpuMaterial {
   vec3 base_color;
@@ -361,12 +319,6 @@ struct FilmPixel {
   uint prim;
 };
 
-// A film pixel of a window, in ray order.
-struct LivePixel {
-  vec3 color;  // sum over samples
-  uint prim;   // of the first sample
-};
-
 #ifdef __cplusplus
 BALLOT_RECORD(PrimaryPush, 84);
 BALLOT_RECORD(SecondaryPush, 40);
@@ -374,10 +326,6 @@ BALLOT_RECORD(Start, 8);
 BALLOT_RECORD(ShadePush, 4);
 BALLOT_RECORD(SamplesPush, 100);
 BALLOT_RECORD(TilesPush, 8);
-BALLOT_RECORD(LivePush, 100);
-BALLOT_RECORD(HeatPush, 100);
-BALLOT_RECORD(DisplayPush, 32);
-BALLOT_RECORD(DisplayTotals, 8);
 BALLOT_RECORD(GpuMaterial, 56);
 BALLOT_RECORD(GpuTextureUse, 36);
 BALLOT_RECORD(GpuTexture, 20);
@@ -393,7 +341,6 @@ BALLOT_RECORD(SampleRange, 20);
 BALLOT_RECORD(AlphaPush, 8);
 BALLOT_RECORD(FilmPush, 20);
 BALLOT_RECORD(FilmPixel, 36);
-BALLOT_RECORD(LivePixel, 16);
 }  // namespace ballot
 #endif
 #endif  // BALLOT_RENDER_H

@@ -105,12 +105,14 @@ TEST_F(Help, OfViewListsEverythingThatCanBeSwitched) {
   expect_parts(text, {"--views-file", "--target", "--present", "--script", "--compare", "H help"});
   for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
   for (const Shading& s : kShadings) expect_parts(text, {s.name, s.summary});
+  for (const Integrator& i : kIntegrators) expect_parts(text, {i.name, i.summary});
 }
 
 TEST_F(Help, WordsThatWindowsDoNotTake) {
   square();
-  refuse(2, {"shading 'path' is for pictures alone (ballot render); a window takes: eyelight, normals, heat\n"},
-         {"view", "square.glb", "--shading", "path"});
+  refuse(2, {"--shading path: it traces rays of its own; leave out --rays and --compare\n"},
+         {"view", "square.glb", "--shading", "path", "--compare", "packet"});
+  refuse(2, {"no shading is called 'paht' (did you mean 'path'?)"}, {"view", "square.glb", "--shading", "paht"});
 }
 
 TEST_F(Help, AMissingSceneIsFailedWorkEverywhere) {

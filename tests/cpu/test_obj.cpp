@@ -49,6 +49,21 @@ TEST(Obj, NegativeIndicesCountBackwards) {
   EXPECT_EQ(scene.triangles.at(1), (Triangle{glm::vec3{9, 9, 9}, glm::vec3{0, 1, 0}, glm::vec3{0, 0, 0}}));
 }
 
+TEST(Obj, ColoursOfVerticesAreLinear) {
+  EXPECT_TRUE(load_text(square("f 1 2 3\n")).colors.empty());
+  const Scene scene = load_text("v 0 0 0\nv 1 0 0 1 0.5 0\nv 1 1 0 1 0 2 -1\nv 0 1 0 1\nf 1 2 3 4\n");
+  ASSERT_EQ(scene.colors.size(), scene.triangles.size());
+  for (std::size_t t = 0; t < scene.triangles.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::vec3 at = scene.triangles[t][k];
+      glm::vec4 expected(1);
+      if (at == glm::vec3(1, 0, 0)) expected = {1, 0.21404114f, 0, 1};
+      if (at == glm::vec3(1, 1, 0)) expected = {0, 1, 0, 1};  // behind w; clamped
+      EXPECT_LT(glm::distance(scene.colors[t][k], expected), 1e-6f) << t << " " << k;
+    }
+  EXPECT_THROW(load_text("v 0 0 0 1 red 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), Error);
+}
+
 TEST(Obj, SyntaxVariants) {
   const Scene scene = load_text(
       "# note\r\nv +1e0 .5 -2E-1 1.0\r\nv 1 0 0 # w\nv \\\n 0 1 0\no thing\ng a b\nvt 0 0\n"

@@ -1,6 +1,7 @@
 // Tests of live pictures, which stay on the device. They equal those of render(), for every ray kind, also while they
 // are refined sample by sample.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tests/images/pictures.h"
@@ -62,6 +63,59 @@ TEST_F(Live, RefinesToWhatRenderMakesOfAsManySamples) {
   for (o.sample_index = 0; o.sample_index < o.sample_count; ++o.sample_index) engine_->live().add_sample(view(), o);
   const Image image = engine_->render(view(), {.width = kWidth, .height = kHeight, .spp = 5});
   EXPECT_LE(difference(image, pixels()), 1);
+}
+
+/// Adds the samples [0, 3) of an integrator, and returns how many calls that took.
+int add_three_samples(Engine& engine, const View& view, LiveOptions o, const Integrator& integrator) {
+  o.shading = integrator.name;
+  o.sample_count = 3;
+  int calls = 0;
+  for (o.sample_index = 0; o.sample_index < o.sample_count; ++o.sample_index) {
+    o.goes_on = false;
+    for (bool finished = false; !finished; o.goes_on = true, ++calls)
+      finished = engine.live().add_sample(view, o).finished;
+  }
+  return calls;
+}
+
+TEST_F(Live, ShowsWhatIntegratorsRender) {
+  for (const Integrator& integrator : kIntegrators) {
+    SCOPED_TRACE(integrator.name);
+    EXPECT_EQ(add_three_samples(*engine_, view(), options(), integrator), 3);
+    RenderOptions same{.width = kWidth, .height = kHeight, .spp = 3, .clamp = integrator.clamp};
+    same.shading = integrator.name;
+    Image image = engine_->render(view(), same);
+    const Tone tone{.neutral = integrator.sees == Sees::Materials};
+    for (std::size_t i = 0; i < std::size_t(kWidth) * kHeight; ++i) {
+      std::array<float, 3> color{};
+      for (int c = 0; c < 3; ++c) color[std::size_t(c)] = image.channel(std::string(1, "RGB"[c])).floats[i];
+      color = toned(color, tone);
+      for (Channel& channel : image.channels)
+        for (int c = 0; c < 3; ++c)
+          if (channel.name == std::string(1, "RGB"[c])) channel.floats[i] = color[std::size_t(c)];
+    }
+    EXPECT_LE(difference(image, pixels()), 1);
+  }
+}
+
+TEST_F(Live, ASampleInPartsIsTheSameSample) {
+  const Integrator& path = *find_integrator("path");
+  add_three_samples(*engine_, view(), options(), path);
+  const auto whole = pixels();
+  LiveOptions in_parts = options();
+  in_parts.part_ms = 1e-3;  // as few pixels a call as it gets
+  EXPECT_GT(add_three_samples(*engine_, view(), in_parts, path), 6);
+  EXPECT_EQ(pixels(), whole);
+}
+
+TEST_F(Live, AnIntegratorTakesNoOtherRays) {
+  LiveOptions o = options();
+  o.shading = "path";
+  o.rays = "shadow";
+  EXPECT_THROW(engine_->live().add_sample(view(), o), Error);
+  o.rays = "primary";
+  o.other = Query{.method = "packet"};
+  EXPECT_THROW(engine_->live().add_sample(view(), o), Error);
 }
 
 TEST_F(Live, ComparesTwoQueriesOnTheSameRays) {

@@ -44,6 +44,24 @@ TEST_F(PlayTest, ScrubsPlaysAndPauses) {
   EXPECT_NE(read_exr(later).channel("Z").floats, here.channel("Z").floats);
 }
 
+// A window shows paths, refines them at rest also after a move, and writes the picture that `render` makes.
+TEST_F(PlayTest, RefinesPaths) {
+  Desktop desktop(800, 600);
+  ASSERT_TRUE(desktop.works()) << "is xvfb installed?";
+  const fs::path shot = folder_ / "paths.exr", exr = folder_ / "rendered.exr";
+  Program program(view("200x160", {"--validate", "--spp", "3", "--view", "view0", "--shading", "path", "--script",
+                                   script("wait refined\nmouse 5 5\nwait refined\nkey G\nwait 2\nshading path\n"
+                                          "view view0\nwait refined\nshot " +
+                                          shot.string() + "\nquit\n")}),
+                  environment(desktop.name()));
+  EXPECT_EQ(program.wait(90), 0) << program.output();
+  Program render({BALLOT_BINARY, "render", kScene, "--device", "cpu", "--view", "view0", "--size", "200x160",
+                  "--shading", "path", "--spp", "3", "--out", exr.string()},
+                 environment(""));
+  ASSERT_EQ(render.wait(60), 0) << render.output();
+  EXPECT_EQ(read_exr(shot).channel("R").floats, read_exr(exr).channel("R").floats);
+}
+
 // The same for meshes that are kept once and move as instances.
 TEST_F(PlayTest, ScrubsInstances) {
   const std::string meadow = std::string(BALLOT_SOURCE_DIR) + "/scenes/meadow.gltf";

@@ -55,9 +55,11 @@ void draw_heat_legend(float top) {
 
 void draw_picture(Settings& s, const Facts& facts) {
   title("Picture");
+  ImGui::BeginDisabled(s.integrator());  // they trace rays of their own
   draw_combo("rays", s.rays, kRayKinds);
-  draw_combo("shading", s.shading, kShadings);
-  if (find_shading(s.shading).heat) {
+  ImGui::EndDisabled();
+  draw_combo("shading", s.shading, shadings());
+  if (s.heats()) {
     draw_combo("heat", s.heat, kHeatKinds);
     draw_heat_legend(facts.last.heat_top);
     faint("times are those of the counting kernel");
@@ -83,7 +85,7 @@ void draw_counters(const std::string& name, const Counters& c) {
 void draw_figures(const Settings& s, const Facts& facts, Wishes& wishes) {
   title("Speed");
   const LiveTimes& t = facts.last;
-  if (s.compare) {
+  if (s.compares()) {
     text(fmt::format("A  {:.2f} ms   {:.1f} Mrays/s", t.trace_ms, t.mrays_per_s()));
     text(fmt::format("B  {:.2f} ms   {:.1f} Mrays/s", t.other_ms, t.other_mrays_per_s()));
     if (t.trace_ms > 0 && t.other_ms > 0) {
@@ -98,9 +100,9 @@ void draw_figures(const Settings& s, const Facts& facts, Wishes& wishes) {
   } else {
     text(fmt::format("trace {:.2f} ms   {:.1f} Mrays/s", t.trace_ms, t.mrays_per_s()));
   }
-  draw_times(facts, s.compare);
-  if (facts.counters) draw_counters(s.compare ? "A  " : "", *facts.counters);
-  if (facts.other_counters && s.compare) draw_counters("B  ", *facts.other_counters);
+  draw_times(facts, s.compares());
+  if (facts.counters) draw_counters(s.compares() ? "A  " : "", *facts.counters);
+  if (facts.other_counters && s.compares()) draw_counters("B  ", *facts.other_counters);
   wishes.count = ImGui::SmallButton("count nodes and lanes (C)");
 }
 
@@ -118,11 +120,13 @@ void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
   ImGui::PopTextWrapPos();
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", device.driver.c_str());
   ImGui::PushItemWidth(-7.5f * em());
-  title(s.compare ? "A, left" : "Traversal");
+  title(s.compares() ? "A, left" : "Traversal");
   draw_query("a", s.query, device);
   bool compare = s.compare;
+  ImGui::BeginDisabled(s.integrator());
   if (ImGui::Checkbox("compare with another", &compare)) s.compare = compare;
-  if (s.compare) {
+  ImGui::EndDisabled();
+  if (s.compares()) {
     title("B, right");
     draw_query("b", s.other, device);
     ImGui::SliderFloat("divider", &s.divider, 0, 1, "%.2f");
@@ -189,6 +193,21 @@ void draw_shader_error(const std::string& message) {
 
 }  // namespace
 
+const std::vector<NamedShading>& shadings() {
+  static const std::vector<NamedShading> all = [] {
+    std::vector<NamedShading> names;
+    for (const Shading& s : kShadings) names.push_back({s.name, s.summary});
+    for (const Integrator& i : kIntegrators) names.push_back({i.name, i.summary});
+    return names;
+  }();
+  return all;
+}
+
+std::string shading_named(const std::string& name) {
+  const Integrator* integrator = find_integrator(name);
+  return std::string(integrator ? integrator->name : find_shading(name).name);
+}
+
 bool Settings::operator==(const Settings& o) const {
   const auto same = [](const Query& a, const Query& b) {
     return a.method == b.method && a.numeric == b.numeric && a.knobs == b.knobs;
@@ -242,7 +261,7 @@ Wishes draw_panels(Settings& settings, const Facts& facts) {
     draw_main(settings, facts, wishes);
     draw_inspector(facts, wishes);
   }
-  if (settings.compare) draw_names(settings);
+  if (settings.compares()) draw_names(settings);
   draw_status(facts);
   if (!facts.shader_error.empty()) draw_shader_error(facts.shader_error);
   if (settings.help) draw_help();

@@ -8,6 +8,7 @@ namespace ballot::view {
 namespace {
 
 constexpr std::size_t kGraphFrames = 240;
+constexpr double kPartMs = 60;  // of a sample of an integrator at rest, between looks at the hands
 
 double ms_between(std::chrono::steady_clock::time_point a, std::chrono::steady_clock::time_point b) {
   return std::chrono::duration<double, std::milli>(b - a).count();
@@ -62,7 +63,7 @@ void Session::make_overlay() {
 }
 
 bool Session::at_rest() const {
-  return !dirty_ && !settings_.play.playing && announced_ == 0 && int(facts_.samples) >= settings_.samples &&
+  return !dirty_ && !part_ && !settings_.play.playing && announced_ == 0 && int(facts_.samples) >= settings_.samples &&
          facts_.scale == 1;
 }
 
@@ -123,11 +124,11 @@ LiveOptions Session::live_options(const glm::uvec2& size) const {
   LiveOptions o;
   o.width = size.x;
   o.height = size.y;
-  o.rays = settings_.rays;
+  if (!settings_.integrator()) o.rays = settings_.rays;
   o.shading = settings_.shading;
   o.heat = settings_.heat;
   o.query = settings_.query;
-  if (settings_.compare) o.other = settings_.other;
+  if (settings_.compares()) o.other = settings_.other;
   o.split = std::uint32_t(std::lround(double(settings_.divider) * size.x));
   o.swap_red = presenter_->swap_red();
   return o;
@@ -137,17 +138,18 @@ LiveOptions Session::live_options(const glm::uvec2& size) const {
 /// still show the announcement.
 bool Session::announce_kernels() {
   if (announced_ > 0) return --announced_ > 0;
-  const bool counters = find_shading(settings_.shading).heat;
+  const bool counters = settings_.heats();
+  const std::string paths = settings_.integrator() ? settings_.shading : "";
   std::vector<Query> queries{settings_.query};
-  if (settings_.compare) queries.push_back(settings_.other);
+  if (settings_.compares()) queries.push_back(settings_.other);
   for (Query& q : queries) {
     q.want = find_ray_kind(settings_.rays).want;
     q.rays = settings_.rays;
     // The method's own name is part of the key: auto runs kernels of other methods, and it tries several when it first
     // gets rays of a class.
-    const std::string name = q.method + " " + engine_->tracer().variant(q, counters).kernel_name();
+    const std::string name = q.method + " " + engine_->tracer().variant(q, counters).kernel_name() + paths;
     if (!kernels_.insert(name).second) continue;
-    facts_.message = "compiling " + q.method + " ...";
+    facts_.message = "compiling " + (paths.empty() ? q.method : paths) + " ...";
     facts_.failed = false;
     announced_ = 2;
   }
@@ -157,11 +159,14 @@ bool Session::announce_kernels() {
 void Session::trace(bool moved) {
   try {
     if (dirty_ || moved) {
+      part_.reset();
       if (announce_kernels()) return;
       const double scale = moved && settings_.scale ? scaler_.scale() : 1;
       add_sample(moved, 0, 1, scale);
       jittered_ = false;
       dirty_ = false;
+    } else if (part_) {
+      add_sample(false, part_->index, part_->count, 1);
     } else if (facts_.scale != 1 || int(facts_.samples) < settings_.samples) {
       const auto samples = std::uint32_t(settings_.samples);
       const bool begin = facts_.scale != 1 || !jittered_;
@@ -193,8 +198,15 @@ void Session::add_sample(bool moved, std::uint32_t index, std::uint32_t count, d
   LiveOptions o = live_options(size);
   o.sample_index = index;
   o.sample_count = count;
+  o.part_ms = moved ? 0 : kPartMs;
+  o.goes_on = part_.has_value();
   const View view = camera_->view();
   const LiveTimes times = engine_->live().add_sample(view, o);
+  part_.reset();
+  if (!times.finished) {
+    part_ = {index, count};
+    return;
+  }
   traced_ = size;
   facts_.view_name = view.name;
   facts_.last = times;

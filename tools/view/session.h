@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <set>
 #include <string>
@@ -29,6 +30,7 @@ struct SessionOptions {
   std::uint32_t width = 1280, height = 720;
   Pace pace = Pace::Refresh;
   std::vector<ScriptLine> script;
+  std::function<void(Scene&)> light = {};  // adds a sky and lamps to a scene that was loaded
 };
 
 class Session {
@@ -103,6 +105,11 @@ class Session {
   Facts facts_;
   std::vector<View> views_;  // the scene's views, then those of the views file
 
+  /// A sample that is not finished yet.
+  struct Part {
+    std::uint32_t index, count;  // LiveOptions::sample_index, sample_count
+  };
+  std::optional<Part> part_;
   std::pair<std::size_t, double> shown_time_{0, 0.0};  // clip and time; at first the scene is at rest
 
   bool dirty_ = true;              // the picture must be started again

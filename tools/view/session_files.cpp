@@ -26,6 +26,9 @@ double diagonal_of(const Scene& scene) {
   return length > 0 ? length : 1;
 }
 
+/// Returns the tone mapping that the window shows an integrator's pictures with.
+Tone tone_of(const Integrator* integrator) { return {.neutral = integrator && integrator->sees == Sees::Materials}; }
+
 }  // namespace
 
 void Session::open(Scene scene) {
@@ -36,6 +39,7 @@ void Session::open(Scene scene) {
   presenter_.reset();
   engine_.reset();
   const std::string name = scene.name;
+  if (options_.light) options_.light(scene);
   ProgressBar bar("building BVH");
   engine_ = std::make_unique<Engine>(std::move(scene), options, [&](double done) {
     bar.update(done);
@@ -172,9 +176,11 @@ void Session::shoot(const fs::path& exr) {
     o.shading = settings_.shading;
     o.heat = settings_.heat;
     o.query = settings_.query;
+    const Integrator* integrator = settings_.integrator();
+    if (integrator) o.spp = std::uint32_t(settings_.samples), o.clamp = integrator->clamp;
     const Image image = engine_->render(camera_->view(), o);
     write_exr(exr, image);
-    write_png(beside.replace_extension(".png"), image);
+    write_png(beside.replace_extension(".png"), image, tone_of(integrator));
     say(fmt::format("wrote {} and .png of view {}", exr.string(), camera_->view().name));
   } catch (const Error& error) {
     say(error.what(), true);

@@ -15,9 +15,9 @@ constexpr double kClickPixels = 4;
 /// Returns the name after `now` in a registry, or the one before it; wraps around at the ends.
 template <class List>
 std::string next_in(const List& list, const std::string& now, bool back) {
-  const auto count = std::ssize(list);
-  std::ptrdiff_t at = 0;
-  for (std::ptrdiff_t i = 0; i < count; ++i)
+  const std::size_t count = std::size(list);
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < count; ++i)
     if (list[i].name == now) at = i;
   return std::string(list[(at + (back ? count - 1 : 1)) % count].name);
 }
@@ -47,7 +47,7 @@ void Session::take_key(const KeyPress& press) {
       s.rays = next_in(kRayKinds, s.rays, back);
       return say("rays " + s.rays);
     case GLFW_KEY_G:
-      s.shading = next_in(kShadings, s.shading, back);
+      s.shading = next_in(shadings(), s.shading, back);
       return say("shading " + s.shading);
     case GLFW_KEY_B:
       s.heat = next_in(kHeatKinds, s.heat, back);
@@ -134,7 +134,7 @@ std::optional<glm::uvec2> Session::pixel_at(const glm::dvec2& mouse) const {
 }
 
 const Query& Session::query_at(const glm::uvec2& pixel) const {
-  const bool right = settings_.compare && float(pixel.x) >= settings_.divider * float(window_pixels_.x);
+  const bool right = settings_.compares() && float(pixel.x) >= settings_.divider * float(window_pixels_.x);
   return right ? settings_.other : settings_.query;
 }
 
@@ -179,7 +179,7 @@ void Session::count() {
   const auto batch =
       engine_->make_batch(camera_->view(), find_ray_kind(settings_.rays), window_pixels_.x, window_pixels_.y);
   facts_.counters = engine_->count(*batch, settings_.query);
-  if (settings_.compare) facts_.other_counters = engine_->count(*batch, settings_.other);
+  if (settings_.compares()) facts_.other_counters = engine_->count(*batch, settings_.other);
   const double rays = double(std::max<std::uint64_t>(1, facts_.counters->rays));
   say(fmt::format("{}: {:.1f} nodes per ray", settings_.query.method, double((*facts_.counters)["nodes"]) / rays));
 }
@@ -253,7 +253,7 @@ void Session::choose(const ScriptLine& line) {
   if (command == "method") settings_.query.method = find_method(word).name, settings_.query.knobs.clear();
   if (command == "numeric") settings_.query.numeric = find_numeric(word).name;
   if (command == "rays") settings_.rays = find_ray_kind(word).name;
-  if (command == "shading") settings_.shading = find_shading(word).name;
+  if (command == "shading") settings_.shading = shading_named(word);
   if (command == "heat") settings_.heat = find_heat(word).name;
   if (command == "compare") settings_.compare = true, settings_.other.method = find_method(word).name;
   if (command == "view") go_to(find_view(engine_->scene_facts(), word));

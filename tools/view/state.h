@@ -4,10 +4,20 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/ballot.h"
 
 namespace ballot::view {
+
+/// A row of shadings().
+struct NamedShading {
+  std::string_view name, summary;
+};
+/// Returns what a window can draw: the shadings of primary hits, then the integrators.
+const std::vector<NamedShading>& shadings();
+/// Returns the full name of a shading of a window. Throws Error(Arguments) that lists the known names.
+std::string shading_named(const std::string& name);
 
 /// What plays of a scene's animation. At first the scene is at rest.
 struct Playback {
@@ -29,6 +39,11 @@ struct Settings {
   float target_ms = 50;  // target time of a frame while moving
   bool panels = true, help = false;
   Playback play;
+
+  /// Returns the integrator that `shading` names; null if it names a shading of primary hits.
+  const Integrator* integrator() const { return find_integrator(shading); }
+  bool compares() const { return compare && !integrator(); }
+  bool heats() const { return !integrator() && find_shading(shading).heat; }
 
   bool operator==(const Settings& o) const;  // compares only the settings that change the picture
 };

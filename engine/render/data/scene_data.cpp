@@ -231,7 +231,7 @@ std::string look_name(const SceneFeatures& features, bool materials) {
 
 KernelSource shading_source(std::string_view shading, const SceneFeatures& features) {
   const int value = find_shading(shading).value;
-  const bool materials = value == SHADING_EYELIGHT;
+  const bool materials = value != SHADING_NORMALS;
   // Neither shading depends on how a surface reflects.
   SceneFeatures seen = features;
   seen.glossy = seen.refracts = seen.surface_texture = seen.alpha = false;

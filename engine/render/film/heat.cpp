@@ -8,6 +8,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/registry.h"
+#include "engine/core/srgb.h"
 
 namespace ballot {
 
@@ -21,8 +22,6 @@ constexpr std::array<glm::vec3, 5> kRamp{{{0.267f, 0.005f, 0.329f},
                                           {0.128f, 0.567f, 0.551f},
                                           {0.369f, 0.789f, 0.383f},
                                           {0.993f, 0.906f, 0.144f}}};
-
-float linear_of(float srgb) { return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f); }
 
 glm::vec3 ramp(float x) {
   const float at = std::clamp(x, 0.0f, 1.0f) * float(kRamp.size() - 1);

@@ -13,9 +13,6 @@ namespace ballot {
 
 const Shading& find_shading(std::string_view name) {
   if (const Shading* shading = find_row(kShadings, name)) return *shading;
-  if (find_integrator(name))
-    fail(Failure::Arguments, "shading '{}' is for pictures alone (ballot render); a window takes: {}", name,
-         names_of(kShadings));
   const std::string all = names_of(kShadings) + ", " + names_of(kIntegrators);
   std::vector<std::string_view> names;
   for (const Shading& s : kShadings) names.push_back(s.name);

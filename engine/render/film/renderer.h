@@ -25,6 +25,7 @@ struct Shading {
 };
 inline constexpr Shading kShadings[] = {
     {"eyelight", SHADING_EYELIGHT, "base colour times the cosine of the angle to the viewer, plus emission"},
+    {"albedo", SHADING_ALBEDO, "base colour, without light"},
     {"normals", SHADING_NORMALS, "shading normal as colour, n / 2 + 1/2"},
     {"heat", SHADING_NORMALS, "work of the traversal at each pixel, see --heat; traced by the instrumented kernel",
      true},

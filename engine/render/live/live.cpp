@@ -49,7 +49,9 @@ std::uint32_t word_of(HeatKind::Field field) {
 
 }  // namespace
 
-std::vector<KernelSource> live_sources() { return {visible_source(), heat_source(), display_source(), tiles_source()}; }
+std::vector<KernelSource> live_sources() {
+  return {visible_source(), heat_source(), display_source(), tiles_source(), show_source()};
+}
 
 LiveImage::LiveImage(Context& gpu, Tracer& tracer, SceneData& scene)
     : gpu_(gpu),
@@ -67,7 +69,9 @@ LiveImage::~LiveImage() = default;
 void LiveImage::check(const LiveOptions& o) const {
   check_options(
       RenderOptions{.width = o.width, .height = o.height, .spp = o.sample_count, .shading = o.shading, .heat = o.heat});
-  find_ray_kind(o.rays);
+  const bool primary = find_ray_kind(o.rays).name == kPrimaryRays;
+  if (find_integrator(o.shading) && (!primary || o.other))
+    fail(Failure::Arguments, "shading '{}' traces rays of its own: it takes no --rays and no --compare", o.shading);
   check_options(RayKindOptions{.ao_radius = o.ao_radius});
   tracer_.variant(o.query);
   if (o.other) tracer_.variant(*o.other);
@@ -79,16 +83,14 @@ void LiveImage::make_room(const LiveOptions& o, bool counts) {
   const std::uint32_t wanted = std::min(total, most);
   const bool from_hits = !find_ray_kind(o.rays).from_camera();
   // The picture of a window changes its size often, so buffers only grow.
-  const std::size_t pixels = std::size_t(o.width) * o.height;
-  if (!pixels_ || pixels_->size() < pixels || wanted > chunk_rays_)
-    vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
+  if (wanted > chunk_rays_) vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
   if (wanted > chunk_rays_) {
     film_.clear();
     other_film_.clear();
     starts_.reset();
     chunk_rays_ = wanted;
   }
-  ballot::make_room(pixels_, gpu_, pixels, "pixels");
+  make_pixels(o);
   ballot::make_room(hits_, gpu_, chunk_rays_, "hits");
   if (from_hits) ballot::make_room(secondary_, gpu_, chunk_rays_, "rays from hits");
   if (from_hits) ballot::make_room(secondary_hits_, gpu_, chunk_rays_, "hits of rays from hits");
@@ -96,6 +98,22 @@ void LiveImage::make_room(const LiveOptions& o, bool counts) {
   const std::size_t chunks = (total + chunk_rays_ - 1) / chunk_rays_;
   while (film_.size() < chunks) film_.emplace_back(gpu_, chunk_rays_, Access::Storage, "film");
   while (o.other && other_film_.size() < chunks) other_film_.emplace_back(gpu_, chunk_rays_, Access::Storage, "film b");
+}
+
+void LiveImage::make_pixels(const LiveOptions& o) {
+  const std::size_t pixels = std::size_t(o.width) * o.height;
+  if (pixels_ && pixels_->size() >= pixels) return;
+  vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
+  ballot::make_room(pixels_, gpu_, pixels, "pixels");
+}
+
+LiveTimes LiveImage::add_paths(const View& view, const LiveOptions& options, const Integrator& integrator) {
+  if (!paths_) paths_ = std::make_unique<LivePaths>(gpu_, tracer_, scene_);
+  LiveTimes times = paths_->add(view, options, integrator);
+  if (!times.finished) return times;
+  make_pixels(options);
+  paths_->show(options, integrator, *pixels_, times);
+  return times;
 }
 
 Kernel& LiveImage::kernel(const KernelSource& source) {
@@ -109,6 +127,7 @@ Kernel& LiveImage::kernel(const KernelSource& source) {
 
 LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
   check(options);
+  if (const Integrator* integrator = find_integrator(options.shading)) return add_paths(view, options, *integrator);
   const bool counts = find_shading(options.shading).heat;
   make_room(options, counts);
   const std::uint32_t total = padded_rays(options.width, options.height);

@@ -11,40 +11,10 @@
 #include "engine/render/data/scene_data.h"
 #include "engine/render/film/heat.h"
 #include "engine/render/film/renderer.h"
+#include "engine/render/live/live_paths.h"
 #include "engine/trace/tracer.h"
 
 namespace ballot {
-
-/// The options of one sample.
-struct LiveOptions {
-  std::uint32_t width = 1280, height = 720;  // pixels, 1 to 16384 each
-  std::uint32_t sample_index = 0;            // 0 begins a new picture; else one sample is added to the current one
-  std::uint32_t sample_count = 1;            // 1: at pixel centres; more: jittered
-  std::string rays = "primary";              // the ray kind to show; secondary kinds start one ray per hit
-  std::string shading = "eyelight";          // applies to nearest hits; "heat" shows the work of this kind's rays
-  std::string heat = "nodes";                // the quantity that shading "heat" shows
-  Query query = {};                          // query.want is replaced by the ray kind's
-  /// A second query for the same rays. Its picture is shown from column `split` on, and pixels where the two queries
-  /// find different prims are marked.
-  std::optional<Query> other;
-  std::uint32_t split = 0;  // column
-  float ao_radius = 0.05f;  // length of ao rays: share of the scene's diagonal, above 0
-  bool swap_red = false;    // true: the lowest byte of a pixel is blue; false: it is red
-};
-
-/// The device milliseconds and counts of one sample.
-struct LiveTimes {
-  double generate_ms = 0;             // making the primary rays, and this kind's rays from their hits
-  double primary_ms = 0;              // tracing the primary rays if the kind is a secondary one
-  double trace_ms = 0, other_ms = 0;  // tracing this kind's rays: by `query`, by `other`
-  double shade_ms = 0;                // shading hits into the film, and the film into pixels
-  std::uint64_t rays = 0;             // live rays of the kind; with heat maps, those of the first sample
-  std::uint64_t different = 0;        // pixels where the queries find different prims
-  float heat_top = 0;                 // the value of the last colour of a heat map
-  double total_ms() const { return generate_ms + primary_ms + trace_ms + other_ms + shade_ms; }
-  double mrays_per_s() const { return trace_ms > 0 ? double(rays) / trace_ms * 1e-3 : 0; }
-  double other_mrays_per_s() const { return other_ms > 0 ? double(rays) / other_ms * 1e-3 : 0; }
-};
 
 /// The primary ray through a pixel's centre and its hit. It is traced together with the rays of its tile, as in the
 /// picture.
@@ -98,6 +68,8 @@ class LiveImage {
   void make_room(const LiveOptions& options, bool counts);
   Kernel& kernel(const KernelSource& source);
   bool makes_rays(const LiveOptions& options, std::uint32_t count) const;
+  void make_pixels(const LiveOptions& options);
+  LiveTimes add_paths(const View& view, const LiveOptions& options, const Integrator& integrator);
   glm::vec3 light_of(const View& view);
   void sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times);
   TilesPush make_tiles(const TilesPush& tiles, LiveTimes& times);
@@ -129,6 +101,7 @@ class LiveImage {
   Buffer<Ray> light_ray_;
   Buffer<Hit> light_hit_, light_seen_;                // light_seen_ is in host memory
   std::vector<Buffer<LivePixel>> film_, other_film_;  // one buffer per chunk
+  std::unique_ptr<LivePaths> paths_;                  // of a window that shows an integrator
   std::unique_ptr<Buffer<std::uint32_t>> pixels_;
   Buffer<DisplayTotals> totals_, totals_seen_;  // totals_seen_ is in host memory
   std::uint64_t counted_ = 0;                   // live rays of the last picture

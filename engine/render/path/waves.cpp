@@ -160,7 +160,8 @@ void Waves::add_samples(const WaveSettings& settings, const Buffer<std::uint32_t
   const PassScope scope(gpu_);
   const WavePlan plan = plan_of(*settings.integrator, settings.features);
   const Part largest = make_room_for(settings, plan, places, count);
-  const std::vector<PrimaryPush> cameras = cameras_of(settings.camera, places, count, largest, first);
+  std::vector<PrimaryPush> cameras = cameras_of(settings.camera, places, count, largest, first);
+  for (PrimaryPush& part : cameras) part.first += settings.first_place;
   Kernel& add = kernel(film_source(moments != nullptr));
   add.bind(BIND_PATHS, *paths_);
   add.bind(BIND_FILM, film);

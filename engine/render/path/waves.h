@@ -49,6 +49,7 @@ struct WaveSettings {
   Query query{};
   SceneFeatures features{};  // features that the kernels are compiled for: the scene's, or more
   Sky::Kind sky = Sky::Kind::None;
+  std::uint32_t first_place = 0;  // of the first listed pixel that is meant
 };
 
 /// Runs integrators. Keeps its kernels and buffers from call to call. Belongs to one thread.
@@ -66,9 +67,9 @@ class Waves {
   std::uint64_t bytes_for(const Integrator& integrator, const SceneFeatures& features, std::uint32_t last_depth,
                           std::uint64_t paths) const;
 
-  /// Adds the samples [first, first + count) of `places` listed pixels to the film, and to the moments if not null. The
-  /// sums do not depend on how pixels and samples are split over calls. Throws Error(Work) if the device fails or has
-  /// not enough memory.
+  /// Adds the samples [first, first + count) of `places` listed pixels, from settings.first_place on, to the film, and
+  /// to the moments if not null. The sums do not depend on how pixels and samples are split over calls. Throws
+  /// Error(Work) if the device fails or has not enough memory.
   void add_samples(const WaveSettings& settings, const Buffer<std::uint32_t>& listed, std::uint32_t places,
                    std::uint32_t first, std::uint32_t count, Buffer<FilmPixel>& film, Buffer<glm::vec3>* moments,
                    PassTimes& times, const Progress& progress);

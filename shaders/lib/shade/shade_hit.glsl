@@ -33,12 +33,16 @@ FilmPixel shade_hit(Ray ray, Hit hit, float cone_width, float cone_spread) {
     Look look = look_at(hit, material_of(hit.prim), v0, v1, v2, n, front, dir,
                         cone_width + cone_spread * hit.t * length(ray.dir));
     n = look.normal;
+#if BALLOT_SHADING == SHADING_ALBEDO
+    p.color = look.m.base_color;
+#else
     p.color = look.m.base_color * abs(dot(n, dir));
 #if BALLOT_HAS_UNLIT
     if ((look.m.flags & MATERIAL_UNLIT) != 0u) p.color = look.m.base_color;
 #endif
 #if BALLOT_HAS_EMISSION
     p.color += look.m.emissive;
+#endif
 #endif
 #endif
     p.alpha = 1.0;
