@@ -14,19 +14,24 @@ Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles
       tree_(gpu, bvh, triangles, facts, std::move(built)),
       kernels_(gpu, tree_),
       dispatcher_(gpu, tree_, kernels_),
-      chooser_(gpu, bvh, [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
-        return trace(rays, hits, count, query).device_ms;
-      }) {}
+      chooser_(
+          gpu, bvh,
+          [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
+            return trace(rays, hits, count, query).device_ms;
+          },
+          [this](const Query& query) { prepare(query); }) {}
 
 Tracer::Tracer(Context& gpu, Forest& forest)
     : gpu_(gpu),
       tree_(gpu, forest),
       kernels_(gpu, tree_),
       dispatcher_(gpu, tree_, kernels_),
-      chooser_(gpu, forest.summary(),
-               [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
-                 return trace(rays, hits, count, query).device_ms;
-               }) {
+      chooser_(
+          gpu, forest.summary(),
+          [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
+            return trace(rays, hits, count, query).device_ms;
+          },
+          [this](const Query& query) { prepare(query); }) {
   chooser_.has_instances = true;
 }
 
@@ -98,6 +103,14 @@ Job Tracer::job(const Query& query, bool counters, bool indirect, CameraKind cam
   TraceKernel*& known = found.kernels[camera != CameraKind::None ? 2 + int(camera) : indirect ? 2 : int(counters)];
   if (!known || !kernels_.is_current(*known)) known = &kernels_.get(v);
   return {v, known};
+}
+
+/// Begins to make the kernel of a concrete query on another thread. If it cannot be made, job() says why.
+void Tracer::prepare(const Query& query) {
+  try {
+    prepare_pipeline(gpu_, kernel_source(variant(query), gpu_.info(), tree_.facts()));
+  } catch (const Error&) {
+  }
 }
 
 std::uint32_t Tracer::chunk_rays() const {

@@ -124,6 +124,7 @@ class Tracer {
   Resolved& resolved(const Query& query) const;
   Job job(const Query& query, bool counters = false, bool indirect = false, CameraKind camera = CameraKind::None);
   KernelConfig config_of(const Query& query) const;
+  void prepare(const Query& query);
   TraceTimes trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
 
   Context& gpu_;

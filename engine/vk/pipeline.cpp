@@ -1,6 +1,7 @@
 #include "engine/vk/pipeline.h"
 
 #include <chrono>
+#include <future>
 
 #include "engine/core/error.h"
 
@@ -32,9 +33,8 @@ Defines defines_of(const KernelSource& source, const DeviceInfo& device) {
   return defines;
 }
 
-ComputePipeline::ComputePipeline(Context& gpu, const KernelSource& source) : gpu_(gpu) {
+ComputePipeline::ComputePipeline(Context& gpu, const KernelSource& source, const Spirv& spirv) : gpu_(gpu) {
   try {
-    const Spirv spirv = compile_shader(source.file, defines_of(source, gpu.info()));
     times_ = {spirv.ms, 0, spirv.words.size() * 4, spirv.from_cache};
     reflection_ = reflect(spirv.words, source.name);
     create(source, spirv.words);
@@ -151,7 +151,14 @@ std::vector<PipelineFigure> ComputePipeline::statistics() const {
 
 namespace {
 
-using Pipelines = std::map<std::string, std::shared_ptr<const ComputePipeline>>;
+using Made = std::shared_ptr<const ComputePipeline>;
+
+/// A pipeline, or the thread that makes it.
+struct Entry {
+  Made made = {};
+  std::future<Made> coming = {};
+};
+using Pipelines = std::map<std::string, Entry>;
 
 std::string key_of(const KernelSource& source) {
   std::string key = fmt::format("{} {} {}", source.file, source.group_size, source.subgroup_size);
@@ -160,14 +167,31 @@ std::string key_of(const KernelSource& source) {
   return key;
 }
 
+Entry& entry_of(Context& gpu, const KernelSource& source) {
+  if (!gpu.pipelines()) gpu.pipelines() = std::make_shared<Pipelines>();
+  return (*static_cast<Pipelines*>(gpu.pipelines().get()))[key_of(source)];
+}
+
+Spirv compiled(Context& gpu, const KernelSource& source) {
+  return compile_shader(source.file, defines_of(source, gpu.info()));
+}
+
 }  // namespace
 
 std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSource& source) {
-  if (!gpu.pipelines()) gpu.pipelines() = std::make_shared<Pipelines>();
-  auto& pipelines = *static_cast<Pipelines*>(gpu.pipelines().get());
-  auto& pipeline = pipelines[key_of(source)];
-  if (!pipeline) pipeline = std::make_shared<const ComputePipeline>(gpu, source);
-  return pipeline;
+  Entry& entry = entry_of(gpu, source);
+  if (entry.coming.valid()) entry.made = entry.coming.get();
+  if (!entry.made) entry.made = std::make_shared<const ComputePipeline>(gpu, source, compiled(gpu, source));
+  return entry.made;
+}
+
+// The compiler of shaders serves one thread at a time; drivers make pipelines on any.
+void prepare_pipeline(Context& gpu, const KernelSource& source) {
+  Entry& entry = entry_of(gpu, source);
+  if (entry.made || entry.coming.valid()) return;
+  entry.coming = std::async(std::launch::async, [&gpu, source, spirv = compiled(gpu, source)]() -> Made {
+    return std::make_shared<const ComputePipeline>(gpu, source, spirv);
+  });
 }
 
 }  // namespace ballot

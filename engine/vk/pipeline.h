@@ -42,8 +42,9 @@ struct PipelineFigure {
 /// A compute pipeline with its layouts.
 class ComputePipeline {
  public:
-  /// Compiles the source and makes the pipeline. On any failure throws Error(Work) that names the variant.
-  ComputePipeline(Context& gpu, const KernelSource& source);
+  /// Makes the pipeline of a source that was compiled. On any failure throws Error(Work) that names the variant. May be
+  /// called on any thread.
+  ComputePipeline(Context& gpu, const KernelSource& source, const Spirv& spirv);
   ~ComputePipeline();
   ComputePipeline(const ComputePipeline&) = delete;
   ComputePipeline& operator=(const ComputePipeline&) = delete;
@@ -74,5 +75,9 @@ class ComputePipeline {
 /// shaders. So scenes that come and go on one device share it, and with it the code that the driver compiles at the
 /// first dispatch. Not thread-safe.
 std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSource& source);
+
+/// Compiles a source and begins to make its pipeline on another thread; pipeline_of() waits for it. Does nothing if
+/// that was begun or done before. Throws Error(Work) if the source does not compile. Not thread-safe.
+void prepare_pipeline(Context& gpu, const KernelSource& source);
 
 }  // namespace ballot

@@ -167,8 +167,12 @@ Query query_with(Query query, const Candidate& candidate) {
 
 }  // namespace
 
-Chooser::Chooser(Context& gpu, const Bvh& bvh, Trace trace)
-    : gpu_(gpu), bvh_(&bvh), trace_(std::move(trace)), choices_(gpu.info(), bvh.stats, bvh.bounds) {}
+Chooser::Chooser(Context& gpu, const Bvh& bvh, Trace trace, Prepare prepare)
+    : gpu_(gpu),
+      bvh_(&bvh),
+      trace_(std::move(trace)),
+      prepare_(std::move(prepare)),
+      choices_(gpu.info(), bvh.stats, bvh.bounds) {}
 
 void Chooser::replace(const Bvh& bvh) {
   bvh_ = &bvh;
@@ -319,6 +323,7 @@ void Chooser::calibrate(Choice choice, const Query& query, const Buffer<Ray>& ra
   const RaceHost host{.now = [&] { return seconds_since(start); },
                       .compile = compile,
                       .trace = trace,
+                      .prepare = [&](std::size_t i) { prepare_(query_with(query, from[i])); },
                       .keep = [&] { keep(rules.look_rays); }};
   const std::size_t round = race(runners, rules, host);
   if (std::ranges::none_of(runners, [](const Runner& r) { return r.look_ms > 0; })) std::rethrow_exception(why);

@@ -18,8 +18,11 @@ class Chooser {
   /// Traces rays [0, count) by a concrete query and returns the device milliseconds.
   using Trace = std::function<double(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query&)>;
 
+  /// Begins to make the kernel of a concrete query on another thread.
+  using Prepare = std::function<void(const Query&)>;
+
   /// Keeps references to gpu and bvh.
-  Chooser(Context& gpu, const Bvh& bvh, Trace trace);
+  Chooser(Context& gpu, const Bvh& bvh, Trace trace, Prepare prepare);
 
   /// Replaces the tree, and forgets the choices for the old one. Keeps a reference to bvh.
   void replace(const Bvh& bvh);
@@ -77,6 +80,7 @@ class Chooser {
   Context& gpu_;
   const Bvh* bvh_;
   Trace trace_;
+  Prepare prepare_;
   Choices choices_;
   std::optional<Buffer<Ray>> class_sample_;  // in the host's memory; made on first use
   std::vector<Known> known_;                 // of the last buffers

@@ -76,6 +76,13 @@ void enter(std::vector<Runner>& runners, std::size_t i, const RaceRules& rules, 
   r.out = r.look_ms > kHopeless * others;
 }
 
+/// Prepares the first runner after `i` that was not tried.
+void prepare_next(const std::vector<Runner>& runners, std::size_t i, const RaceHost& host) {
+  const auto next =
+      std::find_if(runners.begin() + std::ptrdiff_t(i) + 1, runners.end(), [](const Runner& r) { return !r.tried; });
+  if (host.prepare && next != runners.end()) host.prepare(std::size_t(next - runners.begin()));
+}
+
 }  // namespace
 
 double cost_of(const Runner& runner, std::size_t rounds, std::size_t samples) {
@@ -119,6 +126,7 @@ std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const Rac
     r.out = true;
     if (before && i > 0) continue;
     if (!before && fresh >= rules.must && watch.is_over(runners, longest)) continue;
+    if (fresh + !before < rules.must) prepare_next(runners, i, host);
     const double begin = host.now();
     enter(runners, i, rules, host);
     longest = std::max(longest, host.now() - begin);

@@ -33,12 +33,15 @@ struct RaceHost {
   std::function<bool(std::size_t runner)> compile;  // false: the runner cannot run here
   /// Traces this many rays of a sample, and returns the milliseconds.
   std::function<double(std::size_t runner, std::size_t sample, std::size_t rays)> trace;
-  std::function<void()> keep;  // the runners tell something new, which is to survive an interruption
+  /// Begins to compile a runner beside what else is done, so that compile() takes less. Empty: nothing is begun.
+  std::function<void(std::size_t runner)> prepare = {};
+  std::function<void()> keep = {};  // the runners tell something new, which is to survive an interruption
 };
 
 /// Tries runners in their order, the reference first, and lets those that may win trace samples in turn, until the time
 /// is up: successive halving (Karnin et al. 2013). A runner that is twice as slow as another at its first look, and at
 /// a second one, is out; later less suffices. Runners that were tried before do not run again, except the reference.
+/// While one enters, the next is prepared if it is tried in any case.
 /// Returns the rays of a round.
 std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host);
 
