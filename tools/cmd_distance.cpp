@@ -13,9 +13,11 @@ namespace {
 
 struct PointArgs {
   EngineArgs engine;
-  std::string points, out;
+  std::string points, out, numeric{kDefaultNumeric};
   double limit = 0;
   bool signed_distance = false, assume_closed = false;
+
+  PointQuery query() const { return {.exact = numeric == "exact"}; }
 };
 
 void note_files(PointArgs& args) {
@@ -58,14 +60,15 @@ PointStream stream_of(const std::vector<glm::vec3>& points, float limit, Progres
   return stream;
 }
 
-std::vector<std::uint32_t> inside_of(Engine& engine, const std::vector<glm::vec3>& points, TraceTimes& spent) {
+std::vector<std::uint32_t> inside_of(Engine& engine, const std::vector<glm::vec3>& points, const PointQuery& query,
+                                     TraceTimes& spent) {
   ProgressBar bar("inside");
   const InterruptGuard interrupt;
   std::vector<std::uint32_t> inside(points.size());
-  const TraceTimes times = engine.points().inside(stream_of(points, 0, bar, interrupt),
-                                                  [&](std::uint64_t first, std::span<const std::uint32_t> found) {
-                                                    std::ranges::copy(found, inside.begin() + std::ptrdiff_t(first));
-                                                  });
+  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> found) {
+    std::ranges::copy(found, inside.begin() + std::ptrdiff_t(first));
+  };
+  const TraceTimes times = engine.points().inside(stream_of(points, 0, bar, interrupt), take, query);
   spent.device_ms += times.device_ms;
   spent.retraced += times.retraced;
   return inside;
@@ -87,16 +90,16 @@ int run_distance(PointArgs& args) {
     ProgressBar bar("distance");
     const InterruptGuard interrupt;
     const float limit = args.limit > 0 ? float(args.limit) : std::numeric_limits<float>::infinity();
-    spent = engine.points().nearest(stream_of(points, limit, bar, interrupt),
-                                    [&](std::uint64_t first, std::span<const Nearest> found) {
-                                      for (std::size_t i = 0; i < found.size(); ++i) {
-                                        distances[std::size_t(first) + i] = found[i].distance;
-                                        near += found[i].prim != NO_HIT;
-                                      }
-                                    });
+    const auto take = [&](std::uint64_t first, std::span<const Nearest> found) {
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        distances[std::size_t(first) + i] = found[i].distance;
+        near += found[i].prim != NO_HIT;
+      }
+    };
+    spent = engine.points().nearest(stream_of(points, limit, bar, interrupt), take, args.query());
   }
   if (args.signed_distance) {
-    const std::vector<std::uint32_t> inside = inside_of(engine, points, spent);
+    const std::vector<std::uint32_t> inside = inside_of(engine, points, args.query(), spent);
     for (std::size_t i = 0; i < points.size(); ++i)
       if (inside[i]) distances[i] = -distances[i];
   }
@@ -113,7 +116,7 @@ int run_inside(PointArgs& args) {
   Engine& engine = *opened.engine;
   need_closed(engine, args);
   TraceTimes spent;
-  const std::vector<std::uint32_t> inside = inside_of(engine, points, spent);
+  const std::vector<std::uint32_t> inside = inside_of(engine, points, args.query(), spent);
   const std::vector<std::uint8_t> flags(inside.begin(), inside.end());
   write_flags(args.out, flags);
   print_points(engine, args, points.size(), fmt::format("{} inside", std::ranges::count(flags, 1)), spent);
@@ -125,6 +128,9 @@ void add_point_options(CLI::App& cmd, PointArgs& args, const char* out) {
   cmd.add_option("--points", args.points, "FILE.npy with the points, float32 or float64 (n,3); '-': standard input")
       ->required();
   cmd.add_option("--out", args.out, out)->required();
+  cmd.add_option("--numeric", args.numeric,
+                 fmt::format("'{}', or 'exact': decided as by exact arithmetic [{}]", kDefaultNumeric, kDefaultNumeric))
+      ->check(CLI::IsMember({std::string(kDefaultNumeric), std::string("exact")}));
   cmd.add_flag("--assume-closed", args.assume_closed,
                "find what is inside although edges are open; answers near a gap are then arbitrary");
 }
@@ -141,7 +147,7 @@ void add_distance(CLI::App& app, int& result) {
   add_point_options(*cmd, *args, "FILE.npy for the distances, float32 (n,)");
   cmd->add_flag("--signed", args->signed_distance, "negative inside of the mesh, which must be closed");
   cmd->add_option("--limit", args->limit, "look no farther than this; distances beyond are infinite");
-  show_first(*cmd, {"--points", "--out", "--signed", "--limit", "--assume-closed", "--device", "--json"});
+  show_first(*cmd, {"--points", "--out", "--signed", "--limit", "--assume-closed", "--numeric", "--device", "--json"});
   cmd->callback([args, &result] { result = run_distance(*args); });
 }
 
@@ -155,7 +161,7 @@ void add_inside(CLI::App& app, int& result) {
       "counts once there. The answer is right for points that are 16 * 2^-24 M away from the surface, with M the\n"
       "largest distance of a vertex of a triangle that near.");
   add_point_options(*cmd, *args, "FILE.npy for the answers, bool (n,)");
-  show_first(*cmd, {"--points", "--out", "--assume-closed", "--device", "--json"});
+  show_first(*cmd, {"--points", "--out", "--assume-closed", "--numeric", "--device", "--json"});
   cmd->callback([args, &result] { result = run_inside(*args); });
 }
 

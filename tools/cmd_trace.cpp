@@ -13,8 +13,8 @@ namespace {
 struct TraceArgs {
   EngineArgs engine;
   QueryArgs query;
-  std::vector<std::string> rays, out;
-  std::string part;
+  std::vector<std::string> rays, out, ray_masks;
+  std::string part, masks, cull;
   bool any = false, count = false, all = false, verbose = false;
   std::uint32_t first = kAllHits;
 
@@ -47,6 +47,13 @@ void check_files(TraceArgs& args) {
     fail(Failure::Arguments, "--rays names {} files and --out {}; expected as many", args.rays.size(), args.out.size());
   if (std::ranges::count(args.rays, "-") > 1) fail(Failure::Arguments, "'-' can be named once in --rays");
   args.engine.note_files();
+  if (!args.ray_masks.empty() && args.ray_masks.size() != args.rays.size())
+    fail(Failure::Arguments, "--rays names {} files and --ray-masks {}; expected as many", args.rays.size(),
+         args.ray_masks.size());
+  if (!args.ray_masks.empty() && !args.part.empty())
+    fail(Failure::Arguments, "--ray-masks and --part: give one of them");
+  if (!args.masks.empty()) args.engine.files.reads("--masks", args.masks);
+  for (const std::string& masks : args.ray_masks) args.engine.files.reads("--ray-masks", masks);
   for (const std::string& rays : args.rays) args.engine.files.reads("--rays", rays);
   for (std::string& out : args.out) out = args.engine.files.must_write("--out", out).string();
   for (const std::string& rays : args.rays)
@@ -88,13 +95,18 @@ nlohmann::json record_of(const Engine& engine, const TraceArgs& args, std::size_
 
 /// Checks the options that ask for more than one hit.
 void check_crossings(const TraceArgs& args) {
-  if (!args.crossings()) return;
+  if (!args.crossings()) {
+    if (!args.masks.empty() || !args.ray_masks.empty() || !args.cull.empty())
+      fail(Failure::Arguments, "--cull, --masks and --ray-masks go with --count, --all or --first");
+    return;
+  }
   if (args.count + args.all + (args.first != kAllHits) > 1 || args.any)
     fail(Failure::Arguments, "--count, --all, --first and --any: give one of them");
-  if (args.query.method != kDefaultMethod || args.query.numeric != kDefaultNumeric || !args.query.knobs.empty())
+  const bool has_mode = args.query.numeric == kDefaultNumeric || args.query.numeric == "exact";
+  if (args.query.method != kDefaultMethod || !has_mode || !args.query.knobs.empty())
     fail(Failure::Arguments,
-         "--count, --all and --first have a kernel of their own, in mode {}; leave --method, "
-         "--numeric and --knob out",
+         "--count, --all and --first have a kernel of their own, in modes {} and exact; leave --method and --knob out, "
+         "and other modes",
          kDefaultNumeric);
 }
 
@@ -104,12 +116,25 @@ int run_crossings(TraceArgs& args) {
   Opened opened = open_scene(args.engine);
   const InterruptGuard interrupt;
   nlohmann::json json = record_header(*opened.engine, opened.load_s);
-  const Crossings want = args.count ? Crossings::Count : Crossings::List;
+  const std::vector<std::uint32_t> masks = args.masks.empty() ? std::vector<std::uint32_t>() : read_masks(args.masks);
+  CrossingsWanted want{.lists = !args.count};
+  want.query = {.most = args.first,
+                .exact = args.query.numeric == "exact",
+                .cull = args.cull == "back"    ? Cull::Back
+                        : args.cull == "front" ? Cull::Front
+                                               : Cull::None,
+                .triangle_masks = masks};
+  if (!args.masks.empty() && masks.size() != opened.engine->triangle_count())
+    fail(Failure::Arguments, "--masks {}: found {} masks; expected one for each of the {} triangles", args.masks,
+         masks.size(), opened.engine->triangle_count());
   for (std::size_t i = 0; i < args.rays.size(); ++i) {
     CrossingTrace done;
+    std::vector<std::uint32_t> ray_masks;
+    if (!args.ray_masks.empty()) ray_masks = read_masks(args.ray_masks[i]);
+    want.ray_masks = ray_masks;
     {
       ProgressBar bar("tracing " + args.rays[i]);
-      done = trace_crossings(*opened.engine, open_rays(args, args.rays[i]), args.out[i], want, args.first,
+      done = trace_crossings(*opened.engine, open_rays(args, args.rays[i]), args.out[i], want,
                              [&](double share) { interrupt.stop("tracing"), bar.update(share); });
     }
     const double mrays = done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0;
@@ -180,9 +205,18 @@ void add_trace(CLI::App& app, int& result) {
                 "list all of them, ray by ray in order of t: [('ray','<u4'),('t','<f4'),('prim','<u4'),('u','<f4'),\n"
                 "('v','<f4')]");
   cmd->add_option("--first", args->first, "list at most the first K of each ray, as --all");
+  cmd->add_option(
+         "--cull", args->cull,
+         "with --count, --all, --first: leave out triangles that a ray meets from their 'back' or 'front', the\n"
+         "side from which the vertices run counter-clockwise")
+      ->check(CLI::IsMember({"back", "front"}));
+  cmd->add_option("--masks", args->masks,
+                  "with --count, --all, --first: FILE.npy with a mask for each triangle, uint32 (n,); a triangle is\n"
+                  "left out if it shares no bit with the ray's");
+  cmd->add_option("--ray-masks", args->ray_masks, "FILE.npy with a mask for each ray, one file for each of --rays");
   add_verbose(*cmd, args->verbose);
-  show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--part", "--method", "--numeric",
-                    "--device", "--json", "--verbose"});
+  show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--cull", "--masks", "--part",
+                    "--method", "--numeric", "--device", "--json", "--verbose"});
   cmd->callback([args, &result] { result = run_trace(*args); });
 }
 

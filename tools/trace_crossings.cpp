@@ -1,5 +1,7 @@
 #include "tools/trace_crossings.h"
 
+#include <algorithm>
+
 namespace ballot::cli {
 
 namespace {
@@ -11,34 +13,40 @@ struct Record {
 };
 static_assert(sizeof(Record) == 20);
 
-RaySource source_of(RayFile& file, const Progress& progress) {
+RaySource source_of(RayFile& file, const CrossingsWanted& want, const Progress& progress) {
   RaySource source;
   source.count = file.count();
   source.read = [&file](std::uint64_t, std::span<Ray> room) {
     const std::size_t some = file.read(room);
     if (some < room.size()) fail(Failure::Work, "the file of rays ended early");
   };
+  if (!want.ray_masks.empty())
+    source.masks = [&want](std::uint64_t first, std::span<std::uint32_t> room) {
+      std::ranges::copy(want.ray_masks.subspan(std::size_t(first), room.size()), room.begin());
+    };
   source.progress = [&progress, count = file.count()](std::uint64_t done) { progress(double(done) / double(count)); };
   return source;
 }
 
-CrossingTrace count_crossings(Engine& engine, RayFile& file, const std::string& to, const Progress& progress) {
+CrossingTrace count_crossings(Engine& engine, RayFile& file, const std::string& to, const CrossingsWanted& want,
+                              const Progress& progress) {
   CrossingTrace result;
   std::vector<std::uint32_t> counts;
-  const RaySource source = source_of(file, progress);
+  const RaySource source = source_of(file, want, progress);
   counts.reserve(std::size_t(source.count));
-  result.times = engine.rays().count(source, [&](std::uint64_t, std::span<const std::uint32_t> some) {
+  const auto take = [&](std::uint64_t, std::span<const std::uint32_t> some) {
     for (const std::uint32_t n : some) result.crossings += n;
     counts.insert(counts.end(), some.begin(), some.end());
-  });
+  };
+  result.times = engine.rays().count(source, take, want.query);
   write_numbers(to, std::span<const std::uint32_t>(counts));
   return result;
 }
 
-CrossingTrace list_crossings(Engine& engine, RayFile& file, const std::string& to, std::uint32_t most,
+CrossingTrace list_crossings(Engine& engine, RayFile& file, const std::string& to, const CrossingsWanted& want,
                              const Progress& progress) {
   CrossingTrace result;
-  const RaySource source = source_of(file, progress);
+  const RaySource source = source_of(file, want, progress);
   write_atomically(to, [&](const std::filesystem::path& temporary) {
     OutputFile out(temporary, to);
     std::string start = crossings_start(0);
@@ -52,7 +60,7 @@ CrossingTrace list_crossings(Engine& engine, RayFile& file, const std::string& t
       out.write(records.data(), records.size() * sizeof(Record));
       result.crossings += records.size();
     };
-    result.times = engine.rays().list(source, most, take);
+    result.times = engine.rays().list(source, take, want.query);
     start = crossings_start(result.crossings);
     out.seek(0);
     out.write(start.data(), start.size());
@@ -63,11 +71,14 @@ CrossingTrace list_crossings(Engine& engine, RayFile& file, const std::string& t
 
 }  // namespace
 
-CrossingTrace trace_crossings(Engine& engine, RayFile from, const std::string& to, Crossings want, std::uint32_t most,
+CrossingTrace trace_crossings(Engine& engine, RayFile from, const std::string& to, const CrossingsWanted& want,
                               const Progress& progress) {
   const std::uint64_t rays = from.count();
-  CrossingTrace result = want == Crossings::Count ? count_crossings(engine, from, to, progress)
-                                                  : list_crossings(engine, from, to, most, progress);
+  if (!want.ray_masks.empty() && want.ray_masks.size() != rays)
+    fail(Failure::Arguments, "--ray-masks: found {} masks; expected one for each of the {} rays", want.ray_masks.size(),
+         rays);
+  CrossingTrace result =
+      want.lists ? list_crossings(engine, from, to, want, progress) : count_crossings(engine, from, to, want, progress);
   result.rays = rays;
   result.dead = from.dead();
   return result;

@@ -8,7 +8,11 @@
 namespace ballot::cli {
 
 /// What is wanted of the crossings of each ray.
-enum class Crossings { Count, List };
+struct CrossingsWanted {
+  bool lists = false;  // lists; false: their numbers
+  CrossingQuery query = {};
+  std::span<const std::uint32_t> ray_masks = {};  // of each ray; none: all bits
+};
 
 /// What tracing a file gave.
 struct CrossingTrace {
@@ -17,9 +21,8 @@ struct CrossingTrace {
   DeadRays dead;
 };
 
-/// Finds the crossings of the rays of a file and writes them to `to`: their numbers, or at most the first `most` of
-/// each ray. A file appears when it is complete. Throws Error.
-CrossingTrace trace_crossings(Engine& engine, RayFile from, const std::string& to, Crossings want, std::uint32_t most,
+/// Finds the crossings of the rays of a file and writes them to `to`. A file appears when it is complete. Throws Error.
+CrossingTrace trace_crossings(Engine& engine, RayFile from, const std::string& to, const CrossingsWanted& want,
                               const Progress& progress);
 
 }  // namespace ballot::cli

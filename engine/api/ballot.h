@@ -271,6 +271,7 @@ class Scene {
     const auto to = detail::nearest_of(results);
     auto q = BALLOT_INIT(BallotPointQuery);
     q.assume_closed = query.assume_closed;
+    q.numeric = query.numeric.c_str();
     auto times = BALLOT_INIT(BallotTimes);
     check(ballot_query_points(handle_.get(), &p, &to, &q, &times));
     return detail::times_of(times);
@@ -278,24 +279,33 @@ class Scene {
 
   /// Counts all triangles that each ray crosses with t in [t_min, t_max]. A ray that passes through a
   /// closed surface at an edge or a vertex crosses it there once; one that only touches it there, twice or not at all.
-  std::vector<std::uint32_t> count_crossings(const RayView& rays) const {
+  std::vector<std::uint32_t> count_crossings(const RayView& rays, const CrossingQuery& query = {}) const {
     std::vector<std::uint32_t> counts(rays.count);
     const BallotRays r = detail::rays_of(rays);
-    auto lists = BALLOT_INIT(BallotLists);
+    BallotLists lists = detail::lists_of(query, rays.count);
+    lists.most = 0;
     lists.counts = counts.data();
     check(ballot_list_crossings(handle_.get(), &r, &lists, nullptr));
     return counts;
   }
-  std::vector<std::uint32_t> count_crossings(std::span<const Ray> rays) const {
-    return count_crossings(detail::view_of(rays));
+  std::vector<std::uint32_t> count_crossings(std::span<const Ray> rays, const CrossingQuery& query = {}) const {
+    return count_crossings(detail::view_of(rays), query);
   }
-  /// Lists them, at most the first `most` of each ray; 0: all.
-  Crossings crossings(const RayView& rays, std::uint32_t most = 0) const {
+  /// Lists them.
+  Crossings crossings(const RayView& rays, const CrossingQuery& query) const {
     Crossings all;
     const BallotRays r = detail::rays_of(rays);
-    const BallotLists lists = detail::lists_into(all, most);
+    BallotLists lists = detail::lists_of(query, rays.count);
+    detail::list_into(all, lists);
     check(ballot_list_crossings(handle_.get(), &r, &lists, nullptr));
     return all;
+  }
+  Crossings crossings(std::span<const Ray> rays, const CrossingQuery& query) const {
+    return crossings(detail::view_of(rays), query);
+  }
+  /// Lists at most the first `most` of each ray; 0: all.
+  Crossings crossings(const RayView& rays, std::uint32_t most = 0) const {
+    return crossings(rays, CrossingQuery{.most = most});
   }
   Crossings crossings(std::span<const Ray> rays, std::uint32_t most = 0) const {
     return crossings(detail::view_of(rays), most);

@@ -32,14 +32,22 @@ typedef struct BallotPointQuery {
   uint32_t assume_closed; /* 1: do the inside test although edges are open; the answer near a gap is then arbitrary */
   int (*progress)(void* user, double done); /* as in BallotQuery */
   void* user;
+  const char* numeric; /* "watertight" or "exact"; NULL: "watertight" */
 } BallotPointQuery;
 
 /* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of
  * the reported triangle, and M' that of the nearest triangle. Distances have an error of at most 64 * 2^-24 (M + M').
  * `inside` is right if every triangle is farther away than 16 * 2^-24 times the distance to its own farthest vertex.
- * The inside test is refused if an edge has an odd number of triangles. */
+ * The inside test is refused if an edge has an odd number of triangles. With numeric "exact" the nearest triangle and
+ * what is inside are those of exact arithmetic; the host decides what the device leaves open, and looks for each
+ * nearest triangle again. Fails with BALLOT_ERROR_WORK where a point and triangles are too far apart for that: some
+ * 10^30 beside 10^-30. */
 BALLOT_API BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points, const BallotNearest* to,
                                             const BallotPointQuery* query, BallotTimes* times);
+
+/* The triangles that are left out: those that a ray meets from behind or from the front. The front is the side from
+ * which the vertices run counter-clockwise. */
+enum { BALLOT_CULL_NONE = 0, BALLOT_CULL_BACK = 1, BALLOT_CULL_FRONT = 2 };
 
 /* Options of ballot_list_crossings(). A ray that passes through a closed surface at an edge or a vertex crosses it
  * there once. A ray that only touches the surface there crosses it twice or not at all. */
@@ -51,9 +59,16 @@ typedef struct BallotLists {
    * at equal t of prim. Non-zero ends the call with BALLOT_ERROR_INTERRUPTED. NULL: they are only counted. */
   int (*take)(void* user, uint64_t first, size_t rays, const uint32_t* counts, const BallotHit* hits);
   void* user;
+  const char* numeric; /* "watertight" or "exact"; NULL: "watertight" */
+  uint32_t cull;       /* BALLOT_CULL_... */
+  /* A mesh is left out if its mask shares no bit with the ray's. NULL: all bits. */
+  const uint32_t* mesh_masks; /* of each mesh, in the order in which the scene was made of them */
+  size_t mesh_mask_count;     /* the scene's meshes; a loaded scene is one */
+  const uint32_t* ray_masks;  /* of each ray */
 } BallotLists;
 
-/* Finds all crossings of rays and triangles with t in [t_min, t_max]. times may be NULL. */
+/* Finds all crossings of rays and triangles with t in [t_min, t_max]. With numeric "exact" numbers and order are those
+ * of exact arithmetic; the host decides what the device leaves open. times may be NULL. */
 BALLOT_API BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, const BallotLists* lists,
                                               BallotTimes* times);
 

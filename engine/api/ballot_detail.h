@@ -92,9 +92,22 @@ inline BallotNearest nearest_of(const NearestResults& r) {
   return n;
 }
 
-inline BallotLists lists_into(Crossings& all, std::uint32_t most) {
+inline BallotLists lists_of(const CrossingQuery& query, std::size_t rays) {
+  if (!query.ray_masks.empty() && query.ray_masks.size() != rays)
+    throw Error(Code::Argument, "crossings: " + std::to_string(query.ray_masks.size()) + " masks of rays, but " +
+                                    std::to_string(rays) + " rays; expected as many");
   auto lists = BALLOT_INIT(BallotLists);
-  lists.most = most;
+  lists.most = query.most;
+  lists.numeric = query.numeric.c_str();
+  lists.cull = std::uint32_t(query.cull);
+  lists.mesh_masks = query.mesh_masks.empty() ? nullptr : query.mesh_masks.data();
+  lists.mesh_mask_count = query.mesh_masks.size();
+  lists.ray_masks = query.ray_masks.empty() ? nullptr : query.ray_masks.data();
+  return lists;
+}
+
+/// Makes a call add what it lists to `all`.
+inline void list_into(Crossings& all, BallotLists& lists) {
   lists.user = &all;
   lists.take = [](void* user, std::uint64_t, std::size_t rays, const std::uint32_t* counts, const BallotHit* hits) {
     auto& to = *static_cast<Crossings*>(user);
@@ -108,7 +121,6 @@ inline BallotLists lists_into(Crossings& all, std::uint32_t most) {
     }
     return 0;
   };
-  return lists;
 }
 
 /// Refuses sizes of pictures before memory is taken for them.

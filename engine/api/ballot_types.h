@@ -171,6 +171,20 @@ struct NearestResults {
 struct PointQuery {
   float limit = 0;             // triangles farther away are not looked for; 0: no limit
   bool assume_closed = false;  // do the inside test although edges are open; the answer near a gap is then arbitrary
+  std::string numeric = "watertight";  // or "exact": decided as by exact arithmetic
+};
+
+/// The triangles that are left out: those that a ray meets from behind or from the front. The front is the side from
+/// which the vertices run counter-clockwise.
+enum class Cull : std::uint32_t { None = BALLOT_CULL_NONE, Back = BALLOT_CULL_BACK, Front = BALLOT_CULL_FRONT };
+
+/// How to find crossings. A mesh is left out if its mask shares no bit with the ray's; no masks: all bits.
+struct CrossingQuery {
+  std::uint32_t most = 0;              // list the first so many of each ray; 0: all
+  std::string numeric = "watertight";  // or "exact": numbers and order are those of exact arithmetic
+  Cull cull = Cull::None;
+  std::span<const std::uint32_t> mesh_masks = {};  // of each mesh, in the order in which the scene was made of them
+  std::span<const std::uint32_t> ray_masks = {};   // of each ray
 };
 
 /// All crossings of rays: those of ray i are hits[counts[0] + ... + counts[i - 1]] and the counts[i] - 1 behind it.

@@ -46,6 +46,14 @@ class PointArray {
   float limit_;
 };
 
+/// Returns whether a query asks for mode exact.
+bool is_exact(const char* numeric, const char* call) {
+  const std::string_view name = numeric ? numeric : kDefaultNumeric;
+  if (name != "exact" && name != kDefaultNumeric)
+    refuse_points(fmt::format("{}: numeric is '{}'; expected {} or exact", call, name, kDefaultNumeric));
+  return name == "exact";
+}
+
 /// Refuses the inside test of a mesh with open edges.
 void need_closed(ballot::Engine& engine) {
   const Topology& t = engine.topology();
@@ -135,59 +143,95 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   NearestArrays out(to, scene);
   if (out.wants_inside() && !query.assume_closed) need_closed(engine);
   const PointStream stream = stream_of(points, query);
+  const PointQuery how{.exact = is_exact(query.numeric, "ballot_query_points")};
   TraceTimes spent;
   if (out.wants_distance())
     spent = engine.points().nearest(
-        stream, [&](std::uint64_t first, std::span<const Nearest> answers) { out.write(first, answers); });
+        stream, [&](std::uint64_t first, std::span<const Nearest> answers) { out.write(first, answers); }, how);
   if (out.wants_inside())
-    spent.device_ms += engine.points()
-                           .inside(stream, [&](std::uint64_t first,
-                                               std::span<const std::uint32_t> answers) { out.write(first, answers); })
-                           .device_ms;
+    spent.device_ms +=
+        engine.points()
+            .inside(
+                stream, [&](std::uint64_t first, std::span<const std::uint32_t> answers) { out.write(first, answers); },
+                how)
+            .device_ms;
   return times_of(begin, spent, out.found());
 }
 
+/// A query for crossings, with the memory that it refers to.
+class ListQuery {
+ public:
+  ListQuery(const SceneState& scene, const BallotLists& lists) : ray_masks_(lists.ray_masks) {
+    query_.most = lists.most ? lists.most : kAllHits;
+    query_.exact = is_exact(lists.numeric, "ballot_list_crossings");
+    if (lists.cull > BALLOT_CULL_FRONT)
+      refuse_points(fmt::format("BallotLists: cull is {}; expected BALLOT_CULL_NONE, _BACK or _FRONT", lists.cull));
+    query_.cull = Cull(lists.cull);
+    if (!lists.mesh_masks) return;
+    if (lists.mesh_mask_count != scene.meshes.size())
+      refuse_points(
+          fmt::format("BallotLists: {} masks of meshes; the scene has {}", lists.mesh_mask_count, scene.meshes.size()));
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i)
+      triangle_masks_.insert(triangle_masks_.end(), scene.meshes[i].triangles, lists.mesh_masks[i]);
+    query_.triangle_masks = triangle_masks_;
+  }
+  ListQuery(const ListQuery&) = delete;
+  const CrossingQuery& query() const { return query_; }
+
+  /// Returns the rays in an order, with their masks.
+  RaySource source(const RayArray& rays, const RowOrder& order) const {
+    RaySource source;
+    source.count = rays.count();
+    source.read = [&](std::uint64_t first, std::span<Ray> room) { rays.read(order, std::size_t(first), room); };
+    if (!ray_masks_) return source;
+    source.masks = [this, &order](std::uint64_t first, std::span<std::uint32_t> room) {
+      order.for_runs(std::size_t(first), room.size(), [&](std::size_t i, std::size_t place, std::size_t n) {
+        std::copy_n(ray_masks_ + place, n, room.begin() + std::ptrdiff_t(i));
+      });
+    };
+    return source;
+  }
+
+ private:
+  CrossingQuery query_;
+  std::vector<std::uint32_t> triangle_masks_;
+  const std::uint32_t* ray_masks_;
+};
+
 /// Counts crossings. Rays in rows are taken in tiles, as by ballot_trace().
-BallotTimes count_crossings(SceneState& scene, const RayArray& rays, std::uint32_t* counts) {
+BallotTimes count_crossings(SceneState& scene, const RayArray& rays, const BallotLists& lists) {
   const auto begin = PointClock::now();
+  const ListQuery query(scene, lists);
   const RowOrder order = RowOrder::find(rays);
-  RaySource source;
-  source.count = rays.count();
-  source.read = [&](std::uint64_t first, std::span<Ray> room) { rays.read(order, std::size_t(first), room); };
   std::uint64_t hits = 0;
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> some) {
     hits += std::uint64_t(some.size()) - std::uint64_t(std::ranges::count(some, 0u));
-    if (!counts) return;
+    if (!lists.counts) return;
     order.for_runs(std::size_t(first), some.size(), [&](std::size_t i, std::size_t place, std::size_t n) {
-      std::ranges::copy(some.subspan(i, n), counts + place);
+      std::ranges::copy(some.subspan(i, n), lists.counts + place);
     });
   };
-  const TraceTimes spent = engine_of(scene, "ballot_list_crossings").rays().count(source, take);
-  return times_of(begin, spent, hits);
+  RayQueries& queries = engine_of(scene, "ballot_list_crossings").rays();
+  return times_of(begin, queries.count(query.source(rays, order), take, query.query()), hits);
 }
 
 BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const BallotLists& lists) {
-  if (!lists.take && lists.most == 0) return count_crossings(scene, rays, lists.counts);
+  if (!lists.take && lists.most == 0) return count_crossings(scene, rays, lists);
   const auto begin = PointClock::now();
-  RaySource source;
-  source.count = rays.count();
-  source.read = [&](std::uint64_t first, std::span<Ray> room) { rays.read(std::size_t(first), room); };
+  const ListQuery query(scene, lists);
+  const RowOrder in_turn;
   std::uint64_t hits = 0;
-  const auto count = [&](std::uint64_t first, std::span<const std::uint32_t> counts) {
+  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> found) {
     for (std::size_t i = 0; i < counts.size(); ++i) {
       hits += counts[i] != 0;
       if (lists.counts) lists.counts[first + i] = counts[i];
     }
-  };
-  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> found) {
-    count(first, counts);
     if (lists.take &&
         lists.take(lists.user, first, counts.size(), counts.data(), reinterpret_cast<const BallotHit*>(found.data())))
       throw Refused(BALLOT_ERROR_INTERRUPTED, fmt::format("interrupted after {} rays", first + counts.size()));
   };
   RayQueries& queries = engine_of(scene, "ballot_list_crossings").rays();
-  const TraceTimes spent = queries.list(source, lists.most ? lists.most : kAllHits, take);
-  return times_of(begin, spent, hits);
+  return times_of(begin, queries.list(query.source(rays, in_turn), take, query.query()), hits);
 }
 
 }  // namespace

@@ -62,6 +62,18 @@ std::vector<glm::vec3> read_points(const std::filesystem::path& path) {
   return points;
 }
 
+std::vector<std::uint32_t> read_masks(const std::filesystem::path& path) {
+  NpyFile file(path);
+  const auto& shape = *file.header().shape;
+  if (file.header().descr != "'<u4'" || shape.size() != 1)
+    file.stop(file.found() + "; expected masks, uint32 '<u4' of shape (n,); convert with numpy.asarray(a, '<u4')");
+  file.expect_items(shape[0], sizeof(std::uint32_t));
+  need_memory(shape[0] * sizeof(std::uint32_t), fmt::format("{}: {} masks", path.string(), shape[0]));
+  std::vector<std::uint32_t> masks(shape[0]);
+  file.read(masks.data(), masks.size() * sizeof(std::uint32_t));
+  return masks;
+}
+
 void write_numbers(const std::filesystem::path& path, std::span<const float> numbers) {
   write_column(path, "'<f4'", numbers.size(), numbers.data(), numbers.size_bytes());
 }

@@ -15,6 +15,9 @@ namespace ballot {
 /// the dtype and shape found, and those expected.
 std::vector<glm::vec3> read_points(const std::filesystem::path& path);
 
+/// Reads a mask for each item: uint32 of shape (n,), little endian. Throws Error(Work) as read_points() does.
+std::vector<std::uint32_t> read_masks(const std::filesystem::path& path);
+
 /// Write one number for each query, as an array of shape (n,), atomically: float32, uint32, or bool of 0 and 1. Throw
 /// Error(Work).
 void write_numbers(const std::filesystem::path& path, std::span<const float> numbers);

@@ -108,6 +108,38 @@ Sure FilterSight::hits_line() const {
   return decide({error_by_products(0), error_by_products(1), error_by_products(2)});
 }
 
+Sure FilterSight::decide_strictly(const double (&error)[3]) const {
+  int above = 0, below = 0;
+  for (int i = 0; i < 3; ++i) {
+    above += side_[i] > error[i] ? 1 : 0;
+    below += side_[i] < -error[i] ? 1 : 0;
+  }
+  if (above > 0 && below > 0) return Sure::No;
+  return above == 3 || below == 3 ? Sure::Yes : Sure::Unsure;
+}
+
+Sure FilterSight::crosses_line() const {
+  const Sure quick = decide_strictly({side_error_, side_error_, side_error_});
+  if (quick != Sure::Unsure) return quick;
+  return decide_strictly({error_by_products(0), error_by_products(1), error_by_products(2)});
+}
+
+// det is the sum of the sides, each off by side_error_; 2^-51 of its parts cover the two additions.
+int FilterSight::side_of_plane() const {
+  const double det = side_[0] + side_[1] + side_[2];
+  const double size = std::abs(side_[0]) + std::abs(side_[1]) + std::abs(side_[2]);
+  const double error = 3 * side_error_ + 0x1p-51 * size;
+  return det > error ? 1 : det < -error ? -1 : 0;
+}
+
+// A weight is side / det. With both off by e at most 3 side_error_, its error is at most 2 e / (|det| - e), as the
+// weight is at most 1; the roundings are a few 2^-53.
+bool FilterSight::weights(double& u, double& v, double error) const {
+  const double det = side_[0] + side_[1] + side_[2], e = 3 * side_error_ + 0x1p-50 * std::abs(det);
+  u = side_[1] / det, v = side_[2] / det;
+  return 2 * e <= error * (std::abs(det) - e);
+}
+
 Interval FilterSight::t_bounds() const {
   const double v0[3] = {triangle_[0].x, triangle_[0].y, triangle_[0].z};
   double e1[3], e2[3], n[3], p0[3];

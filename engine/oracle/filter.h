@@ -28,10 +28,19 @@ struct Interval {
 struct FilterSight {
   FilterSight(const FilterRay& ray, const Triangle& triangle);
   Sure hits_line() const;  // does the line hit the closed triangle, at any t?
+  /// Returns whether the line crosses the triangle, if it does or does not by more than the error bound. Ties, which
+  /// some rule has to break, are Unsure.
+  Sure crosses_line() const;
   Interval t_bounds() const;
+  /// Returns the sign of det, or 0 if the error bound does not allow for one.
+  int side_of_plane() const;
+  /// Finds the weights of vertices 1 and 2. Returns false if their error may exceed `error`. The line must hit the
+  /// triangle.
+  bool weights(double& u, double& v, double error) const;
 
  private:
   Sure decide(const double (&error)[3]) const;
+  Sure decide_strictly(const double (&error)[3]) const;
   double error_by_products(int side) const;
 
   const FilterRay& ray_;

@@ -74,18 +74,20 @@ bool exact_crosses(const Ray& ray, const Triangle& t, const ExactSight& sight) {
   return signs[0] != 0 && signs[0] == signs[1] && signs[1] == signs[2];
 }
 
+bool exact_crosses_ahead(const glm::vec3& point, const Triangle& t) {
+  // Far from the ray in one of the other axes, or behind the point: not crossed, however ties are broken.
+  const glm::vec3 lo = glm::min(t[0], glm::min(t[1], t[2])), hi = glm::max(t[0], glm::max(t[1], t[2]));
+  if (lo.y > point.y || hi.y < point.y || lo.z > point.z || hi.z < point.z || hi.x < point.x) return false;
+  const Exact v[3] = {minus(t[0], point), minus(t[1], point), minus(t[2], point)};
+  const ExactSide sides[3] = {{v[1], v[2]}, {v[2], v[0]}, {v[0], v[1]}};
+  if (sides[0].sign == 0 || sides[0].sign != sides[1].sign || sides[1].sign != sides[2].sign) return false;
+  const Dyadic x = sides[0].value * v[0][0] + sides[1].value * v[1][0] + sides[2].value * v[2][0];
+  return x.sign() == sides[0].sign;
+}
+
 bool exact_inside(const glm::vec3& point, std::span<const Triangle> triangles) {
   bool inside = false;
-  for (const Triangle& t : triangles) {
-    // Far from the ray in one of the other axes, or behind the point: not crossed, however ties are broken.
-    const glm::vec3 lo = glm::min(t[0], glm::min(t[1], t[2])), hi = glm::max(t[0], glm::max(t[1], t[2]));
-    if (lo.y > point.y || hi.y < point.y || lo.z > point.z || hi.z < point.z || hi.x < point.x) continue;
-    const Exact v[3] = {minus(t[0], point), minus(t[1], point), minus(t[2], point)};
-    const ExactSide sides[3] = {{v[1], v[2]}, {v[2], v[0]}, {v[0], v[1]}};
-    if (sides[0].sign == 0 || sides[0].sign != sides[1].sign || sides[1].sign != sides[2].sign) continue;
-    const Dyadic x = sides[0].value * v[0][0] + sides[1].value * v[1][0] + sides[2].value * v[2][0];
-    if (x.sign() == sides[0].sign) inside = !inside;
-  }
+  for (const Triangle& t : triangles) inside = inside != exact_crosses_ahead(point, t);
   return inside;
 }
 

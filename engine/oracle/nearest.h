@@ -29,6 +29,9 @@ ExactDistance exact_distance(const glm::vec3& point, const Triangle& triangle);
 /// ray's main axis, first that which follows at once. `sight` is of the ray and the triangle.
 bool exact_crosses(const Ray& ray, const Triangle& triangle, const ExactSight& sight);
 
+/// Returns whether the ray from a point along +x crosses a triangle, by the rule of exact_inside() for ties.
+bool exact_crosses_ahead(const glm::vec3& point, const Triangle& triangle);
+
 /// Returns whether a point is inside of the triangles: whether a ray from it along +x crosses them an odd number of
 /// times, by the rule of shaders/query/inside.comp for ties, without rounding. A point on the surface gets the answer
 /// of the point that lies an infinitesimal step (dx, dy, dz), dx >> dy >> dz > 0, beside it. Triangles without area

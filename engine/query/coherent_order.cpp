@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <glm/common.hpp>
-#include <numeric>
 #include <utility>
 
 #include "engine/core/parallel.h"
@@ -73,7 +72,7 @@ void order_points(std::span<const ProbePoint> points, const Bounds& bounds, std:
       points.size(), [&](std::size_t i) { return morton_code(frame.unit(points[i].at), 10); }, order);
 }
 
-void order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std::uint32_t>& order) {
+bool order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std::uint32_t>& order) {
   const Frame frame(bounds);
   const auto key = [&](std::size_t i) {
     const glm::vec3& d = rays[i].dir;
@@ -83,16 +82,13 @@ void order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std
     const std::uint32_t to = longest > 0 ? morton_code(size / longest, 5) : 0;
     return octant << 27 | morton_code(frame.unit(rays[i].origin), 4) << 15 | to;
   };
-  // Rays of a camera or from one place are left in their order.
+  // Rays of a camera or from one place are alike.
   const std::size_t sample = std::min<std::size_t>(rays.size(), 4096);
   std::size_t alike = 0;
   for (std::size_t i = 1; i < sample; ++i) alike += key(i) >> 15 == key(i - 1) >> 15;
-  if (2 * alike < sample) {
-    sort_by(rays.size(), key, order);
-  } else {
-    order.resize(rays.size());
-    std::iota(order.begin(), order.end(), 0u);
-  }
+  if (2 * alike >= sample) return false;
+  sort_by(rays.size(), key, order);
+  return true;
 }
 
 }  // namespace ballot

@@ -15,7 +15,7 @@ namespace ballot {
 void order_points(std::span<const ProbePoint> points, const Bounds& bounds, std::vector<std::uint32_t>& order);
 
 /// The same for rays: by octant of their direction, then along a Morton curve by their origin, then by their direction.
-/// Keeps the order in which they are if most neighbours are alike.
-void order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std::uint32_t>& order);
+/// Returns false, and no order, if most neighbours are alike already.
+bool order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std::uint32_t>& order);
 
 }  // namespace ballot

@@ -7,6 +7,8 @@
 
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
+#include "engine/oracle/closest.h"
+#include "engine/oracle/crossings.h"
 #include "engine/query/coherent_order.h"
 #include "engine/query/query_kernel.h"
 
@@ -18,6 +20,7 @@ namespace point_queries {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::size_t kMoved = 1 << 14;   // points that a thread moves at a time
 constexpr std::size_t kFewPoints = 1024;  // fewer are not sorted
+constexpr std::size_t kSettled = 256;     // points that a thread settles at a time
 
 inline bool nearer(const Nearest& a, const Nearest& b) {
   if (a.prim == NO_HIT) return false;
@@ -45,7 +48,9 @@ struct InsideQuery {
   static constexpr std::uint32_t kBinding = BIND_CROSSINGS;
   static constexpr const char* kWhat = "inside test";
   static Answer none() { return 0; }
-  static void add(Answer& all, const Answer& piece, ProbePoint&) { all ^= piece; }
+  static void add(Answer& all, const Answer& piece, ProbePoint&) {
+    all = all == UNSURE || piece == UNSURE ? UNSURE : all ^ piece;
+  }
 };
 
 /// Runs one kind of query: in parts, with buffers that are kept.
@@ -53,10 +58,14 @@ template <class Kind>
 class Runner {
  public:
   using Answer = typename Kind::Answer;
-  Runner(Context& gpu, DeviceTree& tree, const char* kernel) : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel) {}
+  /// Settles answers that the device leaves open.
+  using Settle = std::function<void(std::span<const ProbePoint> points, std::span<Answer> answers)>;
+
+  Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines = {})
+      : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)) {}
 
   template <class Take>
-  TraceTimes run(const PointStream& stream, const Take& take) {
+  TraceTimes run(const PointStream& stream, const Take& take, const Settle& settle) {
     TraceTimes times;
     if (stream.count == 0) return times;
     const PassScope scope(gpu_);
@@ -71,6 +80,7 @@ class Runner {
       const std::span<Answer> result = std::span(found).first(some);
       stream.read(first, part);
       answer(part, result, times);
+      if (settle) settle(part, result);
       take(first, std::span<const Answer>(result));
       if (stream.progress) stream.progress(first + some);
     }
@@ -174,43 +184,84 @@ inline PointStream stream_of(std::span<const ProbePoint> points, std::size_t roo
   return stream;
 }
 
+/// Replaces answers by those of the exact nearest triangles.
+inline void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::span<Nearest> answers) {
+  const ExactClosestPoints oracle(tree.any_pairs());
+  const std::span<const Triangle> triangles = tree.triangles();
+  for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      std::pair<std::uint32_t, Triangle> near(answers[i].prim, {});
+      if (near.first != NO_HIT) near.second = triangles[near.first];
+      const ExactClosest found = oracle.nearest(points[i].at, points[i].limit, near.first == NO_HIT ? nullptr : &near);
+      answers[i] =
+          found.prim == NO_HIT ? NearestQuery::none() : Nearest{glm::vec3(found.at), float(found.distance), found.prim,
+                                                                float(found.u),      float(found.v),        0};
+    }
+  });
+}
+
+inline void settle_inside(DeviceTree& tree, std::span<const ProbePoint> points, std::span<std::uint32_t> answers) {
+  const ExactCrossings oracle(tree.any_pairs());
+  for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (answers[i] == UNSURE) answers[i] = oracle.inside(points[i].at);
+  });
+}
+
 }  // namespace point_queries
 
 struct PointQueries::Parts {
   /// Parity needs each triangle once, so that query walks a tree without spatial splits.
-  Parts(Context& device, DeviceTree& tree) : gpu(device), closest(device, tree, "closest_point"), whole(device, tree) {}
+  Parts(Context& device, DeviceTree& tree)
+      : gpu(device), scene(tree), closest(device, tree, "closest_point"), whole(device, tree) {}
 
   Context& gpu;
+  DeviceTree& scene;
   point_queries::Runner<point_queries::NearestQuery> closest;
   WholeTree whole;
-  std::optional<point_queries::Runner<point_queries::InsideQuery>> inside;
+  std::optional<point_queries::Runner<point_queries::InsideQuery>> inside, exact_inside;
 };
 
 PointQueries::PointQueries(Context& gpu, DeviceTree& tree) : parts_(std::make_unique<Parts>(gpu, tree)) {}
 PointQueries::~PointQueries() = default;
 
-TraceTimes PointQueries::nearest(const PointStream& stream, const TakeNearest& take) {
-  return parts_->closest.run(stream, take);
+TraceTimes PointQueries::nearest(const PointStream& stream, const TakeNearest& take, const PointQuery& query) {
+  Parts& parts = *parts_;
+  if (!query.exact) return parts.closest.run(stream, take, {});
+  return parts.closest.run(stream, take, [&](std::span<const ProbePoint> points, std::span<Nearest> answers) {
+    point_queries::settle_nearest(parts.scene, points, answers);
+  });
 }
 
-TraceTimes PointQueries::nearest(std::span<const ProbePoint> points, std::span<Nearest> answers) {
-  return nearest(point_queries::stream_of(points, answers.size()),
-                 [&](std::uint64_t first, std::span<const Nearest> found) {
-                   std::ranges::copy(found, answers.begin() + std::ptrdiff_t(first));
-                 });
+TraceTimes PointQueries::nearest(std::span<const ProbePoint> points, std::span<Nearest> answers,
+                                 const PointQuery& query) {
+  return nearest(
+      point_queries::stream_of(points, answers.size()),
+      [&](std::uint64_t first, std::span<const Nearest> found) {
+        std::ranges::copy(found, answers.begin() + std::ptrdiff_t(first));
+      },
+      query);
 }
 
-TraceTimes PointQueries::inside(const PointStream& stream, const TakeInside& take) {
-  const bool other = parts_->whole.update();
-  if (other || !parts_->inside) parts_->inside.emplace(parts_->gpu, parts_->whole.tree(), "inside");
-  return parts_->inside->run(stream, take);
+TraceTimes PointQueries::inside(const PointStream& stream, const TakeInside& take, const PointQuery& query) {
+  Parts& parts = *parts_;
+  if (parts.whole.update()) parts.inside.reset(), parts.exact_inside.reset();
+  auto& runner = query.exact ? parts.exact_inside : parts.inside;
+  if (!runner) runner.emplace(parts.gpu, parts.whole.tree(), "inside", Defines{{"BALLOT_EXACT", int(query.exact)}});
+  if (!query.exact) return runner->run(stream, take, {});
+  return runner->run(stream, take, [&](std::span<const ProbePoint> points, std::span<std::uint32_t> answers) {
+    point_queries::settle_inside(parts.whole.tree(), points, answers);
+  });
 }
 
-TraceTimes PointQueries::inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers) {
-  return inside(point_queries::stream_of(points, answers.size()),
-                [&](std::uint64_t first, std::span<const std::uint32_t> found) {
-                  std::ranges::copy(found, answers.begin() + std::ptrdiff_t(first));
-                });
+TraceTimes PointQueries::inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers,
+                                const PointQuery& query) {
+  return inside(
+      point_queries::stream_of(points, answers.size()),
+      [&](std::uint64_t first, std::span<const std::uint32_t> found) {
+        std::ranges::copy(found, answers.begin() + std::ptrdiff_t(first));
+      },
+      query);
 }
 
 }  // namespace ballot

@@ -25,6 +25,14 @@ using TakeNearest = std::function<void(std::uint64_t first, std::span<const Near
 /// The same for the inside test: 1 inside, 0 outside.
 using TakeInside = std::function<void(std::uint64_t first, std::span<const std::uint32_t> answers)>;
 
+/// What is asked of points.
+struct PointQuery {
+  /// Decides as exact arithmetic does: which triangle is the nearest, the smallest prim of those as near; and what is
+  /// inside. The host decides what the device leaves open. Distances are then exact to float32's rounding and 2^-45 of
+  /// M.
+  bool exact = false;
+};
+
 /// Returns the sources of all kernels of point and ray queries for a device.
 std::vector<KernelSource> query_sources(const DeviceInfo& device);
 
@@ -41,15 +49,15 @@ class PointQueries {
   /// computed distance it is the one with the smallest number; those that share an edge or a vertex compute the same
   /// for it. Triangles without area are left out. Dead points have no nearest triangle. Throws Error(Work) if the
   /// device fails.
-  TraceTimes nearest(const PointStream& points, const TakeNearest& take);
-  TraceTimes nearest(std::span<const ProbePoint> points, std::span<Nearest> answers);
+  TraceTimes nearest(const PointStream& points, const TakeNearest& take, const PointQuery& query = {});
+  TraceTimes nearest(std::span<const ProbePoint> points, std::span<Nearest> answers, const PointQuery& query = {});
 
   /// Finds whether each point is inside, by the parity of the crossings of one ray along +x. For a mesh whose every
   /// edge belongs to an even number of triangles the answer is right unless the point is nearer to the surface than
   /// 16 * 2^-24 * M, with M the largest distance of a vertex of a triangle that near (shaders/query/inside.comp has the
   /// proof). Dead points are outside. Limits are ignored. Throws as nearest().
-  TraceTimes inside(const PointStream& points, const TakeInside& take);
-  TraceTimes inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers);
+  TraceTimes inside(const PointStream& points, const TakeInside& take, const PointQuery& query = {});
+  TraceTimes inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers, const PointQuery& query = {});
 
  private:
   struct Parts;

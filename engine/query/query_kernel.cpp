@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/bvh/build.h"
+#include "engine/query/crossing_kernels.h"
 #include "engine/trace/repair.h"
 #include "engine/trace/tree_push.h"
 
@@ -48,12 +49,9 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
   std::vector<KernelSource> sources;
   for (const bool far : {false, true}) {
     const TreeFacts tree{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = far};
-    for (const char* name : {"closest_point", "inside"}) sources.push_back(query_source(name, device, tree));
-    for (const int lists : {0, 1})
-      for (const int wide : {0, 1}) {
-        const Defines defines{{"BALLOT_LISTS", lists}, {"BALLOT_WIDE", wide}};
-        sources.push_back(query_source("crossings", device, tree, defines, wide != 0));
-      }
+    sources.push_back(query_source("closest_point", device, tree));
+    for (const int exact : {0, 1}) sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}}));
+    for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }
   return sources;
 }

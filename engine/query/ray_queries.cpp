@@ -1,128 +1,88 @@
 #include "engine/query/ray_queries.h"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <vector>
 
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
 #include "engine/query/coherent_order.h"
-#include "engine/query/query_kernel.h"
+#include "engine/query/crossing_kernels.h"
+#include "engine/query/exact_lists.h"
 
 namespace ballot {
 
-namespace {
+// Named, as RayQueries::Parts holds types of it.
+namespace ray_queries {
 
-constexpr std::size_t kMostSlots = 1 << 22;  // crossings that are listed at a time, 64 MiB
-constexpr std::size_t kFirstSlots = 8;       // room for each ray in the first pass
-constexpr std::size_t kFewRays = 1024;       // fewer are not sorted
-constexpr std::size_t kRayChunk = 1 << 14;   // rays that a thread moves at a time
+constexpr std::uint32_t kMostSlots = 1 << 22;  // crossings that are listed at a time, 64 MiB
+constexpr std::uint32_t kFirstSlots = 8;       // room for each ray in the first pass
+constexpr std::size_t kFewRays = 1024;         // fewer are not sorted
+constexpr std::size_t kRayChunk = 1 << 14;     // rays that a thread moves at a time
 constexpr std::uint64_t kPieces[] = {8192, 1024, 128, 16, 0};
 
-/// The crossings of some rays.
-struct Lists {
-  std::vector<std::uint32_t> counts;
-  std::vector<Hit> hits;  // of all rays, one after the other
+inline bool before(const Hit& a, const Hit& b) { return a.t != b.t ? a.t < b.t : a.prim < b.prim; }
+
+/// The rays of a part of a query, in the order in which they are asked.
+struct RayPart {
+  std::vector<Ray> rays;
+  std::vector<std::uint32_t> masks;  // of each, or none
+
+  RaySpan span(std::size_t begin, std::size_t count) const {
+    RaySpan some{std::span(rays).subspan(begin, count)};
+    if (!masks.empty()) some.masks = std::span(masks).subspan(begin, count);
+    return some;
+  }
+  void resize(std::size_t count, bool with_masks) { rays.resize(count), masks.resize(with_masks ? count : 0); }
+  void take(const RayPart& from, std::size_t i, std::size_t to) {
+    rays[to] = from.rays[i];
+    if (!masks.empty()) masks[to] = from.masks[i];
+  }
+  void add(const RayPart& from, std::size_t i) {
+    rays.push_back(from.rays[i]);
+    if (!from.masks.empty()) masks.push_back(from.masks[i]);
+  }
 };
 
-bool before(const Hit& a, const Hit& b) { return a.t != b.t ? a.t < b.t : a.prim < b.prim; }
-
-template <class T>
-Buffer<T>& room_for(std::optional<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
-  if (!buffer || buffer->size() < count) {
-    buffer.reset();
-    buffer.emplace(gpu, count, Access::Storage, name);
+/// The crossings of rays that were asked together, before they are put into order. Those of most rays lie in slots; few
+/// rays have a list of their own.
+struct Lists {
+  struct Place {
+    std::uint32_t begin = 0, count = 0, apart = 0;  // apart: 1 and the number of a list of its own, or 0
+  };
+  std::span<const Hit> of(const Place& p) const {
+    return p.apart ? std::span<const Hit>(apart[p.apart - 1]) : slots.subspan(p.begin, p.count);
   }
-  return *buffer;
-}
+  std::span<const Hit> slots;
+  std::vector<Place> places;  // of each ray
+  std::vector<std::vector<Hit>> apart;
+};
 
-}  // namespace
+/// The crossings of rays in the order in which they came.
+struct Answers {
+  std::vector<std::uint32_t> counts;
+  std::vector<Hit> hits;
+};
+
+}  // namespace ray_queries
+
+using namespace ray_queries;
 
 struct RayQueries::Parts {
-  Parts(Context& gpu_, DeviceTree& scene) : gpu(gpu_), whole(gpu_, scene) {}
+  Parts(Context& device, DeviceTree& scene) : gpu(device), kernels(device, scene) {}
 
-  /// A kernel for whole trees, and one for pieces of them, which is made when the driver first cuts a walk short.
-  struct Kernels {
-    /// CPU devices walk the four-wide tree, whose nodes cost them less to read.
-    void make(Context& device, DeviceTree& tree, int lists) {
-      const bool wide = device.info().is_cpu();
-      main.emplace(device, tree, "crossings", Defines{{"BALLOT_LISTS", lists}, {"BALLOT_WIDE", int(wide)}}, wide);
-      pairs.reset();
-      make_pairs = [this, &device, &tree, lists] {
-        pairs.emplace(device, tree, "crossings", Defines{{"BALLOT_LISTS", lists}, {"BALLOT_WIDE", 0}});
-      };
-    }
-    QueryKernel& of_pieces() {
-      if (!pairs) make_pairs();
-      pairs->prepare();
-      return *pairs;
-    }
-    std::optional<QueryKernel> main, pairs;
-    std::function<void()> make_pairs;
-  };
+  void read(const RaySource& source, std::uint64_t first, std::size_t count);
+  std::span<const std::uint32_t> count_all(std::span<std::uint32_t> numbers, TraceTimes& times);
+  void count_in_pieces(std::span<std::uint32_t> numbers, TraceTimes& times);
+  void list_with_room(Answers& answers, TraceTimes& times);
+  void list_by_counts(std::size_t begin, std::size_t count, Answers& answers, TraceTimes& times);
+  void list_open(std::size_t begin, Lists& lists, TraceTimes& times);
+  std::vector<Hit> list_in_pieces(const RaySpan& ray, TraceTimes& times);
+  void collect(std::size_t begin, const Lists& lists, Answers& answers) const;
+  void put_in_order(const Ray& ray, std::span<const Hit> found, std::span<Hit> to, std::vector<Hit>& spare) const;
 
-  /// Makes kernels for the present tree.
-  void prepare() {
-    const bool other = whole.update();
-    if (other || !counter.main) counter.make(gpu, whole.tree(), 0), lister.make(gpu, whole.tree(), 1);
-  }
-
-  /// Counts the crossings of rays below a node. Returns how many rays were cut short; their count is UNFINISHED.
-  std::uint32_t count_below(QueryKernel& kernel, std::span<const Ray> some, std::uint32_t root,
-                            std::span<std::uint32_t> found, TraceTimes& times) {
-    kernel.bind(BIND_RAYS, upload(some));
-    kernel.bind(BIND_CROSSINGS, room_for(counts, gpu, some.size(), "numbers of crossings"));
-    const std::uint32_t unfinished = kernel.run(std::uint32_t(some.size()), root, times);
-    counts->download(found);
-    return unfinished;
-  }
-
-  /// Counts the crossings of rays in the whole tree.
-  void count_all(std::span<const Ray> some, std::span<std::uint32_t> found, TraceTimes& times);
-
-  /// The same. On a CPU device the rays go in an order in which neighbours are alike.
-  void count_sorted(std::span<const Ray> some, std::span<std::uint32_t> found, TraceTimes& times) {
-    if (!gpu.info().is_cpu() || some.size() < kFewRays) {
-      count_all(some, found, times);
-      return;
-    }
-    order_rays(some, whole.tree().bvh().bounds, order);
-    sorted.resize(some.size()), sorted_counts.resize(some.size());
-    for_chunks(some.size(), kRayChunk, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) sorted[i] = some[order[i]];
-    });
-    count_all(sorted, sorted_counts, times);
-    for_chunks(some.size(), kRayChunk, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) found[order[i]] = sorted_counts[i];
-    });
-  }
-
-  /// Lists crossings below a node. Ray i has room for those from slot to[i] on, up to slot to[i + 1].
-  std::uint32_t list_below(QueryKernel& kernel, std::span<const Ray> some, std::uint32_t root,
-                           std::span<const std::uint32_t> to, std::span<std::uint32_t> found, std::vector<Hit>& out,
-                           TraceTimes& times) {
-    Buffer<std::uint32_t>& room = room_for(places, gpu, to.size(), "places of crossings");
-    room.upload(to);
-    kernel.bind(BIND_RAYS, upload(some));
-    kernel.bind(BIND_PLACES, room);
-    kernel.bind(BIND_HITS, room_for(slots, gpu, to.back(), "crossings"));
-    kernel.bind(BIND_CROSSINGS, room_for(counts, gpu, some.size(), "numbers of crossings"));
-    const std::uint32_t unfinished = kernel.run(std::uint32_t(some.size()), root, times);
-    counts->download(found);
-    out.resize(to.back());
-    if (!out.empty()) slots->download(std::span(out));
-    return unfinished;
-  }
-
-  void list_all(std::span<const Ray> some, std::vector<std::vector<Hit>>& found, TraceTimes& times);
-  void list_in_pieces(const Ray& ray, std::vector<Hit>& found, TraceTimes& times);
-
-  const Buffer<Ray>& upload(std::span<const Ray> some) {
-    Buffer<Ray>& buffer = room_for(rays, gpu, some.size(), "rays of a query");
-    buffer.upload(some);
-    return buffer;
-  }
+  /// Begins a query: makes its kernels for the present tree.
+  void begin(const RaySource& source, const CrossingQuery& wanted, bool lists);
 
   [[noreturn]] void give_up(std::size_t open) const {
     fail(Failure::Work, "crossings: {} rays could not be finished on {}: its driver stops loops after a few iterations",
@@ -130,34 +90,73 @@ struct RayQueries::Parts {
   }
 
   Context& gpu;
-  WholeTree whole;
-  Kernels counter, lister;
-  std::optional<Buffer<Ray>> rays;
-  std::optional<Buffer<std::uint32_t>> counts, places;
-  std::optional<Buffer<Hit>> slots;
-  std::vector<std::uint32_t> order, sorted_counts;
-  std::vector<Ray> sorted;
+  CrossingKernels kernels;
+  CrossingQuery query;
+  CrossingVariant variant;
+  std::optional<ExactLists> exact_lists;  // of a query in mode exact
+  std::optional<bool> counts_first;
+  bool by_counts = false;
+  RayPart given, asked;              // the rays of a part as they came, and in the order in which they are asked
+  std::vector<std::uint32_t> order;  // the number of each asked ray among those that came; empty: its own
+  std::vector<std::uint32_t> found, unsorted;
 };
 
-void RayQueries::Parts::count_all(std::span<const Ray> some, std::span<std::uint32_t> found, TraceTimes& times) {
-  if (count_below(*counter.main, some, whole.tree().root(), found, times) == 0) return;
-  // Walks that the driver cut short are repeated in ever smaller pieces of the tree.
+void RayQueries::Parts::begin(const RaySource& source, const CrossingQuery& wanted, bool lists) {
+  query = wanted;
+  variant = {lists, query.exact, source.masks || !query.triangle_masks.empty(), query.cull};
+  by_counts = lists && counts_first.value_or(!gpu.info().is_cpu());
+  kernels.prepare(variant.masks, query.triangle_masks);
+  exact_lists.reset();
+  if (query.exact) exact_lists.emplace(kernels.tree(), query);
+}
+
+/// Reads rays and puts them into an order. On a CPU device that is one in which neighbours are alike.
+void RayQueries::Parts::read(const RaySource& source, std::uint64_t first, std::size_t count) {
+  given.resize(count, bool(source.masks));
+  source.read(first, given.rays);
+  if (source.masks) source.masks(first, given.masks);
+  const bool sorts = gpu.info().is_cpu() && !by_counts && count >= kFewRays;
+  if (!sorts || !order_rays(given.rays, kernels.tree().bvh().bounds, order)) {
+    order.clear();
+    std::swap(given, asked);
+    return;
+  }
+  asked.resize(count, bool(source.masks));
+  for_chunks(count, kRayChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) asked.take(given, order[i], i);
+  });
+}
+
+/// Counts the crossings of the rays that were read. Returns the numbers in the order in which the rays came.
+std::span<const std::uint32_t> RayQueries::Parts::count_all(std::span<std::uint32_t> numbers, TraceTimes& times) {
+  const RaySpan rays = asked.span(0, asked.rays.size());
+  if (kernels.count(variant, rays, numbers, times) > 0) count_in_pieces(numbers, times);
+  if (query.exact) exact_lists->count(rays, numbers);
+  if (order.empty()) return numbers;
+  unsorted.resize(numbers.size());
+  for_chunks(numbers.size(), kRayChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) unsorted[order[i]] = numbers[i];
+  });
+  return unsorted;
+}
+
+/// Repeats walks that the driver cut short in ever smaller pieces of the tree.
+void RayQueries::Parts::count_in_pieces(std::span<std::uint32_t> numbers, TraceTimes& times) {
   std::vector<std::uint32_t> open;
-  for (std::uint32_t i = 0; i < found.size(); ++i)
-    if (found[i] == UNFINISHED) open.push_back(i);
+  for (std::uint32_t i = 0; i < numbers.size(); ++i)
+    if (numbers[i] == UNFINISHED) open.push_back(i);
   times.retraced += open.size();
-  QueryKernel& kernel = counter.of_pieces();
   for (const std::uint64_t limit : kPieces) {
-    std::vector<Ray> part;
-    for (const std::uint32_t i : open) part.push_back(some[i]);
-    std::vector<std::uint32_t> piece(part.size()), sum(part.size(), 0), still;
-    for (const std::uint32_t root : kernel.pieces(limit)) {
-      count_below(kernel, part, root, piece, times);
-      for (std::size_t k = 0; k < part.size(); ++k)
-        sum[k] = sum[k] == UNFINISHED || piece[k] == UNFINISHED ? UNFINISHED : sum[k] + piece[k];
+    RayPart part;
+    for (const std::uint32_t i : open) part.add(asked, i);
+    std::vector<std::uint32_t> piece(open.size()), sum(open.size(), 0), still;
+    for (const std::uint32_t root : kernels.pieces(variant, limit)) {
+      kernels.count_below(root, variant, part.span(0, open.size()), piece, times);
+      for (std::size_t k = 0; k < open.size(); ++k)
+        sum[k] = std::max(sum[k], piece[k]) >= UNSURE ? std::max(sum[k], piece[k]) : sum[k] + piece[k];
     }
     for (std::size_t k = 0; k < open.size(); ++k) {
-      found[open[k]] = sum[k];
+      numbers[open[k]] = sum[k];
       if (sum[k] == UNFINISHED) still.push_back(open[k]);
     }
     open = std::move(still);
@@ -167,115 +166,171 @@ void RayQueries::Parts::count_all(std::span<const Ray> some, std::span<std::uint
 }
 
 /// Lists the crossings of one ray whose walk the driver cut short.
-void RayQueries::Parts::list_in_pieces(const Ray& ray, std::vector<Hit>& found, TraceTimes& times) {
+std::vector<Hit> RayQueries::Parts::list_in_pieces(const RaySpan& ray, TraceTimes& times) {
   ++times.retraced;
-  QueryKernel &count = counter.of_pieces(), &list = lister.of_pieces();
+  CrossingVariant counting = variant;
+  counting.lists = false;
+  std::vector<Hit> all;
   for (const std::uint64_t limit : kPieces) {
-    found.clear();
+    all.clear();
     bool cut = false;
-    for (const std::uint32_t root : list.pieces(limit)) {
+    for (const std::uint32_t root : kernels.pieces(variant, limit)) {
       std::uint32_t number = 0;
-      cut = count_below(count, {&ray, 1}, root, {&number, 1}, times) > 0;
+      cut = kernels.count_below(root, counting, ray, {&number, 1}, times) > 0;
       if (cut) break;
+      if (number == UNSURE) return exact_lists->list(ray);
       if (number == 0) continue;
-      std::vector<Hit> part;
       const std::uint32_t to[2] = {0, number};
-      cut = list_below(list, {&ray, 1}, root, to, {&number, 1}, part, times) > 0;
+      cut = kernels.list_below(root, variant, ray, to, {&number, 1}, times) > 0;
       if (cut) break;
-      found.insert(found.end(), part.begin(), part.end());
+      all.insert(all.end(), kernels.hits().begin(), kernels.hits().end());
     }
-    if (!cut) return;
+    if (!cut) return all;
   }
   give_up(1);
 }
 
-/// A first pass has a little room for each ray; the rays that need more get it in further passes.
-void RayQueries::Parts::list_all(std::span<const Ray> some, std::vector<std::vector<Hit>>& found, TraceTimes& times) {
-  std::vector<std::uint32_t> open(some.size()), needed(some.size(), kFirstSlots), number;
-  if (gpu.info().is_cpu() && some.size() >= kFewRays)
-    order_rays(some, whole.tree().bvh().bounds, open);
-  else
-    std::iota(open.begin(), open.end(), 0u);
-  std::vector<Ray> part;
-  std::vector<std::uint32_t> to, again, again_needed;
-  std::vector<Hit> hits;
-  while (!open.empty()) {
-    again.clear(), again_needed.clear();
-    for (std::size_t begin = 0; begin < open.size();) {
-      part.clear();
-      to.assign(1, 0);
-      std::size_t end = begin;
-      for (; end < open.size() && (end == begin || to.back() + std::uint64_t{needed[end]} <= kMostSlots); ++end) {
-        part.push_back(some[open[end]]);
-        to.push_back(to.back() + needed[end]);
-      }
-      number.resize(part.size());
-      list_below(*lister.main, part, whole.tree().root(), to, number, hits, times);
-      for (std::size_t k = 0; k < part.size(); ++k) {
-        std::vector<Hit>& mine = found[open[begin + k]];
-        if (number[k] == UNFINISHED) {
-          list_in_pieces(part[k], mine, times);
-        } else if (number[k] > to[k + 1] - to[k]) {
-          again.push_back(open[begin + k]), again_needed.push_back(number[k]);
-        } else {
-          mine.assign(hits.begin() + to[k], hits.begin() + to[k] + number[k]);
-        }
-      }
-      begin = end;
-    }
-    open.swap(again), needed.swap(again_needed);
+/// Has a little room for each ray; those that need more are listed again.
+void RayQueries::Parts::list_with_room(Answers& answers, TraceTimes& times) {
+  const std::size_t count = asked.rays.size();
+  std::vector<std::uint32_t> to(count + 1);
+  for (std::uint32_t i = 0; i <= count; ++i) to[i] = i * kFirstSlots;
+  found.resize(count);
+  kernels.list(variant, asked.span(0, count), to, found, times);
+  Lists lists;
+  lists.slots = kernels.hits();
+  lists.places.resize(count);
+  for (std::uint32_t i = 0; i < count; ++i) lists.places[i] = {to[i], std::min(found[i], kFirstSlots)};
+  list_open(0, lists, times);
+  collect(0, lists, answers);
+}
+
+/// Counts first, and so takes no more room than there are crossings. Does so in halves if that is too much.
+void RayQueries::Parts::list_by_counts(std::size_t begin, std::size_t count, Answers& answers, TraceTimes& times) {
+  found.resize(count);
+  const std::uint32_t most = count == 1 ? UNSURE - 1 : kMostSlots;
+  if (!kernels.count_and_list(variant, asked.span(begin, count), most, found, times)) {
+    list_by_counts(begin, count / 2, answers, times);
+    list_by_counts(begin + count / 2, count - count / 2, answers, times);
+    return;
   }
+  Lists lists;
+  lists.slots = kernels.hits();
+  lists.places.resize(count);
+  std::uint32_t sum = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    lists.places[i] = {sum, found[i] < UNSURE ? found[i] : 0};
+    sum += lists.places[i].count;
+  }
+  list_open(begin, lists, times);
+  collect(begin, lists, answers);
+}
+
+/// Lists the rays whose crossings did not fit, were cut short or are unsure, apart.
+void RayQueries::Parts::list_open(std::size_t begin, Lists& lists, TraceTimes& times) {
+  const auto apart = [&](std::size_t i, std::vector<Hit> hits) {
+    lists.places[i] = {0, std::uint32_t(hits.size()), std::uint32_t(lists.apart.size() + 1)};
+    lists.apart.push_back(std::move(hits));
+  };
+  std::vector<std::uint32_t> more;  // rays that need more room
+  for (std::uint32_t i = 0; i < found.size(); ++i) {
+    if (found[i] == UNFINISHED)
+      apart(i, list_in_pieces(asked.span(begin + i, 1), times));
+    else if (found[i] == UNSURE)
+      apart(i, exact_lists->list(asked.span(begin + i, 1)));
+    else if (found[i] > lists.places[i].count)
+      more.push_back(i);
+  }
+  for (std::size_t first = 0; first < more.size();) {
+    RayPart part;
+    std::vector<std::uint32_t> to{0}, number;
+    std::size_t end = first;
+    for (; end < more.size() && (end == first || to.back() + std::uint64_t{found[more[end]]} <= kMostSlots); ++end) {
+      part.add(asked, begin + more[end]);
+      to.push_back(to.back() + found[more[end]]);
+    }
+    number.resize(part.rays.size());
+    kernels.list_apart(variant, part.span(0, part.rays.size()), to, number, times);
+    for (std::size_t k = 0; k < number.size(); ++k) {
+      const std::span<const Hit> mine = kernels.hits().subspan(to[k], to[k + 1] - to[k]);
+      apart(more[first + k], {mine.begin(), mine.end()});
+    }
+    first = end;
+  }
+}
+
+/// Adds the crossings of rays from number `begin` on to the answers, each ray's in order.
+void RayQueries::Parts::collect(std::size_t begin, const Lists& lists, Answers& answers) const {
+  const std::size_t count = lists.places.size(), before_these = answers.counts.size();
+  std::vector<std::uint64_t> to(count + 1, 0);
+  answers.counts.resize(before_these + count);
+  const auto number_of = [&](std::size_t i) { return order.empty() ? i : std::size_t(order[begin + i]) - begin; };
+  for (std::size_t i = 0; i < count; ++i)
+    answers.counts[before_these + number_of(i)] = std::min(lists.places[i].count, query.most);
+  to[0] = answers.hits.size();
+  for (std::size_t i = 0; i < count; ++i) to[i + 1] = to[i] + answers.counts[before_these + i];
+  answers.hits.resize(to[count]);
+  for_chunks(count, 1 << 12, [&](std::size_t first, std::size_t last) {
+    std::vector<Hit> spare;
+    for (std::size_t i = first; i < last; ++i) {
+      const std::span<const Hit> mine = lists.of(lists.places[i]);
+      const std::size_t n = number_of(i);
+      put_in_order(asked.rays[begin + i], mine, std::span(answers.hits).subspan(to[n], to[n + 1] - to[n]), spare);
+    }
+  });
+}
+
+/// Writes the first crossings of a ray, as many as there is room for.
+void RayQueries::Parts::put_in_order(const Ray& ray, std::span<const Hit> mine, std::span<Hit> to,
+                                     std::vector<Hit>& spare) const {
+  if (to.empty()) return;
+  spare.assign(mine.begin(), mine.end());
+  if (query.exact)
+    exact_lists->put_in_order(ray, spare);
+  else
+    std::ranges::sort(spare, before);
+  std::copy_n(spare.begin(), to.size(), to.begin());
 }
 
 RayQueries::RayQueries(Context& gpu, DeviceTree& tree) : parts_(std::make_unique<Parts>(gpu, tree)) {}
 RayQueries::~RayQueries() = default;
 
-TraceTimes RayQueries::count(const RaySource& source, const TakeCounts& take) {
+void RayQueries::set_counts_first(bool first) { parts_->counts_first = first; }
+
+TraceTimes RayQueries::count(const RaySource& source, const TakeCounts& take, const CrossingQuery& query) {
   TraceTimes times;
   if (source.count == 0) return times;
-  const PassScope scope(parts_->gpu);
-  parts_->prepare();
-  parts_->counter.main->prepare();
-  const std::size_t chunk = std::size_t(std::min<std::uint64_t>(source.count, parts_->counter.main->most()));
-  std::vector<Ray> rays(chunk);
-  std::vector<std::uint32_t> found(chunk);
+  Parts& parts = *parts_;
+  const PassScope scope(parts.gpu);
+  parts.begin(source, query, false);
+  const std::size_t chunk = std::size_t(std::min<std::uint64_t>(source.count, parts.kernels.most(parts.variant)));
+  std::vector<std::uint32_t> numbers(chunk);
   for (std::uint64_t first = 0; first < source.count; first += chunk) {
     const std::size_t some = std::size_t(std::min<std::uint64_t>(chunk, source.count - first));
-    source.read(first, std::span(rays).first(some));
-    parts_->count_sorted(std::span(rays).first(some), std::span(found).first(some), times);
-    take(first, std::span(found).first(some));
+    parts.read(source, first, some);
+    take(first, parts.count_all(std::span(numbers).first(some), times));
     if (source.progress) source.progress(first + some);
   }
   return times;
 }
 
-TraceTimes RayQueries::list(const RaySource& source, std::uint32_t most, const TakeLists& take) {
+TraceTimes RayQueries::list(const RaySource& source, const TakeLists& take, const CrossingQuery& query) {
   TraceTimes times;
   if (source.count == 0) return times;
-  const PassScope scope(parts_->gpu);
-  parts_->prepare();
-  parts_->lister.main->prepare();
+  Parts& parts = *parts_;
+  const PassScope scope(parts.gpu);
+  parts.begin(source, query, true);
   const std::size_t chunk = std::size_t(std::min<std::uint64_t>(source.count, kMostSlots / kFirstSlots));
-  std::vector<Ray> rays(chunk);
-  std::vector<std::vector<Hit>> found(chunk);
-  Lists lists;
+  Answers answers;
   for (std::uint64_t first = 0; first < source.count; first += chunk) {
     const std::size_t some = std::size_t(std::min<std::uint64_t>(chunk, source.count - first));
-    source.read(first, std::span(rays).first(some));
-    parts_->list_all(std::span(rays).first(some), found, times);
-    for_chunks(some, 1 << 12, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        std::ranges::sort(found[i], before);
-        if (found[i].size() > most) found[i].resize(most);
-      }
-    });
-    lists.counts.clear(), lists.hits.clear();
-    for (std::size_t i = 0; i < some; ++i) {
-      lists.counts.push_back(std::uint32_t(found[i].size()));
-      lists.hits.insert(lists.hits.end(), found[i].begin(), found[i].end());
-      found[i].clear();
-    }
-    take(first, lists.counts, lists.hits);
+    parts.read(source, first, some);
+    answers.counts.clear(), answers.hits.clear();
+    if (parts.by_counts)
+      parts.list_by_counts(0, some, answers, times);
+    else
+      parts.list_with_room(answers, times);
+    take(first, answers.counts, answers.hits);
     if (source.progress) source.progress(first + some);
   }
   return times;

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "engine/trace/dispatch.h"
+#include "shaders/shared/query.h"
 
 namespace ballot {
 
@@ -17,6 +18,26 @@ struct RaySource {
   std::function<void(std::uint64_t first, std::span<Ray> room)> read;
   /// Is called after each part with the number of rays that are done. May throw to end the query. May be empty.
   std::function<void(std::uint64_t done)> progress = {};
+  /// Writes the masks of the rays from number `first` on. May be empty: all bits.
+  std::function<void(std::uint64_t first, std::span<std::uint32_t> room)> masks = {};
+};
+
+/// All crossings of a ray: no limit.
+constexpr std::uint32_t kAllHits = 0xFFFFFFFFu;
+
+/// The triangles that are left out: none, those that a ray meets from behind, those that it meets from the front. The
+/// front is the side from which the vertices run counter-clockwise.
+enum class Cull : std::uint32_t { None = CULL_NONE, Back = CULL_BACK, Front = CULL_FRONT };
+
+/// What is asked of crossings. What is not asked for is in no kernel.
+struct CrossingQuery {
+  std::uint32_t most = kAllHits;  // list(): the first crossings of each ray that are wanted
+  /// Decides as exact arithmetic does, and orders by the exact t. The device decides what a proved bound lets it
+  /// decide, the host the rest. t, u and v are then exact to float32's rounding and 2^-30.
+  bool exact = false;
+  Cull cull = Cull::None;
+  /// A word for each triangle; none: all bits. A triangle is left out if its mask shares no bit with the ray's.
+  std::span<const std::uint32_t> triangle_masks = {};
 };
 
 /// Takes the numbers of crossings of the rays from number `first` on. The span is valid until it returns.
@@ -25,9 +46,6 @@ using TakeCounts = std::function<void(std::uint64_t first, std::span<const std::
 /// other, in order of t, at equal t in order of prim. The spans are valid until it returns.
 using TakeLists =
     std::function<void(std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> hits)>;
-
-/// All crossings of a ray: no limit.
-constexpr std::uint32_t kAllHits = 0xFFFFFFFFu;
 
 /// Answers ray queries on one tree. Follows the tree when it changes. Belongs to the thread of its Context.
 ///
@@ -41,13 +59,16 @@ class RayQueries {
   RayQueries(Context& gpu, DeviceTree& tree);
   ~RayQueries();
 
-  /// Counts the crossings of each ray with t in [t_min, t_max]. Dead rays have none. Throws Error(Work) if the device
-  /// fails.
-  TraceTimes count(const RaySource& rays, const TakeCounts& take);
+  /// Counts the crossings of each ray with t in [t_min, t_max]. Dead rays have none. Throws Error(Arguments) if there
+  /// are not as many masks as triangles, Error(Work) if the device fails.
+  TraceTimes count(const RaySource& rays, const TakeCounts& take, const CrossingQuery& query = {});
 
-  /// Lists the crossings of each ray, at most the first `most` of them. Takes memory for some 2^22 crossings at a time;
-  /// a ray with more gets memory of its own. Throws as count().
-  TraceTimes list(const RaySource& rays, std::uint32_t most, const TakeLists& take);
+  /// Lists the crossings of each ray. Takes memory for some 2^22 crossings at a time; a ray with more gets memory of
+  /// its own. Throws as count().
+  TraceTimes list(const RaySource& rays, const TakeLists& take, const CrossingQuery& query = {});
+
+  /// For tests: list() counts first, as it does on GPUs, or has a little room for each ray, as on CPU devices.
+  void set_counts_first(bool first);
 
  private:
   struct Parts;

@@ -97,6 +97,8 @@ class DeviceTree {
 
   /// Returns the pair tree on the host, as it is uploaded. The oracles walk the one without padding. Not for forests.
   const PairTree& pairs(NodeLayout layout, Padding padding = Padding::Ray);
+  /// Returns one of these that is there, in any layout; makes one if none is.
+  const PairTree& any_pairs();
 
   /// Returns the child reference at which traversal begins. It is the same in every format.
   std::uint32_t root();
@@ -141,7 +143,6 @@ class DeviceTree {
 
   std::uint64_t largest_bytes() const;
   void describe(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
-  const PairTree& any_pairs();
   const std::vector<PairTree>& any_mesh_pairs();
   FormatKey format_key(TreeFormatId id, const TreeAccess& access, Source source) const;
   Joined joined(const char* name, const std::function<std::vector<glm::uvec4>(std::size_t mesh)>& part) const;

@@ -7,7 +7,8 @@
 // (ties); Sven Woop, Carsten Benthin, Ingo Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013 (vertices that
 // move together). Differs from both: the ray is parallel to an axis, so that there is no shear.
 //
-// Result: a word a point, 1 inside, 0 outside; UNFINISHED if the driver cut the walk short.
+// Result: a word a point, 1 inside, 0 outside; UNFINISHED if the driver cut the walk short. With BALLOT_EXACT a point is
+// UNSURE if rounding may have decided; the host answers for it exactly.
 //
 // Why one ray is enough. Vertices are taken relative to the point, each coordinate rounded once. A vertex moves in the
 // same way in every triangle that holds it, so the triangles are those of one moved mesh, as closed as the given one.
@@ -28,6 +29,11 @@
 // point that is 8 w M away from the surface. 16 w M leave room. If no x_i is negative, or none positive, the sign is
 // exact.
 //
+// BALLOT_EXACT. With m the largest |y| or |z| of the vertices, these are off by w m, so a side is off by 4 w m m and
+// terms of second order: B = 8 w m m and 2^-96 for what underflows. X is then off by 3 B + 8 w (the sum of |E_i|), times
+// the largest |x|. What is decided by more than that is decided exactly; so is a triangle behind the point, whose x are
+// all negative.
+//
 // Boxes are widened by 128 w R (lib/query/frame.glsl), with R the reach of the scene, more than vertices move. Far
 // points, which lie outside of the bounds of the scene, are outside.
 #include "../lib/frame/kernel.glsl"
@@ -37,14 +43,31 @@
 
 layout(set = 0, binding = BIND_CROSSINGS, scalar) writeonly buffer Answers { uint answers[]; };
 
+#if BALLOT_EXACT
+bool unsure = false;
+#endif
+
 // Returns true if the ray along +x crosses the triangle.
 bool crosses(Probe p, uint texel) {
   Corners v = corners_around(p, fetch_triangle(texel, AS_STORED));
   vec2 a = v.v0.yz, b = v.v1.yz, c = v.v2.yz;
   float e0 = side_value(b, c), e1 = side_value(c, a), e2 = side_value(a, b);
-  int s0 = side_sign(e0, b, c), s1 = side_sign(e1, c, a), s2 = side_sign(e2, a, b);
   precise float x = e0 * v.v0.x + e1 * v.v1.x + e2 * v.v2.x;
+#if BALLOT_EXACT
+  vec3 m = larger(larger(abs(v.v0), abs(v.v1)), abs(v.v2));
+  float size = larger(m.y, m.z), room = 4.7683716e-7 * size * size + 1.2621775e-29;
+  float least = smaller(smaller(e0, e1), e2), most = larger(larger(e0, e1), e2);
+  float ahead = larger(larger(v.v0.x, v.v1.x), v.v2.x);
+  float off = (3.0 * room + 4.7683716e-7 * (abs(e0) + abs(e1) + abs(e2))) * m.x;
+  bool passed = ahead < 0.0 || (least < -room && most > room);
+  bool met = least > room || most < -room;
+  float along = least > 0.0 ? x : -x;
+  unsure = unsure || !(passed || (met && abs(x) > off));
+  return met && along > off;
+#else
+  int s0 = side_sign(e0, b, c), s1 = side_sign(e1, c, a), s2 = side_sign(e2, a, b);
   return s0 != 0 && s0 == s1 && s1 == s2 && (s0 > 0 ? x > 0.0 : x < 0.0);
+#endif
 }
 
 // Returns true if the ray may meet the box.
@@ -94,6 +117,9 @@ void main() {
   if (inside) {
     bool cut_short = CUT_SHORT(live && (node != END_OF_TREE || truncated));
     answers[index] = cut_short ? UNFINISHED : crossings & 1u;
+#if BALLOT_EXACT
+    if (unsure && !cut_short) answers[index] = UNSURE;
+#endif
     if (cut_short) atomicAdd(work.unfinished, 1u);
   }
 }

@@ -7,6 +7,25 @@
 // The bindings of set 0 that query kernels have in addition to those of layout.h and variant.h.
 #define BIND_CROSSINGS 16  // out: a word for each query: crossings of a ray, or whether a point is inside
 #define BIND_PLACES 17     // in: where the crossings of a ray go
+#define BIND_RAY_MASKS 18       // in: a word a ray
+#define BIND_TRIANGLE_MASKS 19  // in: a word a triangle
+#define BIND_TILES 20           // sums of tiles of rays (shaders/query/places.comp)
+
+// The values of BALLOT_CULL: what is left out.
+#define CULL_NONE 0
+#define CULL_BACK 1
+#define CULL_FRONT 2
+
+// shaders/query/places.comp: the lanes of a workgroup, the rays of a lane and of a tile, and the dispatches.
+#define PLACES_GROUP 128u
+#define PLACES_SHARE 16u
+#define PLACES_TILE (PLACES_GROUP * PLACES_SHARE)
+#define PLACES_TILES 0u  // sums each tile
+#define PLACES_SUM 1u    // sums the tiles
+#define PLACES_PLACE 2u
+
+// The number of crossings of a ray, or the answer of a point, that rounding may have decided.
+#define UNSURE 0xFFFFFFFDu
 
 #ifdef __cplusplus
 namespace ballot {
@@ -30,6 +49,14 @@ struct Nearest {
   uint spare;
 };
 BALLOT_RECORD(Nearest, 32);
+
+// Push constants of places.comp.
+struct PlacesPush {
+  uint rays;
+  uint tiles;
+  uint step;  // PLACES_...
+};
+BALLOT_RECORD(PlacesPush, 12);
 
 #ifdef __cplusplus
 }  // namespace ballot

@@ -145,4 +145,50 @@ TEST_F(Points, Crossings) {
   EXPECT_EQ(ballot_list_crossings(scene.handle(), &r, &lists, nullptr), BALLOT_ERROR_INTERRUPTED);
 }
 
+TEST_F(Points, FiltersOfCrossings) {
+  const ballot::Scene scene(*device_, {left_.mesh(7), right_.mesh(9)});
+  const ballot::Ray rays[] = {{{-9, 0, 0}, 0, {1, 0, 0}, 100}, {{-9, 0.25f, 0.5f}, 0, {1, 0, 0}, 100}};
+  const std::uint32_t meshes[] = {1, 2}, of_rays[] = {2, 3};
+  for (const char* numeric : {"watertight", "exact"}) {
+    EXPECT_EQ(scene.count_crossings(rays, {.numeric = numeric}), (std::vector<std::uint32_t>{4, 4}));
+    EXPECT_EQ(scene.count_crossings(rays, {.numeric = numeric, .cull = ballot::Cull::Back}),
+              (std::vector<std::uint32_t>{2, 2}));
+    EXPECT_EQ(scene.count_crossings(rays, {.numeric = numeric, .mesh_masks = meshes, .ray_masks = of_rays}),
+              (std::vector<std::uint32_t>{2, 4}));
+    const ballot::Crossings backs = scene.crossings(
+        rays, {.most = 1, .numeric = numeric, .cull = ballot::Cull::Front, .mesh_masks = meshes, .ray_masks = of_rays});
+    ASSERT_EQ(backs.counts, (std::vector<std::uint32_t>{1, 1}));
+    EXPECT_EQ(backs.hits[0].t, 14);
+    EXPECT_EQ(backs.hits[1].t, 10);
+  }
+  const auto expect_refused = [&](const ballot::CrossingQuery& query, const char* what) {
+    try {
+      scene.count_crossings(rays, query);
+      ADD_FAILURE() << what;
+    } catch (const ballot::Error& error) {
+      EXPECT_EQ(error.code(), ballot::Code::Argument);
+      EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
+    }
+  };
+  expect_refused({.numeric = "plain"}, "numeric is 'plain'; expected watertight or exact");
+  expect_refused({.cull = ballot::Cull(3)}, "cull is 3");
+  expect_refused({.mesh_masks = std::span(meshes).first(1)}, "1 masks of meshes; the scene has 2");
+  expect_refused({.ray_masks = std::span(of_rays).first(1)}, "1 masks of rays, but 2 rays");
+}
+
+TEST_F(Points, ExactPoints) {
+  const ballot::Scene scene(*device_, {left_.mesh(7), right_.mesh(9)});
+  const float points[] = {2, 0, 0, 0, 0, 0, 1e30f, 0, 0, NAN, 0, 0};
+  float distances[4];
+  std::uint32_t ids[4];
+  std::uint8_t inside[4];
+  scene.nearest(points, {.distances = distances, .mesh_ids = ids, .inside = inside}, {.numeric = "exact"});
+  EXPECT_EQ(distances[0], 1);
+  EXPECT_EQ(ids[0], 7u);  // both boxes are as near
+  EXPECT_FLOAT_EQ(distances[2], 1e30f);
+  EXPECT_EQ(distances[3], kFar);
+  EXPECT_TRUE(!inside[0] && inside[1] && !inside[2] && !inside[3]);
+  EXPECT_THROW(scene.nearest(points, {.distances = distances}, {.numeric = "fast"}), ballot::Error);
+}
+
 }  // namespace

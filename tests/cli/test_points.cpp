@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "engine/core/file.h"
+#include "engine/core/npy_points.h"
 #include "tests/cli/cli.h"
 
 namespace ballot::test {
@@ -36,6 +37,10 @@ class Points : public Cli {
     file.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float));
     write(name, file);
   }
+  /// Writes an array of masks.
+  void masks(const std::string& name, const std::vector<std::uint32_t>& numbers) const {
+    write_numbers(path(name), std::span<const std::uint32_t>(numbers));
+  }
   /// Returns the items of an array.
   template <class T>
   std::vector<T> items(const std::string& name, const char* descr) const {
@@ -57,6 +62,9 @@ TEST_F(Points, Distances) {
   EXPECT_EQ(items<float>("d.npy", "'<f4'"), (std::vector<float>{2, -0.25f, 7}));
   succeed({"distance", "box.obj", "--points", "points.npy", "--out", "d.npy", "--limit", "3"});
   EXPECT_EQ(items<float>("d.npy", "'<f4'"), (std::vector<float>{2, 0.25f, HUGE_VALF}));
+  succeed({"distance", "box.obj", "--points", "points.npy", "--out", "d.npy", "--signed", "--numeric", "exact"});
+  EXPECT_EQ(items<float>("d.npy", "'<f4'"), (std::vector<float>{2, -0.25f, 7}));
+  refuse(2, {"--numeric"}, {"inside", "box.obj", "--points", "points.npy", "--out", "e.npy", "--numeric", "fast"});
   refuse(2, {"--limit -3"}, {"distance", "box.obj", "--points", "points.npy", "--out", "e.npy", "--limit", "-3"});
 }
 
@@ -104,6 +112,22 @@ TEST_F(Points, Crossings) {
   succeed({"trace", "box.obj", "--rays", "rays.npy", "--out", "h.npy", "--first", "0"});
   EXPECT_EQ(items<Record>("h.npy", "'ray'").size(), 0u);
   refuse(2, {"give one of them"}, {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--all", "--any"});
+  succeed(
+      {"trace", "box.obj", "--rays", "rays.npy", "--out", "n.npy", "--count", "--numeric", "exact", "--cull", "back"});
+  EXPECT_EQ(items<std::uint32_t>("n.npy", "'<u4'"), (std::vector<std::uint32_t>{1, 0, 0}));
+  masks("m.npy", {1, 1, 2, 2, 4, 4, 8, 8, 16, 16, 32, 32});
+  masks("r.npy", {2, 3, 1});
+  succeed({"trace", "box.obj", "--rays", "rays.npy", "--out", "n.npy", "--count", "--masks", "m.npy", "--ray-masks",
+           "r.npy"});
+  EXPECT_EQ(items<std::uint32_t>("n.npy", "'<u4'"), (std::vector<std::uint32_t>{1, 1, 0}));
+  refuse(2, {"--masks r.npy: found 3 masks; expected one for each of the 12 triangles"},
+         {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--count", "--masks", "r.npy"});
+  refuse(2, {"found 12 masks; expected one for each of the 3 rays"},
+         {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--count", "--ray-masks", "m.npy"});
+  refuse(1, {"rays.npy", "expected masks, uint32"},
+         {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--count", "--masks", "rays.npy"});
+  refuse(2, {"--cull", "go with --count"},
+         {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--cull", "back"});
   refuse(2, {"leave --method"},
          {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--count", "--method", "packet"});
 }

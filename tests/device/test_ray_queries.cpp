@@ -1,71 +1,21 @@
 // Holds counts and lists of crossings to the exact answers.
-#include <algorithm>
 #include <cmath>
 
-#include "engine/oracle/nearest.h"
-#include "engine/query/ray_queries.h"
-#include "tests/cpu/shapes.h"
-#include "tests/device/fixture.h"
+#include "tests/device/crossing_test.h"
 
 namespace ballot {
 namespace {
 
 using namespace harness;
 
-/// The exact crossings of a ray, in order.
-std::vector<std::uint32_t> crossings_of(const Ray& ray, const shapes::Triangles& triangles) {
-  std::vector<std::pair<ExactSight, std::uint32_t>> found;
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-    const ExactSight sight(ray, triangles[i]);
-    if (exact_crosses(ray, triangles[i], sight) && sight.within(ray)) found.emplace_back(sight, i);
-  }
-  std::ranges::stable_sort(found, [](const auto& a, const auto& b) { return compare_t(a.first, b.first) < 0; });
-  std::vector<std::uint32_t> prims;
-  for (const auto& [sight, prim] : found) prims.push_back(prim);
-  return prims;
-}
-
-class RayQueriesTest : public DeviceTest {
+class RayQueriesTest : public CrossingTest {
  protected:
-  Context gpu_{options()};
-
-  static RaySource source_of(std::span<const Ray> rays) {
-    RaySource source;
-    source.count = rays.size();
-    source.read = [rays](std::uint64_t first, std::span<Ray> room) {
-      std::copy_n(rays.begin() + std::ptrdiff_t(first), room.size(), room.begin());
-    };
-    return source;
-  }
-  static std::vector<std::uint32_t> counts(RayQueries& queries, std::span<const Ray> rays) {
-    std::vector<std::uint32_t> all;
-    queries.count(source_of(rays), [&](std::uint64_t first, std::span<const std::uint32_t> some) {
-      EXPECT_EQ(first, all.size());
-      all.insert(all.end(), some.begin(), some.end());
-    });
-    return all;
-  }
-  static std::vector<std::vector<Hit>> lists(RayQueries& queries, std::span<const Ray> rays,
-                                             std::uint32_t most = kAllHits) {
-    std::vector<std::vector<Hit>> all;
-    queries.list(source_of(rays), most,
-                 [&](std::uint64_t first, std::span<const std::uint32_t> some, std::span<const Hit> hits) {
-                   EXPECT_EQ(first, all.size());
-                   for (const std::uint32_t n : some) {
-                     all.emplace_back(hits.begin(), hits.begin() + n);
-                     hits = hits.subspan(n);
-                   }
-                   EXPECT_TRUE(hits.empty());
-                 });
-    return all;
-  }
-
   /// Expects the exact crossings of every ray: its arithmetic must be exact.
   void expect_exact(const shapes::Triangles& triangles, std::span<const Ray> rays, std::size_t at_least) {
     const auto t = make(gpu_, triangles, {.split_budget = 2});
     RayQueries queries(gpu_, t->tracer->tree());
     const auto numbers = counts(queries, rays);
-    const auto found = lists(queries, rays), first = lists(queries, rays, 2);
+    const auto found = lists(queries, rays), first = lists(queries, rays, {.most = 2});
     std::size_t all = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
       SCOPED_TRACE(i);
@@ -82,25 +32,6 @@ class RayQueriesTest : public DeviceTest {
     expect_silent(gpu_);
   }
 };
-
-/// Rays of small integers along axes and diagonals, through the points of a lattice.
-std::vector<Ray> lattice_rays(int size) {
-  std::vector<Ray> rays;
-  for (int a = -1; a <= size + 1; ++a)
-    for (int b = -1; b <= size + 1; ++b)
-      for (int axis = 0; axis < 3; ++axis)
-        for (int way = 0; way < 6; ++way) {
-          Ray r{glm::vec3(0), 0, glm::vec3(0), 1e6f};
-          const float sign = way % 2 ? -1.f : 1.f;
-          r.dir[axis] = sign;
-          if (way >= 2) r.dir[(axis + 1) % 3] = way >= 4 ? 0.5f : -1.f;
-          r.origin[axis] = -sign * 16;
-          r.origin[(axis + 1) % 3] = float(a) - 16 * r.dir[(axis + 1) % 3];
-          r.origin[(axis + 2) % 3] = float(b);
-          rays.push_back(r);
-        }
-  return rays;
-}
 
 TEST_F(RayQueriesTest, RaysThroughEdgesAndVertices) {
   const shapes::Triangles cube = shapes::box({0, 0, 0}, {4, 4, 4});
@@ -175,7 +106,7 @@ TEST_F(RayQueriesTest, DeadRaysAndEmptyScenes) {
   RayQueries queries(gpu_, t->tracer->tree());
   const std::vector<Ray> dead = shapes::dead_rays();
   for (const std::uint32_t n : counts(queries, dead)) EXPECT_EQ(n, 0u);
-  EXPECT_TRUE(counts(queries, {}).empty());
+  EXPECT_TRUE(counts(queries, std::span<const Ray>()).empty());
   const auto empty = make(gpu_, {});
   RayQueries nothing(gpu_, empty->tracer->tree());
   const std::vector<Ray> rays = shapes::random_rays(3);
@@ -191,10 +122,39 @@ TEST_F(RayQueriesTest, RaysWithManyCrossings) {
   RayQueries queries(gpu_, t->tracer->tree());
   const Ray rays[] = {{{0.25f, 0.25f, 2}, 0, {0, 0, -1}, 9}, {{9, 9, 2}, 0, {0, 0, -1}, 9}};
   EXPECT_EQ(counts(queries, rays), (std::vector<std::uint32_t>{kMany, 0}));
-  const auto found = lists(queries, rays);
-  ASSERT_EQ(found[0].size(), kMany);
-  for (std::uint32_t i = 0; i < kMany; ++i) ASSERT_EQ(found[0][i].prim, i);
-  EXPECT_EQ(lists(queries, rays, 3)[0].size(), 3u);
+  for (const bool counts_first : {false, true}) {
+    queries.set_counts_first(counts_first);
+    const auto found = lists(queries, rays);
+    ASSERT_EQ(found[0].size(), kMany);
+    for (std::uint32_t i = 0; i < kMany; ++i) ASSERT_EQ(found[0][i].prim, i);
+    EXPECT_EQ(lists(queries, rays, {.most = 3})[0].size(), 3u);
+  }
+}
+
+// More crossings together than are listed at a time, and prefix sums over several tiles of rays.
+TEST_F(RayQueriesTest, ListsAreTheSameHoweverTheyAreMade) {
+  const shapes::Triangles layers = shapes::identical(2000);
+  const auto t = make(gpu_, layers, {.builder = BuilderId::Balanced});
+  RayQueries queries(gpu_, t->tracer->tree());
+  std::vector<Ray> rays;
+  shapes::Random random(5);
+  for (int i = 0; i < 5000; ++i) rays.push_back({{random.in(-1, 1), random.in(-1, 1), 2}, 0, {0, 0, -1}, 9});
+  const std::vector<std::uint32_t> numbers = counts(queries, rays);
+  for (const bool counts_first : {false, true}) {
+    queries.set_counts_first(counts_first);
+    std::vector<std::uint32_t> listed;
+    std::uint64_t wrong = 0;
+    queries.list(source_of(rays), [&](std::uint64_t, std::span<const std::uint32_t> some, std::span<const Hit> hits) {
+      listed.insert(listed.end(), some.begin(), some.end());
+      for (const std::uint32_t n : some) {
+        for (std::uint32_t i = 0; i < n; ++i) wrong += hits[i].prim != i || hits[i].t != 2;
+        hits = hits.subspan(n);
+      }
+    });
+    EXPECT_EQ(listed, numbers);
+    EXPECT_EQ(wrong, 0u);
+  }
+  expect_silent(gpu_);
 }
 
 }  // namespace

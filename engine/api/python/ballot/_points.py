@@ -25,6 +25,27 @@ _COLUMNS = {  # name: (dtype, shape of one point's entry)
     "signed_distances": (np.float32, ()),
 }
 _NAMES = {"points": "nearest"}  # as the extension has them
+_CULLS = {"none": 0, "back": 1, "front": 2}
+
+
+def _masks(given: Any, name: str) -> np.ndarray | None:
+    if given is None:
+        return None
+    masks = np.asarray(_arrays.as_numpy(given, name))
+    if masks.dtype.kind not in "iu" or (masks.size and not 0 <= int(masks.min()) <= int(masks.max()) < 2**32):
+        raise ValueError(f"{name}: found {masks.dtype}; expected whole numbers from 0 to 2^32 - 1")
+    return np.ascontiguousarray(masks, np.uint32).reshape(-1)
+
+
+def _filters(numeric: Any, cull: Any, mesh_masks: Any, ray_masks: Any) -> dict[str, Any]:
+    if cull not in _CULLS:
+        raise ValueError(f"cull is {cull!r}; expected one of {', '.join(_CULLS)}")
+    return {
+        "numeric": _query.text(numeric, "numeric"),
+        "cull": _CULLS[cull],
+        "mesh_masks": _masks(mesh_masks, "mesh_masks"),
+        "ray_masks": _masks(ray_masks, "ray_masks"),
+    }
 
 
 class Queries:
@@ -39,6 +60,7 @@ class Queries:
         *,
         limit: float = math.inf,
         assume_closed: bool = False,
+        numeric: str = "watertight",
         out: Mapping[str, Any] | None = None,
         times: list[Times] | None = None,
         progress: Progress | None = None,
@@ -60,6 +82,8 @@ class Queries:
                  Without a triangle within the limit distances are inf, numbers ballot.MISS, the rest 0.
         limit    triangles farther away are not looked for
         assume_closed  find what is inside of a mesh with open edges; the answer near a gap is then arbitrary
+        numeric  "watertight", or "exact": the nearest triangle, and what is inside, are those of exact arithmetic; the
+                 host decides what the device leaves open
         out, times, progress  as trace_columns()
 
         Raises ValueError if "inside" or "signed_distances" is asked for and an edge of the scene belongs to an odd
@@ -77,35 +101,45 @@ class Queries:
         given = {_NAMES.get(name, name): _arrays.flat(array) for name, array in arrays.items()}
         rows = _arrays.rows(source)
         spent = self._handle.query_points(
-            rows, bound, bool(assume_closed), _query.progress_function(progress), **given
+            rows, bound, bool(assume_closed), _query.progress_function(progress), _query.text(numeric, "numeric"),
+            **given,
         )
         if times is not None:
             times.append(Times(*spent))
         return arrays
 
     def count_crossings(
-        self, rays: Any, *, t: Any = None, times: list[Times] | None = None,
-        progress: Progress | None = None,
+        self, rays: Any, *, numeric: str = "watertight", cull: str = "none", mesh_masks: Any = None,
+        ray_masks: Any = None, t: Any = None, times: list[Times] | None = None, progress: Progress | None = None,
     ) -> np.ndarray:
         """Returns how many triangles each ray crosses: uint32 of shape (...). Rays and t as trace().
 
         A ray through an edge or a vertex of a closed surface crosses it there once, or twice or not at all where it
         touches the surface from one side.
 
+        numeric     "watertight", or "exact": numbers and order are those of exact arithmetic; the host decides what
+                    the device leaves open
+        cull        "back" or "front": leave out triangles that a ray meets from there. The front is the side from
+                    which the vertices run counter-clockwise
+        mesh_masks  a whole number below 2^32 for each mesh, in the order in which the scene was made of them
+        ray_masks   the same for each ray: a mesh is left out if its mask shares no bit with the ray's
+
         >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         >>> scene.count_crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]]).tolist()
         [1, 0]
         """
         source = _arrays.rays(rays, t)
+        filters = _filters(numeric, cull, mesh_masks, ray_masks)
         counts, _, spent = self._handle.list_crossings(
-            _arrays.rows(source), 0, False, _query.progress_function(progress)
+            _arrays.rows(source), 0, False, _query.progress_function(progress), **filters
         )
         if times is not None:
             times.append(Times(*spent))
         return counts.reshape(source.shape[:-1])
 
     def crossings(
-        self, rays: Any, *, first: int | None = None, t: Any = None, times: list[Times] | None = None,
+        self, rays: Any, *, first: int | None = None, numeric: str = "watertight", cull: str = "none",
+        mesh_masks: Any = None, ray_masks: Any = None, t: Any = None, times: list[Times] | None = None,
         progress: Progress | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Finds all triangles that each ray crosses. Returns (counts, hits): how many crossings each ray has, uint32 of
@@ -113,7 +147,7 @@ class Queries:
         order of t, at equal t of prim.
 
         first  list at most so many crossings of each ray, the nearest
-        Rays, t and the rule for edges as count_crossings().
+        All else as count_crossings().
 
         >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         >>> counts, hits = scene.crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]])
@@ -124,8 +158,9 @@ class Queries:
         source = _arrays.rays(rays, t)
         if first == 0:
             return np.zeros(source.shape[:-1], np.uint32), np.empty(0, HIT)
+        filters = _filters(numeric, cull, mesh_masks, ray_masks)
         counts, hits, spent = self._handle.list_crossings(
-            _arrays.rows(source), most, True, _query.progress_function(progress)
+            _arrays.rows(source), most, True, _query.progress_function(progress), **filters
         )
         if times is not None:
             times.append(Times(*spent))

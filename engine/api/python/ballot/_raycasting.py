@@ -126,7 +126,7 @@ class RaycastingScene:
         vertex of a closed surface intersects it there once."""
         _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
         times: list[Times] = []
-        counts = self._built().count_crossings(_rays(rays), times=times)
+        counts = self._built().count_crossings(_rays(rays), numeric=self._numeric, times=times)
         self.times = times[0]
         return counts.astype(np.int32)
 
@@ -144,7 +144,7 @@ class RaycastingScene:
         _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
         scene = self._built()
         times: list[Times] = []
-        counts, hits = scene.crossings(_rays(rays), times=times)
+        counts, hits = scene.crossings(_rays(rays), numeric=self._numeric, times=times)
         self.times = times[0]
         flat = counts.reshape(-1)
         firsts = np.array([m.first for m in scene.meshes], np.int64)
@@ -163,7 +163,7 @@ class RaycastingScene:
     def _nearest(self, points: Any, columns: tuple[str, ...], nthreads: int, **query: Any) -> dict[str, np.ndarray]:
         _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
         times: list[Times] = []
-        found = self._built().nearest(_points(points), columns, times=times, **query)
+        found = self._built().nearest(_points(points), columns, numeric=self._numeric, times=times, **query)
         self.times = times[0]
         return found
 

@@ -19,9 +19,9 @@ T* room(const Out<T>& array, std::size_t expected, const char* name) {
 }
 
 TimesTuple query_points(const SceneObject& self, const PointRows& array, float limit, bool assume_closed,
-                        nb::object progress, const Out<float>& distances, const Out<float>& points,
-                        const Out<std::uint32_t>& prims, const Out<std::uint32_t>& mesh_ids, const Out<float>& uvs,
-                        const Out<float>& normals, const Out<float>& signed_distances,
+                        nb::object progress, const std::string& numeric, const Out<float>& distances,
+                        const Out<float>& points, const Out<std::uint32_t>& prims, const Out<std::uint32_t>& mesh_ids,
+                        const Out<float>& uvs, const Out<float>& normals, const Out<float>& signed_distances,
                         const Out<std::uint8_t>& inside) {
   auto from = BALLOT_INIT(BallotPoints);
   from.data = array.data(), from.count = array.shape(0), from.limit = limit;
@@ -39,6 +39,7 @@ TimesTuple query_points(const SceneObject& self, const PointRows& array, float l
   Watch watch(std::move(progress));
   auto query = BALLOT_INIT(BallotPointQuery);
   query.assume_closed = assume_closed;
+  query.numeric = numeric.c_str();
   query.user = &watch;
   query.progress = [](void* user, double done) { return int(!(*static_cast<Watch*>(user))(done)); };
   auto times = BALLOT_INIT(BallotTimes);
@@ -69,9 +70,12 @@ struct Crossings {
   }
 };
 
+using Masks = std::optional<nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>>;
+
 /// Returns (counts, numbers of the hits, times).
 nb::tuple list_crossings(const SceneObject& self, const PointRows& array, std::uint32_t most, bool lists,
-                         nb::object progress) {
+                         nb::object progress, const std::string& numeric, std::uint32_t cull, const Masks& mesh_masks,
+                         const Masks& ray_masks) {
   auto rays = BALLOT_INIT(BallotRays);
   rays.data = array.data(), rays.count = array.shape(0);
   rays.stride = rays.count > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 0;
@@ -80,8 +84,15 @@ nb::tuple list_crossings(const SceneObject& self, const PointRows& array, std::u
   Crossings all;
   all.watch = &watch;
   all.rays = double(rays.count);
+  if (ray_masks && ray_masks->size() != rays.count)
+    throw Error(Code::Argument, "ray_masks has " + std::to_string(ray_masks->size()) + " numbers; expected " +
+                                    std::to_string(rays.count));
   auto to = BALLOT_INIT(BallotLists);
   to.most = most;
+  to.numeric = numeric.c_str();
+  to.cull = cull;
+  if (mesh_masks) to.mesh_masks = mesh_masks->data(), to.mesh_mask_count = mesh_masks->size();
+  if (ray_masks) to.ray_masks = ray_masks->data();
   to.user = &all;
   if (lists) {
     to.take = &Crossings::take;
@@ -103,10 +114,10 @@ nb::tuple list_crossings(const SceneObject& self, const PointRows& array, std::u
 void bind_points(nb::class_<SceneObject>& scene) {
   const auto none = [](const char* name) { return nb::arg(name).noconvert().none() = nb::none(); };
   scene.def("query_points", &query_points, nb::arg("points").noconvert(), nb::arg("limit"), nb::arg("assume_closed"),
-            nb::arg("progress").none(), none("distances"), none("nearest"), none("prims"), none("mesh_ids"),
-            none("uvs"), none("normals"), none("signed_distances"), none("inside"));
+            nb::arg("progress").none(), nb::arg("numeric"), none("distances"), none("nearest"), none("prims"),
+            none("mesh_ids"), none("uvs"), none("normals"), none("signed_distances"), none("inside"));
   scene.def("list_crossings", &list_crossings, nb::arg("rays").noconvert(), nb::arg("most"), nb::arg("lists"),
-            nb::arg("progress").none());
+            nb::arg("progress").none(), nb::arg("numeric"), nb::arg("cull"), none("mesh_masks"), none("ray_masks"));
 }
 
 }  // namespace ballot::python

@@ -1,0 +1,41 @@
+// The exact oracle of closest points: finds the triangle that is nearest to a point, without rounding, over the arrays
+// that are uploaded to the device.
+//
+// Definition. Coordinates are taken as real numbers. The nearest triangle is that of the smallest exact distance, and
+// of the smallest prim among those that are exactly as far. Triangles without area are in no leaf and are left out.
+//
+// Method. A walk of the tree in double precision finds the triangles that may be the nearest by a proved error bound.
+// If there are several, features that are surely the same corner or edge are equally far; integers decide the others.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <utility>
+
+#include "engine/formats/pair.h"
+
+namespace ballot {
+
+/// The nearest point of a triangle. `at`, u and v are computed in double precision.
+struct ExactClosest {
+  double distance = 0;  // within 2^-45 of the largest distance of the triangle's vertices from the point
+  std::uint32_t prim = NO_HIT;
+  glm::dvec3 at{0};
+  double u = 0, v = 0;
+};
+
+/// The exact oracle of closest points of one tree. Thread-safe.
+class ExactClosestPoints {
+ public:
+  explicit ExactClosestPoints(const PairTree& bvh) : bvh_(bvh) {}  // keeps a reference: bvh must outlive it
+
+  /// Returns the nearest triangle, if one is at most `limit` away: NO_HIT if not. `near` may be a triangle that is near,
+  /// with its prim; it shortens the walk. A point that is not finite is near nothing. Throws Error(Work) if exponents
+  /// are too far apart for integers of 2048 bits.
+  ExactClosest nearest(const glm::vec3& point, float limit,
+                       const std::pair<std::uint32_t, Triangle>* near = nullptr) const;
+
+ private:
+  const PairTree& bvh_;
+};
+
+}  // namespace ballot

@@ -1,0 +1,196 @@
+#include "engine/query/crossing_kernels.h"
+
+#include <algorithm>
+
+#include "engine/core/error.h"
+
+namespace ballot {
+
+namespace {
+
+constexpr std::uint32_t kAllBits = 0xFFFFFFFFu;
+
+template <class T>
+Buffer<T>& room_for(std::optional<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
+  if (!buffer || buffer->size() < count) {
+    buffer.reset();
+    buffer.emplace(gpu, count, Access::Storage, name);
+  }
+  return *buffer;
+}
+
+/// Returns the defines of a kernel. What it is not compiled for is left out of its name too.
+Defines defines_of(const CrossingVariant& v, bool wide) {
+  return {{"BALLOT_LISTS", v.lists},
+          {"BALLOT_WIDE", wide},
+          {"BALLOT_EXACT", v.exact},
+          {"BALLOT_MASKS", v.masks},
+          {"BALLOT_CULL", int(v.cull)}};
+}
+
+KernelSource sums_source() {
+  KernelSource source;
+  source.name = "query.places";
+  source.file = "query/places.comp";
+  source.group_size = PLACES_GROUP;
+  return source;
+}
+
+}  // namespace
+
+std::vector<KernelSource> crossing_sources(const DeviceInfo& device, const TreeFacts& tree) {
+  std::vector<KernelSource> sources{sums_source()};
+  for (const bool lists : {false, true})
+    for (const bool exact : {false, true})
+      for (const bool masks : {false, true})
+        for (const Cull cull : {Cull::None, Cull::Back, Cull::Front})
+          for (const bool wide : {false, true}) {
+            const CrossingVariant v{lists, exact, masks, cull};
+            sources.push_back(query_source("crossings", device, tree, defines_of(v, wide), wide));
+          }
+  return sources;
+}
+
+void CrossingKernels::prepare(bool masks, std::span<const std::uint32_t> triangle_masks) {
+  if (whole_.update()) kernels_.clear();
+  if (!masks) return;
+  const std::size_t triangles = tree().triangles().size();
+  if (triangle_masks.empty()) {
+    all_bits_.assign(triangles, kAllBits);
+    triangle_masks = all_bits_;
+  }
+  if (triangle_masks.size() != triangles)
+    fail(Failure::Arguments, "masks of triangles: found {}; the scene has {} triangles", triangle_masks.size(),
+         triangles);
+  if (std::ranges::equal(triangle_masks, uploaded_)) return;
+  uploaded_.assign(triangle_masks.begin(), triangle_masks.end());
+  room_for(triangle_masks_, gpu_, triangles, "masks of triangles").upload(triangle_masks);
+}
+
+QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs) {
+  Pair& all = kernels_[variant];
+  // CPU devices walk the four-wide tree, whose nodes cost them less to read.
+  const bool wide = !pairs && gpu_.info().is_cpu();
+  std::optional<QueryKernel>& one = pairs ? all.pairs : all.whole;
+  if (!one) one.emplace(gpu_, tree(), "crossings", defines_of(variant, wide), wide);
+  one->prepare();
+  return *one;
+}
+
+std::uint32_t CrossingKernels::most(const CrossingVariant& variant) { return kernel(variant, false).most(); }
+
+std::vector<std::uint32_t> CrossingKernels::pieces(const CrossingVariant& variant, std::uint64_t limit) {
+  return kernel(variant, true).pieces(limit);
+}
+
+void CrossingKernels::bind_rays(QueryKernel& kernel, const CrossingVariant& variant, const RaySpan& some) {
+  Buffer<Ray>& buffer = room_for(rays_, gpu_, some.rays.size(), "rays of a query");
+  buffer.upload(some.rays);
+  kernel.bind(BIND_RAYS, buffer);
+  if (!variant.masks) return;
+  Buffer<std::uint32_t>& masks = room_for(ray_masks_, gpu_, some.rays.size(), "masks of rays");
+  if (some.masks.empty()) all_bits_.assign(some.rays.size(), kAllBits);
+  masks.upload(some.masks.empty() ? std::span<const std::uint32_t>(all_bits_) : some.masks);
+  kernel.bind(BIND_RAY_MASKS, masks);
+  kernel.bind(BIND_TRIANGLE_MASKS, *triangle_masks_);
+}
+
+std::uint32_t CrossingKernels::run_count(QueryKernel& kernel, std::uint32_t root, const CrossingVariant& variant,
+                                         const RaySpan& some, std::span<std::uint32_t> found, TraceTimes& times) {
+  bind_rays(kernel, variant, some);
+  kernel.bind(BIND_CROSSINGS, room_for(counts_, gpu_, some.rays.size(), "numbers of crossings"));
+  const std::uint32_t unfinished = kernel.run(std::uint32_t(some.rays.size()), root, times);
+  counts_->download(found);
+  return unfinished;
+}
+
+std::uint32_t CrossingKernels::count(const CrossingVariant& variant, const RaySpan& some,
+                                     std::span<std::uint32_t> found, TraceTimes& times) {
+  return run_count(kernel(variant, false), tree().root(), variant, some, found, times);
+}
+
+std::uint32_t CrossingKernels::count_below(std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
+                                           std::span<std::uint32_t> found, TraceTimes& times) {
+  return run_count(kernel(variant, true), root, variant, some, found, times);
+}
+
+std::uint32_t CrossingKernels::run_list(QueryKernel& kernel, std::uint32_t root, const CrossingVariant& variant,
+                                        const RaySpan& some, Slots& to, std::uint32_t slots,
+                                        std::span<std::uint32_t> found, TraceTimes& times) {
+  bind_rays(kernel, variant, some);
+  kernel.bind(BIND_PLACES, *places_);
+  kernel.bind(BIND_HITS, room_for(to.buffer, gpu_, slots, "crossings"));
+  kernel.bind(BIND_CROSSINGS, room_for(counts_, gpu_, some.rays.size(), "numbers of crossings"));
+  const std::uint32_t unfinished = kernel.run(std::uint32_t(some.rays.size()), root, times);
+  counts_->download(found);
+  fetch(to, slots);
+  return unfinished;
+}
+
+void CrossingKernels::upload_places(std::span<const std::uint32_t> to) {
+  room_for(places_, gpu_, to.size(), "places of crossings").upload(to);
+}
+
+/// The host reads the slots where they lie, if it sees them.
+void CrossingKernels::fetch(Slots& from, std::uint32_t slots) {
+  if (gpu_.info().is_cpu() && from.buffer->mapped()) {
+    hits_ = {reinterpret_cast<const Hit*>(from.buffer->mapped()), slots};
+    return;
+  }
+  from.fetched.resize(slots);
+  if (slots) from.buffer->download(std::span(from.fetched));
+  hits_ = from.fetched;
+}
+
+std::uint32_t CrossingKernels::list(const CrossingVariant& variant, const RaySpan& some,
+                                    std::span<const std::uint32_t> to, std::span<std::uint32_t> found,
+                                    TraceTimes& times) {
+  upload_places(to);
+  return run_list(kernel(variant, false), tree().root(), variant, some, slots_, to.back(), found, times);
+}
+
+std::uint32_t CrossingKernels::list_apart(const CrossingVariant& variant, const RaySpan& some,
+                                          std::span<const std::uint32_t> to, std::span<std::uint32_t> found,
+                                          TraceTimes& times) {
+  upload_places(to);
+  return run_list(kernel(variant, false), tree().root(), variant, some, apart_, to.back(), found, times);
+}
+
+std::uint32_t CrossingKernels::list_below(std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
+                                          std::span<const std::uint32_t> to, std::span<std::uint32_t> found,
+                                          TraceTimes& times) {
+  upload_places(to);
+  return run_list(kernel(variant, true), root, variant, some, apart_, to.back(), found, times);
+}
+
+/// Writes to places_ how many crossings the rays before each have.
+void CrossingKernels::sum_counts(std::uint32_t count, TraceTimes& times) {
+  refresh(gpu_, sums_, sums_source());
+  // A place behind the last ray has the sum of all.
+  const std::uint32_t tiles = count / PLACES_TILE + 1;
+  sums_->bind(BIND_CROSSINGS, *counts_);
+  sums_->bind(BIND_PLACES, room_for(places_, gpu_, count + 1, "places of crossings"));
+  sums_->bind(BIND_TILES, room_for(tiles_, gpu_, tiles, "sums of crossings"));
+  for (const std::uint32_t step : {PLACES_TILES, PLACES_SUM, PLACES_PLACE}) {
+    const PlacesPush push{count, tiles, step};
+    gpu_.submit(sums_->name(),
+                [&](VkCommandBuffer cmd) { sums_->dispatch(cmd, step == PLACES_SUM ? 1 : tiles, push); });
+    times.device_ms += gpu_.last_ms();
+    ++times.dispatches;
+  }
+}
+
+bool CrossingKernels::count_and_list(const CrossingVariant& variant, const RaySpan& some, std::uint32_t most,
+                                     std::span<std::uint32_t> found, TraceTimes& times) {
+  CrossingVariant counting = variant;
+  counting.lists = false;
+  count(counting, some, found, times);
+  std::uint64_t all = 0;
+  for (const std::uint32_t n : found) all += n < UNSURE ? n : 0;
+  if (all > most) return false;
+  sum_counts(std::uint32_t(some.rays.size()), times);
+  run_list(kernel(variant, false), tree().root(), variant, some, slots_, std::uint32_t(all), found, times);
+  return true;
+}
+
+}  // namespace ballot

@@ -1,0 +1,101 @@
+// The kernels of shaders/query/crossings.comp over a tree, with their buffers. Internal to engine/query.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/query/query_kernel.h"
+#include "engine/query/ray_queries.h"
+
+namespace ballot {
+
+/// What kernels of crossings are compiled for.
+struct CrossingVariant {
+  bool lists = false, exact = false, masks = false;
+  Cull cull = Cull::None;
+  friend auto operator<=>(const CrossingVariant&, const CrossingVariant&) = default;
+};
+
+/// Rays of a dispatch, and the mask of each; no masks: all bits.
+struct RaySpan {
+  std::span<const Ray> rays;
+  std::span<const std::uint32_t> masks = {};
+};
+
+/// Returns the sources of all kernels of crossings for a device and a tree with these facts.
+std::vector<KernelSource> crossing_sources(const DeviceInfo& device, const TreeFacts& tree);
+
+/// Counts and lists crossings on a tree in which each triangle lies in one leaf. Belongs to the thread of its Context.
+class CrossingKernels {
+ public:
+  /// Keeps references to both.
+  CrossingKernels(Context& gpu, DeviceTree& scene) : gpu_(gpu), whole_(gpu, scene) {}
+
+  /// Follows the scene's tree and, if masks are asked for, takes those of its triangles; none: all bits. Call it before
+  /// a query. Throws Error(Arguments) if there are not as many masks as triangles.
+  void prepare(bool masks, std::span<const std::uint32_t> triangle_masks);
+  DeviceTree& tree() { return whole_.tree(); }
+  /// Returns the largest number of rays of a dispatch.
+  std::uint32_t most(const CrossingVariant& variant);
+
+  /// Counts the crossings of each ray in the whole tree. Returns how many rays were cut short: their count is
+  /// UNFINISHED. The count of a ray that mode exact leaves open is UNSURE.
+  std::uint32_t count(const CrossingVariant& variant, const RaySpan& some, std::span<std::uint32_t> found,
+                      TraceTimes& times);
+  /// The same below a node, by a kernel over pairs.
+  std::uint32_t count_below(std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
+                            std::span<std::uint32_t> found, TraceTimes& times);
+  /// Lists crossings. Ray i has room for those from slot to[i] on, up to slot to[i + 1]; hits() has the slots, each
+  /// ray's in no order. list_apart() and list_below() leave the slots of the last list() or count_and_list() as they
+  /// are.
+  std::uint32_t list(const CrossingVariant& variant, const RaySpan& some, std::span<const std::uint32_t> to,
+                     std::span<std::uint32_t> found, TraceTimes& times);
+  std::uint32_t list_apart(const CrossingVariant& variant, const RaySpan& some, std::span<const std::uint32_t> to,
+                           std::span<std::uint32_t> found, TraceTimes& times);
+  std::uint32_t list_below(std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
+                           std::span<const std::uint32_t> to, std::span<std::uint32_t> found, TraceTimes& times);
+  /// Counts, sums the counts up on the device, and lists: takes no room that is not used, at the price of a second
+  /// walk. Returns false, and lists nothing, if there are more than `most` crossings. Counts that are UNFINISHED or
+  /// UNSURE take no room.
+  bool count_and_list(const CrossingVariant& variant, const RaySpan& some, std::uint32_t most,
+                      std::span<std::uint32_t> found, TraceTimes& times);
+  /// The slots that the last call listed.
+  std::span<const Hit> hits() const { return hits_; }
+
+  /// Returns subtrees that together hold the tree, each of at most `limit` steps.
+  std::vector<std::uint32_t> pieces(const CrossingVariant& variant, std::uint64_t limit);
+
+ private:
+  /// A kernel for whole trees, and one for pieces of them, which is made when the driver first cuts a walk short.
+  struct Pair {
+    std::optional<QueryKernel> whole, pairs;
+  };
+  /// Crossings on the device, and a copy of them if the host does not see its memory.
+  struct Slots {
+    std::optional<Buffer<Hit>> buffer;
+    std::vector<Hit> fetched;
+  };
+  QueryKernel& kernel(const CrossingVariant& variant, bool pairs);
+  void bind_rays(QueryKernel& kernel, const CrossingVariant& variant, const RaySpan& some);
+  std::uint32_t run_count(QueryKernel& kernel, std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
+                          std::span<std::uint32_t> found, TraceTimes& times);
+  std::uint32_t run_list(QueryKernel& kernel, std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
+                         Slots& to, std::uint32_t slots, std::span<std::uint32_t> found, TraceTimes& times);
+  void upload_places(std::span<const std::uint32_t> to);
+  void sum_counts(std::uint32_t count, TraceTimes& times);
+  void fetch(Slots& from, std::uint32_t slots);
+
+  Context& gpu_;
+  WholeTree whole_;
+  std::map<CrossingVariant, Pair> kernels_;
+  std::unique_ptr<Kernel> sums_;
+  std::optional<Buffer<Ray>> rays_;
+  std::optional<Buffer<std::uint32_t>> ray_masks_, triangle_masks_, counts_, places_, tiles_;
+  Slots slots_, apart_;
+  std::vector<std::uint32_t> all_bits_, uploaded_;
+  std::span<const Hit> hits_;
+};
+
+}  // namespace ballot

@@ -1,0 +1,55 @@
+#include "engine/query/exact_lists.h"
+
+#include "engine/core/parallel.h"
+
+namespace ballot {
+
+namespace {
+
+constexpr std::size_t kUnsureChunk = 1 << 10;
+constexpr std::uint32_t kAnyMask = 0xFFFFFFFFu;
+
+std::vector<Hit> hits_of(const std::vector<ExactCrossing>& crossings) {
+  std::vector<Hit> hits;
+  hits.reserve(crossings.size());
+  for (const ExactCrossing& c : crossings) hits.push_back({float(c.t), c.prim, float(c.u), float(c.v)});
+  return hits;
+}
+
+}  // namespace
+
+ExactLists::ExactLists(DeviceTree& tree, const CrossingQuery& query)
+    : triangles_(tree.triangles()), oracle_(tree.any_pairs()), query_(query) {}
+
+std::vector<ExactCrossing> ExactLists::find(const Ray& ray, std::uint32_t mask) const {
+  if (query_.cull == Cull::None && query_.triangle_masks.empty()) {
+    if (mask == 0) return {};
+    return oracle_.list(ray);
+  }
+  return oracle_.list(ray, [&](std::uint32_t prim, bool front) {
+    if (query_.cull == (front ? Cull::Front : Cull::Back)) return false;
+    return ((query_.triangle_masks.empty() ? kAnyMask : query_.triangle_masks[prim]) & mask) != 0;
+  });
+}
+
+void ExactLists::count(const RaySpan& rays, std::span<std::uint32_t> numbers) const {
+  for_chunks(numbers.size(), kUnsureChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (numbers[i] != UNSURE) continue;
+      numbers[i] = std::uint32_t(find(rays.rays[i], rays.masks.empty() ? kAnyMask : rays.masks[i]).size());
+    }
+  });
+}
+
+std::vector<Hit> ExactLists::list(const RaySpan& ray) const {
+  return hits_of(find(ray.rays[0], ray.masks.empty() ? kAnyMask : ray.masks[0]));
+}
+
+void ExactLists::put_in_order(const Ray& ray, std::vector<Hit>& hits) const {
+  std::vector<std::pair<std::uint32_t, Triangle>> crossed;
+  crossed.reserve(hits.size());
+  for (const Hit& hit : hits) crossed.emplace_back(hit.prim, triangles_[hit.prim]);
+  hits = hits_of(oracle_.in_order(ray, std::move(crossed)));
+}
+
+}  // namespace ballot

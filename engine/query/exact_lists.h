@@ -1,0 +1,34 @@
+// What mode exact does on the host: crossings that the device leaves open, and the order of all. Internal to
+// engine/query.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "engine/oracle/crossings.h"
+#include "engine/query/crossing_kernels.h"
+
+namespace ballot {
+
+/// The exact crossings of rays with a tree, as a query asks for them. Thread-safe.
+class ExactLists {
+ public:
+  /// Keeps references to the tree's arrays and to the query's masks.
+  ExactLists(DeviceTree& tree, const CrossingQuery& query);
+
+  /// Replaces each number that is UNSURE by the exact one, on all cores.
+  void count(const RaySpan& rays, std::span<std::uint32_t> numbers) const;
+  /// Returns the crossings of the first ray, in order.
+  std::vector<Hit> list(const RaySpan& ray) const;
+  /// Puts all crossings of a ray into the exact order, with exact numbers.
+  void put_in_order(const Ray& ray, std::vector<Hit>& hits) const;
+
+ private:
+  std::vector<ExactCrossing> find(const Ray& ray, std::uint32_t mask) const;
+
+  std::span<const Triangle> triangles_;
+  ExactCrossings oracle_;
+  CrossingQuery query_;
+};
+
+}  // namespace ballot

@@ -1,0 +1,133 @@
+// Tests that the exact oracles of crossings and of closest points find what exact arithmetic over every triangle finds.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "engine/oracle/closest.h"
+#include "engine/oracle/crossings.h"
+#include "engine/oracle/nearest.h"
+#include "tests/cpu/exact_cases.h"
+
+namespace ballot {
+namespace {
+
+using shapes::Triangles;
+
+std::vector<std::uint32_t> brute_crossings(const Ray& ray, const Triangles& triangles, int way) {
+  std::vector<std::pair<ExactSight, std::uint32_t>> found;
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    const ExactSight sight(ray, triangles[i]);
+    if (!exact_crosses(ray, triangles[i], sight) || !sight.within(ray)) continue;
+    if (way == 0 || sight.det.sign() == way) found.emplace_back(sight, i);
+  }
+  std::ranges::stable_sort(found, [](const auto& a, const auto& b) { return compare_t(a.first, b.first) < 0; });
+  std::vector<std::uint32_t> prims;
+  for (const auto& [sight, prim] : found) prims.push_back(prim);
+  return prims;
+}
+
+std::vector<std::uint32_t> prims_of(const std::vector<ExactCrossing>& crossings) {
+  std::vector<std::uint32_t> prims;
+  for (const ExactCrossing& c : crossings) prims.push_back(c.prim);
+  return prims;
+}
+
+std::vector<std::pair<const char*, Triangles>> meshes() {
+  const Triangles cube = shapes::box({0, 0, 0}, {2, 2, 2});
+  return {{"soup", shapes::soup(60, 0.5f)},
+          {"slivers", shapes::slivers(60)},
+          {"coplanar", shapes::coplanar(40)},
+          {"huge and tiny", shapes::huge_and_tiny(40)},
+          {"sphere", shapes::sphere(2)},
+          {"nested", shapes::joined(cube, shapes::box({0.5f, 0.5f, 0.5f}, {1.5f, 1.5f, 1.5f}))},
+          {"touching", shapes::joined(cube, shapes::box({2, 0, 0}, {3, 2, 2}))}};
+}
+
+/// Points about triangles, on them, at their edges and corners.
+std::vector<glm::vec3> points_at(const Triangles& triangles, std::size_t count) {
+  shapes::Random random(17);
+  std::vector<glm::vec3> points;
+  while (points.size() < count) {
+    const Triangle& t = triangles[random.below(triangles.size())];
+    points.push_back(random.point(3));
+    points.push_back(t[random.below(3)]);
+    points.push_back(0.5f * (t[0] + t[1]));
+    points.push_back((t[0] + t[1] + t[2]) / 3.f + random.point(1e-5f));
+  }
+  return points;
+}
+
+TEST(ExactQueries, CrossingsEqualBruteForce) {
+  for (const auto& [name, triangles] : meshes()) {
+    SCOPED_TRACE(name);
+    const Bvh bvh = build_bvh(triangles, {.split_budget = 2});
+    const PairTree tree = encode_pairs(bvh, triangles, NodeLayout::Centred);
+    const ExactCrossings oracle(tree);
+    std::vector<Ray> rays = shapes::random_rays(60, 7, 1);
+    for (const std::vector<Ray>& more :
+         {shapes::axis_rays(triangles, 80), shapes::edge_rays(triangles, 60, {0.1f, 0.2f, 0.3f})})
+      rays.insert(rays.end(), more.begin(), more.end());
+    std::size_t all = 0;
+    for (const Ray& ray : rays) {
+      const std::vector<ExactCrossing> found = oracle.list(ray);
+      const std::vector<std::uint32_t> truth = brute_crossings(ray, triangles, 0);
+      ASSERT_EQ(prims_of(found), truth);
+      all += truth.size();
+      ASSERT_EQ(prims_of(oracle.list(ray, [](std::uint32_t, bool front) { return front; })),
+                brute_crossings(ray, triangles, -1));
+      std::vector<std::pair<std::uint32_t, Triangle>> crossed;
+      for (const std::uint32_t prim : truth) crossed.insert(crossed.begin(), {prim, triangles[prim]});
+      ASSERT_EQ(prims_of(oracle.in_order(ray, crossed)), truth);
+      for (const ExactCrossing& c : found) {
+        const ExactSight sight(ray, triangles[c.prim]);
+        ASSERT_NEAR(c.t, sight.t(), 0x1p-30 * std::abs(sight.t()));
+        ASSERT_NEAR(c.u, sight.weight(1), 0x1p-30);
+        ASSERT_NEAR(c.v, sight.weight(2), 0x1p-30);
+      }
+    }
+    EXPECT_GT(all, 30u);
+    for (const glm::vec3& p : points_at(triangles, 120)) ASSERT_EQ(oracle.inside(p), exact_inside(p, triangles));
+  }
+}
+
+TEST(ExactQueries, ClosestPointsEqualBruteForce) {
+  for (const auto& [name, triangles] : meshes()) {
+    SCOPED_TRACE(name);
+    const Bvh bvh = build_bvh(triangles);
+    const PairTree tree = encode_pairs(bvh, triangles, NodeLayout::Interleaved);
+    const ExactClosestPoints oracle(tree);
+    for (const glm::vec3& p : points_at(triangles, 60)) {
+      std::uint32_t best = 0;
+      ExactDistance least = exact_distance(p, triangles[0]);
+      for (std::uint32_t i = 1; i < triangles.size(); ++i)
+        if (ExactDistance d = exact_distance(p, triangles[i]); d < least) least = std::move(d), best = i;
+      const double distance = least.distance();
+      const std::pair<std::uint32_t, Triangle> first(0, triangles[0]);
+      for (const auto* near : {&first, static_cast<decltype(&first)>(nullptr)}) {
+        const ExactClosest found = oracle.nearest(p, std::numeric_limits<float>::infinity(), near);
+        ASSERT_EQ(found.prim, best);
+        ASSERT_NEAR(found.distance, distance, 1e-12 * (1 + distance));
+        ASSERT_NEAR(glm::length(found.at - glm::dvec3(p)), distance, 1e-9 * (1 + distance));
+      }
+      ASSERT_EQ(oracle.nearest(p, float(0.5 * distance)).prim, distance > 0 ? NO_HIT : best);
+      ASSERT_EQ(oracle.nearest(p, float(1.5 * distance)).prim, best);
+    }
+  }
+}
+
+TEST(ExactQueries, DeadAndEmpty) {
+  const Triangles cube = shapes::box({0, 0, 0}, {2, 2, 2});
+  const Bvh bvh = build_bvh(cube);
+  const PairTree tree = encode_pairs(bvh, cube, NodeLayout::Interleaved);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const Ray& ray : shapes::dead_rays()) EXPECT_TRUE(ExactCrossings(tree).list(ray).empty());
+  EXPECT_FALSE(ExactCrossings(tree).inside({nan, 0, 0}));
+  EXPECT_EQ(ExactClosestPoints(tree).nearest({nan, 0, 0}, 1).prim, NO_HIT);
+  EXPECT_EQ(ExactClosestPoints(tree).nearest({0, 0, 0}, nan).prim, NO_HIT);
+  EXPECT_EQ(ExactClosestPoints(tree).nearest({2, 2, 3}, 1).prim, ExactClosestPoints(tree).nearest({2, 2, 3}, 2).prim);
+  EXPECT_FALSE(ExactCrossings(tree).inside(glm::vec3(1e30f)));
+  EXPECT_NEAR(ExactClosestPoints(tree).nearest(glm::vec3(1e30f), 3e38f).distance, std::sqrt(3.0) * 1e30, 1e25);
+}
+
+}  // namespace
+}  // namespace ballot

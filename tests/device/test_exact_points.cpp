@@ -1,0 +1,99 @@
+// Holds mode exact of closest points and of the inside test to exact arithmetic over all triangles.
+#include <cmath>
+
+#include "engine/oracle/nearest.h"
+#include "engine/query/point_queries.h"
+#include "tests/cpu/shapes.h"
+#include "tests/device/fixture.h"
+
+namespace ballot {
+namespace {
+
+constexpr float kNoLimit = std::numeric_limits<float>::infinity();
+
+class ExactPoints : public DeviceTest {
+ protected:
+  Context gpu_{options()};
+};
+
+/// Points in and about triangles, on them, at their corners and edges, and far away.
+std::vector<ProbePoint> points_at(const shapes::Triangles& triangles, std::size_t count) {
+  shapes::Random random(23);
+  const float size = glm::length(triangles.front()[0] - triangles.back()[2]);
+  std::vector<ProbePoint> points;
+  while (points.size() < count) {
+    const Triangle& t = triangles[random.below(triangles.size())];
+    points.push_back({t[0] + random.point(size), kNoLimit});
+    points.push_back({t[random.below(3)], kNoLimit});
+    points.push_back({0.5f * (t[0] + t[1]), kNoLimit});
+    points.push_back({(t[0] + t[1] + t[2]) / 3.f + random.point(1e-6f * size), kNoLimit});
+    points.push_back({t[0] + random.point(1000 * size), kNoLimit});
+  }
+  return points;
+}
+
+std::uint32_t nearest_of(const glm::vec3& p, const shapes::Triangles& triangles, double& distance) {
+  std::uint32_t best = 0;
+  ExactDistance least = exact_distance(p, triangles[0]);
+  for (std::uint32_t i = 1; i < triangles.size(); ++i)
+    if (ExactDistance d = exact_distance(p, triangles[i]); d < least) least = std::move(d), best = i;
+  distance = least.distance();
+  return best;
+}
+
+TEST_F(ExactPoints, DecidedAsByExactArithmetic) {
+  const shapes::Triangles cube = shapes::box({0, 0, 0}, {4, 4, 4}), ball = shapes::sphere(2);
+  const std::pair<const char*, shapes::Triangles> cases[] = {
+      {"ball", ball},
+      {"nested", shapes::joined(cube, shapes::box({1, 1, 1}, {3, 3, 3}))},
+      {"touching", shapes::joined(cube, shapes::box({4, 0, 0}, {6, 4, 4}))},
+      {"far from zero", shapes::moved(shapes::scaled(ball, 100), {1e7f, 3e6f, -1e7f})},
+      {"slivers", shapes::slivers(100)},
+      {"tiny", shapes::scaled(ball, 1e-30f)},
+  };
+  std::size_t number = 0;
+  for (const auto& [name, triangles] : cases) {
+    if (!harness::is_dealt(gpu_.info(), number++)) continue;
+    SCOPED_TRACE(name);
+    const auto t = make(gpu_, triangles, {.split_budget = 2});
+    PointQueries queries(gpu_, t->tracer->tree());
+    const std::vector<ProbePoint> points = points_at(triangles, 150);
+    std::vector<Nearest> near(points.size());
+    std::vector<std::uint32_t> inside(points.size(), 7);
+    queries.nearest(points, near, {.exact = true});
+    queries.inside(points, inside, {.exact = true});
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      SCOPED_TRACE(i);
+      double distance;
+      ASSERT_EQ(near[i].prim, nearest_of(points[i].at, triangles, distance));
+      ASSERT_NEAR(near[i].distance, distance, 0x1.01p-24 * distance + 1e-12 * glm::length(points[i].at));
+      ASSERT_EQ(inside[i], exact_inside(points[i].at, triangles));
+    }
+    // A limit of just the distance, and just less.
+    std::vector<ProbePoint> limited(points.begin(), points.begin() + 50);
+    for (std::size_t i = 0; i < 50; ++i) limited[i].limit = std::nextafter(near[i].distance, i % 2 ? 0.f : kNoLimit);
+    std::vector<Nearest> some(50);
+    queries.nearest(limited, some, {.exact = true});
+    for (std::size_t i = 0; i < 50; i += 2) EXPECT_EQ(some[i].prim, near[i].prim);
+    expect_silent(gpu_);
+  }
+}
+
+TEST_F(ExactPoints, DeadPointsAndWalksThatTheDriverCutsShort) {
+  const auto t = make(gpu_, shapes::identical(100000), {.builder = BuilderId::Balanced});
+  PointQueries queries(gpu_, t->tracer->tree());
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<ProbePoint> points{{{0.25f, 0.25f, 2}, kNoLimit}, {{nan, 0, 0}, kNoLimit}, {{9, 9, 9}, 1}};
+  std::vector<Nearest> near(3);
+  std::vector<std::uint32_t> inside(3, 7);
+  queries.nearest(points, near, {.exact = true});
+  queries.inside(points, inside, {.exact = true});
+  EXPECT_EQ(near[0].prim, 0u);
+  EXPECT_EQ(near[0].distance, 2);
+  for (const std::size_t i : {1u, 2u}) EXPECT_TRUE(near[i].prim == NO_HIT && near[i].distance == kNoLimit);
+  EXPECT_EQ(inside, (std::vector<std::uint32_t>{0, 0, 0}));
+  expect_silent(gpu_);
+}
+
+}  // namespace
+}  // namespace ballot
