@@ -79,8 +79,8 @@ TEST_F(ExactPoints, DecidedAsByExactArithmetic) {
   }
 }
 
-TEST_F(ExactPoints, DeadPointsAndWalksThatTheDriverCutsShort) {
-  const auto t = make(gpu_, shapes::identical(100000), {.builder = BuilderId::Balanced});
+TEST_F(ExactPoints, DeadPointsAndEqualTriangles) {
+  const auto t = make(gpu_, shapes::identical(20000), {.builder = BuilderId::Balanced});
   PointQueries queries(gpu_, t->tracer->tree());
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const std::vector<ProbePoint> points{{{0.25f, 0.25f, 2}, kNoLimit}, {{nan, 0, 0}, kNoLimit}, {{9, 9, 9}, 1}};
