@@ -215,8 +215,8 @@ void add_trace(CLI::App& app, int& result) {
                   "left out if it shares no bit with the ray's");
   cmd->add_option("--ray-masks", args->ray_masks, "FILE.npy with a mask for each ray, one file for each of --rays");
   add_verbose(*cmd, args->verbose);
-  show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--cull", "--masks", "--part",
-                    "--method", "--numeric", "--device", "--json", "--verbose"});
+  show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--part", "--method", "--numeric",
+                    "--device", "--json", "--verbose"});
   cmd->callback([args, &result] { result = run_trace(*args); });
 }
 

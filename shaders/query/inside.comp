@@ -7,8 +7,8 @@
 // (ties); Sven Woop, Carsten Benthin, Ingo Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013 (vertices that
 // move together). Differs from both: the ray is parallel to an axis, so that there is no shear.
 //
-// Result: a word a point, 1 inside, 0 outside; UNFINISHED if the driver cut the walk short. With BALLOT_EXACT a point is
-// UNSURE if rounding may have decided; the host answers for it exactly.
+// Result: a word a point, 1 inside, 0 outside; UNFINISHED if the driver cut the walk short. With BALLOT_EXACT a point
+// is UNSURE if rounding may have decided; the host answers for it exactly.
 //
 // Why one ray is enough. Vertices are taken relative to the point, each coordinate rounded once. A vertex moves in the
 // same way in every triangle that holds it, so the triangles are those of one moved mesh, as closed as the given one.
@@ -30,9 +30,9 @@
 // exact.
 //
 // BALLOT_EXACT. With m the largest |y| or |z| of the vertices, these are off by w m, so a side is off by 4 w m m and
-// terms of second order: B = 8 w m m and 2^-96 for what underflows. X is then off by 3 B + 8 w (the sum of |E_i|), times
-// the largest |x|. What is decided by more than that is decided exactly; so is a triangle behind the point, whose x are
-// all negative.
+// terms of second order: B = 8 w m m and 2^-96 for what underflows. X is then off by 3 B + 8 w (the sum of |E_i|),
+// times the largest |x|. What is decided by more than that is decided exactly; so is a triangle behind the point, whose
+// x are all negative.
 //
 // Boxes are widened by 128 w R (lib/query/frame.glsl), with R the reach of the scene, more than vertices move. Far
 // points, which lie outside of the bounds of the scene, are outside.

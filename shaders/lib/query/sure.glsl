@@ -1,11 +1,11 @@
 // Bounds of the rounding errors of crossings.comp, for mode exact: what is decided by more than these is decided as
 // exact arithmetic decides it.
 //
-// w = 2^-24, and M is at least |v - origin| on every axis, in units of the sheared triangle. lib/numeric/
-// triangle_watertight.glsl moves each vertex by at most 11 w M across the ray's main axis, and finds a side of the moved
-// triangle with its exact sign and a relative error of 2 w. With m the largest sheared coordinate, a side of the true
-// triangle differs from it by at most 4 * 11 w M m + 2 (11 w M)^2. sides_room() takes 16 w instead of 11 w. M is at most
-// m plus the largest depth, because the shear's factors are at most 1. 2^-90 covers what underflows.
+// w = 2^-24, and M is at least |v - origin| on every axis, in units of the sheared triangle. The watertight test
+// (lib/numeric/triangle_watertight.glsl) moves each vertex by at most 11 w M across the ray's main axis, and finds a
+// side of the moved triangle with its exact sign and a relative error of 2 w. With m the largest sheared coordinate, a
+// side of the true triangle differs from it by at most 4 * 11 w M m + 2 (11 w M)^2. sides_room() takes 16 w instead of
+// 11 w. M is at most m plus the largest depth, because the shear's factors are at most 1. 2^-90 covers what underflows.
 //
 // With B this bound and det the sum of the sides, which have one sign, the true weights differ by at most 3 B / (det -
 // 3 B) in all from those of the moved triangle, and so does t, times the range of the depths. To this come 8 w of the

@@ -31,7 +31,7 @@ _CULLS = {"none": 0, "back": 1, "front": 2}
 def _masks(given: Any, name: str) -> np.ndarray | None:
     if given is None:
         return None
-    masks = np.asarray(_arrays.as_numpy(given, name))
+    masks = np.asarray(given) if isinstance(given, (list, tuple)) else _arrays.as_numpy(given, name)
     if masks.dtype.kind not in "iu" or (masks.size and not 0 <= int(masks.min()) <= int(masks.max()) < 2**32):
         raise ValueError(f"{name}: found {masks.dtype}; expected whole numbers from 0 to 2^32 - 1")
     return np.ascontiguousarray(masks, np.uint32).reshape(-1)
