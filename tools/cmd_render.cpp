@@ -133,7 +133,8 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
                  const FrameOf& of, nlohmann::json& json) {
   Engine& engine = *opened.engine;
   const RenderOptions& options = job.options;
-  const BandPlan plan = plan_bands(engine, view, options, {args.band, job.reference.has_value() || args.denoiser, args.png});
+  const bool whole = job.reference || args.denoiser;
+  const BandPlan plan = plan_bands(engine, view, options, {args.band, whole, args.png});
   if (args.verbose || plan.in_bands()) announce(view, options, plan, engine.device().is_cpu());
   Rendered rendered = plan.in_bands() ? render_bands(engine, view, job, exr, plan) : render_job(engine, view, job, exr);
   const auto written = std::chrono::steady_clock::now();

@@ -10,12 +10,13 @@
 #include <vector>
 
 #include "engine/formats/bvh4.h"
+#include "engine/formats/bvh8.h"
 #include "engine/formats/frontier.h"
 #include "engine/formats/wide8.h"
 
 namespace ballot {
 
-enum class TreeFormatId { Pair, Bvh4, Wide8, Frontier };
+enum class TreeFormatId { Pair, Bvh4, Bvh8, Wide8, Frontier };
 
 /// When kernels read the pair tree besides their own format.
 enum class Pairs { Always, WithFallback, Never };
@@ -43,6 +44,10 @@ inline constexpr TreeFormat kTreeFormats[] = {
      .summary = "up to four children in 64 bytes, boxes quantised to 8 bits",
      .encode = [](const PairTree& pairs, std::uint32_t) { return encode_bvh4(pairs).nodes; },
      .pairs = Pairs::Never, .pushes = BVH4_CHILDREN - 1, .collapsed = true},
+    {.id = TreeFormatId::Bvh8, .name = "bvh8",
+     .summary = "up to eight children in 80 bytes, boxes quantised to 8 bits",
+     .encode = [](const PairTree& pairs, std::uint32_t) { return encode_bvh8(pairs).texels; },
+     .pairs = Pairs::Never, .pushes = 2, .padded = true, .collapsed = true},
     {.id = TreeFormatId::Wide8, .name = "wide8",
      .summary = "up to eight children with float32 boxes, for a subgroup that tests a child a lane",
      .encode = [](const PairTree& pairs, std::uint32_t) { return encode_wide8(pairs).nodes; },

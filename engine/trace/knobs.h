@@ -78,6 +78,9 @@ constexpr bool has_ray_packets(const Method& m, const KernelConfig&) { return m.
 constexpr bool has_shared_stack(const Method& m, const KernelConfig&) { return m.shares_stack(); }
 constexpr bool has_frontier(const Method& m, const KernelConfig&) { return m.tree == TreeFormatId::Frontier; }
 constexpr bool has_pairs(const Method& m, const KernelConfig&) { return format_of(m.tree).pairs != Pairs::Never; }
+constexpr bool has_order(const Method& m, const KernelConfig& c) {
+  return has_pairs(m, c) || m.tree == TreeFormatId::Bvh8;
+}
 constexpr bool has_padding(const Method& m, const KernelConfig&) { return format_of(m.tree).padded; }
 constexpr bool has_lists(const Method& m, const KernelConfig&) { return m.lists; }
 constexpr bool is_persistent(const Method&, const KernelConfig& c) { return c.launch == Launch::Persistent; }
@@ -154,7 +157,7 @@ inline constexpr Knob kKnobs[] = {
     {.name = "sorted",
      .help = "any hit, traversal ray by ray: the nearer child is entered first (1), or the left one (0)",
      .field = field<&KernelConfig::sorted>(), .names = kOffOn, .define = "BALLOT_SORTED", .idle = 1,
-     .applies = has_pairs, .without = "always enters the nearest child first"},
+     .applies = has_order, .without = "always enters the nearest child first"},
     {.name = "launch",
      .help = "one invocation per ray, or resident subgroups that take batches of rays from a counter",
      .field = field<&KernelConfig::launch>(), .names = {"plain", "persistent"}, .define = "BALLOT_LAUNCH"},

@@ -153,7 +153,7 @@ DeviceTree::FormatKey DeviceTree::format_key(TreeFormatId id, const TreeAccess& 
   const TreeFormat& row = format_of(id);
   const std::uint32_t size = id == TreeFormatId::Frontier ? a.frontier : 0;
   const NodeLayout layout = row.follows_pairs ? a.layout : NodeLayout::Interleaved;
-  return {id, size, layout, row.follows_pairs ? a.padding : Padding::Ray, a.fetch, source};
+  return {id, size, layout, row.padded ? a.padding : Padding::Ray, a.fetch, source};
 }
 
 /// Has the device write a frontier, the one format but the pairs that it writes.

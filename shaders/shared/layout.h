@@ -114,6 +114,18 @@ BALLOT_RECORD(IndirectArgs, 16);
 #define BVH4_CHILDREN 4
 #define BVH4_NODE_TEXELS 4
 
+// The compressed eight-wide tree (method bvh8): a node has up to BVH8_CHILDREN children, each in a slot, and takes five
+// texels, 80 bytes. Bits 0, 1 and 2 of a slot's number are set where its child lies towards larger x, y and z. Boxes lie
+// on a grid of the node's own, a byte a plane, as in the four-wide tree:
+//   (first.xyz, inner) (step.xyz, leaves)
+//   (lower x of slots 0 to 3, of slots 4 to 7, upper x of slots 0 to 3, of slots 4 to 7), the same for y and for z
+// inner and leaves have a bit for each slot with such a child, in the lowest byte. Above it inner has the number of the
+// first inner child: the inner children of a node lie one behind the other in the order of their slots. leaves has the
+// texel where the node's leaves are listed in the order of their slots, a word each, four to a texel, behind all nodes.
+#define BVH8_CHILDREN 8
+#define BVH8_NODE_TEXELS 5
+#define BVH8_MAX_TEXELS 0xFFFFFF
+
 // The frontier (method frontier): 32 or 64 nodes for each octant of directions (bit 0: down along x, 1: y, 2: z), two
 // texels each, (lo.xyz, child reference), (hi.xyz, 0). Unused places hold END_OF_TREE and an empty box.
 #define FRONTIER_OCTANTS 8

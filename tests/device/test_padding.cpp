@@ -27,7 +27,7 @@ class PaddingTest : public DeviceTest {
     const auto by_ray = trace(*t, rays, "while-while", "ray");
     const auto met = std::ranges::count_if(by_ray, [](const Hit& h) { return h.prim != NO_HIT; });
     EXPECT_GE(std::size_t(met), hits_at_least);
-    for (const char* method : {"while-while", "packet", "frontier"})
+    for (const char* method : {"while-while", "packet", "frontier", "bvh8"})
       EXPECT_EQ(count_different(by_ray, trace(*t, rays, method, "tree")), 0u) << method;
     expect_silent(gpu_);
   }

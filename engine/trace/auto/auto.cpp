@@ -14,7 +14,8 @@ struct CandidateRow {
   std::string_view method;
   std::string_view knob = {}, value = {};  // empty: as the tuning table has it; a value of the query takes precedence
   bool any_only = false;
-  bool coherent = false;  // comes second for ray classes that are likely to be coherent
+  bool coherent = false;    // comes second for ray classes that are likely to be coherent
+  bool incoherent = false;  // not tried for these
 };
 
 /// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
@@ -27,10 +28,13 @@ constexpr CandidateRow kRows[] = {
     {.cpu = true, .method = "bvh4"},
     {.cpu = true, .method = "packet-wide", .knob = "fallback", .value = "0", .coherent = true},
     {.cpu = true, .method = "dynamic-fetch"},
+    {.cpu = true, .method = "bvh8", .incoherent = true},
     {.method = "while-while"},
     {.method = "frontier"},
     {.method = "frontier", .knob = "sorted", .value = "0", .any_only = true},
     {.method = "dynamic-fetch"},
+    {.method = "bvh8", .incoherent = true},
+    {.method = "bvh8", .knob = "sorted", .value = "0", .any_only = true, .incoherent = true},
     {.method = "if-if"},
     {.method = "frontier", .knob = "frontier", .value = "32"},
     {.method = "while-while", .knob = "sorted", .value = "0", .any_only = true},
@@ -65,6 +69,7 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
   std::string why;
   for (const CandidateRow& row : kRows) {
     if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
+    if (row.incoherent && is_likely_coherent(query.rays)) continue;
     // In modes that need float64, kernels take seconds to compile, and those over wider trees gain nothing.
     const Method& method = find_method(row.method);
     if (format_of(method.tree).collapsed && find_numeric(query.numeric).needs_float64) continue;

@@ -62,6 +62,11 @@ vec3 segment_pad(Ray ray) {
   return 2.4e-7 * abs(from_box_origin(ray.origin)) + 2.4e-6 * max(abs(ray.t_min), abs(ray.t_max)) * abs(ray.dir);
 }
 
+void first_planes(Slabs s, vec3 at, out vec3 near, out vec3 far) {
+  precise vec3 t = fma(at, s.inv, -s.scaled_origin);
+  near = far = t;
+}
+
 // Returns the interval with its end stretched.
 vec2 stretched(vec3 near, vec3 far, float t_min, float t_max) {
   float end = smaller(first_exit(far), t_max);
