@@ -86,8 +86,11 @@ BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* tran
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     if (count) need(transforms, "ballot_scene_update_instances", "transforms");
     const std::size_t bytes = transform_stride(stride, "ballot_scene_update_instances: stride");
-    std::vector<ballot::Transform> all(count);
-    for (std::size_t i = 0; i < count; ++i) all[i] = transform_at(transforms, bytes, i);
+    // Matrices one behind the other are taken where they lie.
+    std::vector<ballot::Transform> gathered(bytes == kTransformBytes ? 0 : count);
+    for (std::size_t i = 0; i < gathered.size(); ++i) gathered[i] = transform_at(transforms, bytes, i);
+    std::span<const ballot::Transform> all = gathered;
+    if (bytes == kTransformBytes) all = {reinterpret_cast<const ballot::Transform*>(transforms), count};
     const DeviceUse use(*state->device);
     InstanceScene& of = instances_of(*state, "ballot_scene_update_instances");
     of.tracer.move_instances(all);

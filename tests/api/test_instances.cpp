@@ -73,6 +73,17 @@ TEST_F(ApiInstances, InstancesNameInstanceAndPrimitive) {
   scene.trace(rays, out);
   EXPECT_EQ(t[0], 1);
   EXPECT_EQ(t[1], 1);
+  std::vector<float> apart;  // the same, each matrix in 64 bytes
+  for (std::size_t i = 0; i < 3; ++i) {
+    apart.insert(apart.end(), &transforms[12 * i], &transforms[12 * i] + 12);
+    apart.insert(apart.end(), 4, -7.f);
+  }
+  scene.update_instances(apart, 64);
+  scene.trace(rays, out);
+  EXPECT_EQ(t[0], 1.5f);
+  scene.update_instances(lifted);
+  scene.trace(rays, out);
+  EXPECT_EQ(t[0], 1);
   ballot::Array<ballot::Ray> in(*device_, 4);
   ballot::Array<ballot::Hit> there(*device_, 4);
   in.write(rays);
