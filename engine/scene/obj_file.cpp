@@ -1,8 +1,8 @@
 #include "engine/scene/obj_file.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
