@@ -30,8 +30,8 @@ BandPlan plan_bands(Engine& engine, const View& view, const RenderOptions& optio
 void announce(const View& view, const RenderOptions& options, const BandPlan& plan, bool is_cpu);
 
 /// Renders the bands that are not there yet as pictures of their own, beside `exr`. The image of the result has the
-/// size of the whole, the channels without values, and the attributes. If job.resume is set, bands of an earlier run are
-/// taken over. Throws as render_job().
+/// size of the whole, the channels without values, and the attributes. If job.resume is set, bands of an earlier run
+/// are taken over. Throws as render_job().
 Rendered render_bands(Engine& engine, const View& view, const RenderJob& job, const std::filesystem::path& exr,
                       const BandPlan& plan);
 
