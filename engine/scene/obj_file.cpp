@@ -181,8 +181,8 @@ class Parser {
     return line;
   }
 
-  /// Reads the colour behind a vertex, as many programs write it: r g b from 0 to 1, sRGB, after x y z or x y z w. Other
-  /// words are no colour.
+  /// Reads the colour behind a vertex, as many programs write it: r g b from 0 to 1, sRGB, after x y z or x y z w.
+  /// Other words are no colour.
   void color(std::string_view line) {
     std::array<std::string_view, 5> words;
     std::size_t count = 0;
