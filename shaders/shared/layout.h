@@ -115,8 +115,8 @@ BALLOT_RECORD(IndirectArgs, 16);
 #define BVH4_NODE_TEXELS 4
 
 // The compressed eight-wide tree (method bvh8): a node has up to BVH8_CHILDREN children, each in a slot, and takes five
-// texels, 80 bytes. Bits 0, 1 and 2 of a slot's number are set where its child lies towards larger x, y and z. Boxes lie
-// on a grid of the node's own, a byte a plane, as in the four-wide tree:
+// texels, 80 bytes. Bits 0, 1 and 2 of a slot's number are set where its child lies towards larger x, y and z. Boxes
+// lie on a grid of the node's own, a byte a plane, as in the four-wide tree:
 //   (first.xyz, inner) (step.xyz, leaves)
 //   (lower x of slots 0 to 3, of slots 4 to 7, upper x of slots 0 to 3, of slots 4 to 7), the same for y and for z
 // inner and leaves have a bit for each slot with such a child, in the lowest byte. Above it inner has the number of the

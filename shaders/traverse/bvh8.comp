@@ -44,7 +44,8 @@ void begin_ray() {
   leaves_left = Bvh8Group(0u, 0u);
 }
 
-// Continues to the nearest inner child, with its siblings on the stack. Pops the stack where the ray meets no child of it.
+// Continues to the nearest inner child, with its siblings on the stack. Pops the stack where the ray meets no child of
+// it.
 void step_down(Walker w, uint octant) {
   COUNT_NODE(true)
   uint node = take_node(nodes_left, octant);

@@ -6,8 +6,8 @@
 //
 // What these operations round is covered. With w = 2^-24 and the node's extent e along the axis, a plane moves by
 //   6 w e (inv and its product with step, up to 255 steps) + 4.02 w e (the sum of t at first and 1024 steps).
-// Children are widened by 2^-20 e = 16 w e before they are rounded outward to the grid (engine/formats/bvh8.h). The rest
-// goes with the distance of first or of the plane. Padded by rays it is 7 w M (t at first) + 3 w M (the sums), and
+// Children are widened by 2^-20 e = 16 w e before they are rounded outward to the grid (engine/formats/bvh8.h). The
+// rest goes with the distance of first or of the plane. Padded by rays it is 7 w M (t at first) + 3 w M (the sums), and
 // 33 + 10 is less than the 56 of lib/numeric/box_padded.glsl. Padded in the tree it is one w of the distance more than
 // lib/numeric/box_widened.glsl counts, 41 instead of 40, twice which is less than the 96 that stretch the interval.
 #include "format.glsl"
@@ -76,8 +76,8 @@ uint turned(uint bits, uint octant) {
   return bits;
 }
 
-// Inner nodes or leaves of one parent. `all` is the parent's word `inner` or `leaves`. `hits` has a bit for each that is
-// to be visited, in the order of the visits: leaves at their slot, inner nodes at their slot XOR the ray's octant.
+// Inner nodes or leaves of one parent. `all` is the parent's word `inner` or `leaves`. `hits` has a bit for each that
+// is to be visited, in the order of the visits: leaves at their slot, inner nodes at their slot XOR the ray's octant.
 struct Bvh8Group {
   uint all, hits;
 };
