@@ -6,6 +6,7 @@
 #include "engine/formats/bvh4.h"
 #include "engine/oracle/dyadic.h"
 #include "tests/cpu/leaves_of.h"
+#include "tests/cpu/pair_trees.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {
@@ -69,16 +70,6 @@ struct Walk {
     return all;
   }
 };
-
-PairTree binary_of(const shapes::Triangles& triangles) {
-  return encode_pairs(build_bvh(triangles, {.split_budget = 0}), triangles, NodeLayout::Interleaved);
-}
-
-shapes::Triangles scaled(shapes::Triangles triangles, glm::vec3 by, glm::vec3 to = glm::vec3(0)) {
-  for (Triangle& t : triangles)
-    for (glm::vec3& v : t) v = v * by + to;
-  return triangles;
-}
 
 TEST(FormatBvh4, HoldsEveryLeafOnceInATightBox) {
   const shapes::Triangles soup = shapes::soup(1000, 0.1f);

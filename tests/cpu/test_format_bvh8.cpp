@@ -6,12 +6,13 @@
 #include "engine/formats/bvh8.h"
 #include "engine/oracle/dyadic.h"
 #include "tests/cpu/leaves_of.h"
+#include "tests/cpu/pair_trees.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {
 namespace {
 
-struct Node {
+struct Bvh8Node {
   glm::vec3 first, step;
   std::uint32_t inner, leaves;
   std::array<glm::uvec4, 3> planes;  // of each axis: two words of lower planes, then two of upper ones
@@ -23,13 +24,13 @@ struct Node {
   }
 };
 
-Node node_at(const Bvh8Tree& tree, std::uint32_t number) {
+Bvh8Node node_at(const Bvh8Tree& tree, std::uint32_t number) {
   const glm::uvec4* t = tree.texels.data() + std::size_t(number) * BVH8_NODE_TEXELS;
   return {as_vec3(t[0]), as_vec3(t[1]), t[0].w, t[1].w, {t[2], t[3], t[4]}};
 }
 
 /// Expects the box of a child, or more of it than the margin of its node lets escape the grid by one step.
-void expect_tight(const Node& n, int slot, const Bounds& box, const Bounds& all) {
+void expect_tight(const Bvh8Node& n, int slot, const Bounds& box, const Bounds& all) {
   for (int axis = 0; axis < 3; ++axis) {
     const std::uint32_t lower = n.lower(axis, slot), upper = n.upper(axis, slot);
     const double margin = 0x1p-20 * (double(all.hi[axis]) - all.lo[axis]);
@@ -42,7 +43,7 @@ void expect_tight(const Node& n, int slot, const Bounds& box, const Bounds& all)
   }
 }
 
-struct Walk {
+struct Bvh8Walk {
   const Bvh8Tree& tree;
   const std::map<std::uint32_t, Bounds>& leaves;
   std::uint32_t children = 0, depth = 0;
@@ -50,7 +51,7 @@ struct Walk {
 
   /// Checks the subtree of a node. Returns the box of all leaves below it.
   Bounds visit(std::uint32_t number, std::uint32_t level) {
-    const Node n = node_at(tree, number);
+    const Bvh8Node n = node_at(tree, number);
     depth = std::max(depth, level);
     EXPECT_EQ(n.inner & n.leaves & 255u, 0u);
     std::array<Bounds, BVH8_CHILDREN> boxes{};
@@ -76,16 +77,6 @@ struct Walk {
   }
 };
 
-PairTree binary_of(const shapes::Triangles& triangles) {
-  return encode_pairs(build_bvh(triangles, {.split_budget = 0}), triangles, NodeLayout::Interleaved);
-}
-
-shapes::Triangles scaled(shapes::Triangles triangles, glm::vec3 by, glm::vec3 to = glm::vec3(0)) {
-  for (Triangle& t : triangles)
-    for (glm::vec3& v : t) v = v * by + to;
-  return triangles;
-}
-
 TEST(FormatBvh8, HoldsEveryLeafOnceInATightBox) {
   const shapes::Triangles soup = shapes::soup(1000, 0.1f);
   const std::pair<const char*, shapes::Triangles> cases[] = {
@@ -104,7 +95,7 @@ TEST(FormatBvh8, HoldsEveryLeafOnceInATightBox) {
     const PairTree binary = binary_of(triangles);
     const Bvh8Tree tree = encode_bvh8(binary);
     const std::map<std::uint32_t, Bounds> leaves = leaves_of(binary);
-    Walk walk{tree, leaves};
+    Bvh8Walk walk{tree, leaves};
     walk.visit(0, 1);
     EXPECT_EQ(walk.met.size(), leaves.size());
     for (const auto& [ref, times] : walk.met) EXPECT_EQ(times, 1) << ref;
