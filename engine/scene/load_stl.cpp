@@ -43,10 +43,11 @@ void read_binary(const std::filesystem::path& path, std::span<const unsigned cha
     fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", count, kMaxTriangles);
   if (const std::size_t rest = bytes.size() - kCount - count * kRecord; rest > 0)
     scene.notes.push_back(fmt::format("{} bytes behind the last triangle were left out.", rest));
-  scene.triangles.resize(count);
+  scene.triangles.reserve(count);  // takes memory as it is filled
   constexpr std::size_t kTogether = 1 << 16;
   for (std::size_t t = 0; t < count; ++t) {
-    std::memcpy(&scene.triangles[t], records[t] + sizeof(glm::vec3), sizeof(Triangle));  // behind the normal
+    const unsigned char* behind_normal = records[t] + sizeof(glm::vec3);
+    std::memcpy(&scene.triangles.emplace_back(), behind_normal, sizeof(Triangle));
     if (t % kTogether == kTogether - 1)
       release_pages(std::as_bytes(bytes.subspan(kCount + (t + 1 - kTogether) * kRecord, kTogether * kRecord)));
   }
