@@ -10,7 +10,7 @@
 namespace ballot::test {
 namespace {
 
-constexpr double kNoiseMiB = 4;  // of the allocator, and of buffers that do not grow with the scene
+constexpr double kNoiseMiB = 7;  // of the allocator, of code that is loaded, of buffers that do not grow with the scene
 
 /// Returns a line of /proc/self/status in MiB.
 double status_mib(std::string_view key) {
