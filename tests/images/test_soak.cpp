@@ -110,14 +110,13 @@ class Work {
     std::vector<Nearest> answers(points.size());
     engine.points().nearest(points, answers);
     std::uint64_t crossings = 0;
-    engine.rays().list({.count = rays.size(),
-                        .read =
-                            [&](std::uint64_t first, std::span<Ray> room) {
-                              std::copy_n(rays.begin() + std::ptrdiff_t(first), room.size(), room.begin());
-                            }},
-                       kAllHits, [&](std::uint64_t, std::span<const std::uint32_t>, std::span<const Hit> hits) {
-                         crossings += hits.size();
-                       });
+    engine.rays().list(
+        {.count = rays.size(),
+         .read =
+             [&](std::uint64_t first, std::span<Ray> room) {
+               std::copy_n(rays.begin() + std::ptrdiff_t(first), room.size(), room.begin());
+             }},
+        [&](std::uint64_t, std::span<const std::uint32_t>, std::span<const Hit> hits) { crossings += hits.size(); });
     EXPECT_GT(crossings, 0u);
     std::vector<Triangle> moved = engine.scene().triangles;
     for (Triangle& t : moved)
