@@ -88,7 +88,7 @@ void Forest::set(std::vector<Instance> instances, TopTree top) {
 }
 
 void Forest::moved_elsewhere(std::span<const Transform> transforms, const TopFacts& top) {
-  copy_parallel(transforms, std::span(transforms_));
+  if (transforms.data() != transforms_.data()) copy_parallel(transforms, std::span(transforms_));
   facts_ = top;
   late_ = true;
   summarize();

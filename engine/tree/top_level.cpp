@@ -11,10 +11,18 @@ namespace {
 // own cores (tools/measured/instances.md).
 constexpr std::size_t kLeastOnDevice = 1024;
 
+/// Returns how kernels that do not ask for another way read trees.
+Fetch usual_fetch(const DeviceInfo& device) {
+  if (device.is_cpu()) return Fetch::Texel;
+  return device.buffer_address ? Fetch::Reference : Fetch::Storage;
+}
+
 }  // namespace
 
 bool DeviceTree::moves_on_device() const {
   if (!forest_ || !TopBuilder::runs_on(gpu_.info())) return false;
+  const std::uint64_t bytes = std::uint64_t(forest_->size()) * (TOP_NODE_TEXELS + INSTANCE_TEXELS) * sizeof(glm::uvec4);
+  if (forest_->size() > BUILD_INDEX_MASK || bytes > gpu_.info().max_storage_range) return false;
   return asked_on_device_.value_or(!gpu_.info().is_cpu() && forest_->size() >= kLeastOnDevice);
 }
 
@@ -45,7 +53,8 @@ void DeviceTree::move_on_device(std::span<const Transform> transforms) {
   if (!top_builder_) {
     fresh = std::make_unique<TopBuilder>(gpu_, *forest_);
     for (const auto& [fetch, texels] : tops_) made.emplace(fetch, room_for_top(fetch, fresh->texels()));
-    if (made.empty()) made.emplace(Fetch::Storage, room_for_top(Fetch::Storage, fresh->texels()));
+    const Fetch usual = usual_fetch(gpu_.info());  // of the first trace, unless it asks for another
+    if (made.empty()) made.emplace(usual, room_for_top(usual, fresh->texels()));
   }
   std::vector<Texels*> tops;
   for (auto& [fetch, texels] : fresh ? made : tops_) tops.push_back(&texels);

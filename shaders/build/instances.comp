@@ -64,7 +64,7 @@ double invert() {
       a[r][c] = x;
     }
   double condition = 0.0LF;
-  bool usable = true;
+  bool usable = det != 0.0LF;
   for (uint k = 0u; k < 3u; ++k) {
     precise double sum = 0.0LF;
     for (uint i = 0u; i < 3u; ++i)

@@ -180,7 +180,8 @@ void DeviceBuilder::read_state(std::uint32_t count) {
   refused_ = s.refused;
   if (s.proper == 0) return;
   if (s.root == BUILD_NONE)
-    fail(Failure::Work, "bvh: {} did not finish the tree of {} boxes; use another --build", gpu_.info().name, s.proper);
+    fail(Failure::Work, "bvh: {} did not finish the tree of {} {}", gpu_.info().name, s.proper,
+         over_ == BuildOver::Triangles ? "triangles; use another builder" : "instances");
   built_.depth = s.depth;
   if (over_ == BuildOver::Triangles)
     read_tree(s);

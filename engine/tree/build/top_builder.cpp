@@ -80,8 +80,9 @@ void TopBuilder::place(std::span<const Transform> transforms, Texels& top) {
   gpu_.finish();  // passes that read the transforms of the last move
   Buffer<Transform>& to = transforms_.mapped() ? transforms_ : sent_;
   copy_parallel(transforms, std::span(reinterpret_cast<Transform*>(to.mapped()), transforms.size()));
-  if (&to == &sent_) transforms_.copy_from(sent_, 0, 0, transforms.size());
   gpu_.pass("beginning to place instances", [&](VkCommandBuffer cmd) {
+    const VkBufferCopy all{0, 0, transforms.size_bytes()};
+    if (&to == &sent_) gpu_.vk().CmdCopyBuffer(cmd, sent_.handle(), transforms_.handle(), 1, &all);
     gpu_.vk().CmdFillBuffer(cmd, builder_.memory_->state.handle(), offsetof(BuildState, refused), sizeof(std::uint32_t),
                             BUILD_NONE);
   });
@@ -89,6 +90,7 @@ void TopBuilder::place(std::span<const Transform> transforms, Texels& top) {
 }
 
 void TopBuilder::build(Texels& top) {
+  built_ = false;  // until it has succeeded: a tree that is not finished cannot be refitted
   builder_.build(top, count(), kTopSettings);
   built_cost_ = builder_.built().sah;
   built_ = builder_.refused_ == BUILD_NONE;

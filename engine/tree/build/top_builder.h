@@ -48,6 +48,7 @@ class TopBuilder {
 
   Context& gpu_;
   const Forest& forest_;
+  PassMs own_ms_;  // written by passes that may end as late as the buffers below
   DeviceBuilder builder_;
   Kernel instances_, nodes_;
   Buffer<Transform> transforms_, sent_;  // the second in memory of the host, if the first is not
@@ -56,7 +57,6 @@ class TopBuilder {
   std::uint32_t only_ = 0;  // the first instance that can be hit
   bool built_ = false;
   double built_cost_ = 0;
-  PassMs own_ms_;
 };
 
 }  // namespace ballot
