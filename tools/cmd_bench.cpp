@@ -4,6 +4,7 @@
 #include "tools/bench/report.h"
 #include "tools/bench_builders.h"
 #include "tools/bench_frames.h"
+#include "tools/bench_queries.h"
 #include "tools/help.h"
 #include "tools/run_args.h"
 
@@ -17,7 +18,7 @@ struct BenchArgs {
   RunArgs run;
   std::vector<std::string> compare, measuring;  // measuring: the given options that --compare does not take
   double tolerance = 0.02;
-  std::string builders;
+  std::string builders, queries;
   BenchFrameArgs frames;
 };
 
@@ -73,6 +74,10 @@ int run_bench(BenchArgs& args) {
     given.note_files({});
     return bench_builders(given, args.builders);
   }
+  if (!args.queries.empty()) {
+    given.note_files({});
+    return bench_queries(given, args.queries, given.run.check);
+  }
   const bench::RunOptions options = given.options();
   const bench::Plan plan = given.make_plan();
   given.note_files(bench::kReportFiles);
@@ -86,6 +91,7 @@ void add_options(CLI::App& cmd, BenchArgs& args) {
   args.run.add_options(cmd);
   args.frames.add_to(cmd);
   cmd.add_option("--builders", args.builders, builders_text());
+  cmd.add_option("--queries", args.queries, queries_text());
   cmd.add_flag("--counters", args.run.run.counters,
                "also count node visits, active lanes and the like, in extra dispatches that are not timed");
   cmd.add_flag("--check", args.run.run.check,

@@ -1,6 +1,7 @@
 #include <optional>
 
 #include "tools/bench/readme.h"
+#include "tools/bench_queries.h"
 #include "tools/help.h"
 #include "tools/run_args.h"
 #include "tools/verify/hard.h"
@@ -17,7 +18,7 @@ namespace fs = std::filesystem;
 struct VerifyArgs {
   RunArgs run;
   bool methods_given = false, hard = false, quick = false, origins = false;
-  std::string readme;
+  std::string readme, queries;
   std::optional<double> tolerance;  // most wrong answers per million rays; none: no limit
 };
 
@@ -179,6 +180,7 @@ void add_options(CLI::App& cmd, VerifyArgs& args) {
                "run another study instead: where secondary rays start. Counts self hits and lost contacts of every\n"
                "offset policy over generated scenes of 1e-6 to 1e6 scene units, up to 1e6 times their size away from\n"
                "the origin; takes minutes. It takes --size, --quick, --json, --report and --device alone");
+  cmd.add_option("--queries", args.queries, "as that of bench, with each answer checked; " + queries_text());
   cmd.add_flag("--quick", args.quick,
                "run the hard cases with about a thousand rays each, the study of origins with few sizes and distances");
   cmd.add_option("--cases", args.run.run.cases,
@@ -225,6 +227,11 @@ void add_verify(CLI::App& app, int& result) {
   cmd->callback([args, cmd, &result] {
     args->methods_given = cmd->count("--methods") > 0;
     check(*args);
+    if (!args->queries.empty()) {
+      args->run.note_files({});
+      result = bench_queries(args->run, args->queries, true);
+      return;
+    }
     if (args->origins) return run_origins(*args);
     result = finish_run(*args, measure(*args));
   });

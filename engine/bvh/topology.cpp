@@ -11,8 +11,6 @@ namespace ballot {
 
 namespace {
 
-constexpr std::size_t kMostNamed = 10;
-
 /// The bits of a vertex, with -0 as 0.
 using Key = std::array<std::uint32_t, 3>;
 Key key_of(const glm::vec3& v) {
@@ -36,18 +34,18 @@ struct HalfEdge {
   }
 };
 
-/// Keeps the edges of the ten smallest prims.
-void name(std::vector<FaultyEdge>& named, std::span<const HalfEdge> edge) {
+/// Keeps the edges of the smallest prims.
+void name(std::vector<FaultyEdge>& named, std::span<const HalfEdge> edge, std::size_t most) {
   const HalfEdge& first = edge.front();
   named.push_back({vertex_of(first.from), vertex_of(first.to), std::uint32_t(edge.size()), first.prim});
-  if (named.size() < 1024) return;
+  if (most > named.size() || named.size() - most < 1024) return;
   std::ranges::stable_sort(named, {}, &FaultyEdge::prim);
-  named.resize(kMostNamed);
+  named.resize(most);
 }
 
-void finish(std::vector<FaultyEdge>& named) {
+void finish(std::vector<FaultyEdge>& named, std::size_t most) {
   std::ranges::stable_sort(named, {}, &FaultyEdge::prim);
-  if (named.size() > kMostNamed) named.resize(kMostNamed);
+  if (named.size() > most) named.resize(most);
 }
 
 /// Sorts by parts, several at a time, which are then merged.
@@ -63,7 +61,7 @@ void sort_all(std::vector<HalfEdge>& edges) {
 
 }  // namespace
 
-Topology topology_of(std::span<const Triangle> triangles) {
+Topology topology_of(std::span<const Triangle> triangles, std::size_t most) {
   Topology t;
   t.triangles = triangles.size();
   std::vector<HalfEdge> edges;
@@ -86,11 +84,11 @@ Topology topology_of(std::span<const Triangle> triangles) {
     const std::span<const HalfEdge> edge(edges.data() + begin, end - begin);
     ++t.edges;
     t.open += edge.size() % 2;
-    if (edge.size() == 1) ++t.boundary, name(t.first_boundary, edge);
-    if (edge.size() > 2) ++t.nonmanifold, name(t.first_nonmanifold, edge);
-    if (edge.size() == 2 && edge[0].back == edge[1].back) ++t.flipped, name(t.first_flipped, edge);
+    if (edge.size() == 1) ++t.boundary, name(t.first_boundary, edge, most);
+    if (edge.size() > 2) ++t.nonmanifold, name(t.first_nonmanifold, edge, most);
+    if (edge.size() == 2 && edge[0].back == edge[1].back) ++t.flipped, name(t.first_flipped, edge, most);
   }
-  for (auto* named : {&t.first_boundary, &t.first_nonmanifold, &t.first_flipped}) finish(*named);
+  for (auto* named : {&t.first_boundary, &t.first_nonmanifold, &t.first_flipped}) finish(*named, most);
   return t;
 }
 

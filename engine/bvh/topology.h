@@ -26,15 +26,14 @@ struct Topology {
   std::uint64_t boundary = 0;     // edges of one triangle
   std::uint64_t nonmanifold = 0;  // edges of more than two triangles
   std::uint64_t flipped = 0;      // edges of two triangles that run along it in the same direction
-  std::vector<FaultyEdge> first_boundary, first_nonmanifold,
-      first_flipped;  // at most ten of each, in the order of prim
+  std::vector<FaultyEdge> first_boundary, first_nonmanifold, first_flipped;  // in the order of prim
 
   bool closed() const { return open == 0; }
   bool manifold() const { return nonmanifold == 0; }
   bool wound() const { return flipped == 0; }
 };
 
-/// Finds the topology of triangles, on all cores.
-Topology topology_of(std::span<const Triangle> triangles);
+/// Finds the topology of triangles, on all cores, and names at most `most` faulty edges of each sort.
+Topology topology_of(std::span<const Triangle> triangles, std::size_t most = 10);
 
 }  // namespace ballot

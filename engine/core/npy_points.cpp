@@ -12,15 +12,18 @@
 namespace ballot {
 namespace {
 
-void write_column(const std::filesystem::path& path, std::string_view descr, std::uint64_t count, const void* data,
-                  std::size_t bytes) {
-  const std::string start = npy_start(descr, fmt::format("({},)", count));
+void write_array(const std::filesystem::path& path, const std::string& start, const void* data, std::size_t bytes) {
   write_atomically(path, [&](const std::filesystem::path& temporary) {
     OutputFile out(temporary, path);
     out.write(start.data(), start.size());
     out.write(data, bytes);
     out.close();
   });
+}
+
+void write_column(const std::filesystem::path& path, std::string_view descr, std::uint64_t count, const void* data,
+                  std::size_t bytes) {
+  write_array(path, npy_start(descr, fmt::format("({},)", count)), data, bytes);
 }
 
 /// Rounds to float; what is finite stays finite.
@@ -79,6 +82,11 @@ void write_numbers(const std::filesystem::path& path, std::span<const float> num
 }
 void write_numbers(const std::filesystem::path& path, std::span<const std::uint32_t> numbers) {
   write_column(path, "'<u4'", numbers.size(), numbers.data(), numbers.size_bytes());
+}
+void write_volume(const std::filesystem::path& path, std::span<const float> numbers, std::uint32_t side) {
+  const std::string shape = fmt::format("({}, {}, {})", side, side, side);
+  write_array(path, path.extension() == ".raw" ? std::string() : npy_start("'<f4'", shape), numbers.data(),
+              numbers.size_bytes());
 }
 void write_flags(const std::filesystem::path& path, std::span<const std::uint8_t> flags) {
   write_column(path, "'|b1'", flags.size(), flags.data(), flags.size_bytes());

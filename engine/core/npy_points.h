@@ -22,6 +22,9 @@ std::vector<std::uint32_t> read_masks(const std::filesystem::path& path);
 /// Error(Work).
 void write_numbers(const std::filesystem::path& path, std::span<const float> numbers);
 void write_numbers(const std::filesystem::path& path, std::span<const std::uint32_t> numbers);
+/// Writes numbers as a cubic volume of side^3, x fastest, atomically: an array of shape (side, side, side), or float32
+/// without a header if the name ends in .raw. Throws Error(Work).
+void write_volume(const std::filesystem::path& path, std::span<const float> numbers, std::uint32_t side);
 void write_flags(const std::filesystem::path& path, std::span<const std::uint8_t> flags);
 
 /// Returns the first bytes of a file of crossings, a structured array [('ray', '<u4'), ('t', '<f4'), ('prim', '<u4'),

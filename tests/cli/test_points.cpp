@@ -68,6 +68,45 @@ TEST_F(Points, Distances) {
   refuse(2, {"--limit -3"}, {"distance", "box.obj", "--points", "points.npy", "--out", "e.npy", "--limit", "-3"});
 }
 
+TEST_F(Points, DistanceFields) {
+  const Result result =
+      succeed({"distance", "box.obj", "--grid", "7", "--signed", "--out", "f.npy", "--json", "f.json"});
+  expect_parts(result.out, {"f.npy: 343 points, 343 with a triangle"});
+  const auto field = items<float>("f.npy", "'shape': (7, 7, 7)");
+  ASSERT_EQ(field.size(), 343u);
+  EXPECT_NEAR(field[171], -1, 1e-6);                   // the middle
+  EXPECT_NEAR(field[0], 0.2f * std::sqrt(3.f), 1e-6);  // a corner
+  EXPECT_NEAR(field[3 + 7 * 3 + 49], -0.2f, 1e-6);     // one step inside of the lower side: the step is 0.4
+  EXPECT_NEAR(json("f.json")["grid"]["step"].get<double>(), 0.4, 1e-6);
+  EXPECT_EQ(json("f.json")["grid"]["side"], 7);
+  succeed({"distance", "box.obj", "--grid", "7", "--signed", "--out", "f.raw"});
+  EXPECT_EQ(read("f.raw").size(), 343 * sizeof(float));
+  refuse(2, {"--grid 1", "2 to 4096"}, {"distance", "box.obj", "--grid", "1", "--out", "g.npy"});
+  refuse(2, {"--points and --grid"}, {"distance", "box.obj", "--out", "g.npy"});
+  refuse(2, {"--points and --grid"}, {"inside", "box.obj", "--out", "g.npy"});
+}
+
+TEST_F(Points, BenchAndVerifyKnowQueries) {
+  const Words run{"box.obj", "--queries", "all",      "--numeric", "all",    "--rays", "primary",
+                  "--size",  "16x16",     "--repeat", "1",         "--json", "q.json"};
+  Words bench{"bench"}, verify{"verify"};
+  bench.insert(bench.end(), run.begin(), run.end());
+  verify.insert(verify.end(), run.begin(), run.end());
+  expect_parts(succeed(bench).out, {"nearest hit", "count", "list", "nearest", "inside", "random points", "M/s"});
+  EXPECT_TRUE(json("q.json")["records"][1]["checked"].is_null());
+  expect_parts(succeed(verify).out, {"wrong", "beyond the bound"});
+  for (const auto& record : json("q.json")["records"]) {
+    if (record["query"] == "nearest hit") continue;
+    EXPECT_GT(record["checked"], 200);
+    EXPECT_EQ(record["beyond"], 0);
+    if (record["numeric"] == "exact") {
+      EXPECT_EQ(record["wrong"], 0);
+    }
+  }
+  refuse(2, {"'nearby' is none of count, list, nearest, inside, all"}, {"bench", "box.obj", "--queries", "nearby"});
+  refuse(2, {"--numeric plain", "watertight, exact"}, {"bench", "box.obj", "--queries", "count", "--numeric", "plain"});
+}
+
 TEST_F(Points, Inside) {
   array("points.npy", {1, 1, 4, 1, 1, 1.75f, NAN, 1, 1}, 3);
   const Result result = succeed({"inside", "box.obj", "--points", "points.npy", "--out", "i.npy"});
@@ -136,9 +175,14 @@ TEST_F(Points, CheckOfMeshes) {
   const Result good = succeed({"check", "box.obj", "--json", "c.json"});
   expect_parts(good.out, {"12 triangles, 18 edges", "closed: yes", "manifold: yes", "consistently wound: yes"});
   EXPECT_TRUE(json("c.json")["closed"]);
-  const Result bad = run({"check", "open.obj"});
+  const Result bad = run({"check", "open.obj", "--picture", "open.png"});
+  EXPECT_EQ(read("open.png").substr(1, 3), "PNG");
   EXPECT_EQ(bad.code, 1);
-  expect_parts(bad.out, {"closed: no", "manifold: yes", "4 edges of one triangle", "(2, 0, 0)"});
+  expect_parts(bad.out, {"closed: no", "manifold: yes", "4 edges of one triangle", "(2, 0, 0)", "wrote open.png"});
+  write("fin.obj", read("box.obj") + "v 1 1 -1\nv 1 1 1\nv 1 0.5 1\nf 9 10 11\n");
+  const Result crossed = run({"check", "fin.obj"});
+  EXPECT_EQ(crossed.code, 1);
+  expect_parts(crossed.out, {"self-intersecting: yes", "triangles that pass through another", "and 12"});
 }
 
 }  // namespace

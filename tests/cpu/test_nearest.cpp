@@ -6,6 +6,7 @@
 
 #include "engine/bvh/topology.h"
 #include "engine/oracle/nearest.h"
+#include "engine/oracle/self_crossings.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {
@@ -104,6 +105,40 @@ TEST(Topology, NoMoreThanTenAreNamed) {
   ASSERT_EQ(t.first_boundary.size(), 10u);
   EXPECT_EQ(t.first_boundary[0].prim, 0u);
   EXPECT_EQ(t.first_boundary[9].prim, 3u);
+}
+
+TEST(SelfCrossings, OfKnownMeshes) {
+  const auto of = [](const shapes::Triangles& triangles) { return self_crossings(triangles); };
+  EXPECT_TRUE(of(shapes::sphere(2)).prims.empty());
+  EXPECT_TRUE(of({}).prims.empty());
+  const shapes::Triangles cube = shapes::box({0, 0, 0}, {4, 4, 4});
+  EXPECT_TRUE(of(shapes::joined(cube, shapes::box({1, 1, 1}, {3, 3, 3}))).prims.empty());
+  EXPECT_TRUE(of(shapes::joined(cube, shapes::box({4, 0, 0}, {6, 4, 4}))).prims.empty());  // they touch
+  const SelfCrossings through = of(shapes::joined(cube, shapes::box({1, 1, 1}, {3, 3, 9})));
+  EXPECT_GE(through.prims.size(), 4u);
+  ASSERT_FALSE(through.first.empty());
+  for (const auto& [a, b] : through.first) EXPECT_TRUE(a < 12 && b >= 12);
+}
+
+TEST(SelfCrossings, EqualBruteForce) {
+  for (const shapes::Triangles& triangles : {shapes::soup(150, 0.5f), shapes::slivers(150)}) {
+    std::vector<std::uint32_t> prims;
+    for (std::uint32_t i = 0; i < triangles.size(); ++i)
+      for (std::uint32_t k = 0; k < triangles.size(); ++k)
+        if (i != k && pass_through(triangles[i], triangles[k])) {
+          prims.push_back(i);
+          break;
+        }
+    EXPECT_EQ(self_crossings(triangles).prims, prims);
+    EXPECT_GT(prims.size(), 10u);
+  }
+}
+
+// The tip of one triangle ends above, in and below another one, by less than rounding of differences would tell.
+TEST(SelfCrossings, AreDecidedWithoutRounding) {
+  const Triangle flat{{{-1e6f, -1e6f, 1}, {1e6f, -1e6f, 1}, {0, 1e6f, 1}}};
+  for (const float tip : {std::nextafter(1.f, 2.f), 1.f, std::nextafter(1.f, 0.f)})
+    EXPECT_EQ(pass_through(flat, Triangle{{{0, 0, tip}, {1, 0, 1e6f}, {0, 1, 1e6f}}}), tip < 1);
 }
 
 }  // namespace

@@ -1,0 +1,48 @@
+// Judges answers to queries of points and crossings by the exact oracles, and by the bounds that are promised.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "engine/query/point_queries.h"
+#include "engine/query/ray_queries.h"
+#include "engine/tree/device_tree.h"
+
+namespace ballot {
+
+/// How many answers were checked, how many differ from those of exact arithmetic, and how many of these by more than
+/// their promised bound.
+struct QueryErrors {
+  std::uint64_t checked = 0, wrong = 0, beyond = 0;
+  QueryErrors& operator+=(const QueryErrors& other);
+};
+
+/// The crossings that a query listed: how many each ray has, and those of all rays one after the other.
+struct ListedCrossings {
+  std::vector<std::uint32_t> counts;
+  std::vector<Hit> hits;
+};
+
+/// Judges on all cores. Keeps references to the tree's arrays on the host and to its triangles.
+class QueryJudge {
+ public:
+  explicit QueryJudge(DeviceTree& tree);
+
+  /// A list is wrong if triangles or their order differ. It is beyond its bound if a triangle differs that the ray
+  /// meets or misses by more than the bound of shaders/lib/query/sure.glsl, or if a t differs by more than that.
+  QueryErrors lists(std::span<const Ray> rays, const ListedCrossings& found) const;
+  /// A number is wrong if it differs from the exact one, and beyond its bound if it differs from that of the list.
+  QueryErrors counts(std::span<const Ray> rays, std::span<const std::uint32_t> counts,
+                     const ListedCrossings& found) const;
+  /// A nearest triangle is wrong if it is another one, and beyond its bound if it is farther away than
+  /// 64 * 2^-24 (M + M') allows (shaders/query/closest_point.comp).
+  QueryErrors nearest(std::span<const ProbePoint> points, std::span<const Nearest> found) const;
+  /// An answer is beyond its bound if the point is 16 * 2^-24 M away from the surface (shaders/query/inside.comp).
+  QueryErrors inside(std::span<const ProbePoint> points, std::span<const std::uint32_t> found) const;
+
+ private:
+  const PairTree& tree_;
+  std::span<const Triangle> triangles_;
+};
+
+}  // namespace ballot

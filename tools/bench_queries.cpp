@@ -1,0 +1,257 @@
+#include "tools/bench_queries.h"
+
+#include <algorithm>
+#include <random>
+
+#include "tools/bench/markdown.h"
+#include "tools/bench/plan.h"
+
+namespace ballot::cli {
+
+namespace {
+
+using QueryClock = std::chrono::steady_clock;
+constexpr std::string_view kQueries[] = {"count", "list", "nearest", "inside"};
+constexpr float kNowhere = std::numeric_limits<float>::infinity();
+
+/// What is measured.
+struct QueryRun {
+  std::vector<std::string> queries, kinds, modes;
+  Query trace;
+  std::string view;
+  std::uint32_t width, height, repeats;
+  RayKindOptions options;
+  bool check;
+
+  bool wants(std::string_view query) const { return std::ranges::count(queries, query) > 0; }
+};
+
+/// The figures of one query on one set of rays or points.
+struct QueryFigures {
+  std::string query, mode, of;
+  std::uint64_t count = 0;
+  double device_ms = 0, wall_ms = 0;  // medians
+  std::optional<QueryErrors> errors;
+  double mega_per_s(double ms) const { return ms > 0 ? double(count) / ms * 1e-3 : 0; }
+};
+
+/// Calls a query several times. Returns its figures; `last` has the answers of the last call.
+template <class Call>
+QueryFigures timed(const QueryRun& run, std::string query, std::string mode, std::string of, std::uint64_t count,
+                   const Call& call) {
+  std::vector<double> device, wall;
+  call();  // compiles the kernel, and takes the memory
+  for (std::uint32_t i = 0; i < run.repeats; ++i) {
+    const auto begin = QueryClock::now();
+    device.push_back(call().device_ms);
+    wall.push_back(std::chrono::duration<double, std::milli>(QueryClock::now() - begin).count());
+  }
+  return {.query = std::move(query),
+          .mode = std::move(mode),
+          .of = std::move(of),
+          .count = count,
+          .device_ms = bench::quantile(device, 0.5),
+          .wall_ms = bench::quantile(wall, 0.5),
+          .errors = {}};
+}
+
+RaySource source_of(std::span<const Ray> rays) {
+  RaySource source;
+  source.count = rays.size();
+  source.read = [rays](std::uint64_t first, std::span<Ray> room) {
+    std::copy_n(rays.begin() + std::ptrdiff_t(first), room.size(), room.begin());
+  };
+  return source;
+}
+
+TraceTimes count_rays(Engine& engine, std::span<const Ray> rays, bool exact, std::vector<std::uint32_t>& counts) {
+  counts.clear();
+  return engine.rays().count(source_of(rays),
+                             [&](std::uint64_t, std::span<const std::uint32_t> some) {
+                               counts.insert(counts.end(), some.begin(), some.end());
+                             },
+                             {.exact = exact});
+}
+
+TraceTimes list_rays(Engine& engine, std::span<const Ray> rays, bool exact, ListedCrossings& all) {
+  all.counts.clear(), all.hits.clear();
+  return engine.rays().list(source_of(rays),
+                            [&](std::uint64_t, std::span<const std::uint32_t> some, std::span<const Hit> hits) {
+                              all.counts.insert(all.counts.end(), some.begin(), some.end());
+                              all.hits.insert(all.hits.end(), hits.begin(), hits.end());
+                            },
+                            {.exact = exact});
+}
+
+/// Measures the queries of rays on those of one kind, beside the nearest hit.
+void measure_rays(Engine& engine, const QueryRun& run, const std::string& kind, std::vector<QueryFigures>& all) {
+  const View& view = run.view == "all" ? engine.scene().views[0] : find_view(engine.scene(), run.view);
+  const auto batch = engine.make_batch(view, find_ray_kind(kind), run.width, run.height, run.options);
+  if (batch->count() == 0) return;
+  const std::vector<Ray> rays = batch->rays();
+  const Query query = engine.resolve(*batch, run.trace);
+  all.push_back(
+      timed(run, "nearest hit", run.trace.numeric, kind, rays.size(), [&] { return engine.trace(*batch, query); }));
+  const QueryJudge judge(engine.tracer().tree());
+  for (const std::string& mode : run.modes) {
+    const bool exact = mode == "exact";
+    std::vector<std::uint32_t> counts;
+    ListedCrossings lists;
+    if (run.wants("count"))
+      all.push_back(
+          timed(run, "count", mode, kind, rays.size(), [&] { return count_rays(engine, rays, exact, counts); }));
+    if (run.wants("list") || (run.check && run.wants("count"))) {
+      QueryFigures figures =
+          timed(run, "list", mode, kind, rays.size(), [&] { return list_rays(engine, rays, exact, lists); });
+      if (run.check && run.wants("count")) all.back().errors = judge.counts(rays, counts, lists);
+      if (!run.wants("list")) continue;
+      if (run.check) figures.errors = judge.lists(rays, lists);
+      all.push_back(std::move(figures));
+    }
+  }
+}
+
+/// Returns points of a grid over the bounds and a tenth of their longest side around them, in rows of x; or as many
+/// random ones.
+std::vector<ProbePoint> points_over(const Bounds& bounds, std::size_t count, bool random) {
+  const glm::vec3 sides = bounds.hi - bounds.lo;
+  const glm::vec3 room(0.1f * std::max({sides.x, sides.y, sides.z})), lo = bounds.lo - room, size = sides + 2.f * room;
+  const auto side = std::uint32_t(std::max(2.0, std::round(std::cbrt(double(count)))));
+  std::vector<ProbePoint> points;
+  points.reserve(std::size_t(side) * side * side);
+  std::mt19937 numbers(1);
+  const auto unit = [&] { return float(numbers() >> 8) * 0x1p-24f; };
+  for (std::uint32_t z = 0; z < side; ++z)
+    for (std::uint32_t y = 0; y < side; ++y)
+      for (std::uint32_t x = 0; x < side; ++x) {
+        const glm::vec3 at = random ? glm::vec3(unit(), unit(), unit()) : glm::vec3(x, y, z) / float(side - 1);
+        points.push_back({lo + at * size, kNowhere});
+      }
+  return points;
+}
+
+void measure_points(Engine& engine, const QueryRun& run, bool random, std::vector<QueryFigures>& all) {
+  const std::vector<ProbePoint> points = points_over(engine.bvh().bounds, std::size_t(run.width) * run.height, random);
+  const std::string of = random ? "random points" : "grid";
+  const QueryJudge judge(engine.tracer().tree());
+  for (const std::string& mode : run.modes) {
+    const PointQuery query{.exact = mode == "exact"};
+    if (run.wants("nearest")) {
+      std::vector<Nearest> near(points.size());
+      all.push_back(
+          timed(run, "nearest", mode, of, points.size(), [&] { return engine.points().nearest(points, near, query); }));
+      if (run.check) all.back().errors = judge.nearest(points, near);
+    }
+    if (run.wants("inside")) {
+      std::vector<std::uint32_t> inside(points.size());
+      all.push_back(
+          timed(run, "inside", mode, of, points.size(), [&] { return engine.points().inside(points, inside, query); }));
+      if (run.check) all.back().errors = judge.inside(points, inside);
+      // In a mesh with open edges the answer near a gap is arbitrary.
+      if (run.check && !engine.topology().closed()) all.back().errors->beyond = 0;
+    }
+  }
+}
+
+void print_queries(const std::vector<QueryFigures>& all, bool check) {
+  std::vector<std::string> header{"query", "of", "mode", "number", "M/s on the device", "M/s in all"};
+  if (check) header.insert(header.end(), {"wrong", "beyond the bound"});
+  bench::Table table(header);
+  for (const QueryFigures& f : all) {
+    std::vector<std::string> row{f.query,
+                                 f.of,
+                                 f.mode,
+                                 std::to_string(f.count),
+                                 bench::figure(f.mega_per_s(f.device_ms)),
+                                 bench::figure(f.mega_per_s(f.wall_ms))};
+    if (check) {
+      row.push_back(f.errors ? std::to_string(f.errors->wrong) : "-");
+      row.push_back(f.errors ? std::to_string(f.errors->beyond) : "-");
+    }
+    table.row(row);
+  }
+  say("{}", table.text());
+}
+
+nlohmann::json record_of(const std::string& scene, const QueryFigures& f) {
+  nlohmann::json record{{"scene", scene},       {"query", f.query},           {"of", f.of},
+                        {"numeric", f.mode},    {"count", f.count},           {"device_ms", f.device_ms},
+                        {"wall_ms", f.wall_ms}, {"checked", nlohmann::json()}};
+  if (f.errors)
+    record["checked"] = f.errors->checked, record["wrong"] = f.errors->wrong, record["beyond"] = f.errors->beyond;
+  return record;
+}
+
+/// Returns the names of a comma-separated list, of which each must be known; "all": all of them.
+std::vector<std::string> names_of(const std::string& list, std::span<const std::string_view> known,
+                                  const char* option) {
+  if (list == "all") return {known.begin(), known.end()};
+  std::vector<std::string> names = CLI::detail::split(list, ',');
+  for (const std::string& name : names)
+    if (std::ranges::count(known, name) == 0)
+      fail(Failure::Arguments, "{} {}: '{}' is none of {}, all", option, list, name, fmt::join(known, ", "));
+  return names;
+}
+
+QueryRun query_run(const RunArgs& run, const std::string& queries, bool check, const DeviceInfo& device) {
+  constexpr std::string_view kModes[] = {kDefaultNumeric, "exact"};
+  const bench::RunOptions checked = run.options();
+  QueryRun what{.queries = names_of(queries, kQueries, "--queries"),
+                .kinds = CLI::detail::split(run.plan.rays, ','),
+                .modes = names_of(run.plan.numeric, kModes, "--numeric"),
+                .trace = {},
+                .view = run.plan.views,
+                .width = checked.width,
+                .height = checked.height,
+                .repeats = checked.repeats,
+                .options = checked.kinds,
+                .check = check};
+  if (run.plan.rays == "all") what.kinds = {"primary", "diffuse"};
+  for (const std::string& kind : what.kinds) find_ray_kind(kind);
+  if (what.width == 0) what.width = what.height = device.is_cpu() ? 256 : 1024;
+  return what;
+}
+
+}  // namespace
+
+std::string queries_text() {
+  return "measures queries of points and crossings instead of methods: 'all', or some of count,list,nearest,inside,\n"
+         "in the modes of --numeric (watertight, exact): of the rays of --rays, and as many points, on a grid and "
+         "random";
+}
+
+int bench_queries(const RunArgs& run, const std::string& queries, bool check) {
+  const auto gpu = Engine::open_device(run.options().engine);
+  const DeviceInfo& device = gpu->info();
+  const QueryRun what = query_run(run, queries, check, device);
+  nlohmann::json json{{"device", device.name}, {"driver", device.driver},   {"subgroup_size", device.subgroup_size},
+                      {"commit", commit()},    {"command", command_line()}, {"records", nlohmann::json::array()}};
+  std::uint64_t bad = 0;
+  for (const std::string& file : run.scenes) {
+    EngineOptions options = run.options().engine;
+    options.context = gpu;
+    Engine engine(load_scene(file, {.allow_outside = run.engine.allow_outside, .instances = InstancePolicy::Copy}),
+                  options);
+    run.engine.files.check_read();
+    say("{}: {} triangles, {} x {} rays, on {} ({})\n\n", engine.scene().name, engine.triangle_count(), what.width,
+        what.height, device.name, device.driver);
+    std::vector<QueryFigures> all;
+    {
+      ProgressBar bar(engine.scene().name + ": queries");
+      if (what.wants("count") || what.wants("list"))
+        for (const std::string& kind : what.kinds) measure_rays(engine, what, kind, all);
+      for (const bool random : {false, true}) measure_points(engine, what, random, all);
+    }
+    print_queries(all, check);
+    for (const QueryFigures& f : all) {
+      json["records"].push_back(record_of(engine.scene().name, f));
+      if (f.errors) bad += f.errors->beyond + (f.mode == "exact" ? f.errors->wrong : 0);
+    }
+    write_json(run.engine.json, json);
+  }
+  if (bad > 0) say_aside("ballot: {} answers are beyond their bound, or wrong in mode exact\n", bad);
+  if (!gpu->messages().empty()) say_aside("ballot: {} validation messages (above)\n", gpu->messages().size());
+  return bad > 0 || !gpu->messages().empty() ? 1 : 0;
+}
+
+}  // namespace ballot::cli
