@@ -203,7 +203,7 @@ TEST(Sky, FromWords) {
   EXPECT_EQ(g.radiance({1, 0, 0}), glm::vec3(1));
   EXPECT_EQ(g.radiance({0, -1, 0}), glm::vec3(0, 0.5f, 0));
   for (const char* bad : {"blue", "1,2", "1,2,3,4", "1,2,nan", "1,2,-1", "gradient:1,1,1", "gradient:a:b:c"})
-    expect_error(Failure::Arguments, {"--sky", bad, "FILE.exr"}, [&] { make_sky(bad); });
+    expect_error(Failure::Arguments, {"sky", bad, "FILE.exr"}, [&] { make_sky(bad); });
 }
 
 TEST(Sky, FromAPicture) {

@@ -208,12 +208,12 @@ TEST(AutoSorts, CandidatesOnGpusAreNoTwins) {
   };
   using Names = std::vector<std::string>;
   const Query any{.want = Want::Any};
-  EXPECT_EQ(names({}), (Names{"while-while", "frontier", "dynamic-fetch", "if-if", "frontier frontier=32"}));
-  EXPECT_EQ(names(any), (Names{"while-while", "frontier", "frontier sorted=0", "dynamic-fetch", "if-if",
-                               "frontier frontier=32", "while-while sorted=0"}));
+  EXPECT_EQ(names({}), (Names{"while-while", "frontier", "dynamic-fetch", "bvh8", "if-if", "frontier frontier=32"}));
+  EXPECT_EQ(names(any), (Names{"while-while", "frontier", "frontier sorted=0", "dynamic-fetch", "bvh8", "bvh8 sorted=0",
+                               "if-if", "frontier frontier=32", "while-while sorted=0"}));
   EXPECT_EQ(names({.want = Want::Any, .knobs = {{"sorted", "0"}}}),
-            (Names{"while-while sorted=0", "frontier sorted=0", "dynamic-fetch sorted=0", "if-if sorted=0",
-                   "frontier frontier=32 sorted=0"}));
+            (Names{"while-while sorted=0", "frontier sorted=0", "dynamic-fetch sorted=0", "bvh8 sorted=0",
+                   "if-if sorted=0", "frontier frontier=32 sorted=0"}));
   EXPECT_EQ(names({.knobs = {{"frontier", "32"}}}), (Names{"frontier frontier=32"}));
 }
 
