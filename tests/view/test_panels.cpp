@@ -69,7 +69,7 @@ std::map<std::string, std::string> values_of(const Query& query, const DeviceInf
 /// calls `after` with the query that the clicks left.
 template <class After>
 void click_everywhere(Bench& bench, const Query& start, float left, After after) {
-  constexpr float kStep = 12, kLongestList = 220;
+  constexpr float kStep = 12, kLongestList = 260;
   const auto click = [&](std::initializer_list<std::pair<float, float>> places) {
     Query query = start;
     for (const auto& [x, y] : places) bench.click(query, x, y);
