@@ -1,8 +1,8 @@
 // The sign of the volume of four points, det [b - a, c - a, d - a], is decided in double precision if it is above a
-// bound of its rounding error. With u = 2^-53 and m the largest component of the three vectors, each component is off by u m,
-// a component of the cross product of two of them by 8 u m^2 (engine/oracle/filter.cpp), and the sum of its products
-// with the third vector by (8 + 2 + 2 + 2) u m^2 times the sum of that vector's components. 32 u m^2 times that sum are
-// taken. Below it integers decide.
+// bound of its rounding error. With u = 2^-53 and m the largest component of the three vectors, each component is
+// off by u m, a component of the cross product of two of them by 8 u m^2 (engine/oracle/filter.cpp), and the sum of
+// its products with the third vector by (8 + 2 + 2 + 2) u m^2 times the sum of that vector's components. 32 u m^2
+// times that sum are taken. Below it integers decide.
 #include "engine/oracle/self_crossings.h"
 
 #include <algorithm>

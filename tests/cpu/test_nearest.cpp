@@ -121,7 +121,9 @@ TEST(SelfCrossings, OfKnownMeshes) {
 }
 
 TEST(SelfCrossings, EqualBruteForce) {
-  for (const shapes::Triangles& triangles : {shapes::soup(150, 0.5f), shapes::slivers(150)}) {
+  shapes::Triangles spheres = shapes::sphere(2);
+  for (const Triangle& t : shapes::moved(shapes::sphere(2), {0.5f, 0.25f, 0.125f})) spheres.push_back(t);
+  for (const shapes::Triangles& triangles : {shapes::soup(150, 0.5f), spheres}) {
     std::vector<std::uint32_t> prims;
     for (std::uint32_t i = 0; i < triangles.size(); ++i)
       for (std::uint32_t k = 0; k < triangles.size(); ++k)
