@@ -17,7 +17,7 @@ def spaced(number: int) -> str:
     return f"{number:,}".replace(",", " ")
 
 
-def figure(value: float | None) -> str:
+def number_text(value: float | None) -> str:
     if value is None:
         return "failed"
     return spaced(round(value)) if value >= 100 else f"{value:.3g}"
@@ -35,11 +35,11 @@ def triangle_table(document: dict) -> str:
     rows = []
     for row in document["triangles"]:
         share, on_device = row.get("build_share"), row.get("device_mib")
-        rows.append([spaced(row["triangles"]), figure(row.get("load_s")), figure(row.get("build_s")),
-                     "failed" if share is None else f"{100 * share:.0f} %", figure(on_device),
-                     figure(on_device and on_device / row["triangles"] * 1e6), figure(row.get("build_peak_mib")),
-                     figure(row.get("trace_peak_mib")),
-                     *(figure(row["mrays_per_s"].get(kind, {}).get(method))
+        rows.append([spaced(row["triangles"]), number_text(row.get("load_s")), number_text(row.get("build_s")),
+                     "failed" if share is None else f"{100 * share:.0f} %", number_text(on_device),
+                     number_text(on_device and on_device / row["triangles"] * 1e6),
+                     number_text(row.get("build_peak_mib")), number_text(row.get("trace_peak_mib")),
+                     *(number_text(row["mrays_per_s"].get(kind, {}).get(method))
                        for kind in KINDS for method in METHODS)])
     return table(heads, rows)
 
@@ -50,7 +50,7 @@ def ray_table(document: dict) -> str:
         chosen = f" ({row['variant'].split('.')[0]})" if row["method"] == "auto" and "variant" in row else ""
         hits = f"{100 * row['hits'] / row['rays']:.0f} %" if "hits" in row else "failed"
         rows.append([spaced(row["rays"]), row["kind"], row["method"] + chosen, *(
-            figure(row.get(name)) for name in ("trace_ms", "mrays_per_s", "wall_s", "peak_mib")), hits])
+            number_text(row.get(name)) for name in ("trace_ms", "mrays_per_s", "wall_s", "peak_mib")), hits])
     return table(["rays", "kind", "method", "trace ms", "Mrays/s", "wall s", "peak MiB", "hits"], rows)
 
 

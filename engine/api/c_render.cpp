@@ -8,7 +8,7 @@
 namespace ballot::api {
 namespace {
 
-glm::dvec3 vector(const double (&v)[3], const char* what) {
+glm::dvec3 finite_vector(const double (&v)[3], const char* what) {
   for (const double x : v)
     if (!std::isfinite(x))
       throw Refused(BALLOT_ERROR_ARGUMENT,
@@ -19,15 +19,15 @@ glm::dvec3 vector(const double (&v)[3], const char* what) {
 /// Returns the view that a caller describes, or names.
 ballot::View view_of(const BallotView& v, const ballot::Scene& scene) {
   if (v.name) return find_view(scene, v.name);
-  const glm::dvec3 eye = vector(v.eye, "eye"), target = vector(v.target, "target");
+  const glm::dvec3 eye = finite_vector(v.eye, "eye"), target = finite_vector(v.target, "target");
   if (eye == target) return scene.views.front();
   ballot::View view{.name = "view"};
   const glm::dvec3 back = glm::normalize(eye - target);
-  glm::dvec3 up = vector(v.up, "up");
+  glm::dvec3 up = finite_vector(v.up, "up");
   if (up == glm::dvec3(0)) up = {0, 1, 0};
   glm::dvec3 right = glm::cross(up, back);
   if (glm::length(right) < 1e-12 * glm::length(up))
-    throw Refused(BALLOT_ERROR_ARGUMENT, "view: up is parallel to the direction of sight; choose another");
+    throw Refused(BALLOT_ERROR_ARGUMENT, "view: up is parallel to the view direction; choose another");
   right = glm::normalize(right);
   view.world_from_camera = {glm::dvec4{right, 0}, glm::dvec4{glm::cross(back, right), 0}, glm::dvec4{back, 0},
                             glm::dvec4{eye, 1}};

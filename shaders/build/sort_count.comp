@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Counts the keys of each digit in each tile (lib/build/sort.glsl).
+// Builds the histogram of digit values of each tile (lib/build/sort.glsl).
 #include "../lib/build/sort.glsl"
 
 layout(set = 0, binding = BIND_BUILD_KEYS, std430) readonly buffer Keys { Key keys[]; };

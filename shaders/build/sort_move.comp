@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Moves the keys of a tile, and their prims, to their places (lib/build/sort.glsl). A subgroup takes keys in the order
-// in which they lie, and keys of equal digits keep that order.
+// Scatters the keys of a tile, and their prims, to their places (lib/build/sort.glsl). A subgroup takes keys in the
+// order in which they lie, and keys of equal digits keep that order.
 #include "../lib/build/sort.glsl"
 
 layout(set = 0, binding = BIND_BUILD_TOTALS, std430) readonly buffer Totals { uint totals[]; };

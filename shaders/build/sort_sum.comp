@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Replaces the count of each tile by the sum of the counts before it, for one digit a workgroup (lib/build/sort.glsl).
+// Exclusive scan of the histograms over the tiles, one digit value a workgroup (lib/build/sort.glsl).
 #include "../lib/build/sort.glsl"
 
 layout(set = 0, binding = BIND_BUILD_TOTALS, std430) writeonly buffer Totals { uint totals[]; };

@@ -4,7 +4,7 @@ namespace ballot {
 
 namespace {
 
-Defines words(std::uint32_t bits) { return {{"KEY_WORDS", int(key_words(bits))}}; }
+Defines key_defines(std::uint32_t bits) { return {{"KEY_WORDS", int(key_words(bits))}}; }
 
 std::uint32_t tile_keys(const Context& gpu) { return gpu.info().subgroup_size * kBuildSubgroups * BUILD_TILE_KEYS; }
 
@@ -18,13 +18,13 @@ std::uint32_t RadixSort::tiles(std::uint32_t count) const {
 RadixSort::RadixSort(Context& gpu, std::uint32_t bits, std::uint32_t most)
     : gpu_(gpu),
       bits_(bits),
-      counts_(gpu, std::size_t(tiles(most)) * BUILD_DIGITS, Access::Storage, "counts of digits"),
+      counts_(gpu, std::size_t(tiles(most)) * BUILD_DIGITS, Access::Storage, "histograms of digits"),
       totals_(gpu, BUILD_DIGITS, Access::Storage, "sums of digits"),
-      count_(gpu, build_source("sort_count", gpu.info(), words(bits))),
-      sum_(gpu, build_source("sort_sum", gpu.info(), words(bits))),
-      move_(gpu, build_source("sort_move", gpu.info(), words(bits))) {
-  for (Kernel* kernel : {&count_, &sum_, &move_}) kernel->bind(BIND_BUILD_COUNTS, counts_);
-  for (Kernel* kernel : {&sum_, &move_}) kernel->bind(BIND_BUILD_TOTALS, totals_);
+      histogram_(gpu, build_source("sort_count", gpu.info(), key_defines(bits))),
+      scan_(gpu, build_source("sort_sum", gpu.info(), key_defines(bits))),
+      scatter_(gpu, build_source("sort_move", gpu.info(), key_defines(bits))) {
+  for (Kernel* kernel : {&histogram_, &scan_, &scatter_}) kernel->bind(BIND_BUILD_COUNTS, counts_);
+  for (Kernel* kernel : {&scan_, &scatter_}) kernel->bind(BIND_BUILD_TOTALS, totals_);
 }
 
 std::size_t RadixSort::record(const SortBuffers& buffers, std::uint32_t count, PassMs& ms) {
@@ -32,14 +32,14 @@ std::size_t RadixSort::record(const SortBuffers& buffers, std::uint32_t count, P
   std::size_t from = 0;
   SortPush push{count, tiles(count), 0, 1};
   for (; push.shift < bits_; push.shift += 8, push.first = 0, from = 1 - from) {
-    count_.bind(BIND_BUILD_KEYS, *buffers.keys[from]);
-    move_.bind(BIND_BUILD_KEYS, *buffers.keys[from]);
-    move_.bind(BIND_BUILD_PRIMS, *buffers.prims[from]);
-    move_.bind(BIND_BUILD_KEYS_OUT, *buffers.keys[1 - from]);
-    move_.bind(BIND_BUILD_PRIMS_OUT, *buffers.prims[1 - from]);
-    record_build(gpu_, count_, push.tiles, push, "sort", ms);
-    record_build(gpu_, sum_, BUILD_DIGITS, push, "sort", ms);
-    record_build(gpu_, move_, push.tiles, push, "sort", ms);
+    histogram_.bind(BIND_BUILD_KEYS, *buffers.keys[from]);
+    scatter_.bind(BIND_BUILD_KEYS, *buffers.keys[from]);
+    scatter_.bind(BIND_BUILD_PRIMS, *buffers.prims[from]);
+    scatter_.bind(BIND_BUILD_KEYS_OUT, *buffers.keys[1 - from]);
+    scatter_.bind(BIND_BUILD_PRIMS_OUT, *buffers.prims[1 - from]);
+    record_build(gpu_, histogram_, push.tiles, push, "sort", ms);
+    record_build(gpu_, scan_, BUILD_DIGITS, push, "sort", ms);
+    record_build(gpu_, scatter_, push.tiles, push, "sort", ms);
   }
   return from;
 }

@@ -32,7 +32,7 @@ class RadixSort {
   Context& gpu_;
   const std::uint32_t bits_;
   Buffer<std::uint32_t> counts_, totals_;
-  Kernel count_, sum_, move_;
+  Kernel histogram_, scan_, scatter_;
 };
 
 }  // namespace ballot

@@ -279,7 +279,7 @@ def _matrices(width: int, height: int, fov_deg: Any, center: Any, eye: Any, up: 
     ahead = ahead / np.linalg.norm(ahead)
     right = np.cross(above, ahead)  # as Open3D has it: the picture is turned by 180 degrees
     if not np.linalg.norm(right) > 1e-12 * np.linalg.norm(above):
-        raise ValueError("create_rays_pinhole: up is parallel to the direction of sight")
+        raise ValueError("create_rays_pinhole: up is parallel to the view direction")
     right /= np.linalg.norm(right)
     extrinsic = np.eye(4)
     extrinsic[:3, :3] = np.stack([right, np.cross(ahead, right), ahead])
