@@ -103,10 +103,10 @@ SelfCrossings self_crossings(std::span<const Triangle> triangles, const Progress
   });
   SelfCrossings found;
   std::ranges::sort(pairs);
-  pairs.erase(std::ranges::unique(pairs).begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   for (const auto& [a, b] : pairs) found.prims.push_back(a), found.prims.push_back(b);
   std::ranges::sort(found.prims);
-  found.prims.erase(std::ranges::unique(found.prims).begin(), found.prims.end());
+  found.prims.erase(std::unique(found.prims.begin(), found.prims.end()), found.prims.end());
   found.first.assign(pairs.begin(), pairs.begin() + std::ptrdiff_t(std::min(kMostPairs, pairs.size())));
   return found;
 }
