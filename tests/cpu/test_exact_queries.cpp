@@ -6,25 +6,13 @@
 #include "engine/oracle/closest.h"
 #include "engine/oracle/crossings.h"
 #include "engine/oracle/nearest.h"
+#include "tests/cpu/brute_crossings.h"
 #include "tests/cpu/exact_cases.h"
 
 namespace ballot {
 namespace {
 
 using shapes::Triangles;
-
-std::vector<std::uint32_t> brute_crossings(const Ray& ray, const Triangles& triangles, int way) {
-  std::vector<std::pair<ExactSight, std::uint32_t>> found;
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-    const ExactSight sight(ray, triangles[i]);
-    if (!exact_crosses(ray, triangles[i], sight) || !sight.within(ray)) continue;
-    if (way == 0 || sight.det.sign() == way) found.emplace_back(sight, i);
-  }
-  std::ranges::stable_sort(found, [](const auto& a, const auto& b) { return compare_t(a.first, b.first) < 0; });
-  std::vector<std::uint32_t> prims;
-  for (const auto& [sight, prim] : found) prims.push_back(prim);
-  return prims;
-}
 
 std::vector<std::uint32_t> prims_of(const std::vector<ExactCrossing>& crossings) {
   std::vector<std::uint32_t> prims;
@@ -70,11 +58,11 @@ TEST(ExactQueries, CrossingsEqualBruteForce) {
     std::size_t all = 0;
     for (const Ray& ray : rays) {
       const std::vector<ExactCrossing> found = oracle.list(ray);
-      const std::vector<std::uint32_t> truth = brute_crossings(ray, triangles, 0);
+      const std::vector<std::uint32_t> truth = crossings_of(ray, triangles, 0);
       ASSERT_EQ(prims_of(found), truth);
       all += truth.size();
       ASSERT_EQ(prims_of(oracle.list(ray, [](std::uint32_t, bool front) { return front; })),
-                brute_crossings(ray, triangles, -1));
+                crossings_of(ray, triangles, -1));
       std::vector<std::pair<std::uint32_t, Triangle>> crossed;
       for (const std::uint32_t prim : truth) crossed.insert(crossed.begin(), {prim, triangles[prim]});
       ASSERT_EQ(prims_of(oracle.in_order(ray, crossed)), truth);
