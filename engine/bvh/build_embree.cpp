@@ -19,6 +19,7 @@
 #include <type_traits>
 
 #include "engine/bvh/build.h"
+#include "engine/bvh/reinsert.h"
 #include "engine/core/error.h"
 #include "engine/core/memory.h"
 #include "engine/core/tsan.h"
@@ -263,6 +264,7 @@ Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& asked, c
   Bvh bvh;
   try {
     bvh = build(triangles, {}, proper, settings, progress);
+    if (builder_of(settings.builder).reinserts) bvh = reinsert_subtrees(std::move(bvh), settings);
   } catch (const std::bad_alloc&) {
     fail(Failure::Work,
          "bvh: out of memory while building a tree of {} triangles; a smaller split_budget (now {}) needs less", proper,

@@ -18,6 +18,7 @@ struct Builder {
   std::string_view name;
   std::string_view summary;
   bool splits = false;     // makes spatial splits; the others ignore BuildSettings::split_budget
+  bool reinserts = false;  // subtrees of the finished tree move to where they cost less (reinsert.h)
   bool on_device = false;  // runs on the Vulkan device (engine/tree/build/), not in build_bvh()
   bool chooses = false;    // stands for one of the others: choose_builder()
 };
@@ -25,8 +26,9 @@ struct Builder {
 // clang-format off
 inline constexpr Builder kBuilders[] = {
     {.id = BuilderId::Best, .name = "best",
-     .summary = "surface area heuristic with spatial splits, by Embree (Stich, Friedrich and Dietrich 2009)",
-     .splits = true},
+     .summary = "surface area heuristic with spatial splits, by Embree (Stich, Friedrich and Dietrich 2009); then "
+                "subtrees are inserted anew where they cost less (Meister and Bittner 2018)",
+     .splits = true, .reinserts = true},
     {.id = BuilderId::Balanced, .name = "balanced",
      .summary = "surface area heuristic over bins, without splits, by Embree (Wald 2007)"},
     {.id = BuilderId::Fast, .name = "fast",

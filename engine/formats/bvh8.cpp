@@ -52,9 +52,9 @@ std::array<Bounds, kSlots> widened(const Slots& slots, const Bounds& all) {
   return boxes;
 }
 
-class Encoder {
+class Bvh8Encoder {
  public:
-  Encoder(const CollapsedBvh& tree, Bvh8Tree& out) : tree_(tree), out_(out) {
+  Bvh8Encoder(const CollapsedBvh& tree, Bvh8Tree& out) : tree_(tree), out_(out) {
     out_.texels.resize(tree.ends.size() * BVH8_NODE_TEXELS);
   }
 
@@ -132,7 +132,7 @@ Bvh8Tree encode_bvh8(const PairTree& binary) {
   out.nodes = std::uint32_t(tree.ends.size());
   out.depth = tree.depth;
   out.children = std::uint32_t(tree.children.size());
-  Encoder(tree, out).encode();
+  Bvh8Encoder(tree, out).encode();
   return out;
 }
 

@@ -98,9 +98,9 @@ void write_compact(const Bounds& l, const Bounds& r, std::uint32_t left, std::ui
 }
 
 /// Encodes a tree on all cores, in chunks of nodes. Leaf blocks lie in the order of the nodes.
-class Encoder {
+class PairEncoder {
  public:
-  Encoder(const Bvh& bvh, std::span<const Triangle> triangles, std::span<const Bounds> boxes, PairTree& out)
+  PairEncoder(const Bvh& bvh, std::span<const Triangle> triangles, std::span<const Bounds> boxes, PairTree& out)
       : bvh_(bvh), triangles_(triangles), boxes_(boxes), out_(out) {}
 
   void run() {
@@ -182,7 +182,7 @@ PairTree encode_pairs(const Bvh& bvh, std::span<const Triangle> triangles, NodeL
   }
   out.origin = box_origin(bvh.bounds);
   check_sizes(bvh);
-  Encoder(bvh, triangles, boxes, out).run();
+  PairEncoder(bvh, triangles, boxes, out).run();
   return out;
 }
 

@@ -21,11 +21,11 @@ double status_mib(std::string_view key) {
 }
 
 /// A wavy grid: vertices and the three indices of each triangle.
-struct Grid {
+struct LoadedGrid {
   std::vector<float> at, normals;
   std::vector<std::uint32_t> indices;
 
-  explicit Grid(std::uint32_t side) {
+  explicit LoadedGrid(std::uint32_t side) {
     for (std::uint32_t y = 0; y <= side; ++y)
       for (std::uint32_t x = 0; x <= side; ++x) {
         at.insert(at.end(), {float(x) / 7, std::sin(float(x + y)), float(y) / 7});
@@ -39,7 +39,7 @@ struct Grid {
   }
 };
 
-void write_glb(const TemporaryFolder& folder, const Grid& grid) {
+void write_glb(const TemporaryFolder& folder, const LoadedGrid& grid) {
   GltfBuilder b;
   b.mesh(b.vec3(grid.at));
   b.primitive()["attributes"]["NORMAL"] = b.vec3(grid.normals);
@@ -48,7 +48,7 @@ void write_glb(const TemporaryFolder& folder, const Grid& grid) {
   folder.write("grid.glb", b.glb());
 }
 
-void write_obj(const TemporaryFolder& folder, const Grid& grid, bool quads) {
+void write_obj(const TemporaryFolder& folder, const LoadedGrid& grid, bool quads) {
   std::ofstream out(folder.path() / (quads ? "quads.obj" : "grid.obj"));
   for (std::size_t i = 0; i < grid.at.size(); i += 3)
     out << fmt::format("v {} {} {}\n", grid.at[i], grid.at[i + 1], grid.at[i + 2]);
@@ -61,7 +61,7 @@ void write_obj(const TemporaryFolder& folder, const Grid& grid, bool quads) {
                          n[i + 5] + 1);
 }
 
-void write_ply(const TemporaryFolder& folder, const Grid& grid) {
+void write_ply(const TemporaryFolder& folder, const LoadedGrid& grid) {
   std::ofstream out(folder.path() / "grid.ply", std::ios::binary);
   out << fmt::format(
       "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
@@ -74,7 +74,7 @@ void write_ply(const TemporaryFolder& folder, const Grid& grid) {
   }
 }
 
-void write_stl(const TemporaryFolder& folder, const Grid& grid) {
+void write_stl(const TemporaryFolder& folder, const LoadedGrid& grid) {
   std::ofstream out(folder.path() / "grid.stl", std::ios::binary);
   out << std::string(80, ' ');
   const auto count = std::uint32_t(grid.indices.size() / 3);
@@ -87,7 +87,7 @@ void write_stl(const TemporaryFolder& folder, const Grid& grid) {
   }
 }
 
-void write_npy(const TemporaryFolder& folder, const Grid& grid) {
+void write_npy(const TemporaryFolder& folder, const LoadedGrid& grid) {
   std::vector<Triangle> triangles(grid.indices.size() / 3);
   for (std::size_t i = 0; i < grid.indices.size(); ++i)
     std::memcpy(&triangles[i / 3][i % 3], &grid.at[3 * grid.indices[i]], 12);
@@ -102,7 +102,7 @@ TEST(LoadMemory, PeaksStayNearWhatIsKept) {
   const double triangles = given ? std::atof(given) : 500'000;
   const TemporaryFolder folder;
   {
-    const Grid grid(std::uint32_t(std::sqrt(triangles / 2)));
+    const LoadedGrid grid(std::uint32_t(std::sqrt(triangles / 2)));
     write_glb(folder, grid);
     write_obj(folder, grid, false);
     write_obj(folder, grid, true);

@@ -1,0 +1,18 @@
+// Lowers the cost of a finished tree: subtrees move to where they cost less.
+#pragma once
+
+#include "engine/bvh/bvh.h"
+
+namespace ballot {
+
+/// Returns a tree of the same leaves whose inner nodes cost less by the surface area heuristic. Each node is taken out
+/// and put back where the tree's cost falls most, until a pass over all nodes saves less than a hundredth. Leaves keep
+/// their boxes and references; siblings, order and depth change. Runs on all cores; the result does not depend on their
+/// number. Takes about 50 bytes a node.
+///
+/// Sources: Daniel Meister, Jiri Bittner. Parallel Reinsertion for Bounding Volume Hierarchy Optimization. Computer
+/// Graphics Forum 37(2), 2018. Jiri Bittner, Michal Hapala, Vlastimil Havran. Fast Insertion-Based Optimization of
+/// Bounding Volume Hierarchies. Computer Graphics Forum 32(1), 2013.
+Bvh reinsert_subtrees(Bvh bvh, const BuildSettings& settings);
+
+}  // namespace ballot
