@@ -7,6 +7,7 @@
 #include "engine/oracle/filter.h"
 #include "engine/oracle/filter_box.h"
 #include "engine/oracle/nearest.h"
+#include "engine/oracle/oracle.h"
 #include "engine/oracle/walker.h"
 
 namespace ballot {
