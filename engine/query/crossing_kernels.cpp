@@ -19,13 +19,10 @@ Buffer<T>& room_for(std::optional<Buffer<T>>& buffer, Context& gpu, std::size_t 
   return *buffer;
 }
 
-/// Returns the defines of a kernel. What it is not compiled for is left out of its name too.
+/// Returns the defines of a kernel.
 Defines defines_of(const CrossingVariant& v, bool wide) {
-  return {{"BALLOT_LISTS", v.lists},
-          {"BALLOT_WIDE", wide},
-          {"BALLOT_EXACT", v.exact},
-          {"BALLOT_MASKS", v.masks},
-          {"BALLOT_CULL", int(v.cull)}};
+  return {{"BALLOT_LISTS", v.lists}, {"BALLOT_FIRST", v.first > 0}, {"BALLOT_WIDE", wide},
+          {"BALLOT_EXACT", v.exact}, {"BALLOT_MASKS", v.masks},     {"BALLOT_CULL", int(v.cull)}};
 }
 
 KernelSource sums_source() {
@@ -40,12 +37,13 @@ KernelSource sums_source() {
 
 std::vector<KernelSource> crossing_sources(const DeviceInfo& device, const TreeFacts& tree) {
   std::vector<KernelSource> sources{sums_source()};
-  for (const bool lists : {false, true})
+  for (CrossingVariant v :
+       {CrossingVariant{}, CrossingVariant{.lists = true}, CrossingVariant{.lists = true, .first = 1}})
     for (const bool exact : {false, true})
       for (const bool masks : {false, true})
         for (const Cull cull : {Cull::None, Cull::Back, Cull::Front})
           for (const bool wide : {false, true}) {
-            const CrossingVariant v{lists, exact, masks, cull};
+            v.exact = exact, v.masks = masks, v.cull = cull;
             sources.push_back(query_source("crossings", device, tree, defines_of(v, wide), wide));
           }
   return sources;
@@ -72,7 +70,9 @@ QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs)
   // CPU devices walk the four-wide tree, whose nodes cost them less to read.
   const bool wide = !pairs && gpu_.info().is_cpu();
   std::optional<QueryKernel>& one = pairs ? all.pairs : all.whole;
-  if (!one) one.emplace(gpu_, tree(), "crossings", defines_of(variant, wide), wide);
+  if (!one)
+    one.emplace(gpu_, tree(), "crossings", defines_of(variant, wide), wide,
+                variant.first ? SpecConstants{{SPEC_FIRST, variant.first}} : SpecConstants{});
   one->prepare();
   return *one;
 }

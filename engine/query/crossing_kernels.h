@@ -15,6 +15,7 @@ namespace ballot {
 struct CrossingVariant {
   bool lists = false, exact = false, masks = false;
   Cull cull = Cull::None;
+  std::uint32_t first = 0;  // lists have the first so many of each ray, and may have others; 0: all
   friend auto operator<=>(const CrossingVariant&, const CrossingVariant&) = default;
 };
 

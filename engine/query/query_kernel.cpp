@@ -56,12 +56,14 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
   return sources;
 }
 
-QueryKernel::QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines, bool wide)
+QueryKernel::QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines, bool wide,
+                         SpecConstants constants)
     : gpu_(gpu),
       tree_(tree),
       name_(std::move(name)),
       defines_(std::move(defines)),
       wide_(wide),
+      constants_(std::move(constants)),
       config_(variant_for(gpu.info(), wide, tree).config),
       work_(gpu, 1, Access::Storage, "query work counter") {}
 
@@ -72,7 +74,8 @@ std::uint32_t QueryKernel::most() const {
 
 void QueryKernel::prepare() {
   const Variant variant = variant_for(gpu_.info(), wide_, tree_);
-  const KernelSource source_now = source_of(name_, variant, gpu_.info(), tree_.facts(), defines_);
+  KernelSource source_now = source_of(name_, variant, gpu_.info(), tree_.facts(), defines_);
+  source_now.constants.insert(constants_.begin(), constants_.end());
   const bool fresh = refresh(gpu_, kernel_, source_now);
   if (!fresh && generation_ == tree_.generation()) return;
   // The kernel is compiled for facts of the tree: another depth needs another stack size.

@@ -1,6 +1,7 @@
 // A kernel of shaders/query over the tree of a scene. Internal to engine/query.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 
@@ -15,12 +16,16 @@ namespace ballot {
 KernelSource query_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
                           const Defines& defines = {}, bool wide = false);
 
+/// Specialisation constants by id.
+using SpecConstants = std::map<std::uint32_t, std::uint32_t>;
+
 /// A kernel with the arrays of a tree. One invocation answers one query. Belongs to the thread of its Context.
 class QueryKernel {
  public:
   /// Keeps references to gpu and tree. Throws Error(Work) if the kernel does not compile. `wide`: it walks the
-  /// four-wide tree.
-  QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines = {}, bool wide = false);
+  /// four-wide tree. `constants`: in addition to those of every kernel.
+  QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines = {}, bool wide = false,
+              SpecConstants constants = {});
 
   /// Returns the largest number of queries of one dispatch.
   std::uint32_t most() const;
@@ -42,6 +47,7 @@ class QueryKernel {
   std::string name_;
   Defines defines_;
   bool wide_;
+  SpecConstants constants_;
   KernelConfig config_;
   std::unique_ptr<Kernel> kernel_;
   std::uint64_t generation_ = 0;  // of the tree that is bound

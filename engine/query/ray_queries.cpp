@@ -17,6 +17,7 @@ namespace ray_queries {
 
 constexpr std::uint32_t kMostSlots = 1 << 22;  // crossings that are listed at a time, 64 MiB
 constexpr std::uint32_t kFirstSlots = 8;       // room for each ray in the first pass
+constexpr std::uint32_t kMostFirst = 16;       // first crossings that a kernel looks for; of more, all are listed
 constexpr std::size_t kFewRays = 1024;         // fewer are not sorted
 constexpr std::size_t kRayChunk = 1 << 14;     // rays that a thread moves at a time
 constexpr std::uint64_t kPieces[] = {8192, 1024, 128, 16, 0};
@@ -96,6 +97,7 @@ struct RayQueries::Parts {
   std::optional<ExactLists> exact_lists;  // of a query in mode exact
   std::optional<bool> counts_first;
   bool by_counts = false;
+  std::uint32_t room = kFirstSlots;  // of each ray in the first pass
   RayPart given, asked;              // the rays of a part as they came, and in the order in which they are asked
   std::vector<std::uint32_t> order;  // the number of each asked ray among those that came; empty: its own
   std::vector<std::uint32_t> found, unsorted;
@@ -104,7 +106,9 @@ struct RayQueries::Parts {
 void RayQueries::Parts::begin(const RaySource& source, const CrossingQuery& wanted, bool lists) {
   query = wanted;
   variant = {lists, query.exact, source.masks || !query.triangle_masks.empty(), query.cull};
-  by_counts = lists && counts_first.value_or(!gpu.info().is_cpu());
+  if (lists && query.most <= kMostFirst) variant.first = query.most;
+  room = std::max(kFirstSlots, variant.first + kFirstSlots / 2);
+  by_counts = lists && !variant.first && counts_first.value_or(!gpu.info().is_cpu());
   kernels.prepare(variant.masks, query.triangle_masks);
   exact_lists.reset();
   if (query.exact) exact_lists.emplace(kernels.tree(), query);
@@ -168,8 +172,9 @@ void RayQueries::Parts::count_in_pieces(std::span<std::uint32_t> numbers, TraceT
 /// Lists the crossings of one ray whose walk the driver cut short.
 std::vector<Hit> RayQueries::Parts::list_in_pieces(const RaySpan& ray, TraceTimes& times) {
   ++times.retraced;
-  CrossingVariant counting = variant;
+  CrossingVariant counting = variant, listing = variant;
   counting.lists = false;
+  counting.first = listing.first = 0;
   std::vector<Hit> all;
   for (const std::uint64_t limit : kPieces) {
     all.clear();
@@ -181,7 +186,7 @@ std::vector<Hit> RayQueries::Parts::list_in_pieces(const RaySpan& ray, TraceTime
       if (number == UNSURE) return exact_lists->list(ray);
       if (number == 0) continue;
       const std::uint32_t to[2] = {0, number};
-      cut = kernels.list_below(root, variant, ray, to, {&number, 1}, times) > 0;
+      cut = kernels.list_below(root, listing, ray, to, {&number, 1}, times) > 0;
       if (cut) break;
       all.insert(all.end(), kernels.hits().begin(), kernels.hits().end());
     }
@@ -194,13 +199,13 @@ std::vector<Hit> RayQueries::Parts::list_in_pieces(const RaySpan& ray, TraceTime
 void RayQueries::Parts::list_with_room(Answers& answers, TraceTimes& times) {
   const std::size_t count = asked.rays.size();
   std::vector<std::uint32_t> to(count + 1);
-  for (std::uint32_t i = 0; i <= count; ++i) to[i] = i * kFirstSlots;
+  for (std::uint32_t i = 0; i <= count; ++i) to[i] = i * room;
   found.resize(count);
   kernels.list(variant, asked.span(0, count), to, found, times);
   Lists lists;
   lists.slots = kernels.hits();
   lists.places.resize(count);
-  for (std::uint32_t i = 0; i < count; ++i) lists.places[i] = {to[i], std::min(found[i], kFirstSlots)};
+  for (std::uint32_t i = 0; i < count; ++i) lists.places[i] = {to[i], std::min(found[i], room)};
   list_open(0, lists, times);
   collect(0, lists, answers);
 }
@@ -320,13 +325,15 @@ TraceTimes RayQueries::list(const RaySource& source, const TakeLists& take, cons
   Parts& parts = *parts_;
   const PassScope scope(parts.gpu);
   parts.begin(source, query, true);
-  const std::size_t chunk = std::size_t(std::min<std::uint64_t>(source.count, kMostSlots / kFirstSlots));
+  const std::size_t chunk = std::size_t(std::min<std::uint64_t>(source.count, kMostSlots / parts.room));
   Answers answers;
   for (std::uint64_t first = 0; first < source.count; first += chunk) {
     const std::size_t some = std::size_t(std::min<std::uint64_t>(chunk, source.count - first));
     parts.read(source, first, some);
     answers.counts.clear(), answers.hits.clear();
-    if (parts.by_counts)
+    if (query.most == 0)
+      answers.counts.resize(some);
+    else if (parts.by_counts)
       parts.list_by_counts(0, some, answers, times);
     else
       parts.list_with_room(answers, times);

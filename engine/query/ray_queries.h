@@ -31,7 +31,9 @@ enum class Cull : std::uint32_t { None = CULL_NONE, Back = CULL_BACK, Front = CU
 
 /// What is asked of crossings. What is not asked for is in no kernel.
 struct CrossingQuery {
-  std::uint32_t most = kAllHits;  // list(): the first crossings of each ray that are wanted
+  /// list(): the first crossings of each ray that are wanted. 0: none, and nothing is traced. Up to 16 are
+  /// looked for no farther than they lie, of more all crossings are listed first. count() tells how many there are.
+  std::uint32_t most = kAllHits;
   /// Decides as exact arithmetic does, and orders by the exact t. The device decides what a proved bound lets it
   /// decide, the host the rest. t, u and v are then exact to float32's rounding and 2^-30.
   bool exact = false;

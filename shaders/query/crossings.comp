@@ -1,39 +1,29 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Crossings: for each ray, how many triangles it crosses with t in [t_min, t_max], and which. A walk of the pair tree,
-// one ray a lane, in no order.
-//
-// Sources: those of lib/numeric/triangle_watertight.glsl, by whose arithmetic vertices are sheared and t is found, and
-// of shaders/query/inside.comp, by whose rule ties are broken.
+// one ray a lane, in no order; with BALLOT_FIRST nearer children first.
 //
 // Result: the number of crossings, a word a ray; UNFINISHED if the driver cut the walk short. With BALLOT_LISTS also
 // the crossings, in no order, from slot places[i] on and before slot places[i + 1]; what does not fit there is left
-// out.
+// out. With BALLOT_FIRST the list has the first crossings, and may have others (lib/query/first.glsl); their number is
+// then that of the list.
 //
-// Why a closed surface is crossed an even number of times by a line, and once at an edge or vertex where it is passed
-// through: a vertex is sheared by the same operations in every triangle that holds it, so the triangles are those of
-// one moved mesh, and the proof of inside.comp holds for its projection. A ray exactly through an edge or a vertex is
-// moved by an infinitesimal step across its main axis, the same for all triangles. At a silhouette it then passes
-// beside the surface or crosses both sides.
-//
-// t is that of the watertight test, with its bound: 15 * 2^-24 of the distance along the main axis. Boxes are culled as
-// for that test. The tree must hold each triangle in one leaf.
+// lib/query/triangle_crossing.glsl has what a crossing is, and why closed surfaces are crossed an even number of times.
+// The tree must hold each triangle in one leaf.
 //
 // With BALLOT_WIDE it walks the four-wide tree instead, which reads four boxes with the bytes of two: about 1.1 times
 // as fast on lavapipe 22.3.6 (bunny, rays of a camera and random ones). Leaves are put aside and tested together, so
 // that lanes do not wait for each other at every leaf.
 //
-// What is asked for alone is compiled. BALLOT_CULL leaves out triangles that are seen from their back or front.
-// BALLOT_MASKS leaves out those whose mask shares no bit with the ray's. BALLOT_EXACT: a ray is UNSURE if rounding may
-// have decided; the host finds its crossings exactly. The bounds are in lib/query/sure.glsl.
+// BALLOT_EXACT: a ray is UNSURE if rounding may have decided; the host finds its crossings exactly.
 #if BALLOT_WIDE
 #define METHOD_WITHOUT_PAIRS
 #endif
 #include "../lib/frame/kernel.glsl"
 #include "../shared/query.h"
-#include "../lib/query/crossing.glsl"
-#if BALLOT_EXACT
-#include "../lib/query/sure.glsl"
+#include "../lib/query/triangle_crossing.glsl"
+#if BALLOT_FIRST
+#include "../lib/query/first.glsl"
 #endif
 #if BALLOT_WIDE
 #include "../lib/tree/bvh4.glsl"
@@ -43,65 +33,22 @@ layout(set = 0, binding = BIND_CROSSINGS, scalar) writeonly buffer Answers { uin
 #if BALLOT_LISTS
 layout(set = 0, binding = BIND_PLACES, scalar) readonly buffer Places { uint places[]; };
 #endif
-#if BALLOT_MASKS
-layout(set = 0, binding = BIND_RAY_MASKS, scalar) readonly buffer RayMasks { uint ray_masks[]; };
-layout(set = 0, binding = BIND_TRIANGLE_MASKS, scalar) readonly buffer TriangleMasks { uint triangle_masks[]; };
-uint ray_mask;
-#endif
-#if BALLOT_EXACT
-bool unsure = false;
-#endif
 
-// Returns true if the ray crosses the triangle in range; then `hit` is the crossing, in units of the scaled ray.
-bool crosses(Walker w, uint texel, out Hit hit) {
-  TriangleTexels triangle = fetch_triangle(texel, texel_order(w.space));
-  RaySpace s = w.space;
-  vec3 p = uintBitsToFloat(triangle.a.xyz), q = uintBitsToFloat(triangle.b.xyz);
-  precise vec3 z = uintBitsToFloat(triangle.c.xyz) - s.origin.z;
-  vec3 x = multiply_add(vec3(s.first), z, multiply_add(p, vec3(s.scale), vec3(-s.origin.x)));
-  vec3 y = multiply_add(vec3(s.second), z, multiply_add(q, vec3(s.scale), vec3(-s.origin.y)));
-  vec2 a = vec2(x.x, y.x), b = vec2(x.y, y.y), c = vec2(x.z, y.z);
-  float e0 = side_value(b, c), e1 = side_value(c, a), e2 = side_value(a, b);
-  precise float det = e0 + e1 + e2;
-  precise float inv = 1.0 / det;
-  precise vec3 weights = vec3(e0, e1, e2) * inv;
-  precise float t = multiply_add(weights.z, z.z, multiply_add(weights.y, z.y, weights.x * z.x)) * s.inv;
-  hit = Hit(t, triangle.a.w, weights.y, weights.z);
-#if BALLOT_EXACT
-  float room = sides_room(x, y, z, s.scale);
-  float least = smaller(smaller(e0, e1), e2), most = larger(larger(e0, e1), e2);
-  bool crossed = least > room || most < -room, open = !crossed && !(least < -room && most > room);
-  float off = depth_room(z, det, room) * abs(s.inv);
-  bool in_range = t - off > w.ray.t_min && t + off < w.ray.t_max;
-  bool out_of_range = t + off < w.ray.t_min || t - off > w.ray.t_max;
-  bool front = (e0 > 0.0) == (s.inv > 0.0);
-  open = open || (crossed && !in_range && !out_of_range);
-  crossed = crossed && in_range;
+// Room for leaves that are put aside; they are tested once another step could overflow it. More room lets more lanes
+// test leaves at the same time. A ray that is after its first crossing alone had better have it soon.
+#if BALLOT_WIDE
+#define CHILDREN 4u
 #else
-  int s0 = side_sign(e0, b, c), s1 = side_sign(e1, c, a), s2 = side_sign(e2, a, b);
-  bool crossed = s0 != 0 && s0 == s1 && s1 == s2 && t >= w.ray.t_min && t <= w.ray.t_max;
-  bool front = (s0 > 0) == (s.inv > 0.0);
+#define CHILDREN 2u
 #endif
-#if BALLOT_CULL == CULL_BACK
-  crossed = crossed && front;
-#elif BALLOT_CULL == CULL_FRONT
-  crossed = crossed && !front;
+#if BALLOT_FIRST
+const uint LEAF_ROOM = FIRST == 1u ? CHILDREN : 12u;
+#else
+const uint LEAF_ROOM = 12u;
 #endif
-#if BALLOT_MASKS
-  if (crossed) crossed = (triangle_masks[hit.prim] & ray_mask) != 0u;
-#endif
-#if BALLOT_EXACT
-  unsure = unsure || open;
-#endif
-  return crossed;
-}
+const uint SLOTS = STACK_SIZE + LEAF_ROOM;
 
 // Puts a child that is met aside if it is a leaf, and on the stack if not. Leaves lie at the other end of the stack.
-#if BALLOT_WIDE
-const uint LEAF_ROOM = 12u, SLOTS = STACK_SIZE + LEAF_ROOM, MOST_LEAVES = LEAF_ROOM - 4u;
-#else
-const uint LEAF_ROOM = 12u, SLOTS = STACK_SIZE + LEAF_ROOM, MOST_LEAVES = LEAF_ROOM - 2u;
-#endif
 #define TAKE_CHILD(child, is_met)                              \
   {                                                            \
     bool met = is_met, leaf = !is_inner(child);                \
@@ -126,13 +73,21 @@ void main() {
 #if BALLOT_LISTS
   uint slot = places[inside ? index : push.ray_begin], end = places[(inside ? index : push.ray_begin) + 1u];
 #endif
-#if BALLOT_MASKS
-  ray_mask = ray_masks[inside ? index : push.ray_begin];
+  begin_crossings(inside ? index : push.ray_begin);
+#if BALLOT_FIRST
+  begin_first(w.ray.t_max);
 #endif
-  bool truncated = false;
+  bool truncated = false, unsure = false;
   do {
-    while (is_inner(node) && leaves <= MOST_LEAVES) {
-#if BALLOT_WIDE
+    while (is_inner(node) && leaves + CHILDREN <= LEAF_ROOM) {
+#if BALLOT_WIDE && BALLOT_FIRST
+      uvec4 child;
+      uint met = met_children(w, node, child);
+      TAKE_CHILD(child.w, met > 3u)
+      TAKE_CHILD(child.z, met > 2u)
+      TAKE_CHILD(child.y, met > 1u)
+      TAKE_CHILD(child.x, met > 0u)
+#elif BALLOT_WIDE
       Bvh4Node q = fetch_bvh4(node);
       Bvh4Planes p = planes_of(w, q);
       float far = reach(w.space, w.hit);
@@ -143,12 +98,19 @@ void main() {
 #else
       Pair pair = fetch_pair(node);
       float entry_l, entry_r;
-      TAKE_CHILD(pair.left, meets(w, pair.l, entry_l))
-      TAKE_CHILD(pair.right, meets(w, pair.r, entry_r))
+      bool l = meets(w, pair.l, entry_l), r = meets(w, pair.r, entry_r);
+#if BALLOT_FIRST
+      bool swap = l && r && entry_l < entry_r;  // the nearer one is taken from the stack first
+      TAKE_CHILD(swap ? pair.right : pair.left, swap ? r : l)
+      TAKE_CHILD(swap ? pair.left : pair.right, swap ? l : r)
+#else
+      TAKE_CHILD(pair.left, l)
+      TAKE_CHILD(pair.right, r)
+#endif
 #endif
       node = stack[--top];
     }
-    if (CUT_SHORT(is_inner(node) && leaves <= MOST_LEAVES)) break;
+    if (CUT_SHORT(is_inner(node) && leaves + CHILDREN <= LEAF_ROOM)) break;
     uint left = 0u, texel = 0u;  // triangles of the leaf that are still to be tested, and the next one
     while (leaves + left != 0u) {
       if (left == 0u) {
@@ -157,7 +119,16 @@ void main() {
         left = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
       }
       Hit hit;
-      bool crossed = crosses(w, texel, hit);
+      Doubt doubt;
+      bool crossed = crosses(w, texel, hit, doubt);
+#if BALLOT_FIRST
+      crossed = crossed && doubt.low <= w.hit.t;
+      if (crossed) take_first(doubt.high);
+      if (doubt.open) open_t = smaller(open_t, doubt.low);
+      w.hit.t = first_t[FIRST - 1u];
+#else
+      unsure = unsure || doubt.open;
+#endif
       found += uint(crossed);
 #if BALLOT_LISTS
       if (crossed && slot < end) {
@@ -170,12 +141,12 @@ void main() {
     }
     truncated = truncated || CUT_SHORT(leaves + left != 0u);
   } while (node != END_OF_TREE && !truncated);
+#if BALLOT_FIRST
+  unsure = open_t <= w.hit.t;
+#endif
   if (inside) {
     bool cut_short = CUT_SHORT(live && (node != END_OF_TREE || truncated));
-    answers[index] = cut_short ? UNFINISHED : found;
-#if BALLOT_EXACT
-    if (unsure && !cut_short) answers[index] = UNSURE;
-#endif
+    answers[index] = cut_short ? UNFINISHED : unsure ? UNSURE : found;
     if (cut_short) atomicAdd(work.unfinished, 1u);
   }
 }

@@ -11,6 +11,10 @@
 #define BIND_TRIANGLE_MASKS 19  // in: a word a triangle
 #define BIND_TILES 20           // sums of tiles of rays (shaders/query/places.comp)
 
+// Specialization constant, in addition to those of variant.h: the crossings of a ray that
+// shaders/query/first_crossings.comp keeps.
+#define SPEC_FIRST 6
+
 // The values of BALLOT_CULL: what is left out.
 #define CULL_NONE 0
 #define CULL_BACK 1

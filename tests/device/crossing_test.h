@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstring>
 
 #include "engine/oracle/nearest.h"
 #include "engine/query/ray_queries.h"
@@ -77,6 +78,20 @@ class CrossingTest : public DeviceTest {
   static std::vector<std::vector<Hit>> lists(RayQueries& queries, std::span<const Ray> rays,
                                              const CrossingQuery& query = {}) {
     return lists(queries, source_of(rays), query);
+  }
+  /// Expects that the first crossings are the beginnings of whole lists, bit for bit.
+  static void expect_first(RayQueries& queries, std::span<const Ray> rays, const std::vector<std::vector<Hit>>& whole,
+                           CrossingQuery query = {}) {
+    for (const std::uint32_t most : {0u, 1u, 2u, 5u, 17u}) {
+      query.most = most;
+      const auto first = lists(queries, rays, query);
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_EQ(first[i].size(), std::min<std::size_t>(most, whole[i].size())) << "ray " << i << ", first " << most;
+        ASSERT_TRUE(first[i].empty() ||
+                    std::memcmp(first[i].data(), whole[i].data(), first[i].size() * sizeof(Hit)) == 0)
+            << "ray " << i << ", first " << most;
+      }
+    }
   }
   static std::vector<std::uint32_t> prims_of(const std::vector<Hit>& hits) {
     std::vector<std::uint32_t> prims;

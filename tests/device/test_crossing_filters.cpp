@@ -32,6 +32,7 @@ class CrossingFilters : public CrossingTest {
       from_behind.resize(std::min<std::size_t>(2, from_behind.size()));
       ASSERT_EQ(prims_of(back[i]), from_behind);
     }
+    expect_first(queries, rays, found, {.exact = true});
     expect_silent(gpu_);
   }
 };

@@ -15,19 +15,16 @@ class RayQueriesTest : public CrossingTest {
     const auto t = make(gpu_, triangles, {.split_budget = 2});
     RayQueries queries(gpu_, t->tracer->tree());
     const auto numbers = counts(queries, rays);
-    const auto found = lists(queries, rays), first = lists(queries, rays, {.most = 2});
+    const auto found = lists(queries, rays);
     std::size_t all = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
       SCOPED_TRACE(i);
       const std::vector<std::uint32_t> truth = crossings_of(rays[i], triangles);
-      std::vector<std::uint32_t> prims, some;
-      for (const Hit& h : found[i]) prims.push_back(h.prim);
-      for (const Hit& h : first[i]) some.push_back(h.prim);
       EXPECT_EQ(numbers[i], truth.size());
-      EXPECT_EQ(prims, truth);
-      EXPECT_EQ(some, std::vector<std::uint32_t>(truth.begin(), truth.begin() + std::min<long>(2, long(truth.size()))));
+      EXPECT_EQ(prims_of(found[i]), truth);
       all += truth.size();
     }
+    expect_first(queries, rays, found);
     EXPECT_GE(all, at_least);
     expect_silent(gpu_);
   }
@@ -99,6 +96,7 @@ TEST_F(RayQueriesTest, RandomRaysAreThoseOfTheOracle) {
     }
     EXPECT_EQ(prims, crossings_of(rays[i], triangles)) << i;
   }
+  expect_first(queries, rays, found);
 }
 
 TEST_F(RayQueriesTest, DeadRaysAndEmptyScenes) {
@@ -127,7 +125,12 @@ TEST_F(RayQueriesTest, RaysWithManyCrossings) {
     const auto found = lists(queries, rays);
     ASSERT_EQ(found[0].size(), kMany);
     for (std::uint32_t i = 0; i < kMany; ++i) ASSERT_EQ(found[0][i].prim, i);
-    EXPECT_EQ(lists(queries, rays, {.most = 3})[0].size(), 3u);
+    for (const std::uint32_t most : {0u, 3u, 40u}) {
+      const auto first = lists(queries, rays, {.most = most});
+      ASSERT_EQ(first[0].size(), most);
+      for (std::uint32_t i = 0; i < most; ++i) ASSERT_EQ(first[0][i].prim, i);
+      EXPECT_TRUE(first[1].empty());
+    }
   }
 }
 

@@ -1,0 +1,86 @@
+// Crossings of a ray and triangles, for the kernels that find more than one. A kernel includes this file after
+// lib/frame/kernel.glsl.
+//
+// Sources: those of lib/numeric/triangle_watertight.glsl, by whose arithmetic vertices are sheared and t is found, and
+// of shaders/query/inside.comp, by whose rule ties are broken.
+//
+// Why a closed surface is crossed an even number of times by a line, and once at an edge or vertex where it is passed
+// through: a vertex is sheared by the same operations in every triangle that holds it, so the triangles are those of
+// one moved mesh, and the proof of inside.comp holds for its projection. A ray exactly through an edge or a vertex is
+// moved by an infinitesimal step across its main axis, the same for all triangles. At a silhouette it then passes
+// beside the surface or crosses both sides.
+//
+// t is that of the watertight test, with its bound: 15 * 2^-24 of the distance along the main axis. Boxes are culled as
+// for that test.
+//
+// What is asked for alone is compiled. BALLOT_CULL leaves out triangles that are seen from their back or front.
+// BALLOT_MASKS leaves out those whose mask shares no bit with the ray's. BALLOT_EXACT tells what rounding may have
+// decided. The bounds are in lib/query/sure.glsl.
+#include "crossing.glsl"
+#if BALLOT_EXACT
+#include "sure.glsl"
+#endif
+
+#if BALLOT_MASKS
+layout(set = 0, binding = BIND_RAY_MASKS, scalar) readonly buffer RayMasks { uint ray_masks[]; };
+layout(set = 0, binding = BIND_TRIANGLE_MASKS, scalar) readonly buffer TriangleMasks { uint triangle_masks[]; };
+uint ray_mask;
+#endif
+
+// Must be called before crosses().
+void begin_crossings(uint ray) {
+#if BALLOT_MASKS
+  ray_mask = ray_masks[ray];
+#endif
+}
+
+// What rounding leaves open about a triangle; without BALLOT_EXACT nothing.
+struct Doubt {
+  bool open;        // whether the ray crosses it in range
+  float low, high;  // units of the scaled ray: t is at least `low` if the ray crosses it, and at most `high` if that is
+                    // not open
+};
+
+// Returns true if the ray crosses the triangle in range; then `hit` is the crossing, in units of the scaled ray. Exact:
+// returns false too if that is open.
+bool crosses(Walker w, uint texel, out Hit hit, out Doubt doubt) {
+  TriangleTexels triangle = fetch_triangle(texel, texel_order(w.space));
+  RaySpace s = w.space;
+  vec3 p = uintBitsToFloat(triangle.a.xyz), q = uintBitsToFloat(triangle.b.xyz);
+  precise vec3 z = uintBitsToFloat(triangle.c.xyz) - s.origin.z;
+  vec3 x = multiply_add(vec3(s.first), z, multiply_add(p, vec3(s.scale), vec3(-s.origin.x)));
+  vec3 y = multiply_add(vec3(s.second), z, multiply_add(q, vec3(s.scale), vec3(-s.origin.y)));
+  vec2 a = vec2(x.x, y.x), b = vec2(x.y, y.y), c = vec2(x.z, y.z);
+  float e0 = side_value(b, c), e1 = side_value(c, a), e2 = side_value(a, b);
+  precise float det = e0 + e1 + e2;
+  precise float inv = 1.0 / det;
+  precise vec3 weights = vec3(e0, e1, e2) * inv;
+  precise float t = multiply_add(weights.z, z.z, multiply_add(weights.y, z.y, weights.x * z.x)) * s.inv;
+  hit = Hit(t, triangle.a.w, weights.y, weights.z);
+#if BALLOT_EXACT
+  float room = sides_room(x, y, z, s.scale);
+  float least = smaller(smaller(e0, e1), e2), most = larger(larger(e0, e1), e2);
+  bool crossed = least > room || most < -room, open = !crossed && !(least < -room && most > room);
+  float off = depth_room(z, det, room) * abs(s.inv);
+  bool in_range = t - off > w.ray.t_min && t + off < w.ray.t_max;
+  bool out_of_range = t + off < w.ray.t_min || t - off > w.ray.t_max;
+  bool front = (e0 > 0.0) == (s.inv > 0.0);
+  open = open || (crossed && !in_range && !out_of_range);
+  doubt = Doubt(open, open ? least_t(z, s.inv) : t - off, t + off);
+  crossed = crossed && in_range;
+#else
+  int s0 = side_sign(e0, b, c), s1 = side_sign(e1, c, a), s2 = side_sign(e2, a, b);
+  bool crossed = s0 != 0 && s0 == s1 && s1 == s2 && t >= w.ray.t_min && t <= w.ray.t_max;
+  bool front = (s0 > 0) == (s.inv > 0.0);
+  doubt = Doubt(false, t, t);
+#endif
+#if BALLOT_CULL == CULL_BACK
+  crossed = crossed && front;
+#elif BALLOT_CULL == CULL_FRONT
+  crossed = crossed && !front;
+#endif
+#if BALLOT_MASKS
+  if (crossed) crossed = (triangle_masks[hit.prim] & ray_mask) != 0u;
+#endif
+  return crossed;
+}
