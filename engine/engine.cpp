@@ -140,7 +140,11 @@ PointQueries& Engine::points() {
 
 RayQueries& Engine::rays() {
   refuse_instances("a query of crossings");
-  if (!rays_) rays_ = std::make_unique<RayQueries>(*gpu_, tracer_->tree());
+  if (rays_) return *rays_;
+  SurfaceAlpha alpha;
+  if (features_.alpha)
+    alpha = {look_defines(alpha_features(features_), true), [this](Kernel& kernel) { scene_data_->bind(kernel); }};
+  rays_ = std::make_unique<RayQueries>(*gpu_, tracer_->tree(), std::move(alpha));
   return *rays_;
 }
 

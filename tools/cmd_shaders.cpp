@@ -202,6 +202,13 @@ std::vector<KernelSource> query_kernel_sources() {
   std::vector<KernelSource> sources;
   for (const DeviceInfo& device : imagined_devices())
     for (KernelSource& source : query_sources(device)) sources.push_back(std::move(source));
+  for (const DeviceInfo& device : imagined_devices())
+    for (const bool textures : {false, true})
+      for (const bool stored : {false, true}) {
+        const SceneFeatures features{.vertex_colors = !textures, .base_texture = textures, .stored = stored};
+        for (KernelSource& source : alpha_crossing_sources(device, look_defines(features, true)))
+          sources.push_back(std::move(source));
+      }
   return sources;
 }
 

@@ -15,7 +15,7 @@ struct TraceArgs {
   QueryArgs query;
   std::vector<std::string> rays, out, ray_masks;
   std::string part, masks, cull;
-  bool any = false, count = false, all = false, verbose = false;
+  bool any = false, count = false, all = false, alpha = false, verbose = false;
   std::uint32_t first = kAllHits;
 
   bool crossings() const { return count || all || first != kAllHits; }
@@ -96,8 +96,8 @@ nlohmann::json record_of(const Engine& engine, const TraceArgs& args, std::size_
 /// Checks the options that ask for more than one hit.
 void check_crossings(const TraceArgs& args) {
   if (!args.crossings()) {
-    if (!args.masks.empty() || !args.ray_masks.empty() || !args.cull.empty())
-      fail(Failure::Arguments, "--cull, --masks and --ray-masks go with --count, --all or --first");
+    if (!args.masks.empty() || !args.ray_masks.empty() || !args.cull.empty() || args.alpha)
+      fail(Failure::Arguments, "--cull, --alpha, --masks and --ray-masks go with --count, --all or --first");
     return;
   }
   if (args.count + args.all + (args.first != kAllHits) > 1 || args.any)
@@ -108,6 +108,9 @@ void check_crossings(const TraceArgs& args) {
          "--count, --all and --first have a kernel of their own, in modes {} and exact; leave --method and --knob out, "
          "and other modes",
          kDefaultNumeric);
+  if (args.alpha && args.query.numeric == "exact")
+    fail(Failure::Arguments,
+         "--alpha and --numeric exact: give one of them; textures are read in float32, so no alpha is exact");
 }
 
 /// Finds the crossings of each file of rays.
@@ -123,7 +126,8 @@ int run_crossings(TraceArgs& args) {
                 .cull = args.cull == "back"    ? Cull::Back
                         : args.cull == "front" ? Cull::Front
                                                : Cull::None,
-                .triangle_masks = masks};
+                .triangle_masks = masks,
+                .alpha = args.alpha};
   if (!args.masks.empty() && masks.size() != opened.engine->triangle_count())
     fail(Failure::Arguments, "--masks {}: found {} masks; expected one for each of the {} triangles", args.masks,
          masks.size(), opened.engine->triangle_count());
@@ -210,6 +214,10 @@ void add_trace(CLI::App& app, int& result) {
          "with --count, --all, --first: leave out triangles that a ray meets from their 'back' or 'front', the\n"
          "side from which the vertices run counter-clockwise")
       ->check(CLI::IsMember({"back", "front"}));
+  cmd->add_flag(
+      "--alpha", args->alpha,
+      "with --count, --all, --first: leave out a triangle where its surface stops nothing: where the alpha of\n"
+      "material, texture and vertex colours is below the cutoff of a mask, or 0");
   cmd->add_option("--masks", args->masks,
                   "with --count, --all, --first: FILE.npy with a mask for each triangle, uint32 (n,); a triangle is\n"
                   "left out if it shares no bit with the ray's");

@@ -65,6 +65,10 @@ typedef struct BallotLists {
   const uint32_t* mesh_masks; /* of each mesh, in the order in which the scene was made of them */
   size_t mesh_mask_count;     /* the scene's meshes; a loaded scene is one */
   const uint32_t* ray_masks;  /* of each ray */
+  /* 1: leave out a triangle where its surface stops nothing: where the alpha of material, texture and vertex colours is
+   * below the cutoff of a mask, or 0. Changes nothing where all surfaces are opaque, as in scenes from arrays. Not with
+   * numeric "exact", because textures are read in float32. */
+  uint32_t alpha;
 } BallotLists;
 
 /* Finds all crossings of rays and triangles with t in [t_min, t_max]. With numeric "exact" numbers and order are those

@@ -100,6 +100,7 @@ inline BallotLists lists_of(const CrossingQuery& query, std::size_t rays) {
   lists.most = query.most;
   lists.numeric = query.numeric.c_str();
   lists.cull = std::uint32_t(query.cull);
+  lists.alpha = query.alpha;
   lists.mesh_masks = query.mesh_masks.empty() ? nullptr : query.mesh_masks.data();
   lists.mesh_mask_count = query.mesh_masks.size();
   lists.ray_masks = query.ray_masks.empty() ? nullptr : query.ray_masks.data();

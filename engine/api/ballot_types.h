@@ -185,6 +185,7 @@ struct CrossingQuery {
   Cull cull = Cull::None;
   std::span<const std::uint32_t> mesh_masks = {};  // of each mesh, in the order in which the scene was made of them
   std::span<const std::uint32_t> ray_masks = {};   // of each ray
+  bool alpha = false;  // leave out a triangle where its surface stops nothing: BallotLists::alpha
 };
 
 /// All crossings of rays: those of ray i are hits[counts[0] + ... + counts[i - 1]] and the counts[i] - 1 behind it.

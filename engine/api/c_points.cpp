@@ -167,6 +167,11 @@ class ListQuery {
     if (lists.cull > BALLOT_CULL_FRONT)
       refuse_points(fmt::format("BallotLists: cull is {}; expected BALLOT_CULL_NONE, _BACK or _FRONT", lists.cull));
     query_.cull = Cull(lists.cull);
+    if (lists.alpha > 1) refuse_points(fmt::format("BallotLists: alpha is {}; expected 0 or 1", lists.alpha));
+    if (lists.alpha && query_.exact)
+      refuse_points(
+          "BallotLists: alpha is 1 and numeric is 'exact'; expected one of them: textures are read in float32");
+    query_.alpha = lists.alpha != 0;
     if (!lists.mesh_masks) return;
     if (lists.mesh_mask_count != scene.meshes.size())
       refuse_points(

@@ -19,11 +19,16 @@ Buffer<T>& room_for(std::optional<Buffer<T>>& buffer, Context& gpu, std::size_t 
   return *buffer;
 }
 
-/// Returns the defines of a kernel.
-Defines defines_of(const CrossingVariant& v, bool wide) {
-  return {{"BALLOT_LISTS", v.lists}, {"BALLOT_FIRST", v.first > 0}, {"BALLOT_WIDE", wide},
-          {"BALLOT_EXACT", v.exact}, {"BALLOT_MASKS", v.masks},     {"BALLOT_CULL", int(v.cull)}};
+/// Returns the defines of a kernel. `alpha`: those of surfaces, if it reads them.
+Defines defines_of(const CrossingVariant& v, bool wide, const Defines& alpha) {
+  Defines defines{{"BALLOT_LISTS", v.lists}, {"BALLOT_FIRST", v.first > 0}, {"BALLOT_WIDE", wide},
+                  {"BALLOT_EXACT", v.exact}, {"BALLOT_MASKS", v.masks},     {"BALLOT_CULL", int(v.cull)},
+                  {"BALLOT_ALPHA", v.alpha}};
+  if (v.alpha) defines.insert(defines.end(), alpha.begin(), alpha.end());
+  return defines;
 }
+
+constexpr CrossingVariant kResults[] = {{}, {.lists = true}, {.lists = true, .first = 1}};
 
 KernelSource sums_source() {
   KernelSource source;
@@ -37,15 +42,25 @@ KernelSource sums_source() {
 
 std::vector<KernelSource> crossing_sources(const DeviceInfo& device, const TreeFacts& tree) {
   std::vector<KernelSource> sources{sums_source()};
-  for (CrossingVariant v :
-       {CrossingVariant{}, CrossingVariant{.lists = true}, CrossingVariant{.lists = true, .first = 1}})
+  for (CrossingVariant v : kResults)
     for (const bool exact : {false, true})
       for (const bool masks : {false, true})
         for (const Cull cull : {Cull::None, Cull::Back, Cull::Front})
           for (const bool wide : {false, true}) {
             v.exact = exact, v.masks = masks, v.cull = cull;
-            sources.push_back(query_source("crossings", device, tree, defines_of(v, wide), wide));
+            sources.push_back(query_source("crossings", device, tree, defines_of(v, wide, {}), wide));
           }
+  return sources;
+}
+
+std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const Defines& alpha) {
+  const TreeFacts tree{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
+  std::vector<KernelSource> sources;
+  for (CrossingVariant v : kResults)
+    for (const bool wide : {false, true}) {
+      v.alpha = true;
+      sources.push_back(query_source("crossings", device, tree, defines_of(v, wide, alpha), wide));
+    }
   return sources;
 }
 
@@ -71,7 +86,7 @@ QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs)
   const bool wide = !pairs && gpu_.info().is_cpu();
   std::optional<QueryKernel>& one = pairs ? all.pairs : all.whole;
   if (!one)
-    one.emplace(gpu_, tree(), "crossings", defines_of(variant, wide), wide,
+    one.emplace(gpu_, tree(), "crossings", defines_of(variant, wide, alpha_.defines), wide,
                 variant.first ? SpecConstants{{SPEC_FIRST, variant.first}} : SpecConstants{});
   one->prepare();
   return *one;
@@ -87,6 +102,7 @@ void CrossingKernels::bind_rays(QueryKernel& kernel, const CrossingVariant& vari
   Buffer<Ray>& buffer = room_for(rays_, gpu_, some.rays.size(), "rays of a query");
   buffer.upload(some.rays);
   kernel.bind(BIND_RAYS, buffer);
+  if (variant.alpha) kernel.bind(alpha_);
   if (!variant.masks) return;
   Buffer<std::uint32_t>& masks = room_for(ray_masks_, gpu_, some.rays.size(), "masks of rays");
   if (some.masks.empty()) all_bits_.assign(some.rays.size(), kAllBits);

@@ -13,7 +13,7 @@ namespace ballot {
 
 /// What kernels of crossings are compiled for.
 struct CrossingVariant {
-  bool lists = false, exact = false, masks = false;
+  bool lists = false, exact = false, masks = false, alpha = false;
   Cull cull = Cull::None;
   std::uint32_t first = 0;  // lists have the first so many of each ray, and may have others; 0: all
   friend auto operator<=>(const CrossingVariant&, const CrossingVariant&) = default;
@@ -31,13 +31,16 @@ std::vector<KernelSource> crossing_sources(const DeviceInfo& device, const TreeF
 /// Counts and lists crossings on a tree in which each triangle lies in one leaf. Belongs to the thread of its Context.
 class CrossingKernels {
  public:
-  /// Keeps references to both.
-  CrossingKernels(Context& gpu, DeviceTree& scene) : gpu_(gpu), whole_(gpu, scene) {}
+  /// Keeps references to gpu and scene.
+  CrossingKernels(Context& gpu, DeviceTree& scene, SurfaceAlpha alpha)
+      : gpu_(gpu), whole_(gpu, scene), alpha_(std::move(alpha)) {}
 
   /// Follows the scene's tree and, if masks are asked for, takes those of its triangles; none: all bits. Call it before
   /// a query. Throws Error(Arguments) if there are not as many masks as triangles.
   void prepare(bool masks, std::span<const std::uint32_t> triangle_masks);
   DeviceTree& tree() { return whole_.tree(); }
+  /// Returns true if some surface of the scene lets rays pass.
+  bool has_alpha() const { return !alpha_.defines.empty(); }
   /// Returns the largest number of rays of a dispatch.
   std::uint32_t most(const CrossingVariant& variant);
 
@@ -90,6 +93,7 @@ class CrossingKernels {
 
   Context& gpu_;
   WholeTree whole_;
+  SurfaceAlpha alpha_;
   std::map<CrossingVariant, Pair> kernels_;
   std::unique_ptr<Kernel> sums_;
   std::optional<Buffer<Ray>> rays_;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "engine/query/point_queries.h"
+#include "engine/query/ray_queries.h"
 #include "engine/trace/kernels.h"
 
 namespace ballot {
@@ -32,6 +33,8 @@ class QueryKernel {
 
   /// Binds a buffer, as Kernel::bind(). Call it after each prepare().
   void bind(std::uint32_t binding, const RawBuffer& buffer) { kernel_->bind(binding, buffer); }
+  /// Binds what the kernel reads of surfaces. Call it after each prepare().
+  void bind(const SurfaceAlpha& alpha) { alpha.bind(*kernel_); }
   /// Makes or renews the kernel, if the tree or the shaders changed.
   void prepare();
   /// Answers queries [0, count) from the child reference `root` on, and waits. Returns how many of them the driver cut

@@ -70,7 +70,8 @@ struct Answers {
 using namespace ray_queries;
 
 struct RayQueries::Parts {
-  Parts(Context& device, DeviceTree& scene) : gpu(device), kernels(device, scene) {}
+  Parts(Context& device, DeviceTree& scene, SurfaceAlpha alpha)
+      : gpu(device), kernels(device, scene, std::move(alpha)) {}
 
   void read(const RaySource& source, std::uint64_t first, std::size_t count);
   std::span<const std::uint32_t> count_all(std::span<std::uint32_t> numbers, TraceTimes& times);
@@ -104,8 +105,15 @@ struct RayQueries::Parts {
 };
 
 void RayQueries::Parts::begin(const RaySource& source, const CrossingQuery& wanted, bool lists) {
+  if (wanted.alpha && wanted.exact)
+    fail(Failure::Arguments,
+         "crossings: found alpha and mode exact; expected one of them: textures are read in float32");
   query = wanted;
-  variant = {lists, query.exact, source.masks || !query.triangle_masks.empty(), query.cull};
+  variant = {.lists = lists,
+             .exact = query.exact,
+             .masks = source.masks || !query.triangle_masks.empty(),
+             .alpha = query.alpha && kernels.has_alpha(),
+             .cull = query.cull};
   if (lists && query.most <= kMostFirst) variant.first = query.most;
   room = std::max(kFirstSlots, variant.first + kFirstSlots / 2);
   by_counts = lists && !variant.first && counts_first.value_or(!gpu.info().is_cpu());
@@ -297,7 +305,8 @@ void RayQueries::Parts::put_in_order(const Ray& ray, std::span<const Hit> mine, 
   std::copy_n(spare.begin(), to.size(), to.begin());
 }
 
-RayQueries::RayQueries(Context& gpu, DeviceTree& tree) : parts_(std::make_unique<Parts>(gpu, tree)) {}
+RayQueries::RayQueries(Context& gpu, DeviceTree& tree, SurfaceAlpha alpha)
+    : parts_(std::make_unique<Parts>(gpu, tree, std::move(alpha))) {}
 RayQueries::~RayQueries() = default;
 
 void RayQueries::set_counts_first(bool first) { parts_->counts_first = first; }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "engine/trace/dispatch.h"
 #include "shaders/shared/query.h"
@@ -29,6 +30,12 @@ constexpr std::uint32_t kAllHits = 0xFFFFFFFFu;
 /// front is the side from which the vertices run counter-clockwise.
 enum class Cull : std::uint32_t { None = CULL_NONE, Back = CULL_BACK, Front = CULL_FRONT };
 
+/// What kernels need to read the alpha of a scene's surfaces.
+struct SurfaceAlpha {
+  Defines defines = {};                    // of shaders/lib/shade/surface_material.glsl; none: every surface is opaque
+  std::function<void(Kernel&)> bind = {};  // binds what such a kernel reads
+};
+
 /// What is asked of crossings. What is not asked for is in no kernel.
 struct CrossingQuery {
   /// list(): the first crossings of each ray that are wanted. 0: none, and nothing is traced. Up to 16 are
@@ -40,6 +47,9 @@ struct CrossingQuery {
   Cull cull = Cull::None;
   /// A word for each triangle; none: all bits. A triangle is left out if its mask shares no bit with the ray's.
   std::span<const std::uint32_t> triangle_masks = {};
+  /// Leaves out a triangle where its surface stops nothing: where alpha is below the cutoff of a mask, or 0. Changes
+  /// nothing in a scene whose surfaces are opaque. Not in mode exact: textures are read in float32.
+  bool alpha = false;
 };
 
 /// Takes the numbers of crossings of the rays from number `first` on. The span is valid until it returns.
@@ -49,6 +59,9 @@ using TakeCounts = std::function<void(std::uint64_t first, std::span<const std::
 using TakeLists =
     std::function<void(std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> hits)>;
 
+/// Returns the sources of kernels of crossings that read alpha.
+std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const Defines& alpha);
+
 /// Answers ray queries on one tree. Follows the tree when it changes. Belongs to the thread of its Context.
 ///
 /// A ray crosses a triangle by a rule of symbolic perturbation: a ray that passes exactly through an edge or a vertex
@@ -57,12 +70,12 @@ using TakeLists =
 /// no spatial splits: if the scene's own has, another one is built for these queries.
 class RayQueries {
  public:
-  /// Keeps references to both.
-  RayQueries(Context& gpu, DeviceTree& tree);
+  /// Keeps references to gpu and tree.
+  RayQueries(Context& gpu, DeviceTree& tree, SurfaceAlpha alpha = {});
   ~RayQueries();
 
   /// Counts the crossings of each ray with t in [t_min, t_max]. Dead rays have none. Throws Error(Arguments) if there
-  /// are not as many masks as triangles, Error(Work) if the device fails.
+  /// are not as many masks as triangles or alpha is asked for in mode exact, Error(Work) if the device fails.
   TraceTimes count(const RaySource& rays, const TakeCounts& take, const CrossingQuery& query = {});
 
   /// Lists the crossings of each ray. Takes memory for some 2^22 crossings at a time; a ray with more gets memory of

@@ -29,13 +29,9 @@
 #define ORIGIN_PROVED 3
 #define ORIGIN_BOUNDED 4
 
-// Bindings of set 0 of the rendering kernels.
+// Bindings of set 0 of the rendering kernels. Those of the scene's arrays, from BIND_UVS to BIND_TEXTURES and from
+// BIND_INSTANCES on, are no bindings of traversal or query kernels, so that these can read surfaces too.
 #define BIND_FILM 2
-// BIND_TRIANGLES: texel buffer, three texels a triangle in the order of the scene's arrays: (v0.xyz, material),
-// (v1.xyz, 0), (v2.xyz, 0).
-#define BIND_TRIANGLES 3
-#define BIND_NORMALS 4  // texel buffer, three texels a triangle; bound only if the scene has normals
-#define BIND_MATERIALS 5
 #define BIND_PRIMARY 6  // primary rays of a generator, which writes to BIND_RAYS
 #define BIND_STARTS 7
 #define BIND_IDS 8      // for rays that passed a transparent hit: the index of the original ray
@@ -47,10 +43,6 @@
 #define BIND_UVS 13
 #define BIND_TEXELS 14  // texel buffer of all mip maps; a texel holds two linear half RGBA texels
 #define BIND_TEXTURES 15
-#define BIND_TEXTURE_USES 16
-#define BIND_SKY 17       // texel buffer; lib/shade/sky.glsl
-#define BIND_EMITTERS 18  // texel buffer of emissive triangles: (prim, running sum of weights, 0, 0)
-#define BIND_LIGHTS 19
 #define BIND_PATHS 20
 #define BIND_CARRIED 21
 #define BIND_NEXT_RAYS 22
@@ -72,6 +64,15 @@
 #define BIND_INSTANCES 37  // texel buffer of scenes with instances: lib/shade/triangles.glsl
 #define PLACED_TEXELS 4
 #define BIND_COLORS 38  // texel buffer of scenes with colours, two texels a triangle: half RGBA of vertices 0, 1 and 2
+// BIND_TRIANGLES: texel buffer, three texels a triangle in the order of the scene's arrays: (v0.xyz, material),
+// (v1.xyz, 0), (v2.xyz, 0).
+#define BIND_TRIANGLES 39
+#define BIND_NORMALS 40  // texel buffer, three texels a triangle; bound only if the scene has normals
+#define BIND_MATERIALS 41
+#define BIND_TEXTURE_USES 42
+#define BIND_SKY 43       // texel buffer; lib/shade/sky.glsl
+#define BIND_EMITTERS 44  // texel buffer of emissive triangles: (prim, running sum of weights, 0, 0)
+#define BIND_LIGHTS 45
 
 // Values of BALLOT_SKY: the numbers of Sky::Kind (engine/scene/light.h).
 #define SKY_NONE 0

@@ -174,6 +174,9 @@ TEST_F(Points, FiltersOfCrossings) {
   expect_refused({.cull = ballot::Cull(3)}, "cull is 3");
   expect_refused({.mesh_masks = std::span(meshes).first(1)}, "1 masks of meshes; the scene has 2");
   expect_refused({.ray_masks = std::span(of_rays).first(1)}, "1 masks of rays, but 2 rays");
+  // Arrays have no materials: every surface is opaque.
+  EXPECT_EQ(scene.count_crossings(rays, {.alpha = true}), (std::vector<std::uint32_t>{4, 4}));
+  expect_refused({.numeric = "exact", .alpha = true}, "alpha is 1 and numeric is 'exact'");
 }
 
 TEST_F(Points, ExactPoints) {

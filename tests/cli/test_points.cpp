@@ -171,6 +171,40 @@ TEST_F(Points, Crossings) {
          {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--count", "--method", "packet"});
 }
 
+// Two triangles in one place, of which one has no alpha to speak of.
+TEST_F(Points, CrossingsByAlpha) {
+  const std::vector<float> corners{0, 0, 0, 2, 0, 0, 0, 2, 0};
+  write("veil.bin", std::string(reinterpret_cast<const char*>(corners.data()), corners.size() * sizeof(float)));
+  write("veil.gltf",
+        R"({"asset":{"version":"2.0"},"buffers":[{"uri":"veil.bin","byteLength":36}],
+            "bufferViews":[{"buffer":0,"byteLength":36}],
+            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[2,2,0]}],
+            "materials":[{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.25]}},
+                         {"pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.25]}}],
+            "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0},
+                                     {"attributes":{"POSITION":0},"material":1}]}],
+            "nodes":[{"mesh":0}],"scenes":[{"nodes":[0]}]})");
+  array("rays.npy", {0.5f, 0.5f, 9, 0, 0, -1}, 6);
+  const auto numbers = [&](const Words& how) {
+    Words all{"trace", "veil.gltf", "--rays", "rays.npy", "--out", "n.npy", "--validate"};
+    all.insert(all.end(), how.begin(), how.end());
+    succeed(all);
+  };
+  numbers({"--count"});
+  EXPECT_EQ(items<std::uint32_t>("n.npy", "'<u4'"), (std::vector<std::uint32_t>{2}));
+  numbers({"--count", "--alpha"});
+  EXPECT_EQ(items<std::uint32_t>("n.npy", "'<u4'"), (std::vector<std::uint32_t>{1}));
+  for (const Words& how : {Words{"--all", "--alpha"}, Words{"--first", "1", "--alpha"}}) {
+    numbers(how);
+    const auto found = items<std::array<std::uint32_t, 5>>("n.npy", "'ray'");
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0][2], 1u);
+  }
+  refuse(2, {"--alpha and --numeric exact"},
+         {"trace", "veil.gltf", "--rays", "rays.npy", "--out", "x.npy", "--count", "--alpha", "--numeric", "exact"});
+  refuse(2, {"--alpha", "go with --count"}, {"trace", "veil.gltf", "--rays", "rays.npy", "--out", "x.npy", "--alpha"});
+}
+
 TEST_F(Points, CheckOfMeshes) {
   const Result good = succeed({"check", "box.obj", "--json", "c.json"});
   expect_parts(good.out, {"12 triangles, 18 edges", "closed: yes", "manifold: yes", "consistently wound: yes"});

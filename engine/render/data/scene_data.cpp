@@ -229,6 +229,13 @@ std::string look_name(const SceneFeatures& features, bool materials) {
   return name;
 }
 
+SceneFeatures alpha_features(const SceneFeatures& features) {
+  return {.vertex_colors = features.vertex_colors,
+          .base_texture = features.base_texture,
+          .stored = features.stored,
+          .tree = {.top_depth = features.tree.top_depth}};
+}
+
 KernelSource shading_source(std::string_view shading, const SceneFeatures& features) {
   const int value = find_shading(shading).value;
   const bool materials = value != SHADING_NORMALS;

@@ -74,6 +74,9 @@ Defines look_defines(const SceneFeatures& features, bool materials);
 /// Returns what look_defines() adds to a kernel's name, such as "+normals+emission".
 std::string look_name(const SceneFeatures& features, bool materials);
 
+/// Returns those of the features that opacity() of shaders/lib/shade/surface_material.glsl depends on.
+SceneFeatures alpha_features(const SceneFeatures& features);
+
 /// Returns the kernel of a shading (a name of kShadings) for a scene with these features.
 KernelSource shading_source(std::string_view shading, const SceneFeatures& features);
 

@@ -81,10 +81,7 @@ KernelSource film_source(bool moments) {
 }
 
 KernelSource alpha_source(const SceneFeatures& features) {
-  const SceneFeatures seen{.vertex_colors = features.vertex_colors,
-                           .base_texture = features.base_texture,
-                           .stored = features.stored,
-                           .tree = {.top_depth = features.tree.top_depth}};
+  const SceneFeatures seen = alpha_features(features);
   return {.name = "path.alpha" + look_name(seen, true),
           .file = "path/alpha.comp",
           .defines = look_defines(seen, true),

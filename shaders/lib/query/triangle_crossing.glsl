@@ -14,9 +14,15 @@
 // for that test.
 //
 // What is asked for alone is compiled. BALLOT_CULL leaves out triangles that are seen from their back or front.
-// BALLOT_MASKS leaves out those whose mask shares no bit with the ray's. BALLOT_EXACT tells what rounding may have
-// decided. The bounds are in lib/query/sure.glsl.
+// BALLOT_MASKS leaves out those whose mask shares no bit with the ray's. BALLOT_ALPHA leaves out those whose surface
+// stops nothing where the ray meets it (opacity() of lib/shade/surface_material.glsl, as rendering does). BALLOT_EXACT
+// tells what rounding may have decided; the bounds are in lib/query/sure.glsl.
 #include "crossing.glsl"
+#if BALLOT_ALPHA
+#include "../../shared/render.h"
+#include "../shade/triangles.glsl"
+#include "../shade/surface_material.glsl"
+#endif
 #if BALLOT_EXACT
 #include "sure.glsl"
 #endif
@@ -81,6 +87,9 @@ bool crosses(Walker w, uint texel, out Hit hit, out Doubt doubt) {
 #endif
 #if BALLOT_MASKS
   if (crossed) crossed = (triangle_masks[hit.prim] & ray_mask) != 0u;
+#endif
+#if BALLOT_ALPHA
+  if (crossed) crossed = opacity(material_of(hit.prim), hit) > 0.0;
 #endif
   return crossed;
 }

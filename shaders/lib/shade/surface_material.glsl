@@ -86,7 +86,7 @@ float opacity(uint material, Hit hit) {
 vec3 bumped(uint material, Hit hit, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool front, float footprint) {
   GpuTextureUse use = texture_uses[material * USES_PER_MATERIAL + USE_NORMAL];
   if (use.texture == NO_TEXTURE) return n;
-  Corners at = corners_of(use, hit.prim);
+  UvCorners at = corners_of(use, hit.prim);
   vec2 d1 = at.b - at.a, d2 = at.c - at.a;
   float turn = d1.x * d2.y - d1.y * d2.x;
   if (abs(turn) < 1e-20) return n;

@@ -7,7 +7,7 @@ layout(set = 0, binding = BIND_TEXTURES, scalar) readonly buffer Textures { GpuT
 layout(set = 0, binding = BIND_TEXTURE_USES, scalar) readonly buffer TextureUses { GpuTextureUse texture_uses[]; };
 
 // Texture coordinates of the three vertices, transformed by the use.
-struct Corners {
+struct UvCorners {
   vec2 a, b, c;
 };
 
@@ -15,10 +15,10 @@ vec2 transformed(GpuTextureUse use, vec2 uv) {
   return vec2(dot(use.row_u, vec3(uv, 1.0)), dot(use.row_v, vec3(uv, 1.0)));
 }
 
-Corners corners_of(GpuTextureUse use, uint prim) {
+UvCorners corners_of(GpuTextureUse use, uint prim) {
   vec4 ab = uintBitsToFloat(SCENE_TEXEL(uvs, use.first_uv + 2u * PLACE_OF(prim)));
   vec2 c = uintBitsToFloat(SCENE_TEXEL(uvs, use.first_uv + 2u * PLACE_OF(prim) + 1u).xy);
-  return Corners(transformed(use, ab.xy), transformed(use, ab.zw), transformed(use, c));
+  return UvCorners(transformed(use, ab.xy), transformed(use, ab.zw), transformed(use, c));
 }
 
 int wrapped(int x, int size, uint mode) {
@@ -56,7 +56,7 @@ vec4 sample_level(GpuTexture t, vec2 uv, uint level) {
 
 // Samples a use at the barycentric weights u, v of vertices 1 and 2. `footprint` is the width of the ray's cone on the
 // surface over the square root of twice the triangle's area; 0 selects the finest level.
-vec4 sample_use(GpuTextureUse use, Corners corners, float u, float v, float footprint) {
+vec4 sample_use(GpuTextureUse use, UvCorners corners, float u, float v, float footprint) {
   GpuTexture t = textures[use.texture];
   vec2 uv = corners.a * (1.0 - u - v) + corners.b * u + corners.c * v;
   vec2 size = vec2(t.width, t.height), x = (corners.b - corners.a) * size, y = (corners.c - corners.a) * size;

@@ -130,6 +130,10 @@ class Filters(unittest.TestCase):
             inside = self.scene.nearest([[0, 0, 0], [2, 0, 0]], ("inside", "distances"), numeric=numeric)
             self.assertEqual((inside["inside"].tolist(), inside["distances"].tolist()), ([True, False], [1, 1]))
 
+    def test_alpha_of_arrays(self):
+        self.assertEqual(self.scene.count_crossings(self.rays, alpha=True).tolist(), [4, 4])
+        self.assertEqual(len(self.scene.crossings(self.rays, alpha=True)[1]), 8)
+
     def test_wrong_filters(self):
         for how, what in (
             ({"numeric": "plain"}, "numeric is 'plain'"),
@@ -138,6 +142,7 @@ class Filters(unittest.TestCase):
             ({"ray_masks": [1]}, "ray_masks has 1 numbers; expected 2"),
             ({"ray_masks": [1, -1]}, "ray_masks: found int64"),
             ({"ray_masks": [1.5, 2]}, "ray_masks: found float64"),
+            ({"numeric": "exact", "alpha": True}, "alpha is 1 and numeric is 'exact'"),
         ):
             with self.assertRaisesRegex(ValueError, what):
                 self.scene.count_crossings(self.rays, **how)
