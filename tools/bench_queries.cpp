@@ -5,13 +5,15 @@
 
 #include "tools/bench/markdown.h"
 #include "tools/bench/plan.h"
+#include "tools/hard/hard.h"
 
 namespace ballot::cli {
 
 namespace {
 
 using QueryClock = std::chrono::steady_clock;
-constexpr std::string_view kQueries[] = {"count", "list", "nearest", "inside"};
+constexpr std::string_view kQueries[] = {"count", "list", "first", "nearest", "inside"};
+constexpr std::uint32_t kFirst = 4;  // crossings of a ray that "first" asks for
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
 /// What is measured.
@@ -22,6 +24,8 @@ struct QueryRun {
   std::uint32_t width, height, repeats;
   RayKindOptions options;
   bool check;
+  bool quick = false;    // of hard cases
+  bool warms_up = true;  // calls each query once before it is timed
 
   bool wants(std::string_view query) const { return std::ranges::count(queries, query) > 0; }
 };
@@ -40,7 +44,7 @@ template <class Call>
 QueryFigures timed(const QueryRun& run, std::string query, std::string mode, std::string of, std::uint64_t count,
                    const Call& call) {
   std::vector<double> device, wall;
-  call();  // compiles the kernel, and takes the memory
+  if (run.warms_up) call();  // compiles the kernel, and takes the memory
   for (std::uint32_t i = 0; i < run.repeats; ++i) {
     const auto begin = QueryClock::now();
     device.push_back(call().device_ms);
@@ -73,14 +77,39 @@ TraceTimes count_rays(Engine& engine, std::span<const Ray> rays, bool exact, std
                              {.exact = exact});
 }
 
-TraceTimes list_rays(Engine& engine, std::span<const Ray> rays, bool exact, ListedCrossings& all) {
+TraceTimes list_rays(Engine& engine, std::span<const Ray> rays, bool exact, std::uint32_t most, ListedCrossings& all) {
   all.counts.clear(), all.hits.clear();
   return engine.rays().list(source_of(rays),
                             [&](std::uint64_t, std::span<const std::uint32_t> some, std::span<const Hit> hits) {
                               all.counts.insert(all.counts.end(), some.begin(), some.end());
                               all.hits.insert(all.hits.end(), hits.begin(), hits.end());
                             },
-                            {.exact = exact});
+                            {.most = most, .exact = exact});
+}
+
+/// Measures the queries of rays in one mode, and judges them if asked to. All are judged beside the lists.
+void measure_crossings(Engine& engine, const QueryRun& run, const std::string& of, std::span<const Ray> rays,
+                       const std::string& mode, std::vector<QueryFigures>& all) {
+  const bool exact = mode == "exact";
+  RayAnswers answers{.counts = {}, .lists = {}, .first = {}, .most = kFirst};
+  const auto measure = [&](const char* query, const auto& call) {
+    return timed(run, query, mode, of, rays.size(), call);
+  };
+  std::optional<QueryFigures> count, list, first;
+  if (run.wants("count")) count = measure("count", [&] { return count_rays(engine, rays, exact, answers.counts); });
+  if (run.wants("list") || run.check)
+    list = measure("list", [&] { return list_rays(engine, rays, exact, kAllHits, answers.lists); });
+  if (run.wants("first"))
+    first = measure("first", [&] { return list_rays(engine, rays, exact, kFirst, answers.first); });
+  if (run.check) {
+    const RayErrors errors = QueryJudge(engine.tracer().tree()).rays(rays, answers);
+    if (count) count->errors = errors.counts;
+    if (first) first->errors = errors.first;
+    list->errors = errors.lists;
+  }
+  if (count) all.push_back(*count);
+  if (run.wants("list")) all.push_back(*list);
+  if (first) all.push_back(*first);
 }
 
 /// Measures the queries of rays on those of one kind, beside the nearest hit.
@@ -92,23 +121,7 @@ void measure_rays(Engine& engine, const QueryRun& run, const std::string& kind, 
   const Query query = engine.resolve(*batch, run.trace);
   all.push_back(
       timed(run, "nearest hit", run.trace.numeric, kind, rays.size(), [&] { return engine.trace(*batch, query); }));
-  const QueryJudge judge(engine.tracer().tree());
-  for (const std::string& mode : run.modes) {
-    const bool exact = mode == "exact";
-    std::vector<std::uint32_t> counts;
-    ListedCrossings lists;
-    if (run.wants("count"))
-      all.push_back(
-          timed(run, "count", mode, kind, rays.size(), [&] { return count_rays(engine, rays, exact, counts); }));
-    if (run.wants("list") || (run.check && run.wants("count"))) {
-      QueryFigures figures =
-          timed(run, "list", mode, kind, rays.size(), [&] { return list_rays(engine, rays, exact, lists); });
-      if (run.check && run.wants("count")) all.back().errors = judge.counts(rays, counts, lists);
-      if (!run.wants("list")) continue;
-      if (run.check) figures.errors = judge.lists(rays, lists);
-      all.push_back(std::move(figures));
-    }
-  }
+  for (const std::string& mode : run.modes) measure_crossings(engine, run, kind, rays, mode, all);
 }
 
 /// Returns points of a grid over the bounds and a tenth of their longest side around them, in rows of x; or as many
@@ -212,46 +225,105 @@ QueryRun query_run(const RunArgs& run, const std::string& queries, bool check, c
   return what;
 }
 
+/// Measures the queries on one scene.
+std::vector<QueryFigures> measure_scene(Engine& engine, const QueryRun& run) {
+  std::vector<QueryFigures> all;
+  const ProgressBar bar(engine.scene().name + ": queries");
+  if (run.wants("count") || run.wants("list") || run.wants("first"))
+    for (const std::string& kind : run.kinds) measure_rays(engine, run, kind, all);
+  for (const bool random : {false, true}) measure_points(engine, run, random, all);
+  return all;
+}
+
+/// Judges the queries of rays on the rays of every hard case, and prints what was found of each case and mode.
+template <class Note>
+void judge_hard_cases(const EngineOptions& options, QueryRun run, const Note& note) {
+  run.repeats = 1;
+  run.warms_up = false;
+  bench::Table table({"hard case", "mode", "answers", "wrong", "beyond the bound"});
+  ProgressBar bar("hard cases: queries");
+  for (const HardCase& hard : hard_cases()) {
+    HardScene made = hard.make(run.quick);
+    EngineOptions own = options;
+    own.build = made.build;
+    Engine engine(std::move(made.scene), own);
+    std::vector<QueryFigures> all;
+    for (const std::string& mode : run.modes) {
+      const std::size_t before = all.size();
+      for (const HardRays& set : made.rays) measure_crossings(engine, run, set.name, set.rays, mode, all);
+      QueryErrors sum;
+      for (std::size_t i = before; i < all.size(); ++i) sum += *all[i].errors;
+      table.row({std::string(hard.name), mode, std::to_string(sum.checked), std::to_string(sum.wrong),
+                 std::to_string(sum.beyond)});
+    }
+    note(std::string(hard.name), all);
+    bar.update(double(&hard - hard_cases().data() + 1) / double(hard_cases().size()));
+  }
+  say("{}", table.text());
+}
+
+/// The sums of what was judged.
+struct JudgedQueries {
+  std::map<std::string, QueryErrors> modes;
+  std::uint64_t bad = 0;  // beyond its bound, or wrong in mode exact
+
+  void add(const std::string& mode, const QueryErrors& errors) {
+    modes[mode] += errors;
+    bad += errors.beyond + (mode == "exact" ? errors.wrong : 0);
+  }
+  std::string text() const {
+    std::string all;
+    for (const auto& [mode, sum] : modes)
+      all += fmt::format("{}: {} answers judged, {} differ from the exact ones, {} by more than their bound\n", mode,
+                         sum.checked, sum.wrong, sum.beyond);
+    return all;
+  }
+};
+
 }  // namespace
 
 std::string queries_text() {
-  return "measures queries of points and crossings instead of methods: 'all', or some of count,list,nearest,inside,\n"
-         "in the modes of --numeric (watertight, exact): of the rays of --rays, and as many points, on a grid and "
+  return "measures queries of points and crossings instead of methods: 'all', or some of count,list,first,nearest,\n"
+         "inside, in the modes of --numeric (watertight, exact): of the rays of --rays, and as many points, on a grid "
+         "and "
          "random";
 }
 
-int bench_queries(const RunArgs& run, const std::string& queries, bool check) {
+int bench_queries(const RunArgs& run, const std::string& queries, const QueryChecks& checks) {
   const auto gpu = Engine::open_device(run.options().engine);
   const DeviceInfo& device = gpu->info();
-  const QueryRun what = query_run(run, queries, check, device);
+  QueryRun what = query_run(run, queries, checks.exact, device);
+  what.quick = checks.quick;
   nlohmann::json json{{"device", device.name}, {"driver", device.driver},   {"subgroup_size", device.subgroup_size},
                       {"commit", commit()},    {"command", command_line()}, {"records", nlohmann::json::array()}};
-  std::uint64_t bad = 0;
+  EngineOptions options = run.options().engine;
+  options.context = gpu;
+  JudgedQueries judged;
+  const auto note = [&](const std::string& scene, const std::vector<QueryFigures>& all) {
+    for (const QueryFigures& f : all) {
+      json["records"].push_back(record_of(scene, f));
+      if (f.errors) judged.add(f.mode, *f.errors);
+    }
+    write_json(run.engine.json, json);
+  };
   for (const std::string& file : run.scenes) {
-    EngineOptions options = run.options().engine;
-    options.context = gpu;
     Engine engine(load_scene(file, {.allow_outside = run.engine.allow_outside, .instances = InstancePolicy::Copy}),
                   options);
     run.engine.files.check_read();
     say("{}: {} triangles, {} x {} rays, on {} ({})\n\n", engine.scene().name, engine.triangle_count(), what.width,
         what.height, device.name, device.driver);
-    std::vector<QueryFigures> all;
-    {
-      ProgressBar bar(engine.scene().name + ": queries");
-      if (what.wants("count") || what.wants("list"))
-        for (const std::string& kind : what.kinds) measure_rays(engine, what, kind, all);
-      for (const bool random : {false, true}) measure_points(engine, what, random, all);
-    }
-    print_queries(all, check);
-    for (const QueryFigures& f : all) {
-      json["records"].push_back(record_of(engine.scene().name, f));
-      if (f.errors) bad += f.errors->beyond + (f.mode == "exact" ? f.errors->wrong : 0);
-    }
-    write_json(run.engine.json, json);
+    const std::vector<QueryFigures> all = measure_scene(engine, what);
+    print_queries(all, what.check);
+    note(engine.scene().name, all);
   }
-  if (bad > 0) say_aside("ballot: {} answers are beyond their bound, or wrong in mode exact\n", bad);
+  if (checks.hard) {
+    options.use_cache = false;
+    judge_hard_cases(options, what, note);
+  }
+  if (what.check) say("{}", judged.text());
+  if (judged.bad > 0) say_aside("ballot: {} answers are beyond their bound, or wrong in mode exact\n", judged.bad);
   if (!gpu->messages().empty()) say_aside("ballot: {} validation messages (above)\n", gpu->messages().size());
-  return bad > 0 || !gpu->messages().empty() ? 1 : 0;
+  return judged.bad > 0 || !gpu->messages().empty() ? 1 : 0;
 }
 
 }  // namespace ballot::cli

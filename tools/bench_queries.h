@@ -5,10 +5,17 @@
 
 namespace ballot::cli {
 
-/// Measures the queries of a comma-separated list, or "all", on each scene. `check`: also judges each answer. Prints a
-/// table a scene and writes the figures with --json. Returns the exit code: 1 if an answer is beyond its bound, or
-/// wrong in mode exact. Throws Error(Arguments) for a query or a mode that does not exist.
-int bench_queries(const RunArgs& run, const std::string& queries, bool check);
+/// What is judged by the exact oracles.
+struct QueryChecks {
+  bool exact = false;  // each answer
+  bool hard = false;   // also those of the hard cases (tools/hard/hard.h), of the queries of rays
+  bool quick = false;  // with about a thousand rays each
+};
+
+/// Measures the queries of a comma-separated list, or "all", on each scene. Prints a table a scene and writes the
+/// figures with --json. Returns the exit code: 1 if an answer is beyond its bound, or wrong in mode exact. Throws
+/// Error(Arguments) for a query or a mode that does not exist.
+int bench_queries(const RunArgs& run, const std::string& queries, const QueryChecks& checks);
 
 /// Returns the help of --queries.
 std::string queries_text();

@@ -76,7 +76,7 @@ int run_bench(BenchArgs& args) {
   }
   if (!args.queries.empty()) {
     given.note_files({});
-    return bench_queries(given, args.queries, given.run.check);
+    return bench_queries(given, args.queries, {.exact = given.run.check});
   }
   const bench::RunOptions options = given.options();
   const bench::Plan plan = given.make_plan();

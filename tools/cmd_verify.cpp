@@ -180,7 +180,9 @@ void add_options(CLI::App& cmd, VerifyArgs& args) {
                "run another study instead: where secondary rays start. Counts self hits and lost contacts of every\n"
                "offset policy over generated scenes of 1e-6 to 1e6 scene units, up to 1e6 times their size away from\n"
                "the origin; takes minutes. It takes --size, --quick, --json, --report and --device alone");
-  cmd.add_option("--queries", args.queries, "as that of bench, with each answer checked; " + queries_text());
+  cmd.add_option(
+      "--queries", args.queries,
+      "as that of bench, with each answer checked; with --hard also on the rays of the hard cases; " + queries_text());
   cmd.add_flag("--quick", args.quick,
                "run the hard cases with about a thousand rays each, the study of origins with few sizes and distances");
   cmd.add_option("--cases", args.run.run.cases,
@@ -229,7 +231,7 @@ void add_verify(CLI::App& app, int& result) {
     check(*args);
     if (!args->queries.empty()) {
       args->run.note_files({});
-      result = bench_queries(args->run, args->queries, true);
+      result = bench_queries(args->run, args->queries, {.exact = true, .hard = args->hard, .quick = args->quick});
       return;
     }
     if (args->origins) return run_origins(*args);

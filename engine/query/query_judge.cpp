@@ -19,11 +19,11 @@ constexpr std::size_t kJudgedChunk = 256;
 
 /// Sums what judge(begin, end) returns over chunks of [0, count), on all cores.
 template <class Judge>
-QueryErrors sum_over(std::size_t count, const Judge& judge) {
-  QueryErrors all;
+auto sum_over(std::size_t count, const Judge& judge) {
+  decltype(judge(0, 0)) all;
   std::mutex mutex;
   for_chunks(count, kJudgedChunk, [&](std::size_t begin, std::size_t end) {
-    const QueryErrors some = judge(begin, end);
+    const auto some = judge(begin, end);
     const std::lock_guard lock(mutex);
     all += some;
   });
@@ -95,7 +95,31 @@ bool within_bounds(const Ray& ray, std::span<const Triangle> triangles, std::spa
   return true;
 }
 
+/// Where the crossings of each ray begin.
+class Starts {
+ public:
+  explicit Starts(const ListedCrossings& lists) : lists_(lists) {
+    for (const std::uint32_t n : lists.counts) first_.push_back(first_.back() + n);
+  }
+  std::span<const Hit> of(std::size_t ray) const {
+    return std::span(lists_.hits).subspan(first_[ray], lists_.counts[ray]);
+  }
+
+ private:
+  const ListedCrossings& lists_;
+  std::vector<std::size_t> first_{0};
+};
+
+bool is_same(std::span<const Hit> found, std::span<const ExactCrossing> exact) {
+  return std::ranges::equal(found, exact, {}, &Hit::prim, &ExactCrossing::prim);
+}
+
 }  // namespace
+
+RayErrors& RayErrors::operator+=(const RayErrors& other) {
+  counts += other.counts, lists += other.lists, first += other.first;
+  return *this;
+}
 
 QueryErrors& QueryErrors::operator+=(const QueryErrors& other) {
   checked += other.checked, wrong += other.wrong, beyond += other.beyond;
@@ -104,29 +128,24 @@ QueryErrors& QueryErrors::operator+=(const QueryErrors& other) {
 
 QueryJudge::QueryJudge(DeviceTree& tree) : tree_(tree.any_pairs()), triangles_(tree.triangles()) {}
 
-QueryErrors QueryJudge::lists(std::span<const Ray> rays, const ListedCrossings& found) const {
-  std::vector<std::size_t> first{0};
-  for (const std::uint32_t n : found.counts) first.push_back(first.back() + n);
+RayErrors QueryJudge::rays(std::span<const Ray> rays, const RayAnswers& found) const {
+  const Starts lists(found.lists), first(found.first);
   const ExactCrossings oracle(tree_);
   return sum_over(rays.size(), [&](std::size_t begin, std::size_t end) {
-    QueryErrors errors;
+    RayErrors errors;
     for (std::size_t i = begin; i < end; ++i) {
-      const std::span<const Hit> mine = std::span(found.hits).subspan(first[i], found.counts[i]);
+      const std::span<const Hit> mine = lists.of(i);
       const std::vector<ExactCrossing> exact = oracle.list(rays[i]);
-      const bool right = std::ranges::equal(mine, exact, {}, &Hit::prim, &ExactCrossing::prim);
-      errors += {1, !right, !within_bounds(rays[i], triangles_, mine, exact)};
+      errors.lists += {1, !is_same(mine, exact), !within_bounds(rays[i], triangles_, mine, exact)};
+      if (!found.counts.empty()) errors.counts += {1, found.counts[i] != exact.size(), found.counts[i] != mine.size()};
+      if (found.first.counts.empty()) continue;
+      const auto beginning = [&](const auto& all) {
+        return std::span(all).first(std::min<std::size_t>(found.most, all.size()));
+      };
+      const std::span<const Hit> some = first.of(i);
+      errors.first +=
+          {1, !is_same(some, beginning(exact)), !std::ranges::equal(some, beginning(mine), {}, &Hit::prim, &Hit::prim)};
     }
-    return errors;
-  });
-}
-
-QueryErrors QueryJudge::counts(std::span<const Ray> rays, std::span<const std::uint32_t> counts,
-                               const ListedCrossings& found) const {
-  const ExactCrossings oracle(tree_);
-  return sum_over(rays.size(), [&](std::size_t begin, std::size_t end) {
-    QueryErrors errors;
-    for (std::size_t i = begin; i < end; ++i)
-      errors += {1, counts[i] != oracle.list(rays[i]).size(), counts[i] != found.counts[i]};
     return errors;
   });
 }

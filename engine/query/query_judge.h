@@ -23,17 +23,29 @@ struct ListedCrossings {
   std::vector<Hit> hits;
 };
 
+/// The answers to queries of the same rays. Numbers and first crossings may be empty: these were not asked for.
+struct RayAnswers {
+  std::vector<std::uint32_t> counts;
+  ListedCrossings lists, first;
+  std::uint32_t most = 0;  // of each ray in `first`
+};
+
+struct RayErrors {
+  QueryErrors counts, lists, first;
+  RayErrors& operator+=(const RayErrors& other);
+};
+
 /// Judges on all cores. Keeps references to the tree's arrays on the host and to its triangles.
 class QueryJudge {
  public:
   explicit QueryJudge(DeviceTree& tree);
 
   /// A list is wrong if triangles or their order differ. It is beyond its bound if a triangle differs that the ray
-  /// meets or misses by more than the bound of shaders/lib/query/sure.glsl, or if a t differs by more than that.
-  QueryErrors lists(std::span<const Ray> rays, const ListedCrossings& found) const;
-  /// A number is wrong if it differs from the exact one, and beyond its bound if it differs from that of the list.
-  QueryErrors counts(std::span<const Ray> rays, std::span<const std::uint32_t> counts,
-                     const ListedCrossings& found) const;
+  /// meets or misses by more than the bound of shaders/lib/query/sure.glsl, or if a t differs by more than that. A
+  /// number is wrong if it differs from the exact one, and beyond its bound if it differs from that of the list. First
+  /// crossings are wrong if triangles or their order differ, and beyond their bound if they are not the beginning of
+  /// the list.
+  RayErrors rays(std::span<const Ray> rays, const RayAnswers& found) const;
   /// A nearest triangle is wrong if it is another one, and beyond its bound if it is farther away than
   /// 64 * 2^-24 (M + M') allows (shaders/query/closest_point.comp).
   QueryErrors nearest(std::span<const ProbePoint> points, std::span<const Nearest> found) const;

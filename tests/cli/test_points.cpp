@@ -92,9 +92,10 @@ TEST_F(Points, BenchAndVerifyKnowQueries) {
   Words bench{"bench"}, verify{"verify"};
   bench.insert(bench.end(), run.begin(), run.end());
   verify.insert(verify.end(), run.begin(), run.end());
-  expect_parts(succeed(bench).out, {"nearest hit", "count", "list", "nearest", "inside", "random points", "M/s"});
+  expect_parts(succeed(bench).out,
+               {"nearest hit", "count", "list", "first", "nearest", "inside", "random points", "M/s"});
   EXPECT_TRUE(json("q.json")["records"][1]["checked"].is_null());
-  expect_parts(succeed(verify).out, {"wrong", "beyond the bound"});
+  expect_parts(succeed(verify).out, {"wrong", "beyond the bound", "exact: ", "answers judged, 0 differ"});
   for (const auto& record : json("q.json")["records"]) {
     if (record["query"] == "nearest hit") continue;
     EXPECT_GT(record["checked"], 200);
@@ -103,7 +104,8 @@ TEST_F(Points, BenchAndVerifyKnowQueries) {
       EXPECT_EQ(record["wrong"], 0);
     }
   }
-  refuse(2, {"'nearby' is none of count, list, nearest, inside, all"}, {"bench", "box.obj", "--queries", "nearby"});
+  refuse(2, {"'nearby' is none of count, list, first, nearest, inside, all"},
+         {"bench", "box.obj", "--queries", "nearby"});
   refuse(2, {"--numeric plain", "watertight, exact"}, {"bench", "box.obj", "--queries", "count", "--numeric", "plain"});
 }
 

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "engine/oracle/nearest.h"
+#include "engine/query/query_judge.h"
 #include "engine/query/ray_queries.h"
 #include "tests/cpu/brute_crossings.h"
 #include "tests/cpu/shapes.h"
@@ -32,9 +33,7 @@ inline std::vector<Ray> lattice_rays(int size) {
 }
 
 class CrossingTest : public DeviceTest {
- protected:
-  Context gpu_{options()};
-
+ public:
   static RaySource source_of(std::span<const Ray> rays, std::span<const std::uint32_t> masks = {}) {
     RaySource source;
     source.count = rays.size();
@@ -79,6 +78,14 @@ class CrossingTest : public DeviceTest {
                                              const CrossingQuery& query = {}) {
     return lists(queries, source_of(rays), query);
   }
+  static ListedCrossings listed(RayQueries& queries, std::span<const Ray> rays, const CrossingQuery& query = {}) {
+    ListedCrossings all;
+    for (const std::vector<Hit>& hits : lists(queries, rays, query)) {
+      all.counts.push_back(std::uint32_t(hits.size()));
+      all.hits.insert(all.hits.end(), hits.begin(), hits.end());
+    }
+    return all;
+  }
   /// Expects that the first crossings are the beginnings of whole lists, bit for bit.
   static void expect_first(RayQueries& queries, std::span<const Ray> rays, const std::vector<std::vector<Hit>>& whole,
                            CrossingQuery query = {}) {
@@ -98,6 +105,9 @@ class CrossingTest : public DeviceTest {
     for (const Hit& h : hits) prims.push_back(h.prim);
     return prims;
   }
+
+ protected:
+  Context gpu_{options()};
 };
 
 }  // namespace ballot

@@ -5,12 +5,13 @@
 
 #include "engine/bvh/padding.h"
 #include "engine/oracle/errors.h"
-#include "tests/device/fixture.h"
+#include "engine/query/query_judge.h"
+#include "tests/device/crossing_test.h"
 #include "tools/hard/hard.h"
 
 namespace ballot {
 
-void PrintTo(const HardCase& hard, std::ostream* out) { *out << hard.name << ": " << hard.what; }
+std::ostream& operator<<(std::ostream& out, const HardCase& hard) { return out << hard.name << ": " << hard.what; }
 
 namespace {
 
@@ -141,6 +142,28 @@ TEST_P(HardCases, Hold) {
       }
     }
   }
+  expect_silent(*gpu_);
+}
+
+// Numbers of crossings, lists and first crossings: those of exact arithmetic in mode exact, else within their bounds.
+TEST_P(HardCases, CrossingsHold) {
+  const HardScene made = GetParam().make(true);
+  const auto t = make(*gpu_, made.scene.triangles, made.build);
+  RayQueries queries(*gpu_, t->tracer->tree());
+  const QueryJudge judge(t->tracer->tree());
+  for (const HardRays& set : made.rays)
+    for (const bool exact : {false, true}) {
+      RayAnswers found{.counts = CrossingTest::counts(queries, set.rays, {.exact = exact}),
+                       .lists = CrossingTest::listed(queries, set.rays, {.exact = exact}),
+                       .first = CrossingTest::listed(queries, set.rays, {.most = 3, .exact = exact}),
+                       .most = 3};
+      const RayErrors errors = judge.rays(set.rays, found);
+      for (const QueryErrors& e : {errors.counts, errors.lists, errors.first}) {
+        EXPECT_EQ(e.checked, set.rays.size());
+        EXPECT_EQ(e.beyond, 0u) << GetParam().name << ", " << set.name << (exact ? ", exact" : "");
+        EXPECT_TRUE(!exact || e.wrong == 0) << GetParam().name << ", " << set.name << ": " << e.wrong << " wrong";
+      }
+    }
   expect_silent(*gpu_);
 }
 

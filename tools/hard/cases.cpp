@@ -33,6 +33,12 @@ constexpr HardCase kCases[] = {
     {"two-shells", "Mitsuba 3 #1871", "the farther of two surfaces 4e-5 apart is reported", two_shells},
     {"rough-spheres", "pbrt-v4, shapes_test.cpp (Triangle.Watertight)",
      "rays at, and one ulp beside, vertices where triangles of all slopes meet", rough_spheres},
+    // Closed meshes that touch and enclose each other.
+    {"touching-shells", "Ballot, design",
+     "an edge, a vertex or a face that surfaces have in common is crossed twice or not at all", touching_shells},
+    {"far-shells", "Ballot, design", "nested surfaces at 1e7 are crossed in another order, or not at all", far_shells},
+    {"sliver-shells", "Ballot, design", "flattened closed meshes, of slivers, are crossed once or three times",
+     sliver_shells},
     // Scales and places.
     {"tiny-spheres", "Embree, verify (small triangles)",
      "products of small edges underflow, and the triangle is missed", tiny_spheres},

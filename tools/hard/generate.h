@@ -91,6 +91,10 @@ HardScene collapsed_statue(bool quick);
 HardScene two_shells(bool quick);
 HardScene rough_spheres(bool quick);
 
+HardScene touching_shells(bool quick);
+HardScene far_shells(bool quick);
+HardScene sliver_shells(bool quick);
+
 HardScene tiny_spheres(bool quick);
 HardScene tiny_in_huge(bool quick);
 HardScene huge_sphere(bool quick);
