@@ -1,7 +1,7 @@
 #include "engine/formats/bvh4.h"
 
 #include "engine/formats/collapse.h"
-#include "engine/formats/grid.h"
+#include "shaders/shared/grid.h"
 
 namespace ballot {
 namespace {
@@ -11,13 +11,13 @@ void add_bvh4_node(std::span<const DeviceChild> children, std::vector<glm::uvec4
   for (const DeviceChild& c : children) all = {glm::min(all.lo, c.box.lo), glm::max(all.hi, c.box.hi)};
   glm::uvec4 first{}, lower{}, upper{}, refs{};
   for (int axis = 0; axis < 3; ++axis) {
-    const Grid grid(all.lo[axis], all.hi[axis]);
-    first[axis] = std::bit_cast<std::uint32_t>(grid.first);
-    (axis == 0 ? first : axis == 1 ? lower : upper).w = std::bit_cast<std::uint32_t>(grid.step);
+    const float from = all.lo[axis], step = grid_step(from, all.hi[axis]);
+    first[axis] = std::bit_cast<std::uint32_t>(from);
+    (axis == 0 ? first : axis == 1 ? lower : upper).w = std::bit_cast<std::uint32_t>(step);
     for (std::uint32_t i = 0; i < BVH4_CHILDREN; ++i) {
       const bool none = i >= children.size();
-      lower[axis] |= (none ? Grid::kSteps : grid.below(children[i].box.lo[axis])) << 8 * i;
-      upper[axis] |= (none ? 0 : grid.above(children[i].box.hi[axis])) << 8 * i;
+      lower[axis] |= (none ? GRID_STEPS : grid_below(from, step, children[i].box.lo[axis])) << 8 * i;
+      upper[axis] |= (none ? 0 : grid_above(from, step, children[i].box.hi[axis])) << 8 * i;
     }
   }
   for (std::size_t i = 0; i < BVH4_CHILDREN; ++i) {
@@ -33,7 +33,7 @@ Bvh4Tree encode_bvh4(const PairTree& binary) {
   Bvh4Tree out;
   out.root = binary.root;
   if (binary.root == END_OF_TREE || is_leaf(binary.root)) return out;
-  const CollapsedBvh tree = collapse(binary, BVH4_CHILDREN, LEAF_BIT / BVH4_NODE_TEXELS);
+  const CollapsedBvh tree = collapse(binary, BVH4_CHILDREN, kBvh4MostNodes);
   out.depth = tree.depth;
   out.children = std::uint32_t(tree.children.size());
   out.nodes.reserve(tree.ends.size() * BVH4_NODE_TEXELS);

@@ -15,6 +15,9 @@ struct Bvh4Tree {
   std::uint32_t children = 0;  // of all nodes together, empty slots not counted
 };
 
+/// The most nodes that child references can number.
+constexpr std::uint64_t kBvh4MostNodes = LEAF_BIT / BVH4_NODE_TEXELS;
+
 /// Collapses the binary tree (collapse.h) and quantises the box of each child to a grid of 255 steps over the box of
 /// its node. Boxes are rounded outward: in exact arithmetic the quantised box holds the child's own box.
 ///

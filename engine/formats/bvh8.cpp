@@ -3,7 +3,7 @@
 #include <array>
 
 #include "engine/formats/collapse.h"
-#include "engine/formats/grid.h"
+#include "shaders/shared/grid.h"
 
 namespace ballot {
 namespace {
@@ -42,13 +42,17 @@ Slots placed(std::span<const DeviceChild> children, const Bounds& all) {
   return slots;
 }
 
-/// Returns the boxes of the children, widened along each axis by 2^-20 of the node's extent.
+/// Returns the boxes of the children, widened along each axis by GRID_MARGIN of the node's extent.
 std::array<Bounds, kSlots> widened(const Slots& slots, const Bounds& all) {
-  const glm::dvec3 margin = 0x1p-20 * (glm::dvec3(all.hi) - glm::dvec3(all.lo));
   std::array<Bounds, kSlots> boxes{};
-  for (std::size_t s = 0; s < kSlots; ++s)
-    if (slots[s])
-      boxes[s] = rounded_outwards(glm::dvec3(slots[s]->box.lo) - margin, glm::dvec3(slots[s]->box.hi) + margin);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Difference extent = difference(all.hi[axis], all.lo[axis]);
+    for (std::size_t s = 0; s < kSlots; ++s)
+      if (slots[s]) {
+        boxes[s].lo[axis] = widened_below(slots[s]->box.lo[axis], extent);
+        boxes[s].hi[axis] = widened_above(slots[s]->box.hi[axis], extent);
+      }
+  }
   return boxes;
 }
 
@@ -96,7 +100,7 @@ class Bvh8Encoder {
   static void write(const Slots& slots, const Bounds& all, std::uint32_t first_child, std::uint32_t list,
                     glm::uvec4* node) {
     const std::array<Bounds, kSlots> boxes = widened(slots, all);
-    Bounds whole = rounded_outwards(all.lo, all.hi);
+    Bounds whole = all;
     std::uint32_t inner = 0, leaves = 0;
     for (std::uint32_t s = 0; s < kSlots; ++s) {
       if (!slots[s]) continue;
@@ -104,12 +108,12 @@ class Bvh8Encoder {
       (is_leaf(slots[s]->ref) ? leaves : inner) |= 1u << s;
     }
     for (int axis = 0; axis < 3; ++axis) {
-      const Grid grid(whole.lo[axis], whole.hi[axis]);
-      node[0][axis] = std::bit_cast<std::uint32_t>(grid.first);
-      node[1][axis] = std::bit_cast<std::uint32_t>(grid.step);
+      const float from = whole.lo[axis], step = grid_step(from, whole.hi[axis]);
+      node[0][axis] = std::bit_cast<std::uint32_t>(from);
+      node[1][axis] = std::bit_cast<std::uint32_t>(step);
       for (std::uint32_t s = 0; s < kSlots; ++s) {
-        const std::uint32_t lower = slots[s] ? grid.below(boxes[s].lo[axis]) : Grid::kSteps;
-        const std::uint32_t upper = slots[s] ? grid.above(boxes[s].hi[axis]) : 0;
+        const std::uint32_t lower = slots[s] ? grid_below(from, step, boxes[s].lo[axis]) : GRID_STEPS;
+        const std::uint32_t upper = slots[s] ? grid_above(from, step, boxes[s].hi[axis]) : 0;
         node[2 + axis][int(s / 4)] |= lower << 8 * (s % 4);
         node[2 + axis][int(2 + s / 4)] |= upper << 8 * (s % 4);
       }
@@ -126,8 +130,7 @@ class Bvh8Encoder {
 
 Bvh8Tree encode_bvh8(const PairTree& binary) {
   Bvh8Tree out;
-  constexpr std::uint64_t kMostTexels = BVH8_NODE_TEXELS + BVH8_CHILDREN / 4;  // of a node with its list
-  const CollapsedBvh tree = collapse(binary, BVH8_CHILDREN, BVH8_MAX_TEXELS / kMostTexels);
+  const CollapsedBvh tree = collapse(binary, BVH8_CHILDREN, kBvh8MostNodes);
   if (tree.ends.empty()) return out;
   out.nodes = std::uint32_t(tree.ends.size());
   out.depth = tree.depth;

@@ -15,6 +15,9 @@ struct Bvh8Tree {
   std::uint32_t children = 0;      // of all nodes together, empty slots not counted
 };
 
+/// The most nodes that nodes can number, if each has the longest list.
+constexpr std::uint64_t kBvh8MostNodes = BVH8_MAX_TEXELS / (BVH8_NODE_TEXELS + BVH8_CHILDREN / 4);
+
 /// Collapses the binary tree (collapse.h) and quantises the box of each child to a grid of 255 steps over the box of
 /// its node. Boxes are widened by 2^-20 of the node's extent, for the rounding of the box test
 /// (shaders/lib/tree/bvh8.glsl), and rounded outward: in exact arithmetic the quantised box holds the widened one.
@@ -27,7 +30,7 @@ struct Bvh8Tree {
 /// BVHs. HPG 2017. Differs: a step of the grid may have any size, not only a power of two; leaves are those of the
 /// binary tree, with a reference each; slots are found by the best placement instead of an auction.
 ///
-/// Throws Error(Work) if the tree has more nodes than a node can number (BVH8_MAX_TEXELS).
+/// Throws Error(Work) if the tree has more than kBvh8MostNodes nodes.
 Bvh8Tree encode_bvh8(const PairTree& binary);
 
 }  // namespace ballot

@@ -14,7 +14,7 @@ constexpr int kWidest = 8;
 
 /// The best ways to collapse the subtree of a pair of siblings, for each number of children that it may become.
 struct Best {
-  /// The least summed area of the wide nodes that the subtree takes, in units of about the area of the root.
+  /// The least summed area of the wide nodes that the subtree takes, in units of about the square of the longest side.
   /// cost[n - 1] with n < width: the subtree becomes at most n children of the node above.
   /// cost[width - 1]: the subtree has a node of its own, whose area is not counted.
   std::array<float, kWidest> cost;
@@ -27,8 +27,8 @@ class Collapse {
  public:
   Collapse(const PairTree& binary, int width)
       : binary_(binary), width_(width), best_(binary.nodes.size() / binary.pair_texels()) {
-    const double root = half_area(binary.root_box.lo, binary.root_box.hi);
-    if (root > 0) scale_ = std::ldexp(1.0, -std::ilogb(root));
+    const glm::vec3 sides = binary.root_box.hi - binary.root_box.lo;
+    unit_ = collapse_unit(std::max({sides.x, sides.y, sides.z}));
     // Children come after their parents, so a pass from the end meets the children first.
     for (std::size_t pair = best_.size(); pair-- > 0;) plan(std::uint32_t(pair) * binary_.pair_texels());
   }
@@ -55,11 +55,7 @@ class Collapse {
       out.ends.push_back(std::uint32_t(out.children.size()));
       for (std::size_t i = out.children.size(); i-- > first;)
         if (!is_leaf(out.children[i].ref)) open.push_back({out.children[i], i, level + 1});
-      if (out.ends.size() > most_nodes)
-        fail(Failure::Work,
-             "bvh: a tree of {} children per node has more than {} nodes, which its references cannot number; use "
-             "another method",
-             width_, most_nodes);
+      check_collapsed(out.ends.size(), width_, most_nodes);
     }
     return out;
   }
@@ -81,7 +77,7 @@ class Collapse {
       }
     };
     divide(width_);
-    const float own = b.cost[width_ - 1] + float(scale_ * area(pair));  // the pair becomes one child, a node of its own
+    const float own = b.cost[width_ - 1] + area(pair);  // the pair becomes one child, a node of its own
     for (int n = 2; n < width_; ++n) divide(n);
     b.cost[0] = own;
     b.left[0] = 0;
@@ -89,8 +85,11 @@ class Collapse {
       if (b.cost[n - 2] <= b.cost[n - 1]) b.cost[n - 1] = b.cost[n - 2], b.left[n - 1] = 0;
   }
 
-  static double area(const DevicePair& pair) {
-    return half_area(glm::min(pair.left.box.lo, pair.right.box.lo), glm::max(pair.left.box.hi, pair.right.box.hi));
+  /// In the arithmetic of the device (shaders/lib/build/area.glsl), so that both choose the same.
+  float area(const DevicePair& pair) const {
+    const glm::vec3 d =
+        (glm::max(pair.left.box.hi, pair.right.box.hi) - glm::min(pair.left.box.lo, pair.right.box.lo)) * unit_;
+    return d.x * d.y + (d.y * d.z + d.z * d.x);
   }
 
   /// Appends the children that a subtree becomes if it may become up to n.
@@ -117,11 +116,23 @@ class Collapse {
 
   const PairTree& binary_;
   const int width_;
-  double scale_ = 1;  // brings the root's area to [1, 2), because the areas of large scenes overflow float32
+  float unit_ = 1;  // 1 over the length that areas are measured in the square of
   std::vector<Best> best_;
 };
 
 }  // namespace
+
+float collapse_unit(float longest) {
+  return longest > 0 ? std::ldexp(1.0f, std::clamp(-std::ilogb(longest), -126, 126)) : 1;
+}
+
+void check_collapsed(std::uint64_t nodes, int width, std::uint64_t most_nodes) {
+  if (nodes > most_nodes)
+    fail(Failure::Work,
+         "bvh: a tree of {} children per node has more than {} nodes, which its references cannot number; use another "
+         "method",
+         width, most_nodes);
+}
 
 CollapsedBvh collapse(const PairTree& binary, int width, std::uint64_t most_nodes) {
   if (binary.root == END_OF_TREE) return {};

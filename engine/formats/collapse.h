@@ -27,4 +27,11 @@ struct CollapsedBvh {
 /// every tree and drops out of the sum.
 CollapsedBvh collapse(const PairTree& binary, int width, std::uint64_t most_nodes);
 
+/// Returns 1 over a power of two near the longest side of a scene. Areas that are measured in units of its square stay
+/// in the range of float32, and are rounded as without units.
+float collapse_unit(float longest);
+
+/// Throws Error(Work) if a tree of nodes with up to `width` children has more than `most_nodes` of them.
+void check_collapsed(std::uint64_t nodes, int width, std::uint64_t most_nodes);
+
 }  // namespace ballot
