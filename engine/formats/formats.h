@@ -32,8 +32,12 @@ struct TreeFormat {
   std::uint32_t pushes = 1;    // the most entries that one step of a ray pushes on its stack
   bool padded = false;         // boxes can be widened once for all rays (padding.h)
   bool follows_pairs = false;  // encoded from the pairs that the kernel reads, in their layout and padding
-  bool on_device = false;      // the builder of the device writes it too
-  bool collapsed = false;      // encoding takes about a second for 2^20 nodes (collapse.h); the result is not cached
+  bool on_device = false;      // the device writes it too, from pairs that lie there
+  // Of formats that the pair tree is collapsed into (collapse.h): children a node, texels a node, and how many nodes
+  // there may be.
+  std::uint32_t width = 0, node_texels = 0;
+  std::uint64_t most_nodes = 0;
+  bool collapsed() const { return width > 0; }
 };
 
 // clang-format off
@@ -43,15 +47,18 @@ inline constexpr TreeFormat kTreeFormats[] = {
     {.id = TreeFormatId::Bvh4, .name = "bvh4",
      .summary = "up to four children in 64 bytes, boxes quantised to 8 bits",
      .encode = [](const PairTree& pairs, std::uint32_t) { return encode_bvh4(pairs).nodes; },
-     .pairs = Pairs::Never, .pushes = BVH4_CHILDREN - 1, .collapsed = true},
+     .pairs = Pairs::Never, .pushes = BVH4_CHILDREN - 1, .on_device = true,
+     .width = BVH4_CHILDREN, .node_texels = BVH4_NODE_TEXELS, .most_nodes = kBvh4MostNodes},
     {.id = TreeFormatId::Bvh8, .name = "bvh8",
      .summary = "up to eight children in 80 bytes, boxes quantised to 8 bits",
      .encode = [](const PairTree& pairs, std::uint32_t) { return encode_bvh8(pairs).texels; },
-     .pairs = Pairs::Never, .pushes = 2, .padded = true, .collapsed = true},
+     .pairs = Pairs::Never, .pushes = 2, .padded = true, .on_device = true,
+     .width = BVH8_CHILDREN, .node_texels = BVH8_NODE_TEXELS, .most_nodes = kBvh8MostNodes},
     {.id = TreeFormatId::Wide8, .name = "wide8",
      .summary = "up to eight children with float32 boxes, for a subgroup that tests a child a lane",
      .encode = [](const PairTree& pairs, std::uint32_t) { return encode_wide8(pairs).nodes; },
-     .pairs = Pairs::WithFallback, .collapsed = true},
+     .pairs = Pairs::WithFallback, .on_device = true,
+     .width = WIDE8_CHILDREN, .node_texels = WIDE8_NODE_TEXELS, .most_nodes = WIDE8_MAX_NODES},
     {.id = TreeFormatId::Frontier, .name = "frontier",
      .summary = "32 or 64 nodes near the root that hold every leaf once, beside the pair tree",
      .encode = encode_frontier, .padded = true, .follows_pairs = true, .on_device = true},

@@ -18,6 +18,8 @@ void DeviceTree::replace(const Bvh& bvh, std::span<const Triangle> triangles, co
   gpu_.finish();
   arrays_.clear();
   leaves_.clear();
+  shapes_.clear();
+  late_formats_.clear();
   spare_arrays_.clear();
   spare_leaves_.clear();
   spare_pairs_.clear();
@@ -35,7 +37,9 @@ bool DeviceTree::refit(const Bounds& bounds) {
   built_->begin_refit(bounds);
   for (auto& [key, array] : arrays_) {  // frontiers come behind the pairs that they are written from
     if (std::get<Source>(key) == Source::Host) continue;
-    if (std::get<TreeFormatId>(key) == TreeFormatId::Pair)
+    if (shapes_.contains(key))
+      late_formats_.insert(key);  // is written anew when a kernel asks for it
+    else if (std::get<TreeFormatId>(key) == TreeFormatId::Pair)
       built_->write(std::get<NodeLayout>(key), std::get<Padding>(key), array,
                     leaves_.at({LeafFormat::Vertices, std::get<Fetch>(key), Source::Device}));
     else
@@ -156,24 +160,44 @@ DeviceTree::FormatKey DeviceTree::format_key(TreeFormatId id, const TreeAccess& 
   return {id, size, layout, row.padded ? a.padding : Padding::Ray, a.fetch, source};
 }
 
-/// Has the device write a frontier, the one format but the pairs that it writes.
+/// Returns the pairs that the device has written, which it makes a format from.
+const DeviceTree::Texels& DeviceTree::device_pairs(const FormatKey& key) const {
+  return arrays_.at(
+      {TreeFormatId::Pair, 0, std::get<NodeLayout>(key), std::get<Padding>(key), std::get<Fetch>(key), Source::Device});
+}
+
 void DeviceTree::write_frontier(const FormatKey& key, Texels& frontier) {
-  const auto layout = std::get<NodeLayout>(key);
-  const FormatKey pairs{TreeFormatId::Pair, 0, layout, std::get<Padding>(key), std::get<Fetch>(key), Source::Device};
-  built_->write_frontier(layout, arrays_.at(pairs), std::get<1>(key), frontier);
+  built_->write_frontier(std::get<NodeLayout>(key), device_pairs(key), std::get<1>(key), frontier);
+}
+
+/// Has the device write a format from its pairs.
+const DeviceTree::Texels& DeviceTree::write_format(const FormatKey& key, const TreeAccess& a) {
+  const auto id = std::get<TreeFormatId>(key);
+  const TreeFormat& row = format_of(id);
+  const Access access = access_for(a.fetch) | Access::Storage;
+  nodes({.layout = std::get<NodeLayout>(key), .padding = std::get<Padding>(key), .fetch = a.fetch}, Source::Device);
+  if (!row.collapsed()) {
+    Texels made(gpu_, std::size_t(a.frontier) * 2 * FRONTIER_OCTANTS, access, row.name.data());
+    write_frontier(key, made);
+    return arrays_.emplace(key, std::move(made)).first->second;
+  }
+  const Texels& pairs = device_pairs(key);
+  if (root() == END_OF_TREE) return arrays_.emplace(key, Texels(gpu_, 0, access, row.name.data())).first->second;
+  WideShape shape = built_->collapse(id, pairs);
+  Texels made(gpu_, built_->encoder(id).texels(shape), access, row.name.data());
+  built_->encoder(id).write(shape, pairs, made);
+  shapes_.emplace(key, std::move(shape));
+  return arrays_.emplace(key, std::move(made)).first->second;
 }
 
 const DeviceTree::Texels& DeviceTree::format(TreeFormatId id, const TreeAccess& a, Source source) {
   const FormatKey key = format_key(id, a, source);
-  if (const auto found = arrays_.find(key); found != arrays_.end()) return found->second;
-  if (forest_) return forest_format(key);
-  if (source == Source::Device) {
-    nodes(a, source);
-    Texels made(gpu_, std::size_t(a.frontier) * 2 * FRONTIER_OCTANTS, access_for(a.fetch) | Access::Storage,
-                "frontier");
-    write_frontier(key, made);
-    return arrays_.emplace(key, std::move(made)).first->second;
+  if (const auto found = arrays_.find(key); found != arrays_.end()) {
+    if (late_formats_.erase(key)) built_->encoder(id).write(shapes_.at(key), device_pairs(key), found->second);
+    return found->second;
   }
+  if (forest_) return forest_format(key);
+  if (source == Source::Device) return write_format(key, a);
   const TreeFormat& row = format_of(id);
   const PairTree& from = pairs(std::get<NodeLayout>(key), std::get<Padding>(key));
   return upload(key, row.encode(from, std::get<1>(key)), row.name.data());

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -108,7 +109,7 @@ class DeviceTree {
   Fetch fitting_fetch(Fetch wanted) const;
 
   /// Returns where the arrays are made of a kernel that reads this format and these leaves. Arrays of the device are
-  /// its own pairs, their frontier, and vertices.
+  /// its own pairs, what it makes of them, and vertices.
   Source source_of(TreeFormatId id, LeafFormat leaves) const {
     return built_ && format_of(id).on_device && leaves == LeafFormat::Vertices ? Source::Device : Source::Host;
   }
@@ -153,6 +154,8 @@ class DeviceTree {
   const Texels& forest_format(const FormatKey& key);
   const Texels& forest_leaves(const LeavesKey& key);
   const Texels& write_nodes(const FormatKey& key);
+  const Texels& device_pairs(const FormatKey& key) const;
+  const Texels& write_format(const FormatKey& key, const TreeAccess& access);
   void write_frontier(const FormatKey& key, Texels& frontier);
   template <class Key>
   Texels uploaded(std::map<Key, Texels>& spare, const Key& key, std::span<const glm::uvec4> texels, const char* name);
@@ -173,6 +176,8 @@ class DeviceTree {
   std::map<std::pair<NodeLayout, Padding>, PairTree> pairs_;
   std::map<FormatKey, Texels> arrays_;
   std::map<LeavesKey, Texels> leaves_;
+  std::map<FormatKey, WideShape> shapes_;  // of wide trees that the device has written
+  std::set<FormatKey> late_formats_;       // of these, those whose pairs have moved since
   std::map<std::pair<NodeLayout, Padding>, std::vector<PairTree>> mesh_pairs_;  // these five of forests
   std::map<FormatKey, Firsts> firsts_;
   std::map<LeavesKey, Firsts> leaf_firsts_;

@@ -6,7 +6,7 @@
 layout(set = 0, binding = BIND_BUILD_NEEDS, std430) readonly buffer Needs { uint needs[]; };
 
 BUILD_MAIN {
-  uint end = min((gl_WorkGroupID.x + 1u) * BUILD_BLOCK, state.proper), sum = 0u, total;
+  uint end = min((gl_WorkGroupID.x + 1u) * BUILD_BLOCK, nodes_to_place()), sum = 0u, total;
   for (uint i = gl_WorkGroupID.x * BUILD_BLOCK + lane_of_group(); i < end; i += GROUP_SIZE)
     sum += packed(need_of(needs[i]));
   sum_before(sum, total);

@@ -13,7 +13,5 @@ BUILD_MAIN {
     if (block < push.blocks) sums[block] = sum + before;
     sum += total;
   }
-  if (lane_of_group() != 0u || sum.x == 0u) return;
-  state.pairs = sum.x + 1u;  // the pair of the root lies in front of all others
-  state.texels = sum.y;
+  if (lane_of_group() == 0u) store_totals(sum);
 }

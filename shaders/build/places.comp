@@ -10,7 +10,7 @@ BUILD_MAIN {
   uvec2 start = sums[gl_WorkGroupID.x];
   for (uint first = 0u; first < BUILD_BLOCK; first += GROUP_SIZE) {
     uint i = gl_WorkGroupID.x * BUILD_BLOCK + first + lane_of_group(), total;
-    bool inside = i < state.proper;
+    bool inside = i < nodes_to_place();
     uint before = sum_before(inside ? packed(need_of(needs[i])) : 0u, total);
     if (inside) starts[i] = start + unpacked(before);
     start += unpacked(total);

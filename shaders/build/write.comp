@@ -71,7 +71,8 @@ Child child_of(uint cluster) {
   return child;
 }
 
-// Writes the pair of a node, and those of the smaller nodes below it. If the whole tree is one leaf, writes that alone.
+// Writes the pair of a node, and those of the smaller nodes below it. If the whole tree is one leaf, that has a pair
+// with END_OF_TREE beside it, which wider trees are made from.
 // Every function has one call: lavapipe takes long to compile them.
 void write_room(uint node, uint pair, bool is_lone_leaf) {
   open_nodes[0] = node;
@@ -86,14 +87,22 @@ void write_room(uint node, uint pair, bool is_lone_leaf) {
       if (side == 0u) children[0] = child;
       children[1] = child;
     }
-    if (!is_lone_leaf) write_pair(to, children[0], children[1]);
+    if (is_lone_leaf) children[1] = Child(vec3(3.402823466e38), vec3(-3.402823466e38), END_OF_TREE);
+    write_pair(to, children[0], children[1]);
   }
+}
+
+// The pair of the root lies in front of all others. The one in the root's room is not used, and refers to nothing.
+void mark_unused(uint pair) {
+  for (uint i = 0u; i < PAIR_TEXELS(BALLOT_LAYOUT); ++i)
+    pairs[pair * PAIR_TEXELS(BALLOT_LAYOUT) + i] = uvec4(END_OF_TREE);
 }
 
 void main() {
   for (uint i = gl_GlobalInvocationID.x; i < state.proper; i += gl_NumWorkGroups.x * GROUP_SIZE) {
     bool is_small = i == 0u && !has_many(state.root);  // a leaf could hold the whole tree
     if (needs[i] == 0u && !is_small) continue;
+    if (!is_small && i == index_of(state.root)) mark_unused(starts[i].x + 1u);
     next_pair = is_small ? 1u : starts[i].x + 2u;
     next_texel = is_small ? 0u : starts[i].y;
     uint node = is_small ? index_of(state.root) : i;

@@ -29,6 +29,13 @@
 #define BIND_BUILD_PAIRS 13    // the tree
 #define BIND_BUILD_LEAVES 14
 #define BIND_BUILD_FRONTIER 19  // nodes near the root, for each octant (layout.h)
+// Of pairs that are collapsed into wide nodes (shaders/lib/build/collapse.glsl), where needs and starts are those of
+// pairs, arrivals count the children of each pair, and the state is a CollapseTotals.
+#define BIND_BUILD_PARENTS 20     // of each pair: the pair above, doubled, plus 1 on its right side
+#define BIND_BUILD_COSTS 21       // of each pair: areas of the wide nodes below, for each number of children
+#define BIND_BUILD_CHOICES 22     // of each pair: how it is collapsed
+#define BIND_BUILD_WIDE_NODES 23  // the pair of each wide node
+#define BIND_BUILD_FORMAT 24      // the wide tree (layout.h)
 // Of instances. Where a tree is built over their boxes, these lie in the place of the triangles.
 #define BIND_BUILD_TRANSFORMS 15  // twelve floats an instance
 #define BIND_BUILD_PARTS 16       // of each instance its mesh and the number of its first triangle
@@ -119,9 +126,30 @@ struct ClusterPush {
   float intersection_cost;
 };
 
+// The counts of a wide tree.
+struct CollapseTotals {
+  uint nodes;
+  uint list_texels;  // texels of the lists of leaves, in bvh8
+};
+BALLOT_RECORD(CollapseTotals, 8);
+
+// In the needs of a pair: it is a wide node.
+#define COLLAPSE_NODE 0x80000000u
+
+// Push constants of the kernels collapse_*.comp.
+struct CollapsePush {
+  uint pairs;
+  float unit;  // 1 over the length that areas are measured in the square of
+};
+
+// Push constants of the kernels encode_*.comp.
+struct EncodePush {
+  uint nodes;
+};
+
 // Push constants of needs.comp and places.comp.
 struct PlacePush {
-  uint triangles;
+  uint nodes;
   uint blocks;
 };
 

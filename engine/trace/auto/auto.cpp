@@ -72,7 +72,7 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
     if (row.incoherent && is_likely_coherent(query.rays)) continue;
     // In modes that need float64, kernels take seconds to compile, and those over wider trees gain nothing.
     const Method& method = find_method(row.method);
-    if (format_of(method.tree).collapsed && find_numeric(query.numeric).needs_float64) continue;
+    if (format_of(method.tree).collapsed() && find_numeric(query.numeric).needs_float64) continue;
     Candidate c{std::string(row.method), query.knobs};
     if (!row.knob.empty()) c.knobs.emplace(row.knob, row.value);
     const bool known = std::ranges::find(candidates, c.name(), &Candidate::name) != candidates.end();

@@ -33,8 +33,8 @@ constexpr Effort kGpuEffort{1 << 18, 1 << 18, 1 << 22, 1, 16, 0.3, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
 constexpr std::size_t kLookedAgain = 3;  // candidates that race again once all have been tried
 constexpr double kPatienceSeconds = 2;   // the budget of Choices::try_all
-/// The largest tree that is collapsed for a trial. That takes about a second, and the result is not kept. In scenes
-/// with more nodes, methods that need a collapsed tree are no candidates.
+/// The largest tree that the host collapses for a trial. That takes about a second, and the result is not kept. In
+/// scenes with more nodes, methods that need a collapsed tree are no candidates.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
 constexpr std::uint32_t kWarmUpRays = 4096;
 constexpr double kPreference = 1.02;  // a candidate must be so many times as fast as one before it in the list
@@ -268,10 +268,11 @@ bool Chooser::compile(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& 
 std::vector<Candidate> Chooser::candidates(const Query& query) const {
   std::vector<Candidate> all = candidates_for(query, gpu_.info());
   if (has_instances) leave_out(all, [](const Method& m) { return !m.instances; });
-  if (std::max<std::size_t>(bvh_->nodes.size(), bvh_->stats.nodes) > kMostNodesToCollapse)
-    leave_out(all, [](const Method& m) { return format_of(m.tree).collapsed; });
-  // Each move would have the host derive the formats anew that the device does not write.
-  if (moving_) leave_out(all, [](const Method& m) { return !format_of(m.tree).on_device; });
+  // The device collapses its own trees, and keeps their shape when they move. The host would begin anew at each move.
+  const bool is_there = !has_instances && bvh_->stats.builder == BuilderId::Device && bvh_->nodes.empty();
+  const std::size_t nodes = std::max<std::size_t>(bvh_->nodes.size(), bvh_->stats.nodes);
+  if (!is_there && (moving_ || nodes > kMostNodesToCollapse))
+    leave_out(all, [](const Method& m) { return format_of(m.tree).collapsed(); });
   return all;
 }
 

@@ -28,8 +28,8 @@ class Chooser {
   void replace(const Bvh& bvh);
 
   /// Tells that the triangles have moved, and the tree with them or built anew. From the first move on, candidates
-  /// whose tree format the host derives are left out, and choices are neither read from disk nor written there. Choices
-  /// that were made since stay. Keeps a reference to bvh.
+  /// for which the host collapses the tree are left out, and choices are neither read from disk nor written there.
+  /// Choices that were made since stay. Keeps a reference to bvh.
   void moved(const Bvh& bvh);
 
   /// Returns the concrete query. If the method is not auto, that is the query itself. For auto it has the method and

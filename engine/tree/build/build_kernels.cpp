@@ -1,6 +1,7 @@
 #include "engine/tree/build/build_kernels.h"
 
 #include "engine/core/error.h"
+#include "engine/tree/build/wide_encoder.h"
 
 namespace ballot {
 
@@ -58,6 +59,7 @@ std::vector<KernelSource> build_sources(const DeviceInfo& device) {
     for (const Padding padding : {Padding::Ray, Padding::Tree}) all.push_back(write_source(device, layout, padding));
     all.push_back(frontier_source(device, layout));
   }
+  for (KernelSource& source : encoder_sources(device)) all.push_back(std::move(source));
   return all;
 }
 

@@ -116,6 +116,13 @@ bool DeviceBuild::end_refit() {
   return has_box_origin();
 }
 
+WideEncoder& DeviceBuild::encoder(TreeFormatId id) { return encoders_.try_emplace(id, gpu_, id).first->second; }
+
+WideShape DeviceBuild::collapse(TreeFormatId id, const Buffer<glm::uvec4>& pairs) {
+  const glm::vec3 sides = built_.bounds.hi - built_.bounds.lo;
+  return encoder(id).collapse(pairs, built_.pairs, std::max({sides.x, sides.y, sides.z}));
+}
+
 PairTree DeviceBuild::download() {
   PairTree tree;
   tree.layout = NodeLayout::Interleaved;

@@ -1,9 +1,11 @@
 // A tree that was built on the device, and stays there until the host asks for it.
 #pragma once
 
+#include <map>
 #include <optional>
 
 #include "engine/tree/build/device_builder.h"
+#include "engine/tree/build/wide_encoder.h"
 
 namespace ballot {
 
@@ -50,6 +52,11 @@ class DeviceBuild {
   }
   const DeviceBuilder& builder() const { return builder_; }
 
+  /// Returns the encoder of a collapsed format, which takes pairs that write() has written.
+  WideEncoder& encoder(TreeFormatId id);
+  /// Collapses pairs (WideEncoder::collapse). The tree must not be empty.
+  WideShape collapse(TreeFormatId id, const Buffer<glm::uvec4>& pairs);
+
  private:
   PairTree download();
   void build();
@@ -61,6 +68,7 @@ class DeviceBuild {
   BuiltTree built_;
   Bvh summary_;
   std::optional<Bvh> bvh_;
+  std::map<TreeFormatId, WideEncoder> encoders_;  // made on first use
 };
 
 /// Builds a tree on the device and reads it back. Throws Error as build_bvh() and DeviceBuilder do.

@@ -206,7 +206,7 @@ void DeviceBuilder::read_tree(const BuildState& s) {
          "bvh: the leaves of {} triangles take {} texels on the device, but a child reference can number "
          "{}; use a smaller scene",
          s.proper, texels, std::uint64_t{1} << LEAF_COUNT_SHIFT);
-  built_.pairs = s.pairs;
+  built_.pairs = std::max(s.pairs, 1u);
   built_.leaf_texels = s.texels;
   built_.root = s.root >= BUILD_LEAF ? LEAF_BIT | (triangles - 1) << LEAF_COUNT_SHIFT : 0;
 }

@@ -14,7 +14,7 @@ namespace ballot {
 struct BuiltTree {
   std::uint32_t triangles = 0;       // in the scene
   std::uint32_t proper = 0;          // triangles with area, which the tree holds
-  std::uint32_t pairs = 0;           // pairs of siblings, with one that is not used in trees of more than six triangles
+  std::uint32_t pairs = 0;           // pairs of siblings; trees of more than six triangles have one that is not used
   std::uint32_t leaf_texels = 0;     // texels of leaves
   std::uint32_t root = END_OF_TREE;  // child reference: END_OF_TREE, a leaf, or texel 0; over instances any texel
   std::uint32_t depth = 0;           // as BvhStats::depth
