@@ -9,7 +9,7 @@
 
 #include "engine/bvh/padding.h"
 #include "engine/bvh/refit.h"
-#include "engine/tree/build/device_builder.h"
+#include "engine/tree/build/device_build.h"
 #include "tests/speed/program.h"
 #include "tools/bench/markdown.h"
 
@@ -92,6 +92,44 @@ Spent measure(Context& gpu, const Scene& scene, const Args& args) {
     spent.wall.push_back(wall);
   }
   return spent;
+}
+
+/// Wide trees that the device makes of its pairs: the collapse, which a tree needs once, and the boxes, which each
+/// refit needs anew. Beside them what the host takes for both.
+void measure_wide_trees(Context& gpu, const Scene& scene, const Args& args) {
+  DeviceBuild build(gpu, scene.triangles, {});
+  Buffer<glm::uvec4> pairs(gpu, std::size_t(build.built().pairs) * PAIR_TEXELS(LAYOUT_INTERLEAVED), Access::Storage,
+                           "pairs"),
+      leaves(gpu, build.built().leaf_texels, Access::Storage, "leaves");
+  build.write(NodeLayout::Interleaved, Padding::Ray, pairs, leaves);
+  const PairTree here = encode_pairs(build.bvh(), scene.triangles, NodeLayout::Interleaved);
+  for (const TreeFormat& format : kTreeFormats) {
+    if (!format.collapsed()) continue;
+    WideEncoder& encoder = build.encoder(format.id);
+    Spent spent;
+    std::vector<double> collapse, encode, host;
+    WideShape shape = build.collapse(format.id, pairs);
+    Buffer<glm::uvec4> texels(gpu, encoder.texels(shape), Access::Storage, "wide tree");
+    for (std::uint32_t i = 0; i <= args.repeats; ++i) {
+      shape = build.collapse(format.id, pairs);
+      encoder.write(shape, pairs, texels);
+      gpu.finish();
+      const auto start = Clock::now();
+      const std::size_t size = format.encode(here, 0).size();
+      const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+      if (size != texels.size()) return fmt::print("    {}: the host's tree has another size\n", format.name);
+      if (i == 0) continue;  // kernels are compiled and memory is touched for the first time
+      host.push_back(ms);
+      double sum = 0;
+      for (const auto& [name, pass_ms] : encoder.collapse_ms()) spent.add(name, pass_ms), sum += pass_ms;
+      collapse.push_back(sum);
+      encode.push_back(encoder.write_ms().front().second);
+    }
+    fmt::print("    {} on the device:", format.name);
+    for (const auto& [name, ms] : spent.passes) fmt::print(" {} {},", name, bench::figure(median(ms)));
+    fmt::print(" collapse {}, encode {}; {} nodes; on the host {}\n", bench::figure(median(collapse)),
+               bench::figure(median(encode)), shape.nodes, bench::figure(median(host)));
+  }
 }
 
 /// Refits on the device, between triangles and their waves, whose vertices lie there already: passes, as the device
@@ -252,6 +290,7 @@ void run(const Args& args) {
     fmt::print(" device {}, wall {}; {:.3f} Gtris/s; SAH {:.2f}, depth {}, {} leaves\n", bench::figure(device),
                bench::figure(median(spent.wall)), double(scene.triangles.size()) / device * 1e-6, spent.built.sah,
                spent.built.depth, spent.built.leaves());
+    measure_wide_trees(*gpu, scene, args);
     measure_refits(*gpu, scene, args);
     for (const std::string& name : args.builders) {
       if (!builder_of(find_builder(name).id).on_device) measure_host_refits(*gpu, scene, name, args);
