@@ -17,6 +17,7 @@
 #include <stdexcept>
 
 #include "engine/core/error.h"
+#include "engine/core/sharp_cross.h"
 #include "engine/oracle/nearest.h"
 #include "engine/oracle/walker.h"
 
@@ -43,16 +44,6 @@ std::optional<double> enter(const Probe& p, const Bounds& box, double far) {
   }
   square *= 1 - 0x1p-49;
   return square <= far ? std::optional(square) : std::nullopt;
-}
-
-double difference_of_products(double a, double b, double c, double d) {
-  const double cd = c * d;
-  return std::fma(a, b, -cd) + std::fma(-c, d, cd);
-}
-
-glm::dvec3 sharp_cross(const glm::dvec3& a, const glm::dvec3& b) {
-  return {difference_of_products(a.y, b.z, a.z, b.y), difference_of_products(a.z, b.x, a.x, b.z),
-          difference_of_products(a.x, b.y, a.y, b.x)};
 }
 
 struct Side {
@@ -113,6 +104,14 @@ struct Near {
     return sides[i].at_p > part(i) && sides[i].at_q > part(i) && side[i] > kSide * reach * n;
   }
 
+  /// Returns true if the nearest point is surely inside the triangle.
+  bool sure_inside() const {
+    if (feature != 6) return false;
+    const double n = kSide * reach * glm::length(normal);
+    return std::ranges::all_of(std::array{0u, 1u, 2u},
+                               [&](unsigned i) { return side[i] < -n * glm::length(sides[i].e); });
+  }
+
   std::array<glm::dvec3, 3> v;
   std::array<Side, 3> sides;  // ab, bc, ca
   glm::dvec3 normal;
@@ -156,7 +155,8 @@ ExactClosest answer_of(const glm::dvec3& point, const Candidate& c) {
     foot = n.normal * (glm::dot(n.normal, n.v[0]) / glm::dot(n.normal, n.normal));
   }
   weights /= weights.x + weights.y + weights.z;
-  return {n.distance, c.prim, point + foot, weights.y, weights.z};
+  return {
+      n.distance, c.prim, point + foot, weights.y, weights.z, std::uint32_t(n.feature), n.sure() || n.sure_inside()};
 }
 
 /// Collects what may be the nearest.

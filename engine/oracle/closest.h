@@ -12,15 +12,18 @@
 #include <utility>
 
 #include "engine/formats/pair.h"
+#include "shaders/shared/query.h"
 
 namespace ballot {
 
-/// The nearest point of a triangle. `at`, u and v are computed in double precision.
+/// The nearest point of a triangle. `at`, u, v and the part are computed in double precision.
 struct ExactClosest {
   double distance = 0;  // within 2^-45 of the largest distance of the triangle's vertices from the point
   std::uint32_t prim = NO_HIT;
   glm::dvec3 at{0};
   double u = 0, v = 0;
+  std::uint32_t part = 0;     // of the triangle that the point is in (shaders/shared/query.h)
+  bool part_is_sure = false;  // by a proved bound; else it was computed in double precision
 };
 
 /// The exact oracle of closest points of one tree. Thread-safe.

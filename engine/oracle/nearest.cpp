@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 namespace ballot {
 
@@ -24,6 +25,40 @@ ExactDistance edge_distance(const Exact& p, const Exact& q, const Exact& edge) {
   if (at_p.sign() <= 0) return {dot_of(p, p), Dyadic(1)};
   if (at_q.sign() <= 0) return {dot_of(q, q), Dyadic(1)};
   return {dot_of(p, p) * whole - at_p * at_p, whole};
+}
+
+/// Returns the sign of a sum of products in double precision if it is larger than its error: `size` times 2^-40.
+std::optional<int> sure_sign(double value, double size) {
+  // Below 1e-280 the bound of the error itself may be lost.
+  if (!(std::abs(value) > 0x1p-40 * size) || std::abs(value) < 1e-280) return std::nullopt;
+  return value > 0 ? 1 : -1;
+}
+
+glm::dvec3 double_difference(const glm::vec3& a, const glm::vec3& b) { return glm::dvec3(a) - glm::dvec3(b); }
+
+/// Returns the sign of normal . (point - t[0]).
+int side_of_plane(const glm::vec3& point, const Triangle& t) {
+  const glm::dvec3 d = double_difference(point, t[0]), a = double_difference(t[1], t[0]),
+                   b = double_difference(t[2], t[0]);
+  const double size = glm::length(d) * glm::length(a) * glm::length(b);
+  if (const auto sign = sure_sign(glm::dot(d, glm::cross(a, b)), size)) return *sign;
+  return dot_of(minus(point, t[0]), cross_of(minus(t[1], t[0]), minus(t[2], t[0]))).sign();
+}
+
+/// Returns the sign of n . (point - corner).
+int side_of_corner(const glm::vec3& point, const glm::vec3& corner, const glm::vec3& n) {
+  const glm::dvec3 d = double_difference(point, corner), normal(n);
+  if (const auto sign = sure_sign(glm::dot(d, normal), glm::length(d) * glm::length(normal))) return *sign;
+  return dot_of(minus(point, corner), minus(n, glm::vec3(0))).sign();
+}
+
+/// Returns the sign of n . (point - c), with c the nearest point of the line through a and b.
+int side_of_edge(const glm::vec3& point, const glm::vec3& a, const glm::vec3& b, const glm::vec3& n) {
+  const glm::dvec3 d = double_difference(point, a), e = double_difference(b, a), normal(n);
+  const double about = glm::dot(normal, d) * glm::dot(e, e) - glm::dot(d, e) * glm::dot(normal, e);
+  if (const auto sign = sure_sign(about, glm::length(normal) * glm::length(d) * glm::dot(e, e))) return *sign;
+  const Exact out = minus(point, a), along = minus(b, a), up = minus(n, glm::vec3(0));
+  return (dot_of(up, out) * dot_of(along, along) - dot_of(out, along) * dot_of(up, along)).sign();
 }
 
 /// The side of the projected edge from p to q for a point at the origin, and its sign with ties broken.
@@ -54,6 +89,34 @@ ExactDistance exact_distance(const glm::vec3& point, const Triangle& t) {
   ExactDistance best = edge_distance(v[0], v[1], e[0]);
   for (std::size_t i = 1; i < 3; ++i) best = std::min(best, edge_distance(v[i], v[(i + 1) % 3], e[i]));
   return best;
+}
+
+std::uint32_t exact_part(const glm::vec3& point, const Triangle& t) {
+  const Exact v[3] = {minus(t[0], point), minus(t[1], point), minus(t[2], point)};
+  const Exact e[3] = {minus(t[1], t[0]), minus(t[2], t[1]), minus(t[0], t[2])};
+  const Exact normal = cross_of(e[0], e[1]);
+  bool over = true;
+  for (std::size_t i = 0; i < 3 && over; ++i) over = dot_of(cross_of(normal, e[i]), v[i]).sign() < 0;
+  if (over) return PART_INSIDE;
+  ExactDistance best;
+  std::uint32_t part = 0;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const std::uint32_t j = (i + 1) % 3;
+    ExactDistance d = edge_distance(v[i], v[j], e[i]);
+    if (i > 0 && d >= best) continue;
+    best = std::move(d);
+    part = dot_of(v[i], e[i]).sign() >= 0 ? i : dot_of(v[j], e[i]).sign() <= 0 ? j : PART_EDGE + i;
+  }
+  return part;
+}
+
+bool exact_behind(const glm::vec3& point, const Triangle& t, std::uint32_t part,
+                  std::span<const glm::vec3, PSEUDONORMALS> pseudonormals) {
+  if (part == PART_INSIDE) return side_of_plane(point, t) < 0;
+  const glm::vec3& n = pseudonormals[part];
+  if (part < PART_EDGE) return side_of_corner(point, t[part], n) < 0;
+  const std::size_t i = part - PART_EDGE;
+  return side_of_edge(point, t[i], t[(i + 1) % 3], n) < 0;
 }
 
 bool exact_crosses(const Ray& ray, const Triangle& t, const ExactSight& sight) {

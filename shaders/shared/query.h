@@ -10,6 +10,14 @@
 #define BIND_RAY_MASKS 18       // in: a word a ray
 #define BIND_TRIANGLE_MASKS 19  // in: a word a triangle
 #define BIND_TILES 20           // sums of tiles of rays (shaders/query/places.comp)
+#define BIND_PSEUDONORMALS 21   // in: PSEUDONORMALS vectors of each triangle
+#define BIND_DISTANCES 22       // out: a signed distance for each point
+
+// The parts of a triangle: corners 0, 1, 2, edges 0 1, 1 2, 2 0, and the inside. All but the inside have a pseudonormal
+// (engine/bvh/pseudonormals.h), in this order.
+#define PART_EDGE 3u
+#define PART_INSIDE 6u
+#define PSEUDONORMALS 6u
 
 // Specialization constant, in addition to those of variant.h: the crossings of a ray that
 // shaders/query/first_crossings.comp keeps.
@@ -27,6 +35,12 @@
 #define PLACES_TILES 0u  // sums each tile
 #define PLACES_SUM 1u    // sums the tiles
 #define PLACES_PLACE 2u
+
+// shaders/query/signs.comp: the lanes of a workgroup, and the values of BALLOT_SIGNS.
+#define SIGNS_GROUP 128u
+#define SIGNS_BY_PARITY 0  // distances, negative where the inside test says so
+#define SIGNS_BY_SIDES 1   // distances, negative behind the surface
+#define SIGNS_INSIDE 2     // whether points are behind the surface
 
 // The number of crossings of a ray, or the answer of a point, that rounding may have decided.
 #define UNSURE 0xFFFFFFFDu
@@ -50,7 +64,7 @@ struct Nearest {
   uint prim;       // the triangle's number in the order of the scene file, or NO_HIT
   float u;         // the weights of vertices 1 and 2 of the triangle at that point
   float v;
-  uint spare;
+  uint behind;  // with BALLOT_SIDES: 1 if the point is on the inner side of that part of the surface; else 0
 };
 BALLOT_RECORD(Nearest, 32);
 
@@ -61,6 +75,13 @@ struct PlacesPush {
   uint step;  // PLACES_...
 };
 BALLOT_RECORD(PlacesPush, 12);
+
+// Push constants of signs.comp.
+struct SignsPush {
+  uint points;
+  uint to;  // place of the first answer
+};
+BALLOT_RECORD(SignsPush, 8);
 
 #ifdef __cplusplus
 }  // namespace ballot
