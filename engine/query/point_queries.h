@@ -31,6 +31,8 @@ struct PointQuery {
   /// inside. The host decides what the device leaves open. Distances are then exact to float32's rounding and 2^-45 of
   /// M.
   bool exact = false;
+  /// Of nearest(): finds Nearest::behind. Takes 72 bytes a triangle for pseudonormals.
+  bool sides = false;
 };
 
 /// Returns the sources of all kernels of point and ray queries for a device.
@@ -49,6 +51,11 @@ class PointQueries {
   /// computed distance it is the one with the smallest number; those that share an edge or a vertex compute the same
   /// for it. Triangles without area are left out. Dead points have no nearest triangle. Throws Error(Work) if the
   /// device fails.
+  ///
+  /// With query.sides, and P the point and C its nearest one, `behind` is the sign of N . (P - C): with N the normal of
+  /// the triangle where C is inside of it, else the pseudonormal of its corner or edge (engine/bvh/pseudonormals.h). A
+  /// point on the surface is not behind it. With query.exact it is the sign for the exact C, and for the vectors N as
+  /// they are rounded to float32.
   TraceTimes nearest(const PointStream& points, const TakeNearest& take, const PointQuery& query = {});
   TraceTimes nearest(std::span<const ProbePoint> points, std::span<Nearest> answers, const PointQuery& query = {});
 
@@ -59,8 +66,23 @@ class PointQueries {
   TraceTimes inside(const PointStream& points, const TakeInside& take, const PointQuery& query = {});
   TraceTimes inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers, const PointQuery& query = {});
 
+  /// The same for points [0, count) of an array on the device, whose answers go to the same places of another. The
+  /// order of the points is kept: neighbours share a subgroup, so points that are near each other should be next to
+  /// each other. The host sees points and answers only with query.exact, and where the driver cuts walks short. Throw
+  /// Error(Arguments) if an array has fewer than `count` records.
+  TraceTimes nearest(const Buffer<ProbePoint>& points, Buffer<Nearest>& answers, std::uint64_t count,
+                     const PointQuery& query = {});
+  /// With query.sides: whether they are behind the nearest surface within their limit.
+  TraceTimes inside(const Buffer<ProbePoint>& points, Buffer<std::uint32_t>& answers, std::uint64_t count,
+                    const PointQuery& query = {});
+  /// Finds distances, negative inside by the parity of crossings, or with query.sides behind the surface.
+  TraceTimes signed_distances(const Buffer<ProbePoint>& points, Buffer<float>& answers, std::uint64_t count,
+                              const PointQuery& query = {});
+
  private:
   struct Parts;
+  TraceTimes signs(const Buffer<ProbePoint>& points, RawBuffer& answers, std::uint64_t room, std::uint64_t count,
+                   const PointQuery& query, int what);
   std::unique_ptr<Parts> parts_;
 };
 

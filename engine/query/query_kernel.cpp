@@ -4,6 +4,7 @@
 
 #include "engine/bvh/build.h"
 #include "engine/query/crossing_kernels.h"
+#include "engine/query/point_parts.h"
 #include "engine/trace/repair.h"
 #include "engine/trace/tree_push.h"
 
@@ -49,8 +50,10 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
   std::vector<KernelSource> sources;
   for (const bool far : {false, true}) {
     const TreeFacts tree{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = far};
-    sources.push_back(query_source("closest_point", device, tree));
+    for (const int sides : {0, 1})
+      sources.push_back(query_source("closest_point", device, tree, {{"BALLOT_SIDES", sides}}));
     for (const int exact : {0, 1}) sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}}));
+    for (KernelSource& source : sign_sources()) sources.push_back(std::move(source));
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }
   return sources;
@@ -99,9 +102,10 @@ void QueryKernel::prepare() {
   gpu_.save_pipeline_cache();
 }
 
-std::uint32_t QueryKernel::run(std::uint32_t count, std::uint32_t root, TraceTimes& times) {
+std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, std::uint32_t root, TraceTimes& times) {
   TracePush push = push_of(tree_, root, nodes_, format_, leaves_);
-  push.ray_end = count;
+  push.ray_begin = first;
+  push.ray_end = first + count;
   Work work{0, 0};
   if (config_.loops_cut) work_.upload(std::span(&work, 1));
   gpu_.submit(kernel_->name(), [&](VkCommandBuffer cmd) {

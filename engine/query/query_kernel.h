@@ -37,9 +37,10 @@ class QueryKernel {
   void bind(const SurfaceAlpha& alpha) { alpha.bind(*kernel_); }
   /// Makes or renews the kernel, if the tree or the shaders changed.
   void prepare();
-  /// Answers queries [0, count) from the child reference `root` on, and waits. Returns how many of them the driver cut
-  /// short. Adds the time to `times`.
-  std::uint32_t run(std::uint32_t count, std::uint32_t root, TraceTimes& times);
+  /// Answers queries [first, first + count) from the child reference `root` on, and waits. Returns how many of them the
+  /// driver cut short. Adds the time to `times`.
+  std::uint32_t run(std::uint32_t first, std::uint32_t count, std::uint32_t root, TraceTimes& times);
+  std::uint32_t run(std::uint32_t count, std::uint32_t root, TraceTimes& times) { return run(0, count, root, times); }
 
   /// Returns subtrees that together hold the tree, each of at most `limit` steps (repair.h). Not of the four-wide tree.
   std::vector<std::uint32_t> pieces(std::uint64_t limit);

@@ -6,8 +6,12 @@
 // Sources: Christer Ericson. Real-Time Collision Detection. 2005, section 5.1.5 (the regions of a triangle). Differs:
 // the regions are decided so that thin triangles lose no precision, and boxes are culled by a proved bound.
 //
-// Result: two texels a point, (point.xyz, distance), (prim, u, v, 0). Without a triangle within the limit prim is
+// Result: two texels a point, (point.xyz, distance), (prim, u, v, behind). Without a triangle within the limit prim is
 // NO_HIT, distance infinite, and the rest zero. A walk that the driver cut short has prim UNFINISHED.
+//
+// With BALLOT_SIDES `behind` tells whether the point is on the inner side of the surface: by the pseudonormal of the
+// part of the triangle that the nearest point is in, which for its inside is its normal (engine/bvh/pseudonormals.h has
+// the source). Else it is 0.
 //
 // The answer is the least of the distances that nearest_of() computes over all triangles within the limit, and among
 // equal ones the triangle with the smallest prim. That number depends on point and triangle alone, so the answer
@@ -50,7 +54,12 @@
 // Boxes are widened by 128 w R. Taking e from each positive component of a vector makes it shorter by e at least.
 // Far points are not padded: what is culled for them is less near by 9 w R at most, which is below w M 64.
 #include "../lib/frame/kernel.glsl"
+#include "../shared/query.h"
 #include "../lib/query/frame.glsl"
+
+#if BALLOT_SIDES
+layout(set = 0, binding = BIND_PSEUDONORMALS, scalar) readonly buffer Pseudonormals { vec3 pseudonormals[]; };
+#endif
 
 float square(vec3 v) {
   precise float sum = v.x * v.x + v.y * v.y + v.z * v.z;
@@ -159,31 +168,52 @@ float box_distance2(Probe p, NodeBox box) {
   return square(d);
 }
 
+// The nearest point of a triangle, and the part of the triangle that it is in.
+struct Foot {
+  vec3 at;       // relative to the probe and scaled
+  vec3 weights;  // of the corners
+  uint part;     // PART_... or a corner or edge
+};
+
+// Returns the foot whose squared distance was the least.
+Foot foot_of(Around t, Near n) {
+  float d = n.distance2;
+  Foot f = Foot(t.a, vec3(1.0, 0.0, 0.0), 0u);
+  if (square(t.b) == d) f = Foot(t.b, vec3(0.0, 1.0, 0.0), 1u);
+  if (square(t.c) == d) f = Foot(t.c, vec3(0.0, 0.0, 1.0), 2u);
+  if (n.ab.between && square(n.ab.foot) == d) f = Foot(n.ab.foot, vec3(n.ab.at_q, n.ab.at_p, 0.0), PART_EDGE);
+  if (n.bc.between && square(n.bc.foot) == d) f = Foot(n.bc.foot, vec3(0.0, n.bc.at_q, n.bc.at_p), PART_EDGE + 1u);
+  if (n.ca.between && square(n.ca.foot) == d) f = Foot(n.ca.foot, vec3(n.ca.at_p, 0.0, n.ca.at_q), PART_EDGE + 2u);
+  if (n.inside && n.plane == d) f = Foot(n.normal * (n.depth / n.normal2), -n.sides, PART_INSIDE);
+  f.weights /= f.weights.x + f.weights.y + f.weights.z;
+  return f;
+}
+
+#if BALLOT_SIDES
+// Returns true if the probe is on the inner side of the part of a triangle that its nearest point is in.
+bool is_behind(Near n, Foot f, uint prim) {
+  if (f.part == PART_INSIDE) return n.depth > 0.0;
+  return dot_of(pseudonormals[PSEUDONORMALS * prim + f.part], f.at) > 0.0;
+}
+#endif
+
 // Writes the answer.
 void store_nearest(uint index, Probe p, Best best, float limit, bool cut_short) {
   uvec4 first = uvec4(0u, 0u, 0u, 0x7F800000u), second = uvec4(cut_short ? UNFINISHED : NO_HIT, 0u, 0u, 0u);
   if (best.prim != NO_HIT && !cut_short) {
     Around t = around(p, best.texel);
     Near n = nearest_of(t);
-    float inverse = 1.0 / p.scale, d = n.distance2;
-    precise float root = sqrt(d);
+    Foot f = foot_of(t, n);
+    float inverse = 1.0 / p.scale;
+    precise float root = sqrt(n.distance2);
     float distance = root * inverse;
-    // The part of the triangle that the nearest point is in: a corner, an edge or the inside, and its weights.
-    vec3 foot = t.a, weights = vec3(1.0, 0.0, 0.0);
-    if (square(t.b) == d) foot = t.b, weights = vec3(0.0, 1.0, 0.0);
-    if (square(t.c) == d) foot = t.c, weights = vec3(0.0, 0.0, 1.0);
-    if (n.ab.between && square(n.ab.foot) == d) foot = n.ab.foot, weights = vec3(n.ab.at_q, n.ab.at_p, 0.0);
-    if (n.bc.between && square(n.bc.foot) == d) foot = n.bc.foot, weights = vec3(0.0, n.bc.at_q, n.bc.at_p);
-    if (n.ca.between && square(n.ca.foot) == d) foot = n.ca.foot, weights = vec3(n.ca.at_p, 0.0, n.ca.at_q);
-    if (n.inside && n.plane == d) {
-      foot = n.normal * (n.depth / n.normal2);
-      weights = -n.sides;
-    }
-    weights /= weights.x + weights.y + weights.z;
-    vec3 at = p.at + foot * inverse;
+    vec3 at = p.at + f.at * inverse;
     if (distance <= limit) {
       first = uvec4(floatBitsToUint(at), floatBitsToUint(distance));
-      second = uvec4(best.prim, floatBitsToUint(weights.yz), 0u);
+      second = uvec4(best.prim, floatBitsToUint(f.weights.yz), 0u);
+#if BALLOT_SIDES
+      second.w = uint(is_behind(n, f, best.prim));
+#endif
     }
   }
   hit_words[2u * index] = first;

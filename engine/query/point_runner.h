@@ -1,0 +1,206 @@
+// What answers point queries on a device: a kernel with its buffers for each kind of query. Internal to engine/query.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "engine/core/error.h"
+#include "engine/core/parallel.h"
+#include "engine/query/coherent_order.h"
+#include "engine/query/pseudonormal_array.h"
+#include "engine/query/query_kernel.h"
+
+namespace ballot {
+
+// Named, as PointQueries::Parts holds types of it.
+namespace point_queries {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr std::size_t kMoved = 1 << 14;   // points that a thread moves at a time
+constexpr std::size_t kFewPoints = 1024;  // fewer are not sorted
+
+inline bool nearer(const Nearest& a, const Nearest& b) {
+  if (a.prim == NO_HIT) return false;
+  return b.prim == NO_HIT || a.distance < b.distance || (a.distance == b.distance && a.prim < b.prim);
+}
+
+inline bool is_cut_short(const Nearest& a) { return a.prim == UNFINISHED; }
+inline bool is_cut_short(std::uint32_t a) { return a == UNFINISHED; }
+
+/// A query of points: its kernel, and what a walk of pieces of the tree does with their answers.
+struct NearestQuery {
+  using Answer = Nearest;
+  static constexpr std::uint32_t kBinding = BIND_HITS;
+  static constexpr const char* kWhat = "closest points";
+  static Answer none() { return {{}, kInfinity, NO_HIT, 0, 0, 0}; }
+  /// What one piece has found is the limit for the next.
+  static void add(Answer& all, const Answer& piece, ProbePoint& asked) {
+    if (!nearer(piece, all)) return;
+    all = piece;
+    asked.limit = piece.distance;
+  }
+};
+struct InsideQuery {
+  using Answer = std::uint32_t;
+  static constexpr std::uint32_t kBinding = BIND_CROSSINGS;
+  static constexpr const char* kWhat = "inside test";
+  static Answer none() { return 0; }
+  static void add(Answer& all, const Answer& piece, ProbePoint&) {
+    all = all == UNSURE || piece == UNSURE ? UNSURE : all ^ piece;
+  }
+};
+
+/// Settles answers that the device leaves open. May be empty.
+template <class Answer>
+using Settle = std::function<void(std::span<const ProbePoint> points, std::span<Answer> answers)>;
+
+/// Runs one kind of query: in parts, with buffers that are kept.
+template <class Kind>
+class Runner {
+ public:
+  using Answer = typename Kind::Answer;
+
+  Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines)
+      : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)) {}
+
+  /// Makes the kernel for the tree as it is now. `also`: what it reads in addition to tree and points; may be null.
+  void prepare(const PseudonormalArray* also) {
+    kernel_.prepare();
+    if (also) kernel_.bind(BIND_PSEUDONORMALS, also->device());
+  }
+  /// Returns the largest number of points of one dispatch.
+  std::uint32_t most() const { return kernel_.most(); }
+
+  /// Answers the points of a stream.
+  template <class Take>
+  TraceTimes run(const PointStream& stream, const Take& take, const Settle<Answer>& settle) {
+    TraceTimes times;
+    if (stream.count == 0) return times;
+    const PassScope scope(gpu_);
+    const std::size_t chunk = std::size_t(std::min<std::uint64_t>(stream.count, most()));
+    make_room(chunk);
+    std::vector<ProbePoint> asked(chunk);
+    std::vector<Answer> found(chunk);
+    for (std::uint64_t first = 0; first < stream.count; first += chunk) {
+      const std::size_t some = std::size_t(std::min<std::uint64_t>(chunk, stream.count - first));
+      const std::span<ProbePoint> part = std::span(asked).first(some);
+      const std::span<Answer> result = std::span(found).first(some);
+      stream.read(first, part);
+      answer(part, result, times);
+      if (settle) settle(part, result);
+      take(first, std::span<const Answer>(result));
+      if (stream.progress) stream.progress(first + some);
+    }
+    return times;
+  }
+
+  /// Answers points [first, first + count) of an array on the device, at most most() of them, in their order. The host
+  /// sees them only where the driver cut walks short, or something is left to settle.
+  void run_there(const Buffer<ProbePoint>& points, Buffer<Answer>& answers, std::uint32_t first, std::uint32_t count,
+                 const Settle<Answer>& settle, TraceTimes& times) {
+    kernel_.bind(BIND_RAYS, points);
+    kernel_.bind(Kind::kBinding, answers);
+    const std::uint32_t unfinished = kernel_.run(first, count, tree_.root(), times);
+    if (!unfinished && !settle) return;
+    std::vector<ProbePoint> asked(count);
+    std::vector<Answer> found(count);
+    points.download(asked, first);
+    answers.download(found, first);
+    make_room(count);
+    if (unfinished) repair(asked, found, times);
+    if (settle) settle(asked, found);
+    answers.upload(found, first);
+  }
+
+ private:
+  /// Answers points. On a CPU device they go in an order in which neighbours are near each other: its lanes read nodes
+  /// one by one, and a walk takes as long as that of its slowest lane.
+  void answer(std::span<const ProbePoint> asked, std::span<Answer> result, TraceTimes& times) {
+    if (!gpu_.info().is_cpu() || asked.size() < kFewPoints) {
+      answer_in_order(asked, result, times);
+      return;
+    }
+    order_points(asked, tree_.bvh().bounds, order_);
+    sorted_.resize(asked.size()), found_.resize(asked.size());
+    for_chunks(asked.size(), kMoved, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) sorted_[i] = asked[order_[i]];
+    });
+    answer_in_order(sorted_, found_, times);
+    for_chunks(asked.size(), kMoved, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) result[order_[i]] = found_[i];
+    });
+  }
+
+  void answer_in_order(std::span<const ProbePoint> asked, std::span<Answer> result, TraceTimes& times) {
+    points_->upload(asked);
+    const std::uint32_t unfinished = kernel_.run(std::uint32_t(asked.size()), tree_.root(), times);
+    answers_->download(result);
+    if (unfinished) repair(asked, result, times);
+  }
+
+  void make_room(std::size_t count) {
+    if (!points_ || points_->size() < count) {
+      points_.reset(), answers_.reset();
+      points_.emplace(gpu_, count, Access::Storage, "points");
+      answers_.emplace(gpu_, count, Access::Storage, "answers of points");
+    }
+    kernel_.bind(BIND_RAYS, *points_);
+    kernel_.bind(Kind::kBinding, *answers_);
+  }
+
+  /// Asks again for points whose walk the driver cut short, in ever smaller pieces of the tree.
+  void repair(std::span<const ProbePoint> asked, std::span<Answer> answers, TraceTimes& times) {
+    std::vector<std::uint32_t> open;
+    for (std::uint32_t i = 0; i < answers.size(); ++i)
+      if (is_cut_short(answers[i])) open.push_back(i);
+    times.retraced += open.size();
+    for (const std::uint64_t limit : {8192ull, 1024ull, 128ull, 16ull, 0ull}) {
+      open = repair_pieces(asked, answers, open, limit, times);
+      if (open.empty()) return;
+    }
+    fail(Failure::Work, "{}: {} points could not be finished on {}: its driver stops loops after a few iterations",
+         Kind::kWhat, open.size(), gpu_.info().name);
+  }
+
+  /// Returns the points that are still open.
+  std::vector<std::uint32_t> repair_pieces(std::span<const ProbePoint> asked, std::span<Answer> answers,
+                                           const std::vector<std::uint32_t>& open, std::uint64_t limit,
+                                           TraceTimes& times) {
+    std::vector<ProbePoint> part;
+    for (const std::uint32_t i : open) part.push_back(asked[i]);
+    std::vector<Answer> found(part.size()), all(part.size(), Kind::none());
+    std::vector<bool> cut(part.size(), false);
+    for (const std::uint32_t root : kernel_.pieces(limit)) {
+      points_->upload(part);
+      kernel_.run(std::uint32_t(part.size()), root, times);
+      answers_->download(found);
+      for (std::size_t k = 0; k < part.size(); ++k) {
+        cut[k] = cut[k] || is_cut_short(found[k]);
+        if (!cut[k]) Kind::add(all[k], found[k], part[k]);
+      }
+    }
+    std::vector<std::uint32_t> still;
+    for (std::size_t k = 0; k < open.size(); ++k)
+      if (cut[k])
+        still.push_back(open[k]);
+      else
+        answers[open[k]] = all[k];
+    return still;
+  }
+
+  Context& gpu_;
+  DeviceTree& tree_;
+  QueryKernel kernel_;
+  std::optional<Buffer<ProbePoint>> points_;
+  std::optional<Buffer<Answer>> answers_;
+  std::vector<std::uint32_t> order_;
+  std::vector<ProbePoint> sorted_;
+  std::vector<Answer> found_;
+};
+
+}  // namespace point_queries
+
+}  // namespace ballot

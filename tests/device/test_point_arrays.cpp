@@ -1,0 +1,103 @@
+// Point queries of arrays that stay on the device: their answers are those for points of the host.
+#include <cstring>
+
+#include "engine/query/point_queries.h"
+#include "tests/cpu/shapes.h"
+#include "tests/device/fixture.h"
+
+namespace ballot {
+namespace {
+
+constexpr float kUnlimited = std::numeric_limits<float>::infinity();
+
+class PointArrays : public DeviceTest {
+ protected:
+  Context gpu_{options()};
+};
+
+std::vector<ProbePoint> random_points(std::size_t count, float limit) {
+  shapes::Random random(5);
+  std::vector<ProbePoint> points;
+  for (std::size_t i = 0; i < count; ++i) points.push_back({random.point(1.5f), i % 7 ? kUnlimited : limit});
+  points[3].at.x = std::numeric_limits<float>::quiet_NaN();
+  return points;
+}
+
+TEST_F(PointArrays, AnswersAreThoseForPointsOfTheHost) {
+  const auto t = make(gpu_, shapes::sphere(2));
+  PointQueries queries(gpu_, t->tracer->tree());
+  const std::vector<ProbePoint> points = random_points(3000, 0.1f);
+  const std::size_t n = points.size(), asked = n - 5;
+  Buffer<ProbePoint> there(gpu_, n, Access::Storage, "points");
+  Buffer<Nearest> nearest(gpu_, n, Access::Storage, "nearest");
+  Buffer<std::uint32_t> inside(gpu_, n, Access::Storage, "inside");
+  Buffer<float> distances(gpu_, n, Access::Storage, "distances");
+  there.upload(points);
+  for (const bool exact : {false, true})
+    for (const bool sides : {false, true}) {
+      const PointQuery query{.exact = exact, .sides = sides};
+      std::vector<Nearest> expected(n), found(n);
+      std::vector<std::uint32_t> flags(n), found_flags(n, 7);
+      std::vector<float> found_distances(n, 7);
+      queries.nearest(points, expected, query);
+      queries.inside(points, flags, query);
+      inside.upload(found_flags), distances.upload(found_distances);
+      queries.nearest(there, nearest, n, query);
+      queries.inside(there, inside, asked, query);
+      queries.signed_distances(there, distances, asked, query);
+      nearest.download(found), inside.download(found_flags), distances.download(found_distances);
+      EXPECT_EQ(std::memcmp(found.data(), expected.data(), n * sizeof(Nearest)), 0);
+      for (std::size_t i = 0; i < asked; ++i) {
+        const bool behind = sides ? expected[i].behind != 0 : flags[i] != 0;
+        ASSERT_EQ(found_flags[i], std::uint32_t(behind)) << i;
+        ASSERT_EQ(found_distances[i], behind ? -expected[i].distance : expected[i].distance) << i;
+      }
+      for (std::size_t i = asked; i < n; ++i) EXPECT_TRUE(found_flags[i] == 7 && found_distances[i] == 7);
+    }
+  EXPECT_THROW(queries.nearest(there, nearest, n + 1), Error);
+  EXPECT_THROW(queries.signed_distances(there, distances, n + 1), Error);
+  queries.nearest(there, nearest, 0);
+  expect_silent(gpu_);
+}
+
+// More points than one dispatch takes. Most are beyond their limit of every triangle.
+TEST_F(PointArrays, PartsFollowEachOther) {
+  const auto t = make(gpu_, shapes::box({-1, -1, -1}, {1, 1, 1}));
+  PointQueries queries(gpu_, t->tracer->tree());
+  const std::size_t n = (1u << 22) + 1000;
+  std::vector<ProbePoint> points(n, {{40, 40, 40}, 0.5f});
+  for (const std::size_t i : {std::size_t(5), n - 999, n - 1}) points[i].at = {0, 0, i == 5 ? 0.75f : 1.25f};
+  Buffer<ProbePoint> there(gpu_, n, Access::Storage, "points");
+  Buffer<float> distances(gpu_, n, Access::Storage, "distances");
+  Buffer<std::uint32_t> inside(gpu_, n, Access::Storage, "inside");
+  there.upload(points);
+  queries.signed_distances(there, distances, n);
+  queries.inside(there, inside, n);
+  std::vector<float> found(n);
+  std::vector<std::uint32_t> flags(n);
+  distances.download(found), inside.download(flags);
+  EXPECT_EQ(found[5], -0.25f);
+  EXPECT_EQ(found[n - 999], 0.25f);
+  EXPECT_EQ(found[n - 1], 0.25f);
+  EXPECT_EQ(std::ranges::count(found, kUnlimited), std::ptrdiff_t(n - 3));
+  EXPECT_EQ(std::ranges::count(flags, 1u), 1);
+  EXPECT_EQ(flags[5], 1u);
+  expect_silent(gpu_);
+}
+
+// The walk of such a point takes more steps than Mesa 22.3 lets a loop take.
+TEST_F(PointArrays, WalksThatTheDriverCutsShort) {
+  const auto t = make(gpu_, shapes::identical(100000), {.builder = BuilderId::Balanced});
+  PointQueries queries(gpu_, t->tracer->tree());
+  const std::vector<ProbePoint> points{{{0.25f, 0.25f, 2}, kUnlimited}, {{-1, 0, 0}, kUnlimited}};
+  Buffer<ProbePoint> there(gpu_, 2, Access::Storage, "points");
+  Buffer<float> distances(gpu_, 2, Access::Storage, "distances");
+  there.upload(points);
+  queries.signed_distances(there, distances, 2, {.sides = true});
+  std::vector<float> found(2);
+  distances.download(found);
+  EXPECT_EQ(found, (std::vector<float>{2, 1}));
+}
+
+}  // namespace
+}  // namespace ballot
