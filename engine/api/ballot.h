@@ -29,7 +29,6 @@
 #include <initializer_list>
 #include <span>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -93,19 +92,17 @@ class Job {
   detail::Handle<BallotJob, ballot_job_destroy> handle_;
 };
 
-/// An array of Ray or Hit on a device.
+/// An array on a device: of Ray or Hit, of Point, or of what Scene::nearest() answers: NearestPoint, float (signed
+/// distances) or std::uint32_t (1 inside).
 template <class T>
 class Array {
-  static_assert(std::is_same_v<T, Ray> || std::is_same_v<T, Hit>);
-
  public:
   /// `exported`: CUDA and others can use the memory. Throws Error(Work) if the device has no room or cannot export.
   Array(const Device& device, std::size_t count, bool exported = false) : count_(count) {
     auto options = BALLOT_INIT(BallotBufferOptions);
     options.exported = exported;
     BallotBuffer* buffer = nullptr;
-    check(ballot_buffer_create(device.handle(), std::is_same_v<T, Ray> ? BALLOT_RECORD_RAY : BALLOT_RECORD_HIT, count,
-                               &options, &buffer));
+    check(ballot_buffer_create(device.handle(), detail::RecordOf<T>::value, count, &options, &buffer));
     handle_ = Owner(buffer);
   }
   std::size_t size() const { return count_; }
@@ -264,16 +261,24 @@ class Scene {
   }
 
   /// Finds the nearest point of the scene for each point: x y z, floats, a multiple of three. Accuracy, ties and the
-  /// inside test: ballot_query_points() in ballot_c.h. Throws Error(Argument) if the inside test is asked for and the
-  /// mesh is not closed.
+  /// inside test: ballot_query_points() in ballot_c.h. Throws Error(Argument) if what is inside is asked for and the
+  /// mesh is not closed, or its triangles not wound alike where query.sign is Pseudonormal.
   Times nearest(std::span<const float> points, const NearestResults& results, const PointQuery& query = {}) const {
     const auto p = detail::points_of(points, query);
     const auto to = detail::nearest_of(results);
-    auto q = BALLOT_INIT(BallotPointQuery);
-    q.assume_closed = query.assume_closed;
-    q.numeric = query.numeric.c_str();
+    const auto q = detail::point_query_of(query);
     auto times = BALLOT_INIT(BallotTimes);
     check(ballot_query_points(handle_.get(), &p, &to, &q, &times));
+    return detail::times_of(times);
+  }
+  /// The same for the first `count` points of an array on the device. T says what is asked: NearestPoint, float for the
+  /// signed distance, std::uint32_t for 1 inside and 0 outside. Points keep their order: put those that are near each
+  /// other next to each other. Throws Error(Argument) as ballot_query_point_buffers() says.
+  template <class T>
+  Times nearest(const Array<Point>& points, Array<T>& answers, std::size_t count, const PointQuery& query = {}) const {
+    const auto q = detail::point_query_of(query);
+    auto times = BALLOT_INIT(BallotTimes);
+    check(ballot_query_point_buffers(handle_.get(), points.handle(), answers.handle(), count, &q, &times));
     return detail::times_of(times);
   }
 

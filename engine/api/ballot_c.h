@@ -213,16 +213,23 @@ BALLOT_API BallotStatus ballot_job_poll(BallotJob* job);
 /* Waits for the job and frees it. */
 BALLOT_API void ballot_job_destroy(BallotJob* job);
 
-/* ---- Rays and hits that stay on the device ---------------------------------------------------------------------- */
+/* ---- Arrays that stay on the device ----------------------------------------------------------------------------- */
 
-typedef enum BallotRecord { BALLOT_RECORD_RAY = 0, BALLOT_RECORD_HIT = 1 } BallotRecord;
+typedef enum BallotRecord {
+  BALLOT_RECORD_RAY = 0,             /* BallotRay */
+  BALLOT_RECORD_HIT = 1,             /* BallotHit */
+  BALLOT_RECORD_POINT = 2,           /* BallotPoint; this and those below: ballot_query_point_buffers() */
+  BALLOT_RECORD_NEAREST = 3,         /* BallotNearestPoint */
+  BALLOT_RECORD_SIGNED_DISTANCE = 4, /* float */
+  BALLOT_RECORD_INSIDE = 5           /* uint32_t */
+} BallotRecord;
 
 typedef struct BallotBufferOptions {
   size_t size;
   uint32_t exported; /* 1: other interfaces can use the memory: ballot_buffer_fd(), ballot_buffer_cuda() */
 } BallotBufferOptions;
 
-/* Makes an array of BallotRay or BallotHit on a device. options may be NULL. */
+/* Makes an array of records on a device. options may be NULL. */
 BALLOT_API BallotStatus ballot_buffer_create(BallotDevice* device, BallotRecord record, uint64_t count,
                                              const BallotBufferOptions* options, BallotBuffer** buffer);
 BALLOT_API void ballot_buffer_destroy(BallotBuffer* buffer);

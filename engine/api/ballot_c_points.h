@@ -22,28 +22,62 @@ typedef struct BallotNearest {
   float* points;    /* x, y, z of the nearest point */
   uint32_t *prims, *mesh_ids;
   float *uvs, *normals; /* normals: of the triangle, by the right-hand rule */
-  /* The inside test, by the parity of crossings; of a closed mesh alone (BallotPointQuery::assume_closed). */
+  /* What is inside: by the parity of crossings, of a closed mesh alone, or by BallotPointQuery::sign. */
   float* signed_distances; /* negative inside */
   uint8_t* inside;         /* 1: inside */
 } BallotNearest;
 
+/* What decides the sign of a distance, and what is inside. PARITY: the number of crossings of one ray. PSEUDONORMAL:
+ * the side of the nearest triangle, at its corners and edges by the angle-weighted sum of the normals there (Baerentzen
+ * and Aanaes 2005); for meshes with open edges too, if their triangles are wound alike. Without a triangle within the
+ * limit a point is not inside. */
+enum { BALLOT_SIGN_PARITY = 0, BALLOT_SIGN_PSEUDONORMAL = 1 };
+
 typedef struct BallotPointQuery {
   size_t size;
-  uint32_t assume_closed; /* 1: do the inside test although edges are open; the answer near a gap is then arbitrary */
+  uint32_t assume_closed; /* 1: go on although edges are open, or triangles are wound against each other where the sign
+                             is by pseudonormals; the answer near these is then arbitrary */
   int (*progress)(void* user, double done); /* as in BallotQuery */
   void* user;
   const char* numeric; /* "watertight" or "exact"; NULL: "watertight" */
+  uint32_t sign;       /* BALLOT_SIGN_... */
 } BallotPointQuery;
 
 /* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of
  * the reported triangle, and M' that of the nearest triangle. Distances have an error of at most 64 * 2^-24 (M + M').
  * `inside` is right if every triangle is farther away than 16 * 2^-24 times the distance to its own farthest vertex.
- * The inside test is refused if an edge has an odd number of triangles. With numeric "exact" the nearest triangle and
+ * The inside test is refused if an edge has an odd number of triangles, signs by pseudonormals if two triangles run
+ * along an edge in the same direction. With numeric "exact" the nearest triangle and
  * what is inside are those of exact arithmetic; the host decides what the device leaves open, and looks for each
  * nearest triangle again. Fails with BALLOT_ERROR_WORK where a point and triangles are too far apart for that: some
  * 10^30 beside 10^-30. */
 BALLOT_API BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points, const BallotNearest* to,
                                             const BallotPointQuery* query, BallotTimes* times);
+
+/* A point on the device, 16 bytes. One with a component that is not finite, or a limit that is negative or NaN, is near
+ * nothing, and outside. */
+typedef struct BallotPoint {
+  float at[3];
+  float limit; /* triangles farther away are not looked for; infinity: no limit */
+} BallotPoint;
+
+/* The nearest point, 32 bytes. Without a triangle within the limit distance is infinite, prim BALLOT_MISS, the rest
+ * 0. */
+typedef struct BallotNearestPoint {
+  float at[3];
+  float distance;
+  uint32_t prim; /* the triangle, counted through all meshes of the scene */
+  float u, v;    /* weights of its vertices 1 and 2 */
+  uint32_t spare;
+} BallotNearestPoint;
+
+/* Answers points [0, count) of one array by another; both of the scene's device. What is asked is what `answers` holds:
+ * BALLOT_RECORD_NEAREST, BALLOT_RECORD_SIGNED_DISTANCE, or BALLOT_RECORD_INSIDE, 1 for each point that is inside.
+ * Answers and errors are those of ballot_query_points(), but with a limit of each point; query->progress is not called.
+ * Points keep their order: put those that are near each other next to each other, as neighbours share a subgroup. Only
+ * numeric "exact" brings points to the host. Returns when the answers are written. BallotTimes::hits is not counted. */
+BALLOT_API BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, BallotBuffer* answers,
+                                                   uint64_t count, const BallotPointQuery* query, BallotTimes* times);
 
 /* The triangles that are left out: those that a ray meets from behind or from the front. The front is the side from
  * which the vertices run counter-clockwise. */

@@ -1,6 +1,7 @@
 // How the types of ballot_types.h become those of the C interface. Not for use outside of ballot.h.
 #pragma once
 
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -58,6 +59,22 @@ class QueryArgument {
   BallotQuery c_;
 };
 
+/// The record of a type of array on the device.
+template <class T>
+struct RecordOf;
+template <>
+struct RecordOf<Ray> : std::integral_constant<BallotRecord, BALLOT_RECORD_RAY> {};
+template <>
+struct RecordOf<Hit> : std::integral_constant<BallotRecord, BALLOT_RECORD_HIT> {};
+template <>
+struct RecordOf<Point> : std::integral_constant<BallotRecord, BALLOT_RECORD_POINT> {};
+template <>
+struct RecordOf<NearestPoint> : std::integral_constant<BallotRecord, BALLOT_RECORD_NEAREST> {};
+template <>
+struct RecordOf<float> : std::integral_constant<BallotRecord, BALLOT_RECORD_SIGNED_DISTANCE> {};
+template <>
+struct RecordOf<std::uint32_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_INSIDE> {};
+
 inline BallotHits hits_of(const Results& r) {
   auto h = BALLOT_INIT(BallotHits);
   h.hits = r.hits, h.t = r.t, h.prims = r.prims, h.mesh_ids = r.mesh_ids, h.uvs = r.uvs, h.normals = r.normals;
@@ -83,6 +100,14 @@ inline BallotPoints points_of(std::span<const float> points, const PointQuery& q
   p.count = points.size() / 3;
   p.limit = query.limit;
   return p;
+}
+
+inline BallotPointQuery point_query_of(const PointQuery& query) {
+  auto q = BALLOT_INIT(BallotPointQuery);
+  q.assume_closed = query.assume_closed;
+  q.numeric = query.numeric.c_str();
+  q.sign = std::uint32_t(query.sign);
+  return q;
 }
 
 inline BallotNearest nearest_of(const NearestResults& r) {

@@ -164,14 +164,25 @@ struct NearestResults {
   std::uint32_t* mesh_ids = nullptr;
   float* uvs = nullptr;               // u v: two floats
   float* normals = nullptr;           // x y z: unit normal of the triangle
-  float* signed_distances = nullptr;  // negative inside; of a closed mesh alone
-  std::uint8_t* inside = nullptr;     // 1: inside; of a closed mesh alone
+  float* signed_distances = nullptr;  // negative inside; of a closed mesh, or by PointQuery::sign
+  std::uint8_t* inside = nullptr;     // 1: inside; the same
 };
 
+/// What decides the sign of a distance, and what is inside. Parity: the number of crossings of one ray; closed meshes
+/// alone. Pseudonormal: the side of the nearest triangle, at its corners and edges by the angle-weighted sum of the
+/// normals there; meshes with open edges too, if their triangles are wound alike.
+enum class Sign : std::uint32_t { Parity = BALLOT_SIGN_PARITY, Pseudonormal = BALLOT_SIGN_PSEUDONORMAL };
+
+/// A point on the device, 16 bytes: float at[3], limit. And its answer, 32 bytes: float at[3], distance, uint32 prim,
+/// float u, v, and a spare word. ballot_c_points.h says what they hold.
+using Point = BallotPoint;
+using NearestPoint = BallotNearestPoint;
+
 struct PointQuery {
-  float limit = 0;             // triangles farther away are not looked for; 0: no limit
-  bool assume_closed = false;  // do the inside test although edges are open; the answer near a gap is then arbitrary
+  float limit = 0;  // triangles farther away are not looked for; 0: no limit; of arrays on the device, of each point
+  bool assume_closed = false;  // go on with a mesh that `sign` refuses; answers near its faults are then arbitrary
   std::string numeric = "watertight";  // or "exact": decided as by exact arithmetic
+  Sign sign = Sign::Parity;
 };
 
 /// The triangles that are left out: those that a ray meets from behind or from the front. The front is the side from

@@ -1,15 +1,39 @@
-// Arrays of rays and hits on a device, by the C interface.
+// Arrays of records on a device, by the C interface.
 #include "engine/api/state.h"
 
 namespace ballot::api {
 namespace {
 
+/// Makes the array of a buffer.
+void make_records(BufferState& to, BallotRecord record, std::uint64_t count, ballot::Access access) {
+  const auto make = [&]<class T>(std::type_identity<T>, const char* name) {
+    to.array.emplace<Buffer<T>>(*to.device->gpu, count, access, name);
+    to.records = count, to.record_bytes = sizeof(T);
+  };
+  switch (record) {
+    case BALLOT_RECORD_RAY:
+      return make(std::type_identity<Ray>(), "rays of the caller");
+    case BALLOT_RECORD_HIT:
+      return make(std::type_identity<Hit>(), "hits of the caller");
+    case BALLOT_RECORD_POINT:
+      return make(std::type_identity<ProbePoint>(), "points of the caller");
+    case BALLOT_RECORD_NEAREST:
+      return make(std::type_identity<Nearest>(), "nearest points of the caller");
+    case BALLOT_RECORD_SIGNED_DISTANCE:
+      return make(std::type_identity<float>(), "distances of the caller");
+    case BALLOT_RECORD_INSIDE:
+      return make(std::type_identity<std::uint32_t>(), "inside tests of the caller");
+  }
+  throw Refused(BALLOT_ERROR_ARGUMENT,
+                fmt::format("ballot_buffer_create: record is {}; expected one of BALLOT_RECORD_...", int(record)));
+}
+
 void check_range(const BufferState& buffer, std::uint64_t first, std::uint64_t count, const void* records,
                  const char* call) {
   if (count) need(records, call, "records");
-  if (first > buffer.count() || count > buffer.count() - first)
+  if (first > buffer.records || count > buffer.records - first)
     throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("{}: records {} to {}, but the buffer has {}", call, first,
-                                                     first + count, buffer.count()));
+                                                     first + count, buffer.records));
 }
 
 }  // namespace
@@ -31,14 +55,7 @@ BallotStatus ballot_buffer_create(BallotDevice* device, BallotRecord record, uin
     auto state = std::make_shared<BufferState>();
     state->device = d;
     const std::lock_guard lock(d->mutex);
-    if (record == BALLOT_RECORD_RAY)
-      state->rays.emplace(*d->gpu, count, access, "rays of the caller");
-    else if (record == BALLOT_RECORD_HIT)
-      state->hits.emplace(*d->gpu, count, access, "hits of the caller");
-    else
-      throw Refused(BALLOT_ERROR_ARGUMENT,
-                    fmt::format("ballot_buffer_create: record is {}; expected BALLOT_RECORD_RAY or BALLOT_RECORD_HIT",
-                                int(record)));
+    make_records(*state, record, count, access);
     *buffer = buffers().add(std::move(state));
   });
 }
@@ -47,7 +64,7 @@ BallotStatus ballot_buffer_write(BallotBuffer* buffer, uint64_t first, const voi
   return guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) {
     check_range(*state, first, count, records, "ballot_buffer_write");
     const std::lock_guard lock(state->device->mutex);
-    const std::size_t record = state->record_bytes();
+    const std::size_t record = state->record_bytes;
     state->raw().upload(first * record, records, count * record);
   });
 }
@@ -56,7 +73,7 @@ BallotStatus ballot_buffer_read(BallotBuffer* buffer, uint64_t first, void* reco
   return guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) {
     check_range(*state, first, count, records, "ballot_buffer_read");
     const std::lock_guard lock(state->device->mutex);
-    const std::size_t record = state->record_bytes();
+    const std::size_t record = state->record_bytes;
     state->raw().download(first * record, records, count * record);
   });
 }

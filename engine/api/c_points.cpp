@@ -54,16 +54,42 @@ bool is_exact(const char* numeric, const char* call) {
   return name == "exact";
 }
 
+/// Returns whether signs are those of pseudonormals.
+bool is_by_sides(const BallotPointQuery& query) {
+  if (query.sign > BALLOT_SIGN_PSEUDONORMAL)
+    refuse_points(fmt::format("BallotPointQuery: sign is {}; expected BALLOT_SIGN_PARITY or BALLOT_SIGN_PSEUDONORMAL",
+                              query.sign));
+  return query.sign == BALLOT_SIGN_PSEUDONORMAL;
+}
+
+/// Returns the ends and the triangle of an edge as text.
+std::string edge_text(const FaultyEdge& edge) {
+  return fmt::format("from ({}, {}, {}) to ({}, {}, {}) of triangle {}", edge.from.x, edge.from.y, edge.from.z,
+                     edge.to.x, edge.to.y, edge.to.z, edge.prim);
+}
+
+/// Refuses signs by pseudonormals of a mesh whose triangles are wound against each other.
+void need_wound(ballot::Engine& engine) {
+  const Topology& t = engine.topology();
+  if (t.wound()) return;
+  refuse_points(fmt::format(
+      "sign by pseudonormals: triangles are wound against each other: at {} of the {} edges both run in the same "
+      "direction, such as that {}; turn triangles round (`ballot check` lists such edges), or set assume_closed and "
+      "take wrong signs near these",
+      t.flipped, t.edges, edge_text(t.first_flipped.front())));
+}
+
 /// Refuses the inside test of a mesh with open edges.
 void need_closed(ballot::Engine& engine) {
   const Topology& t = engine.topology();
   if (t.closed()) return;
   const FaultyEdge& edge = t.first_boundary.empty() ? t.first_nonmanifold.front() : t.first_boundary.front();
   refuse_points(fmt::format(
-      "inside test: the mesh is not closed: {} of its {} edges belong to an odd number of triangles, such as that from "
-      "({}, {}, {}) to ({}, {}, {}) of triangle {}{}; mend it (`ballot check` lists such edges), or set assume_closed "
-      "and take wrong answers near the gaps",
-      t.open, t.edges, edge.from.x, edge.from.y, edge.from.z, edge.to.x, edge.to.y, edge.to.z, edge.prim,
+      "inside test: the mesh is not closed: {} of its {} edges belong to an odd number of triangles, such as that "
+      "{}{}; "
+      "mend it (`ballot check` lists such edges), take the sign by pseudonormals, or set assume_closed and take wrong "
+      "answers near the gaps",
+      t.open, t.edges, edge_text(edge),
       t.flat ? fmt::format("; {} triangles without area are left out", t.flat) : std::string()));
 }
 
@@ -83,18 +109,25 @@ PointStream stream_of(const PointArray& points, const BallotPointQuery& query) {
 /// Writes what is asked of the nearest points.
 class NearestArrays {
  public:
-  NearestArrays(const BallotNearest& to, const SceneState& scene)
-      : to_(to), hits_(hit_arrays(to), scene, RowOrder()), any_(to.prims || to.mesh_ids || to.uvs || to.normals) {}
+  /// `by_sides`: the nearest points tell what is inside.
+  NearestArrays(const BallotNearest& to, const SceneState& scene, bool by_sides)
+      : to_(to),
+        hits_(hit_arrays(to), scene, RowOrder()),
+        any_(to.prims || to.mesh_ids || to.uvs || to.normals),
+        by_sides_(by_sides && (to.signed_distances || to.inside)) {}
 
-  bool wants_distance() const { return any_ || to_.distances || to_.points || to_.signed_distances; }
-  bool wants_inside() const { return to_.signed_distances || to_.inside; }
+  bool wants_sides() const { return by_sides_; }
+  bool wants_nearest() const { return any_ || to_.distances || to_.points || to_.signed_distances || by_sides_; }
+  bool wants_inside() const { return !by_sides_ && (to_.signed_distances || to_.inside); }
 
   void write(std::uint64_t first, std::span<const Nearest> answers) {
     for_chunks(answers.size(), kPointChunk, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::size_t place = std::size_t(first) + i;
         if (to_.distances) to_.distances[place] = answers[i].distance;
-        if (to_.signed_distances) to_.signed_distances[place] = answers[i].distance;
+        if (to_.signed_distances)
+          to_.signed_distances[place] = answers[i].behind ? -answers[i].distance : answers[i].distance;
+        if (to_.inside && by_sides_) to_.inside[place] = std::uint8_t(answers[i].behind);
         if (to_.points) std::memcpy(to_.points + 3 * place, &answers[i].at, 3 * sizeof(float));
       }
     });
@@ -123,7 +156,7 @@ class NearestArrays {
 
   BallotNearest to_;
   HitArrays hits_;
-  bool any_;
+  bool any_, by_sides_;
   std::vector<Hit> as_hits_;
   std::uint64_t found_ = 0;
 };
@@ -140,12 +173,13 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
                          const BallotPointQuery& query) {
   const auto begin = PointClock::now();
   ballot::Engine& engine = engine_of(scene, "ballot_query_points");
-  NearestArrays out(to, scene);
+  NearestArrays out(to, scene, is_by_sides(query));
   if (out.wants_inside() && !query.assume_closed) need_closed(engine);
+  if (out.wants_sides() && !query.assume_closed) need_wound(engine);
   const PointStream stream = stream_of(points, query);
-  const PointQuery how{.exact = is_exact(query.numeric, "ballot_query_points")};
+  const PointQuery how{.exact = is_exact(query.numeric, "ballot_query_points"), .sides = out.wants_sides()};
   TraceTimes spent;
-  if (out.wants_distance())
+  if (out.wants_nearest())
     spent = engine.points().nearest(
         stream, [&](std::uint64_t first, std::span<const Nearest> answers) { out.write(first, answers); }, how);
   if (out.wants_inside())
@@ -156,6 +190,30 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
                 how)
             .device_ms;
   return times_of(begin, spent, out.found());
+}
+
+/// Answers points of one array on the device by another.
+TraceTimes query_arrays(SceneState& scene, BufferState& points, BufferState& answers, std::uint64_t count,
+                        const BallotPointQuery& query) {
+  constexpr const char* kCall = "ballot_query_point_buffers";
+  ballot::Engine& engine = engine_of(scene, kCall);
+  Buffer<ProbePoint>& from = array_of<ProbePoint>(points, scene, count, kCall, "points");
+  PointQuery how{.exact = is_exact(query.numeric, kCall), .sides = is_by_sides(query)};
+  if (std::holds_alternative<Buffer<Nearest>>(answers.array)) {
+    how.sides = false;
+    return engine.points().nearest(from, array_of<Nearest>(answers, scene, count, kCall, "answers"), count, how);
+  }
+  const auto check_mesh = [&] {
+    if (!query.assume_closed) how.sides ? need_wound(engine) : need_closed(engine);
+  };
+  if (std::holds_alternative<Buffer<std::uint32_t>>(answers.array)) {
+    Buffer<std::uint32_t>& inside = array_of<std::uint32_t>(answers, scene, count, kCall, "answers");
+    check_mesh();
+    return engine.points().inside(from, inside, count, how);
+  }
+  Buffer<float>& distances = array_of<float>(answers, scene, count, kCall, "answers");
+  check_mesh();
+  return engine.points().signed_distances(from, distances, count, how);
 }
 
 /// A query for crossings, with the memory that it refers to.
@@ -254,6 +312,17 @@ BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points,
     const BallotPointQuery q = read_struct(query, "BallotPointQuery");
     const DeviceUse use(*state->device);
     write_struct(times, query_points(*state, array, to, q), "BallotTimes");
+  });
+}
+
+BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, BallotBuffer* answers, uint64_t count,
+                                        const BallotPointQuery* query, BallotTimes* times) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    const auto begin = PointClock::now();
+    const auto from = use(points), to = use(answers);
+    const BallotPointQuery q = read_struct(query, "BallotPointQuery");
+    const DeviceUse device(*state->device);
+    write_struct(times, times_of(begin, query_arrays(*state, *from, *to, count, q), 0), "BallotTimes");
   });
 }
 

@@ -79,33 +79,16 @@ void end_job(QueuedJob& job, SceneState& scene, const Call& call) {
   }
 }
 
-void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint64_t count, bool right_record,
-                  const char* what) {
-  if (!right_record)
-    throw Refused(BALLOT_ERROR_ARGUMENT,
-                  fmt::format("ballot_trace_buffers: the buffer of {} holds other records", what));
-  if (buffer.device != scene.device)
-    throw Refused(
-        BALLOT_ERROR_ARGUMENT,
-        fmt::format("ballot_trace_buffers: the buffer of {} is on another device than the scene ({} and {}); make "
-                    "both by the same ballot_device_open()",
-                    what, buffer.device->gpu->info().name, scene.device->gpu->info().name));
-  if (buffer.count() < count)
-    throw Refused(
-        BALLOT_ERROR_ARGUMENT,
-        fmt::format("ballot_trace_buffers: the buffer of {} has {} records; expected {}", what, buffer.count(), count));
-}
-
 /// A trace of arrays on the device that has been submitted.
 class DeviceJob : public JobState {
  public:
   explicit DeviceJob(std::shared_ptr<SceneState> scene) : scene_(std::move(scene)) {}
 
   /// Submits the work. The device's mutex is held.
-  void begin(BufferState& rays, BufferState& hits, std::uint32_t count, const Query& query) {
+  void begin(Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
     Tracer& tracer = scene_->tracer();
-    const Query concrete = tracer.resolve(query, *rays.rays, count);
-    tracer.record(*rays.rays, *hits.hits, count, concrete, [times = spent_](double ms) { times->device_ms = ms; });
+    const Query concrete = tracer.resolve(query, rays, count);
+    tracer.record(rays, hits, count, concrete, [times = spent_](double ms) { times->device_ms = ms; });
     // Work for an idle device is sent at once; behind two submissions it waits to be sent together with what follows.
     Context& gpu = *scene_->device->gpu;
     if (!gpu.has_recorded()) return;  // it was traced at once, as the host has to look at its results
@@ -148,11 +131,12 @@ template <class Trace>
 void with_buffers(SceneState& scene, BallotBuffer* rays, BallotBuffer* hits, std::uint64_t count,
                   const BallotQuery* query, const Trace& trace) {
   const auto from = use(rays), to = use(hits);
-  check_buffer(*from, scene, count, from->rays.has_value(), "rays");
-  check_buffer(*to, scene, count, to->hits.has_value(), "hits");
+  constexpr const char* kCall = "ballot_trace_buffers";
+  Buffer<Ray>& in = array_of<Ray>(*from, scene, count, kCall, "rays");
+  Buffer<Hit>& out = array_of<Hit>(*to, scene, count, kCall, "hits");
   const Query q = query_of(read_struct(query, "BallotQuery"));
   const std::lock_guard lock(scene.device->mutex);
-  trace(*from, *to, q);
+  trace(in, out, q);
 }
 
 }  // namespace
@@ -212,8 +196,8 @@ BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, Ballot
                                   const BallotQuery* query, BallotTimes* times) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const Clock clock;
-    with_buffers(*state, rays, hits, count, query, [&](BufferState& from, BufferState& to, const ballot::Query& q) {
-      const auto done = state->tracer().trace(*from.rays, *to.hits, std::uint32_t(count), q);
+    with_buffers(*state, rays, hits, count, query, [&](auto& from, auto& to, const ballot::Query& q) {
+      const auto done = state->tracer().trace(from, to, std::uint32_t(count), q);
       write_struct(times, clock.times(done, 0), "BallotTimes");
     });
   });
@@ -224,7 +208,7 @@ BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, Ballo
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(job, "ballot_submit_buffers", "job");
     auto begun = std::make_shared<DeviceJob>(state);
-    with_buffers(*state, rays, hits, count, query, [&](BufferState& from, BufferState& to, const ballot::Query& q) {
+    with_buffers(*state, rays, hits, count, query, [&](auto& from, auto& to, const ballot::Query& q) {
       begun->begin(from, to, std::uint32_t(count), q);
     });
     *job = jobs().add(std::move(begun));

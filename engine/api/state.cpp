@@ -97,6 +97,18 @@ BallotStatus report(LastError* error) {
   return status;
 }
 
+void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint64_t count, const char* call,
+                  const char* what) {
+  if (buffer.device != scene.device)
+    throw Refused(BALLOT_ERROR_ARGUMENT,
+                  fmt::format("{}: the buffer of {} is on another device than the scene ({} and {}); make both by the "
+                              "same ballot_device_open()",
+                              call, what, buffer.device->gpu->info().name, scene.device->gpu->info().name));
+  if (buffer.records < count)
+    throw Refused(BALLOT_ERROR_ARGUMENT,
+                  fmt::format("{}: the buffer of {} has {} records; expected {}", call, what, buffer.records, count));
+}
+
 Engine& engine_of(const SceneState& scene, const char* call) {
   if (!scene.engine)
     throw Refused(BALLOT_ERROR_ARGUMENT,

@@ -7,6 +7,8 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "engine/api/ballot_c.h"
@@ -100,6 +102,12 @@ struct SceneState {
   LastError error;
 };
 
+struct BufferState;
+
+/// Throws Refused if a buffer is of another device than the scene, or has fewer records.
+void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint64_t count, const char* call,
+                  const char* what);
+
 /// Returns the engine of a scene. Throws Refused, which begins with `call`, if it is one of instances.
 Engine& engine_of(const SceneState& scene, const char* call);
 
@@ -108,19 +116,36 @@ struct BufferState {
   ~BufferState() {
     const std::lock_guard lock(device->mutex);
     cuda.reset();
-    rays.reset();
-    hits.reset();
+    array.emplace<std::monostate>();
   }
-  RawBuffer& raw() { return rays ? static_cast<RawBuffer&>(*rays) : static_cast<RawBuffer&>(*hits); }
-  std::size_t record_bytes() const { return rays ? sizeof(Ray) : sizeof(Hit); }
-  std::size_t count() const { return rays ? rays->size() : hits->size(); }
+  RawBuffer& raw() {
+    return *std::visit(
+        [](auto& buffer) -> RawBuffer* {
+          if constexpr (std::is_base_of_v<RawBuffer, std::decay_t<decltype(buffer)>>) return &buffer;
+          return nullptr;
+        },
+        array);
+  }
 
   std::shared_ptr<DeviceState> device;
-  std::optional<Buffer<Ray>> rays;  // either
-  std::optional<Buffer<Hit>> hits;  // or
+  std::size_t records = 0, record_bytes = 0;
+  std::variant<std::monostate, Buffer<Ray>, Buffer<Hit>, Buffer<ProbePoint>, Buffer<Nearest>, Buffer<float>,
+               Buffer<std::uint32_t>>
+      array;
   std::unique_ptr<CudaMemory> cuda;
   LastError error;
 };
+
+/// Returns the array behind a buffer of a call for `count` records on the scene's device. `what` names its records.
+/// Throws Refused if the buffer holds other records, is of another device or too small.
+template <class T>
+Buffer<T>& array_of(BufferState& buffer, const SceneState& scene, std::uint64_t count, const char* call,
+                    const char* what) {
+  auto* array = std::get_if<Buffer<T>>(&buffer.array);
+  if (!array) throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("{}: the buffer of {} holds other records", call, what));
+  check_buffer(buffer, scene, count, call, what);
+  return *array;
+}
 
 /// The open handles. They outlive main(), so that a program may close them from any destructor.
 Handles<BallotDevice, DeviceState>& devices();

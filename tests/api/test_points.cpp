@@ -1,4 +1,5 @@
 // Queries of points and of all crossings, as a program sees them. Runs on the default device.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -96,6 +97,106 @@ TEST_F(Points, OpenMeshesAreRefused) {
   EXPECT_EQ(inside, 7);
   scene.nearest(point, {.inside = &inside}, {.assume_closed = true});
   EXPECT_LE(inside, 1);
+}
+
+TEST_F(Points, SignsByPseudonormals) {
+  left_.indices.resize(33);
+  const float points[] = {0, 0, 0, 0, 0, 3, 3, 0, 0, NAN, 0, 0};
+  float signs[4];
+  std::uint8_t inside[4];
+  for (const char* numeric : {"watertight", "exact"}) {
+    const ballot::Scene scene(*device_, {left_.mesh()});
+    const ballot::PointQuery query{.numeric = numeric, .sign = ballot::Sign::Pseudonormal};
+    scene.nearest(points, {.signed_distances = signs, .inside = inside}, query);
+    EXPECT_EQ(signs[0], -1);
+    EXPECT_EQ(signs[1], 2);
+    EXPECT_GT(signs[2], 0);
+    EXPECT_EQ(signs[3], kFar);
+    EXPECT_TRUE(inside[0] && !inside[1] && !inside[2] && !inside[3]);
+    std::ranges::fill(inside, std::uint8_t(7));
+    scene.nearest(points, {.inside = inside}, query);
+    EXPECT_TRUE(inside[0] && !inside[1] && !inside[2] && !inside[3]);
+  }
+  std::swap(left_.indices[0], left_.indices[1]);
+  const ballot::Scene turned(*device_, {left_.mesh()});
+  const auto refused = [&](std::uint32_t sign) {
+    try {
+      turned.nearest(points, {.signed_distances = signs}, {.sign = ballot::Sign(sign)});
+    } catch (const ballot::Error& error) {
+      EXPECT_EQ(error.code(), ballot::Code::Argument);
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(refused(1).find("at 3 of the 18 edges both run in the same direction"), std::string::npos) << refused(1);
+  EXPECT_NE(refused(2).find("sign is 2"), std::string::npos);
+  turned.nearest(points, {.signed_distances = signs}, {.assume_closed = true, .sign = ballot::Sign::Pseudonormal});
+}
+
+/// Answers on the device are those for arrays of the host.
+TEST_F(Points, ArraysOnTheDevice) {
+  const ballot::Scene scene(*device_, {left_.mesh(7), right_.mesh(9)});
+  std::vector<ballot::Point> points;
+  std::vector<float> given;
+  for (int i = 0; i < 3000; ++i) {
+    const float x = -2 + 0.0021f * float(i), y = 1.5f * std::sin(0.1f * float(i)),
+                z = 1.5f * std::cos(0.07f * float(i));
+    points.push_back({{x, y, z}, kFar});
+    given.insert(given.end(), {x, y, z});
+  }
+  const std::size_t n = points.size();
+  std::vector<float> distances(n), signs(n), near(3 * n), uvs(2 * n), found_signs(n);
+  std::vector<std::uint8_t> inside(n);
+  std::vector<ballot::NearestPoint> found(n);
+  std::vector<std::uint32_t> found_inside(n);
+  ballot::Array<ballot::Point> in(*device_, n);
+  ballot::Array<ballot::NearestPoint> nearest(*device_, n);
+  ballot::Array<float> signed_there(*device_, n);
+  ballot::Array<std::uint32_t> inside_there(*device_, n);
+  in.write(points);
+  for (const char* numeric : {"watertight", "exact"})
+    for (const ballot::Sign sign : {ballot::Sign::Parity, ballot::Sign::Pseudonormal}) {
+      const ballot::PointQuery query{.numeric = numeric, .sign = sign};
+      scene.nearest(given,
+                    {.distances = distances.data(),
+                     .points = near.data(),
+                     .uvs = uvs.data(),
+                     .signed_distances = signs.data(),
+                     .inside = inside.data()},
+                    query);
+      signed_there.write(std::vector<float>(n, 77));
+      EXPECT_GT(scene.nearest(in, nearest, n, query).device_ms, 0);
+      scene.nearest(in, signed_there, n - 10, query);
+      scene.nearest(in, inside_there, n, query);
+      nearest.read(found), signed_there.read(found_signs), inside_there.read(found_inside);
+      for (std::size_t i = 0; i < n; ++i) {
+        ASSERT_EQ(found[i].distance, distances[i]) << i;
+        ASSERT_TRUE(found[i].at[0] == near[3 * i] && found[i].u == uvs[2 * i] && found[i].v == uvs[2 * i + 1]) << i;
+        ASSERT_EQ(found_signs[i], i < n - 10 ? signs[i] : 77) << i;
+        ASSERT_EQ(found_inside[i], inside[i]) << i;
+      }
+    }
+  const auto code_of = [&](const auto& call) {
+    try {
+      call();
+    } catch (const ballot::Error& error) {
+      return error.code();
+    }
+    return ballot::Code(0);
+  };
+  EXPECT_EQ(code_of([&] { scene.nearest(in, signed_there, n + 1); }), ballot::Code::Argument);
+  EXPECT_EQ(ballot_query_point_buffers(scene.handle(), signed_there.handle(), in.handle(), 1, nullptr, nullptr),
+            BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(ballot_query_point_buffers(scene.handle(), in.handle(), in.handle(), 1, nullptr, nullptr),
+            BALLOT_ERROR_ARGUMENT);
+  const ballot::Device other;
+  ballot::Array<ballot::Point> elsewhere(other, n);
+  EXPECT_EQ(code_of([&] { scene.nearest(elsewhere, signed_there, n); }), ballot::Code::Argument);
+  right_.indices.resize(33);
+  const ballot::Scene open(*device_, {right_.mesh()});
+  EXPECT_EQ(code_of([&] { open.nearest(in, signed_there, n); }), ballot::Code::Argument);
+  open.nearest(in, nearest, n);
+  open.nearest(in, signed_there, n, {.sign = ballot::Sign::Pseudonormal});
 }
 
 TEST_F(Points, AScenesAnswersFollowItsVertices) {

@@ -1,4 +1,4 @@
-"""Arrays of rays and hits that stay on the device."""
+"""Arrays of rays, hits, points and answers that stay on the device."""
 
 from __future__ import annotations
 
@@ -12,18 +12,22 @@ from ._device import Device, device_or_default
 from ._errors import Error
 
 _CPU, _CUDA = 1, 2
+_RECORDS = ("rays", "hits", "points", "nearest", "distances", "inside")  # as the extension numbers them
+_WIDTHS = {"rays": 8, "hits": 4, "points": 4, "nearest": 8, "distances": 1, "inside": 1}
 
 
 class Array:
-    """An array of rays or hits on a device, for Scene.trace_arrays().
+    """An array on a device, for Scene.trace_arrays() and Scene.nearest_arrays().
 
-    record    "rays": rows of 8 float32, as Scene.trace() takes them; "hits": rows of 4, t, prim (its bits), u, v
+    record    "rays": rows of 8 float32, as Scene.trace() takes them; "hits": rows of 4, t, prim (its bits), u, v;
+              "points": rows of 4, x, y, z, limit (inf: none); "nearest": rows of 8, x, y, z, distance, prim (its bits),
+              u, v, nothing; "distances": float32 of shape (count,); "inside": uint32 of shape (count,), 1 inside
     count     number of records, 1 to 2^32 - 1
     device    a Device; None: the default one
     exported  True: other interfaces can use the memory; raises Error if the device cannot export. None: if it can.
 
     On a GPU of NVIDIA an exported array has __cuda_array_interface__ and __dlpack__, so that CuPy, PyTorch, JAX and
-    Warp use it without a copy: float32 of shape (count, 8) or (count, 4). On a CPU device the memory is the host's, and
+    Warp use it without a copy, with the shape and dtype above. On a CPU device the memory is the host's, and
     np.from_dlpack(array) and numpy() view it. Views keep the memory, so close() frees it once they are gone.
 
     Synchronisation: calls of ballot wait for the device before they return. Before a call that uses the array, wait for
@@ -36,26 +40,27 @@ class Array:
     """
 
     def __init__(self, record: str, count: int, device: Device | None = None, exported: bool | None = None):
-        if _query.text(record, "record") not in ("rays", "hits"):
-            raise ValueError(f"record is {record!r}; expected 'rays' or 'hits'")
+        if _query.text(record, "record") not in _RECORDS:
+            raise ValueError(f"record is {record!r}; expected one of {', '.join(_RECORDS)}")
         on = device_or_default(device)
         self._record = record
         self._count = _query.whole(count, "count", 1, 2**32 - 1)
         self._exported = on.info.exports if exported is None else bool(exported)
         self._is_cpu = on.info.is_cpu
-        self._handle = _ballot.Array(on._handle, record == "rays", self._count, self._exported)
+        self._handle = _ballot.Array(on._handle, _RECORDS.index(record), self._count, self._exported)
 
     @property
     def record(self) -> str:
         return self._record
 
     @property
-    def shape(self) -> tuple[int, int]:
-        return (self._count, 8 if self._record == "rays" else 4)
+    def shape(self) -> tuple[int, ...]:
+        width = _WIDTHS[self._record]
+        return (self._count, width) if width > 1 else (self._count,)
 
     @property
     def dtype(self) -> np.dtype:
-        return np.dtype(np.float32)
+        return np.dtype(np.uint32 if self._record == "inside" else np.float32)
 
     @property
     def exported(self) -> bool:
@@ -65,18 +70,25 @@ class Array:
         return self._count
 
     def write(self, records: Any, first: int = 0) -> None:
-        """Copies records from the host, to number `first` and on. Rays are of 8 numbers, types as Scene.trace()."""
+        """Copies records from the host, to number `first` and on. Rays are of 8 numbers, types as Scene.trace(); points
+        of 3 have no limit."""
+        width = _WIDTHS[self._record]
         if self._record == "rays":
             array = _arrays.rays(records, name="records")
-            width = 8
+        elif self._record == "hits" and getattr(records, "dtype", None) == HIT:
+            array = records.view(np.float32).reshape(-1, 4)
+        elif self._record == "points":
+            array = _limited(_arrays.floats(records, "records", (3, 4)))
+        elif self._record == "inside":
+            array = np.ascontiguousarray(records, np.uint32).reshape(-1, 1).view(np.float32)
         else:
-            array = records.view(np.float32).reshape(-1, 4) if getattr(records, "dtype", None) == HIT else records
-            width = 4
+            array = records if width > 1 else np.asarray(records)[..., np.newaxis]
         rows = np.ascontiguousarray(_arrays.floats(array, "records", (width,)).reshape(-1, width))
         self._handle.write(rows, _query.whole(first, "first", 0, 2**32))
 
     def read(self, out: Any = None, first: int = 0, count: int | None = None) -> np.ndarray:
-        """Returns records [first, first + count) as they are on the host: HIT of shape (count,), or rays (count, 8).
+        """Returns records [first, first + count) as they are on the host: HIT of shape (count,), else an array like this
+        one.
 
         out  where they go, of that dtype and shape; count None: the rest, or as many as `out` has room for
         """
@@ -84,16 +96,14 @@ class Array:
         if count is None:
             count = len(out) if out is not None else self._count - begin
         number = _query.whole(count, "count", 0, self._count - begin)
-        rays = self._record == "rays"
-        dtype, shape = (self.dtype, (number, 8)) if rays else (HIT, (number,))
+        dtype, shape = (HIT, (number,)) if self._record == "hits" else (self.dtype, (number, *self.shape[1:]))
         array = _arrays.out_array(out, shape, dtype, np.empty(0, np.float32))
-        self._handle.read(
-            _arrays.flat(array).reshape(number, -1) if number else np.empty((0, self.shape[1]), "f4"), begin
-        )
+        width = _WIDTHS[self._record]
+        self._handle.read(_arrays.flat(array).view(np.float32).reshape(number, width), begin)
         return array
 
     def numpy(self) -> np.ndarray:
-        """Returns the memory itself as float32 (count, 8) or (count, 4), on a device that shares the host's.
+        """Returns the memory itself, on a device that shares the host's.
 
         Raises Error on others; read() copies from those.
         """
@@ -122,7 +132,7 @@ class Array:
             raise AttributeError(f"__cuda_array_interface__: {error}") from error
         return {
             "shape": self.shape,
-            "typestr": "<f4",
+            "typestr": self.dtype.str,
             "data": (address, False),
             "version": 3,
             "strides": None,
@@ -151,3 +161,12 @@ class Array:
 
     def __exit__(self, *_: Any) -> None:
         self.close()
+
+
+def _limited(points: np.ndarray) -> np.ndarray:
+    """Returns points with their limit: (..., 4)."""
+    if points.shape[-1] == 4:
+        return points
+    full = np.full((*points.shape[:-1], 4), np.inf, np.float32)
+    full[..., :3] = points
+    return full

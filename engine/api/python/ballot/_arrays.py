@@ -23,7 +23,7 @@ def _check_on_host(given: Any, name: str) -> None:
     if device != 1:
         raise TypeError(
             f"{name}: the array is on a device of kind {device} ({_DEVICES.get(device, 'unknown')}); expected one in "
-            "the host's memory; for rays and hits on the GPU use ballot.Array and Scene.trace_arrays()"
+            "the host's memory; for arrays on the GPU use ballot.Array, Scene.trace_arrays() and Scene.nearest_arrays()"
         )
 
 

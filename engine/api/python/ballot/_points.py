@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _arrays, _query
+from ._array import Array
 from ._arrays import HIT
 from ._query import Times
 
@@ -25,6 +26,7 @@ _COLUMNS = {  # name: (dtype, shape of one point's entry)
     "signed_distances": (np.float32, ()),
 }
 _NAMES = {"points": "nearest"}  # as the extension has them
+_SIGNS = {"parity": 0, "pseudonormal": 1}
 _CULLS = {"none": 0, "back": 1, "front": 2}
 
 
@@ -37,12 +39,16 @@ def _masks(given: Any, name: str) -> np.ndarray | None:
     return np.ascontiguousarray(masks, np.uint32).reshape(-1)
 
 
+def _one_of(known: Mapping[str, int], value: Any, name: str) -> int:
+    if value not in known:
+        raise ValueError(f"{name} is {value!r}; expected one of {', '.join(known)}")
+    return known[value]
+
+
 def _filters(numeric: Any, cull: Any, mesh_masks: Any, ray_masks: Any, alpha: Any) -> dict[str, Any]:
-    if cull not in _CULLS:
-        raise ValueError(f"cull is {cull!r}; expected one of {', '.join(_CULLS)}")
     return {
         "numeric": _query.text(numeric, "numeric"),
-        "cull": _CULLS[cull],
+        "cull": _one_of(_CULLS, cull, "cull"),
         "mesh_masks": _masks(mesh_masks, "mesh_masks"),
         "ray_masks": _masks(ray_masks, "ray_masks"),
         "alpha": bool(alpha),
@@ -62,6 +68,7 @@ class Queries:
         limit: float = math.inf,
         assume_closed: bool = False,
         numeric: str = "watertight",
+        sign: str = "parity",
         out: Mapping[str, Any] | None = None,
         times: list[Times] | None = None,
         progress: Progress | None = None,
@@ -77,18 +84,21 @@ class Queries:
                  "mesh_ids"          (...) uint32: the id of its mesh
                  "uvs"               (..., 2) float32: weights of the vertices 1 and 2
                  "normals"           (..., 3) float32: unit normal of the triangle, by the right-hand rule
-                 "inside"            (...) bool: by the parity of the crossings of one ray; right for every point that
-                                     is 16 * 2^-24 M away from the surface
+                 "inside"            (...) bool: by `sign`; by parity right for every point that is 16 * 2^-24 M away
+                                     from the surface
                  "signed_distances"  (...) float32: negative inside
                  Without a triangle within the limit distances are inf, numbers ballot.MISS, the rest 0.
         limit    triangles farther away are not looked for
-        assume_closed  find what is inside of a mesh with open edges; the answer near a gap is then arbitrary
+        assume_closed  go on with a mesh that `sign` refuses; answers near its faults are then arbitrary
         numeric  "watertight", or "exact": the nearest triangle, and what is inside, are those of exact arithmetic; the
                  host decides what the device leaves open
+        sign     what decides "inside" and "signed_distances". "parity": the number of crossings of one ray, of a
+                 closed mesh. "pseudonormal": the side of the nearest triangle, at its corners and edges by the
+                 angle-weighted sum of the normals there, of a mesh that may have open edges
         out, times, progress  as trace_columns()
 
         Raises ValueError if "inside" or "signed_distances" is asked for and an edge of the scene belongs to an odd
-        number of triangles.
+        number of triangles; with sign "pseudonormal", if two triangles run along an edge in the same direction.
 
         >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         >>> scene.nearest([[0.25, 0.25, 2]])["distances"].tolist()
@@ -103,11 +113,42 @@ class Queries:
         rows = _arrays.rows(source)
         spent = self._handle.query_points(
             rows, bound, bool(assume_closed), _query.progress_function(progress), _query.text(numeric, "numeric"),
-            **given,
+            _one_of(_SIGNS, sign, "sign"), **given,
         )
         if times is not None:
             times.append(Times(*spent))
         return arrays
+
+    def nearest_arrays(
+        self, points: Array, answers: Array, count: int | None = None, *, assume_closed: bool = False,
+        numeric: str = "watertight", sign: str = "parity",
+    ) -> Times:
+        """Answers the first `count` points (None: all) of an array on the device by another; the host sees neither.
+
+        points   an Array of "points", in an order in which neighbours are near each other
+        answers  an Array of "nearest", "distances" (negative inside) or "inside", which says what is asked
+        All else as nearest(); limits are those of the points. Only numeric "exact" brings the points to the host.
+
+        Returns Times once the answers are written. If another interface, such as CUDA, filled the points, wait for its
+        stream first. Raises ValueError if an array is of another device, of the wrong kind or too small, and as
+        nearest().
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> points, answers = ballot.Array("points", 1), ballot.Array("distances", 1)
+        >>> points.write([[0.25, 0.25, -2]])
+        >>> times = scene.nearest_arrays(points, answers, sign="pseudonormal")
+        >>> answers.read().tolist()
+        [-2.0]
+        """
+        for array, name in ((points, "points"), (answers, "answers")):
+            if not isinstance(array, Array):
+                raise TypeError(f"{name}: found {type(array).__name__}; expected a ballot.Array")
+        number = len(points) if count is None else _query.whole(count, "count", 0, 2**32 - 1)
+        spent = self._handle.query_point_arrays(
+            points._handle, answers._handle, number, bool(assume_closed), _query.text(numeric, "numeric"),
+            _one_of(_SIGNS, sign, "sign"),
+        )
+        return Times(*spent)
 
     def count_crossings(
         self, rays: Any, *, numeric: str = "watertight", cull: str = "none", mesh_masks: Any = None,

@@ -183,27 +183,29 @@ class RaycastingScene:
         return self._nearest(query_points, ("distances",), nthreads)["distances"]
 
     def compute_signed_distance(
-        self, query_points: Any, nthreads: int = 0, nsamples: int = 1, *, assume_closed: bool = False
+        self, query_points: Any, nthreads: int = 0, nsamples: int = 1, *, assume_closed: bool = False,
+        sign: str = "parity",
     ) -> np.ndarray:
         """Returns the distance of each point from the scene, negative inside: float32 (...).
 
-        nsamples       accepted for Open3D's sake: one ray a point decides, not a vote
-        assume_closed  as Scene.nearest()
+        nsamples             accepted for Open3D's sake: one ray a point decides, not a vote
+        assume_closed, sign  as Scene.nearest(): sign "pseudonormal" takes meshes with open edges
 
-        Raises ValueError if an edge of the scene belongs to an odd number of triangles.
+        Raises ValueError as Scene.nearest().
         """
         _samples(nsamples)
-        return self._nearest(query_points, ("signed_distances",), nthreads, assume_closed=assume_closed)[
-            "signed_distances"
-        ]
+        query = {"assume_closed": assume_closed, "sign": sign}
+        return self._nearest(query_points, ("signed_distances",), nthreads, **query)["signed_distances"]
 
     def compute_occupancy(
-        self, query_points: Any, nthreads: int = 0, nsamples: int = 1, *, assume_closed: bool = False
+        self, query_points: Any, nthreads: int = 0, nsamples: int = 1, *, assume_closed: bool = False,
+        sign: str = "parity",
     ) -> np.ndarray:
         """Returns 1 for each point inside of the scene, else 0: float32 (...). Arguments and errors as
         compute_signed_distance()."""
         _samples(nsamples)
-        inside = self._nearest(query_points, ("inside",), nthreads, assume_closed=assume_closed)["inside"]
+        query = {"assume_closed": assume_closed, "sign": sign}
+        inside = self._nearest(query_points, ("inside",), nthreads, **query)["inside"]
         return inside.astype(np.float32)
 
     @staticmethod

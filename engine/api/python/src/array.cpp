@@ -1,4 +1,4 @@
-// Arrays of rays and hits on a device, in Python.
+// Arrays of records on a device, in Python.
 #include "query.h"
 
 namespace ballot::python {
@@ -8,15 +8,15 @@ namespace {
 using Rows = nb::ndarray<float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using ConstRows = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-void make_array(ArrayObject* self, const DeviceObject& device, bool rays, std::uint64_t count, bool exported) {
+void make_array(ArrayObject* self, const DeviceObject& device, int record, std::uint64_t count, bool exported) {
   auto buffer = without_gil(device.use(), [&](const Device& d) {
     auto options = BALLOT_INIT(BallotBufferOptions);
     options.exported = exported;
     BallotBuffer* made = nullptr;
-    check(ballot_buffer_create(d.handle(), rays ? BALLOT_RECORD_RAY : BALLOT_RECORD_HIT, count, &options, &made));
+    check(ballot_buffer_create(d.handle(), BallotRecord(record), count, &options, &made));
     return std::make_shared<Buffer>(made);
   });
-  new (self) ArrayObject(std::move(buffer), count, rays);
+  new (self) ArrayObject(std::move(buffer), BallotRecord(record), count);
 }
 
 template <class Array>
@@ -47,12 +47,20 @@ nb::capsule keeper(const ArrayObject& self) {
   });
 }
 
+/// Returns the memory of an array as one of a framework's, in the array's type.
+template <class Framework, class Device>
+nb::object view_of(const ArrayObject& self, void* data, int device) {
+  const auto shape = self.shape();
+  const nb::dlpack::dtype type = self.is_whole() ? nb::dtype<std::uint32_t>() : nb::dtype<float>();
+  return nb::cast(nb::ndarray<Framework, Device>(data, shape.size(), shape.data(), keeper(self), nullptr, type,
+                                                 Device::value, device));
+}
+
 /// Returns the array's memory as an array of NumPy, or None if the host does not have it.
 nb::object host(const ArrayObject& self) {
   void* data = without_gil(self.use(), [](const Buffer& b) { return ballot_buffer_host(b.get()); });
   if (!data) return nb::none();
-  return nb::cast(
-      nb::ndarray<nb::numpy, float>(data, {std::size_t(self.count), std::size_t(self.width())}, keeper(self)));
+  return view_of<nb::numpy, nb::device::cpu>(self, data, 0);
 }
 
 std::tuple<std::uint64_t, int> cuda(const ArrayObject& self) {
@@ -65,9 +73,7 @@ std::tuple<std::uint64_t, int> cuda(const ArrayObject& self) {
 /// Returns an object with __dlpack__ over the memory, on CUDA's device.
 nb::object cuda_view(const ArrayObject& self) {
   const auto [address, device] = cuda(self);
-  return nb::cast(nb::ndarray<nb::array_api, float, nb::device::cuda>(
-      reinterpret_cast<void*>(address), {std::size_t(self.count), std::size_t(self.width())}, keeper(self), {},
-      nb::dtype<float>(), nb::device::cuda::value, device));
+  return view_of<nb::array_api, nb::device::cuda>(self, reinterpret_cast<void*>(address), device);
 }
 
 std::tuple<int, std::uint64_t> fd(const ArrayObject& self) {
@@ -89,6 +95,20 @@ TimesTuple trace_arrays(const SceneObject& self, const ArrayObject& rays, const 
   return tuple_of(detail::times_of(times));
 }
 
+TimesTuple query_point_arrays(const SceneObject& self, const ArrayObject& points, const ArrayObject& answers,
+                              std::uint64_t count, bool assume_closed, const std::string& numeric, std::uint32_t sign) {
+  const auto from = points.use(), to = answers.use();
+  auto query = BALLOT_INIT(BallotPointQuery);
+  query.assume_closed = assume_closed;
+  query.numeric = numeric.c_str();
+  query.sign = sign;
+  auto times = BALLOT_INIT(BallotTimes);
+  without_gil(self.use(), [&](const Scene& s) {
+    check(ballot_query_point_buffers(s.handle(), from->get(), to->get(), count, &query, &times));
+  });
+  return tuple_of(detail::times_of(times));
+}
+
 }  // namespace
 
 void bind_arrays(nb::module_& m, nb::class_<SceneObject>& scene) {
@@ -103,6 +123,7 @@ void bind_arrays(nb::module_& m, nb::class_<SceneObject>& scene) {
       .def("cuda_view", &cuda_view)
       .def("fd", &fd);
   scene.def("trace_arrays", &trace_arrays);
+  scene.def("query_point_arrays", &query_point_arrays);
 }
 
 }  // namespace ballot::python

@@ -125,11 +125,20 @@ struct SceneObject : Kept<Scene> {
 };
 using Buffer = detail::Handle<BallotBuffer, ballot_buffer_destroy>;
 struct ArrayObject : Kept<Buffer> {
-  ArrayObject(std::shared_ptr<Buffer> buffer, std::uint64_t records, bool of_rays)
-      : Kept("array", std::move(buffer)), count(records), rays(of_rays) {}
-  std::uint64_t width() const { return rays ? 8 : 4; }
+  ArrayObject(std::shared_ptr<Buffer> buffer, BallotRecord of, std::uint64_t records)
+      : Kept("array", std::move(buffer)), record(of), count(records) {}
+  /// Returns the numbers of a record.
+  std::size_t width() const {
+    constexpr std::size_t kWidths[] = {8, 4, 4, 8, 1, 1};  // in the order of BallotRecord
+    return kWidths[record];
+  }
+  /// Returns the axes of the array: records of one number have no second one.
+  std::vector<std::size_t> shape() const {
+    return width() > 1 ? std::vector{std::size_t(count), width()} : std::vector{std::size_t(count)};
+  }
+  bool is_whole() const { return record == BALLOT_RECORD_INSIDE; }
+  BallotRecord record;
   std::uint64_t count;
-  bool rays;
 };
 
 /// Registers a part of the extension.

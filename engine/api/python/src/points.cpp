@@ -19,10 +19,10 @@ T* room(const Out<T>& array, std::size_t expected, const char* name) {
 }
 
 TimesTuple query_points(const SceneObject& self, const PointRows& array, float limit, bool assume_closed,
-                        nb::object progress, const std::string& numeric, const Out<float>& distances,
-                        const Out<float>& points, const Out<std::uint32_t>& prims, const Out<std::uint32_t>& mesh_ids,
-                        const Out<float>& uvs, const Out<float>& normals, const Out<float>& signed_distances,
-                        const Out<std::uint8_t>& inside) {
+                        nb::object progress, const std::string& numeric, std::uint32_t sign,
+                        const Out<float>& distances, const Out<float>& points, const Out<std::uint32_t>& prims,
+                        const Out<std::uint32_t>& mesh_ids, const Out<float>& uvs, const Out<float>& normals,
+                        const Out<float>& signed_distances, const Out<std::uint8_t>& inside) {
   auto from = BALLOT_INIT(BallotPoints);
   from.data = array.data(), from.count = array.shape(0), from.limit = limit;
   from.stride = from.count > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 0;
@@ -40,6 +40,7 @@ TimesTuple query_points(const SceneObject& self, const PointRows& array, float l
   auto query = BALLOT_INIT(BallotPointQuery);
   query.assume_closed = assume_closed;
   query.numeric = numeric.c_str();
+  query.sign = sign;
   query.user = &watch;
   query.progress = [](void* user, double done) { return int(!(*static_cast<Watch*>(user))(done)); };
   auto times = BALLOT_INIT(BallotTimes);
@@ -115,8 +116,8 @@ nb::tuple list_crossings(const SceneObject& self, const PointRows& array, std::u
 void bind_points(nb::class_<SceneObject>& scene) {
   const auto none = [](const char* name) { return nb::arg(name).noconvert().none() = nb::none(); };
   scene.def("query_points", &query_points, nb::arg("points").noconvert(), nb::arg("limit"), nb::arg("assume_closed"),
-            nb::arg("progress").none(), nb::arg("numeric"), none("distances"), none("nearest"), none("prims"),
-            none("mesh_ids"), none("uvs"), none("normals"), none("signed_distances"), none("inside"));
+            nb::arg("progress").none(), nb::arg("numeric"), nb::arg("sign"), none("distances"), none("nearest"),
+            none("prims"), none("mesh_ids"), none("uvs"), none("normals"), none("signed_distances"), none("inside"));
   scene.def("list_crossings", &list_crossings, nb::arg("rays").noconvert(), nb::arg("most"), nb::arg("lists"),
             nb::arg("progress").none(), nb::arg("numeric"), nb::arg("cull"), none("mesh_masks"), none("ray_masks"),
             nb::arg("alpha"));

@@ -54,6 +54,24 @@ class Cuda(unittest.TestCase):
         )
         np.testing.assert_array_equal(found, self.scene.trace(self.rays))
 
+    def test_points_from_cuda_answers_to_cuda(self):
+        points, answers = ballot.Array("points", 1000), ballot.Array("distances", 1000)
+        self.current(points.__dlpack_device__()[1])
+        given = np.full((1000, 4), np.inf, np.float32)
+        given[:, :3] = np.random.default_rng(2).uniform(-2, 2, (1000, 3))
+        source = given.ctypes.data_as(ctypes.c_void_p)
+        self.call("cuMemcpyHtoD_v2", ctypes.c_uint64(points.cuda_address), source, ctypes.c_size_t(given.nbytes))
+        self.call("cuCtxSynchronize")
+        self.scene.nearest_arrays(points, answers, sign="pseudonormal", assume_closed=True)
+        found = np.zeros(1000, np.float32)
+        self.assertEqual(answers.__cuda_array_interface__["shape"], (1000,))
+        address = ctypes.c_uint64(answers.__cuda_array_interface__["data"][0])
+        target = found.ctypes.data_as(ctypes.c_void_p)
+        self.call("cuMemcpyDtoH_v2", target, address, ctypes.c_size_t(found.nbytes))
+        want = self.scene.nearest(given[:, :3], ("signed_distances",), sign="pseudonormal", assume_closed=True)
+        np.testing.assert_array_equal(found, want["signed_distances"])
+        self.assertEqual(ballot.Array("inside", 3).__cuda_array_interface__["typestr"], "<u4")
+
     def test_what_others_see(self):
         array = ballot.Array("hits", 10, exported=True)
         interface = array.__cuda_array_interface__

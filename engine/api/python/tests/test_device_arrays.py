@@ -36,6 +36,45 @@ class Arrays(unittest.TestCase):
         hits.write(self.hits[:3], first=497)
         np.testing.assert_array_equal(hits.read(first=497), self.hits[:3])
 
+    def test_points(self):
+        cube = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
+        points = np.random.default_rng(5).uniform(-2, 2, (400, 3)).astype(np.float32)
+        given = ballot.Array("points", 400)
+        given.write(points)
+        self.assertTrue(np.isinf(given.read()[:, 3]).all())
+        answers = {name: ballot.Array(name, 400) for name in ("nearest", "distances", "inside")}
+        for sign in ("parity", "pseudonormal"):
+            want = cube.nearest(points, ("points", "distances", "prims", "signed_distances", "inside"), sign=sign)
+            for array in answers.values():
+                self.assertGreater(cube.nearest_arrays(given, array, sign=sign).device_ms, 0)
+            found = answers["nearest"].read()
+            np.testing.assert_array_equal(found[:, :3], want["points"])
+            np.testing.assert_array_equal(found[:, 3], want["distances"])
+            np.testing.assert_array_equal(found.view(np.uint32)[:, 4], want["prims"])
+            np.testing.assert_array_equal(answers["distances"].read(), want["signed_distances"])
+            np.testing.assert_array_equal(answers["inside"].read().astype(bool), want["inside"])
+        self.assertEqual((answers["inside"].shape, answers["inside"].dtype), ((400,), np.uint32))
+        if ballot.default_device().info.is_cpu:
+            np.testing.assert_array_equal(np.from_dlpack(answers["distances"]), want["signed_distances"])
+            self.assertEqual(np.from_dlpack(answers["inside"]).dtype, np.uint32)
+        limited = np.concatenate([points, np.full((400, 1), 0.25, np.float32)], 1)
+        given.write(limited)
+        cube.nearest_arrays(given, answers["nearest"], 300)
+        np.testing.assert_array_equal(
+            answers["nearest"].read(count=300)[:, 3], cube.nearest(points[:300], limit=0.25)["distances"]
+        )
+        open_cube = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES[1:])
+        for error, text, call in (
+            (ValueError, "other records", lambda: cube.nearest_arrays(answers["inside"], answers["nearest"])),
+            (ValueError, "other records", lambda: cube.nearest_arrays(given, given)),
+            (ValueError, "400 records; expected 401", lambda: cube.nearest_arrays(given, answers["inside"], 401)),
+            (ValueError, "3 of its 18 edges", lambda: open_cube.nearest_arrays(given, answers["inside"])),
+            (ValueError, "sign is 'side'", lambda: cube.nearest_arrays(given, answers["inside"], sign="side")),
+            (TypeError, "points: found ndarray", lambda: cube.nearest_arrays(points, answers["inside"])),
+        ):
+            with self.subTest(text), self.assertRaisesRegex(error, text):
+                call()
+
     def test_memory_of_the_host(self):
         if not ballot.default_device().info.is_cpu:
             self.skipTest("the default device has memory of its own")

@@ -59,6 +59,21 @@ class Nearest(unittest.TestCase):
         self.assertIs(got["distances"], out)
         self.assertEqual(out.tolist(), [np.inf, 1])
 
+    def test_signs_by_pseudonormals(self):
+        open_cube = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES[1:])
+        points = [[0, 0, 0.5], [0, 0, 4], [3, 3, 3]]
+        for numeric in ("watertight", "exact"):
+            got = open_cube.nearest(points, ("signed_distances", "inside"), sign="pseudonormal", numeric=numeric)
+            self.assertEqual(got["inside"].tolist(), [True, False, False])
+            self.assertEqual(np.signbit(got["signed_distances"]).tolist(), [True, False, False])
+        scene = ballot.RaycastingScene()
+        scene.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES[1:])
+        got = scene.compute_signed_distance(np.float32(points), sign="pseudonormal")
+        self.assertEqual(np.signbit(got).tolist(), [True, False, False])
+        self.assertEqual(scene.compute_occupancy(np.float32(points), sign="pseudonormal").tolist(), [1, 0, 0])
+        with self.assertRaisesRegex(ValueError, "sign is 'normal'; expected one of parity, pseudonormal"):
+            open_cube.nearest(points, ("inside",), sign="normal")
+
     def test_bad_input(self):
         points = np.zeros((2, 3), np.float32)
         open_cube = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES[1:])
