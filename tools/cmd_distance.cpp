@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "tools/cli.h"
+#include "tools/field_slice.h"
 #include "tools/help.h"
 #include "tools/interrupt.h"
 #include "tools/shell_word.h"
@@ -15,12 +16,15 @@ namespace {
 
 struct PointArgs {
   EngineArgs engine;
-  std::string points, out, numeric{kDefaultNumeric};
+  std::string points, out, slice, png, numeric{kDefaultNumeric};
   double limit = 0;
   std::uint32_t grid = 0;  // points along each axis; 0: the points of a file
+  std::string sign = "parity";
   bool signed_distance = false, assume_closed = false;
 
-  PointQuery query() const { return {.exact = numeric == "exact"}; }
+  /// Returns true if the nearest triangle's side gives a distance its sign.
+  bool by_sides() const { return signed_distance && sign == "pseudonormal"; }
+  PointQuery query() const { return {.exact = numeric == "exact", .sides = by_sides()}; }
 };
 
 constexpr std::uint32_t kMostGrid = 4096;
@@ -72,21 +76,44 @@ void write_distances(const PointArgs& args, std::span<const float> distances) {
   write_volume(args.out, distances, args.grid);
 }
 
+/// Writes the picture of --slice.
+void write_slice(const PointArgs& args, std::span<const float> distances) {
+  if (args.png.empty()) return;
+  write_png(args.png, draw_slice(distances, args.grid, parse_slice(args.slice, args.grid)));
+}
+
+/// Checks --slice and --png.
+void check_slice(const PointArgs& args) {
+  if (args.slice.empty() != args.png.empty())
+    fail(Failure::Arguments, "--slice and --png: give both, such as --slice z=0.5 --png slice.png");
+  if (args.slice.empty()) return;
+  if (args.grid == 0) fail(Failure::Arguments, "--slice {}: of a field alone: give --grid", args.slice);
+  parse_slice(args.slice, args.grid);
+}
+
 void note_files(PointArgs& args) {
   args.engine.note_files();
   if (!args.points.empty()) args.engine.files.reads("--points", args.points);
   args.out = args.engine.files.must_write("--out", args.out).string();
+  if (!args.png.empty()) args.engine.files.writes("--png", args.png);
 }
 
-/// Refuses the inside test of a mesh with open edges.
+/// Refuses the inside test of a mesh with open edges, and signs by pseudonormals of one that is not wound alike.
 void need_closed(Engine& engine, const PointArgs& args) {
   if (args.assume_closed) return;
   const Topology& t = engine.topology();
-  if (!t.closed())
+  const std::string& scene = args.engine.scene;
+  if (args.by_sides() && !t.wound())
+    fail(Failure::Arguments,
+         "{}: triangles are wound against each other: at {} of the {} edges both run in the same direction; `ballot "
+         "check {}` lists some; --assume-closed goes on, and signs near these are then arbitrary",
+         scene, t.flipped, t.edges, shell_word(scene));
+  if (!args.by_sides() && !t.closed())
     fail(Failure::Arguments,
          "{}: the mesh is not closed: {} of its {} edges belong to an odd number of triangles; `ballot check {}` lists "
-         "some; --assume-closed goes on, and answers near the gaps are then arbitrary",
-         args.engine.scene, t.open, t.edges, shell_word(args.engine.scene));
+         "some; `ballot distance --signed --sign pseudonormal` takes the side of the nearest triangle instead; "
+         "--assume-closed goes on, and answers near the gaps are then arbitrary",
+         scene, t.open, t.edges, shell_word(scene));
 }
 
 /// Prints what was done.
@@ -141,7 +168,7 @@ std::size_t find_distances(Engine& engine, const PointArgs& args, const AskedPoi
   std::size_t near = 0;
   const auto take = [&](std::uint64_t first, std::span<const Nearest> found) {
     for (std::size_t i = 0; i < found.size(); ++i) {
-      distances[std::size_t(first) + i] = found[i].distance;
+      distances[std::size_t(first) + i] = found[i].behind ? -found[i].distance : found[i].distance;
       near += found[i].prim != NO_HIT;
     }
   };
@@ -152,8 +179,10 @@ std::size_t find_distances(Engine& engine, const PointArgs& args, const AskedPoi
 int run_distance(PointArgs& args) {
   args.engine.prefer_copies();
   note_files(args);
+  if (args.by_sides() != (args.sign != "parity")) fail(Failure::Arguments, "--sign {}: give --signed too", args.sign);
   if (args.limit < 0 || std::isnan(args.limit))
     fail(Failure::Arguments, "--limit {}: expected a distance above 0", args.limit);
+  check_slice(args);
   const std::optional<AskedPoints> of_file = points_of_file(args);
   Opened opened = open_scene(args.engine);
   Engine& engine = *opened.engine;
@@ -162,7 +191,7 @@ int run_distance(PointArgs& args) {
   std::vector<float> distances(std::size_t(points.count()));
   TraceTimes spent;
   const std::size_t near = find_distances(engine, args, points, distances, spent);
-  if (args.signed_distance) {
+  if (args.signed_distance && !args.by_sides()) {
     const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> inside) {
       for (std::size_t i = 0; i < inside.size(); ++i)
         if (inside[i]) distances[std::size_t(first) + i] *= -1;
@@ -170,6 +199,7 @@ int run_distance(PointArgs& args) {
     find_inside(engine, points, args.query(), take, spent);
   }
   write_distances(args, distances);
+  write_slice(args, distances);
   print_points(engine, args, points, fmt::format("{} with a triangle", near), spent);
   return finish(engine);
 }
@@ -200,7 +230,7 @@ void add_point_options(CLI::App& cmd, PointArgs& args, const char* out) {
                  fmt::format("'{}', or 'exact': decided as by exact arithmetic [{}]", kDefaultNumeric, kDefaultNumeric))
       ->check(CLI::IsMember({std::string(kDefaultNumeric), std::string("exact")}));
   cmd.add_flag("--assume-closed", args.assume_closed,
-               "find what is inside although edges are open; answers near a gap are then arbitrary");
+               "go on although edges are open, or triangles not wound alike; answers near these are then arbitrary");
 }
 
 }  // namespace
@@ -210,7 +240,8 @@ void add_distance(CLI::App& app, int& result) {
   CLI::App* cmd = app.add_subcommand("distance", "finds how far points are from a mesh: NumPy arrays in and out");
   cmd->footer(
       "Examples: ballot distance bunny.glb --points points.npy --out distances.npy --signed\n"
-      "          ballot distance bunny.glb --grid 256 --signed --assume-closed --out field.npy\n"
+      "          ballot distance bunny.glb --grid 256 --signed --sign pseudonormal --out field.npy --slice z=0.5 --png "
+      "s.png\n"
       "Distances are within 64 * 2^-24 (M + M') of the true ones, with M and M' the largest distances of a vertex of\n"
       "the reported and of the nearest triangle. A point that is not finite has an infinite distance.");
   add_point_options(*cmd, *args, "FILE.npy for the distances, float32 (n,); with --grid (N,N,N), or FILE.raw");
@@ -218,10 +249,19 @@ void add_distance(CLI::App& app, int& result) {
       "--grid", args->grid,
       "a distance field instead of --points: N points along each axis of a cube about the scene, 1.2 times\n"
       "as wide as its longest side, written as a volume [z][y][x]. --json has its first point and step");
-  cmd->add_flag("--signed", args->signed_distance, "negative inside of the mesh, which must be closed");
+  cmd->add_option(
+      "--slice", args->slice,
+      "of --grid: the plane that --png shows, as x, y or z and where it lies from the first point, 0, to the\n"
+      "last, 1: z=0.5");
+  cmd->add_option("--png", args->png, "FILE.png of the slice, a pixel a point: blue outside, orange inside");
+  cmd->add_flag("--signed", args->signed_distance, "negative inside of the mesh, as --sign says");
+  cmd->add_option("--sign", args->sign,
+                  "of --signed: 'parity', the crossings of a ray, for closed meshes; 'pseudonormal', the side of the\n"
+                  "nearest triangle, its edge or vertex, for meshes with open edges too, wound alike [parity]")
+      ->check(CLI::IsMember({std::string("parity"), std::string("pseudonormal")}));
   cmd->add_option("--limit", args->limit, "look no farther than this; distances beyond are infinite");
-  show_first(*cmd, {"--points", "--grid", "--out", "--signed", "--limit", "--assume-closed", "--numeric", "--device",
-                    "--json"});
+  show_first(*cmd, {"--points", "--grid", "--out", "--signed", "--sign", "--slice", "--png", "--limit",
+                    "--assume-closed", "--numeric", "--device", "--json"});
   cmd->callback([args, &result] { result = run_distance(*args); });
 }
 

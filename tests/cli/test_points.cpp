@@ -22,6 +22,7 @@ class Points : public Cli {
       text += fmt::format("f {}\n", face);
     write("box.obj", text);
     write("open.obj", text.substr(0, text.rfind("f ")));
+    write("turned.obj", text.substr(0, text.rfind("f ")) + "f 6 8 4 2\n");
   }
 
   /// Writes points.npy, or rays.npy of six columns.
@@ -86,6 +87,41 @@ TEST_F(Points, DistanceFields) {
   refuse(2, {"--points and --grid"}, {"inside", "box.obj", "--out", "g.npy"});
 }
 
+TEST_F(Points, SlicesOfFields) {
+  succeed({"distance", "box.obj", "--grid", "41", "--signed", "--out", "f.npy", "--slice", "z=0.5", "--png", "s.png"});
+  EXPECT_EQ(read("s.png").substr(1, 3), "PNG");
+  const auto refuse_slice = [&](const char* says, const Words& more) {
+    Words all{"distance", "box.obj", "--out", "g.npy"};
+    all.insert(all.end(), more.begin(), more.end());
+    refuse(2, {says}, all);
+  };
+  refuse_slice("such as z=0.5", {"--grid", "7", "--slice", "w=0.5", "--png", "t.png"});
+  refuse_slice("a share from 0 to 1", {"--grid", "7", "--slice", "x=1.5", "--png", "t.png"});
+  refuse_slice("a share from 0 to 1", {"--grid", "7", "--slice", "x=0.5z", "--png", "t.png"});
+  refuse_slice("give both", {"--grid", "7", "--slice", "x=0.5"});
+  refuse_slice("give --grid", {"--points", "points.npy", "--slice", "x=0.5", "--png", "t.png"});
+}
+
+TEST_F(Points, SignsByPseudonormals) {
+  array("points.npy", {1, 1, 4, 1, 1, 1.75f, 1, 1, 9}, 3);
+  const Words both[] = {{}, {"--numeric", "exact"}};
+  for (const char* mesh : {"box.obj", "open.obj"})
+    for (const Words& mode : both) {
+      Words all{"distance", mesh, "--points", "points.npy", "--out", "d.npy", "--signed", "--sign", "pseudonormal"};
+      all.insert(all.end(), mode.begin(), mode.end());
+      succeed(all);
+      EXPECT_EQ(items<float>("d.npy", "'<f4'"), (std::vector<float>{2, -0.25f, 7})) << mesh;
+    }
+  refuse(2, {"--sign pseudonormal: give --signed"},
+         {"distance", "box.obj", "--points", "points.npy", "--out", "e.npy", "--sign", "pseudonormal"});
+  refuse(2, {"--sign"},
+         {"distance", "box.obj", "--points", "points.npy", "--out", "e.npy", "--signed", "--sign", "normal"});
+  const Words turned{"distance", "turned.obj", "--points", "points.npy",  "--out",
+                     "e.npy",    "--signed",   "--sign",   "pseudonormal"};
+  refuse(2, {"turned.obj: triangles are wound against each other: at 4 of the 18 edges", "ballot check turned.obj"},
+         turned);
+}
+
 TEST_F(Points, BenchAndVerifyKnowQueries) {
   const Words run{"box.obj", "--queries", "all",      "--numeric", "all",    "--rays", "primary",
                   "--size",  "16x16",     "--repeat", "1",         "--json", "q.json"};
@@ -117,7 +153,10 @@ TEST_F(Points, Inside) {
   for (const Words& words : {Words{"inside"}, Words{"distance", "--signed"}}) {
     Words all = words;
     all.insert(all.begin() + 1, {"open.obj", "--points", "points.npy", "--out", "o.npy"});
-    refuse(2, {"open.obj: the mesh is not closed: 4 of its 17 edges", "ballot check open.obj", "--assume-closed"}, all);
+    refuse(2,
+           {"open.obj: the mesh is not closed: 4 of its 17 edges", "ballot check open.obj", "--sign pseudonormal",
+            "--assume-closed"},
+           all);
     all.push_back("--assume-closed");
     succeed(all);
     std::filesystem::remove(path("o.npy"));
