@@ -143,9 +143,25 @@ std::vector<ProbePoint> points_over(const Bounds& bounds, std::size_t count, boo
   return points;
 }
 
-void measure_points(Engine& engine, const QueryRun& run, bool random, std::vector<QueryFigures>& all) {
-  const std::vector<ProbePoint> points = points_over(engine.bvh().bounds, std::size_t(run.width) * run.height, random);
-  const std::string of = random ? "random points" : "grid";
+/// Returns points that are hard to answer: corners of triangles, middles of edges, points of the inside, and points
+/// beside these by a few roundings.
+std::vector<ProbePoint> points_on(std::span<const Triangle> triangles, std::size_t count) {
+  std::vector<ProbePoint> points;
+  if (triangles.empty()) return points;
+  points.reserve(count + 3);
+  std::mt19937 numbers(1);
+  while (points.size() < count) {
+    const auto& [a, b, c] = triangles[numbers() % triangles.size()];
+    const glm::vec3 inside = (a + b + c) / 3.f;
+    const float some = 1 + float(int(numbers() % 9) - 4) * 0x1p-23f;
+    for (const glm::vec3& at : {a, 0.5f * b + 0.5f * c, inside, inside * some}) points.push_back({at, kNowhere});
+  }
+  points.resize(count);
+  return points;
+}
+
+void measure_points(Engine& engine, const QueryRun& run, const std::string& of, std::span<const ProbePoint> points,
+                    std::vector<QueryFigures>& all) {
   const QueryJudge judge(engine.tracer().tree());
   for (const std::string& mode : run.modes) {
     const PointQuery query{.exact = mode == "exact"};
@@ -231,7 +247,11 @@ std::vector<QueryFigures> measure_scene(Engine& engine, const QueryRun& run) {
   const ProgressBar bar(engine.scene().name + ": queries");
   if (run.wants("count") || run.wants("list") || run.wants("first"))
     for (const std::string& kind : run.kinds) measure_rays(engine, run, kind, all);
-  for (const bool random : {false, true}) measure_points(engine, run, random, all);
+  const std::size_t points = std::size_t(run.width) * run.height;
+  for (const bool random : {false, true})
+    measure_points(engine, run, random ? "random points" : "grid", points_over(engine.bvh().bounds, points, random),
+                   all);
+  measure_points(engine, run, "surface", points_on(engine.scene().triangles, points), all);
   return all;
 }
 
@@ -284,9 +304,8 @@ struct JudgedQueries {
 
 std::string queries_text() {
   return "measures queries of points and crossings instead of methods: 'all', or some of count,list,first,nearest,\n"
-         "inside, in the modes of --numeric (watertight, exact): of the rays of --rays, and as many points, on a grid "
-         "and "
-         "random";
+         "inside, in the modes of --numeric (watertight, exact): of the rays of --rays, and as many points: on a grid, "
+         "random, and on the surface";
 }
 
 int bench_queries(const RunArgs& run, const std::string& queries, const QueryChecks& checks) {

@@ -129,7 +129,7 @@ TEST_F(Points, BenchAndVerifyKnowQueries) {
   bench.insert(bench.end(), run.begin(), run.end());
   verify.insert(verify.end(), run.begin(), run.end());
   expect_parts(succeed(bench).out,
-               {"nearest hit", "count", "list", "first", "nearest", "inside", "random points", "M/s"});
+               {"nearest hit", "count", "list", "first", "nearest", "inside", "random points", "surface", "M/s"});
   EXPECT_TRUE(json("q.json")["records"][1]["checked"].is_null());
   expect_parts(succeed(verify).out, {"wrong", "beyond the bound", "exact: ", "answers judged, 0 differ"});
   for (const auto& record : json("q.json")["records"]) {
