@@ -55,7 +55,7 @@ std::vector<KernelSource> traversal_sources() {
   for (const DeviceInfo& device : imagined_devices())
     for (const Method& method : kMethods)
       for (const NumericMode& numeric : kNumericModes) {
-        if (method.chooses || ((method.tree == TreeFormatId::Frontier || method.ray_packets) && !device.shuffle))
+        if (method.chooses || ((method.tree == TreeFormatId::Frontier || method.shuffles()) && !device.shuffle))
           continue;
         const std::vector<Knobs> all_knobs = knobs_of(method);
         for (const Want want : {Want::Nearest, Want::Any})

@@ -55,11 +55,16 @@ struct Method {
   bool own_stack = true;     // rays have stacks of their own
   bool lists = false;        // rays put nodes aside in lists of bounded length
   bool ray_packets = false;  // packets hold several rays in each lane
+  bool turns = false;        // all lanes take every step; counts them by shuffles
   bool instances = true;     // has kernels for forests (engine/bvh/forest.h)
   bool chooses = false;      // method auto: has no kernel and runs the fastest of the others (auto/chooser.h)
   Threshold threshold = {};
   Defaults cpu = kCpu, gpu = kGpu;
 
+  /// True if its kernel needs subgroup shuffle whatever the configuration.
+  constexpr bool shuffles() const { return ray_packets || turns; }
+  /// Entries of a ray's stack that waiting lanes write above their top.
+  constexpr std::uint32_t spare_entries() const { return turns ? 1 : 0; }
   constexpr bool packet() const { return votes != kNoVotes; }
   constexpr bool shares_stack() const { return packet() || ray_packets; }
   constexpr bool takes(Vote vote) const { return (votes >> int(vote) & 1) != 0; }
@@ -134,6 +139,12 @@ inline constexpr Method kMethods[] = {
     {.name = "bvh4", .kernel = "traverse/bvh4.comp",
      .summary = "while-while over a tree of up to four children per 64-byte node (Dammertz, Hanika and Keller 2008)",
      .tree = TreeFormatId::Bvh4},
+    {.name = "bvh4-turns", .kernel = "traverse/bvh4_turns.comp",
+     .summary = "bvh4 with all lanes in every step: nodes and triangles take turns; idle lanes take rays; for CPUs",
+     .tree = TreeFormatId::Bvh4, .turns = true,
+     .threshold = {.knob = "refetch", .unit = Threshold::Share, .standard = 0.375,
+                   .what = "as dynamic-fetch", .sweep = sweeps::kRefetch},
+     .gpu = {.fetch = Fetch::Reference, .stack = StackPlace::Private, .launch = Launch::Persistent}},
     {.name = "bvh8", .kernel = "traverse/bvh8.comp",
      .summary = "each ray over a compressed tree of up to eight children per node (Ylitie, Karras and Laine 2017)",
      .tree = TreeFormatId::Bvh8,

@@ -80,7 +80,7 @@ bool can_widen(const Method& m, const NumericMode& numeric) {
 void fit_to_device(const Method& m, const NumericMode& numeric, KernelConfig& f, const DeviceInfo& d,
                    const Knobs& knobs) {
   if (!d.shuffle) {
-    if (m.ray_packets || (has_frontier(m, f) && f.reduce == Reduce::Shuffle))
+    if (m.shuffles() || (has_frontier(m, f) && f.reduce == Reduce::Shuffle))
       fail(Failure::Arguments, "method {}: {} has no subgroup shuffle", m.name, d.name);
     if (knobs.contains("cooperative") && f.cooperative)
       fail(Failure::Arguments, "knob cooperative=1: {} has no subgroup shuffle", d.name);

@@ -85,14 +85,14 @@ std::string Variant::name() const {
   return threshold.empty() ? kernel_name() : kernel_name() + " " + threshold;
 }
 
-std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed) {
-  return (tree.depth * pushed + 1 + 15) / 16 * 16;
+std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed, std::uint32_t spare) {
+  return (tree.depth * pushed + 1 + spare + 15) / 16 * 16;
 }
 
 KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, const TreeFacts& tree) {
   const KernelConfig& c = variant.config;
   const Method& method = *variant.method;
-  const std::uint32_t stack = stack_entries(tree, format_of(method.tree).pushes);
+  const std::uint32_t stack = stack_entries(tree, format_of(method.tree).pushes, method.spare_entries());
   const std::uint64_t shared_bytes = std::uint64_t(shared_words(variant, stack)) * 4;
   if (shared_bytes > device.shared_bytes)
     fail(Failure::Work,

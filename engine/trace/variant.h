@@ -41,9 +41,9 @@ KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric,
                                const Knobs& knobs = {});
 
 /// Returns the number of entries that a ray's stack has for a tree. A traversal pushes at most `pushed` entries per
-/// inner node on its path, above one sentinel. The number is rounded up to a multiple of 16, so that scenes of similar
-/// depth share pipelines.
-std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed = 1);
+/// inner node on its path, above one sentinel; `spare` more are written but never read. The number is rounded up
+/// to a multiple of 16, so that scenes of similar depth share pipelines.
+std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed = 1, std::uint32_t spare = 0);
 
 /// Returns the number of entries that a ray's stack has in a tree over instances. In large steps, so that moving them
 /// seldom asks for another kernel.

@@ -90,13 +90,14 @@ TEST_F(Auto, CandidatesFollowTheQuery) {
     return all;
   };
   using Names = std::vector<std::string>;
-  EXPECT_EQ(names({}), (Names{"while-while", "bvh4", "packet-wide fallback=0", "dynamic-fetch", "bvh8"}));
-  EXPECT_EQ(names({.rays = "primary"}), (Names{"while-while", "packet-wide fallback=0", "bvh4", "dynamic-fetch"}));
+  EXPECT_EQ(names({}), (Names{"while-while", "bvh4-turns", "packet-wide fallback=0", "dynamic-fetch"}));
+  EXPECT_EQ(names({.rays = "primary"}),
+            (Names{"while-while", "packet-wide fallback=0", "bvh4-turns", "dynamic-fetch"}));
   EXPECT_EQ(names({.rays = "foreign: mixed, long"}), names({}));
   EXPECT_EQ(names({.knobs = {{"fallback", "1"}}}), (Names{"packet-wide fallback=1"}));
-  EXPECT_EQ(names({.knobs = {{"sorted", "0"}}}), (Names{"while-while sorted=0", "packet-wide fallback=0 sorted=0",
-                                                        "dynamic-fetch sorted=0", "bvh8 sorted=0"}));
-  EXPECT_EQ(names({.knobs = {{"refetch", "0.25"}}}), (Names{"dynamic-fetch refetch=0.25", "bvh8 refetch=0.25"}));
+  EXPECT_EQ(names({.knobs = {{"sorted", "0"}}}),
+            (Names{"while-while sorted=0", "packet-wide fallback=0 sorted=0", "dynamic-fetch sorted=0"}));
+  EXPECT_EQ(names({.knobs = {{"refetch", "0.25"}}}), (Names{"bvh4-turns refetch=0.25", "dynamic-fetch refetch=0.25"}));
   if (gpu_->info().float64) {
     EXPECT_EQ(names({.numeric = "exact"}), (Names{"while-while", "dynamic-fetch"}));
   }

@@ -96,6 +96,7 @@ TEST_F(CounterTest, RaysByThemselvesNeedAllThatTheyVisit) {
   // These methods visit nodes in the same order, so their counts are equal.
   expect_same(count("if-if"), count("while-while"), {"nodes", "leaves", "triangles", "triangles_tested"});
   expect_same(count("while-while"), count("dynamic-fetch"), {"nodes", "leaves", "triangles", "triangles_tested"});
+  expect_same(count("bvh4"), count("bvh4-turns"), {"nodes", "leaves", "triangles", "triangles_tested"});
 }
 
 TEST_F(CounterTest, PacketsVisitMoreThanTheirRaysNeed) {

@@ -210,18 +210,19 @@ TEST(Features, StacksAreMadeForTheTree) {
   EXPECT_EQ(stack_entries({.depth = 16}), 32u);
   EXPECT_EQ(stack_entries({.depth = 5}, 3), 16u);
   EXPECT_EQ(stack_entries({.depth = 6}, 3), 32u);
+  EXPECT_EQ(stack_entries({.depth = 5}, 3, 1), 32u);
   EXPECT_EQ(stack_entries(SceneFeatures::every().tree), 64u);
   for (const Method& method : kMethods) {
     if (method.chooses) continue;
     const NumericMode& numeric = find_numeric(kDefaultNumeric);
     const Variant v{&method, &numeric, Want::Nearest, kernel_config_for(method, numeric, gpu.info())};
-    const std::uint32_t most = format_of(method.tree).pushes;
+    const std::uint32_t most = format_of(method.tree).pushes, spare = method.spare_entries();
     const KernelSource shallow = kernel_source(v, gpu.info(), {.depth = 15, .largest_leaf = 2});
     KernelSource deep = kernel_source(v, gpu.info(), {.depth = 16, .largest_leaf = 6});
     EXPECT_EQ(shallow.defines, deep.defines) << method.name;
-    EXPECT_EQ(shallow.constants.at(SPEC_STACK_SIZE), stack_entries({.depth = 15}, most)) << method.name;
+    EXPECT_EQ(shallow.constants.at(SPEC_STACK_SIZE), stack_entries({.depth = 15}, most, spare)) << method.name;
     EXPECT_EQ(std::exchange(deep.constants.at(SPEC_STACK_SIZE), shallow.constants.at(SPEC_STACK_SIZE)),
-              stack_entries({.depth = 16}, most))
+              stack_entries({.depth = 16}, most, spare))
         << method.name;
     EXPECT_EQ(shallow.constants, deep.constants) << method.name;
   }

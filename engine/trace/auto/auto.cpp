@@ -25,10 +25,9 @@ struct CandidateRow {
 /// for as long as all of these together, and was best by more than 3 % in 1 of 70 pairs of scene and ray class.
 constexpr CandidateRow kRows[] = {
     {.cpu = true, .method = "while-while"},
-    {.cpu = true, .method = "bvh4"},
+    {.cpu = true, .method = "bvh4-turns"},
     {.cpu = true, .method = "packet-wide", .knob = "fallback", .value = "0", .coherent = true},
     {.cpu = true, .method = "dynamic-fetch"},
-    {.cpu = true, .method = "bvh8", .incoherent = true},
     {.method = "while-while"},
     {.method = "frontier"},
     {.method = "frontier", .knob = "sorted", .value = "0", .any_only = true},

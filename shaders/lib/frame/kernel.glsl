@@ -3,7 +3,8 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_ballot : require
-#if BALLOT_COOPERATIVE || BALLOT_PACKET_STACK == 1 || defined(METHOD_PACKETS) || defined(METHOD_REDUCES)
+#if BALLOT_COOPERATIVE || BALLOT_PACKET_STACK == 1 || defined(METHOD_PACKETS) || defined(METHOD_REDUCES) || \
+    defined(METHOD_TURNS)
 #extension GL_KHR_shader_subgroup_shuffle : require
 #endif
 #if BALLOT_REDUCE == 1

@@ -93,6 +93,7 @@ void stats_wide_end(uint r) {
 #define COUNT_USE(live, t) stats_usefulness(live, t);
 #define COUNT_LEAF(live, count) { stats_step(live, false); if (live) stats.triangles += count; }
 #define COUNT_TRIANGLE() ++stats.triangles_tested;
+#define COUNT_TRIANGLES(count) stats.triangles_tested += count;
 #define COUNT_STACK(height) stats.stack = max(stats.stack, height);
 #define COUNT_SHARED(yes) stats_shared = yes;
 #define COUNT_NEEDS(yes) stats_needs = yes;
@@ -122,6 +123,7 @@ void stats_wide_end(uint r) {
 #define COUNT_USE(live, t)
 #define COUNT_LEAF(live, count)
 #define COUNT_TRIANGLE()
+#define COUNT_TRIANGLES(count)
 #define COUNT_STACK(height)
 #define COUNT_SHARED(yes)
 #define COUNT_NEEDS(yes)
