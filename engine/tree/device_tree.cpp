@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "engine/bvh/padding.h"
+#include "engine/formats/encoded_cache.h"
 #include "engine/tree/tree_arrays.h"
 
 namespace ballot {
@@ -24,6 +25,7 @@ void DeviceTree::replace(const Bvh& bvh, std::span<const Triangle> triangles, co
   spare_leaves_.clear();
   spare_pairs_.clear();
   pairs_.clear();
+  cache_.clear();
   built_ = std::move(built);
   describe(bvh, triangles, facts);
 }
@@ -61,6 +63,7 @@ void DeviceTree::moved(const Bvh& bvh, std::span<const Triangle> triangles, cons
   set_aside(arrays_, spare_arrays_);
   set_aside(leaves_, spare_leaves_);
   spare_pairs_ = std::exchange(pairs_, {});
+  cache_.clear();
   describe(bvh, triangles, facts);
 }
 
@@ -200,7 +203,7 @@ const DeviceTree::Texels& DeviceTree::format(TreeFormatId id, const TreeAccess& 
   if (source == Source::Device) return write_format(key, a);
   const TreeFormat& row = format_of(id);
   const PairTree& from = pairs(std::get<NodeLayout>(key), std::get<Padding>(key));
-  return upload(key, row.encode(from, std::get<1>(key)), row.name.data());
+  return upload(key, encode_cached(row, from, std::get<1>(key), cache_), row.name.data());
 }
 
 const DeviceTree::Texels& DeviceTree::leaves(LeafFormat format, Fetch fetch, Source source) {

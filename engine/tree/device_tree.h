@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -76,6 +77,9 @@ class DeviceTree {
 
   /// Has the tree ask `late` before it reads triangles on the host. Keeps the pointer.
   void set_late(const LateVertices* late) { late_ = late; }
+
+  /// Keeps formats that take long to encode in a folder on disk until the tree changes (formats/encoded_cache.h).
+  void keep_in(const std::filesystem::path& folder) { cache_ = folder; }
 
   std::uint64_t generation() const { return generation_; }
   /// Returns the tree, which has no nodes if it is the summary of one that was built on the device.
@@ -167,6 +171,7 @@ class DeviceTree {
   std::shared_ptr<DeviceBuild> built_;  // null unless the tree was built on the device
   std::span<const Triangle> triangles_;
   const LateVertices* late_ = nullptr;
+  std::filesystem::path cache_;  // of the first tree; empty: none
   TreeFacts facts_;
   std::uint64_t generation_ = 0;
   glm::vec3 box_origin_{0};

@@ -5,6 +5,7 @@
 
 #include "engine/bvh/padding.h"
 #include "engine/core/error.h"
+#include "engine/formats/encoded_cache.h"
 #include "engine/tree/device_tree.h"
 #include "engine/tree/tree_arrays.h"
 
@@ -69,7 +70,8 @@ const DeviceTree::Texels& DeviceTree::forest_nodes(const FormatKey& key) {
 const DeviceTree::Texels& DeviceTree::forest_format(const FormatKey& key) {
   const TreeFormat& row = format_of(std::get<TreeFormatId>(key));
   const std::vector<PairTree>& trees = mesh_pairs(std::get<NodeLayout>(key), std::get<Padding>(key));
-  Joined all = joined(row.name.data(), [&](std::size_t i) { return row.encode(trees[i], std::get<1>(key)); });
+  Joined all =
+      joined(row.name.data(), [&](std::size_t i) { return encode_cached(row, trees[i], std::get<1>(key), cache_); });
   firsts_[key] = std::move(all.firsts);
   return upload(key, all.texels, row.name.data());
 }
