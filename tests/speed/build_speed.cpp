@@ -66,6 +66,14 @@ struct Spent {
   }
 };
 
+/// Works until the clocks of a device that was idle are up. Compiles kernels and touches memory for the first time.
+void warm_up(const std::function<void()>& work) {
+  constexpr auto kWarmUp = std::chrono::seconds(1);
+  const auto start = Clock::now();
+  do work();
+  while (Clock::now() - start < kWarmUp);
+}
+
 Spent measure(Context& gpu, const Scene& scene, const Args& args) {
   const auto count = std::uint32_t(scene.triangles.size());
   const Buffer<Triangle> triangles = DeviceBuilder::upload(gpu, scene.triangles);
@@ -78,13 +86,16 @@ Spent measure(Context& gpu, const Scene& scene, const Args& args) {
   const std::size_t texels = std::size_t(spent.built.pairs) * PAIR_TEXELS(std::uint32_t(access.layout));
   Buffer<glm::uvec4> pairs(gpu, texels, Access::Storage, "pairs");
   Buffer<glm::uvec4> leaves(gpu, spent.built.leaf_texels, Access::Storage, "leaves");
-  for (std::uint32_t i = 0; i <= args.repeats; ++i) {
-    const auto start = Clock::now();
+  const auto whole = [&] {
     builder.build(triangles, count, {});
     builder.write(access.layout, access.padding, pairs, leaves);
     gpu.finish();
+  };
+  warm_up(whole);
+  for (std::uint32_t i = 0; i < args.repeats; ++i) {
+    const auto start = Clock::now();
+    whole();
     const double wall = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-    if (i == 0) continue;  // kernels are compiled and memory is touched for the first time
     double sum = 0;
     for (const PassMs* passes : {&builder.build_ms(), &builder.write_ms()})
       for (const auto& [name, ms] : *passes) spent.add(name, ms), sum += ms;
@@ -107,19 +118,21 @@ void measure_wide_trees(Context& gpu, const Scene& scene, const Args& args) {
     if (!format.collapsed()) continue;
     WideEncoder& encoder = build.encoder(format.id);
     Spent spent;
-    std::vector<double> collapse, encode, host;
+    std::vector<double> collapse, encode;
     WideShape shape = build.collapse(format.id, pairs);
     Buffer<glm::uvec4> texels(gpu, encoder.texels(shape), Access::Storage, "wide tree");
-    for (std::uint32_t i = 0; i <= args.repeats; ++i) {
+    const auto start = Clock::now();
+    const std::size_t size = format.encode(here, 0).size();
+    const double host = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    if (size != texels.size()) return fmt::print("    {}: the host's tree has another size\n", format.name);
+    const auto whole = [&] {
       shape = build.collapse(format.id, pairs);
       encoder.write(shape, pairs, texels);
       gpu.finish();
-      const auto start = Clock::now();
-      const std::size_t size = format.encode(here, 0).size();
-      const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-      if (size != texels.size()) return fmt::print("    {}: the host's tree has another size\n", format.name);
-      if (i == 0) continue;  // kernels are compiled and memory is touched for the first time
-      host.push_back(ms);
+    };
+    warm_up(whole);
+    for (std::uint32_t i = 0; i < args.repeats; ++i) {
+      whole();
       double sum = 0;
       for (const auto& [name, pass_ms] : encoder.collapse_ms()) spent.add(name, pass_ms), sum += pass_ms;
       collapse.push_back(sum);
@@ -128,7 +141,7 @@ void measure_wide_trees(Context& gpu, const Scene& scene, const Args& args) {
     fmt::print("    {} on the device:", format.name);
     for (const auto& [name, ms] : spent.passes) fmt::print(" {} {},", name, bench::figure(median(ms)));
     fmt::print(" collapse {}, encode {}; {} nodes; on the host {}\n", bench::figure(median(collapse)),
-               bench::figure(median(encode)), shape.nodes, bench::figure(median(host)));
+               bench::figure(median(encode)), shape.nodes, bench::figure(host));
   }
 }
 
@@ -150,16 +163,20 @@ void measure_refits(Context& gpu, const Scene& scene, const Args& args) {
   Buffer<glm::uvec4> pairs(gpu, texels, Access::Storage, "pairs");
   Buffer<glm::uvec4> leaves(gpu, spent.built.leaf_texels, Access::Storage, "leaves");
   double decay = 1;
-  for (std::uint32_t i = 0; i <= args.repeats; ++i) {
-    const bool to_waves = i % 2 == 0;
-    const auto start = Clock::now();
+  bool sound = true, to_waves = false;
+  const auto whole = [&] {
+    to_waves = !to_waves;
     builder.begin_refit(to_waves ? waves : still, longest);
     builder.write(access.layout, access.padding, pairs, leaves);
-    const bool sound = builder.end_refit();
+    sound = builder.end_refit() && sound;
+    if (to_waves) decay = builder.built().sah / spent.built.sah;
+  };
+  warm_up(whole);  // and finds parents
+  for (std::uint32_t i = 0; i < args.repeats; ++i) {
+    const auto start = Clock::now();
+    whole();
     const double wall = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
     if (!sound) return fmt::print("    refit: a triangle gains or loses its area\n");
-    if (to_waves) decay = builder.built().sah / spent.built.sah;
-    if (i == 0) continue;  // kernels are compiled, and parents are found
     double sum = 0;
     for (const PassMs* passes : {&builder.refit_ms(), &builder.write_ms()})
       for (const auto& [name, ms] : *passes) spent.add(name, ms), sum += ms;
