@@ -11,6 +11,7 @@ namespace ballot {
 namespace {
 
 constexpr int kWidest = 8;
+constexpr float kLeastSide = 0x1p-62f;  // LEAST_SIDE of shaders/lib/build/area.glsl
 
 /// The best ways to collapse the subtree of a pair of siblings, for each number of children that it may become.
 struct Best {
@@ -87,8 +88,10 @@ class Collapse {
 
   /// In the arithmetic of the device (shaders/lib/build/area.glsl), so that both choose the same.
   float area(const DevicePair& pair) const {
-    const glm::vec3 d =
+    glm::vec3 d =
         (glm::max(pair.left.box.hi, pair.right.box.hi) - glm::min(pair.left.box.lo, pair.right.box.lo)) * unit_;
+    for (int axis = 0; axis < 3; ++axis)
+      if (d[axis] < kLeastSide) d[axis] = 0;
     return d.x * d.y + (d.y * d.z + d.z * d.x);
   }
 
