@@ -3,12 +3,15 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <fstream>
+#include <limits>
 #include <new>
 #include <optional>
 #include <type_traits>
+#include <utility>
 
 #include "engine/bvh/bvh.h"
 #include "engine/core/cache_file.h"
@@ -77,24 +80,36 @@ bool read_array(std::ifstream& in, std::vector<T>& out, std::uint64_t count) {
          in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(count * sizeof(T))).good();
 }
 
-// True if no traversal can leave the arrays or run in a cycle: every child lies after its parent, as flatten() puts it.
-bool walkable(const Bvh& bvh, std::size_t triangle_count) {
+struct Shape {
+  std::uint32_t leaves = 0, depth = 0, largest_leaf = 0;  // as BvhStats
+};
+
+// Returns the shape of a tree. Returns nothing if a traversal could leave the arrays or meet anything twice: every child
+// lies after its parent, as flatten() puts it, and has one parent; the leaves share out the references; node 1 is empty.
+std::optional<Shape> shape_of(const Bvh& bvh, std::size_t triangle_count) {
+  constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
+  const auto exists = [&](std::uint32_t prim) { return prim < triangle_count; };
+  if (bvh.nodes.size() % 2 != 0 || !std::ranges::all_of(bvh.references, exists)) return std::nullopt;
+  Shape shape;
+  std::uint64_t references = 0;
+  std::vector<std::uint32_t> above(bvh.nodes.size() / 2, kNoParent);  // inner nodes above each pair of siblings
+  if (!above.empty()) above[0] = 0;
   for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
     const BvhNode& n = bvh.nodes[i];
-    if (i == 1) continue;
-    if (n.count == 0 ? n.first <= i || n.first % 2 != 0 || n.first >= bvh.nodes.size() - 1
-                     : n.count > MAX_LEAF_TRIANGLES || std::uint64_t{n.first} + n.count > bvh.references.size())
-      return false;
+    if (i == 1 && n.count == 0) continue;
+    if (i == 1 || above[i / 2] == kNoParent) return std::nullopt;
+    if (n.count > 0) {
+      if (n.count > MAX_LEAF_TRIANGLES || std::uint64_t{n.first} + n.count > bvh.references.size()) return std::nullopt;
+      references += n.count;
+      ++shape.leaves;
+      shape.depth = std::max(shape.depth, above[i / 2]);
+      shape.largest_leaf = std::max(shape.largest_leaf, n.count);
+    } else {
+      if (n.first <= i || n.first % 2 != 0 || n.first >= bvh.nodes.size() - 1) return std::nullopt;
+      if (std::exchange(above[n.first / 2], above[i / 2] + 1) != kNoParent) return std::nullopt;
+    }
   }
-  for (const std::uint32_t prim : bvh.references)
-    if (prim >= triangle_count) return false;
-  return bvh.nodes.size() % 2 == 0;
-}
-
-std::uint32_t largest_leaf_of(const std::vector<BvhNode>& nodes) {
-  std::uint32_t largest = 0;
-  for (const BvhNode& n : nodes) largest = std::max(largest, n.count);
-  return largest;
+  return references == bvh.references.size() ? std::optional(shape) : std::nullopt;
 }
 
 std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std::size_t triangle_count) {
@@ -113,7 +128,10 @@ std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std:
   } catch (const std::bad_alloc&) {
     return std::nullopt;  // the build that follows reports it
   }
-  if (!XXH128_isEqual(checksum_of(h, bvh), h.checksum) || !walkable(bvh, triangle_count)) return std::nullopt;
+  if (!XXH128_isEqual(checksum_of(h, bvh), h.checksum)) return std::nullopt;
+  // The checksum tells damage, not intent, and stacks are as deep as the tree says.
+  const std::optional<Shape> shape = shape_of(bvh, triangle_count);
+  if (!shape || shape->depth != h.depth || shape->leaves != h.leaves) return std::nullopt;
   bvh.bounds = h.bounds;
   bvh.stats = {.triangles = h.triangles,
                .degenerate = h.degenerate,
@@ -121,7 +139,7 @@ std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std:
                .nodes = static_cast<std::uint32_t>(h.node_count == 0 ? 0 : h.node_count - 1),
                .leaves = h.leaves,
                .depth = h.depth,
-               .largest_leaf = largest_leaf_of(bvh.nodes),
+               .largest_leaf = shape->largest_leaf,
                .sah = h.sah,
                .bytes = bytes - sizeof(Header),
                .from_cache = true};

@@ -2,15 +2,19 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <thread>
 
+#include "engine/bvh/builders.h"
 #include "engine/bvh/bvh.h"
 #include "engine/core/error.h"
 #include "tests/cpu/shapes.h"
+#include "tests/cpu/tree_file.h"
 
 namespace ballot {
 namespace {
@@ -62,6 +66,17 @@ TEST_F(BvhCache, SecondCallLoads) {
   expect_equal(built, loaded);
   EXPECT_TRUE(check_bvh(loaded, triangles_).empty());
   EXPECT_EQ(files().size(), 1u);
+}
+
+TEST_F(BvhCache, TreesOfAllBuildersLoad) {
+  triangles_ = shapes::soup(3000, 0.1f);
+  for (const Builder& builder : kBuilders) {
+    if (builder.on_device || builder.chooses) continue;
+    const Bvh built = get({.builder = builder.id});
+    const Bvh loaded = get({.builder = builder.id});
+    EXPECT_TRUE(loaded.stats.from_cache) << builder.name;
+    expect_equal(built, loaded);
+  }
 }
 
 TEST_F(BvhCache, EmptySceneAndOneTriangle) {
@@ -122,6 +137,42 @@ TEST_F(BvhCache, HugeStatedSizesAskForNoMemory) {
   damaged.replace(40, 8, std::string(8, '\x7f'));
   overwrite(damaged);
   EXPECT_FALSE(get().stats.from_cache);
+}
+
+// The checksum is right in these files: what they state of the tree is not.
+TEST_F(BvhCache, TheTreeIsWhatTheFileStates) {
+  get();
+  const std::string whole = content();
+  const auto loads = [&](std::size_t at, std::uint32_t word) {
+    std::string changed = whole;
+    std::memcpy(changed.data() + at, &word, sizeof word);
+    tree_file::sign(changed);
+    overwrite(changed);
+    return get().stats.from_cache;
+  };
+  const auto word_at = [&](std::size_t at) {
+    std::uint32_t word = 0;
+    std::memcpy(&word, whole.data() + at, sizeof word);
+    return word;
+  };
+  const std::uint32_t depth = word_at(tree_file::kDepthAt), leaves = word_at(tree_file::kLeavesAt);
+  EXPECT_TRUE(loads(tree_file::kDepthAt, depth));
+  for (const std::uint32_t other : {0u, depth - 1, depth + 1, 0xd6005700u})
+    EXPECT_FALSE(loads(tree_file::kDepthAt, other)) << other;
+  EXPECT_FALSE(loads(tree_file::kLeavesAt, leaves + 1));
+  const Bvh built = build_bvh(triangles_);
+  const auto word_of = [](std::size_t node, std::size_t member) {
+    return tree_file::kHeader + node * sizeof(BvhNode) + member;
+  };
+  EXPECT_FALSE(loads(word_of(1, offsetof(BvhNode, count)), 1000));  // the node without a place in the tree
+  std::vector<std::size_t> inner, leaf;
+  for (std::size_t i = 2; i < built.nodes.size(); ++i) (built.nodes[i].count == 0 ? inner : leaf).push_back(i);
+  ASSERT_GE(std::min(inner.size(), leaf.size()), 2u);
+  // A node with the children of another one: walks could take 2 to the power of the depth.
+  EXPECT_FALSE(loads(word_of(inner[0], offsetof(BvhNode, first)), built.nodes[inner.back()].first));
+  const auto largest = std::ranges::max_element(leaf, {}, [&](std::size_t i) { return built.nodes[i].count; });
+  ASSERT_GT(built.nodes[*largest].count, 1u);
+  EXPECT_FALSE(loads(word_of(*largest, offsetof(BvhNode, count)), 1));  // references that no leaf has
 }
 
 TEST_F(BvhCache, ManyWritersAndReaders) {
