@@ -84,8 +84,9 @@ struct Shape {
   std::uint32_t leaves = 0, depth = 0, largest_leaf = 0;  // as BvhStats
 };
 
-// Returns the shape of a tree. Returns nothing if a traversal could leave the arrays or meet anything twice: every child
-// lies after its parent, as flatten() puts it, and has one parent; the leaves share out the references; node 1 is empty.
+// Returns the shape of a tree. Returns nothing if a traversal could leave the arrays or meet anything twice: every
+// child lies after its parent, as flatten() puts it, and has one parent; the leaves share out the references; node 1 is
+// empty.
 std::optional<Shape> shape_of(const Bvh& bvh, std::size_t triangle_count) {
   constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
   const auto exists = [&](std::uint32_t prim) { return prim < triangle_count; };

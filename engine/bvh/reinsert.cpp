@@ -3,6 +3,7 @@
 #include "engine/bvh/reinsert.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <glm/common.hpp>
 
@@ -19,6 +20,8 @@ constexpr double kLeastSaving = 0.01;  // of the inner nodes' cost, for another 
 // pass.
 constexpr std::size_t kBatches = 64, kLeastBatch = 64;
 constexpr std::size_t kSearchChunk = 32;
+// The tree may become twice as deep as a balanced one, and by this much deeper: every ray has a stack of that size.
+constexpr std::uint32_t kSpareHeight = 8;
 
 float area_of(const Bounds& b) { return float(half_area(b.lo, b.hi)); }
 Bounds united(const Bounds& a, const Bounds& b) { return {glm::min(a.lo, b.lo), glm::max(a.hi, b.hi)}; }
@@ -42,6 +45,9 @@ class Reinserter {
       }
       inner_area_ += links_[i].area;
     }
+    for (std::size_t i = links_.size(); i-- > 2;) raise(links_[i].parent, links_[i].height);  // children come last
+    const auto balanced = std::uint32_t(std::bit_width(bvh_.stats.leaves));
+    most_height_ = std::max(bvh_.stats.depth, 2 * balanced + kSpareHeight);
   }
 
   Bvh run(const BuildSettings& settings) {
@@ -58,6 +64,7 @@ class Reinserter {
     std::uint32_t parent = kNowhere;
     std::uint32_t child[2] = {kNowhere, kNowhere};
     float area = 0;
+    std::uint32_t height = 0;  // inner nodes on the longest path from here down
   };
 
   bool is_leaf(std::uint32_t i) const { return bvh_.nodes[i].count > 0; }
@@ -131,15 +138,22 @@ class Reinserter {
     }
   }
 
-  // Returns true if no move of this batch has touched what the move would change. Claims it then.
+  void raise(std::uint32_t parent, std::uint32_t child_height) {
+    links_[parent].height = std::max(links_[parent].height, child_height + 1);
+  }
+
+  // Returns true if no move of this batch has touched what the move would change, and the tree does not become too
+  // deep. Claims it then.
   bool claims(std::uint32_t node, std::uint32_t at) {
     const std::uint32_t parent = links_[node].parent, above = links_[parent].parent;
     if (above == kNowhere || links_[at].parent == kNowhere || at == parent || at == sibling(node)) return false;
     const std::uint32_t all[] = {node, parent, sibling(node), above, at, links_[at].parent};
     for (const std::uint32_t i : all)
       if (seen_[i] == batch_) return false;
-    for (std::uint32_t i = at; i != kNowhere; i = links_[i].parent)
+    std::uint32_t depth = 0;  // of the new parent
+    for (std::uint32_t i = at; i != 0; i = links_[i].parent, ++depth)
       if (i == node) return false;  // `at` has moved into the subtree
+    if (depth + 1 + std::max(links_[node].height, links_[at].height) > most_height_) return false;
     for (const std::uint32_t i : all) seen_[i] = batch_;
     return true;
   }
@@ -168,6 +182,8 @@ class Reinserter {
       bvh_.nodes[i].hi = all.hi;
       inner_area_ -= links_[i].area;
       links_[i].area = area_of(all);
+      links_[i].height = 0;
+      for (const std::uint32_t child : links_[i].child) raise(i, links_[child].height);
       inner_area_ += links_[i].area;
     }
   }
@@ -209,7 +225,7 @@ class Reinserter {
   Bvh bvh_;                          // its inner nodes' `first` is of the tree as it came
   std::vector<Link> links_;          // by node
   std::vector<std::uint32_t> seen_;  // by node: the last batch that has changed it
-  std::uint32_t batch_ = 0;
+  std::uint32_t batch_ = 0, most_height_ = 0;
   double inner_area_ = 0;
 };
 

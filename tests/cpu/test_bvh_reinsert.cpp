@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 #include "engine/bvh/build.h"
@@ -32,6 +33,8 @@ Bvh reinserted(const Triangles& triangles, const BuildSettings& settings, const 
   for (const std::string& line : check_bvh(after, triangles, settings)) ADD_FAILURE() << line;
   EXPECT_EQ(leaves_of(after), leaves_of(before));
   EXPECT_LE(after.stats.sah, before.stats.sah * (1 + 1e-6));
+  const double balanced = std::log2(std::max(before.stats.leaves, 1u));
+  EXPECT_LE(after.stats.depth, std::max(double(before.stats.depth), 2 * balanced + 10));
   return after;
 }
 
