@@ -98,7 +98,7 @@ class Embreex:
 
     def cast(self, rays):
         first = self.ray.intersects_first(np.float64(rays[:, :3]), np.float64(rays[:, 3:]))
-        return None, np.where(first < 0, 0xFFFFFFFF, first).astype(np.uint32)
+        return None, np.where(first < 0, np.uint32(0xFFFFFFFF), first.astype(np.uint32))
 
 
 def judge(scene, rays, prims, others):
