@@ -119,9 +119,20 @@ void HitArrays::write_places(std::size_t place, std::span<const Hit> hits) const
   }
 }
 
+/// Has the processor fetch the triangles whose normals are wanted, which lie anywhere, while other results are written.
+void HitArrays::fetch_triangles(std::span<const Hit> hits) const {
+  const std::vector<Triangle>& triangles = scene_.engine->scene().triangles;
+  for (const Hit& hit : hits)
+    if (hit.prim != NO_HIT) {
+      __builtin_prefetch(&triangles[hit.prim]);
+      __builtin_prefetch(&triangles[hit.prim][2][2]);
+    }
+}
+
 /// Writes the results of rays that stand side by side, one array after the other: each loop then does one thing.
 void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const {
   const std::size_t n = hits.size();
+  if (to_.normals && !scene_.instanced) fetch_triangles(hits);
   if (to_.hits) std::memcpy(to_.hits + place, hits.data(), hits.size_bytes());
   if (to_.t)
     for (std::size_t i = 0; i < n; ++i)

@@ -60,6 +60,7 @@ class HitArrays {
     std::array<Entry, 256> entries_;
   };
 
+  void fetch_triangles(std::span<const Hit> hits) const;
   void write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const;
   void write_numbers(std::size_t place, std::span<const Hit> hits) const;
   void write_places(std::size_t place, std::span<const Hit> hits) const;
