@@ -10,15 +10,6 @@ namespace {
 
 constexpr std::uint32_t kAllBits = 0xFFFFFFFFu;
 
-template <class T>
-Buffer<T>& room_for(std::optional<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
-  if (!buffer || buffer->size() < count) {
-    buffer.reset();
-    buffer.emplace(gpu, count, Access::Storage, name);
-  }
-  return *buffer;
-}
-
 /// Returns the defines of a kernel. `alpha`: those of surfaces, if it reads them.
 Defines defines_of(const CrossingVariant& v, bool wide, const Defines& alpha) {
   Defines defines{{"BALLOT_LISTS", v.lists}, {"BALLOT_FIRST", v.first > 0}, {"BALLOT_WIDE", wide},

@@ -29,14 +29,6 @@ void in_parts(std::uint64_t count, std::uint32_t most, const Run& run) {
     run(std::uint32_t(first), std::uint32_t(std::min<std::uint64_t>(most, count - first)));
 }
 
-/// Returns a buffer with room for `count` records: this one if it is large enough, else a new one.
-template <class T>
-Buffer<T>& with_room(std::optional<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
-  if (buffer && buffer->size() >= count) return *buffer;
-  buffer.reset();
-  return buffer.emplace(gpu, count, Access::Storage, name);
-}
-
 }  // namespace
 
 std::vector<KernelSource> sign_sources() {
@@ -98,9 +90,9 @@ TraceTimes PointQueries::signs(const Buffer<ProbePoint>& points, RawBuffer& answ
   auto* inside = what == SIGNS_BY_PARITY ? &parts.inside(query) : nullptr;
   const std::uint32_t most = std::min(nearest.most(), inside ? inside->most() : nearest.most());
   const auto size = std::size_t(std::min<std::uint64_t>(count, most));
-  auto& asked = with_room(parts.some_points, parts.gpu, size, "points of a part");
-  auto& found = with_room(parts.some_nearest, parts.gpu, size, "nearest points of a part");
-  if (inside) with_room(parts.some_inside, parts.gpu, size, "inside tests of a part");
+  auto& asked = room_for(parts.some_points, parts.gpu, size, "points of a part");
+  auto& found = room_for(parts.some_nearest, parts.gpu, size, "nearest points of a part");
+  if (inside) room_for(parts.some_inside, parts.gpu, size, "inside tests of a part");
   in_parts(count, most, [&](std::uint32_t first, std::uint32_t some) {
     asked.copy_from(points, first, 0, some);
     nearest.run_there(asked, found, 0, some, parts.settle_nearest(query), times);
