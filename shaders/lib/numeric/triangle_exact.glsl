@@ -162,6 +162,11 @@ Doubt doubt_of(Ray ray, RaySpace space, uint prim, uint best_prim, DoubleSight s
   return doubt;
 }
 
+bool is_corner(vec3 v, Corners of) { return v == of.v0 || v == of.v1 || v == of.v2; }
+
+// Returns true if two triangles that a ray hits are one triangle, whatever the order of their vertices.
+bool coincide(Corners a, Corners b) { return is_corner(a.v0, b) && is_corner(a.v1, b) && is_corner(a.v2, b); }
+
 // Decides without rounding. Returns true if the triangle is hit in range and before the best hit. `s` gets precise
 // values if they are asked for.
 bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint prim, uint best_prim, Doubt doubt,
@@ -229,6 +234,13 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
   DoubleSight s = look(ray, corners);
   bool missed, cut = false;
   Doubt doubt = doubt_of(ray, space, prim, best.prim, s, missed);
+#if !BALLOT_ANY_HIT
+  // Copies of a triangle are hit at one t. There the smallest prim wins, and nothing has to be computed.
+  if (!missed && doubt.order && coincide(corners, corners_of(fetch_triangle(space.best_texel, AS_STORED)))) {
+    doubt.order = false;
+    missed = prim > best.prim;
+  }
+#endif
   bool hit = !missed;
   uint decisions = hit && (doubt.values || doubt.range || doubt.order) ? 1u : 0u;
   for (uint i = 0u; i < decisions; ++i) {
