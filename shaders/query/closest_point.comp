@@ -269,7 +269,7 @@ void main() {
     }
   }
   if (inside) {
-    bool cut_short = CUT_SHORT(live && (node != END_OF_TREE || truncated));
+    bool cut_short = WALK_CUT_SHORT(live && (node != END_OF_TREE || truncated));
     store_nearest(index, p, best, limit, cut_short);
     if (cut_short) atomicAdd(work.unfinished, 1u);
   }

@@ -145,7 +145,7 @@ void main() {
   unsure = open_t <= w.hit.t;
 #endif
   if (inside) {
-    bool cut_short = CUT_SHORT(live && (node != END_OF_TREE || truncated));
+    bool cut_short = WALK_CUT_SHORT(live && (node != END_OF_TREE || truncated));
     answers[index] = cut_short ? UNFINISHED : unsure ? UNSURE : found;
     if (cut_short) atomicAdd(work.unfinished, 1u);
   }

@@ -115,7 +115,7 @@ void main() {
     }
   }
   if (inside) {
-    bool cut_short = CUT_SHORT(live && (node != END_OF_TREE || truncated));
+    bool cut_short = WALK_CUT_SHORT(live && (node != END_OF_TREE || truncated));
     answers[index] = cut_short ? UNFINISHED : crossings & 1u;
 #if BALLOT_EXACT
     if (unsure && !cut_short) answers[index] = UNSURE;

@@ -29,8 +29,8 @@ class HardCases : public DeviceTest, public testing::WithParamInterface<HardCase
   /// promise equal answers of all methods, and for modes whose kernels take long to compile.
   static std::vector<Query> queries(Want want, const NumericMode& mode, const Bounds& scene) {
     std::vector<Query> all;
-    const char* const methods[] = {"while-while", "packet", "cut", "dynamic-fetch"};
-    for (const char* method : std::span(methods).first(!mode.conservative ? 1 : mode.needs_float64 ? 2 : 4)) {
+    const char* const methods[] = {"while-while", "packet", "speculative", "cut", "dynamic-fetch"};
+    for (const char* method : std::span(methods).first(!mode.conservative ? 1 : mode.needs_float64 ? 3 : 5)) {
       all.push_back({want, method, std::string(mode.name), {}});
       if (find_method(method).packet()) all.back().knobs = {{"vote", "count"}};
     }

@@ -74,7 +74,7 @@ void trace_ray(uint index) {
   Walker w;
   bool live = take_ray(index, w);
   uint end = traverse(w, live, push.root);
-  if (index < RAY_END) write_hit(index, w, CUT_SHORT(live && (end != END_OF_TREE || w.truncated)));
+  if (index < RAY_END) write_hit(index, w, WALK_CUT_SHORT(live && (end != END_OF_TREE || w.truncated)));
 }
 
 #endif

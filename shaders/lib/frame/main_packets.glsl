@@ -77,7 +77,7 @@ void trace_packet(uint base) {
   }
 #endif
   bool cut_short = walk_groups(groups);
-  cut_short = CUT_SHORT(cut_short);
+  cut_short = WALK_CUT_SHORT(cut_short);
   uint left = 0u;
   EACH_RAY(r) {
     uint index = packet_index(base, r);

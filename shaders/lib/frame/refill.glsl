@@ -57,10 +57,10 @@ void trace_rays() {
       node = continue_instances(w);
       begin_ray();
       idle = node == END_OF_TREE;
-      if (idle) write_found(index, found_cut);
+      if (idle) write_found(index, WALK_CUT_SHORT(found_cut));
     }
 #else
-    if (idle && index < RAY_END) write_hit(index, w, CUT_SHORT(w.truncated));
+    if (idle && index < RAY_END) write_hit(index, w, WALK_CUT_SHORT(w.truncated));
 #endif
     if (refill_left) {
       uvec4 idlers = subgroupBallot(idle);
@@ -87,6 +87,6 @@ void trace_rays() {
 #if BALLOT_INSTANCES
   if (index < RAY_END) write_found(index, CUT_SHORT(true));
 #else
-  if (index < RAY_END) write_hit(index, w, CUT_SHORT(node != END_OF_TREE || w.truncated));
+  if (index < RAY_END) write_hit(index, w, WALK_CUT_SHORT(node != END_OF_TREE || w.truncated));
 #endif
 }

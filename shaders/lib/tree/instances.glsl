@@ -223,7 +223,7 @@ void trace_instances(uint index) {
     root = next_instance(w, live, here);
   }
   found_cut = found_cut || CUT_SHORT(root != END_OF_TREE);
-  if (index < RAY_END) write_found(index, found_cut);
+  if (index < RAY_END) write_found(index, WALK_CUT_SHORT(found_cut));
 }
 #else
 // The same for lanes that take new rays while others are under way: begin the walk of a ray, or continue it. Return the
