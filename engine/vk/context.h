@@ -204,7 +204,8 @@ class Context {
   /// Returns a number that no other buffer of this context ever has.
   std::uint64_t next_buffer_id() { return ++buffers_; }
 
-  void save_pipeline_cache();  // call after pipelines were made; a failure to write is ignored
+  /// Stores the pipelines if there are new ones. Call it after some were made. A failure to write is ignored.
+  void save_pipeline_cache();
 
  private:
   void create_instance(const ContextOptions& options);
@@ -238,6 +239,7 @@ class Context {
   Vulkan vk_;
   DeviceInfo info_;
   std::vector<std::string> messages_;
+  std::size_t pipeline_cache_bytes() const;
   VkInstance instance_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
   VkPhysicalDevice physical_ = VK_NULL_HANDLE;
@@ -258,6 +260,7 @@ class Context {
   Timed longest_;
   std::uint64_t shader_generation_ = 0, buffers_ = 0;
   std::string shader_error_;
+  std::size_t stored_bytes_ = 0;  // size of the driver's data in the file, as far as this process knows; 0: none
   std::string lost_;  // why the device was lost; "" as long as it is not
 };
 

@@ -45,11 +45,20 @@ void Context::load_pipeline_cache() {
   create.initialDataSize = data.size();
   create.pInitialData = data.data();
   vk_check(vk_.CreatePipelineCache(device_, &create, nullptr, &pipeline_cache_), "creating the pipeline cache");
+  if (!data.empty()) stored_bytes_ = pipeline_cache_bytes();
 }
 
-void Context::save_pipeline_cache() {
+/// Returns the size of what the driver would store now; 0 if it does not tell.
+std::size_t Context::pipeline_cache_bytes() const {
   std::size_t size = 0;
-  if (vk_.GetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) != VK_SUCCESS || size == 0) return;
+  return vk_.GetPipelineCacheData(device_, pipeline_cache_, &size, nullptr) == VK_SUCCESS ? size : 0;
+}
+
+// Drivers add to a cache and take nothing away, so what has the size of the file is what the file holds.
+void Context::save_pipeline_cache() {
+  std::size_t size = pipeline_cache_bytes();
+  if (size == 0 || size == stored_bytes_) return;
+  stored_bytes_ = size;
   PipelineFileStart start;
   std::vector<std::byte> file(sizeof start + size);
   if (vk_.GetPipelineCacheData(device_, pipeline_cache_, &size, file.data() + sizeof start) != VK_SUCCESS) return;
