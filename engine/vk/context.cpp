@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstring>
+#include <mutex>
 #include <utility>
 
 #include "engine/core/error.h"
@@ -41,18 +42,33 @@ VkDebugUtilsMessengerCreateInfoEXT messenger_info(std::vector<std::string>* mess
   return info;
 }
 
-/// Keeps the drivers loaded until the process ends, by an instance that is never destroyed. NVIDIA's driver
-/// (580.159.04) leaks thread-local storage each time that it is unloaded, so that the 31st instance of a process finds
-/// no driver. It stays loaded as long as there is an instance.
-void keep_drivers_loaded(const VkApplicationInfo& app) {
-  static const VkInstance kept = [&] {
-    VkInstanceCreateInfo create{};
-    create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
-    create.pApplicationInfo = &app;
-    VkInstance instance = VK_NULL_HANDLE;
-    return vulkan_loader().CreateInstance(&create, nullptr, &instance) == VK_SUCCESS ? instance : VK_NULL_HANDLE;
-  }();
-  static_cast<void>(kept);
+VkApplicationInfo application() {
+  VkApplicationInfo app{};
+  app.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+  app.pApplicationName = "ballot";
+  app.apiVersion = VK_API_VERSION_1_2;
+  return app;
+}
+
+/// Returns an instance without layers and extensions; null if there is none.
+VkInstance bare_instance() {
+  const VkApplicationInfo app = application();
+  VkInstanceCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+  create.pApplicationInfo = &app;
+  VkInstance instance = VK_NULL_HANDLE;
+  return vulkan_loader().CreateInstance(&create, nullptr, &instance) == VK_SUCCESS ? instance : VK_NULL_HANDLE;
+}
+
+/// Destroys an instance, but keeps one of the process until that ends, so that the drivers stay loaded: this one if it
+/// is bare, else another. NVIDIA's driver (580.159.04) leaks thread-local storage each time that it is unloaded, so
+/// that the 31st instance of a process finds no driver. It stays loaded as long as there is an instance.
+void end_instance(const Vulkan& vk, VkInstance instance, bool bare) {
+  static std::mutex mutex;
+  static VkInstance kept = VK_NULL_HANDLE;
+  const std::lock_guard lock(mutex);
+  if (!kept) kept = bare ? std::exchange(instance, VK_NULL_HANDLE) : bare_instance();
+  if (instance) vk.DestroyInstance(instance, nullptr);
 }
 
 VkInstance make_instance(Vulkan& vk, bool validate, std::vector<std::string>* messages,
@@ -63,11 +79,7 @@ VkInstance make_instance(Vulkan& vk, bool validate, std::vector<std::string>* me
   if (validate && !has_validation_layer())
     fail(Failure::Device, "validation: the layer {} is not installed; on Debian: apt install vulkan-validationlayers",
          kValidationLayer);
-  VkApplicationInfo app{};
-  app.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
-  app.pApplicationName = "ballot";
-  app.apiVersion = VK_API_VERSION_1_2;
-  keep_drivers_loaded(app);
+  const VkApplicationInfo app = application();
   VkInstanceCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
   create.pApplicationInfo = &app;
@@ -110,7 +122,7 @@ std::vector<DeviceInfo> list_devices() {
   const VkInstance instance = make_instance(vk, false, nullptr);
   std::vector<DeviceInfo> infos;
   for (PhysicalDevice& d : physical_devices(vk, instance)) infos.push_back(std::move(d.info));
-  vk.DestroyInstance(instance, nullptr);
+  end_instance(vk, instance, true);
   return infos;
 }
 
@@ -156,11 +168,12 @@ void Context::destroy() {
   surface_ = VK_NULL_HANDLE;
   if (messenger_) vk_.DestroyDebugUtilsMessengerEXT(instance_, messenger_, nullptr);
   messenger_ = VK_NULL_HANDLE;
-  if (instance_) vk_.DestroyInstance(instance_, nullptr);
+  if (instance_) end_instance(vk_, instance_, bare_);
   instance_ = VK_NULL_HANDLE;
 }
 
 void Context::create_instance(const ContextOptions& options) {
+  bare_ = !options.validate && !options.window;
   instance_ = make_instance(vk_, options.validate, &messages_, options.window);
   if (options.validate) {
     const auto info = messenger_info(&messages_);

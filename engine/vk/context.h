@@ -246,6 +246,7 @@ class Context {
   VkPhysicalDeviceMemoryProperties memory_{};
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
   VkDevice device_ = VK_NULL_HANDLE;
+  bool bare_ = true;  // the instance has neither layers nor extensions
   std::uint32_t queue_family_ = 0;
   VkQueue queue_ = VK_NULL_HANDLE;
   std::array<Slot, 3> slots_;  // taken in turn: two in flight, one that is recorded
