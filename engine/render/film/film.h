@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/core/unset.h"
 #include "engine/trace/counters.h"
 #include "shaders/shared/render.h"
 
@@ -31,8 +32,8 @@ struct Film {
   Shard shard;                          // the requested tiles of that part
   std::uint32_t samples = 0;            // samples that every pixel has so far
   /// The pixels of the film as LISTED_PIXEL words, in the order of their rays (shaders/shared/render.h).
-  std::vector<std::uint32_t> listed = {};
-  std::vector<FilmPixel> pixels = {};   // sums, one record per listed pixel
+  UnsetVector<std::uint32_t> listed = {};
+  UnsetVector<FilmPixel> pixels = {};   // sums, one record per listed pixel
   std::vector<glm::vec3> moments = {};  // sums of squared differences from the mean; empty unless variance is requested
   std::vector<RayStats> stats = {};     // sums of counters; empty unless counters are requested
   /// The id of the sums if a Renderer still holds them on the device; `pixels` and `moments` are then out of date.

@@ -73,7 +73,7 @@ class Painter {
   static constexpr std::size_t kNowhere = ~std::size_t{0}, kChunk = 1 << 14;
   const Film& film_;
   Image& image_;
-  std::vector<std::size_t> places_;
+  UnsetVector<std::size_t> places_;
   std::vector<Plan> plans_;
 };
 
