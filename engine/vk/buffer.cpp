@@ -5,12 +5,14 @@
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/core/parallel.h"
 
 namespace ballot {
 
 namespace {
 
-constexpr std::uint64_t kStagingBytes = 64ull << 20;  // larger transfers go in parts
+// Larger transfers go in parts. A GPU's driver clears and pins all of this memory before the first transfer.
+constexpr std::uint64_t kStagingBytes = 16ull << 20;
 
 std::string mib(std::uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / (1 << 20)); }
 
@@ -34,6 +36,10 @@ void check_limits(const DeviceInfo& d, const std::string& name, std::uint64_t by
 std::uint64_t steady_size(std::uint64_t bytes) {
   while (std::has_single_bit(bytes) || (bytes & 0xFF00) == 0) bytes = (bytes / 16 + 1) * 16;
   return bytes;
+}
+
+void copy_bytes(void* to, const void* from, std::uint64_t bytes) {
+  copy_parallel(std::span(static_cast<const std::byte*>(from), bytes), std::span(static_cast<std::byte*>(to), bytes));
 }
 
 /// The host-visible staging buffer that every transfer of a context goes through.
@@ -247,20 +253,20 @@ void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint
          offset);
   if (mapped_) {
     gpu_->finish();
-    if (from) std::memcpy(mapped_ + offset, from, bytes);
-    if (to) std::memcpy(to, mapped_ + offset, bytes);
+    if (from) copy_bytes(mapped_ + offset, from, bytes);
+    if (to) copy_bytes(to, mapped_ + offset, bytes);
     return;
   }
   if (!gpu_->staging()) gpu_->staging() = std::make_shared<Staging>(*gpu_);
   const Staging& staging = *static_cast<Staging*>(gpu_->staging().get());
   for (std::uint64_t done = 0; done < bytes; done += kStagingBytes) {
     const std::uint64_t part = std::min(bytes - done, kStagingBytes);
-    if (from) std::memcpy(staging.mapped, static_cast<const std::byte*>(from) + done, part);
+    if (from) copy_bytes(staging.mapped, static_cast<const std::byte*>(from) + done, part);
     gpu_->submit("a copy of " + name_, [&](VkCommandBuffer cmd) {
       const VkBufferCopy region{from ? 0 : offset + done, from ? offset + done : 0, part};
       gpu_->vk().CmdCopyBuffer(cmd, from ? staging.buffer : buffer_, from ? buffer_ : staging.buffer, 1, &region);
     });
-    if (to) std::memcpy(static_cast<std::byte*>(to) + done, staging.mapped, part);
+    if (to) copy_bytes(static_cast<std::byte*>(to) + done, staging.mapped, part);
   }
 }
 
