@@ -18,14 +18,15 @@ TraceKernel& TraceKernels::get(const Variant& v) {
                                              v.config.subgroup, facts.depth, facts.largest_leaf, int(facts.far)) +
                                  (facts.top_depth ? fmt::format(" top={}", top_entries(facts)) : "")];
   if (kernel.kernel && is_current(kernel)) return kernel;
+  const bool other_tree = kernel.tree != tree_.generation();
+  if (other_tree) take_arrays(kernel, v);  // before the kernel is waited for, which another thread may be making
   const bool fresh = refresh(gpu_, kernel.kernel, kernel_source(v, gpu_.info(), facts));
-  if (!fresh && kernel.tree == tree_.generation()) return kernel;
-  bind(kernel, v);
+  if (fresh || other_tree) bind(kernel, v);
   if (fresh) gpu_.save_pipeline_cache();
   return kernel;
 }
 
-void TraceKernels::bind(TraceKernel& k, const Variant& v) {
+void TraceKernels::take_arrays(TraceKernel& k, const Variant& v) {
   const Method& method = *v.method;
   const TreeAccess access = v.config.tree_access();
   k.tree = tree_.generation();
@@ -40,6 +41,9 @@ void TraceKernels::bind(TraceKernel& k, const Variant& v) {
     k.top = &tree_.top(v.config.fetch);
     k.meshes = &tree_.mesh_table(method.tree, access, v.numeric->leaves);
   }
+}
+
+void TraceKernels::bind(TraceKernel& k, const Variant& v) {
   if (v.config.fetch != Fetch::Reference) {
     if (k.nodes) k.kernel->bind(BIND_NODES, *k.nodes);
     if (k.format) k.kernel->bind(BIND_FORMAT, *k.format);

@@ -41,6 +41,7 @@ class TraceKernels {
   Buffer<Work>& work() { return work_; }
 
  private:
+  void take_arrays(TraceKernel& kernel, const Variant& variant);
   void bind(TraceKernel& kernel, const Variant& variant);
 
   Context& gpu_;

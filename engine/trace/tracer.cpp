@@ -105,10 +105,12 @@ Job Tracer::job(const Query& query, bool counters, bool indirect, CameraKind cam
   return {v, known};
 }
 
-/// Begins to make the kernel of a concrete query on another thread. If it cannot be made, job() says why.
-void Tracer::prepare(const Query& query) {
+void Tracer::prepare(const Query& query, bool counters, CameraKind camera) {
+  if (!chooser_.has_chosen(query)) return;
   try {
-    prepare_pipeline(gpu_, kernel_source(variant(query), gpu_.info(), tree_.facts()));
+    Variant v = variant(query, counters);
+    v.camera = camera;
+    prepare_pipeline(gpu_, kernel_source(v, gpu_.info(), tree_.facts()));
   } catch (const Error&) {
   }
 }

@@ -82,6 +82,10 @@ class Tracer {
   /// Returns how the indirect dispatches of a query divide rays into workgroups.
   RayGroups groups_of(const Query& query) const { return dispatcher_.groups_of(resolved(query).variant); }
 
+  /// Begins to make the kernel of a query on another thread, unless method auto has still to choose. query.rays must
+  /// name the ray class. If the kernel cannot be made, the call that needs it says why.
+  void prepare(const Query& query, bool counters = false, CameraKind camera = CameraKind::None);
+
   /// Return the concrete query that a query runs as (Chooser::resolve).
   Query resolve(const Query& query) const { return chooser_.resolve(query); }
   Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count) {
@@ -124,7 +128,6 @@ class Tracer {
   Resolved& resolved(const Query& query) const;
   Job job(const Query& query, bool counters = false, bool indirect = false, CameraKind camera = CameraKind::None);
   KernelConfig config_of(const Query& query) const;
-  void prepare(const Query& query);
   TraceTimes trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
 
   Context& gpu_;

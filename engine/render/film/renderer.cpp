@@ -129,7 +129,7 @@ void Renderer::advance(Film& film, const View& view, const RenderOptions& option
   features.tree.top_depth = scene_.features().tree.top_depth;
   features.stored = scene_.features().stored;
   const std::uint32_t chunk = std::uint32_t(std::min<std::size_t>(total, tracer_.chunk_rays()));
-  if (!integrator) passes(options, features, chunk);
+  if (!integrator) passes(options, features, chunk, samples);
   if (film.on_device != 0 && (!holds(film) || chunk < total || held_by_waves_ != (integrator != nullptr)))
     fail(Failure::Work, "the film's sums are no longer on the device: another film was rendered since");
   const bool stay = sums == Sums::OnDevice && chunk == total;

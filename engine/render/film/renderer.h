@@ -146,7 +146,9 @@ class Renderer {
   bool take(const Film& film);
   void download(Film& film, bool waves, std::size_t first, std::size_t count, RenderTimes& times) const;
   void add_totals(const RenderOptions& options, std::uint64_t samples, RenderTimes& times) const;
-  Passes& passes(const RenderOptions& options, const SceneFeatures& features, std::uint32_t chunk);
+  void prepare_trace(const RenderOptions& options, const SceneFeatures& features, bool counts, std::uint64_t rays);
+  Passes& passes(const RenderOptions& options, const SceneFeatures& features, std::uint32_t chunk,
+                 std::uint32_t samples);
   Sky::Kind sky_kind(const RenderOptions& options) const;
   std::uint32_t most_paths(const Integrator& integrator, const SceneFeatures& features, const RenderOptions& options,
                            std::uint64_t pixels) const;

@@ -74,7 +74,20 @@ std::uint64_t Renderer::Passes::bytes() const {
   return sum;
 }
 
-Renderer::Passes& Renderer::passes(const RenderOptions& options, const SceneFeatures& features, std::uint32_t chunk) {
+/// Begins to make the traversal kernel of primary rays, while the passes beside it are made.
+void Renderer::prepare_trace(const RenderOptions& options, const SceneFeatures& features, bool counts,
+                             std::uint64_t rays) {
+  Query query = options.query;
+  query.rays = kPrimaryRays;
+  rays = std::min(rays, std::uint64_t(std::min(options.most_rays, tracer_.chunk_rays())));
+  CameraKind camera = CameraKind::None;
+  if (tracer_.makes_rays() && !counts && !features.alpha && tracer_.can_record(query, std::uint32_t(rays)))
+    camera = features.perspective ? CameraKind::Perspective : CameraKind::Orthographic;
+  tracer_.prepare(query, counts, camera);
+}
+
+Renderer::Passes& Renderer::passes(const RenderOptions& options, const SceneFeatures& features, std::uint32_t chunk,
+                                   std::uint32_t samples) {
   const bool counts = options.stats || find_shading(options.shading).heat;
   if (passes_ && passes_->shading == options.shading && passes_->features == features && passes_->chunk == chunk &&
       counts == (passes_->stats != nullptr) && passes_->makes_rays == tracer_.makes_rays() &&
@@ -82,6 +95,7 @@ Renderer::Passes& Renderer::passes(const RenderOptions& options, const SceneFeat
     return *passes_;
   passes_.reset();
   held_ = 0;
+  prepare_trace(options, features, counts, std::uint64_t{chunk} * samples);
   passes_ = std::make_unique<Passes>(gpu_, chunk, options.shading, counts, features, tracer_.makes_rays());
   scene_.bind(passes_->shade);
   gpu_.save_pipeline_cache();
