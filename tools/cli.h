@@ -93,6 +93,12 @@ const std::string& command_line();
 /// Returns the exit code of a command that succeeded: 1 if --validate collected messages, else 0.
 int finish(Engine& engine);
 
+/// The end of a command whose work is done and whose files are written: ends the process with the code of finish() and
+/// leaves memory and device to the system, which is faster than taking them apart. Returns that code instead, so that
+/// all is destroyed, where somebody still needs it: a driver that may be writing its caches (Context::has_compiled),
+/// layers and sanitizers, which report what is left.
+int leave(Engine& engine);
+
 void add_info(CLI::App& app, int& result);
 void add_render(CLI::App& app, int& result);
 void add_merge(CLI::App& app, int& result);

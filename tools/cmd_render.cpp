@@ -293,7 +293,7 @@ int run_render(RenderArgs& args) {
   if (args.verbose) print_kernel(engine, query);
   if (args.verbose) print_longest(engine.context()->longest_pass());
   write_json(args.engine.json, engine, json);
-  return finish(engine);
+  return leave(engine);
 }
 
 void add_light_options(CLI::App& cmd, RenderArgs& args) {

@@ -201,6 +201,11 @@ class Context {
   const std::string& shader_error() const { return shader_error_; }
   void set_shader_error(std::string text) { shader_error_ = std::move(text); }
 
+  /// Notes that a shader was compiled: the driver may then write its own caches in the background.
+  void note_compiled() { compiled_ = true; }
+  /// Returns true if a shader was compiled, and not only loaded from the cache.
+  bool has_compiled() const { return compiled_; }
+
   /// Returns a number that no other buffer of this context ever has.
   std::uint64_t next_buffer_id() { return ++buffers_; }
 
@@ -234,19 +239,19 @@ class Context {
   std::string passes_of(const Slot& slot) const;
   std::string fault_report() const;
   void load_pipeline_cache();
+  std::size_t pipeline_cache_bytes() const;
   void destroy();
 
   Vulkan vk_;
   DeviceInfo info_;
   std::vector<std::string> messages_;
-  std::size_t pipeline_cache_bytes() const;
   VkInstance instance_ = VK_NULL_HANDLE;
+  bool bare_ = true;  // the instance has neither layers nor extensions
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
   VkPhysicalDevice physical_ = VK_NULL_HANDLE;
   VkPhysicalDeviceMemoryProperties memory_{};
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
   VkDevice device_ = VK_NULL_HANDLE;
-  bool bare_ = true;  // the instance has neither layers nor extensions
   std::uint32_t queue_family_ = 0;
   VkQueue queue_ = VK_NULL_HANDLE;
   std::array<Slot, 3> slots_;  // taken in turn: two in flight, one that is recorded
@@ -255,13 +260,14 @@ class Context {
   bool batches_ = true;
   double launch_ms_ = 0;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
+  std::size_t stored_bytes_ = 0;  // size of the driver's data in the file, as far as this process knows; 0: none
   std::shared_ptr<void> staging_, stream_ring_, pipelines_;
   bool statistics_ = false;
   double last_ms_ = 0, ended_ms_ = 0;
   Timed longest_;
   std::uint64_t shader_generation_ = 0, buffers_ = 0;
+  bool compiled_ = false;
   std::string shader_error_;
-  std::size_t stored_bytes_ = 0;  // size of the driver's data in the file, as far as this process knows; 0: none
   std::string lost_;  // why the device was lost; "" as long as it is not
 };
 

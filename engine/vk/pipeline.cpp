@@ -173,7 +173,9 @@ Entry& entry_of(Context& gpu, const KernelSource& source) {
 }
 
 Spirv compiled(Context& gpu, const KernelSource& source) {
-  return compile_shader(source.file, defines_of(source, gpu.info()));
+  Spirv spirv = compile_shader(source.file, defines_of(source, gpu.info()));
+  if (!spirv.from_cache) gpu.note_compiled();
+  return spirv;
 }
 
 }  // namespace
