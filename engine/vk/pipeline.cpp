@@ -172,8 +172,11 @@ Entry& entry_of(Context& gpu, const KernelSource& source) {
   return (*static_cast<Pipelines*>(gpu.pipelines().get()))[key_of(source)];
 }
 
+/// Compiles a source. CPU devices make every pipeline anew in each process, and lavapipe 22.3.6 inlines slowly: of an
+/// inlined module it makes the pipeline in 0.3 to 0.7 of the time, with code of the same size within 0.5 %.
 Spirv compiled(Context& gpu, const KernelSource& source) {
-  Spirv spirv = compile_shader(source.file, defines_of(source, gpu.info()));
+  const Calls calls = gpu.info().is_cpu() ? Calls::Inlined : Calls::Kept;
+  Spirv spirv = compile_shader(source.file, defines_of(source, gpu.info()), true, calls);
   if (!spirv.from_cache) gpu.note_compiled();
   return spirv;
 }

@@ -24,11 +24,15 @@ struct Spirv {
 /// Throws Error(Work) if $BALLOT_SHADERS names a folder without shaders.
 std::filesystem::path shader_folder();
 
+/// Kept: a module has the functions and variables of its text. Inlined: functions are inlined, and values that were just
+/// stored are not loaded again. A driver does the same; no arithmetic is changed.
+enum class Calls { Kept, Inlined };
+
 /// Compiles the shader `file` of shader_folder() for Vulkan 1.2. An #include is relative to the including file. The
-/// cache ($XDG_CACHE_HOME/ballot/spirv) is keyed by the texts of the file and all that it includes, the defines and the
-/// compiler's version.
+/// cache ($XDG_CACHE_HOME/ballot/spirv) is keyed by the texts of the file and all that it includes, by the other
+/// arguments, and by the compiler's version.
 /// Throws Error(Work) with glslang's message, which names file and line. Not thread-safe.
-Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache = true);
+Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache = true, Calls calls = Calls::Kept);
 
 /// The interface of a module: its bindings and the size of its push constants.
 struct Reflection {
