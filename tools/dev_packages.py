@@ -15,7 +15,7 @@ PACKAGES = {
     "mesa-vulkan-drivers": ("lavapipe, the Vulkan device of a machine without a GPU", {"all"}),
     "glslang-dev": ("compiles GLSL to SPIR-V, at build and at run time", {"all"}),
     "glslang-tools": ("the CMake files of glslang-dev ask for it", {"all"}),
-    "spirv-tools": ("optimises and checks SPIR-V; glslang links to it", {"all"}),
+    "spirv-tools": ("inlines the functions of SPIR-V, and checks it; glslang links to it", {"all"}),
     "libspirv-cross-c-shared-dev": ("reads a shader's bindings from its SPIR-V", {"all"}),
     "libembree-dev": ("builds the bounding volume hierarchy", {"all"}),
     "libglm-dev": ("vectors and matrices", {"all"}),

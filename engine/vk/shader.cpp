@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kCacheVersion = 2;  // raise it when the options of the compiler below change
+constexpr int kCacheVersion = 3;  // raise it when the options of the compiler below change
 
 /// Returns the text of a shader: of a file or, for a relative path, of the texts inside the program.
 std::string read_text(const fs::path& path) {
@@ -176,7 +176,7 @@ std::vector<std::uint32_t> inlined(const std::vector<std::uint32_t>& words) {
       .RegisterPass(spvtools::CreateEliminateDeadFunctionsPass())
       .RegisterPass(spvtools::CreateLocalSingleBlockLoadStoreElimPass())
       .RegisterPass(spvtools::CreateLocalSingleStoreElimPass())
-      .RegisterPass(spvtools::CreateAggressiveDCEPass());
+      .RegisterPass(spvtools::CreateAggressiveDCEPass(true));  // buffers stay, as kernels bind them
   spvtools::OptimizerOptions options;
   options.set_run_validator(false);
   std::vector<std::uint32_t> result;

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "engine/render/path/integrators.h"
 #include "shaders/shared/render.h"
 #include "tests/device/fixture.h"
 
@@ -262,6 +263,54 @@ TEST_F(ShaderCache, IsKeyedByContentAndDefines) {
   EXPECT_EQ(cold.words, warm.words);
   EXPECT_FALSE(compile_shader("shade/shade.comp", b).from_cache);
   EXPECT_EQ(files().size(), 2u);
+}
+
+TEST_F(ShaderCache, InlinedModulesHaveFewerFunctionsAndFilesOfTheirOwn) {
+  const auto functions = [](const Spirv& spirv) {
+    constexpr std::uint32_t kHeader = 5, kOpFunction = 54;
+    std::size_t count = 0;
+    for (std::size_t at = kHeader; at < spirv.words.size(); at += spirv.words[at] >> 16)
+      count += (spirv.words[at] & 0xFFFF) == kOpFunction;
+    return count;
+  };
+  const Defines defines = shading_source("eyelight", {}).defines;
+  const auto compile = [&](Calls calls) { return compile_shader("shade/shade.comp", defines, true, calls); };
+  const Spirv kept = compile(Calls::Kept), inlined = compile(Calls::Inlined);
+  EXPECT_FALSE(inlined.from_cache);
+  EXPECT_LT(functions(inlined), functions(kept));
+  EXPECT_EQ(compile(Calls::Inlined).words, inlined.words);
+  EXPECT_EQ(compile(Calls::Kept).words, kept.words);
+  EXPECT_EQ(files().size(), 2u);
+}
+
+TEST_F(ShaderCache, InlinedModulesKeepTheirBuffers) {
+  for (const Integrator& integrator : kIntegrators) {
+    const KernelSource source =
+        scatter_source(integrator, {.perspective = true, .orthographic = true}, Sky::Kind::None, false);
+    const auto buffers = [&](Calls calls) {
+      const Reflection r = reflect(compile_shader(source.file, source.defines, true, calls).words, source.name);
+      return std::pair(r.storage_buffers, r.texel_buffers);
+    };
+    EXPECT_EQ(buffers(Calls::Inlined), buffers(Calls::Kept)) << source.name;
+  }
+}
+
+TEST_F(ShaderCache, PipelinesAreStoredOnceTheyAreNew) {
+  const auto stored = [&] { return fs::directory_iterator(folder_ / "ballot" / "pipelines")->path(); };
+  const auto make = [] {
+    Context gpu;
+    pipeline_of(gpu, shading_source("eyelight", {}));
+    gpu.save_pipeline_cache();
+  };
+  make();
+  fs::last_write_time(stored(), fs::file_time_type::clock::now() - std::chrono::hours(1));
+  const auto old = fs::last_write_time(stored());
+  make();
+  EXPECT_EQ(fs::last_write_time(stored()), old);
+  fs::resize_file(stored(), fs::file_size(stored()) / 2);
+  fs::last_write_time(stored(), old);
+  make();
+  EXPECT_GT(fs::last_write_time(stored()), old) << "a damaged file is written anew";
 }
 
 TEST_F(ShaderCache, ADamagedFileIsCompiledAnew) {
