@@ -12,10 +12,6 @@ namespace ballot {
 template <class T>
 struct UnsetAllocator : std::allocator<T> {
   template <class U>
-  struct rebind {
-    using other = UnsetAllocator<U>;
-  };
-  template <class U>
   void construct(U* at) {
     ::new (static_cast<void*>(at)) U;
   }
