@@ -46,8 +46,9 @@ class PointQueries {
   ~PointQueries();
 
   /// Finds the nearest point of the triangles for each point, within its limit. The distance is that of the nearest
-  /// triangle up to 64 * 2^-24 * (M + M'), with M and M' the largest distances of vertices of the reported and of the
-  /// nearest triangle from the point (shaders/query/closest_point.comp has the proof). Among triangles at the same
+  /// triangle up to 64 * 2^-24 * (M + M') + 2^-85 R, with M and M' the largest distances of vertices of the reported
+  /// and of the nearest triangle from the point, and R that of the scene's bounds along an axis
+  /// (shaders/query/closest_point.comp has the proof). Among triangles at the same
   /// computed distance it is the one with the smallest number; those that share an edge or a vertex compute the same
   /// for it. Triangles without area are left out. Dead points have no nearest triangle. Throws Error(Work) if the
   /// device fails.

@@ -42,10 +42,14 @@
 //   Suppose the foot is inside T but does not count. Then it lies within 13 w M of an edge, or outside of the slab's
 //   computed ends and so within 13 w M of an edge that meets the slab there. That edge's own distance is taken.
 // In all, the computed distance of a triangle differs from D by at most 5 + 34 + 7 + 2 = 48 w M. 64 w M leave room for
-// terms of second order and the square root. Triangles smaller than 2^-50 of R (below) may lose their normal, and are
-// then taken for their edges; so the bound is 2^-50 R larger.
+// terms of second order and the square root.
 //
-// So the distance of the reported triangle is at most that of the nearest one plus 64 w (M + M'), with M' that of the
+// Underflow. R (below) is scaled into [2^38, 2^39). A component of the normal is off by 2^-122 where its products
+// underflow. A normal whose components are all below 2^-98 is taken for zero, and the triangle for its edges: its least
+// height is below 2^-48, or 2^-86 R. An edge whose squared length is below 2^-102 is taken for its ends, which are
+// within 2^-90 R. So the bound is 2^-85 R larger.
+//
+// So the distance of the reported triangle is at most that of the nearest one plus 64 w (M + M') + 2^-85 R, with M' that of the
 // nearest triangle.
 //
 // Boxes. R, the largest distance of P from a point of the scene along an axis, is at least M / sqrt(3). A box culls a
@@ -60,6 +64,9 @@
 #if BALLOT_SIDES
 layout(set = 0, binding = BIND_PSEUDONORMALS, scalar) readonly buffer Pseudonormals { vec3 pseudonormals[]; };
 #endif
+
+const float LEAST_NORMAL = 3.155444e-30;  // 2^-98
+const float LEAST_EDGE2 = 1.972152e-31;   // 2^-102
 
 float square(vec3 v) {
   precise float sum = v.x * v.x + v.y * v.y + v.z * v.z;
@@ -85,9 +92,10 @@ Side side_of(vec3 p, vec3 q, vec3 e) {
   Side s;
   s.at_p = -dot_of(p, e);
   s.at_q = dot_of(q, e);
-  s.between = s.at_p > 0.0 && s.at_q > 0.0;
-  precise float inverse = 1.0 / (s.at_p + s.at_q);
-  precise vec3 foot = (p * s.at_q + q * s.at_p) * inverse;
+  float length2 = s.at_p + s.at_q;
+  s.between = s.at_p > 0.0 && s.at_q > 0.0 && length2 > LEAST_EDGE2;
+  precise float inverse = 1.0 / length2;
+  precise vec3 foot = p * (s.at_q * inverse) + q * (s.at_p * inverse);
   s.foot = foot;
   return s;
 }
@@ -112,8 +120,9 @@ Near nearest_of(Around t) {
   vec3 normal = vec3(difference_of_products(t.ab.y, t.bc.z, t.ab.z, t.bc.y),
                      difference_of_products(t.ab.z, t.bc.x, t.ab.x, t.bc.z),
                      difference_of_products(t.ab.x, t.bc.y, t.ab.y, t.bc.x));
-  vec3 size = abs(normal);
-  normal *= scale_for(max(size.x, max(size.y, size.z)));
+  vec3 sizes = abs(normal);
+  float size = max(sizes.x, max(sizes.y, sizes.z));
+  normal *= size > LEAST_NORMAL ? scale_for(size, 0u) : 0.0;
   n.normal = normal;
   n.normal2 = square(normal);
   n.depth = dot_of(normal, t.a);

@@ -27,15 +27,17 @@
 // all of one sign and with a relative error of 2 w. The products and sums round by 3 w. So the sign of X is wrong only
 // if the moved triangle is within 5 w M of the point, and the given one within 6 w M. The answer is right for every
 // point that is 8 w M away from the surface. 16 w M leave room. If no x_i is negative, or none positive, the sign is
-// exact.
+// exact. Where the products E_i x_i may underflow, the E_i are scaled first. What remains is that the E_i of triangles
+// smaller than 2^-88 R, which lie as near the ray, may lose their sign: such triangles can be missed.
 //
 // BALLOT_EXACT. With m the largest |y| or |z| of the vertices, these are off by w m, so a side is off by 4 w m m and
 // terms of second order: B = 8 w m m and 2^-96 for what underflows. X is then off by 3 B + 8 w (the sum of |E_i|),
-// times the largest |x|. What is decided by more than that is decided exactly; so is a triangle behind the point, whose
+// times the largest |x|, and 2^-120 for what underflows. What is decided by more than that is decided exactly; so is a triangle behind the point, whose
 // x are all negative.
 //
 // Boxes are widened by 128 w R (lib/query/frame.glsl), with R the reach of the scene, more than vertices move. Far
-// points, which lie outside of the bounds of the scene, are outside.
+// points, which lie outside of the bounds of the scene, are outside. With BALLOT_EXACT they are UNSURE where their ray
+// meets the bounds: in a mesh with open edges it may cross an odd number of triangles.
 #include "../lib/frame/kernel.glsl"
 #include "../shared/query.h"
 #include "../lib/query/frame.glsl"
@@ -45,6 +47,9 @@ layout(set = 0, binding = BIND_CROSSINGS, scalar) writeonly buffer Answers { uin
 
 #if BALLOT_EXACT
 bool unsure = false;
+const float UNDERFLOW_ROOM = 7.523164e-37;  // 2^-120
+#else
+const float UNDERFLOW = 7.888609e-31;  // 2^-100
 #endif
 
 // Returns true if the ray along +x crosses the triangle.
@@ -58,13 +63,18 @@ bool crosses(Probe p, uint texel) {
   float size = larger(m.y, m.z), room = 4.7683716e-7 * size * size + 1.2621775e-29;
   float least = smaller(smaller(e0, e1), e2), most = larger(larger(e0, e1), e2);
   float ahead = larger(larger(v.v0.x, v.v1.x), v.v2.x);
-  float off = (3.0 * room + 4.7683716e-7 * (abs(e0) + abs(e1) + abs(e2))) * m.x;
+  float off = (3.0 * room + 4.7683716e-7 * (abs(e0) + abs(e1) + abs(e2))) * m.x + UNDERFLOW_ROOM;
   bool passed = ahead < 0.0 || (least < -room && most > room);
   bool met = least > room || most < -room;
   float along = least > 0.0 ? x : -x;
   unsure = unsure || !(passed || (met && abs(x) > off));
   return met && along > off;
 #else
+  if (abs(x) < UNDERFLOW) {
+    float scale = scale_for(larger(larger(abs(e0), abs(e1)), abs(e2)), 0u);
+    precise float scaled = e0 * scale * v.v0.x + e1 * scale * v.v1.x + e2 * scale * v.v2.x;
+    x = scaled;
+  }
   int s0 = side_sign(e0, b, c), s1 = side_sign(e1, c, a), s2 = side_sign(e2, a, b);
   return s0 != 0 && s0 == s1 && s1 == s2 && (s0 > 0 ? x > 0.0 : x < 0.0);
 #endif
@@ -93,6 +103,10 @@ void main() {
   uint top = 0u, node = live && !p.far ? push.root : END_OF_TREE, crossings = 0u;
   stack[top++] = END_OF_TREE;
   bool truncated = false;
+#if BALLOT_EXACT
+  bvec3 below = lessThan(p.at, push.scene_lo), above = greaterThan(p.at, push.scene_hi);
+  unsure = live && p.far && !any(below.yz) && !any(above);
+#endif
   while (node != END_OF_TREE) {
     while (is_inner(node)) {
       Pair pair = fetch_pair(node);

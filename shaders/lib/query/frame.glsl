@@ -8,7 +8,7 @@
 struct Probe {
   vec3 at;       // scene units
   vec3 from;     // at, relative to the point that boxes are measured from
-  float scale;   // power of two that brings the reach of the scene into [1, 2)
+  float scale;   // power of two that brings the reach of the scene into [2^38, 2^39), or 2^126 if that is less
   vec3 scaled;   // at * scale
   float pad;     // scene units: boxes are widened by it
   bool far;      // more than 16 longest sides away from some point of the scene; such points have no padding
@@ -18,10 +18,15 @@ struct Probe {
 const float POINT_PAD = 7.6294e-6;
 const float FARTHEST = 3.4028234e38;
 
-// Returns the power of two that brings a magnitude into [1, 2).
-float scale_for(float magnitude) {
-  return uintBitsToFloat((254u - clamp(floatBitsToUint(magnitude) >> 23, 1u, 253u)) << 23);
+// Returns the power of two that brings a magnitude into [2^bits, 2^(bits + 1)), or 2^126 if that is less.
+float scale_for(float magnitude, uint bits) {
+  return uintBitsToFloat(min(254u + bits - clamp(floatBitsToUint(magnitude) >> 23, 1u, 253u), 253u) << 23);
 }
+
+// Numbers of scaled vectors are below 2^41, and products of three stay below 2^127. Products of two do not underflow
+// for lengths above 2^-63, which are 2^-101 of the reach; the exact sign of a difference of two products
+// (lib/numeric/products.glsl) needs 2^-89 of it.
+const uint SCALED_BITS = 38u;
 
 Probe make_probe(vec3 at) {
   Probe p;
@@ -29,7 +34,7 @@ Probe make_probe(vec3 at) {
   float reach = scene_reach(at);
   p.at = at;
   p.from = from_box_origin(at);
-  p.scale = scale_for(reach);
+  p.scale = scale_for(reach, SCALED_BITS);
   precise vec3 scaled = at * p.scale;
   p.scaled = scaled;
   p.far = reach > 16.0 * max(sides.x, max(sides.y, sides.z));
