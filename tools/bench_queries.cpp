@@ -12,7 +12,7 @@ namespace ballot::cli {
 namespace {
 
 using QueryClock = std::chrono::steady_clock;
-constexpr std::string_view kQueries[] = {"count", "list", "first", "nearest", "inside"};
+constexpr std::string_view kQueries[] = {"count", "list", "first", "nearest", "inside", "side"};
 constexpr std::uint32_t kFirst = 4;  // crossings of a ray that "first" asks for
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
@@ -28,6 +28,8 @@ struct QueryRun {
   bool warms_up = true;  // calls each query once before it is timed
 
   bool wants(std::string_view query) const { return std::ranges::count(queries, query) > 0; }
+  bool wants_crossings() const { return wants("count") || wants("list") || wants("first"); }
+  bool wants_points() const { return wants("nearest") || wants("inside") || wants("side"); }
 };
 
 /// The figures of one query on one set of rays or points.
@@ -165,11 +167,19 @@ void measure_points(Engine& engine, const QueryRun& run, const std::string& of, 
   const QueryJudge judge(engine.tracer().tree());
   for (const std::string& mode : run.modes) {
     const PointQuery query{.exact = mode == "exact"};
+    std::vector<Nearest> near(points.size());
+    const auto measure = [&](const char* name, bool sides) {
+      all.push_back(timed(run, name, mode, of, points.size(), [&] {
+        return engine.points().nearest(points, near, {.exact = query.exact, .sides = sides});
+      }));
+    };
     if (run.wants("nearest")) {
-      std::vector<Nearest> near(points.size());
-      all.push_back(
-          timed(run, "nearest", mode, of, points.size(), [&] { return engine.points().nearest(points, near, query); }));
+      measure("nearest", false);
       if (run.check) all.back().errors = judge.nearest(points, near);
+    }
+    if (run.wants("side")) {
+      measure("side", true);
+      if (run.check) all.back().errors = judge.sides(points, near);
     }
     if (run.wants("inside")) {
       std::vector<std::uint32_t> inside(points.size());
@@ -245,7 +255,7 @@ QueryRun query_run(const RunArgs& run, const std::string& queries, bool check, c
 std::vector<QueryFigures> measure_scene(Engine& engine, const QueryRun& run) {
   std::vector<QueryFigures> all;
   const ProgressBar bar(engine.scene().name + ": queries");
-  if (run.wants("count") || run.wants("list") || run.wants("first"))
+  if (run.wants_crossings())
     for (const std::string& kind : run.kinds) measure_rays(engine, run, kind, all);
   const std::size_t points = std::size_t(run.width) * run.height;
   for (const bool random : {false, true})
@@ -255,30 +265,49 @@ std::vector<QueryFigures> measure_scene(Engine& engine, const QueryRun& run) {
   return all;
 }
 
-/// Judges the queries of rays on the rays of every hard case, and prints what was found of each case and mode.
+/// Adds the sums of a hard case's figures, one row a mode.
+void add_rows(bench::Table& table, std::string_view name, const QueryRun& run, const std::vector<QueryFigures>& all) {
+  for (const std::string& mode : run.modes) {
+    QueryErrors sum;
+    for (const QueryFigures& f : all)
+      if (f.mode == mode) sum += *f.errors;
+    table.row(
+        {std::string(name), mode, std::to_string(sum.checked), std::to_string(sum.wrong), std::to_string(sum.beyond)});
+  }
+}
+
+/// Judges the queries on the rays and points of the hard cases, and prints what was found of each case and mode.
 template <class Note>
 void judge_hard_cases(const EngineOptions& options, QueryRun run, const Note& note) {
   run.repeats = 1;
   run.warms_up = false;
   bench::Table table({"hard case", "mode", "answers", "wrong", "beyond the bound"});
   ProgressBar bar("hard cases: queries");
+  std::size_t done = 0;
+  const auto judge = [&](std::string_view name, Scene scene, const BuildSettings& build, std::span<const HardRays> rays,
+                         std::span<const HardPoints> points) {
+    EngineOptions own = options;
+    own.build = build;
+    Engine engine(std::move(scene), own);
+    std::vector<QueryFigures> all;
+    if (run.wants_crossings())
+      for (const std::string& mode : run.modes)
+        for (const HardRays& set : rays) measure_crossings(engine, run, set.name, set.rays, mode, all);
+    for (const HardPoints& set : points) measure_points(engine, run, set.name, set.points, all);
+    add_rows(table, name, run, all);
+    note(std::string(name), all);
+    bar.update(double(++done) / double(hard_cases().size() + hard_point_cases().size()));
+  };
   for (const HardCase& hard : hard_cases()) {
     HardScene made = hard.make(run.quick);
-    EngineOptions own = options;
-    own.build = made.build;
-    Engine engine(std::move(made.scene), own);
-    std::vector<QueryFigures> all;
-    for (const std::string& mode : run.modes) {
-      const std::size_t before = all.size();
-      for (const HardRays& set : made.rays) measure_crossings(engine, run, set.name, set.rays, mode, all);
-      QueryErrors sum;
-      for (std::size_t i = before; i < all.size(); ++i) sum += *all[i].errors;
-      table.row({std::string(hard.name), mode, std::to_string(sum.checked), std::to_string(sum.wrong),
-                 std::to_string(sum.beyond)});
-    }
-    note(std::string(hard.name), all);
-    bar.update(double(&hard - hard_cases().data() + 1) / double(hard_cases().size()));
+    const std::vector<HardPoints> points = hard_points_of(made.scene.triangles, run.quick);
+    judge(hard.name, std::move(made.scene), made.build, made.rays, points);
   }
+  if (run.wants_points())
+    for (const HardPointCase& hard : hard_point_cases()) {
+      HardPointScene made = hard.make(run.quick);
+      judge(hard.name, std::move(made.scene), {}, {}, made.sets);
+    }
   say("{}", table.text());
 }
 
@@ -304,7 +333,8 @@ struct JudgedQueries {
 
 std::string queries_text() {
   return "measures queries of points and crossings instead of methods: 'all', or some of count,list,first,nearest,\n"
-         "inside, in the modes of --numeric (watertight, exact): of the rays of --rays, and as many points: on a grid, "
+         "inside,side, in the modes of --numeric (watertight, exact): of the rays of --rays, and as many points: on a "
+         "grid, "
          "random, and on the surface";
 }
 

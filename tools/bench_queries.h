@@ -8,8 +8,8 @@ namespace ballot::cli {
 /// What is judged by the exact oracles.
 struct QueryChecks {
   bool exact = false;  // each answer
-  bool hard = false;   // also those of the hard cases (tools/hard/hard.h), of the queries of rays
-  bool quick = false;  // with about a thousand rays each
+  bool hard = false;   // also those of the hard cases (tools/hard/hard.h)
+  bool quick = false;  // with about a thousand rays or points each
 };
 
 /// Measures the queries of a comma-separated list, or "all", on each scene. Prints a table a scene and writes the

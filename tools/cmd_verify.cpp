@@ -182,7 +182,8 @@ void add_options(CLI::App& cmd, VerifyArgs& args) {
                "the origin; takes minutes. It takes --size, --quick, --json, --report and --device alone");
   cmd.add_option(
       "--queries", args.queries,
-      "as that of bench, with each answer checked; with --hard also on the rays of the hard cases; " + queries_text());
+      "as that of bench, with each answer checked; with --hard also on the rays and points of the hard cases; " +
+          queries_text());
   cmd.add_flag("--quick", args.quick,
                "run the hard cases with about a thousand rays each, the study of origins with few sizes and distances");
   cmd.add_option("--cases", args.run.run.cases,

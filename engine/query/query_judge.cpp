@@ -6,9 +6,11 @@
 #include <glm/geometric.hpp>
 #include <mutex>
 
+#include "engine/bvh/pseudonormals.h"
 #include "engine/core/parallel.h"
 #include "engine/oracle/closest.h"
 #include "engine/oracle/crossings.h"
+#include "engine/oracle/nearest.h"
 
 namespace ballot {
 
@@ -110,6 +112,44 @@ class Starts {
   std::vector<std::size_t> first_{0};
 };
 
+/// The triangles of a scene and their bounds.
+struct SceneTriangles {
+  std::span<const Triangle> triangles;
+  Bounds bounds;
+
+  /// The bound of the distances from a point of two triangles: 64 * 2^-24 (M + M') + 2^-85 R, with R the largest
+  /// distance along an axis from the point to one of the bounds.
+  double bound_of(const glm::vec3& p, const Triangle& a, const Triangle& b) const {
+    const glm::dvec3 at(p), far = glm::max(at - glm::dvec3(bounds.lo), glm::dvec3(bounds.hi) - at);
+    return 64 * kRoundoff * (reach_of(p, a) + reach_of(p, b)) + 0x1p-85 * std::max({far.x, far.y, far.z});
+  }
+};
+
+/// Returns true if the answer is within its bounds. `nearest` is the nearest triangle at any distance.
+bool is_within(const ProbePoint& asked, const Nearest& found, const ExactClosest& nearest,
+               const SceneTriangles& scene) {
+  if (nearest.prim == NO_HIT) return found.prim == NO_HIT;
+  const Triangle& truth = scene.triangles[nearest.prim];
+  if (found.prim == NO_HIT) return !(nearest.distance + scene.bound_of(asked.at, truth, truth) <= asked.limit);
+  const Triangle& named = scene.triangles[found.prim];
+  const double bound = scene.bound_of(asked.at, truth, named);
+  const double own = found.prim == nearest.prim ? nearest.distance : exact_distance(asked.at, named).distance();
+  return found.distance <= asked.limit && own <= nearest.distance + bound &&
+         std::abs(double(found.distance) - nearest.distance) <= bound;
+}
+
+/// Returns true if a point is farther from the inside of a triangle, and its nearest point farther from the edges, than
+/// rounding can decide.
+bool is_clear(const glm::vec3& point, const SceneTriangles& scene, const ExactClosest& nearest) {
+  const Triangle& triangle = scene.triangles[nearest.prim];
+  const double bound = scene.bound_of(point, triangle, triangle);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const glm::dvec3 a(triangle[i]), edge = glm::dvec3(triangle[(i + 1) % 3]) - a;
+    if (glm::length(glm::cross(edge, nearest.at - a)) <= bound * glm::length(edge)) return false;
+  }
+  return nearest.distance > bound;
+}
+
 bool is_same(std::span<const Hit> found, std::span<const ExactCrossing> exact) {
   return std::ranges::equal(found, exact, {}, &Hit::prim, &ExactCrossing::prim);
 }
@@ -152,17 +192,39 @@ RayErrors QueryJudge::rays(std::span<const Ray> rays, const RayAnswers& found) c
 
 QueryErrors QueryJudge::nearest(std::span<const ProbePoint> points, std::span<const Nearest> found) const {
   const ExactClosestPoints oracle(tree_);
+  const SceneTriangles scene{triangles_, tree_.bounds};
+  return sum_over(points.size(), [&](std::size_t begin, std::size_t end) {
+    QueryErrors errors;
+    for (std::size_t i = begin; i < end; ++i) {
+      const ProbePoint& asked = points[i];
+      const ExactClosest exact = oracle.nearest(asked.at, asked.limit);
+      const bool limited = exact.prim == NO_HIT && asked.limit >= 0;
+      const ExactClosest nearest = limited ? oracle.nearest(asked.at, INFINITY) : exact;
+      errors += {1, found[i].prim != exact.prim, !is_within(asked, found[i], nearest, scene)};
+    }
+    return errors;
+  });
+}
+
+QueryErrors QueryJudge::sides(std::span<const ProbePoint> points, std::span<const Nearest> found) const {
+  const ExactClosestPoints oracle(tree_);
+  const SceneTriangles scene{triangles_, tree_.bounds};
+  const std::vector<glm::vec3> pseudonormals = pseudonormals_of(triangles_);
   return sum_over(points.size(), [&](std::size_t begin, std::size_t end) {
     QueryErrors errors;
     for (std::size_t i = begin; i < end; ++i) {
       const ExactClosest exact = oracle.nearest(points[i].at, points[i].limit);
-      bool beyond = exact.prim == NO_HIT && found[i].prim != NO_HIT;
-      if (exact.prim != NO_HIT) {
-        const double reach = found[i].prim == NO_HIT ? 0 : reach_of(points[i].at, triangles_[found[i].prim]);
-        const double bound = 64 * kRoundoff * (reach + reach_of(points[i].at, triangles_[exact.prim]));
-        beyond = std::abs(double(found[i].distance) - exact.distance) > bound;
+      if (exact.prim == NO_HIT) {
+        errors += {1, found[i].behind != 0, found[i].behind != 0 && found[i].prim == NO_HIT};
+        continue;
       }
-      errors += {1, found[i].prim != exact.prim, beyond};
+      const Triangle& triangle = triangles_[exact.prim];
+      const std::uint32_t part = exact_part(points[i].at, triangle);
+      const auto vectors = std::span(pseudonormals).subspan(PSEUDONORMALS * std::size_t(exact.prim));
+      const bool behind = exact_behind(points[i].at, triangle, part, vectors.first<PSEUDONORMALS>());
+      const bool wrong = (found[i].behind != 0) != behind;
+      const bool sure = found[i].prim == exact.prim && part == PART_INSIDE && is_clear(points[i].at, scene, exact);
+      errors += {1, wrong, wrong && sure};
     }
     return errors;
   });
@@ -178,7 +240,7 @@ QueryErrors QueryJudge::inside(std::span<const ProbePoint> points, std::span<con
       bool beyond = false;
       if (!right) {
         const ExactClosest near = distances.nearest(points[i].at, INFINITY);
-        beyond = near.distance > 16 * kRoundoff * reach_of(points[i].at, triangles_[near.prim]);
+        beyond = near.prim == NO_HIT || near.distance > 16 * kRoundoff * reach_of(points[i].at, triangles_[near.prim]);
       }
       errors += {1, !right, beyond};
     }

@@ -46,9 +46,14 @@ class QueryJudge {
   /// crossings are wrong if triangles or their order differ, and beyond their bound if they are not the beginning of
   /// the list.
   RayErrors rays(std::span<const Ray> rays, const RayAnswers& found) const;
-  /// A nearest triangle is wrong if it is another one, and beyond its bound if it is farther away than
-  /// 64 * 2^-24 (M + M') allows (shaders/query/closest_point.comp).
+  /// A nearest triangle is wrong if it is another one. It is beyond its bound if it, or the distance, is farther away
+  /// than 64 * 2^-24 (M + M') + 2^-85 R allows (shaders/query/closest_point.comp), or if the distance exceeds the
+  /// limit.
   QueryErrors nearest(std::span<const ProbePoint> points, std::span<const Nearest> found) const;
+  /// Judges Nearest::behind. A side is wrong if it is not that of the exact nearest point. Of points whose nearest one is
+  /// inside of a triangle it is beyond its bound if it is wrong although that is the triangle found, and the bound of
+  /// the distance separates it from the triangle's plane and edges. At edges and corners no bound is judged.
+  QueryErrors sides(std::span<const ProbePoint> points, std::span<const Nearest> found) const;
   /// An answer is beyond its bound if the point is 16 * 2^-24 M away from the surface (shaders/query/inside.comp).
   QueryErrors inside(std::span<const ProbePoint> points, std::span<const std::uint32_t> found) const;
 

@@ -128,8 +128,8 @@ TEST_F(Points, BenchAndVerifyKnowQueries) {
   Words bench{"bench"}, verify{"verify"};
   bench.insert(bench.end(), run.begin(), run.end());
   verify.insert(verify.end(), run.begin(), run.end());
-  expect_parts(succeed(bench).out,
-               {"nearest hit", "count", "list", "first", "nearest", "inside", "random points", "surface", "M/s"});
+  expect_parts(succeed(bench).out, {"nearest hit", "count", "list", "first", "nearest", "inside", "side",
+                                    "random points", "surface", "M/s"});
   EXPECT_TRUE(json("q.json")["records"][1]["checked"].is_null());
   expect_parts(succeed(verify).out, {"wrong", "beyond the bound", "exact: ", "answers judged, 0 differ"});
   for (const auto& record : json("q.json")["records"]) {
@@ -140,7 +140,7 @@ TEST_F(Points, BenchAndVerifyKnowQueries) {
       EXPECT_EQ(record["wrong"], 0);
     }
   }
-  refuse(2, {"'nearby' is none of count, list, first, nearest, inside, all"},
+  refuse(2, {"'nearby' is none of count, list, first, nearest, inside, side, all"},
          {"bench", "box.obj", "--queries", "nearby"});
   refuse(2, {"--numeric plain", "watertight, exact"}, {"bench", "box.obj", "--queries", "count", "--numeric", "plain"});
 }

@@ -82,6 +82,26 @@ constexpr HardCase kCases[] = {
     {"dead-rays", "Embree #149; CWBVH #2", "dead rays are traced, or spoil the answers of their neighbours", dead_rays},
 };
 
+constexpr HardPointCase kPointCases[] = {
+    {"coplanar-points", "trimesh #73; CloudCompare #1976",
+     "points in the planes of faces, beside them, get a distance of 0 or either sign", coplanar_points},
+    {"obtuse-triangles", "trimesh #310", "a corner is taken for the nearest point where an edge has it",
+     obtuse_triangles},
+    {"acute-edges", "trimesh #164; Baerentzen, Aanaes. TVCG 11(3), 2005",
+     "of two faces at a sharp edge that are as near, one has the point on its other side", acute_edges},
+    {"middles", "Ballot, design", "points that are as far from many triangles: on medial axes, an ulp off them",
+     middles},
+    {"shared-corner", "Ballot, design", "thousands of triangles have the nearest point in common", shared_corner},
+    {"near-shells", "Ballot, design", "points between surfaces that are few ulp apart", near_shells},
+    {"shell-lattice", "trimesh #242, #545", "points at and between faces, edges and corners that shells share",
+     shell_lattice},
+    {"far-shell-lattice", "Ballot, design", "the same of nested shells at 1e7", far_shell_lattice},
+    {"points-at-collinear", "parry #76; scalismo #262", "a triangle without area is the nearest, or gives NaN",
+     points_at_collinear},
+    {"far-points", "Ballot, design", "squares of distances overflow, and points that are dead", far_points},
+    {"limits-at-distances", "Ballot, design", "the limit is the distance, an ulp less or more", limits_at_distances},
+};
+
 Scene with_vertex(const glm::vec3& bad) {
   Scene scene;
   scene.name = "refused";
@@ -112,6 +132,8 @@ constexpr HardRefusal kRefusals[] = {
 }  // namespace
 
 std::span<const HardCase> hard_cases() { return kCases; }
+
+std::span<const HardPointCase> hard_point_cases() { return kPointCases; }
 
 std::span<const HardRefusal> hard_refusals() { return kRefusals; }
 

@@ -57,6 +57,16 @@ glm::vec3 Random::direction() {
   }
 }
 
+float beside(float x, Random& random) {
+  const std::size_t way = random.below(3);
+  return way == 0 ? x : std::nextafter(x, way == 1 ? kInf : -kInf);
+}
+
+glm::vec3 beside(const glm::vec3& p, Random& random) {
+  const float x = beside(p.x, random), y = beside(p.y, random), z = beside(p.z, random);
+  return {x, y, z};
+}
+
 float power_of_two(int exponent) { return std::ldexp(1.f, exponent); }
 
 Bounds bounds_of(const Triangles& triangles) {

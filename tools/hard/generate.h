@@ -1,4 +1,4 @@
-// Random numbers, meshes and rays for the generators of hard cases; the same on every machine.
+// Random numbers, meshes, rays and points for the generators of hard cases; the same on every machine.
 #pragma once
 
 #include <cstdint>
@@ -33,9 +33,12 @@ class Random {
   std::uint64_t state_;
 };
 
-/// Returns the number of rays of a set. It is odd, so the last subgroup is never full.
+/// Returns the number of rays or points of a set. It is odd, so the last subgroup is never full.
 constexpr std::size_t many(bool quick) { return quick ? 1001 : 50021; }
 
+/// Returns x itself or its float32 neighbour above or below; of a point, each coordinate so.
+float beside(float x, Random& random);
+glm::vec3 beside(const glm::vec3& p, Random& random);
 /// Returns 2^exponent, for exponent in [-149, 127].
 float power_of_two(int exponent);
 
@@ -123,6 +126,18 @@ HardScene on_surfaces(bool quick);
 HardScene interval_ends(bool quick);
 HardScene offset_origins(bool quick);
 HardScene collinear_report(bool quick);
+
+HardPointScene coplanar_points(bool quick);
+HardPointScene obtuse_triangles(bool quick);
+HardPointScene acute_edges(bool quick);
+HardPointScene middles(bool quick);
+HardPointScene shared_corner(bool quick);
+HardPointScene near_shells(bool quick);
+HardPointScene shell_lattice(bool quick);
+HardPointScene far_shell_lattice(bool quick);
+HardPointScene points_at_collinear(bool quick);
+HardPointScene far_points(bool quick);
+HardPointScene limits_at_distances(bool quick);
 
 HardScene ray_counts(bool quick);
 HardScene dead_rays(bool quick);

@@ -1,8 +1,8 @@
-// The hard-case suite: scenes and rays on which ray tracers are known to fail. Each case reproduces a report of such a
-// failure.
+// The hard-case suite: scenes, rays and points on which ray tracers and point queries are known to fail. Each case
+// reproduces a report of such a failure.
 //
 // All cases are generated from fixed seeds with arithmetic that rounds the same on every IEEE machine, so a case is the
-// same everywhere. A new case is one function in a make_*.cpp and one line in cases.cpp; the test and `ballot verify
+// same everywhere. A new case is one function in a make_*.cpp and one line in cases.cpp; the tests and `ballot verify
 // --hard` then run it.
 #pragma once
 
@@ -43,6 +43,24 @@ struct HardCase {
   HardScene (*make)(bool quick);  // quick: about a thousand rays per set; else about 1e5 per case
 };
 
+/// One set of points of a case.
+struct HardPoints {
+  std::string name;
+  std::vector<ProbePoint> points = {};
+};
+
+/// A finished scene and its points.
+struct HardPointScene {
+  Scene scene;
+  std::vector<HardPoints> sets;
+};
+
+/// A hard case of point queries; its parts are those of HardCase.
+struct HardPointCase {
+  std::string_view name, from, what;
+  HardPointScene (*make)(bool quick);
+};
+
 /// A scene that must be refused: finish_scene or build_bvh must throw Error with a text that contains `says`.
 struct HardRefusal {
   std::string_view name, from, what, says;
@@ -51,6 +69,11 @@ struct HardRefusal {
 
 /// Returns all cases in a fixed order. Thread-safe.
 std::span<const HardCase> hard_cases();
+std::span<const HardPointCase> hard_point_cases();
 std::span<const HardRefusal> hard_refusals();
+
+/// Returns points that are hard on any mesh: at corners, on edges and insides of triangles, an ulp beside these, and
+/// around the mesh. There are none of an empty mesh. They are asked on the scenes of the cases of rays.
+std::vector<HardPoints> hard_points_of(std::span<const Triangle> triangles, bool quick);
 
 }  // namespace ballot

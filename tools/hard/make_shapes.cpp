@@ -8,12 +8,6 @@
 namespace ballot::hard {
 namespace {
 
-/// Returns x itself or its float32 neighbour above or below.
-float beside(float x, Random& random) {
-  const std::size_t way = random.below(3);
-  return way == 0 ? x : std::nextafter(x, way == 1 ? kInf : -kInf);
-}
-
 /// Returns three walls of 8 x 8 unit squares, across the positive axes at 8. The prims of the wall of axis k begin at
 /// 128 k.
 Triangles walls() {
