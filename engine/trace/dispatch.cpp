@@ -71,22 +71,22 @@ Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& 
   return work;
 }
 
-Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
-                     TraceTimes& times) {
-  return run(job, rays, hits, count, tree_.root(), times);
+Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, TraceTimes& times) {
+  return run(job, rays, hits, range, tree_.root(), times);
 }
 
-Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
-                     std::uint32_t root, TraceTimes& times, std::uint32_t mesh_root) {
+Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, std::uint32_t root,
+                     TraceTimes& times, std::uint32_t mesh_root) {
   const bool plain = job.variant.config.launch == Launch::Plain;
   const std::uint64_t most = std::uint64_t(gpu_.info().max_group_count_x) * group_rays(job.variant);
   TracePushes pushes = push_for(job, root, mesh_root);
   TracePush& push = pushes.trace;
+  push.ray_begin = range.begin;
   LaunchSize& size = size_of(job.variant);
   Work total{0, 0};
-  while (push.ray_begin < count) {
-    push.ray_end = count;
-    if (plain && count - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
+  while (push.ray_begin < range.end) {
+    push.ray_end = range.end;
+    if (plain && range.end - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
     if (const double ms = gpu_.launch_ms(); ms > 0)
       push.ray_end = std::uint32_t(std::min<std::uint64_t>(push.ray_end, push.ray_begin + size.most(ms)));
     const Work work = dispatch(job, rays, hits, pushes, times);
@@ -95,7 +95,7 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
     const std::uint32_t next = plain ? push.ray_end : std::min(work.next, push.ray_end);
     if (next <= push.ray_begin)
       fail(Failure::Work, "kernel {}: a dispatch traced none of the {} rays left on {}: the driver lost it",
-           job.kernel->kernel->name(), count - push.ray_begin, gpu_.info().name);
+           job.kernel->kernel->name(), range.end - push.ray_begin, gpu_.info().name);
     size.add(next - push.ray_begin, gpu_.last_ms());
     push.ray_begin = next;
   }

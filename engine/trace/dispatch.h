@@ -38,6 +38,11 @@ struct RayGroups {
   std::uint32_t rays, most;
 };
 
+/// Rays [begin, end) of a buffer.
+struct RayRange {
+  std::uint32_t begin, end;
+};
+
 /// The push constants of a traversal kernel. Kernels of a single tree take the first part alone.
 struct TracePushes {
   TracePush trace;
@@ -50,16 +55,16 @@ class Dispatcher {
   /// Keeps references to all arguments.
   Dispatcher(Context& gpu, DeviceTree& tree, TraceKernels& kernels) : gpu_(gpu), tree_(tree), kernels_(kernels) {}
 
-  /// Traces rays [0, count), beginning at the child reference `root`, and waits. Dispatches in parts that take
+  /// Traces a range of rays, beginning at the child reference `root`, and waits. Dispatches in parts that take
   /// Context::launch_ms() each, and again for rays that a bounded launch leaves. Returns the work counter, whose
   /// `unfinished` is the number of rays that the driver cut short; their hits have prim UNFINISHED. Throws Error(Work)
   /// if a dispatch takes no ray.
   /// In a forest `root` is a reference in the top-level tree; the walk of each mesh's tree begins at `mesh_root` or, if
   /// that is END_OF_TREE, at its root.
-  Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t root,
+  Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, std::uint32_t root,
            TraceTimes& times, std::uint32_t mesh_root = END_OF_TREE);
   /// The same from the root of the tree.
-  Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times);
+  Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, TraceTimes& times);
 
   /// Returns true if one dispatch can trace up to `most` rays and leaves no result that the host has to read back.
   bool can_record(const Variant& variant, std::uint32_t most) const;

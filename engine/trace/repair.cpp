@@ -134,7 +134,7 @@ void Repair::trace_pieces(std::span<const Ray> part, std::uint64_t limit, std::v
   rays.upload(part);
   std::vector<Hit> found(part.size());
   for (const ForestPiece& piece : pieces(limit)) {
-    dispatcher_.run(job_, rays, hits, std::uint32_t(part.size()), piece.root, times, piece.mesh_root);
+    dispatcher_.run(job_, rays, hits, {0, std::uint32_t(part.size())}, piece.root, times, piece.mesh_root);
     hits.download(found);
     for (std::size_t i = 0; i < part.size(); ++i) {
       cut[i] = cut[i] || found[i].prim == UNFINISHED;

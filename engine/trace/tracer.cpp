@@ -106,7 +106,7 @@ Job Tracer::job(const Query& query, bool counters, bool indirect, CameraKind cam
 }
 
 void Tracer::prepare(const Query& query, bool counters, CameraKind camera) {
-  if (!chooser_.has_chosen(query)) return;
+  if (counters && !chooser_.has_chosen(query)) return;  // the trial comes first
   try {
     Variant v = variant(query, counters);
     v.camera = camera;
@@ -124,18 +124,27 @@ std::uint32_t Tracer::chunk_rays() const {
       {bounded, gpu_.info().max_storage_range / kLargestRecord, gpu_.info().max_group_count_x * kSmallestGroup}));
 }
 
-TraceTimes Tracer::trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
-                         const Query& query) {
-  TraceTimes times;
-  const Work work = dispatcher_.run(job, rays, hits, count, times);
-  if (work.unfinished) Repair(gpu_, tree_, dispatcher_, this->job(repair_query(query))).run(rays, hits, count, times);
-  return times;
+void Tracer::trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const Query& query,
+                   TraceTimes& times) {
+  const Work work = dispatcher_.run(job, rays, hits, range, times);
+  if (work.unfinished)
+    Repair(gpu_, tree_, dispatcher_, this->job(repair_query(query))).run(rays, hits, range.end, times);
 }
 
-TraceTimes Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
-  if (count == 0) return {};
-  const Query concrete = resolve(query, rays, count);
-  return trace(job(concrete), rays, hits, count, concrete);
+void Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const Query& query, TraceTimes& times) {
+  if (range.begin < range.end) trace(job(query), rays, hits, range, query, times);
+}
+
+TraceTimes Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& asked) {
+  TraceTimes times;
+  Query query = asked;
+  const std::uint32_t first = chooser_.begin(query, rays, count);
+  if (first > 0) {
+    trace(rays, hits, {0, first}, resolve(query), times);
+    chooser_.try_candidates(query, rays, count);
+  }
+  trace(rays, hits, {first, count}, resolve(query), times);
+  return times;
 }
 
 TraceTimes Tracer::trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
@@ -146,7 +155,9 @@ TraceTimes Tracer::trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std
   const Query concrete = resolve(query, rays, count);
   const Job counted = job(concrete, true);
   counted.kernel->kernel->bind(BIND_STATS, stats);
-  return trace(counted, rays, hits, count, concrete);
+  TraceTimes times;
+  trace(counted, rays, hits, {0, count}, concrete, times);
+  return times;
 }
 
 TraceTimes Tracer::trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& asked, const Progress& progress) {

@@ -82,8 +82,9 @@ class Tracer {
   /// Returns how the indirect dispatches of a query divide rays into workgroups.
   RayGroups groups_of(const Query& query) const { return dispatcher_.groups_of(resolved(query).variant); }
 
-  /// Begins to make the kernel of a query on another thread, unless method auto has still to choose. query.rays must
-  /// name the ray class. If the kernel cannot be made, the call that needs it says why.
+  /// Begins to make the kernel on another thread that traces the next rays of a query: for method auto, whose ray class
+  /// query.rays must name, the chosen one or that of the first rays. If it cannot be made, the call that needs it says
+  /// why.
   void prepare(const Query& query, bool counters = false, CameraKind camera = CameraKind::None);
 
   /// Return the concrete query that a query runs as (Chooser::resolve).
@@ -128,7 +129,10 @@ class Tracer {
   Resolved& resolved(const Query& query) const;
   Job job(const Query& query, bool counters = false, bool indirect = false, CameraKind camera = CameraKind::None);
   KernelConfig config_of(const Query& query) const;
-  TraceTimes trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
+  /// Traces a range of rays by a concrete query, and adds what that took.
+  void trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const Query& query, TraceTimes& times);
+  void trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const Query& query,
+             TraceTimes& times);
 
   Context& gpu_;
   DeviceTree tree_;

@@ -65,6 +65,18 @@ TEST_F(Auto, FindsWhatOtherMethodsFind) {
   expect_silent(*gpu_);
 }
 
+// The plainest method traces the first of these rays, and the chosen one those behind.
+TEST_F(Auto, EveryRayIsTracedBeforeOrAfterTheTrial) {
+  const auto rays = shapes::random_rays(2 * kMany + 77);
+  const auto nearest = trace(rays, {}), any = trace(rays, kAny), expected = trace(rays, {.method = "if-if"});
+  EXPECT_EQ(harness::count_untouched(nearest) + harness::count_untouched(any), 0u);
+  EXPECT_EQ(harness::count_different(nearest, expected), 0u);
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    ASSERT_EQ(any[i].prim == NO_HIT, expected[i].prim == NO_HIT) << "ray " << i;
+  EXPECT_TRUE(choice_for(rays, {}) && choice_for(rays, kAny));
+  expect_silent(*gpu_);
+}
+
 TEST_F(Auto, MeasuresNothingOnFewRays) {
   const auto rays = shapes::random_rays(1000);
   EXPECT_EQ(harness::count_different(trace(rays, {}), trace(rays, {.method = "packet"})), 0u);

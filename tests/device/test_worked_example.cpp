@@ -120,7 +120,7 @@ TEST_F(WorkedExample, FindsWhatTheOracleFinds) {
         variant.config.threshold = steps;
         TraceTimes times;
         const Job job{variant, &kernels.get(variant)};
-        const Work work = dispatcher.run(job, on_device, found, std::uint32_t(rays.size()), times);
+        const Work work = dispatcher.run(job, on_device, found, {0, std::uint32_t(rays.size())}, times);
         std::vector<Hit> hits(rays.size());
         found.download(hits);
         // An old Mesa cuts walks short, which Tracer would trace again. No other ray may be left out.

@@ -103,7 +103,6 @@ std::unique_ptr<RayBatch> Batches::make(std::string name, std::span<const Ray> r
   return batch;
 }
 
-// All chunks of a batch use the same method, so the query is resolved once, with the first chunk.
 Query Batches::resolve(const RayBatch& batch, Query query) {
   query.want = batch.want_;
   query.rays = batch.ray_class_;
@@ -111,12 +110,15 @@ Query Batches::resolve(const RayBatch& batch, Query query) {
   return tracer_.resolve(query, batch.chunks_[0].rays, batch.chunks_[0].count);
 }
 
+// Chunks use one method: the one that auto has chosen once the first chunk is traced.
 TraceTimes Batches::trace(RayBatch& batch, Query query) {
-  query = resolve(batch, std::move(query));
+  query.want = batch.want_;
+  query.rays = batch.ray_class_;
   tracer_.variant(query);  // throws on an unknown method even if there are no rays
   TraceTimes times;
   for (Chunk& c : batch.chunks_) {
     const TraceTimes part = tracer_.trace(c.rays, c.hits, c.count, query);
+    query = tracer_.resolve(query);
     times.device_ms += part.device_ms;
     times.dispatches += part.dispatches;
     times.retraced += part.retraced;

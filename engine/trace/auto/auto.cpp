@@ -16,6 +16,7 @@ struct CandidateRow {
   bool any_only = false;
   bool coherent = false;    // comes second for ray classes that are likely to be coherent
   bool incoherent = false;  // not tried for these
+  double entry_s = 0;       // entry_seconds(), measured on lavapipe 22.3.6
 };
 
 /// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
@@ -24,10 +25,10 @@ struct CandidateRow {
 /// rays or, where rays are likely to be coherent, one for those. packet-wide with fallback is no candidate: it compiles
 /// for as long as all of these together, and was best by more than 3 % in 1 of 70 pairs of scene and ray class.
 constexpr CandidateRow kRows[] = {
-    {.cpu = true, .method = "while-while"},
-    {.cpu = true, .method = "bvh4-turns"},
-    {.cpu = true, .method = "packet-wide", .knob = "fallback", .value = "0", .coherent = true},
-    {.cpu = true, .method = "dynamic-fetch"},
+    {.cpu = true, .method = "while-while", .entry_s = 0.10},
+    {.cpu = true, .method = "bvh4-turns", .entry_s = 0.12},
+    {.cpu = true, .method = "packet-wide", .knob = "fallback", .value = "0", .coherent = true, .entry_s = 0.34},
+    {.cpu = true, .method = "dynamic-fetch", .entry_s = 0.09},
     {.method = "while-while"},
     {.method = "frontier"},
     {.method = "frontier", .knob = "sorted", .value = "0", .any_only = true},
@@ -81,6 +82,12 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
   }
   if (candidates.empty()) fail(Failure::Arguments, "method auto has nothing to choose from: {}", why);
   return candidates;
+}
+
+double entry_seconds(const Candidate& candidate, const DeviceInfo& device) {
+  for (const CandidateRow& row : kRows)
+    if (row.cpu == device.is_cpu() && row.method == candidate.method) return row.entry_s;
+  return 0;
 }
 
 Query unmeasured(const Query& query, const DeviceInfo& device) {

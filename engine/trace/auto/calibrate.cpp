@@ -115,10 +115,12 @@ std::vector<Candidate> in_order(const std::vector<Candidate>& from, const std::v
   return candidates;
 }
 
-std::vector<Runner> runners_of(const std::vector<Candidate>& candidates) {
+std::vector<Runner> runners_of(const std::vector<Candidate>& candidates, const DeviceInfo& device) {
   std::vector<Runner> runners;
   for (const Candidate& c : candidates)
-    runners.push_back({.tried = c.tried, .slower = c.mrays_per_s > 0 ? candidates[0].mrays_per_s / c.mrays_per_s : 0});
+    runners.push_back({.tried = c.tried,
+                       .slower = c.mrays_per_s > 0 ? candidates[0].mrays_per_s / c.mrays_per_s : 0,
+                       .entry_s = entry_seconds(c, device)});
   return runners;
 }
 
@@ -194,18 +196,42 @@ Query Chooser::resolve(const Query& query) const {
 }
 
 Query Chooser::resolve(Query query, const Buffer<Ray>& rays, std::size_t count) {
-  if (!find_method(query.method).chooses) return query;
-  const Effort& effort = effort_on(gpu_.info());
-  if (count < effort.least && !choices_.find(query)) return unmeasured(query, gpu_.info());
-  if (query.rays.empty()) query.rays = class_of(rays, count);
-  const Choice* known = choices_.find(query);
-  if (!known)
-    calibrate({query.rays, query.want, query.numeric, query.knobs, candidates(query)}, query, rays, count);
-  else if (count >= effort.least && (is_due(*known) || (choices_.try_all && known->buffer != rays.id())))
-    calibrate(*known, query, rays, count);
-  else
-    note(query, count);
+  if (begin(query, rays, count) > 0) try_candidates(query, rays, count);
   return resolve(query);
+}
+
+std::uint32_t Chooser::begin(Query& query, const Buffer<Ray>& rays, std::size_t count) {
+  if (!find_method(query.method).chooses) return 0;
+  const std::size_t least = effort_on(gpu_.info()).least;
+  if (count < least && !choices_.find(query)) return 0;
+  if (query.rays.empty()) query.rays = class_of(rays, count);
+  if (!is_due(choices_.find(query), rays, count)) {
+    note(query, count);
+    return 0;
+  }
+  if (choices_.try_all) {
+    try_candidates(query, rays, count);
+    return 0;
+  }
+  const auto start = Clock::now();
+  const Choice choice = choice_for(query);
+  const auto next =
+      std::find_if(choice.candidates.begin() + 1, choice.candidates.end(), [](const Candidate& c) { return !c.tried; });
+  if (next != choice.candidates.end()) prepare_(query_with(query, *next));
+  begun_ = Clock::now() - start;
+  return std::uint32_t(least);
+}
+
+/// Returns what is known of the rays of a query, or a choice whose candidates are all untried.
+Choice Chooser::choice_for(const Query& query) const {
+  if (const Choice* known = choices_.find(query)) return *known;
+  return {query.rays, query.want, query.numeric, query.knobs, candidates(query)};
+}
+
+bool Chooser::is_due(const Choice* known, const Buffer<Ray>& rays, std::size_t count) const {
+  if (!known) return true;
+  if (count < effort_on(gpu_.info()).least) return false;
+  return is_due(*known) || (choices_.try_all && known->buffer != rays.id());
 }
 
 bool Chooser::is_due(const Choice& choice) const {
@@ -278,8 +304,9 @@ std::vector<Candidate> Chooser::candidates(const Query& query) const {
 
 /// Tries candidates of a choice or, if all have been tried, the fastest ones again. Adds the choice after each that was
 /// tried, so that nothing is lost if the process ends.
-void Chooser::calibrate(Choice choice, const Query& query, const Buffer<Ray>& rays, std::size_t count) {
-  const auto start = Clock::now();
+void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count) {
+  const auto start = Clock::now() - std::exchange(begun_, {});
+  Choice choice = choice_for(query);
   const Effort& effort = effort_on(gpu_.info());
   const bool again = choice.complete();
   if (!again) start_run(choice);
@@ -291,7 +318,7 @@ void Chooser::calibrate(Choice choice, const Query& query, const Buffer<Ray>& ra
   choice.sampled = std::uint32_t(samples[0].size());
   Buffer<Hit> hits(gpu_, choice.sampled, Access::Storage, "hits of sampled rays");
   const std::vector<Candidate> from = again ? fastest_of(choice.candidates) : choice.candidates;
-  std::vector<Runner> runners = again ? std::vector<Runner>(from.size()) : runners_of(from);
+  std::vector<Runner> runners = again ? std::vector<Runner>(from.size()) : runners_of(from, gpu_.info());
   RaceRules rules = rules_for(runners, effort, choices_.try_all, again ? 1 : choice.runs_left());
   rules.all_rays = double(count);
   rules.samples = number;
@@ -326,6 +353,7 @@ void Chooser::calibrate(Choice choice, const Query& query, const Buffer<Ray>& ra
                       .trace = trace,
                       .prepare = [&](std::size_t i) { prepare_(query_with(query, from[i])); },
                       .keep = [&] { keep(rules.look_rays); }};
+  rules.budget_s -= std::min(seconds_since(start), 0.5 * rules.budget_s);
   const std::size_t round = race(runners, rules, host);
   if (std::ranges::none_of(runners, [](const Runner& r) { return r.look_ms > 0; })) std::rethrow_exception(why);
   choice.traced_s = 0;

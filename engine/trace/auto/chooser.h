@@ -1,6 +1,7 @@
 // The chooser: resolves method auto to a concrete query, by trials of its candidates on a sample of the rays.
 #pragma once
 
+#include <chrono>
 #include <exception>
 #include <functional>
 #include <optional>
@@ -36,13 +37,22 @@ class Chooser {
   /// knobs that were chosen for its ray class or, before a choice, those of unmeasured().
   Query resolve(const Query& query) const;
 
-  /// The same for rays [0, count) of `rays`. If there is no choice for their class yet, and there are enough of them
-  /// (2^15 on a CPU, 2^18 on a GPU), lets candidates race on samples of them (race.h): those that 0.3 s or 5 % of the
-  /// batch's time suffice for, and as many that kRunsOfTrials processes try all. Those that are left are tried once
-  /// they take no more than kShareOfTrials of what such rays have taken since. When all are tried, the fastest ones
-  /// race again, on the rays of that moment, whenever that takes no more than kShareOfLooks: other views may favour
-  /// another.
+  /// The same for rays [0, count) of `rays`, after a trial on them if one is due.
   Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count);
+
+  /// Begins a batch, rays [0, count) of `rays`: names their class in the query, if it has none. Returns 0 if no trial is
+  /// due on them. Else returns how many of them, the first ones, are to be traced by resolve(query) before it: that
+  /// compiles the kernel of the reference, while the one of the next candidate is made on another thread.
+  /// try_candidates() must follow then. With Choices::try_all it is called here, and the result is 0.
+  /// A trial is due if there is no choice for the class yet, and there are enough rays (2^15 on a CPU, 2^18 on a GPU).
+  /// Candidates that are left are tried once they take no more than kShareOfTrials of what such rays have taken since.
+  /// When all are tried, the fastest ones race again, on the rays of that moment, whenever that takes no more than
+  /// kShareOfLooks: other views may favour another.
+  std::uint32_t begin(Query& query, const Buffer<Ray>& rays, std::size_t count);
+
+  /// The trial: lets candidates race on samples of these rays (race.h): those that 0.3 s or 5 % of the batch's time suffice for,
+  /// and as many that kRunsOfTrials processes try all.
+  void try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   /// Tells that `count` rays are traced by a query without resolve().
   void note(const Query& query, std::size_t count) { choices_.note(query, count); }
@@ -74,17 +84,19 @@ class Chooser {
   std::string class_of(const Buffer<Ray>& rays, std::size_t count);
   std::vector<Candidate> candidates(const Query& query) const;
   bool is_due(const Choice& choice) const;
+  bool is_due(const Choice* known, const Buffer<Ray>& rays, std::size_t count) const;
+  Choice choice_for(const Query& query) const;
   bool compile(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why);
-  void calibrate(Choice choice, const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   Context& gpu_;
   const Bvh* bvh_;
   Trace trace_;
   Prepare prepare_;
   Choices choices_;
-  std::optional<Buffer<Ray>> class_sample_;  // in the host's memory; made on first use
-  std::vector<Known> known_;                 // of the last buffers
-  bool moving_ = false;                      // moved() was called
+  std::optional<Buffer<Ray>> class_sample_;      // in the host's memory; made on first use
+  std::vector<Known> known_;                     // of the last buffers
+  bool moving_ = false;                          // moved() was called
+  std::chrono::steady_clock::duration begun_{};  // what begin() took for the trial that follows
 };
 
 }  // namespace ballot

@@ -8,10 +8,12 @@ namespace ballot {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kHopeless = 2;      // so many times as slow as the fastest at the first look: out
-constexpr double kOutpaced = 1.5;    // after a round
+constexpr double kHopeless = 2;    // so many times as slow as the fastest at the first look: out
+constexpr double kOutpaced = 1.5;  // after a round
+constexpr double kAgainMs = 4;     // what a runner may take to show that it was disturbed
+constexpr std::size_t kRoundsToHalve = 3;
 constexpr double kRoundShare = 0.1;  // of the budget: what a runner may take for a round
-constexpr double kLeastShare = 0.3;  // of the budget, for rounds in any case
+constexpr double kLeastShare = 0.1;  // of the budget, for rounds in any case
 
 double least_look(const std::vector<Runner>& runners) {
   double least = kInfinity;
@@ -24,64 +26,138 @@ std::size_t running(const std::vector<Runner>& runners) {
   return std::size_t(std::ranges::count_if(runners, [](const Runner& r) { return !r.out; }));
 }
 
-/// Puts out those whom a round left behind; when every sample has been traced, the slower half too.
+/// Puts out those whom a round left behind and, after every third round or whenever every sample has been traced if those
+/// are more, the slower half too.
 void put_out(std::vector<Runner>& runners, int round, std::size_t samples) {
   const std::vector<double> slowness = slowness_of(runners, samples);
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < runners.size(); ++i)
     if (!runners[i].out) order.push_back(i);
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return slowness[i]; });
-  const bool halve = (std::size_t(round) + 1) % samples == 0;
+  const bool halve = (std::size_t(round) + 1) % std::max(samples, kRoundsToHalve) == 0;
   const std::size_t stay = halve ? std::max<std::size_t>(2, (order.size() + 1) / 2) : order.size();
   for (std::size_t place = 0; place < order.size(); ++place)
     runners[order[place]].out = place >= stay || slowness[order[place]] > kOutpaced;
 }
 
-/// The time of a race.
-class Watch {
+/// A race under way.
+class Race {
  public:
-  Watch(const RaceRules& rules, const RaceHost& host) : rules_(rules), host_(host), start_(host.now()) {}
-  /// Returns the seconds that the race may take, as far as the looks tell.
-  double budget(const std::vector<Runner>& runners) const {
-    const double least = least_look(runners);
-    if (least == kInfinity) return rules_.budget_s;
-    const double batch_s = rules_.all_rays / double(rules_.look_rays) * least * 1e-3;
-    return std::max(rules_.budget_s, rules_.share * batch_s);
+  Race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host)
+      : runners_(runners), rules_(rules), host_(host), start_(host.now()) {}
+
+  /// Lets runners enter: the reference, those that must be tried, and those that the time left suffices for.
+  void enter_all() {
+    std::size_t fresh = 0;
+    for (std::size_t i = 0; i < runners_.size(); ++i) {
+      Runner& r = runners_[i];
+      const bool before = r.tried;
+      r.out = true;
+      if (before && i > 0) continue;
+      if (!before && fresh >= rules_.must && expected_s(r) > left()) continue;
+      if (fresh + !before < rules_.must) prepare_next(i);
+      enter(i);
+      fresh += !before && r.look_ms > 0;
+      if (r.look_ms > 0) host_.keep();
+    }
   }
-  /// Returns true if `more` seconds more would be over it.
-  bool is_over(const std::vector<Runner>& runners, double more = 0) const {
-    return host_.now() - start_ + more > budget(runners);
-  }
-  /// The same for rounds, the first of which began at `begin`: compiling may have taken all the time.
-  bool are_rounds_over(const std::vector<Runner>& runners, double begin) const {
-    return is_over(runners) && host_.now() - begin > kLeastShare * budget(runners);
+
+  /// Lets the runners that are left trace samples in turn. Returns the rays of a round.
+  std::size_t run_rounds() {
+    const double end = host_.now() + std::max(left(), kLeastShare * budget());
+    const std::size_t size = round_rays(end - host_.now());
+    for (int round = 0; round < rules_.rounds && running(runners_) > 1; ++round) {
+      if (round > 0 && host_.now() + round_s(size) > end) break;
+      run_round(round, size);
+      put_out(runners_, round, rules_.samples);
+    }
+    return size;
   }
 
  private:
+  void run_round(int round, std::size_t rays) {
+    const std::size_t sample = std::size_t(round) % rules_.samples;
+    for (std::size_t i = 0; i < runners_.size(); ++i) {
+      // The first runner of a round finds the caches cold, so they take turns at being first.
+      const std::size_t who = (i + std::size_t(round)) % runners_.size();
+      if (!runners_[who].out) runners_[who].ms.push_back(host_.trace(who, sample, rays));
+    }
+    const std::vector<double> slowness = slowness_of(runners_, rules_.samples);
+    for (std::size_t i = 0; i < runners_.size(); ++i) {
+      Runner& r = runners_[i];
+      if (!r.out) r.ms.back() = confirmed(i, sample, rays, r.ms.back(), r.ms.back() / slowness[i] * kOutpaced);
+    }
+  }
+
+  /// Returns the seconds that the race may take, as far as the looks tell.
+  double budget() const {
+    const double least = least_look(runners_);
+    if (least == kInfinity) return rules_.budget_s;
+    return std::max(rules_.budget_s, rules_.share * rules_.all_rays / double(rules_.look_rays) * least * 1e-3);
+  }
+  double left() const { return start_ + budget() - host_.now(); }
+
+  /// Returns the seconds that a runner is likely to take to enter.
+  double expected_s(const Runner& r) const { return r.entry_s > 0 ? pace_ * r.entry_s : longest_; }
+
+  /// Returns the seconds that a round takes if all runners but one trace it twice.
+  double round_s(std::size_t rays) const {
+    double ms = -least_look(runners_);
+    for (const Runner& r : runners_)
+      if (!r.out) ms += 2 * r.look_ms;
+    return ms * 1e-3 * double(rays) / double(rules_.look_rays);
+  }
+
+  /// Returns the rays of a round: the fastest runner takes its share of the budget, and all together no more than the
+  /// seconds that are left.
+  std::size_t round_rays(double seconds) const {
+    const double look_s = least_look(runners_) * 1e-3, all_s = round_s(rules_.look_rays);
+    const double looks = std::min(kRoundShare * budget() / look_s, seconds / all_s);
+    return std::size_t(
+        std::clamp(looks * double(rules_.look_rays), double(rules_.look_rays), double(rules_.most_rays)));
+  }
+
+  /// Compiles a runner and takes its first look.
+  void enter(std::size_t i) {
+    Runner& r = runners_[i];
+    const double begin = host_.now(), others = least_look(runners_);
+    r.tried = true;
+    r.out = !host_.compile(i);
+    if (!r.out) {
+      r.look_ms = std::max(host_.trace(i, 0, rules_.look_rays), 1e-9);
+      r.look_ms = confirmed(i, 0, rules_.look_rays, r.look_ms, kHopeless * others);
+      r.out = r.look_ms > kHopeless * others;
+    }
+    const double taken = host_.now() - begin;
+    longest_ = std::max(longest_, taken);
+    if (r.entry_s > 0) pace_ = std::max(pace_, taken / r.entry_s);
+  }
+
+  /// Traces a sample again if `ms` is more than `enough`, as the runner may have been disturbed: once, and more often
+  /// while that takes no longer than kAgainMs together. Returns the least time.
+  double confirmed(std::size_t i, std::size_t sample, std::size_t rays, double ms, double enough) const {
+    for (double spent = 0; ms > enough && (spent == 0 || spent < kAgainMs);) {
+      const double one = std::max(host_.trace(i, sample, rays), 1e-9);
+      spent += one;
+      ms = std::min(ms, one);
+    }
+    return ms;
+  }
+
+  /// Prepares the first runner after `i` that was not tried.
+  void prepare_next(std::size_t i) const {
+    const auto next = std::find_if(runners_.begin() + std::ptrdiff_t(i) + 1, runners_.end(),
+                                   [](const Runner& r) { return !r.tried; });
+    if (host_.prepare && next != runners_.end()) host_.prepare(std::size_t(next - runners_.begin()));
+  }
+
+  std::vector<Runner>& runners_;
   const RaceRules& rules_;
   const RaceHost& host_;
-  double start_;
+  const double start_;
+  double longest_ = 0;  // seconds that a runner took to enter
+  double pace_ = 1;     // the most times as long as expected that one took to enter
 };
-
-/// Compiles a runner and takes its first look.
-void enter(std::vector<Runner>& runners, std::size_t i, const RaceRules& rules, const RaceHost& host) {
-  Runner& r = runners[i];
-  r.tried = true;
-  r.out = !host.compile(i);
-  if (r.out) return;
-  const double others = least_look(runners);
-  const auto look = [&] { return std::max(host.trace(i, 0, rules.look_rays), 1e-9); };
-  r.look_ms = look();
-  if (r.look_ms > kHopeless * others) r.look_ms = std::min(r.look_ms, look());  // it may have been disturbed
-  r.out = r.look_ms > kHopeless * others;
-}
-
-/// Prepares the first runner after `i` that was not tried.
-void prepare_next(const std::vector<Runner>& runners, std::size_t i, const RaceHost& host) {
-  const auto next =
-      std::find_if(runners.begin() + std::ptrdiff_t(i) + 1, runners.end(), [](const Runner& r) { return !r.tried; });
-  if (host.prepare && next != runners.end()) host.prepare(std::size_t(next - runners.begin()));
-}
 
 }  // namespace
 
@@ -117,37 +193,9 @@ std::vector<double> slowness_of(const std::vector<Runner>& runners, std::size_t 
 }
 
 std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host) {
-  const Watch watch(rules, host);
-  std::size_t fresh = 0;
-  double longest = 0;  // seconds that a runner took to enter: the next one may take as long
-  for (std::size_t i = 0; i < runners.size(); ++i) {
-    Runner& r = runners[i];
-    const bool before = r.tried;
-    r.out = true;
-    if (before && i > 0) continue;
-    if (!before && fresh >= rules.must && watch.is_over(runners, longest)) continue;
-    if (fresh + !before < rules.must) prepare_next(runners, i, host);
-    const double begin = host.now();
-    enter(runners, i, rules, host);
-    longest = std::max(longest, host.now() - begin);
-    fresh += !before && r.look_ms > 0;
-    if (r.look_ms > 0) host.keep();
-  }
-  const double round_ms = kRoundShare * watch.budget(runners) * 1e3;
-  const double rays = double(rules.look_rays) * round_ms / least_look(runners);
-  const auto size = std::size_t(std::clamp(rays, double(rules.look_rays), double(rules.most_rays)));
-  const double begin = host.now();
-  for (int round = 0; round < rules.rounds && running(runners) > 1; ++round) {
-    if (round > 0 && watch.are_rounds_over(runners, begin)) break;
-    const std::size_t sample = std::size_t(round) % rules.samples;
-    for (std::size_t i = 0; i < runners.size(); ++i) {
-      // The first runner of a round finds the caches cold, so they take turns at being first.
-      const std::size_t who = (i + std::size_t(round)) % runners.size();
-      if (!runners[who].out) runners[who].ms.push_back(host.trace(who, sample, size));
-    }
-    put_out(runners, round, rules.samples);
-  }
-  return size;
+  Race race(runners, rules, host);
+  race.enter_all();
+  return race.run_rounds();
 }
 
 }  // namespace ballot
