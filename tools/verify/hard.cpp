@@ -103,7 +103,6 @@ class HardRun {
     if (begin_) std::exchange(begin_, {})(engine.device());
     for (std::size_t i = 0; i < made.rays.size(); ++i) answer(engine, hard, made.rays, i);
     result_.messages = engine.messages().size();
-    result_.longest = context_->longest_pass();
   } catch (const Error& error) {
     if (error.kind() != Failure::Work) throw;
     HardRecord record = record_of(hard, {}, {});
@@ -126,6 +125,8 @@ class HardRun {
       record.unlike = count_unlike(hits, rays);
       record.differing = count_differing(first.try_emplace(record.numeric, hits).first->second, hits, record.any);
       result_.records.push_back(std::move(record));
+      if (const Context::Timed longest = context_->longest_pass(); longest.ms > result_.longest.ms)
+        result_.longest = {fmt::format("{}, in case {}, {}", longest.what, hard.name, rays.name), longest.ms};
       poll((double(set) + double(i + 1) / double(entries_.size())) / double(sets.size()));
     }
   }
