@@ -100,7 +100,7 @@ dvec3 crossed(dvec3 a, dvec3 b) {
 // for their own rounding. Nothing leaves the range of double: numbers are 0 or at least 2^-447, and below 2^390.
 struct DoubleSight {
   double side[3], side_error;
-  double t, error;  // error is infinite if det may be 0
+  double depth, t, error;  // error is infinite if det may be 0
   bool precise_values;
 };
 
@@ -120,6 +120,7 @@ DoubleSight look(Ray ray, Corners corners) {
   s.side_error = unit * k * (e + distance);
   bool sure = abs(det) > 2.0lf * det_error;
   precise double t = depth / (sure ? det : 1.0lf);
+  s.depth = depth;
   s.t = t;
   // |depth / det - t| <= (depth_error + |t| det_error) / |det exactly|, plus the rounding of the quotient.
   s.error = sure ? 1.001lf * (depth_error + abs(t) * det_error) / (abs(det) - det_error) + 4.5e-16lf * abs(t)
@@ -128,11 +129,42 @@ DoubleSight look(Ray ray, Corners corners) {
   return s;
 }
 
-// Returns true if all three sides surely have one sign. `missed` is true if two surely have opposite signs.
+// Extends the span of bits from the lowest that is set to beyond the highest, in powers of two, by those of a number.
+ivec2 with_bits(ivec2 span, float x) {
+  uint bits = floatBitsToUint(x), m = mantissa_of(bits);
+  int e = exponent_of(bits);
+  return m == 0u ? span : ivec2(min(span.x, e + findLSB(m)), max(span.y, e + findMSB(m) + 1));
+}
+ivec2 with_bits(ivec2 span, vec3 v) { return with_bits(with_bits(with_bits(span, v.x), v.y), v.z); }
+
+// Returns true if look() does not round, as in grids and boxes along the axes. There rays meet edges, and triangles of
+// their own plane, again and again. If points are integers below 2^15 of one unit and the direction is so of another,
+// differences are below 2^16, components of the normal below 2^33, of the moment below 2^32, and det, depth and sides
+// below 2^52.
+bool is_exact_in_double(Ray ray, Corners corners) {
+  const ivec2 none = ivec2(1000, -1000);
+  ivec2 points = with_bits(with_bits(with_bits(with_bits(none, ray.origin), corners.v0), corners.v1), corners.v2);
+  ivec2 dir = with_bits(none, ray.dir);
+  return points.y - points.x <= 15 && dir.y - dir.x <= 15;
+}
+
+// Removes the bounds of rounding from a sight without rounding, but for the quotient. Returns false if det is 0.
+bool remove_rounding(inout DoubleSight s) {
+  precise double det = s.side[0] + s.side[1] + s.side[2];
+  bool meets = det != 0.0lf;
+  precise double t = s.depth / (meets ? det : 1.0lf);
+  s.side_error = 0.0lf;
+  s.t = t;
+  s.error = 4.5e-16lf * abs(t);
+  s.precise_values = true;
+  return meets;
+}
+
+// Returns true if surely no two of the sides have opposite signs. `missed` is true if two surely have.
 bool sides_agree(DoubleSight s, out bool missed) {
   double most = max(s.side[0], max(s.side[1], s.side[2])), least = min(s.side[0], min(s.side[1], s.side[2]));
   missed = most > s.side_error && least < -s.side_error;
-  return least > s.side_error || most < -s.side_error;
+  return least > s.side_error || most < -s.side_error || (s.side_error == 0.0lf && !missed);
 }
 
 int sign_of(double x) { return x > 0.0lf ? 1 : x < 0.0lf ? -1 : 0; }
@@ -234,17 +266,23 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
   DoubleSight s = look(ray, corners);
   bool missed, cut = false;
   Doubt doubt = doubt_of(ray, space, prim, best.prim, s, missed);
-#if !BALLOT_ANY_HIT
-  // Copies of a triangle are hit at one t. There the smallest prim wins, and nothing has to be computed.
-  if (!missed && doubt.order && coincide(corners, corners_of(fetch_triangle(space.best_texel, AS_STORED)))) {
-    doubt.order = false;
-    missed = prim > best.prim;
-  }
-#endif
   bool hit = !missed;
   uint decisions = hit && (doubt.values || doubt.range || doubt.order) ? 1u : 0u;
   for (uint i = 0u; i < decisions; ++i) {
-    hit = decide_exactly(ray, space, corners, prim, best.prim, doubt, s);
+    if (is_exact_in_double(ray, corners)) {
+      bool meets = remove_rounding(s);
+      doubt = doubt_of(ray, space, prim, best.prim, s, missed);
+      hit = meets && !missed;
+    }
+#if !BALLOT_ANY_HIT
+    // Copies of a triangle are hit at one t. There the smallest prim wins, and nothing has to be computed.
+    if (doubt.order && coincide(corners, corners_of(fetch_triangle(space.best_texel, AS_STORED)))) {
+      doubt.order = false;
+      hit = hit && prim < best.prim;
+    }
+#endif
+    uint left = hit && (doubt.values || doubt.range || doubt.order) ? 1u : 0u;
+    for (uint j = 0u; j < left; ++j) hit = decide_exactly(ray, space, corners, prim, best.prim, doubt, s);
     // A loop that a driver has cut short does not loop again.
     uint twice = 0u;
     while (twice < decisions + 1u) ++twice;
