@@ -50,9 +50,9 @@ class QueryJudge {
   /// than 64 * 2^-24 (M + M') + 2^-85 R allows (shaders/query/closest_point.comp), or if the distance exceeds the
   /// limit.
   QueryErrors nearest(std::span<const ProbePoint> points, std::span<const Nearest> found) const;
-  /// Judges Nearest::behind. A side is wrong if it is not that of the exact nearest point. Of points whose nearest one is
-  /// inside of a triangle it is beyond its bound if it is wrong although that is the triangle found, and the bound of
-  /// the distance separates it from the triangle's plane and edges. At edges and corners no bound is judged.
+  /// Judges Nearest::behind. A side is wrong if it is not that of the exact nearest point. Of points whose nearest one
+  /// is inside of a triangle it is beyond its bound if it is wrong although that is the triangle found, and the bound
+  /// of the distance separates it from the triangle's plane and edges. At edges and corners no bound is judged.
   QueryErrors sides(std::span<const ProbePoint> points, std::span<const Nearest> found) const;
   /// An answer is beyond its bound if the point is 16 * 2^-24 M away from the surface (shaders/query/inside.comp).
   QueryErrors inside(std::span<const ProbePoint> points, std::span<const std::uint32_t> found) const;

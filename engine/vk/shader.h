@@ -24,8 +24,8 @@ struct Spirv {
 /// Throws Error(Work) if $BALLOT_SHADERS names a folder without shaders.
 std::filesystem::path shader_folder();
 
-/// Kept: a module has the functions and variables of its text. Inlined: functions are inlined, and values that were just
-/// stored are not loaded again. A driver does the same; no arithmetic is changed.
+/// Kept: a module has the functions and variables of its text. Inlined: functions are inlined, and values that were
+/// just stored are not loaded again. A driver does the same; no arithmetic is changed.
 enum class Calls { Kept, Inlined };
 
 /// Compiles the shader `file` of shader_folder() for Vulkan 1.2. An #include is relative to the including file. The

@@ -49,8 +49,8 @@
 // height is below 2^-48, or 2^-86 R. An edge whose squared length is below 2^-102 is taken for its ends, which are
 // within 2^-90 R. So the bound is 2^-85 R larger.
 //
-// So the distance of the reported triangle is at most that of the nearest one plus 64 w (M + M') + 2^-85 R, with M' that of the
-// nearest triangle.
+// So the distance of the reported triangle is at most that of the nearest one plus 64 w (M + M') + 2^-85 R, with M'
+// that of the nearest triangle.
 //
 // Boxes. R, the largest distance of P from a point of the scene along an axis, is at least M / sqrt(3). A box culls a
 // triangle only if its computed distance surely exceeds the best: 64 sqrt(3) w R = 111 w R for the triangle's distance,
@@ -229,12 +229,18 @@ void store_nearest(uint index, Probe p, Best best, float limit, bool cut_short) 
   hit_words[2u * index + 1u] = second;
 }
 
+// Returns true for 0 to infinity. Tests the bits, because a device may take a denormal negative limit for 0.
+bool is_limit(float limit) {
+  uint bits = floatBitsToUint(limit);
+  return bits <= 0x7F800000u || bits == 0x80000000u;
+}
+
 void main() {
   uint index = push.ray_begin + gl_GlobalInvocationID.x;
   bool inside = index < push.ray_end;
   vec4 record = ray_half(inside ? index : push.ray_begin);
   float limit = record.w;
-  bool live = inside && is_finite(record.xyz) && limit >= 0.0;
+  bool live = inside && is_finite(record.xyz) && is_limit(limit);
   Probe p = make_probe(live ? record.xyz : push.scene_lo);
   PROBE_STACK_DECLARE
   uint top = 0u, node = live ? push.root : END_OF_TREE;

@@ -32,8 +32,8 @@
 //
 // BALLOT_EXACT. With m the largest |y| or |z| of the vertices, these are off by w m, so a side is off by 4 w m m and
 // terms of second order: B = 8 w m m and 2^-96 for what underflows. X is then off by 3 B + 8 w (the sum of |E_i|),
-// times the largest |x|, and 2^-120 for what underflows. What is decided by more than that is decided exactly; so is a triangle behind the point, whose
-// x are all negative.
+// times the largest |x|, and 2^-120 for what underflows. What is decided by more than that is decided exactly; so is a
+// triangle behind the point, whose x are all negative.
 //
 // Boxes are widened by 128 w R (lib/query/frame.glsl), with R the reach of the scene, more than vertices move. Far
 // points, which lie outside of the bounds of the scene, are outside. With BALLOT_EXACT they are UNSURE where their ray

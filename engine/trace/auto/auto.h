@@ -27,8 +27,8 @@ struct Candidate {
 /// cannot follow them is left out. If none is left, throws Error(Arguments) with the reason for the first.
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device);
 
-/// Returns the seconds that a candidate is expected to take to compile and to trace a few rays on such a device, if it is
-/// quiet. 0: unknown.
+/// Returns the seconds that a candidate is expected to take to compile and to trace a few rays on such a device, if it
+/// is quiet. 0: unknown.
 double entry_seconds(const Candidate& candidate, const DeviceInfo& device);
 
 /// Returns the query that auto runs without a trial, on batches that are too small for a trial to pay.

@@ -40,18 +40,18 @@ class Chooser {
   /// The same for rays [0, count) of `rays`, after a trial on them if one is due.
   Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count);
 
-  /// Begins a batch, rays [0, count) of `rays`: names their class in the query, if it has none. Returns 0 if no trial is
-  /// due on them. Else returns how many of them, the first ones, are to be traced by resolve(query) before it: that
+  /// Begins a batch, rays [0, count) of `rays`: names their class in the query, if it has none. Returns 0 if no trial
+  /// is due on them. Else returns how many of them, the first ones, are to be traced by resolve(query) before it: that
   /// compiles the kernel of the reference, while the one of the next candidate is made on another thread.
-  /// try_candidates() must follow then. With Choices::try_all it is called here, and the result is 0.
-  /// A trial is due if there is no choice for the class yet, and there are enough rays (2^15 on a CPU, 2^18 on a GPU).
-  /// Candidates that are left are tried once they take no more than kShareOfTrials of what such rays have taken since.
-  /// When all are tried, the fastest ones race again, on the rays of that moment, whenever that takes no more than
-  /// kShareOfLooks: other views may favour another.
+  /// try_candidates() must follow then. With Choices::try_all it is called here, and the result is 0. A trial is due if
+  /// there is no choice for the class yet, and there are enough rays (2^15 on a CPU, 2^18 on a GPU). Candidates that
+  /// are left are tried once they take no more than kShareOfTrials of what such rays have taken since. When all are
+  /// tried, the fastest ones race again, on the rays of that moment, whenever that takes no more than kShareOfLooks:
+  /// other views may favour another.
   std::uint32_t begin(Query& query, const Buffer<Ray>& rays, std::size_t count);
 
-  /// The trial: lets candidates race on samples of these rays (race.h): those that 0.3 s or 5 % of the batch's time suffice for,
-  /// and as many that kRunsOfTrials processes try all.
+  /// The trial: lets candidates race on samples of these rays (race.h): those that 0.3 s or 5 % of the batch's time
+  /// suffice for, and as many that kRunsOfTrials processes try all.
   void try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   /// Tells that `count` rays are traced by a query without resolve().
