@@ -44,7 +44,8 @@ typedef struct BallotPointQuery {
 } BallotPointQuery;
 
 /* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of
- * the reported triangle, and M' that of the nearest triangle. Distances have an error of at most 64 * 2^-24 (M + M').
+ * the reported triangle, M' that of the nearest triangle, and R the largest distance to a point of the scene along an
+ * axis. Distances have an error of at most 64 * 2^-24 (M + M') + 2^-85 R.
  * `inside` is right if every triangle is farther away than 16 * 2^-24 times the distance to its own farthest vertex.
  * The inside test is refused if an edge has an odd number of triangles, signs by pseudonormals if two triangles run
  * along an edge in the same direction. With numeric "exact" the nearest triangle and

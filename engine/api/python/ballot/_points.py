@@ -77,8 +77,9 @@ class Queries:
 
         points   (..., 3) float32 or float64; one that is not finite is near nothing, and outside
         columns  some of
-                 "distances"         (...) float32: within 64 * 2^-24 (M + M') of the true one, M and M' being the
-                                     largest distances of a vertex of the reported and of the nearest triangle
+                 "distances"         (...) float32: within 64 * 2^-24 (M + M') + 2^-85 R of the true one, M and M' being
+                                     the largest distances of a vertex of the reported and of the nearest triangle,
+                                     R that of a point of the scene along an axis
                  "points"            (..., 3) float32: the nearest point
                  "prims"             (...) uint32: its triangle, within its mesh; of those as near the smallest number
                  "mesh_ids"          (...) uint32: the id of its mesh
