@@ -242,8 +242,10 @@ void add_distance(CLI::App& app, int& result) {
       "Examples: ballot distance bunny.glb --points points.npy --out distances.npy --signed\n"
       "          ballot distance bunny.glb --grid 256 --signed --sign pseudonormal --out field.npy --slice z=0.5 --png "
       "s.png\n"
-      "Distances are within 64 * 2^-24 (M + M') + 2^-85 R of the true ones, with M and M' the largest distances of a\n"
-      "vertex of the reported and of the nearest triangle, and R that of a point of the scene along an axis. A point that is not finite has an infinite distance.");
+      "Distances are within 64 * 2^-24 (M + M') + 2^-85 R of the true ones. M and M' are the largest distances of a "
+      "vertex\n"
+      "of the reported and of the nearest triangle, R that of a point of the scene along an axis. A point that is not\n"
+      "finite has an infinite distance.");
   add_point_options(*cmd, *args, "FILE.npy for the distances, float32 (n,); with --grid (N,N,N), or FILE.raw");
   cmd->add_option(
       "--grid", args->grid,
