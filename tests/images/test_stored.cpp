@@ -14,7 +14,7 @@ Scene floor_scene() {
   scene.materials.push_back({.name = "tiles", .base_texture = {.texture = 0}});
   scene.textures.push_back({.image = 0});
   TextureImage image{.name = "noise", .width = 8, .height = 8};
-  for (int i = 0; i < 8 * 8 * 4; ++i) image.rgba.push_back(i % 4 == 3 ? 255 : std::uint8_t(97 * i % 251));
+  for (int i = 0; i < 8 * 8 * 4; ++i) image.rgba.push_back(std::uint8_t(i % 4 == 3 ? 255 : 97 * i % 251));
   scene.images.push_back(std::move(image));
   const auto at = [](int x, int y) {
     return glm::vec3(2.0f * float(x) / kSide - 1, 2.0f * float(y) / kSide - 1, 0.125f * float((x * y) % 3));
