@@ -132,7 +132,8 @@ TEST_F(Points, BenchAndVerifyKnowQueries) {
                                     "random points", "surface", "M/s"});
   EXPECT_TRUE(json("q.json")["records"][1]["checked"].is_null());
   expect_parts(succeed(verify).out, {"wrong", "beyond the bound", "exact: ", "answers judged, 0 differ"});
-  for (const auto& record : json("q.json")["records"]) {
+  const auto document = json("q.json");
+  for (const auto& record : document["records"]) {
     if (record["query"] == "nearest hit") continue;
     EXPECT_GT(record["checked"], 200);
     EXPECT_EQ(record["beyond"], 0);

@@ -163,7 +163,9 @@ TEST(Soak, MemoryAndDescriptorsStay) {
              seconds_since(start), first, before.resident_mib, after.resident_mib, before.descriptors,
              after.descriptors);
   EXPECT_LE(after.descriptors, before.descriptors);
+#if !defined(__SANITIZE_ADDRESS__)  // which keeps freed memory for a while
   EXPECT_LE(after.resident_mib, before.resident_mib + kGrowthMiB);
+#endif
 }
 
 }  // namespace
