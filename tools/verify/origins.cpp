@@ -13,7 +13,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kKinds[] = {"reflect", "refract", "shadow", "ao", "diffuse"};
+/// Returns the kinds of secondary rays, without those that join the rays of others.
+std::vector<const RayKind*> studied_kinds() {
+  std::vector<const RayKind*> kinds;
+  for (const RayKind& kind : kRayKinds)
+    if (!kind.from_camera() && kind.generators.size() == 1) kinds.push_back(&kind);
+  return kinds;
+}
 
 struct Grid {
   std::vector<double> sizes, distances;
@@ -36,8 +42,8 @@ OriginRecord measure(Engine& engine, const OriginPolicy& policy, const OriginStu
   record.policy = policy.label;
   std::vector<double> offsets, ulps;
   for (const View& view : engine.scene().views)
-    for (const char* kind : kKinds) {
-      const auto batch = engine.make_batch(view, find_ray_kind(kind), study.width, study.height, policy.options);
+    for (const RayKind* kind : studied_kinds()) {
+      const auto batch = engine.make_batch(view, *kind, study.width, study.height, policy.options);
       for (const OriginCheck& check : engine.check_origins(*batch)) {
         ++record.rays;
         record.self_hits += check.self_hit;
