@@ -38,6 +38,8 @@ struct TreeFormat {
   std::uint32_t width = 0, node_texels = 0;
   std::uint64_t most_nodes = 0;
   bool collapsed() const { return width > 0; }
+  /// True if a walk may begin at any node of the pair tree, because kernels always read that.
+  bool begins_at_pairs() const { return pairs == Pairs::Always; }
 };
 
 // clang-format off

@@ -30,9 +30,9 @@ void TraceKernels::take_arrays(TraceKernel& k, const Variant& v) {
   const Method& method = *v.method;
   const TreeAccess access = v.config.tree_access();
   k.tree = tree_.generation();
-  // Walks that the driver cut short are repaired from nodes that the host knows (repair.h): those of the same format,
-  // or the pairs where the tree is collapsed.
-  const bool repaired_here = v.config.loops_cut && !format_of(method.tree).collapsed();
+  // Walks that the driver cut short are repaired from pairs that the host knows (repair.h), by this method if it can
+  // begin there.
+  const bool repaired_here = v.config.loops_cut && format_of(method.tree).begins_at_pairs();
   const Source source = repaired_here ? Source::Host : tree_.source_of(method.tree, v.numeric->leaves);
   k.nodes = method.reads_pairs(v.config) ? &tree_.nodes(access, source) : nullptr;
   k.format = format_of(method.tree).encode ? &tree_.format(method.tree, access, source) : nullptr;

@@ -110,7 +110,7 @@ std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit) {
 }
 
 Query repair_query(Query query) {
-  if (format_of(find_method(query.method).tree).collapsed()) {  // pieces are subtrees of the binary tree
+  if (!format_of(find_method(query.method).tree).begins_at_pairs()) {  // pieces are subtrees of the pair tree
     query.method = kPlainestMethod;
     query.knobs = {};
   }

@@ -115,7 +115,7 @@ void measure_wide_trees(Context& gpu, const Scene& scene, const Args& args) {
   build.write(NodeLayout::Interleaved, Padding::Ray, pairs, leaves);
   const PairTree here = encode_pairs(build.bvh(), scene.triangles, NodeLayout::Interleaved);
   for (const TreeFormat& format : kTreeFormats) {
-    if (!format.collapsed()) continue;
+    if (!format.collapsed() || !format.on_device) continue;
     WideEncoder& encoder = build.encoder(format.id);
     Spent spent;
     std::vector<double> collapse, encode;

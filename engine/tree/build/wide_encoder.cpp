@@ -141,7 +141,7 @@ std::vector<KernelSource> encoder_sources(const DeviceInfo& device) {
   std::vector<KernelSource> all{build_source("collapse_begin", device)};
   for (const char* name : {"needs", "place_blocks", "places"}) all.push_back(place_source(name, device));
   for (const TreeFormat& format : kTreeFormats) {
-    if (!format.collapsed()) continue;
+    if (!format.collapsed() || !format.on_device) continue;
     const bool again = format.id == TreeFormatId::Wide8;  // plan and nodes are those of bvh8
     for (const char* name : {"collapse_plan", "collapse_nodes", "collapse_number"})
       if (!again || std::string_view(name) == "collapse_number") all.push_back(collapse_source(name, device, format));
