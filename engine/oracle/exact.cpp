@@ -25,9 +25,9 @@ ExactHit as_hit(const ExactSight& sight, std::uint32_t prim) {
 }
 
 // A triangle that the ray may hit. Its exact numbers are computed on first use.
-class Candidate {
+class HitCandidate {
  public:
-  Candidate(const Ray& ray, const Triangle& triangle, std::uint32_t prim)
+  HitCandidate(const Ray& ray, const Triangle& triangle, std::uint32_t prim)
       : ray_(&ray), triangle_(triangle), prim_(prim) {}
 
   const ExactSight& exact() {
@@ -81,7 +81,7 @@ class Search {
     const FilterSight sight(filter, triangle);
     const Sure line = sight.hits_line();
     if (line == Sure::No) return;
-    Candidate candidate(ray, triangle, decode_prim(bvh_, texel));
+    HitCandidate candidate(ray, triangle, decode_prim(bvh_, texel));
     if (best_ && best_->prim() == candidate.prim()) return;
     candidate.set_t(sight.t_bounds());
     const Interval& t = candidate.t();
@@ -99,7 +99,7 @@ class Search {
   }
 
   // True if the candidate comes before the best hit so far.
-  bool nearer(Candidate& candidate) {
+  bool nearer(HitCandidate& candidate) {
     if (candidate.t().high < best_->t().low) return true;
     if (candidate.t().low > best_->t().high) return false;
     ++counts_.order_failures;
@@ -111,7 +111,7 @@ class Search {
 
   const PairTree& bvh_;
   Walker walker_;
-  std::optional<Candidate> best_;
+  std::optional<HitCandidate> best_;
   ExactCounts counts_;
 };
 
