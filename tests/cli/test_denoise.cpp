@@ -2,6 +2,8 @@
 #include <cmath>
 
 #include "engine/core/image.h"
+#include "engine/core/registry.h"
+#include "engine/render/path/integrators.h"
 #include "tests/cli/cli.h"
 
 namespace ballot::test {
@@ -45,7 +47,7 @@ TEST_F(Denoise, ErrorsSayWhatIsMissing) {
          {"render", "square.glb", "--view", "front", "--shading", "path", "--spp", "1", "--size", "7x5", "--denoise",
           "--out", "a.exr"},
          fake_);
-  refuse(2, {"--denoise: shading 'eyelight' has no noise; it is for ao, whitted, path"},
+  refuse(2, {"--denoise: shading 'eyelight' has no noise; it is for " + names_of(kIntegrators)},
          {"render", "square.glb", "--denoise"});
   refuse(2, {"--denoise: needs the whole picture"},
          {"render", "square.glb", "--shading", "ao", "--denoise", "--tiles", "0/2"});
