@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kMaxIndex = std::size_t{1} << 31;
 
 // A node of the builder's tree and its place in the reference form.
-struct Place {
+struct PlacedNode {
   const BuildNode* from;
   std::uint32_t index;
   std::uint32_t inner_above;  // inner nodes on the path from the root, without this one
@@ -58,9 +58,9 @@ Bvh flatten(const BuildNode* root, const BuildSettings& settings) {
   Bvh bvh;
   if (root == nullptr) return bvh;
   bvh.nodes.resize(2);
-  std::vector<Place> todo{{root, 0, 0}};
+  std::vector<PlacedNode> todo{{root, 0, 0}};
   while (!todo.empty()) {
-    const Place place = todo.back();
+    const PlacedNode place = todo.back();
     todo.pop_back();
     if (place.from->count > 0) {
       place_leaf(*place.from, bvh.nodes[place.index], bvh);

@@ -18,7 +18,7 @@ constexpr std::size_t kChunk = 1 << 15;
 std::size_t chunks_of(std::size_t count) { return (count + kChunk - 1) / kChunk; }
 
 /// The share of a chunk of nodes in a refit.
-struct Part {
+struct ChunkShare {
   double cost = 0;                   // by the SAH, not divided by the area of the root
   std::vector<std::uint32_t> later;  // nodes with children that other chunks finish, the last first
 };
@@ -46,7 +46,7 @@ class Refit {
 
  private:
   void refit_chunk(std::size_t begin, std::size_t end) {
-    Part& part = parts_[begin / kChunk];
+    ChunkShare& part = parts_[begin / kChunk];
     for (std::size_t i = end; i-- > begin;) {
       if (i == 1) continue;  // not used
       BvhNode& node = bvh_.nodes[i];
@@ -63,7 +63,7 @@ class Refit {
 
   bool is_done(std::size_t node) const { return bvh_.nodes[node].lo.x == bvh_.nodes[node].lo.x; }
 
-  void refit_leaf(BvhNode& leaf, Part& part) const {
+  void refit_leaf(BvhNode& leaf, ChunkShare& part) const {
     Bounds box = bounds_of(triangles_[bvh_.references[leaf.first]]);
     for (std::uint32_t k = 1; k < leaf.count; ++k) {
       const Bounds other = bounds_of(triangles_[bvh_.references[leaf.first + k]]);
@@ -74,7 +74,7 @@ class Refit {
     part.cost += half_area(box.lo, box.hi) * double{settings_.intersection_cost} * leaf.count;
   }
 
-  void unite(BvhNode& node, Part& part) const {
+  void unite(BvhNode& node, ChunkShare& part) const {
     const BvhNode &left = bvh_.nodes[node.first], &right = bvh_.nodes[node.first + 1];
     node.lo = glm::min(left.lo, right.lo);
     node.hi = glm::max(left.hi, right.hi);
@@ -84,7 +84,7 @@ class Refit {
   Bvh& bvh_;
   const std::span<const Triangle> triangles_;
   const BuildSettings& settings_;
-  std::vector<Part> parts_;
+  std::vector<ChunkShare> parts_;
 };
 
 bool is_in_range(const Triangle& t) {

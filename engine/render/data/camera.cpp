@@ -75,12 +75,12 @@ std::string camera_name(const SceneFeatures& features) {
 
 std::uint32_t padded_rays(std::uint32_t width, std::uint32_t height) {
   const std::uint32_t tiles_x = (width + TILE_SIZE - 1) / TILE_SIZE, tiles_y = (height + TILE_SIZE - 1) / TILE_SIZE;
-  return tiles_x * tiles_y * TILE_SIZE * TILE_SIZE;
+  return tiles_x * tiles_y * kTileRays;
 }
 
 glm::uvec2 pixel_of(std::uint32_t ray, std::uint32_t width) {
   const std::uint32_t tiles_x = (width + TILE_SIZE - 1) / TILE_SIZE;
-  const std::uint32_t tile = ray / (TILE_SIZE * TILE_SIZE), inner = ray % (TILE_SIZE * TILE_SIZE);
+  const std::uint32_t tile = ray / kTileRays, inner = ray % kTileRays;
   return {tile % tiles_x * TILE_SIZE + even_bits(inner), tile / tiles_x * TILE_SIZE + even_bits(inner >> 1)};
 }
 

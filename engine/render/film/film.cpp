@@ -7,8 +7,6 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kTileRays = TILE_SIZE * TILE_SIZE;
-
 /// The pixels of a tile are listed from `first` on.
 struct ListedTile {
   std::uint32_t tile;

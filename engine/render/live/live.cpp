@@ -13,8 +13,6 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kTileRays = TILE_SIZE * TILE_SIZE;
-
 KernelSource plain_source(const std::string& folder, const std::string& name) {
   return {.name = folder + "." + name, .file = folder + "/" + name + ".comp", .defines = {}, .constants = {}};
 }
