@@ -1,18 +1,15 @@
 #include "engine/query/coherent_order.h"
 
 #include <algorithm>
-#include <array>
 #include <glm/common.hpp>
-#include <utility>
 
-#include "engine/core/parallel.h"
+#include "engine/core/key_sort.h"
 
 namespace ballot {
 
 namespace {
 
-constexpr int kDigitBits = 10, kDigits = 3;  // keys have 30 bits
-constexpr std::size_t kKeyChunk = 1 << 14;
+constexpr int kKeyBits = 30;
 
 /// Spreads the lower ten bits of x, so that two bits are free behind each.
 std::uint32_t spread(std::uint32_t x) {
@@ -41,35 +38,12 @@ struct Frame {
   glm::vec3 lo, inverse{0};
 };
 
-/// Sorts by keys, digit by digit from the lowest.
-template <class KeyOf>
-void sort_by(std::size_t count, const KeyOf& key_of, std::vector<std::uint32_t>& order) {
-  struct Entry {
-    std::uint32_t key, place;
-  };
-  std::vector<Entry> from(count), to(count);
-  for_chunks(count, kKeyChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) from[i] = {key_of(i), std::uint32_t(i)};
-  });
-  for (int digit = 0; digit < kDigits; ++digit) {
-    const auto of = [&](const Entry& e) { return e.key >> (digit * kDigitBits) & ((1u << kDigitBits) - 1); };
-    std::array<std::uint32_t, 1 << kDigitBits> first{};
-    for (const Entry& e : from) ++first[of(e)];
-    std::uint32_t sum = 0;
-    for (std::uint32_t& f : first) sum += std::exchange(f, sum);
-    for (const Entry& e : from) to[first[of(e)]++] = e;
-    from.swap(to);
-  }
-  order.resize(count);
-  for (std::size_t i = 0; i < count; ++i) order[i] = from[i].place;
-}
-
 }  // namespace
 
 void order_points(std::span<const ProbePoint> points, const Bounds& bounds, std::vector<std::uint32_t>& order) {
   const Frame frame(bounds);
-  sort_by(
-      points.size(), [&](std::size_t i) { return morton_code(frame.unit(points[i].at), 10); }, order);
+  order_by(
+      points.size(), [&](std::size_t i) { return morton_code(frame.unit(points[i].at), 10); }, kKeyBits, order);
 }
 
 bool order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std::uint32_t>& order) {
@@ -87,7 +61,7 @@ bool order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std
   std::size_t alike = 0;
   for (std::size_t i = 1; i < sample; ++i) alike += key(i) >> 15 == key(i - 1) >> 15;
   if (2 * alike >= sample) return false;
-  sort_by(rays.size(), key, order);
+  order_by(rays.size(), key, kKeyBits, order);
   return true;
 }
 
