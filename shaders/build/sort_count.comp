@@ -10,7 +10,7 @@ shared uint tile_counts[BUILD_DIGITS];
 void main() {
   for (uint d = gl_LocalInvocationIndex; d < BUILD_DIGITS; d += GROUP_SIZE) tile_counts[d] = 0u;
   barrier();
-  uint first = gl_WorkGroupID.x * TILE, end = min(first + TILE, push.keys);
+  uint first = gl_WorkGroupID.x * TILE, end = min(first + TILE, key_count());
   for (uint i = first + gl_LocalInvocationIndex; i < end; i += GROUP_SIZE)
     atomicAdd(tile_counts[digit_of(keys[i], push.shift)], 1u);
   barrier();

@@ -25,7 +25,7 @@ uvec4 lanes_with(uint digit, bool has_key) {
 }
 
 BUILD_MAIN {
-  uint lane = lane_of_group();
+  uint lane = lane_of_group(), key_end = key_count();
   for (uint i = lane; i < BUILD_GROUP_SUBGROUPS * BUILD_DIGITS; i += GROUP_SIZE) places[i] = 0u;
   barrier();
   uint own = gl_SubgroupID * BUILD_DIGITS;
@@ -33,7 +33,7 @@ BUILD_MAIN {
   uint ranks[BUILD_TILE_KEYS];
   for (uint k = 0u; k < BUILD_TILE_KEYS; ++k) {
     uint i = first + k * SUBGROUP_SIZE;
-    bool has_key = i < push.keys;
+    bool has_key = i < key_end;
     uint digit = has_key ? digit_of(keys[i], push.shift) : 0u;
     uvec4 lanes = lanes_with(digit, has_key);
     uint leader = subgroupBallotFindLSB(lanes), before = 0u;
@@ -60,7 +60,7 @@ BUILD_MAIN {
   barrier();
   for (uint k = 0u; k < BUILD_TILE_KEYS; ++k) {
     uint i = first + k * SUBGROUP_SIZE;
-    if (i >= push.keys) continue;
+    if (i >= key_end) continue;
     Key key = keys[i];
     uint to = places[own + digit_of(key, push.shift)] + ranks[k];
     keys_out[to] = key;

@@ -36,6 +36,7 @@
 #define BIND_BUILD_CHOICES 22     // of each pair: how it is collapsed
 #define BIND_BUILD_WIDE_NODES 23  // the pair of each wide node
 #define BIND_BUILD_FORMAT 24      // the wide tree (layout.h)
+#define BIND_BUILD_ARGS 25        // sorting with BALLOT_INDIRECT: indirect arguments that count the keys
 // Of instances. Where a tree is built over their boxes, these lie in the place of the triangles.
 #define BIND_BUILD_TRANSFORMS 15  // twelve floats an instance
 #define BIND_BUILD_PARTS 16       // of each instance its mesh and the number of its first triangle
@@ -112,10 +113,11 @@ struct BuildPush {
 
 // Push constants of the kernels that sort.
 struct SortPush {
-  uint keys;
+  uint keys;   // with BALLOT_INDIRECT: their number at most
   uint tiles;
   uint shift;  // of the digit
   uint first;  // 1: the first pass, where the prim of a key is its index
+  uint args;   // with BALLOT_INDIRECT: which indirect arguments
 };
 
 // Push constants of cluster.comp: the costs of the SAH.

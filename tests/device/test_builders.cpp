@@ -350,7 +350,7 @@ TEST_F(Builders, SortAgreesWithTheStandardLibrary) {
       a.upload(given);
       RadixSort sort(*gpu_, bits, count);
       PassMs ms;
-      const std::size_t at = sort.record({{&a, &b}, {&p, &q}}, count, ms);
+      const std::size_t at = sort.record({{&a, &b}, {&p, &q}}, {count}, added_to(ms, "sort"));
       (at ? b : a).download(out);
       std::vector<std::uint32_t> expected(count);
       std::iota(expected.begin(), expected.end(), 0u);

@@ -47,8 +47,10 @@ std::vector<KernelSource> build_sources(const DeviceInfo& device) {
     for (const char* name : {"bounds", "parents", "refit", "refit_end"})
       all.push_back(build_source(name, device, over_define(over)));
   for (const int words : {1, 2}) {
-    for (const char* name : {"codes", "sort_count", "sort_sum", "sort_move"})
-      all.push_back(build_source(name, device, {{"KEY_WORDS", words}}));
+    all.push_back(build_source("codes", device, {{"KEY_WORDS", words}}));
+    for (const char* name : {"sort_count", "sort_sum", "sort_move"})
+      for (const int indirect : {0, 1})
+        all.push_back(build_source(name, device, {{"KEY_WORDS", words}, {"INDIRECT", indirect}}));
     all.push_back(build_source("cluster", device, {{"KEY_WORDS", words}}, cluster_subgroups(device)));
   }
   const Defines boxes{{"KEY_WORDS", 1}, {"BOXES", 1}};

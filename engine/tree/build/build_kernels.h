@@ -39,18 +39,22 @@ constexpr std::uint32_t key_words(std::uint32_t bits) { return bits > 32 ? 2 : 1
 /// Device milliseconds of the passes of a build, by name, in the order in which they ran.
 using PassMs = std::vector<std::pair<std::string, double>>;
 
-/// Records a pass of one dispatch. `ms` gets its device time when it has ended, under `name`; equal names that follow
-/// each other are summed up.
+/// Returns the callback that adds the time of a pass to `ms` under `name`. Equal names that follow each other are
+/// summed up.
+inline Context::Done added_to(PassMs& ms, std::string name) {
+  return [&ms, name = std::move(name)](double spent) {
+    if (ms.empty() || ms.back().first != name)
+      ms.emplace_back(name, spent);
+    else
+      ms.back().second += spent;
+  };
+}
+
+/// Records a pass of one dispatch. `ms` gets its device time when it has ended, under `name`.
 template <class P>
 void record_build(Context& gpu, Kernel& kernel, std::uint32_t groups, const P& push, std::string name, PassMs& ms) {
   gpu.pass(
-      kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups, push); },
-      [&ms, name = std::move(name)](double spent) {
-        if (ms.empty() || ms.back().first != name)
-          ms.emplace_back(name, spent);
-        else
-          ms.back().second += spent;
-      });
+      kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups, push); }, added_to(ms, std::move(name)));
 }
 
 }  // namespace ballot

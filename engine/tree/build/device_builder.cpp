@@ -157,7 +157,7 @@ void DeviceBuilder::record(const RawBuffer& triangles, std::uint32_t count, cons
   Memory& m = *memory_;
   Kernels& k = *kernels_;
   record_codes(triangles, count);
-  sorted_ = k.sort.record({{&m.keys[0], &m.keys[1]}, {&m.prims[0], &m.prims[1]}}, count, build_ms_);
+  sorted_ = k.sort.record({{&m.keys[0], &m.keys[1]}, {&m.prims[0], &m.prims[1]}}, {count}, added_to(build_ms_, "sort"));
   k.cluster.bind(BIND_BUILD_STATE, m.state);
   k.cluster.bind(BIND_BUILD_TRIANGLES, triangles);
   k.cluster.bind(BIND_BUILD_KEYS, m.keys[sorted_]);

@@ -4,7 +4,9 @@ namespace ballot {
 
 namespace {
 
-Defines key_defines(std::uint32_t bits) { return {{"KEY_WORDS", int(key_words(bits))}}; }
+Defines key_defines(std::uint32_t bits, bool indirect) {
+  return {{"KEY_WORDS", int(key_words(bits))}, {"INDIRECT", int(indirect)}};
+}
 
 std::uint32_t tile_keys(const Context& gpu) { return gpu.info().subgroup_size * kBuildSubgroups * BUILD_TILE_KEYS; }
 
@@ -15,31 +17,37 @@ std::uint32_t RadixSort::tiles(std::uint32_t count) const {
   return count / tile + (count % tile != 0);
 }
 
-RadixSort::RadixSort(Context& gpu, std::uint32_t bits, std::uint32_t most)
+RadixSort::RadixSort(Context& gpu, std::uint32_t bits, std::uint32_t most, bool indirect)
     : gpu_(gpu),
       bits_(bits),
       counts_(gpu, std::size_t(tiles(most)) * BUILD_DIGITS, Access::Storage, "histograms of digits"),
       totals_(gpu, BUILD_DIGITS, Access::Storage, "sums of digits"),
-      histogram_(gpu, build_source("sort_count", gpu.info(), key_defines(bits))),
-      scan_(gpu, build_source("sort_sum", gpu.info(), key_defines(bits))),
-      scatter_(gpu, build_source("sort_move", gpu.info(), key_defines(bits))) {
+      histogram_(gpu, build_source("sort_count", gpu.info(), key_defines(bits, indirect))),
+      scan_(gpu, build_source("sort_sum", gpu.info(), key_defines(bits, indirect))),
+      scatter_(gpu, build_source("sort_move", gpu.info(), key_defines(bits, indirect))) {
   for (Kernel* kernel : {&histogram_, &scan_, &scatter_}) kernel->bind(BIND_BUILD_COUNTS, counts_);
   for (Kernel* kernel : {&scan_, &scatter_}) kernel->bind(BIND_BUILD_TOTALS, totals_);
 }
 
-std::size_t RadixSort::record(const SortBuffers& buffers, std::uint32_t count, PassMs& ms) {
-  if (count == 0) return 0;
+std::size_t RadixSort::record(const SortBuffers& buffers, const KeyCount& count, const Context::Done& done) {
+  if (count.most == 0) return 0;
+  if (count.args)
+    for (Kernel* kernel : {&histogram_, &scan_, &scatter_}) kernel->bind(BIND_BUILD_ARGS, *count.args);
   std::size_t from = 0;
-  SortPush push{count, tiles(count), 0, 1};
+  SortPush push{count.most, tiles(count.most), 0, 1, count.index};
+  const auto record = [&](Kernel& kernel, std::uint32_t groups) {
+    gpu_.pass(
+        kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups, push); }, done);
+  };
   for (; push.shift < bits_; push.shift += 8, push.first = 0, from = 1 - from) {
     histogram_.bind(BIND_BUILD_KEYS, *buffers.keys[from]);
     scatter_.bind(BIND_BUILD_KEYS, *buffers.keys[from]);
     scatter_.bind(BIND_BUILD_PRIMS, *buffers.prims[from]);
     scatter_.bind(BIND_BUILD_KEYS_OUT, *buffers.keys[1 - from]);
     scatter_.bind(BIND_BUILD_PRIMS_OUT, *buffers.prims[1 - from]);
-    record_build(gpu_, histogram_, push.tiles, push, "sort", ms);
-    record_build(gpu_, scan_, BUILD_DIGITS, push, "sort", ms);
-    record_build(gpu_, scatter_, push.tiles, push, "sort", ms);
+    record(histogram_, push.tiles);
+    record(scan_, BUILD_DIGITS);
+    record(scatter_, push.tiles);
   }
   return from;
 }

@@ -11,4 +11,11 @@
 layout(push_constant, scalar) uniform Push { SortPush push; };
 layout(set = 0, binding = BIND_BUILD_COUNTS, std430) buffer Counts { uint counts[]; };
 
+#if BALLOT_INDIRECT
+layout(set = 0, binding = BIND_BUILD_ARGS, scalar) readonly buffer Args { IndirectArgs args[]; };
+uint key_count() { return min(push.keys, args[push.args].count); }
+#else
+uint key_count() { return push.keys; }
+#endif
+
 const uint TILE = GROUP_SIZE * BUILD_TILE_KEYS;
