@@ -197,11 +197,12 @@ std::vector<KernelSource> builder_sources() {
   return sources;
 }
 
-/// The kernels of point and ray queries.
+/// The kernels of point and ray queries, and of reordering rays.
 std::vector<KernelSource> query_kernel_sources() {
   std::vector<KernelSource> sources;
   for (const DeviceInfo& device : imagined_devices())
     for (KernelSource& source : query_sources(device)) sources.push_back(std::move(source));
+  for (KernelSource& source : reorder_sources()) sources.push_back(std::move(source));
   for (const DeviceInfo& device : imagined_devices())
     for (const bool textures : {false, true})
       for (const bool stored : {false, true}) {

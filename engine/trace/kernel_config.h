@@ -31,6 +31,7 @@ struct KernelConfig {
   bool leaf_box = false;
   bool leaf_run = false;
   bool sorted = true;
+  bool reorder = false;
   Products products = Products::Split;
   Padding padding = Padding::Ray;
   Launch launch = Launch::Plain;

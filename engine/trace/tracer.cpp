@@ -65,6 +65,7 @@ KernelConfig Tracer::config_of(const Query& query) const {
   KernelConfig config =
       kernel_config_for(find_method(query.method), find_numeric(query.numeric, gpu_.info()), gpu_.info(), query.knobs);
   if (!query.knobs.contains("fetch")) config.fetch = tree_.fitting_fetch(config.fetch);
+  if (config.reorder) check_can_reorder(gpu_.info());
   if (config.padding == Padding::Ray || tree_.padded_reach() > 0) return config;
   const Bounds& b = tree_.bvh().bounds;
   if (query.knobs.contains("padding") && !tree_.bvh().is_empty())
@@ -131,8 +132,28 @@ void Tracer::trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, R
     Repair(gpu_, tree_, dispatcher_, this->job(repair_query(query))).run(rays, hits, range.end, times);
 }
 
+void Tracer::trace_reordered(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range,
+                             const Query& query, TraceTimes& times, Buffer<RayStats>* stats) {
+  if (!reorder_) reorder_.emplace(gpu_, sorts_on_host());
+  const PassScope scope(gpu_);
+  const Context::Done spent = [&times](double ms) { times.device_ms += ms; };
+  for (RayRange part{range.begin, range.begin}; part.begin < range.end; part.begin = part.end) {
+    part.end = part.begin + std::min(range.end - part.begin, Reorder::kMost);
+    reorder_->sort({rays, part}, tree_.bvh().bounds, spent);
+    if (stats) job.kernel->kernel->bind(BIND_STATS, reorder_->stats());
+    trace(job, reorder_->rays(), reorder_->hits(), {0, part.end - part.begin}, query, times);
+    reorder_->put_back(hits, spent, stats);
+    gpu_.finish();
+  }
+}
+
 void Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const Query& query, TraceTimes& times) {
-  if (range.begin < range.end) trace(job(query), rays, hits, range, query, times);
+  if (range.begin == range.end) return;
+  const Job found = job(query);
+  if (found.variant.config.reorder)
+    trace_reordered(found, rays, hits, range, query, times);
+  else
+    trace(found, rays, hits, range, query, times);
 }
 
 TraceTimes Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& asked) {
@@ -154,8 +175,12 @@ TraceTimes Tracer::trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std
   if (count == 0) return {};
   const Query concrete = resolve(query, rays, count);
   const Job counted = job(concrete, true);
-  counted.kernel->kernel->bind(BIND_STATS, stats);
   TraceTimes times;
+  if (counted.variant.config.reorder) {
+    trace_reordered(counted, rays, hits, {0, count}, concrete, times, &stats);
+    return times;
+  }
+  counted.kernel->kernel->bind(BIND_STATS, stats);
   trace(counted, rays, hits, {0, count}, concrete, times);
   return times;
 }
@@ -196,7 +221,23 @@ TraceTimes Tracer::trace(const RayStream& stream, const Query& query) {
 }
 
 bool Tracer::can_record(const Query& query, std::uint32_t most) const {
-  return gpu_.batches() && chooser_.is_resolved(query, most) && dispatcher_.can_record(resolved(query).variant, most);
+  if (!gpu_.batches() || !chooser_.is_resolved(query, most)) return false;
+  const Variant& v = resolved(query).variant;
+  return dispatcher_.can_record(v, most) && (!v.config.reorder || (!sorts_on_host() && most <= Reorder::kMost));
+}
+
+/// Records a trace of rays in another order. `trace` records that of the sorted rays. `done` is given the time of all
+/// passes together.
+template <class Trace>
+void Tracer::record_reordered(const GivenRays& given, Buffer<Hit>& hits, Context::Done done, const Trace& trace) {
+  if (!reorder_) reorder_.emplace(gpu_, sorts_on_host());
+  const auto all = std::make_shared<double>(0);
+  const Context::Done spent = [all](double ms) { *all += ms; };
+  reorder_->sort(given, tree_.bvh().bounds, spent);
+  trace(reorder_->rays(), reorder_->hits(), spent);
+  reorder_->put_back(hits, [all, done = std::move(done)](double ms) {
+    if (done) done(*all + ms);
+  });
 }
 
 void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
@@ -206,7 +247,12 @@ void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
     return;
   }
   chooser_.note(query, count);
-  dispatcher_.record(job(query), rays, hits, count, std::move(done));
+  const Job found = job(query);
+  if (!found.variant.config.reorder) return dispatcher_.record(found, rays, hits, count, std::move(done));
+  record_reordered({rays, {0, count}}, hits, std::move(done),
+                   [&](const Buffer<Ray>& sorted, Buffer<Hit>& found_hits, const Context::Done& spent) {
+                     dispatcher_.record(found, sorted, found_hits, count, spent);
+                   });
 }
 
 void Tracer::record(const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
@@ -217,7 +263,12 @@ void Tracer::record(const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t cou
 
 void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect, const Query& query,
                     Context::Done done) {
-  dispatcher_.record(job(query, false, true), rays, hits, indirect, std::move(done));
+  const Job found = job(query, false, true);
+  if (!found.variant.config.reorder) return dispatcher_.record(found, rays, hits, indirect, std::move(done));
+  record_reordered({rays, {0, std::uint32_t(rays.size())}, &indirect}, hits, std::move(done),
+                   [&](const Buffer<Ray>& sorted, Buffer<Hit>& found_hits, const Context::Done& spent) {
+                     dispatcher_.record(found, sorted, found_hits, indirect, spent);
+                   });
 }
 
 }  // namespace ballot

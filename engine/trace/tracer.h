@@ -9,13 +9,15 @@
 
 #include "engine/trace/auto/chooser.h"
 #include "engine/trace/dispatch.h"
+#include "engine/trace/reorder.h"
 #include "engine/trace/stream.h"
 
 namespace ballot {
 
 /// Traces rays in one tree on one device. It owns the tree's arrays (DeviceTree), the kernels (TraceKernels), their
 /// dispatches (Dispatcher) and the choices of method auto (Chooser). Repair finishes rays that the driver cut short.
-/// Belongs to the thread of its Context.
+/// Reorder sorts the rays of queries with knob reorder=1, whose time counts as time of the trace. Belongs to the thread
+/// of its Context.
 class Tracer {
  public:
   /// Keeps references to gpu, bvh and triangles. Kernels are compiled for `facts`: those of `bvh`, or more general
@@ -72,7 +74,7 @@ class Tracer {
   /// seconds to compile one more kernel.
   bool makes_rays() const { return make_rays.value_or(!gpu_.info().is_cpu()); }
 
-  /// Records a trace of rays [0, count) of a camera. Call it only if can_record() is true.
+  /// Records a trace of rays [0, count) of a camera, which are never reordered. Call it only if can_record() is true.
   void record(const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, Context::Done done);
 
   /// Records a trace whose ray count is in the indirect arguments. These must count workgroups as groups_of() says.
@@ -114,6 +116,11 @@ class Tracer {
   /// Tests only: the byte that hits are filled with before a trace of host arrays, so that unwritten records can be
   /// counted.
   std::optional<std::uint8_t> prefill;
+  /// Returns true if the host sorts rays for knob reorder.
+  bool sorts_on_host() const { return sort_on_host.value_or(gpu_.info().is_cpu()); }
+
+  /// Tests only: the result of sorts_on_host(), whatever the device. Set it before the first trace.
+  std::optional<bool> sort_on_host;
   /// Tests only: the result of makes_rays(), whatever the device.
   std::optional<bool> make_rays;
 
@@ -133,12 +140,17 @@ class Tracer {
   void trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const Query& query, TraceTimes& times);
   void trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const Query& query,
              TraceTimes& times);
+  void trace_reordered(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const Query& query,
+                       TraceTimes& times, Buffer<RayStats>* stats = nullptr);
+  template <class Trace>
+  void record_reordered(const GivenRays& given, Buffer<Hit>& hits, Context::Done done, const Trace& trace);
 
   Context& gpu_;
   DeviceTree tree_;
   TraceKernels kernels_;
   Dispatcher dispatcher_;
   Chooser chooser_;
+  std::optional<Reorder> reorder_;  // made on first use
   mutable std::vector<Resolved> resolved_;
   mutable std::pair<std::uint64_t, std::uint64_t> resolved_by_;  // choices().changes() and tree generation of resolved_
 };
