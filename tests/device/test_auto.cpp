@@ -113,6 +113,10 @@ TEST_F(Auto, CandidatesFollowTheQuery) {
   if (gpu_->info().float64) {
     EXPECT_EQ(names({.numeric = "exact"}), (Names{"while-while", "dynamic-fetch"}));
   }
+  const auto in_large = candidates_for({}, gpu_->info(), 1 << 16);
+  ASSERT_EQ(in_large.size(), 5u);
+  EXPECT_EQ(in_large[2].name(), "bvh4-turns reorder=1");
+  EXPECT_EQ(candidates_for({.rays = "primary"}, gpu_->info(), 1 << 16).size(), 4u);  // coherent rays are not sorted
   EXPECT_THROW(names({.knobs = {{"vote", "any"}}}), Error);
   EXPECT_THROW(names({.knobs = {{"speed", "9"}}}), Error);
 }
@@ -228,6 +232,8 @@ TEST(AutoSorts, CandidatesOnGpusAreNoTwins) {
             (Names{"while-while sorted=0", "frontier sorted=0", "dynamic-fetch sorted=0", "bvh8 sorted=0",
                    "if-if sorted=0", "frontier frontier=32 sorted=0"}));
   EXPECT_EQ(names({.knobs = {{"frontier", "32"}}}), (Names{"frontier frontier=32"}));
+  EXPECT_EQ(candidates_for({}, gpu, (1 << 22) - 1).size(), 6u);
+  EXPECT_EQ(candidates_for({}, gpu, 1 << 22).size(), 8u);  // two that sort rays
 }
 
 TEST(AutoSorts, RaysAreToldByDirectionsAndLength) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/core/error.h"
+#include "engine/trace/reorder.h"
 
 namespace ballot {
 
@@ -16,6 +17,7 @@ struct CandidateRow {
   bool any_only = false;
   bool coherent = false;    // comes second for ray classes that are likely to be coherent
   bool incoherent = false;  // not tried for these
+  bool large = false;       // for scenes of is_large() triangles alone
   double entry_s = 0;       // entry_seconds(), measured on lavapipe 22.3.6
 };
 
@@ -27,6 +29,7 @@ struct CandidateRow {
 constexpr CandidateRow kRows[] = {
     {.cpu = true, .method = "while-while", .entry_s = 0.10},
     {.cpu = true, .method = "bvh4-turns", .entry_s = 0.12},
+    {.cpu = true, .method = "bvh4-turns", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
     {.cpu = true, .method = "packet-wide", .knob = "fallback", .value = "0", .coherent = true, .entry_s = 0.34},
     {.cpu = true, .method = "dynamic-fetch", .entry_s = 0.09},
     {.method = "while-while"},
@@ -34,6 +37,8 @@ constexpr CandidateRow kRows[] = {
     {.method = "frontier", .knob = "sorted", .value = "0", .any_only = true},
     {.method = "dynamic-fetch"},
     {.method = "bvh8", .incoherent = true},
+    {.method = "bvh8", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
+    {.method = "dynamic-fetch", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
     {.method = "bvh8", .knob = "sorted", .value = "0", .any_only = true, .incoherent = true},
     {.method = "if-if"},
     {.method = "frontier", .knob = "frontier", .value = "32"},
@@ -43,6 +48,12 @@ constexpr CandidateRow kRows[] = {
 /// Returns true for the ray classes whose neighbours mostly walk alike.
 bool is_likely_coherent(std::string_view rays) {
   return rays == "primary" || rays == "shadow" || rays.starts_with("foreign: coherent");
+}
+
+/// Returns true for scenes in which it may pay to sort rays without coherence (tools/measured/traversal.md, "Sorted
+/// rays"): in smaller ones it never did.
+bool is_large(std::size_t triangles, const DeviceInfo& device) {
+  return triangles >= (device.is_cpu() ? std::size_t(1) << 16 : std::size_t(1) << 22);
 }
 
 /// Returns true if the device can run a candidate for the query. Else puts the reason into `why`, unless that has one.
@@ -64,12 +75,13 @@ std::string Candidate::name() const {
   return text;
 }
 
-std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device) {
+std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device, std::size_t triangles) {
   std::vector<Candidate> candidates;
   std::string why;
   for (const CandidateRow& row : kRows) {
     if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
     if (row.incoherent && is_likely_coherent(query.rays)) continue;
+    if (row.large && (!is_large(triangles, device) || !can_reorder(device))) continue;
     // In modes that need float64, kernels take seconds to compile, and those over wider trees gain nothing.
     const Method& method = find_method(row.method);
     if (format_of(method.tree).collapsed() && find_numeric(query.numeric).needs_float64) continue;

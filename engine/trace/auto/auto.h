@@ -24,8 +24,9 @@ struct Candidate {
 
 /// Returns the candidates of auto for a query on a device, in the order in which they are tried: the one that compiles
 /// fastest, then those that are likely for the query's ray class. Every candidate gets the knobs of the query; one that
-/// cannot follow them is left out. If none is left, throws Error(Arguments) with the reason for the first.
-std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device);
+/// cannot follow them is left out. If none is left, throws Error(Arguments) with the reason for the first. `triangles`:
+/// of the scene; rays are sorted (knob reorder) in large ones alone.
+std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device, std::size_t triangles = 0);
 
 /// Returns the seconds that a candidate is expected to take to compile and to trace a few rays on such a device, if it
 /// is quiet. 0: unknown.
@@ -98,6 +99,7 @@ class Choices {
   void save() const;
 
   const DeviceInfo& device_;
+  std::size_t triangles_;                // in the scene
   std::string scene_;                    // text that tells this tree from others
   std::filesystem::path folder_, file_;  // empty: none
   std::map<std::string, Choice> all_;

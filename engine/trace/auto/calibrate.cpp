@@ -292,7 +292,7 @@ bool Chooser::compile(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& 
 }
 
 std::vector<Candidate> Chooser::candidates(const Query& query) const {
-  std::vector<Candidate> all = candidates_for(query, gpu_.info());
+  std::vector<Candidate> all = candidates_for(query, gpu_.info(), bvh_->stats.triangles);
   if (has_instances) leave_out(all, [](const Method& m) { return !m.instances; });
   // The device collapses its own trees, and keeps their shape when they move. The host would begin anew at each move.
   const bool is_there = !has_instances && bvh_->stats.builder == BuilderId::Device && bvh_->nodes.empty();

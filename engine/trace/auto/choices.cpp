@@ -68,7 +68,7 @@ bool is_among(const Candidate& chosen, const std::vector<Candidate>& candidates)
 }  // namespace
 
 Choices::Choices(const DeviceInfo& device, const BvhStats& tree, const Bounds& bounds)
-    : device_(device), scene_(scene_text(tree, bounds)) {}
+    : device_(device), triangles_(tree.triangles), scene_(scene_text(tree, bounds)) {}
 
 void Choices::keep_in(const std::filesystem::path& folder) {
   const std::string platform =
@@ -80,6 +80,7 @@ void Choices::keep_in(const std::filesystem::path& folder) {
 }
 
 void Choices::replace_scene(const BvhStats& tree, const Bounds& bounds) {
+  triangles_ = tree.triangles;
   scene_ = scene_text(tree, bounds);
   clear();
   if (!folder_.empty()) keep_in(folder_);
@@ -96,7 +97,7 @@ void Choices::load() {
     for (const Json& each : json.at("choices")) {
       Choice c = from_json(each);
       const Query query{c.want, std::string(kAuto), c.numeric, c.knobs, c.rays};
-      if (!c.candidates.empty() && is_among(c.chosen(), candidates_for(query, device_)))
+      if (!c.candidates.empty() && is_among(c.chosen(), candidates_for(query, device_, triangles_)))
         all_.emplace(key_of(c.rays, c.want, c.numeric, c.knobs), std::move(c));
     }
   } catch (const std::exception&) {
