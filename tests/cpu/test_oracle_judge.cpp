@@ -164,6 +164,17 @@ TEST_F(JudgeErrors, WrongTriangle) {
   EXPECT_EQ(of({1, 4, 0.5f, 0.25f}), Verdict::Tie);         // its arithmetic rounds differently
 }
 
+// A ray along a face of a twin's box may miss that box where boxes are tested as they are.
+TEST_F(JudgeErrors, TwinsTieOnFacesOfBoxesWhereBoxesAreNotWidened) {
+  const Ray edge{{0.25f, 0, 1}, 0, {0, 0, -1}, 10};
+  const auto verdict = [&](const Ray& ray, const Hit& answer, Arithmetic arithmetic) {
+    return scene_.oracle.judge(ray, answer, scene_.oracle.nearest(ray), Want::Nearest, arithmetic);
+  };
+  EXPECT_EQ(verdict(edge, {1, 3, 0.25f, 0}, Arithmetic::MoellerTrumbore), Verdict::Tie);
+  EXPECT_EQ(verdict(edge, {1, 3, 0.25f, 0}, Arithmetic::Woop), Verdict::WrongPrim);
+  EXPECT_EQ(verdict(ray_, {1, 3, 0.25f, 0.5f}, Arithmetic::MoellerTrumbore), Verdict::WrongPrim);
+}
+
 TEST_F(JudgeErrors, MissesAndHitsThatAreNone) {
   EXPECT_EQ(of(kMiss), Verdict::FalseMiss);
   EXPECT_EQ(of(kMiss, Want::Any), Verdict::FalseMiss);
