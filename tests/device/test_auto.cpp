@@ -114,8 +114,9 @@ TEST_F(Auto, CandidatesFollowTheQuery) {
     EXPECT_EQ(names({.numeric = "exact"}), (Names{"while-while", "dynamic-fetch"}));
   }
   const auto in_large = candidates_for({}, gpu_->info(), 1 << 16);
-  ASSERT_EQ(in_large.size(), 5u);
+  ASSERT_EQ(in_large.size(), 6u);
   EXPECT_EQ(in_large[2].name(), "bvh4-turns reorder=1");
+  EXPECT_EQ(in_large[3].name(), "while-while reorder=1");  // where the host would have to collapse the tree
   EXPECT_EQ(candidates_for({.rays = "primary"}, gpu_->info(), 1 << 16).size(), 4u);  // coherent rays are not sorted
   EXPECT_THROW(names({.knobs = {{"vote", "any"}}}), Error);
   EXPECT_THROW(names({.knobs = {{"speed", "9"}}}), Error);

@@ -30,6 +30,7 @@ constexpr CandidateRow kRows[] = {
     {.cpu = true, .method = "while-while", .entry_s = 0.10},
     {.cpu = true, .method = "bvh4-turns", .entry_s = 0.12},
     {.cpu = true, .method = "bvh4-turns", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
+    {.cpu = true, .method = "while-while", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
     {.cpu = true, .method = "packet-wide", .knob = "fallback", .value = "0", .coherent = true, .entry_s = 0.34},
     {.cpu = true, .method = "dynamic-fetch", .entry_s = 0.09},
     {.method = "while-while"},
