@@ -209,9 +209,10 @@ Opinion judge_hit(const PairTree& bvh, const RayFrame& ray, const Hit& answer, s
   if (answer.prim == truth.prim) return {Verdict::Same, share};
   if (truth.prim == NO_HIT) return {Verdict::Tie};
   if (want == Want::Any) return {Verdict::Same, share};
-  // Twins have the same t, so the smaller number must win, unless its box may be missed. For WoopAffine, boxes tested by
-  // multiply-add may cull one of the twins at that very t. For MoellerTrumbore, a ray along a face of a box may miss it,
-  // and boxes of twins may differ in what their layout rounds; a ray that surely hits the twins is inside of their faces.
+  // Twins have the same t, so the smaller number must win, unless its box may be missed. For WoopAffine, boxes tested
+  // by multiply-add may cull one of the twins at that very t. For MoellerTrumbore, a ray along a face of a box may miss
+  // it, and boxes of twins may differ in what their layout rounds; a ray that surely hits the twins lies within all
+  // faces.
   const bool meets_both =
       ray.arithmetic == Arithmetic::MoellerTrumbore ? range.surely_hit : ray.arithmetic != Arithmetic::WoopAffine;
   if (meets_both && has_earlier_twin(bvh, ray, answer.prim, triangle)) return {Verdict::WrongPrim};
