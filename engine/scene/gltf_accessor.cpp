@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <initializer_list>
+#include <utility>
 
 #include "engine/scene/loaders.h"
 
@@ -47,8 +48,9 @@ bool is_index_type(int component_type) {
 std::vector<std::uint32_t> sparse_indices(const GltfFile& file, const tinygltf::Accessor& accessor,
                                           const std::string& name) {
   const auto& sparse = accessor.sparse;
-  if (sparse.count < 0 || static_cast<std::size_t>(sparse.count) > accessor.count || sparse.indices.byteOffset < 0 ||
-      sparse.values.byteOffset < 0)
+  // Some versions of tinygltf count in int, others in std::size_t.
+  if (std::cmp_less(sparse.count, 0) || std::cmp_greater(sparse.count, accessor.count) ||
+      std::cmp_less(sparse.indices.byteOffset, 0) || std::cmp_less(sparse.values.byteOffset, 0))
     fail_in(file.path, "{} has {} elements, but its sparse part counts {} or starts before its bufferView", name,
             accessor.count, sparse.count);
   if (!is_index_type(sparse.indices.componentType))

@@ -83,29 +83,30 @@ struct Access {
 /// Returns file access for tinygltf that never opens an image. A folder counts as absent; read_file() refuses devices
 /// and pipes with a reason.
 tinygltf::FsCallbacks file_access(const Access& access) {
-  return {.FileExists =
-              [](const std::string& name, void* data) {
-                if (is_image_name(name)) return false;
-                std::error_code error;
-                const auto status = std::filesystem::status(static_cast<const Access*>(data)->resolve(name), error);
-                return std::filesystem::exists(status) && !std::filesystem::is_directory(status);
-              },
-          .ExpandFilePath = [](const std::string& name, void*) { return name; },
-          .ReadWholeFile =
-              [](std::vector<unsigned char>* out, std::string* error, const std::string& name, void* data) {
-                try {
-                  const Bytes bytes = read_file(static_cast<const Access*>(data)->resolve(name));
-                  const auto* first = reinterpret_cast<const unsigned char*>(bytes.data());
-                  out->assign(first, first + bytes.size());
-                  return true;
-                } catch (const Error& e) {
-                  *error = e.what();
-                  return false;
-                }
-              },
-          .WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&,
-                               void*) { return false; },
-          .user_data = const_cast<Access*>(&access)};
+  tinygltf::FsCallbacks calls{};  // later versions of tinygltf have one more, which may be null
+  calls.FileExists = [](const std::string& name, void* data) {
+    if (is_image_name(name)) return false;
+    std::error_code error;
+    const auto status = std::filesystem::status(static_cast<const Access*>(data)->resolve(name), error);
+    return std::filesystem::exists(status) && !std::filesystem::is_directory(status);
+  };
+  calls.ExpandFilePath = [](const std::string& name, void*) { return name; };
+  calls.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& name, void* data) {
+    try {
+      const Bytes bytes = read_file(static_cast<const Access*>(data)->resolve(name));
+      const auto* first = reinterpret_cast<const unsigned char*>(bytes.data());
+      out->assign(first, first + bytes.size());
+      return true;
+    } catch (const Error& e) {
+      *error = e.what();
+      return false;
+    }
+  };
+  calls.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+    return false;
+  };
+  calls.user_data = const_cast<Access*>(&access);
+  return calls;
 }
 
 /// Keeps the bytes of an image in a data URI encoded. An image in a buffer view or in a file of its own is read later,
