@@ -44,6 +44,17 @@ TEST_F(PlayTest, ScrubsPlaysAndPauses) {
   EXPECT_NE(read_exr(later).channel("Z").floats, here.channel("Z").floats);
 }
 
+// A script may ask for a picture before the first frame: the window's size is known by then.
+TEST_F(PlayTest, ShootsAtOnce) {
+  Desktop desktop(800, 600);
+  ASSERT_TRUE(desktop.works()) << "is xvfb installed?";
+  const fs::path shot = folder_ / "first.exr";
+  Program program(view("200x160", {"--view", "view0", "--script", script("shot " + shot.string() + "\nquit\n")}),
+                  environment(desktop.name()));
+  EXPECT_EQ(program.wait(60), 0) << program.output();
+  EXPECT_EQ(read_exr(shot).width, 200u);
+}
+
 // A window shows paths, refines them at rest also after a move, and writes the picture that `render` makes.
 TEST_F(PlayTest, RefinesPaths) {
   Desktop desktop(800, 600);

@@ -77,13 +77,13 @@ void Session::frame() {
   const auto now = Clock::now();
   const double wall_ms = ms_between(last_frame_, now), dt = std::min(wall_ms * 1e-3, 0.25);
   last_frame_ = now;
-  step_script(dt);
-  if (window_->minimised()) return;
-  if (window_->pixels() != window_pixels_) {
+  if (!window_->minimised() && window_->pixels() != window_pixels_) {
     window_pixels_ = window_->pixels();
     dirty_ = true;
     say(fmt::format("size {}x{}", window_pixels_.x, window_pixels_.y));
   }
+  step_script(dt);
+  if (window_->minimised()) return;
   // The window moved to another screen, or it was just shown: only then does Wayland report the scale.
   if (screen_scale() != overlay_scale_) {
     make_overlay();
