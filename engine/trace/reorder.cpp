@@ -50,6 +50,7 @@ Reorder::Kernels::Kernels(Context& gpu, std::uint32_t rays, bool indirect)
 void Reorder::make_room(std::uint32_t most) {
   if (most <= most_) return;
   const std::uint32_t room = std::bit_ceil(most);
+  most_ = 0;  // there is no room if the device has too little memory for one of these
   if (!on_host_) {
     for (auto& keys : keys_) keys.emplace(gpu_, room, Access::Storage, "keys of rays");
     for (auto& order : order_) order.emplace(gpu_, room, Access::Storage, "order of rays");

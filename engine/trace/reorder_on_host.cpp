@@ -1,4 +1,4 @@
-// Ray reordering on devices that are the CPU. Kernels would take twenty times as long there: lavapipe reads and writes
+// Ray reordering on devices that are the CPU. Kernels would take seven times as long there: lavapipe reads and writes
 // lane by lane.
 #include <chrono>
 #include <cmath>

@@ -51,8 +51,8 @@ bool is_likely_coherent(std::string_view rays) {
   return rays == "primary" || rays == "shadow" || rays.starts_with("foreign: coherent");
 }
 
-/// Returns true for scenes in which it may pay to sort rays without coherence (tools/measured/traversal.md, "Sorted
-/// rays"): in smaller ones it never did.
+/// Returns true for scenes in which it may pay to sort rays without coherence (tools/measured/traversal.md, "Knob
+/// reorder"): in smaller ones it seldom does.
 bool is_large(std::size_t triangles, const DeviceInfo& device) {
   return triangles >= (device.is_cpu() ? std::size_t(1) << 16 : std::size_t(1) << 22);
 }
