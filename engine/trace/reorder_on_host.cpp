@@ -30,16 +30,17 @@ std::uint32_t cell_of(float x, std::uint32_t cells) {
 }
 
 /// Makes the keys of shaders/reorder/keys.comp.
-struct RayKeys {
-  explicit RayKeys(const Bounds& b) : scene(b) {
-    for (int k = 0; k < 3; ++k) inverse[k] = b.hi[k] > b.lo[k] ? 1 / (b.hi[k] - b.lo[k]) : 0;
+class RayKeys {
+ public:
+  explicit RayKeys(const Bounds& b) : scene_(b) {
+    for (int k = 0; k < 3; ++k) inverse_[k] = b.hi[k] > b.lo[k] ? 1 / (b.hi[k] - b.lo[k]) : 0;
   }
 
   std::uint32_t operator()(const Ray& r) const {
     if (!(r.t_max > r.t_min)) return (1u << REORDER_KEY_BITS) - 1;
-    const glm::vec3 inv = 1.0f / r.dir, near = glm::min((scene.lo - r.origin) * inv, (scene.hi - r.origin) * inv);
+    const glm::vec3 inv = 1.0f / r.dir, near = glm::min((scene_.lo - r.origin) * inv, (scene_.hi - r.origin) * inv);
     const float begin = std::max(r.t_min, std::max(near.x, std::max(near.y, near.z)));
-    const glm::vec3 unit = (r.origin + begin * r.dir - scene.lo) * inverse;
+    const glm::vec3 unit = (r.origin + begin * r.dir - scene_.lo) * inverse_;
     const std::uint32_t origin = spread_by_2(cell_of(unit.x, 64)) | spread_by_2(cell_of(unit.y, 32)) << 2 |
                                  spread_by_2(cell_of(unit.z, 32)) << 1;
     return origin << 8 | direction(r.dir);
@@ -53,8 +54,8 @@ struct RayKeys {
     return spread_by_1(cell_of(0.5f * at.x + 0.5f, 16)) << 1 | spread_by_1(cell_of(0.5f * at.y + 0.5f, 16));
   }
 
-  Bounds scene;
-  glm::vec3 inverse{0};
+  Bounds scene_;
+  glm::vec3 inverse_{0};
 };
 
 /// Calls work(), and then done() with the milliseconds that it took.
