@@ -12,9 +12,10 @@ from dev_build import ROOT
 from dev_packages import Failed
 
 HELP = """\
-Runs clang-tidy with the rules of .clang-tidy: how types, functions, variables, members, constants and macros are named, and
-a few cheap checks. Without --all it takes the files of the last --commits commits and of the work tree, the newest
-first and --files at most; a header is checked through the .cpp of the same name. A file takes about three seconds.
+Runs clang-tidy with the rules of .clang-tidy: how types, functions, variables, members, constants and macros are
+named, and a few cheap checks. Without --all it takes the files of the last --commits commits and of the work tree, the
+newest first and --files at most; a header is checked through the .cpp of the same name. A file takes about three
+seconds.
 
   tools/dev.py lint
   tools/dev.py lint --all

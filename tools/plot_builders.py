@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Draws results of `ballot bench --builders`: time, memory and traced speed against triangles, and time against rays."""
+"""Draws results of `ballot bench --builders`: time, memory and traced speed against triangles, time against
+rays."""
 
 import json
 import sys

@@ -9,7 +9,8 @@
 //   scene.trace(rays, {.occluded = blocked.data()}, {.any = true});
 //
 // Errors    Every failure throws ballot::Error: a code, and a text of one line that says what, where, found, expected,
-//           and what to do. A failed call writes nothing to its outputs, unless it was interrupted, and leaves scenes
+//           and what to do. A call with wrong arguments writes nothing to its outputs; one that fails later, or is
+//           interrupted, may have written a part. A failed call leaves scenes
 //           as they were.
 // Threads   Every function may be called from any thread. Calls on one device, its scenes and its arrays run one after
 //           another; devices are independent of each other. A device does not survive fork().

@@ -16,8 +16,9 @@
  *
  * Structs   Their first member is the size that the caller was compiled with. BALLOT_INIT sets it and zeroes the rest;
  *           zero is every member's default. Later versions add members at the end alone.
- * Errors    A function that can fail returns BALLOT_OK (0) or an error code, writes nothing to its outputs then, and
- *           keeps a text of one line: what, where, found, expected, what to do. ballot_device_error(),
+ * Errors    A function that can fail returns BALLOT_OK (0) or an error code, and keeps a text of one line then: what,
+ *           where, found, expected, what to do. With wrong arguments it writes nothing to its outputs; if it fails
+ *           later, or is interrupted, it may have written a part of the answers. ballot_device_error(),
  *           ballot_scene_error() and ballot_buffer_error() return the text of the handle's last failed call;
  *           ballot_last_error() that of the calling thread. No C++ exception leaves the library.
  * Handles   A handle that was closed or never opened is refused with BALLOT_ERROR_CLOSED, and so is a handle of the

@@ -24,8 +24,8 @@ typedef struct BallotMesh {
 
 typedef struct BallotSceneOptions {
   size_t size;
-  /* How the tree is built: "best", "balanced", "fast", "device" or "auto" (see `ballot methods`). NULL: "best" of
-   * files, "auto" of meshes: "device" on a GPU and "balanced" on a CPU unless expected_rays says otherwise. */
+  /* How the tree is built: "best", "balanced", "fast", "device" or "auto" (see `ballot methods`). NULL: "best" for
+   * files, "auto" for meshes. "auto": "device" on a GPU, and "balanced" on a CPU unless expected_rays says otherwise. */
   const char* builder;
   uint32_t max_leaf;  /* most triangles of a leaf, 1 to 6; 0: 6 */
   float split_budget; /* of "best": share of references that spatial splits may add, 0 to 16; below 0: none; 0: 0.5 */
@@ -37,8 +37,8 @@ typedef struct BallotSceneOptions {
   double expected_rays;   /* hint for builder "auto": rays that will be traced in all; 0: unknown */
   uint32_t allow_outside; /* 1: a scene file may name buffers, images and materials outside of its folder */
   /* Meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
-   * whole. "copy": each use is a moved copy. NULL or "auto": kept where copies would be 4 million triangles more, and
-   * twice as many, or would not fit into memory. Hits are the same but for rounding. */
+   * whole. "copy": each use is a moved copy. NULL or "auto": kept where that saves 4 million triangles and half of the
+   * scene's, or where copies would not fit into memory. Hits are the same but for rounding. */
   const char* instances;
 } BallotSceneOptions;
 
@@ -47,11 +47,11 @@ typedef struct BallotSceneOptions {
  * hits. At most 2^31 - 1 triangles. options may be NULL. */
 BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                             const BallotSceneOptions* options, BallotScene** scene);
-/* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file. The scene has one mesh, number and id 0, and its own cameras
- * and materials. Its tree is kept on disk unless options->cache is 0 in options that are given. Files that it names lie
- * in its folder or below, unless options->allow_outside is 1; what memory cannot hold is refused beforehand. Meshes
- * that it keeps once (options->instances) are counted as copies are: prim goes through all instances. Such a scene
- * takes no queries of points and crossings. */
+/* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, or triangles (.npy, .npz). The scene has one mesh, number and
+ * id 0, and its own cameras and materials. Its tree is kept on disk if options is NULL or options->cache is 1. Files
+ * that it names lie in its folder or below, unless options->allow_outside is 1; what memory cannot hold is refused
+ * beforehand. Meshes that it keeps once (options->instances) are counted as copies are: prim goes through all
+ * instances. Such a scene takes no queries of points and crossings. */
 BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const BallotSceneOptions* options,
                                           BallotScene** scene);
 BALLOT_API void ballot_scene_destroy(BallotScene* scene);
@@ -68,23 +68,24 @@ typedef struct BallotInstances {
 } BallotInstances;
 
 /* Makes a scene of instances: two levels, the tree of each mesh, built once, below a tree over the instances. It takes
- * the memory of the meshes and 160 bytes an instance on the device. The answer of an instance is that of the ray moved
- * into the mesh's space against the mesh, by the same float32 operations on every device; t is the same in both spaces.
- * At equal t the instance with the smaller number is hit. Instances number their triangles one after the other; that
- * number is `prim` of BallotHit, and BallotHits has instance and triangle by themselves. At most 2^32 - 3 triangles
- * counted through all instances, 2^31 - 1 in all meshes.
+ * the memory of the meshes and 160 bytes an instance on the device. A hit of an instance is a hit of its mesh by the
+ * ray transformed into the mesh's space, by the same float32 operations on every device; t is the same in both spaces.
+ * At equal t the instance with the smaller number is hit. Triangles are numbered through the instances in their order;
+ * that number is `prim` of BallotHit. BallotHits has instance and triangle apart. At most 2^32 - 3 triangles counted
+ * through all instances, 2^31 - 1 in all meshes.
  *
  * Refused, with the instance and the figure: entries that are not finite, matrices that cannot be inverted in float32
  * (their inverse would multiply rounding errors by more than 2^20), columns whose largest magnitude is not between
  * 2^-60 and 2^60, and instances that leave +-1e12. Method "packet-wide" cannot trace such a scene, and
- * ballot_make_rays() and ballot_render() refuse it. options->cache does nothing; options->builder, NULL: "balanced".
- * options may be NULL. */
+ * ballot_make_rays(), ballot_render(), queries of points and crossings, and updates of vertices refuse it.
+ * options->cache does nothing; options->builder, NULL: "balanced". options may be NULL. */
 BALLOT_API BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                                       const BallotInstances* instances,
                                                       const BallotSceneOptions* options, BallotScene** scene);
 
-/* Moves the instances of such a scene: `count` matrices, one for each. Builds the tree over the instances anew, on the
- * host; the trees of the meshes stay. A failed call leaves the scene as it was. stride is in bytes; 0: 48. */
+/* Moves the instances of such a scene: `count` matrices, one for each. Refits the tree over the instances, or builds it
+ * anew once refits have raised its cost by a quarter; the trees of the meshes stay. A failed call leaves the scene as
+ * it was. stride is in bytes; 0: 48. */
 BALLOT_API BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* transforms, size_t count,
                                                       size_t stride);
 
@@ -106,15 +107,15 @@ typedef struct BallotAnimationInfo {
   size_t size;
   char name[256];    /* cut off if it is longer */
   double seconds;    /* its times are 0 to this */
-  uint64_t channels; /* what it moves; 0: nothing */
+  uint64_t channels; /* number of node properties that it moves */
 } BallotAnimationInfo;
 /* Writes the animations of a scene, at most `room`, and their number to *count. Only glTF files have some. `infos` may
  * be NULL if room is 0. infos[0].size must be set; the others follow. */
 BALLOT_API BallotStatus ballot_scene_animations(BallotScene* scene, BallotAnimationInfo* infos, size_t room,
                                                 size_t* count);
-/* Moves a scene to a time of one of its animations, numbered from 0: triangles, and for pictures lights and views.
- * A time outside the animation means its beginning or end. BallotSceneOptions::update says how the tree moves. A failed
- * call leaves the scene as it was. */
+/* Moves a scene to a time of one of its animations, numbered from 0: triangles, and for pictures lights and views. A
+ * time outside the animation means its beginning or end. BallotSceneOptions::update says how the tree moves; the tree
+ * over meshes that are kept once moves as in ballot_scene_update_instances(). If it fails, the scene is as it was. */
 BALLOT_API BallotStatus ballot_scene_set_time(BallotScene* scene, size_t animation, double seconds);
 
 typedef struct BallotSceneInfo {
@@ -123,14 +124,14 @@ typedef struct BallotSceneInfo {
   uint64_t meshes, views;
   float lo[3], hi[3]; /* the bounds; zero if the scene is empty */
   uint64_t nodes, leaves, depth;
-  double sah;                  /* expected cost of a random ray that meets the bounds */
+  double sah;                  /* expected cost of a random ray that meets the bounds; 0 with instances */
   double build_seconds;        /* of the last build of the tree; of all trees of a scene of instances */
-  uint64_t instances;          /* 0: not a scene of instances */
+  uint64_t instances;          /* of a scene of instances, or of meshes that a file's scene keeps once; else 0 */
   uint64_t instance_triangles; /* counted through all instances */
   double top_seconds;          /* of the last build or refit of the tree over the instances */
-  double decay;          /* sah over that at the last build: about how much slower traces have become; 1 at a build */
-  double update_seconds; /* of the last update; 0: there was none */
-  uint64_t refits;       /* updates since the last build, which have all refitted the tree */
+  double decay; /* sah divided by that at the last build: traces are slower by about this factor; 1 at a build */
+  double update_seconds; /* of the last update of vertices or time; 0: there was none */
+  uint64_t refits;       /* such updates since the last build, which have all refitted the tree */
 } BallotSceneInfo;
 BALLOT_API BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info);
 

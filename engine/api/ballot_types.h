@@ -120,7 +120,7 @@ struct SceneOptions {
   bool allow_outside = false;  // a scene file may name buffers, images and materials outside of its folder
   /// Meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
   /// whole; such a scene takes no queries of points and crossings. "copy": each use is a moved copy. "auto": kept where
-  /// copies would be 4 million triangles more, and twice as many, or would not fit into memory.
+  /// that saves 4 million triangles and half of the scene's, or where copies would not fit into memory.
   std::string instances = "auto";
 };
 

@@ -6,7 +6,7 @@ namespace ballot {
 
 namespace {
 
-constexpr std::size_t kUnsureChunk = 1 << 10;
+constexpr std::size_t kUnsureChunk = 1 << 10, kListedChunk = 1 << 4;
 constexpr std::uint32_t kAnyMask = 0xFFFFFFFFu;
 
 std::vector<Hit> hits_of(const std::vector<ExactCrossing>& crossings) {
@@ -21,7 +21,9 @@ std::vector<Hit> hits_of(const std::vector<ExactCrossing>& crossings) {
 ExactLists::ExactLists(DeviceTree& tree, const CrossingQuery& query)
     : triangles_(tree.triangles()), oracle_(tree.any_pairs()), query_(query) {}
 
-std::vector<ExactCrossing> ExactLists::find(const Ray& ray, std::uint32_t mask) const {
+std::vector<ExactCrossing> ExactLists::find(const RaySpan& rays, std::size_t i) const {
+  const Ray& ray = rays.rays[i];
+  const std::uint32_t mask = rays.masks.empty() ? kAnyMask : rays.masks[i];
   if (query_.cull == Cull::None && query_.triangle_masks.empty()) {
     if (mask == 0) return {};
     return oracle_.list(ray);
@@ -35,14 +37,17 @@ std::vector<ExactCrossing> ExactLists::find(const Ray& ray, std::uint32_t mask) 
 void ExactLists::count(const RaySpan& rays, std::span<std::uint32_t> numbers) const {
   for_chunks(numbers.size(), kUnsureChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (numbers[i] != UNSURE) continue;
-      numbers[i] = std::uint32_t(find(rays.rays[i], rays.masks.empty() ? kAnyMask : rays.masks[i]).size());
+      if (numbers[i] == UNSURE) numbers[i] = std::uint32_t(find(rays, i).size());
     }
   });
 }
 
-std::vector<Hit> ExactLists::list(const RaySpan& ray) const {
-  return hits_of(find(ray.rays[0], ray.masks.empty() ? kAnyMask : ray.masks[0]));
+std::vector<std::vector<Hit>> ExactLists::lists(const RaySpan& rays) const {
+  std::vector<std::vector<Hit>> all(rays.rays.size());
+  for_chunks(all.size(), kListedChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) all[i] = hits_of(find(rays, i));
+  });
+  return all;
 }
 
 void ExactLists::put_in_order(const Ray& ray, std::vector<Hit>& hits) const {

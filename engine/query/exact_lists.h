@@ -18,13 +18,13 @@ class ExactLists {
 
   /// Replaces each number that is UNSURE by the exact one, on all cores.
   void count(const RaySpan& rays, std::span<std::uint32_t> numbers) const;
-  /// Returns the crossings of the first ray, in order.
-  std::vector<Hit> list(const RaySpan& ray) const;
+  /// Returns the crossings of each ray, in order. Finds them on all cores.
+  std::vector<std::vector<Hit>> lists(const RaySpan& rays) const;
   /// Puts all crossings of a ray into the exact order, with exact numbers.
   void put_in_order(const Ray& ray, std::vector<Hit>& hits) const;
 
  private:
-  std::vector<ExactCrossing> find(const Ray& ray, std::uint32_t mask) const;
+  std::vector<ExactCrossing> find(const RaySpan& rays, std::size_t i) const;
 
   std::span<const Triangle> triangles_;
   ExactCrossings oracle_;

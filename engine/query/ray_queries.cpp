@@ -191,7 +191,7 @@ std::vector<Hit> RayQueries::Parts::list_in_pieces(const RaySpan& ray, TraceTime
       std::uint32_t number = 0;
       cut = kernels.count_below(root, counting, ray, {&number, 1}, times) > 0;
       if (cut) break;
-      if (number == UNSURE) return exact_lists->list(ray);
+      if (number == UNSURE) return exact_lists->lists(ray)[0];
       if (number == 0) continue;
       const std::uint32_t to[2] = {0, number};
       cut = kernels.list_below(root, listing, ray, to, {&number, 1}, times) > 0;
@@ -245,14 +245,19 @@ void RayQueries::Parts::list_open(std::size_t begin, Lists& lists, TraceTimes& t
     lists.places[i] = {0, std::uint32_t(hits.size()), std::uint32_t(lists.apart.size() + 1)};
     lists.apart.push_back(std::move(hits));
   };
-  std::vector<std::uint32_t> more;  // rays that need more room
+  std::vector<std::uint32_t> more, unsure;  // more: rays that need more room
+  RayPart unsure_rays;
   for (std::uint32_t i = 0; i < found.size(); ++i) {
     if (found[i] == UNFINISHED)
       apart(i, list_in_pieces(asked.span(begin + i, 1), times));
     else if (found[i] == UNSURE)
-      apart(i, exact_lists->list(asked.span(begin + i, 1)));
+      unsure.push_back(i), unsure_rays.add(asked, begin + i);
     else if (found[i] > lists.places[i].count)
       more.push_back(i);
+  }
+  if (!unsure.empty()) {
+    std::vector<std::vector<Hit>> listed = exact_lists->lists(unsure_rays.span(0, unsure.size()));
+    for (std::size_t k = 0; k < unsure.size(); ++k) apart(unsure[k], std::move(listed[k]));
   }
   for (std::size_t first = 0; first < more.size();) {
     RayPart part;

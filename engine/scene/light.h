@@ -1,4 +1,4 @@
-// Lights that are not triangles: points, spots, suns, and the sky.
+// Lights that are not triangles: point, spot and directional lights, and the sky.
 #pragma once
 
 #include <cstdint>
@@ -26,12 +26,12 @@ struct Light {
 struct Sky {
   enum class Kind : std::uint32_t { None = 0, Constant = 1, Gradient = 2, Map = 3 };
   Kind kind = Kind::None;
-  glm::vec3 zenith{1}, horizon{1}, ground{1};  // radiance above, at and below the horizon; constant sky: zenith
+  glm::vec3 zenith{1}, horizon{1}, ground{1};  // radiance straight up, at and below the horizon; constant sky: zenith
   std::string map_name = {};                   // file of the map
   std::uint32_t width = 0, height = 0;         // of the map: longitude by latitude, -z in the middle, +y on top
   std::vector<glm::vec3> map = {};             // radiance, row by row from the top
 
-  /// Returns the radiance from a unit direction, as shaders/lib/shade/sky.glsl computes it. For tests and tables.
+  /// Returns the radiance from a unit direction, as shaders/lib/shade/sky.glsl computes it. For tests.
   glm::vec3 radiance(const glm::vec3& direction) const;
 };
 

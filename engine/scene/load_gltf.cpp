@@ -1,4 +1,4 @@
-// Loads glTF 2.0: the nodes of the default scene, depth first, become flat triangles.
+// Loads glTF 2.0: the nodes of the default scene, depth first, become triangles in the world, or instances of meshes.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -35,8 +35,7 @@ void read_lights(const GltfFile& file, const std::vector<PlacedNode>& placed, Sc
 
 void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Scene& scene) {
   std::set<std::string> names;
-  std::map<std::string, std::size_t>
-      next;  // the number to try next for a name, so that many equal names cost no search
+  std::map<std::string, std::size_t> next;  // number to try next for a name, so that many equal names cost no search
   for (const PlacedNode& p : placed) {
     if (file.model.nodes[p.node].camera == -1) continue;
     View view = convert_camera(file, p.node, p.world_from_node, scene.views.size());
@@ -44,12 +43,13 @@ void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Sce
     std::size_t& n = next.try_emplace(given, 2).first->second;
     while (!names.insert(view.name).second) view.name = fmt::format("{}_{}", given, n++);
     if (view.name != given)
-      scene.notes.push_back(fmt::format("A second view named '{}' was renamed to '{}'.", given, view.name));
+      scene.notes.push_back(fmt::format("Another view named '{}' was renamed to '{}'.", given, view.name));
     scene.views.push_back(std::move(view));
   }
 }
 
-/// Reads what moves, and puts the scene at rest, where skins and morph targets may lie elsewhere than their nodes say.
+/// Reads what moves, and poses the scene at rest: skins and morph targets may move vertices away from where the nodes
+/// place them.
 void read_motion(GltfFile& file, Animation animation, const std::vector<bool>& moves, const MovingPlaces& where,
                  const std::vector<PlacedNode>& placed, Scene& scene) {
   read_moving(file, where.primitives, animation);

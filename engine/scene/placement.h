@@ -46,7 +46,7 @@ struct InstancePolicyInfo {
   std::string_view summary;
 };
 inline constexpr InstancePolicyInfo kInstancePolicies[] = {
-    {"auto", InstancePolicy::Auto, "as keep where copies cost much: 4 million triangles more, and twice as many"},
+    {"auto", InstancePolicy::Auto, "as keep where that saves 4 million triangles and half of the scene's"},
     {"keep", InstancePolicy::Keep, "a mesh that is used several times, or moves as a whole, is there once"},
     {"copy", InstancePolicy::Copy, "each use of a mesh is a moved copy of its triangles"},
 };

@@ -70,8 +70,8 @@ KernelConfig Tracer::config_of(const Query& query) const {
   const Bounds& b = tree_.bvh().bounds;
   if (query.knobs.contains("padding") && !tree_.bvh().is_empty())
     fail(Failure::Arguments,
-         "knob padding=tree: the longest side of the scene's bounds must lie between 2^-60 and 2^44 and no "
-         "coordinate beyond 2^60; they are ({}, {}, {}) to ({}, {}, {}); leave the knob out",
+         "knob padding=tree: found scene bounds ({}, {}, {}) to ({}, {}, {}); expected a longest side of 2^-60 to 2^44 "
+         "and coordinates within +-2^60; leave the knob out",
          b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y, b.hi.z);
   config.padding = Padding::Ray;
   return config;

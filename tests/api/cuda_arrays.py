@@ -73,7 +73,8 @@ def main() -> None:
     cuda_call("cuCtxSetCurrent", context)
 
     # Half of the rays meet the square at t = 2, half pass beside it.
-    rays = b"".join(struct.pack("<8f", 0.25 + 2 * (i % 2), 0.5, 2, 0, 0, 0, -1, 9) for i in range(1000)) * (RAYS // 1000)
+    some = b"".join(struct.pack("<8f", 0.25 + 2 * (i % 2), 0.5, 2, 0, 0, 0, -1, 9) for i in range(1000))
+    rays = some * (RAYS // 1000)
     cuda_call("cuMemcpyHtoD_v2", addresses[0], rays, ctypes.c_size_t(len(rays)))
     cuda_call("cuCtxSynchronize")
     times = Times()

@@ -13,8 +13,8 @@ HERE = Path(__file__).resolve().parent
 
 
 def run(command: list, **options) -> str:
-    result = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                            check=False, timeout=120, **options)
+    result = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                            text=True, check=False, timeout=120, **options)
     if result.returncode != 0:
         sys.exit(f"{' '.join(map(str, command))}\nexit code {result.returncode}\n{result.stdout}")
     return result.stdout
@@ -65,7 +65,8 @@ def main() -> None:
     others = [name for name in names if not re.fullmatch(r"ballot_\w+|BALLOT_1", name)]
     expect("visible symbols other than ballot_*", others, [])
     api = HERE / "../../engine/api"
-    texts = [(api / name).read_text(encoding="utf-8") for name in ("ballot_c.h", "ballot_c_points.h", "ballot_c_scenes.h")]
+    headers = ("ballot_c.h", "ballot_c_points.h", "ballot_c_scenes.h")
+    texts = [(api / name).read_text(encoding="utf-8") for name in headers]
     declared = set(re.findall(r"\b(ballot_\w+)\(", "".join(texts)))
     declared -= {"ballot_init"}
     expect("functions of ballot_c.h that the library lacks", sorted(declared - set(names)), [])
@@ -79,10 +80,11 @@ def main() -> None:
         print(run([programs / name], env=environment), end="")
 
     package = next(prefix.rglob("ballot.pc")).parent
-    flags = run(["pkg-config", "--cflags", "--libs", "ballot"], env={**environment, "PKG_CONFIG_PATH": str(package)}).split()
+    found = {**environment, "PKG_CONFIG_PATH": str(package)}
+    flags = run(["pkg-config", "--cflags", "--libs", "ballot"], env=found).split()
     run(["cc", HERE / "consumer" / "consumer.c", *flags, "-o", folder / "by_pkg_config"])
     print(run([folder / "by_pkg_config"], env=environment), end="")
-    version = run(["pkg-config", "--modversion", "ballot"], env={**environment, "PKG_CONFIG_PATH": str(package)}).strip()
+    version = run(["pkg-config", "--modversion", "ballot"], env=found).strip()
     if version not in run([folder / "by_pkg_config"], env=environment):
         sys.exit(f"ballot.pc says {version}, the library another version")
 

@@ -26,7 +26,8 @@ void add_run(std::string& text, const Document& d) {
     text += fmt::format("  Scenes: {}. Rays: {}. Numeric modes: {}. {} records, commit {}.\n", list(scenes),
                         list(kinds), list(modes), d.records.size(), d.commit);
   if (kinds.contains("ao"))
-    text += fmt::format("  Rays of kind ao: {} per hit, {:g} of the scene's diagonal long.\n", d.ao_rays, d.ao_radius);
+    text += fmt::format("  Rays of kind ao: {} per hit, of length {:g} times the scene's diagonal.\n", d.ao_rays,
+                        d.ao_radius);
   if (d.offset != kDefaultOffset) text += fmt::format("  Origin offset policy of secondary rays: {}.\n", d.offset);
   if (d.partial) text += "  **The run was interrupted: the missing records were not measured.**\n";
   std::string environment;
@@ -47,7 +48,8 @@ std::string setup_section(const std::vector<Document>& documents, const Arranged
   text +=
       "\nTrace times are of the traversal alone. Mrays/s is the number of rays of all views divided by the sum of the "
       "median\ntimes. A frame lasts from ray generation to film; FPS is the mean over the views of 1000 ms / median. "
-      "\"(best)\" is the\nmethod with the best threshold of a sweep in the same run.\n";
+      "\"(best)\" is the\nmethod with the threshold that a sweep in the same run found fastest for this scene and ray "
+      "kind.\n";
   if (arranged.replaced)
     text +=
         fmt::format("\n{} records were measured twice; the tables show those of the later file.\n", arranged.replaced);

@@ -44,8 +44,9 @@ def main() -> None:
         hits = dask.array.map_blocks(trace, chunks, shared, dtype=ballot.HIT, drop_axis=1).compute()
         workers = len(client.scheduler_info()["workers"])
     here = scene.trace(rays)
-    print(f"{RAYS} rays in {RAYS // CHUNK} chunks over {workers} workers: {np.count_nonzero(hits['prim'] != ballot.MISS)} "
-          f"hits, {np.count_nonzero(hits != here)} differ from one process")
+    number = np.count_nonzero(hits["prim"] != ballot.MISS)
+    print(f"{RAYS} rays in {RAYS // CHUNK} chunks over {workers} workers: {number} hits, "
+          f"{np.count_nonzero(hits != here)} differ from one process")
     sys.exit(0 if np.array_equal(hits, here) else 1)
 
 

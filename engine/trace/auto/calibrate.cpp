@@ -17,7 +17,7 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// The effort of a race: enough rays to fill the device, but no more than it traces many times in the time given.
+/// The size of a race: enough rays to fill the device, few enough to trace many times within the budget.
 struct Effort {
   std::size_t least;      // rays; for smaller batches a race costs more than it gains
   std::size_t look;       // rays of a candidate's first look
@@ -26,18 +26,19 @@ struct Effort {
   std::size_t stretches;  // runs of neighbouring rays that make up a sample
   double budget_s;        // RaceRules::budget_s
   int rounds;             // the most
-  double warm_s;          // seconds of tracing beforehand, until the clocks are up
+  double warm_s;          // seconds of tracing before the first measurement, in which a GPU's clocks rise
 };
 constexpr Effort kCpuEffort{1 << 15, 1 << 12, 1 << 15, 3, 4, 0.3, 9, 0};
 constexpr Effort kGpuEffort{1 << 18, 1 << 18, 1 << 22, 1, 16, 0.3, 15, 0.02};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
 constexpr std::size_t kLookedAgain = 3;  // candidates that race again once all have been tried
 constexpr double kPatienceSeconds = 2;   // the budget of Choices::try_all
-/// The largest tree that the host collapses for a trial. That takes about a second, and the result is not kept. In
-/// scenes with more nodes, methods that need a collapsed tree are no candidates.
+/// The largest tree that the host collapses for a trial, in about a second. Where it would have to collapse a larger
+/// one, methods that need a collapsed tree are no candidates.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
-constexpr std::uint32_t kWarmUpRays = 4096;
-constexpr double kPreference = 1.02;  // a candidate must be so many times as fast as one before it in the list
+constexpr std::uint32_t kCompileRays = 4096;
+constexpr double kPreference =
+    1.02;  // how many times as fast a candidate must be to be chosen over one before it in the list
 constexpr std::size_t kClassSample = 4096, kClassStretches = 64;
 
 struct Stretch {
@@ -57,10 +58,10 @@ std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::si
   return all;
 }
 
-/// Removes the candidates whose methods are `such`, unless all are.
-template <class Such>
-void leave_out(std::vector<Candidate>& candidates, const Such& such) {
-  const auto leaves = [&](const Candidate& c) { return such(find_method(c.method)); };
+/// Removes the candidates whose methods satisfy a predicate, unless all do.
+template <class Predicate>
+void leave_out(std::vector<Candidate>& candidates, const Predicate& predicate) {
+  const auto leaves = [&](const Candidate& c) { return predicate(find_method(c.method)); };
   if (!std::ranges::all_of(candidates, leaves)) std::erase_if(candidates, leaves);
 }
 
@@ -133,8 +134,8 @@ RaceRules rules_for(const std::vector<Runner>& runners, const Effort& effort, bo
           .rounds = effort.rounds};
 }
 
-/// Counts a process that tries candidates, once.
-void start_run(Choice& choice) {
+/// Counts this process, once, among those that have tried candidates of the choice.
+void count_process(Choice& choice) {
   if (choice.remembered || choice.runs == 0) ++choice.runs;
   choice.remembered = false;
 }
@@ -147,8 +148,8 @@ std::vector<Candidate> fastest_of(const std::vector<Candidate>& candidates) {
   return fastest;
 }
 
-/// Returns the candidates of a race with those that took no part in it. Their speeds follow the one that was chosen
-/// before, in the same ratio as then.
+/// Returns the candidates of a race with those that took no part in it. The speeds of the latter are scaled by
+/// the change in speed of the one that was chosen before.
 std::vector<Candidate> with_others(std::vector<Candidate> raced, const std::vector<Candidate>& before) {
   const auto in_race = [&](const Candidate& c) { return std::ranges::find(raced, c.name(), &Candidate::name); };
   const auto reference = in_race(before[0]);
@@ -251,8 +252,8 @@ bool Chooser::has_chosen(const Query& query) const {
   return known && !is_due(*known);
 }
 
-/// Looks at the rays of a buffer again at every kLooksAgain-th call alone: looking takes a GPU as long as tracing some
-/// hundred thousand rays, and a buffer is mostly filled with rays that are alike.
+/// Looks at the rays of a buffer again only at every kLooksAgain-th call: looking takes a GPU as long as tracing some
+/// hundred thousand rays, and a buffer is mostly refilled with rays of the same class.
 std::string Chooser::class_of(const Buffer<Ray>& rays, std::size_t count) {
   constexpr int kLooksAgain = 32;
   constexpr std::size_t kKept = 8;
@@ -283,7 +284,7 @@ std::string Chooser::ray_class(std::span<const Ray> rays) const {
 /// Compiles a candidate. Returns false if it cannot run here, for example because its stacks do not fit.
 bool Chooser::compile(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why) {
   try {
-    trace_(rays, hits, std::uint32_t(std::min<std::size_t>(kWarmUpRays, rays.size())), query);
+    trace_(rays, hits, std::uint32_t(std::min<std::size_t>(kCompileRays, rays.size())), query);
     return true;
   } catch (const Error&) {
     if (!why) why = std::current_exception();
@@ -309,7 +310,7 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
   Choice choice = choice_for(query);
   const Effort& effort = effort_on(gpu_.info());
   const bool again = choice.complete();
-  if (!again) start_run(choice);
+  if (!again) count_process(choice);
   if (choice.candidates.size() == 1) return choices_.add(choice);
   const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
   std::vector<Buffer<Ray>> samples;

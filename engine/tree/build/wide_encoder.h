@@ -15,10 +15,9 @@ struct WideShape {
   Buffer<std::uint32_t> choices, needs, starts, wide_nodes;  // shaders/shared/build.h
 };
 
-/// Collapses pairs into a tree of a collapsed format (formats.h) and writes its nodes. Both give what the encoders of
-/// the host give for the same pairs, but for the order of nodes, and in bvh8 for placements of children that are as
-/// good. Keeps its working memory, 24 bytes a pair for bvh4 and 40 for the others. Belongs to the thread of its
-/// Context.
+/// Collapses pairs into a tree of a collapsed format (formats.h) and writes its nodes. The tree is the one that the
+/// host's encoder makes of the same pairs, but for the order of nodes and, in bvh8, equally good slots of children.
+/// Keeps its working memory, 24 bytes a pair for bvh4 and 40 for the others. Belongs to the thread of its Context.
 ///
 /// No pass waits for other workgroups, all loops are bounded, and the result is the same in every run.
 ///
@@ -30,8 +29,8 @@ class WideEncoder {
   WideEncoder(const WideEncoder&) = delete;
   WideEncoder& operator=(const WideEncoder&) = delete;
 
-  /// Returns the shape of the wide tree of `count` pairs in NodeLayout::Interleaved, at least one. `longest` is about
-  /// the longest side of the scene. Waits for the device, as the size of the tree is not known before. Throws
+  /// Returns the shape of the wide tree of `count` pairs, at least one, in NodeLayout::Interleaved. `longest` is the
+  /// longest side of the scene, or near it. Waits for the device, as the size of the tree is not known before. Throws
   /// Error(Work) if the tree has more nodes than its references can number, or the device has no room or fails.
   WideShape collapse(const RawBuffer& pairs, std::uint32_t count, float longest);
 
@@ -40,7 +39,7 @@ class WideEncoder {
     return std::size_t(shape.nodes) * format_.node_texels + (has_lists() ? shape.list_texels : 0);
   }
 
-  /// Writes the tree with the boxes that the pairs have now, to texels() texels that can be written by kernels.
+  /// Writes the tree with the boxes that the pairs have now, to a buffer of texels(shape) texels with Access::Storage.
   void write(const WideShape& shape, const RawBuffer& pairs, Buffer<glm::uvec4>& texels);
 
   /// Device milliseconds of the last collapse() and of the last write(). Call it when they have ended.

@@ -7,17 +7,19 @@
     image = ballot.render(scene, width=640, height=480)
 
 Devices   Device opens one; without it, everything shares default_device(): the best GPU, else a CPU device.
-Scenes    Scene, load_scene; Scene.update moves vertices, Scene.set_time animations; Job is a trace in the background.
+Scenes    Scene, load_scene; Scene.update moves vertices, Scene.set_time plays animations; a Job traces meanwhile.
 Open3D    RaycastingScene has the names, shapes, dtypes and miss values of Open3D's class.
 trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
-On GPUs   Array holds rays and hits on the device, which CUDA's libraries fill and read without a copy.
-Pictures  render; bench measures methods.
+On GPUs   Array holds rays or hits on the device; CUDA's libraries fill and read it without a copy.
+Pictures  render.
+Speed     bench measures methods.
 
 Names     names() lists methods, numeric modes, builders, ray kinds and shadings.
 
 Units     Lengths are in scene units, angles in radians. t counts multiples of a ray's direction.
-Errors    ValueError and TypeError for wrong arguments; Error, a RuntimeError with a code, for the device, files and
-          objects that were closed or made before fork(). A failed call writes nothing, unless it was interrupted.
+Errors    ValueError and TypeError for wrong arguments; Error, a RuntimeError with a code, for failures of device
+          and files, and for objects that were closed or made before fork(). A call with wrong arguments writes nothing;
+          one that fails later, or is interrupted, may have written a part.
 Threads   Everything may be called from any thread. Calls on one device run one after another, and let other threads of
           Python run meanwhile.
 """

@@ -44,7 +44,7 @@ class Array:
             raise ValueError(f"record is {record!r}; expected one of {', '.join(_RECORDS)}")
         on = device_or_default(device)
         self._record = record
-        self._count = _query.whole(count, "count", 1, 2**32 - 1)
+        self._count = _query.integer(count, "count", 1, 2**32 - 1)
         self._exported = on.info.exports if exported is None else bool(exported)
         self._is_cpu = on.info.is_cpu
         self._handle = _ballot.Array(on._handle, _RECORDS.index(record), self._count, self._exported)
@@ -84,18 +84,18 @@ class Array:
         else:
             array = records if width > 1 else np.asarray(records)[..., np.newaxis]
         rows = np.ascontiguousarray(_arrays.floats(array, "records", (width,)).reshape(-1, width))
-        self._handle.write(rows, _query.whole(first, "first", 0, 2**32))
+        self._handle.write(rows, _query.integer(first, "first", 0, 2**32))
 
     def read(self, out: Any = None, first: int = 0, count: int | None = None) -> np.ndarray:
-        """Returns records [first, first + count) as they are on the host: HIT of shape (count,), else an array like this
-        one.
+        """Returns records [first, first + count) as they are on the host: HIT of shape (count,), else an array like
+        this one.
 
         out  where they go, of that dtype and shape; count None: the rest, or as many as `out` has room for
         """
-        begin = _query.whole(first, "first", 0, self._count)
+        begin = _query.integer(first, "first", 0, self._count)
         if count is None:
             count = len(out) if out is not None else self._count - begin
-        number = _query.whole(count, "count", 0, self._count - begin)
+        number = _query.integer(count, "count", 0, self._count - begin)
         dtype, shape = (HIT, (number,)) if self._record == "hits" else (self.dtype, (number, *self.shape[1:]))
         array = _arrays.out_array(out, shape, dtype, np.empty(0, np.float32))
         width = _WIDTHS[self._record]

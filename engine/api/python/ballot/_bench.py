@@ -38,7 +38,7 @@ def bench(
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"scene: found {type(scene).__name__}; expected a ballot.Scene")
-    number = _query.whole(repeats, "repeats", 1, 10**6)
+    number = _query.integer(repeats, "repeats", 1, 10**6)
     modes = [numeric] if isinstance(numeric, str) else list(numeric)
     runs = [
         _Run(rays, hits, {"method": method, "kind": kind, "numeric": mode, "any": any_hit})

@@ -57,7 +57,7 @@ def make(vertices: Any, triangles: Any, mesh_id: Any, normals: Any, where: str) 
         if n.shape != v.shape:
             raise ValueError(f"{where}: normals: shape is {n.shape}; expected {v.shape}, one for each vertex")
         v, n = np.ascontiguousarray(v), np.ascontiguousarray(n)
-    return Mesh(v, t, _query.whole(mesh_id, f"{where}: id", 0, 0xFFFFFFFF), n)
+    return Mesh(v, t, _query.integer(mesh_id, f"{where}: id", 0, 0xFFFFFFFF), n)
 
 
 def kept(mesh: Mesh, triangles: Any, normals: Any) -> Mesh:

@@ -48,13 +48,13 @@ def render(
     if not isinstance(scene, Scene):
         raise TypeError(f"scene: found {type(scene).__name__}; expected a ballot.Scene")
     picture = (
-        _query.whole(width, "width", 1, 16384),
-        _query.whole(height, "height", 1, 16384),
-        _query.whole(samples, "samples", 1, 65536),
+        _query.integer(width, "width", 1, 16384),
+        _query.integer(height, "height", 1, 16384),
+        _query.integer(samples, "samples", 1, 65536),
         _query.text(shading, "shading"),
         _query.text(sky or "", "sky"),
-        _query.whole(bounces, "bounces", 0, 64),
-        _query.whole(seed, "seed", 0, 2**32 - 1),
+        _query.integer(bounces, "bounces", 0, 64),
+        _query.integer(seed, "seed", 0, 2**32 - 1),
     )
     asked = _query.query(False, method, numeric, knobs)
     return scene._handle.render(_query.view(view), picture, asked, _query.progress_function(progress))

@@ -144,7 +144,7 @@ class Queries:
         for array, name in ((points, "points"), (answers, "answers")):
             if not isinstance(array, Array):
                 raise TypeError(f"{name}: found {type(array).__name__}; expected a ballot.Array")
-        number = len(points) if count is None else _query.whole(count, "count", 0, 2**32 - 1)
+        number = len(points) if count is None else _query.integer(count, "count", 0, 2**32 - 1)
         spent = self._handle.query_point_arrays(
             points._handle, answers._handle, number, bool(assume_closed), _query.text(numeric, "numeric"),
             _one_of(_SIGNS, sign, "sign"),
@@ -201,7 +201,7 @@ class Queries:
         >>> counts.tolist(), hits["t"].tolist()
         ([1, 0], [2.0])
         """
-        most = 0 if first is None else _query.whole(first, "first", 0, 2**32 - 2)
+        most = 0 if first is None else _query.integer(first, "first", 0, 2**32 - 2)
         source = _arrays.rays(rays, t)
         if first == 0:
             return np.zeros(source.shape[:-1], np.uint32), np.empty(0, HIT)

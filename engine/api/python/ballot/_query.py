@@ -14,7 +14,7 @@ class Times(NamedTuple):
 
     seconds: float  # wall time of the call inside the library
     device_ms: float  # time of the traversal on the device
-    hits: int  # rays that hit; 0 for trace_arrays(), which does not count them
+    hits: int  # rays that hit, or points that found a triangle; 0 for arrays on the device: not counted
 
 
 def text(value: Any, name: str) -> str:
@@ -23,7 +23,7 @@ def text(value: Any, name: str) -> str:
     return value
 
 
-def whole(value: Any, name: str, low: int, high: int) -> int:
+def integer(value: Any, name: str, low: int, high: int) -> int:
     """Returns an integer in [low, high]."""
     try:
         number = value.__index__()

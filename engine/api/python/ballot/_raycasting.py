@@ -54,7 +54,7 @@ class RaycastingScene:
     def __init__(
         self, nthreads: int = 0, device: Device | None = None, *, builder: str = "", numeric: str = "watertight"
     ):
-        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
         self._device = device_or_default(device) if device is not None else None
         self._builder = builder
         self._numeric = numeric
@@ -103,7 +103,7 @@ class RaycastingScene:
             primitive_uvs      (..., 2) float32: weights of vertices 1 and 2; 0 on a miss
             primitive_normals  (..., 3) float32: unit normal by the right-hand rule; 0 on a miss
         """
-        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
         times: list[Times] = []
         found = self._built().trace_columns(_rays(rays), tuple(_RESULTS.values()), numeric=self._numeric, times=times)
         self.times = times[0]
@@ -113,7 +113,7 @@ class RaycastingScene:
         self, rays: Any, tnear: float = 0.0, tfar: float = float("inf"), nthreads: int = 0
     ) -> np.ndarray:
         """Returns True for each ray that hits something at tnear <= t <= tfar: bool (...). Rays as cast_rays()."""
-        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
         near, far = float(tnear), float(tfar)
         bounds = None if near == 0 and far == float("inf") else (near, far)
         times: list[Times] = []
@@ -124,7 +124,7 @@ class RaycastingScene:
     def count_intersections(self, rays: Any, nthreads: int = 0) -> np.ndarray:
         """Returns the number of intersections of each ray: int32 (...). Rays as cast_rays(). A ray through an edge or a
         vertex of a closed surface intersects it there once."""
-        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
         times: list[Times] = []
         counts = self._built().count_crossings(_rays(rays), numeric=self._numeric, times=times)
         self.times = times[0]
@@ -141,7 +141,7 @@ class RaycastingScene:
             primitive_ids   (n,) uint32: the triangle within its mesh
             primitive_uvs   (n, 2) float32
         """
-        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
         scene = self._built()
         times: list[Times] = []
         counts, hits = scene.crossings(_rays(rays), numeric=self._numeric, times=times)
@@ -161,7 +161,7 @@ class RaycastingScene:
         }
 
     def _nearest(self, points: Any, columns: tuple[str, ...], nthreads: int, **query: Any) -> dict[str, np.ndarray]:
-        _query.whole(nthreads, "nthreads", 0, 2**31 - 1)
+        _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
         times: list[Times] = []
         found = self._built().nearest(_points(points), columns, numeric=self._numeric, times=times, **query)
         self.times = times[0]
@@ -228,8 +228,8 @@ class RaycastingScene:
                 "(fov_deg, center, eye, up, width_px, height_px)"
             )
         given.update(kwargs)
-        width = _query.whole(given.pop("width_px"), "width_px", 1, 2**20)
-        height = _query.whole(given.pop("height_px"), "height_px", 1, 2**20)
+        width = _query.integer(given.pop("width_px"), "width_px", 1, 2**20)
+        height = _query.integer(given.pop("height_px"), "height_px", 1, 2**20)
         if "eye" in given:
             return _pinhole(*_matrices(width, height, **given), width, height)
         intrinsic = _matrix(given["intrinsic_matrix"], (3, 3), "intrinsic_matrix")
@@ -259,7 +259,7 @@ def _points(given: Any) -> np.ndarray:
 
 
 def _samples(nsamples: int) -> None:
-    if _query.whole(nsamples, "nsamples", 1, 2**31 - 1) % 2 == 0:
+    if _query.integer(nsamples, "nsamples", 1, 2**31 - 1) % 2 == 0:
         raise ValueError(f"nsamples is {nsamples}; expected an odd number")
 
 

@@ -39,16 +39,16 @@ class Scene(Queries):
     device        a Device; None: the default one
     ids           a number 0 to 2^32 - 1 for each mesh, which trace_columns() reports; None: 0, 1, 2, ...
     normals       (n, 3) unit normal of each vertex, for pictures; with `meshes` a list of such arrays or None
-    builder       how the tree is built: "best", "balanced", "fast", "device" or "auto"; "": "auto", which is "device" on
-                  a GPU and "balanced" on a CPU unless expected_rays says otherwise
+    builder       how the tree is built: "best", "balanced", "fast", "device" or "auto"; "": "auto", which is "device"
+                  on a GPU and "balanced" on a CPU unless expected_rays says otherwise
     max_leaf      most triangles of a leaf of the tree, 1 to 6
     split_budget  of builder "best": share of references that spatial splits may add, 0 to 16
     instances     (k, 3, 4) or (k, 4, 4) float32 or float64: a matrix for each instance of a mesh, whose points p lie at
                   m[:3, :3] @ p + m[:3, 3]. None: each mesh lies where its vertices say
     instance_meshes  with `instances`: (k,) integers, the mesh of each, from 0; None: 0
     cache         keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
-    updates       how update() moves the tree. "refit": boxes move, its shape stays, so traces slow down as triangles move
-                  apart. "rebuild": anew. "auto": refits until traces have lost as much time as a build takes
+    updates       how update() moves the tree. "refit": boxes move, its shape stays, so traces slow down as triangles
+                  move apart. "rebuild": anew. "auto": refits until traces have lost as much time as a build takes
     expected_rays hint for builder "auto": rays that will be traced in all; 0: unknown
 
     Triangles are numbered through the meshes in their order. Those without area keep their number and are never hit.
@@ -131,7 +131,7 @@ class Scene(Queries):
             if animation not in names:
                 raise ValueError(f"animation is {animation!r}; the scene has {', '.join(names) or 'none'}")
             animation = names.index(animation)
-        time = (_query.whole(animation, "animation", 0, 2**31), float(seconds))
+        time = (_query.integer(animation, "animation", 0, 2**31), float(seconds))
         self._handle.set_time(*time)
         self._time = time
 
@@ -146,10 +146,10 @@ class Scene(Queries):
         vertices  (n, 3) float32 or float64, as many as before
 
         Later traces find the moved triangles. The scene's `updates` says how the tree moves; one that a triangle gains
-        or loses its area in is always built anew. Raises ValueError if the number differs or a coordinate is not finite;
-        the scene is then as it was.
+        or loses its area in is always built anew. Raises ValueError if the number differs or a coordinate is not
+        finite; the scene is then as it was.
         """
-        number = _query.whole(mesh, "mesh", 0, 2**31)
+        number = _query.integer(mesh, "mesh", 0, 2**31)
         self._handle.update(number, _mesh.vectors(vertices, "vertices"))
 
     def update_instances(self, instances: Any) -> None:
@@ -303,7 +303,7 @@ class Scene(Queries):
         for array, name in ((rays, "rays"), (hits, "hits")):
             if not isinstance(array, Array):
                 raise TypeError(f"{name}: found {type(array).__name__}; expected a ballot.Array")
-        number = len(rays) if count is None else _query.whole(count, "count", 0, 2**32 - 1)
+        number = len(rays) if count is None else _query.integer(count, "count", 0, 2**32 - 1)
         asked = _query.query(any, method, numeric, knobs, ray_class)
         return Times(*self._handle.trace_arrays(rays._handle, hits._handle, number, asked))
 
@@ -314,7 +314,7 @@ class Scene(Queries):
                angle in radians) and ymag (orthographic: half the height)
         kind   "primary", "shadow", "ao", ...: `ballot methods` lists them; each is made from primary hits
         """
-        w, h = _query.whole(width, "width", 1, 16384), _query.whole(height, "height", 1, 16384)
+        w, h = _query.integer(width, "width", 1, 16384), _query.integer(height, "height", 1, 16384)
         return self._handle.make_rays(_query.view(view), _query.text(kind, "kind"), w, h)
 
     @property
@@ -373,11 +373,11 @@ def load_scene(
 
     instances    meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation
                  moves as a whole; such a scene takes no queries of points and crossings. "copy": each use is a moved
-                 copy. "auto": kept where copies would be 4 million triangles more, and twice as many, or would not fit
-                 into memory. Hits have the same numbers in all three.
+                 copy. "auto": kept where that saves 4 million triangles and half of the scene's, or where copies would
+                 not fit into memory. Hits have the same numbers in all three.
 
-    Other arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene stores
-    the path and the time that was set.
+    Other arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene
+    stores the path and the time that was set.
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))

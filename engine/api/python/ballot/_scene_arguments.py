@@ -26,7 +26,7 @@ def options(
         raise ValueError(f"split_budget is {budget}; expected 0 to 16")
     return (
         builder,
-        _query.whole(max_leaf, "max_leaf", 1, 6),
+        _query.integer(max_leaf, "max_leaf", 1, 6),
         budget,
         bool(cache),
         updates,

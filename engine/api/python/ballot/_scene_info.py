@@ -17,14 +17,14 @@ class SceneInfo(NamedTuple):
     nodes: int
     leaves: int
     depth: int
-    sah: float  # expected cost of a random ray that meets the bounds
+    sah: float  # expected cost of a random ray that meets the bounds; 0 with instances
     build_seconds: float  # of the last build of the tree
-    instances: int  # 0: not a scene of instances
+    instances: int  # of a scene of instances, or of meshes that a file's scene keeps once; else 0
     instance_triangles: int  # counted through all instances
     top_seconds: float  # of the last build or refit of the tree over the instances
-    decay: float  # sah over that at the last build: about how much slower traces have become
-    update_seconds: float  # of the last update
-    refits: int  # updates since the last build
+    decay: float  # sah divided by that at the last build: traces are slower by about this factor
+    update_seconds: float  # of the last update of vertices or time
+    refits: int  # such updates since the last build
 
 
 class Animation(NamedTuple):
@@ -32,11 +32,15 @@ class Animation(NamedTuple):
 
     name: str
     seconds: float  # its times are 0 to this
-    channels: int  # what it moves; 0: nothing
+    channels: int  # number of node properties that it moves
 
 
 class MeshInfo(NamedTuple):
-    """A mesh of a scene: its triangles have the numbers first to first + triangles - 1 in HIT's prim."""
+    """A mesh of a scene.
+
+    Its triangles are first to first + triangles - 1 of Scene.triangles(), and of HIT's prim unless the scene has
+    instances.
+    """
 
     id: int
     first: int

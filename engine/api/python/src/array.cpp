@@ -47,11 +47,11 @@ nb::capsule keeper(const ArrayObject& self) {
   });
 }
 
-/// Returns the memory of an array as one of a framework's, in the array's type.
+/// Returns a framework's array over the memory of an array, with its shape and type.
 template <class Framework, class Device>
 nb::object view_of(const ArrayObject& self, void* data, int device) {
   const auto shape = self.shape();
-  const nb::dlpack::dtype type = self.is_whole() ? nb::dtype<std::uint32_t>() : nb::dtype<float>();
+  const nb::dlpack::dtype type = self.is_integer() ? nb::dtype<std::uint32_t>() : nb::dtype<float>();
   return nb::cast(nb::ndarray<Framework, Device>(data, shape.size(), shape.data(), keeper(self), nullptr, type,
                                                  Device::value, device));
 }

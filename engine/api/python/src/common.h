@@ -136,7 +136,7 @@ struct ArrayObject : Kept<Buffer> {
   std::vector<std::size_t> shape() const {
     return width() > 1 ? std::vector{std::size_t(count), width()} : std::vector{std::size_t(count)};
   }
-  bool is_whole() const { return record == BALLOT_RECORD_INSIDE; }
+  bool is_integer() const { return record == BALLOT_RECORD_INSIDE; }
   BallotRecord record;
   std::uint64_t count;
 };

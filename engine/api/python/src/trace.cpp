@@ -59,7 +59,7 @@ JobObject submit(const SceneObject& self, const RayRows& array, const ResultArra
   return {std::move(job), std::move(arrays)};
 }
 
-/// Waits in short naps, so that Ctrl-C is noticed: a call that waits for good would not return to Python.
+/// Waits in short naps, so that Ctrl-C is noticed: a call that waits for the end returns to Python only then.
 TimesTuple wait(const JobObject& self) {
   const auto begin = Clock::now();
   while (!without_gil(self.use(), [&](const Job& job) {
