@@ -50,7 +50,7 @@ void print_faults(const CheckArgs& args, const MeshFaults& faults) {
   const Topology& t = faults.topology;
   const auto yes = [](bool answer) { return answer ? "yes" : "no"; };
   say("{}: {} triangles, {} edges\nclosed: {}\nmanifold: {}\nconsistently wound: {}\nself-intersecting: {}\n",
-      args.scene, t.triangles, t.edges, yes(t.closed()), yes(t.manifold()), yes(t.wound()),
+      args.scene, t.triangles, t.edges, yes(t.closed()), yes(t.manifold()), yes(t.consistently_wound()),
       yes(!faults.crossed.prims.empty()));
   if (t.flat) say("{} triangles without area, with three corners, are left out\n", t.flat);
   print_edges("edges of one triangle", t.boundary, t.first_boundary);
@@ -82,7 +82,7 @@ int run_check(CheckArgs& args) {
                          {"edges", t.edges},
                          {"closed", t.closed()},
                          {"manifold", t.manifold()},
-                         {"wound", t.wound()},
+                         {"wound", t.consistently_wound()},
                          {"open_edges", t.open},
                          {"boundary_edges", t.boundary},
                          {"nonmanifold_edges", t.nonmanifold},
@@ -92,7 +92,7 @@ int run_check(CheckArgs& args) {
                          {"first_flipped", record_of(t.first_flipped)},
                          {"self_intersecting", faults.crossed.prims},
                          {"first_pairs", faults.crossed.first}});
-  return t.closed() && t.manifold() && t.wound() && faults.crossed.prims.empty() ? 0 : int(Failure::Work);
+  return t.closed() && t.manifold() && t.consistently_wound() && faults.crossed.prims.empty() ? 0 : int(Failure::Work);
 }
 
 }  // namespace

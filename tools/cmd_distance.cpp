@@ -103,7 +103,7 @@ void need_closed(Engine& engine, const PointArgs& args) {
   if (args.assume_closed) return;
   const Topology& t = engine.topology();
   const std::string& scene = args.engine.scene;
-  if (args.by_sides() && !t.wound())
+  if (args.by_sides() && !t.consistently_wound())
     fail(Failure::Arguments,
          "{}: triangles are wound against each other: at {} of the {} edges both run in the same direction; `ballot "
          "check {}` lists some; --assume-closed goes on, and signs near these are then arbitrary",

@@ -71,7 +71,7 @@ std::string edge_text(const FaultyEdge& edge) {
 /// Refuses signs by pseudonormals of a mesh whose triangles are wound against each other.
 void need_wound(ballot::Engine& engine) {
   const Topology& t = engine.topology();
-  if (t.wound()) return;
+  if (t.consistently_wound()) return;
   refuse_points(fmt::format(
       "sign by pseudonormals: triangles are wound against each other: at {} of the {} edges both run in the same "
       "direction, such as that {}; turn triangles round (`ballot check` lists such edges), or set assume_closed and "

@@ -10,7 +10,7 @@ namespace ballot::api {
 namespace {
 
 constexpr std::size_t kMostTriangles = std::numeric_limits<std::int32_t>::max();
-constexpr float kLargestCoordinate = 1e12f;  // as the tree's builder has it (engine/bvh/bvh.h)
+constexpr float kLargestCoordinate = 1e12f;  // the limit of build_bvh() (engine/bvh/bvh.h)
 constexpr std::size_t kVertexBytes = 3 * sizeof(float);
 
 glm::vec3 vertex(const float* positions, std::size_t stride, std::size_t i) {
@@ -56,7 +56,8 @@ void check_vertices(const float* positions, std::size_t stride, std::size_t coun
 }
 
 MeshState read_mesh(const BallotMesh& m, std::size_t first, const std::string& where) {
-  if (!m.positions || m.vertex_count == 0) refuse(fmt::format("{}: it has no vertices; leave empty meshes out", where));
+  if (!m.positions || m.vertex_count == 0)
+    refuse(fmt::format("{}: positions is NULL or vertex_count is 0; leave empty meshes out", where));
   const std::size_t corners = m.indices ? m.index_count : m.vertex_count;
   if (corners == 0 || corners % 3)
     refuse(fmt::format("{}: {} {}; expected a multiple of 3, at least 3", where, corners,

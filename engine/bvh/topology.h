@@ -18,19 +18,19 @@ struct FaultyEdge {
 };
 
 /// What is known of the edges of a mesh. Vertices are the same if their coordinates are equal; 0 and -0 are. Triangles
-/// with two equal vertices are left out. Those with three vertices on a line are counted in `flat` and left out too, as
-/// no query finds them: where they close a gap the edges around it are open.
+/// without area have no edges here, as no query finds them: a gap that one closes stays open. `flat` counts those with
+/// three different vertices, `triangles` all.
 struct Topology {
   std::uint64_t triangles = 0, flat = 0, edges = 0;
-  std::uint64_t open = 0;         // edges of an odd number of triangles: the parity of crossings needs none
+  std::uint64_t open = 0;         // edges of an odd number of triangles; the inside test by parity needs 0
   std::uint64_t boundary = 0;     // edges of one triangle
   std::uint64_t nonmanifold = 0;  // edges of more than two triangles
-  std::uint64_t flipped = 0;      // edges of two triangles that run along it in the same direction
+  std::uint64_t flipped = 0;      // edges whose two triangles run along them in the same direction
   std::vector<FaultyEdge> first_boundary, first_nonmanifold, first_flipped;  // in the order of prim
 
   bool closed() const { return open == 0; }
   bool manifold() const { return nonmanifold == 0; }
-  bool wound() const { return flipped == 0; }
+  bool consistently_wound() const { return flipped == 0; }
 };
 
 /// Finds the topology of triangles, on all cores, and names at most `most` faulty edges of each sort.

@@ -15,7 +15,7 @@ class Judge {
 
   Finding find(const Ray& ray, const Hit& answer, const ExactHit& truth) const {
     const Finding finding = find_in_range(ray, answer, truth);
-    if (finding.wrong.has_value() == is_dead(ray)) return finding;  // right, or a hit of a ray that is not traced
+    if (finding.wrong.has_value() == is_dead(ray)) return finding;  // right on a live ray, or a hit of a dead one
     return is_beyond_range(ray, bound_.bounds(), arithmetic_) ? Finding{.beyond_range = true} : finding;
   }
 
@@ -24,12 +24,12 @@ class Judge {
     if (answer.prim == NO_HIT && truth.prim == NO_HIT) return {};
     if (answer.prim == NO_HIT) return wrong(ErrorKind::FalseMiss, ray, answer, truth);
     if (truth.prim == NO_HIT) return wrong(ErrorKind::FalseHit, ray, answer, truth);
-    if (answer.prim == truth.prim) return hold_values(ray, answer, truth, false);
+    if (answer.prim == truth.prim) return check_values(ray, answer, truth, false);
     const ExactHit own = exact_.hit(ray, answer.prim);
     if (own.prim == NO_HIT) return wrong(ErrorKind::WrongPrim, ray, answer, truth);
-    if (want_ == Want::Any) return hold_values(ray, answer, own, false);
+    if (want_ == Want::Any) return check_values(ray, answer, own, false);
     if (exact_.compare_t(ray, answer.prim, truth.prim) != 0) return wrong(ErrorKind::WrongPrim, ray, answer, truth);
-    return hold_values(ray, answer, own, true);
+    return check_values(ray, answer, own, true);
   }
 
   Finding wrong(ErrorKind kind, const Ray& ray, const Hit& answer, const ExactHit& truth) const {
@@ -39,7 +39,7 @@ class Judge {
   }
 
   // Checks t, u and v of the answer. `own` is the exact hit of the triangle that the answer names.
-  Finding hold_values(const Ray& ray, const Hit& answer, const ExactHit& own, bool tie) const {
+  Finding check_values(const Ray& ray, const Hit& answer, const ExactHit& own, bool tie) const {
     Finding finding;
     finding.tie = tie;
     const double error = in_ulps(std::abs(answer.t - own.t), own.t);

@@ -21,7 +21,7 @@ class ForestJudge {
 
   Finding find(const Ray& ray, const Hit& answer, const ExactHit& truth) const {
     const Finding finding = find_in_range(ray, answer, truth);
-    if (finding.wrong.has_value() == is_dead(ray)) return finding;  // right, or a hit of a ray that is not traced
+    if (finding.wrong.has_value() == is_dead(ray)) return finding;  // right on a live ray, or a hit of a dead one
     return is_beyond_range(ray, exact_.forest().top_facts().bounds, arithmetic_) ? Finding{.beyond_range = true}
                                                                                  : finding;
   }
@@ -32,12 +32,12 @@ class ForestJudge {
     if (answer.prim == NO_HIT) return wrong(ErrorKind::FalseMiss, ray, answer);
     if (answer.prim >= exact_.forest().triangle_count() || truth.prim == NO_HIT)
       return wrong(ErrorKind::FalseHit, ray, answer);
-    if (answer.prim == truth.prim) return hold_values(ray, answer, truth, false);
+    if (answer.prim == truth.prim) return check_values(ray, answer, truth, false);
     const ExactHit own = exact_.hit(ray, answer.prim);
     if (own.prim == NO_HIT) return wrong(ErrorKind::WrongPrim, ray, answer);
-    if (want_ == Want::Any) return hold_values(ray, answer, own, false);
+    if (want_ == Want::Any) return check_values(ray, answer, own, false);
     if (!ties(ray, own, truth)) return wrong(ErrorKind::WrongPrim, ray, answer);
-    return hold_values(ray, answer, own, true);
+    return check_values(ray, answer, own, true);
   }
 
   bool ties(const Ray& ray, const ExactHit& a, const ExactHit& b) const {
@@ -52,7 +52,7 @@ class ForestJudge {
     return {.wrong = kind, .within_bound = covered && arithmetic_ != Arithmetic::Exact};
   }
 
-  Finding hold_values(const Ray& ray, const Hit& answer, const ExactHit& own, bool tie) const {
+  Finding check_values(const Ray& ray, const Hit& answer, const ExactHit& own, bool tie) const {
     Finding finding;
     finding.tie = tie;
     const double error = in_ulps(std::abs(answer.t - own.t), own.t);
@@ -127,8 +127,8 @@ ErrorFigures forest_error_figures(const ForestExact& exact, const ForestOracle& 
     const Forest& forest = exact.forest();
     if (e.answer.prim == NO_HIT) return fmt::format("the ray hits {}", place_text(forest, e.truth.prim));
     const std::string named = place_text(forest, e.answer.prim);
-    if (e.truth.prim == NO_HIT || e.kind == ErrorKind::WrongValue) return fmt::format("the answer is of {}", named);
-    return fmt::format("the answer is of {}, the truth of {}", named, place_text(forest, e.truth.prim));
+    if (e.truth.prim == NO_HIT || e.kind == ErrorKind::WrongValue) return fmt::format("the answer names {}", named);
+    return fmt::format("the answer names {}; right is {}", named, place_text(forest, e.truth.prim));
   });
 }
 

@@ -34,10 +34,10 @@ std::vector<ExactCrossing> ExactLists::find(const RaySpan& rays, std::size_t i) 
   });
 }
 
-void ExactLists::count(const RaySpan& rays, std::span<std::uint32_t> numbers) const {
-  for_chunks(numbers.size(), kUnsureChunk, [&](std::size_t begin, std::size_t end) {
+void ExactLists::count(const RaySpan& rays, std::span<std::uint32_t> counts) const {
+  for_chunks(counts.size(), kUnsureChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (numbers[i] == UNSURE) numbers[i] = std::uint32_t(find(rays, i).size());
+      if (counts[i] == UNSURE) counts[i] = std::uint32_t(find(rays, i).size());
     }
   });
 }

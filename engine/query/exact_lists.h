@@ -1,4 +1,4 @@
-// What mode exact does on the host: crossings that the device leaves open, and the order of all. Internal to
+// The host's part of mode exact: rays that the device leaves open, and the order of all crossings. Internal to
 // engine/query.
 #pragma once
 
@@ -16,11 +16,11 @@ class ExactLists {
   /// Keeps references to the tree's arrays and to the query's masks.
   ExactLists(DeviceTree& tree, const CrossingQuery& query);
 
-  /// Replaces each number that is UNSURE by the exact one, on all cores.
-  void count(const RaySpan& rays, std::span<std::uint32_t> numbers) const;
+  /// Replaces each count that is UNSURE by the exact one, on all cores.
+  void count(const RaySpan& rays, std::span<std::uint32_t> counts) const;
   /// Returns the crossings of each ray, in order. Finds them on all cores.
   std::vector<std::vector<Hit>> lists(const RaySpan& rays) const;
-  /// Puts all crossings of a ray into the exact order, with exact numbers.
+  /// Puts all crossings of a ray into the exact order, with the oracle's t, u and v.
   void put_in_order(const Ray& ray, std::vector<Hit>& hits) const;
 
  private:

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <tuple>
 
@@ -63,6 +64,25 @@ TEST(BvhReinsert, SmallTrees) {
     const BuildSettings settings{.max_leaf = 1, .builder = BuilderId::Balanced};
     reinserted(triangles, settings, build_bvh(triangles, settings));
   }
+}
+
+// The triangles of a polygon with very many corners: all overlap, and no search can leave any out.
+TEST(BvhReinsert, OverlappingTrianglesTakeNoLongerThanOthers) {
+  const auto seconds_of = [](const Triangles& triangles) {
+    const BuildSettings settings{.builder = BuilderId::Fast};
+    const Bvh before = build_bvh(triangles, settings);
+    const auto start = std::chrono::steady_clock::now();
+    reinsert_subtrees(before, settings);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  constexpr int kCorners = 80'000;
+  const auto corner = [](int i) {
+    const double angle = 6.283185307179586 * i / kCorners;
+    return glm::vec3(std::cos(angle), std::sin(angle), 0);
+  };
+  Triangles fan;
+  for (int i = 1; i + 1 < kCorners; ++i) fan.push_back({corner(0), corner(i), corner(i + 1)});
+  EXPECT_LT(seconds_of(fan), 8 * seconds_of(shapes::sphere(7)));
 }
 
 // Two pairs of neighbours whose halves are on the wrong sides: the best tree is known.

@@ -53,10 +53,10 @@ TEST(Topology, ClosedMeshes) {
     const Topology t = topology_of(mesh);
     EXPECT_EQ(t.triangles, mesh.size());
     EXPECT_EQ(t.edges, mesh.size() * 3 / 2);
-    EXPECT_TRUE(t.closed() && t.manifold() && t.wound());
+    EXPECT_TRUE(t.closed() && t.manifold() && t.consistently_wound());
   }
   const Topology none = topology_of({});
-  EXPECT_TRUE(none.closed() && none.manifold() && none.wound());
+  EXPECT_TRUE(none.closed() && none.manifold() && none.consistently_wound());
 }
 
 TEST(Topology, FaultsAreNamed) {
@@ -68,7 +68,7 @@ TEST(Topology, FaultsAreNamed) {
   EXPECT_EQ(t.boundary, 3u);
   ASSERT_EQ(t.first_boundary.size(), 3u);
   EXPECT_TRUE(std::ranges::count(gone, t.first_boundary[0].from) && std::ranges::count(gone, t.first_boundary[0].to));
-  EXPECT_TRUE(t.manifold() && t.wound());
+  EXPECT_TRUE(t.manifold() && t.consistently_wound());
 
   mesh = shapes::sphere(2);
   std::swap(mesh[7][0], mesh[7][1]);

@@ -39,7 +39,7 @@ TEST(Pseudonormals, OfABoxDoNotDependOnItsTriangles) {
   for (std::size_t prim = 0; prim < box.size(); ++prim)
     for (std::size_t i = 0; i < 3; ++i) {
       expect_near(of(all, prim)[i], pi / 2 * glm::dvec3(box[prim][i]));
-      // The middle of an edge has the coordinates of the sides that meet there; a diagonal lies in one side twice.
+      // The pseudonormal: of a box edge two sides' normals, whose sum is its middle; of a diagonal one normal twice.
       const glm::dvec3 middle = 0.5 * (glm::dvec3(box[prim][i]) + glm::dvec3(box[prim][(i + 1) % 3]));
       const bool diagonal = glm::length(middle) < 1.1;
       expect_near(of(all, prim)[PART_EDGE + i], diagonal ? 2.0 * middle : middle);
@@ -85,14 +85,14 @@ TEST(ExactPart, RegionsOfATriangle) {
   for (const auto& [point, part] : cases) EXPECT_EQ(exact_part(point, t), part) << point.x << " " << point.y;
 }
 
-// Beside the plane by less than double precision resolves.
+// Points nearer to the plane than double precision resolves.
 TEST(ExactBehind, IsDecidedWithoutRounding) {
   const Triangle t{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   const auto all = pseudonormals_of(std::span(&t, 1));
   const glm::vec3 on(0.25f, 0.25f, 0.5f);
   const float little = 0x1p-100f;
   for (const float offset : {-little, 0.f, little}) {
-    const glm::vec3 point(offset, 0.5f, 0.5f);  // above the inside for a positive offset
+    const glm::vec3 point(offset, 0.5f, 0.5f);  // nearest to the inside if offset > 0, else to edge 1 2
     EXPECT_EQ(exact_behind(point, t, PART_INSIDE, of(all, 0)), offset < 0);
   }
   for (std::uint32_t part = 0; part <= PART_INSIDE; ++part) {

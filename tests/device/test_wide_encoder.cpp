@@ -1,5 +1,4 @@
-// Holds the wide trees that the device makes of its pairs to those that the host makes of the same pairs, and traces
-// them.
+// Compares the wide trees that the device makes of its pairs with the host's of the same pairs, and traces them.
 #include <algorithm>
 
 #include "engine/bvh/padding.h"
@@ -23,7 +22,7 @@ Texels downloaded(const Buffer<glm::uvec4>& buffer) {
   return texels;
 }
 
-/// The pairs of a tree of the device: there, and here with parents before their children.
+/// The pairs of a device tree: `there` on the device, `here` on the host with parents before their children.
 struct Pairs {
   Buffer<glm::uvec4> there, leaves;
   PairTree here;
@@ -110,7 +109,7 @@ Node node_of(TreeFormatId id, const Texels& texels, std::uint32_t number) {
                                     : wide8_node(texels, number);
 }
 
-/// Returns the gain of a placement in slots as bvh8.h defines it, in steps of the grid.
+/// Returns the sum that bvh8.h makes largest, doubled, in scene units and of the boxes on the grid.
 double gain_of(const Node& node) {
   double gain = 0;
   for (const Child& c : node.children)
@@ -121,7 +120,7 @@ double gain_of(const Node& node) {
   return gain;
 }
 
-/// A leaf below each node, by which the nodes of two trees are told apart: the least reference.
+/// The least leaf reference below each node, by which the nodes of two trees are matched.
 std::vector<std::uint32_t> least_leaves(TreeFormatId id, const Texels& texels) {
   std::vector<std::uint32_t> order{0}, least(texels.size() / format_of(id).node_texels, END_OF_TREE);
   for (std::size_t i = 0; i < order.size(); ++i)
@@ -133,8 +132,8 @@ std::vector<std::uint32_t> least_leaves(TreeFormatId id, const Texels& texels) {
   return least;
 }
 
-/// Expects two trees to be the same but for the numbers of nodes, and in bvh8 for the slots, which are as good. If only
-/// the boxes of one have moved, slots are not compared. Returns how many nodes they have.
+/// Expects two trees to be the same but for the order of nodes and, in bvh8, slots whose sum is at most 1 % less.
+/// `moved`: the first tree was refitted and kept its slots, which are not compared. Returns the number of nodes.
 std::size_t compare(TreeFormatId id, const Texels& there, const Texels& here, bool moved) {
   const bool slots = id == TreeFormatId::Bvh8;
   const std::vector<std::uint32_t> below_there = least_leaves(id, there), below_here = least_leaves(id, here);
@@ -178,7 +177,7 @@ void expect_as_on_the_host(Context& gpu, DeviceBuild& build, TreeFormatId id, co
   EXPECT_EQ(compare(id, there, here, moved), shape.nodes);
 }
 
-/// The same fixture, in a suite of its own.
+/// The fixture Builders, in a suite of its own.
 class WideEncoders : public Builders {};
 
 constexpr TreeFormatId kWide[] = {TreeFormatId::Bvh4, TreeFormatId::Bvh8, TreeFormatId::Wide8};
@@ -199,7 +198,7 @@ TEST_F(WideEncoders, TreesAreThoseOfTheHost) {
   expect_silent(*gpu_);
 }
 
-// A tree that is one leaf is a node with that leaf, in the box that its pair has.
+// A tree that is one leaf is encoded as one node that holds the leaf.
 TEST_F(WideEncoders, OneLeafIsOneNode) {
   DeviceBuild build(*gpu_, shapes::soup(1, 1), {});
   ASSERT_TRUE(is_leaf(build.built().root));
@@ -253,7 +252,7 @@ TEST_F(WideEncoders, ArraysAreTheSameInEveryRun) {
   expect_silent(*gpu_);
 }
 
-// Kernels read the wide trees that the device wrote, after moves too, with the hits of the host's tree.
+// Kernels find the hits of the host's tree in wide trees where the device wrote them, after a refit too.
 TEST_F(WideEncoders, WideTreesAreTracedWhereTheyLie) {
   std::vector<Query> queries{{.method = "bvh8"}};
   if (!gpu_->info().is_cpu() || gpu_->info().subgroup_size == 8)  // else lavapipe compiles too long

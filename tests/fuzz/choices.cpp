@@ -1,4 +1,4 @@
-// The file of the choices of method auto.
+// The JSON file that keeps method auto's choices.
 #include "engine/trace/auto/auto.h"
 #include "tests/fuzz/fuzz.h"
 
@@ -28,7 +28,7 @@ const DeviceInfo& device() {
 
 Choices empty_choices() { return {device(), {.triangles = 12, .nodes = 3}, {glm::vec3(0), glm::vec3(1)}}; }
 
-/// Makes the file that the readers look for.
+/// Makes the file that read_choices() replaces. Returns its path.
 fs::path store_choice() {
   const fs::path kept = folder() / "choices";
   Choices choices = empty_choices();

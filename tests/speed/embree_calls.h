@@ -23,12 +23,13 @@ struct EmbreeCall {
 };
 inline constexpr EmbreeCall kEmbreeCalls[] = {{1, false}, {1, true}, {8, false}, {8, true}, {16, false}, {16, true}};
 
-class EmbreeCalls : public EmbreeScene {
+/// A scene of Embree that traces by any of its calls.
+class EmbreeTracer : public EmbreeScene {
  public:
   using EmbreeScene::EmbreeScene;
 
-  /// Traces rays and writes one hit per ray, as Ballot does. Packets are runs of neighbouring rays. The time to fill
-  /// them is part of the call.
+  /// Traces rays and writes one hit per ray. With `any`, t of a hit is -infinity; prim, u, v mean nothing. Packets are
+  /// runs of neighbouring rays. The time to fill them is part of the call.
   void trace(EmbreeCall call, bool any, std::span<const Ray> rays, std::span<Hit> hits, unsigned threads) const {
     constexpr std::size_t kPart = 4096;
     std::atomic<std::size_t> next = 0;

@@ -37,7 +37,7 @@ Query query_of(const std::string& item, const std::string& mode) {
   return query;
 }
 
-Samples measure(Engine& engine, const EmbreeCalls& embree, RayBatch& batch, const Args& args) {
+Samples measure(Engine& engine, const EmbreeTracer& embree, RayBatch& batch, const Args& args) {
   const std::vector<Ray> rays = batch.rays();
   std::vector<Hit> hits(rays.size());
   for (const std::string& mode : args.modes)
@@ -92,7 +92,7 @@ void run(const Args& args) {
   std::string device;
   for (const std::string& file : args.scenes) {
     Engine engine(load_scene(file), {.device = args.device});
-    const EmbreeCalls embree(engine.scene().triangles);
+    const EmbreeTracer embree(engine.scene().triangles);
     device = engine.device().name + " (" + engine.device().driver + ")";
     for (const std::string& rays : args.rays) {
       Speeds speeds;

@@ -1,5 +1,5 @@
-// The boxes of instances in the place of triangles: from the records of the top-level tree, which lie behind the room
-// for its nodes (shaders/shared/layout.h). The file that includes this one declares push.
+// Instances in place of triangles, push.triangles of them: their boxes, from the records of the top-level tree, which
+// lie behind room for a node each (shaders/shared/layout.h). The file that includes this one declares push.
 layout(set = 0, binding = BIND_BUILD_TRIANGLES, scalar) readonly buffer Triangles { uvec4 top_texels[]; };
 
 struct Corners {
@@ -15,7 +15,7 @@ Corners corners_of(uint instance) {
 
 vec3 lo_of(Corners t) { return t.a; }
 vec3 hi_of(Corners t) { return t.b; }
-// Nodes keep the largest slack below them, rounded up, so it grows upwards in the tree.
+// The slack takes the place of a side: nodes keep the largest one below them, rounded up.
 vec3 sides_of_corners(Corners t) { return vec3(0.0, 0.0, t.slack); }
-// True if the instance cannot be hit: its mesh is empty.
+// True if the instance is not in the tree: its mesh is empty or its transform unusable.
 bool has_no_area(Corners t) { return t.slack == 0.0; }

@@ -2,7 +2,7 @@
 // are padded once for all rays.
 layout(set = 0, binding = BIND_BUILD_PAIRS, std430) writeonly buffer Pairs { uvec4 pairs[]; };
 
-// A child of a pair: its box, measured from the point that boxes are measured from, and its child reference.
+// A child of a pair: its box, measured from box_origin(), and its child reference.
 struct Child {
   vec3 lo, hi;
   uint ref;

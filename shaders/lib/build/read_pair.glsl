@@ -1,7 +1,7 @@
 // Reads pairs of siblings in the layout BALLOT_LAYOUT, as engine/formats/pair_decode.h does.
 layout(set = 0, binding = BIND_BUILD_PAIRS, std430) readonly buffer Pairs { uvec4 pairs[]; };
 
-// A child of a pair: its box, measured from the point that boxes are measured from, and its child reference.
+// A child of a pair: its box, measured from box_origin(), and its child reference.
 struct Child {
   vec3 lo, hi;
   uint ref;
@@ -9,7 +9,7 @@ struct Child {
 
 #if BALLOT_LAYOUT >= LAYOUT_CENTRED
 #include "next.glsl"
-// Centres and half extents are rounded sums of bounds: the bounds of a box that holds them all.
+// Each sum is rounded, then moved to the next float outward, so the box holds the exact one.
 Child child_of_centred(vec3 centre, vec3 extent, uint ref) {
   precise vec3 lo = centre - extent, hi = centre + extent;
   return Child(next_down(lo), next_up(hi), ref);

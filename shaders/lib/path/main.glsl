@@ -1,6 +1,6 @@
 // The last part of an integrator's kernel: main(), which takes a hit for each invocation, has the integrator shade it,
-// and appends the rays that it started to the queues. A wave holds at most one ray of each path, so the sums of a path
-// have one order. New rays are written without gaps: the next wave has as many rays as are still needed.
+// and appends the rays that it started to the queues. A wave holds at most one ray of each path, so a path's light is
+// summed in a fixed order. New rays are written without gaps: the next wave has as many rays as are still needed.
 
 // Reserves places in a queue for the rays of a subgroup, with one atomic operation. `first` is the place of the first
 // ray.
@@ -23,8 +23,8 @@ Ray ray_at_hand(uint index, PixelSample sampled) {
 }
 
 // Returns the sample that a path belongs to. The division is done in float, because CPU devices divide integers lane by
-// lane. A wave has at most 2^24 paths, which floats hold exactly, so only the quotient is rounded. The quotient is a
-// pixel number below 2^22, so Vulkan's 2.5 ulp are less than 1.
+// lane. A wave has at most 2^24 paths, which floats hold exactly, so only the quotient is rounded. It is
+// below 2^22 (Tracer::chunk_rays()), so Vulkan's 2.5 ulp are less than 1.
 PixelSample sample_of_path(uint path) {
   uint together = push.samples.together, i = uint(float(path) / float(together));
   if (i * together > path) --i;
@@ -49,7 +49,7 @@ void main() {
     PixelSample sampled = sample_of_path(c.path);
     Ray ray = ray_at_hand(index, sampled);
     Hit hit = get_hit(hits, index);
-    vec3 known = path.radiance;
+    vec3 before = path.radiance;
 #if STARTS_SECOND
     begin_ray(c.path);
 #endif
@@ -61,7 +61,7 @@ void main() {
       path.radiance += c.throughput * sky_seen(normalize(ray.dir), c.pdf);
 #endif
     }
-    if (begins || path.radiance != known) put_part(paths, c.path, path);
+    if (begins || path.radiance != before) put_part(paths, c.path, path);
     started.next_carried.path = started.second_carried.path = c.path;
 #if STARTS_SECOND
     choose_next(c.path, started);

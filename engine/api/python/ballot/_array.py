@@ -31,7 +31,7 @@ class Array:
     np.from_dlpack(array) and numpy() view it. Views keep the memory, so close() frees it once they are gone.
 
     Synchronisation: calls of ballot wait for the device before they return. Before a call that uses the array, wait for
-    your own stream, such as torch.cuda.synchronize().
+    your own stream, as by torch.cuda.synchronize().
 
     >>> rays = ballot.Array("rays", 2)
     >>> rays.write([[0, 0, 5, 0, 0, 0, -1, 100], [9, 9, 5, 0, 0, 0, -1, 100]])
@@ -70,8 +70,8 @@ class Array:
         return self._count
 
     def write(self, records: Any, first: int = 0) -> None:
-        """Copies records from the host, to number `first` and on. Rays are of 8 numbers, types as Scene.trace(); points
-        of 3 have no limit."""
+        """Copies records from the host to number `first` on. Rays have 8 numbers, of Scene.trace()'s types; points of 3
+        numbers have no limit."""
         width = _WIDTHS[self._record]
         if self._record == "rays":
             array = _arrays.rays(records, name="records")
@@ -87,8 +87,7 @@ class Array:
         self._handle.write(rows, _query.integer(first, "first", 0, 2**32))
 
     def read(self, out: Any = None, first: int = 0, count: int | None = None) -> np.ndarray:
-        """Returns records [first, first + count) as they are on the host: HIT of shape (count,), else an array like
-        this one.
+        """Copies records [first, first + count) to the host: hits as HIT of shape (count,), others in its dtype.
 
         out  where they go, of that dtype and shape; count None: the rest, or as many as `out` has room for
         """
