@@ -25,7 +25,7 @@ typedef struct BallotMesh {
 typedef struct BallotSceneOptions {
   size_t size;
   /* How the tree is built: "best", "balanced", "fast", "device" or "auto" (see `ballot methods`). NULL: "best" for
-   * files, "auto" for meshes. "auto": "device" on a GPU, and "balanced" on a CPU unless expected_rays says otherwise. */
+   * files, "auto" for meshes. "auto": "device" on a GPU, "balanced" on a CPU unless expected_rays says otherwise. */
   const char* builder;
   uint32_t max_leaf;  /* most triangles of a leaf, 1 to 6; 0: 6 */
   float split_budget; /* of "best": share of references that spatial splits may add, 0 to 16; below 0: none; 0: 0.5 */

@@ -31,8 +31,8 @@ namespace fs = std::filesystem;
 
 // The place to which the bytes for a path go.
 struct Target {
-  fs::path file;               // the file to rename to, with links followed
-  bool in_place = false;       // a device, a pipe or an open descriptor: written to, never replaced by a rename
+  fs::path file;               // the file to rename to; links are followed if Links::Follow
+  bool in_place = false;       // a device, a pipe or an open descriptor that is written to, not replaced
   std::optional<mode_t> mode;  // mode of the file that is replaced
 };
 

@@ -28,17 +28,17 @@ InputStream open_file(const std::filesystem::path& path);
 /// read_file().
 void check_regular(const std::filesystem::path& path);
 
-/// What becomes of a symbolic link at a path that is written. Replace is for files beside an output that the user did
-/// not name: a link there may be another's, and must not lead the bytes elsewhere.
+/// What becomes of a symbolic link at a path that is written. Replace is for files that the user did not name, beside
+/// an output: a link there may be another's, and must not lead the bytes elsewhere.
 enum class Links { Follow, Replace };
 
 /// Calls write(temporary) with the path of a temporary file in the same folder, then renames that file to `path`. On
 /// any exception the temporary is removed and `path` is unchanged.
 ///
-/// A symbolic link is followed: its target is replaced and the link stays; with Links::Replace the link is replaced. A
-/// device or a pipe cannot be replaced by a
-/// rename: the bytes go to a temporary in the system's temporary folder and are then copied. An open stream, such as
-/// /dev/stdout, is written to from where it stands, so appending works (standard_output.h).
+/// A symbolic link is followed: its target is replaced and the link stays. A device, a pipe or an open stream, such as
+/// /dev/stdout, is written to in place: the bytes go to a temporary in the system's temporary folder and are then
+/// copied, to where a stream stands, so appending works (standard_output.h). A copy that fails leaves a part. With
+/// Links::Replace a link, a device or a pipe is itself replaced.
 /// Throws Error(Work) "cannot write PATH: reason", for example if the folder is missing or not writable.
 /// Thread-safe. If several threads or processes write one path, the last one wins.
 void write_atomically(const std::filesystem::path& path,
@@ -55,12 +55,13 @@ void write_stream(int descriptor, std::span<const std::byte> bytes);
 /// existing file. Throws as write_atomically does.
 void check_writable(const std::filesystem::path& path);
 
-/// Returns $XDG_CACHE_HOME/ballot or ~/.cache/ballot, never a folder in the source tree. Does not create the folder;
-/// the first writer does.
+/// Returns $XDG_CACHE_HOME/ballot, or ~/.cache/ballot if that is not set or relative. Does not create the folder; the
+/// first writer does.
 /// Throws Error(Work) if neither is known.
 std::filesystem::path cache_folder();
 
-/// The output stream for a writer inside write_atomically. It reports every failure, such as a full disk.
+/// The output stream for a writer inside write_atomically. close() reports every failure before it, such as a
+/// full disk.
 class OutputFile {
  public:
   /// Truncates and opens `temporary`. Error messages name `path`, the file that the user asked for. Throws Error(Work).

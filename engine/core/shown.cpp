@@ -29,9 +29,9 @@ Utf8Character first_character(std::string_view text) {
   return {code, bytes};
 }
 
-/// True for characters that steer a terminal or turn the direction of writing.
+/// True for characters that steer a terminal, end a line or turn the direction of writing.
 bool steers(std::uint32_t code) {
-  return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x200E || code == 0x200F ||
+  return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x061C || code == 0x200E || code == 0x200F ||
          (code >= 0x2028 && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
 }
 

@@ -14,7 +14,7 @@ using Slots = std::array<const DeviceChild*, kSlots>;  // null: empty
 
 /// Returns the children in their slots.
 Slots placed(std::span<const DeviceChild> children, const Bounds& all) {
-  const glm::dvec3 middle = glm::dvec3(all.lo) + glm::dvec3(all.hi);
+  const glm::dvec3 middle = glm::dvec3(all.lo) + glm::dvec3(all.hi);  // twice, as are the gains
   const auto gain = [&](const DeviceChild& c, std::uint32_t slot) {
     const glm::dvec3 from = glm::dvec3(c.box.lo) + glm::dvec3(c.box.hi) - middle;
     return (slot & 1 ? from.x : -from.x) + (slot & 2 ? from.y : -from.y) + (slot & 4 ? from.z : -from.z);
@@ -27,11 +27,11 @@ Slots placed(std::span<const DeviceChild> children, const Bounds& all) {
   most[0] = 0;
   std::uint32_t best = 0;
   for (std::uint32_t taken = 0; taken + 1 < most.size(); ++taken) {
-    const std::size_t placed = std::size_t(std::popcount(taken));
-    if (placed >= children.size()) continue;
+    const std::size_t count = std::size_t(std::popcount(taken));
+    if (count >= children.size()) continue;
     for (std::uint32_t slot = 0; slot < kSlots; ++slot) {
       const std::uint32_t then = taken | 1u << slot;
-      const double sum = most[taken] + gain(children[placed], slot);
+      const double sum = most[taken] + gain(children[count], slot);
       if (then != taken && (sum > most[then] || most[then] == kNone)) most[then] = sum, last[then] = std::uint8_t(slot);
     }
   }

@@ -72,10 +72,10 @@ void CrossingKernels::prepare(bool masks, std::span<const std::uint32_t> triangl
 }
 
 QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs) {
-  Pair& all = kernels_[variant];
+  Kernels& all = kernels_[variant];
   // CPU devices walk the four-wide tree, whose nodes cost them less to read.
   const bool wide = !pairs && gpu_.info().is_cpu();
-  std::optional<QueryKernel>& one = pairs ? all.pairs : all.whole;
+  std::optional<QueryKernel>& one = pairs ? all.pieces : all.whole;
   if (!one)
     one.emplace(gpu_, tree(), "crossings", defines_of(variant, wide, alpha_.defines), wide,
                 variant.first ? SpecConstants{{SPEC_FIRST, variant.first}} : SpecConstants{});
@@ -138,7 +138,7 @@ void CrossingKernels::upload_places(std::span<const std::uint32_t> to) {
   room_for(places_, gpu_, to.size(), "places of crossings").upload(to);
 }
 
-/// The host reads the slots where they lie, if it sees them.
+/// The host reads the slots where they lie on a CPU device, else a copy.
 void CrossingKernels::fetch(Slots& from, std::uint32_t slots) {
   if (gpu_.info().is_cpu() && from.buffer->mapped()) {
     hits_ = {reinterpret_cast<const Hit*>(from.buffer->mapped()), slots};

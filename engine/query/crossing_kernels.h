@@ -15,7 +15,7 @@ namespace ballot {
 struct CrossingVariant {
   bool lists = false, exact = false, masks = false, alpha = false;
   Cull cull = Cull::None;
-  std::uint32_t first = 0;  // lists have the first so many of each ray, and may have others; 0: all
+  std::uint32_t first = 0;  // a list has the ray's nearest `first` crossings, and may have others; 0: all
   friend auto operator<=>(const CrossingVariant&, const CrossingVariant&) = default;
 };
 
@@ -25,7 +25,8 @@ struct RaySpan {
   std::span<const std::uint32_t> masks = {};
 };
 
-/// Returns the sources of all kernels of crossings for a device and a tree with these facts.
+/// Returns the sources of the kernels of crossings, but for those that read alpha, for a device and a tree with these
+/// facts.
 std::vector<KernelSource> crossing_sources(const DeviceInfo& device, const TreeFacts& tree);
 
 /// Counts and lists crossings on a tree in which each triangle lies in one leaf. Belongs to the thread of its Context.
@@ -51,9 +52,9 @@ class CrossingKernels {
   /// The same below a node, by a kernel over pairs.
   std::uint32_t count_below(std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
                             std::span<std::uint32_t> found, TraceTimes& times);
-  /// Lists crossings. Ray i has room for those from slot to[i] on, up to slot to[i + 1]; hits() has the slots, each
-  /// ray's in no order. list_apart() and list_below() leave the slots of the last list() or count_and_list() as they
-  /// are.
+  /// Lists crossings. Ray i has the slots from to[i] on and before to[i + 1]; what does not fit is left out. hits()
+  /// has the slots, each ray's in no order. list_apart() and list_below() leave the slots of the last list() or
+  /// count_and_list() as they are.
   std::uint32_t list(const CrossingVariant& variant, const RaySpan& some, std::span<const std::uint32_t> to,
                      std::span<std::uint32_t> found, TraceTimes& times);
   std::uint32_t list_apart(const CrossingVariant& variant, const RaySpan& some, std::span<const std::uint32_t> to,
@@ -73,10 +74,10 @@ class CrossingKernels {
 
  private:
   /// A kernel for whole trees, and one for pieces of them, which is made when the driver first cuts a walk short.
-  struct Pair {
-    std::optional<QueryKernel> whole, pairs;
+  struct Kernels {
+    std::optional<QueryKernel> whole, pieces;
   };
-  /// Crossings on the device, and a copy of them if the host does not see its memory.
+  /// Crossings on the device, and on a GPU a copy of them.
   struct Slots {
     std::optional<Buffer<Hit>> buffer;
     std::vector<Hit> fetched;
@@ -94,7 +95,7 @@ class CrossingKernels {
   Context& gpu_;
   WholeTree whole_;
   SurfaceAlpha alpha_;
-  std::map<CrossingVariant, Pair> kernels_;
+  std::map<CrossingVariant, Kernels> kernels_;
   std::unique_ptr<Kernel> sums_;
   std::optional<Buffer<Ray>> rays_;
   std::optional<Buffer<std::uint32_t>> ray_masks_, triangle_masks_, counts_, places_, tiles_;

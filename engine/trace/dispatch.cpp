@@ -45,7 +45,7 @@ TracePushes Dispatcher::push_for(const Job& job, std::uint32_t root, std::uint32
   TracePushes pushes{};
   pushes.trace = push_of(tree_, root, k.nodes, k.format, k.leaves);
   pushes.trace.max_batches = job.variant.config.batches;
-  pushes.trace.threshold = threshold_lanes(job.variant.config, *job.variant.method);
+  pushes.trace.threshold = kernel_threshold(job.variant.config, *job.variant.method);
   push_address(k.top, pushes.top.top_lo, pushes.top.top_hi);
   push_address(k.meshes, pushes.top.meshes_lo, pushes.top.meshes_hi);
   pushes.top.records = tree_.forest() ? tree_.forest()->top_facts().records : 0;

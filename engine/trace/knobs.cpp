@@ -136,6 +136,7 @@ bool concerns(const Method& method, std::string_view name, std::string_view valu
     knob->field.set(config, parse(*knob, value));
     return method.takes(config.vote);
   }
+  if (name == "padding" && value == "tree") return format_of(method.tree).padded;
   return knob->without.empty() || knob->applies_to(method, config);
 }
 
@@ -154,7 +155,7 @@ std::string describe_threshold(const KernelConfig& config, const Method& method)
   return fmt::format("{}={:.6g}", method.threshold.knob, config.threshold);
 }
 
-std::uint32_t threshold_lanes(const KernelConfig& config, const Method& method) {
+std::uint32_t kernel_threshold(const KernelConfig& config, const Method& method) {
   if (method.threshold.unit == Threshold::Share)
     return std::uint32_t(std::ceil(config.threshold * config.subgroup - 1e-9));
   return std::uint32_t(config.threshold);

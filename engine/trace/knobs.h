@@ -1,6 +1,6 @@
 // The registry of knobs. A knob is a row here and a field of KernelConfig: parsing, the names of kernels, the defines
-// of shaders and their guard (shaders/shared/knobs.h), the tests, `--help` and the manual follow from the row. The
-// threshold of a method is a knob as well; it stands in the method's own row (methods.h).
+// of shaders and their guard (shaders/shared/knobs_guard.h), the tests, `--help` and the manual follow from the row.
+// The threshold of a method is a knob as well; it stands in the method's own row (methods.h).
 #pragma once
 
 #include <array>
@@ -60,8 +60,8 @@ struct Knob {
   int idle = 0;  // the define's value where the knob does not apply
   /// Returns true if the knob changes what a method does. Null: it always does.
   bool (*applies)(const Method&, const KernelConfig&) = nullptr;
-  /// The end of the message "method M ...", which says why a method lacks the knob. Where the knob does not apply, it
-  /// is an error to give it. Empty: it is ignored there.
+  /// The end of the message "method M ...", which refuses the knob where it does not apply. Empty: it is ignored there,
+  /// except for padding=tree (tuning.cpp).
   std::string_view without = {};
   bool named = true;  // the kernel's name has its value
 
@@ -159,7 +159,7 @@ inline constexpr Knob kKnobs[] = {
      .field = field<&KernelConfig::sorted>(), .names = kOffOn, .define = "BALLOT_SORTED", .idle = 1,
      .applies = has_order, .without = "always enters the nearest child first"},
     {.name = "reorder",
-     .help = "rays are sorted by origin and direction, traced in that order (1), or as they come (0)",
+     .help = "rays are traced in order of origin and direction (1), or as they come (0)",
      .field = field<&KernelConfig::reorder>(), .names = kOffOn, .named = false},
     {.name = "launch",
      .help = "one invocation per ray, or resident subgroups that take batches of rays from a counter",
@@ -205,19 +205,19 @@ void apply_knobs(KernelConfig& config, const Knobs& knobs);
 /// Throws Error(Arguments), which gives the reason, for a knob that the method does not have.
 void check_knobs(const Method& method, const KernelConfig& config, const Knobs& knobs);
 
-/// Returns true if a method has this knob or ignores it, false if it is an error to give it.
+/// Returns true if a method has this knob or ignores it, false if it is an error to give it on any device.
 bool concerns(const Method& method, std::string_view knob, std::string_view value);
 
 /// Returns the name of a vote as knob `vote` takes it.
 std::string_view vote_name(Vote vote);
 
-/// Returns "fetch=texel stack=shared ...", with every knob that applies to a method. Kernels of a method differ in
-/// these values.
+/// Returns "fetch=texel stack=shared ...", with every named knob that applies to a method. Kernels of a method
+/// differ in these values.
 std::string describe(const KernelConfig& config, const Method& method);
 /// Returns "k=11" for a method that has a threshold, else "". Thresholds do not change the kernel.
 std::string describe_threshold(const KernelConfig& config, const Method& method);
 /// Returns the threshold in the kernel's unit. A share is rounded up to lanes of the subgroup.
-std::uint32_t threshold_lanes(const KernelConfig& config, const Method& method);
+std::uint32_t kernel_threshold(const KernelConfig& config, const Method& method);
 
 /// Returns the defines of all knobs for a method with this configuration.
 std::vector<std::pair<std::string, int>> knob_defines(const KernelConfig& config, const Method& method);

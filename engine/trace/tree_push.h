@@ -14,7 +14,8 @@ inline void push_address(const DeviceTree::Texels* texels, std::uint32_t& lo, st
 }
 
 /// Returns the push constants for a traversal of `tree` that starts at child reference `root`. `nodes`, `format` and
-/// `leaves` are the arrays that the kernel reads; null for one that it does not read. The caller sets the rays.
+/// `leaves` are the arrays that the kernel reads; null for one that it does not read. The caller sets the rest: rays,
+/// batches, threshold, camera.
 inline TracePush push_of(const DeviceTree& tree, std::uint32_t root, const DeviceTree::Texels* nodes,
                          const DeviceTree::Texels* format, const DeviceTree::Texels* leaves) {
   TracePush push{};

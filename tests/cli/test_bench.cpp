@@ -280,6 +280,7 @@ TEST_F(Bench, BadArguments) {
   refused(2, {"'f' is not of the form NAME=VALUE"}, {"--methods", "cut:f"});
   refused(2, {"method packet has no such threshold"}, {"--methods", "packet:k=3"});
   refused(2, {"knob k=3: it concerns none of the chosen methods"}, {"--methods", "packet", "--knob", "k=3"});
+  refused(2, {"knob padding=tree: it concerns none"}, {"--methods", "bvh4", "--knob", "padding=tree"});
   refused(2, {"empty item"}, {"--methods", "packet,,cut"});
   refused(2, {"'glossy'", "primary", "ao"}, {"--rays", "glossy"});
   refused(2, {"'sloppy'", "plain", "watertight"}, {"--numeric", "sloppy"});

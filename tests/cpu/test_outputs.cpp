@@ -136,6 +136,7 @@ TEST(Shown, WhatSteersATerminalIsSpelledOut) {
   EXPECT_EQ(shown("a\x1b[31mb\x7f\r"), "a\\x1b[31mb\\x7f\\x0d");
   EXPECT_EQ(shown("\xc2\x9b"), "\\u009b");      // CSI in one character
   EXPECT_EQ(shown("\xe2\x80\xae"), "\\u202e");  // turns the direction of writing
+  EXPECT_EQ(shown("\xd8\x9c"), "\\u061c");      // the same
   EXPECT_EQ(shown("\xff\xc3(\xed\xa0\x80\xc0\x80"), "\\xff\\xc3(\\xed\\xa0\\x80\\xc0\\x80");
   EXPECT_EQ(shown("\xe2\x82"), "\\xe2\\x82");
   EXPECT_EQ(shown_in_line("a\nb"), "a\\x0ab");

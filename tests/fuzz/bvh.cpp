@@ -35,7 +35,7 @@ const std::string& good_file() {
   return bytes;
 }
 
-std::vector<std::string> bvh_seeds() { return {"s" + good_file(), "r" + good_file()}; }
+std::vector<std::string> bvh_seeds() { return {"s" + good_file(), "x" + good_file()}; }
 
 std::vector<std::string> bvh_words() { return {std::string("\0\0\0\0", 4), "\xff\xff\xff\xff", "BALLTBVH"}; }
 

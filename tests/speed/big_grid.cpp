@@ -1,5 +1,5 @@
-// Makes a wavy grid of any number of triangles, and rays whose hits follow from their positions alone; checks the hits
-// that were found:
+// Makes a wavy grid of 2 SIDE^2 triangles, and rays whose hits follow from their numbers alone; checks the hits that
+// were found:
 //   ballot_big_grid make SIDE GRID.npy RAYS.npy --rays N        2 SIDE^2 triangles
 //   ballot trace GRID.npy --build device --rays RAYS.npy --out HITS.npy
 //   ballot_big_grid check SIDE RAYS.npy HITS.npy
@@ -39,7 +39,7 @@ struct Grid {
 /// Returns a number in [0, 1) for a place in a sequence (Steele, Lea and Flood, Fast splittable pseudorandom number
 /// generators, OOPSLA 2014).
 double random_at(std::uint64_t i) {
-  i += 0x9E3779B97F4A7C15ull * (i + 1);
+  i = 0x9E3779B97F4A7C15ull * (i + 1);
   i = (i ^ i >> 30) * 0xBF58476D1CE4E5B9ull;
   i = (i ^ i >> 27) * 0x94D049BB133111EBull;
   return double((i ^ i >> 31) >> 11) * 0x1p-53;
@@ -90,7 +90,7 @@ void check(const Args& args) {
       }
       const Triangle t = grid.triangle(prim);
       const float lo = std::min({t[0].y, t[1].y, t[2].y}), hi = std::max({t[0].y, t[1].y, t[2].y}), y = 1 - hits[i].t;
-      far += y < lo - 1e-6f || y > hi + 1e-6f;
+      far += !(y >= lo - 1e-6f && y <= hi + 1e-6f);
     }
   });
   fmt::print("{} rays: {} hits name another triangle or none, {} another distance\n", rays.size(), wrong.load(),

@@ -28,13 +28,13 @@ struct Accuracy {
   std::uint64_t rays = 0, false_misses = 0, false_hits = 0, wrong_prims = 0, ties = 0, wrong_values = 0,
                 within_bound = 0, beyond_bound = 0, unwritten = 0, self_hits = 0, beyond_range = 0;
   double t_ulp_median = 0, t_ulp_p99 = 0, t_ulp_max = 0;  // |t - exact t| in units in the last place of float32
-  std::optional<double> image_rmse;                       // image_error.h; for primary rays only
+  std::optional<double> image_rmse;                       // tools/bench/image_error.h; primary rays only
   std::vector<WrongAnswer> cases;
 
   std::uint64_t wrong() const { return false_misses + false_hits + wrong_prims; }
 
   /// Adds the figures of another record. Counts are summed, errors in ulp take the maximum, squared image errors are
-  /// averaged with the numbers of rays as weights, and cases are appended.
+  /// averaged by rays (right for one ray kind only), and cases are appended.
   void add(const Accuracy& other);
 };
 

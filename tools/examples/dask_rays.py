@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Traces more rays than fit one machine: a dask array of rays in chunks, mapped over workers with a device each.
+"""Traces rays on several machines: a dask array of rays in chunks, mapped over workers.
 
 A scene is pickled with its meshes, so each worker makes its own from them once; rays travel to the workers and hits
 back. Runs on a local cluster of two workers; on a real one give the address of its scheduler.

@@ -19,8 +19,8 @@ inline constexpr OffsetPolicy kOffsetPolicies[] = {
     {"constant", ORIGIN_CONSTANT, "a share of the scene's diagonal along the normal, 1e-4 unless told otherwise"},
     {"ulp", ORIGIN_ULP, "256 units in the last place along the normal (Waechter and Binder 2019)"},
     {"pbrt", ORIGIN_PBRT, "the bound of the point's rounding error (Pharr, Jakob and Humphreys, section 6.8)"},
-    {"proved", ORIGIN_PROVED, "an offset proved to leave the triangle, and no larger; for watertight arithmetic only"},
-    {"bounded", ORIGIN_BOUNDED, "the same, with room for the rounding of other arithmetics"},
+    {"proved", ORIGIN_PROVED, "the smallest offset proved to leave the triangle, in modes watertight and exact alone"},
+    {"bounded", ORIGIN_BOUNDED, "the same, or more where measurements of the other modes ask for it"},
 };
 inline constexpr std::string_view kDefaultOffset = "bounded";
 

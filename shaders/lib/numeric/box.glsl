@@ -1,10 +1,10 @@
 // The parts that the box tests share.
 //
-// The rule for small direction components: a component whose magnitude is below 2^-60 of the largest, including zero,
-// negative zero and denormals, counts as that magnitude with its own sign (+ for either zero). Over any distance inside
-// the scene this moves the ray by less than 2^-59 of the scene's extent. The reciprocal is then finite, never
-// 0 * infinity, so no NaN arises from finite boxes. Rays with NaN or infinite components are dead (layout.h) and never
-// get here. The largest component is in [1, 2) (lib/numeric/ray_scale.glsl), so the magnitude is a constant.
+// The rule for small direction components: a component of magnitude below 2^-60, including zero, negative zero and
+// denormals, counts as 2^-60 with its own sign (+ for either zero). The largest component is in [1, 2)
+// (lib/numeric/ray_scale.glsl), so over any distance inside the scene this moves the ray by less than 2^-59 of the
+// scene's extent. The reciprocal is then finite, never 0 * infinity, so no NaN arises from finite boxes. Rays with NaN
+// or infinite components are dead (layout.h) and never get here.
 
 #if BALLOT_MINMAX == MINMAX_SELECT
 // lavapipe's min and max handle NaN, which does not occur here; a comparison and a blend take less time. Speed-up on
@@ -31,8 +31,8 @@ vec3 reciprocal_direction(vec3 dir) {
 
 #if BALLOT_MINMAX == MINMAX_INTEGER
 // Compares bit patterns, for GPUs that have a minimum of three integers. The order of the patterns is that of floats,
-// but reversed where both are negative. Then near comes out too small or far too large, which is safe, and hardly
-// matters if t_min >= 0.
+// but reversed where both are negative. Then the entry comes out too small, or the exit too large, which is safe,
+// and hardly matters if t_min >= 0.
 float last_entry(vec3 near) {
   ivec3 n = floatBitsToInt(near);
   return intBitsToFloat(max(max(n.x, n.y), n.z));
@@ -83,8 +83,8 @@ float box_reach(vec3 origin) {
   return max(far.x, max(far.y, far.z));
 }
 
-// Returns the largest distance along an axis between a point of the scene and the ray's origin. It is rounded, so up to
-// 2^-24 too small.
+// Returns the largest distance along an axis between a point of the scene and the ray's origin. It is rounded: up to
+// 2^-24 of itself too small.
 float scene_reach(vec3 origin) {
   vec3 far = max(abs(push.scene_lo - origin), abs(push.scene_hi - origin));
   return max(far.x, max(far.y, far.z));
