@@ -18,7 +18,7 @@ RaySource source_of(RayFile& file, const CrossingsWanted& want, const Progress& 
   source.count = file.count();
   source.read = [&file](std::uint64_t, std::span<Ray> room) {
     const std::size_t some = file.read(room);
-    if (some < room.size()) fail(Failure::Work, "the file of rays ended early");
+    if (some < room.size()) fail(Failure::Work, "rays were asked for beyond the end of their file");
   };
   if (!want.ray_masks.empty())
     source.masks = [&want](std::uint64_t first, std::span<std::uint32_t> room) {

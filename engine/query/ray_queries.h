@@ -15,7 +15,7 @@ namespace ballot {
 /// The rays of a query, which are asked for in parts and in order.
 struct RaySource {
   std::uint64_t count = 0;
-  /// Writes the rays from number `first` on. May be called twice for the same rays.
+  /// Writes the rays from number `first` on. Called once for each part.
   std::function<void(std::uint64_t first, std::span<Ray> room)> read;
   /// Is called after each part with the number of rays that are done. May throw to end the query. May be empty.
   std::function<void(std::uint64_t done)> progress = {};

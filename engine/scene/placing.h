@@ -1,4 +1,5 @@
-// Places what nodes carry: points, normals, cameras and lights. Internal to engine/scene.
+// Places what nodes carry: points, normals, cameras and lights. Internal to engine/scene and
+// engine/tree.
 #pragma once
 
 #include <glm/mat3x3.hpp>
@@ -20,7 +21,8 @@ Transform transform_of(const glm::dmat4& m);
 /// Returns the inverse transpose up to a positive factor: the cofactors, with the sign of the determinant.
 glm::dmat3 normal_matrix(const glm::dmat4& m);
 
-/// Returns -1 if the matrix mirrors, else 1. A mirroring matrix reverses the winding of triangles, but not the surface.
+/// Returns -1 if the matrix mirrors, else 1. Mirroring reverses the winding of triangles, so their geometric
+/// normals take this sign.
 float facing_of(const glm::dmat4& m);
 
 /// Returns the unit vector, or zero if the normal is too short or not finite.

@@ -16,7 +16,8 @@ const NumericMode& find_numeric(std::string_view name, const DeviceInfo& device)
   std::string others;
   for (const NumericMode& m : kNumericModes)
     if (!m.needs_float64) others += fmt::format("{}{}", others.empty() ? "" : ", ", m.name);
-  fail(Failure::Arguments, "numeric mode {} needs double precision (shaderFloat64), which {} lacks; it has: {}", name,
+  fail(Failure::Arguments,
+       "numeric mode {} needs double precision (shaderFloat64), which {} lacks; modes without it: {}", name,
        device.name, others);
 }
 

@@ -17,21 +17,21 @@ constexpr std::uint64_t kStagingBytes = 16ull << 20;
 std::string mib(std::uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / (1 << 20)); }
 
 void check_limits(const DeviceInfo& d, const std::string& name, std::uint64_t bytes, Access access) {
+  const bool fits_texels = !has(access, Access::Texel) && bytes / 16 <= d.max_texels && bytes <= d.max_allocation;
   const auto refuse = [&](const char* limit, std::uint64_t most) {
     fail(Failure::Work, "buffer '{}' needs {}, but {} of {} is {}; use a smaller scene{} or another --device", name,
-         mib(bytes), limit, d.name, mib(most),
-         has(access, Access::Storage) && name.starts_with("bvh ") ? ", --knob fetch=texel" : "");
+         mib(bytes), limit, d.name, mib(most), fits_texels && name.starts_with("bvh ") ? ", --knob fetch=texel" : "");
   };
   if (has(access, Access::Storage) && bytes > d.max_storage_range) refuse("maxStorageBufferRange", d.max_storage_range);
   if (has(access, Access::Texel) && bytes / 16 > d.max_texels) refuse("maxTexelBufferElements", d.max_texels * 16);
-  // Some software drivers crash on allocations near their own limit instead of failing.
+  // Some software drivers crash on allocations beyond their own limit instead of failing.
   if (bytes > d.max_allocation) refuse("maxMemoryAllocationSize", d.max_allocation);
 }
 
-/// Returns a size of at least `bytes` for a texel view that llvmpipe compiles no special kernel for. llvmpipe
+/// Returns a size of at least `bytes` with which a texel view needs no kernel of its own on llvmpipe. llvmpipe
 /// recompiles a kernel, which takes half a second and more, when the size of a texel view changes from or to a power of
 /// two. It also does so when bits 8 to 15 of the size change from or to zero, as it takes them for a mip level. The
-/// returned size is neither a power of two nor has these bits zero, so one compiled kernel serves all scenes and
+/// returned size is no power of two, and some of these bits are set, so one compiled kernel serves all scenes and
 /// batches.
 std::uint64_t steady_size(std::uint64_t bytes) {
   while (std::has_single_bit(bytes) || (bytes & 0xFF00) == 0) bytes = (bytes / 16 + 1) * 16;
@@ -42,7 +42,7 @@ void copy_bytes(void* to, const void* from, std::uint64_t bytes) {
   copy_parallel(std::span(static_cast<const std::byte*>(from), bytes), std::span(static_cast<std::byte*>(to), bytes));
 }
 
-/// The host-visible staging buffer that every transfer of a context goes through.
+/// The host-visible staging buffer of a context: transfers of buffers that are not mapped go through it.
 struct Staging {
   Context& gpu;
   VkBuffer buffer = VK_NULL_HANDLE;

@@ -137,7 +137,7 @@ std::string with_includes(const fs::path& file) {
     try {
       text = read_text(files[i]);
     } catch (const Error&) {
-      if (i == 0) throw;  // of others the compiler says where they are included, if they are
+      if (i == 0) throw;  // the compiler names the #include of another, if it is taken
     }
     for (const std::string_view name : includes_of(text)) {
       fs::path path = (files[i].parent_path() / name).lexically_normal();
@@ -167,8 +167,8 @@ std::vector<std::uint32_t> compile(const fs::path& file, const Defines& defines)
 }
 
 /// Returns a module with its functions inlined, and without loads of what was just stored; or as it is if that fails.
-/// None of these passes folds or reorders arithmetic. Phi nodes for all variables would make lavapipe's code up to 12 %
-/// larger (22.3.6).
+/// None of these passes folds or reorders arithmetic. Pass ssa-rewrite (phi nodes) is left out: it makes lavapipe's
+/// code up to 12 % larger (22.3.6).
 std::vector<std::uint32_t> inlined(const std::vector<std::uint32_t>& words) {
   spvtools::Optimizer optimizer(SPV_ENV_VULKAN_1_2);
   optimizer.SetMessageConsumer([](auto...) {});

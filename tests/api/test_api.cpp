@@ -209,7 +209,7 @@ TEST_F(Api, WrongMeshesAreNamed) {
   refused({.positions = grid_.positions, .indices = far}, "index 4 is 100000");
   refused({.positions = grid_.positions, .indices = odd}, "multiple of 3");
   refused({.positions = infinite, .indices = grid_.indices}, "vertex 10");
-  refused({}, "no vertices");
+  refused({}, "positions is NULL or vertex_count is 0");
   refused({.positions = grid_.positions, .indices = grid_.indices, .stride = 10}, "stride");
   const std::vector<float> huge{0, 0, 0, 1e20f, 0, 0, 0, 1, 0};
   EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {{.positions = huge}}); }), Code::Argument);

@@ -67,8 +67,8 @@ TEST(Requirements, ExactArithmeticNeedsFloat64) {
   } catch (const Error& e) {
     EXPECT_EQ(e.kind(), Failure::Arguments);
     EXPECT_EQ(std::string(e.what()),
-              "numeric mode exact needs double precision (shaderFloat64), which a device lacks; it has: fast, plain, "
-              "watertight");
+              "numeric mode exact needs double precision (shaderFloat64), which a device lacks; modes without it: "
+              "fast, plain, watertight");
   }
   device.float64 = true;
   EXPECT_EQ(find_numeric("exact", device).name, "exact");

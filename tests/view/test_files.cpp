@@ -27,7 +27,7 @@ TEST(ViewsFile, ReadsBackWhatItWrote) {
     const View view = cli::as_written(some_view("a", angle));
     cli::write_views(file, {view});
     const View read = cli::read_views(file).at(0);
-    // The file holds a pose. A view that was made from a pose differs by rounding errors at most.
+    // The file holds a pose, so a view that was made from one comes back equal up to rounding errors.
     for (int c = 0; c < 4; ++c)
       for (int r = 0; r < 4; ++r) EXPECT_NEAR(read.world_from_camera[c][r], view.world_from_camera[c][r], 1e-15);
     EXPECT_EQ(read.world_from_camera[3], view.world_from_camera[3]);

@@ -1,4 +1,4 @@
-// Pairs of entries that differ only in their vote.
+// Pairs of entries that differ only in their vote or, if "(best)", also in the threshold that was best for it.
 #pragma once
 
 #include "tools/bench/arrange.h"
@@ -13,7 +13,7 @@ struct VotePair {
   double speed;            // speed with `vote` divided by speed with `base`
 };
 
-/// Returns every ordered pair in every block.
+/// Returns every ordered pair with a common view in every block.
 std::vector<VotePair> vote_pairs(const Setting& setting);
 
 }  // namespace ballot::bench

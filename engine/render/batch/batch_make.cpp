@@ -80,7 +80,7 @@ double Batches::generate_primaries(RayBatch& batch) {
   return ms;
 }
 
-// The starts are the hits of the default query. Every method that finds the correct hits finds the same ones.
+// The starts are the hits of the default query, whatever the query of a later frame is.
 void Batches::make_starts(Frame& frame) {
   const std::vector<std::uint32_t> listed =
       frame.listed.empty() ? std::vector<std::uint32_t>{} : pixels_inside(frame.camera.width, frame.camera.height);
@@ -137,8 +137,8 @@ glm::vec3 point_light(Tracer& tracer, const Scene& scene, const View& view) {
   return light_at(view, hit, scene);
 }
 
-// Concatenates the rays of every generator and chunk of primary hits, and splits them at the chunk borders of the
-// batch.
+// Plans the runs: the rays of every generator and chunk of primary hits, in this order, split where a chunk of the
+// batch ends.
 void Batches::plan(RayBatch& batch, const RayKind& kind, const RayKindOptions& options) {
   Frame& frame = *batch.frame_;
   SecondaryPush push{};

@@ -21,7 +21,7 @@ void stats_begin() {
   stats_depth = 0u;
 }
 
-// Counts how useful a visit on the shared path is: how many lanes can still find a nearer hit there than the one at t.
+// Counts a visit on the shared path in which no lane, or fewer than a quarter, can still find a hit nearer than its t.
 void stats_usefulness(bool live, float t) {
   uint lanes = subgroupBallotBitCount(subgroupBallot(live && stats_needs && stats_entry <= t));
   if (subgroupElect()) {
@@ -51,7 +51,8 @@ void stats_step(bool live, bool inner) {
 // The counters of each of a lane's rays. While they are in use, `stats` keeps only the stack's high-water mark.
 RayStats packet_stats[BALLOT_RAYS];
 
-// Counts a visit of the packet. `looking` and `needing` have a bit for each of the lane's rays.
+// Counts a visit of the packet, a step for each ray of a lane. Bits: `looking` the rays that visit, `needing` those
+// that need it.
 void stats_wide(uint looking, uint needing, bool inner) {
   uint all = 0u;
   for (uint r = 0u; r < BALLOT_RAYS; ++r) all += subgroupBallotBitCount(subgroupBallot((needing >> r & 1u) != 0u));

@@ -2,7 +2,7 @@
 // least as large as was measured to be enough for the others.
 #include "proof.glsl"
 
-// Returns the triangle's extent over its height.
+// Returns the triangle's extent over its height; down to a quarter of that where the longest edge is opposite v0.
 float slenderness(Surface s) {
   precise vec3 a = s.v1 - s.v0, b = s.v2 - s.v0;
   float scale = unit_scale(max(largest(a), largest(b)));  // the products of small edges would underflow
@@ -14,10 +14,11 @@ float slenderness(Surface s) {
   return ratio;
 }
 
-// Returns the offset for the triangle tests of modes "plain" and "fast". Their error follows the coordinates and grows
-// with the slenderness L / h. Measured with 86 M rays of seven scenes (reflect, refract, ao, diffuse, all views): plain
-// places the plane off by at most 0.43 w L L / h, and by 300 w L where h < L / 1000.
-float usual_offset(Surface s) {
+// Returns the offset for the triangle tests of modes "plain" and "fast": position_error(), and room for the test
+// itself, which grows with the triangle's extent L and with L over its height h. Measured with 86 M rays of seven
+// scenes (reflect, refract, ao, diffuse, all views): plain places the plane off by at most 0.43 w L L / h, and by 300 w
+// L where h < L / 1000.
+float measured_offset(Surface s) {
   vec3 extent = max(max(s.v0, s.v1), s.v2) - min(min(s.v0, s.v1), s.v2);
   precise float room = W * largest(extent) * min(16.0 + slenderness(s), 512.0);
 #if BALLOT_HAS_INSTANCES
@@ -29,7 +30,7 @@ float usual_offset(Surface s) {
 
 vec3 origin_towards(Surface s, float side, float cosine) {
   vec3 m = s.normal * side;
-  float offset = max(proved_offset(s, m, cosine), usual_offset(s));
+  float offset = max(proved_offset(s, m, cosine), measured_offset(s));
   precise vec3 origin = s.position + m * offset;
   return origin;
 }

@@ -34,9 +34,10 @@ class Device:
     name      an index of devices(), part of a name, "gpu" or "cpu"; "": the best GPU, else a CPU device
     validate  Vulkan validation with synchronization checks, for tests; slow
 
-    Raises Error (Code.DEVICE) if no device fits; the text says what each one lacks. Opening takes 10 to 500 ms, so open
-    one and share it. A device may be used from any thread; calls on one device, its scenes and its arrays run one after
-    another. A device does not survive fork(): use multiprocessing's method "spawn", or open it in the child.
+    Raises ValueError, which lists the devices, if none is called so, and Error (Code.DEVICE), which says what each one
+    lacks, if none is usable. Opening takes 10 to 500 ms, so open one and share it. A device may be used from any
+    thread; calls on one device, its scenes and its arrays run one after another. A device does not survive fork(): use
+    multiprocessing's method "spawn", or open it in the child.
 
     >>> with ballot.Device() as device:
     ...     scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], device=device)
@@ -66,7 +67,7 @@ class Device:
         return self._handle.closed
 
     def close(self) -> None:
-        """Closes the device. Scenes and arrays that are on it keep it open for themselves; this object is refused."""
+        """Closes this object: using it raises Error (Code.CLOSED). Scenes and arrays keep the device for themselves."""
         self._handle.close()
 
     def __enter__(self) -> Device:
@@ -108,7 +109,7 @@ def default_device() -> Device:
 
 
 def opened(name: str, validate: bool) -> Device:
-    """Returns a device of this name, the same one for every call: what pickled scenes and devices become."""
+    """Returns the device of this name, the same one until it is closed: what an unpickled Device is, also a scene's."""
     with _lock:
         device = _opened.get((name, validate))
         if device is None or device.closed:

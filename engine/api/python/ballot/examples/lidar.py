@@ -38,11 +38,11 @@ def scan(
     columns: int = 1024,
     reach: float = 100.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns the points (n, 3) float32 that were hit within `reach`, the ring of each and the triangle of each."""
+    """Returns the points (n, 3) float32 that were hit from 0.1 to `reach` away, the ring and the triangle of each."""
     rays = np.empty((rings, columns, 6), np.float32)
     rays[..., :3] = position
     rays[..., 3:] = directions(rings, columns)
-    hits = scene.trace(rays, t=(0.1, reach))  # rows of the scan lie side by side: coherent
+    hits = scene.trace(rays, t=(0.1, reach))  # neighbours in the array point alike: coherent
     ring, column = np.nonzero(hits["prim"] != ballot.MISS)
     found = hits[ring, column]
     return rays[ring, column, :3] + found["t"][:, None] * rays[ring, column, 3:], ring, found["prim"]
