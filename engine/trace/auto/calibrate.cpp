@@ -37,8 +37,8 @@ constexpr double kPatienceSeconds = 2;   // the budget of Choices::try_all
 /// one, methods that need a collapsed tree are no candidates.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
 constexpr std::uint32_t kCompileRays = 4096;
-constexpr double kPreference =
-    1.02;  // how many times as fast a candidate must be to be chosen over one before it in the list
+/// How many times as fast a candidate must be to be chosen over one before it in the list.
+constexpr double kPreference = 1.02;
 constexpr std::size_t kClassSample = 4096, kClassStretches = 64;
 
 struct Stretch {
