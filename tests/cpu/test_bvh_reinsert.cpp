@@ -66,8 +66,8 @@ TEST(BvhReinsert, SmallTrees) {
   }
 }
 
-// Thousands of boxes that overlap each other: a search without a bound looks at them all, and takes 210 times as long as
-// in a sphere; with it, about 40 times.
+// Thousands of boxes that overlap each other. Without a bound a search looks at them all, and reinsertion takes 210
+// times as long as in a sphere; with it, about 40 times.
 TEST(BvhReinsert, SearchesAmongOverlappingBoxesAreBounded) {
   const auto seconds_of = [](const Triangles& triangles) {
     const BuildSettings settings{.builder = BuilderId::Balanced};
