@@ -27,12 +27,15 @@ struct Effort {
   double budget_s;        // RaceRules::budget_s
   int rounds;             // the most
   double warm_s;          // seconds of tracing before the first measurement, in which a GPU's clocks rise
+  Statistic statistic;    // RaceRules::statistic
 };
-constexpr Effort kCpuEffort{1 << 15, 1 << 12, 1 << 15, 3, 4, 0.3, 9, 0};
-constexpr Effort kGpuEffort{1 << 18, 1 << 18, 1 << 22, 1, 16, 0.3, 15, 0.02};
+constexpr Effort kCpuEffort{1 << 15, 1 << 12, 1 << 15, 3, 4, 0.3, 9, 0, Statistic::Least};
+constexpr Effort kGpuEffort{1 << 18, 1 << 18, 1 << 22, 1, 16, 0.3, 15, 0.02, Statistic::Median};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
-constexpr std::size_t kLookedAgain = 3;  // candidates that race again once all have been tried
-constexpr double kPatienceSeconds = 2;   // the budget of Choices::try_all
+// Once all candidates have been tried, so many race again, and all that were up to so many times as slow as the chosen.
+constexpr std::size_t kLookedAgain = 3;
+constexpr double kLookedAgainWithin = 1.25;
+constexpr double kPatienceSeconds = 2;  // the budget of Choices::try_all
 /// The largest tree that the host collapses for a trial, in about a second. Where it would have to collapse a larger
 /// one, methods that need a collapsed tree are no candidates.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
@@ -90,11 +93,11 @@ Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vecto
 }
 
 /// Returns the candidates with their speeds: the chosen one first, then the others by speed, untried ones last. Chosen
-/// is the first in the list that the fastest beats by no more than noise (kPreference). `look` and `rays` are what a
-/// first look and a round traced.
+/// is the first in the list that the fastest beats by no more than noise (kPreference). `rays`: of a round.
 std::vector<Candidate> in_order(const std::vector<Candidate>& from, const std::vector<Runner>& runners,
-                                std::size_t look, std::size_t rays, std::size_t samples) {
-  const std::vector<double> slowness = slowness_of(runners, samples);
+                                const RaceRules& rules, std::size_t rays) {
+  const std::size_t samples = rules.samples;
+  const std::vector<double> slowness = slowness_of(runners, samples, rules.statistic);
   double best_speed = 0;  // of the fastest, in million rays a second
   std::vector<std::pair<double, Candidate>> all;
   for (std::size_t i = 0; i < from.size(); ++i) {
@@ -103,8 +106,9 @@ std::vector<Candidate> in_order(const std::vector<Candidate>& from, const std::v
     all[i].second.tried = r.tried;
     if (r.look_ms <= 0) continue;
     const std::size_t rounds = r.ms.size();
-    const double speed =
-        rounds > 0 ? double(rays * std::min(samples, rounds)) / cost_of(r, rounds, samples) : double(look) / r.look_ms;
+    const double speed = rounds > 0
+                             ? double(rays * std::min(samples, rounds)) / cost_of(r, rounds, samples, rules.statistic)
+                             : double(rules.look_rays) / r.look_ms;
     best_speed = std::max(best_speed, speed * slowness[i] * 1e-3);
   }
   for (auto& [slow, candidate] : all) candidate.mrays_per_s = std::isfinite(slow) ? best_speed / slow : 0;
@@ -131,7 +135,8 @@ RaceRules rules_for(const std::vector<Runner>& runners, const Effort& effort, bo
   const std::size_t share = (untried + std::size_t(runs_left) - 1) / std::size_t(runs_left);
   return {.budget_s = try_all ? kPatienceSeconds : effort.budget_s,
           .must = try_all ? runners.size() : share,
-          .rounds = effort.rounds};
+          .rounds = effort.rounds,
+          .statistic = effort.statistic};
 }
 
 /// Counts this process, once, among those that have tried candidates of the choice.
@@ -140,11 +145,13 @@ void count_process(Choice& choice) {
   choice.remembered = false;
 }
 
-/// Returns the fastest of a choice's candidates that can run, the chosen one first.
+/// Returns those of a choice's candidates that race again, the chosen one first.
 std::vector<Candidate> fastest_of(const std::vector<Candidate>& candidates) {
   std::vector<Candidate> fastest;
   for (const Candidate& c : candidates)
-    if (c.mrays_per_s > 0 && fastest.size() < kLookedAgain) fastest.push_back(c);
+    if (c.mrays_per_s > 0 &&
+        (fastest.size() < kLookedAgain || c.mrays_per_s * kLookedAgainWithin >= candidates[0].mrays_per_s))
+      fastest.push_back(c);
   return fastest;
 }
 
@@ -345,7 +352,7 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
   };
   const std::vector<Candidate> before = choice.candidates;
   const auto keep = [&](std::size_t round) {
-    choice.candidates = with_others(in_order(from, runners, rules.look_rays, round, number), before);
+    choice.candidates = with_others(in_order(from, runners, rules, round), before);
     choice.seconds = seconds_since(start);
     choices_.add(choice);
   };

@@ -28,13 +28,13 @@ std::size_t running(const std::vector<Runner>& runners) {
 
 /// Puts out those whom a round left behind and, after every third round or whenever every sample has been traced if
 /// those are more, the slower half too.
-void put_out(std::vector<Runner>& runners, int round, std::size_t samples) {
-  const std::vector<double> slowness = slowness_of(runners, samples);
+void put_out(std::vector<Runner>& runners, int round, const RaceRules& rules) {
+  const std::vector<double> slowness = slowness_of(runners, rules.samples, rules.statistic);
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < runners.size(); ++i)
     if (!runners[i].out) order.push_back(i);
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return slowness[i]; });
-  const bool halve = (std::size_t(round) + 1) % std::max(samples, kRoundsToHalve) == 0;
+  const bool halve = (std::size_t(round) + 1) % std::max(rules.samples, kRoundsToHalve) == 0;
   const std::size_t stay = halve ? std::max<std::size_t>(2, (order.size() + 1) / 2) : order.size();
   for (std::size_t place = 0; place < order.size(); ++place)
     runners[order[place]].out = place >= stay || slowness[order[place]] > kOutpaced;
@@ -69,7 +69,7 @@ class Race {
     for (int round = 0; round < rules_.rounds && running(runners_) > 1; ++round) {
       if (round > 0 && host_.now() + round_s(size) > end) break;
       run_round(round, size);
-      put_out(runners_, round, rules_.samples);
+      put_out(runners_, round, rules_);
     }
     return size;
   }
@@ -82,7 +82,7 @@ class Race {
       const std::size_t who = (i + std::size_t(round)) % runners_.size();
       if (!runners_[who].out) runners_[who].ms.push_back(host_.trace(who, sample, rays));
     }
-    const std::vector<double> slowness = slowness_of(runners_, rules_.samples);
+    const std::vector<double> slowness = slowness_of(runners_, rules_.samples, rules_.statistic);
     for (std::size_t i = 0; i < runners_.size(); ++i) {
       Runner& r = runners_[i];
       if (!r.out) r.ms.back() = confirmed(i, sample, rays, r.ms.back(), r.ms.back() / slowness[i] * kOutpaced);
@@ -161,17 +161,18 @@ class Race {
 
 }  // namespace
 
-double cost_of(const Runner& runner, std::size_t rounds, std::size_t samples) {
+double cost_of(const Runner& runner, std::size_t rounds, std::size_t samples, Statistic statistic) {
   double sum = 0;
   for (std::size_t s = 0; s < std::min(samples, rounds); ++s) {
-    double least = runner.ms[s];
-    for (std::size_t r = s; r < rounds; r += samples) least = std::min(least, runner.ms[r]);
-    sum += least;
+    std::vector<double> ms;
+    for (std::size_t r = s; r < rounds; r += samples) ms.push_back(runner.ms[r]);
+    std::ranges::sort(ms);
+    sum += statistic == Statistic::Least ? ms[0] : 0.5 * (ms[(ms.size() - 1) / 2] + ms[ms.size() / 2]);
   }
   return sum;
 }
 
-std::vector<double> slowness_of(const std::vector<Runner>& runners, std::size_t samples) {
+std::vector<double> slowness_of(const std::vector<Runner>& runners, std::size_t samples, Statistic statistic) {
   std::vector<double> all(runners.size(), kInfinity);
   const double look = least_look(runners);
   for (std::size_t i = 0; i < runners.size(); ++i) {
@@ -181,8 +182,8 @@ std::vector<double> slowness_of(const std::vector<Runner>& runners, std::size_t 
     if (r.ms.empty()) continue;
     double least = kInfinity;
     for (const Runner& t : runners)
-      if (t.ms.size() >= r.ms.size()) least = std::min(least, cost_of(t, r.ms.size(), samples));
-    all[i] = cost_of(r, r.ms.size(), samples) / least;
+      if (t.ms.size() >= r.ms.size()) least = std::min(least, cost_of(t, r.ms.size(), samples, statistic));
+    all[i] = cost_of(r, r.ms.size(), samples, statistic) / least;
   }
   for (std::size_t i = 1; i < runners.size(); ++i)
     if (runners[i].slower > 0 && runners[i].look_ms <= 0) all[i] = runners[i].slower * all[0];

@@ -17,6 +17,12 @@ struct Runner {
   std::vector<double> ms = {};  // of each round
 };
 
+/// What a runner's rounds tell of it.
+enum class Statistic {
+  Least,   // its best round: other processes make a round slower, never faster. For CPUs
+  Median,  // its middle round: rounds vary by themselves, some kernels' more than others'. For GPUs
+};
+
 struct RaceRules {
   double budget_s = 0.3;      // nothing is begun that would end later, except for `must` and 0.1 times as long rounds
   double share = 0.05;        // ... or after this share of the time that the fastest takes for `all_rays`, if longer
@@ -26,6 +32,7 @@ struct RaceRules {
   std::size_t look_rays = 1;  // of the first look
   std::size_t most_rays = 1;  // of a round: fewer if the look was slow, or little time is left
   int rounds = 1;             // the most
+  Statistic statistic = Statistic::Least;
 };
 
 /// What a race asks for.
@@ -48,10 +55,9 @@ struct RaceHost {
 std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host);
 
 /// Returns, for each runner, how many times as slow as the fastest it is; infinity if that is not known.
-std::vector<double> slowness_of(const std::vector<Runner>& runners, std::size_t samples);
+std::vector<double> slowness_of(const std::vector<Runner>& runners, std::size_t samples, Statistic statistic);
 
-/// Returns the milliseconds that a runner took in the first `rounds` rounds, once for each sample: its best, as a
-/// disturbance makes a round slower, never faster.
-double cost_of(const Runner& runner, std::size_t rounds, std::size_t samples);
+/// Returns the milliseconds that a runner took in the first `rounds` rounds, once for each sample.
+double cost_of(const Runner& runner, std::size_t rounds, std::size_t samples, Statistic statistic);
 
 }  // namespace ballot
