@@ -15,7 +15,7 @@ class RayArray {
   /// Throws Refused if the description is wrong.
   explicit RayArray(const BallotRays& rays);
   std::size_t count() const { return count_; }
-  /// Writes the rays from number `first` on. An infinite t_max becomes the largest float, which is no bound either.
+  /// Fills `rays` from number `first` of the array on. An infinite t_max becomes the largest float, which is no bound either.
   void read(std::size_t first, std::span<Ray> rays) const { read(RowOrder(), first, rays); }
   /// The same for the rays in an order.
   void read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const;
@@ -39,7 +39,7 @@ class HitArrays {
   /// Writes the hits of the rays from number `first` of the order on. Adds those that hit to hits().
   void write(std::size_t first, std::span<const Hit> hits);
   /// Returns where the hits from number `first` on belong, if the caller wants them as records in this order and no
-  /// other results; null if not. write() of hits that lie there counts them alone.
+  /// other results; null if not. write() only counts hits that lie there already.
   Hit* in_place(std::size_t first) const;
   std::uint64_t hits() const { return hits_; }
 

@@ -32,8 +32,8 @@ void check_range(const BufferState& buffer, std::uint64_t first, std::uint64_t c
                  const char* call) {
   if (count) need(records, call, "records");
   if (first > buffer.records || count > buffer.records - first)
-    throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("{}: records {} to {}, but the buffer has {}", call, first,
-                                                     first + count, buffer.records));
+    throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("{}: {} records from number {}, but the buffer has {}", call,
+                                                     count, first, buffer.records));
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ Forest::BuildMesh builder_of_meshes(Context& gpu, const BuildSettings& settings)
 
 InstanceScene& instances_of(const SceneState& scene, const char* call) {
   if (!scene.instanced)
-    refuse(fmt::format("{}: the scene has no instances; make one by ballot_scene_create_instances()", call));
+    refuse(fmt::format("{}: the scene has no instances; make it with ballot_scene_create_instances()", call));
   return *scene.instanced;
 }
 

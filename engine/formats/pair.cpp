@@ -20,15 +20,17 @@ Texel texel(const glm::vec3& v, std::uint32_t w) { return {bits(v.x), bits(v.y),
 constexpr std::uint64_t kMaxLeafTexels = std::uint64_t{1} << LEAF_COUNT_SHIFT;
 constexpr std::uint64_t kMaxNodeTexels = std::uint64_t{1} << 31;
 
-void check_sizes(const Bvh& bvh) {
+void check_sizes(const Bvh& bvh, std::size_t triangles) {
   const std::uint64_t nodes = bvh.nodes.size() * 2;
   const std::uint64_t leaves =
       std::uint64_t{bvh.stats.leaves} * LEAF_HEADER_TEXELS + bvh.references.size() * TRIANGLE_TEXELS;
   if (nodes > kMaxNodeTexels || leaves > kMaxLeafTexels)
     fail(Failure::Work,
          "bvh: {} nodes and {} triangle references take {} and {} texels on the device, but a child reference can "
-         "number {} and {} (shaders/shared/layout.h); a smaller split_budget makes fewer references",
-         bvh.nodes.size(), bvh.references.size(), nodes, leaves, kMaxNodeTexels, kMaxLeafTexels);
+         "number {} and {} (shaders/shared/layout.h); {}",
+         bvh.nodes.size(), bvh.references.size(), nodes, leaves, kMaxNodeTexels, kMaxLeafTexels,
+         bvh.references.size() > triangles ? "a smaller split_budget makes fewer references"
+                                           : "use several scenes of fewer triangles");
 }
 
 // Writes the block of a leaf at a texel. Returns the child reference of the leaf.
@@ -181,7 +183,7 @@ PairTree encode_pairs(const Bvh& bvh, std::span<const Triangle> triangles, NodeL
     return out;
   }
   out.origin = box_origin(bvh.bounds);
-  check_sizes(bvh);
+  check_sizes(bvh, triangles.size());
   PairEncoder(bvh, triangles, boxes, out).run();
   return out;
 }

@@ -26,8 +26,8 @@ std::optional<std::uint64_t> draco_number(std::span<const unsigned char> bytes, 
   return std::nullopt;
 }
 
-/// Returns the number of faces that the start of a stream claims, before memory is taken for them. Nothing: it is of
-/// another version than 2.2, which all exporters of glTF write, or has metadata.
+/// Returns the number of faces that the start of a stream claims, before memory is taken for them. Returns
+/// nothing if it has metadata or is no mesh of version 2.2, which all exporters of glTF write.
 std::optional<std::uint64_t> claimed_faces(std::span<const unsigned char> bytes) {
   constexpr std::size_t kHeader = 11;
   if (bytes.size() < kHeader || std::memcmp(bytes.data(), "DRACO\x02\x02\x01", 8) != 0 || (bytes[10] & 0x80) != 0)

@@ -44,7 +44,7 @@ bool is_convex(const Points& points) {
   return true;
 }
 
-/// Cuts ears off a polygon, each time the first of the corners that are left.
+/// Cuts ears off a polygon, each time the first ear among the corners that are left.
 class EarClipper {
  public:
   explicit EarClipper(const Points& points) : points_(points), left_(points.size()), tests_(points.size()) {
@@ -83,8 +83,8 @@ class EarClipper {
     return cross(a, b, q) >= 0 && cross(b, c, q) >= 0 && cross(c, a, q) >= 0;
   }
 
-  /// Returns true if the remaining corner i is convex and its triangle contains no other corner. The search for such a
-  /// corner goes on where it ended, as long as the triangle is the same: corners disappear, but never come back. This
+  /// Returns true if the remaining corner i is convex and its triangle contains no other corner. While the triangle
+  /// stays the same, the search for a corner inside goes on where it ended: corners disappear, but never come back. This
   /// bounds all searches of a polygon by the square of its corners.
   bool is_ear(std::size_t i) {
     const std::array<std::uint32_t, 3> triangle = triangle_at(i);

@@ -21,7 +21,7 @@ void expect_same_pixels(const Image& a, const Image& b) {
   }
 }
 
-/// Returns the largest difference of a channel between the screen and the upper rows of a picture, in steps of 8 bits.
+/// Returns the largest difference of a channel between the screen and the upper rows of a picture, in 8-bit steps.
 int difference(const std::vector<unsigned long>& screen, const Image& image) {
   int most = 0;
   for (std::size_t i = 0; i < screen.size(); ++i)
@@ -75,7 +75,7 @@ TEST_F(WindowTest, FliesAndItsPictureIsTheOneThatRenderMakes) {
   expect_same_pixels(read_exr(shot), image);
   EXPECT_TRUE(fs::exists(folder_ / "cornell-shot-1.png"));
 
-  desktop.tap("Tab");  // the picture alone, above the status line; half floats round, and so do two pow() calls
+  desktop.tap("Tab");  // the picture alone, above the status line; half floats and pow() may round by 1
   for (int i = 0; i < 50 && difference(desktop.pixels(480, 190), image) > 1; ++i) pause_ms(100);
   EXPECT_LE(difference(desktop.pixels(480, 190), image), 1) << "the screen shows the picture";
 

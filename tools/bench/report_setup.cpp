@@ -51,8 +51,8 @@ std::string setup_section(const std::vector<Document>& documents, const Arranged
       "\"(best)\" is the\nmethod with the threshold that a sweep in the same run found fastest for this scene and ray "
       "kind.\n";
   if (arranged.replaced)
-    text +=
-        fmt::format("\n{} records were measured twice; the tables show those of the later file.\n", arranged.replaced);
+    text += fmt::format("\n{} records were measured twice; the tables show those of the file named last.\n",
+                        arranged.replaced);
   return text + "\n";
 }
 

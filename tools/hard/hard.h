@@ -1,9 +1,9 @@
-// The hard-case suite: scenes, rays and points on which ray tracers and point queries are known to fail. Each case
-// reproduces a report of such a failure.
+// The hard-case suite: scenes, rays and points on which ray tracers and point queries are known to fail. A case
+// reproduces a report of such a failure, or what this project's own design has to fear.
 //
 // All cases are generated from fixed seeds with arithmetic that rounds the same on every IEEE machine, so a case is the
-// same everywhere. A new case is one function in a make_*.cpp and one line in cases.cpp; the tests and `ballot verify
-// --hard` then run it.
+// same everywhere. A new case is one function in a make_*.cpp, its declaration in generate.h and one line in cases.cpp;
+// the tests and `ballot verify --hard` then run it; cases of points need --queries.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct HardRays {
   std::string name;
   std::vector<Ray> rays = {};
   Want want = Want::Nearest;
-  bool closed = false;  // every ray must hit a closed mesh before t_max (most start inside one), so a miss is a leak
+  bool closed = false;  // every ray must hit something before t_max, most from inside a closed mesh: a miss is a leak
   // The answers that every numeric mode must give by construction: float32 rounds nothing on these rays and triangles,
   // or they are far from any decision. For each ray its prim, NO_HIT or kSomePrim; empty if the answers are not known.
   std::vector<std::uint32_t> answers = {};
@@ -38,9 +38,9 @@ struct HardScene {
 
 struct HardCase {
   std::string_view name;          // letters, digits and dashes
-  std::string_view from;          // the source: project and issue, or author, title, venue
+  std::string_view from;          // the source: project and issue; author, title, venue; "Ballot, design"
   std::string_view what;          // the failure, in a sentence
-  HardScene (*make)(bool quick);  // quick: about a thousand rays per set; else about 1e5 per case
+  HardScene (*make)(bool quick);  // quick: up to about a thousand rays per set; else 5e4
 };
 
 /// One set of points of a case.
@@ -72,8 +72,8 @@ std::span<const HardCase> hard_cases();
 std::span<const HardPointCase> hard_point_cases();
 std::span<const HardRefusal> hard_refusals();
 
-/// Returns points that are hard on any mesh: at corners, on edges and insides of triangles, an ulp beside these, and
-/// around the mesh. There are none of an empty mesh. They are asked on the scenes of the cases of rays.
+/// Returns points that are hard on any mesh: at corners, on edges of and inside triangles, an ulp beside these, and
+/// around the mesh; none for an empty mesh. They are asked on the scenes of hard_cases().
 std::vector<HardPoints> hard_points_of(std::span<const Triangle> triangles, bool quick);
 
 }  // namespace ballot

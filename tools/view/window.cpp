@@ -33,7 +33,7 @@ void on_drop(GLFWwindow* window, int count, const char** paths) {
 
 void on_focus(GLFWwindow* window, int focused) {
   Input& input = input_of(window);
-  // A key that is released while another window has the focus sends no event here.
+  // The release of a key while another window has the focus may send no event here.
   if (!focused) std::fill(std::begin(input.down), std::end(input.down), false);
 }
 

@@ -6,7 +6,7 @@
 // There are three stages, each for what the one before left open. Stage 1, in float32, rejects triangles that the ray
 // surely misses. Stage 2, in double, decides with a bound of its error. Stage 3, exact_predicates.glsl, decides the
 // rest. t, u and v come from double where that is good to 2^-28, otherwise from the exact sums. Which of the two
-// depends on ray and triangle alone, so hits are equal bit for bit.
+// depends on ray and triangle alone, so all methods agree bit for bit.
 //
 // Source of the plan: Jonathan Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
 // Predicates. Discrete & Computational Geometry 18, 1997, section 1. Differs: the last stage is integer arithmetic of
@@ -30,7 +30,7 @@ struct RaySpace {
 // True if the range of a ray is empty, which makes it dead (lib/tree/leaf.glsl).
 #define IS_EMPTY_RANGE(t_min, t_max) (widen(t_max) <= widen(t_min))
 
-// Returns a number that is not less than t + error in the scaled ray's units, nor less than any denormal.
+// Returns a number, never denormal, that is not less than t + error in the scaled ray's units, but cut off near 3.4e38.
 float reach_of(Ray given, double t, double error) {
   uint e = direction_exponent(given.dir);
   float rounded = float(clamp((t + error) * packDouble2x32(uvec2(0u, (e + 896u) << 20)), -3.4e38lf, 3.4e38lf));
@@ -69,8 +69,8 @@ float largest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
 // The bound, with w = 2^-24 and M the largest |v - o|. Coordinates across the main axis are off by at most 11 w M
 // (derived there; here a division saves 1 w M, which covers numbers below 2^-126 flushed to zero, with M at least
 // 1e-12). Let L be the largest of these coordinates as computed. An edge function then moves by at most
-// 44 w M L + 242 w^2 M^2, and its own two products and difference round by 6 w L^2 <= 12 w M L at most. 64 w M
-// (L + 4 w M) leave room for terms of second order and their own rounding. M up to 1e18 keeps products finite.
+// 44 w M L + 242 w^2 M^2, and its own two products and difference round by 6 w L^2 <= 12 w M L at most. The bound,
+// 64 w M (L + 4 w M), has room for terms of second order and its own rounding. M up to 1e18 keeps products finite.
 bool surely_missed(Ray ray, RaySpace space, Corners corners) {
   vec3 a = corners.v0 - ray.origin, b = corners.v1 - ray.origin, c = corners.v2 - ray.origin;
   vec3 x = vec3(dot(space.row_x, a), dot(space.row_x, b), dot(space.row_x, c));
@@ -91,12 +91,12 @@ dvec3 crossed(dvec3 a, dvec3 b) {
   return c;
 }
 
-// A ray and a triangle in double: sides, det and depth as in exact_predicates.glsl, and t.
+// A ray and a triangle in double: sides and depth as in exact_predicates.glsl, and t.
 //
-// The bounds, with w = 2^-53, a = v0 - o, and edges f = v1 - v0 and g = v2 - v0. A triple product of differences rounds
-// by at most 7 w of the sum of its six products' magnitudes, which is at most 2 |x|_1 |y|_max |z|_max. Let K = |d|_max
-// E, and E the largest component of f and g. Then sides 1 and 2 are off by 14 w |a|_1 K, det by 42 w K E, depth by
-// 14 w |a|_1 E^2, and side 0, which is det minus the other two, by 60 w K E + 40 w |a|_1 K. The bounds below have room
+// The bounds, with w = 2^-53, a = v0 - o, and edges f = v1 - v0 and g = v2 - v0. A triple product of d and two
+// differences rounds by at most 7 w, and one of three differences by 8 w, of the sum of its six products' magnitudes,
+// which is at most 2 |x|_1 |y|_max |z|_max. Let E be the largest component of f and g, and K = |d|_max E. Then sides 1
+// and 2 are off by 14 w |a|_1 K, det by 42 w K E, depth by 16 w |a|_1 E^2, and side 0, which is det minus the other two, by 60 w K E + 40 w |a|_1 K. The bounds below have room
 // for their own rounding. Nothing leaves the range of double: numbers are 0 or at least 2^-447, and below 2^390.
 struct DoubleSight {
   double side[3], side_error;
@@ -129,7 +129,7 @@ DoubleSight look(Ray ray, Corners corners) {
   return s;
 }
 
-// Extends the span of bits from the lowest that is set to beyond the highest, in powers of two, by those of a number.
+// Extends a span of exponents, from the lowest set bit to one above the highest, to cover the set bits of a number.
 ivec2 with_bits(ivec2 span, float x) {
   uint bits = floatBitsToUint(x), m = mantissa_of(bits);
   int e = exponent_of(bits);
@@ -137,8 +137,8 @@ ivec2 with_bits(ivec2 span, float x) {
 }
 ivec2 with_bits(ivec2 span, vec3 v) { return with_bits(with_bits(with_bits(span, v.x), v.y), v.z); }
 
-// Returns true if look() does not round, as in grids and boxes along the axes. There rays meet edges, and triangles of
-// their own plane, again and again. If points are integers below 2^15 of one unit and the direction is so of another,
+// Returns true if look() does not round, as in grids and boxes along the axes. There rays often
+// meet edges, or lie in the planes of triangles. If points are integers below 2^15 in one unit, and the direction in another,
 // differences are below 2^16, components of the normal below 2^33, of the moment below 2^32, and det, depth and sides
 // below 2^52.
 bool is_exact_in_double(Ray ray, Corners corners) {
@@ -148,7 +148,7 @@ bool is_exact_in_double(Ray ray, Corners corners) {
   return points.y - points.x <= 15 && dir.y - dir.x <= 15;
 }
 
-// Removes the bounds of rounding from a sight without rounding, but for the quotient. Returns false if det is 0.
+// For a sight that look() did not round: makes its error bounds 0, except for the rounding of t. Returns false if det is 0.
 bool remove_rounding(inout DoubleSight s) {
   precise double det = s.side[0] + s.side[1] + s.side[2];
   bool meets = det != 0.0lf;
@@ -248,7 +248,7 @@ bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint prim, uint be
   return hit;
 }
 
-// Marks the triangle unless it is surely missed. Never reports a hit yet.
+// Marks the triangle unless it is surely missed. Reports no hit yet.
 bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out float t, out float u, out float v) {
   t = u = v = 0.0;
   if (space.marked == 0u) space.first = triangle.at;
@@ -283,7 +283,7 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
 #endif
     uint left = hit && (doubt.values || doubt.range || doubt.order) ? 1u : 0u;
     for (uint j = 0u; j < left; ++j) hit = decide_exactly(ray, space, corners, prim, best.prim, doubt, s);
-    // A loop that a driver has cut short does not loop again.
+    // If the driver cuts loops short, this one too ends early.
     uint twice = 0u;
     while (twice < decisions + 1u) ++twice;
     cut = twice < 2u;

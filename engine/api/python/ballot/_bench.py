@@ -25,7 +25,7 @@ def bench(
     """Measures each method with each kind of rays and numeric mode, and returns a record for each.
 
     methods  as Scene.trace()
-    kinds    kinds of rays, as Scene.make_rays(); those that ask for any hit are traced so
+    kinds    kinds of rays, as Scene.make_rays(); shadow and ao are traced for any hit
     numeric  a numeric mode or several
     size     width and height of the view
     repeats  measurements of each; they take turns, so that all of them meet the same load of the machine
