@@ -39,7 +39,7 @@ class HitArrays {
   /// Writes the hits of the rays from number `first` of the order on. Adds those that hit to hits().
   void write(std::size_t first, std::span<const Hit> hits);
   /// Returns where the hits from number `first` on belong, if the caller wants them as records in this order and no
-  /// other results; null if not. write() only counts hits that lie there already.
+  /// other results; null if not. write() does not copy hits that lie there.
   Hit* in_place(std::size_t first) const;
   std::uint64_t hits() const { return hits_; }
 

@@ -23,7 +23,7 @@ struct HardRays {
   std::string name;
   std::vector<Ray> rays = {};
   Want want = Want::Nearest;
-  bool closed = false;  // every ray must hit something before t_max, most from inside a closed mesh: a miss is a leak
+  bool closed = false;  // every ray must hit before t_max (most start inside a closed mesh): a miss is a leak
   // The answers that every numeric mode must give by construction: float32 rounds nothing on these rays and triangles,
   // or they are far from any decision. For each ray its prim, NO_HIT or kSomePrim; empty if the answers are not known.
   std::vector<std::uint32_t> answers = {};

@@ -93,8 +93,8 @@ dvec3 crossed(dvec3 a, dvec3 b) {
 
 // A ray and a triangle in double: sides and depth as in exact_predicates.glsl, and t.
 //
-// The bounds, with w = 2^-53, a = v0 - o, and edges f = v1 - v0 and g = v2 - v0. A triple product of d and two
-// differences rounds by at most 7 w, and one of three differences by 8 w, of the sum of its six products' magnitudes,
+// The bounds, with w = 2^-53, a = v0 - o, and edges f = v1 - v0 and g = v2 - v0. A triple product |x y z|
+// rounds by at most 7 w (d and two differences) or 8 w (three differences) of the sum of its six products' magnitudes,
 // which is at most 2 |x|_1 |y|_max |z|_max. Let E be the largest component of f and g, and K = |d|_max E. Then sides 1
 // and 2 are off by 14 w |a|_1 K, det by 42 w K E, depth by 16 w |a|_1 E^2, and side 0, which is det minus the other two, by 60 w K E + 40 w |a|_1 K. The bounds below have room
 // for their own rounding. Nothing leaves the range of double: numbers are 0 or at least 2^-447, and below 2^390.
