@@ -15,7 +15,8 @@ class RayArray {
   /// Throws Refused if the description is wrong.
   explicit RayArray(const BallotRays& rays);
   std::size_t count() const { return count_; }
-  /// Fills `rays` from number `first` of the array on. An infinite t_max becomes the largest float, which is no bound either.
+  /// Fills `rays` from number `first` of the array on. An infinite t_max becomes the largest float, which is no bound
+  /// either.
   void read(std::size_t first, std::span<Ray> rays) const { read(RowOrder(), first, rays); }
   /// The same for the rays in an order.
   void read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const;

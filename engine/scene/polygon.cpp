@@ -84,8 +84,8 @@ class EarClipper {
   }
 
   /// Returns true if the remaining corner i is convex and its triangle contains no other corner. While the triangle
-  /// stays the same, the search for a corner inside goes on where it ended: corners disappear, but never come back. This
-  /// bounds all searches of a polygon by the square of its corners.
+  /// stays the same, the search for a corner inside goes on where it ended: corners disappear, but never come back.
+  /// This bounds all searches of a polygon by the square of its corners.
   bool is_ear(std::size_t i) {
     const std::array<std::uint32_t, 3> triangle = triangle_at(i);
     Test& test = tests_[left_[i]];

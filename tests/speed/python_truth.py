@@ -9,7 +9,8 @@ random directions or at vertices and edges; points are random, on the surface, a
 mode exact, which the tests hold to exact arithmetic over all triangles. The parity of a ray's crossings must
 agree with the side on which it begins; neither parity nor inside is judged on the surface. A nearest triangle is wrong
 if it is farther away than the exact one by more than 1e-12 of the distance to that one's farthest vertex, so that ties
-do not count. trimesh and libigl answer --slow queries, trimesh a tenth of them for nearest triangles. Needs ballot, numpy, open3d, trimesh, embreex, rtree and libigl.
+do not count. trimesh and libigl answer --slow queries, trimesh a tenth of them for nearest triangles. Needs ballot,
+numpy, open3d, trimesh, embreex, rtree and libigl.
 """
 
 from __future__ import annotations
@@ -213,7 +214,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("meshes", nargs="+")
     parser.add_argument("--queries", type=float, default=1e6, help="rays, and points")
-    parser.add_argument("--slow", type=float, default=1e5, help="those that trimesh and libigl answer; nearest triangles of trimesh: a tenth")
+    parser.add_argument("--slow", type=float, default=1e5,
+                        help="those that trimesh and libigl answer; nearest triangles of trimesh: a tenth")  # fmt: skip
     parser.add_argument("--device", default="")
     parser.add_argument("--json", help="also write the figures to this file")
     options = parser.parse_args()

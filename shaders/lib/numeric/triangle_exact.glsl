@@ -67,8 +67,8 @@ float largest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
 // lib/numeric/triangle_watertight.glsl.
 //
 // The bound, with w = 2^-24 and M the largest |v - o|. Coordinates across the main axis are off by at most 11 w M
-// (derived there; here a division saves 1 w M, which covers numbers below 2^-126 flushed to zero, with M at least
-// 1e-12). Let L be the largest of these coordinates as computed. An edge function then moves by at most
+// (derived there; a division here saves 1 w M, which is room for the flush of numbers below 2^-126 if M is at
+// least 1e-12). Let L be the largest of these coordinates as computed. An edge function then moves by at most
 // 44 w M L + 242 w^2 M^2, and its own two products and difference round by 6 w L^2 <= 12 w M L at most. The bound,
 // 64 w M (L + 4 w M), has room for terms of second order and its own rounding. M up to 1e18 keeps products finite.
 bool surely_missed(Ray ray, RaySpace space, Corners corners) {
@@ -93,11 +93,12 @@ dvec3 crossed(dvec3 a, dvec3 b) {
 
 // A ray and a triangle in double: sides and depth as in exact_predicates.glsl, and t.
 //
-// The bounds, with w = 2^-53, a = v0 - o, and edges f = v1 - v0 and g = v2 - v0. A triple product |x y z|
-// rounds by at most 7 w (d and two differences) or 8 w (three differences) of the sum of its six products' magnitudes,
-// which is at most 2 |x|_1 |y|_max |z|_max. Let E be the largest component of f and g, and K = |d|_max E. Then sides 1
-// and 2 are off by 14 w |a|_1 K, det by 42 w K E, depth by 16 w |a|_1 E^2, and side 0, which is det minus the other two, by 60 w K E + 40 w |a|_1 K. The bounds below have room
-// for their own rounding. Nothing leaves the range of double: numbers are 0 or at least 2^-447, and below 2^390.
+// The bounds, with w = 2^-53, a = v0 - o, and edges f = v1 - v0 and g = v2 - v0. A triple product |x y z| rounds by at
+// most 7 w (d and two differences) or 8 w (three differences) of the sum of its six products' magnitudes, which is at
+// most 2 |x|_1 |y|_max |z|_max. Let E be the largest component of f and g, and K = |d|_max E. Then sides 1 and 2 are
+// off by 14 w |a|_1 K, det by 42 w K E, depth by 16 w |a|_1 E^2, and side 0, which is det minus the other two, by 60 w
+// K E + 40 w |a|_1 K. The bounds below have room for their own rounding. Nothing leaves the range of double: numbers
+// are 0 or at least 2^-447, and below 2^390.
 struct DoubleSight {
   double side[3], side_error;
   double depth, t, error;  // error is infinite if det may be 0
@@ -122,7 +123,7 @@ DoubleSight look(Ray ray, Corners corners) {
   precise double t = depth / (sure ? det : 1.0lf);
   s.depth = depth;
   s.t = t;
-  // |depth / det - t| <= (depth_error + |t| det_error) / |det exactly|, plus the rounding of the quotient.
+  // t is off by at most (depth_error + |t| det_error) / |exact det|, plus the rounding of the quotient.
   s.error = sure ? 1.001lf * (depth_error + abs(t) * det_error) / (abs(det) - det_error) + 4.5e-16lf * abs(t)
                  : packDouble2x32(uvec2(0u, 0x7FF00000u));
   s.precise_values = sure && s.error <= tiny * abs(t) && s.side_error <= tiny * abs(det);
@@ -137,10 +138,9 @@ ivec2 with_bits(ivec2 span, float x) {
 }
 ivec2 with_bits(ivec2 span, vec3 v) { return with_bits(with_bits(with_bits(span, v.x), v.y), v.z); }
 
-// Returns true if look() does not round, as in grids and boxes along the axes. There rays often
-// meet edges, or lie in the planes of triangles. If points are integers below 2^15 in one unit, and the direction in another,
-// differences are below 2^16, components of the normal below 2^33, of the moment below 2^32, and det, depth and sides
-// below 2^52.
+// Returns true if look() rounds t alone, as in grids and boxes along the axes. There rays often meet edges, or lie in
+// the planes of triangles. If points are integers below 2^15 in one unit, and the direction in another, differences are
+// below 2^16, components of the normal below 2^33, of the moment below 2^32, and det, depth and sides below 2^52.
 bool is_exact_in_double(Ray ray, Corners corners) {
   const ivec2 none = ivec2(1000, -1000);
   ivec2 points = with_bits(with_bits(with_bits(with_bits(none, ray.origin), corners.v0), corners.v1), corners.v2);
@@ -148,7 +148,7 @@ bool is_exact_in_double(Ray ray, Corners corners) {
   return points.y - points.x <= 15 && dir.y - dir.x <= 15;
 }
 
-// For a sight that look() did not round: makes its error bounds 0, except for the rounding of t. Returns false if det is 0.
+// For a sight in which look() rounded t alone: makes its error bounds 0, except that of t. Returns false if det is 0.
 bool remove_rounding(inout DoubleSight s) {
   precise double det = s.side[0] + s.side[1] + s.side[2];
   bool meets = det != 0.0lf;
