@@ -5,7 +5,7 @@
 //
 // There are three stages, each for what the one before left open. Stage 1, in float32, rejects triangles that the ray
 // surely misses. Stage 2, in double, decides with a bound of its error. Stage 3, exact_predicates.glsl, decides the
-// rest. t, u and v come from double where that is good to 2^-28, otherwise from the exact sums. Which of the two
+// rest. t, u and v come from double where signs are sure and errors below 2^-28, else from the exact sums. Which
 // depends on ray and triangle alone, so all methods agree bit for bit.
 //
 // Source of the plan: Jonathan Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
@@ -138,7 +138,7 @@ ivec2 with_bits(ivec2 span, float x) {
 }
 ivec2 with_bits(ivec2 span, vec3 v) { return with_bits(with_bits(with_bits(span, v.x), v.y), v.z); }
 
-// Returns true if look() rounds t alone, as in grids and boxes along the axes. There rays often meet edges, or lie in
+// Returns true if look() rounds only t, as in grids and boxes along the axes. There rays often meet edges, or lie in
 // the planes of triangles. If points are integers below 2^15 in one unit, and the direction in another, differences are
 // below 2^16, components of the normal below 2^33, of the moment below 2^32, and det, depth and sides below 2^52.
 bool is_exact_in_double(Ray ray, Corners corners) {
@@ -148,7 +148,7 @@ bool is_exact_in_double(Ray ray, Corners corners) {
   return points.y - points.x <= 15 && dir.y - dir.x <= 15;
 }
 
-// For a sight in which look() rounded t alone: makes its error bounds 0, except that of t. Returns false if det is 0.
+// For a sight in which look() rounded only t: makes its error bounds 0, except that of t. Returns false if det is 0.
 bool remove_rounding(inout DoubleSight s) {
   precise double det = s.side[0] + s.side[1] + s.side[2];
   bool meets = det != 0.0lf;

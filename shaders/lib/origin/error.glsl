@@ -5,7 +5,7 @@ const float W = 5.9604645e-8;  // 2^-24, the largest relative error of one round
 #if BALLOT_HAS_INSTANCES
 // Returns a bound of the distance along any unit vector between the vertices of an instance's triangle, as vertex()
 // computes them, and those that the matrix gives. M is the matrix, T the translation, C the spread, p the point and E
-// the triangle's largest extent about it. Along axis k the products and sums of M v + T are off by
+// the triangle's largest extent along an axis. Along axis k the products and sums of M v + T are off by
 //   w (4.1 sum_i |M_ki| |v_i| + 1.1 |T_k|) <= w (4.1 C (|p - T| + E) + 1.1 |T|)
 // in max norms, because v = M^-1 (the moved vertex - T) and C bounds the row sums of |M| |M^-1|. Along a unit
 // vector the errors of three axes count sqrt(3) times at most: w (7.2 C (|p - T| + E) + 2 |T|).
