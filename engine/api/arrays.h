@@ -37,7 +37,7 @@ class HitArrays {
  public:
   HitArrays(const BallotHits& to, const SceneState& scene, const RowOrder& order)
       : to_(to), scene_(scene), order_(order) {}
-  /// Writes the hits of the rays from number `first` of the order on. Adds those that hit to hits().
+  /// Writes the hits of the rays from number `first` of the order on. hits() counts the rays that hit.
   void write(std::size_t first, std::span<const Hit> hits);
   /// Returns where the hits from number `first` on belong, if the caller wants them as records in this order and no
   /// other results; null if not. write() does not copy hits that lie there.

@@ -215,7 +215,7 @@ def main() -> None:
     parser.add_argument("meshes", nargs="+")
     parser.add_argument("--queries", type=float, default=1e6, help="rays, and points")
     parser.add_argument("--slow", type=float, default=1e5,
-                        help="those that trimesh and libigl answer; nearest triangles of trimesh: a tenth")  # fmt: skip
+                        help="queries of trimesh and libigl; trimesh finds nearest triangles for a tenth")  # fmt: skip
     parser.add_argument("--device", default="")
     parser.add_argument("--json", help="also write the figures to this file")
     options = parser.parse_args()

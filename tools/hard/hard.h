@@ -25,7 +25,7 @@ struct HardRays {
   Want want = Want::Nearest;
   bool closed = false;  // every ray must hit before t_max (most start inside a closed mesh): a miss is a leak
   // The answers that every numeric mode must give by construction: float32 rounds nothing on these rays and triangles,
-  // or they are far from any decision. For each ray its prim, NO_HIT or kSomePrim; empty if the answers are not known.
+  // or no ray is a borderline case. For each ray its prim, NO_HIT or kSomePrim; empty if the answers are not known.
   std::vector<std::uint32_t> answers = {};
 };
 

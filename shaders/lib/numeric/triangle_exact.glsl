@@ -5,8 +5,8 @@
 //
 // There are three stages, each for what the one before left open. Stage 1, in float32, rejects triangles that the ray
 // surely misses. Stage 2, in double, decides with a bound of its error. Stage 3, exact_predicates.glsl, decides the
-// rest. t, u and v come from double where signs are sure and errors below 2^-28, else from the exact sums. Which
-// depends on ray and triangle alone, so all methods agree bit for bit.
+// rest. t, u and v come from double where signs are sure and errors below 2^-28, else from the exact sums. Ray
+// and triangle alone decide which, so all methods agree bit for bit.
 //
 // Source of the plan: Jonathan Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
 // Predicates. Discrete & Computational Geometry 18, 1997, section 1. Differs: the last stage is integer arithmetic of
