@@ -24,9 +24,9 @@ float instance_error(Surface s, float extent) {
 //   products and two sums                                 gamma_3 S
 //   b0 = 1 - b1 - b2, two roundings of at most w each     2 w |v0|
 //   p + offset n, the product and the sum                 2 w S
-// S counts twice here, because the normal is rounded too: w (10 S + 2 |v0|). The weights themselves may be wrong: they
-// add up to 1 whatever they are, so p still lies in the plane. The bound holds for triangles whose height is well above
-// w times their extent and their coordinates; the normal of a thinner triangle is itself rounding error.
+// These 5 w S count twice, because the normal is rounded too: w (10 S + 2 |v0|). The weights themselves may be wrong:
+// they add up to 1 whatever they are, so p still lies in the plane. The bound holds for triangles whose height is well
+// above w times their extent and their coordinates; the normal of a thinner triangle is itself rounding error.
 float position_error(Surface s) {
   precise vec3 error = W * (10.0 * s.sum + 2.0 * abs(s.v0));
 #if BALLOT_HAS_INSTANCES
