@@ -49,7 +49,7 @@ Choice from_json(const Json& json) {
         {each.at("method"), each.at("knobs").get<Knobs>(), each.at("mrays_per_s"), each.at("tried")});
   c.sampled = count_of(json.at("sampled"));
   c.seconds = json.at("calibration_s");
-  c.runs = json.value("runs", kRunsOfTrials);
+  c.runs = int(std::min(count_of(json.at("runs")), std::uint32_t(kRunsOfTrials)));
   c.remembered = true;
   return c;
 }
