@@ -120,7 +120,7 @@ class Arrays(unittest.TestCase):
             (ValueError, "500 records; expected 501", lambda: self.scene.trace_arrays(rays, hits, 501)),
             (ValueError, "count is -1", lambda: self.scene.trace_arrays(rays, hits, -1)),
             (ValueError, "no-such", lambda: self.scene.trace_arrays(rays, hits, method="no-such")),
-            (ValueError, "records 1 to 501", lambda: rays.write(self.rays, first=1)),
+            (ValueError, "500 records from number 1", lambda: rays.write(self.rays, first=1)),
             (ValueError, r"expected \(\.\.\., 8\)", lambda: rays.write(self.rays[:, :6])),
             (ValueError, r"expected \(\.\.\., 4\)", lambda: hits.write(self.rays)),
             (ValueError, "count is 2", lambda: hits.read(first=499, count=2)),
