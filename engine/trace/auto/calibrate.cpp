@@ -32,7 +32,8 @@ struct Effort {
 constexpr Effort kCpuEffort{1 << 15, 1 << 12, 1 << 15, 3, 4, 0.3, 9, 0, Statistic::Least};
 constexpr Effort kGpuEffort{1 << 18, 1 << 18, 1 << 22, 1, 16, 0.3, 15, 0.02, Statistic::Median};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
-// Once all candidates have been tried, so many race again, and all that were up to so many times as slow as the chosen.
+// Once all candidates have been tried, these race again: the fastest three, and those that were less than 1.25 times as
+// slow as the chosen one.
 constexpr std::size_t kLookedAgain = 3;
 constexpr double kLookedAgainWithin = 1.25;
 constexpr double kPatienceSeconds = 2;  // the budget of Choices::try_all
