@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""Installs the library to an empty prefix and uses it from there: by CMake in C and C++, and by pkg-config."""
+"""Installs the library to an empty prefix and uses it from there: by CMake in C and C++, and by pkg-config.
+
+BALLOT_PRELOAD names what programs have to load before a library with address sanitizer: the sanitizer's runtime.
+"""
 
 import json
 import os
@@ -74,6 +77,8 @@ def main() -> None:
     check_subdirectory(folder)
     environment = {**os.environ, "LD_LIBRARY_PATH": str(library.parent), "XDG_CACHE_HOME": str(folder / "cache")}
     environment.pop("BALLOT_SHADERS", None)
+    if preload := os.environ.get("BALLOT_PRELOAD"):
+        environment["LD_PRELOAD"] = preload
     run(["cmake", "-S", HERE / "consumer", "-B", programs, f"-DCMAKE_PREFIX_PATH={prefix}"])
     run(["cmake", "--build", programs])
     for name in ("consumer_c", "consumer_cpp"):

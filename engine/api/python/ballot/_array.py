@@ -80,10 +80,10 @@ class Array:
         elif self._record == "points":
             array = _limited(_arrays.floats(records, "records", (3, 4)))
         elif self._record == "inside":
-            array = np.ascontiguousarray(records, np.uint32).reshape(-1, 1).view(np.float32)
+            array = _arrays.contiguous(records, np.uint32).reshape(-1, 1).view(np.float32)
         else:
             array = records if width > 1 else np.asarray(records)[..., np.newaxis]
-        rows = np.ascontiguousarray(_arrays.floats(array, "records", (width,)).reshape(-1, width))
+        rows = _arrays.contiguous(_arrays.floats(array, "records", (width,)).reshape(-1, width))
         self._handle.write(rows, _query.integer(first, "first", 0, 2**32))
 
     def read(self, out: Any = None, first: int = 0, count: int | None = None) -> np.ndarray:

@@ -62,6 +62,12 @@ def floats(given: Any, name: str, widths: tuple[int, ...]) -> np.ndarray:
     return array.astype(np.float32, copy=False)
 
 
+def contiguous(array: np.ndarray, dtype: Any = None) -> np.ndarray:
+    """Returns the array as the library can read it: in C order, at an aligned address, and of `dtype` if that is given.
+    Copies only what is not so."""
+    return np.require(array, dtype, ["C", "A"])
+
+
 def rows(array: np.ndarray) -> np.ndarray:
     """Returns an array of float32 as rows that the library can read: two axes, the numbers of a row side by side, rows
     in ascending order. Copies if the strides do not allow it."""
@@ -70,7 +76,7 @@ def rows(array: np.ndarray) -> np.ndarray:
     step, item = flat.strides
     if (item == 4 or width == 1) and (step >= 4 * width or len(flat) < 2) and step % 4 == 0 and flat.flags.aligned:
         return flat
-    return np.ascontiguousarray(flat)
+    return contiguous(flat)
 
 
 def rays(given: Any, t: Any = None, name: str = "rays") -> np.ndarray:
@@ -194,4 +200,4 @@ def indices(given: Any, name: str) -> np.ndarray:
         if low < 0 or high > 0xFFFFFFFF:
             raise ValueError(f"{name}: they hold the index {low if low < 0 else high}; expected 0 to 2^32 - 1")
         array = array.astype(np.uint32)
-    return np.ascontiguousarray(array).reshape(-1)
+    return contiguous(array).reshape(-1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -56,7 +57,7 @@ def make(vertices: Any, triangles: Any, mesh_id: Any, normals: Any, where: str) 
         n = vectors(normals, f"{where}: normals")
         if n.shape != v.shape:
             raise ValueError(f"{where}: normals: shape is {n.shape}; expected {v.shape}, one for each vertex")
-        v, n = np.ascontiguousarray(v), np.ascontiguousarray(n)
+        v, n = _arrays.contiguous(v), _arrays.contiguous(n)
     return Mesh(v, t, _query.integer(mesh_id, f"{where}: id", 0, 0xFFFFFFFF), n)
 
 
@@ -68,6 +69,11 @@ def kept(mesh: Mesh, triangles: Any, normals: Any) -> Mesh:
         mesh.id,
         None if mesh.normals is None else _own(mesh.normals, normals),
     )
+
+
+def readable(parts: Iterable[Any]) -> tuple[Any, ...]:
+    """Returns what came from another process with arrays that the library can read: there they lie at any address."""
+    return tuple(_arrays.contiguous(part) if isinstance(part, np.ndarray) else part for part in parts)
 
 
 def restored(mesh: Mesh, corners: np.ndarray) -> Mesh:
@@ -108,4 +114,4 @@ def instances(given: Any, meshes: Any) -> tuple[np.ndarray, ...]:
     wrong = np.nonzero((numbers < 0) | (numbers > 0xFFFFFFFF) | (numbers != np.floor(numbers)))[0]
     if len(wrong):
         raise ValueError(f"instance_meshes: number {wrong[0]} is {numbers[wrong[0]]}; expected the index of a mesh")
-    return matrices, np.ascontiguousarray(numbers, np.uint32)
+    return matrices, _arrays.contiguous(numbers, np.uint32)

@@ -36,7 +36,7 @@ def _masks(given: Any, name: str) -> np.ndarray | None:
     masks = np.asarray(given) if isinstance(given, (list, tuple)) else _arrays.as_numpy(given, name)
     if masks.dtype.kind not in "iu" or (masks.size and not 0 <= int(masks.min()) <= int(masks.max()) < 2**32):
         raise ValueError(f"{name}: found {masks.dtype}; expected whole numbers from 0 to 2^32 - 1")
-    return np.ascontiguousarray(masks, np.uint32).reshape(-1)
+    return _arrays.contiguous(masks, np.uint32).reshape(-1)
 
 
 def _one_of(known: Mapping[str, int], value: Any, name: str) -> int:

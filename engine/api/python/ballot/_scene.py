@@ -350,13 +350,13 @@ class Scene(Queries):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._device, self._options, self._path = state["device"], state["options"], state["path"]
-        source = self._path if self._path is not None else state["meshes"]
-        self._instances = state.get("instances", ())
-        self._open(source)
+        meshes = [_mesh.Mesh(*_mesh.readable(mesh)) for mesh in state.get("meshes", ())]
+        self._instances = _mesh.readable(state.get("instances", ()))
+        self._open(self._path if self._path is not None else meshes)
         self._time = state.get("time")
         if self._time is not None:
             self._handle.set_time(*self._time)
-        self._meshes = [_mesh.kept(_mesh.Mesh(*m), None, None) for m in state.get("meshes", ())]
+        self._meshes = [_mesh.kept(mesh, None, None) for mesh in meshes]
 
 
 def load_scene(

@@ -1,5 +1,7 @@
 """What the tests share: small meshes, rays, and a search for hits without a tree, in float64."""
 
+import os
+
 import numpy as np
 
 CUBE_VERTICES = np.float32(
@@ -10,6 +12,8 @@ CUBE_TRIANGLES = np.uint32(
      [3, 6, 2], [3, 7, 6], [1, 2, 6], [1, 6, 5], [0, 4, 7], [0, 7, 3]]
 )  # fmt: skip
 MISS = 0xFFFFFFFF
+# True if the library is compiled with a sanitizer, whose code is larger and which keeps freed memory for a while.
+SANITIZED = "BALLOT_PRELOAD" in os.environ
 
 
 def soup(triangles: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
@@ -25,6 +29,13 @@ def random_rays(count: int, seed: int = 2) -> np.ndarray:
     origins = random.normal(size=(count, 3))
     origins *= 3 / np.linalg.norm(origins, axis=1, keepdims=True)
     return np.concatenate([origins, random.uniform(-1, 1, (count, 3)) - origins], axis=1).astype(np.float32)
+
+
+def at_odd_address(array: np.ndarray) -> np.ndarray:
+    """Returns a copy that lies at no multiple of its items' size."""
+    copy = np.empty(array.nbytes + 1, np.uint8)[1:].view(array.dtype).reshape(array.shape)
+    copy[...] = array
+    return copy
 
 
 def brute(corners: np.ndarray, rays: np.ndarray) -> dict[str, np.ndarray]:

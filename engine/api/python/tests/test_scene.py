@@ -68,6 +68,7 @@ class Scenes(unittest.TestCase):
             "int32": (v, t.astype(np.int32)),
             "lists": (v.tolist(), t.tolist()),
             "strides": (wide[:, 1:4], np.asfortranarray(t)),
+            "odd addresses": (ref.at_odd_address(v), ref.at_odd_address(t.astype(np.uint32))),
             "no indices": (v[t].reshape(-1, 3), None),
             "trimesh": (types.SimpleNamespace(vertices=v, faces=t),),
             "open3d": (
@@ -188,6 +189,16 @@ class Scenes(unittest.TestCase):
         np.testing.assert_array_equal(again.trace(rays), scene.trace(rays))
         again.update(0, ref.CUBE_VERTICES)
         self.assertEqual(len(pickle.loads(pickle.dumps(ballot.Scene(meshes=[]))).meshes), 0)
+
+    def test_pickled_arrays_lie_at_any_address(self):
+        scene = ballot.Scene(*ref.soup(20), instances=np.eye(4, dtype=np.float32)[None])
+        parts = []
+        pickled = pickle.dumps(scene, protocol=5, buffer_callback=parts.append)
+        self.assertTrue(parts)
+        moved = [ref.at_odd_address(np.frombuffer(part, np.uint32)) for part in parts]
+        again = pickle.loads(pickled, buffers=[pickle.PickleBuffer(part) for part in moved])
+        rays = ref.random_rays(200)
+        np.testing.assert_array_equal(again.trace(rays), scene.trace(rays))
 
     def test_pickle_keeps_the_device(self):
         with ballot.Device("cpu") as device:

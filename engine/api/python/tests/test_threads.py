@@ -76,7 +76,7 @@ class Threads(unittest.TestCase):
         rounds, memory = self.run_threads(work)
         growth = (memory[-1] - memory[1]) / 2**20
         print(f"{rounds} scenes, {memory[-1] / 2**20:.0f} MiB, {growth:+.1f} MiB", end=" ")
-        self.assertLess(growth, 16)
+        self.assertTrue(growth < 16 or ref.SANITIZED, growth)
         self.assertEqual(device.messages, 0)
 
     def test_one_scene(self):

@@ -6,6 +6,7 @@ import unittest
 import ballot
 import numpy as np
 import reference as ref
+from ballot import _arrays
 
 
 class Cube(unittest.TestCase):
@@ -71,9 +72,9 @@ class Cube(unittest.TestCase):
         grid = np.zeros((3, 4, 6), np.float32)
         grid[:, 1] = self.rays
         self.same(self.scene.trace(grid[:, 1]))
-        odd = np.zeros(6 * 3 * 4 + 1, np.uint8)[1:].view(np.float32).reshape(3, 6)
-        odd[:] = self.rays
+        odd = ref.at_odd_address(self.rays)
         self.same(self.scene.trace(odd))
+        self.assertTrue(_arrays.rows(odd).flags.aligned)
 
     def test_bounds(self):
         self.assertEqual(self.scene.trace(self.rays, t=(0, 1.5))["prim"].tolist()[::2], [ballot.MISS] * 2)
