@@ -134,7 +134,7 @@ TEST_F(WindowTest, OrbitsAndInspects) {
   EXPECT_TRUE(program.says(fmt::format("pixel {}, {}: prim {}, exact {}", kX, kY, prim, prim))) << program.output();
 
   desktop.tap("Escape");  // the inspector covers the pixel
-  pause_ms(100);
+  pause_ms(500);
   desktop.drag(1, kX, kY, -40, 10);
   pause_ms(500);
   desktop.tap("v");
