@@ -118,6 +118,15 @@ class ExactMode : public DeviceTest {
     return hit.t >= ray.t_min && hit.t <= ray.t_max ? "" : "t out of range";
   }
 
+  /// Returns methods that traverse in different ways, with their knobs.
+  static std::vector<std::pair<const char*, Knobs>> held(Want want) {
+    std::vector<std::pair<const char*, Knobs>> out;
+    for (const char* method : {"while-while", "packet", "cut", "dynamic-fetch"}) out.push_back({method, {}});
+    out.push_back({"packet-wide", harness::kNoFallback});
+    if (want == Want::Nearest) out.push_back({"packet-wide", {{"rays", "2"}, {"fallback", "0"}}});
+    return out;
+  }
+
   /// Traces the rays with methods that traverse in different ways, for the closest hit and any hit, and holds every hit
   /// to the exact oracle. Adds rays that end at hits. Checks the oracle itself by brute force on some rays.
   static void hold(Bvh bvh, const Triangles& triangles, std::vector<Ray> rays) {
@@ -130,8 +139,8 @@ class ExactMode : public DeviceTest {
       ASSERT_EQ(truth[i].prim, oracle.brute_force(rays[i]).prim);
     std::vector<Hit> first;
     for (const Want want : {Want::Nearest, Want::Any})
-      for (const char* method : {"while-while", "packet", "cut", "dynamic-fetch", "packet-wide"}) {
-        const Query query{want, method, "exact", find_method(method).ray_packets ? harness::kNoFallback : Knobs{}};
+      for (const auto& [method, knobs] : held(want)) {
+        const Query query{want, method, "exact", knobs};
         std::vector<Hit> hits(rays.size());
         tracer.trace(rays, hits, query);
         std::size_t errors = 0;
@@ -145,10 +154,10 @@ class ExactMode : public DeviceTest {
               tracer.variant(query).name(), i, r.origin.x, r.origin.y, r.origin.z, r.t_min, r.dir.x, r.dir.y, r.dir.z,
               r.t_max, what, int(hits[i].prim), hits[i].t, int(truth[i].prim), truth[i].t);
         }
-        EXPECT_EQ(errors, 0u) << "wrong answers of " << rays.size() << " rays, " << method;
+        EXPECT_EQ(errors, 0u) << "wrong answers of " << rays.size() << " rays, " << tracer.variant(query).name();
         if (want == Want::Any) continue;
         if (first.empty()) first = hits;
-        EXPECT_EQ(harness::count_different(first, hits), 0u) << method;
+        EXPECT_EQ(harness::count_different(first, hits), 0u) << tracer.variant(query).name();
       }
     expect_silent(*gpu_);
   }
@@ -172,6 +181,18 @@ TEST_F(ExactMode, WhereRaysMeetEdgesVerticesAndEachOther) {
   append(rays, shapes::random_rays(501));
   append(rays, shapes::odd_scales(101));
   append(rays, shapes::dead_rays());
+  hold(build_bvh(triangles), triangles, rays);
+}
+
+// Rays that hit many triangles at one t, which is not that of the lane's other rays.
+TEST_F(ExactMode, ManyTrianglesAtOneT) {
+  const Triangles triangles = shapes::same_centroid(24);
+  shapes::Random random(36);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 501; ++i) {
+    const glm::vec3 from = random.point(2);
+    rays.push_back({from, 0, -from * std::ldexp(1.f, -(i % 5)), 1e30f});
+  }
   hold(build_bvh(triangles), triangles, rays);
 }
 

@@ -3,15 +3,13 @@
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_vote : require
 #extension GL_KHR_shader_subgroup_ballot : require
+#extension GL_EXT_control_flow_attributes : require
 #if BALLOT_COOPERATIVE || BALLOT_PACKET_STACK == 1 || defined(METHOD_PACKETS) || defined(METHOD_REDUCES) || \
     defined(METHOD_TURNS)
 #extension GL_KHR_shader_subgroup_shuffle : require
 #endif
 #if BALLOT_REDUCE == 1
 #extension GL_KHR_shader_subgroup_arithmetic : require
-#endif
-#ifdef METHOD_PACKETS
-#extension GL_EXT_control_flow_attributes : require
 #endif
 #if BALLOT_UNIFORM_FLOW
 #extension GL_EXT_subgroup_uniform_control_flow : require

@@ -34,16 +34,20 @@ uvec3 determinant_rows(uint q, uint k) {
 
 // Computes a quantity in the sum that begins at `at`, and returns the result of finish_sum. Quantities 0 to 2 are the
 // triangle's sides, 3 is its depth, 4 its det, 5 the best hit's depth, 6 its det.
+//
+// Unrolled, the loops are slower on lavapipe, which runs their body at least once for every leaf.
 double exact_quantity(uint q, uint at) {
   clear_digits(at, sum_length + 1u);
-  uint count = q == 3u || q == 5u ? 24u : 18u;
-  for (uint term = 0u; term < count; ++term) {
-    uvec3 row = determinant_rows(q, term / 6u) * 3u;
-    uint p = term % 6u, i = p % 3u;
-    bool odd = p >= 3u;
-    uint j = next_of_three(i), l = next_of_three(j);
-    add_product(at, sum_numbers[row.x + i], sum_numbers[row.y + (odd ? l : j)], sum_numbers[row.z + (odd ? j : l)],
-                odd);
+  uint count = q == 3u || q == 5u ? 4u : 3u;
+  for (uint k = 0u; k < count; ++k) {
+    uvec3 row = determinant_rows(q, k) * 3u;
+    [[dont_unroll]] for (uint i = 0u; i < 3u; ++i) {
+      uvec2 j = uvec2(next_of_three(i), next_of_three(next_of_three(i)));
+      [[dont_unroll]] for (uint swaps = 0u; swaps < 2u; ++swaps) {
+        add_product(at, sum_numbers[row.x + i], sum_numbers[row.y + j.x], sum_numbers[row.z + j.y], swaps == 1u);
+        j = j.yx;
+      }
+    }
   }
   return finish_sum(at);
 }

@@ -3,25 +3,31 @@
 //
 // A finite float32 is m * 2^e with an integer |m| < 2^24 and e from -149 to 104. A sum is a fixed-point number: digits
 // of 16 bits, the least significant first, in units of 2^(3 base), where base is the least e of all numbers in use.
-// Digits are signed integers, so a product is added without carries. One pass at the end makes each digit 0 to 65535,
-// except for a sign digit, 0 or -1, on top.
+// Digits are signed integers, so a product is added without carries. At the end a sum becomes its sign and its
+// magnitude, in words of 32 bits, the least significant first.
 //
 // Source: Ulrich Kulisch. Computer Arithmetic and Validity. De Gruyter, 2008, chapter 8 (the long accumulator).
 //
 // Size: a product has 72 bits and lies less than 3 (104 + 149) = 759 bits above the unit. A sum of at most 24 products
 // needs 5 more bits, and its sign digit 1 more word: 53 digits and the sign.
 
-const uint SUM_DIGITS = 54u;
-int sum_digits[4u * SUM_DIGITS];  // four sums; each begins at a multiple of SUM_DIGITS
-uint sum_numbers[24];             // bits of the numbers in use: eight vectors
+const uint SUM_DIGITS = 54u, FRACTION_WORDS = 6u;
+// Four sums, each at a multiple of SUM_DIGITS, the two numbers of a fraction, and notes: what lasts from one use of the
+// sums to the next. In registers it would slow the walk down (tools/measured/scaling.md).
+const uint FRACTION_AT = 4u * SUM_DIGITS, NOTES_AT = FRACTION_AT + 2u * FRACTION_WORDS;
+const uint NOTE_BASE = NOTES_AT, NOTE_TOP = NOTES_AT + 1u;  // the least and the largest e that sums are made for
+const uint NOTE_TEXEL = NOTES_AT + 2u, NOTE_SIGN = NOTES_AT + 3u;  // for lib/numeric/triangle_exact.glsl
+int sum_digits[NOTES_AT + 4u];
+uint sum_numbers[24];        // bits of the numbers in use: eight vectors
 int sum_base;
-uint sum_length;                  // digits of every sum, without the sign digit
+uint sum_length, sum_words;  // digits of every sum, without the sign digit; words of its magnitude
 
 uint mantissa_of(uint bits) { return (bits & 0x7FFFFFu) | ((bits & 0x7F800000u) != 0u ? 0x800000u : 0u); }
 int exponent_of(uint bits) { return max(int(bits >> 23 & 0xFFu), 1) - 150; }
 
-// Sets base and length for the first `count` numbers, of which at least one must not be zero.
-void size_sums(uint count) {
+// Sets the size of sums for the first `count` numbers, of which at least one must not be zero. With `keep` the size
+// serves the numbers before, too. Returns true if it is the size before, so that finished sums may be kept.
+bool size_sums(uint count, bool keep) {
   int least = 104, most = -149;
   for (uint i = 0u; i < count; ++i) {
     uint bits = sum_numbers[i];
@@ -30,8 +36,15 @@ void size_sums(uint count) {
     least = zero ? least : min(least, e);
     most = zero ? most : max(most, e);
   }
-  sum_base = least;
-  sum_length = uint(3 * (most - least) + 78 + 15) / 16u;
+  int base = sum_digits[NOTE_BASE], top = sum_digits[NOTE_TOP];
+  bool same = keep && least >= base && most <= top;
+  base = keep ? min(base, least) : least;
+  top = keep ? max(top, most) : most;
+  sum_digits[NOTE_BASE] = sum_base = base;
+  sum_digits[NOTE_TOP] = top;
+  sum_length = uint(3 * (top - base) + 78 + 15) / 16u;
+  sum_words = (sum_length + 1u) / 2u;
+  return same;
 }
 
 // Adds x * y * z, or its opposite, to the sum that begins at `at`.
@@ -57,8 +70,8 @@ void clear_digits(uint at, uint count) {
   for (uint i = 0u; i < count; ++i) sum_digits[at + i] = 0;
 }
 
-// Propagates the carries of the sum. Returns it in its unit, to a relative error of 2^-47. The result is zero only if
-// the sum is zero, and has the sum's sign.
+// Finishes a sum: its digits become the words of its magnitude. Returns it in its unit, cut off after 53 bits whatever
+// the unit is.
 double finish_sum(uint at) {
   int carry = 0;
   for (uint i = 0u; i < sum_length; ++i) {
@@ -67,43 +80,64 @@ double finish_sum(uint at) {
     carry = digit >> 16;
   }
   sum_digits[at + sum_length] = carry;
-  // A number that fits into 53 bits is exact on the way down, including the sign digit and those after it.
-  precise double value = double(carry);
-  for (uint i = sum_length; i > 0u; --i) value = value * 65536.0lf + double(sum_digits[at + i - 1u]);
-  return value;
+  bool negative = carry < 0;
+  uint flip = negative ? 0xFFFFFFFFu : 0u, more = negative ? 1u : 0u, below = 0u, below_that = 0u;
+  uvec3 top = uvec3(0u);  // the highest word that is not zero, and the two below it
+  int place = 0;
+  for (uint i = 0u; i < sum_words; ++i) {
+    uint word = ((uint(sum_digits[at + 2u * i]) | uint(sum_digits[at + 2u * i + 1u]) << 16) ^ flip) + more;
+    more = word == 0u ? more : 0u;
+    sum_digits[at + i] = int(word);
+    if (word != 0u) {
+      top = uvec3(word, below, below_that);
+      place = int(i);
+    }
+    below_that = below;
+    below = word;
+  }
+  if (top.x == 0u) return 0.0lf;
+  int shift = 31 - findMSB(top.x);
+  uvec2 bits = top.xy << shift | (top.yz >> 1) >> (31 - shift);
+  double leading = double(bits.x) * 4294967296.0lf + double(bits.y & 0xFFFFF800u);
+  double unit = packDouble2x32(uvec2(0u, uint(1023 + 32 * (place - 1) - shift) << 20));
+  return negative ? -leading * unit : leading * unit;
 }
 
-// Sets sums 2 and 3 to a fraction that equals a float32. Returns the number of their digits.
+// Sets the fraction to the magnitude of a float32. Returns the number of words of its two numbers.
 uint set_fraction(uint bits) {
   int e = exponent_of(bits);
-  uint up = uint(max(e, 0)), down = uint(max(-e, 0)), m = mantissa_of(bits), shift = up & 15u;
-  uint count = max(up >> 4, down >> 4) + 3u;
-  for (uint i = 0u; i < count; ++i) {
-    sum_digits[2u * SUM_DIGITS + i] = 0;
-    sum_digits[3u * SUM_DIGITS + i] = 0;
-  }
-  int sign = bits >> 31 != 0u ? -1 : 1;
-  uint low = m << shift, high = (m >> 1) >> (31u - shift), at = 2u * SUM_DIGITS + (up >> 4);
-  sum_digits[at] = sign * int(low & 0xFFFFu);
-  sum_digits[at + 1u] = sign * int(low >> 16);
-  sum_digits[at + 2u] = sign * int(high);
-  sum_digits[3u * SUM_DIGITS + (down >> 4)] = 1 << (down & 15u);
-  return count;
+  uint up = uint(max(e, 0)), down = uint(max(-e, 0)), m = mantissa_of(bits), shift = up & 31u;
+  for (uint i = 0u; i < 2u * FRACTION_WORDS; ++i) sum_digits[FRACTION_AT + i] = 0;
+  uint at = FRACTION_AT + (up >> 5);
+  sum_digits[at] = int(m << shift);
+  sum_digits[at + 1u] = int((m >> 1) >> (31u - shift));
+  sum_digits[FRACTION_AT + FRACTION_WORDS + (down >> 5)] = int(1u << (down & 31u));
+  return max(up >> 5, down >> 5) + 2u;
 }
 
-// Returns the sign of sum 0 * sum 3 - sum 1 * sum 2, where 2 and 3 have `count` digits. A column is a sum of at most
-// 108 products below 2^32 and a carry: exact in double.
-int compare_fractions(uint count) {
-  uint length = sum_length + 1u;
-  double carry = 0.0lf;
+// Adds x * y to a number of 96 bits.
+void add_wide(inout uvec3 sum, uint x, uint y) {
+  uint high, low, carry, more;
+  umulExtended(x, y, high, low);
+  sum.x = uaddCarry(sum.x, low, carry);
+  sum.y = uaddCarry(sum.y, high + carry, more);
+  sum.z += more;
+}
+
+// Returns the sign of a * d - b * c, with the magnitudes a of sum 0 and b of sum 1, and numbers of `count` words that
+// begin at c and d. A column is a sum of at most 54 products below 2^64, and what is carried.
+int compare_fractions(uint c, uint d, uint count) {
+  uvec3 column = uvec3(0u);  // two's complement
   bool rest = false;
-  for (uint k = 0u; k + 1u < length + count; ++k) {
-    double column = carry;
-    for (uint i = k < count ? 0u : k + 1u - count; i <= min(k, length - 1u); ++i)
-      column += double(sum_digits[i]) * double(sum_digits[3u * SUM_DIGITS + k - i]) -
-                double(sum_digits[SUM_DIGITS + i]) * double(sum_digits[2u * SUM_DIGITS + k - i]);
-    carry = floor(column * (1.0lf / 65536.0lf));
-    rest = rest || column != carry * 65536.0lf;
+  for (uint k = 0u; k + 1u < sum_words + count; ++k) {
+    for (uint i = k < count ? 0u : k + 1u - count; i <= min(k, sum_words - 1u); ++i) {
+      add_wide(column, uint(sum_digits[i]), uint(sum_digits[d + k - i]));
+      column = ~column;  // ~(~x + y) is x - y
+      add_wide(column, uint(sum_digits[SUM_DIGITS + i]), uint(sum_digits[c + k - i]));
+      column = ~column;
+    }
+    rest = rest || column.x != 0u;
+    column = uvec3(column.yz, uint(int(column.z) >> 31));
   }
-  return carry < 0.0lf ? -1 : carry > 0.0lf || rest ? 1 : 0;
+  return int(column.z) < 0 ? -1 : rest || (column.x | column.y | column.z) != 0u ? 1 : 0;
 }

@@ -23,6 +23,7 @@
 //                                      earlier. Finds the nearest hit, with t in the given ray's units; best.prim is
 //                                      the prim, not a place. Returns true if the driver left a loop early
 //                                      (lib/frame/main.glsl)
+//   change_ray()                       called where a lane that has several rays goes on with another one
 //
 // A box test (lib/numeric/box_*.glsl) defines
 //   Slabs                              the constants of a ray

@@ -30,6 +30,19 @@ struct RaySpace {
 // True if the range of a ray is empty, which makes it dead (lib/tree/leaf.glsl).
 #define IS_EMPTY_RANGE(t_min, t_max) (widen(t_max) <= widen(t_min))
 
+#include "../tree/leaf_vertices.glsl"
+#include "exact_predicates.glsl"
+
+// Sums 2 and 3 keep depth and det of a ray's best hit for the next triangle that is compared with it: where the ray
+// hits many triangles at one t, as at a vertex, that is half of the work. NOTE_TEXEL has the texel of their triangle,
+// or NO_HIT, and NOTE_SIGN the sign of its t.
+void change_ray() { sum_digits[NOTE_TEXEL] = int(NO_HIT); }
+bool has_sums_of(uint texel) { return sum_digits[NOTE_TEXEL] == int(texel); }
+void note_sums(uint texel, int sign) {
+  sum_digits[NOTE_TEXEL] = int(texel);
+  sum_digits[NOTE_SIGN] = sign;
+}
+
 // Returns a number, never denormal, that is not less than t + error in the scaled ray's units, but cut off near 3.4e38.
 float reach_of(Ray given, double t, double error) {
   uint e = direction_exponent(given.dir);
@@ -53,13 +66,11 @@ RaySpace make_ray_space(Ray ray, Ray given) {
   space.reach = reach_of(given, widen(given.t_max), 0.0lf);
   space.first = 0u;
   space.marked = 0u;
+  change_ray();
   return space;
 }
 
 uint texel_order(RaySpace space) { return AS_STORED; }
-
-#include "../tree/leaf_vertices.glsl"
-#include "exact_predicates.glsl"
 
 float largest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
@@ -199,51 +210,79 @@ bool is_corner(vec3 v, Corners of) { return v == of.v0 || v == of.v1 || v == of.
 // Returns true if two triangles that a ray hits are one triangle, whatever the order of their vertices.
 bool coincide(Corners a, Corners b) { return is_corner(a.v0, b) && is_corner(a.v1, b) && is_corner(a.v2, b); }
 
-// Decides without rounding. Returns true if the triangle is hit in range and before the best hit. `s` gets precise
-// values if they are asked for.
-bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint prim, uint best_prim, Doubt doubt,
-                    inout DoubleSight s) {
+// Sets the rows of exact_predicates.glsl, and the size of sums.
+void set_rows(Ray ray, RaySpace space, Corners corners, bool order) {
   set_row(ROW_DIR, ray.dir);
   set_row(ROW_ORIGIN, ray.origin);
   set_row(ROW_FIRST, corners.v0);
   set_row(ROW_FIRST + 1u, corners.v1);
   set_row(ROW_FIRST + 2u, corners.v2);
-  if (doubt.order) {
+  if (order) {
     Corners best = corners_of(fetch_triangle(space.best_texel, AS_STORED));
     set_row(ROW_BEST, best.v0);
     set_row(ROW_BEST + 1u, best.v1);
     set_row(ROW_BEST + 2u, best.v2);
   }
-  size_sums(doubt.order ? 24u : 15u);
+  if (!size_sums(order ? 24u : 15u, !has_sums_of(NO_HIT))) change_ray();
+}
 
-  double values[7] = double[7](0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf);
+// Decides without rounding. Returns true if the triangle at `texel` is hit in range and before the best hit. `s` gets
+// precise values if they are asked for.
+bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint texel, uint prim, uint best_prim, Doubt doubt,
+                    inout DoubleSight s) {
+  set_rows(ray, space, corners, doubt.order);
+  bool add_best = doubt.order && !has_sums_of(space.best_texel);
+  // The sides have one sign if all but zeros have.
+  double most = 0.0lf, least = 0.0lf, depth = 0.0lf;
   bool hit = true;
-  uint q = doubt.values ? 0u : 3u, end = doubt.order ? 7u : 5u;
+  int sign = 0;
+  uint q = doubt.values ? 0u : 3u, end = add_best ? 7u : 5u;
   while (q < end) {
-    values[q] = exact_quantity(q, q < 3u ? 0u : (q - 3u) * SUM_DIGITS);
+    double value = exact_quantity(q, q < 3u ? 0u : (q - 3u) * SUM_DIGITS);
+    if (q < 3u) {
+      s.side[q] = value;
+      most = max(most, value);
+      least = min(least, value);
+    }
+    if (q == 4u && doubt.values) {
+      precise double t = depth / value;
+      s.t = t;
+      s.error = 1e-13lf * abs(t);
+    }
+    if ((q & 1u) != 0u) depth = value;
+    if (q == 4u) sign = sign_of(depth) * sign_of(value);
+    if (q == 6u) note_sums(space.best_texel, sign_of(depth) * sign_of(value));
     ++q;
     if (q == 3u) {
-      double most = max(values[0], max(values[1], values[2])), least = min(values[0], min(values[1], values[2]));
       hit = !(most > 0.0lf && least < 0.0lf) && !(most == 0.0lf && least == 0.0lf);
       if (!hit) end = q;
     }
   }
   if (!hit) return false;
-  if (doubt.values) {
-    precise double t = values[3] / values[4];
-    s.t = t;
-    s.error = 1e-13lf * abs(t);
-    s.side = double[3](values[0], values[1], values[2]);
-  }
   // Compares t with the best hit, then with t_min, then with t_max.
   uint against = doubt.order ? 0u : 1u, last = doubt.range ? 3u : 1u;
   while (against < last) {
-    uint count = sum_length + 1u;
-    if (against > 0u) count = set_fraction(floatBitsToUint(against == 1u ? ray.t_min : ray.t_max));
-    int order = compare_fractions(count) * sign_of(values[4]) * (against == 0u ? sign_of(values[6]) : 1);
+    uint at = 2u * SUM_DIGITS, step = SUM_DIGITS, count = sum_words;
+    int other = sum_digits[NOTE_SIGN];
+    if (against > 0u) {
+      float bound = against == 1u ? ray.t_min : ray.t_max;
+      at = FRACTION_AT;
+      step = FRACTION_WORDS;
+      count = set_fraction(floatBitsToUint(bound));
+      other = sign_of(widen(bound));
+    }
+    int order = sign < other ? -1 : 1;
+    if (sign == other) order = sign * compare_fractions(at, at + step, count);
     bool kept = against == 0u ? order < 0 || (order == 0 && prim < best_prim) : against == 1u ? order >= 0 : order <= 0;
     hit = hit && kept;
     ++against;
+  }
+  if (hit) {
+    for (uint i = 0u; i < sum_words; ++i) {
+      sum_digits[2u * SUM_DIGITS + i] = sum_digits[i];
+      sum_digits[3u * SUM_DIGITS + i] = sum_digits[SUM_DIGITS + i];
+    }
+    note_sums(texel, sign);
   }
   return hit;
 }
@@ -282,7 +321,7 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
     }
 #endif
     uint left = hit && (doubt.values || doubt.range || doubt.order) ? 1u : 0u;
-    for (uint j = 0u; j < left; ++j) hit = decide_exactly(ray, space, corners, prim, best.prim, doubt, s);
+    for (uint j = 0u; j < left; ++j) hit = decide_exactly(ray, space, corners, texel, prim, best.prim, doubt, s);
     // If the driver cuts loops short, this one too ends early.
     uint twice = 0u;
     while (twice < decisions + 1u) ++twice;

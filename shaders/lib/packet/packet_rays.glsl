@@ -102,6 +102,7 @@ void visit_packet_leaf(uint leaf, uint rays, uint anyone) {
   packet_cut_short = packet_cut_short || first < count;
 #ifdef TRIANGLE_SETTLES
   EACH_RAY(r) {
+    if (BALLOT_RAYS > 1) change_ray();
     if ((alive >> r & 1u) == 0u) packet[r].space.marked = 0u;
     packet_cut_short = settle_leaf(packet[r].space, packet[r].hit) || packet_cut_short;
   }
