@@ -38,6 +38,7 @@ struct KernelConfig {
   std::uint32_t workgroup = 64;
   std::uint32_t subgroup = 0;  // 0: the device's own size
   std::uint32_t batches = 0xFFFFFFFF;
+  std::uint32_t claim = 1;
   std::uint32_t resident_lanes = 1u << 18;
   std::uint32_t list = 16;
   std::uint32_t rays = 1;

@@ -28,6 +28,7 @@ const Row kRows[] = {
      [](const Method& m, const NumericMode&, KernelConfig& f) {
        f.loops_cut = false;
        f.resident_lanes = 2048;  // workgroups for 32 threads; later workgroups would find no rays left
+       f.claim = 1024;           // measured in tools/measured/traversal.md
        if (!m.packet()) f.layout = NodeLayout::Compact;
      }},
     // Every version of lavapipe: subgroupBarrier() runs as a workgroup barrier, and subgroups that have left the loop
@@ -103,6 +104,8 @@ void fit_to_device(const Method& m, const NumericMode& numeric, KernelConfig& f,
   if (!can_widen(m, numeric) || f.leaf_box) f.padding = Padding::Ray;
   if (!d.float64 && f.products == Products::Float64)
     fail(Failure::Arguments, "knob products=float64: {} has no shaderFloat64", d.name);
+  if (f.claim > 1 && f.loops_cut)  // rays that were claimed, but not yet begun, would be lost
+    fail(Failure::Arguments, "knob claim={}: {} may end loops early; use claim=1", f.claim, d.name);
 }
 
 /// Checks the subgroup and workgroup sizes and sets those that no knob gave. Throws Error(Arguments).

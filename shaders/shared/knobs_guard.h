@@ -54,6 +54,9 @@
 #ifndef BALLOT_LAUNCH
 #error BALLOT_LAUNCH is not defined
 #endif
+#ifndef BALLOT_CLAIM
+#error BALLOT_CLAIM is not defined
+#endif
 #ifndef BALLOT_ANY_HIT
 #error BALLOT_ANY_HIT is not defined
 #endif

@@ -23,23 +23,53 @@ uint refill_take(uint count) {
 }
 #else
 uint refill_taken, refill_end;
+// Takes `count` rays from the counter, and returns the first. The dispatch is bounded: once a subgroup has taken
+// max_batches times its size, it takes no more.
+uint take_from_counter(uint count) {
+  uint base = 0u;
+  if (subgroupElect()) base = atomicAdd(work.next, count);
+  refill_taken += count;
+  return subgroupBroadcastFirst(base);
+}
+bool may_take() { return refill_taken / gl_SubgroupSize < push.max_batches; }
+
+#if BALLOT_CLAIM > 1
+// Claims rays from the counter, and gives them to idle lanes one by one. That is for CPUs: threads rarely take the
+// counter's cache line from each other, and neighbouring rays stay in one core's caches. A claim is a share of the rays
+// that were left at the subgroup's last claim, so that threads end together (Constantine Polychronopoulos, David Kuck.
+// Guided Self-Scheduling: A Practical Scheduling Scheme for Parallel Supercomputers. IEEE Transactions on Computers
+// C-36(12), 1987).
+uint claimed_next;
+void refill_start() {
+  refill_taken = 0u;
+  claimed_next = refill_end = push.ray_begin;
+}
+uint refill_take(uint count) {
+  if (claimed_next >= refill_end) {
+    uint claim = clamp((RAY_END - refill_end) / 64u, gl_SubgroupSize, uint(BALLOT_CLAIM));
+    claimed_next = may_take() ? take_from_counter(claim) : RAY_END;
+    refill_end = min(claimed_next + claim, RAY_END);
+  }
+  uint base = claimed_next;
+  claimed_next += count;
+  refill_left = claimed_next < refill_end || (refill_end < RAY_END && may_take());
+  return base;
+}
+#else
 void refill_start() {
   refill_taken = 0u;
   refill_end = RAY_END;
 }
-// Takes `count` rays. The dispatch is bounded: a subgroup takes no more than max_batches times its size.
 uint refill_take(uint count) {
-  if (refill_taken / gl_SubgroupSize >= push.max_batches) {
+  if (!may_take()) {
     refill_left = false;
     return refill_end;
   }
-  uint base = 0u;
-  if (subgroupElect()) base = atomicAdd(work.next, count);
-  base = subgroupBroadcastFirst(base);
-  refill_taken += count;
-  refill_left = base + count < refill_end && refill_taken / gl_SubgroupSize < push.max_batches;
+  uint base = take_from_counter(count);
+  refill_left = base + count < refill_end && may_take();
   return base;
 }
+#endif
 #endif
 
 // Traces rays until none is left. The loop is uniform: it ends for all lanes of a subgroup at once.
