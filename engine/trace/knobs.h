@@ -179,7 +179,7 @@ inline constexpr Knob kKnobs[] = {
      .help = "persistent launch: the most batches that a subgroup takes in one dispatch",
      .field = field<&KernelConfig::batches>(), .least = 1, .most = 4294967295, .applies = is_persistent},
     {.name = "claim",
-     .help = "persistent launch, idle lanes take new rays: the most that a subgroup claims at once; 1: one per idle lane",
+     .help = "persistent launch, idle lanes take new rays: the most claimed at once; 1: one per idle lane",
      .field = field<&KernelConfig::claim>(), .least = 1, .most = 4096, .define = "BALLOT_CLAIM", .idle = 1,
      .applies = refills},
     {.name = "lanes",
