@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/trace/tree_push.h"
@@ -85,14 +84,11 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
   push.ray_begin = range.begin;
   LaunchSize& size = size_of(job.variant);
   Work total{0, 0};
-  const std::pair known{rays.handle(), range};
-  bool probe = probes(job.variant) && std::exchange(known_[&size], known) != known;
   while (push.ray_begin < range.end) {
     push.ray_end = range.end;
     if (plain && range.end - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
     if (const double ms = gpu_.launch_ms(); ms > 0)
-      push.ray_end = std::uint32_t(std::min<std::uint64_t>(
-          push.ray_end, push.ray_begin + (probe ? std::min(size.most(ms), LaunchSize::kProbe) : size.most(ms))));
+      push.ray_end = std::uint32_t(std::min<std::uint64_t>(push.ray_end, push.ray_begin + size.most(ms)));
     const Work work = dispatch(job, rays, hits, pushes, times);
     total.unfinished += work.unfinished;
     // A persistent kernel with a limit of batches may leave rays, but it has finished all rays that it took.
@@ -100,15 +96,10 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
     if (next <= push.ray_begin)
       fail(Failure::Work, "kernel {}: a dispatch traced none of the {} rays left on {}: the driver lost it",
            job.kernel->kernel->name(), range.end - push.ray_begin, gpu_.info().name);
-    size.add(next - push.ray_begin, gpu_.last_ms(), probe && next < range.end);
-    probe = false;
+    size.add(next - push.ray_begin, gpu_.last_ms());
     push.ray_begin = next;
   }
   return total;
-}
-
-bool Dispatcher::probes(const Variant& v) const {
-  return gpu_.launch_ms() > 0 && v.numeric->arithmetic == Arithmetic::Exact;
 }
 
 bool Dispatcher::can_record(const Variant& v, std::uint32_t most) const {

@@ -41,7 +41,6 @@ struct RayGroups {
 /// Rays [begin, end) of a buffer.
 struct RayRange {
   std::uint32_t begin, end;
-  bool operator==(const RayRange&) const = default;
 };
 
 /// The push constants of a traversal kernel. Kernels of a single tree take the first part alone.
@@ -66,13 +65,6 @@ class Dispatcher {
            TraceTimes& times, std::uint32_t mesh_root = END_OF_TREE);
   /// The same from the root of the tree.
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, TraceTimes& times);
-
-  /// Returns true if the first launch of rays that this kernel has not traced before should only find the speed out: on
-  /// a GPU, in a mode that decides exactly. There a batch may take a hundred times as long a ray as the last one.
-  bool probes(const Variant& variant) const;
-
-  /// Tells that buffers of rays which were traced may hold other rays now.
-  void forget_rays() { known_.clear(); }
 
   /// Returns true if one dispatch can trace up to `most` rays and leaves no result that the host has to read back.
   bool can_record(const Variant& variant, std::uint32_t most) const;
@@ -106,7 +98,6 @@ class Dispatcher {
   std::shared_ptr<double> traced_ms_ = std::make_shared<double>(0);
   using Sizes = std::map<std::tuple<const Method*, const NumericMode*, Want>, LaunchSize>;
   std::shared_ptr<Sizes> sizes_ = std::make_shared<Sizes>();
-  std::map<const LaunchSize*, std::pair<VkBuffer, RayRange>> known_;  // the rays that a kernel has traced last
 };
 
 }  // namespace ballot

@@ -84,8 +84,9 @@ constexpr bool has_order(const Method& m, const KernelConfig& c) {
 constexpr bool has_padding(const Method& m, const KernelConfig&) { return format_of(m.tree).padded; }
 constexpr bool has_lists(const Method& m, const KernelConfig&) { return m.lists; }
 constexpr bool is_persistent(const Method&, const KernelConfig& c) { return c.launch == Launch::Persistent; }
-constexpr bool refills(const Method& m, const KernelConfig& c) {
-  return c.launch == Launch::Persistent && m.threshold.knob == "refetch";
+/// Returns true if idle lanes take new rays, and rays that a subgroup has claimed are traced for sure.
+constexpr bool claims(const Method& m, const KernelConfig& c) {
+  return c.launch == Launch::Persistent && !c.loops_cut && m.threshold.knob == "refetch";
 }
 
 // clang-format off
@@ -179,9 +180,9 @@ inline constexpr Knob kKnobs[] = {
      .help = "persistent launch: the most batches that a subgroup takes in one dispatch",
      .field = field<&KernelConfig::batches>(), .least = 1, .most = 4294967295, .applies = is_persistent},
     {.name = "claim",
-     .help = "persistent launch, idle lanes take new rays: the most claimed at once; 1: one per idle lane",
+     .help = "persistent launch, idle lanes take new rays: the most claimed at once; 1: one for each idle lane",
      .field = field<&KernelConfig::claim>(), .least = 1, .most = 4096, .define = "BALLOT_CLAIM", .idle = 1,
-     .applies = refills},
+     .applies = claims},
     {.name = "lanes",
      .help = "persistent launch: the most invocations in one dispatch",
      .field = field<&KernelConfig::resident_lanes>(), .least = 4, .most = 16777216, .applies = is_persistent},

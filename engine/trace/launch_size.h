@@ -14,7 +14,6 @@ class LaunchSize {
   static constexpr std::uint64_t kTelling = 1 << 14;  // fewer rays do not fill a device and tell nothing of its speed
   static constexpr std::uint64_t kAligned = 1 << 14;  // larger launches are multiples of this, so packets stay whole
   static constexpr std::uint64_t kLeast = 1 << 10;    // rays
-  static constexpr std::uint64_t kProbe = 1 << 13;    // rays of a launch that finds the speed out (Dispatcher::probes)
   static constexpr double kGrowth = 64;  // largest ratio of a launch to the last: later rays may be as much slower
 
   /// Returns the most rays for a launch that should take at most `target_ms` on the device.
@@ -24,9 +23,9 @@ class LaunchSize {
     const auto rays = std::uint64_t(std::clamp(wanted, double(kLeast), double(std::uint64_t{1} << 32)));
     return rays > kAligned ? rays / kAligned * kAligned : rays / kLeast * kLeast;
   }
-  /// Notes that a launch of so many rays took so long on the device. `tells`: however few they are.
-  void add(std::uint64_t rays, double ms, bool tells = false) {
-    if (rays < kTelling && ms < kTellingMs && !tells) return;
+  /// Notes that a launch of so many rays took so long on the device.
+  void add(std::uint64_t rays, double ms) {
+    if (rays < kTelling && ms < kTellingMs) return;
     rays_ = rays;
     ms_ = ms;
   }

@@ -86,11 +86,10 @@ void StreamRing::trace(Tracer& tracer, Slot& slot, Query query, TraceTimes& time
     slot.to().RawBuffer::upload(0, pattern.data(), pattern.size());
   }
   copy(slot, true);
-  if (tracer.can_record(query, slot.count) && !tracer.probes(query, slot.count)) {
+  if (tracer.can_record(query, slot.count)) {
     ++times.dispatches;
     tracer.record(slot.from(), slot.to(), slot.count, query, [&times](double ms) { times.device_ms += ms; });
   } else {
-    tracer.forget_rays();
     const TraceTimes part = tracer.trace(slot.from(), slot.to(), slot.count, query);
     times.device_ms += part.device_ms;
     times.dispatches += part.dispatches;

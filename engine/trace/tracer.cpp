@@ -226,11 +226,6 @@ bool Tracer::can_record(const Query& query, std::uint32_t most) const {
   return dispatcher_.can_record(v, most) && (!v.config.reorder || (!sorts_on_host() && most <= Reorder::kMost));
 }
 
-bool Tracer::probes(const Query& query, std::uint32_t count) const {
-  return count > LaunchSize::kProbe && chooser_.is_resolved(query, count) &&
-         dispatcher_.probes(resolved(query).variant);
-}
-
 /// Records a trace of rays in another order. `trace` records that of the sorted rays. `done` is given the time of all
 /// passes together.
 template <class Trace>

@@ -66,12 +66,6 @@ class Tracer {
   /// and the host has no result of the dispatch to read back. query.rays must name the ray class.
   bool can_record(const Query& query, std::uint32_t most) const;
 
-  /// Returns true if `count` rays that were not traced before should be traced at once, in parts: the first part finds
-  /// out how fast they are (Dispatcher::probes).
-  bool probes(const Query& query, std::uint32_t count) const;
-  /// Tells that buffers of rays which were traced may hold other rays now.
-  void forget_rays() { dispatcher_.forget_rays(); }
-
   /// Records a trace if can_record() is true, else traces at once. `done` is given the device milliseconds, as by
   /// Context::pass().
   void record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query, Context::Done done);

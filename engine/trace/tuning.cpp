@@ -104,8 +104,8 @@ void fit_to_device(const Method& m, const NumericMode& numeric, KernelConfig& f,
   if (!can_widen(m, numeric) || f.leaf_box) f.padding = Padding::Ray;
   if (!d.float64 && f.products == Products::Float64)
     fail(Failure::Arguments, "knob products=float64: {} has no shaderFloat64", d.name);
-  if (f.claim > 1 && f.loops_cut)  // rays that were claimed, but not yet begun, would be lost
-    fail(Failure::Arguments, "knob claim={}: {} may end loops early; use claim=1", f.claim, d.name);
+  // The lanes of a subgroup share a claim, so they have to come to it together.
+  if (!d.is_cpu() && !d.uniform_flow) f.claim = 1;
 }
 
 /// Checks the subgroup and workgroup sizes and sets those that no knob gave. Throws Error(Arguments).

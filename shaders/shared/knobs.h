@@ -65,6 +65,6 @@
 #define LAUNCH_PLAIN 0
 #define LAUNCH_PERSISTENT 1
 
-// BALLOT_CLAIM: persistent launch, idle lanes take new rays: the most claimed at once; 1: one per idle lane.
+// BALLOT_CLAIM: persistent launch, idle lanes take new rays: the most claimed at once; 1: one for each idle lane.
 
 #endif  // BALLOT_KNOBS_H

@@ -86,7 +86,7 @@ struct TopPush {
   uint mesh_root;  // child reference at which the walk of each mesh's tree starts; END_OF_TREE: its root
 };
 
-// The work buffer. `next` counts up from ray_begin; a subgroup takes rays in steps of its own size.
+// The work buffer. `next` counts up from ray_begin; a subgroup takes as many rays as it has lanes, or idle lanes.
 struct Work {
   uint next;
   uint unfinished;  // rays whose traversal was cut short

@@ -135,31 +135,6 @@ TEST_F(Concurrency, LaunchesAreCutToTheTimeGiven) {
   expect_silent(gpu);
 }
 
-// The speed of rays in mode exact is not known, whatever the last ones took. The first launch of new ones is short.
-TEST_F(Concurrency, ALaunchInModeExactFindsTheSpeedOut) {
-  Context gpu(options());
-  const auto t = make(gpu, shapes::soup(500, 0.2f));
-  const std::vector<Ray> rays = shapes::random_rays(20'000, 3, 1);
-  Buffer<Ray> there(gpu, rays.size(), Access::Storage, "rays");
-  there.upload(std::span(rays));
-  Buffer<Hit> found(gpu, rays.size(), Access::Storage, "hits");
-  Hits whole(rays.size()), cut(rays.size());
-  const Query query{Want::Nearest, "while-while", "exact", {{"launch", "plain"}}};
-  const auto count = std::uint32_t(rays.size());
-  const auto launches = [&] { return t->tracer->trace(there, found, count, query).dispatches; };
-  gpu.set_launch_ms(0);
-  EXPECT_EQ(launches(), 1u);
-  found.download(std::span(whole));
-  gpu.set_launch_ms(1e6);
-  EXPECT_EQ(launches(), 2u);
-  found.download(std::span(cut));
-  EXPECT_EQ(harness::count_different(whole, cut), 0u);
-  EXPECT_EQ(launches(), 1u) << "the same rays";
-  EXPECT_EQ(t->tracer->trace(rays, cut, query).dispatches, 2u) << "rays in memory may be others";
-  EXPECT_EQ(harness::count_different(whole, cut), 0u);
-  expect_silent(gpu);
-}
-
 }  // namespace
 
 }  // namespace ballot

@@ -34,11 +34,11 @@ uint take_from_counter(uint count) {
 bool may_take() { return refill_taken / gl_SubgroupSize < push.max_batches; }
 
 #if BALLOT_CLAIM > 1
-// Claims rays from the counter, and gives them to idle lanes one by one. That is for CPUs: threads rarely take the
+// Claims rays from the counter, and gives each idle lane one of them. That is for CPUs: threads then seldom take the
 // counter's cache line from each other, and neighbouring rays stay in one core's caches. A claim is a share of the rays
 // that were left at the subgroup's last claim, so that threads end together (Constantine Polychronopoulos, David Kuck.
 // Guided Self-Scheduling: A Practical Scheduling Scheme for Parallel Supercomputers. IEEE Transactions on Computers
-// C-36(12), 1987).
+// C-36(12), 1987). The last claim may exceed max_batches.
 uint claimed_next;
 void refill_start() {
   refill_taken = 0u;
@@ -46,7 +46,7 @@ void refill_start() {
 }
 uint refill_take(uint count) {
   if (claimed_next >= refill_end) {
-    uint claim = clamp((RAY_END - refill_end) / 64u, gl_SubgroupSize, uint(BALLOT_CLAIM));
+    uint claim = min(max((RAY_END - refill_end) / 64u, gl_SubgroupSize), uint(BALLOT_CLAIM));
     claimed_next = may_take() ? take_from_counter(claim) : RAY_END;
     refill_end = min(claimed_next + claim, RAY_END);
   }

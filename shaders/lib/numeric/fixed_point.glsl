@@ -70,8 +70,8 @@ void clear_digits(uint at, uint count) {
   for (uint i = 0u; i < count; ++i) sum_digits[at + i] = 0;
 }
 
-// Finishes a sum: its digits become the words of its magnitude. Returns it in its unit, cut off after 53 bits whatever
-// the unit is.
+// Finishes a sum: its digits become the words of its magnitude. Returns its 53 leading bits times the unit, so that a
+// quotient of two sums does not depend on the unit.
 double finish_sum(uint at) {
   int carry = 0;
   for (uint i = 0u; i < sum_length; ++i) {

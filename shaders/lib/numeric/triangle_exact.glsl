@@ -34,8 +34,8 @@ struct RaySpace {
 #include "exact_predicates.glsl"
 
 // Sums 2 and 3 keep depth and det of a ray's best hit for the next triangle that is compared with it: where the ray
-// hits many triangles at one t, as at a vertex, that is half of the work. NOTE_TEXEL has the texel of their triangle,
-// or NO_HIT, and NOTE_SIGN the sign of its t.
+// hits many triangles at one t, as at a vertex, that saves half of the work. NOTE_TEXEL has the texel of their
+// triangle, or NO_HIT, and NOTE_SIGN the sign of its t.
 void change_ray() { sum_digits[NOTE_TEXEL] = int(NO_HIT); }
 bool has_sums_of(uint texel) { return sum_digits[NOTE_TEXEL] == int(texel); }
 void note_sums(uint texel, int sign) {
