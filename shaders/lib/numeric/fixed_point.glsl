@@ -2,7 +2,7 @@
 // rounding.
 //
 // A finite float32 is m * 2^e with an integer |m| < 2^24 and e from -149 to 104. A sum is a fixed-point number: digits
-// of 16 bits, the least significant first, in units of 2^(3 base), where base is the least e of all numbers in use.
+// of 16 bits, the least significant first, in units of 2^(3 base), where base is not above the e of any number in use.
 // Digits are signed integers, so a product is added without carries. At the end a sum becomes its sign and its
 // magnitude, in words of 32 bits, the least significant first.
 //

@@ -36,7 +36,8 @@ struct RaySpace {
 // Sums 2 and 3 keep depth and det of a ray's best hit for the next triangle that is compared with it: where the ray
 // hits many triangles at one t, as at a vertex, that saves half of the work. NOTE_TEXEL has the texel of their
 // triangle, or NO_HIT, and NOTE_SIGN the sign of its t.
-void change_ray() { sum_digits[NOTE_TEXEL] = int(NO_HIT); }
+void forget_sums() { sum_digits[NOTE_TEXEL] = int(NO_HIT); }
+void change_ray() { forget_sums(); }
 bool has_sums_of(uint texel) { return sum_digits[NOTE_TEXEL] == int(texel); }
 void note_sums(uint texel, int sign) {
   sum_digits[NOTE_TEXEL] = int(texel);
@@ -210,7 +211,7 @@ bool is_corner(vec3 v, Corners of) { return v == of.v0 || v == of.v1 || v == of.
 // Returns true if two triangles that a ray hits are one triangle, whatever the order of their vertices.
 bool coincide(Corners a, Corners b) { return is_corner(a.v0, b) && is_corner(a.v1, b) && is_corner(a.v2, b); }
 
-// Sets the rows of exact_predicates.glsl, and the size of sums.
+// Sets the rows of exact_predicates.glsl, and the size of sums. Forgets kept sums of another size.
 void set_rows(Ray ray, RaySpace space, Corners corners, bool order) {
   set_row(ROW_DIR, ray.dir);
   set_row(ROW_ORIGIN, ray.origin);
@@ -223,7 +224,7 @@ void set_rows(Ray ray, RaySpace space, Corners corners, bool order) {
     set_row(ROW_BEST + 1u, best.v1);
     set_row(ROW_BEST + 2u, best.v2);
   }
-  if (!size_sums(order ? 24u : 15u, !has_sums_of(NO_HIT))) change_ray();
+  if (!size_sums(order ? 24u : 15u, !has_sums_of(NO_HIT))) forget_sums();
 }
 
 // Decides without rounding. Returns true if the triangle at `texel` is hit in range and before the best hit. `s` gets
