@@ -26,8 +26,9 @@
 //
 // An exact hit (lib/numeric/triangle_exact.glsl) lies in some leaf's box itself, at its t to the last bit, and on
 // o + t d. So the slab test's own 7 w M are all that it needs, as t_min is at most its exact value and reach at least
-// its exact value. The bounds hold while nothing leaves float32's normal range. The exact test enforces that: with M
-// out of bounds, every box is entered.
+// its exact value. Where boxes are measured from zero, 2 w |o| have room for an origin that is off by w |o|
+// (nearer_origin.glsl). The bounds hold while nothing leaves float32's normal range. The exact test enforces that: with
+// M out of bounds, every box is entered.
 //
 // Boxes by centre and half extents. The slab test moves a plane by 7 w M (the centre) + 7 w M (half the extent, at most
 // M) + w M (their sum): 33 + 15 = 48. They are padded by 64 w M, and by 2 w |o| for boxes by their bounds, which are

@@ -3,8 +3,9 @@
 //
 // A triangle test (lib/numeric/triangle_*.glsl) defines
 //   RaySpace                           the constants of a ray, and what the test keeps of the nearest hit
-//   make_ray_space(ray, given) -> RaySpace       ray is scaled, as everywhere else here; given is not
-//                                                (lib/numeric/ray_scale.glsl)
+//   make_ray_space(inout ray, given) -> RaySpace     ray is scaled, as everywhere else here; given is not
+//                                      (lib/numeric/ray_scale.glsl). A test may move the ray's origin along it
+//                                      (lib/numeric/nearer_origin.glsl); called before make_slabs()
 //   texel_order(space) -> uint         the order in which the test reads a triangle's texels, see order_to(). If leaves
 //                                      hold vertices, the texel of the ray's main axis comes last. Or AS_STORED
 //   hit_triangle(ray, inout space, triangle, out t, out u, out v) -> bool

@@ -18,11 +18,13 @@
 
 // The constants of a ray, and the nearest hit so far.
 struct RaySpace {
-  Ray given;                   // all decisions are about this ray; the scaled ray serves boxes and the first stage
+  Ray given;                   // all decisions are about this ray; the walked ray serves boxes and the first stage
   vec3 row_x, row_y;           // rows of the matrix that shears the ray onto the axis of its largest component
   double best_t, best_error;   // of the nearest hit so far; its exact t is within the error
   uint best_texel;             // texel of its triangle; NO_HIT if there is none
-  float reach;                 // not less than its exact t, or t_max, in units of the scaled ray
+  float reach;                 // not less than its exact t, or t_max, as t of the walked ray
+  float start;                 // t of the scaled ray where the walked ray starts (nearer_origin.glsl)
+  float origin_room;           // added to distances from the walked ray's origin; 0 if it is exact
   uint first, marked;          // texel of a triangle of the leaf; a bit for each undecided triangle from there on
 };
 #define TRIANGLE_SETTLES
@@ -32,6 +34,7 @@ struct RaySpace {
 
 #include "../tree/leaf_vertices.glsl"
 #include "exact_predicates.glsl"
+#include "nearer_origin.glsl"
 
 // Sums 2 and 3 keep depth and det of a ray's best hit for the next triangle that is compared with it: where the ray
 // hits many triangles at one t, as at a vertex, that saves half of the work. NOTE_TEXEL has the texel of their
@@ -44,15 +47,9 @@ void note_sums(uint texel, int sign) {
   sum_digits[NOTE_SIGN] = sign;
 }
 
-// Returns a number, never denormal, that is not less than t + error in the scaled ray's units, but cut off near 3.4e38.
-float reach_of(Ray given, double t, double error) {
-  uint e = direction_exponent(given.dir);
-  float rounded = float(clamp((t + error) * packDouble2x32(uvec2(0u, (e + 896u) << 20)), -3.4e38lf, 3.4e38lf));
-  if (abs(rounded) < 1e-37) return 1e-37;
-  return uintBitsToFloat(rounded > 0.0 ? floatBitsToUint(rounded) + 1u : floatBitsToUint(rounded) - 1u);
-}
+float largest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
-RaySpace make_ray_space(Ray ray, Ray given) {
+RaySpace make_ray_space(inout Ray ray, Ray given) {
   vec3 d = ray.dir, a = abs(d);
   bool x = a.x >= a.y && a.x >= a.z, y = !x && a.y >= a.z;
   float main_axis = x ? d.x : y ? d.y : d.z;
@@ -64,7 +61,9 @@ RaySpace make_ray_space(Ray ray, Ray given) {
   space.best_t = 0.0lf;
   space.best_error = 0.0lf;
   space.best_texel = NO_HIT;
-  space.reach = reach_of(given, widen(given.t_max), 0.0lf);
+  space.start = move_nearer(ray, given);
+  space.origin_room = space.start > 0.0 ? 0.25 * largest_of(abs(ray.origin)) : 0.0;
+  space.reach = walked_t(given, widen(given.t_max), 0.0lf, space.start);
   space.first = 0u;
   space.marked = 0u;
   change_ray();
@@ -72,8 +71,6 @@ RaySpace make_ray_space(Ray ray, Ray given) {
 }
 
 uint texel_order(RaySpace space) { return AS_STORED; }
-
-float largest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
 // Returns true if two edge functions surely have opposite signs. The triangle is sheared as in
 // lib/numeric/triangle_watertight.glsl.
@@ -83,12 +80,13 @@ float largest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
 // least 1e-12). Let L be the largest of these coordinates as computed. An edge function then moves by at most
 // 44 w M L + 242 w^2 M^2, and its own two products and difference round by 6 w L^2 <= 12 w M L at most. The bound,
 // 64 w M (L + 4 w M), has room for terms of second order and its own rounding. M up to 1e18 keeps products finite.
+// Where the origin is off by w |o|, coordinates across are off by 2 w |o| more, and M + |o| / 4 in place of M has room.
 bool surely_missed(Ray ray, RaySpace space, Corners corners) {
   vec3 a = corners.v0 - ray.origin, b = corners.v1 - ray.origin, c = corners.v2 - ray.origin;
   vec3 x = vec3(dot(space.row_x, a), dot(space.row_x, b), dot(space.row_x, c));
   vec3 y = vec3(dot(space.row_y, a), dot(space.row_y, b), dot(space.row_y, c));
   vec3 e = x.zxy * y.yzx - y.zxy * x.yzx;
-  float m = largest_of(max(abs(a), max(abs(b), abs(c)))), l = largest_of(max(abs(x), abs(y)));
+  float m = largest_of(max(abs(a), max(abs(b), abs(c)))) + space.origin_room, l = largest_of(max(abs(x), abs(y)));
   float bound = 3.8146973e-6 * m * (l + 2.3841858e-7 * m);
   return max(e.x, max(e.y, e.z)) > bound && min(e.x, min(e.y, e.z)) < -bound && m >= 1e-12 && m <= 1e18;
 }
@@ -334,7 +332,7 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
     space.best_t = s.t;
     space.best_error = s.error;
     space.best_texel = texel;
-    space.reach = reach_of(space.given, s.t, s.error);
+    space.reach = walked_t(space.given, s.t, s.error, space.start);
   }
   return cut;
 }

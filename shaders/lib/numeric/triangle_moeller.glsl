@@ -8,7 +8,7 @@ struct RaySpace {
   uint unused;
 };
 
-RaySpace make_ray_space(Ray ray, Ray given) { return RaySpace(0u); }
+RaySpace make_ray_space(inout Ray ray, Ray given) { return RaySpace(0u); }
 uint texel_order(RaySpace space) { return AS_STORED; }
 
 #include "../tree/leaf_vertices.glsl"

@@ -38,7 +38,7 @@ struct RaySpace {
 
 uint texel_order(RaySpace space) { return space.order; }
 
-RaySpace make_ray_space(Ray ray, Ray given) {
+RaySpace make_ray_space(inout Ray ray, Ray given) {
   vec3 o = ray.origin, d = ray.dir, a = abs(d);
   bool x = a.x >= a.y && a.x >= a.z, y = !x && a.y >= a.z;
   vec3 inverse = reciprocal_direction(d);  // shared with the slabs, so that it is computed once

@@ -13,7 +13,7 @@ struct RaySpace {
   uint unused;
 };
 
-RaySpace make_ray_space(Ray ray, Ray given) { return RaySpace(0u); }
+RaySpace make_ray_space(inout Ray ray, Ray given) { return RaySpace(0u); }
 uint texel_order(RaySpace space) { return AS_STORED; }
 
 // Returns the prim of the i-th triangle of a block. Prims lie behind the maps.

@@ -4,7 +4,7 @@
 
 // The state of a ray during traversal, for every method.
 struct Walker {
-  Ray ray;         // scaled (lib/numeric/ray_scale.glsl)
+  Ray ray;         // scaled, and perhaps moved (lib/numeric/numeric.glsl)
   Slabs slabs;
   RaySpace space;
   Hit hit;         // nearest so far; t_max and NO_HIT if there is none; otherwise prim is a place (numeric.glsl)
@@ -32,8 +32,8 @@ bool is_dead(Ray ray) {
 Walker make_walker(Ray given) {
   Walker w;
   w.ray = scaled_ray(given);
-  w.slabs = make_slabs(w.ray);
   w.space = make_ray_space(w.ray, given);
+  w.slabs = make_slabs(w.ray);
   w.hit = Hit(w.ray.t_max, NO_HIT, 0.0, 0.0);
   w.truncated = false;
 #if BALLOT_CAMERA
