@@ -1,6 +1,7 @@
 #include "engine/trace/dispatch.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 
 #include "engine/core/error.h"
@@ -23,7 +24,7 @@ bool reports(const Variant& v) { return v.config.launch == Launch::Persistent ||
 
 }  // namespace
 
-LaunchSize& Dispatcher::size_of(const Variant& v) const { return (*sizes_)[{v.method, v.numeric, v.want}]; }
+LaunchSize& Dispatcher::size_of(const Variant& v) const { return (*sizes_)[{v.method, v.numeric, v.want, v.doubtful}]; }
 
 std::uint32_t Dispatcher::groups_for(const Variant& v, std::uint32_t rays) const {
   const KernelConfig& c = v.config;
@@ -59,16 +60,45 @@ Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& 
   Kernel& kernel = *job.kernel->kernel;
   kernel.bind(BIND_RAYS, rays);
   kernel.bind(BIND_HITS, hits);
+  const Doubtful doubtful = job.variant.doubtful;
+  Buffer<std::uint32_t>* list = nullptr;
+  if (doubtful != Doubtful::Decided)
+    list = &kernels_.doubtful(doubtful == Doubtful::Listed ? push.ray_end - push.ray_begin : 0);
+  if (list) kernel.bind(BIND_DOUBTFUL, *list);
   Work work{push.ray_begin, 0};
   if (reports(job.variant)) kernels_.work().upload(std::span(&work, 1));
   gpu_.submit(kernel.name(), [&](VkCommandBuffer cmd) {
+    if (doubtful == Doubtful::Listed) clear_list(cmd, *list);
     kernel.dispatch(cmd, groups_for(job.variant, push.ray_end - push.ray_begin), &pushes, push_bytes());
   });
-  times.device_ms += gpu_.last_ms();
-  *traced_ms_ += gpu_.last_ms();
+  const double ms = gpu_.last_ms();
+  times.device_ms += ms;
+  *traced_ms_ += ms;
   ++times.dispatches;
   if (reports(job.variant)) kernels_.work().download(std::span(&work, 1));
-  return work;
+  const std::uint32_t next =
+      job.variant.config.launch == Launch::Plain ? push.ray_end : std::min(work.next, push.ray_end);
+  size_of(job.variant).add(next - push.ray_begin, ms);
+  if (doubtful == Doubtful::Listed) work.unfinished += run_doubtful(job, rays, hits, pushes, times);
+  return {next, work.unfinished};
+}
+
+void Dispatcher::clear_list(VkCommandBuffer cmd, const Buffer<std::uint32_t>& list) const {
+  const IndirectArgs none{0, 1, 1, 0};
+  gpu_.vk().CmdUpdateBuffer(cmd, list.handle(), list.offset(), sizeof none, &none);
+  gpu_.memory_barrier(cmd);
+}
+
+/// Traces the rays that a kernel has listed. Returns how many of them the driver cut short.
+std::uint32_t Dispatcher::run_doubtful(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
+                                       const TracePushes& pushes, TraceTimes& times) {
+  std::uint32_t listed[sizeof(IndirectArgs) / sizeof(std::uint32_t)];
+  kernels_.doubtful(0).download(listed);
+  const std::uint32_t count = std::bit_cast<IndirectArgs>(listed).count;
+  if (count == 0) return 0;
+  const Variant taking = job.variant.taking();
+  return run({taking, &kernels_.get(taking)}, rays, hits, {0, count}, pushes.trace.root, times, pushes.top.mesh_root)
+      .unfinished;
 }
 
 Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, TraceTimes& times) {
@@ -82,21 +112,18 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
   TracePushes pushes = push_for(job, root, mesh_root);
   TracePush& push = pushes.trace;
   push.ray_begin = range.begin;
-  LaunchSize& size = size_of(job.variant);
+  const LaunchSize& size = size_of(job.variant);
   Work total{0, 0};
   while (push.ray_begin < range.end) {
     push.ray_end = range.end;
     if (plain && range.end - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
     if (const double ms = gpu_.launch_ms(); ms > 0)
       push.ray_end = std::uint32_t(std::min<std::uint64_t>(push.ray_end, push.ray_begin + size.most(ms)));
-    const Work work = dispatch(job, rays, hits, pushes, times);
-    total.unfinished += work.unfinished;
-    // A persistent kernel with a limit of batches may leave rays, but it has finished all rays that it took.
-    const std::uint32_t next = plain ? push.ray_end : std::min(work.next, push.ray_end);
+    const auto [next, unfinished] = dispatch(job, rays, hits, pushes, times);
+    total.unfinished += unfinished;
     if (next <= push.ray_begin)
       fail(Failure::Work, "kernel {}: a dispatch traced none of the {} rays left on {}: the driver lost it",
            job.kernel->kernel->name(), range.end - push.ray_begin, gpu_.info().name);
-    size.add(next - push.ray_begin, gpu_.last_ms());
     push.ray_begin = next;
   }
   return total;
@@ -106,7 +133,8 @@ bool Dispatcher::can_record(const Variant& v, std::uint32_t most) const {
   if (v.config.loops_cut) return false;
   const LaunchSize& size = size_of(v);
   if (gpu_.launch_ms() > 0 && most > (size.is_known() ? size.most(gpu_.launch_ms()) : kRecordedUnknown)) return false;
-  if (v.config.launch == Launch::Persistent) return v.config.batches == kUnbounded;
+  if (v.config.launch == Launch::Persistent && v.config.batches != kUnbounded) return false;
+  if (v.config.launch == Launch::Persistent && v.doubtful != Doubtful::Listed) return true;
   return most <= std::uint64_t(gpu_.info().max_group_count_x) * group_rays(v);
 }
 
@@ -116,21 +144,29 @@ RayGroups Dispatcher::groups_of(const Variant& v) const {
   return {group_rays(v), most};
 }
 
-void Dispatcher::record(const Job& job, Buffer<Hit>& hits, std::uint32_t count, const Context::Record& dispatch,
-                        Context::Done done) {
-  Kernel& kernel = *job.kernel->kernel;
-  kernel.bind(BIND_HITS, hits);
-  const bool counts = reports(job.variant);
+void Dispatcher::record(const Recorded& r, Context::Done done) {
+  const Variant& v = r.job.variant;
+  const bool counts = reports(v), lists = v.doubtful == Doubtful::Listed;
+  Buffer<std::uint32_t>* list = lists ? &kernels_.doubtful(r.most) : nullptr;
+  Kernel &kernel = *r.job.kernel->kernel, *taking = lists ? kernels_.get(v.taking()).kernel.get() : nullptr;
+  for (Kernel* k : {&kernel, taking})
+    if (k) r.bind(*k);
+  for (Kernel* k : {&kernel, taking})
+    if (list) k->bind(BIND_DOUBTFUL, *list);
   gpu_.pass(
       kernel.name(),
       [&](VkCommandBuffer cmd) {
-        if (counts) {
-          gpu_.vk().CmdFillBuffer(cmd, kernels_.work().handle(), 0, VK_WHOLE_SIZE, 0);
-          gpu_.memory_barrier(cmd);
-        }
-        dispatch(cmd);
+        if (counts) gpu_.vk().CmdFillBuffer(cmd, kernels_.work().handle(), 0, VK_WHOLE_SIZE, 0);
+        if (lists) clear_list(cmd, *list);
+        if (counts) gpu_.memory_barrier(cmd);
+        r.dispatch(cmd);
+        if (!lists) return;
+        TracePushes rest = r.push;
+        rest.trace.ray_end = kUnbounded;
+        gpu_.memory_barrier(cmd);
+        taking->dispatch(cmd, *list, 0, &rest, push_bytes());
       },
-      [spent = traced_ms_, sizes = sizes_, &size = size_of(job.variant), count, done = std::move(done)](double ms) {
+      [spent = traced_ms_, sizes = sizes_, &size = size_of(v), count = r.count, done = std::move(done)](double ms) {
         *spent += ms;
         size.add(count, ms);
         if (done) done(ms);
@@ -139,39 +175,58 @@ void Dispatcher::record(const Job& job, Buffer<Hit>& hits, std::uint32_t count, 
 
 void Dispatcher::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect,
                         Context::Done done) {
-  Kernel& kernel = *job.kernel->kernel;
-  kernel.bind(BIND_RAYS, rays);
-  kernel.bind(BIND_INDIRECT, indirect.args);
   TracePushes push = push_for(job, tree_.root());
   push.trace.ray_end = indirect.index;
-  const auto dispatch = [&](VkCommandBuffer cmd) {
-    kernel.dispatch(cmd, indirect.args, indirect.index * sizeof(IndirectArgs), &push, push_bytes());
-  };
-  record(job, hits, 0, dispatch, std::move(done));
+  Kernel& kernel = *job.kernel->kernel;
+  kernel.bind(BIND_INDIRECT, indirect.args);
+  record({.job = job,
+          .count = 0,
+          .most = std::uint32_t(rays.size()),
+          .bind =
+              [&](Kernel& k) {
+                k.bind(BIND_RAYS, rays);
+                k.bind(BIND_HITS, hits);
+              },
+          .dispatch =
+              [&](VkCommandBuffer cmd) {
+                kernel.dispatch(cmd, indirect.args, indirect.index * sizeof(IndirectArgs), &push, push_bytes());
+              },
+          .push = push},
+         std::move(done));
 }
 
 void Dispatcher::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count,
                         Context::Done done) {
-  job.kernel->kernel->bind(BIND_RAYS, rays);
-  record_rays(job, hits, count, 0, std::move(done));
+  record_rays(
+      job, count, 0,
+      [&](Kernel& k) {
+        k.bind(BIND_RAYS, rays);
+        k.bind(BIND_HITS, hits);
+      },
+      std::move(done));
 }
 
 void Dispatcher::record(const Job& job, const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count,
                         Context::Done done) {
-  job.kernel->kernel->bind(BIND_CAMERAS, rays.cameras);
-  job.kernel->kernel->bind(BIND_LISTED, rays.listed);
-  record_rays(job, hits, count, rays.index, std::move(done));
+  record_rays(
+      job, count, rays.index,
+      [&](Kernel& k) {
+        k.bind(BIND_CAMERAS, rays.cameras);
+        k.bind(BIND_LISTED, rays.listed);
+        k.bind(BIND_HITS, hits);
+      },
+      std::move(done));
 }
 
-void Dispatcher::record_rays(const Job& job, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t camera,
-                             Context::Done done) {
+void Dispatcher::record_rays(const Job& job, std::uint32_t count, std::uint32_t camera,
+                             std::function<void(Kernel&)> bind, Context::Done done) {
   TracePushes push = push_for(job, tree_.root());
   push.trace.ray_end = count;
   push.trace.camera = camera;
   const auto dispatch = [&](VkCommandBuffer cmd) {
     job.kernel->kernel->dispatch(cmd, groups_for(job.variant, count), &push, push_bytes());
   };
-  record(job, hits, count, dispatch, std::move(done));
+  record({job, count, count, std::move(bind), dispatch, push}, std::move(done));
 }
 
 }  // namespace ballot

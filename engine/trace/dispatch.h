@@ -2,6 +2,7 @@
 // passes.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <tuple>
 
@@ -87,16 +88,27 @@ class Dispatcher {
   TracePushes push_for(const Job& job, std::uint32_t root, std::uint32_t mesh_root = END_OF_TREE) const;
   std::uint32_t push_bytes() const { return tree_.forest() ? sizeof(TracePushes) : sizeof(TracePush); }
   Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& push, TraceTimes& times);
-  void record(const Job& job, Buffer<Hit>& hits, std::uint32_t count, const Context::Record& dispatch,
-              Context::Done done);
-  void record_rays(const Job& job, Buffer<Hit>& hits, std::uint32_t count, std::uint32_t camera, Context::Done done);
+  void clear_list(VkCommandBuffer cmd, const Buffer<std::uint32_t>& list) const;
+  std::uint32_t run_doubtful(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& pushes,
+                             TraceTimes& times);
+  /// What the kernels of one recorded trace have in common.
+  struct Recorded {
+    const Job& job;
+    std::uint32_t count, most;                      // rays; `count` is 0 if the device knows it
+    std::function<void(Kernel&)> bind;              // binds rays and hits
+    std::function<void(VkCommandBuffer)> dispatch;  // of the job's kernel
+    TracePushes push;
+  };
+  void record(const Recorded& recorded, Context::Done done);
+  void record_rays(const Job& job, std::uint32_t count, std::uint32_t camera, std::function<void(Kernel&)> bind,
+                   Context::Done done);
 
   Context& gpu_;
   DeviceTree& tree_;
   TraceKernels& kernels_;
   // Passes that have not ended keep these two, too.
   std::shared_ptr<double> traced_ms_ = std::make_shared<double>(0);
-  using Sizes = std::map<std::tuple<const Method*, const NumericMode*, Want>, LaunchSize>;
+  using Sizes = std::map<std::tuple<const Method*, const NumericMode*, Want, Doubtful>, LaunchSize>;
   std::shared_ptr<Sizes> sizes_ = std::make_shared<Sizes>();
 };
 

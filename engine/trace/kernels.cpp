@@ -1,11 +1,25 @@
 #include "engine/trace/kernels.h"
 
+#include <algorithm>
+#include <bit>
+
 #include "engine/core/error.h"
+#include "shaders/shared/layout.h"
 
 namespace ballot {
 
 TraceKernels::TraceKernels(Context& gpu, DeviceTree& tree)
     : gpu_(gpu), tree_(tree), work_(gpu, 1, Access::Storage, "work counter") {}
+
+Buffer<std::uint32_t>& TraceKernels::doubtful(std::uint32_t rays) {
+  constexpr std::uint64_t kArgs = sizeof(IndirectArgs) / sizeof(std::uint32_t);
+  if (!doubtful_ || doubtful_->size() < kArgs + rays) {
+    doubtful_.reset();
+    doubtful_.emplace(gpu_, kArgs + std::bit_ceil(std::uint64_t{std::max(rays, 1u << 12)}),
+                      Access::Storage | Access::Indirect, "rays in doubt");
+  }
+  return *doubtful_;
+}
 
 bool TraceKernels::is_current(const TraceKernel& kernel) const {
   return kernel.tree == tree_.generation() && kernel.kernel->generation() == gpu_.shader_generation();

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "engine/trace/variant.h"
@@ -39,6 +40,9 @@ class TraceKernels {
 
   /// The work counter that is bound to every kernel.
   Buffer<Work>& work() { return work_; }
+  /// The list of rays in doubt: IndirectArgs, then room for at least `rays` numbers. A list that is too small is
+  /// replaced, which waits for all passes.
+  Buffer<std::uint32_t>& doubtful(std::uint32_t rays);
 
  private:
   void take_arrays(TraceKernel& kernel, const Variant& variant);
@@ -47,6 +51,7 @@ class TraceKernels {
   Context& gpu_;
   DeviceTree& tree_;
   Buffer<Work> work_;
+  std::optional<Buffer<std::uint32_t>> doubtful_;
   std::map<std::string, TraceKernel> kernels_;
 };
 

@@ -23,9 +23,9 @@ class LaunchSize {
     const auto rays = std::uint64_t(std::clamp(wanted, double(kLeast), double(std::uint64_t{1} << 32)));
     return rays > kAligned ? rays / kAligned * kAligned : rays / kLeast * kLeast;
   }
-  /// Notes that a launch of so many rays took so long on the device.
+  /// Notes that a launch of so many rays took so long on the device; 0 if their number is unknown.
   void add(std::uint64_t rays, double ms) {
-    if (rays < kTelling && ms < kTellingMs) return;
+    if (rays == 0 || (rays < kTelling && ms < kTellingMs)) return;
     rays_ = rays;
     ms_ = ms;
   }

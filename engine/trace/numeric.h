@@ -21,6 +21,7 @@ struct NumericMode {
   Arithmetic arithmetic;      // the arithmetic whose rounding error the judge allows
   bool conservative = false;  // answers are equal bit for bit over methods, orders, subgroup and workgroup sizes, trees
   bool needs_float64 = false;  // shaderFloat64
+  bool leaves_open = false;    // kernels may list rays in doubt (Doubtful, variant.h)
 };
 
 // clang-format off
@@ -36,7 +37,7 @@ inline constexpr NumericMode kNumericModes[] = {
     {.name = "exact",
      .summary = "every answer is that of arithmetic without rounding: filters, then integers; needs float64",
      .triangle = TRIANGLE_EXACT, .box = BOX_PADDED, .arithmetic = Arithmetic::Exact, .conservative = true,
-     .needs_float64 = true},
+     .needs_float64 = true, .leaves_open = true},
 };
 // clang-format on
 inline constexpr std::string_view kDefaultNumeric = "watertight";

@@ -8,6 +8,17 @@
 
 namespace ballot {
 
+namespace {
+
+/// Returns a variant with or without counters. Rays in doubt are counted by the kernel that meets them.
+Variant counted(Variant v, bool counters) {
+  v.counters = counters;
+  if (v.numeric->leaves_open && !counters) v.doubtful = Doubtful::Listed;
+  return v;
+}
+
+}  // namespace
+
 Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                std::shared_ptr<DeviceBuild> built)
     : gpu_(gpu),
@@ -89,16 +100,11 @@ Tracer::Resolved& Tracer::resolved(const Query& asked) const {
   return resolved_.emplace_back(Resolved{asked, {&method, &numeric, query.want, config_of(query)}});
 }
 
-Variant Tracer::variant(const Query& asked, bool counters) const {
-  Variant v = resolved(asked).variant;
-  v.counters = counters;
-  return v;
-}
+Variant Tracer::variant(const Query& asked, bool counters) const { return counted(resolved(asked).variant, counters); }
 
 Job Tracer::job(const Query& query, bool counters, bool indirect, CameraKind camera) {
   Resolved& found = resolved(query);
-  Variant v = found.variant;
-  v.counters = counters;
+  Variant v = counted(found.variant, counters);
   v.indirect = indirect;
   v.camera = camera;
   TraceKernel*& known = found.kernels[camera != CameraKind::None ? 2 + int(camera) : indirect ? 2 : int(counters)];

@@ -50,6 +50,7 @@ constexpr FactDefine kFactDefines[] = {
     {"BALLOT_INDIRECT", [](const Facts& f) { return int(f.variant.indirect); }},
     {"BALLOT_CAMERA", [](const Facts& f) { return int(f.variant.camera != CameraKind::None); }},
     {"BALLOT_COUNTERS", [](const Facts& f) { return int(f.variant.counters); }},
+    {"BALLOT_DOUBTFUL", [](const Facts& f) { return int(f.variant.doubtful); }},
 };
 
 Defines defines_for(const Facts& f) {
@@ -74,10 +75,18 @@ std::string upper(std::string_view text) {
 }  // namespace
 
 std::string Variant::kernel_name() const {
-  constexpr const char* kCameras[] = {"", ".perspective", ".orthographic"};
-  return fmt::format("{}.{}.{}{}{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
+  constexpr const char *kCameras[] = {"", ".perspective", ".orthographic"}, *kDoubtful[] = {"", "", ".doubtful"};
+  return fmt::format("{}.{}.{}{}{}{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
                      counters ? ".counters" : "", indirect ? ".indirect" : "", kCameras[int(camera)],
-                     describe(config, *method));
+                     kDoubtful[int(doubtful)], describe(config, *method));
+}
+
+Variant Variant::taking() const {
+  Variant v = *this;
+  v.doubtful = Doubtful::Taken;
+  v.indirect = false;  // the list has the count
+  v.config.launch = Launch::Plain;
+  return v;
 }
 
 std::string Variant::name() const {

@@ -96,3 +96,6 @@
 #ifndef BALLOT_COUNTERS
 #error BALLOT_COUNTERS is not defined
 #endif
+#ifndef BALLOT_DOUBTFUL
+#error BALLOT_DOUBTFUL is not defined
+#endif

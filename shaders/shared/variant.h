@@ -23,6 +23,7 @@
 #define BIND_INDIRECT 7  // kernels of indirect dispatches
 #define BIND_TOP 8       // BALLOT_INSTANCES only: the top-level tree and its instances (lib/tree/instances.glsl)
 #define BIND_MESHES 9    // BALLOT_INSTANCES only: a record for each mesh
+#define BIND_DOUBTFUL 10 // rays in doubt: IndirectArgs, then their numbers
 
 // Defines that knobs set have their values in knobs.h, written from engine/trace/knobs.h. The others:
 //
@@ -42,6 +43,10 @@
 //                          (lib/frame/main.glsl).
 // BALLOT_UNIFORM_FLOW      1: the device has subgroup-uniform control flow.
 // BALLOT_COUNTERS          1: the instrumented variant, which writes RayStats.
+// BALLOT_DOUBTFUL          what becomes of rays whose hit is open after float32 and double (lib/frame/doubtful.glsl):
+#define DOUBTFUL_DECIDED 0  // they are decided at once; also where no ray is left open
+#define DOUBTFUL_LISTED 1   // they are listed
+#define DOUBTFUL_TAKEN 2    // rays are taken from that list, and decided
 //
 // BALLOT_TRIANGLE and BALLOT_BOX: what a numeric mode is made of; see lib/numeric/numeric.glsl.
 #define TRIANGLE_MOELLER 0

@@ -65,8 +65,13 @@ vec4 ray_half(uint i) { return ray_halves[i]; }
 layout(set = 0, binding = BIND_HITS, std430) writeonly buffer Hits { uvec4 hit_words[]; };
 layout(set = 0, binding = BIND_WORK, scalar) buffer WorkCounter { Work work; };
 
+#include "doubtful.glsl"
+
 // The end of the ray range: rays before RAY_END are traced.
-#if BALLOT_INDIRECT
+#if BALLOT_DOUBTFUL == DOUBTFUL_TAKEN
+uint ray_end;  // set by main()
+#define RAY_END ray_end
+#elif BALLOT_INDIRECT
 layout(set = 0, binding = BIND_INDIRECT, scalar) readonly buffer Indirect { IndirectArgs indirect[]; };
 uint ray_end;  // set by main()
 #define RAY_END ray_end
@@ -103,15 +108,16 @@ uvec4 leaf_texel(uint texel) { return Texels(uvec2(push.leaves_lo, push.leaves_h
 
 Ray load_ray(uint index) {
 #if BALLOT_CAMERA
-  return camera_ray_of(cameras[push.camera], pixel_sample(samples_of(cameras[push.camera]), index));
+  return camera_ray_of(cameras[push.camera], pixel_sample(samples_of(cameras[push.camera]), RAY_AT(index)));
 #else
-  vec4 a = ray_half(2u * index), b = ray_half(2u * index + 1u);
+  uint ray = RAY_AT(index);
+  vec4 a = ray_half(2u * ray), b = ray_half(2u * ray + 1u);
   return Ray(a.xyz, a.w, b.xyz, b.w);
 #endif
 }
 
 void store_hit(uint index, Hit hit) {
-  hit_words[index] = uvec4(floatBitsToUint(hit.t), hit.prim, floatBitsToUint(hit.u), floatBitsToUint(hit.v));
+  hit_words[RAY_AT(index)] = uvec4(floatBitsToUint(hit.t), hit.prim, floatBitsToUint(hit.u), floatBitsToUint(hit.v));
 }
 
 // True if `condition` holds and the driver may cut loops short (lib/frame/main.glsl). BALLOT_LOOPS_CUT is 0 for drivers

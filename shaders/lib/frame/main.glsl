@@ -43,6 +43,9 @@ void write_hit(uint index, Walker w, Units units, bool cut_short) {
   if (cut_short) hit = UNFINISHED_HIT;
   store_hit(index, hit);
   COUNT_WRITE(index)
+#if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
+  if (!cut_short && is_open(w.space, w.hit)) list_ray(index);
+#endif
 }
 
 // Returns the units of a ray at the end of its walk. The ray is loaded again, which costs less than to keep the values.
@@ -110,7 +113,9 @@ void main() {
 #if BALLOT_INSTANCES
   push = whole_push;
 #endif
-#if BALLOT_INDIRECT
+#if BALLOT_DOUBTFUL == DOUBTFUL_TAKEN
+  ray_end = min(push.ray_end, doubtful.count);
+#elif BALLOT_INDIRECT
   ray_end = indirect[push.ray_end].count;
 #endif
   trace_rays();

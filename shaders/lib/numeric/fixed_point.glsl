@@ -22,9 +22,6 @@ uint sum_numbers[24];        // bits of the numbers in use: eight vectors
 int sum_base;
 uint sum_length, sum_words;  // digits of every sum, without the sign digit; words of its magnitude
 
-uint mantissa_of(uint bits) { return (bits & 0x7FFFFFu) | ((bits & 0x7F800000u) != 0u ? 0x800000u : 0u); }
-int exponent_of(uint bits) { return max(int(bits >> 23 & 0xFFu), 1) - 150; }
-
 // Sets the size of sums for the first `count` numbers, of which at least one must not be zero. With `keep` the size
 // serves the numbers before, too. Returns true if it is the size before, so that finished sums may be kept.
 bool size_sums(uint count, bool keep) {
@@ -70,6 +67,15 @@ void clear_digits(uint at, uint count) {
   for (uint i = 0u; i < count; ++i) sum_digits[at + i] = 0;
 }
 
+// Returns the 53 leading bits of a number, given its highest word that is not zero and the two below, and its place.
+double leading_bits(uvec3 top, int place) {
+  if (top.x == 0u) return 0.0lf;
+  int shift = 31 - findMSB(top.x);
+  uvec2 bits = top.xy << shift | (top.yz >> 1) >> (31 - shift);
+  double leading = double(bits.x) * 4294967296.0lf + double(bits.y & 0xFFFFF800u);
+  return leading * packDouble2x32(uvec2(0u, uint(1023 + 32 * (place - 1) - shift) << 20));
+}
+
 // Finishes a sum: its digits become the words of its magnitude. Returns its 53 leading bits times the unit, so that a
 // quotient of two sums does not depend on the unit.
 double finish_sum(uint at) {
@@ -95,12 +101,8 @@ double finish_sum(uint at) {
     below_that = below;
     below = word;
   }
-  if (top.x == 0u) return 0.0lf;
-  int shift = 31 - findMSB(top.x);
-  uvec2 bits = top.xy << shift | (top.yz >> 1) >> (31 - shift);
-  double leading = double(bits.x) * 4294967296.0lf + double(bits.y & 0xFFFFF800u);
-  double unit = packDouble2x32(uvec2(0u, uint(1023 + 32 * (place - 1) - shift) << 20));
-  return negative ? -leading * unit : leading * unit;
+  double size = leading_bits(top, place);
+  return negative ? -size : size;
 }
 
 // Sets the fraction to the magnitude of a float32. Returns the number of words of its two numbers.

@@ -12,3 +12,7 @@ float narrow(double value) {
   uint bits = uint(size * 713623846352979940529142984724747568191373312.0lf + 0.5lf);  // 2^149
   return uintBitsToFloat(value < 0.0lf ? bits | 0x80000000u : bits);
 }
+
+// A finite float32 is a mantissa below 2^24, with its sign, times 2 to its exponent.
+uint mantissa_of(uint bits) { return (bits & 0x7FFFFFu) | ((bits & 0x7F800000u) != 0u ? 0x800000u : 0u); }
+int exponent_of(uint bits) { return max(int(bits >> 23 & 0xFFu), 1) - 150; }

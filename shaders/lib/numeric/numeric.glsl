@@ -25,6 +25,8 @@
 //                                      the prim, not a place. Returns true if the driver left a loop early
 //                                      (lib/frame/main.glsl)
 //   change_ray()                       called where a lane that has several rays goes on with another one
+//   is_open(space, best) -> bool       true if a triangle that the test has left open may be the nearest hit
+//   open_from(space) -> float          returns a t before which no such triangle is hit, to one ulp
 //
 // A box test (lib/numeric/box_*.glsl) defines
 //   Slabs                              the constants of a ray

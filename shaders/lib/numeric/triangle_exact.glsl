@@ -4,9 +4,10 @@
 // exact t, and the smallest prim where t is equal.
 //
 // There are three stages, each for what the one before left open. Stage 1, in float32, rejects triangles that the ray
-// surely misses. Stage 2, in double, decides with a bound of its error. Stage 3, exact_predicates.glsl, decides the
+// surely misses. Stage 2, in double, decides with a bound of its error. Stage 3, exact_decision.glsl, decides the
 // rest. t, u and v come from double where signs are sure and errors below 2^-28, else from the exact sums. Ray
-// and triangle alone decide which, so all methods agree bit for bit.
+// and triangle alone decide which, so all methods agree bit for bit. A kernel that lists rays in doubt
+// (lib/frame/doubtful.glsl) has no stage 3: a triangle that double does not decide stays open.
 //
 // Source of the plan: Jonathan Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
 // Predicates. Discrete & Computational Geometry 18, 1997, section 1. Differs: the last stage is integer arithmetic of
@@ -25,29 +26,21 @@ struct RaySpace {
   float reach;                 // not less than its exact t, or t_max, as t of the walked ray
   float start;                 // t of the scaled ray where the walked ray starts (nearer_origin.glsl)
   float origin_room;           // added to distances from the walked ray's origin; 0 if it is exact
+  double open_t;               // what is open is not hit before this t; NOTHING_OPEN if nothing is
   uint first, marked;          // texel of a triangle of the leaf; a bit for each undecided triangle from there on
 };
 #define TRIANGLE_SETTLES
+const double NOTHING_OPEN = 1e300lf;
 
 // True if the range of a ray is empty, which makes it dead (lib/tree/leaf.glsl).
 #define IS_EMPTY_RANGE(t_min, t_max) (widen(t_max) <= widen(t_min))
 
 #include "../tree/leaf_vertices.glsl"
-#include "exact_predicates.glsl"
 #include "nearer_origin.glsl"
 
-// Sums 2 and 3 keep depth and det of a ray's best hit for the next triangle that is compared with it: where the ray
-// hits many triangles at one t, as at a vertex, that saves half of the work. NOTE_TEXEL has the texel of their
-// triangle, or NO_HIT, and NOTE_SIGN the sign of its t.
-void forget_sums() { sum_digits[NOTE_TEXEL] = int(NO_HIT); }
-void change_ray() { forget_sums(); }
-bool has_sums_of(uint texel) { return sum_digits[NOTE_TEXEL] == int(texel); }
-void note_sums(uint texel, int sign) {
-  sum_digits[NOTE_TEXEL] = int(texel);
-  sum_digits[NOTE_SIGN] = sign;
-}
-
 float largest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
+
+void change_ray();
 
 RaySpace make_ray_space(inout Ray ray, Ray given) {
   vec3 d = ray.dir, a = abs(d);
@@ -64,6 +57,7 @@ RaySpace make_ray_space(inout Ray ray, Ray given) {
   space.start = move_nearer(ray, given);
   space.origin_room = space.start > 0.0 ? 0.25 * largest_of(abs(ray.origin)) : 0.0;
   space.reach = walked_t(given, widen(given.t_max), 0.0lf, space.start);
+  space.open_t = NOTHING_OPEN;
   space.first = 0u;
   space.marked = 0u;
   change_ray();
@@ -147,14 +141,14 @@ ivec2 with_bits(ivec2 span, float x) {
   return m == 0u ? span : ivec2(min(span.x, e + findLSB(m)), max(span.y, e + findMSB(m) + 1));
 }
 ivec2 with_bits(ivec2 span, vec3 v) { return with_bits(with_bits(with_bits(span, v.x), v.y), v.z); }
+ivec2 with_bits(ivec2 span, Corners c) { return with_bits(with_bits(with_bits(span, c.v0), c.v1), c.v2); }
+const ivec2 NO_BITS = ivec2(1000, -1000);
 
 // Returns true if look() rounds only t, as in grids and boxes along the axes. There rays often meet edges, or lie in
 // the planes of triangles. If points are integers below 2^15 in one unit, and the direction in another, differences are
 // below 2^16, components of the normal below 2^33, of the moment below 2^32, and det, depth and sides below 2^52.
 bool is_exact_in_double(Ray ray, Corners corners) {
-  const ivec2 none = ivec2(1000, -1000);
-  ivec2 points = with_bits(with_bits(with_bits(with_bits(none, ray.origin), corners.v0), corners.v1), corners.v2);
-  ivec2 dir = with_bits(none, ray.dir);
+  ivec2 points = with_bits(with_bits(NO_BITS, ray.origin), corners), dir = with_bits(NO_BITS, ray.dir);
   return points.y - points.x <= 15 && dir.y - dir.x <= 15;
 }
 
@@ -209,82 +203,11 @@ bool is_corner(vec3 v, Corners of) { return v == of.v0 || v == of.v1 || v == of.
 // Returns true if two triangles that a ray hits are one triangle, whatever the order of their vertices.
 bool coincide(Corners a, Corners b) { return is_corner(a.v0, b) && is_corner(a.v1, b) && is_corner(a.v2, b); }
 
-// Sets the rows of exact_predicates.glsl, and the size of sums. Forgets kept sums of another size.
-void set_rows(Ray ray, RaySpace space, Corners corners, bool order) {
-  set_row(ROW_DIR, ray.dir);
-  set_row(ROW_ORIGIN, ray.origin);
-  set_row(ROW_FIRST, corners.v0);
-  set_row(ROW_FIRST + 1u, corners.v1);
-  set_row(ROW_FIRST + 2u, corners.v2);
-  if (order) {
-    Corners best = corners_of(fetch_triangle(space.best_texel, AS_STORED));
-    set_row(ROW_BEST, best.v0);
-    set_row(ROW_BEST + 1u, best.v1);
-    set_row(ROW_BEST + 2u, best.v2);
-  }
-  if (!size_sums(order ? 24u : 15u, !has_sums_of(NO_HIT))) forget_sums();
-}
-
-// Decides without rounding. Returns true if the triangle at `texel` is hit in range and before the best hit. `s` gets
-// precise values if they are asked for.
-bool decide_exactly(Ray ray, RaySpace space, Corners corners, uint texel, uint prim, uint best_prim, Doubt doubt,
-                    inout DoubleSight s) {
-  set_rows(ray, space, corners, doubt.order);
-  bool add_best = doubt.order && !has_sums_of(space.best_texel);
-  // The sides have one sign if all but zeros have.
-  double most = 0.0lf, least = 0.0lf, depth = 0.0lf;
-  bool hit = true;
-  int sign = 0;
-  uint q = doubt.values ? 0u : 3u, end = add_best ? 7u : 5u;
-  while (q < end) {
-    double value = exact_quantity(q, q < 3u ? 0u : (q - 3u) * SUM_DIGITS);
-    if (q < 3u) {
-      s.side[q] = value;
-      most = max(most, value);
-      least = min(least, value);
-    }
-    if (q == 4u && doubt.values) {
-      precise double t = depth / value;
-      s.t = t;
-      s.error = 1e-13lf * abs(t);
-    }
-    if ((q & 1u) != 0u) depth = value;
-    if (q == 4u) sign = sign_of(depth) * sign_of(value);
-    if (q == 6u) note_sums(space.best_texel, sign_of(depth) * sign_of(value));
-    ++q;
-    if (q == 3u) {
-      hit = !(most > 0.0lf && least < 0.0lf) && !(most == 0.0lf && least == 0.0lf);
-      if (!hit) end = q;
-    }
-  }
-  if (!hit) return false;
-  // Compares t with the best hit, then with t_min, then with t_max.
-  uint against = doubt.order ? 0u : 1u, last = doubt.range ? 3u : 1u;
-  while (against < last) {
-    uint at = 2u * SUM_DIGITS, step = SUM_DIGITS, count = sum_words;
-    int other = sum_digits[NOTE_SIGN];
-    if (against > 0u) {
-      float bound = against == 1u ? ray.t_min : ray.t_max;
-      at = FRACTION_AT;
-      step = FRACTION_WORDS;
-      count = set_fraction(floatBitsToUint(bound));
-      other = sign_of(widen(bound));
-    }
-    int order = sign < other ? -1 : 1;
-    if (sign == other) order = sign * compare_fractions(at, at + step, count);
-    bool kept = against == 0u ? order < 0 || (order == 0 && prim < best_prim) : against == 1u ? order >= 0 : order <= 0;
-    hit = hit && kept;
-    ++against;
-  }
-  if (hit) {
-    for (uint i = 0u; i < sum_words; ++i) {
-      sum_digits[2u * SUM_DIGITS + i] = sum_digits[i];
-      sum_digits[3u * SUM_DIGITS + i] = sum_digits[SUM_DIGITS + i];
-    }
-    note_sums(texel, sign);
-  }
-  return hit;
-}
+#if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
+void change_ray() {}
+#else
+#include "exact_decision.glsl"
+#endif
 
 // Marks the triangle unless it is surely missed. Reports no hit yet.
 bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out float t, out float u, out float v) {
@@ -320,7 +243,12 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
     }
 #endif
     uint left = hit && (doubt.values || doubt.range || doubt.order) ? 1u : 0u;
-    for (uint j = 0u; j < left; ++j) hit = decide_exactly(ray, space, corners, texel, prim, best.prim, doubt, s);
+#if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
+    if (left != 0u) space.open_t = min(space.open_t, s.t - s.error);
+    hit = hit && left == 0u;
+#else
+    for (uint j = 0u; j < left; ++j) hit = decide(space, corners, texel, prim, best.prim, doubt, s);
+#endif
     // If the driver cuts loops short, this one too ends early.
     uint twice = 0u;
     while (twice < decisions + 1u) ++twice;
@@ -354,3 +282,12 @@ bool may_count(RaySpace space, float t, Ray ray, Hit best) { return false; }
 bool nearer(inout RaySpace space, float t, uint prim, Hit best) { return false; }
 
 float reach(RaySpace space, Hit best) { return space.reach; }
+
+// Returns a t, perhaps infinite, before which no open triangle is hit; rounded, by one ulp at most.
+float open_from(RaySpace space) { return float(clamp(space.open_t, -3.4e38lf, 3.4e38lf)); }
+
+// Returns true if an open triangle may be the nearest hit.
+bool is_open(RaySpace space, Hit best) {
+  if (best.prim == NO_HIT) return space.open_t < NOTHING_OPEN;
+  return BALLOT_ANY_HIT == 0 && space.open_t <= space.best_t + space.best_error;
+}

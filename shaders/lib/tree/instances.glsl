@@ -51,6 +51,7 @@ float world_scale;  // of t, from this scale to the given ray's
 float world_miss;  // t of a miss
 Hit found;         // the nearest hit so far: t on the scale of `world`, the number of its triangle
 bool found_cut;    // the driver cut a walk short
+float found_open;  // no triangle that a walk has left open is hit before this t (numeric.glsl)
 uint top_stack[TOP_STACK_SIZE];
 uint top_height, top_node;
 uint first_prim;     // number of the first triangle of the instance that is walked
@@ -68,6 +69,7 @@ bool begin_instances(uint index) {
   world_scale = direction_scale(given.dir);
   found = Hit(world.t_max, NO_HIT, 0.0, 0.0);
   found_cut = false;
+  found_open = 3.4e38;
   top_stack[0] = END_OF_TREE;
   top_height = 1u;
 #if TOP_TOGETHER
@@ -190,6 +192,9 @@ uint next_instance(inout Walker w, bool live, out bool here) {
 // Takes over what the walk of an instance has found. `end` is what traverse() returned.
 void leave_instance(Walker w, uint end, inout bool live) {
   found_cut = found_cut || CUT_SHORT(end != END_OF_TREE || w.truncated);
+#if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
+  found_open = min(found_open, open_from(w.space));
+#endif
   Hit hit = finished_hit(w.hit, Units(object_scale, 0.0));
   uint prim = first_prim + hit.prim;
   if (hit.prim != NO_HIT && (hit.t < found.t || (hit.t == found.t && prim < found.prim)))
@@ -210,6 +215,10 @@ void write_found(uint index, bool cut_short) {
   if (cut_short) hit = UNFINISHED_HIT;
   store_hit(index, hit);
   if (cut_short) atomicAdd(work.unfinished, 1u);
+#if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
+  bool settled = BALLOT_ANY_HIT != 0 && found.prim != NO_HIT;
+  if (!cut_short && !settled && found_open < 3.4e38 && found_open <= found_reach()) list_ray(index);
+#endif
 }
 
 #ifndef METHOD_REFILLS
@@ -236,6 +245,9 @@ uint continue_instances(inout Walker w) {
 uint take_instances(uint index, inout Walker w) {
   bool live = begin_instances(index), here;
   w.hit.prim = NO_HIT;  // nothing has been found for this ray, should it meet no instance
+#if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
+  w.space.open_t = NOTHING_OPEN;
+#endif
   w.truncated = false;
   return next_instance(w, live, here);
 }

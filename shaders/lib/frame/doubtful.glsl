@@ -1,0 +1,26 @@
+// Rays in doubt. In mode "exact" nearly all rays are decided by float32 and double. A kernel with DOUBTFUL_LISTED does
+// no more, and lists the rays whose hit is still open. A kernel of the same method with DOUBTFUL_TAKEN then traces the
+// rays of that list, and decides without rounding (lib/numeric/exact_decision.glsl). Gain over one kernel that does
+// all, primary and diffuse rays of sponza and conference: lavapipe 22.3.6 1.7 to 2.9, as it runs both sides of every
+// branch; an H100 (580.159.04) 1.04 to 1.5 and 1.07 to 1.11, as fewer registers are in use.
+#if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
+layout(set = 0, binding = BIND_DOUBTFUL, scalar) buffer Doubtful {
+  IndirectArgs doubtful;  // of the kernel that takes the rays
+  uint doubtful_rays[];
+};
+
+void list_ray(uint index) {
+  uint at = atomicAdd(doubtful.count, 1u);
+  doubtful_rays[at] = index;
+  if (at % (gl_WorkGroupSize.x * BALLOT_RAYS) == 0u) atomicAdd(doubtful.groups_x, 1u);
+}
+#define RAY_AT(i) (i)
+#elif BALLOT_DOUBTFUL == DOUBTFUL_TAKEN
+layout(set = 0, binding = BIND_DOUBTFUL, scalar) readonly buffer Doubtful {
+  IndirectArgs doubtful;
+  uint doubtful_rays[];
+};
+#define RAY_AT(i) doubtful_rays[i]
+#else
+#define RAY_AT(i) (i)
+#endif
