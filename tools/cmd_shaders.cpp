@@ -62,9 +62,9 @@ std::vector<KernelSource> traversal_sources() {
           for (const Knobs& knobs : all_knobs)
             for (const bool counters : {false, true}) {
               Variant v{&method, &numeric, want, kernel_config_for(method, numeric, device, knobs), counters};
-              if (numeric.leaves_open && !counters) v.doubtful = Doubtful::Listed;
+              if (counters) v.config.doubtful = Doubtful::Decided;
               sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES}));
-              if (v.doubtful == Doubtful::Listed)
+              if (v.config.doubtful == Doubtful::Listed)
                 sources.push_back(kernel_source(v.taking(), device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES}));
               if (&knobs == &all_knobs[0] && !method.ray_packets)
                 sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = 1}));

@@ -24,7 +24,9 @@ bool reports(const Variant& v) { return v.config.launch == Launch::Persistent ||
 
 }  // namespace
 
-LaunchSize& Dispatcher::size_of(const Variant& v) const { return (*sizes_)[{v.method, v.numeric, v.want, v.doubtful}]; }
+LaunchSize& Dispatcher::size_of(const Variant& v) const {
+  return (*sizes_)[{v.method, v.numeric, v.want, v.config.doubtful}];
+}
 
 std::uint32_t Dispatcher::groups_for(const Variant& v, std::uint32_t rays) const {
   const KernelConfig& c = v.config;
@@ -60,7 +62,7 @@ Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& 
   Kernel& kernel = *job.kernel->kernel;
   kernel.bind(BIND_RAYS, rays);
   kernel.bind(BIND_HITS, hits);
-  const Doubtful doubtful = job.variant.doubtful;
+  const Doubtful doubtful = job.variant.config.doubtful;
   Buffer<std::uint32_t>* list = nullptr;
   if (doubtful != Doubtful::Decided)
     list = &kernels_.doubtful(doubtful == Doubtful::Listed ? push.ray_end - push.ray_begin : 0);
@@ -134,7 +136,7 @@ bool Dispatcher::can_record(const Variant& v, std::uint32_t most) const {
   const LaunchSize& size = size_of(v);
   if (gpu_.launch_ms() > 0 && most > (size.is_known() ? size.most(gpu_.launch_ms()) : kRecordedUnknown)) return false;
   if (v.config.launch == Launch::Persistent && v.config.batches != kUnbounded) return false;
-  if (v.config.launch == Launch::Persistent && v.doubtful != Doubtful::Listed) return true;
+  if (v.config.launch == Launch::Persistent && v.config.doubtful != Doubtful::Listed) return true;
   return most <= std::uint64_t(gpu_.info().max_group_count_x) * group_rays(v);
 }
 
@@ -146,7 +148,7 @@ RayGroups Dispatcher::groups_of(const Variant& v) const {
 
 void Dispatcher::record(const Recorded& r, Context::Done done) {
   const Variant& v = r.job.variant;
-  const bool counts = reports(v), lists = v.doubtful == Doubtful::Listed;
+  const bool counts = reports(v), lists = v.config.doubtful == Doubtful::Listed;
   Buffer<std::uint32_t>* list = lists ? &kernels_.doubtful(r.most) : nullptr;
   Kernel &kernel = *r.job.kernel->kernel, *taking = lists ? kernels_.get(v.taking()).kernel.get() : nullptr;
   for (Kernel* k : {&kernel, taking})

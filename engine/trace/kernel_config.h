@@ -16,6 +16,10 @@ enum class Products { Split, Float64, Fma };
 enum class MinMax { Builtin, Select, Integer };
 enum class Reduce { Shuffle, Integer };
 enum class Launch { Plain, Persistent };
+/// What becomes of rays whose hit is open after float32 and double (shaders/lib/frame/doubtful.glsl). Decided: the
+/// kernel decides them at once. Listed: it lists them. Taken: it takes them from that list, and decides them; no knob
+/// asks for that.
+enum class Doubtful { Decided, Listed, Taken };
 
 /// One value for each knob. What a knob does is said once, in its row of knobs.h; what follows from no knob has its
 /// comment here.
@@ -34,6 +38,7 @@ struct KernelConfig {
   bool reorder = false;
   Products products = Products::Split;
   Padding padding = Padding::Ray;
+  Doubtful doubtful = Doubtful::Decided;
   Launch launch = Launch::Plain;
   std::uint32_t workgroup = 64;
   std::uint32_t subgroup = 0;  // 0: the device's own size

@@ -21,7 +21,7 @@ struct NumericMode {
   Arithmetic arithmetic;      // the arithmetic whose rounding error the judge allows
   bool conservative = false;  // answers are equal bit for bit over methods, orders, subgroup and workgroup sizes, trees
   bool needs_float64 = false;  // shaderFloat64
-  bool leaves_open = false;    // kernels may list rays in doubt (Doubtful, variant.h)
+  bool leaves_open = false;    // kernels may list rays in doubt (Doubtful, kernel_config.h)
 };
 
 // clang-format off

@@ -10,10 +10,10 @@ namespace ballot {
 
 namespace {
 
-/// Returns a variant with or without counters. Rays in doubt are counted by the kernel that meets them.
+/// Returns a variant with or without counters. A kernel that counts decides rays in doubt itself, so that it counts all.
 Variant counted(Variant v, bool counters) {
   v.counters = counters;
-  if (v.numeric->leaves_open && !counters) v.doubtful = Doubtful::Listed;
+  if (counters) v.config.doubtful = Doubtful::Decided;
   return v;
 }
 

@@ -104,6 +104,7 @@ void fit_to_device(const Method& m, const NumericMode& numeric, KernelConfig& f,
   if (!can_widen(m, numeric) || f.leaf_box) f.padding = Padding::Ray;
   if (!d.float64 && f.products == Products::Float64)
     fail(Failure::Arguments, "knob products=float64: {} has no shaderFloat64", d.name);
+  if (!numeric.leaves_open) f.doubtful = Doubtful::Decided;
   // The lanes of a subgroup share a claim, so they have to come to it together.
   if (!d.is_cpu() && !d.uniform_flow) f.claim = 1;
 }
@@ -140,6 +141,9 @@ KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric,
   f.threshold = method.threshold.standard;
   // In modes that need float64, a kernel that holds its code eight times would take long to compile.
   f.rays = device.is_cpu() && !numeric.needs_float64 ? 8 : 1;
+  // Where all lanes run both sides of a branch, the rare decision of such rays costs all of them: measured in
+  // tools/measured/traversal.md.
+  if (device.is_cpu() && numeric.leaves_open) f.doubtful = Doubtful::Listed;
   f.products = device.float64 ? Products::Float64 : Products::Split;
   f.reduce = device.arithmetic && !device.is_cpu() ? Reduce::Integer : Reduce::Shuffle;  // tools/measured/traversal.md
   f.jump = device.is_cpu();  // an H200 gains nothing by it: 0.97 to 1.05 times as fast

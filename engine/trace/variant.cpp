@@ -28,6 +28,9 @@ struct Facts {
   const TreeFacts& tree;
 };
 
+static_assert(int(Doubtful::Decided) == DOUBTFUL_DECIDED && int(Doubtful::Listed) == DOUBTFUL_LISTED &&
+              int(Doubtful::Taken) == DOUBTFUL_TAKEN);
+
 /// A define that follows from no knob.
 struct FactDefine {
   const char* name;
@@ -50,7 +53,7 @@ constexpr FactDefine kFactDefines[] = {
     {"BALLOT_INDIRECT", [](const Facts& f) { return int(f.variant.indirect); }},
     {"BALLOT_CAMERA", [](const Facts& f) { return int(f.variant.camera != CameraKind::None); }},
     {"BALLOT_COUNTERS", [](const Facts& f) { return int(f.variant.counters); }},
-    {"BALLOT_DOUBTFUL", [](const Facts& f) { return int(f.variant.doubtful); }},
+    {"BALLOT_DOUBTFUL", [](const Facts& f) { return int(f.variant.config.doubtful); }},
 };
 
 Defines defines_for(const Facts& f) {
@@ -75,15 +78,15 @@ std::string upper(std::string_view text) {
 }  // namespace
 
 std::string Variant::kernel_name() const {
-  constexpr const char *kCameras[] = {"", ".perspective", ".orthographic"}, *kDoubtful[] = {"", "", ".doubtful"};
+  constexpr const char *kCameras[] = {"", ".perspective", ".orthographic"}, *kDoubtful[] = {"", ".lists", ".takes"};
   return fmt::format("{}.{}.{}{}{}{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
                      counters ? ".counters" : "", indirect ? ".indirect" : "", kCameras[int(camera)],
-                     kDoubtful[int(doubtful)], describe(config, *method));
+                     kDoubtful[int(config.doubtful)], describe(config, *method));
 }
 
 Variant Variant::taking() const {
   Variant v = *this;
-  v.doubtful = Doubtful::Taken;
+  v.config.doubtful = Doubtful::Taken;
   v.indirect = false;  // the list has the count
   v.config.launch = Launch::Plain;
   return v;

@@ -8,16 +8,11 @@
 #include "engine/trace/knobs.h"
 #include "engine/trace/numeric.h"
 #include "engine/vk/kernel.h"
-#include "shaders/shared/variant.h"
 
 namespace ballot {
 
 /// The kind of camera whose rays a kernel generates itself. None: the kernel reads its rays from a buffer.
 enum class CameraKind { None, Perspective, Orthographic };
-
-/// What becomes of rays whose hit is open after float32 and double (shaders/lib/frame/doubtful.glsl). Decided: the
-/// kernel decides them at once. Listed: it lists them. Taken: it takes them from that list, and decides them.
-enum class Doubtful { Decided = DOUBTFUL_DECIDED, Listed = DOUBTFUL_LISTED, Taken = DOUBTFUL_TAKEN };
 
 /// All that decides the code of a traversal kernel, but for the device and the tree.
 struct Variant {
@@ -28,7 +23,6 @@ struct Variant {
   bool counters = false;  // the instrumented variant, which also writes RayStats
   CameraKind camera = CameraKind::None;
   bool indirect = false;  // the ray count is read from IndirectArgs on the device
-  Doubtful doubtful = Doubtful::Decided;
 
   /// Returns the variant that traces what a variant with Doubtful::Listed has listed.
   Variant taking() const;

@@ -40,6 +40,14 @@ TEST(LaunchSizes, FewRaysTellNothing) {
   EXPECT_EQ(size.most(kTarget), LaunchSize::kLeast);
 }
 
+TEST(LaunchSizes, AnUnknownNumberTellsNothing) {
+  LaunchSize size;
+  size.add(1 << 20, 10);
+  const std::uint64_t before = size.most(kTarget);
+  size.add(0, 100);
+  EXPECT_EQ(size.most(kTarget), before);
+}
+
 TEST(LaunchSizes, StayWholePackets) {
   LaunchSize size;
   size.add(1'000'003, 37);

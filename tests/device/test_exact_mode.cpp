@@ -122,6 +122,7 @@ class ExactMode : public DeviceTest {
   static std::vector<std::pair<const char*, Knobs>> held(Want want) {
     std::vector<std::pair<const char*, Knobs>> out;
     for (const char* method : {"while-while", "packet", "cut", "dynamic-fetch"}) out.push_back({method, {}});
+    for (const char* doubtful : {"decided", "listed"}) out.push_back({"while-while", {{"doubtful", doubtful}}});
     out.push_back({"packet-wide", harness::kNoFallback});
     if (want == Want::Nearest) out.push_back({"packet-wide", {{"rays", "2"}, {"fallback", "0"}}});
     return out;
@@ -209,6 +210,59 @@ TEST_F(ExactMode, FarFromTheOrigin) {
     rays.push_back(shapes::towards({0, 0, 0}, t[0] + (t[1] - t[0]) * random.in(0, 1)));
   }
   hold(build_bvh(triangles), triangles, rays);
+}
+
+/// Returns rays from 2^4 to 2^50 radii away, at vertices and beside them.
+std::vector<Ray> from_afar(const Triangles& triangles, std::size_t count) {
+  shapes::Random random(37);
+  std::vector<Ray> out;
+  while (out.size() < count) {
+    const glm::vec3 v = triangles[random.below(triangles.size())][random.below(3)];
+    const float distance = std::ldexp(1.f, 4 + int(random.below(47)));
+    out.push_back({distance * v, 0, -v, 1e30f});  // through the vertex, exactly
+    out.push_back({distance * v, distance - 1, -v, distance});
+    out.push_back({distance * random.point(1), 0, v, 1e30f});
+    const glm::vec3 from = distance * random.point(1);
+    out.push_back(shapes::towards(from, v));
+    out.push_back({from, -1e30f, std::ldexp(1.f, -int(random.below(60))) * from, 1e30f});
+  }
+  return out;
+}
+
+// Rays from far away are walked from another origin.
+TEST_F(ExactMode, FromFarAway) {
+  Triangles triangles = shapes::sphere(2);
+  append(triangles, shapes::soup(150, 0.3f));
+  hold(build_bvh(triangles), triangles, from_afar(triangles, 1500));
+  triangles = transformed(triangles, 1, {20, -30, 10});
+  std::vector<Ray> rays;
+  for (const Ray& r : from_afar(triangles, 500)) append(rays, transformed({r}, 1, {20, -30, 10}));
+  hold(build_bvh(triangles), triangles, rays);
+}
+
+TEST_F(ExactMode, DistanceCostsNoWork) {
+  const Triangles triangles = shapes::sphere(4);
+  const Bvh bvh = build_bvh(triangles);
+  Tracer tracer(*gpu_, bvh, triangles, facts_of(bvh));
+  const auto work = [&](float distance) {
+    shapes::Random random(38);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 256; ++i)
+      rays.push_back(shapes::towards(distance * glm::vec3(0.6f, 0, 0.8f), random.point(0.5f)));
+    Buffer<Ray> there(*gpu_, rays.size(), Access::Storage, "rays");
+    Buffer<Hit> hits(*gpu_, rays.size(), Access::Storage, "hits");
+    Buffer<RayStats> stats(*gpu_, rays.size(), Access::Storage, "stats");
+    there.upload(rays);
+    tracer.trace_counted(there, hits, std::uint32_t(rays.size()), {.method = "while-while", .numeric = "exact"}, stats);
+    std::vector<RayStats> all(rays.size());
+    stats.download(all);
+    double tested = 0;
+    for (const RayStats& s : all) tested += s.triangles_tested;
+    return tested;
+  };
+  const double near = work(4);
+  EXPECT_GT(near, 0);
+  for (const float distance : {100.f, 1e4f, 1e6f}) EXPECT_LT(work(distance), 2 * near) << distance;
 }
 
 TEST_F(ExactMode, TinyScenes) {

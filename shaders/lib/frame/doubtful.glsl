@@ -1,8 +1,7 @@
 // Rays in doubt. In mode "exact" nearly all rays are decided by float32 and double. A kernel with DOUBTFUL_LISTED does
 // no more, and lists the rays whose hit is still open. A kernel of the same method with DOUBTFUL_TAKEN then traces the
-// rays of that list, and decides without rounding (lib/numeric/exact_decision.glsl). Gain over one kernel that does
-// all, primary and diffuse rays of sponza and conference: lavapipe 22.3.6 1.7 to 2.9, as it runs both sides of every
-// branch; an H100 (580.159.04) 1.04 to 1.5 and 1.07 to 1.11, as fewer registers are in use.
+// rays of that list, and decides without rounding (lib/numeric/exact_decision.glsl). What that gains is in
+// tools/measured/traversal.md.
 #if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
 layout(set = 0, binding = BIND_DOUBTFUL, scalar) buffer Doubtful {
   IndirectArgs doubtful;  // of the kernel that takes the rays

@@ -1,8 +1,11 @@
-// Stage 3 of mode "exact": decides about a ray and a triangle without rounding. In most scenes numbers are of similar
-// size, and integers of fixed size have room for them (integer_predicates.glsl). Sums of any size do the rest
-// (exact_predicates.glsl).
+// Stage 3 of mode "exact": decides about a ray and a triangle without rounding, by sums of any size
+// (exact_predicates.glsl). In most scenes numbers are of similar size, and integers of fixed size have room for them
+// (integer_predicates.glsl). That takes a tenth of the time, but so many registers that a kernel which also walks all
+// rays slows down (an H100: diffuse rays 0.83). So only kernels that take rays in doubt have it.
 #include "exact_predicates.glsl"
+#if BALLOT_DOUBTFUL == DOUBTFUL_TAKEN
 #include "integer_predicates.glsl"
+#endif
 
 // Sums 2 and 3 keep depth and det of a ray's best hit for the next triangle that is compared with it: where the ray
 // hits many triangles at one t, as at a vertex, that saves half of the work. NOTE_TEXEL has the texel of their
@@ -91,6 +94,7 @@ bool decide_by_sums(Ray ray, RaySpace space, Corners corners, uint texel, uint p
   return hit;
 }
 
+#if BALLOT_DOUBTFUL == DOUBTFUL_TAKEN
 // The same in integers. `points` and `directions` are the spans of their bits. Cannot tell whether t is in range.
 bool decide_in_integers(RaySpace space, Corners corners, Corners best, uint prim, uint best_prim, Doubt doubt,
                         ivec2 points, ivec2 directions, inout DoubleSight s) {
@@ -120,16 +124,20 @@ bool decide_in_integers(RaySpace space, Corners corners, Corners best, uint prim
   return order < 0 || (order == 0 && prim < best_prim);
 }
 
+#endif
+
 // Decides without rounding. Returns true if the triangle at `texel` is hit in range and before the best hit. `s` gets
 // precise values if they are asked for.
 bool decide(RaySpace space, Corners corners, uint texel, uint prim, uint best_prim, Doubt doubt,
             inout DoubleSight s) {
   Ray ray = space.given;
+#if BALLOT_DOUBTFUL == DOUBTFUL_TAKEN
   Corners best = corners;
   if (doubt.order) best = corners_of(fetch_triangle(space.best_texel, AS_STORED));
   ivec2 points = with_bits(with_bits(with_bits(NO_BITS, ray.origin), corners), best);
   ivec2 directions = with_bits(NO_BITS, ray.dir);
   bool small = !doubt.range && points.y - points.x <= POINT_BITS && directions.y - directions.x <= DIRECTION_BITS;
   if (small) return decide_in_integers(space, corners, best, prim, best_prim, doubt, points, directions, s);
+#endif
   return decide_by_sums(ray, space, corners, texel, prim, best_prim, doubt, s);
 }
