@@ -10,7 +10,7 @@ namespace ballot {
 
 namespace {
 
-/// Returns a variant with or without counters. A kernel that counts decides rays in doubt itself, so that it counts all.
+/// Returns a variant with or without counters. A kernel that counts decides rays in doubt at once, so it counts all.
 Variant counted(Variant v, bool counters) {
   v.counters = counters;
   if (counters) v.config.doubtful = Doubtful::Decided;
