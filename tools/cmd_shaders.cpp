@@ -63,25 +63,23 @@ std::vector<KernelSource> traversal_sources() {
             for (const bool counters : {false, true}) {
               Variant v{&method, &numeric, want, kernel_config_for(method, numeric, device, knobs), counters};
               if (counters) v.config.doubtful = Doubtful::Decided;
-              sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES}));
-              if (v.config.doubtful == Doubtful::Listed)
-                sources.push_back(kernel_source(v.taking(), device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES}));
-              if (&knobs == &all_knobs[0] && !method.ray_packets)
-                sources.push_back(kernel_source(v, device, {.depth = 32, .largest_leaf = 1}));
+              const auto add = [&](const TreeFacts& tree) {
+                sources.push_back(kernel_source(v, device, tree));
+                if (v.config.doubtful == Doubtful::Listed) sources.push_back(kernel_source(v.taking(), device, tree));
+              };
+              add({.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES});
+              if (&knobs == &all_knobs[0] && !method.ray_packets) add({.depth = 32, .largest_leaf = 1});
               if (want == Want::Nearest && !counters)
-                sources.push_back(
-                    kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = true}));
+                add({.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = true});
               if (!counters && &knobs == &all_knobs[0] && method.instances)
-                sources.push_back(
-                    kernel_source(v, device, {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .top_depth = 24}));
+                add({.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .top_depth = 24});
               if (counters || !knobs.contains("launch")) continue;
               const TreeFacts tree{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
               v.indirect = true;
-              sources.push_back(kernel_source(v, device, tree));
+              add(tree);
               v.indirect = false;
               for (const CameraKind camera : {CameraKind::Perspective, CameraKind::Orthographic})
-                if (v.camera = camera; want == Want::Nearest && &knobs == &all_knobs[0])
-                  sources.push_back(kernel_source(v, device, tree));
+                if (v.camera = camera; want == Want::Nearest && &knobs == &all_knobs[0]) add(tree);
             }
       }
   return sources;

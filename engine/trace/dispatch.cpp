@@ -78,6 +78,7 @@ Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& 
   *traced_ms_ += ms;
   ++times.dispatches;
   if (reports(job.variant)) kernels_.work().download(std::span(&work, 1));
+  // A persistent kernel with a limit of batches may leave rays, but it has finished all rays that it took.
   const std::uint32_t next =
       job.variant.config.launch == Launch::Plain ? push.ray_end : std::min(work.next, push.ray_end);
   size_of(job.variant).add(next - push.ray_begin, ms);
@@ -133,10 +134,14 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
 
 bool Dispatcher::can_record(const Variant& v, std::uint32_t most) const {
   if (v.config.loops_cut) return false;
-  const LaunchSize& size = size_of(v);
-  if (gpu_.launch_ms() > 0 && most > (size.is_known() ? size.most(gpu_.launch_ms()) : kRecordedUnknown)) return false;
+  const bool lists = v.config.doubtful == Doubtful::Listed;
+  const auto is_slow = [&](const Variant& part) {
+    const LaunchSize& size = size_of(part);
+    return most > (size.is_known() ? size.most(gpu_.launch_ms()) : kRecordedUnknown);
+  };
+  if (gpu_.launch_ms() > 0 && (is_slow(v) || (lists && is_slow(v.taking())))) return false;
   if (v.config.launch == Launch::Persistent && v.config.batches != kUnbounded) return false;
-  if (v.config.launch == Launch::Persistent && v.config.doubtful != Doubtful::Listed) return true;
+  if (v.config.launch == Launch::Persistent && !lists) return true;
   return most <= std::uint64_t(gpu_.info().max_group_count_x) * group_rays(v);
 }
 

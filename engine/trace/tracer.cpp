@@ -118,6 +118,9 @@ void Tracer::prepare(const Query& query, bool counters, CameraKind camera) {
     Variant v = variant(query, counters);
     v.camera = camera;
     prepare_pipeline(gpu_, kernel_source(v, gpu_.info(), tree_.facts()));
+    // A recorded pass has the kernel that takes rays in doubt, too.
+    if (camera != CameraKind::None && v.config.doubtful == Doubtful::Listed)
+      prepare_pipeline(gpu_, kernel_source(v.taking(), gpu_.info(), tree_.facts()));
   } catch (const Error&) {
   }
 }

@@ -23,7 +23,7 @@
 #define BIND_INDIRECT 7  // kernels of indirect dispatches
 #define BIND_TOP 8       // BALLOT_INSTANCES only: the top-level tree and its instances (lib/tree/instances.glsl)
 #define BIND_MESHES 9    // BALLOT_INSTANCES only: a record for each mesh
-#define BIND_DOUBTFUL 10 // rays in doubt: IndirectArgs, then their numbers
+#define BIND_DOUBTFUL 10 // kernels that list or take rays in doubt: IndirectArgs, then the numbers of the rays
 
 // Defines that knobs set have their values in knobs.h, written from engine/trace/knobs.h. The others:
 //

@@ -215,7 +215,8 @@ TEST_F(ExactMode, FarFromTheOrigin) {
 /// Returns rays from 2^4 to 2^50 radii away, at vertices and beside them.
 std::vector<Ray> from_afar(const Triangles& triangles, std::size_t count) {
   shapes::Random random(37);
-  std::vector<Ray> out;
+  const glm::vec3 slanted(4091, 242, 3);  // float32 finds its products a little too large
+  std::vector<Ray> out{{-65536.f * 2540.f * slanted, 0, slanted, 1e30f}};
   while (out.size() < count) {
     const glm::vec3 v = triangles[random.below(triangles.size())][random.below(3)];
     const float distance = std::ldexp(1.f, 4 + int(random.below(47)));
@@ -225,6 +226,10 @@ std::vector<Ray> from_afar(const Triangles& triangles, std::size_t count) {
     const glm::vec3 from = distance * random.point(1);
     out.push_back(shapes::towards(from, v));
     out.push_back({from, -1e30f, std::ldexp(1.f, -int(random.below(60))) * from, 1e30f});
+    // Through zero, exactly: a product of integers of 12 bits each.
+    const glm::vec3 d(float(random.below(8191)) - 4095, float(random.below(8191)) - 4095,
+                      float(random.below(4095)) + 1);
+    out.push_back({std::ldexp(float(2 * random.below(2047) + 1), int(random.below(40))) * -d, 0, d, 1e30f});
   }
   return out;
 }

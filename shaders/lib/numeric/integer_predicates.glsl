@@ -2,9 +2,9 @@
 // registers.
 //
 // If all points are integers below 2^30 in one unit, and the direction below 2^60 in another, then differences of
-// points fit 32 bits, components of their cross products 64, and sides, det and depth 128: 3 * 2^63 * 2^60 < 2^125.
-// Integers are in two's complement, the lowest word first. With a, b, c = v0 - o, v1 - o, v2 - o, the sides are
-// |d b c|, |d c a| and |d a b|, det is their sum, and depth is |a b c|.
+// points fit 32 bits, components of their cross products 64, and sides, det and depth 128: det is the largest, and
+// below 9 * 2^63 * 2^60 < 2^127. Integers are in two's complement, the lowest word first. With a, b, c = v0 - o,
+// v1 - o, v2 - o, the sides are |d b c|, |d c a| and |d a b|, det is their sum, and depth is |a b c|.
 //
 // Values are the 53 leading bits, as those of finish_sum(), so a hit does not depend on which of the two found it.
 

@@ -3,18 +3,20 @@
 // every box. Mode "exact" decides about the ray as given, so it may walk another one: o' = o + s d, rounded to float32,
 // with t' = t - s.
 //
-// The bounds, with w = 2^-24. s is a float32, so the product s d is exact in double, and o' is off by little more than
-// w |o'|, whatever the distance. Padded boxes have room for that where they are measured from zero
-// (lib/numeric/box_padded.glsl); elsewhere rays keep their origin. The float32 test of triangles adds `origin_room`.
-// The range of t' is widened to float32.
+// The bounds, with w = 2^-24. s is a float32, so the product s d is exact in double, and the sum rounds by 2^-53 of
+// itself. It is then rounded to float32, so o' is off by little more than w |o'|. Padded boxes have room for that where
+// they are measured from zero (lib/numeric/box_padded.glsl); elsewhere rays keep their origin. The float32 test of
+// triangles adds `origin_room`. The range of t' is widened to float32.
 
 const float FAR = 8.0;  // radii; nearer rays keep their origin
 
 // Returns the t from which a scaled ray is walked, or 0 for a ray that keeps its origin.
 //
 // All points of the scene lie within r of its middle; 2.4e-7 of the largest coordinate covers the rounding of both. A
-// scaled direction is not shorter than 1, so t' of these points is at least r, less the rounding of s, for which 2^-22
-// of s is granted.
+// scaled direction is not shorter than 1, so t' of these points is at least r, less the rounding of s. That is 14 w s
+// at most for a ray that hits, whose direction is within an eighth of the middle's: w s for the subtraction of the
+// origin, 3 w s for each of the products, 5 w s for the division (2.5 ulp) and 2 w s for the last two steps. 16 w s are
+// granted.
 float walk_start(Ray ray) {
 #if BALLOT_BOX_ORIGIN
   return 0.0;
@@ -26,7 +28,7 @@ float walk_start(Ray ray) {
   // Beyond these limits components of the direction below 2^-126 would count, or numbers leave the range of float32.
   if (!(distance > FAR * r && distance < 1e18 * r && distance < 1e37)) return 0.0;
   float middle = dot(to, ray.dir) / dot(ray.dir, ray.dir);
-  return max(middle - 2.0 * r - 2.4e-7 * middle, 0.0);
+  return max(middle - 2.0 * r - 1e-6 * middle, 0.0);
 #endif
 }
 

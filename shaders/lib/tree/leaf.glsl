@@ -32,9 +32,9 @@ bool is_dead(Ray ray) {
 Walker make_walker(Ray given) {
   Walker w;
   w.ray = scaled_ray(given);
+  w.hit = Hit(w.ray.t_max, NO_HIT, 0.0, 0.0);
   w.space = make_ray_space(w.ray, given);
   w.slabs = make_slabs(w.ray);
-  w.hit = Hit(w.ray.t_max, NO_HIT, 0.0, 0.0);
   w.truncated = false;
 #if BALLOT_CAMERA
   w.scale = direction_scale(given.dir);
