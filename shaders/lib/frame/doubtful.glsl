@@ -13,8 +13,9 @@ void list_ray(uint index) {
   doubtful_rays[at] = index;
   if (at % (gl_WorkGroupSize.x * BALLOT_RAYS) == 0u) atomicAdd(doubtful.groups_x, 1u);
 }
-#define RAY_AT(i) (i)
-#elif BALLOT_DOUBTFUL == DOUBTFUL_TAKEN
+#endif
+
+#if BALLOT_DOUBTFUL == DOUBTFUL_TAKEN
 layout(set = 0, binding = BIND_DOUBTFUL, scalar) readonly buffer Doubtful {
   IndirectArgs doubtful;
   uint doubtful_rays[];

@@ -1,7 +1,8 @@
 // Stage 3 of mode "exact": decides about a ray and a triangle without rounding, by sums of any size
 // (exact_predicates.glsl). In most scenes numbers are of similar size, and integers of fixed size have room for them
-// (integer_predicates.glsl). That takes a tenth of the time, but so many registers that a kernel which also walks all
-// rays slows down (an H100: diffuse rays 0.83). So only kernels that take rays in doubt have it.
+// (integer_predicates.glsl). With integers the rays in doubt of Sponza take 0.13 ms instead of 0.27 on an H100, but so
+// many registers that a kernel which also walks all rays slows down (diffuse rays 0.83). So only kernels that take rays
+// in doubt have them.
 #include "exact_predicates.glsl"
 #if BALLOT_DOUBTFUL == DOUBTFUL_TAKEN
 #include "integer_predicates.glsl"
@@ -123,7 +124,6 @@ bool decide_in_integers(RaySpace space, Corners corners, Corners best, uint prim
   if (sign == other) order = sign * compare_products(sight[0].depth, sight[1].det, sight[0].det, sight[1].depth);
   return order < 0 || (order == 0 && prim < best_prim);
 }
-
 #endif
 
 // Decides without rounding. Returns true if the triangle at `texel` is hit in range and before the best hit. `s` gets
