@@ -65,7 +65,7 @@ std::vector<KernelSource> traversal_sources() {
               if (counters) v.config.doubtful = Doubtful::Decided;
               const auto add = [&](const TreeFacts& tree) {
                 sources.push_back(kernel_source(v, device, tree));
-                if (v.config.doubtful == Doubtful::Listed) sources.push_back(kernel_source(v.taking(), device, tree));
+                if (v.config.lists()) sources.push_back(kernel_source(v.taking(), device, tree));
               };
               add({.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES});
               if (&knobs == &all_knobs[0] && !method.ray_packets) add({.depth = 32, .largest_leaf = 1});

@@ -62,15 +62,17 @@ Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& 
   Kernel& kernel = *job.kernel->kernel;
   kernel.bind(BIND_RAYS, rays);
   kernel.bind(BIND_HITS, hits);
-  const Doubtful doubtful = job.variant.config.doubtful;
+  const bool lists = job.variant.config.lists();
   Buffer<std::uint32_t>* list = nullptr;
-  if (doubtful != Doubtful::Decided)
-    list = &kernels_.doubtful(doubtful == Doubtful::Listed ? push.ray_end - push.ray_begin : 0);
+  if (job.variant.config.doubtful != Doubtful::Decided)
+    list = &kernels_.doubtful(lists ? push.ray_end - push.ray_begin : 0);
   if (list) kernel.bind(BIND_DOUBTFUL, *list);
+  const bool clears = lists && !kernels_.list_is_empty();
+  if (lists) kernels_.list_is_empty() = false;
   Work work{push.ray_begin, 0};
   if (reports(job.variant)) kernels_.work().upload(std::span(&work, 1));
   gpu_.submit(kernel.name(), [&](VkCommandBuffer cmd) {
-    if (doubtful == Doubtful::Listed) clear_list(cmd, *list);
+    if (clears) clear_list(cmd, *list);
     kernel.dispatch(cmd, groups_for(job.variant, push.ray_end - push.ray_begin), &pushes, push_bytes());
   });
   const double ms = gpu_.last_ms();
@@ -82,7 +84,7 @@ Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& 
   const std::uint32_t next =
       job.variant.config.launch == Launch::Plain ? push.ray_end : std::min(work.next, push.ray_end);
   size_of(job.variant).add(next - push.ray_begin, ms);
-  if (doubtful == Doubtful::Listed) work.unfinished += run_doubtful(job, rays, hits, pushes, times);
+  if (lists) work.unfinished += run_doubtful(job, rays, hits, pushes, times);
   return {next, work.unfinished};
 }
 
@@ -98,6 +100,7 @@ std::uint32_t Dispatcher::run_doubtful(const Job& job, const Buffer<Ray>& rays, 
   std::uint32_t listed[sizeof(IndirectArgs) / sizeof(std::uint32_t)];
   kernels_.doubtful(0).download(listed);
   const std::uint32_t count = std::bit_cast<IndirectArgs>(listed).count;
+  kernels_.list_is_empty() = count == 0;
   if (count == 0) return 0;
   const Variant taking = job.variant.taking();
   return run({taking, &kernels_.get(taking)}, rays, hits, {0, count}, pushes.trace.root, times, pushes.top.mesh_root)
@@ -134,7 +137,7 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
 
 bool Dispatcher::can_record(const Variant& v, std::uint32_t most) const {
   if (v.config.loops_cut) return false;
-  const bool lists = v.config.doubtful == Doubtful::Listed;
+  const bool lists = v.config.lists();
   const auto is_slow = [&](const Variant& part) {
     const LaunchSize& size = size_of(part);
     return most > (size.is_known() ? size.most(gpu_.launch_ms()) : kRecordedUnknown);
@@ -153,8 +156,9 @@ RayGroups Dispatcher::groups_of(const Variant& v) const {
 
 void Dispatcher::record(const Recorded& r, Context::Done done) {
   const Variant& v = r.job.variant;
-  const bool counts = reports(v), lists = v.config.doubtful == Doubtful::Listed;
+  const bool counts = reports(v), lists = v.config.lists();
   Buffer<std::uint32_t>* list = lists ? &kernels_.doubtful(r.most) : nullptr;
+  if (lists) kernels_.list_is_empty() = false;
   Kernel &kernel = *r.job.kernel->kernel, *taking = lists ? kernels_.get(v.taking()).kernel.get() : nullptr;
   for (Kernel* k : {&kernel, taking})
     if (k) r.bind(*k);

@@ -17,9 +17,9 @@ enum class MinMax { Builtin, Select, Integer };
 enum class Reduce { Shuffle, Integer };
 enum class Launch { Plain, Persistent };
 /// What becomes of rays whose hit is open after float32 and double (shaders/lib/frame/doubtful.glsl). Decided: the
-/// kernel decides them at once. Listed: it lists them. Taken: it takes them from that list, and decides them; no knob
-/// asks for that.
-enum class Doubtful { Decided, Listed, Taken };
+/// kernel decides them at once. Limited: the same, but it lists rays with many decisions. Listed: it lists them all.
+/// Taken: it takes them from that list, and decides them; no knob asks for that.
+enum class Doubtful { Decided, Limited, Listed, Taken };
 
 /// One value for each knob. What a knob does is said once, in its row of knobs.h; what follows from no knob has its
 /// comment here.
@@ -57,6 +57,8 @@ struct KernelConfig {
   /// Set for the driver: it may end loops early, so kernels check that their loops ran to the end.
   bool loops_cut = true;
 
+  /// Returns true if kernels list rays for a kernel that takes them.
+  bool lists() const { return doubtful == Doubtful::Limited || doubtful == Doubtful::Listed; }
   TreeAccess tree_access() const { return {layout, padding, fetch, frontier}; }
 };
 

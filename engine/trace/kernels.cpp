@@ -15,6 +15,7 @@ Buffer<std::uint32_t>& TraceKernels::doubtful(std::uint32_t rays) {
   constexpr std::uint64_t kArgs = sizeof(IndirectArgs) / sizeof(std::uint32_t);
   if (!doubtful_ || doubtful_->size() < kArgs + rays) {
     doubtful_.reset();
+    list_is_empty_ = false;
     doubtful_.emplace(gpu_, kArgs + std::bit_ceil(std::uint64_t{std::max(rays, 1u << 12)}),
                       Access::Storage | Access::Indirect, "rays in doubt");
   }

@@ -43,6 +43,8 @@ class TraceKernels {
   /// The list of rays in doubt: IndirectArgs, then room for at least `rays` numbers. A list that is too small is
   /// replaced, which waits for all passes.
   Buffer<std::uint32_t>& doubtful(std::uint32_t rays);
+  /// True if that list is known to be empty, so that it need not be cleared.
+  bool& list_is_empty() { return list_is_empty_; }
 
  private:
   void take_arrays(TraceKernel& kernel, const Variant& variant);
@@ -52,6 +54,7 @@ class TraceKernels {
   DeviceTree& tree_;
   Buffer<Work> work_;
   std::optional<Buffer<std::uint32_t>> doubtful_;
+  bool list_is_empty_ = false;
   std::map<std::string, TraceKernel> kernels_;
 };
 

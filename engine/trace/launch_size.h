@@ -10,7 +10,7 @@ namespace ballot {
 /// The size of the next launch of a kernel, from how long the last one took.
 class LaunchSize {
  public:
-  static constexpr std::uint64_t kFirst = 1 << 16;    // rays of the first launch, of which nothing is known
+  static constexpr std::uint64_t kFirst = 1 << 14;    // rays of the first launch, of which nothing is known
   static constexpr std::uint64_t kTelling = 1 << 14;  // fewer rays do not fill a device and tell nothing of its speed
   static constexpr std::uint64_t kAligned = 1 << 14;  // larger launches are multiples of this, so packets stay whole
   static constexpr std::uint64_t kLeast = 1 << 10;    // rays

@@ -36,7 +36,7 @@ inline constexpr NumericMode kNumericModes[] = {
      .triangle = TRIANGLE_WATERTIGHT, .box = BOX_PADDED, .arithmetic = Arithmetic::Woop, .conservative = true},
     {.name = "exact",
      .summary = "every answer is that of arithmetic without rounding: filters, then integers; needs float64",
-     .triangle = TRIANGLE_EXACT, .box = BOX_PADDED, .arithmetic = Arithmetic::Exact, .conservative = true,
+     .triangle = TRIANGLE_EXACT, .box = BOX_RELATIVE, .arithmetic = Arithmetic::Exact, .conservative = true,
      .needs_float64 = true, .leaves_open = true},
 };
 // clang-format on

@@ -119,7 +119,7 @@ void Tracer::prepare(const Query& query, bool counters, CameraKind camera) {
     v.camera = camera;
     prepare_pipeline(gpu_, kernel_source(v, gpu_.info(), tree_.facts()));
     // A recorded pass has the kernel that takes rays in doubt, too.
-    if (camera != CameraKind::None && v.config.doubtful == Doubtful::Listed)
+    if (camera != CameraKind::None && v.config.lists())
       prepare_pipeline(gpu_, kernel_source(v.taking(), gpu_.info(), tree_.facts()));
   } catch (const Error&) {
   }

@@ -70,10 +70,10 @@ const Row kRows[] = {
      }},
 };
 
-/// Returns true if boxes can be padded in the tree. Returns false for an exact mode, whose rays need less padding, and
-/// for tree formats that have no padded boxes.
+/// Returns true if boxes can be padded in the tree. Returns false for modes whose boxes need no padding, and for tree
+/// formats that have no padded boxes.
 bool can_widen(const Method& m, const NumericMode& numeric) {
-  return numeric.box == BOX_PADDED && numeric.arithmetic != Arithmetic::Exact && format_of(m.tree).padded;
+  return numeric.box == BOX_PADDED && format_of(m.tree).padded;
 }
 
 /// Replaces settings that the device or the tree lacks. Throws Error(Arguments) if the method needs them or a knob
@@ -105,6 +105,8 @@ void fit_to_device(const Method& m, const NumericMode& numeric, KernelConfig& f,
   if (!d.float64 && f.products == Products::Float64)
     fail(Failure::Arguments, "knob products=float64: {} has no shaderFloat64", d.name);
   if (!numeric.leaves_open) f.doubtful = Doubtful::Decided;
+  // A lane with several rays does not count the decisions of each.
+  if (m.ray_packets && f.rays > 1 && f.doubtful == Doubtful::Limited) f.doubtful = Doubtful::Decided;
   // The lanes of a subgroup share a claim, so they have to come to it together.
   if (!d.is_cpu() && !d.uniform_flow) f.claim = 1;
 }
@@ -143,7 +145,7 @@ KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric,
   f.rays = device.is_cpu() && !numeric.needs_float64 ? 8 : 1;
   // Where all lanes run both sides of a branch, the rare decision of such rays costs all of them: measured in
   // tools/measured/traversal.md.
-  if (device.is_cpu() && numeric.leaves_open) f.doubtful = Doubtful::Listed;
+  if (numeric.leaves_open) f.doubtful = device.is_cpu() ? Doubtful::Listed : Doubtful::Limited;
   f.products = device.float64 ? Products::Float64 : Products::Split;
   f.reduce = device.arithmetic && !device.is_cpu() ? Reduce::Integer : Reduce::Shuffle;  // tools/measured/traversal.md
   f.jump = device.is_cpu();  // an H200 gains nothing by it: 0.97 to 1.05 times as fast

@@ -28,8 +28,8 @@ struct Facts {
   const TreeFacts& tree;
 };
 
-static_assert(int(Doubtful::Decided) == DOUBTFUL_DECIDED && int(Doubtful::Listed) == DOUBTFUL_LISTED &&
-              int(Doubtful::Taken) == DOUBTFUL_TAKEN);
+static_assert(int(Doubtful::Decided) == DOUBTFUL_DECIDED && int(Doubtful::Limited) == DOUBTFUL_LIMITED &&
+              int(Doubtful::Listed) == DOUBTFUL_LISTED && int(Doubtful::Taken) == DOUBTFUL_TAKEN);
 
 /// A define that follows from no knob.
 struct FactDefine {
@@ -78,7 +78,8 @@ std::string upper(std::string_view text) {
 }  // namespace
 
 std::string Variant::kernel_name() const {
-  constexpr const char *kCameras[] = {"", ".perspective", ".orthographic"}, *kDoubtful[] = {"", ".lists", ".takes"};
+  constexpr const char *kCameras[] = {"", ".perspective", ".orthographic"},
+                       *kDoubtful[] = {"", ".limited", ".lists", ".takes"};
   return fmt::format("{}.{}.{}{}{}{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
                      counters ? ".counters" : "", indirect ? ".indirect" : "", kCameras[int(camera)],
                      kDoubtful[int(config.doubtful)], describe(config, *method));

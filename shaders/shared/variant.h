@@ -45,8 +45,9 @@
 // BALLOT_COUNTERS          1: the instrumented variant, which writes RayStats.
 // BALLOT_DOUBTFUL          what becomes of rays whose hit is open after float32 and double (lib/frame/doubtful.glsl):
 #define DOUBTFUL_DECIDED 0  // they are decided at once; also where no ray is left open
-#define DOUBTFUL_LISTED 1   // they are listed
-#define DOUBTFUL_TAKEN 2    // rays are taken from that list, and decided
+#define DOUBTFUL_LIMITED 1  // they are decided at once, but for rays with many decisions, which are listed
+#define DOUBTFUL_LISTED 2   // they are listed
+#define DOUBTFUL_TAKEN 3    // rays are taken from that list, and decided
 //
 // BALLOT_TRIANGLE and BALLOT_BOX: what a numeric mode is made of; see lib/numeric/numeric.glsl.
 #define TRIANGLE_MOELLER 0
@@ -57,6 +58,7 @@
 #define BOX_FMA 1
 #define BOX_PADDED 2
 #define BOX_WIDENED 3
+#define BOX_RELATIVE 4
 
 // Hit::prim of a ray whose traversal the driver cut short (see lib/frame/main.glsl). It never leaves the tracer.
 #define UNFINISHED 0xFFFFFFFEu

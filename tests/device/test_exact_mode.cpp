@@ -122,7 +122,8 @@ class ExactMode : public DeviceTest {
   static std::vector<std::pair<const char*, Knobs>> held(Want want) {
     std::vector<std::pair<const char*, Knobs>> out;
     for (const char* method : {"while-while", "packet", "cut", "dynamic-fetch"}) out.push_back({method, {}});
-    for (const char* doubtful : {"decided", "listed"}) out.push_back({"while-while", {{"doubtful", doubtful}}});
+    for (const char* doubtful : {"decided", "limited", "listed"})
+      out.push_back({"while-while", {{"doubtful", doubtful}}});
     out.push_back({"packet-wide", harness::kNoFallback});
     if (want == Want::Nearest) out.push_back({"packet-wide", {{"rays", "2"}, {"fallback", "0"}}});
     return out;
@@ -245,29 +246,50 @@ TEST_F(ExactMode, FromFarAway) {
   hold(build_bvh(triangles), triangles, rays);
 }
 
+/// Returns how many triangles `while-while` tests for these rays.
+double triangles_tested(Context& gpu, const Triangles& triangles, const std::vector<Ray>& rays) {
+  const Bvh bvh = build_bvh(triangles);
+  Tracer tracer(gpu, bvh, triangles, facts_of(bvh));
+  Buffer<Ray> there(gpu, rays.size(), Access::Storage, "rays");
+  Buffer<Hit> hits(gpu, rays.size(), Access::Storage, "hits");
+  Buffer<RayStats> stats(gpu, rays.size(), Access::Storage, "stats");
+  there.upload(rays);
+  tracer.trace_counted(there, hits, std::uint32_t(rays.size()), {.method = "while-while", .numeric = "exact"}, stats);
+  std::vector<RayStats> all(rays.size());
+  stats.download(all);
+  double tested = 0;
+  for (const RayStats& s : all) tested += s.triangles_tested;
+  return tested;
+}
+
 TEST_F(ExactMode, DistanceCostsNoWork) {
   const Triangles triangles = shapes::sphere(4);
-  const Bvh bvh = build_bvh(triangles);
-  Tracer tracer(*gpu_, bvh, triangles, facts_of(bvh));
   const auto work = [&](float distance) {
     shapes::Random random(38);
     std::vector<Ray> rays;
     for (int i = 0; i < 256; ++i)
       rays.push_back(shapes::towards(distance * glm::vec3(0.6f, 0, 0.8f), random.point(0.5f)));
-    Buffer<Ray> there(*gpu_, rays.size(), Access::Storage, "rays");
-    Buffer<Hit> hits(*gpu_, rays.size(), Access::Storage, "hits");
-    Buffer<RayStats> stats(*gpu_, rays.size(), Access::Storage, "stats");
-    there.upload(rays);
-    tracer.trace_counted(there, hits, std::uint32_t(rays.size()), {.method = "while-while", .numeric = "exact"}, stats);
-    std::vector<RayStats> all(rays.size());
-    stats.download(all);
-    double tested = 0;
-    for (const RayStats& s : all) tested += s.triangles_tested;
-    return tested;
+    return triangles_tested(*gpu_, triangles, rays);
   };
   const double near = work(4);
   EXPECT_GT(near, 0);
   for (const float distance : {100.f, 1e4f, 1e6f}) EXPECT_LT(work(distance), 2 * near) << distance;
+}
+
+// A ray in a small part of a scene does not test all triangles of parts that are smaller still.
+TEST_F(ExactMode, SmallPartsCostNoWork) {
+  const auto sphere = [](int e) {
+    return transformed(shapes::sphere(4), std::ldexp(1.f, e), {std::ldexp(64.f, e), 0, 0});
+  };
+  Triangles all = sphere(-10);
+  for (const int e : {-40, -50, -60, -70, -80}) append(all, sphere(e));
+  shapes::Random random(39);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 256; ++i)
+    append(rays, transformed({shapes::towards(random.point(4), random.point(0.5f))}, 0x1p-40f, {0x1p-34f, 0, 0}));
+  const double alone = triangles_tested(*gpu_, sphere(-40), rays);
+  EXPECT_GT(alone, 0);
+  EXPECT_LT(triangles_tested(*gpu_, all, rays), 2 * alone);
 }
 
 TEST_F(ExactMode, TinyScenes) {

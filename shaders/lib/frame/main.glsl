@@ -43,7 +43,7 @@ void write_hit(uint index, Walker w, Units units, bool cut_short) {
   if (cut_short) hit = UNFINISHED_HIT;
   store_hit(index, hit);
   COUNT_WRITE(index)
-#if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
+#if BALLOT_LISTS_RAYS
   if (!cut_short && is_open(w.space, w.hit)) list_ray(index);
 #endif
 }

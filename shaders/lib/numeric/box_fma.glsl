@@ -39,4 +39,8 @@ void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
   hi = origin - slack;
 }
 
-void first_planes(Slabs s, vec3 at, out vec3 near, out vec3 far) { near = far = fma(at, s.inv, -s.scaled_origin); }
+void first_planes(Slabs s, vec3 at, vec3 step, out vec3 near, out vec3 far) {
+  near = far = fma(at, s.inv, -s.scaled_origin);
+}
+
+float stretched_end(float end) { return end; }

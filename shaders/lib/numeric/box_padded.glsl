@@ -24,47 +24,15 @@
 // every box around it, is at most t: whatever the walk met before, it reaches the leaf unless it has a hit nearer than
 // t. So hits depend neither on the order of the walk nor on the tree.
 //
-// An exact hit (lib/numeric/triangle_exact.glsl) lies in some leaf's box itself, at its t to the last bit, and on
-// o + t d. So the slab test's own 7 w M are all that it needs, as t_min is at most its exact value and reach at least
-// its exact value. Where boxes are measured from zero, 2 w |o| have room for an origin that is off by w |o|
-// (nearer_origin.glsl). The bounds hold while nothing leaves float32's normal range. The exact test enforces that: with
-// M out of bounds, every box is entered.
-//
 // Boxes by centre and half extents. The slab test moves a plane by 7 w M (the centre) + 7 w M (half the extent, at most
 // M) + w M (their sum): 33 + 15 = 48. They are padded by 64 w M, and by 2 w |o| for boxes by their bounds, which are
 // tested too. On the grid of a node of the four-wide tree (lib/tree/bvh4.glsl), whose boxes hold their children
 // exactly, the test moves a plane by 7 w M (the grid's origin) + 14 w M (the steps, at most 2 M together, of 7
 // roundings) + 2 w M (their sum, and the sum with the padding): 33 + 23 = 56.
 
-
-#if BALLOT_LAYOUT >= LAYOUT_CENTRED
-struct Slabs {
-  vec3 origin, inv;
-  float pad;
-};
-#else
-struct Slabs {
-  vec3 lo_origin, hi_origin, inv;
-};
-#endif
-
-#if BALLOT_TRIANGLE == TRIANGLE_EXACT
-// Returns true if M is in bounds. With M in [2^-100, 2^126] a flushed number, below 2^-126, is below the available
-// room, 9 w M, and no t of a hit overflows.
-bool has_safe_slabs(float m) { return m >= 7.89e-31 && m <= 8.5e37; }
-#endif
+#include "padded_slabs.glsl"
 
 Slabs make_slabs(Ray ray) {
-#if BALLOT_TRIANGLE == TRIANGLE_EXACT
-  if (!has_safe_slabs(scene_reach(ray.origin))) {
-    float infinity = uintBitsToFloat(0x7F800000u);
-#if BALLOT_LAYOUT >= LAYOUT_CENTRED
-    return Slabs(vec3(0.0), vec3(1.0), infinity);
-#else
-    return Slabs(vec3(infinity), vec3(-infinity), vec3(1.0));
-#endif
-  }
-#endif
   vec3 origin = from_box_origin(ray.origin);
 #if BALLOT_LAYOUT >= LAYOUT_CENTRED
   vec3 o = abs(origin);
@@ -77,50 +45,18 @@ Slabs make_slabs(Ray ray) {
 #endif
 }
 
-void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) {
-#if BALLOT_LAYOUT >= LAYOUT_CENTRED
-  precise vec3 up = s.origin + s.pad, down = s.origin - s.pad;
-  lo = up;
-  hi = down;
-#else
-  lo = s.lo_origin;
-  hi = s.hi_origin;
-#endif
-}
-
 // Returns the padding on each side of the box of all points between t_min and t_max of a ray, so that the box holds
 // everything that the ray hits. q lies within 33 w M of such a point, see above, and the ends of the segment are
 // rounded.
 vec3 segment_pad(Ray ray) {
-  float reach = scene_reach(ray.origin);
-#if BALLOT_TRIANGLE == TRIANGLE_EXACT
-  if (!has_safe_slabs(reach)) return vec3(uintBitsToFloat(0x7F800000u));
-#endif
-  return vec3(2.87e-6 * reach) + 2.4e-7 * (abs(from_box_origin(ray.origin)) + abs(ray.t_max * ray.dir));
-}
-
-void plane_distances(Slabs s, vec3 lo, vec3 hi, out vec3 to_lo, out vec3 to_hi) {
-#if BALLOT_LAYOUT >= LAYOUT_CENTRED
-  precise vec3 a = (lo - (s.origin + s.pad)) * s.inv, b = (hi - (s.origin - s.pad)) * s.inv;
-#else
-  precise vec3 a = (lo - s.lo_origin) * s.inv, b = (hi - s.hi_origin) * s.inv;
-#endif
-  to_lo = a;
-  to_hi = b;
+  vec3 ends = abs(from_box_origin(ray.origin)) + abs(ray.t_max * ray.dir);
+  return vec3(2.87e-6 * scene_reach(ray.origin)) + 2.4e-7 * ends;
 }
 
 vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
   vec3 a, b;
   plane_distances(s, lo, hi, a, b);
   return cut_interval(a, b, t_min, t_max);
-}
-
-Slabs mirrored(Slabs s, bvec3 down) {
-#if BALLOT_LAYOUT >= LAYOUT_CENTRED
-  return Slabs(mix(s.origin, -s.origin, down), abs(s.inv), s.pad);
-#else
-  return Slabs(mix(s.lo_origin, -s.hi_origin, down), mix(s.hi_origin, -s.lo_origin, down), abs(s.inv));
-#endif
 }
 
 vec2 forward_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
@@ -130,7 +66,7 @@ vec2 forward_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
 }
 
 #if BALLOT_LAYOUT >= LAYOUT_CENTRED
-void first_planes(Slabs s, vec3 at, out vec3 near, out vec3 far) {
+void first_planes(Slabs s, vec3 at, vec3 step, out vec3 near, out vec3 far) {
   precise vec3 middle = (at - s.origin) * s.inv, pad = s.pad * abs(s.inv);
   near = middle - pad;
   far = middle + pad;
@@ -141,3 +77,5 @@ vec2 centred_interval(Slabs s, vec3 centre, vec3 extent, float t_min, float t_ma
   return cut_centred(middle, half_way, t_min, t_max);
 }
 #endif
+
+float stretched_end(float end) { return end; }

@@ -28,4 +28,6 @@ vec3 segment_pad(Ray ray) { return 2.4e-7 * (abs(from_box_origin(ray.origin)) + 
 
 void slab_origins(Slabs s, Ray ray, out vec3 lo, out vec3 hi) { lo = hi = s.origin; }
 
-void first_planes(Slabs s, vec3 at, out vec3 near, out vec3 far) { near = far = (at - s.origin) * s.inv; }
+void first_planes(Slabs s, vec3 at, vec3 step, out vec3 near, out vec3 far) { near = far = (at - s.origin) * s.inv; }
+
+float stretched_end(float end) { return end; }

@@ -62,7 +62,7 @@ vec3 segment_pad(Ray ray) {
   return 2.4e-7 * abs(from_box_origin(ray.origin)) + 2.4e-6 * max(abs(ray.t_min), abs(ray.t_max)) * abs(ray.dir);
 }
 
-void first_planes(Slabs s, vec3 at, out vec3 near, out vec3 far) {
+void first_planes(Slabs s, vec3 at, vec3 step, out vec3 near, out vec3 far) {
   precise vec3 t = fma(at, s.inv, -s.scaled_origin);
   near = far = t;
 }

@@ -12,11 +12,23 @@
 // hits many triangles at one t, as at a vertex, that saves half of the work. NOTE_TEXEL has the texel of their
 // triangle, or NO_HIT, and NOTE_SIGN the sign of its t.
 void forget_sums() { sum_digits[NOTE_TEXEL] = int(NO_HIT); }
-void change_ray() { forget_sums(); }
 bool has_sums_of(uint texel) { return sum_digits[NOTE_TEXEL] == int(texel); }
 void note_sums(uint texel, int sign) {
   sum_digits[NOTE_TEXEL] = int(texel);
   sum_digits[NOTE_SIGN] = sign;
+}
+
+// A ray that hits many triangles at nearly one t, as at a vertex, may need hundreds of decisions, while the rays beside
+// it wait. With DOUBTFUL_LIMITED a ray has few, then gives up: its walk ends, and it is listed.
+const int MOST_DECISIONS = 8;
+void change_ray() {
+  forget_sums();
+  sum_digits[NOTE_DECISIONS] = 0;
+}
+bool has_given_up() { return sum_digits[NOTE_DECISIONS] > MOST_DECISIONS; }
+bool gives_up() {
+  ++sum_digits[NOTE_DECISIONS];
+  return has_given_up();
 }
 
 // Sets the rows of exact_predicates.glsl, and the size of sums. Forgets kept sums of another size.

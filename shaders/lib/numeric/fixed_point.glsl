@@ -16,8 +16,9 @@ const uint SUM_DIGITS = 54u, FRACTION_WORDS = 6u;
 // sums to the next. In registers it would slow the walk down (tools/measured/scaling.md).
 const uint FRACTION_AT = 4u * SUM_DIGITS, NOTES_AT = FRACTION_AT + 2u * FRACTION_WORDS;
 const uint NOTE_BASE = NOTES_AT, NOTE_TOP = NOTES_AT + 1u;  // the least and the largest e that sums are made for
-const uint NOTE_TEXEL = NOTES_AT + 2u, NOTE_SIGN = NOTES_AT + 3u;  // for lib/numeric/triangle_exact.glsl
-int sum_digits[NOTES_AT + 4u];
+const uint NOTE_TEXEL = NOTES_AT + 2u, NOTE_SIGN = NOTES_AT + 3u;  // for exact_decision.glsl
+const uint NOTE_DECISIONS = NOTES_AT + 4u;
+int sum_digits[NOTES_AT + 5u];
 uint sum_numbers[24];        // bits of the numbers in use: eight vectors
 int sum_base;
 uint sum_length, sum_words;  // digits of every sum, without the sign digit; words of its magnitude

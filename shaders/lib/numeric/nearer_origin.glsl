@@ -4,8 +4,8 @@
 // with t' = t - s.
 //
 // The bounds, with w = 2^-24. s is a float32, so the product s d is exact in double, and the sum rounds by 2^-53 of
-// itself. It is then rounded to float32, so o' is off by little more than w |o'|. Padded boxes have room for that where
-// they are measured from zero (lib/numeric/box_padded.glsl); elsewhere rays keep their origin. The float32 test of
+// itself. It is then rounded to float32, so o' is off by little more than w |o'|. Boxes have room for that where they
+// are measured from zero (lib/numeric/box_relative.glsl); elsewhere rays keep their origin. The float32 test of
 // triangles adds `origin_room`. The range of t' is widened to float32.
 
 const float FAR = 8.0;  // radii; nearer rays keep their origin

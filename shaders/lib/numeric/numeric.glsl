@@ -44,9 +44,11 @@
 //   mirrored(slabs, down) -> Slabs     returns the slabs of the ray mirrored along the axes along which it goes down
 //   forward_interval(slabs, lo, hi, t_min, t_max) -> vec2      box_interval() of mirrored slabs and a mirrored box,
 //                                      whose lower planes come first
-//   first_planes(slabs, at, out near, out far)   t at the planes through a corner of a box, as entries and as exits;
-//                                      add the product of the reciprocal direction and a distance from the corner. Only
-//                                      for layouts from LAYOUT_CENTRED on
+//   first_planes(slabs, at, step, out near, out far)   t at the planes through a corner of a grid of 255 steps, as
+//                                      entries and as exits; add steps, which are multiples of `step`. Only for layouts
+//                                      from LAYOUT_CENTRED on
+//   stretched_end(end) -> float        returns the end of an interval of bounds of many rays or of children in a grid,
+//                                      stretched by what the test rounds
 // and with BOX_WIDENED, whose rays from far away have no slabs and meet every box,
 //   has_slabs(slabs) -> bool
 #include "box.glsl"
@@ -73,6 +75,8 @@ TriangleTexels fetch_triangle(uint texel, uint order) {
 
 #if BALLOT_BOX == BOX_PADDED
 #include "box_padded.glsl"
+#elif BALLOT_BOX == BOX_RELATIVE
+#include "box_relative.glsl"
 #elif BALLOT_BOX == BOX_WIDENED
 #include "box_widened.glsl"
 #elif BALLOT_BOX == BOX_FMA

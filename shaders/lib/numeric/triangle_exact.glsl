@@ -6,7 +6,7 @@
 // There are three stages, each for what the one before left open. Stage 1, in float32, rejects triangles that the ray
 // surely misses. Stage 2, in double, decides with a bound of its error. Stage 3, exact_decision.glsl, decides the
 // rest. t, u and v come from double where signs are sure and errors below 2^-28, else from the exact sums. Ray
-// and triangle alone decide which, so all methods agree bit for bit. A kernel that lists rays in doubt
+// and triangle alone decide which, so all methods agree bit for bit. A kernel that lists all rays in doubt
 // (lib/frame/doubtful.glsl) has no stage 3: a triangle that double does not decide stays open.
 //
 // Source of the plan: Jonathan Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
@@ -247,7 +247,16 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
     if (left != 0u) space.open_t = min(space.open_t, s.t - s.error);
     hit = hit && left == 0u;
 #else
-    for (uint j = 0u; j < left; ++j) hit = decide(space, corners, texel, prim, best.prim, doubt, s);
+    for (uint j = 0u; j < left; ++j) {
+#if BALLOT_DOUBTFUL == DOUBTFUL_LIMITED
+      if (gives_up()) {
+        hit = false;
+        space.reach = -3.4e38;
+        break;
+      }
+#endif
+      hit = decide(space, corners, texel, prim, best.prim, doubt, s);
+    }
 #endif
     // If the driver cuts loops short, this one too ends early.
     uint twice = 0u;
@@ -283,6 +292,10 @@ bool nearer(inout RaySpace space, float t, uint prim, Hit best) { return false; 
 
 float reach(RaySpace space, Hit best) { return space.reach; }
 
+#if BALLOT_DOUBTFUL == DOUBTFUL_LIMITED
+float open_from(RaySpace space) { return has_given_up() ? -3.4e38 : 3.4e38; }
+bool is_open(RaySpace space, Hit best) { return has_given_up(); }
+#else
 // Returns a t, perhaps infinite, before which no open triangle is hit; rounded, by one ulp at most.
 float open_from(RaySpace space) { return float(clamp(space.open_t, -3.4e38lf, 3.4e38lf)); }
 
@@ -291,3 +304,4 @@ bool is_open(RaySpace space, Hit best) {
   if (best.prim == NO_HIT) return space.open_t < NOTHING_OPEN;
   return BALLOT_ANY_HIT == 0 && space.open_t <= space.best_t + space.best_error;
 }
+#endif

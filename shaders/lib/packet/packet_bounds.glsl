@@ -45,5 +45,5 @@ bool packet_may_meet(PacketBounds p, vec3 lo, vec3 hi, float t_max, out float en
   precise vec3 a_min = a * p.inv_min, a_max = a * p.inv_max, b_min = b * p.inv_min, b_max = b * p.inv_max;
   vec3 near = smaller(a_min, a_max), far = larger(b_min, b_max);
   entry = larger(larger(near.x, near.y), larger(near.z, p.t_min));
-  return entry <= smaller(smaller(far.x, far.y), smaller(far.z, t_max));
+  return entry <= stretched_end(smaller(smaller(far.x, far.y), smaller(far.z, t_max)));
 }

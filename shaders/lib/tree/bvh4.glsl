@@ -28,7 +28,7 @@ Bvh4Planes planes_of(Walker w, Bvh4Node q) {
   p.farther = mix(q.upper, q.lower, down);
   precise vec3 step = q.step * w.slabs.inv;
   p.step = step;
-  first_planes(w.slabs, q.first, p.near, p.far);
+  first_planes(w.slabs, q.first, step, p.near, p.far);
   return p;
 }
 
@@ -40,7 +40,7 @@ float entry_of(Bvh4Planes p, uint child, float t_min, float reach) {
   precise vec3 near = fma(steps_of(p.nearer, child), p.step, p.near),
                far = fma(steps_of(p.farther, child), p.step, p.far);
   float entry = larger(larger(near.x, near.y), larger(near.z, t_min));
-  float exit = smaller(smaller(far.x, far.y), smaller(far.z, reach));
+  float exit = stretched_end(smaller(smaller(far.x, far.y), smaller(far.z, reach)));
   return entry <= exit ? entry : NOT_MET;
 }
 

@@ -8,8 +8,9 @@
 //   6 w e (inv and its product with step, up to 255 steps) + 4.02 w e (the sum of t at first and 1024 steps).
 // Children are widened by 2^-20 e = 16 w e before they are rounded outward to the grid (engine/formats/bvh8.h). The
 // rest goes with the distance of first or of the plane. Padded by rays it is 7 w M (t at first) + 3 w M (the sums), and
-// 33 + 10 is less than the 56 of lib/numeric/box_padded.glsl. Padded in the tree it is one w of the distance more than
-// lib/numeric/box_widened.glsl counts, 41 instead of 40, twice which is less than the 96 that stretch the interval.
+// 33 + 10 is less than the 56 of lib/numeric/box_padded.glsl; lib/numeric/box_relative.glsl counts it itself. Padded in
+// the tree it is one w of the distance more than lib/numeric/box_widened.glsl counts, 41 instead of 40, twice which is
+// less than the 96 that stretch the interval.
 #include "format.glsl"
 
 #if BALLOT_FETCH == FETCH_STORAGE
@@ -34,7 +35,7 @@ struct Bvh8Grid {
 
 bool meets_slot(Walker w, Bvh8Grid g, vec3 nearer, vec3 farther, float reach) {
   precise vec3 near = fma(nearer, g.step, g.near), far = fma(farther, g.step, g.far);
-#if BALLOT_BOX == BOX_WIDENED
+#if BALLOT_BOX == BOX_WIDENED || BALLOT_BOX == BOX_RELATIVE
   vec2 i = stretched(near, far, w.ray.t_min, reach);
 #else
   vec2 i = cut_axes(near, far, w.ray.t_min, reach);
@@ -112,7 +113,7 @@ void meet_children(Walker w, uint node, uint octant, out Bvh8Group inner, out Bv
   Bvh8Grid g;
   precise vec3 step = uintBitsToFloat(b.xyz) * w.slabs.inv;
   g.step = step;
-  first_planes(w.slabs, uintBitsToFloat(a.xyz), g.near, g.far);
+  first_planes(w.slabs, uintBitsToFloat(a.xyz), step, g.near, g.far);
   precise vec3 near = fma(vec3(-1024.0), step, g.near), far = fma(vec3(-1024.0), step, g.far);
   g.near = near;
   g.far = far;

@@ -46,7 +46,7 @@ bool make_beam(Walker w, bool live, out Beam b) {
   slab_origins(w.slabs, w.ray, lo_origin, hi_origin);
   b.lo = lanes_max(live ? lo_origin : vec3(-LARGEST));
   b.hi = lanes_min(live ? hi_origin : vec3(LARGEST));
-#if BALLOT_BOX == BOX_WIDENED
+#if BALLOT_BOX == BOX_WIDENED || BALLOT_BOX == BOX_RELATIVE
   // Stretches intervals by way of the reciprocals. NVIDIA's compiler (580.159) compiled beam_may_meet() wrongly when a
   // multiply-add there stretched the exit.
   vec3 slack = BEAM_SLACK * abs(w.slabs.inv);

@@ -192,7 +192,7 @@ uint next_instance(inout Walker w, bool live, out bool here) {
 // Takes over what the walk of an instance has found. `end` is what traverse() returned.
 void leave_instance(Walker w, uint end, inout bool live) {
   found_cut = found_cut || CUT_SHORT(end != END_OF_TREE || w.truncated);
-#if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
+#if BALLOT_LISTS_RAYS
   found_open = min(found_open, open_from(w.space));
 #endif
   Hit hit = finished_hit(w.hit, Units(object_scale, 0.0));
@@ -215,7 +215,7 @@ void write_found(uint index, bool cut_short) {
   if (cut_short) hit = UNFINISHED_HIT;
   store_hit(index, hit);
   if (cut_short) atomicAdd(work.unfinished, 1u);
-#if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
+#if BALLOT_LISTS_RAYS
   bool settled = BALLOT_ANY_HIT != 0 && found.prim != NO_HIT;
   if (!cut_short && !settled && found_open < 3.4e38 && found_open <= found_reach()) list_ray(index);
 #endif
@@ -245,7 +245,7 @@ uint continue_instances(inout Walker w) {
 uint take_instances(uint index, inout Walker w) {
   bool live = begin_instances(index), here;
   w.hit.prim = NO_HIT;  // nothing has been found for this ray, should it meet no instance
-#if BALLOT_DOUBTFUL == DOUBTFUL_LISTED
+#if BALLOT_LISTS_RAYS
   w.space.open_t = NOTHING_OPEN;
 #endif
   w.truncated = false;
