@@ -137,14 +137,14 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
 
 bool Dispatcher::can_record(const Variant& v, std::uint32_t most) const {
   if (v.config.loops_cut) return false;
-  const bool lists = v.config.lists();
+  const bool listed = v.config.doubtful == Doubtful::Listed;
   const auto is_slow = [&](const Variant& part) {
     const LaunchSize& size = size_of(part);
     return most > (size.is_known() ? size.most(gpu_.launch_ms()) : kRecordedUnknown);
   };
-  if (gpu_.launch_ms() > 0 && (is_slow(v) || (lists && is_slow(v.taking())))) return false;
+  if (gpu_.launch_ms() > 0 && (is_slow(v) || (listed && is_slow(v.taking())))) return false;
   if (v.config.launch == Launch::Persistent && v.config.batches != kUnbounded) return false;
-  if (v.config.launch == Launch::Persistent && !lists) return true;
+  if (v.config.launch == Launch::Persistent && !v.config.lists()) return true;
   return most <= std::uint64_t(gpu_.info().max_group_count_x) * group_rays(v);
 }
 

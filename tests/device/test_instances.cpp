@@ -182,6 +182,29 @@ TEST_F(Instances, BoxesLoseNoHitUnderExtremeTransforms) {
   expect_silent(*gpu_);
 }
 
+// Rays that need many exact decisions give up and are listed; rays after them, which may meet no instance, do not.
+TEST_F(Instances, RaysThatGiveUpAreTracedAgain) {
+  if (!gpu_->info().float64 || !is_first(gpu_->info())) return;
+  const std::vector<Placement> placements{{0, {}}, {1, turned(0.5f, 0, glm::vec3(1), {4, 0, 0})}, {0, {}}};
+  Forest forest = Forest({shapes::same_centroid(24), shapes::sphere(2)}, placements,
+                         [](std::span<const Triangle> t) { return build_bvh(t); });
+  shapes::Random random(92);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 300; ++i) {
+    const glm::vec3 from = random.point(2);
+    rays.push_back({from, 0, -from, 1e30f});
+    rays.push_back({from, 0, {0, i % 2 ? 1.f : 1e-3f, 40}, 1e30f});
+    rays.push_back(shapes::towards(from, {4, 0, 0}));
+  }
+  const auto truth = defined(forest, rays, "exact");
+  const auto tracer = tracer_of(forest);
+  for (const char* method : {"while-while", "packet", "dynamic-fetch"}) {
+    const Query q{.method = method, .numeric = "exact", .knobs = {{"doubtful", "limited"}}};
+    EXPECT_EQ(count_different(truth, trace(*tracer, rays, q)), 0u) << tracer->variant(q).name();
+  }
+  expect_silent(*gpu_);
+}
+
 // As in Methods.WalksThatADriverCutsShortAreFinished.
 TEST_F(Instances, WalksThatADriverCutsShortAreFinished) {
   if (gpu_->info().is_cpu() && gpu_->info().subgroup_size != 8) return;

@@ -25,8 +25,13 @@ const float END_SLACK = 1.91e-6, BEAM_SLACK = 1.91e-6, EXTENT_SLACK = 9.6e-7, GR
 
 #include "padded_slabs.glsl"
 
-// Returns true if M is in bounds. In others every box is entered.
+// Returns true if M is in bounds. Otherwise every box is entered. On grids, products with clamped directions, which are
+// up to 2^60, must stay finite.
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
+bool has_safe_slabs(float m) { return m >= 7.89e-31 && m <= 3e19; }
+#else
 bool has_safe_slabs(float m) { return m >= 7.89e-31 && m <= 8.5e37; }
+#endif
 
 Slabs make_slabs(Ray ray) {
   float m = scene_reach(ray.origin), infinity = uintBitsToFloat(0x7F800000u);

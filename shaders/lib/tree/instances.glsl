@@ -199,8 +199,13 @@ void leave_instance(Walker w, uint end, inout bool live) {
   uint prim = first_prim + hit.prim;
   if (hit.prim != NO_HIT && (hit.t < found.t || (hit.t == found.t && prim < found.prim)))
     found = Hit(hit.t, prim, hit.u, hit.v);
+#if BALLOT_DOUBTFUL == DOUBTFUL_LIMITED
+  live = live && !has_given_up();
+#endif
 #if BALLOT_ANY_HIT
   live = live && found.prim == NO_HIT;
+#endif
+#if BALLOT_ANY_HIT || BALLOT_DOUBTFUL == DOUBTFUL_LIMITED
 #if TOP_TOGETHER
   if (!subgroupAny(live)) top_node = END_OF_TREE;
 #else
@@ -247,6 +252,7 @@ uint take_instances(uint index, inout Walker w) {
   w.hit.prim = NO_HIT;  // nothing has been found for this ray, should it meet no instance
 #if BALLOT_LISTS_RAYS
   w.space.open_t = NOTHING_OPEN;
+  change_ray();
 #endif
   w.truncated = false;
   return next_instance(w, live, here);
