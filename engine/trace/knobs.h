@@ -147,8 +147,8 @@ inline constexpr Knob kKnobs[] = {
      .help = "watertight: how the exact sign of an edge function is found; fma is wrong where fma() rounds twice",
      .field = field<&KernelConfig::products>(), .names = {"split", "float64", "fma"}, .define = "BALLOT_PRODUCTS"},
     {.name = "doubtful",
-     .help = "exact: rays that double leaves open are decided at once, those with more than eight decisions or all of "
-             "them listed for a kernel of their own",
+     .help = "exact: which rays that double leaves open go to a kernel of their own: none, those with more than eight "
+             "decisions, or all",
      .field = field<&KernelConfig::doubtful>(), .names = {"decided", "limited", "listed"}, .named = false},
     {.name = "padding",
      .help = "watertight: boxes are widened by each ray as far as it needs, or once, in the tree",
