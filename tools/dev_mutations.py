@@ -27,7 +27,7 @@ class Fault:
 
 FAULTS = (
     Fault("box pad removed", "lib/numeric/box_padded.glsl",
-          "precise vec3 e = vec3(2.87e-6 * scene_reach(ray.origin)) + 1.25e-7 * abs(origin);",
+          "precise vec3 e = vec3(pad) + 1.25e-7 * o;",
           "precise vec3 e = vec3(0.0);"),
     Fault("relative boxes have no room at the origin", "lib/numeric/box_relative.glsl",
           "vec3 room = 1.25e-7 * abs(origin) + (3.47e-18 * m + 1.9e-37);", "vec3 room = vec3(0.0);"),

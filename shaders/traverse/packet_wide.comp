@@ -16,7 +16,7 @@
 // The rays of a packet are grouped by the octant of their direction and by the order in which they read the texels of
 // triangles. Each group sees rays and boxes mirrored so that it goes up along every axis (lib/numeric/numeric.glsl).
 // With knob fallback, the rays of a packet that spreads over more than two octants are traced one by one
-// (lib/tree/walk.glsl).
+// (lib/tree/walk.glsl). So are those of a packet with rays that meet every box (lib/numeric/box_padded.glsl).
 //
 // walk_packet() -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
 //   Flow   subgroup-uniform throughout, except for rays that are traced one by one

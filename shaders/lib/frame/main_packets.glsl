@@ -19,10 +19,14 @@ uint group_of(uint r) {
   return (down.x ? 1u : 0u) | (down.y ? 2u : 0u) | (down.z ? 4u : 0u) | last_of(texel_order(packet[r].space)) << 3;
 }
 
-// Returns the groups that have rays in the packet, a bit each.
+// Returns the groups that have rays in the packet, a bit each, and MEETS_ALL if some ray meets every box.
+const uint MEETS_ALL = 1u << 24;
 uint packet_groups() {
   uint groups = 0u;
   EACH_RAY(r) groups |= (alive >> r & 1u) != 0u ? 1u << group_of(r) : 0u;
+#if BALLOT_FALLBACK && BALLOT_BOX == BOX_PADDED
+  EACH_RAY(r) groups |= (alive >> r & 1u) != 0u && !has_slabs(packet[r].slabs) ? MEETS_ALL : 0u;
+#endif
   return lanes_or(groups);
 }
 
@@ -71,7 +75,7 @@ void trace_packet(uint base) {
   }
   uint groups = packet_groups();
 #if BALLOT_FALLBACK
-  if (bitCount(octants_of(groups)) > MOST_OCTANTS) {
+  if (bitCount(octants_of(groups)) > MOST_OCTANTS || (groups & MEETS_ALL) != 0u) {
     trace_one_by_one(base);
     return;
   }

@@ -32,19 +32,6 @@
 
 #include "padded_slabs.glsl"
 
-Slabs make_slabs(Ray ray) {
-  vec3 origin = from_box_origin(ray.origin);
-#if BALLOT_LAYOUT >= LAYOUT_CENTRED
-  vec3 o = abs(origin);
-  float pad = 3.82e-6 * scene_reach(ray.origin) + 1.25e-7 * max(o.x, max(o.y, o.z));
-  return Slabs(origin, reciprocal_direction(ray.dir), pad);
-#else
-  precise vec3 e = vec3(2.87e-6 * scene_reach(ray.origin)) + 1.25e-7 * abs(origin);
-  precise vec3 lo_origin = origin + e, hi_origin = origin - e;
-  return Slabs(lo_origin, hi_origin, reciprocal_direction(ray.dir));
-#endif
-}
-
 // Returns the padding on each side of the box of all points between t_min and t_max of a ray, so that the box holds
 // everything that the ray hits. q lies within 33 w M of such a point, see above, and the ends of the segment are
 // rounded.
@@ -57,6 +44,37 @@ vec2 box_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {
   vec3 a, b;
   plane_distances(s, lo, hi, a, b);
   return cut_interval(a, b, t_min, t_max);
+}
+
+// Slabs that meet every box, at t_min.
+#define PAD_OF_ALL uintBitsToFloat(0x7F800000u)
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
+Slabs slabs_of_every_box() { return Slabs(vec3(0.0), vec3(1.0), PAD_OF_ALL); }
+bool has_slabs(Slabs s) { return s.pad != PAD_OF_ALL; }
+#else
+Slabs slabs_of_every_box() { return Slabs(vec3(PAD_OF_ALL), vec3(-PAD_OF_ALL), vec3(1.0)); }
+bool has_slabs(Slabs s) { return s.lo_origin.x != PAD_OF_ALL; }
+#endif
+
+// A ray from so far away that the padding is larger than the scene meets nearly every box, if it meets the scene. Then
+// it takes them as they come: the order by distance is noise, and lanes that differ in it part. Rays from 10^6 radii,
+// each of which tests all 32 768 triangles of a sphere, take 68 ms on an idling H200 (580.159.04, bvh4) instead of 126.
+Slabs make_slabs(Ray ray) {
+  vec3 origin = from_box_origin(ray.origin), size = push.scene_hi - push.scene_lo, o = abs(origin);
+#if BALLOT_LAYOUT >= LAYOUT_CENTRED
+  float pad = 3.82e-6 * scene_reach(ray.origin) + 1.25e-7 * max(o.x, max(o.y, o.z));
+  Slabs s = Slabs(origin, reciprocal_direction(ray.dir), pad);
+#else
+  float pad = 2.87e-6 * scene_reach(ray.origin);
+  precise vec3 e = vec3(pad) + 1.25e-7 * o;
+  precise vec3 lo_origin = origin + e, hi_origin = origin - e;
+  Slabs s = Slabs(lo_origin, hi_origin, reciprocal_direction(ray.dir));
+#endif
+  if (pad > max(size.x, max(size.y, size.z))) {
+    vec2 i = box_interval(s, from_box_origin(push.scene_lo), from_box_origin(push.scene_hi), ray.t_min, ray.t_max);
+    if (i.x <= i.y) s = slabs_of_every_box();
+  }
+  return s;
 }
 
 vec2 forward_interval(Slabs s, vec3 lo, vec3 hi, float t_min, float t_max) {

@@ -49,7 +49,7 @@
 //                                      from LAYOUT_CENTRED on
 //   stretched_end(end) -> float        returns the end of an interval of bounds of many rays or of children in a grid,
 //                                      stretched by what the test rounds
-// and with BOX_WIDENED, whose rays from far away have no slabs and meet every box,
+// and, for BOX_PADDED and BOX_WIDENED, whose rays from far away may have no slabs and meet every box,
 //   has_slabs(slabs) -> bool
 #include "box.glsl"
 #include "ray_scale.glsl"
