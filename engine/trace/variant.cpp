@@ -90,6 +90,8 @@ Variant Variant::taking() const {
   v.config.doubtful = Doubtful::Taken;
   v.indirect = false;  // the list has the count
   v.config.launch = Launch::Plain;
+  // Lanes that share a path wait for each other's decisions. Each ray by itself, over the same tree, is faster.
+  if (method->packet()) v.method = &find_method("while-while");
   return v;
 }
 
