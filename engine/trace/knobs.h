@@ -116,7 +116,7 @@ inline constexpr Knob kKnobs[] = {
      .field = field<&KernelConfig::rays>(), .numbers = {1, 2, 4, 8}, .define = "BALLOT_RAYS", .idle = 1,
      .applies = has_ray_packets, .without = "has no packets of several rays in a lane"},
     {.name = "fallback",
-     .help = "packet-wide: packets whose rays spread over more than two octants are traced ray by ray",
+     .help = "packet-wide: packets that spread over more than two octants, or meet every box, are traced ray by ray",
      .field = field<&KernelConfig::fallback>(), .names = kOffOn, .define = "BALLOT_FALLBACK",
      .applies = has_ray_packets, .without = "has no packets of several rays in a lane"},
     {.name = "jump",

@@ -49,8 +49,8 @@
 //                                      from LAYOUT_CENTRED on
 //   stretched_end(end) -> float        returns the end of an interval of bounds of many rays or of children in a grid,
 //                                      stretched by what the test rounds
-// and, for BOX_PADDED and BOX_WIDENED, whose rays from far away may have no slabs and meet every box,
-//   has_slabs(slabs) -> bool
+// and, for BOX_PADDED and BOX_WIDENED,
+//   has_slabs(slabs) -> bool           false for a ray from so far away that its slabs meet every box
 #include "box.glsl"
 #include "ray_scale.glsl"
 
