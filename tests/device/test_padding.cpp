@@ -50,6 +50,30 @@ TEST_F(PaddingTest, RaysFromFarAway) {
   expect_alike(triangles, rays, rays.size() / 2);
 }
 
+// From 7.6 * 10^5 away boxes are padded by more than the scene. A ray through the scene meets every box. One that passes
+// beside it, but within the padding, meets few: the boxes on its side.
+TEST_F(PaddingTest, RaysBesideTheSceneCostLittle) {
+  const auto t = make(gpu_, shapes::soup(2000, 0.01f));
+  constexpr std::size_t kRays = 64;
+  const auto tested_by_ray = [&](const char* method, float x) {
+    Buffer<Ray> rays(gpu_, kRays, Access::Storage, "rays");
+    Buffer<Hit> hits(gpu_, kRays, Access::Storage, "hits");
+    Buffer<RayStats> stats(gpu_, kRays, Access::Storage, "stats");
+    rays.upload(std::vector<Ray>(kRays, Ray{{x, x, -7.6e5f}, 0, {0, 0, 1}, 1e30f}));
+    t->tracer->trace_counted(rays, hits, kRays, {.method = method, .numeric = "watertight"}, stats);
+    std::vector<RayStats> all(kRays);
+    stats.download(all);
+    double tested = 0;
+    for (const RayStats& one : all) tested += one.triangles_tested;
+    return tested / kRays;
+  };
+  for (const char* method : {"while-while", "packet", "packet-wide", "bvh4", "bvh8"}) {
+    EXPECT_GE(tested_by_ray(method, 0), 2000) << method;
+    EXPECT_LT(tested_by_ray(method, -3.1f), 1000) << method;
+  }
+  expect_silent(gpu_);
+}
+
 // For a ray that starts on a triangle, the padding of a box decides whether its first leaf is visited.
 TEST_F(PaddingTest, RaysThatBeginOnTriangles) {
   const shapes::Triangles triangles = shapes::grid(24);
