@@ -50,8 +50,8 @@ TEST_F(PaddingTest, RaysFromFarAway) {
   expect_alike(triangles, rays, rays.size() / 2);
 }
 
-// From 7.6 * 10^5 away boxes are padded by more than the scene. A ray through the scene meets every box. One that passes
-// beside it, but within the padding, meets few: the boxes on its side.
+// From 7.6 * 10^5 away boxes are padded by more than the scene. A ray through the scene meets every box. One that
+// passes beside it, but within the padding, meets few: the boxes on its side.
 TEST_F(PaddingTest, RaysBesideTheSceneCostLittle) {
   const auto t = make(gpu_, shapes::soup(2000, 0.01f));
   constexpr std::size_t kRays = 64;

@@ -146,7 +146,8 @@ class Forks(Process):
     def test_before_use(self):
         text = self.output("""
             child = os.fork()
-            print(len(ballot.Scene(*ref.soup(20)).trace(ref.random_rays(50))), flush=True)
+            hits = ballot.Scene(*ref.soup(20)).trace(ref.random_rays(50))
+            os.write(1, f"{len(hits)}\\n".encode())  # at once: print() may write the end of the line by itself
             if child:
                 print(os.waitpid(child, 0)[1], flush=True)
             """)
