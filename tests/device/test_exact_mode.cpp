@@ -122,11 +122,10 @@ class ExactMode : public DeviceTest {
   static std::vector<std::pair<const char*, Knobs>> held(Want want) {
     std::vector<std::pair<const char*, Knobs>> out;
     for (const char* method : {"while-while", "packet", "cut", "dynamic-fetch"}) out.push_back({method, {}});
-    out.push_back({"while-while", {{"doubtful", "limited"}}});
+    for (const char* doubtful : {"decided", "limited", "listed"})
+      out.push_back({"while-while", {{"doubtful", doubtful}}});
     out.push_back({"packet-wide", harness::kNoFallback});
-    if (want == Want::Any) return out;
-    for (const char* doubtful : {"decided", "listed"}) out.push_back({"while-while", {{"doubtful", doubtful}}});
-    out.push_back({"packet-wide", {{"rays", "2"}, {"fallback", "0"}}});
+    if (want == Want::Nearest) out.push_back({"packet-wide", {{"rays", "2"}, {"fallback", "0"}}});
     return out;
   }
 

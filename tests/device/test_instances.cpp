@@ -198,7 +198,7 @@ TEST_F(Instances, RaysThatGiveUpAreTracedAgain) {
   }
   const auto truth = defined(forest, rays, "exact");
   const auto tracer = tracer_of(forest);
-  for (const char* method : {"while-while", "dynamic-fetch"}) {
+  for (const char* method : {"while-while", "packet", "dynamic-fetch"}) {
     const Query q{.method = method, .numeric = "exact", .knobs = {{"doubtful", "limited"}}};
     EXPECT_EQ(count_different(truth, trace(*tracer, rays, q)), 0u) << tracer->variant(q).name();
   }
