@@ -24,8 +24,8 @@ struct Variant {
   CameraKind camera = CameraKind::None;
   bool indirect = false;  // the ray count is read from IndirectArgs on the device
 
-  /// Returns the variant that traces what a variant that lists rays has listed. Those of packet methods
-  /// are traced one by one.
+  /// Returns the variant that traces what a variant that lists rays has listed. It is of the same method, but of
+  /// while-while where lanes vote on a common path.
   Variant taking() const;
 
   std::uint32_t rays_per_lane() const { return method->ray_packets ? config.rays : 1; }
