@@ -1,6 +1,5 @@
 #include "tools/cli.h"
 
-#include <charconv>
 #include <chrono>
 #include <cstdlib>
 #include <future>
@@ -156,16 +155,6 @@ Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries, con
   ProgressBar bar("building BVH");
   opened.engine = std::make_unique<Engine>(std::move(scene), options, [&](double done) { bar.update(done); });
   return opened;
-}
-
-void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& height) {
-  const char* end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, width);
-  if (first.ec == std::errc() && first.ptr != end && *first.ptr == 'x') {
-    const auto second = std::from_chars(first.ptr + 1, end, height);
-    if (second.ec == std::errc() && second.ptr == end) return;
-  }
-  fail(Failure::Arguments, "--size: '{}' is not of the form WIDTHxHEIGHT, such as 1024x1024", text);
 }
 
 nlohmann::json record_header(Engine& engine, double load_s) {

@@ -64,9 +64,6 @@ struct Opened {
 Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries = {},
                   const std::function<void(Scene&)>& check = {}, bool statistics = false);
 
-/// Parses a size such as "512x512" into width and height, in pixels. Throws Error(Arguments).
-void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& height);
-
 /// Returns the JSON object that a command fills with records: the keys device, driver, subgroup_size, commit, command,
 /// and the scene's BVH figures under scenes.
 nlohmann::json record_header(Engine& engine, double load_s);

@@ -2,6 +2,7 @@
 #include <set>
 
 #include "tools/help.h"
+#include "tools/picture_size.h"
 #include "tools/render_bands.h"
 #include "tools/render_denoise.h"
 #include "tools/render_frames.h"

@@ -3,6 +3,7 @@
 #include "tools/bench/readme.h"
 #include "tools/bench_queries.h"
 #include "tools/help.h"
+#include "tools/picture_size.h"
 #include "tools/run_args.h"
 #include "tools/verify/hard.h"
 #include "tools/verify/origins.h"

@@ -2,6 +2,7 @@
 
 #include "tools/cli.h"
 #include "tools/help.h"
+#include "tools/picture_size.h"
 #include "tools/render_light.h"
 #include "tools/view/session.h"
 

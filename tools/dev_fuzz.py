@@ -25,7 +25,7 @@ READERS = {
     "bvh": ["engine/bvh/cache.cpp"],
     "checkpoint": ["engine/render/film/film_file.cpp", "engine/core/image_exr.cpp"],
     "choices": ["engine/trace/auto/choices.cpp", "engine/core/json_depth.cpp"],
-    "command": ["tools/ballot.cpp", "tools/cli.cpp", "tools/command_files.cpp", "tools/run_args.cpp",
+    "command": ["tools/program.cpp", "tools/cli.cpp", "tools/command_files.cpp", "tools/run_args.cpp",
                 "tools/cmd_*.cpp", "tools/bench/plan.cpp"],
     "exr": ["engine/core/image_exr.cpp", "engine/core/image_merge.cpp", "engine/scene/sky.cpp"],
     "gltf": ["engine/scene/gltf_*.cpp", "engine/scene/load_gltf.cpp", "engine/scene/checked_bytes.cpp",

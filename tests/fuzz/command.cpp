@@ -10,12 +10,10 @@
 #include <fstream>
 
 #include "engine/core/image.h"
+#include "engine/core/npy.h"
 #include "tests/cpu/gltf_builder.h"
 #include "tests/fuzz/fuzz.h"
-
-#define main ballot_main  // the whole program as a function
-#include "tools/ballot.cpp"
-#undef main
+#include "tools/program.h"
 
 namespace ballot::fuzz {
 
@@ -163,7 +161,7 @@ void read_command(std::string_view input) {
   std::fflush(stdout);
   out.begin();
   err.begin();
-  const int code = ballot_main(int(words.size()), list.data());
+  const int code = cli::program(int(words.size()), list.data());
   std::fflush(stdout);
   const std::string errors = err.end(), text = out.end();
   std::clearerr(stdout);

@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 
 #include "tools/cli.h"
+#include "tools/picture_size.h"
 #include "tools/view/session.h"
 
 namespace ballot::view {

@@ -1,0 +1,155 @@
+// The command line: ballot info | render | merge | trace | distance | inside | check | view | bench | verify | report |
+// methods | shaders.
+#include "tools/program.h"
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <sstream>
+
+#include "tools/cli.h"
+#include "tools/help.h"
+#include "tools/interrupt.h"
+
+namespace ballot::cli {
+
+namespace {
+
+/// Refuses an unknown command and lists those that exist; CLI11 would only say that a command is required.
+void check_command(CLI::App& app, std::string_view word) {
+  std::string names;
+  std::vector<std::string> list;
+  for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
+    if (command->get_name() == word) return;
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", command->get_name());
+    list.push_back(command->get_name());
+  }
+  fail(Failure::Arguments, "there is no command '{}'{}; the commands are: {}", word,
+       did_you_mean(word, std::vector<std::string_view>(list.begin(), list.end())), names);
+}
+
+/// Returns what is wrong with arguments that a command does not take.
+std::string in_words(const std::vector<std::string>& extras, const CLI::App& command) {
+  for (const std::string& extra : extras) {
+    if (!extra.starts_with('-')) continue;
+    const std::string name = extra.substr(0, extra.find('='));
+    std::vector<std::string> list;
+    for (const CLI::Option* option : command.get_options())
+      for (const std::string& known : option->get_lnames()) list.push_back("--" + known);
+    return fmt::format("there is no option '{}'{}", name,
+                       did_you_mean(name, std::vector<std::string_view>(list.begin(), list.end())));
+  }
+  return fmt::format("'{}' is one argument too many", extras.empty() ? "" : extras.front());
+}
+
+/// Returns what is wrong with the command line, as the beginning of a sentence.
+std::string in_words(const CLI::ParseError& error) {
+  const std::string text = error.what();
+  switch (CLI::ExitCodes(error.get_exit_code())) {
+    case CLI::ExitCodes::RequiredError:
+      return text.starts_with("A subcommand") ? "no command given"
+                                              : "missing " + text.substr(0, text.find(" is required"));
+    case CLI::ExitCodes::ConversionError:
+      return "a value has the wrong type" + text.substr(text.find(':'));
+    case CLI::ExitCodes::ArgumentMismatch:
+      return text.substr(0, text.find(':')) + " needs a value";
+    default:
+      return text;
+  }
+}
+
+/// Prints why the program ends.
+void say_failure(std::string_view text) { say_aside("ballot: {}\n", text); }
+
+int run(int argc, char** argv) {
+  CLI::App app(
+      "Ballot is a ray tracer of GLSL compute kernels for any Vulkan 1.2 device, GPU or CPU.\n"
+      "The lanes of a subgroup vote on the next step of their traversal; --method chooses the traversal method.",
+      "ballot");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", fmt::format("ballot {}, commit {}", BALLOT_VERSION, commit()),
+                       "shows version and commit");
+  const char* footer =
+      "Examples:\n"
+      "  ballot info scenes/cornell.gltf\n"
+      "  ballot render scenes/cornell.gltf --view all --size 512x512 --png --out out/\n"
+      "  ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy --method packet --knob vote=count\n"
+      "  ballot view scenes/cornell.gltf --method packet --shading heat --heat lanes\n"
+      "  ballot bench scenes/cornell.gltf --rays primary,ao --sweep --report out/bench/\n"
+      "  ballot verify scenes/cornell.gltf --rays primary --report out/verify/\n"
+      "Exit codes: 0 done, 1 the work failed, 2 the arguments are wrong, 3 no usable device.";
+  use_two_levels(app);
+  int result = 0;
+  add_info(app, result);
+  add_render(app, result);
+  add_merge(app, result);
+  add_trace(app, result);
+  add_distance(app, result);
+  add_inside(app, result);
+  add_check(app, result);
+  add_view(app, result);
+  add_bench(app, result);
+  add_verify(app, result);
+  add_report(app, result);
+  add_methods(app, result);
+  add_shaders(app, result);
+  app.footer(footer);  // here, so that commands do not inherit it
+  if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help) {  // or version
+    std::ostringstream text, errors;
+    app.exit(help, text, errors);
+    say("{}", text.str());
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    const auto chosen = app.get_subcommands();
+    const std::string name = chosen.empty() ? "" : chosen.front()->get_name();
+    const CLI::App& taken = chosen.empty() ? app : *chosen.front();
+    const bool extra = CLI::ExitCodes(error.get_exit_code()) == CLI::ExitCodes::ExtrasError;
+    say_failure(fmt::format(
+        "{}{}; {}", name.empty() ? "" : name + ": ", extra ? in_words(app.remaining(true), taken) : in_words(error),
+        name.empty() ? "give one of: info, render, merge, trace, distance, inside, check, view, bench, verify, "
+                       "report, methods, shaders; "
+                       "'ballot --help' explains them"
+                     : "'ballot " + name + " --help' lists the arguments"));
+    return int(Failure::Arguments);
+  }
+  return result;
+}
+
+}  // namespace
+
+int program(int argc, char** argv) {
+  // A full disk and a closed pipe are errors of the write, with a message, instead of the end of the process.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  remember_reads();
+  std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);  // a log grows line by line
+  try {
+    set_command_line(argc, argv);
+    const int code = run(argc, argv);
+    flush_text();
+    return code;
+  } catch (const Stopped& stopped) {
+    say_failure(stopped.what());
+    return stopped.exit_code();
+  } catch (const Error& error) {
+    say_failure(error.what());
+    return int(error.kind());
+  } catch (const std::bad_alloc&) {
+    say_failure("out of memory; use a smaller scene or fewer rays at a time");
+    return int(Failure::Work);
+  } catch (const std::filesystem::filesystem_error& error) {
+    const std::string place = error.path1().empty() ? "a file or folder" : error.path1().string();
+    say_failure(fmt::format("cannot use {}: {}", place, error.code().message()));
+    return int(Failure::Work);
+  } catch (const std::exception&) {  // its text names a function of a library, and nothing of the user's
+    say_failure(
+        "a fault inside Ballot stopped the work; please report it with this command line and the files that it names");
+    return int(Failure::Work);
+  }
+}
+
+}  // namespace ballot::cli
