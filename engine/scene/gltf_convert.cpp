@@ -110,11 +110,11 @@ NodeTransform node_transform(const GltfFile& file, std::size_t index) {
       for (int row = 0; row < 4; ++row) m[column][row] = node.matrix[static_cast<std::size_t>(4 * column + row)];
     return to;
   }
-  const auto vec3 = [](const std::vector<double>& v) { return glm::dvec3{v[0], v[1], v[2]}; };
+  const auto triple = [](const std::vector<double>& v) { return glm::dvec3{v[0], v[1], v[2]}; };
   if (check("rotation", node.rotation, 4))
     to.rotation = {node.rotation[0], node.rotation[1], node.rotation[2], node.rotation[3]};
-  if (check("scale", node.scale, 3)) to.scale = vec3(node.scale);
-  if (check("translation", node.translation, 3)) to.translation = vec3(node.translation);
+  if (check("scale", node.scale, 3)) to.scale = triple(node.scale);
+  if (check("translation", node.translation, 3)) to.translation = triple(node.translation);
   return to;
 }
 

@@ -1,6 +1,7 @@
 // Small scenes and sets of rays for tests. They are the same on every run.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/geometric.hpp>
@@ -203,6 +204,13 @@ inline std::vector<Ray> dead_rays() {
           {o, 0, {0, -0.f, 1e-40f}, 10},
           {o, 5, z, 5},
           {o, 6, z, 5}};
+}
+
+/// Returns the largest distance of a vertex from a point.
+inline double reach_of(const glm::vec3& p, const Triangle& t) {
+  double most = 0;
+  for (const glm::vec3& v : t) most = std::max(most, glm::length(glm::dvec3(v) - glm::dvec3(p)));
+  return most;
 }
 
 }  // namespace ballot::shapes

@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-constexpr std::uint32_t kSide = 40;
+constexpr std::uint32_t kPictureSide = 40;
 
 int vec2(GltfBuilder& b, const std::vector<float>& values) {
   return b.accessor(b.view(values), 5126, values.size() / 2, "VEC2");
@@ -91,7 +91,8 @@ class KeptInstances : public DeviceTest {
     return {engine_of(loaded(b, InstancePolicy::Keep)), engine_of(loaded(b, InstancePolicy::Copy))};
   }
   static Image picture(Engine& engine, const std::string& shading) {
-    RenderOptions o{.width = kSide, .height = kSide, .spp = 4, .shading = shading, .bounces = 4, .ao_radius = 0.2f};
+    RenderOptions o{
+        .width = kPictureSide, .height = kPictureSide, .spp = 4, .shading = shading, .bounces = 4, .ao_radius = 0.2f};
     o.query.method = "while-while";
     return engine.render(engine.scene().views[0], o);
   }
@@ -100,7 +101,7 @@ class KeptInstances : public DeviceTest {
 /// Compares two pictures. Where rounding changes what a ray hits, a pixel may differ: at the rims of triangles, and
 /// where a path meets a rim.
 void expect_alike(const Image& a, const Image& b, const std::string& what, double most_share) {
-  const std::size_t pixels = std::size_t(kSide) * kSide;
+  const std::size_t pixels = std::size_t(kPictureSide) * kPictureSide;
   std::size_t others = 0;
   double sum_a = 0, sum_b = 0;
   for (std::size_t i = 0; i < pixels; ++i) {
@@ -128,7 +129,7 @@ TEST_F(KeptInstances, PicturesAreThoseOfCopies) {
                                        {"whitted", 0.03},
                                        {"path", 0.04}})
     expect_alike(picture(*e.kept, shading), picture(*e.copied, shading), shading, share);
-  const RenderOptions o{.width = kSide, .height = kSide};
+  const RenderOptions o{.width = kPictureSide, .height = kPictureSide};
   EXPECT_NE(e.kept->made_of(e.kept->scene().views[0], o), e.copied->made_of(e.copied->scene().views[0], o));
   expect_silent(*gpu_);
 }
@@ -144,7 +145,7 @@ TEST_F(KeptInstances, RaysOfEveryKindHoldToTheOracles) {
   const auto engine = engine_of(loaded(balls(), InstancePolicy::Keep));
   for (const RayKind& kind : kRayKinds) {
     if (kind.name == "secondary") continue;  // reflect and refract
-    const auto batch = engine->make_batch(engine->scene().views[0], kind, kSide, kSide, {.ao_rays = 2});
+    const auto batch = engine->make_batch(engine->scene().views[0], kind, kPictureSide, kPictureSide, {.ao_rays = 2});
     ASSERT_GT(batch->count(), 0u);
     const ExactTruth truth = engine->checker().exact_truth(*batch);
     for (const char* numeric : {"watertight", "exact"}) {
@@ -176,8 +177,8 @@ TEST_F(KeptInstances, EveryOffsetLeavesItsTriangle) {
   const auto engine = engine_of(std::move(scene));
   for (const char* policy : {"proved", "bounded"})
     for (const char* kind : {"reflect", "refract", "diffuse"}) {
-      const auto batch =
-          engine->make_batch(engine->scene().views[0], find_ray_kind(kind), kSide, kSide, {.offset = policy});
+      const auto batch = engine->make_batch(engine->scene().views[0], find_ray_kind(kind), kPictureSide, kPictureSide,
+                                            {.offset = policy});
       const ExactTruth truth = engine->checker().exact_truth(*batch);
       EXPECT_EQ(engine->checker().verify(*batch, truth, {.method = "while-while"}).self_hits, 0u)
           << policy << " " << kind;

@@ -17,13 +17,6 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 
 double length(const glm::dvec3& v) { return glm::length(v); }
 
-/// Returns the largest distance of a vertex from a point.
-double reach_of(const glm::vec3& p, const Triangle& t) {
-  double most = 0;
-  for (const glm::vec3& v : t) most = std::max(most, length(glm::dvec3(v) - glm::dvec3(p)));
-  return most;
-}
-
 /// Returns about the distance of a point from a triangle: the exact answer is looked for among the least of these.
 double about_distance(const glm::dvec3& p, const Triangle& t) {
   double best = 1e300;
@@ -55,7 +48,7 @@ Truth truth_of(const glm::vec3& p, const shapes::Triangles& triangles) {
   Truth truth;
   ExactDistance best;
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-    if (about[i] > least + 1e-6 * (least + reach_of(p, triangles[i]))) {
+    if (about[i] > least + 1e-6 * (least + shapes::reach_of(p, triangles[i]))) {
       truth.next = std::min(truth.next, about[i]);
       continue;
     }
@@ -68,7 +61,7 @@ Truth truth_of(const glm::vec3& p, const shapes::Triangles& triangles) {
       if (!truth.prims.empty()) truth.next = std::min(truth.next, best.distance());
       truth.prims.clear();
       best = d;
-      truth.reach = reach_of(p, triangles[i]);
+      truth.reach = shapes::reach_of(p, triangles[i]);
     }
     truth.prims.push_back(i);
   }
@@ -125,7 +118,7 @@ class PointQueriesTest : public DeviceTest {
       const Truth truth = truth_of(points[i], triangles);
       ASSERT_LT(found[i].prim, triangles.size());
       const Triangle& reported = triangles[found[i].prim];
-      const double reach = reach_of(points[i], reported), bound = 64 * kUnit * (reach + truth.reach);
+      const double reach = shapes::reach_of(points[i], reported), bound = 64 * kUnit * (reach + truth.reach);
       EXPECT_LE(std::abs(found[i].distance - truth.distance), bound);
       EXPECT_LE(about_distance(points[i], reported), truth.distance + bound);
       // The point is on the triangle and as far away as it says, up to its own rounding.
@@ -293,7 +286,7 @@ TEST_F(PointQueriesTest, InsideIsRightBeyondItsBound) {
     std::size_t judged = 0;
     for (std::size_t k = 0; k < points.size(); ++k) {
       const bool near = std::ranges::any_of(triangles, [&](const Triangle& triangle) {
-        return about_distance(points[k], triangle) <= 16 * kUnit * reach_of(points[k], triangle);
+        return about_distance(points[k], triangle) <= 16 * kUnit * shapes::reach_of(points[k], triangle);
       });
       if (near) continue;
       ++judged;

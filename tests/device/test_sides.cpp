@@ -66,12 +66,6 @@ std::vector<glm::vec3> points_near(const shapes::Triangles& triangles, std::size
   return points;
 }
 
-double reach_of(const glm::vec3& p, const Triangle& t) {
-  double most = 0;
-  for (const glm::vec3& v : t) most = std::max(most, glm::length(glm::dvec3(v) - glm::dvec3(p)));
-  return most;
-}
-
 TEST_F(Sides, OfClosedMeshesTellWhatIsInside) {
   const std::pair<const char*, shapes::Triangles> cases[] = {
       {"octahedron", shapes::sphere(0)},
@@ -94,7 +88,7 @@ TEST_F(Sides, OfClosedMeshesTellWhatIsInside) {
       for (std::size_t i = 0; i < points.size(); ++i) {
         ASSERT_LE(found[i].behind, 1u);
         // Folds are no sharper than one of 0.01 radians; on the surface itself a point is not behind it.
-        const double bound = 128 * kUnitRoundoff * reach_of(points[i], triangles[found[i].prim]) / 0.01;
+        const double bound = 128 * kUnitRoundoff * shapes::reach_of(points[i], triangles[found[i].prim]) / 0.01;
         if (exact ? found[i].distance == 0 : double(found[i].distance) < bound) continue;
         EXPECT_EQ(found[i].behind != 0, exact_inside(points[i], triangles))
             << i << " exact " << exact << " distance " << found[i].distance;

@@ -23,7 +23,7 @@ Scene two_cameras(bool perspective = true) {
 }
 
 /// Checks depth and coverage of every pixel of a picture of the square.
-void expect_square(const Picture& p, const View& view) {
+void expect_moved_square(const Picture& p, const View& view) {
   std::size_t hits = 0;
   for (std::uint32_t y = 0; y < p.image.height; ++y)
     for (std::uint32_t x = 0; x < p.image.width; ++x) {
@@ -46,7 +46,7 @@ TEST(Cameras, BothKindsOfAGltfFileByEveryShading) {
   for (const char* shading : {"eyelight", "normals", "heat", "ao", "whitted", "path"})
     for (const View& view : engine.scene().views) {
       SCOPED_TRACE(fmt::format("{} {}", shading, view.name));
-      expect_square(render(engine, view, {.width = 37, .height = 29, .shading = shading}), view);
+      expect_moved_square(render(engine, view, {.width = 37, .height = 29, .shading = shading}), view);
     }
 }
 
@@ -58,7 +58,7 @@ TEST(Cameras, AViewOfTheKindThatTheSceneLacks) {
   for (const bool orthographic : {true, false, true}) {
     view.orthographic = orthographic;
     for (const char* shading : {"eyelight", "ao"})
-      expect_square(render(engine, view, {.width = 33, .height = 31, .shading = shading}), view);
+      expect_moved_square(render(engine, view, {.width = 33, .height = 31, .shading = shading}), view);
     LiveOptions live;
     live.width = 33, live.height = 31;
     const LiveTimes times = engine.live().add_sample(view, live);

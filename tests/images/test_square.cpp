@@ -98,24 +98,25 @@ TEST(Square, SamplesConvergeToCoverage) {
   View view = engine.scene().views[0];
   view.orthographic = true;
   view.ymag = 1.61;
-  constexpr std::uint32_t kSize = 13;
+  constexpr std::uint32_t kPictureSide = 13;
   const auto overlap = [&](double a, double b) {
     return std::max(0.0, std::min(1.0, b) - std::max(-1.0, a)) / (b - a);
   };
   const auto rms = [&](std::uint32_t spp, double* bias = nullptr) {
-    const Picture p = render(engine, view, {.width = kSize, .height = kSize, .spp = spp});
+    const Picture p = render(engine, view, {.width = kPictureSide, .height = kPictureSide, .spp = spp});
     double sum = 0, difference = 0;
-    for (std::uint32_t y = 0; y < kSize; ++y)
-      for (std::uint32_t x = 0; x < kSize; ++x) {
-        const glm::dvec2 lo = plane_point(view, x, y + 1, kSize, kSize), hi = plane_point(view, x + 1, y, kSize, kSize);
+    for (std::uint32_t y = 0; y < kPictureSide; ++y)
+      for (std::uint32_t x = 0; x < kPictureSide; ++x) {
+        const glm::dvec2 lo = plane_point(view, x, y + 1, kPictureSide, kPictureSide),
+                         hi = plane_point(view, x + 1, y, kPictureSide, kPictureSide);
         const double error = p.at("A", x, y) - overlap(lo.x, hi.x) * overlap(lo.y, hi.y);
         EXPECT_NEAR(p.at("R", x, y), 0.75 * p.at("A", x, y), 1e-5);
         EXPECT_EQ(p.prim(x, y) == NO_HIT, p.at("Z", x, y) == 0);
         sum += error * error;
         difference += error;
       }
-    if (bias) *bias = difference / (kSize * kSize);
-    return std::sqrt(sum / (kSize * kSize));
+    if (bias) *bias = difference / (kPictureSide * kPictureSide);
+    return std::sqrt(sum / (kPictureSide * kPictureSide));
   };
   double bias = 1;
   const double one = rms(1), four = rms(4), many = rms(256, &bias);
