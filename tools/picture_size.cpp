@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-#include "engine/core/error.h"
+#include "engine/ballot.h"
 
 namespace ballot::cli {
 

@@ -57,7 +57,7 @@ AnimatedBuilder balls(bool with_alpha = false) {
   b.node({{"mesh", 1}, {"translation", {1, 1.2, 0.4}}, {"rotation", {0.6, 0, 0, 0.8}}, {"scale", {0.3, 0.3, 0.8}}});
   b.node({{"mesh", 2}, {"translation", {-0.3, -0.5, 1}}, {"scale", {0.7, 0.7, 0.7}}});
   b.node({{"mesh", 2}, {"translation", {0.9, -0.5, 0.9}}, {"scale", {-0.8, 0.8, 0.8}}});
-  const int moves = b.vec3({-1, 0, 0, -1, 0.8, 0.3}), turns = b.vec4({0, 0, 0.6f, 0.8f, 0.6f, 0, 0, 0.8f});
+  const int moves = b.vec3({-1, 0, 0, -1, 0.8f, 0.3f}), turns = b.vec4({0, 0, 0.6f, 0.8f, 0.6f, 0, 0, 0.8f});
   b.channel(0, "translation", {0, 1}, moves);
   b.channel(1, "rotation", {0, 1}, turns);
   return b;

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "tools/cli.h"
 #include "tools/picture_size.h"
 #include "tools/view/session.h"
 
