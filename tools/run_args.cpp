@@ -1,4 +1,5 @@
 #include "tools/run_args.h"
+
 #include "tools/picture_size.h"
 
 namespace ballot::cli {
