@@ -12,7 +12,7 @@ from dev_packages import Failed
 
 ROOT = Path(__file__).resolve().parent.parent
 PRESETS = ("release", "debug", "asan", "tsan")
-BYTES_PER_COMPILER = 1 << 30
+BYTES_PER_COMPILER = 5 << 28
 
 
 def build_folder(preset: str) -> Path:
