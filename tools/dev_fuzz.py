@@ -2,9 +2,9 @@
 
 import os
 import re
-import resource
 import subprocess
 import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 import dev_build
@@ -13,8 +13,8 @@ from dev_packages import Failed
 HELP = """\
 Reads mutated files under address and undefined-behaviour sanitizers. TARGET is one of those in tests/fuzz: bvh (the
 cache of trees), checkpoint, choices (of method auto), command (lines), exr, gltf, mesh (PLY, STL), npy, obj, results,
-views; without it all run, one after the other. What a target learns is kept in build/fuzz/corpus, inputs that fail in
-build/fuzz/findings. The last table has the inputs, CPU seconds and covered lines of each reader.
+views; without it all run, as many at once as there are cores. What a target learns is kept in build/fuzz/corpus, inputs
+that fail in build/fuzz/findings. The last table has the inputs, CPU seconds and covered lines of each reader.
 
   tools/dev.py fuzz                       a minute of each target
   tools/dev.py fuzz gltf --minutes 30
@@ -42,7 +42,7 @@ SANITIZERS = {"ASAN_OPTIONS": "quarantine_size_mb=16:detect_leaks=1:allocator_ma
 
 def add_options(parser) -> None:
     parser.add_argument("--minutes", type=float, default=1, metavar="N", help="time for each target [1]")
-    parser.add_argument("--jobs", type=int, metavar="N", help="number of compilers to run at once")
+    parser.add_argument("--jobs", type=int, metavar="N", help="number of compilers, and then of targets, to run at once")
 
 
 def chosen(rest: list[str]) -> list[str]:
@@ -76,6 +76,14 @@ def covered_lines(program: Path, name: str, raw: Path) -> str:
     return f"{total[9]} of {total[7]} lines" if len(total) > 9 else "?"
 
 
+def run_timed(command: list, out, environment: dict) -> tuple[int, float]:
+    """Runs a program. Returns its exit status and its CPU seconds, which are its own although others run beside it."""
+    with subprocess.Popen(command, stdout=out, stderr=subprocess.STDOUT, env=environment) as process:
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    return process.returncode, used.ru_utime + used.ru_stime
+
+
 def campaign(folder: Path, name: str, minutes: float) -> str:
     """Runs one target. Returns a line on what it did. Throws Failed if an input failed."""
     program = folder / "tests/fuzz/ballot_fuzz"
@@ -86,21 +94,18 @@ def campaign(folder: Path, name: str, minutes: float) -> str:
     environment = {**os.environ, **SANITIZERS, "BALLOT_FUZZ_TARGET": name, "LLVM_PROFILE_FILE": str(raw)}
     make_seeds(program, seeds, environment)
     log = folder / f"fuzz_{name}.log"
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = [program, f"-max_total_time={max(1, round(60 * minutes))}", f"-dict={seeds}.dict", "-timeout=20",
+               "-rss_limit_mb=4096", "-max_len=16384", "-print_final_stats=1",
+               "-close_fd_mask=3" if name == "command" else "-close_fd_mask=1", f"-artifact_prefix={findings}/", corpus,
+               seeds]
     start = time.monotonic()
     with log.open("w", encoding="utf-8") as out:
-        done = subprocess.run([program, f"-max_total_time={max(1, round(60 * minutes))}", f"-dict={seeds}.dict",
-                               "-timeout=20", "-rss_limit_mb=4096", "-max_len=16384", "-print_final_stats=1",
-                               "-close_fd_mask=3" if name == "command" else "-close_fd_mask=1",
-                               f"-artifact_prefix={findings}/", corpus, seeds], stdout=out, stderr=subprocess.STDOUT,
-                              env=environment, check=False)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        status, spent = run_timed(command, out, environment)
     text = log.read_text(encoding="utf-8", errors="replace")
-    if done.returncode != 0:
+    if status != 0:
         kept = re.findall(r"Test unit written to (\S+)", text)
         raise Failed(f"fuzz target {name} failed: {', '.join(kept) or 'no input was kept'}; the log is {log}")
     runs = re.findall(r"number_of_executed_units:\s+(\d+)", text)
-    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return (f"{name:10} {int(runs[-1]) if runs else 0:>9} inputs in {time.monotonic() - start:5.0f} s, {spent:5.0f} "
             f"CPU-s, reader covered {covered_lines(program, name, raw)}, no finding")
 
@@ -109,12 +114,14 @@ def fuzz(options, rest: list[str]) -> int:
     names = chosen(rest)
     folder = dev_build.build("fuzz", options.jobs, ["ballot_fuzz"])
     failures = []
-    for name in names:
-        try:
-            print(campaign(folder, name, options.minutes), flush=True)
-        except Failed as error:
-            print(error, flush=True)
-            failures.append(name)
+    with ThreadPoolExecutor(options.jobs or dev_build.default_jobs()) as pool:
+        runs = {pool.submit(campaign, folder, name, options.minutes): name for name in names}
+        for run in as_completed(runs):
+            try:
+                print(run.result(), flush=True)
+            except Failed as error:
+                print(error, flush=True)
+                failures.append(runs[run])
     if failures:
         raise Failed(f"inputs of {', '.join(failures)} failed; each log names them")
     return 0
