@@ -42,7 +42,7 @@ SANITIZERS = {"ASAN_OPTIONS": "quarantine_size_mb=16:detect_leaks=1:allocator_ma
 
 def add_options(parser) -> None:
     parser.add_argument("--minutes", type=float, default=1, metavar="N", help="time for each target [1]")
-    parser.add_argument("--jobs", type=int, metavar="N", help="number of compilers, and then of targets, to run at once")
+    parser.add_argument("--jobs", type=int, metavar="N", help="number of compilers, then of targets, to run at once")
 
 
 def chosen(rest: list[str]) -> list[str]:
