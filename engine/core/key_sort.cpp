@@ -1,5 +1,6 @@
 #include "engine/core/key_sort.h"
 
+#include <algorithm>
 #include <array>
 
 namespace ballot {
@@ -36,6 +37,27 @@ void sort_keys(std::vector<PlacedKey>& keys, std::vector<PlacedKey>& room, int b
     });
     keys.swap(room);
   }
+}
+
+void order_by_counting(std::span<const std::uint32_t> keys, int bits, std::vector<std::uint32_t>& order) {
+  const std::size_t count = keys.size(), values = std::size_t{1} << bits;
+  order.resize(count);
+  if (count == 0) return;
+  // One chunk a core. Small ones would take longer to count than to move.
+  const std::size_t chunks = std::clamp<std::size_t>(count / values, 1, core_count());
+  const std::size_t chunk = (count + chunks - 1) / chunks;
+  std::vector<std::vector<std::uint32_t>> counts(chunks, std::vector<std::uint32_t>(values));
+  for_chunks(count, chunk, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t>& own = counts[begin / chunk];
+    for (std::size_t i = begin; i < end; ++i) ++own[keys[i]];
+  });
+  std::uint32_t sum = 0;  // now each count becomes the place of its first key
+  for (std::size_t v = 0; v < values; ++v)
+    for (std::vector<std::uint32_t>& own : counts) sum += std::exchange(own[v], sum);
+  for_chunks(count, chunk, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t>& own = counts[begin / chunk];
+    for (std::size_t i = begin; i < end; ++i) order[own[keys[i]]++] = std::uint32_t(i);
+  });
 }
 
 }  // namespace ballot

@@ -22,11 +22,23 @@ struct PlacedKey {
 /// own keys. Source: Marco Zagha, Guy Blelloch. Radix Sort for Vector Multiprocessors. Supercomputing 1991.
 void sort_keys(std::vector<PlacedKey>& keys, std::vector<PlacedKey>& room, int bits);
 
+/// Writes the order of the places of keys of up to kCountedBits bits to `order`: its entry k is the place of the key
+/// that comes at place k. Equal keys keep their order. A counting sort: one pass, in which the places alone move.
+void order_by_counting(std::span<const std::uint32_t> keys, int bits, std::vector<std::uint32_t>& order);
+constexpr int kCountedBits = 18;  // a megabyte of counters for each core
+
 /// Returns the order of numbers 0 to count - 1 by key_of(number), in `order`: its entry k is the number at place k.
 /// key_of must be thread-safe.
 template <class KeyOf>
 void order_by(std::size_t count, const KeyOf& key_of, int bits, std::vector<std::uint32_t>& order) {
   constexpr std::size_t kChunk = 1 << 14;
+  if (bits <= kCountedBits) {
+    std::vector<std::uint32_t> keys(count);
+    for_chunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) keys[i] = key_of(i);
+    });
+    return order_by_counting(keys, bits, order);
+  }
   std::vector<PlacedKey> keys(count), room(count);
   for_chunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) keys[i] = {key_of(i), std::uint32_t(i)};

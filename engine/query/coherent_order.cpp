@@ -1,6 +1,8 @@
 #include "engine/query/coherent_order.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <glm/common.hpp>
 
 #include "engine/core/key_sort.h"
@@ -9,7 +11,7 @@ namespace ballot {
 
 namespace {
 
-constexpr int kKeyBits = 30;
+constexpr int kPointKeyBits = 30, kRayKeyBits = 18, kOctantBits = 3;
 
 /// Spreads the lower ten bits of x, so that two bits are free behind each.
 std::uint32_t spread(std::uint32_t x) {
@@ -23,7 +25,7 @@ std::uint32_t spread(std::uint32_t x) {
 /// sides; NaN is zero.
 std::uint32_t morton_code(const glm::vec3& unit, int bits) {
   const float cells = float(1 << bits);
-  const auto cell = [&](float x) { return x > 0 ? std::uint32_t(std::min(x * cells, cells - 1)) : 0u; };
+  const auto cell = [&](float x) { return std::uint32_t(int(std::max(0.0f, std::min(x * cells, cells - 1)))); };
   return spread(cell(unit.x)) << 2 | spread(cell(unit.y)) << 1 | spread(cell(unit.z));
 }
 
@@ -43,25 +45,29 @@ struct Frame {
 void order_points(std::span<const ProbePoint> points, const Bounds& bounds, std::vector<std::uint32_t>& order) {
   const Frame frame(bounds);
   order_by(
-      points.size(), [&](std::size_t i) { return morton_code(frame.unit(points[i].at), 10); }, kKeyBits, order);
+      points.size(), [&](std::size_t i) { return morton_code(frame.unit(points[i].at), 10); }, kPointKeyBits, order);
 }
 
 bool order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std::uint32_t>& order) {
   const Frame frame(bounds);
   const auto key = [&](std::size_t i) {
+    // Signs and sizes of random directions are random, so this has no branches.
     const glm::vec3& d = rays[i].dir;
-    const glm::vec3 size = glm::abs(d);
-    const float longest = std::max({size.x, size.y, size.z});
-    const std::uint32_t octant = std::uint32_t(d.x < 0) << 2 | std::uint32_t(d.y < 0) << 1 | std::uint32_t(d.z < 0);
-    const std::uint32_t to = longest > 0 ? morton_code(size / longest, 5) : 0;
-    return octant << 27 | morton_code(frame.unit(rays[i].origin), 4) << 15 | to;
+    const float x = std::fabs(d.x), y = std::fabs(d.y), z = std::fabs(d.z), half = 0.5f * std::max(x, std::max(y, z));
+    const std::uint32_t octant = std::uint32_t(std::signbit(d.x)) << 2 | std::uint32_t(std::signbit(d.y)) << 1 |
+                                 std::uint32_t(std::signbit(d.z));
+    const std::uint32_t to = std::uint32_t(x > half) << 2 | std::uint32_t(y > half) << 1 | std::uint32_t(z > half);
+    return octant << 15 | to << 12 | morton_code(frame.unit(rays[i].origin), 4);
   };
   // Rays of a camera or from one place are alike.
   const std::size_t sample = std::min<std::size_t>(rays.size(), 4096);
   std::size_t alike = 0;
-  for (std::size_t i = 1; i < sample; ++i) alike += key(i) >> 15 == key(i - 1) >> 15;
+  for (std::size_t i = 1; i < sample; ++i) alike += key(i) == key(i - 1);
   if (2 * alike >= sample) return false;
-  order_by(rays.size(), key, kKeyBits, order);
+  // Some eight rays a key: finer keys take longer to sort than they save.
+  const int bits = std::clamp(int(std::bit_width(rays.size())) - 3, kOctantBits, kRayKeyBits);
+  order_by(
+      rays.size(), [&](std::size_t i) { return key(i) >> (kRayKeyBits - bits); }, bits, order);
   return true;
 }
 

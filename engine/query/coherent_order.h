@@ -14,7 +14,7 @@ namespace ballot {
 /// point at place k.
 void order_points(std::span<const ProbePoint> points, const Bounds& bounds, std::vector<std::uint32_t>& order);
 
-/// The same for rays: by octant of their direction, then along a Morton curve by their origin, then by their direction.
+/// The same for rays: by their direction, in eight parts of each octant, then along a Morton curve by their origin.
 /// Returns false, and no order, if most neighbours are alike already.
 bool order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std::uint32_t>& order);
 

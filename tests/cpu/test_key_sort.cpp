@@ -12,7 +12,7 @@ namespace {
 TEST(KeySort, OrdersAsAStableSortDoes) {
   std::mt19937 random(5);
   for (const std::size_t count : {0u, 1u, 2u, 3u, 1000u, 70'001u})
-    for (const int bits : {1, 12, 24, 30, 32})
+    for (const int bits : {1, 12, 18, 19, 24, 30, 32})
       for (const std::uint32_t most : {3u, 0xFFFFFFFFu}) {
         std::vector<std::uint32_t> keys(count), order;
         for (std::uint32_t& k : keys) k = std::uint32_t(random()) & most & std::uint32_t((1ull << bits) - 1);
