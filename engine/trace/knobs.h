@@ -86,7 +86,7 @@ constexpr bool has_lists(const Method& m, const KernelConfig&) { return m.lists;
 constexpr bool is_persistent(const Method&, const KernelConfig& c) { return c.launch == Launch::Persistent; }
 /// Returns true if idle lanes take new rays, and rays that a subgroup has claimed are traced for sure.
 constexpr bool claims(const Method& m, const KernelConfig& c) {
-  return c.launch == Launch::Persistent && !c.loops_cut && m.threshold.knob == "refetch";
+  return c.launch == Launch::Persistent && !c.loops_cut && m.refills();
 }
 
 // clang-format off

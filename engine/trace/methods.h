@@ -67,6 +67,8 @@ struct Method {
   constexpr std::uint32_t spare_entries() const { return turns ? 1 : 0; }
   constexpr bool packet() const { return votes != kNoVotes; }
   constexpr bool shares_stack() const { return packet() || ray_packets; }
+  /// True if idle lanes take new rays while others are at work (lib/frame/refill.glsl).
+  constexpr bool refills() const { return threshold.knob == "refetch"; }
   constexpr bool takes(Vote vote) const { return (votes >> int(vote) & 1) != 0; }
   /// True if a kernel with this configuration traces at least some rays one by one.
   constexpr bool falls_back(const KernelConfig& config) const { return !ray_packets || config.fallback; }

@@ -20,7 +20,7 @@ const Row kRows[] = {
     // mode exact loop too. The driver also executes the code that lanes branch around (jump).
     {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 250000,
      [](const Method& m, const NumericMode& numeric, KernelConfig& f) {
-       f.batches = m.threshold.knob == "refetch" && !numeric.needs_float64 ? 64 : 16;
+       f.batches = m.refills() && !numeric.needs_float64 ? 64 : 16;
        f.jump = false;
      }},
     // Mesa 25 and later: loops run to their end (device test Vulkan.TheTuningTableKnowsDriversThatCutLoops). Each texel
