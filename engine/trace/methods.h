@@ -17,6 +17,7 @@ struct Defaults {
   Fetch fetch;
   StackPlace stack;
   Launch launch = Launch::Plain;
+  Push push = Push::Branch;
 };
 
 /// The number that decides when a method changes what it does. `--knob <knob>=<value>` sets it.
@@ -97,7 +98,8 @@ inline constexpr Method kMethods[] = {
     {.name = "if-if", .kernel = "traverse/if_if.comp",
      .summary = "each ray by itself, one node or one leaf per step (Vinkler 3.2)"},
     {.name = "while-while", .kernel = "traverse/while_while.comp",
-     .summary = "each ray by itself, from node to node until it holds a leaf (Aila and Laine 2009)"},
+     .summary = "each ray by itself, from node to node until it holds a leaf (Aila and Laine 2009)",
+     .gpu = {.fetch = Fetch::Reference, .stack = StackPlace::Private, .push = Push::Always}},
     {.name = "speculative", .kernel = "traverse/speculative.comp",
      .summary = "while-while that postpones a leaf and walks on until every lane has one (Aila and Laine 2009)"},
     {.name = "dynamic-fetch", .kernel = "traverse/dynamic_fetch.comp",

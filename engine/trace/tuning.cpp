@@ -56,6 +56,7 @@ const Row kRows[] = {
     // - centred boxes: 1.03, 1.06, 1.03 more
     // - runs of leaves: 0.95, 1.02, 1.06 (fast: because of its registers)
     // - workgroups of 128 instead of 64: 1.01
+    // - a store in every step (Push::Always in its row of methods.h): 1.00, 1.01, 1.01 more
     // The other methods gain as much: stack-max 1.10, 1.14, 1.07. Boxes padded in the tree, watertight, three scenes:
     // while-while 1.15, frontier 1.11, dynamic-fetch 1.10. Pairs in 48 bytes: 1.11, 1.06, 1.00 more (diffuse rays 1.14,
     // 1.11, 1.03); packets, whose lanes share a load, 0.99.
@@ -141,6 +142,7 @@ KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric,
   f.fetch = wants.fetch;
   f.stack = wants.stack;
   f.launch = wants.launch;
+  f.push = wants.push;
   f.threshold = method.threshold.standard;
   // In modes that need float64, a kernel that holds its code eight times would take long to compile.
   f.rays = device.is_cpu() && !numeric.needs_float64 ? 8 : 1;
