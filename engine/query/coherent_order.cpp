@@ -29,12 +29,12 @@ std::uint32_t morton_code(const glm::vec3& unit, int bits) {
   return spread(cell(unit.x)) << 2 | spread(cell(unit.y)) << 1 | spread(cell(unit.z));
 }
 
-/// Scales points of the bounds, and of as much around them, to the unit cube.
+/// Scales points of the bounds, and of `room` times their sides around them, to the unit cube.
 struct Frame {
-  explicit Frame(const Bounds& b) {
+  Frame(const Bounds& b, float room) {
     const glm::vec3 sides = b.hi - b.lo;
-    lo = b.lo - 0.25f * sides;
-    for (int k = 0; k < 3; ++k) inverse[k] = sides[k] > 0 ? 1 / (1.5f * sides[k]) : 0;
+    lo = b.lo - room * sides;
+    for (int k = 0; k < 3; ++k) inverse[k] = sides[k] > 0 ? 1 / ((1 + 2 * room) * sides[k]) : 0;
   }
   glm::vec3 unit(const glm::vec3& p) const { return (p - lo) * inverse; }
   glm::vec3 lo, inverse{0};
@@ -43,13 +43,13 @@ struct Frame {
 }  // namespace
 
 void order_points(std::span<const ProbePoint> points, const Bounds& bounds, std::vector<std::uint32_t>& order) {
-  const Frame frame(bounds);
+  const Frame frame(bounds, 0.25f);
   order_by(
       points.size(), [&](std::size_t i) { return morton_code(frame.unit(points[i].at), 10); }, kPointKeyBits, order);
 }
 
 bool order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std::uint32_t>& order) {
-  const Frame frame(bounds);
+  const Frame frame(bounds, 0);
   const auto key = [&](std::size_t i) {
     // Signs and sizes of random directions are random, so this has no branches.
     const glm::vec3& d = rays[i].dir;

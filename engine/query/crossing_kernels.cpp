@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/core/error.h"
+#include "engine/formats/bvh8.h"
 
 namespace ballot {
 
@@ -73,8 +74,8 @@ void CrossingKernels::prepare(bool masks, std::span<const std::uint32_t> triangl
 
 QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs) {
   Kernels& all = kernels_[variant];
-  // CPU devices walk the four-wide tree, whose nodes cost them less to read.
-  const bool wide = !pairs && gpu_.info().is_cpu();
+  // CPU devices walk the eight-wide tree, if it can number as many nodes: fewer of them have to be read.
+  const bool wide = !pairs && gpu_.info().is_cpu() && tree().bvh().stats.leaves <= kBvh8MostNodes;
   std::optional<QueryKernel>& one = pairs ? all.pieces : all.whole;
   if (!one)
     one.emplace(gpu_, tree(), "crossings", defines_of(variant, wide, alpha_.defines), wide,

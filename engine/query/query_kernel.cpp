@@ -14,7 +14,7 @@ namespace {
 
 /// Returns the variant whose kernel configuration query kernels take.
 Variant variant_for(const DeviceInfo& device, bool wide) {
-  const Method& method = find_method(wide ? "bvh4" : "while-while");
+  const Method& method = find_method(wide ? "bvh8" : "while-while");
   const NumericMode& numeric = find_numeric("watertight");
   return {&method, &numeric, Want::Nearest, kernel_config_for(method, numeric, device, {{"launch", "plain"}})};
 }
@@ -90,7 +90,7 @@ void QueryKernel::prepare() {
   const Source source =
       config_.loops_cut || wide_ ? Source::Host : tree_.source_of(TreeFormatId::Pair, LeafFormat::Vertices);
   nodes_ = wide_ ? nullptr : &tree_.nodes(access, source);
-  format_ = wide_ ? &tree_.format(TreeFormatId::Bvh4, access) : nullptr;
+  format_ = wide_ ? &tree_.format(TreeFormatId::Bvh8, access) : nullptr;
   leaves_ = &tree_.leaves(LeafFormat::Vertices, config_.fetch, source);
   if (config_.fetch != Fetch::Reference) {
     if (nodes_) kernel_->bind(BIND_NODES, *nodes_);

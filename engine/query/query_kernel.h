@@ -14,7 +14,7 @@ namespace ballot {
 
 /// Returns the source of shaders/query/NAME.comp for a device and a tree. It is compiled as the traversal method
 /// while-while would be, in mode watertight, so that both read the same arrays.
-/// `wide`: as bvh4 would be, over the four-wide tree.
+/// `wide`: as bvh8 would be, over the compressed eight-wide tree.
 KernelSource query_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
                           const Defines& defines = {}, bool wide = false);
 
@@ -25,7 +25,7 @@ using SpecConstants = std::map<std::uint32_t, std::uint32_t>;
 class QueryKernel {
  public:
   /// Keeps references to gpu and tree. Throws Error(Work) if the kernel does not compile. `wide`: it walks the
-  /// four-wide tree. `constants`: in addition to those of every kernel.
+  /// eight-wide tree. `constants`: in addition to those of every kernel.
   QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines = {}, bool wide = false,
               SpecConstants constants = {});
 
@@ -43,7 +43,7 @@ class QueryKernel {
   std::uint32_t run(std::uint32_t first, std::uint32_t count, std::uint32_t root, TraceTimes& times);
   std::uint32_t run(std::uint32_t count, std::uint32_t root, TraceTimes& times) { return run(0, count, root, times); }
 
-  /// Returns subtrees that together hold the tree, each of at most `limit` steps (repair.h). Not of the four-wide tree.
+  /// Returns subtrees that together hold the tree, each of at most `limit` steps (repair.h). Not for `wide`.
   std::vector<std::uint32_t> pieces(std::uint64_t limit);
 
  private:

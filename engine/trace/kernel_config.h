@@ -14,6 +14,7 @@ enum class PacketStack { Shared, Lanes };
 enum class Vote { Any, Count, Sum };
 enum class Products { Split, Float64, Fma };
 enum class MinMax { Builtin, Select, Integer };
+enum class Unpack { Half, Integer };
 enum class Reduce { Shuffle, Integer };
 enum class Launch { Plain, Persistent };
 /// What becomes of rays whose hit is open after float32 and double (shaders/lib/frame/doubtful.glsl). Decided: the
@@ -32,6 +33,7 @@ struct KernelConfig {
   PacketStack packet_stack = PacketStack::Shared;
   bool cooperative = false;
   MinMax minmax = MinMax::Builtin;
+  Unpack unpack = Unpack::Half;
   bool leaf_box = false;
   bool leaf_run = false;
   bool sorted = true;

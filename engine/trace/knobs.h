@@ -81,6 +81,7 @@ constexpr bool has_pairs(const Method& m, const KernelConfig&) { return format_o
 constexpr bool has_order(const Method& m, const KernelConfig& c) {
   return has_pairs(m, c) || m.tree == TreeFormatId::Bvh8;
 }
+constexpr bool has_byte_boxes(const Method& m, const KernelConfig&) { return m.tree == TreeFormatId::Bvh8; }
 constexpr bool has_padding(const Method& m, const KernelConfig&) { return format_of(m.tree).padded; }
 constexpr bool has_lists(const Method& m, const KernelConfig&) { return m.lists; }
 constexpr bool is_persistent(const Method&, const KernelConfig& c) { return c.launch == Launch::Persistent; }
@@ -156,6 +157,10 @@ inline constexpr Knob kKnobs[] = {
     {.name = "minmax",
      .help = "box test: minima and maxima by built-in functions, by comparison, or of three integers at once",
      .field = field<&KernelConfig::minmax>(), .names = {"builtin", "select", "integer"}, .define = "BALLOT_MINMAX"},
+    {.name = "unpack",
+     .help = "bvh8: the bytes of boxes become floats as digits of halves, or as integers",
+     .field = field<&KernelConfig::unpack>(), .names = {"half", "integer"}, .define = "BALLOT_UNPACK",
+     .applies = has_byte_boxes, .without = "has no boxes whose bytes can be halves"},
     {.name = "leaf_box",
      .help = "the box of a leaf is tested again before its triangles",
      .field = field<&KernelConfig::leaf_box>(), .names = kOffOn, .define = "BALLOT_LEAF_BOX"},

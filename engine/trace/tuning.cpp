@@ -41,7 +41,8 @@ const Row kRows[] = {
        // and diffuse rays are 1.17 to 1.23 times as fast on 22.3.6 and 1.08 to 1.23 times on 25.0.7; primary rays 0.98
        // to 1.07 times.
        f.push = Push::Always;
-       f.minmax = MinMax::Select;  // measured in shaders/lib/numeric/box.glsl
+       f.minmax = MinMax::Select;   // measured in shaders/lib/numeric/box.glsl
+       f.unpack = Unpack::Integer;  // measured in tools/measured/queries.md
        f.cooperative = true;
      }},
     // fma() is one instruction that rounds once (device test ProductsTest.KeepTheExactSign). Loops run to their end;

@@ -55,6 +55,10 @@
 #define MINMAX_SELECT 1
 #define MINMAX_INTEGER 2
 
+// BALLOT_UNPACK: bvh8: the bytes of boxes become floats as digits of halves, or as integers.
+#define UNPACK_HALF 0
+#define UNPACK_INTEGER 1
+
 // BALLOT_LEAF_BOX: the box of a leaf is tested again before its triangles.
 
 // BALLOT_LEAF_RUN: traversal ray by ray: leaves are tested until a node comes up (1), or one at a time (0).

@@ -42,6 +42,9 @@
 #ifndef BALLOT_MINMAX
 #error BALLOT_MINMAX is not defined
 #endif
+#ifndef BALLOT_UNPACK
+#error BALLOT_UNPACK is not defined
+#endif
 #ifndef BALLOT_LEAF_BOX
 #error BALLOT_LEAF_BOX is not defined
 #endif

@@ -1,11 +1,13 @@
 // Tests a ray against the eight children of a node of the compressed eight-wide tree (shared/layout.h).
 //
-// Two bytes at a time become the last digits of two halves, 1024 + q, which hold them exactly. Halves turn into floats
-// without the integer units, which are what bounds this step on a GPU. t at a plane is then a multiply-add:
+// The bytes of a child's box become floats in one of two ways. As halves, two bytes at a time become the last digits of
+// two halves, 1024 + q, which hold them exactly. Halves turn into floats without the integer units, which are what
+// bounds this step on a GPU. t at a plane is then a multiply-add:
 // (1024 + q) * (step * inv) + (t at first - 1024 * (step * inv)).
+// As integers, q itself takes the place of 1024 + q; that is fewer instructions on lavapipe.
 //
 // What these operations round is covered. With w = 2^-24 and the node's extent e along the axis, a plane moves by
-//   6 w e (inv and its product with step, up to 255 steps) + 4.02 w e (the sum of t at first and 1024 steps).
+//   6 w e (inv and its product with step, up to 255 steps) + 4.02 w e (halves: the sum of t at first and 1024 steps).
 // Children are widened by 2^-20 e = 16 w e before they are rounded outward to the grid (engine/formats/bvh8.h). The
 // rest goes with the distance of first or of the plane. Padded by rays it is 7 w M (t at first) + 3 w M (the sums), and
 // 33 + 10 is less than the 56 of lib/numeric/box_padded.glsl; lib/numeric/box_relative.glsl counts it itself. Padded in
@@ -21,12 +23,19 @@
 #define FORMAT_WORD(texel, c) Texels(uvec2(push.format_lo, push.format_hi)).at[FORMAT_AT(texel)][c]
 #endif
 
+#if BALLOT_UNPACK == UNPACK_HALF
 // Returns 1024 + q for each of four bytes q.
 vec4 steps_of(uint bytes) {
   vec2 even = unpackHalf2x16(bytes & 0x00FF00FFu | 0x64006400u),
        odd = unpackHalf2x16(bytes >> 8 & 0x00FF00FFu | 0x64006400u);
   return vec4(even.x, odd.x, even.y, odd.y);
 }
+#else
+// Returns the four bytes.
+vec4 steps_of(uint bytes) {
+  return vec4(ivec4(bytes & 255u, bytes >> 8 & 255u, bytes >> 16 & 255u, bytes >> 24));
+}
+#endif
 
 // t at the planes of a node's children: near and far plus a number of steps times `step`.
 struct Bvh8Grid {
@@ -114,9 +123,11 @@ void meet_children(Walker w, uint node, uint octant, out Bvh8Group inner, out Bv
   precise vec3 step = uintBitsToFloat(b.xyz) * w.slabs.inv;
   g.step = step;
   first_planes(w.slabs, uintBitsToFloat(a.xyz), step, g.near, g.far);
+#if BALLOT_UNPACK == UNPACK_HALF
   precise vec3 near = fma(vec3(-1024.0), step, g.near), far = fma(vec3(-1024.0), step, g.far);
   g.near = near;
   g.far = far;
+#endif
   float end = reach(w.space, w.hit);
   uint met = meets_slots(w, g, uvec3(x.x, y.x, z.x), uvec3(x.z, y.z, z.z), end) |
              meets_slots(w, g, uvec3(x.y, y.y, z.y), uvec3(x.w, y.w, z.w), end) << 4;
