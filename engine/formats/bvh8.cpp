@@ -15,10 +15,12 @@ using Slots = std::array<const DeviceChild*, kSlots>;  // null: empty
 /// Returns the children in their slots.
 Slots placed(std::span<const DeviceChild> children, const Bounds& all) {
   const glm::dvec3 middle = glm::dvec3(all.lo) + glm::dvec3(all.hi);  // twice, as are the gains
-  const auto gain = [&](const DeviceChild& c, std::uint32_t slot) {
-    const glm::dvec3 from = glm::dvec3(c.box.lo) + glm::dvec3(c.box.hi) - middle;
-    return (slot & 1 ? from.x : -from.x) + (slot & 2 ? from.y : -from.y) + (slot & 4 ? from.z : -from.z);
-  };
+  std::array<std::array<double, kSlots>, kSlots> gain;                // of each child in each slot
+  for (std::size_t i = 0; i < children.size(); ++i) {
+    const glm::dvec3 from = glm::dvec3(children[i].box.lo) + glm::dvec3(children[i].box.hi) - middle;
+    for (std::uint32_t slot = 0; slot < kSlots; ++slot)
+      gain[i][slot] = (slot & 1 ? from.x : -from.x) + (slot & 2 ? from.y : -from.y) + (slot & 4 ? from.z : -from.z);
+  }
   // most[taken]: the largest gain of the first popcount(taken) children in these slots; last: the slot of the last.
   constexpr double kNone = -std::numeric_limits<double>::infinity();
   std::array<double, 1 << kSlots> most;
@@ -31,7 +33,7 @@ Slots placed(std::span<const DeviceChild> children, const Bounds& all) {
     if (count >= children.size()) continue;
     for (std::uint32_t slot = 0; slot < kSlots; ++slot) {
       const std::uint32_t then = taken | 1u << slot;
-      const double sum = most[taken] + gain(children[count], slot);
+      const double sum = most[taken] + gain[count][slot];
       if (then != taken && (sum > most[then] || most[then] == kNone)) most[then] = sum, last[then] = std::uint8_t(slot);
     }
   }

@@ -77,7 +77,7 @@ QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs)
   // CPU devices walk the eight-wide tree, if it can number as many nodes: fewer of them have to be read.
   const bool wide = !pairs && gpu_.info().is_cpu() && tree().bvh().stats.leaves <= kBvh8MostNodes;
   std::optional<QueryKernel>& one = pairs ? all.pieces : all.whole;
-  if (!one)
+  if (!one || one->is_wide() != wide)
     one.emplace(gpu_, tree(), "crossings", defines_of(variant, wide, alpha_.defines), wide,
                 variant.first ? SpecConstants{{SPEC_FIRST, variant.first}} : SpecConstants{});
   one->prepare();
@@ -189,12 +189,12 @@ void CrossingKernels::sum_counts(std::uint32_t count, TraceTimes& times) {
 }
 
 bool CrossingKernels::count_and_list(const CrossingVariant& variant, const RaySpan& some, std::uint32_t most,
-                                     std::span<std::uint32_t> found, TraceTimes& times) {
+                                     std::span<std::uint32_t> room, std::span<std::uint32_t> found, TraceTimes& times) {
   CrossingVariant counting = variant;
   counting.lists = false;
-  count(counting, some, found, times);
+  count(counting, some, room, times);
   std::uint64_t all = 0;
-  for (const std::uint32_t n : found) all += n < UNSURE ? n : 0;
+  for (std::uint32_t& n : room) all += n = n < UNSURE ? n : 0;
   if (all > most) return false;
   sum_counts(std::uint32_t(some.rays.size()), times);
   run_list(kernel(variant, false), tree().root(), variant, some, slots_, std::uint32_t(all), found, times);

@@ -62,10 +62,10 @@ class CrossingKernels {
   std::uint32_t list_below(std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
                            std::span<const std::uint32_t> to, std::span<std::uint32_t> found, TraceTimes& times);
   /// Counts, sums the counts up on the device, and lists: takes no room that is not used, at the price of a second
-  /// walk. Returns false, and lists nothing, if there are more than `most` crossings. Counts that are UNFINISHED or
-  /// UNSURE take no room.
+  /// walk. Returns false, and lists nothing, if there are more than `most` crossings. `room` has the number of slots of
+  /// each ray, 0 for counts that are UNFINISHED or UNSURE; `found` the counts of the second walk.
   bool count_and_list(const CrossingVariant& variant, const RaySpan& some, std::uint32_t most,
-                      std::span<std::uint32_t> found, TraceTimes& times);
+                      std::span<std::uint32_t> room, std::span<std::uint32_t> found, TraceTimes& times);
   /// The slots that the last call listed.
   std::span<const Hit> hits() const { return hits_; }
 

@@ -84,7 +84,6 @@ void QueryKernel::prepare() {
   // The kernel is compiled for facts of the tree: another depth needs another stack size.
   if (!fresh) kernel_ = std::make_unique<Kernel>(gpu_, source_now);
   config_ = variant.config;
-  generation_ = tree_.generation();
   const TreeAccess access = config_.tree_access();
   // Walks that the driver cut short are repeated from nodes that the host knows.
   const Source source =
@@ -99,6 +98,7 @@ void QueryKernel::prepare() {
   }
   kernel_->bind(BIND_WORK, work_);
   kernel_->bind(BIND_HITS, work_);  // for kernels that write no hits; the frame declares the binding
+  generation_ = tree_.generation();
   gpu_.save_pipeline_cache();
 }
 

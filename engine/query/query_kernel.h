@@ -29,6 +29,8 @@ class QueryKernel {
   QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines = {}, bool wide = false,
               SpecConstants constants = {});
 
+  bool is_wide() const { return wide_; }
+
   /// Returns the largest number of queries of one dispatch.
   std::uint32_t most() const;
 

@@ -222,7 +222,8 @@ void RayQueries::Parts::list_with_room(Answers& answers, TraceTimes& times) {
 void RayQueries::Parts::list_by_counts(std::size_t begin, std::size_t count, Answers& answers, TraceTimes& times) {
   found.resize(count);
   const std::uint32_t most = count == 1 ? UNSURE - 1 : kMostSlots;
-  if (!kernels.count_and_list(variant, asked.span(begin, count), most, found, times)) {
+  std::vector<std::uint32_t> room_of(count);
+  if (!kernels.count_and_list(variant, asked.span(begin, count), most, room_of, found, times)) {
     list_by_counts(begin, count / 2, answers, times);
     list_by_counts(begin + count / 2, count - count / 2, answers, times);
     return;
@@ -232,8 +233,8 @@ void RayQueries::Parts::list_by_counts(std::size_t begin, std::size_t count, Ans
   lists.places.resize(count);
   std::uint32_t sum = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
-    lists.places[i] = {sum, found[i] < UNSURE ? found[i] : 0};
-    sum += lists.places[i].count;
+    lists.places[i] = {sum, found[i] < UNSURE ? room_of[i] : 0};
+    sum += room_of[i];
   }
   list_open(begin, lists, times);
   collect(begin, lists, answers);
@@ -269,10 +270,15 @@ void RayQueries::Parts::list_open(std::size_t begin, Lists& lists, TraceTimes& t
     }
     number.resize(part.rays.size());
     kernels.list_apart(variant, part.span(0, part.rays.size()), to, number, times);
+    std::vector<std::uint32_t> cut;  // rays that the driver cut short only now
     for (std::size_t k = 0; k < number.size(); ++k) {
       const std::span<const Hit> mine = kernels.hits().subspan(to[k], to[k + 1] - to[k]);
-      apart(more[first + k], {mine.begin(), mine.end()});
+      if (number[k] == UNFINISHED)
+        cut.push_back(more[first + k]);
+      else
+        apart(more[first + k], {mine.begin(), mine.end()});
     }
+    for (const std::uint32_t i : cut) apart(i, list_in_pieces(asked.span(begin + i, 1), times));
     first = end;
   }
 }

@@ -11,8 +11,8 @@
 // lib/query/triangle_crossing.glsl has what a crossing is, and why closed surfaces are crossed an even number of times.
 // The tree must hold each triangle in one leaf.
 //
-// With BALLOT_WIDE it walks the compressed eight-wide tree instead: 1.2 times as fast as four-wide nodes on lavapipe,
-// and these 1.1 times as fast as pairs (tools/measured/queries.md).
+// With BALLOT_WIDE it walks the compressed eight-wide tree instead: 1.2 times as fast as four-wide nodes on lavapipe
+// (tools/measured/queries.md), and these had been 1.1 times as fast as pairs.
 //
 // BALLOT_EXACT: a ray is UNSURE if rounding may have decided; the host finds its crossings exactly.
 #if BALLOT_WIDE

@@ -20,7 +20,7 @@
 #define PSEUDONORMALS 6u
 
 // Specialization constant, in addition to those of variant.h: the crossings of a ray that
-// shaders/query/first_crossings.comp keeps.
+// shaders/query/crossings.comp keeps (lib/query/first.glsl).
 #define SPEC_FIRST 6
 
 // The values of BALLOT_CULL: what is left out.

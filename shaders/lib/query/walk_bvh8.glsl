@@ -1,14 +1,15 @@
-// The leaves that a ray meets, by a walk of the compressed eight-wide tree; with BALLOT_FIRST in the order of the ray's
-// octant. The functions are those of walk_pairs.glsl; `push.root` is not read.
+// The leaves that a ray meets, by a walk of the compressed eight-wide tree; with BALLOT_FIRST its nodes come in the
+// order of the ray's octant. The functions are those of walk_pairs.glsl; the walk begins at the root of the tree.
 //
 // It is for devices that mask lanes by instructions, such as lavapipe. All lanes take every step, as a step that is
 // masked costs as much. What lanes without a node write is beyond the top of their stacks. Loops end behind their body:
 // lavapipe 22.3 runs the body of a loop that ends before it once more.
 #include "../tree/bvh8.glsl"
 
-// Room for groups of leaves, and for leaves. A ray that is after its first crossing alone had better have it soon.
+// Room for groups of leaves, and for leaves. A ray that is after its first crossings had better have them soon, so that
+// their reach culls the rest (tools/measured/queries.md).
 #if BALLOT_FIRST
-const uint GROUP_ROOM = FIRST == 1u ? 1u : 15u;
+const uint GROUP_ROOM = FIRST == 1u ? 1u : 4u;
 #else
 const uint GROUP_ROOM = 15u;
 #endif
