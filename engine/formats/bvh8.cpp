@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "engine/core/parallel.h"
 #include "engine/formats/collapse.h"
 #include "shaders/shared/grid.h"
 
@@ -12,8 +13,26 @@ constexpr std::uint32_t kSlots = BVH8_CHILDREN;
 
 using Slots = std::array<const DeviceChild*, kSlots>;  // null: empty
 
-/// Returns the children in their slots.
-Slots placed(std::span<const DeviceChild> children, const Bounds& all) {
+/// A node of the collapsed tree: its box, and the number of the child in each slot, or kEmpty.
+constexpr std::uint8_t kEmpty = 0xFF;
+struct Placed {
+  Bounds all;
+  std::array<std::uint8_t, kSlots> child;
+
+  Slots slots(std::span<const DeviceChild> children) const {
+    Slots out{};
+    for (std::uint32_t s = 0; s < kSlots; ++s)
+      if (child[s] != kEmpty) out[s] = &children[child[s]];
+    return out;
+  }
+};
+
+/// Returns the placement of these children with the largest gain (bvh8.h).
+Placed placed(std::span<const DeviceChild> children) {
+  Placed node{children[0].box, {}};
+  node.child.fill(kEmpty);
+  Bounds& all = node.all;
+  for (const DeviceChild& c : children) all = {glm::min(all.lo, c.box.lo), glm::max(all.hi, c.box.hi)};
   const glm::dvec3 middle = glm::dvec3(all.lo) + glm::dvec3(all.hi);  // twice, as are the gains
   std::array<std::array<double, kSlots>, kSlots> gain;                // of each child in each slot
   for (std::size_t i = 0; i < children.size(); ++i) {
@@ -39,9 +58,8 @@ Slots placed(std::span<const DeviceChild> children, const Bounds& all) {
   }
   for (std::uint32_t taken = 0; taken < most.size(); ++taken)
     if (std::size_t(std::popcount(taken)) == children.size() && (best == 0 || most[taken] > most[best])) best = taken;
-  Slots slots{};
-  for (std::size_t i = children.size(); i-- > 0; best &= ~(1u << last[best])) slots[last[best]] = &children[i];
-  return slots;
+  for (std::size_t i = children.size(); i-- > 0; best &= ~(1u << last[best])) node.child[last[best]] = std::uint8_t(i);
+  return node;
 }
 
 /// Returns the boxes of the children, widened along each axis by GRID_MARGIN of the node's extent.
@@ -65,28 +83,48 @@ class Bvh8Encoder {
   }
 
   void encode() {
-    struct Open {
-      std::uint32_t from, to;  // a node of the collapsed tree, and its number here
-    };
-    std::vector<Open> open{{0, 0}};
-    std::uint32_t next = 1;
-    while (!open.empty()) {
-      const auto [from, to] = open.back();
-      open.pop_back();
-      const std::span<const DeviceChild> children = tree_.children_of(from);
-      Bounds all = children[0].box;
-      for (const DeviceChild& c : children) all = {glm::min(all.lo, c.box.lo), glm::max(all.hi, c.box.hi)};
-      const Slots slots = placed(children, all);
-      const std::uint32_t list = list_leaves(slots);
-      write(slots, all, next, list, &out_.texels[std::size_t(to) * BVH8_NODE_TEXELS]);
-      const std::uint32_t first = next;  // the inner children of a node lie one behind the other
-      for (const DeviceChild* c : slots)
-        if (c && !is_leaf(c->ref)) open.push_back({c->ref, next++});
-      std::reverse(open.end() - (next - first), open.end());
-    }
+    std::vector<Placed> nodes(tree_.ends.size());
+    for_each_node([&](std::size_t from) { nodes[from] = placed(tree_.children_of(from)); });
+    const std::vector<Numbers> numbers = numbered(nodes);
+    for_each_node([&](std::size_t from) {
+      const Numbers& n = numbers[from];
+      write(nodes[from].slots(tree_.children_of(from)), nodes[from].all, n.first_child, n.list,
+            &out_.texels[std::size_t(n.to) * BVH8_NODE_TEXELS]);
+    });
   }
 
  private:
+  struct Numbers {
+    std::uint32_t to, first_child,
+        list;  // the node's number here, that of its first inner child, and its leaves' texel
+  };
+
+  template <class Work>
+  void for_each_node(const Work& work) const {
+    for_chunks(tree_.ends.size(), 1024, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t from = begin; from < end; ++from) work(from);
+    });
+  }
+
+  /// Numbers the nodes and lists their leaves, parents first.
+  std::vector<Numbers> numbered(std::span<const Placed> nodes) {
+    std::vector<Numbers> numbers(nodes.size());
+    std::vector<std::uint32_t> open{0};  // nodes of the collapsed tree
+    std::uint32_t next = 1;
+    while (!open.empty()) {
+      const std::uint32_t from = open.back();
+      open.pop_back();
+      const Slots slots = nodes[from].slots(tree_.children_of(from));
+      numbers[from].list = list_leaves(slots);
+      numbers[from].first_child = next;  // the inner children of a node lie one behind the other
+      const std::size_t first = open.size();
+      for (const DeviceChild* c : slots)
+        if (c && !is_leaf(c->ref)) numbers[c->ref].to = next++, open.push_back(c->ref);
+      std::reverse(open.begin() + std::ptrdiff_t(first), open.end());
+    }
+    return numbers;
+  }
+
   /// Appends the leaves of a node. Returns the texel where they begin.
   std::uint32_t list_leaves(const Slots& slots) {
     const auto first = std::uint32_t(out_.texels.size());

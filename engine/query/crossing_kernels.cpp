@@ -74,8 +74,10 @@ void CrossingKernels::prepare(bool masks, std::span<const std::uint32_t> triangl
 
 QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs) {
   Kernels& all = kernels_[variant];
-  // CPU devices walk the eight-wide tree, if it can number as many nodes: fewer of them have to be read.
-  const bool wide = !pairs && gpu_.info().is_cpu() && tree().bvh().stats.leaves <= kBvh8MostNodes;
+  // CPU devices walk the eight-wide tree, of which fewer nodes have to be read, if it can number as many. They walk
+  // pairs where it would have to be made anew for each frame.
+  const bool wide =
+      !pairs && gpu_.info().is_cpu() && !tree().has_moved() && tree().bvh().stats.leaves <= kBvh8MostNodes;
   std::optional<QueryKernel>& one = pairs ? all.pieces : all.whole;
   if (!one || one->is_wide() != wide)
     one.emplace(gpu_, tree(), "crossings", defines_of(variant, wide, alpha_.defines), wide,

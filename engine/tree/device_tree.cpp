@@ -27,6 +27,7 @@ void DeviceTree::replace(const Bvh& bvh, std::span<const Triangle> triangles, co
   pairs_.clear();
   cache_.clear();
   built_ = std::move(built);
+  has_moved_ = false;
   describe(bvh, triangles, facts);
 }
 
@@ -64,6 +65,7 @@ void DeviceTree::moved(const Bvh& bvh, std::span<const Triangle> triangles, cons
   set_aside(leaves_, spare_leaves_);
   spare_pairs_ = std::exchange(pairs_, {});
   cache_.clear();
+  has_moved_ = true;
   describe(bvh, triangles, facts);
 }
 

@@ -72,6 +72,8 @@ class DeviceTree {
   /// Begins a new generation for a tree of the same shape whose triangles have moved. Waits for the device. Arrays that
   /// refit() has moved stay; the others are made anew when a kernel asks for them. Keeps references as replace() does.
   void moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
+  /// Returns true if triangles have moved since the tree was made, as they may do again.
+  bool has_moved() const { return has_moved_; }
   /// Returns what holds the tree on the device if it was built there; null if it was not.
   const std::shared_ptr<DeviceBuild>& built() const { return built_; }
 
@@ -190,6 +192,7 @@ class DeviceTree {
   std::map<Fetch, Texels> tops_;
   std::unique_ptr<TopBuilder> top_builder_;  // null unless the device holds the top-level tree
   std::optional<bool> asked_on_device_;
+  bool has_moved_ = false;
   // Those of the tree before moved(), whose memory is used again.
   std::map<std::pair<NodeLayout, Padding>, PairTree> spare_pairs_;
   std::map<FormatKey, Texels> spare_arrays_;
