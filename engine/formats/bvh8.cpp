@@ -95,8 +95,9 @@ class Bvh8Encoder {
 
  private:
   struct Numbers {
-    std::uint32_t to, first_child,
-        list;  // the node's number here, that of its first inner child, and its leaves' texel
+    std::uint32_t to;           // the node's number here
+    std::uint32_t first_child;  // that of its first inner child
+    std::uint32_t list;         // the texel where its leaves begin
   };
 
   template <class Work>

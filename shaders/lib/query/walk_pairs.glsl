@@ -22,9 +22,9 @@ uint top, leaf_count, node;
 #define TAKE_CHILD(child, is_met)                              \
   {                                                            \
     bool met = is_met, leaf = !is_inner(child);                \
-    stack[leaf ? SLOTS - 1u - leaf_count : top] = child;           \
+    stack[leaf ? SLOTS - 1u - leaf_count : top] = child;       \
     top += uint(met && !leaf);                                 \
-    leaf_count += uint(met && leaf);                               \
+    leaf_count += uint(met && leaf);                           \
   }
 
 void begin_walk(bool live) {
