@@ -59,6 +59,8 @@ struct KernelConfig {
   /// Set for the driver: it may end loops early, so kernels check that their loops ran to the end.
   bool loops_cut = true;
 
+  bool operator==(const KernelConfig&) const = default;
+
   /// Returns true if kernels list rays for a kernel that takes them.
   bool lists() const { return doubtful == Doubtful::Limited || doubtful == Doubtful::Listed; }
   TreeAccess tree_access() const { return {layout, padding, fetch, frontier}; }

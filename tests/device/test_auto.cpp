@@ -235,6 +235,12 @@ TEST(AutoSorts, CandidatesOnGpusAreNoTwins) {
   EXPECT_EQ(names({.knobs = {{"frontier", "32"}}}), (Names{"frontier frontier=32"}));
   EXPECT_EQ(candidates_for({}, gpu, (1 << 22) - 1).size(), 6u);
   EXPECT_EQ(candidates_for({}, gpu, 1 << 22).size(), 8u);  // two that sort rays
+  // Where leaves come in runs, they are also tried one at a time; in mode fast they never do.
+  gpu.driver_id = VK_DRIVER_ID_NVIDIA_PROPRIETARY;
+  EXPECT_EQ(names({}), (Names{"while-while", "frontier", "dynamic-fetch", "bvh8", "if-if", "frontier frontier=32",
+                              "while-while leaf_run=0", "frontier leaf_run=0", "dynamic-fetch leaf_run=0"}));
+  EXPECT_EQ(names({.numeric = "fast"}).size(), 6u);
+  EXPECT_EQ(names({.knobs = {{"leaf_run", "0"}}}).size(), 6u);
 }
 
 TEST(AutoSorts, RaysAreToldByDirectionsAndLength) {

@@ -1,6 +1,8 @@
 #include "engine/trace/auto/auto.h"
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/trace/reorder.h"
@@ -25,7 +27,8 @@ struct CandidateRow {
 /// from the best method in hindsight"). They are tried in this order. On CPUs, where a run has no time to compile more
 /// than one or two, the first compiles fastest and serves all rays before the choice. Then comes one for incoherent
 /// rays or, where rays are likely to be coherent, one for those. packet-wide with fallback is no candidate: it compiles
-/// for as long as all of these together, and was best by more than 3 % in 1 of 70 pairs of scene and ray class.
+/// for as long as all of these together, and was best by more than 3 % in 1 of 70 pairs of scene and ray class. On GPUs
+/// leaves one at a time (leaf_run=0) pay in scenes of large triangles.
 constexpr CandidateRow kRows[] = {
     {.cpu = true, .method = "while-while", .entry_s = 0.10},
     {.cpu = true, .method = "bvh4-turns", .entry_s = 0.12},
@@ -44,6 +47,9 @@ constexpr CandidateRow kRows[] = {
     {.method = "if-if"},
     {.method = "frontier", .knob = "frontier", .value = "32"},
     {.method = "while-while", .knob = "sorted", .value = "0", .any_only = true},
+    {.method = "while-while", .knob = "leaf_run", .value = "0"},
+    {.method = "frontier", .knob = "leaf_run", .value = "0"},
+    {.method = "dynamic-fetch", .knob = "leaf_run", .value = "0"},
 };
 
 /// Returns true for the ray classes whose neighbours mostly walk alike.
@@ -57,14 +63,16 @@ bool is_large(std::size_t triangles, const DeviceInfo& device) {
   return triangles >= (device.is_cpu() ? std::size_t(1) << 16 : std::size_t(1) << 22);
 }
 
-/// Returns true if the device can run a candidate for the query. Else puts the reason into `why`, unless that has one.
-bool device_can_run(const Query& query, const Candidate& candidate, const DeviceInfo& device, std::string& why) {
+/// Returns the kernel configuration of a candidate for the query, or nothing if the device cannot run it. Then the
+/// reason goes into `why`, unless that has one.
+std::optional<KernelConfig> config_on(const DeviceInfo& device, const Query& query, const Candidate& candidate,
+                                      std::string& why) {
   try {
-    kernel_config_for(find_method(candidate.method), find_numeric(query.numeric, device), device, candidate.knobs);
-    return true;
+    return kernel_config_for(find_method(candidate.method), find_numeric(query.numeric, device), device,
+                             candidate.knobs);
   } catch (const Error& e) {
     if (why.empty()) why = e.what();
-    return false;
+    return std::nullopt;
   }
 }
 
@@ -78,6 +86,7 @@ std::string Candidate::name() const {
 
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device, std::size_t triangles) {
   std::vector<Candidate> candidates;
+  std::vector<std::pair<std::string_view, KernelConfig>> kernels;  // theirs: a row may ask for what is set anyway
   std::string why;
   for (const CandidateRow& row : kRows) {
     if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
@@ -88,8 +97,9 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
     if (format_of(method.tree).collapsed() && find_numeric(query.numeric).needs_float64) continue;
     Candidate c{std::string(row.method), query.knobs};
     if (!row.knob.empty()) c.knobs.emplace(row.knob, row.value);
-    const bool known = std::ranges::find(candidates, c.name(), &Candidate::name) != candidates.end();
-    if (known || !device_can_run(query, c, device, why)) continue;
+    const std::optional<KernelConfig> config = config_on(device, query, c, why);
+    if (!config || std::ranges::find(kernels, std::pair{row.method, *config}) != kernels.end()) continue;
+    kernels.emplace_back(row.method, *config);
     const bool second = row.coherent && !candidates.empty() && is_likely_coherent(query.rays);
     candidates.insert(second ? candidates.begin() + 1 : candidates.end(), std::move(c));
   }
