@@ -42,6 +42,7 @@ PACKAGES = {
     "vulkan-validationlayers": ("a validation message fails a test", {"test"}),
     "openexr": ("exrheader, with which the tests check EXR files", {"test"}),
     "python3-matplotlib": ("draws the plots of `ballot bench --report`", {"test"}),
+    "libjemalloc2": ("a malloc with which the tests' kernels compile faster", {"test"}),
     "patchelf": ("lets private libraries find each other", {"test", "bundle"}),
     "pkg-config": ("finds the installed library, as programs of others do", {"test"}),
     "python3-dev": ("headers of Python, for the package of Python", {"test"}),
