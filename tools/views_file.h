@@ -15,8 +15,8 @@
 
 namespace ballot::cli {
 
-/// Returns a camera's matrix, camera to world, of its pose. All code uses this function, so equal poses give equal
-/// pictures.
+/// Returns the matrix, camera to world, of a camera with this pose. All code calls this function, so equal poses give
+/// equal pictures.
 glm::dmat4 frame_of(const glm::dvec3& position, const glm::dquat& orientation);
 
 /// Returns the view as it would be read back from a file: equal to the given one up to rounding errors of the matrix.

@@ -20,7 +20,7 @@ MeshState read_mesh(const BallotMesh& m, std::size_t first, const std::string& w
 /// Writes three vectors for each triangle of a mesh.
 void gather(const MeshState& mesh, const float* from, std::size_t stride, std::array<glm::vec3, 3>* to);
 
-/// Returns mesh number i of an array of structs, whose size the first one tells.
+/// Returns mesh number i of an array of structs. Field `size` of the first tells how large each is.
 BallotMesh mesh_struct(const BallotMesh* meshes, std::size_t i);
 
 /// Returns the options of an engine or of the trees of meshes. `builder`: the default.

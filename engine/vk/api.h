@@ -90,8 +90,8 @@ class DeviceLost : public Error {
 
 /// Returns the name of a result, e.g. "VK_ERROR_DEVICE_LOST".
 const char* result_name(VkResult result);
-/// Throws Error(Work), of a lost device DeviceLost, with the text "WHAT OBJECT: VK_..." unless the result is
-/// VK_SUCCESS. `what` and `object` tell what was tried on which object.
+/// Throws Error(Work) unless the result is VK_SUCCESS, and DeviceLost if the device is lost. The text is
+/// "WHAT OBJECT: VK_...". `what` and `object` tell what was tried on which object.
 void vk_check(VkResult result, const char* what, const char* object = "");
 
 }  // namespace ballot

@@ -40,8 +40,8 @@ def at_odd_address(array: np.ndarray) -> np.ndarray:
 
 def brute(corners: np.ndarray, rays: np.ndarray) -> dict[str, np.ndarray]:
     """Returns t, prim, u, v and margin of the nearest hits of rays (n, 6) among triangles (m, 3, 3), by Moeller and
-    Trumbore's test in float64. margin is how far the answer is from another one: rounding may change it where it is
-    tiny."""
+    Trumbore's test in float64. margin tells how far a hit is from being another one: where it is tiny, rounding may
+    change the answer."""
     c, r = corners.astype(np.float64), rays.astype(np.float64)
     e1, e2 = c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]
     origins, directions = r[:, None, :3], r[:, None, 3:]
