@@ -39,7 +39,7 @@ bool complete_buffers(Json& root) {
   return changed;
 }
 
-/// Gives accessors of indices that Draco's data stands for the bufferView of that data.
+/// Gives accessors of indices without a bufferView, whose indices are in Draco's data, the bufferView of that data.
 bool complete_indices(Json& root) {
   bool changed = false;
   if (!member(root, "meshes") || !member(root, "accessors")) return false;

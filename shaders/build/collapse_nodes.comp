@@ -2,9 +2,9 @@
 #extension GL_GOOGLE_include_directive : require
 // Finds the pairs that are wide nodes (lib/build/collapse.glsl), and what each needs: see lib/build/places.glsl.
 //
-// Into how many children a pair is divided follows from those of the pair above it, and so on up to the root. But a few
-// steps up, it mostly follows whatever their number is: a lane goes up from its pair until then, 3 to 6 steps in the
-// mean of trees of 300 000 triangles. So no pair waits for the one above, and no level of the tree needs a dispatch.
+// The number of children that a pair is divided into follows from that of the pair above, and so on up to the root. But
+// it is mostly the same for any number a few pairs above. A lane goes up from its pair until that holds: 3 to 6 steps
+// in the mean of trees of 300 000 triangles. So no pair waits for the one above, and no level needs a dispatch.
 #include "../lib/build/frame.glsl"
 
 layout(push_constant, scalar) uniform Push { CollapsePush push; };

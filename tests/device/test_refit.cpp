@@ -18,7 +18,7 @@ using shapes::Triangles;
 using tree_shapes::kShapes;
 using tree_shapes::Shape;
 
-/// Deals the triangles with area out to each other's numbers, turns them by a quarter about a diagonal and halves them.
+/// Gives each triangle with area the number of another one, turns all by a quarter about a diagonal and halves them.
 /// All of it is exact, so that the same numbers have no area afterwards. It is as bad for a tree as a move can be.
 Triangles dealt_out(const Triangles& triangles) {
   std::vector<std::size_t> proper;
@@ -266,7 +266,7 @@ TEST_F(Builders, RefitsMoveArraysOfEveryLayout) {
   expect_silent(*gpu_);
 }
 
-// Where the scene moves far from zero, boxes are measured from another point, in the arrays of before.
+// Where the scene moves far from zero, boxes are measured from another point; the arrays stay the same.
 TEST_F(Builders, RefitsMoveArraysFarFromZero) {
   const Triangles triangles = shapes::soup(800, 0.3f), far = soup_far_from_zero();
   const TreeFacts facts{.depth = 60, .largest_leaf = MAX_LEAF_TRIANGLES, .far = true};

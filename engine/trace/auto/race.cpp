@@ -26,8 +26,8 @@ std::size_t running(const std::vector<Runner>& runners) {
   return std::size_t(std::ranges::count_if(runners, [](const Runner& r) { return !r.out; }));
 }
 
-/// Puts out those whom a round left behind and, after every third round or whenever every sample has been traced if
-/// those are more, the slower half too.
+/// Puts out the runners that a round left behind. Every third round puts out the slower half too; with more than three
+/// samples it is the round in which the last of them is traced.
 void put_out(std::vector<Runner>& runners, int round, const RaceRules& rules) {
   const std::vector<double> slowness = slowness_of(runners, rules.samples, rules.statistic);
   std::vector<std::size_t> order;
