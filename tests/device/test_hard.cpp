@@ -118,11 +118,14 @@ TEST_P(HardCases, Hold) {
     expect_honest(set, truth);
     for (const NumericMode& mode : kNumericModes) {
       std::vector<Hit> first;
+      std::vector<std::vector<Hit>> judged;  // most methods answer alike
       for (const Query& query : queries(set.want, mode, t->bvh.bounds)) {
         const std::string which = fmt::format("{}, {}, {}", hard.name, set.name, t->tracer->variant(query).name());
         const auto hits = trace(*t, set.rays, query);
         expect_answers(set, hits, which);
-        if (!mode.conservative) continue;
+        const bool known = std::ranges::any_of(judged, [&](const auto& j) { return count_different(hits, j) == 0; });
+        if (!mode.conservative || known) continue;
+        judged.push_back(hits);
         const ErrorFigures f =
             error_figures(exact, *t->oracle, set.rays, hits, truth, set.want, mode.arithmetic, kShown);
         const bool none_allowed = mode.arithmetic == Arithmetic::Exact;

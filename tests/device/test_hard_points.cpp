@@ -1,6 +1,8 @@
 // Runs the hard cases of points, and hard points on the scenes of all hard cases, at their small size in both modes of
 // point queries. The exact oracles judge all answers; exact arithmetic over all triangles judges some of the oracles'.
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <functional>
 #include <glm/vector_relational.hpp>
 
@@ -89,6 +91,10 @@ class HardPointCases : public DeviceTest, public testing::WithParamInterface<Poi
     EXPECT_TRUE(!exact || errors.wrong == 0) << what << ": " << errors.wrong << " wrong";
   }
 
+  static bool same_but_for_side(const Nearest& a, const Nearest& b) {
+    return std::memcmp(&a, &b, offsetof(Nearest, behind)) == 0;
+  }
+
   /// Expects that the oracles find what exact arithmetic finds for every 40th point.
   static void expect_right_oracles(const Traced& t, const HardPoints& set) {
     const PairTree& tree = t.tracer->pair_tree(NodeLayout::Interleaved);
@@ -122,7 +128,8 @@ TEST_P(HardPointCases, Hold) {
       queries.nearest(set.points, sides, {.exact = exact, .sides = true});
       queries.inside(set.points, inside, {.exact = exact});
       expect_within(judge.nearest(set.points, near), count, exact, what);
-      expect_within(judge.nearest(set.points, sides), count, exact, what + ", with sides");
+      if (!std::ranges::equal(near, sides, same_but_for_side))
+        expect_within(judge.nearest(set.points, sides), count, exact, what + ", with sides");
       expect_within(judge.sides(set.points, sides), count, exact, what + ", sides");
       if (closed || exact) expect_within(judge.inside(set.points, inside), count, exact, what + ", inside");
       EXPECT_TRUE(std::ranges::all_of(sides, [](const Nearest& n) { return n.behind <= 1; })) << what;
