@@ -1,4 +1,4 @@
-"""The scenes that are shipped with Ballot, and the manifest of those that are not."""
+"""The scenes that Ballot ships or makes, and the manifest, which also lists those that it is only measured on."""
 
 import hashlib
 import json
@@ -16,8 +16,8 @@ MANIFEST = SOURCES / "manifest.json"
 
 
 def generated(name: str) -> Path:
-    """Makes a scene with scenes/make_NAME.py unless it exists and is newer than the programs there; returns its file.
-    Throws Failed."""
+    """Makes a scene with scenes/make_NAME.py, unless its file is at least as new as all of scenes/*.py. Returns the
+    file. Throws Failed."""
     file, program = GENERATED / f"{name}.glb", SOURCES / f"make_{name}.py"
     newest = max(source.stat().st_mtime for source in SOURCES.glob("*.py"))
     if file.exists() and file.stat().st_mtime >= newest:
@@ -45,7 +45,7 @@ def scene_file(name: str) -> Path:
 
 
 def shipped_scenes() -> list[Path]:
-    """Returns the scenes of a bundle."""
+    """Returns the scene files that `tools/dev.py bundle` puts into its folder."""
     return [scene_file("cornell"), scene_file("atrium")]
 
 

@@ -40,7 +40,7 @@ void LightArgs::add_to(CLI::App& app) {
       "radiance of rays that leave the scene: none; R,G,B; gradient; gradient:ZENITH:HORIZON:GROUND, each R,G,B;\n"
       "or a FILE.exr in longitude by latitude, e.g. --sky 0.5,0.7,1\n"
       "[auto: gradient for " +
-          lit + " if nothing in the scene emits light]");
+          lit + " if the scene has no light and no unlit material, and no --lamp is given]");
   app.add_option("--lamp", lamps, fmt::format("a point light for {}, may be repeated: {}", lit, kLampForm));
 }
 

@@ -13,8 +13,8 @@ namespace ballot::api {
 /// An import of a buffer's memory into the primary context of the CUDA device that is the same GPU.
 class CudaMemory {
  public:
-  /// `uuid` is that of the Vulkan device. Throws ballot::Error(Work), which names the call of the CUDA driver that
-  /// failed, Error(Device) if there is no CUDA driver or it does not know this GPU.
+  /// `uuid` is that of the Vulkan device. Throws Error(Work) if a call of the CUDA driver fails, and names the call.
+  /// Throws Error(Device) if there is no CUDA driver, or if none of its devices is this GPU.
   CudaMemory(const RawBuffer& buffer, const std::uint8_t* uuid);
   ~CudaMemory();
   CudaMemory(const CudaMemory&) = delete;

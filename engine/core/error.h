@@ -1,4 +1,4 @@
-// The exception of Ballot. It is caught only in main and in tests.
+// The exception of Ballot.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,8 +15,8 @@ enum class Failure {
   Device = 3,     // no usable Vulkan device
 };
 
-/// The only exception type that Ballot throws on purpose. what() says what failed, where, what was found, what was
-/// expected, and what to do.
+/// The exception for failures that a user can meet. what() says what failed, where, what was found, what was expected,
+/// and what to do.
 class Error : public std::runtime_error {
  public:
   Error(Failure kind, const std::string& text) : std::runtime_error(text), kind_(kind) {}

@@ -25,15 +25,17 @@ inline constexpr CounterInfo kCounters[] = {
     {"triangles", &RayStats::triangles, "triangles in the visited leaves"},
     {"triangles_tested", &RayStats::triangles_tested, "of these, triangles tested: the ray meets the box of the leaf"},
     {"packet_nodes", &RayStats::packet_nodes, "of the nodes, those on a path that the subgroup shares"},
-    {"lanes", &RayStats::lanes, "sum over needed visits of the number of lanes that need the same visit"},
+    {"lanes", &RayStats::lanes, "at each visit that a ray needs, it adds the number of lanes that need this visit"},
     {"steps", &RayStats::steps, "node and leaf visits of subgroups"},
     {"unneeded", &RayStats::unneeded, "shared node visits in which no lane could still find a nearer hit"},
     {"few", &RayStats::few, "shared node visits in which some lanes could, but fewer than a quarter"},
     {"votes", &RayStats::votes, "rounds of voting"},
     {"disagreements", &RayStats::disagreements, "of these, rounds in which lanes wanted different children first"},
-    {"switches", &RayStats::switches, "nodes at which a shared path became paths of single rays; cut: put aside"},
+    {"switches", &RayStats::switches,
+     "nodes at which a shared path became paths of single rays; method cut: nodes put aside"},
     {"switch_depth", &RayStats::switch_depth, "sum of the depths of these nodes"},
-    {"overflows", &RayStats::overflows, "pairs of children that a packet kept because a list was full"},
+    {"overflows", &RayStats::overflows,
+     "method cut: pairs of children that the packet walks because the list of a lane is full"},
     {"fetches", &RayStats::fetches, "rays taken by idle lanes while other lanes were at work"},
 };
 
@@ -41,7 +43,7 @@ inline constexpr CounterInfo kCounters[] = {
 struct Counters {
   std::uint64_t rays = 0;
   std::uint32_t subgroup = 0;  // lanes in a subgroup
-  std::uint32_t stack = 0;     // high-water mark over all rays: the shared stack, or a ray's own with its list
+  std::uint32_t stack = 0;     // the most entries over all rays: of the shared stack, or of a ray's stack and list
   std::uint64_t sums[std::size(kCounters)] = {};  // in the order of kCounters
 
   /// Adds the records of rays.
@@ -53,8 +55,8 @@ struct Counters {
   double active_lanes() const;
   /// Returns the share of node visits on shared paths, in [0, 1]; 0 if there were none.
   double packet_share() const;
-  /// Returns the share of node visits that the ray itself needed, in [0, 1]; 0 if there were none. It tells how alike
-  /// neighbouring rays are.
+  /// Returns the share of node visits that the ray itself needed, in [0, 1]; 0 if there were none. On shared paths it
+  /// tells how alike neighbouring rays are. It is 1 where every ray walks by itself.
   double coherence() const;
 };
 

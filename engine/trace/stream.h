@@ -20,16 +20,17 @@ struct RayStream {
   std::uint64_t most = ~0ull;  // no more rays than this will come; smaller streams get smaller buffers
   /// Writes the next rays to the front of `room` and returns how many. Fewer than room.size() end the stream.
   std::function<std::size_t(std::span<Ray> room)> next;
-  /// Takes the hits of the next rays. The span is valid until the function returns. It is the one of in_place() if that
-  /// gave one.
+  /// Takes the hits of the next rays. The span is valid until the function returns. If the device wrote the hits in
+  /// place, it is the span that in_place() gave; if the driver refused that memory, it is another.
   std::function<void(std::span<const Hit> hits)> take;
-  /// Where rays lie in the host's memory, and where their hits belong; null: they go through next() or take().
+  /// Where rays lie in the host's memory, and where their hits belong. If `rays` is null, the rays come through next().
+  /// If `hits` is null, the hits have no place of their own. take() is called either way.
   struct Places {
     const Ray* rays = nullptr;
     Hit* hits = nullptr;
   };
-  /// Returns the places of the next `count` rays, for devices that are the CPU, which use them there: these rays do not
-  /// come through next(). May be empty.
+  /// Returns the places of the next `count` rays. It is called only for a device that is the CPU, which uses the
+  /// caller's arrays in place. Rays with a place do not come through next(). The function may be empty.
   std::function<Places(std::size_t count)> in_place = {};
   /// Is called after each chunk with the number of rays that are done. May throw to end the trace. May be empty.
   std::function<void(std::uint64_t done)> progress = {};
@@ -38,10 +39,10 @@ struct RayStream {
 /// Returns how many of the hits are no misses.
 std::uint64_t count_hits(std::span<const Hit> hits);
 
-/// The buffers that streams go through. They are kept for the next stream. A discrete GPU has three sets: while it
-/// traces one chunk, the host fills the next and empties the one before. The memory of both is bounded: 144 MiB on the
-/// host and as much on the device. A device that shares the host's memory has one set and no copies of its own, and a
-/// device that is the CPU uses the caller's arrays in place where RayStream::in_place names them.
+/// The buffers that streams go through. They are kept for the next stream. A GPU has three sets: while it traces one
+/// chunk, the host fills the next and empties the one before. They take at most 144 MiB on the device. A GPU with
+/// memory of its own needs as much again on the host, to copy from and to. A device that is the CPU has one set, and it
+/// uses the caller's arrays in place where RayStream::in_place names them.
 ///
 /// Belongs to the thread of its Context.
 class StreamRing {

@@ -43,7 +43,8 @@ uint write_leaf(uint cluster, vec3 lo, vec3 hi, uint texel) {
   return texel;
 }
 
-// The rest of a room, and the smaller nodes whose pairs are still to be written.
+// Where the next pair and the next leaf of the room go. The smaller nodes whose pairs are still to be written, and the
+// places of these pairs.
 uint next_pair, next_texel;
 uint open_nodes[8], open_pairs[8], open_count;
 
@@ -71,9 +72,9 @@ Child child_of(uint cluster) {
   return child;
 }
 
-// Writes the pair of a node, and those of the smaller nodes below it. If the whole tree is one leaf, that has a pair
-// with END_OF_TREE beside it, which wider trees are made from.
-// Every function has one call: lavapipe takes long to compile them.
+// Writes the pair of a node, and those of the smaller nodes below it. If one leaf holds the whole tree, writes a pair
+// of this leaf and END_OF_TREE. Wider trees are made from that pair.
+// child_of() and write_pair() are called at one place each: lavapipe takes long to compile further calls.
 void write_room(uint node, uint pair, bool is_lone_leaf) {
   open_nodes[0] = node;
   open_pairs[0] = pair;

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // "alternate" traversal: packet traversal that hands unpopular nodes to single lanes. When too few lanes want a node,
-// those lanes walk its whole subtree at once, each by itself. Then the packet goes on with its stack.
+// those lanes walk its whole subtree first, each by itself. Then the packet goes on with its stack.
 //
 // Based on:
 //   Marek Vinkler. Traversal methods for GPU ray tracing. Section 3.3 ("the straightforward idea").

@@ -36,7 +36,7 @@ class AnimatedBuilder : public GltfBuilder {
   }
 };
 
-/// Returns a triangle that moves along x by 10 in the second from 1 to 2.
+/// Returns a triangle that moves along x by 10 between the times 1 s and 2 s.
 inline AnimatedBuilder moving_triangle() {
   AnimatedBuilder b = one_triangle();
   const int output = b.vec3({0, 0, 0, 10, 0, 0});

@@ -79,7 +79,7 @@ TEST(BvhReinsert, SearchesAmongOverlappingBoxesAreBounded) {
   EXPECT_LT(seconds_of(shapes::huge_and_tiny(20000)), 110 * seconds_of(shapes::sphere(6)));
 }
 
-// Two pairs of neighbours whose halves are on the wrong sides: the best tree is known.
+// Two pairs of neighbours. Each is split between the two sides of the root; the best tree keeps it together.
 TEST(BvhReinsert, FindsTheBestOfFourLeaves) {
   const auto at = [](float x) { return Triangle{{{x, 0, 0}, {x + 1, 0, 0}, {x, 1, 1}}}; };
   const Triangles triangles{at(0), at(100), at(1), at(101)};

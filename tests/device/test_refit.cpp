@@ -1,5 +1,5 @@
-// Holds trees whose triangles have moved to the rules of trees that were just built: sound after a refit on the device
-// and on the host, with the same hits as any builder's tree in watertight and exact.
+// Tests of trees whose triangles have moved. After a refit, on the device or on the host, a tree must be as sound as a
+// new one. In the numeric modes watertight and exact it must give the same hits as a new tree.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -18,8 +18,8 @@ using shapes::Triangles;
 using tree_shapes::kShapes;
 using tree_shapes::Shape;
 
-/// Gives each triangle with area the number of another one, turns all by a quarter about a diagonal and halves them.
-/// All of it is exact, so that the same numbers have no area afterwards. It is as bad for a tree as a move can be.
+/// Reverses the order of the triangles with area, turns all by a third about a diagonal, and halves them. None of this
+/// rounds, so a triangle number has area afterwards if it had area before. Trees fit such a move badly.
 Triangles dealt_out(const Triangles& triangles) {
   std::vector<std::size_t> proper;
   for (std::size_t i = 0; i < triangles.size(); ++i)
@@ -34,13 +34,13 @@ Triangles dealt_out(const Triangles& triangles) {
 /// Triangles of a size that keeps their area where they are far from zero.
 Triangles soup_far_from_zero() { return shapes::moved(shapes::soup(800, 0.3f), {4096, -8192, 2048}); }
 
-/// Moves a tree on the device. Returns false if it cannot stay.
+/// Refits a tree on the device to triangles that have moved. Returns false if the tree has to be built anew.
 bool refit(DeviceBuild& build, const Triangles& to) {
   build.upload(to);
   build.begin_refit(bounds_of_vertices(to, "moved"));
   return build.end_refit();
 }
-/// Expects that the tree is sound for the triangles, and that the device told the cost of the tree read back.
+/// Expects that the tree is sound for the triangles. Reads it back, and expects that the device told its cost.
 void expect_sound(DeviceBuild& build, const Triangles& triangles, const BuildSettings& settings = {}) {
   const double told = build.summary().stats.sah;
   const Bvh& bvh = build.bvh();
@@ -104,7 +104,7 @@ TEST_F(Builders, RefitsMoveBoundsAnywhere) {
   expect_silent(*gpu_);
 }
 
-// A tree cannot stay if its triangles with area are no longer the same ones. It can be moved back.
+// A tree has to be built anew if its triangles with area are no longer the same ones. It can be moved back.
 TEST_F(Builders, RefitsNeedTheSameTrianglesWithArea) {
   const Triangles triangles = tree_shapes::with_degenerate();
   Triangles lost = triangles, gained = triangles, both = triangles;
@@ -132,7 +132,8 @@ TEST_F(Builders, RefitsNeedTheSameTrianglesWithArea) {
   expect_silent(*gpu_);
 }
 
-// Trees of every builder, moved where they were made, are traced as a tree that was built there: the same bits.
+// Trees of every builder are refitted where they were made, on the device or on the host. Their hits must have the same
+// bits as those of a tree that was built from the moved triangles.
 void expect_fresh_hits(Context& gpu, const Triangles& triangles, const Query& query) {
   const Triangles moved = dealt_out(triangles);
   const Bvh fresh = build_bvh(moved);
@@ -146,7 +147,7 @@ void expect_fresh_hits(Context& gpu, const Triangles& triangles, const Query& qu
     std::shared_ptr<DeviceBuild> there;
     if (builder.on_device) there = std::make_shared<DeviceBuild>(gpu, triangles, settings);
     Bvh bvh = there ? there->summary() : build_bvh(triangles, settings);
-    TreeFacts facts{.depth = 60, .largest_leaf = MAX_LEAF_TRIANGLES};  // those of the other tests: few kernels
+    TreeFacts facts{.depth = 60, .largest_leaf = MAX_LEAF_TRIANGLES};  // as other tests: fewer kernels
     while (facts.depth < std::max(bvh.stats.depth, fresh.stats.depth)) facts.depth *= 4;
     Tracer(gpu, fresh, moved, facts).trace(rays, expected, query);
     Tracer tracer(gpu, bvh, triangles, facts, there);
@@ -233,7 +234,7 @@ TEST_F(Builders, RefittedClosedMeshesDoNotLeak) {
   expect_silent(*gpu_);
 }
 
-// The arrays of the device are moved where they lie, in every layout. Formats of the host are made anew.
+// The device rewrites its arrays in the same buffers, in every layout. bvh4 follows when a kernel asks for it.
 TEST_F(Builders, RefitsMoveArraysOfEveryLayout) {
   const Triangles triangles = shapes::soup(3001, 0.1f), moved = dealt_out(triangles);
   const auto build = std::make_shared<DeviceBuild>(*gpu_, triangles, BuildSettings{});
@@ -266,7 +267,7 @@ TEST_F(Builders, RefitsMoveArraysOfEveryLayout) {
   expect_silent(*gpu_);
 }
 
-// Where the scene moves far from zero, boxes are measured from another point; the arrays stay the same.
+// If the scene moves far from zero, boxes are measured from another point. They are rewritten in the same buffers.
 TEST_F(Builders, RefitsMoveArraysFarFromZero) {
   const Triangles triangles = shapes::soup(800, 0.3f), far = soup_far_from_zero();
   const TreeFacts facts{.depth = 60, .largest_leaf = MAX_LEAF_TRIANGLES, .far = true};

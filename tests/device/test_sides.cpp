@@ -1,5 +1,5 @@
-// Holds the side of the nearest surface, which gives distances their sign by pseudonormals, to the exact inside test of
-// closed meshes and to a brute force in double precision of open ones.
+// Tests on which side of the nearest surface a point is, which gives distances their sign by pseudonormals. On closed
+// meshes the side must agree with the exact inside test, on open ones with a brute force in double precision.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -87,7 +87,8 @@ TEST_F(Sides, OfClosedMeshesTellWhatIsInside) {
       const std::vector<Nearest> found = sides(triangles, points, exact);
       for (std::size_t i = 0; i < points.size(); ++i) {
         ASSERT_LE(found[i].behind, 1u);
-        // Folds are no sharper than one of 0.01 radians; on the surface itself a point is not behind it.
+        // Points on the surface are left out: they count as not behind it, whatever exact_inside() says of them. In
+        // watertight so are points within its rounding error, for folds of 0.01 radians or more.
         const double bound = 128 * kUnitRoundoff * shapes::reach_of(points[i], triangles[found[i].prim]) / 0.01;
         if (exact ? found[i].distance == 0 : double(found[i].distance) < bound) continue;
         EXPECT_EQ(found[i].behind != 0, exact_inside(points[i], triangles))
@@ -112,8 +113,9 @@ glm::dvec3 nearest_on(const glm::dvec3& p, const Triangle& t) {
   return a + vb / (va + vb + vc) * ab + vc / (va + vb + vc) * ac;
 }
 
-/// Returns N . (P - C) over the lengths of both, by brute force: N sums the normals of all triangles that hold C, by
-/// the angles of a small circle about C that they cover. 0 if that is not clear.
+/// Returns the cosine between N and P - C, by brute force. P is the point, and C is the nearest point on the triangles.
+/// N is the sum of the normals of all triangles that hold C, each weighted by the angle that its triangle covers around
+/// C. Returns 0 where that is in doubt: P is nearly on the surface, or there are two nearest points.
 double side_of(const glm::dvec3& p, const shapes::Triangles& triangles) {
   double least = 1e300;
   glm::dvec3 c(0);
@@ -126,7 +128,7 @@ double side_of(const glm::dvec3& p, const shapes::Triangles& triangles) {
     const glm::dvec3 on = nearest_on(c, t);
     if (glm::length(nearest_on(p, t) - p) < least * (1 + 1e-6) && glm::length(on - c) > 1e-6) return 0;  // a tie
     if (glm::length(on - c) > 1e-12) continue;
-    // The angle at C is a half of the circle on an edge, all of it inside, and that of the corner there.
+    // The angle at C: a full turn inside the triangle, half a turn on an edge, the corner's own angle at a corner.
     double angle = 2 * std::numbers::pi;
     for (std::size_t i = 0; i < 3; ++i) {
       const glm::dvec3 v = t[i], ahead = glm::normalize(glm::dvec3(t[(i + 1) % 3]) - v);
@@ -169,8 +171,8 @@ TEST_F(Sides, OfOpenMeshesAreThoseOfBruteForce) {
   }
 }
 
-// Two triangles at a sharp edge: beyond it each point is behind one of them, and in front of the other. The same at the
-// tip of a spike, whose nearest triangle has most of these points behind it.
+// Two triangles that meet at a sharp edge. The points lie beyond the edge, in front of the surface, yet most are behind
+// one of the two triangles. The same at the tip of a spike: most points are behind some triangle that meets there.
 TEST_F(Sides, AtEdgesAndCornersWhereOneNormalFails) {
   const glm::vec3 up(-1, 0.2f, 0), down(-1, -0.2f, 0), back(0, 0, -1), front(0, 0, 1);
   const shapes::Triangles wedge{{{front, back, up}}, {{back, front, down}}};

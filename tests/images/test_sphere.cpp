@@ -97,7 +97,8 @@ void expect_same(const Image& a, const Image& b) {
   }
 }
 
-// In the conservative numeric modes a picture does not depend on method or kernel configuration.
+// In the default numeric mode a picture does not depend on method or kernel configuration. In the other conservative
+// modes the default method makes the same picture twice.
 TEST(Sphere, OnePictureForEveryMethodAndKnob) {
   Scene scene = sphere_scene(true);
   // Overlapping triangles, whose order could be wrong.

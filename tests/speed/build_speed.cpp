@@ -1,9 +1,10 @@
-// Measures the builder `device`: milliseconds of each pass on the device, for wavy grids of any size and for scenes,
-// and how fast the trees of all builders are traced. Figures are medians over the repeats.
+// Measures the builder `device`: milliseconds of each pass on the device, for wavy grids of any size and for scenes.
+// Also measures wide trees, refits and updates, and how fast the trees of the given builders are traced. Figures are
+// medians over the repeats. Builds by other builders and the host's encoding of wide trees run once.
 //
-// "device" is the sum of all passes, from triangles on the device to the pairs and leaves that kernels read; "wall" is
-// that time as the host sees it, with its one wait in between. Refits move every vertex by a wave of a hundredth of the
-// scene, and back.
+// "device" is the sum of all passes, from triangles on the device to the pairs and leaves that kernels read. "wall" is
+// that time as the host sees it. It includes the host's wait for the size of the tree. Refits move every vertex by a
+// wave of a hundredth of the scene, and back.
 #include <chrono>
 #include <cmath>
 
@@ -54,7 +55,8 @@ void make_waves(std::vector<Triangle>& triangles, const Bounds& bounds) {
     for (glm::vec3& v : t) v.y += height * std::sin(waves * (v.x + 0.6f * v.z));
 }
 
-/// Medians of a build: of each pass by name, of their sum, and of the wall time.
+/// The times of each repeat, in milliseconds: of each pass by name, of their sum, and on the wall clock. `built` is the
+/// tree.
 struct Spent {
   std::vector<std::pair<std::string, std::vector<double>>> passes;
   std::vector<double> device, wall;
@@ -66,7 +68,8 @@ struct Spent {
   }
 };
 
-/// Works until the clocks of a device that was idle are up. Compiles kernels and touches memory for the first time.
+/// Repeats the work for a second, so that an idle device can raise its clock. The first time compiles kernels and
+/// touches memory.
 void warm_up(const std::function<void()>& work) {
   constexpr auto kWarmUp = std::chrono::seconds(1);
   const auto start = Clock::now();
@@ -105,8 +108,8 @@ Spent measure(Context& gpu, const Scene& scene, const Args& args) {
   return spent;
 }
 
-/// Wide trees that the device makes of its pairs: the collapse, which a tree needs once, and the boxes, which each
-/// refit needs anew. Beside them what the host takes for both.
+/// Measures how the device makes wide trees of its pairs. A tree is collapsed once; its boxes are encoded again after
+/// each refit. Prints the host's time for both steps together as well.
 void measure_wide_trees(Context& gpu, const Scene& scene, const Args& args) {
   DeviceBuild build(gpu, scene.triangles, {});
   Buffer<glm::uvec4> pairs(gpu, std::size_t(build.built().pairs) * PAIR_TEXELS(LAYOUT_INTERLEAVED), Access::Storage,
@@ -145,8 +148,8 @@ void measure_wide_trees(Context& gpu, const Scene& scene, const Args& args) {
   }
 }
 
-/// Refits on the device, between triangles and their waves, whose vertices lie there already: passes, as the device
-/// measures them, and wall time to the tree in the layout that is traced.
+/// Measures refits on the device, in turn to the moved triangles and back. Both sets of triangles lie on the device.
+/// Prints the device's time of each pass, and the wall time until the tree is written in the layout that is traced.
 void measure_refits(Context& gpu, const Scene& scene, const Args& args) {
   const auto count = std::uint32_t(scene.triangles.size());
   std::vector<Triangle> moved = scene.triangles;
@@ -171,7 +174,7 @@ void measure_refits(Context& gpu, const Scene& scene, const Args& args) {
     sound = builder.end_refit() && sound;
     if (to_waves) decay = builder.built().sah / spent.built.sah;
   };
-  warm_up(whole);  // and finds parents
+  warm_up(whole);  // the first refit also finds the parent of each node
   for (std::uint32_t i = 0; i < args.repeats; ++i) {
     const auto start = Clock::now();
     whole();
@@ -229,7 +232,8 @@ void measure_host_refits(Context& gpu, const Scene& scene, const std::string& na
       double(scene.triangles.size()) / median(refit) * 1e-3, decay, bench::figure(bvh.stats.build_s * 1e3));
 }
 
-/// Whole updates of an Engine, with the triangles on the host: to the first ray traced after it.
+/// Measures updates of an Engine whose triangles come from the host: the update alone, and until the first ray after
+/// the update is traced.
 void measure_updates(const std::shared_ptr<Context>& gpu, const Scene& scene, const std::string& name,
                      const Args& args) {
   EngineOptions options;
@@ -323,7 +327,7 @@ void run(const Args& args) {
 
 int main(int argc, char** argv) {
   ballot::speed::Args args;
-  CLI::App app("Measures the builder of the device, and how fast the trees of all builders are traced");
+  CLI::App app("Measures the builder of the device, refits and updates, and how fast the trees of builders are traced");
   app.add_option("SCENE", args.scenes, "scene files");
   app.add_option("--grids", args.grids, "triangles of wavy grids [1e4 to 1e7]; 0 leaves them out")->delimiter(',');
   app.add_option("--builders", args.builders, "builders whose trees are traced [device,balanced,fast]")->delimiter(',');
@@ -332,7 +336,8 @@ int main(int argc, char** argv) {
   app.add_option("--size", args.size, "width and height in pixels [1024]")->check(CLI::Range(1, 16384));
   app.add_option("--repeats", args.repeats, "repeats of each measurement [9]")->check(CLI::Range(1, 100000));
   app.add_option("--traced", args.traced, "trees of up to this many triangles are traced [1000000]");
-  app.add_option("--bits", args.bits, "bits of Morton codes, a multiple of 8 from 24 to 64 [by the triangles]");
+  app.add_option("--bits", args.bits,
+                 "bits of Morton codes, a multiple of 8 from 24 to 64 [by the number of triangles]");
   app.add_option("--device", args.device, "device [gpu]");
   return ballot::speed::run_program(app, argc, argv, "ballot_build_speed", [&] {
     std::erase(args.grids, 0u);

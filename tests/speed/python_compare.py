@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Compares ballot.RaycastingScene with Open3D's class and with embreex through trimesh, all in one run.
 
-Needs `pip install ./engine/api/python open3d embreex trimesh`; what is missing is left out. A bumpy sphere, and one
-million rays from a camera and at random. Each library is set up and warmed up by one call; then they take turns. Prints
-medians, and the time that the device itself took. For a comparison on equal terms, give all the same cores:
+Needs Ballot's package, `pip install ./engine/api/python`. The others are left out if they are missing:
+`pip install open3d embreex trimesh`. The mesh is a bumpy sphere. One million rays come from a camera, and as many are
+random. Each library is set up and warmed up by one call; then they take turns. Prints medians and, for Ballot, the time
+that the device itself took. For a comparison on equal terms, give all the same cores:
 
     taskset -c 0,1 env LP_NUM_THREADS=2 python3 tests/speed/python_compare.py
 """
@@ -45,7 +46,7 @@ def camera_rays(count: int) -> np.ndarray:
 
 
 def random_rays(count: int) -> np.ndarray:
-    """Returns rays from points of a sphere around the mesh to points within it, in no order."""
+    """Returns rays in no order, from points of a sphere around the mesh to points of a cube about its centre."""
     random = np.random.default_rng(7)
     origins = random.normal(size=(count, 3))
     origins *= 2 / np.linalg.norm(origins, axis=1, keepdims=True)
@@ -102,7 +103,8 @@ class Embreex:
 
 
 def judge(scene, rays, prims, others):
-    """Returns for how many rays the two differ, and with how many of them the exact answer agrees with each."""
+    """Returns the number of rays for which prims and others differ. Of these rays, it also returns for how many the
+    exact answer is that of prims, and for how many that of others."""
     differ = np.flatnonzero(prims != others)
     exact = scene.trace(rays[differ], numeric="exact")["prim"]
     return len(differ), np.count_nonzero(exact == prims[differ]), np.count_nonzero(exact == others[differ])
@@ -127,7 +129,7 @@ def set_up(kinds, mesh, repeats):
 
 
 def measure(libraries, rays, repeats):
-    """Returns the medians of the seconds that each library takes for the rays. They take turns."""
+    """Returns each library's median seconds for the rays, and its answers. The libraries take turns."""
     seconds = [[] for _ in libraries]
     answers = [library.cast(rays) for library in libraries]
     for library in libraries:

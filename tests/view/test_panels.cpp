@@ -65,8 +65,8 @@ std::map<std::string, std::string> values_of(const Query& query, const DeviceInf
 }
 
 /// Clicks at points all over the part of the window that holds the widgets. Also clicks at pairs of points in a column,
-/// the second below the first, which opens lists and chooses from them. Each time it starts from the same query and
-/// calls `after` with the query that the clicks left; if that returns true, nothing is left to find.
+/// the second at or below the first. This opens lists and chooses from them. Each time it starts from the same query,
+/// and calls `after` with the query that the clicks left; if that returns true, nothing is left to find.
 template <class After>
 void click_everywhere(Bench& bench, const Query& start, float left, After after) {
   constexpr float kStep = 12, kLongestList = 260;
@@ -100,7 +100,7 @@ TEST(Panels, EveryKnobOfEveryMethodCanBeChanged) {
     click_everywhere(bench, start, 60, [&](const Query& query) {
       const bool same = query.method == start.method;
       if (same)
-        for (const auto& [knob, value] : values_of(query, some_device()))  // throws if the device cannot follow
+        for (const auto& [knob, value] : values_of(query, some_device()))  // throws if a value is not offered
           if (before.contains(knob) && before.at(knob) != value) left.erase(knob);
       return left.empty();
     });

@@ -1,4 +1,4 @@
-// The regret of each entry: its time over that of the fastest entry, over scenes and ray kinds.
+// The regret of each entry: its time divided by the fastest entry's, for each scene and ray kind.
 #pragma once
 
 #include "tools/bench/arrange.h"
@@ -9,7 +9,7 @@ namespace ballot::bench {
 struct Regret {
   std::string label;
   Role role = Role::Method;
-  std::map<const Block*, double> over_best;  // for blocks in which the entry has every view that some entry has
+  std::map<const Block*, double> over_best;  // of blocks where the entry has a value for each view
   const Block* worst = nullptr;              // the block of `max`
   double max = 0, median = 0;
   bool everywhere = false;  // the entry has a value in every block of the setting

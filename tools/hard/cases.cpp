@@ -45,7 +45,7 @@ constexpr HardCase kCases[] = {
     {"tiny-in-huge", "Embree, verify (small triangles)",
      "a tolerance that grows with the scene swallows its small objects", tiny_in_huge},
     {"huge-sphere", "Embree #416", "products of long edges overflow", huge_sphere},
-    {"huge-planes", "Embree #416", "planes of 5.9e8 to 5.9e11 are missed from nearby", huge_planes},
+    {"huge-planes", "Embree #416", "planes with half widths of 5.9e8 to 5.9e11 are missed from nearby", huge_planes},
     {"far-offsets", "three-mesh-bvh #112; Accelerad #4", "meshes at 1e5, 4.5e6 and 6e6 leak", far_offsets},
     {"utm-terrain", "Accelerad #4", "terrain in map coordinates, whose float32 spacing is half a metre", utm_terrain},
     {"narrow-view", "Mitsuba 3 #61", "directions of a distant camera with a narrow view differ by few ulp",
@@ -84,21 +84,22 @@ constexpr HardCase kCases[] = {
 
 constexpr HardPointCase kPointCases[] = {
     {"coplanar-points", "trimesh #73; CloudCompare #1976",
-     "points in the planes of faces, beside them, get a distance of 0 or either sign", coplanar_points},
-    {"obtuse-triangles", "trimesh #310", "a corner is taken for the nearest point where an edge has it",
+     "points in the plane of a face, outside the face, get a distance of 0 or the wrong sign", coplanar_points},
+    {"obtuse-triangles", "trimesh #310", "a corner is reported although the nearest point lies on an edge",
      obtuse_triangles},
     {"acute-edges", "trimesh #164; Baerentzen, Aanaes. TVCG 11(3), 2005",
-     "of two faces at a sharp edge that are as near, one has the point on its other side", acute_edges},
-    {"middles", "Ballot, design", "points that are as far from many triangles: on medial axes, an ulp off them",
+     "of two equally near faces at a sharp edge, one has the point in front, the other behind", acute_edges},
+    {"middles", "Ballot, design", "points equally far from many triangles: on medial axes, or an ulp off them",
      middles},
     {"shared-corner", "Ballot, design", "thousands of triangles have the nearest point in common", shared_corner},
     {"near-shells", "Ballot, design", "points between surfaces that are few ulp apart", near_shells},
     {"shell-lattice", "trimesh #242, #545", "points at and between faces, edges and corners that shells share",
      shell_lattice},
-    {"far-shell-lattice", "Ballot, design", "the same of nested shells at 1e7", far_shell_lattice},
+    {"far-shell-lattice", "Ballot, design", "the same as shell-lattice, of nested shells at 1e7", far_shell_lattice},
     {"points-at-collinear", "parry #76; scalismo #262", "a triangle without area is the nearest, or gives NaN",
      points_at_collinear},
-    {"far-points", "Ballot, design", "squares of distances overflow, and points that are dead", far_points},
+    {"far-points", "Ballot, design", "squares of distances overflow; points with a NaN coordinate get an answer",
+     far_points},
     {"limits-at-distances", "Ballot, design", "the limit is the distance, an ulp less or more", limits_at_distances},
 };
 
@@ -123,7 +124,7 @@ constexpr HardRefusal kRefusals[] = {
      [] {
        return with_vertex({0, 0, -kInf});
      }},
-    {"beyond-1e12", "Embree #416", "the product of three lengths of 1e30 is no float32", "1e+12",
+    {"beyond-1e12", "Embree #416", "the product of three lengths of 1e30 overflows float32", "1e+12",
      [] {
        return with_vertex({1e30f, 0, 0});
      }},

@@ -1,4 +1,5 @@
-// Hard cases of closed meshes: rays from inside, most of them at edges and vertices. No ray may escape.
+// Hard cases of closed meshes, and of a plane under one. Most rays start inside, and most aim at edges and vertices.
+// Every ray of a set with `closed` must hit.
 #include <cmath>
 #include <limits>
 
@@ -71,8 +72,8 @@ HardScene far_sphere_and_plane(bool quick) {
                              {.name = "plane from above", .closed = true}};
   sets[0].rays = at_targets(mesh, many(quick), centre, 30, 26);
   const Triangles plane = moved(plane_grid(quick ? 16 : 64, 128, -128), 1, centre);
-  // From between the plane and the sphere, straight down and obliquely, at edges and vertices inside the plane's
-  // border.
+  // From between the plane and the sphere. Half of the rays go straight down, half towards a point inside the plane's
+  // border. Half of these points are vertices of the grid.
   Random random(27);
   for (std::size_t i = 0; i < many(quick); ++i) {
     glm::vec3 to = (target(plane, random) - centre) * glm::vec3(0.875f, 1, 0.875f);
@@ -97,9 +98,9 @@ HardScene quantised_statue(bool quick) {
   return {scene_of("quantised-statue", mesh), std::move(sets)};
 }
 
-// The grid is so coarse that many triangles collapse to a line, and these are left out of the tree. Where an edge of a
-// neighbour met two of their edges, there is now a joint whose edges lie on one line but are not the same. Only rays
-// along an axis, for which the test's shear is zero, are sure to hit there.
+// The grid is so coarse that many triangles collapse to a line, and these are left out of the tree. Where such a
+// triangle lay, a long edge of one neighbour now runs along shorter edges of two others (a T-junction). Only rays along
+// an axis, for which the shear of the watertight test is zero, are sure to hit there.
 HardScene collapsed_statue(bool quick) {
   const float size = quick ? 6 : 12;
   const Triangles mesh = statue(quick ? 4 : 5, size);

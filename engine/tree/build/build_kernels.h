@@ -10,12 +10,14 @@
 
 namespace ballot {
 
-/// Subgroups in a workgroup of most kernels, and of the one that merges clusters.
+/// Subgroups in a workgroup of every kernel except cluster.comp.
 constexpr std::uint32_t kBuildSubgroups = BUILD_GROUP_SUBGROUPS;
+/// Returns the subgroups in a workgroup of cluster.comp, the kernel that merges clusters.
 std::uint32_t cluster_subgroups(const DeviceInfo& device);
 
-/// What a tree is built over. Instances: the boxes in the records of a top-level tree (shaders/shared/layout.h), whose
-/// buffer is passed where triangles are asked for. Each is a leaf; TopBuilder writes the tree.
+/// What a tree is built over. Instances: the boxes in the instance records of a top-level tree
+/// (shaders/shared/layout.h). The buffer of these records is then passed in place of the triangles. Each instance is a
+/// leaf. TopBuilder writes the nodes.
 enum class BuildOver { Triangles, Instances };
 /// Returns the define of kernels that read what the tree is built over.
 Defines over_define(BuildOver over);

@@ -5,13 +5,13 @@
 //
 // There are three stages, each for what the one before left open. Stage 1, in float32, rejects triangles that the ray
 // surely misses. Stage 2, in double, decides with a bound of its error. Stage 3, exact_decision.glsl, decides the
-// rest. t, u and v come from double where signs are sure and errors below 2^-28, else from the exact sums. Ray
+// rest. t, u and v come from double where signs are sure and errors below 2^-28, else from stage 3. Ray
 // and triangle alone decide which, so all methods agree bit for bit. A kernel that lists all rays in doubt
 // (lib/frame/doubtful.glsl) has no stage 3: a triangle that double does not decide stays open.
 //
 // Source of the plan: Jonathan Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
-// Predicates. Discrete & Computational Geometry 18, 1997, section 1. Differs: the last stage is integer arithmetic of
-// fixed size.
+// Predicates. Discrete & Computational Geometry 18, 1997, section 1. Differs: the last stage adds fixed-point numbers,
+// in sums as long as the numbers need. Kernels that take rays in doubt use integers of fixed size where these suffice.
 //
 // The first stage only marks triangles; the other stages run over the marked triangles of a leaf after it
 // (settle_leaf). lavapipe runs both sides of every branch, and the body of a loop at least once, so rare work must not
@@ -23,10 +23,10 @@ struct RaySpace {
   vec3 row_x, row_y;           // rows of the matrix that shears the ray onto the axis of its largest component
   double best_t, best_error;   // of the nearest hit so far; its exact t is within the error
   uint best_texel;             // texel of its triangle; NO_HIT if there is none
-  float reach;                 // not less than its exact t, or t_max, as t of the walked ray
+  float reach;                 // t of the walked ray, not less than that of the best hit, or t_max if there is none
   float start;                 // t of the scaled ray where the walked ray starts (nearer_origin.glsl)
   float origin_room;           // added to distances from the walked ray's origin; 0 if it is exact
-  double open_t;               // what is open is not hit before this t; NOTHING_OPEN if nothing is
+  double open_t;               // no triangle that was left open is hit before this t; NOTHING_OPEN without any
   uint first, marked;          // texel of a triangle of the leaf; a bit for each undecided triangle from there on
 };
 #define TRIANGLE_SETTLES
@@ -134,7 +134,8 @@ DoubleSight look(Ray ray, Corners corners) {
   return s;
 }
 
-// Extends a span of exponents, from the lowest set bit to one above the highest, to cover the set bits of a number.
+// Extends a span of exponents so that it covers the set bits of a number. A span reaches from the exponent of the
+// lowest set bit to one above that of the highest.
 ivec2 with_bits(ivec2 span, float x) {
   uint bits = floatBitsToUint(x), m = mantissa_of(bits);
   int e = exponent_of(bits);
@@ -299,7 +300,8 @@ float reach(RaySpace space, Hit best) { return space.reach; }
 float open_from(RaySpace space) { return has_given_up() ? -3.4e38 : 3.4e38; }
 bool is_open(RaySpace space, Hit best) { return has_given_up(); }
 #else
-// Returns a t, perhaps infinite, before which no open triangle is hit; rounded, by one ulp at most.
+// Returns a t before which no open triangle is hit, rounded by one ulp at most. It lies in [-3.4e38, 3.4e38]; the upper
+// end means that none is open.
 float open_from(RaySpace space) { return float(clamp(space.open_t, -3.4e38lf, 3.4e38lf)); }
 
 // Returns true if an open triangle may be the nearest hit.

@@ -13,8 +13,8 @@ void begin_ray(uint path) {
   if (push.depth > 0u) at = deferred[path];
 }
 
-// Chooses the ray that the path continues with, out of the rays that the current one started and the deferred rays.
-// Defers the other ray.
+// Chooses the ray that the path continues with: the mirrored ray that the current one started, else the refracted one,
+// else the deepest deferred ray. If the current ray started both, defers the refracted one.
 void choose_next(uint path, inout Started started) {
   uint bit = 1u << (at.depth & 31u);
   if (started.next && started.second) {

@@ -1,5 +1,5 @@
-// The extension ballot._ballot: devices, errors, and what keeps threads and signals apart. The package around it checks
-// and shapes arguments; see ballot/__init__.py.
+// The extension ballot._ballot: devices, errors, the GIL, signals during calls, and the end of the interpreter. The
+// package around it checks and shapes arguments; see ballot/__init__.py.
 #include "common.h"
 
 #include <atomic>
@@ -68,7 +68,8 @@ nb::dict names_of_all() {
   return all;
 }
 
-/// Returns an array of NumPy over the memory of an array with DLPack or a buffer, which it keeps.
+/// Returns a NumPy array over the memory of an object that offers DLPack or the buffer protocol. Keeps that object
+/// alive.
 template <class From, class To>
 nb::object view(const From& array) {
   nb::capsule owner(new From(array), [](void* p) noexcept { delete static_cast<From*>(p); });
@@ -166,7 +167,7 @@ NB_MODULE(_ballot, m) {
   nb::set_leak_warnings(false);  // objects that live as long as the interpreter are no leak
   m.def("version", [] { return ballot::version(); });
   m.def("names", &names_of_all,
-        "Returns what arguments take: a dict of the lists methods, numeric, builders, ray_kinds and shadings.");
+        "Returns the names that arguments take, a dict of lists: methods, numeric, builders, ray_kinds and shadings.");
   m.def("end", &end);
   m.def("after_fork", [] { running = 0; });  // the threads of the parent are not here
   m.def("commit", [] { return std::string(ballot_commit()); });
