@@ -20,8 +20,9 @@ struct FieldSlice {
 FieldSlice parse_slice(const std::string& text, std::uint32_t side);
 
 /// Draws a slice, a pixel for each point: of the other two axes the first runs to the right, the second upwards.
-/// Distances are blue, negative ones orange, darker the farther they are; lines are at multiples of the same distance,
-/// a black one where the sign changes. Points without a distance are grey. `distances` are those of a volume [z][y][x].
+/// Distances are blue, negative ones orange, darker the farther they are. Lines are at multiples of a sixteenth of the
+/// slice's largest distance. A black line is where the sign changes. Points without a distance are grey. `distances`
+/// are those of a volume [z][y][x].
 Image draw_slice(std::span<const float> distances, std::uint32_t side, const FieldSlice& slice);
 
 }  // namespace ballot::cli

@@ -7,8 +7,8 @@ namespace ballot::cli {
 namespace {
 
 constexpr const char* kLampForm =
-    "X,Y,Z:R,G,B or eye:R,G,B: the position in scene units (eye: at the camera) and the radiant intensity, 0 or more, "
-    "e.g. 0,2,0:5,5,5";
+    "X,Y,Z:R,G,B or eye:R,G,B, which are the position in scene units (eye is the camera's) and the radiant intensity, "
+    "0 or more, e.g. 0,2,0:5,5,5";
 
 glm::vec3 triple_of(const std::string& lamp, const std::string& text, bool below_zero) {
   glm::vec3 v(0);
@@ -38,7 +38,7 @@ void LightArgs::add_to(CLI::App& app) {
   app.add_option(
       "--sky", sky,
       "radiance of rays that leave the scene: none; R,G,B; gradient; gradient:ZENITH:HORIZON:GROUND, each R,G,B;\n"
-      "or a FILE.exr in longitude by latitude, e.g. --sky 0.5,0.7,1\n"
+      "or a FILE.exr twice as wide as high (longitude by latitude), e.g. --sky 0.5,0.7,1\n"
       "[auto: gradient for " +
           lit + " if the scene has no light and no unlit material, and no --lamp is given]");
   app.add_option("--lamp", lamps, fmt::format("a point light for {}, may be repeated: {}", lit, kLampForm));

@@ -85,7 +85,7 @@ class StreamRing {
   Context& gpu_;
   std::vector<Slot> slots_;
   std::size_t chunk_ = 0;  // rays of a slot
-  bool imports_ = true;    // the driver has not refused memory of the host yet
+  bool imports_ = true;    // no import of a caller's rays has failed yet
 };
 
 }  // namespace ballot

@@ -73,7 +73,7 @@ Child child_of(uint cluster) {
 }
 
 // Writes the pair of a node, and those of the smaller nodes below it. If one leaf holds the whole tree, writes a pair
-// of this leaf and END_OF_TREE. Wider trees are made from that pair.
+// of this leaf and END_OF_TREE, because the formats of wide nodes (bvh4, bvh8) are made from pairs.
 // child_of() and write_pair() are called at one place each: lavapipe takes long to compile further calls.
 void write_room(uint node, uint pair, bool is_lone_leaf) {
   open_nodes[0] = node;

@@ -18,8 +18,9 @@ using shapes::Triangles;
 using tree_shapes::kShapes;
 using tree_shapes::Shape;
 
-/// Reverses the order of the triangles with area, turns all by a third about a diagonal, and halves them. None of this
-/// rounds, so a triangle number has area afterwards if it had area before. Trees fit such a move badly.
+/// Reverses the order of the triangles with area. Turns all triangles by a third of a turn about a diagonal, and halves
+/// their coordinates. None of this rounds, so the same triangle numbers have area before and after. A tree of the
+/// triangles before fits those after badly.
 Triangles dealt_out(const Triangles& triangles) {
   std::vector<std::size_t> proper;
   for (std::size_t i = 0; i < triangles.size(); ++i)
@@ -31,7 +32,7 @@ Triangles dealt_out(const Triangles& triangles) {
   return moved;
 }
 
-/// Triangles of a size that keeps their area where they are far from zero.
+/// Triangles far from zero, large enough that rounded coordinates leave them an area.
 Triangles soup_far_from_zero() { return shapes::moved(shapes::soup(800, 0.3f), {4096, -8192, 2048}); }
 
 /// Refits a tree on the device to triangles that have moved. Returns false if the tree has to be built anew.
@@ -104,7 +105,8 @@ TEST_F(Builders, RefitsMoveBoundsAnywhere) {
   expect_silent(*gpu_);
 }
 
-// A tree has to be built anew if its triangles with area are no longer the same ones. It can be moved back.
+// A tree has to be built anew if its triangles with area are no longer the same ones. After a refit has failed for this
+// reason, a refit to the original triangles succeeds.
 TEST_F(Builders, RefitsNeedTheSameTrianglesWithArea) {
   const Triangles triangles = tree_shapes::with_degenerate();
   Triangles lost = triangles, gained = triangles, both = triangles;

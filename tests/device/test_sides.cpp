@@ -1,5 +1,6 @@
-// Tests on which side of the nearest surface a point is, which gives distances their sign by pseudonormals. On closed
-// meshes the side must agree with the exact inside test, on open ones with a brute force in double precision.
+// Tests of sides: the side of the nearest surface that a point lies on. Pseudonormals decide it, and it gives a
+// distance its sign. On closed meshes it must agree with the exact inside test. On open meshes it must agree with a
+// computation in double precision over all triangles.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -88,7 +89,8 @@ TEST_F(Sides, OfClosedMeshesTellWhatIsInside) {
       for (std::size_t i = 0; i < points.size(); ++i) {
         ASSERT_LE(found[i].behind, 1u);
         // Points on the surface are left out: they count as not behind it, whatever exact_inside() says of them. In
-        // watertight so are points within its rounding error, for folds of 0.01 radians or more.
+        // watertight, points nearer than `bound` are left out too: rounding may give them the wrong side. The bound
+        // assumes that the surface folds by 0.01 radians or more.
         const double bound = 128 * kUnitRoundoff * shapes::reach_of(points[i], triangles[found[i].prim]) / 0.01;
         if (exact ? found[i].distance == 0 : double(found[i].distance) < bound) continue;
         EXPECT_EQ(found[i].behind != 0, exact_inside(points[i], triangles))

@@ -1,5 +1,6 @@
 // The library's speed as its users meet it: from arrays in memory to hits, on the device alone, and the latency of
-// small batches. One line for each measurement. Wall times are medians of several runs; device times are of the last.
+// small batches. One line for each measurement. Wall times are medians of several runs; device times are of the last,
+// and 0 in the background, where they are not measured.
 //
 //   ballot_api_speed scenes/cornell.gltf [--size 4096] [--device gpu] [--repeat 5]
 #include <ballot/ballot.h>
@@ -100,11 +101,12 @@ int main(int argc, char** argv) {
   app.add_option("scene", file, "a scene file")->required();
   app.add_option("--device", device_name, "as ballot --device");
   app.add_option("--size", size, "width and height of the primary rays' picture, in pixels");
-  app.add_option("--repeat", repeat, "runs of each measurement; four times as many for arrays on the device");
+  app.add_option("--repeat", repeat,
+                 "runs of each measurement; four times as many for a batch of arrays on the device");
   CLI11_PARSE(app, argc, argv);
   try {
     const ballot::Device device(device_name);
-    std::printf("%s, %s; wall times are medians of %d runs, of %d for arrays on the device\n",
+    std::printf("%s, %s; wall times are medians of %d runs, of %d for a batch on the device\n",
                 device.info().name.c_str(), device.info().driver.c_str(), repeat, 4 * repeat);
     const ballot::Scene scene = ballot::Scene::load(device, file);
     const std::vector<ballot::Ray> rays = scene.make_rays({}, "primary", size, size);

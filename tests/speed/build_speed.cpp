@@ -1,10 +1,11 @@
 // Measures the builder `device`: milliseconds of each pass on the device, for wavy grids of any size and for scenes.
 // Also measures wide trees, refits and updates, and how fast the trees of the given builders are traced. Figures are
-// medians over the repeats. Builds by other builders and the host's encoding of wide trees run once.
+// medians over the repeats, but two run once: the build before a trace or before refits on the host, and the host's
+// encoding of wide trees.
 //
 // "device" is the sum of all passes, from triangles on the device to the pairs and leaves that kernels read. "wall" is
-// that time as the host sees it. It includes the host's wait for the size of the tree. Refits move every vertex by a
-// wave of a hundredth of the scene, and back.
+// that time as the host sees it. It includes the host's wait for the size of the tree. Refits move every vertex up or
+// down by a wave, and back. Its height is a hundredth of the scene's longest side.
 #include <chrono>
 #include <cmath>
 
@@ -108,8 +109,8 @@ Spent measure(Context& gpu, const Scene& scene, const Args& args) {
   return spent;
 }
 
-/// Measures how the device makes wide trees of its pairs. A tree is collapsed once; its boxes are encoded again after
-/// each refit. Prints the host's time for both steps together as well.
+/// Measures how the device makes wide trees of its pairs: to collapse a tree, which is done once, and to encode its
+/// boxes, which each refit asks for again. Prints the host's time for both steps together as well.
 void measure_wide_trees(Context& gpu, const Scene& scene, const Args& args) {
   DeviceBuild build(gpu, scene.triangles, {});
   Buffer<glm::uvec4> pairs(gpu, std::size_t(build.built().pairs) * PAIR_TEXELS(LAYOUT_INTERLEAVED), Access::Storage,
@@ -193,7 +194,7 @@ void measure_refits(Context& gpu, const Scene& scene, const Args& args) {
              bench::figure(median(spent.wall)), count / device * 1e-6, decay);
 }
 
-/// Refits on the host of a builder's tree, and what encoding it for the device takes.
+/// Measures refits of a builder's tree on the host, the check of the triangles before, and the encoding after.
 void measure_host_refits(Context& gpu, const Scene& scene, const std::string& name, const Args& args) {
   std::vector<Triangle> moved = scene.triangles;
   make_waves(moved, scene.bounds);

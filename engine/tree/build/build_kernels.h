@@ -19,7 +19,7 @@ std::uint32_t cluster_subgroups(const DeviceInfo& device);
 /// (shaders/shared/layout.h). The buffer of these records is then passed in place of the triangles. Each instance is a
 /// leaf. TopBuilder writes the nodes.
 enum class BuildOver { Triangles, Instances };
-/// Returns the define of kernels that read what the tree is built over.
+/// Returns the defines that tell a kernel which of the two it reads.
 Defines over_define(BuildOver over);
 
 /// Returns the source of shaders/build/NAME.comp for a device, at the device's own subgroup size.

@@ -17,7 +17,8 @@
 // (settle_leaf). lavapipe runs both sides of every branch, and the body of a loop at least once, so rare work must not
 // stand in the loop over triangles: with it there, rays took 2 to 3 times as long.
 
-// The constants of a ray, and the nearest hit so far.
+// The constants of a ray, and the nearest hit so far. The scaled ray is the given one in the units of ray_scale.glsl.
+// The walked ray is the scaled one, started nearer to the scene if it begins far away (nearer_origin.glsl).
 struct RaySpace {
   Ray given;                   // all decisions are about this ray; the walked ray serves boxes and the first stage
   vec3 row_x, row_y;           // rows of the matrix that shears the ray onto the axis of its largest component

@@ -111,9 +111,10 @@ void let_go(std::shared_ptr<void> object, nb::object works_on) {
 
 void check_may_call() {
   if (inside_call())
-    throw Error(Code::Work,
-                "ballot was called from a progress function or a signal handler while it traces; note what to do, "
-                "and call it after the trace");
+    throw Error(
+        Code::Work,
+        "ballot was called from a progress function or a signal handler while another call was running; call it "
+        "after that one has returned");
 }
 
 bool Watch::operator()(double done) noexcept {
