@@ -12,7 +12,7 @@ namespace ballot::cli {
 /// A plane of a field of `side` points along each axis.
 struct FieldSlice {
   int axis = 2;             // 0, 1, 2: x, y, z
-  std::uint32_t index = 0;  // along that axis, of all points of the plane
+  std::uint32_t index = 0;  // along that axis; all points of the plane have it
 };
 
 /// Reads AXIS=SHARE: x, y or z, and where the plane lies from the first point, 0, to the last, 1. Throws

@@ -10,7 +10,7 @@ class RawBuffer;
 
 namespace ballot::api {
 
-/// An import of a buffer's memory into the primary context of the CUDA device that is the same GPU.
+/// An import of a buffer's memory into CUDA: into the primary context of the CUDA device that is the buffer's GPU.
 class CudaMemory {
  public:
   /// `uuid` is that of the Vulkan device. Throws Error(Work) if a call of the CUDA driver fails, and names the call.

@@ -36,7 +36,7 @@ struct RayStream {
   std::function<void(std::uint64_t done)> progress = {};
 };
 
-/// Returns how many of the hits are no misses.
+/// Returns how many of the records are hits: their prim is not NO_HIT.
 std::uint64_t count_hits(std::span<const Hit> hits);
 
 /// The buffers that streams go through. They are kept for the next stream. A GPU has three sets: while it traces one

@@ -1,7 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Writes the device tree: pairs of siblings in one layout, and leaves with vertices. An invocation writes the room of a
-// node (lib/build/places.glsl): its pair of children, the pairs of smaller nodes below it, and their leaves.
+// node (lib/build/places.glsl): its pair of children, the pairs of smaller nodes below it, and their leaves. Smaller
+// nodes have no more triangles than a leaf may hold.
 #include "../lib/build/frame.glsl"
 
 layout(push_constant, scalar) uniform Push { WritePush push; };

@@ -50,7 +50,7 @@ inline AnimatedBuilder skinned_triangle() {
   AnimatedBuilder b;
   b.mesh(b.vec3({0, 0, 0, 1, 0, 0, 2, 0, 0}));
   b.joints({0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0}, {1, 0, 0, 0, 1, 0, 0, 0, 0.5f, 0.5f, 0, 0});
-  b.node({{"mesh", 0}, {"skin", 0}, {"translation", {100, 0, 0}}});  // which glTF ignores
+  b.node({{"mesh", 0}, {"skin", 0}, {"translation", {100, 0, 0}}});  // glTF ignores this translation
   b.node({{"children", {2}}});
   b.node({{"translation", {1, 0, 0}}});
   const int bind = b.mat4({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0,  0, 0, 1,  //

@@ -178,7 +178,7 @@ TEST_F(Builders, RefitsGiveTheHitsOfAFreshBuild) {
   expect_silent(*gpu_);
 }
 
-// In exact no answer of a moved tree is wrong, and all are those of a fresh build.
+// In mode exact, no answer of a moved tree is wrong, and all answers are those of a fresh build.
 TEST_F(Builders, RefitsInExactHaveNoWrongHit) {
   if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
   if (gpu_->info().is_cpu() && gpu_->info().subgroup_size != 8) GTEST_SKIP() << "lavapipe compiles too long";
@@ -206,7 +206,7 @@ TEST_F(Builders, RefitsInExactHaveNoWrongHit) {
   expect_silent(*gpu_);
 }
 
-// Every ray from inside a closed mesh hits it after it has moved, also where it is aimed at vertices and edges.
+// After a closed mesh has moved, every ray from inside still hits it, even a ray aimed at a vertex or an edge.
 TEST_F(Builders, RefittedClosedMeshesDoNotLeak) {
   const Triangles mesh = shapes::sphere(4), moved = dealt_out(mesh);
   std::vector<Ray> rays = shapes::edge_rays(mesh, 4001, {0.01f, 0.02f, -0.015f});
@@ -236,7 +236,8 @@ TEST_F(Builders, RefittedClosedMeshesDoNotLeak) {
   expect_silent(*gpu_);
 }
 
-// The device rewrites its arrays in the same buffers, in every layout. bvh4 follows when a kernel asks for it.
+// The device rewrites its arrays in the same buffers, in every layout. The array of bvh4 is rewritten later, when a
+// kernel asks for it.
 TEST_F(Builders, RefitsMoveArraysOfEveryLayout) {
   const Triangles triangles = shapes::soup(3001, 0.1f), moved = dealt_out(triangles);
   const auto build = std::make_shared<DeviceBuild>(*gpu_, triangles, BuildSettings{});

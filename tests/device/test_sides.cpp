@@ -1,5 +1,5 @@
-// Tests of sides: the side of the nearest surface that a point lies on. Pseudonormals decide it, and it gives a
-// distance its sign. On closed meshes it must agree with the exact inside test. On open meshes it must agree with a
+// Tests of sides: on which side of the nearest surface a point lies. Pseudonormals decide the side, and the side gives
+// a distance its sign. On closed meshes it must agree with the exact inside test. On open meshes it must agree with a
 // computation in double precision over all triangles.
 #include <algorithm>
 #include <cmath>
@@ -43,7 +43,7 @@ shapes::Triangles bumpy(int levels) {
   return t;
 }
 
-/// A needle of four long sides, whose tips are far sharper than a right angle.
+/// A needle: an octahedron that is thin in y and z. Two of its tips are far sharper than a right angle.
 shapes::Triangles needle(float width) {
   shapes::Triangles t = shapes::sphere(0);
   for (Triangle& triangle : t)
@@ -89,8 +89,8 @@ TEST_F(Sides, OfClosedMeshesTellWhatIsInside) {
       for (std::size_t i = 0; i < points.size(); ++i) {
         ASSERT_LE(found[i].behind, 1u);
         // Points on the surface are left out: they count as not behind it, whatever exact_inside() says of them. In
-        // watertight, points nearer than `bound` are left out too: rounding may give them the wrong side. The bound
-        // assumes that the surface folds by 0.01 radians or more.
+        // mode watertight, points nearer than `bound` are left out too: rounding may give them the wrong side. Beside
+        // an edge this bound holds if the sine of half the angle between the faces is 0.01 or more.
         const double bound = 128 * kUnitRoundoff * shapes::reach_of(points[i], triangles[found[i].prim]) / 0.01;
         if (exact ? found[i].distance == 0 : double(found[i].distance) < bound) continue;
         EXPECT_EQ(found[i].behind != 0, exact_inside(points[i], triangles))
@@ -117,7 +117,8 @@ glm::dvec3 nearest_on(const glm::dvec3& p, const Triangle& t) {
 
 /// Returns the cosine between N and P - C, by brute force. P is the point, and C is the nearest point on the triangles.
 /// N is the sum of the normals of all triangles that hold C, each weighted by the angle that its triangle covers around
-/// C. Returns 0 where that is in doubt: P is nearly on the surface, or there are two nearest points.
+/// C. Returns 0 where that is in doubt: P is nearly on the surface, there are two nearest points, or C is nearly but
+/// not quite on an edge or at a corner.
 double side_of(const glm::dvec3& p, const shapes::Triangles& triangles) {
   double least = 1e300;
   glm::dvec3 c(0);
@@ -203,7 +204,7 @@ TEST_F(Sides, AtEdgesAndCornersWhereOneNormalFails) {
   EXPECT_GE(std::ranges::count_if(past, is_misleading), 6);
 }
 
-TEST_F(Sides, FollowTheTreeAndAreNotThereUnlessAskedFor) {
+TEST_F(Sides, AreNotThereUnlessAskedFor) {
   const auto t = make(gpu_, shapes::sphere(1));
   PointQueries queries(gpu_, t->tracer->tree());
   const ProbePoint asked[] = {{{0, 0, 0}, kAnywhere}, {{NAN, 0, 0}, kAnywhere}, {{3, 0, 0}, 1}};
