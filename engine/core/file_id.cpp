@@ -26,7 +26,7 @@ std::optional<FileId> file_id(const std::filesystem::path& path) {
     if (!S_ISREG(info.st_mode)) return std::nullopt;
     return FileId{info.st_dev, info.st_ino, {}};
   }
-  std::filesystem::path file = path;  // of a link, its target, which does not exist yet
+  std::filesystem::path file = path;  // a link is replaced below by its target, which does not exist yet
   std::error_code error;
   for (int links = 0; links < 40 && std::filesystem::is_symlink(std::filesystem::symlink_status(file, error)); ++links)
     file = file.parent_path() / std::filesystem::read_symlink(file, error);

@@ -1,7 +1,7 @@
 // Measures the builder `device`: milliseconds of each pass on the device, for wavy grids of any size and for scenes.
-// Also measures wide trees, refits and updates, and how fast the trees of the given builders are traced. Figures are
-// medians over the repeats, but two run once: the build before a trace or before refits on the host, and the host's
-// encoding of wide trees.
+// Also measures wide trees, refits and updates, and how fast the trees of the given builders are traced. Times are
+// medians over the repeats. Two kinds of work are timed only once: the build before a trace or before refits on the
+// host, and the host's encoding of wide trees.
 //
 // "device" is the sum of all passes, from triangles on the device to the pairs and leaves that kernels read. "wall" is
 // that time as the host sees it. It includes the host's wait for the size of the tree. Refits move every vertex up or
@@ -109,8 +109,8 @@ Spent measure(Context& gpu, const Scene& scene, const Args& args) {
   return spent;
 }
 
-/// Measures how the device makes wide trees of its pairs: to collapse a tree, which is done once, and to encode its
-/// boxes, which each refit asks for again. Prints the host's time for both steps together as well.
+/// Measures the two steps in which the device makes a wide tree of its pairs: it collapses them, then encodes the
+/// boxes. After a refit only the second step is needed. Also prints the host's time for both steps together.
 void measure_wide_trees(Context& gpu, const Scene& scene, const Args& args) {
   DeviceBuild build(gpu, scene.triangles, {});
   Buffer<glm::uvec4> pairs(gpu, std::size_t(build.built().pairs) * PAIR_TEXELS(LAYOUT_INTERLEAVED), Access::Storage,
@@ -331,7 +331,8 @@ int main(int argc, char** argv) {
   CLI::App app("Measures the builder of the device, refits and updates, and how fast the trees of builders are traced");
   app.add_option("SCENE", args.scenes, "scene files");
   app.add_option("--grids", args.grids, "triangles of wavy grids [1e4 to 1e7]; 0 leaves them out")->delimiter(',');
-  app.add_option("--builders", args.builders, "builders whose trees are traced [device,balanced,fast]")->delimiter(',');
+  app.add_option("--builders", args.builders, "builders whose trees are updated and traced [device,balanced,fast]")
+      ->delimiter(',');
   app.add_option("--rays", args.rays, "ray kinds [primary,shadow,ao,diffuse,secondary]")->delimiter(',');
   app.add_option("--methods", args.methods, "traversal methods [while-while]")->delimiter(',');
   app.add_option("--size", args.size, "width and height in pixels [1024]")->check(CLI::Range(1, 16384));

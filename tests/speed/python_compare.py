@@ -3,8 +3,9 @@
 
 Needs Ballot's package, `pip install ./engine/api/python`. The others are left out if they are missing:
 `pip install open3d embreex trimesh`. The mesh is a bumpy sphere. One million rays come from a camera, and as many are
-random. Each library is set up and warmed up by one call; then they take turns. Prints medians and, for Ballot, the time
-that the device itself took. For a comparison on equal terms, give all the same cores:
+random. The set-up of each library is timed first. For each kind of ray, one call warms each library up; then they take
+turns. Prints medians and, for Ballot, the time that the device itself took. For a comparison on equal terms, give all
+the same cores:
 
     taskset -c 0,1 env LP_NUM_THREADS=2 python3 tests/speed/python_compare.py
 """

@@ -62,7 +62,7 @@ constexpr HardCase kCases[] = {
     {"interpenetrating", "Ballot, design", "surfaces that cross are reported in the wrong order near the crossing",
      interpenetrating},
     // Trees.
-    {"chain", "tinybvh #192", "a tree as deep as a chain overflows the stack", chain},
+    {"chain", "tinybvh #192", "a tree that is one long chain overflows the stack", chain},
     {"same-box", "svenstaro/bvh #44", "triangles with equal boxes cannot be split", same_box},
     {"same-centroid", "svenstaro/bvh #44", "triangles with equal centroids cannot be split", same_centroid},
     {"degenerate-among-proper", "svenstaro/bvh #44; Ignis #3; tinybvh #249",
@@ -74,7 +74,8 @@ constexpr HardCase kCases[] = {
     {"on-surfaces", "pbrt-v4, shapes_test.cpp (Reintersect)", "a ray starts on a triangle, on its edge or vertex",
      on_surfaces},
     {"interval-ends", "Ballot, design", "t_min and t_max are at, just before and just after a hit", interval_ends},
-    {"offset-origins", "trimesh #48", "an origin that is offset by 10^-k hits the surface it left", offset_origins},
+    {"offset-origins", "trimesh #48",
+     "a ray that starts 1e-7 to 1 radii off a surface, and leaves it, hits that surface", offset_origins},
     {"collinear-report", "pbrt-v4, shapes_test.cpp (BadCases)", "a triangle of collinear vertices is hit",
      collinear_report},
     // Batches.

@@ -98,9 +98,10 @@ HardScene quantised_statue(bool quick) {
   return {scene_of("quantised-statue", mesh), std::move(sets)};
 }
 
-// The grid is so coarse that many triangles collapse to a line, and these are left out of the tree. Where such a
-// triangle lay, a long edge of one neighbour now runs along shorter edges of two others (a T-junction). Only rays along
-// an axis, for which the shear of the watertight test is zero, are sure to hit there.
+// The statue is so small that many triangles collapse to a line when vertices are rounded to integers. These triangles
+// are left out of the tree. Where such a triangle lay, a long edge of one neighbour now runs along shorter edges of two
+// others (a T-junction). Only rays along an axis, for which the shear of the watertight test is zero, are sure to hit
+// there.
 HardScene collapsed_statue(bool quick) {
   const float size = quick ? 6 : 12;
   const Triangles mesh = statue(quick ? 4 : 5, size);

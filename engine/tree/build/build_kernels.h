@@ -35,7 +35,7 @@ KernelSource frontier_source(const DeviceInfo& device, NodeLayout layout);
 /// Returns the sources of all kernels, in every variant.
 std::vector<KernelSource> build_sources(const DeviceInfo& device);
 
-/// Returns how many words the keys of this many bits take.
+/// Returns how many 32-bit words a key of this many bits takes.
 constexpr std::uint32_t key_words(std::uint32_t bits) { return bits > 32 ? 2 : 1; }
 
 /// Device milliseconds of the passes of a build, by name, in the order in which they ran.

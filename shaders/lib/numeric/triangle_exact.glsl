@@ -28,7 +28,7 @@ struct RaySpace {
   float start;                 // t of the scaled ray where the walked ray starts (nearer_origin.glsl)
   float origin_room;           // added to distances from the walked ray's origin; 0 if it is exact
   double open_t;               // no triangle that was left open is hit before this t; NOTHING_OPEN without any
-  uint first, marked;          // texel of a triangle of the leaf; a bit for each undecided triangle from there on
+  uint first, marked;          // texel of the leaf's first marked triangle; a bit for each marked one from there on
 };
 #define TRIANGLE_SETTLES
 const double NOTHING_OPEN = 1e300lf;
@@ -260,7 +260,7 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
       hit = decide(space, corners, texel, prim, best.prim, doubt, s);
     }
 #endif
-    // If the driver cuts loops short, this one too ends early.
+    // This loop is a probe: it must run at least twice. If the driver cuts loops short, it ends early.
     uint twice = 0u;
     while (twice < decisions + 1u) ++twice;
     cut = twice < 2u;
