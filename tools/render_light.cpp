@@ -38,7 +38,7 @@ void LightArgs::add_to(CLI::App& app) {
   app.add_option(
       "--sky", sky,
       "radiance of rays that leave the scene: none; R,G,B; gradient; gradient:ZENITH:HORIZON:GROUND, each R,G,B;\n"
-      "or a FILE.exr twice as wide as high (longitude by latitude), e.g. --sky 0.5,0.7,1\n"
+      "or a FILE.exr twice as wide as high (longitude by latitude); e.g. --sky 0.5,0.7,1\n"
       "[auto: gradient for " +
           lit + " if the scene has no light and no unlit material, and no --lamp is given]");
   app.add_option("--lamp", lamps, fmt::format("a point light for {}, may be repeated: {}", lit, kLampForm));

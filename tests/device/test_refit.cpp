@@ -19,8 +19,8 @@ using tree_shapes::kShapes;
 using tree_shapes::Shape;
 
 /// Reverses the order of the triangles with area. Turns all triangles by a third of a turn about a diagonal, and halves
-/// their coordinates. None of this rounds, so the same triangle numbers have area before and after. A tree of the
-/// triangles before fits those after badly.
+/// their coordinates. None of this rounds, so the same triangle numbers have area before and after. A tree that was
+/// built from the given triangles fits the returned ones badly.
 Triangles dealt_out(const Triangles& triangles) {
   std::vector<std::size_t> proper;
   for (std::size_t i = 0; i < triangles.size(); ++i)
@@ -41,7 +41,7 @@ bool refit(DeviceBuild& build, const Triangles& to) {
   build.begin_refit(bounds_of_vertices(to, "moved"));
   return build.end_refit();
 }
-/// Expects that the tree is sound for the triangles. Reads it back, and expects that the device told its cost.
+/// Expects that the tree is sound for the triangles. Reads it back, and expects the cost that the device reported.
 void expect_sound(DeviceBuild& build, const Triangles& triangles, const BuildSettings& settings = {}) {
   const double told = build.summary().stats.sah;
   const Bvh& bvh = build.bvh();
@@ -149,7 +149,8 @@ void expect_fresh_hits(Context& gpu, const Triangles& triangles, const Query& qu
     std::shared_ptr<DeviceBuild> there;
     if (builder.on_device) there = std::make_shared<DeviceBuild>(gpu, triangles, settings);
     Bvh bvh = there ? there->summary() : build_bvh(triangles, settings);
-    TreeFacts facts{.depth = 60, .largest_leaf = MAX_LEAF_TRIANGLES};  // as other tests: fewer kernels
+    // Kernels are compiled for the facts of a tree. Those of other tests are used where they do, for fewer kernels.
+    TreeFacts facts{.depth = 60, .largest_leaf = MAX_LEAF_TRIANGLES};
     while (facts.depth < std::max(bvh.stats.depth, fresh.stats.depth)) facts.depth *= 4;
     Tracer(gpu, fresh, moved, facts).trace(rays, expected, query);
     Tracer tracer(gpu, bvh, triangles, facts, there);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr float kWidth = 320, kHeight = 900, kWidgets = 540;  // kWidgets: the last widget ends here or above
 
-/// The toolkit with one window that shows the widgets of a query, with its knobs unfolded.
+/// An ImGui context with one ImGui window, which shows the widgets of a query with the knobs unfolded.
 class Bench {
  public:
   explicit Bench(const DeviceInfo& device) : device_(device) {

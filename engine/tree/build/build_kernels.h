@@ -29,7 +29,8 @@ KernelSource build_source(const std::string& name, const DeviceInfo& device, con
 /// Returns the source of the kernel that writes pairs in a layout.
 KernelSource write_source(const DeviceInfo& device, NodeLayout layout, Padding padding);
 
-/// Returns the source of the kernel that writes the frontier of pairs in a layout.
+/// Returns the source of the kernel that writes the frontier of a tree (shaders/shared/layout.h). It reads the tree's
+/// pairs in this layout.
 KernelSource frontier_source(const DeviceInfo& device, NodeLayout layout);
 
 /// Returns the sources of all kernels, in every variant.
