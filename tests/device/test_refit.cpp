@@ -149,7 +149,8 @@ void expect_fresh_hits(Context& gpu, const Triangles& triangles, const Query& qu
     std::shared_ptr<DeviceBuild> there;
     if (builder.on_device) there = std::make_shared<DeviceBuild>(gpu, triangles, settings);
     Bvh bvh = there ? there->summary() : build_bvh(triangles, settings);
-    // Kernels are compiled for the facts of a tree. Those of other tests are used where they do, for fewer kernels.
+    // Kernels are compiled for the facts of a tree. Other tests use these facts too, so their kernels serve here as
+    // well. A larger depth is taken only for trees that are deeper.
     TreeFacts facts{.depth = 60, .largest_leaf = MAX_LEAF_TRIANGLES};
     while (facts.depth < std::max(bvh.stats.depth, fresh.stats.depth)) facts.depth *= 4;
     Tracer(gpu, fresh, moved, facts).trace(rays, expected, query);

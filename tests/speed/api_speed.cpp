@@ -1,6 +1,6 @@
 // The library's speed as its users meet it: from arrays in memory to hits, on the device alone, and the latency of
 // small batches. One line for each measurement. Wall times are medians of several runs. Device times are those of
-// the last run; for rays that are traced in the background, 0 is printed instead.
+// the last run; those of batches are added up. For host arrays that are traced in the background, 0 is printed.
 //
 //   ballot_api_speed scenes/cornell.gltf [--size 4096] [--device gpu] [--repeat 5]
 #include <ballot/ballot.h>

@@ -52,7 +52,7 @@ constexpr HardCase kCases[] = {
      narrow_view},
     // Shapes.
     {"flat-walls", "Ballot, design", "the box of an axis-parallel triangle has an interval of length 0", flat_walls},
-    {"needles", "Embree, verify (sliver triangles)", "slivers lose their sign to rounding", needles},
+    {"needles", "Embree, verify (sliver triangles)", "rounding flips the sign of a sliver's edge functions", needles},
     {"thin-triangle", "Embree #387", "a thin triangle is missed 0.52 degrees off its plane", thin_triangle},
     {"grazing", "Embree #387; pbrt-v4, shapes_test.cpp", "rays in the plane of a triangle, or an ulp off it", grazing},
     {"duplicates", "Ballot, design", "among coincident triangles the first one that the traversal met is reported",
