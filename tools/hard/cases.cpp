@@ -53,7 +53,7 @@ constexpr HardCase kCases[] = {
     // Shapes.
     {"flat-walls", "Ballot, design", "the box of an axis-parallel triangle has an interval of length 0", flat_walls},
     {"needles", "Embree, verify (sliver triangles)", "rounding flips the sign of a sliver's edge functions", needles},
-    {"thin-triangle", "Embree #387", "a thin triangle is missed 0.52 degrees off its plane", thin_triangle},
+    {"thin-triangle", "Embree #387", "a thin triangle is missed by rays at 0.52 degrees to its plane", thin_triangle},
     {"grazing", "Embree #387; pbrt-v4, shapes_test.cpp", "rays in the plane of a triangle, or an ulp off it", grazing},
     {"duplicates", "Ballot, design", "among coincident triangles the first one that the traversal met is reported",
      duplicates},
@@ -101,7 +101,8 @@ constexpr HardPointCase kPointCases[] = {
      points_at_collinear},
     {"far-points", "Ballot, design", "squares of distances overflow; points with a NaN coordinate get an answer",
      far_points},
-    {"limits-at-distances", "Ballot, design", "the limit is the distance, an ulp less or more", limits_at_distances},
+    {"limits-at-distances", "Ballot, design", "the limit of the search is the distance, or an ulp below or above it",
+     limits_at_distances},
 };
 
 Scene with_vertex(const glm::vec3& bad) {
