@@ -37,7 +37,7 @@ constexpr HardCase kCases[] = {
     {"touching-shells", "Ballot, design",
      "an edge, a vertex or a face that surfaces have in common is crossed twice or not at all", touching_shells},
     {"far-shells", "Ballot, design", "nested surfaces at 1e7 are crossed in another order, or not at all", far_shells},
-    {"sliver-shells", "Ballot, design", "flattened closed meshes, of slivers, are crossed once or three times",
+    {"sliver-shells", "Ballot, design", "flattened closed meshes with slivers are crossed once or three times",
      sliver_shells},
     // Scales and places.
     {"tiny-spheres", "Embree, verify (small triangles)",

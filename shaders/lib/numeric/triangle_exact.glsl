@@ -267,7 +267,7 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
   }
   precise double det = s.side[0] + s.side[1] + s.side[2], weight1 = s.side[1] / det, weight2 = s.side[2] / det;
 #if BALLOT_DOUBTFUL == DOUBTFUL_LIMITED
-  hit = hit && !has_given_up();  // the walk has ended
+  hit = hit && !has_given_up();  // a ray that has given up takes no more hits
 #endif
   if (hit) {
     best = Hit(narrow(clamp(s.t, widen(ray.t_min), widen(ray.t_max))), prim, float(weight1), float(weight2));

@@ -17,7 +17,7 @@ struct Left {
 };
 
 thread_local int inside = 0;          // 1 while a call of the library runs Python code
-thread_local std::vector<Left> late;  // to let go of after it
+thread_local std::vector<Left> late;  // to let go of once that call has ended
 
 std::atomic<int> running{0};                           // scopes of Unlocked
 std::atomic<std::thread::id> last{std::thread::id{}};  // the only thread that may call, once the interpreter ends
