@@ -37,7 +37,7 @@ constexpr HardCase kCases[] = {
     {"touching-shells", "Ballot, design",
      "an edge, a vertex or a face that surfaces have in common is crossed twice or not at all", touching_shells},
     {"far-shells", "Ballot, design", "nested surfaces at 1e7 are crossed in another order, or not at all", far_shells},
-    {"sliver-shells", "Ballot, design", "flattened closed meshes with slivers are crossed once or three times",
+    {"sliver-shells", "Ballot, design", "rays from outside cross a flattened closed mesh once or three times",
      sliver_shells},
     // Scales and places.
     {"tiny-spheres", "Embree, verify (small triangles)",
@@ -126,7 +126,7 @@ constexpr HardRefusal kRefusals[] = {
      [] {
        return with_vertex({0, 0, -kInf});
      }},
-    {"beyond-1e12", "Embree #416", "the product of three lengths of 1e30 overflows float32", "1e+12",
+    {"beyond-1e12", "Embree #416", "products of lengths of 1e30 overflow float32", "1e+12",
      [] {
        return with_vertex({1e30f, 0, 0});
      }},

@@ -1,6 +1,6 @@
 // Deferred rays of paths that split at glass. Of the two rays, the mirrored one continues. The refracted one waits
 // until the mirrored one and all rays that come of it have ended. So a path works on one ray at a time, in an order of
-// its own, whatever the other paths of a wave do.
+// its own, whatever the other paths of its wave of rays (lib/path/kernel.glsl) do.
 
 Deferred at;  // the state of this invocation's path
 #define RAY_DEPTH at.depth
