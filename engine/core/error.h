@@ -12,7 +12,7 @@ namespace ballot {
 enum class Failure {
   Work = 1,       // bad input file, disk, out of memory, lost device
   Arguments = 2,  // the command line or a call's arguments are wrong
-  Device = 3,     // no usable Vulkan device
+  Device = 3,     // no usable Vulkan device, or no layer, display or CUDA device where one is asked for
 };
 
 /// The exception for failures that a user can meet. what() says what failed, where, what was found, what was expected,
