@@ -73,7 +73,7 @@ void check_outputs(VerifyArgs& args) {
 }
 
 /// Saves the run so far to its files; called after every block, so that a killed run loses little.
-void save(const RunArgs& args, const bench::Document& document) {
+void save_report(const RunArgs& args, const bench::Document& document) {
   const nlohmann::json json = bench::to_json(document);
   if (!document.partial || !descriptor_of(args.engine.json)) write_json(args.engine.json, json);  // a stream: once
   if (!args.report.empty()) write_json((fs::path(args.report) / "verify.json").string(), json);
@@ -112,7 +112,7 @@ Found measure(VerifyArgs& args) {
   auto scenes = scene_plan ? bench::load_scenes(given.scenes, *scene_plan, given.engine.load_options())
                            : std::vector<bench::LoadedScene>();
   Found found;
-  const bench::RunHooks hooks{print_places, [&](const bench::Document& document) { save(given, document); }};
+  const bench::RunHooks hooks{print_places, [&](const bench::Document& document) { save_report(given, document); }};
   if (scene_plan) found.run = bench::run(*scene_plan, std::move(scenes), options, hooks);
   if (hard && !found.run.document.partial) add_hard_cases(args, options, *hard, found);
   return found;
@@ -148,7 +148,7 @@ bool print_failures(const VerifyArgs& args, const Found& found) {
 
 int finish_run(const VerifyArgs& args, const Found& found) {
   const bench::RunResult& run = found.run;
-  save(args.run, run.document);
+  save_report(args.run, run.document);
   say("{}\n", verify::verdict(run.document));
   print_longest(run.document.longest);
   if (!args.run.report.empty()) {

@@ -7,13 +7,13 @@ namespace ballot {
 
 namespace {
 
-struct Row {
+struct TuningRow {
   VkDriverId driver;
   std::uint32_t from, to;  // Mesa versions [from, to) as 220306; 0 and 0xFFFFFFFF for any
   void (*tune)(const Method&, const NumericMode&, KernelConfig&);
 };
 
-const Row kRows[] = {
+const TuningRow kTuningRows[] = {
     // Mesa below 25: all loops of an invocation share 65 535 iterations. A subgroup that takes more than 16 batches
     // loses time to traversals that are cut short and traced again. Where idle lanes take new rays, a subgroup waits
     // for its last rays once, so 64 batches are 1.03 to 1.06 times as fast (tools/measured/traversal.md); decisions of
@@ -154,7 +154,7 @@ KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric,
   f.reduce = device.arithmetic && !device.is_cpu() ? Reduce::Integer : Reduce::Shuffle;  // tools/measured/traversal.md
   f.jump = device.is_cpu();  // an H200 gains nothing by it: 0.97 to 1.05 times as fast
   f.packet_stack = device.shuffle ? PacketStack::Lanes : PacketStack::Shared;
-  for (const Row& row : kRows) {
+  for (const TuningRow& row : kTuningRows) {
     const std::uint32_t version = device.mesa_version();
     if (row.driver == device.driver_id && version >= row.from && version < row.to) row.tune(method, numeric, f);
   }

@@ -29,7 +29,7 @@ struct CandidateRow {
 /// rays or, where rays are likely to be coherent, one for those. packet-wide with fallback is no candidate: it compiles
 /// for as long as all of these together, and was best by more than 3 % in 1 of 70 pairs of scene and ray class. On GPUs
 /// leaves one at a time (leaf_run=0) pay in scenes of large triangles.
-constexpr CandidateRow kRows[] = {
+constexpr CandidateRow kCandidateRows[] = {
     {.cpu = true, .method = "while-while", .entry_s = 0.10},
     {.cpu = true, .method = "bvh4-turns", .entry_s = 0.12},
     {.cpu = true, .method = "bvh4-turns", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
@@ -88,7 +88,7 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
   std::vector<Candidate> candidates;
   std::vector<std::pair<std::string_view, KernelConfig>> kernels;  // theirs: a row may ask for what is set anyway
   std::string why;
-  for (const CandidateRow& row : kRows) {
+  for (const CandidateRow& row : kCandidateRows) {
     if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
     if (row.incoherent && is_likely_coherent(query.rays)) continue;
     if (row.large && (!is_large(triangles, device) || !can_reorder(device))) continue;
@@ -108,7 +108,7 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
 }
 
 double entry_seconds(const Candidate& candidate, const DeviceInfo& device) {
-  for (const CandidateRow& row : kRows)
+  for (const CandidateRow& row : kCandidateRows)
     if (row.cpu == device.is_cpu() && row.method == candidate.method) return row.entry_s;
   return 0;
 }
