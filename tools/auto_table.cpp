@@ -9,6 +9,7 @@ namespace ballot::cli {
 namespace {
 
 std::string speed(const Candidate& c) {
+  if (c.put_off_s > 0) return fmt::format("{} (put off, as it takes {:.1f} s to compile)", c.name(), c.put_off_s);
   if (!c.tried) return c.name() + " (not tried yet)";
   return c.mrays_per_s > 0 ? fmt::format("{} {}", c.name(), bench::figure(c.mrays_per_s)) : c.name() + " (cannot run)";
 }
@@ -23,8 +24,11 @@ std::string others(const Choice& choice) {
 nlohmann::json to_json(const Choice& choice) {
   nlohmann::json candidates = nlohmann::json::array();
   for (const Candidate& c : choice.candidates)
-    candidates.push_back(
-        {{"method", c.method}, {"knobs", c.knobs}, {"mrays_per_s", c.mrays_per_s}, {"tried", c.tried}});
+    candidates.push_back({{"method", c.method},
+                          {"knobs", c.knobs},
+                          {"mrays_per_s", c.mrays_per_s},
+                          {"tried", c.tried},
+                          {"put_off_s", c.put_off_s}});
   return {{"rays", choice.rays},
           {"any", choice.want == Want::Any},
           {"numeric", choice.numeric},

@@ -102,21 +102,20 @@ TEST_F(Auto, CandidatesFollowTheQuery) {
     return all;
   };
   using Names = std::vector<std::string>;
-  EXPECT_EQ(names({}), (Names{"while-while", "bvh4-turns", "packet-wide fallback=0", "dynamic-fetch"}));
-  EXPECT_EQ(names({.rays = "primary"}),
-            (Names{"while-while", "packet-wide fallback=0", "bvh4-turns", "dynamic-fetch"}));
+  EXPECT_EQ(names({}), (Names{"while-while", "dynamic-fetch", "bvh4-turns", "packet-wide fallback=0"}));
+  EXPECT_EQ(names({.rays = "primary"}), names({}));
   EXPECT_EQ(names({.rays = "foreign: mixed, long"}), names({}));
   EXPECT_EQ(names({.knobs = {{"fallback", "1"}}}), (Names{"packet-wide fallback=1"}));
   EXPECT_EQ(names({.knobs = {{"sorted", "0"}}}),
-            (Names{"while-while sorted=0", "packet-wide fallback=0 sorted=0", "dynamic-fetch sorted=0"}));
-  EXPECT_EQ(names({.knobs = {{"refetch", "0.25"}}}), (Names{"bvh4-turns refetch=0.25", "dynamic-fetch refetch=0.25"}));
+            (Names{"while-while sorted=0", "dynamic-fetch sorted=0", "packet-wide fallback=0 sorted=0"}));
+  EXPECT_EQ(names({.knobs = {{"refetch", "0.25"}}}), (Names{"dynamic-fetch refetch=0.25", "bvh4-turns refetch=0.25"}));
   if (gpu_->info().float64) {
     EXPECT_EQ(names({.numeric = "exact"}), (Names{"while-while", "dynamic-fetch"}));
   }
   const auto in_large = candidates_for({}, gpu_->info(), 1 << 16);
   ASSERT_EQ(in_large.size(), 6u);
-  EXPECT_EQ(in_large[2].name(), "bvh4-turns reorder=1");
-  EXPECT_EQ(in_large[3].name(), "while-while reorder=1");  // where the host would have to collapse the tree
+  EXPECT_EQ(in_large[3].name(), "bvh4-turns reorder=1");
+  EXPECT_EQ(in_large[4].name(), "while-while reorder=1");  // where the host would have to collapse the tree
   EXPECT_EQ(candidates_for({.rays = "primary"}, gpu_->info(), 1 << 16).size(), 4u);  // coherent rays are not sorted
   EXPECT_THROW(names({.knobs = {{"vote", "any"}}}), Error);
   EXPECT_THROW(names({.knobs = {{"speed", "9"}}}), Error);
@@ -149,7 +148,7 @@ TEST_F(Auto, ChoicesOutliveTheProcess) {
 }
 
 // Other processes hold the processors meanwhile.
-TEST_F(Auto, ThreeProcessesTryEveryCandidate) {
+TEST_F(Auto, ThreeProcessesLeaveNoCandidate) {
   const fs::path folder = fs::temp_directory_path() / fmt::format("ballot-auto-three-{}", ::getpid());
   std::vector<std::jthread> others;
   for (int i = 0; i < 4; ++i)
@@ -193,7 +192,8 @@ TEST_F(Auto, TrialsGoOnOnceTheyCostLittleOfWhatWasTraced) {
   choices.note(query, std::size_t(1) << 40);
   EXPECT_FALSE(scene_->tracer->can_record(query, kMany));
   trace(rays, {});
-  EXPECT_LT(choices.find(query)->traced_s, 10);  // the fastest have raced again
+  EXPECT_LT(choices.find(query)->traced_s, 10);       // the fastest have raced again,
+  EXPECT_GT(choices.find(query)->since_entry_s, 10);  // which is no new candidate
   EXPECT_TRUE(choices.find(query)->complete());
   EXPECT_EQ(choices.find(query)->candidates.size(), candidates_for(query, gpu_->info()).size());
   expect_silent(*gpu_);
@@ -210,6 +210,24 @@ TEST_F(Auto, AllAreTriedAtOnceForMeasurements) {
   Buffer<Hit> hits(*gpu_, rays.size(), Access::Storage, "hits");
   scene_->tracer->trace(other, hits, kMany, {});
   EXPECT_GT(scene_->tracer->choices().changes(), changes);  // the rays lie in another buffer
+}
+
+TEST(AutoSorts, WhatWasPutOffPaysOnceEnoughWasTraced) {
+  Choice choice;
+  choice.rays = "diffuse";
+  choice.candidates = {{"while-while", {}, 5, true}};
+  choice.since_entry_s = 100;
+  EXPECT_TRUE(choice.complete());
+  EXPECT_FALSE(choice.pays(choice.paid_s()));
+  choice.candidates.push_back({"packet-wide", {}, 0, false, 6});
+  EXPECT_TRUE(choice.complete());
+  EXPECT_FALSE(choice.pays(choice.paid_s()));
+  choice.since_entry_s = 130;
+  EXPECT_TRUE(choice.pays(choice.paid_s()));
+  choice.since_entry_s = 25;  // sooner for rays that packets suit
+  EXPECT_FALSE(choice.pays(choice.paid_s()));
+  choice.rays = "primary";
+  EXPECT_TRUE(choice.pays(choice.paid_s()));
 }
 
 TEST(AutoSorts, CandidatesOnGpusAreNoTwins) {

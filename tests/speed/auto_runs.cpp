@@ -31,6 +31,20 @@ double run_once(const std::string& file, const RayKind& kind, const Args& args, 
   return found->remembered ? 0 : found->seconds;
 }
 
+/// Returns how many candidates are left for later runs.
+std::size_t untried(const Choice& choice) {
+  return std::size_t(
+      std::ranges::count_if(choice.candidates, [](const Candidate& c) { return !c.tried && c.put_off_s == 0; }));
+}
+
+/// Returns the seconds that each candidate takes to compile that was put off for it.
+std::string put_off(const Choice& choice) {
+  std::string text;
+  for (const Candidate& c : choice.candidates)
+    if (c.put_off_s > 0) text += fmt::format("{}{:.2f}", text.empty() ? "" : ", ", c.put_off_s);
+  return text;
+}
+
 /// Returns the time of the choice over that of the best candidate.
 double regret_of(const std::string& file, const RayKind& kind, const Args& args, const Choice& choice) {
   Engine engine(load_scene(file), {.device = args.device});
@@ -47,7 +61,7 @@ double regret_of(const std::string& file, const RayKind& kind, const Args& args,
 }
 
 void run(const Args& args) {
-  std::vector<std::string> header{"scene", "rays", "chosen", "not tried"};
+  std::vector<std::string> header{"scene", "rays", "chosen", "not tried", "put off, s"};
   for (std::uint32_t r = 1; r <= args.runs; ++r) header.push_back(fmt::format("run {}, s", r));
   header.push_back("regret");
   bench::Table table(header, 3);
@@ -60,7 +74,8 @@ void run(const Args& args) {
         spent.push_back(fmt::format("{:.2f}", run_once(file, kind, args, choice)));
       std::vector<std::string> cells{std::filesystem::path(file).stem().string(), std::string(kind.name)};
       cells.push_back(choice ? choice->chosen().name() : "too few rays");
-      cells.push_back(choice ? fmt::to_string(std::ranges::count(choice->candidates, false, &Candidate::tried)) : "");
+      cells.push_back(choice ? fmt::to_string(untried(*choice)) : "");
+      cells.push_back(choice ? put_off(*choice) : "");
       cells.insert(cells.end(), spent.begin(), spent.end());
       cells.push_back(choice ? fmt::format("{:.2f}", regret_of(file, kind, args, *choice)) : "");
       table.row(std::move(cells));

@@ -17,7 +17,6 @@ struct CandidateRow {
   std::string_view method;
   std::string_view knob = {}, value = {};  // empty: as the tuning table has it; a value of the query takes precedence
   bool any_only = false;
-  bool coherent = false;    // comes second for ray classes that are likely to be coherent
   bool incoherent = false;  // not tried for these
   bool large = false;       // for scenes of is_large() triangles alone
   double entry_s = 0;       // entry_seconds(), measured on lavapipe 22.3.6
@@ -25,17 +24,17 @@ struct CandidateRow {
 
 /// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
 /// from the best method in hindsight"). They are tried in this order. On CPUs, where a run has no time to compile more
-/// than one or two, the first compiles fastest and serves all rays before the choice. Then comes one for incoherent
-/// rays or, where rays are likely to be coherent, one for those. packet-wide with fallback is no candidate: it compiles
-/// for as long as all of these together, and was best by more than 3 % in 1 of 70 pairs of scene and ray class. On GPUs
-/// leaves one at a time (leaf_run=0) pay in scenes of large triangles.
+/// than one or two, those that compile fastest come first: the first serves all rays before the choice, and the others
+/// tell how slow the machine is before the slowest is considered. packet-wide with fallback is no candidate: it takes
+/// as long to compile as all of these together, and was best by more than 3 % in 1 of 70 pairs of scene and ray class.
+/// On GPUs leaves one at a time (leaf_run=0) pay in scenes of large triangles.
 constexpr CandidateRow kCandidateRows[] = {
     {.cpu = true, .method = "while-while", .entry_s = 0.10},
+    {.cpu = true, .method = "dynamic-fetch", .entry_s = 0.09},
     {.cpu = true, .method = "bvh4-turns", .entry_s = 0.12},
     {.cpu = true, .method = "bvh4-turns", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
     {.cpu = true, .method = "while-while", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
-    {.cpu = true, .method = "packet-wide", .knob = "fallback", .value = "0", .coherent = true, .entry_s = 0.34},
-    {.cpu = true, .method = "dynamic-fetch", .entry_s = 0.09},
+    {.cpu = true, .method = "packet-wide", .knob = "fallback", .value = "0", .entry_s = 0.34},
     {.method = "while-while"},
     {.method = "frontier"},
     {.method = "frontier", .knob = "sorted", .value = "0", .any_only = true},
@@ -100,8 +99,7 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
     const std::optional<KernelConfig> config = config_on(device, query, c, why);
     if (!config || std::ranges::find(kernels, std::pair{row.method, *config}) != kernels.end()) continue;
     kernels.emplace_back(row.method, *config);
-    const bool second = row.coherent && !candidates.empty() && is_likely_coherent(query.rays);
-    candidates.insert(second ? candidates.begin() + 1 : candidates.end(), std::move(c));
+    candidates.push_back(std::move(c));
   }
   if (candidates.empty()) fail(Failure::Arguments, "method auto has nothing to choose from: {}", why);
   return candidates;
@@ -124,7 +122,15 @@ Query unmeasured(const Query& query, const DeviceInfo& device) {
   return concrete;
 }
 
-bool Choice::complete() const { return std::ranges::all_of(candidates, &Candidate::tried); }
+bool Choice::complete() const {
+  return std::ranges::all_of(candidates, [](const Candidate& c) { return c.tried || c.put_off_s > 0; });
+}
+
+double Choice::paid_s() const { return (is_likely_coherent(rays) ? kShareForPackets : kShareOfTrials) * since_entry_s; }
+
+bool Choice::pays(double time_s) const {
+  return std::ranges::any_of(candidates, [&](const Candidate& c) { return c.put_off_s > 0 && c.put_off_s <= time_s; });
+}
 
 int Choice::runs_left() const { return std::max(1, kRunsOfTrials + 1 - runs); }
 

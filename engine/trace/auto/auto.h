@@ -19,6 +19,7 @@ struct Candidate {
   Knobs knobs;             // they override the tuning table
   double mrays_per_s = 0;  // million rays a second, on the sample; 0: could not run, or was not tried
   bool tried = false;
+  double put_off_s = 0;      // seconds that compiling takes, if that is why it was not tried; else 0
   std::string name() const;  // "packet-wide fallback=0"
 };
 
@@ -49,12 +50,17 @@ struct Choice {
 
   // Since the last trial of this process; not stored. By these the next one becomes due (chooser.h).
   double traced_s = 0;       // an estimate of the time that the device took for rays of this choice
+  double since_entry_s = 0;  // the same, since a candidate was last tried for the first time
   double trial_s = 0;        // what the next trial will take, as far as the last one tells; 0: unknown
   std::uint64_t buffer = 0;  // Buffer::id() of the rays that were tried
 
-  /// Returns true if every candidate was tried. CPU drivers take 0.1 to 0.7 s to compile a kernel, so candidates that
-  /// one process has no time for are left to the next; none is left after kRunsOfTrials.
+  /// Returns true if every candidate was tried or put off. CPU drivers take 0.1 to 0.7 s to compile a kernel, so
+  /// candidates that one process has no time for are left to the next; none is left after kRunsOfTrials.
   bool complete() const;
+  /// Returns the seconds of compiling that since_entry_s pays for.
+  double paid_s() const;
+  /// Returns true if a candidate that was put off takes no more than `time_s` seconds to compile.
+  bool pays(double time_s) const;
   /// Returns in how many processes, this one included, the untried candidates are tried.
   int runs_left() const;
 
@@ -65,6 +71,11 @@ struct Choice {
 
 /// After trials in so many processes a choice is complete.
 inline constexpr int kRunsOfTrials = 3;
+
+/// Of the time that rays of a choice have taken: what trials may take, what a candidate may take to compile if it was put
+/// off and the rays are likely to be coherent, and what another race of the fastest may take. Packets halve the time of
+/// coherent rays, so by a quarter of that time a run has lost about what they cost.
+inline constexpr double kShareOfTrials = 0.05, kShareForPackets = 0.25, kShareOfLooks = 0.01;
 
 /// The choices for one scene on one device. They are kept in memory and, if a folder is given, in a JSON file in it.
 /// The file's name follows from the device, driver, subgroup size, Ballot's commit and the tree. A file that cannot be

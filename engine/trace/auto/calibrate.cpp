@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <limits>
 
 #include "engine/core/error.h"
 #include "engine/trace/auto/chooser.h"
@@ -105,6 +106,7 @@ std::vector<Candidate> in_order(const std::vector<Candidate>& from, const std::v
     all.emplace_back(slowness[i], from[i]);
     const Runner& r = runners[i];
     all[i].second.tried = r.tried;
+    all[i].second.put_off_s = r.tried ? 0 : r.put_off_s;
     if (r.look_ms <= 0) continue;
     const std::size_t rounds = r.ms.size();
     const double speed = rounds > 0
@@ -126,16 +128,20 @@ std::vector<Runner> runners_of(const std::vector<Candidate>& candidates, const D
   for (const Candidate& c : candidates)
     runners.push_back({.tried = c.tried,
                        .slower = c.mrays_per_s > 0 ? candidates[0].mrays_per_s / c.mrays_per_s : 0,
-                       .entry_s = entry_seconds(c, device)});
+                       .entry_s = entry_seconds(c, device),
+                       .put_off_s = c.put_off_s});
   return runners;
 }
 
-/// Returns the rules but for the numbers of rays and samples.
-RaceRules rules_for(const std::vector<Runner>& runners, const Effort& effort, bool try_all, int runs_left) {
-  const auto untried = std::size_t(std::ranges::count(runners, false, &Runner::tried));
+/// Returns the rules but for the numbers of rays and samples. `paid_s`: what was traced since the last race pays for.
+RaceRules rules_for(const std::vector<Runner>& runners, const Effort& effort, bool try_all, int runs_left,
+                    double paid_s) {
+  const auto untried =
+      std::size_t(std::ranges::count_if(runners, [](const Runner& r) { return !r.tried && r.put_off_s == 0; }));
   const std::size_t share = (untried + std::size_t(runs_left) - 1) / std::size_t(runs_left);
-  return {.budget_s = try_all ? kPatienceSeconds : effort.budget_s,
+  return {.budget_s = try_all ? kPatienceSeconds : std::max(effort.budget_s, paid_s),
           .must = try_all ? runners.size() : share,
+          .patient = try_all,
           .rounds = effort.rounds,
           .statistic = effort.statistic};
 }
@@ -165,7 +171,7 @@ std::vector<Candidate> with_others(std::vector<Candidate> raced, const std::vect
       reference == raced.end() || before[0].mrays_per_s <= 0 ? 0 : reference->mrays_per_s / before[0].mrays_per_s;
   std::vector<Candidate> others;
   for (const Candidate& c : before)
-    if (in_race(c) == raced.end()) others.push_back({c.method, c.knobs, ratio * c.mrays_per_s, c.tried});
+    if (in_race(c) == raced.end()) others.push_back({c.method, c.knobs, ratio * c.mrays_per_s, c.tried, c.put_off_s});
   raced.insert(raced.end(), others.begin(), others.end());
   return raced;
 }
@@ -224,8 +230,8 @@ std::uint32_t Chooser::begin(Query& query, const Buffer<Ray>& rays, std::size_t 
   }
   const auto start = Clock::now();
   const Choice choice = choice_for(query);
-  const auto next =
-      std::find_if(choice.candidates.begin() + 1, choice.candidates.end(), [](const Candidate& c) { return !c.tried; });
+  const auto next = std::find_if(choice.candidates.begin() + 1, choice.candidates.end(),
+                                 [&](const Candidate& c) { return !c.tried && c.put_off_s <= choice.paid_s(); });
   if (next != choice.candidates.end()) prepare_(query_with(query, *next));
   begun_ = Clock::now() - start;
   return std::uint32_t(least);
@@ -246,6 +252,7 @@ bool Chooser::is_due(const Choice* known, const Buffer<Ray>& rays, std::size_t c
 bool Chooser::is_due(const Choice& choice) const {
   if (choice.candidates.size() == 1) return false;
   if (choice.remembered && !choice.complete()) return true;
+  if (choice.pays(choice.paid_s())) return true;
   const double trial_s = choice.trial_s > 0 ? choice.trial_s : effort_on(gpu_.info()).budget_s;
   return trial_s <= (choice.complete() ? kShareOfLooks : kShareOfTrials) * choice.traced_s;
 }
@@ -311,13 +318,14 @@ std::vector<Candidate> Chooser::candidates(const Query& query) const {
   return all;
 }
 
-/// Tries candidates of a choice or, if all have been tried, the fastest ones again. Adds the choice after each that was
+/// Tries candidates of a choice or, if none is left, the fastest ones again. Adds the choice after each that was
 /// tried, so that nothing is lost if the process ends.
 void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count) {
   const auto start = Clock::now() - std::exchange(begun_, {});
   Choice choice = choice_for(query);
   const Effort& effort = effort_on(gpu_.info());
-  const bool again = choice.complete();
+  const double paid_s = choices_.try_all ? std::numeric_limits<double>::infinity() : choice.paid_s();
+  const bool again = choice.complete() && !choice.pays(paid_s);
   if (!again) count_process(choice);
   if (choice.candidates.size() == 1) return choices_.add(choice);
   const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
@@ -328,7 +336,7 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
   Buffer<Hit> hits(gpu_, choice.sampled, Access::Storage, "hits of sampled rays");
   const std::vector<Candidate> from = again ? fastest_of(choice.candidates) : choice.candidates;
   std::vector<Runner> runners = again ? std::vector<Runner>(from.size()) : runners_of(from, gpu_.info());
-  RaceRules rules = rules_for(runners, effort, choices_.try_all, again ? 1 : choice.runs_left());
+  RaceRules rules = rules_for(runners, effort, choices_.try_all, again ? 1 : choice.runs_left(), again ? 0 : paid_s);
   rules.all_rays = double(count);
   rules.samples = number;
   rules.most_rays = choice.sampled;
@@ -362,10 +370,11 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
                       .trace = trace,
                       .prepare = [&](std::size_t i) { prepare_(query_with(query, from[i])); },
                       .keep = [&] { keep(rules.look_rays); }};
-  rules.budget_s -= std::min(seconds_since(start), 0.5 * rules.budget_s);
+  rules.spent_s = std::min(seconds_since(start), 0.5 * rules.budget_s);
   const std::size_t round = race(runners, rules, host);
   if (std::ranges::none_of(runners, [](const Runner& r) { return r.look_ms > 0; })) std::rethrow_exception(why);
   choice.traced_s = 0;
+  if (!again) choice.since_entry_s = 0;
   choice.trial_s = seconds_since(start) - compile_s + (choice.complete() ? 0 : compile_s / std::max(compiled, 1));
   choice.buffer = rays.id();
   keep(round);

@@ -25,8 +25,11 @@ std::string key_of(std::string_view rays, Want want, std::string_view numeric, c
 Json to_json(const Choice& c) {
   Json candidates = Json::array();
   for (const Candidate& each : c.candidates)
-    candidates.push_back(
-        {{"method", each.method}, {"knobs", each.knobs}, {"mrays_per_s", each.mrays_per_s}, {"tried", each.tried}});
+    candidates.push_back({{"method", each.method},
+                          {"knobs", each.knobs},
+                          {"mrays_per_s", each.mrays_per_s},
+                          {"tried", each.tried},
+                          {"put_off_s", each.put_off_s}});
   return {{"rays", c.rays},           {"any", c.want == Want::Any}, {"numeric", c.numeric},       {"knobs", c.knobs},
           {"candidates", candidates}, {"sampled", c.sampled},       {"calibration_s", c.seconds}, {"runs", c.runs}};
 }
@@ -45,8 +48,8 @@ Choice from_json(const Json& json) {
   c.numeric = json.at("numeric");
   c.knobs = json.at("knobs").get<Knobs>();
   for (const Json& each : json.at("candidates"))
-    c.candidates.push_back(
-        {each.at("method"), each.at("knobs").get<Knobs>(), each.at("mrays_per_s"), each.at("tried")});
+    c.candidates.push_back({each.at("method"), each.at("knobs").get<Knobs>(), each.at("mrays_per_s"), each.at("tried"),
+                            each.at("put_off_s")});
   c.sampled = count_of(json.at("sampled"));
   c.seconds = json.at("calibration_s");
   c.runs = int(std::min(count_of(json.at("runs")), std::uint32_t(kRunsOfTrials)));
@@ -125,7 +128,10 @@ void Choices::note(const Query& q, std::size_t rays) {
   const auto found = all_.find(key_of(q.rays, q.want, q.numeric, q.knobs));
   if (found == all_.end()) return;
   Choice& c = found->second;
-  if (c.chosen().mrays_per_s > 0) c.traced_s += double(rays) / c.chosen().mrays_per_s * 1e-6;
+  if (c.chosen().mrays_per_s <= 0) return;
+  const double seconds = double(rays) / c.chosen().mrays_per_s * 1e-6;
+  c.traced_s += seconds;
+  c.since_entry_s += seconds;
 }
 
 void Choices::add(Choice c) {

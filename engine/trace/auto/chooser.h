@@ -51,13 +51,12 @@ class Chooser {
   std::uint32_t begin(Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   /// The trial: lets candidates race on samples of these rays (race.h): those that 0.3 s or 5 % of the batch's time
-  /// suffice for, and as many that kRunsOfTrials processes try all.
+  /// suffice for, and as many that kRunsOfTrials processes leave none. Those that take longer than that to compile are
+  /// put off until 5 % of a batch's time, or Choice::paid_s() of what such rays have taken since, pays for them.
   void try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   /// Tells that `count` rays are traced by a query without resolve().
   void note(const Query& query, std::size_t count) { choices_.note(query, count); }
-
-  static constexpr double kShareOfTrials = 0.05, kShareOfLooks = 0.01;
 
   /// Returns true if the query is concrete, or no trial is due.
   bool has_chosen(const Query& query) const;

@@ -44,7 +44,7 @@ void put_out(std::vector<Runner>& runners, int round, const RaceRules& rules) {
 class Race {
  public:
   Race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host)
-      : runners_(runners), rules_(rules), host_(host), start_(host.now()) {}
+      : runners_(runners), rules_(rules), host_(host), start_(host.now() - rules.spent_s) {}
 
   /// Lets runners enter: the reference, those that must be tried, and those that the time left suffices for.
   void enter_all() {
@@ -54,7 +54,9 @@ class Race {
       const bool before = r.tried;
       r.out = true;
       if (before && i > 0) continue;
-      if (!before && fresh >= rules_.must && expected_s(r) > left()) continue;
+      r.put_off_s = i > 0 && takes_too_long(r) ? entry_at_least(r) : 0;
+      if (r.put_off_s > 0) continue;
+      if (!before && !rules_.patient && fresh >= rules_.must && expected_s(r) > left()) continue;
       if (fresh + !before < rules_.must) prepare_next(i);
       enter(i);
       fresh += !before && r.look_ms > 0;
@@ -100,6 +102,13 @@ class Race {
   /// Returns the seconds that a runner is likely to take to enter.
   double expected_s(const Runner& r) const { return r.entry_s > 0 ? pace_ * r.entry_s : longest_; }
 
+  /// Returns the seconds that a runner takes to enter at least, as the quickest of this race or an earlier one tells.
+  double entry_at_least(const Runner& r) const {
+    if (least_pace_ < kInfinity) return least_pace_ * r.entry_s;
+    return r.put_off_s > 0 ? r.put_off_s : r.entry_s;
+  }
+  bool takes_too_long(const Runner& r) const { return !rules_.patient && entry_at_least(r) > budget(); }
+
   /// Returns the seconds that a round takes if all runners but one trace it twice.
   double round_s(std::size_t rays) const {
     double ms = -least_look(runners_);
@@ -121,6 +130,7 @@ class Race {
   void enter(std::size_t i) {
     Runner& r = runners_[i];
     const double begin = host_.now(), others = least_look(runners_);
+    const bool fresh = !r.tried && i > 0;  // the reference may have been compiled for the rays before the race
     r.tried = true;
     r.out = !host_.compile(i);
     if (!r.out) {
@@ -130,7 +140,9 @@ class Race {
     }
     const double taken = host_.now() - begin;
     longest_ = std::max(longest_, taken);
-    if (r.entry_s > 0) pace_ = std::max(pace_, taken / r.entry_s);
+    if (r.entry_s <= 0) return;
+    pace_ = std::max(pace_, taken / r.entry_s);
+    if (fresh) least_pace_ = std::min(least_pace_, taken / r.entry_s);
   }
 
   /// Traces a sample again if `ms` is more than `enough`, as the runner may have been disturbed: once, and more often
@@ -144,10 +156,10 @@ class Race {
     return ms;
   }
 
-  /// Prepares the first runner after `i` that was not tried.
+  /// Prepares the first runner after `i` that was not tried and is not put off.
   void prepare_next(std::size_t i) const {
     const auto next = std::find_if(runners_.begin() + std::ptrdiff_t(i) + 1, runners_.end(),
-                                   [](const Runner& r) { return !r.tried; });
+                                   [&](const Runner& r) { return !r.tried && !takes_too_long(r); });
     if (host_.prepare && next != runners_.end()) host_.prepare(std::size_t(next - runners_.begin()));
   }
 
@@ -155,8 +167,9 @@ class Race {
   const RaceRules& rules_;
   const RaceHost& host_;
   const double start_;
-  double longest_ = 0;  // seconds that a runner took to enter
-  double pace_ = 1;     // the most times as long as expected that one took to enter
+  double longest_ = 0;             // seconds that a runner took to enter
+  double pace_ = 1;                // the most times as long as expected that one took to enter
+  double least_pace_ = kInfinity;  // the least, of those that were tried for the first time
 };
 
 }  // namespace

@@ -9,11 +9,12 @@ namespace ballot {
 
 /// A candidate in a race.
 struct Runner {
-  bool tried = false;  // in this race or in an earlier one
-  double slower = 0;   // from an earlier race: how many times as slow as the reference, the first runner; 0: unknown
-  double entry_s = 0;  // seconds to compile and look on a quiet device; 0: as long as the longest so far
-  bool out = false;    // takes part in no further round
-  double look_ms = 0;  // the first look; 0: none, as it cannot run or was not begun
+  bool tried = false;    // in this race or in an earlier one
+  double slower = 0;     // from an earlier race: how many times as slow as the reference, the first runner; 0: unknown
+  double entry_s = 0;    // seconds to enter on a quiet device; 0: as long as the longest so far
+  double put_off_s = 0;  // seconds that it takes to enter, if it was put off for them in this race or the last; else 0
+  bool out = false;      // takes part in no further round
+  double look_ms = 0;    // the first look; 0: none, as it cannot run or was not begun
   std::vector<double> ms = {};  // of each round
 };
 
@@ -26,8 +27,10 @@ enum class Statistic {
 struct RaceRules {
   double budget_s = 0.3;      // nothing is begun that would end later, except for `must` and 0.1 times as long rounds
   double share = 0.05;        // ... or after this share of the time that the fastest takes for `all_rays`, if longer
+  double spent_s = 0;         // of it, before the race
   double all_rays = 0;        // of the batch that waits for the race
-  std::size_t must = 1;       // untried runners that are tried in any case; the survivors trace a round
+  std::size_t must = 1;       // untried runners that are tried unless they are put off; the survivors trace a round
+  bool patient = false;       // no runner is put off, and all enter
   std::size_t samples = 1;    // rounds trace them in turn, as caches must not help from one to the next
   std::size_t look_rays = 1;  // of the first look
   std::size_t most_rays = 1;  // of a round: fewer if the look was slow, or little time is left
@@ -49,8 +52,9 @@ struct RaceHost {
 /// Tries runners in their order, the reference first, and lets those that may win trace samples in turn, until the time
 /// is up: successive halving (Karnin et al. 2013). A runner that is twice as slow as another at its first look, and at
 /// a second one, is out; later less suffices. Runners that were tried before do not run again, except the reference.
-/// While one enters, the next is prepared if it is tried in any case. Others enter if what they are expected to take is
-/// left: the device counts as slow as those that entered have found it.
+/// While one enters, the next is prepared if it is one of those that must be tried. Others enter if what they are
+/// expected to take is left: the device counts as slow as those that entered have found it. A runner that would take
+/// more than the budget alone is put off: it costs more than it gains, until a batch pays for it.
 /// Returns the rays of a round.
 std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host);
 
