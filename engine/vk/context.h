@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -201,7 +202,7 @@ class Context {
   const std::string& shader_error() const { return shader_error_; }
   void set_shader_error(std::string text) { shader_error_ = std::move(text); }
 
-  /// Notes that a shader was compiled: the driver may then write its own caches in the background.
+  /// Notes that a shader was compiled: the driver may then write its own caches in the background. Thread-safe.
   void note_compiled() { compiled_ = true; }
   /// Returns true if a shader was compiled, and not only loaded from the cache.
   bool has_compiled() const { return compiled_; }
@@ -266,7 +267,7 @@ class Context {
   double last_ms_ = 0, ended_ms_ = 0;
   Timed longest_;
   std::uint64_t shader_generation_ = 0, buffers_ = 0;
-  bool compiled_ = false;
+  std::atomic<bool> compiled_ = false;
   std::string shader_error_;
   std::string lost_;  // why the device was lost; "" as long as it is not
 };

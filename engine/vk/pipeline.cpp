@@ -190,13 +190,18 @@ std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSou
   return entry.made;
 }
 
-// The compiler of shaders serves one thread at a time; drivers make pipelines on any.
 void prepare_pipeline(Context& gpu, const KernelSource& source) {
   Entry& entry = entry_of(gpu, source);
   if (entry.made || entry.coming.valid()) return;
-  entry.coming = std::async(std::launch::async, [&gpu, source, spirv = compiled(gpu, source)]() -> Made {
-    return std::make_shared<const ComputePipeline>(gpu, source, spirv);
+  entry.coming = std::async(std::launch::async, [&gpu, source]() -> Made {
+    return std::make_shared<const ComputePipeline>(gpu, source, compiled(gpu, source));
   });
+}
+
+void settle_pipelines(Context& gpu) {
+  if (!gpu.pipelines()) return;
+  for (const auto& [key, entry] : *static_cast<Pipelines*>(gpu.pipelines().get()))
+    if (entry.coming.valid()) entry.coming.wait();
 }
 
 }  // namespace ballot

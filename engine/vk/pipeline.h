@@ -76,8 +76,11 @@ class ComputePipeline {
 /// first dispatch. Not thread-safe.
 std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSource& source);
 
-/// Compiles a source and begins to make its pipeline on another thread; pipeline_of() waits for it. Does nothing if
-/// that was begun or done before. Throws Error(Work) if the source does not compile. Not thread-safe.
+/// Begins to compile a source and to make its pipeline on another thread. pipeline_of() waits for it, and throws
+/// Error(Work) if the source does not compile. Does nothing if that was begun or done before. Not thread-safe.
 void prepare_pipeline(Context& gpu, const KernelSource& source);
+
+/// Waits until no pipeline is being made on another thread. Not thread-safe.
+void settle_pipelines(Context& gpu);
 
 }  // namespace ballot

@@ -31,7 +31,7 @@ enum class Calls { Kept, Inlined };
 /// Compiles the shader `file` of shader_folder() for Vulkan 1.2. An #include is relative to the including file. The
 /// cache ($XDG_CACHE_HOME/ballot/spirv) is keyed by the texts of the file and all that it includes, by the other
 /// arguments, and by the compiler's version.
-/// Throws Error(Work) with glslang's message, which names file and line. Not thread-safe.
+/// Throws Error(Work) with glslang's message, which names file and line. Thread-safe.
 Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache = true, Calls calls = Calls::Kept);
 
 /// The interface of a module: its bindings and the size of its push constants.

@@ -102,21 +102,28 @@ TEST_F(Auto, CandidatesFollowTheQuery) {
     return all;
   };
   using Names = std::vector<std::string>;
-  EXPECT_EQ(names({}), (Names{"while-while", "dynamic-fetch", "bvh4-turns", "packet-wide fallback=0"}));
-  EXPECT_EQ(names({.rays = "primary"}), names({}));
+  EXPECT_EQ(names({}), (Names{"while-while", "bvh4-turns", "packet-wide fallback=0 rays=2", "dynamic-fetch",
+                              "packet-wide fallback=0"}));
+  EXPECT_EQ(names({.rays = "primary"}), (Names{"while-while", "packet-wide fallback=0 rays=2", "bvh4-turns",
+                                               "dynamic-fetch", "packet-wide fallback=0"}));
   EXPECT_EQ(names({.rays = "foreign: mixed, long"}), names({}));
-  EXPECT_EQ(names({.knobs = {{"fallback", "1"}}}), (Names{"packet-wide fallback=1"}));
+  EXPECT_EQ(names({.knobs = {{"fallback", "1"}}}), (Names{"packet-wide fallback=1 rays=2", "packet-wide fallback=1"}));
+  EXPECT_EQ(names({.knobs = {{"rays", "4"}}}), (Names{"packet-wide fallback=0 rays=4"}));
   EXPECT_EQ(names({.knobs = {{"sorted", "0"}}}),
-            (Names{"while-while sorted=0", "dynamic-fetch sorted=0", "packet-wide fallback=0 sorted=0"}));
-  EXPECT_EQ(names({.knobs = {{"refetch", "0.25"}}}), (Names{"dynamic-fetch refetch=0.25", "bvh4-turns refetch=0.25"}));
+            (Names{"while-while sorted=0", "packet-wide fallback=0 rays=2 sorted=0", "dynamic-fetch sorted=0",
+                   "packet-wide fallback=0 sorted=0"}));
+  EXPECT_EQ(names({.knobs = {{"refetch", "0.25"}}}), (Names{"bvh4-turns refetch=0.25", "dynamic-fetch refetch=0.25"}));
   if (gpu_->info().float64) {
     EXPECT_EQ(names({.numeric = "exact"}), (Names{"while-while", "dynamic-fetch"}));
   }
   const auto in_large = candidates_for({}, gpu_->info(), 1 << 16);
-  ASSERT_EQ(in_large.size(), 6u);
-  EXPECT_EQ(in_large[3].name(), "bvh4-turns reorder=1");
-  EXPECT_EQ(in_large[4].name(), "while-while reorder=1");  // where the host would have to collapse the tree
-  EXPECT_EQ(candidates_for({.rays = "primary"}, gpu_->info(), 1 << 16).size(), 4u);  // coherent rays are not sorted
+  ASSERT_EQ(in_large.size(), 7u);
+  EXPECT_EQ(in_large[4].name(), "bvh4-turns reorder=1");
+  EXPECT_EQ(in_large[5].name(), "while-while reorder=1");  // where the host would have to collapse the tree
+  EXPECT_EQ(candidates_for({.rays = "primary"}, gpu_->info(), 1 << 16).size(), 5u);  // coherent rays are not sorted
+  EXPECT_EQ(entry_seconds({"packet-wide", {{"fallback", "0"}, {"rays", "2"}}}, gpu_->info()), 0.14);
+  EXPECT_EQ(entry_seconds({"packet-wide", {{"fallback", "0"}}}, gpu_->info()), 0.34);
+  EXPECT_EQ(entry_seconds({"packet-wide", {{"fallback", "1"}}}, gpu_->info()), 0.34);
   EXPECT_THROW(names({.knobs = {{"vote", "any"}}}), Error);
   EXPECT_THROW(names({.knobs = {{"speed", "9"}}}), Error);
 }

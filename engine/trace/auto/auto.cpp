@@ -1,6 +1,7 @@
 #include "engine/trace/auto/auto.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -15,8 +16,10 @@ namespace {
 struct CandidateRow {
   bool cpu = false;
   std::string_view method;
-  std::string_view knob = {}, value = {};  // empty: as the tuning table has it; a value of the query takes precedence
+  /// Names and values; empty: as the tuning table has it. A value of the query takes precedence.
+  std::array<std::pair<std::string_view, std::string_view>, 2> knobs = {};
   bool any_only = false;
+  bool coherent = false;    // comes second for ray classes that are likely to be coherent
   bool incoherent = false;  // not tried for these
   bool large = false;       // for scenes of is_large() triangles alone
   double entry_s = 0;       // entry_seconds(), measured on lavapipe 22.3.6
@@ -24,31 +27,37 @@ struct CandidateRow {
 
 /// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
 /// from the best method in hindsight"). They are tried in this order. On CPUs, where a run has no time to compile more
-/// than one or two, those that compile fastest come first: the first serves all rays before the choice, and the others
-/// tell how slow the machine is before the slowest is considered. packet-wide with fallback is no candidate: it takes
-/// as long to compile as all of these together, and was best by more than 3 % in 1 of 70 pairs of scene and ray class.
-/// On GPUs leaves one at a time (leaf_run=0) pay in scenes of large triangles.
+/// than one or two, those that compile fastest come first: the first serves all rays before the choice. Then comes one
+/// for incoherent rays or, where rays are likely to be coherent, one for those. They tell how slow the machine is before
+/// the slowest is considered, packet-wide with eight rays a lane. Two rays compile in 0.4 of its time, for 0.7 to 0.95 of
+/// its speed. packet-wide with fallback is no candidate: it takes longer still, and was best by more than 3 % in 1 of 70
+/// pairs of scene and ray class. On GPUs leaves one at a time (leaf_run=0) pay in scenes of large triangles.
 constexpr CandidateRow kCandidateRows[] = {
     {.cpu = true, .method = "while-while", .entry_s = 0.10},
-    {.cpu = true, .method = "dynamic-fetch", .entry_s = 0.09},
     {.cpu = true, .method = "bvh4-turns", .entry_s = 0.12},
-    {.cpu = true, .method = "bvh4-turns", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
-    {.cpu = true, .method = "while-while", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
-    {.cpu = true, .method = "packet-wide", .knob = "fallback", .value = "0", .entry_s = 0.34},
+    {.cpu = true,
+     .method = "packet-wide",
+     .knobs = {{{"fallback", "0"}, {"rays", "2"}}},
+     .coherent = true,
+     .entry_s = 0.14},
+    {.cpu = true, .method = "dynamic-fetch", .entry_s = 0.12},
+    {.cpu = true, .method = "bvh4-turns", .knobs = {{{"reorder", "1"}}}, .incoherent = true, .large = true},
+    {.cpu = true, .method = "while-while", .knobs = {{{"reorder", "1"}}}, .incoherent = true, .large = true},
+    {.cpu = true, .method = "packet-wide", .knobs = {{{"fallback", "0"}}}, .entry_s = 0.34},
     {.method = "while-while"},
     {.method = "frontier"},
-    {.method = "frontier", .knob = "sorted", .value = "0", .any_only = true},
+    {.method = "frontier", .knobs = {{{"sorted", "0"}}}, .any_only = true},
     {.method = "dynamic-fetch"},
     {.method = "bvh8", .incoherent = true},
-    {.method = "bvh8", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
-    {.method = "dynamic-fetch", .knob = "reorder", .value = "1", .incoherent = true, .large = true},
-    {.method = "bvh8", .knob = "sorted", .value = "0", .any_only = true, .incoherent = true},
+    {.method = "bvh8", .knobs = {{{"reorder", "1"}}}, .incoherent = true, .large = true},
+    {.method = "dynamic-fetch", .knobs = {{{"reorder", "1"}}}, .incoherent = true, .large = true},
+    {.method = "bvh8", .knobs = {{{"sorted", "0"}}}, .any_only = true, .incoherent = true},
     {.method = "if-if"},
-    {.method = "frontier", .knob = "frontier", .value = "32"},
-    {.method = "while-while", .knob = "sorted", .value = "0", .any_only = true},
-    {.method = "while-while", .knob = "leaf_run", .value = "0"},
-    {.method = "frontier", .knob = "leaf_run", .value = "0"},
-    {.method = "dynamic-fetch", .knob = "leaf_run", .value = "0"},
+    {.method = "frontier", .knobs = {{{"frontier", "32"}}}},
+    {.method = "while-while", .knobs = {{{"sorted", "0"}}}, .any_only = true},
+    {.method = "while-while", .knobs = {{{"leaf_run", "0"}}}},
+    {.method = "frontier", .knobs = {{{"leaf_run", "0"}}}},
+    {.method = "dynamic-fetch", .knobs = {{{"leaf_run", "0"}}}},
 };
 
 /// Returns true for the ray classes whose neighbours mostly walk alike.
@@ -75,6 +84,13 @@ std::optional<KernelConfig> config_on(const DeviceInfo& device, const Query& que
   }
 }
 
+/// Returns true if the candidate has this value of a knob, or if the knob has no name.
+bool has_knob(const Candidate& candidate, const std::pair<std::string_view, std::string_view>& knob) {
+  if (knob.first.empty()) return true;
+  const auto found = candidate.knobs.find(std::string(knob.first));
+  return found != candidate.knobs.end() && found->second == knob.second;
+}
+
 }  // namespace
 
 std::string Candidate::name() const {
@@ -95,20 +111,26 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
     const Method& method = find_method(row.method);
     if (format_of(method.tree).collapsed() && find_numeric(query.numeric).needs_float64) continue;
     Candidate c{std::string(row.method), query.knobs};
-    if (!row.knob.empty()) c.knobs.emplace(row.knob, row.value);
+    for (const auto& [knob, value] : row.knobs)
+      if (!knob.empty()) c.knobs.emplace(knob, value);
     const std::optional<KernelConfig> config = config_on(device, query, c, why);
     if (!config || std::ranges::find(kernels, std::pair{row.method, *config}) != kernels.end()) continue;
     kernels.emplace_back(row.method, *config);
-    candidates.push_back(std::move(c));
+    const bool second = row.coherent && !candidates.empty() && is_likely_coherent(query.rays);
+    candidates.insert(second ? candidates.begin() + 1 : candidates.end(), std::move(c));
   }
   if (candidates.empty()) fail(Failure::Arguments, "method auto has nothing to choose from: {}", why);
   return candidates;
 }
 
 double entry_seconds(const Candidate& candidate, const DeviceInfo& device) {
-  for (const CandidateRow& row : kCandidateRows)
-    if (row.cpu == device.is_cpu() && row.method == candidate.method) return row.entry_s;
-  return 0;
+  double longest = 0;
+  for (const CandidateRow& row : kCandidateRows) {
+    if (row.cpu != device.is_cpu() || row.method != candidate.method) continue;
+    if (std::ranges::all_of(row.knobs, [&](const auto& knob) { return has_knob(candidate, knob); })) return row.entry_s;
+    longest = std::max(longest, row.entry_s);
+  }
+  return longest;
 }
 
 Query unmeasured(const Query& query, const DeviceInfo& device) {

@@ -9,6 +9,7 @@
 #include "engine/trace/auto/chooser.h"
 #include "engine/trace/auto/coherence.h"
 #include "engine/trace/auto/race.h"
+#include "engine/vk/pipeline.h"
 
 namespace ballot {
 
@@ -136,10 +137,11 @@ std::vector<Runner> runners_of(const std::vector<Candidate>& candidates, const D
 /// Returns the rules but for the numbers of rays and samples. `paid_s`: what was traced since the last race pays for.
 RaceRules rules_for(const std::vector<Runner>& runners, const Effort& effort, bool try_all, int runs_left,
                     double paid_s) {
-  const auto untried =
-      std::size_t(std::ranges::count_if(runners, [](const Runner& r) { return !r.tried && r.put_off_s == 0; }));
+  const double budget_s = std::max(effort.budget_s, paid_s);
+  const auto untried = std::size_t(std::ranges::count_if(
+      runners, [&](const Runner& r) { return !r.tried && std::max(r.put_off_s, r.entry_s) <= budget_s; }));
   const std::size_t share = (untried + std::size_t(runs_left) - 1) / std::size_t(runs_left);
-  return {.budget_s = try_all ? kPatienceSeconds : std::max(effort.budget_s, paid_s),
+  return {.budget_s = try_all ? kPatienceSeconds : budget_s,
           .must = try_all ? runners.size() : share,
           .patient = try_all,
           .rounds = effort.rounds,
@@ -369,6 +371,7 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
                       .compile = compile,
                       .trace = trace,
                       .prepare = [&](std::size_t i) { prepare_(query_with(query, from[i])); },
+                      .settle = [&] { settle_pipelines(gpu_); },
                       .keep = [&] { keep(rules.look_rays); }};
   rules.spent_s = std::min(seconds_since(start), 0.5 * rules.budget_s);
   const std::size_t round = race(runners, rules, host);

@@ -8,9 +8,10 @@ namespace ballot {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kHopeless = 2;    // so many times as slow as the fastest at the first look: out
-constexpr double kOutpaced = 1.5;  // after a round
-constexpr double kAgainMs = 4;     // what a runner may take to show that it was disturbed
+constexpr double kHopeless = 2;      // so many times as slow as the fastest at the first look: out
+constexpr double kOutpaced = 1.5;    // after a round
+constexpr double kUnprepared = 1.5;  // so many times as long one takes to enter that was not prepared, at most
+constexpr double kAgainMs = 4;       // what a runner may take to show that it was disturbed
 constexpr std::size_t kRoundsToHalve = 3;
 constexpr double kRoundShare = 0.1;  // of the budget: what a runner may take for a round
 constexpr double kLeastShare = 0.1;  // of the budget, for rounds in any case
@@ -56,7 +57,7 @@ class Race {
       if (before && i > 0) continue;
       r.put_off_s = i > 0 && takes_too_long(r) ? entry_at_least(r) : 0;
       if (r.put_off_s > 0) continue;
-      if (!before && !rules_.patient && fresh >= rules_.must && expected_s(r) > left()) continue;
+      if (!before && !rules_.patient && fresh >= rules_.must && kUnprepared * expected_s(r) > left()) continue;
       if (fresh + !before < rules_.must) prepare_next(i);
       enter(i);
       fresh += !before && r.look_ms > 0;
@@ -133,6 +134,7 @@ class Race {
     const bool fresh = !r.tried && i > 0;  // the reference may have been compiled for the rays before the race
     r.tried = true;
     r.out = !host_.compile(i);
+    if (host_.settle) host_.settle();
     if (!r.out) {
       r.look_ms = std::max(host_.trace(i, 0, rules_.look_rays), 1e-9);
       r.look_ms = confirmed(i, 0, rules_.look_rays, r.look_ms, kHopeless * others);

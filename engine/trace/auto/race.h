@@ -46,6 +46,8 @@ struct RaceHost {
   std::function<double(std::size_t runner, std::size_t sample, std::size_t rays)> trace;
   /// Begins to compile a runner beside what else is done, so that compile() takes less. Empty: nothing is begun.
   std::function<void(std::size_t runner)> prepare = {};
+  std::function<void()> settle =
+      {};                           // waits for what prepare() began, which would slow down the look at another runner
   std::function<void()> keep = {};  // the runners tell something new, which is to survive an interruption
 };
 
