@@ -27,11 +27,11 @@ struct CandidateRow {
 
 /// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
 /// from the best method in hindsight"). They are tried in this order. On CPUs, where a run has no time to compile more
-/// than one or two, those that compile fastest come first: the first serves all rays before the choice. Then comes one
-/// for incoherent rays or, where rays are likely to be coherent, one for those. They tell how slow the machine is before
-/// the slowest is considered, packet-wide with eight rays a lane. Two rays compile in 0.4 of its time, for 0.7 to 0.95 of
-/// its speed. packet-wide with fallback is no candidate: it takes longer still, and was best by more than 3 % in 1 of 70
-/// pairs of scene and ray class. On GPUs leaves one at a time (leaf_run=0) pay in scenes of large triangles.
+/// than one or two, the first is the one that compiles fastest: it serves all rays before the choice. Then comes one
+/// for incoherent rays or, where rays are likely to be coherent, one for those. The last is packet-wide with eight rays
+/// a lane. With two rays it compiles in 0.4 of that time and has 0.7 to 0.95 of the speed. With fallback it is no
+/// candidate: it takes longer still, and was best by more than 3 % in 1 of 70 pairs of scene and ray class. On GPUs
+/// leaves one at a time (leaf_run=0) pay in scenes of large triangles.
 constexpr CandidateRow kCandidateRows[] = {
     {.cpu = true, .method = "while-while", .entry_s = 0.10},
     {.cpu = true, .method = "bvh4-turns", .entry_s = 0.12},

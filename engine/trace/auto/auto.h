@@ -72,9 +72,9 @@ struct Choice {
 /// After trials in so many processes a choice is complete.
 inline constexpr int kRunsOfTrials = 3;
 
-/// Of the time that rays of a choice have taken: what trials may take, what a candidate may take to compile if it was put
-/// off and the rays are likely to be coherent, and what another race of the fastest may take. Packets halve the time of
-/// coherent rays, so by a quarter of that time a run has lost about what they cost.
+/// Shares of the time that rays of a choice have taken: what trials may take; what a candidate that was put off may
+/// take to compile if the rays are likely to be coherent; and what another race of the fastest may take. The second is
+/// high because packets of many rays save up to half of the time of coherent rays.
 inline constexpr double kShareOfTrials = 0.05, kShareForPackets = 0.25, kShareOfLooks = 0.01;
 
 /// The choices for one scene on one device. They are kept in memory and, if a folder is given, in a JSON file in it.

@@ -12,7 +12,7 @@ struct Runner {
   bool tried = false;    // in this race or in an earlier one
   double slower = 0;     // from an earlier race: how many times as slow as the reference, the first runner; 0: unknown
   double entry_s = 0;    // seconds to enter on a quiet device; 0: as long as the longest so far
-  double put_off_s = 0;  // seconds that it takes to enter, if it was put off for them in this race or the last; else 0
+  double put_off_s = 0;  // seconds that it would take to enter, if it is put off for that reason; else 0
   bool out = false;      // takes part in no further round
   double look_ms = 0;    // the first look; 0: none, as it cannot run or was not begun
   std::vector<double> ms = {};  // of each round
@@ -27,7 +27,7 @@ enum class Statistic {
 struct RaceRules {
   double budget_s = 0.3;      // nothing is begun that would end later, except for `must` and 0.1 times as long rounds
   double share = 0.05;        // ... or after this share of the time that the fastest takes for `all_rays`, if longer
-  double spent_s = 0;         // of it, before the race
+  double spent_s = 0;         // seconds of that which were spent before the race
   double all_rays = 0;        // of the batch that waits for the race
   std::size_t must = 1;       // untried runners that are tried unless they are put off; the survivors trace a round
   bool patient = false;       // no runner is put off, and all enter
@@ -46,8 +46,8 @@ struct RaceHost {
   std::function<double(std::size_t runner, std::size_t sample, std::size_t rays)> trace;
   /// Begins to compile a runner beside what else is done, so that compile() takes less. Empty: nothing is begun.
   std::function<void(std::size_t runner)> prepare = {};
-  std::function<void()> settle =
-      {};                           // waits for what prepare() began, which would slow down the look at another runner
+  /// Waits for what prepare() began, so that it does not slow down the look at another runner.
+  std::function<void()> settle = {};
   std::function<void()> keep = {};  // the runners tell something new, which is to survive an interruption
 };
 
