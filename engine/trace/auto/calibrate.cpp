@@ -371,7 +371,7 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
                       .compile = compile,
                       .trace = trace,
                       .prepare = [&](std::size_t i) { prepare_(query_with(query, from[i])); },
-                      .settle = [&] { settle_pipelines(gpu_); },
+                      .settle = gpu_.info().is_cpu() ? [&] { settle_pipelines(gpu_); } : std::function<void()>(),
                       .keep = [&] { keep(rules.look_rays); }};
   rules.spent_s = std::min(seconds_since(start), 0.5 * rules.budget_s);
   const std::size_t round = race(runners, rules, host);

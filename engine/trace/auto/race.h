@@ -46,7 +46,7 @@ struct RaceHost {
   std::function<double(std::size_t runner, std::size_t sample, std::size_t rays)> trace;
   /// Begins to compile a runner beside what else is done, so that compile() takes less. Empty: nothing is begun.
   std::function<void(std::size_t runner)> prepare = {};
-  /// Waits for what prepare() began, so that it does not slow down the look at another runner.
+  /// Waits for what prepare() began. Empty where that does not slow down the look at another runner, as on GPUs.
   std::function<void()> settle = {};
   std::function<void()> keep = {};  // the runners tell something new, which is to survive an interruption
 };
