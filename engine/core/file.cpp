@@ -237,8 +237,11 @@ fs::path cache_folder() {
   if (xdg && fs::path(xdg).is_absolute()) return fs::path(xdg) / "ballot";
   const char* home = std::getenv("HOME");
   if (!home || !*home) {
-    const passwd* user = ::getpwuid(::getuid());
-    home = user ? user->pw_dir : nullptr;
+    static const std::string of_user = [] {
+      const passwd* user = ::getpwuid(::getuid());
+      return std::string(user && user->pw_dir ? user->pw_dir : "");
+    }();
+    home = of_user.c_str();
   }
   if (!home || !*home) fail(Failure::Work, "no folder for the cache: set XDG_CACHE_HOME or HOME");
   return fs::path(home) / ".cache" / "ballot";

@@ -204,8 +204,10 @@ class Context {
 
   /// Notes that a shader was compiled: the driver may then write its own caches in the background. Thread-safe.
   void note_compiled() { compiled_ = true; }
-  /// Returns true if a shader was compiled, and not only loaded from the cache.
-  bool has_compiled() const { return compiled_; }
+  /// Returns true if a shader was compiled, and not only loaded from the cache, or if a pipeline is being made.
+  bool has_compiled() const { return compiled_ || preparing_ > 0; }
+  /// Counts the pipelines that other threads are making. Thread-safe.
+  std::atomic<int>& preparing() { return preparing_; }
 
   /// Returns a number that no other buffer of this context ever has.
   std::uint64_t next_buffer_id() { return ++buffers_; }
@@ -268,6 +270,7 @@ class Context {
   Timed longest_;
   std::uint64_t shader_generation_ = 0, buffers_ = 0;
   std::atomic<bool> compiled_ = false;
+  std::atomic<int> preparing_ = 0;
   std::string shader_error_;
   std::string lost_;  // why the device was lost; "" as long as it is not
 };

@@ -193,7 +193,10 @@ std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSou
 void prepare_pipeline(Context& gpu, const KernelSource& source) {
   Entry& entry = entry_of(gpu, source);
   if (entry.made || entry.coming.valid()) return;
-  entry.coming = std::async(std::launch::async, [&gpu, source]() -> Made {
+  ++gpu.preparing();
+  const auto done = [&gpu](void*) { --gpu.preparing(); };
+  entry.coming = std::async(std::launch::async, [&gpu, source, done]() -> Made {
+    const std::unique_ptr<void, decltype(done)> preparing(&gpu, done);
     return std::make_shared<const ComputePipeline>(gpu, source, compiled(gpu, source));
   });
 }

@@ -187,7 +187,8 @@ TEST_F(Auto, TrialsGoOnOnceTheyCostLittleOfWhatWasTraced) {
   const auto at_first = tried();
   trace(rays, {});
   EXPECT_EQ(tried(), at_first);  // too little was traced since
-  for (int i = 0; i < 3 && !choices.find(query)->complete(); ++i) {
+  const auto all = std::ptrdiff_t(choices.find(query)->candidates.size());
+  for (int i = 0; i < 4 && tried() < all; ++i) {
     const auto before = tried();
     choices.note(query, std::size_t(1) << 40);
     trace(rays, {});
@@ -203,6 +204,43 @@ TEST_F(Auto, TrialsGoOnOnceTheyCostLittleOfWhatWasTraced) {
   EXPECT_GT(choices.find(query)->since_entry_s, 10);  // which is no new candidate
   EXPECT_TRUE(choices.find(query)->complete());
   EXPECT_EQ(choices.find(query)->candidates.size(), candidates_for(query, gpu_->info()).size());
+  expect_silent(*gpu_);
+}
+
+TEST_F(Auto, ACandidateIsPutOffUntilTheRaysPayForIt) {
+  const auto rays = shapes::random_rays(kMany);
+  trace(rays, {});
+  Choices& choices = scene_->tracer->choices();
+  const Query query{.rays = scene_->tracer->ray_class(rays)};
+  const auto put_off = [&](double seconds, double mrays_per_s) {
+    Choice choice = *choices.find(query);
+    for (Candidate& c : choice.candidates) c.tried = true, c.put_off_s = 0;
+    Candidate& last = choice.candidates.back();
+    last.tried = false, last.put_off_s = seconds, last.mrays_per_s = 0;
+    choice.candidates.front().mrays_per_s = mrays_per_s;
+    choice.traced_s = choice.since_entry_s = 0;
+    choices.add(choice);
+  };
+  const auto left = [&] { return std::ranges::count(choices.find(query)->candidates, false, &Candidate::tried); };
+  put_off(5, 10);
+  trace(rays, {});
+  EXPECT_EQ(left(), 1);
+  choices.note(query, std::size_t(1) << 40);
+  trace(rays, {});
+  EXPECT_EQ(left(), 0);
+  EXPECT_LT(choices.find(query)->since_entry_s, 10);
+  put_off(5, 1e-6);  // the batch by itself pays for it
+  trace(rays, {});
+  EXPECT_EQ(left(), 0);
+  expect_silent(*gpu_);
+}
+
+TEST_F(Auto, KnobsThatOnlySlowCandidatesCanFollow) {
+  const auto rays = shapes::random_rays(kMany);
+  trace(rays, {.knobs = {{"fallback", "1"}}});
+  const Choice* choice = choice_for(rays, {.knobs = {{"fallback", "1"}}});
+  ASSERT_TRUE(choice);
+  EXPECT_EQ(choice->chosen().method, "packet-wide");
   expect_silent(*gpu_);
 }
 

@@ -37,7 +37,7 @@ std::size_t untried(const Choice& choice) {
       std::ranges::count_if(choice.candidates, [](const Candidate& c) { return !c.tried && c.put_off_s == 0; }));
 }
 
-/// Returns the seconds that each candidate takes to compile that was put off for it.
+/// Returns the compile times of the candidates that were put off, in seconds.
 std::string put_off(const Choice& choice) {
   std::string text;
   for (const Candidate& c : choice.candidates)

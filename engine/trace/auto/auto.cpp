@@ -26,12 +26,12 @@ struct CandidateRow {
 };
 
 /// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
-/// from the best method in hindsight"). They are tried in this order. On CPUs, where a run has no time to compile more
-/// than one or two, the first is the one that compiles fastest: it serves all rays before the choice. Then comes one
-/// for incoherent rays or, where rays are likely to be coherent, one for those. The last is packet-wide with eight rays
-/// a lane. With two rays it compiles in 0.4 of that time and has 0.7 to 0.95 of the speed. With fallback it is no
-/// candidate: it takes longer still, and was best by more than 3 % in 1 of 70 pairs of scene and ray class. On GPUs
-/// leaves one at a time (leaf_run=0) pay in scenes of large triangles.
+/// from the best method in hindsight"). They are tried in this order, but for `coherent`. On CPUs, where a run has no
+/// time to compile more than one or two, the first is the one that compiles fastest: it serves all rays before the
+/// choice. Then comes one for incoherent rays or, where rays are likely to be coherent, one for those. The last is
+/// packet-wide with eight rays a lane. With two rays it compiles in 0.4 of that time and has 0.7 to 0.95 of the speed.
+/// With fallback it is no candidate: it takes longer still, and was best by more than 3 % in 1 of 70 pairs of scene and
+/// ray class. On GPUs leaves one at a time (leaf_run=0) pay in scenes of large triangles.
 constexpr CandidateRow kCandidateRows[] = {
     {.cpu = true, .method = "while-while", .entry_s = 0.10},
     {.cpu = true, .method = "bvh4-turns", .entry_s = 0.12},
@@ -148,7 +148,11 @@ bool Choice::complete() const {
   return std::ranges::all_of(candidates, [](const Candidate& c) { return c.tried || c.put_off_s > 0; });
 }
 
-double Choice::paid_s() const { return (is_likely_coherent(rays) ? kShareForPackets : kShareOfTrials) * since_entry_s; }
+double Choice::paid_s(std::size_t count) const {
+  const double batch_s = chosen().mrays_per_s > 0 ? double(count) / chosen().mrays_per_s * 1e-6 : 0;
+  return std::max((is_likely_coherent(rays) ? kShareIfCoherent : kShareOfTrials) * since_entry_s,
+                  kShareOfTrials * batch_s);
+}
 
 bool Choice::pays(double time_s) const {
   return std::ranges::any_of(candidates, [&](const Candidate& c) { return c.put_off_s > 0 && c.put_off_s <= time_s; });

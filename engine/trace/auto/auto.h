@@ -19,7 +19,7 @@ struct Candidate {
   Knobs knobs;             // they override the tuning table
   double mrays_per_s = 0;  // million rays a second, on the sample; 0: could not run, or was not tried
   bool tried = false;
-  double put_off_s = 0;      // seconds that compiling takes, if that is why it was not tried; else 0
+  double put_off_s = 0;      // not tried, as compiling takes at least so many seconds; else 0
   std::string name() const;  // "packet-wide fallback=0"
 };
 
@@ -50,15 +50,15 @@ struct Choice {
 
   // Since the last trial of this process; not stored. By these the next one becomes due (chooser.h).
   double traced_s = 0;       // an estimate of the time that the device took for rays of this choice
-  double since_entry_s = 0;  // the same, since a candidate was last tried for the first time
+  double since_entry_s = 0;  // the same, since the last trial of a new candidate
   double trial_s = 0;        // what the next trial will take, as far as the last one tells; 0: unknown
   std::uint64_t buffer = 0;  // Buffer::id() of the rays that were tried
 
   /// Returns true if every candidate was tried or put off. CPU drivers take 0.1 to 0.7 s to compile a kernel, so
-  /// candidates that one process has no time for are left to the next; none is left after kRunsOfTrials.
+  /// candidates that one process has no time for are left to the next. After kRunsOfTrials none is left.
   bool complete() const;
-  /// Returns the seconds of compiling that since_entry_s pays for.
-  double paid_s() const;
+  /// Returns the seconds of compiling that since_entry_s pays for, or a batch of `rays` rays if it pays for more.
+  double paid_s(std::size_t rays = 0) const;
   /// Returns true if a candidate that was put off takes no more than `time_s` seconds to compile.
   bool pays(double time_s) const;
   /// Returns in how many processes, this one included, the untried candidates are tried.
@@ -75,7 +75,7 @@ inline constexpr int kRunsOfTrials = 3;
 /// Shares of the time that rays of a choice have taken: what trials may take; what a candidate that was put off may
 /// take to compile if the rays are likely to be coherent; and what another race of the fastest may take. The second is
 /// high because packets of many rays save up to half of the time of coherent rays.
-inline constexpr double kShareOfTrials = 0.05, kShareForPackets = 0.25, kShareOfLooks = 0.01;
+inline constexpr double kShareOfTrials = 0.05, kShareIfCoherent = 0.25, kShareOfLooks = 0.01;
 
 /// The choices for one scene on one device. They are kept in memory and, if a folder is given, in a JSON file in it.
 /// The file's name follows from the device, driver, subgroup size, Ballot's commit and the tree. A file that cannot be

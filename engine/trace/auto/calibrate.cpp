@@ -9,6 +9,7 @@
 #include "engine/trace/auto/chooser.h"
 #include "engine/trace/auto/coherence.h"
 #include "engine/trace/auto/race.h"
+#include "engine/trace/auto/sample.h"
 #include "engine/vk/pipeline.h"
 
 namespace ballot {
@@ -34,7 +35,7 @@ struct Effort {
 constexpr Effort kCpuEffort{1 << 15, 1 << 12, 1 << 15, 3, 4, 0.3, 9, 0, Statistic::Least};
 constexpr Effort kGpuEffort{1 << 18, 1 << 18, 1 << 22, 1, 16, 0.3, 15, 0.02, Statistic::Median};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
-// Once all candidates have been tried, these race again: the fastest three, and those that were less than 1.25 times as
+// Once no candidate is left, these race again: the fastest three, and those that were less than 1.25 times as
 // slow as the chosen one.
 constexpr std::size_t kLookedAgain = 3;
 constexpr double kLookedAgainWithin = 1.25;
@@ -47,52 +48,11 @@ constexpr std::uint32_t kCompileRays = 4096;
 constexpr double kPreference = 1.02;
 constexpr std::size_t kClassSample = 4096, kClassStretches = 64;
 
-struct Stretch {
-  std::size_t first, count;
-};
-
-/// Returns a sample of a batch of `count` rays: `stretches` runs of neighbours, about `wanted` rays together, spread
-/// evenly over the batch. Runs begin at multiples of 64, where tiles and packets begin. It is number `which` of
-/// `samples` such samples, which share no rays.
-std::vector<Stretch> stretches_of(std::size_t count, std::size_t wanted, std::size_t stretches, std::size_t which = 0,
-                                  std::size_t samples = 1) {
-  if (count <= wanted) return {{0, count}};
-  const std::size_t length = wanted / stretches, last = std::max<std::size_t>(1, stretches * samples - 1);
-  std::vector<Stretch> all;
-  for (std::size_t i = 0; i < stretches; ++i)
-    all.push_back({(count - length) * (i * samples + which) / last / 64 * 64, length});
-  return all;
-}
-
 /// Removes the candidates whose methods satisfy a predicate, unless all do.
 template <class Predicate>
 void leave_out(std::vector<Candidate>& candidates, const Predicate& predicate) {
   const auto leaves = [&](const Candidate& c) { return predicate(find_method(c.method)); };
   if (!std::ranges::all_of(candidates, leaves)) std::erase_if(candidates, leaves);
-}
-
-std::size_t size_of(const std::vector<Stretch>& stretches) {
-  std::size_t size = 0;
-  for (const Stretch& s : stretches) size += s.count;
-  return size;
-}
-
-/// Copies the sample to the front of a buffer.
-void copy_sample(Buffer<Ray>& to, const Buffer<Ray>& rays, const std::vector<Stretch>& stretches) {
-  std::vector<RawBuffer::Part> parts;
-  std::size_t done = 0;
-  for (const Stretch& s : stretches) {
-    parts.push_back({s.first * sizeof(Ray), done * sizeof(Ray), s.count * sizeof(Ray)});
-    done += s.count;
-  }
-  to.copy_parts(rays, parts);
-}
-
-/// Returns the sample as a copy on the device.
-Buffer<Ray> sampled_rays(Context& gpu, const Buffer<Ray>& rays, const std::vector<Stretch>& stretches) {
-  Buffer<Ray> sample(gpu, size_of(stretches), Access::Storage, "sampled rays");
-  copy_sample(sample, rays, stretches);
-  return sample;
 }
 
 /// Returns the candidates with their speeds: the chosen one first, then the others by speed, untried ones last. Chosen
@@ -124,6 +84,10 @@ std::vector<Candidate> in_order(const std::vector<Candidate>& from, const std::v
   return candidates;
 }
 
+std::ptrdiff_t tried(const std::vector<Candidate>& candidates) {
+  return std::ranges::count(candidates, true, &Candidate::tried);
+}
+
 std::vector<Runner> runners_of(const std::vector<Candidate>& candidates, const DeviceInfo& device) {
   std::vector<Runner> runners;
   for (const Candidate& c : candidates)
@@ -134,12 +98,12 @@ std::vector<Runner> runners_of(const std::vector<Candidate>& candidates, const D
   return runners;
 }
 
-/// Returns the rules but for the numbers of rays and samples. `paid_s`: what was traced since the last race pays for.
+/// Returns the rules but for the numbers of rays and samples. `paid_s`: Choice::paid_s().
 RaceRules rules_for(const std::vector<Runner>& runners, const Effort& effort, bool try_all, int runs_left,
                     double paid_s) {
   const double budget_s = std::max(effort.budget_s, paid_s);
-  const auto untried = std::size_t(std::ranges::count_if(
-      runners, [&](const Runner& r) { return !r.tried && std::max(r.put_off_s, r.entry_s) <= budget_s; }));
+  const auto untried =
+      std::size_t(std::ranges::count_if(runners, [&](const Runner& r) { return !r.tried && r.price_s() <= budget_s; }));
   const std::size_t share = (untried + std::size_t(runs_left) - 1) / std::size_t(runs_left);
   return {.budget_s = try_all ? kPatienceSeconds : budget_s,
           .must = try_all ? runners.size() : share,
@@ -232,9 +196,12 @@ std::uint32_t Chooser::begin(Query& query, const Buffer<Ray>& rays, std::size_t 
   }
   const auto start = Clock::now();
   const Choice choice = choice_for(query);
-  const auto next = std::find_if(choice.candidates.begin() + 1, choice.candidates.end(),
-                                 [&](const Candidate& c) { return !c.tried && c.put_off_s <= choice.paid_s(); });
-  if (next != choice.candidates.end()) prepare_(query_with(query, *next));
+  const std::vector<Runner> runners = runners_of(choice.candidates, gpu_.info());
+  const double budget_s = std::max(effort_on(gpu_.info()).budget_s, choice.paid_s(count));
+  const auto next = std::find_if(runners.begin() + 1, runners.end(),
+                                 [&](const Runner& r) { return !r.tried && r.price_s() <= budget_s; });
+  prepared_ = next == runners.end() ? 0 : std::size_t(next - runners.begin());
+  if (prepared_ > 0) prepare_(query_with(query, choice.candidates[prepared_]));
   begun_ = Clock::now() - start;
   return std::uint32_t(least);
 }
@@ -248,25 +215,25 @@ Choice Chooser::choice_for(const Query& query) const {
 bool Chooser::is_due(const Choice* known, const Buffer<Ray>& rays, std::size_t count) const {
   if (!known) return true;
   if (count < effort_on(gpu_.info()).least) return false;
-  return is_due(*known) || (choices_.try_all && known->buffer != rays.id());
+  return is_due(*known, count) || (choices_.try_all && known->buffer != rays.id());
 }
 
-bool Chooser::is_due(const Choice& choice) const {
+bool Chooser::is_due(const Choice& choice, std::size_t count) const {
   if (choice.candidates.size() == 1) return false;
   if (choice.remembered && !choice.complete()) return true;
-  if (choice.pays(choice.paid_s())) return true;
+  if (choice.pays(choice.paid_s(count))) return true;
   const double trial_s = choice.trial_s > 0 ? choice.trial_s : effort_on(gpu_.info()).budget_s;
   return trial_s <= (choice.complete() ? kShareOfLooks : kShareOfTrials) * choice.traced_s;
 }
 
 bool Chooser::is_resolved(const Query& query, std::size_t most) const {
-  return most < effort_on(gpu_.info()).least || has_chosen(query);
+  return most < effort_on(gpu_.info()).least || has_chosen(query, most);
 }
 
-bool Chooser::has_chosen(const Query& query) const {
+bool Chooser::has_chosen(const Query& query, std::size_t count) const {
   if (!find_method(query.method).chooses) return true;
   const Choice* known = choices_.find(query);
-  return known && !is_due(*known);
+  return known && !is_due(*known, count);
 }
 
 /// Looks at the rays of a buffer again only at every kLooksAgain-th call: looking takes a GPU as long as tracing some
@@ -326,21 +293,20 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
   const auto start = Clock::now() - std::exchange(begun_, {});
   Choice choice = choice_for(query);
   const Effort& effort = effort_on(gpu_.info());
-  const double paid_s = choices_.try_all ? std::numeric_limits<double>::infinity() : choice.paid_s();
+  const double paid_s = choices_.try_all ? std::numeric_limits<double>::infinity() : choice.paid_s(count);
   const bool again = choice.complete() && !choice.pays(paid_s);
   if (!again) count_process(choice);
   if (choice.candidates.size() == 1) return choices_.add(choice);
-  const std::size_t number = std::clamp<std::size_t>(count / effort.sample, 1, effort.samples);
-  std::vector<Buffer<Ray>> samples;
-  for (std::size_t i = 0; i < number; ++i)
-    samples.push_back(sampled_rays(gpu_, rays, stretches_of(count, effort.sample, effort.stretches, i, number)));
+  const std::vector<Buffer<Ray>> samples =
+      samples_of(gpu_, rays, count, {effort.sample, effort.stretches, effort.samples});
   choice.sampled = std::uint32_t(samples[0].size());
   Buffer<Hit> hits(gpu_, choice.sampled, Access::Storage, "hits of sampled rays");
   const std::vector<Candidate> from = again ? fastest_of(choice.candidates) : choice.candidates;
   std::vector<Runner> runners = again ? std::vector<Runner>(from.size()) : runners_of(from, gpu_.info());
+  if (!again && prepared_ > 0) runners[prepared_].prepared = true;
   RaceRules rules = rules_for(runners, effort, choices_.try_all, again ? 1 : choice.runs_left(), again ? 0 : paid_s);
   rules.all_rays = double(count);
-  rules.samples = number;
+  rules.samples = samples.size();
   rules.most_rays = choice.sampled;
   rules.look_rays = std::min(effort.look, rules.most_rays);
   std::exception_ptr why;
@@ -361,9 +327,15 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
     ++compiled;
     return runs;
   };
+  const auto settle = [&] {
+    const auto begin = Clock::now();
+    settle_pipelines(gpu_);
+    compile_s += seconds_since(begin);
+  };
   const std::vector<Candidate> before = choice.candidates;
   const auto keep = [&](std::size_t round) {
     choice.candidates = with_others(in_order(from, runners, rules, round), before);
+    if (tried(choice.candidates) > tried(before)) choice.since_entry_s = 0;
     choice.seconds = seconds_since(start);
     choices_.add(choice);
   };
@@ -371,13 +343,12 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
                       .compile = compile,
                       .trace = trace,
                       .prepare = [&](std::size_t i) { prepare_(query_with(query, from[i])); },
-                      .settle = gpu_.info().is_cpu() ? [&] { settle_pipelines(gpu_); } : std::function<void()>(),
+                      .settle = gpu_.info().is_cpu() ? settle : std::function<void()>(),
                       .keep = [&] { keep(rules.look_rays); }};
   rules.spent_s = std::min(seconds_since(start), 0.5 * rules.budget_s);
   const std::size_t round = race(runners, rules, host);
   if (std::ranges::none_of(runners, [](const Runner& r) { return r.look_ms > 0; })) std::rethrow_exception(why);
   choice.traced_s = 0;
-  if (!again) choice.since_entry_s = 0;
   choice.trial_s = seconds_since(start) - compile_s + (choice.complete() ? 0 : compile_s / std::max(compiled, 1));
   choice.buffer = rays.id();
   keep(round);

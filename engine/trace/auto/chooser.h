@@ -45,21 +45,21 @@ class Chooser {
   /// compiles the kernel of the reference, while the one of the next candidate is made on another thread.
   /// try_candidates() must follow then. With Choices::try_all it is called here, and the result is 0. A trial is due if
   /// there is no choice for the class yet, and there are enough rays (2^15 on a CPU, 2^18 on a GPU). Candidates that
-  /// are left are tried once they take no more than kShareOfTrials of what such rays have taken since. When all are
-  /// tried, the fastest ones race again, on the rays of that moment, whenever that takes no more than kShareOfLooks:
-  /// other views may favour another.
+  /// are left are tried once they take no more than kShareOfTrials of what such rays have taken since. Those that were
+  /// put off are tried once Choice::paid_s() suffices. When none is left, the fastest ones race again, on the rays of
+  /// that moment, whenever that takes no more than kShareOfLooks: other views may favour another.
   std::uint32_t begin(Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   /// The trial: lets candidates race on samples of these rays (race.h): those that 0.3 s or 5 % of the batch's time
-  /// suffice for, and as many that kRunsOfTrials processes leave none. Those that take longer than that to compile are
-  /// put off until 5 % of a batch's time, or Choice::paid_s() of what such rays have taken since, pays for them.
+  /// suffice for, and as many that kRunsOfTrials processes leave none. Those that by themselves take longer than that
+  /// to compile are put off until Choice::paid_s() suffices.
   void try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   /// Tells that `count` rays are traced by a query without resolve().
   void note(const Query& query, std::size_t count) { choices_.note(query, count); }
 
-  /// Returns true if the query is concrete, or no trial is due.
-  bool has_chosen(const Query& query) const;
+  /// Returns true if the query is concrete, or no trial is due. `count`: rays of the batch; 0 if that is not known.
+  bool has_chosen(const Query& query, std::size_t count = 0) const;
   /// Returns true if no trial is due for up to `most` rays of this query.
   bool is_resolved(const Query& query, std::size_t most) const;
 
@@ -82,7 +82,7 @@ class Chooser {
   };
   std::string class_of(const Buffer<Ray>& rays, std::size_t count);
   std::vector<Candidate> candidates(const Query& query) const;
-  bool is_due(const Choice& choice) const;
+  bool is_due(const Choice& choice, std::size_t count) const;
   bool is_due(const Choice* known, const Buffer<Ray>& rays, std::size_t count) const;
   Choice choice_for(const Query& query) const;
   bool compile(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why);
@@ -96,6 +96,7 @@ class Chooser {
   std::vector<Known> known_;                     // of the last buffers
   bool moving_ = false;                          // moved() was called
   std::chrono::steady_clock::duration begun_{};  // what begin() took for the trial that follows
+  std::size_t prepared_ = 0;                     // the candidate whose kernel it began to make; 0: none
 };
 
 }  // namespace ballot

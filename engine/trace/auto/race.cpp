@@ -10,7 +10,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kHopeless = 2;      // so many times as slow as the fastest at the first look: out
 constexpr double kOutpaced = 1.5;    // after a round
-constexpr double kUnprepared = 1.5;  // so many times as long one takes to enter that was not prepared, at most
+constexpr double kUnprepared = 1.5;  // a runner that is not prepared may take so many times as long as expected
 constexpr double kAgainMs = 4;       // what a runner may take to show that it was disturbed
 constexpr std::size_t kRoundsToHalve = 3;
 constexpr double kRoundShare = 0.1;  // of the budget: what a runner may take for a round
@@ -55,9 +55,12 @@ class Race {
       const bool before = r.tried;
       r.out = true;
       if (before && i > 0) continue;
-      r.put_off_s = i > 0 && takes_too_long(r) ? entry_at_least(r) : 0;
-      if (r.put_off_s > 0) continue;
-      if (!before && !rules_.patient && fresh >= rules_.must && kUnprepared * expected_s(r) > left()) continue;
+      if (takes_too_long(r)) {
+        r.put_off_s = price_of(r);
+        continue;
+      }
+      if (may_wait(r) && fresh >= rules_.must && expected_s(r) > left()) continue;
+      r.put_off_s = 0;
       if (fresh + !before < rules_.must) prepare_next(i);
       enter(i);
       fresh += !before && r.look_ms > 0;
@@ -70,7 +73,7 @@ class Race {
     const double end = host_.now() + std::max(left(), kLeastShare * budget());
     const std::size_t size = round_rays(end - host_.now());
     for (int round = 0; round < rules_.rounds && running(runners_) > 1; ++round) {
-      if (round > 0 && host_.now() + round_s(size) > end) break;
+      if (round > 0 && host_.now() + round_s(size) > end && !is_in_doubt(round)) break;
       run_round(round, size);
       put_out(runners_, round, rules_);
     }
@@ -78,6 +81,19 @@ class Race {
   }
 
  private:
+  /// Returns true if the first rounds name another runner as the fastest than the looks do: one of both was disturbed.
+  bool is_in_doubt(int rounds) const {
+    if (std::size_t(rounds) >= kRoundsToHalve) return false;
+    const std::vector<double> slowness = slowness_of(runners_, rules_.samples, rules_.statistic);
+    std::size_t by_looks = 0, by_rounds = 0;
+    for (std::size_t i = 0; i < runners_.size(); ++i) {
+      if (runners_[i].out) continue;
+      if (runners_[by_looks].out || runners_[i].look_ms < runners_[by_looks].look_ms) by_looks = i;
+      if (runners_[by_rounds].out || slowness[i] < slowness[by_rounds]) by_rounds = i;
+    }
+    return by_looks != by_rounds;
+  }
+
   void run_round(int round, std::size_t rays) {
     const std::size_t sample = std::size_t(round) % rules_.samples;
     for (std::size_t i = 0; i < runners_.size(); ++i) {
@@ -100,15 +116,16 @@ class Race {
   }
   double left() const { return start_ + budget() - host_.now(); }
 
-  /// Returns the seconds that a runner is likely to take to enter.
-  double expected_s(const Runner& r) const { return r.entry_s > 0 ? pace_ * r.entry_s : longest_; }
+  /// Returns the seconds that a runner which is not prepared may take to enter.
+  double expected_s(const Runner& r) const { return r.entry_s > 0 ? kUnprepared * pace_ * r.entry_s : longest_; }
 
-  /// Returns the seconds that a runner takes to enter at least, as the quickest of this race or an earlier one tells.
-  double entry_at_least(const Runner& r) const {
-    if (least_pace_ < kInfinity) return least_pace_ * r.entry_s;
-    return r.put_off_s > 0 ? r.put_off_s : r.entry_s;
+  /// Returns the least seconds that a runner takes to enter, as the quickest of this race or an earlier one tells.
+  double price_of(const Runner& r) const {
+    return least_pace_ < kInfinity ? std::max(1.0, least_pace_) * r.entry_s : r.price_s();
   }
-  bool takes_too_long(const Runner& r) const { return !rules_.patient && entry_at_least(r) > budget(); }
+  /// Returns true if a runner need not enter: another one has been looked at, so that there is one to choose.
+  bool may_wait(const Runner& r) const { return !rules_.patient && !r.prepared && least_look(runners_) < kInfinity; }
+  bool takes_too_long(const Runner& r) const { return may_wait(r) && price_of(r) > budget(); }
 
   /// Returns the seconds that a round takes if all runners but one trace it twice.
   double round_s(std::size_t rays) const {
@@ -134,13 +151,15 @@ class Race {
     const bool fresh = !r.tried && i > 0;  // the reference may have been compiled for the rays before the race
     r.tried = true;
     r.out = !host_.compile(i);
+    const double compiled = host_.now();
     if (host_.settle) host_.settle();
+    const double waited = host_.now() - compiled;  // for another runner
     if (!r.out) {
       r.look_ms = std::max(host_.trace(i, 0, rules_.look_rays), 1e-9);
       r.look_ms = confirmed(i, 0, rules_.look_rays, r.look_ms, kHopeless * others);
       r.out = r.look_ms > kHopeless * others;
     }
-    const double taken = host_.now() - begin;
+    const double taken = host_.now() - begin - waited;
     longest_ = std::max(longest_, taken);
     if (r.entry_s <= 0) return;
     pace_ = std::max(pace_, taken / r.entry_s);
@@ -159,10 +178,12 @@ class Race {
   }
 
   /// Prepares the first runner after `i` that was not tried and is not put off.
-  void prepare_next(std::size_t i) const {
+  void prepare_next(std::size_t i) {
     const auto next = std::find_if(runners_.begin() + std::ptrdiff_t(i) + 1, runners_.end(),
                                    [&](const Runner& r) { return !r.tried && !takes_too_long(r); });
-    if (host_.prepare && next != runners_.end()) host_.prepare(std::size_t(next - runners_.begin()));
+    if (!host_.prepare || next == runners_.end()) return;
+    host_.prepare(std::size_t(next - runners_.begin()));
+    next->prepared = true;
   }
 
   std::vector<Runner>& runners_;

@@ -1,6 +1,7 @@
 // The race of method auto: which of its candidates is fastest, found in little time. Knows neither rays nor devices.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <vector>
@@ -9,13 +10,17 @@ namespace ballot {
 
 /// A candidate in a race.
 struct Runner {
-  bool tried = false;    // in this race or in an earlier one
-  double slower = 0;     // from an earlier race: how many times as slow as the reference, the first runner; 0: unknown
-  double entry_s = 0;    // seconds to enter on a quiet device; 0: as long as the longest so far
-  double put_off_s = 0;  // seconds that it would take to enter, if it is put off for that reason; else 0
-  bool out = false;      // takes part in no further round
-  double look_ms = 0;    // the first look; 0: none, as it cannot run or was not begun
+  bool tried = false;     // in this race or in an earlier one
+  double slower = 0;      // from an earlier race: how many times as slow as the reference, the first runner; 0: unknown
+  double entry_s = 0;     // seconds to enter on a quiet device; 0: as long as the longest so far
+  double put_off_s = 0;   // seconds that it would take to enter, if it is put off for that reason; else 0
+  bool prepared = false;  // begun to compile before it enters
+  bool out = false;       // takes part in no further round
+  double look_ms = 0;     // the first look; 0: none, as it cannot run or was not begun
   std::vector<double> ms = {};  // of each round
+
+  /// Returns the seconds that it takes to enter, as far as is known before the race.
+  double price_s() const { return std::max(entry_s, put_off_s); }
 };
 
 /// What a runner's rounds tell of it.
@@ -30,7 +35,7 @@ struct RaceRules {
   double spent_s = 0;         // seconds of that which were spent before the race
   double all_rays = 0;        // of the batch that waits for the race
   std::size_t must = 1;       // untried runners that are tried unless they are put off; the survivors trace a round
-  bool patient = false;       // no runner is put off, and all enter
+  bool patient = false;       // no runner is put off or left to a later race
   std::size_t samples = 1;    // rounds trace them in turn, as caches must not help from one to the next
   std::size_t look_rays = 1;  // of the first look
   std::size_t most_rays = 1;  // of a round: fewer if the look was slow, or little time is left
@@ -46,7 +51,7 @@ struct RaceHost {
   std::function<double(std::size_t runner, std::size_t sample, std::size_t rays)> trace;
   /// Begins to compile a runner beside what else is done, so that compile() takes less. Empty: nothing is begun.
   std::function<void(std::size_t runner)> prepare = {};
-  /// Waits for what prepare() began. Empty where that does not slow down the look at another runner, as on GPUs.
+  /// Waits for what prepare() began. Empty on GPUs, where compiling does not slow down a look.
   std::function<void()> settle = {};
   std::function<void()> keep = {};  // the runners tell something new, which is to survive an interruption
 };
@@ -54,9 +59,10 @@ struct RaceHost {
 /// Tries runners in their order, the reference first, and lets those that may win trace samples in turn, until the time
 /// is up: successive halving (Karnin et al. 2013). A runner that is twice as slow as another at its first look, and at
 /// a second one, is out; later less suffices. Runners that were tried before do not run again, except the reference.
-/// While one enters, the next is prepared if it is one of those that must be tried. Others enter if what they are
-/// expected to take is left: the device counts as slow as those that entered have found it. A runner that would take
-/// more than the budget alone is put off: it costs more than it gains, until a batch pays for it.
+/// While one enters, the next is prepared if it is one of those that must be tried. Others enter if they are prepared,
+/// or if what they are expected to take is left: the device counts as slow as those that entered have found it. A
+/// runner that by itself would take more than the budget is put off: it costs more than it gains, until a batch pays
+/// for it.
 /// Returns the rays of a round.
 std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host);
 
