@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/vk/buffer.h"
+#include "shaders/shared/layout.h"
 
 namespace ballot {
 
