@@ -124,6 +124,8 @@ TEST_F(Auto, CandidatesFollowTheQuery) {
   EXPECT_EQ(entry_seconds({"packet-wide", {{"fallback", "0"}, {"rays", "2"}}}, gpu_->info()), 0.14);
   EXPECT_EQ(entry_seconds({"packet-wide", {{"fallback", "0"}}}, gpu_->info()), 0.34);
   EXPECT_EQ(entry_seconds({"packet-wide", {{"fallback", "1"}}}, gpu_->info()), 0.34);
+  EXPECT_EQ(entry_seconds({"bvh4-turns", {}}, gpu_->info()), 0.12);
+  EXPECT_EQ(entry_seconds({"bvh4-turns", {{"reorder", "1"}}}, gpu_->info()), 0.2);
   EXPECT_THROW(names({.knobs = {{"vote", "any"}}}), Error);
   EXPECT_THROW(names({.knobs = {{"speed", "9"}}}), Error);
 }

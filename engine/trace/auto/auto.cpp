@@ -41,8 +41,18 @@ constexpr CandidateRow kCandidateRows[] = {
      .coherent = true,
      .entry_s = 0.14},
     {.cpu = true, .method = "dynamic-fetch", .entry_s = 0.12},
-    {.cpu = true, .method = "bvh4-turns", .knobs = {{{"reorder", "1"}}}, .incoherent = true, .large = true},
-    {.cpu = true, .method = "while-while", .knobs = {{{"reorder", "1"}}}, .incoherent = true, .large = true},
+    {.cpu = true,
+     .method = "bvh4-turns",
+     .knobs = {{{"reorder", "1"}}},
+     .incoherent = true,
+     .large = true,
+     .entry_s = 0.2},
+    {.cpu = true,
+     .method = "while-while",
+     .knobs = {{{"reorder", "1"}}},
+     .incoherent = true,
+     .large = true,
+     .entry_s = 0.2},
     {.cpu = true, .method = "packet-wide", .knobs = {{{"fallback", "0"}}}, .entry_s = 0.34},
     {.method = "while-while"},
     {.method = "frontier"},
@@ -125,12 +135,16 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
 
 double entry_seconds(const Candidate& candidate, const DeviceInfo& device) {
   double longest = 0;
+  const CandidateRow* nearest = nullptr;  // the row that has the most of the candidate's knobs
+  std::ptrdiff_t most = 0;
   for (const CandidateRow& row : kCandidateRows) {
     if (row.cpu != device.is_cpu() || row.method != candidate.method) continue;
-    if (std::ranges::all_of(row.knobs, [&](const auto& knob) { return has_knob(candidate, knob); })) return row.entry_s;
     longest = std::max(longest, row.entry_s);
+    if (!std::ranges::all_of(row.knobs, [&](const auto& knob) { return has_knob(candidate, knob); })) continue;
+    const auto named = std::ranges::count_if(row.knobs, [](const auto& knob) { return !knob.first.empty(); });
+    if (named >= most) most = named, nearest = &row;
   }
-  return longest;
+  return nearest ? nearest->entry_s : longest;
 }
 
 Query unmeasured(const Query& query, const DeviceInfo& device) {
