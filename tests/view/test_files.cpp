@@ -92,7 +92,7 @@ TEST(Script, ReadsCommands) {
 }
 
 TEST(Script, RefusesWhatItDoesNotKnow) {
-  for (const char* text : {"jump\n", "wait\n", "mouse 1\n", "quit now\n"})
+  for (const char* text : {"jump\n", "wait\n", "mouse 1\n", "quit now\n", "shot a.png\n"})
     EXPECT_THROW(view::parse_script(text, "s"), Error) << text;
   const view::ScriptLine line{1, {"key"}};
   EXPECT_THROW(view::key_of(line, "F13"), Error);

@@ -62,6 +62,9 @@ std::vector<ScriptLine> parse_script(const std::string& text, const std::string&
     const std::size_t count = parsed.words.size() - 1;
     if (count < found->least || count > found->most)
       bad(parsed, fmt::format("{} takes: {}", found->name, found->words));
+    if (found->name == "shot" && std::filesystem::path(parsed.words[1]).extension() != ".exr")
+      bad(parsed,
+          fmt::format("shot {}: pictures are EXR files; name a FILE.exr, a PNG is written beside it", parsed.words[1]));
     lines.push_back(std::move(parsed));
   }
   return lines;
