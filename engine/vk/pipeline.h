@@ -42,7 +42,7 @@ struct PipelineFigure {
 /// A compute pipeline with its layouts.
 class ComputePipeline {
  public:
-  /// Makes the pipeline of a source that was compiled. On any failure throws Error(Work) that names the variant. May be
+  /// Makes the pipeline of a compiled source. On any failure throws Error(Work) that names the variant. May be
   /// called on any thread.
   ComputePipeline(Context& gpu, const KernelSource& source, const Spirv& spirv);
   ~ComputePipeline();

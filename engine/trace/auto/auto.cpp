@@ -28,10 +28,10 @@ struct CandidateRow {
 /// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
 /// from the best method in hindsight"). They are tried in this order, but for `coherent`. On CPUs, where a run has no
 /// time to compile more than one or two, the first is the one that compiles fastest: it serves all rays before the
-/// choice. Then comes one for incoherent rays or, where rays are likely to be coherent, one for those. The last is
-/// packet-wide with eight rays a lane. With two rays it compiles in 0.4 of that time and has 0.7 to 0.95 of the speed.
-/// With fallback it is no candidate: it takes longer still, and was best by more than 3 % in 1 of 70 pairs of scene and
-/// ray class. On GPUs leaves one at a time (leaf_run=0) pay in scenes of large triangles.
+/// choice. The second is for incoherent rays or, if the class is likely to be coherent, for coherent ones. packet-wide
+/// with two rays a lane compiles in 0.4 of the time of eight, at 0.7 to 0.95 of the speed. packet-wide with fallback is
+/// no candidate: it compiles longer than either, and was best by more than 3 % in 1 of 70 pairs of scene and ray class.
+/// On GPUs leaves one at a time (leaf_run=0) pay in scenes of large triangles.
 constexpr CandidateRow kCandidateRows[] = {
     {.cpu = true, .method = "while-while", .entry_s = 0.10},
     {.cpu = true, .method = "bvh4-turns", .entry_s = 0.12},
@@ -111,7 +111,8 @@ std::string Candidate::name() const {
 
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device, std::size_t triangles) {
   std::vector<Candidate> candidates;
-  std::vector<std::pair<std::string_view, KernelConfig>> kernels;  // theirs: a row may ask for what is set anyway
+  std::vector<std::pair<std::string_view, KernelConfig>>
+      kernels;  // of these: a row whose knobs change nothing repeats one
   std::string why;
   for (const CandidateRow& row : kCandidateRows) {
     if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
@@ -149,12 +150,11 @@ double entry_seconds(const Candidate& candidate, const DeviceInfo& device) {
 
 Query unmeasured(const Query& query, const DeviceInfo& device) {
   const std::vector<Candidate> candidates = candidates_for(query, device);
-  const Candidate* likely = &candidates.front();
-  for (const Candidate& c : candidates)
-    if (c.method == kPlainestMethod) likely = &c;  // it compiles fastest
+  const auto plainest = std::ranges::find(candidates, kPlainestMethod, &Candidate::method);  // the reference of a race
+  const Candidate& likely = plainest == candidates.end() ? candidates.front() : *plainest;
   Query concrete = query;
-  concrete.method = likely->method;
-  concrete.knobs = likely->knobs;
+  concrete.method = likely.method;
+  concrete.knobs = likely.knobs;
   return concrete;
 }
 

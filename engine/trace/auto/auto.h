@@ -19,18 +19,18 @@ struct Candidate {
   Knobs knobs;             // they override the tuning table
   double mrays_per_s = 0;  // million rays a second, on the sample; 0: could not run, or was not tried
   bool tried = false;
-  double put_off_s = 0;      // not tried, as compiling takes at least so many seconds; else 0
+  double put_off_s = 0;      // seconds that compiling takes at least, if it was put off for that; else 0
   std::string name() const;  // "packet-wide fallback=0"
 };
 
 /// Returns the candidates of auto for a query on a device, in the order in which they are tried: the one that compiles
 /// fastest, then those that are likely for the query's ray class. Every candidate gets the knobs of the query; one that
 /// cannot follow them is left out. If none is left, throws Error(Arguments) with the reason for the first. `triangles`:
-/// of the scene; rays are sorted (knob reorder) in large ones alone.
+/// of the scene. Candidates that sort rays (knob reorder) are for large scenes alone.
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device, std::size_t triangles = 0);
 
-/// Returns the seconds that a candidate is expected to take to compile and to trace a few rays on such a device, if it
-/// is quiet. 0: unknown.
+/// Returns the seconds in which a quiet device of this kind is expected to compile a candidate and to trace a few rays.
+/// 0: unknown.
 double entry_seconds(const Candidate& candidate, const DeviceInfo& device);
 
 /// Returns the query that auto runs without a trial, on batches that are too small for a trial to pay.
@@ -44,20 +44,21 @@ struct Choice {
   Knobs knobs;                        // given by the query
   std::vector<Candidate> candidates;  // the chosen one first, then by speed
   std::uint32_t sampled = 0;          // rays that each candidate traced
-  double seconds = 0;                 // wall time of the calibration, with compiling and deriving trees
+  double seconds = 0;                 // wall time of the last trial, with compiling and deriving trees
   bool remembered = false;            // read from disk, not measured by this process
   int runs = 0;                       // processes that tried candidates
 
-  // Since the last trial of this process; not stored. By these the next one becomes due (chooser.h).
-  double traced_s = 0;       // an estimate of the time that the device took for rays of this choice
+  // Not stored. They tell when the next trial of this process is due (chooser.h).
+  double traced_s = 0;       // estimated device time of this choice's rays since the last trial
   double since_entry_s = 0;  // the same, since the last trial of a new candidate
-  double trial_s = 0;        // what the next trial will take, as far as the last one tells; 0: unknown
+  double trial_s = 0;        // seconds of the next trial, estimated from the last one; 0: unknown
   std::uint64_t buffer = 0;  // Buffer::id() of the rays that were tried
 
   /// Returns true if every candidate was tried or put off. CPU drivers take 0.1 to 0.7 s to compile a kernel, so
   /// candidates that one process has no time for are left to the next. After kRunsOfTrials none is left.
   bool complete() const;
-  /// Returns the seconds of compiling that since_entry_s pays for, or a batch of `rays` rays if it pays for more.
+  /// Returns how many seconds of compiling have been paid for: a share of since_entry_s or, if that is more, of the
+  /// time of a batch of `rays` rays.
   double paid_s(std::size_t rays = 0) const;
   /// Returns true if a candidate that was put off takes no more than `time_s` seconds to compile.
   bool pays(double time_s) const;
@@ -72,10 +73,10 @@ struct Choice {
 /// After trials in so many processes a choice is complete.
 inline constexpr int kRunsOfTrials = 3;
 
-/// Shares of the time that rays of a choice have taken: what trials may take; what a candidate that was put off may
-/// take to compile if the rays are likely to be coherent; and what another race of the fastest may take. The second is
-/// high because packets of many rays save up to half of the time of coherent rays.
-inline constexpr double kShareOfTrials = 0.05, kShareIfCoherent = 0.25, kShareOfLooks = 0.01;
+// Shares of the time that the rays of a choice have taken.
+inline constexpr double kShareOfTrials = 0.05;    // for trials, and for compiling a candidate that was put off
+inline constexpr double kShareIfCoherent = 0.25;  // for the latter if rays are likely coherent: packets may halve it
+inline constexpr double kShareOfLooks = 0.01;     // for another race of the fastest
 
 /// The choices for one scene on one device. They are kept in memory and, if a folder is given, in a JSON file in it.
 /// The file's name follows from the device, driver, subgroup size, Ballot's commit and the tree. A file that cannot be
@@ -92,12 +93,12 @@ class Choices {
 
   /// Returns the choice for a query, or null. It is valid until the choices change.
   const Choice* find(const Query& query) const;
-  /// Adds to traced_s of the choice for a query, if there is one.
+  /// Adds the time of `rays` rays to traced_s and since_entry_s of the choice for a query, if there is one.
   void note(const Query& query, std::size_t rays);
   void add(Choice choice);
   void clear() { all_.clear(), ++changes_; }
-  /// Set: every candidate is tried at once, however long that takes, and the fastest ones again for each buffer of
-  /// rays, as a long run on them would. For measurements, which are about the choice.
+  /// For measurements of what auto chooses in the long run. If set, the first trial tries every candidate, however
+  /// long that takes, and the fastest race again for each new buffer of rays.
   bool try_all = false;
   /// Drops the choices, and keeps no more on disk.
   void forget() { folder_.clear(), file_.clear(), clear(); }

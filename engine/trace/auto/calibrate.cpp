@@ -55,8 +55,8 @@ void leave_out(std::vector<Candidate>& candidates, const Predicate& predicate) {
   if (!std::ranges::all_of(candidates, leaves)) std::erase_if(candidates, leaves);
 }
 
-/// Returns the candidates with their speeds: the chosen one first, then the others by speed, untried ones last. Chosen
-/// is the first in the list that the fastest beats by no more than noise (kPreference). `rays`: of a round.
+/// Returns the candidates with their speeds: the chosen one first, then the others by speed, untried ones last. The
+/// chosen one is the first within kPreference of the fastest: a smaller lead is noise. `rays`: of a round.
 std::vector<Candidate> in_order(const std::vector<Candidate>& from, const std::vector<Runner>& runners,
                                 const RaceRules& rules, std::size_t rays) {
   const std::size_t samples = rules.samples;

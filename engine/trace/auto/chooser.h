@@ -28,9 +28,9 @@ class Chooser {
   /// Replaces the tree, and forgets the choices for the old one. Keeps a reference to bvh.
   void replace(const Bvh& bvh);
 
-  /// Tells that the triangles have moved, and the tree with them or built anew. From the first move on, candidates
+  /// Tells that the triangles have moved. The tree was refitted or built anew. From the first move on, candidates
   /// for which the host collapses the tree are left out, and choices are neither read from disk nor written there.
-  /// Choices that were made since stay. Keeps a reference to bvh.
+  /// Choices made after the first move stay. Keeps a reference to bvh.
   void moved(const Bvh& bvh);
 
   /// Returns the concrete query. If the method is not auto, that is the query itself. For auto it has the method and
@@ -41,21 +41,22 @@ class Chooser {
   Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count);
 
   /// Begins a batch, rays [0, count) of `rays`: names their class in the query, if it has none. Returns 0 if no trial
-  /// is due on them. Else returns how many of them, the first ones, are to be traced by resolve(query) before it: that
-  /// compiles the kernel of the reference, while the one of the next candidate is made on another thread.
-  /// try_candidates() must follow then. With Choices::try_all it is called here, and the result is 0. A trial is due if
-  /// there is no choice for the class yet, and there are enough rays (2^15 on a CPU, 2^18 on a GPU). Candidates that
-  /// are left are tried once they take no more than kShareOfTrials of what such rays have taken since. Those that were
-  /// put off are tried once Choice::paid_s() suffices. When none is left, the fastest ones race again, on the rays of
-  /// that moment, whenever that takes no more than kShareOfLooks: other views may favour another.
+  /// is due on them. Else returns a number n: the caller traces rays [0, n) by resolve(query), then calls
+  /// try_candidates(). Tracing them compiles the reference's kernel, while another thread makes the next candidate's.
+  /// With Choices::try_all it is called here, and the result is 0.
+  /// A trial is due if there is no choice for the class yet, and there are enough rays (2^15 on a CPU, 2^18 on a GPU);
+  /// or if the choice was read from disk and candidates are left. In this process those that are left are tried once
+  /// that takes at most kShareOfTrials of the time of such rays since the last trial, and those that were put off once
+  /// Choice::paid_s() suffices. When none is left, the fastest race again, on the rays of that moment, whenever that
+  /// takes at most kShareOfLooks: another view may favour another.
   std::uint32_t begin(Query& query, const Buffer<Ray>& rays, std::size_t count);
 
-  /// The trial: lets candidates race on samples of these rays (race.h): those that 0.3 s or 5 % of the batch's time
-  /// suffice for, and as many that kRunsOfTrials processes leave none. Those that by themselves take longer than that
-  /// to compile are put off until Choice::paid_s() suffices.
+  /// The trial: candidates race on samples of these rays (race.h), as many as fit into 0.3 s, or into 5 % of the
+  /// batch's time if that is longer. At least a share is tried, so that after kRunsOfTrials processes none is left. A
+  /// candidate that alone takes longer is put off until Choice::paid_s() suffices.
   void try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
-  /// Tells that `count` rays are traced by a query without resolve().
+  /// Counts `count` rays that a query traces without begin().
   void note(const Query& query, std::size_t count) { choices_.note(query, count); }
 
   /// Returns true if the query is concrete, or no trial is due. `count`: rays of the batch; 0 if that is not known.

@@ -11,9 +11,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kHopeless = 2;      // so many times as slow as the fastest at the first look: out
 constexpr double kOutpaced = 1.5;    // after a round
 constexpr double kUnprepared = 1.5;  // a runner that is not prepared may take so many times as long as expected
-constexpr double kAgainMs = 4;       // what a runner may take to show that it was disturbed
+constexpr double kAgainMs = 4;       // for tracing again a runner that may have been disturbed
 constexpr std::size_t kRoundsToHalve = 3;
-constexpr double kRoundShare = 0.1;  // of the budget: what a runner may take for a round
+constexpr double kRoundShare = 0.1;  // of the budget: what the fastest runner may take for a round
 constexpr double kLeastShare = 0.1;  // of the budget, for rounds in any case
 
 double least_look(const std::vector<Runner>& runners) {
@@ -27,8 +27,8 @@ std::size_t running(const std::vector<Runner>& runners) {
   return std::size_t(std::ranges::count_if(runners, [](const Runner& r) { return !r.out; }));
 }
 
-/// Puts out the runners that a round left behind. Every third round puts out the slower half too; with more than three
-/// samples it is the round in which the last of them is traced.
+/// Puts out the runners that a round left behind. Every third round also puts out the slower half. With more than
+/// three samples, each full pass over them does.
 void put_out(std::vector<Runner>& runners, int round, const RaceRules& rules) {
   const std::vector<double> slowness = slowness_of(runners, rules.samples, rules.statistic);
   std::vector<std::size_t> order;
@@ -81,7 +81,7 @@ class Race {
   }
 
  private:
-  /// Returns true if the first rounds name another runner as the fastest than the looks do: one of both was disturbed.
+  /// Returns true if looks and first rounds disagree on the fastest runner: one of the two was disturbed.
   bool is_in_doubt(int rounds) const {
     if (std::size_t(rounds) >= kRoundsToHalve) return false;
     const std::vector<double> slowness = slowness_of(runners_, rules_.samples, rules_.statistic);
@@ -119,7 +119,7 @@ class Race {
   /// Returns the seconds that a runner which is not prepared may take to enter.
   double expected_s(const Runner& r) const { return r.entry_s > 0 ? kUnprepared * pace_ * r.entry_s : longest_; }
 
-  /// Returns the least seconds that a runner takes to enter, as the quickest of this race or an earlier one tells.
+  /// Returns a lower bound of the seconds to enter: entry_s at the best pace of this race, else price_s().
   double price_of(const Runner& r) const {
     return least_pace_ < kInfinity ? std::max(1.0, least_pace_) * r.entry_s : r.price_s();
   }
@@ -127,7 +127,7 @@ class Race {
   bool may_wait(const Runner& r) const { return !rules_.patient && !r.prepared && least_look(runners_) < kInfinity; }
   bool takes_too_long(const Runner& r) const { return may_wait(r) && price_of(r) > budget(); }
 
-  /// Returns the seconds that a round takes if all runners but one trace it twice.
+  /// Returns the most seconds of a round: all runners but the fastest trace it twice (confirmed()).
   double round_s(std::size_t rays) const {
     double ms = -least_look(runners_);
     for (const Runner& r : runners_)
@@ -135,8 +135,8 @@ class Race {
     return ms * 1e-3 * double(rays) / double(rules_.look_rays);
   }
 
-  /// Returns the rays of a round: the fastest runner takes its share of the budget, and all together no more than the
-  /// seconds that are left.
+  /// Returns the rays of a round, at least those of a look. The fastest runner takes its share of the budget, and all
+  /// together at most `seconds`, if these suffice for more than a look.
   std::size_t round_rays(double seconds) const {
     const double look_s = least_look(runners_) * 1e-3, all_s = round_s(rules_.look_rays);
     const double looks = std::min(kRoundShare * budget() / look_s, seconds / all_s);
@@ -191,8 +191,8 @@ class Race {
   const RaceHost& host_;
   const double start_;
   double longest_ = 0;             // seconds that a runner took to enter
-  double pace_ = 1;                // the most times as long as expected that one took to enter
-  double least_pace_ = kInfinity;  // the least, of those that were tried for the first time
+  double pace_ = 1;                // the largest ratio of actual to expected time of entering
+  double least_pace_ = kInfinity;  // the least, of runners tried for the first time
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The race of method auto: which of its candidates is fastest, found in little time. Knows neither rays nor devices.
+// The race of method auto finds the fastest of its candidates in little time. Rays and devices are behind RaceHost.
 #pragma once
 
 #include <algorithm>
@@ -8,15 +8,15 @@
 
 namespace ballot {
 
-/// A candidate in a race.
+/// A candidate in a race. To enter is to be compiled and to take a first look.
 struct Runner {
-  bool tried = false;     // in this race or in an earlier one
-  double slower = 0;      // from an earlier race: how many times as slow as the reference, the first runner; 0: unknown
-  double entry_s = 0;     // seconds to enter on a quiet device; 0: as long as the longest so far
-  double put_off_s = 0;   // seconds that it would take to enter, if it is put off for that reason; else 0
-  bool prepared = false;  // begun to compile before it enters
-  bool out = false;       // takes part in no further round
-  double look_ms = 0;     // the first look; 0: none, as it cannot run or was not begun
+  bool tried = false;           // in this race or in an earlier one
+  double slower = 0;            // slowdown over the reference, the first runner, in an earlier race; 0: unknown
+  double entry_s = 0;           // seconds to enter on a quiet device; 0: unknown, the longest so far counts
+  double put_off_s = 0;         // if it is put off: the seconds that entering would take; else 0
+  bool prepared = false;        // begun to compile before it enters
+  bool out = false;             // takes part in no further round
+  double look_ms = 0;           // the first look; 0: none, as it cannot run or was not begun
   std::vector<double> ms = {};  // of each round
 
   /// Returns the seconds that it takes to enter, as far as is known before the race.
@@ -30,16 +30,16 @@ enum class Statistic {
 };
 
 struct RaceRules {
-  double budget_s = 0.3;      // nothing is begun that would end later, except for `must` and 0.1 times as long rounds
-  double share = 0.05;        // ... or after this share of the time that the fastest takes for `all_rays`, if longer
-  double spent_s = 0;         // seconds of that which were spent before the race
+  double budget_s = 0.3;      // nothing begins that would end later, but for `must`; rounds get at least 0.1 of it
+  double share = 0.05;        // the budget, if that is longer: a share of the fastest's time for `all_rays`
+  double spent_s = 0;         // seconds of the budget, spent before the race
   double all_rays = 0;        // of the batch that waits for the race
-  std::size_t must = 1;       // untried runners that are tried unless they are put off; the survivors trace a round
+  std::size_t must = 1;       // so many untried runners enter, whatever is left, unless they are put off
   bool patient = false;       // no runner is put off or left to a later race
-  std::size_t samples = 1;    // rounds trace them in turn, as caches must not help from one to the next
+  std::size_t samples = 1;    // rounds take them in turn, so that none finds its rays in the caches
   std::size_t look_rays = 1;  // of the first look
-  std::size_t most_rays = 1;  // of a round: fewer if the look was slow, or little time is left
-  int rounds = 1;             // the most
+  std::size_t most_rays = 1;  // of a round, at most: fewer if looks are slow or little time is left
+  int rounds = 1;             // at most; the first is always run
   Statistic statistic = Statistic::Least;
 };
 
@@ -53,23 +53,22 @@ struct RaceHost {
   std::function<void(std::size_t runner)> prepare = {};
   /// Waits for what prepare() began. Empty on GPUs, where compiling does not slow down a look.
   std::function<void()> settle = {};
-  std::function<void()> keep = {};  // the runners tell something new, which is to survive an interruption
+  std::function<void()> keep = {};  // saves what the runners tell so far, in case of an interruption
 };
 
-/// Tries runners in their order, the reference first, and lets those that may win trace samples in turn, until the time
-/// is up: successive halving (Karnin et al. 2013). A runner that is twice as slow as another at its first look, and at
-/// a second one, is out; later less suffices. Runners that were tried before do not run again, except the reference.
-/// While one enters, the next is prepared if it is one of those that must be tried. Others enter if they are prepared,
-/// or if what they are expected to take is left: the device counts as slow as those that entered have found it. A
-/// runner that by itself would take more than the budget is put off: it costs more than it gains, until a batch pays
-/// for it.
+/// Successive halving (Karnin et al. 2013). Runners enter in their order, the reference first. Those that may win then
+/// trace samples in rounds, until the time is up. A runner is out if it is twice as slow as another at its first look
+/// and at a second one; in rounds less suffices. Of the runners that were tried before, only the reference runs again.
+/// While one enters, the next is prepared if it must be tried. Beyond those a runner enters if it is prepared, or if
+/// the time left covers its expected time, scaled by the largest ratio of actual to expected time so far.
+/// A runner that alone would exceed the budget is put off until a batch pays for it.
 /// Returns the rays of a round.
 std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host);
 
 /// Returns, for each runner, how many times as slow as the fastest it is; infinity if that is not known.
 std::vector<double> slowness_of(const std::vector<Runner>& runners, std::size_t samples, Statistic statistic);
 
-/// Returns the milliseconds that a runner took in the first `rounds` rounds, once for each sample.
+/// Returns the sum over samples of a runner's statistic in its first `rounds` rounds, in milliseconds.
 double cost_of(const Runner& runner, std::size_t rounds, std::size_t samples, Statistic statistic);
 
 }  // namespace ballot
