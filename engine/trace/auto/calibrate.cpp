@@ -291,6 +291,7 @@ std::vector<Candidate> Chooser::candidates(const Query& query) const {
 /// tried, so that nothing is lost if the process ends.
 void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count) {
   const auto start = Clock::now() - std::exchange(begun_, {});
+  const std::size_t prepared = std::exchange(prepared_, 0);
   Choice choice = choice_for(query);
   const Effort& effort = effort_on(gpu_.info());
   const double paid_s = choices_.try_all ? std::numeric_limits<double>::infinity() : choice.paid_s(count);
@@ -303,7 +304,7 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
   Buffer<Hit> hits(gpu_, choice.sampled, Access::Storage, "hits of sampled rays");
   const std::vector<Candidate> from = again ? fastest_of(choice.candidates) : choice.candidates;
   std::vector<Runner> runners = again ? std::vector<Runner>(from.size()) : runners_of(from, gpu_.info());
-  if (!again && prepared_ > 0) runners[prepared_].prepared = true;
+  if (!again && prepared > 0) runners[prepared].prepared = true;
   RaceRules rules = rules_for(runners, effort, choices_.try_all, again ? 1 : choice.runs_left(), again ? 0 : paid_s);
   rules.all_rays = double(count);
   rules.samples = samples.size();
