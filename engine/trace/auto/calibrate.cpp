@@ -287,6 +287,46 @@ std::vector<Candidate> Chooser::candidates(const Query& query) const {
   return all;
 }
 
+/// What a race compiles and traces, and what it took.
+struct Chooser::Trial {
+  const Query& query;
+  const std::vector<Candidate>& from;
+  const std::vector<Buffer<Ray>>& samples;
+  Buffer<Hit>& hits;
+  double warm_s;                // for so long the first kernel traces before a trace is timed
+  double compile_s = 0;         // spent on compiling
+  int compiled = 0;             // candidates, also those that cannot run here
+  std::exception_ptr why = {};  // the first one that cannot
+};
+
+/// Returns what a race asks of the device. The clock and what saves the choice are the caller's.
+RaceHost Chooser::host_of(Trial& trial) {
+  RaceHost host;
+  host.compile = [this, &trial](std::size_t i) {
+    const auto begin = Clock::now();
+    const bool runs = compile(query_with(trial.query, trial.from[i]), trial.samples[0], trial.hits, trial.why);
+    trial.compile_s += seconds_since(begin);
+    ++trial.compiled;
+    return runs;
+  };
+  host.trace = [this, &trial](std::size_t i, std::size_t sample, std::size_t some) {
+    const Query concrete = query_with(trial.query, trial.from[i]);
+    const Buffer<Ray>& first = trial.samples[0];
+    for (const auto begin = Clock::now(); seconds_since(begin) < trial.warm_s;)
+      trace_(first, trial.hits, std::uint32_t(first.size()), concrete);
+    trial.warm_s = 0;
+    return trace_(trial.samples[sample], trial.hits, std::uint32_t(some), concrete);
+  };
+  host.prepare = [this, &trial](std::size_t i) { prepare_(query_with(trial.query, trial.from[i])); };
+  if (gpu_.info().is_cpu())
+    host.settle = [this, &trial] {
+      const auto begin = Clock::now();
+      settle_pipelines(gpu_);
+      trial.compile_s += seconds_since(begin);
+    };
+  return host;
+}
+
 /// Tries candidates of a choice or, if none is left, the fastest ones again. Adds the choice after each that was
 /// tried, so that nothing is lost if the process ends.
 void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count) {
@@ -310,29 +350,11 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
   rules.samples = samples.size();
   rules.most_rays = choice.sampled;
   rules.look_rays = std::min(effort.look, rules.most_rays);
-  std::exception_ptr why;
-  double warm_s = again && !choices_.try_all ? 0 : effort.warm_s;
-  const auto trace = [&](std::size_t i, std::size_t sample, std::size_t some) {
-    const Query concrete = query_with(query, from[i]);
-    for (const auto begin = Clock::now(); seconds_since(begin) < warm_s;)
-      trace_(samples[0], hits, choice.sampled, concrete);
-    warm_s = 0;
-    return trace_(samples[sample], hits, std::uint32_t(some), concrete);
-  };
-  double compile_s = 0;
-  int compiled = 0;
-  const auto compile = [&](std::size_t i) {
-    const auto begin = Clock::now();
-    const bool runs = this->compile(query_with(query, from[i]), samples[0], hits, why);
-    compile_s += seconds_since(begin);
-    ++compiled;
-    return runs;
-  };
-  const auto settle = [&] {
-    const auto begin = Clock::now();
-    settle_pipelines(gpu_);
-    compile_s += seconds_since(begin);
-  };
+  Trial trial{.query = query,
+              .from = from,
+              .samples = samples,
+              .hits = hits,
+              .warm_s = again && !choices_.try_all ? 0 : effort.warm_s};
   const std::vector<Candidate> before = choice.candidates;
   const auto keep = [&](std::size_t round) {
     choice.candidates = with_others(in_order(from, runners, rules, round), before);
@@ -340,17 +362,15 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
     choice.seconds = seconds_since(start);
     choices_.add(choice);
   };
-  const RaceHost host{.now = [&] { return seconds_since(start); },
-                      .compile = compile,
-                      .trace = trace,
-                      .prepare = [&](std::size_t i) { prepare_(query_with(query, from[i])); },
-                      .settle = gpu_.info().is_cpu() ? settle : std::function<void()>(),
-                      .keep = [&] { keep(rules.look_rays); }};
+  RaceHost host = host_of(trial);
+  host.now = [&] { return seconds_since(start); };
+  host.keep = [&] { keep(rules.look_rays); };
   rules.spent_s = std::min(seconds_since(start), 0.5 * rules.budget_s);
   const std::size_t round = race(runners, rules, host);
-  if (std::ranges::none_of(runners, [](const Runner& r) { return r.look_ms > 0; })) std::rethrow_exception(why);
+  if (std::ranges::none_of(runners, [](const Runner& r) { return r.look_ms > 0; })) std::rethrow_exception(trial.why);
   choice.traced_s = 0;
-  choice.trial_s = seconds_since(start) - compile_s + (choice.complete() ? 0 : compile_s / std::max(compiled, 1));
+  const double one_s = trial.compile_s / std::max(trial.compiled, 1);
+  choice.trial_s = seconds_since(start) - trial.compile_s + (choice.complete() ? 0 : one_s);
   choice.buffer = rays.id();
   keep(round);
 }

@@ -13,6 +13,8 @@
 
 namespace ballot {
 
+struct RaceHost;
+
 /// Chooses for the rays of one tree on one device. Belongs to the thread of its Context.
 class Chooser {
  public:
@@ -87,6 +89,8 @@ class Chooser {
   bool is_due(const Choice* known, const Buffer<Ray>& rays, std::size_t count) const;
   Choice choice_for(const Query& query) const;
   bool compile(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why);
+  struct Trial;
+  RaceHost host_of(Trial& trial);
 
   Context& gpu_;
   const Bvh* bvh_;
