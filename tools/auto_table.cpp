@@ -57,8 +57,8 @@ void calibrate(Engine& engine, const std::string& numeric) {
 nlohmann::json print_choices(const std::vector<Choice>& choices) {
   nlohmann::json json = nlohmann::json::array();
   if (choices.empty()) {
-    say("\nauto has chosen nothing yet for this scene on this device. It chooses once, when many rays of a class are\n"
-        "first traced; --calibrate makes it choose now.\n");
+    say("\nauto has chosen nothing yet for this scene on this device. It chooses when many rays of a class are first\n"
+        "traced; --calibrate makes it choose now.\n");
     return json;
   }
   say("\nmethods that auto chose for this scene on this device; speeds are Mrays/s on a sample of the rays:\n\n");

@@ -1,4 +1,4 @@
-// Compute pipelines and their layouts. Kernels that bind different buffers share them.
+// Compute pipelines and their layouts. Dispatches of one kernel share a pipeline, whatever buffers they bind.
 #pragma once
 
 #include <map>

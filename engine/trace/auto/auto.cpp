@@ -20,14 +20,14 @@ struct CandidateRow {
   std::array<std::pair<std::string_view, std::string_view>, 2> knobs = {};
   bool any_only = false;
   bool coherent = false;    // comes second for ray classes that are likely to be coherent
-  bool incoherent = false;  // not tried for these
+  bool incoherent = false;  // not tried for ray classes that are likely to be coherent
   bool large = false;       // for scenes of is_large() triangles alone
   double entry_s = 0;       // entry_seconds(), measured on lavapipe 22.3.6
 };
 
 /// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
 /// from the best method in hindsight"). They are tried in this order, but for `coherent`. On CPUs, where a run has no
-/// time to compile more than one or two, the first is the one that compiles fastest: it serves all rays before the
+/// time to compile more than two or three, the first is the one that compiles fastest: it serves all rays before the
 /// choice. The second is for incoherent rays or, if the class is likely to be coherent, for coherent ones. packet-wide
 /// with two rays a lane compiles in 0.4 of the time of eight, at 0.7 to 0.95 of the speed. packet-wide with fallback is
 /// no candidate: it compiles longer than either, and was best by more than 3 % in 1 of 70 pairs of scene and ray class.
@@ -81,8 +81,8 @@ bool is_large(std::size_t triangles, const DeviceInfo& device) {
   return triangles >= (device.is_cpu() ? std::size_t(1) << 16 : std::size_t(1) << 22);
 }
 
-/// Returns the kernel configuration of a candidate for the query, or nothing if the device cannot run it. Then the
-/// reason goes into `why`, unless that has one.
+/// Returns the kernel configuration of a candidate for the query, or nothing if the method cannot follow a knob or the
+/// device cannot run it. Then the reason goes into `why`, unless that has one.
 std::optional<KernelConfig> config_on(const DeviceInfo& device, const Query& query, const Candidate& candidate,
                                       std::string& why) {
   try {
@@ -112,7 +112,7 @@ std::string Candidate::name() const {
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device, std::size_t triangles) {
   std::vector<Candidate> candidates;
   std::vector<std::pair<std::string_view, KernelConfig>>
-      kernels;  // of these: a row whose knobs change nothing repeats one
+      kernels;  // of the candidates so far; a row that repeats one is left out
   std::string why;
   for (const CandidateRow& row : kCandidateRows) {
     if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
@@ -150,7 +150,8 @@ double entry_seconds(const Candidate& candidate, const DeviceInfo& device) {
 
 Query unmeasured(const Query& query, const DeviceInfo& device) {
   const std::vector<Candidate> candidates = candidates_for(query, device);
-  const auto plainest = std::ranges::find(candidates, kPlainestMethod, &Candidate::method);  // the reference of a race
+  // The plainest method is the reference of a first race.
+  const auto plainest = std::ranges::find(candidates, kPlainestMethod, &Candidate::method);
   const Candidate& likely = plainest == candidates.end() ? candidates.front() : *plainest;
   Query concrete = query;
   concrete.method = likely.method;

@@ -19,12 +19,12 @@ struct Candidate {
   Knobs knobs;             // they override the tuning table
   double mrays_per_s = 0;  // million rays a second, on the sample; 0: could not run, or was not tried
   bool tried = false;
-  double put_off_s = 0;      // seconds that compiling takes at least, if it was put off for that; else 0
+  double put_off_s = 0;      // if it was put off: the seconds that compiling it and a first look should take; else 0
   std::string name() const;  // "packet-wide fallback=0"
 };
 
-/// Returns the candidates of auto for a query on a device, in the order in which they are tried: the one that compiles
-/// fastest, then those that are likely for the query's ray class. Every candidate gets the knobs of the query; one that
+/// Returns the candidates of auto for a query on a device, in the order in which they are tried. On CPUs the first
+/// compiles fastest, and the second suits the query's ray class. Every candidate gets the knobs of the query; one that
 /// cannot follow them is left out. If none is left, throws Error(Arguments) with the reason for the first. `triangles`:
 /// of the scene. Candidates that sort rays (knob reorder) are for large scenes alone.
 std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device, std::size_t triangles = 0);
@@ -33,7 +33,8 @@ std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& devi
 /// 0: unknown.
 double entry_seconds(const Candidate& candidate, const DeviceInfo& device);
 
-/// Returns the query that auto runs without a trial, on batches that are too small for a trial to pay.
+/// Returns the query that auto runs before there is a choice: on batches too small for a trial, and on the first rays
+/// of others.
 Query unmeasured(const Query& query, const DeviceInfo& device);
 
 /// The choice of auto for one ray class, kind of hit, numeric mode and set of knobs.
@@ -42,10 +43,10 @@ struct Choice {
   Want want = Want::Nearest;
   std::string numeric;
   Knobs knobs;                        // given by the query
-  std::vector<Candidate> candidates;  // the chosen one first, then by speed
-  std::uint32_t sampled = 0;          // rays that each candidate traced
+  std::vector<Candidate> candidates;  // the chosen one first, then those of the last race by speed, then the others
+  std::uint32_t sampled = 0;          // rays of a sample: the most that a candidate traces in a round
   double seconds = 0;                 // wall time of the last trial, with compiling and deriving trees
-  bool remembered = false;            // read from disk, not measured by this process
+  bool remembered = false;            // read from disk, and no new candidate was tried by this process
   int runs = 0;                       // processes that tried candidates
 
   // Not stored. They tell when the next trial of this process is due (chooser.h).
@@ -57,8 +58,8 @@ struct Choice {
   /// Returns true if every candidate was tried or put off. CPU drivers take 0.1 to 0.7 s to compile a kernel, so
   /// candidates that one process has no time for are left to the next. After kRunsOfTrials none is left.
   bool complete() const;
-  /// Returns how many seconds of compiling have been paid for: a share of since_entry_s or, if that is more, of the
-  /// time of a batch of `rays` rays.
+  /// Returns how many seconds compiling a candidate that was put off may take: a share of since_entry_s or, if that is
+  /// more, of the time of a batch of `rays` rays.
   double paid_s(std::size_t rays = 0) const;
   /// Returns true if a candidate that was put off takes no more than `time_s` seconds to compile.
   bool pays(double time_s) const;
@@ -73,9 +74,10 @@ struct Choice {
 /// After trials in so many processes a choice is complete.
 inline constexpr int kRunsOfTrials = 3;
 
-// Shares of the time that the rays of a choice have taken.
+// Shares of the time that the rays of a choice have taken. Rays that are likely to be coherent may take half of it with
+// packets, so that more may be spent on compiling these.
 inline constexpr double kShareOfTrials = 0.05;    // for trials, and for compiling a candidate that was put off
-inline constexpr double kShareIfCoherent = 0.25;  // for the latter if rays are likely coherent: packets may halve it
+inline constexpr double kShareIfCoherent = 0.25;  // for the latter, if rays are likely to be coherent
 inline constexpr double kShareOfLooks = 0.01;     // for another race of the fastest
 
 /// The choices for one scene on one device. They are kept in memory and, if a folder is given, in a JSON file in it.

@@ -35,13 +35,13 @@ struct Effort {
 constexpr Effort kCpuEffort{1 << 15, 1 << 12, 1 << 15, 3, 4, 0.3, 9, 0, Statistic::Least};
 constexpr Effort kGpuEffort{1 << 18, 1 << 18, 1 << 22, 1, 16, 0.3, 15, 0.02, Statistic::Median};
 const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCpuEffort : kGpuEffort; }
-// Once no candidate is left, these race again: the fastest three, and those that were less than 1.25 times as
-// slow as the chosen one.
+// Once no candidate is left, these race again: the fastest three, and those that were at most 1.25 times as slow as
+// the chosen one.
 constexpr std::size_t kLookedAgain = 3;
 constexpr double kLookedAgainWithin = 1.25;
 constexpr double kPatienceSeconds = 2;  // the budget of Choices::try_all
 /// The largest tree that the host collapses for a trial, in about a second. Where it would have to collapse a larger
-/// one, methods that need a collapsed tree are no candidates.
+/// one, methods that need a collapsed tree are left out, unless no other is left.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
 constexpr std::uint32_t kCompileRays = 4096;
 /// How many times as fast a candidate must be to be chosen over one before it in the list.
@@ -55,8 +55,8 @@ void leave_out(std::vector<Candidate>& candidates, const Predicate& predicate) {
   if (!std::ranges::all_of(candidates, leaves)) std::erase_if(candidates, leaves);
 }
 
-/// Returns the candidates with their speeds: the chosen one first, then the others by speed, untried ones last. The
-/// chosen one is the first within kPreference of the fastest: a smaller lead is noise. `rays`: of a round.
+/// Returns the candidates with their speeds: the chosen one first, then the others by speed, those without one last.
+/// The chosen one is the first within kPreference of the fastest: a smaller lead is noise. `rays`: of a round.
 std::vector<Candidate> in_order(const std::vector<Candidate>& from, const std::vector<Runner>& runners,
                                 const RaceRules& rules, std::size_t rays) {
   const std::size_t samples = rules.samples;
@@ -98,7 +98,8 @@ std::vector<Runner> runners_of(const std::vector<Candidate>& candidates, const D
   return runners;
 }
 
-/// Returns the rules but for the numbers of rays and samples. `paid_s`: Choice::paid_s().
+/// Returns the rules but for spent_s and the numbers of rays and samples. `paid_s`: Choice::paid_s(); 0 if the fastest
+/// race again.
 RaceRules rules_for(const std::vector<Runner>& runners, const Effort& effort, bool try_all, int runs_left,
                     double paid_s) {
   const double budget_s = std::max(effort.budget_s, paid_s);
@@ -236,8 +237,8 @@ bool Chooser::has_chosen(const Query& query, std::size_t count) const {
   return known && !is_due(*known, count);
 }
 
-/// Looks at the rays of a buffer again only at every kLooksAgain-th call: looking takes a GPU as long as tracing some
-/// hundred thousand rays, and a buffer is mostly refilled with rays of the same class.
+/// Looks at the rays of a known buffer again only at every kLooksAgain-th call: looking takes a GPU as long as tracing
+/// some hundred thousand rays, and a buffer is mostly refilled with rays of the same class.
 std::string Chooser::class_of(const Buffer<Ray>& rays, std::size_t count) {
   constexpr int kLooksAgain = 32;
   constexpr std::size_t kKept = 8;
@@ -296,7 +297,7 @@ struct Chooser::Trial {
   double warm_s;                // for so long the first kernel traces before a trace is timed
   double compile_s = 0;         // spent on compiling
   int compiled = 0;             // candidates, also those that cannot run here
-  std::exception_ptr why = {};  // the first one that cannot
+  std::exception_ptr why = {};  // the error of the first that cannot
 };
 
 /// Returns what a race asks of the device. The clock and what saves the choice are the caller's.

@@ -42,26 +42,28 @@ class Chooser {
   /// The same for rays [0, count) of `rays`, after a trial on them if one is due.
   Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count);
 
-  /// Begins a batch, rays [0, count) of `rays`: names their class in the query, if it has none. Returns 0 if no trial
-  /// is due on them. Else returns a number n: the caller traces rays [0, n) by resolve(query), then calls
-  /// try_candidates(). Tracing them compiles the reference's kernel, while another thread makes the next candidate's.
-  /// With Choices::try_all it is called here, and the result is 0.
-  /// A trial is due if there is no choice for the class yet, and there are enough rays (2^15 on a CPU, 2^18 on a GPU);
-  /// or if the choice was read from disk and candidates are left. In this process those that are left are tried once
-  /// that takes at most kShareOfTrials of the time of such rays since the last trial, and those that were put off once
-  /// Choice::paid_s() suffices. When none is left, the fastest race again, on the rays of that moment, whenever that
-  /// takes at most kShareOfLooks: another view may favour another.
+  /// Begins a batch, rays [0, count) of `rays`. Names their class in the query if it has none and the rays are enough
+  /// for a trial. Returns 0 if no trial is due on them. Else returns a number n: the caller traces rays [0, n) by
+  /// resolve(query), then calls try_candidates(). Tracing them compiles the reference's kernel, while another thread
+  /// makes the next candidate's. With Choices::try_all, begin() itself calls try_candidates() and returns 0.
+  ///
+  /// A trial needs 2^15 rays on a CPU, 2^18 on a GPU. It is due if the class has no choice yet, or if its choice was
+  /// read from disk and candidates are left. Later in this process, candidates that are left are tried once a trial
+  /// takes at most kShareOfTrials of the time that rays of the class took since the last one. Candidates that were put
+  /// off are tried once Choice::paid_s() suffices. When none is left, the fastest race again whenever that takes at
+  /// most kShareOfLooks: on the rays of another view another candidate may be the fastest.
   std::uint32_t begin(Query& query, const Buffer<Ray>& rays, std::size_t count);
 
-  /// The trial: candidates race on samples of these rays (race.h), as many as fit into 0.3 s, or into 5 % of the
-  /// batch's time if that is longer. At least a share is tried, so that after kRunsOfTrials processes none is left. A
-  /// candidate that alone takes longer is put off until Choice::paid_s() suffices.
+  /// The trial: candidates race on samples of these rays (race.h), as many as fit into 0.3 s or, if that is longer,
+  /// into 5 % of the batch's time or Choice::paid_s(). At least a share is tried, so that after kRunsOfTrials processes
+  /// none is left. A candidate that alone takes longer is put off until Choice::paid_s() suffices.
   void try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   /// Counts `count` rays that a query traces without begin().
   void note(const Query& query, std::size_t count) { choices_.note(query, count); }
 
-  /// Returns true if the query is concrete, or no trial is due. `count`: rays of the batch; 0 if that is not known.
+  /// Returns true if the query is concrete, or if it has a choice and no trial is due. `count`: rays of the batch; 0 if
+  /// that is not known.
   bool has_chosen(const Query& query, std::size_t count = 0) const;
   /// Returns true if no trial is due for up to `most` rays of this query.
   bool is_resolved(const Query& query, std::size_t most) const;
@@ -69,7 +71,7 @@ class Chooser {
   /// Returns the class of these rays (coherence.h), found from a sample of them.
   std::string ray_class(std::span<const Ray> rays) const;
 
-  /// Set for a forest: methods without kernels for instances are no candidates.
+  /// Set for a forest: leaves out methods without kernels for instances, unless no other is left.
   bool has_instances = false;
 
   Choices& choices() { return choices_; }

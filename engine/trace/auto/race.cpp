@@ -27,8 +27,8 @@ std::size_t running(const std::vector<Runner>& runners) {
   return std::size_t(std::ranges::count_if(runners, [](const Runner& r) { return !r.out; }));
 }
 
-/// Puts out the runners that a round left behind. Every third round also puts out the slower half. With more than
-/// three samples, each full pass over them does.
+/// Puts out the runners that a round left behind. After every third round, or every pass over all samples if these are
+/// more than three, it also puts out the slower half, but leaves two.
 void put_out(std::vector<Runner>& runners, int round, const RaceRules& rules) {
   const std::vector<double> slowness = slowness_of(runners, rules.samples, rules.statistic);
   std::vector<std::size_t> order;
@@ -119,7 +119,8 @@ class Race {
   /// Returns the seconds that a runner which is not prepared may take to enter.
   double expected_s(const Runner& r) const { return r.entry_s > 0 ? kUnprepared * pace_ * r.entry_s : longest_; }
 
-  /// Returns a lower bound of the seconds to enter: entry_s at the best pace of this race, else price_s().
+  /// Returns the least seconds that entering should take: entry_s at the best pace of this race, which counts as 1 at
+  /// least; before any pace is known, price_s().
   double price_of(const Runner& r) const {
     return least_pace_ < kInfinity ? std::max(1.0, least_pace_) * r.entry_s : r.price_s();
   }
@@ -127,7 +128,7 @@ class Race {
   bool may_wait(const Runner& r) const { return !rules_.patient && !r.prepared && least_look(runners_) < kInfinity; }
   bool takes_too_long(const Runner& r) const { return may_wait(r) && price_of(r) > budget(); }
 
-  /// Returns the most seconds of a round: all runners but the fastest trace it twice (confirmed()).
+  /// Returns the seconds that a round may take: all runners but the fastest trace it twice (confirmed()).
   double round_s(std::size_t rays) const {
     double ms = -least_look(runners_);
     for (const Runner& r : runners_)

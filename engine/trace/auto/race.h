@@ -30,16 +30,16 @@ enum class Statistic {
 };
 
 struct RaceRules {
-  double budget_s = 0.3;      // nothing begins that would end later, but for `must`; rounds get at least 0.1 of it
-  double share = 0.05;        // the budget, if that is longer: a share of the fastest's time for `all_rays`
+  double budget_s = 0.3;      // of the trial; past it enter those that must or are prepared, and rounds get 0.1 of it
+  double share = 0.05;        // of the time that the fastest takes for `all_rays`: the budget, if longer than budget_s
   double spent_s = 0;         // seconds of the budget, spent before the race
   double all_rays = 0;        // of the batch that waits for the race
-  std::size_t must = 1;       // so many untried runners enter, whatever is left, unless they are put off
+  std::size_t must = 1;       // so many untried runners enter, even if no time is left; those put off do not count
   bool patient = false;       // no runner is put off or left to a later race
-  std::size_t samples = 1;    // rounds take them in turn, so that none finds its rays in the caches
+  std::size_t samples = 1;    // rounds take them in turn: caches hold the rays of the round before
   std::size_t look_rays = 1;  // of the first look
   std::size_t most_rays = 1;  // of a round, at most: fewer if looks are slow or little time is left
-  int rounds = 1;             // at most; the first is always run
+  int rounds = 1;             // at most; the first is run whenever two runners are left
   Statistic statistic = Statistic::Least;
 };
 
@@ -57,11 +57,11 @@ struct RaceHost {
 };
 
 /// Successive halving (Karnin et al. 2013). Runners enter in their order, the reference first. Those that may win then
-/// trace samples in rounds, until the time is up. A runner is out if it is twice as slow as another at its first look
-/// and at a second one; in rounds less suffices. Of the runners that were tried before, only the reference runs again.
-/// While one enters, the next is prepared if it must be tried. Beyond those a runner enters if it is prepared, or if
-/// the time left covers its expected time, scaled by the largest ratio of actual to expected time so far.
-/// A runner that alone would exceed the budget is put off until a batch pays for it.
+/// trace samples in rounds, until the time is up. A runner is out if its first look, and each repeat of it, takes more
+/// than twice as long as the fastest look before; in rounds less suffices. Of the runners that were tried before, only
+/// the reference runs again. While one enters, the next is prepared if it must be tried. Beyond those a runner enters
+/// if it is prepared, or if the time left covers 1.5 times its expected time, scaled by the largest ratio of actual to
+/// expected time so far. A runner that alone would exceed the budget is put off to a race with a larger one.
 /// Returns the rays of a round.
 std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host);
 
