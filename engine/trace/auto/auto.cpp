@@ -34,12 +34,12 @@ struct CandidateRow {
 /// On GPUs leaves one at a time (leaf_run=0) pay in scenes of large triangles.
 constexpr CandidateRow kCandidateRows[] = {
     {.cpu = true, .method = "while-while", .entry_s = 0.10},
-    {.cpu = true, .method = "bvh4-turns", .entry_s = 0.12},
+    {.cpu = true, .method = "bvh4-turns", .entry_s = 0.15},
     {.cpu = true,
      .method = "packet-wide",
      .knobs = {{{"fallback", "0"}, {"rays", "2"}}},
      .coherent = true,
-     .entry_s = 0.14},
+     .entry_s = 0.17},
     {.cpu = true, .method = "dynamic-fetch", .entry_s = 0.12},
     {.cpu = true,
      .method = "bvh4-turns",

@@ -48,10 +48,10 @@ struct Choice {
   double seconds = 0;                 // wall time of the last trial, with compiling and deriving trees
   bool remembered = false;            // read from disk, and no new candidate was tried by this process
   int runs = 0;                       // processes that tried candidates
+  double since_entry_s = 0;           // estimated device time of its rays since the last trial of a new candidate
 
   // Not stored. They tell when the next trial of this process is due (chooser.h).
-  double traced_s = 0;       // estimated device time of this choice's rays since the last trial
-  double since_entry_s = 0;  // the same, since the last trial of a new candidate
+  double traced_s = 0;       // the same, since the last trial
   double trial_s = 0;        // seconds of the next trial, estimated from the last one; 0: unknown
   std::uint64_t buffer = 0;  // Buffer::id() of the rays that were tried
 
@@ -86,6 +86,10 @@ inline constexpr double kShareOfLooks = 0.01;     // for another race of the fas
 class Choices {
  public:
   Choices(const DeviceInfo& device, const BvhStats& tree, const Bounds& bounds);
+  /// Stores what was traced for candidates that were put off.
+  ~Choices();
+  Choices(const Choices&) = delete;
+  Choices& operator=(const Choices&) = delete;
 
   /// Reads the choices that the folder has for this scene and device, and stores new ones there.
   void keep_in(const std::filesystem::path& folder);
@@ -95,6 +99,8 @@ class Choices {
 
   /// Returns the choice for a query, or null. It is valid until the choices change.
   const Choice* find(const Query& query) const;
+  /// Returns true if a candidate for a query was tried on rays of any class: its kernel is the same for all.
+  bool has_tried(const Query& query, const Candidate& candidate) const;
   /// Adds the time of `rays` rays to traced_s and since_entry_s of the choice for a query, if there is one.
   void note(const Query& query, std::size_t rays);
   void add(Choice choice);
@@ -117,6 +123,7 @@ class Choices {
   std::string scene_;                    // text that tells this tree from others
   std::filesystem::path folder_, file_;  // empty: none
   std::map<std::string, Choice> all_;
+  bool noted_ = false;  // rays were traced that count towards a candidate that was put off
   std::uint64_t changes_ = 0;
 };
 

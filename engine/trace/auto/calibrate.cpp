@@ -5,6 +5,7 @@
 #include <exception>
 #include <limits>
 
+#include "engine/core/contention.h"
 #include "engine/core/error.h"
 #include "engine/trace/auto/chooser.h"
 #include "engine/trace/auto/coherence.h"
@@ -39,7 +40,8 @@ const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCp
 // the chosen one.
 constexpr std::size_t kLookedAgain = 3;
 constexpr double kLookedAgainWithin = 1.25;
-constexpr double kPatienceSeconds = 2;  // the budget of Choices::try_all
+constexpr double kPatienceSeconds = 2;     // the budget of Choices::try_all
+constexpr double kCompiledSeconds = 0.05;  // Runner::entry_s, at most, if the driver has compiled the kernel before
 /// The largest tree that the host collapses for a trial, in about a second. Where it would have to collapse a larger
 /// one, methods that need a collapsed tree are left out, unless no other is left.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
@@ -88,27 +90,18 @@ std::ptrdiff_t tried(const std::vector<Candidate>& candidates) {
   return std::ranges::count(candidates, true, &Candidate::tried);
 }
 
-std::vector<Runner> runners_of(const std::vector<Candidate>& candidates, const DeviceInfo& device) {
-  std::vector<Runner> runners;
-  for (const Candidate& c : candidates)
-    runners.push_back({.tried = c.tried,
-                       .slower = c.mrays_per_s > 0 ? candidates[0].mrays_per_s / c.mrays_per_s : 0,
-                       .entry_s = entry_seconds(c, device),
-                       .put_off_s = c.put_off_s});
-  return runners;
-}
-
-/// Returns the rules but for spent_s and the numbers of rays and samples. `paid_s`: Choice::paid_s(); 0 if the fastest
-/// race again.
+/// Returns the rules but for what was spent, the contention and the numbers of rays and samples. `paid_s`:
+/// Choice::paid_s(); 0 if the fastest race again.
 RaceRules rules_for(const std::vector<Runner>& runners, const Effort& effort, bool try_all, int runs_left,
                     double paid_s) {
   const double budget_s = std::max(effort.budget_s, paid_s);
-  const auto untried =
-      std::size_t(std::ranges::count_if(runners, [&](const Runner& r) { return !r.tried && r.price_s() <= budget_s; }));
+  const auto untried = std::size_t(std::ranges::count(runners, false, &Runner::tried));
   const std::size_t share = (untried + std::size_t(runs_left) - 1) / std::size_t(runs_left);
   return {.budget_s = try_all ? kPatienceSeconds : budget_s,
+          .paid_s = paid_s,
           .must = try_all ? runners.size() : share,
           .patient = try_all,
+          .last = runs_left == 1,
           .rounds = effort.rounds,
           .statistic = effort.statistic};
 }
@@ -197,20 +190,32 @@ std::uint32_t Chooser::begin(Query& query, const Buffer<Ray>& rays, std::size_t 
   }
   const auto start = Clock::now();
   const Choice choice = choice_for(query);
-  const std::vector<Runner> runners = runners_of(choice.candidates, gpu_.info());
-  const double budget_s = std::max(effort_on(gpu_.info()).budget_s, choice.paid_s(count));
-  const auto next = std::find_if(runners.begin() + 1, runners.end(),
-                                 [&](const Runner& r) { return !r.tried && r.price_s() <= budget_s; });
-  prepared_ = next == runners.end() ? 0 : std::size_t(next - runners.begin());
-  if (prepared_ > 0) prepare_(query_with(query, choice.candidates[prepared_]));
-  begun_ = Clock::now() - start;
-  return std::uint32_t(least);
+  const std::vector<Runner> runners = runners_of(query, choice.candidates);
+  const double paid_s = choice.paid_s(count), busy = contention();
+  const std::size_t prepared = next_to_prepare(
+      runners, {.budget_s = std::max(effort_on(gpu_.info()).budget_s, paid_s), .contention = busy, .paid_s = paid_s});
+  if (prepared > 0) prepare_(query_with(query, choice.candidates[prepared]));
+  const auto end = Clock::now();
+  begun_ = {end - start, end, prepared, std::uint32_t(least), busy};
+  return begun_.rays;
 }
 
 /// Returns what is known of the rays of a query, or a choice whose candidates are all untried.
 Choice Chooser::choice_for(const Query& query) const {
   if (const Choice* known = choices_.find(query)) return *known;
   return {query.rays, query.want, query.numeric, query.knobs, candidates(query)};
+}
+
+std::vector<Runner> Chooser::runners_of(const Query& query, const std::vector<Candidate>& candidates) const {
+  std::vector<Runner> runners;
+  for (const Candidate& c : candidates) {
+    const double entry_s = entry_seconds(c, gpu_.info());
+    runners.push_back({.tried = c.tried,
+                       .slower = c.mrays_per_s > 0 ? candidates[0].mrays_per_s / c.mrays_per_s : 0,
+                       .entry_s = choices_.has_tried(query, c) ? std::min(entry_s, kCompiledSeconds) : entry_s,
+                       .put_off_s = c.put_off_s});
+  }
+  return runners;
 }
 
 bool Chooser::is_due(const Choice* known, const Buffer<Ray>& rays, std::size_t count) const {
@@ -320,9 +325,9 @@ RaceHost Chooser::host_of(Trial& trial) {
   };
   host.prepare = [this, &trial](std::size_t i) { prepare_(query_with(trial.query, trial.from[i])); };
   if (gpu_.info().is_cpu())
-    host.settle = [this, &trial] {
+    host.settle = [this, &trial](double seconds) {
       const auto begin = Clock::now();
-      settle_pipelines(gpu_);
+      settle_pipelines(gpu_, seconds);
       trial.compile_s += seconds_since(begin);
     };
   return host;
@@ -331,8 +336,9 @@ RaceHost Chooser::host_of(Trial& trial) {
 /// Tries candidates of a choice or, if none is left, the fastest ones again. Adds the choice after each that was
 /// tried, so that nothing is lost if the process ends.
 void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count) {
-  const auto start = Clock::now() - std::exchange(begun_, {});
-  const std::size_t prepared = std::exchange(prepared_, 0);
+  const Begun begun = std::exchange(begun_, {});
+  const double first_s = begun.rays > 0 ? seconds_since(begun.end) : 0;
+  const auto start = Clock::now() - begun.took;
   Choice choice = choice_for(query);
   const Effort& effort = effort_on(gpu_.info());
   const double paid_s = choices_.try_all ? std::numeric_limits<double>::infinity() : choice.paid_s(count);
@@ -344,9 +350,12 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
   choice.sampled = std::uint32_t(samples[0].size());
   Buffer<Hit> hits(gpu_, choice.sampled, Access::Storage, "hits of sampled rays");
   const std::vector<Candidate> from = again ? fastest_of(choice.candidates) : choice.candidates;
-  std::vector<Runner> runners = again ? std::vector<Runner>(from.size()) : runners_of(from, gpu_.info());
-  if (!again && prepared > 0) runners[prepared].prepared = true;
+  std::vector<Runner> runners = again ? std::vector<Runner>(from.size()) : runners_of(query, from);
+  if (!again && begun.prepared > 0) runners[begun.prepared].prepared = true;
   RaceRules rules = rules_for(runners, effort, choices_.try_all, again ? 1 : choice.runs_left(), again ? 0 : paid_s);
+  rules.first_s = first_s;
+  rules.first_rays = begun.rays;
+  rules.contention = std::max(begun.contention, contention());
   rules.all_rays = double(count);
   rules.samples = samples.size();
   rules.most_rays = choice.sampled;

@@ -30,8 +30,15 @@ Json to_json(const Choice& c) {
                           {"mrays_per_s", each.mrays_per_s},
                           {"tried", each.tried},
                           {"put_off_s", each.put_off_s}});
-  return {{"rays", c.rays},           {"any", c.want == Want::Any}, {"numeric", c.numeric},       {"knobs", c.knobs},
-          {"candidates", candidates}, {"sampled", c.sampled},       {"calibration_s", c.seconds}, {"runs", c.runs}};
+  return {{"rays", c.rays},
+          {"any", c.want == Want::Any},
+          {"numeric", c.numeric},
+          {"knobs", c.knobs},
+          {"candidates", candidates},
+          {"sampled", c.sampled},
+          {"calibration_s", c.seconds},
+          {"runs", c.runs},
+          {"since_entry_s", c.since_entry_s}};
 }
 
 /// Returns a whole number. Throws Error(Work) if it is none, or none that fits.
@@ -53,6 +60,7 @@ Choice from_json(const Json& json) {
   c.sampled = count_of(json.at("sampled"));
   c.seconds = json.at("calibration_s");
   c.runs = int(std::min(count_of(json.at("runs")), std::uint32_t(kRunsOfTrials)));
+  c.since_entry_s = json.at("since_entry_s");
   c.remembered = true;
   return c;
 }
@@ -72,6 +80,15 @@ bool is_among(const Candidate& chosen, const std::vector<Candidate>& candidates)
 
 Choices::Choices(const DeviceInfo& device, const BvhStats& tree, const Bounds& bounds)
     : device_(device), triangles_(tree.triangles), scene_(scene_text(tree, bounds)) {}
+
+Choices::~Choices() {
+  if (!noted_) return;
+  try {
+    save();
+  } catch (const std::exception&) {
+    // The next process counts from what was stored before.
+  }
+}
 
 void Choices::keep_in(const std::filesystem::path& folder) {
   const std::string platform =
@@ -123,6 +140,15 @@ const Choice* Choices::find(const Query& q) const {
   return found == all_.end() ? nullptr : &found->second;
 }
 
+bool Choices::has_tried(const Query& q, const Candidate& candidate) const {
+  return std::ranges::any_of(all_, [&](const auto& each) {
+    const Choice& c = each.second;
+    if (c.want != q.want || c.numeric != q.numeric || c.knobs != q.knobs) return false;
+    const auto found = std::ranges::find(c.candidates, candidate.name(), &Candidate::name);
+    return found != c.candidates.end() && found->tried;
+  });
+}
+
 void Choices::note(const Query& q, std::size_t rays) {
   if (!find_method(q.method).chooses) return;
   const auto found = all_.find(key_of(q.rays, q.want, q.numeric, q.knobs));
@@ -132,6 +158,7 @@ void Choices::note(const Query& q, std::size_t rays) {
   const double seconds = double(rays) / c.chosen().mrays_per_s * 1e-6;
   c.traced_s += seconds;
   c.since_entry_s += seconds;
+  noted_ |= std::ranges::any_of(c.candidates, [](const Candidate& each) { return each.put_off_s > 0; });
 }
 
 void Choices::add(Choice c) {

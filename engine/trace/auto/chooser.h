@@ -14,6 +14,7 @@
 namespace ballot {
 
 struct RaceHost;
+struct Runner;
 
 /// Chooses for the rays of one tree on one device. Belongs to the thread of its Context.
 class Chooser {
@@ -55,8 +56,8 @@ class Chooser {
   std::uint32_t begin(Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   /// The trial: candidates race on samples of these rays (race.h), as many as fit into 0.3 s or, if that is longer,
-  /// into 5 % of the batch's time or Choice::paid_s(). At least a share is tried, so that after kRunsOfTrials processes
-  /// none is left. A candidate that alone takes longer is put off until Choice::paid_s() suffices.
+  /// into 5 % of the batch's time or Choice::paid_s(). What does not fit is left to a later trial. In the
+  /// kRunsOfTrials-th process it is put off until Choice::paid_s() suffices, and at once if it never would fit.
   void try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   /// Counts `count` rays that a query traces without begin().
@@ -85,11 +86,20 @@ class Chooser {
     std::string rays;
     int uses;
   };
+  /// What begin() has done for a trial.
+  struct Begun {
+    std::chrono::steady_clock::duration took{};   // of the trial's time
+    std::chrono::steady_clock::time_point end{};  // the first rays are traced from then on
+    std::size_t prepared = 0;                     // the candidate whose kernel it began to make; 0: none
+    std::uint32_t rays = 0;                       // that are traced first; 0: there was no begin()
+    double contention = 1;                        // before (contention.h)
+  };
   std::string class_of(const Buffer<Ray>& rays, std::size_t count);
   std::vector<Candidate> candidates(const Query& query) const;
   bool is_due(const Choice& choice, std::size_t count) const;
   bool is_due(const Choice* known, const Buffer<Ray>& rays, std::size_t count) const;
   Choice choice_for(const Query& query) const;
+  std::vector<Runner> runners_of(const Query& query, const std::vector<Candidate>& candidates) const;
   bool compile(const Query& query, const Buffer<Ray>& rays, Buffer<Hit>& hits, std::exception_ptr& why);
   struct Trial;
   RaceHost host_of(Trial& trial);
@@ -99,11 +109,10 @@ class Chooser {
   Trace trace_;
   Prepare prepare_;
   Choices choices_;
-  std::optional<Buffer<Ray>> class_sample_;      // in the host's memory; made on first use
-  std::vector<Known> known_;                     // of the last buffers
-  bool moving_ = false;                          // moved() was called
-  std::chrono::steady_clock::duration begun_{};  // what begin() took for the trial that follows
-  std::size_t prepared_ = 0;                     // the candidate whose kernel it began to make; 0: none
+  std::optional<Buffer<Ray>> class_sample_;  // in the host's memory; made on first use
+  std::vector<Known> known_;                 // of the last buffers
+  bool moving_ = false;                      // moved() was called
+  Begun begun_;                              // for the trial that follows
 };
 
 }  // namespace ballot

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace ballot {
 
@@ -10,11 +11,14 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kHopeless = 2;      // so many times as slow as the fastest at the first look: out
 constexpr double kOutpaced = 1.5;    // after a round
-constexpr double kUnprepared = 1.5;  // a runner that is not prepared may take so many times as long as expected
+constexpr double kMargin = 1.25;     // a runner may take so many times as long to enter as expected
+constexpr double kBusy = 1.3;        // contention above this tells more than how long the reference took
+constexpr double kUnprepared = 1.5;  // one that is not prepared may take so many times as long
 constexpr double kAgainMs = 4;       // for tracing again a runner that may have been disturbed
 constexpr std::size_t kRoundsToHalve = 3;
-constexpr double kRoundShare = 0.1;  // of the budget: what the fastest runner may take for a round
-constexpr double kLeastShare = 0.1;  // of the budget, for rounds in any case
+constexpr double kRoundShare = 0.1;      // of the budget: what the fastest runner may take for a round
+constexpr double kPreparedShare = 0.85;  // of the budget, for a runner that is prepared before the race
+constexpr double kLeastShare = 0.1;      // of the budget, for rounds in any case
 
 double least_look(const std::vector<Runner>& runners) {
   double least = kInfinity;
@@ -41,13 +45,18 @@ void put_out(std::vector<Runner>& runners, int round, const RaceRules& rules) {
     runners[order[place]].out = place >= stay || slowness[order[place]] > kOutpaced;
 }
 
+/// Returns the seconds that a runner of known entry_s may take to enter on cores of a given pace.
+double entering_s(const Runner& r, bool prepared, double pace) {
+  return r.entry_s * pace * (prepared ? kMargin : kUnprepared);
+}
+
 /// A race under way.
 class Race {
  public:
   Race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host)
-      : runners_(runners), rules_(rules), host_(host), start_(host.now() - rules.spent_s) {}
+      : runners_(runners), rules_(rules), host_(host), start_(host.now() - rules.spent_s), pace_(rules.contention) {}
 
-  /// Lets runners enter: the reference, those that must be tried, and those that the time left suffices for.
+  /// Lets runners enter: the reference, and those that the time left suffices for.
   void enter_all() {
     std::size_t fresh = 0;
     for (std::size_t i = 0; i < runners_.size(); ++i) {
@@ -55,13 +64,12 @@ class Race {
       const bool before = r.tried;
       r.out = true;
       if (before && i > 0) continue;
-      if (takes_too_long(r)) {
-        r.put_off_s = price_of(r);
+      if (may_wait() && !fits(r, fresh < rules_.must, r.prepared)) {
+        leave(r);
         continue;
       }
-      if (may_wait(r) && fresh >= rules_.must && expected_s(r) > left()) continue;
       r.put_off_s = 0;
-      if (fresh + !before < rules_.must) prepare_next(i);
+      if (fresh + !before < rules_.must && !(i == 0 && is_begun())) prepare_next(i);
       enter(i);
       fresh += !before && r.look_ms > 0;
       if (r.look_ms > 0) host_.keep();
@@ -72,18 +80,22 @@ class Race {
   std::size_t run_rounds() {
     const double end = host_.now() + std::max(left(), kLeastShare * budget());
     const std::size_t size = round_rays(end - host_.now());
+    double longest = 0;  // the first rays of a sample may be the quick ones
     for (int round = 0; round < rules_.rounds && running(runners_) > 1; ++round) {
-      if (round > 0 && host_.now() + round_s(size) > end && !is_in_doubt(round)) break;
+      const double begin = host_.now();
+      if (round > 0 && begin + std::max(round_s(size), longest) > end && !is_in_doubt(round)) break;
       run_round(round, size);
+      longest = std::max(longest, host_.now() - begin);
       put_out(runners_, round, rules_);
     }
     return size;
   }
 
  private:
-  /// Returns true if looks and first rounds disagree on the fastest runner: one of the two was disturbed.
+  /// Returns true if looks and first rounds disagree on the fastest runner: one of the two was disturbed. Where entry_s
+  /// is known the budget counts for more.
   bool is_in_doubt(int rounds) const {
-    if (std::size_t(rounds) >= kRoundsToHalve) return false;
+    if (std::size_t(rounds) >= kRoundsToHalve || runners_[0].entry_s > 0) return false;
     const std::vector<double> slowness = slowness_of(runners_, rules_.samples, rules_.statistic);
     std::size_t by_looks = 0, by_rounds = 0;
     for (std::size_t i = 0; i < runners_.size(); ++i) {
@@ -108,25 +120,36 @@ class Race {
     }
   }
 
+  /// Returns the seconds of the fastest look; 0 before the first.
+  double look_s() const { return least_look(runners_) < kInfinity ? least_look(runners_) * 1e-3 : 0; }
   /// Returns the seconds that the race may take, as far as the looks tell.
-  double budget() const {
-    const double least = least_look(runners_);
-    if (least == kInfinity) return rules_.budget_s;
-    return std::max(rules_.budget_s, rules_.share * rules_.all_rays / double(rules_.look_rays) * least * 1e-3);
-  }
+  double budget() const { return std::max(rules_.budget_s, share_s()); }
+  double share_s() const { return rules_.share * rules_.all_rays / double(rules_.look_rays) * look_s(); }
   double left() const { return start_ + budget() - host_.now(); }
 
-  /// Returns the seconds that a runner which is not prepared may take to enter.
-  double expected_s(const Runner& r) const { return r.entry_s > 0 ? kUnprepared * pace_ * r.entry_s : longest_; }
-
-  /// Returns the least seconds that entering should take: entry_s at the best pace of this race, which counts as 1 at
-  /// least; before any pace is known, price_s().
-  double price_of(const Runner& r) const {
-    return least_pace_ < kInfinity ? std::max(1.0, least_pace_) * r.entry_s : r.price_s();
-  }
   /// Returns true if a runner need not enter: another one has been looked at, so that there is one to choose.
-  bool may_wait(const Runner& r) const { return !rules_.patient && !r.prepared && least_look(runners_) < kInfinity; }
-  bool takes_too_long(const Runner& r) const { return may_wait(r) && price_of(r) > budget(); }
+  bool may_wait() const { return !rules_.patient && look_s() > 0; }
+
+  /// Returns the seconds that a runner needs to enter, if its entry_s is known.
+  double needs_s(const Runner& r, bool prepared) const { return entering_s(r, prepared, pace_) + 2 * look_s(); }
+
+  /// Returns true if a runner is expected to enter within the time left, less that of a round and `reserved_s`. Also if
+  /// it was put off and is paid for, or if its entry_s is unknown and it must enter.
+  bool fits(const Runner& r, bool must, bool prepared, double reserved_s = 0) const {
+    if (r.entry_s <= 0) return must || prepared || longest_ <= left();
+    if (r.put_off_s > 0 && price_of(r) <= std::max(rules_.paid_s, share_s())) return true;
+    return needs_s(r, prepared) <= left() - kLeastShare * budget() - reserved_s;
+  }
+
+  /// Leaves a runner to a later race, or puts it off.
+  void leave(Runner& r) const {
+    if (r.entry_s > 0 && (rules_.last || r.put_off_s > 0 || r.entry_s > budget())) r.put_off_s = price_of(r);
+  }
+
+  /// Returns the least seconds that entering should take: at the best pace of this race, which counts as 1 at least.
+  double price_of(const Runner& r) const {
+    return std::max(1.0, least_pace_ < kInfinity ? least_pace_ : rules_.contention) * r.entry_s;
+  }
 
   /// Returns the seconds that a round may take: all runners but the fastest trace it twice (confirmed()).
   double round_s(std::size_t rays) const {
@@ -136,11 +159,11 @@ class Race {
     return ms * 1e-3 * double(rays) / double(rules_.look_rays);
   }
 
-  /// Returns the rays of a round, at least those of a look. The fastest runner takes its share of the budget, and all
-  /// together at most `seconds`, if these suffice for more than a look.
+  /// Returns the rays of a round, at least those of a look. The fastest runner takes its share of the budget, and a
+  /// round with each sample at most `seconds`, if these suffice for more than looks.
   std::size_t round_rays(double seconds) const {
-    const double look_s = least_look(runners_) * 1e-3, all_s = round_s(rules_.look_rays);
-    const double looks = std::min(kRoundShare * budget() / look_s, seconds / all_s);
+    const double all_s = round_s(rules_.look_rays);
+    const double looks = std::min(kRoundShare * budget() / look_s(), seconds / (double(rules_.samples) * all_s));
     return std::size_t(
         std::clamp(looks * double(rules_.look_rays), double(rules_.look_rays), double(rules_.most_rays)));
   }
@@ -149,11 +172,10 @@ class Race {
   void enter(std::size_t i) {
     Runner& r = runners_[i];
     const double begin = host_.now(), others = least_look(runners_);
-    const bool fresh = !r.tried && i > 0;  // the reference may have been compiled for the rays before the race
-    r.tried = true;
+    const bool before = std::exchange(r.tried, true);
     r.out = !host_.compile(i);
     const double compiled = host_.now();
-    if (host_.settle) host_.settle();
+    if (host_.settle) host_.settle(std::max(0.0, left() - kLeastShare * budget()));
     const double waited = host_.now() - compiled;  // for another runner
     if (!r.out) {
       r.look_ms = std::max(host_.trace(i, 0, rules_.look_rays), 1e-9);
@@ -163,8 +185,20 @@ class Race {
     const double taken = host_.now() - begin - waited;
     longest_ = std::max(longest_, taken);
     if (r.entry_s <= 0) return;
-    pace_ = std::max(pace_, taken / r.entry_s);
-    if (fresh) least_pace_ = std::min(least_pace_, taken / r.entry_s);
+    const double pace = (compiled - begin - r.look_ms * 1e-3) / r.entry_s;
+    pace_ = std::max(pace_, pace);
+    if (before) return;
+    if (i > 0)
+      least_pace_ = std::min(least_pace_, pace);
+    else if (rules_.contention < kBusy)
+      pace_ = std::max(pace_, first_pace());
+  }
+
+  /// Returns how many times as long as on a quiet device the reference took to enter before the race. Less than 1 if
+  /// the driver had its code, or if most of that time was spent on rays.
+  double first_pace() const {
+    const double traced_s = runners_[0].look_ms * 1e-3 * rules_.first_rays / double(rules_.look_rays);
+    return traced_s < 0.5 * rules_.first_s ? (rules_.first_s - traced_s) / (kUnprepared * runners_[0].entry_s) : 0;
   }
 
   /// Traces a sample again if `ms` is more than `enough`, as the runner may have been disturbed: once, and more often
@@ -178,10 +212,16 @@ class Race {
     return ms;
   }
 
-  /// Prepares the first runner after `i` that was not tried and is not put off.
+  /// Returns true if a runner was prepared before the race.
+  bool is_begun() const { return std::ranges::any_of(runners_, &Runner::prepared); }
+
+  /// Prepares the first runner after `i` that was not tried and is expected to fit once `i` has entered.
   void prepare_next(std::size_t i) {
-    const auto next = std::find_if(runners_.begin() + std::ptrdiff_t(i) + 1, runners_.end(),
-                                   [&](const Runner& r) { return !r.tried && !takes_too_long(r); });
+    const Runner& r = runners_[i];
+    const double reserved_s = i == 0 ? 0 : needs_s(r, r.prepared);
+    const auto next = std::find_if(runners_.begin() + std::ptrdiff_t(i) + 1, runners_.end(), [&](const Runner& other) {
+      return !other.tried && (rules_.patient || fits(other, true, true, reserved_s));
+    });
     if (!host_.prepare || next == runners_.end()) return;
     host_.prepare(std::size_t(next - runners_.begin()));
     next->prepared = true;
@@ -192,8 +232,8 @@ class Race {
   const RaceHost& host_;
   const double start_;
   double longest_ = 0;             // seconds that a runner took to enter
-  double pace_ = 1;                // the largest ratio of actual to expected time of entering
-  double least_pace_ = kInfinity;  // the least, of runners tried for the first time
+  double pace_;                    // the largest of the contention and of actual over expected times of entering
+  double least_pace_ = kInfinity;  // the least such ratio of runners tried for the first time
 };
 
 }  // namespace
@@ -228,6 +268,15 @@ std::vector<double> slowness_of(const std::vector<Runner>& runners, std::size_t 
   for (double& each : all)
     if (least > 0 && least < kInfinity) each /= least;
   return all;
+}
+
+std::size_t next_to_prepare(const std::vector<Runner>& runners, const RaceRules& rules) {
+  for (std::size_t i = 1; i < runners.size(); ++i) {
+    const Runner& r = runners[i];
+    const bool paid = r.put_off_s > 0 && r.put_off_s <= rules.paid_s;
+    if (!r.tried && (paid || entering_s(r, true, rules.contention) <= kPreparedShare * rules.budget_s)) return i;
+  }
+  return 0;
 }
 
 std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host) {

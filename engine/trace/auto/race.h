@@ -10,17 +10,14 @@ namespace ballot {
 
 /// A candidate in a race. To enter is to be compiled and to take a first look.
 struct Runner {
-  bool tried = false;           // in this race or in an earlier one
-  double slower = 0;            // slowdown over the reference, the first runner, in an earlier race; 0: unknown
-  double entry_s = 0;           // seconds to enter on a quiet device; 0: unknown, the longest so far counts
-  double put_off_s = 0;         // if it is put off: the seconds that entering would take; else 0
-  bool prepared = false;        // begun to compile before it enters
-  bool out = false;             // takes part in no further round
-  double look_ms = 0;           // the first look; 0: none, as it cannot run or was not begun
+  bool tried = false;     // in this race or in an earlier one
+  double slower = 0;      // slowdown over the reference, the first runner, in an earlier race; 0: unknown
+  double entry_s = 0;     // seconds to enter on a quiet device, once prepared; 0: unknown, the longest so far counts
+  double put_off_s = 0;   // if it is put off: the seconds that entering would take; else 0
+  bool prepared = false;  // begun to compile before it enters
+  bool out = false;       // takes part in no further round
+  double look_ms = 0;     // the first look; 0: none, as it cannot run or was not begun
   std::vector<double> ms = {};  // of each round
-
-  /// Returns the seconds that it takes to enter, as far as is known before the race.
-  double price_s() const { return std::max(entry_s, put_off_s); }
 };
 
 /// What a runner's rounds tell of it.
@@ -30,12 +27,17 @@ enum class Statistic {
 };
 
 struct RaceRules {
-  double budget_s = 0.3;      // of the trial; past it enter those that must or are prepared, and rounds get 0.1 of it
+  double budget_s = 0.3;      // of the trial; rounds get 0.1 of it in any case
   double share = 0.05;        // of the time that the fastest takes for `all_rays`: the budget, if longer than budget_s
   double spent_s = 0;         // seconds of the budget, spent before the race
+  double first_s = 0;         // seconds that the reference took to enter and trace `first_rays`, before spent_s
+  double first_rays = 0;      // of the batch, traced before the race
   double all_rays = 0;        // of the batch that waits for the race
-  std::size_t must = 1;       // so many untried runners enter, even if no time is left; those put off do not count
+  double contention = 1;      // how many times as long as on idle cores a thread takes
+  double paid_s = 0;          // a runner that was put off enters if that takes no longer than this
+  std::size_t must = 1;       // so many untried runners of unknown entry_s enter, even if no time is left
   bool patient = false;       // no runner is put off or left to a later race
+  bool last = false;          // runners that do not fit are put off; else they are left to the next race
   std::size_t samples = 1;    // rounds take them in turn: caches hold the rays of the round before
   std::size_t look_rays = 1;  // of the first look
   std::size_t most_rays = 1;  // of a round, at most: fewer if looks are slow or little time is left
@@ -51,19 +53,26 @@ struct RaceHost {
   std::function<double(std::size_t runner, std::size_t sample, std::size_t rays)> trace;
   /// Begins to compile a runner beside what else is done, so that compile() takes less. Empty: nothing is begun.
   std::function<void(std::size_t runner)> prepare = {};
-  /// Waits for what prepare() began. Empty on GPUs, where compiling does not slow down a look.
-  std::function<void()> settle = {};
+  /// Waits for what prepare() began, at most `seconds`. Empty on GPUs, where compiling does not slow down a look.
+  std::function<void(double seconds)> settle = {};
   std::function<void()> keep = {};  // saves what the runners tell so far, in case of an interruption
 };
 
 /// Successive halving (Karnin et al. 2013). Runners enter in their order, the reference first. Those that may win then
 /// trace samples in rounds, until the time is up. A runner is out if its first look, and each repeat of it, takes more
 /// than twice as long as the fastest look before; in rounds less suffices. Of the runners that were tried before, only
-/// the reference runs again. While one enters, the next is prepared if it must be tried. Beyond those a runner enters
-/// if it is prepared, or if the time left covers 1.5 times its expected time, scaled by the largest ratio of actual to
-/// expected time so far. A runner that alone would exceed the budget is put off to a race with a larger one.
-/// Returns the rays of a round.
+/// the reference runs again.
+///
+/// A runner whose entry_s is known enters if the time left covers it, with a margin, on cores as busy as they are:
+/// nothing can interrupt it. One that does not fit is left to a later race. The last race puts it off, and any race
+/// does so at once if it would not fit on idle cores. Of runners with an unknown entry_s, `must` enter. The others
+/// enter if they are prepared, or if the longest time of entering so far is left. While one enters, the next is
+/// prepared if it must be tried. Returns the rays of a round.
 std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host);
+
+/// Returns the first runner after the reference that was not tried and is expected to fit into the budget of a race, if
+/// it is prepared before; 0 if there is none.
+std::size_t next_to_prepare(const std::vector<Runner>& runners, const RaceRules& rules);
 
 /// Returns, for each runner, how many times as slow as the fastest it is; infinity if that is not known.
 std::vector<double> slowness_of(const std::vector<Runner>& runners, std::size_t samples, Statistic statistic);
