@@ -17,6 +17,7 @@ DeviceTree::DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> t
 void DeviceTree::replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                          std::shared_ptr<DeviceBuild> built) {
   gpu_.finish();
+  coming_.clear();
   arrays_.clear();
   leaves_.clear();
   shapes_.clear();
@@ -53,6 +54,7 @@ bool DeviceTree::refit(const Bounds& bounds) {
 
 void DeviceTree::moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts) {
   gpu_.finish();
+  coming_.clear();
   const auto set_aside = [](auto& arrays, auto& spare) {
     spare.clear();
     for (auto at = arrays.begin(); at != arrays.end();)
@@ -204,8 +206,19 @@ const DeviceTree::Texels& DeviceTree::format(TreeFormatId id, const TreeAccess& 
   if (forest_) return forest_format(key);
   if (source == Source::Device) return write_format(key, a);
   const TreeFormat& row = format_of(id);
+  if (auto coming = coming_.extract(key)) return upload(key, coming.mapped().get(), row.name.data());
   const PairTree& from = pairs(std::get<NodeLayout>(key), std::get<Padding>(key));
   return upload(key, encode_cached(row, from, std::get<1>(key), cache_), row.name.data());
+}
+
+void DeviceTree::prepare(TreeFormatId id, const TreeAccess& a, Source source) {
+  const FormatKey key = format_key(id, a, source);
+  const TreeFormat& row = format_of(id);
+  if (forest_ || source == Source::Device || !row.collapsed() || arrays_.contains(key) || coming_.contains(key)) return;
+  const PairTree& from = pairs(std::get<NodeLayout>(key), std::get<Padding>(key));
+  coming_.emplace(key, std::async(std::launch::async, [&row, &from, size = std::get<1>(key), cache = cache_] {
+                    return encode_cached(row, from, size, cache);
+                  }));
 }
 
 const DeviceTree::Texels& DeviceTree::leaves(LeafFormat format, Fetch fetch, Source source) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -124,6 +125,8 @@ class DeviceTree {
   const Texels& nodes(const TreeAccess& access, Source source = Source::Host);
   /// Returns the array of a format other than the pairs.
   const Texels& format(TreeFormatId id, const TreeAccess& access, Source source = Source::Host);
+  /// Begins to encode a format on another thread if that takes long. format() waits for it.
+  void prepare(TreeFormatId id, const TreeAccess& access, Source source = Source::Host);
   /// Returns the leaves, which all formats share.
   const Texels& leaves(LeafFormat format, Fetch fetch, Source source = Source::Host);
 
@@ -197,6 +200,7 @@ class DeviceTree {
   std::map<std::pair<NodeLayout, Padding>, PairTree> spare_pairs_;
   std::map<FormatKey, Texels> spare_arrays_;
   std::map<LeavesKey, Texels> spare_leaves_;
+  std::map<FormatKey, std::future<std::vector<glm::uvec4>>> coming_;  // from prepare(). They read pairs_ until they end
 };
 
 }  // namespace ballot

@@ -99,7 +99,8 @@ class Choices {
 
   /// Returns the choice for a query, or null. It is valid until the choices change.
   const Choice* find(const Query& query) const;
-  /// Returns true if a candidate for a query was tried on rays of any class: its kernel is the same for all.
+  /// Returns true if a candidate for a query was tried on rays of any class, in this process or an earlier one. Its
+  /// kernel is the same for all, so that the driver has its code.
   bool has_tried(const Query& query, const Candidate& candidate) const;
   /// Adds the time of `rays` rays to traced_s and since_entry_s of the choice for a query, if there is one.
   void note(const Query& query, std::size_t rays);
@@ -117,6 +118,7 @@ class Choices {
  private:
   void load();
   void save() const;
+  void store_noted();
 
   const DeviceInfo& device_;
   std::size_t triangles_;                // in the scene

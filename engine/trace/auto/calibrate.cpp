@@ -40,8 +40,8 @@ const Effort& effort_on(const DeviceInfo& device) { return device.is_cpu() ? kCp
 // the chosen one.
 constexpr std::size_t kLookedAgain = 3;
 constexpr double kLookedAgainWithin = 1.25;
-constexpr double kPatienceSeconds = 2;     // the budget of Choices::try_all
-constexpr double kCompiledSeconds = 0.05;  // Runner::entry_s, at most, if the driver has compiled the kernel before
+constexpr double kPatienceSeconds = 2;  // the budget of Choices::try_all
+constexpr double kCompiledShare = 0.3;  // of entry_seconds(), if the driver has compiled the kernel before
 /// The largest tree that the host collapses for a trial, in about a second. Where it would have to collapse a larger
 /// one, methods that need a collapsed tree are left out, unless no other is left.
 constexpr std::size_t kMostNodesToCollapse = 1 << 20;
@@ -192,8 +192,10 @@ std::uint32_t Chooser::begin(Query& query, const Buffer<Ray>& rays, std::size_t 
   const Choice choice = choice_for(query);
   const std::vector<Runner> runners = runners_of(query, choice.candidates);
   const double paid_s = choice.paid_s(count), busy = contention();
-  const std::size_t prepared = next_to_prepare(
-      runners, {.budget_s = std::max(effort_on(gpu_.info()).budget_s, paid_s), .contention = busy, .paid_s = paid_s});
+  const RaceRules rules{
+      .budget_s = std::max(effort_on(gpu_.info()).budget_s, paid_s), .contention = busy, .paid_s = paid_s};
+  const bool again = choice.complete() && !choice.pays(paid_s);
+  const std::size_t prepared = again ? 0 : next_to_prepare(runners, rules);
   if (prepared > 0) prepare_(query_with(query, choice.candidates[prepared]));
   const auto end = Clock::now();
   begun_ = {end - start, end, prepared, std::uint32_t(least), busy};
@@ -212,7 +214,7 @@ std::vector<Runner> Chooser::runners_of(const Query& query, const std::vector<Ca
     const double entry_s = entry_seconds(c, gpu_.info());
     runners.push_back({.tried = c.tried,
                        .slower = c.mrays_per_s > 0 ? candidates[0].mrays_per_s / c.mrays_per_s : 0,
-                       .entry_s = choices_.has_tried(query, c) ? std::min(entry_s, kCompiledSeconds) : entry_s,
+                       .entry_s = choices_.has_tried(query, c) ? kCompiledShare * entry_s : entry_s,
                        .put_off_s = c.put_off_s});
   }
   return runners;
@@ -228,6 +230,7 @@ bool Chooser::is_due(const Choice& choice, std::size_t count) const {
   if (choice.candidates.size() == 1) return false;
   if (choice.remembered && !choice.complete()) return true;
   if (choice.pays(choice.paid_s(count))) return true;
+  if (choice.complete() && fastest_of(choice.candidates).size() < 2) return false;
   const double trial_s = choice.trial_s > 0 ? choice.trial_s : effort_on(gpu_.info()).budget_s;
   return trial_s <= (choice.complete() ? kShareOfLooks : kShareOfTrials) * choice.traced_s;
 }
@@ -379,8 +382,10 @@ void Chooser::try_candidates(const Query& query, const Buffer<Ray>& rays, std::s
   const std::size_t round = race(runners, rules, host);
   if (std::ranges::none_of(runners, [](const Runner& r) { return r.look_ms > 0; })) std::rethrow_exception(trial.why);
   choice.traced_s = 0;
-  const double one_s = trial.compile_s / std::max(trial.compiled, 1);
-  choice.trial_s = seconds_since(start) - trial.compile_s + (choice.complete() ? 0 : one_s);
+  // The next trial compiles one more, if any is left. On CPUs what is left did not fit, so that it takes the most.
+  const bool done = again || std::ranges::all_of(runners, [](const Runner& r) { return r.tried || r.put_off_s > 0; });
+  const double one_s = gpu_.info().is_cpu() ? effort.budget_s : trial.compile_s / std::max(trial.compiled, 1);
+  choice.trial_s = seconds_since(start) - trial.compile_s + (done ? 0 : one_s);
   choice.buffer = rays.id();
   keep(round);
 }

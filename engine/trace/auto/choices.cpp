@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "ballot_commit.h"
 #include "engine/core/cache_file.h"
@@ -41,6 +42,10 @@ Json to_json(const Choice& c) {
           {"since_entry_s", c.since_entry_s}};
 }
 
+bool has_put_off(const Choice& c) {
+  return std::ranges::any_of(c.candidates, [](const Candidate& each) { return each.put_off_s > 0; });
+}
+
 /// Returns a whole number. Throws Error(Work) if it is none, or none that fits.
 std::uint32_t count_of(const Json& json) {
   if (!json.is_number_unsigned() || json.get<std::uint64_t>() > 0xFFFFFFFFu)
@@ -60,7 +65,7 @@ Choice from_json(const Json& json) {
   c.sampled = count_of(json.at("sampled"));
   c.seconds = json.at("calibration_s");
   c.runs = int(std::min(count_of(json.at("runs")), std::uint32_t(kRunsOfTrials)));
-  c.since_entry_s = json.at("since_entry_s");
+  if (has_put_off(c)) c.since_entry_s = json.at("since_entry_s");
   c.remembered = true;
   return c;
 }
@@ -81,9 +86,18 @@ bool is_among(const Candidate& chosen, const std::vector<Candidate>& candidates)
 Choices::Choices(const DeviceInfo& device, const BvhStats& tree, const Bounds& bounds)
     : device_(device), triangles_(tree.triangles), scene_(scene_text(tree, bounds)) {}
 
-Choices::~Choices() {
-  if (!noted_) return;
+Choices::~Choices() { store_noted(); }
+
+/// Stores what was traced for candidates that were put off, beside what other processes have stored meanwhile.
+void Choices::store_noted() {
+  if (!std::exchange(noted_, false) || file_.empty()) return;
   try {
+    const auto own = std::exchange(all_, {});
+    load();
+    for (const auto& [key, choice] : own) {
+      const auto stored = all_.emplace(key, choice).first;
+      if (has_put_off(stored->second)) stored->second.since_entry_s = choice.since_entry_s;
+    }
     save();
   } catch (const std::exception&) {
     // The next process counts from what was stored before.
@@ -100,6 +114,7 @@ void Choices::keep_in(const std::filesystem::path& folder) {
 }
 
 void Choices::replace_scene(const BvhStats& tree, const Bounds& bounds) {
+  store_noted();
   triangles_ = tree.triangles;
   scene_ = scene_text(tree, bounds);
   clear();
@@ -158,7 +173,7 @@ void Choices::note(const Query& q, std::size_t rays) {
   const double seconds = double(rays) / c.chosen().mrays_per_s * 1e-6;
   c.traced_s += seconds;
   c.since_entry_s += seconds;
-  noted_ |= std::ranges::any_of(c.candidates, [](const Candidate& each) { return each.put_off_s > 0; });
+  noted_ |= has_put_off(c);
 }
 
 void Choices::add(Choice c) {

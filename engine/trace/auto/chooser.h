@@ -56,8 +56,9 @@ class Chooser {
   std::uint32_t begin(Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   /// The trial: candidates race on samples of these rays (race.h), as many as fit into 0.3 s or, if that is longer,
-  /// into 5 % of the batch's time or Choice::paid_s(). What does not fit is left to a later trial. In the
-  /// kRunsOfTrials-th process it is put off until Choice::paid_s() suffices, and at once if it never would fit.
+  /// into 5 % of the batch's time or Choice::paid_s(). What does not fit is left to a later trial. A candidate that
+  /// takes longer than the budget is put off at once. The kRunsOfTrials-th process puts off all that are left. They are
+  /// tried once Choice::paid_s() suffices.
   void try_candidates(const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
   /// Counts `count` rays that a query traces without begin().

@@ -14,6 +14,8 @@ constexpr double kOutpaced = 1.5;    // after a round
 constexpr double kMargin = 1.25;     // a runner may take so many times as long to enter as expected
 constexpr double kBusy = 1.3;        // contention above this tells more than how long the reference took
 constexpr double kUnprepared = 1.5;  // one that is not prepared may take so many times as long
+constexpr double kForever = 3600;    // seconds: longer than any kernel compiles
+constexpr double kMostBusy = 4;      // a moment may be busier than those that follow, so no price counts more
 constexpr double kAgainMs = 4;       // for tracing again a runner that may have been disturbed
 constexpr std::size_t kRoundsToHalve = 3;
 constexpr double kRoundShare = 0.1;      // of the budget: what the fastest runner may take for a round
@@ -68,6 +70,7 @@ class Race {
         leave(r);
         continue;
       }
+      paid_ |= is_paid(r);
       r.put_off_s = 0;
       if (fresh + !before < rules_.must && !(i == 0 && is_begun())) prepare_next(i);
       enter(i);
@@ -83,7 +86,8 @@ class Race {
     double longest = 0;  // the first rays of a sample may be the quick ones
     for (int round = 0; round < rules_.rounds && running(runners_) > 1; ++round) {
       const double begin = host_.now();
-      if (round > 0 && begin + std::max(round_s(size), longest) > end && !is_in_doubt(round)) break;
+      const double next_s = is_strict() ? std::max(round_s(size), longest) : round_s(size);
+      if (round > 0 && begin + next_s > end && (is_strict() || !is_in_doubt(round))) break;
       run_round(round, size);
       longest = std::max(longest, host_.now() - begin);
       put_out(runners_, round, rules_);
@@ -92,10 +96,12 @@ class Race {
   }
 
  private:
-  /// Returns true if looks and first rounds disagree on the fastest runner: one of the two was disturbed. Where entry_s
-  /// is known the budget counts for more.
+  /// Returns true if the race keeps to its budget: it knows how long runners take to enter.
+  bool is_strict() const { return runners_[0].entry_s > 0; }
+
+  /// Returns true if looks and first rounds disagree on the fastest runner: one of the two was disturbed.
   bool is_in_doubt(int rounds) const {
-    if (std::size_t(rounds) >= kRoundsToHalve || runners_[0].entry_s > 0) return false;
+    if (std::size_t(rounds) >= kRoundsToHalve) return false;
     const std::vector<double> slowness = slowness_of(runners_, rules_.samples, rules_.statistic);
     std::size_t by_looks = 0, by_rounds = 0;
     for (std::size_t i = 0; i < runners_.size(); ++i) {
@@ -133,11 +139,13 @@ class Race {
   /// Returns the seconds that a runner needs to enter, if its entry_s is known.
   double needs_s(const Runner& r, bool prepared) const { return entering_s(r, prepared, pace_) + 2 * look_s(); }
 
+  bool is_paid(const Runner& r) const { return r.put_off_s > 0 && price_of(r) <= std::max(rules_.paid_s, share_s()); }
+
   /// Returns true if a runner is expected to enter within the time left, less that of a round and `reserved_s`. Also if
-  /// it was put off and is paid for, or if its entry_s is unknown and it must enter.
+  /// it is the first that is paid for, or if its entry_s is unknown and it must enter.
   bool fits(const Runner& r, bool must, bool prepared, double reserved_s = 0) const {
     if (r.entry_s <= 0) return must || prepared || longest_ <= left();
-    if (r.put_off_s > 0 && price_of(r) <= std::max(rules_.paid_s, share_s())) return true;
+    if (!paid_ && is_paid(r)) return true;
     return needs_s(r, prepared) <= left() - kLeastShare * budget() - reserved_s;
   }
 
@@ -148,7 +156,7 @@ class Race {
 
   /// Returns the least seconds that entering should take: at the best pace of this race, which counts as 1 at least.
   double price_of(const Runner& r) const {
-    return std::max(1.0, least_pace_ < kInfinity ? least_pace_ : rules_.contention) * r.entry_s;
+    return std::clamp(least_pace_ < kInfinity ? least_pace_ : rules_.contention, 1.0, kMostBusy) * r.entry_s;
   }
 
   /// Returns the seconds that a round may take: all runners but the fastest trace it twice (confirmed()).
@@ -159,8 +167,8 @@ class Race {
     return ms * 1e-3 * double(rays) / double(rules_.look_rays);
   }
 
-  /// Returns the rays of a round, at least those of a look. The fastest runner takes its share of the budget, and a
-  /// round with each sample at most `seconds`, if these suffice for more than looks.
+  /// Returns the rays of a round, at least those of a look. The fastest runner takes its share of the budget. Rounds
+  /// with all samples, one each, take at most `seconds` together, if these suffice for more than looks.
   std::size_t round_rays(double seconds) const {
     const double all_s = round_s(rules_.look_rays);
     const double looks = std::min(kRoundShare * budget() / look_s(), seconds / (double(rules_.samples) * all_s));
@@ -175,7 +183,7 @@ class Race {
     const bool before = std::exchange(r.tried, true);
     r.out = !host_.compile(i);
     const double compiled = host_.now();
-    if (host_.settle) host_.settle(std::max(0.0, left() - kLeastShare * budget()));
+    if (host_.settle) host_.settle(rules_.patient ? kForever : std::max(0.0, left() - kLeastShare * budget()));
     const double waited = host_.now() - compiled;  // for another runner
     if (!r.out) {
       r.look_ms = std::max(host_.trace(i, 0, rules_.look_rays), 1e-9);
@@ -231,6 +239,7 @@ class Race {
   const RaceRules& rules_;
   const RaceHost& host_;
   const double start_;
+  bool paid_ = false;              // a runner that was put off has entered
   double longest_ = 0;             // seconds that a runner took to enter
   double pace_;                    // the largest of the contention and of actual over expected times of entering
   double least_pace_ = kInfinity;  // the least such ratio of runners tried for the first time

@@ -34,8 +34,8 @@ struct RaceRules {
   double first_rays = 0;      // of the batch, traced before the race
   double all_rays = 0;        // of the batch that waits for the race
   double contention = 1;      // how many times as long as on idle cores a thread takes
-  double paid_s = 0;          // a runner that was put off enters if that takes no longer than this
-  std::size_t must = 1;       // so many untried runners of unknown entry_s enter, even if no time is left
+  double paid_s = 0;          // one runner that was put off enters if that takes no longer than this
+  std::size_t must = 1;       // so many untried runners enter, if their entry_s is unknown even if no time is left
   bool patient = false;       // no runner is put off or left to a later race
   bool last = false;          // runners that do not fit are put off; else they are left to the next race
   std::size_t samples = 1;    // rounds take them in turn: caches hold the rays of the round before
@@ -65,9 +65,9 @@ struct RaceHost {
 ///
 /// A runner whose entry_s is known enters if the time left covers it, with a margin, on cores as busy as they are:
 /// nothing can interrupt it. One that does not fit is left to a later race. The last race puts it off, and any race
-/// does so at once if it would not fit on idle cores. Of runners with an unknown entry_s, `must` enter. The others
-/// enter if they are prepared, or if the longest time of entering so far is left. While one enters, the next is
-/// prepared if it must be tried. Returns the rays of a round.
+/// puts off what takes longer than the whole budget on idle cores. Of runners with an unknown entry_s, `must` enter.
+/// The others enter if they are prepared, or if the longest time of entering so far is left. While one enters, the next
+/// that is expected to fit is prepared, as long as fewer than `must` were tried. Returns the rays of a round.
 std::size_t race(std::vector<Runner>& runners, const RaceRules& rules, const RaceHost& host);
 
 /// Returns the first runner after the reference that was not tried and is expected to fit into the budget of a race, if
