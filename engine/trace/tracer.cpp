@@ -117,11 +117,11 @@ void Tracer::prepare(const Query& query, bool counters, CameraKind camera) {
   try {
     Variant v = variant(query, counters);
     v.camera = camera;
-    tree_.prepare(v.method->tree, v.config.tree_access(), tree_.source_of(v.method->tree, v.numeric->leaves));
     prepare_pipeline(gpu_, kernel_source(v, gpu_.info(), tree_.facts()));
     // A recorded pass has the kernel that takes rays in doubt, too.
     if (camera != CameraKind::None && v.config.lists())
       prepare_pipeline(gpu_, kernel_source(v.taking(), gpu_.info(), tree_.facts()));
+    tree_.prepare(v.method->tree, v.config.tree_access(), tree_.source_of(v.method->tree, v.numeric->leaves));
   } catch (const Error&) {
   }
 }

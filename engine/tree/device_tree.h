@@ -125,7 +125,7 @@ class DeviceTree {
   const Texels& nodes(const TreeAccess& access, Source source = Source::Host);
   /// Returns the array of a format other than the pairs.
   const Texels& format(TreeFormatId id, const TreeAccess& access, Source source = Source::Host);
-  /// Begins to encode a format on another thread if that takes long. format() waits for it.
+  /// Makes the pairs, and begins to encode a format from them on another thread if that takes long. format() waits.
   void prepare(TreeFormatId id, const TreeAccess& access, Source source = Source::Host);
   /// Returns the leaves, which all formats share.
   const Texels& leaves(LeafFormat format, Fetch fetch, Source source = Source::Host);
