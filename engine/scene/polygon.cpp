@@ -3,117 +3,316 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <deque>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <numeric>
 #include <utility>
 
+#include "engine/scene/polygon_sweep.h"
+
 namespace ballot {
 namespace {
 
-/// The most corners for ear clipping, which takes up to the square of the number of corners in steps. Larger polygons
-/// are cut as fans.
-constexpr std::size_t kMaxClipped = 512;
+constexpr std::uint32_t kNobody = ~0u;
 
-using Points = std::vector<glm::dvec2>;
-
-/// Projects the polygon along the dominant axis of its normal (Newell's), so that it is counter-clockwise.
-Points flattened(std::span<const glm::vec3> polygon) {
-  glm::dvec3 normal{0};
+/// Returns the axis to project a polygon along: the largest of its normal (Newell's), or where areas of either
+/// direction cancel out the one that it extends least along. `turn` becomes -1 if it is clockwise then.
+int axis_of(std::span<const glm::vec3> polygon, double& turn) {
+  glm::dvec3 normal{0}, lo{polygon[0]}, hi{polygon[0]};
+  const glm::dvec3 origin{polygon[0]};
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const glm::dvec3 a{polygon[i]}, b{polygon[(i + 1) % polygon.size()]};
+    const glm::dvec3 a = glm::dvec3{polygon[i]} - origin;
+    const glm::dvec3 b = glm::dvec3{polygon[i + 1 < polygon.size() ? i + 1 : 0]} - origin;
     normal += glm::dvec3{(a.y - b.y) * (a.z + b.z), (a.z - b.z) * (a.x + b.x), (a.x - b.x) * (a.y + b.y)};
+    lo = glm::min(lo, a + origin), hi = glm::max(hi, a + origin);
   }
-  const glm::dvec3 size = glm::abs(normal);
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
-  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  const double turn = normal[axis] < 0 ? -1 : 1;
-  Points points;
-  for (const glm::vec3& p : polygon) points.emplace_back(turn * static_cast<double>(p[u]), p[v]);
-  return points;
+  const auto largest = [](const glm::dvec3& v) { return v.x >= v.y && v.x >= v.z ? 0 : (v.y >= v.z ? 1 : 2); };
+  const glm::dvec3 size = hi - lo;
+  int axis = largest(glm::abs(normal));
+  if (std::abs(normal[axis]) <= 1e-12 * glm::dot(size, size)) axis = largest(-size);
+  turn = normal[axis] < 0 ? -1 : 1;
+  return axis;
 }
 
-double cross(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) {
-  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+FlatPolygon flattened(std::span<const glm::vec3> polygon) {
+  double turn = 1;
+  const int axis = axis_of(polygon, turn), u = (axis + 1) % 3, v = (axis + 2) % 3;
+  FlatPolygon flat;
+  flat.points.reserve(polygon.size());
+  double most = 0;
+  for (const glm::vec3& p : polygon) {
+    flat.points.emplace_back(turn * double(p[u]), p[v]);
+    most = std::max({most, std::abs(double(p[u])), std::abs(double(p[v]))});
+  }
+  flat.rounding = most * 0x1p-22;
+  return flat;
 }
 
-bool is_convex(const Points& points) {
+/// Returns true if the polygon never turns right and goes around once. Corners that repeat do not count.
+bool is_convex(const std::vector<glm::dvec2>& points) {
   const std::size_t n = points.size();
-  for (std::size_t i = 0; i < n; ++i)
-    if (cross(points[i], points[(i + 1) % n], points[(i + 2) % n]) < 0) return false;
-  return true;
+  const auto edge = [&](std::size_t i) { return points[i + 1 < n ? i + 1 : 0] - points[i]; };
+  const auto ahead = [](const glm::dvec2& e) { return e.x > 0 || (e.x == 0 && e.y > 0); };
+  glm::dvec2 before{0};
+  for (std::size_t i = n; i > 0 && before == glm::dvec2{0}; --i) before = edge(i - 1);
+  int flips = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const glm::dvec2 now = edge(i);
+    if (now == glm::dvec2{0}) continue;
+    if (before.x * now.y - before.y * now.x < 0) return false;
+    flips += ahead(before) != ahead(now);
+    before = now;
+  }
+  return flips <= 2;
 }
 
-/// Cuts ears off a polygon, each time the first ear among the corners that are left.
+/// A tree of boxes over the corners that are left.
+class CornerTree {
+ public:
+  explicit CornerTree(const std::vector<glm::dvec2>& points)
+      : points_(points), order_(points.size()), place_(points.size()), nodes_(4 * points.size() / kLeaf + 4) {
+    std::iota(order_.begin(), order_.end(), 0u);
+    build(1, 0, order_.size());
+    for (std::uint32_t i = 0; i < order_.size(); ++i) place_[order_[i]] = i;
+  }
+
+  void remove(std::uint32_t corner) {
+    const std::size_t place = std::exchange(place_[corner], kNobody);
+    std::size_t node = 1, begin = 0, end = order_.size();
+    for (--nodes_[node].count; end - begin > kLeaf; --nodes_[node].count) {
+      const std::size_t middle = (begin + end) / 2;
+      node = 2 * node + (place >= middle);
+      (place >= middle ? begin : end) = middle;
+    }
+  }
+
+  /// Returns a corner that is in a counter-clockwise triangle or on its edge, and for which blocks(corner) is true;
+  /// kNobody if there is none.
+  template <class Blocks>
+  std::uint32_t find(const std::array<glm::dvec2, 3>& triangle, Blocks blocks) {
+    return find(triangle, blocks, 1, 0, order_.size());
+  }
+
+  /// Returns how many nodes all searches have visited.
+  std::uint64_t steps() const { return steps_; }
+
+ private:
+  static constexpr std::size_t kLeaf = 8;
+  struct Node {
+    glm::dvec2 lo{0}, hi{0};
+    std::uint32_t count = 0;  // of corners that are left
+  };
+
+  void build(std::size_t at, std::size_t begin, std::size_t end) {
+    Node& node = nodes_[at];
+    node.count = std::uint32_t(end - begin);
+    node.lo = node.hi = points_[order_[begin]];
+    for (std::size_t i = begin; i < end; ++i) {
+      node.lo = glm::min(node.lo, points_[order_[i]]);
+      node.hi = glm::max(node.hi, points_[order_[i]]);
+    }
+    if (end - begin <= kLeaf) return;
+    const int axis = node.hi.x - node.lo.x >= node.hi.y - node.lo.y ? 0 : 1;
+    const std::size_t middle = (begin + end) / 2;
+    const auto of = [&](std::size_t i) { return order_.begin() + std::ptrdiff_t(i); };
+    std::nth_element(of(begin), of(middle), of(end),
+                     [&](std::uint32_t a, std::uint32_t b) { return points_[a][axis] < points_[b][axis]; });
+    build(2 * at, begin, middle);
+    build(2 * at + 1, middle, end);
+  }
+
+  static bool misses(const Node& node, const std::array<glm::dvec2, 3>& t) {
+    for (int axis = 0; axis < 2; ++axis)
+      if (std::max({t[0][axis], t[1][axis], t[2][axis]}) < node.lo[axis] ||
+          std::min({t[0][axis], t[1][axis], t[2][axis]}) > node.hi[axis])
+        return true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::dvec2 &a = t[k], &b = t[(k + 1) % 3];
+      const glm::dvec2 most{b.y > a.y ? node.lo.x : node.hi.x, b.x > a.x ? node.hi.y : node.lo.y};
+      if (flat_cross(a, b, most) < 0) return true;
+    }
+    return false;
+  }
+
+  template <class Blocks>
+  std::uint32_t find(const std::array<glm::dvec2, 3>& triangle, Blocks& blocks, std::size_t node, std::size_t begin,
+                     std::size_t end) {
+    ++steps_;
+    if (nodes_[node].count == 0 || misses(nodes_[node], triangle)) return kNobody;
+    if (end - begin > kLeaf) {
+      const std::size_t middle = (begin + end) / 2;
+      const std::size_t second = (steps_ * 0x9E3779B97F4A7C15) >> 63;  // any corner, which stays for long on average
+      for (const std::size_t child : {second, 1 - second}) {
+        const std::uint32_t found =
+            find(triangle, blocks, 2 * node + child, child ? middle : begin, child ? end : middle);
+        if (found != kNobody) return found;
+      }
+      return kNobody;
+    }
+    for (std::size_t i = begin; i < end; ++i)
+      if (place_[order_[i]] != kNobody && blocks(order_[i])) return order_[i];
+    return kNobody;
+  }
+
+  const std::vector<glm::dvec2>& points_;
+  std::vector<std::uint32_t> order_, place_;  // corners by leaves; the place of each there, kNobody: removed
+  std::vector<Node> nodes_;                   // the children of node i are 2 i and 2 i + 1
+  std::uint64_t steps_ = 0;
+};
+
+/// Cuts ears off a polygon. A corner whose ear another corner blocks is tested again when that one has gone, so that
+/// few tests are in vain. First go spikes and corners that repeat, then ears that no corner touches, then others.
 class EarClipper {
  public:
-  explicit EarClipper(const Points& points) : points_(points), left_(points.size()), tests_(points.size()) {
-    std::iota(left_.begin(), left_.end(), 0u);
+  EarClipper(const FlatPolygon& polygon, std::vector<std::array<std::uint32_t, 3>>& triangles)
+      : points_(polygon.points),
+        rounding_(polygon.rounding),
+        triangles_(triangles),
+        tree_(points_),
+        left_(points_.size()),
+        before_(left_),
+        after_(left_),
+        ticket_(left_),
+        waiting_(left_, kNobody) {
+    for (std::uint32_t i = 0; i < left_; ++i) {
+      before_[i] = i > 0 ? i - 1 : std::uint32_t(left_ - 1);
+      after_[i] = i + 1 < left_ ? i + 1 : 0;
+    }
+    ask_all();
   }
 
-  /// Appends the ears. Returns the corners that are left: three, or more if the polygon crosses itself or has no area.
-  std::vector<std::uint32_t> clip(std::vector<std::array<std::uint32_t, 3>>& triangles) && {
-    while (left_.size() > 3) {
-      const std::size_t n = left_.size();
-      std::size_t ear = 0;
-      while (ear < n && !is_ear(ear)) ++ear;
-      if (ear == n) break;
-      triangles.push_back(triangle_at(ear));
-      left_.erase(left_.begin() + static_cast<std::ptrdiff_t>(ear));
+  /// Cuts until nothing is left. Returns false if the polygon is not simple.
+  bool run() {
+    const std::uint64_t most_steps = 4096 * (points_.size() + 1024);
+    while (left_ > 3) {
+      if (queue_.empty() && stage_ != Stage::Touching) {
+        stage_ = stage_ == Stage::Spikes ? Stage::Apart : Stage::Touching;
+        ask_all();
+      } else if (queue_.empty() || tree_.steps() > most_steps) {
+        force();
+      } else {
+        const auto [corner, ticket] = queue_.front();
+        queue_.pop_front();
+        if (ticket == ticket_[corner] && (is_spike(corner) || (stage_ != Stage::Spikes && is_ear(corner)))) cut(corner);
+      }
     }
-    return std::move(left_);
+    tangled_ |= turn(any_) < -slack(any_);
+    triangles_.push_back({before_[any_], any_, after_[any_]});
+    return !tangled_;
   }
 
  private:
-  /// What is known about a corner's triangle: it turns the wrong way, or no corner before `seen` is inside.
-  struct Test {
-    std::array<std::uint32_t, 3> triangle{};
-    bool concave = false;
-    std::uint32_t seen = 0;
+  enum class Stage { Spikes, Apart, Touching };
+  struct Waiting {
+    std::uint32_t corner, next;
   };
 
-  std::array<std::uint32_t, 3> triangle_at(std::size_t i) const {
-    const std::size_t n = left_.size();
-    return {left_[(i + n - 1) % n], left_[i], left_[(i + 1) % n]};
+  const glm::dvec2& at(std::uint32_t corner) const { return points_[corner]; }
+  double turn(std::uint32_t i) const { return flat_cross(at(before_[i]), at(i), at(after_[i])); }
+  double slack(std::uint32_t i) const {
+    return rounding_ * std::max(glm::distance(at(before_[i]), at(i)), glm::distance(at(i), at(after_[i])));
   }
 
-  bool contains(const std::array<std::uint32_t, 3>& triangle, std::uint32_t p) const {
-    const glm::dvec2 &a = points_[triangle[0]], &b = points_[triangle[1]], &c = points_[triangle[2]], &q = points_[p];
-    if (q == a || q == b || q == c) return false;
-    return cross(a, b, q) >= 0 && cross(b, c, q) >= 0 && cross(c, a, q) >= 0;
+  /// Puts a corner at the end of the queue, once.
+  void ask(std::uint32_t corner) { queue_.emplace_back(corner, ++ticket_[corner]); }
+
+  void ask_all() {
+    std::uint32_t i = any_;
+    for (std::size_t k = 0; k < left_; ++k, i = after_[i]) ask(i);
   }
 
-  /// Returns true if the remaining corner i is convex and its triangle contains no other corner. While the triangle
-  /// stays the same, the search for a corner inside goes on where it ended: corners disappear, but never come back.
-  /// This bounds all searches of a polygon by the square of its corners.
-  bool is_ear(std::size_t i) {
-    const std::array<std::uint32_t, 3> triangle = triangle_at(i);
-    Test& test = tests_[left_[i]];
-    if (test.triangle != triangle)
-      test = {triangle, cross(points_[triangle[0]], points_[triangle[1]], points_[triangle[2]]) <= 0, 0};
-    if (test.concave) return false;
-    for (auto at = std::ranges::lower_bound(left_, test.seen); at != left_.end(); ++at) {
-      test.seen = *at;
-      if (contains(triangle, *at)) return false;
+  /// Returns true if a corner repeats the one before, or the boundary turns back there.
+  bool is_spike(std::uint32_t i) const {
+    const glm::dvec2 in = at(i) - at(before_[i]), out = at(after_[i]) - at(i);
+    return in == glm::dvec2{0} || out == glm::dvec2{0} ||
+           (glm::dot(in, out) < 0 && std::abs(turn(i)) <= slack(i) && !(turn(i) > 0 && stage_ != Stage::Spikes));
+  }
+
+  bool is_ear(std::uint32_t i) {
+    if (turn(i) <= 0) return false;
+    const std::array<std::uint32_t, 3> ear{before_[i], i, after_[i]};
+    const std::array<glm::dvec2, 3> triangle{at(ear[0]), at(ear[1]), at(ear[2])};
+    const std::uint32_t blocker = tree_.find(
+        triangle, [&](std::uint32_t q) { return q != ear[0] && q != ear[1] && q != ear[2] && blocks(triangle, q); });
+    if (blocker == kNobody) return true;
+    waits_.push_back({i, waiting_[blocker]});
+    waiting_[blocker] = std::uint32_t(waits_.size() - 1);
+    return false;
+  }
+
+  /// Returns true if a corner is in a triangle so that this is no ear: inside, or on its edge. At a corner of the
+  /// triangle, and in the last stage anywhere on an edge, only a boundary that goes on into the triangle counts.
+  bool blocks(const std::array<glm::dvec2, 3>& t, std::uint32_t q) const {
+    const auto side = [&](std::size_t k, const glm::dvec2& p) { return flat_cross(t[k], t[(k + 1) % 3], p); };
+    std::array<bool, 3> on{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double s = side(k, at(q));
+      if (s < 0) return false;
+      on[k] = s == 0;
     }
-    return true;
+    const int edges = on[0] + on[1] + on[2];
+    if (edges == 0 || (edges == 1 && stage_ == Stage::Apart)) return true;
+    for (const std::uint32_t to : {before_[q], after_[q]}) {
+      bool enters = true;
+      for (std::size_t k = 0; k < 3; ++k) enters = enters && (!on[k] || side(k, at(to)) > 0);
+      if (enters) return true;
+    }
+    return false;
   }
 
-  const Points& points_;
-  std::vector<std::uint32_t> left_;  // ascending
-  std::vector<Test> tests_;          // by corner
+  void cut(std::uint32_t i) {
+    const std::uint32_t a = before_[i], b = after_[i];
+    triangles_.push_back({a, i, b});
+    after_[a] = b, before_[b] = a;
+    any_ = b;
+    after_[i] = kNobody;
+    ++ticket_[i];
+    --left_;
+    tree_.remove(i);
+    ask(a), ask(b);
+    for (std::uint32_t w = waiting_[i]; w != kNobody; w = waits_[w].next)
+      if (after_[waits_[w].corner] != kNobody) ask(waits_[w].corner);
+  }
+
+  /// Cuts a corner though it is no ear: the smallest of the next ones, convex if there is such. Unless its triangle has
+  /// no area but for rounding, the polygon is not simple.
+  void force() {
+    constexpr std::size_t kLookedAt = 64;
+    const auto cost = [this](std::uint32_t i) { return std::pair(turn(i) <= 0, std::abs(turn(i))); };
+    std::uint32_t i = any_, least = any_;
+    for (std::size_t k = 0; k < std::min(left_, kLookedAt); ++k, i = after_[i])
+      if (cost(i) < cost(least)) least = i;
+    tangled_ |= std::abs(turn(least)) > slack(least);
+    cut(least);
+  }
+
+  const std::vector<glm::dvec2>& points_;
+  double rounding_;
+  std::vector<std::array<std::uint32_t, 3>>& triangles_;
+  CornerTree tree_;
+  std::size_t left_;
+  std::vector<std::uint32_t> before_, after_;                       // of the corners that are left; kNobody: cut
+  std::vector<std::uint32_t> ticket_, waiting_;                     // the last in the queue; head of a list in waits_
+  std::vector<Waiting> waits_;                                      // corners that wait for one to go
+  std::deque<std::pair<std::uint32_t, std::uint32_t>> queue_ = {};  // corners to be tested, with their tickets
+  std::uint32_t any_ = 0;                                           // a corner that is left
+  Stage stage_ = Stage::Spikes;
+  bool tangled_ = false;
 };
 
 }  // namespace
 
-void triangulate(std::span<const glm::vec3> polygon, std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  std::vector<std::uint32_t> left(polygon.size());
-  std::iota(left.begin(), left.end(), 0u);
-  if (polygon.size() > 3 && polygon.size() <= kMaxClipped) {
-    const Points points = flattened(polygon);
-    if (!is_convex(points)) left = EarClipper(points).clip(triangles);
+bool triangulate(std::span<const glm::vec3> polygon, std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  if (polygon.size() > 3) {
+    const FlatPolygon flat = flattened(polygon);
+    if (!is_convex(flat.points)) {
+      const bool crosses = crosses_itself(flat);
+      return EarClipper(flat, triangles).run() && !crosses;
+    }
   }
-  for (std::size_t i = 2; i < left.size(); ++i) triangles.push_back({left[0], left[i - 1], left[i]});
+  for (std::uint32_t i = 2; i < polygon.size(); ++i) triangles.push_back({0, i - 1, i});
+  return true;
 }
 
 }  // namespace ballot
