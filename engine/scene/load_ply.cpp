@@ -31,12 +31,13 @@ Scene load_ply(const std::filesystem::path& path, const LoadOptions&) {
   scene.notes = std::move(file.notes);
   std::vector<glm::vec3> polygon;
   std::vector<std::array<std::uint32_t, 3>> cut;
+  TangledPolygons tangled;
   const std::size_t count = file.corners.size() - 2 * file.face_ends.size();
   scene.triangles.reserve(count);
   if (!file.normals.empty()) scene.normals.reserve(count);
   if (!file.colors.empty()) scene.colors.reserve(count);
   std::uint32_t first = 0, released = 0;
-  for (const std::uint32_t end : file.face_ends) {
+  for (const std::uint32_t& end : file.face_ends) {
     if (constexpr std::uint32_t kTogether = 1 << 18; first - released >= kTogether) {
       release_pages(std::as_bytes(std::span(file.corners).subspan(released, first - released)));
       released = first;
@@ -47,7 +48,7 @@ Scene load_ply(const std::filesystem::path& path, const LoadOptions&) {
     if (end - first == 3)
       cut.push_back({0, 1, 2});
     else
-      triangulate(polygon, cut);
+      tangled.add(triangulate(polygon, cut), [&] { return fmt::format("face {}", &end - file.face_ends.data()); });
     for (std::array<std::uint32_t, 3> corners : cut) {
       const Triangle& triangle =
           scene.triangles.emplace_back(Triangle{polygon[corners[0]], polygon[corners[1]], polygon[corners[2]]});
@@ -61,6 +62,7 @@ Scene load_ply(const std::filesystem::path& path, const LoadOptions&) {
     if (scene.triangles.size() > kMaxTriangles)
       fail_in(path, "has more than {} triangles; use a smaller scene", kMaxTriangles);
   }
+  tangled.note(scene.notes);
   complete_mesh(path, scene);
   return scene;
 }

@@ -40,12 +40,16 @@ FlatPolygon flattened(std::span<const glm::vec3> polygon) {
   const int axis = axis_of(polygon, turn), u = (axis + 1) % 3, v = (axis + 2) % 3;
   FlatPolygon flat;
   flat.points.reserve(polygon.size());
-  double most = 0;
+  glm::dvec2 most{0}, lo{polygon[0][u], polygon[0][v]}, hi = lo;
   for (const glm::vec3& p : polygon) {
-    flat.points.emplace_back(turn * double(p[u]), p[v]);
-    most = std::max({most, std::abs(double(p[u])), std::abs(double(p[v]))});
+    const glm::dvec2 at{p[u], p[v]};
+    flat.points.emplace_back(turn * at.x, at.y);
+    most = glm::max(most, glm::abs(at));
+    lo = glm::min(lo, at), hi = glm::max(hi, at);
   }
-  flat.rounding = most * 0x1p-22;
+  constexpr double kFew = 256;  // a polygon that is few roundings large is taken as it is
+  flat.rounding = std::max(most.x, most.y) * 0x1p-22;
+  if (std::max(hi.x - lo.x, hi.y - lo.y) < kFew * flat.rounding) flat.rounding = 0;
   return flat;
 }
 
@@ -67,6 +71,30 @@ bool is_convex(const std::vector<glm::dvec2>& points) {
   return flips <= 2;
 }
 
+/// A counter-clockwise triangle with a margin, within which rounding may have moved a corner off its edges.
+struct Ear {
+  std::array<glm::dvec2, 3> at;
+  std::array<double, 3> margin{};  // of side()
+  glm::dvec2 lo, hi;               // with the margin
+
+  Ear(const std::array<glm::dvec2, 3>& corners, double rounding)
+      : at(corners),
+        lo(glm::min(glm::min(at[0], at[1]), at[2]) - rounding),
+        hi(glm::max(glm::max(at[0], at[1]), at[2]) + rounding) {
+    for (std::size_t k = 0; k < 3; ++k) margin[k] = rounding * glm::distance(at[k], at[(k + 1) % 3]);
+  }
+
+  /// Returns on which side of edge k a point is: positive inside.
+  double side(std::size_t k, const glm::dvec2& p) const { return flat_cross(at[k], at[(k + 1) % 3], p); }
+
+  /// Returns true if a point is beside edge k, not beyond its ends.
+  bool beside(std::size_t k, const glm::dvec2& p) const {
+    const glm::dvec2 edge = at[(k + 1) % 3] - at[k];
+    const double along = glm::dot(p - at[k], edge);
+    return along > 0 && along < glm::dot(edge, edge);
+  }
+};
+
 /// A tree of boxes over the corners that are left.
 class CornerTree {
  public:
@@ -87,11 +115,10 @@ class CornerTree {
     }
   }
 
-  /// Returns a corner that is in a counter-clockwise triangle or on its edge, and for which blocks(corner) is true;
-  /// kNobody if there is none.
+  /// Returns a corner that is in an ear or on its edge, and for which blocks(corner) is true; kNobody if there is none.
   template <class Blocks>
-  std::uint32_t find(const std::array<glm::dvec2, 3>& triangle, Blocks blocks) {
-    return find(triangle, blocks, 1, 0, order_.size());
+  std::uint32_t find(const Ear& ear, Blocks blocks) {
+    return find(ear, blocks, 1, 0, order_.size());
   }
 
   /// Returns how many nodes all searches have visited.
@@ -122,30 +149,26 @@ class CornerTree {
     build(2 * at + 1, middle, end);
   }
 
-  static bool misses(const Node& node, const std::array<glm::dvec2, 3>& t) {
+  static bool misses(const Node& node, const Ear& ear) {
     for (int axis = 0; axis < 2; ++axis)
-      if (std::max({t[0][axis], t[1][axis], t[2][axis]}) < node.lo[axis] ||
-          std::min({t[0][axis], t[1][axis], t[2][axis]}) > node.hi[axis])
-        return true;
+      if (ear.hi[axis] < node.lo[axis] || ear.lo[axis] > node.hi[axis]) return true;
     for (std::size_t k = 0; k < 3; ++k) {
-      const glm::dvec2 &a = t[k], &b = t[(k + 1) % 3];
-      const glm::dvec2 most{b.y > a.y ? node.lo.x : node.hi.x, b.x > a.x ? node.hi.y : node.lo.y};
-      if (flat_cross(a, b, most) < 0) return true;
+      const glm::dvec2 edge = ear.at[(k + 1) % 3] - ear.at[k];
+      const glm::dvec2 most{edge.y > 0 ? node.lo.x : node.hi.x, edge.x > 0 ? node.hi.y : node.lo.y};
+      if (ear.side(k, most) < -ear.margin[k]) return true;
     }
     return false;
   }
 
   template <class Blocks>
-  std::uint32_t find(const std::array<glm::dvec2, 3>& triangle, Blocks& blocks, std::size_t node, std::size_t begin,
-                     std::size_t end) {
+  std::uint32_t find(const Ear& ear, Blocks& blocks, std::size_t node, std::size_t begin, std::size_t end) {
     ++steps_;
-    if (nodes_[node].count == 0 || misses(nodes_[node], triangle)) return kNobody;
+    if (nodes_[node].count == 0 || misses(nodes_[node], ear)) return kNobody;
     if (end - begin > kLeaf) {
       const std::size_t middle = (begin + end) / 2;
       const std::size_t second = (steps_ * 0x9E3779B97F4A7C15) >> 63;  // any corner, which stays for long on average
       for (const std::size_t child : {second, 1 - second}) {
-        const std::uint32_t found =
-            find(triangle, blocks, 2 * node + child, child ? middle : begin, child ? end : middle);
+        const std::uint32_t found = find(ear, blocks, 2 * node + child, child ? middle : begin, child ? end : middle);
         if (found != kNobody) return found;
       }
       return kNobody;
@@ -222,40 +245,41 @@ class EarClipper {
     for (std::size_t k = 0; k < left_; ++k, i = after_[i]) ask(i);
   }
 
-  /// Returns true if a corner repeats the one before, or the boundary turns back there.
+  /// Returns true if a corner repeats the one before, or the boundary turns back there. Edges that are long enough to
+  /// tell may lie apart by rounding.
   bool is_spike(std::uint32_t i) const {
     const glm::dvec2 in = at(i) - at(before_[i]), out = at(after_[i]) - at(i);
-    return in == glm::dvec2{0} || out == glm::dvec2{0} ||
-           (glm::dot(in, out) < 0 && std::abs(turn(i)) <= slack(i) && !(turn(i) > 0 && stage_ != Stage::Spikes));
+    const double shorter = std::min(glm::length(in), glm::length(out));
+    const double apart = shorter > 64 * rounding_ ? slack(i) : 0;
+    return shorter == 0 || (std::abs(turn(i)) <= apart && glm::dot(in, out) < 0);
   }
 
   bool is_ear(std::uint32_t i) {
     if (turn(i) <= 0) return false;
-    const std::array<std::uint32_t, 3> ear{before_[i], i, after_[i]};
-    const std::array<glm::dvec2, 3> triangle{at(ear[0]), at(ear[1]), at(ear[2])};
-    const std::uint32_t blocker = tree_.find(
-        triangle, [&](std::uint32_t q) { return q != ear[0] && q != ear[1] && q != ear[2] && blocks(triangle, q); });
+    const std::array<std::uint32_t, 3> corners{before_[i], i, after_[i]};
+    const Ear ear({at(corners[0]), at(i), at(corners[2])}, rounding_);
+    const std::uint32_t blocker =
+        tree_.find(ear, [&](std::uint32_t q) { return std::ranges::count(corners, q) == 0 && blocks(ear, q); });
     if (blocker == kNobody) return true;
     waits_.push_back({i, waiting_[blocker]});
     waiting_[blocker] = std::uint32_t(waits_.size() - 1);
     return false;
   }
 
-  /// Returns true if a corner is in a triangle so that this is no ear: inside, or on its edge. At a corner of the
-  /// triangle, and in the last stage anywhere on an edge, only a boundary that goes on into the triangle counts.
-  bool blocks(const std::array<glm::dvec2, 3>& t, std::uint32_t q) const {
-    const auto side = [&](std::size_t k, const glm::dvec2& p) { return flat_cross(t[k], t[(k + 1) % 3], p); };
+  /// Returns true if a corner is in an ear so that this is none: inside, or on an edge of it. At a corner of the ear,
+  /// and in the last stage anywhere on its edges, only a boundary that goes on into the ear counts.
+  bool blocks(const Ear& ear, std::uint32_t q) const {
     std::array<bool, 3> on{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const double s = side(k, at(q));
-      if (s < 0) return false;
-      on[k] = s == 0;
+      const double s = ear.side(k, at(q));
+      on[k] = s == 0 || (s < 0 && s >= -ear.margin[k] && ear.beside(k, at(q)));
+      if (s < 0 && !on[k]) return false;
     }
     const int edges = on[0] + on[1] + on[2];
     if (edges == 0 || (edges == 1 && stage_ == Stage::Apart)) return true;
     for (const std::uint32_t to : {before_[q], after_[q]}) {
       bool enters = true;
-      for (std::size_t k = 0; k < 3; ++k) enters = enters && (!on[k] || side(k, at(to)) > 0);
+      for (std::size_t k = 0; k < 3; ++k) enters = enters && (!on[k] || ear.side(k, at(to)) > ear.margin[k]);
       if (enters) return true;
     }
     return false;
