@@ -36,6 +36,7 @@
 #include "engine/core/say.h"
 #include "engine/core/shown.h"
 #include "engine/core/standard_output.h"
+#include "engine/core/text_mark.h"
 #include "engine/oracle/self_crossings.h"
 #include "engine/present/presenter.h"
 #include "engine/query/point_queries.h"

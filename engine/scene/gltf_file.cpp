@@ -12,6 +12,7 @@
 
 #include "engine/core/file.h"
 #include "engine/core/json_depth.h"
+#include "engine/core/text_mark.h"
 #include "engine/scene/gltf_accessor.h"
 #include "engine/scene/gltf_compressed.h"
 #include "engine/scene/loaders.h"
@@ -224,7 +225,7 @@ GltfFile read_gltf(const std::filesystem::path& path, const LoadOptions& options
   const bool binary = bytes.size() >= 4 && word(bytes, 0) == kMagic;
   std::string_view json{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   if (binary) json = checked_json_chunk(path, bytes);
-  if (json.starts_with("\xEF\xBB\xBF")) json.remove_prefix(3);  // byte order mark
+  json = without_mark(path, json);
   const std::size_t start = json.find_first_not_of(" \t\r\n");
   if (start == std::string_view::npos || json[start] != '{')
     fail_in(path, "is not glTF: expected the word glTF (binary) or '{{' (text) at its start, found '{}'",

@@ -63,6 +63,7 @@ Scene load_scene(const std::filesystem::path& path, const LoadOptions& options) 
     Scene scene = format.load(path, options);
     scene.name = path.stem().string();
     finish_scene(scene);
+    if (scene.triangles.empty()) scene.notes.emplace_back("The file holds no triangle, so there is nothing to hit.");
     return scene;
   } catch (const std::bad_alloc&) {
     fail_in(path, "does not fit into memory; use a smaller scene or a machine with more");

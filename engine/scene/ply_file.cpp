@@ -10,13 +10,17 @@
 #include "engine/core/file.h"
 #include "engine/core/memory.h"
 #include "engine/core/srgb.h"
+#include "engine/core/text_mark.h"
 #include "engine/scene/loaders.h"
+#include "engine/scene/text_lines.h"
 #include "engine/scene/words.h"
 
 namespace ballot {
 namespace {
 
 enum class Coding { Text, Little, Big };
+constexpr std::string_view kStrips = "tristrips";
+constexpr std::uint32_t kRestart = ~0u;  // begins another strip
 
 struct Type {
   std::string_view name, other_name;
@@ -69,6 +73,7 @@ class HeaderParser {
   HeaderParser(const std::filesystem::path& path, std::string_view text) : path_(path), text_(text) {}
 
   Header run() {
+    read_line_end();
     if (trimmed(line()) != "ply") fail_in(path_, "is not PLY: its first line is not 'ply'; check the file's type");
     bool coded = false;
     while (true) {
@@ -100,14 +105,15 @@ class HeaderParser {
                                            fmt::format(text, std::forward<Args>(args)...)));
   }
 
-  static std::string_view trimmed(std::string_view s) {
-    while (!s.empty() && (s.back() == '\r' || s.back() == ' ')) s.remove_suffix(1);
-    return s;
+  /// Takes CR alone as the end of all lines if the first ends so: data behind the header may begin with a byte like LF.
+  void read_line_end() {
+    const std::size_t end = text_.find_first_of("\r\n");
+    if (end != std::string_view::npos && text_[end] == '\r' && !text_.substr(end).starts_with("\r\n")) line_end_ = '\r';
   }
 
   std::string_view line() {
     const std::string_view rest = text_.substr(header_.bytes);
-    const std::size_t end = std::min(rest.find('\n'), rest.size());
+    const std::size_t end = std::min(rest.find(line_end_), rest.size());
     header_.bytes += std::min(end + 1, rest.size());
     ++header_.lines;
     return rest.substr(0, end);
@@ -145,6 +151,7 @@ class HeaderParser {
 
   std::filesystem::path path_;
   std::string_view text_;
+  char line_end_ = '\n';
   Header header_;
 };
 
@@ -156,7 +163,11 @@ class Body {
         coding_(header.coding),
         bytes_(bytes.subspan(header.bytes)),
         kept_(bytes_.data()),
-        words_(path, {reinterpret_cast<const char*>(bytes_.data()), bytes_.size()}, header.lines + 1) {}
+        words_(path, {reinterpret_cast<const char*>(bytes_.data()), bytes_.size()}, header.lines + 1) {
+    std::uint64_t lines = 0;
+    for (const Element& e : header.elements) lines += e.properties.empty() ? 0 : e.count;
+    by_lines_ = coding_ == Coding::Text && has_lines(lines);
+  }
 
   double number(const Type& type, const Element& element) {
     if (coding_ == Coding::Text) return words_.number<double>(element.name);
@@ -181,6 +192,16 @@ class Body {
     return std::size_t(length);
   }
 
+  /// Moves behind an element. Some programs write more numbers into a line than the header says.
+  void end_element() {
+    if (!by_lines_) return;
+    more_ = more_ || !trimmed(words_.rest_of_line()).empty();
+    words_.skip_line();
+  }
+
+  /// Returns true if lines held more than the header says.
+  bool left_out() const { return more_; }
+
   /// Returns the bytes behind the header that have not been read, or of text all of them.
   std::size_t bytes() const { return bytes_.size(); }
 
@@ -190,6 +211,17 @@ class Body {
   }
 
  private:
+  /// Returns true if the text has at least `wanted` lines that are not blank: then each element has one of its own.
+  bool has_lines(std::uint64_t wanted) const {
+    bool blank = true;
+    for (std::size_t i = 0; i < bytes_.size() && wanted > 0; ++i) {
+      const unsigned char c = bytes_[i];
+      if (blank && c > ' ') --wanted;
+      blank = c == '\n' || c == '\r' || (blank && c <= ' ');
+    }
+    return wanted == 0;
+  }
+
   /// Gives back the memory of what has been read.
   void release() {
     constexpr std::ptrdiff_t kTogether = 1 << 20;
@@ -203,6 +235,7 @@ class Body {
   std::span<const unsigned char> bytes_;
   const unsigned char* kept_;  // the first byte that is still in memory
   Words words_;
+  bool by_lines_ = false, more_ = false;
 };
 
 /// Throws unless the file can hold as many elements as its header names: at least a byte each.
@@ -240,6 +273,7 @@ void read_vertices(Body& body, const Element& element, const std::filesystem::pa
       for (std::size_t i = 0; i < values.size(); ++i)
         if (wanted[i] == p) values[i] = value;
     }
+    body.end_element();
     for (std::size_t i = 0; i < 3; ++i)
       if (!std::isfinite(values[i]))
         fail_in(path, "vertex {} is ({}, {}, {}); expected finite numbers", v, values[0], values[1], values[2]);
@@ -250,14 +284,30 @@ void read_vertices(Body& body, const Element& element, const std::filesystem::pa
   }
 }
 
+/// Appends the triangles of a strip. Every other one is wound the other way; -1 begins another strip.
+void add_strip(std::span<const std::uint32_t> strip, PlyFile& file) {
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < strip.size(); ++i) {
+    if (strip[i] == kRestart) first = i + 1;
+    if (strip[i] == kRestart || i < first + 2) continue;
+    const bool turned = (i - first) % 2 == 1;
+    for (const std::size_t back : {turned ? 1 : 2, turned ? 2 : 1, 0}) file.corners.push_back(strip[i - back]);
+    file.face_ends.push_back(std::uint32_t(file.corners.size()));
+  }
+}
+
+/// Reads the lists of indices of faces or of strips of triangles. The vertices may be read later.
 void read_faces(Body& body, const Element& element, const std::filesystem::path& path, PlyFile& file) {
+  const bool strips = element.name == kStrips;
   auto list = element.find("vertex_indices");
   if (!list) list = element.find("vertex_index");
-  if (!list || !element.properties[*list].count) fail_in(path, "its faces have no list 'vertex_indices'");
+  if (!list || !element.properties[*list].count)
+    fail_in(path, "its elements '{}' have no list 'vertex_indices'", element.name);
   const std::uint64_t likely = std::min<std::uint64_t>(element.count, body.bytes() / 4);  // triangles take 4 and more
-  file.corners.reserve(3 * likely);
-  file.face_ends.reserve(likely);
+  file.corners.reserve(file.corners.size() + 3 * likely);
+  file.face_ends.reserve(file.face_ends.size() + likely);
   std::uint64_t small = 0;
+  std::vector<std::uint32_t> indices;
   for (std::uint64_t f = 0; f < element.count; ++f) {
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       const Property& property = element.properties[p];
@@ -265,49 +315,75 @@ void read_faces(Body& body, const Element& element, const std::filesystem::path&
         body.skip(property, element);
         continue;
       }
-      const std::size_t first = file.corners.size(), count = body.length(property, element);
-      for (std::size_t i = 0; i < count; ++i) {
+      indices.resize(body.length(property, element));
+      for (std::uint32_t& to : indices) {
         const double index = body.number(*property.type, element);
-        if (!(index >= 0) || index >= double(file.vertices.size()) || index != std::floor(index))
-          fail_in(path, "face {} names vertex {}, but the file has {}", f, index, file.vertices.size());
-        file.corners.push_back(std::uint32_t(index));
+        const bool restart = strips && (index == -1 || index == double(kRestart));
+        if (!restart && (!(index >= 0) || index >= double(kRestart) || index != std::floor(index)))
+          fail_in(path, "{} {} names vertex {}; expected a whole number from 0 on", element.name, f, index);
+        to = restart ? kRestart : std::uint32_t(index);
       }
-      if (count < 3) file.corners.resize(first);
-      if (count < 3)
+      if (strips) {
+        add_strip(indices, file);
+      } else if (indices.size() < 3) {
         ++small;
-      else
+      } else {
+        file.corners.insert(file.corners.end(), indices.begin(), indices.end());
         file.face_ends.push_back(std::uint32_t(file.corners.size()));
+      }
       if (file.corners.size() > 3 * kMaxTriangles)
         fail_in(path, "has more than {} corners of faces; use a smaller scene", 3 * kMaxTriangles);
     }
+    body.end_element();
   }
   if (small) file.notes.push_back(fmt::format("{} faces of fewer than 3 corners were left out.", small));
+}
+
+/// Throws if a face names a vertex that the file lacks.
+void check_corners(const std::filesystem::path& path, const PlyFile& file) {
+  const std::size_t count = file.vertices.size();
+  const auto beyond = std::ranges::find_if(file.corners, [&](std::uint32_t corner) { return corner >= count; });
+  if (beyond == file.corners.end()) return;
+  const auto place = std::uint32_t(beyond - file.corners.begin());
+  const auto face = std::ranges::upper_bound(file.face_ends, place) - file.face_ends.begin();
+  fail_in(path, "face {} names vertex {}, but the file has {}", face, *beyond, count);
 }
 
 }  // namespace
 
 PlyFile read_ply(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_file(path);
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::string_view text = without_mark(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   const Header header = HeaderParser(path, text).run();
   check_counts(path, header, bytes.size());
-  Body body(path, header, {reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()});
+  const auto is_faces = [](const Element& e) { return e.name == "face" || e.name == kStrips; };
+  const auto count_of = [&](auto is) { return std::ranges::count_if(header.elements, is); };
+  auto vertices = count_of([](const Element&e) { return e.name == "vertex"; }), faces = count_of(is_faces);
+  if (vertices > 1) fail_in(path, "has {} elements 'vertex'; expected one", vertices);
+  const bool mesh = faces > 0;
+  Body body(path, header, {reinterpret_cast<const unsigned char*>(text.data()), text.size()});
   PlyFile file;
-  bool faces = false;
   for (const Element& element : header.elements) {
     if (element.name == "vertex") {
       read_vertices(body, element, path, file);
-    } else if (element.name == "face") {
+      --vertices;
+    } else if (is_faces(element)) {
       read_faces(body, element, path, file);
-      faces = true;
-      break;                                   // what follows is not needed
+      --faces;
     } else if (!element.properties.empty()) {  // else it takes no bytes, however many there are
-      for (std::uint64_t i = 0; i < element.count; ++i)
+      for (std::uint64_t i = 0; i < element.count; ++i) {
         for (const Property& property : element.properties) body.skip(property, element);
+        body.end_element();
+      }
     }
+    if (vertices + faces == 0) break;  // what follows is not needed
   }
-  if (!faces)
-    fail_in(path, "has no faces, only {} points; expected a mesh with an element 'face'", file.vertices.size());
+  if (!mesh)
+    fail_in(path, "has no faces, only {} points; expected a mesh with an element 'face' or 'tristrips'",
+            file.vertices.size());
+  check_corners(path, file);
+  if (body.left_out())
+    file.notes.emplace_back("Lines hold more numbers than the header names; those behind were left out.");
   return file;
 }
 

@@ -1,6 +1,7 @@
 // Reads the words and numbers of text formats. Internal to engine/scene.
 #pragma once
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -12,7 +13,7 @@
 
 namespace ballot {
 
-/// A text of words that spaces and ends of lines part. Numbers are those of std::from_chars.
+/// A text of words that spaces and ends of lines part: LF, CR LF or CR. Numbers are those of std::from_chars.
 class Words {
  public:
   Words(const std::filesystem::path& path, std::string_view text, std::size_t first_line = 1)
@@ -21,7 +22,8 @@ class Words {
   /// Returns the next word; empty at the end of the text.
   std::string_view next() {
     std::size_t begin = 0;
-    for (; begin < rest_.size() && is_space(rest_[begin]); ++begin) line_ += rest_[begin] == '\n';
+    for (char last = 0; begin < rest_.size() && is_space(rest_[begin]); last = rest_[begin++])
+      line_ += rest_[begin] == '\r' || (rest_[begin] == '\n' && last != '\r');
     std::size_t end = begin;
     while (end < rest_.size() && !is_space(rest_[end])) ++end;
     const std::string_view word = rest_.substr(begin, end - begin);
@@ -45,8 +47,11 @@ class Words {
     return value;
   }
 
+  /// Returns what follows in the line.
+  std::string_view rest_of_line() const { return rest_.substr(0, std::min(rest_.find_first_of("\r\n"), rest_.size())); }
+
   /// Moves to the next line.
-  void skip_line() { rest_.remove_prefix(std::min(rest_.find('\n'), rest_.size())); }
+  void skip_line() { rest_.remove_prefix(rest_of_line().size()); }
 
   /// Throws Error(Work) "PATH:LINE: text".
   template <class... Args>

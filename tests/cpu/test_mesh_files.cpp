@@ -1,4 +1,5 @@
 // Tests the loaders of PLY, STL and arrays of triangles: what they make of valid files, and how they refuse others.
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <limits>
@@ -30,6 +31,13 @@ void add_bytes(std::string& to, T value, bool swap = false) {
 }
 
 constexpr std::string_view kMeshVertices = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+/// Returns a text with CR alone at the ends of its lines.
+std::string with_cr(std::string_view text) {
+  std::string to(text);
+  std::ranges::replace(to, '\n', '\r');
+  return to;
+}
+
 constexpr std::string_view kMeshText =
     "ply\r\nformat ascii 1.0\ncomment of any kind\nelement vertex 4\nproperty double x\nproperty float y\n"
     "property list uchar int more\nproperty float z\nelement face 2\nproperty uchar colour\n"
@@ -69,6 +77,72 @@ TEST(Ply, BinaryOfBothByteOrdersWithPolygonsAndNormals) {
 TEST(Ply, ElementsWithoutPropertiesTakeNoTime) {
   const std::string nothing = "ply\nformat ascii 1.0\nelement nothing 300000000000\n";
   refuse_mesh("a.ply", nothing + "end_header\n", {"has no faces"});
+}
+
+TEST(Ply, ElementsOfAnyOrder) {
+  const std::string head = "ply\nformat ascii 1.0\n",
+                    faces = "element face 2\nproperty list uint8 int16 vertex_index\n",
+                    points = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n", indices = "3 0 1 3\n3 1 2 3\n";
+  const std::string first =
+      head + faces + "element edge 1\nproperty int a\n" + std::string(kMeshVertices) + "end_header\n" + indices + "7\n";
+  EXPECT_EQ(load_mesh("a.ply", first + points).triangles, (std::vector{kFirst, kSecond}));
+  refuse_mesh("a.ply", first + points.substr(6), {"the file ends"});
+  const std::string wrong = head + faces + std::string(kMeshVertices) + "end_header\n3 0 1 3\n3 1 4 3\n" + points;
+  refuse_mesh("a.ply", wrong, {"face 1 names vertex 4, but the file has 4"});
+  refuse_mesh("a.ply", head + std::string(kMeshVertices) + std::string(kMeshVertices) + faces + "end_header\n",
+              {"has 2 elements 'vertex'"});
+  std::string binary =
+      "ply\rformat binary_little_endian 1.0\relement face 2\rproperty list int32 uint32 vertex_indices\r"
+      "element vertex 4\rproperty float32 x\rproperty float32 y\rproperty float64 z\rend_header\r";
+  for (const std::uint32_t value : {3u, 0u, 1u, 3u, 3u, 1u, 2u, 3u}) add_bytes(binary, value);
+  for (const auto& [x, y] : {std::pair(0.f, 0.f), {1.f, 0.f}, {1.f, 1.f}, {0.f, 1.f}})
+    add_bytes(binary, x), add_bytes(binary, y), add_bytes(binary, 0.0);
+  EXPECT_EQ(load_mesh("a.ply", binary).triangles, (std::vector{kFirst, kSecond}));
+  std::string ten =
+      "ply\rformat binary_little_endian 1.0\relement x 1\rproperty uchar a\r" + with_cr(kMeshVertices) +
+      "element face 1\rproperty list uchar uchar vertex_indices\rend_header\r\n";  // data begin with byte 10
+  ten += std::string(48, '\0') + std::string("\3\0\1\3", 4);
+  EXPECT_EQ(load_mesh("a.ply", ten).triangles.size(), 1u);
+}
+
+TEST(Ply, StripsOfTriangles) {
+  const std::string
+      head = "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n",
+      points = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n1 2 0\n";
+  const Scene scene =
+      load_mesh("a.ply", head + "element tristrips 2\nproperty list int int vertex_indices\nend_header\n" + points +
+                             "10 0 1 2 3 -1 -1 2 3 4 5\n2 0 1\n");
+  ASSERT_EQ(scene.triangles.size(), 4u);
+  for (const auto& [a, b, c] : scene.triangles)  // all are wound alike: half a square each
+    EXPECT_EQ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x), 1);
+  EXPECT_EQ(scene.triangles[2], (Triangle{glm::vec3{0, 1, 0}, glm::vec3{1, 1, 0}, glm::vec3{0, 2, 0}}));
+  const Scene both = load_mesh("a.ply", head +
+                                            "element face 1\nproperty list int int vertex_index\n"
+                                            "element tristrips 1\nproperty list int int vertex_index\nend_header\n" +
+                                            points + "4 0 1 3 2\n3 2 3 4\n");
+  EXPECT_EQ(both.triangles.size(), 3u);
+}
+
+TEST(Ply, LinesOfOtherLengths) {
+  const std::string head = "ply\nformat ascii 1.0\n" + std::string(kMeshVertices) +
+                           "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
+  const Scene longer =
+      load_mesh("a.ply", head + "0 0 0 255 255\n1 0 0 9\n\n1 1 0\n0 1 0 1\n3 0 1 3 6 0 0 1 1 0 1\n3 1 2 3\n");
+  EXPECT_EQ(longer.triangles, (std::vector{kFirst, kSecond}));
+  EXPECT_EQ(longer.notes,
+            std::vector<std::string>{"Lines hold more numbers than the header names; those behind were left out."});
+  const char* several = "0 0 0 1 0 0\n1 1 0 0 1 0\n3 0 1 3 3 1 2 3\n";  // elements of a line
+  EXPECT_EQ(load_mesh("a.ply", head + several).triangles, (std::vector{kFirst, kSecond}));
+}
+
+TEST(Ply, PolygonsThatAreNotSimpleAreANote) {
+  const std::string head =
+      "ply\nformat ascii 1.0\n" + std::string(kMeshVertices) +
+      "element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+  EXPECT_TRUE(load_mesh("a.ply", head + "4 0 1 2 3\n6 0 1 1 2 2 3\n").notes.empty());
+  EXPECT_EQ(load_mesh("a.ply", head + "4 0 1 2 3\n4 0 2 1 3\n").notes,
+            std::vector<std::string>{
+                "1 polygons, the first at face 1, cross themselves; their triangles cover about as much."});
 }
 
 TEST(Ply, WrongFilesAreRefused) {
@@ -135,6 +209,42 @@ TEST(Stl, BinaryAndText) {
   const Scene scene = load_mesh("a.STL", text);
   EXPECT_EQ(scene.triangles, std::vector{kFirst});
   EXPECT_TRUE(scene.normals.empty());
+}
+
+// Text as other programs write it: in capitals, with blanks, on one line, several solids, names of any words.
+TEST(Stl, TextInTheWild) {
+  const std::string
+      first = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n",
+      second = "facet normal nan 0 0\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\n";
+  const auto changed = [](std::string text, auto change) {
+    for (char& c : text) c = change(c);
+    return text;
+  };
+  const auto upper = [](char c) { return c >= 'a' && c <= 'z' ? char(c - 32) : c; };
+  const auto one_line = [](char c) { return c == '\n' ? ' ' : c; };
+  const std::string plain = "solid a\n" + first + second + "endsolid a\n";
+  for (const std::string& text :
+       {plain, changed(plain, upper), "Solid a\n" + first + second + "EndSolid\n", changed(plain, one_line),
+        "\n  \t\n  " + plain, "\xEF\xBB\xBF" + plain, "solid\n" + first + second + "endsolid",
+        "solid facet of a solid vertex 7\n" + first + second + "endsolid facet of a solid vertex 7\n",
+        "solid a\n" + first + "endsolid a\n\nsolid b\n" + second + "endsolid b\n",
+        changed("solid a b\n" + first + "endsolid a b\nsolid b\n" + second + "endsolid b\n", one_line),
+        "solid a\n" + first + "endsolid a\nsolid empty\nendsolid empty\nsolid\n" + second + "endsolid"}) {
+    const Scene scene = load_mesh("a.stl", text);
+    EXPECT_EQ(scene.triangles, (std::vector{kFirst, kSecond})) << text;
+    EXPECT_TRUE(scene.notes.empty());
+  }
+  for (std::size_t end = 1; end < plain.size(); ++end)  // only the name of the end may be cut
+    if (end < plain.size() - 3) refuse_mesh("a.stl", plain.substr(0, end), {"a.stl"});
+  refuse_mesh("a.stl", "solid a\n" + first, {"a.stl:9", "before 'endsolid'", "cut short"});
+  refuse_mesh("a.stl", "solid a\n" + first + "solid b\n" + second + "endsolid b\n", {"a.stl:9", "before 'endsolid'"});
+  refuse_mesh("a.stl", "solid a\n" + first + first.substr(0, first.find("endfacet")) + second + "endsolid\n",
+              {"a facet begins before"});
+  refuse_mesh("a.stl", "<html>\n<body>" + std::string(100, 'x'), {"is not STL", "'<html>'", "expected 'solid'"});
+  std::string cut = binary_stl(2);  // its header begins with "solid"
+  refuse_mesh("a.stl", cut.substr(0, cut.size() - 1), {"2 triangles"});
+  EXPECT_EQ(load_mesh("a.stl", cut + "more").notes,
+            std::vector<std::string>{"4 bytes behind the last triangle were left out."});
 }
 
 TEST(Stl, WrongFilesAreRefused) {

@@ -18,6 +18,13 @@ std::vector<std::string> mesh_seeds() {
           "pply\nformat binary_big_endian 1.0\ncomment x\n" + head + faces + corners +
               std::string("\3\0\0\0\0\0\0\0\1\0\0\0\2", 13),
           "s" + stl,
+          "pply\rformat ascii 1.0\relement tristrips 1\rproperty list int int vertex_index\r"
+          "element vertex 5\rproperty float x\rproperty float y\rproperty float z\rend_header\r"
+          "8 0 1 2 3 -1 2 3 4\r0 0 0 7\r1 0 0\r0 1 0\r1 1 0\r0 2 0 1 1\r",
+          "pply\nformat ascii 1.0\n" + head + "element face 1\nproperty list int int vertex_indices\nend_header\n" +
+              "0 0 0\n1 0 0\n0 1 0\n9 0 1 1 2 0 2 1 0 1\n",
+          "s\xEF\xBB\xBF \nSOLID solid FACET\rFACET NORMAL 0 0 1 OUTER LOOP VERTEX 0 0 0 VERTEX 1 0 0 VERTEX 0 1 0 "
+          "ENDLOOP ENDFACET ENDSOLID x\rsolid\rendsolid",
           "ssolid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
           "0\nendloop\nendfacet\nendsolid\n"};
 }
@@ -44,7 +51,12 @@ std::vector<std::string> mesh_words() {
           "endloop\n",
           "endfacet\n",
           "solid ",
-          "9223372036854775807"};
+          "9223372036854775807",
+          "tristrips",
+          "endsolid",
+          "SOLID",
+          "\xEF\xBB\xBF",
+          "\r"};
 }
 
 void read_mesh(std::string_view input) {

@@ -91,13 +91,13 @@ class JsonPlace {
 /// Throws Error(Work) that names the file and the byte at which it stops being JSON, or nests too deep.
 inline nlohmann::json parse_json(const std::filesystem::path& path, const std::string& expected, const char* advice) {
   const std::vector<std::byte> bytes = read_argument(path);
-  const auto* text = reinterpret_cast<const char*>(bytes.data());
-  check_json_depth(path, {text, bytes.size()});
+  const std::string_view text = without_mark(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  check_json_depth(path, text);
   try {
-    return nlohmann::json::parse(text, text + bytes.size());
+    return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
     fail(Failure::Work, "{}: expected {}, found something else at byte {} of {}; {}", path.string(), expected,
-         error.byte, bytes.size(), advice);
+         error.byte, text.size(), advice);
   } catch (const nlohmann::json::out_of_range&) {  // such as 1e999
     fail(Failure::Work, "{}: expected {}, found a number that no double can hold; {}", path.string(), expected, advice);
   }

@@ -1,5 +1,6 @@
 #include "tools/view/script.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <sstream>
@@ -72,7 +73,10 @@ std::vector<ScriptLine> parse_script(const std::string& text, const std::string&
 
 std::vector<ScriptLine> read_script(const std::filesystem::path& path) {
   const auto bytes = read_argument(path);
-  return parse_script({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string());
+  std::string text(without_mark(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
+  const bool lines = text.find('\n') != std::string::npos;
+  std::ranges::replace(text, '\r', lines ? ' ' : '\n');  // CR LF, or CR alone
+  return parse_script(text, path.string());
 }
 
 double duration_of(const ScriptLine& line, const std::string& word) {
