@@ -20,7 +20,6 @@ PACKAGES = {
     "libembree-dev": ("builds the bounding volume hierarchy", {"all"}),
     "libglm-dev": ("vectors and matrices", {"all"}),
     "libtinygltf-dev": ("reads glTF scenes", {"all"}),
-    "libtinyobjloader-dev": ("reads OBJ scenes", {"all"}),
     "libdraco-dev": ("decompresses glTF scenes (KHR_draco_mesh_compression)", {"all"}),
     "libmeshoptimizer-dev": ("decompresses glTF scenes (EXT_meshopt_compression)", {"all"}),
     "libwebp-dev": ("decodes WebP textures of glTF scenes", {"all"}),

@@ -14,9 +14,10 @@ namespace ballot {
 namespace {
 
 /// Cuts the faces into triangles, in file order. each(face, corners) gets the corners of each, as places in
-/// ObjFile::corners. behind(f) is called behind face f.
+/// ObjFile::corners. behind(f) is called behind face f. Returns the polygons that are not simple.
 template <class Each, class Behind>
-void for_triangles(const ObjFile& file, Each each, Behind behind) {
+TangledPolygons for_triangles(const ObjFile& file, Each each, Behind behind) {
+  TangledPolygons tangled;
   std::vector<glm::vec3> polygon;
   std::vector<std::array<std::uint32_t, 3>> cut;
   for (std::size_t f = 0; f < file.faces.size(); ++f) {
@@ -28,7 +29,7 @@ void for_triangles(const ObjFile& file, Each each, Behind behind) {
       cut.clear();
       for (std::uint32_t i = 0; i < face.count; ++i)
         polygon.push_back(file.vertices[static_cast<std::size_t>(file.corners[face.first + i].vertex)]);
-      triangulate(polygon, cut);
+      tangled.add(triangulate(polygon, cut), [&] { return fmt::format("line {}", face.line); });
       for (std::array<std::uint32_t, 3>& corners : cut) {
         for (std::uint32_t& corner : corners) corner += face.first;
         each(face, corners);
@@ -36,6 +37,7 @@ void for_triangles(const ObjFile& file, Each each, Behind behind) {
     }
     behind(f);
   }
+  return tangled;
 }
 
 /// Returns the vertices of a triangle.
@@ -115,6 +117,29 @@ std::array<glm::vec4, 3> colors_at(const ObjFile& file, const std::array<std::ui
   return colors;
 }
 
+/// Returns the texture coordinates of a triangle's corners; zero where a corner has none, which is counted.
+std::array<glm::vec2, 3> coordinates_at(const ObjFile& file, const std::array<std::uint32_t, 3>& corners,
+                                        std::size_t& missing) {
+  std::array<glm::vec2, 3> at{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::int32_t index = file.coordinates_of.empty() ? -1 : file.coordinates_of[corners[k]];
+    if (index >= 0)
+      at[k] = file.coordinates[static_cast<std::size_t>(index)];
+    else
+      ++missing;
+  }
+  return at;
+}
+
+/// Gives the materials in use their textures. Returns true if one has got one.
+bool add_textures(const std::filesystem::path& path, const LoadOptions& options, const ObjFile& file, Scene& scene) {
+  std::vector<bool> used(scene.materials.size());
+  for (const ObjFace& face : file.faces)
+    if (face.material != kNoMaterial) used[face.material] = true;
+  read_obj_textures(path, options, file, used, scene);
+  return !scene.textures.empty();
+}
+
 /// Gives back the memory of faces and corners that have become triangles.
 class UsedFaces {
  public:
@@ -155,13 +180,24 @@ Scene load_obj(const std::filesystem::path& path, const LoadOptions& options) {
   scene.material_of.reserve(count);
   if (normals) scene.normals.reserve(count);
   if (!file.colors.empty()) scene.colors.reserve(count);
+  const bool textured = add_textures(path, options, file, scene);
+  if (textured) scene.uvs[0].reserve(count);
+  std::size_t without = 0, others = 0;  // corners without texture coordinates
   const auto add = [&](const ObjFace& face, const std::array<std::uint32_t, 3>& corners) {
     scene.material_of.push_back(face.material == kNoMaterial ? absent : face.material);
     const Triangle& triangle = scene.triangles.emplace_back(triangle_at(file, corners));
     if (normals) scene.normals.push_back(normals_at(file, face, corners, triangle, smooth));
     if (!file.colors.empty()) scene.colors.push_back(colors_at(file, corners));
+    if (!textured) return;
+    const bool shown = face.material != kNoMaterial && scene.materials[face.material].base_texture;
+    scene.uvs[0].push_back(coordinates_at(file, corners, shown ? without : others));
   };
-  for_triangles(file, add, UsedFaces(file));
+  for_triangles(file, add, UsedFaces(file)).note(scene.notes);
+  if (without > 0)
+    scene.notes.push_back(
+        fmt::format("{} corners of triangles with a texture have no texture coordinates; they are "
+                    "(0, 0) there.",
+                    without));
   if (std::ranges::find(scene.material_of, absent) != scene.material_of.end())
     scene.materials.push_back({.name = "default"});
   return scene;

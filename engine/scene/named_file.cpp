@@ -19,6 +19,15 @@ std::string_view scheme_of(std::string_view name) {
   return name.substr(0, end + (slashes ? 3 : 1));
 }
 
+/// Returns true if links lead from a name in a folder out of it.
+bool leads_out(std::filesystem::path folder, const std::filesystem::path& name) {
+  if (folder.empty()) folder = ".";
+  std::error_code error;
+  const std::filesystem::path within = std::filesystem::canonical(folder, error);
+  const std::filesystem::path target = error ? within : std::filesystem::weakly_canonical(folder / name, error);
+  return !error && std::ranges::mismatch(within, target).in1 != within.end();
+}
+
 }  // namespace
 
 std::string decoded_uri(std::string_view uri) {
@@ -37,7 +46,7 @@ std::string decoded_uri(std::string_view uri) {
   return text;
 }
 
-std::string why_refused(std::string_view name, bool allow_outside) {
+std::string why_refused(const std::filesystem::path& scene, std::string_view name, bool allow_outside) {
   if (name.find('\0') != std::string_view::npos) return "holds a zero byte; expected the name of a file";
   if (const std::string_view scheme = scheme_of(name); !scheme.empty())
     return fmt::format("has the scheme {}; Ballot reads files alone: put the file beside the scene and name it there",
@@ -47,12 +56,14 @@ std::string why_refused(std::string_view name, bool allow_outside) {
   if (path.is_absolute()) return "is an absolute path; expected a file in the scene's folder; --allow-outside reads it";
   if (!path.empty() && *path.begin() == "..")
     return "lies outside of the scene's folder; expected a file in it; --allow-outside reads it";
+  if (leads_out(scene.parent_path(), name))
+    return "is a link that leads out of the scene's folder; expected a file in it; --allow-outside reads it";
   return {};
 }
 
 std::filesystem::path named_file(const std::filesystem::path& scene, std::string_view name, bool allow_outside,
                                  std::string_view what) {
-  if (const std::string reason = why_refused(name, allow_outside); !reason.empty())
+  if (const std::string reason = why_refused(scene, name, allow_outside); !reason.empty())
     fail_in(scene, "{} names '{}', which {}", what, name.substr(0, 300), reason);
   return scene.parent_path() / name;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -10,94 +9,29 @@
 #include <map>
 #include <set>
 #include <string_view>
-#include <system_error>
 #include <unordered_map>
 #include <utility>
 
-#include "engine/core/file.h"
-#include "engine/core/memory.h"
 #include "engine/core/srgb.h"
 #include "engine/scene/loaders.h"
 #include "engine/scene/named_file.h"
+#include "engine/scene/text_lines.h"
 
 namespace ballot {
 namespace {
 
-constexpr std::string_view kSpace = " \t\r\v\f";
 constexpr std::string_view kNormal = "normal";
 constexpr std::int32_t kAbsent = std::numeric_limits<std::int32_t>::max();  // a normal that the file lacks
 constexpr std::size_t kMaxCount = std::numeric_limits<std::int32_t>::max();
 
-std::string_view trimmed(std::string_view text) {
-  const std::size_t start = text.find_first_not_of(kSpace);
-  if (start == std::string_view::npos) return {};
-  return text.substr(start, text.find_last_not_of(kSpace) - start + 1);
-}
+/// Returns a line without a comment behind '#'.
+std::string_view without_comment(std::string_view line) { return trimmed(line.substr(0, line.find('#'))); }
 
-/// Removes the next word from `text` and returns it; empty at the end of the text.
-std::string_view next_word(std::string_view& text) {
-  const std::size_t start = text.find_first_not_of(kSpace);
-  if (start == std::string_view::npos) return text = {};
-  const std::size_t end = std::min(text.find_first_of(kSpace, start), text.size());
-  const std::string_view word = text.substr(start, end - start);
-  text.remove_prefix(end);
-  return word;
-}
-
-/// The lines of a file, which is read in blocks.
-class Lines {
- public:
-  explicit Lines(const std::filesystem::path& path) : path_(path), file_(open_file(path)) {
-    std::error_code unknown;
-    bytes_ = std::filesystem::file_size(path, unknown);
-    if (unknown) bytes_ = 0;
-    need_memory(bytes_, path.string());  // about as much as becomes of it
-  }
-
-  /// Gives the next line without its end, which stays valid until the next call. Returns false at the end of the file.
-  bool next(std::string_view& line) {
-    std::size_t end = block_.find('\n', at_);
-    while (end == std::string::npos && read()) end = block_.find('\n', at_);
-    if (at_ == block_.size()) return false;
-    line = std::string_view(block_).substr(at_, end - at_);
-    at_ = std::min(end, block_.size() - 1) + 1;
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    return true;
-  }
-
-  /// Returns the bytes behind the lines so far.
-  std::uint64_t left() const {
-    const std::uint64_t taken = read_ - (block_.size() - at_);
-    return bytes_ - std::min(bytes_, taken);
-  }
-
- private:
-  /// Reads a block behind what is left of the last one. Returns false at the end of the file.
-  bool read() {
-    constexpr std::size_t kBlock = 1 << 20;
-    block_.erase(0, std::exchange(at_, 0));
-    const std::size_t kept = block_.size();
-    block_.resize(kept + kBlock);
-    const std::size_t count = std::fread(block_.data() + kept, 1, kBlock, file_.get());
-    if (std::ferror(file_.get())) fail_in(path_, "cannot be read: {}", std::generic_category().message(errno));
-    block_.resize(kept + count);
-    if (const std::size_t zero = block_.find('\0', kept); zero != std::string::npos)
-      fail_in(path_, "is not OBJ: byte {} is zero, and OBJ is text; check the file's type", read_ + zero - kept);
-    read_ += count;
-    return count > 0;
-  }
-
-  std::filesystem::path path_;
-  InputStream file_;
-  std::string block_;
-  std::size_t at_ = 0;                  // in the block
-  std::uint64_t bytes_ = 0, read_ = 0;  // of the file
-};
-
+/// Parses a file statement by statement.
 class Parser {
  public:
   Parser(const std::filesystem::path& path, const LoadOptions& options)
-      : path_(path), options_(options), lines_(path) {}
+      : path_(path), options_(options), lines_(path, "OBJ") {}
 
   ObjFile run() {
     std::string joined;
@@ -111,7 +45,7 @@ class Parser {
         }
         line = joined.append(line);
       }
-      statement(line.substr(0, line.find('#')));
+      statement(line);
     }
     if (known_ == 0 && !unknown_.empty())
       fail_in(path_, "is not OBJ: none of its lines is an OBJ statement; the first begins with '{}'", unknown_);
@@ -132,6 +66,8 @@ class Parser {
   }
 
   void statement(std::string_view line) {
+    const std::string_view whole = trimmed(line);
+    line = without_comment(line);
     const std::string_view keyword = next_word(line);
     if (keyword.empty()) return;
     ++known_;
@@ -140,19 +76,33 @@ class Parser {
       color(line);
     } else if (keyword == "vn") {
       add(file_.normals, line, "normal");
-    } else if (keyword == "f") {
+    } else if (keyword == "vt") {
+      coordinates(line);
+    } else if (keyword == "f" || keyword == "fo") {  // fo is the f of the first version
       face(line);
     } else if (keyword == "s") {
       smoothing(trimmed(line));
     } else if (keyword == "usemtl") {
-      material_ = material_named(std::string(trimmed(line)));
+      material_ = material_named(trimmed(whole.substr(keyword.size())));
     } else if (keyword == "mtllib") {
-      library(trimmed(line));
-    } else if (constexpr std::string_view kIgnored = " vt vp g o l p ";
+      if (!try_library(trimmed(whole.substr(keyword.size())))) library(trimmed(line));  // a name may hold a '#'
+    } else if (constexpr std::string_view kIgnored = " vp g o ";
                kIgnored.find(fmt::format(" {} ", keyword)) == std::string_view::npos) {
+      left_out(keyword);
+    }
+  }
+
+  /// Counts a statement that is not read.
+  void left_out(std::string_view keyword) {
+    constexpr std::size_t kTold = 8;
+    constexpr std::array<std::string_view, 14> kShapes{"l",        "p",          "curv", "curv2", "surf",
+                                                       "cstype",   "deg",        "parm", "mg",    "lod",
+                                                       "c_interp", "shadow_obj", "end",  "call"};
+    if (std::ranges::count(kShapes, keyword) == 0) {
       --known_;
       if (unknown_.empty()) unknown_ = keyword.substr(0, 20);
     }
+    if (left_out_.size() < kTold || left_out_.contains(keyword)) ++left_out_[std::string(keyword.substr(0, 20))];
   }
 
   float number(std::string_view word, std::string_view what) {
@@ -194,6 +144,28 @@ class Parser {
     file_.colors.push_back(found);
   }
 
+  /// Reads a texture coordinate. A number that is missing or cannot be read is 0: few scenes need it.
+  void coordinates(std::string_view line) {
+    if (file_.coordinates.size() >= kMaxCount) return;
+    glm::vec2& to = file_.coordinates.emplace_back(0);
+    for (int i = 0; i < 2; ++i) {
+      std::string_view word = next_word(line);
+      if (word.starts_with('+')) word.remove_prefix(1);
+      if (float value = 0; std::from_chars(word.data(), word.data() + word.size(), value).ec == std::errc{})
+        to[i] = std::isfinite(value) ? value : 0;
+    }
+  }
+
+  /// Notes the texture coordinate of the last corner. Zero, and what is no number, mean none; finish() checks ranges.
+  void coordinate_of_corner(std::string_view word) {
+    std::int64_t value = 0;
+    std::from_chars(word.data(), word.data() + word.size(), value);
+    if (value < 0) value += static_cast<std::int64_t>(file_.coordinates.size()) + 1;
+    if (value <= 0 || value > static_cast<std::int64_t>(kMaxCount)) return;
+    file_.coordinates_of.resize(file_.corners.size() - 1, -1);
+    file_.coordinates_of.push_back(static_cast<std::int32_t>(value - 1));
+  }
+
   /// Converts an index that counts from 1, or backwards from -1, to one that counts from 0. Forward references are
   /// legal, so finish() checks the ranges.
   std::int32_t index(std::string_view word, std::size_t count, std::string_view kind) {
@@ -223,6 +195,7 @@ class Parser {
       if (second != std::string_view::npos && second + 1 < word.size())
         corner.normal = index(word.substr(second + 1), file_.normals.size(), kNormal);
       file_.corners.push_back(corner);
+      if (slash != std::string_view::npos) coordinate_of_corner(word.substr(slash + 1, second - slash - 1));
       ++face.count;
     }
     if (file_.corners.size() > kMaxCount)
@@ -233,6 +206,7 @@ class Parser {
       if (file_.faces.size() == kTelling) reserve();
     } else {
       file_.corners.resize(face.first);
+      if (file_.coordinates_of.size() > face.first) file_.coordinates_of.resize(face.first);
       ++small_faces_;
     }
   }
@@ -250,8 +224,11 @@ class Parser {
     std::from_chars(group.data(), group.data() + group.size(), smoothing_);
   }
 
-  std::uint32_t material_named(const std::string& name) {
-    if (const auto found = material_of_.find(name); found != material_of_.end()) return found->second;
+  /// Returns the material of a name, which may hold a '#', or else be followed by a comment.
+  std::uint32_t material_named(std::string_view whole) {
+    const std::string name(without_comment(whole));
+    for (const std::string& each : {std::string(whole), name})
+      if (const auto found = material_of_.find(each); found != material_of_.end()) return found->second;
     if (missing_.insert(name).second)
       file_.notes.push_back(fmt::format("The material '{}' is not in its MTL files; the default was used.", name));
     return kNoMaterial;
@@ -275,28 +252,33 @@ class Parser {
     if (text.empty()) return false;
     const auto [known, fresh] = libraries_.try_emplace(text, false);
     if (!fresh) return known->second;
-    const std::string reason = why_refused(text, options_.allow_outside);
+    const std::string reason = why_refused(path_, text, options_.allow_outside);
     if (!reason.empty())
       file_.notes.push_back(fmt::format("The material file '{}' {}; it was left out.", text, reason));
-    known->second = !reason.empty() || read_library(path_.parent_path() / text);
+    known->second = !reason.empty() || read_library(text);
     return known->second;
   }
 
-  bool read_library(const std::filesystem::path& path) {
+  bool read_library(const std::string& name) {
     std::error_code error;  // of a file that does not exist
-    const std::string canonical = std::filesystem::canonical(path, error).string();
+    const std::string canonical = std::filesystem::canonical(path_.parent_path() / name, error).string();
     if (library_files_.contains(canonical)) return true;  // one file may have several names
     const std::size_t first = file_.materials.size();
-    if (!read_mtl(path, file_.materials)) return false;
+    if (!read_mtl(path_, name, file_)) return false;
     library_files_.insert(canonical);
-    // The last material of a name wins, as in tinyobjloader, so that a later library can override an earlier one.
+    // The last material of a name wins, so that a later library can override an earlier one.
     for (std::size_t i = first; i < file_.materials.size(); ++i)
       material_of_.insert_or_assign(file_.materials[i].name, static_cast<std::uint32_t>(i));
+    for (std::size_t i = first; i < file_.materials.size(); ++i)  // a name may be followed by a comment
+      material_of_.try_emplace(std::string(without_comment(file_.materials[i].name)), static_cast<std::uint32_t>(i));
     return true;
   }
 
   void finish() {
     if (!file_.colors.empty()) file_.colors.resize(file_.vertices.size(), glm::vec3(1));
+    if (!file_.coordinates_of.empty()) file_.coordinates_of.resize(file_.corners.size(), -1);
+    for (std::int32_t& each : file_.coordinates_of)
+      if (each >= static_cast<std::int32_t>(file_.coordinates.size())) each = -1;
     const auto check = [&](const ObjFace& face, std::int32_t index, std::size_t count, const char* kind) {
       if (index < static_cast<std::int32_t>(count)) return;
       line_ = face.line;
@@ -317,18 +299,24 @@ class Parser {
                       absent_normals_, absent_line_));
     if (small_faces_ > 0)
       file_.notes.push_back(fmt::format("{} faces of fewer than 3 corners were left out.", small_faces_));
+    std::vector<std::string> counts;
+    for (const auto& [keyword, count] : left_out_) counts.push_back(fmt::format("{} ({})", keyword, count));
+    if (!counts.empty())
+      file_.notes.push_back(
+          fmt::format("Statements that Ballot does not read were left out: {}.", fmt::join(counts, ", ")));
   }
 
   std::filesystem::path path_;
   LoadOptions options_;
-  Lines lines_;
+  TextLines lines_;
   ObjFile file_;
   std::uint32_t line_ = 0, material_ = kNoMaterial, smoothing_ = 0;
   static constexpr std::size_t kTelling = 4096;  // faces after which the number of all can be told
   std::uint64_t left_at_first_ = 0;              // bytes of the file behind the first face
   std::size_t known_ = 0, small_faces_ = 0, absent_normals_ = 0;
-  std::uint32_t absent_line_ = 0;  // of the first
-  std::string unknown_;
+  std::uint32_t absent_line_ = 0;                               // of the first
+  std::string unknown_;                                         // the first keyword that is none of OBJ
+  std::map<std::string, std::size_t, std::less<>> left_out_;    // statements by keyword
   std::set<std::string> missing_;                               // names of absent materials
   std::unordered_map<std::string, std::uint32_t> material_of_;  // by name, into ObjFile::materials
   std::unordered_map<std::string, bool> libraries_;             // by name in the file: found or not

@@ -11,15 +11,15 @@ namespace fs = std::filesystem;
 
 TEST(NamedFiles, OnlyThoseOfTheFolder) {
   for (const char* good : {"a.bin", "textures/a.png", "./a.bin", "a/../b.bin", "..a", "a b", "c:x", "1:1.png"})
-    EXPECT_EQ(why_refused(good, false), "") << good;
+    EXPECT_EQ(why_refused("s.obj", good, false), "") << good;
   for (const char* outside : {"../a.bin", "a/../../b", "/etc/passwd", "..", "textures/../..//b"}) {
-    EXPECT_NE(why_refused(outside, false).find("--allow-outside"), std::string::npos) << outside;
-    EXPECT_EQ(why_refused(outside, true), "") << outside;
+    EXPECT_NE(why_refused("s.obj", outside, false).find("--allow-outside"), std::string::npos) << outside;
+    EXPECT_EQ(why_refused("s.obj", outside, true), "") << outside;
   }
   for (const char* scheme : {"http://host/a.png", "https://host/a", "file:///a", "file:a", "ftp://x"})
     for (const bool allowed : {false, true})
-      EXPECT_NE(why_refused(scheme, allowed).find("Ballot reads files alone"), std::string::npos) << scheme;
-  EXPECT_NE(why_refused(std::string_view("a\0b", 3), true), "");
+      EXPECT_NE(why_refused("s.obj", scheme, allowed).find("Ballot reads files alone"), std::string::npos) << scheme;
+  EXPECT_NE(why_refused("s.obj", std::string_view("a\0b", 3), true), "");
   EXPECT_EQ(decoded_uri("..%2fa%20b%zz%"), "../a b%zz%");
 }
 
@@ -80,6 +80,34 @@ TEST(NamedFiles, ImagesAndMaterials) {
   ASSERT_FALSE(without.notes.empty());
   EXPECT_NE(without.notes[0].find("'../m.mtl' lies outside of the scene's folder"), std::string::npos);
   EXPECT_EQ(with.materials[with.material_of[0]].name, "red");
+}
+
+TEST(NamedFiles, LinksOutOfTheFolder) {
+  const Neighbours n;
+  const fs::path scene = n.folder.path() / "scene";
+  fs::create_symlink("../outside.bin", scene / "link.bin");
+  fs::create_symlink("..", scene / "up");
+  fs::create_symlink("link.bin", scene / "twice.bin");
+  fs::create_directory(scene / "in");
+  fs::copy_file(n.folder.path() / "outside.bin", scene / "in/inside.bin");
+  fs::create_symlink("in/inside.bin", scene / "within.bin");
+  fs::create_directory_symlink("scene", n.folder.path() / "same");
+  EXPECT_EQ(n.load("within.bin", false).triangles.size(), 1u);
+  EXPECT_EQ(load_scene(n.folder.path() / "same/s.gltf").triangles.size(), 1u);  // its folder may be a link
+  for (const char* uri : {"link.bin", "up/outside.bin", "twice.bin", "up/scene/../outside.bin"}) {
+    expect_error(Failure::Work, {"a buffer names", uri, "a link that leads out", "--allow-outside"},
+                 [&] { n.load(uri, false); });
+    EXPECT_EQ(n.load(uri, true).triangles.size(), 1u) << uri;
+  }
+  n.folder.write("m.mtl", "newmtl red\nKd 1 0 0\nmap_Kd up/x.png\n");
+  fs::create_symlink("../m.mtl", scene / "l.mtl");
+  fs::copy_file(n.folder.path() / "m.mtl", scene / "own.mtl");
+  const std::string rest = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+  const Scene linked = load_scene(n.folder.write("scene/o.obj", "mtllib l.mtl\n" + rest));
+  EXPECT_NE(linked.notes.at(0).find("'l.mtl' is a link that leads out"), std::string::npos);
+  n.folder.write("x.png", "secret");
+  const Scene image = load_scene(n.folder.write("scene/o.obj", "mtllib own.mtl\n" + rest));
+  EXPECT_NE(image.notes.at(0).find("'up/x.png' is a link that leads out"), std::string::npos);
 }
 
 }  // namespace

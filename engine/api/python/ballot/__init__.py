@@ -29,7 +29,7 @@ try:
 except ImportError as error:  # a library of the system is not there
     raise ImportError(
         f"{error}. On Debian 12: apt install libembree3-3 libfmt9 libmeshoptimizer2d libopenexr-3-1-30 libpng16-16 "
-        "libspirv-cross-c-shared0 libstb0 libtinygltf2d libtinyobjloader2rc10 libvulkan1 libwebp7"
+        "libspirv-cross-c-shared0 libstb0 libtinygltf2d libvulkan1 libwebp7"
     ) from error
 
 from . import trimesh_ray
