@@ -1,15 +1,16 @@
 // The sign of the volume of four points, det [b - a, c - a, d - a], is decided in double precision if it is above a
-// bound of its rounding error. With u = 2^-53 and m the largest component of the three vectors, each component is
-// off by u m, a component of the cross product of two of them by 8 u m^2 (engine/oracle/filter.cpp), and the sum of
-// its products with the third vector by (8 + 2 + 2 + 2) u m^2 times the sum of that vector's components. 32 u m^2
-// times that sum are taken. Below it integers decide.
+// bound of its rounding error. With u = 2^-53, each of its six products is off by 3 u of itself (its factors), 2 u (its
+// two multiplications) and 3 u (the sums): by 8 u of the sum of their sizes in all, and 16 u are taken. If that sum is
+// 0, so is each product, as none can underflow. In between integers decide.
+//
+// Triangles that share a corner, and those of one plane, are found to be apart by signs alone: a triangle passes
+// through another only if each has corners on both sides of the other's plane.
 #include "engine/oracle/self_crossings.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 #include <mutex>
 #include <optional>
@@ -22,8 +23,16 @@
 namespace ballot {
 namespace {
 
-constexpr std::size_t kCrossingChunk = 512;
-constexpr std::size_t kMostPairs = 10;
+using CrossingPairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
+constexpr std::size_t kLeastRound = 16, kMostRound = 1024;  // triangles after which the bounds are looked at
+constexpr std::size_t kCrossingChunk = 16;                  // of these, what a thread takes at a time
+constexpr std::size_t kNamedPairs = 10;
+constexpr std::uint64_t kLooks = 1 << 27, kLooksEach = 1 << 12;  // in all, and more for each triangle
+constexpr std::uint64_t kLooksOfRound = 1 << 24, kLooksOfOne = 1 << 24, kLooksBetweenCalls = 1 << 16;
+constexpr std::uint64_t kExactLooks = 64;         // that integers count for
+constexpr std::size_t kCrossingsOfOne = 1 << 14;  // at most for one triangle
+constexpr double kBuildShare = 0.1;               // of the progress
 
 int exact_side(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d) {
   std::array<std::array<Dyadic, 3>, 3> v;
@@ -38,20 +47,45 @@ int exact_side(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const
   return sum.sign();
 }
 
-/// Returns the sign of the volume of four points: 0 if they lie in a plane.
-int side_of(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d) {
+/// Returns the sign of the volume of four points: 0 if they lie in a plane. Adds to `looks` what integers count for.
+int side_of(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d, std::uint64_t& looks) {
+  if (d == a || d == b || d == c) return 0;
   const glm::dvec3 from(a), x = glm::dvec3(b) - from, y = glm::dvec3(c) - from, z = glm::dvec3(d) - from;
-  const glm::dvec3 size = glm::max(glm::max(glm::abs(x), glm::abs(y)), glm::abs(z)), parts = glm::abs(z);
-  const double m = std::max({size.x, size.y, size.z}), volume = glm::dot(glm::cross(x, y), z);
-  const double error = 0x1p-48 * m * m * (parts.x + parts.y + parts.z);
-  return volume > error ? 1 : volume < -error ? -1 : exact_side(a, b, c, d);
+  double volume = 0, size = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double p = x[(i + 1) % 3] * y[(i + 2) % 3], q = x[(i + 2) % 3] * y[(i + 1) % 3];
+    volume += z[i] * (p - q);
+    size += std::abs(z[i]) * (std::abs(p) + std::abs(q));
+  }
+  if (std::abs(volume) > 0x1p-49 * size) return volume > 0 ? 1 : -1;
+  if (size == 0) return 0;
+  looks += kExactLooks;
+  return exact_side(a, b, c, d);
 }
 
-bool edge_passes(const glm::vec3& p, const glm::vec3& q, const Triangle& t) {
-  const int at_p = side_of(t[0], t[1], t[2], p);
-  if (at_p == 0 || at_p + side_of(t[0], t[1], t[2], q) != 0) return false;
-  const int first = side_of(p, q, t[0], t[1]);
-  return first != 0 && side_of(p, q, t[1], t[2]) == first && side_of(p, q, t[2], t[0]) == first;
+/// Sets the sides of b's corners at the plane of a. Returns true if there are some on both sides.
+bool straddles(const Triangle& a, const Triangle& b, int (&sides)[3], std::uint64_t& looks) {
+  for (std::size_t i = 0; i < 3; ++i) sides[i] = side_of(a[0], a[1], a[2], b[i], looks);
+  const auto [least, most] = std::minmax({sides[0], sides[1], sides[2]});
+  return least < 0 && most > 0;
+}
+
+/// Returns true if an edge of a passes through the inside of b. `sides`: of a's corners at the plane of b.
+bool edge_passes(const Triangle& a, const int (&sides)[3], const Triangle& b, std::uint64_t& looks) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t k = (i + 1) % 3;
+    if (sides[i] * sides[k] >= 0) continue;
+    const auto side = [&](std::size_t m, std::size_t n) { return side_of(a[i], a[k], b[m], b[n], looks); };
+    const int first = side(0, 1);
+    if (first != 0 && side(1, 2) == first && side(2, 0) == first) return true;
+  }
+  return false;
+}
+
+bool pass_through(const Triangle& a, const Triangle& b, std::uint64_t& looks) {
+  int of_a[3], of_b[3];
+  return straddles(a, b, of_b, looks) && straddles(b, a, of_a, looks) &&
+         (edge_passes(a, of_a, b, looks) || edge_passes(b, of_b, a, looks));
 }
 
 struct Box {
@@ -68,47 +102,108 @@ std::optional<double> enter(const Box& box, const Bounds& node, double) {
   return box.meets(node.lo, node.hi) ? std::optional(0.0) : std::nullopt;
 }
 
+/// What a search has found so far. Several threads add to it.
+class CrossingSearch {
+ public:
+  /// Keeps references to all arguments.
+  CrossingSearch(std::span<const Triangle> triangles, const PairTree& tree, const Progress& progress)
+      : triangles_(triangles), tree_(tree), progress_(progress) {}
+
+  /// Looks at round after round of triangles, until all are done or a bound is met. Bounds are looked at between rounds
+  /// alone, so that threads do not matter.
+  void run() {
+    std::size_t round = kLeastRound;
+    while (done_ < triangles_.size()) {
+      if (pairs_.size() >= kMostCrossingPairs || looks_ >= kLooks + kLooksEach * triangles_.size()) break;
+      const std::size_t first = done_, size = std::min(round, triangles_.size() - first);
+      const std::uint64_t before = looks_;
+      for_chunks(size, kCrossingChunk, [&](std::size_t begin, std::size_t end) { look(first + begin, first + end); });
+      const std::uint64_t of_each = std::max<std::uint64_t>(1, (looks_ - before) / size);
+      round = std::clamp<std::size_t>(kLooksOfRound / of_each, kLeastRound, kMostRound);
+    }
+    whole_ = whole_ && done_ == triangles_.size();
+  }
+
+  SelfCrossings result() {
+    SelfCrossings found;
+    found.pairs = pairs_.size(), found.whole = whole_;
+    std::ranges::sort(pairs_);
+    for (const auto& [a, b] : pairs_) found.prims.push_back(a), found.prims.push_back(b);
+    std::ranges::sort(found.prims);
+    found.prims.erase(std::unique(found.prims.begin(), found.prims.end()), found.prims.end());
+    pairs_.resize(std::min(kNamedPairs, pairs_.size()));
+    found.first = std::move(pairs_);
+    return found;
+  }
+
+ private:
+  void tell(std::size_t more) {
+    const std::lock_guard lock(mutex_);
+    done_ += more;
+    if (progress_) progress_(kBuildShare + (1 - kBuildShare) * double(done_) / double(triangles_.size()));
+  }
+
+  /// Looks for triangles beyond number i that pass through it. Returns false if it met a bound.
+  bool look_at(std::size_t i, Walker& walker, CrossingPairs& mine, std::uint64_t& all_looks) {
+    const Box box(triangles_[i]);
+    const std::size_t before = mine.size();
+    std::uint64_t looks = 0, told = 0;
+    bool all = true;
+    walker.walk(box, 0.0, [&](std::uint32_t texel) {
+      if (looks >= kLooksOfOne || mine.size() - before >= kCrossingsOfOne) return all = false;
+      ++looks;
+      if (looks - told >= kLooksBetweenCalls) told = looks, tell(0);
+      const std::uint32_t prim = decode_prim(tree_, texel);
+      if (prim <= i) return true;
+      const Box other(triangles_[prim]);
+      if (box.meets(other.lo, other.hi) && pass_through(triangles_[i], triangles_[prim], looks))
+        mine.emplace_back(std::uint32_t(i), prim);
+      return true;
+    });
+    all_looks += looks;
+    return all;
+  }
+
+  void look(std::size_t begin, std::size_t end) {
+    CrossingPairs mine;
+    Walker walker(tree_);
+    std::uint64_t looks = 0;
+    bool all = true;
+    for (std::size_t i = begin; i < end; ++i) all = look_at(i, walker, mine, looks) && all;
+    {
+      const std::lock_guard lock(mutex_);
+      pairs_.insert(pairs_.end(), mine.begin(), mine.end());
+      looks_ += looks;
+      whole_ = whole_ && all;
+    }
+    tell(end - begin);
+  }
+
+  std::span<const Triangle> triangles_;
+  const PairTree& tree_;
+  const Progress& progress_;
+  std::mutex mutex_;
+  CrossingPairs pairs_;
+  std::uint64_t looks_ = 0;
+  std::size_t done_ = 0;
+  bool whole_ = true;
+};
+
 }  // namespace
 
 bool pass_through(const Triangle& a, const Triangle& b) {
-  for (std::size_t i = 0; i < 3; ++i)
-    if (edge_passes(a[i], a[(i + 1) % 3], b) || edge_passes(b[i], b[(i + 1) % 3], a)) return true;
-  return false;
+  std::uint64_t looks = 0;
+  return pass_through(a, b, looks);
 }
 
 SelfCrossings self_crossings(std::span<const Triangle> triangles, const Progress& progress) {
-  const Bvh bvh = build_bvh(triangles, {.builder = BuilderId::Balanced});
-  const PairTree tree = encode_pairs(bvh, triangles, NodeLayout::Interleaved);
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  std::mutex mutex;
-  std::size_t done = 0;
-  for_chunks(triangles.size(), kCrossingChunk, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> mine;
-    Walker walker(tree);
-    for (std::size_t i = begin; i < end; ++i) {
-      const Box box(triangles[i]);
-      walker.walk(box, 0.0, [&](std::uint32_t texel) {
-        const std::uint32_t prim = decode_prim(tree, texel);
-        if (prim <= i) return true;
-        const Box other(triangles[prim]);
-        if (box.meets(other.lo, other.hi) && pass_through(triangles[i], triangles[prim]))
-          mine.emplace_back(std::uint32_t(i), prim);
-        return true;
-      });
-    }
-    const std::lock_guard lock(mutex);
-    pairs.insert(pairs.end(), mine.begin(), mine.end());
-    done += end - begin;
-    if (progress) progress(double(done) / double(triangles.size()));
+  const Bvh bvh = build_bvh(triangles, {.builder = BuilderId::Balanced}, [&](double share) {
+    if (progress) progress(kBuildShare * share);
   });
-  SelfCrossings found;
-  std::ranges::sort(pairs);
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  for (const auto& [a, b] : pairs) found.prims.push_back(a), found.prims.push_back(b);
-  std::ranges::sort(found.prims);
-  found.prims.erase(std::unique(found.prims.begin(), found.prims.end()), found.prims.end());
-  found.first.assign(pairs.begin(), pairs.begin() + std::ptrdiff_t(std::min(kMostPairs, pairs.size())));
-  return found;
+  const PairTree tree = encode_pairs(bvh, triangles, NodeLayout::Interleaved);
+  CrossingSearch search(triangles, tree, progress);
+  search.run();
+  return search.result();
 }
 
 }  // namespace ballot

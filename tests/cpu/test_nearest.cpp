@@ -136,6 +136,35 @@ TEST(SelfCrossings, EqualBruteForce) {
   }
 }
 
+// Work is bounded where all triangles overlap. The result says so, and does not depend on how it was found.
+TEST(SelfCrossings, OfTrianglesThatAllOverlap) {
+  const shapes::Triangles soup = shapes::soup(4000, 2);
+  const SelfCrossings found = self_crossings(soup), again = self_crossings(soup);
+  EXPECT_FALSE(found.whole);
+  EXPECT_GE(found.pairs, kMostCrossingPairs);
+  EXPECT_LT(found.pairs, 8 * kMostCrossingPairs);
+  EXPECT_GT(found.prims.size(), 1000u);
+  EXPECT_EQ(found.pairs, again.pairs);
+  EXPECT_EQ(found.prims, again.prims);
+  EXPECT_EQ(found.first, again.first);
+  for (const auto& [a, b] : found.first) EXPECT_TRUE(pass_through(soup[a], soup[b]));
+  const SelfCrossings few = self_crossings(shapes::soup(150, 0.5f));
+  EXPECT_TRUE(few.whole);
+  EXPECT_GT(few.pairs, few.first.size());
+  EXPECT_TRUE(self_crossings(shapes::identical(3000)).prims.empty());
+  EXPECT_TRUE(self_crossings(shapes::coplanar(3000)).prims.empty());
+}
+
+// What `progress` throws ends the search soon.
+TEST(SelfCrossings, CanBeStopped) {
+  int calls = 0;
+  const auto stop = [&](double) {
+    if (++calls > 3) throw Error(Failure::Work, "stopped");
+  };
+  EXPECT_THROW(self_crossings(shapes::soup(4000, 2), stop), Error);
+  EXPECT_LT(calls, 100);
+}
+
 // The tip of one triangle ends above, in and below another one, by less than rounding of differences would tell.
 TEST(SelfCrossings, AreDecidedWithoutRounding) {
   const Triangle flat{{{-1e6f, -1e6f, 1}, {1e6f, -1e6f, 1}, {0, 1e6f, 1}}};
