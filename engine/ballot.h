@@ -162,6 +162,11 @@ class Engine {
   /// Batches and films of before end all the same.
   void set_time(std::size_t clip, double seconds, UpdateMode mode = UpdateMode::Auto);
 
+  /// Builds the tree anew if queries since its last build have lost more time, because triangles have moved, than a
+  /// build takes. To be asked before queries of a scene whose tree follows as UpdateMode::Auto says. Ends the use of
+  /// batches, films and the checker of before if it builds; returns true then.
+  bool rebuild_if_overdue();
+
   /// What the last move() or set_time() did.
   struct Update {
     bool refitted = false;  // false: the tree was built, or there was no move yet
@@ -282,6 +287,7 @@ class Engine {
   void set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode);
   bool set_time_there(const AnimationClip& clip, double seconds, UpdateMode mode);
   bool poses_there() const;
+  void count_walks();
   void make_posed();
   void follow_there(const Bounds& bounds, UpdateMode mode);
   void bring_back(const AnimationClip& clip, double seconds);
@@ -296,7 +302,7 @@ class Engine {
   Bvh bvh_;
   std::unique_ptr<Forest> forest_;  // null: the scene is flat
   RefitPolicy policy_;
-  double traced_s_ = 0;  // Tracer::traced_s() at the last move
+  double walked_s_ = 0;  // Tracer::walked_s() when the policy was last told
   Update update_;
   SceneFeatures features_;
   std::unique_ptr<Tracer> tracer_;

@@ -19,10 +19,28 @@ SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const Bu
   return {build_bvh_cached(triangles, settings, cache_folder() / "bvh", progress)};
 }
 
+/// Tells the policy how long queries have walked the tree since it was last told.
+void Engine::count_walks() {
+  const double walked_s = tracer_->walked_s();
+  policy_.traced(walked_s - walked_s_);
+  walked_s_ = walked_s;
+}
+
+bool Engine::rebuild_if_overdue() {
+  if (forest_) return false;
+  count_walks();
+  if (!policy_.overdue()) return false;
+  gpu_->finish();
+  late_.bring();
+  posed_.reset();
+  try_to_rebuild();
+  make_renderers();
+  return policy_.decay() == 1;
+}
+
 void Engine::begin_update() {
   gpu_->finish();
-  policy_.traced(tracer_->traced_s() - traced_s_);
-  traced_s_ = tracer_->traced_s();
+  count_walks();
   topology_.reset();
   update_ = {};
 }

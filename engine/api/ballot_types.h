@@ -113,8 +113,8 @@ struct SceneOptions {
   float split_budget = 0.5f;   // of "best": share of references that spatial splits may add, 0 to 16
   bool cache = false;          // keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
   /// How Scene::update() updates the tree. "refit" keeps its shape and moves its boxes: the quickest update, but traces
-  /// become slower as triangles move apart. "rebuild" builds it anew. "auto" refits, and rebuilds once traces have lost
-  /// more time than a rebuild costs over a refit. If a triangle gains or loses its area, the tree is always rebuilt.
+  /// become slower as triangles move apart. "rebuild" builds it anew. "auto" refits, and rebuilds once queries have
+  /// lost more time than a rebuild costs over a refit. If a triangle gains or loses its area, it is always rebuilt.
   std::string update = "auto";
   double expected_rays = 0;    // hint for builder "auto": rays that will be traced in all; 0: unknown
   bool allow_outside = false;  // a scene file may name buffers, images and materials outside of its folder

@@ -311,6 +311,7 @@ BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points,
     const BallotNearest to = read_struct(nearest, "BallotNearest");
     const BallotPointQuery q = read_struct(query, "BallotPointQuery");
     const DeviceUse use(*state->device);
+    keep_fit(*state);
     write_struct(times, query_points(*state, array, to, q), "BallotTimes");
   });
 }
@@ -322,6 +323,7 @@ BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points
     const auto from = use(points), to = use(answers);
     const BallotPointQuery q = read_struct(query, "BallotPointQuery");
     const DeviceUse device(*state->device);
+    keep_fit(*state);
     write_struct(times, times_of(begin, query_arrays(*state, *from, *to, count, q), 0), "BallotTimes");
   });
 }
@@ -334,6 +336,7 @@ BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, c
     const RayArray array(read_struct(rays, "BallotRays"));
     const BallotLists l = read_struct(lists, "BallotLists");
     const DeviceUse use(*state->device);
+    keep_fit(*state);
     write_struct(times, list_crossings(*state, array, l), "BallotTimes");
   });
 }

@@ -82,6 +82,7 @@ BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const 
     need(count, "ballot_make_rays", "count");
     if (room) need(rays, "ballot_make_rays", "rays");
     const DeviceUse use(*state->device);
+    keep_fit(*state);
     ballot::Engine& engine = engine_of(*state, "ballot_make_rays");
     const auto v = view_of(read_struct(view, "BallotView"), engine.scene_facts());
     const auto batch = engine.make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
@@ -101,6 +102,7 @@ BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const Bal
     const BallotQuery q = read_struct(query, "BallotQuery");
     const Watch watch(q);
     const DeviceUse use(*state->device);
+    keep_fit(*state);
     ballot::Engine& engine = engine_of(*state, "ballot_render");
     const auto v = view_of(read_struct(view, "BallotView"), engine.scene_facts());
     const auto options = options_of(p, q);

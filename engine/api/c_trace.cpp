@@ -63,6 +63,7 @@ BallotTimes trace(SceneState& scene, const Call& call) {
           },
   };
   if (call.watch) stream.progress = [&](std::uint64_t done) { call.watch(double(done) / double(call.rays.count())); };
+  keep_fit(scene);
   Tracer& tracer = scene.tracer();
   tracer.variant(call.query);  // unknown names are an error even without rays
   const TraceTimes spent = tracer.trace(stream, call.query);
@@ -136,6 +137,7 @@ void with_buffers(SceneState& scene, BallotBuffer* rays, BallotBuffer* hits, std
   Buffer<Hit>& out = array_of<Hit>(*to, scene, count, kCall, "hits");
   const Query q = query_of(read_struct(query, "BallotQuery"));
   const std::lock_guard lock(scene.device->mutex);
+  keep_fit(scene);
   trace(in, out, q);
 }
 

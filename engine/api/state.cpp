@@ -109,6 +109,10 @@ void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint6
                   fmt::format("{}: the buffer of {} has {} records; expected {}", call, what, buffer.records, count));
 }
 
+void keep_fit(SceneState& scene) {
+  if (scene.engine && scene.update == UpdateMode::Auto && scene.engine->rebuild_if_overdue()) scene.refits = 0;
+}
+
 Engine& engine_of(const SceneState& scene, const char* call) {
   if (!scene.engine)
     throw Refused(BALLOT_ERROR_ARGUMENT,

@@ -108,6 +108,10 @@ struct BufferState;
 void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint64_t count, const char* call,
                   const char* what);
 
+/// Builds the tree of a scene anew if it is to follow what moves by itself and has lost more time than that takes. The
+/// device's mutex is held.
+void keep_fit(SceneState& scene);
+
 /// Returns the engine of a scene. Throws Refused, which begins with `call`, if it is one of instances.
 Engine& engine_of(const SceneState& scene, const char* call);
 

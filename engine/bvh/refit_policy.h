@@ -34,7 +34,7 @@ class RefitPolicy {
   void built(double seconds, double sah);
   /// Tells of a refit in the same way.
   void refitted(double seconds, double sah);
-  /// Tells how long traces took since the last call.
+  /// Tells how long traces and other queries took since the last call.
   void traced(double seconds);
 
   /// Returns true if the next update should build the tree.
@@ -42,6 +42,9 @@ class RefitPolicy {
   /// Returns true if the refit just told of should be followed by a build at once: traces like those before it would
   /// lose more time than the build takes.
   bool regrets_refit() const;
+  /// Returns true if queries have lost more time since the last build than another one takes: the tree should be built
+  /// anew before the next query, even if no triangle moves again.
+  bool overdue() const { return decay() > 1 && lost_s_ >= build_s_; }
 
   /// Returns the cost of the tree by the SAH over that at its build; infinity if its cost is no finite number.
   double decay() const;

@@ -1,6 +1,7 @@
 #include "engine/query/exact_lists.h"
 
 #include "engine/core/parallel.h"
+#include "engine/core/stopwatch.h"
 
 namespace ballot {
 
@@ -19,7 +20,7 @@ std::vector<Hit> hits_of(const std::vector<ExactCrossing>& crossings) {
 }  // namespace
 
 ExactLists::ExactLists(DeviceTree& tree, const CrossingQuery& query)
-    : triangles_(tree.triangles()), oracle_(tree.any_pairs()), query_(query) {}
+    : tree_(tree), triangles_(tree.triangles()), oracle_(tree.any_pairs()), query_(query) {}
 
 std::vector<ExactCrossing> ExactLists::find(const RaySpan& rays, std::size_t i) const {
   const Ray& ray = rays.rays[i];
@@ -35,6 +36,7 @@ std::vector<ExactCrossing> ExactLists::find(const RaySpan& rays, std::size_t i) 
 }
 
 void ExactLists::count(const RaySpan& rays, std::span<std::uint32_t> counts) const {
+  const Stopwatch watch(tree_.walked_s());
   for_chunks(counts.size(), kUnsureChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (counts[i] == UNSURE) counts[i] = std::uint32_t(find(rays, i).size());
@@ -44,6 +46,7 @@ void ExactLists::count(const RaySpan& rays, std::span<std::uint32_t> counts) con
 
 std::vector<std::vector<Hit>> ExactLists::lists(const RaySpan& rays) const {
   std::vector<std::vector<Hit>> all(rays.rays.size());
+  const Stopwatch watch(tree_.walked_s());
   for_chunks(all.size(), kListedChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) all[i] = hits_of(find(rays, i));
   });

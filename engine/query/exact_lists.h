@@ -10,10 +10,10 @@
 
 namespace ballot {
 
-/// The exact crossings of rays with a tree, as a query asks for them. Thread-safe.
+/// The exact crossings of rays with a tree, as a query asks for them. put_in_order() is thread-safe.
 class ExactLists {
  public:
-  /// Keeps references to the tree's arrays and to the query's masks.
+  /// Keeps references to the tree, its arrays and to the query's masks.
   ExactLists(DeviceTree& tree, const CrossingQuery& query);
 
   /// Replaces each count that is UNSURE by the exact one, on all cores.
@@ -26,6 +26,7 @@ class ExactLists {
  private:
   std::vector<ExactCrossing> find(const RaySpan& rays, std::size_t i) const;
 
+  DeviceTree& tree_;
   std::span<const Triangle> triangles_;
   ExactCrossings oracle_;
   CrossingQuery query_;

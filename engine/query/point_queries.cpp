@@ -1,7 +1,6 @@
 #include "engine/query/point_queries.h"
 
-#include <stdexcept>
-
+#include "engine/core/stopwatch.h"
 #include "engine/oracle/closest.h"
 #include "engine/oracle/crossings.h"
 #include "engine/oracle/nearest.h"
@@ -31,15 +30,8 @@ Nearest record_of(const glm::vec3& point, const ExactClosest& found, std::span<c
   Nearest n{glm::vec3(found.at), float(found.distance), found.prim, float(found.u), float(found.v), 0};
   if (!sides) return n;
   const Triangle& triangle = triangles[found.prim];
-  try {
-    const std::uint32_t part = found.part_is_sure ? found.part : exact_part(point, triangle);
-    n.behind = exact_behind(point, triangle, part, sides->of(found.prim));
-  } catch (const std::overflow_error&) {
-    fail(Failure::Work,
-         "signed distance of ({}, {}, {}): its side of triangle {} cannot be decided exactly, as their exponents are "
-         "too far apart; ask for it in mode watertight",
-         point.x, point.y, point.z, found.prim);
-  }
+  const std::uint32_t part = found.part_is_sure ? found.part : exact_part(point, triangle);
+  n.behind = exact_behind(point, triangle, part, sides->of(found.prim));
   return n;
 }
 
@@ -48,6 +40,7 @@ void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::s
                     const PseudonormalArray* sides) {
   const ExactClosestPoints oracle(tree.any_pairs());
   const std::span<const Triangle> triangles = tree.triangles();
+  const Stopwatch watch(tree.walked_s());
   for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       std::pair<std::uint32_t, Triangle> near(answers[i].prim, {});
@@ -60,6 +53,7 @@ void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::s
 
 void settle_inside(DeviceTree& tree, std::span<const ProbePoint> points, std::span<std::uint32_t> answers) {
   const ExactCrossings oracle(tree.any_pairs());
+  const Stopwatch watch(tree.walked_s());
   for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       if (answers[i] == UNSURE) answers[i] = oracle.inside(points[i].at);

@@ -112,6 +112,7 @@ std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, std::ui
     kernel_->dispatch(cmd, (count + config_.workgroup - 1) / config_.workgroup, push);
   });
   times.device_ms += gpu_.last_ms();
+  tree_.walked_s() += gpu_.last_ms() * 1e-3;
   ++times.dispatches;
   if (config_.loops_cut) work_.download(std::span(&work, 1));
   return work.unfinished;

@@ -43,8 +43,9 @@ class Tracer {
   void rebuilt(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                std::shared_ptr<DeviceBuild> built);
 
-  /// Returns the seconds that the device has spent on traces that have ended so far.
-  double traced_s() const { return dispatcher_.traced_s(); }
+  /// Returns the seconds that walks of the tree have taken so far: traces on the device that have ended, and other
+  /// queries (DeviceTree::walked_s).
+  double walked_s() const { return dispatcher_.traced_s() + tree_.walked_s(); }
 
   /// Traces rays and writes the hit of each at the same index. Contract: engine/ballot.h. progress is called after each
   /// chunk of rays.

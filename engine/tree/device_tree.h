@@ -84,6 +84,10 @@ class DeviceTree {
   /// Keeps formats that take long to encode in a folder on disk until the tree changes (formats/encoded_cache.h).
   void keep_in(const std::filesystem::path& folder) { cache_ = folder; }
 
+  /// Returns the seconds that queries other than traces took to walk this tree. They add theirs.
+  double& walked_s() { return walked_s_; }
+  double walked_s() const { return walked_s_; }
+
   std::uint64_t generation() const { return generation_; }
   /// Returns the tree, which has no nodes if it is the summary of one that was built on the device.
   const Bvh& bvh() const { return *bvh_; }
@@ -196,6 +200,7 @@ class DeviceTree {
   std::unique_ptr<TopBuilder> top_builder_;  // null unless the device holds the top-level tree
   std::optional<bool> asked_on_device_;
   bool has_moved_ = false;
+  double walked_s_ = 0;
   // Those of the tree before moved(), whose memory is used again.
   std::map<std::pair<NodeLayout, Padding>, PairTree> spare_pairs_;
   std::map<FormatKey, Texels> spare_arrays_;

@@ -1,5 +1,7 @@
 // Scenes that move: the modes of update(), vertices that are refused, and those that leave nothing to hit.
+#include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 
 #include "api.h"
@@ -79,6 +81,80 @@ TEST_F(Api, UpdatesOfAnyVertices) {
       scene.trace(rays, hits);
       EXPECT_EQ(std::memcmp(hits.data(), before.data(), hits.size() * sizeof hits[0]), 0);
     }
+}
+
+/// Small triangles over the unit square, and the same in another order: a tree of the first serves the second badly.
+struct Dealt {
+  std::vector<float> positions, moved;
+  Dealt() {
+    constexpr std::size_t kSide = 40;
+    for (std::size_t i = 0; i < kSide * kSide; ++i) {
+      const float x = float(i % kSide) / kSide, y = float(i / kSide) / kSide, z = 0.1f * float(i % 7);
+      positions.insert(positions.end(), {x, y, z, x + 0.02f, y, z, x, y + 0.02f, z});
+    }
+    for (std::size_t i = 0; i < kSide * kSide; ++i) {
+      const auto from = positions.begin() + std::ptrdiff_t(9 * (i * 1001 % (kSide * kSide)));
+      moved.insert(moved.end(), from, from + 9);
+    }
+  }
+};
+
+/// A query of any kind, and how it is called.
+struct KindOfQuery {
+  const char* name;
+  std::function<void(ballot::Scene&)> ask;
+};
+
+// Whatever is asked of a tree that has decayed, it is built anew once that has taken more time than a build, though no
+// triangle moves again.
+TEST_F(Api, EveryKindOfQueryHasADecayedTreeBuilt) {
+  const Dealt dealt;
+  const auto rays = rays_down(2000);
+  const std::size_t n = rays.size();
+  std::vector<ballot::Hit> hits(n);
+  std::vector<float> points, distances(n);
+  std::vector<std::uint8_t> bytes(n);
+  for (const ballot::Ray& r : rays) points.insert(points.end(), {r.origin[0], r.origin[1], 0.3f});
+  ballot::Array<ballot::Ray> rays_there(*device_, n);
+  ballot::Array<ballot::Hit> hits_there(*device_, n);
+  ballot::Array<ballot::Point> points_there(*device_, n);
+  ballot::Array<float> signs_there(*device_, n);
+  rays_there.write(rays);
+  std::vector<ballot::Point> probes;
+  for (std::size_t i = 0; i < n; ++i) probes.push_back({{points[3 * i], points[3 * i + 1], 0.3f}, INFINITY});
+  points_there.write(probes);
+  const auto sign = ballot::Sign::Pseudonormal;
+  const KindOfQuery kinds[] = {
+      {"nearest hits", [&](auto& s) { s.trace(rays, hits); }},
+      {"any hit", [&](auto& s) { s.trace(rays, {.occluded = bytes.data()}, {.any = true}); }},
+      {"in the background", [&](auto& s) { s.submit(rays, {.hits = hits.data()}).wait(); }},
+      {"on the device", [&](auto& s) { s.trace(rays_there, hits_there, n); }},
+      {"submitted on the device", [&](auto& s) { s.submit(rays_there, hits_there, n).wait(); }},
+      {"closest points", [&](auto& s) { s.nearest(points, {.distances = distances.data()}); }},
+      {"exact", [&](auto& s) { s.nearest(points, {.distances = distances.data()}, {.numeric = "exact"}); }},
+      {"inside", [&](auto& s) { s.nearest(points, {.inside = bytes.data()}, {.assume_closed = true}); }},
+      {"sides",
+       [&](auto& s) {
+         s.nearest(points, {.signed_distances = distances.data()}, {.assume_closed = true, .sign = sign});
+       }},
+      {"points on the device",
+       [&](auto& s) { s.nearest(points_there, signs_there, n, {.assume_closed = true, .sign = sign}); }},
+      {"counts", [&](auto& s) { s.count_crossings(rays); }},
+      {"exact counts", [&](auto& s) { s.count_crossings(rays, {.numeric = "exact"}); }},
+      {"lists", [&](auto& s) { s.crossings(rays); }},
+      {"first crossings", [&](auto& s) { s.crossings(rays, 2); }},
+      {"picture", [&](auto& s) { s.render({}, {.width = 32, .height = 32}); }},
+      {"paths", [&](auto& s) { s.render({}, {.width = 32, .height = 32, .shading = "path"}); }},
+      {"rays of a view", [&](auto& s) { s.make_rays({}, "ao", 32, 32); }}};
+  for (const KindOfQuery& kind : kinds) {
+    ballot::Scene scene(*device_, {{.positions = dealt.positions}}, {.builder = "balanced"});
+    scene.update(0, dealt.moved);
+    ASSERT_GT(scene.info().decay, 5) << kind.name;
+    int calls = 0;
+    while (scene.info().decay > 1 && ++calls < 3000) kind.ask(scene);
+    EXPECT_EQ(scene.info().decay, 1) << kind.name << ", after " << calls << " calls";
+    EXPECT_EQ(scene.info().refits, 0u) << kind.name;
+  }
 }
 
 }  // namespace

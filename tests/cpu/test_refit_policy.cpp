@@ -112,6 +112,21 @@ TEST(RefitPolicy, BuildsAtOnceWhereTheNextTracesWouldLoseMore) {
   EXPECT_TRUE(policy.regrets_refit());
 }
 
+// Queries may go on without another move. Then the tree is to be built between them, once they have lost a build.
+TEST(RefitPolicy, IsOverdueOnceQueriesHaveLostABuild) {
+  RefitPolicy policy;
+  policy.built(1.0, 50);
+  policy.traced(100);  // by a sound tree
+  EXPECT_FALSE(policy.overdue());
+  policy.refitted(0.25, 500);
+  policy.traced(1.0);  // of which 0.9 are lost
+  EXPECT_FALSE(policy.overdue());
+  policy.traced(0.2);
+  EXPECT_TRUE(policy.overdue());
+  policy.built(1.0, 50);
+  EXPECT_FALSE(policy.overdue());
+}
+
 // The cost of a tree may leave every range. A build that is no slower than a refit is always taken.
 TEST(RefitPolicy, Extremes) {
   RefitPolicy policy;

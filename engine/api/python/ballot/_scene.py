@@ -48,7 +48,7 @@ class Scene(Queries):
     instance_meshes  with `instances`: (k,) integers, the mesh of each, from 0; None: 0
     cache         keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
     updates       how update() moves the tree. "refit": boxes move, its shape stays, so traces slow down as triangles
-                  move apart. "rebuild": anew. "auto": refits until traces have lost as much time as a build takes
+                  move apart. "rebuild": anew. "auto": refits until queries have lost as much time as a build takes
     expected_rays hint for builder "auto": rays that will be traced in all; 0: unknown
 
     Triangles are numbered through the meshes in their order. Those without area keep their number and are never hit.
