@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "engine/core/exact_area.h"
 #include "engine/core/parallel.h"
 
 namespace ballot::api {
@@ -28,7 +29,7 @@ void over(std::size_t count, const Work& work) {
 
 /// Returns the unit normal of a triangle; zero if it has no area.
 glm::vec3 unit_normal(const Triangle& t) {
-  const glm::dvec3 a{t[0]}, n = glm::cross(glm::dvec3{t[1]} - a, glm::dvec3{t[2]} - a);
+  const glm::dvec3 n = exact_cross(t[0], t[1], t[2]);
   const double length = glm::length(n);
   return length > 0 ? glm::vec3(n * (1 / length)) : glm::vec3(0);
 }

@@ -50,8 +50,7 @@ typedef struct BallotPointQuery {
  * The inside test is refused if an edge has an odd number of triangles, signs by pseudonormals if two triangles run
  * along an edge in the same direction. With numeric "exact" the nearest triangle and
  * what is inside are those of exact arithmetic; the host decides what the device leaves open, and looks for each
- * nearest triangle again. Fails with BALLOT_ERROR_WORK where a point and triangles are too far apart for that: some
- * 10^30 beside 10^-30. */
+ * nearest triangle again. */
 BALLOT_API BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points, const BallotNearest* to,
                                             const BallotPointQuery* query, BallotTimes* times);
 

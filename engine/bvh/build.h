@@ -3,10 +3,10 @@
 #pragma once
 
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <span>
 
 #include "engine/bvh/bvh.h"
+#include "engine/core/exact_area.h"
 
 namespace ballot {
 
@@ -38,13 +38,8 @@ constexpr float kLargestVertex = 1e12f;
 void check_settings(const BuildSettings& settings);
 void check_triangles(std::span<const Triangle> triangles);
 
-/// True if the triangle has no area: two of its vertices are equal, or the cross product of its edges is exactly zero
-/// in double precision.
-inline bool is_degenerate(const Triangle& t) {
-  if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return true;
-  const glm::dvec3 a(t[0]);
-  return glm::cross(glm::dvec3(t[1]) - a, glm::dvec3(t[2]) - a) == glm::dvec3(0);
-}
+/// True if the triangle has no area, without rounding: its vertices lie on a line or at one point.
+inline bool is_degenerate(const Triangle& t) { return has_no_area(t[0], t[1], t[2]); }
 
 inline Bounds bounds_of(const Triangle& t) {
   return {glm::min(t[0], glm::min(t[1], t[2])), glm::max(t[0], glm::max(t[1], t[2]))};

@@ -24,7 +24,7 @@ namespace {
 constexpr std::uint64_t kMagic = 0x48564254'4C4C4142;  // "BALLTBVH" on little-endian machines
 
 // Part of every key. Raise it whenever BvhNode, the format of the file or the tree that the builder makes changes.
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 
 using Hash = XXH128_hash_t;
 

@@ -5,7 +5,6 @@
 
 #include "engine/bvh/build.h"
 #include "engine/bvh/weld.h"
-#include "engine/core/sharp_cross.h"
 
 namespace ballot {
 
@@ -26,16 +25,12 @@ struct WeldedCorner {
 
 glm::dvec3 edge_of(const Triangle& t, std::size_t i) { return glm::dvec3(t[(i + 1) % 3]) - glm::dvec3(t[i]); }
 
-/// Returns the unit normal, by the right-hand rule; 0 if the vertices are on a line.
-glm::dvec3 face_normal(const Triangle& t) {
-  const glm::dvec3 normal = sharp_cross(edge_of(t, 0), edge_of(t, 1));
-  const double length = glm::length(normal);
-  return length > 0 ? normal / length : normal;
-}
+/// Returns the unit normal, by the right-hand rule, of a triangle that has an area.
+glm::dvec3 face_normal(const Triangle& t) { return glm::normalize(exact_cross(t[0], t[1], t[2])); }
 
 double angle_at(const Triangle& t, std::size_t i) {
   const glm::dvec3 ahead = edge_of(t, i), back = -edge_of(t, (i + 2) % 3);
-  return std::atan2(glm::length(sharp_cross(ahead, back)), glm::dot(ahead, back));
+  return std::atan2(glm::length(exact_cross(t[0], t[1], t[2])), glm::dot(ahead, back));
 }
 
 /// Sorts the corners or edges of all triangles, and gives those that are the same the sum of weight(entry) times the

@@ -1,6 +1,7 @@
 // The distance in double precision, and its bound. It is computed as shaders/query/closest_point.comp computes it in
-// float32, whose proof holds with w = 2^-53: with M the largest distance of the triangle's vertices from the point it
-// is off by 48 w M, to first order. 128 w M = 2^-46 M are taken. float32 numbers and their products stay in range.
+// float32, whose proof holds with w = 2^-53 and the normal of the triangle itself (engine/core/exact_area.h): with M
+// the largest distance of the triangle's vertices from the point it is off by 48 w M, to first order. 128 w M = 2^-46 M
+// are taken. float32 numbers and their products stay in range.
 //
 // A corner is surely the nearest if the computed parts of the edges at it say so by more than their error: those of an
 // edge e are off by 5 w M |e|, and 8 w M |e| are taken. An edge is surely the nearest if the foot on it is between its
@@ -14,10 +15,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 
-#include "engine/core/error.h"
-#include "engine/core/sharp_cross.h"
+#include "engine/core/exact_area.h"
 #include "engine/oracle/nearest.h"
 #include "engine/oracle/walker.h"
 
@@ -64,7 +63,7 @@ struct Near {
         sides{Side(v[0], v[1], glm::dvec3(t[1]) - glm::dvec3(t[0])),
               Side(v[1], v[2], glm::dvec3(t[2]) - glm::dvec3(t[1])),
               Side(v[2], v[0], glm::dvec3(t[0]) - glm::dvec3(t[2]))},
-        normal(sharp_cross(sides[0].e, sides[1].e)) {
+        normal(exact_cross(t[0], t[1], t[2])) {
     for (std::size_t i = 0; i < 3; ++i) reach = std::max(reach, glm::dot(v[i], v[i]));
     reach = std::sqrt(reach);
     const double normal2 = glm::dot(normal, normal), depth = glm::dot(normal, v[0]);
@@ -214,23 +213,16 @@ class Nearby {
 ExactClosest ExactClosestPoints::nearest(const glm::vec3& point, float limit,
                                          const std::pair<std::uint32_t, Triangle>* near) const {
   if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z) || !(limit >= 0)) return {};
-  try {
-    Nearby nearby(point, limit);
-    if (near) nearby.consider(near->first, near->second);
-    const Probe probe{glm::dvec3(point)};
-    double far = nearby.far();
-    Walker(bvh_).walk(probe, far, [&](std::uint32_t texel) {
-      nearby.consider(decode_prim(bvh_, texel), decode_triangle(bvh_, texel));
-      far = nearby.far();
-      return true;
-    });
-    return nearby.choose();
-  } catch (const std::overflow_error&) {
-    fail(Failure::Work,
-         "closest point of ({}, {}, {}): its distances from two triangles cannot be compared exactly, as their "
-         "exponents are too far apart; ask for it in mode watertight",
-         point.x, point.y, point.z);
-  }
+  Nearby nearby(point, limit);
+  if (near) nearby.consider(near->first, near->second);
+  const Probe probe{glm::dvec3(point)};
+  double far = nearby.far();
+  Walker(bvh_).walk(probe, far, [&](std::uint32_t texel) {
+    nearby.consider(decode_prim(bvh_, texel), decode_triangle(bvh_, texel));
+    far = nearby.far();
+    return true;
+  });
+  return nearby.choose();
 }
 
 }  // namespace ballot

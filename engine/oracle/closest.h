@@ -32,8 +32,7 @@ class ExactClosestPoints {
   explicit ExactClosestPoints(const PairTree& bvh) : bvh_(bvh) {}  // keeps a reference: bvh must outlive it
 
   /// Returns the nearest triangle, if one is at most `limit` away: NO_HIT if not. `near` may be a triangle that is
-  /// near, with its prim; it shortens the walk. A point that is not finite is near nothing. Throws Error(Work) if
-  /// exponents are too far apart for integers of 2048 bits.
+  /// near, with its prim; it shortens the walk. A point that is not finite is near nothing.
   ExactClosest nearest(const glm::vec3& point, float limit,
                        const std::pair<std::uint32_t, Triangle>* near = nullptr) const;
 

@@ -8,8 +8,9 @@
 namespace ballot {
 
 /// An exact number m * 2^e. Every float32 is a multiple of 2^-149 below 2^128. So a polynomial of degree k in float32
-/// numbers is a multiple of 2^-149k below c * 2^128k, where c counts its terms. At degree 6, the highest in use, that
-/// is 1662 bits and those of c. 2048 bits are kept in place. Throws std::overflow_error if a result needs more.
+/// numbers is a multiple of 2^-149k below c * 2^128k, where c counts its terms. At degree 10, the highest in use (two
+/// distances from planes), that is 2770 bits and those of c. 3072 bits are kept in place. Throws std::overflow_error if
+/// a result needs more.
 class Dyadic {
  public:
   Dyadic() = default;
@@ -30,7 +31,7 @@ class Dyadic {
 
  private:
   using Integer = boost::multiprecision::number<boost::multiprecision::cpp_int_backend<
-      2048, 2048, boost::multiprecision::signed_magnitude, boost::multiprecision::checked, void>>;
+      3072, 3072, boost::multiprecision::signed_magnitude, boost::multiprecision::checked, void>>;
   Dyadic(Integer m, int e) : m_(std::move(m)), e_(e) {}
   static Integer shifted(const Integer& m, int bits);
   static Dyadic sum(const Dyadic& a, const Dyadic& b, int sign_of_b);

@@ -1,5 +1,6 @@
 #include "engine/oracle/exact.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -57,7 +58,9 @@ class HitCandidate {
 // Finds the nearest hits of rays, one ray after the other. Not thread-safe.
 class Search {
  public:
-  explicit Search(const PairTree& bvh) : bvh_(bvh), walker_(bvh) {}
+  /// Of the triangles, those in `lost` are in no leaf.
+  Search(const PairTree& bvh, std::span<const Triangle> triangles, std::span<const std::uint32_t> lost)
+      : bvh_(bvh), triangles_(triangles), lost_(lost), walker_(bvh) {}
 
   ExactHit nearest(const Ray& ray) {
     ++counts_.rays;
@@ -66,22 +69,22 @@ class Search {
     best_.reset();
     double t_far = ray.t_max;
     walker_.walk(filter, t_far, [&](std::uint32_t texel) {
-      test(ray, filter, texel);
+      test(ray, filter, decode_triangle(bvh_, texel), decode_prim(bvh_, texel));
       if (best_) t_far = std::min(t_far, best_->t().high);
       return true;
     });
+    for (const std::uint32_t prim : lost_) test(ray, filter, triangles_[prim], prim);
     return best_ ? as_hit(best_->exact(), best_->prim()) : ExactHit{};
   }
   const ExactCounts& counts() const { return counts_; }
 
  private:
-  void test(const Ray& ray, const FilterRay& filter, std::uint32_t texel) {
+  void test(const Ray& ray, const FilterRay& filter, const Triangle& triangle, std::uint32_t prim) {
     ++counts_.triangle_tests;
-    const Triangle triangle = decode_triangle(bvh_, texel);
     const FilterSight sight(filter, triangle);
     const Sure line = sight.hits_line();
     if (line == Sure::No) return;
-    HitCandidate candidate(ray, triangle, decode_prim(bvh_, texel));
+    HitCandidate candidate(ray, triangle, prim);
     if (best_ && best_->prim() == candidate.prim()) return;
     candidate.set_t(sight.t_bounds());
     const Interval& t = candidate.t();
@@ -110,6 +113,8 @@ class Search {
   }
 
   const PairTree& bvh_;
+  std::span<const Triangle> triangles_;
+  std::span<const std::uint32_t> lost_;
   Walker walker_;
   std::optional<HitCandidate> best_;
   ExactCounts counts_;
@@ -131,16 +136,18 @@ ExactCounts operator-(const ExactCounts& a, const ExactCounts& b) {
           a.interval_failures - b.interval_failures, a.order_failures - b.order_failures};
 }
 
-ExactOracle::ExactOracle(const PairTree& bvh) : bvh_(bvh) {
+ExactOracle::ExactOracle(const PairTree& bvh, std::span<const Triangle> triangles) : bvh_(bvh), triangles_(triangles) {
   for_all_triangles(bvh, [&](std::uint32_t texel) {
     const std::size_t prim = decode_prim(bvh, texel);
     if (prim >= texel_of_.size()) texel_of_.resize(prim + 1, NO_HIT);
     texel_of_[prim] = texel;
   });
+  for (std::uint32_t prim = 0; prim < triangles.size(); ++prim)
+    if ((prim >= texel_of_.size() || texel_of_[prim] == NO_HIT) && has_area(triangles[prim])) lost_.push_back(prim);
 }
 
 ExactHit ExactOracle::nearest(const Ray& ray) const {
-  Search search(bvh_);
+  Search search(bvh_, triangles_, lost_);
   const ExactHit hit = search.nearest(ray);
   add(search.counts());
   return hit;
@@ -151,7 +158,7 @@ std::vector<ExactHit> ExactOracle::nearest(std::span<const Ray> rays, const Prog
   std::mutex mutex;
   std::size_t done = 0;
   for_chunks(rays.size(), kRaysPerExactChunk, [&](std::size_t begin, std::size_t end) {
-    Search search(bvh_);
+    Search search(bvh_, triangles_, lost_);
     for (std::size_t i = begin; i < end; ++i) hits[i] = search.nearest(rays[i]);
     add(search.counts());
     const std::lock_guard lock(mutex);
@@ -165,15 +172,16 @@ ExactHit ExactOracle::brute_force(const Ray& ray) const {
   if (is_dead(ray)) return {};
   std::optional<ExactSight> best;
   std::uint32_t best_prim = NO_HIT;
-  for_all_triangles(bvh_, [&](std::uint32_t texel) {
-    const ExactSight sight(ray, decode_triangle(bvh_, texel));
-    const std::uint32_t prim = decode_prim(bvh_, texel);
+  const auto test = [&](const Triangle& triangle, std::uint32_t prim) {
+    const ExactSight sight(ray, triangle);
     if (!sight.hits_line() || !sight.within(ray)) return;
     const std::strong_ordering order = best ? ballot::compare_t(sight, *best) : std::strong_ordering::less;
     if (order > 0 || (order == 0 && prim >= best_prim)) return;
     best = sight;
     best_prim = prim;
-  });
+  };
+  for_all_triangles(bvh_, [&](std::uint32_t texel) { test(decode_triangle(bvh_, texel), decode_prim(bvh_, texel)); });
+  for (const std::uint32_t prim : lost_) test(triangles_[prim], prim);
   return best ? as_hit(*best, best_prim) : ExactHit{};
 }
 
@@ -200,6 +208,7 @@ std::strong_ordering ExactOracle::compare_t(const Ray& ray, std::uint32_t prim_a
 }
 
 std::optional<Triangle> ExactOracle::triangle(std::uint32_t prim) const {
+  if (std::ranges::binary_search(lost_, prim)) return triangles_[prim];
   if (prim >= texel_of_.size() || texel_of_[prim] == NO_HIT) return std::nullopt;
   return decode_triangle(bvh_, texel_of_[prim]);
 }

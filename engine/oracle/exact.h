@@ -7,7 +7,7 @@
 // misses everything. The nearest hit is that of the smallest exact t, and of the smallest prim among exactly equal t.
 //
 // Method. A conservative traversal finds candidates (walker.h). A floating-point filter with a proved error bound
-// decides most of them (filter.h). Integers of up to 2048 bits decide the others (predicates.h, dyadic.h). The filter
+// decides most of them (filter.h). Integers decide the others (predicates.h, dyadic.h). The filter
 // before exact arithmetic: Shewchuk. Adaptive precision floating-point arithmetic and fast robust geometric predicates.
 // Discrete & Computational Geometry 18, 1997, section 1.
 #pragma once
@@ -45,11 +45,13 @@ struct ExactCounts {
 };
 ExactCounts operator-(const ExactCounts& a, const ExactCounts& b);
 
-/// The exact oracle of one tree. Thread-safe. A prim that no leaf holds is never hit; such prims are the triangles
-/// whose cross product of edges is zero in double precision (engine/bvh/build.h, is_degenerate).
+/// The exact oracle of one tree. Thread-safe. A prim that no leaf holds is never hit, unless it is lost().
 class ExactOracle {
  public:
-  explicit ExactOracle(const PairTree& bvh);  // keeps a reference: bvh must outlive the oracle
+  /// Keeps references: bvh and the triangles must outlive the oracle. `triangles`: those of the scene by their prims,
+  /// or none. Those that no leaf holds though integers say that they have an area are looked at for every ray, so that
+  /// the oracle does not share the faults of a builder.
+  explicit ExactOracle(const PairTree& bvh, std::span<const Triangle> triangles = {});
 
   /// Returns the nearest hit of a ray.
   ExactHit nearest(const Ray& ray) const;
@@ -71,12 +73,17 @@ class ExactOracle {
   /// Returns the triangle of this number, if some leaf holds it.
   std::optional<Triangle> triangle(std::uint32_t prim) const;
 
+  /// Returns the triangles with area that no leaf holds: none, unless a builder is wrong.
+  std::span<const std::uint32_t> lost() const { return lost_; }
+
   ExactCounts counts() const;  // of all calls of nearest() so far
 
  private:
   void add(const ExactCounts& counts) const;
 
   const PairTree& bvh_;
+  std::span<const Triangle> triangles_;
+  std::vector<std::uint32_t> lost_;
   std::vector<std::uint32_t> texel_of_;  // texel of each prim in the leaf array; NO_HIT if no leaf holds it
   mutable std::array<std::atomic<std::uint64_t>, 5> totals_{};
 };

@@ -80,7 +80,7 @@ std::string place_text(const Forest& forest, std::uint32_t prim) {
 ForestExact::ForestExact(const Forest& forest) : forest_(forest) {
   for (const MeshTree& mesh : forest.meshes())
     trees_.push_back(encode_pairs(mesh.bvh, mesh.triangles, NodeLayout::Interleaved));
-  for (const PairTree& tree : trees_) oracles_.emplace_back(tree);
+  for (std::size_t m = 0; m < trees_.size(); ++m) oracles_.emplace_back(trees_[m], forest.meshes()[m].triangles);
 }
 
 ExactHit ForestExact::nearest(const Ray& ray) const { return nearest_of_instances<ExactHit>(forest_, oracles_, ray); }

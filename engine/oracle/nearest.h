@@ -21,19 +21,18 @@ struct ExactDistance {
   friend bool operator==(const ExactDistance& a, const ExactDistance& b) { return (a <=> b) == 0; }
 };
 
-/// Returns the squared distance between a point and a triangle, which may have no area. Both must be finite. Throws
-/// std::overflow_error if exponents are too far apart for Dyadic.
+/// Returns the squared distance between a point and a triangle, which may have no area. Both must be finite.
 ExactDistance exact_distance(const glm::vec3& point, const Triangle& triangle);
 
 /// Returns the part of a triangle that is nearest to a point, without rounding: a corner (0, 1, 2), an edge (PART_EDGE
 /// and on), or the inside (PART_INSIDE). A point that is nearest to an end of an edge is nearest to that corner. Both
-/// must be finite. Throws as exact_distance().
+/// must be finite.
 std::uint32_t exact_part(const glm::vec3& point, const Triangle& triangle);
 
 /// Returns whether a point is behind a triangle at the part that is nearest to it: whether N . (P - C) < 0, with P the
 /// point, C the nearest point of that part, and N the normal of the triangle for its inside, else the pseudonormal of
 /// the part, whose float32 numbers are taken as they are. Decided in double precision by a proved bound, else without
-/// rounding. Throws as exact_distance().
+/// rounding.
 bool exact_behind(const glm::vec3& point, const Triangle& triangle, std::uint32_t part,
                   std::span<const glm::vec3, PSEUDONORMALS> pseudonormals);
 

@@ -32,6 +32,11 @@ ExactSight::ExactSight(const Ray& ray, const Triangle& triangle) {
   depth = dot(p[0], across);
 }
 
+bool has_area(const Triangle& t) {
+  const Vec normal = cross(difference(t[1], t[0]), difference(t[2], t[0]));
+  return normal[0].sign() != 0 || normal[1].sign() != 0 || normal[2].sign() != 0;
+}
+
 bool ExactSight::hits_line() const {
   const auto [least, most] = std::minmax({side[0].sign(), side[1].sign(), side[2].sign()});
   return least * most >= 0 && (least != 0 || most != 0);

@@ -31,6 +31,9 @@ struct ExactSight {
   Dyadic side[3], det, depth;
 };
 
+/// True if the triangle has an area, without rounding.
+bool has_area(const Triangle& triangle);
+
 /// Compares the t of two triangles for the same ray. Neither det may be 0.
 std::strong_ordering compare_t(const ExactSight& a, const ExactSight& b);
 

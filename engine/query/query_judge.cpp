@@ -7,9 +7,11 @@
 #include <mutex>
 
 #include "engine/bvh/pseudonormals.h"
+#include "engine/core/error.h"
 #include "engine/core/parallel.h"
 #include "engine/oracle/closest.h"
 #include "engine/oracle/crossings.h"
+#include "engine/oracle/exact.h"
 #include "engine/oracle/nearest.h"
 
 namespace ballot {
@@ -166,7 +168,12 @@ QueryErrors& QueryErrors::operator+=(const QueryErrors& other) {
   return *this;
 }
 
-QueryJudge::QueryJudge(DeviceTree& tree) : tree_(tree.any_pairs()), triangles_(tree.triangles()) {}
+QueryJudge::QueryJudge(DeviceTree& tree) : tree_(tree.any_pairs()), triangles_(tree.triangles()) {
+  const ExactOracle oracle(tree_, triangles_);
+  if (oracle.lost().empty()) return;
+  fail(Failure::Work, "the tree lacks triangle {}, which has an area; its builder is wrong: choose another by --build",
+       oracle.lost().front());
+}
 
 RayErrors QueryJudge::rays(std::span<const Ray> rays, const RayAnswers& found) const {
   const Starts lists(found.lists), first(found.first);

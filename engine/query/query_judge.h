@@ -38,6 +38,7 @@ struct RayErrors {
 /// Judges on all cores. Keeps references to the tree's arrays on the host and to its triangles.
 class QueryJudge {
  public:
+  /// Throws Error(Work) if the tree lacks a triangle that has an area, as the oracles would then lack it too.
   explicit QueryJudge(DeviceTree& tree);
 
   /// A list is wrong if triangles or their order differ. It is beyond its bound if a triangle differs that the ray

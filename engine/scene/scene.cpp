@@ -6,6 +6,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include "engine/core/error.h"
+#include "engine/core/exact_area.h"
 #include "engine/core/spelling.h"
 #include "engine/scene/instances.h"
 #include "engine/scene/loaders.h"
@@ -109,8 +110,7 @@ const View& find_view(const Scene& scene, std::string_view name) {
 }
 
 glm::vec3 geometric_normal(const Triangle& triangle) {
-  const glm::dvec3 a{triangle[0]}, b{triangle[1]}, c{triangle[2]};
-  const glm::dvec3 normal = glm::cross(b - a, c - a);
+  const glm::dvec3 normal = exact_cross(triangle[0], triangle[1], triangle[2]);
   const double length = glm::length(normal);
   return length > 0 ? glm::vec3{normal / length} : glm::vec3{0, 1, 0};
 }

@@ -1,12 +1,14 @@
 // Holds every builder to the same rules: sound trees, and hits in watertight that do not depend on the builder, for
 // each tree format. The sort of the builder `device` is held to std::stable_sort.
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 
 #include "engine/bvh/build.h"
 #include "engine/bvh/padding.h"
 #include "engine/formats/pair_decode.h"
+#include "engine/oracle/predicates.h"
 #include "tests/device/builders.h"
 #include "tests/device/ray_sets.h"
 
@@ -28,6 +30,19 @@ TEST_F(Builders, TreesAreSound) {
     EXPECT_EQ(bvh.bounds.hi, best.bounds.hi);
     EXPECT_LE(bvh.stats.sah, 2.5 * best.stats.sah + 1);
   }
+  expect_silent(*gpu_);
+}
+
+// Area is decided without rounding, on the device as on the host: by what integers say.
+TEST_F(Builders, NeedlesOfAnyWidthAreInTheTree) {
+  Triangles triangles = shapes::soup(100, 0.3f);
+  for (int e = -149; e < 0; e += 3)
+    for (const glm::vec3& tip : {glm::vec3(1, 0, 0), glm::vec3(0, 1, -1), glm::vec3(1, 1, 1)})
+      triangles.push_back({{{-3, -3, -3}, {1.5f, 1.5f, 1.5f}, std::ldexp(1.f, e) * tip}});
+  const auto flat = std::ranges::count_if(triangles, [](const Triangle& t) { return !has_area(t); });
+  EXPECT_EQ(flat, 50);
+  EXPECT_EQ(sound(triangles, {}, device()).stats.degenerate, flat);
+  EXPECT_EQ(build_bvh(triangles).stats.degenerate, flat);
   expect_silent(*gpu_);
 }
 

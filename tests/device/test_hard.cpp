@@ -112,7 +112,8 @@ TEST_P(HardCases, Hold) {
   const HardCase& hard = GetParam();
   const HardScene made = hard.make(true);
   const auto t = make(*gpu_, made.scene.triangles, made.build);
-  const ExactOracle exact(t->tracer->pair_tree(NodeLayout::Interleaved));
+  const ExactOracle exact(t->tracer->pair_tree(NodeLayout::Interleaved), t->triangles);
+  EXPECT_TRUE(exact.lost().empty()) << "triangle " << exact.lost().front() << " has an area, but is in no leaf";
   for (const HardRays& set : made.rays) {
     const auto truth = exact.nearest(set.rays);
     expect_honest(set, truth);

@@ -53,6 +53,8 @@ constexpr HardCase kCases[] = {
     // Shapes.
     {"flat-walls", "Ballot, design", "the box of an axis-parallel triangle has an interval of length 0", flat_walls},
     {"needles", "Embree, verify (sliver triangles)", "rounding flips the sign of a sliver's edge functions", needles},
+    {"hairs", "Ballot, design",
+     "a triangle narrower than 1e-16 of its length is taken for one without area, and is missed", hairs},
     {"thin-triangle", "Embree #387", "a thin triangle is missed by rays at 0.52 degrees to its plane", thin_triangle},
     {"grazing", "Embree #387; pbrt-v4, shapes_test.cpp", "rays in the plane of a triangle, or an ulp off it", grazing},
     {"duplicates", "Ballot, design", "among coincident triangles the first one that the traversal met is reported",

@@ -107,6 +107,7 @@ HardScene utm_terrain(bool quick);
 HardScene narrow_view(bool quick);
 
 HardScene needles(bool quick);
+HardScene hairs(bool quick);
 HardScene thin_triangle(bool quick);
 HardScene grazing(bool quick);
 HardScene duplicates(bool quick);

@@ -52,6 +52,29 @@ HardScene flat_walls(bool quick) {
   return {scene_of("flat-walls", std::move(mesh)), std::move(sets)};
 }
 
+// Needles whose long edges pass by zero at a distance that doubles of their length do not resolve, and a closed
+// tetrahedron, one edge of which is such a needle: its prims are 0 to 4, and the needle is 4.
+HardScene hairs(bool quick) {
+  constexpr float kWidth = 1e-20f;
+  const glm::vec3 b(-1, -1, 0), c(1, 1, 0), d(-1, 1, 2), e(1, -1, 2), a(kWidth, 0, 0);
+  Triangles mesh{{{b, a, d}}, {{a, c, d}}, {{c, b, e}}, {{b, d, e}}, {{b, c, a}}, {{d, c, e}}};
+  Random random(67);
+  HardRays through{.name = "through the needle"}, within{.name = "from within", .closed = true};
+  for (std::size_t i = 0; i < many(quick); ++i) {
+    const float x = random.in(-1, 2) * kWidth, y = random.in(-1, 1) * kWidth;
+    through.rays.push_back({{x, y, -3}, 0, {0, 0, 1}, kFar});
+    within.rays.push_back(
+        towards({random.in(-0.2f, 0.2f), random.in(-0.2f, 0.2f), 1}, random.flip() ? a : glm::vec3(x, y, 0)));
+  }
+  for (int i = 0; i < (quick ? 200 : 2000); ++i) {
+    const glm::vec3 p = random.point(1) * power_of_two(static_cast<int>(random.below(45)) - 10) + glm::vec3(0, 0, -9);
+    const glm::vec3 tip = random.point(1) * power_of_two(-20 - static_cast<int>(random.below(126)));
+    mesh.push_back({{p, p * -power_of_two(static_cast<int>(random.below(9)) - 4), tip}});
+  }
+  HardRays at{.name = "at vertices, edges and inner points", .rays = at_targets(mesh, many(quick), {3, 2, 1}, 4, 68)};
+  return {scene_of("hairs", std::move(mesh)), {std::move(through), std::move(within), std::move(at)}};
+}
+
 HardScene needles(bool quick) {
   Random random(62);
   Triangles mesh;

@@ -27,7 +27,7 @@ HitChecker::HitChecker(Tracer& tracer, Batches& batches) : batches_(batches) {
     forest_exact_.emplace(*forest);
   } else {
     oracle_.emplace(tracer.pair_tree(NodeLayout::Interleaved));
-    exact_.emplace(tracer.pair_tree(NodeLayout::Interleaved));
+    exact_.emplace(tracer.pair_tree(NodeLayout::Interleaved), tracer.tree().triangles());
   }
 }
 

@@ -18,16 +18,44 @@ vec3 hi_of(Corners t) { return max(t.a, max(t.b, t.c)); }
 // What nodes keep the largest of below them.
 vec3 sides_of_corners(Corners t) { return hi_of(t) - lo_of(t); }
 
-// True if the triangle has no area, as is_degenerate() of engine/bvh/clip.cpp tells. On a device without float64 the
-// host gives triangles without area two equal vertices (engine/tree/build/device_builder.cpp).
-bool has_no_area(Corners t) {
-  if (t.a == t.b || t.b == t.c || t.c == t.a) return true;
+// True if the triangle has no area, without rounding, as has_no_area() of engine/core/exact_area.h tells, which has the
+// bound of the first step and the source of the second. On a device without float64 the host gives triangles without
+// area two vertices of equal bits (engine/tree/build/device_builder.cpp).
 #if BALLOT_FLOAT64
-  precise dvec3 e = dvec3(t.b) - dvec3(t.a), f = dvec3(t.c) - dvec3(t.a);
-  precise dvec3 n = e.yzx * f.zxy - f.yzx * e.zxy;
-  return n == dvec3(0.0);
-#else
-  return false;
-#endif
+#include "../numeric/float_bits.glsl"
+
+bool sum_is_zero(double terms[6]) {
+  double parts[6] = double[6](0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf);
+  bool zero = true;
+  for (uint i = 0u; i < 6u; ++i) {
+    precise double sum = terms[i];
+    for (uint k = 0u; k < i; ++k) {
+      precise double next = sum + parts[k], other = next - sum;
+      precise double part = (sum - (next - other)) + (parts[k] - other);
+      parts[k] = part;
+      sum = next;
+    }
+    parts[i] = sum;
+  }
+  for (uint i = 0u; i < 6u; ++i) zero = zero && parts[i] == 0.0lf;
+  return zero;
 }
+
+bool has_no_area(Corners t) {
+  precise dvec3 a = widen(t.a), b = widen(t.b), c = widen(t.c), e = b - a, f = c - a;
+  precise dvec3 x = e.yzx * f.zxy, y = f.yzx * e.zxy, n = abs(x - y);
+  precise dvec3 room = 8.881784197001252e-16lf * (abs(x) + abs(y));
+  uint open = any(greaterThan(n, room)) ? 0u : 3u, zeros = 0u;
+  for (uint i = 0u; i < open; ++i) {
+    precise double terms[6] = double[6](b.x * c.y, -(b.y * c.x), c.x * a.y, -(c.y * a.x), a.x * b.y, -(a.y * b.x));
+    zeros += uint(sum_is_zero(terms));
+    a = a.yzx, b = b.yzx, c = c.yzx;
+  }
+  return zeros == 3u;
+}
+#else
+bool is_same(vec3 a, vec3 b) { return floatBitsToUint(a) == floatBitsToUint(b); }
+
+bool has_no_area(Corners t) { return is_same(t.a, t.b) || is_same(t.b, t.c) || is_same(t.c, t.a); }
+#endif
 #endif
