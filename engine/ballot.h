@@ -189,29 +189,33 @@ class Engine {
   /// makes the image with its attributes. The bits of a film depend on the number of its samples, not on the steps, on
   /// one device. A film may be copied, stored, and continued by another process. Throws as trace() does.
   Film start_film(const RenderOptions& options) const { return renderer_->start(options); }
+  /// The first sample of a scene far from the origin moves a copy of it there, with a tree of its own, in which paths
+  /// start at points that are as fine as near the origin.
   void advance(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples, RenderTimes& times,
-               const Progress& progress = {}) {
-    renderer_->advance(film, view, options, samples, times, progress);
-  }
+               const Progress& progress = {});
   /// The same as advance(), but the sums may stay on the device until collect(). Until then the film must not be read
   /// or copied, and no other film rendered. Throws Error(Work) if another film was rendered since.
   void advance_there(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples,
-                     RenderTimes& times, const Progress& progress = {}) {
-    renderer_->advance(film, view, options, samples, times, progress, Sums::OnDevice);
-  }
-  void collect(Film& film, RenderTimes& times) { renderer_->collect(film, times); }
+                     RenderTimes& times, const Progress& progress = {});
+  void collect(Film& film, RenderTimes& times) { pictures().renderer_->collect(film, times); }
   Image picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times);
 
   /// Returns everything that decides the bits of a film, one line each: scene, view, options, arithmetic, device,
   /// commit. Films with equal texts have equal bits. write_film() stores the text with the film.
   std::string made_of(const View& view, const RenderOptions& options) const;
 
+  /// Returns a sentence if many triangles are so small beside the whole scene that pictures of them may be wrong: more
+  /// than one in 100 is smaller than 1024 times what points of the scene are rounded to. Else an empty text.
+  std::string picture_note() const;
+
   /// Returns about the bytes that rendering such a picture will take on the device, without the scene and its tree.
   std::uint64_t render_bytes_for(const View& view, const RenderOptions& options) const {
     return renderer_->bytes_for(view, options);
   }
   /// Returns the bytes that rendering takes on the device, without the tree.
-  std::uint64_t render_bytes() const { return scene_data_->bytes() + renderer_->bytes(); }
+  std::uint64_t render_bytes();
+  /// Returns the tracer of pictures: tracer(), but for scenes far from the origin.
+  Tracer& picture_tracer() { return *pictures().tracer_; }
 
   /// Makes the rays of one kind (ray_kinds.h) for a view of width x height pixels, 1 to 16384 each, on the device.
   /// Kinds that start at primary hits start at those that the default query finds. A pixel that hits nothing starts no
@@ -272,6 +276,8 @@ class Engine {
   const std::vector<std::string>& messages() const { return gpu_->messages(); }
 
  private:
+  Engine& pictures();
+  glm::vec3 picture_origin() const;
   SceneFeatures features_with(const TreeFacts& tree) const;
   void drop_renderers();
   void make_renderers();
@@ -281,13 +287,13 @@ class Engine {
   bool refit(std::span<const Triangle> triangles, const Bounds& bounds);
   void adopt(SceneTree&& built);
   void try_to_rebuild();
+  void count_walks();
   void begin_update();
   bool wants_refit(UpdateMode mode) const;
   Pose pose(const AnimationClip& clip, double seconds);
   void set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode);
   bool set_time_there(const AnimationClip& clip, double seconds, UpdateMode mode);
   bool poses_there() const;
-  void count_walks();
   void make_posed();
   void follow_there(const Bounds& bounds, UpdateMode mode);
   void bring_back(const AnimationClip& clip, double seconds);
@@ -315,6 +321,7 @@ class Engine {
   std::unique_ptr<DevicePoser> poser_;     // made on first use
   Pose spare_pose_;                        // of the last set_time() on the host, whose memory serves again
   std::unique_ptr<PosedTriangles> posed_;  // made on first use; null after triangles have moved otherwise
+  std::unique_ptr<Engine> near_zero_;      // renders a scene far from the origin; made on first use
   std::unique_ptr<LiveImage> live_;        // made on first use
   std::unique_ptr<HitChecker> checker_;    // made on first use
 };

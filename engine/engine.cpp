@@ -96,6 +96,7 @@ SceneFeatures Engine::features_with(const TreeFacts& tree) const {
 void Engine::drop_renderers() {
   checker_.reset();
   live_.reset();
+  near_zero_.reset();
   batches_.reset();
   renderer_.reset();
 }
@@ -111,7 +112,11 @@ void Engine::set_sky(Sky sky) {
   gpu_->finish();
   scene_.sky = std::move(sky);
   features_ = features_with(features_.tree);
+  live_.reset();
+  auto near = std::move(near_zero_);
   make_renderers();
+  near_zero_ = std::move(near);
+  if (near_zero_) near_zero_->set_sky(scene_.sky);
 }
 
 Engine::~Engine() = default;
@@ -157,32 +162,16 @@ const Topology& Engine::topology() {
   return *topology_;
 }
 
-LiveImage& Engine::live() {
-  if (!live_) live_ = std::make_unique<LiveImage>(*gpu_, *tracer_, *scene_data_);
-  return *live_;
-}
-
 std::unique_ptr<Presenter> Engine::make_presenter(Pace pace) {
   if (!gpu_->surface()) fail(Failure::Arguments, "the engine was opened without a window (EngineOptions::window)");
   return std::make_unique<Presenter>(*gpu_, pace);
 }
 
-Image Engine::render(const View& view, const RenderOptions& options, RenderTimes* times, const Progress& progress) {
-  constexpr std::uint32_t kSamplesAtOnce = 16;
-  RenderTimes spent;
-  Film film = start_film(options);
-  while (film.samples < options.spp) advance_there(film, view, options, kSamplesAtOnce, spent, progress);
-  collect(film, spent);
-  Image image = picture(film, view, options, spent);
-  if (times) *times = spent;
-  return image;
-}
-
 Image Engine::picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times) {
-  Image image = renderer_->picture(film, options, times);
+  Image image = pictures().renderer_->picture(film, options, times);
   Query primary = options.query;
   primary.rays = kPrimaryRays;
-  const Variant variant = tracer_->variant(primary);
+  const Variant variant = picture_tracer().variant(primary);
   const glm::dmat4 kLeftHanded(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, -1, 0),
                                glm::dvec4(0, 0, 0, 1));
   const glm::dmat4 camera_from_world = glm::inverse(view.world_from_camera);

@@ -42,6 +42,7 @@ void Engine::begin_update() {
   gpu_->finish();
   count_walks();
   topology_.reset();
+  if (near_zero_) live_.reset(), near_zero_.reset();
   update_ = {};
 }
 

@@ -278,6 +278,8 @@ int run_render(RenderArgs& args) {
     args.light.apply(scene, wanted, args.shading);
   });
   Engine& engine = *opened.engine;
+  if (const std::string note = engine.picture_note(); !note.empty())
+    say_aside("ballot: {}: {}\n", args.engine.scene, note);
   const auto views = chosen_views(args, engine.scene());
   const auto files = outputs_of(args, engine.scene(), views);
   prepare(args, plan, files);

@@ -39,8 +39,8 @@ void print_times(const RenderTimes& times, const Wall& wall, bool png) {
 
 void print_kernel(Engine& engine, const Query& query) {
   if (const std::string line = choice_line(engine, query); !line.empty()) say("  {}\n", line);
-  say("  {}\n", engine.tracer().variant(query).name());
-  const KernelTimes& kernel = engine.tracer().kernel(query).times();
+  say("  {}\n", engine.picture_tracer().variant(query).name());
+  const KernelTimes& kernel = engine.picture_tracer().kernel(query).times();
   say("  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first "
       "dispatch)\n",
       kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);

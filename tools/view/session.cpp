@@ -147,7 +147,7 @@ bool Session::announce_kernels() {
     q.rays = settings_.rays;
     // The method's own name is part of the key: auto runs kernels of other methods, and it tries several when it first
     // gets rays of a class.
-    const std::string name = q.method + " " + engine_->tracer().variant(q, counters).kernel_name() + paths;
+    const std::string name = q.method + " " + engine_->picture_tracer().variant(q, counters).kernel_name() + paths;
     if (!kernels_.insert(name).second) continue;
     facts_.message = "compiling " + (paths.empty() ? q.method : paths) + " ...";
     facts_.failed = false;

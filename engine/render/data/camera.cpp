@@ -8,6 +8,11 @@
 
 namespace ballot {
 
+View moved_back(View view, const glm::vec3& by) {
+  view.world_from_camera[3] -= glm::dvec4(glm::dvec3(by), 0);
+  return view;
+}
+
 PrimaryPush camera_push(const View& view, std::uint32_t width, std::uint32_t height) {
   const glm::dmat4& m = view.world_from_camera;
   const glm::dvec3 right(m[0]), up(m[1]), back(m[2]), eye(m[3]);

@@ -13,6 +13,9 @@ namespace ballot {
 /// Camera rays of a tile, one a pixel.
 inline constexpr std::uint32_t kTileRays = TILE_SIZE * TILE_SIZE;
 
+/// Returns a view as it is in a scene whose vertices are moved by -`by`.
+View moved_back(View view, const glm::vec3& by);
+
 /// Returns the push constants of shaders/rays/primary.comp for a view: one sample at pixel centres, from pixel 0 on.
 /// The ray count is 0; the caller sets it.
 PrimaryPush camera_push(const View& view, std::uint32_t width, std::uint32_t height);

@@ -51,10 +51,11 @@ std::vector<KernelSource> live_sources() {
   return {visible_source(), heat_source(), display_source(), tiles_source(), show_source()};
 }
 
-LiveImage::LiveImage(Context& gpu, Tracer& tracer, SceneData& scene)
+LiveImage::LiveImage(Context& gpu, Tracer& tracer, SceneData& scene, const glm::vec3& origin)
     : gpu_(gpu),
       tracer_(tracer),
       scene_(scene),
+      origin_(origin),
       camera_(gpu, 1, Access::Storage, "camera"),
       light_ray_(gpu, 1, Access::Storage, "ray to the light"),
       light_hit_(gpu, 1, Access::Storage, "hit towards the light"),
@@ -123,8 +124,9 @@ Kernel& LiveImage::kernel(const KernelSource& source) {
   return *kernel;
 }
 
-LiveTimes LiveImage::add_sample(const View& view, const LiveOptions& options) {
+LiveTimes LiveImage::add_sample(const View& asked, const LiveOptions& options) {
   check(options);
+  const View view = moved_back(asked, origin_);
   if (const Integrator* integrator = find_integrator(options.shading)) return add_paths(view, options, *integrator);
   const bool counts = find_shading(options.shading).heat;
   make_room(options, counts);
@@ -363,7 +365,7 @@ Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32
   if (x >= options.width || y >= options.height)
     fail(Failure::Arguments, "pixel ({}, {}) is not in the picture of {}x{}", x, y, options.width, options.height);
   const std::uint32_t tiles_x = (options.width + TILE_SIZE - 1) / TILE_SIZE;
-  PrimaryPush camera = camera_push(view, options.width, options.height);
+  PrimaryPush camera = camera_push(moved_back(view, origin_), options.width, options.height);
   camera.first = (y / TILE_SIZE * tiles_x + x / TILE_SIZE) * kTileRays;
   camera.count = kTileRays;
   std::uint32_t index = 0;
@@ -388,6 +390,7 @@ Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32
     tracer_.trace(rays, hits, kTileRays, query);
   }
   rays.download(std::span(&probe.ray, 1), index);
+  probe.ray.origin += origin_;
   hits.download(std::span(&probe.hit, 1), index);
   return probe;
 }

@@ -31,9 +31,11 @@ std::vector<KernelSource> live_sources();
 /// The picture on the device. Belongs to one thread.
 class LiveImage {
  public:
-  /// Keeps references to all arguments.
-  LiveImage(Context& gpu, Tracer& tracer, SceneData& scene);
+  /// Keeps references to all arguments. `origin` is the point of the views' world that is the scene's zero.
+  LiveImage(Context& gpu, Tracer& tracer, SceneData& scene, const glm::vec3& origin = glm::vec3(0));
   ~LiveImage();
+
+  const glm::vec3& origin() const { return origin_; }
 
   /// Adds a sample to the picture, or begins a new one. A sample after the first must have the view, size, rays and
   /// split of the one before it; this is not checked. Throws Error(Arguments) on bad options, Error(Work) as trace()
@@ -87,6 +89,7 @@ class LiveImage {
   Context& gpu_;
   Tracer& tracer_;
   SceneData& scene_;
+  glm::vec3 origin_;
   std::map<std::string, std::unique_ptr<Kernel>> kernels_;  // by name
   std::uint32_t chunk_rays_ = 0;
   std::uint32_t width_ = 0;  // the picture width that starts_ was made for
