@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Installs the package of Python in a virtual environment, against a library that is built, and runs its tests and the
-example on a cluster of two workers there.
+"""Installs the package of Python in a virtual environment, against a library that is built, and runs its tests, the
+example on a cluster of two workers and the checkers of types mypy and pyright there.
 
-The folder keeps the environment and the compiled extension for the next time. Needs PyPI the first time, for nanobind,
-scikit-build-core, NumPy and dask.
+The package is built from a copy of its folder, as others may have it without the tree. The folder keeps the environment
+and the compiled extension for the next time. Needs PyPI the first time, for what REQUIREMENTS names.
 
 BALLOT_PRELOAD names what Python has to load before a library with address sanitizer: the sanitizer's runtime. With it,
 leaks are not reported, because Python itself leaks, and the wheel may have any size.
@@ -12,14 +12,27 @@ leaks are not reported, because Python itself leaks, and the wheel may have any 
 import argparse
 import math
 import os
+import shutil
 import subprocess
 import sys
 import venv
+import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE, EXAMPLES = ROOT / "engine/api/python", ROOT / "tools/examples"
 MOST_WHEEL_BYTES = 8 << 20
+REQUIREMENTS = {  # how pip and how Python names it
+    "nanobind>=3.1,<4": "nanobind",
+    "scikit-build-core>=0.12": "scikit_build_core",
+    "numpy>=1.24": "numpy",
+    "dask[array]": "dask.array",
+    "distributed": "distributed",
+    "mypy": "mypy",
+    "pyright[nodejs]": "pyright",
+    "trimesh": "trimesh",
+    "meshio": "meshio",
+}
 
 
 def run(*command: object, **arguments: object) -> None:
@@ -33,27 +46,56 @@ def environment(folder: Path) -> Path:
     python = folder / "venv/bin/python"
     if not python.exists():
         venv.create(folder / "venv", with_pip=True)
-    wanted = ["nanobind>=3.1,<4", "scikit-build-core>=0.10", "numpy>=1.24", "dask[array]", "distributed"]
-    check = "import nanobind, scikit_build_core, numpy, dask.array, distributed"
+    check = f"import {', '.join(REQUIREMENTS.values())}"
     if subprocess.run([python, "-c", check], capture_output=True, check=False).returncode:
-        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *wanted)
+        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *REQUIREMENTS)
     return python
+
+
+def copied(python: Path, folder: Path) -> Path:
+    """Returns a copy of the package's folder, far from the tree. Without a library it says what is missing."""
+    for name, source in (("LICENSE", ROOT / "LICENSE"), ("NOTICE", ROOT / "engine/api/NOTICE")):
+        if (PACKAGE / name).read_bytes() != source.read_bytes():
+            sys.exit(f"python_package: {PACKAGE / name} differs from {source}; copy it anew")
+    copy = folder / "copied/package"
+    shutil.rmtree(copy.parent, ignore_errors=True)
+    shutil.copytree(PACKAGE, copy)
+    nanobind = subprocess.run([python, "-m", "nanobind", "--cmake_dir"], capture_output=True, text=True, check=True)
+    words = ["-G", "Ninja", f"-Dnanobind_DIR={nanobind.stdout.strip()}", "-DCMAKE_DISABLE_FIND_PACKAGE_Ballot=ON"]
+    bare = subprocess.run(["cmake", "-S", copy, "-B", copy.parent / "bare", f"-DPython_EXECUTABLE={python}", *words],
+                          capture_output=True, text=True, check=False)  # fmt: skip
+    if bare.returncode == 0 or "Found neither Ballot's library nor its source tree" not in " ".join(bare.stderr.split()):
+        sys.exit(f"python_package: without a library CMake said: {bare.stderr}")
+    return copy
 
 
 def wheel(python: Path, folder: Path, library: Path) -> Path:
     """Returns the wheel, which is built if something changed."""
+    package = copied(python, folder)
     for old in folder.glob("*.whl"):
         old.unlink()
     run(python, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-build-isolation", "--no-deps",
         "--wheel-dir", folder, f"--config-settings=build-dir={folder / 'build'}",
-        f"--config-settings=cmake.define.BALLOT_LIBRARY={library}", PACKAGE)  # fmt: skip
+        f"--config-settings=cmake.define.BALLOT_LIBRARY={library}", package)  # fmt: skip
     (made,) = folder.glob("*.whl")
+    held = {Path(name).name for name in zipfile.ZipFile(made).namelist() if ".dist-info/licenses/" in name}
+    if not held >= {"LICENSE", "NOTICE", "LICENSE.nanobind"}:
+        sys.exit(f"python_package: the wheel's licenses are {sorted(held)}; expected LICENSE, NOTICE, LICENSE.nanobind")
     size = made.stat().st_size
     most = math.inf if "BALLOT_PRELOAD" in os.environ else MOST_WHEEL_BYTES
     print(f"{made.name}: {size / 2**20:.1f} MiB", flush=True)
     if size > most:
         sys.exit(f"python_package: the wheel has {size} bytes; at most {most} are allowed")
     return made
+
+
+def check_types(python: Path, folder: Path) -> None:
+    """Checks the types of the installed package, its stub and all examples."""
+    example = EXAMPLES / "dask_rays.py"
+    run(python, "-m", "mypy", "--strict", "--no-error-summary", "-p", "ballot", cwd=folder)
+    run(python, "-m", "mypy", "--strict", "--no-error-summary", example, cwd=folder)
+    (installed,) = folder.glob("venv/lib/python*/site-packages/ballot")
+    run(python, "-m", "pyright", "--warnings", "--pythonpath", python, installed, example, cwd=folder)
 
 
 def main() -> None:
@@ -74,6 +116,8 @@ def main() -> None:
     run(python, "-X", "dev", "-m", "unittest", "discover", "-s", PACKAGE / "tests", cwd=options.folder,
         env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})  # fmt: skip
     run(python, EXAMPLES / "dask_rays.py", cwd=options.folder)
+    if not preload:  # the checkers do not load the library
+        check_types(python, options.folder)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,9 @@ back. Runs on a local cluster of two workers; on a real one give the address of 
   python3 tools/examples/dask_rays.py                        # needs: pip install dask distributed
   python3 tools/examples/dask_rays.py tcp://scheduler:8786
 """
+# mypy: allow-untyped-calls
+# pyright: reportArgumentType=false
+# dask's own types are not complete.
 
 import sys
 

@@ -26,7 +26,7 @@ def text(value: Any, name: str) -> str:
 def integer(value: Any, name: str, low: int, high: int) -> int:
     """Returns an integer in [low, high]."""
     try:
-        number = value.__index__()
+        number = int(value.__index__())
     except AttributeError:
         raise TypeError(f"{name}: found {type(value).__name__}; expected an integer") from None
     if not low <= number <= high:
@@ -62,7 +62,7 @@ def progress_function(progress: Any) -> Any:
     return progress
 
 
-def view(given: Any) -> tuple:
+def view(given: Any) -> tuple[Any, ...]:
     """Returns a view as the extension takes it: None is the scene's first, a string a name, a dict a camera."""
     zero = (0.0, 0.0, 0.0)
     if given is None:
@@ -103,4 +103,5 @@ def _vector(value: Any, name: str) -> tuple[float, float, float]:
         raise TypeError(f"{name}: found {value!r}; expected three numbers") from None
     if len(numbers) != 3:
         raise ValueError(f"{name}: found {len(numbers)} numbers; expected three")
-    return tuple(_number(n, name) for n in numbers)
+    x, y, z = (_number(n, name) for n in numbers)
+    return x, y, z

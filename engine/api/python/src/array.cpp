@@ -118,9 +118,9 @@ void bind_arrays(nb::module_& m, nb::class_<SceneObject>& scene) {
       .def_prop_ro("closed", &ArrayObject::closed)
       .def("write", &write, nb::arg("records").noconvert(), nb::arg("first"))
       .def("read", &read, nb::arg("records").noconvert(), nb::arg("first"))
-      .def("host", &host)
+      .def("host", &host, nb::sig("def host(self) -> numpy.typing.NDArray[typing.Any] | None"))
       .def("cuda", &cuda)
-      .def("cuda_view", &cuda_view)
+      .def("cuda_view", &cuda_view, nb::sig("def cuda_view(self) -> typing.Any"))
       .def("fd", &fd);
   scene.def("trace_arrays", &trace_arrays);
   scene.def("query_point_arrays", &query_point_arrays);

@@ -151,13 +151,17 @@ void bind_traces(nb::module_& m, nb::class_<SceneObject>& scene);
 void bind_points(nb::class_<SceneObject>& scene);
 void bind_arrays(nb::module_& m, nb::class_<SceneObject>& scene);
 
+/// Tuples and lists of objects, as the stub of the extension names them.
+using Objects = nb::typed<nb::tuple, nb::any, nb::ellipsis>;
+using ObjectList = nb::typed<nb::list, nb::any>;
+
 /// Returns an array of NumPy that owns `data`.
 template <class T>
-nb::object array_of(std::vector<T>&& data, std::initializer_list<std::size_t> shape) {
+auto array_of(std::vector<T>&& data, std::initializer_list<std::size_t> shape) {
   auto* kept = new std::vector<T>(std::move(data));
   nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
   using Number = std::conditional_t<std::is_same_v<T, Ray>, float, T>;
-  return nb::cast(nb::ndarray<nb::numpy, Number>(kept->data(), shape, owner));
+  return nb::ndarray<nb::numpy, Number>(kept->data(), shape, owner);
 }
 
 }  // namespace ballot::python

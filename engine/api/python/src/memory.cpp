@@ -66,7 +66,7 @@ void bind_memory(nb::module_& m) {
       memory().give(block->data, block->size);
       delete block;
     });
-    return nb::cast(nb::ndarray<nb::numpy, std::uint8_t>(data, {bytes}, owner));
+    return nb::ndarray<nb::numpy, std::uint8_t>(data, {bytes}, owner);
   });
 }
 

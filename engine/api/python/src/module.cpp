@@ -58,7 +58,7 @@ std::tuple<std::string, std::string, std::string, bool, std::uint32_t, bool> tup
   return {d.name, d.driver, d.refusal, d.is_cpu, d.subgroup_size, d.exports};
 }
 
-nb::dict names_of_all() {
+nb::typed<nb::dict, std::string, std::vector<std::string>> names_of_all() {
   nb::dict all;
   all["methods"] = nb::cast(names(Names::Methods));
   all["numeric"] = nb::cast(names(Names::Numeric));
@@ -173,8 +173,9 @@ NB_MODULE(_ballot, m) {
   m.def("after_fork", [] { running = 0; });  // the threads of the parent are not here
   m.def("commit", [] { return std::string(ballot_commit()); });
   m.def("view", &view<nb::ndarray<nb::ro, nb::device::cpu>, nb::ndarray<nb::numpy, nb::ro>>,
-        nb::arg("array").noconvert());
-  m.def("view_writable", &view<nb::ndarray<nb::device::cpu>, nb::ndarray<nb::numpy>>, nb::arg("array").noconvert());
+        nb::arg("array").noconvert(), nb::sig("def view(array: object) -> numpy.typing.NDArray[typing.Any]"));
+  m.def("view_writable", &view<nb::ndarray<nb::device::cpu>, nb::ndarray<nb::numpy>>, nb::arg("array").noconvert(),
+        nb::sig("def view_writable(array: object) -> numpy.typing.NDArray[typing.Any]"));
   bind_errors(m);
   bind_devices(m);
   bind_memory(m);

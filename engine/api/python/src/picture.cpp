@@ -20,8 +20,8 @@ View view_of(const ViewTuple& given) {
   return view;
 }
 
-nb::object make_rays(const SceneObject& self, const ViewTuple& view, const std::string& kind, std::uint32_t width,
-                     std::uint32_t height) {
+auto make_rays(const SceneObject& self, const ViewTuple& view, const std::string& kind, std::uint32_t width,
+               std::uint32_t height) {
   std::vector<Ray> rays =
       without_gil(self.use(), [&](const Scene& s) { return s.make_rays(view_of(view), kind, width, height); });
   const std::size_t count = rays.size();
@@ -32,8 +32,8 @@ nb::object make_rays(const SceneObject& self, const ViewTuple& view, const std::
 using PictureTuple =
     std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::string, std::string, std::int32_t, std::uint32_t>;
 
-nb::object render(const SceneObject& self, const ViewTuple& view, const PictureTuple& given, const QueryObject& asked,
-                  nb::object progress) {
+auto render(const SceneObject& self, const ViewTuple& view, const PictureTuple& given, const QueryObject& asked,
+            nb::object progress) {
   Picture picture;
   std::tie(picture.width, picture.height, picture.samples, picture.shading, picture.sky, picture.bounces,
            picture.seed) = given;

@@ -74,9 +74,9 @@ struct Crossings {
 using Masks = std::optional<nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>>;
 
 /// Returns (counts, numbers of the hits, times).
-nb::tuple list_crossings(const SceneObject& self, const PointRows& array, std::uint32_t most, bool lists,
-                         nb::object progress, const std::string& numeric, std::uint32_t cull, const Masks& mesh_masks,
-                         const Masks& ray_masks, bool alpha) {
+Objects list_crossings(const SceneObject& self, const PointRows& array, std::uint32_t most, bool lists,
+                       nb::object progress, const std::string& numeric, std::uint32_t cull, const Masks& mesh_masks,
+                       const Masks& ray_masks, bool alpha) {
   auto rays = BALLOT_INIT(BallotRays);
   rays.data = array.data(), rays.count = array.shape(0);
   rays.stride = rays.count > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 0;
@@ -120,7 +120,7 @@ void bind_points(nb::class_<SceneObject>& scene) {
             none("prims"), none("mesh_ids"), none("uvs"), none("normals"), none("signed_distances"), none("inside"));
   scene.def("list_crossings", &list_crossings, nb::arg("rays").noconvert(), nb::arg("most"), nb::arg("lists"),
             nb::arg("progress").none(), nb::arg("numeric"), nb::arg("cull"), none("mesh_masks"), none("ray_masks"),
-            nb::arg("alpha"));
+            nb::arg("alpha") = false);
 }
 
 }  // namespace ballot::python

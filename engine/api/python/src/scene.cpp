@@ -74,7 +74,7 @@ std::vector<Mesh> meshes_of(const std::vector<MeshArrays>& arrays) {
   return list;
 }
 
-void make_instances(SceneObject* self, const DeviceObject& device, const nb::list& meshes, const Matrices& transforms,
+void make_instances(SceneObject* self, const DeviceObject& device, const ObjectList& meshes, const Matrices& transforms,
                     const Indices& of_which, const Settings& settings) {
   const std::vector<MeshArrays> arrays = arrays_of(meshes);
   const std::vector<Mesh> list = meshes_of(arrays);
@@ -90,7 +90,7 @@ void update_instances(const SceneObject& self, const Matrices& transforms) {
   without_gil(self.use(), [&](Scene& s) { s.update_instances({transforms.data(), transforms.size()}); });
 }
 
-void make_scene(SceneObject* self, const DeviceObject& device, const nb::list& meshes, const Settings& settings) {
+void make_scene(SceneObject* self, const DeviceObject& device, const ObjectList& meshes, const Settings& settings) {
   const std::vector<MeshArrays> arrays = arrays_of(meshes);
   const std::vector<Mesh> list = meshes_of(arrays);
   const SceneOptions options = options_of(settings);
@@ -104,7 +104,7 @@ void load_scene(SceneObject* self, const DeviceObject& device, const std::string
       device.use(), [&](const Device& d) { return std::make_shared<Scene>(Scene::load(d, path, options)); }));
 }
 
-nb::tuple info_of(const SceneObject& self) {
+Objects info_of(const SceneObject& self) {
   const SceneInfo i = without_gil(self.use(), [](const Scene& s) { return s.info(); });
   return nb::make_tuple(i.triangles, i.degenerate, i.meshes, i.views, nb::make_tuple(i.lo[0], i.lo[1], i.lo[2]),
                         nb::make_tuple(i.hi[0], i.hi[1], i.hi[2]), i.nodes, i.leaves, i.depth, i.sah, i.build_seconds,
@@ -122,8 +122,8 @@ void update(const SceneObject& self, std::size_t mesh, const nb::object& vertice
   without_gil(self.use(), [&](Scene& s) { s.update(mesh, v.numbers, v.stride); });
 }
 
-nb::list animations(const SceneObject& self) {
-  nb::list all;
+ObjectList animations(const SceneObject& self) {
+  ObjectList all = nb::list();
   for (const AnimationInfo& i : without_gil(self.use(), [](const Scene& s) { return s.animations(); }))
     all.append(nb::make_tuple(i.name, i.seconds, i.channels));
   return all;
@@ -133,7 +133,7 @@ void set_time(const SceneObject& self, std::size_t animation, double seconds) {
   without_gil(self.use(), [&](Scene& s) { s.set_time(animation, seconds); });
 }
 
-nb::object triangles(const SceneObject& self) {
+auto triangles(const SceneObject& self) {
   std::vector<float> all = without_gil(self.use(), [](const Scene& s) { return s.triangles(); });
   const std::size_t count = all.size() / 9;
   return array_of(std::move(all), {count, 3, 3});

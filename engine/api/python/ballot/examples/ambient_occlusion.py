@@ -27,7 +27,8 @@ def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     for corner in range(3):
         np.add.at(normals, triangles[:, corner], face)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    unit: np.ndarray = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    return unit
 
 
 def cosine_directions(normals: np.ndarray, samples: int, seed: int = 0) -> np.ndarray:
@@ -45,7 +46,7 @@ def bake(
     rays = np.empty((len(vertices), samples, 6), np.float32)
     rays[..., :3] = (vertices + 1e-3 * normals)[:, None]  # off the surface
     rays[..., 3:] = cosine_directions(normals, samples)
-    return 1 - scene.occluded(rays, t=(0, reach)).mean(axis=1)
+    return np.asarray(1 - scene.occluded(rays, t=(0, reach)).mean(axis=1))
 
 
 if __name__ == "__main__":
