@@ -11,7 +11,7 @@ Scenes    Scene, load_scene; Scene.update moves vertices, Scene.set_time plays a
 Open3D    RaycastingScene has the names, shapes, dtypes and miss values of Open3D's class.
 trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
 On GPUs   Array holds rays or hits on the device; CUDA's libraries fill and read it without a copy.
-Pictures  render.
+Pictures  render returns a Picture, an array that to_png() writes and notebooks show.
 Speed     bench measures methods.
 
 Names     names() lists methods, numeric modes, builders, ray kinds and shadings.
@@ -19,7 +19,8 @@ Names     names() lists methods, numeric modes, builders, ray kinds and shadings
 Units     Lengths are in scene units, angles in radians. t counts multiples of a ray's direction.
 Errors    ValueError and TypeError for wrong arguments; Error, a RuntimeError with a code, for failures of device
           and files, and for objects that were closed or made before fork(). A call with wrong arguments writes nothing;
-          one that fails later, or is interrupted, may have written a part.
+          one that fails later, or is interrupted, may have written a part. PrecisionWarning where rounding float64 to
+          float32 moves a vertex by more than 2^-20 of its mesh's size.
 Threads   Everything may be called from any thread. Calls on one device run one after another, and let other threads of
           Python run meanwhile.
 """
@@ -38,12 +39,13 @@ from ._arrays import HIT, MISS, RAY
 from ._ballot import commit, names, version
 from ._bench import bench
 from ._device import Device, DeviceInfo, default_device, devices
-from ._errors import Code, Error
+from ._errors import Code, Error, PrecisionWarning
 from ._job import Job
-from ._picture import render
+from ._load import load_scene
+from ._picture import Picture, render
 from ._query import Times
 from ._raycasting import RaycastingScene
-from ._scene import Scene, load_scene
+from ._scene import Scene
 from ._scene_info import Animation, MeshInfo, SceneInfo
 
 __version__ = version()
@@ -60,6 +62,8 @@ __all__ = [
     "Error",
     "Job",
     "MeshInfo",
+    "Picture",
+    "PrecisionWarning",
     "RaycastingScene",
     "Scene",
     "SceneInfo",

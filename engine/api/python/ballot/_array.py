@@ -80,7 +80,7 @@ class Array:
         elif self._record == "points":
             array = _limited(_arrays.floats(records, "records", (3, 4)))
         elif self._record == "inside":
-            array = _arrays.contiguous(records, np.uint32).reshape(-1, 1).view(np.float32)
+            array = _flags(records)
         else:
             array = records if width > 1 else np.asarray(records)[..., np.newaxis]
         rows = _arrays.contiguous(_arrays.floats(array, "records", (width,)).reshape(-1, width))
@@ -106,7 +106,7 @@ class Array:
 
         Raises Error on others; read() copies from those.
         """
-        view = self._handle.host()
+        view: np.ndarray | None = self._handle.host()
         if view is None:
             raise Error("numpy(): the array is in the GPU's own memory; read() copies it")
         return view
@@ -155,11 +155,25 @@ class Array:
         """Lets go of the memory; it is freed once no view of it is left."""
         self._handle.close()
 
+    def __repr__(self) -> str:
+        state = ", closed" if self.closed else f", {self.dtype} of shape {self.shape}"
+        return f"<ballot.Array of {self._count} {self._record}{state}>"
+
     def __enter__(self) -> Array:
         return self
 
     def __exit__(self, *_: Any) -> None:
         self.close()
+
+
+def _flags(given: Any) -> np.ndarray:
+    """Returns integers or booleans (n,) as the bits of floats (n, 1)."""
+    array = _arrays.as_numpy(given, "records")
+    if isinstance(given, (list, tuple)):
+        array = np.asarray(given)  # numbers that somebody typed
+    if array.dtype.kind not in "iub" or array.ndim != 1:
+        raise ValueError(f"records: shape is {array.shape}, dtype {array.dtype}; expected (n,) integers or bool")
+    return _arrays.contiguous(array, np.uint32).reshape(-1, 1).view(np.float32)
 
 
 def _limited(points: np.ndarray) -> np.ndarray:

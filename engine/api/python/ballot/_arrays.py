@@ -59,7 +59,8 @@ def floats(given: Any, name: str, widths: tuple[int, ...]) -> np.ndarray:
     if array.ndim == 0 or array.shape[-1] not in widths:
         expected = " or ".join(f"(..., {w})" for w in widths)
         raise ValueError(f"{name}: shape is {array.shape}; expected {expected}")
-    return array.astype(np.float32, copy=False)
+    with np.errstate(over="ignore"):  # infinity, which is refused where it matters
+        return array.astype(np.float32, copy=False)
 
 
 def contiguous(array: np.ndarray, dtype: Any = None) -> np.ndarray:
@@ -132,7 +133,8 @@ def empty(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
     size = math.prod(shape) * dtype.itemsize
     if size < _LARGE:
         return np.empty(shape, dtype)
-    return _ballot.result_bytes(size).view(dtype).reshape(shape)
+    array: np.ndarray = _ballot.result_bytes(size).view(dtype)
+    return array.reshape(shape)
 
 
 def out_array(out: Any, shape: tuple[int, ...], dtype: np.dtype, source: np.ndarray, name: str = "out") -> np.ndarray:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import threading
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from . import _ballot
+from ._errors import Error
 
 
 class DeviceInfo(NamedTuple):
@@ -73,15 +75,18 @@ class Device:
     def __enter__(self) -> Device:
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: Any) -> None:
         self.close()
 
     def __repr__(self) -> str:
         if self.closed:
             return "<ballot.Device, closed>"
-        return f"<ballot.Device {self.info.name!r}>"
+        try:
+            return f"<ballot.Device {self.info.name!r}>"
+        except Error as error:  # such as one that was opened before fork()
+            return f"<ballot.Device, {error.code.name.lower()}>"
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Callable[[str, bool], Device], tuple[str, bool]]:
         return opened, self._key
 
 

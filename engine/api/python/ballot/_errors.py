@@ -1,6 +1,11 @@
 """The exceptions of ballot. Wrong values raise ValueError, wrong types TypeError; everything else is ballot.Error."""
 
+from __future__ import annotations
+
 import enum
+import os
+import sys
+import warnings
 
 
 class Code(enum.IntEnum):
@@ -26,5 +31,24 @@ class Error(RuntimeError):
         super().__init__(text)
         self.code = Code(code)
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[type[Error], tuple[str, int]]:
         return Error, (str(self), int(self.code))
+
+
+class PrecisionWarning(UserWarning):
+    """float64 was given, and rounding it to float32 moves a vertex by more than 2^-20 of the size of its mesh.
+
+    The text says which vertex, by how much, and what to subtract. warnings.simplefilter("error",
+    ballot.PrecisionWarning) makes it an exception.
+    """
+
+
+_FOLDER = os.path.dirname(__file__)
+
+
+def warn(text: str) -> None:
+    """Gives a PrecisionWarning at the line of the user's code that called the package."""
+    level = 1
+    while os.path.dirname(sys._getframe(level).f_code.co_filename) == _FOLDER and sys._getframe(level).f_back:
+        level += 1
+    warnings.warn(text, PrecisionWarning, stacklevel=level + 1)

@@ -30,6 +30,9 @@ class Job:
         self.times = Times(*self._handle.wait())
         return self._hits
 
+    def __repr__(self) -> str:
+        return f"<ballot.Job of {self._hits.size} rays, {'ended' if self.poll() else 'running'}>"
+
 
 _running: weakref.WeakSet[Job] = weakref.WeakSet()
 

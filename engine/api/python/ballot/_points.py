@@ -30,12 +30,15 @@ _SIGNS = {"parity": 0, "pseudonormal": 1}
 _CULLS = {"none": 0, "back": 1, "front": 2}
 
 
-def _masks(given: Any, name: str) -> np.ndarray | None:
+def _masks(given: Any, name: str, shape: tuple[int, ...] = ()) -> np.ndarray | None:
+    """Returns masks as a flat array. `shape` is the one that they may have besides (n,)."""
     if given is None:
         return None
     masks = np.asarray(given) if isinstance(given, (list, tuple)) else _arrays.as_numpy(given, name)
     if masks.dtype.kind not in "iu" or (masks.size and not 0 <= int(masks.min()) <= int(masks.max()) < 2**32):
         raise ValueError(f"{name}: found {masks.dtype}; expected whole numbers from 0 to 2^32 - 1")
+    if masks.ndim != 1 and masks.shape != shape:
+        raise ValueError(f"{name}: shape is {masks.shape}; expected {shape if shape else '(n,), one for each mesh'}")
     return _arrays.contiguous(masks, np.uint32).reshape(-1)
 
 
@@ -45,12 +48,15 @@ def _one_of(known: Mapping[str, int], value: Any, name: str) -> int:
     return known[value]
 
 
-def _filters(numeric: Any, cull: Any, mesh_masks: Any, ray_masks: Any, alpha: Any) -> dict[str, Any]:
+def _filters(
+    shape: tuple[int, ...], numeric: Any, cull: Any, mesh_masks: Any, ray_masks: Any, alpha: Any
+) -> dict[str, Any]:
+    """Returns the checked arguments that choose triangles, for rays of this shape."""
     return {
         "numeric": _query.text(numeric, "numeric"),
         "cull": _one_of(_CULLS, cull, "cull"),
         "mesh_masks": _masks(mesh_masks, "mesh_masks"),
-        "ray_masks": _masks(ray_masks, "ray_masks"),
+        "ray_masks": _masks(ray_masks, "ray_masks", shape),
         "alpha": bool(alpha),
     }
 
@@ -176,7 +182,8 @@ class Queries:
         [1, 0]
         """
         source = _arrays.rays(rays, t)
-        filters = _filters(numeric, cull, mesh_masks, ray_masks, alpha)
+        filters = _filters(source.shape[:-1], numeric, cull, mesh_masks, ray_masks, alpha)
+        counts: np.ndarray
         counts, _, spent = self._handle.list_crossings(
             _arrays.rows(source), 0, False, _query.progress_function(progress), **filters
         )
@@ -205,7 +212,9 @@ class Queries:
         source = _arrays.rays(rays, t)
         if first == 0:
             return np.zeros(source.shape[:-1], np.uint32), np.empty(0, HIT)
-        filters = _filters(numeric, cull, mesh_masks, ray_masks, alpha)
+        filters = _filters(source.shape[:-1], numeric, cull, mesh_masks, ray_masks, alpha)
+        counts: np.ndarray
+        hits: np.ndarray
         counts, hits, spent = self._handle.list_crossings(
             _arrays.rows(source), most, True, _query.progress_function(progress), **filters
         )

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from . import _arrays, _mesh, _query
+from . import _adapters, _arrays, _mesh, _query
+from ._answer import Answer, answer, answers
 from ._device import Device, device_or_default
 from ._query import Times
 from ._scene import Scene
@@ -29,10 +30,13 @@ _CLOSEST = {
 
 
 class RaycastingScene:
-    """Ray queries with the names, argument shapes, dtypes and miss values of Open3D's class; results are NumPy's.
+    """Ray queries with the names, argument shapes, dtypes and miss values of Open3D's class.
+
+    Results are arrays of NumPy with the methods numpy() and cpu(); an element is such an array without axes.
 
     nthreads      accepted for Open3D's sake and not used: the device's driver takes what it needs
-    device        a ballot.Device; None: the default one
+    device        a ballot.Device; None: the default one; or Open3D's device or its name, which says where arrays are:
+                  "CPU:0" alone, and the default one traces
     builder       as Scene
     numeric       as Scene.trace(): "watertight", or "exact", whose triangle is the one of exact arithmetic
 
@@ -40,6 +44,9 @@ class RaycastingScene:
     watertight query may report the neighbour where a ray meets an edge, 1 ray in a million; an exact one does not.
     Arrays of NumPy, DLPack on the CPU and Open3D's tensors are taken. The scene is built when it is first cast in, and
     again after add_triangles(). It may be used from any thread, and pickled.
+
+    Signs of a mesh that is not closed are Open3D's: the parity of one ray along (1, 1, 1), from which Open3D's differs
+    by up to 0.001 along each axis.
 
     >>> scene = ballot.RaycastingScene()
     >>> scene.add_triangles(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.uint32([[0, 1, 2]]))
@@ -52,10 +59,10 @@ class RaycastingScene:
     INVALID_ID = 4294967295
 
     def __init__(
-        self, nthreads: int = 0, device: Device | None = None, *, builder: str = "", numeric: str = "watertight"
+        self, nthreads: int = 0, device: Any = None, *, builder: str = "", numeric: str = "watertight"
     ):
         _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
-        self._device = device_or_default(device) if device is not None else None
+        self._device = _device(device)
         self._builder = builder
         self._numeric = numeric
         self._meshes: list[tuple[np.ndarray, np.ndarray]] = []
@@ -66,15 +73,15 @@ class RaycastingScene:
     def add_triangles(self, vertex_positions: Any, triangle_indices: Any = None) -> int:
         """Adds a mesh and returns its geometry ID: 0 for the first, then 1, ...
 
-        vertex_positions  (n, 3) float32 or float64; or a mesh of Open3D or trimesh, without triangle_indices
+        vertex_positions  (n, 3) float32 or float64; or without triangle_indices a mesh that Scene takes
         triangle_indices  (m, 3) uint32 or other integers
 
-        Copies both. Raises ValueError if a coordinate is not finite, an index is out of range, or there are none.
+        Copies both. Gives a PrecisionWarning as Scene. Raises ValueError if a coordinate is not finite, an index is out of range, or there are none.
         """
         vertices, triangles = vertex_positions, triangle_indices
         if triangles is None:
-            vertices, triangles = _mesh.parts(vertex_positions, "vertex_positions")
-        v = np.array(_mesh.vectors(vertices, "vertex_positions"), np.float32, order="C")
+            vertices, triangles = _adapters.parts(vertex_positions, "vertex_positions")
+        v = np.array(_mesh.positions(vertices, "vertex_positions"), np.float32, order="C")
         t = np.array(_arrays.indices(triangles, "triangle_indices")).reshape(-1, 3)
         if len(v) == 0 or not np.isfinite(v).all():
             raise ValueError("vertex_positions: expected at least three, of finite numbers")
@@ -91,7 +98,7 @@ class RaycastingScene:
                 self._scene = Scene(meshes=self._meshes, device=self._device, builder=self._builder)
             return self._scene
 
-    def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, np.ndarray]:
+    def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, Answer]:
         """Finds the first intersection of each ray.
 
         rays  (..., 6) float32 (float64 is converted): origin and direction, which need not be of unit length
@@ -107,11 +114,11 @@ class RaycastingScene:
         times: list[Times] = []
         found = self._built().trace_columns(_rays(rays), tuple(_RESULTS.values()), numeric=self._numeric, times=times)
         self.times = times[0]
-        return {name: found[column] for name, column in _RESULTS.items()}
+        return answers({name: found[column] for name, column in _RESULTS.items()})
 
     def test_occlusions(
         self, rays: Any, tnear: float = 0.0, tfar: float = float("inf"), nthreads: int = 0
-    ) -> np.ndarray:
+    ) -> Answer:
         """Returns True for each ray that hits something at tnear <= t <= tfar: bool (...). Rays as cast_rays()."""
         _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
         near, far = float(tnear), float(tfar)
@@ -119,18 +126,18 @@ class RaycastingScene:
         times: list[Times] = []
         found = self._built().occluded(_rays(rays), t=bounds, numeric=self._numeric, times=times)
         self.times = times[0]
-        return found
+        return answer(found)
 
-    def count_intersections(self, rays: Any, nthreads: int = 0) -> np.ndarray:
+    def count_intersections(self, rays: Any, nthreads: int = 0) -> Answer:
         """Returns the number of intersections of each ray: int32 (...). Rays as cast_rays(). A ray through an edge or a
         vertex of a closed surface intersects it there once."""
         _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
         times: list[Times] = []
         counts = self._built().count_crossings(_rays(rays), numeric=self._numeric, times=times)
         self.times = times[0]
-        return counts.astype(np.int32)
+        return answer(counts.astype(np.int32))
 
-    def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, np.ndarray]:
+    def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Answer]:
         """Lists all intersections of each ray, in the order of t. Rays as cast_rays().
 
         Returns a dict of, with n intersections of all rays,
@@ -151,7 +158,7 @@ class RaycastingScene:
         mesh = np.searchsorted(firsts, hits["prim"], side="right") - 1
         splits = np.zeros(len(flat) + 1, np.uint32)
         np.cumsum(flat, out=splits[1:])
-        return {
+        found = {
             "ray_splits": splits,
             "ray_ids": np.repeat(np.arange(len(flat), dtype=np.uint32), flat),
             "t_hit": np.ascontiguousarray(hits["t"]),
@@ -159,6 +166,7 @@ class RaycastingScene:
             "primitive_ids": (hits["prim"] - firsts[mesh]).astype(np.uint32),
             "primitive_uvs": np.stack([hits["u"], hits["v"]], axis=-1),
         }
+        return answers(found)
 
     def _nearest(self, points: Any, columns: tuple[str, ...], nthreads: int, **query: Any) -> dict[str, np.ndarray]:
         _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
@@ -167,7 +175,7 @@ class RaycastingScene:
         self.times = times[0]
         return found
 
-    def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, np.ndarray]:
+    def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Answer]:
         """Finds the closest point of the scene for each point.
 
         query_points  (..., 3) float32 (float64 is converted)
@@ -176,40 +184,51 @@ class RaycastingScene:
         primitive_normals (..., 3), as cast_rays().
         """
         found = self._nearest(query_points, tuple(_CLOSEST.values()), nthreads)
-        return {name: found[column] for name, column in _CLOSEST.items()}
+        return answers({name: found[column] for name, column in _CLOSEST.items()})
 
-    def compute_distance(self, query_points: Any, nthreads: int = 0) -> np.ndarray:
+    def compute_distance(self, query_points: Any, nthreads: int = 0) -> Answer:
         """Returns the distance of each point from the scene: float32 (...). Points as compute_closest_points()."""
-        return self._nearest(query_points, ("distances",), nthreads)["distances"]
+        return answer(self._nearest(query_points, ("distances",), nthreads)["distances"])
+
+    def _inside(self, points: Any, nthreads: int, nsamples: int, assume_closed: bool, sign: str) -> np.ndarray:
+        """Returns whether each point is inside."""
+        if _query.integer(nsamples, "nsamples", 1, 2**31 - 1) % 2 == 0:
+            raise ValueError(f"nsamples is {nsamples}; expected an odd number")
+        if sign != "parity" or not assume_closed:
+            query = {"assume_closed": assume_closed, "sign": sign}
+            return self._nearest(points, ("inside",), nthreads, **query)["inside"]
+        source = _points(points)
+        rays = np.concatenate([source, np.ones_like(source)], axis=-1)
+        return (self.count_intersections(rays, nthreads).numpy() & 1).astype(bool)
 
     def compute_signed_distance(
-        self, query_points: Any, nthreads: int = 0, nsamples: int = 1, *, assume_closed: bool = False,
+        self, query_points: Any, nthreads: int = 0, nsamples: int = 1, *, assume_closed: bool = True,
         sign: str = "parity",
-    ) -> np.ndarray:
+    ) -> Answer:
         """Returns the distance of each point from the scene, negative inside: float32 (...).
 
-        nsamples             accepted for Open3D's sake: one ray a point decides, not a vote
-        assume_closed, sign  as Scene.nearest(): sign "pseudonormal" takes meshes with open edges
-
-        Raises ValueError as Scene.nearest().
+        nsamples       accepted for Open3D's sake, an odd number: one ray a point decides, not a vote
+        assume_closed  False: raise ValueError, as Scene.nearest(), if the scene is not closed; True: count as Open3D
+        sign           as Scene.nearest(): "pseudonormal" takes meshes with open edges
         """
-        _samples(nsamples)
-        query = {"assume_closed": assume_closed, "sign": sign}
-        return self._nearest(query_points, ("signed_distances",), nthreads, **query)["signed_distances"]
+        inside = self._inside(query_points, nthreads, nsamples, assume_closed, sign)
+        before = self.times
+        distances = self._nearest(query_points, ("distances",), nthreads)["distances"]
+        if before is not None and self.times is not None:
+            self.times = Times(before.seconds + self.times.seconds, before.device_ms + self.times.device_ms, self.times.hits)
+        return answer(np.where(inside, -distances, distances))
 
     def compute_occupancy(
-        self, query_points: Any, nthreads: int = 0, nsamples: int = 1, *, assume_closed: bool = False,
+        self, query_points: Any, nthreads: int = 0, nsamples: int = 1, *, assume_closed: bool = True,
         sign: str = "parity",
-    ) -> np.ndarray:
+    ) -> Answer:
         """Returns 1 for each point inside of the scene, else 0: float32 (...). Arguments and errors as
         compute_signed_distance()."""
-        _samples(nsamples)
-        query = {"assume_closed": assume_closed, "sign": sign}
-        inside = self._nearest(query_points, ("inside",), nthreads, **query)["inside"]
-        return inside.astype(np.float32)
+        inside = self._inside(query_points, nthreads, nsamples, assume_closed, sign)
+        return answer(inside.astype(np.float32))
 
     @staticmethod
-    def create_rays_pinhole(*args: Any, **kwargs: Any) -> np.ndarray:
+    def create_rays_pinhole(*args: Any, **kwargs: Any) -> Answer:
         """Returns the rays of a pinhole camera: (height_px, width_px, 6) float32. Called as either
 
         create_rays_pinhole(intrinsic_matrix, extrinsic_matrix, width_px, height_px)
@@ -231,16 +250,21 @@ class RaycastingScene:
         width = _query.integer(given.pop("width_px"), "width_px", 1, 2**20)
         height = _query.integer(given.pop("height_px"), "height_px", 1, 2**20)
         if "eye" in given:
-            return _pinhole(*_matrices(width, height, **given), width, height)
+            return answer(_pinhole(*_matrices(width, height, **given), width, height))
         intrinsic = _matrix(given["intrinsic_matrix"], (3, 3), "intrinsic_matrix")
-        return _pinhole(intrinsic, _matrix(given["extrinsic_matrix"], (4, 4), "extrinsic_matrix"), width, height)
+        extrinsic = _matrix(given["extrinsic_matrix"], (4, 4), "extrinsic_matrix")
+        return answer(_pinhole(intrinsic, extrinsic, width, height))
+
+    def __repr__(self) -> str:
+        triangles = sum(len(t) for _, t in self._meshes)
+        return f"<ballot.RaycastingScene of {len(self._meshes)} geometries, {triangles} triangles>"
 
     def __getstate__(self) -> dict[str, Any]:
         kept = {"device": self._device, "builder": self._builder, "numeric": self._numeric}
         return {**kept, "meshes": list(self._meshes)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(device=state["device"], builder=state["builder"], numeric=state["numeric"])
+        RaycastingScene.__init__(self, 0, state["device"], builder=state["builder"], numeric=state["numeric"])
         self._meshes = state["meshes"]
 
 
@@ -258,9 +282,15 @@ def _points(given: Any) -> np.ndarray:
     return points
 
 
-def _samples(nsamples: int) -> None:
-    if _query.integer(nsamples, "nsamples", 1, 2**31 - 1) % 2 == 0:
-        raise ValueError(f"nsamples is {nsamples}; expected an odd number")
+def _device(given: Any) -> Device | None:
+    """Returns the device that traces for a device of Ballot or of Open3D."""
+    if given is None or isinstance(given, Device):
+        return given
+    if isinstance(given, str) or hasattr(given, "get_type"):  # Open3D's
+        if str(given).upper().partition(":")[0] == "CPU":
+            return None
+        raise ValueError(f"device is {given}; expected a ballot.Device, or 'CPU:0': arrays are in the host's memory")
+    return device_or_default(given)
 
 
 def _matrix(given: Any, shape: tuple[int, ...], name: str) -> np.ndarray:

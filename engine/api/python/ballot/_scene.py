@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -12,6 +11,7 @@ from . import _arrays, _ballot, _mesh, _query, _scene_arguments
 from ._array import Array
 from ._arrays import HIT
 from ._device import Device, device_or_default
+from ._errors import Error
 from ._job import Job
 from ._points import Queries
 from ._query import Times
@@ -33,9 +33,11 @@ _COLUMNS = {  # name: (dtype, shape of one ray's entry)
 class Scene(Queries):
     """A scene on a device, made of triangle meshes.
 
-    vertices      (n, 3) float32 or float64: x, y, z; finite, at most 1e12
-    triangles     (m, 3) integers: vertices of each triangle; None: vertices 0 1 2, 3 4 5, ...
-    meshes        instead of the two: a list of (vertices, triangles), or of meshes of trimesh or Open3D
+    vertices      (n, 3) float32 or float64: x, y, z; finite, at most 1e12. Without triangles: their corners (m, 3, 3),
+                  or a mesh of trimesh (also its Scene), Open3D, PyVista or meshio; other faces are cut into triangles
+    triangles     (m, 3) integers: vertices of each triangle
+    soup          True: every three of (n, 3) vertices without triangles are one; False: those are refused
+    meshes        instead of the two: a list of (vertices, triangles) and of such meshes
     device        a Device; None: the default one
     ids           a number 0 to 2^32 - 1 for each mesh, which trace_columns() reports; None: 0, 1, 2, ...
     normals       (n, 3) unit normal of each vertex, for pictures; with `meshes` a list of such arrays or None
@@ -52,9 +54,10 @@ class Scene(Queries):
     expected_rays hint for builder "auto": rays that will be traced in all; 0: unknown
 
     Triangles are numbered through the meshes in their order. Those without area keep their number and are never hit.
-    The scene copies what it needs; contiguous float32 and uint32 arrays are read in place. Raises ValueError, which
-    names mesh and vertex or index, if a number is not finite, an index is out of range, a mesh is empty, or there are
-    more than 2^31 - 1 triangles.
+    The scene copies what it needs; contiguous float32 and uint32 arrays are read in place. float64 is rounded, with a
+    PrecisionWarning if that moves a vertex by more than 2^-20 of its mesh's size. Raises ValueError, which names mesh
+    and vertex or index, if a number is not finite, an index is out of range, a mesh is empty, or there are more than
+    2^31 - 1 triangles.
 
     With `instances` the tree of each mesh is built once, below a tree over the instances, and update_instances() moves
     them. HIT's prim then counts the triangles of the first instance, then those of the second, and so on; columns
@@ -74,6 +77,7 @@ class Scene(Queries):
         vertices: Any = None,
         triangles: Any = None,
         *,
+        soup: bool = False,
         meshes: Iterable[Any] | None = None,
         device: Device | None = None,
         ids: Sequence[int] | int | None = None,
@@ -90,19 +94,23 @@ class Scene(Queries):
         given = _scene_arguments.pairs(vertices, triangles, meshes)
         numbers, directions = _scene_arguments.one_each(ids, normals, len(given), meshes is None)
         made = [
-            _mesh.make(v, t, i, n, f"mesh {k}" if meshes is not None else "mesh")
+            _mesh.make(v, t, i, n, f"mesh {k}" if meshes is not None else "mesh", bool(soup))
             for k, ((v, t), i, n) in enumerate(zip(given, numbers, directions))
         ]
         self._options = _scene_arguments.options(builder, max_leaf, split_budget, cache, updates, expected_rays)
         self._path: str | None = None
         self._device = device
         self._time: tuple[int, float] | None = None
-        self._instances = _mesh.instances(instances, instance_meshes)
+        self._bounds = _mesh.boxes(made if instances is not None else [])
+        self._instances = _mesh.instances(instances, instance_meshes, self._bounds)
         self._open([tuple(m) for m in made])
         self._meshes = [_mesh.kept(m, t, n) for m, (_, t), n in zip(made, given, directions)]
 
+    _handle: _ballot.Scene
+
     def _open(self, source: Any) -> None:
-        self._handle = _ballot.Scene(device_or_default(self._device)._handle, source, *self._instances, self._options)
+        arguments: list[Any] = [device_or_default(self._device)._handle, source, *self._instances, self._options]
+        self._handle = _ballot.Scene(*arguments)
 
     @property
     def info(self) -> SceneInfo:
@@ -143,14 +151,15 @@ class Scene(Queries):
         """Moves the vertices of a mesh.
 
         mesh      its index, in the order that the scene was made with
-        vertices  (n, 3) float32 or float64, as many as before
+        vertices  (n, 3) float32 or float64, as many as before; of a mesh without triangles also (m, 3, 3)
 
         Later traces find the moved triangles. The scene's `updates` says how the tree moves; one that a triangle gains
         or loses its area in is always built anew. Raises ValueError if the number differs or a coordinate is not
         finite; the scene is then as it was.
         """
         number = _query.integer(mesh, "mesh", 0, 2**31)
-        self._handle.update(number, _mesh.vectors(vertices, "vertices"))
+        soup = number < len(self._meshes) and self._meshes[number].indices is None
+        self._handle.update(number, _mesh.positions(vertices, f"mesh {number}: vertices", soup))
 
     def update_instances(self, instances: Any) -> None:
         """Moves the instances of a scene of instances.
@@ -160,7 +169,8 @@ class Scene(Queries):
         Builds the tree over the instances alone. Raises ValueError if the number differs or a matrix is refused; the
         scene is then as it was.
         """
-        transforms = _mesh.transforms(instances)
+        which = self._instances[1] if self._instances else np.empty(0, np.uint32)
+        transforms = _mesh.transforms(instances, which, self._bounds)
         self._handle.update_instances(transforms)
         self._instances = (transforms, *self._instances[1:])
 
@@ -334,12 +344,15 @@ class Scene(Queries):
     def __repr__(self) -> str:
         if self.closed:
             return "<ballot.Scene, closed>"
-        info = self.info
+        try:
+            info = self.info
+        except Error as error:  # such as one that was made before fork()
+            return f"<ballot.Scene, {error.code.name.lower()}>"
         placed = f" in {info.instances} instances" if self._instances else ""
         return f"<ballot.Scene of {info.triangles} triangles{placed}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        state = {"device": self._device, "options": self._options, "path": self._path}
+        state: dict[str, Any] = {"device": self._device, "options": self._options, "path": self._path}
         state |= {"instances": self._instances, "time": self._time}
         if self._path is None:
             corners, parts = self.triangles(), self.meshes
@@ -352,35 +365,9 @@ class Scene(Queries):
         self._device, self._options, self._path = state["device"], state["options"], state["path"]
         meshes = [_mesh.Mesh(*_mesh.readable(mesh)) for mesh in state.get("meshes", ())]
         self._instances = _mesh.readable(state.get("instances", ()))
+        self._bounds = _mesh.boxes(meshes if self._instances else [])
         self._open(self._path if self._path is not None else meshes)
         self._time = state.get("time")
         if self._time is not None:
             self._handle.set_time(*self._time)
         self._meshes = [_mesh.kept(mesh, None, None) for mesh in meshes]
-
-
-def load_scene(
-    path: str | os.PathLike[str],
-    device: Device | None = None,
-    *,
-    builder: str = "best",
-    max_leaf: int = 6,
-    split_budget: float = 0.5,
-    cache: bool = True,
-    instances: str = "auto",
-) -> Scene:
-    """Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file: one mesh of id 0, with the file's cameras and materials.
-
-    instances    meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation
-                 moves as a whole; such a scene takes no queries of points and crossings. "copy": each use is a moved
-                 copy. "auto": kept where that saves 4 million triangles and half of the scene's, or where copies would
-                 not fit into memory. Hits have the same numbers in all three.
-
-    Other arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene
-    stores the path and the time that was set.
-    """
-    scene = Scene.__new__(Scene)
-    name = os.path.abspath(os.fsdecode(path))
-    options = _scene_arguments.options(builder, max_leaf, split_budget, cache, "auto", 0, instances)
-    scene.__setstate__({"device": device, "options": options, "path": name})
-    return scene

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _mesh, _query
+from . import _adapters, _query
 
 
 def options(
@@ -43,18 +43,15 @@ def _number(value: Any, name: str) -> float:
 
 
 def pairs(vertices: Any, triangles: Any, meshes: Any) -> list[tuple[Any, Any]]:
+    """Returns vertices and triangles of each mesh that a scene was given."""
     if meshes is None:
         if vertices is None:
             raise TypeError("Scene: found neither vertices nor meshes; expected one of them")
-        if triangles is None and not isinstance(vertices, (tuple, list, np.ndarray)):
-            try:
-                return [_mesh.parts(vertices, "mesh")]
-            except TypeError:
-                pass  # an array of another library
-        return [(vertices, triangles)]
+        mesh = _adapters.read(vertices, "mesh") if triangles is None else None
+        return [mesh or (vertices, triangles)]
     if vertices is not None or triangles is not None:
         raise TypeError("Scene: found both vertices and meshes; expected one of them")
-    return [_mesh.parts(mesh, f"mesh {k}") for k, mesh in enumerate(meshes)]
+    return [_adapters.parts(mesh, f"mesh {k}") for k, mesh in enumerate(meshes)]
 
 
 def one_each(ids: Any, normals: Any, count: int, single: bool) -> tuple[list[Any], list[Any]]:

@@ -98,7 +98,8 @@ class Meshes(unittest.TestCase):
         self.refused(ValueError, "index 4294967296", v, np.where(bad == 8, 2**32, bad.astype(np.int64)))
         self.refused(TypeError, "triangles: dtype is float32", v, t.astype(np.float32))
         self.refused(ValueError, r"triangles: shape is \(18, 2\); expected \(m, 3\)", v, t.reshape(18, 2))
-        self.refused(ValueError, "expected a multiple of 3", v, None)
+        self.refused(ValueError, "there are no triangles", v, None)
+        self.refused(ValueError, "expected a multiple of 3", v, None, soup=True)
 
     def test_empty(self):
         self.refused(ValueError, "leave empty meshes out", np.empty((0, 3), np.float32), None)
@@ -106,6 +107,22 @@ class Meshes(unittest.TestCase):
         self.refused(TypeError, "neither vertices nor meshes")
         self.refused(TypeError, "both vertices and meshes", ref.CUBE_VERTICES, meshes=[])
         self.refused(TypeError, "mesh 0: found int", meshes=[3])
+
+    def test_masks_and_flags(self):
+        scene = ballot.Scene(meshes=[ref.soup(2), ref.soup(2)])
+        rays = ref.random_rays(6).reshape(2, 3, 6)
+        for call in (scene.count_crossings, scene.crossings):
+            with self.assertRaisesRegex(ValueError, r"ray_masks: shape is \(3, 2\); expected \(2, 3\)"):
+                call(rays, ray_masks=np.ones((3, 2), np.uint32))
+            with self.assertRaisesRegex(ValueError, r"mesh_masks: shape is \(2, 1\)"):
+                call(rays, mesh_masks=np.ones((2, 1), np.uint32))
+            call(rays, ray_masks=np.ones((2, 3), np.uint32), mesh_masks=[1, 1])
+        flags = ballot.Array("inside", 2)
+        flags.write([True, False])
+        self.assertEqual(flags.read().tolist(), [1, 0])
+        for wrong in ([0.5, 1.0], np.ones((1, 2), np.uint32)):
+            with self.assertRaisesRegex(ValueError, "records: shape is"):
+                flags.write(wrong)
 
     def test_too_many_triangles(self):
         huge = np.empty((2**31, 3), np.uint16)  # 12 GB of address space that nobody touches

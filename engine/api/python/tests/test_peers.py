@@ -115,6 +115,54 @@ class Raycasting(unittest.TestCase):
             with self.assertRaises((TypeError, ValueError)):
                 make(*arguments)
 
+    def test_results_have_the_methods_of_tensors(self):
+        got = self.scene.cast_rays(self.rays)
+        first = got["t_hit"][0, 0]
+        self.assertEqual((first.item(), float(first.cpu()), first.numpy().shape), (1, 1, ()))
+        self.assertIs(type(got["t_hit"].numpy()), np.ndarray)
+        self.assertIs(got["t_hit"].cpu(), got["t_hit"])
+        np.testing.assert_array_equal(got["t_hit"].cpu().numpy(), [[1, np.inf], [np.inf, 2]])
+        self.assertEqual({0: "cube"}[got["geometry_ids"][0, 0]], "cube")
+        points = np.zeros((1, 3), np.float32)
+        for answer in (
+            self.scene.test_occlusions(self.rays),
+            self.scene.count_intersections(self.rays),
+            self.scene.compute_distance(points),
+            self.scene.compute_signed_distance(points),
+            self.scene.compute_occupancy(points),
+            *self.scene.list_intersections(self.rays).values(),
+            *self.scene.compute_closest_points(points).values(),
+            ballot.RaycastingScene.create_rays_pinhole(60, [0, 0, 0], [1, 2, 3], [0, 1, 0], 5, 3),
+        ):
+            self.assertIs(type(answer.cpu().numpy()), np.ndarray)
+
+    def test_devices(self):
+        class Device:  # as Open3D's
+            def get_type(self):
+                return "CPU"
+
+            def __str__(self):
+                return "CPU:0"
+
+        for device in (None, "CPU:0", Device(), ballot.default_device()):
+            scene = ballot.RaycastingScene(device=device)
+            scene.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
+            self.assertEqual(scene.count_intersections(self.rays[0]).tolist(), [2, 0])
+
+    def test_signs_of_an_open_mesh(self):
+        scene = ballot.RaycastingScene()
+        scene.add_triangles(
+            np.float32([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.uint32([[0, 1, 2], [0, 2, 3]])
+        )
+        points = np.float32([[0, 0.1, -0.5], [0.9, 0.8, -0.5], [0, 0.1, 0.5]])  # rays along (1, 1, 1) meet it or do not
+        self.assertEqual(scene.compute_occupancy(points).tolist(), [1, 0, 0])
+        self.assertEqual(scene.compute_signed_distance(points, nsamples=3).tolist(), [-0.5, 0.5, 0.5])
+        with self.assertRaisesRegex(ValueError, "not closed"):
+            scene.compute_occupancy(points, assume_closed=False)
+        for nsamples in (0, 2):
+            with self.assertRaisesRegex(ValueError, "nsamples"):
+                scene.compute_signed_distance(points, nsamples=nsamples)
+
     def test_bad_input(self):
         for error, text, call in (
             (ValueError, r"rays: shape is \(6,\)", lambda: self.scene.cast_rays(self.rays[0, 0])),
@@ -132,70 +180,13 @@ class Raycasting(unittest.TestCase):
             (ValueError, "index 11", lambda: self.scene.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES + 4)),
             (ValueError, "no triangles", lambda: self.scene.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES[:0])),
             (TypeError, "found int", lambda: self.scene.add_triangles(3)),
-            (TypeError, "device: found str", lambda: ballot.RaycastingScene(device="CPU:0")),
+            (ValueError, "device is CUDA:0; expected", lambda: ballot.RaycastingScene(device="CUDA:0")),
+            (TypeError, "device: found int", lambda: ballot.RaycastingScene(device=3)),
             (TypeError, "nthreads: found str", lambda: self.scene.cast_rays(self.rays, nthreads="two")),
         ):
             with self.subTest(text), self.assertRaisesRegex(error, text):
                 call()
         self.assertEqual(self.scene.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES), 1)  # nothing was half added
-
-
-class Trimesh(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.vertices, cls.faces = ref.soup(100)
-        mesh = types.SimpleNamespace(vertices=cls.vertices.astype(np.float64), faces=cls.faces.astype(np.int64))
-        cls.ray = ballot.trimesh_ray.RayMeshIntersector(mesh)
-        rays = ref.random_rays(300)
-        cls.given = rays[:, :3].astype(np.float64), rays[:, 3:].astype(np.float64)
-        cls.truth = ref.brute(cls.vertices[cls.faces], rays)
-        cls.sure = cls.truth["margin"] > 1e-5
-
-    def test_first(self):
-        first = self.ray.intersects_first(*self.given)
-        self.assertEqual(first.dtype, np.int64)
-        expected = np.where(self.truth["prim"] == ref.MISS, -1, self.truth["prim"].astype(np.int64))
-        np.testing.assert_array_equal(first[self.sure], expected[self.sure])
-
-    def test_any(self):
-        hit = self.ray.intersects_any(*self.given)
-        np.testing.assert_array_equal(hit[self.sure], (self.truth["prim"] != ref.MISS)[self.sure])
-
-    def test_id_and_location(self):
-        first = self.ray.intersects_first(*self.given)
-        tri, ray = self.ray.intersects_id(*self.given, multiple_hits=False)
-        np.testing.assert_array_equal(first[ray], tri)
-        self.assertEqual(len(ray), (first >= 0).sum())
-        points, ray2, tri2 = self.ray.intersects_location(*self.given, multiple_hits=False)
-        np.testing.assert_array_equal((ray2, tri2), (ray, tri))
-        expected = self.given[0][ray] + self.given[1][ray] * self.truth["t"][ray, None]
-        sure = self.sure[ray]
-        np.testing.assert_allclose(points[sure], expected[sure], atol=1e-4)
-
-    def test_all_hits(self):
-        tri, ray, points = self.ray.intersects_id(*self.given, return_locations=True)
-        self.assertEqual((tri.dtype, ray.dtype, points.dtype), (np.int64, np.int64, np.float64))
-        rays = np.concatenate(self.given, axis=1)
-        found = np.zeros((len(rays), len(self.faces)), bool)
-        found[ray, tri] = True
-        self.assertEqual(found.sum(), len(ray))  # each triangle once
-        all_hits, sure = ref.all_hits(self.vertices[self.faces], rays)
-        np.testing.assert_array_equal(found[sure], all_hits[sure])
-        along = ((points - self.given[0][ray]) * self.given[1][ray]).sum(-1)
-        self.assertTrue((np.diff(along)[np.diff(ray) == 0] > -1e-4).all())
-        first = self.ray.intersects_first(*self.given)
-        np.testing.assert_array_equal(first[ray[np.diff(ray, prepend=-1) > 0]], tri[np.diff(ray, prepend=-1) > 0])
-
-    def test_contains_points(self):
-        mesh = types.SimpleNamespace(vertices=ref.CUBE_VERTICES, faces=ref.CUBE_TRIANGLES)
-        inside = ballot.trimesh_ray.RayMeshIntersector(mesh).contains_points([[0, 0, 0], [0.5, 0.9, 0.2], [0, 0, 1.1]])
-        self.assertEqual((inside.dtype, inside.tolist()), (np.bool_, [True, True, False]))
-        with self.assertRaisesRegex(ValueError, "not closed"):
-            self.ray.contains_points([[0, 0, 0]])
-
-    def test_bad_input(self):
-        with self.assertRaisesRegex(ValueError, "shapes are"):
-            self.ray.intersects_any(self.given[0][:5], self.given[1])
 
 
 if __name__ == "__main__":

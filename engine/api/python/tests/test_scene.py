@@ -69,7 +69,7 @@ class Scenes(unittest.TestCase):
             "lists": (v.tolist(), t.tolist()),
             "strides": (wide[:, 1:4], np.asfortranarray(t)),
             "odd addresses": (ref.at_odd_address(v), ref.at_odd_address(t.astype(np.uint32))),
-            "no indices": (v[t].reshape(-1, 3), None),
+            "corners of triangles": (v[t], None),
             "trimesh": (types.SimpleNamespace(vertices=v, faces=t),),
             "open3d": (
                 types.SimpleNamespace(
@@ -79,6 +79,28 @@ class Scenes(unittest.TestCase):
         }.items():
             with self.subTest(name):
                 np.testing.assert_array_equal(ballot.Scene(*args).trace(UP), truth)
+
+    def test_points_without_triangles(self):
+        points = ref.soup(6)[0]
+        text = r"shape is \(18, 3\), and there are no triangles; .*\(m, 3, 3\), or soup=True"
+        for arguments in ((points,), (points.tolist(),)):
+            with self.assertRaisesRegex(ValueError, text):
+                ballot.Scene(*arguments)
+        with self.assertRaisesRegex(ValueError, "mesh 1: vertices: " + text):
+            ballot.Scene(meshes=[ref.soup(2), (points, None)])
+        with self.assertRaisesRegex(ValueError, "expected a multiple of 3"):
+            ballot.Scene(points[:4], soup=True)
+        for scene in (
+            ballot.Scene(points, soup=True),
+            ballot.Scene(points.reshape(-1, 3, 3)),
+            ballot.Scene(points.reshape(-1, 3, 3).tolist()),
+            ballot.Scene(meshes=[(points.reshape(-1, 3, 3), None)], normals=[points.reshape(-1, 3, 3)]),
+        ):
+            np.testing.assert_array_equal(scene.triangles().reshape(-1, 3), points)
+            scene.update(0, 2 * points.reshape(-1, 3, 3))
+            np.testing.assert_array_equal(scene.triangles().reshape(-1, 3), 2 * points)
+        with self.assertRaisesRegex(ValueError, r"vertices: shape is \(8, 3, 3\)"):
+            ballot.Scene(np.zeros((8, 3, 3)), ref.CUBE_TRIANGLES)
 
     def test_several_meshes(self):
         cube = (ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
@@ -129,10 +151,10 @@ class Scenes(unittest.TestCase):
     def test_update_modes(self):
         soup, rays = ref.soup(300)[0], ref.random_rays(400)
         moved = soup[::-1].copy()  # as bad for the tree as a move can be
-        expected = ballot.Scene(moved).trace(rays)
+        expected = ballot.Scene(moved, soup=True).trace(rays)
         for mode, refits in (("refit", 1), ("rebuild", 0), ("auto", None)):
             with self.subTest(mode):
-                scene = ballot.Scene(soup, updates=mode)
+                scene = ballot.Scene(soup, soup=True, updates=mode)
                 self.assertEqual((scene.info.decay, scene.info.refits), (1, 0))
                 scene.update(0, moved)
                 np.testing.assert_array_equal(scene.trace(rays), expected)
@@ -148,10 +170,10 @@ class Scenes(unittest.TestCase):
                 again = pickle.loads(pickle.dumps(scene))
                 np.testing.assert_array_equal(again.trace(rays), scene.trace(rays))
         with self.assertRaisesRegex(ValueError, "update mode.*auto, refit, rebuild"):
-            ballot.Scene(soup, updates="never")
+            ballot.Scene(soup, soup=True, updates="never")
         with self.assertRaisesRegex(ValueError, "expected_rays"):
-            ballot.Scene(soup, expected_rays=-1)
-        self.assertEqual(ballot.Scene(soup, builder="auto", expected_rays=1e9).info.triangles, 300)
+            ballot.Scene(soup, soup=True, expected_rays=-1)
+        self.assertEqual(ballot.Scene(soup, soup=True, builder="auto", expected_rays=1e9).info.triangles, 300)
 
     def test_file(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -176,6 +198,7 @@ class Scenes(unittest.TestCase):
         soup = ref.soup(20)
         scene = ballot.Scene(
             meshes=[(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES), (soup[0], None)],
+            soup=True,
             ids=[5, 9],
             normals=[normals, None],
             max_leaf=2,
@@ -231,6 +254,25 @@ class Devices(unittest.TestCase):
             with self.assertRaisesRegex(RuntimeError, "closed") as caught:
                 call()
             self.assertEqual(caught.exception.code, ballot.Code.CLOSED)
+
+    def test_each_object_says_what_it_is(self):
+        scene, rays = ballot.Scene(*ref.soup(3)), ref.random_rays(5)
+        array, job = ballot.Array("rays", 2), scene.submit(rays)
+        job.wait()
+        self.assertEqual(repr(scene), "<ballot.Scene of 3 triangles>")
+        self.assertEqual(repr(array), "<ballot.Array of 2 rays, float32 of shape (2, 8)>")
+        self.assertEqual(repr(job), "<ballot.Job of 5 rays, ended>")
+        array.close()
+        self.assertEqual(repr(array), "<ballot.Array of 2 rays, closed>")
+        open3d = ballot.RaycastingScene()
+        open3d.add_triangles(*ref.soup(3))
+        self.assertEqual(repr(open3d), "<ballot.RaycastingScene of 1 geometries, 3 triangles>")
+        ray = ballot.trimesh_ray.RayMeshIntersector(types.SimpleNamespace(vertices=[], faces=[]))
+        self.assertIn("RayMeshIntersector of a SimpleNamespace", repr(ray))
+        picture = ballot.render(scene, width=6, height=4)
+        self.assertEqual(repr(picture), "<ballot.Picture of 6 x 4 pixels, float32 linear RGBA>")
+        for value in (scene.info, scene.meshes[0], ballot.devices()[0], job.times, ballot.Code.DEVICE):
+            self.assertTrue(repr(value).lstrip("<").startswith(type(value).__name__), repr(value))
 
     def test_default_is_shared(self):
         self.assertIs(ballot.default_device(), ballot.default_device())
