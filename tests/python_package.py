@@ -64,7 +64,8 @@ def copied(python: Path, folder: Path) -> Path:
     words = ["-G", "Ninja", f"-Dnanobind_DIR={nanobind.stdout.strip()}", "-DCMAKE_DISABLE_FIND_PACKAGE_Ballot=ON"]
     bare = subprocess.run(["cmake", "-S", copy, "-B", copy.parent / "bare", f"-DPython_EXECUTABLE={python}", *words],
                           capture_output=True, text=True, check=False)  # fmt: skip
-    if bare.returncode == 0 or "Found neither Ballot's library nor its source tree" not in " ".join(bare.stderr.split()):
+    said = " ".join(bare.stderr.split())
+    if bare.returncode == 0 or "Found neither Ballot's library nor its source tree" not in said:
         sys.exit(f"python_package: without a library CMake said: {bare.stderr}")
     return copy
 

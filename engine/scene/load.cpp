@@ -1,6 +1,7 @@
 // The scene formats, and the checks before a loader runs.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cctype>
 #include <cmath>
 #include <new>
@@ -42,6 +43,32 @@ const SceneFormat& checked_format(const std::filesystem::path& path) {
   return format;
 }
 
+/// Adds a note if float32 numbers are so far apart where the vertices lie that rounding to them moves a vertex by more
+/// than 2^-20 of the scene's size, and the vertices use all of their bits, as rounded ones do.
+void note_rounding(Scene& scene) {
+  const glm::dvec3 lo{scene.bounds.lo}, hi{scene.bounds.hi}, middle = 0.5 * (lo + hi);
+  double size = 0, reach = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    size = std::max(size, hi[axis] - lo[axis]);
+    reach = std::max({reach, std::abs(lo[axis]), std::abs(hi[axis])});
+  }
+  int exponent = 0;
+  std::frexp(reach, &exponent);
+  const double half_apart = std::ldexp(1.0, exponent - 25), farthest = std::ldexp(0.5, exponent);
+  if (!(size > 0 && half_apart > std::ldexp(size, -20))) return;
+  const auto full = [&](float c) { return std::abs(c) >= farthest && (std::bit_cast<std::uint32_t>(c) & 1) != 0; };
+  const auto any_full = [&](const glm::vec3& v) { return full(v.x) || full(v.y) || full(v.z); };
+  if (std::ranges::none_of(scene.triangles, [&](const Triangle& t) { return std::ranges::any_of(t, any_full); }))
+    return;
+  scene.notes.push_back(
+      fmt::format("Far from the origin, up to {:.9g}, float32 rounds coordinates by up to {:.3g}, which is {:.1e} of "
+                  "the scene's size "
+                  "of {:.6g}; finer numbers of the file are lost, so subtract ({:.9g}, {:.9g}, {:.9g}) from its "
+                  "vertices before you "
+                  "save it.",
+                  reach, half_apart, half_apart / size, size, middle.x, middle.y, middle.z));
+}
+
 }  // namespace
 
 void check_scene_file(const std::filesystem::path& path) { checked_format(path); }
@@ -64,6 +91,7 @@ Scene load_scene(const std::filesystem::path& path, const LoadOptions& options) 
     scene.name = path.stem().string();
     finish_scene(scene);
     if (scene.triangles.empty()) scene.notes.emplace_back("The file holds no triangle, so there is nothing to hit.");
+    note_rounding(scene);
     return scene;
   } catch (const std::bad_alloc&) {
     fail_in(path, "does not fit into memory; use a smaller scene or a machine with more");

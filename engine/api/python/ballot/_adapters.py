@@ -56,7 +56,7 @@ def _of_scene(scene: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
         matrix, key = scene.graph[node]
         part = scene.geometry[key]
         if not _has(part, "vertices", "faces"):
-            raise ValueError(f"{name}: geometry {key!r} is a {type(part).__name__}; expected meshes alone: leave it out")
+            raise ValueError(f"{name}: geometry {key!r} is a {type(part).__name__}; expected meshes; leave it out")
         turn, corners = np.asarray(matrix, np.float64), np.asarray(part.faces)
         vertices.append(np.asarray(part.vertices, np.float64) @ turn[:3, :3].T + turn[:3, 3])
         triangles.append((corners[:, ::-1] if np.linalg.det(turn[:3, :3]) < 0 else corners) + first)

@@ -36,7 +36,7 @@ class Error(RuntimeError):
 
 
 class PrecisionWarning(UserWarning):
-    """float64 was given, and rounding it to float32 moves a vertex by more than 2^-20 of the size of its mesh.
+    """Rounding to float32 moves a vertex of arrays or of a file by more than 2^-20 of the size of its mesh.
 
     The text says which vertex, by how much, and what to subtract. warnings.simplefilter("error",
     ballot.PrecisionWarning) makes it an exception.

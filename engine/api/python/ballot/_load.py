@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 
-from . import _scene_arguments
+import numpy as np
+
+from . import _errors, _scene_arguments
 from ._device import Device
 from ._scene import Scene
 
@@ -26,11 +28,30 @@ def load_scene(
                  copy. "auto": kept where that saves 4 million triangles and half of the scene's, or where copies would
                  not fit into memory. Hits have the same numbers in all three.
 
-    Other arguments as Scene. Raises Error, which names file and place, if the file cannot be read. Pickling the scene
-    stores the path and the time that was set.
+    Other arguments as Scene. Gives a PrecisionWarning if the file lies so far from the origin that float32 rounds its
+    numbers by more than 2^-20 of the scene's size. Raises Error, which names file and place, if the file cannot be
+    read. Pickling the scene stores the path and the time that was set.
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))
     options = _scene_arguments.options(builder, max_leaf, split_budget, cache, "auto", 0, instances)
     scene.__setstate__({"device": device, "options": options, "path": name})
+    _warn_of_rounding(scene, name)
     return scene
+
+
+def _warn_of_rounding(scene: Scene, path: str) -> None:
+    """Warns as the program's note does: vertices that use all bits of float32 where it is coarse were rounded."""
+    low, high = np.array(scene.info.lo, np.float64), np.array(scene.info.hi, np.float64)
+    size, reach = float((high - low).max()), float(np.abs([low, high]).max())
+    moved = float(np.spacing(np.float32(reach))) / 2
+    if not 0 < size * 2.0**-20 < moved:
+        return
+    corners = scene.triangles()
+    if not (corners.view(np.uint32)[np.abs(corners) >= 2.0 ** np.floor(np.log2(reach))] & 1).any():
+        return
+    middle = ", ".join(f"{x:.9g}" for x in (low + high) / 2)
+    _errors.warn(
+        f"{path}: far from the origin, up to {reach:.9g}, float32 rounds coordinates by up to {moved:.3g}, which is "
+        f"{moved / size:.1e} of its size of {size:.6g}; subtract ({middle}) from its vertices before you save it"
+    )

@@ -63,8 +63,8 @@ def rounding(array: np.ndarray, rounded: np.ndarray) -> str | None:
     middle = ", ".join(f"{x:.9g}" for x in low / 2 + high / 2)
     return (
         f"float32 moves vertex {vertex} by {moved[vertex]:.3g}, which is {moved[vertex] / size:.1e} of the mesh's size "
-        f"of {size:.6g} (above 2^-20), so answers may be others; subtract its middle ({middle}) from vertices, rays and "
-        "points in float64 first, or place the mesh near the origin"
+        f"of {size:.6g} (above 2^-20), so answers may be others; subtract its middle ({middle}) from vertices, rays "
+        "and points in float64 first, or place the mesh near the origin"
     )
 
 

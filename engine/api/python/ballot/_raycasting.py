@@ -76,7 +76,8 @@ class RaycastingScene:
         vertex_positions  (n, 3) float32 or float64; or without triangle_indices a mesh that Scene takes
         triangle_indices  (m, 3) uint32 or other integers
 
-        Copies both. Gives a PrecisionWarning as Scene. Raises ValueError if a coordinate is not finite, an index is out of range, or there are none.
+        Copies both. Gives a PrecisionWarning as Scene. Raises ValueError if a coordinate is not finite, an index is out
+        of range, or there are none.
         """
         vertices, triangles = vertex_positions, triangle_indices
         if triangles is None:
@@ -215,7 +216,8 @@ class RaycastingScene:
         before = self.times
         distances = self._nearest(query_points, ("distances",), nthreads)["distances"]
         if before is not None and self.times is not None:
-            self.times = Times(before.seconds + self.times.seconds, before.device_ms + self.times.device_ms, self.times.hits)
+            seconds, device_ms, hits = self.times
+            self.times = Times(before.seconds + seconds, before.device_ms + device_ms, hits)
         return answer(np.where(inside, -distances, distances))
 
     def compute_occupancy(

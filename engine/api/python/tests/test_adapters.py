@@ -1,5 +1,5 @@
-"""Meshes of other libraries, at every door that takes a mesh: stand-ins with their members, and the libraries' own where
-they are installed."""
+"""Meshes of other libraries, at every door that takes a mesh: stand-ins with their members, and the libraries' own
+where they are installed."""
 
 import types
 import unittest
@@ -132,7 +132,7 @@ class Adapters(unittest.TestCase):
             (ValueError, "no triangles; leave empty meshes out", PolyData(V, [])),
             (ValueError, "has lines besides its faces", PolyData(V, T, lines=[2, 0, 1])),
             (ValueError, "leave empty meshes out", empty),
-            (ValueError, "geometry '0' is a SimpleNamespace; expected meshes", paths),
+            (ValueError, "geometry '0' is a SimpleNamespace; expected meshes; leave it out", paths),
             (ValueError, "leave empty meshes out", node_scene()),
             (ValueError, r"pass its extract_surface\(\)", grid),
             (TypeError, "found SimpleNamespace; expected", path),

@@ -1,5 +1,7 @@
 """float64 that float32 cannot hold: a warning at every door, with the figure and what to subtract."""
 
+import os
+import tempfile
 import types
 import unittest
 import warnings
@@ -22,12 +24,16 @@ class Precision(unittest.TestCase):
         place[0, 3] = FAR + 0.125
         placed = ballot.Scene(cube, faces, instances=np.eye(4)[None])
         mesh = types.SimpleNamespace(vertices=INEXACT, faces=faces)
-        text = "vertex 5 by 0.125, which is 5.9e-02 of the mesh's size of 2.125 .*subtract its middle .4194304.06, 0, 0."
+        text = "vertex 5 by 0.125, which is 5.9e-02 of .* size of 2.125 .*subtract its middle .4194304.06, 0, 0."
         for name, expected, call in (
             ("Scene", "^mesh: vertices: float32 moves " + text, lambda: ballot.Scene(INEXACT, faces)),
             ("lists", text, lambda: ballot.Scene(INEXACT.tolist(), faces.tolist())),
             ("corners", "moves vertex 7 by 0.125", lambda: ballot.Scene(INEXACT[faces])),
-            ("meshes", "^mesh 1: vertices: float32 moves " + text, lambda: ballot.Scene(meshes=[(cube, faces), (INEXACT, faces)])),
+            (
+                "meshes",
+                "^mesh 1: vertices: float32 moves " + text,
+                lambda: ballot.Scene(meshes=[(cube, faces), (INEXACT, faces)]),
+            ),
             ("a mesh", text, lambda: ballot.Scene(mesh)),
             ("update", "^mesh 0: vertices: float32 moves " + text, lambda: moved.update(0, INEXACT)),
             ("Open3D", text, lambda: ballot.RaycastingScene().add_triangles(INEXACT, faces)),
@@ -53,6 +59,18 @@ class Precision(unittest.TestCase):
             ballot.Scene(ref.CUBE_VERTICES * 1e-9 / 3, faces)
             ballot.Scene(*ref.soup(9), instances=np.linalg.inv(np.diag([3.0, 7, 9, 1]) + 0.1)[None])
             ballot.trimesh_ray.RayMeshIntersector((INEXACT, faces)).contains_points(PLACE[None])
+
+    def test_files(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "far.obj")
+            for finer, told in ((0.4, True), (0, False)):  # float32 is 0.5 apart there
+                with open(path, "w", encoding="ascii") as file:
+                    file.write(f"v 500000 {4649776 + finer} 0\nv 500001 4649776 0\nv 500000 4649777 0\nf 1 2 3\n")
+                with warnings.catch_warnings(record=True) as caught:
+                    warnings.simplefilter("always")
+                    ballot.load_scene(path, cache=False)
+                self.assertEqual([w.category for w in caught], [ballot.PrecisionWarning] * told)
+                self.assertTrue(not told or "by up to 0.25, which is 2.5e-01" in str(caught[0].message))
 
     def test_the_bound(self):
         """A triangle of size 1 at 16, where float32 is 2^-19 apart: 2^-20 is the most that is not told."""

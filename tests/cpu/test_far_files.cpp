@@ -1,0 +1,53 @@
+// Tests the note about files whose numbers float32 cannot hold.
+#include <cstring>
+
+#include "gltf_builder.h"
+
+namespace ballot::test {
+namespace {
+
+constexpr double kNorth = 4649776, kEast = 500000;  // float32 numbers are 0.5 apart there
+constexpr const char* kNote = "Far from the origin, up to 4649777";
+
+/// Returns the notes of a triangle of 1 m at a place, with a corner `finer` beside a whole number.
+std::vector<std::string> notes_of(const std::string& name, double east, double north, double finer) {
+  const auto text = [&](const char* start) {
+    return fmt::format("{}{} {} 0\n{}{} {} 0\n{}{} {} 0\n", start, east, north + finer, start, east + 1, north, start,
+                       east, north + 1);
+  };
+  std::string content;
+  if (name.ends_with(".obj")) content = text("v ") + "f 1 2 3\n";
+  if (name.ends_with(".stl"))
+    content = "solid a\nfacet normal 0 0 1\nouter loop\n" + text("vertex ") + "endloop\nendfacet\nendsolid a\n";
+  if (name.ends_with(".ply"))
+    content =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n" +
+        text("") + "3 0 1 2\n";
+  if (name.ends_with(".npy")) {
+    const std::array<double, 9> numbers{east, north + finer, 0, east + 1, north, 0, east, north + 1, 0};
+    std::string header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 3, 3), }";
+    header.append(117 - header.size(), ' ').append("\n");
+    content = std::string("\x93NUMPY\x01\0\x76\0", 10) + header;
+    content.append(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
+  }
+  const TemporaryFolder folder;
+  return load_scene(folder.write(name, content)).notes;
+}
+
+TEST(FarFiles, EveryFormatTellsThatItsNumbersAreRounded) {
+  for (const char* name : {"a.obj", "a.stl", "a.ply", "a.npy"}) {
+    SCOPED_TRACE(name);
+    const std::vector<std::string> notes = notes_of(name, kEast, kNorth, 0.4);
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_TRUE(notes[0].starts_with(kNote)) << notes[0];
+    EXPECT_NE(notes[0].find("by up to 0.25, which is 2.5e-01 of the scene's size of 1;"), std::string::npos)
+        << notes[0];
+    EXPECT_NE(notes[0].find("subtract (500000.5, 4649776.5, 0)"), std::string::npos) << notes[0];
+    EXPECT_TRUE(notes_of(name, kEast, kNorth, 0).empty());  // whole numbers are held
+    EXPECT_TRUE(notes_of(name, 5, 4, 0.4).empty());
+  }
+}
+
+}  // namespace
+}  // namespace ballot::test
