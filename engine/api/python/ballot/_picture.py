@@ -28,6 +28,10 @@ class Picture(np.ndarray):
     def __array_finalize__(self, source: Any) -> None:
         self.lit = getattr(source, "lit", False)
 
+    def __array_wrap__(self, array: np.ndarray, *rest: Any) -> Any:
+        """Returns what NumPy computed: a number where that has no axes, as of plain arrays."""
+        return super().__array_wrap__(array, *rest) if array.ndim else array[()]
+
     def srgb(self, tone: str = "auto", exposure: float = 0.0) -> np.ndarray:
         """Returns the colours as screens show them: uint8 (height, width, 3), sRGB encoded, as in `ballot render`'s
         PNG. plt.imshow(picture.srgb()) shows them as they are; the picture itself would be too dark there.

@@ -50,6 +50,7 @@ class Pictures(unittest.TestCase):
         self.assertEqual((picture.srgb().dtype, picture.srgb().tolist()), (np.uint8, srgb))
         self.assertEqual(picture.srgb(exposure=1)[0, 0].tolist(), [0, 255, 255])
         self.assertEqual(picture[:, 1:].srgb().tolist(), [srgb[0][1:]])
+        self.assertIsInstance(picture[..., 3].max(), np.float32)
         picture[...] = 0.5
         self.assertEqual(picture.srgb("neutral")[0, 0].tolist(), [181] * 3)  # 0.5 - 0.04
         picture[...] = 4.8  # compressed: 1 - 0.24^2 / (4.76 + 0.24 - 0.76) = 0.98642, grey
