@@ -56,7 +56,7 @@ def _of_scene(scene: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
         matrix, key = scene.graph[node]
         part = scene.geometry[key]
         if not _has(part, "vertices", "faces"):
-            raise ValueError(f"{name}: geometry {key!r} is a {type(part).__name__}; expected meshes; leave it out")
+            raise ValueError(f"{name}: geometry {key!r} is a {type(part).__name__}; expected meshes; pass to_mesh()")
         turn, corners = np.asarray(matrix, np.float64), np.asarray(part.faces)
         vertices.append(np.asarray(part.vertices, np.float64) @ turn[:3, :3].T + turn[:3, 3])
         triangles.append((corners[:, ::-1] if np.linalg.det(turn[:3, :3]) < 0 else corners) + first)
@@ -68,7 +68,7 @@ def _of_polydata(mesh: Any, name: str) -> tuple[Any, np.ndarray]:
     """Returns the triangles of a surface of PyVista. Other faces are cut into triangles by PyVista."""
     for kind in ("lines", "verts"):
         if np.size(getattr(mesh, kind, ())) and np.size(mesh.faces):
-            raise ValueError(f"{name}: the PolyData has {kind} besides its faces; expected faces alone")
+            raise ValueError(f"{name}: it has {kind} besides its faces; pass PolyData(mesh.points, mesh.faces)")
     if getattr(mesh, "n_strips", 0) or not _all_triangles(np.asarray(mesh.faces)):
         mesh = mesh.triangulate()
     return np.asarray(mesh.points), np.asarray(mesh.faces).reshape(-1, 4)[:, 1:]

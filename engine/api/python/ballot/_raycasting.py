@@ -288,9 +288,9 @@ def _device(given: Any) -> Device | None:
     """Returns the device that traces for a device of Ballot or of Open3D."""
     if given is None or isinstance(given, Device):
         return given
-    if isinstance(given, str) or hasattr(given, "get_type"):  # Open3D's
-        if str(given).upper().partition(":")[0] == "CPU":
-            return None
+    if str(given).upper().partition(":")[0] == "CPU":  # Open3D's
+        return None
+    if isinstance(given, str) or hasattr(given, "get_type"):
         raise ValueError(f"device is {given}; expected a ballot.Device, or 'CPU:0': arrays are in the host's memory")
     return device_or_default(given)
 
