@@ -45,10 +45,12 @@ class RayMeshIntersector:
         self._forget()
 
     def _forget(self) -> None:
+        """Lets go of the scene, so that the next query makes one."""
         self._lock = threading.Lock()
         self._made: _Made | None = None
 
     def _read(self) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the mesh's vertices (n, 3) float64 and faces (m, 3)."""
         vertices, faces = _adapters.parts(self.mesh, "geometry")
         return _float64(vertices, "geometry: vertices"), _arrays.indices(faces, "geometry: faces").reshape(-1, 3)
 
@@ -197,6 +199,7 @@ def _float64(given: Any, name: str) -> np.ndarray:
 
 
 def _rays(origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Returns checked origins and directions (n, 3) float64."""
     o, d = _float64(origins, "ray_origins"), _float64(directions, "ray_directions")
     if o.ndim != 2 or o.shape[1] != 3 or o.shape != d.shape:
         raise ValueError(f"ray_origins and ray_directions: shapes are {o.shape} and {d.shape}; expected (n, 3) of each")
