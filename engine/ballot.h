@@ -25,7 +25,7 @@
 #include "engine/core/image.h"
 #include "engine/core/image_error.h"
 #include "engine/core/image_merge.h"
-#include "engine/core/json_depth.h"
+#include "engine/core/json_limits.h"
 #include "engine/core/json_text.h"
 #include "engine/core/memory.h"
 #include "engine/core/npy.h"

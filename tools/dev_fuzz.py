@@ -24,7 +24,7 @@ that fail in build/fuzz/findings. The last table has the inputs, CPU seconds and
 READERS = {
     "bvh": ["engine/bvh/cache.cpp"],
     "checkpoint": ["engine/render/film/film_file.cpp", "engine/core/image_exr.cpp"],
-    "choices": ["engine/trace/auto/choices.cpp", "engine/core/json_depth.cpp"],
+    "choices": ["engine/trace/auto/choices.cpp", "engine/core/json_limits.cpp"],
     "command": ["tools/program.cpp", "tools/cli.cpp", "tools/command_files.cpp", "tools/run_args.cpp",
                 "tools/cmd_*.cpp", "tools/bench/plan.cpp"],
     "exr": ["engine/core/image_exr.cpp", "engine/core/image_merge.cpp", "engine/scene/sky.cpp"],

@@ -203,8 +203,9 @@ AccessorView open_uvs(const GltfFile& file, int index, std::string_view place) {
 
 AccessorView open_rotations(const GltfFile& file, int index, std::string_view place) {
   return open_typed(file, index, place, TINYGLTF_TYPE_VEC4,
-                    {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_COMPONENT_TYPE_SHORT},
-                    "VEC4 of 5126 (float), 5120 or 5122 (normalised integers of 8 or 16 bits)");
+                    {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
+                     TINYGLTF_COMPONENT_TYPE_SHORT, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT},
+                    "VEC4 of 5126 (float), 5120 to 5123 (normalised integers of 8 or 16 bits)");
 }
 
 AccessorView open_times(const GltfFile& file, int index, std::string_view place) {

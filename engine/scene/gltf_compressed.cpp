@@ -3,7 +3,6 @@
 #include <meshoptimizer.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "engine/core/memory.h"
 #include "engine/scene/gltf_accessor.h"
@@ -11,55 +10,6 @@
 
 namespace ballot {
 namespace {
-
-using Json = nlohmann::json;
-
-const Json* member(const Json& object, const char* key) {
-  const auto found = object.is_object() ? object.find(key) : object.end();
-  return object.is_object() && found != object.end() ? &*found : nullptr;
-}
-
-const Json* extension_of(const Json& object, const char* name) {
-  const Json* all = member(object, "extensions");
-  return all ? member(*all, name) : nullptr;
-}
-
-/// Gives buffers that stand for decompressed data a byte. Returns true if there are some.
-bool complete_buffers(Json& root) {
-  bool changed = false;
-  if (!member(root, "buffers")) return false;
-  for (Json& buffer : root["buffers"]) {
-    if (!extension_of(buffer, kMeshopt) || member(buffer, "uri")) continue;
-    const Json* fallback = member(*extension_of(buffer, kMeshopt), "fallback");
-    if (!fallback || *fallback != true) continue;
-    buffer["uri"] = "data:application/octet-stream;base64,AA==";
-    buffer["byteLength"] = 1;
-    changed = true;
-  }
-  return changed;
-}
-
-/// Gives accessors of indices without a bufferView, whose indices are in Draco's data, the bufferView of that data.
-bool complete_indices(Json& root) {
-  bool changed = false;
-  if (!member(root, "meshes") || !member(root, "accessors")) return false;
-  Json& accessors = root["accessors"];
-  for (const Json& mesh : root["meshes"]) {
-    const Json* primitives = member(mesh, "primitives");
-    if (!primitives) continue;
-    for (const Json& primitive : *primitives) {
-      const Json *draco = extension_of(primitive, kDraco), *indices = member(primitive, "indices");
-      const Json* view = draco ? member(*draco, "bufferView") : nullptr;
-      if (!view || !indices || !indices->is_number_unsigned() || indices->get<std::uint64_t>() >= accessors.size())
-        continue;
-      Json& accessor = accessors[indices->get<std::size_t>()];
-      if (!accessor.is_object() || accessor.contains("bufferView")) continue;
-      accessor["bufferView"] = 0;
-      changed = true;
-    }
-  }
-  return changed;
-}
 
 /// A compressed bufferView, as its extension describes it.
 struct Packed {
@@ -129,15 +79,6 @@ std::vector<unsigned char> decode_packed(const GltfFile& file, const Packed& p) 
 }
 
 }  // namespace
-
-std::optional<std::string> completed_json(std::string_view text) {
-  if (text.find(kMeshopt) == std::string_view::npos && text.find(kDraco) == std::string_view::npos) return std::nullopt;
-  Json root = Json::parse(text, nullptr, false);
-  if (root.is_discarded()) return std::nullopt;  // tinygltf says what is wrong
-  const bool buffers = complete_buffers(root), indices = complete_indices(root);
-  if (!buffers && !indices) return std::nullopt;
-  return root.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
 
 std::uint64_t whole_number(const GltfFile& file, const tinygltf::Value& object, const char* key,
                            const std::string& place) {

@@ -1,18 +1,11 @@
 // Decompresses glTF files: EXT_meshopt_compression and KHR_draco_mesh_compression. Internal to engine/scene.
 #pragma once
 
-#include <optional>
 #include <string>
-#include <string_view>
 
 #include "engine/scene/gltf_file.h"
 
 namespace ballot {
-
-/// Returns the JSON of a compressed file with what tinygltf insists on: a buffer that holds nothing, as it stands for
-/// decompressed data, gets one byte, and accessors of indices without a bufferView get the first one.
-/// decompress() replaces both. Returns nothing if the JSON needs no change or cannot be parsed.
-std::optional<std::string> completed_json(std::string_view json);
 
 /// Decompresses every bufferView and primitive that is compressed, to buffers of their own. Afterwards accessors and
 /// bufferViews are as in a file without compression.

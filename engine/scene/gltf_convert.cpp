@@ -37,14 +37,51 @@ Alpha alpha_mode(const GltfFile& file, std::size_t index) {
           from.alphaMode);
 }
 
+/// Returns KHR_materials_pbrSpecularGlossiness of a material; null without it, or if pbrMetallicRoughness, which Ballot
+/// models whole, gives a colour.
+const tinygltf::Value* glossiness_of(const tinygltf::Material& from) {
+  const auto found = from.extensions.find(kSpecularGlossiness);
+  const bool other = from.values.contains("baseColorFactor") || from.values.contains("baseColorTexture");
+  return found == from.extensions.end() || !found->second.IsObject() || other ? nullptr : &found->second;
+}
+
+TextureUse gloss_texture(const tinygltf::Value& from, const char* key, Texels texels, GltfTextures& textures,
+                         const std::string& place) {
+  if (!from.Has(key) || !from.Get(key).IsObject()) return {};
+  const tinygltf::Value& info = from.Get(key);
+  tinygltf::ExtensionMap extensions;
+  if (info.Has("extensions"))
+    for (const std::string& name : info.Get("extensions").Keys()) extensions[name] = info.Get("extensions").Get(name);
+  return textures.use(index_in(info.Get("index")), info.Has("texCoord") ? index_in(info.Get("texCoord")) : 0,
+                      extensions, texels, place);
+}
+
+/// Reads the diffuse colour and the glossiness. The specular colour is left out.
+void read_glossiness(const tinygltf::Value& from, Material& to) {
+  if (from.Has("diffuseFactor") && from.Get("diffuseFactor").ArrayLen() == 4) {
+    const auto factor = [&](int i) { return from.Get("diffuseFactor").Get(i).GetNumberAsDouble(); };
+    to.base_color = {factor(0), factor(1), factor(2)};
+    to.alpha = clamped(factor(3));
+  }
+  const bool given = from.Has("glossinessFactor") && from.Get("glossinessFactor").IsNumber();
+  const bool texture = from.Has("specularGlossinessTexture");  // has the roughness then
+  to.metallic = 0;
+  to.roughness = texture ? 1 : clamped(1 - (given ? from.Get("glossinessFactor").GetNumberAsDouble() : 1));
+}
+
 void read_textures(const tinygltf::Material& from, const std::string& place, GltfTextures& textures, Material& to) {
   const auto& surface = from.pbrMetallicRoughness;
   const auto use = [&](const auto& info, bool srgb) {
-    return textures.use(info.index, info.texCoord, info.extensions, srgb, place);
+    return textures.use(info.index, info.texCoord, info.extensions, srgb ? Texels::Color : Texels::Linear, place);
   };
-  to.base_texture = use(surface.baseColorTexture, true);
+  if (const tinygltf::Value* gloss = glossiness_of(from)) {
+    to.base_texture = gloss_texture(*gloss, "diffuseTexture", Texels::Color, textures, place);
+    to.surface_texture = gloss_texture(*gloss, "specularGlossinessTexture", Texels::Glossiness, textures, place);
+  } else {
+    to.base_texture = use(surface.baseColorTexture, true);
+    to.surface_texture = use(surface.metallicRoughnessTexture, false);
+  }
   if (to.unlit) return;
-  to.surface_texture = use(surface.metallicRoughnessTexture, false);
   if (to.emits()) to.emissive_texture = use(from.emissiveTexture, true);
   to.normal_texture = use(from.normalTexture, false);
   to.normal_scale = static_cast<float>(from.normalTexture.scale);
@@ -67,6 +104,7 @@ Material convert_material(const GltfFile& file, std::size_t index, GltfTextures*
     to.metallic = clamped(from.pbrMetallicRoughness.metallicFactor);
     to.roughness = clamped(from.pbrMetallicRoughness.roughnessFactor);
   }
+  if (const tinygltf::Value* gloss = glossiness_of(from)) read_glossiness(*gloss, to);
   const double strength = extension_number(from.extensions, "KHR_materials_emissive_strength", "emissiveStrength", 1);
   to.emissive = color(from.emissiveFactor, glm::vec3{0}) * static_cast<float>(strength);
   to.transmission = clamped(extension_number(from.extensions, "KHR_materials_transmission", "transmissionFactor", 0));
@@ -82,17 +120,22 @@ Material convert_material(const GltfFile& file, std::size_t index, GltfTextures*
 }
 
 void note_unmodelled(const GltfFile& file, const std::set<std::size_t>& used, std::vector<std::string>& notes) {
-  constexpr std::array<std::string_view, 4> kModelled{"KHR_materials_emissive_strength", "KHR_materials_transmission",
-                                                      "KHR_materials_ior", "KHR_materials_unlit"};
+  constexpr std::array<std::string_view, 5> kModelled{"KHR_materials_emissive_strength", "KHR_materials_transmission",
+                                                      "KHR_materials_ior", "KHR_materials_unlit", kSpecularGlossiness};
   std::map<std::string, std::size_t> counts;
+  std::size_t glossy = 0;
   for (const std::size_t i : used) {
     if (i >= file.model.materials.size()) continue;  // the default material
+    glossy += glossiness_of(file.model.materials[i]) ? 1 : 0;
     for (const auto& [name, value] : file.model.materials[i].extensions)
       if (std::ranges::find(kModelled, name) == kModelled.end()) ++counts[name];
   }
   for (const auto& [name, count] : counts)
     notes.push_back(fmt::format("{} is not modelled: {} {} without it.", name, count,
                                 count == 1 ? "material is drawn" : "materials are drawn"));
+  if (glossy > 0)
+    notes.push_back(fmt::format("{} is read as diffuse colour and glossiness, without the specular colour: {} {}.",
+                                kSpecularGlossiness, glossy, glossy == 1 ? "material" : "materials"));
 }
 
 NodeTransform node_transform(const GltfFile& file, std::size_t index) {

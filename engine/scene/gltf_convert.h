@@ -13,6 +13,9 @@
 
 namespace ballot {
 
+/// An extension of older files: a material by its diffuse and specular colours.
+inline constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
+
 /// Converts a material. Its textures are read through `textures`; null: the material is not in use and gets none.
 /// Appends to `notes` what was mended. Throws Error(Work).
 Material convert_material(const GltfFile& file, std::size_t index, GltfTextures* textures,

@@ -2,21 +2,22 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include "engine/core/file.h"
-#include "engine/core/json_depth.h"
+#include "engine/core/shown.h"
 #include "engine/core/text_mark.h"
 #include "engine/scene/gltf_accessor.h"
 #include "engine/scene/gltf_compressed.h"
+#include "engine/scene/gltf_convert.h"
+#include "engine/scene/gltf_data.h"
+#include "engine/scene/gltf_json.h"
 #include "engine/scene/loaders.h"
-#include "engine/scene/named_file.h"
 
 namespace ballot {
 namespace {
@@ -32,8 +33,20 @@ std::uint32_t word(const Bytes& bytes, std::size_t at) {
   return b[0] | b[1] << 8 | b[2] << 16 | b[3] << 24;
 }
 
-/// Checks the lengths in a GLB and returns its JSON chunk. tinygltf checks the lengths too late, or 8 bytes too wide.
-std::string_view checked_json_chunk(const std::filesystem::path& path, const Bytes& bytes) {
+/// The parts of a file.
+struct FileParts {
+  std::string_view json;
+  std::optional<std::span<const std::byte>> chunk;  // the binary one of a GLB
+};
+
+/// Returns the place of the chunk behind one that ends at `end`. Some writers give lengths without the padding to four
+/// bytes, or do not pad.
+std::uint64_t next_chunk(const Bytes& bytes, std::uint64_t end, std::uint32_t length) {
+  return end + kChunkHeader <= length && word(bytes, end + 4) == kBin ? end : (end + 3) / 4 * 4;
+}
+
+/// Checks the lengths in a GLB and returns its parts. Chunks of other kinds are read over, as glTF has it.
+FileParts glb_parts(const std::filesystem::path& path, const Bytes& bytes) {
   if (bytes.size() < kGlbHeader + kChunkHeader)
     fail_in(path, "is cut short: {} bytes, but a GLB header with one chunk takes {}; copy the file again", bytes.size(),
             kGlbHeader + kChunkHeader);
@@ -42,148 +55,60 @@ std::string_view checked_json_chunk(const std::filesystem::path& path, const Byt
   if (length > bytes.size())
     fail_in(path, "is cut short: its header gives {} bytes, the file has {}; copy or export it again", length,
             bytes.size());
-  const std::uint64_t json_bytes = word(bytes, kGlbHeader);
-  const std::uint64_t json_end = kGlbHeader + kChunkHeader + json_bytes;
+  const std::uint64_t begin = kGlbHeader + kChunkHeader, end = begin + word(bytes, kGlbHeader);
   if (word(bytes, kGlbHeader + 4) != kJson) fail_in(path, "its first GLB chunk is not JSON; export it again");
-  if (json_end > length)
-    fail_in(path, "its JSON chunk ends at byte {}, but the file has {}; export it again", json_end, length);
-  if (json_end + kChunkHeader <= length) {
-    const std::uint64_t bin_end = json_end + kChunkHeader + word(bytes, json_end);
-    if (word(bytes, json_end + 4) == kBin && bin_end > length)
-      fail_in(path, "its binary chunk ends at byte {}, but the file has {}; export it again", bin_end, length);
+  if (end > length) fail_in(path, "its JSON chunk ends at byte {}, but the file has {}; export it again", end, length);
+  FileParts parts{.json = {reinterpret_cast<const char*>(bytes.data()) + begin, end - begin}, .chunk = {}};
+  for (std::uint64_t at = next_chunk(bytes, end, length); at + kChunkHeader <= length && !parts.chunk;) {
+    const std::uint64_t first = at + kChunkHeader, last = first + word(bytes, at);
+    const bool is_binary = word(bytes, at + 4) == kBin;
+    if (is_binary && last > length)
+      fail_in(path, "its binary chunk ends at byte {}, but the file has {}; export it again", last, length);
+    if (is_binary) parts.chunk = std::span(bytes).subspan(first, last - first);
+    at = next_chunk(bytes, last, length);
   }
-  return {reinterpret_cast<const char*>(bytes.data()) + kGlbHeader + kChunkHeader,
-          static_cast<std::size_t>(json_bytes)};
+  return parts;
 }
 
-bool is_image_name(const std::string& name) {
-  std::string extension = std::filesystem::path(name).extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  constexpr std::array<std::string_view, 9> kImages{".png", ".jpg", ".jpeg", ".ktx2", ".webp",
-                                                    ".dds", ".bmp", ".tga",  ".gif"};
-  return std::ranges::find(kImages, extension) != kImages.end();
-}
-
-constexpr std::string_view kUnreadable = "cannot read ";  // the start of read_file()'s errors
-
-/// The folder of the scene, as tinygltf gets it, and what may be read.
-struct Access {
-  const GltfFile& file;
-  std::string folder;
-
-  /// Returns the file that tinygltf means: it puts the folder, or else ".", before the name that the scene has. Returns
-  /// "" for a file of the working folder. Throws Error(Work) if the scene may not name the file.
-  std::filesystem::path resolve(const std::string& joined) const {
-    const std::string start = folder.ends_with('/') ? folder : folder + "/";
-    if (!joined.starts_with(start)) return {};
-    return named_file(file.path, joined.substr(start.size()), file.options.allow_outside, "a buffer");
-  }
-};
-
-/// Returns file access for tinygltf that never opens an image. A folder counts as absent; read_file() refuses devices
-/// and pipes with a reason.
-tinygltf::FsCallbacks file_access(const Access& access) {
-  tinygltf::FsCallbacks calls{};  // later versions of tinygltf have one more, which may be null
-  calls.FileExists = [](const std::string& name, void* data) {
-    if (is_image_name(name)) return false;
-    std::error_code error;
-    const auto status = std::filesystem::status(static_cast<const Access*>(data)->resolve(name), error);
-    return std::filesystem::exists(status) && !std::filesystem::is_directory(status);
-  };
-  calls.ExpandFilePath = [](const std::string& name, void*) { return name; };
-  calls.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& name, void* data) {
-    try {
-      const Bytes bytes = read_file(static_cast<const Access*>(data)->resolve(name));
-      const auto* first = reinterpret_cast<const unsigned char*>(bytes.data());
-      out->assign(first, first + bytes.size());
-      return true;
-    } catch (const Error& e) {
-      *error = e.what();
-      return false;
-    }
-  };
-  calls.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
-    return false;
-  };
-  calls.user_data = const_cast<Access*>(&access);
-  return calls;
-}
-
-/// Keeps the bytes of an image in a data URI encoded. An image in a buffer view or in a file of its own is read later,
-/// if a material in use needs it (gltf_texture.h): tinygltf does not check the range of the view.
-bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, int, const unsigned char* data,
-                  int size, void*) {
-  if (image->bufferView == -1 && image->uri.empty() && data && size > 0) image->image.assign(data, data + size);
-  return true;
-}
-
-/// Returns an error text of tinygltf as the end of a sentence: without line ends, and without a prefix such as
-/// "[json.exception.parse_error.101] ".
-std::string tidy(std::string text) {
-  if (const auto end = text.find("] "); text.starts_with("[json.exception") && end != std::string::npos)
-    text.erase(0, end + 2);
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
-  std::ranges::replace(text, '\n', ' ');
-  return text.substr(0, 300);  // a bad data URI would be quoted in full
-}
-
-/// Returns a GLB with another JSON chunk.
-Bytes with_json(const std::filesystem::path& path, const Bytes& bytes, std::string text) {
-  text.resize((text.size() + 3) / 4 * 4, ' ');
-  const std::size_t start = kGlbHeader + kChunkHeader, rest = start + word(bytes, kGlbHeader);
-  const std::size_t tail = word(bytes, 8) - rest, length = start + text.size() + tail;
-  if (length > std::numeric_limits<std::uint32_t>::max())
-    fail_in(path, "has {} bytes; glTF files end at 4 GiB; split the scene into several buffers", length);
-  Bytes to(length);
-  std::memcpy(to.data(), bytes.data(), start);
-  std::memcpy(to.data() + start, text.data(), text.size());
-  std::memcpy(to.data() + start + text.size(), bytes.data() + rest, tail);
-  const auto put = [&](std::size_t at, std::size_t value) {
-    for (std::size_t i = 0; i < 4; ++i) to[at + i] = std::byte(value >> (8 * i) & 0xFF);
-  };
-  put(8, length);
-  put(kGlbHeader, text.size());
-  return to;
-}
-
-void parse(GltfFile& file, const Bytes& bytes, bool binary, std::string_view json) {
-  tinygltf::TinyGLTF reader;
-  reader.SetImageLoader(keep_encoded, nullptr);
-  std::string error, warning, folder = file.path.parent_path().string();
-  if (folder.empty()) folder = ".";
-  const Access access{file, folder};
-  reader.SetFsCallbacks(file_access(access));
+/// Has tinygltf make the model of a document. Buffers and images are read here: it takes files alone whose length is
+/// byteLength, and few kinds of data URIs.
+void parse(GltfFile& file, const FileParts& parts) {
+  GltfJson root = parse_gltf_json(file.path, parts.json);
+  tidy_json(root);
+  check_required(file, root);
+  GltfData data = read_data(file, root, parts.chunk);
+  root.erase("buffers");
+  root.erase("images");
+  const std::vector<std::size_t> completed = complete_json(file, root);
+  need_model_memory(file, root);
+  const std::string text = root.dump(-1, ' ', false, GltfJson::error_handler_t::replace);
+  root = nullptr;  // its memory serves tinygltf's own document
+  if (text.size() > std::numeric_limits<std::uint32_t>::max())
+    fail_in(file.path, "has {} bytes of JSON; expected less than 4 GiB; split the scene", text.size());
+  std::string error, warning;
   bool good = false;
   try {
-    good = binary ? reader.LoadBinaryFromMemory(&file.model, &error, &warning,
-                                                reinterpret_cast<const unsigned char*>(bytes.data()),
-                                                static_cast<unsigned>(bytes.size()), folder)
-                  : reader.LoadASCIIFromString(&file.model, &error, &warning, json.data(),
-                                               static_cast<unsigned>(json.size()), folder);
-  } catch (const Error&) {
-    throw;
+    tinygltf::TinyGLTF reader;
+    good =
+        reader.LoadASCIIFromString(&file.model, &error, &warning, text.data(), static_cast<unsigned>(text.size()), "");
   } catch (const std::bad_alloc&) {
     throw;
-  } catch (const std::exception& e) {
-    // What nlohmann throws tells what is wrong with the file. tinygltf also asks containers for their first element.
-    error =
-        std::string_view(e.what()).starts_with("[json.exception") ? e.what() : "a buffer or an image of it is empty";
+  } catch (const std::exception&) {
+    good = false;
   }
-  if (good) return;
-  const std::string reason = tidy(error);
-  if (const std::string missing = "File not found : "; reason.find(missing) != std::string::npos)
-    fail_in(file.path, "its buffer file '{}' was not found; expected it in the scene's folder",
-            reason.substr(reason.find(missing) + missing.size()));
-  if (const auto at = reason.find(kUnreadable); at != std::string::npos)
-    fail_in(file.path, "its buffer file cannot be used: {}", reason.substr(at));
-  fail_in(file.path, "is not valid glTF 2.0: {}; export it again", reason.empty() ? "no reason given" : reason);
+  if (!good)
+    fail_in(file.path,
+            "is not valid glTF 2.0: a member has a type or a value that the standard does not give it; "
+            "export it again");
+  file.model.buffers = std::move(data.buffers);
+  file.model.images = std::move(data.images);
+  for (const std::size_t accessor : completed) file.model.accessors[accessor].bufferView = -1;
 }
 
 /// Throws on required extensions that Ballot cannot read. Extensions of materials and textures change no triangle, so
 /// an unknown one gives only a note.
 void check_extensions(GltfFile& file) {
-  constexpr std::array<std::string_view, 11> kRead{kMeshopt,
+  constexpr std::array<std::string_view, 12> kRead{kMeshopt,
                                                    kDraco,
                                                    "EXT_texture_webp",
                                                    "KHR_mesh_quantization",
@@ -193,7 +118,8 @@ void check_extensions(GltfFile& file) {
                                                    "KHR_materials_unlit",
                                                    "KHR_lights_punctual",
                                                    "KHR_texture_transform",
-                                                   "EXT_mesh_gpu_instancing"};
+                                                   "EXT_mesh_gpu_instancing",
+                                                   kSpecularGlossiness};
   for (const std::string& name : file.model.extensionsRequired) {
     if (std::ranges::find(kRead, name) != kRead.end()) continue;
     if (name.starts_with("KHR_materials_") || name == "KHR_texture_basisu" || name == "EXT_texture_avif") {
@@ -222,22 +148,16 @@ GltfFile read_gltf(const std::filesystem::path& path, const LoadOptions& options
   const Bytes bytes = read_file(path);
   if (bytes.size() > std::numeric_limits<std::uint32_t>::max())
     fail_in(path, "has {} bytes; glTF files end at 4 GiB; split the scene into several buffers", bytes.size());
-  const bool binary = bytes.size() >= 4 && word(bytes, 0) == kMagic;
-  std::string_view json{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-  if (binary) json = checked_json_chunk(path, bytes);
+  FileParts parts{.json = {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, .chunk = {}};
+  if (bytes.size() >= 4 && word(bytes, 0) == kMagic) parts = glb_parts(path, bytes);
+  std::string_view& json = parts.json;
   json = without_mark(path, json);
+  while (json.ends_with('\0')) json.remove_suffix(1);  // some writers pad with zeros
   const std::size_t start = json.find_first_not_of(" \t\r\n");
   if (start == std::string_view::npos || json[start] != '{')
     fail_in(path, "is not glTF: expected the word glTF (binary) or '{{' (text) at its start, found '{}'",
-            tidy(std::string(json.substr(0, 4))));
-  check_json_depth(path, json);  // tinygltf recurses into "extras" without a limit
-  const std::optional<std::string> completed = completed_json(json);
-  if (!completed)
-    parse(file, bytes, binary, json);
-  else if (binary)
-    parse(file, with_json(path, bytes, *completed), true, {});
-  else
-    parse(file, bytes, false, *completed);
+            shown_in_line(json.substr(0, 4)));
+  parse(file, parts);
   if (!file.model.asset.version.starts_with("2"))
     fail_in(path, "is glTF version '{}'; expected 2.0; convert it with a current exporter", file.model.asset.version);
   check_extensions(file);

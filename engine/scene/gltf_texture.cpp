@@ -36,13 +36,21 @@ void apply_transform(const tinygltf::Value& transform, TextureUse& use) {
   if (transform.Has("texCoord")) use.set = static_cast<std::uint32_t>(index_in(transform.Get("texCoord")));
 }
 
+/// Makes G, the roughness, of A, the glossiness. There is no metal: B is 0.
+void to_roughness(TextureImage& image) {
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+    image.rgba[i + 1] = static_cast<std::uint8_t>(255 - image.rgba[i + 3]);
+    image.rgba[i + 2] = 0;
+  }
+}
+
 }  // namespace
 
-TextureUse GltfTextures::use(int index, int set, const tinygltf::ExtensionMap& extensions, bool srgb,
+TextureUse GltfTextures::use(int index, int set, const tinygltf::ExtensionMap& extensions, Texels texels,
                              const std::string& place) {
   TextureUse use;
   if (index == -1 || is_absent(index)) return use;
-  use.texture = texture(index, srgb, place);
+  use.texture = texture(index, texels, place);
   use.set = static_cast<std::uint32_t>(set);
   const auto transform = extensions.find("KHR_texture_transform");
   if (transform != extensions.end() && transform->second.IsObject()) apply_transform(transform->second, use);
@@ -84,11 +92,11 @@ bool GltfTextures::is_absent(int index) {
   return true;
 }
 
-std::uint32_t GltfTextures::texture(int index, bool srgb, const std::string& place) {
+std::uint32_t GltfTextures::texture(int index, Texels texels, const std::string& place) {
   const auto& textures = file_.model.textures;
   if (index < 0 || static_cast<std::size_t>(index) >= textures.size())
     fail_in(file_.path, "{} names texture {}, but the file has {}", place, index, textures.size());
-  const auto [entry, fresh] = textures_.try_emplace({index, srgb}, 0);
+  const auto [entry, fresh] = textures_.try_emplace({index, texels}, 0);
   if (!fresh) return entry->second;
   const tinygltf::Texture& from = textures[static_cast<std::size_t>(index)];
   const std::string name = label("texture", static_cast<std::size_t>(index), from.name);
@@ -101,18 +109,19 @@ std::uint32_t GltfTextures::texture(int index, bool srgb, const std::string& pla
     to.wrap_v = wrap_of(sampler.wrapT);
     to.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
   }
-  to.image = image(source_of(index), srgb, name);
+  to.image = image(source_of(index), texels, name);
   scene_.textures.push_back(to);
   return entry->second = static_cast<std::uint32_t>(scene_.textures.size() - 1);
 }
 
-std::uint32_t GltfTextures::image(int index, bool srgb, const std::string& place) {
+std::uint32_t GltfTextures::image(int index, Texels texels, const std::string& place) {
   const auto& images = file_.model.images;
   if (index < 0 || static_cast<std::size_t>(index) >= images.size())
     fail_in(file_.path, "{} names image {}, but the file has {}", place, index, images.size());
-  const auto [entry, fresh] = images_.try_emplace({index, srgb}, 0);
+  const auto [entry, fresh] = images_.try_emplace({index, texels}, 0);
   if (!fresh) return entry->second;
   const tinygltf::Image& from = images[static_cast<std::size_t>(index)];
+  const bool srgb = texels == Texels::Color;
   const std::string name = file_.path.string() + ": " + label("image", static_cast<std::size_t>(index), from.name);
   if (from.bufferView != -1) {
     const CheckedBytes bytes =
@@ -127,6 +136,7 @@ std::uint32_t GltfTextures::image(int index, bool srgb, const std::string& place
     scene_.images.push_back(decode_image({reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()},
                                          name + " in " + path.string(), srgb));
   }
+  if (texels == Texels::Glossiness) to_roughness(scene_.images.back());
   return entry->second = static_cast<std::uint32_t>(scene_.images.size() - 1);
 }
 

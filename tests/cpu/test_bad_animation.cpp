@@ -68,7 +68,7 @@ TEST(BadAnimations, MissingSamplersNodesAndAccessors) {
   };
   refuse_animation(changed([](json& a) { a["channels"][0]["sampler"] = 4; }),
                    {"names sampler 4, but the animation has 1"});
-  refuse_animation(changed([](json& a) { a["channels"][0]["sampler"] = -1; }), {"names sampler -1"});
+  refuse_animation(changed([](json& a) { a["channels"][0]["sampler"] = -1; }), {"channel 0 has -1 as its sampler"});
   refuse_animation(changed([](json& a) { a["channels"][0]["target"]["node"] = 9; }),
                    {"animation 0 channel 0 names node 9, but the file has 1"});
   refuse_animation(changed([](json& a) { a["channels"][0]["target"]["path"] = "color"; }),

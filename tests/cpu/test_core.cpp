@@ -12,7 +12,8 @@
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/image.h"
-#include "engine/core/json_depth.h"
+#include "engine/core/json_limits.h"
+#include "engine/core/memory.h"
 #include "engine/core/npy.h"
 #include "engine/core/progress.h"
 
@@ -103,13 +104,23 @@ TEST_F(CoreFiles, AnOpenPipeIsReadOnlyIfTheUserNamesIt) {
 }
 
 TEST_F(CoreFiles, JsonDepthCountsOpenBrackets) {
-  const auto check = [](const std::string& text) { check_json_depth("a.json", text); };
+  const auto check = [](const std::string& text) { check_json("a.json", text); };
   const auto nested = [](int depth) { return std::string(depth, '[') + std::string(depth, '}'); };
   check(nested(kMaxJsonDepth));
   check(nested(200) + nested(200));
   check("\"" + nested(1000) + "\\\"" + nested(1000) + "\"");
   EXPECT_EQ(error_of([&] { check(nested(100000)); }),
             "a.json: its JSON nests deeper than 256 brackets at byte 256; expected at most that");
+}
+
+TEST_F(CoreFiles, JsonIsAskedForMemory) {
+  std::string text = "[0";
+  for (int i = 1; i < 1000; ++i) text += ",0";
+  set_memory_limit(1);
+  const std::string error = error_of([&] { check_json("a.json", text + "]"); });
+  set_memory_limit(0);
+  EXPECT_TRUE(error.starts_with("a.json: its JSON of 2001 bytes needs about 33.")) << error;  // 1000 values of 32 bytes
+  check_json("a.json", text + "]");
 }
 
 TEST_F(CoreFiles, WriteErrorsNameFileAndReason) {

@@ -120,6 +120,38 @@ TEST(Materials, ExtensionsThatAreNotModelledAreANote) {
   EXPECT_EQ(scene.notes[0], "KHR_materials_clearcoat is not modelled: 1 material is drawn without it.");
 }
 
+// The material of older files: its diffuse colour and texture, and roughness 1 - glossiness.
+TEST(Materials, SpecularAndGlossiness) {
+  GltfBuilder b = textured();
+  b.json["extensionsRequired"] = b.json["extensionsUsed"] = {"KHR_materials_pbrSpecularGlossiness"};
+  json& material = b.json["materials"][0] = {};
+  json& gloss = material["extensions"]["KHR_materials_pbrSpecularGlossiness"];
+  gloss = {{"diffuseFactor", {0.25, 0.5, 0.75, 0.5}}, {"glossinessFactor", 0.25}, {"diffuseTexture", {{"index", 0}}}};
+  Scene scene = b.load();
+  EXPECT_EQ(scene.materials[0].base_color, glm::vec3(0.25f, 0.5f, 0.75f));
+  EXPECT_EQ(scene.materials[0].alpha, 0.5f);
+  EXPECT_EQ(scene.materials[0].roughness, 0.75f);
+  EXPECT_EQ(scene.materials[0].metallic, 0);
+  EXPECT_TRUE(scene.materials[0].base_texture);
+  EXPECT_TRUE(scene.images.at(0).srgb);
+  ASSERT_EQ(scene.notes.size(), 1u);
+  EXPECT_EQ(scene.notes[0],
+            "KHR_materials_pbrSpecularGlossiness is read as diffuse colour and glossiness, without the specular "
+            "colour: 1 material.");
+  gloss = {{"specularGlossinessTexture", {{"index", 0}}}};  // glossiness in A: 1, 1, 1, 0
+  scene = b.load();
+  EXPECT_EQ(scene.materials[0].base_color, glm::vec3(1));
+  EXPECT_EQ(scene.materials[0].roughness, 1);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(scene.images.at(0).rgba[4 * i + 1], i == 3 ? 255 : 0);
+  gloss = json::object();
+  EXPECT_EQ(b.load().materials[0].roughness, 0);  // glossiness is 1 unless given
+  material["pbrMetallicRoughness"] = {{"baseColorFactor", {0, 1, 0, 1}}, {"metallicFactor", 1}};
+  scene = b.load();  // what is modelled whole comes first
+  EXPECT_EQ(scene.materials[0].base_color, glm::vec3(0, 1, 0));
+  EXPECT_EQ(scene.materials[0].metallic, 1);
+  EXPECT_TRUE(scene.notes.empty());
+}
+
 TEST(Materials, BrokenTexturesAreRefused) {
   const auto refuse = [](const GltfBuilder& b, std::initializer_list<std::string_view> parts) {
     expect_error(Failure::Work, parts, [&] { b.load(); });

@@ -92,7 +92,7 @@ class JsonPlace {
 inline nlohmann::json parse_json(const std::filesystem::path& path, const std::string& expected, const char* advice) {
   const std::vector<std::byte> bytes = read_argument(path);
   const std::string_view text = without_mark(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  check_json_depth(path, text);
+  check_json(path, text);
   try {
     return nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {

@@ -7,7 +7,7 @@
 #include "ballot_commit.h"
 #include "engine/core/cache_file.h"
 #include "engine/core/error.h"
-#include "engine/core/json_depth.h"
+#include "engine/core/json_limits.h"
 #include "engine/core/json_text.h"
 #include "engine/trace/auto/auto.h"
 
@@ -126,7 +126,7 @@ void Choices::load() {
     const std::optional<std::vector<std::byte>> bytes = read_cache(file_);
     if (!bytes) return;
     const char* text = reinterpret_cast<const char*>(bytes->data());
-    check_json_depth(file_, {text, bytes->size()});
+    check_json(file_, {text, bytes->size()});
     const Json json = Json::parse(text, text + bytes->size());
     if (json.at("scene") != scene_) return;
     for (const Json& each : json.at("choices")) {
