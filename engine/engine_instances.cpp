@@ -69,12 +69,17 @@ void Engine::make_forest(bool use_cache, const Progress& progress) {
 void Engine::move_instances(Pose pose, double pose_s) {
   const auto start = std::chrono::steady_clock::now();
   std::vector<Placement> placements = scene_.instances.placements;
-  for (const Pose::Moved& m : pose.moved) placements[m.placement].transform = m.transform;
+  bool turns = false;  // instances that are mirrored now, or no longer, are of another mesh
+  for (const Pose::Moved& m : pose.moved) {
+    turns |= placements[m.placement].mesh != m.to.mesh;
+    placements[m.placement] = m.to;
+  }
   const auto swap = [&] {
     scene_.instances.placements.swap(placements);
     if (!pose.moves_triangles) return;
     scene_.triangles.swap(pose.triangles);
     scene_.normals.swap(pose.normals);
+    turn_corners(scene_, pose.turned);
   };
   swap();
   Bounds bounds;
@@ -83,7 +88,7 @@ void Engine::move_instances(Pose pose, double pose_s) {
     check_instances(scene_);
     bounds = bounds_of_instances(scene_);
     gpu_->finish();
-    if (pose.moves_triangles)
+    if (pose.moves_triangles || turns)
       forest = build_forest(*gpu_, scene_, build_, false, forest_.get(), {});
     else if (!pose.moved.empty())
       tracer_->move_instances(transforms_of(scene_));

@@ -47,7 +47,7 @@ void Engine::set_time_here(const AnimationClip& clip, double seconds, UpdateMode
   if (forest_) return move_instances(std::move(pose), pose_s);
   late_.bring();
   const auto swap = [&] {
-    if (pose.moves_triangles) scene_.normals.swap(pose.normals);
+    if (pose.moves_triangles) scene_.normals.swap(pose.normals), turn_corners(scene_, pose.turned);
     scene_.lights.swap(pose.lights);
   };
   swap();
@@ -93,7 +93,9 @@ bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMod
   std::ranges::copy(carried.views, scene_.views.begin());
   late_.are_there([this, &clip, seconds] { bring_back(clip, seconds); });
   checker_.reset();
-  if (features_.emits) {
+  std::vector<bool> turned = turned_parts(*scene_.animation, nodes);
+  const bool turns = turn_corners(scene_, turned);  // what follows is in buffers that no kernel moves
+  if (features_.emits || turns) {
     make_renderers();
   } else {
     scene_data_->follow(*posed_);

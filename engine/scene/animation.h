@@ -110,7 +110,8 @@ struct MovingPart {
 /// An instance of a scene that follows a node.
 struct MovingPlacement {
   std::uint32_t placement = 0, node = 0;
-  glm::dmat4 node_from_mesh{1};  // of an instance of the node
+  glm::dmat4 node_from_mesh{1};              // of an instance of the node
+  std::array<std::uint32_t, 2> meshes = {};  // of the scene: as in the file, and turned for matrices that mirror
 };
 
 /// All that moves in a scene.

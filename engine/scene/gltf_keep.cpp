@@ -24,6 +24,11 @@ void InstanceWriter::end_run() {
   run_ = scene_.triangles.size();
 }
 
+std::uint32_t InstanceWriter::place(std::uint32_t mesh, const Transform& transform) {
+  to().placements.push_back({mesh, transform});
+  return static_cast<std::uint32_t>(to().placements.size() - 1);
+}
+
 void InstanceWriter::finish() {
   if (numbers_.empty()) return;
   end_run();

@@ -1,8 +1,10 @@
 // Meshes of a glTF file that a scene holds once, and the instances that place them. Internal to engine/scene.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
+#include <utility>
 
 #include "engine/scene/scene.h"
 
@@ -12,6 +14,7 @@ namespace ballot {
 struct MeshUses {
   std::uint64_t triangles = 0, uses = 0;
   std::uint64_t placeable = 0;  // of the uses: is_placeable() (instances.h)
+  std::array<bool, 2> made{};   // for these: the mesh as in the file, and turned
   bool moves = false;           // a clip moves one of its nodes
 };
 using UsesOfMeshes = std::map<std::size_t, MeshUses>;
@@ -32,20 +35,22 @@ class InstanceWriter {
  public:
   explicit InstanceWriter(Scene& scene) : scene_(scene) {}
 
-  /// Appends an instance of a mesh. `append`, which appends the mesh in its own space, is called for the first one.
-  /// Returns its number.
+  /// Returns the number of a mesh in the scene. A matrix that mirrors takes the mesh `turned`: its triangles are then
+  /// wound in the world as glTF has it. `append(turned)`, which appends the mesh in its own space, is called once each.
   template <class Append>
-  std::uint32_t place(std::size_t mesh, const Transform& transform, const Append& append) {
+  std::uint32_t number_of(std::size_t mesh, bool turned, const Append& append) {
     end_run();
-    const auto [entry, fresh] = numbers_.try_emplace(mesh, static_cast<std::uint32_t>(to().first.size()));
+    const auto [entry, fresh] = numbers_.try_emplace({mesh, turned}, static_cast<std::uint32_t>(to().first.size()));
     if (fresh) {
       to().first.push_back(scene_.triangles.size());
-      append();
+      append(turned);
       run_ = scene_.triangles.size();
     }
-    to().placements.push_back({entry->second, transform});
-    return static_cast<std::uint32_t>(to().placements.size() - 1);
+    return entry->second;
   }
+
+  /// Appends an instance of a mesh of the scene. Returns its number.
+  std::uint32_t place(std::uint32_t mesh, const Transform& transform);
 
   /// Completes the instances. A scene without any stays flat.
   void finish();
@@ -55,8 +60,8 @@ class InstanceWriter {
   void end_run();
 
   Scene& scene_;
-  std::size_t run_ = 0;                           // the first triangle of the run
-  std::map<std::size_t, std::uint32_t> numbers_;  // of the meshes that are kept
+  std::size_t run_ = 0;                                            // the first triangle of the run
+  std::map<std::pair<std::size_t, bool>, std::uint32_t> numbers_;  // of the meshes that are kept
 };
 
 }  // namespace ballot

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "engine/scene/loaders.h"
 #include "engine/scene/placing.h"
@@ -151,12 +152,13 @@ std::array<std::size_t, 3> primitive_corners(const GltfFile& file, const OpenPri
 }
 
 void append_primitive(const GltfFile& file, const OpenPrimitive& primitive, const glm::dmat4& world_from_node,
-                      const Carried& carried, Scene& scene) {
+                      bool turned, const Carried& carried, Scene& scene) {
   const std::vector<glm::vec3> positions = world_positions(file, primitive, world_from_node);
   const std::vector<glm::vec3> normals = world_normals(primitive, world_from_node);
-  const float facing = facing_of(world_from_node);
+  const float facing = turned == mirrors(world_from_node) ? 1.0f : -1.0f;  // of the corners' order
   for (std::size_t i = 0; i < primitive.triangle_count; ++i) {
-    const std::array<std::size_t, 3> corners = primitive_corners(file, primitive, i);
+    std::array<std::size_t, 3> corners = primitive_corners(file, primitive, i);
+    if (turned) std::swap(corners[1], corners[2]);
     const Triangle triangle{positions[corners[0]], positions[corners[1]], positions[corners[2]]};
     scene.triangles.push_back(triangle);
     scene.material_of.push_back(primitive.material);

@@ -207,6 +207,19 @@ std::optional<std::uint32_t> skin_of(GltfFile& file, const PlacedPrimitive& p) {
   return static_cast<std::uint32_t>(node.skin);
 }
 
+/// Returns true for each node, and those below it, of a channel for which is(clip, channel) is true.
+template <class Is>
+std::vector<bool> at_and_below(const Animation& animation, const Is& is) {
+  std::vector<bool> marked(animation.nodes.size());
+  for (const AnimationClip& clip : animation.clips)
+    for (const AnimationChannel& c : clip.channels)
+      if (is(clip, c)) marked[c.node] = true;
+  for (const std::uint32_t i : animation.order)
+    if (const int parent = animation.nodes[i].parent; parent >= 0 && marked[static_cast<std::size_t>(parent)])
+      marked[i] = true;
+  return marked;
+}
+
 }  // namespace
 
 bool may_move(const GltfFile& file) {
@@ -226,19 +239,22 @@ Animation read_animation(GltfFile& file, const std::vector<int>& parents) {
 }
 
 std::vector<bool> moving_nodes(const Animation& animation) {
-  std::vector<bool> moves(animation.nodes.size());
-  for (const AnimationClip& clip : animation.clips)
-    for (const AnimationChannel& c : clip.channels)
-      if (c.path != ChannelPath::Weights) moves[c.node] = true;
-  for (const std::uint32_t i : animation.order)
-    if (const int parent = animation.nodes[i].parent; parent >= 0 && moves[static_cast<std::size_t>(parent)])
-      moves[i] = true;
-  return moves;
+  return at_and_below(animation,
+                      [](const AnimationClip&, const AnimationChannel& c) { return c.path != ChannelPath::Weights; });
 }
 
-void read_moving(GltfFile& file, const std::vector<PlacedPrimitive>& placed, Animation& to) {
+std::vector<bool> turning_nodes(const Animation& animation) {
+  return at_and_below(animation, [&](const AnimationClip& clip, const AnimationChannel& c) {
+    const glm::dvec3& rest = animation.nodes[c.node].rest.scale;
+    return c.path == ChannelPath::Scale &&
+           (std::min({rest.x, rest.y, rest.z}) < 0 || std::ranges::min(clip.samplers[c.sampler].values) < 0);
+  });
+}
+
+std::vector<bool> read_moving(GltfFile& file, const std::vector<PlacedPrimitive>& placed, Animation& to) {
   for (std::size_t i = 0; i < file.model.skins.size(); ++i) to.skins.push_back(read_skin(file, i));
   const std::vector<bool> moves = moving_nodes(to);
+  std::vector<bool> turned;
   MovingReader reader(file, to);
   for (const PlacedPrimitive& p : placed) {
     const auto skin = skin_of(file, p);
@@ -263,7 +279,9 @@ void read_moving(GltfFile& file, const std::vector<PlacedPrimitive>& placed, Ani
       to.weights += mesh.targets;
     }
     to.parts.push_back(part);
+    turned.push_back(p.turned);
   }
+  return turned;
 }
 
 }  // namespace ballot

@@ -17,6 +17,7 @@ struct PlacedPrimitive {
   std::size_t node;
   glm::dmat4 node_from_mesh;  // of an instance
   bool instanced;
+  bool turned;  // append_primitive()
   std::size_t first_triangle;
 };
 
@@ -29,8 +30,12 @@ Animation read_animation(GltfFile& file, const std::vector<int>& parents);
 /// Returns, for each node, true if a clip moves it or a node above it.
 std::vector<bool> moving_nodes(const Animation& animation);
 
-/// Reads skins, and the vertices of those primitives that move, have a skin or morph targets. Throws Error(Work) on
-/// joints and counts that do not fit.
-void read_moving(GltfFile& file, const std::vector<PlacedPrimitive>& placed, Animation& to);
+/// Returns, for each node, true if a clip may change whether its matrix mirrors: a scale of it or of a node above it
+/// has negative numbers.
+std::vector<bool> turning_nodes(const Animation& animation);
+
+/// Reads skins, and the vertices of those primitives that move, have a skin or morph targets. Returns Scene::turned.
+/// Throws Error(Work) on joints and counts that do not fit.
+std::vector<bool> read_moving(GltfFile& file, const std::vector<PlacedPrimitive>& placed, Animation& to);
 
 }  // namespace ballot

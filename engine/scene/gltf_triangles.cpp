@@ -46,6 +46,10 @@ struct Uses {
     return static_cast<std::size_t>(file().model.nodes[p.node].mesh);
   }
   bool moves(const PlacedNode& p) const { return !source.moves.empty() && source.moves[p.node]; }
+  /// Returns true if a kept mesh is needed as in the file, or turned, where a node places it by this matrix.
+  bool needs(const PlacedNode& p, const glm::dmat4& world, bool turned) const {
+    return mirrors(world) == turned || (!source.turns.empty() && source.turns[p.node]);
+  }
   /// Returns true if a skin or morph targets deform the mesh of a node.
   bool deforms(const PlacedNode& p) const {
     return file().model.nodes[p.node].skin != -1 ||
@@ -139,11 +143,13 @@ SceneSizes sizes_of(const Uses& uses, const Scene& scene) {
     const auto found = sizes.kept.find(uses.mesh_number(p));
     if (found == sizes.kept.end() || uses.deforms(p)) return;
     uses.for_each_use(p, [&](const glm::dmat4& world, const glm::dmat4&, bool) {
-      found->second.placeable += is_placeable(transform_of(world)) ? 1 : 0;
+      if (!is_placeable(transform_of(world))) return;
+      ++found->second.placeable;
+      for (const bool turned : {false, true}) found->second.made[turned] |= uses.needs(p, world, turned);
     });
   });
   for (const auto& [number, m] : sizes.kept)
-    if (m.placeable > 0) sizes.held -= m.triangles * (m.placeable - 1);
+    sizes.held = sizes.held + m.triangles * (m.made[0] + m.made[1]) - m.triangles * m.placeable;
   return sizes;
 }
 
@@ -192,22 +198,26 @@ void read_triangles(const TriangleSource& source, Scene& scene, MovingPlaces* wh
   uses.for_each_node([&](const PlacedNode& p, const std::vector<OpenPrimitive>& mesh) {
     const bool keep = sizes.kept.contains(uses.mesh_number(p)) && !uses.deforms(p);
     uses.for_each_use(p, [&](const glm::dmat4& world, const glm::dmat4& node_from_mesh, bool instanced) {
-      const auto append = [&](const glm::dmat4& matrix, std::vector<PlacedPrimitive>* to) {
+      const auto append = [&](const glm::dmat4& matrix, bool turned, std::vector<PlacedPrimitive>* to) {
         for (const OpenPrimitive& primitive : mesh) {
           if (to && primitive.triangle_count > 0)
-            to->push_back({&primitive, p.node, node_from_mesh, instanced, scene.triangles.size()});
-          append_primitive(source.file, primitive, matrix, sizes.carried, scene);
+            to->push_back({&primitive, p.node, node_from_mesh, instanced, turned, scene.triangles.size()});
+          append_primitive(source.file, primitive, matrix, turned, sizes.carried, scene);
         }
       };
-      if (const Transform transform = transform_of(world); keep && is_placeable(transform)) {
-        const auto once = [&] { append(glm::dmat4{1}, nullptr); };
-        const std::uint32_t instance = writer.place(uses.mesh_number(p), transform, once);
-        if (where && uses.moves(p))
-          where->instances.push_back({instance, static_cast<std::uint32_t>(p.node), node_from_mesh});
-      } else {
-        append(world, where ? &where->primitives : nullptr);
+      const Transform transform = transform_of(world);
+      if (!keep || !is_placeable(transform)) {
+        append(world, mirrors(world), where ? &where->primitives : nullptr);
         copied += keep ? 1 : 0;
+        return;
       }
+      MovingPlacement moving{.node = static_cast<std::uint32_t>(p.node), .node_from_mesh = node_from_mesh};
+      for (const bool turned : {false, true})
+        if (uses.needs(p, world, turned))
+          moving.meshes[turned] =
+              writer.number_of(uses.mesh_number(p), turned, [&](bool t) { append(glm::dmat4{1}, t, nullptr); });
+      moving.placement = writer.place(moving.meshes[mirrors(world)], transform);
+      if (where && uses.moves(p)) where->instances.push_back(moving);
     });
   });
   writer.finish();

@@ -26,6 +26,7 @@ struct TriangleSource {
   const OpenMeshes& meshes;
   const std::vector<PlacedNode>& placed;
   const std::vector<bool>& moves;  // each node: moving_nodes(); empty: nothing moves
+  const std::vector<bool>& turns;  // each node: turning_nodes(); empty: nothing moves
 };
 
 /// Reads the triangles, numbered as load_scene() says. `where`, if set, gets the place of each primitive and of each

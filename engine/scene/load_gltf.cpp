@@ -52,7 +52,7 @@ void read_views(const GltfFile& file, const std::vector<PlacedNode>& placed, Sce
 /// place them.
 void read_motion(GltfFile& file, Animation animation, const std::vector<bool>& moves, const MovingPlaces& where,
                  const std::vector<PlacedNode>& placed, Scene& scene) {
-  read_moving(file, where.primitives, animation);
+  scene.turned = read_moving(file, where.primitives, animation);
   animation.placements = where.instances;
   const auto node_of = [&](const PlacedNode& p) { return moves[p.node] ? static_cast<int>(p.node) : -1; };
   std::size_t light = 0, view = 0;  // they are in the order of their nodes
@@ -81,15 +81,16 @@ Scene load_gltf(const std::filesystem::path& path, const LoadOptions& options) {
   Scene scene;
   MovingPlaces where;
   std::optional<Animation> animation;
-  std::vector<bool> moves;
+  std::vector<bool> moves, turns;
   if (may_move(file)) {
     animation = read_animation(file, parents);
     moves = moving_nodes(*animation);
+    turns = turning_nodes(*animation);
   }
   scene.notes = std::move(file.notes);
   file.notes.clear();
   read_materials(file, meshes, scene);
-  read_triangles({file, meshes, placed, moves}, scene, animation ? &where : nullptr);
+  read_triangles({file, meshes, placed, moves, turns}, scene, animation ? &where : nullptr);
   read_lights(file, placed, scene);
   read_views(file, placed, scene);
   if (animation) read_motion(file, std::move(*animation), moves, where, placed, scene);

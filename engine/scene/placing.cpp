@@ -33,11 +33,11 @@ Transform transform_of(const glm::dmat4& m) {
 
 glm::dmat3 normal_matrix(const glm::dmat4& m) {
   const glm::dvec3 a{m[0]}, b{m[1]}, c{m[2]};
-  const double sign = determinant(m) < 0 ? -1 : 1;
+  const double sign = mirrors(m) ? -1 : 1;
   return {sign * glm::cross(b, c), sign * glm::cross(c, a), sign * glm::cross(a, b)};
 }
 
-float facing_of(const glm::dmat4& m) { return determinant(m) < 0 ? -1.0f : 1.0f; }
+bool mirrors(const glm::dmat4& m) { return determinant(m) < 0; }
 
 glm::vec3 unit_or_zero(const glm::dvec3& n) {
   const double length = glm::length(n);

@@ -21,9 +21,8 @@ Transform transform_of(const glm::dmat4& m);
 /// Returns the inverse transpose up to a positive factor: the cofactors, with the sign of the determinant.
 glm::dmat3 normal_matrix(const glm::dmat4& m);
 
-/// Returns -1 if the matrix mirrors, else 1. Mirroring reverses the winding of triangles, so their geometric
-/// normals take this sign.
-float facing_of(const glm::dmat4& m);
+/// Returns true if the matrix mirrors: its determinant is negative. Mirroring reverses the winding of triangles.
+bool mirrors(const glm::dmat4& m);
 
 /// Returns the unit vector, or zero if the normal is too short or not finite.
 glm::vec3 unit_or_zero(const glm::dvec3& n);

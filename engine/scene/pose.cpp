@@ -1,6 +1,7 @@
 #include "engine/scene/pose.h"
 
 #include <cmath>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
@@ -89,12 +90,13 @@ std::vector<PosedVertex> place_part(const Animation& animation, const MovingPart
 }
 
 /// Writes the triangles of a part, whose normals are of unit length or zero, and their normals if the scene has some.
-void write_triangles(const Animation& animation, const MovingPart& part, float facing,
+void write_triangles(const Animation& animation, const MovingPart& part, bool turned,
                      std::span<const PosedVertex> vertices, Pose& pose) {
   const MovingMesh& mesh = animation.vertices.meshes[part.mesh];
   for_chunks(mesh.triangles, kChunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t* corners = &animation.vertices.corners[mesh.first_corner + 3 * i];
+      const std::uint32_t* given = &animation.vertices.corners[mesh.first_corner + 3 * i];
+      const std::array<std::uint32_t, 3> corners{given[0], given[turned ? 2 : 1], given[turned ? 1 : 2]};
       Triangle& triangle = pose.triangles[part.first_triangle + i];
       for (std::size_t k = 0; k < 3; ++k) {
         triangle[k] = vertices[corners[k]].position;
@@ -105,7 +107,7 @@ void write_triangles(const Animation& animation, const MovingPart& part, float f
       if (pose.normals.empty()) continue;
       for (std::size_t k = 0; k < 3; ++k) {
         glm::vec3 normal = vertices[corners[k]].normal;
-        if (normal == glm::vec3{0}) normal = facing * geometric_normal(triangle);
+        if (normal == glm::vec3{0}) normal = geometric_normal(triangle);
         pose.normals[part.first_triangle + i][k] = normal;
       }
     }
@@ -124,13 +126,20 @@ void pose_triangles(const Animation& animation, const NodePose& nodes, const Ver
       for (std::size_t v = begin; v < end; ++v) posed[v].normal = unit_or_zero(glm::dvec3{posed[v].normal});
     });
   }
-  for (const MovingPart& part : animation.parts) {
-    const float facing = facing_of(world_from_mesh(animation, part, nodes, 0));
+  for (std::size_t i = 0; i < animation.parts.size(); ++i) {
+    const MovingPart& part = animation.parts[i];
     if (part.deforms)
-      write_triangles(animation, part, facing, std::span(posed).subspan(part.first_posed), pose);
+      write_triangles(animation, part, pose.turned[i], std::span(posed).subspan(part.first_posed), pose);
     else
-      write_triangles(animation, part, facing, place_part(animation, part, nodes), pose);
+      write_triangles(animation, part, pose.turned[i], place_part(animation, part, nodes), pose);
   }
+}
+
+/// Exchanges corners 1 and 2 of what triangles have. Returns false if they have none.
+template <class Item>
+bool turn(std::vector<std::array<Item, 3>>& of, std::size_t first, std::size_t count) {
+  for (std::size_t i = first; i < first + count && !of.empty(); ++i) std::swap(of[i][1], of[i][2]);
+  return !of.empty();
 }
 
 }  // namespace
@@ -140,6 +149,30 @@ glm::dmat4 world_from_mesh(const Animation& animation, const MovingPart& part, c
   if (!part.skin) return nodes.world_from_node[part.node] * part.node_from_mesh;
   const Skin& skin = animation.skins[*part.skin];
   return nodes.world_from_node[skin.joints[joint]] * skin.joint_from_mesh[joint];
+}
+
+std::vector<bool> turned_parts(const Animation& animation, const NodePose& nodes) {
+  std::vector<bool> turned;
+  for (const MovingPart& part : animation.parts) {
+    const std::size_t joints = part.skin ? animation.skins[*part.skin].joints.size() : 1;
+    std::size_t mirrored = 0;
+    for (std::size_t j = 0; j < joints; ++j) mirrored += mirrors(world_from_mesh(animation, part, nodes, j)) ? 1 : 0;
+    turned.push_back(2 * mirrored > joints);
+  }
+  return turned;
+}
+
+bool turn_corners(Scene& scene, std::vector<bool>& turned) {
+  bool changed = false;
+  for (std::size_t p = 0; p < turned.size(); ++p) {
+    if (turned[p] == scene.turned[p]) continue;
+    const MovingPart& part = scene.animation->parts[p];
+    const std::size_t count = scene.animation->vertices.meshes[part.mesh].triangles;
+    for (auto& uvs : scene.uvs) changed |= turn(uvs, part.first_triangle, count);
+    changed |= turn(scene.colors, part.first_triangle, count);
+  }
+  scene.turned.swap(turned);
+  return changed;
 }
 
 PoseInput pose_input(const Animation& animation, const NodePose& nodes) {
@@ -196,6 +229,7 @@ Pose pose_at(const Scene& scene, const AnimationClip* clip, double seconds, cons
   pose.lights = std::move(carried.lights);
   pose.views = std::move(carried.views);
   pose.moves_triangles = !animation.parts.empty();
+  pose.turned = turned_parts(animation, nodes);
   pose.moves_lights = carried.moves_lights;
   if (pose.moves_triangles) {
     std::size_t moving = 0;
@@ -206,8 +240,10 @@ Pose pose_at(const Scene& scene, const AnimationClip* clip, double seconds, cons
     pose_triangles(animation, nodes, poser, pose);
   }
   pose.moved.clear();
-  for (const MovingPlacement& p : animation.placements)
-    pose.moved.push_back({p.placement, transform_of(nodes.world_from_node[p.node] * p.node_from_mesh)});
+  for (const MovingPlacement& p : animation.placements) {
+    const glm::dmat4 world = nodes.world_from_node[p.node] * p.node_from_mesh;
+    pose.moved.push_back({p.placement, {p.meshes[mirrors(world)], transform_of(world)}});
+  }
   return pose;
 }
 
@@ -216,9 +252,10 @@ void set_pose(Scene& scene, const AnimationClip* clip, double seconds) {
   if (pose.moves_triangles) {
     scene.triangles = std::move(pose.triangles);
     scene.normals = std::move(pose.normals);
+    turn_corners(scene, pose.turned);
     scene.bounds = bounds_of_vertices(scene.triangles, scene.name);
   }
-  for (const Pose::Moved& m : pose.moved) scene.instances.placements[m.placement].transform = m.transform;
+  for (const Pose::Moved& m : pose.moved) scene.instances.placements[m.placement] = m.to;
   if (scene.instanced()) {
     check_instances(scene);
     scene.bounds = bounds_of_instances(scene);

@@ -22,6 +22,14 @@ PoseInput pose_input(const Animation& animation, const NodePose& nodes);
 glm::dmat4 world_from_mesh(const Animation& animation, const MovingPart& part, const NodePose& nodes,
                            std::size_t joint);
 
+/// Returns for each part whether its triangles are mirrored, by the matrix of its node, or by most joints of its skin.
+/// Corners 1 and 2 of its triangles have changed places then, as glTF 2.0 has it (3.7.4).
+std::vector<bool> turned_parts(const Animation& animation, const NodePose& nodes);
+
+/// Makes texture coordinates and colours of a scene follow its triangles, whose parts are `turned` now, and exchanges
+/// that with what the scene has. Returns true if any have changed.
+bool turn_corners(Scene& scene, std::vector<bool>& turned);
+
 /// A vertex of a part in world space. The normal is of any length; zero: there is none.
 struct PosedVertex {
   glm::vec3 position{0}, normal{0};
@@ -48,10 +56,11 @@ struct Pose {
   std::vector<Light> lights;
   std::vector<View> views;
   bool moves_triangles = false, moves_lights = false;  // false: they are as before
+  std::vector<bool> turned = {};                       // turned_parts()
   /// The instances that moved, and where they lie.
   struct Moved {
     std::uint32_t placement;
-    Transform transform;
+    Placement to;
   };
   std::vector<Moved> moved = {};
 };

@@ -66,6 +66,7 @@ struct Scene {
   Bounds bounds;                   // of all vertices; zero for an empty scene
   std::vector<std::string> notes;  // what the loader ignored or mended, one sentence each
   std::shared_ptr<const Animation> animation;  // null: nothing moves
+  std::vector<bool> turned;  // each part of the animation: its triangles' corners 1 and 2 have changed places (pose.h)
 
   bool instanced() const { return !instances.placements.empty(); }
 };

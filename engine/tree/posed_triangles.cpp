@@ -42,7 +42,7 @@ Tables tables_of(const Animation& animation) {
     const std::uint32_t first = part.deforms ? part.first_posed : std::uint32_t(tables.part_of.size());
     if (!part.deforms) tables.part_of.insert(tables.part_of.end(), mesh.vertices, std::uint32_t(tables.parts.size()));
     tables.parts.push_back({std::uint32_t(part.first_triangle), tables.triangles, mesh.first_corner, first,
-                            mesh.first_vertex, !part.deforms});
+                            mesh.first_vertex, !part.deforms, 0});
     tables.triangles += mesh.triangles;
   }
   return tables;
@@ -67,6 +67,7 @@ std::optional<Bounds> bounds_of_still(const Scene& scene) {
 }  // namespace
 
 struct PosedTriangles::Memory {
+  std::vector<MovedPart> moved;
   Buffer<MovedPart> parts;
   Buffer<PartPlace> places;
   Buffer<std::uint32_t> part_of, corners;
@@ -74,13 +75,13 @@ struct PosedTriangles::Memory {
   Buffer<PoseState> state;
 
   Memory(Context& gpu, const Animation& a, const Tables& t)
-      : parts(gpu, t.parts.size(), Access::Storage, "parts that move"),
+      : moved(t.parts),
+        parts(gpu, t.parts.size(), Access::Storage, "parts that move"),
         places(gpu, t.parts.size(), Access::Storage, "places of parts"),
         part_of(gpu, t.part_of.size(), Access::Storage, "parts of placed vertices"),
         corners(gpu, a.vertices.corners.size(), Access::Storage, "corners of triangles that move"),
         placed(gpu, t.part_of.size(), Access::Storage, "placed vertices"),
         state(gpu, 1, Access::Storage, "state of a pose") {
-    parts.upload(t.parts);
     part_of.upload(t.part_of);
     corners.upload(a.vertices.corners);
   }
@@ -117,9 +118,11 @@ void PosedTriangles::upload_places(const NodePose& nodes) {
       for (int column = 0; column < 4; ++column) places[i].world[4 * row + column] = world[column][row];
     for (int row = 0; row < 3; ++row)
       for (int column = 0; column < 3; ++column) places[i].normal[3 * row + column] = turn[column][row];
-    places[i].facing = facing_of(world);
   }
   memory_->places.upload(places);
+  const std::vector<bool> turned = turned_parts(animation_, nodes);
+  for (std::size_t i = 0; i < turned.size(); ++i) memory_->moved[i].turned = turned[i];
+  memory_->parts.upload(memory_->moved);
 }
 
 /// Records the placing of vertices.
@@ -177,7 +180,6 @@ void PosedTriangles::write(Buffer<glm::uvec4>& triangles, Buffer<glm::uvec4>* no
     k.bind(BIND_POSE_CORNERS, m.corners);
     k.bind(BIND_POSE_POSED, poser_.posed());
     k.bind(BIND_POSE_PLACED, m.placed);
-    if (normals) k.bind(BIND_POSE_PLACES, m.places);
   }
   kernel->bind(BIND_POSE_TRIANGLE_TEXELS, triangles);
   if (normals) kernel->bind(BIND_POSE_NORMAL_TEXELS, *normals);

@@ -9,7 +9,6 @@
 layout(set = 0, binding = BIND_POSE_TRIANGLE_TEXELS, std430) buffer TriangleTexels { uvec4 triangle_texels[]; };
 #if BALLOT_POSE_NORMALS
 layout(set = 0, binding = BIND_POSE_NORMAL_TEXELS, std430) writeonly buffer NormalTexels { uvec4 normal_texels[]; };
-layout(set = 0, binding = BIND_POSE_PLACES, scalar) readonly buffer Places { PartPlace places[]; };
 #include "../lib/pose/unit.glsl"
 
 // Returns the unit normal of a triangle by the right-hand rule; (0, 1, 0) if it has no area.
@@ -21,8 +20,7 @@ vec3 geometric_normal(vec3 a, vec3 b, vec3 c) {
 
 void main() {
   for (uint i = gl_GlobalInvocationID.x; i < push.items; i += gl_NumWorkGroups.x * POSE_GROUP) {
-    uint number = part_of_triangle(i);
-    MovedPart part = moved[number];
+    MovedPart part = moved[part_of_triangle(i)];
     uint to = 3u * (part.first_triangle + (i - part.first_moved));
     Vertex v[3];
     for (uint k = 0u; k < 3u; ++k) {
@@ -32,8 +30,7 @@ void main() {
 #if BALLOT_POSE_NORMALS
     for (uint k = 0u; k < 3u; ++k) {
       vec3 n = part.whole != 0u ? v[k].normal : unit_or_zero(dvec3(v[k].normal));
-      if (n == vec3(0.0))
-        n = float(places[number].facing) * geometric_normal(v[0].position, v[1].position, v[2].position);
+      if (n == vec3(0.0)) n = geometric_normal(v[0].position, v[1].position, v[2].position);
       normal_texels[to + k] = uvec4(floatBitsToUint(n), 0u);
     }
 #endif

@@ -55,15 +55,14 @@ struct MovedPart {
   uint first_corner;
   uint first_posed;  // its first vertex among those that are posed, or placed
   uint first_vertex;
-  uint whole;  // 1: it moves as a whole, and its vertices are placed
+  uint whole;   // 1: it moves as a whole, and its vertices are placed
+  uint turned;  // 1: corners 1 and 2 change places, as its matrix mirrors
 };
 
-// Where a part lies: rows of the matrix from its mesh to the world, rows of the matrix of its normals, and -1 if the
-// former mirrors, else 1.
+// Where a part lies: rows of the matrix from its mesh to the world, and rows of the matrix of its normals.
 struct PartPlace {
   double world[12];
   double normal[9];
-  double facing;
 };
 
 // The bounds of the triangles that have moved, as ordered() of lib/build/order.glsl, and whether a coordinate leaves

@@ -93,6 +93,31 @@ TEST_F(ApiInstances, InstancesNameInstanceAndPrimitive) {
   EXPECT_EQ(std::memcmp(read.data(), hits.data(), sizeof(ballot::Hit) * 4), 0);
 }
 
+// A mirrored instance is what a flat scene of the moved vertices is: it shows the other side of its triangles.
+TEST_F(ApiInstances, MirrorsAreThoseOfMovedVertices) {
+  Grid moved(2);
+  for (std::size_t i = 0; i < moved.positions.size(); i += 3) moved.positions[i] *= -1, moved.positions[i + 1] *= 2;
+  const std::vector<float> mirror{-1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0}, whole{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  ballot::Scene flat(*device_, {moved.mesh()}), placed(*device_, {Grid(2).mesh()}, {.transforms = mirror});
+  ballot::Scene turned(*device_, {Grid(2).mesh()}, {.transforms = whole});
+  turned.update_instances(mirror);
+  const std::vector<ballot::Ray> rays{{{-0.4f, 1.5f, 2}, 0, {0, 0, -1}, 10}, {{-0.8f, 0.3f, -2}, 0, {0, 0, 1}, 10}};
+  std::vector<ballot::Hit> hits[3];
+  std::vector<float> normals[3];
+  int number = 0;
+  for (ballot::Scene* scene : {&flat, &placed, &turned}) {
+    hits[number].resize(2), normals[number].resize(6);
+    EXPECT_EQ(scene->trace(rays, {.hits = hits[number].data(), .normals = normals[number].data()}).hits, 2u);
+    EXPECT_EQ(normals[number], (std::vector<float>{0, 0, -1, 0, 0, -1}));
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_EQ(hits[number][i].prim, hits[0][i].prim);
+      EXPECT_NEAR(hits[number][i].u, hits[0][i].u, 1e-6f);
+      EXPECT_NEAR(hits[number][i].v, hits[0][i].v, 1e-6f);
+    }
+    ++number;
+  }
+}
+
 TEST_F(ApiInstances, WrongInstancesAreNamed) {
   const std::vector<float> good{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   std::vector<float> two = good;

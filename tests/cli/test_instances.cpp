@@ -22,7 +22,7 @@ class InstancesCli : public Cli {
 TEST_F(InstancesCli, CommandsTakeThem) {
   const Result info =
       succeed({"info", "row.glb", "--instances", "keep", "--triangles", "kept.npy", "--json", "i.json"});
-  expect_parts(info.out, {"scene row: 3 triangles", "3 instances of 1 meshes, which are kept once: 1 triangles",
+  expect_parts(info.out, {"scene row: 3 triangles", "3 instances of 2 meshes, which are kept once: 2 triangles",
                           "; 1 triangles move", "wrote 3 triangles"});
   EXPECT_EQ(json("i.json")["instances"], 3);
   rays(256);

@@ -24,8 +24,9 @@ TEST(GltfInstances, TranslationRotationAndScale) {
   const Scene scene = b.load();
   ASSERT_EQ(scene.triangles.size(), 2u);
   EXPECT_EQ(scene.triangles[0], (Triangle{{{1, 0, 10}, {2, 0, 10}, {1, 1, 10}}}));
-  // Half a turn about z of a triangle that is twice as long along x and mirrored along y, then moved.
-  EXPECT_EQ(scene.triangles[1], (Triangle{{{0, 5, 10}, {-2, 5, 10}, {0, 8, 10}}}));
+  // Half a turn about z of a triangle that is twice as long along x and mirrored along y, then moved. The mirror turns
+  // its corners.
+  EXPECT_EQ(scene.triangles[1], (Triangle{{{0, 5, 10}, {0, 8, 10}, {-2, 5, 10}}}));
   EXPECT_TRUE(scene.notes.empty());
 }
 

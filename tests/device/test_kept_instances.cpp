@@ -134,6 +134,49 @@ TEST_F(KeptInstances, PicturesAreThoseOfCopies) {
   expect_silent(*gpu_);
 }
 
+// A mirrored ball of glass is one of glass, not a bubble of air in it: what is behind it looks as through its like.
+TEST_F(KeptInstances, MirroredGlassIsGlass) {
+  const auto seen = [](float sign, InstancePolicy policy) {
+    GltfBuilder b;
+    b.json["materials"] = nlohmann::json::array();
+    add_ball(b, {{"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}},
+                 {"pbrMetallicRoughness", {{"roughnessFactor", 0}, {"metallicFactor", 0}}}});
+    b.json["materials"].push_back({{"emissiveFactor", {1, 1, 1}}});
+    const int floor = b.mesh(b.vec3({-9, -1, -9, -9, -1, 9, 9, -1, 9, -9, -1, -9, 9, -1, 9, 9, -1, -9}));
+    b.primitive(floor)["material"] = 1;
+    b.json["extensionsUsed"] = {"KHR_materials_transmission"};
+    b.node({{"mesh", 0}, {"scale", {sign * 2.5, 2.5, 2.5}}});
+    b.node({{"mesh", 0}, {"translation", {0, 40, 0}}});
+    b.node({{"mesh", floor}});
+    return picture(*engine_of(loaded(b, policy)), "whitted");
+  };
+  const Image plain = seen(1, InstancePolicy::Copy);
+  double whole = 0;
+  for (const float g : plain.channel("G").floats) whole += g;
+  for (const InstancePolicy policy : {InstancePolicy::Copy, InstancePolicy::Keep}) {
+    const Image mirrored = seen(-1, policy);
+    double apart = 0;
+    for (std::size_t i = 0; i < plain.channel("G").floats.size(); ++i)
+      apart += std::abs(plain.channel("G").floats[i] - mirrored.channel("G").floats[i]);
+    EXPECT_LT(apart, 0.02 * whole);
+  }
+}
+
+// Instances that a clip mirrors take the mesh that is turned, and back.
+TEST_F(KeptInstances, ClipsThatMirrorThem) {
+  AnimatedBuilder b = balls();
+  const int scales = b.vec3({1, 1, 1, 1, -1, 1});
+  b.channel(0, "scale", {0, 1}, scales);
+  const Both e = both(b);
+  for (const double seconds : {0.75, 0.25, 1.0}) {
+    e.kept->set_time(0, seconds);
+    e.copied->set_time(0, seconds);
+    for (const char* shading : {"normals", "whitted"})
+      expect_alike(picture(*e.kept, shading), picture(*e.copied, shading), std::to_string(seconds), 0.03);
+  }
+  expect_silent(*gpu_);
+}
+
 TEST_F(KeptInstances, TransparentOnesToo) {
   const Both e = both(balls(true));
   // Whether a half transparent surface stops a ray hangs on the bits of the ray, which are the same at the camera.

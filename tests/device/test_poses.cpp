@@ -4,6 +4,7 @@
 #include <set>
 
 #include "engine/ballot.h"
+#include "tests/cpu/animated.h"
 #include "tests/cpu/random_animation.h"
 #include "tests/device/fixture.h"
 #include "tests/device/ray_sets.h"
@@ -127,6 +128,48 @@ TEST_F(Poses, TrianglesThatStayOnTheDevice) {
   engine.move(dance().triangles, UpdateMode::Refit);
   engine.set_time(0, 0.25);
   EXPECT_EQ(engine.scene().triangles, dance_at(0.25).triangles);
+  expect_silent(*gpu);
+}
+
+// Parts that a clip mirrors: their corners change places, with their colours, on the device as here. One moves as a
+// whole and has a corner without a normal; the other has a morph target.
+TEST_F(Poses, MirroredPartsTurnTheirCorners) {
+  auto gpu = std::make_shared<Context>(options());
+  if (!gpu->info().float64) GTEST_SKIP() << "the device has no float64";
+  test::AnimatedBuilder b = test::one_triangle();
+  for (int mesh = 0; mesh < 2; ++mesh) {
+    if (mesh == 1) b.mesh(b.vec3({0, 0, 1, 1, 0, 1.25f, 0, 1, 1.5f}));
+    auto& attributes = b.primitive(mesh)["attributes"];
+    attributes["NORMAL"] = b.vec3({0, 0, 0, 0, 0, 1, 0, 0.6f, 0.8f});
+    attributes["COLOR_0"] = b.vec3({1, 0, 0, 0, 1, 0, 0, 0, 1});
+  }
+  b.primitive(1)["targets"] = {{{"POSITION", b.vec3({0, 0, 0, 0, 0, 1, 0, 1, 0})}}};
+  b.json["meshes"][1]["weights"] = {0.5};
+  b.node({{"mesh", 1}});
+  const int scales = b.vec3({1, 1, 1, -1, 1, 1});
+  for (const int node : {0, 1}) b.channel(node, "scale", {0, 1}, scales);
+  EngineOptions there = on(gpu);
+  there.build.builder = BuilderId::Device;
+  Engine engine(b.load(), there);
+  const RenderOptions look{.width = 32, .height = 32, .shading = "albedo", .query = {.method = "while-while"}};
+  for (const double seconds : {0.75, 0.25, 1.0, 0.875}) {
+    SCOPED_TRACE(seconds);
+    engine.set_time(0, seconds);
+    Scene here = b.load();
+    set_pose(here, &here.animation->clips[0], seconds);
+    const Buffer<Triangle>& moved = engine.tracer().tree().built()->triangles();
+    std::vector<Triangle> triangles(moved.size());
+    moved.download(triangles);
+    EXPECT_EQ(triangles, here.triangles);
+    Engine fresh(here, there);
+    const Image a = engine.render(here.views[0], look), wanted = fresh.render(here.views[0], look);
+    for (std::size_t c = 0; c < a.channels.size(); ++c)
+      for (std::size_t i = 0; i < a.channels[c].floats.size(); ++i)
+        ASSERT_NEAR(a.channels[c].floats[i], wanted.channels[c].floats[i], 1e-5) << a.channels[c].name << " " << i;
+    EXPECT_EQ(engine.scene().normals, here.normals);
+    EXPECT_EQ(engine.scene().colors, here.colors);
+    EXPECT_EQ(engine.scene().turned, here.turned);
+  }
   expect_silent(*gpu);
 }
 

@@ -23,6 +23,7 @@ uint part_of_triangle(uint triangle) {
 }
 
 Vertex corner_of(MovedPart part, uint triangle, uint corner) {
+  if (part.turned != 0u) corner = (3u - corner) % 3u;
   uint v = part.first_posed + corners[part.first_corner + 3u * (triangle - part.first_moved) + corner];
   if (part.whole != 0u) return Vertex(placed[v].position, placed[v].normal);
   return Vertex(posed[v].position, posed[v].normal);
