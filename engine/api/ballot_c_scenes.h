@@ -62,7 +62,7 @@ typedef struct BallotInstances {
   size_t count;
   const uint32_t* meshes; /* number of each instance's mesh, from 0; NULL: 0 */
   /* A 3 x 4 matrix of each instance, row by row, 12 floats: a point p of the mesh lies at m[0..2] . p + m[3] along x,
-   * and so on. Finite and invertible; mirrors are allowed. */
+   * and so on. Finite and invertible; a mirror turns the triangles round, as moved vertices are. */
   const float* transforms;
   size_t transform_stride; /* bytes from one matrix to the next, a multiple of 4; 0: 48. Of 4 x 4 matrices: 64 */
 } BallotInstances;

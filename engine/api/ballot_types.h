@@ -97,7 +97,7 @@ struct Mesh {
 
 /// Where meshes lie in the world, in the caller's memory, read before the call returns: a 3 x 4 matrix for each
 /// instance, row by row. A point p of the mesh lies at m[0..2] . p + m[3], and so on for y and z. Reflections
-/// (negative determinants) are allowed.
+/// (negative determinants) turn the triangles round, as moving the vertices of a flat scene does.
 struct Instances {
   std::span<const float> transforms;           // 12 floats each, or as `stride` says
   std::span<const std::uint32_t> meshes = {};  // number of each instance's mesh; empty: 0

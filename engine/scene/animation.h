@@ -101,6 +101,7 @@ struct MovingPart {
   std::optional<std::uint32_t> skin = {};
   glm::dmat4 node_from_mesh{1};    // of an instance
   std::size_t first_triangle = 0;  // of the scene
+  std::vector<float> pull = {};    // of each joint of the skin: the sum of its weights
   /// Deformed parts, which have a skin or morph targets, are posed vertex by vertex in float32. These are their places
   /// in the arrays of PoseInput and in the posed vertices.
   bool deforms = false;

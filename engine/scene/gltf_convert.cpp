@@ -45,6 +45,7 @@ const tinygltf::Value* glossiness_of(const tinygltf::Material& from) {
   return found == from.extensions.end() || !found->second.IsObject() || other ? nullptr : &found->second;
 }
 
+/// Returns the use of a texture that the extension names.
 TextureUse gloss_texture(const tinygltf::Value& from, const char* key, Texels texels, GltfTextures& textures,
                          const std::string& place) {
   if (!from.Has(key) || !from.Get(key).IsObject()) return {};

@@ -44,6 +44,7 @@ std::optional<RawBytes> decoded_base64(std::string_view text) {
   return bytes;
 }
 
+/// Returns a text in lower case.
 std::string lower(std::string_view text) {
   std::string to(text);
   std::ranges::transform(to, to.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -66,6 +67,7 @@ RawBytes read_buffer_file(const GltfFile& file, const std::string& name) {
   return {first, first + bytes.size()};
 }
 
+/// Reads a buffer: byteLength bytes from where its JSON says.
 tinygltf::Buffer read_buffer(const GltfFile& file, const GltfJson& from, const std::string& place,
                              std::optional<std::span<const std::byte>> chunk) {
   tinygltf::Buffer to;
@@ -98,6 +100,7 @@ tinygltf::Buffer read_buffer(const GltfFile& file, const GltfJson& from, const s
   return to;
 }
 
+/// Reads an image of a data URI, or notes where it is.
 tinygltf::Image read_image(const GltfFile& file, const GltfJson& from, const std::string& place, std::size_t views) {
   tinygltf::Image to;
   to.name = text_in(from, "name");

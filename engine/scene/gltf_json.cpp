@@ -18,6 +18,7 @@ enum class JsonType { Index, Text, List, Object, Number };
 constexpr std::array<const char*, 5> kJsonTypeWords{"a whole number, not below 0", "a text", "an array", "an object",
                                                     "a number"};
 
+/// Returns true if a value is of this type.
 bool is_of(const GltfJson& value, JsonType type) {
   switch (type) {
     case JsonType::Index:
@@ -100,6 +101,7 @@ struct ObjectPlace {
   }
 };
 
+/// Throws Error(Work) that names the object.
 template <class... Args>
 [[noreturn]] void refuse_object(const GltfFile& file, const ObjectPlace& where, fmt::format_string<Args...> text,
                                 Args&&... args) {
@@ -107,11 +109,13 @@ template <class... Args>
           fmt::format(text, std::forward<Args>(args)...));
 }
 
+/// Throws Error(Work) about a member with a wrong value.
 [[noreturn]] void refuse_value(const GltfFile& file, const ObjectPlace& where, const GltfJson& found,
                                std::string_view name, std::string_view expected) {
   refuse_object(file, where, "has {} as its {}; expected {}", found.dump().substr(0, 40), name, expected);
 }
 
+/// Checks that an object has a member of this type.
 void check_member(const GltfFile& file, const GltfJson& object, const ObjectPlace& where, const char* name,
                   JsonType type) {
   const GltfJson* found = member(object, name);
@@ -162,6 +166,7 @@ void check_values(const GltfFile& file, std::string_view list, const GltfJson& o
     });
 }
 
+/// Checks the lights of KHR_lights_punctual.
 void check_lights(const GltfFile& file, const GltfJson& root) {
   const GltfJson* lights = extension_of(root, "KHR_lights_punctual");
   if (!lights) return;

@@ -85,13 +85,17 @@ class MovingReader {
     return static_cast<std::uint32_t>(entry->second);
   }
 
-  /// Checks the joints of a mesh against a skin that it is used with.
-  void check_joints(const OpenPrimitive& primitive, const MovingMesh& mesh, std::size_t skin) const {
-    const std::size_t joints = to_.skins[skin].joints.size();
-    for (std::size_t i = 0; i < std::size_t{mesh.vertices} * mesh.influences; ++i)
-      if (const std::uint32_t joint = all_.influences[mesh.first_influence + i].joint; joint >= joints)
-        fail_in(file_.path, "{} vertex {} names joint {}, but {} has {}", primitive.place, i / mesh.influences, joint,
-                label("skin", skin, file_.model.skins[skin].name), joints);
+  /// Checks the joints of a mesh against a skin that it is used with. Returns MovingPart::pull.
+  std::vector<float> checked_pull(const OpenPrimitive& primitive, const MovingMesh& mesh, std::size_t skin) const {
+    std::vector<float> pull(to_.skins[skin].joints.size());
+    for (std::size_t i = 0; i < std::size_t{mesh.vertices} * mesh.influences; ++i) {
+      const Influence& influence = all_.influences[mesh.first_influence + i];
+      if (influence.joint >= pull.size())
+        fail_in(file_.path, "{} vertex {} names joint {}, but {} has {}", primitive.place, i / mesh.influences,
+                influence.joint, label("skin", skin, file_.model.skins[skin].name), pull.size());
+      pull[influence.joint] += influence.weight;
+    }
+    return pull;
   }
 
  private:
@@ -246,8 +250,10 @@ std::vector<bool> moving_nodes(const Animation& animation) {
 std::vector<bool> turning_nodes(const Animation& animation) {
   return at_and_below(animation, [&](const AnimationClip& clip, const AnimationChannel& c) {
     const glm::dvec3& rest = animation.nodes[c.node].rest.scale;
+    const Keys& keys = clip.samplers[c.sampler];
     return c.path == ChannelPath::Scale &&
-           (std::min({rest.x, rest.y, rest.z}) < 0 || std::ranges::min(clip.samplers[c.sampler].values) < 0);
+           (std::min({rest.x, rest.y, rest.z}) < 0 || std::ranges::min(keys.values) < 0 ||
+            keys.interpolation == Interpolation::CubicSpline);  // which may overshoot
   });
 }
 
@@ -267,7 +273,7 @@ std::vector<bool> read_moving(GltfFile& file, const std::vector<PlacedPrimitive>
                     .first_triangle = p.first_triangle,
                     .deforms = skin || morphs};
     const MovingMesh& mesh = to.vertices.meshes[part.mesh];
-    if (skin) reader.check_joints(*p.primitive, mesh, *skin);
+    if (skin) part.pull = reader.checked_pull(*p.primitive, mesh, *skin);
     if (part.deforms) {
       part.first_posed = to.posed_vertices;
       part.first_matrix = to.matrices;

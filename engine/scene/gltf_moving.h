@@ -31,7 +31,7 @@ Animation read_animation(GltfFile& file, const std::vector<int>& parents);
 std::vector<bool> moving_nodes(const Animation& animation);
 
 /// Returns, for each node, true if a clip may change whether its matrix mirrors: a scale of it or of a node above it
-/// has negative numbers.
+/// has negative numbers, or is a spline, which may have.
 std::vector<bool> turning_nodes(const Animation& animation);
 
 /// Reads skins, and the vertices of those primitives that move, have a skin or morph targets. Returns Scene::turned.

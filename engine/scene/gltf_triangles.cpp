@@ -212,10 +212,10 @@ void read_triangles(const TriangleSource& source, Scene& scene, MovingPlaces* wh
         return;
       }
       MovingPlacement moving{.node = static_cast<std::uint32_t>(p.node), .node_from_mesh = node_from_mesh};
-      for (const bool turned : {false, true})
-        if (uses.needs(p, world, turned))
-          moving.meshes[turned] =
-              writer.number_of(uses.mesh_number(p), turned, [&](bool t) { append(glm::dmat4{1}, t, nullptr); });
+      const auto once = [&](bool turned) { append(glm::dmat4{1}, turned, nullptr); };
+      for (const bool turned : {mirrors(world), !mirrors(world)})
+        moving.meshes[turned] =
+            uses.needs(p, world, turned) ? writer.number_of(uses.mesh_number(p), turned, once) : moving.meshes[!turned];
       moving.placement = writer.place(moving.meshes[mirrors(world)], transform);
       if (where && uses.moves(p)) where->instances.push_back(moving);
     });

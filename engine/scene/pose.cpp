@@ -155,9 +155,10 @@ std::vector<bool> turned_parts(const Animation& animation, const NodePose& nodes
   std::vector<bool> turned;
   for (const MovingPart& part : animation.parts) {
     const std::size_t joints = part.skin ? animation.skins[*part.skin].joints.size() : 1;
-    std::size_t mirrored = 0;
-    for (std::size_t j = 0; j < joints; ++j) mirrored += mirrors(world_from_mesh(animation, part, nodes, j)) ? 1 : 0;
-    turned.push_back(2 * mirrored > joints);
+    double pull = 0;  // of joints that do not mirror, less that of those that do
+    for (std::size_t j = 0; j < joints; ++j)
+      pull += (mirrors(world_from_mesh(animation, part, nodes, j)) ? -1.0 : 1.0) * (part.skin ? part.pull[j] : 1);
+    turned.push_back(pull < 0);
   }
   return turned;
 }

@@ -22,8 +22,8 @@ PoseInput pose_input(const Animation& animation, const NodePose& nodes);
 glm::dmat4 world_from_mesh(const Animation& animation, const MovingPart& part, const NodePose& nodes,
                            std::size_t joint);
 
-/// Returns for each part whether its triangles are mirrored, by the matrix of its node, or by most joints of its skin.
-/// Corners 1 and 2 of its triangles have changed places then, as glTF 2.0 has it (3.7.4).
+/// Returns for each part whether its triangles are mirrored: by the matrix of its node, or by joints of its skin that
+/// have more than half of the weight. Corners 1 and 2 of its triangles have changed places then (glTF 2.0, 3.7.4).
 std::vector<bool> turned_parts(const Animation& animation, const NodePose& nodes);
 
 /// Makes texture coordinates and colours of a scene follow its triangles, whose parts are `turned` now, and exchanges

@@ -8,6 +8,8 @@
 #include "engine/core/file.h"
 #include "engine/core/npy_points.h"
 #include "tests/cli/cli.h"
+#include "tests/cpu/gltf_builder.h"
+#include "tests/cpu/shapes.h"
 
 namespace ballot::test {
 namespace {
@@ -211,6 +213,36 @@ TEST_F(Points, Crossings) {
          {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--cull", "back"});
   refuse(2, {"leave --method"},
          {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--count", "--method", "packet"});
+}
+
+// Half a box of glTF, open at x = 0, and its node mirrored: one closed box, wound alike.
+TEST_F(Points, AMirroredHalfIsWoundAlike) {
+  GltfBuilder b;
+  std::vector<float> at;
+  for (const Triangle& t : shapes::box({0, -0.5f, -0.5f}, {1, 0.5f, 0.5f}))
+    if (t[0].x + t[1].x + t[2].x > 0)
+      for (const glm::vec3& v : t) at.insert(at.end(), {v.x, v.y, v.z});
+  b.mesh(b.vec3(at));
+  b.node({{"mesh", 0}});
+  b.node({{"mesh", 0}, {"scale", {-1, 1, 1}}});
+  write("half.glb", b.glb());
+  expect_parts(succeed({"check", "half.glb"}).out, {"20 triangles", "closed: yes", "consistently wound: yes"});
+  array("points.npy", {0.5f, 0, 0, -0.5f, 0, 0, -2, 0, 0}, 3);
+  for (const char* sign : {"parity", "pseudonormal"}) {
+    succeed({"distance", "half.glb", "--points", "points.npy", "--signed", "--sign", sign, "--out", "d.npy"});
+    EXPECT_EQ(items<float>("d.npy", "'<f4'"), (std::vector<float>{-0.5f, -0.5f, 1})) << sign;
+  }
+  array("rays.npy", {0.5f, 0.1f, 2, 0, 0, -1, -0.5f, 0.1f, 2, 0, 0, -1}, 6);
+  struct Record {
+    std::uint32_t ray;
+    Hit hit;
+  };
+  for (const auto& [cull, t] : {std::pair("back", 1.5f), {"front", 2.5f}}) {
+    succeed({"trace", "half.glb", "--rays", "rays.npy", "--out", "h.npy", "--all", "--cull", cull});
+    const auto crossings = items<Record>("h.npy", "'ray'");
+    ASSERT_EQ(crossings.size(), 2u) << cull;
+    for (const Record& r : crossings) EXPECT_EQ(r.hit.t, t) << cull;
+  }
 }
 
 // Two triangles in one place, of which one has no alpha to speak of.

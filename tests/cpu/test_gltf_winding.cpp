@@ -148,6 +148,8 @@ TEST(GltfWinding, SkinsFollowTheirJoints) {
   expect_boxes(b.load(), kVolume);
   b.json["nodes"][0].erase("scale");
   b.json["nodes"][1]["scale"] = {1, 1, -2};
+  for (int other = 0; other < 3; ++other) b.node({{"name", "without weight"}});
+  b.json["skins"][0]["joints"] = {1, 2, 3, 4};
   expect_boxes(b.load(), 2 * kVolume, scaled(1, 1, -0.5));
 }
 
@@ -207,10 +209,13 @@ TEST(GltfWinding, KeptInstancesThatPassZero) {
     expect_boxes(kept, kVolume * (1 + std::abs(1 - 2 * seconds)));
   }
   AnimatedBuilder grows = box_file();
+  grows.node({{"scale", {-1, 1, 1}}, {"children", {1}}});
   grows.node({{"mesh", 0}});
-  const int scales = grows.vec3({1, 1, 1, 2, 1, 1});
-  grows.channel(0, "scale", {0, 1}, scales);
-  EXPECT_EQ(grows.load({.instances = InstancePolicy::Keep}).instances.meshes(), 1u);
+  const int scales = grows.vec3({1, 1, 1, 3, 1, 1});
+  grows.channel(1, "scale", {0, 1}, scales);
+  kept = grows.load({.instances = InstancePolicy::Keep});
+  EXPECT_EQ(kept.instances.meshes(), 1u);
+  expect_boxes(posed(kept, 0.5), 2 * kVolume);
 }
 
 }  // namespace
