@@ -67,10 +67,7 @@ constexpr Required kRequired[] = {
     {"accessors", "sparse", "count", JsonType::Number},
     {"accessors", "sparse", "indices", JsonType::Object},
     {"accessors", "sparse", "values", JsonType::Object},
-    {"meshes", "", "primitives", JsonType::List},
     {"meshes", "primitives", "attributes", JsonType::Object},
-    {"animations", "", "channels", JsonType::List},
-    {"animations", "", "samplers", JsonType::List},
     {"animations", "channels", "sampler", JsonType::Index},
     {"animations", "channels", "target", JsonType::Object},
     {"animations", "samplers", "input", JsonType::Index},
@@ -266,9 +263,11 @@ std::vector<std::size_t> complete_json(const GltfFile& file, GltfJson& root) {
       completed.push_back(i);
     }
   for (GltfJson& animation : root["animations"])
-    for (GltfJson& channel : animation["channels"])
+    for (GltfJson& channel : animation["channels"]) {
+      if (!animation["channels"].is_array()) break;
       if (GltfJson& target = channel["target"]; !target.contains("node") || !target.contains("path"))
         target = {{"node", -1}, {"path", "pointer"}};
+    }
   return completed;
 }
 

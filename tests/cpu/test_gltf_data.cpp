@@ -140,7 +140,6 @@ TEST(GltfData, WhatIsMissingIsNamed) {
   refuse("bufferViews", {{"byteLength", 1}}, {"bufferView 1 has no buffer"});
   refuse("bufferViews", {{"buffer", 0}, {"byteLength", 4}, {"byteStride", 6}},
          {"bufferView 1 has 6 as its byteStride; expected a multiple of 4 up to 252"});
-  refuse("meshes", json::object(), {"mesh 1 has no primitives"});
   refuse("meshes", {{"primitives", {json::object()}}}, {"mesh 1 primitive 0 has no attributes"});
   refuse("meshes", {{"primitives", {{{"attributes", {{"POSITION", "x"}}}}}}},
          {"mesh 1 primitive 0 has \"x\" as its POSITION"});
@@ -156,6 +155,18 @@ TEST(GltfData, WhatIsMissingIsNamed) {
   b = one_triangle();
   b.primitive()["indices"] = 7;
   expect_error(Failure::Work, {"name accessor 7, but the file has 1"}, [&] { b.load(); });
+}
+
+// What else is there is loaded, as before.
+TEST(GltfData, EmptyMeshesAndAnimationsMoveAndShowNothing) {
+  GltfBuilder b = one_triangle();
+  b.json["meshes"].push_back(json::object());
+  b.node({{"mesh", 1}});
+  b.json["animations"] = {{{"channels", "none"}}};
+  const Scene scene = b.load();
+  EXPECT_EQ(scene.triangles, one_triangle().load().triangles);
+  ASSERT_EQ(scene.notes.size(), 1u);
+  EXPECT_NE(scene.notes[0].find("has no channels and moves nothing"), std::string::npos);
 }
 
 // Indices may have no bufferView: all are zero, or as a sparse part has them.
