@@ -12,171 +12,38 @@
 #include "engine/core/srgb.h"
 #include "engine/core/text_mark.h"
 #include "engine/scene/loaders.h"
+#include "engine/scene/ply_header.h"
 #include "engine/scene/text_lines.h"
 #include "engine/scene/words.h"
 
 namespace ballot {
 namespace {
 
-enum class Coding { Text, Little, Big };
 constexpr std::string_view kStrips = "tristrips";
 constexpr std::uint32_t kRestart = ~0u;  // begins another strip
-
-struct Type {
-  std::string_view name, other_name;
-  std::size_t bytes;
-  double (*read)(const unsigned char*);  // of the host's byte order
-};
-
-template <class T>
-double value_of(const unsigned char* bytes) {
-  T value;
-  std::memcpy(&value, bytes, sizeof value);
-  return double(value);
-}
-
-constexpr std::array kTypes{
-    Type{"char", "int8", 1, value_of<std::int8_t>},    Type{"uchar", "uint8", 1, value_of<std::uint8_t>},
-    Type{"short", "int16", 2, value_of<std::int16_t>}, Type{"ushort", "uint16", 2, value_of<std::uint16_t>},
-    Type{"int", "int32", 4, value_of<std::int32_t>},   Type{"uint", "uint32", 4, value_of<std::uint32_t>},
-    Type{"float", "float32", 4, value_of<float>},      Type{"double", "float64", 8, value_of<double>},
-};
-
-struct Property {
-  std::string name;
-  const Type* count = nullptr;  // of a list; null: one number
-  const Type* type = nullptr;
-};
-
-struct Element {
-  std::string name;
-  std::uint64_t count = 0;
-  std::vector<Property> properties;
-
-  /// Returns the index of a property, if the element has it.
-  std::optional<std::size_t> find(std::string_view wanted) const {
-    const auto found = std::ranges::find(properties, wanted, &Property::name);
-    return found == properties.end() ? std::nullopt : std::optional(std::size_t(found - properties.begin()));
-  }
-};
-
-struct Header {
-  Coding coding = Coding::Text;
-  std::vector<Element> elements;
-  std::size_t bytes = 0;  // where the data begin
-  std::size_t lines = 0;
-};
-
-/// Reads the header line by line.
-class HeaderParser {
- public:
-  HeaderParser(const std::filesystem::path& path, std::string_view text) : path_(path), text_(text) {}
-
-  Header run() {
-    read_line_end();
-    if (trimmed(line()) != "ply") fail_in(path_, "is not PLY: its first line is not 'ply'; check the file's type");
-    bool coded = false;
-    while (true) {
-      if (header_.bytes >= text_.size()) fail("the file ends before 'end_header'");
-      const std::string_view text = line();
-      Words words(path_, text, header_.lines);
-      const std::string_view keyword = words.next();
-      if (keyword == "end_header") break;
-      if (keyword == "format") {
-        coding(words.next());
-        coded = true;
-      } else if (keyword == "element") {
-        const std::string name(words.next());
-        header_.elements.push_back({name, words.number<std::uint64_t>("elements"), {}});
-      } else if (keyword == "property") {
-        property(words);
-      } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
-        fail("'{}' is no keyword of a PLY header", keyword.substr(0, 40));
-      }
-    }
-    if (!coded) fail("the header has no format");
-    return std::move(header_);
-  }
-
- private:
-  template <class... Args>
-  [[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) const {
-    throw Error(Failure::Work, fmt::format("{}:{}: {}", path_.string(), header_.lines,
-                                           fmt::format(text, std::forward<Args>(args)...)));
-  }
-
-  /// Takes CR alone as the end of all lines if the first ends so: data behind the header may begin with a byte like LF.
-  void read_line_end() {
-    const std::size_t end = text_.find_first_of("\r\n");
-    if (end != std::string_view::npos && text_[end] == '\r' && !text_.substr(end).starts_with("\r\n")) line_end_ = '\r';
-  }
-
-  std::string_view line() {
-    const std::string_view rest = text_.substr(header_.bytes);
-    const std::size_t end = std::min(rest.find(line_end_), rest.size());
-    header_.bytes += std::min(end + 1, rest.size());
-    ++header_.lines;
-    return rest.substr(0, end);
-  }
-
-  void coding(std::string_view name) {
-    if (name == "ascii")
-      header_.coding = Coding::Text;
-    else if (name == "binary_little_endian")
-      header_.coding = Coding::Little;
-    else if (name == "binary_big_endian")
-      header_.coding = Coding::Big;
-    else
-      fail("format is '{}'; expected ascii, binary_little_endian or binary_big_endian", name.substr(0, 40));
-  }
-
-  const Type* type(std::string_view name) const {
-    for (const Type& t : kTypes)
-      if (t.name == name || t.other_name == name) return &t;
-    fail("'{}' is no type of a property", name.substr(0, 40));
-  }
-
-  void property(Words& words) {
-    if (header_.elements.empty()) fail("a property stands before the first element");
-    Property p;
-    std::string_view word = words.next();
-    if (word == "list") {
-      p.count = type(words.next());
-      word = words.next();
-    }
-    p.type = type(word);
-    p.name = words.next();
-    header_.elements.back().properties.push_back(std::move(p));
-  }
-
-  std::filesystem::path path_;
-  std::string_view text_;
-  char line_end_ = '\n';
-  Header header_;
-};
 
 /// Reads the numbers behind the header.
 class Body {
  public:
-  Body(const std::filesystem::path& path, const Header& header, std::span<const unsigned char> bytes)
+  Body(const std::filesystem::path& path, const PlyHeader& header, std::span<const unsigned char> bytes)
       : path_(path),
         coding_(header.coding),
         bytes_(bytes.subspan(header.bytes)),
         kept_(bytes_.data()),
         words_(path, {reinterpret_cast<const char*>(bytes_.data()), bytes_.size()}, header.lines + 1) {
     std::uint64_t lines = 0;
-    for (const Element& e : header.elements) lines += e.properties.empty() ? 0 : e.count;
-    by_lines_ = coding_ == Coding::Text && has_lines(lines);
+    for (const PlyElement& e : header.elements) lines += e.properties.empty() ? 0 : e.count;
+    by_lines_ = coding_ == PlyCoding::Text && has_lines(lines);
   }
 
-  double number(const Type& type, const Element& element) {
-    if (coding_ == Coding::Text) return words_.number<double>(element.name);
+  double number(const PlyType& type, const PlyElement& element) {
+    if (coding_ == PlyCoding::Text) return words_.number<double>(element.name);
     if (bytes_.size() < type.bytes)
       fail_in(path_, "ends within its elements '{}'; the header promises {}; the file is cut short", element.name,
               element.count);
     std::array<unsigned char, 8> copy;
     std::copy_n(bytes_.begin(), type.bytes, copy.begin());
-    if ((coding_ == Coding::Little) != (std::endian::native == std::endian::little))
+    if ((coding_ == PlyCoding::Little) != (std::endian::native == std::endian::little))
       std::reverse(copy.begin(), copy.begin() + std::ptrdiff_t(type.bytes));
     bytes_ = bytes_.subspan(type.bytes);
     release();
@@ -184,7 +51,7 @@ class Body {
   }
 
   /// Returns the length of a list, which the rest of the file can hold.
-  std::size_t length(const Property& property, const Element& element) {
+  std::size_t length(const PlyProperty& property, const PlyElement& element) {
     const double length = number(*property.count, element);
     if (!(length >= 0) || length != std::floor(length) || length > double(bytes_.size()))
       fail_in(path_, "a list '{}' of element '{}' has {} items; expected a number that the file can hold",
@@ -205,7 +72,7 @@ class Body {
   /// Returns the bytes behind the header that have not been read, or of text all of them.
   std::size_t bytes() const { return bytes_.size(); }
 
-  void skip(const Property& property, const Element& element) {
+  void skip(const PlyProperty& property, const PlyElement& element) {
     const std::size_t count = property.count ? length(property, element) : 1;
     for (std::size_t i = 0; i < count; ++i) number(*property.type, element);
   }
@@ -231,7 +98,7 @@ class Body {
   }
 
   std::filesystem::path path_;
-  Coding coding_;
+  PlyCoding coding_;
   std::span<const unsigned char> bytes_;
   const unsigned char* kept_;  // the first byte that is still in memory
   Words words_;
@@ -239,23 +106,26 @@ class Body {
 };
 
 /// Throws unless the file can hold as many elements as its header names: at least a byte each.
-void check_counts(const std::filesystem::path& path, const Header& header, std::size_t bytes) {
-  for (const Element& e : header.elements)
+void check_counts(const std::filesystem::path& path, const PlyHeader& header, std::size_t bytes) {
+  for (const PlyElement& e : header.elements)
     if (e.count > bytes && !e.properties.empty())
       fail_in(path, "names {} elements '{}', but has {} bytes; the file is cut short or its header wrong", e.count,
               e.name, bytes);
 }
 
 /// Returns the value of a type that stands for a full colour.
-float most_of(const Type& type) {
+float most_of(const PlyType& type) {
   const bool integer = !type.other_name.starts_with("float");
   return integer && type.bytes == 1 ? 255.0f : integer && type.bytes == 2 ? 65535.0f : 1.0f;
 }
 
-void read_vertices(Body& body, const Element& element, const std::filesystem::path& path, PlyFile& file) {
+void read_vertices(Body& body, const PlyElement& element, const std::filesystem::path& path, PlyFile& file) {
   constexpr std::array kNames{"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"};
   std::array<std::optional<std::size_t>, kNames.size()> wanted;
-  for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = element.find(kNames[i]);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    wanted[i] = element.find(kNames[i]);
+    if (i >= 6 && !wanted[i]) wanted[i] = element.find(std::string("diffuse_") + kNames[i]);  // of older programs
+  }
   if (!wanted[0] || !wanted[1] || !wanted[2]) fail_in(path, "its vertices have no x, y and z");
   const bool normals = wanted[3] && wanted[4] && wanted[5];
   file.vertices.reserve(element.count);
@@ -297,7 +167,7 @@ void add_strip(std::span<const std::uint32_t> strip, PlyFile& file) {
 }
 
 /// Reads the lists of indices of faces or of strips of triangles. The vertices may be read later.
-void read_faces(Body& body, const Element& element, const std::filesystem::path& path, PlyFile& file) {
+void read_faces(Body& body, const PlyElement& element, const std::filesystem::path& path, PlyFile& file) {
   const bool strips = element.name == kStrips;
   auto list = element.find("vertex_indices");
   if (!list) list = element.find("vertex_index");
@@ -310,7 +180,7 @@ void read_faces(Body& body, const Element& element, const std::filesystem::path&
   std::vector<std::uint32_t> indices;
   for (std::uint64_t f = 0; f < element.count; ++f) {
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
-      const Property& property = element.properties[p];
+      const PlyProperty& property = element.properties[p];
       if (p != *list) {
         body.skip(property, element);
         continue;
@@ -339,6 +209,18 @@ void read_faces(Body& body, const Element& element, const std::filesystem::path&
   if (small) file.notes.push_back(fmt::format("{} faces of fewer than 3 corners were left out.", small));
 }
 
+/// Notes what would change how a mesh looks, and is not read.
+void note_left_out(const PlyHeader& header, PlyFile& file) {
+  constexpr std::array<std::string_view, 9> kLooks{"alpha",     "s",         "t",        "u",        "v",
+                                                   "texture_u", "texture_v", "texcoord", "texnumber"};
+  std::string found;
+  for (const PlyElement& element : header.elements)
+    for (const PlyProperty& p : element.properties)
+      if (std::ranges::count(kLooks, p.name) > 0 || (p.name == "red" && element.name != "vertex"))
+        found += fmt::format("{}{} of {}", found.empty() ? "" : ", ", p.name, element.name);
+  if (!found.empty()) file.notes.push_back(fmt::format("Properties that change the look are not read: {}.", found));
+}
+
 /// Throws if a face names a vertex that the file lacks.
 void check_corners(const std::filesystem::path& path, const PlyFile& file) {
   const std::size_t count = file.vertices.size();
@@ -354,16 +236,16 @@ void check_corners(const std::filesystem::path& path, const PlyFile& file) {
 PlyFile read_ply(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_file(path);
   const std::string_view text = without_mark(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  const Header header = HeaderParser(path, text).run();
+  const PlyHeader header = read_ply_header(path, text);
   check_counts(path, header, bytes.size());
-  const auto is_faces = [](const Element& e) { return e.name == "face" || e.name == kStrips; };
+  const auto is_faces = [](const PlyElement& e) { return e.name == "face" || e.name == kStrips; };
   const auto count_of = [&](auto is) { return std::ranges::count_if(header.elements, is); };
-  auto vertices = count_of([](const Element&e) { return e.name == "vertex"; }), faces = count_of(is_faces);
+  auto vertices = count_of([](const PlyElement&e) { return e.name == "vertex"; }), faces = count_of(is_faces);
   if (vertices > 1) fail_in(path, "has {} elements 'vertex'; expected one", vertices);
   const bool mesh = faces > 0;
   Body body(path, header, {reinterpret_cast<const unsigned char*>(text.data()), text.size()});
   PlyFile file;
-  for (const Element& element : header.elements) {
+  for (const PlyElement& element : header.elements) {
     if (element.name == "vertex") {
       read_vertices(body, element, path, file);
       --vertices;
@@ -372,7 +254,7 @@ PlyFile read_ply(const std::filesystem::path& path) {
       --faces;
     } else if (!element.properties.empty()) {  // else it takes no bytes, however many there are
       for (std::uint64_t i = 0; i < element.count; ++i) {
-        for (const Property& property : element.properties) body.skip(property, element);
+        for (const PlyProperty& property : element.properties) body.skip(property, element);
         body.end_element();
       }
     }
@@ -382,6 +264,7 @@ PlyFile read_ply(const std::filesystem::path& path) {
     fail_in(path, "has no faces, only {} points; expected a mesh with an element 'face' or 'tristrips'",
             file.vertices.size());
   check_corners(path, file);
+  note_left_out(header, file);
   if (body.left_out())
     file.notes.emplace_back("Lines hold more numbers than the header names; those behind were left out.");
   return file;

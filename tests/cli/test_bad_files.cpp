@@ -89,6 +89,8 @@ TEST_F(BadFiles, ViewsFilesAreJudgedInPlainWords) {
   refuse_views("{", {"views.json: expected JSON", "byte 2 of 1", "no views file"});
   refuse_views("[1]", {"views.json: top level: expected an object, found [1]"});
   refuse_views("{}", {"views.json: top level: expected an object with 'views', found {}"});
+  refuse_views("\xEF\xBB\xBF{}", {"views.json: top level: expected an object with 'views', found {}"});
+  refuse_views("\xFF\xFE{", {"views.json: is text in UTF-16", "expected UTF-8"});
   refuse_views("{\"views\": 1e999}", {"views.json: expected JSON, found a number that no double can hold"});
   refuse_views("{\"views\": [{\"name\": 3}]}", {"views[0]: expected an object with 'orientation'"});
   refuse_views("{\"views\": [{\"name\": \"a\", \"position\": [0, \"x\", 0], \"orientation\": [0, 0, 0, 1]}]}",

@@ -135,6 +135,20 @@ TEST(Ply, LinesOfOtherLengths) {
   EXPECT_EQ(load_mesh("a.ply", head + several).triangles, (std::vector{kFirst, kSecond}));
 }
 
+TEST(Ply, WhatChangesTheLookIsRead) {
+  const Scene scene = load_mesh(
+      "a.ply",
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "property uchar diffuse_red\nproperty uchar diffuse_green\nproperty uchar diffuse_blue\nproperty float s\n"
+      "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty uchar red\n"
+      "end_header\n0 0 0 255 0 0 1\n1 0 0 0 255 0 1\n0 1 0 0 0 255 1\n3 0 1 2 2 0 0 9\n");
+  EXPECT_EQ(scene.colors,
+            (std::vector{std::array{glm::vec4(1, 0, 0, 1), glm::vec4(0, 1, 0, 1), glm::vec4(0, 0, 1, 1)}}));
+  EXPECT_EQ(scene.notes,
+            std::vector<std::string>{
+                "Properties that change the look are not read: s of vertex, texcoord of face, red of face."});
+}
+
 TEST(Ply, PolygonsThatAreNotSimpleAreANote) {
   const std::string head =
       "ply\nformat ascii 1.0\n" + std::string(kMeshVertices) +

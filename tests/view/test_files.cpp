@@ -89,6 +89,8 @@ TEST(Script, ReadsCommands) {
   EXPECT_EQ(view::duration_of(lines[0], "3"), -3);
   EXPECT_EQ(view::duration_of(lines[1], "0.5s"), 0.5);
   EXPECT_EQ(view::key_of(lines[1], "F12"), 301);
+  EXPECT_EQ(view::parse_script("wait 3\r\nquit\r\n", "s").size(), 2u);
+  EXPECT_EQ(view::parse_script("wait 3\r# a comment\rquit", "s").size(), 2u);
 }
 
 TEST(Script, RefusesWhatItDoesNotKnow) {

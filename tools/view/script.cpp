@@ -1,6 +1,5 @@
 #include "tools/view/script.h"
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <sstream>
@@ -49,9 +48,10 @@ std::string script_help() {
 
 std::vector<ScriptLine> parse_script(const std::string& text, const std::string& name) {
   std::vector<ScriptLine> lines;
+  const bool cr_alone = text.find('\n') == std::string::npos;
   std::istringstream in(text);
   std::size_t number = 0;
-  for (std::string line; std::getline(in, line);) {
+  for (std::string line; std::getline(in, line, cr_alone ? '\r' : '\n');) {
     ScriptLine parsed{++number, {}};
     std::istringstream words(line.substr(0, line.find('#')));
     for (std::string word; words >> word;) parsed.words.push_back(word);
@@ -73,10 +73,8 @@ std::vector<ScriptLine> parse_script(const std::string& text, const std::string&
 
 std::vector<ScriptLine> read_script(const std::filesystem::path& path) {
   const auto bytes = read_argument(path);
-  std::string text(without_mark(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
-  const bool lines = text.find('\n') != std::string::npos;
-  std::ranges::replace(text, '\r', lines ? ' ' : '\n');  // CR LF, or CR alone
-  return parse_script(text, path.string());
+  const std::string_view text = without_mark(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return parse_script(std::string(text), path.string());
 }
 
 double duration_of(const ScriptLine& line, const std::string& word) {
