@@ -37,10 +37,10 @@ class Parser {
     std::string joined;
     std::string_view line;
     while (take_line(line)) {
-      if (line.ends_with('\\')) {
+      if (goes_on(line)) {
         joined.clear();
-        while (line.ends_with('\\')) {
-          joined.append(line.substr(0, line.size() - 1)).append(" ");
+        while (goes_on(line)) {
+          joined.append(line.substr(0, line.rfind('\\'))).append(" ");
           if (!take_line(line)) line = {};
         }
         line = joined.append(line);
@@ -60,11 +60,19 @@ class Parser {
                 fmt::format("{}:{}: {}", path_.string(), line_, fmt::format(text, std::forward<Args>(args)...)));
   }
 
+  /// Returns true if a statement goes on in the next line: its last character is a backslash. A comment ends with its
+  /// line, though it may name a folder of Windows.
+  static bool goes_on(std::string_view line) {
+    const std::size_t last = line.find_last_not_of(" \t");
+    return last != std::string_view::npos && line[last] == '\\' && line.find('#') == std::string_view::npos;
+  }
+
   bool take_line(std::string_view& line) {
     ++line_;
     return lines_.next(line);
   }
 
+  /// Reads a statement. What is not read is counted.
   void statement(std::string_view line) {
     const std::string_view whole = trimmed(line);
     line = without_comment(line);

@@ -88,6 +88,7 @@ class MtlParser {
         fmt::format("The material file '{}': {}", name_.string(), fmt::format(text, std::forward<Args>(args)...)));
   }
 
+  /// Reads a statement, whose keyword is in lower case. Those before the first material change nothing.
   void statement(const std::string& keyword, std::string_view rest) {
     if (keyword == "newmtl") {
       finish();
@@ -113,6 +114,7 @@ class MtlParser {
     if (coat && last_number(rest).value_or(0) > 0) left_out_.insert(keyword);
   }
 
+  /// Sets a value. One that cannot be read is absent, and counted.
   template <class T>
   void set(std::optional<T>& to, const std::optional<T>& value) {
     to = value;
@@ -161,6 +163,7 @@ class MtlParser {
     now_.map = std::move(map);
   }
 
+  /// Converts the material so far, if there is one.
   void finish() {
     if (!now_.name.empty()) {
       file_.materials.push_back(converted());

@@ -35,6 +35,7 @@ int axis_of(std::span<const glm::vec3> polygon, double& turn) {
   return axis;
 }
 
+/// Projects a polygon so that it is counter-clockwise.
 FlatPolygon flattened(std::span<const glm::vec3> polygon) {
   double turn = 1;
   const int axis = axis_of(polygon, turn), u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -105,6 +106,7 @@ class CornerTree {
     for (std::uint32_t i = 0; i < order_.size(); ++i) place_[order_[i]] = i;
   }
 
+  /// Takes a corner out, once.
   void remove(std::uint32_t corner) {
     const std::size_t place = std::exchange(place_[corner], kNobody);
     std::size_t node = 1, begin = 0, end = order_.size();
@@ -254,6 +256,7 @@ class EarClipper {
     return shorter == 0 || (std::abs(turn(i)) <= apart && glm::dot(in, out) < 0);
   }
 
+  /// Returns true if a corner's triangle can be cut off. Else the corner waits for the one that is in the way.
   bool is_ear(std::uint32_t i) {
     if (turn(i) <= 0) return false;
     const std::array<std::uint32_t, 3> corners{before_[i], i, after_[i]};
@@ -285,6 +288,7 @@ class EarClipper {
     return false;
   }
 
+  /// Cuts a corner off, and asks its neighbours and those that wait for it again.
   void cut(std::uint32_t i) {
     const std::uint32_t a = before_[i], b = after_[i];
     triangles_.push_back({a, i, b});

@@ -23,6 +23,7 @@ class Sweep {
     }
   }
 
+  /// Returns true at the first crossing.
   bool finds_crossing() {
     std::vector<Event> events;
     for (std::uint32_t i = 0; i < edges_.size(); ++i) {

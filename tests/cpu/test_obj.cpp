@@ -73,6 +73,13 @@ TEST(Obj, SyntaxVariants) {
   EXPECT_EQ(scene.triangles[1][0], glm::vec3(7, 7, 7));
 }
 
+TEST(Obj, StatementsOfSeveralLines) {
+  const std::string corners = "# of C:\\models\\\nv 0 0 0\nv 1 0 0 # \\\nv 0 1 0\n";
+  for (const char* face :
+       {"f 1 2 3\n", "f 1 \\\n2 3\n", "f\\\n1\\\r\n2\\ \t\n3", "f 1 2 3\\\n", "f 1 2 3 \\\n\nf 1 2 \\"})
+    EXPECT_EQ(load_text(corners + face).triangles.size(), 1u) << face;
+}
+
 TEST(Obj, DecimalsAreRoundedToTheNearestFloat) {
   const Scene scene = load_text("v 0.1 16777217 1e-46\nv 3.4028235e38 1 0\nv 0.333333343 0 1\nf 1 2 3\n");
   EXPECT_EQ(scene.triangles.at(0)[0], glm::vec3(0.1f, 16777216.0f, 0.0f));
@@ -85,6 +92,15 @@ TEST(Obj, ConcavePolygonsAreClipped) {
   const Scene scene = load_text("v 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\nf 1 2 3 4 5 6\n");
   EXPECT_EQ(scene.triangles.size(), 4u);
   EXPECT_NEAR(area(scene), 3, 1e-6);
+}
+
+TEST(Obj, PolygonsThatCrossThemselvesAreANote) {
+  const Scene scene = load_text(square("s 1\nf 1 2 3 4\nf 1 3 2 4\nf 1 3 2 4\n"));
+  EXPECT_EQ(scene.triangles.size(), 6u);
+  EXPECT_LE(area(scene), 3);
+  EXPECT_EQ(scene.notes,
+            std::vector<std::string>{
+                "2 polygons, the first at line 7, cross themselves; their triangles cover about as much."});
 }
 
 TEST(Obj, ImpossiblePolygonsStillGiveTheirNumberOfTriangles) {
