@@ -28,8 +28,8 @@ using CrossingPairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 constexpr std::size_t kLeastRound = 16, kMostRound = 1024;  // triangles after which the bounds are looked at
 constexpr std::size_t kCrossingChunk = 16;                  // of these, what a thread takes at a time
 constexpr std::size_t kNamedPairs = 10;
-constexpr std::uint64_t kLooks = 1 << 27, kLooksEach = 1 << 12;  // in all, and more for each triangle
-constexpr std::uint64_t kLooksOfRound = 1 << 24, kLooksOfOne = 1 << 24, kLooksBetweenCalls = 1 << 16;
+constexpr std::uint64_t kLooks = 1 << 26, kLooksEach = 1 << 10;  // in all, and more for each triangle
+constexpr std::uint64_t kLooksOfRound = 1 << 22, kLooksOfOne = 1 << 24, kLooksBetweenCalls = 1 << 16;
 constexpr std::uint64_t kExactLooks = 64;         // that integers count for
 constexpr std::size_t kCrossingsOfOne = 1 << 14;  // at most for one triangle
 constexpr double kBuildShare = 0.1;               // of the progress

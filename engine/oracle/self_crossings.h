@@ -21,7 +21,7 @@ struct SelfCrossings {
 };
 
 /// The search ends once this many pairs have been found, of which one triangle has 2^14 at most. It also ends once it
-/// has looked at some 2^27 pairs of triangles whose boxes meet, and 4096 more for each triangle. Where integers decide,
+/// has looked at some 2^26 pairs of triangles whose boxes meet, and 1024 more for each triangle. Where integers decide,
 /// a pair counts 64 times or more.
 inline constexpr std::uint64_t kMostCrossingPairs = 1 << 18;
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <random>
 
 #include "engine/core/file.h"
 #include "engine/core/npy_points.h"
@@ -291,6 +292,18 @@ TEST_F(Points, CheckOfMeshes) {
   const Result crossed = run({"check", "fin.obj"});
   EXPECT_EQ(crossed.code, 1);
   expect_parts(crossed.out, {"self-intersecting: yes", "triangles that pass through another", "and 12"});
+  std::string fan;  // triangles of random corners in a cube, most of which pass through many others
+  std::mt19937 random(1);
+  for (int i = 0; i < 4000; ++i) {
+    for (int k = 0; k < 3; ++k) fan += fmt::format("v {} {} {}\n", random() % 1000, random() % 1000, random() % 1000);
+    fan += "f -3 -2 -1\n";
+  }
+  write("fan.obj", fan);
+  const Result many = run({"check", "fan.obj", "--json", "f.json"});
+  EXPECT_EQ(many.code, 1);
+  expect_parts(many.out, {"self-intersecting: yes", "the search ended with", "at least 4000 triangles"});
+  EXPECT_FALSE(json("f.json")["all_pairs"]);
+  EXPECT_TRUE(json("c.json")["all_pairs"]);
 }
 
 }  // namespace
