@@ -112,12 +112,14 @@ class RayMeshIntersector:
     def contains_points(self, points: Any) -> np.ndarray:
         """Returns whether each point (n, 3) is inside of the mesh: (n,) bool.
 
-        Inside is where a line through the point crosses the mesh an odd number of times on both sides. A mesh that is
-        not closed is taken as it is, as by trimesh: near its gaps answers are arbitrary.
+        A mesh that is not closed is taken as it is, as by trimesh: inside is then where a line through the point
+        crosses it an odd number of times on both sides, and near its gaps answers are arbitrary.
         """
         made, at = self._now(), _float64(points, "points")
         if at.ndim != 2 or at.shape[1] != 3:
             raise ValueError(f"points: shape is {at.shape}; expected (n, 3)")
+        if made.closed():
+            return made.scene.nearest(at - made.origin, ("inside",))["inside"]
         inside, open_ones = np.zeros(len(at), bool), np.arange(len(at))
         for line in ((0.44, 0.62, 0.65), (-0.71, 0.33, 0.62)):  # another one where both sides of the first disagree
             toward = np.broadcast_to(line, (len(open_ones), 3))
@@ -143,10 +145,11 @@ class _Made:
 
     def __init__(self, mesh: Any, vertices: np.ndarray, faces: np.ndarray, device: Device | None):
         self._mesh, self._hash = mesh, _hash(mesh)
+        self._closed: bool | None = None  # unknown
         self._vertices, self._faces = vertices.copy(), faces.copy()
         far = _mesh.rounding(vertices, _mesh.vectors(vertices, "geometry: vertices"))
-        self._origin = vertices.min(axis=0) / 2 + vertices.max(axis=0) / 2 if far else np.zeros(3)
-        self.scene = Scene(vertices - self._origin, faces, device=device)
+        self.origin = vertices.min(axis=0) / 2 + vertices.max(axis=0) / 2 if far else np.zeros(3)
+        self.scene = Scene(vertices - self.origin, faces, device=device)
 
     def serves(self, mesh: Any, read: Any) -> bool:
         """Returns whether the mesh is as it was. `read` returns its arrays."""
@@ -157,12 +160,22 @@ class _Made:
         vertices, faces = read()
         return np.array_equal(vertices, self._vertices) and np.array_equal(faces, self._faces)
 
+    def closed(self) -> bool:
+        """Returns whether the mesh has an inside, which an edge of an odd number of triangles forbids."""
+        if self._closed is None:
+            try:
+                self.scene.nearest(np.zeros((1, 3), np.float32), ("inside",))
+                self._closed = True
+            except ValueError:
+                self._closed = False
+        return self._closed
+
     def rays(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Returns rays (n, 6) float32 for the scene, whose directions are at most 1 along each axis."""
         longest = np.abs(directions).max(axis=-1, keepdims=True)
         usable = (longest > 0) & np.isfinite(longest)
         unit = np.divide(directions, longest, out=np.zeros(directions.shape), where=usable)
-        return np.concatenate([origins - self._origin, unit], axis=-1).astype(np.float32)
+        return np.concatenate([origins - self.origin, unit], axis=-1).astype(np.float32)
 
     def points(self, hits: np.ndarray, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Returns where rays (n, 3) hit, (n, 3) float64: on the line in float64, or by the triangle's weights where the
