@@ -96,7 +96,7 @@ TEST(Layering, TheNoticeNamesWhatIsLinked) {
     return kept;
   };
   const fs::path root = BALLOT_SOURCE_DIR;
-  std::ifstream file(root / "engine/api/NOTICE");
+  std::ifstream file(root / "engine/api/python/NOTICE");
   const std::string notice = letters(std::string(std::istreambuf_iterator<char>(file), {}));
   for (const char* lists : {"CMakeLists.txt", "tools/CMakeLists.txt"}) {
     std::ifstream in(root / lists);
