@@ -21,6 +21,7 @@
 #include "engine/bvh/build.h"
 #include "engine/bvh/reinsert.h"
 #include "engine/core/error.h"
+#include "engine/core/interruption.h"
 #include "engine/core/memory.h"
 #include "engine/core/tsan.h"
 
@@ -53,7 +54,7 @@ struct Job {
   const Progress& progress;
   std::mutex mutex;  // guards the members below
   double reported = 0;
-  std::exception_ptr failure;  // what `progress` threw
+  std::exception_ptr failure;  // what `progress` or an interruption threw
   std::string message;         // the first error text of Embree
 };
 
@@ -109,9 +110,10 @@ bool report(void* user, double done) {
   Job& job = job_of(user);
   const std::lock_guard lock(job.mutex);
   if (job.failure) return false;
-  if (!job.progress || !(done > job.reported)) return true;
-  job.reported = std::min(done, 1.0);
   try {
+    check_interruption();
+    if (!job.progress || !(done > job.reported)) return true;
+    job.reported = std::min(done, 1.0);
     job.progress(job.reported);
   } catch (...) {
     job.failure = std::current_exception();

@@ -8,6 +8,7 @@
 #include <glm/common.hpp>
 
 #include "engine/bvh/build.h"
+#include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
 
 namespace ballot {
@@ -92,6 +93,7 @@ class Reinserter {
   }
 
   void move_batch(std::span<const std::uint32_t> nodes) {
+    check_interruption();
     struct Move {
       std::uint32_t node;
       Place to;

@@ -1,5 +1,6 @@
 #include "engine/query/exact_lists.h"
 
+#include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
 #include "engine/core/stopwatch.h"
 
@@ -38,6 +39,7 @@ std::vector<ExactCrossing> ExactLists::find(const RaySpan& rays, std::size_t i) 
 void ExactLists::count(const RaySpan& rays, std::span<std::uint32_t> counts) const {
   const Stopwatch watch(tree_.walked_s());
   for_chunks(counts.size(), kUnsureChunk, [&](std::size_t begin, std::size_t end) {
+    check_interruption();
     for (std::size_t i = begin; i < end; ++i) {
       if (counts[i] == UNSURE) counts[i] = std::uint32_t(find(rays, i).size());
     }
@@ -48,6 +50,7 @@ std::vector<std::vector<Hit>> ExactLists::lists(const RaySpan& rays) const {
   std::vector<std::vector<Hit>> all(rays.rays.size());
   const Stopwatch watch(tree_.walked_s());
   for_chunks(all.size(), kListedChunk, [&](std::size_t begin, std::size_t end) {
+    check_interruption();
     for (std::size_t i = begin; i < end; ++i) all[i] = hits_of(find(rays, i));
   });
   return all;

@@ -1,5 +1,6 @@
 #include "engine/query/point_queries.h"
 
+#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/oracle/closest.h"
 #include "engine/oracle/crossings.h"
@@ -42,6 +43,7 @@ void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::s
   const std::span<const Triangle> triangles = tree.triangles();
   const Stopwatch watch(tree.walked_s());
   for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
+    check_interruption();
     for (std::size_t i = begin; i < end; ++i) {
       std::pair<std::uint32_t, Triangle> near(answers[i].prim, {});
       if (near.first != NO_HIT) near.second = triangles[near.first];
@@ -55,6 +57,7 @@ void settle_inside(DeviceTree& tree, std::span<const ProbePoint> points, std::sp
   const ExactCrossings oracle(tree.any_pairs());
   const Stopwatch watch(tree.walked_s());
   for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
+    check_interruption();
     for (std::size_t i = begin; i < end; ++i)
       if (answers[i] == UNSURE) answers[i] = oracle.inside(points[i].at);
   });

@@ -62,6 +62,7 @@ template <class Kind>
 class Runner {
  public:
   using Answer = typename Kind::Answer;
+  using Launched = std::function<void(std::uint32_t done)>;
 
   Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines)
       : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)) {}
@@ -89,7 +90,10 @@ class Runner {
       const std::span<ProbePoint> part = std::span(asked).first(some);
       const std::span<Answer> result = std::span(found).first(some);
       stream.read(first, part);
-      answer(part, result, times);
+      // Of answers that the host settles none is done before.
+      answer(part, result, times, [&](std::uint32_t done) {
+        if (stream.progress && done < some) stream.progress(settle ? first : first + done);
+      });
       if (settle) settle(part, result);
       take(first, std::span<const Answer>(result));
       if (stream.progress) stream.progress(first + some);
@@ -118,9 +122,10 @@ class Runner {
  private:
   /// Answers points. On a CPU device they go in an order in which neighbours are near each other: its lanes read nodes
   /// one by one, and a walk takes as long as that of its slowest lane.
-  void answer(std::span<const ProbePoint> asked, std::span<Answer> result, TraceTimes& times) {
+  void answer(std::span<const ProbePoint> asked, std::span<Answer> result, TraceTimes& times,
+              const Launched& launched) {
     if (!gpu_.info().is_cpu() || asked.size() < kFewPoints) {
-      answer_in_order(asked, result, times);
+      answer_in_order(asked, result, times, launched);
       return;
     }
     order_points(asked, tree_.bvh().bounds, order_);
@@ -128,15 +133,16 @@ class Runner {
     for_chunks(asked.size(), kMoved, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) sorted_[i] = asked[order_[i]];
     });
-    answer_in_order(sorted_, found_, times);
+    answer_in_order(sorted_, found_, times, launched);
     for_chunks(asked.size(), kMoved, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) result[order_[i]] = found_[i];
     });
   }
 
-  void answer_in_order(std::span<const ProbePoint> asked, std::span<Answer> result, TraceTimes& times) {
+  void answer_in_order(std::span<const ProbePoint> asked, std::span<Answer> result, TraceTimes& times,
+                       const Launched& launched) {
     points_->upload(asked);
-    const std::uint32_t unfinished = kernel_.run(std::uint32_t(asked.size()), tree_.root(), times);
+    const std::uint32_t unfinished = kernel_.run(0, std::uint32_t(asked.size()), tree_.root(), times, launched);
     answers_->download(result);
     if (unfinished) repair(asked, result, times);
   }

@@ -1,8 +1,10 @@
 #include "engine/query/query_kernel.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "engine/bvh/build.h"
+#include "engine/core/interruption.h"
 #include "engine/query/crossing_kernels.h"
 #include "engine/query/point_parts.h"
 #include "engine/trace/repair.h"
@@ -102,18 +104,27 @@ void QueryKernel::prepare() {
   gpu_.save_pipeline_cache();
 }
 
-std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, std::uint32_t root, TraceTimes& times) {
+std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, std::uint32_t root, TraceTimes& times,
+                               const std::function<void(std::uint32_t)>& launched) {
   TracePush push = push_of(tree_, root, nodes_, format_, leaves_);
-  push.ray_begin = first;
-  push.ray_end = first + count;
   Work work{0, 0};
   if (config_.loops_cut) work_.upload(std::span(&work, 1));
-  gpu_.submit(kernel_->name(), [&](VkCommandBuffer cmd) {
-    kernel_->dispatch(cmd, (count + config_.workgroup - 1) / config_.workgroup, push);
-  });
-  times.device_ms += gpu_.last_ms();
-  tree_.walked_s() += gpu_.last_ms() * 1e-3;
-  ++times.dispatches;
+  const double target_ms = gpu_.launch_ms() > 0 ? gpu_.launch_ms() : kInterruptibleLaunch;
+  for (std::uint32_t done = 0; done < count;) {
+    const auto some = std::uint32_t(std::min<std::uint64_t>(count - done, size_.most(target_ms)));
+    push.ray_begin = first + done;
+    push.ray_end = push.ray_begin + some;
+    gpu_.submit(kernel_->name(), [&](VkCommandBuffer cmd) {
+      kernel_->dispatch(cmd, (some + config_.workgroup - 1) / config_.workgroup, push);
+    });
+    size_.add(some, gpu_.last_ms());
+    times.device_ms += gpu_.last_ms();
+    tree_.walked_s() += gpu_.last_ms() * 1e-3;
+    ++times.dispatches;
+    done += some;
+    check_interruption();
+    if (launched) launched(done);
+  }
   if (config_.loops_cut) work_.download(std::span(&work, 1));
   return work.unfinished;
 }
@@ -124,14 +135,15 @@ std::vector<std::uint32_t> QueryKernel::pieces(std::uint64_t limit) {
 
 bool WholeTree::update() {
   if (generation_ == scene_.generation()) return false;
-  generation_ = scene_.generation();
-  const bool had_own = own_ != nullptr;
+  dropped_ = dropped_ || own_;
   own_.reset();
   const BvhStats& stats = scene_.bvh().stats;
-  if (stats.references + stats.degenerate == stats.triangles) return had_own;
-  bvh_ = build_bvh(scene_.triangles(), {.builder = BuilderId::Balanced});
-  own_ = std::make_unique<DeviceTree>(gpu_, bvh_, scene_.triangles(), facts_of(bvh_));
-  return true;
+  if (stats.references + stats.degenerate != stats.triangles) {
+    bvh_ = build_bvh(scene_.triangles(), {.builder = BuilderId::Balanced});
+    own_ = std::make_unique<DeviceTree>(gpu_, bvh_, scene_.triangles(), facts_of(bvh_));
+  }
+  generation_ = scene_.generation();  // last: a call that fails is followed by one that tries again
+  return std::exchange(dropped_, false) || own_;
 }
 
 }  // namespace ballot

@@ -1,6 +1,7 @@
 // A kernel of shaders/query over the tree of a scene. Internal to engine/query.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 #include "engine/query/point_queries.h"
 #include "engine/query/ray_queries.h"
 #include "engine/trace/kernels.h"
+#include "engine/trace/launch_size.h"
 
 namespace ballot {
 
@@ -41,8 +43,10 @@ class QueryKernel {
   /// Makes or renews the kernel, if the tree or the shaders changed.
   void prepare();
   /// Answers queries [first, first + count) from the child reference `root` on, and waits. Returns how many of them the
-  /// driver cut short. Adds the time to `times`.
-  std::uint32_t run(std::uint32_t first, std::uint32_t count, std::uint32_t root, TraceTimes& times);
+  /// driver cut short. Adds the time to `times`. They go in launches of a tenth of a second, or less where the device
+  /// asks for that; `launched` is called after each with the number of queries so far. It may be empty, and may throw.
+  std::uint32_t run(std::uint32_t first, std::uint32_t count, std::uint32_t root, TraceTimes& times,
+                    const std::function<void(std::uint32_t)>& launched = {});
   std::uint32_t run(std::uint32_t count, std::uint32_t root, TraceTimes& times) { return run(0, count, root, times); }
 
   /// Returns subtrees that together hold the tree, each of at most `limit` steps (repair.h). Not for `wide`.
@@ -60,6 +64,7 @@ class QueryKernel {
   std::uint64_t generation_ = 0;  // of the tree that is bound
   const DeviceTree::Texels *nodes_ = nullptr, *format_ = nullptr, *leaves_ = nullptr;
   Buffer<Work> work_;
+  LaunchSize size_;
 };
 
 /// Returns a buffer with room for `count` records: this one if it is large enough, else a new one in its place.
@@ -84,6 +89,7 @@ class WholeTree {
   Context& gpu_;
   DeviceTree& scene_;
   std::uint64_t generation_ = 0;  // of the scene's tree that this follows
+  bool dropped_ = false;          // a tree of its own went since update() last returned
   Bvh bvh_;
   std::unique_ptr<DeviceTree> own_;
 };

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/core/error.h"
+#include "engine/core/interruption.h"
 #include "engine/trace/tree_push.h"
 
 namespace ballot {
@@ -26,6 +27,10 @@ bool reports(const Variant& v) { return v.config.launch == Launch::Persistent ||
 
 LaunchSize& Dispatcher::size_of(const Variant& v) const {
   return (*sizes_)[{v.method, v.numeric, v.want, v.config.doubtful}];
+}
+
+double Dispatcher::launch_ms() const {
+  return gpu_.launch_ms() > 0 || !is_interruptible() ? gpu_.launch_ms() : kInterruptibleLaunch;
 }
 
 std::uint32_t Dispatcher::groups_for(const Variant& v, std::uint32_t rays) const {
@@ -123,7 +128,7 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
   while (push.ray_begin < range.end) {
     push.ray_end = range.end;
     if (plain && range.end - push.ray_begin > most) push.ray_end = push.ray_begin + std::uint32_t(most);
-    if (const double ms = gpu_.launch_ms(); ms > 0)
+    if (const double ms = launch_ms(); ms > 0)
       push.ray_end = std::uint32_t(std::min<std::uint64_t>(push.ray_end, push.ray_begin + size.most(ms)));
     const auto [next, unfinished] = dispatch(job, rays, hits, pushes, times);
     total.unfinished += unfinished;
@@ -131,6 +136,7 @@ Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
       fail(Failure::Work, "kernel {}: a dispatch traced none of the {} rays left on {}: the driver lost it",
            job.kernel->kernel->name(), range.end - push.ray_begin, gpu_.info().name);
     push.ray_begin = next;
+    check_interruption();
   }
   return total;
 }
@@ -140,9 +146,9 @@ bool Dispatcher::can_record(const Variant& v, std::uint32_t most) const {
   const bool listed = v.config.doubtful == Doubtful::Listed;
   const auto is_slow = [&](const Variant& part) {
     const LaunchSize& size = size_of(part);
-    return most > (size.is_known() ? size.most(gpu_.launch_ms()) : kRecordedUnknown);
+    return most > (size.is_known() ? size.most(launch_ms()) : kRecordedUnknown);
   };
-  if (gpu_.launch_ms() > 0 && (is_slow(v) || (listed && is_slow(v.taking())))) return false;
+  if (launch_ms() > 0 && (is_slow(v) || (listed && is_slow(v.taking())))) return false;
   if (v.config.launch == Launch::Persistent && v.config.batches != kUnbounded) return false;
   if (v.config.launch == Launch::Persistent && !v.config.lists()) return true;
   return most <= std::uint64_t(gpu_.info().max_group_count_x) * group_rays(v);

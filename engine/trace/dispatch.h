@@ -83,6 +83,8 @@ class Dispatcher {
   RayGroups groups_of(const Variant& variant) const;
 
  private:
+  /// Returns the milliseconds that a launch should take; 0: no matter how long.
+  double launch_ms() const;
   LaunchSize& size_of(const Variant& variant) const;
   std::uint32_t groups_for(const Variant& variant, std::uint32_t rays) const;
   TracePushes push_for(const Job& job, std::uint32_t root, std::uint32_t mesh_root = END_OF_TREE) const;

@@ -1,0 +1,33 @@
+#include "engine/core/interruption.h"
+
+#include <chrono>
+#include <utility>
+
+namespace ballot {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr auto kPause = std::chrono::milliseconds(20);
+
+thread_local const std::function<void()>* asked = nullptr;
+thread_local Clock::time_point last;
+
+}  // namespace
+
+Interruptible::Interruptible(const std::function<void()>& ask) : outer_(std::exchange(asked, &ask)) {
+  last = Clock::now();
+}
+Interruptible::~Interruptible() { asked = outer_; }
+
+bool is_interruptible() { return asked != nullptr; }
+
+void check_interruption() {
+  if (!asked) return;
+  const Clock::time_point now = Clock::now();
+  if (now - last < kPause) return;
+  last = now;
+  (*asked)();
+}
+
+}  // namespace ballot
