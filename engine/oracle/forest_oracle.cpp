@@ -1,5 +1,7 @@
 #include "engine/oracle/forest_oracle.h"
 
+#include <limits>
+
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
 #include "engine/oracle/instance_walk.h"
@@ -27,8 +29,8 @@ OracleHit ForestOracle::nearest(const Ray& ray) const {
 Verdict ForestOracle::judge(const Ray& ray, const Hit& answer, Want want, Arithmetic arithmetic) const {
   const std::vector<Instance>& instances = forest_.instances();
   if (answer.prim != NO_HIT && (is_dead(ray) || answer.prim >= forest_.triangle_count())) return Verdict::FalseHit;
-  if (is_dead(ray)) return answer.t == 0 ? Verdict::Same : Verdict::WrongT;
-  if (answer.prim == NO_HIT && answer.t != ray.t_max) return Verdict::WrongT;
+  if (answer.prim == NO_HIT && answer.t != std::numeric_limits<float>::infinity()) return Verdict::WrongT;
+  if (is_dead(ray)) return Verdict::Same;
   Verdict verdict = Verdict::Same;
   const auto with = [&](const Instance& i, const Ray& object, const Hit& given) {
     const Verdict one = oracles_[i.mesh].judge(object, given, oracles_[i.mesh].nearest(object), want, arithmetic);
@@ -49,7 +51,7 @@ Verdict ForestOracle::judge(const Ray& ray, const Hit& answer, Want want, Arithm
     if (k == named || surely_misses(instances[k], forest_.meshes()[instances[k].mesh].extents, ray)) continue;
     Ray object = object_ray(ray, instances[k].map);
     if (named < instances.size()) object.t_max = float(before);
-    with(instances[k], object, {is_dead(object) ? 0 : object.t_max, NO_HIT, 0, 0});
+    with(instances[k], object, {std::numeric_limits<float>::infinity(), NO_HIT, 0, 0});
     if (verdict == Verdict::FalseMiss && named < instances.size()) verdict = Verdict::WrongPrim;
   }
   return verdict;

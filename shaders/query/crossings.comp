@@ -42,7 +42,7 @@ void main() {
   bool live = inside && !is_dead(given);
   if (!live) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
   Walker w = make_walker(given);
-  Units units = units_of(given);
+  float scale = direction_scale(given.dir);
   uint found = 0u;
   begin_walk(live);
 #if BALLOT_LISTS
@@ -77,7 +77,7 @@ void main() {
         found += uint(crossed);
 #if BALLOT_LISTS
         if (crossed && slot < end) {
-          store_hit(slot, Hit(hit.t * units.scale, hit.prim, hit.u, hit.v));
+          store_hit(slot, Hit(hit.t * scale, hit.prim, hit.u, hit.v));
           ++slot;
         }
 #endif

@@ -27,7 +27,7 @@ struct Ray {
 BALLOT_RECORD(Ray, 32);
 
 // A hit. prim is the triangle's number in the order of the scene file, or NO_HIT on a miss. u and v are the barycentric
-// weights of vertices 1 and 2.
+// weights of vertices 1 and 2. The t of a miss is infinity, u and v are 0.
 struct Hit {
   float t;
   uint prim;

@@ -154,7 +154,7 @@ TEST(Forest, OracleFindsWhatTheFlatSceneHolds) {
     Hit wrong = right;
     wrong.prim = (b.prim + 100) % std::uint32_t(forest.triangle_count());
     EXPECT_GT(int(two.judge(ray, wrong, Want::Nearest)), int(Verdict::Tie));
-    EXPECT_EQ(two.judge(ray, {ray.t_max, NO_HIT, 0, 0}, Want::Nearest), Verdict::FalseMiss);
+    EXPECT_EQ(two.judge(ray, {INFINITY, NO_HIT, 0, 0}, Want::Nearest), Verdict::FalseMiss);
   }
   EXPECT_GT(hits, 300);
 }

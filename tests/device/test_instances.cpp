@@ -36,7 +36,7 @@ class Instances : public DeviceTest {
   /// The hits by the definition: the object-space rays of each instance are traced against its mesh alone.
   static std::vector<Hit> defined(const Forest& forest, std::span<const Ray> rays, const std::string& numeric) {
     std::vector<Hit> best(rays.size());
-    for (std::size_t i = 0; i < rays.size(); ++i) best[i] = {is_dead(rays[i]) ? 0 : rays[i].t_max, NO_HIT, 0, 0};
+    for (std::size_t i = 0; i < rays.size(); ++i) best[i] = {INFINITY, NO_HIT, 0, 0};
     std::vector<std::unique_ptr<Tracer>> alone;  // one for each mesh, with kernels that suit all
     TreeFacts facts = forest.facts();
     facts.top_depth = 0;

@@ -38,8 +38,8 @@ void leave_ray(uint index) {
 
 // Writes the hit of a ray. There is one store in every case: lavapipe runs both sides of a branch and stores lane by
 // lane.
-void write_hit(uint index, Walker w, Units units, bool cut_short) {
-  Hit hit = finished_hit(w.hit, units);
+void write_hit(uint index, Walker w, float scale, bool cut_short) {
+  Hit hit = finished_hit(w.hit, scale);
   if (cut_short) hit = UNFINISHED_HIT;
   store_hit(index, hit);
   COUNT_WRITE(index)
@@ -48,18 +48,18 @@ void write_hit(uint index, Walker w, Units units, bool cut_short) {
 #endif
 }
 
-// Returns the units of a ray at the end of its walk. The ray is loaded again, which costs less than to keep the values.
-// A computed camera ray is not computed again, which would cost more.
-Units units_at_end(uint index, Walker w) {
+// Returns the factor from the t of a walk to that of its ray. The ray is loaded again, which costs less than to keep
+// the factor. A computed camera ray is not computed again, which would cost more.
+float scale_at_end(uint index, Walker w) {
 #if BALLOT_CAMERA
-  return Units(w.scale, w.hit.t > 0.0 ? CAMERA_T_MAX : 0.0);  // a miss still has the t_max of the start
+  return w.scale;
 #else
-  return units_of(load_ray(index));
+  return direction_scale(load_ray(index).dir);
 #endif
 }
 
 void write_hit(uint index, Walker w, bool cut_short) {
-  write_hit(index, w, units_at_end(index, w), cut_short);
+  write_hit(index, w, scale_at_end(index, w), cut_short);
   if (cut_short) atomicAdd(work.unfinished, 1u);
 }
 

@@ -64,13 +64,13 @@ void trace_one_by_one(uint base) {
 #endif
 
 void trace_packet(uint base) {
-  Units units[BALLOT_RAYS];
+  float scales[BALLOT_RAYS];
   alive = 0u;
   EACH_RAY(r) {
     Ray given;
     alive |= uint(take_ray(packet_index(base, r), packet[r], given)) << r;
     packet[r].slabs = mirrored(packet[r].slabs, goes_down(packet[r].ray));
-    units[r] = units_of(given);
+    scales[r] = direction_scale(given.dir);
     COUNT_WIDE_BEGIN(r)
   }
   uint groups = packet_groups();
@@ -86,7 +86,7 @@ void trace_packet(uint base) {
   EACH_RAY(r) {
     uint index = packet_index(base, r);
     COUNT_WIDE_END(r)
-    if (index < RAY_END) write_hit(index, packet[r], units[r], cut_short);
+    if (index < RAY_END) write_hit(index, packet[r], scales[r], cut_short);
     left += uint(index < RAY_END);
   }
   if (cut_short) atomicAdd(work.unfinished, left);

@@ -48,7 +48,6 @@ uvec4 mesh_texel(uint texel) { return Texels(uvec2(top_push.meshes_lo, top_push.
 Ray world;         // scaled
 vec3 world_inv;    // its reciprocal direction
 float world_scale;  // of t, from this scale to the given ray's
-float world_miss;  // t of a miss
 Hit found;         // the nearest hit so far: t on the scale of `world`, the number of its triangle
 bool found_cut;    // the driver cut a walk short
 float found_open;  // no triangle that a walk has left open is hit before this t (numeric.glsl)
@@ -62,7 +61,6 @@ bool begin_instances(uint index) {
   bool inside = index < RAY_END;
   Ray given = load_ray(inside ? index : whole_push.ray_begin);
   bool live = inside && !is_dead(given);
-  world_miss = live ? given.t_max : 0.0;
   if (!live) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
   world = scaled_ray(given);
   world_inv = reciprocal_direction(world.dir);
@@ -195,7 +193,7 @@ void leave_instance(Walker w, uint end, inout bool live) {
 #if BALLOT_LISTS_RAYS
   found_open = min(found_open, open_from(w.space));
 #endif
-  Hit hit = finished_hit(w.hit, Units(object_scale, 0.0));
+  Hit hit = finished_hit(w.hit, object_scale);
   uint prim = first_prim + hit.prim;
   if (hit.prim != NO_HIT && (hit.t < found.t || (hit.t == found.t && prim < found.prim)))
     found = Hit(hit.t, prim, hit.u, hit.v);
@@ -215,7 +213,7 @@ void leave_instance(Walker w, uint end, inout bool live) {
 }
 
 void write_found(uint index, bool cut_short) {
-  Hit hit = found.prim == NO_HIT ? Hit(world_miss, NO_HIT, 0.0, 0.0)
+  Hit hit = found.prim == NO_HIT ? Hit(MISS_T, NO_HIT, 0.0, 0.0)
                                  : Hit(found.t * world_scale, found.prim, found.u, found.v);
   if (cut_short) hit = UNFINISHED_HIT;
   store_hit(index, hit);

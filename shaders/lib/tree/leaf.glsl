@@ -113,20 +113,14 @@ void visit_leaf(inout Walker w, uint leaf, bool live) {
 #endif
 }
 
-// The conversion of a hit to the units of the given ray: a factor for t, and the t of a miss, which is t_max, or 0 for
-// a dead ray.
-struct Units {
-  float scale, miss;
-};
+#define MISS_T uintBitsToFloat(0x7F800000u)  // infinity
 
-Units units_of(Ray given) { return Units(direction_scale(given.dir), is_dead(given) ? 0.0 : given.t_max); }
-
-// Returns the result of a walk in these units, with the prim instead of its place.
-Hit finished_hit(Hit hit, Units units) {
-  if (hit.prim == NO_HIT) return Hit(units.miss, NO_HIT, 0.0, 0.0);
+// Returns the result of a walk with its t times `scale`, and the prim instead of its place.
+Hit finished_hit(Hit hit, float scale) {
+  if (hit.prim == NO_HIT) return Hit(MISS_T, NO_HIT, 0.0, 0.0);
 #ifdef TRIANGLE_SETTLES
   return hit;
 #else
-  return Hit(hit.t * units.scale, prim_at(hit.prim), hit.u, hit.v);
+  return Hit(hit.t * scale, prim_at(hit.prim), hit.u, hit.v);
 #endif
 }
