@@ -76,10 +76,10 @@ RayFile::RayFile(const fs::path& path) : file_(std::make_unique<NpyFile>(path)) 
   if (shape.size() != 2 || (shape[1] != 8 && shape[1] != 6))
     file_->stop(file_->found() +
                 "; expected shape (n, 8): origin x y z, t_min, direction x y z, t_max; or (n, 6): origin, direction");
-  if (*header.fortran_order) file_->stop(file_->found() + "; expected C order: save numpy.ascontiguousarray(a)");
   count_ = left_ = shape[0];
   columns_ = shape[1];
-  file_->expect_items(count_, columns_ * (wide_ ? sizeof(double) : sizeof(float)));
+  const std::size_t number = wide_ ? sizeof(double) : sizeof(float);
+  file_->expect_items(count_, columns_ * number, number);
 }
 
 RayFile::RayFile(RayFile&&) noexcept = default;
@@ -147,7 +147,7 @@ std::vector<Hit> read_hits(const fs::path& path) {
   if (header.descr != kHitDescr || header.shape->size() != 1)
     file.stop(fmt::format("{}; expected dtype {} of shape (n,)", file.found(), kHitDescr));
   const std::uint64_t count = (*header.shape)[0];
-  file.expect_items(count, sizeof(Hit));
+  file.expect_items(count, sizeof(Hit), sizeof(Hit));
   std::vector<Hit> hits(count);
   file.read(hits.data(), count * sizeof(Hit));
   return hits;

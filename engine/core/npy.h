@@ -24,7 +24,7 @@ struct DeadRays {
 /// Counts them. Rays whose range is empty are not among them.
 DeadRays count_dead(std::span<const Ray> rays);
 
-/// A file of rays, read in parts: float32 or float64, C order, little endian, of shape (n, 8), with the columns in the
+/// A file of rays, read in parts: float32 or float64, little endian, of shape (n, 8), with the columns in the
 /// order of Ray, or (n, 6): origin, direction, without bounds. float64 is rounded to float32; a finite value beyond its
 /// range becomes the largest float32, because an infinite one would make the ray dead. So does an infinite t_max, which
 /// is no bound either. Belongs to one thread at a time.

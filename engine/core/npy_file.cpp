@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "engine/core/error.h"
+#include "engine/core/memory.h"
 #include "engine/core/parallel.h"
 
 namespace ballot {
@@ -20,7 +21,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "bytes are copied as they are");
 
-constexpr std::size_t kMaxHeader = 1 << 20;  // bytes; NumPy itself refuses more than 10 000
+constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 47;  // of an array
+constexpr std::size_t kMaxHeader = 1 << 20;                   // bytes; NumPy itself refuses more than 10 000
 
 std::string shape_text(const std::vector<std::uint64_t>& shape) {
   return shape.size() == 1 ? fmt::format("({},)", shape[0]) : fmt::format("({})", fmt::join(shape, ", "));
@@ -160,10 +162,40 @@ std::string NpyFile::found() const {
                      shape_text(*header_.shape));
 }
 
-void NpyFile::expect_items(std::uint64_t count, std::uint64_t item_bytes) const {
-  if (!left_ || (*left_ % item_bytes == 0 && *left_ / item_bytes == count)) return;
-  stop(fmt::format("{}, but {} bytes follow the header where {} items of {} bytes are expected", found(), *left_, count,
-                   item_bytes));
+void NpyFile::expect_items(std::uint64_t count, std::uint64_t item_bytes, std::size_t number_bytes) {
+  if (left_ && (*left_ % item_bytes != 0 || *left_ / item_bytes != count))
+    stop(fmt::format("{}, but {} bytes follow the header where {} items of {} bytes are expected", found(), *left_,
+                     count, item_bytes));
+  if (!*header_.fortran_order || header_.shape->size() < 2) return;
+  if (count > kMostBytes / item_bytes) stop(found() + "; expected an array that memory can hold");
+  read_transposed(count * item_bytes, number_bytes);
+}
+
+/// Takes the numbers of an array in Fortran order, whose first index runs fastest, as rows.
+void NpyFile::read_transposed(std::uint64_t bytes, std::size_t number_bytes) {
+  need_memory(2 * bytes, fmt::format("{}: an array in Fortran order", path_.string()));
+  const std::uint64_t rows = (*header_.shape)[0], width = rows ? bytes / number_bytes / rows : 0;
+  std::vector<std::byte> columns(bytes), in_rows(bytes);
+  read(columns.data(), bytes);
+  // Numbers of a row lie in the order of its own indices, of which the first runs fastest too.
+  const std::vector<std::uint64_t> axes(header_.shape->begin() + 1, header_.shape->end());
+  for (std::uint64_t k = 0; k < width; ++k) {
+    std::uint64_t place = 0, rest = k;  // of the number in its row: the last index runs fastest
+    std::uint64_t step = width;
+    for (const std::uint64_t axis : axes) {
+      step /= axis;
+      place += rest % axis * step;
+      rest /= axis;
+    }
+    for (std::uint64_t row = 0; row < rows; ++row)
+      std::memcpy(&in_rows[(row * width + place) * number_bytes], &columns[(k * rows + row) * number_bytes],
+                  number_bytes);
+  }
+  bytes_ = std::move(in_rows);
+  file_.reset();
+  position_ = 0;
+  left_ = bytes;
+  header_.fortran_order = false;
 }
 
 void NpyFile::read(void* out, std::size_t bytes) {

@@ -35,8 +35,10 @@ class NpyFile {
   /// Returns the dtype and the shape in words, for messages.
   std::string found() const;
 
-  /// Throws unless exactly `count` items of `item_bytes` bytes follow. Of a pipe, read() finds out.
-  void expect_items(std::uint64_t count, std::uint64_t item_bytes) const;
+  /// Throws unless exactly `count` items of `item_bytes` bytes follow, which are rows of numbers of `number_bytes`.
+  /// Of a pipe, read() finds out. An array in Fortran order is then read as a whole, so that its rows follow. Throws if it
+  /// does not fit into memory.
+  void expect_items(std::uint64_t count, std::uint64_t item_bytes, std::size_t number_bytes);
 
   /// Reads the next bytes, of a regular file by several threads if they are many.
   void read(void* out, std::size_t bytes);
@@ -48,6 +50,7 @@ class NpyFile {
 
  private:
   void read_header();
+  void read_transposed(std::uint64_t bytes, std::size_t number_bytes);
 
   std::filesystem::path path_;
   InputStream file_{nullptr, nullptr};

@@ -44,8 +44,8 @@ std::vector<glm::vec3> read_points(const std::filesystem::path& path) {
               "numpy.ascontiguousarray(a, '<f4')");
   const auto& shape = *header.shape;
   if (shape.size() != 2 || shape[1] != 3) file.stop(file.found() + "; expected points of shape (n, 3): x y z");
-  if (*header.fortran_order) file.stop(file.found() + "; expected C order: save numpy.ascontiguousarray(a)");
-  file.expect_items(shape[0], 3 * (wide ? sizeof(double) : sizeof(float)));
+  const std::size_t number = wide ? sizeof(double) : sizeof(float);
+  file.expect_items(shape[0], 3 * number, number);
   if (shape[0] > std::numeric_limits<std::uint32_t>::max())
     file.stop(file.found() + "; expected less than 2^32 points; split the file");
   need_memory(shape[0] * sizeof(glm::vec3), fmt::format("{}: {} points", path.string(), shape[0]));
@@ -70,7 +70,7 @@ std::vector<std::uint32_t> read_masks(const std::filesystem::path& path) {
   const auto& shape = *file.header().shape;
   if (file.header().descr != "'<u4'" || shape.size() != 1)
     file.stop(file.found() + "; expected masks, uint32 '<u4' of shape (n,); convert with numpy.asarray(a, '<u4')");
-  file.expect_items(shape[0], sizeof(std::uint32_t));
+  file.expect_items(shape[0], sizeof(std::uint32_t), sizeof(std::uint32_t));
   need_memory(shape[0] * sizeof(std::uint32_t), fmt::format("{}: {} masks", path.string(), shape[0]));
   std::vector<std::uint32_t> masks(shape[0]);
   file.read(masks.data(), masks.size() * sizeof(std::uint32_t));

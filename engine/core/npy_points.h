@@ -10,7 +10,7 @@
 
 namespace ballot {
 
-/// Reads points: float32 or float64 of shape (n, 3), C order, little endian. float64 is rounded to float32; a finite
+/// Reads points: float32 or float64 of shape (n, 3), little endian. float64 is rounded to float32; a finite
 /// value beyond its range becomes the largest float32. "-" is standard input. Throws Error(Work) that names the file,
 /// the dtype and shape found, and those expected.
 std::vector<glm::vec3> read_points(const std::filesystem::path& path);

@@ -24,7 +24,7 @@ Rows rows_of(const NpyFile& file) {
   const std::vector<std::uint64_t> shape = header.shape.value_or(std::vector<std::uint64_t>{});
   const std::string& descr = header.descr;  // such as "'<f4'"
   const bool plain = descr.size() == 5 && descr[0] == '\'' && (descr[1] == '<' || descr[1] == '|');
-  if (!plain || header.fortran_order.value_or(false) || descr[3] < '1' || descr[3] > '8') return {};
+  if (!plain || descr[3] < '1' || descr[3] > '8') return {};
   Rows rows{.kind = descr[2], .bytes = static_cast<std::size_t>(descr[3] - '0')};
   if (shape.size() == 2) rows.count = shape[0], rows.width = shape[1];
   if (shape.size() == 3 && shape[1] == 3 && shape[2] == 3) rows.count = shape[0], rows.width = 9;
@@ -39,7 +39,7 @@ template <class Row>
 void read_floats(const std::filesystem::path& path, NpyFile& file, const Rows& rows, std::vector<Row>& to) {
   static_assert(sizeof(Row) % sizeof(float) == 0);
   constexpr std::size_t kWidth = sizeof(Row) / sizeof(float);
-  file.expect_items(rows.count, kWidth * rows.bytes);
+  file.expect_items(rows.count, kWidth * rows.bytes, rows.bytes);
   need_memory(rows.count * sizeof(Row), fmt::format("{}: {} rows", path.string(), rows.count));
   to.resize(rows.count);
   if (rows.bytes == sizeof(float)) return file.read(to.data(), to.size() * sizeof(Row));
@@ -54,7 +54,7 @@ void read_floats(const std::filesystem::path& path, NpyFile& file, const Rows& r
 Scene triangles_of(const std::filesystem::path& path, NpyFile& file) {
   const Rows rows = rows_of(file);
   if (rows.width != 9 || !are_floats(rows))
-    fail_in(path, "has {}; expected triangles: float32 or float64 of shape (n, 3, 3), in C order", file.found());
+    fail_in(path, "has {}; expected triangles: float32 or float64 of shape (n, 3, 3)", file.found());
   if (rows.count > kMaxTriangles)
     fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", rows.count, kMaxTriangles);
   Scene scene;
@@ -74,14 +74,18 @@ Scene indexed_of(const std::filesystem::path& path, NpyFile& vertices, NpyFile& 
     fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", corners.count, kMaxTriangles);
   std::vector<glm::vec3> positions;
   read_floats(path, vertices, points, positions);
-  faces.expect_items(corners.count, 3 * corners.bytes);
+  faces.expect_items(corners.count, 3 * corners.bytes, corners.bytes);
   need_memory(corners.count * sizeof(Triangle), fmt::format("{}: {} triangles", path.string(), corners.count));
   Scene scene;
   scene.triangles.resize(corners.count);
   for (std::size_t t = 0; t < scene.triangles.size(); ++t)
     for (glm::vec3& vertex : scene.triangles[t]) {
-      std::uint64_t index = 0;  // a negative one has its sign bit, or is too large
+      std::uint64_t index = 0;
       faces.read(&index, corners.bytes);
+      const std::size_t unused = 64 - 8 * corners.bytes;  // bits of the word
+      const std::int64_t signed_index = std::int64_t(index << unused) >> unused;
+      if (corners.kind == 'i' && signed_index < 0)
+        fail_in(path, "triangle {} names vertex {}, but there are {}", t, signed_index, positions.size());
       if (index >= positions.size())
         fail_in(path, "triangle {} names vertex {}, but there are {}", t, index, positions.size());
       vertex = positions[index];

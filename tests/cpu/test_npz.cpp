@@ -114,6 +114,25 @@ TEST(Npz, VerticesAndFaces) {
             expected);
 }
 
+// In Fortran order the first index runs fastest: what numpy.savez writes of array[:, columns].
+TEST(Npz, FortranOrder) {
+  const auto turned = [](std::string array) { return array.replace(array.find("False"), 5, "True "); };
+  const std::vector<float> by_columns{0, 1, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0};  // kNpzCorners: all x, all y, all z
+  const std::vector<std::int32_t> faces{0, 1, 1, 3, 2, 2};                  // (0, 1, 2), (1, 3, 2)
+  EXPECT_EQ(load_npz_of(zipped({{"vertices.npy", turned(npy_array("<f4", "(4, 3)", by_columns))},
+                                {"faces.npy", turned(npy_array("<i4", "(2, 3)", faces))}}))
+                .triangles,
+            (std::vector<Triangle>{kNpzTriangle, {kNpzTriangle[1], glm::vec3(1, 1, 0), kNpzTriangle[2]}}));
+  // Two triangles of (n, 3, 3): number 9 n + 3 i + j of the second axis i and the third j.
+  std::vector<float> soup(18);
+  for (int n = 0; n < 2; ++n)
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) soup[std::size_t(n + 2 * (i + 3 * j))] = float(9 * n + 3 * i + j);
+  const auto both = load_npz_of(zipped({{"a.npy", turned(npy_array("<f4", "(2, 3, 3)", soup))}})).triangles;
+  ASSERT_EQ(both.size(), 2u);
+  for (int k = 0; k < 18; ++k) EXPECT_EQ(both[std::size_t(k / 9)][std::size_t(k / 3 % 3)][k % 3], float(k));
+}
+
 TEST(Npz, ArraysThatDoNotFit) {
   const std::string vertices = npy_array("<f4", "(4, 3)", kNpzCorners);
   const auto with = [&](const std::string& faces) {
@@ -121,7 +140,11 @@ TEST(Npz, ArraysThatDoNotFit) {
   };
   refuse_npz(with(npy_array("<i4", "(1, 3)", std::vector<std::int32_t>{0, 1, 4})),
              {"triangle 0 names vertex 4", "are 4"});
-  refuse_npz(with(npy_array("<i4", "(1, 3)", std::vector<std::int32_t>{0, 1, -1})), {"triangle 0 names vertex"});
+  refuse_npz(with(npy_array("<i4", "(1, 3)", std::vector<std::int32_t>{0, 1, -1})),
+             {"triangle 0 names vertex -1, but there are 4"});
+  refuse_npz(with(npy_array("<i8", "(1, 3)", std::vector<std::int64_t>{0, -7, 2})), {"names vertex -7,"});
+  refuse_npz(with(npy_array("|i1", "(1, 3)", std::vector<std::int8_t>{0, 1, -128})), {"names vertex -128,"});
+  refuse_npz(with(npy_array("|u1", "(1, 3)", std::vector<std::uint8_t>{0, 1, 255})), {"names vertex 255,"});
   refuse_npz(with(npy_array("<i4", "(1, 4)", std::vector<std::int32_t>{0, 1, 2, 3})),
              {"whole numbers of shape (n, 3)"});
   refuse_npz(with(npy_array("<f4", "(1, 3)", std::vector<float>{0, 1, 2})), {"whole numbers"});
