@@ -20,6 +20,7 @@
 #include "engine/core/cache_file.h"
 #include "engine/core/denoise.h"
 #include "engine/core/error.h"
+#include "engine/core/failure_text.h"
 #include "engine/core/file.h"
 #include "engine/core/file_id.h"
 #include "engine/core/image.h"
@@ -134,8 +135,7 @@ class Engine {
   /// rays    n >= 0 rays, read before the call returns. Origins in scene units; dir need not be of unit length, t
   ///         counts multiples of it. Dead rays (shaders/shared/layout.h) are misses. Neighbours in the buffer share a
   ///         subgroup: order them for coherence.
-  /// hits    exactly n records, overwritten. On a miss prim is NO_HIT, t is the ray's t_max (0 for a dead ray), and
-  ///         u = v = 0.
+  /// hits    exactly n records, overwritten. On a miss prim is NO_HIT, t infinity, and u = v = 0.
   /// query   nearest: the smallest t in [t_min, t_max], among equal t the smallest prim. In `plain` and `fast`, whose
   ///         boxes are not padded, it may be another triangle at that t. any: some hit.
   /// Throws Error(Arguments) if the sizes differ or a name is unknown, Error(Work) if the device fails.

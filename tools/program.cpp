@@ -5,7 +5,6 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <sstream>
 
 #include "tools/cli.h"
@@ -135,20 +134,10 @@ int program(int argc, char** argv) {
   } catch (const Stopped& stopped) {
     say_failure(stopped.what());
     return stopped.exit_code();
-  } catch (const Error& error) {
-    say_failure(error.what());
-    return int(error.kind());
-  } catch (const std::bad_alloc&) {
-    say_failure("out of memory; use a smaller scene or fewer rays at a time");
-    return int(Failure::Work);
-  } catch (const std::filesystem::filesystem_error& error) {
-    const std::string place = error.path1().empty() ? "a file or folder" : error.path1().string();
-    say_failure(fmt::format("cannot use {}: {}", place, error.code().message()));
-    return int(Failure::Work);
-  } catch (const std::exception&) {  // its text names a function of a library, and nothing of the user's
-    say_failure(
-        "a fault inside Ballot stopped the work; please report it with this command line and the files that it names");
-    return int(Failure::Work);
+  } catch (...) {
+    const FailureText failure = failure_text();
+    say_failure(failure.text);
+    return int(failure.kind);
   }
 }
 

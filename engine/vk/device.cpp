@@ -192,8 +192,8 @@ int rank(const DeviceInfo& d) {
 std::string list_of(const std::vector<DeviceInfo>& devices) {
   std::string text;
   for (std::size_t i = 0; i < devices.size(); ++i) {
-    text += fmt::format("\n  {}: {} ({})", i, devices[i].name, devices[i].driver);
-    for (const std::string& r : devices[i].refusals) text += fmt::format("\n     refused: {}", r);
+    text += fmt::format("{} {}: {} ({})", i ? ";" : "", i, devices[i].name, devices[i].driver);
+    for (const std::string& r : devices[i].refusals) text += fmt::format(", refused: {}", r);
   }
   return text;
 }
