@@ -42,13 +42,9 @@ RayArray::RayArray(const BallotRays& rays)
     throw Refused(
         BALLOT_ERROR_ARGUMENT,
         fmt::format("rays: format is {}; expected BALLOT_RAYS_FULL or BALLOT_RAYS_UNBOUNDED", int(rays.format)));
-  const std::size_t bytes = (full_ ? 8 : 6) * sizeof(float);
-  stride_ = rays.stride ? rays.stride : bytes;
   if (count_ && !data_)
     throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("rays: data is NULL, but count is {}", count_));
-  if (stride_ < bytes || stride_ % sizeof(float))
-    throw Refused(BALLOT_ERROR_ARGUMENT,
-                  fmt::format("rays: stride is {} bytes; expected a multiple of 4, at least {}", stride_, bytes));
+  stride_ = stride_of(rays.stride, (full_ ? 8 : 6) * sizeof(float), count_, "rays: stride");
 }
 
 Ray RayArray::ray(std::size_t i) const {
@@ -200,6 +196,9 @@ Query query_of(const BallotQuery& q) {
   if (q.any) query.want = Want::Any;
   if (q.method) query.method = q.method;
   if (q.numeric) query.numeric = q.numeric;
+  constexpr std::size_t kMostKnobs = 1000;
+  if (q.knob_count > kMostKnobs)
+    refuse(fmt::format("knobs: there are {}; at most {} are taken", q.knob_count, kMostKnobs));
   if (q.knob_count) need(q.knobs, "BallotQuery", "knobs");
   for (std::size_t i = 0; i < q.knob_count; ++i) {
     need(q.knobs[i].name, "BallotQuery", "the name of a knob");
@@ -210,9 +209,17 @@ Query query_of(const BallotQuery& q) {
   return query;
 }
 
-void Watch::operator()(double done) const {
-  if (progress_ && progress_(user_, done))
-    throw Refused(BALLOT_ERROR_INTERRUPTED, fmt::format("interrupted after {:.0f} % of the rays", 100 * done));
+void Watch::operator()(double done) {
+  done_ = done;
+  ask();
+}
+
+void Watch::ask() const {
+  if (!progress_) return;
+  const double done = done_;
+  const InCallback mark(*device_);
+  if (progress_(user_, done))
+    throw Refused(BALLOT_ERROR_INTERRUPTED, fmt::format("interrupted after {:.0f} % of the {}", 100 * done, what_));
 }
 
 }  // namespace ballot::api

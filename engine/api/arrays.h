@@ -2,10 +2,13 @@
 #pragma once
 
 #include <array>
+#include <functional>
+#include <optional>
 #include <span>
 
 #include "engine/api/row_order.h"
 #include "engine/api/state.h"
+#include "engine/core/interruption.h"
 
 namespace ballot::api {
 
@@ -77,16 +80,36 @@ class HitArrays {
 /// The query of a call, as the engine takes it.
 Query query_of(const BallotQuery& query);
 
-/// Wraps the progress callback of a query. Throws Refused(BALLOT_ERROR_INTERRUPTED) when it asks to stop.
+/// The progress function of a call on a device. Throws Refused(BALLOT_ERROR_INTERRUPTED) when it asks to stop.
 class Watch {
  public:
-  explicit Watch(const BallotQuery& query) : progress_(query.progress), user_(query.user) {}
-  void operator()(double done) const;
+  /// `with` has `progress` and `user`, as BallotQuery. `what` is counted: "rays".
+  template <class With>
+  Watch(const With& with, const DeviceState& device, const char* what = "rays")
+      : progress_(with.progress), user_(with.user), device_(&device), what_(what) {}
+  void operator()(double done);
+  /// Calls it with the share that was done last.
+  void ask() const;
   explicit operator bool() const { return progress_ != nullptr; }
 
  private:
   int (*progress_)(void*, double);
   void* user_;
+  const DeviceState* device_;
+  const char* what_;
+  double done_ = 0;
+};
+
+/// While it lives, the engine's work in this thread asks the progress function of a call now and then.
+class Watched {
+ public:
+  explicit Watched(const Watch& watch) : ask_([&watch] { watch.ask(); }) {
+    if (watch) work_.emplace(ask_);
+  }
+
+ private:
+  std::function<void()> ask_;
+  std::optional<Interruptible> work_;
 };
 
 }  // namespace ballot::api

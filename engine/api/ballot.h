@@ -286,7 +286,7 @@ class Scene {
   /// Counts all triangles that each ray crosses with t in [t_min, t_max]. A ray that passes through a
   /// closed surface at an edge or a vertex crosses it there once; one that only touches it there, twice or not at all.
   std::vector<std::uint32_t> count_crossings(const RayView& rays, const CrossingQuery& query = {}) const {
-    std::vector<std::uint32_t> counts(rays.count);
+    auto counts = detail::room_for<std::uint32_t>(rays.count);
     const BallotRays r = detail::rays_of(rays);
     BallotLists lists = detail::lists_of(query, rays.count);
     lists.most = 0;
@@ -299,12 +299,14 @@ class Scene {
   }
   /// Lists them.
   Crossings crossings(const RayView& rays, const CrossingQuery& query) const {
-    Crossings all;
+    detail::Listing listing{{}, query.progress};
     const BallotRays r = detail::rays_of(rays);
     BallotLists lists = detail::lists_of(query, rays.count);
-    detail::list_into(all, lists);
-    check(ballot_list_crossings(handle_.get(), &r, &lists, nullptr));
-    return all;
+    detail::list_into(listing, lists);
+    const BallotStatus status = ballot_list_crossings(handle_.get(), &r, &lists, nullptr);
+    if (listing.full) throw Error(Code::Memory, "the host has too little memory for all crossings; ask for less rays");
+    check(status);
+    return std::move(listing.all);
   }
   Crossings crossings(std::span<const Ray> rays, const CrossingQuery& query) const {
     return crossings(detail::view_of(rays), query);
@@ -330,7 +332,7 @@ class Scene {
 
   /// Returns nine floats for each triangle: x y z of its vertices.
   std::vector<float> triangles() const {
-    std::vector<float> all(9 * info().triangles);
+    auto all = detail::room_for<float>(9 * info().triangles);
     if (!all.empty()) check(ballot_scene_triangles(handle_.get(), all.data()));
     return all;
   }
@@ -340,11 +342,11 @@ class Scene {
                              std::uint32_t height) const {
     const BallotView v = detail::view_of(view);
     detail::check_size(width, height);
-    std::vector<Ray> rays(std::size_t{width} * height);
+    auto rays = detail::room_for<Ray>(std::size_t{width} * height);
     std::size_t count = 0;
     check(ballot_make_rays(handle_.get(), &v, kind.c_str(), width, height, rays.data(), rays.size(), &count));
     if (count > rays.size()) {  // kinds with several rays a pixel
-      rays.resize(count);
+      rays = detail::room_for<Ray>(count);
       check(ballot_make_rays(handle_.get(), &v, kind.c_str(), width, height, rays.data(), rays.size(), &count));
     }
     rays.resize(count);
@@ -354,7 +356,7 @@ class Scene {
   /// Renders a view: width * height * 4 floats, linear Rec.709 and coverage, rows from the top.
   std::vector<float> render(const View& view, const Picture& picture, const Query& query = {}) const {
     detail::check_size(picture.width, picture.height);
-    std::vector<float> rgba(std::size_t{4} * picture.width * picture.height);
+    auto rgba = detail::room_for<float>(std::size_t{4} * picture.width * picture.height);
     const BallotView v = detail::view_of(view);
     auto p = BALLOT_INIT(BallotPicture);
     p.width = picture.width, p.height = picture.height, p.samples = picture.samples;

@@ -26,6 +26,8 @@
  *           its device alive, so they may be closed in any order. Closing NULL does nothing.
  * Threads   Every function may be called from any thread. Calls on one device, its scenes and its buffers run one after
  *           another. Devices are independent of each other: give each thread a device of its own to trace at once.
+ * Callbacks Functions that a call is given, as BallotQuery::progress, must not call the device that the call is on:
+ *           BALLOT_ERROR_WORK. What they destroy goes once the call has ended.
  * Units     Lengths are in scene units, angles in radians. t counts multiples of a ray's direction.
  */
 #ifndef BALLOT_C_H
@@ -135,8 +137,7 @@ typedef struct BallotRay {
   float origin[3], t_min, dir[3], t_max;
 } BallotRay;
 
-/* A hit. On a miss prim is BALLOT_MISS, t the ray's t_max (0 for a dead ray), u = v = 0. u and v weigh vertices 1 and 2
- * of the triangle. */
+/* A hit. On a miss prim is BALLOT_MISS, t infinity, u = v = 0. u and v weigh vertices 1 and 2 of the triangle. */
 typedef struct BallotHit {
   float t;
   uint32_t prim;
@@ -211,7 +212,7 @@ BALLOT_API BallotStatus ballot_submit(BallotScene* scene, const BallotRays* rays
 BALLOT_API BallotStatus ballot_job_wait(BallotJob* job, BallotTimes* times);
 /* Returns BALLOT_NOT_READY, or the status of the job that has ended. */
 BALLOT_API BallotStatus ballot_job_poll(BallotJob* job);
-/* Waits for the job and frees it. */
+/* Waits for the job and frees it; in a callback it waits once the call has ended, but for a callback of a job. */
 BALLOT_API void ballot_job_destroy(BallotJob* job);
 
 /* ---- Arrays that stay on the device ----------------------------------------------------------------------------- */
@@ -249,7 +250,7 @@ BALLOT_API BallotStatus ballot_buffer_cuda(BallotBuffer* buffer, uint64_t* addre
 BALLOT_API const char* ballot_buffer_error(BallotBuffer* buffer);
 
 /* Traces rays [0, count) of one array and writes their hits to another; both of the scene's device. Returns when the
- * hits are written. BallotTimes::hits is not counted. */
+ * hits are written. BallotTimes::hits is not counted. query->progress may end the call, but is told no share. */
 BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits, uint64_t count,
                                              const BallotQuery* query, BallotTimes* times);
 

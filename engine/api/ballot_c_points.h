@@ -73,7 +73,8 @@ typedef struct BallotNearestPoint {
 
 /* Answers points [0, count) of one array by another; both of the scene's device. What is asked is what `answers` holds:
  * BALLOT_RECORD_NEAREST, BALLOT_RECORD_SIGNED_DISTANCE, or BALLOT_RECORD_INSIDE, 1 for each point that is inside.
- * Answers and errors are those of ballot_query_points(), but with a limit of each point; query->progress is not called.
+ * Answers and errors are those of ballot_query_points(), but with a limit of each point; query->progress may end
+ * the call, but is told no share.
  * Points keep their order: put those that are near each other next to each other, as neighbours share a subgroup. Only
  * numeric "exact" brings points to the host. Returns when the answers are written. BallotTimes::hits is not counted. */
 BALLOT_API BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, BallotBuffer* answers,
@@ -103,6 +104,7 @@ typedef struct BallotLists {
    * below the cutoff of a mask, or 0. Changes nothing where all surfaces are opaque, as in scenes from arrays. Not with
    * numeric "exact", because textures are read in float32. */
   uint32_t alpha;
+  int (*progress)(void* user, double done); /* as in BallotQuery */
 } BallotLists;
 
 /* Finds all crossings of rays and triangles with t in [t_min, t_max]. With numeric "exact" numbers and order are those

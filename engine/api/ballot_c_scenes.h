@@ -40,6 +40,10 @@ typedef struct BallotSceneOptions {
    * whole. "copy": each use is a moved copy. NULL or "auto": kept where that saves 4 million triangles and half of the
    * scene's, or where copies would not fit into memory. Hits are the same but for rounding. */
   const char* instances;
+  /* Called now and then with the share of the tree that is built, by any thread, one at a time. Returning non-zero ends
+   * the call with BALLOT_ERROR_INTERRUPTED. */
+  int (*progress)(void* user, double done);
+  void* user;
 } BallotSceneOptions;
 
 /* Makes a scene of `count` meshes on a device. Triangles are numbered through the meshes in their order; that number is

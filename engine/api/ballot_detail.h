@@ -33,6 +33,27 @@ class Handle {
   T* handle_ = nullptr;
 };
 
+/// Gives a struct of the C interface a progress function. Refers to the function.
+template <class To>
+void set_progress(To& to, const std::function<bool(double)>& progress) {
+  if (!progress) return;
+  to.user = const_cast<void*>(static_cast<const void*>(&progress));
+  to.progress = [](void* user, double done) {
+    return int(!(*static_cast<const std::function<bool(double)>*>(user))(done));
+  };
+}
+
+/// Returns an array of zeros. Throws Error(Memory) if there is no room for it.
+template <class T>
+std::vector<T> room_for(std::size_t count) {
+  try {
+    return std::vector<T>(count);
+  } catch (const std::exception&) {  // bad_alloc, or more than a vector holds
+    throw Error(Code::Memory, "the host has too little memory for " + std::to_string(count) + " results of " +
+                                  std::to_string(sizeof(T)) + " bytes; ask for less at a time");
+  }
+}
+
 /// A query in the form of the C interface. Refers to the query.
 class QueryArgument {
  public:
@@ -44,11 +65,7 @@ class QueryArgument {
     c_.knobs = knobs_.data();
     c_.knob_count = knobs_.size();
     if (!q.ray_class.empty()) c_.ray_class = q.ray_class.c_str();
-    if (!q.progress) return;
-    c_.user = const_cast<void*>(static_cast<const void*>(&q.progress));
-    c_.progress = [](void* user, double done) {
-      return int(!(*static_cast<const std::function<bool(double)>*>(user))(done));
-    };
+    set_progress(c_, q.progress);
   }
   QueryArgument(const QueryArgument&) = delete;
   QueryArgument& operator=(const QueryArgument&) = delete;
@@ -107,6 +124,7 @@ inline BallotPointQuery point_query_of(const PointQuery& query) {
   q.assume_closed = query.assume_closed;
   q.numeric = query.numeric.c_str();
   q.sign = std::uint32_t(query.sign);
+  set_progress(q, query.progress);
   return q;
 }
 
@@ -129,21 +147,32 @@ inline BallotLists lists_of(const CrossingQuery& query, std::size_t rays) {
   lists.mesh_masks = query.mesh_masks.empty() ? nullptr : query.mesh_masks.data();
   lists.mesh_mask_count = query.mesh_masks.size();
   lists.ray_masks = query.ray_masks.empty() ? nullptr : query.ray_masks.data();
+  set_progress(lists, query.progress);
   return lists;
 }
 
-/// Makes a call add what it lists to `all`.
-inline void list_into(Crossings& all, BallotLists& lists) {
-  lists.user = &all;
+/// What a list of crossings goes to.
+struct Listing {
+  Crossings all;
+  const std::function<bool(double)>& progress;
+  bool full = false;  // there was no memory for more
+};
+
+/// Makes a call add what it lists.
+inline void list_into(Listing& listing, BallotLists& lists) {
+  lists.user = &listing;
+  if (listing.progress)
+    lists.progress = [](void* user, double done) { return int(!static_cast<Listing*>(user)->progress(done)); };
   lists.take = [](void* user, std::uint64_t, std::size_t rays, const std::uint32_t* counts, const BallotHit* hits) {
-    auto& to = *static_cast<Crossings*>(user);
+    auto& to = static_cast<Listing*>(user)->all;
     std::size_t total = 0;
     for (std::size_t i = 0; i < rays; ++i) total += counts[i];
     try {
       to.counts.insert(to.counts.end(), counts, counts + rays);
       to.hits.insert(to.hits.end(), hits, hits + total);
     } catch (...) {
-      return 1;  // no memory: the call ends as interrupted
+      static_cast<Listing*>(user)->full = true;
+      return 1;
     }
     return 0;
   };
@@ -174,7 +203,11 @@ inline BallotMesh mesh_of(const Mesh& m) {
     mesh.indices = m.indices16.data(), mesh.index_count = m.indices16.size(), mesh.index_type = BALLOT_INDEX_U16;
   }
   mesh.id = m.id;
-  if (!m.normals.empty()) mesh.normals = m.normals.data();
+  if (m.normals.empty()) return mesh;
+  if (m.normals.size() < 3 * mesh.vertex_count)
+    throw Error(Code::Argument, "mesh: " + std::to_string(m.normals.size()) + " numbers of normals, but " +
+                                    std::to_string(mesh.vertex_count) + " vertices; expected three for each");
+  mesh.normals = m.normals.data();
   return mesh;
 }
 inline std::size_t matrices(std::span<const float> transforms, std::size_t stride) {
@@ -204,6 +237,7 @@ inline BallotSceneOptions options_of(const SceneOptions& options) {
   o.expected_rays = options.expected_rays;
   o.allow_outside = options.allow_outside;
   o.instances = options.instances.c_str();
+  set_progress(o, options.progress);
   return o;
 }
 inline BallotView view_of(const View& view) {

@@ -70,9 +70,9 @@ struct RayView {
   bool bounded = true;     // true: 8 floats, as Ray; false: 6 floats, origin and dir, with t from 0 without a bound
 };
 
-/// A hit, 16 bytes: float t, uint32 prim, float u, v. On a miss prim is kMiss, t the ray's t_max (0 for a dead ray),
-/// and u = v = 0. u and v are the barycentric coordinates of the triangle's vertices 1 and 2. prim counts triangles
-/// through all meshes of the scene.
+/// A hit, 16 bytes: float t, uint32 prim, float u, v. On a miss prim is kMiss, t infinity, and u = v = 0. u and v are
+/// the barycentric coordinates of the triangle's vertices 1 and 2. prim counts triangles through all meshes of the
+/// scene.
 using Hit = BallotHit;
 inline constexpr std::uint32_t kMiss = BALLOT_MISS;
 
@@ -122,6 +122,9 @@ struct SceneOptions {
   /// whole; such a scene takes no queries of points and crossings. "copy": each use is a moved copy. "auto": kept where
   /// that saves 4 million triangles and half of the scene's, or where copies would not fit into memory.
   std::string instances = "auto";
+  /// Called now and then with the share of the tree that is built, by any thread, one at a time. Returning false ends
+  /// the call with Error(Interrupted). Must not throw.
+  std::function<bool(double done)> progress = {};
 };
 
 /// How to find hits.
@@ -136,8 +139,8 @@ struct Query {
   std::function<bool(double done)> progress = {};
 };
 
-/// Where results go: arrays of one entry for each ray. Null pointers are not written. On a miss t is infinity (unlike
-/// Hit::t), numbers are kMiss, and the others are 0.
+/// Where results go: arrays of one entry for each ray. Null pointers are not written. On a miss t is infinity, numbers
+/// are kMiss, and the others are 0.
 struct Results {
   Hit* hits = nullptr;
   float* t = nullptr;
@@ -183,6 +186,7 @@ struct PointQuery {
   bool assume_closed = false;  // go on with a mesh that `sign` refuses; answers near its faults are then arbitrary
   std::string numeric = "watertight";  // or "exact": decided as by exact arithmetic
   Sign sign = Sign::Parity;
+  std::function<bool(double done)> progress = {};  // as Query::progress; told no share of arrays on the device
 };
 
 /// The triangles that are left out: those that a ray meets from behind or from the front. The front is the side from
@@ -197,6 +201,7 @@ struct CrossingQuery {
   std::span<const std::uint32_t> mesh_masks = {};  // of each mesh, in the order in which the scene was made of them
   std::span<const std::uint32_t> ray_masks = {};   // of each ray
   bool alpha = false;  // leave out a triangle where its surface stops nothing: BallotLists::alpha
+  std::function<bool(double done)> progress = {};  // as Query::progress
 };
 
 /// All crossings of rays: those of ray i are hits[counts[0] + ... + counts[i - 1]] and the counts[i] - 1 behind it.

@@ -32,8 +32,8 @@ void check_range(const BufferState& buffer, std::uint64_t first, std::uint64_t c
                  const char* call) {
   if (count) need(records, call, "records");
   if (first > buffer.records || count > buffer.records - first)
-    throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("{}: {} records from number {}, but the buffer has {}", call,
-                                                     count, first, buffer.records));
+    throw Refused(BALLOT_ERROR_ARGUMENT,
+                  fmt::format("{}: {} records from number {}, but it has {}", call, count, first, buffer.records));
 }
 
 }  // namespace
@@ -48,13 +48,12 @@ BallotStatus ballot_buffer_create(BallotDevice* device, BallotRecord record, uin
     const BallotBufferOptions o = read_struct(options, "BallotBufferOptions");
     constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
     if (count == 0 || count > kMost)
-      throw Refused(BALLOT_ERROR_ARGUMENT,
-                    fmt::format("ballot_buffer_create: {} records; expected 1 to {}", count, kMost));
+      throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("array: {} records; expected 1 to {}", count, kMost));
     const ballot::Access access =
         o.exported ? ballot::Access::Storage | ballot::Access::Exported : ballot::Access::Storage;
     auto state = std::make_shared<BufferState>();
     state->device = d;
-    const std::lock_guard lock(d->mutex);
+    const DeviceHold hold(*d);
     make_records(*state, record, count, access);
     *buffer = buffers().add(std::move(state));
   });
@@ -62,8 +61,8 @@ BallotStatus ballot_buffer_create(BallotDevice* device, BallotRecord record, uin
 
 BallotStatus ballot_buffer_write(BallotBuffer* buffer, uint64_t first, const void* records, uint64_t count) {
   return guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) {
-    check_range(*state, first, count, records, "ballot_buffer_write");
-    const std::lock_guard lock(state->device->mutex);
+    check_range(*state, first, count, records, "array");
+    const DeviceHold hold(*state->device);
     const std::size_t record = state->record_bytes;
     state->raw().upload(first * record, records, count * record);
   });
@@ -71,8 +70,8 @@ BallotStatus ballot_buffer_write(BallotBuffer* buffer, uint64_t first, const voi
 
 BallotStatus ballot_buffer_read(BallotBuffer* buffer, uint64_t first, void* records, uint64_t count) {
   return guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) {
-    check_range(*state, first, count, records, "ballot_buffer_read");
-    const std::lock_guard lock(state->device->mutex);
+    check_range(*state, first, count, records, "array");
+    const DeviceHold hold(*state->device);
     const std::size_t record = state->record_bytes;
     state->raw().download(first * record, records, count * record);
   });
@@ -88,7 +87,7 @@ BallotStatus ballot_buffer_fd(BallotBuffer* buffer, int* fd, uint64_t* allocatio
   return guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) {
     need(fd, "ballot_buffer_fd", "fd");
     need(allocation_bytes, "ballot_buffer_fd", "allocation_bytes");
-    const std::lock_guard lock(state->device->mutex);
+    const DeviceHold hold(*state->device);
     *fd = state->raw().export_fd();
     *allocation_bytes = state->raw().allocated_bytes();
   });
@@ -98,7 +97,7 @@ BallotStatus ballot_buffer_cuda(BallotBuffer* buffer, uint64_t* address, int* cu
   return guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) {
     need(address, "ballot_buffer_cuda", "address");
     need(cuda_device, "ballot_buffer_cuda", "cuda_device");
-    const std::lock_guard lock(state->device->mutex);
+    const DeviceHold hold(*state->device);
     if (!state->cuda) state->cuda = std::make_unique<CudaMemory>(state->raw(), state->device->gpu->info().uuid);
     *address = state->cuda->address();
     *cuda_device = state->cuda->device();

@@ -36,11 +36,14 @@ std::vector<std::string> list_of(const Rows&... rows) {
   return names;
 }
 
-/// Lets go of what a closed handle stood for. What belongs to another process stays: its driver's threads do not exist
-/// here.
+/// Lets go of what a closed handle stood for: in a callback of its device once the call has ended. What belongs to
+/// another process stays: its driver's threads do not exist here.
 template <class State>
 void let_go(std::shared_ptr<State> state, const std::shared_ptr<DeviceState>& device) {
-  if (device->owner != getpid()) new std::shared_ptr<State>(std::move(state));
+  if (device->owner != getpid())
+    new std::shared_ptr<State>(std::move(state));
+  else if (InCallback::of(*device))
+    device->late.push_back(std::move(state));
 }
 
 }  // namespace
@@ -99,13 +102,13 @@ void ballot_device_close(BallotDevice* device) {
 }
 
 void ballot_scene_destroy(BallotScene* scene) {
-  const auto state = scenes().remove(scene);
-  if (state) let_go(state, state->device);
+  auto state = scenes().remove(scene);
+  if (const auto device = state ? state->device : nullptr) let_go(std::move(state), device);
 }
 
 void ballot_buffer_destroy(BallotBuffer* buffer) {
-  const auto state = buffers().remove(buffer);
-  if (state) let_go(state, state->device);
+  auto state = buffers().remove(buffer);
+  if (const auto device = state ? state->device : nullptr) let_go(std::move(state), device);
 }
 
 BallotStatus ballot_device_info(BallotDevice* device, BallotDeviceInfo* info) {
@@ -118,7 +121,7 @@ BallotStatus ballot_device_info(BallotDevice* device, BallotDeviceInfo* info) {
 size_t ballot_device_message_count(BallotDevice* device) {
   std::size_t count = 0;
   guarded_use(device, [&](const std::shared_ptr<DeviceState>& state) {
-    const std::lock_guard lock(state->mutex);
+    const DeviceHold hold(*state);
     count = state->gpu->messages().size();
   });
   return count;

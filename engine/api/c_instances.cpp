@@ -1,6 +1,8 @@
 // Scenes of instances in the C interface: made, moved, described.
 #include <cstring>
+#include <limits>
 
+#include "engine/api/arrays.h"
 #include "engine/api/meshes.h"
 #include "engine/tree/build/device_build.h"
 
@@ -8,6 +10,7 @@ namespace ballot::api {
 namespace {
 
 constexpr std::size_t kTransformBytes = sizeof(Transform);
+constexpr std::size_t kMostInstances = std::numeric_limits<std::uint32_t>::max() - 2;  // each has a triangle at least
 
 /// Returns matrix number i of a caller's array.
 Transform transform_at(const float* transforms, std::size_t stride, std::size_t i) {
@@ -16,18 +19,13 @@ Transform transform_at(const float* transforms, std::size_t stride, std::size_t 
   return t;
 }
 
-std::size_t transform_stride(std::size_t given, const char* where) {
-  if (given == 0) return kTransformBytes;
-  if (given < kTransformBytes || given % sizeof(float))
-    refuse(fmt::format("{} is {} bytes; expected a multiple of 4, at least {}, or 0 for {}", where, given,
-                       kTransformBytes, kTransformBytes));
-  return given;
-}
-
 std::vector<Placement> read_instances(const BallotInstances& given) {
   if (given.count && !given.transforms)
     refuse(fmt::format("instances: transforms is NULL, but count is {}", given.count));
-  const std::size_t stride = transform_stride(given.transform_stride, "instances: transform_stride");
+  if (given.count > kMostInstances)
+    refuse(fmt::format("instances: count is {}; at most {} are possible", given.count, kMostInstances));
+  const std::size_t stride =
+      stride_of(given.transform_stride, kTransformBytes, given.count, "instances: transform_stride");
   std::vector<Placement> all(given.count);
   for (std::size_t i = 0; i < all.size(); ++i)
     all[i] = {given.meshes ? given.meshes[i] : 0, transform_at(given.transforms, stride, i)};
@@ -42,8 +40,7 @@ Forest::BuildMesh builder_of_meshes(Context& gpu, const BuildSettings& settings)
 }
 
 InstanceScene& instances_of(const SceneState& scene, const char* call) {
-  if (!scene.instanced)
-    refuse(fmt::format("{}: the scene has no instances; make it with ballot_scene_create_instances()", call));
+  if (!scene.instanced) refuse(fmt::format("{}: the scene has no instances; make one of meshes and instances", call));
   return *scene.instanced;
 }
 
@@ -59,6 +56,7 @@ BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMes
     need(scene, "ballot_scene_create_instances", "scene");
     need(instances, "ballot_scene_create_instances", "instances");
     if (count) need(meshes, "ballot_scene_create_instances", "meshes");
+    check_mesh_count(meshes, count);
     const BallotSceneOptions o = read_struct(options, "BallotSceneOptions");
     const std::vector<ballot::Placement> placements = read_instances(read_struct(instances, "BallotInstances"));
     auto state = std::make_shared<SceneState>();
@@ -70,12 +68,14 @@ BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMes
       const BallotMesh m = mesh_struct(meshes, i);
       const MeshState& mesh = state->meshes.emplace_back(read_mesh(m, first, where));
       first += mesh.triangles;
-      const std::size_t stride = stride_of(m.position_stride, where + ": position_stride");
+      const std::size_t stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
       check_vertices(m.positions, stride, m.vertex_count, where);
       gather(mesh, m.positions, stride, triangles.emplace_back(mesh.triangles).data());
     }
     const DeviceUse use(*d);
     const ballot::BuildSettings settings = engine_options(*d, o, "balanced", false).build;
+    Watch watch(o, *d, "scene");
+    const Watched watched(watch);
     state->instanced = std::make_unique<InstanceScene>(*d->gpu, std::move(triangles), placements,
                                                        builder_of_meshes(*d->gpu, settings));
     *scene = scenes().add(std::move(state));
@@ -85,14 +85,16 @@ BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMes
 BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* transforms, size_t count, size_t stride) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     if (count) need(transforms, "ballot_scene_update_instances", "transforms");
-    const std::size_t bytes = transform_stride(stride, "ballot_scene_update_instances: stride");
+    const std::size_t bytes = stride_of(stride, kTransformBytes, count, "instances: stride");
+    const DeviceUse use(*state->device);
+    InstanceScene& of = instances_of(*state, "update of instances");
+    if (count != of.forest.size())
+      refuse(fmt::format("instances: {} transforms, but the scene has {} instances", count, of.forest.size()));
     // Matrices one behind the other are taken where they lie.
     std::vector<ballot::Transform> gathered(bytes == kTransformBytes ? 0 : count);
     for (std::size_t i = 0; i < gathered.size(); ++i) gathered[i] = transform_at(transforms, bytes, i);
     std::span<const ballot::Transform> all = gathered;
     if (bytes == kTransformBytes) all = {reinterpret_cast<const ballot::Transform*>(transforms), count};
-    const DeviceUse use(*state->device);
-    InstanceScene& of = instances_of(*state, "ballot_scene_update_instances");
     of.tracer.move_instances(all);
   });
 }
@@ -100,10 +102,9 @@ BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* tran
 BallotStatus ballot_scene_instance(BallotScene* scene, size_t instance, BallotInstanceInfo* info) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_instance", "info");
-    const std::lock_guard lock(state->device->mutex);
-    const ballot::Forest& forest = instances_of(*state, "ballot_scene_instance").forest;
-    if (instance >= forest.size())
-      refuse(fmt::format("ballot_scene_instance: instance {}, but the scene has {}", instance, forest.size()));
+    const DeviceHold hold(*state->device);
+    const ballot::Forest& forest = instances_of(*state, "instance").forest;
+    if (instance >= forest.size()) refuse(fmt::format("instance {}: the scene has {}", instance, forest.size()));
     BallotInstanceInfo i = BALLOT_INIT(BallotInstanceInfo);
     i.mesh = forest.mesh_of(instance);
     i.first = forest.first_of(instance);

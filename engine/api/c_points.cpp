@@ -14,21 +14,16 @@ constexpr std::size_t kPointChunk = 1 << 13;  // points that a thread takes at a
 constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 using PointClock = std::chrono::steady_clock;
 
-[[noreturn]] void refuse_points(const std::string& text) { throw Refused(BALLOT_ERROR_ARGUMENT, text); }
-
 /// The points of a call. Keeps the caller's pointer.
 class PointArray {
  public:
   explicit PointArray(const BallotPoints& points)
       : data_(reinterpret_cast<const char*>(points.data)),
         count_(points.count),
-        stride_(points.stride ? points.stride : 3 * sizeof(float)),
+        stride_(stride_of(points.stride, 3 * sizeof(float), points.count, "points: stride")),
         limit_(points.limit == 0 ? kNoLimit : points.limit) {
-    if (count_ && !data_) refuse_points(fmt::format("points: data is NULL, but count is {}", count_));
-    if (stride_ < 3 * sizeof(float) || stride_ % sizeof(float))
-      refuse_points(fmt::format("points: stride is {} bytes; expected a multiple of 4, at least 12", stride_));
-    if (!(limit_ > 0))
-      refuse_points(fmt::format("points: limit is {}; expected a distance above 0, or 0 for none", limit_));
+    if (count_ && !data_) refuse(fmt::format("points: data is NULL, but count is {}", count_));
+    if (!(limit_ > 0)) refuse(fmt::format("points: limit is {}; expected a distance above 0, or 0 for none", limit_));
   }
   std::size_t count() const { return count_; }
   void read(std::uint64_t first, std::span<ProbePoint> room) const {
@@ -47,18 +42,17 @@ class PointArray {
 };
 
 /// Returns whether a query asks for mode exact.
-bool is_exact(const char* numeric, const char* call) {
+bool is_exact(const char* numeric) {
   const std::string_view name = numeric ? numeric : kDefaultNumeric;
   if (name != "exact" && name != kDefaultNumeric)
-    refuse_points(fmt::format("{}: numeric is '{}'; expected {} or exact", call, name, kDefaultNumeric));
+    refuse(fmt::format("numeric is '{}'; expected {} or exact", name, kDefaultNumeric));
   return name == "exact";
 }
 
 /// Returns whether signs are those of pseudonormals.
 bool is_by_sides(const BallotPointQuery& query) {
   if (query.sign > BALLOT_SIGN_PSEUDONORMAL)
-    refuse_points(fmt::format("BallotPointQuery: sign is {}; expected BALLOT_SIGN_PARITY or BALLOT_SIGN_PSEUDONORMAL",
-                              query.sign));
+    refuse(fmt::format("sign is {}; expected 0, parity, or 1, pseudonormals", query.sign));
   return query.sign == BALLOT_SIGN_PSEUDONORMAL;
 }
 
@@ -72,7 +66,7 @@ std::string edge_text(const FaultyEdge& edge) {
 void need_wound(ballot::Engine& engine) {
   const Topology& t = engine.topology();
   if (t.consistently_wound()) return;
-  refuse_points(fmt::format(
+  refuse(fmt::format(
       "sign by pseudonormals: triangles are wound against each other: at {} of the {} edges both run in the same "
       "direction, such as that {}; turn triangles round (`ballot check` lists such edges), or set assume_closed and "
       "take wrong signs near these",
@@ -84,7 +78,7 @@ void need_closed(ballot::Engine& engine) {
   const Topology& t = engine.topology();
   if (t.closed()) return;
   const FaultyEdge& edge = t.first_boundary.empty() ? t.first_nonmanifold.front() : t.first_boundary.front();
-  refuse_points(fmt::format(
+  refuse(fmt::format(
       "inside test: the mesh is not closed: {} of its {} edges belong to an odd number of triangles, such as that "
       "{}{}; "
       "mend it (`ballot check` lists such edges), take the sign by pseudonormals, or set assume_closed and take wrong "
@@ -93,15 +87,14 @@ void need_closed(ballot::Engine& engine) {
       t.flat ? fmt::format("; {} triangles without area are left out", t.flat) : std::string()));
 }
 
-PointStream stream_of(const PointArray& points, const BallotPointQuery& query) {
+/// Returns the points as the engine asks for them. Their walks are shares [begin, end] of the call.
+PointStream stream_of(const PointArray& points, Watch& watch, double begin, double end) {
   PointStream stream;
   stream.count = points.count();
   stream.read = [&points](std::uint64_t first, std::span<ProbePoint> room) { points.read(first, room); };
-  if (query.progress)
-    stream.progress = [query, count = points.count()](std::uint64_t done) {
-      if (query.progress(query.user, double(done) / double(count)))
-        throw Refused(BALLOT_ERROR_INTERRUPTED,
-                      fmt::format("interrupted after {:.0f} % of the points", 100 * double(done) / double(count)));
+  if (watch)
+    stream.progress = [&watch, begin, part = end - begin, count = points.count()](std::uint64_t done) {
+      watch(begin + part * (double(done) / double(count)));
     };
   return stream;
 }
@@ -172,22 +165,25 @@ BallotTimes times_of(PointClock::time_point begin, const TraceTimes& spent, std:
 BallotTimes query_points(SceneState& scene, const PointArray& points, const BallotNearest& to,
                          const BallotPointQuery& query) {
   const auto begin = PointClock::now();
-  ballot::Engine& engine = engine_of(scene, "ballot_query_points");
+  ballot::Engine& engine = engine_of(scene, "points");
+  Watch watch(query, *scene.device, "points");
+  const Watched watched(watch);
   NearestArrays out(to, scene, is_by_sides(query));
   if (out.wants_inside() && !query.assume_closed) need_closed(engine);
   if (out.wants_sides() && !query.assume_closed) need_wound(engine);
-  const PointStream stream = stream_of(points, query);
-  const PointQuery how{.exact = is_exact(query.numeric, "ballot_query_points"), .sides = out.wants_sides()};
+  const double between = !out.wants_inside() ? 1 : out.wants_nearest() ? 0.5 : 0;
+  const PointQuery how{.exact = is_exact(query.numeric), .sides = out.wants_sides()};
   TraceTimes spent;
   if (out.wants_nearest())
     spent = engine.points().nearest(
-        stream, [&](std::uint64_t first, std::span<const Nearest> answers) { out.write(first, answers); }, how);
+        stream_of(points, watch, 0, between),
+        [&](std::uint64_t first, std::span<const Nearest> answers) { out.write(first, answers); }, how);
   if (out.wants_inside())
     spent.device_ms +=
         engine.points()
             .inside(
-                stream, [&](std::uint64_t first, std::span<const std::uint32_t> answers) { out.write(first, answers); },
-                how)
+                stream_of(points, watch, between, 1),
+                [&](std::uint64_t first, std::span<const std::uint32_t> answers) { out.write(first, answers); }, how)
             .device_ms;
   return times_of(begin, spent, out.found());
 }
@@ -195,10 +191,10 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
 /// Answers points of one array on the device by another.
 TraceTimes query_arrays(SceneState& scene, BufferState& points, BufferState& answers, std::uint64_t count,
                         const BallotPointQuery& query) {
-  constexpr const char* kCall = "ballot_query_point_buffers";
+  constexpr const char* kCall = "points on the device";
   ballot::Engine& engine = engine_of(scene, kCall);
   Buffer<ProbePoint>& from = array_of<ProbePoint>(points, scene, count, kCall, "points");
-  PointQuery how{.exact = is_exact(query.numeric, kCall), .sides = is_by_sides(query)};
+  PointQuery how{.exact = is_exact(query.numeric), .sides = is_by_sides(query)};
   if (std::holds_alternative<Buffer<Nearest>>(answers.array)) {
     how.sides = false;
     return engine.points().nearest(from, array_of<Nearest>(answers, scene, count, kCall, "answers"), count, how);
@@ -221,19 +217,18 @@ class ListQuery {
  public:
   ListQuery(const SceneState& scene, const BallotLists& lists) : ray_masks_(lists.ray_masks) {
     query_.most = lists.most ? lists.most : kAllHits;
-    query_.exact = is_exact(lists.numeric, "ballot_list_crossings");
+    query_.exact = is_exact(lists.numeric);
     if (lists.cull > BALLOT_CULL_FRONT)
-      refuse_points(fmt::format("BallotLists: cull is {}; expected BALLOT_CULL_NONE, _BACK or _FRONT", lists.cull));
+      refuse(fmt::format("crossings: cull is {}; expected 0, none, 1, back, or 2, front", lists.cull));
     query_.cull = Cull(lists.cull);
-    if (lists.alpha > 1) refuse_points(fmt::format("BallotLists: alpha is {}; expected 0 or 1", lists.alpha));
+    if (lists.alpha > 1) refuse(fmt::format("crossings: alpha is {}; expected 0 or 1", lists.alpha));
     if (lists.alpha && query_.exact)
-      refuse_points(
-          "BallotLists: alpha is 1 and numeric is 'exact'; expected one of them: textures are read in float32");
+      refuse("crossings: alpha is 1 and numeric is 'exact'; expected one of them: textures are read in float32");
     query_.alpha = lists.alpha != 0;
     if (!lists.mesh_masks) return;
     if (lists.mesh_mask_count != scene.meshes.size())
-      refuse_points(
-          fmt::format("BallotLists: {} masks of meshes; the scene has {}", lists.mesh_mask_count, scene.meshes.size()));
+      refuse(
+          fmt::format("crossings: {} masks of meshes; the scene has {}", lists.mesh_mask_count, scene.meshes.size()));
     for (std::size_t i = 0; i < scene.meshes.size(); ++i)
       triangle_masks_.insert(triangle_masks_.end(), scene.meshes[i].triangles, lists.mesh_masks[i]);
     query_.triangle_masks = triangle_masks_;
@@ -242,9 +237,11 @@ class ListQuery {
   const CrossingQuery& query() const { return query_; }
 
   /// Returns the rays in an order, with their masks.
-  RaySource source(const RayArray& rays, const RowOrder& order) const {
+  RaySource source(const RayArray& rays, const RowOrder& order, Watch& watch) const {
     RaySource source;
     source.count = rays.count();
+    if (watch)
+      source.progress = [&watch, count = rays.count()](std::uint64_t done) { watch(double(done) / double(count)); };
     source.read = [&](std::uint64_t first, std::span<Ray> room) { rays.read(order, std::size_t(first), room); };
     if (!ray_masks_) return source;
     source.masks = [this, &order](std::uint64_t first, std::span<std::uint32_t> room) {
@@ -266,6 +263,8 @@ BallotTimes count_crossings(SceneState& scene, const RayArray& rays, const Ballo
   const auto begin = PointClock::now();
   const ListQuery query(scene, lists);
   const RowOrder order = RowOrder::find(rays);
+  Watch watch(lists, *scene.device);
+  const Watched watched(watch);
   std::uint64_t hits = 0;
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> some) {
     hits += std::uint64_t(some.size()) - std::uint64_t(std::ranges::count(some, 0u));
@@ -274,8 +273,8 @@ BallotTimes count_crossings(SceneState& scene, const RayArray& rays, const Ballo
       std::ranges::copy(some.subspan(i, n), lists.counts + place);
     });
   };
-  RayQueries& queries = engine_of(scene, "ballot_list_crossings").rays();
-  return times_of(begin, queries.count(query.source(rays, order), take, query.query()), hits);
+  RayQueries& queries = engine_of(scene, "crossings").rays();
+  return times_of(begin, queries.count(query.source(rays, order, watch), take, query.query()), hits);
 }
 
 BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const BallotLists& lists) {
@@ -283,18 +282,21 @@ BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const Ballot
   const auto begin = PointClock::now();
   const ListQuery query(scene, lists);
   const RowOrder in_turn;
+  Watch watch(lists, *scene.device);
+  const Watched watched(watch);
   std::uint64_t hits = 0;
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> found) {
     for (std::size_t i = 0; i < counts.size(); ++i) {
       hits += counts[i] != 0;
       if (lists.counts) lists.counts[first + i] = counts[i];
     }
-    if (lists.take &&
-        lists.take(lists.user, first, counts.size(), counts.data(), reinterpret_cast<const BallotHit*>(found.data())))
+    if (!lists.take) return;
+    const InCallback mark(*scene.device);
+    if (lists.take(lists.user, first, counts.size(), counts.data(), reinterpret_cast<const BallotHit*>(found.data())))
       throw Refused(BALLOT_ERROR_INTERRUPTED, fmt::format("interrupted after {} rays", first + counts.size()));
   };
-  RayQueries& queries = engine_of(scene, "ballot_list_crossings").rays();
-  return times_of(begin, queries.list(query.source(rays, in_turn), take, query.query()), hits);
+  RayQueries& queries = engine_of(scene, "crossings").rays();
+  return times_of(begin, queries.list(query.source(rays, in_turn, watch), take, query.query()), hits);
 }
 
 }  // namespace
@@ -324,6 +326,8 @@ BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points
     const BallotPointQuery q = read_struct(query, "BallotPointQuery");
     const DeviceUse device(*state->device);
     keep_fit(*state);
+    const Watch watch(q, *state->device, "points");
+    const Watched watched(watch);
     write_struct(times, times_of(begin, query_arrays(*state, *from, *to, count, q), 0), "BallotTimes");
   });
 }

@@ -34,6 +34,9 @@ ballot::View view_of(const BallotView& v, const ballot::Scene& scene) {
   if (v.yfov != 0) view.yfov = v.yfov;
   if (!(view.yfov > 0 && view.yfov < 3.14159265))
     throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("view: yfov is {}; expected radians between 0 and pi", view.yfov));
+  if (!(v.ymag >= 0 && std::isfinite(v.ymag)))
+    throw Refused(BALLOT_ERROR_ARGUMENT,
+                  fmt::format("view: ymag is {}; expected a finite number, above 0 for an orthographic view", v.ymag));
   view.orthographic = v.ymag > 0;
   if (view.orthographic) view.ymag = v.ymag;
   return view;
@@ -53,7 +56,6 @@ ballot::RenderOptions options_of(const BallotPicture& p, const BallotQuery& quer
   return o;
 }
 
-/// Writes the colour channels, rows from the top.
 /// Gives the scene the sky that a picture names; empty: its own. On an error the scene keeps the one that it has.
 void use_sky(SceneState& state, Engine& engine, const std::string& named) {
   if (state.sky == named) return;
@@ -63,6 +65,7 @@ void use_sky(SceneState& state, Engine& engine, const std::string& named) {
   state.sky = named;
 }
 
+/// Writes the colour channels, rows from the top.
 void write_rgba(const ballot::Image& image, float* rgba) {
   const char* const kChannels[] = {"R", "G", "B", "A"};
   for (std::size_t c = 0; c < 4; ++c) {
@@ -83,7 +86,7 @@ BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const 
     if (room) need(rays, "ballot_make_rays", "rays");
     const DeviceUse use(*state->device);
     keep_fit(*state);
-    ballot::Engine& engine = engine_of(*state, "ballot_make_rays");
+    ballot::Engine& engine = engine_of(*state, "rays of a view");
     const auto v = view_of(read_struct(view, "BallotView"), engine.scene_facts());
     const auto batch = engine.make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
     *count = batch->count();
@@ -100,10 +103,11 @@ BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const Bal
     const BallotPicture p = read_struct(picture, "BallotPicture");
     need(p.rgba, "ballot_render", "rgba");
     const BallotQuery q = read_struct(query, "BallotQuery");
-    const Watch watch(q);
+    Watch watch(q, *state->device, "picture");
     const DeviceUse use(*state->device);
     keep_fit(*state);
-    ballot::Engine& engine = engine_of(*state, "ballot_render");
+    const Watched watched(watch);
+    ballot::Engine& engine = engine_of(*state, "picture");
     const auto v = view_of(read_struct(view, "BallotView"), engine.scene_facts());
     const auto options = options_of(p, q);
     use_sky(*state, engine, p.sky ? p.sky : "");

@@ -1,4 +1,5 @@
 // Scenes of the C interface: made of meshes in memory, loaded, moved, described.
+#include "engine/api/arrays.h"
 #include "engine/api/meshes.h"
 
 namespace ballot::api {
@@ -6,7 +7,7 @@ namespace {
 
 void add_normals(const BallotMesh& m, const MeshState& mesh, ballot::Scene& scene, const std::string& where) {
   if (!m.normals) return;
-  const std::size_t stride = stride_of(m.normal_stride, where + ": normal_stride");
+  const std::size_t stride = vertex_stride(m.normal_stride, m.vertex_count, where + ": normal_stride");
   check_vertices(m.normals, stride, m.vertex_count, where + ", normals");
   scene.normals.resize(scene.triangles.size());
   gather(mesh, m.normals, stride, scene.normals.data() + mesh.first);
@@ -27,9 +28,15 @@ void check_same_vertices(const MeshState& mesh, std::size_t count, const std::st
                        count, mesh.vertices));
 }
 
+/// Returns what the building of a tree tells its progress.
+Progress build_progress(Watch& watch) {
+  if (!watch) return {};
+  return [&watch](double done) { watch(done); };
+}
+
 const MeshState& mesh_at(const SceneState& state, std::size_t mesh, const char* call) {
   if (mesh >= state.meshes.size())
-    refuse(fmt::format("{}: mesh {}, but the scene has {}", call, mesh, state.meshes.size()));
+    refuse(fmt::format("{}: found number {} of a mesh; the scene has {}", call, mesh, state.meshes.size()));
   return state.meshes[mesh];
 }
 
@@ -43,6 +50,7 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
   return guarded_use(device, [&](const std::shared_ptr<DeviceState>& d) {
     need(scene, "ballot_scene_create", "scene");
     if (count) need(meshes, "ballot_scene_create", "meshes");
+    check_mesh_count(meshes, count);
     const BallotSceneOptions o = read_struct(options, "BallotSceneOptions");
     auto state = std::make_shared<SceneState>();
     state->device = d;
@@ -53,7 +61,7 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
       const std::string where = fmt::format("mesh {}", i);
       const BallotMesh m = mesh_struct(meshes, i);
       const MeshState& mesh = state->meshes.emplace_back(read_mesh(m, made.triangles.size(), where));
-      const std::size_t position_stride = stride_of(m.position_stride, where + ": position_stride");
+      const std::size_t position_stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
       check_vertices(m.positions, position_stride, m.vertex_count, where);
       made.triangles.resize(mesh.first + mesh.triangles);
       gather(mesh, m.positions, position_stride, made.triangles.data() + mesh.first);
@@ -62,7 +70,10 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     fill_normals(made);
     ballot::finish_scene(made);
     const DeviceUse use(*d);
-    state->engine = std::make_unique<ballot::Engine>(std::move(made), engine_options(*d, o, "auto", o.cache != 0));
+    Watch watch(o, *d, "scene");
+    const Watched watched(watch);
+    state->engine = std::make_unique<ballot::Engine>(std::move(made), engine_options(*d, o, "auto", o.cache != 0),
+                                                     build_progress(watch));
     *scene = scenes().add(std::move(state));
   });
 }
@@ -83,8 +94,11 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
     const std::uint64_t triangles = ballot::triangle_count(loaded);
     state->meshes.push_back({0, 0, triangles, 3 * triangles, {}});
     const DeviceUse use(*d);
-    state->engine =
-        std::make_unique<ballot::Engine>(std::move(loaded), engine_options(*d, o, "best", !options || o.cache));
+    Watch watch(o, *d, "scene");
+    const Watched watched(watch);
+    watch(0);
+    state->engine = std::make_unique<ballot::Engine>(
+        std::move(loaded), engine_options(*d, o, "best", !options || o.cache), build_progress(watch));
     *scene = scenes().add(std::move(state));
   });
 }
@@ -94,12 +108,12 @@ BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* p
     if (count) need(positions, "ballot_scene_update", "positions");
     const DeviceUse use(*state->device);
     if (state->from_file)
-      refuse("ballot_scene_update: the scene was loaded from a file; make one of meshes to move their vertices");
-    ballot::Engine& engine = engine_of(*state, "ballot_scene_update");
-    const MeshState& m = mesh_at(*state, mesh, "ballot_scene_update");
-    const std::string where = fmt::format("ballot_scene_update: mesh {}", mesh);
+      refuse("update of vertices: the scene was loaded from a file; make one of meshes to move their vertices");
+    ballot::Engine& engine = engine_of(*state, "update of vertices");
+    const MeshState& m = mesh_at(*state, mesh, "update of vertices");
+    const std::string where = fmt::format("update of vertices: mesh {}", mesh);
     check_same_vertices(m, count, where);
-    const std::size_t bytes = stride_of(stride, where + ": stride");
+    const std::size_t bytes = vertex_stride(stride, count, where + ": stride");
     check_vertices(positions, bytes, count, where);
     const std::span<const ballot::Triangle> old = engine.scene().triangles;
     std::vector<ballot::Triangle>& moved = state->spare;
@@ -116,7 +130,7 @@ BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* p
 BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_info", "info");
-    const std::lock_guard lock(state->device->mutex);
+    const DeviceHold hold(*state->device);
     const ballot::Forest* forest = state->instanced ? &state->instanced->forest : nullptr;
     const ballot::BvhStats& s = forest ? forest->summary().stats : state->engine->bvh_stats();
     const ballot::Bounds& bounds = forest ? forest->top_facts().bounds : state->engine->scene_facts().bounds;
@@ -150,7 +164,7 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
 BallotStatus ballot_scene_mesh(BallotScene* scene, size_t mesh, BallotMeshInfo* info) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_mesh", "info");
-    const MeshState& m = mesh_at(*state, mesh, "ballot_scene_mesh");
+    const MeshState& m = mesh_at(*state, mesh, "mesh");
     write_struct(info, BallotMeshInfo{sizeof(BallotMeshInfo), m.id, m.first, m.triangles}, "BallotMeshInfo");
   });
 }
@@ -158,7 +172,7 @@ BallotStatus ballot_scene_mesh(BallotScene* scene, size_t mesh, BallotMeshInfo* 
 BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(triangles, "ballot_scene_triangles", "triangles");
-    const std::lock_guard lock(state->device->mutex);
+    const DeviceHold hold(*state->device);
     const auto copy = [&](const std::vector<ballot::Triangle>& all) {
       if (!all.empty()) std::memcpy(triangles, all.data(), all.size() * sizeof(ballot::Triangle));
       triangles += 9 * all.size();

@@ -14,11 +14,12 @@ struct Call {
   Watch watch;
 };
 
-Call read_call(const BallotRays* rays, const BallotHits* hits, const BallotQuery* query) {
+Call read_call(const SceneState& scene, const BallotRays* rays, const BallotHits* hits, const BallotQuery* query) {
   need(rays, "ballot_trace", "rays");
   need(hits, "ballot_trace", "hits");
   const BallotQuery q = read_struct(query, "BallotQuery");
-  return {RayArray(read_struct(rays, "BallotRays")), read_struct(hits, "BallotHits"), query_of(q), Watch(q)};
+  return {RayArray(read_struct(rays, "BallotRays")), read_struct(hits, "BallotHits"), query_of(q),
+          Watch(q, *scene.device)};
 }
 
 /// Measures a call.
@@ -38,6 +39,9 @@ class Clock {
 
 BallotTimes trace(SceneState& scene, const Call& call) {
   const Clock clock;
+  keep_fit(scene);
+  Watch watch = call.watch;
+  const Watched watched(watch);
   const RowOrder order = RowOrder::find(call.rays);
   HitArrays out(call.hits, scene, order);
   std::size_t taken = 0, given = 0;
@@ -62,8 +66,7 @@ BallotTimes trace(SceneState& scene, const Call& call) {
             return places;
           },
   };
-  if (call.watch) stream.progress = [&](std::uint64_t done) { call.watch(double(done) / double(call.rays.count())); };
-  keep_fit(scene);
+  if (watch) stream.progress = [&](std::uint64_t done) { watch(double(done) / double(call.rays.count())); };
   Tracer& tracer = scene.tracer();
   tracer.variant(call.query);  // unknown names are an error even without rays
   const TraceTimes spent = tracer.trace(stream, call.query);
@@ -83,7 +86,7 @@ void end_job(QueuedJob& job, SceneState& scene, const Call& call) {
 /// A trace of arrays on the device that has been submitted.
 class DeviceJob : public JobState {
  public:
-  explicit DeviceJob(std::shared_ptr<SceneState> scene) : scene_(std::move(scene)) {}
+  explicit DeviceJob(std::shared_ptr<SceneState> scene) : JobState(scene->device), scene_(std::move(scene)) {}
 
   /// Submits the work. The device's mutex is held.
   void begin(Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
@@ -108,7 +111,7 @@ class DeviceJob : public JobState {
  private:
   template <class Wait>
   BallotStatus end(const Wait& wait) {
-    const std::lock_guard lock(scene_->device->mutex);
+    const DeviceHold hold(*scene_->device);
     try {
       wait();
       times_ = clock_.times(*spent_, 0);
@@ -132,11 +135,11 @@ template <class Trace>
 void with_buffers(SceneState& scene, BallotBuffer* rays, BallotBuffer* hits, std::uint64_t count,
                   const BallotQuery* query, const Trace& trace) {
   const auto from = use(rays), to = use(hits);
-  constexpr const char* kCall = "ballot_trace_buffers";
+  constexpr const char* kCall = "trace of arrays on the device";
   Buffer<Ray>& in = array_of<Ray>(*from, scene, count, kCall, "rays");
   Buffer<Hit>& out = array_of<Hit>(*to, scene, count, kCall, "hits");
   const Query q = query_of(read_struct(query, "BallotQuery"));
-  const std::lock_guard lock(scene.device->mutex);
+  const DeviceHold hold(*scene.device);
   keep_fit(scene);
   trace(in, out, q);
 }
@@ -149,7 +152,7 @@ using namespace ballot::api;
 BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays, const BallotHits* hits, const BallotQuery* query,
                           BallotTimes* times) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
-    const Call call = read_call(rays, hits, query);
+    const Call call = read_call(*state, rays, hits, query);
     const DeviceUse use(*state->device);
     write_struct(times, trace(*state, call), "BallotTimes");
   });
@@ -159,8 +162,8 @@ BallotStatus ballot_submit(BallotScene* scene, const BallotRays* rays, const Bal
                            BallotJob** job) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(job, "ballot_submit", "job");
-    const Call call = read_call(rays, hits, query);
-    auto ended = std::make_shared<QueuedJob>();
+    const Call call = read_call(*state, rays, hits, query);
+    auto ended = std::make_shared<QueuedJob>(state->device);
     state->device->jobs.add([state, call, ended] { end_job(*ended, *state, call); });
     *job = jobs().add(std::move(ended));
   });
@@ -169,6 +172,7 @@ BallotStatus ballot_submit(BallotScene* scene, const BallotRays* rays, const Bal
 BallotStatus ballot_job_wait(BallotJob* job, BallotTimes* times) {
   return guarded(nullptr, [&] {
     const auto state = use(job);
+    InCallback::refuse(state->device());
     const BallotStatus status = state->wait();
     if (status != BALLOT_OK) throw Refused(status, state->error());
     write_struct(times, state->times(), "BallotTimes");
@@ -188,17 +192,21 @@ BallotStatus ballot_job_poll(BallotJob* job) {
 void ballot_job_destroy(BallotJob* job) {
   auto state = jobs().remove(job);
   if (!state) return;
-  if (state->is_ours())
-    state->wait();
-  else
+  if (!state->is_ours())
     new std::shared_ptr<JobState>(std::move(state));  // stays: its thread is not in this process
+  else if (InCallback::of(state->device()))
+    state->end_late();
+  else
+    state->wait();
 }
 
 BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits, uint64_t count,
                                   const BallotQuery* query, BallotTimes* times) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const Clock clock;
+    const Watch watch(read_struct(query, "BallotQuery"), *state->device);
     with_buffers(*state, rays, hits, count, query, [&](auto& from, auto& to, const ballot::Query& q) {
+      const Watched watched(watch);
       const auto done = state->tracer().trace(from, to, std::uint32_t(count), q);
       write_struct(times, clock.times(done, 0), "BallotTimes");
     });

@@ -1,6 +1,19 @@
-#include "engine/api/jobs.h"
+#include "engine/api/state.h"
 
 namespace ballot::api {
+
+namespace {
+
+thread_local bool runs_jobs = false;
+
+}  // namespace
+
+void JobState::end_late() {
+  const auto wait = [job = shared_from_this()](void*) {
+    if (!runs_jobs) job->wait();
+  };
+  device_->late.push_back(std::shared_ptr<void>(nullptr, wait));
+}
 
 void QueuedJob::end(BallotStatus status, const BallotTimes& times, std::string error) {
   const std::lock_guard lock(mutex_);
@@ -22,6 +35,7 @@ BallotStatus QueuedJob::poll() {
 }
 
 void JobQueue::run(const std::shared_ptr<Shared>& shared) {
+  runs_jobs = true;
   while (true) {
     std::function<void()> job;
     {

@@ -15,9 +15,12 @@
 
 namespace ballot::api {
 
+struct DeviceState;
+
 /// A job and, once it has ended, what came of it. Thread-safe.
-class JobState {
+class JobState : public std::enable_shared_from_this<JobState> {
  public:
+  explicit JobState(std::shared_ptr<DeviceState> device) : device_(std::move(device)) {}
   virtual ~JobState() = default;
   /// Waits for the end.
   virtual BallotStatus wait() = 0;
@@ -26,6 +29,10 @@ class JobState {
   /// Returns false in a child of the process that submitted the job, where its thread does not exist.
   bool is_ours() const { return owner_ == getpid(); }
   pid_t owner() const { return owner_; }
+  const DeviceState& device() const { return *device_; }
+  /// Has the call that holds the device wait for the job once it has let go of it. In a callback of another job it does
+  /// not: the thread of jobs would wait for itself.
+  void end_late();
   /// After the end.
   const BallotTimes& times() const { return times_; }
   const std::string& error() const { return error_; }
@@ -36,11 +43,13 @@ class JobState {
 
  private:
   const pid_t owner_ = getpid();
+  const std::shared_ptr<DeviceState> device_;
 };
 
 /// A job of a JobQueue.
 class QueuedJob : public JobState {
  public:
+  using JobState::JobState;
   void end(BallotStatus status, const BallotTimes& times, std::string error);
   BallotStatus wait() override;
   BallotStatus poll() override;

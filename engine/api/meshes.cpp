@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::size_t kMostTriangles = std::numeric_limits<std::int32_t>::max();
 constexpr float kLargestCoordinate = 1e12f;  // the limit of build_bvh() (engine/bvh/bvh.h)
-constexpr std::size_t kVertexBytes = 3 * sizeof(float);
 
 glm::vec3 vertex(const float* positions, std::size_t stride, std::size_t i) {
   const float* p = reinterpret_cast<const float*>(reinterpret_cast<const char*>(positions) + i * stride);
@@ -34,14 +33,10 @@ std::vector<std::uint32_t> read_indices(const BallotMesh& m, const std::string& 
 
 }  // namespace
 
-void refuse(const std::string& text) { throw Refused(BALLOT_ERROR_ARGUMENT, text); }
-
-std::size_t stride_of(std::size_t given, const std::string& where) {
-  if (given == 0) return kVertexBytes;
-  if (given < kVertexBytes || given % sizeof(float))
-    refuse(fmt::format("{} is {} bytes; expected a multiple of 4, at least {}, or 0 for {}", where, given, kVertexBytes,
-                       kVertexBytes));
-  return given;
+void check_mesh_count(const BallotMesh* meshes, std::size_t count) {
+  if (count > kMostTriangles)  // each has one at least
+    refuse(fmt::format("meshes: their number is {}; at most {} are possible", count, kMostTriangles));
+  if (count) mesh_struct(meshes, 0);  // whose size tells where the others are
 }
 
 void check_vertices(const float* positions, std::size_t stride, std::size_t count, const std::string& where) {
@@ -98,8 +93,7 @@ EngineOptions engine_options(const DeviceState& device, const BallotSceneOptions
   options.context = device.gpu;
   options.use_cache = cache;
   options.build.builder = find_builder(o.builder ? o.builder : builder).id;
-  if (!(o.expected_rays >= 0))
-    refuse(fmt::format("BallotSceneOptions: expected_rays is {}; expected at least 0", o.expected_rays));
+  if (!(o.expected_rays >= 0)) refuse(fmt::format("expected_rays is {}; expected at least 0", o.expected_rays));
   if (o.expected_rays > 0) options.expected_rays = o.expected_rays;
   if (o.max_leaf) options.build.max_leaf = o.max_leaf;
   if (o.split_budget != 0) options.build.split_budget = std::max(o.split_budget, 0.0f);

@@ -5,11 +5,13 @@
 
 namespace ballot::api {
 
-/// Throws Refused(BALLOT_ERROR_ARGUMENT).
-[[noreturn]] void refuse(const std::string& text);
+/// Returns the bytes from one vertex to the next, as stride_of() does for any array.
+inline std::size_t vertex_stride(std::size_t given, std::size_t count, const std::string& where) {
+  return stride_of(given, 3 * sizeof(float), count, where);
+}
 
-/// Returns the bytes from one vertex to the next. Throws Refused, which begins with `where`, if they are too few.
-std::size_t stride_of(std::size_t given, const std::string& where);
+/// Throws Refused unless there can be so many structs one after the other.
+void check_mesh_count(const BallotMesh* meshes, std::size_t count);
 
 /// Throws Refused, which names the vertex, if a coordinate is not finite or beyond 1e12.
 void check_vertices(const float* positions, std::size_t stride, std::size_t count, const std::string& where);

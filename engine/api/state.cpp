@@ -1,13 +1,18 @@
 #include "engine/api/state.h"
 
+#include <algorithm>
 #include <atomic>
-#include <new>
+#include <utility>
+
+#include "engine/core/failure_text.h"
 
 namespace ballot::api {
 
 namespace {
 
 thread_local std::string thread_error, asked_error;
+thread_local const DeviceState* in_callback_of = nullptr;
+constexpr std::size_t kMostBytes = std::size_t{1} << 47;  // that a process can address
 
 /// A table that is never destroyed.
 template <class Table>
@@ -69,6 +74,29 @@ std::shared_ptr<JobState> use(const BallotJob* handle) {
   return state;
 }
 
+InCallback::InCallback(const DeviceState& device) : outer_(std::exchange(in_callback_of, &device)) {}
+InCallback::~InCallback() { in_callback_of = outer_; }
+
+bool InCallback::of(const DeviceState& device) { return in_callback_of == &device; }
+
+void InCallback::refuse(const DeviceState& device) {
+  if (of(device))
+    throw Refused(
+        BALLOT_ERROR_WORK,
+        "the device was called from a progress function, or another function that a call on it was given, and "
+        "would wait for itself; call it once that call has returned");
+}
+
+DeviceHold::DeviceHold(DeviceState& device) : device_(device) {
+  InCallback::refuse(device);
+  device.mutex.lock();
+}
+
+DeviceHold::~DeviceHold() {
+  const auto late = std::exchange(device_.late, {});  // goes when the device is free
+  device_.mutex.unlock();
+}
+
 const char* thread_text() { return thread_error.c_str(); }
 
 const char* thread_copy(const std::string& text) {
@@ -83,15 +111,14 @@ BallotStatus report(LastError* error) {
     throw;
   } catch (const Refused& e) {
     status = e.status, text = e.what();
-  } catch (const Error& e) {
-    status = BallotStatus(int(e.kind())), text = e.what();
-  } catch (const std::bad_alloc&) {
-    status = BALLOT_ERROR_MEMORY, text = "the host has too little memory for this call";
-  } catch (const std::exception& e) {
-    text = fmt::format("internal error: {}; please report it with the call that caused it", e.what());
   } catch (...) {
-    text = "internal error; please report it with the call that caused it";
+    FailureText failure = failure_text();
+    status = failure.memory ? BALLOT_ERROR_MEMORY : BallotStatus(int(failure.kind));
+    text = std::move(failure.text);
   }
+  // A text is one line, also where it names what a file or a caller has called so.
+  std::ranges::replace_if(
+      text, [](char c) { return c == '\n' || c == '\r'; }, ' ');
   thread_error = text;
   if (error) error->set(text);
   return status;
@@ -101,8 +128,8 @@ void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint6
                   const char* what) {
   if (buffer.device != scene.device)
     throw Refused(BALLOT_ERROR_ARGUMENT,
-                  fmt::format("{}: the buffer of {} is on another device than the scene ({} and {}); make both by the "
-                              "same ballot_device_open()",
+                  fmt::format("{}: the buffer of {} is on another device than the scene ({} and {}); make both on "
+                              "one device",
                               call, what, buffer.device->gpu->info().name, scene.device->gpu->info().name));
   if (buffer.records < count)
     throw Refused(BALLOT_ERROR_ARGUMENT,
@@ -120,6 +147,21 @@ Engine& engine_of(const SceneState& scene, const char* call) {
                               "trace arrays of rays, or make a scene of moved copies",
                               call));
   return *scene.engine;
+}
+
+void refuse(const std::string& text) { throw Refused(BALLOT_ERROR_ARGUMENT, text); }
+
+std::size_t stride_of(std::size_t given, std::size_t record, std::size_t count, const std::string& where) {
+  const std::size_t stride = given ? given : record;
+  if (stride < record || stride % sizeof(float))
+    refuse(fmt::format("{} is {} bytes; expected a multiple of 4, at least {}, or 0 for {}", where, given, record,
+                       record));
+  if (count && (stride > kMostBytes || count > kMostBytes / stride))
+    refuse(
+        fmt::format("{} is {} bytes, and the records are {}; no memory reaches that far: expected less than 2^47 "
+                    "bytes in all",
+                    where, std::ptrdiff_t(stride), count));
+  return stride;
 }
 
 void need(const void* pointer, const char* call, const char* what) {

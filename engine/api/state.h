@@ -43,25 +43,51 @@ class LastError {
   std::string text_;
 };
 
-/// A device. Its mutex is held by every call that uses the device or what is on it.
+/// A device. Its mutex is held by every call that uses the device or what is on it: DeviceHold.
 struct DeviceState {
   explicit DeviceState(const ContextOptions& options) : gpu(std::make_shared<Context>(options)) {}
 
   std::shared_ptr<Context> gpu;
   std::mutex mutex;
+  std::vector<std::shared_ptr<void>> late;  // what callbacks have let go of during the call that holds the device
   pid_t owner = getpid();
   JobQueue jobs;
   LastError error;
 };
 
-/// Holds a device for a call. Batches that wait to be sent (ballot_submit_buffers) are sent first: a call that fails
-/// drops what is recorded, which is then its own alone.
-class DeviceUse {
+/// Marks that the calling thread runs a function of the caller during a call that holds the device.
+class InCallback {
  public:
-  explicit DeviceUse(DeviceState& device) : lock_(device.mutex) { device.gpu->flush(); }
+  explicit InCallback(const DeviceState& device);
+  ~InCallback();
+  InCallback(const InCallback&) = delete;
+  InCallback& operator=(const InCallback&) = delete;
+  /// Returns true if the calling thread does so for this device.
+  static bool of(const DeviceState& device);
+  /// Throws Refused if it does so: the call would wait for itself.
+  static void refuse(const DeviceState& device);
 
  private:
-  std::lock_guard<std::mutex> lock_;
+  const DeviceState* outer_;
+};
+
+/// Holds a device for a call. Throws Refused in a callback of the call that holds it.
+class DeviceHold {
+ public:
+  explicit DeviceHold(DeviceState& device);
+  ~DeviceHold();
+  DeviceHold(const DeviceHold&) = delete;
+  DeviceHold& operator=(const DeviceHold&) = delete;
+
+ private:
+  DeviceState& device_;
+};
+
+/// The same for a call that submits work. Batches that wait to be sent (ballot_submit_buffers) are sent first: a call
+/// that fails drops what is recorded, which is then its own alone.
+class DeviceUse : DeviceHold {
+ public:
+  explicit DeviceUse(DeviceState& device) : DeviceHold(device) { device.gpu->flush(); }
 };
 
 /// A mesh of a scene: its triangles are [first, first + triangles).
@@ -83,7 +109,7 @@ struct InstanceScene {
 
 struct SceneState {
   ~SceneState() {
-    const std::lock_guard lock(device->mutex);
+    const DeviceHold hold(*device);
     engine.reset();
     instanced.reset();
   }
@@ -118,7 +144,7 @@ Engine& engine_of(const SceneState& scene, const char* call);
 /// An array on a device, and its address in CUDA once somebody asked for it.
 struct BufferState {
   ~BufferState() {
-    const std::lock_guard lock(device->mutex);
+    const DeviceHold hold(*device);
     cuda.reset();
     array.emplace<std::monostate>();
   }
@@ -196,6 +222,14 @@ BallotStatus guarded_use(const Handle* handle, const Call& call) {
 
 /// Throws Refused(BALLOT_ERROR_ARGUMENT) unless `pointer` is set.
 void need(const void* pointer, const char* call, const char* what);
+
+/// Throws Refused(BALLOT_ERROR_ARGUMENT).
+[[noreturn]] void refuse(const std::string& text);
+
+/// Returns the bytes from one record of a caller's array to the next: `given`, or `record` if that is 0.
+/// Throws Refused, which begins with `where`, unless it is a multiple of 4 and no record overlaps the next, or if `count` records reach
+/// farther than any memory.
+std::size_t stride_of(std::size_t given, std::size_t record, std::size_t count, const std::string& where);
 
 /// Returns a copy of a struct of the interface that a caller with another version filled: members that it does not know
 /// are zero. Throws Refused if the size is none that any version had.

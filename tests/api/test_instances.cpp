@@ -133,8 +133,7 @@ TEST_F(ApiInstances, WrongInstancesAreNamed) {
             std::string::npos);
   EXPECT_NE(text_of([&] { scene.update(0, grid_.positions); }).find("the scene is one of instances"),
             std::string::npos);
-  EXPECT_NE(text_of([&] { scene.render({}, {}); }).find("ballot_render: the scene is one of instances"),
-            std::string::npos);
+  EXPECT_NE(text_of([&] { scene.render({}, {}); }).find("picture: the scene is one of instances"), std::string::npos);
   EXPECT_NE(text_of([&] {
               ballot::Scene(*device_, {grid_.mesh()}, {.transforms = good, .meshes = std::vector<std::uint32_t>{3}});
             }).find("instance 0: its mesh is number 3, but there are 1 meshes"),
