@@ -25,6 +25,26 @@ Threads   Everything may be called from any thread. Calls on one device run one 
           Python run meanwhile.
 """
 
+
+def _refuse_subinterpreter() -> None:
+    """Raises ImportError in a sub-interpreter: the extension has one state for the whole process."""
+    try:
+        import _interpreters as interpreters
+    except ImportError:
+        try:
+            import _xxsubinterpreters as interpreters
+        except ImportError:
+            return
+    here, main = interpreters.get_current(), interpreters.get_main()
+    here, main = (i[0] if isinstance(i, tuple) else int(i) for i in (here, main))
+    if here != main:
+        raise ImportError(
+            "ballot cannot be imported in a sub-interpreter; import it in the main one, or use processes instead"
+        )
+
+
+_refuse_subinterpreter()
+
 try:
     from . import _ballot
 except ImportError as error:  # a library of the system is not there

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from . import _ballot
+from . import _ballot, _query
 
 RAY = np.dtype([("origin", "<f4", 3), ("t_min", "<f4"), ("dir", "<f4", 3), ("t_max", "<f4")])
 HIT = np.dtype([("t", "<f4"), ("prim", "<u4"), ("u", "<f4"), ("v", "<f4")])
@@ -27,23 +28,50 @@ def _check_on_host(given: Any, name: str) -> None:
         )
 
 
+def _exported(given: Any, name: str, view: Callable[[Any], np.ndarray]) -> tuple[np.ndarray | None, Exception | None]:
+    """Returns the array over the memory that `given` offers by DLPack, or None and why it cannot. What it raises for
+    another reason goes to the caller."""
+    if not (hasattr(given, "__dlpack__") and hasattr(given, "__dlpack_device__")):
+        return None, None
+    _check_on_host(given, name)
+    try:
+        capsule = given.__dlpack__()  # here: a cast of the extension would take whatever it raises for a wrong type
+    except (TypeError, BufferError, RuntimeError) as error:
+        return None, error
+    try:
+        return view(capsule), None
+    except (TypeError, BufferError, RuntimeError):  # such as a tensor of Open3D, which has a version of its own
+        return None, None
+
+
+def _check_interfaces(given: Any, name: str) -> None:
+    """Raises what the array interfaces of an object raise, and TypeError for memory of a GPU."""
+    if not hasattr(given, "__array_interface__") and hasattr(given, "__cuda_array_interface__"):
+        raise TypeError(
+            f"{name}: the array is in the memory of a GPU (CUDA); expected one in the host's memory; for arrays on the "
+            "GPU use ballot.Array, Scene.trace_arrays() and Scene.nearest_arrays()"
+        )
+
+
 def as_numpy(given: Any, name: str) -> np.ndarray:
     """Returns an array of NumPy over the memory of `given` where it has one (NumPy, DLPack, the array protocol, tensors
     with a method numpy()), else a new one (sequences of numbers)."""
     if isinstance(given, np.ndarray):
         return given
-    if hasattr(given, "__dlpack__") and hasattr(given, "__dlpack_device__"):
-        _check_on_host(given, name)
-        try:
-            return _ballot.view(given)
-        except (TypeError, BufferError, RuntimeError):
-            pass  # such as a tensor of Open3D, which has a version of its own
+    array, failed = _exported(given, name, _ballot.view)
+    if array is not None:
+        return array
     if callable(getattr(given, "numpy", None)):
         return np.asarray(given.numpy())
+    _check_interfaces(given, name)
     try:
         array = np.asarray(given)
     except ValueError as error:
+        if not isinstance(given, (list, tuple)):
+            raise
         raise ValueError(f"{name}: not an array of numbers: {error}") from None
+    if array.dtype == object and failed is not None:
+        raise failed
     if array.dtype == object or array.dtype.kind not in "fiub":
         raise TypeError(f"{name}: found {type(given).__name__}; expected an array of float32")
     if isinstance(given, (list, tuple)) and array.dtype.kind == "i":
@@ -92,31 +120,54 @@ def rays(given: Any, t: Any = None, name: str = "rays") -> np.ndarray:
     try:
         t_min, t_max = t
     except (TypeError, ValueError):
-        raise ValueError(f"t: found {t!r}; expected (t_min, t_max)") from None
+        raise ValueError(f"t: found {_query.shown(t)}; expected (t_min, t_max)") from None
     full = np.empty((*array.shape[:-1], 8), np.float32)
     full[..., 0:3] = array[..., 0:3]
     full[..., 4:7] = array[..., 3:6]
+    low, high = _bound(t_min, "t: t_min", 0), _bound(t_max, "t: t_max", np.inf)
+    if low.ndim == 0 and not np.isfinite(low):
+        raise ValueError(f"t: t_min is {low}; expected a finite number, or None for 0")
+    if high.ndim == 0 and np.isnan(high):
+        raise ValueError(f"t: t_max is {high}; expected a number, or None for no end")
+    if low.ndim == 0 and high.ndim == 0 and low > high:
+        raise ValueError(f"t is ({low}, {high}); expected a t_min that is not above t_max")
     try:
-        full[..., 3], full[..., 7] = t_min, t_max
+        full[..., 3], full[..., 7] = low, high
     except ValueError:
         raise ValueError(
-            f"t: shapes {np.shape(t_min)} and {np.shape(t_max)}; expected numbers, or arrays of {full.shape[:-1]}"
+            f"t: shapes {low.shape} and {high.shape}; expected numbers, or arrays of {full.shape[:-1]}"
         ) from None
     return full
+
+
+def _bound(given: Any, name: str, none: float) -> np.ndarray:
+    """Returns one end of a range as float32, of a number for all rays or an array of one for each. `none` stands for
+    None. A finite number stays finite."""
+    given = none if given is None else given
+    array = np.asarray(_query.number(given, name)) if isinstance(given, (int, float, str)) else as_numpy(given, name)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: found {_query.shown(given)}; expected a number, an array of numbers, or None")
+    with np.errstate(over="ignore"):
+        rounded = array.astype(np.float32)
+    most = np.finfo(np.float32).max
+    return np.where(np.isinf(rounded) & np.isfinite(array), np.copysign(most, array), rounded).astype(np.float32)
 
 
 def _writable(out: Any, name: str) -> np.ndarray:
     if isinstance(out, np.ndarray):
         array = out
     else:
-        if hasattr(out, "__dlpack_device__"):
-            _check_on_host(out, name)
-        try:
-            array = _ballot.view_writable(out)
-        except (TypeError, BufferError):
-            raise TypeError(
-                f"{name}: found {type(out).__name__}; expected an array of NumPy or DLPack that can be written"
-            ) from None
+        array, failed = _exported(out, name, _ballot.view_writable)
+        if failed is not None:
+            raise failed
+        if array is None:
+            _check_interfaces(out, name)
+            try:
+                array = np.asarray(memoryview(out))
+            except (TypeError, BufferError):
+                raise TypeError(
+                    f"{name}: found {type(out).__name__}; expected an array of NumPy or DLPack that can be written"
+                ) from None
     if not array.flags.writeable:
         raise ValueError(f"{name}: the array is read-only; expected one that can be written")
     if not array.flags.c_contiguous or not array.flags.aligned:

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from . import _ballot
+from . import _ballot, _query
 from ._errors import Error
 
 
@@ -48,11 +48,7 @@ class Device:
     """
 
     def __init__(self, name: str = "", validate: bool = False):
-        if not isinstance(name, str):
-            raise TypeError(
-                f"name: found {type(name).__name__}; expected a string, such as '0', 'gpu' or part of a name"
-            )
-        self._handle = _ballot.Device(name, bool(validate))
+        self._handle = _ballot.Device(_query.text(name, "name"), bool(validate))
         self._key = (name, bool(validate))
 
     @property
@@ -96,16 +92,21 @@ _opened: dict[tuple[str, bool], Device] = {}  # by unpickling
 
 
 def _after_fork() -> None:
-    global _lock
-    _lock = threading.Lock()  # another thread of the parent may have held it
+    global _lock, _default
     _ballot.after_fork()
+    _lock = threading.Lock()  # another thread of the parent may have held it
+    _default = None  # the parent's, which this process cannot use
+    _opened.clear()
 
 
 os.register_at_fork(after_in_child=_after_fork)
 
 
 def default_device() -> Device:
-    """Returns the device that is used where none is named, opened on first use: the best GPU, else a CPU device."""
+    """Returns the device that is used where none is named, opened on first use: the best GPU, else a CPU device.
+
+    A child of fork() opens one of its own. Objects of its parent it cannot use.
+    """
     global _default
     with _lock:
         if _default is None or _default.closed:

@@ -25,6 +25,7 @@ _COLUMNS = {  # name: (dtype, shape of one point's entry)
     "inside": (np.bool_, ()),
     "signed_distances": (np.float32, ()),
 }
+_MOST = float(np.finfo(np.float32).max)  # a limit beyond it is none
 _NAMES = {"points": "nearest"}  # as the extension has them
 _SIGNS = {"parity": 0, "pseudonormal": 1}
 _CULLS = {"none": 0, "back": 1, "front": 2}
@@ -36,7 +37,8 @@ def _masks(given: Any, name: str, shape: tuple[int, ...] = ()) -> np.ndarray | N
         return None
     masks = np.asarray(given) if isinstance(given, (list, tuple)) else _arrays.as_numpy(given, name)
     if masks.dtype.kind not in "iu" or (masks.size and not 0 <= int(masks.min()) <= int(masks.max()) < 2**32):
-        raise ValueError(f"{name}: found {masks.dtype}; expected whole numbers from 0 to 2^32 - 1")
+        wrong = f", {masks.min()} to {masks.max()}" if masks.size else ""
+        raise ValueError(f"{name}: found {masks.dtype}{wrong}; expected whole numbers from 0 to 2^32 - 1")
     if masks.ndim != 1 and masks.shape != shape:
         raise ValueError(f"{name}: shape is {masks.shape}; expected {shape if shape else '(n,), one for each mesh'}")
     return _arrays.contiguous(masks, np.uint32).reshape(-1)
@@ -71,7 +73,7 @@ class Queries:
         points: Any,
         columns: Sequence[str] = ("distances", "points", "prims", "uvs"),
         *,
-        limit: float = math.inf,
+        limit: float | None = math.inf,
         assume_closed: bool = False,
         numeric: str = "watertight",
         sign: str = "parity",
@@ -95,7 +97,7 @@ class Queries:
                                      from the surface
                  "signed_distances"  (...) float32: negative inside
                  Without a triangle within the limit distances are inf, numbers ballot.MISS, the rest 0.
-        limit    triangles farther away are not looked for
+        limit    triangles farther away are not looked for; inf or None: there is no limit
         assume_closed  go on with a mesh that `sign` refuses; answers near its faults are then arbitrary
         numeric  "watertight", or "exact": the nearest triangle, and what is inside, are those of exact arithmetic; the
                  host decides what the device leaves open
@@ -112,9 +114,10 @@ class Queries:
         [2.0]
         """
         source = _arrays.floats(points, "points", (3,))
-        bound = float(limit)
-        if not bound > 0:
-            raise ValueError(f"limit is {limit}; expected a distance above 0")
+        bound = math.inf if limit is None else _query.number(limit, "limit")
+        bound = bound if bound <= _MOST else math.inf
+        if not np.float32(bound) > 0:
+            raise ValueError(f"limit is {limit}; expected a distance above 0, or None")
         arrays = _arrays.columns(columns, _COLUMNS, source, out)
         given = {_NAMES.get(name, name): _arrays.flat(array) for name, array in arrays.items()}
         rows = _arrays.rows(source)
@@ -162,7 +165,7 @@ class Queries:
         ray_masks: Any = None, alpha: bool = False, t: Any = None, times: list[Times] | None = None,
         progress: Progress | None = None,
     ) -> np.ndarray:
-        """Returns how many triangles each ray crosses: uint32 of shape (...). Rays and t as trace().
+        """Returns how many triangles each ray crosses: int64 of shape (...). Rays and t as trace().
 
         A ray through an edge or a vertex of a closed surface crosses it there once, or twice or not at all where it
         touches the surface from one side.
@@ -196,7 +199,7 @@ class Queries:
         mesh_masks: Any = None, ray_masks: Any = None, alpha: bool = False, t: Any = None,
         times: list[Times] | None = None, progress: Progress | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Finds all triangles that each ray crosses. Returns (counts, hits): how many crossings each ray has, uint32 of
+        """Finds all triangles that each ray crosses. Returns (counts, hits): how many crossings each ray has, int64 of
         shape (...), and those of all rays one after the other, ballot.HIT of shape (sum of counts,), each ray's in the
         order of t, at equal t of prim.
 
@@ -211,7 +214,7 @@ class Queries:
         most = 0 if first is None else _query.integer(first, "first", 0, 2**32 - 2)
         source = _arrays.rays(rays, t)
         if first == 0:
-            return np.zeros(source.shape[:-1], np.uint32), np.empty(0, HIT)
+            return np.zeros(source.shape[:-1], np.int64), np.empty(0, HIT)
         filters = _filters(source.shape[:-1], numeric, cull, mesh_masks, ray_masks, alpha)
         counts: np.ndarray
         hits: np.ndarray

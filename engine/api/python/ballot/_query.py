@@ -20,18 +20,43 @@ class Times(NamedTuple):
 def text(value: Any, name: str) -> str:
     if not isinstance(value, str):
         raise TypeError(f"{name}: found {type(value).__name__}; expected a string")
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{name} is {shown(value)}; expected text that UTF-8 can hold") from None
+    if "\0" in value:
+        raise ValueError(f"{name} is {shown(value)}; expected text without zeros")
     return value
+
+
+def shown(value: Any) -> str:
+    """Returns what an error text shows of a value: one line."""
+    line = " ".join(repr(value).split())
+    return line if len(line) <= 80 else line[:77] + "..."
+
+
+def number(value: Any, name: str) -> float:
+    """Returns a number, which may be infinite but is not NaN."""
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: found {shown(value)}; expected a number") from None
+    except OverflowError:  # an integer beyond float64
+        found = math.inf if value > 0 else -math.inf
+    if math.isnan(found):
+        raise ValueError(f"{name} is {found}; expected a number")
+    return found
 
 
 def integer(value: Any, name: str, low: int, high: int) -> int:
     """Returns an integer in [low, high]."""
     try:
-        number = int(value.__index__())
+        found = int(value.__index__())
     except AttributeError:
         raise TypeError(f"{name}: found {type(value).__name__}; expected an integer") from None
-    if not low <= number <= high:
-        raise ValueError(f"{name} is {number}; expected {low} to {high}")
-    return number
+    if not low <= found <= high:
+        raise ValueError(f"{name} is {found}; expected {low} to {high}")
+    return found
 
 
 def query(
@@ -53,7 +78,7 @@ def query(
 
 
 def _knob(value: Any) -> str:
-    return str(int(value)) if isinstance(value, bool) else str(value)
+    return text(str(int(value)) if isinstance(value, bool) else str(value), "knobs: a value")
 
 
 def progress_function(progress: Any) -> Any:
@@ -70,7 +95,7 @@ def view(given: Any) -> tuple[Any, ...]:
     if isinstance(given, str):
         if not given:
             raise ValueError("view: the name is empty; expected one of the scene's, or None for the first")
-        return (given, zero, zero, (0.0, 1.0, 0.0), 0.0, 0.0)
+        return (text(given, "view"), zero, zero, (0.0, 1.0, 0.0), 0.0, 0.0)
     if not isinstance(given, Mapping):
         raise TypeError(f"view: found {type(given).__name__}; expected None, a name, or a dict with eye and target")
     unknown = set(given) - {"eye", "target", "up", "yfov", "ymag"}
@@ -82,26 +107,23 @@ def view(given: Any) -> tuple[Any, ...]:
     if eye == target:
         raise ValueError(f"view: eye and target are both {eye}; expected two points")
     up = _vector(given.get("up", (0, 1, 0)), "view: up")
-    yfov, ymag = (_number(given.get(name, 0), f"view: {name}") for name in ("yfov", "ymag"))
+    yfov, ymag = (finite(given.get(name, 0), f"view: {name}") for name in ("yfov", "ymag"))
     return ("", eye, target, up, yfov, ymag)
 
 
-def _number(value: Any, name: str) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name}: found {value!r}; expected a number") from None
-    if not math.isfinite(number):
-        raise ValueError(f"{name} is {number}; expected a finite number")
-    return number
+def finite(value: Any, name: str) -> float:
+    found = number(value, name)
+    if not math.isfinite(found):
+        raise ValueError(f"{name} is {found}; expected a finite number")
+    return found
 
 
 def _vector(value: Any, name: str) -> tuple[float, float, float]:
     try:
         numbers = tuple(value)
     except TypeError:
-        raise TypeError(f"{name}: found {value!r}; expected three numbers") from None
+        raise TypeError(f"{name}: found {shown(value)}; expected three numbers") from None
     if len(numbers) != 3:
         raise ValueError(f"{name}: found {len(numbers)} numbers; expected three")
-    x, y, z = (_number(n, name) for n in numbers)
+    x, y, z = (finite(n, name) for n in numbers)
     return x, y, z

@@ -122,8 +122,8 @@ class RaycastingScene:
     ) -> Answer:
         """Returns True for each ray that hits something at tnear <= t <= tfar: bool (...). Rays as cast_rays()."""
         _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
-        near, far = float(tnear), float(tfar)
-        bounds = None if near == 0 and far == float("inf") else (near, far)
+        whole = tnear in (None, 0) and tfar in (None, float("inf"))
+        bounds = None if whole else (tnear, tfar)
         times: list[Times] = []
         found = self._built().occluded(_rays(rays), t=bounds, numeric=self._numeric, times=times)
         self.times = times[0]
@@ -299,13 +299,18 @@ def _matrix(given: Any, shape: tuple[int, ...], name: str) -> np.ndarray:
     matrix = np.asarray(_arrays.as_numpy(given, name), np.float64)
     if matrix.shape != shape:
         raise ValueError(f"{name}: shape is {matrix.shape}; expected {shape}")
+    if not np.isfinite(matrix).all():
+        raise ValueError(f"{name}: it holds {matrix[~np.isfinite(matrix)][0]}; expected finite numbers")
     return matrix
 
 
 def _matrices(width: int, height: int, fov_deg: Any, center: Any, eye: Any, up: Any) -> tuple[np.ndarray, np.ndarray]:
     """Returns the intrinsic and the extrinsic matrix of a camera that looks from eye to center."""
     at, target, above = (_matrix(v, (3,), n) for v, n in ((eye, "eye"), (center, "center"), (up, "up")))
-    focal = 0.5 * width / np.tan(0.5 * np.deg2rad(float(fov_deg)))
+    angle = _query.number(fov_deg, "fov_deg")
+    if not 0 < angle < 180:
+        raise ValueError(f"fov_deg is {angle}; expected degrees between 0 and 180")
+    focal = 0.5 * width / np.tan(0.5 * np.deg2rad(angle))
     intrinsic = np.array([[focal, 0, 0.5 * width], [0, focal, 0.5 * height], [0, 0, 1]])
     ahead = target - at
     if not np.linalg.norm(ahead) > 0:
@@ -322,6 +327,8 @@ def _matrices(width: int, height: int, fov_deg: Any, center: Any, eye: Any, up: 
 
 
 def _pinhole(intrinsic: np.ndarray, extrinsic: np.ndarray, width: int, height: int) -> np.ndarray:
+    if not (intrinsic[0, 0] and intrinsic[1, 1] and intrinsic[2, 2]):
+        raise ValueError("intrinsic_matrix: a number of its diagonal is 0; expected the focal lengths and 1")
     turn = extrinsic[:3, :3]
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     pixels = np.stack([x, y, np.ones_like(x)], axis=-1)

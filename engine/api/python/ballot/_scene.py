@@ -109,6 +109,7 @@ class Scene(Queries):
     _handle: _ballot.Scene
 
     def _open(self, source: Any) -> None:
+        source = os.fsencode(source) if isinstance(source, str) else source
         arguments: list[Any] = [device_or_default(self._device)._handle, source, *self._instances, self._options]
         self._handle = _ballot.Scene(*arguments)
 
@@ -139,7 +140,7 @@ class Scene(Queries):
             if animation not in names:
                 raise ValueError(f"animation is {animation!r}; the scene has {', '.join(names) or 'none'}")
             animation = names.index(animation)
-        time = (_query.integer(animation, "animation", 0, 2**31), float(seconds))
+        time = (_query.integer(animation, "animation", 0, 2**31), _query.finite(seconds, "seconds"))
         self._handle.set_time(*time)
         self._time = time
 
@@ -155,7 +156,7 @@ class Scene(Queries):
 
         Later traces find the moved triangles. The scene's `updates` says how the tree moves; one that a triangle gains
         or loses its area in is always built anew. Raises ValueError if the number differs or a coordinate is not
-        finite; the scene is then as it was.
+        finite; the scene is then as it was. After Ctrl-C it may have moved.
         """
         number = _query.integer(mesh, "mesh", 0, 2**31)
         soup = number < len(self._meshes) and self._meshes[number].indices is None
@@ -194,7 +195,8 @@ class Scene(Queries):
                    from 0 without a bound; or an array of dtype RAY. NumPy, DLPack on the CPU, or nested lists. float32
                    whose last axis is contiguous is read in place. Neighbours share a subgroup: order rays for
                    coherence.
-        t          (t_min, t_max) for rays of 6 numbers: numbers, or arrays of the rays' shape
+        t          (t_min, t_max) for rays of 6 numbers: numbers, or arrays of the rays' shape; None: 0, and no end. A
+                   number that is NaN, or a t_min that is not below t_max, is an error; in arrays it is a dead ray
         out        where hits go: an array of dtype HIT and the rays' shape, or float32 of shape (..., 4)
         any        True: some hit, for visibility; False: the nearest
         method     a traversal method, such as "packet" (`ballot methods` and the README list them); "auto" takes the
@@ -207,10 +209,11 @@ class Scene(Queries):
         times      a list that the Times of the call are appended to
 
         Returns HIT of shape (...): t, prim, u, v. t counts multiples of the direction, which need not be of unit
-        length. On a miss prim is MISS, t the ray's t_max (the largest float32 if it has no bound), u = v = 0. A ray is
+        length. On a miss prim is MISS, t infinity, u = v = 0. A ray is
         dead, and misses, if t_max <= t_min, if a number is NaN or infinite (but t_max), or if its direction is zero.
 
-        Other threads run meanwhile. Ctrl-C ends the call within about a million rays; `out` is then half-written.
+        Other threads run meanwhile. Ctrl-C ends the call, as every call of ballot, within half a second; `out` is then
+        half-written, perhaps for some time yet.
         Raises TypeError and ValueError for wrong arguments, before anything is written.
         """
         source = _arrays.rays(rays, t)

@@ -19,9 +19,11 @@ def options(
     instances: str = "auto",
 ) -> tuple[str, int, float, bool, str, float, str]:
     for name, text in (("builder", builder), ("updates", updates), ("instances", instances)):
-        if not isinstance(text, str):
-            raise TypeError(f"{name}: found {text!r}; expected a string")
-    budget = _number(split_budget, "split_budget")
+        _query.text(text, name)
+    rays = _query.number(expected_rays, "expected_rays")
+    if rays < 0:
+        raise ValueError(f"expected_rays is {rays}; expected at least 0")
+    budget = _query.number(split_budget, "split_budget")
     if not 0 <= budget <= 16:
         raise ValueError(f"split_budget is {budget}; expected 0 to 16")
     return (
@@ -30,16 +32,9 @@ def options(
         budget,
         bool(cache),
         updates,
-        _number(expected_rays, "expected_rays"),
+        rays,
         instances,
     )
-
-
-def _number(value: Any, name: str) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name}: found {value!r}; expected a number") from None
 
 
 def pairs(vertices: Any, triangles: Any, meshes: Any) -> list[tuple[Any, Any]]:

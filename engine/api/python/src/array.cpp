@@ -9,7 +9,7 @@ using Rows = nb::ndarray<float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using ConstRows = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 void make_array(ArrayObject* self, const DeviceObject& device, int record, std::uint64_t count, bool exported) {
-  auto buffer = without_gil(device.use(), [&](const Device& d) {
+  auto buffer = watched(device.use(), nb::none(), [=](const Device& d, Watch&) {
     auto options = BALLOT_INIT(BallotBufferOptions);
     options.exported = exported;
     BallotBuffer* made = nullptr;
@@ -28,14 +28,18 @@ void check_width(const ArrayObject& self, const Array& array) {
 
 void write(const ArrayObject& self, const ConstRows& records, std::uint64_t first) {
   check_width(self, records);
-  without_gil(self.use(),
-              [&](const Buffer& b) { check(ballot_buffer_write(b.get(), first, records.data(), records.shape(0))); });
+  watched(self.use(), nb::none(), [=](const Buffer& b, Watch&) {
+    check(ballot_buffer_write(b.get(), first, records.data(), records.shape(0)));
+    return true;
+  });
 }
 
 void read(const ArrayObject& self, const Rows& records, std::uint64_t first) {
   check_width(self, records);
-  without_gil(self.use(),
-              [&](const Buffer& b) { check(ballot_buffer_read(b.get(), first, records.data(), records.shape(0))); });
+  watched(self.use(), nb::none(), [=](const Buffer& b, Watch&) {
+    check(ballot_buffer_read(b.get(), first, records.data(), records.shape(0)));
+    return true;
+  });
 }
 
 /// Returns a capsule that keeps the memory of an array for those who view it.
@@ -87,26 +91,28 @@ TimesTuple trace_arrays(const SceneObject& self, const ArrayObject& rays, const 
                         const QueryObject& asked) {
   const auto to = hits.use();
   const auto from = rays.use();
-  const detail::QueryArgument argument(asked.query);
-  auto times = BALLOT_INIT(BallotTimes);
-  without_gil(self.use(), [&](const Scene& s) {
+  return watched(self.use(), nb::none(), [=, query = asked.query](const Scene& s, Watch& watch) mutable {
+    query.progress = [&watch](double done) { return watch(done); };
+    const detail::QueryArgument argument(query);
+    auto times = BALLOT_INIT(BallotTimes);
     check(ballot_trace_buffers(s.handle(), from->get(), to->get(), count, argument.c(), &times));
+    return tuple_of(detail::times_of(times));
   });
-  return tuple_of(detail::times_of(times));
 }
 
 TimesTuple query_point_arrays(const SceneObject& self, const ArrayObject& points, const ArrayObject& answers,
                               std::uint64_t count, bool assume_closed, const std::string& numeric, std::uint32_t sign) {
   const auto from = points.use(), to = answers.use();
-  auto query = BALLOT_INIT(BallotPointQuery);
-  query.assume_closed = assume_closed;
-  query.numeric = numeric.c_str();
-  query.sign = sign;
-  auto times = BALLOT_INIT(BallotTimes);
-  without_gil(self.use(), [&](const Scene& s) {
+  return watched(self.use(), nb::none(), [=](const Scene& s, Watch& watch) {
+    auto query = BALLOT_INIT(BallotPointQuery);
+    query.assume_closed = assume_closed;
+    query.numeric = numeric.c_str();
+    query.sign = sign;
+    watch.attach(query);
+    auto times = BALLOT_INIT(BallotTimes);
     check(ballot_query_point_buffers(s.handle(), from->get(), to->get(), count, &query, &times));
+    return tuple_of(detail::times_of(times));
   });
-  return tuple_of(detail::times_of(times));
 }
 
 }  // namespace

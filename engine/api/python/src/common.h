@@ -10,14 +10,22 @@
 
 #include <ballot/ballot.h>
 
+#include <atomic>
+#include <condition_variable>
 #include <exception>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 
 namespace ballot::python {
 
 namespace nb = nanobind;
+
+struct Task;
+class Worker;
 
 /// The times of a call as Python gets them: wall seconds, device milliseconds, rays that hit.
 using TimesTuple = std::tuple<double, double, std::uint64_t>;
@@ -27,8 +35,10 @@ inline TimesTuple tuple_of(const Times& t) { return {t.seconds, t.device_ms, t.h
 bool inside_call();
 /// Lets go of an object, and then of what it works on: now, or if inside_call() once the call has ended.
 void let_go(std::shared_ptr<void> object, nb::object works_on = {});
-/// Lets go of what was kept until the end of a call.
-void let_go_late();
+/// Prepares a child of fork(), which has none of its parent's threads.
+void after_fork();
+/// Ends the calls of other threads: waits for those that run, and stops those that come.
+void end();
 /// Throws Error unless the library may be called: a call from a progress function would wait for itself.
 void check_may_call();
 
@@ -83,38 +93,80 @@ class Kept {
   nb::object works_on_;
 };
 
-/// Opens or makes an object of the library without the GIL.
-template <class Make>
-auto made(const Make& make) {
-  check_may_call();
-  const Unlocked unlocked;
-  return make();
-}
-
-/// The progress function of a call. It looks for signals, so that Ctrl-C ends the call, and calls the user's function.
+/// The progress function of a call that may take long. Belongs to the call's task.
 class Watch {
  public:
-  explicit Watch(nb::object user) : user_(std::move(user)) {}
-  /// Returns false to end the call. Called without the GIL.
+  /// `user` is called with the share that is done, and may end the call by returning False; None: nobody.
+  explicit Watch(nb::object user) : user_(std::move(user)), has_user_(!user_.is_none()) {}
+  /// Returns false to end the call. Called without the GIL, by any thread, by one at a time.
   bool operator()(double done) noexcept;
-  /// Runs a call, and throws what Python code raised in it rather than the library's error.
-  template <class Call>
-  auto run(const Call& call) {
-    struct Late {
-      ~Late() { let_go_late(); }
-    } late;
-    try {
-      return call();
-    } catch (const Error&) {
-      if (raised_) std::rethrow_exception(raised_);
-      throw;
-    }
+  /// Gives a struct of the C interface this progress function.
+  template <class To>
+  void attach(To& to) {
+    to.user = this;
+    to.progress = [](void* user, double done) { return int(!(*static_cast<Watch*>(user))(done)); };
   }
 
  private:
+  friend void run(std::shared_ptr<Task> task);
+  friend class Worker;
+  bool call_user(double done) noexcept;
+  void look(const std::shared_ptr<Task>& task, Worker& worker);
+
   nb::object user_;
-  std::exception_ptr raised_;
+  bool has_user_, away_ = false;  // away: another thread works while the main thread looks for signals
+  std::exception_ptr raised_;     // what Python code raised
+  std::atomic<bool> stop_{false};
+  // Of a call whose work is away.
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  double done_ = 0;
+  bool asks_ = false, ended_ = false, abandoned_ = false;
 };
+
+/// The work of a call, with all that it uses. It is let go of with the GIL.
+struct Task {
+  explicit Task(nb::object progress) : watch(std::move(progress)) {}
+  virtual ~Task() = default;
+  /// Does the work, without the GIL.
+  virtual void work() = 0;
+  /// Lets go of the result, without the GIL.
+  virtual void drop() = 0;
+  Watch watch;
+  std::exception_ptr failure;
+};
+
+/// Runs a task and throws what it has thrown, or what Python code has raised. The main thread has another one do the
+/// work and looks for signals meanwhile: Ctrl-C ends the call at once. Work that cannot stop goes on, with its task, to
+/// an end that nobody waits for.
+void run(std::shared_ptr<Task> task);
+
+/// Runs call(object, watch) as a task and returns what it returned. The call has to own what it uses.
+template <class T, class Call>
+auto watched(std::shared_ptr<T> object, nb::object progress, Call call) {
+  using Result = decltype(call(*object, std::declval<Watch&>()));
+  struct Work : Task {
+    Work(nb::object progress_, std::shared_ptr<T> object_, Call call_)
+        : Task(std::move(progress_)), on(std::move(object_)), does(std::move(call_)) {}
+    void work() override {
+      const std::shared_ptr<T> kept = std::move(on);  // goes without the GIL
+      result.emplace(does(*kept, watch));
+    }
+    void drop() override { result.reset(); }
+    std::shared_ptr<T> on;
+    Call does;
+    std::optional<Result> result;
+  };
+  const auto work = std::make_shared<Work>(std::move(progress), std::move(object), std::move(call));
+  run(work);
+  return std::move(*work->result);
+}
+
+/// Makes what belongs to no object, by make(watch), as a task.
+template <class Make>
+auto made(Make make) {
+  return watched(std::make_shared<char>(), nb::none(), [=](char, Watch& watch) { return make(watch); });
+}
 
 /// The Python classes of the library's objects.
 struct DeviceObject : Kept<Device> {

@@ -22,8 +22,8 @@ View view_of(const ViewTuple& given) {
 
 auto make_rays(const SceneObject& self, const ViewTuple& view, const std::string& kind, std::uint32_t width,
                std::uint32_t height) {
-  std::vector<Ray> rays =
-      without_gil(self.use(), [&](const Scene& s) { return s.make_rays(view_of(view), kind, width, height); });
+  std::vector<Ray> rays = watched(
+      self.use(), nb::none(), [=](const Scene& s, Watch&) { return s.make_rays(view_of(view), kind, width, height); });
   const std::size_t count = rays.size();
   return array_of(std::move(rays), {count, 8});
 }
@@ -38,11 +38,11 @@ auto render(const SceneObject& self, const ViewTuple& view, const PictureTuple& 
   std::tie(picture.width, picture.height, picture.samples, picture.shading, picture.sky, picture.bounces,
            picture.seed) = given;
   if (picture.samples == 0) throw Error(Code::Argument, "samples is 0; expected 1 to 65536");
-  Watch watch(std::move(progress));
-  Query query = asked.query;
-  query.progress = [&](double done) { return watch(done); };
-  std::vector<float> rgba = watch.run(
-      [&] { return without_gil(self.use(), [&](const Scene& s) { return s.render(view_of(view), picture, query); }); });
+  std::vector<float> rgba =
+      watched(self.use(), std::move(progress), [=, query = asked.query](const Scene& s, Watch& watch) mutable {
+        query.progress = [&watch](double done) { return watch(done); };
+        return s.render(view_of(view), picture, query);
+      });
   return array_of(std::move(rgba), {picture.height, picture.width, 4});
 }
 

@@ -36,44 +36,42 @@ TimesTuple query_points(const SceneObject& self, const PointRows& array, float l
   to.normals = room(normals, 3 * n, "normals");
   to.signed_distances = room(signed_distances, n, "signed_distances");
   to.inside = room(inside, n, "inside");
-  Watch watch(std::move(progress));
-  auto query = BALLOT_INIT(BallotPointQuery);
-  query.assume_closed = assume_closed;
-  query.numeric = numeric.c_str();
-  query.sign = sign;
-  query.user = &watch;
-  query.progress = [](void* user, double done) { return int(!(*static_cast<Watch*>(user))(done)); };
-  auto times = BALLOT_INIT(BallotTimes);
-  watch.run([&] {
-    without_gil(self.use(),
-                [&](const Scene& s) { check(ballot_query_points(s.handle(), &from, &to, &query, &times)); });
+  const std::tuple kept(array, distances, points, prims, mesh_ids, uvs, normals, signed_distances, inside);
+  return watched(self.use(), std::move(progress), [=](const Scene& s, Watch& watch) {
+    static_cast<void>(kept);
+    auto query = BALLOT_INIT(BallotPointQuery);
+    query.assume_closed = assume_closed;
+    query.numeric = numeric.c_str();
+    query.sign = sign;
+    watch.attach(query);
+    auto times = BALLOT_INIT(BallotTimes);
+    check(ballot_query_points(s.handle(), &from, &to, &query, &times));
+    return tuple_of(detail::times_of(times));
   });
-  return tuple_of(detail::times_of(times));
 }
 
 /// What a list of crossings has taken so far.
 struct Crossings {
-  std::vector<std::uint32_t> counts;
+  std::vector<std::int64_t> counts;
   std::vector<float> hits;  // t, prim (its bits), u, v of each
-  bool lists = true;
-  double rays = 0;
   Watch* watch = nullptr;
+  Times times = {};
 
-  static int take(void* user, std::uint64_t first, std::size_t rays, const std::uint32_t* counts,
-                  const BallotHit* hits) {
+  static int take(void* user, std::uint64_t, std::size_t rays, const std::uint32_t* counts, const BallotHit* hits) {
     auto& self = *static_cast<Crossings*>(user);
     std::size_t total = 0;
     for (std::size_t i = 0; i < rays; ++i) total += counts[i];
     self.counts.insert(self.counts.end(), counts, counts + rays);
     const float* numbers = reinterpret_cast<const float*>(hits);
     self.hits.insert(self.hits.end(), numbers, numbers + 4 * total);
-    return int(!(*self.watch)(double(first + rays) / self.rays));
+    return 0;
   }
+  static int progress(void* user, double done) { return int(!(*static_cast<Crossings*>(user)->watch)(done)); }
 };
 
 using Masks = std::optional<nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>>;
 
-/// Returns (counts, numbers of the hits, times).
+/// Returns (counts, numbers of the hits, times). Counts are signed, as indices of NumPy are.
 Objects list_crossings(const SceneObject& self, const PointRows& array, std::uint32_t most, bool lists,
                        nb::object progress, const std::string& numeric, std::uint32_t cull, const Masks& mesh_masks,
                        const Masks& ray_masks, bool alpha) {
@@ -81,34 +79,35 @@ Objects list_crossings(const SceneObject& self, const PointRows& array, std::uin
   rays.data = array.data(), rays.count = array.shape(0);
   rays.stride = rays.count > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 0;
   rays.format = array.shape(1) == 8 ? BALLOT_RAYS_FULL : BALLOT_RAYS_UNBOUNDED;
-  Watch watch(std::move(progress));
-  Crossings all;
-  all.watch = &watch;
-  all.rays = double(rays.count);
   if (ray_masks && ray_masks->size() != rays.count)
     throw Error(Code::Argument, "ray_masks has " + std::to_string(ray_masks->size()) + " numbers; expected " +
                                     std::to_string(rays.count));
-  auto to = BALLOT_INIT(BallotLists);
-  to.most = most;
-  to.numeric = numeric.c_str();
-  to.cull = cull;
-  to.alpha = alpha;
-  if (mesh_masks) to.mesh_masks = mesh_masks->data(), to.mesh_mask_count = mesh_masks->size();
-  if (ray_masks) to.ray_masks = ray_masks->data();
-  to.user = &all;
-  if (lists) {
-    to.take = &Crossings::take;
-  } else {
-    all.counts.resize(rays.count);
-    to.counts = all.counts.data();
-  }
-  auto times = BALLOT_INIT(BallotTimes);
-  watch.run([&] {
-    without_gil(self.use(), [&](const Scene& s) { check(ballot_list_crossings(s.handle(), &rays, &to, &times)); });
+  Crossings all = watched(self.use(), std::move(progress), [=](const Scene& s, Watch& watch) {
+    static_cast<void>(array);  // kept, as is what the other pointers lead to
+    Crossings found;
+    found.watch = &watch;
+    auto to = BALLOT_INIT(BallotLists);
+    to.most = most;
+    to.numeric = numeric.c_str();
+    to.cull = cull;
+    to.alpha = alpha;
+    if (mesh_masks) to.mesh_masks = mesh_masks->data(), to.mesh_mask_count = mesh_masks->size();
+    if (ray_masks) to.ray_masks = ray_masks->data();
+    to.user = &found;
+    to.progress = &Crossings::progress;
+    std::vector<std::uint32_t> counts(lists ? 0 : rays.count);
+    if (lists)
+      to.take = &Crossings::take;
+    else
+      to.counts = counts.data();
+    auto times = BALLOT_INIT(BallotTimes);
+    check(ballot_list_crossings(s.handle(), &rays, &to, &times));
+    if (!lists) found.counts.assign(counts.begin(), counts.end());
+    found.times = detail::times_of(times);
+    return found;
   });
   const std::size_t n = all.counts.size(), m = all.hits.size();
-  return nb::make_tuple(array_of(std::move(all.counts), {n}), array_of(std::move(all.hits), {m}),
-                        tuple_of(detail::times_of(times)));
+  return nb::make_tuple(array_of(std::move(all.counts), {n}), array_of(std::move(all.hits), {m}), tuple_of(all.times));
 }
 
 }  // namespace

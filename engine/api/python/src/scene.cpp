@@ -76,36 +76,44 @@ std::vector<Mesh> meshes_of(const std::vector<MeshArrays>& arrays) {
 
 void make_instances(SceneObject* self, const DeviceObject& device, const ObjectList& meshes, const Matrices& transforms,
                     const Indices& of_which, const Settings& settings) {
-  const std::vector<MeshArrays> arrays = arrays_of(meshes);
-  const std::vector<Mesh> list = meshes_of(arrays);
-  const SceneOptions options = options_of(settings);
-  const Instances instances{.transforms = {transforms.data(), transforms.size()},
-                            .meshes = {of_which.data(), of_which.size()}};
-  new (self) SceneObject(without_gil(device.use(), [&](const Device& d) {
-    return std::make_shared<Scene>(d, std::span<const Mesh>(list), instances, options);
-  }));
+  const auto call = [=, arrays = arrays_of(meshes), options = options_of(settings)](const Device& d,
+                                                                                    Watch& watch) mutable {
+    const Instances instances{.transforms = {transforms.data(), transforms.size()},
+                              .meshes = {of_which.data(), of_which.size()}};
+    options.progress = [&watch](double done) { return watch(done); };
+    return std::make_shared<Scene>(d, std::span<const Mesh>(meshes_of(arrays)), instances, options);
+  };
+  new (self) SceneObject(watched(device.use(), nb::none(), call));
 }
 
 void update_instances(const SceneObject& self, const Matrices& transforms) {
-  without_gil(self.use(), [&](Scene& s) { s.update_instances({transforms.data(), transforms.size()}); });
+  watched(self.use(), nb::none(), [=](Scene& s, Watch&) {
+    s.update_instances({transforms.data(), transforms.size()});
+    return true;
+  });
 }
 
 void make_scene(SceneObject* self, const DeviceObject& device, const ObjectList& meshes, const Settings& settings) {
-  const std::vector<MeshArrays> arrays = arrays_of(meshes);
-  const std::vector<Mesh> list = meshes_of(arrays);
-  const SceneOptions options = options_of(settings);
-  new (self) SceneObject(without_gil(
-      device.use(), [&](const Device& d) { return std::make_shared<Scene>(d, std::span<const Mesh>(list), options); }));
+  const auto call = [arrays = arrays_of(meshes), options = options_of(settings)](const Device& d,
+                                                                                 Watch& watch) mutable {
+    options.progress = [&watch](double done) { return watch(done); };
+    return std::make_shared<Scene>(d, std::span<const Mesh>(meshes_of(arrays)), options);
+  };
+  new (self) SceneObject(watched(device.use(), nb::none(), call));
 }
 
-void load_scene(SceneObject* self, const DeviceObject& device, const std::string& path, const Settings& settings) {
-  const SceneOptions options = options_of(settings);
-  new (self) SceneObject(without_gil(
-      device.use(), [&](const Device& d) { return std::make_shared<Scene>(Scene::load(d, path, options)); }));
+/// `path`: as the system has it, in any encoding.
+void load_scene(SceneObject* self, const DeviceObject& device, const nb::bytes& path, const Settings& settings) {
+  const auto call = [name = std::string(path.c_str(), path.size()), options = options_of(settings)](
+                        const Device& d, Watch& watch) mutable {
+    options.progress = [&watch](double done) { return watch(done); };
+    return std::make_shared<Scene>(Scene::load(d, name, options));
+  };
+  new (self) SceneObject(watched(device.use(), nb::none(), call));
 }
 
 Objects info_of(const SceneObject& self) {
-  const SceneInfo i = without_gil(self.use(), [](const Scene& s) { return s.info(); });
+  const SceneInfo i = watched(self.use(), nb::none(), [](const Scene& s, Watch&) { return s.info(); });
   return nb::make_tuple(i.triangles, i.degenerate, i.meshes, i.views, nb::make_tuple(i.lo[0], i.lo[1], i.lo[2]),
                         nb::make_tuple(i.hi[0], i.hi[1], i.hi[2]), i.nodes, i.leaves, i.depth, i.sah, i.build_seconds,
                         i.instances, i.instance_triangles, i.top_seconds, i.decay, i.update_seconds, i.refits);
@@ -118,8 +126,10 @@ std::tuple<std::uint32_t, std::uint64_t, std::uint64_t> mesh_of(const SceneObjec
 }
 
 void update(const SceneObject& self, std::size_t mesh, const nb::object& vertices) {
-  const Vectors v(vertices);
-  without_gil(self.use(), [&](Scene& s) { s.update(mesh, v.numbers, v.stride); });
+  watched(self.use(), nb::none(), [=, v = Vectors(vertices)](Scene& s, Watch&) {
+    s.update(mesh, v.numbers, v.stride);
+    return true;
+  });
 }
 
 ObjectList animations(const SceneObject& self) {
@@ -130,11 +140,14 @@ ObjectList animations(const SceneObject& self) {
 }
 
 void set_time(const SceneObject& self, std::size_t animation, double seconds) {
-  without_gil(self.use(), [&](Scene& s) { s.set_time(animation, seconds); });
+  watched(self.use(), nb::none(), [=](Scene& s, Watch&) {
+    s.set_time(animation, seconds);
+    return true;
+  });
 }
 
 auto triangles(const SceneObject& self) {
-  std::vector<float> all = without_gil(self.use(), [](const Scene& s) { return s.triangles(); });
+  std::vector<float> all = watched(self.use(), nb::none(), [](const Scene& s, Watch&) { return s.triangles(); });
   const std::size_t count = all.size() / 9;
   return array_of(std::move(all), {count, 3, 3});
 }

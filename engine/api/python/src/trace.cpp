@@ -29,16 +29,14 @@ TimesTuple trace(const SceneObject& self, const RayRows& array, const ResultArra
                  nb::object progress) {
   const BallotRays rays = rays_of(array);
   const BallotHits hits = detail::hits_of(results.results(rays.count));
-  Watch watch(std::move(progress));
-  Query query = asked.query;
-  query.progress = [&](double done) { return watch(done); };
-  const detail::QueryArgument argument(query);
-  auto times = BALLOT_INIT(BallotTimes);
-  watch.run([&] {
-    without_gil(self.use(),
-                [&](const Scene& s) { check(ballot_trace(s.handle(), &rays, &hits, argument.c(), &times)); });
-  });
-  return tuple_of(detail::times_of(times));
+  return watched(self.use(), std::move(progress),
+                 [=, query = asked.query, kept = std::pair(array, results)](const Scene& s, Watch& watch) mutable {
+                   query.progress = [&watch](double done) { return watch(done); };
+                   const detail::QueryArgument argument(query);
+                   auto times = BALLOT_INIT(BallotTimes);
+                   check(ballot_trace(s.handle(), &rays, &hits, argument.c(), &times));
+                   return tuple_of(detail::times_of(times));
+                 });
 }
 
 /// A trace in the background. Keeps its arrays.

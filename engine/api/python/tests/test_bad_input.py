@@ -1,5 +1,6 @@
 """Bad input: one clear exception each, and nothing written."""
 
+import os
 import unittest
 
 import ballot
@@ -32,6 +33,104 @@ class Rays(unittest.TestCase):
         self.refused(ValueError, "have their own", np.zeros((4, 8), np.float32), t=(0, 1))
         self.refused(ValueError, "t: found 3", t=3)
         self.refused(ValueError, "t: shapes", t=(np.zeros(3), 1))
+
+    def test_ranges_and_limits(self):
+        nan, inf = float("nan"), float("inf")
+        scene, rays, point = self.scene, self.rays, np.float32([[0, 0, 3]])
+        twin = ballot.RaycastingScene()
+        twin.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
+        ranges = [(nan, 1), (0, nan), (2, 1), (-inf, 1), (inf, None), (0, -inf), ("a", 1), (0, "b"), (0, [None] * 4)]
+        for t in ranges:
+            for call in (scene.trace, scene.trace_columns, scene.occluded, scene.submit, scene.count_crossings,
+                         scene.crossings):  # fmt: skip
+                self.refused((ValueError, TypeError), "^t(:| is)", call=call, t=t)
+        for t in ranges[:6]:
+            call = lambda r, t: twin.test_occlusions(r, *t)  # noqa: E731
+            self.refused(ValueError, "^t(:| is)", call=call, t=t)
+        self.assertTrue(twin.test_occlusions(rays, None, None).all())
+        for limit in (nan, 0, -1, -inf, 1e-60):
+            self.refused(ValueError, "limit is", point, scene.nearest, limit=limit)
+        self.refused(TypeError, "limit: found 'a'", point, scene.nearest, limit="a")
+        for limit in (None, inf, 1e300, 2):
+            self.assertEqual(scene.nearest(point, ("distances",), limit=limit)["distances"].tolist(), [2])
+        self.refused(ValueError, "seconds is nan", call=lambda r: scene.set_time(nan))
+        self.refused(TypeError, "seconds: found None", call=lambda r: scene.set_time(None))
+        pinhole = ballot.RaycastingScene.create_rays_pinhole
+        for fov in (nan, 0, 180, -5, inf):
+            call = lambda r, f: pinhole(f, [0, 0, 0], [0, 0, 1], [0, 1, 0], 4, 4)  # noqa: E731
+            self.refused(ValueError, "fov_deg is", call=call, f=fov)
+        call = lambda r: pinhole(60, [0, 0, 0], [0, 0, nan], [0, 1, 0], 4, 4)  # noqa: E731
+        self.refused(ValueError, "eye: it holds nan", call=call)
+        self.refused(ValueError, "diagonal", call=lambda r: pinhole(np.zeros((3, 3)), np.eye(4), 4, 4))
+
+    def test_what_an_object_raises_reaches_the_caller(self):
+        class Own(BaseException):
+            pass
+
+        def raising(what, error):
+            def raises(*_, **__):
+                raise error
+
+            body = {what: raises if what in ("__dlpack__", "__array__") else property(raises)}
+            return type("Given", (), {"__dlpack_device__": lambda self: (1, 0), **body} if "dl" in what else body)()
+
+        for what in ("__dlpack__", "__array_interface__", "__cuda_array_interface__", "__array__"):
+            for error in (KeyboardInterrupt, Own, MemoryError, KeyError, ValueError):
+                calls = [self.scene.trace, self.scene.nearest, lambda g: ballot.Scene(g, ref.CUBE_TRIANGLES)]
+                if what != "__array__":
+                    calls.append(lambda g: self.scene.trace(self.rays, out=g))
+                for call in calls:
+                    with self.subTest(what=what, error=error), self.assertRaises(error):
+                        call(raising(what, error("mine")))
+        for error in (TypeError, BufferError, RuntimeError):
+            self.refused(error, "mine", raising("__dlpack__", error("mine")))
+
+    def test_no_names_of_the_c_interface(self):
+        """Error texts are of one line, in the words of Python."""
+        scene, rays, v, t = self.scene, self.rays, ref.CUBE_VERTICES, ref.CUBE_TRIANGLES
+        placed = ballot.Scene(v, t, instances=np.eye(4)[None])
+        opened = ballot.Scene(v, t[:-1])
+        other = ballot.Array("rays", 2, ballot.Device())
+        few, points, hits = ballot.Array("rays", 1), ballot.Array("points", 1), ballot.Array("hits", 1)
+        wrong = np.eye(4)[None] * np.nan
+        bad = "\udc80"
+        calls = [
+            lambda: scene.nearest(v, numeric="plain"), lambda: scene.nearest(v, ("inside",), sign="no"),
+            lambda: opened.nearest(v, ("inside",)), lambda: scene.count_crossings(rays, numeric="fast"),
+            lambda: scene.count_crossings(rays, mesh_masks=[1, 2]), lambda: scene.count_crossings(rays, ray_masks=[1]),
+            lambda: scene.count_crossings(rays, numeric="exact", alpha=True), lambda: scene.crossings(rays, cull="no"),
+            lambda: scene.count_crossings(rays, mesh_masks=[-1]),
+            lambda: scene.update(1, v), lambda: scene.update(0, v[:3]), lambda: scene.update(0, v * np.inf),
+            lambda: scene.set_time(0), lambda: scene.update_instances(np.eye(4)[None]),
+            lambda: placed.update_instances(np.eye(4)[None].repeat(2, 0)), lambda: placed.update_instances(wrong),
+            lambda: placed.nearest(v), lambda: placed.crossings(rays), lambda: placed.make_rays(width=4, height=4),
+            lambda: ballot.render(placed), lambda: placed.update(0, v), lambda: placed.set_time(0),
+            lambda: placed.trace(rays, method="packet-wide"), lambda: ballot.Scene(v, t, instances=wrong),
+            lambda: ballot.Scene(v, t, expected_rays=-1), lambda: ballot.Scene(v, t, expected_rays=float("nan")),
+            lambda: ballot.Scene(v, t, updates="no"), lambda: ballot.Scene(v, t, builder="no"),
+            lambda: scene.trace_arrays(few, hits, 2), lambda: scene.trace_arrays(other, hits, 1),
+            lambda: scene.trace_arrays(hits, few), lambda: scene.nearest_arrays(few, hits),
+            lambda: scene.nearest_arrays(points, hits), lambda: few.read(first=2), lambda: few.write(np.zeros((2, 8))),
+            lambda: few.write(np.zeros((1, 8), np.float32), first=1), lambda: ballot.Array("rays", 2**31),
+            lambda: ballot.Array("rays", 1, exported=True).fd(), lambda: few.cuda_address,
+            lambda: ballot.load_scene("/no/such.obj"), lambda: ballot.load_scene("/no/such\n.obj"),
+            lambda: ballot.load_scene("/no/" + bad + ".obj"), lambda: ballot.load_scene(os.devnull),
+            lambda: ballot.Device("no such"), lambda: ballot.Device(bad), lambda: ballot.Device("a\0b"),
+            lambda: scene.trace(rays, method=bad), lambda: scene.trace(rays, method="no\nsuch"),
+            lambda: scene.trace(rays, knobs={"vote": "no\nsuch"}), lambda: scene.trace(rays, knobs={bad: 1}),
+            lambda: ballot.render(scene, "no\nsuch"), lambda: ballot.render(scene, bad),
+            lambda: ballot.render(scene, sky="/no/such.exr"), lambda: ballot.render(scene, shading=bad),
+            lambda: scene.make_rays(kind="no"), lambda: scene.make_rays("no"),
+        ]  # fmt: skip
+        for number, call in enumerate(calls):
+            with self.subTest(number=number):
+                try:
+                    call()
+                except (ValueError, TypeError, ballot.Error) as error:
+                    self.assertNotRegex(str(error), r"\n|Ballot[A-Z]|ballot_|BALLOT_|std::|incompatible function")
+                    self.assertTrue(str(error))
+                else:
+                    self.assertIn(number, (37,))  # a device that can export
 
     def test_out(self):
         out = np.zeros(4, ballot.HIT)

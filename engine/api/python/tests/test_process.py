@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import textwrap
 import time
 import unittest
@@ -43,19 +44,28 @@ class Process(unittest.TestCase):
 
 class Interrupts(Process):
     LONG = """
-        scene = ballot.Scene(*ref.soup(300))
-        rays = np.tile(ref.random_rays(1 << 20), (24, 1))
+        scene = ballot.Scene(*ref.soup({triangles}))
+        rays = np.tile(ref.random_rays(1 << 18), (24, 1))
+        points = rays[:, :3]
         scene.trace(rays[:64])
+        x, y = np.meshgrid(np.arange(800, dtype=np.float32), np.arange(800, dtype=np.float32))
+        corners = np.stack([x, y, np.sin(x) * np.cos(y)], -1).reshape(-1, 3)
+        first = np.arange(799 * 800).reshape(799, 800)[:, :-1].reshape(-1, 1)
+        grid = corners, np.concatenate([first + [0, 1, 800], first + [1, 801, 800]]).astype(np.uint32)
+        {setup}
         print("ready", flush=True)
         try:
-            {call}
+            while True:
+                {call}
         except KeyboardInterrupt:
             print("interrupted", flush=True)
         print(len(scene.trace(rays[:64])), "rays after it")
         """
+    MOST_SECONDS = 0.5
 
-    def interrupt(self, call: str) -> tuple[str, float]:
-        process = start(self.LONG.format(call=call))
+    def interrupt(self, call: str, setup: str = "", triangles: int = 300) -> float:
+        """Returns the seconds from Ctrl-C to KeyboardInterrupt."""
+        process = start(self.LONG.format(call=call, setup=setup, triangles=triangles))
         self.addCleanup(process.kill)
         self.assertEqual(process.stdout.readline(), "ready\n")
         time.sleep(0.5)
@@ -63,23 +73,57 @@ class Interrupts(Process):
         begin = time.monotonic()
         first = process.stdout.readline()
         waited = time.monotonic() - begin
-        self.assertEqual((process.stdout.read(), process.wait()), ("64 rays after it\n", 0))
+        self.assertEqual((first, process.stdout.read(), process.wait()), ("interrupted\n", "64 rays after it\n", 0))
         process.stdout.close()
-        return first, waited
+        return waited
 
-    def test_ctrl_c_ends_a_trace(self):
-        first, waited = self.interrupt("scene.trace(rays, method='while-while')")
-        self.assertEqual(first, "interrupted\n")
-        self.assertLess(waited, 60)
+    def ends(self, call: str, setup: str = "", triangles: int = 300) -> None:
+        """Expects that Ctrl-C ends a call soon. A machine that is busy has three tries."""
+        waited = [self.interrupt(call, setup, triangles)]
+        while not ref.SANITIZED and waited[-1] > self.MOST_SECONDS and len(waited) < 3:
+            waited.append(self.interrupt(call, setup, triangles))
+        self.assertTrue(ref.SANITIZED or waited[-1] <= self.MOST_SECONDS, waited)
 
-    def test_ctrl_c_ends_the_waiting_for_a_job(self):
-        first, waited = self.interrupt("job = scene.submit(rays[:8 << 20], method='while-while'); job.wait()")
-        self.assertEqual(first, "interrupted\n")
-        self.assertLess(waited, 30)
+    def test_traces(self):
+        self.ends("scene.trace(rays, method='while-while')")
+        self.ends("scene.trace_columns(rays, numeric='exact')")
+        setup = "there, hits = ballot.Array('rays', 1 << 20), ballot.Array('hits', 1 << 20); " \
+                "there.write(np.insert(np.insert(rays[:1 << 20], 3, 0, 1), 7, 9, 1))"  # fmt: skip
+        self.ends("scene.trace_arrays(there, hits, method='while-while')", setup)
 
-    def test_ctrl_c_ends_a_picture(self):
-        first, _ = self.interrupt("ballot.render(scene, None, 1024, 1024, 4096, 'ao')")
-        self.assertEqual(first, "interrupted\n")
+    def test_the_waiting_for_a_job(self):
+        self.ends("job = scene.submit(rays, method='while-while'); job.wait()")
+
+    def test_points(self):
+        self.ends("scene.nearest(points)", triangles=3000)
+        self.ends("scene.nearest(points, numeric='exact')")
+        self.ends("scene.nearest(points, ('signed_distances', 'inside'), assume_closed=True)", triangles=3000)
+
+    def test_crossings(self):
+        self.ends("scene.count_crossings(rays)", triangles=3000)
+        self.ends("scene.crossings(rays)")
+
+    def test_scenes(self):
+        self.ends("ballot.Scene(*grid)")
+        self.ends("ballot.Scene(*grid, builder='best')")
+        self.ends("other.update(0, corners)", "other = ballot.Scene(*grid, updates='rebuild')")
+
+    def test_files(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "a.npz")
+            save = f"np.savez({path!r}, vertices=grid[0], faces=grid[1])"
+            self.ends(f"ballot.load_scene({path!r}, cache=False)", save)
+
+    def test_pictures(self):
+        self.ends("ballot.render(scene, None, 1024, 1024, 4096, 'ao')")
+        self.ends("scene.make_rays(None, 'ao', 4096, 4096)")
+        self.ends("ballot.bench(scene, ('while-while', 'packet'), size=(1024, 1024), repeats=1000)")
+
+    def test_work_that_does_not_stop(self):
+        """A call that waits for another thread's ends too; objects may go meanwhile."""
+        setup = "other = ballot.Scene(*ref.soup(5)); threading.Thread(target=lambda: [scene.trace(rays, " \
+                "method='while-while') for _ in range(3)], daemon=True).start(); time.sleep(0.1)"
+        self.ends("del other; scene.update(0, ref.soup(300)[0]); other = 0", setup)
 
 
 class Progress(unittest.TestCase):
@@ -95,6 +139,16 @@ class Progress(unittest.TestCase):
         with self.assertRaisesRegex(ballot.Error, "interrupted after") as caught:
             self.scene.trace(self.rays, progress=lambda done: False)
         self.assertEqual(caught.exception.code, ballot.Code.INTERRUPTED)
+
+    def test_of_other_queries(self):
+        for call in (self.scene.count_crossings, self.scene.crossings, lambda r, progress: self.scene.nearest(
+                r[:, :3], progress=progress)):  # fmt: skip
+            seen = []
+            call(self.rays[: 1 << 17], progress=seen.append)
+            self.assertEqual(seen, sorted(seen))
+            self.assertEqual(seen[-1], 1)
+            with self.assertRaisesRegex(ballot.Error, "interrupted after"):
+                call(self.rays, progress=lambda done: False)
 
     def test_an_exception_ends_the_call(self):
         def fail(done):
@@ -120,13 +174,14 @@ class Forks(Process):
     def test_after_use(self):
         text = self.output("""
             scene = ballot.Scene(*ref.soup(20))
+            device = ballot.default_device()
             rays = ref.random_rays(50)
             array = ballot.Array("rays", 5)
             job = scene.submit(np.tile(rays, (20000, 1)))
             child = os.fork()
             if child == 0:
-                device = ballot.default_device()
-                calls = [lambda: scene.trace(rays), lambda: scene.info, lambda: ballot.Scene(*ref.soup(3)), job.wait,
+                make = lambda: ballot.Scene(*ref.soup(3), device=device)
+                calls = [lambda: scene.trace(rays), lambda: scene.info, make, job.wait,
                          lambda: scene.submit(rays), lambda: device.info, array.read,
                          lambda: scene.update(0, rays[:, :3])]
                 for call in calls:
@@ -142,6 +197,25 @@ class Forks(Process):
             print(len(job.wait()), len(scene.trace(rays)))
             """)
         self.assertEqual(text.split("\n"), ["FORKED True"] * 8 + ["0", "1000000 50", ""])
+
+    def test_a_child_has_a_default_device_of_its_own(self):
+        text = self.output("""
+            vertices, triangles = ref.soup(5000)
+            rays = ref.random_rays(500)
+            truth = ballot.Scene(vertices, triangles, builder="balanced").trace(rays)
+            parent = ballot.default_device()
+            for turn in range(3):
+                child = os.fork()
+                if child == 0:
+                    scene = ballot.Scene(vertices, triangles, builder=("balanced", "best", "fast")[turn])
+                    same = np.array_equal(scene.trace(rays)["prim"], truth["prim"])
+                    scene.nearest(rays[:, :3])
+                    print(same, ballot.default_device() is not parent, scene.info.triangles, flush=True)
+                    sys.exit(0)
+                print(os.waitpid(child, 0)[1], flush=True)
+            print(ballot.default_device() is parent)
+            """)
+        self.assertEqual(text, "True True 5000\n0\n" * 3 + "True\n")
 
     def test_before_use(self):
         text = self.output("""
@@ -159,6 +233,21 @@ class Forks(Process):
         with multiprocessing.get_context("spawn").Pool(2) as pool:
             parts = pool.starmap(ballot.Scene.trace, [(scene, chunk) for chunk in chunks])
         np.testing.assert_array_equal(np.concatenate(parts), scene.trace(np.concatenate(chunks)))
+
+
+class SubInterpreters(Process):
+    def test_are_refused(self):
+        text = self.output("""
+            try:
+                import _interpreters as interpreters
+            except ImportError:
+                import _xxsubinterpreters as interpreters
+            code = "import sys; sys.path[:] = " + repr(sys.path) + chr(10) + "try:" + chr(10) + "    import ballot" \\
+                   + chr(10) + "except ImportError as error:" + chr(10) + "    print(error, flush=True)"
+            interpreters.run_string(interpreters.create(), code)
+            print(len(ballot.Scene(*ref.soup(3)).trace(ref.random_rays(4))))
+            """)
+        self.assertRegex(text, "^ballot cannot be imported in a sub-interpreter.*\n4\n$")
 
 
 class Exits(Process):

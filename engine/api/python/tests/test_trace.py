@@ -23,7 +23,7 @@ class Cube(unittest.TestCase):
 
     def test_known_hits(self):
         self.assertEqual(self.hits.dtype, ballot.HIT)
-        self.assertEqual(self.hits["t"].tolist(), [2, 0.5, float(np.finfo(np.float32).max)])
+        self.assertEqual(self.hits["t"].tolist(), [2, 0.5, np.inf])
         self.assertIn(self.hits["prim"][0], (2, 3))
         self.assertIn(self.hits["prim"][1], (0, 1))
         self.assertEqual(self.hits["prim"][2], ballot.MISS)
@@ -82,13 +82,50 @@ class Cube(unittest.TestCase):
         self.assertEqual(self.scene.trace(self.rays, t=(np.float32([2.5, 0, 0]), np.inf))["t"].tolist()[:2], [4, 0.5])
         full = np.insert(np.insert(self.rays, 3, 0, axis=1), 7, 1.5, axis=1)
         misses = self.scene.trace(full)
-        self.assertEqual(misses["t"].tolist(), [1.5, 0.5, 1.5])
+        self.assertEqual(misses["t"].tolist(), [np.inf, 0.5, np.inf])
         self.assertEqual(self.scene.occluded(full).tolist(), [False, True, False])
+
+    def test_open_ends(self):
+        for t in ((0, None), (None, None), (None, np.inf), (0, 1e300), (-1, 10**400)):
+            self.same(self.scene.trace(self.rays, t=t))
+        self.assertEqual(self.scene.trace(self.rays[:1], t=(2.5, None))["t"], 4)
+        self.assertEqual(self.scene.occluded(self.rays, t=(None, 1)).tolist(), [False, True, False])
+        self.assertEqual(self.scene.count_crossings(self.rays[:1], t=(2.5, None)).tolist(), [1])
+        # In arrays, which have a range for each ray, what is no range is a dead ray.
+        ends = np.float32([np.nan, -1, np.inf])
+        self.assertEqual(self.scene.trace(self.rays, t=(0, ends))["prim"].tolist(), [ballot.MISS] * 3)
+        found = self.scene.trace(self.rays, t=(np.float32([0, 0, np.nan]), None))
+        self.assertEqual(found["t"].tolist(), [2, 0.5, np.inf])
+
+    def test_misses_have_one_t(self):
+        rays = np.float32([[0, 0, 9, 0, 0, 1], [np.nan, 0, 3, 0, 0, -1], [0, 0, 3, 0, 0, 0]])
+        full = np.insert(np.insert(rays, 3, 0, axis=1), 7, 1.5, axis=1)
+        there, hits = ballot.Array("rays", 3), ballot.Array("hits", 3)
+        there.write(full)
+        self.scene.trace_arrays(there, hits)
+        twin = ballot.RaycastingScene()
+        twin.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
+        placed = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES, instances=np.eye(4, dtype=np.float32)[None])
+        found = [
+            self.scene.trace(full)["t"], self.scene.trace(full, any=True)["t"], self.scene.submit(full).wait()["t"],
+            self.scene.trace_columns(full, ("t",))["t"], hits.read()["t"], twin.cast_rays(rays)["t_hit"],
+            placed.trace(full)["t"], placed.trace_columns(full, ("t",))["t"],
+            *(self.scene.trace(full, numeric=mode)["t"] for mode in ("exact", "plain", "fast")),
+        ]  # fmt: skip
+        for t in found:
+            self.assertEqual(t.tolist(), [np.inf] * 3)
+
+    def test_fortran_order_and_other_bytes(self):
+        columns = self.rays[:, [0, 1, 2, 3, 4, 5]]
+        for rays in (np.asfortranarray(self.rays), columns, columns.astype(">f4"), columns.astype(">f8")):
+            self.same(self.scene.trace(rays))
+        cube = ballot.Scene(np.asfortranarray(ref.CUBE_VERTICES), np.asfortranarray(ref.CUBE_TRIANGLES))
+        self.assertEqual(cube.trace([[0.25, 0.5, 3, 0, 0, -1]])["t"].tolist(), [2])
 
     def test_dead_rays_miss(self):
         dead = np.float32([[0, 0, 3, 0, 0, 0], [np.nan, 0, 3, 0, 0, -1], [0, 0, np.inf, 0, 0, -1]])
         self.assertEqual(self.scene.trace(dead)["prim"].tolist(), [ballot.MISS] * 3)
-        self.assertEqual(self.scene.trace(dead)["t"].tolist(), [0] * 3)
+        self.assertEqual(self.scene.trace(dead)["t"].tolist(), [np.inf] * 3)
 
     def test_out(self):
         out = np.zeros(3, ballot.HIT)
