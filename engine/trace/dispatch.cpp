@@ -146,7 +146,8 @@ bool Dispatcher::can_record(const Variant& v, std::uint32_t most) const {
   const bool listed = v.config.doubtful == Doubtful::Listed;
   const auto is_slow = [&](const Variant& part) {
     const LaunchSize& size = size_of(part);
-    return most > (size.is_known() ? size.most(launch_ms()) : kRecordedUnknown);
+    const std::uint64_t unknown = gpu_.launch_ms() > 0 ? kRecordedUnknown : 0;  // 0: a first launch tells
+    return most > (size.is_known() ? size.most(launch_ms()) : unknown);
   };
   if (launch_ms() > 0 && (is_slow(v) || (listed && is_slow(v.taking())))) return false;
   if (v.config.launch == Launch::Persistent && v.config.batches != kUnbounded) return false;

@@ -144,6 +144,18 @@ void let_go(std::shared_ptr<void> object, nb::object works_on) {
     late.push_back({std::move(object), std::move(works_on)});
   } else if (abandoned > 0) {  // its device may be in use for long
     after_abandoned.push_back({std::move(object), std::move(works_on)});
+  } else if (Worker* worker = is_main() && last.load() == std::thread::id{} ? Worker::free() : nullptr) {
+    struct Drop : Task {
+      Drop() : Task(nb::none()) {}
+      void work() override { object.reset(); }
+      void drop() override {}
+      nb::object works_on;
+      std::shared_ptr<void> object;
+    };
+    const auto task = std::make_shared<Drop>();
+    task->object = std::move(object);
+    task->works_on = std::move(works_on);
+    if (!task->watch.leave(task, *worker)) ++abandoned;
   } else {
     const Unlocked unlocked;
     object.reset();
@@ -210,9 +222,22 @@ void Watch::look(const std::shared_ptr<Task>& task, Worker& worker) {
     if (done >= 0 || stop_) asks_ = false, changed_.notify_all();
     if (raised_) break;
   }
-  if (changed_.wait_for(lock, kPatience, [&] { return ended_; })) return;
+  give_up(lock);
+}
+
+/// Waits a little for the work, and no more for what goes on then.
+bool Watch::give_up(std::unique_lock<std::mutex>& lock) {
+  if (changed_.wait_for(lock, kPatience, [&] { return ended_; })) return true;
   abandoned_ = true;
   Worker::forget();
+  return false;
+}
+
+bool Watch::leave(const std::shared_ptr<Task>& task, Worker& worker) {
+  const Unlocked unlocked;
+  worker.begin(task);
+  std::unique_lock lock(mutex_);
+  return give_up(lock);
 }
 
 void run(std::shared_ptr<Task> task) {

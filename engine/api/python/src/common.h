@@ -100,6 +100,8 @@ class Watch {
   explicit Watch(nb::object user) : user_(std::move(user)), has_user_(!user_.is_none()) {}
   /// Returns false to end the call. Called without the GIL, by any thread, by one at a time.
   bool operator()(double done) noexcept;
+  /// Has a thread do the work and waits a little. Returns false if it then goes on. Ctrl-C has to wait no longer.
+  bool leave(const std::shared_ptr<Task>& task, Worker& worker);
   /// Gives a struct of the C interface this progress function.
   template <class To>
   void attach(To& to) {
@@ -112,6 +114,7 @@ class Watch {
   friend class Worker;
   bool call_user(double done) noexcept;
   void look(const std::shared_ptr<Task>& task, Worker& worker);
+  bool give_up(std::unique_lock<std::mutex>& lock);
 
   nb::object user_;
   bool has_user_, away_ = false;  // away: another thread works while the main thread looks for signals
