@@ -144,7 +144,7 @@ void let_go(std::shared_ptr<void> object, nb::object works_on) {
     late.push_back({std::move(object), std::move(works_on)});
   } else if (abandoned > 0) {  // its device may be in use for long
     after_abandoned.push_back({std::move(object), std::move(works_on)});
-  } else if (Worker* worker = is_main() && last.load() == std::thread::id{} ? Worker::free() : nullptr) {
+  } else if (Worker* worker = last.load() == std::thread::id{} && is_main() ? Worker::free() : nullptr) {
     struct Drop : Task {
       Drop() : Task(nb::none()) {}
       void work() override { object.reset(); }
@@ -246,7 +246,7 @@ void run(std::shared_ptr<Task> task) {
     ~Late() { let_go_late(); }
   } const late_ones;
   Watch& watch = task->watch;
-  Worker* worker = is_main() && last.load() == std::thread::id{} ? Worker::free() : nullptr;
+  Worker* worker = last.load() == std::thread::id{} && is_main() ? Worker::free() : nullptr;
   watch.away_ = worker != nullptr;
   if (worker) {
     watch.look(task, *worker);
