@@ -36,7 +36,7 @@ Progress build_progress(Watch& watch) {
 
 const MeshState& mesh_at(const SceneState& state, std::size_t mesh, const char* call) {
   if (mesh >= state.meshes.size())
-    refuse(fmt::format("{}: found number {} of a mesh; the scene has {}", call, mesh, state.meshes.size()));
+    refuse(fmt::format("{}: mesh {}, but the scene has {}", call, mesh, state.meshes.size()));
   return state.meshes[mesh];
 }
 
@@ -164,7 +164,7 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
 BallotStatus ballot_scene_mesh(BallotScene* scene, size_t mesh, BallotMeshInfo* info) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_mesh", "info");
-    const MeshState& m = mesh_at(*state, mesh, "mesh");
+    const MeshState& m = mesh_at(*state, mesh, "facts about a mesh");
     write_struct(info, BallotMeshInfo{sizeof(BallotMeshInfo), m.id, m.first, m.triangles}, "BallotMeshInfo");
   });
 }

@@ -227,8 +227,8 @@ void need(const void* pointer, const char* call, const char* what);
 [[noreturn]] void refuse(const std::string& text);
 
 /// Returns the bytes from one record of a caller's array to the next: `given`, or `record` if that is 0.
-/// Throws Refused, which begins with `where`, unless it is a multiple of 4 and no record overlaps the next, or if `count` records reach
-/// farther than any memory.
+/// Throws Refused, which begins with `where`, unless it is a multiple of 4 and no record overlaps the next, or if
+/// `count` records reach farther than any memory.
 std::size_t stride_of(std::size_t given, std::size_t record, std::size_t count, const std::string& where);
 
 /// Returns a copy of a struct of the interface that a caller with another version filled: members that it does not know

@@ -36,8 +36,8 @@ class NpyFile {
   std::string found() const;
 
   /// Throws unless exactly `count` items of `item_bytes` bytes follow, which are rows of numbers of `number_bytes`.
-  /// Of a pipe, read() finds out. An array in Fortran order is then read as a whole, so that its rows follow. Throws if it
-  /// does not fit into memory.
+  /// Of a pipe, read() finds out. An array in Fortran order is then read as a whole, so that its rows follow. Throws if
+  /// it does not fit into memory.
   void expect_items(std::uint64_t count, std::uint64_t item_bytes, std::size_t number_bytes);
 
   /// Reads the next bytes, of a regular file by several threads if they are many.

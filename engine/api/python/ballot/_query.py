@@ -35,7 +35,7 @@ def shown(value: Any) -> str:
     return line if len(line) <= 80 else line[:77] + "..."
 
 
-def number(value: Any, name: str) -> float:
+def number(value: Any, name: str, expected: str = "a number") -> float:
     """Returns a number, which may be infinite but is not NaN."""
     try:
         found = float(value)
@@ -44,7 +44,7 @@ def number(value: Any, name: str) -> float:
     except OverflowError:  # an integer beyond float64
         found = math.inf if value > 0 else -math.inf
     if math.isnan(found):
-        raise ValueError(f"{name} is {found}; expected a number")
+        raise ValueError(f"{name} is {found}; expected {expected}")
     return found
 
 
@@ -112,7 +112,7 @@ def view(given: Any) -> tuple[Any, ...]:
 
 
 def finite(value: Any, name: str) -> float:
-    found = number(value, name)
+    found = number(value, name, "a finite number")
     if not math.isfinite(found):
         raise ValueError(f"{name} is {found}; expected a finite number")
     return found
