@@ -28,16 +28,18 @@ Threads   Everything may be called from any thread. Calls on one device run one 
 
 def _refuse_subinterpreter() -> None:
     """Raises ImportError in a sub-interpreter: the extension has one state for the whole process."""
-    try:
-        import _interpreters as interpreters
-    except ImportError:
+    from importlib import import_module
+
+    for name in ("_interpreters", "_xxsubinterpreters"):  # of Python 3.13, and before
         try:
-            import _xxsubinterpreters as interpreters
+            interpreters = import_module(name)
+            break
         except ImportError:
-            return
+            pass
+    else:
+        return
     here, main = interpreters.get_current(), interpreters.get_main()
-    here, main = (i[0] if isinstance(i, tuple) else int(i) for i in (here, main))
-    if here != main:
+    if (here[0] if isinstance(here, tuple) else here) != (main[0] if isinstance(main, tuple) else main):
         raise ImportError(
             "ballot cannot be imported in a sub-interpreter; import it in the main one, or use processes instead"
         )

@@ -153,21 +153,24 @@ def _bound(given: Any, name: str, none: float) -> np.ndarray:
     return np.where(np.isinf(rounded) & np.isfinite(array), np.copysign(most, array), rounded).astype(np.float32)
 
 
+def _offered(out: Any, name: str) -> np.ndarray:
+    """Returns the array over the memory that an object offers for results."""
+    array, failed = _exported(out, name, _ballot.view_writable)
+    if failed is not None:
+        raise failed
+    if array is not None:
+        return array
+    _check_interfaces(out, name)
+    try:
+        return np.asarray(memoryview(out))
+    except (TypeError, BufferError):
+        raise TypeError(
+            f"{name}: found {type(out).__name__}; expected an array of NumPy or DLPack that can be written"
+        ) from None
+
+
 def _writable(out: Any, name: str) -> np.ndarray:
-    if isinstance(out, np.ndarray):
-        array = out
-    else:
-        array, failed = _exported(out, name, _ballot.view_writable)
-        if failed is not None:
-            raise failed
-        if array is None:
-            _check_interfaces(out, name)
-            try:
-                array = np.asarray(memoryview(out))
-            except (TypeError, BufferError):
-                raise TypeError(
-                    f"{name}: found {type(out).__name__}; expected an array of NumPy or DLPack that can be written"
-                ) from None
+    array: np.ndarray = out if isinstance(out, np.ndarray) else _offered(out, name)
     if not array.flags.writeable:
         raise ValueError(f"{name}: the array is read-only; expected one that can be written")
     if not array.flags.c_contiguous or not array.flags.aligned:
