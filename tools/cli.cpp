@@ -139,6 +139,7 @@ Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries, con
   const auto start = std::chrono::steady_clock::now();
   EngineOptions options = args.options();
   options.statistics = statistics;
+  prepare_driver_cache();  // sets variables of the environment, so before there are threads
   // Opening a device takes a GPU's driver 0.1 s, so it begins while the scene is loaded.
   std::future<std::shared_ptr<Context>> device =
       std::async(std::launch::async, [&] { return Engine::open_device(options); });

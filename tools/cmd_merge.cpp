@@ -23,7 +23,7 @@ int run_merge(const MergeArgs& args) {
   for (const std::string& part : args.parts) parts.push_back({part, read_exr(part)});
   const Image whole = merge_parts(parts, TILE_SIZE);
   write_exr(out, whole);
-  if (args.png) write_png(fs::path(out).replace_extension(".png"), whole, tone_of(whole));
+  if (args.png) write_png(fs::path(out).replace_extension(".png"), whole, tone_of(whole), Links::Replace);
   say("{} parts, {} x {} pixels: {}{}\n", parts.size(), whole.width, whole.height, out.string(),
       args.png ? " + .png" : "");
   return 0;

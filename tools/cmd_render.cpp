@@ -146,9 +146,10 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
   const Tone tone = args.tone.tone_for(args.shading);
   label_tone(image, tone);
   const fs::path png = png_beside(exr);
-  if (plan.in_bands()) join_bands(image, options, plan, exr, args.png ? png : fs::path(), tone);
-  if (!plan.in_bands()) write_exr(exr, image);
-  if (!plan.in_bands() && args.png) write_png(png, image, tone);
+  const Links links = exr == fs::path(args.out) ? Links::Follow : Links::Replace;  // the user did not name the latter
+  if (plan.in_bands()) join_bands(image, options, plan, exr, args.png ? png : fs::path(), tone, links);
+  if (!plan.in_bands()) write_exr(exr, image, links);
+  if (!plan.in_bands() && args.png) write_png(png, image, tone, Links::Replace);
   finish_job(exr);
   const double write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - written).count();
   const Wall wall{times.device_ms * 1e-3, rendered.film_s, write_s, rendered.seconds + write_s};

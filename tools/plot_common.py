@@ -1,7 +1,10 @@
 """The parts that all plotting scripts share: matplotlib, colours, panels, saving, the command line."""
 
 import argparse
+import fcntl
 import math
+import os
+import secrets
 import sys
 from pathlib import Path
 
@@ -38,6 +41,18 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
+def write(figure, file: Path, **options) -> None:
+    """Writes a figure whole or not at all. A link of that name is replaced: its maker may be another user."""
+    temporary = file.with_name(f".ballot-{os.getpid()}-{secrets.token_hex(8)}.tmp")
+    try:
+        with open(temporary, "xb") as opened:
+            fcntl.flock(opened, fcntl.LOCK_EX)  # a temporary file without a lock is litter
+            figure.savefig(opened, format=file.suffix[1:], **options)
+        temporary.replace(file)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
 def save(figure, name: str, title: str, out: Path, legend: tuple, written: list[str]) -> None:
     """Adds title and legend with room for them, and writes an SVG and a PNG file."""
     handles, labels = legend
@@ -51,8 +66,8 @@ def save(figure, name: str, title: str, out: Path, legend: tuple, written: list[
     for artist in (heading, names):
         artist.set_in_layout(False)
     figure.tight_layout(rect=(0, below / height, 1, 1 - ABOVE / height))
-    figure.savefig(out / f"{name}.svg", metadata={"Date": None})
-    figure.savefig(out / f"{name}.png", dpi=110)
+    write(figure, out / f"{name}.svg", metadata={"Date": None})
+    write(figure, out / f"{name}.png", dpi=110)
     pyplot.close(figure)
     written.append(f"{name}.svg")
 

@@ -154,18 +154,19 @@ Rendered render_bands(Engine& engine, const View& view, const RenderJob& job, co
 }
 
 void join_bands(const Image& whole, const RenderOptions& options, const BandPlan& plan, const fs::path& exr,
-                const fs::path& png, const Tone& tone) {
+                const fs::path& png, const Tone& tone, Links links) {
   PngRows rows(whole.width, whole.height);
   std::size_t band = 0;
-  write_exr_in_bands(exr, whole, [&] {
+  const auto next = [&] {
     Image image = read_exr(band_file(exr, plan.bands[band++]));
     if (paints_by_all(options))
       paint_heat(image, find_heat(options.heat), std::get<float>(whole.attributes.at("heat_top")));
     if (!png.empty()) rows.add(png, image, tone);
     set_colors(image, Pixel::Half);
     return image;
-  });
-  if (!png.empty()) rows.write(png);
+  };
+  write_exr_in_bands(exr, whole, next, links);
+  if (!png.empty()) rows.write(png, Links::Replace);
   std::error_code ignored;
   for (const Window& each : plan.bands) fs::remove(band_file(exr, each), ignored);
 }

@@ -35,9 +35,9 @@ void announce(const View& view, const RenderOptions& options, const BandPlan& pl
 Rendered render_bands(Engine& engine, const View& view, const RenderJob& job, const std::filesystem::path& exr,
                       const BandPlan& plan);
 
-/// Joins the bands to the picture. `whole` has size, channels and attributes. `png` is empty if none is wanted. Deletes
-/// the bands when both are written. Throws Error(Work).
+/// Joins the bands to the picture. `whole` has size, channels and attributes. `png` is empty if none is wanted; `links`
+/// is for `exr`. Deletes the bands when both are written. Throws Error(Work).
 void join_bands(const Image& whole, const RenderOptions& options, const BandPlan& plan,
-                const std::filesystem::path& exr, const std::filesystem::path& png, const Tone& tone);
+                const std::filesystem::path& exr, const std::filesystem::path& png, const Tone& tone, Links links);
 
 }  // namespace ballot::cli

@@ -47,8 +47,7 @@ CrossingTrace list_crossings(Engine& engine, RayFile& file, const std::string& t
                              const Progress& progress) {
   CrossingTrace result;
   const RaySource source = source_of(file, want, progress);
-  write_atomically(to, [&](const std::filesystem::path& temporary) {
-    OutputFile out(temporary, to);
+  write_atomically(to, [&](OutputFile& out) {
     std::string start = crossings_start(0);
     out.write(start.data(), start.size());
     std::vector<Record> records;
@@ -64,7 +63,6 @@ CrossingTrace list_crossings(Engine& engine, RayFile& file, const std::string& t
     start = crossings_start(result.crossings);
     out.seek(0);
     out.write(start.data(), start.size());
-    out.close();
   });
   return result;
 }

@@ -137,11 +137,9 @@ FileTrace trace_file(Engine& engine, RayFile file, const std::string& to, const 
         engine, std::move(file), [&](std::span<const std::byte> bytes) { write_stream(*stream, bytes); }, query,
         progress);
   FileTrace result;
-  write_atomically(to, [&](const std::filesystem::path& temporary) {
-    OutputFile out(temporary, to);
+  write_atomically(to, [&](OutputFile& out) {
     const auto write = [&](std::span<const std::byte> bytes) { out.write(bytes.data(), bytes.size()); };
     result = trace_to(engine, std::move(file), write, query, progress);
-    out.close();
   });
   return result;
 }

@@ -76,8 +76,10 @@ View as_written(const View& view) {
   return from_json({written, "view " + view.name, "give it finite numbers"});
 }
 
-std::vector<View> read_views(const std::filesystem::path& path) {
-  const json whole = bench::parse_json(path, "JSON", kAdvice);
+std::vector<View> read_views(const std::filesystem::path& path) { return views_in(path, read_argument(path)); }
+
+std::vector<View> views_in(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  const json whole = bench::parse_json(path, bytes, "JSON", kAdvice);
   std::vector<View> views;
   std::set<std::string> names;
   const bench::JsonPlace list = bench::JsonPlace(whole, path.string(), kAdvice).at("views");
@@ -89,20 +91,24 @@ std::vector<View> read_views(const std::filesystem::path& path) {
   return views;
 }
 
-void write_views(const std::filesystem::path& path, const std::vector<View>& views) {
+std::string views_text(const std::vector<View>& views) {
   json list = json::array();
   for (const View& v : views) list.push_back(to_json(v));
-  write_file(path, json_text({{"views", list}}));
+  return json_text({{"views", list}});
 }
 
-void append_view(const std::filesystem::path& path, const View& view) {
+void write_views(const std::filesystem::path& path, const std::vector<View>& views, Links links) {
+  write_file(path, views_text(views), links);
+}
+
+void append_view(const std::filesystem::path& path, const View& view, Links links) {
   std::vector<View> views;
   std::error_code error;
   if (std::filesystem::exists(path, error)) views = read_views(path);
   for (const View& v : views)
     if (v.name == view.name) fail(Failure::Work, "{} holds a view called '{}' already", path.string(), view.name);
   views.push_back(view);
-  write_views(path, views);
+  write_views(path, views, links);
 }
 
 }  // namespace ballot::cli

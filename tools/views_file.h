@@ -9,6 +9,8 @@
 
 #include <filesystem>
 #include <glm/gtc/quaternion.hpp>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "engine/ballot.h"
@@ -25,10 +27,16 @@ View as_written(const View& view);
 /// Reads the views of a file; at least one. Throws Error(Work) that names the file and what is wrong in it.
 std::vector<View> read_views(const std::filesystem::path& path);
 
+/// Returns the views in the bytes of a file that was read already. Throws as read_views().
+std::vector<View> views_in(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+/// Returns the text of a file of views.
+std::string views_text(const std::vector<View>& views);
+
 /// Writes the views to a file and replaces it. Throws Error(Work).
-void write_views(const std::filesystem::path& path, const std::vector<View>& views);
+void write_views(const std::filesystem::path& path, const std::vector<View>& views, Links links = Links::Follow);
 
 /// Appends a view to a file, which need not exist. Throws Error(Work), also if the file has a view of that name.
-void append_view(const std::filesystem::path& path, const View& view);
+void append_view(const std::filesystem::path& path, const View& view, Links links = Links::Follow);
 
 }  // namespace ballot::cli

@@ -1,12 +1,15 @@
 // The cache of trees on disk. A file is a header and then the two arrays as they lie in memory. It is valid only on
 // machines of the same byte order, which the magic number checks.
+#include <sys/stat.h>
 #define XXH_INLINE_ALL
 #include <xxhash.h>
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <fstream>
+#include <cstdio>
 #include <limits>
 #include <new>
 #include <optional>
@@ -15,8 +18,6 @@
 
 #include "engine/bvh/bvh.h"
 #include "engine/core/cache_file.h"
-#include "engine/core/error.h"
-#include "engine/core/file.h"
 
 namespace ballot {
 namespace {
@@ -74,10 +75,9 @@ bool sizes_fit(const Header& h, std::uint64_t file_bytes) {
 }
 
 template <class T>
-bool read_array(std::ifstream& in, std::vector<T>& out, std::uint64_t count) {
+bool read_array(std::FILE* in, std::vector<T>& out, std::uint64_t count) {
   out.resize(count);
-  return count == 0 ||
-         in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(count * sizeof(T))).good();
+  return std::fread(out.data(), sizeof(T), count, in) == count;
 }
 
 struct Shape {
@@ -114,17 +114,16 @@ std::optional<Shape> shape_of(const Bvh& bvh, std::size_t triangle_count) {
 }
 
 std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std::size_t triangle_count) {
-  if (!is_own_file(path)) return std::nullopt;
-  std::error_code unreadable;
-  const std::uint64_t bytes = std::filesystem::file_size(path, unreadable);
-  if (unreadable || bytes < sizeof(Header)) return std::nullopt;
-  std::ifstream in(path, std::ios::binary);
+  const InputStream in = open_cache(path);
+  struct stat info {};
+  if (!in || ::fstat(::fileno(in.get()), &info) != 0) return std::nullopt;
+  const auto bytes = std::uint64_t(info.st_size);
   Header h;
-  if (!in.read(reinterpret_cast<char*>(&h), sizeof(h))) return std::nullopt;
+  if (std::fread(&h, sizeof(h), 1, in.get()) != 1) return std::nullopt;
   if (h.magic != kMagic || !XXH128_isEqual(h.key, key) || !sizes_fit(h, bytes)) return std::nullopt;
   Bvh bvh;
   try {
-    if (!read_array(in, bvh.nodes, h.node_count) || !read_array(in, bvh.references, h.reference_count))
+    if (!read_array(in.get(), bvh.nodes, h.node_count) || !read_array(in.get(), bvh.references, h.reference_count))
       return std::nullopt;
   } catch (const std::bad_alloc&) {
     return std::nullopt;  // the build that follows reports it
@@ -159,17 +158,8 @@ void save(const std::filesystem::path& path, const Hash& key, const Bvh& bvh) {
   h.sah = bvh.stats.sah;
   h.bounds = bvh.bounds;
   h.checksum = checksum_of(h, bvh);
-  write_atomically(path, [&](const std::filesystem::path& temporary) {
-    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-    const auto write = [&](const void* data, std::size_t bytes) {
-      out.write(static_cast<const char*>(data), static_cast<std::streamsize>(bytes));
-    };
-    write(&h, sizeof(h));
-    write(bvh.nodes.data(), bvh.nodes.size() * sizeof(BvhNode));
-    write(bvh.references.data(), bvh.references.size() * sizeof(std::uint32_t));
-    out.close();
-    if (!out) fail(Failure::Work, "cannot write {}", temporary.string());
-  });
+  write_cache(path, {std::as_bytes(std::span(&h, 1)), std::as_bytes(std::span(bvh.nodes)),
+                     std::as_bytes(std::span(bvh.references))});
 }
 
 }  // namespace
@@ -186,12 +176,7 @@ Bvh build_bvh_cached(std::span<const Triangle> triangles, const BuildSettings& s
     return std::move(*stored);
   }
   Bvh bvh = build_bvh(triangles, settings, progress);
-  try {
-    make_cache_folder(cache_folder);
-    save(path, key, bvh);
-  } catch (const std::exception&) {
-    // A cache that cannot be written only costs time at the next start.
-  }
+  save(path, key, bvh);
   return bvh;
 }
 

@@ -93,6 +93,7 @@ Target find_target(const fs::path& path, Links links) {
   return target;
 }
 
+/// Returns the folder of a target's temporary file.
 fs::path folder_for_temporary(const Target& target, const fs::path& path) {
   if (target.in_place) {
     std::error_code code;
@@ -112,17 +113,44 @@ void write_all(int fd, std::span<const std::byte> bytes, const fs::path& path) {
   }
 }
 
-void close_checked(Descriptor& fd, const fs::path& path) {
-  if (::close(fd.release()) != 0 && errno != EINTR) cannot_write(path, errno_text(errno));
+Temporary make_temporary(const Target& target, const fs::path& path) {
+  const fs::path folder = folder_for_temporary(target, path);
+  Descriptor opened(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+  if (opened.get() < 0) cannot_write(path, errno_text(errno));
+  return {std::move(opened), folder, target.mode, path};
 }
 
-void copy_into(const fs::path& from, const fs::path& path) {
-  const std::vector<std::byte> bytes = read_file(from);
+std::vector<std::byte> read_all(int fd, const fs::path& path, std::size_t expected) {
+  // One byte more than the size lets the loop see the end of the file without growing the buffer. Pipes and files of
+  // /proc report the size 0, so their buffer grows.
+  need_memory(expected, path.string());
+  std::vector<std::byte> bytes(expected + 1);
+  std::size_t used = 0;
+  for (;;) {
+    if (used == bytes.size()) {
+      need_memory(2 * bytes.size(), path.string());
+      bytes.resize(std::max<std::size_t>(2 * bytes.size(), 65536));
+    }
+    const ssize_t count = ::read(fd, bytes.data() + used, bytes.size() - used);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) cannot_read(path, errno_text(errno));
+    if (count == 0) break;
+    used += static_cast<std::size_t>(count);
+  }
+  bytes.resize(used);
+  return bytes;
+}
+
+/// Copies a temporary file to a device, a pipe or an open stream.
+void copy_into(int from, const fs::path& path) {
+  const off_t size = ::lseek(from, 0, SEEK_END);
+  if (size < 0 || ::lseek(from, 0, SEEK_SET) != 0) cannot_write(path, errno_text(errno));
+  const std::vector<std::byte> bytes = read_all(from, path, static_cast<std::size_t>(size));
   if (const std::optional<int> stream = descriptor_of(path)) return write_all(data_descriptor(*stream), bytes, path);
   Descriptor fd(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
   if (fd.get() < 0) cannot_write(path, errno_text(errno));
   write_all(fd.get(), bytes, path);
-  close_checked(fd, path);
+  if (::close(fd.release()) != 0 && errno != EINTR) cannot_write(path, errno_text(errno));
 }
 
 /// Opens a file for reading. O_NONBLOCK lets the open of a pipe return even if nobody writes to it.
@@ -132,24 +160,6 @@ Descriptor open_to_read(const fs::path& path, struct stat& info) {
   if (::fstat(fd.get(), &info) != 0) cannot_read(path, errno_text(errno));
   note_file_read(info);
   return fd;
-}
-
-std::vector<std::byte> read_all(const Descriptor& fd, const fs::path& path, std::size_t expected) {
-  // One byte more than the size lets the loop see the end of the file without growing the buffer. Pipes and files of
-  // /proc report the size 0, so their buffer grows.
-  need_memory(expected, path.string());
-  std::vector<std::byte> bytes(expected + 1);
-  std::size_t used = 0;
-  for (;;) {
-    if (used == bytes.size()) bytes.resize(std::max<std::size_t>(2 * bytes.size(), 65536));
-    const ssize_t count = ::read(fd.get(), bytes.data() + used, bytes.size() - used);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) cannot_read(path, errno_text(errno));
-    if (count == 0) break;
-    used += static_cast<std::size_t>(count);
-  }
-  bytes.resize(used);
-  return bytes;
 }
 
 const char* kind_of(mode_t mode) {
@@ -169,7 +179,7 @@ std::vector<std::byte> read_file(const fs::path& path) {
   struct stat info {};
   const Descriptor fd = open_to_read(path, info);
   expect_regular(path, info.st_mode);
-  return read_all(fd, path, static_cast<std::size_t>(info.st_size));
+  return read_all(fd.get(), path, static_cast<std::size_t>(info.st_size));
 }
 
 std::vector<std::byte> read_argument(const fs::path& path) {
@@ -178,7 +188,7 @@ std::vector<std::byte> read_argument(const fs::path& path) {
   const bool open_pipe = descriptor_of(path) && (S_ISFIFO(info.st_mode) || S_ISSOCK(info.st_mode));
   if (!open_pipe) expect_regular(path, info.st_mode);
   if (open_pipe && ::fcntl(fd.get(), F_SETFL, 0) != 0) cannot_read(path, errno_text(errno));  // wait for the writer
-  return read_all(fd, path, static_cast<std::size_t>(info.st_size));
+  return read_all(fd.get(), path, static_cast<std::size_t>(info.st_size));
 }
 
 InputStream open_file(const fs::path& path) {
@@ -191,31 +201,22 @@ InputStream open_file(const fs::path& path) {
   return stream;
 }
 
-void check_regular(const fs::path& path) {
-  struct stat info {};
-  open_to_read(path, info);
-  expect_regular(path, info.st_mode);
-}
-
-void write_atomically(const fs::path& path, const std::function<void(const fs::path& temporary)>& write, Links links) {
+void write_atomically(const fs::path& path, const std::function<void(OutputFile& out)>& write, Links links) {
   const Target target = find_target(path, links);
-  Temporary temporary(folder_for_temporary(target, path), target.mode, path);
-  write(temporary.file());
+  Temporary temporary = make_temporary(target, path);
+  OutputFile out(temporary.descriptor(), path);
+  write(out);
+  out.close();
   if (target.in_place) {
-    copy_into(temporary.file(), path);
+    copy_into(temporary.descriptor(), path);
   } else {
-    temporary.rename_to(target.file);
+    temporary.rename_to(target.file.filename());
   }
 }
 
 void write_file(const fs::path& path, std::span<const std::byte> bytes, Links links) {
-  const auto write = [&](const fs::path& temporary) {
-    Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC));
-    if (fd.get() < 0) cannot_write(path, errno_text(errno));
-    write_all(fd.get(), bytes, path);
-    close_checked(fd, path);
-  };
-  write_atomically(path, write, links);
+  write_atomically(
+      path, [&](OutputFile& out) { out.write(bytes.data(), bytes.size()); }, links);
 }
 
 void write_file(const fs::path& path, std::string_view text, Links links) {
@@ -228,7 +229,18 @@ void write_stream(int descriptor, std::span<const std::byte> bytes) {
 
 void check_writable(const fs::path& path) {
   const Target target = find_target(path, Links::Follow);
-  Temporary(folder_for_temporary(target, path), target.mode, path);
+  make_temporary(target, path);
+}
+
+fs::path program_file() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  return error ? fs::path() : program;
+}
+
+bool program_lies_in(const fs::path& folder) {
+  const fs::path inside = program_file().lexically_relative(folder);
+  return !inside.empty() && *inside.begin() != "..";
 }
 
 fs::path cache_folder() {
@@ -247,9 +259,11 @@ fs::path cache_folder() {
   return fs::path(home) / ".cache" / "ballot";
 }
 
-OutputFile::OutputFile(const fs::path& temporary, fs::path path)
-    : path_(std::move(path)), file_(std::fopen(temporary.c_str(), "wbe")) {
+OutputFile::OutputFile(int descriptor, fs::path path) : path_(std::move(path)), file_(nullptr) {
+  Descriptor copy(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
+  if (copy.get() >= 0) file_ = ::fdopen(copy.get(), "wb");
   if (!file_) cannot_write(path_, errno_text(errno));
+  copy.release();
 }
 
 OutputFile::~OutputFile() {

@@ -24,16 +24,14 @@ std::vector<std::byte> read_argument(const std::filesystem::path& path);
 using InputStream = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 InputStream open_file(const std::filesystem::path& path);
 
-/// Checks that `path` is a regular file that can be opened, for libraries that open files themselves. Throws as
-/// read_file().
-void check_regular(const std::filesystem::path& path);
-
 /// What becomes of a symbolic link at a path that is written. Replace is for files that the user did not name, beside
 /// an output: a link there may be another's, and must not lead the bytes elsewhere.
 enum class Links { Follow, Replace };
 
-/// Calls write(temporary) with the path of a temporary file in the same folder, then renames that file to `path`. On
-/// any exception the temporary is removed and `path` is unchanged.
+class OutputFile;
+
+/// Calls write(out) with a temporary file in the same folder, closes it and renames it to `path`. On any exception the
+/// temporary is removed and `path` is unchanged.
 ///
 /// A symbolic link is followed: its target is replaced and the link stays. A device, a pipe or an open stream, such as
 /// /dev/stdout, is written to in place: the bytes go to a temporary in the system's temporary folder and are then
@@ -41,8 +39,7 @@ enum class Links { Follow, Replace };
 /// Links::Replace a link, a device or a pipe is itself replaced.
 /// Throws Error(Work) "cannot write PATH: reason", for example if the folder is missing or not writable.
 /// Thread-safe. If several threads or processes write one path, the last one wins.
-void write_atomically(const std::filesystem::path& path,
-                      const std::function<void(const std::filesystem::path& temporary)>& write,
+void write_atomically(const std::filesystem::path& path, const std::function<void(OutputFile& out)>& write,
                       Links links = Links::Follow);
 /// Writes bytes or a text in this way.
 void write_file(const std::filesystem::path& path, std::span<const std::byte> bytes, Links links = Links::Follow);
@@ -55,17 +52,24 @@ void write_stream(int descriptor, std::span<const std::byte> bytes);
 /// existing file. Throws as write_atomically does.
 void check_writable(const std::filesystem::path& path);
 
+/// Returns the path of the running program; "" if the system does not tell.
+std::filesystem::path program_file();
+/// Returns true if the running program lies below a folder. Files of the source tree are looked for at the place that
+/// they had when the program was built in this case alone: elsewhere another user may have put files at that place.
+bool program_lies_in(const std::filesystem::path& folder);
+
 /// Returns $XDG_CACHE_HOME/ballot, or ~/.cache/ballot if that is not set or relative. Does not create the folder; the
 /// first writer does.
 /// Throws Error(Work) if neither is known.
 std::filesystem::path cache_folder();
 
-/// The output stream for a writer inside write_atomically. close() reports every failure before it, such as a
+/// The output stream of a writer, as write_atomically() gives it. close() reports every failure before it, such as a
 /// full disk.
 class OutputFile {
  public:
-  /// Truncates and opens `temporary`. Error messages name `path`, the file that the user asked for. Throws Error(Work).
-  OutputFile(const std::filesystem::path& temporary, std::filesystem::path path);
+  /// Writes to a copy of an open descriptor. Error messages name `path`, the file that the user asked for. Throws
+  /// Error(Work).
+  OutputFile(int descriptor, std::filesystem::path path);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;

@@ -46,7 +46,8 @@ void write_exr(const std::filesystem::path& path, const Image& image, Links link
 /// Writes an EXR whose rows come in bands: `next` returns the rows below those so far, as an image of the same width
 /// and channels. `whole` has the size, the attributes, and the channels without values. The file has the bytes that
 /// write_exr() gives all rows. Throws as write_exr() and `next` do; also if a band does not fit.
-void write_exr_in_bands(const std::filesystem::path& path, const Image& whole, const std::function<Image()>& next);
+void write_exr_in_bands(const std::filesystem::path& path, const Image& whole, const std::function<Image()>& next,
+                        Links links = Links::Follow);
 /// Returns the size, the attributes, and the channels without values of an EXR. Throws as read_exr().
 Image read_exr_header(const std::filesystem::path& path);
 /// Reads every channel of a flat, single-part EXR. Throws Error(Work); subsampled channels are an error, and so are
@@ -57,7 +58,8 @@ const Channel& channel_in(const std::filesystem::path& file, const Image& image,
 
 /// Writes the channels R, G, B as an 8-bit PNG, atomically: tone-mapped and sRGB encoded.
 /// Throws Error(Work), and Error(Arguments) if a channel is missing.
-void write_png(const std::filesystem::path& path, const Image& image, const Tone& tone = {});
+void write_png(const std::filesystem::path& path, const Image& image, const Tone& tone = {},
+               Links links = Links::Follow);
 
 /// The same for a picture whose rows come in bands. It keeps three bytes a pixel.
 class PngRows {
@@ -66,7 +68,7 @@ class PngRows {
   /// Adds the rows of an image below those so far. Throws Error as write_png(), which names `path`.
   void add(const std::filesystem::path& path, const Image& rows, const Tone& tone);
   /// Writes all rows. Throws Error(Work).
-  void write(const std::filesystem::path& path) const;
+  void write(const std::filesystem::path& path, Links links = Links::Follow) const;
 
  private:
   std::uint32_t width_, height_;

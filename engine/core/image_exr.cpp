@@ -274,16 +274,11 @@ namespace {
 void write_file_of(const fs::path& path, const Image& whole, Links links,
                    const std::function<void(Imf::OutputFile&)>& rows) {
   use_all_cores();
-  const auto write = [&](const fs::path& temporary) {
+  const auto write = [&](OutputFile& out) {
     try {
-      const Imf::Header header = make_header(whole);
-      OutputFile out(temporary, path);
-      {
-        Stream stream(out, path.string());
-        Imf::OutputFile file(stream, header);
-        rows(file);
-      }
-      out.close();
+      Stream stream(out, path.string());
+      Imf::OutputFile file(stream, make_header(whole));
+      rows(file);
     } catch (const Error&) {
       throw;
     } catch (const std::exception& error) {
@@ -306,9 +301,9 @@ void write_exr(const fs::path& path, const Image& image, Links links) {
   write_file_of(path, image, links, [&](Imf::OutputFile& file) { write_rows(file, image); });
 }
 
-void write_exr_in_bands(const fs::path& path, const Image& whole, const std::function<Image()>& next) {
+void write_exr_in_bands(const fs::path& path, const Image& whole, const std::function<Image()>& next, Links links) {
   check_image(path, whole, false);
-  write_file_of(path, whole, Links::Follow, [&](Imf::OutputFile& file) {
+  write_file_of(path, whole, links, [&](Imf::OutputFile& file) {
     for (std::uint32_t rows = 0; rows < whole.height;) {
       const Image band = next();
       check_image(path, band);

@@ -36,9 +36,8 @@ void PngRows::add(const std::filesystem::path& path, const Image& rows, const To
   });
 }
 
-void PngRows::write(const std::filesystem::path& path) const {
-  write_atomically(path, [&](const std::filesystem::path& temporary) {
-    OutputFile out(temporary, path);
+void PngRows::write(const std::filesystem::path& path, Links links) const {
+  const auto write = [&](OutputFile& out) {
     png_image png{};
     png.version = PNG_IMAGE_VERSION;
     png.width = width_;
@@ -48,14 +47,14 @@ void PngRows::write(const std::filesystem::path& path) const {
       out.close();  // throws a better message if the disk is the reason
       fail(Failure::Work, "cannot write {}: {}", path.string(), png.message);
     }
-    out.close();
-  });
+  };
+  write_atomically(path, write, links);
 }
 
-void write_png(const std::filesystem::path& path, const Image& image, const Tone& tone) {
+void write_png(const std::filesystem::path& path, const Image& image, const Tone& tone, Links links) {
   PngRows rows(image.width, image.height);
   rows.add(path, image, tone);
-  rows.write(path);
+  rows.write(path, links);
 }
 
 }  // namespace ballot

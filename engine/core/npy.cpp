@@ -36,11 +36,9 @@ Ray ray_of(const Number* row, bool bounded) {
 void write_array(const fs::path& path, std::string_view descr, const std::string& shape,
                  std::span<const std::byte> bytes) {
   const std::string start = npy_start(descr, shape);
-  write_atomically(path, [&](const fs::path& temporary) {
-    OutputFile out(temporary, path);
+  write_atomically(path, [&](OutputFile& out) {
     out.write(start.data(), start.size());
     out.write(bytes.data(), bytes.size());
-    out.close();
   });
 }
 

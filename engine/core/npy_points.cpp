@@ -13,11 +13,9 @@ namespace ballot {
 namespace {
 
 void write_array(const std::filesystem::path& path, const std::string& start, const void* data, std::size_t bytes) {
-  write_atomically(path, [&](const std::filesystem::path& temporary) {
-    OutputFile out(temporary, path);
+  write_atomically(path, [&](OutputFile& out) {
     out.write(start.data(), start.size());
     out.write(data, bytes);
-    out.close();
   });
 }
 

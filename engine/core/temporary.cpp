@@ -1,16 +1,19 @@
 #include "engine/core/temporary.h"
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 
 #include <atomic>
 #include <cerrno>
+#include <memory>
 #include <mutex>
 #include <random>
 #include <set>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "engine/core/error.h"
 
@@ -30,11 +33,11 @@ bool is_temporary_name(const std::string& name) { return name.starts_with(".ball
 
 /// Removes a file if nobody holds its lock. The lock is held while the file is removed, so that a process that has just
 /// made it finds that it is gone and makes another.
-void remove_if_left(const fs::path& file) {
-  const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+void remove_if_left(int folder, const char* name) {
+  const Descriptor fd(::openat(folder, name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   struct stat info {};
   if (fd.get() < 0 || ::fstat(fd.get(), &info) != 0 || !S_ISREG(info.st_mode)) return;
-  if (::flock(fd.get(), LOCK_EX | LOCK_NB) == 0) ::unlink(file.c_str());
+  if (::flock(fd.get(), LOCK_EX | LOCK_NB) == 0) ::unlinkat(folder, name, 0);
 }
 
 /// Returns true the first time that a folder is named.
@@ -55,22 +58,27 @@ void cannot_write(const fs::path& path, const std::string& reason) {
 
 std::string errno_text(int code) { return std::generic_category().message(code); }
 
-void sweep_temporaries(const fs::path& folder) {
-  if (!is_first_visit(folder)) return;
-  std::error_code error;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
-    if (is_temporary_name(at->path().filename().string())) remove_if_left(at->path());
+void sweep_temporaries(const Descriptor& folder, const fs::path& folder_name) {
+  if (!is_first_visit(folder_name)) return;
+  Descriptor list(::openat(folder.get(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const std::unique_ptr<DIR, int (*)(DIR*)> names(list.get() < 0 ? nullptr : ::fdopendir(list.get()), &::closedir);
+  if (!names) return;
+  list.release();
+  while (const dirent* entry = ::readdir(names.get()))
+    if (is_temporary_name(entry->d_name)) remove_if_left(folder.get(), entry->d_name);
 }
 
-Temporary::Temporary(const fs::path& folder, std::optional<mode_t> mode, const fs::path& path) : path_(path) {
-  sweep_temporaries(folder);
-  for (int tries = 0; !make(folder / temporary_name(), mode); ++tries)
+Temporary::Temporary(Descriptor folder, const fs::path& folder_name, std::optional<mode_t> mode, const fs::path& path)
+    : folder_(std::move(folder)), path_(path) {
+  sweep_temporaries(folder_, folder_name);
+  for (int tries = 0; !make(temporary_name(), mode); ++tries)
     if (tries == 100) cannot_write(path_, errno_text(EEXIST));
 }
 
 /// Returns false if another name has to be tried.
-bool Temporary::make(const fs::path& file, std::optional<mode_t> mode) {
-  Descriptor fd(::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+bool Temporary::make(const std::string& name, std::optional<mode_t> mode) {
+  constexpr int kNew = O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC;
+  Descriptor fd(::openat(folder_.get(), name.c_str(), kNew, 0666));
   if (fd.get() < 0) {
     if (errno == EEXIST) return false;
     cannot_write(path_, errno_text(errno));
@@ -81,18 +89,19 @@ bool Temporary::make(const fs::path& file, std::optional<mode_t> mode) {
   struct stat info {};
   if (::fstat(fd.get(), &info) == 0 && info.st_nlink == 0) return false;  // swept before it was locked
   if (mode) (void)::fchmod(fd.get(), *mode);                              // a failure is harmless: the content counts
-  file_ = file;
-  lock_ = std::move(fd);
+  name_ = name;
+  file_ = std::move(fd);
   return true;
 }
 
 Temporary::~Temporary() {
-  if (!file_.empty()) ::unlink(file_.c_str());
+  if (!name_.empty()) ::unlinkat(folder_.get(), name_.c_str(), 0);
 }
 
-void Temporary::rename_to(const fs::path& target) {
-  if (::rename(file_.c_str(), target.c_str()) != 0) cannot_write(path_, errno_text(errno));
-  file_.clear();
+void Temporary::rename_to(const fs::path& name) {
+  if (::renameat(folder_.get(), name_.c_str(), folder_.get(), name.c_str()) != 0)
+    cannot_write(path_, errno_text(errno));
+  name_.clear();
 }
 
 }  // namespace ballot

@@ -5,7 +5,6 @@
 #include <cstdlib>
 
 #include "engine/core/cache_file.h"
-#include "engine/core/file.h"
 
 #ifdef __SANITIZE_ADDRESS__
 // Keeps libraries loaded: leak reports can name a driver's module (tests/lsan.supp) only while it is loaded.
@@ -15,22 +14,9 @@ extern "C" int dlclose(void*) { return 0; }
 namespace ballot {
 
 namespace {
-/// Gives each vector width of llvmpipe its own Mesa disk cache. Mesa's cache does not tell widths apart, and code that
-/// was cached at one width crashes at another (seen on 25.0.7).
-void separate_mesa_caches() {
-  const char* width = std::getenv("LP_NATIVE_VECTOR_WIDTH");
-  if (!width || std::getenv("MESA_SHADER_CACHE_DIR")) return;
-  const std::filesystem::path folder = cache_folder() / (std::string("mesa-width-") + width);
-  try {
-    make_cache_folder(folder);
-  } catch (const Error&) {
-    // Mesa goes without the folder.
-  }
-  setenv("MESA_SHADER_CACHE_DIR", folder.c_str(), 0);
-}
 
 VulkanLoader open_loader() {
-  separate_mesa_caches();
+  prepare_driver_cache();
   const char* given = std::getenv("BALLOT_VULKAN_LOADER");
   void* library = dlopen(given ? given : "libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!library)

@@ -1,4 +1,5 @@
 // Tests that files are written completely or not at all, and that errors name the file and the reason.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -172,8 +173,8 @@ TEST_F(CoreFiles, LockedFolderIsRefused) {
 
 TEST_F(CoreFiles, FailedWriteLeavesTheOldFileAndNothingElse) {
   write_file(folder_ / "a", "old");
-  const auto broken = [](const fs::path& temporary) {
-    std::ofstream(temporary) << "half";
+  const auto broken = [](OutputFile& out) {
+    out.write("half", 4);
     throw std::runtime_error("broken");
   };
   EXPECT_THROW(write_atomically(folder_ / "a", broken), std::runtime_error);
@@ -182,10 +183,10 @@ TEST_F(CoreFiles, FailedWriteLeavesTheOldFileAndNothingElse) {
 }
 
 TEST_F(CoreFiles, TemporaryLiesBesideTheFile) {
-  write_atomically(folder_ / "a", [&](const fs::path& temporary) {
-    EXPECT_EQ(temporary.parent_path(), folder_);
+  write_atomically(folder_ / "a", [&](OutputFile& out) {
+    EXPECT_EQ(fs::directory_iterator(folder_)->path().extension(), ".tmp");
     EXPECT_FALSE(fs::exists(folder_ / "a"));
-    std::ofstream(temporary) << "new";
+    out.write("new", 3);
   });
   EXPECT_EQ(text_of(folder_ / "a"), "new");
 }
@@ -241,15 +242,16 @@ TEST_F(CoreFiles, MissingTemporaryFolderIsNamed) {
 
 TEST_F(CoreFiles, FullDiskIsNoticed) {
   const std::string full = "cannot write /dev/full: No space left on device";
+  const int device = ::open("/dev/full", O_WRONLY | O_CLOEXEC);
   EXPECT_EQ(error_of([&] { write_file("/dev/full", "x"); }), full);
   EXPECT_EQ(error_of([&] {
-              OutputFile out("/dev/full", "/dev/full");
+              OutputFile out(device, "/dev/full");
               out.write("x", 1);  // buffered, so only close() can notice the failure
               out.close();
             }),
             full);
   EXPECT_EQ(error_of([&] {
-              OutputFile out("/dev/full", "/dev/full");
+              OutputFile out(device, "/dev/full");
               try {
                 out.write(std::string(1 << 20, 'x').data(), 1 << 20);
               } catch (const Error&) {  // swallowed, as by OpenEXR's destructors
@@ -257,6 +259,7 @@ TEST_F(CoreFiles, FullDiskIsNoticed) {
               out.close();
             }),
             full);
+  ::close(device);
 }
 
 TEST_F(CoreFiles, ConcurrentWritersLeaveOneWholeFile) {

@@ -68,7 +68,7 @@ TEST(Temporaries, AKilledWriterLeavesNothingForLong) {
   const fs::path out = folder.path() / "out";
   const pid_t child = ::fork();
   if (child == 0) {
-    write_atomically(out, [](const fs::path&) { ::kill(::getpid(), SIGKILL); });
+    write_atomically(out, [](OutputFile&) { ::kill(::getpid(), SIGKILL); });
     ::_exit(0);
   }
   int status = 0;

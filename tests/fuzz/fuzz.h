@@ -26,6 +26,7 @@ struct Target {
 };
 
 Target bvh_target();         // the cache of trees
+Target cache_target();       // folders of caches
 Target checkpoint_target();  // films on disk
 Target choices_target();     // the choices of method auto
 Target command_target();     // command lines

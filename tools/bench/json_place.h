@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -87,10 +88,10 @@ class JsonPlace {
   std::string place_;
 };
 
-/// Parses a JSON file that the user names. `expected` and `advice` are for error messages, as in JsonPlace.
+/// Parses the bytes of a JSON file. `expected` and `advice` are for error messages, as in JsonPlace.
 /// Throws Error(Work) that names the file and the byte at which it stops being JSON, or nests too deep.
-inline nlohmann::json parse_json(const std::filesystem::path& path, const std::string& expected, const char* advice) {
-  const std::vector<std::byte> bytes = read_argument(path);
+inline nlohmann::json parse_json(const std::filesystem::path& path, std::span<const std::byte> bytes,
+                                 const std::string& expected, const char* advice) {
   const std::string_view text = without_mark(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   check_json(path, text);
   try {
@@ -101,6 +102,11 @@ inline nlohmann::json parse_json(const std::filesystem::path& path, const std::s
   } catch (const nlohmann::json::out_of_range&) {  // such as 1e999
     fail(Failure::Work, "{}: expected {}, found a number that no double can hold; {}", path.string(), expected, advice);
   }
+}
+
+/// Parses a JSON file that the user names, as above. Throws Error(Work) also if it cannot be read.
+inline nlohmann::json parse_json(const std::filesystem::path& path, const std::string& expected, const char* advice) {
+  return parse_json(path, read_argument(path), expected, advice);
 }
 
 }  // namespace ballot::bench

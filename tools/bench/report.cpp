@@ -46,14 +46,14 @@ void check_report_folder(const fs::path& folder) {
 
 std::string write_report(const fs::path& folder, const std::vector<Document>& documents) {
   check_report_folder(folder);
-  write_file(folder / "results.json", json_text(to_json(documents)));
-  write_file(folder / "records.csv", csv_text(documents));
+  write_file(folder / "results.json", json_text(to_json(documents)), Links::Replace);
+  write_file(folder / "records.csv", csv_text(documents), Links::Replace);
   const Arranged arranged = arrange(documents);
   const std::string main = "# Traversal methods, measured\n\n" + main_sections(documents, arranged);
   const std::string details = detail_sections(arranged);
-  write_file(folder / "report.md", main + details);  // so that the tables are there even if drawing fails
+  write_file(folder / "report.md", main + details, Links::Replace);  // the tables are there even if drawing fails
   const Plots plots = draw_plots(folder);
-  write_file(folder / "report.md", main + plot_section(plots) + details);
+  write_file(folder / "report.md", main + plot_section(plots) + details, Links::Replace);
   return plots.missing;
 }
 

@@ -99,10 +99,10 @@ void write_report(const fs::path& folder, const OriginStudy& study, const std::s
   const std::string head =
       fmt::format("# Where secondary rays start\n\n{}, {}, subgroups of {}, commit {}.\n\n```\n{}\n```\n\n",
                   study.device, study.driver, study.subgroup_size, study.commit, study.command);
-  write_file(folder / "origins.json", json_text(to_json(study)));
-  write_file(folder / "origins.md", head + tables);
+  write_file(folder / "origins.json", json_text(to_json(study)), Links::Replace);
+  write_file(folder / "origins.md", head + tables, Links::Replace);
   const bench::Plots plots = bench::draw_plots(folder, "plot_origins.py", "origins.json");
-  write_file(folder / "origins.md", head + tables + bench::plot_section(plots));
+  write_file(folder / "origins.md", head + tables + bench::plot_section(plots), Links::Replace);
   if (!plots.missing.empty()) say_aside("ballot: {}\n", plots.missing);
   say("wrote {}\n", (folder / "origins.md").string());
 }

@@ -101,8 +101,8 @@ void check_report_folder(const fs::path& folder) {
 
 std::string write_report(const fs::path& folder, const std::vector<Document>& documents) {
   check_report_folder(folder);
-  write_file(folder / "verify.json", json_text(bench::to_json(documents)));
-  write_file(folder / "verify.csv", verify::csv_text(documents));
+  write_file(folder / "verify.json", json_text(bench::to_json(documents)), Links::Replace);
+  write_file(folder / "verify.csv", verify::csv_text(documents), Links::Replace);
   const std::vector<Platform> platforms = platforms_of(documents);
   const std::string main = "# Speed against error, measured\n\n" + verdicts(documents) + "\n" +
                            bench::setup_section(documents, bench::arrange(documents)) + std::string(kLegend) +
@@ -110,10 +110,10 @@ std::string write_report(const fs::path& folder, const std::vector<Document>& do
   const std::string details =
       hard_sections(documents, false) + place_sections(platforms) +
       section("Examples of wrong answers and their reasons", "", case_list(platforms, documents, kListed));
-  write_file(folder / "verify.md", main + details);  // so that the tables are there even if drawing fails
+  write_file(folder / "verify.md", main + details, Links::Replace);  // the tables are there even if drawing fails
   if (platforms.empty()) return "";
   const bench::Plots plots = bench::draw_plots(folder, "plot_verify.py", "verify.json");
-  write_file(folder / "verify.md", main + bench::plot_section(plots) + details);
+  write_file(folder / "verify.md", main + bench::plot_section(plots) + details, Links::Replace);
   return plots.missing;
 }
 

@@ -87,7 +87,7 @@ class Session {
   void save_view() const;
   std::filesystem::path views_file() const;
   void append_view();
-  void shoot(const std::filesystem::path& exr);
+  void shoot(const std::filesystem::path& exr, Links links);
   std::filesystem::path next_shot() const;
   void reload(const char* why);
 

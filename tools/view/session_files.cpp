@@ -76,9 +76,9 @@ void Session::load_views() {
       if (v.name == options_.view) return go_to(v);
     find_view(engine_->scene(), options_.view);  // throws an error that lists the names
   }
-  if (options_.script.empty() && is_own_file(saved_view_file())) {
+  if (const auto kept = options_.script.empty() ? read_cache(saved_view_file()) : std::nullopt) {
     try {
-      return go_to(cli::read_views(saved_view_file()).front());
+      return go_to(cli::views_in(saved_view_file(), *kept).front());
     } catch (const Error&) {
       // A damaged cache file loses the last position, nothing else.
     }
@@ -124,11 +124,10 @@ fs::path Session::saved_view_file() const {
 
 void Session::save_view() const {
   try {
-    const fs::path file = saved_view_file();
-    make_cache_folder(file.parent_path());
-    cli::write_views(file, {camera_->view()});
-  } catch (const std::exception&) {
-    // A cache that cannot be written loses the last position, nothing else.
+    const std::string text = cli::views_text({camera_->view()});
+    write_cache(saved_view_file(), std::as_bytes(std::span(text)));
+  } catch (const Error&) {
+    // Without a folder for caches the last position is lost, nothing else.
   }
 }
 
@@ -144,7 +143,7 @@ void Session::append_view() {
     std::set<std::string> names;
     for (const View& v : views_) names.insert(v.name);
     for (int n = 1; names.contains(view.name = fmt::format("saved-{}", n));) ++n;
-    cli::append_view(views_file(), view);
+    cli::append_view(views_file(), view, options_.views_file.empty() ? Links::Replace : Links::Follow);
     views_.push_back(view);
     go_to(view);
     say(fmt::format("{} appended to {}", view.name, views_file().string()));
@@ -161,14 +160,14 @@ fs::path Session::next_shot() const {
   }
 }
 
-void Session::shoot(const fs::path& exr) {
+void Session::shoot(const fs::path& exr, Links links) {
   try {
     fs::path beside = exr;
     if (!camera_->untouched()) {
       View view = cli::as_written(camera_->view());
       view.name = exr.stem().string();
       go_to(view);
-      cli::write_views(beside.replace_extension(".json"), {view});
+      cli::write_views(beside.replace_extension(".json"), {view}, Links::Replace);
     }
     RenderOptions o;
     o.width = window_pixels_.x;
@@ -179,8 +178,8 @@ void Session::shoot(const fs::path& exr) {
     const Integrator* integrator = settings_.integrator();
     if (integrator) o.spp = std::uint32_t(settings_.samples), o.clamp = integrator->clamp;
     const Image image = engine_->render(camera_->view(), o);
-    write_exr(exr, image);
-    write_png(beside.replace_extension(".png"), image, tone_of(integrator));
+    write_exr(exr, image, links);
+    write_png(beside.replace_extension(".png"), image, tone_of(integrator), Links::Replace);
     say(fmt::format("wrote {} and .png of view {}", exr.string(), camera_->view().name));
   } catch (const Error& error) {
     say(error.what(), true);

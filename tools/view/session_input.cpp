@@ -76,7 +76,7 @@ void Session::take_key(const KeyPress& press) {
     case GLFW_KEY_F11:
       return window_->toggle_full_screen();
     case GLFW_KEY_F12:
-      return shoot(next_shot());
+      return shoot(next_shot(), Links::Replace);
     default:
       if (press.key >= GLFW_KEY_1 && press.key <= GLFW_KEY_9) choose_number(press.key - GLFW_KEY_1);
   }
@@ -259,7 +259,7 @@ void Session::choose(const ScriptLine& line) {
   if (command == "view") go_to(find_view(engine_->scene_facts(), word));
   if (command == "time") settings_.play.seconds = number_of(line, word);
   if (command == "pick") pick({number_of(line, word), number_of(line, line.words[2])});
-  if (command == "shot") shoot(std::filesystem::path(options_.out) / word);
+  if (command == "shot") shoot(std::filesystem::path(options_.out) / word, Links::Follow);
   if (command == "resize") {
     std::uint32_t width = 0, height = 0;
     cli::parse_size(word, width, height);
