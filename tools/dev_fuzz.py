@@ -12,9 +12,10 @@ from dev_packages import Failed
 
 HELP = """\
 Reads mutated files under address and undefined-behaviour sanitizers. TARGET is one of those in tests/fuzz: bvh (the
-cache of trees), checkpoint, choices (of method auto), command (lines), exr, gltf, mesh (PLY, STL), npy, obj, results,
-views; without it all run, as many at once as there are cores. What a target learns is kept in build/fuzz/corpus, inputs
-that fail in build/fuzz/findings. The last table has the inputs, CPU seconds and covered lines of each reader.
+cache of trees), cache (folders), checkpoint, choices (of method auto), command (lines), exr, gltf, mesh (PLY, STL),
+npy, obj, results, views; without it all run, as many at once as there are cores. What a target learns is kept in
+build/fuzz/corpus, inputs that fail in build/fuzz/findings. The last table has the inputs, CPU seconds and covered lines
+of each reader.
 
   tools/dev.py fuzz                       a minute of each target
   tools/dev.py fuzz gltf --minutes 30
@@ -23,11 +24,13 @@ that fail in build/fuzz/findings. The last table has the inputs, CPU seconds and
 # target: the files of its reader, for the lines covered
 READERS = {
     "bvh": ["engine/bvh/cache.cpp"],
+    "cache": ["engine/core/cache_file.cpp", "engine/core/temporary.cpp"],
     "checkpoint": ["engine/render/film/film_file.cpp", "engine/core/image_exr.cpp"],
     "choices": ["engine/trace/auto/choices.cpp", "engine/core/json_limits.cpp"],
     "command": ["tools/program.cpp", "tools/cli.cpp", "tools/command_files.cpp", "tools/run_args.cpp",
                 "tools/cmd_*.cpp", "tools/bench/plan.cpp"],
-    "exr": ["engine/core/image_exr.cpp", "engine/core/image_merge.cpp", "engine/scene/sky.cpp"],
+    "exr": ["engine/core/exr_header.cpp", "engine/core/image_exr.cpp", "engine/core/image_merge.cpp",
+            "engine/scene/sky.cpp"],
     "gltf": ["engine/scene/gltf_*.cpp", "engine/scene/load_gltf.cpp", "engine/scene/checked_bytes.cpp",
              "engine/scene/named_file.cpp", "engine/scene/texture.cpp", "engine/scene/animation.cpp"],
     "mesh": ["engine/scene/load_ply.cpp", "engine/scene/ply_file.cpp", "engine/scene/load_stl.cpp"],

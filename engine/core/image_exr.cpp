@@ -4,14 +4,13 @@
 #include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfIntAttribute.h>
 #include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
-#include <ImfStdIO.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
-#include <ImfVersion.h>
 #include <half.h>
 
 #include <algorithm>
@@ -22,9 +21,9 @@
 #include <thread>
 
 #include "engine/core/error.h"
+#include "engine/core/exr_header.h"
 #include "engine/core/file.h"
 #include "engine/core/image.h"
-#include "engine/core/memory.h"
 #include "engine/core/parallel.h"
 
 namespace ballot {
@@ -57,7 +56,11 @@ class Stream : public Imf::OStream {
 /// Lets OpenEXR use all cores. Compression takes most of the time of writing and runs in blocks of lines.
 void use_all_cores() {
   static const int count = std::clamp(int(std::thread::hardware_concurrency()), 1, 16);
-  if (Imf::globalThreadCount() < count) Imf::setGlobalThreadCount(count);
+  try {
+    if (Imf::globalThreadCount() < count) Imf::setGlobalThreadCount(count);
+  } catch (const std::exception&) {
+    Imf::setGlobalThreadCount(0);  // the system has no threads left; the caller's own does it too
+  }
 }
 
 Imf::PixelType exr_type(Pixel type) {
@@ -159,44 +162,21 @@ std::string tidy_reason(std::string text) {
   return text;
 }
 
-// Reads only the header. Throws if it would make OpenEXR, or the code below, allocate far more than the file can hold.
-void check_exr(const fs::path& path, bool whole) {
-  std::error_code code;
-  const std::uint64_t bytes = fs::file_size(path, code);
-  if (code) throw std::invalid_argument(code.message());
-  const std::string name = path.string();
-  Imf::StdIFStream stream(name.c_str());
-  unsigned char start[8] = {};
-  if (bytes < sizeof(start) || (stream.read(reinterpret_cast<char*>(start), sizeof(start)), false) ||
-      std::memcmp(start, "\x76\x2f\x31\x01", 4) != 0) {
-    throw std::invalid_argument("it does not begin as an EXR file does");
+// OpenEXR reads what was checked through the same descriptor: under the file's name there may be another by then.
+class Input : public Imf::IStream {
+ public:
+  Input(std::FILE* file, const std::string& name) : IStream(name.c_str()), file_(file) {}
+  bool read(char bytes[], int count) override {
+    if (count > 0 && std::fread(bytes, 1, std::size_t(count), file_) != std::size_t(count))
+      throw Iex::InputExc("it ends early");
+    return true;
   }
-  int version = start[4] | start[5] << 8 | start[6] << 16;
-  if (Imf::isMultiPart(version) || Imf::isNonImage(version)) {
-    throw std::invalid_argument("it is a multi-part or deep EXR; expected one flat part");
-  }
-  Imf::Header header;
-  header.readFrom(stream, version);
-  const Imath::Box2i& window = header.dataWindow();
-  const double width = double{1} + window.max.x - window.min.x;
-  const double height = double{1} + window.max.y - window.min.y;
-  if (!(width >= 1 && height >= 1)) throw std::invalid_argument("its data window is empty");
-  double pixel_bytes = 0;
-  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
-    if (it.channel().xSampling != 1 || it.channel().ySampling != 1) {
-      throw std::invalid_argument(fmt::format("channel {} is subsampled, which is not supported", it.name()));
-    }
-    pixel_bytes += 4;
-  }
-  constexpr double kMostPacked = 4096;  // largest accepted compression ratio; deflate reaches 1032
-  if (width * height * pixel_bytes > kMostPacked * static_cast<double>(bytes) + (1 << 20)) {
-    throw std::invalid_argument(fmt::format("its header claims {} x {} pixels of {} bytes, but the file has {} bytes",
-                                            width, height, pixel_bytes, bytes));
-  }
-  if (whole)
-    need_memory(std::uint64_t(width * height * pixel_bytes),
-                fmt::format("{}: a picture of {} x {} pixels", path.string(), width, height));
-}
+  std::uint64_t tellg() override { return std::uint64_t(::ftello(file_)); }
+  void seekg(std::uint64_t position) override { ::fseeko(file_, static_cast<off_t>(position), SEEK_SET); }
+
+ private:
+  std::FILE* file_;
+};
 
 void read_attributes(const Imf::Header& header, Image& image) {
   for (auto it = header.begin(); it != header.end(); ++it) {
@@ -328,10 +308,11 @@ namespace {
 /// that is left.
 Image read_file_of(const fs::path& path, bool whole, Image (*read)(Imf::InputFile&)) {
   try {
-    check_regular(path);
-    check_exr(path, whole);
-    const std::string name = path.string();
-    Imf::InputFile file(name.c_str());
+    const InputStream opened = open_file(path);
+    check_exr_header(opened.get(), path, whole);
+    std::rewind(opened.get());
+    Input stream(opened.get(), path.string());
+    Imf::InputFile file(stream);
     return read(file);
   } catch (const Error&) {
     throw;

@@ -1,5 +1,6 @@
 // Decodes meshes of KHR_draco_mesh_compression.
-#include <draco/compression/decode.h>
+#include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
+#include <draco/compression/mesh/mesh_sequential_decoder.h>
 
 #include <algorithm>
 #include <array>
@@ -26,18 +27,82 @@ std::optional<std::uint64_t> draco_number(std::span<const unsigned char> bytes, 
   return std::nullopt;
 }
 
-/// Returns the number of faces that the start of a stream claims, before memory is taken for them. Returns
-/// nothing if it has metadata or is no mesh of version 2.2, which all exporters of glTF write.
-std::optional<std::uint64_t> claimed_faces(std::span<const unsigned char> bytes) {
-  constexpr std::size_t kHeader = 11;
-  if (bytes.size() < kHeader || std::memcmp(bytes.data(), "DRACO\x02\x02\x01", 8) != 0 || (bytes[10] & 0x80) != 0)
-    return std::nullopt;
-  std::size_t at = kHeader;
-  if (bytes[8] == draco::MESH_EDGEBREAKER_ENCODING) {
+/// Moves `at` behind an element of metadata: pairs of a name and bytes, and elements with names inside it. Returns
+/// false if the bytes end before.
+bool skip_metadata(std::span<const unsigned char> bytes, std::size_t& at, int depth = 0) {
+  const auto skip = [&](std::optional<std::uint64_t> count) {
+    if (!count || at > bytes.size() || *count > bytes.size() - at) return false;
+    at += static_cast<std::size_t>(*count);
+    return true;
+  };
+  const auto skip_name = [&] { return at < bytes.size() && skip(std::uint64_t{bytes[at]} + 1); };
+  const std::optional<std::uint64_t> pairs = draco_number(bytes, at);
+  if (!pairs || depth > 64) return false;
+  for (std::uint64_t i = 0; i < *pairs; ++i)
+    if (!skip_name() || !skip(draco_number(bytes, at))) return false;
+  const std::optional<std::uint64_t> inside = draco_number(bytes, at);
+  for (std::uint64_t i = 0; i < inside.value_or(0); ++i)
+    if (!skip_name() || !skip_metadata(bytes, at, depth + 1)) return false;
+  return inside.has_value();
+}
+
+/// What the start of a stream claims, before memory is taken for it.
+struct DracoClaims {
+  std::uint64_t faces = 0;
+  std::optional<std::uint64_t> points;  // of a stream in file order; one by edgebreaker has at most three a face
+};
+
+/// Returns the claims of a mesh of version 2.2, the one that glTF allows. Returns nothing for other streams.
+std::optional<DracoClaims> claims_of(std::span<const unsigned char> bytes) {
+  std::size_t at = 11;  // the header
+  if (bytes.size() < at || std::memcmp(bytes.data(), "DRACO\x02\x02\x01", 8) != 0) return std::nullopt;
+  if ((bytes[10] & 0x80) != 0) {
+    const std::optional<std::uint64_t> attributes = draco_number(bytes, at);
+    for (std::uint64_t i = 0; i < attributes.value_or(0); ++i)
+      if (!draco_number(bytes, at) || !skip_metadata(bytes, at)) return std::nullopt;
+    if (!attributes || !skip_metadata(bytes, at)) return std::nullopt;
+  }
+  const bool edgebreaker = bytes[8] == draco::MESH_EDGEBREAKER_ENCODING;
+  if (edgebreaker) {
     ++at;  // the kind of traversal
     draco_number(bytes, at);
   }
-  return draco_number(bytes, at);
+  const auto faces = draco_number(bytes, at);
+  if (!faces || (!edgebreaker && bytes[8] != draco::MESH_SEQUENTIAL_ENCODING)) return std::nullopt;
+  return DracoClaims{*faces, edgebreaker ? std::nullopt : draco_number(bytes, at)};
+}
+
+/// A decoder of Draco's that asks for memory when the types of a stream's attributes are known, but no value is.
+template <class Base>
+class AskingDecoder : public Base {
+ public:
+  explicit AskingDecoder(std::string what) : what_(std::move(what)) {}
+
+ private:
+  bool DecodeAllAttributes() override {
+    constexpr std::uint64_t kCopies = 3;  // as integers, as values, and as they are predicted
+    const draco::PointCloud& cloud = *this->point_cloud();
+    std::uint64_t bytes = 0;
+    for (std::int32_t i = 0; i < cloud.num_attributes(); ++i)
+      bytes += kCopies * std::max<std::uint64_t>(std::uint64_t(cloud.attribute(i)->byte_stride()), 4);
+    need_memory(bytes * cloud.num_points(), what_);
+    return Base::DecodeAllAttributes();
+  }
+
+  std::string what_;
+};
+
+/// Decodes a stream that claims_of() knows. Returns null if it is damaged.
+std::unique_ptr<draco::Mesh> decode_known(std::span<const unsigned char> bytes, const std::string& what) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  auto mesh = std::make_unique<draco::Mesh>();
+  const draco::DecoderOptions options;
+  const bool edgebreaker = bytes[8] == draco::MESH_EDGEBREAKER_ENCODING;
+  const draco::Status status =
+      edgebreaker ? AskingDecoder<draco::MeshEdgebreakerDecoder>(what).Decode(options, &buffer, mesh.get())
+                  : AskingDecoder<draco::MeshSequentialDecoder>(what).Decode(options, &buffer, mesh.get());
+  return status.ok() ? std::move(mesh) : nullptr;
 }
 
 tinygltf::Accessor& accessor_of(GltfFile& file, int index, const std::string& place) {
@@ -92,19 +157,22 @@ std::unique_ptr<draco::Mesh> decode_stream(const GltfFile& file, const CheckedBy
     fail_in(file.path, "{} promises {} triangles, but its Draco data has {}; export it again", place, faces,
             found_faces);
   };
-  const std::optional<std::uint64_t> claimed = claimed_faces(bytes);
-  if (claimed && *claimed != faces) disagree(*claimed);
+  const std::optional<DracoClaims> claimed = claims_of(bytes);
+  if (!claimed)
+    fail_in(file.path,
+            "{} cannot be decoded: its {} bytes do not begin as a Draco mesh of version 2.2; export it again", place,
+            bytes.size());
+  if (claimed->faces != faces) disagree(claimed->faces);
+  if (claimed->points && *claimed->points != points)
+    fail_in(file.path, "{} promises {} vertices, but its Draco data has {}; export it again", place, points,
+            *claimed->points);
   constexpr std::uint64_t kFaceBytes = 96, kValueBytes = 32;  // of Draco's tables and of the decoded values
-  need_memory(faces * kFaceBytes + points * attributes * kValueBytes,
-              fmt::format("{}: {} of {} triangles", file.path.string(), place, faces));
-  draco::DecoderBuffer buffer;
-  buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  draco::Decoder decoder;
-  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  if (!decoded.ok() || !decoded.value())
+  const std::string what = fmt::format("{}: {} of {} triangles", file.path.string(), place, faces);
+  need_memory(faces * kFaceBytes + points * attributes * kValueBytes, what);
+  std::unique_ptr<draco::Mesh> mesh = decode_known(bytes, what);
+  if (!mesh)
     fail_in(file.path, "{} cannot be decoded: its {} bytes are no mesh of Draco's; export it again", place,
             bytes.size());
-  std::unique_ptr<draco::Mesh> mesh = std::move(decoded).value();
   if (mesh->num_faces() != faces) disagree(mesh->num_faces());
   if (mesh->num_points() != points)
     fail_in(file.path, "{} promises {} vertices, but its Draco data has {}; export it again", place, points,

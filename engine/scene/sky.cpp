@@ -7,6 +7,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/image.h"
+#include "engine/core/memory.h"
 #include "engine/scene/light.h"
 
 namespace ballot {
@@ -49,9 +50,13 @@ Sky read_map(const std::string& path) {
   if (image.width != 2 * image.height)
     fail(Failure::Work, "{}: a sky of {} x {} pixels; expected twice as wide as high (longitude by latitude)", path,
          image.width, image.height);
+  constexpr std::uint64_t kPixelBytes = 48;  // of a sky here, of the device's, and of the tables that choose its light
+  need_memory(kPixelBytes * image.width * image.height,
+              fmt::format("{}: a sky of {} x {} pixels", path, image.width, image.height));
   Sky sky{.kind = Sky::Kind::Map, .map_name = path, .width = image.width, .height = image.height};
   const Channel *const red = &channel_in(path, image, "R"), *const green = &channel_in(path, image, "G"),
                        *const blue = &channel_in(path, image, "B");
+  sky.map.reserve(red->floats.size());
   for (std::size_t i = 0; i < red->floats.size(); ++i) {
     const glm::vec3 c(red->floats[i], green->floats[i], blue->floats[i]);
     if (!usable(c))

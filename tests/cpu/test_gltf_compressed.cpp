@@ -246,6 +246,12 @@ TEST_F(Compressed, DracoThatIsNotWhatItSays) {
   b.data[13] = b.data[14] = b.data[15] = b.data[16] = '\xFF';  // the counts of vertices and faces
   refuse({"Draco data has "});
   b = good;
+  b.data[6] = '\1';  // an older version, whose claims lie elsewhere
+  refuse({"do not begin as a Draco mesh of version 2.2"});
+  b = good;
+  b.data[10] = '\x80';  // metadata, which are not there
+  refuse({"do not begin as a Draco mesh of version 2.2"});
+  b = good;
   b.primitive()["extensions"]["KHR_draco_mesh_compression"].erase("attributes");
   refuse({"no attributes"});
 }

@@ -30,13 +30,39 @@ std::vector<std::string> exr_seeds() {
   image.attributes = {{"part", std::string("0/1")}, {"seconds", 1.0f}, {"film_samples", 4}};
   image.x = image.y = 1;
   image.full_width = image.full_height = 8;
-  return {sky, exr(image)};
+  const std::string part = exr(image);
+  // Attributes of types that claim sizes of their own, behind the magic number and the version.
+  const std::string two("\2\0\0\0", 4), none(4, '\0');
+  const std::string claims = std::string("s\0string\0", 9) + two + "ab" + std::string("v\0stringvector\0\6\0\0\0", 19) +
+                             two + "ab" + std::string("p\0preview\0\x8\0\0\0", 14) + none + none +
+                             std::string("o\0other\0", 8) + two + "ab";
+  return {sky, part, sky.substr(0, 8) + claims + sky.substr(8)};
 }
 
 std::vector<std::string> exr_words() {
-  return {"channels",  "chlist", "compression", "dataWindow", "displayWindow", "box2i",
-          "lineOrder", "part",   "string",      "seconds",    "float",         "tiles",
-          "tiledesc",  "R",      "G",           "B",          "prim"};
+  return {"channels",
+          "chlist",
+          "compression",
+          "dataWindow",
+          "displayWindow",
+          "box2i",
+          "lineOrder",
+          "part",
+          "string",
+          "seconds",
+          "float",
+          "tiles",
+          "tiledesc",
+          "R",
+          "G",
+          "B",
+          "prim",
+          "preview",
+          "stringvector",
+          "floatvector",
+          "chlist",
+          "box2i",
+          std::string("\xff\xff\xff\x7f", 4)};
 }
 
 void read_pictures(std::string_view input) {
