@@ -124,6 +124,7 @@ int program(int argc, char** argv) {
   // A full disk and a closed pipe are errors of the write, with a message, instead of the end of the process.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
+  spare_address_space();
   remember_reads();
   std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);  // a log grows line by line
   try {

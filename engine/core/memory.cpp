@@ -1,5 +1,6 @@
 #include "engine/core/memory.h"
 
+#include <malloc.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -64,15 +65,26 @@ std::uint64_t group_left() {
 
 /// The pages of this process.
 struct OwnMemory {
-  std::uint64_t space = 0, resident = 0;  // bytes
+  std::uint64_t space = 0, resident = 0, data = 0;  // bytes
 };
 
 OwnMemory own_memory() {
   std::ifstream in("/proc/self/statm");
   OwnMemory own;
-  in >> own.space >> own.resident;
+  std::uint64_t shared = 0, code = 0, none = 0;
+  in >> own.space >> own.resident >> shared >> code >> none >> own.data;
   const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-  return {own.space * page, own.resident * page};
+  return {own.space * page, own.resident * page, own.data * page};
+}
+
+/// Returns what is left below the limits on the address space and on data.
+std::uint64_t space_left(const OwnMemory& own) {
+  std::uint64_t left = kNoLimit;
+  rlimit most{};
+  if (::getrlimit(RLIMIT_AS, &most) == 0 && most.rlim_cur != RLIM_INFINITY) left = rest_of(most.rlim_cur, own.space);
+  if (::getrlimit(RLIMIT_DATA, &most) == 0 && most.rlim_cur != RLIM_INFINITY)
+    left = std::min(left, rest_of(most.rlim_cur, own.data));
+  return left;
 }
 
 }  // namespace
@@ -83,9 +95,7 @@ std::uint64_t memory_left() {
   const std::uint64_t kib = number_in("/proc/meminfo", "MemAvailable:", kNoLimit);
   std::uint64_t left = std::min(kib == kNoLimit ? kNoLimit : kib * 1024, group_left());
   const OwnMemory own = own_memory();
-  rlimit space{};
-  if (::getrlimit(RLIMIT_AS, &space) == 0 && space.rlim_cur != RLIM_INFINITY)
-    left = std::min(left, rest_of(space.rlim_cur, own.space));
+  left = std::min(left, space_left(own));
   if (const std::uint64_t most = memory_limit; most > 0) left = std::min(left, rest_of(most, own.resident));
   return left;
 }
@@ -98,6 +108,24 @@ void need_memory(std::uint64_t bytes, std::string_view what, std::string_view ad
   fail(Failure::Work, "{} needs about {} of memory, but {} is left{}; {}{}", what, size_text(bytes), size_text(left),
        most > 0 ? fmt::format(" of the limit of {}", size_text(most)) : "", advice,
        most > 0 ? " or raise --memory" : " or a machine with more");
+}
+
+void need_driver_space(std::uint64_t bytes, std::size_t threads, std::string_view what) {
+  const std::uint64_t left = space_left(own_memory());
+  if (left == kNoLimit) return;
+  constexpr std::uint64_t kUnlimitedStack = 2 << 20, kBeside = 8 << 20;  // what a thread takes beside its stack
+  rlimit stack{};
+  const bool limited = ::getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur != RLIM_INFINITY;
+  bytes += threads * ((limited ? stack.rlim_cur : kUnlimitedStack) + kBeside);
+  if (bytes > left)
+    fail(Failure::Device,
+         "{} needs about {} of address space, but {} is left below the limit of ulimit -v or -d; raise it", what,
+         size_text(bytes), size_text(left));
+}
+
+void spare_address_space() {
+  rlimit space{};
+  if (::getrlimit(RLIMIT_AS, &space) == 0 && space.rlim_cur != RLIM_INFINITY) ::mallopt(M_ARENA_MAX, 1);
 }
 
 void release_pages(std::span<const std::byte> used) {

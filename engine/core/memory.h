@@ -14,12 +14,20 @@ namespace ballot {
 void set_memory_limit(std::uint64_t bytes);
 
 /// Returns the bytes that this process can still take: the least of the machine's available memory, what is left in its
-/// control group, in its address space (ulimit -v), and below set_memory_limit().
+/// control group, in its address space and data (ulimit -v, -d), and below set_memory_limit().
 std::uint64_t memory_left();
 
 /// Throws Error(Work) if `bytes` more do not fit: "WHAT needs about X of memory, but Y is left; ADVICE or ...". Asks
 /// nothing for less than 16 MiB unless a limit is set. Thread-safe.
 void need_memory(std::uint64_t bytes, std::string_view what, std::string_view advice = "use a smaller file");
+
+/// Throws Error(Device) if less than `bytes` and `threads` stacks are left below the limits that ulimit -v and -d set.
+/// Drivers do not survive when these fail them, so they are asked for before. Asks nothing where there is no such
+/// limit.
+void need_driver_space(std::uint64_t bytes, std::size_t threads, std::string_view what);
+
+/// Where ulimit -v limits the address space, keeps malloc to one arena: each further one takes 64 MiB of it.
+void spare_address_space();
 
 /// Gives the pages of a part of an array back to the system. The array must be allocated memory, and nobody may read
 /// the part again: it is zero from then on. A loader so frees what it has used while it makes what stays.

@@ -4,6 +4,7 @@
 
 #include <condition_variable>
 #include <deque>
+#include <system_error>
 #include <thread>
 
 namespace ballot {
@@ -21,7 +22,11 @@ struct Together {
 class Pool {
  public:
   Pool() {
-    for (std::size_t i = 1; i < core_count(); ++i) std::thread([this] { serve(); }).detach();
+    try {
+      for (std::size_t i = 1; i < core_count(); ++i) std::thread([this] { serve(); }).detach();
+    } catch (const std::system_error&) {
+      // The system has no more threads or memory for them, so there are fewer helpers.
+    }
   }
 
   void run(std::size_t helpers, const std::function<void()>& work) {

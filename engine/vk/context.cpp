@@ -1,11 +1,14 @@
 #include "engine/vk/context.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <mutex>
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/memory.h"
+#include "engine/core/parallel.h"
 #include "engine/vk/device.h"
 
 namespace ballot {
@@ -40,6 +43,16 @@ VkDebugUtilsMessengerCreateInfoEXT messenger_info(std::vector<std::string>* mess
   info.pfnUserCallback = on_message;
   info.pUserData = messages;
   return info;
+}
+
+// The address space that Mesa's CPU driver takes (22.3.6 with LLVM 15) beside its threads: to be loaded, and to compile
+// the first kernels too.
+constexpr std::uint64_t kListing = 192 << 20, kOpening = 384 << 20;
+
+/// Asks for a driver's address space before it is loaded. Throws Error(Device).
+void ask_for_driver(std::uint64_t bytes) {
+  spare_address_space();
+  need_driver_space(bytes, std::min<std::size_t>(core_count(), 32), "a Vulkan driver");
 }
 
 VkApplicationInfo application() {
@@ -118,6 +131,7 @@ void refuse_without_present(const Vulkan& vk, std::vector<PhysicalDevice>& devic
 }  // namespace
 
 std::vector<DeviceInfo> list_devices() {
+  ask_for_driver(kListing);
   Vulkan vk;
   const VkInstance instance = make_instance(vk, false, nullptr);
   std::vector<DeviceInfo> infos;
@@ -127,6 +141,7 @@ std::vector<DeviceInfo> list_devices() {
 }
 
 Context::Context(const ContextOptions& options) {
+  ask_for_driver(kOpening);
   try {
     create_instance(options);
     auto devices = physical_devices(vk_, instance_);

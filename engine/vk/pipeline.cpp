@@ -5,6 +5,7 @@
 #include <future>
 
 #include "engine/core/error.h"
+#include "engine/core/memory.h"
 
 namespace ballot {
 
@@ -126,6 +127,8 @@ void ComputePipeline::create_pipeline(const KernelSource& source, VkShaderModule
     create.stage.flags = VK_PIPELINE_SHADER_STAGE_CREATE_REQUIRE_FULL_SUBGROUPS_BIT_EXT;
   create.layout = layout_;
   if (gpu_.keeps_statistics()) create.flags |= VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR;
+  constexpr std::uint64_t kCompiling = 128 << 20;  // address space of LLVM for the largest kernel, with some to spare
+  if (d.is_cpu()) need_driver_space(kCompiling, 0, "compiling kernel " + source.name);
   const auto start = std::chrono::steady_clock::now();
   vk_check(gpu_.vk().CreateComputePipelines(gpu_.device(), gpu_.pipeline_cache(), 1, &create, nullptr, &pipeline_),
            "creating pipeline", source.name.c_str());
