@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <new>
+#include <system_error>
 
 namespace ballot {
 
@@ -25,6 +26,8 @@ FailureText failure_text() {
   } catch (const std::filesystem::filesystem_error& e) {
     failure.text = fmt::format("cannot use {}: {}", e.path1().empty() ? "a file or folder" : e.path1().string(),
                                e.code().message());
+  } catch (const std::system_error&) {
+    failure.text = "the system refused a thread; raise the limits of ulimit -v and -u";
   } catch (...) {  // the text names a function of a library, and nothing of the user's
     failure.text =
         "a fault inside Ballot stopped the work; please report it with this call or command line and the files that it "
