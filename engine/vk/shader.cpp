@@ -222,12 +222,8 @@ fs::path shader_folder() {
       fail(Failure::Work, "BALLOT_SHADERS: {} holds no shared/layout.h; expected a copy of the folder shaders", given);
     return fs::absolute(given);
   }
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error) return {};
   const fs::path source = BALLOT_SOURCE_SHADERS;
-  const fs::path inside = program.lexically_relative(source.parent_path());
-  const bool in_tree = !inside.empty() && *inside.begin() != "..";
-  return in_tree && holds_shaders(source) ? source : fs::path();
+  return program_lies_in(source.parent_path()) && holds_shaders(source) ? source : fs::path();
 }
 
 Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache, Calls calls) {

@@ -51,15 +51,15 @@ Output run(std::vector<std::string> words) {
   return output;
 }
 
-/// Returns the path of a script: in ../share/ballot of the program, as in a bundle, else in the source tree; "" if it
-/// is in neither.
+/// Returns the path of a script: in ../share/ballot of the program, as in a bundle, else in the source tree that the
+/// program lies in; "" if it is in neither.
 fs::path find_script(const std::string& name) {
   std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path program = program_file();
   const fs::path bundled = (program.parent_path() / "../share/ballot" / name).lexically_normal();
-  if (!error && fs::exists(bundled, error)) return bundled;
-  const fs::path source = fs::path(BALLOT_SOURCE_TOOLS) / name;
-  return fs::exists(source, error) ? source : fs::path();
+  if (!program.empty() && fs::exists(bundled, error)) return bundled;
+  const fs::path tools = BALLOT_SOURCE_TOOLS;
+  return program_lies_in(tools.parent_path()) && fs::exists(tools / name, error) ? tools / name : fs::path();
 }
 
 /// Returns the interpreters to try: the one in BALLOT_PYTHON, else the first on the path and then the system's own,
@@ -81,7 +81,9 @@ std::vector<std::string> lines_of(const std::string& text) {
 Plots draw_plots(const fs::path& folder, const std::string& script, const std::string& results_name) {
   const fs::path plotter = find_script(script);
   if (plotter.empty())
-    return {{}, fmt::format("no plots: {} is neither in the program's ../share/ballot nor in the source tree", script)};
+    return {{},
+            fmt::format("no plots: {} is neither in ../share/ballot of the program nor in a source tree around it",
+                        script)};
   const std::string results = (folder / results_name).string();
   bool python = false;
   for (const std::string& interpreter : interpreters()) {
