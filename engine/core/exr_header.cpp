@@ -17,7 +17,6 @@ namespace ballot {
 namespace {
 
 constexpr double kMostPacked = 4096;         // largest accepted compression ratio; deflate reaches 1032
-constexpr std::uint64_t kMostInFlight = 32;  // chunks that OpenEXR decodes at once, two for each of 16 threads
 constexpr std::uint64_t kEntryBytes = 1024;  // what OpenEXR and Image keep of an attribute or channel, besides values
 
 [[noreturn]] void refuse(const std::string& reason) { throw std::invalid_argument(reason); }
@@ -172,7 +171,7 @@ double rows_of_chunk(int compression) {
 
 }  // namespace
 
-void check_exr_header(std::FILE* file, const std::filesystem::path& name, bool pixels) {
+void check_exr_header(std::FILE* file, const std::filesystem::path& name, bool pixels, int threads) {
   const Claims c = read_claims(file);
   if (!(c.width >= 1 && c.height >= 1)) refuse("its data window is empty");
   if (c.channels == 0) refuse("it has no channels");
@@ -193,10 +192,13 @@ void check_exr_header(std::FILE* file, const std::filesystem::path& name, bool p
   const std::uint64_t header = 4 * c.header_bytes + kEntryBytes * (c.entries + c.channels);
   need_memory(header, fmt::format("{}: its header", name.string()));
   if (!pixels) return;
+  const std::string what = fmt::format("{}: a picture of {} x {} pixels", name.string(), c.width, c.height);
   const double picture = c.width * c.height * pixel_bytes;
-  const double decoding = 2 * std::min(double(kMostInFlight), chunks) * chunk_width * chunk_height * pixel_bytes;
-  need_memory(std::uint64_t(picture + decoding) + header,
-              fmt::format("{}: a picture of {} x {} pixels", name.string(), c.width, c.height));
+  need_memory(std::uint64_t(picture), what);
+  // OpenEXR decodes two chunks a thread at once, packed and unpacked, and keeps a row of tiles.
+  const double at_once = std::min(chunks, 2.0 * std::max(threads, 1));
+  const double decoding = 2 * at_once * std::max(c.width, chunk_width) * chunk_height * pixel_bytes;
+  need_memory(std::uint64_t(picture + decoding) + header, what + " and its decoding");
 }
 
 }  // namespace ballot

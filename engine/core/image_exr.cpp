@@ -309,7 +309,7 @@ namespace {
 Image read_file_of(const fs::path& path, bool whole, Image (*read)(Imf::InputFile&)) {
   try {
     const InputStream opened = open_file(path);
-    check_exr_header(opened.get(), path, whole);
+    check_exr_header(opened.get(), path, whole, Imf::globalThreadCount());
     std::rewind(opened.get());
     Input stream(opened.get(), path.string());
     Imf::InputFile file(stream);

@@ -129,7 +129,7 @@ TEST(ExrClaims, TheLimitHoldsForHeadersAndPictures) {
   const auto entries = folder.write("entries.exr", exr({.extra = many}));
   const auto large =
       folder.write("large.exr", exr({.window = {0, 0, 4095, 4095}, .compression = 3, .behind = 1 << 20}));
-  const Limit limit(64 << 20);
+  const Limit limit(32 << 20);
   for (const auto& path : {text, entries})
     expect_error(Failure::Work, {path.string() + ": its header needs about ", "of the limit of"},
                  [&] { read_exr_header(path); });
@@ -163,7 +163,7 @@ TextureImage decode(const std::string& file) {
 
 TEST(ImageClaims, DataOfAPngAreThoseOfItsPixels) {
   const std::string good = png(64, 64 * 65), bomb = png(1, 200 << 20);
-  const Limit limit(64 << 20);
+  const Limit limit(32 << 20);
   EXPECT_EQ(decode(good).rgba.size(), 64u * 64 * 4);
   expect_error(Failure::Work, {"image 0 cannot be decoded: its data are damaged, or not those of 1 x 1 pixels"},
                [&] { decode(bomb); });
@@ -171,7 +171,7 @@ TEST(ImageClaims, DataOfAPngAreThoseOfItsPixels) {
 
 TEST(ImageClaims, PixelsFitIntoTheMemory) {
   const std::string large = png(8192, 8192 * 8193);
-  const Limit limit(64 << 20);
+  const Limit limit(32 << 20);
   expect_error(Failure::Work, {"image 0: an image of 8192 x 8192 pixels needs about "}, [&] { decode(large); });
 }
 
