@@ -87,7 +87,7 @@ def copy_notices(folder: Path) -> None:
     """Copies Ballot's licence and notice, and the copyright files of what is compiled in."""
     own = folder / "share" / "doc" / "ballot"
     own.mkdir(parents=True, exist_ok=True)
-    for file in (ROOT / "LICENSE", ROOT / "engine" / "api" / "NOTICE"):
+    for file in (ROOT / "LICENSE", ROOT / "engine" / "api" / "python" / "NOTICE"):
         shutil.copy(file, own / file.name)
     for package in COMPILED_IN:
         source = Path("/usr/share/doc") / package / "copyright"

@@ -155,8 +155,10 @@ void write_rows(Imf::OutputFile& file, const Image& image) {
   file.writePixels(static_cast<int>(image.height));
 }
 
-/// Returns a text of OpenEXR as the end of a sentence: on one line and without its full stop.
+/// Returns a text of OpenEXR as the end of a sentence: on one line, without the file's name and its full stop.
 std::string tidy_reason(std::string text) {
+  if (const auto end = text.find("\". "); text.starts_with("Cannot read image file") && end != std::string::npos)
+    text.erase(0, end + 3);
   std::ranges::replace(text, '\n', ' ');
   while (text.ends_with('.') || text.ends_with(' ')) text.pop_back();
   return text;

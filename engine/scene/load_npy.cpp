@@ -54,7 +54,7 @@ void read_floats(const std::filesystem::path& path, NpyFile& file, const Rows& r
 Scene triangles_of(const std::filesystem::path& path, NpyFile& file) {
   const Rows rows = rows_of(file);
   if (rows.width != 9 || !are_floats(rows))
-    fail_in(path, "has {}; expected triangles: float32 or float64 of shape (n, 3, 3)", file.found());
+    fail_in(path, "{}; expected triangles: float32 or float64 of shape (n, 3, 3)", file.found());
   if (rows.count > kMaxTriangles)
     fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", rows.count, kMaxTriangles);
   Scene scene;
@@ -67,9 +67,9 @@ Scene triangles_of(const std::filesystem::path& path, NpyFile& file) {
 Scene indexed_of(const std::filesystem::path& path, NpyFile& vertices, NpyFile& faces) {
   const Rows points = rows_of(vertices), corners = rows_of(faces);
   if (points.width != 3 || !are_floats(points))
-    fail_in(path, "its vertices have {}; expected float32 or float64 of shape (n, 3)", vertices.found());
+    fail_in(path, "its vertices: {}; expected float32 or float64 of shape (n, 3)", vertices.found());
   if (corners.width != 3 || !are_integers(corners))
-    fail_in(path, "its triangles have {}; expected whole numbers of shape (n, 3)", faces.found());
+    fail_in(path, "its triangles: {}; expected whole numbers of shape (n, 3)", faces.found());
   if (corners.count > kMaxTriangles)
     fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", corners.count, kMaxTriangles);
   std::vector<glm::vec3> positions;
