@@ -151,7 +151,7 @@ TEST(Npz, ArraysThatDoNotFit) {
   refuse_npz(with(npy_array("<i4", "(9, 3)", std::vector<std::int32_t>{0, 1, 2})), {"faces.npy", "12 bytes follow"});
   refuse_npz(zipped({{"vertices.npy", npy_array("<i4", "(1, 3)", std::vector<std::int32_t>{0, 1, 2})},
                      {"faces.npy", npy_array("<i4", "(0, 3)", std::vector<std::int32_t>{})}}),
-             {"its vertices have", "float32 or float64 of shape (n, 3)"});
+             {"its vertices:", "float32 or float64 of shape (n, 3)"});
   refuse_npz(zipped({{"a.npy", vertices}, {"b.npy", vertices}}), {"has the arrays a.npy, b.npy; expected"});
   refuse_npz(zipped({{"a.npy", vertices}}), {"expected triangles"});
   refuse_npz(zipped({}), {"has the arrays (none)"});
