@@ -83,6 +83,18 @@ bool is_placeable(const Transform& t) {
   return spread_of(t) <= kMostSpread;
 }
 
+glm::dmat4 not_quite_hidden(glm::dmat4 matrix) {
+  constexpr double kShortest = 1 / double(kLargestColumn);
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r)
+      if (!(std::abs(matrix[c][r]) < kShortest)) return matrix;
+  for (int c = 0; c < 3; ++c) {
+    matrix[c] = glm::dvec4(0);
+    matrix[c][c] = 2 * kShortest;
+  }
+  return matrix;
+}
+
 Triangle moved(const Triangle& triangle, const Transform& t) {
   return {moved_vertex(triangle[0], t), moved_vertex(triangle[1], t), moved_vertex(triangle[2], t)};
 }

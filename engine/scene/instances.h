@@ -18,6 +18,11 @@ inline constexpr double kMostSpread = 4096;
 /// kMostSpread, and its columns have a length that place_instance() (engine/bvh/instance.h) takes.
 bool is_placeable(const Transform& transform);
 
+/// Returns the matrix of an instance that its node may hide by a scale of 0, which has no inverse. Where all columns
+/// are shorter than those that is_placeable() takes, they are made a little longer, without a mirror: the instance is a
+/// point all the same, as float32 tells no size below it. Other matrices stay as they are.
+glm::dmat4 not_quite_hidden(glm::dmat4 matrix);
+
 /// Returns a triangle where the transform puts it, moved in double precision and rounded.
 Triangle moved(const Triangle& triangle, const Transform& transform);
 

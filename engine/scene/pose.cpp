@@ -243,7 +243,7 @@ Pose pose_at(const Scene& scene, const AnimationClip* clip, double seconds, cons
   pose.moved.clear();
   for (const MovingPlacement& p : animation.placements) {
     const glm::dmat4 world = nodes.world_from_node[p.node] * p.node_from_mesh;
-    pose.moved.push_back({p.placement, {p.meshes[mirrors(world)], transform_of(world)}});
+    pose.moved.push_back({p.placement, {p.meshes[mirrors(world)], transform_of(not_quite_hidden(world))}});
   }
   return pose;
 }

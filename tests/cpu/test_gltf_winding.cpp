@@ -218,5 +218,24 @@ TEST(GltfWinding, KeptInstancesThatPassZero) {
   expect_boxes(posed(kept, 0.5), 2 * kVolume);
 }
 
+// Files hide nodes by a scale of 0. Numbers of triangles stay, and the instance is a point where the node is.
+TEST(GltfWinding, KeptInstancesThatAreHidden) {
+  AnimatedBuilder b = box_file();
+  b.node({{"mesh", 0}, {"translation", {-20, 0, 0}}});
+  b.node({{"mesh", 0}});
+  const int scales = b.vec3({1, 1, 1, 0, 0, 0});
+  b.channel(1, "scale", {0, 1}, scales);
+  Scene kept = b.load({.instances = InstancePolicy::Keep});
+  ASSERT_TRUE(kept.instanced());
+  const std::size_t triangles = world_triangles(kept).size();
+  set_pose(kept, &kept.animation->clips[0], 1.0);
+  const std::vector<Triangle> hidden = world_triangles(kept);
+  ASSERT_EQ(hidden.size(), triangles);
+  for (std::size_t t = triangles / 2; t < triangles; ++t)
+    for (const glm::vec3& v : hidden[t]) EXPECT_LT(glm::length(v), 1e-15f);
+  set_pose(kept, &kept.animation->clips[0], 0.0);
+  EXPECT_EQ(world_triangles(kept).size(), triangles);
+}
+
 }  // namespace
 }  // namespace ballot::test
