@@ -97,7 +97,9 @@ def campaign(folder: Path, name: str, minutes: float) -> str:
     environment = {**os.environ, **SANITIZERS, "BALLOT_FUZZ_TARGET": name, "LLVM_PROFILE_FILE": str(raw)}
     make_seeds(program, seeds, environment)
     log = folder / f"fuzz_{name}.log"
-    command = [program, f"-max_total_time={max(1, round(60 * minutes))}", f"-dict={seeds}.dict", "-timeout=20",
+    words = Path(f"{seeds}.dict")
+    dictionary = [f"-dict={words}"] if words.stat().st_size else []  # libFuzzer refuses an empty one
+    command = [program, f"-max_total_time={max(1, round(60 * minutes))}", *dictionary, "-timeout=20",
                "-rss_limit_mb=4096", "-max_len=16384", "-print_final_stats=1",
                "-close_fd_mask=3" if name == "command" else "-close_fd_mask=1", f"-artifact_prefix={findings}/", corpus,
                seeds]
