@@ -6,9 +6,9 @@
 namespace ballot::api {
 namespace {
 
-template <std::size_t kRoom>
-void write_text(char (&to)[kRoom], const std::string& text) {
-  std::snprintf(to, kRoom, "%s", text.c_str());
+template <std::size_t Room>
+void write_text(char (&to)[Room], const std::string& text) {
+  std::snprintf(to, Room, "%s", text.c_str());
 }
 
 BallotDeviceInfo info_of(const DeviceInfo& d) {

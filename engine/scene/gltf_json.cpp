@@ -234,7 +234,7 @@ void check_required(const GltfFile& file, const GltfJson& root) {
   for (const auto& [list, kind] : kLists) {
     if (const GltfJson* found = member(root, list); found && !found->is_array())
       fail_in(file.path, "is not valid glTF 2.0: its {} are no array; export it again", list);
-    for_each_in(root, list, [&](const GltfJson& object, std::size_t i) {
+    for_each_in(root, list, [&, &list = list, &kind = kind](const GltfJson& object, std::size_t i) {
       check_members(file, list, object, {kind, i, object});
       check_values(file, list, object, {kind, i, object});
     });

@@ -46,7 +46,8 @@ std::string zipped(const Arrays& arrays, bool compress = false) {
     const std::string packed = compress ? deflated(content) : content;
     const auto checksum = std::uint32_t(::crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size()));
     const std::size_t place = file.size();
-    const auto common = [&](std::string& to, std::uint32_t size, std::uint32_t whole, std::uint16_t extra) {
+    const auto common = [&, &name = name](std::string& to, std::uint32_t size, std::uint32_t whole,
+                                          std::uint16_t extra) {
       for (const int word : {45, 0, compress ? 8 : 0, 0, 0x21}) add_to_zip(to, std::uint16_t(word));
       for (const std::uint32_t number : {checksum, size, whole}) add_to_zip(to, number);
       add_to_zip(to, std::uint16_t(name.size()));

@@ -52,7 +52,8 @@ TEST(TextFiles, OtherEncodingsAreRefused) {
     std::string low("\xFF\xFE"), high("\xFE\xFF");
     for (const char c : text) low += {c, '\0'}, high += {'\0', c};
     for (const std::string& wide : {low, high})
-      expect_error(Failure::Work, {name, "UTF-16", "save it as"}, [&] { load_scene(folder.write(name, wide)); });
+      expect_error(Failure::Work, {name, "UTF-16", "save it as"},
+                   [&, &name = name] { load_scene(folder.write(name, wide)); });
   }
   folder.write("m.mtl", std::string("\xFF\xFEn\0e\0w\0", 8));
   expect_error(Failure::Work, {"m.mtl", "UTF-16"}, [&] { load_scene(folder.write("a.obj", "mtllib m.mtl\n")); });
