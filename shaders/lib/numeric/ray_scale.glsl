@@ -19,7 +19,15 @@ vec3 scaled_direction(vec3 dir) {
   return vec3(float(scaled.x), float(scaled.y), float(scaled.z));
 }
 #else
-#define scaled_direction(dir) (dir * direction_scale(dir))
+// Scales components that are denormal by their bits, as products of them are zero on devices that flush them.
+vec3 scaled_direction(vec3 dir) {
+  uvec3 bits = floatBitsToUint(dir);
+  uint e = direction_exponent(dir);
+  float rest = uintBitsToFloat((128u - min(e, 128u)) << 23);
+  precise vec3 of_denormal = vec3(bits & 0x7FFFFFu) * 1.1920929e-7 * rest;  // 2^-23
+  of_denormal = uintBitsToFloat(floatBitsToUint(of_denormal) | (bits & 0x80000000u));
+  return mix(dir * direction_scale(dir), of_denormal, equal(bits & 0x7F800000u, uvec3(0u)));
+}
 #endif
 
 Ray scaled_ray(Ray given) {
