@@ -82,7 +82,8 @@ Engine& Engine::pictures() {
 glm::vec3 Engine::picture_origin() const { return box_origin(scene_.bounds); }
 
 std::string Engine::picture_note() const {
-  constexpr double kRounding = 0x1p-24, kFine = 1024;
+  // Roundings in the longest side of a triangle. A closed furnace of 168 is 0.1 % too dark, one of 84 0.2 %.
+  constexpr double kRounding = 0x1p-24, kFine = 256;
   if (scene_.instanced()) return {};
   const glm::dvec3 origin(picture_origin());
   const glm::dvec3 most =
@@ -101,8 +102,7 @@ std::string Engine::picture_note() const {
   if (100 * small <= triangles.size()) return {};
   return fmt::format(
       "{} of {} triangles are smaller than {:.3g}, and the scene reaches {:.3g} from its middle, where points are "
-      "rounded "
-      "to {:.3g}: light and shadows on them may be wrong; render them without what lies far from them",
+      "rounded to {:.3g}: light and shadows on them may be wrong; render them without what lies far from them",
       small.load(), triangles.size(), least, reach, kRounding * reach);
 }
 

@@ -48,7 +48,8 @@ vec3 geometric_normal(vec3 v0, vec3 v1, vec3 v2) {
   return exact_unit(upright);
 }
 
-Surface surface_of(Ray ray, Hit hit) {
+// Returns the point of a hit, seen from the side where its vertices are counter-clockwise, and without a direction.
+Surface surface_at(Hit hit) {
   Surface s;
   AT_TRIANGLE(hit.prim)
   s.v0 = vertex(hit.prim, 0u), s.v1 = vertex(hit.prim, 1u), s.v2 = vertex(hit.prim, 2u);
@@ -58,13 +59,20 @@ Surface surface_of(Ray ray, Hit hit) {
   s.sum = sum;
   s.position = position;
   s.normal = geometric_normal(s.v0, s.v1, s.v2);
-  s.dir = exact_unit(ray.dir);
-  s.front = !(exact_dot(s.normal, s.dir) > 0.0);
-  if (!s.front) s.normal = -s.normal;
+  s.dir = vec3(0.0);
+  s.front = true;
 #if BALLOT_HAS_INSTANCES
   s.shift = vec3(placed.x.w, placed.y.w, placed.z.w);
   s.spread = placed.spread;
 #endif
+  return s;
+}
+
+Surface surface_of(Ray ray, Hit hit) {
+  Surface s = surface_at(hit);
+  s.dir = exact_unit(ray.dir);
+  s.front = !(exact_dot(s.normal, s.dir) > 0.0);
+  if (!s.front) s.normal = -s.normal;
   return s;
 }
 

@@ -35,6 +35,12 @@ void start_shadow(PixelSample sampled, Surface s, Bsdf b, Carried c, inout Start
 #endif
   started.light = c.throughput * value * aim.radiance * (aim.density > 0.0 ? weigh(aim.density, density) : 1.0);
   started.shadow = dot(aim.dir, s.normal) > 0.0 && luminance(started.light) > 0.0;
-  started.shadow_ray = leave(s, 1.0, aim.dir, min(aim.distance * SHORT_OF_LIGHT, 1e30));
+  started.shadow_ray = leave(s, 1.0, aim.dir, INFINITELY_FAR);
+  if (aim.distance < INFINITELY_FAR) {
+    vec3 to = aim.end - started.shadow_ray.origin;
+    float far = length(to);
+    started.shadow_ray.dir = to / max(far, 1e-30);
+    started.shadow_ray.t_max = far * SHORT_OF_LIGHT;
+  }
 }
 #endif

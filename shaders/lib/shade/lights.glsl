@@ -7,13 +7,18 @@
 #define LIGHT_KINDS (BALLOT_HAS_EMISSION + BALLOT_HAS_LIGHTS + AIMS_AT_SKY)
 #define HAS_LIGHT (BALLOT_HAS_EMISSION || BALLOT_HAS_LIGHTS || AIMS_AT_SKY)
 
+const float INFINITELY_FAR = 1e30;
+
 // A sample of light.
 struct Aim {
   vec3 dir;        // unit, from the surface; zero: there is nothing to sample
-  float distance;  // scene units
+  float distance;  // scene units; at least INFINITELY_FAR: `end` is not set
+  vec3 end;        // where a ray to the light may end, off its surface
   vec3 radiance;   // divided by the density or probability
   float density;   // of this direction by solid angle; 0: no other sampling finds it
 };
+
+#define NO_AIM Aim(vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0)
 
 #if HAS_LIGHT
 // The kernel may have code for kinds that this scene lacks. It must not sample those.
@@ -46,7 +51,7 @@ float emission_density(float emitted, float distance, float cosine) {
 }
 
 Aim aim_at_triangle(vec3 from, float pick, vec2 r) {
-  if (push.emitters == 0u) return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);  // no emissive triangle has an area
+  if (push.emitters == 0u) return NO_AIM;  // no emissive triangle has an area
   uint lo = 0u, hi = push.emitters - 1u;
   float wanted = pick * push.emitted;
   while (lo < hi) {
@@ -54,16 +59,15 @@ Aim aim_at_triangle(vec3 from, float pick, vec2 r) {
     if (uintBitsToFloat(texelFetch(emitters, int(mid)).y) > wanted) hi = mid; else lo = mid + 1u;
   }
   uint prim = texelFetch(emitters, int(lo)).x;
-  AT_TRIANGLE(prim)
-  vec3 v0 = vertex(prim, 0u), v1 = vertex(prim, 1u), v2 = vertex(prim, 2u);
   float root = sqrt(r.x);
   Hit hit = Hit(0.0, prim, root * (1.0 - r.y), root * r.y);
-  vec3 to = v0 * (1.0 - hit.u - hit.v) + v1 * hit.u + v2 * hit.v - from;
+  Surface light = surface_at(hit);
+  vec3 to = light.position - from;
   Aim aim;
   aim.distance = length(to);
   aim.dir = to / max(aim.distance, 1e-30);
-  vec3 n = cross(v1 - v0, v2 - v0);
-  float cosine = abs(dot(n, aim.dir)) / max(length(n), 1e-37);
+  float towards = dot(light.normal, aim.dir), cosine = abs(towards);
+  aim.end = origin_on(light, towards > 0.0 ? -1.0 : 1.0);
   uint material = material_of(prim);
   vec3 radiance = materials[material].emissive;
 #if BALLOT_HAS_EMISSIVE_TEXTURE
@@ -89,9 +93,10 @@ Aim aim_at_light(vec3 from, float pick) {
   aim.radiance = light.intensity * (float(push.lights) / KIND_CHANCE);
   if (light.kind == LIGHT_DIRECTIONAL) {
     aim.dir = -light.direction;
-    aim.distance = 1e30;
+    aim.distance = INFINITELY_FAR;
     return aim;
   }
+  aim.end = light.position;
   vec3 to = light.position - from;
   aim.distance = max(length(to), 1e-30);
   aim.dir = to / aim.distance;
@@ -112,7 +117,7 @@ Aim aim_at_light(vec3 from, float pick) {
 #if AIMS_AT_SKY
 Aim aim_at_sky(vec3 n, vec2 r) {
   Aim aim;
-  aim.distance = 1e30;
+  aim.distance = INFINITELY_FAR;
 #if BALLOT_SKY == SKY_MAP
   aim.dir = sample_sky(r, aim.radiance, aim.density);
   aim.density *= KIND_CHANCE;
@@ -138,7 +143,7 @@ Aim aim_at_something(vec3 from, vec3 n, float pick, vec2 r) {
 #endif
 #else
   uint kinds = light_kinds();
-  if (kinds == 0u) return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);
+  if (kinds == 0u) return NO_AIM;
   float at = pick * float(kinds);
   uint kind = min(uint(at), kinds - 1u);
   float rest = at - float(kind);
@@ -152,7 +157,7 @@ Aim aim_at_something(vec3 from, vec3 n, float pick, vec2 r) {
 #if AIMS_AT_SKY
   return aim_at_sky(n, r);
 #else
-  return Aim(vec3(0.0), 0.0, vec3(0.0), 0.0);
+  return NO_AIM;
 #endif
 #endif
 }
