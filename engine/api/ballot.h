@@ -304,7 +304,7 @@ class Scene {
     BallotLists lists = detail::lists_of(query, rays.count);
     detail::list_into(listing, lists);
     const BallotStatus status = ballot_list_crossings(handle_.get(), &r, &lists, nullptr);
-    if (listing.full) throw Error(Code::Memory, "the host has too little memory for all crossings; ask for less rays");
+    if (listing.full) throw Error(Code::Memory, "the host has too little memory for all crossings; ask for fewer rays");
     check(status);
     return std::move(listing.all);
   }

@@ -185,8 +185,8 @@ void prepare_mesa_cache() {
     fs::path path = way.start;
     for (const fs::path& name : way.below) path /= name;
     Descriptor folder = open_folder(way, true);
-    if (reserve_folder(folder,
-                       path)) {  // Mesa opens it by descriptor too: nobody can exchange a folder above for another
+    if (reserve_folder(folder, path)) {
+      // Mesa opens it by descriptor too: nobody can exchange a folder above for another.
       ::setenv(kMesaVariable, fmt::format("{}{}", kOpenFiles, folder.release()).c_str(), 1);
       return;
     }

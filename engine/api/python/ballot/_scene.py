@@ -197,7 +197,7 @@ class Scene(Queries):
                    whose last axis is contiguous is read in place. Neighbours share a subgroup: order rays for
                    coherence.
         t          (t_min, t_max) for rays of 6 numbers: numbers, or arrays of the rays' shape; None: 0, and no end. A
-                   number that is NaN, or a t_min that is not below t_max, is an error; in arrays it is a dead ray
+                   number that is NaN, or a t_min above t_max, is an error; in arrays it is a dead ray
         out        where hits go: an array of dtype HIT and the rays' shape, or float32 of shape (..., 4)
         any        True: some hit, for visibility; False: the nearest
         method     a traversal method, such as "packet" (`ballot methods` and the README list them); "auto" takes the

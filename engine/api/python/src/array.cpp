@@ -103,14 +103,12 @@ TimesTuple trace_arrays(const SceneObject& self, const ArrayObject& rays, const 
 TimesTuple query_point_arrays(const SceneObject& self, const ArrayObject& points, const ArrayObject& answers,
                               std::uint64_t count, bool assume_closed, const std::string& numeric, std::uint32_t sign) {
   const auto from = points.use(), to = answers.use();
-  return watched(self.use(), nb::none(), [=](const Scene& s, Watch& watch) {
-    auto query = BALLOT_INIT(BallotPointQuery);
-    query.assume_closed = assume_closed;
-    query.numeric = numeric.c_str();
-    query.sign = sign;
-    watch.attach(query);
+  const PointQuery given{.assume_closed = assume_closed, .numeric = numeric, .sign = Sign(sign)};
+  return watched(self.use(), nb::none(), [=, query = given](const Scene& s, Watch& watch) mutable {
+    query.progress = [&watch](double done) { return watch(done); };
+    const BallotPointQuery asked = detail::point_query_of(query);
     auto times = BALLOT_INIT(BallotTimes);
-    check(ballot_query_point_buffers(s.handle(), from->get(), to->get(), count, &query, &times));
+    check(ballot_query_point_buffers(s.handle(), from->get(), to->get(), count, &asked, &times));
     return tuple_of(detail::times_of(times));
   });
 }

@@ -102,12 +102,6 @@ class Watch {
   bool operator()(double done) noexcept;
   /// Has a thread do the work and waits a little. Returns false if it then goes on. Ctrl-C has to wait no longer.
   bool leave(const std::shared_ptr<Task>& task, Worker& worker);
-  /// Gives a struct of the C interface this progress function.
-  template <class To>
-  void attach(To& to) {
-    to.user = this;
-    to.progress = [](void* user, double done) { return int(!(*static_cast<Watch*>(user))(done)); };
-  }
 
  private:
   friend void run(std::shared_ptr<Task> task);

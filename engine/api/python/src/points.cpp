@@ -37,15 +37,13 @@ TimesTuple query_points(const SceneObject& self, const PointRows& array, float l
   to.signed_distances = room(signed_distances, n, "signed_distances");
   to.inside = room(inside, n, "inside");
   const std::tuple kept(array, distances, points, prims, mesh_ids, uvs, normals, signed_distances, inside);
-  return watched(self.use(), std::move(progress), [=](const Scene& s, Watch& watch) {
+  const PointQuery given{.assume_closed = assume_closed, .numeric = numeric, .sign = Sign(sign)};
+  return watched(self.use(), std::move(progress), [=, query = given](const Scene& s, Watch& watch) mutable {
     static_cast<void>(kept);
-    auto query = BALLOT_INIT(BallotPointQuery);
-    query.assume_closed = assume_closed;
-    query.numeric = numeric.c_str();
-    query.sign = sign;
-    watch.attach(query);
+    query.progress = [&watch](double done) { return watch(done); };
+    const BallotPointQuery asked = detail::point_query_of(query);
     auto times = BALLOT_INIT(BallotTimes);
-    check(ballot_query_points(s.handle(), &from, &to, &query, &times));
+    check(ballot_query_points(s.handle(), &from, &to, &asked, &times));
     return tuple_of(detail::times_of(times));
   });
 }
