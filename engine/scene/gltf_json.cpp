@@ -163,6 +163,26 @@ void check_values(const GltfFile& file, std::string_view list, const GltfJson& o
     });
 }
 
+/// Members that tinygltf reads as int: alone, in an array or in objects.
+constexpr std::string_view kNumbers =
+    " attributes buffer bufferView camera children componentType height index indices input inverseBindMatrices"
+    " joints magFilter material mesh minFilter mode node nodes output sampler scene skeleton skin source"
+    " sparse target targets texCoord width wrapR wrapS wrapT ";
+
+/// Checks that no such number is beyond int, below a member of this name.
+void check_numbers(const GltfFile& file, const GltfJson& value, std::string_view name) {
+  if (value.is_object()) {
+    const bool inside = name == "attributes" || name == "sparse" || name == "targets";
+    for (const auto& [key, each] : value.items()) check_numbers(file, each, inside ? name : std::string_view(key));
+  } else if (value.is_array()) {
+    for (const GltfJson& each : value) check_numbers(file, each, name);
+  } else if (value.is_number() && std::abs(value.get<double>()) >= 0x1p31 &&
+             kNumbers.find(fmt::format(" {} ", name)) != kNumbers.npos) {
+    fail_in(file.path, "is not valid glTF 2.0: it has {} as {}; expected a number below 2^31; export it again",
+            value.dump(), name);
+  }
+}
+
 /// Checks the lights of KHR_lights_punctual.
 void check_lights(const GltfFile& file, const GltfJson& root) {
   const GltfJson* lights = extension_of(root, "KHR_lights_punctual");
@@ -240,6 +260,7 @@ void check_required(const GltfFile& file, const GltfJson& root) {
     });
   }
   check_lights(file, root);
+  check_numbers(file, root, {});
 }
 
 std::vector<std::size_t> complete_json(const GltfFile& file, GltfJson& root) {

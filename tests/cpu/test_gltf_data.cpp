@@ -121,6 +121,29 @@ TEST(GltfData, AByteOrderMarkAndWholeNumbersAsFloats) {
   EXPECT_EQ(load_text("\xEF\xBB\xBF" + b.json.dump()).triangles, one_triangle().load().triangles);
 }
 
+// tinygltf would take 2^32 for 0.
+TEST(GltfData, NumbersBeyondIntAreRefused) {
+  const auto refuse = [](const std::string& place, const json& number, const std::string& name) {
+    GltfBuilder b = one_triangle();
+    b.json[json::json_pointer(place)] = number;
+    expect_error(Failure::Work, {"is not valid glTF 2.0: it has ", " as " + name + "; expected a number below 2^31"},
+                 [&] { b.load(); });
+  };
+  for (const json& number : {json(4294967296), json(-4294967296), json(1e300), json(2147483648.0)}) {
+    refuse("/nodes/0/mesh", number, "mesh");
+    refuse("/nodes/0/children", {0, number}, "children");
+    refuse("/scenes/0/nodes", {number}, "nodes");
+  }
+  refuse("/meshes/0/primitives/0/attributes/POSITION", 4294967296, "attributes");
+  refuse("/meshes/0/primitives/0/targets", {{{"POSITION", 4294967296}}}, "targets");
+  refuse("/accessors/0/sparse", {{"count", 4294967297}, {"indices", json::object()}, {"values", json::object()}},
+         "sparse");
+  GltfBuilder b = one_triangle();  // what is no such number may be large
+  b.json["accessors"][0]["max"] = {4294967295u, 1, 1};
+  b.json["nodes"][0]["extras"] = {{"mesh", 4294967296}};
+  EXPECT_EQ(b.load().triangles, one_triangle().load().triangles);
+}
+
 TEST(GltfData, WhatIsMissingIsNamed) {
   const auto refuse = [](const char* list, const json& object, std::initializer_list<std::string_view> parts) {
     GltfBuilder b = one_triangle();
