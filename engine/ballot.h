@@ -75,7 +75,7 @@ struct EngineOptions {
   std::shared_ptr<Context> context = {};
   BuildSettings build = {};
   std::optional<double> expected_rays = {};  // that will be traced in all: a hint for builder `auto`
-  bool use_cache = true;                     // keeps BVHs and the choices of method auto on disk, in cache_folder()
+  bool use_cache = true;                     // keeps BVHs on disk, in cache_folder()
   const WindowSurface* window = nullptr;     // shows pictures; the device must be able to present to it
   bool statistics = false;                   // ContextOptions::statistics
   std::vector<Query> queries = {};  // checked before the BVH is built: throws if the device cannot follow their knobs

@@ -80,10 +80,7 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   times_.bvh_s = seconds_since(start);
   policy_.built(times_.bvh_s, bvh_.stats.sah);
   tracer_->tree().set_late(&late_);
-  if (options.use_cache) {
-    tracer_->choices().keep_in(cache_folder() / "auto");
-    tracer_->tree().keep_in(cache_folder() / "bvh");
-  }
+  if (options.use_cache) tracer_->tree().keep_in(cache_folder() / "bvh");
   make_renderers();
 }
 

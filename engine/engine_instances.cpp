@@ -101,7 +101,6 @@ void Engine::move_instances(Pose pose, double pose_s) {
     tracer_.reset();
     forest_ = std::move(forest);
     tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);
-    if (use_cache_) tracer_->choices().keep_in(cache_folder() / "auto");
   }
   scene_.bounds = bounds;
   scene_.lights = std::move(pose.lights);

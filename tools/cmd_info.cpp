@@ -1,4 +1,3 @@
-#include "tools/auto_table.h"
 #include "tools/bench/markdown.h"
 #include "tools/feature_table.h"
 #include "tools/help.h"
@@ -12,7 +11,7 @@ struct InfoArgs {
   EngineArgs engine;
   LightArgs light;
   std::string triangles, numeric{kDefaultNumeric};
-  bool calibrate = false, statistics = false, measure = false;
+  bool statistics = false, measure = false;
 };
 
 nlohmann::json device_json(const DeviceInfo& d) {
@@ -136,14 +135,32 @@ nlohmann::json print_variants(const DeviceInfo& device, const TreeFacts& tree) {
   return json;
 }
 
+/// Prints what method auto takes in this scene, by ray class and size of the batch.
+nlohmann::json print_auto(const Tracer& tracer, const std::string& numeric) {
+  say("\nmethod auto takes, by the size of the batch; \"(any)\": any hit, else the closest one:\n\n");
+  nlohmann::json json = nlohmann::json::array();
+  bench::Table table({"rays", "1000", "10^4", "10^5", "10^6"}, 5);
+  for (const RayKind& kind : kRayKinds) {
+    std::vector<std::string> row{std::string(kind.name) + (kind.want == Want::Any ? " (any)" : "")};
+    for (const std::size_t rays : {1000, 10'000, 100'000, 1'000'000}) {
+      const Query query = tracer.resolve(
+          {.want = kind.want, .method = std::string(kAuto), .numeric = numeric, .rays = std::string(kind.name)}, rays);
+      row.push_back(Candidate{query.method, query.knobs}.name());
+      json.push_back({{"rays", kind.name}, {"count", rays}, {"method", query.method}, {"knobs", query.knobs}});
+    }
+    table.row(std::move(row));
+  }
+  say("{}", table.text());
+  return json;
+}
+
 int run_info(InfoArgs& args) {
   nlohmann::json json;
   if (!args.triangles.empty() && args.engine.scene.empty())
     fail(Failure::Arguments, "--triangles needs a SCENE: ballot info SCENE --triangles T.npy");
   for (const auto& [given, option] :
-       {std::pair(args.calibrate, "--calibrate"), std::pair(args.statistics, "--statistics"),
-        std::pair(args.measure, "--measure"), std::pair(args.light.sky != "auto", "--sky"),
-        std::pair(!args.light.lamps.empty(), "--lamp")})
+       {std::pair(args.statistics, "--statistics"), std::pair(args.measure, "--measure"),
+        std::pair(args.light.sky != "auto", "--sky"), std::pair(!args.light.lamps.empty(), "--lamp")})
     if (given && args.engine.scene.empty())
       fail(Failure::Arguments, "{} needs a SCENE: ballot info SCENE {}", option, option);
   find_numeric(args.numeric);
@@ -165,8 +182,7 @@ int run_info(InfoArgs& args) {
     json.update(header);
     json["variants"] = print_variants(opened.engine->device(), opened.engine->features().tree);
     if (args.statistics) json["statistics"] = print_statistics(*opened.engine, args.numeric);
-    if (args.calibrate) calibrate(*opened.engine, args.numeric);
-    json["choices"] = print_choices(opened.engine->tracer().choices().all());
+    json["auto"] = print_auto(opened.engine->tracer(), args.numeric);
     json.update(print_features(*opened.engine, args.measure));
     if (!args.triangles.empty()) {
       const std::vector<Triangle> all = world_triangles(opened.engine->scene());
@@ -193,13 +209,11 @@ void add_info(CLI::App& app, int& result) {
                 "measure how much faster traversal, shadings and integrators are with kernels compiled for this\n"
                 "scene's features than with kernels for every feature; takes some seconds each");
   args->light.add_to(*cmd);
-  cmd->add_flag("--calibrate", args->calibrate,
-                "let method auto choose again for every ray kind; takes about a second for each on a CPU");
   cmd->add_flag("--statistics", args->statistics,
                 "compile every method's kernels and print the statistics that the driver reports, such as registers");
   cmd->add_option("--numeric", args->numeric,
-                  fmt::format("numeric mode for --calibrate and --statistics [{}]", kDefaultNumeric));
-  show_first(*cmd, {"--device", "--triangles", "--calibrate", "--json"});
+                  fmt::format("numeric mode for --statistics and for what auto takes [{}]", kDefaultNumeric));
+  show_first(*cmd, {"--device", "--triangles", "--measure", "--json"});
   cmd->callback([args, &result] { result = run_info(*args); });
 }
 

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "tools/auto_table.h"
 #include "tools/help.h"
 #include "tools/interrupt.h"
 #include "tools/trace_crossings.h"
@@ -60,17 +59,23 @@ void check_files(TraceArgs& args) {
     if (rays != "-") open_rays(args, rays);
 }
 
+/// Returns the concrete query by which a file was traced: for method auto, by the class of its first rays.
+Query run_as(const Engine& engine, Query query, const FileTrace& done) {
+  query.rays = done.ray_class;
+  return engine.tracer().resolve(query, done.rays);
+}
+
 /// Prints what tracing a file gave.
 void print_result(Engine& engine, const std::string& out, const FileTrace& done, Query query, bool verbose) {
   const double mrays = done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0;
   say("{}: {} rays, {} hits, {:.3f} ms on the device, {:.2f} Mrays/s\n", out, done.rays, done.hits,
       done.times.device_ms, mrays);
   if (!verbose) return;
-  query.rays = done.ray_class;
-  const Variant variant = engine.tracer().variant(query);
+  const Variant variant = engine.tracer().variant(run_as(engine, query, done));
   say("  {} on {} ({}), subgroup {}\n", variant.name(), engine.device().name, engine.device().driver,
       variant.config.subgroup);
-  if (const std::string line = choice_line(engine, query); !line.empty()) say("  {} ({})\n", line, query.rays);
+  if (query.method == kAuto)
+    say("  auto: {}, for {} rays of class {}\n", variant.method->name, done.rays, done.ray_class);
   if (done.times.retraced)
     say("  {} rays were cut short by the driver and traced again in pieces\n", done.times.retraced);
 }

@@ -12,7 +12,7 @@ from dev_packages import Failed
 
 HELP = """\
 Reads mutated files under address and undefined-behaviour sanitizers. TARGET is one of those in tests/fuzz: bvh (the
-cache of trees), cache (folders), checkpoint, choices (of method auto), command (lines), exr, gltf, mesh (PLY, STL),
+cache of trees), cache (folders), checkpoint, command (lines), exr, gltf, mesh (PLY, STL),
 npy, obj, results, views; without it all run, as many at once as there are cores. What a target learns is kept in
 build/fuzz/corpus, inputs that fail in build/fuzz/findings. The last table has the inputs, CPU seconds and covered lines
 of each reader.
@@ -26,7 +26,6 @@ READERS = {
     "bvh": ["engine/bvh/cache.cpp"],
     "cache": ["engine/core/cache_file.cpp", "engine/core/temporary.cpp"],
     "checkpoint": ["engine/render/film/film_file.cpp", "engine/core/image_exr.cpp"],
-    "choices": ["engine/trace/auto/choices.cpp", "engine/core/json_limits.cpp"],
     "command": ["tools/program.cpp", "tools/cli.cpp", "tools/command_files.cpp", "tools/run_args.cpp",
                 "tools/cmd_*.cpp", "tools/bench/plan.cpp"],
     "exr": ["engine/core/exr_header.cpp", "engine/core/image_exr.cpp", "engine/core/image_merge.cpp",

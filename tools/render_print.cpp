@@ -1,7 +1,5 @@
 #include "tools/render_print.h"
 
-#include "tools/auto_table.h"
-
 namespace ballot::cli {
 
 namespace {
@@ -38,9 +36,10 @@ void print_times(const RenderTimes& times, const Wall& wall, bool png) {
 }
 
 void print_kernel(Engine& engine, const Query& query) {
-  if (const std::string line = choice_line(engine, query); !line.empty()) say("  {}\n", line);
-  say("  {}\n", engine.picture_tracer().variant(query).name());
-  const KernelTimes& kernel = engine.picture_tracer().kernel(query).times();
+  const Query concrete = engine.picture_tracer().resolve(query);
+  if (query.method == kAuto) say("  auto: {}, for rays of class {}\n", concrete.method, query.rays);
+  say("  {}\n", engine.picture_tracer().variant(concrete).name());
+  const KernelTimes& kernel = engine.picture_tracer().kernel(concrete).times();
   say("  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first "
       "dispatch)\n",
       kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);

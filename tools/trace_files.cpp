@@ -111,7 +111,7 @@ FileTrace trace_to(Engine& engine, RayFile file, const WriteBehind::Write& write
           [&](std::span<Ray> room) {
             const std::size_t count = in.next(room);
             if (result.ray_class.empty() && query.method == kAuto && count)
-              result.ray_class = engine.tracer().ray_class(room.first(count));
+              result.ray_class = ray_class(room.first(count));
             return count;
           },
       .take =

@@ -184,7 +184,8 @@ typedef struct BallotQuery {
   const char* numeric; /* "watertight", "exact", "plain" or "fast"; NULL: "watertight" */
   const BallotKnob* knobs;
   size_t knob_count;
-  const char* ray_class; /* a name for rays that are alike, for method auto; NULL: it looks at the rays */
+  const char*
+      ray_class; /* for method auto: primary, shadow, ao, diffuse, coherent or the like; NULL: it looks at the rays */
   /* Called now and then with the share that is done, from the thread that traces. Returning non-zero ends the call with
    * BALLOT_ERROR_INTERRUPTED; what is written to the outputs by then is unspecified. */
   int (*progress)(void* user, double done);

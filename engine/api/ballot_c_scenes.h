@@ -29,7 +29,7 @@ typedef struct BallotSceneOptions {
   const char* builder;
   uint32_t max_leaf;  /* most triangles of a leaf, 1 to 6; 0: 6 */
   float split_budget; /* of "best": share of references that spatial splits may add, 0 to 16; below 0: none; 0: 0.5 */
-  uint32_t cache;     /* 1: keep tree and choices of method auto on disk, in $XDG_CACHE_HOME/ballot */
+  uint32_t cache;     /* 1: keep the tree on disk, in $XDG_CACHE_HOME/ballot */
   /* How ballot_scene_update() moves the tree. "refit": boxes move, its shape stays, so traces slow down as triangles
    * move apart. "rebuild": anew. NULL or "auto": refits until traces have lost as much time as a build takes. It is
    * always built anew if a triangle gains or loses its area. */

@@ -111,7 +111,7 @@ struct SceneOptions {
   std::string builder = {};
   std::uint32_t max_leaf = 6;  // most triangles of a leaf, 1 to 6
   float split_budget = 0.5f;   // of "best": share of references that spatial splits may add, 0 to 16
-  bool cache = false;          // keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
+  bool cache = false;          // keep the tree on disk, in $XDG_CACHE_HOME/ballot
   /// How Scene::update() updates the tree. "refit" keeps its shape and moves its boxes: the quickest update, but traces
   /// become slower as triangles move apart. "rebuild" builds it anew. "auto" refits, and rebuilds once queries have
   /// lost more time than a rebuild costs over a refit. If a triangle gains or loses its area, it is always rebuilt.
@@ -133,7 +133,7 @@ struct Query {
   std::string method = "auto";         // `ballot methods` lists them
   std::string numeric = "watertight";  // "watertight", "exact", "plain", "fast"
   std::map<std::string, std::string> knobs = {};
-  std::string ray_class = {};  // a name for rays that are alike, for method auto; empty: it looks at them
+  std::string ray_class = {};  // for method auto: a ray kind, or coherent, mixed, incoherent; empty: it looks
   /// Called now and then with the share done. Returning false ends the call with Error(Interrupted); the outputs are
   /// then unspecified. Must not throw.
   std::function<bool(double done)> progress = {};

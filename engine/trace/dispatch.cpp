@@ -6,6 +6,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/interruption.h"
+#include "engine/core/parallel.h"
 #include "engine/trace/tree_push.h"
 
 namespace ballot {
@@ -36,13 +37,17 @@ double Dispatcher::launch_ms() const {
 std::uint32_t Dispatcher::groups_for(const Variant& v, std::uint32_t rays) const {
   const KernelConfig& c = v.config;
   const std::uint32_t packet = c.subgroup * v.rays_per_lane();
-  rays = (rays + packet - 1) / packet * c.subgroup;  // lanes that take these rays, in whole subgroups
+  const std::uint32_t packets = (rays + packet - 1) / packet;
+  rays = packets * c.subgroup;  // lanes that take these rays, in whole subgroups
   std::uint64_t lanes = rays;
   if (c.launch == Launch::Persistent) {
     // Twice the lanes that all rays need if every subgroup takes all its batches, so that threads which are ahead find
     // more to do. No more lanes than may be resident. Rays that are then left are dispatched again.
     lanes = 2 * ((std::uint64_t(rays) + c.batches - 1) / c.batches);
     if (c.batches == kUnbounded) lanes = rays;
+    // A CPU device runs a workgroup on one thread, so that few rays need as many workgroups as there are threads. A
+    // subgroup that finds no ray left ends at once.
+    if (gpu_.info().is_cpu()) lanes = std::max(lanes, std::min<std::uint64_t>(core_count(), packets) * c.workgroup);
     lanes = std::min<std::uint64_t>(lanes, std::max(c.resident_lanes, c.workgroup));
   }
   return std::uint32_t(std::min<std::uint64_t>((lanes + c.workgroup - 1) / c.workgroup, gpu_.info().max_group_count_x));

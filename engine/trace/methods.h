@@ -58,7 +58,7 @@ struct Method {
   bool ray_packets = false;  // packets hold several rays in each lane
   bool turns = false;        // all lanes take every step; counts them by shuffles
   bool instances = true;     // has kernels for forests (engine/bvh/forest.h)
-  bool chooses = false;      // method auto: has no kernel and runs the fastest of the others (auto/chooser.h)
+  bool chooses = false;      // method auto: has no kernel and runs one of the others (auto/auto.h)
   Threshold threshold = {};
   Defaults cpu = kCpu, gpu = kGpu;
 
@@ -156,15 +156,14 @@ inline constexpr Method kMethods[] = {
                    .what = "as dynamic-fetch, if the launch is persistent", .sweep = sweeps::kRefetch},
      .gpu = {.fetch = Fetch::Reference, .stack = StackPlace::Private, .launch = Launch::Persistent}},
     {.name = kAuto, .kernel = "",
-     .summary = "the fastest of these on this device, scene and ray class, found by trials on a sample of the rays",
+     .summary = "one of these, by a table of measured rows: the device, the ray class and the size of the batch decide",
      .own_stack = false, .chooses = true},
 };
 // clang-format on
 
 inline constexpr std::string_view kDefaultMethod = kAuto;
 
-/// The method for few rays, and for rays that other methods leave unfinished. It compiles fastest and is never far from
-/// the best.
+/// The method for rays that other methods leave unfinished.
 inline constexpr std::string_view kPlainestMethod = "while-while";
 
 /// Returns the method of this name. Throws Error(Arguments), which lists the methods, if there is none.

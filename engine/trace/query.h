@@ -13,8 +13,8 @@ struct Query {
   std::string method{kDefaultMethod};
   std::string numeric{kDefaultNumeric};
   Knobs knobs = {};
-  /// The ray class, for method auto. It is the name of a ray kind, or any other name that the caller gives to batches
-  /// that are alike. Empty: the class follows from the coherence and the length of the rays (auto/coherence.h).
+  /// The ray class, for method auto: the name of a ray kind, or "coherent", "mixed" or "incoherent" (auto/coherence.h).
+  /// Any other name, or none: it looks at the rays.
   std::string rays = {};
   bool operator==(const Query&) const = default;
 };

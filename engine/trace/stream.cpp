@@ -75,17 +75,17 @@ void StreamRing::copy(Slot& slot, bool in) {
   });
 }
 
-void StreamRing::trace(Tracer& tracer, Slot& slot, Query query, TraceTimes& times) {
-  if (query.rays.empty() && find_method(query.method).chooses)
-    query.rays = tracer.ray_class(
-        slot.rays_in_place
-            ? std::span(reinterpret_cast<const Ray*>(std::as_const(*slot.rays_in_place).mapped()), slot.count)
-            : room(slot).first(slot.count));
+void StreamRing::trace(Tracer& tracer, Slot& slot, Query query, std::uint64_t batch, TraceTimes& times) {
+  const std::span<const Ray> rays =
+      slot.rays_in_place ? std::span(reinterpret_cast<const Ray*>(std::as_const(*slot.rays_in_place).mapped()), chunk_)
+                         : room(slot);
+  tracer.classify(query, rays.first(slot.count), batch);
   if (tracer.prefill) {
     const std::vector<std::uint8_t> pattern(slot.count * sizeof(Hit), *tracer.prefill);
     slot.to().RawBuffer::upload(0, pattern.data(), pattern.size());
   }
   copy(slot, true);
+  query = tracer.resolve(std::move(query), slot.from(), slot.count, batch);
   if (tracer.can_record(query, slot.count)) {
     ++times.dispatches;
     tracer.record(slot.from(), slot.to(), slot.count, query, [&times](double ms) { times.device_ms += ms; });
@@ -146,7 +146,7 @@ TraceTimes StreamRing::run(Tracer& tracer, const RayStream& stream, const Query&
     more = count == asked && begun < stream.most;
     if (count == 0) break;
     slot.count = std::uint32_t(count);
-    trace(tracer, slot, query, times);
+    trace(tracer, slot, query, stream.most, times);
   }
   for (std::size_t i = 0; i < slots_.size(); ++i) deliver(slots_[(turn + i) % slots_.size()], stream, done);
   return times;

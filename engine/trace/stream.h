@@ -78,7 +78,7 @@ class StreamRing {
   void make_room(std::size_t chunk);
   std::span<Ray> room(Slot& slot) const;
   std::size_t fill(Slot& slot, const RayStream& stream, std::size_t& asked);
-  void trace(Tracer& tracer, Slot& slot, Query query, TraceTimes& times);
+  void trace(Tracer& tracer, Slot& slot, Query query, std::uint64_t batch, TraceTimes& times);
   void copy(Slot& slot, bool in);
   void deliver(Slot& slot, const RayStream& stream, std::uint64_t& done);
 

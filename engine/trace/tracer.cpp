@@ -25,26 +25,20 @@ Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles
       tree_(gpu, bvh, triangles, facts, std::move(built)),
       kernels_(gpu, tree_),
       dispatcher_(gpu, tree_, kernels_),
-      chooser_(
-          gpu, bvh,
-          [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
-            return trace(rays, hits, count, query).device_ms;
-          },
-          [this](const Query& query) { prepare(query); }) {}
+      chooser_(gpu, gpu.info(), bvh, false,
+               [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
+                 return trace(rays, hits, count, query).device_ms;
+               }) {}
 
 Tracer::Tracer(Context& gpu, Forest& forest)
     : gpu_(gpu),
       tree_(gpu, forest),
       kernels_(gpu, tree_),
       dispatcher_(gpu, tree_, kernels_),
-      chooser_(
-          gpu, forest.summary(),
-          [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
-            return trace(rays, hits, count, query).device_ms;
-          },
-          [this](const Query& query) { prepare(query); }) {
-  chooser_.has_instances = true;
-}
+      chooser_(gpu, gpu.info(), forest.summary(), true,
+               [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
+                 return trace(rays, hits, count, query).device_ms;
+               }) {}
 
 Tracer::~Tracer() = default;
 
@@ -90,14 +84,14 @@ KernelConfig Tracer::config_of(const Query& query) const {
 
 Tracer::Resolved& Tracer::resolved(const Query& asked) const {
   constexpr std::size_t kKept = 32;
-  const auto now = std::pair(chooser_.choices().changes(), tree_.generation());
+  const std::uint64_t now = tree_.generation();
   if (resolved_by_ != now || resolved_.size() == kKept) resolved_.clear();
   resolved_by_ = now;
-  if (const auto found = std::ranges::find(resolved_, asked, &Resolved::asked); found != resolved_.end()) return *found;
   const Query query = resolve(asked);
+  if (const auto found = std::ranges::find(resolved_, query, &Resolved::asked); found != resolved_.end()) return *found;
   const Method& method = find_method(query.method);
   const NumericMode& numeric = find_numeric(query.numeric, gpu_.info());
-  return resolved_.emplace_back(Resolved{asked, {&method, &numeric, query.want, config_of(query)}});
+  return resolved_.emplace_back(Resolved{query, {&method, &numeric, query.want, config_of(query)}});
 }
 
 Variant Tracer::variant(const Query& asked, bool counters) const { return counted(resolved(asked).variant, counters); }
@@ -113,7 +107,6 @@ Job Tracer::job(const Query& query, bool counters, bool indirect, CameraKind cam
 }
 
 void Tracer::prepare(const Query& query, bool counters, CameraKind camera) {
-  if (counters && !chooser_.has_chosen(query)) return;  // the trial comes first
   try {
     Variant v = variant(query, counters);
     v.camera = camera;
@@ -166,15 +159,9 @@ void Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, c
     trace(found, rays, hits, range, query, times);
 }
 
-TraceTimes Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& asked) {
+TraceTimes Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
   TraceTimes times;
-  Query query = asked;
-  const std::uint32_t first = chooser_.begin(query, rays, count);
-  if (first > 0) {
-    trace(rays, hits, {0, first}, resolve(query), times);
-    chooser_.try_candidates(query, rays, count);
-  }
-  trace(rays, hits, {first, count}, resolve(query), times);
+  trace(rays, hits, {0, count}, resolve(query, rays, count), times);
   return times;
 }
 
@@ -200,7 +187,7 @@ TraceTimes Tracer::trace(std::span<const Ray> rays, std::span<Hit> hits, const Q
     fail(Failure::Arguments, "trace: {} rays, but room for {} hits", rays.size(), hits.size());
   variant(asked);  // an unknown method is an error even without rays
   Query query = asked;
-  if (query.rays.empty() && find_method(query.method).chooses) query.rays = ray_class(rays);
+  classify(query, rays);
   std::size_t taken = 0, given = 0;
   RayStream stream{
       .most = rays.size(),
@@ -232,7 +219,7 @@ TraceTimes Tracer::trace(const RayStream& stream, const Query& query) {
 
 bool Tracer::can_record(const Query& query, std::uint32_t most) const {
   if (!gpu_.batches() || !chooser_.is_resolved(query, most)) return false;
-  const Variant& v = resolved(query).variant;
+  const Variant& v = resolved(resolve(query, most)).variant;
   return dispatcher_.can_record(v, most) && (!v.config.reorder || (!sorts_on_host() && most <= Reorder::kMost));
 }
 
@@ -256,8 +243,7 @@ void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
     done(trace(rays, hits, count, query).device_ms);
     return;
   }
-  chooser_.note(query, count);
-  const Job found = job(query);
+  const Job found = job(resolve(query, count));
   if (!found.variant.config.reorder) return dispatcher_.record(found, rays, hits, count, std::move(done));
   record_reordered({rays, {0, count}}, hits, std::move(done),
                    [&](const Buffer<Ray>& sorted, Buffer<Hit>& found_hits, const Context::Done& spent) {
@@ -267,8 +253,7 @@ void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t co
 
 void Tracer::record(const CameraRays& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
                     Context::Done done) {
-  chooser_.note(query, count);
-  dispatcher_.record(job(query, false, false, rays.kind), rays, hits, count, std::move(done));
+  dispatcher_.record(job(resolve(query, count), false, false, rays.kind), rays, hits, count, std::move(done));
 }
 
 void Tracer::record(const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect, const Query& query,

@@ -15,7 +15,7 @@
 namespace ballot {
 
 /// Traces rays in one tree on one device. It owns the tree's arrays (DeviceTree), the kernels (TraceKernels), their
-/// dispatches (Dispatcher) and the choices of method auto (Chooser). Repair finishes rays that the driver cut short.
+/// dispatches (Dispatcher) and what method auto goes by (Chooser). Repair finishes rays that the driver cut short.
 /// Reorder sorts the rays of queries with knob reorder=1, whose time counts as time of the trace. Belongs to the thread
 /// of its Context.
 class Tracer {
@@ -38,7 +38,7 @@ class Tracer {
   /// Moves the instances of the forest (DeviceTree::move_instances).
   void move_instances(std::span<const Transform> transforms) { tree_.move_instances(transforms); }
   /// Tells that the triangles have moved and the tree with them (DeviceTree::moved), or replaces a tree whose triangles
-  /// have moved. Choices of method auto that were made since the first move stay (Chooser::moved).
+  /// have moved (Chooser::moved).
   void moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
   void rebuilt(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                std::shared_ptr<DeviceBuild> built);
@@ -63,8 +63,8 @@ class Tracer {
   TraceTimes trace_counted(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query,
                            Buffer<RayStats>& stats);
 
-  /// Returns true if a trace of up to `most` rays can be recorded between other passes: method auto has chosen already,
-  /// and the host has no result of the dispatch to read back. query.rays must name the ray class.
+  /// Returns true if a trace of up to `most` rays can be recorded between other passes: method auto has nothing left to
+  /// compare, and the host has no result of the dispatch to read back. query.rays must name the ray class.
   bool can_record(const Query& query, std::uint32_t most) const;
 
   /// Records a trace if can_record() is true, else traces at once. `done` is given the device milliseconds, as by
@@ -85,29 +85,26 @@ class Tracer {
   /// Returns how the indirect dispatches of a query divide rays into workgroups.
   RayGroups groups_of(const Query& query) const { return dispatcher_.groups_of(resolved(query).variant); }
 
-  /// Begins to make the kernel on another thread that traces the next rays of a query: for method auto, whose ray class
-  /// query.rays must name, the chosen one or that of the first rays. If it cannot be made, the call that needs it says
-  /// why.
+  /// Begins to make the kernel of a query for long batches on another thread. If it cannot be made, the call that needs
+  /// it says why.
   void prepare(const Query& query, bool counters = false, CameraKind camera = CameraKind::None);
 
   /// Return the concrete query that a query runs as (Chooser::resolve).
-  Query resolve(const Query& query) const { return chooser_.resolve(query); }
-  Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count) {
-    return chooser_.resolve(std::move(query), rays, count);
+  Query resolve(const Query& query, std::size_t count = kManyRays) const { return chooser_.resolve(query, count); }
+  Query resolve(Query query, const Buffer<Ray>& rays, std::size_t count, std::size_t batch = 0) {
+    return chooser_.resolve(std::move(query), rays, count, batch);
   }
-
-  /// Returns the class of these rays (auto/coherence.h), found from a sample of them.
-  std::string ray_class(std::span<const Ray> rays) const { return chooser_.ray_class(rays); }
-
-  /// Returns the choices that method auto has made so far.
-  Choices& choices() { return chooser_.choices(); }
+  /// Names the class of rays in a query of method auto that names none (Chooser::classify).
+  void classify(Query& query, std::span<const Ray> rays, std::size_t batch = 0) const {
+    chooser_.classify(query, rays, batch);
+  }
 
   /// Returns the largest number of rays for one dispatch.
   std::uint32_t chunk_rays() const;
 
   /// Returns the kernel of a query, compiled on first use, for its name and compile times.
   const Kernel& kernel(const Query& query) { return *job(query).kernel->kernel; }
-  /// Returns the variant of a query. For method auto it is the variant of the query that resolve() returns.
+  /// Returns the variant of a query. For method auto: for long batches.
   Variant variant(const Query& query, bool counters = false) const;
 
   DeviceTree& tree() { return tree_; }
@@ -153,7 +150,7 @@ class Tracer {
   Chooser chooser_;
   std::optional<Reorder> reorder_;  // made on first use
   mutable std::vector<Resolved> resolved_;
-  mutable std::pair<std::uint64_t, std::uint64_t> resolved_by_;  // choices().changes() and tree generation of resolved_
+  mutable std::uint64_t resolved_by_ = 0;  // the tree's generation of resolved_
 };
 
 }  // namespace ballot

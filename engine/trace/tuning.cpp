@@ -134,9 +134,8 @@ void fit_sizes(KernelConfig& f, const DeviceInfo& d, const Knobs& knobs) {
 KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric, const DeviceInfo& device,
                                const Knobs& knobs) {
   if (method.chooses) {
-    const Query query =
-        unmeasured({.method = std::string(method.name), .numeric = std::string(numeric.name), .knobs = knobs}, device);
-    return kernel_config_for(find_method(query.method), numeric, device, query.knobs);
+    const AutoChoice choice = auto_choice({.numeric = std::string(numeric.name), .knobs = knobs}, device);
+    return kernel_config_for(find_method(choice.chosen.method), numeric, device, choice.chosen.knobs);
   }
   const Defaults& wants = device.is_cpu() ? method.cpu : method.gpu;
   KernelConfig f;

@@ -206,11 +206,4 @@ void prepare_pipeline(Context& gpu, const KernelSource& source) {
   });
 }
 
-void settle_pipelines(Context& gpu, double seconds) {
-  if (!gpu.pipelines()) return;
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(std::max(0.0, seconds));
-  for (const auto& [key, entry] : *static_cast<Pipelines*>(gpu.pipelines().get()))
-    if (entry.coming.valid()) entry.coming.wait_until(end);
-}
-
 }  // namespace ballot

@@ -80,7 +80,4 @@ std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSou
 /// Error(Work) if the source does not compile. Does nothing if that was begun or done before. Not thread-safe.
 void prepare_pipeline(Context& gpu, const KernelSource& source);
 
-/// Waits until no pipeline is being made on another thread, but no longer than that many seconds. Not thread-safe.
-void settle_pipelines(Context& gpu, double seconds);
-
 }  // namespace ballot

@@ -38,8 +38,8 @@ TEST_F(Info, ASceneWithEveryVariant) {
   EXPECT_EQ(all["scenes"][0]["name"], "square");
   for (const Method& m : kMethods) expect_parts(info.out, {m.name});
   EXPECT_EQ(all["variants"].size(), std::size(kMethods) - 1);  // method auto has no kernel of its own
-  EXPECT_EQ(all["choices"], nlohmann::json::array());
-  expect_parts(info.out, {"auto has chosen nothing yet", "--calibrate"});
+  EXPECT_EQ(all["auto"].size(), 4 * std::size(kRayKinds));
+  expect_parts(info.out, {"method auto takes", "diffuse", "shadow (any)"});
   expect_parts(all["command"], {"info square.glb --validate --json info.json"});
 }
 

@@ -28,7 +28,6 @@ struct Target {
 Target bvh_target();         // the cache of trees
 Target cache_target();       // folders of caches
 Target checkpoint_target();  // films on disk
-Target choices_target();     // the choices of method auto
 Target command_target();     // command lines
 Target exr_target();         // pictures, skies and parts of pictures
 Target gltf_target();

@@ -218,24 +218,6 @@ TEST(Together, RaysAreReadForTrialsAndThenMade) {
   expect_equal(read.image, made.image);
 }
 
-// Method auto chooses separately for shadow rays from primary hits and for shadow rays from later hits.
-TEST(Together, RaysToLightsAreChosenForByTheirHits) {
-  RenderOptions options = small("path", 24, "auto");
-  options.width = options.height = 128;
-  options.bounces = 3;
-  Scene closed = hall_scene();
-  for (const float z : {-1.0f, 4.0f}) add_rectangle(closed, {-40, -40}, {40, 40}, z);  // many secondary hits
-  finish_scene(closed);
-  Engine engine(std::move(closed), with_validation());
-  if (!engine.context()->info().is_cpu())
-    GTEST_SKIP() << "the picture has as many rays as method auto samples on CPU devices; a GPU needs more";
-  render(engine, engine.scene().views.front(), options);
-  std::vector<std::string> kinds;
-  for (const Choice& c : engine.tracer().choices().all()) kinds.push_back(c.rays);
-  for (const char* kind : {"primary", "diffuse", "shadow", "shadow of diffuse"})
-    EXPECT_NE(std::ranges::find(kinds, kind), kinds.end()) << kind;
-}
-
 // Waves of no ray, of one ray, and of as many rays as a wave can hold.
 TEST(Together, AnyNumberOfRays) {
   Scene away = hall_scene();

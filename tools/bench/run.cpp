@@ -93,7 +93,6 @@ class Run {
     auto engine =
         std::make_unique<Engine>(std::move(scene), options_.engine, [&](double done) { building.update(done); });
     options_.engine.context = engine->context();
-    engine->tracer().choices().try_all = true;  // measured is what auto comes to, not its first run
     return engine;
   }
 

@@ -93,7 +93,7 @@ std::uint32_t Batches::chunk_rays() const {
 }
 
 std::unique_ptr<RayBatch> Batches::make(std::string name, std::span<const Ray> rays, Want want) {
-  std::unique_ptr<RayBatch> batch(new RayBatch(std::move(name), "", tracer_.ray_class(rays), want));
+  std::unique_ptr<RayBatch> batch(new RayBatch(std::move(name), "", ray_class(rays), want));
   batch->add_chunks(gpu_, rays.size(), chunk_rays());
   std::size_t first = 0;
   for (Chunk& c : batch->chunks_) {
@@ -107,18 +107,16 @@ Query Batches::resolve(const RayBatch& batch, Query query) {
   query.want = batch.want_;
   query.rays = batch.ray_class_;
   if (batch.chunks_.empty()) return tracer_.resolve(query);
-  return tracer_.resolve(query, batch.chunks_[0].rays, batch.chunks_[0].count);
+  return tracer_.resolve(query, batch.chunks_[0].rays, batch.chunks_[0].count, batch.count());
 }
 
-// Chunks use one method: the one that auto has chosen once the first chunk is traced.
+// Chunks use one method: the one that auto takes for the first chunk.
 TraceTimes Batches::trace(RayBatch& batch, Query query) {
-  query.want = batch.want_;
-  query.rays = batch.ray_class_;
+  query = resolve(batch, std::move(query));
   tracer_.variant(query);  // throws on an unknown method even if there are no rays
   TraceTimes times;
   for (Chunk& c : batch.chunks_) {
     const TraceTimes part = tracer_.trace(c.rays, c.hits, c.count, query);
-    query = tracer_.resolve(query);
     times.device_ms += part.device_ms;
     times.dispatches += part.dispatches;
     times.retraced += part.retraced;

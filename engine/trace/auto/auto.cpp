@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
+#include <initializer_list>
+#include <span>
 #include <utility>
 
 #include "engine/core/error.h"
@@ -12,93 +13,121 @@ namespace ballot {
 
 namespace {
 
-/// A row of the table of candidates.
-struct CandidateRow {
-  bool cpu = false;
+/// A method and up to two knobs; no name: none. A value of the query takes precedence.
+struct Entry {
   std::string_view method;
-  /// Names and values; empty: as the tuning table has it. A value of the query takes precedence.
   std::array<std::pair<std::string_view, std::string_view>, 2> knobs = {};
-  bool any_only = false;
-  bool coherent = false;    // comes second for ray classes that are likely to be coherent
-  bool incoherent = false;  // not tried for ray classes that are likely to be coherent
-  bool large = false;       // for scenes of is_large() triangles alone
-  double entry_s = 0;       // entry_seconds(), measured on lavapipe 22.3.6
 };
 
-/// The candidates of method auto: those that measured best somewhere (tools/measured/traversal.md, "How far auto is
-/// from the best method in hindsight"). They are tried in this order, but for `coherent`. On CPUs, where a run has no
-/// time to compile more than two or three, the first is the one that compiles fastest: it serves all rays before the
-/// choice. The second is for incoherent rays or, if the class is likely to be coherent, for coherent ones. packet-wide
-/// with two rays a lane compiles in 0.4 of the time of eight, at 0.7 to 0.95 of the speed. packet-wide with fallback is
-/// no candidate: it compiles longer than either, and was best by more than 3 % in 1 of 70 pairs of scene and ray class.
-/// On GPUs leaves one at a time (leaf_run=0) pay in scenes of large triangles.
-constexpr CandidateRow kCandidateRows[] = {
-    {.cpu = true, .method = "while-while", .entry_s = 0.10},
-    {.cpu = true, .method = "bvh4-turns", .entry_s = 0.15},
-    {.cpu = true,
-     .method = "packet-wide",
-     .knobs = {{{"fallback", "0"}, {"rays", "2"}}},
-     .coherent = true,
-     .entry_s = 0.17},
-    {.cpu = true, .method = "dynamic-fetch", .entry_s = 0.12},
-    {.cpu = true,
-     .method = "bvh4-turns",
-     .knobs = {{{"reorder", "1"}}},
-     .incoherent = true,
-     .large = true,
-     .entry_s = 0.2},
-    {.cpu = true,
-     .method = "while-while",
-     .knobs = {{{"reorder", "1"}}},
-     .incoherent = true,
-     .large = true,
-     .entry_s = 0.2},
-    {.cpu = true, .method = "packet-wide", .knobs = {{{"fallback", "0"}}}, .entry_s = 0.34},
-    {.method = "while-while"},
-    {.method = "frontier"},
-    {.method = "frontier", .knobs = {{{"sorted", "0"}}}, .any_only = true},
-    {.method = "dynamic-fetch"},
-    {.method = "bvh8", .incoherent = true},
-    {.method = "bvh8", .knobs = {{{"reorder", "1"}}}, .incoherent = true, .large = true},
-    {.method = "dynamic-fetch", .knobs = {{{"reorder", "1"}}}, .incoherent = true, .large = true},
-    {.method = "bvh8", .knobs = {{{"sorted", "0"}}}, .any_only = true, .incoherent = true},
-    {.method = "if-if"},
-    {.method = "frontier", .knobs = {{{"frontier", "32"}}}},
-    {.method = "while-while", .knobs = {{{"sorted", "0"}}}, .any_only = true},
-    {.method = "while-while", .knobs = {{{"leaf_run", "0"}}}},
-    {.method = "frontier", .knobs = {{{"leaf_run", "0"}}}},
-    {.method = "dynamic-fetch", .knobs = {{{"leaf_run", "0"}}}},
+constexpr Entry kWhile{"while-while"}, kWhileAny{"while-while", {{{"sorted", "0"}}}};
+constexpr Entry kBvh8{"bvh8"}, kBvh8Any{"bvh8", {{{"sorted", "0"}}}};
+constexpr Entry kFrontierAny{"frontier", {{{"sorted", "0"}}}};
+constexpr Entry kTurns{"bvh4-turns"};
+constexpr Entry kWidest{"packet-wide", {{{"fallback", "0"}}}};
+constexpr Entry kWide{"packet-wide", {{{"fallback", "0"}, {"rays", "4"}}}};
+
+/// Sets of ray classes, as bits.
+enum Classes : unsigned {
+  kCoherent = 1,    // neighbours walk alike: primary, shadow, coherent
+  kMixed = 2,       // most do: reflect, secondary, mixed
+  kRefracted = 4,   // likewise, and better so: refract
+  kIncoherent = 8,  // few do: ao, diffuse, incoherent
+  kAlike = kMixed | kRefracted,
+  kAll = 15,
 };
 
-/// Returns true for the ray classes whose neighbours mostly walk alike.
-bool is_likely_coherent(std::string_view rays) {
-  return rays == "primary" || rays == "shadow" || rays.starts_with("foreign: coherent");
+constexpr std::pair<std::string_view, Classes> kClasses[] = {
+    {"primary", kCoherent},   {"shadow", kCoherent},      {"coherent", kCoherent}, {"reflect", kMixed},
+    {"secondary", kMixed},    {"mixed", kMixed},          {"refract", kRefracted}, {"ao", kIncoherent},
+    {"diffuse", kIncoherent}, {"incoherent", kIncoherent}};
+
+enum class Hits { Both, Nearest, Any };
+
+struct AutoRow {
+  bool cpu;
+  Classes classes;
+  Hits hits;
+  std::size_t least;   // rays of a batch
+  bool large = false;  // for scenes of at least kLarge triangles, whose rays it pays to sort
+  Entry chosen;
+  Entry rival = {};
+};
+
+// Measured on lavapipe 22.3.6 with 2 and 16 threads and on an NVIDIA H200, seven scenes, seven ray kinds, batches of
+// 10^3 to 10^6 rays, modes plain and watertight: tools/measured/auto.md has the tables.
+constexpr std::size_t kFew = 1 << 12, kSome = 1 << 15, kMany = 1 << 17;
+constexpr std::size_t kLarge = 1 << 18;
+constexpr AutoRow kAutoRows[] = {
+    {.cpu = true, .classes = kCoherent, .hits = Hits::Both, .least = kMany, .chosen = kWidest},
+    {.cpu = true, .classes = kCoherent, .hits = Hits::Both, .least = kFew, .chosen = kWide},
+    {.cpu = true, .classes = kAlike, .hits = Hits::Both, .least = kMany, .chosen = kWidest},
+    {.cpu = true, .classes = kAlike, .hits = Hits::Both, .least = kSome, .chosen = kWide},
+    {.cpu = true,
+     .classes = kIncoherent,
+     .hits = Hits::Both,
+     .least = kSome,
+     .large = true,
+     .chosen = {"bvh4-turns", {{{"reorder", "1"}}}}},
+    {.cpu = true, .classes = kAll, .hits = Hits::Both, .least = 0, .chosen = kTurns},
+    {.cpu = true,
+     .classes = kIncoherent,
+     .hits = Hits::Both,
+     .least = kSome,
+     .large = true,
+     .chosen = {"while-while", {{{"reorder", "1"}}}}},
+    {.cpu = true, .classes = kAll, .hits = Hits::Both, .least = 0, .chosen = {"dynamic-fetch"}},
+    {.cpu = true, .classes = kAll, .hits = Hits::Both, .least = 0, .chosen = kWhile},
+
+    {.cpu = false, .classes = kCoherent, .hits = Hits::Nearest, .least = 0, .chosen = kWhile},
+    {.cpu = false, .classes = kCoherent, .hits = Hits::Any, .least = kMany, .chosen = kWhileAny, .rival = kFrontierAny},
+    {.cpu = false, .classes = kAlike, .hits = Hits::Nearest, .least = kSome, .chosen = kWhile, .rival = kBvh8},
+    {.cpu = false, .classes = kMixed, .hits = Hits::Nearest, .least = 0, .chosen = kBvh8},
+    {.cpu = false, .classes = kIncoherent, .hits = Hits::Nearest, .least = kSome, .chosen = kWhile, .rival = kBvh8},
+    {.cpu = false, .classes = kIncoherent, .hits = Hits::Any, .least = kSome, .chosen = kWhileAny, .rival = kBvh8Any},
+    {.cpu = false, .classes = kAll, .hits = Hits::Nearest, .least = 0, .chosen = kWhile},
+    {.cpu = false, .classes = kAll, .hits = Hits::Any, .least = 0, .chosen = kWhileAny},
+};
+
+/// Returns the class by whose rays' hits shadow rays part: "diffuse" for "shadow of diffuse". Other names stay.
+std::string_view without_shadow(std::string_view name) {
+  constexpr std::string_view kShadowOf = "shadow of ";
+  return name.starts_with(kShadowOf) ? name.substr(kShadowOf.size()) : name;
 }
 
-/// Returns true for scenes in which it may pay to sort rays without coherence (tools/measured/traversal.md, "Knob
-/// reorder"): in smaller ones it seldom does.
-bool is_large(std::size_t triangles, const DeviceInfo& device) {
-  return triangles >= (device.is_cpu() ? std::size_t(1) << 16 : std::size_t(1) << 22);
+/// Returns the classes that a name may stand for: all if it is unknown.
+unsigned classes_of(std::string_view name) {
+  name = without_shadow(name);
+  const auto found = std::ranges::find(kClasses, name, &std::pair<std::string_view, Classes>::first);
+  return found == std::end(kClasses) ? unsigned(kAll) : unsigned(found->second);
 }
 
-/// Returns the kernel configuration of a candidate for the query, or nothing if the method cannot follow a knob or the
-/// device cannot run it. Then the reason goes into `why`, unless that has one.
-std::optional<KernelConfig> config_on(const DeviceInfo& device, const Query& query, const Candidate& candidate,
-                                      std::string& why) {
+/// Returns true if a row is for the device and the facts. `classes`: of the rays; an unknown class takes rows for all.
+bool fits(const AutoRow& row, const Query& query, unsigned classes, const DeviceInfo& device, const AutoFacts& facts) {
+  return row.cpu == device.is_cpu() && (row.classes & classes) == classes && facts.rays >= row.least &&
+         (row.hits == Hits::Both || (row.hits == Hits::Any) == (query.want == Want::Any)) &&
+         (!row.large || (facts.triangles >= kLarge && can_reorder(device)));
+}
+
+/// Returns an entry of the table for the query, or nothing if the device, the scene or the knobs rule it out. Then the
+/// reason goes into `why`, unless that has one.
+std::optional<Candidate> candidate(const Entry& entry, const Query& query, const DeviceInfo& device,
+                                   const AutoFacts& facts, std::string& why) {
+  if (entry.method.empty()) return {};
+  const Method& method = find_method(entry.method);
+  const NumericMode& numeric = find_numeric(query.numeric, device);
+  if (facts.instances && !method.instances) return {};
+  // In modes that need float64, kernels take seconds to compile, and those over wider trees gain nothing.
+  if (format_of(method.tree).collapsed() && (numeric.needs_float64 || !facts.collapses)) return {};
+  Candidate c{std::string(entry.method), query.knobs};
+  for (const auto& [knob, value] : entry.knobs)
+    if (!knob.empty()) c.knobs.emplace(knob, value);
   try {
-    return kernel_config_for(find_method(candidate.method), find_numeric(query.numeric, device), device,
-                             candidate.knobs);
+    kernel_config_for(method, numeric, device, c.knobs);
+    return c;
   } catch (const Error& e) {
     if (why.empty()) why = e.what();
-    return std::nullopt;
+    return {};
   }
-}
-
-/// Returns true if the candidate has this value of a knob, or if the knob has no name.
-bool has_knob(const Candidate& candidate, const std::pair<std::string_view, std::string_view>& knob) {
-  if (knob.first.empty()) return true;
-  const auto found = candidate.knobs.find(std::string(knob.first));
-  return found != candidate.knobs.end() && found->second == knob.second;
 }
 
 }  // namespace
@@ -109,76 +138,30 @@ std::string Candidate::name() const {
   return text;
 }
 
-std::vector<Candidate> candidates_for(const Query& query, const DeviceInfo& device, std::size_t triangles) {
-  std::vector<Candidate> candidates;
-  std::vector<std::pair<std::string_view, KernelConfig>>
-      kernels;  // of the candidates so far; a row that repeats one is left out
-  std::string why;
-  for (const CandidateRow& row : kCandidateRows) {
-    if (row.cpu != device.is_cpu() || (row.any_only && query.want != Want::Any)) continue;
-    if (row.incoherent && is_likely_coherent(query.rays)) continue;
-    if (row.large && (!is_large(triangles, device) || !can_reorder(device))) continue;
-    // In modes that need float64, kernels take seconds to compile, and those over wider trees gain nothing.
-    const Method& method = find_method(row.method);
-    if (format_of(method.tree).collapsed() && find_numeric(query.numeric).needs_float64) continue;
-    Candidate c{std::string(row.method), query.knobs};
-    for (const auto& [knob, value] : row.knobs)
-      if (!knob.empty()) c.knobs.emplace(knob, value);
-    const std::optional<KernelConfig> config = config_on(device, query, c, why);
-    if (!config || std::ranges::find(kernels, std::pair{row.method, *config}) != kernels.end()) continue;
-    kernels.emplace_back(row.method, *config);
-    const bool second = row.coherent && !candidates.empty() && is_likely_coherent(query.rays);
-    candidates.insert(second ? candidates.begin() + 1 : candidates.end(), std::move(c));
-  }
-  if (candidates.empty()) fail(Failure::Arguments, "method auto has nothing to choose from: {}", why);
-  return candidates;
-}
-
-double entry_seconds(const Candidate& candidate, const DeviceInfo& device) {
-  double longest = 0;
-  const CandidateRow* nearest = nullptr;  // the row that has the most of the candidate's knobs
-  std::ptrdiff_t most = 0;
-  for (const CandidateRow& row : kCandidateRows) {
-    if (row.cpu != device.is_cpu() || row.method != candidate.method) continue;
-    longest = std::max(longest, row.entry_s);
-    if (!std::ranges::all_of(row.knobs, [&](const auto& knob) { return has_knob(candidate, knob); })) continue;
-    const auto named = std::ranges::count_if(row.knobs, [](const auto& knob) { return !knob.first.empty(); });
-    if (named >= most) most = named, nearest = &row;
-  }
-  return nearest ? nearest->entry_s : longest;
-}
-
-Query unmeasured(const Query& query, const DeviceInfo& device) {
-  const std::vector<Candidate> candidates = candidates_for(query, device);
-  // The plainest method is the reference of a first race.
-  const auto plainest = std::ranges::find(candidates, kPlainestMethod, &Candidate::method);
-  const Candidate& likely = plainest == candidates.end() ? candidates.front() : *plainest;
-  Query concrete = query;
-  concrete.method = likely.method;
-  concrete.knobs = likely.knobs;
-  return concrete;
-}
-
-bool Choice::complete() const {
-  return std::ranges::all_of(candidates, [](const Candidate& c) { return c.tried || c.put_off_s > 0; });
-}
-
-double Choice::paid_s(std::size_t count) const {
-  const double batch_s = chosen().mrays_per_s > 0 ? double(count) / chosen().mrays_per_s * 1e-6 : 0;
-  return std::max((is_likely_coherent(rays) ? kShareIfCoherent : kShareOfTrials) * since_entry_s,
-                  kShareOfTrials * batch_s);
-}
-
-bool Choice::pays(double time_s) const {
-  return std::ranges::any_of(candidates, [&](const Candidate& c) { return c.put_off_s > 0 && c.put_off_s <= time_s; });
-}
-
-int Choice::runs_left() const { return std::max(1, kRunsOfTrials + 1 - runs); }
-
-Query Choice::apply(Query query) const {
-  query.method = chosen().method;
-  query.knobs = chosen().knobs;
+Query Candidate::apply(Query query) const {
+  query.method = method;
+  query.knobs = knobs;
   return query;
 }
+
+AutoChoice auto_choice(const Query& query, const DeviceInfo& device, const AutoFacts& facts) {
+  const unsigned classes = classes_of(query.rays);
+  std::string why;
+  // What fits; then what the knobs allow; then what they allow, although a tree has to be made for it.
+  for (const bool any_row : {false, true})
+    for (const bool any_tree : {false, true})
+      for (const AutoRow& row : kAutoRows) {
+        if (any_row ? row.cpu != device.is_cpu() : !fits(row, query, classes, device, facts)) continue;
+        AutoFacts allowed = facts;
+        allowed.collapses = facts.collapses || any_tree;
+        if (auto chosen = candidate(row.chosen, query, device, allowed, why))
+          return {std::move(*chosen), any_row ? std::nullopt : candidate(row.rival, query, device, facts, why)};
+      }
+  fail(Failure::Arguments, "method auto has nothing to choose from: {}", why);
+}
+
+bool is_ray_class(std::string_view name) { return classes_of(name) != kAll; }
+
+bool depends_on_class(const DeviceInfo& device, std::size_t rays) { return rays >= (device.is_cpu() ? kFew : kSome); }
 
 }  // namespace ballot

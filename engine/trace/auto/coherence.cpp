@@ -1,10 +1,7 @@
 #include "engine/trace/auto/coherence.h"
 
-#include <fmt/format.h>
 #include <algorithm>
 #include <cmath>
-#include <glm/geometric.hpp>
-#include <vector>
 
 namespace ballot {
 
@@ -12,7 +9,6 @@ namespace {
 
 constexpr std::size_t kRun = 64;  // neighbours that packets would hold together
 constexpr double kCoherent = 0.9, kMixed = 0.4;
-constexpr double kShort = 0.1;  // of the scene's diagonal
 
 bool alive(const Ray& r) {
   float sum = r.t_min + r.t_max;
@@ -34,25 +30,12 @@ bool agrees(std::span<const Ray> run) {
 
 }  // namespace
 
-std::string ray_class_of(std::span<const Ray> rays, const Bounds& scene) {
+std::string_view ray_class_of(std::span<const Ray> rays) {
   std::size_t runs = 0, agreeing = 0;
   for (std::size_t first = 0; first < rays.size(); first += kRun, ++runs)
     agreeing += agrees(rays.subspan(first, std::min(kRun, rays.size() - first)));
-  std::vector<double> lengths;
-  for (const Ray& r : rays)
-    if (alive(r)) lengths.push_back(double(r.t_max) * glm::length(glm::dvec3(r.dir)));
   const double share = runs ? double(agreeing) / double(runs) : 1;
-  bool is_short = false;
-  if (!lengths.empty()) {
-    const auto middle = lengths.begin() + std::ptrdiff_t(lengths.size() / 2);
-    std::nth_element(lengths.begin(), middle, lengths.end());
-    is_short = *middle < kShort * glm::length(glm::dvec3(scene.hi) - glm::dvec3(scene.lo));
-  }
-  return fmt::format("foreign: {}, {}",
-                     share >= kCoherent ? "coherent"
-                     : share >= kMixed  ? "mixed"
-                                        : "incoherent",
-                     is_short ? "short" : "long");
+  return share >= kCoherent ? "coherent" : share >= kMixed ? "mixed" : "incoherent";
 }
 
 }  // namespace ballot

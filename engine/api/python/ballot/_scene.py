@@ -49,7 +49,7 @@ class Scene(Queries):
     instances     (k, 3, 4) or (k, 4, 4) float32 or float64: a matrix for each instance of a mesh, whose points p lie at
                   m[:3, :3] @ p + m[:3, 3]. None: each mesh lies where its vertices say
     instance_meshes  with `instances`: (k,) integers, the mesh of each, from 0; None: 0
-    cache         keep the tree and the choices of method auto on disk, in $XDG_CACHE_HOME/ballot
+    cache         keep the tree on disk, in $XDG_CACHE_HOME/ballot
     updates       how update() moves the tree. "refit": boxes move, its shape stays, so traces slow down as triangles
                   move apart. "rebuild": anew. "auto": refits until queries have lost as much time as a build takes
     expected_rays hint for builder "auto": rays that will be traced in all; 0: unknown
@@ -204,7 +204,8 @@ class Scene(Queries):
                    fastest one
         numeric    "watertight", "exact", "plain" or "fast"
         knobs      settings of the method, such as {"vote": "count"}
-        ray_class  a name for rays that are alike, for method auto
+        ray_class  for method auto: a ray kind ("primary", "shadow", "ao", "diffuse", ...), or "coherent",
+                   "mixed", "incoherent"; None: it looks at the rays
         progress   called with the share done, 0 to 1, after about each million rays; returning False ends the call with
                    Error (Code.INTERRUPTED). It must not call ballot.
         times      a list that the Times of the call are appended to
