@@ -141,17 +141,6 @@ std::vector<BuilderFigures> measure_builders(const Scene& scene, std::span<const
   return all;
 }
 
-/// Returns the number of rays from which a builder is done sooner than the quickest one; nothing: it never is.
-std::optional<double> pays_from(const BuilderFigures& of, const BuilderFigures& quickest, std::size_t kind) {
-  const double own = of.mrays_per_s[kind], other = quickest.mrays_per_s[kind];
-  if (!(own > other) || !(other > 0)) return {};
-  return std::max(0.0, of.median_s() - quickest.median_s()) / (1 / other - 1 / own) * 1e6;
-}
-
-const BuilderFigures& quickest_of(const std::vector<BuilderFigures>& all) {
-  return *std::ranges::min_element(all, {}, [](const BuilderFigures& f) { return f.median_s(); });
-}
-
 void print_builders(const std::vector<BuilderFigures>& all, const BuilderRun& run) {
   std::vector<std::string> header{"builder", "build ms", "Mtris/s", "peak MiB", "nodes", "SAH cost"};
   for (const std::string& kind : run.kinds) header.push_back(kind + " Mrays/s");
@@ -167,20 +156,6 @@ void print_builders(const std::vector<BuilderFigures>& all, const BuilderRun& ru
     table.row(row);
   }
   say("{}", table.text());
-  const BuilderFigures& quickest = quickest_of(all);
-  std::vector<std::string> kinds{"rays from which it pays"};
-  kinds.insert(kinds.end(), run.kinds.begin(), run.kinds.end());
-  bench::Table even(kinds);
-  for (const BuilderFigures& f : all) {
-    if (f.builder == quickest.builder) continue;
-    std::vector<std::string> row{fmt::format("{} instead of {}", f.builder, quickest.builder)};
-    for (std::size_t k = 0; k < run.kinds.size(); ++k) {
-      const auto rays = pays_from(f, quickest, k);
-      row.push_back(rays ? fmt::format("{:.2g}", *rays) : "never");
-    }
-    even.row(row);
-  }
-  if (!even.empty()) say("{}", even.text());
 }
 
 void add_builder_records(const std::string& scene, const std::vector<BuilderFigures>& all, const BuilderRun& run,
@@ -193,11 +168,7 @@ void add_builder_records(const std::string& scene, const std::vector<BuilderFigu
                           {"peak_mib", f.peak_mib ? nlohmann::json(*f.peak_mib) : nlohmann::json()},
                           {"nodes", f.stats.nodes},
                           {"sah", f.stats.sah}};
-    for (std::size_t k = 0; k < run.kinds.size(); ++k) {
-      const auto rays = pays_from(f, quickest_of(all), k);
-      record["mrays_per_s"][run.kinds[k]] = f.mrays_per_s[k];
-      record["pays_from_rays"][run.kinds[k]] = rays ? nlohmann::json(*rays) : nlohmann::json();
-    }
+    for (std::size_t k = 0; k < run.kinds.size(); ++k) record["mrays_per_s"][run.kinds[k]] = f.mrays_per_s[k];
     json["records"].push_back(std::move(record));
   }
 }
@@ -246,15 +217,14 @@ BuilderRun builder_run(const RunArgs& run) {
 
 std::string builders_text() {
   return "measures builders of trees instead of methods: comma-separated names, or 'all'. For each scene a table of\n"
-         "time, memory, cost and traced speed by --rays, and the rays from which a better tree pays";
+         "time, memory, cost and traced speed by --rays";
 }
 
 int bench_builders(const RunArgs& run, const std::string& list) {
   const BuilderRun what = builder_run(run);
   const DeviceInfo& device = what.gpu->info();
   const std::vector<const Builder*> builders = builders_of(list, device);
-  nlohmann::json json{{"device", device.name}, {"driver", device.driver},   {"subgroup_size", device.subgroup_size},
-                      {"commit", commit()},    {"command", command_line()}, {"records", nlohmann::json::array()}};
+  nlohmann::json json = device_header("builders", device);
   for (const std::string& file : run.scenes) {
     const Scene scene = load_scene(file, {.allow_outside = run.engine.allow_outside});
     run.engine.files.check_read();

@@ -1,11 +1,11 @@
-// Measures the builders of trees: time, memory, cost, how fast their trees are traced, and when the better tree pays.
+// Measures the builders of trees: time, memory, cost, and how fast their trees are traced.
 #pragma once
 
 #include "tools/run_args.h"
 
 namespace ballot::cli {
 
-/// Measures each builder of a comma-separated list, or "all", on each scene. Prints two tables a scene and writes the
+/// Measures each builder of a comma-separated list, or "all", on each scene. Prints a table a scene and writes the
 /// figures with --json. Returns the exit code. Throws Error(Arguments) for a builder that does not exist.
 int bench_builders(const RunArgs& run, const std::string& builders);
 

@@ -157,6 +157,7 @@ int bench_frames(const RunArgs& run, const BenchFrameArgs& args) {
       table.emplace(std::vector<std::string>{"update", "built", "pose ms", "build ms", "refit ms", "ready ms",
                                              "generate ms", "trace ms", "shade ms", "frames/s", "decay"});
       json = record_header(engine, opened.load_s);
+      json["kind"] = "frames";
     }
     measure_frame(engine, frames, plan.frames[0]);  // compiles the kernels
     std::vector<FrameFigures> figures;

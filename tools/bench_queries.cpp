@@ -343,8 +343,7 @@ int bench_queries(const RunArgs& run, const std::string& queries, const QueryChe
   const DeviceInfo& device = gpu->info();
   QueryRun what = query_run(run, queries, checks.exact, device);
   what.quick = checks.quick;
-  nlohmann::json json{{"device", device.name}, {"driver", device.driver},   {"subgroup_size", device.subgroup_size},
-                      {"commit", commit()},    {"command", command_line()}, {"records", nlohmann::json::array()}};
+  nlohmann::json json = device_header("queries", device);
   EngineOptions options = run.options().engine;
   options.context = gpu;
   JudgedQueries judged;

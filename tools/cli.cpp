@@ -55,14 +55,6 @@ void EngineArgs::note_files() {
   json = files.writes("--json", json).string();
 }
 
-void note_folder(CommandFiles& files, const std::string& folder, std::span<const char* const> names) {
-  if (folder.empty()) return;
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) fail(Failure::Work, "--report {}: cannot create the folder: {}", folder, error.message());
-  for (const char* name : names) files.writes("--report", std::filesystem::path(folder) / name);
-}
-
 void add_allow_outside(CLI::App& app, bool& allowed) {
   app.add_flag("--allow-outside", allowed,
                "let the scene read buffers, images and materials that are not in its folder or below it");

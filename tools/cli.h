@@ -73,9 +73,6 @@ void write_json(const std::string& path, Engine& engine, nlohmann::json json);
 /// Prints which pass took longest on the device.
 void print_longest(const Context::Timed& pass);
 
-/// Makes the folder of --report, if one is named, and notes its files as outputs. Throws Error.
-void note_folder(CommandFiles& files, const std::string& folder, std::span<const char* const> names);
-
 /// Adds --allow-outside for commands that load scenes.
 void add_allow_outside(CLI::App& app, bool& allowed);
 /// Adds --verbose, with which a command also prints kernels and where the time went.
@@ -106,7 +103,6 @@ void add_check(CLI::App& app, int& result);
 void add_view(CLI::App& app, int& result);
 void add_bench(CLI::App& app, int& result);
 void add_verify(CLI::App& app, int& result);
-void add_report(CLI::App& app, int& result);
 void add_methods(CLI::App& app, int& result);
 void add_shaders(CLI::App& app, int& result);
 

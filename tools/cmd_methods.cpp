@@ -2,7 +2,6 @@
 
 #include "engine/ballot.h"
 #include "tools/bench/markdown.h"
-#include "tools/bench/readme.h"
 #include "tools/cli.h"
 
 namespace ballot::cli {
@@ -86,18 +85,52 @@ const Listing kListings[] = {{"methods", "Traversal methods (--method)", methods
                              {"numeric", "Numeric modes (--numeric)", numeric_table},
                              {"builders", "BVH builders (--build)", builders_table}};
 
+std::string begin_of(const std::string& name) { return "<!-- " + name + ":begin -->"; }
+std::string end_of(const std::string& name) { return "<!-- " + name + ":end -->"; }
+
+/// Returns the positions of the lines that equal `mark`.
+std::vector<std::size_t> lines_of(const std::string& text, const std::string& mark) {
+  std::vector<std::size_t> found;
+  for (std::size_t at = text.find(mark); at != std::string::npos; at = text.find(mark, at + 1))
+    if ((at == 0 || text[at - 1] == '\n') && (at + mark.size() == text.size() || text[at + mark.size()] == '\n'))
+      found.push_back(at);
+  return found;
+}
+
+/// Replaces the section of a table in the text of a file, if it has one. Returns false if it has none. Throws
+/// Error(Work) for marks that are missing, there twice, or in the wrong order.
+bool replace_section(const std::string& file, std::string& text, const Listing& listing) {
+  const std::string marks[] = {begin_of(listing.name), end_of(listing.name)};
+  const std::vector<std::size_t> places[] = {lines_of(text, marks[0]), lines_of(text, marks[1])};
+  if (places[0].empty() && places[1].empty()) return false;
+  for (int i = 0; i < 2; ++i)
+    if (places[i].size() != 1)
+      fail(Failure::Work, "{}: found {} lines '{}', expected one; mark the place for the {} with '{}' and '{}'", file,
+           places[i].size(), marks[i], listing.name, marks[0], marks[1]);
+  const std::size_t begin = places[0][0] + marks[0].size(), end = places[1][0];
+  if (end < begin) fail(Failure::Work, "{}: found '{}' before '{}', expected it after", file, marks[1], marks[0]);
+  text.replace(begin, end - begin, "\n\n" + listing.table());
+  return true;
+}
+
 /// Rewrites the sections of these files. All files are checked before the first is written.
 void write_tables(const std::vector<std::string>& files) {
-  std::vector<std::string> names;
-  for (const Listing& listing : kListings) names.push_back(listing.name);
-  std::vector<std::vector<std::string>> sections;
-  for (const std::string& file : files) sections.push_back(bench::check_sections(file, names));
-  for (std::size_t i = 0; i < files.size(); ++i)
-    for (const Listing& listing : kListings)
-      if (std::ranges::find(sections[i], listing.name) != sections[i].end()) {
-        bench::write_readme(files[i], listing.name, listing.table());
-        say("wrote the {} in {}\n", listing.name, files[i]);
-      }
+  std::vector<std::string> texts, said;
+  for (const std::string& file : files) {
+    const auto bytes = read_file(file);
+    std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size()), known;
+    const std::size_t before = said.size();
+    for (const Listing& listing : kListings) {
+      if (replace_section(file, text, listing)) said.push_back(fmt::format("wrote the {} in {}\n", listing.name, file));
+      append(known, "'" + begin_of(listing.name) + "'");
+    }
+    if (said.size() == before)
+      fail(Failure::Work, "{}: found no section to write, expected one of the lines {}, with its end", file, known);
+    check_writable(file);
+    texts.push_back(std::move(text));
+  }
+  for (std::size_t i = 0; i < files.size(); ++i) write_file(files[i], texts[i]);
+  for (const std::string& line : said) say("{}", line);
 }
 
 int run_methods(const std::vector<std::string>& files) {

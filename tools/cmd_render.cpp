@@ -334,7 +334,7 @@ void add_part_options(CLI::App& cmd, RenderArgs& args) {
                "continue from the checkpoint if there is one; the picture gets the same bits as without a break");
   cmd.add_option("--reference", args.reference,
                  "EXR to compare with while rendering: prints RMSE, relative MSE and FLIP over time, and writes\n"
-                 "OUT.errors.json and a plot");
+                 "OUT.errors.json, which tools/report draws");
 }
 
 }  // namespace

@@ -1,25 +1,21 @@
 #include <optional>
 
-#include "tools/bench/readme.h"
 #include "tools/bench_queries.h"
 #include "tools/help.h"
 #include "tools/picture_size.h"
 #include "tools/run_args.h"
 #include "tools/verify/hard.h"
 #include "tools/verify/origins.h"
-#include "tools/verify/report.h"
 #include "tools/verify/tables.h"
 
 namespace ballot::cli {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 struct VerifyArgs {
   RunArgs run;
   bool methods_given = false, hard = false, quick = false, origins = false;
-  std::string readme, queries;
+  std::string queries;
   std::optional<double> tolerance;  // most wrong answers per million rays; none: no limit
 };
 
@@ -50,8 +46,8 @@ bench::Plan hard_plan(const VerifyArgs& args) {
 }
 
 void check(const VerifyArgs& args) {
-  if (args.origins && (args.hard || !args.run.scenes.empty() || !args.readme.empty()))
-    fail(Failure::Arguments, "--origins is a study of its own scenes; leave out SCENE, --hard and --readme");
+  if (args.origins && (args.hard || !args.run.scenes.empty()))
+    fail(Failure::Arguments, "--origins is a study of its own scenes; leave out SCENE and --hard");
   if (args.run.scenes.empty() && !args.hard && !args.origins)
     fail(Failure::Arguments,
          "verify: nothing to verify; give SCENE, --hard, both, or --origins; 'ballot verify --help' lists the "
@@ -63,27 +59,6 @@ void check(const VerifyArgs& args) {
   if (args.tolerance && !(*args.tolerance >= 0 && *args.tolerance <= 1e6))
     fail(Failure::Arguments, "--tolerance: {} is not a number of wrong answers per million rays between 0 and 1000000",
          *args.tolerance);
-}
-
-void check_outputs(VerifyArgs& args) {
-  args.run.note_files(verify::kReportFiles);
-  if (args.readme.empty()) return;
-  args.run.engine.files.writes("--readme", args.readme);
-  bench::check_readme(args.readme, "accuracy");
-}
-
-/// Saves the run so far to its files; called after every block, so that a killed run loses little.
-void save_report(const RunArgs& args, const bench::Document& document) {
-  const nlohmann::json json = bench::to_json(document);
-  if (!document.partial || !descriptor_of(args.engine.json)) write_json(args.engine.json, json);  // a stream: once
-  if (!args.report.empty()) write_json((fs::path(args.report) / "verify.json").string(), json);
-}
-
-void print_places(const bench::Document& part) {
-  const std::vector<bench::Document> documents{part};
-  for (const verify::Platform& platform : verify::platforms_of(documents))
-    for (const verify::Place& place : platform.places) say("{}", verify::place_table(place));
-  std::fflush(stdout);
 }
 
 void add_hard_cases(const VerifyArgs& args, const bench::RunOptions& options, const bench::Plan& plan, Found& found) {
@@ -108,12 +83,12 @@ Found measure(VerifyArgs& args) {
   std::optional<bench::Plan> scene_plan, hard;
   if (!given.scenes.empty()) scene_plan = given.make_plan();
   if (args.hard) hard = hard_plan(args);
-  check_outputs(args);
+  given.note_files();
   auto scenes = scene_plan ? bench::load_scenes(given.scenes, *scene_plan, given.engine.load_options())
                            : std::vector<bench::LoadedScene>();
   Found found;
-  const bench::RunHooks hooks{print_places, [&](const bench::Document& document) { save_report(given, document); }};
-  if (scene_plan) found.run = bench::run(*scene_plan, std::move(scenes), options, hooks);
+  const auto save = [&](const bench::Document& document) { given.save(document); };
+  if (scene_plan) found.run = bench::run(*scene_plan, std::move(scenes), options, save);
   if (hard && !found.run.document.partial) add_hard_cases(args, options, *hard, found);
   return found;
 }
@@ -122,18 +97,18 @@ Found measure(VerifyArgs& args) {
 bool print_failures(const VerifyArgs& args, const Found& found) {
   std::map<std::string, std::uint64_t> broken;
   std::size_t above = 0;
-  const auto judge = [&](const bench::Accuracy& a) {
-    above += args.tolerance && verify::per_million(a.wrong(), a.rays) > *args.tolerance;
+  const auto judge = [&](const ErrorFigures& e) {
+    above += args.tolerance && 1e6 * double(bench::wrong_of(e)) > *args.tolerance * double(e.rays);
   };
   for (const bench::Record& r : found.run.document.records)
-    if (r.accuracy) {
-      broken[r.numeric] += bench::broken_promises(*r.accuracy, r.numeric);
-      judge(*r.accuracy);
+    if (r.errors) {
+      broken[r.numeric] += bench::broken_promises(*r.errors, r.numeric);
+      judge(*r.errors);
     }
   for (const bench::HardRecord& r : found.run.document.hard) {
     if (!r.failed.empty()) say_aside("ballot: hard case {} failed: {}\n", r.name, r.failed);
     broken[r.failed.empty() ? r.numeric : "a hard case"] += verify::broken_promises(r);
-    if (r.failed.empty()) judge(r.accuracy);
+    if (r.failed.empty()) judge(r.errors);
   }
   bool any = above > 0 || !found.not_refused.empty();
   for (const auto& [numeric, count] : broken) {
@@ -148,22 +123,10 @@ bool print_failures(const VerifyArgs& args, const Found& found) {
 
 int finish_run(const VerifyArgs& args, const Found& found) {
   const bench::RunResult& run = found.run;
-  save_report(args.run, run.document);
+  args.run.save(run.document);
   say("{}\n", verify::verdict(run.document));
   print_longest(run.document.longest);
-  if (!args.run.report.empty()) {
-    const std::string missing = verify::write_report(args.run.report, {run.document});
-    if (!missing.empty()) say_aside("ballot: {}\n", missing);
-    say("wrote {}\n", (fs::path(args.run.report) / "verify.md").string());
-  }
-  if (!args.readme.empty()) {
-    bench::write_readme(args.readme, "accuracy", verify::readme_text({run.document}));
-    say("wrote the accuracy in {}\n", args.readme);
-  }
-  if (run.failed) std::rethrow_exception(run.failed);
-  if (run.signal != 0) say_aside("ballot: interrupted; what was measured is kept\n");
-  if (run.without > 0) say_aside("ballot: {} pairs of scene and ray kind have no rays (above)\n", run.without);
-  if (run.messages > 0) say_aside("ballot: {} validation messages (above)\n", run.messages);
+  bench::say_end(run);
   const bool failures = print_failures(args, found);
   if (run.signal != 0) return 128 + run.signal;
   return failures || run.document.partial || run.without > 0 || run.messages > 0 ? 1 : 0;
@@ -180,7 +143,7 @@ void add_options(CLI::App& cmd, VerifyArgs& args) {
   cmd.add_flag("--origins", args.origins,
                "run another study instead: where secondary rays start. Counts self hits and lost contacts of every\n"
                "offset policy over generated scenes of 1e-6 to 1e6 scene units, up to 1e6 times their size away from\n"
-               "the origin; takes minutes. It takes --size, --quick, --json, --report and --device alone");
+               "the origin; takes minutes. It takes --size, --quick, --json and --device alone");
   cmd.add_option(
       "--queries", args.queries,
       "as that of bench, with each answer checked; with --hard also on the rays and points of the hard cases; " +
@@ -192,17 +155,12 @@ void add_options(CLI::App& cmd, VerifyArgs& args) {
   cmd.add_option("--tolerance", args.tolerance,
                  "largest number of wrong answers per million rays that a record may have, 0 to 1000000; with more,\n"
                  "the exit code is 1 [no limit]");
-  cmd.add_option("--report", args.run.report, "folder for verify.md, verify.json, verify.csv and a plot");
-  cmd.add_option("--readme", args.readme,
-                 "text file in which to replace the section between the lines <!-- accuracy:begin --> and\n"
-                 "<!-- accuracy:end -->");
 }
 
 void run_origins(VerifyArgs& args) {
-  args.run.note_files(verify::kOriginFiles);
+  args.run.note_files();
   verify::OriginStudyArgs study{.engine = args.run.engine.options(),
                                 .json = args.run.engine.json,
-                                .report = args.run.report,
                                 .command = command_line(),
                                 .quick = args.quick};
   if (!args.run.size.empty()) parse_size(args.run.size, study.width, study.height);
@@ -216,7 +174,7 @@ void add_verify(CLI::App& app, int& result) {
   CLI::App* cmd = app.add_subcommand(
       "verify", "measures speed and error: as bench, and checks every answer against an exact oracle");
   cmd->footer(
-      "Example: ballot verify scenes/cornell.gltf --rays primary,rays.npy --repeat 5 --report out/verify\n"
+      "Example: ballot verify scenes/cornell.gltf --rays primary,rays.npy --repeat 5 --json verify.json\n"
       "Exit code 1 if a conservative mode gave an answer that its rounding error bound does not explain, if mode "
       "exact\n"
       "gave any wrong answer, or if a hit record was not written; in the hard cases also if a conservative mode leaks "
@@ -226,13 +184,12 @@ void add_verify(CLI::App& app, int& result) {
       "Ctrl-C ends the run after the current dispatch, or while the exact answers are computed; the results so far are "
       "kept.");
   add_options(*cmd, *args);
-  show_first(*cmd,
-             {"--methods", "--rays", "--numeric", "--size", "--repeat", "--hard", "--report", "--device", "--json"});
+  show_first(*cmd, {"--methods", "--rays", "--numeric", "--size", "--repeat", "--hard", "--device", "--json"});
   cmd->callback([args, cmd, &result] {
     args->methods_given = cmd->count("--methods") > 0;
     check(*args);
     if (!args->queries.empty()) {
-      args->run.note_files({});
+      args->run.note_files();
       result = bench_queries(args->run, args->queries, {.exact = true, .hard = args->hard, .quick = args->quick});
       return;
     }

@@ -36,8 +36,8 @@ The C++ run time (libstdc++ of GCC 12 or newer) is the system's, because drivers
 `view` also needs the system's GLFW 3.3 or newer (Debian: libglfw3; libglfw3-wayland for Wayland without X11). The other
 commands do not.
 
-The plots of `bench --report` and `verify --report` are drawn by Python 3 with matplotlib (Debian: python3-matplotlib).
-Without it a report has no plots, and says how to draw them later.
+`python3 share/ballot/report` makes tables, comparisons and plots of what `bench` and `verify` write with --json. Plots
+need matplotlib (Debian: python3-matplotlib).
 
 Compiled shaders are cached in $XDG_CACHE_HOME/ballot or ~/.cache/ballot. Licences, of what is
 compiled in too, are in share/doc; share/doc/ballot/NOTICE lists them.
@@ -134,8 +134,7 @@ def fill(folder: Path, binary: Path, scenes: list[Path]) -> None:
     set_rpath(program, "$ORIGIN/../lib")
     copy_notices(folder)
     share.mkdir(parents=True, exist_ok=True)
-    for script in ("plot_common.py", "plot_bench.py", "plot_verify.py", "plot_origins.py", "plot_render.py"):
-        shutil.copy(ROOT / "tools" / script, share / script)
+    shutil.copytree(ROOT / "tools" / "report", share / "report", ignore=shutil.ignore_patterns("__pycache__"))
     (share / "scenes").mkdir()
     for scene in scenes:
         for file in files_of_scene(scene):

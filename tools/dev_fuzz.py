@@ -35,8 +35,7 @@ READERS = {
     "mesh": ["engine/scene/load_ply.cpp", "engine/scene/ply_file.cpp", "engine/scene/load_stl.cpp"],
     "npy": ["engine/core/npy*.cpp", "engine/scene/load_npy.cpp"],
     "obj": ["engine/scene/load_obj.cpp", "engine/scene/obj_*.cpp", "engine/scene/polygon.cpp"],
-    "results": ["tools/bench/document_read.cpp", "tools/bench/accuracy.cpp", "tools/bench/json_place.h"],
-    "views": ["tools/views_file.cpp", "tools/bench/json_place.h"],
+    "views": ["tools/views_file.cpp"],
 }
 SANITIZERS = {"ASAN_OPTIONS": "quarantine_size_mb=16:detect_leaks=1:allocator_may_return_null=1",
               "UBSAN_OPTIONS": "print_stacktrace=1"}

@@ -40,7 +40,7 @@ PACKAGES = {
     "xvfb": ("a display for the tests of the viewer", {"test"}),
     "vulkan-validationlayers": ("a validation message fails a test", {"test"}),
     "openexr": ("exrheader, with which the tests check EXR files", {"test"}),
-    "python3-matplotlib": ("draws the plots of `ballot bench --report`", {"test"}),
+    "python3-matplotlib": ("draws the plots of tools/report", {"test"}),
     "libjemalloc2": ("a malloc with which the tests' kernels compile faster", {"test"}),
     "patchelf": ("lets private libraries find each other", {"test", "bundle"}),
     "pkg-config": ("finds the installed library, as programs of others do", {"test"}),
@@ -54,7 +54,7 @@ PACKAGES = {
 }
 OPTIONAL = {
     "vulkan-tools": "vulkaninfo, which lists the Vulkan drivers",
-    "python3-matplotlib": "draws the plots of `ballot bench --report`; without it the report has no plots",
+    "python3-matplotlib": "draws the plots of tools/report",
 }
 
 

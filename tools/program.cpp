@@ -1,4 +1,4 @@
-// The command line: ballot info | render | merge | trace | distance | inside | check | view | bench | verify | report |
+// The command line: ballot info | render | merge | trace | distance | inside | check | view | bench | verify |
 // methods | shaders.
 #include "tools/program.h"
 
@@ -75,8 +75,8 @@ int run(int argc, char** argv) {
       "  ballot render scenes/cornell.gltf --view all --size 512x512 --png --out out/\n"
       "  ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy --method packet --knob vote=count\n"
       "  ballot view scenes/cornell.gltf --method packet --shading heat --heat lanes\n"
-      "  ballot bench scenes/cornell.gltf --rays primary,ao --sweep --report out/bench/\n"
-      "  ballot verify scenes/cornell.gltf --rays primary --report out/verify/\n"
+      "  ballot bench scenes/cornell.gltf --rays primary,ao --sweep --json bench.json\n"
+      "  ballot verify scenes/cornell.gltf --rays primary --json verify.json\n"
       "Exit codes: 0 done, 1 the work failed, 2 the arguments are wrong, 3 no usable device.";
   use_two_levels(app);
   int result = 0;
@@ -90,7 +90,6 @@ int run(int argc, char** argv) {
   add_view(app, result);
   add_bench(app, result);
   add_verify(app, result);
-  add_report(app, result);
   add_methods(app, result);
   add_shaders(app, result);
   app.footer(footer);  // here, so that commands do not inherit it
@@ -110,8 +109,7 @@ int run(int argc, char** argv) {
     say_failure(fmt::format(
         "{}{}; {}", name.empty() ? "" : name + ": ", extra ? in_words(app.remaining(true), taken) : in_words(error),
         name.empty() ? "give one of: info, render, merge, trace, distance, inside, check, view, bench, verify, "
-                       "report, methods, shaders; "
-                       "'ballot --help' explains them"
+                       "methods, shaders; 'ballot --help' explains them"
                      : "'ballot " + name + " --help' lists the arguments"));
     return int(Failure::Arguments);
   }

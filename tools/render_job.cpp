@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "tools/bench/plots.h"
 #include "tools/interrupt.h"
 
 namespace ballot::cli {
@@ -193,7 +192,7 @@ void finish_job(const fs::path& exr) {
 }
 
 void report_errors(const Rendered& rendered, const fs::path& exr) {
-  nlohmann::json json{{"picture", exr.filename().string()}, {"records", nlohmann::json::array()}};
+  nlohmann::json json{{"kind", "errors"}, {"picture", exr.filename().string()}, {"records", nlohmann::json::array()}};
   say("  {:>8} {:>10} {:>12} {:>12} {:>8}\n", "samples", "seconds", "RMSE", "relMSE", "FLIP");
   for (const ErrorAt& e : rendered.errors) {
     say("  {:>8} {:>10.3f} {:>12.6f} {:>12.6f} {:>8.4f}\n", e.samples, e.seconds, e.error.rmse, e.error.relmse,
@@ -204,11 +203,8 @@ void report_errors(const Rendered& rendered, const fs::path& exr) {
                                {"relmse", e.error.relmse},
                                {"flip", e.error.flip}});
   }
-  const fs::path file = errors_of(exr), folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  write_file(file, json_text(json, 2), Links::Replace);
-  const bench::Plots plots = bench::draw_plots(folder, "plot_render.py", file.filename().string());
-  say("  errors over time: {}{}\n", file.string(),
-      plots.files.empty() ? "; no plot: " + plots.missing : " and " + (folder / plots.files[0]).string());
+  write_file(errors_of(exr), json_text(json, 2), Links::Replace);
+  say("  errors over time: {}\n", errors_of(exr).string());
 }
 
 }  // namespace ballot::cli

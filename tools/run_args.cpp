@@ -34,6 +34,16 @@ std::string methods_text() {
   return text;
 }
 
+nlohmann::json device_header(const char* kind, const DeviceInfo& device) {
+  return {{"kind", kind},
+          {"device", device.name},
+          {"driver", device.driver},
+          {"subgroup_size", device.subgroup_size},
+          {"commit", commit()},
+          {"command", command_line()},
+          {"records", nlohmann::json::array()}};
+}
+
 void RunArgs::add_options(CLI::App& cmd) {
   std::string modes;
   for (const NumericMode& m : kNumericModes) modes += fmt::format("\n  {:<14} {}", m.name, m.summary);
@@ -68,10 +78,13 @@ void RunArgs::add_options(CLI::App& cmd) {
   engine.add_options(cmd);
 }
 
-void RunArgs::note_files(std::span<const char* const> report_files) {
+void RunArgs::note_files() {
   for (const std::string& scene : scenes) engine.files.reads("SCENE", scene);
   engine.note_files();
-  note_folder(engine.files, report, report_files);
+}
+
+void RunArgs::save(const bench::Document& document) const {
+  if (!document.partial || !descriptor_of(engine.json)) write_json(engine.json, bench::to_json(document));
 }
 
 bench::RunOptions RunArgs::options() const {

@@ -1,7 +1,6 @@
 // The options of the commands that measure: bench and verify.
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "tools/bench/run.h"
@@ -14,15 +13,18 @@ struct RunArgs {
   std::vector<std::string> scenes;
   bench::PlanArgs plan;
   bench::RunOptions run;
-  std::string size, report;
+  std::string size;
 
   /// Adds the options for scenes, methods, rays, numeric modes, views, sizes, repeats and device. The members hold the
   /// defaults.
   void add_options(CLI::App& cmd);
 
-  /// Notes the scenes as inputs, and --json and the files of the report's folder, which it makes, as outputs. Throws as
-  /// CommandFiles does.
-  void note_files(std::span<const char* const> report_files);
+  /// Notes the scenes as inputs and --json as an output. Throws as CommandFiles does.
+  void note_files();
+
+  /// Writes the run so far to --json; called after every block, so that a killed run loses little. A stream gets the
+  /// whole run alone.
+  void save(const bench::Document& document) const;
 
   /// Returns the checked options of the run. Throws Error(Arguments) for values out of range.
   bench::RunOptions options() const;
@@ -31,6 +33,9 @@ struct RunArgs {
   /// Error(Arguments), and as bench::make_plan does.
   bench::Plan make_plan() const;
 };
+
+/// Returns the JSON of a run of this kind on the device, without records.
+nlohmann::json device_header(const char* kind, const DeviceInfo& device);
 
 /// Returns a line for each method with the votes and the threshold that it takes.
 std::string methods_text();

@@ -157,6 +157,14 @@ std::string Cli::write(const std::string& name, std::string_view content) const 
   return name;
 }
 
+std::string Cli::report(const std::string& args) const {
+  const std::string line = "cd '" + path("").string() +
+                           "' && PYTHONDONTWRITEBYTECODE=1 python3 '" BALLOT_SOURCE_DIR "/tools/report' " + args +
+                           " > '" + (root_ / "streams/out").string() + "'";
+  EXPECT_EQ(std::system(line.c_str()), 0) << line;
+  return read_all(root_ / "streams/out");
+}
+
 std::string Cli::read(const std::string& name) const { return read_all(path(name)); }
 
 std::set<std::string> Cli::files() const {

@@ -46,6 +46,9 @@ class Cli : public ::testing::Test {
   /// Starts ballot and kills it with SIGKILL as soon as the file exists.
   void kill_when_there_is(const std::string& file, const Words& args) const;
 
+  /// Runs tools/report with the arguments, of one line of a shell, and expects exit code 0. Returns what it printed.
+  std::string report(const std::string& args) const;
+
   std::filesystem::path path(const std::string& name) const { return root_ / "work" / name; }
   std::string write(const std::string& name, std::string_view content) const;  // returns `name`
   std::string read(const std::string& name) const;

@@ -69,11 +69,9 @@ TEST_F(BadFiles, ImagesBeyondTheirBuffer) {
 
 TEST_F(BadFiles, DeepJson) {
   const std::string deep = std::string(100000, '[') + std::string(100000, ']');
-  for (const std::string& text : {deep, "{\"documents\": " + deep + "}", "{\"views\": " + deep + "}"}) {
+  for (const std::string& text : {deep, "{\"views\": " + deep + "}"}) {
     write("deep.json", text);
     const auto parts = {std::string_view("deep.json: its JSON nests deeper than 256 brackets at byte 2")};
-    refuse(1, parts, {"report", "deep.json", "--report", "out"});
-    refuse(1, parts, {"bench", "--compare", "deep.json", "deep.json"});
     square();
     refuse(1, parts, {"render", "square.glb", "--size", "4x4", "--out", "p.exr", "--views-file", "deep.json"});
   }

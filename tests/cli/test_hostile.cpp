@@ -97,16 +97,5 @@ TEST_F(Hostile, NamesThatTheUserDidNotGiveAreNoLinks) {
   EXPECT_TRUE(fs::exists(path("named.exr")));
 }
 
-// The scripts lie beside the program, or in the source tree around it: elsewhere they may be another user's.
-TEST_F(Hostile, ScriptsOfABuildMachineAreNotRun) {
-  square();
-  fs::create_directory(path("bin"));
-  fs::copy_file(BALLOT_BINARY, path("bin/ballot"));
-  succeed({"bench", "square.glb", "--rays", "primary", "--size", "8x8", "--methods", "packet", "--repeat", "1",
-           "--json", "bench.json"});
-  EXPECT_EQ(shell("bin/ballot report bench.json --report out 2> err"), 0);
-  expect_one_line({"no plots: plot_bench.py is neither in ../share/ballot of the program nor in a source tree"});
-}
-
 }  // namespace
 }  // namespace ballot::test

@@ -85,9 +85,6 @@ TEST_F(Outputs, InputsAreNotReplaced) {
   fs::create_symlink("new.npy", path("leads-to-new"));
   refuse(2, {"it would be written twice, as --out names it too"},
          {"trace", "s.gltf", "--rays", r, r, "--out", "new.npy", "leads-to-new"});
-  write("results.json", "{}");
-  refuse(1, {"results.json"}, {"report", "results.json", "--report", "."});
-  EXPECT_EQ(read("results.json"), "{}");
 }
 
 TEST_F(Outputs, NamesThatAreNotUtf8LoseNoResult) {

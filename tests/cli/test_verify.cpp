@@ -4,9 +4,7 @@
 #include "engine/render/batch/ray_kinds.h"
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
-#include "tests/cli/bench_json.h"
 #include "tests/cli/cli.h"
-#include "tests/cpu/needs.h"
 #include "tools/hard/hard.h"
 
 namespace ballot::test {
@@ -15,7 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kCornell = BALLOT_SOURCE_DIR "/scenes/cornell.gltf";
-const Environment kNoPython{{"BALLOT_PYTHON", "/nowhere"}};
 
 class Verify : public Cli {
  protected:
@@ -39,26 +36,6 @@ class Verify : public Cli {
     write("shaders/shared/layout.h", text);
     return {{"BALLOT_SHADERS", path("shaders").string()}};
   }
-
-  /// Returns an invented verified run: mode fast has wrong answers; watertight has none and takes a quarter more time.
-  static nlohmann::json made_up_verify(const std::string& device) {
-    nlohmann::json run = made_up_run(device);
-    for (const char* numeric : {"fast", "watertight"}) {
-      const bool fast = std::string(numeric) == "fast";
-      nlohmann::json record = made_up({.label = "while-while", .method = "while-while", .ms = fast ? 1.0 : 1.25});
-      record["numeric"] = numeric;
-      record["verified_rays"] = 1000000;
-      for (const char* count : {"ties", "wrong_values", "within_bound", "unwritten", "self_hits", "false_hits"})
-        record[count] = 0;
-      record["false_misses"] = fast ? 12 : 0;
-      record["wrong_prims"] = fast ? 8 : 0;
-      record["beyond_bound"] = fast ? 3 : 0;
-      record["t_ulp"] = {{"median", 0.5}, {"p99", 3}, {"max", 17}};
-      record["cases"] = nlohmann::json::array();
-      run["records"].push_back(record);
-    }
-    return run;
-  }
 };
 
 /// Expects every field that a verified record must have.
@@ -72,8 +49,7 @@ void expect_contract(const nlohmann::json& record) {
 
 TEST_F(Verify, CornellIsMeasuredHeldToTheOracleAndReported) {
   const Result result = succeed({"verify", kCornell, "--size", "32x32", "--repeat", "2", "--views", "view0", "--rays",
-                                 "primary,ao", "--json", "verify.json", "--report", "out"},
-                                kNoPython);
+                                 "primary,ao", "--json", "verify.json"});
   expect_parts(result.out, {"cornell, primary", "cornell, ao", "beyond bound", "image RMSE", "watertight: none of"});
   const auto run = json("verify.json");
   std::set<std::string> methods, modes;
@@ -94,12 +70,8 @@ TEST_F(Verify, CornellIsMeasuredHeldToTheOracleAndReported) {
   }
   EXPECT_EQ(methods, (std::set<std::string>{std::string(kDefaultMethod), "packet"}));
   EXPECT_EQ(modes.size(), std::size(kNumericModes));
-  EXPECT_EQ(json("out/verify.json"), run);
-  const std::string csv = read("out/verify.csv");
-  EXPECT_EQ(std::size_t(std::count(csv.begin(), csv.end(), '\n')), run["records"].size() + 1);
-  expect_parts(csv, {",self_hits,beyond_range,"});
-  expect_parts(read("out/verify.md"), {"# Speed against error", "## What a mode costs", "## Wrong answers per million",
-                                       "## Speed against error: ", "--rays primary,ao", "no plots"});
+  expect_parts(report("tables verify.json"),
+               {"## What a numeric mode costs", "wrong per million", "## Speed against error: ", "--rays primary,ao"});
 }
 
 TEST_F(Verify, OwnRaysNearestAndAny) {
@@ -147,8 +119,8 @@ TEST_F(Verify, AnswersBeyondTheBoundAreAFailureAndListed) {
 
 // The device tests (HardCases) test that the hard cases hold. This test checks that the command reports them correctly.
 TEST_F(Verify, HardCasesNeedNoScene) {
-  const Result result = run({"verify", "--hard", "--quick", "--methods", "while-while", "--numeric", "watertight",
-                             "--json", "verify.json", "--report", "out"});
+  const Result result = run(
+      {"verify", "--hard", "--quick", "--methods", "while-while", "--numeric", "watertight", "--json", "verify.json"});
   expect_parts(result.out, {"hard case", "worst method", "leaks", "promise", "watertight: "});
   const auto run = json("verify.json");
   EXPECT_TRUE(run["records"].empty());
@@ -165,43 +137,7 @@ TEST_F(Verify, HardCasesNeedNoScene) {
   EXPECT_EQ(names.size(), hard_cases().size());
   EXPECT_EQ(result.code, broken > 0 ? 1 : 0) << result.err;
   EXPECT_EQ(result.out.find("**broken**") != std::string::npos, broken > 0);
-  expect_parts(read("out/verify.md"), {"## Hard cases", std::string(hard_cases()[0].what)});
-  expect_parts(read("out/verify.csv"), {"hard/" + std::string(hard_cases()[0].name)});
-  write("README.md", "<!-- accuracy:begin -->\n<!-- accuracy:end -->\n");
-  succeed({"report", "verify.json", "--readme", "README.md"});
-  expect_parts(read("README.md"), {"### Hard cases", std::string(hard_cases()[0].name)});
-}
-
-TEST_F(Verify, ReportsStandSideBySideInAReadme) {
-  write("gpu.json", made_up_verify("Imagined GPU").dump());
-  write("cpu.json", made_up_verify("Imagined CPU").dump());
-  write("bench.json", made_up_bench().dump());
-  write("README.md",
-        "above\n<!-- results:begin -->\n<!-- results:end -->\n<!-- accuracy:begin -->\nto be replaced\n<!-- "
-        "accuracy:end -->\nend");
-  succeed({"report", "gpu.json", "cpu.json", "bench.json", "--readme", "README.md", "--report", "out"}, kNoPython);
-  const std::string text = read("README.md");
-  EXPECT_EQ(text.find("to be replaced"), std::string::npos);
-  EXPECT_TRUE(text.starts_with("above\n") && text.ends_with("<!-- accuracy:end -->\nend"));
-  expect_parts(text,
-               {"### What a mode costs", "Imagined GPU: fast", "Imagined CPU: watertight", "+25.0 %", "20.0 (3.0)",
-                "fast: 20 of 1.0 million answers wrong (20.0 per million), 3 beyond the bound of its arithmetic",
-                "watertight: none of 1.0 million answers wrong", "### Table 2"});
-  for (const char* file : {"out/verify.md", "out/report.md", "out/verify.json", "out/results.json"})
-    EXPECT_TRUE(files().contains(file)) << file;
-  EXPECT_EQ(json("out/verify.json")["documents"].size(), 2u);
-  succeed({"report", "out/verify.json", "--report", "again"}, kNoPython);
-  EXPECT_EQ(read("again/verify.json"), read("out/verify.json"));
-  EXPECT_EQ(read("again/verify.csv"), read("out/verify.csv"));
-}
-
-TEST_F(Verify, DrawsAPlot) {
-  write("gpu.json", made_up_verify("Imagined GPU").dump());
-  const Result result = succeed({"report", "gpu.json", "--report", "out"});
-  // Without matplotlib, standard error says that it is missing.
-  BALLOT_NEEDS(result.err.find("no plots") == std::string::npos, result.err);
-  for (const char* plot : {"out/accuracy-1.svg", "out/accuracy-1.png"}) EXPECT_TRUE(files().contains(plot)) << plot;
-  expect_parts(read("out/verify.md"), {"![accuracy-1](accuracy-1.svg)"});
+  expect_parts(report("tables verify.json"), {"## Hard cases", hard_cases()[0].name, hard_cases()[0].from});
 }
 
 TEST_F(Verify, BadArguments) {
@@ -213,15 +149,7 @@ TEST_F(Verify, BadArguments) {
   refuse(2, {"'warp'", "packet"}, {"verify", "--hard", "--methods", "warp"});
   refuse(2, {"--repeat: 0"}, {"verify", "square.glb", "--repeat", "0"});
   refuse(2, {"no device is called 'abacus'"}, {"verify", "--hard", "--device", "abacus"});
-  refuse(1, {"--report square.glb"}, {"verify", "square.glb", "--report", "square.glb"});
   refuse(1, {"nowhere/v.json", "no folder nowhere"}, {"verify", "square.glb", "--json", "nowhere/v.json"});
-  write("README.md", "no markers\n");
-  refuse(1, {"README.md", "found 0 lines '<!-- accuracy:begin -->'", "mark the place for the accuracy"},
-         {"verify", "square.glb", "--readme", "README.md"});
-  nlohmann::json wrong = made_up_verify("Imagined GPU");
-  wrong["records"][0]["ties"] = -1;
-  write("wrong.json", wrong.dump());
-  refuse(1, {"wrong.json", "records[0].ties", "0 or more", "-1"}, {"report", "wrong.json", "--report", "out"});
 }
 
 TEST_F(Verify, HelpTeachesModesKindsAndExitCodes) {
@@ -229,8 +157,7 @@ TEST_F(Verify, HelpTeachesModesKindsAndExitCodes) {
   for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
   for (const RayKind& kind : kRayKinds) expect_parts(text, {kind.name, kind.summary});
   for (const NumericMode& m : kNumericModes) expect_parts(text, {m.name, m.summary});
-  expect_parts(text, {"--hard", "--quick", "--cases", "--tolerance", "--report", "--readme", "FILE.npy", "--ao-rays",
-                      "Exit code 1", "Ctrl-C"});
+  expect_parts(text, {"--hard", "--quick", "--cases", "--tolerance", "FILE.npy", "--ao-rays", "Exit code 1", "Ctrl-C"});
 }
 
 }  // namespace

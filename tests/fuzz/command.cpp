@@ -36,8 +36,6 @@ void enter_folder() {
   fs::current_path(home);
   write("s.glb", test::one_triangle().glb());
   write("v.json", R"({"views": [{"name": "a", "position": [0, 1, 2], "orientation": [0, 0, 0, 1], "yfov": 1}]})");
-  write("readme.md", "<!-- results:begin -->\n<!-- results:end -->\n");
-  write("b.json", R"({"device": "a", "records": [], "scenes": []})");
   const std::vector<Ray> rays(4, Ray{.origin = {0, 0, 2}, .t_min = 0, .dir = {0, 0, -1}, .t_max = 9});
   write_rays("r.npy", rays);
   for (const char* part : {"0/2", "1/2"}) {
@@ -89,9 +87,8 @@ std::vector<std::string> arguments_of(std::string_view input) {
 std::vector<std::string> command_seeds() {
   return {"render\ns.glb\n--view\nall\n--size\n16x16\n--spp\n2\n--out\no.exr\n--png\n--method\npacket\n--crop\n0,0,4,4",
           "trace\ns.glb\n--rays\nr.npy\n--out\nh.npy\n--knob\nvote=count\n--numeric\nexact\n--any",
-          "bench\ns.glb\n--rays\nprimary,ao\n--methods\npacket,cut:threshold=3\n--report\nout\n--json\nb2.json",
+          "bench\ns.glb\n--rays\nprimary,ao\n--methods\npacket,cut:threshold=3\n--json\nb2.json",
           "merge\np0.exr\np1.exr\n--out\nm.exr",
-          "report\nb.json\n--report\nout\n--readme\nreadme.md",
           "info\ns.glb\n--json\n-",
           "verify\ns.glb\n--rays\nr.npy\n--numeric\nplain,exact",
           "view\ns.glb\n--views-file\nv.json\n--shading\nheat",
@@ -104,7 +101,6 @@ std::vector<std::string> command_seeds() {
 std::vector<std::string> command_words() {
   return {"--out\n",
           "--json\n",
-          "--report\n",
           "--size\n",
           "--spp\n",
           "--tiles\n1_2\n",
@@ -123,7 +119,6 @@ std::vector<std::string> command_words() {
           "--knob\n",
           "--numeric\n",
           "--rays\n",
-          "--compare\nb.json\nb.json\n",
           "--memory\n1\n",
           "--device\n",
           "--help\n",

@@ -26,7 +26,7 @@ struct Row {
 constexpr Row kTargets[] = {{"bvh", bvh_target},         {"cache", cache_target}, {"checkpoint", checkpoint_target},
                             {"command", command_target}, {"exr", exr_target},     {"gltf", gltf_target},
                             {"mesh", mesh_target},       {"npy", npy_target},     {"obj", obj_target},
-                            {"results", results_target}, {"views", views_target}};
+                            {"views", views_target}};
 
 constexpr const char* kRaw[] = {"std::",       "vector::", "basic_string", "json.exception",      "bad_alloc",
                                 "bad_variant", "_M_",      "map::at",      "fault inside Ballot", "terminate called"};

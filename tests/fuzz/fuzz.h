@@ -31,11 +31,10 @@ Target checkpoint_target();  // films on disk
 Target command_target();     // command lines
 Target exr_target();         // pictures, skies and parts of pictures
 Target gltf_target();
-Target mesh_target();     // PLY and STL
-Target npy_target();      // triangles, rays, hits and points
-Target obj_target();      // with a material file
-Target results_target();  // the JSON of `ballot bench` and `ballot verify`
-Target views_target();    // the JSON of views
+Target mesh_target();   // PLY and STL
+Target npy_target();    // triangles, rays, hits and points
+Target obj_target();    // with a material file
+Target views_target();  // the JSON of views
 
 /// Returns the names of all targets.
 std::vector<std::string> target_names();

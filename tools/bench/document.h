@@ -1,9 +1,22 @@
-// The results of one run of `ballot bench` or `ballot verify`, and its JSON file, which the runner writes and the
-// report and the comparison read.
+// The results of one run of `ballot bench` or `ballot verify`, and the JSON that --json writes.
+//
+// The JSON of a run of methods has `kind` "methods", the fields of Document by their names here (`longest_pass` for
+// `longest`), and two or three lists of objects:
+//   scenes    name; triangles, degenerate, references, nodes, leaves, depth, sah, bytes, build_s, from_cache, builder;
+//             load_s
+//   records   an entry on the rays of one view: the fields of Record by their names here. `trace_ms` and `frame_ms` are
+//             objects of median, p10, p90 and samples; `counters` holds means a ray, but for active_share, packet_share
+//             and stack_max; `check` holds rays, same, tie, false_misses, false_hits, wrong_prims, wrong_t, unwritten.
+//             Of `verify`: verified_rays, the counts of ErrorFigures (engine/oracle/errors.h) and t_ulp, image_rmse of
+//             primary rays, and cases: index, kind, within_bound, reason, ray, answer, truth
+//   hard      of `verify --hard`: case, from, what, rays, any, closed, label, method, knobs, numeric, ray_count, leaks,
+//             unlike_known, differing, failed, and the figures of `verify`
+// Times are milliseconds, or seconds where a name ends in _s. Fields that a run has no value for are left out; NaN is
+// null. The other kinds, "builders", "frames", "queries" and "origins", have `device`, `driver`, `commit`, `command`
+// and records of their own (tools/bench_builders.cpp and so on). tools/report reads all of them.
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,7 +24,6 @@
 #include <vector>
 
 #include "engine/ballot.h"
-#include "tools/bench/accuracy.h"
 
 namespace ballot::bench {
 
@@ -25,20 +37,12 @@ Times times_of(std::vector<double> samples);
 /// Returns the quantile at `share`, 0 to 1, interpolated linearly between neighbours. Needs at least one value.
 double quantile(std::vector<double> values, double share);
 
-/// The counts of hits checked against the CPU oracle.
-struct Checked {
-  std::uint64_t rays = 0, same = 0, tie = 0, false_misses = 0, false_hits = 0, wrong_prims = 0, wrong_t = 0,
-                unwritten = 0;
-  std::uint64_t errors() const { return false_misses + false_hits + wrong_prims + wrong_t + unwritten; }
-};
-
 /// The role of an entry.
 enum class Role {
   Method,  // a method with given knobs
   Sweep,   // one threshold of a sweep
   Best     // a method with the best threshold of its sweep
 };
-const char* role_name(Role role);  // the name in JSON and CSV
 
 /// The threshold at which a hybrid method switches: its knob and the value.
 struct ThresholdValue {
@@ -51,6 +55,7 @@ struct Record {
   std::string scene, view, rays;  // rays: name of a ray kind or of a .npy file
   bool any = false;
   std::string label, method, numeric;
+  std::string runs;  // the method that ran: that of `method`, or what auto chose
   Role role = Role::Method;
   Knobs knobs;
   std::optional<ThresholdValue> threshold;  // sweep records always have one
@@ -61,26 +66,37 @@ struct Record {
   std::optional<Times> frame;  // from ray generation to film; none for sweeps and for rays of .npy files
   std::map<std::string, double>
       counters;  // by name: means per ray of kCounters; also active_share, packet_share and stack_max
-  std::optional<Checked> check;
-  std::optional<Accuracy> accuracy;  // of `ballot verify`; none for sweeps
-
-  double mrays_per_s() const { return double(ray_count) / trace.median * 1e-3; }
+  std::optional<HitCheck> check;
+  std::optional<ErrorFigures> errors;  // of `ballot verify`; none for sweeps
+  std::optional<double> image_rmse;    // tools/bench/image_error.h; primary rays of `ballot verify` only
 };
 
 /// The answers of one entry on one set of rays of a hard case (tools/hard/hard.h). It has no times.
 struct HardRecord {
-  std::string name, from, what;  // of the case
+  std::string name, from, what;  // of the case; "case" in JSON
   std::string rays;
   bool any = false, closed = false;  // closed: the rays start inside a closed mesh, so every miss is a leak
   std::string label, method, numeric;
   Knobs knobs;
   std::uint64_t leaks = 0;
-  std::uint64_t unlike = 0;  // answers that differ from those known by construction
-  std::uint64_t differing =
-      0;  // answers that differ in a bit from those of this mode's first entry; for any hit: in hit or miss
-  Accuracy accuracy;
+  std::uint64_t unlike = 0;     // "unlike_known" in JSON: answers that differ from those known by construction
+  std::uint64_t differing = 0;  // answers that differ in a bit from those of this mode's first entry; for any hit: in
+                                // hit or miss
+  ErrorFigures errors;
   std::string failed;  // the reason if the case could not be traced; then there is no entry and no figure
 };
+
+/// Adds the counts of other answers. Of errors in ulp the largest remain; cases are left out.
+void add(ErrorFigures& sum, const ErrorFigures& other);
+
+/// Returns the number of false misses, false hits and wrong prims.
+std::uint64_t wrong_of(const ErrorFigures& errors);
+
+/// Returns the number of answers that break the promise of the numeric mode. Mode exact promises the exact answer, ties
+/// included. Conservative modes promise that their error bound explains each wrong answer, and that no value is beyond
+/// it. The other modes promise only that every record is written. (A record that was not written is beyond every bound,
+/// too.)
+std::uint64_t broken_promises(const ErrorFigures& errors, const std::string& numeric);
 
 struct SceneFigures {
   std::string name;
@@ -92,7 +108,6 @@ nlohmann::json scene_json(const SceneFigures& scene);
 nlohmann::json longest_json(const Context::Timed& pass);
 
 struct Document {
-  std::string source;  // the file that it was read from
   std::string device, driver, commit, command, clock, date;
   bool cpu = false;
   std::map<std::string, std::string> environment;  // the variables of kEnvironment that were set
@@ -114,13 +129,5 @@ inline constexpr const char* kEnvironment[] = {"VK_DRIVER_FILES", "VK_ICD_FILENA
                                                "BALLOT_SHADERS"};
 
 nlohmann::json to_json(const Document& document);
-
-/// Reads the documents of a file: one object as `ballot bench --json` and `ballot verify --json` write it, or several
-/// under "documents" as in the results.json of a report. Throws Error(Work) that names the file, the place in it, what
-/// was found and what was expected.
-std::vector<Document> read_documents(const std::filesystem::path& path);
-
-/// Returns a single document as its object, several ones under "documents".
-nlohmann::json to_json(const std::vector<Document>& documents);
 
 }  // namespace ballot::bench

@@ -30,13 +30,4 @@ std::string label_of(const Method& method, const Knobs& knobs, bool best) {
   return fmt::format("{}({})", method.name, fmt::join(parts, ","));
 }
 
-std::string label_by_count(const std::string& label) {
-  const std::string name = label.substr(0, label.find('('));
-  for (const Method& method : kMethods)
-    if (method.name == name && method.threshold.unit != Threshold::None && method.takes(Vote::Any) &&
-        label.ends_with(')') && label.find("count") == std::string::npos && label.find("sum") == std::string::npos)
-      return label.substr(0, label.size() - 1) + ",count)";
-  return "";
-}
-
 }  // namespace ballot::bench

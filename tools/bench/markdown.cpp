@@ -56,8 +56,4 @@ std::string figure(double value) {
   return fmt::format("{:.{}f}", value, digits);
 }
 
-std::string percent(double ratio) { return fmt::format("{:+.1f} %", 100 * (ratio - 1)); }
-
-std::string bold(const std::string& text) { return "**" + text + "**"; }
-
 }  // namespace ballot::bench

@@ -1,4 +1,4 @@
-// Markdown tables and number formats of a report.
+// Tables and numbers in a terminal.
 #pragma once
 
 #include <string>
@@ -21,8 +21,5 @@ class Table {
 
 /// Returns a number with at least four significant digits: "5867", "36.84", "0.9931".
 std::string figure(double value);
-/// Returns a ratio as a change in per cent: "+12.3 %" for 1.123.
-std::string percent(double ratio);
-std::string bold(const std::string& text);
 
 }  // namespace ballot::bench

@@ -33,12 +33,13 @@ std::map<std::string, double> counter_figures(const Counters& counters) {
 struct Runner {
   const Entry* entry;
   Samples trace, frame;
-  std::vector<std::map<std::string, double>> counters;  // by view; this and the next two only if asked for
-  std::vector<std::optional<Checked>> checks;
-  std::vector<std::optional<Accuracy>> accuracies;
+  std::vector<std::map<std::string, double>> counters;  // by view; this and the next three only if asked for
+  std::vector<std::optional<HitCheck>> checks;
+  std::vector<std::optional<ErrorFigures>> errors;
+  std::vector<std::optional<double>> image_rmse;
 
   Runner(const Entry& e, std::size_t views)
-      : entry(&e), trace(views), frame(views), counters(views), checks(views), accuracies(views) {}
+      : entry(&e), trace(views), frame(views), counters(views), checks(views), errors(views), image_rmse(views) {}
 };
 
 class BlockRun {
@@ -193,13 +194,13 @@ class BlockRun {
     for (Runner& runner : runners_) {
       const HitCheck found = around_.engine.checker().check(*batches_[view], truth, runner.entry->query);
       const Judgement& j = found.judgement;
-      const Checked checked{j.rays, j.same, j.tie, j.false_miss, j.false_hit, j.wrong_prim, j.wrong_t, found.unwritten};
-      if (checked.errors() > 0)
+      const std::uint64_t wrong = j.errors() + found.unwritten;
+      if (wrong > 0)
         note("{}, {}, {}, {}: {} hits are wrong, {} were not written{}", scene(), rays_.name, runner.entry->label,
              runner.entry->query.numeric, j.errors(), found.unwritten,
              j.examples.empty() ? "" : "; " + j.examples.front());
-      wrong_ += checked.errors();
-      runner.checks[view] = checked;
+      wrong_ += wrong;
+      runner.checks[view] = found;
       around_.step();
     }
   }
@@ -219,12 +220,9 @@ class BlockRun {
     const ExactTruth truth = exact_truth(view);
     RayBatch& batch = *batches_[view];
     for (Runner& runner : runners_) {
-      const ErrorFigures figures =
-          around_.engine.checker().verify(batch, truth, runner.entry->query, around_.options.cases);
-      Accuracy accuracy = accuracy_of(figures);
+      runner.errors[view] = around_.engine.checker().verify(batch, truth, runner.entry->query, around_.options.cases);
       if (rays_.kind && rays_.kind->from_camera())
-        accuracy.image_rmse = image_rmse(around_.engine, truth.rays, batch.hits(), truth.hits);
-      runner.accuracies[view] = std::move(accuracy);
+        runner.image_rmse[view] = image_rmse(around_.engine, truth.rays, batch.hits(), truth.hits);
       around_.step();
     }
   }
@@ -233,7 +231,8 @@ class BlockRun {
     const Entry& entry = *runner.entry;
     const RayBatch& batch = *batches_[view];
     const Query& query = entry.query;
-    const Variant variant = around_.engine.tracer().variant(around_.engine.resolve(batch, query));
+    const Query resolved = around_.engine.resolve(batch, query);
+    const Variant variant = around_.engine.tracer().variant(resolved);
     Record r;
     r.scene = scene();
     r.view = views_[view];
@@ -242,6 +241,7 @@ class BlockRun {
     r.label = entry.label;
     r.method = query.method;
     r.numeric = query.numeric;
+    r.runs = resolved.method;
     r.role = entry.role;
     r.knobs = query.knobs;
     r.threshold = entry.threshold;
@@ -254,7 +254,8 @@ class BlockRun {
     if (!runner.frame[view].empty()) r.frame = times_of(runner.frame[view]);
     r.counters = runner.counters[view];
     r.check = runner.checks[view];
-    r.accuracy = runner.accuracies[view];
+    r.errors = runner.errors[view];
+    r.image_rmse = runner.image_rmse[view];
     return r;
   }
 

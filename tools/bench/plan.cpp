@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "tools/bench/paper.h"
 #include "tools/views_file.h"
 
 namespace ballot::bench {
@@ -53,14 +52,12 @@ std::string threshold_text(double value) {
   return value == std::floor(value) ? fmt::format("{:.0f}", value) : fmt::format("{}", value);
 }
 
-/// Returns the thresholds that the paper uses; the method's standard one if the paper has none.
+/// Returns the method's standard threshold; of stack-max those that Vinkler's Table 2 has for primary and for secondary
+/// rays.
 std::vector<std::string> standard_thresholds(const Method& method) {
   if (method.threshold.unit == Threshold::None) return {};
-  std::vector<std::string> values;
-  for (const PaperThreshold& paper : kPaperThresholds)
-    if (paper.method == method.name) values.push_back(threshold_text(paper.value));
-  if (values.empty()) values.push_back(threshold_text(method.threshold.standard));
-  return values;
+  if (method.name == "stack-max") return {"11", "7"};
+  return {threshold_text(method.threshold.standard)};
 }
 
 /// Normalises a number so that the labels of all runs agree: "0.50" becomes "0.5".

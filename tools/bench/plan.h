@@ -66,8 +66,4 @@ std::vector<std::string> votes_of(const Method& method);
 /// its first one; and the other knobs.
 std::string label_of(const Method& method, const Knobs& knobs, bool best);
 
-/// Returns the label of the same entry with vote `count`, for labels that leave out a first vote of `any`:
-/// "stack-max(11,count)" for "stack-max(11)". "" if there is none.
-std::string label_by_count(const std::string& label);
-
 }  // namespace ballot::bench

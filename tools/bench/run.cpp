@@ -6,9 +6,8 @@
 #include <ctime>
 #include <set>
 
-#include "tools/bench/arrange.h"
-#include "tools/bench/markdown.h"
 #include "tools/bench/measure.h"
+#include "tools/bench/table.h"
 #include "tools/interrupt.h"
 
 namespace ballot::bench {
@@ -25,29 +24,6 @@ std::vector<const View*> chosen_views(const Scene& scene, const Plan& plan) {
   return views;
 }
 
-/// Prints a table of all entries on one scene and ray kind, and marks the fastest.
-void print_block(const Block& block) {
-  double best = 0;
-  for (const Cell& cell : block.cells)
-    if (block.whole(cell)) best = std::max(best, cell.mrays_per_s());
-  Table table({fmt::format("{}, {}, {}", block.scene, block.rays, block.cells.front().first().numeric), "Mrays/s", "ms",
-               "FPS", "of best"});
-  for (const Cell& cell : block.cells) {
-    const double speed = cell.mrays_per_s();
-    const Record& first = cell.first();
-    const std::string runs = first.method == kAuto ? " (" + first.variant.substr(0, first.variant.find('.')) + ")" : "";
-    table.row(
-        {cell.label + runs +
-             (cell.role == Role::Best
-                  ? fmt::format(" {}={:g}", cell.first().threshold->knob, cell.first().threshold->value)
-                  : ""),
-         figure(speed), figure(cell.total_ms()), cell.fps() ? figure(*cell.fps()) : "",
-         block.whole(cell) ? fmt::format("{:.0f} %{}", 100 * speed / best, speed == best ? " *" : "") : "lacks views"});
-  }
-  say("{}", table.text());
-  std::fflush(stdout);
-}
-
 std::string utc_now() {
   const std::time_t now = std::time(nullptr);
   std::tm parts{};
@@ -59,12 +35,8 @@ std::string utc_now() {
 
 class Run {
  public:
-  Run(const Plan& plan, const RunOptions& options, const std::vector<LoadedScene>& scenes, const RunHooks& hooks)
-      : plan_(plan),
-        options_(options),
-        hooks_(hooks),
-        bar_("measuring"),
-        blocks_left_(scenes.size() * plan.rays.size()) {
+  Run(const Plan& plan, const RunOptions& options, const std::vector<LoadedScene>& scenes, const SaveRun& save)
+      : plan_(plan), options_(options), save_(save), bar_("measuring"), blocks_left_(scenes.size() * plan.rays.size()) {
     for (const LoadedScene& loaded : scenes)
       for (const RaySet& rays : plan.rays) total_ += steps_in(loaded.scene, rays);
   }
@@ -106,11 +78,12 @@ class Run {
     result_.document.longest = engine.context()->longest_pass();
     result_.without += measured.no_rays;
     bar_.hide();
-    print(std::move(measured.records));
+    say("{}", block_table(measured.records));
+    std::fflush(stdout);
     if (measured.stopped) std::rethrow_exception(measured.stopped);
     done_ = done;  // views without rays take no steps
     result_.document.partial = --blocks_left_ > 0;
-    if (!records.empty()) hooks_.save(result_.document);
+    if (!records.empty()) save_(result_.document);
   }
 
   void begin(const Engine& engine) {
@@ -120,13 +93,6 @@ class Run {
     say("{} ({}), subgroup {}, {} x {} pixels, {} repeats, {} entries\n\n", engine.device().name,
         engine.device().driver, engine.device().subgroup_size, options_.width, options_.height, options_.repeats,
         plan_.entries.size() + plan_.sweeps.size());
-  }
-
-  void print(std::vector<Record> records) const {
-    Document part = result_.document;
-    part.scenes.clear();
-    part.records = std::move(records);
-    hooks_.print(part);
   }
 
   void step() {
@@ -139,7 +105,7 @@ class Run {
 
   const Plan& plan_;
   RunOptions options_;
-  const RunHooks& hooks_;
+  const SaveRun& save_;
   ProgressBar bar_;
   InterruptGuard interrupt_;
   RunResult result_;
@@ -174,13 +140,6 @@ RunOptions with_size(RunOptions options, const DeviceInfo& device) {
   return options;
 }
 
-void print_speeds(const Document& part) {
-  const std::vector<Document> documents{part};
-  for (const Setting& setting : arrange(documents).settings)
-    for (const Block& block : setting.blocks)
-      if (!block.cells.empty()) print_block(block);
-}
-
 std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan,
                                      const LoadOptions& options) {
   std::vector<LoadedScene> scenes;
@@ -200,9 +159,16 @@ std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, cons
   return scenes;
 }
 
-RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options, const RunHooks& hooks) {
+void say_end(const RunResult& result) {
+  if (result.failed) std::rethrow_exception(result.failed);
+  if (result.signal != 0) say_aside("ballot: interrupted; what was measured is kept\n");
+  if (result.without > 0) say_aside("ballot: {} pairs of scene and ray kind have no rays (above)\n", result.without);
+  if (result.messages > 0) say_aside("ballot: {} validation messages (above)\n", result.messages);
+}
+
+RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options, const SaveRun& save) {
   options.engine.queries = plan.queries();
-  Run run(plan, options, scenes, hooks);
+  Run run(plan, options, scenes, save);
   RunResult& result = run.result();
   for (LoadedScene& scene : scenes) try {
       run.add(std::move(scene));

@@ -41,14 +41,8 @@ struct RunResult {
   std::exception_ptr failed;  // the Error that ended the run early; the document holds the measurements so far
 };
 
-/// The callbacks of a run, called after every scene and ray kind.
-struct RunHooks {
-  std::function<void(const Document&)> print;  // gets the records of this scene and ray kind; the bar is hidden then
-  std::function<void(const Document&)> save;   // gets all records so far, marked as partial except the last time
-};
-
-/// Prints a table of speeds for each scene, ray kind and numeric mode.
-void print_speeds(const Document& part);
+/// Called after every scene and ray kind with all records so far, marked as partial except the last time.
+using SaveRun = std::function<void(const Document&)>;
 
 /// Returns a document with device and options but without scenes and records. options.width must not be 0.
 Document header(const DeviceInfo& device, const Plan& plan, const RunOptions& options);
@@ -56,9 +50,12 @@ Document header(const DeviceInfo& device, const Plan& plan, const RunOptions& op
 /// Returns the options with the device's default picture size if none was given.
 RunOptions with_size(RunOptions options, const DeviceInfo& device);
 
-/// Measures all scenes. SIGINT, SIGTERM and SIGHUP end the run after the current dispatch, and an Error ends it early;
-/// the document is then partial. Rethrows an Error that occurs before anything is measured. Throws Error(Work) if no
-/// scene has rays of the chosen kinds.
-RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options, const RunHooks& hooks);
+/// Says on standard error what was wrong with a run, and rethrows the Error that ended it early.
+void say_end(const RunResult& result);
+
+/// Measures all scenes, and prints a table of each scene and kind of rays. SIGINT, SIGTERM and SIGHUP end the run after
+/// the current dispatch, and an Error ends it early; the document is then partial. Rethrows an Error that occurs before
+/// anything is measured. Throws Error(Work) if no scene has rays of the chosen kinds.
+RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options, const SaveRun& save);
 
 }  // namespace ballot::bench

@@ -118,7 +118,7 @@ class HardRun {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       const Entry& entry = entries_[i];
       HardRecord record = record_of(hard, rays, entry);
-      record.accuracy = bench::accuracy_of(engine.checker().verify(*batch, truth, entry.query, options_.listed));
+      record.errors = engine.checker().verify(*batch, truth, entry.query, options_.listed);
       const std::vector<Hit> hits = batch->hits();
       if (rays.closed)
         record.leaks = std::uint64_t(std::ranges::count_if(hits, [](const Hit& h) { return h.prim == NO_HIT; }));
@@ -150,8 +150,8 @@ HardResult run_hard_cases(const std::vector<Entry>& entries, const HardOptions& 
 
 std::uint64_t broken_promises(const HardRecord& r) {
   if (!r.failed.empty()) return 1;
-  const std::uint64_t always = std::max(bench::broken_promises(r.accuracy, r.numeric), r.unlike);
-  return bench::is_conservative(r.numeric) ? std::max({always, r.leaks, r.differing}) : always;
+  const std::uint64_t always = std::max(bench::broken_promises(r.errors, r.numeric), r.unlike);
+  return find_numeric(r.numeric).conservative ? std::max({always, r.leaks, r.differing}) : always;
 }
 
 }  // namespace ballot::verify

@@ -1,17 +1,15 @@
 #include "tools/verify/origins.h"
 
 #include <algorithm>
-#include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
-#include "tools/bench/plots.h"
+#include "tools/bench/markdown.h"
 #include "tools/verify/origin_scenes.h"
 
 namespace ballot::verify {
 
 namespace {
-
-namespace fs = std::filesystem;
 
 /// Returns the kinds of secondary rays, without those that join the rays of others.
 std::vector<const RayKind*> studied_kinds() {
@@ -95,16 +93,71 @@ OriginStudy measure_all(const OriginStudyArgs& args) {
   return study;
 }
 
-void write_report(const fs::path& folder, const OriginStudy& study, const std::string& tables) {
-  const std::string head =
-      fmt::format("# Where secondary rays start\n\n{}, {}, subgroups of {}, commit {}.\n\n```\n{}\n```\n\n",
-                  study.device, study.driver, study.subgroup_size, study.commit, study.command);
-  write_file(folder / "origins.json", json_text(to_json(study)), Links::Replace);
-  write_file(folder / "origins.md", head + tables, Links::Replace);
-  const bench::Plots plots = bench::draw_plots(folder, "plot_origins.py", "origins.json");
-  write_file(folder / "origins.md", head + tables + bench::plot_section(plots), Links::Replace);
-  if (!plots.missing.empty()) say_aside("ballot: {}\n", plots.missing);
-  say("wrote {}\n", (folder / "origins.md").string());
+/// The sums over the records of a policy.
+struct OriginSum {
+  std::uint64_t rays = 0, self_hits = 0, lost = 0;
+  double worst_self = 0, worst_lost = 0;                              // highest rates of one record, per million rays
+  double share_low = 0, share_high = 0, ulps_low = 0, ulps_high = 0;  // range of the records' medians
+
+  void add(const OriginRecord& r) {
+    const bool first = rays == 0;
+    rays += r.rays, self_hits += r.self_hits, lost += r.lost_contacts;
+    if (r.rays > 0) {
+      worst_self = std::max(worst_self, 1e6 * double(r.self_hits) / double(r.rays));
+      worst_lost = std::max(worst_lost, 1e6 * double(r.lost_contacts) / double(r.rays));
+    }
+    share_low = first ? r.offset_share : std::min(share_low, r.offset_share);
+    ulps_low = first ? r.offset_ulps : std::min(ulps_low, r.offset_ulps);
+    share_high = std::max(share_high, r.offset_share);
+    ulps_high = std::max(ulps_high, r.offset_ulps);
+  }
+  double per_million(std::uint64_t count) const { return rays ? 1e6 * double(count) / double(rays) : 0; }
+};
+
+std::string rate(double per_million) {
+  return per_million == 0    ? "0"
+         : per_million < 100 ? fmt::format("{:.2g}", per_million)
+                             : fmt::format("{:.0f}", per_million);
+}
+
+std::string range(double low, double high) { return fmt::format("{:.1e} to {:.1e}", low, high); }
+
+/// Returns a table by policy. The highest rates are those of one scene at one size and distance; offsets are the range
+/// of the records' medians.
+std::string origin_table(const OriginStudy& study) {
+  std::map<std::string, OriginSum> sums;
+  for (const OriginRecord& r : study.records) sums[r.policy].add(r);
+  bench::Table table({"policy", "rays", "self hits per million", "highest", "lost contacts per million", "highest",
+                      "offset / size, medians", "offset in ulp, medians"});
+  for (const OriginPolicy& policy : studied_policies()) {
+    const OriginSum& s = sums[policy.label];
+    table.row({policy.label, std::to_string(s.rays), rate(s.per_million(s.self_hits)), rate(s.worst_self),
+               rate(s.per_million(s.lost)), rate(s.worst_lost), range(s.share_low, s.share_high),
+               range(s.ulps_low, s.ulps_high)});
+  }
+  return table.text();
+}
+
+nlohmann::json to_json(const OriginStudy& study) {
+  nlohmann::json json{{"kind", "origins"},
+                      {"device", study.device},
+                      {"driver", study.driver},
+                      {"subgroup_size", study.subgroup_size},
+                      {"commit", study.commit},
+                      {"command", study.command},
+                      {"size", {study.width, study.height}},
+                      {"records", nlohmann::json::array()}};
+  for (const OriginRecord& r : study.records)
+    json["records"].push_back({{"policy", r.policy},
+                               {"scene", r.scene},
+                               {"scene_size", r.size},
+                               {"distance", r.distance},
+                               {"rays", r.rays},
+                               {"self_hits", r.self_hits},
+                               {"lost_contacts", r.lost_contacts},
+                               {"offset_share", r.offset_share},
+                               {"offset_ulps", r.offset_ulps}});
+  return json;
 }
 
 }  // namespace
@@ -130,10 +183,8 @@ std::vector<OriginPolicy> studied_policies() {
 void run_origin_study(const OriginStudyArgs& args) {
   check_options(RenderOptions{.width = args.width, .height = args.height});
   const OriginStudy study = measure_all(args);
-  const std::string tables = origin_tables(study);
-  say("{}", tables);
+  say("{}", origin_table(study));
   if (!args.json.empty()) write_file(args.json, json_text(to_json(study)));
-  if (!args.report.empty()) write_report(args.report, study, tables);
 }
 
 }  // namespace ballot::verify

@@ -6,7 +6,6 @@
 // the ray's origin or t_min (Engine::check_origins).
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -16,7 +15,7 @@ namespace ballot::verify {
 
 struct OriginStudyArgs {
   EngineOptions engine;
-  std::string json, report;               // a JSON file and a folder for the report; "": none
+  std::string json;                       // a file; "": none
   std::string command;                    // the command line, for the JSON
   std::uint32_t width = 32, height = 32;  // of the pictures, as in RenderOptions
   bool quick = false;                     // only a few sizes and distances
@@ -43,19 +42,12 @@ struct OriginStudy {
   std::vector<OriginRecord> records;
 };
 
-/// Traces the rays under a progress bar and prints the tables. Writes the JSON file, and into the report's folder
-/// origins.md, origins.json and the plots. Throws Error(Arguments) for a bad size or file, Error(Work) if the device
-/// fails.
-inline constexpr const char* kOriginFiles[] = {"origins.json", "origins.md"};  // of a report, beside its plot
-
+/// Traces the rays under a progress bar, prints a table by policy and writes the JSON file: the fields of OriginStudy
+/// and of OriginRecord by their names, but `scene_size` for the record's size. Throws Error(Arguments) for a bad size
+/// or file, Error(Work) if the device fails.
 void run_origin_study(const OriginStudyArgs& args);
 
 /// Returns the policies that the study compares.
 std::vector<OriginPolicy> studied_policies();
-
-/// Returns the tables as Markdown: a summary by policy, then self hits, lost contacts and median offsets by size and
-/// distance.
-std::string origin_tables(const OriginStudy& study);
-nlohmann::json to_json(const OriginStudy& study);
 
 }  // namespace ballot::verify
