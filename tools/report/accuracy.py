@@ -15,6 +15,7 @@ in units in the last place of float32 at the exact t, the largest of all views. 
 the ray started from. Image RMSE is the error of a picture whose shade is the cosine between ray and geometric normal.
 
 """
+HARD = "For each mode, the method with the most wrong answers. Bold marks what the mode promises not to give.\n\n"
 LISTED = 4  # wrong answers of an entry with their reasons
 
 
@@ -103,7 +104,7 @@ def entry_table(platform: Platform) -> str:
 
 
 def hard_table(document: dict) -> str:
-    """Cases by modes: the method with the most wrong answers. Bold breaks what the mode promises."""
+    """Returns cases by modes."""
     def badness(records: list[dict]) -> tuple[bool, int, str]:
         sums = {name: sum(r.get(name, 0) for r in records) for name in (*COUNTS, "leaks", "unlike_known", "differing")}
         wrong = sum(sums[name] for name in (*WRONG, "wrong_values"))
@@ -144,7 +145,7 @@ def accuracy_sections(platforms: list[Platform], documents: list[dict]) -> str:
     tables = mode_table(platforms) + rate_table(platforms)
     text = section("## What a numeric mode costs, and how often it errs", tables, LEGEND)
     for d in documents:
-        text += section(f"## Hard cases: {d['device']}", hard_table(d), hard_table.__doc__ + "\n\n")
+        text += section(f"## Hard cases: {d['device']}", hard_table(d), HARD)
     for platform in platforms:
         text += section(f"## Speed against error: {platform.name}", entry_table(platform))
     cases = "".join(map(case_list, platforms))

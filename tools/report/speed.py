@@ -3,8 +3,8 @@
 import shlex
 import statistics
 
-from results import Entry, Platform, geometric_mean, groups, platforms_of, unique
-from text import figure, percent, pivot, section, table
+from results import Entry, Platform, geometric_mean, groups, unique
+from text import figure, pivot, section, table
 
 AUTO = "auto"
 
@@ -34,13 +34,19 @@ def best_ms(entries: list[Entry]) -> dict[tuple, float]:
 
 
 def speeds(entries: list[Entry]) -> str:
-    """Two tables for each kind of rays: Mrays/s with the time over the best method's, and frames per second."""
+    """Two tables for each kind of rays: Mrays/s with the time over the best method's and what auto ran, and frames per
+    second."""
     text, best = "", best_ms(entries)
 
     def speed(e: Entry) -> str:
-        least = best.get((e.scene, e.rays)) if e.whole else None
-        return figure(e.mrays) + (f" (**{e.ms / least:.2f}**)" if e.ms == least else f" ({e.ms / least:.2f})"
-                                  if least else " (lacks views)" if not e.whole else "")
+        least, notes = best.get((e.scene, e.rays)), unique(r.get("runs", AUTO) for r in e.views.values())
+        if e.first["method"] != AUTO:
+            notes = []
+        if not e.whole:
+            notes.insert(0, "lacks views")
+        elif least:
+            notes.insert(0, f"**{e.ms / least:.2f}**" if e.ms == least else f"{e.ms / least:.2f}")
+        return f"{figure(e.mrays)} ({', '.join(notes)})" if notes else figure(e.mrays)
 
     for rays, some in groups(entries, lambda e: e.rays).items():
         text += pivot([f"Mrays/s (over the best), {rays}"], some, lambda e: (e.label,), lambda e: e.scene, speed)
