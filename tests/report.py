@@ -275,6 +275,7 @@ class Compare(Report):
             self.assertIn(said, text)
         self.assertIn("have no record in common: found 2 and 1", self.compare(both(1), other, code=1))
         self.assertIn("have no record in common", self.compare([1], run(record("if-if")), code=1))
+        self.assertIn("b.json: found a run of frames", self.compare([1], {"kind": "frames", "records": []}, code=1))
 
     def test_times_are_per_ray_and_sweeps_are_left_out(self):
         self.compare(run(record(ms=1)), run(record(ms=2, ray_count=2000000)))

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Makes tables, comparisons and plots of what `ballot bench` and `ballot verify` wrote with --json. Plots need
 matplotlib.
 
@@ -43,7 +42,8 @@ def plots(files: list[Path], out: Path) -> list[str]:
     try:
         from plots import STUDIES, plot_field, plot_platform
     except ImportError as missing:
-        raise Failed(f"{missing}; install python3-matplotlib (Debian) or matplotlib (pip)") from None
+        raise Failed(f"{missing}; install python3-matplotlib (Debian, for /usr/bin/python3) or matplotlib "
+                     "(pip)") from None
     out.mkdir(parents=True, exist_ok=True)
     documents = read([file for file in files if file.suffix not in FIELDS])
     written = [name for file in files if file.suffix in FIELDS for name in plot_field(file, out)]

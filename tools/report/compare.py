@@ -126,6 +126,9 @@ def compare(a: list[dict], b: list[dict], tolerance: float) -> tuple[str, dict, 
     """Returns the comparison as text and as JSON, and whether a group is slower by more than the tolerance."""
     if not 0 <= tolerance <= 10:
         raise Failed(f"--tolerance: {tolerance} is not a share from 0 to 10, such as 0.02")
+    for d in a + b:
+        if d["kind"] != "methods":
+            raise Failed(f"{d['source']}: found a run of {d['kind']}, expected one of methods")
     one = all(len({platform_key(d) for d in side}) == 1 for side in (a, b))
     in_a, in_b = by_key(a, one), by_key(b, one)
     if not in_a.keys() & in_b.keys():
