@@ -1,4 +1,5 @@
 // The campaigns' program: libFuzzer over the target that the environment variable BALLOT_FUZZ_TARGET names.
+//   ballot_fuzz --targets                                 lists the targets
 //   BALLOT_FUZZ_TARGET=obj ballot_fuzz --seeds FOLDER     writes the seeds, and the dictionary FOLDER.dict
 //   BALLOT_FUZZ_TARGET=obj ballot_fuzz CORPUS SEEDS ...   as libFuzzer's manual has it
 #include <cstdio>
@@ -71,6 +72,10 @@ void change_by_libfuzzer(std::string& bytes, std::size_t most) {
 }  // namespace ballot::fuzz
 
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
+  if (*argc == 2 && std::strcmp((*argv)[1], "--targets") == 0) {
+    for (const std::string& name : ballot::fuzz::target_names()) std::puts(name.c_str());
+    std::exit(0);
+  }
   if (*argc == 3 && std::strcmp((*argv)[1], "--seeds") == 0) std::exit(ballot::fuzz::write_seeds((*argv)[2]));
   ballot::fuzz::target();
   ballot::fuzz::prepare();
