@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Installs the package of Python in a virtual environment, against a library that is built, and runs its tests, the
-example on a cluster of two workers and the checkers of types mypy and pyright there.
+"""Installs the package of Python in a virtual environment, against a library that is built, and runs its tests and the
+checkers of types mypy and pyright there.
 
 The package is built from a copy of its folder, as others may have it without the tree. The folder keeps the environment
 and the compiled extension for the next time. Needs PyPI the first time, for what REQUIREMENTS names.
@@ -20,14 +20,12 @@ import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGE, EXAMPLES = ROOT / "engine/api/python", ROOT / "tools/examples"
+PACKAGE = ROOT / "engine/api/python"
 MOST_WHEEL_BYTES = 8 << 20
 REQUIREMENTS = {  # how pip and how Python names it
     "nanobind>=3.1,<4": "nanobind",
     "scikit-build-core>=0.12": "scikit_build_core",
     "numpy>=1.24": "numpy",
-    "dask[array]": "dask.array",
-    "distributed": "distributed",
     "mypy": "mypy",
     "pyright[nodejs]": "pyright",
     "trimesh": "trimesh",
@@ -90,12 +88,10 @@ def wheel(python: Path, folder: Path, library: Path) -> Path:
 
 
 def check_types(python: Path, folder: Path) -> None:
-    """Checks the types of the installed package, its stub and all examples."""
-    example = EXAMPLES / "dask_rays.py"
+    """Checks the types of the installed package, with its stub and examples."""
     run(python, "-m", "mypy", "--strict", "--no-error-summary", "-p", "ballot", cwd=folder)
-    run(python, "-m", "mypy", "--strict", "--no-error-summary", example, cwd=folder)
     (installed,) = folder.glob("venv/lib/python*/site-packages/ballot")
-    run(python, "-m", "pyright", "--warnings", "--pythonpath", python, installed, example, cwd=folder)
+    run(python, "-m", "pyright", "--warnings", "--pythonpath", python, installed, cwd=folder)
 
 
 def main() -> None:
@@ -115,7 +111,6 @@ def main() -> None:
     )
     run(python, "-X", "dev", "-m", "unittest", "discover", "-s", PACKAGE / "tests", cwd=options.folder,
         env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})  # fmt: skip
-    run(python, EXAMPLES / "dask_rays.py", cwd=options.folder)
     if not preload:  # the checkers do not load the library
         check_types(python, options.folder)
 
