@@ -15,30 +15,27 @@ namespace ballot::cli {
 
 namespace {
 
-/// Refuses an unknown command and lists those that exist; CLI11 would only say that a command is required.
-void check_command(CLI::App& app, std::string_view word) {
+/// The commands, in the order of the help.
+constexpr void (*kCommands[])(CLI::App& app, int& result) = {
+    add_info, add_render, add_merge,  add_trace,  add_distance, add_inside, add_check,
+
+std::string commands_of(const CLI::App& app) {
   std::string names;
-  std::vector<std::string> list;
-  for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
-    if (command->get_name() == word) return;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
     names += fmt::format("{}{}", names.empty() ? "" : ", ", command->get_name());
-    list.push_back(command->get_name());
-  }
-  fail(Failure::Arguments, "there is no command '{}'{}; the commands are: {}", word,
-       did_you_mean(word, std::vector<std::string_view>(list.begin(), list.end())), names);
+  return names;
+}
+
+/// Refuses an unknown command and lists those that exist; CLI11 would only say that a command is required.
+void check_command(const CLI::App& app, std::string_view word) {
+  if (app.get_subcommands([&](const CLI::App* command) { return command->get_name() == word; }).empty())
+    fail(Failure::Arguments, "there is no command '{}'; the commands are: {}", word, commands_of(app));
 }
 
 /// Returns what is wrong with arguments that a command does not take.
-std::string in_words(const std::vector<std::string>& extras, const CLI::App& command) {
-  for (const std::string& extra : extras) {
-    if (!extra.starts_with('-')) continue;
-    const std::string name = extra.substr(0, extra.find('='));
-    std::vector<std::string> list;
-    for (const CLI::Option* option : command.get_options())
-      for (const std::string& known : option->get_lnames()) list.push_back("--" + known);
-    return fmt::format("there is no option '{}'{}", name,
-                       did_you_mean(name, std::vector<std::string_view>(list.begin(), list.end())));
-  }
+std::string in_words(const std::vector<std::string>& extras) {
+  for (const std::string& extra : extras)
+    if (extra.starts_with('-')) return fmt::format("there is no option '{}'", extra.substr(0, extra.find('=')));
   return fmt::format("'{}' is one argument too many", extras.empty() ? "" : extras.front());
 }
 
@@ -80,18 +77,7 @@ int run(int argc, char** argv) {
       "Exit codes: 0 done, 1 the work failed, 2 the arguments are wrong, 3 no usable device.";
   use_two_levels(app);
   int result = 0;
-  add_info(app, result);
-  add_render(app, result);
-  add_merge(app, result);
-  add_trace(app, result);
-  add_distance(app, result);
-  add_inside(app, result);
-  add_check(app, result);
-  add_view(app, result);
-  add_bench(app, result);
-  add_verify(app, result);
-  add_methods(app, result);
-  add_shaders(app, result);
+  for (const auto add : kCommands) add(app, result);
   app.footer(footer);  // here, so that commands do not inherit it
   if (argc > 1 && argv[1][0] != '-') check_command(app, argv[1]);
   try {
@@ -104,13 +90,11 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     const auto chosen = app.get_subcommands();
     const std::string name = chosen.empty() ? "" : chosen.front()->get_name();
-    const CLI::App& taken = chosen.empty() ? app : *chosen.front();
     const bool extra = CLI::ExitCodes(error.get_exit_code()) == CLI::ExitCodes::ExtrasError;
-    say_failure(fmt::format(
-        "{}{}; {}", name.empty() ? "" : name + ": ", extra ? in_words(app.remaining(true), taken) : in_words(error),
-        name.empty() ? "give one of: info, render, merge, trace, distance, inside, check, view, bench, verify, "
-                       "methods, shaders; 'ballot --help' explains them"
-                     : "'ballot " + name + " --help' lists the arguments"));
+    say_failure(fmt::format("{}{}; {}", name.empty() ? "" : name + ": ",
+                            extra ? in_words(app.remaining(true)) : in_words(error),
+                            name.empty() ? "give one of: " + commands_of(app) + "; 'ballot --help' explains them"
+                                         : "'ballot " + name + " --help' lists the arguments"));
     return int(Failure::Arguments);
   }
   return result;

@@ -3,10 +3,8 @@
 
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "engine/core/error.h"
-#include "engine/core/spelling.h"
 
 namespace ballot {
 
@@ -31,10 +29,7 @@ auto find_row(const Rows& rows, std::string_view name) -> decltype(&*std::begin(
 template <class Rows>
 const auto& find_named(const Rows& rows, std::string_view name, std::string_view what) {
   if (const auto* row = find_row(rows, name)) return *row;
-  std::vector<std::string_view> names;
-  for (const auto& row : rows) names.push_back(row.name);
-  fail(Failure::Arguments, "no {} is called '{}'{}; there are: {}", what, name, did_you_mean(name, names),
-       names_of(rows));
+  fail(Failure::Arguments, "no {} is called '{}'; there are: {}", what, name, names_of(rows));
 }
 
 }  // namespace ballot

@@ -7,7 +7,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/exact_area.h"
-#include "engine/core/spelling.h"
+#include "engine/core/registry.h"
 #include "engine/scene/instances.h"
 #include "engine/scene/loaders.h"
 
@@ -100,13 +100,8 @@ void finish_scene(Scene& scene) {
 }
 
 const View& find_view(const Scene& scene, std::string_view name) {
-  std::vector<std::string_view> names;
-  for (const View& view : scene.views) {
-    if (view.name == name) return view;
-    names.push_back(view.name);
-  }
-  fail(Failure::Arguments, "scene '{}' has no view '{}'{}; there are: {}", scene.name, name, did_you_mean(name, names),
-       fmt::join(names, ", "));
+  if (const View* view = find_row(scene.views, name)) return *view;
+  fail(Failure::Arguments, "scene '{}' has no view '{}'; there are: {}", scene.name, name, names_of(scene.views));
 }
 
 glm::vec3 geometric_normal(const Triangle& triangle) {

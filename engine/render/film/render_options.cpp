@@ -6,18 +6,14 @@
 
 #include "engine/core/error.h"
 #include "engine/core/registry.h"
-#include "engine/core/spelling.h"
 #include "engine/render/film/renderer.h"
 
 namespace ballot {
 
 const Shading& find_shading(std::string_view name) {
   if (const Shading* shading = find_row(kShadings, name)) return *shading;
-  const std::string all = names_of(kShadings) + ", " + names_of(kIntegrators);
-  std::vector<std::string_view> names;
-  for (const Shading& s : kShadings) names.push_back(s.name);
-  for (const Integrator& i : kIntegrators) names.push_back(i.name);
-  fail(Failure::Arguments, "no shading is called '{}'{}; there are: {}", name, did_you_mean(name, names), all);
+  fail(Failure::Arguments, "no shading is called '{}'; there are: {}, {}", name, names_of(kShadings),
+       names_of(kIntegrators));
 }
 
 void check_options(const RenderOptions& o) {
