@@ -93,6 +93,16 @@ int finish(Engine& engine);
 /// layers and sanitizers, which report what is left.
 int leave(Engine& engine);
 
+/// Adds a command: `run` gets its arguments, which live as long as the app, and returns the exit code. Returns the
+/// command, to which options are added, and the arguments.
+template <class Args, class Run>
+std::pair<CLI::App*, Args*> add_command(CLI::App& app, int& result, const char* name, Run run, const char* summary) {
+  auto args = std::make_shared<Args>();
+  CLI::App* cmd = app.add_subcommand(name, summary);
+  cmd->callback([args, &result, run] { result = run(*args); });
+  return {cmd, args.get()};
+}
+
 void add_info(CLI::App& app, int& result);
 void add_render(CLI::App& app, int& result);
 void add_merge(CLI::App& app, int& result);

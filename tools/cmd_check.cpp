@@ -108,9 +108,9 @@ int run_check(CheckArgs& args) {
 }  // namespace
 
 void add_check(CLI::App& app, int& result) {
-  auto args = std::make_shared<CheckArgs>();
-  CLI::App* cmd =
-      app.add_subcommand("check", "tells whether a mesh is closed, manifold, consistently wound and self-intersecting");
+  const auto [cmd, args] =
+      add_command<CheckArgs>(app, result, "check", run_check,
+                             "tells whether a mesh is closed, manifold, consistently wound and self-intersecting");
   cmd->footer(
       "Vertices are one if their coordinates are equal. Closed: every edge belongs to an even number of triangles.\n"
       "Manifold: to two at most. Consistently wound: two triangles run along their edge in opposite directions.\n"
@@ -126,7 +126,6 @@ void add_check(CLI::App& app, int& result) {
   cmd->add_option("--json", args->json, "also write the figures to this file");
   add_allow_outside(*cmd, args->allow_outside);
   add_memory(*cmd);
-  cmd->callback([args, &result] { result = run_check(*args); });
 }
 
 }  // namespace ballot::cli

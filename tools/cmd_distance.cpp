@@ -236,8 +236,8 @@ void add_point_options(CLI::App& cmd, PointArgs& args, const char* out) {
 }  // namespace
 
 void add_distance(CLI::App& app, int& result) {
-  auto args = std::make_shared<PointArgs>();
-  CLI::App* cmd = app.add_subcommand("distance", "finds how far points are from a mesh: NumPy arrays in and out");
+  const auto [cmd, args] = add_command<PointArgs>(app, result, "distance", run_distance,
+                                                  "finds how far points are from a mesh: NumPy arrays in and out");
   cmd->footer(
       "Examples: ballot distance bunny.glb --points points.npy --out distances.npy --signed\n"
       "          ballot distance bunny.glb --grid 256 --signed --sign pseudonormal --out field.npy --slice z=0.5 --png "
@@ -264,13 +264,11 @@ void add_distance(CLI::App& app, int& result) {
   cmd->add_option("--limit", args->limit, "look no farther than this; distances beyond are infinite");
   show_first(*cmd, {"--points", "--grid", "--out", "--signed", "--sign", "--slice", "--png", "--limit",
                     "--assume-closed", "--numeric", "--device", "--json"});
-  cmd->callback([args, &result] { result = run_distance(*args); });
 }
 
 void add_inside(CLI::App& app, int& result) {
-  auto args = std::make_shared<PointArgs>();
-  CLI::App* cmd =
-      app.add_subcommand("inside", "finds which points are inside of a closed mesh: NumPy arrays in and out");
+  const auto [cmd, args] = add_command<PointArgs>(
+      app, result, "inside", run_inside, "finds which points are inside of a closed mesh: NumPy arrays in and out");
   cmd->footer(
       "Example: ballot inside bunny.glb --points points.npy --out inside.npy\n"
       "A point is inside if a ray from it crosses the mesh an odd number of times; one through an edge or a vertex\n"
@@ -278,7 +276,6 @@ void add_inside(CLI::App& app, int& result) {
       "largest distance of a vertex of a triangle that near.");
   add_point_options(*cmd, *args, "FILE.npy for the answers, bool (n,)");
   show_first(*cmd, {"--points", "--out", "--assume-closed", "--numeric", "--device", "--json"});
-  cmd->callback([args, &result] { result = run_inside(*args); });
 }
 
 }  // namespace ballot::cli

@@ -143,14 +143,13 @@ int run_methods(const std::vector<std::string>& files) {
 }  // namespace
 
 void add_methods(CLI::App& app, int& result) {
-  auto files = std::make_shared<std::vector<std::string>>();
-  CLI::App* cmd = app.add_subcommand(
-      "methods", "lists traversal methods, tree formats, knobs, numeric modes and builders in tables; needs no device");
+  const auto [cmd, files] = add_command<std::vector<std::string>>(
+      app, result, "methods", run_methods,
+      "lists traversal methods, tree formats, knobs, numeric modes and builders in tables; needs no device");
   cmd->add_option("--write", *files,
                   "text files in which to replace the tables instead of printing them: each section between the lines\n"
                   "<!-- NAME:begin --> and <!-- NAME:end -->, where NAME is methods, formats, knobs, numeric or\n"
                   "builders; e.g. ballot methods --write shaders/README.md engine/README.md");
-  cmd->callback([files, &result] { result = run_methods(*files); });
 }
 
 }  // namespace ballot::cli

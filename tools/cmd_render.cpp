@@ -340,8 +340,8 @@ void add_part_options(CLI::App& cmd, RenderArgs& args) {
 }  // namespace
 
 void add_render(CLI::App& app, int& result) {
-  auto args = std::make_shared<RenderArgs>();
-  CLI::App* cmd = app.add_subcommand("render", "renders views to EXR: colour, distance, normals and primitive numbers");
+  const auto [cmd, args] = add_command<RenderArgs>(
+      app, result, "render", run_render, "renders views to EXR: colour, distance, normals and primitive numbers");
   std::string shadings, heats;
   for (const HeatKind& h : kHeatKinds) heats += fmt::format("\n  {:<12} {}", h.name, h.what);
   for (const Shading& s : kShadings) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
@@ -372,7 +372,6 @@ void add_render(CLI::App& app, int& result) {
   add_verbose(*cmd, args->verbose);
   show_first(*cmd, {"--view", "--size", "--shading", "--spp", "--sky", "--lamp", "--out", "--png", "--time", "--frames",
                     "--method", "--device", "--verbose"});
-  cmd->callback([args, &result] { result = run_render(*args); });
 }
 
 }  // namespace ballot::cli

@@ -272,8 +272,8 @@ int run_shaders(const ShadersArgs& args) {
 }  // namespace
 
 void add_shaders(CLI::App& app, int& result) {
-  auto args = std::make_shared<ShadersArgs>();
-  CLI::App* cmd = app.add_subcommand("shaders", "compile every registered kernel variant to SPIR-V; needs no device");
+  const auto [cmd, args] = add_command<ShadersArgs>(
+      app, result, "shaders", run_shaders, "compile every registered kernel variant to SPIR-V; needs no device");
   cmd->add_flag("--fresh", args->fresh, "compile anew instead of reading the cache");
   cmd->add_flag("--pairs", args->pairs,
                 "compile so many of each file's variants that every two defines meet with all their values; the build "
@@ -282,7 +282,6 @@ void add_shaders(CLI::App& app, int& result) {
   cmd->add_option("--json", args->json, "also write sizes and times to this file");
   cmd->add_option("--headers", args->headers,
                   "only write the headers that follow from the registry of knobs to this folder: shaders/shared");
-  cmd->callback([args, &result] { result = run_shaders(*args); });
 }
 
 }  // namespace ballot::cli

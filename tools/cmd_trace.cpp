@@ -189,8 +189,8 @@ int run_trace(TraceArgs& args) {
 }  // namespace
 
 void add_trace(CLI::App& app, int& result) {
-  auto args = std::make_shared<TraceArgs>();
-  CLI::App* cmd = app.add_subcommand("trace", "traces a batch of rays: NumPy rays in, NumPy hits out");
+  const auto [cmd, args] =
+      add_command<TraceArgs>(app, result, "trace", run_trace, "traces a batch of rays: NumPy rays in, NumPy hits out");
   cmd->footer(
       "Examples: ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy\n"
       "          make_rays | ballot trace scenes/cornell.gltf --rays - --out - | use_hits\n"
@@ -230,7 +230,6 @@ void add_trace(CLI::App& app, int& result) {
   add_verbose(*cmd, args->verbose);
   show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--part", "--method", "--numeric",
                     "--device", "--json", "--verbose"});
-  cmd->callback([args, &result] { result = run_trace(*args); });
 }
 
 }  // namespace ballot::cli
