@@ -8,90 +8,45 @@ namespace ballot::cli {
 namespace {
 
 constexpr std::size_t kBlockRays = 1 << 20;  // 32 MiB
-constexpr std::size_t kBlocks = 3;           // read or to be written, at a time
 
 }  // namespace
 
-ReadAhead::ReadAhead(RayFile file) : file_(std::move(file)), full_(kBlocks), free_(kBlocks + 1) {
-  const std::size_t rays = std::size_t(std::min<std::uint64_t>(kBlockRays, file_.count()));
-  for (std::size_t i = 0; i < kBlocks; ++i) free_.put(std::vector<Ray>(rays));
-  thread_ = std::jthread([this] { run(); });
-}
+ReadAhead::ReadAhead(RayFile file) : file_(std::move(file)), left_(file_.count()) { begin(); }
 
-ReadAhead::~ReadAhead() {
-  full_.close();
-  free_.close();
-}
-
-void ReadAhead::run() {
-  try {
-    for (std::uint64_t left = file_.count(); left > 0;) {
-      std::optional<std::vector<Ray>> block = free_.take();
-      if (!block) return;
-      block->resize(std::size_t(std::min<std::uint64_t>(block->size(), left)));
-      left -= file_.read(*block);
-      if (!full_.put(std::move(*block))) return;
-    }
-  } catch (...) {
-    failure_ = std::current_exception();
-  }
-  full_.close();
+void ReadAhead::begin() {
+  next_.resize(std::size_t(std::min<std::uint64_t>(kBlockRays, left_)));
+  left_ -= next_.size();
+  reading_ = std::async(std::launch::async, [this] { next_.resize(file_.read(next_)); });
 }
 
 std::size_t ReadAhead::next(std::span<Ray> room) {
   std::size_t done = 0;
   while (done < room.size()) {
     if (used_ == block_.size()) {
-      if (!block_.empty()) free_.put(std::exchange(block_, {}));
-      std::optional<std::vector<Ray>> block = full_.take();
-      if (!block) break;
-      block_ = std::move(*block);
+      if (!reading_.valid()) break;
+      reading_.get();
+      block_.swap(next_);
       used_ = 0;
+      if (left_ > 0) begin();
     }
     const std::size_t some = std::min(room.size() - done, block_.size() - used_);
     copy_parallel(std::span<const Ray>(block_).subspan(used_, some), room.subspan(done, some));
     used_ += some;
     done += some;
   }
-  if (done < room.size() && failure_) std::rethrow_exception(failure_);
   return done;
 }
 
-WriteBehind::WriteBehind(Write write) : write_(std::move(write)), full_(kBlocks), free_(kBlocks + 1) {
-  for (std::size_t i = 0; i < kBlocks; ++i) free_.put({});
-  thread_ = std::jthread([this] { run(); });
-}
-
-WriteBehind::~WriteBehind() {
-  full_.close();
-  free_.close();
-}
-
-void WriteBehind::run() {
-  try {
-    while (std::optional<std::vector<std::byte>> block = full_.take()) {
-      write_(*block);
-      free_.put(std::move(*block));
-    }
-  } catch (...) {
-    failure_ = std::current_exception();
-    full_.close();
-    free_.close();
-  }
-}
-
 void WriteBehind::add(std::span<const std::byte> bytes) {
-  std::optional<std::vector<std::byte>> block = free_.take();
-  if (!block) finish();  // the thread gave up
-  block->resize(bytes.size());
-  copy_parallel(bytes, std::span<std::byte>(*block));
-  if (!full_.put(std::move(*block))) finish();
+  next_.resize(bytes.size());
+  copy_parallel(bytes, std::span<std::byte>(next_));
+  finish();
+  block_.swap(next_);
+  writing_ = std::async(std::launch::async, [this] { write_(block_); });
 }
 
 void WriteBehind::finish() {
-  full_.close();
-  thread_.join();
-  if (failure_) std::rethrow_exception(failure_);
+  if (writing_.valid()) writing_.get();
 }
 
 namespace {
