@@ -11,7 +11,7 @@ struct InfoArgs {
   EngineArgs engine;
   LightArgs light;
   std::string triangles, numeric{kDefaultNumeric};
-  bool statistics = false, measure = false;
+  bool statistics = false;
 };
 
 nlohmann::json device_json(const DeviceInfo& d) {
@@ -159,7 +159,7 @@ int run_info(InfoArgs& args) {
   if (!args.triangles.empty() && args.engine.scene.empty())
     fail(Failure::Arguments, "--triangles needs a SCENE: ballot info SCENE --triangles T.npy");
   for (const auto& [given, option] :
-       {std::pair(args.statistics, "--statistics"), std::pair(args.measure, "--measure"),
+       {std::pair(args.statistics, "--statistics"),
         std::pair(args.light.sky != "auto", "--sky"), std::pair(!args.light.lamps.empty(), "--lamp")})
     if (given && args.engine.scene.empty())
       fail(Failure::Arguments, "{} needs a SCENE: ballot info SCENE {}", option, option);
@@ -170,10 +170,7 @@ int run_info(InfoArgs& args) {
   int code = 0;
   if (!args.engine.scene.empty()) {
     Opened opened = open_scene(
-        args.engine, {},
-        // --measure renders with the light that the command render would add. A lamp at "eye" is at the camera of the
-        // measured view.
-        [&](Scene& s) { args.light.apply(s, {&s.views[0]}, args.measure ? "path" : ""); }, args.statistics);
+        args.engine, {}, [&](Scene& s) { args.light.apply(s, {&s.views[0]}, ""); }, args.statistics);
     print_scene(opened.engine->scene(), opened.engine->features(), opened.load_s);
     json["instances"] = opened.engine->scene().instances.placements.size();
     json["animations"] = print_animations(opened.engine->scene());
@@ -183,7 +180,7 @@ int run_info(InfoArgs& args) {
     json["variants"] = print_variants(opened.engine->device(), opened.engine->features().tree);
     if (args.statistics) json["statistics"] = print_statistics(*opened.engine, args.numeric);
     json["auto"] = print_auto(opened.engine->tracer(), args.numeric);
-    json.update(print_features(*opened.engine, args.measure));
+    json.update(print_features(*opened.engine));
     if (!args.triangles.empty()) {
       const std::vector<Triangle> all = world_triangles(opened.engine->scene());
       write_triangles(args.triangles, all);
@@ -198,23 +195,19 @@ int run_info(InfoArgs& args) {
 }  // namespace
 
 void add_info(CLI::App& app, int& result) {
-  auto args = std::make_shared<InfoArgs>();
-  CLI::App* cmd = app.add_subcommand(
-      "info", "lists the Vulkan devices and what they lack; with SCENE also its statistics, BVH and kernels");
+  const auto [cmd, args] = add_command<InfoArgs>(
+      app, result, "info", run_info,
+      "lists the Vulkan devices and what they lack; with SCENE also its statistics, BVH and kernels");
   args->engine.add_to(*cmd, false);
   cmd->add_option("--triangles", args->triangles,
                   "write the world-space triangles, in the order of their prim numbers, to this .npy file:\n"
                   "float32 (n,3,3), for checks by other programs");
-  cmd->add_flag("--measure", args->measure,
-                "measure how much faster traversal, shadings and integrators are with kernels compiled for this\n"
-                "scene's features than with kernels for every feature; takes some seconds each");
   args->light.add_to(*cmd);
   cmd->add_flag("--statistics", args->statistics,
                 "compile every method's kernels and print the statistics that the driver reports, such as registers");
   cmd->add_option("--numeric", args->numeric,
                   fmt::format("numeric mode for --statistics and for what auto takes [{}]", kDefaultNumeric));
-  show_first(*cmd, {"--device", "--triangles", "--measure", "--json"});
-  cmd->callback([args, &result] { result = run_info(*args); });
+  show_first(*cmd, {"--device", "--triangles", "--json"});
 }
 
 }  // namespace ballot::cli

@@ -1,4 +1,4 @@
-// The features that a scene needs of the kernels, and the speed gained by compiling kernels for these features alone.
+// The features that a scene needs of the kernels, and the kernels that follow.
 #pragma once
 
 #include "tools/cli.h"
@@ -12,10 +12,8 @@ std::string feature_words(const SceneFeatures& features);
 std::string camera_words(const SceneFeatures& features);
 
 /// Prints the size of the traversal stacks and, for each shading and integrator, a line for each kernel that it runs on
-/// this scene: bytes of SPIR-V, milliseconds to compile, and registers where the driver reports them. With `measure` it
-/// also prints how much faster these kernels are than kernels compiled for every feature: medians of device times of
-/// the first view, the two kinds measured in turn. Returns the same as JSON: "features", "traversal", "shadings",
-/// "integrators".
-nlohmann::json print_features(Engine& engine, bool measure);
+/// this scene: bytes of SPIR-V, milliseconds to compile, and registers where the driver reports them. Returns the same
+/// as JSON: "features", "traversal", "shadings", "integrators".
+nlohmann::json print_features(Engine& engine);
 
 }  // namespace ballot::cli

@@ -17,7 +17,8 @@ namespace {
 
 /// The commands, in the order of the help.
 constexpr void (*kCommands[])(CLI::App& app, int& result) = {
-    add_info, add_render, add_merge,  add_trace,  add_distance, add_inside, add_check,
+    add_info, add_render, add_merge, add_trace,   add_distance, add_inside,
+    add_check, add_view,  add_bench, add_verify,  add_methods,  add_shaders};
 
 std::string commands_of(const CLI::App& app) {
   std::string names;

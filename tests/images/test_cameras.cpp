@@ -71,8 +71,7 @@ TEST(Cameras, AViewOfTheKindThatTheSceneLacks) {
   EXPECT_TRUE(engine.messages().empty());
 }
 
-// Kernels for both camera kinds generate the same rays, bit for bit, as kernels for one kind. So the kernels that
-// "ballot info --measure" compares with render the same picture.
+// Kernels for both camera kinds generate the same rays, bit for bit, as kernels for one kind.
 TEST(Cameras, KernelsForBothKindsMakeTheSameRays) {
   Engine engine(two_cameras(), with_validation());
   for (const View& view : engine.scene().views)

@@ -83,7 +83,7 @@ TEST(Furnace, RimsOfSmoothSpheres) {
 }
 
 // The kernel that is compiled for every feature renders the same picture, and also does work that the scene does not
-// need. "ballot info --measure" compares the scene's own kernels with it.
+// need.
 TEST(Furnace, EveryFeatureShowsTheSame) {
   RenderOptions options = path_options(12, 2);
   options.aovs = {"color"};

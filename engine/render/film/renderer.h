@@ -72,8 +72,7 @@ struct RenderOptions {
   /// removes single bright pixels and darkens the picture a little. 0: all count as they are.
   float clamp = 0;
   std::uint32_t seed = 0;  // of the integrators' random numbers
-  /// Compiles the kernels, except those of the traversal, as for a scene that has every feature: measures the cost of
-  /// code that a scene does not need.
+  /// Compiles the kernels, except those of the traversal, as for a scene that has every feature: for tests.
   bool every_feature = false;
   std::uint32_t most_rays = ~0u;  // camera rays in flight at once; fewer where memory does not suffice
 
