@@ -1,5 +1,5 @@
 // The parts that all commands share: options, opening a scene, JSON output. Each command is one file cmd_*.cpp and is
-// registered in ballot.cpp.
+// registered in program.cpp.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -12,7 +12,7 @@ namespace {
 constexpr float kLines = 16;  // from zero to the largest distance of the slice
 
 /// Linear colours.
-constexpr glm::vec3 kNear(0.95f), kOutside(0.02f, 0.11f, 0.32f), kInside(0.55f, 0.12f, 0.01f), kNowhere(0.4f);
+constexpr glm::vec3 kNear(0.95f), kOutside(0.02f, 0.11f, 0.32f), kInside(0.55f, 0.12f, 0.01f), kFar(0.4f);
 
 /// The distances of one slice.
 class Plane {
@@ -30,7 +30,7 @@ class Plane {
 
   glm::vec3 color(std::uint32_t i, std::uint32_t j) const {
     const float d = at(i, j);
-    if (!std::isfinite(d)) return kNowhere;
+    if (!std::isfinite(d)) return kFar;
     const float share = largest_ > 0 ? std::abs(d) / largest_ : 0;
     const glm::vec3 color = glm::mix(kNear, d < 0 ? kInside : kOutside, std::sqrt(share));
     bool border = false, line = false;

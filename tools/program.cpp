@@ -22,14 +22,14 @@ constexpr void (*kCommands[])(CLI::App& app, int& result) = {
 
 std::string commands_of(const CLI::App& app) {
   std::string names;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", command->get_name());
+  for (const CLI::App* each : app.get_subcommands([](const CLI::App*) { return true; }))
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", each->get_name());
   return names;
 }
 
 /// Refuses an unknown command and lists those that exist; CLI11 would only say that a command is required.
 void check_command(const CLI::App& app, std::string_view word) {
-  if (app.get_subcommands([&](const CLI::App* command) { return command->get_name() == word; }).empty())
+  if (app.get_subcommands([&](const CLI::App* each) { return each->get_name() == word; }).empty())
     fail(Failure::Arguments, "there is no command '{}'; the commands are: {}", word, commands_of(app));
 }
 
