@@ -13,7 +13,7 @@
 #include "engine/core/npy.h"
 #include "tests/cpu/gltf_builder.h"
 #include "tests/fuzz/fuzz.h"
-#include "tools/program.h"
+#include "tools/program/program.h"
 
 namespace ballot::fuzz {
 

@@ -1,6 +1,6 @@
 // The JSON file of views.
 #include "tests/fuzz/fuzz.h"
-#include "tools/views_file.h"
+#include "tools/program/views_file.h"
 
 namespace ballot::fuzz {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "tools/program/views_file.h"
 #include "tools/view/camera.h"
-#include "tools/views_file.h"
 
 namespace {
 

@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
+#include "tools/program/views_file.h"
 #include "tools/view/script.h"
-#include "tools/views_file.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 
 #include "engine/ballot.h"
 #include "tests/view/desktop.h"
-#include "tools/views_file.h"
+#include "tools/program/views_file.h"
 
 namespace ballot::test {
 

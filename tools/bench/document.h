@@ -13,7 +13,7 @@
 //             unlike_known, differing, failed, and the figures of `verify`
 // Times are milliseconds, or seconds where a name ends in _s. Fields that a run has no value for are left out; NaN is
 // null. The other kinds, "builders", "frames", "queries" and "origins", have `device`, `driver`, `commit`, `command`
-// and records of their own (tools/bench_builders.cpp and so on). tools/report reads all of them.
+// and records of their own (tools/bench/bench_builders.cpp and so on). tools/report reads all of them.
 #pragma once
 
 #include <array>

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "tools/views_file.h"
+#include "tools/program/views_file.h"
 
 namespace ballot::bench {
 

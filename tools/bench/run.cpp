@@ -8,7 +8,7 @@
 
 #include "tools/bench/measure.h"
 #include "tools/bench/table.h"
-#include "tools/interrupt.h"
+#include "tools/program/interrupt.h"
 
 namespace ballot::bench {
 

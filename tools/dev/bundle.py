@@ -30,8 +30,8 @@ The C++ run time (libstdc++ of GCC 12 or newer) is the system's, because drivers
 
   LD_LIBRARY_PATH=lib/fallback bin/ballot info
 
-`view` also needs the system's GLFW 3.3 or newer (Debian: libglfw3; libglfw3-wayland for Wayland without X11). Plots are
-drawn by Python 3 with matplotlib (Debian: python3-matplotlib); a report without it says how to draw them later.
+`view` also needs the system's GLFW 3.3 or newer (Debian: libglfw3; libglfw3-wayland for Wayland without X11). Plots of
+measured runs are drawn by Python 3 with matplotlib (Debian: python3-matplotlib), by what is in share/ballot.
 
 Compiled shaders are cached in $XDG_CACHE_HOME/ballot or ~/.cache/ballot. Licences, of what is compiled in too, are in
 share/doc; share/doc/ballot/NOTICE lists them.

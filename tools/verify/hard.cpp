@@ -7,7 +7,7 @@
 
 #include "tools/bench/measure.h"
 #include "tools/hard/hard.h"
-#include "tools/interrupt.h"
+#include "tools/program/interrupt.h"
 
 namespace ballot::verify {
 

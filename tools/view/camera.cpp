@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "tools/views_file.h"
+#include "tools/program/views_file.h"
 
 namespace ballot::view {
 

@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
+#include "tools/program/views_file.h"
 #include "tools/view/session.h"
-#include "tools/views_file.h"
 
 namespace ballot::view {
 

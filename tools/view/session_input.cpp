@@ -3,7 +3,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "tools/picture_size.h"
+#include "tools/program/picture_size.h"
 #include "tools/view/session.h"
 
 namespace ballot::view {

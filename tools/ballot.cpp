@@ -1,3 +1,0 @@
-#include "tools/program.h"
-
-int main(int argc, char** argv) { return ballot::cli::program(argc, argv); }

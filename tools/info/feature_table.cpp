@@ -1,0 +1,118 @@
+#include "tools/info/feature_table.h"
+
+namespace ballot::cli {
+
+namespace {
+
+struct NamedFeature {
+  bool SceneFeatures::*has;
+  const char* words;
+};
+constexpr NamedFeature kMayHave[] = {
+    {&SceneFeatures::shading_normals, "shading normals"},
+    {&SceneFeatures::reflects, "mirrors"},
+    {&SceneFeatures::refracts, "glass"},
+    {&SceneFeatures::emits, "emission"},
+    {&SceneFeatures::glossy, "gloss"},
+    {&SceneFeatures::unlit, "unlit"},
+    {&SceneFeatures::alpha, "alpha"},
+    {&SceneFeatures::vertex_colors, "colours of vertices"},
+    {&SceneFeatures::base_texture, "colour textures"},
+    {&SceneFeatures::surface_texture, "roughness textures"},
+    {&SceneFeatures::emissive_texture, "emission textures"},
+    {&SceneFeatures::normal_texture, "normal maps"},
+    {&SceneFeatures::lights, "punctual lights"},
+    {&SceneFeatures::sky, "sky"},
+};
+
+/// A shading or an integrator, and the kernels that it runs.
+struct Picture {
+  std::string_view name;
+  std::vector<KernelSource> kernels;
+};
+
+std::vector<Picture> shadings_of(const Engine& engine) {
+  std::vector<Picture> all;
+  for (const Shading& s : kShadings)
+    if (!s.heat) all.push_back({s.name, kernels_of(s, engine.features(), engine.tracer().makes_rays())});
+  return all;
+}
+
+std::vector<Picture> integrators_of(const Engine& engine) {
+  std::vector<Picture> all;
+  for (const Integrator& i : kIntegrators)
+    all.push_back({i.name, kernels_of(i, engine.features(), engine.scene().sky.kind, engine.tracer().makes_rays())});
+  return all;
+}
+
+nlohmann::json print_kernel(Engine& engine, const KernelSource& source) {
+  const Kernel kernel(*engine.context(), source);
+  const KernelTimes& t = kernel.times();
+  say("    {:<60} {:>7} bytes  SPIR-V {:.1f} ms{}  pipeline {:.1f} ms\n", source.name, t.spirv_bytes, t.spirv_ms,
+      t.from_cache ? " (cached)" : "", t.pipeline_ms);
+  nlohmann::json figures = nlohmann::json::object();
+  for (const PipelineFigure& f : kernel.statistics()) {
+    say("      {}: {}\n", f.name, f.value);
+    figures[f.name] = f.value;
+  }
+  return {{"name", source.name},          {"spirv_bytes", t.spirv_bytes}, {"spirv_ms", t.spirv_ms},
+          {"spirv_cached", t.from_cache}, {"pipeline_ms", t.pipeline_ms}, {"statistics", figures}};
+}
+
+nlohmann::json print_pictures(Engine& engine, const std::vector<Picture>& pictures, const char* word) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const Picture& picture : pictures) {
+    say("  {}\n", picture.name);
+    nlohmann::json kernels = nlohmann::json::array();
+    for (const KernelSource& source : picture.kernels) kernels.push_back(print_kernel(engine, source));
+    json.push_back({{word, picture.name}, {"kernels", kernels}});
+  }
+  return json;
+}
+
+nlohmann::json print_traversal(const Engine& engine) {
+  const TreeFacts tree = engine.features().tree;
+  say("\ntraversal: stacks of {} entries for a tree of depth {}{}{}\n", stack_entries(tree), tree.depth,
+      leaves_loop(tree) ? "" : ", no loop over the one triangle of a leaf",
+      tree.far ? ", boxes relative to the middle of the scene" : "");
+  return {{"stack_entries", stack_entries(tree)}, {"leaf_loop", leaves_loop(tree)}};
+}
+
+}  // namespace
+
+std::string feature_words(const SceneFeatures& features) {
+  std::string words;
+  for (const NamedFeature& f : kMayHave)
+    if (features.*f.has) words += fmt::format("{}{}", words.empty() ? "" : ", ", f.words);
+  return words.empty() ? "nothing beyond plain triangles" : words;
+}
+
+std::string camera_words(const SceneFeatures& features) {
+  if (features.perspective && features.orthographic) return "perspective, orthographic";
+  return features.orthographic ? "orthographic" : "perspective";
+}
+
+nlohmann::json features_json(const SceneFeatures& features) {
+  nlohmann::json holds = nlohmann::json::array(), cameras = nlohmann::json::array();
+  for (const NamedFeature& f : kMayHave)
+    if (features.*f.has) holds.push_back(f.words);
+  if (features.perspective) cameras.push_back("perspective");
+  if (features.orthographic) cameras.push_back("orthographic");
+  return {{"holds", holds},
+          {"cameras", cameras},
+          {"tree_depth", features.tree.depth},
+          {"largest_leaf", features.tree.largest_leaf},
+          {"far", features.tree.far}};
+}
+
+nlohmann::json print_features(Engine& engine) {
+  nlohmann::json json{{"features", features_json(engine.features())}};
+  json["traversal"] = print_traversal(engine);
+  say("\nshadings and the kernels that each one runs on this scene, without those of the traversal:\n");
+  json["shadings"] = print_pictures(engine, shadings_of(engine), "shading");
+  say("\nintegrators and the kernels that each one runs on this scene, without those of the traversal:\n");
+  json["integrators"] = print_pictures(engine, integrators_of(engine), "integrator");
+  return json;
+}
+
+}  // namespace ballot::cli
