@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Installs the library to an empty prefix and uses it from there: by CMake in C and C++, and by pkg-config.
+"""Installs the library to an empty prefix and uses it from there: by CMake in C and C++, and by pkg-config, by which the
+samples of the guide are built too.
 
 BALLOT_PRELOAD names what programs have to load before a library with address sanitizer: the sanitizer's runtime.
 """
@@ -89,6 +90,10 @@ def main() -> None:
     flags = run(["pkg-config", "--cflags", "--libs", "ballot"], env=found).split()
     run(["cc", HERE / "consumer" / "consumer.c", *flags, "-o", folder / "by_pkg_config"])
     print(run([folder / "by_pkg_config"], env=environment), end="")
+    guide = [sys.executable, HERE / "guide.py", api / "README.md"]
+    warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+    run([*guide, "c", "cc", "-std=c99", *warnings, *flags, "-lm"], env=environment)
+    run([*guide, "cpp", "c++", "-std=c++20", *warnings, *flags], env=environment)
     version = run(["pkg-config", "--modversion", "ballot"], env=found).strip()
     if version not in run([folder / "by_pkg_config"], env=environment):
         sys.exit(f"ballot.pc says {version}, the library another version")

@@ -42,11 +42,11 @@ class RaycastingScene:
 
     Differences: t_hit, uvs and normals are not bit for bit Embree's, and a ray in the plane of a triangle misses it. A
     watertight query may report the neighbour where a ray meets an edge, 1 ray in a million; an exact one does not.
-    Arrays of NumPy, DLPack on the CPU and Open3D's tensors are taken. The scene is built when it is first cast in, and
-    again after add_triangles(). It may be used from any thread, and pickled.
+    Arrays of NumPy, DLPack on the CPU and Open3D's tensors are taken, float64 too, which is rounded. The scene is built
+    when it is first cast in, and again after add_triangles(). It may be used from any thread, and pickled.
 
     Signs of a mesh that is not closed are Open3D's: the parity of one ray along (1, 1, 1), from which Open3D's differs
-    by up to 0.001 along each axis.
+    by up to 0.001 along each axis. Near the shadow of an edge along that line they may differ.
 
     >>> scene = ballot.RaycastingScene()
     >>> scene.add_triangles(np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.uint32([[0, 1, 2]]))

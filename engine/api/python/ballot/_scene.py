@@ -35,7 +35,8 @@ class Scene(Queries):
     """A scene on a device, made of triangle meshes.
 
     vertices      (n, 3) float32 or float64: x, y, z; finite, at most 1e12. Without triangles: their corners (m, 3, 3),
-                  or a mesh of trimesh (also its Scene), Open3D, PyVista or meshio; other faces are cut into triangles
+                  or a mesh of trimesh (also its Scene), Open3D, PyVista or meshio; other faces are cut into triangles.
+                  The meshes of a trimesh.Scene are taken where its graph puts them, as one; mirrored ones are turned
     triangles     (m, 3) integers: vertices of each triangle
     soup          True: every three of (n, 3) vertices without triangles are one; False: those are refused
     meshes        instead of the two: a list of (vertices, triangles) and of such meshes
@@ -214,6 +215,7 @@ class Scene(Queries):
         length. On a miss prim is MISS, t infinity, u = v = 0. A ray is
         dead, and misses, if t_max <= t_min, if a number is NaN or infinite (but t_max), or if its direction is zero.
 
+        Memory of results that were let go of is kept for the next ones, up to 256 MiB.
         Other threads run meanwhile. Ctrl-C ends the call, as every call of ballot, within half a second; `out` is then
         half-written, perhaps for some time yet.
         Raises TypeError and ValueError for wrong arguments, before anything is written.
