@@ -132,7 +132,9 @@ BALLOT_API const char* ballot_device_error(BallotDevice* device);
 /* A ray: hits are sought at origin + t * dir with t in [t_min, t_max]. dir need not be of unit length. A ray is dead,
  * and reported as a miss, if t_max <= t_min, if a component is NaN or infinite, or if dir is zero or denormal: if no
  * component of it reaches 2^-126, about 1.18e-38, in any mode. Modes other than "exact" promise nothing for a ray that
- * starts farther from the scene than 2^20 diagonals of its bounds. */
+ * starts farther from the scene than 2^20 diagonals of its bounds. Mode "watertight" places each vertex as float32 sees
+ * it from the origin, off by up to about 2^-22 of the distance: from afar a closed mesh stays closed, but may lie
+ * elsewhere as a whole. */
 typedef struct BallotRay {
   float origin[3], t_min, dir[3], t_max;
 } BallotRay;

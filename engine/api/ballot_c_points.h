@@ -45,12 +45,27 @@ typedef struct BallotPointQuery {
 
 /* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of
  * the reported triangle, M' that of the nearest triangle, and R the largest distance to a point of the scene along an
- * axis. Distances have an error of at most 64 * 2^-24 (M + M') + 2^-85 R.
- * `inside` is right if every triangle is farther away than 16 * 2^-24 times the distance to its own farthest vertex.
- * The inside test is refused if an edge has an odd number of triangles, signs by pseudonormals if two triangles run
- * along an edge in the same direction. With numeric "exact" the nearest triangle and
- * what is inside are those of exact arithmetic; the host decides what the device leaves open, and looks for each
- * nearest triangle again. */
+ * axis.
+ *
+ * Distance  Has an error of at most 64 * 2^-24 (M + M') + 2^-85 R, also of thin triangles. Triangles that share an edge
+ *           or a vertex compute the same distance from it.
+ * Parity    One ray along +x. Right if every triangle is farther away than 16 * 2^-24 times the distance to its own
+ *           farthest vertex and none is smaller than 2^-88 R, also where the ray passes exactly through an edge or a
+ *           vertex. On the surface the answer is that of a point beside it, towards +x, then +y, then +z. Inside of two
+ *           surfaces that are nested or overlap is outside. Refused if an edge has an odd number of triangles.
+ * Pseudonormals  Agree with parity on meshes that are closed, manifold, wound alike and free of self-intersections. On
+ *           the surface a point is not inside. Near a border it is behind the plane of the triangle there or in front
+ *           of it, however far it is. The sign may be wrong within the bound of the distance, beside an edge within
+ *           about that divided by the sine of half the angle between its faces; at sharp corners no bound is proved.
+ *           Refused if two triangles run along an edge in the same direction. 72 bytes a triangle.
+ * Exact     With numeric "exact" the nearest triangle and what is inside are those of exact arithmetic, signs by
+ *           pseudonormals for these as rounded to float32. The host decides what the device leaves open, and looks for
+ *           each nearest triangle again.
+ *
+ * Vertices are one if their coordinates are equal. Triangles without area are left out; where one closes a gap, the
+ * edges around it count as open. Answers depend neither on the tree nor on the order of the points, with one exception:
+ * of a point farther away than 16 times the scene's longest side the nearest triangle may be another one within the
+ * same bound. Points as far as 3e38 are answered. */
 BALLOT_API BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points, const BallotNearest* to,
                                             const BallotPointQuery* query, BallotTimes* times);
 
@@ -107,8 +122,12 @@ typedef struct BallotLists {
   int (*progress)(void* user, double done); /* as in BallotQuery */
 } BallotLists;
 
-/* Finds all crossings of rays and triangles with t in [t_min, t_max]. With numeric "exact" numbers and order are those
- * of exact arithmetic; the host decides what the device leaves open. times may be NULL. */
+/* Finds all crossings of rays and triangles with t in [t_min, t_max]: each triangle once, with the t of a "watertight"
+ * hit. From outside to outside a ray crosses a closed mesh an even number of times. A ray in a triangle's plane does
+ * not cross it. The first crossings are the beginning of the whole list, bit for bit; up to 16 a ray are looked for no
+ * farther than they lie. With numeric "exact" numbers and order are those of exact arithmetic; the host decides what
+ * the device leaves open. Takes memory for some 4 million crossings at a time, and more for a ray that has more.
+ * times may be NULL. */
 BALLOT_API BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, const BallotLists* lists,
                                               BallotTimes* times);
 

@@ -38,7 +38,9 @@ typedef struct BallotSceneOptions {
   uint32_t allow_outside; /* 1: a scene file may name buffers, images and materials outside of its folder */
   /* Meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
    * whole. "copy": each use is a moved copy. NULL or "auto": kept where that saves 4 million triangles and half of the
-   * scene's, or where copies would not fit into memory. Hits are the same but for rounding. */
+   * scene's, or where copies would not fit into memory. Copied all the same are meshes whose instances, which take the
+   * memory of 4 triangles each, would not save half of them, and all meshes of files that deform some over time. Hits
+   * are the same but for rounding. */
   const char* instances;
   /* Called now and then with the share of the tree that is built, by any thread, one at a time. Returning non-zero ends
    * the call with BALLOT_ERROR_INTERRUPTED. */
@@ -54,8 +56,8 @@ BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMe
 /* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, or triangles (.npy, .npz). The scene has one mesh, number and
  * id 0, and its own cameras and materials. Its tree is kept on disk if options is NULL or options->cache is 1. Files
  * that it names lie in its folder or below, unless options->allow_outside is 1; what memory cannot hold is refused
- * beforehand. Meshes that it keeps once (options->instances) are counted as copies are: prim goes through all
- * instances. Such a scene takes no queries of points and crossings. */
+ * beforehand. A mesh that is kept once (options->instances) has as many numbers of triangles as if each use were a
+ * copy of its own. A scene with such meshes takes no queries of points and crossings. */
 BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const BallotSceneOptions* options,
                                           BallotScene** scene);
 BALLOT_API void ballot_scene_destroy(BallotScene* scene);
@@ -75,8 +77,13 @@ typedef struct BallotInstances {
  * the memory of the meshes and 160 bytes an instance on the device. A hit of an instance is a hit of its mesh by the
  * ray transformed into the mesh's space, by the same float32 operations on every device; t is the same in both spaces.
  * At equal t the instance with the smaller number is hit. Triangles are numbered through the instances in their order;
- * that number is `prim` of BallotHit. BallotHits has instance and triangle apart. At most 2^32 - 3 triangles counted
- * through all instances, 2^31 - 1 in all meshes.
+ * that number is `prim` of BallotHit. BallotHits has instance and triangle apart. With identity transforms hits are
+ * those of a scene of copies, bit for bit. At most 2^32 - 3 triangles counted through all instances, 2^31 - 1 in all
+ * meshes.
+ *
+ * In "watertight" no ray slips through a closed mesh, whatever its transform, nor between instances with equal
+ * transforms. Where the borders of instances with different transforms coincide, one may. In "exact" each instance's
+ * answer is exact for the ray in its space; instances are ordered by t as reported.
  *
  * Refused, with the instance and the figure: entries that are not finite, matrices that cannot be inverted in float32
  * (their inverse would multiply rounding errors by more than 2^20), columns whose largest magnitude is not between
@@ -102,8 +109,9 @@ typedef struct BallotInstanceInfo {
 BALLOT_API BallotStatus ballot_scene_instance(BallotScene* scene, size_t instance, BallotInstanceInfo* info);
 
 /* Moves the vertices of a mesh of ballot_scene_create(): `count` must be its vertex_count. Hits of later calls are
- * those of the moved scene. BallotSceneOptions::update says how the tree moves. A failed call leaves the scene as it
- * was. stride is in bytes; 0: 12. */
+ * those of the moved scene; in "watertight" and "exact" they are the same bits after a refit and after a build.
+ * BallotSceneOptions::update says how the tree moves. A failed call leaves the scene as it was. The scene keeps 36
+ * bytes a triangle of the host for the next call. stride is in bytes; 0: 12. */
 BALLOT_API BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* positions, size_t count,
                                             size_t stride);
 

@@ -89,7 +89,7 @@ struct SceneSizes {
 constexpr std::uint64_t kMostInstances = 1 << 22;     // a small file can ask for any number
 constexpr std::uint64_t kBytesWithTree = 300;         // of a triangle: the scene's arrays, the tree and what builds it
 constexpr std::uint64_t kSurelyFit = 1 << 18;         // triangles; memory is not asked for
-constexpr std::uint64_t kBytesAnInstance = 52 + 232;  // of the scene; of its trees: engine/README.md, Instances
+constexpr std::uint64_t kBytesAnInstance = 52 + 232;  // of the scene; of its trees: engine/README.md, Memory
 
 void add_carried(const std::vector<OpenPrimitive>& mesh, const Scene& scene, Carried& carried) {
   for (const OpenPrimitive& primitive : mesh) {

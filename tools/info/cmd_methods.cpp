@@ -149,7 +149,8 @@ void add_methods(CLI::App& app, int& result) {
   cmd->add_option("--write", *files,
                   "text files in which to replace the tables instead of printing them: each section between the lines\n"
                   "<!-- NAME:begin --> and <!-- NAME:end -->, where NAME is methods, formats, knobs, numeric or\n"
-                  "builders; e.g. ballot methods --write shaders/README.md engine/README.md");
+                  "builders; e.g. ballot methods --write shaders/methods.md");
+  cmd->callback([files, &result] { result = run_methods(*files); });
 }
 
 }  // namespace ballot::cli
