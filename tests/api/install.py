@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Installs the library to an empty prefix and uses it from there: by CMake in C and C++, and by pkg-config, by which the
-samples of the guide are built too.
+"""Installs the library to an empty prefix and uses it from there: by CMake in C and C++, and by pkg-config. The samples
+of the guide are built in the latter way.
 
 BALLOT_PRELOAD names what programs have to load before a library with address sanitizer: the sanitizer's runtime.
 """
