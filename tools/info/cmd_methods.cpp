@@ -150,7 +150,6 @@ void add_methods(CLI::App& app, int& result) {
                   "text files in which to replace the tables instead of printing them: each section between the lines\n"
                   "<!-- NAME:begin --> and <!-- NAME:end -->, where NAME is methods, formats, knobs, numeric or\n"
                   "builders; e.g. ballot methods --write shaders/methods.md");
-  cmd->callback([files, &result] { result = run_methods(*files); });
 }
 
 }  // namespace ballot::cli

@@ -54,7 +54,7 @@ struct AutoRow {
 };
 
 // Measured on lavapipe 22.3.6 with 2 and 16 threads and on an NVIDIA H200, seven scenes, seven ray kinds, batches of
-// 10^3 to 10^6 rays, modes plain and watertight: tools/measured/auto.md has the tables.
+// 10^3 to 10^6 rays, modes plain and watertight: tools/measured/traversal.md has the tables.
 constexpr std::size_t kFew = 1 << 12, kSome = 1 << 15, kMany = 1 << 17;
 constexpr std::size_t kLarge = 1 << 18;
 constexpr AutoRow kAutoRows[] = {
