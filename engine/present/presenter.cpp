@@ -1,39 +1,95 @@
 #include "engine/present/presenter.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "engine/core/error.h"
-#include "engine/present/images.h"
 
 namespace ballot {
 
 namespace {
 
-constexpr Use kAcquired{VK_IMAGE_LAYOUT_UNDEFINED, VK_PIPELINE_STAGE_TRANSFER_BIT,
-                        0};  // the submission waits there for Frame::ready
+/// A use of an image by a command: the layout, the stage and the access.
+struct Use {
+  VkImageLayout layout;
+  VkPipelineStageFlags stage;
+  VkAccessFlags access;
+};
+
+constexpr Use kUnused{VK_IMAGE_LAYOUT_UNDEFINED, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, 0};
 constexpr Use kFilled{VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_TRANSFER_BIT,
                       VK_ACCESS_TRANSFER_WRITE_BIT};
 constexpr Use kCopied{VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_PIPELINE_STAGE_TRANSFER_BIT,
                       VK_ACCESS_TRANSFER_READ_BIT};
 constexpr Use kPainted{VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT,
                        VK_ACCESS_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_COLOR_ATTACHMENT_WRITE_BIT};
+constexpr VkImageSubresourceRange kAll{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
 constexpr VkImageSubresourceLayers kColor{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
 
-bool filters_linearly(Context& gpu, VkFormat format) {
+/// Records a barrier between two uses of an image, with the change of its layout.
+void change_use(const Vulkan& vk, VkCommandBuffer cmd, VkImage image, const Use& from, const Use& to) {
+  VkImageMemoryBarrier barrier{};
+  barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER;
+  barrier.srcAccessMask = from.access;
+  barrier.dstAccessMask = to.access;
+  barrier.oldLayout = from.layout;
+  barrier.newLayout = to.layout;
+  barrier.srcQueueFamilyIndex = barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+  barrier.image = image;
+  barrier.subresourceRange = kAll;
+  vk.CmdPipelineBarrier(cmd, from.stage, to.stage, 0, 0, nullptr, 0, nullptr, 1, &barrier);
+}
+
+/// Returns all that a function of Vulkan lists. `what` names the work in errors.
+template <class T, class List>
+std::vector<T> listed(const char* what, const List& list) {
+  std::uint32_t count = 0;
+  vk_check(list(&count, static_cast<T*>(nullptr)), what);
+  std::vector<T> all(count);
+  vk_check(list(&count, all.data()), what);
+  all.resize(count);
+  return all;
+}
+
+/// Returns an 8-bit UNORM format of the window. The pixels are sRGB encoded already: a UNORM format stores them as they
+/// are, an SRGB format would encode them again.
+VkSurfaceFormatKHR choose_format(Context& gpu) {
+  const auto formats = listed<VkSurfaceFormatKHR>("asking for the window's formats", [&](auto* count, auto* all) {
+    return gpu.vk().GetPhysicalDeviceSurfaceFormatsKHR(gpu.physical(), gpu.surface(), count, all);
+  });
+  for (const VkFormat wanted : {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM})
+    for (const VkSurfaceFormatKHR& f : formats)
+      if (f.format == wanted && f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR) return f;
+  fail(Failure::Device, "{} offers this window none of the formats BGRA and RGBA with 8 bits; use another --device",
+       gpu.info().name);
+}
+
+VkPresentModeKHR choose_mode(Context& gpu, Pace pace) {
+  const auto modes = listed<VkPresentModeKHR>("asking how the window presents", [&](auto* count, auto* all) {
+    return gpu.vk().GetPhysicalDeviceSurfacePresentModesKHR(gpu.physical(), gpu.surface(), count, all);
+  });
+  const bool mailbox = std::ranges::count(modes, VK_PRESENT_MODE_MAILBOX_KHR) > 0;
+  return pace == Pace::Latest && mailbox ? VK_PRESENT_MODE_MAILBOX_KHR : VK_PRESENT_MODE_FIFO_KHR;
+}
+
+VkFilter choose_filter(Context& gpu, VkFormat format) {
   VkFormatProperties properties{};
   gpu.vk().GetPhysicalDeviceFormatProperties(gpu.physical(), format, &properties);
-  return (properties.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT) != 0;
+  const bool linear = properties.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT;
+  return linear ? VK_FILTER_LINEAR : VK_FILTER_NEAREST;
 }
 
 }  // namespace
 
 Presenter::Presenter(Context& gpu, Pace pace)
-    : gpu_(gpu), swapchain_(gpu, pace), linear_(filters_linearly(gpu, swapchain_.format())) {
+    : gpu_(gpu),
+      format_(choose_format(gpu)),
+      mode_(choose_mode(gpu, pace)),
+      filter_(choose_filter(gpu, format_.format)) {
   try {
     create_pass();
-    create_frames();
-    painter_ = std::make_unique<Painter>(gpu_, pass_, kFrames);
+    VkFenceCreateInfo fence{};
+    fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+    vk_check(gpu_.vk().CreateFence(gpu_.device(), &fence, nullptr, &acquired_), "creating a fence");
   } catch (...) {
     destroy();
     throw;
@@ -44,21 +100,29 @@ Presenter::~Presenter() { destroy(); }
 
 void Presenter::destroy() {
   gpu_.vk().DeviceWaitIdle(gpu_.device());
-  painter_.reset();
-  gpu_.vk().DestroyImage(gpu_.device(), small_, nullptr);
-  gpu_.vk().FreeMemory(gpu_.device(), small_memory_, nullptr);
-  for (const Frame& f : frames_) {
-    gpu_.vk().DestroySemaphore(gpu_.device(), f.ready, nullptr);
-    gpu_.vk().DestroyFence(gpu_.device(), f.done, nullptr);
-  }
-  gpu_.vk().DestroyQueryPool(gpu_.device(), queries_, nullptr);
-  gpu_.vk().DestroyCommandPool(gpu_.device(), commands_, nullptr);
+  destroy_small();
+  destroy_images();
+  gpu_.vk().DestroySwapchainKHR(gpu_.device(), swapchain_, nullptr);
+  gpu_.vk().DestroyFence(gpu_.device(), acquired_, nullptr);
   gpu_.vk().DestroyRenderPass(gpu_.device(), pass_, nullptr);
+}
+
+void Presenter::destroy_images() {
+  for (const Image& i : images_) {
+    gpu_.vk().DestroyFramebuffer(gpu_.device(), i.framebuffer, nullptr);
+    gpu_.vk().DestroyImageView(gpu_.device(), i.view, nullptr);
+  }
+  images_.clear();
+}
+
+void Presenter::destroy_small() {
+  gpu_.vk().DestroyImage(gpu_.device(), std::exchange(small_, VK_NULL_HANDLE), nullptr);
+  gpu_.vk().FreeMemory(gpu_.device(), std::exchange(small_memory_, VK_NULL_HANDLE), nullptr);
 }
 
 void Presenter::create_pass() {
   VkAttachmentDescription window{};
-  window.format = swapchain_.format();
+  window.format = format_.format;
   window.samples = VK_SAMPLE_COUNT_1_BIT;
   window.loadOp = VK_ATTACHMENT_LOAD_OP_LOAD;
   window.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
@@ -80,176 +144,166 @@ void Presenter::create_pass() {
   vk_check(gpu_.vk().CreateRenderPass(gpu_.device(), &create, nullptr, &pass_), "creating the window's render pass");
 }
 
-void Presenter::create_frames() {
-  VkCommandPoolCreateInfo pool{};
-  pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
-  pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
-  pool.queueFamilyIndex = gpu_.queue_family();
-  vk_check(gpu_.vk().CreateCommandPool(gpu_.device(), &pool, nullptr, &commands_),
-           "creating the window's command pool");
-  if (gpu_.info().timestamp_ns > 0) {
-    VkQueryPoolCreateInfo queries{};
-    queries.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
-    queries.queryType = VK_QUERY_TYPE_TIMESTAMP;
-    queries.queryCount = 2 * kFrames;
-    vk_check(gpu_.vk().CreateQueryPool(gpu_.device(), &queries, nullptr, &queries_),
-             "creating the window's query pool");
+/// Creates the images for a window of this many pixels. There are none if the window has no area.
+void Presenter::create_swapchain(VkExtent2D window) {
+  VkSurfaceCapabilitiesKHR can{};
+  vk_check(gpu_.vk().GetPhysicalDeviceSurfaceCapabilitiesKHR(gpu_.physical(), gpu_.surface(), &can),
+           "asking what the window can do");
+  extent_ = can.currentExtent;
+  if (extent_.width == 0xFFFFFFFF) {  // the window takes the size of the swapchain
+    extent_.width = std::clamp(window.width, can.minImageExtent.width, can.maxImageExtent.width);
+    extent_.height = std::clamp(window.height, can.minImageExtent.height, can.maxImageExtent.height);
   }
-  for (Frame& f : frames_) {
-    VkCommandBufferAllocateInfo allocate{};
-    allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
-    allocate.commandPool = commands_;
-    allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-    allocate.commandBufferCount = 1;
-    vk_check(gpu_.vk().AllocateCommandBuffers(gpu_.device(), &allocate, &f.commands),
-             "allocating the window's commands");
-    VkSemaphoreCreateInfo semaphore{};
-    semaphore.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO;
-    vk_check(gpu_.vk().CreateSemaphore(gpu_.device(), &semaphore, nullptr, &f.ready), "creating a semaphore");
-    VkFenceCreateInfo fence{};
-    fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
-    fence.flags = VK_FENCE_CREATE_SIGNALED_BIT;
-    vk_check(gpu_.vk().CreateFence(gpu_.device(), &fence, nullptr, &f.done), "creating a fence");
+  vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window's images");
+  destroy_images();
+  const VkSwapchainKHR old = std::exchange(swapchain_, VK_NULL_HANDLE);
+  VkResult result = VK_SUCCESS;
+  if (extent_.width && extent_.height) {
+    VkSwapchainCreateInfoKHR create{};
+    create.sType = VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR;
+    create.surface = gpu_.surface();
+    create.minImageCount = can.minImageCount + 1;
+    if (can.maxImageCount) create.minImageCount = std::min(create.minImageCount, can.maxImageCount);
+    create.imageFormat = format_.format;
+    create.imageColorSpace = format_.colorSpace;
+    create.imageExtent = extent_;
+    create.imageArrayLayers = 1;
+    create.imageUsage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+    create.preTransform = can.currentTransform;
+    create.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
+    create.presentMode = mode_;
+    create.clipped = VK_TRUE;
+    create.oldSwapchain = old;
+    result = gpu_.vk().CreateSwapchainKHR(gpu_.device(), &create, nullptr, &swapchain_);
+  }
+  gpu_.vk().DestroySwapchainKHR(gpu_.device(), old, nullptr);
+  vk_check(result, "creating the window's images");
+  if (swapchain_) create_images();
+}
+
+void Presenter::create_images() {
+  const auto handles = listed<VkImage>("asking for the window's images", [&](auto* count, auto* all) {
+    return gpu_.vk().GetSwapchainImagesKHR(gpu_.device(), swapchain_, count, all);
+  });
+  for (const VkImage handle : handles) {
+    Image& i = images_.emplace_back();
+    i.image = handle;
+    VkImageViewCreateInfo view{};
+    view.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
+    view.image = handle;
+    view.viewType = VK_IMAGE_VIEW_TYPE_2D;
+    view.format = format_.format;
+    view.subresourceRange = kAll;
+    vk_check(gpu_.vk().CreateImageView(gpu_.device(), &view, nullptr, &i.view), "creating a view of the window");
+    VkFramebufferCreateInfo framebuffer{};
+    framebuffer.sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO;
+    framebuffer.renderPass = pass_;
+    framebuffer.attachmentCount = 1;
+    framebuffer.pAttachments = &i.view;
+    framebuffer.width = extent_.width;
+    framebuffer.height = extent_.height;
+    framebuffer.layers = 1;
+    vk_check(gpu_.vk().CreateFramebuffer(gpu_.device(), &framebuffer, nullptr, &i.framebuffer),
+             "creating a framebuffer");
   }
 }
 
-void Presenter::set_atlas(const PaintAtlas& atlas) {
-  gpu_.check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
-  painter_->set_atlas(atlas);
-}
-
-bool Presenter::follow(VkExtent2D window) {
-  const VkExtent2D now = swapchain_.extent();
-  if (!stale_ && swapchain_.exists() && now.width == window.width && now.height == window.height) return true;
-  stale_ = !swapchain_.create(pass_, window);
-  return !stale_;
-}
-
-bool Presenter::acquire(Frame& frame, VkExtent2D window, std::uint32_t& index) {
+/// Waits for the next image of the window, and writes its index. Returns false if there is none.
+bool Presenter::acquire(VkExtent2D window, std::uint32_t& index) {
   for (int attempt = 0; attempt < 2; ++attempt) {
-    if (!follow(window)) return false;
-    const VkResult result = swapchain_.acquire(frame.ready, index);
-    if (result == VK_SUBOPTIMAL_KHR) stale_ = true;  // this image is still shown
-    if (result == VK_SUCCESS || result == VK_SUBOPTIMAL_KHR) return true;
-    if (result != VK_ERROR_OUT_OF_DATE_KHR) gpu_.check(result, "asking for the window's next image");
-    stale_ = true;
+    if (stale_ || extent_.width != window.width || extent_.height != window.height) {
+      stale_ = true;
+      create_swapchain(window);
+      if (!swapchain_) return false;
+    }
+    const VkResult result =
+        gpu_.vk().AcquireNextImageKHR(gpu_.device(), swapchain_, UINT64_MAX, VK_NULL_HANDLE, acquired_, &index);
+    stale_ = result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_SUBOPTIMAL_KHR;
+    if (result == VK_ERROR_OUT_OF_DATE_KHR) continue;
+    if (!stale_) gpu_.check(result, "asking for the window's next image");  // an image that is suboptimal is shown
+    gpu_.check(gpu_.wait_for(acquired_), "waiting for the window's next image");
+    vk_check(gpu_.vk().ResetFences(gpu_.device(), 1, &acquired_), "resetting the fence of the window");
+    return true;
   }
   return false;
 }
 
-void Presenter::read_time(std::uint32_t frame) {
-  if (!queries_ || !frames_[frame].timed) return;
-  std::uint64_t ticks[2] = {};
-  if (gpu_.vk().GetQueryPoolResults(gpu_.device(), queries_, frame * 2, 2, sizeof ticks, ticks, sizeof ticks[0],
-                                    VK_QUERY_RESULT_64_BIT) == VK_SUCCESS)
-    last_ms_ = double(ticks[1] - ticks[0]) * gpu_.info().timestamp_ns * 1e-6;
-}
-
-void Presenter::make_stretched(const ShownPicture& picture) {
+/// Makes the image that is scaled to the window.
+void Presenter::make_small(const ShownPicture& picture) {
   if (small_ && small_size_.width >= picture.width && small_size_.height >= picture.height) return;
-  gpu_.check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
-  gpu_.vk().DestroyImage(gpu_.device(), small_, nullptr);
-  gpu_.vk().FreeMemory(gpu_.device(), small_memory_, nullptr);
-  small_ = VK_NULL_HANDLE;
-  small_memory_ = VK_NULL_HANDLE;
+  destroy_small();
   small_size_ = {std::max(small_size_.width, picture.width), std::max(small_size_.height, picture.height)};
-  small_ = create_image(gpu_, small_size_, swapchain_.format(),
-                        VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT, "picture to stretch",
-                        small_memory_);
+  VkImageCreateInfo create{};
+  create.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
+  create.imageType = VK_IMAGE_TYPE_2D;
+  create.format = format_.format;
+  create.extent = {small_size_.width, small_size_.height, 1};
+  create.mipLevels = create.arrayLayers = 1;
+  create.samples = VK_SAMPLE_COUNT_1_BIT;
+  create.usage = VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT;
+  vk_check(gpu_.vk().CreateImage(gpu_.device(), &create, nullptr, &small_), "creating the picture to scale");
+  VkMemoryRequirements needs;
+  gpu_.vk().GetImageMemoryRequirements(gpu_.device(), small_, &needs);
+  VkMemoryAllocateInfo allocate{};
+  allocate.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+  allocate.allocationSize = needs.size;
+  allocate.memoryTypeIndex = gpu_.memory_type(needs.memoryTypeBits, 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+  vk_check(gpu_.vk().AllocateMemory(gpu_.device(), &allocate, nullptr, &small_memory_),
+           "allocating the picture to scale");
+  vk_check(gpu_.vk().BindImageMemory(gpu_.device(), small_, small_memory_, 0), "binding the picture to scale");
+  gpu_.name(VK_OBJECT_TYPE_IMAGE, std::uint64_t(small_), "picture to scale");
 }
 
-bool Presenter::show(const ShownPicture& picture, const PaintList& list, std::uint32_t window_width,
+bool Presenter::show(const ShownPicture& picture, const Paint& paint, std::uint32_t window_width,
                      std::uint32_t window_height) {
-  if (window_width == 0 || window_height == 0) return false;
-  Frame& frame = frames_[next_];
-  gpu_.check(gpu_.wait_for(frame.done), "waiting for a frame");
-  read_time(next_);
   std::uint32_t index = 0;
-  painter_->upload(next_, list);
-  if (!acquire(frame, {window_width, window_height}, index)) return false;
-  if (picture.pixels) make_stretched(picture);
-  record(next_, swapchain_[index], picture, list);
-  vk_check(gpu_.vk().ResetFences(gpu_.device(), 1, &frame.done), "resetting a frame's fence");
-  const VkPipelineStageFlags wait = VK_PIPELINE_STAGE_TRANSFER_BIT;
-  VkSubmitInfo submit{};
-  submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
-  submit.waitSemaphoreCount = 1;
-  submit.pWaitSemaphores = &frame.ready;
-  submit.pWaitDstStageMask = &wait;
-  submit.commandBufferCount = 1;
-  submit.pCommandBuffers = &frame.commands;
-  submit.signalSemaphoreCount = 1;
-  submit.pSignalSemaphores = &swapchain_[index].painted;
-  const auto start = std::chrono::steady_clock::now();
-  gpu_.check(gpu_.vk().QueueSubmit(gpu_.queue(), 1, &submit, frame.done), "submitting a frame of the window");
-  if (!queries_) {  // so that the wall time of the next submission does not include this one
-    gpu_.check(gpu_.wait_for(frame.done), "waiting for a frame");
-    last_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  }
-  frame.timed = true;
-  next_ = (next_ + 1) % kFrames;
-  const VkResult result = swapchain_.present(index);
-  if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_SUBOPTIMAL_KHR)
-    stale_ = true;
-  else
-    gpu_.check(result, "presenting to the window");
+  if (window_width == 0 || window_height == 0 || !acquire({window_width, window_height}, index)) return false;
+  if (picture.pixels && !fits(picture)) make_small(picture);
+  const PassScope scope(gpu_);
+  gpu_.submit("a frame of the window", [&](VkCommandBuffer cmd) { record(cmd, images_[index], picture, paint); });
+  last_ms_ = gpu_.last_ms();
+  VkPresentInfoKHR present{};
+  present.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR;
+  present.swapchainCount = 1;
+  present.pSwapchains = &swapchain_;
+  present.pImageIndices = &index;
+  const VkResult result = gpu_.vk().QueuePresentKHR(gpu_.queue(), &present);
+  const bool outdated = result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_SUBOPTIMAL_KHR;
+  if (!outdated) gpu_.check(result, "presenting to the window");
+  stale_ |= outdated;
   return true;
 }
 
-void Presenter::record(std::uint32_t frame, const Swapchain::Image& image, const ShownPicture& picture,
-                       const PaintList& list) {
-  const VkCommandBuffer cmd = frames_[frame].commands;
-  vk_check(gpu_.vk().ResetCommandBuffer(cmd, 0), "resetting a frame's commands");
-  VkCommandBufferBeginInfo begin{};
-  begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
-  begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-  vk_check(gpu_.vk().BeginCommandBuffer(cmd, &begin), "recording a frame of the window");
-  if (queries_) {
-    gpu_.vk().CmdResetQueryPool(cmd, queries_, frame * 2, 2);
-    gpu_.vk().CmdWriteTimestamp(cmd, VK_PIPELINE_STAGE_TRANSFER_BIT, queries_, frame * 2);
-  }
-  change_use(gpu_.vk(), cmd, image.image, kAcquired, kFilled);
+void Presenter::record(VkCommandBuffer cmd, const Image& image, const ShownPicture& picture, const Paint& paint) {
+  change_use(gpu_.vk(), cmd, image.image, kUnused, kFilled);
   record_picture(cmd, image.image, picture);
   change_use(gpu_.vk(), cmd, image.image, kFilled, kPainted);
   VkRenderPassBeginInfo pass{};
   pass.sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO;
   pass.renderPass = pass_;
   pass.framebuffer = image.framebuffer;
-  pass.renderArea.extent = swapchain_.extent();
+  pass.renderArea.extent = extent_;
   gpu_.vk().CmdBeginRenderPass(cmd, &pass, VK_SUBPASS_CONTENTS_INLINE);
-  painter_->record(cmd, frame, list, swapchain_.extent());
+  paint(cmd);
   gpu_.vk().CmdEndRenderPass(cmd);
-  // The next submission may overwrite the pixels, the vertices and the unscaled picture.
-  VkMemoryBarrier barrier{};
-  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
-  barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
-  barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
-  gpu_.vk().CmdPipelineBarrier(cmd, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 1,
-                               &barrier, 0, nullptr, 0, nullptr);
-  if (queries_) gpu_.vk().CmdWriteTimestamp(cmd, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, queries_, frame * 2 + 1);
-  vk_check(gpu_.vk().EndCommandBuffer(cmd), "recording a frame of the window");
 }
 
 void Presenter::record_picture(VkCommandBuffer cmd, VkImage to, const ShownPicture& picture) {
-  const VkExtent2D window = swapchain_.extent();
   if (!picture.pixels) {
     const VkClearColorValue black{{0, 0, 0, 1}};
-    const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
-    gpu_.vk().CmdClearColorImage(cmd, to, kFilled.layout, &black, 1, &all);
+    gpu_.vk().CmdClearColorImage(cmd, to, kFilled.layout, &black, 1, &kAll);
     return;
   }
-  const bool direct = picture.width == window.width && picture.height == window.height;
   const VkBufferImageCopy copy{0, 0, 0, kColor, {0, 0, 0}, {picture.width, picture.height, 1}};
-  if (!direct) change_use(gpu_.vk(), cmd, small_, kAcquired, kFilled);
-  gpu_.vk().CmdCopyBufferToImage(cmd, picture.pixels->handle(), direct ? to : small_, kFilled.layout, 1, &copy);
-  if (direct) return;
+  if (!fits(picture)) change_use(gpu_.vk(), cmd, small_, kUnused, kFilled);
+  gpu_.vk().CmdCopyBufferToImage(cmd, picture.pixels->handle(), fits(picture) ? to : small_, kFilled.layout, 1, &copy);
+  if (fits(picture)) return;
   change_use(gpu_.vk(), cmd, small_, kFilled, kCopied);
   VkImageBlit blit{};
   blit.srcSubresource = blit.dstSubresource = kColor;
   blit.srcOffsets[1] = {std::int32_t(picture.width), std::int32_t(picture.height), 1};
-  blit.dstOffsets[1] = {std::int32_t(window.width), std::int32_t(window.height), 1};
-  gpu_.vk().CmdBlitImage(cmd, small_, kCopied.layout, to, kFilled.layout, 1, &blit,
-                         linear_ ? VK_FILTER_LINEAR : VK_FILTER_NEAREST);
+  blit.dstOffsets[1] = {std::int32_t(extent_.width), std::int32_t(extent_.height), 1};
+  gpu_.vk().CmdBlitImage(cmd, small_, kCopied.layout, to, kFilled.layout, 1, &blit, filter_);
 }
 
 }  // namespace ballot

@@ -1,13 +1,18 @@
 // Shows pictures in a window, with a user interface painted over them.
 #pragma once
 
-#include <array>
-#include <memory>
+#include <functional>
+#include <vector>
 
-#include "engine/present/painter.h"
-#include "engine/present/swapchain.h"
+#include "engine/vk/buffer.h"
 
 namespace ballot {
+
+/// How finished pictures reach the screen. Neither mode tears.
+enum class Pace {
+  Refresh,  // FIFO: every picture waits for a refresh of the screen
+  Latest,   // mailbox, or FIFO if the device has no mailbox: shows the newest picture and drops older ones
+};
 
 /// A picture with 8 bits per channel, rows from the top. Presenter::swap_red() gives the order of the channels.
 struct ShownPicture {
@@ -15,64 +20,62 @@ struct ShownPicture {
   std::uint32_t width = 0, height = 0;
 };
 
-/// Owns the swapchain of a window. Two frames are in flight. Made by an Engine that was opened with a window. Belongs
-/// to one thread.
+/// Owns the swapchain of a window. Made by an Engine that was opened with a window. Belongs to one thread.
 class Presenter {
  public:
+  /// Records draws inside the render pass pass(), whose target has the size of the window.
+  using Paint = std::function<void(VkCommandBuffer)>;
+
   /// Throws Error(Device) if the window supports no 8-bit colours, Error(Work) if a Vulkan object cannot be created.
   Presenter(Context& gpu, Pace pace);
   ~Presenter();
   Presenter(const Presenter&) = delete;
   Presenter& operator=(const Presenter&) = delete;
 
-  /// Replaces the atlas. Waits for the device first.
-  void set_atlas(const PaintAtlas& atlas);
-
   /// Scales the picture to the window of window_width x window_height pixels (linear filter; none if the sizes are
-  /// equal), paints the list over it, and presents it. Recreates the swapchain when the window's size changes. Later
-  /// submissions may overwrite the picture. Returns false if nothing was shown, because the window has no area or its
-  /// size is changing.
-  /// Throws Error(Work).
-  bool show(const ShownPicture& picture, const PaintList& list, std::uint32_t window_width,
-            std::uint32_t window_height);
+  /// equal), paints over it, presents it, and waits for the device. Recreates the swapchain when the window's size
+  /// changes. Returns false if nothing was shown, because the window has no area or its size is changing.
+  /// Throws Error(Work), and what `paint` throws.
+  bool show(const ShownPicture& picture, const Paint& paint, std::uint32_t window_width, std::uint32_t window_height);
 
+  VkRenderPass pass() const { return pass_; }
   /// Returns true if the lowest byte of a pixel must be blue, false if it must be red.
-  bool swap_red() const { return swapchain_.format() == VK_FORMAT_B8G8R8A8_UNORM; }
-  /// Returns the device milliseconds of copying, scaling and painting a recent frame.
+  bool swap_red() const { return format_.format == VK_FORMAT_B8G8R8A8_UNORM; }
+  /// Returns the device milliseconds of copying, scaling and painting the last frame.
   double last_ms() const { return last_ms_; }
 
  private:
-  static constexpr std::uint32_t kFrames = 2;
-  struct Frame {
-    VkCommandBuffer commands = VK_NULL_HANDLE;
-    VkSemaphore ready = VK_NULL_HANDLE;
-    VkFence done = VK_NULL_HANDLE;
-    bool timed = false;
+  struct Image {
+    VkImage image = VK_NULL_HANDLE;
+    VkImageView view = VK_NULL_HANDLE;
+    VkFramebuffer framebuffer = VK_NULL_HANDLE;
   };
 
   void create_pass();
-  void create_frames();
+  void create_swapchain(VkExtent2D window);
+  void create_images();
+  void destroy_images();
+  void destroy_small();
   void destroy();
-  bool follow(VkExtent2D window);
-  bool acquire(Frame& frame, VkExtent2D window, std::uint32_t& index);
-  void read_time(std::uint32_t frame);
-  void make_stretched(const ShownPicture& picture);
-  void record(std::uint32_t frame, const Swapchain::Image& image, const ShownPicture& picture, const PaintList& list);
+  bool acquire(VkExtent2D window, std::uint32_t& index);
+  void make_small(const ShownPicture& picture);
+  void record(VkCommandBuffer cmd, const Image& image, const ShownPicture& picture, const Paint& paint);
   void record_picture(VkCommandBuffer cmd, VkImage to, const ShownPicture& picture);
+  bool fits(const ShownPicture& p) const { return p.width == extent_.width && p.height == extent_.height; }
 
   Context& gpu_;
-  Swapchain swapchain_;
-  bool stale_ = true;
+  VkSurfaceFormatKHR format_{};
+  VkPresentModeKHR mode_ = VK_PRESENT_MODE_FIFO_KHR;
+  VkFilter filter_ = VK_FILTER_NEAREST;
   VkRenderPass pass_ = VK_NULL_HANDLE;
-  VkCommandPool commands_ = VK_NULL_HANDLE;
-  VkQueryPool queries_ = VK_NULL_HANDLE;
-  std::array<Frame, kFrames> frames_;
-  std::uint32_t next_ = 0;
-  std::unique_ptr<Painter> painter_;
+  VkFence acquired_ = VK_NULL_HANDLE;
+  VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;
+  VkExtent2D extent_{};  // of the swapchain
+  bool stale_ = true;    // the swapchain must be created again
+  std::vector<Image> images_;
   VkImage small_ = VK_NULL_HANDLE;  // the picture before it is scaled
   VkDeviceMemory small_memory_ = VK_NULL_HANDLE;
   VkExtent2D small_size_{};
-  bool linear_ = false;
   double last_ms_ = 0;
 };
 

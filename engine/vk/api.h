@@ -30,13 +30,11 @@
   X(GetQueryPoolResults) X(CmdResetQueryPool) X(CmdWriteTimestamp) X(CmdBindPipeline) \
   X(CmdBindDescriptorSets) X(CmdPushConstants) X(CmdDispatch) X(CmdDispatchIndirect) X(CmdCopyBuffer) \
   X(CmdFillBuffer) X(CmdUpdateBuffer) X(CmdPipelineBarrier) X(DeviceWaitIdle)
-// Functions that only a window needs: images, a render pass, semaphores.
+// Functions that only a window needs: images, a render pass.
 #define BALLOT_VK_DRAWING(X) \
   X(CreateImage) X(DestroyImage) X(GetImageMemoryRequirements) X(BindImageMemory) X(CreateImageView) \
-  X(DestroyImageView) X(CreateSampler) X(DestroySampler) X(CreateRenderPass) X(DestroyRenderPass) \
-  X(CreateFramebuffer) X(DestroyFramebuffer) X(CreateGraphicsPipelines) X(CmdBeginRenderPass) \
-  X(CmdEndRenderPass) X(CmdSetViewport) X(CmdSetScissor) X(CmdDraw) X(CmdCopyBufferToImage) X(CmdBlitImage) \
-  X(CmdClearColorImage) X(CreateSemaphore) X(DestroySemaphore) X(ResetCommandBuffer)
+  X(DestroyImageView) X(CreateRenderPass) X(DestroyRenderPass) X(CreateFramebuffer) X(DestroyFramebuffer) \
+  X(CmdBeginRenderPass) X(CmdEndRenderPass) X(CmdCopyBufferToImage) X(CmdBlitImage) X(CmdClearColorImage)
 #define BALLOT_VK_SURFACE(X) \
   X(DestroySurfaceKHR) X(GetPhysicalDeviceSurfaceSupportKHR) X(GetPhysicalDeviceSurfaceCapabilitiesKHR) \
   X(GetPhysicalDeviceSurfaceFormatsKHR) X(GetPhysicalDeviceSurfacePresentModesKHR)

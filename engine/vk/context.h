@@ -95,6 +95,7 @@ class Context {
   const DeviceInfo& info() const { return info_; }
   /// The Vulkan functions of this device: gpu.vk().QueueSubmit(...).
   const Vulkan& vk() const { return vk_; }
+  VkInstance instance() const { return instance_; }
   VkDevice device() const { return device_; }
   VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
   VkPhysicalDevice physical() const { return physical_; }

@@ -1,5 +1,6 @@
 #include "tools/view/overlay.h"
 
+#include <imgui/backends/imgui_impl_vulkan.h>
 #include <imgui/imgui.h>
 
 #include <algorithm>
@@ -8,6 +9,8 @@
 namespace ballot::view {
 
 namespace {
+
+Context* context = nullptr;  // of the Overlay that exists
 
 // The fonts to try: the first one that is installed is used; if there is none, ImGui's own bitmap font.
 constexpr const char* kFonts[] = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
@@ -54,27 +57,56 @@ void set_keys(ImGuiIO& io) {
 
 }  // namespace
 
-Overlay::Overlay(double content_scale, double pixels) {
+Overlay::Overlay(Context& gpu, VkRenderPass pass, double content_scale, double pixels) : gpu_(gpu) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
+  context = &gpu;
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;  // panels have fixed positions, so no layout is saved
   io.ConfigFlags |= ImGuiConfigFlags_NoMouseCursorChange;
-  io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
   set_keys(io);
   load_font(io, float(content_scale));  // rasterized at the size at which they are shown
   io.FontGlobalScale = float(1 / pixels);
   set_style(float(content_scale / pixels));
-  static_assert(sizeof(ImDrawVert) == sizeof(PaintVertex));
+  try {
+    start_back_end(pass);
+  } catch (...) {
+    destroy();
+    throw;
+  }
 }
 
-Overlay::~Overlay() { ImGui::DestroyContext(); }
+Overlay::~Overlay() { destroy(); }
 
-PaintAtlas Overlay::atlas() const {
-  unsigned char* pixels = nullptr;
-  int width = 0, height = 0;
-  ImGui::GetIO().Fonts->GetTexDataAsAlpha8(&pixels, &width, &height);
-  return {std::uint32_t(width), std::uint32_t(height), {pixels, std::size_t(width) * std::size_t(height)}};
+void Overlay::start_back_end(VkRenderPass pass) {
+  const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1};
+  VkDescriptorPoolCreateInfo pool{};
+  pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+  pool.flags = VK_DESCRIPTOR_POOL_CREATE_FREE_DESCRIPTOR_SET_BIT;
+  pool.maxSets = pool.poolSizeCount = 1;
+  pool.pPoolSizes = &size;
+  vk_check(gpu_.vk().CreateDescriptorPool(gpu_.device(), &pool, nullptr, &pool_), "creating a pool of descriptors");
+  ImGui_ImplVulkan_InitInfo info{};
+  info.Instance = gpu_.instance();
+  info.PhysicalDevice = gpu_.physical();
+  info.Device = gpu_.device();
+  info.QueueFamily = gpu_.queue_family();
+  info.Queue = gpu_.queue();
+  info.PipelineCache = gpu_.pipeline_cache();
+  info.DescriptorPool = pool_;
+  info.MinImageCount = info.ImageCount = 2;
+  info.CheckVkResultFn = [](VkResult result) { context->check(result, "painting the panels"); };
+  ImGui_ImplVulkan_Init(&info, pass);
+#if IMGUI_VERSION_NUM < 19000  // newer ones upload the glyphs in their first frame
+  gpu_.submit("the glyphs", ImGui_ImplVulkan_CreateFontsTexture);
+  ImGui_ImplVulkan_DestroyFontUploadObjects();
+#endif
+}
+
+void Overlay::destroy() {
+  if (ImGui::GetIO().BackendRendererUserData) ImGui_ImplVulkan_Shutdown();
+  gpu_.vk().DestroyDescriptorPool(gpu_.device(), pool_, nullptr);
+  ImGui::DestroyContext();
 }
 
 void Overlay::begin(const Window& window, const Input& input, double dt) {
@@ -93,34 +125,19 @@ void Overlay::begin(const Window& window, const Input& input, double dt) {
   io.KeyCtrl = input.down[GLFW_KEY_LEFT_CONTROL] || input.down[GLFW_KEY_RIGHT_CONTROL];
   io.KeyShift = input.down[GLFW_KEY_LEFT_SHIFT] || input.down[GLFW_KEY_RIGHT_SHIFT];
   for (const unsigned code : input.typed) io.AddInputCharacter(code);
+  ImGui_ImplVulkan_NewFrame();
   ImGui::NewFrame();
 }
 
-const PaintList& Overlay::end() {
-  ImGui::Render();
-  const ImDrawData& data = *ImGui::GetDrawData();
-  const ImVec2 scale = data.FramebufferScale;
-  list_.vertices.clear();
-  list_.indices.clear();
-  list_.commands.clear();
-  for (int i = 0; i < data.CmdListsCount; ++i) {
-    const ImDrawList& part = *data.CmdLists[i];
-    const auto first_vertex = std::uint32_t(list_.vertices.size()), first_index = std::uint32_t(list_.indices.size());
-    for (const ImDrawVert& v : part.VtxBuffer)
-      list_.vertices.push_back({v.pos.x * scale.x, v.pos.y * scale.y, v.uv.x, v.uv.y, v.col});
-    for (const ImDrawIdx index : part.IdxBuffer) list_.indices.push_back(index);
-    for (const ImDrawCmd& c : part.CmdBuffer) {
-      if (c.UserCallback || c.ElemCount == 0) continue;
-      const float left = c.ClipRect.x * scale.x, top = c.ClipRect.y * scale.y;
-      list_.commands.push_back({first_index + c.IdxOffset, c.ElemCount, first_vertex + c.VtxOffset, int(left), int(top),
-                                std::uint32_t(std::max(0.0f, c.ClipRect.z * scale.x - left)),
-                                std::uint32_t(std::max(0.0f, c.ClipRect.w * scale.y - top))});
-    }
-  }
-  return list_;
-}
+void Overlay::end() { ImGui::Render(); }
+
+void Overlay::paint(VkCommandBuffer cmd) const { ImGui_ImplVulkan_RenderDrawData(ImGui::GetDrawData(), cmd); }
 
 bool Overlay::takes_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
 bool Overlay::takes_keys() const { return ImGui::GetIO().WantTextInput; }
+
+PFN_vkVoidFunction vulkan_function(const char* name) {
+  return vulkan_loader().GetInstanceProcAddr(context->instance(), name);
+}
 
 }  // namespace ballot::view

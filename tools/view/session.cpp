@@ -26,12 +26,12 @@ Session::Session(SessionOptions options) : options_(std::move(options)), setting
   glfw();  // so that a missing display is an error at once, not after minutes of loading
   Scene scene = load_noting(options_.scene, options_.load);
   window_ = std::make_unique<Window>("Ballot", options_.width, options_.height);
-  make_overlay();
   open(std::move(scene));
   watch_ = std::make_unique<ShaderWatch>(shader_folder());
 }
 
 Session::~Session() {
+  overlay_.reset();
   presenter_.reset();
   engine_.reset();
 }
@@ -59,7 +59,7 @@ glm::dvec2 Session::screen_scale() const {
 void Session::make_overlay() {
   overlay_.reset();  // only one may exist at a time
   overlay_scale_ = screen_scale();
-  overlay_ = std::make_unique<Overlay>(overlay_scale_.x, overlay_scale_.y);
+  overlay_ = std::make_unique<Overlay>(*engine_->context(), presenter_->pass(), overlay_scale_.x, overlay_scale_.y);
 }
 
 bool Session::at_rest() const {
@@ -85,10 +85,7 @@ void Session::frame() {
   step_script(dt);
   if (window_->minimised()) return;
   // The window moved to another screen, or it was just shown: only then does Wayland report the scale.
-  if (screen_scale() != overlay_scale_) {
-    make_overlay();
-    presenter_->set_atlas(overlay_->atlas());
-  }
+  if (screen_scale() != overlay_scale_) make_overlay();
   if (watch_->changed()) reload("a shader file changed");
   if (!window_->input().dropped.empty()) open_dropped(window_->input().dropped.back());
   const Settings before = settings_;
@@ -97,7 +94,7 @@ void Session::frame() {
   if (!overlay_->takes_keys()) take_keys();
   facts_.speed = camera_->speed();
   const Wishes wishes = draw_panels(settings_, facts_);
-  const PaintList& list = overlay_->end();
+  overlay_->end();
   if (wishes.forget_pick) facts_.picked.reset();
   if (wishes.count) count();
   if (!(settings_ == before)) dirty_ = true, facts_.counters.reset(), facts_.other_counters.reset();
@@ -107,7 +104,7 @@ void Session::frame() {
   if (moved) facts_.counters.reset(), facts_.other_counters.reset(), facts_.picked.reset();
   raw_wall_ms_ = wall_ms;
   trace(moved);
-  show(list);
+  show();
   if (!moved) hover();
   note_time(wall_ms);
 }
@@ -223,10 +220,11 @@ void Session::add_sample(bool moved, std::uint32_t index, std::uint32_t count, d
     scaler_.measured(times.total_ms(), presenter_->last_ms());
 }
 
-void Session::show(const PaintList& list) {
+void Session::show() {
   ShownPicture picture;
   if (traced_.x) picture = {&engine_->live().pixels(), traced_.x, traced_.y};
-  presenter_->show(picture, list, window_pixels_.x, window_pixels_.y);
+  const auto paint = [this](VkCommandBuffer cmd) { overlay_->paint(cmd); };
+  presenter_->show(picture, paint, window_pixels_.x, window_pixels_.y);
 }
 
 }  // namespace ballot::view

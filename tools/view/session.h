@@ -53,7 +53,7 @@ class Session {
   void add_sample(bool moved, std::uint32_t index, std::uint32_t count, double scale);
   bool announce_kernels();
   LiveOptions live_options(const glm::uvec2& size) const;
-  void show(const PaintList& list);
+  void show();
   void note_time(double wall_ms);
   bool at_rest() const;
   double idle_seconds() const;

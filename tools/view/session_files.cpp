@@ -36,7 +36,6 @@ void Session::open(Scene scene) {
   EngineOptions options = options_.engine;
   options.window = &surface;
   if (engine_) options.context = engine_->context();  // it owns the window's surface
-  presenter_.reset();
   engine_.reset();
   const std::string name = scene.name;
   if (options_.light) options_.light(scene);
@@ -46,8 +45,10 @@ void Session::open(Scene scene) {
     window_->set_title(fmt::format("Ballot: {} - building BVH {:.0f} %", name, 100 * done));
   });
   bar.hide();
-  presenter_ = engine_->make_presenter(options_.pace);
-  presenter_->set_atlas(overlay_->atlas());
+  if (!presenter_) {
+    presenter_ = engine_->make_presenter(options_.pace);
+    make_overlay();
+  }
   window_->set_title("Ballot: " + name);
   if (!options_.target_given) settings_.target_ms = engine_->device().is_cpu() ? 50.0f : 8.0f;
   scaler_ = Scaler(double(settings_.target_ms));
