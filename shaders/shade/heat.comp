@@ -1,16 +1,18 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Writes heat map colours of the instrumented variant's counters to the film. They overwrite the colours that shading
-// left there; shading runs for the first sample only.
+// Writes heat map colours of the instrumented variant's counters to the film, over what shading left there, and to the
+// window's pixels.
 #include "../shared/window.h"
 #include "../lib/frame/records.glsl"
 #include "../lib/shade/film.glsl"
+#include "../lib/shade/display.glsl"
 
 layout(local_size_x = PASS_GROUP) in;
 layout(push_constant, scalar) uniform Push { HeatPush push; };
 layout(set = 0, binding = BIND_COUNTS, scalar) readonly buffer Counts { uint words[]; };
 RECORDS_INOUT(BIND_FILM, Film, film)
+layout(set = 0, binding = BIND_PIXELS, scalar) writeonly buffer Pixels { uint pixels[]; };
 
 float linear_of(float srgb) { return srgb <= 0.04045 ? srgb / 12.92 : pow((srgb + 0.055) / 1.055, 2.4); }
 
@@ -29,7 +31,7 @@ void main() {
   int i = min(int(at), 3);
   vec3 c = mix(push.ramp[i], push.ramp[i + 1], at - float(i));
   vec3 color = vec3(linear_of(c.r), linear_of(c.g), linear_of(c.b));
-  uvec4 before = film_part(index);
-  if (push.sample_index > 0u) color += uintBitsToFloat(before.xyz);
-  film[index] = part_of(color, before.w);
+  if (push.sample_index > 0u) color += uintBitsToFloat(film_part(index).xyz);
+  film[index] = part_of(color, 0u);
+  pixels[pixel.y * push.width + pixel.x] = pixel_word(color * push.scale, push.swap_red != 0u);
 }

@@ -36,7 +36,7 @@ void main() {
 #endif
     live = ray.t_max > 0.0;
     FilmPixel p = shade_hit(ray, get_hit(hits, index), push.cone_width, push.cone_spread);
-    put_live(index, pixel, p.color, p.prim);
+    put_live(index, pixel, p.color);
   }
   count_live(live);
 }

@@ -19,9 +19,7 @@ void main() {
   bool live = false;
   if (is_inside(index, pixel)) {
     live = get_ray(rays, index).t_max > 0.0;
-    bool hit = get_hit(hits, index).prim != NO_HIT;
-    // Which of several triangles an any-hit ray finds is unspecified; whether it finds one is not.
-    put_live(index, pixel, vec3(live && !hit ? 1.0 : 0.0), hit ? 0u : NO_HIT);
+    put_live(index, pixel, vec3(live && get_hit(hits, index).prim == NO_HIT ? 1.0 : 0.0));
   }
   count_live(live);
 }

@@ -34,9 +34,8 @@
 #define BIND_FILM 2
 #define BIND_PRIMARY 6  // primary rays of a generator, which writes to BIND_RAYS
 #define BIND_STARTS 7
-#define BIND_IDS 8      // for rays that passed a transparent hit: the index of the original ray
-#define BIND_COUNTS 9   // RayStats of the instrumented variant, as words
-#define BIND_FILM_B 10  // film of the second query when two are shown side by side
+#define BIND_IDS 8     // for rays that passed a transparent hit: the index of the original ray
+#define BIND_COUNTS 9  // RayStats of the instrumented variant, as words
 #define BIND_PIXELS 11
 #define BIND_TOTALS 12
 // BIND_UVS: texel buffer, two texels a triangle and coordinate set: (u0 v0 u1 v1), (u2 v2 0 0); only with textures.

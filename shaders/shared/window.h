@@ -9,7 +9,7 @@ namespace ballot {
 #endif
 
 // Bits of LivePush::flags.
-#define LIVE_SHOWN 1u     // also write the window's pixels, because only this film is shown
+#define LIVE_SHOWN 1u     // also write the window's pixels
 #define LIVE_SWAP_RED 2u  // window pixels have blue in the lowest byte
 #define LIVE_COUNTED 4u   // count the live rays
 
@@ -21,7 +21,7 @@ struct LivePush {
   uint flags;
 };
 
-// Push constants of heat.comp, which writes heat map colours to the film.
+// Push constants of heat.comp, which writes heat map colours to the film and to the window's pixels.
 struct HeatPush {
   uint width, height;
   uint first;
@@ -31,18 +31,9 @@ struct HeatPush {
   uint value;           // index of the displayed word
   uint over_a, over_b;  // indices of words whose sum divides the value; ~0: none
   float top;            // the value of the last colour
+  float scale;          // factor of displayed colours: one over the sample count
+  uint swap_red;        // 1: blue in the lowest byte
   vec3 ramp[5];         // sRGB
-};
-
-// Push constants of display.comp, which converts film to 8-bit window pixels.
-struct DisplayPush {
-  uint width, height;
-  uint first;
-  uint count;
-  float scale;    // factor of the colours: one over the sample count
-  uint split;     // first column that shows the second film
-  uint mark;      // 1: mark pixels whose prims differ between the films; 0: there is one film
-  uint swap_red;  // 1: blue in the lowest byte
 };
 
 // Push constants of show.comp, which shows the film of an integrator.
@@ -54,24 +45,16 @@ struct ShowPush {
   uint neutral;   // 1: lib/shade/tone.glsl maps the colours; 0: what is above 1 is cut off
 };
 
-// Counts over all pixels of a picture.
-struct DisplayTotals {
-  uint live;       // live rays, if LIVE_COUNTED
-  uint different;  // pixels whose prims differ between the films
-};
-
 // A film pixel of a window, in ray order.
 struct LivePixel {
   vec3 color;  // sum over samples
-  uint prim;   // of the first sample
+  uint unused;
 };
 
 #ifdef __cplusplus
 BALLOT_RECORD(LivePush, 100);
-BALLOT_RECORD(HeatPush, 100);
-BALLOT_RECORD(DisplayPush, 32);
+BALLOT_RECORD(HeatPush, 108);
 BALLOT_RECORD(ShowPush, 20);
-BALLOT_RECORD(DisplayTotals, 8);
 BALLOT_RECORD(LivePixel, 16);
 }  // namespace ballot
 #endif

@@ -101,7 +101,7 @@ TEST_F(Help, SplitBudgetsRangeIsTheEnginesOwn) {
 
 TEST_F(Help, OfViewListsEverythingThatCanBeSwitched) {
   const std::string text = succeed({"view", "--help-all"}).out;
-  expect_parts(text, {"--views-file", "--target", "--present", "--script", "--compare", "H help"});
+  expect_parts(text, {"--views-file", "--target", "--present", "--frames", "H help"});
   for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
   for (const Shading& s : kShadings) expect_parts(text, {s.name, s.summary});
   for (const Integrator& i : kIntegrators) expect_parts(text, {i.name, i.summary});
@@ -109,8 +109,8 @@ TEST_F(Help, OfViewListsEverythingThatCanBeSwitched) {
 
 TEST_F(Help, WordsThatWindowsDoNotTake) {
   square();
-  refuse(2, {"--shading path: it traces rays of its own; leave out --rays and --compare\n"},
-         {"view", "square.glb", "--shading", "path", "--compare", "packet"});
+  refuse(2, {"--shading path: it traces rays of its own; leave out --rays\n"},
+         {"view", "square.glb", "--shading", "path", "--rays", "shadow"});
   refuse(2, {"no shading is called 'paht'"}, {"view", "square.glb", "--shading", "paht"});
 }
 

@@ -23,7 +23,7 @@ COMMANDS = {
     "path": ["render", "SCENE", "--view", "view0", "--size", "8x8", "--spp", "64", "--shading", "path", "--out",
              "out.exr"],
     "trace": ["trace", "SCENE", "--rays", "rays.npy", "--out", "out.npy", "--method", "while-while"],
-    "view": ["view", "SCENE", "--size", "64x64", "--view", "view0", "--script", "script.txt"],  # needs a display
+    "view": ["view", "SCENE", "--size", "64x64", "--view", "view0", "--frames", "6"],  # needs a display
 }
 
 
@@ -174,7 +174,6 @@ def main() -> int:
     try:
         runner = Runner(options, folder)
         write_rays(folder / "rays.npy")
-        (folder / "script.txt").write_text("wait 3\nresize 80x48\nwait 3\nquit\n", encoding="utf-8")
         runs = sum(campaign(runner, name, options.kinds.split(","), options.every)
                    for name in options.commands.split(","))
         check_checkpoint(runner)

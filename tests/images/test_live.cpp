@@ -113,20 +113,6 @@ TEST_F(Live, AnIntegratorTakesNoOtherRays) {
   o.shading = "path";
   o.rays = "shadow";
   EXPECT_THROW(engine_->live().add_sample(view(), o), Error);
-  o.rays = "primary";
-  o.other = Query{.method = "packet"};
-  EXPECT_THROW(engine_->live().add_sample(view(), o), Error);
-}
-
-TEST_F(Live, ComparesTwoQueriesOnTheSameRays) {
-  LiveOptions o = options();
-  o.query.method = "packet";
-  o.other = Query{.method = "if-if"};
-  o.split = kWidth / 2;
-  const LiveTimes times = engine_->live().add_sample(view(), o);
-  EXPECT_EQ(times.different, 0u) << "watertight answers must not depend on the method";
-  EXPECT_GT(times.other_ms, 0);
-  EXPECT_EQ(pixels()[kWidth / 2] & 0xFFFFFF, 0xFFFFFFu) << "the divider between the two pictures is not white";
 }
 
 TEST_F(Live, ShowsEveryRayKind) {
@@ -144,33 +130,26 @@ TEST_F(Live, ShowsEveryRayKind) {
     }
     const auto all = pixels();
     EXPECT_GT(std::ranges::count_if(all, [](std::uint32_t p) { return (p & 0xFFFFFF) != 0; }), 500);
-    o.other = Query{.method = "packet"};
-    EXPECT_EQ(engine_->live().add_sample(view(), o).different, 0u);
-    o.other.reset();
     o.shading = "heat";
     EXPECT_EQ(engine_->live().add_sample(view(), o).rays, times.rays);
   }
 }
 
-/// Returns live pictures of three sizes, with and without a second query beside, after each of two samples. Adds to
-/// `generate_ms` the milliseconds of passes that generate the rays of second samples.
+/// Returns live pictures of three sizes after each of two samples. Adds to `generate_ms` the milliseconds of passes
+/// that generate the rays of second samples.
 std::vector<std::vector<std::uint32_t>> pictures_of(Engine& engine, View view, LiveOptions o, double& generate_ms) {
   std::vector<std::vector<std::uint32_t>> all;
   o.sample_count = 2;
-  for (const auto& [width, height] : {std::pair(90u, 70u), std::pair(130u, 41u), std::pair(64u, 96u)})
-    for (const bool beside : {false, true}) {
-      o.width = width, o.height = height, o.split = width / 3;
-      o.other.reset();
-      if (beside) o.other = Query{.method = "if-if"};
-      for (o.sample_index = 0; o.sample_index < 2; ++o.sample_index) {
-        const LiveTimes times = engine.live().add_sample(view, o);
-        if (o.sample_index > 0) generate_ms += times.generate_ms;
-        EXPECT_EQ(times.rays, std::uint64_t(width) * height);
-        EXPECT_EQ(times.different, 0u);
-        all.emplace_back(std::size_t(width) * height);
-        engine.live().pixels().download(all.back());
-      }
+  for (const auto& [width, height] : {std::pair(90u, 70u), std::pair(130u, 41u), std::pair(64u, 96u)}) {
+    o.width = width, o.height = height;
+    for (o.sample_index = 0; o.sample_index < 2; ++o.sample_index) {
+      const LiveTimes times = engine.live().add_sample(view, o);
+      if (o.sample_index > 0) generate_ms += times.generate_ms;
+      EXPECT_EQ(times.rays, std::uint64_t(width) * height);
+      all.emplace_back(std::size_t(width) * height);
+      engine.live().pixels().download(all.back());
     }
+  }
   return all;
 }
 

@@ -1,10 +1,9 @@
-// Tests of views files and scripts.
+// Tests of views files.
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
 #include "tools/program/views_file.h"
-#include "tools/view/script.h"
 
 namespace {
 
@@ -79,29 +78,6 @@ TEST(ViewsFile, SaysWhatIsWrong) {
     }
   }
   fs::remove(file);
-}
-
-TEST(Script, ReadsCommands) {
-  const auto lines = view::parse_script("# a comment\nwait 3\n\nkey W 0.5s # forward\nquit\n", "s");
-  ASSERT_EQ(lines.size(), 3u);
-  EXPECT_EQ(lines[1].number, 4u);
-  EXPECT_EQ(lines[1].words, (std::vector<std::string>{"key", "W", "0.5s"}));
-  EXPECT_EQ(view::duration_of(lines[0], "3"), -3);
-  EXPECT_EQ(view::duration_of(lines[1], "0.5s"), 0.5);
-  EXPECT_EQ(view::key_of(lines[1], "F12"), 301);
-  EXPECT_EQ(view::parse_script("wait 3\r\nquit\r\n", "s").size(), 2u);
-  EXPECT_EQ(view::parse_script("wait 3\r# a comment\rquit", "s").size(), 2u);
-}
-
-TEST(Script, RefusesWhatItDoesNotKnow) {
-  for (const char* text : {"jump\n", "wait\n", "mouse 1\n", "quit now\n", "shot a.png\n"})
-    EXPECT_THROW(view::parse_script(text, "s"), Error) << text;
-  const view::ScriptLine line{1, {"key"}};
-  EXPECT_THROW(view::key_of(line, "F13"), Error);
-  EXPECT_THROW(view::key_of(line, "Enter"), Error);
-  EXPECT_THROW(view::duration_of(line, "1m"), Error);
-  EXPECT_THROW(view::duration_of(line, "-1"), Error);
-  EXPECT_THROW(view::number_of(line, "far"), Error);
 }
 
 }  // namespace

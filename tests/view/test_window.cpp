@@ -1,6 +1,4 @@
-// Tests the real program in a real window, driven by events of the X server.
-#include <gtest/gtest.h>
-
+// Tests of flying, inspecting and switching in a real window, driven by events of the X server.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -10,16 +8,6 @@
 
 namespace ballot::test {
 namespace {
-
-void expect_same_pixels(const Image& a, const Image& b) {
-  ASSERT_EQ(a.width, b.width);
-  ASSERT_EQ(a.height, b.height);
-  ASSERT_EQ(a.channels.size(), b.channels.size());
-  for (const Channel& channel : a.channels) {
-    EXPECT_EQ(channel.floats, b.channel(channel.name).floats) << channel.name;
-    EXPECT_EQ(channel.uints, b.channel(channel.name).uints) << channel.name;
-  }
-}
 
 /// Returns the largest difference of a channel between the screen and the upper rows of a picture, in 8-bit steps.
 int difference(const std::vector<unsigned long>& screen, const Image& image) {
@@ -32,120 +20,130 @@ int difference(const std::vector<unsigned long>& screen, const Image& image) {
   return most;
 }
 
-TEST_F(WindowTest, SaysWhatToDoWithoutADisplay) {
-  const auto start = std::chrono::steady_clock::now();
-  Program program(view("320x240", {}), environment(""));
-  EXPECT_EQ(program.wait(), 3) << program.output();
-  EXPECT_NE(program.output().find("ballot render"), std::string::npos) << program.output();
-  EXPECT_EQ(std::ranges::count(program.output(), '\n'), 1) << program.output();
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(1));
-}
+glm::dvec3 place_of(const View& view) { return glm::dvec3(view.world_from_camera[3]); }
 
 TEST_F(WindowTest, FliesAndItsPictureIsTheOneThatRenderMakes) {
-  Desktop desktop(800, 600);
-  ASSERT_TRUE(desktop.works()) << "is xvfb installed?";
-  const fs::path views = folder_ / "views.json";
-  Program program(view("480x240", {"--validate", "--spp", "1", "--view", "view0", "--views-file", views.string()}),
-                  environment(desktop.name()));
-  ASSERT_TRUE(program.says("method " + std::string(kDefaultMethod), 60)) << program.output();
-  desktop.move_mouse(400, 120);  // beside the panels
-  pause_ms(300);
-  const auto before = desktop.pixels(480, 240);
+  start(options(), 480, 240);
+  const auto before = desktop_.pixels(480, 240);
   EXPECT_GT(std::set<unsigned long>(before.begin(), before.end()).size(), 50u) << "the window shows a picture";
 
-  desktop.press("w");
-  pause_ms(400);
-  desktop.release("w");
-  desktop.drag(3, 400, 120, 30, 0);
-  pause_ms(600);  // the camera comes to rest
-  desktop.tap("v");
-  ASSERT_TRUE(program.says("saved-1 appended")) << program.output();
-  desktop.tap("F12");
-  ASSERT_TRUE(program.says("wrote ")) << program.output();
-  EXPECT_NE(desktop.pixels(480, 240), before);
+  fly();
+  drag(3, 400, 120, 30, 0);
+  EXPECT_NE(desktop_.pixels(480, 240), before);
+  tap("v", "saved-1 appended");
 
-  const View saved = cli::read_views(views).at(0);
-  const View start = load_scene(kScene).views.at(0);
-  EXPECT_GT(glm::distance(glm::dvec3(saved.world_from_camera[3]), glm::dvec3(start.world_from_camera[3])), 0.05);
+  const View saved = cli::read_views(folder_ / "views.json").at(0), begin = load_scene(kScene).views.at(0);
+  EXPECT_GT(glm::distance(place_of(saved), place_of(begin)), 0.05);
   EXPECT_NEAR(saved.world_from_camera[0].y, 0, 1e-12) << "no roll";
-  const double turned = glm::dot(glm::dvec3(saved.world_from_camera[2]), glm::dvec3(start.world_from_camera[2]));
+  const double turned = glm::dot(glm::dvec3(saved.world_from_camera[2]), glm::dvec3(begin.world_from_camera[2]));
   EXPECT_NEAR(std::acos(turned), 30 * 0.0035, 0.01) << "it looked round";
-  const fs::path shot = folder_ / "cornell-shot-1.exr";
-  const Image image = rendered(views, "saved-1", "480x240");
-  expect_same_pixels(read_exr(shot), image);
+  const Image image = rendered(saved);
+  expect_same_pixels(shot(), image);
   EXPECT_TRUE(fs::exists(folder_ / "cornell-shot-1.png"));
 
-  desktop.tap("Tab");  // the picture alone, above the status line; half floats and pow() may round by 1
-  for (int i = 0; i < 50 && difference(desktop.pixels(480, 190), image) > 1; ++i) pause_ms(100);
-  EXPECT_LE(difference(desktop.pixels(480, 190), image), 1) << "the screen shows the picture";
-
-  desktop.chord("Control_L", "q");
-  EXPECT_EQ(program.wait(), 0) << program.output();
+  desktop_.tap("Tab");  // the picture alone, above the status line; half floats and pow() may round by 1
+  EXPECT_TRUE(until([&] { return difference(desktop_.pixels(480, 190), image) <= 1; })) << "the screen shows it";
 }
 
-TEST_F(WindowTest, SwitchesMethodsResizesAndReloadsShaders) {
-  Desktop desktop(800, 600);
-  ASSERT_TRUE(desktop.works()) << "is xvfb installed?";
-  Program program(view("320x240", {"--validate", "--spp", "1", "--view", "view0"}), environment(desktop.name()));
-  ASSERT_TRUE(program.says("method " + std::string(kDefaultMethod), 60)) << program.output();
-  desktop.move_mouse(250, 120);
+/// Returns the direction of a pixel's camera ray in the frame of the camera.
+glm::dvec3 direction(const View& view, int x, int y, int width, int height) {
+  const double half = std::tan(view.yfov / 2);
+  return glm::normalize(
+      glm::dvec3((2 * (x + 0.5) / width - 1) * half * width / height, (1 - 2 * (y + 0.5) / height) * half, -1));
+}
 
+TEST_F(WindowTest, OrbitsAndInspects) {
+  constexpr int kX = 330, kY = 150, kWidth = 480, kHeight = 240;
+  start(options(), kWidth, kHeight);
+  desktop_.move_mouse(kX, kY);
+  tap("2", "view view1");
+  tap("9", "there are 5 views, no view 9");
+  tap("1", "view view0");
+  rest();
+
+  const View begin = load_scene(kScene).views.at(0);
+  const Image image = rendered(begin);
+  const std::size_t at = kY * kWidth + kX;
+  const std::uint32_t prim = image.channel("prim").uints[at];
+  ASSERT_NE(prim, NO_HIT);
+  desktop_.button(1, true);
+  until([&] { return session_->window().input().buttons[0]; });
+  desktop_.button(1, false);
+  EXPECT_TRUE(says(fmt::format("pixel {}, {}: prim {}, exact {}", kX, kY, prim, prim))) << session_->facts().message;
+
+  desktop_.tap("Escape");  // the inspector covers the pixel
+  EXPECT_TRUE(until([&] { return !session_->facts().picked; }));
+  rest();
+  drag(1, kX, kY, -40, 10);
+  tap("v", "saved-1 appended");
+  const View end = cli::read_views(folder_ / "views.json").at(0);
+  const auto point = [&](const View& view) {
+    const glm::dvec3 ahead = direction(begin, kX, kY, kWidth, kHeight) * double(image.channel("Z").floats[at]);
+    return glm::dvec3(view.world_from_camera * glm::dvec4(ahead, 1));
+  };
+  EXPECT_LT(glm::distance(point(begin), point(end)), 1e-5)
+      << "the point where the drag began stays at its place in the picture";
+  EXPECT_GT(glm::distance(place_of(begin), place_of(end)), 0.2);
+}
+
+TEST_F(WindowTest, SwitchesAndCounts) {
+  start(options());
+  const auto switches = [&](const char* key, const std::string& setting, std::string_view to) {
+    desktop_.tap(key);
+    EXPECT_TRUE(until([&] { return setting == to; })) << key << ": " << setting;
+    rest();
+  };
+  view::Settings& s = session_->settings();
   std::size_t at = 0;
   while (kMethods[at].name != kDefaultMethod) ++at;
   for (std::size_t i = 1; i <= std::size(kMethods); ++i) {
-    const Method& next = kMethods[(at + i) % std::size(kMethods)];
-    desktop.tap("m");
-    if (next.name != kDefaultMethod) {
-      ASSERT_TRUE(program.says(fmt::format("method {} ", next.name), 60)) << program.output();
+    const std::string name(kMethods[(at + i) % std::size(kMethods)].name);
+    switches("m", s.query.method, name);
+    if (i < std::size(kMethods)) {  // the first method's kernels were compiled before
+      EXPECT_EQ(session_->facts().message, "method " + name + " watertight");
     }
   }
-  desktop.tap("n");
-  ASSERT_TRUE(program.says("numeric ")) << program.output();
-  for (std::size_t i = 1; i <= std::size(kRayKinds); ++i) {
-    desktop.tap("k");
-    ASSERT_TRUE(program.says(fmt::format("rays {}", kRayKinds[i % std::size(kRayKinds)].name))) << program.output();
-    pause_ms(100);
-  }
-  desktop.tap("x");
-  ASSERT_TRUE(program.says("comparing", 60)) << program.output();
-  desktop.tap("g");
-  ASSERT_TRUE(program.says("shading ", 60)) << program.output();
+  for (std::size_t i = 1; i <= std::size(kRayKinds); ++i)
+    switches("k", s.rays, kRayKinds[i % std::size(kRayKinds)].name);
+  tap("c", "nodes per ray");
+  for (std::size_t i = 1; i <= std::size(view::shadings()); ++i)
+    switches("g", s.shading, view::shadings()[i % std::size(view::shadings())].name);
+  switches("n", s.query.numeric, "exact");
+}
 
-  for (const auto& [width, height] : {std::pair(401, 303), std::pair(200, 150), std::pair(480, 360)}) {
-    desktop.resize_window(width, height);
-    ASSERT_TRUE(program.says(fmt::format("size {}x{}", width, height))) << program.output();
-  }
-
-  const fs::path shader = folder_ / "shaders/rays/primary.comp";
-  const auto bytes = read_file(shader);
-  const std::string good(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+TEST_F(WindowTest, ReloadsShadersAndKeepsTheLastGoodOne) {
+  const fs::path shaders = folder_ / "shaders";
+  fs::copy(fs::path(BALLOT_SOURCE_DIR) / "shaders", shaders, fs::copy_options::recursive);
+  setenv("BALLOT_SHADERS", shaders.c_str(), 1);
+  start(options());
+  const auto text_of = [](const fs::path& file) {
+    const auto bytes = read_file(file);
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  const fs::path shader = shaders / "rays/primary.comp";
+  const std::string good = text_of(shader);
   write_file(shader, good + "\nthis is no GLSL\n");
-  ASSERT_TRUE(program.says("a shader does not compile", 60)) << program.output();
-  desktop.resize_window(320, 240);  // the last kernel that compiled is still used
-  ASSERT_TRUE(program.says("size 320x240")) << program.output();
+  ASSERT_TRUE(says("a shader does not compile"));
+  EXPECT_NE(session_->facts().shader_error.find("primary.comp"), std::string::npos) << session_->facts().shader_error;
+  desktop_.resize_window(300, 200);  // the last kernel that compiled is still used
+  ASSERT_TRUE(says("size 300x200"));
+  rest();
   write_file(shader, good);
-  ASSERT_TRUE(program.says("shaders reloaded", 60)) << program.output();
-  EXPECT_FALSE(program.says("does not compile", 1)) << program.output();
+  EXPECT_TRUE(until([&] { return session_->facts().shader_error.empty(); }));
+  rest();
+  EXPECT_EQ(session_->facts().shader_error, "");
 
-  desktop.tap("Tab");  // the picture alone, above the status line
-  auto before = desktop.pixels(320, 200);
-  for (int i = 0; i < 50; ++i) {  // until it rests
-    pause_ms(300);
-    const auto now = desktop.pixels(320, 200);
-    if (std::exchange(before, now) == now) break;
-  }
-  const fs::path display = folder_ / "shaders/lib/shade/display.glsl";
-  const auto text = read_file(display);
-  std::string other(reinterpret_cast<const char*>(text.data()), text.size());
+  desktop_.tap("Tab");  // the picture alone, above the status line
+  EXPECT_TRUE(until([&] { return !session_->settings().panels; }));
+  rest();
+  const auto before = desktop_.pixels(300, 160);
+  const fs::path display = shaders / "lib/shade/display.glsl";
+  std::string other = text_of(display);
   const std::string_view plain = "vec4(swap_red ? color.bgr : color, 1.0)";
   ASSERT_NE(other.find(plain), std::string::npos);
   write_file(display, other.replace(other.find(plain), plain.size(), "vec4(1.0 - color, 1.0)"));
-  ASSERT_TRUE(program.says("shaders reloaded", 60)) << program.output();
-  for (int i = 0; i < 50 && desktop.pixels(320, 200) == before; ++i) pause_ms(100);
-  EXPECT_NE(desktop.pixels(320, 200), before) << "the change is visible";
-
-  desktop.chord("Control_L", "q");
-  EXPECT_EQ(program.wait(), 0) << program.output();
+  EXPECT_TRUE(until([&] { return desktop_.pixels(300, 160) != before; })) << "the change is visible";
+  unsetenv("BALLOT_SHADERS");
 }
 
 }  // namespace

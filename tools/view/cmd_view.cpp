@@ -14,7 +14,7 @@ struct ViewArgs {
   EngineArgs engine;
   QueryArgs query;
   view::SessionOptions session;
-  std::string size = "1280x720", script, present = "fifo", compare;
+  std::string size = "1280x720", present = "fifo";
   LightArgs light;
   double target_ms = 0;
   bool no_scale = false;
@@ -29,15 +29,10 @@ int run_view(const ViewArgs& args) {
   parse_size(args.size, o.width, o.height);
   check_options(RenderOptions{.width = o.width, .height = o.height});
   o.settings.query = args.query.query();
-  o.settings.other = o.settings.query;
-  o.settings.other.method = args.compare.empty() ? "packet" : find_method(args.compare).name;
-  o.settings.other.knobs.clear();
-  o.settings.compare = !args.compare.empty();
   o.settings.rays = find_ray_kind(o.settings.rays).name;
   o.settings.shading = view::shading_named(o.settings.shading);
-  if (o.settings.integrator() && (o.settings.compare || o.settings.rays != kPrimaryRays))
-    fail(Failure::Arguments, "--shading {}: it traces rays of its own; leave out --rays and --compare",
-         o.settings.shading);
+  if (o.settings.integrator() && o.settings.rays != kPrimaryRays)
+    fail(Failure::Arguments, "--shading {}: it traces rays of its own; leave out --rays", o.settings.shading);
   o.light = [&args](Scene& scene) {
     std::vector<const View*> views;
     for (const View& v : scene.views) views.push_back(&v);
@@ -54,7 +49,6 @@ int run_view(const ViewArgs& args) {
   if (args.present != "fifo" && args.present != "mailbox")
     fail(Failure::Arguments, "--present: '{}' is neither fifo nor mailbox", args.present);
   o.pace = args.present == "fifo" ? Pace::Refresh : Pace::Latest;
-  if (!args.script.empty()) o.script = view::read_script(args.script);
   // A window may be resized for hours, and on lavapipe its images are allocated by malloc. By default malloc raises its
   // mmap threshold and keeps the images in its heap, which then grew by 18 MB in 300 changes of size. With a fixed
   // threshold it returns each image to the system: no growth in 600 changes.
@@ -79,8 +73,6 @@ void add_view(CLI::App& app, int& result) {
   args->engine.add_to(*cmd, true);
   cmd->remove_option(cmd->get_option("--json"));
   args->query.add_to(*cmd);
-  cmd->add_option("--compare", args->compare,
-                  "also trace with this second method, shown in the right half of the window; e.g. --compare packet");
   cmd->add_option("--rays", args->session.settings.rays, "ray kind to trace and show [primary]" + kinds);
   cmd->add_option("--shading", args->session.settings.shading, "what to draw [eyelight]" + shadings);
   cmd->add_option("--heat", args->session.settings.heat, "counter that --shading heat shows [nodes]" + heats);
@@ -102,12 +94,11 @@ void add_view(CLI::App& app, int& result) {
                   "swapchain mode. fifo: each frame waits for the screen; mailbox: the screen shows the newest frame,\n"
                   "where the device supports it [fifo]");
   cmd->add_option("--out", args->session.out, "folder for pictures and views [.]");
-  cmd->add_option("--script", args->script,
-                  "file of commands, one a line, that are played instead of user input:" + view::script_help());
+  cmd->add_option("--frames", args->session.frames,
+                  "turns the camera for so many frames, prints the mean times of the last 240, and quits");
   cmd->footer(
       "Keys: W A S D E Q fly, Shift faster, right button looks, left button orbits and picks, 1 to 9 views, H help.");
-  show_first(*cmd, {"--method", "--compare", "--rays", "--shading", "--heat", "--view", "--size", "--spp", "--device",
-                    "--out"});
+  show_first(*cmd, {"--method", "--rays", "--shading", "--heat", "--view", "--size", "--spp", "--device", "--out"});
   cmd->callback([args, &result] { result = run_view(*args); });
 }
 

@@ -19,11 +19,6 @@ Glfw load() {
   if (!g.f) fail(Failure::Device, "libglfw.so.3 has no " #f "; ballot view needs GLFW 3.3 or newer; {}", kInstead);
   BALLOT_GLFW(BALLOT_GLFW_LOAD)
 #undef BALLOT_GLFW_LOAD
-  const char* why = "";
-  if (!g.glfwInit()) {
-    g.glfwGetError(&why);
-    fail(Failure::Device, "ballot view found no display ({}); {}", why ? why : "no reason given", kInstead);
-  }
   return g;
 }
 
@@ -32,6 +27,13 @@ Glfw load() {
 const Glfw& glfw() {
   static const Glfw functions = load();
   return functions;
+}
+
+Display::Display() {
+  if (glfw().glfwInit()) return;
+  const char* why = "";
+  glfw().glfwGetError(&why);
+  fail(Failure::Device, "ballot view found no display ({}); {}", why ? why : "no reason given", kInstead);
 }
 
 }  // namespace ballot::view

@@ -11,7 +11,7 @@
 #define BALLOT_GLFW(X) \
   X(glfwInit) X(glfwTerminate) X(glfwGetError) X(glfwWindowHint) X(glfwCreateWindow) X(glfwDestroyWindow) \
   X(glfwWindowShouldClose) X(glfwSetWindowShouldClose) X(glfwPollEvents) X(glfwWaitEventsTimeout) \
-  X(glfwGetFramebufferSize) X(glfwGetWindowSize) X(glfwSetWindowSize) X(glfwGetWindowPos) \
+  X(glfwGetFramebufferSize) X(glfwGetWindowSize) X(glfwGetWindowPos) \
   X(glfwGetWindowContentScale) X(glfwSetWindowTitle) X(glfwSetWindowMonitor) X(glfwGetWindowMonitor) \
   X(glfwGetPrimaryMonitor) X(glfwGetVideoMode) X(glfwSetWindowUserPointer) X(glfwGetWindowUserPointer) \
   X(glfwSetKeyCallback) X(glfwSetCharCallback) X(glfwSetCursorPosCallback) X(glfwSetMouseButtonCallback) \
@@ -28,8 +28,18 @@ struct Glfw {
 #undef BALLOT_GLFW_MEMBER
 };
 
-/// Returns GLFW's functions. The first call loads GLFW and opens the display. Throws Error(Device) if there is no GLFW
-/// or no display; the message names `ballot render`, which needs neither.
+/// Returns GLFW's functions. The first call loads GLFW. Throws Error(Device) if there is none; the message names
+/// `ballot render`, which needs none.
 const Glfw& glfw();
+
+/// The connection to the display; one at a time.
+class Display {
+ public:
+  /// Throws Error(Device) as glfw() does, also if there is no display.
+  Display();
+  ~Display() { glfw().glfwTerminate(); }
+  Display(const Display&) = delete;
+  Display& operator=(const Display&) = delete;
+};
 
 }  // namespace ballot::view

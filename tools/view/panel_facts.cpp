@@ -1,6 +1,4 @@
 // The panels of frame times, of animations, and of the pixel inspector.
-#include <imgui/imgui.h>
-
 #include <algorithm>
 
 #include "tools/view/panels.h"
@@ -9,30 +7,14 @@ namespace ballot::view {
 
 namespace {
 
-/// When a pass is in the legend.
-enum class Shown { Always, Comparing, Moving };
-
-struct Pass {
-  const char* name;
-  ImU32 color;
-  double (*ms)(const FrameRecord&);
-  Shown shown;
-};
-
-constexpr Pass kPasses[] = {
-    {"pose", IM_COL32(240, 98, 146, 255), [](const FrameRecord& f) { return f.pose_ms; }, Shown::Moving},
-    {"tree", IM_COL32(255, 213, 79, 255), [](const FrameRecord& f) { return f.tree_ms; }, Shown::Moving},
-    {"rays", IM_COL32(120, 144, 156, 255),
-     [](const FrameRecord& f) { return f.times.generate_ms + f.times.primary_ms; }, Shown::Always},
-    {"trace", IM_COL32(79, 163, 255, 255), [](const FrameRecord& f) { return f.times.trace_ms; }, Shown::Always},
-    {"trace B", IM_COL32(255, 152, 76, 255), [](const FrameRecord& f) { return f.times.other_ms; }, Shown::Comparing},
-    {"shade", IM_COL32(111, 207, 117, 255), [](const FrameRecord& f) { return f.times.shade_ms; }, Shown::Always},
-    {"show", IM_COL32(186, 130, 224, 255), [](const FrameRecord& f) { return f.present_ms; }, Shown::Always},
-};
+constexpr ImU32 kPassColors[] = {IM_COL32(240, 98, 146, 255),  IM_COL32(255, 213, 79, 255),
+                                 IM_COL32(120, 144, 156, 255), IM_COL32(79, 163, 255, 255),
+                                 IM_COL32(111, 207, 117, 255), IM_COL32(186, 130, 224, 255)};
+static_assert(std::size(kPassColors) == std::size(kFramePasses));
 
 double sum_of(const FrameRecord& frame) {
   double ms = 0;
-  for (const Pass& pass : kPasses) ms += pass.ms(frame);
+  for (const FramePass& pass : kFramePasses) ms += frame.*pass.ms;
   return ms;
 }
 
@@ -123,7 +105,7 @@ void draw_play(Settings& settings, const Facts& facts) {
       fmt::format("{}, SAH {:.3f} of its build's", facts.refitted ? "refitted" : "built", policy.decay()).c_str());
 }
 
-void draw_times(const Facts& facts, bool compare) {
+void draw_times(const Facts& facts) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x, height = 4.2f * ImGui::GetFontSize();
   ImDrawList& draw = *ImGui::GetWindowDrawList();
@@ -136,24 +118,24 @@ void draw_times(const Facts& facts, bool compare) {
     const FrameRecord& frame = facts.frames[facts.frames.size() - count + i];
     const float x = at.x + bar * float(kShown - count + i);
     float y = at.y + height;
-    for (const Pass& pass : kPasses) {
-      const float part = float(pass.ms(frame) / top) * height;
+    for (std::size_t p = 0; p < std::size(kFramePasses); ++p) {
+      const float part = float(frame.*kFramePasses[p].ms / top) * height;
       const float up = std::max(at.y, y - part);
-      if (part > 0) draw.AddRectFilled({x, up}, {x + std::max(1.0f, bar - 0.5f), y}, pass.color);
+      if (part > 0) draw.AddRectFilled({x, up}, {x + std::max(1.0f, bar - 0.5f), y}, kPassColors[p]);
       y = up;
     }
   }
   draw.AddText({at.x + 4, at.y + 1}, IM_COL32(160, 166, 176, 255), fmt::format("{:.0f} ms", top).c_str());
   ImGui::Dummy({width, height});
   int placed = 0;
-  for (const Pass& pass : kPasses) {
-    if (pass.shown == Shown::Comparing && !compare) continue;
-    if (pass.shown == Shown::Moving && !facts.engine->scene_facts().animation) continue;
-    const double ms = facts.frames.empty() ? 0 : pass.ms(facts.frames.back());
+  for (std::size_t p = 0; p < std::size(kFramePasses); ++p) {
+    const FramePass& pass = kFramePasses[p];
+    if (pass.moves && !facts.engine->scene_facts().animation) continue;
+    const double ms = facts.frames.empty() ? 0 : facts.frames.back().*pass.ms;
     if (placed++ % 2) ImGui::SameLine(width / 2 + ImGui::GetStyle().WindowPadding.x);
     const ImVec2 spot = ImGui::GetCursorScreenPos();
     const float size = ImGui::GetFontSize() * 0.6f, drop = ImGui::GetFontSize() * 0.25f;
-    draw.AddRectFilled({spot.x, spot.y + drop}, {spot.x + size, spot.y + drop + size}, pass.color, 2);
+    draw.AddRectFilled({spot.x, spot.y + drop}, {spot.x + size, spot.y + drop + size}, kPassColors[p], 2);
     ImGui::Dummy({size, size});
     ImGui::SameLine();
     ImGui::TextUnformatted(fmt::format("{} {:.{}f} ms", pass.name, ms, ms < 100 ? 2 : 0).c_str());

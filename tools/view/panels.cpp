@@ -1,7 +1,5 @@
 #include "tools/view/panels.h"
 
-#include <imgui/imgui.h>
-
 #include <algorithm>
 
 namespace ballot::view {
@@ -25,16 +23,6 @@ void title(const char* text) {
 void text(const std::string& line) { ImGui::TextUnformatted(line.c_str()); }
 void faint(const std::string& line) { ImGui::TextDisabled("%s", line.c_str()); }
 
-template <class List>
-void draw_combo(const char* label, std::string& value, const List& list) {
-  if (!ImGui::BeginCombo(label, value.c_str(), ImGuiComboFlags_HeightLargest)) return;
-  for (const auto& item : list) {
-    const std::string name(item.name);
-    if (ImGui::Selectable(name.c_str(), name == value)) value = name;
-  }
-  ImGui::EndCombo();
-}
-
 void draw_heat_legend(float top) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x, height = em() * 0.7f;
@@ -56,11 +44,11 @@ void draw_heat_legend(float top) {
 void draw_picture(Settings& s, const Facts& facts) {
   title("Picture");
   ImGui::BeginDisabled(s.integrator());  // they trace rays of their own
-  draw_combo("rays", s.rays, kRayKinds);
+  draw_list("rays", s.rays, kRayKinds);
   ImGui::EndDisabled();
-  draw_combo("shading", s.shading, shadings());
+  draw_list("shading", s.shading, shadings());
   if (s.heats()) {
-    draw_combo("heat", s.heat, kHeatKinds);
+    draw_list("heat", s.heat, kHeatKinds);
     draw_heat_legend(facts.last.heat_top);
     faint("times are those of the counting kernel");
   }
@@ -75,34 +63,18 @@ void draw_quality(Settings& s) {
   ImGui::TreePop();
 }
 
-void draw_counters(const std::string& name, const Counters& c) {
+void draw_counters(const Counters& c) {
   const double rays = double(std::max<std::uint64_t>(1, c.rays));
-  text(fmt::format("{}{:.1f} nodes, {:.1f} triangles per ray", name, double(c["nodes"]) / rays,
+  text(fmt::format("{:.1f} nodes, {:.1f} triangles per ray", double(c["nodes"]) / rays,
                    double(c["triangles_tested"]) / rays));
   faint(fmt::format("{:.0f} % lanes active, {:.0f} % of nodes shared", 100 * c.active_lanes(), 100 * c.packet_share()));
 }
 
-void draw_figures(const Settings& s, const Facts& facts, Wishes& wishes) {
+void draw_figures(const Facts& facts, Wishes& wishes) {
   title("Speed");
-  const LiveTimes& t = facts.last;
-  if (s.compares()) {
-    text(fmt::format("A  {:.2f} ms   {:.1f} Mrays/s", t.trace_ms, t.mrays_per_s()));
-    text(fmt::format("B  {:.2f} ms   {:.1f} Mrays/s", t.other_ms, t.other_mrays_per_s()));
-    if (t.trace_ms > 0 && t.other_ms > 0) {
-      const double ratio = t.other_ms / t.trace_ms;
-      faint(ratio >= 1 ? fmt::format("A is {:.2f} times as fast", ratio)
-                       : fmt::format("B is {:.2f} times as fast", 1 / ratio));
-    }
-    if (t.different)
-      ImGui::TextColored(kWarm, "%s", fmt::format("{} pixels differ", t.different).c_str());
-    else
-      faint("no pixel differs");
-  } else {
-    text(fmt::format("trace {:.2f} ms   {:.1f} Mrays/s", t.trace_ms, t.mrays_per_s()));
-  }
-  draw_times(facts, s.compares());
-  if (facts.counters) draw_counters(s.compares() ? "A  " : "", *facts.counters);
-  if (facts.other_counters && s.compares()) draw_counters("B  ", *facts.other_counters);
+  text(fmt::format("trace {:.2f} ms   {:.1f} Mrays/s", facts.last.trace_ms, facts.last.mrays_per_s()));
+  draw_times(facts);
+  if (facts.counters) draw_counters(*facts.counters);
   wishes.count = ImGui::SmallButton("count nodes and lanes (C)");
 }
 
@@ -120,20 +92,11 @@ void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
   ImGui::PopTextWrapPos();
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", device.driver.c_str());
   ImGui::PushItemWidth(-7.5f * em());
-  title(s.compares() ? "A, left" : "Traversal");
-  draw_query("a", s.query, device);
-  bool compare = s.compare;
-  ImGui::BeginDisabled(s.integrator());
-  if (ImGui::Checkbox("compare with another", &compare)) s.compare = compare;
-  ImGui::EndDisabled();
-  if (s.compares()) {
-    title("B, right");
-    draw_query("b", s.other, device);
-    ImGui::SliderFloat("divider", &s.divider, 0, 1, "%.2f");
-  }
+  title("Traversal");
+  draw_query(s.query, device);
   draw_picture(s, facts);
   draw_play(s, facts);
-  draw_figures(s, facts, wishes);
+  draw_figures(facts, wishes);
   draw_quality(s);
   ImGui::PopItemWidth();
   ImGui::End();
@@ -161,21 +124,6 @@ void draw_status(const Facts& facts) {
   }
   ImGui::End();
   ImGui::PopStyleVar(2);
-}
-
-/// Draws the name of each half's query on the picture.
-void draw_names(const Settings& s) {
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  const auto name = [&](const Query& query, float x, bool left) {
-    const std::string words = fmt::format("{}, {}", query.method, query.numeric);
-    const ImVec2 area = ImGui::CalcTextSize(words.c_str());
-    const ImVec2 at(left ? x - area.x - em() : x + em(), kMargin + 4);
-    ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-    draw.AddRectFilled({at.x - 6, at.y - 3}, {at.x + area.x + 6, at.y + area.y + 3}, IM_COL32(18, 20, 26, 220), 4);
-    draw.AddText(at, IM_COL32(230, 235, 240, 255), words.c_str());
-  };
-  name(s.query, s.divider * size.x, true);
-  name(s.other, s.divider * size.x, false);
 }
 
 void draw_shader_error(const std::string& message) {
@@ -209,10 +157,7 @@ std::string shading_named(const std::string& name) {
 }
 
 bool Settings::operator==(const Settings& o) const {
-  const auto same = [](const Query& a, const Query& b) {
-    return a.method == b.method && a.numeric == b.numeric && a.knobs == b.knobs;
-  };
-  return same(query, o.query) && same(other, o.other) && compare == o.compare && divider == o.divider &&
+  return query.method == o.query.method && query.numeric == o.query.numeric && query.knobs == o.query.knobs &&
          rays == o.rays && shading == o.shading && heat == o.heat;
 }
 
@@ -229,7 +174,6 @@ void draw_help() {
       {"M, N", "next method, numeric mode (Shift: previous)"},
       {"K, G, B", "next ray kind, shading, heat map"},
       {"P", "play or pause the scene's animation"},
-      {"X", "compare two queries side by side"},
       {"C", "count nodes and lanes"},
       {"V", "append the view to the views file"},
       {"F12", "write the view as EXR and PNG"},
@@ -261,7 +205,6 @@ Wishes draw_panels(Settings& settings, const Facts& facts) {
     draw_main(settings, facts, wishes);
     draw_inspector(facts, wishes);
   }
-  if (settings.compares()) draw_names(settings);
   draw_status(facts);
   if (!facts.shader_error.empty()) draw_shader_error(facts.shader_error);
   if (settings.help) draw_help();

@@ -2,6 +2,8 @@
 // and knobs.
 #pragma once
 
+#include <imgui/imgui.h>
+
 #include "tools/view/state.h"
 
 namespace ballot::view {
@@ -9,11 +11,36 @@ namespace ballot::view {
 /// Draws all panels. The panels change `settings`; the result holds what they ask the session to do.
 Wishes draw_panels(Settings& settings, const Facts& facts);
 
-/// Draws method, numeric mode and knobs of a query. `label` is an ImGui id that distinguishes two such groups.
-void draw_query(const char* label, Query& query, const DeviceInfo& device);
+/// Draws a list of a registry's names, of which one is chosen. Returns true if another one was.
+template <class List>
+bool draw_list(const char* label, std::string& value, const List& list) {
+  const auto explain = [](const auto& item) {
+    if constexpr (requires { item.summary; }) ImGui::SetTooltip("%s", std::string(item.summary).c_str());
+  };
+  const std::string before = value;
+  if (ImGui::BeginCombo(label, value.c_str(), ImGuiComboFlags_HeightLargest)) {
+    for (const auto& item : list) {
+      if (ImGui::Selectable(std::string(item.name).c_str(), item.name == value)) value = item.name;
+      if (ImGui::IsItemHovered()) explain(item);
+    }
+    ImGui::EndCombo();
+  } else if (ImGui::IsItemHovered()) {
+    for (const auto& item : list)
+      if (item.name == value) explain(item);
+  }
+  return value != before;
+}
+
+/// Draws method, numeric mode and knobs of a query.
+void draw_query(Query& query, const DeviceInfo& device);
+
+/// Returns the value of a knob in a query's kernel; empty if the knob does not affect the method.
+std::string knob_value(std::string_view knob, const Query& query, const DeviceInfo& device);
+/// Returns the values of a knob that the panel offers: those that the device and the method support.
+std::vector<std::string> knob_choices(const KnobInfo& knob, const Query& query, const DeviceInfo& device);
 
 /// Draws a graph of the times of the last frames, stacked by pass, and its legend.
-void draw_times(const Facts& facts, bool compare);
+void draw_times(const Facts& facts);
 
 /// Draws what plays of an animation, if the scene has one, and what its tree costs.
 void draw_play(Settings& settings, const Facts& facts);

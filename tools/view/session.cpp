@@ -23,11 +23,9 @@ Scene load_noting(const std::string& file, const LoadOptions& options) {
 }  // namespace
 
 Session::Session(SessionOptions options) : options_(std::move(options)), settings_(options_.settings) {
-  glfw();  // so that a missing display is an error at once, not after minutes of loading
   Scene scene = load_noting(options_.scene, options_.load);
   window_ = std::make_unique<Window>("Ballot", options_.width, options_.height);
   open(std::move(scene));
-  watch_ = std::make_unique<ShaderWatch>(shader_folder());
 }
 
 Session::~Session() {
@@ -37,8 +35,11 @@ Session::~Session() {
 }
 
 std::size_t Session::run() {
-  while (!window_->closed()) frame();
-  if (options_.script.empty()) save_view();
+  while (!window_->closed() && (options_.frames == 0 || shown_frames_ < options_.frames)) frame();
+  if (options_.frames == 0)
+    save_view();
+  else
+    say_times();
   return engine_->messages().size();
 }
 
@@ -63,13 +64,13 @@ void Session::make_overlay() {
 }
 
 bool Session::at_rest() const {
-  return !dirty_ && !part_ && !settings_.play.playing && announced_ == 0 && int(facts_.samples) >= settings_.samples &&
-         facts_.scale == 1;
+  return !dirty_ && !moved_ && !part_ && !settings_.play.playing && announced_ == 0 &&
+         int(facts_.samples) >= settings_.samples && facts_.scale == 1;
 }
 
 double Session::idle_seconds() const {
   if (window_->minimised()) return 0.1;
-  return at_rest() && script_at_ >= options_.script.size() ? 0.1 : 0;
+  return at_rest() ? 0.1 : 0;
 }
 
 void Session::frame() {
@@ -82,11 +83,10 @@ void Session::frame() {
     dirty_ = true;
     say(fmt::format("size {}x{}", window_pixels_.x, window_pixels_.y));
   }
-  step_script(dt);
   if (window_->minimised()) return;
   // The window moved to another screen, or it was just shown: only then does Wayland report the scale.
   if (screen_scale() != overlay_scale_) make_overlay();
-  if (watch_->changed()) reload("a shader file changed");
+  watch_shaders();
   if (!window_->input().dropped.empty()) open_dropped(window_->input().dropped.back());
   const Settings before = settings_;
   overlay_->begin(*window_, window_->input(), dt);
@@ -97,15 +97,17 @@ void Session::frame() {
   overlay_->end();
   if (wishes.forget_pick) facts_.picked.reset();
   if (wishes.count) count();
-  if (!(settings_ == before)) dirty_ = true, facts_.counters.reset(), facts_.other_counters.reset();
+  if (!(settings_ == before)) dirty_ = true, facts_.counters.reset();
   scaler_.set_target(double(settings_.target_ms));
   const bool played = play(dt);
-  const bool moved = camera_->update(dt, take_mouse()) || played;
-  if (moved) facts_.counters.reset(), facts_.other_counters.reset(), facts_.picked.reset();
+  CameraInput hands = take_mouse();
+  if (options_.frames > 0) hands.look_x += 1;
+  moved_ = camera_->update(dt, hands) || played;
+  if (moved_) facts_.counters.reset(), facts_.picked.reset();
   raw_wall_ms_ = wall_ms;
-  trace(moved);
+  trace();
   show();
-  if (!moved) hover();
+  if (!moved_) hover();
   note_time(wall_ms);
 }
 
@@ -117,6 +119,20 @@ void Session::note_time(double wall_ms) {
   facts_.fps = wall_ms_ > 0 ? 1000 / wall_ms_ : 0;
 }
 
+/// Prints the mean times of the frames that the graph shows.
+void Session::say_times() {
+  const auto mean = [&](double FrameRecord::*ms) {
+    double sum = 0;
+    for (const FrameRecord& f : facts_.frames) sum += f.*ms;
+    return sum / double(std::max<std::size_t>(1, facts_.frames.size()));
+  };
+  std::string passes;
+  for (const FramePass& pass : kFramePasses)
+    if (mean(pass.ms) > 0) passes += fmt::format("{} {:.1f}, ", pass.name, mean(pass.ms));
+  say(fmt::format("{} frames, {:.1f} ms each: {}the last of {}x{} pixels", facts_.frames.size(),
+                  mean(&FrameRecord::wall), passes, facts_.width, facts_.height));
+}
+
 LiveOptions Session::live_options(const glm::uvec2& size) const {
   LiveOptions o;
   o.width = size.x;
@@ -125,8 +141,6 @@ LiveOptions Session::live_options(const glm::uvec2& size) const {
   o.shading = settings_.shading;
   o.heat = settings_.heat;
   o.query = settings_.query;
-  if (settings_.compares()) o.other = settings_.other;
-  o.split = std::uint32_t(std::lround(double(settings_.divider) * size.x));
   o.swap_red = presenter_->swap_red();
   return o;
 }
@@ -137,37 +151,33 @@ bool Session::announce_kernels() {
   if (announced_ > 0) return --announced_ > 0;
   const bool counters = settings_.heats();
   const std::string paths = settings_.integrator() ? settings_.shading : "";
-  std::vector<Query> queries{settings_.query};
-  if (settings_.compares()) queries.push_back(settings_.other);
-  for (Query& q : queries) {
-    q.want = find_ray_kind(settings_.rays).want;
-    q.rays = settings_.rays;
-    // The method's own name is part of the key: auto runs kernels of other methods, and it tries several when it first
-    // gets rays of a class.
-    const std::string name = q.method + " " + engine_->picture_tracer().variant(q, counters).kernel_name() + paths;
-    if (!kernels_.insert(name).second) continue;
-    facts_.message = "compiling " + (paths.empty() ? q.method : paths) + " ...";
-    facts_.failed = false;
-    announced_ = 2;
-  }
-  return announced_ > 0;
+  Query q = settings_.query;
+  q.want = find_ray_kind(settings_.rays).want;
+  q.rays = settings_.rays;
+  // The method's own name is part of the key: auto runs kernels of other methods, and it tries several when it first
+  // gets rays of a class.
+  const std::string name = q.method + " " + engine_->picture_tracer().variant(q, counters).kernel_name() + paths;
+  if (!kernels_.insert(name).second) return false;
+  facts_.message = "compiling " + (paths.empty() ? q.method : paths) + " ...";
+  facts_.failed = false;
+  announced_ = 2;
+  return true;
 }
 
-void Session::trace(bool moved) {
+void Session::trace() {
   try {
-    if (dirty_ || moved) {
+    if (dirty_ || moved_) {
       part_.reset();
       if (announce_kernels()) return;
-      const double scale = moved && settings_.scale ? scaler_.scale() : 1;
-      add_sample(moved, 0, 1, scale);
+      add_sample(0, 1, moved_ && settings_.scale ? scaler_.scale() : 1);
       jittered_ = false;
       dirty_ = false;
     } else if (part_) {
-      add_sample(false, part_->index, part_->count, 1);
+      add_sample(part_->index, part_->count, 1);
     } else if (facts_.scale != 1 || int(facts_.samples) < settings_.samples) {
       const auto samples = std::uint32_t(settings_.samples);
       const bool begin = facts_.scale != 1 || !jittered_;
-      add_sample(false, begin ? 0 : facts_.samples, samples, 1);
+      add_sample(begin ? 0 : facts_.samples, samples, 1);
       jittered_ = true;
     }
     last_good_ = settings_;
@@ -189,13 +199,13 @@ void Session::trace(bool moved) {
   }
 }
 
-void Session::add_sample(bool moved, std::uint32_t index, std::uint32_t count, double scale) {
+void Session::add_sample(std::uint32_t index, std::uint32_t count, double scale) {
   const auto scaled = [&](std::uint32_t n) { return std::max(1u, std::uint32_t(std::lround(n * scale))); };
   const glm::uvec2 size(scaled(window_pixels_.x), scaled(window_pixels_.y));
   LiveOptions o = live_options(size);
   o.sample_index = index;
   o.sample_count = count;
-  o.part_ms = moved ? 0 : kPartMs;
+  o.part_ms = moved_ ? 0 : kPartMs;
   o.goes_on = part_.has_value();
   const View view = camera_->view();
   const LiveTimes times = engine_->live().add_sample(view, o);
@@ -211,12 +221,13 @@ void Session::add_sample(bool moved, std::uint32_t index, std::uint32_t count, d
   facts_.height = size.y;
   facts_.scale = scale;
   facts_.samples = index + 1;
-  facts_.frames.push_back({facts_.pose_ms, facts_.tree_ms, times, presenter_->last_ms(), raw_wall_ms_});
-  ++new_frames_;
+  facts_.frames.push_back({facts_.pose_ms, facts_.tree_ms, times.generate_ms + times.primary_ms, times.trace_ms,
+                           times.shade_ms, presenter_->last_ms(), raw_wall_ms_});
+  ++shown_frames_;
   if (facts_.frames.size() > kGraphFrames) facts_.frames.pop_front();
   // The first sample of a picture at rest also predicts the time of a frame in motion, before the first move. Later
   // samples are not counted.
-  if (settings_.scale && scale == scaler_.scale() && (moved || index == 0))
+  if (settings_.scale && scale == scaler_.scale() && (moved_ || index == 0))
     scaler_.measured(times.total_ms(), presenter_->last_ms());
 }
 

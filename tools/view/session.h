@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <set>
@@ -12,8 +13,6 @@
 #include "tools/view/overlay.h"
 #include "tools/view/panels.h"
 #include "tools/view/scaler.h"
-#include "tools/view/script.h"
-#include "tools/view/shader_watch.h"
 #include "tools/view/window.h"
 
 namespace ballot::view {
@@ -29,7 +28,7 @@ struct SessionOptions {
   std::string out = ".";      // folder for pictures
   std::uint32_t width = 1280, height = 720;
   Pace pace = Pace::Refresh;
-  std::vector<ScriptLine> script;
+  std::size_t frames = 0;                  // turns the camera for so many frames, and ends; 0: until it is closed
   std::function<void(Scene&)> light = {};  // adds a sky and lamps to a scene that was loaded
 };
 
@@ -39,22 +38,29 @@ class Session {
   explicit Session(SessionOptions options);
   ~Session();
 
-  /// Runs until the window is closed. Returns the number of validation messages.
+  /// Runs until the window is closed, or for SessionOptions::frames. Returns the number of validation messages.
   std::size_t run();
+  /// Takes what the user did since the frame before, and shows the next one.
+  void frame();
+
+  Window& window() { return *window_; }
+  Engine& engine() { return *engine_; }
+  Settings& settings() { return settings_; }
+  const Facts& facts() const { return facts_; }
 
  private:
   using Clock = std::chrono::steady_clock;
 
   // session.cpp
-  void frame();
   void make_overlay();
   glm::dvec2 screen_scale() const;
-  void trace(bool moved);
-  void add_sample(bool moved, std::uint32_t index, std::uint32_t count, double scale);
+  void trace();
+  void add_sample(std::uint32_t index, std::uint32_t count, double scale);
   bool announce_kernels();
   LiveOptions live_options(const glm::uvec2& size) const;
   void show();
   void note_time(double wall_ms);
+  void say_times();
   bool at_rest() const;
   double idle_seconds() const;
 
@@ -68,11 +74,6 @@ class Session {
   void pick(const glm::dvec2& mouse);
   void count();
   std::optional<glm::uvec2> pixel_at(const glm::dvec2& mouse) const;
-  const Query& query_at(const glm::uvec2& pixel) const;
-  void step_script(double dt);
-  bool run_line(const ScriptLine& line, double dt);
-  void choose(const ScriptLine& line);
-  void say_times();
 
   // session_play.cpp
   bool play(double dt);
@@ -87,19 +88,20 @@ class Session {
   void save_view() const;
   std::filesystem::path views_file() const;
   void append_view();
-  void shoot(const std::filesystem::path& exr, Links links);
+  void shoot();
   std::filesystem::path next_shot() const;
+  void watch_shaders();
   void reload(const char* why);
 
   void say(const std::string& message, bool failed = false);
 
   SessionOptions options_;
   Settings settings_;
+  Display display_;  // opened first, so that a missing one is an error at once, not after minutes of loading
   std::unique_ptr<Window> window_;
   std::unique_ptr<Engine> engine_;
   std::unique_ptr<Presenter> presenter_;
   std::unique_ptr<Overlay> overlay_;
-  std::unique_ptr<ShaderWatch> watch_;
   std::unique_ptr<FlyCamera> camera_;
   Scaler scaler_{50};
   Facts facts_;
@@ -113,6 +115,7 @@ class Session {
   std::pair<std::size_t, double> shown_time_{0, 0.0};  // clip and time; at first the scene is at rest
 
   bool dirty_ = true;              // the picture must be started again
+  bool moved_ = false;             // camera or scene moved in this frame
   bool jittered_ = false;          // the picture's samples are jittered
   Settings last_good_;             // the last settings that traced without an error
   std::set<std::string> kernels_;  // kernels that were compiled or announced
@@ -123,10 +126,10 @@ class Session {
   double raw_wall_ms_ = 0, wall_ms_ = 0;  // time from frame to frame: the last one, and a running mean
   glm::dvec2 pressed_at_{0};
   bool dragged_ = false, over_panel_ = false;
-
-  std::size_t script_at_ = 0, new_frames_ = 0;  // new_frames_: frames since the script's last command `times`
-  double script_left_ = 0;
-  bool script_waits_ = false;
+  std::filesystem::path shaders_ = shader_folder();
+  std::filesystem::file_time_type shaders_of_;  // when the newest of them was written
+  Clock::time_point looked_ = Clock::now();     // when that was looked up
+  std::size_t shown_frames_ = 0;                // that traced something
 };
 
 }  // namespace ballot::view

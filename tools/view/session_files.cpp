@@ -26,6 +26,15 @@ double diagonal_of(const Scene& scene) {
   return length > 0 ? length : 1;
 }
 
+/// Returns when the newest file of a folder was written; the beginning of time if there is none.
+fs::file_time_type newest_in(const fs::path& folder) {
+  fs::file_time_type newest = fs::file_time_type::min();
+  std::error_code error, gone;  // `gone` is set if an editor is just replacing a file
+  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+    newest = std::max(newest, at->last_write_time(gone));
+  return newest;
+}
+
 /// Returns the tone mapping that the window shows an integrator's pictures with.
 Tone tone_of(const Integrator* integrator) { return {.neutral = integrator && integrator->sees == Sees::Materials}; }
 
@@ -62,6 +71,7 @@ void Session::open(Scene scene) {
   traced_ = {0, 0};
   last_good_ = settings_;
   dirty_ = true;
+  shaders_of_ = newest_in(shaders_);
   load_views();
   say(fmt::format("{}: {} triangles on {} ({})", name, engine_->triangle_count(), engine_->device().name,
                   engine_->device().driver));
@@ -77,7 +87,7 @@ void Session::load_views() {
       if (v.name == options_.view) return go_to(v);
     find_view(engine_->scene(), options_.view);  // throws an error that lists the names
   }
-  if (const auto kept = options_.script.empty() ? read_cache(saved_view_file()) : std::nullopt) {
+  if (const auto kept = options_.frames == 0 ? read_cache(saved_view_file()) : std::nullopt) {
     try {
       return go_to(cli::views_in(saved_view_file(), *kept).front());
     } catch (const Error&) {
@@ -161,8 +171,9 @@ fs::path Session::next_shot() const {
   }
 }
 
-void Session::shoot(const fs::path& exr, Links links) {
+void Session::shoot() {
   try {
+    const fs::path exr = next_shot();
     fs::path beside = exr;
     if (!camera_->untouched()) {
       View view = cli::as_written(camera_->view());
@@ -179,12 +190,20 @@ void Session::shoot(const fs::path& exr, Links links) {
     const Integrator* integrator = settings_.integrator();
     if (integrator) o.spp = std::uint32_t(settings_.samples), o.clamp = integrator->clamp;
     const Image image = engine_->render(camera_->view(), o);
-    write_exr(exr, image, links);
+    write_exr(exr, image, Links::Replace);
     write_png(beside.replace_extension(".png"), image, tone_of(integrator), Links::Replace);
     say(fmt::format("wrote {} and .png of view {}", exr.string(), camera_->view().name));
   } catch (const Error& error) {
     say(error.what(), true);
   }
+}
+
+/// Reloads the shaders if a file of them was written. Looks at them twice a second at most.
+void Session::watch_shaders() {
+  if (Clock::now() - looked_ < std::chrono::milliseconds(500)) return;
+  looked_ = Clock::now();
+  const fs::file_time_type newest = newest_in(shaders_);
+  if (std::exchange(shaders_of_, newest) != newest) reload("a shader file changed");
 }
 
 void Session::reload(const char* why) {

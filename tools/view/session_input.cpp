@@ -1,9 +1,8 @@
-// The part of Session that handles keys, mouse and scripts.
+// The part of Session that handles keys and mouse.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "tools/program/picture_size.h"
 #include "tools/view/session.h"
 
 namespace ballot::view {
@@ -52,9 +51,6 @@ void Session::take_key(const KeyPress& press) {
     case GLFW_KEY_B:
       s.heat = next_in(kHeatKinds, s.heat, back);
       return say("heat " + s.heat);
-    case GLFW_KEY_X:
-      s.compare = !s.compare;
-      return say(s.compare ? fmt::format("comparing {} with {}", s.query.method, s.other.method) : "not comparing");
     case GLFW_KEY_P:
       return toggle_play();
     case GLFW_KEY_C:
@@ -76,7 +72,7 @@ void Session::take_key(const KeyPress& press) {
     case GLFW_KEY_F11:
       return window_->toggle_full_screen();
     case GLFW_KEY_F12:
-      return shoot(next_shot(), Links::Replace);
+      return shoot();
     default:
       if (press.key >= GLFW_KEY_1 && press.key <= GLFW_KEY_9) choose_number(press.key - GLFW_KEY_1);
   }
@@ -133,29 +129,21 @@ std::optional<glm::uvec2> Session::pixel_at(const glm::dvec2& mouse) const {
   return glm::uvec2(at);
 }
 
-const Query& Session::query_at(const glm::uvec2& pixel) const {
-  const bool right = settings_.compares() && float(pixel.x) >= settings_.divider * float(window_pixels_.x);
-  return right ? settings_.other : settings_.query;
-}
-
 void Session::hover() {
   const Input& in = window_->input();
   const auto pixel = over_panel_ || in.buttons[1] ? std::nullopt : pixel_at(in.mouse);
   if (!pixel || !settings_.panels || traced_.x == 0) return facts_.hovered.reset();
   if (facts_.hovered && facts_.hovered->pixel == *pixel && at_rest()) return;
-  LiveOptions o = live_options(window_pixels_);
-  o.query = query_at(*pixel);
-  Inspection i;
-  i.pixel = *pixel;
-  i.probe = engine_->live().probe(camera_->view(), o, pixel->x, pixel->y, false);
-  facts_.hovered = i;
+  const Probe probe = engine_->live().probe(camera_->view(), live_options(window_pixels_), pixel->x, pixel->y, false);
+  facts_.hovered.emplace();
+  facts_.hovered->pixel = *pixel;
+  facts_.hovered->probe = probe;
 }
 
 void Session::pick(const glm::dvec2& mouse) {
   const auto pixel = pixel_at(mouse);
   if (!pixel) return;
-  LiveOptions o = live_options(window_pixels_);
-  o.query = query_at(*pixel);
+  const LiveOptions o = live_options(window_pixels_);
   Inspection i;
   i.pixel = *pixel;
   i.picked = true;
@@ -179,92 +167,8 @@ void Session::count() {
   const auto batch =
       engine_->make_batch(camera_->view(), find_ray_kind(settings_.rays), window_pixels_.x, window_pixels_.y);
   facts_.counters = engine_->count(*batch, settings_.query);
-  if (settings_.compares()) facts_.other_counters = engine_->count(*batch, settings_.other);
   const double rays = double(std::max<std::uint64_t>(1, facts_.counters->rays));
   say(fmt::format("{}: {:.1f} nodes per ray", settings_.query.method, double((*facts_.counters)["nodes"]) / rays));
-}
-
-void Session::step_script(double dt) {
-  while (script_at_ < options_.script.size() && run_line(options_.script[script_at_], dt)) {
-    ++script_at_;
-    script_waits_ = false;
-  }
-}
-
-/// Runs a line of the script for this frame. Returns true if the line is done and the next one may run in the same
-/// frame.
-bool Session::run_line(const ScriptLine& line, double dt) {
-  const std::string& command = line.words[0];
-  Input& input = window_->input();
-  const bool holds = command == "key" && line.words.size() == 3;
-  if (command == "wait" && line.words[1] == "refined") return at_rest() && traced_ == window_pixels_;
-  if (command == "wait" || holds) {
-    if (!script_waits_) script_left_ = duration_of(line, line.words[holds ? 2 : 1]), script_waits_ = true;
-    const bool frames = script_left_ < 0;
-    script_left_ = frames ? std::min(0.0, script_left_ + 1) : std::max(0.0, script_left_ - dt);
-    if (holds) input.down[key_of(line, line.words[1])] = script_left_ != 0;
-    return script_left_ == 0;
-  }
-  if (command == "key") {
-    input.pressed.push_back({key_of(line, line.words[1]), 0});
-    return true;
-  }
-  if (command == "mouse") {
-    input.buttons[1] = !script_waits_;
-    if (!script_waits_) input.dragged[1] = {number_of(line, line.words[1]), number_of(line, line.words[2])};
-    return std::exchange(script_waits_, true);
-  }
-  if (command == "quit") {
-    window_->close();
-    return false;
-  }
-  choose(line);
-  return true;
-}
-
-/// Prints mean times over the frames since the last call, at most those that the graph keeps.
-void Session::say_times() {
-  double pose = 0, tree = 0, rays = 0, trace = 0, shade = 0, present = 0, wall = 0;
-  const std::size_t count = std::min(facts_.frames.size(), new_frames_);
-  for (std::size_t i = facts_.frames.size() - count; i < facts_.frames.size(); ++i) {
-    const FrameRecord& f = facts_.frames[i];
-    pose += f.pose_ms;
-    tree += f.tree_ms;
-    rays += f.times.generate_ms + f.times.primary_ms;
-    trace += f.times.trace_ms + f.times.other_ms;
-    shade += f.times.shade_ms;
-    present += f.present_ms;
-    wall += f.wall_ms;
-  }
-  const double n = double(std::max<std::size_t>(1, count));
-  const std::string moving =
-      engine_->scene_facts().animation ? fmt::format("pose {:.1f}, tree {:.1f}, ", pose / n, tree / n) : "";
-  say(fmt::format(
-      "{} frames, {:.1f} ms each: {}rays {:.1f}, trace {:.1f}, shade {:.1f}, show {:.1f}; {}x{} pixels last", count,
-      wall / n, moving, rays / n, trace / n, shade / n, present / n, facts_.width, facts_.height));
-  new_frames_ = 0;
-}
-
-void Session::choose(const ScriptLine& line) {
-  const std::string& command = line.words[0];
-  const std::string word = line.words.size() > 1 ? line.words[1] : "";
-  if (command == "times") return say_times();
-  dirty_ = true;
-  if (command == "method") settings_.query.method = find_method(word).name, settings_.query.knobs.clear();
-  if (command == "numeric") settings_.query.numeric = find_numeric(word).name;
-  if (command == "rays") settings_.rays = find_ray_kind(word).name;
-  if (command == "shading") settings_.shading = shading_named(word);
-  if (command == "heat") settings_.heat = find_heat(word).name;
-  if (command == "compare") settings_.compare = true, settings_.other.method = find_method(word).name;
-  if (command == "view") go_to(find_view(engine_->scene_facts(), word));
-  if (command == "time") settings_.play.seconds = number_of(line, word);
-  if (command == "pick") pick({number_of(line, word), number_of(line, line.words[2])});
-  if (command == "shot") shoot(std::filesystem::path(options_.out) / word, Links::Follow);
-  if (command == "resize") {
-    std::uint32_t width = 0, height = 0;
-    cli::parse_size(word, width, height);
-    window_->resize(width, height);
-  }
 }
 
 }  // namespace ballot::view

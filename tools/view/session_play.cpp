@@ -31,7 +31,6 @@ bool Session::play(double dt) {
   facts_.picked.reset();
   facts_.hovered.reset();
   facts_.counters.reset();
-  facts_.other_counters.reset();
   for (std::size_t i = 0; i < engine_->scene_facts().views.size(); ++i) views_[i] = engine_->scene_facts().views[i];
   traced_ = {0, 0};  // what was traced is gone with the renderer
   dirty_ = true;

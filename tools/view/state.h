@@ -1,4 +1,4 @@
-// The viewer's state: the settings that keys, panels and scripts change, and the facts that panels show.
+// The viewer's state: the settings that keys and panels change, and the facts that panels show.
 #pragma once
 
 #include <deque>
@@ -30,9 +30,6 @@ struct Playback {
 
 struct Settings {
   Query query;  // method, numeric mode and knobs
-  Query other;  // the query of the right half while comparing
-  bool compare = false;
-  float divider = 0.5f;  // share of the width that the left half takes
   std::string rays = "primary", shading = "eyelight", heat = "nodes";
   int samples = 64;   // samples per pixel up to which the picture is refined while the camera rests; 1: no refinement
   bool scale = true;  // trace fewer pixels while moving, to meet the target
@@ -42,19 +39,27 @@ struct Settings {
 
   /// Returns the integrator that `shading` names; null if it names a shading of primary hits.
   const Integrator* integrator() const { return find_integrator(shading); }
-  bool compares() const { return compare && !integrator(); }
   bool heats() const { return !integrator() && find_shading(shading).heat; }
 
   bool operator==(const Settings& o) const;  // compares only the settings that change the picture
 };
 
-/// The times of a frame, for the graph.
+/// The milliseconds of a frame.
 struct FrameRecord {
-  double pose_ms = 0, tree_ms = 0;  // of a scene that moves
-  LiveTimes times;
-  double present_ms = 0;
-  double wall_ms = 0;  // time from frame to frame
+  double pose = 0, tree = 0;  // of a scene that moves
+  double rays = 0, trace = 0, shade = 0, show = 0;
+  double wall = 0;  // time from frame to frame
 };
+
+/// A part of a frame's time.
+struct FramePass {
+  const char* name;
+  double FrameRecord::*ms;
+  bool moves;  // only scenes that move have it
+};
+inline constexpr FramePass kFramePasses[] = {
+    {"pose", &FrameRecord::pose, true},    {"tree", &FrameRecord::tree, true},    {"rays", &FrameRecord::rays, false},
+    {"trace", &FrameRecord::trace, false}, {"shade", &FrameRecord::shade, false}, {"show", &FrameRecord::show, false}};
 
 /// The inspector's data on the pixel under the mouse, or on a picked one.
 struct Inspection {
@@ -80,7 +85,7 @@ struct Facts {
   std::uint32_t width = 0, height = 0;  // traced pixels
   double scale = 1, speed = 0;
   std::uint32_t samples = 0;
-  std::optional<Counters> counters, other_counters;  // of the view that is shown; counted on demand
+  std::optional<Counters> counters;  // of the view that is shown; counted on demand
   std::optional<Inspection> hovered, picked;
   std::string message;  // the result of the last action
   bool failed = false;  // the message is an error

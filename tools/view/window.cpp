@@ -81,10 +81,7 @@ void Window::set_callbacks() {
   g.glfwSetWindowIconifyCallback(handle_, [](GLFWwindow* w, int yes) { input_of(w).minimised = yes != 0; });
 }
 
-Window::~Window() {
-  glfw().glfwDestroyWindow(handle_);
-  glfw().glfwTerminate();
-}
+Window::~Window() { glfw().glfwDestroyWindow(handle_); }
 
 void Window::poll(double wait_s) {
   input_.begin_frame();
@@ -108,10 +105,6 @@ double Window::content_scale() const {
   float x = 1, y = 1;
   glfw().glfwGetWindowContentScale(handle_, &x, &y);
   return x > 0 ? double(x) : 1;
-}
-
-void Window::resize(std::uint32_t width, std::uint32_t height) {
-  glfw().glfwSetWindowSize(handle_, int(width), int(height));
 }
 
 void Window::toggle_full_screen() {

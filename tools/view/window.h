@@ -50,7 +50,6 @@ class Window {
   glm::dvec2 size() const { return size_; }      // screen units
   bool minimised() const { return input_.minimised || pixels_.x == 0 || pixels_.y == 0; }
   double content_scale() const;  // the factor by which text must be larger on this screen
-  void resize(std::uint32_t width, std::uint32_t height);
   void toggle_full_screen();
   void set_title(const std::string& title) { glfw().glfwSetWindowTitle(handle_, title.c_str()); }
 

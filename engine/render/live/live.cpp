@@ -18,13 +18,12 @@ KernelSource plain_source(const std::string& folder, const std::string& name) {
 }
 KernelSource visible_source() { return plain_source("shade", "visible"); }
 KernelSource heat_source() { return plain_source("shade", "heat"); }
-KernelSource display_source() { return plain_source("shade", "display"); }
 KernelSource tiles_source() { return plain_source("rays", "tiles"); }
 
-/// Returns the query for a picture's rays: options.query, or options.other if `second`.
-Query query_of(const LiveOptions& options, bool second) {
+/// Returns the query for a picture's rays.
+Query query_of(const LiveOptions& options) {
   const RayKind& kind = find_ray_kind(options.rays);
-  Query query = second ? *options.other : options.query;
+  Query query = options.query;
   query.want = kind.want;
   query.rays = kind.name;
   return query;
@@ -35,9 +34,6 @@ float shown_scale(const LiveOptions& options) {
   return 1.0f / float((options.sample_index + 1) * find_ray_kind(options.rays).generators.size());
 }
 
-/// Returns true if a separate pass must convert the films to pixels, because shading alone does not give what is shown.
-bool needs_display(const LiveOptions& options) { return options.other || find_shading(options.shading).heat; }
-
 /// Returns the index of a counter among the 32-bit words of RayStats; ~0 for null.
 std::uint32_t word_of(HeatKind::Field field) {
   const RayStats s{};
@@ -47,9 +43,7 @@ std::uint32_t word_of(HeatKind::Field field) {
 
 }  // namespace
 
-std::vector<KernelSource> live_sources() {
-  return {visible_source(), heat_source(), display_source(), tiles_source(), show_source()};
-}
+std::vector<KernelSource> live_sources() { return {visible_source(), heat_source(), tiles_source(), show_source()}; }
 
 LiveImage::LiveImage(Context& gpu, Tracer& tracer, SceneData& scene, const glm::vec3& origin)
     : gpu_(gpu),
@@ -69,11 +63,10 @@ void LiveImage::check(const LiveOptions& o) const {
   check_options(
       RenderOptions{.width = o.width, .height = o.height, .spp = o.sample_count, .shading = o.shading, .heat = o.heat});
   const bool primary = find_ray_kind(o.rays).name == kPrimaryRays;
-  if (find_integrator(o.shading) && (!primary || o.other))
-    fail(Failure::Arguments, "shading '{}' traces rays of its own: it takes no --rays and no --compare", o.shading);
+  if (find_integrator(o.shading) && !primary)
+    fail(Failure::Arguments, "shading '{}' traces rays of its own: it takes no --rays", o.shading);
   check_options(RayKindOptions{.ao_radius = o.ao_radius});
   tracer_.variant(o.query);
-  if (o.other) tracer_.variant(*o.other);
 }
 
 void LiveImage::make_room(const LiveOptions& o, bool counts) {
@@ -85,7 +78,6 @@ void LiveImage::make_room(const LiveOptions& o, bool counts) {
   if (wanted > chunk_rays_) vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
   if (wanted > chunk_rays_) {
     film_.clear();
-    other_film_.clear();
     starts_.reset();
     chunk_rays_ = wanted;
   }
@@ -96,7 +88,6 @@ void LiveImage::make_room(const LiveOptions& o, bool counts) {
   if (counts) ballot::make_room(stats_, gpu_, chunk_rays_, "counters");
   const std::size_t chunks = (total + chunk_rays_ - 1) / chunk_rays_;
   while (film_.size() < chunks) film_.emplace_back(gpu_, chunk_rays_, Access::Storage, "film");
-  while (o.other && other_film_.size() < chunks) other_film_.emplace_back(gpu_, chunk_rays_, Access::Storage, "film b");
 }
 
 void LiveImage::make_pixels(const LiveOptions& o) {
@@ -149,26 +140,25 @@ LiveTimes LiveImage::add_sample(const View& asked, const LiveOptions& options) {
     sample_slice({chunk++, features, camera, camera.count, made}, options, times);
   }
   gpu_.pass("totals", [&](VkCommandBuffer cmd) {
-    const VkBufferCopy all{0, 0, sizeof(DisplayTotals)};
+    const VkBufferCopy all{0, 0, sizeof(std::uint32_t)};
     gpu_.vk().CmdCopyBuffer(cmd, totals_.handle(), totals_seen_.handle(), 1, &all);
   });
-  DisplayTotals totals{};
-  totals_seen_.download(std::span(&totals, 1));
+  std::uint32_t live = 0;
+  totals_seen_.download(std::span(&live, 1));
   tiles_of_ = tiles;
   // Heat maps shade and count only the rays of the first generator in the first sample.
   if (kind.from_camera())
     counted_ = std::uint64_t(options.width) * options.height;
   else if (!counts || options.sample_index == 0)
-    counted_ = std::uint64_t(totals.live) * (counts ? kind.generators.size() : 1);
+    counted_ = std::uint64_t(live) * (counts ? kind.generators.size() : 1);
   times.rays = counted_;
-  times.different = totals.different;
   return times;
 }
 
 /// Returns true if the traversal kernel makes the picture's rays, which no other pass may then read.
 bool LiveImage::makes_rays(const LiveOptions& o, std::uint32_t count) const {
   if (!find_ray_kind(o.rays).from_camera() || find_shading(o.shading).heat || !tracer_.makes_rays()) return false;
-  return tracer_.can_record(query_of(o, false), count) && (!o.other || tracer_.can_record(query_of(o, true), count));
+  return tracer_.can_record(query_of(o), count);
 }
 
 /// Returns the same as point_light(), but waits for the device only once.
@@ -200,9 +190,7 @@ void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, Liv
     run_pass(gpu_, primary, slice.count, &slice.camera, sizeof slice.camera, times.generate_ms);
   }
   if (kind.from_camera()) {
-    const Buffer<Ray>* rays = slice.made ? nullptr : rays_.get();
-    trace_and_shade(slice, rays, options, false, 0, times);
-    if (options.other) trace_and_shade(slice, rays, options, true, 0, times);
+    trace_and_shade(slice, slice.made ? nullptr : rays_.get(), options, 0, times);
   } else {
     Query first = options.query;
     first.want = Want::Nearest;
@@ -210,11 +198,9 @@ void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, Liv
     tracer_.record(*rays_, *hits_, slice.count, first, [&times](double ms) { times.primary_ms += ms; });
     for (std::uint32_t part = 0; part < kind.generators.size(); ++part) {
       generate_secondary(kind.generators[part], slice, options, times);
-      trace_and_shade(slice, secondary_.get(), options, false, part, times);
-      if (options.other) trace_and_shade(slice, secondary_.get(), options, true, part, times);
+      trace_and_shade(slice, secondary_.get(), options, part, times);
     }
   }
-  if (needs_display(options)) display(slice, options, times);
 }
 
 /// Makes the list of pixels for rays that the traversal kernel makes. Returns the picture that the list is for. The
@@ -260,17 +246,16 @@ void LiveImage::generate_secondary(std::string_view generator, const Slice& slic
 
 // `rays` is null if the traversal kernel makes the rays. `part` is the index of the kind's generator; the colours of
 // all generators add up like those of samples.
-void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>* rays, const LiveOptions& options, bool second,
+void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>* rays, const LiveOptions& options,
                                 std::uint32_t part, LiveTimes& times) {
   const bool heat = find_shading(options.shading).heat;
   Buffer<Hit>& hits = find_ray_kind(options.rays).from_camera() ? *hits_ : *secondary_hits_;
-  const Query query = query_of(options, second);
-  trace_slice(slice, rays, hits, options, query, second ? times.other_ms : times.trace_ms);
+  const Query query = query_of(options);
+  trace_slice(slice, rays, hits, options, query, times.trace_ms);
   const std::uint32_t sample = options.sample_index + part;
   const bool last = part + 1 == find_ray_kind(options.rays).generators.size();
-  if (!heat || sample == 0)
-    shade_slice(slice, rays, hits, options, {sample, second, last && !needs_display(options)}, times);
-  if (heat) paint_heat(slice, options, query, (second ? other_film_ : film_)[slice.chunk], sample, times);
+  if (!heat || sample == 0) shade_slice(slice, rays, hits, options, sample, last && !heat, times);
+  if (heat) paint_heat(slice, options, query, sample, times);
 }
 
 void LiveImage::trace_slice(const Slice& slice, const Buffer<Ray>* rays, Buffer<Hit>& hits, const LiveOptions& options,
@@ -287,30 +272,29 @@ void LiveImage::trace_slice(const Slice& slice, const Buffer<Ray>* rays, Buffer<
 }
 
 void LiveImage::shade_slice(const Slice& slice, const Buffer<Ray>* rays, const Buffer<Hit>& hits,
-                            const LiveOptions& options, const Sample& of, LiveTimes& times) {
+                            const LiveOptions& options, std::uint32_t sample, bool shown, LiveTimes& times) {
   const RayKind& kind = find_ray_kind(options.rays);
   const bool visible = kind.want == Want::Any;
   Kernel& k = kernel(visible ? visible_source() : live_source(options.shading, slice.features, !rays));
   if (rays) k.bind(BIND_RAYS, *rays);
   k.bind(BIND_HITS, hits);
-  k.bind(BIND_FILM, (of.second ? other_film_ : film_)[slice.chunk]);
+  k.bind(BIND_FILM, film_[slice.chunk]);
   k.bind(BIND_PIXELS, *pixels_);
   k.bind(BIND_TOTALS, totals_);
   const PixelCone cone = pixel_cone(slice.camera);
-  const bool counted = !of.second && !kind.from_camera();
   const std::uint32_t flags =
-      (of.shown ? LIVE_SHOWN : 0) | (options.swap_red ? LIVE_SWAP_RED : 0) | (counted ? LIVE_COUNTED : 0);
+      (shown ? LIVE_SHOWN : 0) | (options.swap_red ? LIVE_SWAP_RED : 0) | (kind.from_camera() ? 0 : LIVE_COUNTED);
   LivePush push{slice.camera, cone.width, cone.spread, shown_scale(options), flags};
-  push.camera.sample_index = of.number;
+  push.camera.sample_index = sample;
   run_pass(gpu_, k, slice.count, &push, sizeof push, times.shade_ms);
 }
 
-void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, Buffer<LivePixel>& film,
-                           std::uint32_t sample, LiveTimes& times) {
+void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, std::uint32_t sample,
+                           LiveTimes& times) {
   const HeatKind& kind = find_heat(options.heat);
   float top = kind.fixed_top(tracer_.variant(query).config.subgroup);
   if (top == 0) {
-    // The scale is estimated from some tiles. Both queries and all samples of a picture share it.
+    // The scale is estimated from some tiles. All samples of a picture share it.
     if (sample == 0 && slice.camera.first == 0 && times.heat_top == 0) {
       std::vector<float> values;
       std::vector<RayStats> tile(kTileRays);
@@ -335,28 +319,13 @@ void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const
   push.over_a = word_of(kind.over[0]);
   push.over_b = word_of(kind.over[1]);
   push.top = top;
+  push.scale = shown_scale(options);
+  push.swap_red = options.swap_red;
   std::ranges::copy(heat_ramp(), push.ramp);
   Kernel& k = kernel(heat_source());
   k.bind(BIND_COUNTS, *stats_);
-  k.bind(BIND_FILM, film);
-  run_pass(gpu_, k, slice.count, &push, sizeof push, times.shade_ms);
-}
-
-void LiveImage::display(const Slice& slice, const LiveOptions& options, LiveTimes& times) {
-  Kernel& k = kernel(display_source());
   k.bind(BIND_FILM, film_[slice.chunk]);
-  k.bind(BIND_FILM_B, options.other ? other_film_[slice.chunk] : film_[slice.chunk]);
   k.bind(BIND_PIXELS, *pixels_);
-  k.bind(BIND_TOTALS, totals_);
-  DisplayPush push{};
-  push.width = options.width;
-  push.height = options.height;
-  push.first = slice.camera.first;
-  push.count = slice.count;
-  push.scale = shown_scale(options);
-  push.split = options.other ? options.split : options.width;
-  push.mark = options.other.has_value();
-  push.swap_red = options.swap_red;
   run_pass(gpu_, k, slice.count, &push, sizeof push, times.shade_ms);
 }
 

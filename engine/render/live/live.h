@@ -37,8 +37,8 @@ class LiveImage {
 
   const glm::vec3& origin() const { return origin_; }
 
-  /// Adds a sample to the picture, or begins a new one. A sample after the first must have the view, size, rays and
-  /// split of the one before it; this is not checked. Throws Error(Arguments) on bad options, Error(Work) as trace()
+  /// Adds a sample to the picture, or begins a new one. A sample after the first must have the view, size and rays of
+  /// the one before it; this is not checked. Throws Error(Arguments) on bad options, Error(Work) as trace()
   /// does; the picture is then undefined until a new one is begun.
   LiveTimes add_sample(const View& view, const LiveOptions& options);
 
@@ -59,12 +59,6 @@ class LiveImage {
     std::uint32_t count;  // rays
     bool made;            // the traversal kernel makes the rays
   };
-  /// A sample that is shaded.
-  struct Sample {
-    std::uint32_t number;  // 0 begins the film
-    bool second;           // traced by options.other
-    bool shown;            // the pass that shades the sample writes the pixels too
-  };
 
   void check(const LiveOptions& options) const;
   void make_room(const LiveOptions& options, bool counts);
@@ -76,15 +70,14 @@ class LiveImage {
   void sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times);
   TilesPush make_tiles(const TilesPush& tiles, LiveTimes& times);
   void generate_secondary(std::string_view generator, const Slice& slice, const LiveOptions& options, LiveTimes& times);
-  void trace_and_shade(const Slice& slice, const Buffer<Ray>* rays, const LiveOptions& options, bool second,
-                       std::uint32_t part, LiveTimes& times);
+  void trace_and_shade(const Slice& slice, const Buffer<Ray>* rays, const LiveOptions& options, std::uint32_t part,
+                       LiveTimes& times);
   void trace_slice(const Slice& slice, const Buffer<Ray>* rays, Buffer<Hit>& hits, const LiveOptions& options,
                    const Query& query, double& ms);
   void shade_slice(const Slice& slice, const Buffer<Ray>* rays, const Buffer<Hit>& hits, const LiveOptions& options,
-                   const Sample& of, LiveTimes& times);
-  void paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, Buffer<LivePixel>& film,
-                  std::uint32_t sample, LiveTimes& times);
-  void display(const Slice& slice, const LiveOptions& options, LiveTimes& times);
+                   std::uint32_t sample, bool shown, LiveTimes& times);
+  void paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, std::uint32_t sample,
+                  LiveTimes& times);
 
   Context& gpu_;
   Tracer& tracer_;
@@ -102,11 +95,11 @@ class LiveImage {
   TilesPush tiles_of_{};                          // the picture that tiles_ was made for
   Buffer<PrimaryPush> camera_;                    // of the rays that the traversal kernel makes
   Buffer<Ray> light_ray_;
-  Buffer<Hit> light_hit_, light_seen_;                // light_seen_ is in host memory
-  std::vector<Buffer<LivePixel>> film_, other_film_;  // one buffer per chunk
-  std::unique_ptr<LivePaths> paths_;                  // of a window that shows an integrator
+  Buffer<Hit> light_hit_, light_seen_;   // light_seen_ is in host memory
+  std::vector<Buffer<LivePixel>> film_;  // one buffer per chunk
+  std::unique_ptr<LivePaths> paths_;     // of a window that shows an integrator
   std::unique_ptr<Buffer<std::uint32_t>> pixels_;
-  Buffer<DisplayTotals> totals_, totals_seen_;  // totals_seen_ is in host memory
+  Buffer<std::uint32_t> totals_, totals_seen_;  // live rays; totals_seen_ is in host memory
   std::uint64_t counted_ = 0;                   // live rays of the last picture
   glm::vec3 light_{0};
   float heat_top_ = 0;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 
 #include "engine/trace/query.h"
@@ -16,15 +15,11 @@ struct LiveOptions {
   std::uint32_t sample_count = 1;            // 1: at pixel centres; more: jittered
   std::string rays = "primary";              // the ray kind to show; secondary kinds start one ray per hit
   /// A name of kShadings, which applies to nearest hits ("heat" shows the work of this kind's rays), or of
-  /// kIntegrators, which trace rays of their own: `rays` is then "primary", and there is no `other`.
+  /// kIntegrators, which trace rays of their own: `rays` is then "primary".
   std::string shading = "eyelight";
   std::string heat = "nodes";  // the quantity that shading "heat" shows
   Query query = {};            // query.want is replaced by the ray kind's
-  /// A second query for the same rays. Its picture is shown from column `split` on, and pixels where the two queries
-  /// find different prims are marked.
-  std::optional<Query> other;
-  std::uint32_t split = 0;  // column
-  float ao_radius = 0.05f;  // length of ao rays: share of the scene's diagonal, above 0
+  float ao_radius = 0.05f;     // length of ao rays: share of the scene's diagonal, above 0
   /// Of an integrator: about how long a call may take; it then leaves pixels out that later calls add. 0: no limit.
   double part_ms = 0;
   bool goes_on = false;   // with the sample that the last call did not finish (LiveTimes::finished)
@@ -33,17 +28,15 @@ struct LiveOptions {
 
 /// The device milliseconds and counts of one sample, as far as it is done.
 struct LiveTimes {
-  double generate_ms = 0;             // making the primary rays, and this kind's rays from their hits
-  double primary_ms = 0;              // tracing the primary rays if the kind is a secondary one
-  double trace_ms = 0, other_ms = 0;  // tracing this kind's rays: by `query`, by `other`
-  double shade_ms = 0;                // shading hits into the film, and the film into pixels
-  std::uint64_t rays = 0;             // live rays of the kind; with heat maps, those of the first sample
-  std::uint64_t different = 0;        // pixels where the queries find different prims
-  float heat_top = 0;                 // the value of the last colour of a heat map
-  bool finished = true;               // false: some pixels lack the sample yet, and the picture is the one before it
-  double total_ms() const { return generate_ms + primary_ms + trace_ms + other_ms + shade_ms; }
+  double generate_ms = 0;  // making the primary rays, and this kind's rays from their hits
+  double primary_ms = 0;   // tracing the primary rays if the kind is a secondary one
+  double trace_ms = 0;     // tracing this kind's rays
+  double shade_ms = 0;     // shading hits into the film, and the film into pixels
+  std::uint64_t rays = 0;  // live rays of the kind; with heat maps, those of the first sample
+  float heat_top = 0;      // the value of the last colour of a heat map
+  bool finished = true;    // false: some pixels lack the sample yet, and the picture is the one before it
+  double total_ms() const { return generate_ms + primary_ms + trace_ms + shade_ms; }
   double mrays_per_s() const { return trace_ms > 0 ? double(rays) / trace_ms * 1e-3 : 0; }
-  double other_mrays_per_s() const { return other_ms > 0 ? double(rays) / other_ms * 1e-3 : 0; }
 };
 
 }  // namespace ballot
