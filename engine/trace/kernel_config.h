@@ -51,7 +51,6 @@ struct KernelConfig {
   std::uint32_t rays = 1;
   bool fallback = true;
   bool jump = true;
-  std::uint32_t frontier = 64;
   Reduce reduce = Reduce::Shuffle;
   double threshold = 0;  // for methods that have one (Threshold in methods.h): a share of the subgroup, or a count
   /// Set for the driver: subgroupBarrier() follows writes to shared memory. False: a memory barrier alone.
@@ -63,7 +62,7 @@ struct KernelConfig {
 
   /// Returns true if kernels list rays for a kernel that takes them.
   bool lists() const { return doubtful == Doubtful::Limited || doubtful == Doubtful::Listed; }
-  TreeAccess tree_access() const { return {layout, padding, fetch, frontier}; }
+  TreeAccess tree_access() const { return {layout, padding, fetch}; }
 };
 
 }  // namespace ballot

@@ -25,7 +25,7 @@ Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles
       tree_(gpu, bvh, triangles, facts, std::move(built)),
       kernels_(gpu, tree_),
       dispatcher_(gpu, tree_, kernels_),
-      chooser_(gpu, gpu.info(), bvh, false,
+      chooser_(gpu, gpu.info(), bvh, triangles,
                [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
                  return trace(rays, hits, count, query).device_ms;
                }) {}
@@ -35,7 +35,7 @@ Tracer::Tracer(Context& gpu, Forest& forest)
       tree_(gpu, forest),
       kernels_(gpu, tree_),
       dispatcher_(gpu, tree_, kernels_),
-      chooser_(gpu, gpu.info(), forest.summary(), true,
+      chooser_(gpu, gpu.info(), forest.summary(), std::nullopt,
                [this](const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
                  return trace(rays, hits, count, query).device_ms;
                }) {}
@@ -45,7 +45,7 @@ Tracer::~Tracer() = default;
 void Tracer::replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                      std::shared_ptr<DeviceBuild> built) {
   tree_.replace(bvh, triangles, facts, std::move(built));
-  chooser_.replace(bvh);
+  chooser_.replace(bvh, triangles);
 }
 
 void Tracer::moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts) {

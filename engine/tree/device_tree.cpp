@@ -162,7 +162,7 @@ const DeviceTree::Texels& DeviceTree::nodes(const TreeAccess& a, Source source) 
 
 DeviceTree::FormatKey DeviceTree::format_key(TreeFormatId id, const TreeAccess& a, Source source) const {
   const TreeFormat& row = format_of(id);
-  const std::uint32_t size = id == TreeFormatId::Frontier ? a.frontier : 0;
+  const std::uint32_t size = id == TreeFormatId::Frontier ? FRONTIER_NODES : 0;
   const NodeLayout layout = row.follows_pairs ? a.layout : NodeLayout::Interleaved;
   return {id, size, layout, row.padded ? a.padding : Padding::Ray, a.fetch, source};
 }
@@ -184,7 +184,7 @@ const DeviceTree::Texels& DeviceTree::write_format(const FormatKey& key, const T
   const Access access = access_for(a.fetch) | Access::Storage;
   nodes({.layout = std::get<NodeLayout>(key), .padding = std::get<Padding>(key), .fetch = a.fetch}, Source::Device);
   if (!row.collapsed()) {
-    Texels made(gpu_, std::size_t(a.frontier) * 2 * FRONTIER_OCTANTS, access, row.name.data());
+    Texels made(gpu_, std::size_t(FRONTIER_NODES) * 2 * FRONTIER_OCTANTS, access, row.name.data());
     write_frontier(key, made);
     return arrays_.emplace(key, std::move(made)).first->second;
   }

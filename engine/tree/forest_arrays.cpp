@@ -88,7 +88,7 @@ const DeviceTree::Texels& DeviceTree::forest_leaves(const LeavesKey& key) {
 }
 
 const DeviceTree::Texels& DeviceTree::mesh_table(TreeFormatId id, const TreeAccess& a, LeafFormat leaf_format) {
-  const TableKey key{id, a.frontier, a.layout, a.padding, a.fetch, leaf_format};
+  const TableKey key{id, FRONTIER_NODES, a.layout, a.padding, a.fetch, leaf_format};
   if (const auto found = tables_.find(key); found != tables_.end()) return found->second;
   const auto firsts_of = [&](const auto& all, const auto& wanted) {
     const auto found = all.find(wanted);  // none if the kernel reads no such array

@@ -16,7 +16,6 @@ struct TreeAccess {
   NodeLayout layout = NodeLayout::Interleaved;
   Padding padding = Padding::Ray;
   Fetch fetch = Fetch::Storage;
-  std::uint32_t frontier = 64;  // number of nodes in the frontier
 };
 
 }  // namespace ballot

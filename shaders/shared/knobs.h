@@ -31,8 +31,6 @@
 
 // BALLOT_JUMP: packet-wide: rays that miss a leaf's box branch around its triangles (1) or are masked (0).
 
-// BALLOT_FRONTIER: frontier: number of nodes near the root that the subgroup tests first.
-
 // BALLOT_REDUCE: frontier: minima over the lanes are found by shuffles, or by integer reductions.
 #define REDUCE_SHUFFLE 0
 #define REDUCE_INTEGER 1

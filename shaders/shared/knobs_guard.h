@@ -24,9 +24,6 @@
 #ifndef BALLOT_JUMP
 #error BALLOT_JUMP is not defined
 #endif
-#ifndef BALLOT_FRONTIER
-#error BALLOT_FRONTIER is not defined
-#endif
 #ifndef BALLOT_REDUCE
 #error BALLOT_REDUCE is not defined
 #endif

@@ -122,7 +122,6 @@ inline std::vector<Knobs> every_config(const Method& m, const DeviceInfo& d) {
   });
   if (m.ray_packets)
     for (const char* rays : {"1", "2", "4"}) all.push_back({{"rays", rays}, {"fallback", rays[0] == '2' ? "1" : "0"}});
-  if (m.tree == TreeFormatId::Frontier) all.push_back({{"frontier", "32"}});
   if (m.tree == TreeFormatId::Bvh8) all.insert(all.end(), {{{"unpack", "half"}}, {{"unpack", "integer"}}});
   if (m.refills() && !kernel_config_for(m, find_numeric(kDefaultNumeric), d, {}).loops_cut)
     for (const char* claim : {"1", "3", "100"}) all.push_back({{"launch", "persistent"}, {"claim", claim}});

@@ -86,6 +86,8 @@ TEST(AutoTable, CpuRows) {
   };
   EXPECT_EQ(taken("primary", 1 << 20), "packet-wide fallback=0");
   EXPECT_EQ(taken("primary", 10'000), "packet-wide fallback=0 rays=4");
+  EXPECT_EQ(taken("primary", 10'000, {.even = 40'000}), "packet-wide fallback=0 rays=4");
+  EXPECT_EQ(taken("primary", 10'000, {.even = 60'000}), "bvh4-turns");  // each ray meets another triangle
   EXPECT_EQ(taken("primary", 1000), "bvh4-turns");
   EXPECT_EQ(taken("mixed", 10'000), "bvh4-turns");
   EXPECT_EQ(taken("diffuse", 1 << 20), "bvh4-turns");
@@ -104,7 +106,7 @@ TEST(AutoTable, GpuRowsHaveRivalsInLongBatches) {
   };
   EXPECT_EQ(taken({.rays = "primary"}, 1 << 20), "while-while");
   EXPECT_EQ(taken({.rays = "diffuse"}, 1 << 20), "while-while or bvh8");
-  EXPECT_EQ(taken({.rays = "diffuse"}, 1000), "while-while");
+  EXPECT_EQ(taken({.rays = "diffuse"}, 1000), "while-while leaf_run=0");
   EXPECT_EQ(taken({.want = Want::Any, .rays = "ao"}, 1 << 20), "while-while sorted=0 or bvh8 sorted=0");
   EXPECT_EQ(taken({.knobs = {{"refetch", "0.5"}}, .rays = "diffuse"}, 1 << 20), "bvh8 refetch=0.5");
 }
@@ -117,7 +119,7 @@ TEST_F(Auto, TheFasterOfTwoIsKept) {
   buffer.upload(rays);
   for (const char* fast : {"while-while", "bvh8"}) {
     int traces = 0;
-    Chooser chooser(*gpu_, device, scene_->bvh, false,
+    Chooser chooser(*gpu_, device, scene_->bvh, scene_->triangles,
                     [&](const Buffer<Ray>&, Buffer<Hit>&, std::uint32_t, const Query& query) {
                       ++traces;
                       return query.method == fast ? 1.0 : 1.1;
@@ -129,9 +131,19 @@ TEST_F(Auto, TheFasterOfTwoIsKept) {
     EXPECT_TRUE(chooser.is_resolved(query, rays.size()));
     EXPECT_FALSE(chooser.is_resolved({.want = Want::Any, .rays = "incoherent"}, rays.size()));
     EXPECT_EQ(chooser.resolve(query, rays.size()).method, fast);
-    chooser.replace(scene_->bvh);
+    chooser.replace(scene_->bvh, scene_->triangles);
     EXPECT_FALSE(chooser.is_resolved(query, rays.size()));
   }
+}
+
+TEST(AutoTable, EvenTrianglesCountAllOfOneSize) {
+  std::vector<Triangle> same(100, Triangle{glm::vec3(0), glm::vec3(1, 0, 0), glm::vec3(0, 1, 0)});
+  EXPECT_NEAR(even_triangles(same), 100, 1e-6);
+  same.push_back({glm::vec3(0), glm::vec3(1e4f, 0, 0), glm::vec3(0, 1e4f, 0)});  // a wall
+  EXPECT_NEAR(even_triangles(same), 1.02, 0.01);
+  EXPECT_EQ(even_triangles({}), 0);
+  const std::vector<Triangle> many(1 << 18, same[0]);
+  EXPECT_NEAR(even_triangles(many), 1 << 18, 1);
 }
 
 TEST(AutoTable, RaysAreToldByTheirDirections) {

@@ -255,7 +255,7 @@ TEST_F(Builders, RefitsMoveArraysOfEveryLayout) {
   if (!gpu_->info().is_cpu() || gpu_->info().subgroup_size == 8) {  // else lavapipe compiles too long
     queries.push_back({.method = "bvh4"});
     queries.push_back({.method = "frontier"});
-    queries.push_back({.method = "frontier", .knobs = {{"layout", "interleaved"}, {"frontier", "32"}}});
+    queries.push_back({.method = "frontier", .knobs = {{"layout", "interleaved"}}});
     for (const char* layout : {"paper", "interleaved", "centred", "compact"})
       queries.push_back({.method = "while-while", .knobs = {{"layout", layout}, {"padding", "tree"}}});
   }

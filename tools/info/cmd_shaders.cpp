@@ -42,7 +42,6 @@ std::vector<Knobs> knobs_of(const Method& method) {
     for (const Vote vote : {Vote::Any, Vote::Count, Vote::Sum})
       if (method.takes(vote)) all.push_back({{"launch", launch}, {"vote", std::string(vote_name(vote))}});
     if (!method.packet()) all.push_back({{"launch", launch}});
-    if (method.tree == TreeFormatId::Frontier) all.push_back({{"launch", launch}, {"frontier", "32"}});
     if (method.ray_packets) all.push_back({{"launch", launch}, {"rays", "4"}, {"fallback", "0"}});
   }
   if (!method.packet() && format_of(method.tree).pairs != Pairs::Never)

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <initializer_list>
-#include <span>
+#include <cmath>
+#include <glm/geometric.hpp>
 #include <utility>
 
 #include "engine/core/error.h"
@@ -44,48 +44,49 @@ constexpr std::pair<std::string_view, Classes> kClasses[] = {
 enum class Hits { Both, Nearest, Any };
 
 struct AutoRow {
-  bool cpu;
   Classes classes;
-  Hits hits;
-  std::size_t least;   // rays of a batch
-  bool large = false;  // for scenes of at least kLarge triangles, whose rays it pays to sort
+  Hits hits = Hits::Both;
+  std::size_t least = 0;  // rays of a batch
+  double dense = 0;       // rays of a batch for each even triangle, at least
+  double fine = 0;        // even triangles, at least
+  bool large = false;     // for scenes of at least kLarge triangles, whose rays it pays to sort
   Entry chosen;
   Entry rival = {};
 };
 
-// Measured on lavapipe 22.3.6 with 2 and 16 threads and on an NVIDIA H200, seven scenes, seven ray kinds, batches of
-// 10^3 to 10^6 rays, modes plain and watertight: tools/measured/traversal.md has the tables.
-constexpr std::size_t kFew = 1 << 12, kSome = 1 << 15, kMany = 1 << 17;
+// Measured on lavapipe 22.3.6 and on an NVIDIA H200, seven scenes, seven ray kinds, batches of 10^3 to 10^6 rays, modes
+// plain and watertight: tools/measured/traversal.md has the tables. Packets pay where several of their rays meet the
+// same triangles: the more rays there are for each, the better.
+constexpr std::size_t kFew = 1 << 12, kSome = 1 << 15, kMany = 1 << 18;
 constexpr std::size_t kLarge = 1 << 18;
-constexpr AutoRow kAutoRows[] = {
-    {.cpu = true, .classes = kCoherent, .hits = Hits::Both, .least = kMany, .chosen = kWidest},
-    {.cpu = true, .classes = kCoherent, .hits = Hits::Both, .least = kFew, .chosen = kWide},
-    {.cpu = true, .classes = kAlike, .hits = Hits::Both, .least = kMany, .chosen = kWidest},
-    {.cpu = true, .classes = kAlike, .hits = Hits::Both, .least = kSome, .chosen = kWide},
-    {.cpu = true,
-     .classes = kIncoherent,
-     .hits = Hits::Both,
-     .least = kSome,
-     .large = true,
-     .chosen = {"bvh4-turns", {{{"reorder", "1"}}}}},
-    {.cpu = true, .classes = kAll, .hits = Hits::Both, .least = 0, .chosen = kTurns},
-    {.cpu = true,
-     .classes = kIncoherent,
-     .hits = Hits::Both,
-     .least = kSome,
-     .large = true,
-     .chosen = {"while-while", {{{"reorder", "1"}}}}},
-    {.cpu = true, .classes = kAll, .hits = Hits::Both, .least = 0, .chosen = {"dynamic-fetch"}},
-    {.cpu = true, .classes = kAll, .hits = Hits::Both, .least = 0, .chosen = kWhile},
-
-    {.cpu = false, .classes = kCoherent, .hits = Hits::Nearest, .least = 0, .chosen = kWhile},
-    {.cpu = false, .classes = kCoherent, .hits = Hits::Any, .least = kMany, .chosen = kWhileAny, .rival = kFrontierAny},
-    {.cpu = false, .classes = kAlike, .hits = Hits::Nearest, .least = kSome, .chosen = kWhile, .rival = kBvh8},
-    {.cpu = false, .classes = kMixed, .hits = Hits::Nearest, .least = 0, .chosen = kBvh8},
-    {.cpu = false, .classes = kIncoherent, .hits = Hits::Nearest, .least = kSome, .chosen = kWhile, .rival = kBvh8},
-    {.cpu = false, .classes = kIncoherent, .hits = Hits::Any, .least = kSome, .chosen = kWhileAny, .rival = kBvh8Any},
-    {.cpu = false, .classes = kAll, .hits = Hits::Nearest, .least = 0, .chosen = kWhile},
-    {.cpu = false, .classes = kAll, .hits = Hits::Any, .least = 0, .chosen = kWhileAny},
+constexpr double kFine = 24000;
+constexpr Hits kNearest = Hits::Nearest, kAny = Hits::Any;
+constexpr AutoRow kCpuRows[] = {
+    {.classes = kCoherent, .least = kMany, .dense = 0.4, .chosen = kWidest},
+    {.classes = kCoherent, .hits = kNearest, .least = kFew, .dense = 0.2, .chosen = kWide},
+    {.classes = kCoherent, .hits = kAny, .least = 1 << 16, .dense = 0.42, .chosen = kWidest},
+    {.classes = kCoherent, .hits = kAny, .least = 1 << 13, .dense = 0.42, .chosen = kWide},
+    {.classes = kAlike, .least = kMany, .dense = 0.4, .chosen = kWidest},
+    {.classes = kRefracted, .least = kSome, .dense = 0.42, .chosen = kWide},
+    {.classes = kMixed, .least = kSome, .dense = 1, .chosen = kWide},
+    {.classes = kIncoherent, .least = kSome, .large = true, .chosen = {"bvh4-turns", {{{"reorder", "1"}}}}},
+    {.classes = kAll, .chosen = kTurns},
+    {.classes = kIncoherent, .least = kSome, .large = true, .chosen = {"while-while", {{{"reorder", "1"}}}}},
+    {.classes = kAll, .chosen = {"dynamic-fetch"}},
+    {.classes = kAll, .chosen = kWhile},
+};
+constexpr AutoRow kGpuRows[] = {
+    {.classes = kCoherent, .hits = kNearest, .least = kSome, .chosen = kWhile},
+    {.classes = kCoherent, .hits = kAny, .least = kSome, .chosen = kWhileAny, .rival = kFrontierAny},
+    {.classes = kAlike, .hits = kNearest, .least = kSome, .chosen = kWhile, .rival = kBvh8},
+    {.classes = kIncoherent, .hits = kNearest, .least = kSome, .chosen = kWhile, .rival = kBvh8},
+    {.classes = kIncoherent, .hits = kAny, .least = kSome, .chosen = kWhileAny, .rival = kBvh8Any},
+    {.classes = kAll, .hits = kNearest, .least = kSome, .chosen = kWhile},
+    {.classes = kMixed, .hits = kNearest, .fine = kFine, .chosen = kBvh8},
+    {.classes = kCoherent, .hits = kAny, .fine = kFine, .chosen = kBvh8Any},
+    {.classes = kAll, .hits = kNearest, .chosen = {"while-while", {{{"leaf_run", "0"}}}}},
+    {.classes = kAll, .hits = kNearest, .chosen = kWhile},
+    {.classes = kAll, .hits = kAny, .chosen = kWhileAny},
 };
 
 /// Returns the class by whose rays' hits shadow rays part: "diffuse" for "shadow of diffuse". Other names stay.
@@ -101,9 +102,11 @@ unsigned classes_of(std::string_view name) {
   return found == std::end(kClasses) ? unsigned(kAll) : unsigned(found->second);
 }
 
-/// Returns true if a row is for the device and the facts. `classes`: of the rays; an unknown class takes rows for all.
+/// Returns true if a row is for the rays, the device and the facts. `classes`: of the rays; an unknown class takes rows
+/// for all.
 bool fits(const AutoRow& row, const Query& query, unsigned classes, const DeviceInfo& device, const AutoFacts& facts) {
-  return row.cpu == device.is_cpu() && (row.classes & classes) == classes && facts.rays >= row.least &&
+  return (row.classes & classes) == classes && facts.rays >= row.least &&
+         double(facts.rays) >= row.dense * facts.even && facts.even >= row.fine &&
          (row.hits == Hits::Both || (row.hits == Hits::Any) == (query.want == Want::Any)) &&
          (!row.large || (facts.triangles >= kLarge && can_reorder(device)));
 }
@@ -146,18 +149,33 @@ Query Candidate::apply(Query query) const {
 
 AutoChoice auto_choice(const Query& query, const DeviceInfo& device, const AutoFacts& facts) {
   const unsigned classes = classes_of(query.rays);
+  const std::span<const AutoRow> rows = device.is_cpu() ? std::span<const AutoRow>(kCpuRows) : kGpuRows;
   std::string why;
   // What fits; then what the knobs allow; then what they allow, although a tree has to be made for it.
   for (const bool any_row : {false, true})
     for (const bool any_tree : {false, true})
-      for (const AutoRow& row : kAutoRows) {
-        if (any_row ? row.cpu != device.is_cpu() : !fits(row, query, classes, device, facts)) continue;
+      for (const AutoRow& row : rows) {
+        if (!any_row && !fits(row, query, classes, device, facts)) continue;
         AutoFacts allowed = facts;
         allowed.collapses = facts.collapses || any_tree;
         if (auto chosen = candidate(row.chosen, query, device, allowed, why))
           return {std::move(*chosen), any_row ? std::nullopt : candidate(row.rival, query, device, facts, why)};
       }
   fail(Failure::Arguments, "method auto has nothing to choose from: {}", why);
+}
+
+double even_triangles(std::span<const Triangle> triangles) {
+  constexpr std::size_t kSample = 1 << 16;
+  const std::size_t step = std::max<std::size_t>(1, triangles.size() / kSample);
+  double roots = 0, areas = 0, count = 0;
+  for (std::size_t i = 0; i < triangles.size(); i += step, ++count) {
+    const Triangle& t = triangles[i];
+    const glm::dvec3 a(t[0]), edge = glm::dvec3(t[1]) - a, other = glm::dvec3(t[2]) - a;
+    const double area = glm::length(glm::cross(edge, other)) / 2;
+    roots += std::sqrt(area);
+    areas += area;
+  }
+  return areas > 0 ? roots * roots / areas * double(triangles.size()) / count : 0;
 }
 
 bool is_ray_class(std::string_view name) { return classes_of(name) != kAll; }

@@ -3,8 +3,10 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 
+#include "engine/scene/scene.h"
 #include "engine/trace/query.h"
 
 namespace ballot {
@@ -25,6 +27,7 @@ inline constexpr std::size_t kManyRays = std::size_t(1) << 32;
 struct AutoFacts {
   std::size_t rays = kManyRays;  // in the batch
   std::size_t triangles = 0;     // in the scene
+  double even = 0;               // even_triangles() of the scene
   bool instances = false;        // methods without kernels for instances are left out
   bool collapses = true;         // trees of other formats than pairs can be had soon
 };
@@ -40,6 +43,11 @@ struct AutoChoice {
 /// the query; a method that cannot follow them is left out. If no row is left, any row whose method follows the knobs
 /// is taken. If there is none, throws Error(Arguments) with the reason for the first.
 AutoChoice auto_choice(const Query& query, const DeviceInfo& device, const AutoFacts& facts = {});
+
+/// Returns how fine a scene is: the number of triangles of one size whose edges are as long, all together, and whose
+/// surface is as large: (sum of the roots of the areas)^2 / sum of the areas. A few large walls hide many small
+/// triangles from most rays. Of more than 2^16 triangles a sample counts.
+double even_triangles(std::span<const Triangle> triangles);
 
 /// Returns true for the names of ray classes that the table knows: ray kinds, and what ray_class_of() returns.
 bool is_ray_class(std::string_view name);

@@ -22,11 +22,12 @@ class Chooser {
   /// Traces rays [0, count) by a concrete query and returns the device milliseconds.
   using Trace = std::function<double(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query&)>;
 
-  /// Keeps references to gpu, device, which is gpu's, and bvh. `has_instances`: the tree is a forest's.
-  Chooser(Context& gpu, const DeviceInfo& device, const Bvh& bvh, bool has_instances, Trace trace);
+  /// Keeps references to gpu, device, which is gpu's, bvh and triangles. Without triangles the tree is a forest's.
+  Chooser(Context& gpu, const DeviceInfo& device, const Bvh& bvh, std::optional<std::span<const Triangle>> triangles,
+          Trace trace);
 
-  /// Replaces the tree, and forgets what was compared on the old one. Keeps a reference to bvh.
-  void replace(const Bvh& bvh);
+  /// Replaces the tree, and forgets what was compared on the old one. Keeps references to bvh and triangles.
+  void replace(const Bvh& bvh, std::span<const Triangle> triangles);
 
   /// Tells that the triangles have moved. The tree was refitted or built anew. From the first move on, methods for
   /// which the host collapses the tree are left out. Keeps a reference to bvh.
@@ -65,6 +66,8 @@ class Chooser {
   const Bvh* bvh_;
   Trace trace_;
   bool has_instances_;
+  std::span<const Triangle> triangles_;
+  mutable std::optional<double> even_;       // even_triangles() of these, found on first use
   bool moving_ = false;                      // moved() was called
   std::map<std::string, bool> rival_wins_;   // what was compared, by key_of() of the query
   std::optional<Buffer<Ray>> class_sample_;  // in the host's memory; made on first use

@@ -87,15 +87,15 @@ uint take_entry(inout Entries e) {
 
 // Returns the frontier nodes that a ray of the beam may meet. `cut_short` is true if the driver left the loop early.
 Entries entries_of(Beam b, bool live, out bool cut_short) {
-  Entries e = Entries(b.octant * BALLOT_FRONTIER, uvec2(0u));
+  Entries e = Entries(b.octant * FRONTIER_NODES, uvec2(0u));
   uint base = 0u;
   do {
     COUNT_SHARED(true)
     COUNT_NODE(live)
     COUNT_SHARED(false)
     uint i = base + gl_SubgroupInvocationID;
-    FrontierNode node = fetch_frontier(e.first + min(i, BALLOT_FRONTIER - 1u));
-    bool met = i < BALLOT_FRONTIER && node.child != END_OF_TREE && beam_may_meet(b, node.lo, node.hi);
+    FrontierNode node = fetch_frontier(e.first + min(i, FRONTIER_NODES - 1u));
+    bool met = i < FRONTIER_NODES && node.child != END_OF_TREE && beam_may_meet(b, node.lo, node.hi);
     uvec4 lanes = subgroupBallot(met);
     if (SUBGROUP_SIZE > 32u)
       e.left = lanes.xy;
@@ -104,7 +104,7 @@ Entries entries_of(Beam b, bool live, out bool cut_short) {
     else
       e.left.y |= lanes.x << base - 32u;
     base += SUBGROUP_SIZE;
-  } while (base < BALLOT_FRONTIER);
-  cut_short = base < BALLOT_FRONTIER;
+  } while (base < FRONTIER_NODES);
+  cut_short = base < FRONTIER_NODES;
   return e;
 }
