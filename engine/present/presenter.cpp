@@ -50,16 +50,16 @@ std::vector<T> listed(const char* what, const List& list) {
   return all;
 }
 
-/// Returns an 8-bit UNORM format of the window. The pixels are sRGB encoded already: a UNORM format stores them as they
-/// are, an SRGB format would encode them again.
-VkSurfaceFormatKHR choose_format(Context& gpu) {
+// The pixels are sRGB encoded already: a UNORM format stores them as they are, an SRGB format would encode them again.
+constexpr VkSurfaceFormatKHR kFormat{VK_FORMAT_B8G8R8A8_UNORM, VK_COLOR_SPACE_SRGB_NONLINEAR_KHR};
+
+void expect_format(Context& gpu) {
   const auto formats = listed<VkSurfaceFormatKHR>("asking for the window's formats", [&](auto* count, auto* all) {
     return gpu.vk().GetPhysicalDeviceSurfaceFormatsKHR(gpu.physical(), gpu.surface(), count, all);
   });
-  for (const VkFormat wanted : {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM})
-    for (const VkSurfaceFormatKHR& f : formats)
-      if (f.format == wanted && f.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR) return f;
-  fail(Failure::Device, "{} offers this window none of the formats BGRA and RGBA with 8 bits; use another --device",
+  for (const VkSurfaceFormatKHR& f : formats)
+    if (f.format == kFormat.format && f.colorSpace == kFormat.colorSpace) return;
+  fail(Failure::Device, "{} does not offer this window the format BGRA with 8 bits; use another --device",
        gpu.info().name);
 }
 
@@ -71,20 +71,17 @@ VkPresentModeKHR choose_mode(Context& gpu, Pace pace) {
   return pace == Pace::Latest && mailbox ? VK_PRESENT_MODE_MAILBOX_KHR : VK_PRESENT_MODE_FIFO_KHR;
 }
 
-VkFilter choose_filter(Context& gpu, VkFormat format) {
+VkFilter choose_filter(Context& gpu) {
   VkFormatProperties properties{};
-  gpu.vk().GetPhysicalDeviceFormatProperties(gpu.physical(), format, &properties);
+  gpu.vk().GetPhysicalDeviceFormatProperties(gpu.physical(), kFormat.format, &properties);
   const bool linear = properties.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT;
   return linear ? VK_FILTER_LINEAR : VK_FILTER_NEAREST;
 }
 
 }  // namespace
 
-Presenter::Presenter(Context& gpu, Pace pace)
-    : gpu_(gpu),
-      format_(choose_format(gpu)),
-      mode_(choose_mode(gpu, pace)),
-      filter_(choose_filter(gpu, format_.format)) {
+Presenter::Presenter(Context& gpu, Pace pace) : gpu_(gpu), mode_(choose_mode(gpu, pace)), filter_(choose_filter(gpu)) {
+  expect_format(gpu);
   try {
     create_pass();
     VkFenceCreateInfo fence{};
@@ -122,7 +119,7 @@ void Presenter::destroy_small() {
 
 void Presenter::create_pass() {
   VkAttachmentDescription window{};
-  window.format = format_.format;
+  window.format = kFormat.format;
   window.samples = VK_SAMPLE_COUNT_1_BIT;
   window.loadOp = VK_ATTACHMENT_LOAD_OP_LOAD;
   window.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
@@ -164,8 +161,8 @@ void Presenter::create_swapchain(VkExtent2D window) {
     create.surface = gpu_.surface();
     create.minImageCount = can.minImageCount + 1;
     if (can.maxImageCount) create.minImageCount = std::min(create.minImageCount, can.maxImageCount);
-    create.imageFormat = format_.format;
-    create.imageColorSpace = format_.colorSpace;
+    create.imageFormat = kFormat.format;
+    create.imageColorSpace = kFormat.colorSpace;
     create.imageExtent = extent_;
     create.imageArrayLayers = 1;
     create.imageUsage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
@@ -192,7 +189,7 @@ void Presenter::create_images() {
     view.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
     view.image = handle;
     view.viewType = VK_IMAGE_VIEW_TYPE_2D;
-    view.format = format_.format;
+    view.format = kFormat.format;
     view.subresourceRange = kAll;
     vk_check(gpu_.vk().CreateImageView(gpu_.device(), &view, nullptr, &i.view), "creating a view of the window");
     VkFramebufferCreateInfo framebuffer{};
@@ -236,7 +233,7 @@ void Presenter::make_small(const ShownPicture& picture) {
   VkImageCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
   create.imageType = VK_IMAGE_TYPE_2D;
-  create.format = format_.format;
+  create.format = kFormat.format;
   create.extent = {small_size_.width, small_size_.height, 1};
   create.mipLevels = create.arrayLayers = 1;
   create.samples = VK_SAMPLE_COUNT_1_BIT;

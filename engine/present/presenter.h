@@ -14,7 +14,7 @@ enum class Pace {
   Latest,   // mailbox, or FIFO if the device has no mailbox: shows the newest picture and drops older ones
 };
 
-/// A picture with 8 bits per channel, rows from the top. Presenter::swap_red() gives the order of the channels.
+/// A picture with 8 bits per channel, blue in the lowest byte, rows from the top.
 struct ShownPicture {
   const Buffer<std::uint32_t>* pixels = nullptr;
   std::uint32_t width = 0, height = 0;
@@ -26,7 +26,7 @@ class Presenter {
   /// Records draws inside the render pass pass(), whose target has the size of the window.
   using Paint = std::function<void(VkCommandBuffer)>;
 
-  /// Throws Error(Device) if the window supports no 8-bit colours, Error(Work) if a Vulkan object cannot be created.
+  /// Throws Error(Device) if the window does not show such pixels, Error(Work) if a Vulkan object cannot be created.
   Presenter(Context& gpu, Pace pace);
   ~Presenter();
   Presenter(const Presenter&) = delete;
@@ -39,8 +39,6 @@ class Presenter {
   bool show(const ShownPicture& picture, const Paint& paint, std::uint32_t window_width, std::uint32_t window_height);
 
   VkRenderPass pass() const { return pass_; }
-  /// Returns true if the lowest byte of a pixel must be blue, false if it must be red.
-  bool swap_red() const { return format_.format == VK_FORMAT_B8G8R8A8_UNORM; }
   /// Returns the device milliseconds of copying, scaling and painting the last frame.
   double last_ms() const { return last_ms_; }
 
@@ -64,7 +62,6 @@ class Presenter {
   bool fits(const ShownPicture& p) const { return p.width == extent_.width && p.height == extent_.height; }
 
   Context& gpu_;
-  VkSurfaceFormatKHR format_{};
   VkPresentModeKHR mode_ = VK_PRESENT_MODE_FIFO_KHR;
   VkFilter filter_ = VK_FILTER_NEAREST;
   VkRenderPass pass_ = VK_NULL_HANDLE;

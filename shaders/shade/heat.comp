@@ -33,5 +33,5 @@ void main() {
   vec3 color = vec3(linear_of(c.r), linear_of(c.g), linear_of(c.b));
   if (push.sample_index > 0u) color += uintBitsToFloat(film_part(index).xyz);
   film[index] = part_of(color, 0u);
-  pixels[pixel.y * push.width + pixel.x] = pixel_word(color * push.scale, push.swap_red != 0u);
+  pixels[pixel.y * push.width + pixel.x] = pixel_word(color * push.scale);
 }

@@ -18,5 +18,5 @@ void main() {
   uint x = listed[place] & 0xffffu, y = listed[place] >> 16;
   vec3 color = max(film[place].color * push.scale, vec3(0.0));
   if (push.neutral != 0u) color = neutral_tone(color);
-  pixels[y * push.width + x] = pixel_word(color, push.swap_red != 0u);
+  pixels[y * push.width + x] = pixel_word(color);
 }

@@ -9,9 +9,8 @@ namespace ballot {
 #endif
 
 // Bits of LivePush::flags.
-#define LIVE_SHOWN 1u     // also write the window's pixels
-#define LIVE_SWAP_RED 2u  // window pixels have blue in the lowest byte
-#define LIVE_COUNTED 4u   // count the live rays
+#define LIVE_SHOWN 1u    // also write the window's pixels
+#define LIVE_COUNTED 2u  // count the live rays
 
 // Push constants of the kernels that shade hits into the film of a window.
 struct LivePush {
@@ -32,17 +31,15 @@ struct HeatPush {
   uint over_a, over_b;  // indices of words whose sum divides the value; ~0: none
   float top;            // the value of the last colour
   float scale;          // factor of displayed colours: one over the sample count
-  uint swap_red;        // 1: blue in the lowest byte
   vec3 ramp[5];         // sRGB
 };
 
 // Push constants of show.comp, which shows the film of an integrator.
 struct ShowPush {
-  uint width;     // pixels of a row
-  uint count;     // listed pixels
-  float scale;    // factor of the colours: one over the sample count
-  uint swap_red;  // 1: blue in the lowest byte
-  uint neutral;   // 1: lib/shade/tone.glsl maps the colours; 0: what is above 1 is cut off
+  uint width;    // pixels of a row
+  uint count;    // listed pixels
+  float scale;   // factor of the colours: one over the sample count
+  uint neutral;  // 1: lib/shade/tone.glsl maps the colours; 0: what is above 1 is cut off
 };
 
 // A film pixel of a window, in ray order.
@@ -53,8 +50,8 @@ struct LivePixel {
 
 #ifdef __cplusplus
 BALLOT_RECORD(LivePush, 100);
-BALLOT_RECORD(HeatPush, 108);
-BALLOT_RECORD(ShowPush, 20);
+BALLOT_RECORD(HeatPush, 104);
+BALLOT_RECORD(ShowPush, 16);
 BALLOT_RECORD(LivePixel, 16);
 }  // namespace ballot
 #endif

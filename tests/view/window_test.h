@@ -26,16 +26,18 @@ class WindowTest : public testing::Test {
   }
   void TearDown() override {
     if (session_) quit();
+    unsetenv("BALLOT_SHADERS");
     fs::remove_all(folder_);
   }
 
-  /// Returns options of a session: one sample a pixel, from the scene's first view.
+  /// Returns options of a session: one sample a pixel, from the scene's first view, by a method that is one kernel.
   view::SessionOptions options(const std::string& scene = kScene) const {
     view::SessionOptions o;
     o.scene = scene;
     o.load = load_;
     o.engine = {.device = "cpu", .validate = true};
     o.settings.samples = 1;
+    o.settings.query.method = "while-while";
     o.view = "view0";
     o.views_file = (folder_ / "views.json").string();
     o.out = folder_.string();

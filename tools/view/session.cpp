@@ -141,7 +141,6 @@ LiveOptions Session::live_options(const glm::uvec2& size) const {
   o.shading = settings_.shading;
   o.heat = settings_.heat;
   o.query = settings_.query;
-  o.swap_red = presenter_->swap_red();
   return o;
 }
 

@@ -282,8 +282,7 @@ void LiveImage::shade_slice(const Slice& slice, const Buffer<Ray>* rays, const B
   k.bind(BIND_PIXELS, *pixels_);
   k.bind(BIND_TOTALS, totals_);
   const PixelCone cone = pixel_cone(slice.camera);
-  const std::uint32_t flags =
-      (shown ? LIVE_SHOWN : 0) | (options.swap_red ? LIVE_SWAP_RED : 0) | (kind.from_camera() ? 0 : LIVE_COUNTED);
+  const std::uint32_t flags = (shown ? LIVE_SHOWN : 0) | (kind.from_camera() ? 0 : LIVE_COUNTED);
   LivePush push{slice.camera, cone.width, cone.spread, shown_scale(options), flags};
   push.camera.sample_index = sample;
   run_pass(gpu_, k, slice.count, &push, sizeof push, times.shade_ms);
@@ -320,7 +319,6 @@ void LiveImage::paint_heat(const Slice& slice, const LiveOptions& options, const
   push.over_b = word_of(kind.over[1]);
   push.top = top;
   push.scale = shown_scale(options);
-  push.swap_red = options.swap_red;
   std::ranges::copy(heat_ramp(), push.ramp);
   Kernel& k = kernel(heat_source());
   k.bind(BIND_COUNTS, *stats_);

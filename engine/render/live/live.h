@@ -42,7 +42,7 @@ class LiveImage {
   /// does; the picture is then undefined until a new one is begun.
   LiveTimes add_sample(const View& view, const LiveOptions& options);
 
-  /// Returns the picture: 8 bits per channel, sRGB, rows from the top. The first width * height pixels, as of the last
+  /// Returns the picture: 8 bits per channel, sRGB, blue in the lowest byte, rows from the top. The first width * height pixels, as of the last
   /// sample, are in use. The buffer is replaced only when the picture outgrows it.
   const Buffer<std::uint32_t>& pixels() const { return *pixels_; }
 

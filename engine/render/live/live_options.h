@@ -22,8 +22,7 @@ struct LiveOptions {
   float ao_radius = 0.05f;     // length of ao rays: share of the scene's diagonal, above 0
   /// Of an integrator: about how long a call may take; it then leaves pixels out that later calls add. 0: no limit.
   double part_ms = 0;
-  bool goes_on = false;   // with the sample that the last call did not finish (LiveTimes::finished)
-  bool swap_red = false;  // true: the lowest byte of a pixel is blue; false: it is red
+  bool goes_on = false;  // with the sample that the last call did not finish (LiveTimes::finished)
 };
 
 /// The device milliseconds and counts of one sample, as far as it is done.

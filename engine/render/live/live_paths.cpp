@@ -91,7 +91,6 @@ void LivePaths::show(const LiveOptions& options, const Integrator& integrator, B
   const ShowPush push{.width = width_,
                       .count = width_ * height_,
                       .scale = 1.0f / float(options.sample_index + 1),
-                      .swap_red = options.swap_red,
                       .neutral = integrator.sees == Sees::Materials};
   const PassScope scope(gpu_);
   run_pass(gpu_, *show_, push.count, &push, sizeof push, times.shade_ms);

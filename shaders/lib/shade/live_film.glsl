@@ -16,7 +16,7 @@ void put_live(uint index, uvec2 pixel, vec3 color) {
   if (push.camera.sample_index > 0u) color += uintBitsToFloat(film_part(index).xyz);
   film[index] = part_of(color, 0u);
   if ((push.flags & LIVE_SHOWN) != 0u)
-    pixels[pixel.y * push.camera.width + pixel.x] = pixel_word(color * push.scale, (push.flags & LIVE_SWAP_RED) != 0u);
+    pixels[pixel.y * push.camera.width + pixel.x] = pixel_word(color * push.scale);
 }
 
 // Counts the live rays. All lanes must call it.
