@@ -263,7 +263,7 @@ class Engine {
 
   /// Makes the presenter for the window of EngineOptions. The Engine must outlive it. Throws Error(Arguments) if there
   /// is no window, and as Presenter does.
-  std::unique_ptr<Presenter> make_presenter(Pace pace);
+  std::unique_ptr<Presenter> make_presenter();
 
   /// Compiles the kernels of traversal, render() and live() anew from the shader folder when they are used next. If a
   /// kernel fails to compile, the old one stays in use and shader_error() has the compiler's message; else that is

@@ -159,9 +159,9 @@ const Topology& Engine::topology() {
   return *topology_;
 }
 
-std::unique_ptr<Presenter> Engine::make_presenter(Pace pace) {
+std::unique_ptr<Presenter> Engine::make_presenter() {
   if (!gpu_->surface()) fail(Failure::Arguments, "the engine was opened without a window (EngineOptions::window)");
-  return std::make_unique<Presenter>(*gpu_, pace);
+  return std::make_unique<Presenter>(*gpu_);
 }
 
 Image Engine::picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times) {

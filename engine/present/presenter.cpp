@@ -63,24 +63,9 @@ void expect_format(Context& gpu) {
        gpu.info().name);
 }
 
-VkPresentModeKHR choose_mode(Context& gpu, Pace pace) {
-  const auto modes = listed<VkPresentModeKHR>("asking how the window presents", [&](auto* count, auto* all) {
-    return gpu.vk().GetPhysicalDeviceSurfacePresentModesKHR(gpu.physical(), gpu.surface(), count, all);
-  });
-  const bool mailbox = std::ranges::count(modes, VK_PRESENT_MODE_MAILBOX_KHR) > 0;
-  return pace == Pace::Latest && mailbox ? VK_PRESENT_MODE_MAILBOX_KHR : VK_PRESENT_MODE_FIFO_KHR;
-}
-
-VkFilter choose_filter(Context& gpu) {
-  VkFormatProperties properties{};
-  gpu.vk().GetPhysicalDeviceFormatProperties(gpu.physical(), kFormat.format, &properties);
-  const bool linear = properties.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT;
-  return linear ? VK_FILTER_LINEAR : VK_FILTER_NEAREST;
-}
-
 }  // namespace
 
-Presenter::Presenter(Context& gpu, Pace pace) : gpu_(gpu), mode_(choose_mode(gpu, pace)), filter_(choose_filter(gpu)) {
+Presenter::Presenter(Context& gpu) : gpu_(gpu) {
   expect_format(gpu);
   try {
     create_pass();
@@ -168,7 +153,7 @@ void Presenter::create_swapchain(VkExtent2D window) {
     create.imageUsage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
     create.preTransform = can.currentTransform;
     create.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
-    create.presentMode = mode_;
+    create.presentMode = VK_PRESENT_MODE_FIFO_KHR;  // each picture waits for a refresh of the screen: none tears
     create.clipped = VK_TRUE;
     create.oldSwapchain = old;
     result = gpu_.vk().CreateSwapchainKHR(gpu_.device(), &create, nullptr, &swapchain_);
@@ -300,7 +285,7 @@ void Presenter::record_picture(VkCommandBuffer cmd, VkImage to, const ShownPictu
   blit.srcSubresource = blit.dstSubresource = kColor;
   blit.srcOffsets[1] = {std::int32_t(picture.width), std::int32_t(picture.height), 1};
   blit.dstOffsets[1] = {std::int32_t(extent_.width), std::int32_t(extent_.height), 1};
-  gpu_.vk().CmdBlitImage(cmd, small_, kCopied.layout, to, kFilled.layout, 1, &blit, filter_);
+  gpu_.vk().CmdBlitImage(cmd, small_, kCopied.layout, to, kFilled.layout, 1, &blit, VK_FILTER_LINEAR);
 }
 
 }  // namespace ballot

@@ -8,12 +8,6 @@
 
 namespace ballot {
 
-/// How finished pictures reach the screen. Neither mode tears.
-enum class Pace {
-  Refresh,  // FIFO: every picture waits for a refresh of the screen
-  Latest,   // mailbox, or FIFO if the device has no mailbox: shows the newest picture and drops older ones
-};
-
 /// A picture with 8 bits per channel, blue in the lowest byte, rows from the top.
 struct ShownPicture {
   const Buffer<std::uint32_t>* pixels = nullptr;
@@ -27,7 +21,7 @@ class Presenter {
   using Paint = std::function<void(VkCommandBuffer)>;
 
   /// Throws Error(Device) if the window does not show such pixels, Error(Work) if a Vulkan object cannot be created.
-  Presenter(Context& gpu, Pace pace);
+  explicit Presenter(Context& gpu);
   ~Presenter();
   Presenter(const Presenter&) = delete;
   Presenter& operator=(const Presenter&) = delete;
@@ -62,8 +56,6 @@ class Presenter {
   bool fits(const ShownPicture& p) const { return p.width == extent_.width && p.height == extent_.height; }
 
   Context& gpu_;
-  VkPresentModeKHR mode_ = VK_PRESENT_MODE_FIFO_KHR;
-  VkFilter filter_ = VK_FILTER_NEAREST;
   VkRenderPass pass_ = VK_NULL_HANDLE;
   VkFence acquired_ = VK_NULL_HANDLE;
   VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;

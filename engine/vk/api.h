@@ -15,7 +15,7 @@
   X(DestroyInstance) X(EnumeratePhysicalDevices) X(GetPhysicalDeviceProperties2) \
   X(GetPhysicalDeviceFeatures2) X(GetPhysicalDeviceMemoryProperties) \
   X(GetPhysicalDeviceQueueFamilyProperties) X(EnumerateDeviceExtensionProperties) X(CreateDevice) \
-  X(GetDeviceProcAddr) X(GetPhysicalDeviceFormatProperties)
+  X(GetDeviceProcAddr)
 #define BALLOT_VK_DEVICE(X) \
   X(DestroyDevice) X(GetDeviceQueue) X(AllocateMemory) X(FreeMemory) X(MapMemory) X(UnmapMemory) \
   X(CreateBuffer) X(DestroyBuffer) X(GetBufferMemoryRequirements) X(BindBufferMemory) X(CreateBufferView) \
@@ -37,7 +37,7 @@
   X(CmdBeginRenderPass) X(CmdEndRenderPass) X(CmdCopyBufferToImage) X(CmdBlitImage) X(CmdClearColorImage)
 #define BALLOT_VK_SURFACE(X) \
   X(DestroySurfaceKHR) X(GetPhysicalDeviceSurfaceSupportKHR) X(GetPhysicalDeviceSurfaceCapabilitiesKHR) \
-  X(GetPhysicalDeviceSurfaceFormatsKHR) X(GetPhysicalDeviceSurfacePresentModesKHR)
+  X(GetPhysicalDeviceSurfaceFormatsKHR)
 #define BALLOT_VK_SWAPCHAIN(X) \
   X(CreateSwapchainKHR) X(DestroySwapchainKHR) X(GetSwapchainImagesKHR) X(AcquireNextImageKHR) \
   X(QueuePresentKHR)

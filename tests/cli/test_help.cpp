@@ -101,7 +101,7 @@ TEST_F(Help, SplitBudgetsRangeIsTheEnginesOwn) {
 
 TEST_F(Help, OfViewListsEverythingThatCanBeSwitched) {
   const std::string text = succeed({"view", "--help-all"}).out;
-  expect_parts(text, {"--views-file", "--target", "--present", "--frames", "H help"});
+  expect_parts(text, {"--views-file", "--target", "--frames", "H help"});
   for (const Method& m : kMethods) expect_parts(text, {m.name, m.summary});
   for (const Shading& s : kShadings) expect_parts(text, {s.name, s.summary});
   for (const Integrator& i : kIntegrators) expect_parts(text, {i.name, i.summary});

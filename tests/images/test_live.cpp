@@ -219,7 +219,7 @@ TEST_F(Live, RefusesBadOptions) {
   o = options();
   o.query.knobs["vote"] = "any";
   EXPECT_THROW(engine_->live().add_sample(view(), o), Error);
-  EXPECT_THROW(engine_->make_presenter(Pace::Refresh), Error);
+  EXPECT_THROW(engine_->make_presenter(), Error);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ struct ViewArgs {
   EngineArgs engine;
   QueryArgs query;
   view::SessionOptions session;
-  std::string size = "1280x720", present = "fifo";
+  std::string size = "1280x720";
   LightArgs light;
   double target_ms = 0;
   bool no_scale = false;
@@ -46,9 +46,6 @@ int run_view(const ViewArgs& args) {
   o.target_given = args.target_ms > 0;
   if (o.target_given) o.settings.target_ms = float(args.target_ms);
   o.settings.scale = !args.no_scale;
-  if (args.present != "fifo" && args.present != "mailbox")
-    fail(Failure::Arguments, "--present: '{}' is neither fifo nor mailbox", args.present);
-  o.pace = args.present == "fifo" ? Pace::Refresh : Pace::Latest;
   // A window may be resized for hours, and on lavapipe its images are allocated by malloc. By default malloc raises its
   // mmap threshold and keeps the images in its heap, which then grew by 18 MB in 300 changes of size. With a fixed
   // threshold it returns each image to the system: no growth in 600 changes.
@@ -90,9 +87,6 @@ void add_view(CLI::App& app, int& result) {
                   "GPU]");
   cmd->add_flag("--no-scale", args->no_scale,
                 "trace every pixel while the camera moves; by default fewer are traced to meet --target");
-  cmd->add_option("--present", args->present,
-                  "swapchain mode. fifo: each frame waits for the screen; mailbox: the screen shows the newest frame,\n"
-                  "where the device supports it [fifo]");
   cmd->add_option("--out", args->session.out, "folder for pictures and views [.]");
   cmd->add_option("--frames", args->session.frames,
                   "turns the camera for so many frames, prints the mean times of the last 240, and quits");

@@ -97,8 +97,19 @@ void Overlay::start_back_end(VkRenderPass pass) {
   info.MinImageCount = info.ImageCount = 2;
   info.CheckVkResultFn = [](VkResult result) { context->check(result, "painting the panels"); };
   ImGui_ImplVulkan_Init(&info, pass);
+  // The back end cannot be shut down once it has failed to enlarge its buffers. So both get room from the start.
+  ImDrawData room;
+  room.DisplaySize = room.FramebufferScale = {1, 1};
+  room.TotalVtxCount = 1 << 16;
+  room.TotalIdxCount = 1 << 17;
+  const PassScope scope(gpu_);
+  gpu_.submit("the panels", [&](VkCommandBuffer cmd) {
+    for (std::uint32_t i = 0; i < info.ImageCount; ++i) ImGui_ImplVulkan_RenderDrawData(&room, cmd);
 #if IMGUI_VERSION_NUM < 19000  // newer ones upload the glyphs in their first frame
-  gpu_.submit("the glyphs", ImGui_ImplVulkan_CreateFontsTexture);
+    ImGui_ImplVulkan_CreateFontsTexture(cmd);
+#endif
+  });
+#if IMGUI_VERSION_NUM < 19000
   ImGui_ImplVulkan_DestroyFontUploadObjects();
 #endif
 }

@@ -28,12 +28,6 @@ Session::Session(SessionOptions options) : options_(std::move(options)), setting
   open(std::move(scene));
 }
 
-Session::~Session() {
-  overlay_.reset();
-  presenter_.reset();
-  engine_.reset();
-}
-
 std::size_t Session::run() {
   while (!window_->closed() && (options_.frames == 0 || shown_frames_ < options_.frames)) frame();
   if (options_.frames == 0)
@@ -68,22 +62,17 @@ bool Session::at_rest() const {
          int(facts_.samples) >= settings_.samples && facts_.scale == 1;
 }
 
-double Session::idle_seconds() const {
-  if (window_->minimised()) return 0.1;
-  return at_rest() ? 0.1 : 0;
-}
-
 void Session::frame() {
-  window_->poll(idle_seconds());
+  window_->poll(window_->minimised() || at_rest() ? 0.1 : 0);
   const auto now = Clock::now();
   const double wall_ms = ms_between(last_frame_, now), dt = std::min(wall_ms * 1e-3, 0.25);
   last_frame_ = now;
-  if (!window_->minimised() && window_->pixels() != window_pixels_) {
+  if (window_->minimised()) return;
+  if (window_->pixels() != window_pixels_) {
     window_pixels_ = window_->pixels();
     dirty_ = true;
     say(fmt::format("size {}x{}", window_pixels_.x, window_pixels_.y));
   }
-  if (window_->minimised()) return;
   // The window moved to another screen, or it was just shown: only then does Wayland report the scale.
   if (screen_scale() != overlay_scale_) make_overlay();
   watch_shaders();

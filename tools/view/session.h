@@ -27,7 +27,6 @@ struct SessionOptions {
   std::string views_file;     // the file to which key V appends; empty: SCENE-views.json in `out`
   std::string out = ".";      // folder for pictures
   std::uint32_t width = 1280, height = 720;
-  Pace pace = Pace::Refresh;
   std::size_t frames = 0;                  // turns the camera for so many frames, and ends; 0: until it is closed
   std::function<void(Scene&)> light = {};  // adds a sky and lamps to a scene that was loaded
 };
@@ -36,7 +35,6 @@ class Session {
  public:
   /// Opens display, scene, window and device, in this order. Throws Error.
   explicit Session(SessionOptions options);
-  ~Session();
 
   /// Runs until the window is closed, or for SessionOptions::frames. Returns the number of validation messages.
   std::size_t run();
@@ -62,7 +60,6 @@ class Session {
   void note_time(double wall_ms);
   void say_times();
   bool at_rest() const;
-  double idle_seconds() const;
 
   // session_input.cpp
   void take_keys();

@@ -55,7 +55,7 @@ void Session::open(Scene scene) {
   });
   bar.hide();
   if (!presenter_) {
-    presenter_ = engine_->make_presenter(options_.pace);
+    presenter_ = engine_->make_presenter();
     make_overlay();
   }
   window_->set_title("Ballot: " + name);
