@@ -29,9 +29,9 @@ double top_of(const std::deque<FrameRecord>& frames) {
 }
 
 void row(const char* name, const std::string& value) {
-  ImGui::TextDisabled("%s", name);
-  ImGui::SameLine(6.5f * ImGui::GetFontSize());
-  ImGui::TextUnformatted(value.c_str());
+  faint(name);
+  ImGui::SameLine(6.5f * em());
+  text(value);
 }
 
 void draw_hit(const Inspection& i, const Scene& scene) {
@@ -58,17 +58,8 @@ void draw_exact(const Inspection& i) {
   if (i.agrees)
     ImGui::TextColored({0.45f, 0.85f, 0.5f, 1}, "agrees with the exact oracle");
   else
-    ImGui::TextColored({1.0f, 0.45f, 0.4f, 1}, "differs from the exact oracle");
-  if (i.reason.empty()) return;
-  ImGui::PushTextWrapPos(0);
-  ImGui::TextDisabled("%s", i.reason.c_str());
-  ImGui::PopTextWrapPos();
-}
-
-std::string name_of_update(UpdateMode mode) {
-  for (const UpdateModeRow& row : kUpdateModes)
-    if (row.id == mode) return std::string(row.name);
-  return "";
+    ImGui::TextColored(kRed, "differs from the exact oracle");
+  if (!i.reason.empty()) wrapped(i.reason, faint);
 }
 
 }  // namespace
@@ -77,9 +68,7 @@ void draw_play(Settings& settings, const Facts& facts) {
   const Animation* animation = facts.engine->scene_facts().animation.get();
   if (!animation) return;
   Playback& p = settings.play;
-  ImGui::Spacing();
-  ImGui::TextColored({0.45f, 0.72f, 1.0f, 1}, "Animation");
-  ImGui::Separator();
+  title("Animation");
   if (animation->clips.size() > 1 && ImGui::BeginCombo("clip", animation->clips[p.clip].name.c_str())) {
     for (std::size_t i = 0; i < animation->clips.size(); ++i)
       if (ImGui::Selectable(fmt::format("{}##{}", animation->clips[i].name, i).c_str(), i == p.clip))
@@ -94,20 +83,15 @@ void draw_play(Settings& settings, const Facts& facts) {
     p.playing = false;
   }
   ImGui::SliderFloat("speed", &p.speed, 0.05f, 4, "%.2f", ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
-  if (ImGui::BeginCombo("tree", name_of_update(p.update).c_str())) {
-    for (const UpdateModeRow& row : kUpdateModes)
-      if (ImGui::Selectable(std::string(row.name).c_str(), row.id == p.update)) p.update = row.id;
-    ImGui::EndCombo();
-  }
-  const RefitPolicy& policy = facts.engine->refit_policy();
-  ImGui::TextDisabled(
-      "%s",
-      fmt::format("{}, SAH {:.3f} of its build's", facts.refitted ? "refitted" : "built", policy.decay()).c_str());
+  std::string update(std::ranges::find(kUpdateModes, p.update, &UpdateModeRow::id)->name);
+  if (draw_list("tree", update, kUpdateModes)) p.update = find_named(kUpdateModes, update, "update mode").id;
+  faint(fmt::format("{}, SAH {:.3f} of its build's", facts.refitted ? "refitted" : "built",
+                    facts.engine->refit_policy().decay()));
 }
 
 void draw_times(const Facts& facts) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
-  const float width = ImGui::GetContentRegionAvail().x, height = 4.2f * ImGui::GetFontSize();
+  const float width = ImGui::GetContentRegionAvail().x, height = 4.2f * em();
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   draw.AddRectFilled(at, {at.x + width, at.y + height}, IM_COL32(20, 22, 27, 255), 3);
   const double top = top_of(facts.frames);
@@ -134,11 +118,11 @@ void draw_times(const Facts& facts) {
     const double ms = facts.frames.empty() ? 0 : facts.frames.back().*pass.ms;
     if (placed++ % 2) ImGui::SameLine(width / 2 + ImGui::GetStyle().WindowPadding.x);
     const ImVec2 spot = ImGui::GetCursorScreenPos();
-    const float size = ImGui::GetFontSize() * 0.6f, drop = ImGui::GetFontSize() * 0.25f;
+    const float size = em() * 0.6f, drop = em() * 0.25f;
     draw.AddRectFilled({spot.x, spot.y + drop}, {spot.x + size, spot.y + drop + size}, kPassColors[p], 2);
     ImGui::Dummy({size, size});
     ImGui::SameLine();
-    ImGui::TextUnformatted(fmt::format("{} {:.{}f} ms", pass.name, ms, ms < 100 ? 2 : 0).c_str());
+    text(fmt::format("{} {:.{}f} ms", pass.name, ms, ms < 100 ? 2 : 0));
   }
 }
 
@@ -146,15 +130,12 @@ void draw_inspector(const Facts& facts, Wishes& wishes) {
   const bool picked = facts.picked.has_value();
   if (!picked && !facts.hovered) return;
   const Inspection& i = picked ? *facts.picked : *facts.hovered;
-  const float em = ImGui::GetFontSize(), width = 19 * em;
-  ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x - 10, 10}, 0, {1, 0});
-  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, ImGui::GetIO().DisplaySize.y - 20});
-  ImGui::Begin("inspector", nullptr,
-               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
-                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
-                   ImGuiWindowFlags_NoFocusOnAppearing | (picked ? 0 : ImGuiWindowFlags_NoInputs));
-  ImGui::TextColored({0.45f, 0.72f, 1.0f, 1}, "%s", picked ? "Picked pixel" : "Pixel under the mouse");
-  ImGui::Separator();
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const float width = 19 * em();
+  ImGui::SetNextWindowPos({size.x - kMargin, kMargin}, 0, {1, 0});
+  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, size.y - 2 * kMargin});
+  ImGui::Begin("inspector", nullptr, kFixed | (picked ? 0 : ImGuiWindowFlags_NoInputs));
+  title(picked ? "Picked pixel" : "Pixel under the mouse");
   draw_hit(i, facts.engine->scene_facts());
   if (picked) {
     for (const HeatKind& kind : kHeatKinds)
@@ -162,7 +143,7 @@ void draw_inspector(const Facts& facts, Wishes& wishes) {
     draw_exact(i);
     wishes.forget_pick = ImGui::SmallButton("close");
   } else {
-    ImGui::TextDisabled("click for counters and the exact answer");
+    faint("click for counters and the exact answer");
   }
   ImGui::End();
 }

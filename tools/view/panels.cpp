@@ -6,22 +6,7 @@ namespace ballot::view {
 
 namespace {
 
-constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
-                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
-                                    ImGuiWindowFlags_NoFocusOnAppearing;
-constexpr float kMargin = 10;
-const ImVec4 kWarm{1.0f, 0.72f, 0.35f, 1}, kRed{1.0f, 0.45f, 0.40f, 1};
-
-float em() { return ImGui::GetFontSize(); }
-
-void title(const char* text) {
-  ImGui::Spacing();
-  ImGui::TextColored({0.45f, 0.72f, 1.0f, 1}, "%s", text);
-  ImGui::Separator();
-}
-
-void text(const std::string& line) { ImGui::TextUnformatted(line.c_str()); }
-void faint(const std::string& line) { ImGui::TextDisabled("%s", line.c_str()); }
+const ImVec4 kWarm{1.0f, 0.72f, 0.35f, 1};
 
 void draw_heat_legend(float top) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -87,9 +72,7 @@ void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
   const DeviceInfo& device = facts.engine->device();
   text(facts.engine->scene_facts().name + "   " + facts.view_name);
   faint(fmt::format("{} triangles, subgroup of {}", facts.engine->triangle_count(), device.subgroup_size));
-  ImGui::PushTextWrapPos(0);
-  faint(device.name);
-  ImGui::PopTextWrapPos();
+  wrapped(device.name, faint);
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", device.driver.c_str());
   ImGui::PushItemWidth(-7.5f * em());
   title("Traversal");
@@ -133,9 +116,7 @@ void draw_shader_error(const std::string& message) {
   ImGui::SetNextWindowSizeConstraints({std::max(width, 15 * em()), 0}, {std::max(width, 15 * em()), size.y * 0.5f});
   ImGui::Begin("shader error", nullptr, kFixed);
   ImGui::TextColored(kRed, "A shader does not compile; the last one that did is in use.");
-  ImGui::PushTextWrapPos(0);
-  text(message.substr(0, message.find_last_not_of('\n') + 1));
-  ImGui::PopTextWrapPos();
+  wrapped(message.substr(0, message.find_last_not_of('\n') + 1), text);
   ImGui::End();
 }
 
@@ -182,8 +163,7 @@ void draw_help() {
       {"F11, Ctrl+Q", "full screen, quit"},
       {"drop a file", "opens that scene"},
   };
-  ImGui::TextColored({0.45f, 0.72f, 1.0f, 1}, "Keys");
-  ImGui::Separator();
+  title("Keys");
   if (ImGui::BeginTable("keys", 2)) {
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, 9 * em());
     ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, 24 * em());

@@ -8,6 +8,26 @@
 
 namespace ballot::view {
 
+inline constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
+                                           ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+                                           ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoFocusOnAppearing;
+inline constexpr float kMargin = 10;
+inline const ImVec4 kRed{1.0f, 0.45f, 0.40f, 1};
+
+inline float em() { return ImGui::GetFontSize(); }
+inline void text(const std::string& line) { ImGui::TextUnformatted(line.c_str()); }
+inline void faint(const std::string& line) { ImGui::TextDisabled("%s", line.c_str()); }
+inline void wrapped(const std::string& lines, void (*draw)(const std::string&)) {
+  ImGui::PushTextWrapPos(0);
+  draw(lines);
+  ImGui::PopTextWrapPos();
+}
+inline void title(const char* name) {
+  ImGui::Spacing();
+  ImGui::TextColored({0.45f, 0.72f, 1.0f, 1}, "%s", name);
+  ImGui::Separator();
+}
+
 /// Draws all panels. The panels change `settings`; the result holds what they ask the session to do.
 Wishes draw_panels(Settings& settings, const Facts& facts);
 

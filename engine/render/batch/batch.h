@@ -76,12 +76,8 @@ class RayBatch {
   std::unique_ptr<Frame> frame_;  // the passes that make the rays; null for foreign rays
 };
 
-/// Returns the ray from the camera, up and to the right, on which the point light of ray kind "shadow" lies. The
-/// nearest hit of this ray bounds the light's distance, so the light is never behind a wall.
-Ray light_ray(const View& view);
-/// Returns the position of the point light, given the nearest hit of light_ray().
-glm::vec3 light_at(const View& view, const Hit& hit, const Scene& scene);
-/// Traces light_ray() and returns the position of the point light.
+/// Returns the position of the point light of ray kind "shadow": from the camera up and to the right, and never behind
+/// a wall, as the nearest hit of a ray in this direction bounds its distance.
 glm::vec3 point_light(Tracer& tracer, const Scene& scene, const View& view);
 
 /// Makes batches and runs them. Keeps the kernels that batches share. Belongs to one thread.

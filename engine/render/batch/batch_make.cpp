@@ -118,23 +118,13 @@ glm::dvec3 light_direction(const View& view) {
 
 }  // namespace
 
-Ray light_ray(const View& view) {
-  return {glm::vec3(view.world_from_camera[3]), 0, glm::vec3(light_direction(view)), 1e30f};
-}
-
-glm::vec3 light_at(const View& view, const Hit& hit, const Scene& scene) {
-  const Bounds& b = scene.bounds;
-  const double diagonal = glm::length(glm::dvec3(b.hi) - glm::dvec3(b.lo));
-  const glm::dvec3 eye(view.world_from_camera[3]);
-  const double distance = std::min(kLightDistance * diagonal, kLightClearance * double(hit.t));
-  return glm::vec3(eye + light_direction(view) * distance);
-}
-
 glm::vec3 point_light(Tracer& tracer, const Scene& scene, const View& view) {
-  const Ray ray = light_ray(view);
+  const glm::dvec3 eye(view.world_from_camera[3]), direction = light_direction(view);
+  const Ray ray{glm::vec3(eye), 0, glm::vec3(direction), 1e30f};
   Hit hit{};
   tracer.trace(std::span(&ray, 1), std::span(&hit, 1), Query{});
-  return light_at(view, hit, scene);
+  const double diagonal = glm::length(glm::dvec3(scene.bounds.hi) - glm::dvec3(scene.bounds.lo));
+  return glm::vec3(eye + direction * std::min(kLightDistance * diagonal, kLightClearance * double(hit.t)));
 }
 
 // Plans the runs: the rays of every generator and chunk of primary hits, in this order, split where a chunk of the

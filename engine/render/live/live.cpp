@@ -51,9 +51,6 @@ LiveImage::LiveImage(Context& gpu, Tracer& tracer, SceneData& scene, const glm::
       scene_(scene),
       origin_(origin),
       camera_(gpu, 1, Access::Storage, "camera"),
-      light_ray_(gpu, 1, Access::Storage, "ray to the light"),
-      light_hit_(gpu, 1, Access::Storage, "hit towards the light"),
-      light_seen_(gpu, 1, Access::Host, "hit towards the light seen"),
       totals_(gpu, 1, Access::Storage, "totals"),
       totals_seen_(gpu, 1, Access::Host, "totals seen") {}
 
@@ -126,7 +123,8 @@ LiveTimes LiveImage::add_sample(const View& asked, const LiveOptions& options) {
   camera.sample_count = options.sample_count;
   camera.sample_index = options.sample_index;
   const RayKind& kind = find_ray_kind(options.rays);
-  if (kind.generators[0] == kShadowGenerator[0] && options.sample_index == 0) light_ = light_of(view);
+  if (kind.generators[0] == kShadowGenerator[0] && options.sample_index == 0)
+    light_ = point_light(tracer_, scene_.scene(), view);
   LiveTimes times;
   const SceneFeatures features = through(scene_.features(), view);
   const PassScope scope(gpu_);
@@ -159,22 +157,6 @@ LiveTimes LiveImage::add_sample(const View& asked, const LiveOptions& options) {
 bool LiveImage::makes_rays(const LiveOptions& o, std::uint32_t count) const {
   if (!find_ray_kind(o.rays).from_camera() || find_shading(o.shading).heat || !tracer_.makes_rays()) return false;
   return tracer_.can_record(query_of(o), count);
-}
-
-/// Returns the same as point_light(), but waits for the device only once.
-glm::vec3 LiveImage::light_of(const View& view) {
-  const Ray ray = light_ray(view);
-  const PassScope scope(gpu_);
-  gpu_.pass("ray to the light",
-            [&](VkCommandBuffer cmd) { gpu_.vk().CmdUpdateBuffer(cmd, light_ray_.handle(), 0, sizeof ray, &ray); });
-  tracer_.record(light_ray_, light_hit_, 1, Query{}, [](double) {});
-  gpu_.pass("ray to the light", [&](VkCommandBuffer cmd) {
-    const VkBufferCopy all{0, 0, sizeof(Hit)};
-    gpu_.vk().CmdCopyBuffer(cmd, light_hit_.handle(), light_seen_.handle(), 1, &all);
-  });
-  Hit hit{};
-  light_seen_.download(std::span(&hit, 1));
-  return light_at(view, hit, scene_.scene());
 }
 
 void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times) {
@@ -251,17 +233,8 @@ void LiveImage::trace_and_shade(const Slice& slice, const Buffer<Ray>* rays, con
   const bool heat = find_shading(options.shading).heat;
   Buffer<Hit>& hits = find_ray_kind(options.rays).from_camera() ? *hits_ : *secondary_hits_;
   const Query query = query_of(options);
-  trace_slice(slice, rays, hits, options, query, times.trace_ms);
-  const std::uint32_t sample = options.sample_index + part;
-  const bool last = part + 1 == find_ray_kind(options.rays).generators.size();
-  if (!heat || sample == 0) shade_slice(slice, rays, hits, options, sample, last && !heat, times);
-  if (heat) paint_heat(slice, options, query, sample, times);
-}
-
-void LiveImage::trace_slice(const Slice& slice, const Buffer<Ray>* rays, Buffer<Hit>& hits, const LiveOptions& options,
-                            const Query& query, double& ms) {
-  const auto add = [&ms](double spent) { ms += spent; };
-  if (find_shading(options.shading).heat) {
+  const auto add = [&times](double ms) { times.trace_ms += ms; };
+  if (heat) {
     add(tracer_.trace_counted(*rays, hits, slice.count, query, *stats_).device_ms);
   } else if (!rays) {
     const CameraKind kind = slice.camera.orthographic ? CameraKind::Orthographic : CameraKind::Perspective;
@@ -269,6 +242,10 @@ void LiveImage::trace_slice(const Slice& slice, const Buffer<Ray>* rays, Buffer<
   } else {
     tracer_.record(*rays, hits, slice.count, query, add);
   }
+  const std::uint32_t sample = options.sample_index + part;
+  const bool last = part + 1 == find_ray_kind(options.rays).generators.size();
+  if (!heat || sample == 0) shade_slice(slice, rays, hits, options, sample, last && !heat, times);
+  if (heat) paint_heat(slice, options, query, sample, times);
 }
 
 void LiveImage::shade_slice(const Slice& slice, const Buffer<Ray>* rays, const Buffer<Hit>& hits,

@@ -42,8 +42,8 @@ class LiveImage {
   /// does; the picture is then undefined until a new one is begun.
   LiveTimes add_sample(const View& view, const LiveOptions& options);
 
-  /// Returns the picture: 8 bits per channel, sRGB, blue in the lowest byte, rows from the top. The first width * height pixels, as of the last
-  /// sample, are in use. The buffer is replaced only when the picture outgrows it.
+  /// Returns the picture: 8 bits per channel, sRGB, blue in the lowest byte, rows from the top. The first
+  /// width * height pixels, as of the last sample, are in use. The buffer is replaced only when the picture outgrows it.
   const Buffer<std::uint32_t>& pixels() const { return *pixels_; }
 
   /// Traces the primary ray of a pixel with options.query. With `count` the instrumented variant traces it.
@@ -66,14 +66,11 @@ class LiveImage {
   bool makes_rays(const LiveOptions& options, std::uint32_t count) const;
   void make_pixels(const LiveOptions& options);
   LiveTimes add_paths(const View& view, const LiveOptions& options, const Integrator& integrator);
-  glm::vec3 light_of(const View& view);
   void sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times);
   TilesPush make_tiles(const TilesPush& tiles, LiveTimes& times);
   void generate_secondary(std::string_view generator, const Slice& slice, const LiveOptions& options, LiveTimes& times);
   void trace_and_shade(const Slice& slice, const Buffer<Ray>* rays, const LiveOptions& options, std::uint32_t part,
                        LiveTimes& times);
-  void trace_slice(const Slice& slice, const Buffer<Ray>* rays, Buffer<Hit>& hits, const LiveOptions& options,
-                   const Query& query, double& ms);
   void shade_slice(const Slice& slice, const Buffer<Ray>* rays, const Buffer<Hit>& hits, const LiveOptions& options,
                    std::uint32_t sample, bool shown, LiveTimes& times);
   void paint_heat(const Slice& slice, const LiveOptions& options, const Query& query, std::uint32_t sample,
@@ -94,10 +91,8 @@ class LiveImage {
   std::unique_ptr<Buffer<std::uint32_t>> tiles_;  // the pixels of a picture's rays
   TilesPush tiles_of_{};                          // the picture that tiles_ was made for
   Buffer<PrimaryPush> camera_;                    // of the rays that the traversal kernel makes
-  Buffer<Ray> light_ray_;
-  Buffer<Hit> light_hit_, light_seen_;   // light_seen_ is in host memory
-  std::vector<Buffer<LivePixel>> film_;  // one buffer per chunk
-  std::unique_ptr<LivePaths> paths_;     // of a window that shows an integrator
+  std::vector<Buffer<LivePixel>> film_;           // one buffer per chunk
+  std::unique_ptr<LivePaths> paths_;              // of a window that shows an integrator
   std::unique_ptr<Buffer<std::uint32_t>> pixels_;
   Buffer<std::uint32_t> totals_, totals_seen_;  // live rays; totals_seen_ is in host memory
   std::uint64_t counted_ = 0;                   // live rays of the last picture
