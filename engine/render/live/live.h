@@ -43,7 +43,8 @@ class LiveImage {
   LiveTimes add_sample(const View& view, const LiveOptions& options);
 
   /// Returns the picture: 8 bits per channel, sRGB, blue in the lowest byte, rows from the top. The first
-  /// width * height pixels, as of the last sample, are in use. The buffer is replaced only when the picture outgrows it.
+  /// width * height pixels, as of the last sample, are in use. The buffer is replaced only when the picture outgrows
+  /// it.
   const Buffer<std::uint32_t>& pixels() const { return *pixels_; }
 
   /// Traces the primary ray of a pixel with options.query. With `count` the instrumented variant traces it.
