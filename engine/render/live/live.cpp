@@ -324,6 +324,7 @@ Probe LiveImage::probe(const View& view, const LiveOptions& options, std::uint32
   Query query = options.query;
   query.want = Want::Nearest;
   query.rays = kPrimaryRays;
+  query = tracer_.resolve(query, padded_rays(options.width, options.height));  // not what auto takes for a tile
   Probe probe;
   if (count) {
     Buffer<RayStats> stats(gpu_, kTileRays, Access::Storage, "counters of a tile");
