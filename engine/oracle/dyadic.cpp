@@ -15,25 +15,19 @@ Dyadic::Dyadic(float x) {
   e_ = exponent - 24 + zeros;
 }
 
-// Returns m * 2^bits. Boost's checked integers cannot shift negative numbers.
-Dyadic::Integer Dyadic::shifted(const Integer& m, int bits) {
-  return m.sign() < 0 ? Integer(-(Integer(-m) << static_cast<unsigned>(bits)))
-                      : Integer(m << static_cast<unsigned>(bits));
-}
-
 Dyadic Dyadic::sum(const Dyadic& a, const Dyadic& b, int sign_of_b) {
-  if (b.m_.is_zero()) return a;
-  if (a.m_.is_zero()) return {sign_of_b > 0 ? b.m_ : Integer(-b.m_), b.e_};
   Dyadic out = a;
-  if (a.e_ > b.e_) {
-    out.m_ = shifted(a.m_, a.e_ - b.e_);
+  if (b.m_.is_zero()) return out;
+  if (a.m_.is_zero()) out.e_ = b.e_;
+  if (out.e_ > b.e_) {
+    out.m_ <<= static_cast<unsigned>(out.e_ - b.e_);
     out.e_ = b.e_;
   }
-  if (b.e_ > a.e_) {
-    const Integer aligned = shifted(b.m_, b.e_ - a.e_);
-    sign_of_b > 0 ? out.m_ += aligned : out.m_ -= aligned;
-  } else {
+  if (b.e_ == out.e_) {
     sign_of_b > 0 ? out.m_ += b.m_ : out.m_ -= b.m_;
+  } else {
+    const Integer aligned = b.m_ << static_cast<unsigned>(b.e_ - out.e_);
+    sign_of_b > 0 ? out.m_ += aligned : out.m_ -= aligned;
   }
   return out;
 }

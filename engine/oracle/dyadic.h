@@ -9,8 +9,8 @@ namespace ballot {
 
 /// An exact number m * 2^e. Every float32 is a multiple of 2^-149 below 2^128. So a polynomial of degree k in float32
 /// numbers is a multiple of 2^-149k below c * 2^128k, where c counts its terms. At degree 10, the highest in use (two
-/// distances from planes), that is 2770 bits and those of c. 3072 bits are kept in place. Throws std::overflow_error if
-/// a result needs more.
+/// distances from planes), that is 2770 bits and those of c. Nearly all numbers fit the 512 bits that are kept in place;
+/// longer ones lie on the heap.
 class Dyadic {
  public:
   Dyadic() = default;
@@ -30,10 +30,11 @@ class Dyadic {
   friend double quotient(const Dyadic& a, const Dyadic& b);
 
  private:
-  using Integer = boost::multiprecision::number<boost::multiprecision::cpp_int_backend<
-      3072, 3072, boost::multiprecision::signed_magnitude, boost::multiprecision::checked, void>>;
+  using Integer = boost::multiprecision::number<
+      boost::multiprecision::cpp_int_backend<512, 0, boost::multiprecision::signed_magnitude,
+                                             boost::multiprecision::unchecked>,
+      boost::multiprecision::et_off>;
   Dyadic(Integer m, int e) : m_(std::move(m)), e_(e) {}
-  static Integer shifted(const Integer& m, int bits);
   static Dyadic sum(const Dyadic& a, const Dyadic& b, int sign_of_b);
 
   Integer m_ = 0;
