@@ -18,6 +18,7 @@ PRELUDE = """
 import os, signal, sys, threading, time
 import numpy as np
 sys.path.insert(0, {folder!r})
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which a shell that runs tests in the background ignores
 import ballot, reference as ref
 """
 
