@@ -54,7 +54,8 @@ struct Knob {
   std::array<std::uint32_t, 4> numbers = {};
   bool share = false;
   double least = 0, most = 1;
-  std::string_view takes = {};  // the values as help shows them, where the limits say too little
+  std::array<std::uint32_t, 4> tried = {};  // numbers within the limits that a list by pairs tries (covering.h)
+  std::string_view takes = {};              // the values as help shows them, where the limits say too little
   /// The define that carries the value to the shader. Empty: there is none.
   std::string_view define = {};
   int idle = 0;  // the define's value where the knob does not apply
@@ -138,7 +139,7 @@ inline constexpr Knob kKnobs[] = {
      .applies = has_own_stack},
     {.name = "list",
      .help = "cut: number of nodes that a ray can put aside; the packet walks nodes that do not fit",
-     .field = field<&KernelConfig::list>(), .least = 1, .most = 64, .applies = has_lists,
+     .field = field<&KernelConfig::list>(), .least = 1, .most = 64, .tried = {1, 16}, .applies = has_lists,
      .without = "has no lists: its rays put no nodes aside"},
     {.name = "products",
      .help = "watertight: how the exact sign of an edge function is found; fma is wrong where fma() rounds twice",
@@ -175,7 +176,7 @@ inline constexpr Knob kKnobs[] = {
      .field = field<&KernelConfig::launch>(), .names = {"plain", "persistent"}, .define = "BALLOT_LAUNCH"},
     {.name = "workgroup",
      .help = "invocations in a workgroup",
-     .field = field<&KernelConfig::workgroup>(), .least = 4, .most = 1024,
+     .field = field<&KernelConfig::workgroup>(), .least = 4, .most = 1024, .tried = {64, 1024},
      .takes = "4 to 1024, a multiple of the subgroup"},
     {.name = "subgroup",
      .help = "invocations in a subgroup",
@@ -183,14 +184,17 @@ inline constexpr Knob kKnobs[] = {
      .takes = "a power of two that the device offers", .named = false},
     {.name = "batches",
      .help = "persistent launch: the most batches that a subgroup takes in one dispatch",
-     .field = field<&KernelConfig::batches>(), .least = 1, .most = 4294967295, .applies = is_persistent},
+     .field = field<&KernelConfig::batches>(), .least = 1, .most = 4294967295, .tried = {1, 7, 64},
+     .applies = is_persistent},
     {.name = "claim",
      .help = "persistent launch, idle lanes take new rays: the most claimed at once; 1: one for each idle lane",
-     .field = field<&KernelConfig::claim>(), .least = 1, .most = 4096, .define = "BALLOT_CLAIM", .idle = 1,
+     .field = field<&KernelConfig::claim>(), .least = 1, .most = 4096, .tried = {1, 3, 100},
+     .define = "BALLOT_CLAIM", .idle = 1,
      .applies = claims},
     {.name = "lanes",
      .help = "persistent launch: the most invocations in one dispatch",
-     .field = field<&KernelConfig::resident_lanes>(), .least = 4, .most = 16777216, .applies = is_persistent},
+     .field = field<&KernelConfig::resident_lanes>(), .least = 4, .most = 16777216, .tried = {256, 262144},
+     .applies = is_persistent},
 };
 // clang-format on
 

@@ -2,6 +2,8 @@
 #include <set>
 #include <unordered_set>
 
+#include "engine/core/parallel.h"
+#include "engine/trace/covering.h"
 #include "tools/program/cli.h"
 
 namespace ballot::cli {
@@ -9,7 +11,7 @@ namespace ballot::cli {
 namespace {
 
 struct ShadersArgs {
-  bool fresh = false, pairs = false;
+  bool fresh = false;
   std::string json, headers, only;
 };
 
@@ -22,7 +24,7 @@ std::vector<DeviceInfo> imagined_devices() {
   gpu.max_group_invocations = gpu.max_group_size_x = 1024;
   gpu.max_group_subgroups = 32;
   gpu.shared_bytes = 32768;
-  gpu.uniform_flow = gpu.shuffle = gpu.arithmetic = gpu.buffer_address = true;
+  gpu.uniform_flow = gpu.shuffle = gpu.arithmetic = gpu.buffer_address = gpu.float64 = true;
   DeviceInfo plain = gpu;
   plain.name = "a GPU without options";
   plain.uniform_flow = plain.shuffle = plain.arithmetic = plain.buffer_address = false;
@@ -35,52 +37,20 @@ std::vector<DeviceInfo> imagined_devices() {
   return {gpu, plain, cpu};
 }
 
-/// Every vote that a method takes, with both launches; packets of several rays with and without what they fall back on.
-std::vector<Knobs> knobs_of(const Method& method) {
-  std::vector<Knobs> all;
-  for (const char* launch : {"plain", "persistent"}) {
-    for (const Vote vote : {Vote::Any, Vote::Count, Vote::Sum})
-      if (method.takes(vote)) all.push_back({{"launch", launch}, {"vote", std::string(vote_name(vote))}});
-    if (!method.packet()) all.push_back({{"launch", launch}});
-    if (method.ray_packets) all.push_back({{"launch", launch}, {"rays", "4"}, {"fallback", "0"}});
-  }
-  if (!method.packet() && format_of(method.tree).pairs != Pairs::Never)
-    all.push_back({{"layout", "centred"}, {"minmax", "integer"}, {"leaf_run", "1"}, {"leaf_box", "1"}});
-  return all;
-}
-
+#include "engine/core/parallel.h"
+#include "engine/trace/covering.h"
+#include "tools/program/cli.h"
 std::vector<KernelSource> traversal_sources() {
   std::vector<KernelSource> sources;
-  for (const DeviceInfo& device : imagined_devices())
-    for (const Method& method : kMethods)
-      for (const NumericMode& numeric : kNumericModes) {
-        if (method.chooses || ((method.tree == TreeFormatId::Frontier || method.shuffles()) && !device.shuffle))
-          continue;
-        const std::vector<Knobs> all_knobs = knobs_of(method);
-        for (const Want want : {Want::Nearest, Want::Any})
-          for (const Knobs& knobs : all_knobs)
-            for (const bool counters : {false, true}) {
-              Variant v{&method, &numeric, want, kernel_config_for(method, numeric, device, knobs), counters};
-              if (counters) v.config.doubtful = Doubtful::Decided;
-              const auto add = [&](const TreeFacts& tree) {
-                sources.push_back(kernel_source(v, device, tree));
-                if (v.config.lists()) sources.push_back(kernel_source(v.taking(), device, tree));
-              };
-              add({.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES});
-              if (&knobs == &all_knobs[0] && !method.ray_packets) add({.depth = 32, .largest_leaf = 1});
-              if (want == Want::Nearest && !counters)
-                add({.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = true});
-              if (!counters && &knobs == &all_knobs[0] && method.instances)
-                add({.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .top_depth = 24});
-              if (counters || !knobs.contains("launch")) continue;
-              const TreeFacts tree{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
-              v.indirect = true;
-              add(tree);
-              v.indirect = false;
-              for (const CameraKind camera : {CameraKind::Perspective, CameraKind::Orthographic})
-                if (v.camera = camera; want == Want::Nearest && &knobs == &all_knobs[0]) add(tree);
-            }
-      }
+  const std::vector<DeviceInfo> devices = imagined_devices();
+  for (const Method& method : kMethods) {
+    if (method.chooses) continue;
+    for (const CoveringKernel& kernel : covering_kernels({.methods = {&method, 1}, .devices = devices})) {
+      sources.push_back(kernel.source());
+      if (kernel.variant.config.lists())
+        sources.push_back(kernel_source(kernel.variant.taking(), *kernel.device, kernel.tree));
+    }
+  }
   return sources;
 }
 
@@ -213,8 +183,7 @@ std::vector<KernelSource> query_kernel_sources() {
   return sources;
 }
 
-/// Keeps of each file's variants as many as show every two defines with every two values of theirs that occur. What
-/// breaks a shader seldom needs three.
+/// Keeps of each file's variants as many as show every two defines with every two values of theirs that occur.
 void keep_pairs(std::vector<KernelSource>& sources) {
   std::map<std::string, std::set<std::string>> names;  // of the defines of each file
   for (const KernelSource& s : sources)
@@ -247,21 +216,26 @@ int write_headers(const std::filesystem::path& folder) {
 int run_shaders(const ShadersArgs& args) {
   if (!args.headers.empty()) return write_headers(args.headers);
   nlohmann::json json = nlohmann::json::array();
-  std::vector<KernelSource> sources = traversal_sources();
-  for (auto* more : {&render_sources, &builder_sources, &query_kernel_sources})
-    for (KernelSource& source : (*more)()) sources.push_back(std::move(source));
+  std::vector<KernelSource> sources;
+  for (auto* some : {&render_sources, &builder_sources, &query_kernel_sources})
+    for (KernelSource& source : (*some)()) sources.push_back(std::move(source));
+  keep_pairs(sources);
+  for (KernelSource& source : traversal_sources()) sources.push_back(std::move(source));
   std::erase_if(sources, [&](const KernelSource& s) { return s.name.find(args.only) == std::string::npos; });
-  if (args.pairs) keep_pairs(sources);
   if (sources.empty())
     fail(Failure::Arguments,
          "--only {}: no variant's name contains this; `ballot shaders` without --only lists the names", args.only);
+  std::vector<Spirv> compiled(sources.size());
+  for_chunks(sources.size(), 1, [&](std::size_t i, std::size_t) {
+    compiled[i] = compile_shader(sources[i].file, sources[i].defines, !args.fresh);
+    reflect(compiled[i].words, sources[i].name);
+  });
   double total_ms = 0;
-  for (const KernelSource& source : sources) {
-    const Spirv spirv = compile_shader(source.file, source.defines, !args.fresh);
-    reflect(spirv.words, source.name);
-    say("{:8.1f} ms {:7} bytes  {}\n", spirv.ms, spirv.words.size() * 4, source.name);
-    json.push_back({{"name", source.name}, {"ms", spirv.ms}, {"bytes", spirv.words.size() * 4}});
-    total_ms += spirv.ms;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const std::size_t bytes = compiled[i].words.size() * 4;
+    say("{:8.1f} ms {:7} bytes  {}\n", compiled[i].ms, bytes, sources[i].name);
+    json.push_back({{"name", sources[i].name}, {"ms", compiled[i].ms}, {"bytes", bytes}});
+    total_ms += compiled[i].ms;
   }
   say("{} variants, {:.1f} ms{}\n", sources.size(), total_ms, args.fresh ? "" : " (through the cache)");
   write_json(args.json, json);
@@ -271,12 +245,10 @@ int run_shaders(const ShadersArgs& args) {
 }  // namespace
 
 void add_shaders(CLI::App& app, int& result) {
-  const auto [cmd, args] = add_command<ShadersArgs>(
-      app, result, "shaders", run_shaders, "compile every registered kernel variant to SPIR-V; needs no device");
+#include "engine/core/parallel.h"
+#include "engine/trace/covering.h"
+#include "tools/program/cli.h"
   cmd->add_flag("--fresh", args->fresh, "compile anew instead of reading the cache");
-  cmd->add_flag("--pairs", args->pairs,
-                "compile so many of each file's variants that every two defines meet with all their values; the build "
-                "does this");
   cmd->add_option("--only", args->only, "compile only the variants whose names contain this text");
   cmd->add_option("--json", args->json, "also write sizes and times to this file");
   cmd->add_option("--headers", args->headers,
