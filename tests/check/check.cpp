@@ -150,10 +150,9 @@ class Checker {
   void check_invariance(const std::vector<Ray>& rays, const std::vector<Hit>& reference, std::string_view mode) {
     std::size_t runs = 0;
     for (const Method& m : kMethods) {
-      std::vector<Knobs> all = every_size(engine_.device());
-      if (!quick_)
-        for (const Knobs& k : every_config(m, engine_.device())) all.push_back(k);
-      for (const Knobs& k : every_threshold(m)) all.push_back(k);
+      std::vector<Knobs> all = every_threshold(m);
+      if (!quick_ && !m.chooses)
+        for (const CoveringKernel& k : any_two_settings({&m, 1}, engine_.device())) all.push_back(k.query.knobs);
       for (const Knobs& k : all) {
         const Query q{Want::Nearest, std::string(m.name), std::string(mode), k};
         expect_equal(reference, trace(rays, q), engine_.tracer().variant(q).name());

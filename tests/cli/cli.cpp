@@ -9,13 +9,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <sstream>
 #include <thread>
 
 #include "engine/core/npy.h"
 #include "tests/cpu/gltf_builder.h"
-
-extern char** environ;
+#include "tools/program/program.h"
 
 namespace ballot::test {
 
@@ -46,28 +46,24 @@ std::vector<char*> pointers(Words& words) {
   return list;
 }
 
-Words environment_with(const Environment& changes) {
-  Words all;
-  for (char** entry = environ; *entry; ++entry) {
-    const std::string text = *entry;
-    if (!changes.contains(text.substr(0, text.find('=')))) all.push_back(text);
-  }
-  for (const auto& [name, value] : changes) all.push_back(name + "=" + value);
-  return all;
-}
-
-/// Turns the forked child into the program. Calls only what POSIX allows between fork and exec.
-[[noreturn]] void become(char** args, char** environment, const char* folder, const char* out, const char* err) {
+/// Starts a copy of this process that goes to a folder, with its output in two files. Calls `work` in it, which returns
+/// the exit code. Returns the copy's number.
+pid_t start(const fs::path& folder, const fs::path& streams, const std::function<int()>& work) {
+  std::fflush(nullptr);  // or the copy writes it too
+  const pid_t child = ::fork();
+  if (child < 0) throw std::runtime_error("cannot start a process");
+  if (child > 0) return child;
   const int in = ::open("/dev/null", O_RDONLY);
-  const int out_fd = ::open(out, O_WRONLY | O_CREAT | O_TRUNC, 0666),
-            err_fd = ::open(err, O_WRONLY | O_CREAT | O_TRUNC, 0666);
-  if (in < 0 || out_fd < 0 || err_fd < 0 || ::chdir(folder) != 0) ::_exit(126);
+  const int out = ::open((streams / "out").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666),
+            err = ::open((streams / "err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  if (in < 0 || out < 0 || err < 0 || ::chdir(folder.c_str()) != 0) ::_exit(126);
   ::dup2(in, 0);
-  ::dup2(out_fd, 1);
-  ::dup2(err_fd, 2);
+  ::dup2(out, 1);
+  ::dup2(err, 2);
   ::alarm(kSecondsAtMost);
-  ::execve(args[0], args, environment);
-  ::_exit(127);
+  const int code = work();
+  std::fflush(nullptr);
+  ::_exit(code);
 }
 
 GltfBuilder a_square() {
@@ -86,25 +82,15 @@ void add_camera(GltfBuilder& b, const std::string& name, float z) {
 }  // namespace
 
 Cli::Cli() {
-  std::string pattern = (fs::path(::testing::TempDir()) / "ballot_cli_XXXXXX").string();
-  if (!::mkdtemp(pattern.data())) throw std::runtime_error("cannot create a folder for the test: " + pattern);
-  root_ = pattern;
   for (const char* name : {"work", "cache", "temporary", "streams"}) fs::create_directory(root_ / name);
 }
 
-Cli::~Cli() {
-  std::error_code ignored;
-  fs::remove_all(root_, ignored);
-}
-
 void Cli::kill_when_there_is(const std::string& file, const Words& args) const {
-  Words words{BALLOT_BINARY};
-  words.insert(words.end(), args.begin(), args.end());
-  auto argv = pointers(words);
-  const std::string folder = path("").string(), out = (root_ / "streams/out").string(),
-                    err = (root_ / "streams/err").string();
-  const pid_t child = ::fork();
-  if (child == 0) become(argv.data(), environ, folder.c_str(), out.c_str(), err.c_str());
+  const pid_t child = start(path(""), root_ / "streams", [&] {
+    Words words{BALLOT_BINARY};
+    words.insert(words.end(), args.begin(), args.end());
+    return ::execv(BALLOT_BINARY, pointers(words).data());
+  });
   for (int i = 0; i < 6000 && !fs::exists(path(file)); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   ::kill(child, SIGKILL);
   int status = 0;
@@ -113,21 +99,19 @@ void Cli::kill_when_there_is(const std::string& file, const Words& args) const {
 }
 
 Result Cli::run(const Words& args, const Environment& more) const {
-  Words words{BALLOT_BINARY};
-  words.insert(words.end(), args.begin(), args.end());
-  Environment changes = more;
-  changes.emplace("XDG_CACHE_HOME", (root_ / "cache").string());
-  changes.emplace("TMPDIR", (root_ / "temporary").string());
-  Words environment = environment_with(changes);
-  auto argv = pointers(words), envp = pointers(environment);
-  const std::string folder = path("").string(), out = (root_ / "streams/out").string(),
-                    err = (root_ / "streams/err").string();
-  const pid_t child = ::fork();
-  if (child == 0) become(argv.data(), envp.data(), folder.c_str(), out.c_str(), err.c_str());
+  const pid_t child = start(path(""), root_ / "streams", [&] {
+    Environment changes = more;
+    changes.emplace("XDG_CACHE_HOME", (root_ / "cache").string());
+    changes.emplace("TMPDIR", (root_ / "temporary").string());
+    for (const auto& [name, value] : changes) ::setenv(name.c_str(), value.c_str(), 1);
+    Words words{BALLOT_BINARY};
+    words.insert(words.end(), args.begin(), args.end());
+    return cli::program(int(words.size()), pointers(words).data());
+  });
   int status = 0;
-  if (child < 0 || ::waitpid(child, &status, 0) != child)
-    throw std::runtime_error("cannot start ballot, or cannot wait for it to end");
-  const Result result{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_all(out), read_all(err)};
+  if (::waitpid(child, &status, 0) != child) throw std::runtime_error("cannot wait for ballot to end");
+  const Result result{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_all(root_ / "streams/out"),
+                      read_all(root_ / "streams/err")};
   expect_plain_words(result.err);
   return result;
 }

@@ -1,4 +1,4 @@
-// The fixture of the command-line tests: it runs the ballot binary as a user does, in temporary folders.
+// The fixture of the command-line tests: it runs commands as a user does, in temporary folders.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "shaders/shared/layout.h"
+#include "tests/temporary.h"
 
 namespace ballot::test {
 
@@ -29,10 +30,10 @@ using Environment = std::map<std::string, std::string>;
 class Cli : public ::testing::Test {
  protected:
   Cli();
-  ~Cli() override;
 
   /// Runs `ballot args` in the working folder, with the environment variables of `more` added. Kills it after two
-  /// minutes.
+  /// minutes. It runs in a copy of this process, which spares the start of another program; what needs the program
+  /// itself, for signals and pipes, starts it by name.
   Result run(const Words& args, const Environment& more = {}) const;
 
   /// Runs `ballot args` and expects exit code 0 and no message of the validation layers.
@@ -43,7 +44,7 @@ class Cli : public ::testing::Test {
   void refuse(int code, std::initializer_list<std::string_view> parts, const Words& args,
               const Environment& more = {}) const;
 
-  /// Starts ballot and kills it with SIGKILL as soon as the file exists.
+  /// Starts the program ballot and kills it with SIGKILL as soon as the file exists.
   void kill_when_there_is(const std::string& file, const Words& args) const;
 
   /// Runs tools/report with the arguments, of one line of a shell, and expects exit code 0. Returns what it printed.
@@ -67,7 +68,8 @@ class Cli : public ::testing::Test {
   std::vector<Hit> hits(const std::string& name = "hits.npy") const;
 
  private:
-  std::filesystem::path root_;
+  const TemporaryFolder folder_;
+  const std::filesystem::path root_ = folder_.path();
 };
 
 /// Returns the rays that Cli::rays writes.

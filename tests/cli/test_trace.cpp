@@ -67,6 +67,7 @@ TEST_F(Trace, JsonHasTheContractsNames) {
   EXPECT_EQ(record["ray_count"], 64);
 }
 
+// Every method, for one vote and for nearest or any hit; every vote; and every mode with the default method.
 TEST_F(Trace, EveryMethodModeAndVoteNearestAndAny) {
   const auto expected = square_rays(64);
   rays(64);
@@ -76,6 +77,9 @@ TEST_F(Trace, EveryMethodModeAndVoteNearestAndAny) {
         for (const bool any : {false, true}) {
           if (method.packet() ? !method.takes(vote) : vote != Vote::Any) continue;
           if (mode.name != kDefaultNumeric && method.name != kDefaultMethod) continue;
+          const bool whole = method.chooses || &method == kMethods;  // the default and a packet, in every way
+          const bool its_turn = any == ((&method - kMethods) % 2 == 1) && (!method.packet() || vote == Vote::Count);
+          if (!whole && !its_turn) continue;
           SCOPED_TRACE(fmt::format("{} {} {} {}", method.name, mode.name, vote_name(vote), any ? "any" : "nearest"));
           Words args{"trace", "square.glb", "-v", "--rays", "rays.npy", "--out", "hits.npy", "--validate"};
           for (const std::string_view word :

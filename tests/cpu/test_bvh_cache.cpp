@@ -1,6 +1,5 @@
 // Tests of the tree cache: hits, damaged files, concurrent writers, folders that cannot be written.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -15,6 +14,7 @@
 #include "engine/core/error.h"
 #include "tests/cpu/shapes.h"
 #include "tests/cpu/tree_file.h"
+#include "tests/temporary.h"
 
 namespace ballot {
 namespace {
@@ -23,13 +23,6 @@ namespace fs = std::filesystem;
 
 class BvhCache : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / fmt::format("ballot-bvh-cache-{}-{}", test->name(), ::getpid());
-    fs::remove_all(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   Bvh get(const BuildSettings& settings = {}) const { return build_bvh_cached(triangles_, settings, folder_); }
 
   std::vector<fs::path> files() const {
@@ -46,7 +39,8 @@ class BvhCache : public testing::Test {
   }
 
   std::vector<Triangle> triangles_ = shapes::slivers(200);
-  fs::path folder_;
+  const test::TemporaryFolder kept_;
+  const fs::path folder_ = kept_.path() / "trees";
 };
 
 void expect_equal(const Bvh& a, const Bvh& b) {

@@ -5,8 +5,6 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdlib>
-#include <fstream>
 #include <string>
 #include <thread>
 
@@ -17,24 +15,15 @@
 #include "engine/core/memory.h"
 #include "engine/core/npy.h"
 #include "engine/core/progress.h"
+#include "tests/temporary.h"
 
 namespace ballot {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Each test has its own folder.
 class CoreFiles : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / fmt::format("ballot-{}-{}", test->name(), ::getpid());
-    fs::create_directories(folder_);
-  }
-  void TearDown() override {
-    fs::permissions(folder_, fs::perms::owner_all, fs::perm_options::add);
-    fs::remove_all(folder_);
-  }
   static std::string text_of(const fs::path& path) {
     const auto bytes = read_file(path);
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -52,7 +41,8 @@ class CoreFiles : public testing::Test {
     }
     return "no error";
   }
-  fs::path folder_;
+  const test::TemporaryFolder kept_;
+  const fs::path folder_ = kept_.path();
 };
 
 TEST_F(CoreFiles, BytesComeBack) {
@@ -232,11 +222,8 @@ TEST_F(CoreFiles, DevicesAreWrittenToAndStayDevices) {
 }
 
 TEST_F(CoreFiles, MissingTemporaryFolderIsNamed) {
-  const char* before = std::getenv("TMPDIR");
-  const std::string kept = before ? before : "";
-  ::setenv("TMPDIR", "/nowhere", 1);
+  const test::Variable temporary("TMPDIR", "/nowhere");
   const std::string text = error_of([&] { write_file("/dev/null", "x"); });
-  before ? ::setenv("TMPDIR", kept.c_str(), 1) : ::unsetenv("TMPDIR");
   EXPECT_EQ(text, "cannot write /dev/null: there is no folder for temporary files; set TMPDIR to one");
 }
 
@@ -276,15 +263,12 @@ TEST_F(CoreFiles, ConcurrentWritersLeaveOneWholeFile) {
 }
 
 TEST(Core, CacheFolderFollowsTheEnvironment) {
-  const char* old = std::getenv("XDG_CACHE_HOME");
-  const std::string saved = old ? old : "";
-  ::setenv("XDG_CACHE_HOME", "/somewhere", 1);
+  const test::Variable cache("XDG_CACHE_HOME", "/somewhere");
   EXPECT_EQ(cache_folder(), "/somewhere/ballot");
-  ::setenv("XDG_CACHE_HOME", "relative", 1);  // a relative path must be ignored
+  cache.set("relative");  // a relative path must be ignored
   EXPECT_TRUE(cache_folder().is_absolute());
-  ::unsetenv("XDG_CACHE_HOME");
+  cache.set({});
   EXPECT_TRUE(cache_folder().string().ends_with("/.cache/ballot"));
-  if (old) ::setenv("XDG_CACHE_HOME", saved.c_str(), 1);
 }
 
 TEST(Core, ErrorCarriesTextAndExitCode) {

@@ -1,12 +1,12 @@
 // Tests of the cache of encoded tree formats: hits, other trees, damaged files, folders that cannot be written.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 
 #include "engine/core/file.h"
 #include "engine/formats/encoded_cache.h"
 #include "tests/cpu/shapes.h"
+#include "tests/temporary.h"
 
 namespace ballot {
 namespace {
@@ -15,13 +15,6 @@ namespace fs = std::filesystem;
 
 class EncodedCache : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / fmt::format("ballot-encoded-cache-{}-{}", test->name(), ::getpid());
-    fs::remove_all(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   static PairTree pairs_of(std::uint32_t seed) {
     const shapes::Triangles triangles = shapes::soup(2000, 0.1f, seed);
     return encode_pairs(build_bvh(triangles), triangles, NodeLayout::Interleaved);
@@ -32,7 +25,8 @@ class EncodedCache : public testing::Test {
   }
 
   const TreeFormat& wide8_ = format_of(TreeFormatId::Wide8);
-  fs::path folder_;
+  const test::TemporaryFolder kept_;
+  const fs::path folder_ = kept_.path() / "encoded";
 };
 
 TEST_F(EncodedCache, TexelsAreThoseOfTheEncoder) {

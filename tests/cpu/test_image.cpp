@@ -3,7 +3,6 @@
 #include <png.h>
 #include <signal.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -13,6 +12,7 @@
 #include "engine/core/file.h"
 #include "engine/core/image.h"
 #include "tests/cpu/needs.h"
+#include "tests/temporary.h"
 
 namespace ballot {
 namespace {
@@ -21,13 +21,6 @@ namespace fs = std::filesystem;
 
 class Images : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / fmt::format("ballot-image-{}-{}", test->name(), ::getpid());
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   static Image sample(std::uint32_t width, std::uint32_t height) {
     Image image{width, height, {}, {}};
     const std::size_t pixels = std::size_t{width} * height;
@@ -62,7 +55,8 @@ class Images : public testing::Test {
   std::size_t file_count() const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
   }
-  fs::path folder_;
+  const test::TemporaryFolder kept_;
+  const fs::path folder_ = kept_.path();
 };
 
 TEST_F(Images, ExrKeepsValuesTypesAndAttributes) {

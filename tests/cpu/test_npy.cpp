@@ -1,7 +1,6 @@
 // Tests of .npy files: files that NumPy writes are read; files that it cannot have written are refused with a message
 // that names the file.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
@@ -11,6 +10,7 @@
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/npy.h"
+#include "tests/temporary.h"
 
 namespace ballot {
 namespace {
@@ -23,12 +23,6 @@ constexpr const char* kHits =
 
 class Npy : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    path_ = fs::temp_directory_path() / fmt::format("ballot-npy-{}-{}.npy", test->name(), ::getpid());
-  }
-  void TearDown() override { fs::remove(path_); }
-
   // Writes a file with this header and `bytes` bytes after it.
   void make(const std::string& header, std::size_t bytes, char version = 1) {
     std::string text = std::string("\x93NUMPY") + version + '\0';
@@ -51,7 +45,8 @@ class Npy : public testing::Test {
   void expect_error(const std::string& part) const {
     EXPECT_NE(error().find(part), std::string::npos) << error() << "\nexpected: " << part;
   }
-  fs::path path_;
+  const test::TemporaryFolder kept_;
+  const fs::path path_ = kept_.path() / "file.npy";
 };
 
 bool same(const auto& a, const auto& b) {

@@ -9,10 +9,6 @@ namespace ballot {
 
 class Builders : public DeviceTest {
  protected:
-  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
-  static void TearDownTestSuite() { gpu_.reset(); }
-  static inline std::unique_ptr<Context> gpu_;
-
   static Bvh build(std::span<const Triangle> triangles, BuildSettings settings, const Builder& builder) {
     settings.builder = builder.id;
     return builder.on_device ? build_bvh_on_device(*gpu_, triangles, settings) : build_bvh(triangles, settings);

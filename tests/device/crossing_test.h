@@ -105,9 +105,6 @@ class CrossingTest : public DeviceTest {
     for (const Hit& h : hits) prims.push_back(h.prim);
     return prims;
   }
-
- protected:
-  Context gpu_{options()};
 };
 
 }  // namespace ballot

@@ -1,5 +1,4 @@
-// The fixture of the device tests: the default device of the driver that main.cpp has chosen, with validation layers
-// that must report nothing.
+// The fixture of the device tests: the default device, with validation layers that must report nothing.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -8,9 +7,17 @@
 
 namespace ballot {
 
-/// A fixture for tests that trace triangles and hold the hits to the oracle. A test ends with expect_silent().
+/// A fixture for tests that trace triangles and hold the hits to the oracle. The tests of a suite share a device, so
+/// that it compiles each kernel once.
 class DeviceTest : public testing::Test {
  protected:
+  static void SetUpTestSuite() { gpu_ = std::make_shared<Context>(options()); }
+  static void TearDownTestSuite() { gpu_.reset(); }
+  void TearDown() override {
+    if (gpu_) expect_silent(*gpu_);
+  }
+  static inline std::shared_ptr<Context> gpu_;
+
   /// Options for the default device, with validation.
   static ContextOptions options() { return {.device = "", .validate = true}; }
 
@@ -21,14 +28,22 @@ class DeviceTest : public testing::Test {
     std::unique_ptr<Tracer> tracer;
     std::unique_ptr<Oracle> oracle;
   };
+  /// What kernels are compiled for: for any tree of up to 31 levels, so that they serve most scenes of a test, or for
+  /// this tree alone.
+  enum class Facts { OfMostTrees, OfThisTree };
+  static TreeFacts facts_for(const Bvh& bvh, Facts facts) {
+    TreeFacts own = facts_of(bvh);
+    if (facts == Facts::OfMostTrees) own.depth = std::max(own.depth, 31u), own.largest_leaf = MAX_LEAF_TRIANGLES;
+    return own;
+  }
   /// Builds the tree, expects that check_bvh() finds no fault in it, and uploads it.
-  static std::unique_ptr<Traced> make(Context& gpu, std::vector<Triangle> triangles,
-                                      const BuildSettings& settings = {}) {
+  static std::unique_ptr<Traced> make(Context& gpu, std::vector<Triangle> triangles, const BuildSettings& settings = {},
+                                      Facts facts = Facts::OfMostTrees) {
     auto t = std::make_unique<Traced>();
     t->triangles = std::move(triangles);
     t->bvh = build_bvh(t->triangles, settings);
     EXPECT_EQ(check_bvh(t->bvh, t->triangles, settings), std::vector<std::string>{});
-    t->tracer = std::make_unique<Tracer>(gpu, t->bvh, t->triangles, facts_of(t->bvh));
+    t->tracer = std::make_unique<Tracer>(gpu, t->bvh, t->triangles, facts_for(t->bvh, facts));
     t->tracer->prefill = harness::kPattern;
     t->oracle = std::make_unique<Oracle>(t->tracer->pair_tree(NodeLayout::Interleaved));
     return t;

@@ -8,6 +8,7 @@
 
 #include "engine/ballot.h"
 #include "engine/oracle/oracle.h"
+#include "engine/trace/covering.h"
 
 namespace ballot::harness {
 
@@ -35,75 +36,19 @@ inline std::vector<Query> every_method(Want want, std::string_view numeric) {
   return queries;
 }
 
-/// Returns the modes in which a device tests every method. A GPU tests all. lavapipe takes long to compile kernels, so
-/// there the older driver tests `plain` and the newer one `fast`. At subgroup sizes other than the default lavapipe
-/// tests the default mode alone, as arithmetic does not depend on the size.
+/// Returns the modes in which a device tests every method: all, but the default alone on lavapipe at subgroup sizes
+/// other than its own, as arithmetic does not depend on the size and kernels take long to compile.
 inline std::vector<NumericMode> modes_for(const DeviceInfo& d) {
   std::vector<NumericMode> modes(std::begin(kNumericModes), std::end(kNumericModes));
   if (d.is_cpu() && d.subgroup_size != 8)
     std::erase_if(modes, [](const NumericMode& m) { return m.name != kDefaultNumeric; });
-  const std::string_view elsewhere = d.mesa_version() < 250000 ? "fast" : "plain";
-  if (d.is_cpu()) std::erase_if(modes, [&](const NumericMode& m) { return m.name == elsewhere; });
   return modes;
 }
 
-/// Returns true if this device tests the i-th of many similar cases. A GPU tests all. lavapipe compiles kernels for
-/// longer than they run, so there the cases are dealt out. Each is tested by one of the two drivers at the default
-/// subgroup size, and by one driver at one of the other two sizes.
+/// Returns true if this device tests the i-th of many similar cases. On lavapipe each is tested at the default subgroup
+/// size, and at one of the other two.
 inline bool is_dealt(const DeviceInfo& d, std::size_t i) {
-  if (!d.is_cpu()) return true;
-  const std::size_t driver = d.mesa_version() < 250000 ? 0 : 1;
-  if (d.subgroup_size == 8) return i % 2 == driver;
-  return i % 4 == driver * 2 + (d.subgroup_size < 8 ? 0 : 1);
-}
-
-/// Returns true if this device tests the i-th of the cases that every subgroup size concerns. A GPU tests all. At each
-/// subgroup size each case is tested by one of lavapipe's two drivers: even cases by the older at 4 and 8 lanes and by
-/// the newer at 16, odd cases the other way round.
-inline bool is_dealt_at_every_size(const DeviceInfo& d, std::size_t i) {
-  if (!d.is_cpu()) return true;
-  const std::size_t driver = d.mesa_version() < 250000 ? 0 : 1;
-  return (i + (d.subgroup_size > 8 ? 1 : 0)) % 2 == driver;
-}
-
-/// As is_dealt_at_every_size(), but at the default subgroup size both drivers test all cases.
-inline bool is_dealt_at_other_sizes(const DeviceInfo& d, std::size_t i) {
-  return d.subgroup_size == 8 || is_dealt_at_every_size(d, i);
-}
-
-/// Returns sets of knobs that change each part of the kernel configuration from its default, for the parts that methods
-/// share.
-inline std::vector<Knobs> shared_configs(const DeviceInfo& d) {
-  std::vector<Knobs> all{{{"layout", "paper"}},
-                         {{"fetch", "storage"}},
-                         {{"fetch", "texel"}},
-                         {{"stack", "private"}},
-                         {{"stack", "shared"}, {"workgroup", std::to_string(std::max(32u, d.subgroup_size))}},
-                         {{"push", "branch"}},
-                         {{"push", "always"}},
-                         {{"packet_stack", "shared"}},
-                         {{"cooperative", "0"}},
-                         {{"layout", "centred"}},
-                         {{"layout", "compact"}},
-                         {{"minmax", "builtin"}},
-                         {{"minmax", "select"}},
-                         {{"minmax", "integer"}},
-                         {{"leaf_box", "1"}},
-                         {{"padding", "ray"}},
-                         {{"leaf_run", "0"}},
-                         {{"leaf_run", "1"}},
-                         {{"layout", "interleaved"}},
-                         {{"layout", "centred"}, {"minmax", "integer"}, {"leaf_box", "1"}},
-                         {{"launch", "plain"}},
-                         {{"launch", "persistent"}},
-                         {{"launch", "persistent"}, {"batches", "1"}},
-                         {{"launch", "persistent"}, {"batches", "7"}, {"lanes", "256"}}};
-  if (d.shuffle) {
-    all.push_back({{"cooperative", "1"}});
-    all.push_back({{"packet_stack", "lanes"}});
-  }
-  if (d.buffer_address) all.push_back({{"fetch", "reference"}});
-  return all;
+  return !d.is_cpu() || d.subgroup_size == 8 || i % 2 == (d.subgroup_size < 8 ? 0 : 1);
 }
 
 /// The knobs with which packet-wide keeps all rays in their packets, however far the rays spread.
@@ -114,19 +59,21 @@ inline std::vector<Knobs> together_too(const Method& m) {
   return m.ray_packets ? std::vector<Knobs>{Knobs{}, kNoFallback} : std::vector<Knobs>{Knobs{}};
 }
 
-/// Returns sets of knobs that change each part of a method's kernel configuration from its default.
-inline std::vector<Knobs> every_config(const Method& m, const DeviceInfo& d) {
-  std::vector<Knobs> all = shared_configs(d);
-  std::erase_if(all, [&](const Knobs& knobs) {  // parts that the method does not have
-    return std::ranges::any_of(knobs, [&](const auto& knob) { return !concerns(m, knob.first, knob.second); });
-  });
-  if (m.ray_packets)
-    for (const char* rays : {"1", "2", "4"}) all.push_back({{"rays", rays}, {"fallback", rays[0] == '2' ? "1" : "0"}});
-  if (m.tree == TreeFormatId::Bvh8) all.insert(all.end(), {{{"unpack", "half"}}, {{"unpack", "integer"}}});
-  if (m.refills() && !kernel_config_for(m, find_numeric(kDefaultNumeric), d, {}).loops_cut)
-    for (const char* claim : {"1", "3", "100"}) all.push_back({{"launch", "persistent"}, {"claim", claim}});
-  if (format_of(m.tree).padded) all.push_back({{"padding", "tree"}});
-  if (m.tree == TreeFormatId::Frontier && d.arithmetic) all.push_back({{"reduce", "integer"}});
+/// Returns queries of these methods in which any two settings meet that the device has (engine/trace/covering.h).
+/// fma() is left out where it may round twice, and modes whose kernels take lavapipe long to compile on that.
+inline std::vector<CoveringKernel> any_two_settings(std::span<const Method> methods, const DeviceInfo& d) {
+  static const std::vector<NumericMode> modes = [&] {
+    std::vector<NumericMode> some(std::begin(kNumericModes), std::end(kNumericModes));
+    std::erase_if(some, [&](const NumericMode& m) { return d.is_cpu() && m.needs_float64; });
+    return some;
+  }();
+  std::vector<CoveringKernel> all =
+      covering_kernels({.methods = methods, .modes = modes, .devices = {&d, 1}, .only_queries = true});
+  for (CoveringKernel& k : all) {
+    const auto products = k.query.knobs.find("products");
+    const bool rounds_once = kernel_config_for(*k.variant.method, *k.variant.numeric, d).products == Products::Fma;
+    if (products != k.query.knobs.end() && products->second == "fma" && !rounds_once) k.query.knobs.erase(products);
+  }
   return all;
 }
 
@@ -140,17 +87,6 @@ inline std::vector<Knobs> every_threshold(const Method& m) {
   if (m.lists)
     for (const char* list : {"1", "2", "64"})
       all.push_back({{"list", list}, {std::string(t.knob), "1"}, {"stack", "private"}});
-  return all;
-}
-
-/// Returns workgroup sizes that the device takes, at every subgroup size that it offers.
-inline std::vector<Knobs> every_size(const DeviceInfo& d) {
-  std::vector<Knobs> all;
-  for (std::uint32_t s = d.min_subgroup_size; s <= d.max_subgroup_size; s *= 2)
-    for (const std::uint32_t w : {s, 64u, 1024u}) {
-      if (w % s || w > d.max_group_invocations || w > s * d.max_group_subgroups || w > d.max_group_size_x) continue;
-      all.push_back({{"subgroup", std::to_string(s)}, {"workgroup", std::to_string(w)}, {"stack", "private"}});
-    }
   return all;
 }
 

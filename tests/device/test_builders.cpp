@@ -30,7 +30,6 @@ TEST_F(Builders, TreesAreSound) {
     EXPECT_EQ(bvh.bounds.hi, best.bounds.hi);
     EXPECT_LE(bvh.stats.sah, 2.5 * best.stats.sah + 1);
   }
-  expect_silent(*gpu_);
 }
 
 // Area is decided without rounding, on the device as on the host: by what integers say.
@@ -43,7 +42,6 @@ TEST_F(Builders, NeedlesOfAnyWidthAreInTheTree) {
   EXPECT_EQ(flat, 50);
   EXPECT_EQ(sound(triangles, {}, device()).stats.degenerate, flat);
   EXPECT_EQ(build_bvh(triangles).stats.degenerate, flat);
-  expect_silent(*gpu_);
 }
 
 TEST_F(Builders, SettingsHold) {
@@ -67,7 +65,6 @@ TEST_F(Builders, CountsAroundTheSizesOfSubgroupsAndRanges) {
     sound(shapes::soup(count, 0.5f, std::uint32_t(count)), {}, device());
   for (const std::size_t count : {63u, 64u, 65u, 129u, 511u, 513u, 1023u, 1024u, 1025u, 2049u})
     sound(shapes::soup(count, 0.1f), {}, device());
-  expect_silent(*gpu_);
 }
 
 TEST_F(Builders, ManyTriangles) {
@@ -76,7 +73,6 @@ TEST_F(Builders, ManyTriangles) {
   const Triangles triangles = shapes::soup(d.is_cpu() && d.subgroup_size != 8 ? 20'000 : 100'000, 0.01f);
   const Bvh bvh = sound(triangles, {}, device());
   EXPECT_LE(bvh.stats.sah, 1.35 * build_bvh(triangles, {.builder = BuilderId::Balanced}).stats.sah);
-  expect_silent(*gpu_);
 }
 
 TEST_F(Builders, TreesAreTheSameInEveryRun) {
@@ -101,7 +97,6 @@ TEST_F(Builders, MemoryIsUsedAgain) {
     EXPECT_EQ(built.depth, stats.depth);
     EXPECT_EQ(built.leaf_texels, stats.leaves * LEAF_HEADER_TEXELS + stats.references * TRIANGLE_TEXELS);
   }
-  expect_silent(*gpu_);
 }
 
 // Codes of more bits order triangles finer, and give a tree of about the same cost.
@@ -117,7 +112,6 @@ TEST_F(Builders, CodesOfTwoWords) {
   EXPECT_EQ(DeviceBuilder::code_bits(10'000), 24u);
   EXPECT_EQ(DeviceBuilder::code_bits(4'000'000), 32u);
   EXPECT_EQ(DeviceBuilder::code_bits(10'000'000), 40u);
-  expect_silent(*gpu_);
 }
 
 TEST_F(Builders, HitsDoNotDependOnTheBuilder) {
@@ -148,7 +142,6 @@ TEST_F(Builders, HitsDoNotDependOnTheBuilder) {
       }
     }
   }
-  expect_silent(*gpu_);
 }
 
 /// A tree as the device writes it.
@@ -211,7 +204,6 @@ TEST_F(Builders, BoxesAreWrittenAsOnTheHost) {
         EXPECT_EQ(wrong, 0u) << shape.name << ", layout " << int(layout) << ", padding " << int(padding);
       }
   }
-  expect_silent(*gpu_);
 }
 
 /// Adds the leaves below a child reference, and the boxes of all children by their references.
@@ -282,7 +274,6 @@ TEST_F(Builders, FrontiersHoldEveryLeafOnce) {
         EXPECT_EQ(refs, first);
       }
     }
-  expect_silent(*gpu_);
 }
 
 // Kernels read the arrays that the device wrote, without a tree on the host.
@@ -305,7 +296,6 @@ TEST_F(Builders, TreesOfTheDeviceAreTracedWhereTheyLie) {
     there.trace(rays, hits, query);
     EXPECT_EQ(count_different(expected, hits), 0u) << there.variant(query).name();
   }
-  expect_silent(*gpu_);
 }
 
 /// Returns the text of the error that `work` throws; "" if it throws none.
@@ -376,7 +366,6 @@ TEST_F(Builders, SortAgreesWithTheStandardLibrary) {
         for (std::uint32_t w = 0; w < words; ++w)
           ASSERT_EQ(out[i * words + w], std::uint32_t(keys[expected[i]] >> 32 * w)) << bits << " bits, key " << i;
     }
-  expect_silent(*gpu_);
 }
 
 }  // namespace

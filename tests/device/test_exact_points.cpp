@@ -12,10 +12,7 @@ namespace {
 
 constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
-class ExactPoints : public DeviceTest {
- protected:
-  Context gpu_{options()};
-};
+class ExactPoints : public DeviceTest {};
 
 /// Points in and about triangles, on them, at their corners and edges, and far away.
 std::vector<ProbePoint> points_at(const shapes::Triangles& triangles, std::size_t count) {
@@ -52,12 +49,10 @@ TEST_F(ExactPoints, DecidedAsByExactArithmetic) {
       {"slivers", shapes::slivers(100)},
       {"tiny", shapes::scaled(ball, 1e-30f)},
   };
-  std::size_t number = 0;
   for (const auto& [name, triangles] : cases) {
-    if (!harness::is_dealt(gpu_.info(), number++)) continue;
     SCOPED_TRACE(name);
-    const auto t = make(gpu_, triangles, {.split_budget = 2});
-    PointQueries queries(gpu_, t->tracer->tree());
+    const auto t = make(*gpu_, triangles, {.split_budget = 2});
+    PointQueries queries(*gpu_, t->tracer->tree());
     const std::vector<ProbePoint> points = points_at(triangles, 150);
     std::vector<Nearest> near(points.size());
     std::vector<std::uint32_t> inside(points.size(), 7);
@@ -76,13 +71,12 @@ TEST_F(ExactPoints, DecidedAsByExactArithmetic) {
     std::vector<Nearest> some(50);
     queries.nearest(limited, some, {.exact = true});
     for (std::size_t i = 0; i < 50; i += 2) EXPECT_EQ(some[i].prim, near[i].prim);
-    expect_silent(gpu_);
   }
 }
 
 TEST_F(ExactPoints, DeadPointsAndEqualTriangles) {
-  const auto t = make(gpu_, shapes::identical(20000), {.builder = BuilderId::Balanced});
-  PointQueries queries(gpu_, t->tracer->tree());
+  const auto t = make(*gpu_, shapes::identical(20000), {.builder = BuilderId::Balanced});
+  PointQueries queries(*gpu_, t->tracer->tree());
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const std::vector<ProbePoint> points{{{0.25f, 0.25f, 2}, kNoLimit}, {{nan, 0, 0}, kNoLimit}, {{9, 9, 9}, 1}};
   std::vector<Nearest> near(3);
@@ -93,7 +87,6 @@ TEST_F(ExactPoints, DeadPointsAndEqualTriangles) {
   EXPECT_EQ(near[0].distance, 2);
   for (const std::size_t i : {1u, 2u}) EXPECT_TRUE(near[i].prim == NO_HIT && near[i].distance == kNoLimit);
   EXPECT_EQ(inside, (std::vector<std::uint32_t>{0, 0, 0}));
-  expect_silent(gpu_);
 }
 
 /// Random triangles with coordinates of 1e-44 to 1e12, half of them needles along lines through zero.
@@ -134,17 +127,17 @@ std::vector<Ray> rays_at(const shapes::Triangles& triangles, std::size_t count, 
 // Nearest hits, any hits, numbers of crossings, closest points and the inside test are those of integers over all
 // triangles, which know no tree and no rounding.
 TEST_F(ExactPoints, EveryAnswerInSoupsOfEverySize) {
-  if (!gpu_.info().float64) GTEST_SKIP() << "the device lacks float64";
+  if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
   std::size_t hits_seen = 0;
   for (const std::uint32_t seed : {1u, 2u, 3u, 4u}) {
     SCOPED_TRACE(seed);
     const shapes::Triangles triangles = soup_of_every_size(50, seed);
-    const auto t = make(gpu_, triangles, {.builder = seed % 2 ? BuilderId::Best : BuilderId::Balanced});
+    const auto t = make(*gpu_, triangles, {.builder = seed % 2 ? BuilderId::Best : BuilderId::Balanced});
     const std::vector<Ray> rays = rays_at(triangles, 600, 10 + seed);
     std::vector<Hit> nearest(rays.size()), any(rays.size());
     t->tracer->trace(rays, nearest, {.method = "while-while", .numeric = "exact"});
     t->tracer->trace(rays, any, {.want = Want::Any, .method = "while-while", .numeric = "exact"});
-    RayQueries crossings(gpu_, t->tracer->tree());
+    RayQueries crossings(*gpu_, t->tracer->tree());
     const std::vector<std::uint32_t> counts = CrossingTest::counts(crossings, rays, {.exact = true});
     for (std::size_t i = 0; i < rays.size(); ++i) {
       std::optional<ExactSight> best;
@@ -160,7 +153,7 @@ TEST_F(ExactPoints, EveryAnswerInSoupsOfEverySize) {
       ASSERT_EQ(counts[i], crossed) << i;
       hits_seen += prim != NO_HIT && prim % 2 == 1;  // needles
     }
-    PointQueries queries(gpu_, t->tracer->tree());
+    PointQueries queries(*gpu_, t->tracer->tree());
     std::vector<ProbePoint> points;
     for (std::size_t i = 0; i < 300; ++i)
       points.push_back({i % 2 ? rays[i].origin : triangles[i % 50][i % 3], kNoLimit});
@@ -175,7 +168,6 @@ TEST_F(ExactPoints, EveryAnswerInSoupsOfEverySize) {
     }
   }
   EXPECT_GT(hits_seen, 300u);
-  expect_silent(gpu_);
 }
 
 }  // namespace

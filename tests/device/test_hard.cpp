@@ -21,10 +21,6 @@ constexpr std::size_t kShown = 1000;  // wrong answers that are described; the f
 
 class HardCases : public DeviceTest, public testing::WithParamInterface<HardCase> {
  protected:
-  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
-  static void TearDownTestSuite() { gpu_.reset(); }
-  static inline std::unique_ptr<Context> gpu_;
-
   /// Returns queries for methods of each family. There are fewer for modes that are not conservative, as these do not
   /// promise equal answers of all methods, and for modes whose kernels take long to compile.
   static std::vector<Query> queries(Want want, const NumericMode& mode, const Bounds& scene) {
@@ -146,7 +142,6 @@ TEST_P(HardCases, Hold) {
       }
     }
   }
-  expect_silent(*gpu_);
 }
 
 // Numbers of crossings, lists and first crossings: those of exact arithmetic in mode exact, else within their bounds.
@@ -168,7 +163,6 @@ TEST_P(HardCases, CrossingsHold) {
         EXPECT_TRUE(!exact || e.wrong == 0) << GetParam().name << ", " << set.name << ": " << e.wrong << " wrong";
       }
     }
-  expect_silent(*gpu_);
 }
 
 // A case has a description, is generated identically each time, and has no dead ray where it claims a closed mesh.
@@ -263,7 +257,6 @@ TEST_F(HardCases, AChainOf256Levels) {
         error_figures(exact, bound, rays, hits, truth, Want::Nearest, find_numeric(query.numeric).arithmetic, kShown);
     EXPECT_EQ(f.beyond_bound + f.wrong_values, 0u) << tracer.variant(query).name() << first_beyond(f);
   }
-  expect_silent(*gpu_);
 }
 
 TEST(HardRefusals, AreErrorsThatName) {

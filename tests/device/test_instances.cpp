@@ -16,10 +16,6 @@ using namespace forests;
 
 class Instances : public DeviceTest {
  protected:
-  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
-  static void TearDownTestSuite() { gpu_.reset(); }
-  static inline std::unique_ptr<Context> gpu_;
-
   static std::unique_ptr<Tracer> tracer_of(Forest& forest) {
     auto tracer = std::make_unique<Tracer>(*gpu_, forest);
     tracer->prefill = kPattern;
@@ -58,21 +54,21 @@ class Instances : public DeviceTest {
   }
 };
 
+class InstanceMethods : public Instances {};
+
 // In the conservative modes nearest hits are those of the definition, bit for bit. In every mode, and for any hits in
 // the default one, they are right by the oracle. lavapipe compiles one kernel of mode exact alone: each takes it
 // seconds.
-TEST_F(Instances, EveryMethodFindsWhatTheDefinitionSays) {
+TEST_F(InstanceMethods, FindWhatTheDefinitionSays) {
   Forest forest = make_forest(three_meshes(), twelve_instances());
   const ForestOracle oracle(forest);
   const auto tracer = tracer_of(forest);
   const std::vector<Ray> rays = rays_for(forest, 700);
-  std::size_t dealt = 0;
   for (const NumericMode& mode : modes_for(gpu_->info())) {
     std::vector<Hit> truth;
     for (const Want want : {Want::Nearest, Want::Any})
       for (const Query& q : every_instance_method(want, mode.name)) {
         if (want == Want::Any && mode.name != kDefaultNumeric) continue;
-        if (!is_dealt(gpu_->info(), dealt++)) continue;
         if (mode.needs_float64 && gpu_->info().is_cpu() && q.method != kPlainestMethod) continue;
         const std::vector<Hit> hits = trace(*tracer, rays, q);
         const Judgement j = oracle.judge(rays, hits, want, judged_as(mode));
@@ -83,7 +79,6 @@ TEST_F(Instances, EveryMethodFindsWhatTheDefinitionSays) {
         EXPECT_EQ(count_different(truth, hits), 0u) << tracer->variant(q).name();
       }
   }
-  expect_silent(*gpu_);
 }
 
 TEST_F(Instances, IdentityTransformsHitAsTheFlatScene) {
@@ -100,7 +95,6 @@ TEST_F(Instances, IdentityTransformsHitAsTheFlatScene) {
     one->tracer->trace(rays, expected, {.method = method});
     EXPECT_EQ(count_different(expected, trace(*tracer, rays, {.method = method})), 0u) << method;
   }
-  expect_silent(*gpu_);
 }
 
 TEST_F(Instances, SceneWithoutAnyIsMissed) {
@@ -114,7 +108,6 @@ TEST_F(Instances, SceneWithoutAnyIsMissed) {
   }
   Forest none = make_forest({}, {});
   EXPECT_EQ(std::ranges::count(trace(*tracer_of(none), rays, {}), NO_HIT, &Hit::prim), 100);
-  expect_silent(*gpu_);
 }
 
 TEST_F(Instances, MovedInstancesHitLikeNewOnes) {
@@ -141,7 +134,6 @@ TEST_F(Instances, MovedInstancesHitLikeNewOnes) {
   transforms[5].m[1][1] = NAN;
   EXPECT_THROW(tracer->move_instances(transforms), Error);
   EXPECT_EQ(count_different(after, trace(*tracer, rays, {})), 0u);
-  expect_silent(*gpu_);
 }
 
 // Transforms near the limits, and rays from far away that graze what sticks out: no box may lose a hit.
@@ -179,7 +171,6 @@ TEST_F(Instances, BoxesLoseNoHitUnderExtremeTransforms) {
           << method << ", " << numeric;
     }
   }
-  expect_silent(*gpu_);
 }
 
 // Rays that need many exact decisions give up and are listed; rays after them, which may meet no instance, do not.
@@ -202,7 +193,6 @@ TEST_F(Instances, RaysThatGiveUpAreTracedAgain) {
     const Query q{.method = method, .numeric = "exact", .knobs = {{"doubtful", "limited"}}};
     EXPECT_EQ(count_different(truth, trace(*tracer, rays, q)), 0u) << tracer->variant(q).name();
   }
-  expect_silent(*gpu_);
 }
 
 // As in Methods.WalksThatADriverCutsShortAreFinished.
@@ -216,7 +206,6 @@ TEST_F(Instances, WalksThatADriverCutsShortAreFinished) {
   for (const char* method : {"while-while", "packet"})
     EXPECT_EQ(count_different(defined(forest, rays, "watertight"), trace(*tracer, rays, {.method = method})), 0u)
         << method;
-  expect_silent(*gpu_);
 }
 
 TEST_F(Instances, MethodWithoutKernelsIsRefused) {

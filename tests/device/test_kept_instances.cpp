@@ -73,10 +73,6 @@ Scene loaded(const GltfBuilder& b, InstancePolicy policy) {
 
 class KeptInstances : public DeviceTest {
  protected:
-  static void SetUpTestSuite() { gpu_ = std::make_shared<Context>(options()); }
-  static void TearDownTestSuite() { gpu_.reset(); }
-  static inline std::shared_ptr<Context> gpu_;
-
   static std::unique_ptr<Engine> engine_of(Scene scene) {
     EngineOptions options;
     options.context = gpu_;
@@ -131,7 +127,6 @@ TEST_F(KeptInstances, PicturesAreThoseOfCopies) {
     expect_alike(picture(*e.kept, shading), picture(*e.copied, shading), shading, share);
   const RenderOptions o{.width = kPictureSide, .height = kPictureSide};
   EXPECT_NE(e.kept->made_of(e.kept->scene().views[0], o), e.copied->made_of(e.copied->scene().views[0], o));
-  expect_silent(*gpu_);
 }
 
 // A mirrored ball of glass is one of glass, not a bubble of air in it: what is behind it looks as through its like.
@@ -174,14 +169,12 @@ TEST_F(KeptInstances, ClipsThatMirrorThem) {
     for (const char* shading : {"normals", "whitted"})
       expect_alike(picture(*e.kept, shading), picture(*e.copied, shading), std::to_string(seconds), 0.03);
   }
-  expect_silent(*gpu_);
 }
 
 TEST_F(KeptInstances, TransparentOnesToo) {
   const Both e = both(balls(true));
   // Whether a half transparent surface stops a ray hangs on the bits of the ray, which are the same at the camera.
   expect_alike(picture(*e.kept, "eyelight"), picture(*e.copied, "eyelight"), "alpha", 0.01);
-  expect_silent(*gpu_);
 }
 
 TEST_F(KeptInstances, RaysOfEveryKindHoldToTheOracles) {
@@ -201,7 +194,6 @@ TEST_F(KeptInstances, RaysOfEveryKindHoldToTheOracles) {
     const HitCheck check = engine->checker().check(*batch, engine->checker().truth(*batch), {.method = "while-while"});
     EXPECT_EQ(check.judgement.errors() + check.unwritten, 0u) << kind.name;
   }
-  expect_silent(*gpu_);
 }
 
 TEST_F(KeptInstances, EveryOffsetLeavesItsTriangle) {
@@ -226,7 +218,6 @@ TEST_F(KeptInstances, EveryOffsetLeavesItsTriangle) {
       EXPECT_EQ(engine->checker().verify(*batch, truth, {.method = "while-while"}).self_hits, 0u)
           << policy << " " << kind;
     }
-  expect_silent(*gpu_);
 }
 
 TEST_F(KeptInstances, ClosedMeshesDoNotLeak) {
@@ -259,7 +250,6 @@ TEST_F(KeptInstances, AnimationsMoveThem) {
   }
   EXPECT_NE(e.kept->tracer().tree().generation(), generation);
   EXPECT_FALSE(e.kept->last_update().refitted);
-  expect_silent(*gpu_);
 }
 
 // A node that is scaled to nothing has no inverse. The scene stays as it was.
@@ -285,7 +275,6 @@ TEST_F(KeptInstances, DeformedMeshesBesideThem) {
     e.copied->set_time(0, seconds);
     expect_alike(picture(*e.kept, "eyelight"), picture(*e.copied, "eyelight"), std::to_string(seconds), 0.01);
   }
-  expect_silent(*gpu_);
 }
 
 TEST_F(KeptInstances, WhatTakesNoInstancesSaysSo) {

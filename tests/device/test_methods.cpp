@@ -15,17 +15,18 @@ using namespace harness;
 struct SceneCase {
   const char* name;
   shapes::Triangles (*make)();
+  bool own_kernels = false;  // kernels are compiled for its tree alone
 };
 
 const SceneCase kScenes[] = {
     {"none", [] { return shapes::Triangles{}; }},
-    {"one", [] { return shapes::soup(1, 1); }},
+    {"one", [] { return shapes::soup(1, 1); }, true},
     {"six", [] { return shapes::soup(6, 1); }},
     {"seven", [] { return shapes::soup(7, 1); }},
     {"identical", [] { return shapes::identical(100); }},
     {"coplanar", [] { return shapes::coplanar(200); }},
     {"soup", [] { return shapes::soup(3000, 0.1f); }},
-    {"sphere", [] { return shapes::sphere(5); }},
+    {"sphere", [] { return shapes::sphere(5); }, true},
     {"slivers", [] { return shapes::slivers(150); }},
     {"hugeAndTiny", [] { return shapes::huge_and_tiny(400); }},
     {"sameCentroid", [] { return shapes::same_centroid(120); }},
@@ -33,36 +34,45 @@ const SceneCase kScenes[] = {
 
 class Methods : public DeviceTest, public testing::WithParamInterface<SceneCase> {
  protected:
-  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
-  static void TearDownTestSuite() { gpu_.reset(); }
-  static inline std::unique_ptr<Context> gpu_;
-
   static std::vector<Hit> trace(Traced& t, std::span<const Ray> rays, const Query& q) {
     std::vector<Hit> hits(rays.size());
     t.tracer->trace(rays, hits, q);
     EXPECT_EQ(count_untouched(hits), 0u) << t.tracer->variant(q).name();
     return hits;
   }
+  /// The same with the kernel that counts.
+  static std::vector<Hit> counted(Traced& t, std::span<const Ray> rays, const Query& q) {
+    Buffer<Ray> given(*gpu_, rays.size(), Access::Storage, "rays");
+    Buffer<Hit> hits(*gpu_, rays.size(), Access::Storage, "hits");
+    Buffer<RayStats> stats(*gpu_, rays.size(), Access::Storage, "counters");
+    given.upload(rays);
+    t.tracer->trace_counted(given, hits, std::uint32_t(rays.size()), q, stats);
+    std::vector<Hit> all(rays.size());
+    hits.download(std::span(all));
+    return all;
+  }
 };
 
-// Scene `soup` tests every query on both of lavapipe's drivers, the other scenes on one of them at each subgroup size.
+// In the mode whose kernels take long to compile, scene `soup` tests them all. Suite ExactMode holds some to the exact
+// oracle. Scenes with kernels of their own test the default mode. Sets of few rays are traced by themselves, the others
+// together.
 TEST_P(Methods, FindsWhatTheOracleFinds) {
-  const auto t = make(*gpu_, GetParam().make());
-  const bool every = GetParam().name == std::string_view("soup");
-  const auto dealt = [&](std::size_t query) {
-    return every ? is_dealt_at_other_sizes(gpu_->info(), query) : is_dealt_at_every_size(gpu_->info(), query);
-  };
-  for (const shapes::RaySet& set : shapes::ray_sets(t->triangles, t->bvh)) {
+  const auto t = make(*gpu_, GetParam().make(), {}, GetParam().own_kernels ? Facts::OfThisTree : Facts::OfMostTrees);
+  const bool soup = GetParam().name == std::string_view("soup");
+  std::vector<shapes::RaySet> batches{{"all sets", {}}};
+  for (shapes::RaySet& set : shapes::ray_sets(t->triangles, t->bvh))
+    if (set.rays.size() < 8)
+      batches.push_back(std::move(set));
+    else
+      batches[0].rays.insert(batches[0].rays.end(), set.rays.begin(), set.rays.end());
+  for (const shapes::RaySet& set : batches) {
     const auto truth = t->oracle->nearest(set.rays);
     for (const NumericMode& mode : modes_for(gpu_->info())) {
+      if (GetParam().own_kernels && mode.name != kDefaultNumeric) continue;
       std::vector<Hit> first;
-      std::size_t query = 0;
       for (const Want want : {Want::Nearest, Want::Any})
         for (const Query& q : every_method(want, mode.name)) {
-          if (!dealt(query++)) continue;
-          // These kernels take long to compile, so one scene tests them all. Suite ExactMode holds some to the exact
-          // oracle.
-          if (mode.needs_float64 && q.method != kDefaultMethod && !every) continue;
+          if (mode.needs_float64 && q.method != kDefaultMethod && !soup) continue;
           const auto hits = trace(*t, set.rays, q);
           const Judgement j = t->oracle->judge(set.rays, hits, truth, want, judged_as(mode));
           EXPECT_EQ(j.errors(), 0u) << set.name << ", " << t->tracer->variant(q).name() << "\n  "
@@ -73,87 +83,73 @@ TEST_P(Methods, FindsWhatTheOracleFinds) {
         }
     }
   }
-  expect_silent(*gpu_);
 }
 
-TEST_P(Methods, AnswersDoNotDependOnConfigSizeOrOrder) {
-  const auto t = make(*gpu_, GetParam().make());
+// Every knob's values meet those of every other, every method, mode and vote, sizes of workgroups and subgroups, nearest
+// and any hit, and counters: each pair in some kernel, which is held to the oracle on several scenes.
+TEST_F(Methods, AnyTwoSettingsTogetherAreRight) {
+  struct Held {
+    std::unique_ptr<Traced> scene;
+    std::vector<Ray> rays;
+    std::vector<OracleHit> truth;
+    std::map<std::string, std::pair<std::string, std::vector<Hit>>> first;  // by mode and products, which round
+  };
+  std::vector<Held> all;
+  for (const char* name : {"soup", "hugeAndTiny"}) {
+    Held held;
+    held.scene = make(*gpu_, std::ranges::find(kScenes, name, &SceneCase::name)->make());
+    for (const shapes::RaySet& set : shapes::ray_sets(held.scene->triangles, held.scene->bvh))
+      for (std::size_t i = 0; i < set.rays.size(); i += 5) held.rays.push_back(set.rays[i]);
+    held.truth = held.scene->oracle->nearest(held.rays);
+    all.push_back(std::move(held));
+  }
+  std::size_t dealt = 0;
+  for (const CoveringKernel& k : any_two_settings(kMethods, gpu_->info())) {
+    if (!is_dealt(gpu_->info(), dealt++)) continue;
+    const NumericMode& mode = *k.variant.numeric;
+    for (Held& held : all) {
+      const std::string name = held.scene->tracer->variant(k.query).name();
+      const auto hits =
+          k.variant.counters ? counted(*held.scene, held.rays, k.query) : trace(*held.scene, held.rays, k.query);
+      const Judgement j = held.scene->oracle->judge(held.rays, hits, held.truth, k.query.want, judged_as(mode));
+      EXPECT_EQ(j.errors(), 0u) << name << "\n  " << (j.examples.empty() ? "" : j.examples[0]);
+      if (!mode.conservative || k.query.want == Want::Any) continue;
+      const std::string alike =
+          fmt::format("{} {}", mode.name, int(held.scene->tracer->variant(k.query).config.products));
+      const auto& [other, first] = held.first.emplace(alike, std::pair(name, hits)).first->second;
+      EXPECT_EQ(count_different(first, hits), 0u) << "bits, " << name << " and " << other;
+    }
+  }
+}
+
+TEST_F(Methods, AnswersDoNotDependOnTheOrderOfRays) {
+  const auto t = make(*gpu_, shapes::soup(3000, 0.1f));
   std::vector<Ray> rays;
   for (const shapes::RaySet& set : shapes::ray_sets(t->triangles, t->bvh))
     rays.insert(rays.end(), set.rays.begin(), set.rays.end());
-  // Every other ray, which leaves some of each set.
-  for (std::size_t i = 0; 2 * i < rays.size(); ++i) rays[i] = rays[2 * i];
-  rays.resize((rays.size() + 1) / 2);
-  const std::vector<Knobs> sizes = every_size(gpu_->info());
-  const Query base{Want::Nearest, "if-if", std::string(kDefaultNumeric), {}};
-  const auto first = trace(*t, rays, base);
+  const auto first = trace(*t, rays, {.method = "if-if"});
   const auto order = scatter_order(rays.size());
   std::vector<Ray> shuffled(rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i) shuffled[i] = rays[order[i]];
-  // Two scenes that are alike share the configurations; scene `soup` has them all.
-  const std::size_t scene = std::size_t(std::ranges::find(kScenes, GetParam().name, &SceneCase::name) - kScenes);
-  const bool shares = GetParam().name != std::string_view("soup");
-  std::size_t method = 0;
   for (const Method& m : kMethods) {
-    Query q = base;
-    q.method = m.name;
-    std::size_t dealt = method++;
-    std::vector<Knobs> knobs = every_config(m, gpu_->info());
-    knobs.insert(knobs.end(), sizes.begin(), sizes.end());
-    for (const Knobs& k : knobs) {
-      if (!is_dealt(gpu_->info(), dealt++) || (shares && dealt / 2 % 2 != scene % 2)) continue;
-      q.knobs = k;
-      EXPECT_EQ(count_different(first, trace(*t, rays, q)), 0u) << t->tracer->variant(q).name();
-    }
-    q.knobs = {};
-    const auto hits = trace(*t, shuffled, q);
+    const auto hits = trace(*t, shuffled, {.method = std::string(m.name)});
     std::vector<Hit> back(hits.size());
     for (std::size_t i = 0; i < hits.size(); ++i) back[order[i]] = hits[i];
-    EXPECT_EQ(count_different(first, back), 0u) << m.name << " in permuted order";
+    EXPECT_EQ(count_different(first, back), 0u) << m.name;
   }
-  expect_silent(*gpu_);
-}
-
-// Tests every vote, any hit and the other numeric modes too, at every size and launch, against the oracle.
-TEST_F(Methods, EveryMethodIsRightAtEverySize) {
-  const auto t = make(*gpu_, shapes::soup(2000, 0.15f));
-  const auto rays = shapes::random_rays(1003);
-  const auto truth = t->oracle->nearest(rays);
-  std::vector<Knobs> knobs = every_size(gpu_->info());
-  std::erase_if(knobs, [](const Knobs& k) { return k.at("workgroup") == "64"; });  // the default: tested above
-  knobs.push_back({{"launch", "persistent"}, {"batches", "3"}});
-  knobs.push_back({{"packet_stack", "shared"}});
-  std::size_t query = 0;
-  for (const NumericMode& mode : modes_for(gpu_->info()))
-    for (const Want want : {Want::Nearest, Want::Any})
-      for (Query q : every_method(want, mode.name)) {
-        if (mode.needs_float64 && q.method != kDefaultMethod) continue;  // its kernels take long to compile
-        std::size_t dealt = query++;
-        for (const Knobs& k : knobs) {
-          if (!is_dealt(gpu_->info(), dealt++)) continue;
-          q.knobs.insert(k.begin(), k.end());
-          const auto hits = trace(*t, rays, q);
-          const Judgement j = t->oracle->judge(rays, hits, truth, want, judged_as(mode));
-          EXPECT_EQ(j.errors(), 0u) << t->tracer->variant(q).name();
-          for (const auto& [name, value] : k) q.knobs.erase(name);
-        }
-      }
-  expect_silent(*gpu_);
 }
 
 // A threshold decides where a hybrid changes from packet to single rays, or when lanes get new rays. It must change the
-// speed alone. At each subgroup size each method, threshold and vote is tested by one of lavapipe's drivers.
+// speed alone.
 TEST_F(Methods, AnswersDoNotDependOnThresholds) {
   const auto t = make(*gpu_, shapes::soup(3000, 0.1f));
   auto rays = shapes::random_rays(1511);
   for (const Ray& r : shapes::morton_primary(t->bvh.bounds)) rays.push_back(r);
   const auto truth = t->oracle->nearest(rays);
   const auto first = trace(*t, rays, {.method = "if-if"});
-  std::size_t dealt = 0;
   for (const Method& m : kMethods)
     for (const Knobs& threshold : every_threshold(m))
       for (const Knobs& vote : votes_of(m)) {
-        if (!is_dealt_at_every_size(gpu_->info(), dealt++)) continue;
         Knobs knobs = threshold;
         knobs.insert(vote.begin(), vote.end());
         const Query nearest{.method = std::string(m.name), .knobs = knobs};
@@ -162,7 +158,6 @@ TEST_F(Methods, AnswersDoNotDependOnThresholds) {
         EXPECT_EQ(t->oracle->judge(rays, trace(*t, rays, any), truth, Want::Any).errors(), 0u)
             << t->tracer->variant(any).name();
       }
-  expect_silent(*gpu_);
 }
 
 // Rays that end exactly at the hit of a longer ray still find that hit. Rays of different lengths lie together.
@@ -182,22 +177,17 @@ TEST_F(Methods, RaysThatEndAtTheirHitFindIt) {
     }
     const auto first = trace(*t, rays, {.method = "if-if"});
     EXPECT_EQ(std::ranges::count(first, NO_HIT, &Hit::prim), std::ranges::count(hits, NO_HIT, &Hit::prim));
-    std::size_t method = 0;
     for (const Method& m : kMethods) {
-      if (!is_dealt_at_other_sizes(gpu_->info(), method++)) continue;
       const Query query{.method = std::string(m.name)};
       EXPECT_EQ(count_different(first, trace(*t, rays, query)), 0u) << m.name;
       const auto any = trace(*t, rays, {.want = Want::Any, .method = query.method});
       EXPECT_EQ(std::ranges::count(any, NO_HIT, &Hit::prim), std::ranges::count(hits, NO_HIT, &Hit::prim)) << m.name;
     }
   }
-  expect_silent(*gpu_);
 }
 
 // In the conservative modes hits do not depend on the tree: with or without spatial splits, with large or small leaves.
-// Scene `soup` tests all on both of lavapipe's drivers, the others each tree and mode on one.
 TEST_P(Methods, OtherTreesHitTheSame) {
-  std::size_t dealt = GetParam().name == std::string_view("soup") ? 0 : 1;
   const auto base = make(*gpu_, GetParam().make());
   std::vector<Ray> rays;
   for (const shapes::RaySet& set : shapes::ray_sets(base->triangles, base->bvh))
@@ -208,13 +198,11 @@ TEST_P(Methods, OtherTreesHitTheSame) {
     const auto first = trace(*base, rays, q);
     for (const BuildSettings& settings :
          {BuildSettings{.split_budget = 0}, BuildSettings{.max_leaf = 1}, BuildSettings{.split_budget = 4}}) {
-      if (dealt && !is_dealt_at_every_size(gpu_->info(), dealt++)) continue;
       const auto other = make(*gpu_, base->triangles, settings);
       EXPECT_EQ(count_different(first, trace(*other, rays, q)), 0u)
           << mode.name << ", leaves of at most " << settings.max_leaf << ", split budget " << settings.split_budget;
     }
   }
-  expect_silent(*gpu_);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Methods, testing::ValuesIn(kScenes), [](const auto& p) { return p.param.name; });
@@ -225,12 +213,7 @@ struct ClosedMesh {
   float scale;  // a power of two, so that rays and vertices scale exactly
 };
 
-class Leaks : public DeviceTest, public testing::WithParamInterface<ClosedMesh> {
- protected:
-  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
-  static void TearDownTestSuite() { gpu_.reset(); }
-  static inline std::unique_ptr<Context> gpu_;
-};
+class Leaks : public DeviceTest, public testing::WithParamInterface<ClosedMesh> {};
 
 // Every ray from inside a closed mesh must hit, also where it is aimed at vertices and edges.
 TEST_P(Leaks, WatertightHasNone) {
@@ -251,7 +234,6 @@ TEST_P(Leaks, WatertightHasNone) {
         EXPECT_EQ(std::ranges::count_if(hits, [](const Hit& h) { return h.prim == NO_HIT; }), 0) << m.name;
       }
     }
-  expect_silent(gpu);
 }
 
 INSTANTIATE_TEST_SUITE_P(ClosedMeshes, Leaks,
@@ -273,10 +255,8 @@ TEST_F(Methods, FarFromTheOriginNothingLeaks) {
     const glm::vec3 target = random.below(2) ? s[0] : s[0] + (s[1] - s[0]) * random.in(0, 1);
     rays.push_back({centre, 0, target - centre, 1e30f});
   }
-  std::size_t query = 0;
   for (const Method& m : kMethods)
     for (const Knobs& knobs : together_too(m)) {
-      if (!is_dealt_at_other_sizes(gpu_->info(), query++)) continue;
       const auto hits = trace(*t, rays, {Want::Nearest, std::string(m.name), "watertight", knobs});
       EXPECT_EQ(std::ranges::count_if(hits, [](const Hit& h) { return h.prim == NO_HIT; }), 0) << m.name;
     }
@@ -289,22 +269,14 @@ TEST_F(Methods, WalksThatADriverCutsShortAreFinished) {
   const auto rays = shapes::random_rays(97);
   const auto truth = t->oracle->nearest(rays);
   std::uint64_t retraced = 0;
-  std::size_t query = 0;
-  for (const Query& q : every_method(Want::Nearest, "watertight")) {
-    if (!is_dealt_at_other_sizes(gpu_->info(), query++)) continue;
-    std::vector<Hit> hits(rays.size());
-    retraced += t->tracer->trace(rays, hits, q).retraced;
-    EXPECT_EQ(t->oracle->judge(rays, hits, truth, q.want).errors(), 0u) << q.method;
-  }
-  for (const Query& q : every_method(Want::Any, "watertight")) {
-    if (!is_dealt_at_other_sizes(gpu_->info(), query++)) continue;
-    std::vector<Hit> hits(rays.size());
-    t->tracer->trace(rays, hits, q);
-    EXPECT_EQ(t->oracle->judge(rays, hits, truth, q.want).errors(), 0u) << q.method;
-  }
+  for (const Want want : {Want::Nearest, Want::Any})
+    for (const Query& q : every_method(want, "watertight")) {
+      std::vector<Hit> hits(rays.size());
+      retraced += t->tracer->trace(rays, hits, q).retraced;
+      EXPECT_EQ(t->oracle->judge(rays, hits, truth, q.want).errors(), 0u) << q.method;
+    }
   const bool cuts = gpu_->info().driver_id == VK_DRIVER_ID_MESA_LLVMPIPE && gpu_->info().mesa_version() < 230000;
   EXPECT_EQ(retraced > 0, cuts) << retraced << " rays retraced on " << gpu_->info().driver;
-  expect_silent(*gpu_);
 }
 
 TEST_F(Methods, PiecesHoldEveryLeafOnce) {

@@ -13,8 +13,6 @@ using namespace harness;
 
 class PaddingTest : public DeviceTest {
  protected:
-  Context gpu_{options()};
-
   static std::vector<Hit> trace(Traced& t, std::span<const Ray> rays, const char* method, const char* padding) {
     std::vector<Hit> hits(rays.size());
     t.tracer->trace(rays, hits, {Want::Nearest, method, "watertight", {{"padding", padding}}});
@@ -23,13 +21,12 @@ class PaddingTest : public DeviceTest {
 
   /// Expects equal hits with either padding, and at least `hits_at_least` of them.
   void expect_alike(const shapes::Triangles& triangles, std::span<const Ray> rays, std::size_t hits_at_least) {
-    const auto t = make(gpu_, triangles);
+    const auto t = make(*gpu_, triangles);
     const auto by_ray = trace(*t, rays, "while-while", "ray");
     const auto met = std::ranges::count_if(by_ray, [](const Hit& h) { return h.prim != NO_HIT; });
     EXPECT_GE(std::size_t(met), hits_at_least);
     for (const char* method : {"while-while", "packet", "frontier", "bvh8"})
       EXPECT_EQ(count_different(by_ray, trace(*t, rays, method, "tree")), 0u) << method;
-    expect_silent(gpu_);
   }
 };
 
@@ -53,14 +50,14 @@ TEST_F(PaddingTest, RaysFromFarAway) {
 // From 7.6 * 10^5 away boxes are padded by more than the scene. A ray through the scene meets every box. One that
 // passes beside it, but within the padding, meets few: the boxes on its side.
 TEST_F(PaddingTest, RaysBesideTheSceneCostLittle) {
-  const auto t = make(gpu_, shapes::soup(2000, 0.01f));
+  const auto t = make(*gpu_, shapes::soup(2000, 0.01f));
   constexpr std::size_t kRays = 64;
   const auto tested_by_ray = [&](const std::string& method, float x) {
     const bool chooses = method != "packet-wide" && method != "bvh4";  // what a device prefers may be `tree`
     const Knobs knobs = chooses ? Knobs{{"padding", "ray"}} : Knobs{};
-    Buffer<Ray> rays(gpu_, kRays, Access::Storage, "rays");
-    Buffer<Hit> hits(gpu_, kRays, Access::Storage, "hits");
-    Buffer<RayStats> stats(gpu_, kRays, Access::Storage, "stats");
+    Buffer<Ray> rays(*gpu_, kRays, Access::Storage, "rays");
+    Buffer<Hit> hits(*gpu_, kRays, Access::Storage, "hits");
+    Buffer<RayStats> stats(*gpu_, kRays, Access::Storage, "stats");
     rays.upload(std::vector<Ray>(kRays, Ray{{x, x, -7.6e5f}, 0, {0, 0, 1}, 1e30f}));
     t->tracer->trace_counted(rays, hits, kRays, {Want::Nearest, method, "watertight", knobs}, stats);
     std::vector<RayStats> all(kRays);
@@ -73,7 +70,6 @@ TEST_F(PaddingTest, RaysBesideTheSceneCostLittle) {
     EXPECT_GE(tested_by_ray(method, 0), 2000) << method;
     EXPECT_LT(tested_by_ray(method, -3.1f), 1000) << method;
   }
-  expect_silent(gpu_);
 }
 
 // For a ray that starts on a triangle, the padding of a box decides whether its first leaf is visited.
@@ -103,7 +99,7 @@ class FarFromZero : public PaddingTest {
   /// Also expects equal hits with packet-wide, bvh4 and leaf boxes, for which boxes cannot be padded in the tree.
   void expect_all_alike(const shapes::Triangles& triangles, std::span<const Ray> rays, std::size_t hits_at_least) {
     expect_alike(triangles, rays, hits_at_least);
-    const auto t = make(gpu_, triangles);
+    const auto t = make(*gpu_, triangles);
     const auto by_ray = trace(*t, rays, "while-while", "ray");
     for (const Query& query :
          {Query{Want::Nearest, "packet-wide", "watertight", {}}, Query{Want::Nearest, "bvh4", "watertight", {}},
@@ -156,7 +152,7 @@ TEST_F(PaddingTest, ASceneTooSmallIsRefused) {
   shapes::Triangles triangles = shapes::soup(50, 0.3f);
   for (Triangle& t : triangles)
     for (glm::vec3& v : t) v *= 1e-25f;
-  const auto t = make(gpu_, triangles);
+  const auto t = make(*gpu_, triangles);
   const std::vector<Ray> rays = shapes::random_rays(10);
   EXPECT_THROW(trace(*t, rays, "while-while", "tree"), Error);
   EXPECT_NO_THROW(trace(*t, rays, "while-while", "ray"));

@@ -35,13 +35,12 @@ bool same_bits(std::span<const PosedVertex> a, std::span<const PosedVertex> b) {
 }
 
 TEST_F(Poses, TheDeviceHasTheBitsOfTheHost) {
-  Context gpu(options());
   std::mt19937 random(5);
   Animation a;
   for (const test::RandomPart& part :
        {test::RandomPart{300, 5, 4, 0}, {1, 1, 4, 1}, {63, 0, 0, 3}, {1000, 40, 8, 2}, {129, 0, 0, 0}})
     test::add_random_part(random, part, a);
-  DevicePoser poser(gpu, a);
+  DevicePoser poser(*gpu_, a);
   for (int pose = 0; pose < 3; ++pose) {
     const PoseInput input = test::random_input(random, a);
     std::vector<PosedVertex> here(a.posed_vertices), there(a.posed_vertices);
@@ -49,14 +48,9 @@ TEST_F(Poses, TheDeviceHasTheBitsOfTheHost) {
     poser.pose(input, there);
     EXPECT_TRUE(same_bits(here, there));
   }
-  expect_silent(gpu);
 }
 
-TEST_F(Poses, AnimationsWithoutVertices) {
-  Context gpu(options());
-  DevicePoser(gpu, Animation{}).pose({}, {});
-  expect_silent(gpu);
-}
+TEST_F(Poses, AnimationsWithoutVertices) { DevicePoser(*gpu_, Animation{}).pose({}, {}); }
 
 // What is set on an engine, step by step, is what the host makes of the file, and rays hit what a new tree's do.
 TEST_F(Poses, AnEngineFollowsTheTime) {
@@ -89,9 +83,8 @@ TEST_F(Poses, AnEngineFollowsTheTime) {
 
 // The same where the tree lies on the device: triangles are posed there, and pictures follow without them here.
 TEST_F(Poses, TrianglesThatStayOnTheDevice) {
-  auto gpu = std::make_shared<Context>(options());
-  if (!gpu->info().float64) GTEST_SKIP() << "the device has no float64";
-  EngineOptions there = on(gpu);
+  if (!gpu_->info().float64) GTEST_SKIP() << "the device has no float64";
+  EngineOptions there = on(gpu_);
   there.build.builder = BuilderId::Device;
   Engine engine(dance(), there);
   const RenderOptions look{.width = 48, .height = 48, .shading = "eyelight", .query = {.method = "while-while"}};
@@ -128,14 +121,12 @@ TEST_F(Poses, TrianglesThatStayOnTheDevice) {
   engine.move(dance().triangles, UpdateMode::Refit);
   engine.set_time(0, 0.25);
   EXPECT_EQ(engine.scene().triangles, dance_at(0.25).triangles);
-  expect_silent(*gpu);
 }
 
 // Parts that a clip mirrors: their corners change places, with their colours, on the device as here. One moves as a
 // whole and has a corner without a normal; the other has a morph target.
 TEST_F(Poses, MirroredPartsTurnTheirCorners) {
-  auto gpu = std::make_shared<Context>(options());
-  if (!gpu->info().float64) GTEST_SKIP() << "the device has no float64";
+  if (!gpu_->info().float64) GTEST_SKIP() << "the device has no float64";
   test::AnimatedBuilder b = test::one_triangle();
   for (int mesh = 0; mesh < 2; ++mesh) {
     if (mesh == 1) b.mesh(b.vec3({0, 0, 1, 1, 0, 1.25f, 0, 1, 1.5f}));
@@ -148,7 +139,7 @@ TEST_F(Poses, MirroredPartsTurnTheirCorners) {
   b.node({{"mesh", 1}});
   const int scales = b.vec3({1, 1, 1, -1, 1, 1});
   for (const int node : {0, 1}) b.channel(node, "scale", {0, 1}, scales);
-  EngineOptions there = on(gpu);
+  EngineOptions there = on(gpu_);
   there.build.builder = BuilderId::Device;
   Engine engine(b.load(), there);
   const RenderOptions look{.width = 32, .height = 32, .shading = "albedo", .query = {.method = "while-while"}};
@@ -170,7 +161,6 @@ TEST_F(Poses, MirroredPartsTurnTheirCorners) {
     EXPECT_EQ(engine.scene().colors, here.colors);
     EXPECT_EQ(engine.scene().turned, here.turned);
   }
-  expect_silent(*gpu);
 }
 
 TEST_F(Poses, WrongTimesLeaveTheSceneAsItWas) {

@@ -63,7 +63,6 @@ TEST_F(Builders, RefittedTreesAreSound) {
     }
     EXPECT_NEAR(build.built().sah, sah, 1e-5 * sah);
   }
-  expect_silent(*gpu_);
 }
 
 TEST_F(Builders, RefitsOfAnyCount) {
@@ -87,7 +86,6 @@ TEST_F(Builders, RefitsOfAnyCount) {
   }
   EXPECT_GT(told, 10 * sah);  // nothing is where it was
   expect_sound(build, moved);
-  expect_silent(*gpu_);
 }
 
 // Scenes may grow and shrink a lot, and move far from zero and back.
@@ -102,7 +100,6 @@ TEST_F(Builders, RefitsMoveBoundsAnywhere) {
   }
   ASSERT_TRUE(refit(build, far));
   EXPECT_NE(build.built().origin, glm::vec3(0));
-  expect_silent(*gpu_);
 }
 
 // A tree has to be built anew if its triangles with area are no longer the same ones. After a refit has failed for this
@@ -131,7 +128,6 @@ TEST_F(Builders, RefitsNeedTheSameTrianglesWithArea) {
   EXPECT_FALSE(refit(single, flat));
   EXPECT_TRUE(refit(single, one));
   expect_sound(single, one);
-  expect_silent(*gpu_);
 }
 
 // Trees of every builder are refitted where they were made, on the device or on the host. Their hits must have the same
@@ -177,7 +173,6 @@ TEST_F(Builders, RefitsGiveTheHitsOfAFreshBuild) {
     SCOPED_TRACE(shape.name);
     expect_fresh_hits(*gpu_, shape.make(), {.method = "while-while"});
   }
-  expect_silent(*gpu_);
 }
 
 // In mode exact, no answer of a moved tree is wrong, and all answers are those of a fresh build.
@@ -205,7 +200,6 @@ TEST_F(Builders, RefitsInExactHaveNoWrongHit) {
   }
   EXPECT_EQ(wrong, 0u);
   EXPECT_GT(found, rays.size() / 2);
-  expect_silent(*gpu_);
 }
 
 // After a closed mesh has moved, every ray from inside still hits it, even a ray aimed at a vertex or an edge.
@@ -235,7 +229,6 @@ TEST_F(Builders, RefittedClosedMeshesDoNotLeak) {
     tracer.trace(rays, hits, {.method = "while-while"});
     EXPECT_EQ(std::ranges::count(hits, NO_HIT, &Hit::prim), 0) << builder.name;
   }
-  expect_silent(*gpu_);
 }
 
 // The device rewrites its arrays in the same buffers, in every layout. The array of bvh4 is rewritten later, when a
@@ -269,7 +262,6 @@ TEST_F(Builders, RefitsMoveArraysOfEveryLayout) {
     there.trace(rays, hits, query);
     EXPECT_EQ(count_different(expected, hits), 0u) << there.variant(query).name();
   }
-  expect_silent(*gpu_);
 }
 
 // If the scene moves far from zero, boxes are measured from another point. They are rewritten in the same buffers.
@@ -288,7 +280,6 @@ TEST_F(Builders, RefitsMoveArraysFarFromZero) {
   there.moved(summary, far, facts);
   there.trace(rays, hits, {.method = "while-while"});
   EXPECT_EQ(count_different(expected, hits), 0u);
-  expect_silent(*gpu_);
 }
 
 }  // namespace

@@ -16,12 +16,9 @@ using namespace forests;
 
 class TopLevel : public DeviceTest {
  protected:
-  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
-  static void TearDownTestSuite() { gpu_.reset(); }
   void SetUp() override {
     if (!TopBuilder::runs_on(gpu_->info())) GTEST_SKIP() << gpu_->info().name << " cannot place instances";
   }
-  static inline std::unique_ptr<Context> gpu_;
 
   /// A tracer whose top-level tree follows on the device.
   static std::unique_ptr<Tracer> tracer_of(Forest& forest) {
@@ -127,7 +124,6 @@ TEST_F(TopLevel, RecordsHaveTheBitsOfTheHost) {
     different += same ? 0 : 1;
   }
   EXPECT_EQ(different, 0u);
-  expect_silent(*gpu_);
 }
 
 TEST_F(TopLevel, TreesAreSoundOfAnyNumberOfInstances) {
@@ -147,7 +143,6 @@ TEST_F(TopLevel, TreesAreSoundOfAnyNumberOfInstances) {
       EXPECT_EQ(forest.top().bounds.hi, facts.bounds.hi);
     }
   }
-  expect_silent(*gpu_);
 }
 
 // Places where codes or areas are equal, or leave the range of float32: the builder ends, and its tree is sound.
@@ -178,7 +173,6 @@ TEST_F(TopLevel, TreesAreSoundOfDegenerateInstances) {
       EXPECT_EQ(faults_of(tracer->tree().top_tree(), forest), std::vector<std::string>{}) << k << ", " << step;
     }
   }
-  expect_silent(*gpu_);
 }
 
 TEST_F(TopLevel, ScenesThatHoldNothingAreMissed) {
@@ -194,7 +188,6 @@ TEST_F(TopLevel, ScenesThatHoldNothingAreMissed) {
       EXPECT_EQ(std::ranges::any_of(hits, [](const Hit& h) { return h.prim != NO_HIT; }), has_sphere);
     }
   }
-  expect_silent(*gpu_);
 }
 
 // After a build, a refit and another build on the device each method finds, bit for bit, what it finds in a forest that
@@ -221,7 +214,6 @@ TEST_F(TopLevel, EveryMethodHitsAsInANewScene) {
       EXPECT_EQ(count_different(expected, trace(*tracer, rays, q)), 0u) << q.method << ", " << step;
     }
   }
-  expect_silent(*gpu_);
 }
 
 // Every ray from inside a closed mesh hits it, whatever its transform, after a build and a refit.
@@ -239,7 +231,6 @@ TEST_F(TopLevel, ClosedMeshesDoNotLeak) {
     const auto hits = trace(*tracer, rays, {.method = "while-while"});
     EXPECT_EQ(std::ranges::count(hits, NO_HIT, &Hit::prim), 0) << step;
   }
-  expect_silent(*gpu_);
 }
 
 // The exact oracle places instances on the host.
@@ -258,7 +249,6 @@ TEST_F(TopLevel, ExactModeHasNoWrongAnswerAfterARefit) {
   const ErrorFigures figures =
       forest_error_figures(exact, bound, rays, hits, exact.nearest(rays), Want::Nearest, Arithmetic::Exact, 3);
   EXPECT_EQ(figures.errors(), 0u);
-  expect_silent(*gpu_);
 }
 
 TEST_F(TopLevel, RefusedTransformsLeaveTheSceneAsItWas) {
@@ -307,7 +297,6 @@ TEST_F(TopLevel, RefusedTransformsLeaveTheSceneAsItWas) {
   turned_over[0] = mirrored;
   tracer->move_instances(turned_over);
   EXPECT_EQ(faults_of(tracer->tree().top_tree(), forest), std::vector<std::string>{});
-  expect_silent(*gpu_);
 }
 
 // As in Instances.WalksThatADriverCutsShortAreFinished, in pieces of a tree whose nodes lie in another order.
@@ -325,7 +314,6 @@ TEST_F(TopLevel, WalksThatADriverCutsShortAreFinished) {
   Tracer on_host(*gpu_, other);
   EXPECT_EQ(count_different(trace(on_host, rays, {.method = "packet"}), trace(*tracer, rays, {.method = "packet"})),
             0u);
-  expect_silent(*gpu_);
 }
 
 // Scenes on a GPU take the device from some number of instances on, those on CPU devices never.
@@ -349,7 +337,6 @@ TEST_F(TopLevel, TheHostKeepsSmallScenesAndThoseOfCpuDevices) {
     EXPECT_EQ(large.tree().top_builder() != nullptr, on_device);
     EXPECT_EQ(count_different(expected, trace(large, rays, {.method = "while-while"})), 0u) << on_device;
   }
-  expect_silent(*gpu_);
 }
 
 }  // namespace

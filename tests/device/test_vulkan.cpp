@@ -1,13 +1,13 @@
 // Tests of buffers, kernels, shaders and caches on a device. The choice of a device is tested without one, in
 // tests/cli.
 #include <malloc.h>
-#include <unistd.h>
 
 #include <fstream>
 
 #include "engine/render/path/integrators.h"
 #include "shaders/shared/render.h"
 #include "tests/device/fixture.h"
+#include "tests/temporary.h"
 
 namespace ballot {
 namespace {
@@ -16,11 +16,6 @@ namespace fs = std::filesystem;
 
 class Vulkan : public DeviceTest {
  protected:
-  static void SetUpTestSuite() { gpu_ = std::make_unique<Context>(options()); }
-  static void TearDownTestSuite() { gpu_.reset(); }
-  void TearDown() override { expect_silent(*gpu_); }
-  static inline std::unique_ptr<Context> gpu_;
-
   /// Returns the message of the error that `work` throws, or "no error".
   static std::string error_of(const std::function<void()>& work) {
     try {
@@ -234,25 +229,15 @@ TEST_F(Vulkan, TheTuningTableKnowsDriversThatCutLoops) {
 /// Gives each test a cache folder of its own.
 class ShaderCache : public testing::Test {
  protected:
-  fs::path folder_ = fs::temp_directory_path() / ("ballot-spirv-" + std::to_string(getpid()));
-  void SetUp() override {
-    if (const char* old = std::getenv("XDG_CACHE_HOME")) old_ = old;
-    setenv("XDG_CACHE_HOME", folder_.c_str(), 1);
-  }
-  void TearDown() override {
-    if (old_.empty())
-      unsetenv("XDG_CACHE_HOME");
-    else
-      setenv("XDG_CACHE_HOME", old_.c_str(), 1);
-    fs::remove_all(folder_);
-  }
+  const test::TemporaryFolder kept_;
+  const fs::path folder_ = kept_.path();
+  const test::Variable cache_{"XDG_CACHE_HOME", folder_.string()};
   /// The files of the SPIR-V cache.
   std::vector<fs::path> files() const {
     std::vector<fs::path> all;
     for (const auto& e : fs::directory_iterator(folder_ / "ballot" / "spirv")) all.push_back(e.path());
     return all;
   }
-  std::string old_;
 };
 
 TEST_F(ShaderCache, IsKeyedByContentAndDefines) {

@@ -195,7 +195,6 @@ TEST_F(WideEncoders, TreesAreThoseOfTheHost) {
         expect_as_on_the_host(*gpu_, build, id, pairs, build.collapse(id, pairs.there), false);
       }
   }
-  expect_silent(*gpu_);
 }
 
 // A tree that is one leaf is encoded as one node that holds the leaf.
@@ -212,7 +211,6 @@ TEST_F(WideEncoders, OneLeafIsOneNode) {
     for (const Child& c : node_of(id, downloaded(texels), 0).children) leaves += c.ref == build.built().root;
     EXPECT_EQ(leaves, 1u) << format_of(id).name;
   }
-  expect_silent(*gpu_);
 }
 
 // After a refit the shape stays, and the boxes are those that the host gives the same children.
@@ -231,7 +229,6 @@ TEST_F(WideEncoders, BoxesFollowRefits) {
       expect_as_on_the_host(*gpu_, build, id, pairs, shape, true);
     }
   }
-  expect_silent(*gpu_);
 }
 
 // Arrays are the same in every run: nothing depends on which lanes come first.
@@ -249,7 +246,6 @@ TEST_F(WideEncoders, ArraysAreTheSameInEveryRun) {
       EXPECT_EQ(found, first) << format_of(id).name;
     }
   }
-  expect_silent(*gpu_);
 }
 
 // Kernels find the hits of the host's tree in wide trees where the device wrote them, after a refit too.
@@ -279,7 +275,6 @@ TEST_F(WideEncoders, WideTreesAreTracedWhereTheyLie) {
     there.trace(rays, hits, query);
     EXPECT_EQ(count_different(expected, hits), 0u) << query.method << ", moved";
   }
-  expect_silent(*gpu_);
 }
 
 }  // namespace

@@ -1,14 +1,12 @@
 // The worked example of shaders/README.md: the method on that page compiles, runs and is right.
-#include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 #include <sstream>
 
 #include "tests/device/fixture.h"
 #include "tests/device/ray_sets.h"
+#include "tests/temporary.h"
 
 namespace ballot {
 
@@ -34,27 +32,14 @@ std::string block_of(const std::string& text, const std::string& fence, const st
 /// The shaders of the project and the example's, in a folder that BALLOT_SHADERS names while this lives.
 class ExampleShaders {
  public:
-  explicit ExampleShaders(const std::string& kernel)
-      : folder_(fs::temp_directory_path() / fmt::format("ballot-example-{}", ::getpid())) {
-    fs::create_directories(folder_);
-    fs::copy(BALLOT_SOURCE_DIR "/shaders", folder_, fs::copy_options::recursive);
-    std::ofstream(folder_ / "traverse/steps_first.comp") << kernel;
-    if (const char* folder = std::getenv("BALLOT_SHADERS")) before_ = folder;
-    setenv("BALLOT_SHADERS", folder_.c_str(), 1);
+  explicit ExampleShaders(const std::string& kernel) {
+    fs::copy(BALLOT_SOURCE_DIR "/shaders", folder_.path(), fs::copy_options::recursive);
+    folder_.write("traverse/steps_first.comp", kernel);
   }
-  ~ExampleShaders() {
-    if (before_)
-      setenv("BALLOT_SHADERS", before_->c_str(), 1);
-    else
-      unsetenv("BALLOT_SHADERS");
-    fs::remove_all(folder_);
-  }
-  ExampleShaders(const ExampleShaders&) = delete;
-  ExampleShaders& operator=(const ExampleShaders&) = delete;
 
  private:
-  fs::path folder_;
-  std::optional<std::string> before_;  // the variable's value, which is set again at the end
+  const test::TemporaryFolder folder_;
+  const test::Variable shaders_{"BALLOT_SHADERS", folder_.path().string()};
 };
 
 constexpr Method kExample{.name = "steps-first",

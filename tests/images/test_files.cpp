@@ -5,6 +5,7 @@
 
 #include "tests/cpu/needs.h"
 #include "tests/images/pictures.h"
+#include "tests/temporary.h"
 
 namespace ballot::test {
 namespace {
@@ -103,22 +104,11 @@ TEST(Files, WorldToNdcMapsWhatAPixelSeesToThePixel) {
   }
 }
 
-/// A temporary folder that its owner removes.
-class Folder {
- public:
-  Folder() {
-    std::string pattern = (std::filesystem::path(::testing::TempDir()) / "ballot_images_XXXXXX").string();
-    path = ::mkdtemp(pattern.data());
-  }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::filesystem::path path;
-};
-
 TEST(Files, ExrThereAndBack) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const Picture p = render(square_scene(), {.width = 33, .height = 7, .spp = 2});
-  write_exr(folder.path / "p.exr", p.image);
-  const Image back = read_exr(folder.path / "p.exr");
+  write_exr(folder.path() / "p.exr", p.image);
+  const Image back = read_exr(folder.path() / "p.exr");
   EXPECT_EQ(back.width, 33u);
   EXPECT_EQ(back.height, 7u);
   EXPECT_EQ(back.attributes, p.image.attributes);
@@ -135,10 +125,10 @@ TEST(Files, ExrThereAndBack) {
 
 TEST(Files, ExrheaderReadsIt) {
   BALLOT_NEEDS(std::system("exrheader -h > /dev/null 2>&1") != 127 << 8, "exrheader is not installed (package openexr)")
-  const Folder folder;
+  const TemporaryFolder folder;
   const Picture p = render(square_scene(), {.width = 33, .height = 7});
-  write_exr(folder.path / "p.exr", p.image);
-  const std::string command = "exrheader '" + (folder.path / "p.exr").string() + "' 2>&1";
+  write_exr(folder.path() / "p.exr", p.image);
+  const std::string command = "exrheader '" + (folder.path() / "p.exr").string() + "' 2>&1";
   std::FILE* pipe = ::popen(command.c_str(), "r");
   ASSERT_TRUE(pipe);
   std::string text;

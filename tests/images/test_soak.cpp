@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "tests/images/pictures.h"
+#include "tests/temporary.h"
 
 namespace ballot::test {
 namespace {
@@ -141,13 +142,12 @@ class Work {
 TEST(Soak, MemoryAndDescriptorsStay) {
   const char* given = std::getenv("BALLOT_SOAK_SECONDS");
   const double seconds = given ? std::atof(given) : kSeconds;
-  const fs::path folder = fs::path(testing::TempDir()) / fmt::format("ballot_soak_{}", ::getpid());
-  fs::create_directory(folder);
+  const TemporaryFolder folder;
   const Clock::time_point start = Clock::now();
   std::size_t turns = 0, first = 0;
   Held before;
   {
-    Work work(folder);
+    Work work(folder.path());
     // Every kind of work has been done, and every kernel compiled, after 480 turns or a third of the time.
     for (; seconds_since(start) < seconds; ++turns) {
       if (first == 0 && (turns == 480 || seconds_since(start) > seconds / 3)) {
@@ -158,7 +158,6 @@ TEST(Soak, MemoryAndDescriptorsStay) {
     }
   }
   const Held after = held();
-  fs::remove_all(folder);
   fmt::print("{} turns in {:.0f} s; from turn {} on {:.1f} to {:.1f} MiB, {} to {} descriptors\n", turns,
              seconds_since(start), first, before.resident_mib, after.resident_mib, before.descriptors,
              after.descriptors);

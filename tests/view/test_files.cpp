@@ -3,14 +3,13 @@
 
 #include <filesystem>
 
+#include "tests/temporary.h"
 #include "tools/program/views_file.h"
 
 namespace {
 
 using namespace ballot;
 namespace fs = std::filesystem;
-
-fs::path temporary(const char* name) { return fs::temp_directory_path() / fmt::format("ballot-{}-{}", getpid(), name); }
 
 View some_view(const std::string& name, double angle) {
   View v;
@@ -21,7 +20,8 @@ View some_view(const std::string& name, double angle) {
 }
 
 TEST(ViewsFile, ReadsBackWhatItWrote) {
-  const fs::path file = temporary("views.json");
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "views.json";
   for (const double angle : {0.0, 0.3, 1.7, 3.1}) {
     const View view = cli::as_written(some_view("a", angle));
     cli::write_views(file, {view});
@@ -32,31 +32,31 @@ TEST(ViewsFile, ReadsBackWhatItWrote) {
     EXPECT_EQ(read.world_from_camera[3], view.world_from_camera[3]);
     EXPECT_EQ(read.yfov, view.yfov);
   }
-  fs::remove(file);
 }
 
 TEST(ViewsFile, AppendsAndRefusesANameThatIsTaken) {
-  const fs::path file = temporary("append.json");
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "append.json";
   cli::append_view(file, some_view("a", 1));
   cli::append_view(file, some_view("b", 2));
   EXPECT_EQ(cli::read_views(file).size(), 2u);
   EXPECT_THROW(cli::append_view(file, some_view("a", 3)), Error);
   EXPECT_EQ(cli::read_views(file).size(), 2u);
-  fs::remove(file);
 }
 
 TEST(ViewsFile, KeepsOrthographicViews) {
-  const fs::path file = temporary("ortho.json");
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "ortho.json";
   View v = some_view("o", 1);
   v.orthographic = true, v.ymag = 2.5;
   cli::write_views(file, {v});
   EXPECT_TRUE(cli::read_views(file)[0].orthographic);
   EXPECT_EQ(cli::read_views(file)[0].ymag, 2.5);
-  fs::remove(file);
 }
 
 TEST(ViewsFile, SaysWhatIsWrong) {
-  const fs::path file = temporary("bad.json");
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "bad.json";
   const std::pair<const char*, const char*> kBad[] = {
       {"nonsense", "no views file"},
       {"{\"views\": []}", "no view"},
@@ -77,7 +77,6 @@ TEST(ViewsFile, SaysWhatIsWrong) {
       EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
     }
   }
-  fs::remove(file);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "tests/temporary.h"
 #include "tests/view/desktop.h"
 #include "tools/program/views_file.h"
 #include "tools/view/session.h"
@@ -20,14 +21,10 @@ inline const std::string kScene = kScenes + "cornell.gltf";
 
 class WindowTest : public testing::Test {
  protected:
-  void SetUp() override {
-    ASSERT_TRUE(desktop_.works()) << "is xvfb installed?";
-    fs::create_directories(folder_);
-  }
+  void SetUp() override { ASSERT_TRUE(desktop_.works()) << "is xvfb installed?"; }
   void TearDown() override {
     if (session_) quit();
     unsetenv("BALLOT_SHADERS");
-    fs::remove_all(folder_);
   }
 
   /// Returns options of a session: one sample a pixel, from the scene's first view, by a method that is one kernel.
@@ -121,7 +118,8 @@ class WindowTest : public testing::Test {
     return read_exr(message.substr(kWrote.size(), message.find(".exr") + 4 - kWrote.size()));
   }
 
-  const fs::path folder_ = fs::temp_directory_path() / fmt::format("ballot-view-{}", getpid());
+  const TemporaryFolder kept_;
+  const fs::path folder_ = kept_.path();
   Desktop desktop_{800, 600};
   LoadOptions load_;
   std::unique_ptr<view::Session> session_;

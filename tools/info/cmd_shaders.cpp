@@ -37,9 +37,6 @@ std::vector<DeviceInfo> imagined_devices() {
   return {gpu, plain, cpu};
 }
 
-#include "engine/core/parallel.h"
-#include "engine/trace/covering.h"
-#include "tools/program/cli.h"
 std::vector<KernelSource> traversal_sources() {
   std::vector<KernelSource> sources;
   const std::vector<DeviceInfo> devices = imagined_devices();
@@ -245,9 +242,9 @@ int run_shaders(const ShadersArgs& args) {
 }  // namespace
 
 void add_shaders(CLI::App& app, int& result) {
-#include "engine/core/parallel.h"
-#include "engine/trace/covering.h"
-#include "tools/program/cli.h"
+  const auto [cmd, args] = add_command<ShadersArgs>(
+      app, result, "shaders", run_shaders,
+      "compile so many variants of every kernel to SPIR-V that any two settings meet; needs no device");
   cmd->add_flag("--fresh", args->fresh, "compile anew instead of reading the cache");
   cmd->add_option("--only", args->only, "compile only the variants whose names contain this text");
   cmd->add_option("--json", args->json, "also write sizes and times to this file");
