@@ -126,9 +126,9 @@ BALLOT_RECORD(IndirectArgs, 16);
 #define BVH8_NODE_TEXELS 5
 #define BVH8_MAX_TEXELS 0xFFFFFF
 
-// The frontier (method frontier): nodes near the root for each octant of directions (bit 0: down along x, 1: y, 2: z), two
-// texels each, (lo.xyz, child reference), (hi.xyz, 0). Unused places hold END_OF_TREE and an empty box.
-// Nodes of an octant. With 32, NVIDIA's compiler (580.159) made a kernel that loses any hits in mode plain.
+// The frontier (method frontier): nodes near the root for each octant of directions (bit 0: down along x, 1: y, 2: z),
+// two texels each, (lo.xyz, child reference), (hi.xyz, 0). Unused places hold END_OF_TREE and an empty box. With 32
+// nodes an octant NVIDIA's compiler (580.159) made a kernel that lost any hits in mode plain.
 #define FRONTIER_NODES 64
 #define FRONTIER_OCTANTS 8
 
