@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Installs the package of Python in a virtual environment, against a library that is built, and runs its tests, the
-example on a cluster of two workers, the samples of the manuals and the checkers of types mypy and pyright there.
+samples of the manuals and the checkers of types mypy and pyright there.
 
 The package is built from a copy of its folder, as others may have it without the tree. The folder keeps the environment
 and the compiled extension for the next time. Needs PyPI the first time, for what REQUIREMENTS names.
@@ -111,7 +111,6 @@ def main() -> None:
     )
     run(python, "-X", "dev", "-m", "unittest", "discover", "-s", PACKAGE / "tests", cwd=options.folder,
         env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})  # fmt: skip
-    run(python, EXAMPLES / "dask_rays.py", cwd=options.folder)
     for manual in ("engine/api/README.md", "README.md"):
         run(python, ROOT / "tests/api/guide.py", ROOT / manual, "python")
     if not preload:  # the checkers do not load the library
