@@ -57,6 +57,7 @@
 #include "engine/scene/light.h"
 #include "engine/scene/pose.h"
 #include "engine/scene/scene.h"
+#include "engine/trace/covering.h"
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
 #include "engine/trace/tracer.h"

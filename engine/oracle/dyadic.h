@@ -9,8 +9,8 @@ namespace ballot {
 
 /// An exact number m * 2^e. Every float32 is a multiple of 2^-149 below 2^128. So a polynomial of degree k in float32
 /// numbers is a multiple of 2^-149k below c * 2^128k, where c counts its terms. At degree 10, the highest in use (two
-/// distances from planes), that is 2770 bits and those of c. Nearly all numbers fit the 512 bits that are kept in place;
-/// longer ones lie on the heap.
+/// distances from planes), that is 2770 bits and those of c. Nearly all numbers fit the 512 bits that are kept in
+/// place; longer ones lie on the heap.
 class Dyadic {
  public:
   Dyadic() = default;

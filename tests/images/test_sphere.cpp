@@ -97,8 +97,8 @@ void expect_same(const Image& a, const Image& b) {
   }
 }
 
-// In the default numeric mode a picture does not depend on the method, nor on the kernel configuration of some. In the other conservative
-// modes the default method makes the same picture twice.
+// In the default numeric mode a picture does not depend on the method, nor on the kernel configuration of some. In the
+// other conservative modes the default method makes the same picture twice.
 TEST(Sphere, OnePictureForEveryMethodAndKnob) {
   Scene scene = sphere_scene(true);
   // Overlapping triangles, whose order could be wrong.

@@ -2,8 +2,6 @@
 #include <set>
 #include <unordered_set>
 
-#include "engine/core/parallel.h"
-#include "engine/trace/covering.h"
 #include "tools/program/cli.h"
 
 namespace ballot::cli {
