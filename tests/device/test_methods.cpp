@@ -85,8 +85,8 @@ TEST_P(Methods, FindsWhatTheOracleFinds) {
   }
 }
 
-// Every knob's values meet those of every other, every method, mode and vote, sizes of workgroups and subgroups, nearest
-// and any hit, and counters: each pair in some kernel, which is held to the oracle on several scenes.
+// Every knob's values meet those of every other, every method, mode and vote, sizes of workgroups and subgroups,
+// nearest and any hit, and counters: each pair in some kernel, which is held to the oracle on several scenes.
 TEST_F(Methods, AnyTwoSettingsTogetherAreRight) {
   struct Held {
     std::unique_ptr<Traced> scene;
