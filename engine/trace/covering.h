@@ -29,7 +29,7 @@ struct CoveringChoices {
 };
 
 /// Returns kernels such that every two settings that some kernel has are those of at least one in the list. Settings
-/// are the method, nearest or any hit, the numeric mode, the values of knobs, the device, and the defines of the shader.
+/// are the method, nearest or any hit, the numeric mode, the values of knobs, the device, and the shader's defines.
 /// What breaks a kernel seldom needs three. The list is the same in every run; it is found by a greedy search among
 /// random kernels (Cohen, Dalal, Fredman and Patton 1997, "The AETG system"). The variants refer to the rows of
 /// `choices`. Knob reorder, which no kernel depends on, and thresholds are left out.

@@ -315,6 +315,7 @@ TEST_F(ShaderCache, ADamagedFileIsCompiledAnew) {
 }
 
 TEST_F(ShaderCache, AFolderThatCannotBeWrittenCostsNothingButTime) {
+  fs::remove_all(folder_);
   std::ofstream(folder_).put('x');  // a file where the folder should be
   EXPECT_NO_THROW(compile_shader("rays/primary.comp", primary_source(false, {.perspective = true}).defines));
   fs::remove(folder_);
