@@ -106,7 +106,8 @@ Result Cli::run(const Words& args, const Environment& more) const {
     for (const auto& [name, value] : changes) ::setenv(name.c_str(), value.c_str(), 1);
     Words words{BALLOT_BINARY};
     words.insert(words.end(), args.begin(), args.end());
-    return ::execv(BALLOT_BINARY, pointers(words).data());  // a copy would lack the threads that this process has started
+    // A copy would lack the threads that this process has started.
+    return ::execv(BALLOT_BINARY, pointers(words).data());
   });
   int status = 0;
   if (::waitpid(child, &status, 0) != child) throw std::runtime_error("cannot wait for ballot to end");
