@@ -5,13 +5,14 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
-#include "engine/core/error.h"
 #include "engine/core/parallel.h"
 #include "engine/query/coherent_order.h"
 #include "engine/query/pseudonormal_array.h"
 #include "engine/query/query_kernel.h"
+#include "engine/trace/repair.h"
 
 namespace ballot {
 
@@ -26,9 +27,6 @@ inline bool nearer(const Nearest& a, const Nearest& b) {
   if (a.prim == NO_HIT) return false;
   return b.prim == NO_HIT || a.distance < b.distance || (a.distance == b.distance && a.prim < b.prim);
 }
-
-inline bool is_cut_short(const Nearest& a) { return a.prim == UNFINISHED; }
-inline bool is_cut_short(std::uint32_t a) { return a == UNFINISHED; }
 
 /// A query of points: its kernel, and what a walk of pieces of the tree does with their answers.
 struct NearestQuery {
@@ -114,7 +112,7 @@ class Runner {
     points.download(asked, first);
     answers.download(found, first);
     make_room(count);
-    if (unfinished) repair(asked, found, times);
+    if (unfinished) repair_cut(asked, std::span(found), times);
     if (settle) settle(asked, found);
     answers.upload(found, first);
   }
@@ -144,7 +142,7 @@ class Runner {
     points_->upload(asked);
     const std::uint32_t unfinished = kernel_.run(0, std::uint32_t(asked.size()), tree_.root(), times, launched);
     answers_->download(result);
-    if (unfinished) repair(asked, result, times);
+    if (unfinished) repair_cut(asked, result, times);
   }
 
   void make_room(std::size_t count) {
@@ -157,44 +155,34 @@ class Runner {
     kernel_.bind(Kind::kBinding, *answers_);
   }
 
-  /// Asks again for points whose walk the driver cut short, in ever smaller pieces of the tree.
-  void repair(std::span<const ProbePoint> asked, std::span<Answer> answers, TraceTimes& times) {
-    std::vector<std::uint32_t> open;
-    for (std::uint32_t i = 0; i < answers.size(); ++i)
-      if (is_cut_short(answers[i])) open.push_back(i);
-    times.retraced += open.size();
-    for (const std::uint64_t limit : {8192ull, 1024ull, 128ull, 16ull, 0ull}) {
-      open = repair_pieces(asked, answers, open, limit, times);
-      if (open.empty()) return;
-    }
-    fail(Failure::Work, "{}: {} points could not be finished on {}: its driver stops loops after a few iterations",
-         Kind::kWhat, open.size(), gpu_.info().name);
-  }
+  /// The points of a part, in pieces of the tree.
+  struct Walks {
+    using Answer = typename Kind::Answer;
+    static constexpr const char* kQueries = "points";
 
-  /// Returns the points that are still open.
-  std::vector<std::uint32_t> repair_pieces(std::span<const ProbePoint> asked, std::span<Answer> answers,
-                                           const std::vector<std::uint32_t>& open, std::uint64_t limit,
-                                           TraceTimes& times) {
-    std::vector<ProbePoint> part;
-    for (const std::uint32_t i : open) part.push_back(asked[i]);
-    std::vector<Answer> found(part.size()), all(part.size(), Kind::none());
-    std::vector<bool> cut(part.size(), false);
-    for (const std::uint32_t root : kernel_.pieces(limit)) {
-      points_->upload(part);
-      kernel_.run(std::uint32_t(part.size()), root, times);
-      answers_->download(found);
-      for (std::size_t k = 0; k < part.size(); ++k) {
-        cut[k] = cut[k] || is_cut_short(found[k]);
-        if (!cut[k]) Kind::add(all[k], found[k], part[k]);
-      }
+    Runner& runner;
+    std::span<const ProbePoint> asked;
+    TraceTimes& times;
+    std::vector<ProbePoint> chosen = {};
+
+    static Answer none() { return Kind::none(); }
+    static std::string name() { return Kind::kWhat; }
+    void choose(std::span<const std::uint32_t> numbers) {
+      chosen.clear();
+      for (const std::uint32_t i : numbers) chosen.push_back(asked[i]);
     }
-    std::vector<std::uint32_t> still;
-    for (std::size_t k = 0; k < open.size(); ++k)
-      if (cut[k])
-        still.push_back(open[k]);
-      else
-        answers[open[k]] = all[k];
-    return still;
+    std::vector<std::uint32_t> pieces(std::uint64_t limit) { return runner.kernel_.pieces(limit); }
+    void ask(std::uint32_t root, std::span<Answer> found) {
+      runner.points_->upload(chosen);
+      runner.kernel_.run(std::uint32_t(chosen.size()), root, times);
+      runner.answers_->download(found);
+    }
+    void add(std::size_t k, Answer& all, const Answer& found) { Kind::add(all, found, chosen[k]); }
+  };
+
+  void repair_cut(std::span<const ProbePoint> asked, std::span<Answer> answers, TraceTimes& times) {
+    Walks walks{*this, asked, times};
+    repair(walks, answers, kFirstPieces, gpu_, times);
   }
 
   Context& gpu_;

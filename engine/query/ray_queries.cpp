@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "engine/core/error.h"
@@ -9,6 +10,7 @@
 #include "engine/query/coherent_order.h"
 #include "engine/query/crossing_kernels.h"
 #include "engine/query/exact_lists.h"
+#include "engine/trace/repair.h"
 
 namespace ballot {
 
@@ -20,7 +22,6 @@ constexpr std::uint32_t kFirstSlots = 8;       // room for each ray in the first
 constexpr std::uint32_t kMostFirst = 16;       // first crossings that a kernel looks for; of more, all are listed
 constexpr std::size_t kFewRays = 1024;         // fewer are not sorted
 constexpr std::size_t kRayChunk = 1 << 14;     // rays that a thread moves at a time
-constexpr std::uint64_t kPieces[] = {8192, 1024, 128, 16, 0};
 
 inline bool before(const Hit& a, const Hit& b) { return a.t != b.t ? a.t < b.t : a.prim < b.prim; }
 
@@ -59,6 +60,69 @@ struct Lists {
   std::vector<std::vector<Hit>> apart;
 };
 
+/// A count of crossings, to which those of another piece of the tree are added.
+inline void add_count(std::uint32_t& all, std::uint32_t found) {
+  all = all == UNSURE || found == UNSURE ? UNSURE : all + found;
+}
+
+/// Rays whose crossings are counted in pieces of the tree.
+struct CountWalks {
+  using Answer = std::uint32_t;
+  static constexpr const char* kQueries = "rays";
+
+  CrossingKernels& kernels;
+  const CrossingVariant& variant;
+  const RayPart& asked;
+  TraceTimes& times;
+  RayPart part = {};
+
+  static std::uint32_t none() { return 0; }
+  static std::string name() { return "crossings"; }
+  void choose(std::span<const std::uint32_t> numbers) {
+    part = {};
+    for (const std::uint32_t i : numbers) part.add(asked, i);
+  }
+  std::vector<std::uint32_t> pieces(std::uint64_t limit) { return kernels.pieces(variant, limit); }
+  void ask(std::uint32_t root, std::span<std::uint32_t> found) {
+    kernels.count_below(root, variant, part.span(0, found.size()), found, times);
+  }
+  static void add(std::size_t, std::uint32_t& all, std::uint32_t found) { add_count(all, found); }
+};
+
+/// One ray whose crossings are listed in pieces of the tree.
+struct ListWalk {
+  struct Answer {
+    std::uint32_t number = 0;
+    std::vector<Hit> hits = {};
+  };
+  static constexpr const char* kQueries = "rays";
+
+  CrossingKernels& kernels;
+  CrossingVariant counting, listing;
+  RaySpan ray;
+  TraceTimes& times;
+
+  static Answer none() { return {}; }
+  static std::string name() { return "crossings"; }
+  static void choose(std::span<const std::uint32_t>) {}
+  std::vector<std::uint32_t> pieces(std::uint64_t limit) { return kernels.pieces(listing, limit); }
+  void ask(std::uint32_t root, std::span<Answer> found) {
+    std::uint32_t& number = found[0].number;
+    found[0].hits.clear();
+    kernels.count_below(root, counting, ray, {&number, 1}, times);
+    if (number == 0 || number >= UNSURE) return;
+    const std::uint32_t to[2] = {0, number};
+    kernels.list_below(root, listing, ray, to, {&number, 1}, times);
+    found[0].hits.assign(kernels.hits().begin(), kernels.hits().end());
+  }
+  static void add(std::size_t, Answer& all, const Answer& found) {
+    add_count(all.number, found.number);
+    all.hits.insert(all.hits.end(), found.hits.begin(), found.hits.end());
+  }
+};
+
+inline bool is_unfinished(const ListWalk::Answer& a) { return a.number == UNFINISHED; }
+
 /// The crossings of rays in the order in which they came.
 struct Answers {
   std::vector<std::uint32_t> counts;
@@ -75,7 +139,6 @@ struct RayQueries::Parts {
 
   void read(const RaySource& source, std::uint64_t first, std::size_t count);
   std::span<const std::uint32_t> count_all(std::span<std::uint32_t> numbers, TraceTimes& times);
-  void count_in_pieces(std::span<std::uint32_t> numbers, TraceTimes& times);
   void list_with_room(Answers& answers, TraceTimes& times);
   void list_by_counts(std::size_t begin, std::size_t count, Answers& answers, TraceTimes& times);
   void list_open(std::size_t begin, Lists& lists, TraceTimes& times);
@@ -85,11 +148,6 @@ struct RayQueries::Parts {
 
   /// Begins a query: makes its kernels for the present tree.
   void begin(const RaySource& source, const CrossingQuery& wanted, bool lists);
-
-  [[noreturn]] void give_up(std::size_t open) const {
-    fail(Failure::Work, "crossings: {} rays could not be finished on {}: its driver stops loops after a few iterations",
-         open, gpu.info().name);
-  }
 
   Context& gpu;
   CrossingKernels kernels;
@@ -142,7 +200,10 @@ void RayQueries::Parts::read(const RaySource& source, std::uint64_t first, std::
 /// Counts the crossings of the rays that were read. Returns the numbers in the order in which the rays came.
 std::span<const std::uint32_t> RayQueries::Parts::count_all(std::span<std::uint32_t> numbers, TraceTimes& times) {
   const RaySpan rays = asked.span(0, asked.rays.size());
-  if (kernels.count(variant, rays, numbers, times) > 0) count_in_pieces(numbers, times);
+  if (kernels.count(variant, rays, numbers, times) > 0) {
+    CountWalks walks{kernels, variant, asked, times};
+    repair(walks, numbers, kFirstPieces, gpu, times);
+  }
   if (query.exact) exact_lists->count(rays, numbers);
   if (order.empty()) return numbers;
   unsorted.resize(numbers.size());
@@ -152,55 +213,15 @@ std::span<const std::uint32_t> RayQueries::Parts::count_all(std::span<std::uint3
   return unsorted;
 }
 
-/// Repeats walks that the driver cut short in ever smaller pieces of the tree.
-void RayQueries::Parts::count_in_pieces(std::span<std::uint32_t> numbers, TraceTimes& times) {
-  std::vector<std::uint32_t> open;
-  for (std::uint32_t i = 0; i < numbers.size(); ++i)
-    if (numbers[i] == UNFINISHED) open.push_back(i);
-  times.retraced += open.size();
-  for (const std::uint64_t limit : kPieces) {
-    RayPart part;
-    for (const std::uint32_t i : open) part.add(asked, i);
-    std::vector<std::uint32_t> piece(open.size()), sum(open.size(), 0), still;
-    for (const std::uint32_t root : kernels.pieces(variant, limit)) {
-      kernels.count_below(root, variant, part.span(0, open.size()), piece, times);
-      for (std::size_t k = 0; k < open.size(); ++k)
-        sum[k] = std::max(sum[k], piece[k]) >= UNSURE ? std::max(sum[k], piece[k]) : sum[k] + piece[k];
-    }
-    for (std::size_t k = 0; k < open.size(); ++k) {
-      numbers[open[k]] = sum[k];
-      if (sum[k] == UNFINISHED) still.push_back(open[k]);
-    }
-    open = std::move(still);
-    if (open.empty()) return;
-  }
-  give_up(open.size());
-}
-
 /// Lists the crossings of one ray whose walk the driver cut short.
 std::vector<Hit> RayQueries::Parts::list_in_pieces(const RaySpan& ray, TraceTimes& times) {
-  ++times.retraced;
   CrossingVariant counting = variant, listing = variant;
   counting.lists = false;
   counting.first = listing.first = 0;
-  std::vector<Hit> all;
-  for (const std::uint64_t limit : kPieces) {
-    all.clear();
-    bool cut = false;
-    for (const std::uint32_t root : kernels.pieces(variant, limit)) {
-      std::uint32_t number = 0;
-      cut = kernels.count_below(root, counting, ray, {&number, 1}, times) > 0;
-      if (cut) break;
-      if (number == UNSURE) return exact_lists->lists(ray)[0];
-      if (number == 0) continue;
-      const std::uint32_t to[2] = {0, number};
-      cut = kernels.list_below(root, listing, ray, to, {&number, 1}, times) > 0;
-      if (cut) break;
-      all.insert(all.end(), kernels.hits().begin(), kernels.hits().end());
-    }
-    if (!cut) return all;
-  }
-  give_up(1);
+  ListWalk walk{kernels, counting, listing, ray, times};
+  ListWalk::Answer answer{UNFINISHED};
+  repair(walk, std::span(&answer, 1), kFirstPieces, gpu, times);
+  return answer.number == UNSURE ? exact_lists->lists(ray)[0] : std::move(answer.hits);
 }
 
 /// Has a little room for each ray; those that need more are listed again.

@@ -1,6 +1,9 @@
 #include "engine/trace/repair.h"
 
-#include "engine/core/error.h"
+#include <limits>
+#include <optional>
+#include <string>
+
 #include "engine/formats/pair_decode.h"
 #include "engine/oracle/predicates.h"
 
@@ -118,60 +121,61 @@ Query repair_query(Query query) {
   return query;
 }
 
-std::vector<ForestPiece> Repair::pieces(std::uint64_t limit) const {
-  const KernelConfig& config = job_.variant.config;
-  if (const Forest* forest = tree_.forest())
-    return pieces_of(tree_.top_tree(), *forest, tree_.mesh_pairs(config.layout, config.padding), limit);
-  std::vector<ForestPiece> all;
-  for (const std::uint32_t root : pieces_of(tree_.pairs(config.layout, config.padding), limit)) all.push_back({root});
-  return all;
-}
+/// The rays of a buffer, each of which an invocation traces.
+class Repair::Walks {
+ public:
+  using Answer = Hit;
+  static constexpr const char* kQueries = "rays";
 
-void Repair::trace_pieces(std::span<const Ray> part, std::uint64_t limit, std::vector<Hit>& best,
-                          std::vector<bool>& cut, TraceTimes& times) {
-  Buffer<Ray> rays(gpu_, part.size(), Access::Storage, "rays cut short");
-  Buffer<Hit> hits(gpu_, part.size(), Access::Storage, "hits cut short");
-  rays.upload(part);
-  std::vector<Hit> found(part.size());
-  for (const ForestPiece& piece : pieces(limit)) {
-    dispatcher_.run(job_, rays, hits, {0, std::uint32_t(part.size())}, piece.root, times, piece.mesh_root);
-    hits.download(found);
-    for (std::size_t i = 0; i < part.size(); ++i) {
-      cut[i] = cut[i] || found[i].prim == UNFINISHED;
-      if (cut[i]) continue;
-      if (best[i].prim == NO_HIT && found[i].prim == NO_HIT) best[i] = found[i];
-      if (better(part[i], tree_, *job_.variant.numeric, found[i], best[i])) best[i] = found[i];
-    }
+  Walks(const Repair& repair, std::span<const Ray> rays, TraceTimes& times)
+      : repair_(repair), all_(rays), times_(times) {}
+
+  static Hit none() { return {std::numeric_limits<float>::infinity(), NO_HIT, 0, 0}; }
+  std::string name() const { return "kernel " + repair_.job_.kernel->kernel->name(); }
+
+  void choose(std::span<const std::uint32_t> numbers) {
+    part_.clear();
+    for (const std::uint32_t i : numbers) part_.push_back(all_[i]);
+    rays_.emplace(repair_.gpu_, part_.size(), Access::Storage, "rays cut short").upload(part_);
+    hits_.emplace(repair_.gpu_, part_.size(), Access::Storage, "hits cut short");
   }
-}
+
+  std::vector<ForestPiece> pieces(std::uint64_t limit) const {
+    const KernelConfig& config = repair_.job_.variant.config;
+    DeviceTree& tree = repair_.tree_;
+    if (const Forest* forest = tree.forest())
+      return pieces_of(tree.top_tree(), *forest, tree.mesh_pairs(config.layout, config.padding), limit);
+    std::vector<ForestPiece> all;
+    for (const std::uint32_t root : pieces_of(tree.pairs(config.layout, config.padding), limit)) all.push_back({root});
+    return all;
+  }
+
+  void ask(const ForestPiece& piece, std::span<Hit> found) {
+    repair_.dispatcher_.run(repair_.job_, *rays_, *hits_, {0, std::uint32_t(part_.size())}, piece.root, times_,
+                            piece.mesh_root);
+    hits_->download(found);
+  }
+
+  void add(std::size_t k, Hit& best, const Hit& found) const {
+    if (better(part_[k], repair_.tree_, *repair_.job_.variant.numeric, found, best)) best = found;
+  }
+
+ private:
+  const Repair& repair_;
+  std::span<const Ray> all_;
+  TraceTimes& times_;
+  std::vector<Ray> part_;
+  std::optional<Buffer<Ray>> rays_;
+  std::optional<Buffer<Hit>> hits_;
+};
 
 void Repair::run(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times) {
   std::vector<Hit> all(count);
   std::vector<Ray> all_rays(count);
   hits.download(all);
   rays.download(all_rays);
-  std::vector<std::uint32_t> open;
-  for (std::uint32_t i = 0; i < count; ++i)
-    if (all[i].prim == UNFINISHED) open.push_back(i);
-  times.retraced += open.size();
-  for (const std::uint64_t limit : {~0ull, 8192ull, 1024ull, 128ull, 16ull, 0ull}) {
-    std::vector<Ray> part;
-    for (std::uint32_t i : open) part.push_back(all_rays[i]);
-    std::vector<Hit> best(part.size(), Hit{0, NO_HIT, 0, 0});
-    std::vector<bool> cut(part.size(), false);
-    trace_pieces(part, limit, best, cut, times);
-    std::vector<std::uint32_t> still;
-    for (std::size_t i = 0; i < open.size(); ++i)
-      if (cut[i])
-        still.push_back(open[i]);
-      else
-        all[open[i]] = best[i];
-    open = std::move(still);
-    if (open.empty()) break;
-  }
-  if (!open.empty())
-    fail(Failure::Work, "kernel {}: {} rays could not be finished on {}: its driver stops loops after a few iterations",
-         job_.kernel->kernel->name(), open.size(), gpu_.info().name);
+  Walks walks(*this, all_rays, times);
+  repair(walks, std::span(all), kWholeTree, gpu_, times);
   hits.upload(all);
 }
 

@@ -1,14 +1,16 @@
-// Repair: traces rays again whose traversal the driver cut short, in pieces of the tree that are small enough.
+// Repair: walks again that the driver cut short, in pieces of the tree that are small enough.
 //
 // Mesa 22.3's lavapipe gives all loops of an invocation 65 535 iterations together and then silently stops looping. The
-// kernels notice this (shaders/lib/frame/main.glsl) and mark the ray. The hit of a ray is the smallest (t, prim) over
-// all leaves, in whatever order they are visited. So the tree can be cut into subtrees. A dispatch traces each of them,
-// and the hits are merged.
+// kernels notice this and mark the walk (shaders/lib/frame/cut_loops.glsl). What a walk finds does not depend on the
+// order of the leaves: it is the smallest (t, prim) of the hits, the nearest point, a number or a list of crossings. So
+// the tree can be cut into subtrees. A dispatch walks each of them, and the answers are merged.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
+#include "engine/core/error.h"
 #include "engine/trace/dispatch.h"
 #include "engine/trace/query.h"
 
@@ -23,6 +25,53 @@ struct ForestPiece {
   std::uint32_t root, mesh_root = END_OF_TREE;
 };
 
+inline bool is_unfinished(std::uint32_t answer) { return answer == UNFINISHED; }
+template <class Record>
+requires requires(const Record& r) { r.prim; }
+bool is_unfinished(const Record& r) { return is_unfinished(r.prim); }
+
+/// Repeats the walks whose answer is_unfinished(), in pieces of the tree of at most `limit` steps, then in ever smaller
+/// ones, until none is left. Throws Error(Work) if one is cut short even in single leaves. What it is told of a kind of
+/// walk:
+///   Answer, none()          what a walk returns, and what it returns if it finds nothing
+///   name(), kQueries        for messages: "kernel x", "rays"
+///   choose(numbers)         these walks are repeated from now on
+///   pieces(limit)           pieces that together hold the tree
+///   ask(piece, found)       repeats the chosen walks in a piece
+///   add(k, all, found)      adds what the k-th chosen walk has found in one more piece
+template <class Walks>
+void repair(Walks& walks, std::span<typename Walks::Answer> answers, std::uint64_t limit, const Context& gpu,
+            TraceTimes& times) {
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t i = 0; i < answers.size(); ++i)
+    if (is_unfinished(answers[i])) open.push_back(i);
+  times.retraced += open.size();
+  for (;; limit = std::min<std::uint64_t>(limit / 8, 8192)) {
+    if (open.empty()) return;
+    walks.choose(open);
+    std::vector<typename Walks::Answer> all(open.size(), walks.none()), found(open.size());
+    std::vector<bool> cut(open.size());
+    for (const auto& piece : walks.pieces(limit)) {
+      walks.ask(piece, std::span(found));
+      for (std::size_t k = 0; k < open.size(); ++k) {
+        cut[k] = cut[k] || is_unfinished(found[k]);
+        if (!cut[k]) walks.add(k, all[k], found[k]);
+      }
+    }
+    std::vector<std::uint32_t> still;
+    for (std::size_t k = 0; k < open.size(); ++k)
+      if (cut[k])
+        still.push_back(open[k]);
+      else
+        answers[open[k]] = std::move(all[k]);
+    open = std::move(still);
+    if (limit == 0 && !open.empty())
+      fail(Failure::Work, "{}: {} {} could not be finished on {}: its driver stops loops after a few iterations",
+           walks.name(), open.size(), Walks::kQueries, gpu.info().name);
+  }
+}
+constexpr std::uint64_t kWholeTree = ~0ull, kFirstPieces = 8192;  // limits to begin with
+
 /// Finishes rays that the driver cut short.
 class Repair {
  public:
@@ -30,14 +79,11 @@ class Repair {
   Repair(Context& gpu, DeviceTree& tree, Dispatcher& dispatcher, const Job& job)
       : gpu_(gpu), tree_(tree), dispatcher_(dispatcher), job_(job) {}
 
-  /// Traces every ray of [0, count) whose hit is UNFINISHED, in ever smaller pieces of the tree, until it is finished.
-  /// Throws Error(Work) if a ray stays unfinished.
+  /// Traces every ray of [0, count) whose hit is UNFINISHED. Throws Error(Work) if a ray stays unfinished.
   void run(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times);
 
  private:
-  std::vector<ForestPiece> pieces(std::uint64_t limit) const;
-  void trace_pieces(std::span<const Ray> part, std::uint64_t limit, std::vector<Hit>& best, std::vector<bool>& cut,
-                    TraceTimes& times);
+  class Walks;
 
   Context& gpu_;
   DeviceTree& tree_;

@@ -7,7 +7,7 @@
 // the regions are decided so that thin triangles lose no precision, and boxes are culled by a proved bound.
 //
 // Result: two texels a point, (point.xyz, distance), (prim, u, v, behind). Without a triangle within the limit prim is
-// NO_HIT, distance infinite, and the rest zero. A walk that the driver cut short has prim UNFINISHED.
+// NO_HIT, distance infinite, and the rest zero. A walk that did not finish has prim UNFINISHED.
 //
 // With BALLOT_SIDES `behind` tells whether the point is on the inner side of the surface: by the pseudonormal of the
 // part of the triangle that the nearest point is in, which for its inside is its normal (engine/bvh/pseudonormals.h has
@@ -207,9 +207,9 @@ bool is_behind(Near n, Foot f, uint prim) {
 #endif
 
 // Writes the answer.
-void store_nearest(uint index, Probe p, Best best, float limit, bool cut_short) {
-  uvec4 first = uvec4(0u, 0u, 0u, 0x7F800000u), second = uvec4(cut_short ? UNFINISHED : NO_HIT, 0u, 0u, 0u);
-  if (best.prim != NO_HIT && !cut_short) {
+void store_nearest(uint index, Probe p, Best best, float limit) {
+  uvec4 first = uvec4(0u, 0u, 0u, 0x7F800000u), second = uvec4(NO_HIT, 0u, 0u, 0u);
+  if (best.prim != NO_HIT) {
     Around t = around(p, best.texel);
     Near n = nearest_of(t);
     Foot f = foot_of(t, n);
@@ -225,6 +225,7 @@ void store_nearest(uint index, Probe p, Best best, float limit, bool cut_short) 
 #endif
     }
   }
+  if (!finish_walks(1u)) second.x = UNFINISHED;
   hit_words[2u * index] = first;
   hit_words[2u * index + 1u] = second;
 }
@@ -249,7 +250,6 @@ void main() {
   float scaled_limit = limit * p.scale;  // infinite where it is out of range
   float limit2 = smaller(scaled_limit * scaled_limit * 1.000001, FARTHEST);
   Best best = Best(limit2, limit2, NO_HIT, 0u);
-  bool truncated = false;
   while (node != END_OF_TREE) {
     while (is_inner(node)) {
       Pair pair = fetch_pair(node);
@@ -269,23 +269,17 @@ void main() {
         node = stack[top];
       }
     }
-    if (CUT_SHORT(is_inner(node))) break;
-    if (node != END_OF_TREE) {
+    if (CAME_TO_LEAF(node)) {
       uint block = node & LEAF_TEXEL_MASK, count = (node >> LEAF_COUNT_SHIFT & 7u) + 1u, i = 0u;
       do {
         consider_nearest(p, best, block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS);
         ++i;
       } while (i < count);
-      truncated = truncated || CUT_SHORT(i < count);
       do {
         --top;
       } while (stack_near[top] > best.reach2);
       node = stack[top];
     }
   }
-  if (inside) {
-    bool cut_short = WALK_CUT_SHORT(live && (node != END_OF_TREE || truncated));
-    store_nearest(index, p, best, limit, cut_short);
-    if (cut_short) atomicAdd(work.unfinished, 1u);
-  }
+  if (inside) store_nearest(index, p, best, limit);
 }

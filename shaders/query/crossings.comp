@@ -3,7 +3,7 @@
 // Crossings: for each ray, how many triangles it crosses with t in [t_min, t_max], and which. A walk of the pair tree,
 // one ray a lane, in no order; with BALLOT_FIRST nearer children first.
 //
-// Result: the number of crossings, a word a ray; UNFINISHED if the driver cut the walk short. With BALLOT_LISTS also
+// Result: the number of crossings, a word a ray; UNFINISHED if the walk did not finish. With BALLOT_LISTS also
 // the crossings, in no order, from slot places[i] on and before slot places[i + 1]; what does not fit there is left
 // out. With BALLOT_FIRST the list has the first crossings, and may have others (lib/query/first.glsl); their number is
 // then that of the list.
@@ -52,7 +52,7 @@ void main() {
 #if BALLOT_FIRST
   begin_first(w.ray.t_max);
 #endif
-  bool truncated = false, unsure = false;
+  bool unsure = false;
   do {
     find_leaves(w);
     uint left = 0u, texel = 0u;  // triangles of the leaf that are still to be tested, and the next one
@@ -85,14 +85,9 @@ void main() {
         --left;
       } while (leaf_count + left != 0u);
     }
-    truncated = truncated || CUT_SHORT(leaf_count + left != 0u);
-  } while (is_walking() && !truncated);
+  } while (is_walking());
 #if BALLOT_FIRST
   unsure = open_t <= w.hit.t;
 #endif
-  if (inside) {
-    bool cut_short = WALK_CUT_SHORT(live && (is_walking() || truncated));
-    answers[index] = cut_short ? UNFINISHED : unsure ? UNSURE : found;
-    if (cut_short) atomicAdd(work.unfinished, 1u);
-  }
+  if (inside) answers[index] = !finish_walks(1u) ? UNFINISHED : unsure ? UNSURE : found;
 }

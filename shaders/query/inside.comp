@@ -7,7 +7,7 @@
 // (ties); Sven Woop, Carsten Benthin, Ingo Wald. Watertight Ray/Triangle Intersection. JCGT 2(1), 2013 (vertices that
 // move together). Differs from both: the ray is parallel to an axis, so that there is no shear.
 //
-// Result: a word a point, 1 inside, 0 outside; UNFINISHED if the driver cut the walk short. With BALLOT_EXACT a point
+// Result: a word a point, 1 inside, 0 outside; UNFINISHED if the walk did not finish. With BALLOT_EXACT a point
 // is UNSURE if rounding may have decided; the host answers for it exactly.
 //
 // Why one ray is enough. Vertices are taken relative to the point, each coordinate rounded once. A vertex moves in the
@@ -102,7 +102,6 @@ void main() {
   // Points far away are outside of the bounds.
   uint top = 0u, node = live && !p.far ? push.root : END_OF_TREE, crossings = 0u;
   stack[top++] = END_OF_TREE;
-  bool truncated = false;
 #if BALLOT_EXACT
   bvec3 below = lessThan(p.at, push.scene_lo), above = greaterThan(p.at, push.scene_hi);
   unsure = live && p.far && !any(below.yz) && !any(above);
@@ -117,23 +116,20 @@ void main() {
       top -= uint(!(l || r));
       node = l ? pair.left : r ? pair.right : popped;
     }
-    if (CUT_SHORT(is_inner(node))) break;
-    if (node != END_OF_TREE) {
+    if (CAME_TO_LEAF(node)) {
       uint block = node & LEAF_TEXEL_MASK, count = (node >> LEAF_COUNT_SHIFT & 7u) + 1u, i = 0u;
       do {
         crossings += uint(crosses(p, block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS));
         ++i;
       } while (i < count);
-      truncated = truncated || CUT_SHORT(i < count);
       node = stack[--top];
     }
   }
   if (inside) {
-    bool cut_short = WALK_CUT_SHORT(live && (node != END_OF_TREE || truncated));
-    answers[index] = cut_short ? UNFINISHED : crossings & 1u;
+    uint answer = crossings & 1u;
 #if BALLOT_EXACT
-    if (unsure && !cut_short) answers[index] = UNSURE;
+    if (unsure) answer = UNSURE;
 #endif
-    if (cut_short) atomicAdd(work.unfinished, 1u);
+    answers[index] = finish_walks(1u) ? answer : UNFINISHED;
   }
 }

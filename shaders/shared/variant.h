@@ -40,7 +40,7 @@
 // BALLOT_INSTANCES         1: two levels, the trees of meshes below a tree of instances (lib/tree/instances.glsl).
 //                          0: one tree.
 // BALLOT_LOOPS_CUT         1: the driver may end loops early, so kernels check that theirs ran to the end
-//                          (lib/frame/main.glsl).
+//                          (lib/frame/cut_loops.glsl).
 // BALLOT_UNIFORM_FLOW      1: the device has subgroup-uniform control flow.
 // BALLOT_COUNTERS          1: the instrumented variant, which writes RayStats.
 // BALLOT_DOUBTFUL          what becomes of rays whose hit is open after float32 and double (lib/frame/doubtful.glsl):
@@ -60,7 +60,7 @@
 #define BOX_WIDENED 3
 #define BOX_RELATIVE 4
 
-// Hit::prim of a ray whose traversal the driver cut short (see lib/frame/main.glsl). It never leaves the tracer.
+// Hit::prim of a ray whose traversal the driver cut short (see lib/frame/cut_loops.glsl). It never leaves the tracer.
 #define UNFINISHED 0xFFFFFFFEu
 
 #ifdef __cplusplus

@@ -8,7 +8,7 @@
 //   Carsten Benthin, Ingo Wald, Sven Woop, Manfred Ernst, William Mark. Combining Single and Packet-Ray Tracing for
 //   Arbitrary Ray Distributions on the Intel MIC Architecture. TVCG 2012. (the condition)
 //
-// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+// traverse(walker, live, node)
 //   live   false if the lane has no ray; it still loads and votes
 //   Flow   subgroup-uniform, except in the subtrees that lanes walk by themselves
 //   Memory STACK_SIZE words per subgroup and STACK_SIZE per lane
@@ -25,10 +25,9 @@ void walk_apart(inout Walker w, uint node, bool wants) {
   STACK_AT(top++) = END_OF_TREE;
   if (!wants) node = END_OF_TREE;
   WALK_IF_IF(w, node, top)
-  w.truncated = w.truncated || node != END_OF_TREE;
 }
 
-uint traverse(inout Walker w, bool live, uint node) {
+void traverse(inout Walker w, bool live, uint node) {
   packet_begin();
   if (!packet_any(live)) node = END_OF_TREE;
   bool together = true;  // true at the root
@@ -38,11 +37,10 @@ uint traverse(inout Walker w, bool live, uint node) {
         node = packet_step(w, node, live);
         together = packet_count(live && packet_wants) >= push.threshold;
       } while (is_inner(node) && together);
-      if (is_inner(node) && together) break;  // only where the driver cut the loop short
     }
     if (node != END_OF_TREE) {
       if (together) {
-        node = packet_leaf(w, node, live);
+        if (CAME_TO_LEAF(node)) node = packet_leaf(w, node, live);
       } else {
         COUNT_SWITCH(1u, stats_depth)
         COUNT_SHARED(false)
@@ -57,8 +55,6 @@ uint traverse(inout Walker w, bool live, uint node) {
       together = packet_count(live && packet_wants) >= push.threshold;
     }
   }
-  w.truncated = w.truncated || packet_truncated;
-  return node;
 }
 
 #include "../lib/frame/main.glsl"

@@ -10,7 +10,7 @@
 //   HPG 2017.
 //   Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009. ("while-while")
 //
-// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+// traverse(walker, live, node)
 //   live   false if the lane has no ray
 //   Flow   lanes diverge; no subgroup operations
 //   Memory STACK_SIZE words per lane
@@ -19,17 +19,15 @@
 #include "../lib/tree/walk.glsl"
 #include "../lib/tree/bvh4.glsl"
 
-uint traverse(inout Walker w, bool live, uint node) {
+void traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
   uint top = 0u;
   STACK_AT(top++) = END_OF_TREE;
   if (!live) node = END_OF_TREE;
   while (node != END_OF_TREE) {
     while (is_inner(node)) WALK_BVH4(w, node, top)
-    if (CUT_SHORT(is_inner(node))) break;
     WALK_LEAVES(w, node, top)
   }
-  return node;
 }
 
 #include "../lib/frame/main.glsl"

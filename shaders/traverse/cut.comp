@@ -8,7 +8,7 @@
 // Differs from the paper: the lists are bounded. The depth of the tree does not bound them, so there is an overflow
 // rule: when the list of a lane has no room for what the lane wants, the packet walks the node and its sibling itself.
 //
-// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+// traverse(walker, live, node)
 //   live   false if the lane has no ray; it still loads and votes
 //   Flow   subgroup-uniform until the shared stack is empty, then lanes diverge
 //   Memory STACK_SIZE words per subgroup and STACK_SIZE + LIST_SIZE per lane
@@ -23,7 +23,7 @@
   STACK_AT(top) = child;         \
   top += uint(wanted);
 
-uint traverse(inout Walker w, bool live, uint node) {
+void traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
   uint top = 0u;
   STACK_AT(top++) = END_OF_TREE;
@@ -57,15 +57,11 @@ uint traverse(inout Walker w, bool live, uint node) {
         node = packet_enter(pair, mine, vote);
       } while (is_inner(node));
     }
-    if (is_inner(node)) break;  // only where the driver cut the loop short
-    if (node != END_OF_TREE) node = packet_leaf(w, node, live);
+    if (CAME_TO_LEAF(node)) node = packet_leaf(w, node, live);
   }
-  bool cut_short = node != END_OF_TREE;
   COUNT_SHARED(false)
   node = live ? STACK_AT(--top) : END_OF_TREE;
   WALK_IF_IF(w, node, top)
-  w.truncated = w.truncated || packet_truncated || cut_short;
-  return node;
 }
 
 #include "../lib/frame/main.glsl"

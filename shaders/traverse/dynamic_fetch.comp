@@ -30,7 +30,6 @@ uint traverse(inout Walker w, bool live, uint node) {
   uint top = stack_top;
   while (node != END_OF_TREE) {
     while (is_inner(node)) WALK_STEP(w, node, top)
-    if (CUT_SHORT(is_inner(node))) break;
     WALK_LEAVES(w, node, top)
     if (refill_left && subgroupBallotBitCount(subgroupBallot(node != END_OF_TREE)) < push.threshold) break;
   }

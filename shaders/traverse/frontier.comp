@@ -13,7 +13,7 @@
 // Differs: the top is not walked but tested at once, so the packet takes one step (two with 32 lanes) whatever the
 // rays.
 //
-// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+// traverse(walker, live, node)
 //   live   false if the lane has no ray
 //   Flow   subgroup-uniform until the entries are known, then lanes diverge
 //   Memory STACK_SIZE words per lane
@@ -30,15 +30,14 @@ Entries find_entries(inout Walker w, bool live, inout uint node) {
   Beam beam;
   // The frontier belongs to the whole tree, whose root is texel 0.
   if (node != 0u || !make_beam(w, live, beam)) return none;
-  bool cut_short;
-  Entries e = entries_of(beam, live, cut_short);
-  if (CUT_SHORT(cut_short) || bitCount(e.left.x) + bitCount(e.left.y) > push.threshold) return none;
+  Entries e = entries_of(beam, live);
+  if (bitCount(e.left.x) + bitCount(e.left.y) > push.threshold) return none;
   COUNT_SWITCH(1u, 0u)
   node = END_OF_TREE;
   return live ? e : none;
 }
 
-uint traverse(inout Walker w, bool live, uint node) {
+void traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
   uint top = 1u;
   STACK_AT(0) = END_OF_TREE;
@@ -52,14 +51,11 @@ uint traverse(inout Walker w, bool live, uint node) {
       top = 1u;
     }
     while (is_inner(node)) WALK_STEP(w, node, top)
-    if (CUT_SHORT(is_inner(node))) break;
     WALK_LEAVES(w, node, top)
 #if BALLOT_ANY_HIT
     if (w.hit.prim != NO_HIT) entries.left = uvec2(0u);
 #endif
   }
-  w.truncated = w.truncated || CUT_SHORT(has_entries(entries));
-  return node;
 }
 
 #include "../lib/frame/main.glsl"

@@ -10,19 +10,17 @@
 // count by ballot and bit count, which the paper wished for) or, as in 2010, a reduction in shared memory. A ray tests
 // a leaf's triangles only if it meets the leaf's own box.
 //
-// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+// traverse(walker, live, node)
 //   live   false if the lane has no ray; it still loads and votes
 //   Flow   subgroup-uniform throughout, except in the triangle tests of visit_leaf
 //   Memory STACK_SIZE words per subgroup, shared or spread over the lanes
 #include "../lib/frame/kernel.glsl"
 #include "../lib/packet/packet.glsl"
 
-uint traverse(inout Walker w, bool live, uint node) {
+void traverse(inout Walker w, bool live, uint node) {
   packet_begin();
   if (!packet_any(live)) node = END_OF_TREE;
   PACKET_WALK(w, node, live, true)
-  w.truncated = w.truncated || packet_truncated;
-  return node;
 }
 
 #include "../lib/frame/main.glsl"

@@ -18,7 +18,7 @@
 // With knob fallback, the rays of a packet that spreads over more than two octants are traced one by one
 // (lib/tree/walk.glsl). So are those of a packet with rays that meet every box (lib/numeric/box_padded.glsl).
 //
-// walk_packet() -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+// walk_packet()
 //   Flow   subgroup-uniform throughout, except for rays that are traced one by one
 //   Memory STACK_SIZE words per subgroup; with fallback also STACK_SIZE per lane
 #define METHOD_PACKETS
@@ -87,9 +87,8 @@ void meet_leaf(uint leaf, uint leaf_rays, uint anyone, inout uint entry) {
 #endif
 }
 
-uint walk_packet() {
+void walk_packet() {
   PacketBounds bounds = packet_bounds();
-  packet_cut_short = false;
   packet_top = 0u;
   packet_store(packet_top++, END_OF_TREE);
   uint entry = END_OF_TREE;  // the current node, above a bit for each child that is still to be visited
@@ -112,7 +111,6 @@ uint walk_packet() {
     } while (leaf != END_OF_TREE);
   }
 #endif
-  return leaf == END_OF_TREE ? entry : leaf;  // a leaf if the driver cut the loop short
 }
 
 #include "../lib/frame/main.glsl"

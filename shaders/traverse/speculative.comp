@@ -6,14 +6,14 @@
 // Based on:
 //   Timo Aila, Samuli Laine. Understanding the Efficiency of Ray Traversal on GPUs. HPG 2009. ("speculative traversal")
 //
-// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+// traverse(walker, live, node)
 //   live   false if the lane has no ray
 //   Flow   lanes diverge; the vote sees the lanes that are in the same loop, and any result of it is correct
 //   Memory STACK_SIZE words per lane
 #include "../lib/frame/kernel.glsl"
 #include "../lib/tree/walk.glsl"
 
-uint traverse(inout Walker w, bool live, uint node) {
+void traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
   uint top = 0u;
   STACK_AT(top++) = END_OF_TREE;
@@ -44,7 +44,6 @@ uint traverse(inout Walker w, bool live, uint node) {
     if (w.hit.prim != NO_HIT) node = END_OF_TREE;
 #endif
   }
-  return leaf != END_OF_TREE ? leaf : node;
 }
 
 #include "../lib/frame/main.glsl"

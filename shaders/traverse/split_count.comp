@@ -8,7 +8,7 @@
 //   different paths").
 // Differs from the paper in the same way as stack-max.
 //
-// traverse(walker, live, node) -> node   END_OF_TREE at the end of the walk; another node if the driver cut it short
+// traverse(walker, live, node)
 //   live   false if the lane has no ray; it still loads and votes
 //   Flow   subgroup-uniform until the switch, then lanes diverge
 //   Memory STACK_SIZE words per subgroup and STACK_SIZE per lane
@@ -19,7 +19,7 @@
 #include "../lib/packet/packet.glsl"
 #include "../lib/packet/split.glsl"
 
-uint traverse(inout Walker w, bool live, uint node) {
+void traverse(inout Walker w, bool live, uint node) {
   STACK_DECLARE
   uint top = 0u;
   packet_begin();
@@ -27,8 +27,6 @@ uint traverse(inout Walker w, bool live, uint node) {
   if (!packet_any(live)) node = END_OF_TREE;
   PACKET_WALK(w, node, live, packet_disagreements <= push.threshold)
   PART(w, node, live, top)
-  w.truncated = w.truncated || packet_truncated;
-  return node;
 }
 
 #include "../lib/frame/main.glsl"

@@ -208,22 +208,23 @@ TEST_F(Vulkan, ABrokenShaderNamesFileAndLine) {
 }
 
 // A persistent kernel must not rely on loops where the driver cuts them short. The tuning table limits its batches
-// there.
+// there. A loop that was cut shows in every loop behind it, which is how kernels notice (lib/frame/cut_loops.glsl).
 TEST_F(Vulkan, TheTuningTableKnowsDriversThatCutLoops) {
   Kernel kernel(*gpu_, source("long_loop.comp"));
-  Buffer<std::uint32_t> data(*gpu_, 2, Access::Storage, "loop");
+  Buffer<std::uint32_t> data(*gpu_, 4, Access::Storage, "loop");
   kernel.bind(0, data);
-  const std::vector<std::uint32_t> in{100000, 0};
+  const std::vector<std::uint32_t> in{100000, 0, 2, 0};
   data.upload(in);
   gpu_->submit("long loop", [&](VkCommandBuffer cmd) {
     kernel.dispatch(cmd, 1, nullptr, 0);
     gpu_->memory_barrier(cmd);
   });
-  std::vector<std::uint32_t> out(2);
+  std::vector<std::uint32_t> out(4);
   data.download(out);
   const KernelConfig f = kernel_config_for(kMethods[0], find_numeric(kDefaultNumeric), gpu_->info());
   EXPECT_TRUE(out[1] == 100000 || (f.batches <= 16u && f.loops_cut))
       << "the driver ran " << out[1] << " of 100000 iterations";
+  EXPECT_EQ(out[1] == 100000, out[3] == 2) << "the driver ran " << out[3] << " of 2 iterations behind them";
 }
 
 /// Gives each test a cache folder of its own.

@@ -120,27 +120,9 @@ void store_hit(uint index, Hit hit) {
   hit_words[RAY_AT(index)] = uvec4(floatBitsToUint(hit.t), hit.prim, floatBitsToUint(hit.u), floatBitsToUint(hit.v));
 }
 
-// True if `condition` holds and the driver may cut loops short (lib/frame/main.glsl). BALLOT_LOOPS_CUT is 0 for drivers
-// that are known not to do so.
-#if BALLOT_LOOPS_CUT
-#define CUT_SHORT(condition) (condition)
-#else
-#define CUT_SHORT(condition) false
-#endif
-
-// True if the driver has cut a loop of this invocation short. The limit is for all loops together, so it cuts this one
-// too. The bound is 2, which no compiler knows.
-bool loops_are_cut() {
-  uint rounds = 0u, bound = 2u + (push.ray_begin >> 31);
-  while (rounds < bound) ++rounds;
-  return rounds != bound;
-}
-
-// CUT_SHORT at the end of a walk, where nothing may be missed. A walk that looks finished may have lost a leaf or a
-// triangle: seen of "speculative" in mode exact.
-#define WALK_CUT_SHORT(condition) CUT_SHORT((condition) || loops_are_cut())
-
 bool is_inner(uint node) { return int(node) >= 0; }
+
+#include "cut_loops.glsl"
 
 // A box in the form of the layout: bounds lo and hi, or centre and half extents.
 struct NodeBox {

@@ -7,10 +7,6 @@
 // The reconvergence rule: a persistent subgroup loops on a base that is the same for all its lanes, and no lane leaves
 // the loop or the kernel alone. A lane without a ray goes along with live = false. If the device supports it, the entry
 // point declares subgroup-uniform control flow, which then guarantees that votes see all lanes.
-//
-// A driver may cut loops short. Mesa 22.3's lavapipe gives all loops of an invocation 65 535 iterations together, then
-// silently stops looping. A walk that did not end with END_OF_TREE was cut short: its ray is marked and counted, and
-// the host traces it again in smaller pieces (engine/trace/repair.cpp).
 
 // Loads ray number `index` and starts its walk state. Returns false if there is no such ray or the ray is dead.
 bool take_ray(uint index, out Walker w, out Ray given) {
@@ -28,23 +24,15 @@ bool take_ray(uint index, out Walker w) {
   return take_ray(index, w, given);
 }
 
-// Marks a ray as unfinished, so that the host traces it again.
-const Hit UNFINISHED_HIT = Hit(0.0, UNFINISHED, 0.0, 0.0);
-void leave_ray(uint index) {
-  if (index >= RAY_END) return;
-  store_hit(index, UNFINISHED_HIT);
-  atomicAdd(work.unfinished, 1u);
-}
-
-// Writes the hit of a ray. There is one store in every case: lavapipe runs both sides of a branch and stores lane by
-// lane.
-void write_hit(uint index, Walker w, float scale, bool cut_short) {
+// Writes the hit of a ray, which is `finished` unless the driver cut its walk short. There is one store in every case:
+// lavapipe runs both sides of a branch and stores lane by lane.
+void write_hit(uint index, Walker w, float scale, bool finished) {
   Hit hit = finished_hit(w.hit, scale);
-  if (cut_short) hit = UNFINISHED_HIT;
+  if (!finished) hit.prim = UNFINISHED;
   store_hit(index, hit);
   COUNT_WRITE(index)
 #if BALLOT_LISTS_RAYS
-  if (!cut_short && is_open(w.space, w.hit)) list_ray(index);
+  if (finished && is_open(w.space, w.hit)) list_ray(index);
 #endif
 }
 
@@ -58,9 +46,8 @@ float scale_at_end(uint index, Walker w) {
 #endif
 }
 
-void write_hit(uint index, Walker w, bool cut_short) {
-  write_hit(index, w, scale_at_end(index, w), cut_short);
-  if (cut_short) atomicAdd(work.unfinished, 1u);
+void write_hit(uint index, Walker w) {
+  write_hit(index, w, scale_at_end(index, w), finish_walks(1u));
 }
 
 #if BALLOT_INSTANCES
@@ -76,10 +63,9 @@ void trace_ray(uint index) { trace_instances(index); }
 void trace_ray(uint index) {
   Walker w;
   bool live = take_ray(index, w);
-  uint end = traverse(w, live, push.root);
-  if (index < RAY_END) write_hit(index, w, WALK_CUT_SHORT(live && (end != END_OF_TREE || w.truncated)));
+  traverse(w, live, push.root);
+  if (index < RAY_END) write_hit(index, w);
 }
-
 #endif
 
 // Traces a batch of a subgroup: a packet, or one ray a lane.

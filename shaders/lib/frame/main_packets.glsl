@@ -1,8 +1,7 @@
 // The frame of methods whose packets have BALLOT_RAYS rays in every lane. Such a method defines METHOD_PACKETS before
 // lib/frame/main.glsl, and
-//   walk_packet() -> node              walks packet[] (lib/packet/packet_rays.glsl); END_OF_TREE unless the driver cut
-//                                      it short
-//   traverse(w, live, node) -> node    as other methods: one ray a lane, for packets whose rays are better traced one
+//   walk_packet()                      walks packet[] (lib/packet/packet_rays.glsl)
+//   traverse(w, live, node)            as other methods: one ray a lane, for packets whose rays are better traced one
 //                                      by one
 //
 // Ray r of lane i is the packet's base + r * subgroup size + i, so that the rays of a packet are neighbours in the
@@ -30,10 +29,9 @@ uint packet_groups() {
   return lanes_or(groups);
 }
 
-// Walks the groups one after the other. Returns true if the driver cut a walk short.
-bool walk_groups(uint groups) {
+// Walks the groups one after the other.
+void walk_groups(uint groups) {
   uint living = alive;
-  bool cut_short = false;
   do {
     uint group = uint(findLSB(groups));
     packet_order = order_to(group >> 3);
@@ -41,10 +39,9 @@ bool walk_groups(uint groups) {
     alive = 0u;
     EACH_RAY(r) alive |= group_of(r) == group ? 1u << r : 0u;
     alive &= living;
-    cut_short = walk_packet() != END_OF_TREE || packet_cut_short || cut_short;
+    walk_packet();
     groups &= groups - 1u;
   } while (groups != 0u);
-  return cut_short || groups != 0u;
 }
 
 #if BALLOT_FALLBACK
@@ -59,7 +56,13 @@ void trace_one_by_one(uint base) {
     trace_ray(packet_index(base, r));
     ++r;
   } while (r < BALLOT_RAYS);
-  EACH_RAY(left) if (left >= r) leave_ray(packet_index(base, left));  // if the driver cut the loop short
+  uint left = 0u;  // rays that the loop did not come to, because the driver cut it short
+  EACH_RAY(i) {
+    bool is_left = i >= r && packet_index(base, i) < RAY_END;
+    if (is_left) store_hit(packet_index(base, i), Hit(0.0, UNFINISHED, 0.0, 0.0));
+    left += uint(is_left);
+  }
+  finish_walks(left);
 }
 #endif
 
@@ -80,14 +83,13 @@ void trace_packet(uint base) {
     return;
   }
 #endif
-  bool cut_short = walk_groups(groups);
-  cut_short = WALK_CUT_SHORT(cut_short);
-  uint left = 0u;
+  walk_groups(groups);
+  uint rays = 0u;
+  EACH_RAY(r) rays += uint(packet_index(base, r) < RAY_END);
+  bool finished = finish_walks(rays);
   EACH_RAY(r) {
     uint index = packet_index(base, r);
     COUNT_WIDE_END(r)
-    if (index < RAY_END) write_hit(index, packet[r], scales[r], cut_short);
-    left += uint(index < RAY_END);
+    if (index < RAY_END) write_hit(index, packet[r], scales[r], finished);
   }
-  if (cut_short) atomicAdd(work.unfinished, left);
 }

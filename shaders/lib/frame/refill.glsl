@@ -87,10 +87,10 @@ void trace_rays() {
       node = continue_instances(w);
       begin_ray();
       idle = node == END_OF_TREE;
-      if (idle) write_found(index, WALK_CUT_SHORT(found_cut));
+      if (idle) write_found(index);
     }
 #else
-    if (idle && index < RAY_END) write_hit(index, w, WALK_CUT_SHORT(w.truncated));
+    if (idle && index < RAY_END) write_hit(index, w);
 #endif
     if (refill_left) {
       uvec4 idlers = subgroupBallot(idle);
@@ -115,8 +115,8 @@ void trace_rays() {
   }
   // Reached with a ray only if the driver cut the loop short.
 #if BALLOT_INSTANCES
-  if (index < RAY_END) write_found(index, CUT_SHORT(true));
+  if (index < RAY_END) write_found(index);
 #else
-  if (index < RAY_END) write_hit(index, w, WALK_CUT_SHORT(node != END_OF_TREE || w.truncated));
+  if (index < RAY_END) write_hit(index, w);
 #endif
 }

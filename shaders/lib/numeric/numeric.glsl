@@ -20,10 +20,9 @@
 //   reach(space, best) -> float        returns a t that the nearest hit is surely not beyond; what lies behind it is
 //                                      culled
 // and, if it defines TRIANGLE_SETTLES,
-//   settle_leaf(inout space, inout best) -> bool  called after the triangles of a leaf, for a test that decides nothing
+//   settle_leaf(inout space, inout best)          called after the triangles of a leaf, for a test that decides nothing
 //                                      earlier. Finds the nearest hit, with t in the given ray's units; best.prim is
-//                                      the prim, not a place. Returns true if the driver left a loop early
-//                                      (lib/frame/main.glsl)
+//                                      the prim, not a place
 //   change_ray()                       called where a lane that has several rays goes on with another one
 //   is_open(space, best) -> bool       true if a triangle that the test has left open may be the nearest hit
 //   open_from(space) -> float          returns a t before which no such triangle is hit, to one ulp

@@ -221,13 +221,12 @@ bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out fl
 }
 
 // Decides whether the ray hits the triangle in range and before the best hit so far. If so, makes it the best hit.
-// Returns true if the driver cut loops short.
-bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
+void settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
   Ray ray = space.given;
   Corners corners = corners_of(fetch_triangle(texel, AS_STORED));
   uint prim = leaf_texel(texel).w;
   DoubleSight s = look(ray, corners);
-  bool missed, cut = false;
+  bool missed;
   Doubt doubt = doubt_of(ray, space, prim, best.prim, s, missed);
   bool hit = !missed;
   uint decisions = hit && (doubt.values || doubt.range || doubt.order) ? 1u : 0u;
@@ -260,10 +259,6 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
       hit = decide(space, corners, texel, prim, best.prim, doubt, s);
     }
 #endif
-    // This loop is a probe: it must run at least twice. If the driver cuts loops short, it ends early.
-    uint twice = 0u;
-    while (twice < decisions + 1u) ++twice;
-    cut = twice < 2u;
   }
   precise double det = s.side[0] + s.side[1] + s.side[2], weight1 = s.side[1] / det, weight2 = s.side[2] / det;
 #if BALLOT_DOUBTFUL == DOUBTFUL_LIMITED
@@ -276,19 +271,16 @@ bool settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
     space.best_texel = texel;
     space.reach = walked_t(space.given, s.t, s.error, space.start);
   }
-  return cut;
 }
 
-// Decides the triangles of a leaf that hit_triangle has marked. Returns true if the driver cut loops short.
-bool settle_leaf(inout RaySpace space, inout Hit best) {
-  bool cut = false;
+// Decides the triangles of a leaf that hit_triangle has marked.
+void settle_leaf(inout RaySpace space, inout Hit best) {
   uint open = BALLOT_ANY_HIT != 0 && best.prim != NO_HIT ? 0u : space.marked;
   while (open != 0u) {
-    cut = settle_triangle(space, space.first + uint(findLSB(open)) * TRIANGLE_TEXELS, best) || cut;
+    settle_triangle(space, space.first + uint(findLSB(open)) * TRIANGLE_TEXELS, best);
     open = BALLOT_ANY_HIT != 0 && best.prim != NO_HIT ? 0u : open & (open - 1u);
   }
   space.marked = 0u;
-  return cut || open != 0u;
 }
 
 // No hit counts before settle_leaf.

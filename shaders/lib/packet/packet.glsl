@@ -6,8 +6,6 @@
 
 #include "packet_stack.glsl"
 
-bool packet_truncated;  // the driver left a loop of a vote early; nothing that followed can be trusted
-
 // True if this lane wants the current node. The flag is also kept for the stack, one bit an entry for the first 32
 // entries; deeper entries count as wanted. Only for methods that ask for it, and for the counters.
 #if BALLOT_COUNTERS || defined(PACKET_REMEMBERS_WANTS)
@@ -42,7 +40,6 @@ uint packet_height() { return packet_top - 1u; }  // entries above END_OF_TREE
 
 void packet_begin() {
   packet_top = 0u;
-  packet_truncated = false;
   PACKET_ENTER(true)
   COUNT_SHARED(true)
   packet_push(END_OF_TREE, true);
@@ -84,14 +81,12 @@ shared uint vote_sums[gl_WorkGroupSize.x];
 // Sums two counts, 16 bits each, over the subgroup in log2(subgroup size) rounds.
 uint packet_sum(uint mine) {
   uint base = gl_SubgroupID * gl_SubgroupSize, lane = gl_SubgroupInvocationID;
-  uint step = gl_SubgroupSize / 2u;
-  for (; step > 0u; step /= 2u) {
+  for (uint step = gl_SubgroupSize / 2u; step > 0u; step /= 2u) {
     vote_sums[base + lane] = mine;
     PACKET_BARRIER();
     mine += vote_sums[base + (lane ^ step)];
     PACKET_BARRIER();
   }
-  packet_truncated = packet_truncated || step > 0u;
   return mine;
 }
 #endif
@@ -196,6 +191,6 @@ uint packet_leaf(inout Walker w, uint node, inout bool live) {
         node = packet_step(w, node, live);                                          \
       } while (is_inner(node) && (together));                                       \
     }                                                                               \
-    if (is_inner(node) || !(together)) break; /* or the driver cut the loop short */ \
-    if (node != END_OF_TREE) node = packet_leaf(w, node, live);                     \
+    if (!(together)) break;                                                         \
+    if (CAME_TO_LEAF(node)) node = packet_leaf(w, node, live);                      \
   }

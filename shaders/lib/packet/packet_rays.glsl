@@ -6,7 +6,6 @@ Walker packet[BALLOT_RAYS];  // with mirrored slabs
 uint alive;              // a bit for each of this lane's rays that still looks for a hit
 bvec3 packet_down;       // axes along which these rays go down; the packet walks the tree mirrored along them
 uint packet_order;       // texel_order() of these rays
-bool packet_cut_short;   // the driver left a loop over triangles early
 
 #define EACH_RAY(r) [[unroll]] for (uint r = 0u; r < BALLOT_RAYS; ++r)
 
@@ -96,15 +95,13 @@ void visit_packet_leaf(uint leaf, uint rays, uint anyone) {
       consider_triangle(triangle, subgroupShuffle(place, i), rays, anyone);
       ++i;
     } while (i < end);
-    packet_cut_short = packet_cut_short || i < end;
     first += SUBGROUP_SIZE;
   } while (SUBGROUP_SIZE < MAX_LEAF_TRIANGLES && first < count);
-  packet_cut_short = packet_cut_short || first < count;
 #ifdef TRIANGLE_SETTLES
   EACH_RAY(r) {
     if (BALLOT_RAYS > 1) change_ray();
     if ((alive >> r & 1u) == 0u) packet[r].space.marked = 0u;
-    packet_cut_short = settle_leaf(packet[r].space, packet[r].hit) || packet_cut_short;
+    settle_leaf(packet[r].space, packet[r].hit);
   }
 #endif
 #if BALLOT_ANY_HIT

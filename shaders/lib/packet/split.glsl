@@ -10,7 +10,6 @@
       STACK_AT(top) = packet_entry(top);                                    \
       ++top;                                                                \
     } while (top < packet_top);                                             \
-    packet_truncated = packet_truncated || top < packet_top;                \
     if (!live) node = END_OF_TREE;                                          \
     WALK_IF_IF(w, node, top)                                                \
   }

@@ -85,8 +85,8 @@ uint take_entry(inout Entries e) {
   return e.first + uint(findLSB(bits)) + (later ? 32u : 0u);
 }
 
-// Returns the frontier nodes that a ray of the beam may meet. `cut_short` is true if the driver left the loop early.
-Entries entries_of(Beam b, bool live, out bool cut_short) {
+// Returns the frontier nodes that a ray of the beam may meet.
+Entries entries_of(Beam b, bool live) {
   Entries e = Entries(b.octant * FRONTIER_NODES, uvec2(0u));
   uint base = 0u;
   do {
@@ -105,6 +105,5 @@ Entries entries_of(Beam b, bool live, out bool cut_short) {
       e.left.y |= lanes.x << base - 32u;
     base += SUBGROUP_SIZE;
   } while (base < FRONTIER_NODES);
-  cut_short = base < FRONTIER_NODES;
   return e;
 }

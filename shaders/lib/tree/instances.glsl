@@ -49,7 +49,6 @@ Ray world;         // scaled
 vec3 world_inv;    // its reciprocal direction
 float world_scale;  // of t, from this scale to the given ray's
 Hit found;         // the nearest hit so far: t on the scale of `world`, the number of its triangle
-bool found_cut;    // the driver cut a walk short
 float found_open;  // no triangle that a walk has left open is hit before this t (numeric.glsl)
 uint top_stack[TOP_STACK_SIZE];
 uint top_height, top_node;
@@ -66,7 +65,6 @@ bool begin_instances(uint index) {
   world_inv = reciprocal_direction(world.dir);
   world_scale = direction_scale(given.dir);
   found = Hit(world.t_max, NO_HIT, 0.0, 0.0);
-  found_cut = false;
   found_open = 3.4e38;
   top_stack[0] = END_OF_TREE;
   top_height = 1u;
@@ -171,8 +169,7 @@ uint next_instance(inout Walker w, bool live, out bool here) {
   uint root = END_OF_TREE;
   while (top_node != END_OF_TREE && root == END_OF_TREE) {
     while (is_inner(top_node)) top_step(live);
-    if (CUT_SHORT(is_inner(top_node))) break;
-    if (top_node != END_OF_TREE) {
+    if (CAME_TO_LEAF(top_node)) {
       here = live;
       root = enter_instance(top_node & ~LEAF_BIT, w, here);
       top_node = top_stack[--top_height];
@@ -183,13 +180,11 @@ uint next_instance(inout Walker w, bool live, out bool here) {
 #endif
     }
   }
-  found_cut = found_cut || CUT_SHORT(top_node != END_OF_TREE && root == END_OF_TREE);
   return root;
 }
 
-// Takes over what the walk of an instance has found. `end` is what traverse() returned.
-void leave_instance(Walker w, uint end, inout bool live) {
-  found_cut = found_cut || CUT_SHORT(end != END_OF_TREE || w.truncated);
+// Takes over what the walk of an instance has found.
+void leave_instance(Walker w, inout bool live) {
 #if BALLOT_LISTS_RAYS
   found_open = min(found_open, open_from(w.space));
 #endif
@@ -212,15 +207,15 @@ void leave_instance(Walker w, uint end, inout bool live) {
 #endif
 }
 
-void write_found(uint index, bool cut_short) {
+void write_found(uint index) {
+  bool finished = finish_walks(1u);
   Hit hit = found.prim == NO_HIT ? Hit(MISS_T, NO_HIT, 0.0, 0.0)
                                  : Hit(found.t * world_scale, found.prim, found.u, found.v);
-  if (cut_short) hit = UNFINISHED_HIT;
+  if (!finished) hit.prim = UNFINISHED;
   store_hit(index, hit);
-  if (cut_short) atomicAdd(work.unfinished, 1u);
 #if BALLOT_LISTS_RAYS
   bool settled = BALLOT_ANY_HIT != 0 && found.prim != NO_HIT;
-  if (!cut_short && !settled && found_open < 3.4e38 && found_open <= found_reach()) list_ray(index);
+  if (finished && !settled && found_open < 3.4e38 && found_open <= found_reach()) list_ray(index);
 #endif
 }
 
@@ -230,19 +225,18 @@ void trace_instances(uint index) {
   Walker w;
   uint root = next_instance(w, live, here);
   while (root != END_OF_TREE) {
-    uint end = traverse(w, here, root);
-    leave_instance(w, here ? end : END_OF_TREE, live);
+    traverse(w, here, root);
+    leave_instance(w, live);
     root = next_instance(w, live, here);
   }
-  found_cut = found_cut || CUT_SHORT(root != END_OF_TREE);
-  if (index < RAY_END) write_found(index, WALK_CUT_SHORT(found_cut));
+  if (index < RAY_END) write_found(index);
 }
 #else
 // The same for lanes that take new rays while others are under way: begin the walk of a ray, or continue it. Return the
 // node at which the lane walks on; END_OF_TREE if its ray is done.
 uint continue_instances(inout Walker w) {
   bool live = true, here;
-  leave_instance(w, END_OF_TREE, live);
+  leave_instance(w, live);
   return next_instance(w, live, here);
 }
 uint take_instances(uint index, inout Walker w) {
@@ -252,7 +246,6 @@ uint take_instances(uint index, inout Walker w) {
   w.space.open_t = NOTHING_OPEN;
   change_ray();
 #endif
-  w.truncated = false;
   return next_instance(w, live, here);
 }
 #endif

@@ -8,7 +8,6 @@ struct Walker {
   Slabs slabs;
   RaySpace space;
   Hit hit;         // nearest so far; t_max and NO_HIT if there is none; otherwise prim is a place (numeric.glsl)
-  bool truncated;  // the driver left a triangle loop early
 #if BALLOT_CAMERA
   float scale;     // direction_scale() of the computed camera ray
 #endif
@@ -35,7 +34,6 @@ Walker make_walker(Ray given) {
   w.hit = Hit(w.ray.t_max, NO_HIT, 0.0, 0.0);
   w.space = make_ray_space(w.ray, given);
   w.slabs = make_slabs(w.ray);
-  w.truncated = false;
 #if BALLOT_CAMERA
   w.scale = direction_scale(given.dir);
 #endif
@@ -100,7 +98,6 @@ void visit_leaf(inout Walker w, uint leaf, bool live) {
       COUNT_TRIANGLE()
       ++i;
     } while (i < count);
-    w.truncated = w.truncated || CUT_SHORT(i < count);
   }
 #else
   if (inside) {
@@ -109,7 +106,7 @@ void visit_leaf(inout Walker w, uint leaf, bool live) {
   }
 #endif
 #ifdef TRIANGLE_SETTLES
-  w.truncated = settle_leaf(w.space, w.hit) || w.truncated;
+  settle_leaf(w.space, w.hit);
 #endif
 }
 

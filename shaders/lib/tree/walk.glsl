@@ -82,14 +82,13 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
   while (!is_inner(node) && node != END_OF_TREE) WALK_LEAF(w, node, top)
 #else
 #define WALK_LEAVES(w, node, top) \
-  if (node != END_OF_TREE) WALK_LEAF(w, node, top)
+  if (CAME_TO_LEAF(node)) WALK_LEAF(w, node, top)
 #endif
 
 // Walks from a node until the stack is empty: inner nodes until a leaf, then leaves until an inner node.
 #define WALK_WHILE_WHILE(w, node, top)                                          \
   while (node != END_OF_TREE) {                                                 \
     while (is_inner(node)) WALK_STEP(w, node, top)                              \
-    if (CUT_SHORT(is_inner(node))) break;                                       \
     WALK_LEAVES(w, node, top)                                                   \
   }
 
