@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <span>
 #include <string>
 
@@ -14,16 +13,16 @@ class CheckedBytes {
  public:
   /// Makes a row without elements.
   CheckedBytes() = default;
-  /// Makes a row of single bytes. `file` and `name`, such as "buffer 0", are for error messages.
-  CheckedBytes(std::span<const unsigned char> bytes, const std::filesystem::path& file, std::string name);
+  /// Makes a row of single bytes. `name`, such as "buffer 0", is for error messages.
+  CheckedBytes(std::span<const unsigned char> bytes, std::string name);
 
   /// Returns `count` bytes from byte `offset` on. For rows of single bytes.
-  /// Throws Error(Work) that names the file, the part, the range and the number of bytes here.
+  /// Throws Flaw that names the part, the range and the number of bytes here.
   CheckedBytes part(std::size_t offset, std::size_t count, std::string name) const;
 
   /// Returns `count` elements of `element_bytes` > 0, the first at byte `offset`, `stride` bytes apart. For rows of
   /// single bytes.
-  /// Throws Error(Work) that names the file, the elements, their number and the number that these bytes hold.
+  /// Throws Flaw that names the elements, their number and the number that these bytes hold.
   CheckedBytes elements(std::size_t offset, std::size_t count, std::size_t element_bytes, std::size_t stride,
                         std::string name) const;
 
@@ -31,7 +30,7 @@ class CheckedBytes {
   std::size_t stride() const { return stride_; }
   std::size_t element_bytes() const { return element_bytes_; }
 
-  /// Returns the bytes of element i. Throws Error(Work) if there is none.
+  /// Returns the bytes of element i. Throws Flaw if there is none.
   const unsigned char* operator[](std::size_t i) const {
     if (i >= count_) no_element(i);
     return data_ + i * stride_;
@@ -47,7 +46,6 @@ class CheckedBytes {
 
   const unsigned char* data_ = nullptr;
   std::size_t count_ = 0, element_bytes_ = 1, stride_ = 1;
-  std::filesystem::path file_;
   std::string name_;
 };
 

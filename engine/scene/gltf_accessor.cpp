@@ -51,11 +51,11 @@ std::vector<std::uint32_t> sparse_indices(const GltfFile& file, const tinygltf::
   // Some versions of tinygltf count in int, others in std::size_t.
   if (std::cmp_less(sparse.count, 0) || std::cmp_greater(sparse.count, accessor.count) ||
       std::cmp_less(sparse.indices.byteOffset, 0) || std::cmp_less(sparse.values.byteOffset, 0))
-    fail_in(file.path, "{} has {} elements, but its sparse part counts {} or starts before its bufferView", name,
-            accessor.count, sparse.count);
+    refuse("{} has {} elements, but its sparse part counts {} or starts before its bufferView", name, accessor.count,
+           sparse.count);
   if (!is_index_type(sparse.indices.componentType))
-    fail_in(file.path, "{} has sparse indices of component type {}; expected 5121, 5123 or 5125", name,
-            sparse.indices.componentType);
+    refuse("{} has sparse indices of component type {}; expected 5121, 5123 or 5125", name,
+           sparse.indices.componentType);
   const auto bytes = static_cast<std::size_t>(
       tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(sparse.indices.componentType)));
   const auto count = static_cast<std::size_t>(sparse.count);
@@ -66,8 +66,8 @@ std::vector<std::uint32_t> sparse_indices(const GltfFile& file, const tinygltf::
   for (std::size_t i = 0; i < count; ++i) {
     indices[i] = unsigned_at(at[i], sparse.indices.componentType);
     if (indices[i] >= accessor.count || (i > 0 && indices[i] <= indices[i - 1]))
-      fail_in(file.path, "{} has the sparse index {} at place {}; expected ascending numbers below {}", name,
-              indices[i], i, accessor.count);
+      refuse("{} has the sparse index {} at place {}; expected ascending numbers below {}", name, indices[i], i,
+             accessor.count);
   }
   return indices;
 }
@@ -77,9 +77,9 @@ AccessorView open_typed(const GltfFile& file, int index, std::string_view place,
   AccessorView view = open_accessor(file, index, place);
   const tinygltf::Accessor& accessor = file.model.accessors[static_cast<std::size_t>(index)];
   if (accessor.type != type || std::ranges::find(component_types, accessor.componentType) == component_types.end())
-    fail_in(file.path, "{} uses {} of type {} and component type {}; expected {}", place,
-            label("accessor", static_cast<std::size_t>(index), accessor.name), accessor.type, accessor.componentType,
-            expected);
+    refuse("{} uses {} of type {} and component type {}; expected {}", place,
+           label("accessor", static_cast<std::size_t>(index), accessor.name), accessor.type, accessor.componentType,
+           expected);
   return view;
 }
 
@@ -135,28 +135,27 @@ std::uint32_t AccessorView::index(std::size_t i) const {
 CheckedBytes open_buffer_view(const GltfFile& file, int index, std::string_view place) {
   const auto& views = file.model.bufferViews;
   if (index < 0 || static_cast<std::size_t>(index) >= views.size())
-    fail_in(file.path, "{} names bufferView {}, but the file has {}", place, index, views.size());
+    refuse("{} names bufferView {}, but the file has {}", place, index, views.size());
   const tinygltf::BufferView& view = views[static_cast<std::size_t>(index)];
   const std::string name = fmt::format("bufferView {}", index);
   const auto& buffers = file.model.buffers;
   if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= buffers.size())
-    fail_in(file.path, "{} names buffer {}, but the file has {}", name, view.buffer, buffers.size());
-  const CheckedBytes buffer(buffers[static_cast<std::size_t>(view.buffer)].data, file.path,
-                            fmt::format("buffer {}", view.buffer));
+    refuse("{} names buffer {}, but the file has {}", name, view.buffer, buffers.size());
+  const CheckedBytes buffer(buffers[static_cast<std::size_t>(view.buffer)].data, fmt::format("buffer {}", view.buffer));
   return buffer.part(view.byteOffset, view.byteLength, name);
 }
 
 AccessorView open_accessor(const GltfFile& file, int index, std::string_view place) {
   const auto& accessors = file.model.accessors;
   if (index < 0 || static_cast<std::size_t>(index) >= accessors.size())
-    fail_in(file.path, "{} names accessor {}, but the file has {}", place, index, accessors.size());
+    refuse("{} names accessor {}, but the file has {}", place, index, accessors.size());
   const tinygltf::Accessor& accessor = accessors[static_cast<std::size_t>(index)];
   const std::string name = label("accessor", static_cast<std::size_t>(index), accessor.name);
   const int component_bytes = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
   const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
   if (component_bytes <= 0 || components <= 0)
-    fail_in(file.path, "{} has type {} and component type {}; expected those of glTF 2.0", name, accessor.type,
-            accessor.componentType);
+    refuse("{} has type {} and component type {}; expected those of glTF 2.0", name, accessor.type,
+           accessor.componentType);
   AccessorView view;
   view.count_ = accessor.count;
   view.components_ = static_cast<std::size_t>(components);
@@ -166,8 +165,7 @@ AccessorView open_accessor(const GltfFile& file, int index, std::string_view pla
   if (accessor.bufferView != -1) {
     view.data_ = open_elements(file, accessor.bufferView, accessor.byteOffset, accessor.count, element_bytes, name);
   } else if (accessor.count > kMaxImplicitCount) {
-    fail_in(file.path, "{} has {} elements and no bufferView; expected at most {}", name, accessor.count,
-            kMaxImplicitCount);
+    refuse("{} has {} elements and no bufferView; expected at most {}", name, accessor.count, kMaxImplicitCount);
   }
   if (accessor.sparse.isSparse) {
     view.sparse_indices_ = sparse_indices(file, accessor, name);
@@ -176,7 +174,7 @@ AccessorView open_accessor(const GltfFile& file, int index, std::string_view pla
                                         static_cast<std::size_t>(accessor.sparse.values.byteOffset),
                                         view.sparse_indices_.size(), element_bytes, values);
     if (view.sparse_values_.stride() != element_bytes)
-      fail_in(file.path, "{} are strided ({} bytes); glTF wants them packed", values, view.sparse_values_.stride());
+      refuse("{} are strided ({} bytes); glTF wants them packed", values, view.sparse_values_.stride());
   }
   return view;
 }

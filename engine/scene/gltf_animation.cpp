@@ -26,24 +26,23 @@ std::optional<ChannelPath> path_of(const std::string& name) {
   return std::nullopt;
 }
 
-Interpolation interpolation_of(const GltfFile& file, const std::string& name, const std::string& place) {
+Interpolation interpolation_of(const std::string& name, const std::string& place) {
   if (name == "LINEAR" || name.empty()) return Interpolation::Linear;
   if (name == "STEP") return Interpolation::Step;
   if (name == "CUBICSPLINE") return Interpolation::CubicSpline;
-  fail_in(file.path, "{} has the interpolation '{}'; expected LINEAR, STEP or CUBICSPLINE", place, name);
+  refuse("{} has the interpolation '{}'; expected LINEAR, STEP or CUBICSPLINE", place, name);
 }
 
 std::vector<float> read_times(const GltfFile& file, int accessor, const std::string& place) {
   const AccessorView view = open_times(file, accessor, place + " input");
-  if (view.size() == 0) fail_in(file.path, "{} has no key frame; expected one at least", place);
+  if (view.size() == 0) refuse("{} has no key frame; expected one at least", place);
   std::vector<float> times(view.size());
   for (std::size_t i = 0; i < times.size(); ++i) {
     times[i] = static_cast<float>(view.component(i, 0));
     if (!std::isfinite(times[i]) || times[i] < 0)
-      fail_in(file.path, "{} has key frame {} at {} s; expected a finite number, not below 0", place, i, times[i]);
+      refuse("{} has key frame {} at {} s; expected a finite number, not below 0", place, i, times[i]);
     if (i > 0 && !(times[i] > times[i - 1]))
-      fail_in(file.path, "{} has key frame {} at {} s, behind {} s; expected increasing times", place, i, times[i],
-              times[i - 1]);
+      refuse("{} has key frame {} at {} s, behind {} s; expected increasing times", place, i, times[i], times[i - 1]);
   }
   return times;
 }
@@ -54,35 +53,34 @@ AccessorView open_output(const GltfFile& file, int accessor, ChannelPath path, c
   return open_positions(file, accessor, place);
 }
 
-void check_rotations(const GltfFile& file, const Keys& keys, const std::string& place) {
+void check_rotations(const Keys& keys, const std::string& place) {
   const std::size_t parts = keys.interpolation == Interpolation::CubicSpline ? 3 : 1;
   for (std::size_t i = 0; i < keys.times.size(); ++i) {
     const float* q = &keys.values[(i * parts + parts / 2) * 4];
     if (q[0] == 0 && q[1] == 0 && q[2] == 0 && q[3] == 0)
-      fail_in(file.path, "{} has the rotation (0, 0, 0, 0) in key frame {}; expected a unit quaternion", place, i);
+      refuse("{} has the rotation (0, 0, 0, 0) in key frame {}; expected a unit quaternion", place, i);
   }
 }
 
 /// Reads key frames of values of `width` numbers.
 Keys read_keys(const GltfFile& file, const tinygltf::AnimationSampler& from, ChannelPath path, std::size_t width,
                const std::string& place) {
-  Keys keys{.interpolation = interpolation_of(file, from.interpolation, place), .width = width};
+  Keys keys{.interpolation = interpolation_of(from.interpolation, place), .width = width};
   keys.times = read_times(file, from.input, place);
   const AccessorView view = open_output(file, from.output, path, place + " output");
   const std::size_t parts = keys.interpolation == Interpolation::CubicSpline ? 3 : 1;
   const std::size_t components = path == ChannelPath::Weights ? 1 : width;
   const std::size_t expected = keys.times.size() * parts * (width / components);
   if (view.size() != expected)
-    fail_in(file.path, "{} has {} key frames and {} outputs; expected {}", place, keys.times.size(), view.size(),
-            expected);
+    refuse("{} has {} key frames and {} outputs; expected {}", place, keys.times.size(), view.size(), expected);
   keys.values.reserve(expected * components);
   for (std::size_t i = 0; i < expected; ++i)
     for (std::size_t c = 0; c < components; ++c) {
       keys.values.push_back(static_cast<float>(view.component(i, c)));
       if (!std::isfinite(keys.values.back()))
-        fail_in(file.path, "{} has the output {} in element {}; expected finite numbers", place, keys.values.back(), i);
+        refuse("{} has the output {} in element {}; expected finite numbers", place, keys.values.back(), i);
     }
-  if (path == ChannelPath::Rotation) check_rotations(file, keys, place);
+  if (path == ChannelPath::Rotation) check_rotations(keys, place);
   return keys;
 }
 
@@ -98,17 +96,15 @@ std::optional<AnimationChannel> read_channel(GltfFile& file, const ChannelPlace&
   const std::size_t node = checked_node(file, from.target_node, place.text);
   const auto path = path_of(from.target_path);
   if (!path)
-    fail_in(file.path, "{} has the path '{}'; expected translation, rotation, scale or weights", place.text,
-            from.target_path);
+    refuse("{} has the path '{}'; expected translation, rotation, scale or weights", place.text, from.target_path);
   if (from.sampler < 0 || static_cast<std::size_t>(from.sampler) >= owner.samplers.size())
-    fail_in(file.path, "{} names sampler {}, but the animation has {}", place.text, from.sampler,
-            owner.samplers.size());
+    refuse("{} names sampler {}, but the animation has {}", place.text, from.sampler, owner.samplers.size());
   const std::string target = label("node", node, file.model.nodes[node].name);
   if (*path != ChannelPath::Weights && to.nodes[node].rest.matrix)
-    fail_in(file.path, "{} moves {}, which has a matrix; expected translation, rotation and scale", place.text, target);
+    refuse("{} moves {}, which has a matrix; expected translation, rotation and scale", place.text, target);
   std::size_t width = *path == ChannelPath::Rotation ? 4 : 3;
   if (*path == ChannelPath::Weights) width = to.nodes[node].weights.size();
-  if (width == 0) fail_in(file.path, "{} moves weights of {}, whose mesh has no morph targets", place.text, target);
+  if (width == 0) refuse("{} moves weights of {}, whose mesh has no morph targets", place.text, target);
   samplers.push_back(read_keys(file, owner.samplers[static_cast<std::size_t>(from.sampler)], *path, width, place.text));
   return AnimationChannel{static_cast<std::uint32_t>(node), static_cast<std::uint32_t>(samplers.size() - 1), *path};
 }

@@ -25,40 +25,39 @@ std::string text_of(const tinygltf::Value& object, const char* key, const char* 
 Packed open_packed(const GltfFile& file, std::size_t view, const tinygltf::Value& from) {
   Packed to;
   to.place = fmt::format("bufferView {} ({})", view, kMeshopt);
-  const std::uint64_t buffer = whole_number(file, from, "buffer", to.place);
+  const std::uint64_t buffer = whole_number(from, "buffer", to.place);
   const auto& buffers = file.model.buffers;
-  if (buffer >= buffers.size())
-    fail_in(file.path, "{} names buffer {}, but the file has {}", to.place, buffer, buffers.size());
-  const CheckedBytes whole(buffers[buffer].data, file.path, fmt::format("buffer {}", buffer));
-  const std::uint64_t offset = from.Has("byteOffset") ? whole_number(file, from, "byteOffset", to.place) : 0;
-  to.bytes = whole.part(offset, whole_number(file, from, "byteLength", to.place), to.place);
-  to.stride = whole_number(file, from, "byteStride", to.place);
-  to.count = whole_number(file, from, "count", to.place);
+  if (buffer >= buffers.size()) refuse("{} names buffer {}, but the file has {}", to.place, buffer, buffers.size());
+  const CheckedBytes whole(buffers[buffer].data, fmt::format("buffer {}", buffer));
+  const std::uint64_t offset = from.Has("byteOffset") ? whole_number(from, "byteOffset", to.place) : 0;
+  to.bytes = whole.part(offset, whole_number(from, "byteLength", to.place), to.place);
+  to.stride = whole_number(from, "byteStride", to.place);
+  to.count = whole_number(from, "count", to.place);
   to.mode = text_of(from, "mode", "");
   to.filter = text_of(from, "filter", "NONE");
   return to;
 }
 
 /// Checks the numbers that the decoders take for granted.
-void check_packed(const GltfFile& file, const Packed& p) {
+void check_packed(const Packed& p) {
   const bool attributes = p.mode == "ATTRIBUTES", triangles = p.mode == "TRIANGLES";
   if (!attributes && !triangles && p.mode != "INDICES")
-    fail_in(file.path, "{} has the mode '{}'; expected ATTRIBUTES, TRIANGLES or INDICES", p.place, p.mode);
+    refuse("{} has the mode '{}'; expected ATTRIBUTES, TRIANGLES or INDICES", p.place, p.mode);
   if (attributes ? p.stride == 0 || p.stride > 256 || p.stride % 4 != 0 : p.stride != 2 && p.stride != 4)
-    fail_in(file.path, "{} has a byteStride of {}; expected {}", p.place, p.stride,
-            attributes ? "a multiple of 4 up to 256" : "2 or 4");
+    refuse("{} has a byteStride of {}; expected {}", p.place, p.stride,
+           attributes ? "a multiple of 4 up to 256" : "2 or 4");
   if (triangles && p.count % 3 != 0)
-    fail_in(file.path, "{} has {} indices of triangles; expected a multiple of 3", p.place, p.count);
+    refuse("{} has {} indices of triangles; expected a multiple of 3", p.place, p.count);
   const bool fits = p.filter == "NONE" || (p.filter == "OCTAHEDRAL" && (p.stride == 4 || p.stride == 8)) ||
                     (p.filter == "QUATERNION" && p.stride == 8) || p.filter == "EXPONENTIAL";
   if (!fits || (p.filter != "NONE" && !attributes))
-    fail_in(file.path, "{} has the filter '{}' on {} of {} bytes; expected NONE, OCTAHEDRAL, QUATERNION or EXPONENTIAL",
-            p.place, p.filter, p.mode, p.stride);
+    refuse("{} has the filter '{}' on {} of {} bytes; expected NONE, OCTAHEDRAL, QUATERNION or EXPONENTIAL", p.place,
+           p.filter, p.mode, p.stride);
 }
 
-std::vector<unsigned char> decode_packed(const GltfFile& file, const Packed& p) {
-  check_packed(file, p);
-  need_memory(p.count * p.stride, fmt::format("{}: {}", file.path.string(), p.place));
+std::vector<unsigned char> decode_packed(const Packed& p) {
+  check_packed(p);
+  need_memory_for(p.count * p.stride, p.place);
   std::vector<unsigned char> to(p.count * p.stride);
   const std::span<const unsigned char> from = p.bytes.bytes();
   int status = 0;
@@ -70,8 +69,8 @@ std::vector<unsigned char> decode_packed(const GltfFile& file, const Packed& p) 
   else
     status = meshopt_decodeIndexSequence(to.data(), p.count, p.stride, from.data(), from.size());
   if (status != 0)
-    fail_in(file.path, "{} cannot be decoded: its {} bytes are not {} elements of {} bytes; export it again", p.place,
-            from.size(), p.count, p.stride);
+    refuse("{} cannot be decoded: its {} bytes are not {} elements of {} bytes; export it again", p.place, from.size(),
+           p.count, p.stride);
   if (p.filter == "OCTAHEDRAL") meshopt_decodeFilterOct(to.data(), p.count, p.stride);
   if (p.filter == "QUATERNION") meshopt_decodeFilterQuat(to.data(), p.count, p.stride);
   if (p.filter == "EXPONENTIAL") meshopt_decodeFilterExp(to.data(), p.count, p.stride);
@@ -80,13 +79,12 @@ std::vector<unsigned char> decode_packed(const GltfFile& file, const Packed& p) 
 
 }  // namespace
 
-std::uint64_t whole_number(const GltfFile& file, const tinygltf::Value& object, const char* key,
-                           const std::string& place) {
+std::uint64_t whole_number(const tinygltf::Value& object, const char* key, const std::string& place) {
   const double value = object.IsObject() && object.Has(key) && object.Get(key).IsNumber()
                            ? object.Get(key).GetNumberAsDouble()
                            : std::nan("");
   if (!(value >= 0 && value < 9e15 && value == std::floor(value)))
-    fail_in(file.path, "{} has no whole number '{}'; export it again", place, key);
+    refuse("{} has no whole number '{}'; export it again", place, key);
   return static_cast<std::uint64_t>(value);
 }
 
@@ -104,7 +102,7 @@ void decompress(GltfFile& file) {
     const auto& extensions = file.model.bufferViews[i].extensions;
     const auto found = extensions.find(kMeshopt);
     if (found == extensions.end()) continue;
-    std::vector<unsigned char> bytes = decode_packed(file, open_packed(file, i, found->second));
+    std::vector<unsigned char> bytes = decode_packed(open_packed(file, i, found->second));
     tinygltf::BufferView& view = file.model.bufferViews[i];
     view.buffer = static_cast<int>(file.model.buffers.size());
     view.byteOffset = 0;

@@ -21,8 +21,7 @@ void decode_draco(GltfFile& file, tinygltf::Primitive& primitive, const std::str
 int add_decoded(GltfFile& file, std::vector<unsigned char> bytes);
 
 /// Returns a whole number of an extension. Throws Error(Work) if it is missing, negative or not whole.
-std::uint64_t whole_number(const GltfFile& file, const tinygltf::Value& object, const char* key,
-                           const std::string& place);
+std::uint64_t whole_number(const tinygltf::Value& object, const char* key, const std::string& place);
 
 inline constexpr const char* kMeshopt = "EXT_meshopt_compression";
 inline constexpr const char* kDraco = "KHR_draco_mesh_compression";

@@ -33,8 +33,8 @@ Alpha alpha_mode(const GltfFile& file, std::size_t index) {
   if (from.alphaMode == "MASK") return Alpha::Mask;
   if (from.alphaMode == "BLEND") return Alpha::Blend;
   if (from.alphaMode == "OPAQUE" || from.alphaMode.empty()) return Alpha::Opaque;
-  fail_in(file.path, "{} has the alphaMode '{}'; expected OPAQUE, MASK or BLEND", label("material", index, from.name),
-          from.alphaMode);
+  refuse("{} has the alphaMode '{}'; expected OPAQUE, MASK or BLEND", label("material", index, from.name),
+         from.alphaMode);
 }
 
 /// Returns KHR_materials_pbrSpecularGlossiness of a material; null without it, or if pbrMetallicRoughness, which Ballot
@@ -143,8 +143,7 @@ NodeTransform node_transform(const GltfFile& file, std::size_t index) {
   const tinygltf::Node& node = file.model.nodes[index];
   const auto check = [&](const char* key, const std::vector<double>& values, std::size_t count) {
     if (!values.empty() && values.size() != count)
-      fail_in(file.path, "{} has a {} of {} numbers; expected {}", label("node", index, node.name), key, values.size(),
-              count);
+      refuse("{} has a {} of {} numbers; expected {}", label("node", index, node.name), key, values.size(), count);
     return !values.empty();
   };
   NodeTransform to;
@@ -166,8 +165,7 @@ View convert_camera(const GltfFile& file, std::size_t node, const glm::dmat4& wo
   const tinygltf::Node& from = file.model.nodes[node];
   const auto& cameras = file.model.cameras;
   if (from.camera < 0 || static_cast<std::size_t>(from.camera) >= cameras.size())
-    fail_in(file.path, "{} names camera {}, but the file has {}", label("node", node, from.name), from.camera,
-            cameras.size());
+    refuse("{} names camera {}, but the file has {}", label("node", node, from.name), from.camera, cameras.size());
   const tinygltf::Camera& camera = cameras[static_cast<std::size_t>(from.camera)];
   View view{.name = !from.name.empty()     ? from.name
                     : !camera.name.empty() ? camera.name
@@ -177,13 +175,13 @@ View convert_camera(const GltfFile& file, std::size_t node, const glm::dmat4& wo
   const double size = view.orthographic ? camera.orthographic.ymag : camera.perspective.yfov;
   const double most = view.orthographic ? 1e30 : 3.14159;
   if (!(std::abs(size) > 0 && std::abs(size) < most))
-    fail_in(file.path, "camera {} has the {} {}; expected more than 0 and less than {}", from.camera,
-            view.orthographic ? "ymag" : "yfov", size, most);
+    refuse("camera {} has the {} {}; expected more than 0 and less than {}", from.camera,
+           view.orthographic ? "ymag" : "yfov", size, most);
   (view.orthographic ? view.ymag : view.yfov) = std::abs(size);
   for (int axis = 0; axis < 3; ++axis)
     if (!std::isfinite(view.world_from_camera[3][axis]))
-      fail_in(file.path, "{} puts its camera at {}; expected finite numbers", label("node", node, from.name),
-              view.world_from_camera[3][axis]);
+      refuse("{} puts its camera at {}; expected finite numbers", label("node", node, from.name),
+             view.world_from_camera[3][axis]);
   return view;
 }
 
@@ -198,7 +196,7 @@ Light convert_light(const GltfFile& file, std::size_t node, const glm::dmat4& wo
   const auto& lights = file.model.lights;
   const std::string place = label("node", node, owner.name);
   if (index < 0 || static_cast<std::size_t>(index) >= lights.size())
-    fail_in(file.path, "{} names light {}, but the file has {}", place, index, lights.size());
+    refuse("{} names light {}, but the file has {}", place, index, lights.size());
   const tinygltf::Light& from = lights[static_cast<std::size_t>(index)];
   Light to{.name = from.name.empty() ? fmt::format("light{}", index) : from.name};
   if (from.type == "directional")
@@ -206,7 +204,7 @@ Light convert_light(const GltfFile& file, std::size_t node, const glm::dmat4& wo
   else if (from.type == "spot")
     to.kind = Light::Kind::Spot;
   else if (from.type != "point")
-    fail_in(file.path, "light {} has the type '{}'; expected point, spot or directional", index, from.type);
+    refuse("light {} has the type '{}'; expected point, spot or directional", index, from.type);
   place_light(to, world_from_node);
   to.intensity = color(from.color, glm::vec3{1}) * static_cast<float>(from.intensity);
   to.range = static_cast<float>(std::max(from.range, 0.0));
@@ -214,8 +212,8 @@ Light convert_light(const GltfFile& file, std::size_t node, const glm::dmat4& wo
   to.outer_angle = static_cast<float>(from.spot.outerConeAngle);
   for (int axis = 0; axis < 3; ++axis)
     if (!std::isfinite(to.position[axis]) || !std::isfinite(to.intensity[axis]) || to.intensity[axis] < 0)
-      fail_in(file.path, "{} puts light {} of intensity {} at {}; expected finite numbers, and no intensity below 0",
-              place, index, to.intensity[axis], to.position[axis]);
+      refuse("{} puts light {} of intensity {} at {}; expected finite numbers, and no intensity below 0", place, index,
+             to.intensity[axis], to.position[axis]);
   return to;
 }
 

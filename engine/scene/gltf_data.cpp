@@ -56,12 +56,12 @@ RawBytes read_buffer_file(const GltfFile& file, const std::string& name) {
   const auto path = named_file(file.path, name, file.options.allow_outside, "a buffer");
   std::error_code error;
   if (!std::filesystem::exists(path, error) || std::filesystem::is_directory(path, error))
-    fail_in(file.path, "its buffer file '{}' was not found; expected it in the scene's folder", name);
+    refuse("its buffer file '{}' was not found; expected it in the scene's folder", name);
   std::vector<std::byte> bytes;
   try {
     bytes = read_file(path);
   } catch (const Error& e) {
-    fail_in(file.path, "its buffer file cannot be used: {}", e.what());
+    refuse("its buffer file cannot be used: {}", e.what());
   }
   const auto* first = reinterpret_cast<const unsigned char*>(bytes.data());
   return {first, first + bytes.size()};
@@ -78,15 +78,15 @@ tinygltf::Buffer read_buffer(const GltfFile& file, const GltfJson& from, const s
   if (uri.empty() && fallback && *fallback == true) return to;
   const GltfJson* length = member(from, "byteLength");
   if (!length || !length->is_number_unsigned() || *length == 0)
-    fail_in(file.path, "{} has no byteLength; expected a whole number above 0; export it again", place);
+    refuse("{} has no byteLength; expected a whole number above 0; export it again", place);
   const auto bytes = length->get<std::uint64_t>();
   std::string what = "its data URI";
   if (uri.empty()) {
-    if (!chunk) fail_in(file.path, "{} has no uri, and the file no binary chunk; export it again", place);
+    if (!chunk) refuse("{} has no uri, and the file no binary chunk; export it again", place);
     const auto* first = reinterpret_cast<const unsigned char*>(chunk->data());
     to.data.assign(first, first + std::min<std::uint64_t>(bytes, chunk->size()));
     what = "the binary chunk";
-  } else if (auto data = data_of_uri(file, uri, place)) {
+  } else if (auto data = data_of_uri(uri, place)) {
     to.data = std::move(*data);
   } else {
     const std::string name = decoded_uri(uri);
@@ -94,26 +94,26 @@ tinygltf::Buffer read_buffer(const GltfFile& file, const GltfJson& from, const s
     what = fmt::format("its file '{}'", name);
   }
   if (to.data.size() < bytes)
-    fail_in(file.path, "{} is cut short: its byteLength is {}, but {} has {} bytes; copy or export it again", place,
-            bytes, what, to.data.size());
+    refuse("{} is cut short: its byteLength is {}, but {} has {} bytes; copy or export it again", place, bytes, what,
+           to.data.size());
   to.data.resize(bytes);
   return to;
 }
 
 /// Reads an image of a data URI, or notes where it is.
-tinygltf::Image read_image(const GltfFile& file, const GltfJson& from, const std::string& place, std::size_t views) {
+tinygltf::Image read_image(const GltfJson& from, const std::string& place, std::size_t views) {
   tinygltf::Image to;
   to.name = text_in(from, "name");
   if (const GltfJson* view = member(from, "bufferView")) {
     to.bufferView = index_in(*view);
     if (to.bufferView < 0 || static_cast<std::size_t>(to.bufferView) >= views)
-      fail_in(file.path, "{} names bufferView {}, but the file has {}", place, view->dump(), views);
+      refuse("{} names bufferView {}, but the file has {}", place, view->dump(), views);
     return to;
   }
   to.uri = text_in(from, "uri");
-  if (to.uri.empty()) fail_in(file.path, "{} has neither a uri nor a bufferView; export it again", place);
-  if (auto data = data_of_uri(file, to.uri, place)) {
-    if (data->empty()) fail_in(file.path, "{} is empty: its data URI holds nothing; export it again", place);
+  if (to.uri.empty()) refuse("{} has neither a uri nor a bufferView; export it again", place);
+  if (auto data = data_of_uri(to.uri, place)) {
+    if (data->empty()) refuse("{} is empty: its data URI holds nothing; export it again", place);
     to.image = std::move(*data);
     to.uri.clear();
   }
@@ -122,18 +122,18 @@ tinygltf::Image read_image(const GltfFile& file, const GltfJson& from, const std
 
 }  // namespace
 
-std::optional<RawBytes> data_of_uri(const GltfFile& file, std::string_view uri, const std::string& place) {
+std::optional<RawBytes> data_of_uri(std::string_view uri, const std::string& place) {
   if (lower(uri.substr(0, 5)) != "data:") return std::nullopt;
   const std::size_t comma = uri.find(',');
   if (comma == std::string_view::npos)
-    fail_in(file.path, "{} has a data URI without a comma; expected data:[type][;base64],DATA; export it again", place);
+    refuse("{} has a data URI without a comma; expected data:[type][;base64],DATA; export it again", place);
   const std::string kind = lower(uri.substr(0, comma));
   std::string_view text = uri.substr(comma + 1);
   std::string decoded;
   if (text.find('%') != std::string_view::npos) text = decoded = decoded_uri(text);
   if (!kind.ends_with(";base64")) return RawBytes(text.begin(), text.end());
   auto bytes = decoded_base64(text);
-  if (!bytes) fail_in(file.path, "{} has a data URI that cannot be decoded as base64; export it again", place);
+  if (!bytes) refuse("{} has a data URI that cannot be decoded as base64; export it again", place);
   return bytes;
 }
 
@@ -144,8 +144,7 @@ GltfData read_data(const GltfFile& file, const GltfJson& root, std::optional<std
   });
   const GltfJson* views = member(root, "bufferViews");
   for_each_in(root, "images", [&](const GltfJson& image, std::size_t i) {
-    data.images.push_back(
-        read_image(file, image, label("image", i, text_in(image, "name")), views ? views->size() : 0));
+    data.images.push_back(read_image(image, label("image", i, text_in(image, "name")), views ? views->size() : 0));
   });
   return data;
 }

@@ -25,7 +25,6 @@ GltfData read_data(const GltfFile& file, const nlohmann::json& root, std::option
 
 /// Returns the bytes of a data URI: with any media type and parameters or none, in base64 or percent escapes; nothing
 /// if the text is no data URI. `place` names it in errors. Throws Error(Work) if it cannot be decoded.
-std::optional<std::vector<unsigned char>> data_of_uri(const GltfFile& file, std::string_view uri,
-                                                      const std::string& place);
+std::optional<std::vector<unsigned char>> data_of_uri(std::string_view uri, const std::string& place);
 
 }  // namespace ballot

@@ -85,7 +85,7 @@ class AskingDecoder : public Base {
     std::uint64_t bytes = 0;
     for (std::int32_t i = 0; i < cloud.num_attributes(); ++i)
       bytes += kCopies * std::max<std::uint64_t>(std::uint64_t(cloud.attribute(i)->byte_stride()), 4);
-    need_memory(bytes * cloud.num_points(), what_);
+    need_memory_for(bytes * cloud.num_points(), what_);
     return Base::DecodeAllAttributes();
   }
 
@@ -108,7 +108,7 @@ std::unique_ptr<draco::Mesh> decode_known(std::span<const unsigned char> bytes, 
 tinygltf::Accessor& accessor_of(GltfFile& file, int index, const std::string& place) {
   auto& accessors = file.model.accessors;
   if (index < 0 || static_cast<std::size_t>(index) >= accessors.size())
-    fail_in(file.path, "{} names accessor {}, but the file has {}", place, index, accessors.size());
+    refuse("{} names accessor {}, but the file has {}", place, index, accessors.size());
   return accessors[static_cast<std::size_t>(index)];
 }
 
@@ -150,33 +150,27 @@ void redirect(GltfFile& file, tinygltf::Accessor& accessor, std::vector<unsigned
 }
 
 /// Decodes the stream of a primitive whose accessors promise `points` vertices and `faces` triangles.
-std::unique_ptr<draco::Mesh> decode_stream(const GltfFile& file, const CheckedBytes& packed, std::size_t points,
-                                           std::size_t faces, std::size_t attributes, const std::string& place) {
+std::unique_ptr<draco::Mesh> decode_stream(const CheckedBytes& packed, std::size_t points, std::size_t faces,
+                                           std::size_t attributes, const std::string& place) {
   const std::span<const unsigned char> bytes = packed.bytes();
   const auto disagree = [&](std::uint64_t found_faces) {
-    fail_in(file.path, "{} promises {} triangles, but its Draco data has {}; export it again", place, faces,
-            found_faces);
+    refuse("{} promises {} triangles, but its Draco data has {}; export it again", place, faces, found_faces);
   };
   const std::optional<DracoClaims> claimed = claims_of(bytes);
   if (!claimed)
-    fail_in(file.path,
-            "{} cannot be decoded: its {} bytes do not begin as a Draco mesh of version 2.2; export it again", place,
-            bytes.size());
+    refuse("{} cannot be decoded: its {} bytes do not begin as a Draco mesh of version 2.2; export it again", place,
+           bytes.size());
   if (claimed->faces != faces) disagree(claimed->faces);
   if (claimed->points && *claimed->points != points)
-    fail_in(file.path, "{} promises {} vertices, but its Draco data has {}; export it again", place, points,
-            *claimed->points);
+    refuse("{} promises {} vertices, but its Draco data has {}; export it again", place, points, *claimed->points);
   constexpr std::uint64_t kFaceBytes = 96, kValueBytes = 32;  // of Draco's tables and of the decoded values
-  const std::string what = fmt::format("{}: {} of {} triangles", file.path.string(), place, faces);
-  need_memory(faces * kFaceBytes + points * attributes * kValueBytes, what);
+  const std::string what = fmt::format("{} of {} triangles", place, faces);
+  need_memory_for(faces * kFaceBytes + points * attributes * kValueBytes, what);
   std::unique_ptr<draco::Mesh> mesh = decode_known(bytes, what);
-  if (!mesh)
-    fail_in(file.path, "{} cannot be decoded: its {} bytes are no mesh of Draco's; export it again", place,
-            bytes.size());
+  if (!mesh) refuse("{} cannot be decoded: its {} bytes are no mesh of Draco's; export it again", place, bytes.size());
   if (mesh->num_faces() != faces) disagree(mesh->num_faces());
   if (mesh->num_points() != points)
-    fail_in(file.path, "{} promises {} vertices, but its Draco data has {}; export it again", place, points,
-            mesh->num_points());
+    refuse("{} promises {} vertices, but its Draco data has {}; export it again", place, points, mesh->num_points());
   return mesh;
 }
 
@@ -195,27 +189,26 @@ std::vector<unsigned char> indices_of(const draco::Mesh& mesh) {
 void decode_draco(GltfFile& file, tinygltf::Primitive& primitive, const std::string& place) {
   const std::string here = fmt::format("{} ({})", place, kDraco);
   const tinygltf::Value draco = primitive.extensions.at(kDraco);
-  const std::uint64_t view = whole_number(file, draco, "bufferView", here);
+  const std::uint64_t view = whole_number(draco, "bufferView", here);
   const CheckedBytes packed = open_buffer_view(file, static_cast<int>(std::min<std::uint64_t>(view, 0x7FFFFFFF)), here);
   const auto position = primitive.attributes.find("POSITION");
   if (position == primitive.attributes.end() || primitive.indices == -1 || !draco.Has("attributes") ||
       !draco.Get("attributes").IsObject())
-    fail_in(file.path, "{} has no POSITION, no indices or no attributes; export it again", here);
+    refuse("{} has no POSITION, no indices or no attributes; export it again", here);
   tinygltf::Accessor& indices = accessor_of(file, primitive.indices, here);
   const bool strip = primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP && indices.count >= 2;
   const std::size_t faces = strip && indices.count % 3 != 0 ? indices.count - 2 : indices.count / 3;
   const std::vector<std::string> names = draco.Get("attributes").Keys();
-  const auto mesh =
-      decode_stream(file, packed, accessor_of(file, position->second, here).count, faces, names.size(), here);
+  const auto mesh = decode_stream(packed, accessor_of(file, position->second, here).count, faces, names.size(), here);
   for (const std::string& name : names) {
     const auto attribute = primitive.attributes.find(name);
     if (attribute == primitive.attributes.end()) continue;
-    const std::uint64_t id = whole_number(file, draco.Get("attributes"), name.c_str(), here + " attributes");
+    const std::uint64_t id = whole_number(draco.Get("attributes"), name.c_str(), here + " attributes");
     const auto* from = id > 0xFFFFFFFF ? nullptr : mesh->GetAttributeByUniqueId(static_cast<std::uint32_t>(id));
     tinygltf::Accessor& accessor = accessor_of(file, attribute->second, here + " " + name);
     const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
     if (!from || components < 1 || components > 16)
-      fail_in(file.path, "{} names attribute {} for {}, which its Draco data lacks; export it again", here, id, name);
+      refuse("{} names attribute {} for {}, which its Draco data lacks; export it again", here, id, name);
     accessor.count = mesh->num_points();
     redirect(file, accessor, values_as(*mesh, *from, components, accessor.componentType));
   }

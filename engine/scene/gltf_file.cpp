@@ -46,24 +46,23 @@ std::uint64_t next_chunk(const Bytes& bytes, std::uint64_t end, std::uint32_t le
 }
 
 /// Checks the lengths in a GLB and returns its parts. Chunks of other kinds are read over, as glTF has it.
-FileParts glb_parts(const std::filesystem::path& path, const Bytes& bytes) {
+FileParts glb_parts(const Bytes& bytes) {
   if (bytes.size() < kGlbHeader + kChunkHeader)
-    fail_in(path, "is cut short: {} bytes, but a GLB header with one chunk takes {}; copy the file again", bytes.size(),
-            kGlbHeader + kChunkHeader);
+    refuse("is cut short: {} bytes, but a GLB header with one chunk takes {}; copy the file again", bytes.size(),
+           kGlbHeader + kChunkHeader);
   const std::uint32_t version = word(bytes, 4), length = word(bytes, 8);
-  if (version != 2) fail_in(path, "is GLB version {}; expected 2; convert it with a current exporter", version);
+  if (version != 2) refuse("is GLB version {}; expected 2; convert it with a current exporter", version);
   if (length > bytes.size())
-    fail_in(path, "is cut short: its header gives {} bytes, the file has {}; copy or export it again", length,
-            bytes.size());
+    refuse("is cut short: its header gives {} bytes, the file has {}; copy or export it again", length, bytes.size());
   const std::uint64_t begin = kGlbHeader + kChunkHeader, end = begin + word(bytes, kGlbHeader);
-  if (word(bytes, kGlbHeader + 4) != kJson) fail_in(path, "its first GLB chunk is not JSON; export it again");
-  if (end > length) fail_in(path, "its JSON chunk ends at byte {}, but the file has {}; export it again", end, length);
+  if (word(bytes, kGlbHeader + 4) != kJson) refuse("its first GLB chunk is not JSON; export it again");
+  if (end > length) refuse("its JSON chunk ends at byte {}, but the file has {}; export it again", end, length);
   FileParts parts{.json = {reinterpret_cast<const char*>(bytes.data()) + begin, end - begin}, .chunk = {}};
   for (std::uint64_t at = next_chunk(bytes, end, length); at + kChunkHeader <= length && !parts.chunk;) {
     const std::uint64_t first = at + kChunkHeader, last = first + word(bytes, at);
     const bool is_binary = word(bytes, at + 4) == kBin;
     if (is_binary && last > length)
-      fail_in(path, "its binary chunk ends at byte {}, but the file has {}; export it again", last, length);
+      refuse("its binary chunk ends at byte {}, but the file has {}; export it again", last, length);
     if (is_binary) parts.chunk = std::span(bytes).subspan(first, last - first);
     at = next_chunk(bytes, last, length);
   }
@@ -75,16 +74,16 @@ FileParts glb_parts(const std::filesystem::path& path, const Bytes& bytes) {
 void parse(GltfFile& file, const FileParts& parts) {
   GltfJson root = parse_gltf_json(file.path, parts.json);
   tidy_json(root);
-  check_required(file, root);
+  check_required(root);
   GltfData data = read_data(file, root, parts.chunk);
   root.erase("buffers");
   root.erase("images");
-  const std::vector<std::size_t> completed = complete_json(file, root);
-  need_model_memory(file, root);
+  const std::vector<std::size_t> completed = complete_json(root);
+  need_model_memory(root);
   const std::string text = root.dump(-1, ' ', false, GltfJson::error_handler_t::replace);
   root = nullptr;  // its memory serves tinygltf's own document
   if (text.size() > std::numeric_limits<std::uint32_t>::max())
-    fail_in(file.path, "has {} bytes of JSON; expected less than 4 GiB; split the scene", text.size());
+    refuse("has {} bytes of JSON; expected less than 4 GiB; split the scene", text.size());
   std::string error, warning;
   bool good = false;
   try {
@@ -97,9 +96,9 @@ void parse(GltfFile& file, const FileParts& parts) {
     good = false;
   }
   if (!good)
-    fail_in(file.path,
-            "is not valid glTF 2.0: a member has a type or a value that the standard does not give it; "
-            "export it again");
+    refuse(
+        "is not valid glTF 2.0: a member has a type or a value that the standard does not give it; "
+        "export it again");
   file.model.buffers = std::move(data.buffers);
   file.model.images = std::move(data.images);
   for (const std::size_t accessor : completed) file.model.accessors[accessor].bufferView = -1;
@@ -126,7 +125,7 @@ void check_extensions(GltfFile& file) {
       file.notes.push_back(fmt::format("The extension {}, which the file requires, was ignored.", name));
       continue;
     }
-    fail_in(file.path, "requires the glTF extension {}, which Ballot cannot read; export it without it", name);
+    refuse("requires the glTF extension {}, which Ballot cannot read; export it without it", name);
   }
 }
 
@@ -147,19 +146,19 @@ GltfFile read_gltf(const std::filesystem::path& path, const LoadOptions& options
   GltfFile file{.path = path, .model = {}, .options = options, .notes = {}};
   const Bytes bytes = read_file(path);
   if (bytes.size() > std::numeric_limits<std::uint32_t>::max())
-    fail_in(path, "has {} bytes; glTF files end at 4 GiB; split the scene into several buffers", bytes.size());
+    refuse("has {} bytes; glTF files end at 4 GiB; split the scene into several buffers", bytes.size());
   FileParts parts{.json = {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, .chunk = {}};
-  if (bytes.size() >= 4 && word(bytes, 0) == kMagic) parts = glb_parts(path, bytes);
+  if (bytes.size() >= 4 && word(bytes, 0) == kMagic) parts = glb_parts(bytes);
   std::string_view& json = parts.json;
   json = without_mark(path, json);
   while (json.ends_with('\0')) json.remove_suffix(1);  // some writers pad with zeros
   const std::size_t start = json.find_first_not_of(" \t\r\n");
   if (start == std::string_view::npos || json[start] != '{')
-    fail_in(path, "is not glTF: expected the word glTF (binary) or '{{' (text) at its start, found '{}'",
-            shown_in_line(json.substr(0, 4)));
+    refuse("is not glTF: expected the word glTF (binary) or '{{' (text) at its start, found '{}'",
+           shown_in_line(json.substr(0, 4)));
   parse(file, parts);
   if (!file.model.asset.version.starts_with("2"))
-    fail_in(path, "is glTF version '{}'; expected 2.0; convert it with a current exporter", file.model.asset.version);
+    refuse("is glTF version '{}'; expected 2.0; convert it with a current exporter", file.model.asset.version);
   check_extensions(file);
   decompress(file);
   for (std::size_t i = 0; i < file.model.bufferViews.size(); ++i)

@@ -37,19 +37,18 @@ std::optional<NodeInstances> open_instances(const GltfFile& file, std::size_t no
   if (found == owner.extensions.end()) return {};
   const std::string place = fmt::format("{}, {}", label("node", node, owner.name), kExtension);
   if (!found->second.IsObject() || !found->second.Get("attributes").IsObject())
-    fail_in(file.path, "{}: it has no attributes; expected an object of accessors", place);
+    refuse("{}: it has no attributes; expected an object of accessors", place);
   const tinygltf::Value& attributes = found->second.Get("attributes");
   NodeInstances instances;
   std::string first;
   for (const std::string& name : attributes.Keys()) {
     const tinygltf::Value& index = attributes.Get(name);
-    if (!index.IsInt())
-      fail_in(file.path, "{}: attribute {} is no number; expected the index of an accessor", place, name);
+    if (!index.IsInt()) refuse("{}: attribute {} is no number; expected the index of an accessor", place, name);
     AccessorView view = open_attribute(file, name, index_in(index), place);
     if (first.empty()) instances.count_ = view.size();
     if (view.size() != instances.count_)
-      fail_in(file.path, "{}: attribute {} has {} elements, but {} has {}; expected as many", place, name, view.size(),
-              first, instances.count_);
+      refuse("{}: attribute {} has {} elements, but {} has {}; expected as many", place, name, view.size(), first,
+             instances.count_);
     first = name;
     if (name == "TRANSLATION")
       instances.translations_ = std::move(view);
@@ -58,7 +57,7 @@ std::optional<NodeInstances> open_instances(const GltfFile& file, std::size_t no
     else if (name == "SCALE")
       instances.scales_ = std::move(view);
   }
-  if (first.empty()) fail_in(file.path, "{}: it has no attribute; expected one at least", place);
+  if (first.empty()) refuse("{}: it has no attribute; expected one at least", place);
   return instances;
 }
 

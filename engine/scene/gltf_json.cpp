@@ -100,66 +100,63 @@ struct ObjectPlace {
 
 /// Throws Error(Work) that names the object.
 template <class... Args>
-[[noreturn]] void refuse_object(const GltfFile& file, const ObjectPlace& where, fmt::format_string<Args...> text,
-                                Args&&... args) {
-  fail_in(file.path, "is not valid glTF 2.0: {} {}; export it again", where.text(),
-          fmt::format(text, std::forward<Args>(args)...));
+[[noreturn]] void refuse_object(const ObjectPlace& where, fmt::format_string<Args...> text, Args&&... args) {
+  refuse("is not valid glTF 2.0: {} {}; export it again", where.text(), fmt::format(text, std::forward<Args>(args)...));
 }
 
 /// Throws Error(Work) about a member with a wrong value.
-[[noreturn]] void refuse_value(const GltfFile& file, const ObjectPlace& where, const GltfJson& found,
-                               std::string_view name, std::string_view expected) {
-  refuse_object(file, where, "has {} as its {}; expected {}", found.dump().substr(0, 40), name, expected);
+[[noreturn]] void refuse_value(const ObjectPlace& where, const GltfJson& found, std::string_view name,
+                               std::string_view expected) {
+  refuse_object(where, "has {} as its {}; expected {}", found.dump().substr(0, 40), name, expected);
 }
 
 /// Checks that an object has a member of this type.
-void check_member(const GltfFile& file, const GltfJson& object, const ObjectPlace& where, const char* name,
-                  JsonType type) {
+void check_member(const GltfJson& object, const ObjectPlace& where, const char* name, JsonType type) {
   const GltfJson* found = member(object, name);
   const char* expected = kJsonTypeWords[static_cast<std::size_t>(type)];
-  if (!found) refuse_object(file, where, "has no {}; expected {}", name, expected);
-  if (!is_of(*found, type)) refuse_value(file, where, *found, name, expected);
+  if (!found) refuse_object(where, "has no {}; expected {}", name, expected);
+  if (!is_of(*found, type)) refuse_value(where, *found, name, expected);
 }
 
 /// Checks that an object of a list, and the objects in it, have what they must have.
-void check_members(const GltfFile& file, std::string_view list, const GltfJson& object, const ObjectPlace& where) {
-  if (!object.is_object()) refuse_object(file, where, "is no object");
+void check_members(std::string_view list, const GltfJson& object, const ObjectPlace& where) {
+  if (!object.is_object()) refuse_object(where, "is no object");
   for (const Required& r : kRequired) {
     if (r.list != list) continue;
-    if (*r.inner == 0) check_member(file, object, where, r.name, r.type);
+    if (*r.inner == 0) check_member(object, where, r.name, r.type);
     if (const GltfJson* part = member(object, r.inner); part && part->is_object())
-      check_member(file, *part, {where.kind, where.number, object, r.inner}, r.name, r.type);
+      check_member(*part, {where.kind, where.number, object, r.inner}, r.name, r.type);
     for_each_in(object, r.inner, [&](const GltfJson& each, std::size_t i) {
-      check_member(file, each, {where.kind, where.number, object, r.inner, i}, r.name, r.type);
+      check_member(each, {where.kind, where.number, object, r.inner, i}, r.name, r.type);
     });
   }
 }
 
 /// Checks values that tinygltf refuses.
-void check_values(const GltfFile& file, std::string_view list, const GltfJson& object, const ObjectPlace& where) {
+void check_values(std::string_view list, const GltfJson& object, const ObjectPlace& where) {
   if (const GltfJson* stride = member(object, "byteStride"); list == "bufferViews" && stride && stride->is_number())
     if (!stride->is_number_unsigned() || *stride > 252 || stride->get<int>() % 4 != 0)
-      refuse_value(file, where, *stride, "byteStride", "a multiple of 4 up to 252");
+      refuse_value(where, *stride, "byteStride", "a multiple of 4 up to 252");
   if (list == "accessors") {
     constexpr std::array<std::string_view, 7> kTypes{"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"};
     if (std::ranges::find(kTypes, object["type"].get<std::string>()) == kTypes.end())
-      refuse_value(file, where, object["type"], "type", "SCALAR, VEC2 to VEC4 or MAT2 to MAT4");
+      refuse_value(where, object["type"], "type", "SCALAR, VEC2 to VEC4 or MAT2 to MAT4");
     if (object["componentType"] < 5120 || object["componentType"] > 5126)
-      refuse_value(file, where, object["componentType"], "componentType", "5120 to 5126");
+      refuse_value(where, object["componentType"], "componentType", "5120 to 5126");
   }
   if (const GltfJson* color = member(object, "emissiveFactor"); list == "materials" && color && color->is_array())
-    if (color->size() != 3) refuse_value(file, where, *color, "emissiveFactor", "three numbers");
+    if (color->size() != 3) refuse_value(where, *color, "emissiveFactor", "three numbers");
   if (list == "cameras") {
     const std::string type = text_in(object, "type");
     if (type != "perspective" && type != "orthographic")
-      refuse_value(file, where, object["type"], "type", "perspective or orthographic");
-    check_member(file, object, where, type.c_str(), JsonType::Object);
+      refuse_value(where, object["type"], "type", "perspective or orthographic");
+    check_member(object, where, type.c_str(), JsonType::Object);
   }
   if (list == "meshes")
     for_each_in(object, "primitives", [&](const GltfJson& primitive, std::size_t i) {
       const ObjectPlace place{where.kind, where.number, object, "primitives", i};
       for (const auto& [name, index] : primitive["attributes"].items())
-        check_member(file, primitive["attributes"], place, name.c_str(), JsonType::Index);
+        check_member(primitive["attributes"], place, name.c_str(), JsonType::Index);
     });
 }
 
@@ -170,26 +167,25 @@ constexpr std::string_view kNumbers =
     " sparse target targets texCoord width wrapR wrapS wrapT ";
 
 /// Checks that no such number is beyond int, below a member of this name.
-void check_numbers(const GltfFile& file, const GltfJson& value, std::string_view name) {
+void check_numbers(const GltfJson& value, std::string_view name) {
   if (value.is_object()) {
     const bool inside = name == "attributes" || name == "sparse" || name == "targets";
-    for (const auto& [key, each] : value.items()) check_numbers(file, each, inside ? name : std::string_view(key));
+    for (const auto& [key, each] : value.items()) check_numbers(each, inside ? name : std::string_view(key));
   } else if (value.is_array()) {
-    for (const GltfJson& each : value) check_numbers(file, each, name);
+    for (const GltfJson& each : value) check_numbers(each, name);
   } else if (value.is_number() && std::abs(value.get<double>()) >= 0x1p31 &&
              kNumbers.find(fmt::format(" {} ", name)) != kNumbers.npos) {
-    fail_in(file.path, "is not valid glTF 2.0: it has {} as {}; expected a number below 2^31; export it again",
-            value.dump(), name);
+    refuse("is not valid glTF 2.0: it has {} as {}; expected a number below 2^31; export it again", value.dump(), name);
   }
 }
 
 /// Checks the lights of KHR_lights_punctual.
-void check_lights(const GltfFile& file, const GltfJson& root) {
+void check_lights(const GltfJson& root) {
   const GltfJson* lights = extension_of(root, "KHR_lights_punctual");
   if (!lights) return;
   for_each_in(*lights, "lights", [&](const GltfJson& light, std::size_t i) {
-    check_member(file, light, {"light", i, light}, "type", JsonType::Text);
-    if (text_in(light, "type") == "spot") check_member(file, light, {"light", i, light}, "spot", JsonType::Object);
+    check_member(light, {"light", i, light}, "type", JsonType::Text);
+    if (text_in(light, "type") == "spot") check_member(light, {"light", i, light}, "spot", JsonType::Object);
   });
 }
 
@@ -240,30 +236,30 @@ GltfJson parse_gltf_json(const std::filesystem::path& path, std::string_view tex
   try {
     return GltfJson::parse(text);
   } catch (const GltfJson::parse_error& e) {
-    fail_in(path, "is not valid glTF 2.0: its JSON is damaged or ends at byte {} of {}; copy or export it again",
-            std::min(e.byte, text.size()), text.size());
+    refuse("is not valid glTF 2.0: its JSON is damaged or ends at byte {} of {}; copy or export it again",
+           std::min(e.byte, text.size()), text.size());
   } catch (const GltfJson::exception&) {  // such as 1e999
-    fail_in(path, "is not valid glTF 2.0: its JSON has a number that no double can hold; export it again");
+    refuse("is not valid glTF 2.0: its JSON has a number that no double can hold; export it again");
   }
 }
 
-void check_required(const GltfFile& file, const GltfJson& root) {
+void check_required(const GltfJson& root) {
   const GltfJson* asset = member(root, "asset");
   if (!asset || text_in(*asset, "version").empty())
-    fail_in(file.path, "is not valid glTF 2.0: it has no asset with a version; export it again");
+    refuse("is not valid glTF 2.0: it has no asset with a version; export it again");
   for (const auto& [list, kind] : kLists) {
     if (const GltfJson* found = member(root, list); found && !found->is_array())
-      fail_in(file.path, "is not valid glTF 2.0: its {} are no array; export it again", list);
+      refuse("is not valid glTF 2.0: its {} are no array; export it again", list);
     for_each_in(root, list, [&, &list = list, &kind = kind](const GltfJson& object, std::size_t i) {
-      check_members(file, list, object, {kind, i, object});
-      check_values(file, list, object, {kind, i, object});
+      check_members(list, object, {kind, i, object});
+      check_values(list, object, {kind, i, object});
     });
   }
-  check_lights(file, root);
-  check_numbers(file, root, {});
+  check_lights(root);
+  check_numbers(root, {});
 }
 
-std::vector<std::size_t> complete_json(const GltfFile& file, GltfJson& root) {
+std::vector<std::size_t> complete_json(GltfJson& root) {
   std::vector<std::size_t> completed;
   GltfJson& accessors = root["accessors"];
   const std::size_t views = root.contains("bufferViews") ? root["bufferViews"].size() : 0;
@@ -273,11 +269,10 @@ std::vector<std::size_t> complete_json(const GltfFile& file, GltfJson& root) {
       if (!indices || *indices == -1) continue;
       const auto i = static_cast<std::size_t>(index_in(*indices));
       if (i >= accessors.size())
-        fail_in(file.path, "indices of a primitive name accessor {}, but the file has {}", indices->dump(),
-                accessors.size());
+        refuse("indices of a primitive name accessor {}, but the file has {}", indices->dump(), accessors.size());
       if (const GltfJson* view = member(accessors[i], "bufferView")) {
         if (index_in(*view) < 0 || static_cast<std::size_t>(index_in(*view)) >= views)
-          fail_in(file.path, "accessor {} names bufferView {}, but the file has {}", i, view->dump(), views);
+          refuse("accessor {} names bufferView {}, but the file has {}", i, view->dump(), views);
         continue;
       }
       accessors[i]["bufferView"] = 0;
@@ -292,9 +287,7 @@ std::vector<std::size_t> complete_json(const GltfFile& file, GltfJson& root) {
   return completed;
 }
 
-void need_model_memory(const GltfFile& file, const GltfJson& root) {
-  need_memory(model_bytes(root, 0), fmt::format("{}: what its JSON describes", file.path.string()));
-}
+void need_model_memory(const GltfJson& root) { need_memory_for(model_bytes(root, 0), "what its JSON describes"); }
 
 void tidy_json(GltfJson& value) {
   if (value.is_object()) value.erase("extras");

@@ -18,15 +18,15 @@ GltfJson parse_gltf_json(const std::filesystem::path& path, std::string_view tex
 
 /// Throws Error(Work), which names the object and the member, where the file lacks what glTF 2.0 requires and Ballot
 /// needs, or has it of another type.
-void check_required(const GltfFile& file, const GltfJson& root);
+void check_required(const GltfJson& root);
 
 /// Gives the JSON what tinygltf insists on, for a document that check_required() takes: a bufferView 0 to accessors of
 /// indices that have none, whose numbers it returns; and a node of -1 to channels that move none.
 /// Throws Error(Work) on indices that name an accessor or a bufferView that does not exist.
-std::vector<std::size_t> complete_json(const GltfFile& file, GltfJson& root);
+std::vector<std::size_t> complete_json(GltfJson& root);
 
 /// Throws Error(Work) if there is no memory for what tinygltf makes of the document (memory.h).
-void need_model_memory(const GltfFile& file, const GltfJson& root);
+void need_model_memory(const GltfJson& root);
 
 /// Removes `extras` everywhere, as nobody reads them, and makes whole numbers of floats such as 3.0.
 void tidy_json(GltfJson& value);

@@ -28,16 +28,14 @@ std::array<std::size_t, 3> corners_of(int mode, std::size_t i) {
   }
 }
 
-std::vector<glm::vec3> world_positions(const GltfFile& file, const OpenPrimitive& primitive,
-                                       const glm::dmat4& world_from_node) {
+std::vector<glm::vec3> world_positions(const OpenPrimitive& primitive, const glm::dmat4& world_from_node) {
   std::vector<glm::vec3> world(primitive.positions.size());
   for (std::size_t i = 0; i < world.size(); ++i) {
     const glm::dvec3 p = primitive.positions.vec3(i);
     world[i] = transform_point(world_from_node, p);
     if (!std::isfinite(world[i].x) || !std::isfinite(world[i].y) || !std::isfinite(world[i].z))
-      fail_in(file.path,
-              "{} vertex {} is ({}, {}, {}) in the file and ({}, {}, {}) in the world; expected finite numbers",
-              primitive.place, i, p.x, p.y, p.z, world[i].x, world[i].y, world[i].z);
+      refuse("{} vertex {} is ({}, {}, {}) in the file and ({}, {}, {}) in the world; expected finite numbers",
+             primitive.place, i, p.x, p.y, p.z, world[i].x, world[i].y, world[i].z);
   }
   return world;
 }
@@ -54,7 +52,7 @@ std::uint32_t material_index(const GltfFile& file, int index, const std::string&
   const std::size_t count = file.model.materials.size();
   if (index == -1) return static_cast<std::uint32_t>(count);  // glTF's default material, appended by load_gltf
   if (index < 0 || static_cast<std::size_t>(index) >= count)
-    fail_in(file.path, "{} names material {}, but the file has {}", place, index, count);
+    refuse("{} names material {}, but the file has {}", place, index, count);
   return static_cast<std::uint32_t>(index);
 }
 
@@ -64,14 +62,12 @@ void open_attributes(const GltfFile& file, const tinygltf::Primitive& from, Open
   if (const auto normal = from.attributes.find("NORMAL"); normal != from.attributes.end()) {
     to.normals = open_normals(file, normal->second, to.place + " NORMAL");
     if (to.normals->size() < to.positions.size())
-      fail_in(file.path, "{} has {} normals for {} vertices; expected as many", to.place, to.normals->size(),
-              to.positions.size());
+      refuse("{} has {} normals for {} vertices; expected as many", to.place, to.normals->size(), to.positions.size());
   }
   if (const auto color = from.attributes.find("COLOR_0"); color != from.attributes.end()) {
     to.colors = open_colors(file, color->second, to.place + " COLOR_0", to.color_alpha);
     if (to.colors->size() < to.positions.size())
-      fail_in(file.path, "{} has {} colours for {} vertices; expected as many", to.place, to.colors->size(),
-              to.positions.size());
+      refuse("{} has {} colours for {} vertices; expected as many", to.place, to.colors->size(), to.positions.size());
   }
   for (std::size_t set = 0; set < kUvSets; ++set) {
     const std::string name = fmt::format("TEXCOORD_{}", set);
@@ -79,8 +75,8 @@ void open_attributes(const GltfFile& file, const tinygltf::Primitive& from, Open
     if (uv == from.attributes.end()) continue;
     to.uvs[set] = open_uvs(file, uv->second, to.place + " " + name);
     if (to.uvs[set]->size() < to.positions.size())
-      fail_in(file.path, "{} has {} texture coordinates for {} vertices; expected as many", to.place,
-              to.uvs[set]->size(), to.positions.size());
+      refuse("{} has {} texture coordinates for {} vertices; expected as many", to.place, to.uvs[set]->size(),
+             to.positions.size());
   }
 }
 
@@ -120,7 +116,7 @@ std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, st
   to.mode = from.mode;
   if (from.mode < TINYGLTF_MODE_TRIANGLES || from.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
     if (from.mode < TINYGLTF_MODE_POINTS || from.mode > TINYGLTF_MODE_TRIANGLE_FAN)
-      fail_in(file.path, "{} has mode {}; expected 0 to 6", to.place, from.mode);
+      refuse("{} has mode {}; expected 0 to 6", to.place, from.mode);
     file.notes.push_back(fmt::format("{} (mode {}: points or lines) was ignored.", to.place, from.mode));
     return std::nullopt;
   }
@@ -138,26 +134,26 @@ std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, st
   return to;
 }
 
-std::array<std::size_t, 3> primitive_corners(const GltfFile& file, const OpenPrimitive& primitive, std::size_t i) {
+std::array<std::size_t, 3> primitive_corners(const OpenPrimitive& primitive, std::size_t i) {
   std::array<std::size_t, 3> corners = corners_of(primitive.mode, i);
   if (!primitive.indices) return corners;
   for (std::size_t& corner : corners) {
     const std::size_t index = primitive.indices->index(corner);
     if (index >= primitive.positions.size())
-      fail_in(file.path, "{} index {} is {}, but it has {} vertices; export it again", primitive.place, corner, index,
-              primitive.positions.size());
+      refuse("{} index {} is {}, but it has {} vertices; export it again", primitive.place, corner, index,
+             primitive.positions.size());
     corner = index;
   }
   return corners;
 }
 
-void append_primitive(const GltfFile& file, const OpenPrimitive& primitive, const glm::dmat4& world_from_node,
-                      bool turned, const Carried& carried, Scene& scene) {
-  const std::vector<glm::vec3> positions = world_positions(file, primitive, world_from_node);
+void append_primitive(const OpenPrimitive& primitive, const glm::dmat4& world_from_node, bool turned,
+                      const Carried& carried, Scene& scene) {
+  const std::vector<glm::vec3> positions = world_positions(primitive, world_from_node);
   const std::vector<glm::vec3> normals = world_normals(primitive, world_from_node);
   const float facing = turned == mirrors(world_from_node) ? 1.0f : -1.0f;  // of the corners' order
   for (std::size_t i = 0; i < primitive.triangle_count; ++i) {
-    std::array<std::size_t, 3> corners = primitive_corners(file, primitive, i);
+    std::array<std::size_t, 3> corners = primitive_corners(primitive, i);
     if (turned) std::swap(corners[1], corners[2]);
     const Triangle triangle{positions[corners[0]], positions[corners[1]], positions[corners[2]]};
     scene.triangles.push_back(triangle);

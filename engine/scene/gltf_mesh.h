@@ -35,13 +35,13 @@ struct Carried {
 };
 
 /// Returns the vertices of triangle i. Throws Error(Work) on an index out of range.
-std::array<std::size_t, 3> primitive_corners(const GltfFile& file, const OpenPrimitive& primitive, std::size_t i);
+std::array<std::size_t, 3> primitive_corners(const OpenPrimitive& primitive, std::size_t i);
 
 /// Appends the triangles of a primitive and the attributes that they carry. Positions are transformed in double and
 /// rounded once. `turned`: corners 1 and 2 of each triangle change places, as the winding does under a node that
 /// mirrors (glTF 2.0, 3.7.4).
 /// Throws Error(Work) on an index out of range and on a vertex that is not finite.
-void append_primitive(const GltfFile& file, const OpenPrimitive& primitive, const glm::dmat4& world_from_node,
-                      bool turned, const Carried& carried, Scene& scene);
+void append_primitive(const OpenPrimitive& primitive, const glm::dmat4& world_from_node, bool turned,
+                      const Carried& carried, Scene& scene);
 
 }  // namespace ballot

@@ -24,12 +24,12 @@ std::vector<float> rest_weights(const GltfFile& file, std::size_t index) {
   for (const tinygltf::Primitive& p : mesh.primitives) targets = std::max(targets, p.targets.size());
   for (std::size_t i = 0; i < mesh.primitives.size(); ++i)
     if (mesh.primitives[i].targets.size() != targets)
-      fail_in(file.path, "{} primitive {} has {} morph targets, but another has {}; expected as many", place, i,
-              mesh.primitives[i].targets.size(), targets);
+      refuse("{} primitive {} has {} morph targets, but another has {}; expected as many", place, i,
+             mesh.primitives[i].targets.size(), targets);
   const std::vector<double>& given = node.weights.empty() ? mesh.weights : node.weights;
   if (!given.empty() && given.size() != targets)
-    fail_in(file.path, "{} has {} weights for the {} morph targets of {}; expected as many",
-            label("node", index, node.name), given.size(), targets, place);
+    refuse("{} has {} weights for the {} morph targets of {}; expected as many", label("node", index, node.name),
+           given.size(), targets, place);
   std::vector<float> weights(targets);
   std::ranges::transform(given, weights.begin(), [](double w) { return static_cast<float>(w); });
   return weights;
@@ -47,21 +47,19 @@ std::vector<std::uint32_t> parents_first(const GltfFile& file, const std::vector
 Skin read_skin(const GltfFile& file, std::size_t index) {
   const tinygltf::Skin& from = file.model.skins[index];
   const std::string place = label("skin", index, from.name);
-  if (from.joints.empty()) fail_in(file.path, "{} has no joints; expected one at least", place);
+  if (from.joints.empty()) refuse("{} has no joints; expected one at least", place);
   Skin to;
   for (const int joint : from.joints) to.joints.push_back(static_cast<std::uint32_t>(checked_node(file, joint, place)));
   to.joint_from_mesh.assign(to.joints.size(), glm::dmat4{1});
   if (from.inverseBindMatrices == -1) return to;
   const AccessorView view = open_matrices(file, from.inverseBindMatrices, place + " inverseBindMatrices");
   if (view.size() < to.joints.size())
-    fail_in(file.path, "{} has {} joints, but {} inverse bind matrices; expected as many", place, to.joints.size(),
-            view.size());
+    refuse("{} has {} joints, but {} inverse bind matrices; expected as many", place, to.joints.size(), view.size());
   for (std::size_t j = 0; j < to.joints.size(); ++j)
     for (std::size_t e = 0; e < 16; ++e) {
       const double value = view.component(j, e);
       if (!std::isfinite(value))
-        fail_in(file.path, "{} has {} in the inverse bind matrix of joint {}; expected finite numbers", place, value,
-                j);
+        refuse("{} has {} in the inverse bind matrix of joint {}; expected finite numbers", place, value, j);
       to.joint_from_mesh[j][static_cast<int>(e / 4)][static_cast<int>(e % 4)] = value;
     }
   return to;
@@ -91,8 +89,8 @@ class MovingReader {
     for (std::size_t i = 0; i < std::size_t{mesh.vertices} * mesh.influences; ++i) {
       const Influence& influence = all_.influences[mesh.first_influence + i];
       if (influence.joint >= pull.size())
-        fail_in(file_.path, "{} vertex {} names joint {}, but {} has {}", primitive.place, i / mesh.influences,
-                influence.joint, label("skin", skin, file_.model.skins[skin].name), pull.size());
+        refuse("{} vertex {} names joint {}, but {} has {}", primitive.place, i / mesh.influences, influence.joint,
+               label("skin", skin, file_.model.skins[skin].name), pull.size());
       pull[influence.joint] += influence.weight;
     }
     return pull;
@@ -106,8 +104,7 @@ class MovingReader {
   template <class T>
   std::uint32_t room(const std::vector<T>& array, std::size_t more) const {
     if (array.size() + more > kMostRecords)
-      fail_in(file_.path, "its moving meshes have more than {} vertices, joints or morph deltas; use a smaller scene",
-              kMostRecords);
+      refuse("its moving meshes have more than {} vertices, joints or morph deltas; use a smaller scene", kMostRecords);
     return static_cast<std::uint32_t>(array.size());
   }
 
@@ -121,7 +118,7 @@ class MovingReader {
     mesh.first_corner = room(all_.corners, 3 * p.triangle_count);
     mesh.triangles = static_cast<std::uint32_t>(p.triangle_count);
     for (std::size_t i = 0; i < p.triangle_count; ++i)
-      for (const std::size_t corner : primitive_corners(file_, p, i))
+      for (const std::size_t corner : primitive_corners(p, i))
         all_.corners.push_back(static_cast<std::uint32_t>(corner));
   }
 
@@ -129,11 +126,11 @@ class MovingReader {
     const auto& attributes = source(p).attributes;
     const auto found = attributes.find(name);
     if (found == attributes.end())
-      fail_in(file_.path, "{} is used with a skin, but has no {}; expected JOINTS and WEIGHTS", p.place, name);
+      refuse("{} is used with a skin, but has no {}; expected JOINTS and WEIGHTS", p.place, name);
     const std::string place = p.place + " " + name;
     AccessorView view = joints ? open_joints(file_, found->second, place) : open_weights(file_, found->second, place);
     if (view.size() < mesh_vertices(p))
-      fail_in(file_.path, "{} has {} elements for {} vertices; expected as many", place, view.size(), mesh_vertices(p));
+      refuse("{} has {} elements for {} vertices; expected as many", place, view.size(), mesh_vertices(p));
     return view;
   }
   static std::size_t mesh_vertices(const OpenPrimitive& p) { return p.positions.size(); }
@@ -151,8 +148,8 @@ class MovingReader {
       for (const AccessorView& w : weights)
         for (std::size_t c = 0; c < 4; ++c) {
           if (!(w.component(v, c) >= 0) || !std::isfinite(w.component(v, c)))
-            fail_in(file_.path, "{} vertex {} has the joint weight {}; expected a finite number, not below 0", p.place,
-                    v, w.component(v, c));
+            refuse("{} vertex {} has the joint weight {}; expected a finite number, not below 0", p.place, v,
+                   w.component(v, c));
           sum += w.component(v, c);
         }
       for (std::size_t set = 0; set < joints.size(); ++set)
@@ -173,7 +170,7 @@ class MovingReader {
     const std::string place = fmt::format("{} morph target {} {}", p.place, target, name);
     AccessorView view = open_positions(file_, found->second, place);
     if (view.size() < mesh_vertices(p))
-      fail_in(file_.path, "{} has {} elements for {} vertices; expected as many", place, view.size(), mesh_vertices(p));
+      refuse("{} has {} elements for {} vertices; expected as many", place, view.size(), mesh_vertices(p));
     return view;
   }
 
@@ -188,7 +185,7 @@ class MovingReader {
         if (normals && p.normals) delta.normal = glm::vec3(normals->vec3(v));
         for (int axis = 0; axis < 3; ++axis)
           if (!std::isfinite(delta.position[axis]) || !std::isfinite(delta.normal[axis]))
-            fail_in(file_.path, "{} morph target {} vertex {} is not finite; expected finite numbers", p.place, k, v);
+            refuse("{} morph target {} vertex {} is not finite; expected finite numbers", p.place, k, v);
         all_.deltas.push_back(delta);
       }
     }
@@ -206,8 +203,8 @@ std::optional<std::uint32_t> skin_of(GltfFile& file, const PlacedPrimitive& p) {
   if (node.skin == -1) return std::nullopt;
   const std::string place = label("node", p.node, node.name);
   if (node.skin < 0 || static_cast<std::size_t>(node.skin) >= file.model.skins.size())
-    fail_in(file.path, "{} names skin {}, but the file has {}", place, node.skin, file.model.skins.size());
-  if (p.instanced) fail_in(file.path, "{} has a skin and EXT_mesh_gpu_instancing; expected one of them", place);
+    refuse("{} names skin {}, but the file has {}", place, node.skin, file.model.skins.size());
+  if (p.instanced) refuse("{} has a skin and EXT_mesh_gpu_instancing; expected one of them", place);
   return static_cast<std::uint32_t>(node.skin);
 }
 
@@ -279,7 +276,7 @@ std::vector<bool> read_moving(GltfFile& file, const std::vector<PlacedPrimitive>
       part.first_matrix = to.matrices;
       part.first_weight = to.weights;
       if (std::size_t{to.posed_vertices} + mesh.vertices > kMostRecords)
-        fail_in(file.path, "its nodes place more than {} moving vertices; use a smaller scene", kMostRecords);
+        refuse("its nodes place more than {} moving vertices; use a smaller scene", kMostRecords);
       to.posed_vertices += mesh.vertices;
       to.matrices += static_cast<std::uint32_t>(skin ? to.skins[*skin].joints.size() : 1);
       to.weights += mesh.targets;

@@ -18,8 +18,8 @@ std::vector<int> find_parents(const GltfFile& file) {
     for (const int child_index : nodes[i].children) {
       const std::size_t child = checked_node(file, child_index, label("node", i, nodes[i].name));
       if (parents[child] != -1)
-        fail_in(file.path, "{} is a child of node {} and of node {}; glTF nodes must form trees",
-                label("node", child, nodes[child].name), parents[child], i);
+        refuse("{} is a child of node {} and of node {}; glTF nodes must form trees",
+               label("node", child, nodes[child].name), parents[child], i);
       parents[child] = static_cast<int>(i);
     }
   return parents;
@@ -38,8 +38,8 @@ void check_cycles(const GltfFile& file, const std::vector<int>& parents) {
   std::ranges::sort(reached);
   std::size_t lost = 0;
   while (lost < reached.size() && reached[lost] == lost) ++lost;
-  fail_in(file.path, "{} is in a cycle of child nodes or below one; glTF nodes must form trees",
-          label("node", lost, nodes[lost].name));
+  refuse("{} is in a cycle of child nodes or below one; glTF nodes must form trees",
+         label("node", lost, nodes[lost].name));
 }
 
 std::vector<std::size_t> root_nodes(const GltfFile& file, const std::vector<int>& parents) {
@@ -52,13 +52,13 @@ std::vector<std::size_t> root_nodes(const GltfFile& file, const std::vector<int>
     return roots;
   }
   if (chosen < -1 || chosen >= static_cast<int>(scenes.size()))
-    fail_in(file.path, "its default scene is {}, but the file has {}", chosen, scenes.size());
+    refuse("its default scene is {}, but the file has {}", chosen, scenes.size());
   const auto index = static_cast<std::size_t>(std::max(chosen, 0));
   const std::string place = label("scene", index, scenes[index].name);
   std::set<std::size_t> seen;
   for (const int node : scenes[index].nodes) {
     roots.push_back(checked_node(file, node, place));
-    if (!seen.insert(roots.back()).second) fail_in(file.path, "{} names node {} twice; expected once", place, node);
+    if (!seen.insert(roots.back()).second) refuse("{} names node {} twice; expected once", place, node);
   }
   return roots;
 }
@@ -68,7 +68,7 @@ std::vector<std::size_t> root_nodes(const GltfFile& file, const std::vector<int>
 std::size_t checked_node(const GltfFile& file, int node, const std::string& place) {
   const std::size_t count = file.model.nodes.size();
   if (node < 0 || static_cast<std::size_t>(node) >= count)
-    fail_in(file.path, "{} names node {}, but the file has {}", place, node, count);
+    refuse("{} names node {}, but the file has {}", place, node, count);
   return static_cast<std::size_t>(node);
 }
 

@@ -55,8 +55,8 @@ TextureUse GltfTextures::use(int index, int set, const tinygltf::ExtensionMap& e
   const auto transform = extensions.find("KHR_texture_transform");
   if (transform != extensions.end() && transform->second.IsObject()) apply_transform(transform->second, use);
   if (use.set >= kUvSets)
-    fail_in(file_.path, "{} uses texture coordinates {}; Ballot reads TEXCOORD_0 to TEXCOORD_{}; export it with fewer",
-            place, use.set, kUvSets - 1);
+    refuse("{} uses texture coordinates {}; Ballot reads TEXCOORD_0 to TEXCOORD_{}; export it with fewer", place,
+           use.set, kUvSets - 1);
   return use;
 }
 
@@ -95,7 +95,7 @@ bool GltfTextures::is_absent(int index) {
 std::uint32_t GltfTextures::texture(int index, Texels texels, const std::string& place) {
   const auto& textures = file_.model.textures;
   if (index < 0 || static_cast<std::size_t>(index) >= textures.size())
-    fail_in(file_.path, "{} names texture {}, but the file has {}", place, index, textures.size());
+    refuse("{} names texture {}, but the file has {}", place, index, textures.size());
   const auto [entry, fresh] = textures_.try_emplace({index, texels}, 0);
   if (!fresh) return entry->second;
   const tinygltf::Texture& from = textures[static_cast<std::size_t>(index)];
@@ -103,7 +103,7 @@ std::uint32_t GltfTextures::texture(int index, Texels texels, const std::string&
   Texture to;
   if (from.sampler != -1) {
     if (from.sampler < 0 || static_cast<std::size_t>(from.sampler) >= file_.model.samplers.size())
-      fail_in(file_.path, "{} names sampler {}, but the file has {}", name, from.sampler, file_.model.samplers.size());
+      refuse("{} names sampler {}, but the file has {}", name, from.sampler, file_.model.samplers.size());
     const tinygltf::Sampler& sampler = file_.model.samplers[static_cast<std::size_t>(from.sampler)];
     to.wrap_u = wrap_of(sampler.wrapS);
     to.wrap_v = wrap_of(sampler.wrapT);
@@ -117,7 +117,7 @@ std::uint32_t GltfTextures::texture(int index, Texels texels, const std::string&
 std::uint32_t GltfTextures::image(int index, Texels texels, const std::string& place) {
   const auto& images = file_.model.images;
   if (index < 0 || static_cast<std::size_t>(index) >= images.size())
-    fail_in(file_.path, "{} names image {}, but the file has {}", place, index, images.size());
+    refuse("{} names image {}, but the file has {}", place, index, images.size());
   const auto [entry, fresh] = images_.try_emplace({index, texels}, 0);
   if (!fresh) return entry->second;
   const tinygltf::Image& from = images[static_cast<std::size_t>(index)];

@@ -112,7 +112,7 @@ SceneSizes chosen_sizes(const Uses& uses, const Scene& scene) {
     add_carried(mesh, scene, sizes.carried);
     const std::uint64_t count = uses.count(p), triangles = triangles_of(mesh);
     if (count > most || (sizes.triangles += count * triangles) > most)
-      fail_in(uses.file().path, "its nodes place more than {} triangles; use a smaller scene", most);
+      refuse("its nodes place more than {} triangles; use a smaller scene", most);
     const bool deforms = uses.deforms(p);
     deforming |= deforms && !uses.file().model.animations.empty();
     if (deforms) return;
@@ -135,10 +135,8 @@ SceneSizes sizes_of(const Uses& uses, const Scene& scene) {
   if (sizes.kept.empty()) return sizes;
   std::uint64_t instances = 0;
   for (const auto& [number, m] : sizes.kept) instances += m.uses;
-  if (instances > kMostInstances)
-    fail_in(uses.file().path, "its nodes place more than {} instances; use a smaller scene", kMostInstances);
-  need_memory(instances * kBytesAnInstance,
-              fmt::format("{}: the scene of {} instances", uses.file().path.string(), instances));
+  if (instances > kMostInstances) refuse("its nodes place more than {} instances; use a smaller scene", kMostInstances);
+  need_memory_for(instances * kBytesAnInstance, fmt::format("the scene of {} instances", instances));
   uses.for_each_node([&](const PlacedNode& p, const std::vector<OpenPrimitive>&) {
     const auto found = sizes.kept.find(uses.mesh_number(p));
     if (found == sizes.kept.end() || uses.deforms(p)) return;
@@ -154,14 +152,13 @@ SceneSizes sizes_of(const Uses& uses, const Scene& scene) {
 }
 
 /// Makes room for the arrays of a scene. Throws Error(Work) if there is none.
-void reserve(const GltfFile& file, const SceneSizes& sizes, Scene& scene) {
-  if (sizes.held > kMaxTriangles)
-    fail_in(file.path, "its nodes place more than {} triangles; use a smaller scene", kMaxTriangles);
+void reserve(const SceneSizes& sizes, Scene& scene) {
+  if (sizes.held > kMaxTriangles) refuse("its nodes place more than {} triangles; use a smaller scene", kMaxTriangles);
   const Carried& carried = sizes.carried;
   const std::size_t sets = static_cast<std::size_t>(std::ranges::count(carried.uvs, true));
-  need_memory(sizes.held * (sizeof(Triangle) + sizeof(std::uint32_t) + (carried.normals ? sizeof(Triangle) : 0) +
-                            (carried.colors ? 3 * sizeof(glm::vec4) : 0) + sets * 3 * sizeof(glm::vec2)),
-              fmt::format("{}: the scene of {} triangles", file.path.string(), sizes.held));
+  need_memory_for(sizes.held * (sizeof(Triangle) + sizeof(std::uint32_t) + (carried.normals ? sizeof(Triangle) : 0) +
+                                (carried.colors ? 3 * sizeof(glm::vec4) : 0) + sets * 3 * sizeof(glm::vec2)),
+                  fmt::format("the scene of {} triangles", sizes.held));
   scene.triangles.reserve(sizes.held);
   scene.material_of.reserve(sizes.held);
   if (carried.normals) scene.normals.reserve(sizes.held);
@@ -178,8 +175,8 @@ OpenMeshes open_meshes(GltfFile& file, const std::vector<PlacedNode>& placed) {
     const tinygltf::Node& node = file.model.nodes[p.node];
     if (node.mesh == -1) continue;
     if (node.mesh < 0 || static_cast<std::size_t>(node.mesh) >= file.model.meshes.size())
-      fail_in(file.path, "{} names mesh {}, but the file has {}", label("node", p.node, node.name), node.mesh,
-              file.model.meshes.size());
+      refuse("{} names mesh {}, but the file has {}", label("node", p.node, node.name), node.mesh,
+             file.model.meshes.size());
     const auto mesh = static_cast<std::size_t>(node.mesh);
     const auto [entry, fresh] = meshes.try_emplace(mesh);
     if (!fresh) continue;
@@ -192,7 +189,7 @@ OpenMeshes open_meshes(GltfFile& file, const std::vector<PlacedNode>& placed) {
 void read_triangles(const TriangleSource& source, Scene& scene, MovingPlaces* where) {
   const Uses uses{source};
   const SceneSizes sizes = sizes_of(uses, scene);
-  reserve(source.file, sizes, scene);
+  reserve(sizes, scene);
   InstanceWriter writer(scene);
   std::uint64_t copied = 0;
   uses.for_each_node([&](const PlacedNode& p, const std::vector<OpenPrimitive>& mesh) {
@@ -202,7 +199,7 @@ void read_triangles(const TriangleSource& source, Scene& scene, MovingPlaces* wh
         for (const OpenPrimitive& primitive : mesh) {
           if (to && primitive.triangle_count > 0)
             to->push_back({&primitive, p.node, node_from_mesh, instanced, turned, scene.triangles.size()});
-          append_primitive(source.file, primitive, matrix, turned, sizes.carried, scene);
+          append_primitive(primitive, matrix, turned, sizes.carried, scene);
         }
       };
       const Transform transform = transform_of(world);

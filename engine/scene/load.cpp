@@ -27,19 +27,19 @@ const SceneFormat& format_of(const std::filesystem::path& path) {
     if (format.extension == extension) return format;
     known += fmt::format("{}{}", known.empty() ? "" : ", ", format.extension);
   }
-  fail_in(path, "scene files of type '{}' cannot be read; there are loaders for {}; convert the scene to .glb",
-          extension, known);
+  refuse("scene files of type '{}' cannot be read; there are loaders for {}; convert the scene to .glb", extension,
+         known);
 }
 
 /// Returns the format of a scene file that exists and is not empty.
 const SceneFormat& checked_format(const std::filesystem::path& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) fail_in(path, "there is no such scene file; check the path");
-  if (std::filesystem::is_directory(status)) fail_in(path, "is a folder; expected a scene file in it");
+  if (!std::filesystem::exists(status)) refuse("there is no such scene file; check the path");
+  if (std::filesystem::is_directory(status)) refuse("is a folder; expected a scene file in it");
   const SceneFormat& format = format_of(path);
   if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) == 0 && !error)
-    fail_in(path, "is empty (0 bytes); expected a {} scene", format.extension);
+    refuse("is empty (0 bytes); expected a {} scene", format.extension);
   return format;
 }
 
@@ -71,13 +71,15 @@ void note_rounding(Scene& scene) {
 
 }  // namespace
 
-void check_scene_file(const std::filesystem::path& path) { checked_format(path); }
+void check_scene_file(const std::filesystem::path& path) {
+  naming(path, [&] { checked_format(path); });
+}
 
-void complete_mesh(const std::filesystem::path& path, Scene& scene) {
+void complete_mesh(Scene& scene) {
   for (std::size_t t = 0; t < scene.triangles.size(); ++t)
     for (const glm::vec3& v : scene.triangles[t])
       if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
-        fail_in(path, "triangle {} has a vertex ({}, {}, {}); expected finite numbers", t, v.x, v.y, v.z);
+        refuse("triangle {} has a vertex ({}, {}, {}); expected finite numbers", t, v.x, v.y, v.z);
   scene.materials.push_back({.name = "default"});
   scene.material_of.assign(scene.triangles.size(), 0);
 }
@@ -85,17 +87,19 @@ void complete_mesh(const std::filesystem::path& path, Scene& scene) {
 std::span<const SceneFormat> scene_formats() { return kFormats; }
 
 Scene load_scene(const std::filesystem::path& path, const LoadOptions& options) {
-  const SceneFormat& format = checked_format(path);
-  try {
-    Scene scene = format.load(path, options);
-    scene.name = path.stem().string();
-    finish_scene(scene);
-    if (scene.triangles.empty()) scene.notes.emplace_back("The file holds no triangle, so there is nothing to hit.");
-    note_rounding(scene);
-    return scene;
-  } catch (const std::bad_alloc&) {
-    fail_in(path, "does not fit into memory; use a smaller scene or a machine with more");
-  }
+  return naming(path, [&] {
+    const SceneFormat& format = checked_format(path);
+    try {
+      Scene scene = format.load(path, options);
+      scene.name = path.stem().string();
+      finish_scene(scene);
+      if (scene.triangles.empty()) scene.notes.emplace_back("The file holds no triangle, so there is nothing to hit.");
+      note_rounding(scene);
+      return scene;
+    } catch (const std::bad_alloc&) {
+      refuse("does not fit into memory; use a smaller scene or a machine with more");
+    }
+  });
 }
 
 }  // namespace ballot

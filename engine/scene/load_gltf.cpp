@@ -65,7 +65,7 @@ void read_motion(GltfFile& file, Animation animation, const std::vector<bool>& m
     try {
       set_pose(scene, nullptr, 0);
     } catch (const Error& e) {
-      fail_in(file.path, "at rest, {}", e.what());
+      refuse("at rest, {}", e.what());
     }
   }
   if (scene.animation->clips.empty()) scene.animation.reset();

@@ -36,11 +36,11 @@ bool are_integers(const Rows& rows) { return rows.kind == 'i' || rows.kind == 'u
 
 /// Reads rows of floats; float64 is rounded.
 template <class Row>
-void read_floats(const std::filesystem::path& path, NpyFile& file, const Rows& rows, std::vector<Row>& to) {
+void read_floats(NpyFile& file, const Rows& rows, std::vector<Row>& to) {
   static_assert(sizeof(Row) % sizeof(float) == 0);
   constexpr std::size_t kWidth = sizeof(Row) / sizeof(float);
   file.expect_items(rows.count, kWidth * rows.bytes, rows.bytes);
-  need_memory(rows.count * sizeof(Row), fmt::format("{}: {} rows", path.string(), rows.count));
+  need_memory_for(rows.count * sizeof(Row), fmt::format("{} rows", rows.count));
   to.resize(rows.count);
   if (rows.bytes == sizeof(float)) return file.read(to.data(), to.size() * sizeof(Row));
   std::array<double, kWidth> values;
@@ -51,31 +51,31 @@ void read_floats(const std::filesystem::path& path, NpyFile& file, const Rows& r
   }
 }
 
-Scene triangles_of(const std::filesystem::path& path, NpyFile& file) {
+Scene triangles_of(NpyFile& file) {
   const Rows rows = rows_of(file);
   if (rows.width != 9 || !are_floats(rows))
-    fail_in(path, "{}; expected triangles: float32 or float64 of shape (n, 3, 3)", file.found());
+    refuse("{}; expected triangles: float32 or float64 of shape (n, 3, 3)", file.found());
   if (rows.count > kMaxTriangles)
-    fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", rows.count, kMaxTriangles);
+    refuse("has {} triangles; expected at most {}; use a smaller scene", rows.count, kMaxTriangles);
   Scene scene;
-  read_floats(path, file, rows, scene.triangles);
-  complete_mesh(path, scene);
+  read_floats(file, rows, scene.triangles);
+  complete_mesh(scene);
   return scene;
 }
 
 /// Joins vertices with the indices of triangles.
-Scene indexed_of(const std::filesystem::path& path, NpyFile& vertices, NpyFile& faces) {
+Scene indexed_of(NpyFile& vertices, NpyFile& faces) {
   const Rows points = rows_of(vertices), corners = rows_of(faces);
   if (points.width != 3 || !are_floats(points))
-    fail_in(path, "its vertices: {}; expected float32 or float64 of shape (n, 3)", vertices.found());
+    refuse("its vertices: {}; expected float32 or float64 of shape (n, 3)", vertices.found());
   if (corners.width != 3 || !are_integers(corners))
-    fail_in(path, "its triangles: {}; expected whole numbers of shape (n, 3)", faces.found());
+    refuse("its triangles: {}; expected whole numbers of shape (n, 3)", faces.found());
   if (corners.count > kMaxTriangles)
-    fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", corners.count, kMaxTriangles);
+    refuse("has {} triangles; expected at most {}; use a smaller scene", corners.count, kMaxTriangles);
   std::vector<glm::vec3> positions;
-  read_floats(path, vertices, points, positions);
+  read_floats(vertices, points, positions);
   faces.expect_items(corners.count, 3 * corners.bytes, corners.bytes);
-  need_memory(corners.count * sizeof(Triangle), fmt::format("{}: {} triangles", path.string(), corners.count));
+  need_memory_for(corners.count * sizeof(Triangle), fmt::format("{} triangles", corners.count));
   Scene scene;
   scene.triangles.resize(corners.count);
   for (std::size_t t = 0; t < scene.triangles.size(); ++t)
@@ -85,12 +85,12 @@ Scene indexed_of(const std::filesystem::path& path, NpyFile& vertices, NpyFile& 
       const std::size_t unused = 64 - 8 * corners.bytes;  // bits of the word
       const std::int64_t signed_index = std::int64_t(index << unused) >> unused;
       if (corners.kind == 'i' && signed_index < 0)
-        fail_in(path, "triangle {} names vertex {}, but there are {}", t, signed_index, positions.size());
+        refuse("triangle {} names vertex {}, but there are {}", t, signed_index, positions.size());
       if (index >= positions.size())
-        fail_in(path, "triangle {} names vertex {}, but there are {}", t, index, positions.size());
+        refuse("triangle {} names vertex {}, but there are {}", t, index, positions.size());
       vertex = positions[index];
     }
-  complete_mesh(path, scene);
+  complete_mesh(scene);
   return scene;
 }
 
@@ -98,7 +98,7 @@ Scene indexed_of(const std::filesystem::path& path, NpyFile& vertices, NpyFile& 
 
 Scene load_npy(const std::filesystem::path& path, const LoadOptions&) {
   NpyFile file(path);
-  return triangles_of(path, file);
+  return triangles_of(file);
 }
 
 Scene load_npz(const std::filesystem::path& path, const LoadOptions&) {
@@ -109,13 +109,13 @@ Scene load_npz(const std::filesystem::path& path, const LoadOptions&) {
   const std::string faces = has("faces.npy") ? "faces.npy" : "triangles.npy";
   if (has("vertices.npy") && has(faces.c_str())) {
     NpyFile points = open("vertices.npy"), corners = open(faces);
-    return indexed_of(path, points, corners);
+    return indexed_of(points, corners);
   }
   if (!has("triangles.npy") && names.size() != 1)
-    fail_in(path, "has the arrays {}; expected 'triangles', or 'vertices' and 'faces'",
-            names.empty() ? "(none)" : fmt::format("{}", fmt::join(names, ", ")));
+    refuse("has the arrays {}; expected 'triangles', or 'vertices' and 'faces'",
+           names.empty() ? "(none)" : fmt::format("{}", fmt::join(names, ", ")));
   NpyFile triangles = open(has("triangles.npy") ? "triangles.npy" : names[0]);
-  return triangles_of(path, triangles);
+  return triangles_of(triangles);
 }
 
 }  // namespace ballot

@@ -167,8 +167,7 @@ class UsedFaces {
 Scene load_obj(const std::filesystem::path& path, const LoadOptions& options) {
   ObjFile file = read_obj(path, options);
   const std::size_t count = file.corners.size() - 2 * file.faces.size();
-  if (count > kMaxTriangles)
-    fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", count, kMaxTriangles);
+  if (count > kMaxTriangles) refuse("has {} triangles; expected at most {}; use a smaller scene", count, kMaxTriangles);
   Scene scene;
   scene.notes = std::move(file.notes);
   scene.materials = std::move(file.materials);

@@ -60,10 +60,10 @@ Scene load_ply(const std::filesystem::path& path, const LoadOptions&) {
     }
     first = end;
     if (scene.triangles.size() > kMaxTriangles)
-      fail_in(path, "has more than {} triangles; use a smaller scene", kMaxTriangles);
+      refuse("has more than {} triangles; use a smaller scene", kMaxTriangles);
   }
   tangled.note(scene.notes);
-  complete_mesh(path, scene);
+  complete_mesh(scene);
   return scene;
 }
 

@@ -34,29 +34,27 @@ bool is_word(std::string_view word, std::string_view wanted) {
 
 /// Returns true if a file is text. Some writers of binary files begin the header with "solid" too, so the length tells,
 /// or else control characters: a binary file has zeros in its number of triangles.
-/// Throws Error(Work) on text that is not STL or in UTF-16.
+/// Throws Flaw on text that is not STL, Error(Work) on UTF-16.
 bool is_text(const std::filesystem::path& path, std::span<const unsigned char> bytes, std::string_view& text) {
   if (bytes.size() >= kCount && bytes.size() == kCount + std::size_t{count_in(bytes)} * kRecord) return false;
   text = without_mark(path, text);
   const auto is_control = [](unsigned char c) { return c < ' ' && !std::isspace(c); };
   if (std::ranges::any_of(text.substr(0, 1024), is_control)) return false;
-  const std::string_view first = Words(path, text).next();
+  const std::string_view first = Words(text).next();
   if (is_word(first.substr(0, 5), "solid")) return true;
   if (bytes.size() > kCount)
-    fail_in(path, "is not STL: it is text that begins with '{}'; expected 'solid', or a binary file",
-            first.substr(0, 40));
+    refuse("is not STL: it is text that begins with '{}'; expected 'solid', or a binary file", first.substr(0, 40));
   return false;
 }
 
-void read_binary(const std::filesystem::path& path, std::span<const unsigned char> bytes, Scene& scene) {
+void read_binary(std::span<const unsigned char> bytes, Scene& scene) {
   if (bytes.size() < kCount)
-    fail_in(path, "is not STL: it has {} bytes; expected a header of {} bytes, or text that begins with 'solid'",
-            bytes.size(), kCount);
+    refuse("is not STL: it has {} bytes; expected a header of {} bytes, or text that begins with 'solid'", bytes.size(),
+           kCount);
   const std::size_t count = count_in(bytes);
-  const CheckedBytes records = CheckedBytes(bytes, path, "the file")
-                                   .elements(kCount, count, kRecord, kRecord, fmt::format("{} triangles", count));
-  if (count > kMaxTriangles)
-    fail_in(path, "has {} triangles; expected at most {}; use a smaller scene", count, kMaxTriangles);
+  const CheckedBytes records =
+      CheckedBytes(bytes, "the file").elements(kCount, count, kRecord, kRecord, fmt::format("{} triangles", count));
+  if (count > kMaxTriangles) refuse("has {} triangles; expected at most {}; use a smaller scene", count, kMaxTriangles);
   if (const std::size_t rest = bytes.size() - kCount - count * kRecord; rest > 0)
     scene.notes.push_back(fmt::format("{} bytes behind the last triangle were left out.", rest));
   scene.triangles.reserve(count);  // takes memory as it is filled
@@ -83,10 +81,10 @@ void skip_name(Words& words) {
   }
 }
 
-void read_text(const std::filesystem::path& path, std::string_view text, Scene& scene) {
+void read_text(std::string_view text, Scene& scene) {
   std::vector<glm::vec3> corners;
   bool in_solid = false, in_facet = false;
-  Words words(path, text);
+  Words words(text);
   for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
     if (is_word(word, "vertex")) {
       glm::vec3 v;
@@ -111,7 +109,7 @@ void read_text(const std::filesystem::path& path, std::string_view text, Scene& 
   }
   if (in_facet || !corners.empty()) words.fail("the file ends within a facet");
   if (in_solid) words.fail("the file ends before 'endsolid'; it is cut short: copy or export it again");
-  if (scene.triangles.empty()) fail_in(path, "has no facets; expected STL text: facet, outer loop, vertex, ...");
+  if (scene.triangles.empty()) refuse("has no facets; expected STL text: facet, outer loop, vertex, ...");
 }
 
 }  // namespace
@@ -122,10 +120,10 @@ Scene load_stl(const std::filesystem::path& path, const LoadOptions&) {
   std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
   Scene scene;
   if (is_text(path, bytes, text))
-    read_text(path, text, scene);
+    read_text(text, scene);
   else
-    read_binary(path, bytes, scene);
-  complete_mesh(path, scene);
+    read_binary(bytes, scene);
+  complete_mesh(scene);
   return scene;
 }
 

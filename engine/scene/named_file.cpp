@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "engine/scene/loaders.h"
+#include "engine/scene/flaw.h"
 
 namespace ballot {
 namespace {
@@ -64,7 +64,7 @@ std::string why_refused(const std::filesystem::path& scene, std::string_view nam
 std::filesystem::path named_file(const std::filesystem::path& scene, std::string_view name, bool allow_outside,
                                  std::string_view what) {
   if (const std::string reason = why_refused(scene, name, allow_outside); !reason.empty())
-    fail_in(scene, "{} names '{}', which {}", what, name.substr(0, 300), reason);
+    refuse("{} names '{}', which {}", what, name.substr(0, 300), reason);
   return scene.parent_path() / name;
 }
 

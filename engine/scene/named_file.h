@@ -16,7 +16,7 @@ std::string decoded_uri(std::string_view uri);
 std::string why_refused(const std::filesystem::path& scene, std::string_view name, bool allow_outside);
 
 /// Returns the path of a file that the scene file `scene` names. `what` is for the message, such as "image 0".
-/// Throws Error(Work) if why_refused() gives a reason.
+/// Throws Flaw if why_refused() gives a reason.
 std::filesystem::path named_file(const std::filesystem::path& scene, std::string_view name, bool allow_outside,
                                  std::string_view what);
 

@@ -48,7 +48,7 @@ class Parser {
       statement(line);
     }
     if (known_ == 0 && !unknown_.empty())
-      fail_in(path_, "is not OBJ: none of its lines is an OBJ statement; the first begins with '{}'", unknown_);
+      refuse("is not OBJ: none of its lines is an OBJ statement; the first begins with '{}'", unknown_);
     finish();
     return std::move(file_);
   }
@@ -56,8 +56,7 @@ class Parser {
  private:
   template <class... Args>
   [[noreturn]] void fail_here(fmt::format_string<Args...> text, Args&&... args) {
-    throw Error(Failure::Work,
-                fmt::format("{}:{}: {}", path_.string(), line_, fmt::format(text, std::forward<Args>(args)...)));
+    throw Flaw(fmt::format(text, std::forward<Args>(args)...), line_);
   }
 
   /// Returns true if a statement goes on in the next line: its last character is a backslash. A comment ends with its

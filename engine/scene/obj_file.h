@@ -47,7 +47,7 @@ struct ObjFile {
 };
 
 /// Parses an OBJ file and the MTL files that it names. One that is missing or outside of the folder gives a note.
-/// Throws Error(Work) "PATH:LINE: ...".
+/// Throws Flaw with the line.
 ObjFile read_obj(const std::filesystem::path& path, const LoadOptions& options = {});
 
 /// Appends the materials of the MTL file `name`, which lies beside the OBJ file `obj` or below, with notes of what they

@@ -251,7 +251,7 @@ bool read_mtl(const std::filesystem::path& obj, const std::filesystem::path& nam
   const std::filesystem::path path = obj.parent_path() / name;
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return false;
-  MtlParser(path, name, file).run();
+  naming(path, [&] { MtlParser(path, name, file).run(); });
   return true;
 }
 

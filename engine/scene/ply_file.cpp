@@ -25,12 +25,11 @@ constexpr std::uint32_t kRestart = ~0u;  // begins another strip
 /// Reads the numbers behind the header.
 class Body {
  public:
-  Body(const std::filesystem::path& path, const PlyHeader& header, std::span<const unsigned char> bytes)
-      : path_(path),
-        coding_(header.coding),
+  Body(const PlyHeader& header, std::span<const unsigned char> bytes)
+      : coding_(header.coding),
         bytes_(bytes.subspan(header.bytes)),
         kept_(bytes_.data()),
-        words_(path, {reinterpret_cast<const char*>(bytes_.data()), bytes_.size()}, header.lines + 1) {
+        words_({reinterpret_cast<const char*>(bytes_.data()), bytes_.size()}, header.lines + 1) {
     std::uint64_t lines = 0;
     for (const PlyElement& e : header.elements) lines += e.properties.empty() ? 0 : e.count;
     by_lines_ = coding_ == PlyCoding::Text && has_lines(lines);
@@ -39,8 +38,8 @@ class Body {
   double number(const PlyType& type, const PlyElement& element) {
     if (coding_ == PlyCoding::Text) return words_.number<double>(element.name);
     if (bytes_.size() < type.bytes)
-      fail_in(path_, "ends within its elements '{}'; the header promises {}; the file is cut short", element.name,
-              element.count);
+      refuse("ends within its elements '{}'; the header promises {}; the file is cut short", element.name,
+             element.count);
     std::array<unsigned char, 8> copy;
     std::copy_n(bytes_.begin(), type.bytes, copy.begin());
     if ((coding_ == PlyCoding::Little) != (std::endian::native == std::endian::little))
@@ -54,8 +53,8 @@ class Body {
   std::size_t length(const PlyProperty& property, const PlyElement& element) {
     const double length = number(*property.count, element);
     if (!(length >= 0) || length != std::floor(length) || length > double(bytes_.size()))
-      fail_in(path_, "a list '{}' of element '{}' has {} items; expected a number that the file can hold",
-              property.name, element.name, length);
+      refuse("a list '{}' of element '{}' has {} items; expected a number that the file can hold", property.name,
+             element.name, length);
     return std::size_t(length);
   }
 
@@ -97,7 +96,6 @@ class Body {
     kept_ = bytes_.data();
   }
 
-  std::filesystem::path path_;
   PlyCoding coding_;
   std::span<const unsigned char> bytes_;
   const unsigned char* kept_;  // the first byte that is still in memory
@@ -106,11 +104,11 @@ class Body {
 };
 
 /// Throws unless the file can hold as many elements as its header names: at least a byte each.
-void check_counts(const std::filesystem::path& path, const PlyHeader& header, std::size_t bytes) {
+void check_counts(const PlyHeader& header, std::size_t bytes) {
   for (const PlyElement& e : header.elements)
     if (e.count > bytes && !e.properties.empty())
-      fail_in(path, "names {} elements '{}', but has {} bytes; the file is cut short or its header wrong", e.count,
-              e.name, bytes);
+      refuse("names {} elements '{}', but has {} bytes; the file is cut short or its header wrong", e.count, e.name,
+             bytes);
 }
 
 /// Returns the value of a type that stands for a full colour.
@@ -119,14 +117,14 @@ float most_of(const PlyType& type) {
   return integer && type.bytes == 1 ? 255.0f : integer && type.bytes == 2 ? 65535.0f : 1.0f;
 }
 
-void read_vertices(Body& body, const PlyElement& element, const std::filesystem::path& path, PlyFile& file) {
+void read_vertices(Body& body, const PlyElement& element, PlyFile& file) {
   constexpr std::array kNames{"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"};
   std::array<std::optional<std::size_t>, kNames.size()> wanted;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     wanted[i] = element.find(kNames[i]);
     if (i >= 6 && !wanted[i]) wanted[i] = element.find(std::string("diffuse_") + kNames[i]);  // of older programs
   }
-  if (!wanted[0] || !wanted[1] || !wanted[2]) fail_in(path, "its vertices have no x, y and z");
+  if (!wanted[0] || !wanted[1] || !wanted[2]) refuse("its vertices have no x, y and z");
   const bool normals = wanted[3] && wanted[4] && wanted[5];
   file.vertices.reserve(element.count);
   if (normals) file.normals.reserve(element.count);
@@ -146,7 +144,7 @@ void read_vertices(Body& body, const PlyElement& element, const std::filesystem:
     body.end_element();
     for (std::size_t i = 0; i < 3; ++i)
       if (!std::isfinite(values[i]))
-        fail_in(path, "vertex {} is ({}, {}, {}); expected finite numbers", v, values[0], values[1], values[2]);
+        refuse("vertex {} is ({}, {}, {}); expected finite numbers", v, values[0], values[1], values[2]);
     file.vertices.emplace_back(values[0], values[1], values[2]);
     if (normals) file.normals.emplace_back(values[3], values[4], values[5]);
     if (colors)
@@ -167,12 +165,12 @@ void add_strip(std::span<const std::uint32_t> strip, PlyFile& file) {
 }
 
 /// Reads the lists of indices of faces or of strips of triangles. The vertices may be read later.
-void read_faces(Body& body, const PlyElement& element, const std::filesystem::path& path, PlyFile& file) {
+void read_faces(Body& body, const PlyElement& element, PlyFile& file) {
   const bool strips = element.name == kStrips;
   auto list = element.find("vertex_indices");
   if (!list) list = element.find("vertex_index");
   if (!list || !element.properties[*list].count)
-    fail_in(path, "its elements '{}' have no list 'vertex_indices'", element.name);
+    refuse("its elements '{}' have no list 'vertex_indices'", element.name);
   const std::uint64_t likely = std::min<std::uint64_t>(element.count, body.bytes() / 4);  // triangles take 4 and more
   file.corners.reserve(file.corners.size() + 3 * likely);
   file.face_ends.reserve(file.face_ends.size() + likely);
@@ -190,7 +188,7 @@ void read_faces(Body& body, const PlyElement& element, const std::filesystem::pa
         const double index = body.number(*property.type, element);
         const bool restart = strips && (index == -1 || index == double(kRestart));
         if (!restart && (!(index >= 0) || index >= double(kRestart) || index != std::floor(index)))
-          fail_in(path, "{} {} names vertex {}; expected a whole number from 0 on", element.name, f, index);
+          refuse("{} {} names vertex {}; expected a whole number from 0 on", element.name, f, index);
         to = restart ? kRestart : std::uint32_t(index);
       }
       if (strips) {
@@ -202,7 +200,7 @@ void read_faces(Body& body, const PlyElement& element, const std::filesystem::pa
         file.face_ends.push_back(std::uint32_t(file.corners.size()));
       }
       if (file.corners.size() > 3 * kMaxTriangles)
-        fail_in(path, "has more than {} corners of faces; use a smaller scene", 3 * kMaxTriangles);
+        refuse("has more than {} corners of faces; use a smaller scene", 3 * kMaxTriangles);
     }
     body.end_element();
   }
@@ -222,13 +220,13 @@ void note_left_out(const PlyHeader& header, PlyFile& file) {
 }
 
 /// Throws if a face names a vertex that the file lacks.
-void check_corners(const std::filesystem::path& path, const PlyFile& file) {
+void check_corners(const PlyFile& file) {
   const std::size_t count = file.vertices.size();
   const auto beyond = std::ranges::find_if(file.corners, [&](std::uint32_t corner) { return corner >= count; });
   if (beyond == file.corners.end()) return;
   const auto place = std::uint32_t(beyond - file.corners.begin());
   const auto face = std::ranges::upper_bound(file.face_ends, place) - file.face_ends.begin();
-  fail_in(path, "face {} names vertex {}, but the file has {}", face, *beyond, count);
+  refuse("face {} names vertex {}, but the file has {}", face, *beyond, count);
 }
 
 }  // namespace
@@ -236,21 +234,21 @@ void check_corners(const std::filesystem::path& path, const PlyFile& file) {
 PlyFile read_ply(const std::filesystem::path& path) {
   const std::vector<std::byte> bytes = read_file(path);
   const std::string_view text = without_mark(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  const PlyHeader header = read_ply_header(path, text);
-  check_counts(path, header, bytes.size());
+  const PlyHeader header = read_ply_header(text);
+  check_counts(header, bytes.size());
   const auto is_faces = [](const PlyElement& e) { return e.name == "face" || e.name == kStrips; };
   const auto count_of = [&](auto is) { return std::ranges::count_if(header.elements, is); };
   auto vertices = count_of([](const PlyElement&e) { return e.name == "vertex"; }), faces = count_of(is_faces);
-  if (vertices > 1) fail_in(path, "has {} elements 'vertex'; expected one", vertices);
+  if (vertices > 1) refuse("has {} elements 'vertex'; expected one", vertices);
   const bool mesh = faces > 0;
-  Body body(path, header, {reinterpret_cast<const unsigned char*>(text.data()), text.size()});
+  Body body(header, {reinterpret_cast<const unsigned char*>(text.data()), text.size()});
   PlyFile file;
   for (const PlyElement& element : header.elements) {
     if (element.name == "vertex") {
-      read_vertices(body, element, path, file);
+      read_vertices(body, element, file);
       --vertices;
     } else if (is_faces(element)) {
-      read_faces(body, element, path, file);
+      read_faces(body, element, file);
       --faces;
     } else if (!element.properties.empty()) {  // else it takes no bytes, however many there are
       for (std::uint64_t i = 0; i < element.count; ++i) {
@@ -261,9 +259,8 @@ PlyFile read_ply(const std::filesystem::path& path) {
     if (vertices + faces == 0) break;  // what follows is not needed
   }
   if (!mesh)
-    fail_in(path, "has no faces, only {} points; expected a mesh with an element 'face' or 'tristrips'",
-            file.vertices.size());
-  check_corners(path, file);
+    refuse("has no faces, only {} points; expected a mesh with an element 'face' or 'tristrips'", file.vertices.size());
+  check_corners(file);
   note_left_out(header, file);
   if (body.left_out())
     file.notes.emplace_back("Lines hold more numbers than the header names; those behind were left out.");

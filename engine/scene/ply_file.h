@@ -22,8 +22,8 @@ struct PlyFile {
 
 /// Parses a PLY file: x y z, nx ny nz and red green blue of its vertices, and vertex_indices or vertex_index of its
 /// faces and of its strips of triangles ('tristrips'), in any order. Colours are taken as sRGB whose full value is 255
-/// in 8-bit integers, 65535 in 16-bit ones, and else 1. Other properties and elements are skipped. Throws Error(Work)
-/// that names the file and, where known, the line or the element.
+/// in 8-bit integers, 65535 in 16-bit ones, and else 1. Other properties and elements are skipped. Throws Flaw that
+/// names the line or the element where they are known.
 ///
 /// Source: Greg Turk, "The PLY Polygon File Format", Stanford University, 1994.
 PlyFile read_ply(const std::filesystem::path& path);

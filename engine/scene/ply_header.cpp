@@ -3,7 +3,6 @@
 #include <array>
 #include <cstring>
 
-#include "engine/scene/loaders.h"
 #include "engine/scene/text_lines.h"
 #include "engine/scene/words.h"
 
@@ -27,16 +26,16 @@ constexpr std::array kTypes{
 /// Reads the header line by line.
 class PlyHeaderParser {
  public:
-  PlyHeaderParser(const std::filesystem::path& path, std::string_view text) : path_(path), text_(text) {}
+  explicit PlyHeaderParser(std::string_view text) : text_(text) {}
 
   PlyHeader run() {
     read_line_end();
-    if (trimmed(line()) != "ply") fail_in(path_, "is not PLY: its first line is not 'ply'; check the file's type");
+    if (trimmed(line()) != "ply") refuse("is not PLY: its first line is not 'ply'; check the file's type");
     bool coded = false;
     while (true) {
       if (header_.bytes >= text_.size()) fail("the file ends before 'end_header'");
       const std::string_view text = line();
-      Words words(path_, text, header_.lines);
+      Words words(text, header_.lines);
       const std::string_view keyword = words.next();
       if (keyword == "end_header") break;
       if (keyword == "format") {
@@ -58,8 +57,7 @@ class PlyHeaderParser {
  private:
   template <class... Args>
   [[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) const {
-    throw Error(Failure::Work, fmt::format("{}:{}: {}", path_.string(), header_.lines,
-                                           fmt::format(text, std::forward<Args>(args)...)));
+    throw Flaw(fmt::format(text, std::forward<Args>(args)...), header_.lines);
   }
 
   /// Takes CR alone as the end of all lines if the first ends so: data behind the header may begin with a byte like LF.
@@ -106,7 +104,6 @@ class PlyHeaderParser {
     header_.elements.back().properties.push_back(std::move(p));
   }
 
-  std::filesystem::path path_;
   std::string_view text_;
   char line_end_ = '\n';
   PlyHeader header_;
@@ -114,8 +111,6 @@ class PlyHeaderParser {
 
 }  // namespace
 
-PlyHeader read_ply_header(const std::filesystem::path& path, std::string_view file) {
-  return PlyHeaderParser(path, file).run();
-}
+PlyHeader read_ply_header(std::string_view file) { return PlyHeaderParser(file).run(); }
 
 }  // namespace ballot

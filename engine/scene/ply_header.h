@@ -49,7 +49,7 @@ struct PlyHeader {
   std::size_t lines = 0;
 };
 
-/// Parses the header at the start of a file. Throws Error(Work) that names the file and the line.
-PlyHeader read_ply_header(const std::filesystem::path& path, std::string_view file);
+/// Parses the header at the start of a file. Throws Flaw that names the line.
+PlyHeader read_ply_header(std::string_view file);
 
 }  // namespace ballot

@@ -6,7 +6,7 @@
 
 #include "engine/core/memory.h"
 #include "engine/core/text_mark.h"
-#include "engine/scene/loaders.h"
+#include "engine/scene/flaw.h"
 
 namespace ballot {
 
@@ -70,12 +70,11 @@ bool TextLines::read() {
   const std::size_t kept = block_.size();
   block_.resize(kept + kBlock);
   const std::size_t count = std::fread(block_.data() + kept, 1, kBlock, file_.get());
-  if (std::ferror(file_.get())) fail_in(path_, "cannot be read: {}", std::generic_category().message(errno));
+  if (std::ferror(file_.get())) refuse("cannot be read: {}", std::generic_category().message(errno));
   block_.resize(kept + count);
   if (read_ == 0) at_ = count - without_mark(path_, block_).size();
   if (const std::size_t zero = block_.find('\0', kept); zero != std::string::npos)
-    fail_in(path_, "is not {}: byte {} is zero, and {} is text; check the file's type", format_, read_ + zero - kept,
-            format_);
+    refuse("is not {}: byte {} is zero, and {} is text; check the file's type", format_, read_ + zero - kept, format_);
   read_ += count;
   const auto follow = [&](std::size_t& place, char c) {
     if (place != std::string::npos && place >= gone)

@@ -19,8 +19,8 @@ std::string_view next_word(std::string_view& text);
 /// The lines of a file, which is read in blocks. They end by LF, CR LF or CR. A byte order mark is skipped.
 class TextLines {
  public:
-  /// Opens the file of a format, such as "OBJ". Throws Error(Work), as next() does, if it cannot be read, holds a zero
-  /// byte or is UTF-16.
+  /// Opens the file of a format, such as "OBJ". Throws Error(Work) if it cannot be read. next() throws Flaw if it holds
+  /// a zero byte, Error(Work) if it is UTF-16.
   TextLines(const std::filesystem::path& path, std::string_view format);
 
   /// Gives the next line without its end, which stays valid until the next call. Returns false at the end of the file.

@@ -5,19 +5,17 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <string>
 #include <string_view>
 
-#include "engine/core/error.h"
+#include "engine/scene/flaw.h"
 
 namespace ballot {
 
 /// A text of words that spaces and ends of lines part: LF, CR LF or CR. Numbers are those of std::from_chars.
 class Words {
  public:
-  Words(const std::filesystem::path& path, std::string_view text, std::size_t first_line = 1)
-      : path_(path), rest_(text), line_(first_line) {}
+  explicit Words(std::string_view text, std::size_t first_line = 1) : rest_(text), line_(first_line) {}
 
   /// Returns the next word; empty at the end of the text.
   std::string_view next() {
@@ -31,7 +29,7 @@ class Words {
     return word;
   }
 
-  /// Returns the next word as a number. Throws Error(Work) if it is none. `what` names its place.
+  /// Returns the next word as a number. Throws Flaw if it is none. `what` names its place.
   template <class T = float>
   T number(std::string_view what) {
     std::string_view word = next();
@@ -53,17 +51,15 @@ class Words {
   /// Moves to the next line.
   void skip_line() { rest_.remove_prefix(rest_of_line().size()); }
 
-  /// Throws Error(Work) "PATH:LINE: text".
+  /// Throws Flaw with the number of the line.
   template <class... Args>
   [[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) const {
-    throw Error(Failure::Work,
-                fmt::format("{}:{}: {}", path_.string(), line_, fmt::format(text, std::forward<Args>(args)...)));
+    throw Flaw(fmt::format(text, std::forward<Args>(args)...), line_);
   }
 
  private:
   static bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
-  std::filesystem::path path_;
   std::string_view rest_;
   std::size_t line_;
 };
