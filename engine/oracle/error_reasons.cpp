@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "engine/core/error.h"
+#include "engine/oracle/error_findings.h"
 #include "engine/oracle/predicates.h"
 
 namespace ballot {
@@ -91,11 +92,6 @@ std::string why_wrong_value(const ReasonSources& from, const Ray& ray, const Hit
 }
 
 }  // namespace
-
-double in_ulps(double difference, double t) {
-  constexpr double kSmallest = std::numeric_limits<float>::min();
-  return std::ldexp(difference, 23 - std::ilogb(std::max(std::abs(t), kSmallest)));
-}
 
 std::string reason_of(const ReasonSources& from, const ErrorCase& error) {
   switch (error.kind) {

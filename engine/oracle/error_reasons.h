@@ -7,9 +7,6 @@
 
 namespace ballot {
 
-/// Returns a difference of t in ulps of float32 at max(|t|, FLT_MIN).
-double in_ulps(double difference, double t);
-
 /// The inputs that the sentences are made from.
 struct ReasonSources {
   const ExactOracle& exact;

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <utility>
 
 #include "engine/core/error.h"
-#include "engine/core/parallel.h"
 #include "engine/oracle/filter.h"
 #include "engine/oracle/filter_box.h"
+#include "engine/oracle/in_parallel.h"
 #include "engine/oracle/oracle.h"
 #include "engine/oracle/predicates.h"
 #include "engine/oracle/sight.h"
@@ -154,18 +153,12 @@ ExactHit ExactOracle::nearest(const Ray& ray) const {
 }
 
 std::vector<ExactHit> ExactOracle::nearest(std::span<const Ray> rays, const Progress& progress) const {
-  std::vector<ExactHit> hits(rays.size());
-  std::mutex mutex;
-  std::size_t done = 0;
-  for_chunks(rays.size(), kRaysPerExactChunk, [&](std::size_t begin, std::size_t end) {
+  const auto find = [&](std::span<const Ray> some, std::span<ExactHit> hits) {
     Search search(bvh_, triangles_, lost_);
-    for (std::size_t i = begin; i < end; ++i) hits[i] = search.nearest(rays[i]);
+    for (std::size_t i = 0; i < some.size(); ++i) hits[i] = search.nearest(some[i]);
     add(search.counts());
-    const std::lock_guard lock(mutex);
-    done += end - begin;
-    if (progress) progress(static_cast<double>(done) / static_cast<double>(rays.size()));
-  });
-  return hits;
+  };
+  return hits_of<ExactHit>(rays, kRaysPerExactChunk, find, progress);
 }
 
 ExactHit ExactOracle::brute_force(const Ray& ray) const {

@@ -20,7 +20,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/formats/pair.h"
+#include "engine/oracle/oracle.h"
 
 namespace ballot {
 
@@ -69,6 +69,10 @@ class ExactOracle {
   /// Compares the exact t at which the ray's line meets the planes of two triangles. Throws Error(Arguments) if a prim
   /// is in no leaf, the ray is dead, or the ray is parallel to a plane.
   std::strong_ordering compare_t(const Ray& ray, std::uint32_t prim_a, std::uint32_t prim_b) const;
+  /// Returns true if two hits of the ray have the same exact t, whatever arithmetic found them.
+  bool ties(const Ray& ray, const ExactHit& a, const ExactHit& b, Arithmetic) const {
+    return compare_t(ray, a.prim, b.prim) == 0;
+  }
 
   /// Returns the triangle of this number, if some leaf holds it.
   std::optional<Triangle> triangle(std::uint32_t prim) const;

@@ -14,11 +14,11 @@
 // all t or for none. That is decided by an exact comparison of float32 numbers.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "engine/oracle/filter.h"
+#include "engine/oracle/walker.h"
 
 namespace ballot {
 
@@ -26,16 +26,8 @@ namespace ballot {
 /// [t_min, t_far].
 inline std::optional<double> enter(const FilterRay& ray, const Bounds& box, double t_far) {
   double near = ray.t_min, far = t_far;
-  for (int k = 0; k < 3; ++k) {
-    const double lo = box.lo[k] - ray.o[k], hi = box.hi[k] - ray.o[k];
-    if (ray.d[k] == 0) {
-      if (lo > 0 || hi < 0) return std::nullopt;
-      continue;
-    }
-    const double a = lo * ray.inverse_d[k], b = hi * ray.inverse_d[k];
-    near = std::max(near, std::min(a, b));
-    far = std::min(far, std::max(a, b));
-  }
+  constexpr double kNoPad[3] = {0, 0, 0};
+  if (!cut_to_box(ray, box, kNoPad, near, far)) return std::nullopt;
   constexpr double kWiden = 0x1p-50;
   near -= kWiden * std::abs(near);
   far += kWiden * std::abs(far);

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "engine/core/parallel.h"
+#include "engine/oracle/in_parallel.h"
 #include "engine/oracle/sight.h"
 #include "engine/oracle/walker.h"
 
@@ -109,18 +109,7 @@ std::optional<OracleHit> intersect(const RayFrame& ray, const Triangle& triangle
 
 std::optional<double> enter(const RayFrame& ray, const Bounds& box, double t_far) {
   double near = ray.t_min, far = t_far;
-  for (int k = 0; k < 3; ++k) {
-    const double lo = box.lo[k] - ray.pad[k] - ray.o[k];
-    const double hi = box.hi[k] + ray.pad[k] - ray.o[k];
-    if (ray.d[k] == 0) {
-      if (lo > 0 || hi < 0) return std::nullopt;
-      continue;
-    }
-    const double a = lo * ray.inverse_d[k], b = hi * ray.inverse_d[k];
-    near = std::max(near, std::min(a, b));
-    far = std::min(far, std::max(a, b));
-  }
-  return near <= far ? std::optional(near) : std::nullopt;
+  return cut_to_box(ray, box, ray.pad, near, far) && near <= far ? std::optional(near) : std::nullopt;
 }
 
 Oracle::Oracle(const PairTree& bvh) : bvh_(bvh) {
@@ -147,11 +136,9 @@ OracleHit Oracle::nearest(const Ray& ray) const {
 const Bounds& Oracle::bounds() const { return bvh_.bounds; }
 
 std::vector<OracleHit> Oracle::nearest(std::span<const Ray> rays) const {
-  std::vector<OracleHit> hits(rays.size());
-  for_chunks(rays.size(), kRaysPerOracleChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) hits[i] = nearest(rays[i]);
+  return hits_of<OracleHit>(rays, kRaysPerOracleChunk, [&](std::span<const Ray> some, std::span<OracleHit> hits) {
+    for (std::size_t i = 0; i < some.size(); ++i) hits[i] = nearest(some[i]);
   });
-  return hits;
 }
 
 OracleHit Oracle::brute_force(const Ray& ray) const {

@@ -66,6 +66,12 @@ class Oracle {
   Judgement judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth, Want want,
                   Arithmetic arithmetic = Arithmetic::Woop) const;
 
+  /// Judges t, u and v of an answer alone. `own` is the hit of the triangle that it names.
+  Verdict judge_values(const Ray& ray, const Hit& answer, const OracleHit& own, Want want,
+                       Arithmetic arithmetic) const {
+    return judge(ray, answer, own, want, arithmetic);
+  }
+
   /// Returns the allowance for a ray that is not dead and the triangle of this number. Arithmetic::Exact has no error,
   /// so its edges are infinite. Throws Error(Arguments) if no leaf holds the prim.
   Allowance allowance(const Ray& ray, std::uint32_t prim, Arithmetic arithmetic) const;

@@ -13,6 +13,23 @@
 
 namespace ballot {
 
+/// Cuts [near, far] to the t at which a ray is in a box that `pad` widens. Returns false if the ray is parallel to a
+/// side and beyond it.
+template <class R>
+bool cut_to_box(const R& ray, const Bounds& box, const double (&pad)[3], double& near, double& far) {
+  for (int k = 0; k < 3; ++k) {
+    const double lo = box.lo[k] - pad[k] - ray.o[k], hi = box.hi[k] + pad[k] - ray.o[k];
+    if (ray.d[k] == 0) {
+      if (lo > 0 || hi < 0) return false;
+      continue;
+    }
+    const double a = lo * ray.inverse_d[k], b = hi * ray.inverse_d[k];
+    near = std::max(near, std::min(a, b));
+    far = std::min(far, std::max(a, b));
+  }
+  return true;
+}
+
 /// Traverses a tree, and keeps its stack for the next ray. Not thread-safe.
 class Walker {
  public:

@@ -209,12 +209,12 @@ void read_faces(Body& body, const PlyElement& element, PlyFile& file) {
 
 /// Notes what would change how a mesh looks, and is not read.
 void note_left_out(const PlyHeader& header, PlyFile& file) {
-  constexpr std::array<std::string_view, 9> kLooks{"alpha",     "s",         "t",        "u",        "v",
-                                                   "texture_u", "texture_v", "texcoord", "texnumber"};
+  constexpr std::array<std::string_view, 9> kLookNames{"alpha",     "s",         "t",        "u",        "v",
+                                                       "texture_u", "texture_v", "texcoord", "texnumber"};
   std::string found;
   for (const PlyElement& element : header.elements)
     for (const PlyProperty& p : element.properties)
-      if (std::ranges::count(kLooks, p.name) > 0 || (p.name == "red" && element.name != "vertex"))
+      if (std::ranges::count(kLookNames, p.name) > 0 || (p.name == "red" && element.name != "vertex"))
         found += fmt::format("{}{} of {}", found.empty() ? "" : ", ", p.name, element.name);
   if (!found.empty()) file.notes.push_back(fmt::format("Properties that change the look are not read: {}.", found));
 }

@@ -4,7 +4,7 @@
 #include <bit>
 #include <set>
 
-#include "engine/oracle/forest_exact.h"
+#include "engine/oracle/forest_oracle.h"
 #include "tests/device/fixture.h"
 #include "tests/device/forests.h"
 
@@ -247,7 +247,7 @@ TEST_F(TopLevel, ExactModeHasNoWrongAnswerAfterARefit) {
   const ForestOracle bound(forest);
   const auto hits = trace(*tracer, rays, {.method = "while-while", .numeric = "exact"});
   const ErrorFigures figures =
-      forest_error_figures(exact, bound, rays, hits, exact.nearest(rays), Want::Nearest, Arithmetic::Exact, 3);
+      error_figures(exact, bound, rays, hits, exact.nearest(rays), Want::Nearest, Arithmetic::Exact, 3);
   EXPECT_EQ(figures.errors(), 0u);
 }
 

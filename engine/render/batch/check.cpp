@@ -73,7 +73,7 @@ ErrorFigures HitChecker::judge(std::span<const Ray> rays, std::span<const Hit> a
                                const Query& query, std::size_t max_cases) const {
   const Arithmetic as = find_numeric(query.numeric).arithmetic;
   if (forest_exact_)
-    return forest_error_figures(*forest_exact_, *forest_oracle_, rays, answers, truth.hits, query.want, as, max_cases);
+    return error_figures(*forest_exact_, *forest_oracle_, rays, answers, truth.hits, query.want, as, max_cases);
   return error_figures(*exact_, *oracle_, rays, answers, truth.hits, query.want, as, max_cases);
 }
 

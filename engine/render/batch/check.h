@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/oracle/errors.h"
-#include "engine/oracle/forest_exact.h"
+#include "engine/oracle/forest_oracle.h"
 #include "engine/oracle/oracle.h"
 #include "engine/render/batch/batch.h"
 
@@ -36,7 +36,7 @@ struct ExactTruth {
 /// device; the oracles themselves run on all cores.
 class HitChecker {
  public:
-  /// Keeps references to both arguments. A forest has oracles of its own (engine/oracle/forest_exact.h).
+  /// Keeps references to both arguments. A forest has oracles of its own (engine/oracle/forest_oracle.h).
   HitChecker(Tracer& tracer, Batches& batches);
 
   /// The double-precision oracle's hit of every ray (engine/oracle/oracle.h).
