@@ -7,7 +7,6 @@
 //   ballot::write_exr("cornell.exr", image);
 #pragma once
 
-#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -37,6 +36,7 @@
 #include "engine/core/say.h"
 #include "engine/core/shown.h"
 #include "engine/core/standard_output.h"
+#include "engine/core/stopwatch.h"
 #include "engine/core/text_mark.h"
 #include "engine/oracle/self_crossings.h"
 #include "engine/present/presenter.h"
@@ -303,7 +303,7 @@ class Engine {
   LateVertices late_;
   BuildSettings build_;
   bool use_cache_ = true;
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  Timer opened_;
   StartTimes times_;
   std::shared_ptr<Context> gpu_;
   Bvh bvh_;

@@ -1,20 +1,16 @@
-#include <chrono>
 #include <cmath>
 #include <glm/matrix.hpp>
 
 #include "ballot_commit.h"
 #include "engine/ballot.h"
 #include "engine/built_tree.h"
+#include "engine/core/stopwatch.h"
 #include "engine/scene/digest.h"
 #include "engine/tree/device_poser.h"
 
 namespace ballot {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// Returns a matrix as OpenEXR stores it. OpenEXR multiplies row vectors from the left, so its row-by-row order is
 /// glm's column-by-column order.
@@ -59,7 +55,7 @@ std::shared_ptr<Context> Engine::open_device(const EngineOptions& options) {
 
 Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progress)
     : scene_(std::move(scene)), build_(options.build), gpu_(options.context ? options.context : open_device(options)) {
-  times_.device_s = seconds_since(begin_);
+  times_.device_s = opened_.seconds();
   for (const Query& q : options.queries)
     kernel_config_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);
   build_.builder =
@@ -68,7 +64,7 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
                                       .triangles = scene_.triangles.size(),
                                       .expected_rays = options.expected_rays});
   use_cache_ = options.use_cache;
-  const auto start = Clock::now();
+  const Timer timer;
   if (scene_.instanced()) {
     make_forest(options.use_cache, progress);
   } else {
@@ -77,7 +73,7 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
     features_ = features_with(facts_of(bvh_));
     tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built.there));
   }
-  times_.bvh_s = seconds_since(start);
+  times_.bvh_s = timer.seconds();
   policy_.built(times_.bvh_s, bvh_.stats.sah);
   tracer_->tree().set_late(&late_);
   if (options.use_cache) tracer_->tree().keep_in(cache_folder() / "bvh");

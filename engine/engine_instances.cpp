@@ -1,8 +1,8 @@
 // Engines of scenes with instances: their trees, and how they follow an animation.
-#include <chrono>
 
 #include "engine/ballot.h"
 #include "engine/built_tree.h"
+#include "engine/core/stopwatch.h"
 #include "engine/scene/instances.h"
 #include "engine/tree/build/device_build.h"
 
@@ -11,10 +11,6 @@ namespace ballot {
 namespace {
 
 constexpr std::size_t kCachedTriangles = 1 << 12;  // smaller trees are built faster than files are read
-
-double seconds_between(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// Returns the meshes of a scene as they lie in its arrays.
 std::vector<std::vector<Triangle>> meshes_of(const Scene& scene) {
@@ -67,7 +63,7 @@ void Engine::make_forest(bool use_cache, const Progress& progress) {
 
 /// Moves the instances, and builds the trees of meshes whose triangles a pose has changed.
 void Engine::move_instances(Pose pose, double pose_s) {
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   std::vector<Placement> placements = scene_.instances.placements;
   bool turns = false;  // instances that are mirrored now, or no longer, are of another mesh
   for (const Pose::Moved& m : pose.moved) {
@@ -107,9 +103,9 @@ void Engine::move_instances(Pose pose, double pose_s) {
   std::ranges::copy(pose.views, scene_.views.begin());
   bvh_ = forest_->summary();
   features_ = features_with(forest_->facts());
-  const double tree_s = seconds_between(start);
+  const double tree_s = timer.seconds();
   make_renderers();
-  update_ = {.seconds = seconds_between(start), .pose_s = pose_s};
+  update_ = {.seconds = timer.seconds(), .pose_s = pose_s};
   update_.ready_s = update_.seconds - tree_s;
 }
 

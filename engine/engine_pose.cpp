@@ -1,20 +1,12 @@
 // Scenes that are animated: an Engine at a time of a clip.
 #include <algorithm>
-#include <chrono>
 
 #include "engine/built_tree.h"
+#include "engine/core/stopwatch.h"
 
 namespace ballot {
 
-namespace {
-
-using PoseClock = std::chrono::steady_clock;
-
-double seconds_from(PoseClock::time_point start) {
-  return std::chrono::duration<double>(PoseClock::now() - start).count();
-}
-
-}  // namespace
+namespace {}  // namespace
 
 void Engine::set_time(std::size_t clip, double seconds, UpdateMode mode) {
   const std::size_t clips = scene_.animation ? scene_.animation->clips.size() : 0;
@@ -41,9 +33,9 @@ Pose Engine::pose(const AnimationClip& clip, double seconds) {
 }
 
 void Engine::set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode) {
-  const auto start = PoseClock::now();
+  const Timer timer;
   Pose pose = this->pose(clip, seconds);
-  const double pose_s = seconds_from(start);
+  const double pose_s = timer.seconds();
   if (forest_) return move_instances(std::move(pose), pose_s);
   late_.bring();
   const auto swap = [&] {
@@ -77,17 +69,17 @@ void Engine::make_posed() {
 /// Moves the scene on the device. Returns false, and leaves the scene as it was, if a vertex has no place there: the
 /// host tells which.
 bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMode mode) {
-  const auto start = PoseClock::now();
+  const Timer timer;
   const NodePose nodes = pose_nodes(*scene_.animation, &clip, seconds);
   PosedCarried carried = pose_carried(scene_, nodes);
   gpu_->finish();
   if (!posed_) make_posed();
   const std::optional<Bounds> bounds = posed_->pose(nodes);
   if (!bounds) return false;
-  const double pose_s = seconds_from(start);
+  const double pose_s = timer.seconds();
   begin_update();
   follow_there(*bounds, mode);
-  const double tree_s = seconds_from(start) - pose_s;
+  const double tree_s = timer.seconds() - pose_s;
   scene_.bounds = *bounds;
   scene_.lights = std::move(carried.lights);
   std::ranges::copy(carried.views, scene_.views.begin());
@@ -103,22 +95,22 @@ bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMod
     gpu_->finish();
   }
   update_.pose_s = pose_s;
-  update_.seconds = seconds_from(start) - pose_s;
+  update_.seconds = timer.seconds() - pose_s;
   update_.ready_s = update_.seconds - tree_s;
   return true;
 }
 
 /// Has the tree follow the triangles that were posed last.
 void Engine::follow_there(const Bounds& bounds, UpdateMode mode) {
-  auto start = PoseClock::now();
+  Timer timer;
   DeviceTree& tree = tracer_->tree();
   const std::shared_ptr<DeviceBuild> built = tree.built();
   built->swap_triangles(posed_->triangles());
   update_.refitted = wants_refit(mode) && tree.refit(bounds);
   if (update_.refitted) {
-    policy_.refitted(seconds_from(start), built->summary().stats.sah);
+    policy_.refitted(timer.seconds(), built->summary().stats.sah);
     update_.refitted = mode != UpdateMode::Auto || !policy_.regrets_refit();
-    start = PoseClock::now();
+    timer = {};
   }
   if (!update_.refitted) {
     try {
@@ -129,7 +121,7 @@ void Engine::follow_there(const Bounds& bounds, UpdateMode mode) {
       adopt({built->summary(), built});
       throw;
     }
-    policy_.built(seconds_from(start), built->summary().stats.sah);
+    policy_.built(timer.seconds(), built->summary().stats.sah);
     adopt({built->summary(), built});
     return;
   }

@@ -1,9 +1,9 @@
 // Scenes that move: refits and builds of the tree of an Engine.
 #include <algorithm>
-#include <chrono>
 
 #include "engine/built_tree.h"
 #include "engine/bvh/refit.h"
+#include "engine/core/stopwatch.h"
 
 namespace ballot {
 
@@ -52,8 +52,7 @@ bool Engine::wants_refit(UpdateMode mode) const {
 
 std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode mode) {
   refuse_instances("an update of vertices");
-  const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  const Timer timer;
   late_.bring();
   const MovedTriangles moved = check_moved(scene_.triangles, bvh_.stats.degenerate, triangles, scene_.name);
   begin_update();
@@ -63,19 +62,19 @@ std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode m
     scene_.triangles.swap(triangles);
     features_.tree = facts_of(bvh_);
     tracer_->moved(bvh_, scene_.triangles, features_.tree);
-    policy_.refitted(seconds(), bvh_.stats.sah);
+    policy_.refitted(timer.seconds(), bvh_.stats.sah);
     if (mode == UpdateMode::Auto && policy_.regrets_refit()) try_to_rebuild();
   } else {
     SceneTree built = build_tree(*gpu_, triangles, build_, false, {});
     gpu_->finish();
     scene_.triangles.swap(triangles);
     adopt(std::move(built));
-    policy_.built(seconds(), bvh_.stats.sah);
+    policy_.built(timer.seconds(), bvh_.stats.sah);
   }
   scene_.bounds = moved.bounds;
-  const double tree_s = seconds();
+  const double tree_s = timer.seconds();
   make_renderers();
-  update_.seconds = seconds();
+  update_.seconds = timer.seconds();
   update_.ready_s = update_.seconds - tree_s;
   return triangles;
 }
@@ -89,9 +88,9 @@ void Engine::adopt(SceneTree&& built) {
 /// Builds the tree of the scene anew. If there is no room for it, the one at hand serves.
 void Engine::try_to_rebuild() {
   try {
-    const auto start = std::chrono::steady_clock::now();
+    const Timer timer;
     adopt(build_tree(*gpu_, scene_.triangles, build_, false, {}));
-    policy_.built(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), bvh_.stats.sah);
+    policy_.built(timer.seconds(), bvh_.stats.sah);
     update_.refitted = false;
   } catch (const Error&) {
   }

@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <exception>
 #include <memory>
@@ -23,6 +22,7 @@
 #include "engine/core/error.h"
 #include "engine/core/interruption.h"
 #include "engine/core/memory.h"
+#include "engine/core/stopwatch.h"
 #include "engine/core/tsan.h"
 
 namespace ballot {
@@ -255,7 +255,7 @@ void check_triangles(std::span<const Triangle> triangles) {
 Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& asked, const Progress& progress) {
   BuildSettings settings = asked;
   settings.builder = choose_builder(asked.builder, {.triangles = triangles.size()});
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   check_settings(settings);
   if (builder_of(settings.builder).on_device)
     fail(Failure::Arguments,
@@ -275,7 +275,7 @@ Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& asked, c
   bvh.stats.triangles = static_cast<std::uint32_t>(triangles.size());
   bvh.stats.degenerate = static_cast<std::uint32_t>(triangles.size() - proper);
   bvh.stats.builder = settings.builder;
-  bvh.stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  bvh.stats.build_s = timer.seconds();
   if (progress) progress(1);
   return bvh;
 }

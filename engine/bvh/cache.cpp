@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdio>
 #include <limits>
 #include <new>
@@ -18,6 +17,7 @@
 
 #include "engine/bvh/bvh.h"
 #include "engine/core/cache_file.h"
+#include "engine/core/stopwatch.h"
 
 namespace ballot {
 namespace {
@@ -166,12 +166,12 @@ void save(const std::filesystem::path& path, const Hash& key, const Bvh& bvh) {
 
 Bvh build_bvh_cached(std::span<const Triangle> triangles, const BuildSettings& settings,
                      const std::filesystem::path& cache_folder, const Progress& progress) {
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   const Hash key = key_of(triangles, settings);
   const std::filesystem::path path = cache_folder / fmt::format("{:016x}{:016x}.bvh", key.high64, key.low64);
   if (std::optional<Bvh> stored = load(path, key, triangles.size())) {
     stored->stats.builder = settings.builder;
-    stored->stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    stored->stats.build_s = timer.seconds();
     if (progress) progress(1);
     return std::move(*stored);
   }

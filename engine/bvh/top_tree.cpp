@@ -1,11 +1,11 @@
 // The top-level tree: built over the boxes of the instances, and written as the device reads it.
 #include <algorithm>
 #include <bit>
-#include <chrono>
 
 #include "engine/bvh/build.h"
 #include "engine/bvh/forest.h"
 #include "engine/core/parallel.h"
+#include "engine/core/stopwatch.h"
 
 namespace ballot {
 
@@ -71,14 +71,10 @@ void measure(TopTree& top, std::span<const Instance> instances) {
   top.cost = 1 + sum / half_area(top.bounds.lo, top.bounds.hi);
 }
 
-double seconds_from(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
 
 TopTree build_top(std::span<const Instance> instances, std::span<const MeshTree> meshes) {
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   std::vector<std::uint32_t> used;  // numbers of the instances that can be hit
   std::vector<Bounds> boxes;
   for (std::uint32_t i = 0; i < instances.size(); ++i) {
@@ -108,13 +104,13 @@ TopTree build_top(std::span<const Instance> instances, std::span<const MeshTree>
     write_record(&top.texels[top.records + i * INSTANCE_TEXELS], instances[i]);
   measure(top, instances);
   top.built_cost = top.cost;
-  top.build_s = seconds_from(start);
+  top.build_s = timer.seconds();
   return top;
 }
 
 // Nodes follow their parents, so the children of a node are ready before it from the last one on.
 void refit_top(TopTree& top, std::span<const Instance> instances) {
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   for (std::uint32_t at = top.records; at >= 2;) {
     at -= 2;
     const std::uint32_t reference = top.texels[at].w;
@@ -133,7 +129,7 @@ void refit_top(TopTree& top, std::span<const Instance> instances) {
       write_record(&top.texels[top.records + i * INSTANCE_TEXELS], instances[i]);
   });
   measure(top, instances);
-  top.build_s = seconds_from(start);
+  top.build_s = timer.seconds();
 }
 
 }  // namespace ballot

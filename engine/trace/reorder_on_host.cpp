@@ -1,10 +1,10 @@
 // Ray reordering on devices that are the CPU. Kernels would take seven times as long there: lavapipe reads and writes
 // lane by lane.
-#include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
 
 #include "engine/core/key_sort.h"
+#include "engine/core/stopwatch.h"
 #include "engine/trace/reorder.h"
 
 namespace ballot {
@@ -61,9 +61,9 @@ class RayKeys {
 /// Calls work(), and then done() with the milliseconds that it took.
 template <class Work>
 void timed(const Context::Done& done, const Work& work) {
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   work();
-  done(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  done(timer.ms());
 }
 
 template <class T>

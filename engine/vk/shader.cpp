@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "engine/core/cache_file.h"
 #include "engine/core/error.h"
 #include "engine/core/file.h"
+#include "engine/core/stopwatch.h"
 #include "engine/vk/shader_texts.h"
 
 namespace ballot {
@@ -227,7 +227,7 @@ fs::path shader_folder() {
 }
 
 Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache, Calls calls) {
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   const fs::path path = shader_folder() / file;
   const fs::path cached = cache_folder() / "spirv" / (cache_key(with_includes(path), defines, calls) + ".spv");
   Spirv result;
@@ -238,7 +238,7 @@ Spirv compile_shader(const std::string& file, const Defines& defines, bool use_c
     if (calls == Calls::Inlined) result.words = inlined(result.words);
     if (use_cache) store_cached(cached, result.words);
   }
-  result.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  result.ms = timer.ms();
   return result;
 }
 

@@ -1,9 +1,9 @@
 #include "engine/render/batch/check.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 
+#include "engine/core/stopwatch.h"
 #include "engine/render/batch/origins.h"
 
 namespace ballot {
@@ -62,9 +62,9 @@ HitCheck HitChecker::check(RayBatch& batch, const Truth& truth, const Query& que
 ExactTruth HitChecker::exact_truth(const RayBatch& batch, const Progress& progress) const {
   ExactTruth truth{batch.rays(), {}, {}, 0};
   const ExactCounts before = counts();
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   truth.hits = forest_exact_ ? forest_exact_->nearest(truth.rays, progress) : exact_->nearest(truth.rays, progress);
-  truth.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  truth.seconds = timer.seconds();
   truth.counts = counts() - before;
   return truth;
 }

@@ -1,10 +1,10 @@
 // Builds the tree of triangles of the host, and reads it back in the reference form.
-#include <chrono>
 
+#include "engine/tree/build/device_build.h"
 #include "engine/bvh/build.h"
 #include "engine/core/error.h"
+#include "engine/core/stopwatch.h"
 #include "engine/formats/pair_decode.h"
-#include "engine/tree/build/device_build.h"
 
 namespace ballot {
 
@@ -69,19 +69,19 @@ class ReadBack {
 
 DeviceBuild::DeviceBuild(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings)
     : gpu_(gpu), settings_(settings), builder_(gpu) {
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   check_settings(settings);
   check_triangles(triangles);
   DeviceBuilder::check_count(gpu.info(), triangles.size());
   triangles_ = DeviceBuilder::upload(gpu, triangles);
   build();
-  summary_.stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  summary_.stats.build_s = timer.seconds();
 }
 
 void DeviceBuild::rebuild() {
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   build();
-  summary_.stats.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  summary_.stats.build_s = timer.seconds();
 }
 
 void DeviceBuild::build() {

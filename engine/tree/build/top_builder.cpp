@@ -1,10 +1,10 @@
 #include "engine/tree/build/top_builder.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
+#include "engine/core/stopwatch.h"
 #include "engine/tree/build/build_memory.h"
 
 namespace ballot {
@@ -108,7 +108,7 @@ bool TopBuilder::refit(std::span<const Transform> transforms, Texels& top) {
 }
 
 TopFacts TopBuilder::move(std::span<const Transform> transforms, std::span<Texels* const> tops) {
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   own_ms_.clear();
   builder_.build_ms_.clear();
   builder_.refit_ms_.clear();
@@ -136,7 +136,7 @@ TopFacts TopBuilder::move(std::span<const Transform> transforms, std::span<Texel
     facts.cost = tree.proper > 1 ? tree.sah : 0;
     facts.built_cost = tree.proper > 1 ? built_cost_ : 0;
   }
-  facts.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  facts.build_s = timer.seconds();
   return facts;
 }
 
