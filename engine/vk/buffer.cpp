@@ -42,6 +42,8 @@ void copy_bytes(void* to, const void* from, std::uint64_t bytes) {
   copy_parallel(std::span(static_cast<const std::byte*>(from), bytes), std::span(static_cast<std::byte*>(to), bytes));
 }
 
+}  // namespace
+
 /// The host-visible staging buffer of a context: transfers of buffers that are not mapped go through it.
 struct Staging {
   Context& gpu;
@@ -87,8 +89,6 @@ struct Staging {
     gpu.vk().FreeMemory(gpu.device(), memory, nullptr);
   }
 };
-
-}  // namespace
 
 RawBuffer::RawBuffer(Context& gpu, std::uint64_t bytes, Access access, std::string name)
     : gpu_(&gpu), bytes_(std::max<std::uint64_t>(16, bytes)), id_(gpu.next_buffer_id()), name_(std::move(name)) {
@@ -258,7 +258,7 @@ void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint
     return;
   }
   if (!gpu_->staging()) gpu_->staging() = std::make_shared<Staging>(*gpu_);
-  const Staging& staging = *static_cast<Staging*>(gpu_->staging().get());
+  const Staging& staging = *gpu_->staging();
   for (std::uint64_t done = 0; done < bytes; done += kStagingBytes) {
     const std::uint64_t part = std::min(bytes - done, kStagingBytes);
     if (from) copy_bytes(staging.mapped, static_cast<const std::byte*>(from) + done, part);

@@ -16,6 +16,11 @@
 
 namespace ballot {
 
+// What a context keeps for them, who alone know it.
+struct Pipelines;
+struct Staging;
+class StreamRing;
+
 /// The properties and features of a device that matter to Ballot.
 struct DeviceInfo {
   std::string name;
@@ -188,13 +193,13 @@ class Context {
   const std::vector<std::string>& messages() const { return messages_; }
 
   /// The staging buffer of all buffers (buffer.cpp), made on first use.
-  std::shared_ptr<void>& staging() { return staging_; }
+  std::shared_ptr<Staging>& staging() { return staging_; }
 
   /// The buffers that streams of rays go through (trace/stream.h), made on first use.
-  std::shared_ptr<void>& stream_ring() { return stream_ring_; }
+  std::shared_ptr<StreamRing>& stream_ring() { return stream_ring_; }
 
-  /// The pipelines of this context (pipeline.h), made on first use.
-  std::shared_ptr<void>& pipelines() { return pipelines_; }
+  /// The pipelines of this context (pipeline.cpp), made on first use.
+  std::shared_ptr<Pipelines>& pipelines() { return pipelines_; }
 
   /// Marks all kernels made so far as out of date. If a kernel then fails to compile, its message is kept here and the
   /// kernel before it stays in use (kernel.h, refresh).
@@ -265,7 +270,9 @@ class Context {
   double launch_ms_ = 0;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
   std::size_t stored_bytes_ = 0;  // size of the driver's data in the file, as far as this process knows; 0: none
-  std::shared_ptr<void> staging_, stream_ring_, pipelines_;
+  std::shared_ptr<Staging> staging_;
+  std::shared_ptr<StreamRing> stream_ring_;
+  std::shared_ptr<Pipelines> pipelines_;
   bool statistics_ = false;
   double last_ms_ = 0, ended_ms_ = 0;
   Timed longest_;

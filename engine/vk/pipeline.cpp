@@ -1,11 +1,11 @@
 #include "engine/vk/pipeline.h"
 
 #include <algorithm>
-#include <chrono>
 #include <future>
 
 #include "engine/core/error.h"
 #include "engine/core/memory.h"
+#include "engine/core/stopwatch.h"
 
 namespace ballot {
 
@@ -129,10 +129,10 @@ void ComputePipeline::create_pipeline(const KernelSource& source, VkShaderModule
   if (gpu_.keeps_statistics()) create.flags |= VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR;
   constexpr std::uint64_t kCompiling = 128 << 20;  // address space of LLVM for the largest kernel, with some to spare
   if (d.is_cpu()) need_driver_space(kCompiling, 0, "compiling kernel " + source.name);
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   vk_check(gpu_.vk().CreateComputePipelines(gpu_.device(), gpu_.pipeline_cache(), 1, &create, nullptr, &pipeline_),
            "creating pipeline", source.name.c_str());
-  times_.pipeline_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  times_.pipeline_ms = timer.ms();
   gpu_.name(VK_OBJECT_TYPE_PIPELINE, std::uint64_t(pipeline_), source.name);
 }
 
@@ -153,16 +153,18 @@ std::vector<PipelineFigure> ComputePipeline::statistics() const {
   return figures;
 }
 
-namespace {
-
-using Made = std::shared_ptr<const ComputePipeline>;
-
-/// A pipeline, or the thread that makes it.
-struct Entry {
-  Made made = {};
-  std::future<Made> coming = {};
+/// The pipelines of a context by their sources.
+struct Pipelines {
+  using Made = std::shared_ptr<const ComputePipeline>;
+  /// A pipeline, or the thread that makes it.
+  struct Entry {
+    Made made = {};
+    std::future<Made> coming = {};
+  };
+  std::map<std::string, Entry> by_source;
 };
-using Pipelines = std::map<std::string, Entry>;
+
+namespace {
 
 std::string key_of(const KernelSource& source) {
   std::string key = fmt::format("{} {} {}", source.file, source.group_size, source.subgroup_size);
@@ -171,9 +173,9 @@ std::string key_of(const KernelSource& source) {
   return key;
 }
 
-Entry& entry_of(Context& gpu, const KernelSource& source) {
+Pipelines::Entry& entry_of(Context& gpu, const KernelSource& source) {
   if (!gpu.pipelines()) gpu.pipelines() = std::make_shared<Pipelines>();
-  return (*static_cast<Pipelines*>(gpu.pipelines().get()))[key_of(source)];
+  return gpu.pipelines()->by_source[key_of(source)];
 }
 
 /// Compiles a source. CPU devices make every pipeline anew in each process, and lavapipe 22.3.6 inlines slowly: if the
@@ -189,18 +191,18 @@ Spirv compiled(Context& gpu, const KernelSource& source) {
 }  // namespace
 
 std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSource& source) {
-  Entry& entry = entry_of(gpu, source);
+  Pipelines::Entry& entry = entry_of(gpu, source);
   if (entry.coming.valid()) entry.made = entry.coming.get();
   if (!entry.made) entry.made = std::make_shared<const ComputePipeline>(gpu, source, compiled(gpu, source));
   return entry.made;
 }
 
 void prepare_pipeline(Context& gpu, const KernelSource& source) {
-  Entry& entry = entry_of(gpu, source);
+  Pipelines::Entry& entry = entry_of(gpu, source);
   if (entry.made || entry.coming.valid()) return;
   ++gpu.preparing();
   const auto done = [&gpu](void*) { --gpu.preparing(); };
-  entry.coming = std::async(std::launch::async, [&gpu, source, done]() -> Made {
+  entry.coming = std::async(std::launch::async, [&gpu, source, done]() -> Pipelines::Made {
     const std::unique_ptr<void, decltype(done)> preparing(&gpu, done);
     return std::make_shared<const ComputePipeline>(gpu, source, compiled(gpu, source));
   });
