@@ -22,13 +22,7 @@ Defines defines_of(const CrossingVariant& v, bool wide, const Defines& alpha) {
 
 constexpr CrossingVariant kResults[] = {{}, {.lists = true}, {.lists = true, .first = 1}};
 
-KernelSource sums_source() {
-  KernelSource source;
-  source.name = "query.places";
-  source.file = "query/places.comp";
-  source.group_size = PLACES_GROUP;
-  return source;
-}
+KernelSource sums_source() { return {.name = "query.places", .file = "query/places.comp", .group_size = PLACES_GROUP}; }
 
 }  // namespace
 
@@ -69,7 +63,7 @@ void CrossingKernels::prepare(bool masks, std::span<const std::uint32_t> triangl
          triangles);
   if (std::ranges::equal(triangle_masks, uploaded_)) return;
   uploaded_.assign(triangle_masks.begin(), triangle_masks.end());
-  room_for(triangle_masks_, gpu_, triangles, "masks of triangles").upload(triangle_masks);
+  buffer_for(triangle_masks_, gpu_, triangles, "masks of triangles").upload(triangle_masks);
 }
 
 QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs) {
@@ -93,52 +87,41 @@ std::vector<std::uint32_t> CrossingKernels::pieces(const CrossingVariant& varian
 }
 
 void CrossingKernels::bind_rays(QueryKernel& kernel, const CrossingVariant& variant, const RaySpan& some) {
-  Buffer<Ray>& buffer = room_for(rays_, gpu_, some.rays.size(), "rays of a query");
+  Buffer<Ray>& buffer = buffer_for(rays_, gpu_, some.rays.size(), "rays of a query");
   buffer.upload(some.rays);
   kernel.bind(BIND_RAYS, buffer);
   if (variant.alpha) kernel.bind(alpha_);
   if (!variant.masks) return;
-  Buffer<std::uint32_t>& masks = room_for(ray_masks_, gpu_, some.rays.size(), "masks of rays");
+  Buffer<std::uint32_t>& masks = buffer_for(ray_masks_, gpu_, some.rays.size(), "masks of rays");
   if (some.masks.empty()) all_bits_.assign(some.rays.size(), kAllBits);
   masks.upload(some.masks.empty() ? std::span<const std::uint32_t>(all_bits_) : some.masks);
   kernel.bind(BIND_RAY_MASKS, masks);
   kernel.bind(BIND_TRIANGLE_MASKS, *triangle_masks_);
 }
 
-std::uint32_t CrossingKernels::run_count(QueryKernel& kernel, std::uint32_t root, const CrossingVariant& variant,
-                                         const RaySpan& some, std::span<std::uint32_t> found, TraceTimes& times) {
+std::uint32_t CrossingKernels::run(QueryKernel& kernel, Below node, const CrossingVariant& variant, const RaySpan& some,
+                                   std::span<std::uint32_t> found, TraceTimes& times) {
   bind_rays(kernel, variant, some);
-  kernel.bind(BIND_CROSSINGS, room_for(counts_, gpu_, some.rays.size(), "numbers of crossings"));
-  const std::uint32_t unfinished = kernel.run(std::uint32_t(some.rays.size()), root, times);
+  kernel.bind(BIND_CROSSINGS, buffer_for(counts_, gpu_, some.rays.size(), "numbers of crossings"));
+  const std::uint32_t unfinished = kernel.run(std::uint32_t(some.rays.size()), node ? *node : tree().root(), times);
   counts_->download(found);
   return unfinished;
 }
 
 std::uint32_t CrossingKernels::count(const CrossingVariant& variant, const RaySpan& some,
-                                     std::span<std::uint32_t> found, TraceTimes& times) {
-  return run_count(kernel(variant, false), tree().root(), variant, some, found, times);
+                                     std::span<std::uint32_t> found, TraceTimes& times, Below node) {
+  return run(kernel(variant, node.has_value()), node, variant, some, found, times);
 }
 
-std::uint32_t CrossingKernels::count_below(std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
-                                           std::span<std::uint32_t> found, TraceTimes& times) {
-  return run_count(kernel(variant, true), root, variant, some, found, times);
-}
-
-std::uint32_t CrossingKernels::run_list(QueryKernel& kernel, std::uint32_t root, const CrossingVariant& variant,
-                                        const RaySpan& some, Slots& to, std::uint32_t slots,
-                                        std::span<std::uint32_t> found, TraceTimes& times) {
-  bind_rays(kernel, variant, some);
-  kernel.bind(BIND_PLACES, *places_);
-  kernel.bind(BIND_HITS, room_for(to.buffer, gpu_, slots, "crossings"));
-  kernel.bind(BIND_CROSSINGS, room_for(counts_, gpu_, some.rays.size(), "numbers of crossings"));
-  const std::uint32_t unfinished = kernel.run(std::uint32_t(some.rays.size()), root, times);
-  counts_->download(found);
+std::uint32_t CrossingKernels::list_to(Slots& to, std::uint32_t slots, const CrossingVariant& variant,
+                                       const RaySpan& some, std::span<std::uint32_t> found, TraceTimes& times,
+                                       Below node) {
+  QueryKernel& lists = kernel(variant, node.has_value());
+  lists.bind(BIND_PLACES, *places_);
+  lists.bind(BIND_HITS, buffer_for(to.buffer, gpu_, slots, "crossings"));
+  const std::uint32_t unfinished = run(lists, node, variant, some, found, times);
   fetch(to, slots);
   return unfinished;
-}
-
-void CrossingKernels::upload_places(std::span<const std::uint32_t> to) {
-  room_for(places_, gpu_, to.size(), "places of crossings").upload(to);
 }
 
 /// The host reads the slots where they lie on a CPU device, else a copy.
@@ -155,22 +138,15 @@ void CrossingKernels::fetch(Slots& from, std::uint32_t slots) {
 std::uint32_t CrossingKernels::list(const CrossingVariant& variant, const RaySpan& some,
                                     std::span<const std::uint32_t> to, std::span<std::uint32_t> found,
                                     TraceTimes& times) {
-  upload_places(to);
-  return run_list(kernel(variant, false), tree().root(), variant, some, slots_, to.back(), found, times);
+  buffer_for(places_, gpu_, to.size(), "places of crossings").upload(to);
+  return list_to(slots_, to.back(), variant, some, found, times);
 }
 
 std::uint32_t CrossingKernels::list_apart(const CrossingVariant& variant, const RaySpan& some,
                                           std::span<const std::uint32_t> to, std::span<std::uint32_t> found,
-                                          TraceTimes& times) {
-  upload_places(to);
-  return run_list(kernel(variant, false), tree().root(), variant, some, apart_, to.back(), found, times);
-}
-
-std::uint32_t CrossingKernels::list_below(std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
-                                          std::span<const std::uint32_t> to, std::span<std::uint32_t> found,
-                                          TraceTimes& times) {
-  upload_places(to);
-  return run_list(kernel(variant, true), root, variant, some, apart_, to.back(), found, times);
+                                          TraceTimes& times, Below node) {
+  buffer_for(places_, gpu_, to.size(), "places of crossings").upload(to);
+  return list_to(apart_, to.back(), variant, some, found, times, node);
 }
 
 /// Writes to places_ how many crossings the rays before each have.
@@ -179,8 +155,8 @@ void CrossingKernels::sum_counts(std::uint32_t count, TraceTimes& times) {
   // A place behind the last ray has the sum of all.
   const std::uint32_t tiles = count / PLACES_TILE + 1;
   sums_->bind(BIND_CROSSINGS, *counts_);
-  sums_->bind(BIND_PLACES, room_for(places_, gpu_, count + 1, "places of crossings"));
-  sums_->bind(BIND_TILES, room_for(tiles_, gpu_, tiles, "sums of crossings"));
+  sums_->bind(BIND_PLACES, buffer_for(places_, gpu_, count + 1, "places of crossings"));
+  sums_->bind(BIND_TILES, buffer_for(tiles_, gpu_, tiles, "sums of crossings"));
   for (const std::uint32_t step : {PLACES_TILES, PLACES_SUM, PLACES_PLACE}) {
     const PlacesPush push{count, tiles, step};
     gpu_.submit(sums_->name(),
@@ -199,7 +175,7 @@ bool CrossingKernels::count_and_list(const CrossingVariant& variant, const RaySp
   for (std::uint32_t& n : room) all += n = n < UNSURE ? n : 0;
   if (all > most) return false;
   sum_counts(std::uint32_t(some.rays.size()), times);
-  run_list(kernel(variant, false), tree().root(), variant, some, slots_, std::uint32_t(all), found, times);
+  list_to(slots_, std::uint32_t(all), variant, some, found, times);
   return true;
 }
 

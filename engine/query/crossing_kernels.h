@@ -45,22 +45,19 @@ class CrossingKernels {
   /// Returns the largest number of rays of a dispatch.
   std::uint32_t most(const CrossingVariant& variant);
 
-  /// Counts the crossings of each ray in the whole tree. Returns how many rays were cut short: their count is
-  /// UNFINISHED. The count of a ray that mode exact leaves open is UNSURE.
+  /// A node below which is walked, by a kernel over pairs; none: the whole tree.
+  using Below = std::optional<std::uint32_t>;
+  /// Counts the crossings of each ray. Returns how many rays were cut short: their count is UNFINISHED. The count of a
+  /// ray that mode exact leaves open is UNSURE.
   std::uint32_t count(const CrossingVariant& variant, const RaySpan& some, std::span<std::uint32_t> found,
-                      TraceTimes& times);
-  /// The same below a node, by a kernel over pairs.
-  std::uint32_t count_below(std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
-                            std::span<std::uint32_t> found, TraceTimes& times);
+                      TraceTimes& times, Below node = {});
   /// Lists crossings. Ray i has the slots from to[i] on and before to[i + 1]; what does not fit is left out. hits()
-  /// has the slots, each ray's in no order. list_apart() and list_below() leave the slots of the last list() or
-  /// count_and_list() as they are.
+  /// has the slots, each ray's in no order. list_apart() leaves the slots of the last list() or count_and_list() as
+  /// they are.
   std::uint32_t list(const CrossingVariant& variant, const RaySpan& some, std::span<const std::uint32_t> to,
                      std::span<std::uint32_t> found, TraceTimes& times);
   std::uint32_t list_apart(const CrossingVariant& variant, const RaySpan& some, std::span<const std::uint32_t> to,
-                           std::span<std::uint32_t> found, TraceTimes& times);
-  std::uint32_t list_below(std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
-                           std::span<const std::uint32_t> to, std::span<std::uint32_t> found, TraceTimes& times);
+                           std::span<std::uint32_t> found, TraceTimes& times, Below node = {});
   /// Counts, sums the counts up on the device, and lists: takes no room that is not used, at the price of a second
   /// walk. Returns false, and lists nothing, if there are more than `most` crossings. `room` has the number of slots of
   /// each ray, 0 for counts that are UNFINISHED or UNSURE; `found` the counts of the second walk.
@@ -79,16 +76,15 @@ class CrossingKernels {
   };
   /// Crossings on the device, and on a GPU a copy of them.
   struct Slots {
-    std::optional<Buffer<Hit>> buffer;
+    std::unique_ptr<Buffer<Hit>> buffer;
     std::vector<Hit> fetched;
   };
   QueryKernel& kernel(const CrossingVariant& variant, bool pairs);
   void bind_rays(QueryKernel& kernel, const CrossingVariant& variant, const RaySpan& some);
-  std::uint32_t run_count(QueryKernel& kernel, std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
-                          std::span<std::uint32_t> found, TraceTimes& times);
-  std::uint32_t run_list(QueryKernel& kernel, std::uint32_t root, const CrossingVariant& variant, const RaySpan& some,
-                         Slots& to, std::uint32_t slots, std::span<std::uint32_t> found, TraceTimes& times);
-  void upload_places(std::span<const std::uint32_t> to);
+  std::uint32_t run(QueryKernel& kernel, Below node, const CrossingVariant& variant, const RaySpan& some,
+                    std::span<std::uint32_t> found, TraceTimes& times);
+  std::uint32_t list_to(Slots& to, std::uint32_t slots, const CrossingVariant& variant, const RaySpan& some,
+                        std::span<std::uint32_t> found, TraceTimes& times, Below node = {});
   void sum_counts(std::uint32_t count, TraceTimes& times);
   void fetch(Slots& from, std::uint32_t slots);
 
@@ -97,8 +93,8 @@ class CrossingKernels {
   SurfaceAlpha alpha_;
   std::map<CrossingVariant, Kernels> kernels_;
   std::unique_ptr<Kernel> sums_;
-  std::optional<Buffer<Ray>> rays_;
-  std::optional<Buffer<std::uint32_t>> ray_masks_, triangle_masks_, counts_, places_, tiles_;
+  std::unique_ptr<Buffer<Ray>> rays_;
+  std::unique_ptr<Buffer<std::uint32_t>> ray_masks_, triangle_masks_, counts_, places_, tiles_;
   Slots slots_, apart_;
   std::vector<std::uint32_t> all_bits_, uploaded_;
   std::span<const Hit> hits_;

@@ -8,12 +8,10 @@ namespace ballot {
 namespace {
 
 KernelSource sign_source(int what) {
-  KernelSource source;
-  source.name = fmt::format("query.signs BALLOT_SIGNS={}", what);
-  source.file = "query/signs.comp";
-  source.group_size = SIGNS_GROUP;
-  source.defines.emplace_back("BALLOT_SIGNS", what);
-  return source;
+  return {.name = fmt::format("query.signs BALLOT_SIGNS={}", what),
+          .file = "query/signs.comp",
+          .defines = {{"BALLOT_SIGNS", what}},
+          .group_size = SIGNS_GROUP};
 }
 
 void check_rooms(std::uint64_t points, std::uint64_t answers, std::uint64_t count) {
@@ -27,6 +25,17 @@ template <class Run>
 void in_parts(std::uint64_t count, std::uint32_t most, const Run& run) {
   for (std::uint64_t first = 0; first < count; first += most)
     run(std::uint32_t(first), std::uint32_t(std::min<std::uint64_t>(most, count - first)));
+}
+
+template <class Runner, class Answer>
+TraceTimes run_there(Context& gpu, Runner& runner, const Buffer<ProbePoint>& points, Buffer<Answer>& answers,
+                     std::uint64_t count, const point_queries::Settle<Answer>& settle) {
+  TraceTimes times;
+  const PassScope scope(gpu);
+  in_parts(count, runner.most(), [&](std::uint32_t first, std::uint32_t some) {
+    runner.run_there(points, answers, first, some, settle, times);
+  });
+  return times;
 }
 
 }  // namespace
@@ -52,26 +61,14 @@ void PointQueries::Parts::write_signs(int what, const RawBuffer& to, std::uint32
 TraceTimes PointQueries::nearest(const Buffer<ProbePoint>& points, Buffer<Nearest>& answers, std::uint64_t count,
                                  const PointQuery& query) {
   check_rooms(points.size(), answers.size(), count);
-  TraceTimes times;
-  const PassScope scope(parts_->gpu);
-  auto& runner = parts_->nearest(query);
-  in_parts(count, runner.most(), [&](std::uint32_t first, std::uint32_t some) {
-    runner.run_there(points, answers, first, some, parts_->settle_nearest(query), times);
-  });
-  return times;
+  return run_there(parts_->gpu, parts_->nearest(query), points, answers, count, parts_->settle_nearest(query));
 }
 
 TraceTimes PointQueries::inside(const Buffer<ProbePoint>& points, Buffer<std::uint32_t>& answers, std::uint64_t count,
                                 const PointQuery& query) {
   if (query.sides) return signs(points, answers, answers.size(), count, query, SIGNS_INSIDE);
   check_rooms(points.size(), answers.size(), count);
-  TraceTimes times;
-  const PassScope scope(parts_->gpu);
-  auto& runner = parts_->inside(query);
-  in_parts(count, runner.most(), [&](std::uint32_t first, std::uint32_t some) {
-    runner.run_there(points, answers, first, some, parts_->settle_inside(query), times);
-  });
-  return times;
+  return run_there(parts_->gpu, parts_->inside(query), points, answers, count, parts_->settle_inside(query));
 }
 
 TraceTimes PointQueries::signed_distances(const Buffer<ProbePoint>& points, Buffer<float>& answers, std::uint64_t count,
@@ -90,9 +87,9 @@ TraceTimes PointQueries::signs(const Buffer<ProbePoint>& points, RawBuffer& answ
   auto* inside = what == SIGNS_BY_PARITY ? &parts.inside(query) : nullptr;
   const std::uint32_t most = std::min(nearest.most(), inside ? inside->most() : nearest.most());
   const auto size = std::size_t(std::min<std::uint64_t>(count, most));
-  auto& asked = room_for(parts.some_points, parts.gpu, size, "points of a part");
-  auto& found = room_for(parts.some_nearest, parts.gpu, size, "nearest points of a part");
-  if (inside) room_for(parts.some_inside, parts.gpu, size, "inside tests of a part");
+  auto& asked = buffer_for(parts.some_points, parts.gpu, size, "points of a part");
+  auto& found = buffer_for(parts.some_nearest, parts.gpu, size, "nearest points of a part");
+  if (inside) buffer_for(parts.some_inside, parts.gpu, size, "inside tests of a part");
   in_parts(count, most, [&](std::uint32_t first, std::uint32_t some) {
     asked.copy_from(points, first, 0, some);
     nearest.run_there(asked, found, 0, some, parts.settle_nearest(query), times);

@@ -34,9 +34,9 @@ struct PointQueries::Parts {
   std::optional<InsideRunner> plain_inside, exact_inside;
   PseudonormalArray pseudonormals;
   // Of calls for arrays on the device: a part of them, and the kernels of shaders/query/signs.comp by SIGNS_....
-  std::optional<Buffer<ProbePoint>> some_points;
-  std::optional<Buffer<Nearest>> some_nearest;
-  std::optional<Buffer<std::uint32_t>> some_inside;
+  std::unique_ptr<Buffer<ProbePoint>> some_points;
+  std::unique_ptr<Buffer<Nearest>> some_nearest;
+  std::unique_ptr<Buffer<std::uint32_t>> some_inside;
   std::unique_ptr<Kernel> sign_kernels[3];
 };
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -146,13 +146,8 @@ class Runner {
   }
 
   void make_room(std::size_t count) {
-    if (!points_ || points_->size() < count) {
-      points_.reset(), answers_.reset();
-      points_.emplace(gpu_, count, Access::Storage, "points");
-      answers_.emplace(gpu_, count, Access::Storage, "answers of points");
-    }
-    kernel_.bind(BIND_RAYS, *points_);
-    kernel_.bind(Kind::kBinding, *answers_);
+    kernel_.bind(BIND_RAYS, buffer_for(points_, gpu_, count, "points"));
+    kernel_.bind(Kind::kBinding, buffer_for(answers_, gpu_, count, "answers of points"));
   }
 
   /// The points of a part, in pieces of the tree.
@@ -188,8 +183,8 @@ class Runner {
   Context& gpu_;
   DeviceTree& tree_;
   QueryKernel kernel_;
-  std::optional<Buffer<ProbePoint>> points_;
-  std::optional<Buffer<Answer>> answers_;
+  std::unique_ptr<Buffer<ProbePoint>> points_;
+  std::unique_ptr<Buffer<Answer>> answers_;
   std::vector<std::uint32_t> order_;
   std::vector<ProbePoint> sorted_;
   std::vector<Answer> found_;

@@ -4,13 +4,13 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "engine/query/point_queries.h"
 #include "engine/query/ray_queries.h"
 #include "engine/trace/kernels.h"
 #include "engine/trace/launch_size.h"
+#include "engine/vk/room.h"
 
 namespace ballot {
 
@@ -66,14 +66,6 @@ class QueryKernel {
   Buffer<Work> work_;
   LaunchSize size_;
 };
-
-/// Returns a buffer with room for `count` records: this one if it is large enough, else a new one in its place.
-template <class T>
-Buffer<T>& room_for(std::optional<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
-  if (buffer && buffer->size() >= count) return *buffer;
-  buffer.reset();
-  return buffer.emplace(gpu, count, Access::Storage, name);
-}
 
 /// A tree in which each triangle lies in one leaf: the scene's own, or one that is built anew if that has spatial
 /// splits. Belongs to the thread of its Context.

@@ -84,7 +84,7 @@ struct CountWalks {
   }
   std::vector<std::uint32_t> pieces(std::uint64_t limit) { return kernels.pieces(variant, limit); }
   void ask(std::uint32_t root, std::span<std::uint32_t> found) {
-    kernels.count_below(root, variant, part.span(0, found.size()), found, times);
+    kernels.count(variant, part.span(0, found.size()), found, times, root);
   }
   static void add(std::size_t, std::uint32_t& all, std::uint32_t found) { add_count(all, found); }
 };
@@ -109,10 +109,10 @@ struct ListWalk {
   void ask(std::uint32_t root, std::span<Answer> found) {
     std::uint32_t& number = found[0].number;
     found[0].hits.clear();
-    kernels.count_below(root, counting, ray, {&number, 1}, times);
+    kernels.count(counting, ray, {&number, 1}, times, root);
     if (number == 0 || number >= UNSURE) return;
     const std::uint32_t to[2] = {0, number};
-    kernels.list_below(root, listing, ray, to, {&number, 1}, times);
+    kernels.list_apart(listing, ray, to, {&number, 1}, times, root);
     found[0].hits.assign(kernels.hits().begin(), kernels.hits().end());
   }
   static void add(std::size_t, Answer& all, const Answer& found) {
@@ -148,6 +148,22 @@ struct RayQueries::Parts {
 
   /// Begins a query: makes its kernels for the present tree.
   void begin(const RaySource& source, const CrossingQuery& wanted, bool lists);
+  /// Begins a query, reads its rays in parts, and calls answer(first, number, times) for each.
+  template <class Answer>
+  TraceTimes in_parts(const RaySource& source, const CrossingQuery& wanted, bool lists, const Answer& answer) {
+    TraceTimes times;
+    if (source.count == 0) return times;
+    const PassScope scope(gpu);
+    begin(source, wanted, lists);
+    const std::uint64_t most = lists ? kMostSlots / room : kernels.most(variant);
+    for (std::uint64_t first = 0, some = 0; first < source.count; first += some) {
+      some = std::min(most, source.count - first);
+      read(source, first, std::size_t(some));
+      answer(first, std::size_t(some), times);
+      if (source.progress) source.progress(first + some);
+    }
+    return times;
+  }
 
   Context& gpu;
   CrossingKernels kernels;
@@ -344,44 +360,25 @@ RayQueries::~RayQueries() = default;
 void RayQueries::set_counts_first(bool first) { parts_->counts_first = first; }
 
 TraceTimes RayQueries::count(const RaySource& source, const TakeCounts& take, const CrossingQuery& query) {
-  TraceTimes times;
-  if (source.count == 0) return times;
-  Parts& parts = *parts_;
-  const PassScope scope(parts.gpu);
-  parts.begin(source, query, false);
-  const std::size_t chunk = std::size_t(std::min<std::uint64_t>(source.count, parts.kernels.most(parts.variant)));
-  std::vector<std::uint32_t> numbers(chunk);
-  for (std::uint64_t first = 0; first < source.count; first += chunk) {
-    const std::size_t some = std::size_t(std::min<std::uint64_t>(chunk, source.count - first));
-    parts.read(source, first, some);
-    take(first, parts.count_all(std::span(numbers).first(some), times));
-    if (source.progress) source.progress(first + some);
-  }
-  return times;
+  std::vector<std::uint32_t> numbers;
+  return parts_->in_parts(source, query, false, [&](std::uint64_t first, std::size_t some, TraceTimes& times) {
+    numbers.resize(some);
+    take(first, parts_->count_all(numbers, times));
+  });
 }
 
 TraceTimes RayQueries::list(const RaySource& source, const TakeLists& take, const CrossingQuery& query) {
-  TraceTimes times;
-  if (source.count == 0) return times;
-  Parts& parts = *parts_;
-  const PassScope scope(parts.gpu);
-  parts.begin(source, query, true);
-  const std::size_t chunk = std::size_t(std::min<std::uint64_t>(source.count, kMostSlots / parts.room));
   Answers answers;
-  for (std::uint64_t first = 0; first < source.count; first += chunk) {
-    const std::size_t some = std::size_t(std::min<std::uint64_t>(chunk, source.count - first));
-    parts.read(source, first, some);
+  return parts_->in_parts(source, query, true, [&](std::uint64_t first, std::size_t some, TraceTimes& times) {
     answers.counts.clear(), answers.hits.clear();
     if (query.most == 0)
       answers.counts.resize(some);
-    else if (parts.by_counts)
-      parts.list_by_counts(0, some, answers, times);
+    else if (parts_->by_counts)
+      parts_->list_by_counts(0, some, answers, times);
     else
-      parts.list_with_room(answers, times);
+      parts_->list_with_room(answers, times);
     take(first, answers.counts, answers.hits);
-    if (source.progress) source.progress(first + some);
-  }
-  return times;
+  });
 }
 
 }  // namespace ballot

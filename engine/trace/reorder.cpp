@@ -12,12 +12,10 @@ namespace {
 static_assert(sizeof(RayStats) == REORDER_STATS_WORDS * sizeof(std::uint32_t));
 
 KernelSource source_of(const char* name, bool indirect, bool counters = false) {
-  KernelSource source;
-  source.file = fmt::format("reorder/{}.comp", name);
-  source.name = fmt::format("reorder.{}{}{}", name, indirect ? " indirect=1" : "", counters ? " counters=1" : "");
-  source.group_size = REORDER_GROUP;
-  source.defines = {{"BALLOT_INDIRECT", int(indirect)}, {"BALLOT_COUNTERS", int(counters)}};
-  return source;
+  return {.name = fmt::format("reorder.{}{}{}", name, indirect ? " indirect=1" : "", counters ? " counters=1" : ""),
+          .file = fmt::format("reorder/{}.comp", name),
+          .defines = {{"BALLOT_INDIRECT", int(indirect)}, {"BALLOT_COUNTERS", int(counters)}},
+          .group_size = REORDER_GROUP};
 }
 
 }  // namespace

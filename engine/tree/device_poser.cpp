@@ -41,13 +41,7 @@ std::vector<PosePart> posed_parts(const Animation& animation) {
 
 }  // namespace
 
-KernelSource pose_source() {
-  KernelSource source;
-  source.name = "pose.vertices";
-  source.file = "pose/vertices.comp";
-  source.group_size = POSE_GROUP;
-  return source;
-}
+KernelSource pose_source() { return {.name = "pose.vertices", .file = "pose/vertices.comp", .group_size = POSE_GROUP}; }
 
 DevicePoser::DevicePoser(Context& gpu, const Animation& animation) : gpu_(gpu), vertices_(animation.posed_vertices) {
   const std::vector<PosePart> parts = posed_parts(animation);

@@ -14,12 +14,10 @@ namespace {
 float from_ordered(std::uint32_t x) { return std::bit_cast<float>(x >= 0x80000000u ? x & 0x7FFFFFFFu : ~x); }
 
 KernelSource moving_source(const char* name, Defines defines = {}) {
-  KernelSource source;
-  source.name = fmt::format("pose.{}", name);
-  source.file = fmt::format("pose/{}.comp", name);
-  source.defines = std::move(defines);
-  source.group_size = POSE_GROUP;
-  return source;
+  return {.name = fmt::format("pose.{}", name),
+          .file = fmt::format("pose/{}.comp", name),
+          .defines = std::move(defines),
+          .group_size = POSE_GROUP};
 }
 
 KernelSource surfaces_source(bool normals) {

@@ -13,12 +13,12 @@ namespace ballot {
 
 /// A kernel configuration: the source file and everything that it is compiled with.
 struct KernelSource {
-  std::string name;  // of the variant, in debug names, logs and errors
-  std::string file;  // path under shaders/
-  Defines defines;
-  std::map<std::uint32_t, std::uint32_t> constants;  // specialisation constants by id
-  std::uint32_t group_size = 64;                     // invocations in a workgroup
-  std::uint32_t subgroup_size = 0;                   // required subgroup size; 0: the driver chooses
+  std::string name = {};  // of the variant, in debug names, logs and errors
+  std::string file = {};  // path under shaders/
+  Defines defines = {};
+  std::map<std::uint32_t, std::uint32_t> constants = {};  // specialisation constants by id
+  std::uint32_t group_size = 64;                          // invocations in a workgroup
+  std::uint32_t subgroup_size = 0;                        // required subgroup size; 0: the driver chooses
 };
 
 /// Returns the defines that a kernel is compiled with on a device: those of its source, and BALLOT_TEXEL_RECORDS

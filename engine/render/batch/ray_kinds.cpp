@@ -19,8 +19,7 @@ KernelSource primary_source(bool listed, const SceneFeatures& features) {
   defines.emplace_back("BALLOT_LISTED", listed);
   return {.name = (listed ? "rays.primary.listed" : "rays.primary") + camera_name(features),
           .file = "rays/primary.comp",
-          .defines = std::move(defines),
-          .constants = {}};
+          .defines = std::move(defines)};
 }
 
 KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset, const SceneFeatures& features) {
@@ -29,8 +28,7 @@ KernelSource generator_source(std::string_view generator, const OffsetPolicy& of
           .file = fmt::format("rays/{}.comp", generator),
           .defines = {{"BALLOT_ORIGIN", offset.value},
                       {"BALLOT_HAS_INSTANCES", features.instances()},
-                      {"BALLOT_STORED", features.stored}},
-          .constants = {}};
+                      {"BALLOT_STORED", features.stored}}};
 }
 
 void check_options(const RayKindOptions& o) {

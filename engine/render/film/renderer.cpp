@@ -7,7 +7,7 @@
 #include "engine/core/stopwatch.h"
 #include "engine/render/data/camera.h"
 #include "engine/render/film/shading_passes.h"
-#include "engine/render/room.h"
+#include "engine/vk/room.h"
 
 namespace ballot {
 

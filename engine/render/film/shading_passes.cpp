@@ -7,8 +7,8 @@
 #include "engine/render/batch/ray_kinds.h"
 #include "engine/render/data/camera.h"
 #include "engine/render/film/parts.h"
-#include "engine/render/room.h"
 #include "engine/render/run_pass.h"
+#include "engine/vk/room.h"
 
 namespace ballot {
 

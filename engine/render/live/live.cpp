@@ -6,15 +6,15 @@
 #include "engine/core/error.h"
 #include "engine/render/batch/batch.h"
 #include "engine/render/data/camera.h"
-#include "engine/render/room.h"
 #include "engine/render/run_pass.h"
+#include "engine/vk/room.h"
 
 namespace ballot {
 
 namespace {
 
 KernelSource plain_source(const std::string& folder, const std::string& name) {
-  return {.name = folder + "." + name, .file = folder + "/" + name + ".comp", .defines = {}, .constants = {}};
+  return {.name = folder + "." + name, .file = folder + "/" + name + ".comp"};
 }
 KernelSource visible_source() { return plain_source("shade", "visible"); }
 KernelSource heat_source() { return plain_source("shade", "heat"); }

@@ -1,13 +1,13 @@
 #include "engine/render/live/live_paths.h"
 
 #include <algorithm>
-#include <chrono>
 #include <glm/geometric.hpp>
 
+#include "engine/core/stopwatch.h"
 #include "engine/render/data/camera.h"
 #include "engine/render/film/renderer.h"
-#include "engine/render/room.h"
 #include "engine/render/run_pass.h"
+#include "engine/vk/room.h"
 
 namespace ballot {
 
@@ -18,7 +18,7 @@ constexpr double kGrowth = 4;                  // largest ratio of a part to the
 
 }  // namespace
 
-KernelSource show_source() { return {.name = "shade.show", .file = "shade/show.comp", .defines = {}, .constants = {}}; }
+KernelSource show_source() { return {.name = "shade.show", .file = "shade/show.comp"}; }
 
 LivePaths::LivePaths(Context& gpu, Tracer& tracer, SceneData& scene)
     : gpu_(gpu), scene_(scene), waves_(gpu, tracer, scene) {}
@@ -68,9 +68,9 @@ LiveTimes LivePaths::add(const View& view, const LiveOptions& options, const Int
   const Bounds& b = scene_.scene().bounds;
   settings.ao_radius = std::max(defaults.ao_radius * glm::distance(b.lo, b.hi), 1e-30f);
   settings.most_paths = waves_.capacity(integrator, settings.features, settings.last_depth, count);
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   waves_.add_samples(settings, *listed_, count, options.sample_index, 1, *film_, nullptr, passes_, {});
-  note_speed(count, std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  note_speed(count, timer.ms());
   done_ += count;
   LiveTimes times;
   times.generate_ms = passes_.ms("begin");

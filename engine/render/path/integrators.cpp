@@ -45,9 +45,7 @@ std::vector<KernelSource> kernels_of(const Integrator& integrator, const SceneFe
   return sources;
 }
 
-KernelSource indirect_source() {
-  return {.name = "path.indirect", .file = "path/indirect.comp", .defines = {}, .constants = {}, .group_size = QUEUES};
-}
+KernelSource indirect_source() { return {.name = "path.indirect", .file = "path/indirect.comp", .group_size = QUEUES}; }
 
 KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& features, Sky::Kind sky,
                             bool makes_rays) {
@@ -65,27 +63,20 @@ KernelSource scatter_source(const Integrator& integrator, const SceneFeatures& f
   return {.name = fmt::format("{}.scatter{}{}{}{}", integrator.name, look_name(seen, materials),
                               seen.lights ? "+lights" : "", kSkies[kind], makes ? camera_name(features) : ""),
           .file = fmt::format("integrators/{}.comp", integrator.name),
-          .defines = std::move(defines),
-          .constants = {}};
+          .defines = std::move(defines)};
 }
 
-KernelSource connect_source() {
-  return {.name = "path.connect", .file = "path/connect.comp", .defines = {}, .constants = {}};
-}
+KernelSource connect_source() { return {.name = "path.connect", .file = "path/connect.comp"}; }
 
 KernelSource film_source(bool moments) {
   return {.name = moments ? "path.film+moments" : "path.film",
           .file = "path/film.comp",
-          .defines = {{"BALLOT_MOMENTS", moments}},
-          .constants = {}};
+          .defines = {{"BALLOT_MOMENTS", moments}}};
 }
 
 KernelSource alpha_source(const SceneFeatures& features) {
   const SceneFeatures seen = alpha_features(features);
-  return {.name = "path.alpha" + look_name(seen, true),
-          .file = "path/alpha.comp",
-          .defines = look_defines(seen, true),
-          .constants = {}};
+  return {.name = "path.alpha" + look_name(seen, true), .file = "path/alpha.comp", .defines = look_defines(seen, true)};
 }
 
 }  // namespace ballot

@@ -8,8 +8,8 @@
 #include "engine/render/film/parts.h"
 #include "engine/render/path/wave_batch.h"
 #include "engine/render/path/wave_room.h"
-#include "engine/render/room.h"
 #include "engine/render/run_pass.h"
+#include "engine/vk/room.h"
 
 namespace ballot {
 

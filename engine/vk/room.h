@@ -17,4 +17,11 @@ bool make_room(std::unique_ptr<Buffer<T>>& buffer, Context& gpu, std::size_t cou
   return true;
 }
 
+/// Returns the buffer, which has room for `count` records.
+template <class T>
+Buffer<T>& buffer_for(std::unique_ptr<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
+  make_room(buffer, gpu, count, name);
+  return *buffer;
+}
+
 }  // namespace ballot
