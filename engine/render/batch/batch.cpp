@@ -22,25 +22,19 @@ void RayBatch::add_chunks(Context& gpu, std::size_t count, std::uint32_t most) {
   }
 }
 
-std::vector<Ray> RayBatch::rays() const {
-  std::vector<Ray> all(count_);
+template <class T>
+std::vector<T> RayBatch::download(Buffer<T> Chunk::*records) const {
+  std::vector<T> all(count_);
   std::size_t first = 0;
   for (const Chunk& c : chunks_) {
-    c.rays.download(std::span(all).subspan(first, c.count));
+    (c.*records).download(std::span(all).subspan(first, c.count));
     first += c.count;
   }
   return all;
 }
 
-std::vector<Hit> RayBatch::hits() const {
-  std::vector<Hit> all(count_);
-  std::size_t first = 0;
-  for (const Chunk& c : chunks_) {
-    c.hits.download(std::span(all).subspan(first, c.count));
-    first += c.count;
-  }
-  return all;
-}
+std::vector<Ray> RayBatch::rays() const { return download(&Chunk::rays); }
+std::vector<Hit> RayBatch::hits() const { return download(&Chunk::hits); }
 
 std::vector<RayStart> RayBatch::starts() const {
   if (!frame_ || frame_->from_camera) return {};

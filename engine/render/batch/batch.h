@@ -65,6 +65,8 @@ class RayBatch {
     std::uint32_t count;
   };
   struct Frame;
+  template <class T>
+  std::vector<T> download(Buffer<T> Chunk::*records) const;
 
   RayBatch(std::string name, std::string view, std::string ray_class, Want want);
   void add_chunks(Context& gpu, std::size_t count, std::uint32_t most);

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/render/data/camera.h"
@@ -54,12 +55,18 @@ std::uint32_t flags_of(const Material& m) {
 
 }  // namespace
 
-template <class T>
-std::unique_ptr<Buffer<T>> SceneData::upload(const std::vector<T>& data, Access access, const char* name) {
-  auto buffer = std::make_unique<Buffer<T>>(gpu_, data.size(), access, name);
-  buffer->upload(data);
-  bytes_ += buffer->bytes();
-  return buffer;
+/// Binds a buffer to a kernel that wants it. make() returns its content when it is first wanted.
+template <class T, class Make>
+void SceneData::bind_made(Kernel& kernel, std::uint32_t binding, std::unique_ptr<Buffer<T>>& buffer, Access access,
+                          const char* name, const Make& make) {
+  if (!kernel.wants(binding)) return;
+  if (!buffer) {
+    const std::vector<T>& data = make();
+    buffer = std::make_unique<Buffer<T>>(gpu_, data.size(), access, name);
+    buffer->upload(data);
+    bytes_ += buffer->bytes();
+  }
+  kernel.bind(binding, *buffer);
 }
 
 const PackedTextures& SceneData::textures() {
@@ -95,40 +102,20 @@ const EmitterTable& SceneData::emitters() {
 }
 
 void SceneData::bind_textures(Kernel& kernel) {
-  if (kernel.wants(BIND_UVS)) {
-    if (!uvs_) uvs_ = upload(pack_uvs(scene_), array_access(false), "texture coordinates");
-    kernel.bind(BIND_UVS, *uvs_);
-  }
-  if (kernel.wants(BIND_TEXELS)) {
-    if (!texels_) {
-      texels_ = upload(textures().texels, Access::Texel, "texels");
-      packed_->texels = {};  // frees the memory; the table is used again
-    }
-    kernel.bind(BIND_TEXELS, *texels_);
-  }
-  if (kernel.wants(BIND_TEXTURES)) {
-    if (!textures_) textures_ = upload(textures().table, Access::Storage, "textures");
-    kernel.bind(BIND_TEXTURES, *textures_);
-  }
-  if (kernel.wants(BIND_TEXTURE_USES)) {
-    if (!uses_) uses_ = upload(pack_uses(scene_), Access::Storage, "texture uses");
-    kernel.bind(BIND_TEXTURE_USES, *uses_);
-  }
+  bind_made(kernel, BIND_UVS, uvs_, array_access(false), "texture coordinates", [&] { return pack_uvs(scene_); });
+  bind_made(kernel, BIND_TEXELS, texels_, Access::Texel, "texels", [&] {
+    textures();
+    return std::exchange(packed_->texels, {});  // frees the memory; the table is used again
+  });
+  bind_made(kernel, BIND_TEXTURES, textures_, Access::Storage, "textures", [&] { return textures().table; });
+  bind_made(kernel, BIND_TEXTURE_USES, uses_, Access::Storage, "texture uses", [&] { return pack_uses(scene_); });
 }
 
 void SceneData::bind_lights(Kernel& kernel) {
-  if (kernel.wants(BIND_SKY)) {
-    if (!sky_) sky_ = upload(sky_texels(scene_.sky), Access::Texel, "sky");
-    kernel.bind(BIND_SKY, *sky_);
-  }
-  if (kernel.wants(BIND_EMITTERS)) {
-    if (!emitters_) emitters_ = upload(emitters().texels, Access::Texel, "emitters");
-    kernel.bind(BIND_EMITTERS, *emitters_);
-  }
-  if (kernel.wants(BIND_LIGHTS)) {
-    if (!lights_) lights_ = upload(gpu_lights(scene_), Access::Storage, "lights");
-    kernel.bind(BIND_LIGHTS, *lights_);
-  }
+  bind_made(kernel, BIND_SKY, sky_, Access::Texel, "sky", [&] { return sky_texels(scene_.sky); });
+  bind_made(
+      kernel, BIND_EMITTERS, emitters_, Access::Texel, "emitters", [&]() -> const auto& { return emitters().texels; });
+  bind_made(kernel, BIND_LIGHTS, lights_, Access::Storage, "lights", [&] { return gpu_lights(scene_); });
 }
 
 bool SceneData::exceeds_texels(const Scene& scene, const DeviceInfo& device) {
@@ -155,36 +142,19 @@ void SceneData::follow_lights() {
 // geometric normal and the texture coordinates (0, 0).
 void SceneData::bind(Kernel& kernel) {
   if ((kernel.wants(BIND_TRIANGLES) && !triangles_) || (kernel.wants(BIND_NORMALS) && !normals_)) late_.bring();
-  const std::vector<glm::uvec4> none(kernel.wants(BIND_NORMALS) && scene_.normals.empty() ? 3 * scene_.triangles.size()
-                                                                                          : 0);
-  if (kernel.wants(BIND_TRIANGLES)) {
-    if (!triangles_)
-      triangles_ = upload(texels_of(std::span<const Triangle>(scene_.triangles), scene_.material_of),
-                          array_access(true), "triangles");
-    kernel.bind(BIND_TRIANGLES, *triangles_);
-  }
-  if (kernel.wants(BIND_NORMALS)) {
-    if (!normals_)
-      normals_ = upload(
-          scene_.normals.empty() ? none : texels_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), {}),
-          array_access(true), "normals");
-    kernel.bind(BIND_NORMALS, *normals_);
-  }
-  if (kernel.wants(BIND_INSTANCES)) {
-    if (!instances_) instances_ = upload(instance_texels(scene_), Access::Texel, "instances");
-    kernel.bind(BIND_INSTANCES, *instances_);
-  }
-  if (kernel.wants(BIND_COLORS)) {
+  bind_made(kernel, BIND_TRIANGLES, triangles_, array_access(true), "triangles",
+            [&] { return texels_of(std::span<const Triangle>(scene_.triangles), scene_.material_of); });
+  bind_made(kernel, BIND_NORMALS, normals_, array_access(true), "normals", [&] {
+    if (scene_.normals.empty()) return std::vector<glm::uvec4>(3 * scene_.triangles.size());
+    return texels_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), {});
+  });
+  bind_made(kernel, BIND_INSTANCES, instances_, Access::Texel, "instances", [&] { return instance_texels(scene_); });
+  bind_made(kernel, BIND_COLORS, colors_, array_access(false), "colours of vertices", [&] {
     constexpr std::uint32_t kOnes = 0x3C003C00;  // two halves
-    const std::vector<glm::uvec4> white(scene_.colors.empty() ? 2 * scene_.triangles.size() : 0, glm::uvec4(kOnes));
-    if (!colors_)
-      colors_ = upload(scene_.colors.empty() ? white : pack_colors(scene_), array_access(false), "colours of vertices");
-    kernel.bind(BIND_COLORS, *colors_);
-  }
-  if (kernel.wants(BIND_MATERIALS)) {
-    if (!materials_) materials_ = upload(materials(), Access::Storage, "materials");
-    kernel.bind(BIND_MATERIALS, *materials_);
-  }
+    if (scene_.colors.empty()) return std::vector<glm::uvec4>(2 * scene_.triangles.size(), glm::uvec4(kOnes));
+    return pack_colors(scene_);
+  });
+  bind_made(kernel, BIND_MATERIALS, materials_, Access::Storage, "materials", [&] { return materials(); });
   bind_textures(kernel);
   bind_lights(kernel);
 }
@@ -246,8 +216,7 @@ KernelSource shading_source(std::string_view shading, const SceneFeatures& featu
   defines.emplace_back("BALLOT_SHADING", value);
   return {.name = fmt::format("shade.{}{}", shading, look_name(seen, materials)),
           .file = "shade/shade.comp",
-          .defines = std::move(defines),
-          .constants = {}};
+          .defines = std::move(defines)};
 }
 
 namespace {

@@ -50,8 +50,9 @@ class SceneData {
   std::vector<float> emitted();
   std::vector<GpuMaterial> materials();
   Access array_access(bool moves) const;
-  template <class T>
-  std::unique_ptr<Buffer<T>> upload(const std::vector<T>& data, Access access, const char* name);
+  template <class T, class Make>
+  void bind_made(Kernel& kernel, std::uint32_t binding, std::unique_ptr<Buffer<T>>& buffer, Access access,
+                 const char* name, const Make& make);
 
   Context& gpu_;
   const Scene& scene_;
