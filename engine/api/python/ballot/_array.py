@@ -8,6 +8,7 @@ import numpy as np
 
 from . import _arrays, _ballot, _query
 from ._arrays import HIT
+from ._closable import Closable
 from ._device import Device, device_or_default
 from ._errors import Error
 
@@ -16,7 +17,7 @@ _RECORDS = ("rays", "hits", "points", "nearest", "distances", "inside")  # as th
 _WIDTHS = {"rays": 8, "hits": 4, "points": 4, "nearest": 8, "distances": 1, "inside": 1}
 
 
-class Array:
+class Array(Closable):
     """An array on a device, for Scene.trace_arrays() and Scene.nearest_arrays().
 
     record    "rays": rows of 8 float32, as Scene.trace() takes them; "hits": rows of 4, t, prim (its bits), u, v;
@@ -147,23 +148,9 @@ class Array:
         arguments.pop("stream", None)  # nothing is pending on any stream
         return self._handle.cuda_view().__dlpack__(**arguments)
 
-    @property
-    def closed(self) -> bool:
-        return self._handle.closed
-
-    def close(self) -> None:
-        """Lets go of the memory; it is freed once no view of it is left."""
-        self._handle.close()
-
     def __repr__(self) -> str:
         state = ", closed" if self.closed else f", {self.dtype} of shape {self.shape}"
         return f"<ballot.Array of {self._count} {self._record}{state}>"
-
-    def __enter__(self) -> Array:
-        return self
-
-    def __exit__(self, *_: Any) -> None:
-        self.close()
 
 
 def _flags(given: Any) -> np.ndarray:

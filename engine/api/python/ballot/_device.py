@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from . import _ballot, _query
+from ._closable import Closable
 from ._errors import Error
 
 
@@ -30,7 +31,7 @@ def devices() -> list[DeviceInfo]:
     return [DeviceInfo(*device) for device in _ballot.devices()]
 
 
-class Device:
+class Device(Closable):
     """A device that is open.
 
     name      an index of devices(), part of a name, "gpu" or "cpu"; "": the best GPU, else a CPU device
@@ -59,20 +60,6 @@ class Device:
     def messages(self) -> int:
         """The number of messages of the validation layers so far; 0 without `validate`."""
         return self._handle.message_count()
-
-    @property
-    def closed(self) -> bool:
-        return self._handle.closed
-
-    def close(self) -> None:
-        """Closes this object: using it raises Error (Code.CLOSED). Scenes and arrays keep the device for themselves."""
-        self._handle.close()
-
-    def __enter__(self) -> Device:
-        return self
-
-    def __exit__(self, *_: Any) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         if self.closed:

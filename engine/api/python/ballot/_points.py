@@ -11,6 +11,7 @@ import numpy as np
 from . import _arrays, _query
 from ._array import Array
 from ._arrays import HIT
+from ._closable import Closable
 from ._query import Times
 
 Progress = Callable[[float], object]
@@ -63,10 +64,8 @@ def _filters(
     }
 
 
-class Queries:
+class Queries(Closable):
     """The queries that Scene has in addition to traces."""
-
-    _handle: Any
 
     def nearest(
         self,

@@ -334,20 +334,6 @@ class Scene(Queries):
         w, h = _query.integer(width, "width", 1, 16384), _query.integer(height, "height", 1, 16384)
         return self._handle.make_rays(_query.view(view), _query.text(kind, "kind"), w, h)
 
-    @property
-    def closed(self) -> bool:
-        return self._handle.closed
-
-    def close(self) -> None:
-        """Frees the scene. Calls in other threads end first."""
-        self._handle.close()
-
-    def __enter__(self) -> Scene:
-        return self
-
-    def __exit__(self, *_: Any) -> None:
-        self.close()
-
     def __repr__(self) -> str:
         if self.closed:
             return "<ballot.Scene, closed>"
