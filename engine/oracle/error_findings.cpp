@@ -13,20 +13,9 @@ void count(ErrorFigures& sum, const Finding& finding) {
   sum.ties += finding.tie ? 1 : 0;
   sum.beyond_range += finding.beyond_range ? 1 : 0;
   if (!finding.wrong) return;
-  switch (*finding.wrong) {
-    case ErrorKind::FalseMiss:
-      ++sum.false_misses;
-      break;
-    case ErrorKind::FalseHit:
-      ++sum.false_hits;
-      break;
-    case ErrorKind::WrongPrim:
-      ++sum.wrong_prims;
-      break;
-    case ErrorKind::WrongValue:
-      ++sum.wrong_values;
-      return;
-  }
+  std::uint64_t* const of[] = {&sum.false_misses, &sum.false_hits, &sum.wrong_prims, &sum.wrong_values};
+  ++*of[static_cast<int>(*finding.wrong)];  // in the order of ErrorKind
+  if (*finding.wrong == ErrorKind::WrongValue) return;
   ++(finding.within_bound ? sum.within_bound : sum.beyond_bound);
 }
 

@@ -262,26 +262,8 @@ std::string in_words(std::size_t index, Verdict verdict, const Ray& r, const Hit
 
 void Judgement::add(Verdict verdict) {
   ++rays;
-  switch (verdict) {
-    case Verdict::Same:
-      ++same;
-      break;
-    case Verdict::Tie:
-      ++tie;
-      break;
-    case Verdict::FalseMiss:
-      ++false_miss;
-      break;
-    case Verdict::FalseHit:
-      ++false_hit;
-      break;
-    case Verdict::WrongPrim:
-      ++wrong_prim;
-      break;
-    case Verdict::WrongT:
-      ++wrong_t;
-      break;
-  }
+  std::uint64_t* const of[] = {&same, &tie, &false_miss, &false_hit, &wrong_prim, &wrong_t};  // in the order of Verdict
+  ++*of[static_cast<int>(verdict)];
 }
 
 Allowance Oracle::allowance(const Ray& ray, std::uint32_t prim, Arithmetic arithmetic) const {

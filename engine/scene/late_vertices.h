@@ -23,8 +23,6 @@ class LateVertices {
   }
   /// Tells that the vertices have moved elsewhere; `fetch` brings them here.
   void are_there(std::function<void()> fetch) { fetch_ = std::move(fetch); }
-  /// Tells that the host's vertices are new.
-  void are_here() { fetch_ = nullptr; }
 
  private:
   mutable std::function<void()> fetch_;
