@@ -126,7 +126,7 @@ that do not differ by driver run on one. Other options go to ctest:
     "mutations": (mutations, "[TESTS]", "show that the hard-case suite finds deliberate faults", SETUP + """
 Runs the hard cases, or the tests that match TESTS as --gtest_filter takes it, on the shaders, where they must pass, and
 then on copies with one fault each (tools/dev/mutations.py), where one must fail. Prints which cases found which fault.
-The Vulkan loader chooses the driver; BALLOT_TEST_DRIVER and LP_NATIVE_VECTOR_WIDTH choose others, as in the tests.
+The Vulkan loader chooses the driver; VK_DRIVER_FILES and LP_NATIVE_VECTOR_WIDTH choose others, as in the tests.
 """),
     "fmt": (fmt, "", "format the C++ code of engine/, tools/ and tests/ with clang-format", ""),
     "lint": (lint, "", "check the names in C++ files with clang-tidy", """

@@ -6,6 +6,9 @@
 #include "tests/cpu/shapes.h"
 
 namespace ballot {
+
+void PrintTo(const Builder& builder, std::ostream* out) { *out << builder.name; }
+
 namespace {
 
 using shapes::Triangles;

@@ -7,6 +7,13 @@
 #include "tests/cpu/shapes.h"
 
 namespace ballot {
+
+static std::string layout_name(NodeLayout layout) {
+  constexpr const char* names[] = {"paper", "interleaved", "centred", "compact"};
+  return names[int(layout)];
+}
+void PrintTo(NodeLayout layout, std::ostream* out) { *out << layout_name(layout); }
+
 namespace {
 
 class BvhDevice : public testing::TestWithParam<NodeLayout> {
@@ -112,11 +119,6 @@ TEST_P(BvhDevice, EmptySceneIsEmpty) {
   EXPECT_EQ(device.root, END_OF_TREE);
   EXPECT_TRUE(device.nodes.empty());
   EXPECT_TRUE(device.leaves.empty());
-}
-
-std::string layout_name(NodeLayout layout) {
-  constexpr const char* names[] = {"paper", "interleaved", "centred", "compact"};
-  return names[int(layout)];
 }
 
 INSTANTIATE_TEST_SUITE_P(Layouts, BvhDevice,

@@ -36,19 +36,21 @@ inline std::vector<Query> every_method(Want want, std::string_view numeric) {
   return queries;
 }
 
+/// Returns false on lavapipe at subgroup sizes other than its own, where the costly tests are fewer.
+inline bool at_default_size(const DeviceInfo& d) { return !d.is_cpu() || d.subgroup_size == 8; }
+
 /// Returns the modes in which a device tests every method: all, but the default alone on lavapipe at subgroup sizes
 /// other than its own, as arithmetic does not depend on the size and kernels take long to compile.
 inline std::vector<NumericMode> modes_for(const DeviceInfo& d) {
   std::vector<NumericMode> modes(std::begin(kNumericModes), std::end(kNumericModes));
-  if (d.is_cpu() && d.subgroup_size != 8)
-    std::erase_if(modes, [](const NumericMode& m) { return m.name != kDefaultNumeric; });
+  if (!at_default_size(d)) std::erase_if(modes, [](const NumericMode& m) { return m.name != kDefaultNumeric; });
   return modes;
 }
 
 /// Returns true if this device tests the i-th of many similar cases. On lavapipe each is tested at the default subgroup
 /// size, and at one of the other two.
 inline bool is_dealt(const DeviceInfo& d, std::size_t i) {
-  return !d.is_cpu() || d.subgroup_size == 8 || i % 2 == (d.subgroup_size < 8 ? 0 : 1);
+  return at_default_size(d) || i % 2 == (d.subgroup_size < 8 ? 0 : 1);
 }
 
 /// The knobs with which packet-wide keeps all rays in their packets, however far the rays spread.

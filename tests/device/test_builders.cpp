@@ -70,7 +70,7 @@ TEST_F(Builders, CountsAroundTheSizesOfSubgroupsAndRanges) {
 TEST_F(Builders, ManyTriangles) {
   // At its other subgroup sizes lavapipe runs code that it has not optimised.
   const DeviceInfo& d = gpu_->info();
-  const Triangles triangles = shapes::soup(d.is_cpu() && d.subgroup_size != 8 ? 20'000 : 100'000, 0.01f);
+  const Triangles triangles = shapes::soup(harness::at_default_size(d) ? 100'000 : 20'000, 0.01f);
   const Bvh bvh = sound(triangles, {}, device());
   EXPECT_LE(bvh.stats.sah, 1.35 * build_bvh(triangles, {.builder = BuilderId::Balanced}).stats.sah);
 }
@@ -116,7 +116,7 @@ TEST_F(Builders, CodesOfTwoWords) {
 
 TEST_F(Builders, HitsDoNotDependOnTheBuilder) {
   std::vector<const char*> methods{"while-while", "bvh4", "packet-wide", "frontier"};
-  if (gpu_->info().is_cpu() && gpu_->info().subgroup_size != 8) methods.resize(1);  // the others take long to compile
+  if (!harness::at_default_size(gpu_->info())) methods.resize(1);  // the others take long to compile
   std::size_t dealt = 0;
   for (const Shape& shape : kShapes) {
     if (!is_dealt(gpu_->info(), dealt++)) continue;

@@ -178,7 +178,7 @@ TEST_F(Builders, RefitsGiveTheHitsOfAFreshBuild) {
 // In mode exact, no answer of a moved tree is wrong, and all answers are those of a fresh build.
 TEST_F(Builders, RefitsInExactHaveNoWrongHit) {
   if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
-  if (gpu_->info().is_cpu() && gpu_->info().subgroup_size != 8) GTEST_SKIP() << "lavapipe compiles too long";
+  if (!harness::at_default_size(gpu_->info())) GTEST_SKIP() << "lavapipe compiles too long";
   const Query query{.method = "while-while", .numeric = "exact"};
   const Triangles triangles = shapes::grid(24), moved = dealt_out(triangles);
   expect_fresh_hits(*gpu_, triangles, query);
@@ -245,7 +245,7 @@ TEST_F(Builders, RefitsMoveArraysOfEveryLayout) {
   std::vector<Hit> expected(rays.size()), hits(rays.size());
   host.trace(rays, expected, {.method = "while-while"});
   std::vector<Query> queries{{.method = "while-while"}};
-  if (!gpu_->info().is_cpu() || gpu_->info().subgroup_size == 8) {  // else lavapipe compiles too long
+  if (harness::at_default_size(gpu_->info())) {  // else lavapipe compiles too long
     queries.push_back({.method = "bvh4"});
     queries.push_back({.method = "frontier"});
     queries.push_back({.method = "frontier", .knobs = {{"layout", "interleaved"}}});
