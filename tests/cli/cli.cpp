@@ -15,7 +15,6 @@
 
 #include "engine/core/npy.h"
 #include "tests/cpu/gltf_builder.h"
-#include "tools/program/program.h"
 
 namespace ballot::test {
 

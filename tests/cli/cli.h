@@ -32,8 +32,7 @@ class Cli : public ::testing::Test {
   Cli();
 
   /// Runs `ballot args` in the working folder, with the environment variables of `more` added. Kills it after two
-  /// minutes. It runs in a copy of this process, which spares the start of another program; what needs the program
-  /// itself, for signals and pipes, starts it by name.
+  /// minutes.
   Result run(const Words& args, const Environment& more = {}) const;
 
   /// Runs `ballot args` and expects exit code 0 and no message of the validation layers.

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "tools/program/cli.h"
 #include "tools/program/help.h"
 #include "tools/program/interrupt.h"
 #include "tools/trace/crossings.h"
