@@ -60,8 +60,7 @@ Args parse(int argc, char** argv) {
       args.scenes.push_back(word);
   }
   if (args.scenes.empty())
-    fail(Failure::Arguments,
-         "usage: ballot_check SCENE… [--rays N] [--kinds K,…] [--device D] [--validate] [--quick]");
+    fail(Failure::Arguments, "usage: ballot_check SCENE… [--rays N] [--kinds K,…] [--device D] [--validate] [--quick]");
   return args;
 }
 

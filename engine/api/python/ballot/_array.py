@@ -115,12 +115,13 @@ class Array(Closable):
     def fd(self) -> tuple[int, int]:
         """Returns a new file descriptor of the memory (VK_KHR_external_memory_fd, opaque), which the caller owns, and
         the size of the allocation in bytes."""
-        return self._handle.fd()
+        descriptor, size = self._handle.fd()
+        return int(descriptor), int(size)
 
     @property
     def cuda_address(self) -> int:
         """The address in CUDA's primary context of the same GPU. Raises Error without CUDA or if it is not exported."""
-        return self._handle.cuda()[0]
+        return int(self._handle.cuda()[0])
 
     @property
     def __cuda_array_interface__(self) -> dict[str, Any]:

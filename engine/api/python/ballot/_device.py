@@ -59,7 +59,7 @@ class Device(Closable):
     @property
     def messages(self) -> int:
         """The number of messages of the validation layers so far; 0 without `validate`."""
-        return self._handle.message_count()
+        return int(self._handle.message_count())
 
     def __repr__(self) -> str:
         if self.closed:
