@@ -62,17 +62,21 @@ double reciprocal(double x) {
   return y;
 }
 
+double cofactor(const Matrix& m, int r, int c) {
+  const int a = (r + 1) % 3, b = (r + 2) % 3, d = (c + 1) % 3, e = (c + 2) % 3;
+  return m[a][d] * m[b][e] - m[a][e] * m[b][d];
+}
+
+double determinant(const Matrix& m) {
+  return m[0][0] * cofactor(m, 0, 0) + m[0][1] * cofactor(m, 0, 1) + m[0][2] * cofactor(m, 0, 2);
+}
+
 /// Returns the inverse by cofactors. Entries may be infinite or NaN.
 Matrix inverse_of(const Matrix& m) {
   Matrix out;
-  const auto cofactor = [&](int r, int c) {
-    const int a = (r + 1) % 3, b = (r + 2) % 3, d = (c + 1) % 3, e = (c + 2) % 3;
-    return m[a][d] * m[b][e] - m[a][e] * m[b][d];
-  };
-  const double det = m[0][0] * cofactor(0, 0) + m[0][1] * cofactor(0, 1) + m[0][2] * cofactor(0, 2);
-  const double over = reciprocal(det);
+  const double over = reciprocal(determinant(m));
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) out[r][c] = cofactor(c, r) * over;
+    for (int c = 0; c < 3; ++c) out[r][c] = cofactor(m, c, r) * over;
   return out;
 }
 
@@ -195,6 +199,7 @@ Instance place_instance(const MeshExtents& mesh, const Transform& t, std::size_t
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) made.map.row[r][c] = float(inverse[r][c]);
   made.map.translation = {t.m[0][3], t.m[1][3], t.m[2][3]};
+  made.mirrors = determinant(m) < 0;
   const std::array<double, 3> sums = conditions(m, inverse);
   const double condition = std::max({sums[0], sums[1], sums[2]});
   if (!(condition <= kLargestCondition))

@@ -41,8 +41,9 @@ struct Instance {
   std::uint32_t mesh = 0;
   std::uint32_t first = 0;  // number of its first triangle; instances number theirs one after the other
   ObjectMap map;
-  Bounds box;       // of the moved mesh, widened by the part of the rounding errors that no ray adds to
-  float slack = 0;  // times the distance of a ray's origin from the box: the rest of the errors
+  bool mirrors = false;  // the matrix does
+  Bounds box;            // of the moved mesh, widened by the part of the rounding errors that no ray adds to
+  float slack = 0;       // times the distance of a ray's origin from the box: the rest of the errors
 };
 
 /// Places a mesh in the world. Throws Error(Arguments), which names the instance by its number, if an entry is not

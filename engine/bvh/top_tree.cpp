@@ -33,7 +33,7 @@ void write_record(glm::uvec4* to, const Instance& i) {
   for (int r = 0; r < 3; ++r) *to++ = texel(i.map.row[r], i.map.translation[r]);
   *to++ = texel(i.box.lo, i.mesh);
   *to++ = texel(i.box.hi, i.slack);
-  *to = {i.first, 0, 0, 0};
+  *to = {i.first, std::uint32_t(i.mirrors), 0, 0};
 }
 
 /// A child of a node: its box, and the largest slack below it.

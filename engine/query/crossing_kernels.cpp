@@ -39,8 +39,8 @@ std::vector<KernelSource> crossing_sources(const DeviceInfo& device, const TreeF
   return sources;
 }
 
-std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const Defines& alpha) {
-  const TreeFacts tree{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
+std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const TreeFacts& tree,
+                                                 const Defines& alpha) {
   std::vector<KernelSource> sources;
   for (CrossingVariant v : kResults)
     for (const bool wide : {false, true}) {
@@ -53,7 +53,8 @@ std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const
 void CrossingKernels::prepare(bool masks, std::span<const std::uint32_t> triangle_masks) {
   if (whole_.update()) kernels_.clear();
   if (!masks) return;
-  const std::size_t triangles = tree().triangles().size();
+  const Forest* forest = tree().forest();
+  const std::size_t triangles = forest ? std::size_t(forest->triangle_count()) : tree().triangles().size();
   if (triangle_masks.empty()) {
     all_bits_.assign(triangles, kAllBits);
     triangle_masks = all_bits_;
@@ -82,7 +83,7 @@ QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs)
 
 std::uint32_t CrossingKernels::most(const CrossingVariant& variant) { return kernel(variant, false).most(); }
 
-std::vector<std::uint32_t> CrossingKernels::pieces(const CrossingVariant& variant, std::uint64_t limit) {
+std::vector<TreePiece> CrossingKernels::pieces(const CrossingVariant& variant, std::uint64_t limit) {
   return kernel(variant, true).pieces(limit);
 }
 
@@ -99,27 +100,28 @@ void CrossingKernels::bind_rays(QueryKernel& kernel, const CrossingVariant& vari
   kernel.bind(BIND_TRIANGLE_MASKS, *triangle_masks_);
 }
 
-std::uint32_t CrossingKernels::run(QueryKernel& kernel, Below node, const CrossingVariant& variant, const RaySpan& some,
-                                   std::span<std::uint32_t> found, TraceTimes& times) {
+std::uint32_t CrossingKernels::run(QueryKernel& kernel, Below piece, const CrossingVariant& variant,
+                                   const RaySpan& some, std::span<std::uint32_t> found, TraceTimes& times) {
   bind_rays(kernel, variant, some);
   kernel.bind(BIND_CROSSINGS, buffer_for(counts_, gpu_, some.rays.size(), "numbers of crossings"));
-  const std::uint32_t unfinished = kernel.run(std::uint32_t(some.rays.size()), node ? *node : tree().root(), times);
+  const std::uint32_t unfinished =
+      kernel.run(std::uint32_t(some.rays.size()), piece.value_or(TreePiece{tree().root()}), times);
   counts_->download(found);
   return unfinished;
 }
 
 std::uint32_t CrossingKernels::count(const CrossingVariant& variant, const RaySpan& some,
-                                     std::span<std::uint32_t> found, TraceTimes& times, Below node) {
-  return run(kernel(variant, node.has_value()), node, variant, some, found, times);
+                                     std::span<std::uint32_t> found, TraceTimes& times, Below piece) {
+  return run(kernel(variant, piece.has_value()), piece, variant, some, found, times);
 }
 
 std::uint32_t CrossingKernels::list_to(Slots& to, std::uint32_t slots, const CrossingVariant& variant,
                                        const RaySpan& some, std::span<std::uint32_t> found, TraceTimes& times,
-                                       Below node) {
-  QueryKernel& lists = kernel(variant, node.has_value());
+                                       Below piece) {
+  QueryKernel& lists = kernel(variant, piece.has_value());
   lists.bind(BIND_PLACES, *places_);
   lists.bind(BIND_HITS, buffer_for(to.buffer, gpu_, slots, "crossings"));
-  const std::uint32_t unfinished = run(lists, node, variant, some, found, times);
+  const std::uint32_t unfinished = run(lists, piece, variant, some, found, times);
   fetch(to, slots);
   return unfinished;
 }
@@ -144,9 +146,9 @@ std::uint32_t CrossingKernels::list(const CrossingVariant& variant, const RaySpa
 
 std::uint32_t CrossingKernels::list_apart(const CrossingVariant& variant, const RaySpan& some,
                                           std::span<const std::uint32_t> to, std::span<std::uint32_t> found,
-                                          TraceTimes& times, Below node) {
+                                          TraceTimes& times, Below piece) {
   buffer_for(places_, gpu_, to.size(), "places of crossings").upload(to);
-  return list_to(apart_, to.back(), variant, some, found, times, node);
+  return list_to(apart_, to.back(), variant, some, found, times, piece);
 }
 
 /// Writes to places_ how many crossings the rays before each have.

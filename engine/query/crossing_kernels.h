@@ -45,19 +45,19 @@ class CrossingKernels {
   /// Returns the largest number of rays of a dispatch.
   std::uint32_t most(const CrossingVariant& variant);
 
-  /// A node below which is walked, by a kernel over pairs; none: the whole tree.
-  using Below = std::optional<std::uint32_t>;
+  /// A piece of the tree that is walked, by a kernel over pairs; none: the whole tree.
+  using Below = std::optional<TreePiece>;
   /// Counts the crossings of each ray. Returns how many rays were cut short: their count is UNFINISHED. The count of a
   /// ray that mode exact leaves open is UNSURE.
   std::uint32_t count(const CrossingVariant& variant, const RaySpan& some, std::span<std::uint32_t> found,
-                      TraceTimes& times, Below node = {});
+                      TraceTimes& times, Below piece = {});
   /// Lists crossings. Ray i has the slots from to[i] on and before to[i + 1]; what does not fit is left out. hits()
   /// has the slots, each ray's in no order. list_apart() leaves the slots of the last list() or count_and_list() as
   /// they are.
   std::uint32_t list(const CrossingVariant& variant, const RaySpan& some, std::span<const std::uint32_t> to,
                      std::span<std::uint32_t> found, TraceTimes& times);
   std::uint32_t list_apart(const CrossingVariant& variant, const RaySpan& some, std::span<const std::uint32_t> to,
-                           std::span<std::uint32_t> found, TraceTimes& times, Below node = {});
+                           std::span<std::uint32_t> found, TraceTimes& times, Below piece = {});
   /// Counts, sums the counts up on the device, and lists: takes no room that is not used, at the price of a second
   /// walk. Returns false, and lists nothing, if there are more than `most` crossings. `room` has the number of slots of
   /// each ray, 0 for counts that are UNFINISHED or UNSURE; `found` the counts of the second walk.
@@ -66,8 +66,8 @@ class CrossingKernels {
   /// The slots that the last call listed.
   std::span<const Hit> hits() const { return hits_; }
 
-  /// Returns subtrees that together hold the tree, each of at most `limit` steps.
-  std::vector<std::uint32_t> pieces(const CrossingVariant& variant, std::uint64_t limit);
+  /// Returns pieces that together hold the tree, each of at most `limit` steps.
+  std::vector<TreePiece> pieces(const CrossingVariant& variant, std::uint64_t limit);
 
  private:
   /// A kernel for whole trees, and one for pieces of them, which is made when the driver first cuts a walk short.
@@ -81,10 +81,10 @@ class CrossingKernels {
   };
   QueryKernel& kernel(const CrossingVariant& variant, bool pairs);
   void bind_rays(QueryKernel& kernel, const CrossingVariant& variant, const RaySpan& some);
-  std::uint32_t run(QueryKernel& kernel, Below node, const CrossingVariant& variant, const RaySpan& some,
+  std::uint32_t run(QueryKernel& kernel, Below piece, const CrossingVariant& variant, const RaySpan& some,
                     std::span<std::uint32_t> found, TraceTimes& times);
   std::uint32_t list_to(Slots& to, std::uint32_t slots, const CrossingVariant& variant, const RaySpan& some,
-                        std::span<std::uint32_t> found, TraceTimes& times, Below node = {});
+                        std::span<std::uint32_t> found, TraceTimes& times, Below piece = {});
   void sum_counts(std::uint32_t count, TraceTimes& times);
   void fetch(Slots& from, std::uint32_t slots);
 

@@ -105,7 +105,7 @@ class Runner {
                  const Settle<Answer>& settle, TraceTimes& times) {
     kernel_.bind(BIND_RAYS, points);
     kernel_.bind(Kind::kBinding, answers);
-    const std::uint32_t unfinished = kernel_.run(first, count, tree_.root(), times);
+    const std::uint32_t unfinished = kernel_.run(first, count, {tree_.root()}, times);
     if (!unfinished && !settle) return;
     std::vector<ProbePoint> asked(count);
     std::vector<Answer> found(count);
@@ -140,7 +140,7 @@ class Runner {
   void answer_in_order(std::span<const ProbePoint> asked, std::span<Answer> result, TraceTimes& times,
                        const Launched& launched) {
     points_->upload(asked);
-    const std::uint32_t unfinished = kernel_.run(0, std::uint32_t(asked.size()), tree_.root(), times, launched);
+    const std::uint32_t unfinished = kernel_.run(0, std::uint32_t(asked.size()), {tree_.root()}, times, launched);
     answers_->download(result);
     if (unfinished) repair_cut(asked, result, times);
   }
@@ -166,10 +166,10 @@ class Runner {
       chosen.clear();
       for (const std::uint32_t i : numbers) chosen.push_back(asked[i]);
     }
-    std::vector<std::uint32_t> pieces(std::uint64_t limit) { return runner.kernel_.pieces(limit); }
-    void ask(std::uint32_t root, std::span<Answer> found) {
+    std::vector<TreePiece> pieces(std::uint64_t limit) { return runner.kernel_.pieces(limit); }
+    void ask(const TreePiece& piece, std::span<Answer> found) {
       runner.points_->upload(chosen);
-      runner.kernel_.run(std::uint32_t(chosen.size()), root, times);
+      runner.kernel_.run(std::uint32_t(chosen.size()), piece, times);
       runner.answers_->download(found);
     }
     void add(std::size_t k, Answer& all, const Answer& found) { Kind::add(all, found, chosen[k]); }

@@ -7,8 +7,6 @@
 #include "engine/core/interruption.h"
 #include "engine/query/crossing_kernels.h"
 #include "engine/query/point_parts.h"
-#include "engine/trace/repair.h"
-#include "engine/trace/tree_push.h"
 
 namespace ballot {
 
@@ -33,12 +31,21 @@ KernelSource source_of(const std::string& name, const Variant& variant, const De
                        const Defines& defines) {
   KernelSource source = kernel_source(variant, device, tree);
   source.file = "query/" + name + ".comp";
-  source.name = "query." + name + (tree.far ? " far=1" : "");
+  source.name = "query." + name + (tree.far ? " far=1" : "") + (tree.top_depth ? " instances=1" : "");
   for (const auto& [define, value] : defines) {
     source.name += fmt::format(" {}={}", define, value);
     source.defines.emplace_back(define, value);
   }
   return source;
+}
+
+const BuildSettings kWhole{.builder = BuilderId::Balanced};
+
+/// Returns true if some triangle lies in several leaves.
+bool has_splits(const Bvh& bvh) { return bvh.stats.references + bvh.stats.degenerate != bvh.stats.triangles; }
+
+bool is_made_from(const KernelSource& a, const KernelSource& b) {
+  return a.defines == b.defines && a.constants == b.constants;
 }
 
 }  // namespace
@@ -50,14 +57,18 @@ KernelSource query_source(const std::string& name, const DeviceInfo& device, con
 
 std::vector<KernelSource> query_sources(const DeviceInfo& device) {
   std::vector<KernelSource> sources;
-  for (const bool far : {false, true}) {
-    const TreeFacts tree{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .far = far};
+  const TreeFacts near{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
+  TreeFacts far = near, instances = near;
+  far.far = true;
+  instances.top_depth = 24;
+  for (const TreeFacts& tree : {near, far}) {
     for (const int sides : {0, 1})
       sources.push_back(query_source("closest_point", device, tree, {{"BALLOT_SIDES", sides}}));
     for (const int exact : {0, 1}) sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}}));
     for (KernelSource& source : sign_sources()) sources.push_back(std::move(source));
-    for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }
+  for (const TreeFacts& tree : {near, far, instances})
+    for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   return sources;
 }
 
@@ -84,29 +95,25 @@ void QueryKernel::prepare() {
   const bool fresh = refresh(gpu_, kernel_, source_now);
   if (!fresh && generation_ == tree_.generation()) return;
   // The kernel is compiled for facts of the tree: another depth needs another stack size.
-  if (!fresh) kernel_ = std::make_unique<Kernel>(gpu_, source_now);
+  if (!fresh && !is_made_from(source_, source_now)) kernel_ = std::make_unique<Kernel>(gpu_, source_now);
+  source_ = std::move(source_now);
   config_ = variant.config;
-  const TreeAccess access = config_.tree_access();
   // Walks that the driver cut short are repeated from nodes that the host knows.
   const Source source =
       config_.loops_cut || wide_ ? Source::Host : tree_.source_of(TreeFormatId::Pair, LeafFormat::Vertices);
-  nodes_ = wide_ ? nullptr : &tree_.nodes(access, source);
-  format_ = wide_ ? &tree_.format(TreeFormatId::Bvh8, access) : nullptr;
-  leaves_ = &tree_.leaves(LeafFormat::Vertices, config_.fetch, source);
-  if (config_.fetch != Fetch::Reference) {
-    if (nodes_) kernel_->bind(BIND_NODES, *nodes_);
-    if (format_) kernel_->bind(BIND_FORMAT, *format_);
-    kernel_->bind(BIND_LEAVES, *leaves_);
-  }
+  const TreeFormatId format = wide_ ? TreeFormatId::Bvh8 : TreeFormatId::Pair;
+  arrays_ = {tree_, {format, LeafFormat::Vertices, config_.tree_access(), !wide_, source}};
+  arrays_.bind(*kernel_, config_.fetch);
   kernel_->bind(BIND_WORK, work_);
   kernel_->bind(BIND_HITS, work_);  // for kernels that write no hits; the frame declares the binding
   generation_ = tree_.generation();
   gpu_.save_pipeline_cache();
 }
 
-std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, std::uint32_t root, TraceTimes& times,
+std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times,
                                const std::function<void(std::uint32_t)>& launched) {
-  TracePush push = push_of(tree_, root, nodes_, format_, leaves_);
+  TracePushes pushes = arrays_.pushes(tree_, from);
+  TracePush& push = pushes.trace;
   Work work{0, 0};
   if (config_.loops_cut) work_.upload(std::span(&work, 1));
   const double target_ms = gpu_.launch_ms() > 0 ? gpu_.launch_ms() : kInterruptibleLaunch;
@@ -115,7 +122,7 @@ std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, std::ui
     push.ray_begin = first + done;
     push.ray_end = push.ray_begin + some;
     gpu_.submit(kernel_->name(), [&](VkCommandBuffer cmd) {
-      kernel_->dispatch(cmd, (some + config_.workgroup - 1) / config_.workgroup, push);
+      kernel_->dispatch(cmd, (some + config_.workgroup - 1) / config_.workgroup, &pushes, push_bytes(tree_));
     });
     size_.add(some, gpu_.last_ms());
     times.device_ms += gpu_.last_ms();
@@ -129,17 +136,34 @@ std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, std::ui
   return work.unfinished;
 }
 
-std::vector<std::uint32_t> QueryKernel::pieces(std::uint64_t limit) {
-  return pieces_of(tree_.pairs(config_.layout, config_.padding), limit);
+/// Makes a forest of the same instances, whose meshes have no spatial splits.
+std::unique_ptr<Forest> WholeTree::whole_forest(const Forest& scene) {
+  std::vector<std::vector<Triangle>> meshes;
+  for (const MeshTree& mesh : scene.meshes()) meshes.push_back(mesh.triangles);
+  std::vector<Placement> placements;
+  for (std::size_t i = 0; i < scene.size(); ++i) placements.push_back({scene.mesh_of(i), scene.transforms()[i]});
+  std::size_t number = 0;
+  return std::make_unique<Forest>(std::move(meshes), placements, [&](std::span<const Triangle> triangles) {
+    const Bvh& bvh = scene.meshes()[number++].bvh;
+    return has_splits(bvh) ? build_bvh(triangles, kWhole) : bvh;
+  });
 }
 
 bool WholeTree::update() {
   if (generation_ == scene_.generation()) return false;
+  const Forest* scene = scene_.forest();
+  if (forest_) {  // its meshes stay
+    own_->move_instances(scene->transforms());
+    generation_ = scene_.generation();
+    return false;
+  }
   dropped_ = dropped_ || own_;
   own_.reset();
-  const BvhStats& stats = scene_.bvh().stats;
-  if (stats.references + stats.degenerate != stats.triangles) {
-    bvh_ = build_bvh(scene_.triangles(), {.builder = BuilderId::Balanced});
+  if (scene && has_splits(scene_.bvh())) {
+    forest_ = whole_forest(*scene);
+    own_ = std::make_unique<DeviceTree>(gpu_, *forest_);
+  } else if (has_splits(scene_.bvh())) {
+    bvh_ = build_bvh(scene_.triangles(), kWhole);
     own_ = std::make_unique<DeviceTree>(gpu_, bvh_, scene_.triangles(), facts_of(bvh_));
   }
   generation_ = scene_.generation();  // last: a call that fails is followed by one that tries again

@@ -8,8 +8,10 @@
 
 #include "engine/query/point_queries.h"
 #include "engine/query/ray_queries.h"
-#include "engine/trace/kernels.h"
+#include "engine/trace/kernel_arrays.h"
 #include "engine/trace/launch_size.h"
+#include "engine/trace/repair.h"
+#include "engine/trace/variant.h"
 #include "engine/vk/room.h"
 
 namespace ballot {
@@ -23,7 +25,8 @@ KernelSource query_source(const std::string& name, const DeviceInfo& device, con
 /// Specialisation constants by id.
 using SpecConstants = std::map<std::uint32_t, std::uint32_t>;
 
-/// A kernel with the arrays of a tree. One invocation answers one query. Belongs to the thread of its Context.
+/// A kernel with the arrays of a tree or a forest. One invocation answers one query. Belongs to the thread of its
+/// Context.
 class QueryKernel {
  public:
   /// Keeps references to gpu and tree. Throws Error(Work) if the kernel does not compile. `wide`: it walks the
@@ -42,15 +45,17 @@ class QueryKernel {
   void bind(const SurfaceAlpha& alpha) { alpha.bind(*kernel_); }
   /// Makes or renews the kernel, if the tree or the shaders changed.
   void prepare();
-  /// Answers queries [first, first + count) from the child reference `root` on, and waits. Returns how many of them the
+  /// Answers queries [first, first + count) from `from` on, and waits. Returns how many of them the
   /// driver cut short. Adds the time to `times`. They go in launches of a tenth of a second, or less where the device
   /// asks for that; `launched` is called after each with the number of queries so far. It may be empty, and may throw.
-  std::uint32_t run(std::uint32_t first, std::uint32_t count, std::uint32_t root, TraceTimes& times,
+  std::uint32_t run(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times,
                     const std::function<void(std::uint32_t)>& launched = {});
-  std::uint32_t run(std::uint32_t count, std::uint32_t root, TraceTimes& times) { return run(0, count, root, times); }
+  std::uint32_t run(std::uint32_t count, const TreePiece& from, TraceTimes& times) {
+    return run(0, count, from, times);
+  }
 
-  /// Returns subtrees that together hold the tree, each of at most `limit` steps (repair.h). Not for `wide`.
-  std::vector<std::uint32_t> pieces(std::uint64_t limit);
+  /// Returns pieces that together hold the tree, each of at most `limit` steps (repair.h). Not for `wide`.
+  std::vector<TreePiece> pieces(std::uint64_t limit) { return pieces_of(tree_, config_.tree_access(), limit); }
 
  private:
   Context& gpu_;
@@ -61,14 +66,15 @@ class QueryKernel {
   SpecConstants constants_;
   KernelConfig config_;
   std::unique_ptr<Kernel> kernel_;
+  KernelSource source_;           // that it was made from
   std::uint64_t generation_ = 0;  // of the tree that is bound
-  const DeviceTree::Texels *nodes_ = nullptr, *format_ = nullptr, *leaves_ = nullptr;
+  KernelArrays arrays_;
   Buffer<Work> work_;
   LaunchSize size_;
 };
 
-/// A tree in which each triangle lies in one leaf: the scene's own, or one that is built anew if that has spatial
-/// splits. Belongs to the thread of its Context.
+/// A tree or a forest in which each triangle lies in one leaf of its tree: the scene's own, or one that is built anew if
+/// that has spatial splits. Belongs to the thread of its Context.
 class WholeTree {
  public:
   /// Keeps references to both.
@@ -78,12 +84,15 @@ class WholeTree {
   DeviceTree& tree() { return own_ ? *own_ : scene_; }
 
  private:
+  static std::unique_ptr<Forest> whole_forest(const Forest& scene);
+
   Context& gpu_;
   DeviceTree& scene_;
   std::uint64_t generation_ = 0;  // of the scene's tree that this follows
   bool dropped_ = false;          // a tree of its own went since update() last returned
   Bvh bvh_;
-  std::unique_ptr<DeviceTree> own_;
+  std::unique_ptr<Forest> forest_;
+  std::unique_ptr<DeviceTree> own_;  // of one of these two
 };
 
 }  // namespace ballot

@@ -82,9 +82,9 @@ struct CountWalks {
     part = {};
     for (const std::uint32_t i : numbers) part.add(asked, i);
   }
-  std::vector<std::uint32_t> pieces(std::uint64_t limit) { return kernels.pieces(variant, limit); }
-  void ask(std::uint32_t root, std::span<std::uint32_t> found) {
-    kernels.count(variant, part.span(0, found.size()), found, times, root);
+  std::vector<TreePiece> pieces(std::uint64_t limit) { return kernels.pieces(variant, limit); }
+  void ask(const TreePiece& piece, std::span<std::uint32_t> found) {
+    kernels.count(variant, part.span(0, found.size()), found, times, piece);
   }
   static void add(std::size_t, std::uint32_t& all, std::uint32_t found) { add_count(all, found); }
 };
@@ -105,14 +105,14 @@ struct ListWalk {
   static Answer none() { return {}; }
   static std::string name() { return "crossings"; }
   static void choose(std::span<const std::uint32_t>) {}
-  std::vector<std::uint32_t> pieces(std::uint64_t limit) { return kernels.pieces(listing, limit); }
-  void ask(std::uint32_t root, std::span<Answer> found) {
+  std::vector<TreePiece> pieces(std::uint64_t limit) { return kernels.pieces(listing, limit); }
+  void ask(const TreePiece& piece, std::span<Answer> found) {
     std::uint32_t& number = found[0].number;
     found[0].hits.clear();
-    kernels.count(counting, ray, {&number, 1}, times, root);
+    kernels.count(counting, ray, {&number, 1}, times, piece);
     if (number == 0 || number >= UNSURE) return;
     const std::uint32_t to[2] = {0, number};
-    kernels.list_apart(listing, ray, to, {&number, 1}, times, root);
+    kernels.list_apart(listing, ray, to, {&number, 1}, times, piece);
     found[0].hits.assign(kernels.hits().begin(), kernels.hits().end());
   }
   static void add(std::size_t, Answer& all, const Answer& found) {

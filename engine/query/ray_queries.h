@@ -59,8 +59,8 @@ using TakeCounts = std::function<void(std::uint64_t first, std::span<const std::
 using TakeLists =
     std::function<void(std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> hits)>;
 
-/// Returns the sources of kernels of crossings that read alpha.
-std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const Defines& alpha);
+/// Returns the sources of kernels of crossings that read alpha, for a device and a tree with these facts.
+std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const TreeFacts& tree, const Defines& alpha);
 
 /// Answers ray queries on one tree. Follows the tree when it changes. Belongs to the thread of its Context.
 ///

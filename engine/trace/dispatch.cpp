@@ -7,7 +7,6 @@
 #include "engine/core/error.h"
 #include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
-#include "engine/trace/tree_push.h"
 
 namespace ballot {
 
@@ -53,16 +52,10 @@ std::uint32_t Dispatcher::groups_for(const Variant& v, std::uint32_t rays) const
   return std::uint32_t(std::min<std::uint64_t>((lanes + c.workgroup - 1) / c.workgroup, gpu_.info().max_group_count_x));
 }
 
-TracePushes Dispatcher::push_for(const Job& job, std::uint32_t root, std::uint32_t mesh_root) const {
-  const TraceKernel& k = *job.kernel;
-  TracePushes pushes{};
-  pushes.trace = push_of(tree_, root, k.nodes, k.format, k.leaves);
+TracePushes Dispatcher::push_for(const Job& job, const TreePiece& from) const {
+  TracePushes pushes = job.kernel->arrays.pushes(tree_, from);
   pushes.trace.max_batches = job.variant.config.batches;
   pushes.trace.threshold = kernel_threshold(job.variant.config, *job.variant.method);
-  push_address(k.top, pushes.top.top_lo, pushes.top.top_hi);
-  push_address(k.meshes, pushes.top.meshes_lo, pushes.top.meshes_hi);
-  pushes.top.records = tree_.forest() ? tree_.forest()->top_facts().records : 0;
-  pushes.top.mesh_root = mesh_root;
   return pushes;
 }
 
@@ -83,7 +76,7 @@ Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& 
   if (reports(job.variant)) kernels_.work().upload(std::span(&work, 1));
   gpu_.submit(kernel.name(), [&](VkCommandBuffer cmd) {
     if (clears) clear_list(cmd, *list);
-    kernel.dispatch(cmd, groups_for(job.variant, push.ray_end - push.ray_begin), &pushes, push_bytes());
+    kernel.dispatch(cmd, groups_for(job.variant, push.ray_end - push.ray_begin), &pushes, push_bytes(tree_));
   });
   const double ms = gpu_.last_ms();
   times.device_ms += ms;
@@ -113,19 +106,19 @@ std::uint32_t Dispatcher::run_doubtful(const Job& job, const Buffer<Ray>& rays, 
   kernels_.list_is_empty() = count == 0;
   if (count == 0) return 0;
   const Variant taking = job.variant.taking();
-  return run({taking, &kernels_.get(taking)}, rays, hits, {0, count}, pushes.trace.root, times, pushes.top.mesh_root)
-      .unfinished;
+  const TreePiece from{pushes.trace.root, pushes.top.mesh_root};
+  return run({taking, &kernels_.get(taking)}, rays, hits, {0, count}, from, times).unfinished;
 }
 
 Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, TraceTimes& times) {
-  return run(job, rays, hits, range, tree_.root(), times);
+  return run(job, rays, hits, range, {tree_.root()}, times);
 }
 
-Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, std::uint32_t root,
-                     TraceTimes& times, std::uint32_t mesh_root) {
+Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const TreePiece& from,
+                     TraceTimes& times) {
   const bool plain = job.variant.config.launch == Launch::Plain;
   const std::uint64_t most = std::uint64_t(gpu_.info().max_group_count_x) * group_rays(job.variant);
-  TracePushes pushes = push_for(job, root, mesh_root);
+  TracePushes pushes = push_for(job, from);
   TracePush& push = pushes.trace;
   push.ray_begin = range.begin;
   const LaunchSize& size = size_of(job.variant);
@@ -187,7 +180,7 @@ void Dispatcher::record(const Recorded& r, Context::Done done) {
         TracePushes rest = r.push;
         rest.trace.ray_end = kUnbounded;
         gpu_.memory_barrier(cmd);
-        taking->dispatch(cmd, *list, 0, &rest, push_bytes());
+        taking->dispatch(cmd, *list, 0, &rest, push_bytes(tree_));
       },
       [spent = traced_ms_, sizes = sizes_, &size = size_of(v), count = r.count, done = std::move(done)](double ms) {
         *spent += ms;
@@ -198,7 +191,7 @@ void Dispatcher::record(const Recorded& r, Context::Done done) {
 
 void Dispatcher::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const IndirectRays& indirect,
                         Context::Done done) {
-  TracePushes push = push_for(job, tree_.root());
+  TracePushes push = push_for(job, {tree_.root()});
   push.trace.ray_end = indirect.index;
   Kernel& kernel = *job.kernel->kernel;
   kernel.bind(BIND_INDIRECT, indirect.args);
@@ -212,7 +205,7 @@ void Dispatcher::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hi
               },
           .dispatch =
               [&](VkCommandBuffer cmd) {
-                kernel.dispatch(cmd, indirect.args, indirect.index * sizeof(IndirectArgs), &push, push_bytes());
+                kernel.dispatch(cmd, indirect.args, indirect.index * sizeof(IndirectArgs), &push, push_bytes(tree_));
               },
           .push = push},
          std::move(done));
@@ -243,11 +236,11 @@ void Dispatcher::record(const Job& job, const CameraRays& rays, Buffer<Hit>& hit
 
 void Dispatcher::record_rays(const Job& job, std::uint32_t count, std::uint32_t camera,
                              std::function<void(Kernel&)> bind, Context::Done done) {
-  TracePushes push = push_for(job, tree_.root());
+  TracePushes push = push_for(job, {tree_.root()});
   push.trace.ray_end = count;
   push.trace.camera = camera;
   const auto dispatch = [&](VkCommandBuffer cmd) {
-    job.kernel->kernel->dispatch(cmd, groups_for(job.variant, count), &push, push_bytes());
+    job.kernel->kernel->dispatch(cmd, groups_for(job.variant, count), &push, push_bytes(tree_));
   };
   record({job, count, count, std::move(bind), dispatch, push}, std::move(done));
 }

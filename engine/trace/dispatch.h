@@ -44,26 +44,18 @@ struct RayRange {
   std::uint32_t begin, end;
 };
 
-/// The push constants of a traversal kernel. Kernels of a single tree take the first part alone.
-struct TracePushes {
-  TracePush trace;
-  TopPush top;
-};
-
 /// Dispatches the kernels that trace rays in one tree, or in a forest. Belongs to the thread of its Context.
 class Dispatcher {
  public:
   /// Keeps references to all arguments.
   Dispatcher(Context& gpu, DeviceTree& tree, TraceKernels& kernels) : gpu_(gpu), tree_(tree), kernels_(kernels) {}
 
-  /// Traces a range of rays, beginning at the child reference `root`, and waits. Dispatches in parts that take
+  /// Traces a range of rays, beginning at `from`, and waits. Dispatches in parts that take
   /// Context::launch_ms() each, and again for rays that a bounded launch leaves. Returns the work counter, whose
   /// `unfinished` is the number of rays that the driver cut short; their hits have prim UNFINISHED. Throws Error(Work)
   /// if a dispatch takes no ray.
-  /// In a forest `root` is a reference in the top-level tree; the walk of each mesh's tree begins at `mesh_root` or, if
-  /// that is END_OF_TREE, at its root.
-  Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, std::uint32_t root,
-           TraceTimes& times, std::uint32_t mesh_root = END_OF_TREE);
+  Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const TreePiece& from,
+           TraceTimes& times);
   /// The same from the root of the tree.
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, TraceTimes& times);
 
@@ -87,8 +79,7 @@ class Dispatcher {
   double launch_ms() const;
   LaunchSize& size_of(const Variant& variant) const;
   std::uint32_t groups_for(const Variant& variant, std::uint32_t rays) const;
-  TracePushes push_for(const Job& job, std::uint32_t root, std::uint32_t mesh_root = END_OF_TREE) const;
-  std::uint32_t push_bytes() const { return tree_.forest() ? sizeof(TracePushes) : sizeof(TracePush); }
+  TracePushes push_for(const Job& job, const TreePiece& from) const;
   Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& push, TraceTimes& times);
   void clear_list(VkCommandBuffer cmd, const Buffer<std::uint32_t>& list) const;
   std::uint32_t run_doubtful(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& pushes,

@@ -43,29 +43,16 @@ TraceKernel& TraceKernels::get(const Variant& v) {
 
 void TraceKernels::take_arrays(TraceKernel& k, const Variant& v) {
   const Method& method = *v.method;
-  const TreeAccess access = v.config.tree_access();
   k.tree = tree_.generation();
   // Walks that the driver cut short are repaired from pairs that the host knows (repair.h), by this method if it can
   // begin there.
   const bool repaired_here = v.config.loops_cut && format_of(method.tree).begins_at_pairs();
   const Source source = repaired_here ? Source::Host : tree_.source_of(method.tree, v.numeric->leaves);
-  k.nodes = method.reads_pairs(v.config) ? &tree_.nodes(access, source) : nullptr;
-  k.format = format_of(method.tree).encode ? &tree_.format(method.tree, access, source) : nullptr;
-  k.leaves = &tree_.leaves(v.numeric->leaves, v.config.fetch, source);
-  if (tree_.forest()) {
-    k.top = &tree_.top(v.config.fetch);
-    k.meshes = &tree_.mesh_table(method.tree, access, v.numeric->leaves);
-  }
+  k.arrays = {tree_, {method.tree, v.numeric->leaves, v.config.tree_access(), method.reads_pairs(v.config), source}};
 }
 
 void TraceKernels::bind(TraceKernel& k, const Variant& v) {
-  if (v.config.fetch != Fetch::Reference) {
-    if (k.nodes) k.kernel->bind(BIND_NODES, *k.nodes);
-    if (k.format) k.kernel->bind(BIND_FORMAT, *k.format);
-    k.kernel->bind(BIND_LEAVES, *k.leaves);
-    if (k.top) k.kernel->bind(BIND_TOP, *k.top);
-    if (k.meshes) k.kernel->bind(BIND_MESHES, *k.meshes);
-  }
+  k.arrays.bind(*k.kernel, v.config.fetch);
   k.kernel->bind(BIND_WORK, work_);
 }
 

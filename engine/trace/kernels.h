@@ -6,18 +6,16 @@
 #include <optional>
 #include <string>
 
+#include "engine/trace/kernel_arrays.h"
 #include "engine/trace/variant.h"
-#include "engine/tree/device_tree.h"
-#include "shaders/shared/variant.h"
 
 namespace ballot {
 
-/// A kernel and the arrays that it reads. An array is null if the kernel reads none of this sort.
+/// A kernel and the arrays that it reads.
 struct TraceKernel {
   std::unique_ptr<Kernel> kernel;
-  const DeviceTree::Texels *nodes = nullptr, *format = nullptr, *leaves = nullptr;
-  const DeviceTree::Texels *top = nullptr, *meshes = nullptr;  // of a forest
-  std::uint64_t tree = 0;                                      // generation of the tree that the arrays belong to
+  KernelArrays arrays;
+  std::uint64_t tree = 0;  // generation of the tree that the arrays belong to
 };
 
 /// A variant and the kernel that runs it. Variants that differ in their threshold alone share a kernel.

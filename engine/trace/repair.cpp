@@ -57,8 +57,8 @@ std::vector<std::uint64_t> mesh_steps(std::span<const PairTree> meshes) {
 
 }  // namespace
 
-std::vector<ForestPiece> pieces_of(const TopTree& top, const Forest& forest, std::span<const PairTree> meshes,
-                                   std::uint64_t limit) {
+std::vector<TreePiece> pieces_of(const TopTree& top, const Forest& forest, std::span<const PairTree> meshes,
+                                 std::uint64_t limit) {
   if (top.root == END_OF_TREE) return {{top.root}};
   const std::vector<std::uint64_t> of_mesh = mesh_steps(meshes);
   std::vector<std::uint64_t> steps(top.records / TOP_NODE_TEXELS);
@@ -69,7 +69,7 @@ std::vector<ForestPiece> pieces_of(const TopTree& top, const Forest& forest, std
   const std::vector<std::uint32_t> nodes = inner_nodes(top);
   for (std::size_t i = nodes.size(); i-- > 0;)
     steps[nodes[i] / TOP_NODE_TEXELS] = 1 + steps_of(top.texels[nodes[i]].w) + steps_of(top.texels[nodes[i] + 2].w);
-  std::vector<ForestPiece> pieces;
+  std::vector<TreePiece> pieces;
   std::vector<std::uint32_t> open{top.root};
   while (!open.empty()) {
     const std::uint32_t node = open.back();
@@ -112,6 +112,14 @@ std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit) {
   return pieces;
 }
 
+std::vector<TreePiece> pieces_of(DeviceTree& tree, const TreeAccess& access, std::uint64_t limit) {
+  if (const Forest* forest = tree.forest())
+    return pieces_of(tree.top_tree(), *forest, tree.mesh_pairs(access.layout, access.padding), limit);
+  std::vector<TreePiece> all;
+  for (const std::uint32_t root : pieces_of(tree.pairs(access.layout, access.padding), limit)) all.push_back({root});
+  return all;
+}
+
 Query repair_query(Query query) {
   if (!format_of(find_method(query.method).tree).begins_at_pairs()) {  // pieces are subtrees of the pair tree
     query.method = kPlainestMethod;
@@ -140,19 +148,12 @@ class Repair::Walks {
     hits_.emplace(repair_.gpu_, part_.size(), Access::Storage, "hits cut short");
   }
 
-  std::vector<ForestPiece> pieces(std::uint64_t limit) const {
-    const KernelConfig& config = repair_.job_.variant.config;
-    DeviceTree& tree = repair_.tree_;
-    if (const Forest* forest = tree.forest())
-      return pieces_of(tree.top_tree(), *forest, tree.mesh_pairs(config.layout, config.padding), limit);
-    std::vector<ForestPiece> all;
-    for (const std::uint32_t root : pieces_of(tree.pairs(config.layout, config.padding), limit)) all.push_back({root});
-    return all;
+  std::vector<TreePiece> pieces(std::uint64_t limit) const {
+    return pieces_of(repair_.tree_, repair_.job_.variant.config.tree_access(), limit);
   }
 
-  void ask(const ForestPiece& piece, std::span<Hit> found) {
-    repair_.dispatcher_.run(repair_.job_, *rays_, *hits_, {0, std::uint32_t(part_.size())}, piece.root, times_,
-                            piece.mesh_root);
+  void ask(const TreePiece& piece, std::span<Hit> found) {
+    repair_.dispatcher_.run(repair_.job_, *rays_, *hits_, {0, std::uint32_t(part_.size())}, piece, times_);
     hits_->download(found);
   }
 

@@ -19,12 +19,6 @@ namespace ballot {
 /// Returns the query that traces such rays: one invocation per ray, over the binary tree.
 Query repair_query(Query query);
 
-/// A piece of a forest: a reference in the top-level tree and, unless END_OF_TREE, where the walk of each mesh's tree
-/// begins.
-struct ForestPiece {
-  std::uint32_t root, mesh_root = END_OF_TREE;
-};
-
 inline bool is_unfinished(std::uint32_t answer) { return answer == UNFINISHED; }
 template <class Record>
 requires requires(const Record& r) { r.prim; }
@@ -97,7 +91,10 @@ std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit);
 
 /// The same for a forest with these pair trees of its meshes: pieces that together hold every leaf of every instance
 /// once. A piece of several instances holds them whole.
-std::vector<ForestPiece> pieces_of(const TopTree& top, const Forest& forest, std::span<const PairTree> meshes,
-                                   std::uint64_t limit);
+std::vector<TreePiece> pieces_of(const TopTree& top, const Forest& forest, std::span<const PairTree> meshes,
+                                 std::uint64_t limit);
+
+/// The same for a tree or a forest whose pairs are read in this way.
+std::vector<TreePiece> pieces_of(DeviceTree& tree, const TreeAccess& access, std::uint64_t limit);
 
 }  // namespace ballot

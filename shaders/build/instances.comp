@@ -20,6 +20,7 @@ const float LARGEST_SCALE = 1152921504606846976.0, SMALLEST_SCALE = 1.0 / LARGES
 
 double m[3][3], t[3];  // the matrix and the translation
 double a[3][3];        // the inverse
+bool mirrors;          // the matrix does
 
 bool is_finite(float x) { return (floatBitsToUint(x) & 0x7F800000u) != 0x7F800000u; }
 
@@ -58,6 +59,7 @@ double reciprocal(double x) {
 double invert() {
   precise double det = m[0][0] * cofactor(0u, 0u) + m[0][1] * cofactor(0u, 1u) + m[0][2] * cofactor(0u, 2u);
   double over = reciprocal(det);
+  mirrors = det < 0.0LF;
   for (uint r = 0u; r < 3u; ++r)
     for (uint c = 0u; c < 3u; ++c) {
       precise double x = cofactor(c, r) * over;
@@ -115,7 +117,7 @@ void write_record(uint instance, vec3 lo, vec3 hi, float slack) {
     top_texels[at + r] = floatBitsToUint(vec4(float(a[r][0]), float(a[r][1]), float(a[r][2]), float(t[r])));
   top_texels[at + 3u] = uvec4(floatBitsToUint(lo), parts[instance].x);
   top_texels[at + 4u] = uvec4(floatBitsToUint(hi), floatBitsToUint(slack));
-  top_texels[at + 5u] = uvec4(parts[instance].y, 0u, 0u, 0u);
+  top_texels[at + 5u] = uvec4(parts[instance].y, uint(mirrors), 0u, 0u);
 }
 
 void place(uint instance) {

@@ -15,11 +15,16 @@
 // (tools/measured/queries.md), and these had been 1.1 times as fast as pairs.
 //
 // BALLOT_EXACT: a ray is UNSURE if rounding may have decided; the host finds its crossings exactly.
+//
+// BALLOT_INSTANCES: each ray walks by itself from one instance that it meets to the next (lib/query/instances.glsl).
 #if BALLOT_WIDE
 #define METHOD_WITHOUT_PAIRS
 #endif
 #include "../lib/frame/kernel.glsl"
 #include "../shared/query.h"
+#if BALLOT_INSTANCES
+#include "../lib/tree/instances.glsl"
+#endif
 #include "../lib/query/triangle_crossing.glsl"
 #if BALLOT_FIRST
 #include "../lib/query/first.glsl"
@@ -29,6 +34,12 @@
 #else
 #include "../lib/query/walk_pairs.glsl"
 #endif
+#if BALLOT_INSTANCES
+#include "../lib/query/instances.glsl"
+#define IS_UNDER_WAY(w, live) (is_walking() || walk_next(w, live))
+#else
+#define IS_UNDER_WAY(w, live) is_walking()
+#endif
 
 layout(set = 0, binding = BIND_CROSSINGS, scalar) writeonly buffer Answers { uint answers[]; };
 #if BALLOT_LISTS
@@ -36,8 +47,17 @@ layout(set = 0, binding = BIND_PLACES, scalar) readonly buffer Places { uint pla
 #endif
 
 void main() {
+#if BALLOT_INSTANCES
+  push = whole_push;
+#endif
   uint index = push.ray_begin + gl_GlobalInvocationID.x;
   bool inside = index < push.ray_end;
+#if BALLOT_INSTANCES
+  Walker w;
+  bool live = begin_walks(index, w);
+  float scale = world_scale;
+  uint found = 0u;
+#else
   Ray given = load_ray(inside ? index : push.ray_begin);
   bool live = inside && !is_dead(given);
   if (!live) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
@@ -45,12 +65,13 @@ void main() {
   float scale = direction_scale(given.dir);
   uint found = 0u;
   begin_walk(live);
+#endif
 #if BALLOT_LISTS
   uint slot = places[inside ? index : push.ray_begin], end = places[(inside ? index : push.ray_begin) + 1u];
 #endif
   begin_crossings(inside ? index : push.ray_begin);
 #if BALLOT_FIRST
-  begin_first(w.ray.t_max);
+  begin_first(SCENE_END(w));
 #endif
   bool unsure = false;
   do {
@@ -67,10 +88,10 @@ void main() {
         Doubt doubt;
         bool crossed = crosses(w, texel, hit, doubt);
 #if BALLOT_FIRST
-        crossed = crossed && doubt.low <= w.hit.t;
+        crossed = crossed && doubt.low <= REACH;
         if (crossed) take_first(doubt.high);
         if (doubt.open) open_t = smaller(open_t, doubt.low);
-        w.hit.t = first_t[FIRST - 1u];
+        SET_REACH(w, first_t[FIRST - 1u])
 #else
         unsure = unsure || doubt.open;
 #endif
@@ -85,9 +106,9 @@ void main() {
         --left;
       } while (leaf_count + left != 0u);
     }
-  } while (is_walking());
+  } while (IS_UNDER_WAY(w, live));
 #if BALLOT_FIRST
-  unsure = open_t <= w.hit.t;
+  unsure = open_t <= REACH;
 #endif
   if (inside) answers[index] = !finish_walks(1u) ? UNFINISHED : unsure ? UNSURE : found;
 }

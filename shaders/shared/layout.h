@@ -138,7 +138,8 @@ BALLOT_RECORD(IndirectArgs, 16);
 // record for each instance. A child is a node's texel, or LEAF_BIT above the number of an instance. The record of an
 // instance is
 //   (row i of the matrix of directions, translation along i)   for i = x, y, z
-//   (box.lo.xyz, mesh) (box.hi.xyz, slack) (first, 0, 0, 0)     first: the number of its first triangle
+//   (box.lo.xyz, mesh) (box.hi.xyz, slack) (first, mirrors, 0, 0)     first: the number of its first triangle;
+//   mirrors: 1 if the matrix mirrors
 // The table of meshes has for each
 //   (bounds.lo.xyz, padded_reach) (bounds.hi.xyz, shear_scale) (box_origin.xyz, shear_near) (root, first texels of its
 //   nodes, its leaves and its format)

@@ -170,11 +170,16 @@ std::vector<KernelSource> query_kernel_sources() {
   for (KernelSource& source : reorder_sources()) sources.push_back(std::move(source));
   for (const DeviceInfo& device : imagined_devices())
     for (const bool textures : {false, true})
-      for (const bool stored : {false, true}) {
-        const SceneFeatures features{.vertex_colors = !textures, .base_texture = textures, .stored = stored};
-        for (KernelSource& source : alpha_crossing_sources(device, look_defines(features, true)))
-          sources.push_back(std::move(source));
-      }
+      for (const bool stored : {false, true})
+        for (const std::uint32_t top_depth : {0u, 24u}) {
+          const SceneFeatures features{
+              .vertex_colors = !textures,
+              .base_texture = textures,
+              .stored = stored,
+              .tree = {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .top_depth = top_depth}};
+          for (KernelSource& source : alpha_crossing_sources(device, features.tree, look_defines(features, true)))
+            sources.push_back(std::move(source));
+        }
   return sources;
 }
 

@@ -51,7 +51,7 @@ void write_hit(uint index, Walker w) {
 }
 
 #if BALLOT_INSTANCES
-#include "../tree/instances.glsl"
+#include "trace_instances.glsl"
 #endif
 
 #ifdef METHOD_REFILLS

@@ -17,7 +17,19 @@
 // BALLOT_MASKS leaves out those whose mask shares no bit with the ray's. BALLOT_ALPHA leaves out those whose surface
 // stops nothing where the ray meets it (opacity() of lib/shade/surface_material.glsl, as rendering does). BALLOT_EXACT
 // tells what rounding may have decided; the bounds are in lib/query/sure.glsl.
+//
+// BALLOT_INSTANCES: all this holds in the space of each mesh (lib/tree/instances.glsl).
 #include "crossing.glsl"
+#if BALLOT_INSTANCES
+// From the walk of a mesh to the scene: the number of a triangle, t, and the end of the ray's range.
+#define SCENE_PRIM(prim) (first_prim + (prim))
+#define SCENE_T(t) ((t) * object_scale)
+#define SCENE_END(w) world.t_max
+#else
+#define SCENE_PRIM(prim) prim
+#define SCENE_T(t) t
+#define SCENE_END(w) w.ray.t_max
+#endif
 #if BALLOT_ALPHA
 #include "../../shared/render.h"
 #include "../shade/triangles.glsl"
@@ -62,7 +74,7 @@ bool crosses(Walker w, uint texel, out Hit hit, out Doubt doubt) {
   precise float inv = 1.0 / det;
   precise vec3 weights = vec3(e0, e1, e2) * inv;
   precise float t = multiply_add(weights.z, z.z, multiply_add(weights.y, z.y, weights.x * z.x)) * s.inv;
-  hit = Hit(t, triangle.a.w, weights.y, weights.z);
+  hit = Hit(SCENE_T(t), SCENE_PRIM(triangle.a.w), weights.y, weights.z);
 #if BALLOT_EXACT
   float room = sides_room(x, y, z, s.scale);
   float least = smaller(smaller(e0, e1), e2), most = larger(larger(e0, e1), e2);
@@ -72,13 +84,16 @@ bool crosses(Walker w, uint texel, out Hit hit, out Doubt doubt) {
   bool out_of_range = t + off < w.ray.t_min || t - off > w.ray.t_max;
   bool front = (e0 > 0.0) == (s.inv > 0.0);
   open = open || (crossed && !in_range && !out_of_range);
-  doubt = Doubt(open, open ? least_t(z, s.inv) : t - off, t + off);
+  doubt = Doubt(open, SCENE_T(open ? least_t(z, s.inv) : t - off), SCENE_T(t + off));
   crossed = crossed && in_range;
 #else
   int s0 = side_sign(e0, b, c), s1 = side_sign(e1, c, a), s2 = side_sign(e2, a, b);
   bool crossed = s0 != 0 && s0 == s1 && s1 == s2 && t >= w.ray.t_min && t <= w.ray.t_max;
   bool front = (s0 > 0) == (s.inv > 0.0);
-  doubt = Doubt(false, t, t);
+  doubt = Doubt(false, SCENE_T(t), SCENE_T(t));
+#endif
+#if BALLOT_INSTANCES
+  front = front != is_mirrored;
 #endif
 #if BALLOT_CULL == CULL_BACK
   crossed = crossed && front;
@@ -89,7 +104,10 @@ bool crosses(Walker w, uint texel, out Hit hit, out Doubt doubt) {
   if (crossed) crossed = (triangle_masks[hit.prim] & ray_mask) != 0u;
 #endif
 #if BALLOT_ALPHA
-  if (crossed) crossed = opacity(material_of(hit.prim), hit) > 0.0;
+  if (crossed) {
+    AT_TRIANGLE(hit.prim)
+    crossed = opacity(material_of(hit.prim), hit) > 0.0;
+  }
 #endif
   return crossed;
 }

@@ -10,6 +10,12 @@
 // same multiples in both spaces. Of all instances the hit with the smallest t counts; at equal t the smallest number:
 // instances number their triangles one after the other.
 //
+// The crossings of a ray (shaders/query/crossings.comp) are those of all instances: each triangle that the object-space
+// ray crosses in its mesh's space, where the infinitesimal steps of the rule for ties are taken too. So a closed mesh is
+// crossed an even number of times from outside to outside, whatever the matrix. They are in the order of t as reported,
+// at equal t in that of the numbers; in mode exact those of one instance stay in their exact order. A triangle's front is
+// the side from which its moved vertices run counter-clockwise: a matrix that mirrors turns it round.
+//
 // The walk. Methods whose lanes stay together (packets, frontier) walk the top-level tree together too: they enter an
 // instance if any lane wants it. With other methods each ray walks by itself, from one instance to its next.
 //
@@ -29,30 +35,18 @@
 #define TOP_TOGETHER 0
 #endif
 
-#if BALLOT_FETCH == FETCH_STORAGE
-layout(set = 0, binding = BIND_TOP, scalar) readonly buffer Top { uvec4 top_texels[]; };
-layout(set = 0, binding = BIND_MESHES, scalar) readonly buffer Meshes { uvec4 mesh_texels[]; };
-uvec4 top_texel(uint texel) { return top_texels[texel]; }
-uvec4 mesh_texel(uint texel) { return mesh_texels[texel]; }
-#elif BALLOT_FETCH == FETCH_TEXEL
-layout(set = 0, binding = BIND_TOP) uniform usamplerBuffer top_texels;
-layout(set = 0, binding = BIND_MESHES) uniform usamplerBuffer mesh_texels;
-uvec4 top_texel(uint texel) { return texelFetch(top_texels, int(texel)); }
-uvec4 mesh_texel(uint texel) { return texelFetch(mesh_texels, int(texel)); }
-#else
-uvec4 top_texel(uint texel) { return Texels(uvec2(top_push.top_lo, top_push.top_hi)).at[texel]; }
-uvec4 mesh_texel(uint texel) { return Texels(uvec2(top_push.meshes_lo, top_push.meshes_hi)).at[texel]; }
-#endif
+#include "meshes.glsl"
 
 // A ray on its way through the top-level tree.
 Ray world;         // scaled
 vec3 world_inv;    // its reciprocal direction
 float world_scale;  // of t, from this scale to the given ray's
-Hit found;         // the nearest hit so far: t on the scale of `world`, the number of its triangle
-float found_open;  // no triangle that a walk has left open is hit before this t (numeric.glsl)
+Hit best;          // the nearest hit so far: t on the scale of `world`, the number of its triangle
+float best_open;   // no triangle that a walk has left open is hit before this t (numeric.glsl)
 uint top_stack[TOP_STACK_SIZE];
 uint top_height, top_node;
 uint first_prim;     // number of the first triangle of the instance that is walked
+bool is_mirrored;    // its matrix mirrors
 float object_scale;  // of t, from the mesh's walk to the scale of `world`
 
 // Loads ray number `index` and begins its walk. Returns false if there is no such ray or the ray is dead.
@@ -64,8 +58,8 @@ bool begin_instances(uint index) {
   world = scaled_ray(given);
   world_inv = reciprocal_direction(world.dir);
   world_scale = direction_scale(given.dir);
-  found = Hit(world.t_max, NO_HIT, 0.0, 0.0);
-  found_open = 3.4e38;
+  best = Hit(world.t_max, NO_HIT, 0.0, 0.0);
+  best_open = 3.4e38;
   top_stack[0] = END_OF_TREE;
   top_height = 1u;
 #if TOP_TOGETHER
@@ -78,13 +72,13 @@ bool begin_instances(uint index) {
 
 // Returns a t that no hit which may still count is beyond. A test that decides by exact t reports it to one ulp: there
 // hits count whose exact t is up to an ulp beyond the best's. Two are granted.
-float found_reach() {
+float best_reach() {
 #ifdef TRIANGLE_SETTLES
-  if (found.prim == NO_HIT) return found.t;
-  float ulps = abs(found.t) * 2.4e-7 + 1e-37;
-  return min(world.t_max, found.t + ulps);
+  if (best.prim == NO_HIT) return best.t;
+  float ulps = abs(best.t) * 2.4e-7 + 1e-37;
+  return min(world.t_max, best.t + ulps);
 #else
-  return found.t;
+  return best.t;
 #endif
 }
 
@@ -93,7 +87,7 @@ bool meets_top_box(vec3 lo, vec3 hi, float slack, out float entry) {
   vec3 far = larger(abs(to_lo), abs(to_hi));
   precise float pad = slack * larger(larger(far.x, far.y), far.z);
   precise vec3 a = (to_lo - pad) * world_inv, b = (to_hi + pad) * world_inv;
-  vec2 i = cut_interval(a, b, world.t_min, found_reach());
+  vec2 i = cut_interval(a, b, world.t_min, best_reach());
   entry = i.x;
   return i.x <= i.y;
 }
@@ -124,22 +118,6 @@ vec3 in_object(vec4 x, vec4 y, vec4 z, vec3 v) {
   return moved;
 }
 
-// Sets what the walk of a mesh reads instead of the push constants. Returns the mesh's root.
-uint enter_mesh(uint mesh) {
-  uvec4 a = mesh_texel(mesh * MESH_TEXELS), b = mesh_texel(mesh * MESH_TEXELS + 1u),
-        c = mesh_texel(mesh * MESH_TEXELS + 2u), d = mesh_texel(mesh * MESH_TEXELS + 3u);
-  push.scene_lo = uintBitsToFloat(a.xyz);
-  push.padded_reach = uintBitsToFloat(a.w);
-  push.scene_hi = uintBitsToFloat(b.xyz);
-  push.shear_scale = uintBitsToFloat(b.w);
-  push.box_origin = uintBitsToFloat(c.xyz);
-  push.shear_near = uintBitsToFloat(c.w);
-  first_node = d.y;
-  first_leaf = d.z;
-  first_format = d.w;
-  return top_push.mesh_root == END_OF_TREE ? d.x : top_push.mesh_root;
-}
-
 // Begins the walk of an instance. `here` is false where the ray does not meet it. Returns the root of its mesh.
 uint enter_instance(uint instance, inout Walker w, inout bool here) {
   uint at = top_push.records + instance * INSTANCE_TEXELS;
@@ -147,11 +125,13 @@ uint enter_instance(uint instance, inout Walker w, inout bool here) {
   float entry;
   here = here && meets_top_box(uintBitsToFloat(lo.xyz), uintBitsToFloat(hi.xyz), uintBitsToFloat(hi.w), entry);
   uint root = enter_mesh(lo.w);
-  first_prim = top_texel(at + 5u).x;
+  uvec4 numbers = top_texel(at + 5u);
+  first_prim = numbers.x;
+  is_mirrored = numbers.y != 0u;
   vec4 x = uintBitsToFloat(top_texel(at)), y = uintBitsToFloat(top_texel(at + 1u)),
        z = uintBitsToFloat(top_texel(at + 2u));
   precise vec3 from = world.origin - vec3(x.w, y.w, z.w);
-  Ray given = Ray(in_object(x, y, z, from), world.t_min, in_object(x, y, z, world.dir), found_reach());
+  Ray given = Ray(in_object(x, y, z, from), world.t_min, in_object(x, y, z, world.dir), best_reach());
   // The range may be a point: after a hit at t_min others at the same t still count.
   vec3 size = abs(given.dir);
   bool usable = is_finite(given.origin) && is_finite(given.dir) && max(size.x, max(size.y, size.z)) >= 1.17549435e-38;
@@ -182,70 +162,3 @@ uint next_instance(inout Walker w, bool live, out bool here) {
   }
   return root;
 }
-
-// Takes over what the walk of an instance has found.
-void leave_instance(Walker w, inout bool live) {
-#if BALLOT_LISTS_RAYS
-  found_open = min(found_open, open_from(w.space));
-#endif
-  Hit hit = finished_hit(w.hit, object_scale);
-  uint prim = first_prim + hit.prim;
-  if (hit.prim != NO_HIT && (hit.t < found.t || (hit.t == found.t && prim < found.prim)))
-    found = Hit(hit.t, prim, hit.u, hit.v);
-#if BALLOT_DOUBTFUL == DOUBTFUL_LIMITED
-  live = live && !has_given_up();
-#endif
-#if BALLOT_ANY_HIT
-  live = live && found.prim == NO_HIT;
-#endif
-#if BALLOT_ANY_HIT || BALLOT_DOUBTFUL == DOUBTFUL_LIMITED
-#if TOP_TOGETHER
-  if (!subgroupAny(live)) top_node = END_OF_TREE;
-#else
-  if (!live) top_node = END_OF_TREE;
-#endif
-#endif
-}
-
-void write_found(uint index) {
-  bool finished = finish_walks(1u);
-  Hit hit = found.prim == NO_HIT ? Hit(MISS_T, NO_HIT, 0.0, 0.0)
-                                 : Hit(found.t * world_scale, found.prim, found.u, found.v);
-  if (!finished) hit.prim = UNFINISHED;
-  store_hit(index, hit);
-#if BALLOT_LISTS_RAYS
-  bool settled = BALLOT_ANY_HIT != 0 && found.prim != NO_HIT;
-  if (finished && !settled && found_open < 3.4e38 && found_open <= found_reach()) list_ray(index);
-#endif
-}
-
-#ifndef METHOD_REFILLS
-void trace_instances(uint index) {
-  bool live = begin_instances(index), here;
-  Walker w;
-  uint root = next_instance(w, live, here);
-  while (root != END_OF_TREE) {
-    traverse(w, here, root);
-    leave_instance(w, live);
-    root = next_instance(w, live, here);
-  }
-  if (index < RAY_END) write_found(index);
-}
-#else
-// The same for lanes that take new rays while others are under way: begin the walk of a ray, or continue it. Return the
-// node at which the lane walks on; END_OF_TREE if its ray is done.
-uint continue_instances(inout Walker w) {
-  bool live = true, here;
-  leave_instance(w, live);
-  return next_instance(w, live, here);
-}
-uint take_instances(uint index, inout Walker w) {
-  bool live = begin_instances(index), here;
-  w.hit.prim = NO_HIT;  // nothing has been found for this ray, should it meet no instance
-#if BALLOT_LISTS_RAYS
-  w.space.open_t = NOTHING_OPEN;
-  change_ray();
-#endif
-  return next_instance(w, live, here);
-}
-#endif
