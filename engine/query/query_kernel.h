@@ -73,7 +73,7 @@ class QueryKernel {
   LaunchSize size_;
 };
 
-/// A tree or a forest in which each triangle lies in one leaf of its tree: the scene's own, or one that is built anew if
+/// A tree or a forest in which each triangle lies in one leaf of a tree: the scene's own, or one that is built anew if
 /// that has spatial splits. Belongs to the thread of its Context.
 class WholeTree {
  public:

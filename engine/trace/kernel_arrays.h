@@ -1,5 +1,5 @@
-// The arrays of a tree or a forest that a kernel reads, and the push constants that describe them: for traversal kernels
-// and for those of queries.
+// The arrays of a tree or a forest that a kernel reads, and the push constants that describe them: for kernels of
+// traversal and of queries.
 #pragma once
 
 #include "engine/tree/device_tree.h"
