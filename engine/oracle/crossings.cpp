@@ -1,6 +1,8 @@
 #include "engine/oracle/crossings.h"
 
 #include <algorithm>
+#include <cmath>
+#include <glm/vector_relational.hpp>
 #include <limits>
 #include <memory>
 
@@ -65,63 +67,115 @@ bool is_front(const Ray& ray, const Triangle& triangle, const FilterSight& sight
   return (sign == 0 ? ExactSight(ray, triangle).det.sign() : sign) < 0;
 }
 
-std::vector<ExactCrossing> sorted(const FilterRay& ray, std::vector<Crossed>& found) {
+/// Adds the crossings of a mesh to those of the scene, in order.
+void add_sorted(const PlacedMesh& mesh, const FilterRay& ray, std::vector<Crossed>& found,
+                std::vector<ExactCrossing>& all) {
   std::ranges::sort(found, [](const Crossed& a, const Crossed& b) { return a.before(b); });
   // A triangle may lie in several leaves.
   const auto twice = std::ranges::unique(found, {}, &Crossed::prim);
   found.erase(twice.begin(), twice.end());
-  std::vector<ExactCrossing> all;
-  all.reserve(found.size());
-  for (const Crossed& c : found) all.push_back(c.numbers(ray));
-  return all;
+  all.reserve(all.size() + found.size());
+  for (const Crossed& c : found) {
+    ExactCrossing& made = all.emplace_back(c.numbers(ray));
+    made.t *= mesh.scale;
+    made.prim += mesh.first;
+  }
 }
 
-}  // namespace
-
-std::vector<ExactCrossing> ExactCrossings::list(const Ray& ray, const KeepCrossing& keep) const {
-  if (is_dead(ray)) return {};
-  const FilterRay filter(ray);
-  std::vector<Crossed> found;
-  Walker(bvh_).walk(filter, double(ray.t_max), [&](std::uint32_t texel) {
-    const Triangle triangle = decode_triangle(bvh_, texel);
-    const FilterSight sight(filter, triangle);
-    if (!line_crosses(ray, triangle, sight)) return true;
-    const std::uint32_t prim = decode_prim(bvh_, texel);
-    if (keep && !keep(prim, is_front(ray, triangle, sight))) return true;
-    Crossed crossed(ray, triangle, prim, sight);
-    if (crossed.within()) found.push_back(std::move(crossed));
-    return true;
-  });
-  return sorted(filter, found);
+/// Crossings of instances, those of each in order and one instance after the other: `ends` tells where each ends. Merges
+/// them by t in float32. What rounding has turned round within an instance stays in its exact order.
+void merge(std::vector<ExactCrossing>& all, std::span<const std::size_t> ends) {
+  if (ends.size() < 2) return;
+  std::vector<std::pair<float, std::size_t>> order;  // a key that grows within each instance, and the place
+  std::size_t i = 0;
+  for (const std::size_t end : ends)
+    for (float last = -INFINITY; i < end; ++i) order.emplace_back(last = std::max(last, float(all[i].t)), i);
+  std::ranges::stable_sort(order, {}, &std::pair<float, std::size_t>::first);
+  std::vector<ExactCrossing> merged;
+  merged.reserve(all.size());
+  for (const auto& [key, place] : order) merged.push_back(all[place]);
+  all = std::move(merged);
 }
 
-std::vector<ExactCrossing> ExactCrossings::in_order(const Ray& ray,
-                                                    std::vector<std::pair<std::uint32_t, Triangle>> crossed) const {
-  const FilterRay filter(ray);
-  std::vector<Crossed> found;
-  for (const auto& [prim, triangle] : crossed) found.emplace_back(ray, triangle, prim, FilterSight(filter, triangle));
-  return sorted(filter, found);
-}
-
-bool ExactCrossings::inside(const glm::vec3& point) const {
+/// Returns whether the ray from a point along +x crosses the triangles of a tree an odd number of times.
+bool is_inside(const PairTree& tree, const glm::vec3& point) {
   const Ray ray{point, 0, {1, 0, 0}, std::numeric_limits<float>::max()};
   if (is_dead(ray)) return false;
   const FilterRay filter(ray);
   std::vector<std::uint32_t> crossed;
-  Walker(bvh_).walk(filter, double(ray.t_max), [&](std::uint32_t texel) {
-    const Triangle triangle = decode_triangle(bvh_, texel);
+  Walker(tree).walk(filter, double(ray.t_max), [&](std::uint32_t texel) {
+    const Triangle triangle = decode_triangle(tree, texel);
     const FilterSight sight(filter, triangle);
     const Sure line = sight.crosses_line();
     if (line == Sure::No) return true;
     const Interval t = sight.t_bounds();
     if (t.high < 0) return true;
     const bool sure = line == Sure::Yes && t.low > 0;
-    if (sure || exact_crosses_ahead(point, triangle)) crossed.push_back(decode_prim(bvh_, texel));
+    if (sure || exact_crosses_ahead(point, triangle)) crossed.push_back(decode_prim(tree, texel));
     return true;
   });
   std::ranges::sort(crossed);
   const auto twice = std::ranges::unique(crossed);
   return (crossed.size() - twice.size()) % 2 == 1;
+}
+
+}  // namespace
+
+std::vector<ExactCrossing> ExactCrossings::list(const Ray& ray, const KeepCrossing& keep) const {
+  if (is_dead(ray)) return {};
+  std::vector<ExactCrossing> all;
+  std::vector<std::size_t> ends;
+  scene_.for_each(ray, [&](const PlacedMesh& mesh) {
+    if (is_dead(mesh.ray)) return;
+    const FilterRay filter(mesh.ray);
+    std::vector<Crossed> found;
+    Walker(mesh.tree).walk(filter, double(mesh.ray.t_max), [&](std::uint32_t texel) {
+      const Triangle triangle = decode_triangle(mesh.tree, texel);
+      const FilterSight sight(filter, triangle);
+      if (!line_crosses(mesh.ray, triangle, sight)) return true;
+      const std::uint32_t prim = decode_prim(mesh.tree, texel);
+      if (keep && !keep(mesh.first + prim, is_front(mesh.ray, triangle, sight) != mesh.mirrors)) return true;
+      Crossed crossed(mesh.ray, triangle, prim, sight);
+      if (crossed.within()) found.push_back(std::move(crossed));
+      return true;
+    });
+    add_sorted(mesh, filter, found, all);
+    ends.push_back(all.size());
+  });
+  merge(all, ends);
+  return all;
+}
+
+std::vector<ExactCrossing> ExactCrossings::in_order(const Ray& ray, std::vector<std::uint32_t> prims) const {
+  std::ranges::sort(prims);
+  std::vector<ExactCrossing> all;
+  std::vector<std::size_t> ends;
+  for (std::size_t i = 0; i < prims.size();) {
+    const PlacedMesh mesh = scene_.mesh_of(ray, prims[i]);
+    const FilterRay filter(mesh.ray);
+    std::vector<Crossed> found;
+    for (; i < prims.size() && prims[i] - mesh.first < mesh.triangles.size(); ++i) {
+      const Triangle& triangle = mesh.triangles[prims[i] - mesh.first];
+      found.emplace_back(mesh.ray, triangle, prims[i] - mesh.first, FilterSight(filter, triangle));
+    }
+    add_sorted(mesh, filter, found, all);
+    ends.push_back(all.size());
+  }
+  merge(all, ends);
+  return all;
+}
+
+bool ExactCrossings::inside(const glm::vec3& point) const {
+  const Forest* forest = scene_.forest();
+  if (!forest) return is_inside(scene_.trees()[0], point);
+  bool inside = false;
+  for (const Instance& i : forest->instances()) {
+    const glm::vec3 at = object_ray({point, 0, {1, 0, 0}, 1}, i.map).origin;
+    const Bounds& b = forest->meshes()[i.mesh].bvh.bounds;
+    const bool within = glm::all(glm::greaterThanEqual(at, b.lo)) && glm::all(glm::lessThanEqual(at, b.hi));
+    inside = inside != (within && is_inside(scene_.trees()[i.mesh], at));
+  }
+  return inside;
 }
 
 }  // namespace ballot

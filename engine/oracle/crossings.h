@@ -3,7 +3,9 @@
 //
 // Definition. The line of a ray crosses a triangle by exact_crosses() (nearest.h): ties at edges and vertices are
 // broken by infinitesimal steps of the origin, the same for all triangles. The crossing counts if t_min <= t <= t_max
-// exactly. Crossings are in the order of the exact t, at equal t in that of prim.
+// exactly. Crossings are in the order of the exact t, at equal t in that of prim. Among instances they are defined by
+// shaders/lib/tree/instances.glsl: those of one are in this order, those of two in the order of t in float32, at equal
+// t in that of prim.
 //
 // Method: that of exact.h. The filter decides what its bound allows (filter.h), integers decide the rest.
 #pragma once
@@ -11,7 +13,7 @@
 #include <functional>
 #include <vector>
 
-#include "engine/formats/pair.h"
+#include "engine/oracle/oracle_scene.h"
 
 namespace ballot {
 
@@ -26,23 +28,25 @@ struct ExactCrossing {
 /// counter-clockwise).
 using KeepCrossing = std::function<bool(std::uint32_t prim, bool front)>;
 
-/// The exact oracle of all crossings of one tree. Thread-safe.
+/// The exact oracle of all crossings of a scene. Thread-safe.
 class ExactCrossings {
  public:
-  explicit ExactCrossings(const PairTree& bvh) : bvh_(bvh) {}  // keeps a reference: bvh must outlive it
+  explicit ExactCrossings(OracleScene scene) : scene_(std::move(scene)) {}
 
   /// Returns the crossings of a ray. A dead ray has none.
   std::vector<ExactCrossing> list(const Ray& ray, const KeepCrossing& keep = {}) const;
 
-  /// Puts crossings that are known to be all of a ray into order, and finds their numbers.
-  std::vector<ExactCrossing> in_order(const Ray& ray, std::vector<std::pair<std::uint32_t, Triangle>> crossed) const;
+  /// Puts crossings that are known to be all of a ray into order, and finds their numbers. The scene must have been made
+  /// with its triangles. The order of `prims` does not matter.
+  std::vector<ExactCrossing> in_order(const Ray& ray, std::vector<std::uint32_t> prims) const;
 
   /// Returns whether a point is inside: whether the ray from it along +x crosses an odd number of triangles, by the
-  /// rule of exact_inside(). A dead point is outside.
+  /// rule of exact_inside(). Among instances it is so of an odd number of them, by shaders/lib/query/
+  /// inside_instances.glsl. A dead point is outside.
   bool inside(const glm::vec3& point) const;
 
  private:
-  const PairTree& bvh_;
+  OracleScene scene_;
 };
 
 }  // namespace ballot

@@ -20,8 +20,13 @@ std::vector<Hit> hits_of(const std::vector<ExactCrossing>& crossings) {
 
 }  // namespace
 
+OracleScene oracle_scene(DeviceTree& tree) {
+  if (const Forest* forest = tree.forest()) return {*forest, tree.any_mesh_pairs()};
+  return {tree.any_pairs(), tree.triangles()};
+}
+
 ExactLists::ExactLists(DeviceTree& tree, const CrossingQuery& query)
-    : tree_(tree), triangles_(tree.triangles()), oracle_(tree.any_pairs()), query_(query) {}
+    : tree_(tree), oracle_(oracle_scene(tree)), query_(query) {}
 
 std::vector<ExactCrossing> ExactLists::find(const RaySpan& rays, std::size_t i) const {
   const Ray& ray = rays.rays[i];
@@ -57,10 +62,10 @@ std::vector<std::vector<Hit>> ExactLists::lists(const RaySpan& rays) const {
 }
 
 void ExactLists::put_in_order(const Ray& ray, std::vector<Hit>& hits) const {
-  std::vector<std::pair<std::uint32_t, Triangle>> crossed;
-  crossed.reserve(hits.size());
-  for (const Hit& hit : hits) crossed.emplace_back(hit.prim, triangles_[hit.prim]);
-  hits = hits_of(oracle_.in_order(ray, std::move(crossed)));
+  std::vector<std::uint32_t> prims;
+  prims.reserve(hits.size());
+  for (const Hit& hit : hits) prims.push_back(hit.prim);
+  hits = hits_of(oracle_.in_order(ray, std::move(prims)));
 }
 
 }  // namespace ballot

@@ -10,6 +10,9 @@
 
 namespace ballot {
 
+/// Returns what oracles look at for a tree or a forest. Keeps references to its arrays on the host.
+OracleScene oracle_scene(DeviceTree& tree);
+
 /// The exact crossings of rays with a tree, as a query asks for them. put_in_order() is thread-safe.
 class ExactLists {
  public:
@@ -27,7 +30,6 @@ class ExactLists {
   std::vector<ExactCrossing> find(const RaySpan& rays, std::size_t i) const;
 
   DeviceTree& tree_;
-  std::span<const Triangle> triangles_;
   ExactCrossings oracle_;
   CrossingQuery query_;
 };

@@ -137,6 +137,8 @@ class DeviceTree {
   /// Forests only: return the pair trees of the meshes on the host, the top-level tree with its instances, and the
   /// table of meshes for a kernel that reads these arrays.
   const std::vector<PairTree>& mesh_pairs(NodeLayout layout, Padding padding);
+  /// Returns such trees that are there, in any layout; makes them if none are.
+  const std::vector<PairTree>& any_mesh_pairs();
   const Texels& top(Fetch fetch);
   /// Returns the top-level tree as the device has it.
   TopTree top_tree();
@@ -157,7 +159,6 @@ class DeviceTree {
 
   std::uint64_t largest_bytes() const;
   void describe(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
-  const std::vector<PairTree>& any_mesh_pairs();
   FormatKey format_key(TreeFormatId id, const TreeAccess& access, Source source) const;
   Joined joined(const char* name, const std::function<std::vector<glm::uvec4>(std::size_t mesh)>& part) const;
   const Texels& forest_nodes(const FormatKey& key);

@@ -1,0 +1,67 @@
+// What oracles look at: the trees of meshes, and the instances that place them. A single tree is one mesh, placed as it
+// is.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/bvh/forest.h"
+#include "engine/formats/pair.h"
+
+namespace ballot {
+
+/// A mesh as a ray meets it, by the definition of object-space rays (engine/bvh/instance.h).
+struct PlacedMesh {
+  const PairTree& tree;
+  std::span<const Triangle> triangles;  // of the mesh, or none
+  Ray ray;                              // in the mesh's space
+  double scale = 1;                     // of t, from this ray's to the given ray's
+  std::uint32_t first = 0;              // number in the scene of the mesh's first triangle
+  bool mirrors = false;                 // the instance turns the fronts of triangles
+};
+
+/// Meshes and instances. Thread-safe.
+class OracleScene {
+ public:
+  /// One tree, and the scene's triangles by their prims, or none. Keeps references.
+  OracleScene(const PairTree& tree, std::span<const Triangle> triangles = {})
+      : trees_(&tree, 1), triangles_(triangles) {}
+  /// A forest, and the pair trees of its meshes. Keeps references.
+  OracleScene(const Forest& forest, std::span<const PairTree> trees) : forest_(&forest), trees_(trees) {}
+  /// The same; makes the pair trees. The forest may move its instances.
+  explicit OracleScene(const Forest& forest);
+
+  /// Returns the forest, or null if this is a single tree.
+  const Forest* forest() const { return forest_; }
+  std::span<const PairTree> trees() const { return trees_; }
+  /// Returns the bounds of what can be hit.
+  const Bounds& bounds() const { return forest_ ? forest_->top_facts().bounds : trees_[0].bounds; }
+
+  /// Calls visit(PlacedMesh) for every instance that a ray may meet, in their order. The ray must not be dead.
+  template <class Visit>
+  void for_each(const Ray& ray, const Visit& visit) const {
+    if (!forest_) {
+      visit(PlacedMesh{trees_[0], triangles_, ray});
+      return;
+    }
+    for (const Instance& i : forest_->instances())
+      if (!surely_misses(i, ray)) visit(placed(i, ray));
+  }
+
+  /// Returns the mesh that holds a triangle of the scene, as a ray meets it. The ray must not be dead.
+  PlacedMesh mesh_of(const Ray& ray, std::uint32_t prim) const;
+
+ private:
+  /// Returns true if the ray misses the instance's box, widened 16 times as far as the proof of that box asks, and by a
+  /// 1000th of its size: the oracles shall find the errors of that proof, should there be some.
+  bool surely_misses(const Instance& instance, const Ray& ray) const;
+  PlacedMesh placed(const Instance& instance, const Ray& ray) const;
+
+  const Forest* forest_ = nullptr;
+  std::shared_ptr<const std::vector<PairTree>> made_;
+  std::span<const PairTree> trees_;
+  std::span<const Triangle> triangles_;  // of a single tree
+};
+
+}  // namespace ballot
