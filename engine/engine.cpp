@@ -140,7 +140,6 @@ PointQueries& Engine::points() {
 }
 
 RayQueries& Engine::rays() {
-  refuse_instances("a query of crossings");
   if (rays_) return *rays_;
   SurfaceAlpha alpha;
   if (features_.alpha)

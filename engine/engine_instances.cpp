@@ -94,6 +94,7 @@ void Engine::move_instances(Pose pose, double pose_s) {
   }
   if (forest) {
     drop_renderers();
+    rays_.reset();
     tracer_.reset();
     forest_ = std::move(forest);
     tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);

@@ -34,7 +34,11 @@ class OracleScene {
 
   /// Returns the forest, or null if this is a single tree.
   const Forest* forest() const { return forest_; }
+  /// Return the trees of all meshes, and the triangles of one; none if a single tree was given without.
   std::span<const PairTree> trees() const { return trees_; }
+  std::span<const Triangle> triangles(std::size_t mesh) const {
+    return forest_ ? std::span<const Triangle>(forest_->meshes()[mesh].triangles) : triangles_;
+  }
   /// Returns the bounds of what can be hit.
   const Bounds& bounds() const { return forest_ ? forest_->top_facts().bounds : trees_[0].bounds; }
 

@@ -13,6 +13,7 @@
 #include "engine/oracle/crossings.h"
 #include "engine/oracle/exact.h"
 #include "engine/oracle/nearest.h"
+#include "engine/query/exact_lists.h"
 
 namespace ballot {
 
@@ -79,8 +80,16 @@ double reach_of(const glm::vec3& p, const Triangle& t) {
 }
 
 /// Returns true if a list differs from the exact one by no more than the bounds allow.
-bool within_bounds(const Ray& ray, std::span<const Triangle> triangles, std::span<const Hit> found,
+bool within_bounds(const Ray& ray, const OracleScene& scene, std::span<const Hit> found,
                    const std::vector<ExactCrossing>& exact) {
+  const auto is_open = [&](std::uint32_t prim) {
+    const PlacedMesh mesh = scene.mesh_of(ray, prim);
+    return Seen(mesh.ray, mesh.triangles[prim - mesh.first]).open(mesh.ray);
+  };
+  const auto room_of_t = [&](std::uint32_t prim) {
+    const PlacedMesh mesh = scene.mesh_of(ray, prim);
+    return Seen(mesh.ray, mesh.triangles[prim - mesh.first]).t_off * mesh.scale;
+  };
   std::vector<std::pair<std::uint32_t, double>> a, b;
   for (const Hit& h : found) a.emplace_back(h.prim, h.t);
   for (const ExactCrossing& c : exact) b.emplace_back(c.prim, c.t);
@@ -88,13 +97,12 @@ bool within_bounds(const Ray& ray, std::span<const Triangle> triangles, std::spa
   std::size_t i = 0, k = 0;
   while (i < a.size() || k < b.size()) {
     if (i < a.size() && k < b.size() && a[i].first == b[k].first) {
-      const Seen seen(ray, triangles[a[i].first]);
-      if (!(std::abs(a[i].second - b[k].second) <= seen.t_off)) return false;
+      if (!(std::abs(a[i].second - b[k].second) <= room_of_t(a[i].first))) return false;
       ++i, ++k;
       continue;
     }
     const bool ours = k == b.size() || (i < a.size() && a[i].first < b[k].first);
-    if (!Seen(ray, triangles[ours ? a[i++].first : b[k++].first]).open(ray)) return false;
+    if (!is_open(ours ? a[i++].first : b[k++].first)) return false;
   }
   return true;
 }
@@ -168,22 +176,25 @@ QueryErrors& QueryErrors::operator+=(const QueryErrors& other) {
   return *this;
 }
 
-QueryJudge::QueryJudge(DeviceTree& tree) : tree_(tree.any_pairs()), triangles_(tree.triangles()) {
-  const ExactOracle oracle(tree_, triangles_);
-  if (oracle.lost().empty()) return;
-  fail(Failure::Work, "the tree lacks triangle {}, which has an area; its builder is wrong: choose another by --build",
-       oracle.lost().front());
+QueryJudge::QueryJudge(DeviceTree& tree) : scene_(oracle_scene(tree)) {
+  for (std::size_t mesh = 0; mesh < scene_.trees().size(); ++mesh) {
+    const ExactOracle oracle(scene_.trees()[mesh], scene_.triangles(mesh));
+    if (oracle.lost().empty()) continue;
+    fail(Failure::Work,
+         "the tree{} lacks triangle {}, which has an area; its builder is wrong: choose another by --build",
+         scene_.forest() ? fmt::format(" of mesh {}", mesh) : "", oracle.lost().front());
+  }
 }
 
 RayErrors QueryJudge::rays(std::span<const Ray> rays, const RayAnswers& found) const {
   const Starts lists(found.lists), first(found.first);
-  const ExactCrossings oracle(tree_);
+  const ExactCrossings oracle(scene_);
   return sum_over(rays.size(), [&](std::size_t begin, std::size_t end) {
     RayErrors errors;
     for (std::size_t i = begin; i < end; ++i) {
       const std::span<const Hit> mine = lists.of(i);
       const std::vector<ExactCrossing> exact = oracle.list(rays[i]);
-      errors.lists += {1, !is_same(mine, exact), !within_bounds(rays[i], triangles_, mine, exact)};
+      errors.lists += {1, !is_same(mine, exact), !within_bounds(rays[i], scene_, mine, exact)};
       if (!found.counts.empty()) errors.counts += {1, found.counts[i] != exact.size(), found.counts[i] != mine.size()};
       if (found.first.counts.empty()) continue;
       const auto beginning = [&](const auto& all) {
@@ -198,8 +209,8 @@ RayErrors QueryJudge::rays(std::span<const Ray> rays, const RayAnswers& found) c
 }
 
 QueryErrors QueryJudge::nearest(std::span<const ProbePoint> points, std::span<const Nearest> found) const {
-  const ExactClosestPoints oracle(tree_);
-  const SceneTriangles scene{triangles_, tree_.bounds};
+  const ExactClosestPoints oracle(scene_.trees()[0]);
+  const SceneTriangles scene{scene_.triangles(0), scene_.bounds()};
   return sum_over(points.size(), [&](std::size_t begin, std::size_t end) {
     QueryErrors errors;
     for (std::size_t i = begin; i < end; ++i) {
@@ -214,9 +225,9 @@ QueryErrors QueryJudge::nearest(std::span<const ProbePoint> points, std::span<co
 }
 
 QueryErrors QueryJudge::sides(std::span<const ProbePoint> points, std::span<const Nearest> found) const {
-  const ExactClosestPoints oracle(tree_);
-  const SceneTriangles scene{triangles_, tree_.bounds};
-  const std::vector<glm::vec3> pseudonormals = pseudonormals_of(triangles_);
+  const ExactClosestPoints oracle(scene_.trees()[0]);
+  const SceneTriangles scene{scene_.triangles(0), scene_.bounds()};
+  const std::vector<glm::vec3> pseudonormals = pseudonormals_of(scene_.triangles(0));
   return sum_over(points.size(), [&](std::size_t begin, std::size_t end) {
     QueryErrors errors;
     for (std::size_t i = begin; i < end; ++i) {
@@ -225,7 +236,7 @@ QueryErrors QueryJudge::sides(std::span<const ProbePoint> points, std::span<cons
         errors += {1, found[i].behind != 0, found[i].behind != 0 && found[i].prim == NO_HIT};
         continue;
       }
-      const Triangle& triangle = triangles_[exact.prim];
+      const Triangle& triangle = scene_.triangles(0)[exact.prim];
       const std::uint32_t part = exact_part(points[i].at, triangle);
       const auto vectors = std::span(pseudonormals).subspan(PSEUDONORMALS * std::size_t(exact.prim));
       const bool behind = exact_behind(points[i].at, triangle, part, vectors.first<PSEUDONORMALS>());
@@ -238,8 +249,8 @@ QueryErrors QueryJudge::sides(std::span<const ProbePoint> points, std::span<cons
 }
 
 QueryErrors QueryJudge::inside(std::span<const ProbePoint> points, std::span<const std::uint32_t> found) const {
-  const ExactCrossings oracle(tree_);
-  const ExactClosestPoints distances(tree_);
+  const ExactCrossings oracle(scene_);
+  const ExactClosestPoints distances(scene_.trees()[0]);
   return sum_over(points.size(), [&](std::size_t begin, std::size_t end) {
     QueryErrors errors;
     for (std::size_t i = begin; i < end; ++i) {
@@ -247,7 +258,8 @@ QueryErrors QueryJudge::inside(std::span<const ProbePoint> points, std::span<con
       bool beyond = false;
       if (!right) {
         const ExactClosest near = distances.nearest(points[i].at, INFINITY);
-        beyond = near.prim == NO_HIT || near.distance > 16 * kRoundoff * reach_of(points[i].at, triangles_[near.prim]);
+        beyond = near.prim == NO_HIT ||
+                 near.distance > 16 * kRoundoff * reach_of(points[i].at, scene_.triangles(0)[near.prim]);
       }
       errors += {1, !right, beyond};
     }

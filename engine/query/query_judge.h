@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "engine/oracle/oracle_scene.h"
 #include "engine/query/point_queries.h"
 #include "engine/query/ray_queries.h"
 #include "engine/tree/device_tree.h"
@@ -35,14 +36,16 @@ struct RayErrors {
   RayErrors& operator+=(const RayErrors& other);
 };
 
-/// Judges on all cores. Keeps references to the tree's arrays on the host and to its triangles.
+/// Judges on all cores, answers about points of single trees alone. Keeps references to the tree's arrays on the host
+/// and to its triangles.
 class QueryJudge {
  public:
   /// Throws Error(Work) if the tree lacks a triangle that has an area, as the oracles would then lack it too.
   explicit QueryJudge(DeviceTree& tree);
 
   /// A list is wrong if triangles or their order differ. It is beyond its bound if a triangle differs that the ray
-  /// meets or misses by more than the bound of shaders/lib/query/sure.glsl, or if a t differs by more than that. A
+  /// meets or misses by more than the bound of shaders/lib/query/sure.glsl, or if a t differs by more than that; of an
+  /// instance, in the space of its mesh. A
   /// number is wrong if it differs from the exact one, and beyond its bound if it differs from that of the list. First
   /// crossings are wrong if triangles or their order differ, and beyond their bound if they are not the beginning of
   /// the list.
@@ -59,8 +62,7 @@ class QueryJudge {
   QueryErrors inside(std::span<const ProbePoint> points, std::span<const std::uint32_t> found) const;
 
  private:
-  const PairTree& tree_;
-  std::span<const Triangle> triangles_;
+  OracleScene scene_;
 };
 
 }  // namespace ballot

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
+#include "engine/bvh/forest.h"
 #include "engine/oracle/nearest.h"
+#include "engine/oracle/oracle.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {
@@ -22,6 +25,26 @@ inline std::vector<std::uint32_t> crossings_of(const Ray& ray, const shapes::Tri
   std::ranges::stable_sort(found, [](const auto& a, const auto& b) { return compare_t(a.first, b.first) < 0; });
   std::vector<std::uint32_t> prims;
   for (const auto& [sight, prim] : found) prims.push_back(prim);
+  return prims;
+}
+
+/// The same for instances: of each the exact crossings of its object-space ray, in order of t in float32, at equal t of
+/// the number. `way` is that of the moved triangles.
+inline std::vector<std::uint32_t> crossings_of(const Ray& ray, const Forest& forest, int way = 0) {
+  std::vector<std::pair<float, std::uint32_t>> found;
+  if (is_dead(ray)) return {};
+  for (const Instance& i : forest.instances()) {
+    const std::vector<Triangle>& mesh = forest.meshes()[i.mesh].triangles;
+    const Ray object = object_ray(ray, i.map);
+    float last = -std::numeric_limits<float>::infinity();  // rounding must not turn the exact order round
+    for (const std::uint32_t prim : crossings_of(object, mesh, i.mirrors ? -way : way)) {
+      last = std::max(last, float(ExactSight(object, mesh[prim]).t() * double(direction_scale(ray))));
+      found.emplace_back(last, i.first + prim);
+    }
+  }
+  std::ranges::stable_sort(found, {}, &std::pair<float, std::uint32_t>::first);
+  std::vector<std::uint32_t> prims;
+  for (const auto& [t, prim] : found) prims.push_back(prim);
   return prims;
 }
 

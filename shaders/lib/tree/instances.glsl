@@ -10,8 +10,8 @@
 // same multiples in both spaces. Of all instances the hit with the smallest t counts; at equal t the smallest number:
 // instances number their triangles one after the other.
 //
-// The crossings of a ray (shaders/query/crossings.comp) are those of all instances: the triangles that an object-space
-// ray crosses in the mesh's space, where the infinitesimal steps of the rule for ties are taken too. So a closed mesh is
+// The crossings of a ray (shaders/query/crossings.comp) are those of all instances: the triangles that its object-space
+// ray crosses in a mesh's space, where the infinitesimal steps of the rule for ties are taken too. So a closed mesh is
 // crossed an even number of times from outside to outside, whatever the matrix. Crossings are in the order of t as
 // reported, at equal t in that of the numbers; in mode exact those of one instance are in their exact order. A
 // triangle's front is the side from which its moved vertices run counter-clockwise: a matrix that mirrors turns it.
