@@ -5,7 +5,7 @@
 #include "engine/ballot.h"
 #include "tests/cpu/animated.h"
 #include "tests/cpu/shapes.h"
-#include "tests/device/fixture.h"
+#include "tests/device/crossing_test.h"
 
 namespace ballot {
 namespace {
@@ -252,6 +252,40 @@ TEST_F(KeptInstances, AnimationsMoveThem) {
   EXPECT_FALSE(e.kept->last_update().refitted);
 }
 
+// Crossings of kept meshes are those of copies but for rounding, also those that culling and alpha leave, while a clip
+// moves and mirrors instances.
+TEST_F(KeptInstances, CrossingsAreThoseOfCopies) {
+  AnimatedBuilder b = balls();
+  b.json["materials"][0]["alphaMode"] = "MASK";
+  b.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"][3] = 0.3;  // stops nothing
+  const int scales = b.vec3({1, 1, 1, -1, 1, 1});
+  b.channel(1, "scale", {0, 1}, scales);
+  const Both e = both(b);
+  std::vector<Ray> rays = e.kept->make_batch(e.kept->scene().views[0], find_ray_kind("primary"), 64, 64)->rays();
+  for (const double seconds : {0.0, 0.75, 0.25}) {
+    e.kept->set_time(0, seconds);
+    e.copied->set_time(0, seconds);
+    std::vector<std::vector<Hit>> whole;
+    for (const CrossingQuery& query :
+         {CrossingQuery{}, {.cull = Cull::Back}, {.alpha = true}, {.most = 2}, {.exact = true, .cull = Cull::Front}}) {
+      const auto kept = CrossingTest::lists(e.kept->rays(), rays, query),
+                 copied = CrossingTest::lists(e.copied->rays(), rays, query);
+      std::size_t others = 0, crossings = 0;
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        others += CrossingTest::prims_of(kept[i]) != CrossingTest::prims_of(copied[i]);
+        crossings += kept[i].size();
+      }
+      EXPECT_LE(others, rays.size() / 100);
+      EXPECT_GT(crossings, rays.size() / 4);
+      if (whole.empty()) whole = kept;
+      for (std::size_t i = 0; query.alpha && i < rays.size(); ++i) {
+        std::erase_if(whole[i], [&](const Hit& h) { return e.copied->scene().material_of[h.prim] == 0; });
+        ASSERT_EQ(CrossingTest::prims_of(kept[i]), CrossingTest::prims_of(whole[i]));
+      }
+    }
+  }
+}
+
 // A node that is scaled to nothing has no inverse. The scene stays as it was.
 TEST_F(KeptInstances, PosesThatCannotBePlacedAreRefused) {
   AnimatedBuilder b = balls();
@@ -283,7 +317,6 @@ TEST_F(KeptInstances, WhatTakesNoInstancesSaysSo) {
     expect_error(Failure::Arguments, {"as instances", what, "'copy'"}, call);
   };
   refuse("a query of points", [&] { engine->points(); });
-  refuse("a query of crossings", [&] { engine->rays(); });
   refuse("the topology", [&] { engine->topology(); });
   refuse("an update of vertices", [&] { engine->move(engine->scene().triangles); });
   const auto batch = engine->make_batch(engine->scene().views[0], find_ray_kind("ao"), 8, 8);

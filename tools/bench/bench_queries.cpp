@@ -355,8 +355,7 @@ int bench_queries(const RunArgs& run, const std::string& queries, const QueryChe
     write_json(run.engine.json, json);
   };
   for (const std::string& file : run.scenes) {
-    Engine engine(load_scene(file, {.allow_outside = run.engine.allow_outside, .instances = InstancePolicy::Copy}),
-                  options);
+    Engine engine(load_scene(file, run.engine.load_options()), options);
     run.engine.files.check_read();
     say("{}: {} triangles, {} x {} rays, on {} ({})\n\n", engine.scene().name, engine.triangle_count(), what.width,
         what.height, device.name, device.driver);

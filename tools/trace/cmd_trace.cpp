@@ -121,7 +121,6 @@ void check_crossings(const TraceArgs& args) {
 
 /// Finds the crossings of each file of rays.
 int run_crossings(TraceArgs& args) {
-  args.engine.prefer_copies();
   Opened opened = open_scene(args.engine);
   const InterruptGuard interrupt;
   nlohmann::json json = record_header(*opened.engine, opened.load_s);
