@@ -50,7 +50,7 @@ TEST(ExactQueries, CrossingsEqualBruteForce) {
     SCOPED_TRACE(name);
     const Bvh bvh = build_bvh(triangles, {.split_budget = 2});
     const PairTree tree = encode_pairs(bvh, triangles, NodeLayout::Centred);
-    const ExactCrossings oracle(tree);
+    const ExactCrossings oracle(OracleScene(tree, triangles));
     std::vector<Ray> rays = shapes::random_rays(60, 7, 1);
     for (const std::vector<Ray>& more :
          {shapes::axis_rays(triangles, 80), shapes::edge_rays(triangles, 60, {0.1f, 0.2f, 0.3f})})
@@ -63,9 +63,7 @@ TEST(ExactQueries, CrossingsEqualBruteForce) {
       all += truth.size();
       ASSERT_EQ(prims_of(oracle.list(ray, [](std::uint32_t, bool front) { return front; })),
                 crossings_of(ray, triangles, -1));
-      std::vector<std::pair<std::uint32_t, Triangle>> crossed;
-      for (const std::uint32_t prim : truth) crossed.insert(crossed.begin(), {prim, triangles[prim]});
-      ASSERT_EQ(prims_of(oracle.in_order(ray, crossed)), truth);
+      ASSERT_EQ(prims_of(oracle.in_order(ray, {truth.rbegin(), truth.rend()})), truth);
       for (const ExactCrossing& c : found) {
         const ExactSight sight(ray, triangles[c.prim]);
         ASSERT_NEAR(c.t, sight.t(), 0x1p-30 * std::abs(sight.t()));
@@ -76,6 +74,29 @@ TEST(ExactQueries, CrossingsEqualBruteForce) {
     EXPECT_GT(all, 30u);
     for (const glm::vec3& p : points_at(triangles, 120)) ASSERT_EQ(oracle.inside(p), exact_inside(p, triangles));
   }
+}
+
+TEST(ExactQueries, CrossingsOfInstancesEqualBruteForce) {
+  const std::vector<Triangles> all{shapes::sphere(2), {}, shapes::soup(60, 0.7f), shapes::box({0, 0, 0}, {1, 1, 1})};
+  const Transform sheared{{{1, 0.5f, 0, 1}, {0, 1, 0.25f, 0}, {0.5f, 0, -1, 0}}},
+      flat{{{1, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 1e-4f, 0}}};
+  const Placement placements[] = {{0, {}}, {1, {}}, {2, sheared}, {0, {}}, {3, flat}, {3, sheared}, {2, {}}};
+  const Forest forest(all, placements, [](std::span<const Triangle> t) { return build_bvh(t, {.split_budget = 2}); });
+  const ExactCrossings oracle{OracleScene(forest)};
+  std::vector<Ray> rays = shapes::random_rays(60, 7, 1);
+  for (const Triangles& mesh : {all[0], all[3]})
+    for (const Ray& ray : shapes::edge_rays(mesh, 60, {0.1f, 0.2f, 3})) rays.push_back(ray);
+  std::size_t crossings = 0;
+  for (const Ray& ray : rays) {
+    const std::vector<std::uint32_t> truth = crossings_of(ray, forest);
+    ASSERT_EQ(prims_of(oracle.list(ray)), truth);
+    ASSERT_EQ(prims_of(oracle.in_order(ray, {truth.rbegin(), truth.rend()})), truth);
+    for (const bool front : {false, true})
+      ASSERT_EQ(prims_of(oracle.list(ray, [&](std::uint32_t, bool is) { return is == front; })),
+                crossings_of(ray, forest, front ? -1 : 1));
+    crossings += truth.size();
+  }
+  EXPECT_GT(crossings, 300u);
 }
 
 TEST(ExactQueries, ClosestPointsEqualBruteForce) {
