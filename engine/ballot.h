@@ -124,11 +124,12 @@ class Engine {
   const StartTimes& start_times() const { return times_; }
   Tracer& tracer() { return *tracer_; }
   const Tracer& tracer() const { return *tracer_; }
-  /// Return what answers point queries, and ray queries for more than one hit, on this scene. Made on first use. Scenes
-  /// with instances are refused with Error(Arguments).
+  /// Return what answers point queries, and ray queries for more than one hit, on this scene. Made on first use. They
+  /// last until the scene gets other triangles, or other meshes.
   PointQueries& points();
   RayQueries& rays();
-  /// Returns the topology of the scene's triangles. It is found on first use. Refuses instances as points() does.
+  /// Returns the topology of the scene's triangles; of a scene with instances that of their meshes, each by itself. It
+  /// is found on first use.
   const Topology& topology();
 
   /// Traces a batch of rays and writes, at the same index, the hit of each.

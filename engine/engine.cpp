@@ -134,7 +134,6 @@ void Engine::refuse_instances(const char* what) const {
 }
 
 PointQueries& Engine::points() {
-  refuse_instances("a query of points");
   if (!points_) points_ = std::make_unique<PointQueries>(*gpu_, tracer_->tree());
   return *points_;
 }
@@ -149,8 +148,8 @@ RayQueries& Engine::rays() {
 }
 
 const Topology& Engine::topology() {
-  refuse_instances("the topology");
-  if (!topology_) topology_ = std::make_unique<Topology>(topology_of(scene().triangles));
+  if (!topology_)
+    topology_ = std::make_unique<Topology>(forest_ ? topology_of(*forest_) : topology_of(scene().triangles));
   return *topology_;
 }
 

@@ -1,8 +1,10 @@
 #include "engine/bvh/topology.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "engine/bvh/build.h"
+#include "engine/bvh/moved_corners.h"
 #include "engine/bvh/weld.h"
 
 namespace ballot {
@@ -16,6 +18,15 @@ void name(std::vector<FaultyEdge>& named, std::span<const HalfEdge> edge, std::s
   if (most > named.size() || named.size() - most < 1024) return;
   std::ranges::stable_sort(named, {}, &FaultyEdge::prim);
   named.resize(most);
+}
+
+/// Adds the edges of an instance, as long as there is room.
+void name_moved(std::vector<FaultyEdge>& named, std::span<const FaultyEdge> of_mesh, const Transform& transform,
+                std::uint32_t first, std::size_t most) {
+  for (const FaultyEdge& edge : of_mesh)
+    if (named.size() < most)
+      named.push_back(
+          {moved_corner(transform, edge.from), moved_corner(transform, edge.to), edge.triangles, first + edge.prim});
 }
 
 void finish(std::vector<FaultyEdge>& named, std::size_t most) {
@@ -50,6 +61,24 @@ Topology topology_of(std::span<const Triangle> triangles, std::size_t most) {
   });
   for (auto* named : {&t.first_boundary, &t.first_nonmanifold, &t.first_flipped}) finish(*named, most);
   return t;
+}
+
+Topology topology_of(const Forest& forest, std::size_t most) {
+  std::vector<std::optional<Topology>> of_mesh(forest.meshes().size());
+  Topology all;
+  for (std::size_t i = 0; i < forest.size(); ++i) {
+    std::optional<Topology>& mesh = of_mesh[forest.mesh_of(i)];
+    if (!mesh) mesh = topology_of(forest.meshes()[forest.mesh_of(i)].triangles, most);
+    all.triangles += mesh->triangles, all.flat += mesh->flat, all.edges += mesh->edges, all.open += mesh->open;
+    all.boundary += mesh->boundary, all.nonmanifold += mesh->nonmanifold, all.flipped += mesh->flipped;
+    const auto add = [&](std::vector<FaultyEdge>& named, const std::vector<FaultyEdge>& edges) {
+      name_moved(named, edges, forest.transforms()[i], forest.first_of(i), most);
+    };
+    add(all.first_boundary, mesh->first_boundary);
+    add(all.first_nonmanifold, mesh->first_nonmanifold);
+    add(all.first_flipped, mesh->first_flipped);
+  }
+  return all;
 }
 
 }  // namespace ballot

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/bvh/forest.h"
 
 namespace ballot {
 
@@ -35,5 +35,9 @@ struct Topology {
 
 /// Finds the topology of triangles, on all cores, and names at most `most` faulty edges of each sort.
 Topology topology_of(std::span<const Triangle> triangles, std::size_t most = 10);
+
+/// Finds that of a forest: of the mesh of each instance by itself, as vertices of two instances are never the same.
+/// Numbers are counted through the instances, and ends of edges lie where closest points have them (moved_corners.h).
+Topology topology_of(const Forest& forest, std::size_t most = 10);
 
 }  // namespace ballot

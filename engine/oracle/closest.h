@@ -3,15 +3,19 @@
 //
 // Definition. Coordinates are taken as real numbers. The nearest triangle is that of the smallest exact distance, and
 // of the smallest prim among those that are exactly as far. Triangles without area are in no leaf and are left out.
+// Those of instances have the float32 corners of moved_corner() (engine/bvh/moved_corners.h).
 //
 // Method. A walk of the tree in double precision finds the triangles that may be the nearest by a proved error bound.
 // If there are several, features that are surely the same corner or edge are equally far; integers decide the others.
+// Instances are walked in the order of a tree over their boxes, which shares nothing with the top-level tree but its
+// builder.
 #pragma once
 
 #include <glm/vec3.hpp>
 #include <utility>
+#include <vector>
 
-#include "engine/formats/pair.h"
+#include "engine/oracle/oracle_scene.h"
 #include "shaders/shared/query.h"
 
 namespace ballot {
@@ -26,10 +30,11 @@ struct ExactClosest {
   bool part_is_sure = false;  // by a proved bound; else it was computed in double precision
 };
 
-/// The exact oracle of closest points of one tree. Thread-safe.
+/// The exact oracle of closest points of a scene. Thread-safe.
 class ExactClosestPoints {
  public:
-  explicit ExactClosestPoints(const PairTree& bvh) : bvh_(bvh) {}  // keeps a reference: bvh must outlive it
+  /// The instances of the scene must not move.
+  explicit ExactClosestPoints(OracleScene scene);
 
   /// Returns the nearest triangle, if one is at most `limit` away: NO_HIT if not. `near` may be a triangle that is
   /// near, with its prim; it shortens the walk. A point that is not finite is near nothing.
@@ -37,7 +42,9 @@ class ExactClosestPoints {
                        const std::pair<std::uint32_t, Triangle>* near = nullptr) const;
 
  private:
-  const PairTree& bvh_;
+  OracleScene scene_;
+  std::vector<std::uint32_t> instances_;  // those of a forest that have triangles
+  Bvh top_;                               // over their boxes
 };
 
 }  // namespace ballot

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/vector_relational.hpp>
 #include <limits>
 #include <memory>
 
@@ -166,15 +165,9 @@ std::vector<ExactCrossing> ExactCrossings::in_order(const Ray& ray, std::vector<
 }
 
 bool ExactCrossings::inside(const glm::vec3& point) const {
-  const Forest* forest = scene_.forest();
-  if (!forest) return is_inside(scene_.trees()[0], point);
   bool inside = false;
-  for (const Instance& i : forest->instances()) {
-    const glm::vec3 at = object_ray({point, 0, {1, 0, 0}, 1}, i.map).origin;
-    const Bounds& b = forest->meshes()[i.mesh].bvh.bounds;
-    const bool within = glm::all(glm::greaterThanEqual(at, b.lo)) && glm::all(glm::lessThanEqual(at, b.hi));
-    inside = inside != (within && is_inside(scene_.trees()[i.mesh], at));
-  }
+  scene_.for_each_around(
+      point, [&](std::size_t mesh, const glm::vec3& at) { inside = inside != is_inside(scene_.trees()[mesh], at); });
   return inside;
 }
 

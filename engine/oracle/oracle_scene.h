@@ -2,11 +2,12 @@
 // is.
 #pragma once
 
+#include <glm/vector_relational.hpp>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "engine/bvh/forest.h"
+#include "engine/bvh/moved_corners.h"
 #include "engine/formats/pair.h"
 
 namespace ballot {
@@ -51,6 +52,27 @@ class OracleScene {
     }
     for (const Instance& i : forest_->instances())
       if (!surely_misses(i, ray)) visit(placed(i, ray));
+  }
+
+  /// Calls visit(number of the mesh, point in its space) for every instance whose inside may hold a point, by the
+  /// definition of shaders/lib/query/inside_instances.glsl; of a single tree with the point as it is.
+  template <class Visit>
+  void for_each_around(const glm::vec3& point, const Visit& visit) const {
+    if (!forest_) {
+      visit(std::size_t{0}, point);
+      return;
+    }
+    for (const Instance& i : forest_->instances()) {
+      const glm::vec3 at = object_ray({point, 0, {1, 0, 0}, 1}, i.map).origin;
+      const Bounds& b = forest_->meshes()[i.mesh].bvh.bounds;
+      if (glm::all(glm::greaterThanEqual(at, b.lo)) && glm::all(glm::lessThanEqual(at, b.hi)))
+        visit(std::size_t{i.mesh}, at);
+    }
+  }
+
+  /// Returns a triangle of the scene in the world, as closest points have it (engine/bvh/moved_corners.h).
+  Triangle world_triangle(std::uint32_t prim) const {
+    return forest_ ? moved_triangle(*forest_, prim) : triangles_[prim];
   }
 
   /// Returns the mesh that holds a triangle of the scene, as a ray meets it. The ray must not be dead.

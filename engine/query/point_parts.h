@@ -1,7 +1,9 @@
 // The runners of point queries, which calls for points of the host and of the device share. Internal to engine/query.
 #pragma once
 
+#include "engine/query/point_instances.h"
 #include "engine/query/point_runner.h"
+#include "engine/query/pseudonormal_array.h"
 
 namespace ballot {
 
@@ -33,6 +35,7 @@ struct PointQueries::Parts {
   std::optional<NearestRunner> closest, sides;
   std::optional<InsideRunner> plain_inside, exact_inside;
   PseudonormalArray pseudonormals;
+  PointInstances instances;
   // Of calls for arrays on the device: a part of them, and the kernels of shaders/query/signs.comp by SIGNS_....
   std::unique_ptr<Buffer<ProbePoint>> some_points;
   std::unique_ptr<Buffer<Nearest>> some_nearest;

@@ -5,6 +5,7 @@
 #include "engine/oracle/closest.h"
 #include "engine/oracle/crossings.h"
 #include "engine/oracle/nearest.h"
+#include "engine/query/exact_lists.h"
 #include "engine/query/point_parts.h"
 
 namespace ballot {
@@ -25,12 +26,12 @@ PointStream stream_of(std::span<const ProbePoint> points, std::size_t room) {
 }
 
 /// Returns an exact answer as a record. `sides`: finds whether the point is behind; may be null.
-Nearest record_of(const glm::vec3& point, const ExactClosest& found, std::span<const Triangle> triangles,
+Nearest record_of(const glm::vec3& point, const ExactClosest& found, const OracleScene& scene,
                   const PseudonormalArray* sides) {
   if (found.prim == NO_HIT) return point_queries::NearestQuery::none();
   Nearest n{glm::vec3(found.at), float(found.distance), found.prim, float(found.u), float(found.v), 0};
   if (!sides) return n;
-  const Triangle& triangle = triangles[found.prim];
+  const Triangle triangle = scene.world_triangle(found.prim);
   const std::uint32_t part = found.part_is_sure ? found.part : exact_part(point, triangle);
   n.behind = exact_behind(point, triangle, part, sides->of(found.prim));
   return n;
@@ -39,22 +40,22 @@ Nearest record_of(const glm::vec3& point, const ExactClosest& found, std::span<c
 /// Replaces answers by those of the exact nearest triangles.
 void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::span<Nearest> answers,
                     const PseudonormalArray* sides) {
-  const ExactClosestPoints oracle(tree.any_pairs());
-  const std::span<const Triangle> triangles = tree.triangles();
+  const OracleScene scene = oracle_scene(tree);
+  const ExactClosestPoints oracle(scene);
   const Stopwatch watch(tree.walked_s());
   for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
     check_interruption();
     for (std::size_t i = begin; i < end; ++i) {
       std::pair<std::uint32_t, Triangle> near(answers[i].prim, {});
-      if (near.first != NO_HIT) near.second = triangles[near.first];
+      if (near.first != NO_HIT) near.second = scene.world_triangle(near.first);
       const ExactClosest found = oracle.nearest(points[i].at, points[i].limit, near.first == NO_HIT ? nullptr : &near);
-      answers[i] = record_of(points[i].at, found, triangles, sides);
+      answers[i] = record_of(points[i].at, found, scene, sides);
     }
   });
 }
 
 void settle_inside(DeviceTree& tree, std::span<const ProbePoint> points, std::span<std::uint32_t> answers) {
-  const ExactCrossings oracle(tree.any_pairs());
+  const ExactCrossings oracle(oracle_scene(tree));
   const Stopwatch watch(tree.walked_s());
   for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
     check_interruption();
@@ -68,8 +69,15 @@ void settle_inside(DeviceTree& tree, std::span<const ProbePoint> points, std::sp
 PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuery& query) {
   std::optional<NearestRunner>& runner = query.sides ? sides : closest;
   if (!runner) runner.emplace(gpu, scene, "closest_point", Defines{{"BALLOT_SIDES", int(query.sides)}});
-  if (query.sides) pseudonormals.update(gpu, scene);
-  runner->prepare(query.sides ? &pseudonormals : nullptr);
+  runner->prepare();
+  if (query.sides) {
+    pseudonormals.update(gpu, scene);
+    runner->bind(BIND_PSEUDONORMALS, pseudonormals.device());
+  }
+  if (scene.forest()) {
+    instances.update(gpu, scene, runner->fetch());
+    runner->bind(BIND_POINT_INSTANCES, instances.device());
+  }
   return *runner;
 }
 
@@ -77,7 +85,7 @@ PointQueries::Parts::InsideRunner& PointQueries::Parts::inside(const PointQuery&
   if (whole.update()) plain_inside.reset(), exact_inside.reset();
   std::optional<InsideRunner>& runner = query.exact ? exact_inside : plain_inside;
   if (!runner) runner.emplace(gpu, whole.tree(), "inside", Defines{{"BALLOT_EXACT", int(query.exact)}});
-  runner->prepare(nullptr);
+  runner->prepare();
   return *runner;
 }
 

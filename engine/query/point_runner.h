@@ -10,7 +10,6 @@
 
 #include "engine/core/parallel.h"
 #include "engine/query/coherent_order.h"
-#include "engine/query/pseudonormal_array.h"
 #include "engine/query/query_kernel.h"
 #include "engine/trace/repair.h"
 
@@ -65,11 +64,11 @@ class Runner {
   Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines)
       : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)) {}
 
-  /// Makes the kernel for the tree as it is now. `also`: what it reads in addition to tree and points; may be null.
-  void prepare(const PseudonormalArray* also) {
-    kernel_.prepare();
-    if (also) kernel_.bind(BIND_PSEUDONORMALS, also->device());
-  }
+  /// Makes the kernel for the tree as it is now. What it reads in addition to tree and points is to be bound then.
+  void prepare() { kernel_.prepare(); }
+  void bind(std::uint32_t binding, const RawBuffer& buffer) { kernel_.bind(binding, buffer); }
+  /// Returns the way in which the kernel reads what is not a record of points.
+  Fetch fetch() const { return kernel_.fetch(); }
   /// Returns the largest number of points of one dispatch.
   std::uint32_t most() const { return kernel_.most(); }
 

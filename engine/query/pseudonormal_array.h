@@ -1,4 +1,5 @@
-// The pseudonormals of a tree's triangles, on the host and on the device. Internal to engine/query.
+// The pseudonormals of a tree's triangles, or of a forest's where its instances move them, on the host and on the
+// device. Internal to engine/query.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -6,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/bvh/moved_corners.h"
 #include "engine/bvh/pseudonormals.h"
 #include "engine/tree/device_tree.h"
 
@@ -19,7 +21,7 @@ class PseudonormalArray {
   void update(Context& gpu, DeviceTree& tree) {
     if (device_ && generation_ == tree.generation()) return;
     device_.reset();
-    host_ = pseudonormals_of(tree.triangles());
+    host_ = tree.forest() ? pseudonormals_of(moved_triangles(*tree.forest())) : pseudonormals_of(tree.triangles());
     device_.emplace(gpu, host_.size(), Access::Storage, "pseudonormals");
     device_->upload(host_);
     generation_ = tree.generation();

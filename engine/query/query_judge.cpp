@@ -122,27 +122,33 @@ class Starts {
   std::vector<std::size_t> first_{0};
 };
 
-/// The triangles of a scene and their bounds.
-struct SceneTriangles {
-  std::span<const Triangle> triangles;
-  Bounds bounds;
+/// The triangles of a scene in the world.
+class WorldTriangles {
+ public:
+  explicit WorldTriangles(const OracleScene& scene) : scene_(scene) {}
+
+  Triangle operator[](std::uint32_t prim) const { return scene_.world_triangle(prim); }
 
   /// The bound of the distances from a point of two triangles: 64 * 2^-24 (M + M') + 2^-85 R, with R the largest
   /// distance along an axis from the point to one of the bounds.
   double bound_of(const glm::vec3& p, const Triangle& a, const Triangle& b) const {
+    const Bounds& bounds = scene_.bounds();
     const glm::dvec3 at(p), far = glm::max(at - glm::dvec3(bounds.lo), glm::dvec3(bounds.hi) - at);
     return 64 * kRoundoff * (reach_of(p, a) + reach_of(p, b)) + 0x1p-85 * std::max({far.x, far.y, far.z});
   }
+
+ private:
+  const OracleScene& scene_;
 };
 
 /// Returns true if the answer is within its bounds. `nearest` is the nearest triangle at any distance.
 bool is_within(const ProbePoint& asked, const Nearest& found, const ExactClosest& nearest,
-               const SceneTriangles& scene) {
+               const WorldTriangles& world) {
   if (nearest.prim == NO_HIT) return found.prim == NO_HIT;
-  const Triangle& truth = scene.triangles[nearest.prim];
-  if (found.prim == NO_HIT) return !(nearest.distance + scene.bound_of(asked.at, truth, truth) <= asked.limit);
-  const Triangle& named = scene.triangles[found.prim];
-  const double bound = scene.bound_of(asked.at, truth, named);
+  const Triangle truth = world[nearest.prim];
+  if (found.prim == NO_HIT) return !(nearest.distance + world.bound_of(asked.at, truth, truth) <= asked.limit);
+  const Triangle named = world[found.prim];
+  const double bound = world.bound_of(asked.at, truth, named);
   const double own = found.prim == nearest.prim ? nearest.distance : exact_distance(asked.at, named).distance();
   return found.distance <= asked.limit && own <= nearest.distance + bound &&
          std::abs(double(found.distance) - nearest.distance) <= bound;
@@ -150,9 +156,9 @@ bool is_within(const ProbePoint& asked, const Nearest& found, const ExactClosest
 
 /// Returns true if a point is farther from the inside of a triangle, and its nearest point farther from the edges, than
 /// rounding can decide.
-bool is_clear(const glm::vec3& point, const SceneTriangles& scene, const ExactClosest& nearest) {
-  const Triangle& triangle = scene.triangles[nearest.prim];
-  const double bound = scene.bound_of(point, triangle, triangle);
+bool is_clear(const glm::vec3& point, const WorldTriangles& world, const ExactClosest& nearest) {
+  const Triangle triangle = world[nearest.prim];
+  const double bound = world.bound_of(point, triangle, triangle);
   for (std::size_t i = 0; i < 3; ++i) {
     const glm::dvec3 a(triangle[i]), edge = glm::dvec3(triangle[(i + 1) % 3]) - a;
     if (glm::length(glm::cross(edge, nearest.at - a)) <= bound * glm::length(edge)) return false;
@@ -209,8 +215,8 @@ RayErrors QueryJudge::rays(std::span<const Ray> rays, const RayAnswers& found) c
 }
 
 QueryErrors QueryJudge::nearest(std::span<const ProbePoint> points, std::span<const Nearest> found) const {
-  const ExactClosestPoints oracle(scene_.trees()[0]);
-  const SceneTriangles scene{scene_.triangles(0), scene_.bounds()};
+  const ExactClosestPoints oracle(scene_);
+  const WorldTriangles world(scene_);
   return sum_over(points.size(), [&](std::size_t begin, std::size_t end) {
     QueryErrors errors;
     for (std::size_t i = begin; i < end; ++i) {
@@ -218,16 +224,18 @@ QueryErrors QueryJudge::nearest(std::span<const ProbePoint> points, std::span<co
       const ExactClosest exact = oracle.nearest(asked.at, asked.limit);
       const bool limited = exact.prim == NO_HIT && asked.limit >= 0;
       const ExactClosest nearest = limited ? oracle.nearest(asked.at, INFINITY) : exact;
-      errors += {1, found[i].prim != exact.prim, !is_within(asked, found[i], nearest, scene)};
+      errors += {1, found[i].prim != exact.prim, !is_within(asked, found[i], nearest, world)};
     }
     return errors;
   });
 }
 
 QueryErrors QueryJudge::sides(std::span<const ProbePoint> points, std::span<const Nearest> found) const {
-  const ExactClosestPoints oracle(scene_.trees()[0]);
-  const SceneTriangles scene{scene_.triangles(0), scene_.bounds()};
-  const std::vector<glm::vec3> pseudonormals = pseudonormals_of(scene_.triangles(0));
+  const ExactClosestPoints oracle(scene_);
+  const WorldTriangles world(scene_);
+  const Forest* forest = scene_.forest();
+  const std::vector<glm::vec3> pseudonormals =
+      forest ? pseudonormals_of(moved_triangles(*forest)) : pseudonormals_of(scene_.triangles(0));
   return sum_over(points.size(), [&](std::size_t begin, std::size_t end) {
     QueryErrors errors;
     for (std::size_t i = begin; i < end; ++i) {
@@ -236,12 +244,12 @@ QueryErrors QueryJudge::sides(std::span<const ProbePoint> points, std::span<cons
         errors += {1, found[i].behind != 0, found[i].behind != 0 && found[i].prim == NO_HIT};
         continue;
       }
-      const Triangle& triangle = scene_.triangles(0)[exact.prim];
+      const Triangle triangle = world[exact.prim];
       const std::uint32_t part = exact_part(points[i].at, triangle);
       const auto vectors = std::span(pseudonormals).subspan(PSEUDONORMALS * std::size_t(exact.prim));
       const bool behind = exact_behind(points[i].at, triangle, part, vectors.first<PSEUDONORMALS>());
       const bool wrong = (found[i].behind != 0) != behind;
-      const bool sure = found[i].prim == exact.prim && part == PART_INSIDE && is_clear(points[i].at, scene, exact);
+      const bool sure = found[i].prim == exact.prim && part == PART_INSIDE && is_clear(points[i].at, world, exact);
       errors += {1, wrong, wrong && sure};
     }
     return errors;
@@ -250,18 +258,23 @@ QueryErrors QueryJudge::sides(std::span<const ProbePoint> points, std::span<cons
 
 QueryErrors QueryJudge::inside(std::span<const ProbePoint> points, std::span<const std::uint32_t> found) const {
   const ExactCrossings oracle(scene_);
-  const ExactClosestPoints distances(scene_.trees()[0]);
+  std::vector<ExactClosestPoints> meshes;
+  for (const PairTree& tree : scene_.trees()) meshes.emplace_back(tree);
+  // Returns true if the point is so near to the surface of an instance that the bound leaves its side open.
+  const auto is_open = [&](const glm::vec3& point) {
+    bool open = false;
+    scene_.for_each_around(point, [&](std::size_t mesh, const glm::vec3& at) {
+      const ExactClosest near = meshes[mesh].nearest(at, INFINITY);
+      open = open ||
+             (near.prim != NO_HIT && near.distance <= 16 * kRoundoff * reach_of(at, scene_.triangles(mesh)[near.prim]));
+    });
+    return open;
+  };
   return sum_over(points.size(), [&](std::size_t begin, std::size_t end) {
     QueryErrors errors;
     for (std::size_t i = begin; i < end; ++i) {
       const bool right = (found[i] != 0) == oracle.inside(points[i].at);
-      bool beyond = false;
-      if (!right) {
-        const ExactClosest near = distances.nearest(points[i].at, INFINITY);
-        beyond = near.prim == NO_HIT ||
-                 near.distance > 16 * kRoundoff * reach_of(points[i].at, scene_.triangles(0)[near.prim]);
-      }
-      errors += {1, !right, beyond};
+      errors += {1, !right, !right && !is_open(points[i].at)};
     }
     return errors;
   });

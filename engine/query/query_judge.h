@@ -36,7 +36,7 @@ struct RayErrors {
   RayErrors& operator+=(const RayErrors& other);
 };
 
-/// Judges on all cores, answers about points of single trees alone. Keeps references to the tree's arrays on the host
+/// Judges on all cores. Keeps references to the tree's arrays on the host
 /// and to its triangles.
 class QueryJudge {
  public:
@@ -58,7 +58,8 @@ class QueryJudge {
   /// is inside of a triangle it is beyond its bound if it is wrong although that is the triangle found, and the bound
   /// of the distance separates it from the triangle's plane and edges. At edges and corners no bound is judged.
   QueryErrors sides(std::span<const ProbePoint> points, std::span<const Nearest> found) const;
-  /// An answer is beyond its bound if the point is 16 * 2^-24 M away from the surface (shaders/query/inside.comp).
+  /// An answer is beyond its bound if the point is 16 * 2^-24 M away from the surface (shaders/query/inside.comp); of an
+  /// instance, in the space of its mesh.
   QueryErrors inside(std::span<const ProbePoint> points, std::span<const std::uint32_t> found) const;
 
  private:

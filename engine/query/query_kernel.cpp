@@ -61,14 +61,13 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
   TreeFacts far = near, instances = near;
   far.far = true;
   instances.top_depth = 24;
-  for (const TreeFacts& tree : {near, far}) {
+  for (const TreeFacts& tree : {near, far, instances}) {
     for (const int sides : {0, 1})
       sources.push_back(query_source("closest_point", device, tree, {{"BALLOT_SIDES", sides}}));
     for (const int exact : {0, 1}) sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}}));
     for (KernelSource& source : sign_sources()) sources.push_back(std::move(source));
-  }
-  for (const TreeFacts& tree : {near, far, instances})
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
+  }
   return sources;
 }
 

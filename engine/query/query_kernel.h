@@ -35,6 +35,8 @@ class QueryKernel {
               SpecConstants constants = {});
 
   bool is_wide() const { return wide_; }
+  /// Returns the way in which the kernel reads the tree.
+  Fetch fetch() const { return config_.fetch; }
 
   /// Returns the largest number of queries of one dispatch.
   std::uint32_t most() const;

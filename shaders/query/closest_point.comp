@@ -57,9 +57,24 @@
 // 6 w R for the box's planes, 4 w R for the sum of squares and 3 w R for a box origin other than zero make 124 w R.
 // Boxes are widened by 128 w R. Taking e from each positive component of a vector makes it shorter by e at least.
 // Far points are not padded: what is culled for them is less near by 9 w R at most, which is below w M 64.
+//
+// lib/query/point_instances.glsl has the triangles and the boxes of scenes with instances.
 #include "../lib/frame/kernel.glsl"
 #include "../shared/query.h"
+#if BALLOT_INSTANCES
+Corners moved_corners(TriangleTexels triangle);
+#define CORNERS_OF moved_corners
+#endif
 #include "../lib/query/frame.glsl"
+#if BALLOT_INSTANCES
+#include "../lib/query/point_instances.glsl"
+#define PRIM_OF(texel) (first_prim + leaf_texel(texel).w)
+#define OUTSIDE_OF(p, box) outside_of_moved(box)
+uint best_instance;  // of the answer so far
+#else
+#define PRIM_OF(texel) leaf_texel(texel).w
+#define OUTSIDE_OF(p, box) outside_of(p, box)
+#endif
 
 #if BALLOT_SIDES
 layout(set = 0, binding = BIND_PSEUDONORMALS, scalar) readonly buffer Pseudonormals { vec3 pseudonormals[]; };
@@ -143,7 +158,7 @@ Near nearest_of(Around t) {
 
 Around around(Probe p, uint texel) {
   TriangleTexels triangle = fetch_triangle(texel, AS_STORED);
-  Corners v = corners_of(triangle), at = corners_around(p, triangle);
+  Corners v = CORNERS_OF(triangle), at = corners_around(p, triangle);
   precise vec3 a = v.v0 * p.scale, b = v.v1 * p.scale, c = v.v2 * p.scale;
   precise vec3 ab = b - a, bc = c - b, ca = a - c;
   return Around(at.v0, at.v1, at.v2, ab, bc, ca);
@@ -162,18 +177,21 @@ float reach_of(Probe p, float distance2) {
 }
 
 void consider_nearest(Probe p, inout Best best, uint texel) {
-  uint prim = leaf_texel(texel).w;
+  uint prim = PRIM_OF(texel);
   float d = nearest_of(around(p, texel)).distance2;
   if (d < best.distance2 || (d == best.distance2 && prim < best.prim)) {
     best.distance2 = d;
     best.reach2 = reach_of(p, d);
     best.prim = prim;
     best.texel = texel;
+#if BALLOT_INSTANCES
+    best_instance = instance;
+#endif
   }
 }
 
 float box_distance2(Probe p, NodeBox box) {
-  vec3 d = outside_of(p, box) * p.scale;
+  vec3 d = OUTSIDE_OF(p, box) * p.scale;
   return square(d);
 }
 
@@ -210,6 +228,9 @@ bool is_behind(Near n, Foot f, uint prim) {
 void store_nearest(uint index, Probe p, Best best, float limit) {
   uvec4 first = uvec4(0u, 0u, 0u, 0x7F800000u), second = uvec4(NO_HIT, 0u, 0u, 0u);
   if (best.prim != NO_HIT) {
+#if BALLOT_INSTANCES
+    enter_instance(p, best_instance);
+#endif
     Around t = around(p, best.texel);
     Near n = nearest_of(t);
     Foot f = foot_of(t, n);
@@ -237,6 +258,9 @@ bool is_limit(float limit) {
 }
 
 void main() {
+#if BALLOT_INSTANCES
+  begin_scene();
+#endif
   uint index = push.ray_begin + gl_GlobalInvocationID.x;
   bool inside = index < push.ray_end;
   vec4 record = ray_half(inside ? index : push.ray_begin);
@@ -250,6 +274,10 @@ void main() {
   float scaled_limit = limit * p.scale;  // infinite where it is out of range
   float limit2 = smaller(scaled_limit * scaled_limit * 1.000001, FARTHEST);
   Best best = Best(limit2, limit2, NO_HIT, 0u);
+#if BALLOT_INSTANCES
+  begin_instances(live);
+  node = next_instance(p, best.reach2);
+#endif
   while (node != END_OF_TREE) {
     while (is_inner(node)) {
       Pair pair = fetch_pair(node);
@@ -280,6 +308,12 @@ void main() {
       } while (stack_near[top] > best.reach2);
       node = stack[top];
     }
+#if BALLOT_INSTANCES
+    if (node == END_OF_TREE) {
+      node = next_instance(p, best.reach2);
+      top = 1u;
+    }
+#endif
   }
   if (inside) store_nearest(index, p, best, limit);
 }

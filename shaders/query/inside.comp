@@ -38,10 +38,15 @@
 // Boxes are widened by 128 w R (lib/query/frame.glsl), with R the reach of the scene, more than vertices move. Far
 // points, which lie outside of the bounds of the scene, are outside. With BALLOT_EXACT they are UNSURE where their ray
 // meets the bounds: in a mesh with open edges it may cross an odd number of triangles.
+//
+// lib/query/inside_instances.glsl has the test among instances.
 #include "../lib/frame/kernel.glsl"
 #include "../shared/query.h"
 #include "../lib/query/frame.glsl"
 #include "../lib/query/crossing.glsl"
+#if BALLOT_INSTANCES
+#include "../lib/query/inside_instances.glsl"
+#endif
 
 layout(set = 0, binding = BIND_CROSSINGS, scalar) writeonly buffer Answers { uint answers[]; };
 
@@ -93,6 +98,9 @@ bool may_meet(Probe p, NodeBox box) {
 }
 
 void main() {
+#if BALLOT_INSTANCES
+  push = whole_push;
+#endif
   uint index = push.ray_begin + gl_GlobalInvocationID.x;
   bool inside = index < push.ray_end;
   vec4 record = ray_half(inside ? index : push.ray_begin);
@@ -102,9 +110,13 @@ void main() {
   // Points far away are outside of the bounds.
   uint top = 0u, node = live && !p.far ? push.root : END_OF_TREE, crossings = 0u;
   stack[top++] = END_OF_TREE;
-#if BALLOT_EXACT
+#if BALLOT_EXACT && !BALLOT_INSTANCES
   bvec3 below = lessThan(p.at, push.scene_lo), above = greaterThan(p.at, push.scene_hi);
   unsure = live && p.far && !any(below.yz) && !any(above);
+#endif
+#if BALLOT_INSTANCES
+  begin_instances(live);
+  node = next_instance(record.xyz, p);
 #endif
   while (node != END_OF_TREE) {
     while (is_inner(node)) {
@@ -124,6 +136,12 @@ void main() {
       } while (i < count);
       node = stack[--top];
     }
+#if BALLOT_INSTANCES
+    if (node == END_OF_TREE) {
+      node = next_instance(record.xyz, p);
+      top = 1u;
+    }
+#endif
   }
   if (inside) {
     uint answer = crossings & 1u;

@@ -12,12 +12,20 @@
 #define BIND_TILES 20           // sums of tiles of rays (shaders/query/places.comp)
 #define BIND_PSEUDONORMALS 21   // in: PSEUDONORMALS vectors of each triangle
 #define BIND_DISTANCES 22       // out: a signed distance for each point
+#define BIND_POINT_INSTANCES 23  // in: the instances as closest points need them
 
 // The parts of a triangle: corners 0, 1, 2, edges 0 1, 1 2, 2 0, and the inside. All but the inside have a pseudonormal
 // (engine/bvh/pseudonormals.h), in this order.
 #define PART_EDGE 3u
 #define PART_INSIDE 6u
 #define PSEUDONORMALS 6u
+
+// BIND_POINT_INSTANCES (lib/query/point_instances.glsl, whose letters these are). A header, the largest widening of a box
+// for the rounding of corners of an instance, (widening, 0, 0, 0), then for each instance
+//   (row i of M, t_i) for i = x, y, z            (row i of Q, b_i) for i = x, y, z
+//   (T_xx, T_xy, T_xz, T_yy) (T_yz, T_zz, widening of its nodes' boxes, 0)
+#define POINT_HEADER_TEXELS 1
+#define POINT_TEXELS 8
 
 // Specialization constant, in addition to those of variant.h: the crossings of a ray that
 // shaders/query/crossings.comp keeps (lib/query/first.glsl).

@@ -49,8 +49,11 @@ struct Around {
   vec3 ab, bc, ca;
 };
 
+#ifndef CORNERS_OF
+#define CORNERS_OF corners_of
+#endif
 Corners corners_around(Probe p, TriangleTexels triangle) {
-  Corners v = corners_of(triangle);
+  Corners v = CORNERS_OF(triangle);
   precise vec3 a = v.v0 * p.scale - p.scaled, b = v.v1 * p.scale - p.scaled, c = v.v2 * p.scale - p.scaled;
   return Corners(a, b, c);
 }

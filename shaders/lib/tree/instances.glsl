@@ -112,12 +112,6 @@ void top_step(bool live) {
   if (!l && !r) top_node = top_stack[--top_height];
 }
 
-vec3 in_object(vec4 x, vec4 y, vec4 z, vec3 v) {
-  precise vec3 moved = vec3(x.x * v.x + x.y * v.y + x.z * v.z, y.x * v.x + y.y * v.y + y.z * v.z,
-                            z.x * v.x + z.y * v.y + z.z * v.z);
-  return moved;
-}
-
 // Begins the walk of an instance. `here` is false where the ray does not meet it. Returns the root of its mesh.
 uint enter_instance(uint instance, inout Walker w, inout bool here) {
   uint at = top_push.records + instance * INSTANCE_TEXELS;

@@ -30,3 +30,11 @@ uint enter_mesh(uint mesh) {
   first_format = d.w;
   return top_push.mesh_root == END_OF_TREE ? d.x : top_push.mesh_root;
 }
+
+// Returns a direction, or a point less the translation, in the space of the mesh of an instance, whose record has these
+// rows.
+vec3 in_object(vec4 x, vec4 y, vec4 z, vec3 v) {
+  precise vec3 moved = vec3(x.x * v.x + x.y * v.y + x.z * v.z, y.x * v.x + y.y * v.y + y.z * v.z,
+                            z.x * v.x + z.y * v.y + z.z * v.z);
+  return moved;
+}
