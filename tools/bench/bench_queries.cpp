@@ -147,13 +147,14 @@ std::vector<ProbePoint> points_over(const Bounds& bounds, std::size_t count, boo
 
 /// Returns points that are hard to answer: corners of triangles, middles of edges, points of the inside, and points
 /// beside these by a few roundings.
-std::vector<ProbePoint> points_on(std::span<const Triangle> triangles, std::size_t count) {
+std::vector<ProbePoint> points_on(const Engine& engine, std::size_t count) {
   std::vector<ProbePoint> points;
-  if (triangles.empty()) return points;
+  const std::uint64_t triangles = engine.triangle_count();
+  if (triangles == 0) return points;
   points.reserve(count + 3);
   std::mt19937 numbers(1);
   while (points.size() < count) {
-    const auto& [a, b, c] = triangles[numbers() % triangles.size()];
+    const auto [a, b, c] = engine.triangle(std::uint32_t(numbers() % triangles));
     const glm::vec3 inside = (a + b + c) / 3.f;
     const float some = 1 + float(int(numbers() % 9) - 4) * 0x1p-23f;
     for (const glm::vec3& at : {a, 0.5f * b + 0.5f * c, inside, inside * some}) points.push_back({at, kNowhere});
@@ -261,7 +262,7 @@ std::vector<QueryFigures> measure_scene(Engine& engine, const QueryRun& run) {
   for (const bool random : {false, true})
     measure_points(engine, run, random ? "random points" : "grid", points_over(engine.bvh().bounds, points, random),
                    all);
-  measure_points(engine, run, "surface", points_on(engine.scene().triangles, points), all);
+  measure_points(engine, run, "surface", points_on(engine, points), all);
   return all;
 }
 

@@ -177,7 +177,6 @@ std::size_t find_distances(Engine& engine, const PointArgs& args, const AskedPoi
 }
 
 int run_distance(PointArgs& args) {
-  args.engine.prefer_copies();
   note_files(args);
   if (args.by_sides() != (args.sign != "parity")) fail(Failure::Arguments, "--sign {}: give --signed too", args.sign);
   if (args.limit < 0 || std::isnan(args.limit))
@@ -187,7 +186,8 @@ int run_distance(PointArgs& args) {
   Opened opened = open_scene(args.engine);
   Engine& engine = *opened.engine;
   if (args.signed_distance) need_closed(engine, args);
-  const AskedPoints points = of_file ? *of_file : AskedPoints(engine.bvh().bounds, args.grid);
+  const Bounds& bounds = engine.forest() ? engine.scene_facts().bounds : engine.bvh().bounds;
+  const AskedPoints points = of_file ? *of_file : AskedPoints(bounds, args.grid);
   std::vector<float> distances(std::size_t(points.count()));
   TraceTimes spent;
   const std::size_t near = find_distances(engine, args, points, distances, spent);
@@ -205,7 +205,6 @@ int run_distance(PointArgs& args) {
 }
 
 int run_inside(PointArgs& args) {
-  args.engine.prefer_copies();
   note_files(args);
   const AskedPoints points = *points_of_file(args);
   Opened opened = open_scene(args.engine);

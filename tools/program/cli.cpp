@@ -87,10 +87,6 @@ LoadOptions EngineArgs::load_options() const {
           .instances = find_named(kInstancePolicies, instances, "policy of --instances").id};
 }
 
-void EngineArgs::prefer_copies() {
-  if (load_options().instances == InstancePolicy::Auto) instances = "copy";
-}
-
 std::string knob_list() {
   std::string text;
   for (const KnobInfo& k : ballot::knobs()) text += fmt::format("\n  {:<14} {}: {}", k.name, k.values, k.what);

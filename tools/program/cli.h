@@ -32,8 +32,6 @@ struct EngineArgs {
   void add_options(CLI::App& app);  // all options except the scene
   EngineOptions options() const;
   LoadOptions load_options() const;  // throws Error(Arguments) for an unknown --instances
-  /// For commands that take no instances: without --instances, or with `auto`, scenes are loaded with moved copies.
-  void prefer_copies();
   /// Notes the scene as an input and --json as an output. Each command calls it before it prints or works: "--json -"
   /// claims standard output. Throws as CommandFiles does.
   void note_files();
