@@ -124,6 +124,33 @@ TEST(ExactQueries, ClosestPointsEqualBruteForce) {
   }
 }
 
+// Among instances it is the first of the nearest of all moved triangles.
+TEST(ExactQueries, ClosestPointsAmongInstancesEqualBruteForce) {
+  const std::vector<Triangles> meshes{shapes::sphere(1), shapes::soup(40, 0.5f), {}};
+  Transform turned, mirrored, far;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) turned.m[r][c] = r == c ? 0.8f : 0.6f / float(1 + r - 2 * c);
+  for (int r = 0; r < 3; ++r) mirrored.m[r][r] = r ? 0.01f : -3, far.m[r][3] = 1e6f;
+  const Placement placements[] = {{0, {}}, {1, turned}, {0, mirrored}, {2, {}}, {1, far}, {0, turned}};
+  const Forest forest(meshes, placements, [](std::span<const Triangle> t) { return build_bvh(t); });
+  const Triangles world = moved_triangles(forest);
+  const ExactClosestPoints oracle{OracleScene(forest)};
+  std::vector<glm::vec3> points = points_at(world, 120);
+  points.push_back(glm::vec3(1e6f));
+  for (const glm::vec3& p : points) {
+    std::uint32_t best = 0;
+    ExactDistance least = exact_distance(p, world[0]);
+    for (std::uint32_t i = 1; i < world.size(); ++i)
+      if (ExactDistance d = exact_distance(p, world[i]); d < least) least = std::move(d), best = i;
+    const std::pair<std::uint32_t, Triangle> last(world.size() - 1, world.back());
+    for (const auto* near : {&last, static_cast<decltype(&last)>(nullptr)}) {
+      const ExactClosest found = oracle.nearest(p, std::numeric_limits<float>::infinity(), near);
+      ASSERT_EQ(found.prim, best);
+      ASSERT_NEAR(found.distance, least.distance(), 1e-12 * (1 + least.distance()));
+    }
+  }
+}
+
 TEST(ExactQueries, DeadAndEmpty) {
   const Triangles cube = shapes::box({0, 0, 0}, {2, 2, 2});
   const Bvh bvh = build_bvh(cube);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/ballot.h"
+#include "engine/query/point_queries.h"
 #include "tests/cpu/animated.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/crossing_test.h"
@@ -112,6 +113,38 @@ void expect_alike(const Image& a, const Image& b, const std::string& what, doubl
   EXPECT_LE(double(others), most_share * double(pixels)) << what;
   EXPECT_NEAR(sum_a, sum_b, 0.01 * sum_b) << what;
   EXPECT_GT(sum_b, 0) << what;
+}
+
+// Their queries of points are those of copies but for rounding, and so is what is known of their edges.
+TEST_F(KeptInstances, PointsAndEdgesAreThoseOfCopies) {
+  const Both e = both(balls());
+  const Topology &kept = e.kept->topology(), &copied = e.copied->topology();
+  EXPECT_EQ(kept.triangles, copied.triangles);
+  EXPECT_EQ(kept.edges, copied.edges);
+  EXPECT_EQ(kept.open, copied.open);
+  EXPECT_EQ(kept.flipped, 0u);
+  ASSERT_EQ(kept.first_boundary.size(), copied.first_boundary.size());
+  for (std::size_t i = 0; i < kept.first_boundary.size(); ++i)
+    EXPECT_EQ(kept.first_boundary[i].prim, copied.first_boundary[i].prim);
+  shapes::Random random(8);
+  for (const double time : {-1.0, 0.7}) {
+    if (time >= 0)
+      for (Engine* engine : {e.kept.get(), e.copied.get()}) engine->set_time(0, time);
+    std::vector<ProbePoint> points;
+    for (int i = 0; i < 1000; ++i) points.push_back({random.point(2), std::numeric_limits<float>::infinity()});
+    std::vector<Nearest> a(points.size()), b(points.size());
+    std::vector<std::uint32_t> in_a(points.size()), in_b(points.size());
+    std::size_t others = 0;
+    for (const auto& [engine, near, inside] : {std::tuple(e.kept.get(), &a, &in_a), {e.copied.get(), &b, &in_b}}) {
+      engine->points().nearest(points, *near, {.sides = true});
+      engine->points().inside(points, *inside);
+    }
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      EXPECT_NEAR(a[i].distance, b[i].distance, 4e-6f) << i;
+      others += a[i].prim != b[i].prim || a[i].behind != b[i].behind;
+    }
+    EXPECT_LE(others, 5u);
+  }
 }
 
 TEST_F(KeptInstances, PicturesAreThoseOfCopies) {
